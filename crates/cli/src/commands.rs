@@ -1,0 +1,9 @@
+//! One file per command.
+
+pub(crate) mod assemble;
+pub(crate) mod check;
+pub(crate) mod equations;
+pub(crate) mod explain;
+pub(crate) mod export;
+pub(crate) mod new;
+pub(crate) mod solve;

@@ -1,0 +1,122 @@
+//! `bksim assemble`: the consistent start, and how far each stated value was moved.
+
+use bksim::Mechanism;
+use bksim::mbs::compile::Quantity;
+use bksim::mbs::fault::{diagnose_mobility, unit_of};
+use bksim::mbs::mobility::mobility;
+use bksim::mbs::start::{Moved, Start};
+use serde_json::{Map, Value, json};
+
+use crate::args::ModelArgs;
+use crate::exit::{Failure, Status};
+use crate::output::{self, column, number, rows_of, size, table};
+use crate::render;
+use crate::source::{derive, load};
+
+pub(crate) fn run(args: &ModelArgs, as_json: bool, nesting: usize) -> Result<Status, Failure> {
+    let loaded = load(args, nesting)?;
+    let mechanism = derive(&loaded.source, loaded.model)?;
+    let start = mechanism.start().map_err(|rejected| loaded.source.rejected(rejected.0))?;
+    let found = mobility(&mechanism.model, &mechanism.system, &start);
+    let mut warnings = loaded.warnings;
+    warnings.extend(diagnose_mobility(&mechanism.model, &found));
+    if as_json {
+        let mut body = describe(&mechanism, &start);
+        body["diagnostics"] = render::json_all(&loaded.source, &warnings);
+        output::json("assemble", body)?;
+    } else {
+        render::print_all(&loaded.source, &warnings);
+        output::text(&report(&mechanism, &start))?;
+    }
+    Ok(Status::Done)
+}
+
+fn report(mechanism: &Mechanism, start: &Start) -> String {
+    let compiled = &mechanism.compiled;
+    let coordinates = &compiled.coordinates;
+    let columns = [
+        headed("coordinate", coordinates.iter().map(|c| c.name.clone()).collect()),
+        headed("value", column(&start.q)),
+        headed("velocity", column(&start.v)),
+        headed("acceleration", column(&start.a)),
+        headed("unit", coordinates.iter().map(|c| format!("{0}, {0}/s, {0}/s²", c.unit)).collect()),
+    ];
+    let title = format!("{}: consistent at t = {} s", mechanism.model.name, number(start.t));
+    let mut lines = vec![title, table(&rows_of(&columns))];
+    if !start.lambda.is_empty() {
+        let multipliers = &compiled.multipliers;
+        let columns = [
+            headed("multiplier", multipliers.iter().map(|m| m.name.clone()).collect()),
+            headed("value", column(&start.lambda)),
+            headed("unit", multipliers.iter().map(|m| m.unit.to_owned()).collect()),
+            headed("of", multipliers.iter().map(|m| m.description.clone()).collect()),
+        ];
+        lines.extend([String::new(), table(&rows_of(&columns))]);
+    }
+    if !start.moved.is_empty() {
+        lines.extend([String::new(), table(&rows_of(&initial_columns(mechanism, start)))]);
+    }
+    if !start.lambda.is_empty() {
+        lines.push(format!(
+            "\n  constraints closed to {} in position, {} in velocity",
+            size(start.position_residual),
+            size(start.velocity_residual)
+        ));
+    }
+    lines.join("\n")
+}
+
+fn headed(heading: &str, cells: Vec<String>) -> Vec<String> {
+    [vec![heading.to_owned()], cells].concat()
+}
+
+/// What was stated or guessed, and what became of it.
+fn initial_columns(mechanism: &Mechanism, start: &Start) -> [Vec<String>; 6] {
+    let moved = &start.moved;
+    let numbers = |of: &dyn Fn(&Moved) -> f64| column(&moved.iter().map(of).collect::<Vec<_>>());
+    let unit = |m: &Moved| {
+        let initial = mechanism.model.initial.iter().find(|i| i.name == m.name);
+        initial.map_or("", |i| unit_of(&mechanism.model, i.measure)).to_owned()
+    };
+    let kind = |m: &Moved| if m.is_guess { "guess" } else { "held" }.to_owned();
+    [
+        headed("initial", moved.iter().map(|m| m.name.clone()).collect()),
+        headed("given", numbers(&|m| m.stated)),
+        headed("found", numbers(&|m| m.found)),
+        headed("moved by", numbers(&|m| m.found - m.stated)),
+        headed("unit", moved.iter().map(unit).collect()),
+        headed("", moved.iter().map(kind).collect()),
+    ]
+}
+
+fn describe(mechanism: &Mechanism, start: &Start) -> Value {
+    let compiled = &mechanism.compiled;
+    let moved = |m: &Moved| {
+        json!({
+            "name": m.name, "given": m.stated, "found": m.found,
+            "moved": m.found - m.stated, "guess": m.is_guess,
+        })
+    };
+    let not_unique: Vec<&str> = start
+        .not_unique_rows()
+        .iter()
+        .map(|&row| compiled.multipliers[row].name.as_str())
+        .collect();
+    json!({
+        "model": mechanism.model.name,
+        "t": start.t,
+        "q": by_name(&compiled.coordinates, &start.q),
+        "v": by_name(&compiled.coordinates, &start.v),
+        "a": by_name(&compiled.coordinates, &start.a),
+        "lambda": by_name(&compiled.multipliers, &start.lambda),
+        "lambda_not_unique": not_unique,
+        "initial": start.moved.iter().map(moved).collect::<Vec<_>>(),
+        "residual": { "position": start.position_residual, "velocity": start.velocity_residual },
+        "mobility": start.mobility,
+    })
+}
+
+fn by_name(quantities: &[Quantity], values: &[f64]) -> Value {
+    let entries = quantities.iter().zip(values);
+    Value::Object(entries.map(|(q, &v)| (q.name.clone(), json!(v))).collect::<Map<_, _>>())
+}

@@ -1,0 +1,109 @@
+//! `bksim check`: every fault at once, or what the mechanism is made of and how it can move.
+
+use bksim::Mechanism;
+use bksim::mbs::fault::diagnose_mobility;
+use bksim::mbs::mobility::{Mobility, mobility};
+use bksim::mbs::model::{CoordinatePolicy, JointId, Space};
+use serde_json::{Value, json};
+
+use crate::args::ModelArgs;
+use crate::exit::{Failure, Status};
+use crate::output::{self, table};
+use crate::render;
+use crate::source::{derive, load};
+
+pub(crate) fn run(args: &ModelArgs, as_json: bool, nesting: usize) -> Result<Status, Failure> {
+    let loaded = load(args, nesting)?;
+    let mechanism = derive(&loaded.source, loaded.model)?;
+    let start = mechanism.start().map_err(|rejected| loaded.source.rejected(rejected.0))?;
+    let found = mobility(&mechanism.model, &mechanism.system, &start);
+    let mut warnings = loaded.warnings;
+    warnings.extend(diagnose_mobility(&mechanism.model, &found));
+
+    if as_json {
+        let mut body = describe(&mechanism, &found);
+        body["diagnostics"] = render::json_all(&loaded.source, &warnings);
+        output::json("check", body)?;
+    } else {
+        render::print_all(&loaded.source, &warnings);
+        output::text(&report(&mechanism, &found))?;
+    }
+    Ok(Status::Done)
+}
+
+fn report(mechanism: &Mechanism, found: &Mobility) -> String {
+    let model = &mechanism.model;
+    let bodies = model.bodies.iter().skip(1).map(|b| b.name.as_str());
+    let joints = model.joints.iter().map(|j| j.name.as_str());
+    let coordinates = mechanism.compiled.coordinates.iter().map(|c| c.name.as_str());
+    let loads = model.loads.iter().map(|l| l.name.as_str());
+    let drives = model.drives.iter().map(|d| d.name.as_str());
+    let row = |what: &str, n: String, names: String| vec![what.to_owned(), n, names];
+    let counted =
+        |what: &str, names: Vec<&str>| row(what, names.len().to_string(), names.join(" "));
+
+    let mut rows = vec![
+        counted("bodies", bodies.collect()),
+        counted("joints", joints.collect()),
+        counted("loads", loads.collect()),
+        counted("drives", drives.collect()),
+        counted("coordinates", coordinates.collect()),
+        row("", String::new(), policy_reason(mechanism)),
+        counted("cut joints", joint_names(mechanism, &mechanism.system.tree.cuts)),
+        row("constraints", found.n_constraints.to_string(), format!("{} independent", found.rank)),
+        row("Grübler count", found.gruebler.to_string(), String::new()),
+        row("true mobility", found.mobility.to_string(), String::new()),
+        counted("redundant joints", joint_names(mechanism, &found.redundant)),
+    ];
+    rows.retain(|row| row[1] != "0" || !["loads", "drives"].contains(&row[0].as_str()));
+    format!("{}: no errors\n{}", model.name, table(&rows))
+}
+
+/// The coordinates in words, and who chose them.
+fn policy_reason(mechanism: &Mechanism) -> String {
+    let word = policy_word(mechanism);
+    let who = match mechanism.model.coordinates {
+        CoordinatePolicy::Auto => "chosen by bksim",
+        _ => "as the model asks",
+    };
+    let asked = mechanism.model.joints.iter().filter(|j| j.cut == Some(true)).count();
+    match asked {
+        0 => format!("{word}, {who}"),
+        _ => format!("{word}, {who}; {asked} of the cuts are the model's own"),
+    }
+}
+
+fn describe(mechanism: &Mechanism, found: &Mobility) -> Value {
+    let model = &mechanism.model;
+    json!({
+        "model": model.name,
+        "space": if model.space == Space::Planar { "planar" } else { "spatial" },
+        "bodies": model.bodies.iter().skip(1).map(|b| &b.name).collect::<Vec<_>>(),
+        "joints": model.joints.iter().map(|j| &j.name).collect::<Vec<_>>(),
+        "loads": model.loads.iter().map(|l| &l.name).collect::<Vec<_>>(),
+        "drives": model.drives.iter().map(|d| &d.name).collect::<Vec<_>>(),
+        "coordinates": mechanism.compiled.coordinates.iter().map(|c| &c.name).collect::<Vec<_>>(),
+        "coordinate_policy": policy_word(mechanism),
+        "coordinate_policy_chosen_by": match model.coordinates {
+            CoordinatePolicy::Auto => "bksim",
+            _ => "model",
+        },
+        "cut_joints": joint_names(mechanism, &mechanism.system.tree.cuts),
+        "constraints": found.n_constraints,
+        "rank": found.rank,
+        "gruebler": found.gruebler,
+        "mobility": found.mobility,
+        "redundant_joints": joint_names(mechanism, &found.redundant),
+    })
+}
+
+fn policy_word(mechanism: &Mechanism) -> &'static str {
+    match mechanism.system.tree.policy {
+        CoordinatePolicy::Absolute => "absolute",
+        _ => "relative",
+    }
+}
+
+fn joint_names<'a>(mechanism: &'a Mechanism, joints: &[JointId]) -> Vec<&'a str> {
+    joints.iter().map(|joint| mechanism.model.joints[joint.0].name.as_str()).collect()
+}

@@ -1,0 +1,143 @@
+//! `bksim export`: channels of a log as a table.
+
+use std::fs::File;
+use std::io::{self, BufReader, BufWriter, Write};
+use std::path::Path;
+
+use bksim::log::export::{Exported, to_csv, to_parquet};
+use bksim::log::{LogError, LogReader, Record, Selection};
+use serde_json::json;
+
+use crate::args::Export;
+use crate::exit::{Failure, Status};
+use crate::output;
+use crate::render;
+
+pub(crate) fn run(args: &Export, as_json: bool) -> Result<Status, Failure> {
+    let file = File::open(&args.log).map_err(|e| Failure::reading(&args.log, &e))?;
+    let log = LogReader::open(BufReader::new(file)).map_err(|e| bad_log(&args.log, &e))?;
+    let selection = if args.channels.is_empty() {
+        Selection::all(log.header())
+    } else {
+        Selection::new(log.header(), &args.channels).map_err(|e| bad_log(&args.log, &e))?
+    };
+    let Some(path) = &args.output else {
+        if as_json {
+            return Err(Failure::usage(
+                "--json reports on a table, but there is none",
+                "add `-o FILE`",
+            ));
+        }
+        let mut stdout = Pipe { out: std::io::stdout().lock(), closed: false };
+        let exported = to_csv(log, &selection, &mut stdout).map_err(|e| match e {
+            _ if stdout.closed => Failure::OutputClosed,
+            LogError::Io(error) => Failure::stdout(&error),
+            other => bad_log(&args.log, &other),
+        })?;
+        warn_if_cut(args, &exported);
+        return Ok(Status::Done);
+    };
+
+    let is_parquet = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("parquet"));
+    if path.exists() && !args.force {
+        let help = Some("add --force to overwrite it".to_owned());
+        return Err(Failure::file(path, "exists already; nothing was written".to_owned(), help));
+    }
+    if path.canonicalize().ok() == args.log.canonicalize().ok() {
+        let what = "is the log itself and would be overwritten; nothing was written".to_owned();
+        return Err(Failure::file(path, what, Some("name another file with -o".to_owned())));
+    }
+    let out = File::create(path).map_err(|e| Failure::writing(path, &e))?;
+    let mut out = BufWriter::new(out);
+    let exported = if is_parquet {
+        to_parquet(log, &selection, &mut out)
+    } else {
+        to_csv(log, &selection, &mut out)
+    };
+    let exported = exported.map_err(|e| bad_log(&args.log, &e))?;
+    out.flush().map_err(|e| Failure::writing(path, &e))?;
+    warn_if_cut(args, &exported);
+    if as_json {
+        let columns = selection.columns().iter();
+        let columns = columns.map(|c| json!({ "name": c.name, "unit": c.unit }));
+        output::json(
+            "export",
+            json!({
+                "output": path.display().to_string(),
+                "format": if is_parquet { "parquet" } else { "csv" },
+                "rows": exported.n_rows,
+                "complete": exported.end.is_some(),
+                "columns": columns.collect::<Vec<_>>(),
+            }),
+        )?;
+    } else {
+        let n_columns = selection.columns().len() + 1;
+        output::text(&format!(
+            "wrote {}: {} rows, {n_columns} columns",
+            path.display(),
+            exported.n_rows
+        ))?;
+    }
+    Ok(Status::Done)
+}
+
+/// A stream that remembers whether its reader has gone, whatever the writers above make of it.
+struct Pipe<W> {
+    out: W,
+    closed: bool,
+}
+
+impl<W: Write> Pipe<W> {
+    fn note<T>(&mut self, result: io::Result<T>) -> io::Result<T> {
+        result.inspect_err(|error| self.closed |= error.kind() == io::ErrorKind::BrokenPipe)
+    }
+}
+
+impl<W: Write> Write for Pipe<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.out.write(bytes);
+        self.note(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        let flushed = self.out.flush();
+        self.note(flushed)
+    }
+}
+
+/// Time of the last sample that can be read.
+fn last_time(path: &Path) -> Option<f64> {
+    let mut log = LogReader::open(BufReader::new(File::open(path).ok()?)).ok()?;
+    let mut last = None;
+    while let Ok(Some(record)) = log.next_record() {
+        if let Record::Sample { t, .. } = record {
+            last = Some(t);
+        }
+    }
+    last
+}
+
+fn bad_log(path: &Path, error: &LogError) -> Failure {
+    let what = format!("cannot be exported: {error}");
+    match error {
+        LogError::UnknownChannel { .. } => Failure::usage(
+            format!("`{}` {what}", path.display()),
+            "the first line of `bksim export LOG` names all channels; without any, all are exported",
+        ),
+        LogError::Io(_) => Failure::file(path, what, None),
+        _ => Failure::Input { path: path.to_owned(), what, help: None },
+    }
+}
+
+fn warn_if_cut(args: &Export, exported: &Exported) {
+    if exported.end.is_none() {
+        let last =
+            last_time(&args.log).map_or_else(String::new, |t| format!(", the last at t = {t} s"));
+        let message = format!(
+            "`{}` was cut off before its run ended: {} rows were read{last}",
+            args.log.display(),
+            exported.n_rows
+        );
+        render::warning(&message);
+    }
+}

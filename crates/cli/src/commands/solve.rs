@@ -1,0 +1,399 @@
+//! `bksim solve`: from the model file to the log.
+
+use std::fs::{self, File};
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use bksim::dae::Control;
+use bksim::log::{Level, LogError, Outcome};
+use bksim::mbs::fault::diagnose_mobility;
+use bksim::mbs::mobility::mobility;
+use bksim::mbs::model::{Formulation, Model};
+use bksim::mbs::run::{Sample, Summary};
+use bksim::record::Recorder;
+use serde_json::{Value, json};
+
+use crate::args::{self, Solve};
+use crate::exit::{Failure, Status, without_number};
+use crate::output::{self, number, size, table};
+use crate::progress::{Progress, StopWish};
+use crate::render;
+use crate::source::{Text, derive, load};
+
+/// The smallest relative tolerance that numbers of 16 digits can keep through a step.
+const SMALLEST_RTOL: f64 = 1e-13;
+
+/// Time spent in each phase.
+#[derive(Clone, Copy, Default, Debug)]
+struct Times {
+    parse: Duration,
+    derive: Duration,
+    compile: Duration,
+    assemble: Duration,
+    integrate: Duration,
+    log: Duration,
+}
+
+pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status, Failure> {
+    let mut times = Times::default();
+    let mut clock = Instant::now();
+    let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed();
+
+    // Read, and refuse an output that cannot be written before any work is done.
+    let mut loaded = load(&args.model, nesting)?;
+    apply_options(&mut loaded.model, args)?;
+    let path = output_path(args, &loaded.model.name);
+    check_output(&path, &args.model.model, args.force)?;
+    times.parse = lap();
+
+    let mechanism = derive(&loaded.source, loaded.model)?;
+    times.derive = lap();
+    let source = &loaded.source;
+    let equations = mechanism.formulate().map_err(|rejected| source.rejected(rejected.0))?;
+    times.compile = lap();
+    let start = mechanism.start().map_err(|rejected| source.rejected(rejected.0))?;
+    let found = mobility(&mechanism.model, &mechanism.system, &start);
+    let mut warnings = loaded.warnings;
+    warnings.extend(diagnose_mobility(&mechanism.model, &found));
+    times.assemble = lap();
+    if !as_json {
+        render::print_all(source, &warnings);
+    }
+
+    // The log is opened only now: a rejected model touches no file.
+    let file = File::create(&path).map_err(|e| Failure::writing(&path, &e))?;
+    let options = options_of(&mechanism.model);
+    let mut log =
+        Recorder::create(BufWriter::new(file), &mechanism, &source.text, &start, &options)
+            .map_err(|e| Failure::writing(&path, &e))?;
+    for warning in &warnings {
+        let text = format!("[{}] {}", warning.code.0, warning.message);
+        log.note(Level::Warning, start.t, &text).map_err(|e| Failure::writing(&path, &e))?;
+    }
+    times.log = lap();
+
+    let stop = StopWish::watch().map_err(|e| {
+        Failure::file(&path, format!("is empty: signals cannot be handled: {e}"), None)
+    })?;
+    let progress = Progress::new(start.t, mechanism.model.solve.t_end);
+    let mut log_fault: Option<(f64, LogError)> = None;
+    let mut reached = start.t;
+    let result = mechanism.run(&equations, &start, &mut |sample: &Sample| {
+        let begun = Instant::now();
+        if let Err(error) = log.write(sample) {
+            log_fault = Some((reached, error));
+            return Control::Stop;
+        }
+        reached = sample.t;
+        times.log += begun.elapsed();
+        progress.reached(sample.t);
+        if stop.status().is_some() { Control::Stop } else { Control::Continue }
+    });
+    progress.finish();
+    let logging = times.log;
+    times.integrate = lap().saturating_sub(logging);
+    if let Some((t, error)) = log_fault {
+        let error = error.to_string();
+        let what = format!("cannot be written beyond t = {t} s: {}", without_number(&error));
+        let help = "everything up to there is in the log".to_owned();
+        return Err(Failure::file(&path, what, Some(help)));
+    }
+
+    // How it ended, in the log and in the exit status.
+    let (summary, status, reason) = match result {
+        Ok(summary) if summary.reached_end => {
+            (summary, Status::Done, "end time reached".to_owned())
+        }
+        Ok(summary) => {
+            let status = stop.status().unwrap_or(Status::Interrupted);
+            let how = if status == Status::Terminated { "terminated" } else { "interrupted" };
+            (summary, status, how.to_owned())
+        }
+        Err(failure) => {
+            let fault = mechanism.diagnose(&equations, &failure);
+            let reason = format!("[{}] {}", fault.code.0, fault.message);
+            if !as_json {
+                render::print_all(source, std::slice::from_ref(&fault));
+            }
+            warnings.push(fault);
+            (failure.summary, Status::StoppedEarly, reason)
+        }
+    };
+    let outcome = if status == Status::Done { Outcome::ReachedEnd } else { Outcome::Stopped };
+    if status != Status::Done {
+        log.note(Level::Error, summary.t, &reason).map_err(|e| Failure::writing(&path, &e))?;
+    }
+    let out = log.finish(&summary, outcome, &reason).map_err(|e| Failure::writing(&path, &e))?;
+    out.into_inner().map_err(|e| Failure::writing(&path, e.error()))?;
+    times.log += lap();
+
+    let report = Report {
+        source,
+        path: &path,
+        summary: &summary,
+        times: &times,
+        status,
+        has_constraints: !mechanism.system.constraints.is_empty(),
+    };
+    if as_json {
+        let mut body = report.describe(&mechanism.model);
+        body["diagnostics"] = render::json_all(source, &warnings);
+        output::json("solve", body)?;
+    } else {
+        output::text(&report.text(&mechanism.model))?;
+    }
+    Ok(status)
+}
+
+/// Puts the options of the command line in place of the model's.
+fn apply_options(model: &mut Model, args: &Solve) -> Result<(), Failure> {
+    let solve = &mut model.solve;
+    let t_start = solve.t_start;
+    let after_start = |t: f64| t.is_finite() && t > t_start;
+    let positive = |value: f64| value.is_finite() && value > 0.0;
+    let useful = |rtol: f64| (SMALLEST_RTOL..1.0).contains(&rtol);
+    let beyond = format!("after the start, {t_start} s");
+    let rtol_range = format!("between {SMALLEST_RTOL:e} and 1");
+    let above = "greater than zero";
+    for (flag, value, fits, range) in [
+        ("--t-end", args.t_end, &after_start as &dyn Fn(f64) -> bool, beyond.as_str()),
+        ("--rtol", args.rtol, &useful, &rtol_range),
+        ("--atol", args.atol, &positive, above),
+        ("--step", args.step, &positive, above),
+        ("--every", args.every, &positive, above),
+    ] {
+        if let Some(value) = value.filter(|&value| !fits(value)) {
+            let help = format!("give {flag} a value {range}");
+            return Err(Failure::usage(format!("`{flag} {value}` is not {range}"), &help));
+        }
+    }
+    solve.t_end = args.t_end.unwrap_or(solve.t_end);
+    solve.rtol = args.rtol.unwrap_or(solve.rtol);
+    solve.atol = args.atol.unwrap_or(solve.atol);
+    solve.step = args.step.or(solve.step);
+    solve.every = args.every.or(solve.every);
+    if let Some(formulation) = args.formulation {
+        solve.formulation = match formulation {
+            args::Formulation::Ggl => Formulation::Ggl,
+            args::Formulation::Index2 => Formulation::Index2,
+            args::Formulation::Index3 => Formulation::Index3,
+        };
+    }
+    Ok(())
+}
+
+fn output_path(args: &Solve, model_name: &str) -> PathBuf {
+    args.output.clone().unwrap_or_else(|| {
+        let plain = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
+        PathBuf::from(format!("{}.mcap", model_name.chars().map(plain).collect::<String>()))
+    })
+}
+
+/// Refuses an output that exists, is the model itself, or has no directory to lie in.
+fn check_output(path: &Path, model: &Path, force: bool) -> Result<(), Failure> {
+    let nothing_solved = "nothing was solved";
+    let directory = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    if !directory.is_dir() {
+        let there = directory.display();
+        let what = format!("cannot be written: there is no directory `{there}`; {nothing_solved}");
+        let help = format!("make it with `mkdir -p {}`", directory.display());
+        return Err(Failure::file(path, what, Some(help)));
+    }
+    let same = |a: &Path, b: &Path| matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b);
+    if same(path, model) {
+        let what = format!("is the model itself and would be overwritten; {nothing_solved}");
+        return Err(Failure::file(path, what, Some("name another file with -o".to_owned())));
+    }
+    if let Ok(known) = fs::metadata(path) {
+        if known.is_dir() {
+            let what = format!("is a directory; {nothing_solved}");
+            return Err(Failure::file(path, what, Some("name a file in it".to_owned())));
+        }
+        if !force {
+            let written = known.modified().ok().map_or_else(String::new, |time| {
+                format!(", written {}", humantime::format_rfc3339_seconds(time))
+            });
+            let what = format!("exists ({} bytes{written}); {nothing_solved}", known.len());
+            let help = "add --force to overwrite it, or name another file with -o".to_owned();
+            return Err(Failure::file(path, what, Some(help)));
+        }
+    }
+    Ok(())
+}
+
+/// All options of the run as they were used, for the log.
+fn options_of(model: &Model) -> Vec<(String, String)> {
+    let solve = &model.solve;
+    let formulation = match solve.formulation {
+        Formulation::Ggl => "ggl",
+        Formulation::Index2 => "index2",
+        Formulation::Index3 => "index3",
+    };
+    let or_default = |value: Option<f64>| value.map_or("default".to_owned(), |v| v.to_string());
+    vec![
+        ("method".into(), "radau".into()),
+        ("formulation".into(), formulation.into()),
+        ("t_start".into(), solve.t_start.to_string()),
+        ("t_end".into(), solve.t_end.to_string()),
+        ("every".into(), or_default(solve.every)),
+        ("rtol".into(), solve.rtol.to_string()),
+        ("atol".into(), solve.atol.to_string()),
+        ("step".into(), solve.step.map_or("adaptive".to_owned(), |h| h.to_string())),
+    ]
+}
+
+struct Report<'a> {
+    source: &'a Text,
+    path: &'a Path,
+    summary: &'a Summary,
+    times: &'a Times,
+    status: Status,
+    has_constraints: bool,
+}
+
+impl Report<'_> {
+    fn text(&self, model: &Model) -> String {
+        let Summary { n_samples, stats, position_residual, velocity_residual, energy, .. } =
+            self.summary;
+        let solve = &model.solve;
+        let mode = match solve.step {
+            Some(h) => format!("fixed step {} s", number(h)),
+            None => format!("rtol {:e}, atol {:e}", solve.rtol, solve.atol),
+        };
+        let formulation = match solve.formulation {
+            Formulation::Ggl => "stabilised index 2",
+            Formulation::Index2 => "index 2",
+            Formulation::Index3 => "index 3",
+        };
+        let every = solve.every.unwrap_or((solve.t_end - solve.t_start) / 500.0);
+        let kept = |what: &str, [drift, kept]: [f64; 2]| {
+            format!("{what} {} (drift {} before projection)", size(kept), size(drift))
+        };
+        let times = self.phases().map(|(name, time)| format!("{name} {}", milliseconds(time)));
+        let total = self.phases().iter().map(|&(_, time)| time).sum();
+        let mut rows = vec![
+            ("samples", format!("{n_samples}, every {} s", number(every))),
+            ("method", format!("Radau IIA of order 5, {formulation}, {mode}")),
+            (
+                "steps",
+                format!(
+                    "{} accepted, {} rejected, {} Newton failures",
+                    stats.n_accept, stats.n_reject, stats.n_newton_failed
+                ),
+            ),
+            (
+                "work",
+                format!(
+                    "{} Newton iterations, {} residuals, {} Jacobians, {} factorisations, {} solves",
+                    stats.n_newton,
+                    stats.n_residual,
+                    stats.n_jacobian,
+                    stats.n_factor,
+                    stats.n_solve
+                ),
+            ),
+        ];
+        if self.has_constraints {
+            let [position, velocity] = [*position_residual, *velocity_residual];
+            let both = [kept("position", position), kept("velocity", velocity)];
+            rows.push(("constraints", both.join(", ")));
+        }
+        if !self.summary.singular_poses.is_empty() {
+            let times: Vec<_> = self.summary.singular_poses.iter().map(|&t| number(t)).collect();
+            rows.push(("singular", format!("poses crossed at t = {} s", times.join(", "))));
+        }
+        rows.extend([
+            (
+                "energy",
+                format!(
+                    "{} → {} J, work {} J, balance kept to {} J",
+                    number(energy.initial),
+                    number(energy.last),
+                    number(negligible(energy.work, energy.scale)),
+                    size(energy.worst_error)
+                ),
+            ),
+            ("time", format!("{} = {}", milliseconds(total), times.join(" + "))),
+            ("log", self.path.display().to_string()),
+        ]);
+        let rows: Vec<_> =
+            rows.into_iter().map(|(name, value)| vec![name.to_owned(), value]).collect();
+        format!("{}: {}\n{}", model.name, self.ending(model), table(&rows))
+    }
+
+    /// How the run ended, in a few words.
+    fn ending(&self, model: &Model) -> String {
+        let (from, to) = (number(model.solve.t_start), number(self.summary.t));
+        match self.status {
+            Status::Done => format!("solved from t = {from} s to {to} s"),
+            Status::Interrupted => format!("interrupted at t = {to} s"),
+            Status::Terminated => format!("terminated at t = {to} s"),
+            _ => format!("stopped early at t = {to} s"),
+        }
+    }
+
+    fn describe(&self, model: &Model) -> Value {
+        let Summary { t, n_samples, stats, position_residual, velocity_residual, energy, .. } =
+            self.summary;
+        let mut times = serde_json::Map::new();
+        let mut total = 0.0;
+        for (name, time) in self.phases() {
+            total += time.as_secs_f64();
+            times.insert(name.to_owned(), json!(time.as_secs_f64()));
+        }
+        times.insert("total".to_owned(), json!(total));
+        let relative = if energy.scale > 0.0 { energy.worst_error / energy.scale } else { 0.0 };
+        json!({
+            "model": model.name,
+            "file": self.source.path.display().to_string(),
+            "output": self.path.display().to_string(),
+            "exit_status": self.status.code(),
+            "end": { "reached": self.summary.reached_end, "t": t },
+            "samples": n_samples,
+            "options": options_of(model).into_iter().map(|(k, v)| (k, Value::from(v))).collect::<serde_json::Map<_, _>>(),
+            "singular_poses": self.summary.singular_poses,
+            "steps": {
+                "n_step": stats.n_step, "n_accept": stats.n_accept, "n_reject": stats.n_reject,
+                "n_newton_failed": stats.n_newton_failed, "n_newton": stats.n_newton,
+                "n_residual": stats.n_residual, "n_jacobian": stats.n_jacobian,
+                "n_factor": stats.n_factor, "n_solve": stats.n_solve,
+            },
+            "time_s": times,
+            "residual": {
+                "position": position_residual[1], "velocity": velocity_residual[1],
+                "position_before_projection": position_residual[0],
+                "velocity_before_projection": velocity_residual[0],
+            },
+            "energy": {
+                "initial": energy.initial, "last": energy.last, "work": energy.work,
+                "worst_error": energy.worst_error, "scale": energy.scale,
+                "relative_error": relative,
+            },
+        })
+    }
+
+    fn phases(&self) -> [(&'static str, Duration); 6] {
+        let t = self.times;
+        [
+            ("parse", t.parse),
+            ("derive", t.derive),
+            ("compile", t.compile),
+            ("assemble", t.assemble),
+            ("integrate", t.integrate),
+            ("log", t.log),
+        ]
+    }
+}
+
+/// Zero in place of the rounding that a sum of larger terms has left.
+fn negligible(value: f64, scale: f64) -> f64 {
+    if value.abs() < 1e-14 * scale { 0.0 } else { value }
+}
+
+fn milliseconds(time: Duration) -> String {
+    format!("{:.1} ms", time.as_secs_f64() * 1e3)
+}

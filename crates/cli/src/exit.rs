@@ -1,0 +1,108 @@
+//! Exit statuses and what leads to them.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use bksim::mbs::diagnostic::Diagnostic;
+
+/// How a command ends.
+///
+/// | status | meaning |
+/// |---|---|
+/// | 0 | done |
+/// | 1 | the model or input is rejected |
+/// | 2 | the command line is wrong |
+/// | 3 | the run stopped early; its log is valid |
+/// | 4 | a file cannot be read or written |
+/// | 130, 143 | interrupted or terminated; the log is valid |
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Status {
+    Done,
+    Rejected,
+    Usage,
+    StoppedEarly,
+    InputOutput,
+    Interrupted,
+    Terminated,
+}
+
+impl Status {
+    pub(crate) fn code(self) -> u8 {
+        match self {
+            Self::Done => 0,
+            Self::Rejected => 1,
+            Self::Usage => 2,
+            Self::StoppedEarly => 3,
+            Self::InputOutput => 4,
+            Self::Interrupted => 130,
+            Self::Terminated => 143,
+        }
+    }
+}
+
+/// Why a command could not do its work.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// Faults of the model text.
+    Model { source: Box<crate::source::Text>, diagnostics: Vec<Diagnostic> },
+    /// A file could not be read or written; `help` says what to do.
+    File { path: PathBuf, what: String, help: Option<String> },
+    /// A file can be read but is not what the command needs.
+    Input { path: PathBuf, what: String, help: Option<String> },
+    /// The command line asks for something that makes no sense.
+    Usage { message: String, help: Option<String> },
+    /// Standard output was closed by whoever reads it: nothing is wrong.
+    OutputClosed,
+}
+
+impl Failure {
+    pub(crate) fn status(&self) -> Status {
+        match self {
+            Self::Model { .. } | Self::Input { .. } => Status::Rejected,
+            Self::File { .. } => Status::InputOutput,
+            Self::Usage { .. } => Status::Usage,
+            Self::OutputClosed => Status::Done,
+        }
+    }
+
+    pub(crate) fn reading(path: &Path, error: &io::Error) -> Self {
+        Self::file(path, format!("cannot be read: {}", plain(error)), None)
+    }
+
+    pub(crate) fn writing(path: &Path, error: &dyn std::fmt::Display) -> Self {
+        let words = error.to_string();
+        Self::file(path, format!("cannot be written: {}", without_number(&words)), None)
+    }
+
+    pub(crate) fn usage(message: impl Into<String>, help: &str) -> Self {
+        Self::Usage { message: message.into(), help: Some(help.to_owned()) }
+    }
+
+    pub(crate) fn file(path: &Path, what: String, help: Option<String>) -> Self {
+        Self::File { path: path.to_owned(), what, help }
+    }
+
+    /// Standard output failed: a closed pipe is the reader's wish, anything else is a fault.
+    pub(crate) fn stdout(error: &io::Error) -> Self {
+        if error.kind() == io::ErrorKind::BrokenPipe {
+            Self::OutputClosed
+        } else {
+            Self::file(Path::new("standard output"), format!("cannot be written: {error}"), None)
+        }
+    }
+}
+
+/// The system's words without the number that follows them.
+fn plain(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::NotFound => "there is no such file".to_owned(),
+        io::ErrorKind::PermissionDenied => "permission denied".to_owned(),
+        io::ErrorKind::IsADirectory => "it is a directory".to_owned(),
+        _ => without_number(&error.to_string()).to_owned(),
+    }
+}
+
+/// "No space left on device (os error 28)" without the part in parentheses.
+pub(crate) fn without_number(words: &str) -> &str {
+    words.split(" (os error").next().unwrap_or(words)
+}

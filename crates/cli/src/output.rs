@@ -1,0 +1,111 @@
+//! What commands print: text to stdout, or one JSON object.
+
+use std::io::Write;
+
+use serde_json::{Map, Value};
+
+use crate::exit::Failure;
+
+/// Prints text and a line end.
+pub(crate) fn text(text: &str) -> Result<(), Failure> {
+    let mut stdout = anstream::stdout().lock();
+    writeln!(stdout, "{text}").and_then(|()| stdout.flush()).map_err(|e| Failure::stdout(&e))
+}
+
+/// Prints the one JSON object of a successful command.
+pub(crate) fn json(command: &str, body: Value) -> Result<(), Failure> {
+    let mut object = Map::new();
+    object.insert("ok".into(), Value::Bool(true));
+    object.insert("command".into(), command.into());
+    if let Value::Object(body) = body {
+        object.extend(body);
+    }
+    text(&format!("{:#}", Value::Object(object)))
+}
+
+/// A number for a report: nine significant digits, no trailing zeros.
+pub(crate) fn number(value: f64) -> String {
+    if value == 0.0 {
+        return "0".into();
+    }
+    if !value.is_finite() {
+        return value.to_string();
+    }
+    let magnitude = value.abs();
+    if !(1e-4..1e9).contains(&magnitude) {
+        return format!("{value:.3e}");
+    }
+    #[expect(clippy::cast_possible_truncation, reason = "the exponent is between -4 and 9")]
+    let decimals = usize::try_from(8 - magnitude.log10().floor() as i32).unwrap_or(0);
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
+/// The size of an error or a residual, two significant digits.
+pub(crate) fn size(value: f64) -> String {
+    if value == 0.0 { "0".into() } else { format!("{value:.1e}") }
+}
+
+/// Numbers under one another, their decimal points in one column.
+///
+/// A value smaller than the rounding of the largest one is shown as 0; JSON has it as it is.
+pub(crate) fn column(values: &[f64]) -> Vec<String> {
+    let largest = values.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+    let is_rounding = |value: f64| value.abs() < f64::EPSILON * largest;
+    let texts: Vec<String> =
+        values.iter().map(|&value| number(if is_rounding(value) { 0.0 } else { value })).collect();
+    let before_point = |text: &str| text.find(['.', 'e']).unwrap_or(text.len());
+    let widest = texts.iter().map(|text| before_point(text)).max().unwrap_or(0);
+    texts.iter().map(|text| format!("{}{text}", " ".repeat(widest - before_point(text)))).collect()
+}
+
+/// Rows with left-aligned columns, two spaces apart, each line indented by two.
+pub(crate) fn table(rows: &[Vec<String>]) -> String {
+    let n_columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let width = |column: usize| {
+        rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max()
+    };
+    let widths: Vec<usize> = (0..n_columns).map(|column| width(column).unwrap_or(0)).collect();
+    let line = |row: &Vec<String>| {
+        let cells = row.iter().zip(&widths).map(|(cell, &width)| format!("{cell:<width$}"));
+        format!("  {}", cells.collect::<Vec<_>>().join("  ")).trim_end().to_owned()
+    };
+    rows.iter().map(line).collect::<Vec<_>>().join("\n")
+}
+
+/// Rows from columns of equal length.
+pub(crate) fn rows_of(columns: &[Vec<String>]) -> Vec<Vec<String>> {
+    let n_rows = columns.first().map_or(0, Vec::len);
+    (0..n_rows).map(|row| columns.iter().map(|column| column[row].clone()).collect()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_keep_nine_digits_and_no_zeros() {
+        let cases = [
+            (0.0, "0"),
+            (25.0, "25"),
+            (1.0 / 3.0, "0.333333333"),
+            (-1963.210_17, "-1963.21017"),
+            (2e-5, "2.000e-5"),
+            (-0.0, "0"),
+        ];
+        for (value, expected) in cases {
+            assert_eq!(number(value), expected);
+        }
+    }
+
+    #[test]
+    fn points_of_a_column_line_up_and_rounding_is_zero() {
+        assert_eq!(column(&[125.0, -1.5, 0.25, 1e-20]), ["125", " -1.5", "  0.25", "  0"]);
+        // A column of small numbers alone is shown as it is.
+        assert_eq!(column(&[1e-20, 0.0]), ["1.000e-20", "0"]);
+    }
+}

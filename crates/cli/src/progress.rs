@@ -1,0 +1,81 @@
+//! Progress of a run, on stderr and only on a terminal; and the wish to stop it.
+
+use std::io::{self, IsTerminal};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
+
+use crate::exit::Status;
+
+/// How a run was asked to end.
+const INTERRUPT: usize = 1;
+const TERMINATE: usize = 2;
+
+/// The wish to stop: an interrupt or a termination signal, remembered until the next sample.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct StopWish(Arc<AtomicUsize>);
+
+impl StopWish {
+    /// Takes over both signals for the rest of the process.
+    pub(crate) fn watch() -> io::Result<Self> {
+        let wish = Self::default();
+        flag::register_usize(SIGINT, Arc::clone(&wish.0), INTERRUPT)?;
+        flag::register_usize(SIGTERM, Arc::clone(&wish.0), TERMINATE)?;
+        Ok(wish)
+    }
+
+    /// The status to end with, if a signal has come.
+    pub(crate) fn status(&self) -> Option<Status> {
+        match self.0.load(Ordering::Relaxed) {
+            0 => None,
+            TERMINATE => Some(Status::Terminated),
+            _ => Some(Status::Interrupted),
+        }
+    }
+}
+
+/// A bar over simulated time.
+pub(crate) struct Progress {
+    bar: ProgressBar,
+    t_start: f64,
+    t_end: f64,
+}
+
+/// Parts of the bar.
+const PARTS: f64 = 10_000.0;
+
+impl Progress {
+    /// A bar from `t_start` to `t_end`, hidden unless stderr is a terminal.
+    pub(crate) fn new(t_start: f64, t_end: f64) -> Self {
+        let bar = ProgressBar::new(10_000);
+        let style = ProgressStyle::with_template("  solving  {bar:40}  {msg}  {eta} left");
+        if let Ok(style) = style {
+            bar.set_style(style);
+        }
+        bar.set_draw_target(if io::stderr().is_terminal() {
+            ProgressDrawTarget::stderr_with_hz(10)
+        } else {
+            ProgressDrawTarget::hidden()
+        });
+        Self { bar, t_start, t_end }
+    }
+
+    /// Shows that `t` is reached.
+    pub(crate) fn reached(&self, t: f64) {
+        if self.bar.is_hidden() {
+            return;
+        }
+        let part = ((t - self.t_start) / (self.t_end - self.t_start)).clamp(0.0, 1.0);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..=10000")]
+        self.bar.set_position((part * PARTS) as u64);
+        self.bar.set_message(format!("t = {t:.4} s"));
+    }
+
+    /// Takes the bar away.
+    pub(crate) fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}

@@ -1,0 +1,106 @@
+//! Model files: opened here, read by the library.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use bksim::Mechanism;
+use bksim::mbs::diagnostic::{Code, Diagnostic, Severity};
+use bksim::mbs::file::{Limits, Reading, Source, decode, read};
+use bksim::mbs::model::Model;
+
+use crate::args::ModelArgs;
+use crate::exit::Failure;
+
+/// Larger model files are refused: a mechanism of ten thousand bodies takes a tenth of this.
+const LARGEST_MODEL_BYTES: u64 = 64 * 1024 * 1024;
+
+/// The text of a model file, for excerpts in messages.
+#[derive(Clone, Debug)]
+pub(crate) struct Text {
+    pub(crate) path: PathBuf,
+    pub(crate) text: String,
+}
+
+/// A model that was read, with its text and its warnings.
+#[derive(Debug)]
+pub(crate) struct Loaded {
+    pub(crate) source: Text,
+    pub(crate) model: Model,
+    pub(crate) warnings: Vec<Diagnostic>,
+}
+
+/// Opens and reads a model.
+pub(crate) fn load(args: &ModelArgs, max_nesting: usize) -> Result<Loaded, Failure> {
+    let path = &args.model;
+    let size = fs::metadata(path).map_err(|e| Failure::reading(path, &e))?.len();
+    if size > LARGEST_MODEL_BYTES {
+        let what = format!("is {size} bytes long; a model may have {LARGEST_MODEL_BYTES}");
+        return Err(Failure::Input { path: path.clone(), what, help: None });
+    }
+    let bytes = fs::read(path).map_err(|e| Failure::reading(path, &e))?;
+    let text = match decode(&bytes) {
+        Ok(text) => text.to_owned(),
+        Err(fault) => {
+            let text = String::from_utf8_lossy(&bytes).into_owned();
+            let source = Box::new(Text { path: path.clone(), text });
+            return Err(Failure::Model { source, diagnostics: vec![fault] });
+        }
+    };
+    let name = path.file_stem().map_or_else(|| "model".into(), |stem| stem.to_string_lossy());
+    let Reading { model, diagnostics } = read(&Source {
+        text: &text,
+        name: &default_name(path, &name),
+        overrides: &args.set,
+        limits: Limits { nesting: max_nesting },
+    });
+    let source = Text { path: path.clone(), text };
+    match model {
+        Some(model) => Ok(Loaded { source, model, warnings: diagnostics }),
+        None => Err(Failure::Model { source: Box::new(source), diagnostics }),
+    }
+}
+
+/// `examples/slider-crank/model.toml` is called after its directory.
+fn default_name(path: &Path, stem: &str) -> String {
+    let directory = path.parent().and_then(Path::file_name);
+    match directory {
+        Some(directory) if stem == "model" => directory.to_string_lossy().into_owned(),
+        _ => stem.to_owned(),
+    }
+}
+
+/// Derives the equations, passing faults on with their text.
+pub(crate) fn derive(source: &Text, model: Model) -> Result<Mechanism, Failure> {
+    Mechanism::derive(model, Vec::new()).map_err(|rejected| source.rejected(rejected.0))
+}
+
+impl Text {
+    pub(crate) fn rejected(&self, diagnostics: Vec<Diagnostic>) -> Failure {
+        Failure::Model { source: Box::new(self.clone()), diagnostics }
+    }
+
+    /// Line and column of a byte, counted from one, columns in characters.
+    pub(crate) fn line_and_column(&self, byte: usize) -> (usize, usize) {
+        let mut end = byte.min(self.text.len());
+        while !self.text.is_char_boundary(end) {
+            end -= 1;
+        }
+        let before = &self.text[..end];
+        let line_start = before.rfind('\n').map_or(0, |at| at + 1);
+        let line = before.matches('\n').count() + 1;
+        (line, before[line_start..].chars().count() + 1)
+    }
+}
+
+/// The severity in the words of a message.
+pub(crate) fn severity_word(severity: Severity) -> &'static str {
+    match severity {
+        Severity::Error => "error",
+        Severity::Warning => "warning",
+    }
+}
+
+/// The code as text.
+pub(crate) fn code_text(code: Code) -> &'static str {
+    code.0
+}

@@ -1,0 +1,56 @@
+//! Running the command in a directory of its own.
+//!
+//! Each test binary uses a part of it.
+#![allow(dead_code, reason = "each test binary uses a part of this module")]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::{env, fs, process};
+
+/// The crate's directory.
+pub(crate) const CRATE: &str = env!("CARGO_MANIFEST_DIR");
+
+/// A directory that goes with the test.
+pub(crate) struct Workplace(PathBuf);
+
+impl Workplace {
+    pub(crate) fn new() -> Self {
+        static COUNT: AtomicUsize = AtomicUsize::new(0);
+        let n = COUNT.fetch_add(1, Ordering::Relaxed);
+        let path = env::temp_dir().join(format!("bksim-test-{}-{n}", process::id()));
+        fs::create_dir_all(&path).expect("a directory for the test");
+        Self(path)
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        &self.0
+    }
+
+    pub(crate) fn write(&self, name: &str, bytes: impl AsRef<[u8]>) {
+        fs::write(self.0.join(name), bytes).expect("a file of the test");
+    }
+
+    /// The command, in this directory, without colours.
+    pub(crate) fn bksim(&self) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_bksim"));
+        command.current_dir(&self.0).env("NO_COLOR", "1");
+        command
+    }
+
+    /// Runs it with arguments separated by blanks.
+    pub(crate) fn run(&self, arguments: &str) -> Output {
+        let arguments = arguments.split_whitespace();
+        self.bksim().args(arguments).output().expect("bksim starts")
+    }
+}
+
+impl Drop for Workplace {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+pub(crate) fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}

@@ -1,0 +1,104 @@
+//! A run that is stopped from outside leaves a log that can be read.
+#![cfg(unix)]
+
+mod common;
+
+use std::fs;
+use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use common::{Workplace, text};
+
+/// A pendulum that swings for days, and is sampled every millisecond.
+const LONG: &str = r#"
+[bodies.bob]
+mass = "1 kg"
+inertia = 0
+com = [0, "-1 m"]
+
+[joints.A]
+type = "revolute"
+between = ["ground", "bob"]
+
+[loads.gravity]
+type = "gravity"
+acceleration = [0, "-9.81 m/s^2"]
+
+[initial]
+A = { angle = "30 deg" }
+
+[solve]
+t_end = "1e6 s"
+every = "1 ms"
+"#;
+
+/// Starts the run and waits until its log grows.
+fn started(place: &Workplace) -> Child {
+    place.write("long.toml", LONG);
+    let child = place
+        .bksim()
+        .args(["solve", "long.toml"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("bksim starts");
+    let begun = Instant::now();
+    let size = || fs::metadata(place.path().join("long.mcap")).map_or(0, |file| file.len());
+    while size() < 100_000 {
+        assert!(begun.elapsed() < Duration::from_secs(20), "nothing is logged");
+        sleep(Duration::from_millis(20));
+    }
+    child
+}
+
+fn signal(child: &Child, name: &str) {
+    let kill = Command::new("kill").args([name, &child.id().to_string()]).status();
+    assert!(kill.expect("kill starts").success());
+}
+
+/// Times of all samples of the log, and what its export says.
+fn samples(place: &Workplace) -> (Vec<f64>, String) {
+    let output = place.run("export long.mcap state.A_angle");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let table = text(&output.stdout);
+    let time = |line: &str| line.split(',').next().and_then(|t| t.parse().ok());
+    (table.lines().filter_map(time).collect(), text(&output.stderr))
+}
+
+#[test]
+fn signals_close_the_log_within_a_second() {
+    for (name, status, word) in [("-INT", 130, "interrupted"), ("-TERM", 143, "terminated")] {
+        let place = Workplace::new();
+        let child = started(&place);
+        let begun = Instant::now();
+        signal(&child, name);
+        let output = child.wait_with_output().expect("an end");
+        assert!(begun.elapsed() < Duration::from_secs(1), "{:?}", begun.elapsed());
+        assert_eq!(output.status.code(), Some(status), "{}", text(&output.stderr));
+        let report = text(&output.stdout);
+        assert!(report.starts_with(&format!("long: {word} at t = ")), "{report}");
+
+        // Whole: nothing to warn of, and no sample is missing.
+        let (times, warning) = samples(&place);
+        assert_eq!(warning, "");
+        let reached = format!("long: {word} at t = {} s", times[times.len() - 1]);
+        assert!(report.starts_with(&reached), "{reached} in {report}");
+        assert!(times.iter().enumerate().all(|(k, t)| (t - 1e-3 * k as f64).abs() < 1e-9));
+    }
+}
+
+#[test]
+fn a_killed_run_loses_a_quarter_second_at_most() {
+    let place = Workplace::new();
+    let mut child = started(&place);
+    let before = samples(&place).0.len();
+    // Whatever had been logged by now is on disk a quarter of a second later.
+    sleep(Duration::from_millis(600));
+    signal(&child, "-KILL");
+    child.wait().expect("an end");
+    let (times, warning) = samples(&place);
+    assert!(warning.contains("was cut off before its run ended"), "{warning}");
+    assert!(times.len() > before, "{} samples after {before}", times.len());
+    assert!(times.windows(2).all(|pair| pair[0] < pair[1]));
+}

@@ -1,0 +1,157 @@
+//! Why a run ended early, with the numbers that matter.
+
+use std::fmt;
+
+use crate::Stats;
+
+/// What ends a run before `t_end`, or keeps it from starting.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SolveError {
+    /// The step size was cut until it met its floor.
+    #[error("step size fell to {:.3e} at t = {}: {cause}", .at.h, .at.t)]
+    StepTooSmall {
+        /// What made the last step fail.
+        cause: Cause,
+        /// Where the run stands.
+        at: Box<Standstill>,
+    },
+    /// A step of constant size failed; a smaller constant step may pass.
+    #[error("step of constant size {:.3e} failed at t = {}: {cause}", .at.h, .at.t)]
+    FixedStepFailed {
+        /// What made the step fail.
+        cause: Cause,
+        /// Where the run stands.
+        at: Box<Standstill>,
+    },
+    /// The residual or its Jacobian has no finite value, however small the step.
+    #[error("equation {row} has no finite value near t = {}", .at.t)]
+    NotFinite {
+        /// Row of `F`, counted from zero.
+        row: usize,
+        /// Where the run stands; `y` is the state at which the row was evaluated.
+        at: Box<Standstill>,
+    },
+    /// The allowed number of steps is used up.
+    #[error("{limit} steps were not enough: t = {} with step size {:.3e}", .at.t, .at.h)]
+    TooManySteps {
+        /// The number allowed.
+        limit: usize,
+        /// Where the run stands.
+        at: Box<Standstill>,
+    },
+    /// A vector has the wrong length.
+    #[error("`{what}` has {found} entries, the system has {expected} unknowns")]
+    WrongLength {
+        /// Name of the vector.
+        what: &'static str,
+        /// Length needed.
+        expected: usize,
+        /// Length given.
+        found: usize,
+    },
+    /// A start or end value is not finite.
+    #[error("`{what}` is not finite: {value}")]
+    InvalidStart {
+        /// Name of the value.
+        what: &'static str,
+        /// The value given.
+        value: f64,
+    },
+    /// An option is out of its range.
+    #[error("option `{field}` must be {range}, found {value}")]
+    InvalidSetting {
+        /// Path of the option within [`crate::Settings`].
+        field: &'static str,
+        /// The value given.
+        value: f64,
+        /// The range it must lie in.
+        range: &'static str,
+    },
+    /// An entry of a sparsity pattern lies outside the matrix.
+    #[error("entry ({row}, {col}) lies outside a matrix of size {n}")]
+    EntryOutside {
+        /// Row given.
+        row: usize,
+        /// Column given.
+        col: usize,
+        /// Size of the matrix.
+        n: usize,
+    },
+    /// The sparse linear solver cannot hold the factors of the system.
+    #[error("no memory for the factors of a system of size {n}")]
+    OutOfMemory {
+        /// Number of unknowns.
+        n: usize,
+    },
+}
+
+impl SolveError {
+    /// Where a started run stands; `None` for errors found before it started.
+    pub fn standstill(&self) -> Option<&Standstill> {
+        match self {
+            Self::StepTooSmall { at, .. }
+            | Self::FixedStepFailed { at, .. }
+            | Self::NotFinite { at, .. }
+            | Self::TooManySteps { at, .. } => Some(at),
+            _ => None,
+        }
+    }
+
+    /// The work done by a started run.
+    pub fn stats(&self) -> Option<&Stats> {
+        self.standstill().map(|at| &at.stats)
+    }
+}
+
+/// Why a step failed.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub enum Cause {
+    /// The error estimate exceeds the tolerance.
+    ErrorTest,
+    /// Newton's iteration does not converge.
+    Newton,
+    /// The iteration matrix is singular: redundant equations, or a singular configuration.
+    Singular,
+    /// The residual or the Jacobian is not finite in this row.
+    NotFinite {
+        /// Row of `F`, counted from zero.
+        row: usize,
+    },
+}
+
+impl fmt::Display for Cause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::ErrorTest => write!(f, "the error test keeps failing"),
+            Self::Newton => write!(f, "Newton's iteration does not converge"),
+            Self::Singular => write!(f, "the iteration matrix is singular"),
+            Self::NotFinite { row } => write!(f, "equation {row} has no finite value"),
+        }
+    }
+}
+
+/// The state of a run that cannot go on.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Standstill {
+    /// End of the last accepted step.
+    pub t: f64,
+    /// Size of the step tried last, signed.
+    pub h: f64,
+    /// Up to three unknowns with the largest scaled error or Newton correction, worst first.
+    pub worst: Vec<WorstUnknown>,
+    /// The last state tried; the state at `t` when no step has been tried.
+    pub y: Vec<f64>,
+    /// The work done.
+    pub stats: Stats,
+}
+
+/// One unknown that keeps a step from being accepted.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct WorstUnknown {
+    /// Which unknown, counted from zero.
+    pub i: usize,
+    /// Its error or Newton correction in units of its tolerance.
+    pub scaled: f64,
+}

@@ -1,0 +1,95 @@
+//! Implicit differential-algebraic equations `0 = F(t, y, y′)` of index up to three, solved by
+//! Radau IIA methods.
+//!
+//! A system tells its shape ([`Layout`], [`Pattern`]), its residual and its Jacobians; [`solve`]
+//! runs it, or [`Solver`] step by step. A pendulum in Cartesian coordinates, its constraint posed
+//! for velocities (index 2):
+//!
+//! ```
+//! use bksim_dae::{Control, Index, Layout, NotFinite, Pattern, Settings, Start, System, solve};
+//!
+//! /// `y = (x, y, vx, vy, λ)`: q′ = v, v′ = −λ q − (0, g), q·v = 0.
+//! struct Pendulum { layout: Layout, pattern: Pattern }
+//!
+//! impl System for Pendulum {
+//!     fn layout(&self) -> &Layout { &self.layout }
+//!     fn pattern(&self) -> &Pattern { &self.pattern }
+//!     fn residual(
+//!         &mut self, _t: f64, y: &[f64], ydot: &[f64], out: &mut [f64],
+//!     ) -> Result<(), NotFinite> {
+//!         out[0] = ydot[0] - y[2];
+//!         out[1] = ydot[1] - y[3];
+//!         out[2] = ydot[2] + y[4] * y[0];
+//!         out[3] = ydot[3] + y[4] * y[1] + 9.81;
+//!         out[4] = y[0] * y[2] + y[1] * y[3];
+//!         Ok(())
+//!     }
+//!     fn jacobian(
+//!         &mut self, _t: f64, y: &[f64], _: &[f64], df_dy: &mut [f64], df_dydot: &mut [f64],
+//!     ) -> Result<(), NotFinite> {
+//!         // Both arrays follow the full pattern, by columns.
+//!         let at = |row: usize, col: usize| col * 5 + row;
+//!         df_dy.fill(0.0);
+//!         df_dydot.fill(0.0);
+//!         for i in 0..2 {
+//!             df_dydot[at(i, i)] = 1.0;
+//!             df_dydot[at(2 + i, 2 + i)] = 1.0;
+//!             df_dy[at(i, 2 + i)] = -1.0;
+//!             df_dy[at(2 + i, i)] = y[4];
+//!             df_dy[at(2 + i, 4)] = y[i];
+//!             df_dy[at(4, i)] = y[2 + i];
+//!             df_dy[at(4, 2 + i)] = y[i];
+//!         }
+//!         Ok(())
+//!     }
+//! }
+//!
+//! let pendulum = Pendulum {
+//!     layout: Layout::from_groups(&[(4, Index::One), (1, Index::Two)]),
+//!     pattern: Pattern::dense(5),
+//! };
+//! let start = Start {
+//!     t: 0.0,
+//!     y: vec![1.0, 0.0, 0.0, 0.0, 0.0],
+//!     ydot: vec![0.0, 0.0, 0.0, -9.81, 0.0],
+//! };
+//! let settings = Settings { rtol: 1e-8, ..Settings::default() };
+//!
+//! // Every accepted step passes by; here the lowest point is noted.
+//! let mut lowest = 0.0f64;
+//! let end = solve(pendulum, start, 10.0, settings, &mut |step| {
+//!     lowest = lowest.min(step.y1()[1]);
+//!     Control::Continue
+//! })?;
+//!
+//! let [x, y, vx, vy] = [end.y[0], end.y[1], end.y[2], end.y[3]];
+//! let energy = (vx * vx + vy * vy) / 2.0 + 9.81 * y;
+//! assert!(energy.abs() < 1e-4);
+//! assert!((x * x + y * y - 1.0).abs() < 1e-5);
+//! assert!(lowest < -0.99);
+//! # Ok::<(), bksim_dae::SolveError>(())
+//! ```
+//!
+//! Notation follows E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II*, second
+//! edition, Springer 1996, cited as HW2; `RADAU5` is their code of the same method.
+
+mod contraction;
+mod controller;
+mod dense;
+mod error;
+mod estimate;
+mod iteration_matrix;
+mod newton;
+mod settings;
+mod solve;
+mod stats;
+mod step;
+mod system;
+mod tableau;
+
+pub use dense::Step;
+pub use error::{Cause, SolveError, Standstill, WorstUnknown};
+pub use settings::{LinearSolver, NewtonSettings, Settings, Stages, StepControl, Tolerance};
+pub use solve::{Control, End, Outcome, Solver, Start, solve};
+pub use stats::Stats;
+pub use system::{Index, Layout, NotFinite, Pattern, System};

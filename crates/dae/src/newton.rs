@@ -1,0 +1,185 @@
+//! Simplified Newton iteration on the stage equations.
+//!
+//! ```text
+//! 0 = F(t + c_i h, y + z_i, (1/h) Σ_j (A⁻¹)_ij z_j),   i = 1 … s       stages
+//! Z = T W,  A⁻¹ = T Λ T⁻¹                                              HW2 §IV.8, the linear system
+//! ((λ_k/h) ∂F/∂y′ + ∂F/∂y) ΔW_k = −(T⁻¹ F)_k                           one system per eigenvalue
+//! ```
+//!
+//! Corrections are judged as `ΔZ`: `T⁻¹` is large for seven stages, and a norm of `ΔW` would mistake
+//! rounding for divergence.
+//! Working with increments `z_i = Y_i − y` keeps rounding small (HW2 §IV.8). The Jacobian is
+//! frozen, so `F` may be nonlinear in `y′` too.
+
+use faer::c64;
+
+use crate::contraction::{Contraction, Progress};
+use crate::estimate::Scale;
+use crate::iteration_matrix::IterationMatrix;
+use crate::tableau::Tableau;
+use crate::{Cause, Stats, System};
+
+/// Where a step starts and how far it goes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Point<'a> {
+    pub(crate) t: f64,
+    pub(crate) h: f64,
+    pub(crate) y: &'a [f64],
+    /// Derivative at `t`, from the last step or the caller.
+    pub(crate) ydot: &'a [f64],
+}
+
+/// Buffers of one step, allocated once. Stage vectors follow each other, `s n` numbers.
+pub(crate) struct NewtonWork {
+    /// Stage increments `Z`.
+    pub(crate) z: Vec<f64>,
+    /// Corrections `−ΔZ` of the last iteration.
+    pub(crate) delta: Vec<f64>,
+    /// Transformed residuals `T⁻¹ F`, then corrections `−ΔW`.
+    transformed: Vec<f64>,
+    /// Residuals of the stages.
+    pub(crate) defect: Vec<f64>,
+    /// State and derivative at one stage; the derivative is left at the last one.
+    pub(crate) y_stage: Vec<f64>,
+    pub(crate) ydot_stage: Vec<f64>,
+    /// Estimate of the local error.
+    pub(crate) error: Vec<f64>,
+    /// Right-hand side of the complex systems.
+    complex: Vec<c64>,
+    pub(crate) scale: Scale,
+    pub(crate) contraction: Contraction,
+}
+
+/// Why the iteration failed, and the cut of the step size that might help.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct NewtonFailure {
+    pub(crate) cause: Cause,
+    pub(crate) shrink: f64,
+}
+
+impl NewtonWork {
+    pub(crate) fn new(n: usize, s: usize, contraction: Contraction) -> Self {
+        Self {
+            z: vec![0.0; s * n],
+            delta: vec![0.0; s * n],
+            transformed: vec![0.0; s * n],
+            defect: vec![0.0; s * n],
+            y_stage: vec![0.0; n],
+            ydot_stage: vec![0.0; n],
+            error: vec![0.0; n],
+            complex: vec![c64::new(0.0, 0.0); n],
+            scale: Scale::new(n),
+            contraction,
+        }
+    }
+
+    /// Iterates from the starting values in `z` until they solve the stage equations.
+    pub(crate) fn solve<S: System>(
+        &mut self,
+        system: &mut S,
+        at: Point<'_>,
+        tableau: &Tableau,
+        matrix: &mut IterationMatrix,
+        stats: &mut Stats,
+    ) -> Result<(), NewtonFailure> {
+        loop {
+            self.residuals_into_defect(system, at, tableau, stats)?;
+            multiply_blocks(&tableau.t_inv, &self.defect, &mut self.transformed);
+            self.solve_transformed(matrix);
+            multiply_blocks(&tableau.t, &self.transformed, &mut self.delta);
+            stats.n_solve += 1;
+            stats.n_newton += 1;
+
+            for (z, delta) in self.z.iter_mut().zip(&self.delta) {
+                *z -= delta;
+            }
+            match self.contraction.observe(self.scale.rms(&self.delta)) {
+                Progress::Continue => (),
+                Progress::Converged => return Ok(()),
+                // The rate already predicts failure: stop before paying for more iterations.
+                Progress::Hopeless { shrink } => {
+                    let is_finite = self.delta.iter().all(|x| x.is_finite());
+                    let cause = if is_finite { Cause::Newton } else { Cause::Singular };
+                    return Err(NewtonFailure { cause, shrink });
+                }
+            }
+        }
+    }
+
+    /// `F` at every stage.
+    fn residuals_into_defect<S: System>(
+        &mut self,
+        system: &mut S,
+        at: Point<'_>,
+        tableau: &Tableau,
+        stats: &mut Stats,
+    ) -> Result<(), NewtonFailure> {
+        let n = at.y.len();
+        for i in 0..tableau.s {
+            self.load_stage(at, tableau, i);
+            let t = at.t + tableau.c[i] * at.h;
+            let out = &mut self.defect[i * n..(i + 1) * n];
+            stats.n_residual += 1;
+            let row = match system.residual(t, &self.y_stage, &self.ydot_stage, out) {
+                Ok(()) => out.iter().position(|x| !x.is_finite()),
+                Err(not_finite) => Some(not_finite.row),
+            };
+            if let Some(row) = row {
+                return Err(NewtonFailure { cause: Cause::NotFinite { row }, shrink: 0.5 });
+            }
+        }
+        Ok(())
+    }
+
+    /// State and derivative of stage `i` from `z`.
+    pub(crate) fn load_stage(&mut self, at: Point<'_>, tableau: &Tableau, i: usize) {
+        let (n, s) = (at.y.len(), tableau.s);
+        let own = &self.z[i * n..(i + 1) * n];
+        for (stage, (y, z)) in self.y_stage.iter_mut().zip(at.y.iter().zip(own)) {
+            *stage = y + z;
+        }
+        self.ydot_stage.fill(0.0);
+        for j in 0..s {
+            let factor = tableau.a_inv[i * s + j] / at.h;
+            for (ydot, z) in self.ydot_stage.iter_mut().zip(&self.z[j * n..(j + 1) * n]) {
+                *ydot += factor * z;
+            }
+        }
+    }
+
+    /// Replaces `transformed` by the solutions of the real and the complex systems.
+    fn solve_transformed(&mut self, matrix: &mut IterationMatrix) {
+        let n = self.y_stage.len();
+        let (real, pairs) = self.transformed.split_at_mut(n);
+        matrix.solve_real(real);
+        if n == 0 {
+            return;
+        }
+        for (k, pair) in pairs.chunks_exact_mut(2 * n).enumerate() {
+            let (re, im) = pair.split_at_mut(n);
+            for (x, (re, im)) in self.complex.iter_mut().zip(re.iter().zip(im.iter())) {
+                *x = c64::new(*re, *im);
+            }
+            matrix.solve_complex(k, &mut self.complex);
+            for (x, (re, im)) in self.complex.iter().zip(re.iter_mut().zip(im)) {
+                (*re, *im) = (x.re, x.im);
+            }
+        }
+    }
+}
+
+/// `out = (m ⊗ I) x` for an `s × s` matrix by rows and `s` vectors one after the other.
+fn multiply_blocks(m: &[f64], x: &[f64], out: &mut [f64]) {
+    let s = m.len().isqrt();
+    let n = x.len() / s;
+    out.fill(0.0);
+    for i in 0..s {
+        let out = &mut out[i * n..(i + 1) * n];
+        for j in 0..s {
+            let factor = m[i * s + j];
+            for (out, x) in out.iter_mut().zip(&x[j * n..(j + 1) * n]) {
+                *out += factor * x;
+            }
+        }
+    }
+}

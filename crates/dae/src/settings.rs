@@ -1,0 +1,203 @@
+//! Options of a run: each with its default, its range and its effect.
+
+use crate::SolveError;
+
+/// Options of a run. `Settings::default()` suits most problems; set `rtol` and `atol` first.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Settings {
+    /// Relative tolerance of the local error, per unknown. Default `1e-6`; range `1e-14 ..= 0.1`.
+    ///
+    /// Step sizes are chosen so that the root mean square of `error / (atol + rtol |y|)` stays
+    /// below one. The estimate is of lower order than the method, so results are usually better
+    /// than asked for. (Hairer's codes replace `rtol` by `0.1 rtol^(2/3)`; this one does not.)
+    pub rtol: f64,
+    /// Absolute tolerance. Default `Tolerance::Scalar(1e-6)`; positive, or zero where `rtol |y|`
+    /// never vanishes.
+    pub atol: Tolerance,
+    /// Whether step sizes follow the error estimate. Default [`StepControl::Adaptive`].
+    pub step: StepControl,
+    /// Size of the first step, `> 0`. Default `None`: chosen from `y′(t0)` and the tolerance.
+    pub h_initial: Option<f64>,
+    /// Smallest step size tried before the run ends with an error. Default `0`; range `≥ 0`.
+    /// Rounding of `t` sets a floor of `16 ε |t|`, at least `1e-6 ε |t_end − t0|`, besides.
+    pub h_min: f64,
+    /// Largest step size. Default `f64::INFINITY`; range `> 0`.
+    pub h_max: f64,
+    /// Steps tried before the run ends with an error. Default `1_000_000`; range `≥ 1`.
+    pub max_steps: usize,
+    /// Number of stages. Default [`Stages::Three`], order 5.
+    pub stages: Stages,
+    /// Newton's iteration.
+    pub newton: NewtonSettings,
+    /// Kernel of the linear systems. Default [`LinearSolver::Auto`].
+    pub linear_solver: LinearSolver,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            rtol: 1e-6,
+            atol: Tolerance::Scalar(1e-6),
+            step: StepControl::Adaptive,
+            h_initial: None,
+            h_min: 0.0,
+            h_max: f64::INFINITY,
+            max_steps: 1_000_000,
+            stages: Stages::Three,
+            newton: NewtonSettings::default(),
+            linear_solver: LinearSolver::Auto,
+        }
+    }
+}
+
+/// Absolute tolerance: one number for all unknowns, or one for each.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Tolerance {
+    /// The same for every unknown.
+    Scalar(f64),
+    /// One number per unknown.
+    PerUnknown(Vec<f64>),
+}
+
+impl Tolerance {
+    /// The tolerance of unknown `i`.
+    pub(crate) fn of(&self, i: usize) -> f64 {
+        match self {
+            Self::Scalar(value) => *value,
+            Self::PerUnknown(values) => values[i],
+        }
+    }
+}
+
+/// How step sizes are chosen.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum StepControl {
+    /// By the error estimate and predictive control (HW2 §IV.8).
+    Adaptive,
+    /// Constant, without error control; the last step is shortened to end at `t_end`.
+    Fixed {
+        /// Step size, `> 0`.
+        h: f64,
+        /// Newton's iteration stops when the error left in every step, as a root mean square of
+        /// `error / (1 + |y|)` with the weights of [`crate::Index`], is predicted to be smaller.
+        /// Range `1e-15 ..= 0.1`; `1e-10` is a good value. Corrections below `2e-11` that stop
+        /// shrinking count as rounding and end the iteration too.
+        newton_tolerance: f64,
+    },
+}
+
+/// Number of stages `s` of the Radau IIA method; its order is `2s − 1`.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
+pub enum Stages {
+    /// Implicit Euler, order 1.
+    One,
+    /// Order 5.
+    #[default]
+    Three,
+    /// Order 9.
+    Five,
+    /// Order 13.
+    Seven,
+}
+
+impl Stages {
+    /// The number itself.
+    pub const fn count(self) -> usize {
+        match self {
+            Self::One => 1,
+            Self::Three => 3,
+            Self::Five => 5,
+            Self::Seven => 7,
+        }
+    }
+}
+
+/// Options of the simplified Newton iteration.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct NewtonSettings {
+    /// Iterations allowed in one step. Default `None`: `4 + s`, 7 for three stages; range `≥ 2`.
+    pub max_iterations: Option<usize>,
+    /// The error left by Newton's iteration, as a fraction of the error tolerance. Default `None`:
+    /// `min(√rtol, 0.01/γ²)`, 7.6e-4 at most for three stages, but not below `100 ε / rtol`.
+    /// Range `> 0`, `< 1`. Smaller values cost iterations and help where the iteration error,
+    /// rather than the step, limits the result.
+    pub kappa: Option<f64>,
+    /// The Jacobian is kept while the iteration contracts faster than this. Default `1e-3`, which
+    /// suits cheap Jacobians; range `0 ..< 1`. Larger values save Jacobians and cost iterations.
+    pub keep_jacobian_below: f64,
+}
+
+impl Default for NewtonSettings {
+    fn default() -> Self {
+        Self { max_iterations: None, kappa: None, keep_jacobian_below: 1e-3 }
+    }
+}
+
+/// Kernel of the linear systems.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum LinearSolver {
+    /// Dense for small or nearly full systems, sparse otherwise.
+    #[default]
+    Auto,
+    /// Column-oriented LU with partial pivoting.
+    Dense,
+    /// Sparse LU; the ordering and the symbolic analysis are done once.
+    Sparse,
+}
+
+impl Settings {
+    /// Checks every number against its range, for a system of `n` unknowns.
+    pub(crate) fn check(&self, n: usize) -> Result<(), SolveError> {
+        let positive = |x: f64| x > 0.0;
+        let fraction = |x: f64| x > 0.0 && x < 1.0;
+        check("rtol", self.rtol, "1e-14 ..= 0.1", |x| (1e-14..=0.1).contains(&x))?;
+        match &self.atol {
+            Tolerance::Scalar(value) => check_atol(*value)?,
+            Tolerance::PerUnknown(values) => {
+                if values.len() != n {
+                    return Err(SolveError::WrongLength {
+                        what: "atol",
+                        expected: n,
+                        found: values.len(),
+                    });
+                }
+                values.iter().try_for_each(|&value| check_atol(value))?;
+            }
+        }
+        if let StepControl::Fixed { h, newton_tolerance } = self.step {
+            check("step.h", h, "positive and finite", |x| positive(x) && x.is_finite())?;
+            let in_range = |x| (1e-15..=0.1).contains(&x);
+            check("step.newton_tolerance", newton_tolerance, "1e-15 ..= 0.1", in_range)?;
+        }
+        if let Some(h) = self.h_initial {
+            check("h_initial", h, "positive and finite", |x| positive(x) && x.is_finite())?;
+        }
+        check("h_min", self.h_min, "at least 0 and finite", |x| x >= 0.0 && x.is_finite())?;
+        check("h_max", self.h_max, "positive and at least h_min", |x| {
+            positive(x) && x >= self.h_min
+        })?;
+        check("max_steps", self.max_steps as f64, "at least 1", |x| x >= 1.0)?;
+        if let Some(kappa) = self.newton.kappa {
+            check("newton.kappa", kappa, "between 0 and 1", fraction)?;
+        }
+        if let Some(limit) = self.newton.max_iterations {
+            check("newton.max_iterations", limit as f64, "at least 2", |x| x >= 2.0)?;
+        }
+        let keep = self.newton.keep_jacobian_below;
+        check("newton.keep_jacobian_below", keep, "0 ..< 1", |x| (0.0..1.0).contains(&x))
+    }
+}
+
+fn check_atol(value: f64) -> Result<(), SolveError> {
+    check("atol", value, "at least 0 and finite", |x| x >= 0.0 && x.is_finite())
+}
+
+/// NaN fails every range.
+fn check(
+    field: &'static str,
+    value: f64,
+    range: &'static str,
+    is_valid: impl Fn(f64) -> bool,
+) -> Result<(), SolveError> {
+    if is_valid(value) { Ok(()) } else { Err(SolveError::InvalidSetting { field, value, range }) }
+}

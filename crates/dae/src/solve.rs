@@ -1,0 +1,400 @@
+//! The run: step after step from `t0` to `t_end`, each accepted, repeated or given up.
+
+use crate::controller::Controller;
+use crate::dense::{CollocationPolynomial, Step};
+use crate::estimate::{Scale, Unit};
+use crate::newton::Point;
+use crate::step::{Attempt, Stepper, max_iterations};
+use crate::{Cause, Settings, SolveError, Standstill, Stats, StepControl, System, WorstUnknown};
+
+/// Where a run starts.
+///
+/// `y` must satisfy all constraints, those obtained by differentiation included. `ydot` starts the
+/// iterations and the choice of the first step; components without meaning (derivatives of
+/// multipliers) may be zero.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Start {
+    /// Time.
+    pub t: f64,
+    /// State, length `n`.
+    pub y: Vec<f64>,
+    /// Derivative, length `n`.
+    pub ydot: Vec<f64>,
+}
+
+/// What an observer wants to happen after a step.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Control {
+    /// Go on.
+    Continue,
+    /// End the run at the end of this step.
+    Stop,
+}
+
+/// Why a run without errors ended.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum End {
+    /// `t_end` is reached exactly.
+    Reached,
+    /// The observer asked to stop.
+    Stopped,
+}
+
+/// The end of a run without errors.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Outcome {
+    /// Why it ended.
+    pub end: End,
+    /// Time reached.
+    pub t: f64,
+    /// State at `t`.
+    pub y: Vec<f64>,
+    /// Derivative at `t`.
+    pub ydot: Vec<f64>,
+    /// Work done.
+    pub stats: Stats,
+}
+
+/// Integrates `system` from `start` to `t_end`, which may lie before `start.t`, and shows every
+/// accepted step to `observer`.
+///
+/// # Errors
+/// [`SolveError`]: invalid input, or a run that cannot go on, with its last state and counters.
+pub fn solve<S: System>(
+    system: S,
+    start: Start,
+    t_end: f64,
+    settings: Settings,
+    observer: &mut dyn FnMut(&Step<'_>) -> Control,
+) -> Result<Outcome, SolveError> {
+    let mut solver = Solver::new(system, start, t_end, settings)?;
+    let mut end = End::Reached;
+    while let Some(step) = solver.step()? {
+        if observer(&step) == Control::Stop {
+            end = End::Stopped;
+            break;
+        }
+    }
+    Ok(Outcome { end, t: solver.t, y: solver.y, ydot: solver.ydot, stats: solver.stats })
+}
+
+/// A run in progress; [`solve`] drives it to the end, [`Solver::step`] by single steps.
+pub struct Solver<S: System> {
+    system: S,
+    settings: Settings,
+    t: f64,
+    y: Vec<f64>,
+    ydot: Vec<f64>,
+    t_end: f64,
+    /// Size of the next step, signed.
+    h: f64,
+    /// Start of the fixed-step grid and steps taken on it.
+    grid: (f64, usize),
+    /// Polynomial of the last accepted step.
+    last: CollocationPolynomial,
+    has_last: bool,
+    stepper: Stepper,
+    controller: Controller,
+    stats: Stats,
+}
+
+impl<S: System> Solver<S> {
+    /// Checks the input and prepares all buffers.
+    ///
+    /// # Errors
+    /// [`SolveError`] names the vector, value or option that does not fit.
+    pub fn new(
+        system: S,
+        start: Start,
+        t_end: f64,
+        settings: Settings,
+    ) -> Result<Self, SolveError> {
+        let n = system.layout().n();
+        settings.check(n)?;
+        check_length("pattern", n, system.pattern().n())?;
+        check_length("y", n, start.y.len())?;
+        check_length("ydot", n, start.ydot.len())?;
+        check_finite("t", &[start.t])?;
+        check_finite("t_end", &[t_end])?;
+        check_finite("y", &start.y)?;
+        check_finite("ydot", &start.ydot)?;
+
+        let stepper = Stepper::new(&system, &settings)?;
+        let stages = settings.stages.count();
+        let mut solver = Self {
+            controller: Controller::new(stages, max_iterations(&settings)),
+            last: CollocationPolynomial::new(n, &stepper.tableau.c),
+            has_last: false,
+            stepper,
+            system,
+            settings,
+            t: start.t,
+            grid: (start.t, 0),
+            y: start.y,
+            ydot: start.ydot,
+            t_end,
+            h: 0.0,
+            stats: Stats::default(),
+        };
+        solver.h = solver.first_step_size();
+        Ok(solver)
+    }
+
+    /// Time reached.
+    pub fn t(&self) -> f64 {
+        self.t
+    }
+
+    /// State at [`Solver::t`].
+    pub fn y(&self) -> &[f64] {
+        &self.y
+    }
+
+    /// Derivative at [`Solver::t`].
+    pub fn ydot(&self) -> &[f64] {
+        &self.ydot
+    }
+
+    /// Work done so far.
+    pub fn stats(&self) -> &Stats {
+        &self.stats
+    }
+
+    /// The system being solved.
+    pub fn system_mut(&mut self) -> &mut S {
+        &mut self.system
+    }
+
+    /// Replaces the state at [`Solver::t`] by a nearby one, such as its projection to constraints.
+    ///
+    /// The next step is still predicted from the last one, so the change must be of the size of
+    /// the error tolerance.
+    ///
+    /// # Errors
+    /// [`SolveError::WrongLength`] or [`SolveError::InvalidStart`].
+    pub fn correct_state(&mut self, y: &[f64], ydot: &[f64]) -> Result<(), SolveError> {
+        check_length("y", self.y.len(), y.len())?;
+        check_length("ydot", self.ydot.len(), ydot.len())?;
+        check_finite("y", y)?;
+        check_finite("ydot", ydot)?;
+        self.y.copy_from_slice(y);
+        self.ydot.copy_from_slice(ydot);
+        Ok(())
+    }
+
+    /// Takes one accepted step, however many attempts it needs; `None` once `t_end` is reached.
+    ///
+    /// # Errors
+    /// [`SolveError`] when the run cannot go on.
+    pub fn step(&mut self) -> Result<Option<Step<'_>>, SolveError> {
+        if self.t == self.t_end {
+            return Ok(None);
+        }
+        loop {
+            self.check_limits()?;
+            self.stats.n_step += 1;
+            let (h, t1) = self.next_interval();
+            let attempt = self.attempt(h);
+            match attempt {
+                Attempt::Solved { error: None } => return Ok(Some(self.accept(h, t1, None))),
+                Attempt::Solved { error: Some(error) } if error < 1.0 => {
+                    return Ok(Some(self.accept(h, t1, Some(error))));
+                }
+                Attempt::Solved { error: Some(error) } => self.reject(h, error)?,
+                Attempt::Failed { cause, shrink, is_stale } => {
+                    self.fail(h, cause, shrink, is_stale)?;
+                }
+            }
+        }
+    }
+
+    fn attempt(&mut self, h: f64) -> Attempt {
+        self.stepper.attempt(
+            &mut self.system,
+            Point { t: self.t, h, y: &self.y, ydot: &self.ydot },
+            self.has_last.then_some(&self.last),
+            self.controller.filter(),
+            &mut self.stats,
+        )
+    }
+
+    /// Size and end of the next step; the last one ends at `t_end` to the bit.
+    fn next_interval(&self) -> (f64, f64) {
+        let left = self.t_end - self.t;
+        match self.settings.step {
+            StepControl::Adaptive => {
+                // A sliver left for a further step would ruin its relative precision.
+                if (1.0001 * self.h).abs() >= left.abs() {
+                    (left, self.t_end)
+                } else {
+                    (self.h, self.t + self.h)
+                }
+            }
+            StepControl::Fixed { .. } => {
+                // The grid is counted, so that rounding does not pile up into an extra step.
+                let (start, taken) = self.grid;
+                let t1 = start + (taken + 1) as f64 * self.h;
+                let is_last = (self.t_end - t1) / self.h < 1e-6;
+                if is_last { (left, self.t_end) } else { (self.h, t1) }
+            }
+        }
+    }
+
+    /// Moves to the end of the step and chooses the size of the next.
+    fn accept(&mut self, h: f64, t1: f64, error: Option<f64>) -> Step<'_> {
+        self.stats.n_accept += 1;
+        let may_keep = self.stepper.age_jacobian();
+        let iterations = self.stepper.work.contraction.iterations();
+        if let Some(error) = error {
+            let proposed = self.controller.after_accept(h, error, iterations, may_keep);
+            self.h = proposed.signum() * proposed.abs().min(self.settings.h_max);
+        }
+        self.grid.1 += 1;
+
+        // y1 = y0 + z_s and y1′ are those of the last stage.
+        let s = self.stepper.tableau.s;
+        let at = Point { t: self.t, h, y: &self.y, ydot: &self.ydot };
+        self.stepper.work.load_stage(at, &self.stepper.tableau, s - 1);
+        self.last.t0 = self.t;
+        self.last.h = h;
+        self.last.y0.copy_from_slice(&self.y);
+        self.last.z.copy_from_slice(&self.stepper.work.z);
+        self.has_last = true;
+        self.t = t1;
+        self.y.copy_from_slice(&self.stepper.work.y_stage);
+        self.ydot.copy_from_slice(&self.stepper.work.ydot_stage);
+
+        Step {
+            polynomial: &self.last,
+            t1: self.t,
+            y1: &self.y,
+            ydot1: &self.ydot,
+            error,
+            stats: &self.stats,
+        }
+    }
+
+    /// The error test failed: cut the step.
+    fn reject(&mut self, h: f64, error: f64) -> Result<(), SolveError> {
+        self.stats.n_reject += 1;
+        let iterations = self.stepper.work.contraction.iterations();
+        let smaller = self.controller.after_reject(h, error, iterations);
+        self.cut(h, smaller, Cause::ErrorTest)
+    }
+
+    /// The stage equations were not solved: renew the Jacobian, or cut the step.
+    fn fail(
+        &mut self,
+        h: f64,
+        cause: Cause,
+        shrink: f64,
+        is_stale: bool,
+    ) -> Result<(), SolveError> {
+        self.stats.n_newton_failed += 1;
+        if is_stale {
+            return Ok(());
+        }
+        if matches!(self.settings.step, StepControl::Fixed { .. }) {
+            let at = self.standstill(h, cause);
+            return Err(match cause {
+                Cause::NotFinite { row } => SolveError::NotFinite { row, at },
+                _ => SolveError::FixedStepFailed { cause, at },
+            });
+        }
+        let smaller = self.controller.after_failure(h, shrink);
+        self.cut(h, smaller, cause)
+    }
+
+    /// Goes on with the smaller step, unless it is too small.
+    fn cut(&mut self, h: f64, smaller: f64, cause: Cause) -> Result<(), SolveError> {
+        if smaller.abs() >= self.h_floor() {
+            self.h = smaller;
+            return Ok(());
+        }
+        let at = self.standstill(h, cause);
+        Err(match cause {
+            Cause::NotFinite { row } => SolveError::NotFinite { row, at },
+            _ => SolveError::StepTooSmall { cause, at },
+        })
+    }
+
+    fn check_limits(&self) -> Result<(), SolveError> {
+        let limit = self.settings.max_steps;
+        if self.stats.n_step < limit {
+            return Ok(());
+        }
+        let at = Standstill {
+            t: self.t,
+            h: self.h,
+            worst: Vec::new(),
+            y: self.y.clone(),
+            stats: self.stats,
+        };
+        Err(SolveError::TooManySteps { limit, at: Box::new(at) })
+    }
+
+    /// Steps below this do not move `t` reliably; near `t = 0` a tiny part of the run takes over.
+    fn h_floor(&self) -> f64 {
+        let (start, _) = self.grid;
+        let at_zero = 1e-6 * f64::EPSILON * (self.t_end - start).abs();
+        let rounding = 16.0 * f64::EPSILON * self.t.abs();
+        self.settings.h_min.max(rounding).max(at_zero).max(f64::MIN_POSITIVE)
+    }
+
+    /// The last attempt, for the report of a failure.
+    fn standstill(&self, h: f64, cause: Cause) -> Box<Standstill> {
+        let work = &self.stepper.work;
+        let x = match cause {
+            Cause::ErrorTest => &work.error,
+            _ => &work.delta,
+        };
+        let mut worst: Vec<WorstUnknown> = (0..self.y.len())
+            .map(|i| WorstUnknown { i, scaled: work.scale.magnitude(x, i) })
+            .collect();
+        worst.sort_by(|a, b| b.scaled.total_cmp(&a.scaled));
+        worst.truncate(3);
+        Box::new(Standstill { t: self.t, h, worst, y: work.y_stage.clone(), stats: self.stats })
+    }
+
+    /// Signed size of the first step.
+    ///
+    /// The tangent crosses one tolerance in the time `1/‖y′‖`; with the solution varying over the
+    /// `rtol⁻¹`-fold of it, an error of order `s + 1` allows `rtol^{1/(s+1)}` of that. A tenth is
+    /// taken. A first step far too small, as is usual, would spoil unknowns of index 3, whose
+    /// rounding errors grow like `h⁻²`.
+    fn first_step_size(&self) -> f64 {
+        let span = self.t_end - self.t;
+        let size = match self.settings.step {
+            StepControl::Fixed { h, .. } => h,
+            StepControl::Adaptive => self
+                .settings
+                .h_initial
+                .unwrap_or_else(|| self.guess_first_step().min(0.1 * span.abs()))
+                .min(self.settings.h_max)
+                .max(self.h_floor()),
+        };
+        size.copysign(span)
+    }
+
+    fn guess_first_step(&self) -> f64 {
+        let mut scale = Scale::new(self.y.len());
+        let index = self.system.layout().index();
+        scale.update(&Unit::new(&self.settings), index, &self.y, 1.0);
+        let tangent = scale.rms(&self.ydot);
+        let Settings { rtol, stages, .. } = &self.settings;
+        let exponent = 1.0 / (stages.count() as f64 + 1.0);
+        let guess = 0.1 * rtol.powf(exponent) / (rtol * tangent);
+        if guess.is_finite() { guess } else { f64::INFINITY }
+    }
+}
+
+fn check_length(what: &'static str, expected: usize, found: usize) -> Result<(), SolveError> {
+    if expected == found { Ok(()) } else { Err(SolveError::WrongLength { what, expected, found }) }
+}
+
+fn check_finite(what: &'static str, values: &[f64]) -> Result<(), SolveError> {
+    match values.iter().find(|x| !x.is_finite()) {
+        None => Ok(()),
+        Some(&value) => Err(SolveError::InvalidStart { what, value }),
+    }
+}

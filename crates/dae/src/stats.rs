@@ -1,0 +1,46 @@
+//! Counters of the work done, in Hairer's sense (header of `RADAU5`).
+
+use std::fmt;
+
+/// How much work a run has taken.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Stats {
+    /// Steps tried: accepted, rejected by the error test, and failed in Newton's method.
+    pub n_step: usize,
+    /// Steps accepted.
+    pub n_accept: usize,
+    /// Steps rejected by the error test; rejections of the very first step size are included.
+    pub n_reject: usize,
+    /// Steps given up because Newton's iteration diverged, was too slow, met a singular iteration
+    /// matrix or a value that is not finite.
+    pub n_newton_failed: usize,
+    /// Newton iterations over all steps; each evaluates the residual at every stage.
+    pub n_newton: usize,
+    /// Evaluations of the residual, those of the error estimate included.
+    pub n_residual: usize,
+    /// Evaluations of the Jacobian (`∂F/∂y` and `∂F/∂y′` together count once).
+    pub n_jacobian: usize,
+    /// Factorisations of the set of iteration matrices (one real, `(s − 1)/2` complex count once).
+    pub n_factor: usize,
+    /// Solves with the set of iteration matrices, those of the error estimate included.
+    pub n_solve: usize,
+}
+
+impl fmt::Display for Stats {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} steps ({} accepted, {} rejected, {} Newton failures), {} Newton iterations, \
+             {} residuals, {} Jacobians, {} factorisations, {} solves",
+            self.n_step,
+            self.n_accept,
+            self.n_reject,
+            self.n_newton_failed,
+            self.n_newton,
+            self.n_residual,
+            self.n_jacobian,
+            self.n_factor,
+            self.n_solve
+        )
+    }
+}

@@ -1,0 +1,42 @@
+//! Reference data of the test problems, from `tests/data`.
+
+use serde_json::Value;
+
+/// One test problem as published: parameters, start and end values.
+pub struct Reference {
+    json: Value,
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_str().and_then(|text| text.parse().ok()).expect("numbers are stored as text")
+}
+
+impl Reference {
+    pub fn load(name: &str) -> Self {
+        let path = format!("{}/tests/data/{name}.json", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(&path).expect("the data file is part of the crate");
+        Self { json: serde_json::from_str(&text).expect("the data file is JSON") }
+    }
+
+    pub fn t_end(&self) -> f64 {
+        number(&self.json["tend"])
+    }
+
+    pub fn parameter(&self, name: &str) -> f64 {
+        number(&self.json["parameters"][name])
+    }
+
+    /// `initial` values of `q`, `v`, `a` or `lam`.
+    pub fn initial(&self, name: &str) -> Vec<f64> {
+        Self::vector(&self.json["initial"][name])
+    }
+
+    /// End values of `q`, `v`, `a` or `lam`.
+    pub fn end(&self, name: &str) -> Vec<f64> {
+        Self::vector(&self.json["reference"][name])
+    }
+
+    fn vector(value: &Value) -> Vec<f64> {
+        value.as_array().expect("a vector").iter().map(number).collect()
+    }
+}

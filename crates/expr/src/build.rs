@@ -1,0 +1,417 @@
+//! Constructors: every expression is put into canonical form as it is built.
+//!
+//! Local folding only: numbers are computed, like terms and equal factors are collected, integer
+//! powers distribute over products, signs move out of odd and even functions, angles are linear
+//! forms. A quotient is a product with a negative power, a difference a sum with a negative
+//! coefficient. Nothing here shrinks the domain, and factors that may be zero do not cancel.
+
+use crate::number::Number;
+use crate::op::{Function, Op};
+use crate::pool::{Expr, MINUS_ONE, ONE, PI, Pool, ZERO, fact};
+
+/// Terms or factors up to which a chain is merged into another one. Longer chains enter as one
+/// operand, which keeps building a chain of a million terms linear.
+pub(crate) const MERGE_LIMIT: u32 = 32;
+
+/// A sum as pairs of coefficient-free term and coefficient; [`ONE`] carries the constant.
+pub(crate) type Terms = Vec<(Expr, Number)>;
+
+// Numbers.
+impl Pool {
+    /// The number 0.
+    pub fn zero(&self) -> Expr {
+        ZERO
+    }
+
+    /// The number 1.
+    pub fn one(&self) -> Expr {
+        ONE
+    }
+
+    /// The constant π, kept symbolic.
+    pub fn pi(&self) -> Expr {
+        PI
+    }
+
+    /// An integer.
+    pub fn int(&self, value: i64) -> Expr {
+        self.number(Number::from(value))
+    }
+
+    /// The fraction `numerator / denominator`.
+    pub fn rational(&self, numerator: i64, denominator: i64) -> Expr {
+        self.number(Number::rational(numerator, denominator))
+    }
+
+    /// A float; integral values become exact.
+    pub fn float(&self, value: f64) -> Expr {
+        self.number(Number::float(value))
+    }
+
+    /// Whether `e` is the number 0.
+    pub fn is_zero(&self, e: Expr) -> bool {
+        e == ZERO || self.as_number(e).is_some_and(Number::is_zero)
+    }
+
+    /// Whether `e` is the number 1.
+    pub fn is_one(&self, e: Expr) -> bool {
+        e == ONE
+    }
+}
+
+// Sums.
+impl Pool {
+    /// `a + b`
+    pub fn add(&self, a: Expr, b: Expr) -> Expr {
+        if a == ZERO {
+            return b;
+        }
+        if b == ZERO {
+            return a;
+        }
+        self.sum([a, b])
+    }
+
+    /// `a − b`
+    pub fn sub(&self, a: Expr, b: Expr) -> Expr {
+        if a == b && !self.has_fact(a, fact::POISONED) {
+            return ZERO;
+        }
+        self.add(a, self.neg(b))
+    }
+
+    /// `−a`
+    pub fn neg(&self, a: Expr) -> Expr {
+        self.mul(MINUS_ONE, a)
+    }
+
+    /// The sum of all terms; like terms are collected.
+    pub fn sum(&self, terms: impl IntoIterator<Item = Expr>) -> Expr {
+        let mut collected = Terms::new();
+        for term in terms {
+            self.push_terms(term, Number::ONE, &mut collected);
+        }
+        self.sum_of(collected)
+    }
+
+    /// Splits `e` into its numeric coefficient and the rest.
+    pub(crate) fn split_coefficient(&self, e: Expr) -> (Number, Expr) {
+        if let Some(number) = self.as_number(e) {
+            return (number, ONE);
+        }
+        let node = self.node(e);
+        match self.as_number(node.left) {
+            Some(coefficient) if node.op == Op::Mul => (coefficient, node.right),
+            _ => (Number::ONE, e),
+        }
+    }
+
+    /// `coefficient · monic` for a `monic` without a coefficient of its own.
+    pub(crate) fn scaled(&self, coefficient: Number, monic: Expr) -> Expr {
+        if monic == ONE {
+            return self.number(coefficient);
+        }
+        if coefficient.is_one() {
+            return monic;
+        }
+        if coefficient.is_zero() && !self.has_fact(monic, fact::POISONED) {
+            return ZERO;
+        }
+        let is_short_sum = self.node(monic).op == Op::Add && self.node(monic).data <= MERGE_LIMIT;
+        // −(a − b) is b − a, whichever was built first.
+        if coefficient == Number::MINUS_ONE && is_short_sum {
+            return self.negated_sum(monic);
+        }
+        if is_short_sum && self.looks_negative(monic) {
+            let flipped = self.negated_sum(monic);
+            return self.intern(Op::Mul, self.number(coefficient.negated()), flipped, 2);
+        }
+        self.intern(Op::Mul, self.number(coefficient), monic, 2)
+    }
+
+    fn negated_sum(&self, sum: Expr) -> Expr {
+        let mut terms = self.terms_of(sum);
+        for term in &mut terms {
+            term.1 = term.1.negated();
+        }
+        self.chain_of_terms(&terms)
+    }
+
+    /// Appends `factor · e` term by term, looking into sums that are short enough.
+    fn push_terms(&self, e: Expr, factor: Number, terms: &mut Terms) {
+        let (coefficient, monic) = self.split_coefficient(e);
+        let scale = factor.times(coefficient);
+        let node = self.node(monic);
+        let is_unit = scale.magnitude().is_one();
+        if node.op == Op::Add && node.data <= MERGE_LIMIT && is_unit {
+            let inner = self.terms_of(monic);
+            terms.extend(inner.into_iter().map(|(m, c)| (m, c.times(scale))));
+        } else {
+            terms.push((monic, scale));
+        }
+    }
+
+    /// The terms of a sum of any length in canonical order; any other expression is one term.
+    pub(crate) fn terms_of(&self, e: Expr) -> Terms {
+        self.chain(e, Op::Add)
+            .into_iter()
+            .map(|term| {
+                let (coefficient, monic) = self.split_coefficient(term);
+                (monic, coefficient)
+            })
+            .collect()
+    }
+
+    /// The operands of a chain of `op`; any other expression is its only operand.
+    pub(crate) fn chain(&self, e: Expr, op: Op) -> Vec<Expr> {
+        let mut node = self.node(e);
+        if node.op != op {
+            return vec![e];
+        }
+        let mut operands = Vec::with_capacity(node.data as usize);
+        for _ in 2..node.data {
+            operands.push(node.right);
+            node = self.node(node.left);
+        }
+        operands.push(node.right);
+        operands.push(node.left);
+        operands.reverse();
+        operands
+    }
+
+    /// Collects like terms and builds the sum.
+    pub(crate) fn sum_of(&self, mut terms: Terms) -> Expr {
+        terms.sort_by(|a, b| self.canonical_order(a.0, b.0));
+        let mut merged = Terms::with_capacity(terms.len());
+        for (monic, coefficient) in terms {
+            match merged.last_mut() {
+                Some(last) if last.0 == monic => last.1 = last.1.plus(coefficient),
+                _ => merged.push((monic, coefficient)),
+            }
+        }
+        merged.retain(|&(monic, c)| !c.is_zero() || self.has_fact(monic, fact::POISONED));
+        self.chain_of_terms(&merged)
+    }
+
+    /// Builds the left-leaning chain of terms already in canonical order.
+    fn chain_of_terms(&self, terms: &[(Expr, Number)]) -> Expr {
+        let mut terms = terms.iter().map(|&(monic, c)| self.scaled(c, monic));
+        let Some(first) = terms.next() else { return ZERO };
+        let (mut sum, mut count) = (first, 1);
+        for term in terms {
+            count += 1;
+            sum = self.intern(Op::Add, sum, term, count);
+        }
+        sum
+    }
+
+    /// Whether `e` reads better negated: a negative coefficient, or a sum with more negative than
+    /// positive terms; the constant, then the first symbol by name, decides a tie.
+    pub(crate) fn looks_negative(&self, e: Expr) -> bool {
+        let (coefficient, monic) = self.split_coefficient(e);
+        let node = self.node(monic);
+        if node.op != Op::Add || node.data > MERGE_LIMIT {
+            return coefficient.is_negative();
+        }
+        let terms = self.terms_of(monic);
+        let n_negative = terms.iter().filter(|term| term.1.is_negative()).count();
+        let is_negative = match (2 * n_negative).cmp(&terms.len()) {
+            std::cmp::Ordering::Less => false,
+            std::cmp::Ordering::Greater => true,
+            std::cmp::Ordering::Equal => {
+                let leading = terms.iter().min_by(|a, b| {
+                    let key = |term: Expr| (term != ONE, self.reading_name(term));
+                    key(a.0).cmp(&key(b.0)).then_with(|| self.canonical_order(a.0, b.0))
+                });
+                leading.is_some_and(|term| term.1.is_negative())
+            }
+        };
+        is_negative != coefficient.is_negative()
+    }
+
+    /// A name to order short expressions by: the first symbol met on the way down.
+    fn reading_name(&self, mut e: Expr) -> String {
+        for _ in 0..MERGE_LIMIT {
+            let node = self.node(e);
+            e = match node.op {
+                Op::Symbol => return self.symbol_name(crate::pool::SymbolId(node.data)),
+                Op::Number | Op::Pi => break,
+                Op::Add | Op::Mul if self.as_number(node.left).is_some() => node.right,
+                _ => node.left,
+            };
+        }
+        String::new()
+    }
+}
+
+// Products and powers.
+impl Pool {
+    /// `a · b`
+    pub fn mul(&self, a: Expr, b: Expr) -> Expr {
+        if a == ONE {
+            return b;
+        }
+        if b == ONE {
+            return a;
+        }
+        self.product([a, b])
+    }
+
+    /// `a / b`
+    pub fn div(&self, a: Expr, b: Expr) -> Expr {
+        self.mul(a, self.powi(b, -1))
+    }
+
+    /// The product of all factors; equal bases are collected.
+    pub fn product(&self, factors: impl IntoIterator<Item = Expr>) -> Expr {
+        let mut coefficient = Number::ONE;
+        let mut bases: Vec<(Expr, i64)> = Vec::new();
+        for factor in factors {
+            let (c, monic) = self.split_coefficient(factor);
+            coefficient = coefficient.times(c);
+            let node = self.node(monic);
+            if node.op == Op::Mul && node.data <= MERGE_LIMIT {
+                let inner = self.chain(monic, Op::Mul);
+                bases.extend(inner.into_iter().map(|f| self.split_power(f)));
+            } else if monic != ONE {
+                bases.push(self.split_power(monic));
+            }
+        }
+        // Zero swallows all that has a value: 0 · x · (1/0) is 0/0.
+        if coefficient.is_zero() {
+            bases.retain(|&(base, _)| base == ZERO || self.has_fact(base, fact::POISONED));
+        }
+        // The sign of each sum moves into the coefficient, so that (a − b) c and (b − a) c meet.
+        if bases.len() > 1 || !coefficient.magnitude().is_one() {
+            for base in &mut bases {
+                if self.node(base.0).op == Op::Add && self.looks_negative(base.0) {
+                    base.0 = self.neg(base.0);
+                    coefficient = if base.1 % 2 == 0 { coefficient } else { coefficient.negated() };
+                }
+            }
+        }
+        self.scaled_product(coefficient, bases)
+    }
+
+    /// Collects powers of equal bases and builds the product. Positive and negative powers stay
+    /// apart: x/x has no value at zero.
+    fn scaled_product(&self, mut coefficient: Number, mut bases: Vec<(Expr, i64)>) -> Expr {
+        bases
+            .sort_by(|a, b| self.canonical_order(a.0, b.0).then_with(|| (a.1 < 0).cmp(&(b.1 < 0))));
+        let mut merged: Vec<(Expr, i64)> = Vec::with_capacity(bases.len());
+        for (base, exponent) in bases {
+            match merged.last_mut() {
+                Some(last) if last.0 == base && (last.1 < 0) == (exponent < 0) => {
+                    last.1 = last.1.saturating_add(exponent);
+                }
+                _ => merged.push((base, exponent)),
+            }
+        }
+        let mut factors = Vec::with_capacity(merged.len());
+        for (base, exponent) in merged {
+            // A power may fold to a product again: sqrt(a)² is a, and a may be one.
+            let (c, monic) = self.split_coefficient(self.powi(base, exponent));
+            coefficient = coefficient.times(c);
+            factors.extend(self.chain(monic, Op::Mul).into_iter().filter(|&f| f != ONE));
+        }
+        factors.sort_by(|a, b| self.canonical_order(*a, *b));
+        let mut factors = factors.into_iter();
+        let Some(first) = factors.next() else { return self.number(coefficient) };
+        let (mut product, mut count) = (first, 1);
+        for factor in factors {
+            count += 1;
+            product = self.intern(Op::Mul, product, factor, count);
+        }
+        self.scaled(coefficient, product)
+    }
+
+    /// Splits `base^n` for an integer `n`; anything else is its own first power.
+    pub(crate) fn split_power(&self, e: Expr) -> (Expr, i64) {
+        let node = self.node(e);
+        let exponent = || self.as_number(node.right).and_then(Number::as_integer);
+        match node.op {
+            Op::Pow => exponent().map_or((e, 1), |n| (node.left, n)),
+            _ => (e, 1),
+        }
+    }
+
+    /// `a^b`
+    pub fn pow(&self, a: Expr, b: Expr) -> Expr {
+        let Some(exponent) = self.as_number(b) else {
+            return if a == ONE { ONE } else { self.intern(Op::Pow, a, b, 0) };
+        };
+        if let Some(n) = exponent.as_integer() {
+            return self.powi(a, n);
+        }
+        if exponent == Number::rational(1, 2) {
+            return self.sqrt(a);
+        }
+        if let Some(base) = self.as_number(a) {
+            let value = crate::op::power(base.to_f64(), exponent.to_f64());
+            let is_inexact =
+                matches!((base, exponent), (Number::Float(_), _) | (_, Number::Float(_)));
+            if base.is_one() || (is_inexact && value.is_finite()) {
+                return self.float(value);
+            }
+        }
+        self.intern(Op::Pow, a, b, 0)
+    }
+
+    /// `a^n` for an integer `n`.
+    pub fn powi(&self, a: Expr, n: i64) -> Expr {
+        if n == 0 {
+            return ONE;
+        }
+        if n == 1 {
+            return a;
+        }
+        // All negative powers of zero are one infinity.
+        let n = if a == ZERO && n < 0 { -1 } else { n };
+        let plain = || self.intern(Op::Pow, a, self.int(n), 0);
+        if let Some(number) = self.as_number(a) {
+            let value = number.power(n);
+            return if value.is_finite() && number.is_finite() {
+                self.number(value)
+            } else {
+                plain()
+            };
+        }
+        let node = self.node(a);
+        match node.op {
+            Op::Pow => match self.split_power(a) {
+                (base, m) if base != a => match m.checked_mul(n) {
+                    Some(exponent) => self.powi(base, exponent),
+                    None => plain(),
+                },
+                _ => plain(),
+            },
+            Op::Mul => self.power_of_product(a, n).unwrap_or_else(plain),
+            Op::Add if self.looks_negative(a) && node.data <= MERGE_LIMIT => {
+                let power = self.intern(Op::Pow, self.neg(a), self.int(n), 0);
+                if n % 2 == 0 { power } else { self.neg(power) }
+            }
+            Op::Call(Function::Abs) if n % 2 == 0 => self.powi(node.left, n),
+            // sqrt(x)² is x where x cannot be negative.
+            Op::Call(Function::Sqrt) if n % 2 == 0 && self.is_never_negative(node.left) => {
+                self.powi(node.left, n / 2)
+            }
+            _ => plain(),
+        }
+    }
+
+    /// (c a b)^n = c^n a^n b^n for an integer n and a chain that is short enough.
+    fn power_of_product(&self, a: Expr, n: i64) -> Option<Expr> {
+        let (coefficient, monic) = self.split_coefficient(a);
+        let scale = coefficient.power(n);
+        if !scale.is_finite() || self.node(monic).data > MERGE_LIMIT {
+            return None;
+        }
+        let powers = self.chain(monic, Op::Mul).into_iter().map(|f| self.powi(f, n));
+        Some(self.product(powers.chain([self.number(scale)])))
+    }
+
+    /// Whether the value can be shown never to be below zero.
+    pub(crate) fn is_never_negative(&self, e: Expr) -> bool {
+        self.has_fact(e, fact::NOT_NEGATIVE)
+    }
+}

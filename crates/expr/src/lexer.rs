@@ -1,0 +1,106 @@
+//! Text to tokens, one at a time, with byte spans.
+
+use crate::number::Number;
+use crate::parse::{ParseError, ParseErrorKind, error};
+use std::ops::Range;
+
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) enum Token {
+    Number(Number),
+    Name,
+    Sign(char),
+    /// A comparison sign, as the function it stands for: `<` is `lt`.
+    Comparison(&'static str),
+    End,
+}
+
+/// Splits text into tokens on demand; `span` covers the current one.
+pub(crate) struct Lexer<'t> {
+    pub(crate) text: &'t str,
+    pub(crate) token: Token,
+    pub(crate) span: Range<usize>,
+}
+
+impl<'t> Lexer<'t> {
+    pub(crate) fn new(text: &'t str) -> Result<Self, ParseError> {
+        let mut lexer = Self { text, token: Token::End, span: 0..0 };
+        lexer.advance()?;
+        Ok(lexer)
+    }
+
+    pub(crate) fn slice(&self) -> &'t str {
+        &self.text[self.span.clone()]
+    }
+
+    /// Moves to the next token and returns the span of the one left behind.
+    pub(crate) fn advance(&mut self) -> Result<Range<usize>, ParseError> {
+        let left = self.span.clone();
+        let rest = self.text[self.span.end..].trim_start();
+        let start = self.text.len() - rest.len();
+        let Some(first) = rest.chars().next() else {
+            (self.token, self.span) = (Token::End, start..start);
+            return Ok(left);
+        };
+        let (token, length) = match first {
+            '0'..='9' | '.' => {
+                let length = number_length(rest);
+                let span = start..start + length;
+                let bad = || ParseErrorKind::BadNumber { found: rest[..length].to_owned() };
+                let number = Number::parse(&rest[..length]).ok_or_else(|| error(bad(), span))?;
+                (Token::Number(number), length)
+            }
+            '+' | '-' | '*' | '/' | '^' | '(' | ')' | ',' => (Token::Sign(first), 1),
+            '<' if rest.starts_with("<=") => (Token::Comparison("le"), 2),
+            '<' => (Token::Comparison("lt"), 1),
+            '>' if rest.starts_with(">=") => (Token::Comparison("ge"), 2),
+            '>' => (Token::Comparison("gt"), 1),
+            c if is_name_start(c) => (Token::Name, name_length(rest)),
+            found => {
+                let span = start..start + found.len_utf8();
+                return Err(error(ParseErrorKind::UnexpectedCharacter { found }, span));
+            }
+        };
+        (self.token, self.span) = (token, start..start + length);
+        Ok(left)
+    }
+
+    pub(crate) fn unexpected(&self, expected: &'static str) -> ParseError {
+        let kind = match self.token {
+            Token::End => ParseErrorKind::UnexpectedEnd { expected },
+            Token::Sign(')') => ParseErrorKind::UnopenedParenthesis,
+            _ => ParseErrorKind::UnexpectedToken { found: self.slice().to_owned(), expected },
+        };
+        error(kind, self.span.clone())
+    }
+}
+
+pub(crate) fn is_name_start(c: char) -> bool {
+    c.is_alphabetic() || c == '_'
+}
+
+/// Bytes of the name at the start: letters, digits, underscores, and dots before a letter.
+pub(crate) fn name_length(text: &str) -> usize {
+    let mut chars = text.char_indices().peekable();
+    while let Some((at, c)) = chars.next() {
+        let joins = c == '.' && chars.peek().is_some_and(|&(_, next)| is_name_start(next));
+        if !(c.is_alphanumeric() || c == '_' || joins) {
+            return at;
+        }
+    }
+    text.len()
+}
+
+/// Bytes of the number at the start; digits and dots are taken together, so that `1.2.3` is one
+/// bad number. An `e` belongs to it only if digits follow.
+fn number_length(text: &str) -> usize {
+    let digits =
+        |from: usize| text[from..].bytes().take_while(|b| b.is_ascii_digit() || *b == b'.').count();
+    let mantissa = digits(0);
+    let mut exponent = text[mantissa..].bytes().peekable();
+    if !matches!(exponent.next(), Some(b'e' | b'E')) {
+        return mantissa;
+    }
+    let sign = usize::from(matches!(exponent.peek(), Some(b'+' | b'-')));
+    let power = text[mantissa + 1 + sign..].bytes().take_while(u8::is_ascii_digit).count();
+    if power == 0 { mantissa } else { mantissa + 1 + sign + power }
+}

@@ -1,0 +1,61 @@
+//! Scalar expressions as a shared graph: build, differentiate, simplify, print, parse, compile.
+//!
+//! A [`Pool`] owns interned nodes; an [`Expr`] is a handle, and structurally equal expressions
+//! share one. Constructors put expressions into a canonical form that does not depend on the order
+//! of building.
+//!
+//! ```
+//! use bksim_expr::{Pool, Tape};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let pool = Pool::new();
+//! let speed = pool.parse("(l*w*cos(q))^2 + (l*w*sin(q))^2 + l*w*(cos(q)*cos(p) - sin(q)*sin(p))")?;
+//!
+//! // Sums of angles and sin² + cos² fold; common factors move out.
+//! let simple = pool.simplify(speed);
+//! assert_eq!(pool.to_text(simple), "l*w*(l*w + cos(p + q))");
+//!
+//! // Derivatives share the graph.
+//! let q = pool.find_symbol("q").ok_or("q was parsed")?;
+//! let slope = pool.diff(simple, q);
+//! assert_eq!(pool.to_text(slope), "-l*w*sin(p + q)");
+//! assert_eq!(pool.to_latex(slope), r"-l \, w \, \sin\!\left( p + q \right)");
+//!
+//! // A tape computes many outputs at once; what depends on parameters only is computed ahead.
+//! let ids = ["q", "p", "w", "l"].map(|name| pool.find_symbol(name).expect("was parsed"));
+//! let tape = Tape::compile(&pool, &[simple, slope], &ids[..3], &ids[3..])?;
+//! let mut workspace = tape.workspace(&[2.0]);
+//! let mut out = [0.0; 2];
+//! tape.evaluate(&mut workspace, &[0.0, 0.0, 1.5], &mut out);
+//! assert_eq!(out, [12.0, 0.0]);
+//! # Ok(())
+//! # }
+//! ```
+
+mod build;
+mod call;
+mod diff;
+mod eval;
+mod lexer;
+mod lower;
+mod number;
+mod op;
+mod parse;
+mod pool;
+mod print;
+mod simplify;
+mod substitute;
+mod sweep;
+mod syntax;
+mod tape;
+
+pub use diff::SparseJacobian;
+pub use eval::{DomainFault, EvalError};
+pub use lower::LowerError;
+pub use number::Number;
+pub use op::Function;
+pub use parse::{ParseError, ParseErrorKind, ParseOptions, parse};
+pub use pool::{Expr, Pool, SymbolId};
+pub use print::OperationCount;
+pub use syntax::{BinaryOperator, Syntax, SyntaxKind, SyntaxNode, UnitFactor};
+pub use tape::{Tape, TapeError, Workspace};

@@ -1,0 +1,299 @@
+//! Exact rational numbers beside floats.
+//!
+//! Coefficients stay exact as long as numerator and denominator fit 128 bits; an operation that
+//! would overflow falls to the nearest float instead. A decimal literal is a rational.
+
+use num_rational::Ratio;
+use num_traits::{CheckedAdd, CheckedMul, Signed, Zero};
+use std::cmp::Ordering;
+
+/// A number inside an expression.
+#[derive(Clone, Copy, Debug)]
+pub enum Number {
+    /// An exact fraction in lowest terms.
+    Rational(Ratio<i128>),
+    /// A float: given as one, or the result of an exact operation that overflowed.
+    Float(f64),
+}
+
+/// Two numbers are the same when they are interchangeable in every expression: floats by their
+/// bits, so that −0 differs from 0 and a NaN equals itself.
+impl PartialEq for Number {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Rational(a), Self::Rational(b)) => a == b,
+            (Self::Float(a), Self::Float(b)) => a.to_bits() == b.to_bits(),
+            _ => false,
+        }
+    }
+}
+
+impl Eq for Number {}
+
+impl From<i64> for Number {
+    fn from(value: i64) -> Self {
+        Self::integer(i128::from(value))
+    }
+}
+
+impl Number {
+    /// The number 0.
+    pub const ZERO: Self = Self::integer(0);
+    /// The number 1.
+    pub const ONE: Self = Self::integer(1);
+    /// The number −1.
+    pub const MINUS_ONE: Self = Self::integer(-1);
+
+    /// An integer.
+    pub const fn integer(value: i128) -> Self {
+        Self::Rational(Ratio::new_raw(value, 1))
+    }
+
+    /// The fraction `numerator / denominator`; a zero denominator gives the float quotient
+    /// (an infinity or NaN).
+    pub fn rational(numerator: i64, denominator: i64) -> Self {
+        if denominator == 0 {
+            return Self::Float(numerator as f64 / 0.0);
+        }
+        Self::Rational(Ratio::new(i128::from(numerator), i128::from(denominator)))
+    }
+
+    /// A float; integers below 2⁵³ become exact.
+    pub fn float(value: f64) -> Self {
+        let exact_limit = 2f64.powi(53);
+        let is_negative_zero = value == 0.0 && value.is_sign_negative();
+        if value.fract() == 0.0 && value.abs() < exact_limit && !is_negative_zero {
+            #[expect(clippy::cast_possible_truncation, reason = "an integer below 2^53")]
+            return Self::integer(value as i128);
+        }
+        Self::Float(value)
+    }
+
+    /// Reads an unsigned decimal literal such as `12`, `0.125` or `6.7e-11`, exactly where it
+    /// fits; `None` when the text is no number.
+    pub fn parse(text: &str) -> Option<Self> {
+        let (mantissa, exponent) = match text.split_once(['e', 'E']) {
+            Some((mantissa, exponent)) => (mantissa, exponent.parse::<i32>().ok()?),
+            None => (text, 0),
+        };
+        let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
+        let all_digits = |part: &str| part.bytes().all(|b| b.is_ascii_digit());
+        if whole.len() + fraction.len() == 0 || !all_digits(whole) || !all_digits(fraction) {
+            return None;
+        }
+        let fraction = fraction.trim_end_matches('0');
+        let shift = i32::try_from(fraction.len()).ok().and_then(|n| exponent.checked_sub(n));
+        let exact = shift.and_then(|shift| {
+            let digits = format!("{whole}{fraction}").parse::<i128>().ok()?;
+            let scale = 10i128.checked_pow(shift.unsigned_abs())?;
+            if shift < 0 {
+                return Some(Ratio::new(digits, scale));
+            }
+            digits.checked_mul(scale).map(Ratio::from_integer)
+        });
+        match exact {
+            Some(value) => Some(Self::Rational(value)),
+            None => text.parse::<f64>().ok().map(Self::float),
+        }
+    }
+
+    /// The nearest float.
+    pub fn to_f64(self) -> f64 {
+        match self {
+            // Correctly rounded while both parts are exact as floats.
+            Self::Rational(r) => *r.numer() as f64 / *r.denom() as f64,
+            Self::Float(f) => f,
+        }
+    }
+
+    /// The value as an integer, when it is an exact one.
+    pub fn as_integer(self) -> Option<i64> {
+        match self {
+            Self::Rational(r) if *r.denom() == 1 => i64::try_from(*r.numer()).ok(),
+            _ => None,
+        }
+    }
+
+    /// The value as an exact fraction.
+    pub fn as_rational(self) -> Option<Ratio<i128>> {
+        match self {
+            Self::Rational(r) => Some(r),
+            Self::Float(_) => None,
+        }
+    }
+
+    /// Whether this is exactly 0 (a float zero too).
+    pub fn is_zero(self) -> bool {
+        match self {
+            Self::Rational(r) => r.is_zero(),
+            Self::Float(f) => f == 0.0,
+        }
+    }
+
+    /// Whether this is the exact 1.
+    pub fn is_one(self) -> bool {
+        self == Self::ONE
+    }
+
+    /// Whether this is below zero.
+    pub fn is_negative(self) -> bool {
+        match self {
+            Self::Rational(r) => r.is_negative(),
+            Self::Float(f) => f < 0.0,
+        }
+    }
+
+    /// Whether this is neither infinite nor NaN.
+    pub fn is_finite(self) -> bool {
+        !matches!(self, Self::Float(f) if !f.is_finite())
+    }
+
+    /// Sum.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        if let (Self::Rational(a), Self::Rational(b)) = (self, other)
+            && let Some(sum) = a.checked_add(&b)
+        {
+            return Self::Rational(sum);
+        }
+        Self::float(self.to_f64() + other.to_f64())
+    }
+
+    /// Product.
+    #[must_use]
+    pub fn times(self, other: Self) -> Self {
+        if let (Self::Rational(a), Self::Rational(b)) = (self, other) {
+            if a.is_integer() && b.is_integer() {
+                if let Some(product) = a.numer().checked_mul(b.numer()) {
+                    return Self::integer(product);
+                }
+            } else if let Some(product) = a.checked_mul(&b) {
+                return Self::Rational(product);
+            }
+        }
+        Self::float(self.to_f64() * other.to_f64())
+    }
+
+    /// Negation.
+    #[must_use]
+    pub fn negated(self) -> Self {
+        match self {
+            Self::Rational(r) if *r.numer() != i128::MIN => Self::Rational(-r),
+            _ => Self::Float(-self.to_f64()),
+        }
+    }
+
+    /// Absolute value.
+    #[must_use]
+    pub fn magnitude(self) -> Self {
+        if self.is_negative() { self.negated() } else { self }
+    }
+
+    /// Quotient; division by zero follows floats.
+    #[must_use]
+    pub fn over(self, other: Self) -> Self {
+        match other {
+            Self::Rational(r) if !r.is_zero() => self.times(Self::Rational(r.recip())),
+            _ => Self::float(self.to_f64() / other.to_f64()),
+        }
+    }
+
+    /// Integer power by repeated squaring; 0 to a negative power follows floats.
+    #[must_use]
+    pub fn power(self, exponent: i64) -> Self {
+        let mut square = if exponent < 0 { Self::ONE.over(self) } else { self };
+        let mut left = exponent.unsigned_abs();
+        let mut result = Self::ONE;
+        while left > 0 {
+            if left & 1 == 1 {
+                result = result.times(square);
+            }
+            left >>= 1;
+            if left > 0 {
+                square = square.times(square);
+            }
+        }
+        result
+    }
+
+    /// The exact square root of a non-negative rational whose parts are perfect squares.
+    pub fn exact_sqrt(self) -> Option<Self> {
+        let r = self.as_rational().filter(|r| !r.is_negative())?;
+        let root = |n: i128| {
+            let root = n.isqrt();
+            (root * root == n).then_some(root)
+        };
+        Some(Self::Rational(Ratio::new(root(*r.numer())?, root(*r.denom())?)))
+    }
+
+    /// Order by value; NaN compares equal to everything.
+    pub fn order(self, other: Self) -> Ordering {
+        match (self, other) {
+            (Self::Rational(a), Self::Rational(b)) => a.cmp(&b),
+            _ => self.to_f64().partial_cmp(&other.to_f64()).unwrap_or(Ordering::Equal),
+        }
+    }
+
+    /// Digits of a terminating decimal of at most [`DECIMALS`] places, otherwise `None`.
+    fn decimal(self) -> Option<String> {
+        let r = self.as_rational()?;
+        let places = (0..=DECIMALS).find(|&n| 10i128.pow(n) % *r.denom() == 0)?;
+        let scaled = r.numer().checked_mul(&(10i128.pow(places) / *r.denom()))?;
+        if places == 0 {
+            return Some(scaled.to_string());
+        }
+        let width = places as usize + 1;
+        let digits = format!("{:0>width$}", scaled.unsigned_abs());
+        let (whole, fraction) = digits.split_at(digits.len() - places as usize);
+        Some(format!("{}{whole}.{fraction}", if scaled < 0 { "-" } else { "" }))
+    }
+}
+
+/// Decimals printed before a fraction is preferred.
+const DECIMALS: u32 = 12;
+
+/// Integers and short decimals as decimals, other rationals as `p/q`, floats in shortest form.
+impl std::fmt::Display for Number {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match (self, self.decimal()) {
+            (_, Some(decimal)) => f.write_str(&decimal),
+            (Self::Rational(r), None) => write!(f, "{}/{}", r.numer(), r.denom()),
+            (Self::Float(value), None) if value.is_finite() => write!(f, "{value:?}"),
+            // The text form has no literal for these; the quotients read back as the same value.
+            (Self::Float(value), None) if value.is_nan() => f.write_str("0/0"),
+            (Self::Float(value), None) => f.write_str(if *value > 0.0 { "1/0" } else { "-1/0" }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn decimal_literals_are_exact() {
+        assert_eq!(Number::parse("0.125"), Some(Number::rational(1, 8)));
+        assert_eq!(Number::parse("9.81"), Some(Number::rational(981, 100)));
+        assert_eq!(Number::parse("2.5e-3"), Some(Number::rational(1, 400)));
+        assert_eq!(Number::parse("1e400"), Some(Number::Float(f64::INFINITY)));
+        assert_eq!(Number::parse("1.2.3"), None);
+        assert_eq!(Number::parse("."), None);
+    }
+
+    #[test]
+    fn overflow_falls_to_floats() {
+        let big = Number::integer(i128::MAX);
+        assert!(matches!(big.plus(big), Number::Float(_)));
+        assert!(matches!(big.times(big), Number::Float(_)));
+        assert_eq!(Number::integer(i128::MIN).negated().to_f64(), 2f64.powi(127));
+    }
+
+    #[test]
+    fn numbers_print_as_decimals_when_they_terminate() {
+        let text = |n, d| Number::rational(n, d).to_string();
+        assert_eq!(text(1, 4), "0.25");
+        assert_eq!(text(-1, 400), "-0.0025");
+        assert_eq!(text(1, 3), "1/3");
+        assert_eq!(text(-7, 1), "-7");
+    }
+}

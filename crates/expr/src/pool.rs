@@ -1,0 +1,370 @@
+//! The arena of interned nodes behind every expression.
+//!
+//! A node is sixteen bytes: an operation, two operands and a payload; numbers and symbol names
+//! live in side tables. A node is interned after its operands, so operands always carry smaller
+//! handles and one forward sweep meets every operand before its user. Nothing points backwards,
+//! so dropping a pool drops a few vectors.
+//!
+//! Every node has a structural hash made of names and values, never of handles. Canonical operand
+//! order follows it, which makes an expression independent of the order it was built in.
+
+use crate::number::Number;
+use crate::op::{Function, Op};
+use std::cell::RefCell;
+use std::cmp::Ordering;
+use std::collections::HashMap;
+
+/// Handle to one expression of a [`Pool`]; structurally equal expressions share one handle.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct Expr(pub(crate) u32);
+
+/// Handle to a symbol of a [`Pool`], numbered in the order of first mention.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct SymbolId(pub(crate) u32);
+
+/// One operation on up to two operands.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Node {
+    pub(crate) op: Op,
+    pub(crate) left: Expr,
+    pub(crate) right: Expr,
+    /// Index of the number or symbol; number of terms or factors of a chain.
+    pub(crate) data: u32,
+}
+
+/// What is known about a node's value, found when it is interned.
+pub(crate) mod fact {
+    /// The value is never below zero (it may be NaN).
+    pub(crate) const NOT_NEGATIVE: u8 = 1;
+    /// Some constant part has no finite value, such as `1/0`; zero must not swallow it.
+    pub(crate) const POISONED: u8 = 2;
+    /// No symbol occurs.
+    pub(crate) const CONSTANT: u8 = 4;
+    /// A sine or cosine of something that is no constant occurs.
+    pub(crate) const TRIGONOMETRIC: u8 = 8;
+}
+
+/// The handle of the number 0, fixed in every pool.
+pub(crate) const ZERO: Expr = Expr(0);
+/// The handle of the number 1, fixed in every pool.
+pub(crate) const ONE: Expr = Expr(1);
+/// The handle of the number −1, fixed in every pool.
+pub(crate) const MINUS_ONE: Expr = Expr(2);
+/// The handle of π, fixed in every pool.
+pub(crate) const PI: Expr = Expr(3);
+
+/// An arena of expressions.
+///
+/// All methods take `&self`, so constructor calls nest: `pool.mul(m, pool.add(x, y))`.
+pub struct Pool {
+    arena: RefCell<Arena>,
+}
+
+impl Default for Pool {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl std::fmt::Debug for Pool {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Pool").field("len", &self.len()).finish_non_exhaustive()
+    }
+}
+
+#[derive(Default)]
+struct Arena {
+    nodes: Vec<Node>,
+    hashes: Vec<u64>,
+    facts: Vec<u8>,
+    numbers: Vec<Number>,
+    number_index: HashMap<(i128, i128), u32>,
+    symbols: Vec<(String, Expr)>,
+    symbol_index: HashMap<String, u32>,
+    /// Open addressing table of node handles by structural hash; its length is a power of two.
+    slots: Vec<u32>,
+    /// Handle to position, valid where `stamp` equals `epoch`: scratch space of sweeps.
+    pub(crate) position: Vec<(u32, u32)>,
+    epoch: u32,
+}
+
+const EMPTY: u32 = u32::MAX;
+
+/// Mixes two words into one (the finaliser of SplitMix64 after an odd multiply).
+fn mix(a: u64, b: u64) -> u64 {
+    let mut z = a.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ b.wrapping_add(0xD1B5_4A32_D192_ED03);
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^ (z >> 31)
+}
+
+/// A number for each operation, part of its nodes' hash.
+fn op_code(op: Op) -> u64 {
+    match op {
+        Op::Number => 1,
+        Op::Symbol => 2,
+        Op::Pi => 3,
+        Op::Add => 4,
+        Op::Mul => 5,
+        Op::Pow => 6,
+        Op::Pair => 7,
+        Op::Call(function) => 16 + function as u64,
+    }
+}
+
+/// Numbers are told apart by numerator and denominator; floats by their bits over 0.
+fn number_key(number: Number) -> (i128, i128) {
+    match number {
+        Number::Rational(r) => (*r.numer(), *r.denom()),
+        Number::Float(f) => (i128::from(f.to_bits()), 0),
+    }
+}
+
+impl Arena {
+    fn intern(&mut self, node: Node, hash: u64) -> Expr {
+        if (self.nodes.len() + 1) * 2 > self.slots.len() {
+            self.grow();
+        }
+        let mask = self.slots.len() - 1;
+        #[expect(clippy::cast_possible_truncation, reason = "only the low bits are wanted")]
+        let mut slot = hash as usize & mask;
+        while self.slots[slot] != EMPTY {
+            let known = self.slots[slot] as usize;
+            if self.hashes[known] == hash && self.nodes[known] == node {
+                return Expr(self.slots[slot]);
+            }
+            slot = (slot + 1) & mask;
+        }
+        let index = u32::try_from(self.nodes.len()).ok().filter(|&index| index != EMPTY);
+        let index = index.expect("a pool holds fewer than 2^32 nodes");
+        self.slots[slot] = index;
+        let facts = self.facts_of(node);
+        self.nodes.push(node);
+        self.hashes.push(hash);
+        self.facts.push(facts);
+        Expr(index)
+    }
+
+    fn grow(&mut self) {
+        let mask = (self.slots.len() * 2).max(1024) - 1;
+        self.slots = vec![EMPTY; mask + 1];
+        for (index, &hash) in (0u32..).zip(&self.hashes) {
+            #[expect(clippy::cast_possible_truncation, reason = "only the low bits are wanted")]
+            let mut slot = hash as usize & mask;
+            while self.slots[slot] != EMPTY {
+                slot = (slot + 1) & mask;
+            }
+            self.slots[slot] = index;
+        }
+    }
+
+    fn hash_of(&self, node: Node) -> u64 {
+        let code = op_code(node.op);
+        match node.op {
+            Op::Number => {
+                let (a, b) = number_key(self.numbers[node.data as usize]);
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "a hash takes all bits in two halves"
+                )]
+                let halves = |n: i128| mix(n as u64, (n >> 64) as u64);
+                mix(code, mix(halves(a), halves(b)))
+            }
+            Op::Symbol => {
+                let name = &self.symbols[node.data as usize].0;
+                name.bytes().fold(mix(code, 0), |hash, byte| mix(hash, u64::from(byte)))
+            }
+            Op::Pi => mix(code, 0),
+            _ => {
+                let hash = |e: Expr| self.hashes[e.0 as usize];
+                mix(mix(code, hash(node.left)), mix(hash(node.right), u64::from(node.data)))
+            }
+        }
+    }
+
+    /// The facts of a node, from those of its operands.
+    fn facts_of(&self, node: Node) -> u8 {
+        use fact::{CONSTANT, NOT_NEGATIVE, POISONED, TRIGONOMETRIC};
+        if node.op == Op::Number {
+            let number = self.numbers[node.data as usize];
+            let sign = if number.is_negative() { 0 } else { NOT_NEGATIVE };
+            let poison = if number.is_finite() { 0 } else { POISONED };
+            return CONSTANT | sign | poison;
+        }
+        if node.op == Op::Symbol {
+            return 0;
+        }
+        if node.op == Op::Pi {
+            return CONSTANT | NOT_NEGATIVE;
+        }
+        let (left, right) = (self.facts[node.left.0 as usize], self.facts[node.right.0 as usize]);
+        let both = left & right;
+        let is_even_power = || {
+            let exponent = self.nodes[node.right.0 as usize];
+            exponent.op == Op::Number
+                && self.numbers[exponent.data as usize].as_integer().is_some_and(|n| n % 2 == 0)
+        };
+        let is_never_negative = match node.op {
+            Op::Add | Op::Mul | Op::Pair | Op::Call(Function::Min) => both & NOT_NEGATIVE != 0,
+            Op::Pow => left & NOT_NEGATIVE != 0 || is_even_power(),
+            Op::Call(Function::Exp | Function::Sqrt | Function::Abs | Function::Cosh) => true,
+            Op::Call(Function::Max) => (left | right) & NOT_NEGATIVE != 0,
+            Op::Call(Function::If) => right & NOT_NEGATIVE != 0,
+            _ => false,
+        };
+        let is_constant = both & CONSTANT != 0;
+        // A constant call that the constructors could not fold may have no finite value.
+        let may_fail = match node.op {
+            Op::Pow => node.left == ZERO || node.left.0 == node.right.0,
+            Op::Call(Function::Ln | Function::Sqrt | Function::Asin | Function::Acos) => true,
+            _ => false,
+        };
+        let has_angle = matches!(node.op, Op::Call(Function::Sin | Function::Cos));
+        let mut facts = (left | right) & (POISONED | TRIGONOMETRIC);
+        for (holds, fact) in [
+            (is_never_negative, NOT_NEGATIVE),
+            (is_constant, CONSTANT),
+            (is_constant && may_fail, POISONED),
+            (has_angle && !is_constant, TRIGONOMETRIC),
+        ] {
+            facts |= if holds { fact } else { 0 };
+        }
+        facts
+    }
+}
+
+impl Pool {
+    /// An empty pool; it knows only the constants 0, 1, −1 and π.
+    pub fn new() -> Self {
+        let pool = Self { arena: RefCell::default() };
+        for number in [Number::ZERO, Number::ONE, Number::MINUS_ONE] {
+            pool.number(number);
+        }
+        pool.intern(Op::Pi, ZERO, ZERO, 0);
+        pool
+    }
+
+    /// Number of nodes ever interned.
+    pub fn len(&self) -> usize {
+        self.arena.borrow().nodes.len()
+    }
+
+    /// Whether the pool holds nothing but its constants.
+    pub fn is_empty(&self) -> bool {
+        self.len() <= 4
+    }
+
+    /// Returns the handle of a node, storing the node only when it is new.
+    pub(crate) fn intern(&self, op: Op, left: Expr, right: Expr, data: u32) -> Expr {
+        let arena = &mut *self.arena.borrow_mut();
+        let node = Node { op, left, right, data };
+        let hash = arena.hash_of(node);
+        arena.intern(node, hash)
+    }
+
+    pub(crate) fn node(&self, e: Expr) -> Node {
+        self.arena.borrow().nodes[e.0 as usize]
+    }
+
+    pub(crate) fn has_fact(&self, e: Expr, fact: u8) -> bool {
+        self.arena.borrow().facts[e.0 as usize] & fact != 0
+    }
+
+    /// Canonical order: by structural hash; the handle decides between colliding hashes.
+    pub(crate) fn canonical_order(&self, a: Expr, b: Expr) -> Ordering {
+        let arena = self.arena.borrow();
+        let key = |e: Expr| (arena.hashes[e.0 as usize], e.0);
+        key(a).cmp(&key(b))
+    }
+
+    /// The symbol called `name`, new or known.
+    ///
+    /// # Panics
+    /// When the pool is full, at 2³² nodes.
+    pub fn symbol(&self, name: &str) -> Expr {
+        let arena = &mut *self.arena.borrow_mut();
+        if let Some(&known) = arena.symbol_index.get(name) {
+            return arena.symbols[known as usize].1;
+        }
+        let id = u32::try_from(arena.symbols.len()).expect("a pool holds fewer than 2^32 symbols");
+        arena.symbols.push((name.to_owned(), ZERO));
+        arena.symbol_index.insert(name.to_owned(), id);
+        let node = Node { op: Op::Symbol, left: ZERO, right: ZERO, data: id };
+        let hash = arena.hash_of(node);
+        let e = arena.intern(node, hash);
+        arena.symbols[id as usize].1 = e;
+        e
+    }
+
+    /// The symbol that `e` is, if it is one.
+    pub fn symbol_id(&self, e: Expr) -> Option<SymbolId> {
+        let node = self.node(e);
+        (node.op == Op::Symbol).then_some(SymbolId(node.data))
+    }
+
+    /// The symbol called `name`, if the pool knows it.
+    pub fn find_symbol(&self, name: &str) -> Option<SymbolId> {
+        self.arena.borrow().symbol_index.get(name).copied().map(SymbolId)
+    }
+
+    /// The expression that is the symbol alone.
+    pub fn symbol_expr(&self, id: SymbolId) -> Expr {
+        self.arena.borrow().symbols[id.0 as usize].1
+    }
+
+    /// The name of a symbol.
+    pub fn symbol_name(&self, id: SymbolId) -> String {
+        self.arena.borrow().symbols[id.0 as usize].0.clone()
+    }
+
+    /// A number.
+    ///
+    /// # Panics
+    /// When the pool is full, at 2³² nodes.
+    pub fn number(&self, n: Number) -> Expr {
+        let data = {
+            let arena = &mut *self.arena.borrow_mut();
+            let next = u32::try_from(arena.numbers.len()).expect("fewer than 2^32 numbers");
+            let data = *arena.number_index.entry(number_key(n)).or_insert(next);
+            if data == next {
+                arena.numbers.push(n);
+            }
+            data
+        };
+        self.intern(Op::Number, ZERO, ZERO, data)
+    }
+
+    /// The number that `e` is, if it is one (π is none).
+    pub fn as_number(&self, e: Expr) -> Option<Number> {
+        let arena = self.arena.borrow();
+        let node = arena.nodes[e.0 as usize];
+        (node.op == Op::Number).then(|| arena.numbers[node.data as usize])
+    }
+
+    /// Starts a sweep over handles: afterwards no handle has a position.
+    pub(crate) fn clear_positions(&self) {
+        let arena = &mut *self.arena.borrow_mut();
+        arena.position.resize(arena.nodes.len(), (0, 0));
+        arena.epoch = arena.epoch.wrapping_add(1);
+        if arena.epoch == 0 {
+            arena.position.fill((0, 0));
+            arena.epoch = 1;
+        }
+    }
+
+    /// Gives `e` a position; true when it had none.
+    pub(crate) fn mark(&self, e: Expr, position: u32) -> bool {
+        let arena = &mut *self.arena.borrow_mut();
+        let epoch = arena.epoch;
+        let entry = &mut arena.position[e.0 as usize];
+        let is_new = entry.0 != epoch;
+        *entry = (epoch, position);
+        is_new
+    }
+
+    /// The position last given to `e` in this sweep.
+    pub(crate) fn position(&self, e: Expr) -> u32 {
+        self.arena.borrow().position[e.0 as usize].1
+    }
+}

@@ -1,0 +1,96 @@
+//! How much work an expression is, on the shared graph and as printed.
+
+use crate::number::Number;
+use crate::op::Op;
+use crate::pool::{Expr, Pool};
+use crate::sweep::{Step, Sweep};
+
+/// Operations of some expressions. Signs are free; `x^n` takes n − 1 multiplications.
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
+pub struct OperationCount {
+    /// Multiplications, shared parts counted once.
+    pub multiplications: u64,
+    /// Additions and subtractions, shared parts counted once.
+    pub additions: u64,
+    /// Divisions, shared parts counted once.
+    pub divisions: u64,
+    /// Function calls and general powers, shared parts counted once.
+    pub calls: u64,
+    /// All operations when every expression is written out in full; saturates.
+    pub as_printed: u64,
+}
+
+impl OperationCount {
+    /// All operations on the shared graph.
+    pub fn shared(&self) -> u64 {
+        self.multiplications + self.additions + self.divisions + self.calls
+    }
+}
+
+impl Pool {
+    /// Counts the operations of `roots` together.
+    pub fn operation_count(&self, roots: &[Expr]) -> OperationCount {
+        self.count_sweep(&self.sweep(roots))
+    }
+
+    /// Counts the operations of all steps of a sweep.
+    pub(crate) fn count_sweep(&self, sweep: &Sweep) -> OperationCount {
+        let stands_alone = stands_alone(sweep);
+        let mut total = OperationCount::default();
+        let mut printed: Vec<u64> = Vec::with_capacity(sweep.steps.len());
+        for (position, step) in sweep.steps.iter().enumerate() {
+            let mut own = self.own_operations(sweep, step);
+            if !stands_alone[position] {
+                own.divisions = own.divisions.min(u64::from(step.op == Op::Mul));
+            }
+            total.multiplications += own.multiplications;
+            total.additions += own.additions;
+            total.divisions += own.divisions;
+            total.calls += own.calls;
+            let below = sweep.operands(step).fold(0u64, |sum, o| sum.saturating_add(printed[o]));
+            printed.push(below.saturating_add(own.shared()));
+        }
+        total.as_printed =
+            sweep.roots.iter().fold(0u64, |sum, &root| sum.saturating_add(printed[root]));
+        total
+    }
+
+    /// Operations of one step itself. A product with divisors is one division; a negative power
+    /// outside of products is one too.
+    fn own_operations(&self, sweep: &Sweep, step: &Step) -> OperationCount {
+        let mut own = OperationCount::default();
+        let operands = sweep.operands(step).map(|o| sweep.steps[o].expr);
+        let n_operands = operands.len() as u64;
+        match step.op {
+            Op::Number | Op::Symbol | Op::Pi | Op::Pair => (),
+            Op::Add => own.additions = n_operands - 1,
+            Op::Mul => {
+                let is_sign = |e: &Expr| self.as_number(*e) == Some(Number::MINUS_ONE);
+                let n_signs = operands.clone().filter(is_sign).count() as u64;
+                let n_divisors = operands.filter(|&e| self.split_power(e).1 < 0).count() as u64;
+                let n_factors = n_operands - n_signs - n_divisors;
+                own.divisions = u64::from(n_divisors > 0);
+                own.multiplications = n_factors.saturating_sub(1) + n_divisors.saturating_sub(1);
+            }
+            Op::Pow => match self.split_power(step.expr) {
+                (base, n) if base != step.expr => {
+                    own.multiplications = n.unsigned_abs() - 1;
+                    own.divisions = u64::from(n < 0);
+                }
+                _ => own.calls = 1,
+            },
+            Op::Call(_) => own.calls = 1,
+        }
+        own
+    }
+}
+
+/// Which steps are used by something other than a product.
+fn stands_alone(sweep: &Sweep) -> Vec<bool> {
+    let mut alone = vec![false; sweep.steps.len()];
+    sweep.roots.iter().for_each(|&root| alone[root] = true);
+    for step in sweep.steps.iter().filter(|step| step.op != Op::Mul) {
+        sweep.operands(step).for_each(|operand| alone[operand] = true);
+    }
+    alone
+}

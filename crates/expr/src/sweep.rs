@@ -1,0 +1,135 @@
+//! Forward sweeps: the nodes reachable from some roots, operands before users.
+//!
+//! A chain of sums or products is one step with many operands, whatever its length, so passes see
+//! `a + b + c` and not `(a + b) + c`. Every pass over expressions is a loop over the steps.
+
+use crate::op::Op;
+use crate::pool::{Expr, Pool, SymbolId};
+
+/// One reachable node.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Step {
+    pub(crate) expr: Expr,
+    pub(crate) op: Op,
+    /// Index of the number or symbol.
+    pub(crate) data: u32,
+    start: u32,
+    end: u32,
+}
+
+impl Step {
+    /// The symbol of a symbol step.
+    pub(crate) fn symbol(&self) -> Option<SymbolId> {
+        (self.op == Op::Symbol).then_some(SymbolId(self.data))
+    }
+}
+
+/// The reachable nodes in ascending order of handles.
+#[derive(Debug)]
+pub(crate) struct Sweep {
+    pub(crate) steps: Vec<Step>,
+    operands: Vec<u32>,
+    /// Position of each root among the steps.
+    pub(crate) roots: Vec<usize>,
+}
+
+impl Sweep {
+    /// Positions of the operands of a step, all smaller than its own.
+    pub(crate) fn operands(&self, step: &Step) -> impl ExactSizeIterator<Item = usize> + Clone {
+        self.operands[step.start as usize..step.end as usize].iter().map(|&p| p as usize)
+    }
+}
+
+impl Pool {
+    /// The operands of a node; those of the whole chain for sums and products.
+    pub(crate) fn operands_of(&self, e: Expr) -> Vec<Expr> {
+        let node = self.node(e);
+        match node.op {
+            Op::Number | Op::Symbol | Op::Pi => Vec::new(),
+            Op::Add | Op::Mul => self.chain(e, node.op),
+            Op::Call(function) if function.arity() == 1 => vec![node.left],
+            Op::Pow | Op::Pair | Op::Call(_) => vec![node.left, node.right],
+        }
+    }
+
+    /// Collects everything reachable from `roots`.
+    pub(crate) fn sweep(&self, roots: &[Expr]) -> Sweep {
+        self.clear_positions();
+        let mut reached: Vec<Expr> = roots.iter().copied().filter(|&r| self.mark(r, 0)).collect();
+        let mut next = 0;
+        while next < reached.len() {
+            let operands = self.operands_of(reached[next]);
+            reached.extend(operands.into_iter().filter(|&o| self.mark(o, 0)));
+            next += 1;
+        }
+        reached.sort_unstable();
+        let mut sweep = Sweep {
+            steps: Vec::with_capacity(reached.len()),
+            operands: Vec::new(),
+            roots: Vec::new(),
+        };
+        let index = |n: usize| u32::try_from(n).expect("fewer than 2^32 operands in a sweep");
+        for (position, &expr) in reached.iter().enumerate() {
+            self.mark(expr, index(position));
+            let start = index(sweep.operands.len());
+            sweep.operands.extend(self.operands_of(expr).into_iter().map(|o| self.position(o)));
+            let node = self.node(expr);
+            let end = index(sweep.operands.len());
+            sweep.steps.push(Step { expr, op: node.op, data: node.data, start, end });
+        }
+        sweep.roots = roots.iter().map(|&root| self.position(root) as usize).collect();
+        sweep
+    }
+
+    /// Builds the node of `step` on new operands.
+    pub(crate) fn rebuild(&self, step: &Step, operands: &[Expr]) -> Expr {
+        match (step.op, operands) {
+            (Op::Add, _) => self.sum(operands.iter().copied()),
+            (Op::Mul, _) => self.product(operands.iter().copied()),
+            (Op::Pow, &[base, exponent]) => self.pow(base, exponent),
+            (Op::Pair, &[a, b]) => self.intern(Op::Pair, a, b, 0),
+            (Op::Call(function), &[a]) => self.call_one(function, a),
+            (Op::Call(crate::op::Function::If), &[condition, pair]) => {
+                let branches = self.node(pair);
+                self.select(condition, branches.left, branches.right)
+            }
+            (Op::Call(function), &[a, b]) => self.call_two(function, a, b),
+            _ => step.expr,
+        }
+    }
+
+    /// Rebuilds every step from its operands' images; `leaf` gives the images known beforehand.
+    pub(crate) fn map_sweep(
+        &self,
+        sweep: &Sweep,
+        mut image_of: impl FnMut(&Step) -> Option<Expr>,
+    ) -> Vec<Expr> {
+        let mut images: Vec<Expr> = Vec::with_capacity(sweep.steps.len());
+        let mut operands = Vec::new();
+        for step in &sweep.steps {
+            let image = image_of(step).unwrap_or_else(|| {
+                let unchanged = sweep.operands(step).all(|o| images[o] == sweep.steps[o].expr);
+                if unchanged {
+                    return step.expr;
+                }
+                operands.clear();
+                operands.extend(sweep.operands(step).map(|o| images[o]));
+                self.rebuild(step, &operands)
+            });
+            images.push(image);
+        }
+        images
+    }
+
+    /// Whether the symbol `x` occurs in `e`.
+    pub fn depends_on(&self, e: Expr, x: SymbolId) -> bool {
+        self.sweep(&[e]).steps.iter().any(|step| step.symbol() == Some(x))
+    }
+
+    /// The symbols that occur in `e`, in ascending order.
+    pub fn symbols_of(&self, e: Expr) -> Vec<SymbolId> {
+        let mut symbols: Vec<_> = self.sweep(&[e]).steps.iter().filter_map(Step::symbol).collect();
+        symbols.sort_unstable();
+        symbols
+    }
+}

@@ -1,0 +1,140 @@
+//! Text in, text out, and faults with their place.
+
+use bksim_expr::{ParseErrorKind, ParseOptions, Pool, SyntaxKind, parse};
+
+fn check_text(text: &str, expected: &str) {
+    let pool = Pool::new();
+    assert_eq!(pool.to_text(pool.parse(text).expect(text)), expected);
+}
+
+#[test]
+fn text_reads_like_an_engineer_wrote_it() {
+    check_text("x3_dot^2*m3*0.5", "0.5*m3*x3_dot^2");
+    check_text("-a + b", "b - a");
+    check_text("sin(q)*m*(a + b)/3", "1/3*m*(a + b)*sin(q)");
+    check_text("a/(b*c)*d", "a*d/(b*c)");
+    check_text("-x/2/y", "-0.5*x/y");
+    check_text("1/x", "1/x");
+    check_text("q10 + q2 + 1", "q2 + q10 + 1");
+    check_text("(a^b)^c", "(a^b)^c");
+    check_text("a^(b^c)", "a^(b^c)");
+    check_text("(-2)^x", "(-2)^x");
+    check_text("2*(a+b)", "2*(a + b)");
+    check_text("if(lt(a, b), a, 2*pi)", "if(lt(a, b), a, 2*pi)");
+    check_text("m2*g + y2_ddot*m2 + ld2 - ld4", "g*m2 + ld2 - ld4 + m2*y2_ddot");
+}
+
+#[test]
+fn terms_keep_the_order_given() {
+    let pool = Pool::new();
+    let terms = ["x*m", "-ld1", "2*(a - b)", "-3"].map(|t| pool.parse(t).expect(t));
+    assert_eq!(pool.terms_to_text(&terms), "m*x - ld1 + 2*(a - b) - 3");
+    assert_eq!(pool.terms_to_text(&[]), "0");
+    assert_eq!(pool.terms_to_latex(&terms), r"m \, x - ld_{1} + 2 \, \left( a - b \right) - 3");
+}
+
+fn check_value(text: &str, expected: f64) {
+    let pool = Pool::new();
+    let value = pool.evaluate(pool.parse(text).expect(text), &|_| None).expect(text);
+    assert!(
+        (value - expected).abs() <= 1e-12 * expected.abs(),
+        "{text} is {value}, not {expected}"
+    );
+}
+
+#[test]
+fn operators_bind_as_in_mathematics() {
+    check_value("-2^2", -4.0);
+    check_value("1 + 1 < 2*2", 1.0);
+    check_value("if(3 >= 4 - 1, 5, 6)", 5.0);
+    check_value("(2 > 3) + (2 <= 2)", 1.0);
+    check_value("2^3^2", 512.0);
+    check_value("2^-1", 0.5);
+    check_value("2^-3^2*512", 1.0);
+    check_value("8/4/2", 1.0);
+    check_value("1 - 2 - 3", -4.0);
+    check_value("2*-3", -6.0);
+    check_value("--3", 3.0);
+    check_value("6/2*3", 9.0);
+    check_value("1.5e2 + .5", 150.5);
+    check_value("min(2, max(1, 5))", 2.0);
+    check_value("if(ge(2, 3), 10, 20)", 20.0);
+}
+
+fn check_fault(text: &str, kind: ParseErrorKind, span: std::ops::Range<usize>) {
+    let fault = Pool::new().parse(text).expect_err(text);
+    assert_eq!((fault.kind, fault.span), (kind, span), "{text}");
+}
+
+#[test]
+fn faults_point_at_the_place() {
+    use ParseErrorKind as K;
+    let operand = "a number, a name or `(`";
+    check_fault("2*(a + b", K::UnclosedParenthesis, 2..3);
+    check_fault("a + b)", K::UnopenedParenthesis, 5..6);
+    check_fault("a +", K::UnexpectedEnd { expected: operand }, 3..3);
+    check_fault("", K::UnexpectedEnd { expected: operand }, 0..0);
+    check_fault("(a +", K::UnexpectedEnd { expected: operand }, 4..4);
+    check_fault("a * / b", K::UnexpectedToken { found: "/".into(), expected: operand }, 4..5);
+    check_fault("a b", K::UnexpectedToken { found: "b".into(), expected: "an operator" }, 2..3);
+    check_fault("a ** b", K::UnexpectedToken { found: "*".into(), expected: operand }, 3..4);
+    check_fault("()", K::UnexpectedToken { found: ")".into(), expected: operand }, 1..2);
+    check_fault("1.2.3", K::BadNumber { found: "1.2.3".into() }, 0..5);
+    check_fault("2 mm", K::UnknownUnit { name: "mm".into() }, 2..4);
+    check_fault("a ? b", K::UnexpectedCharacter { found: '?' }, 2..3);
+    check_fault("sinn(a)", K::UnknownFunction { name: "sinn".into() }, 0..4);
+    let arity = K::WrongArity { name: "atan2".into(), expected: 2, found: 1 };
+    check_fault("1 + atan2(a)", arity, 4..9);
+    let none = K::WrongArity { name: "sin".into(), expected: 1, found: 0 };
+    check_fault("sin()", none, 0..3);
+    check_fault(&"(".repeat(65), K::TooDeep { limit: 64 }, 64..65);
+}
+
+#[test]
+fn units_follow_numbers_and_model_names_win() {
+    let options = ParseOptions {
+        is_unit: &|name| ["m", "s", "N", "kg", "mm"].contains(&name),
+        is_name: &|name| name == "s",
+        ..ParseOptions::default()
+    };
+    let units = |text: &str| -> Vec<(String, i32)> {
+        let syntax = parse(text, &options).expect(text);
+        let quantity = syntax.nodes.iter().find_map(|node| match &node.kind {
+            SyntaxKind::Quantity { factors, .. } => Some(factors.clone()),
+            _ => None,
+        });
+        quantity.expect(text).into_iter().map(|factor| (factor.name, factor.exponent)).collect()
+    };
+    let pairs = |list: &[(&str, i32)]| -> Vec<(String, i32)> {
+        list.iter().map(|&(name, exponent)| (name.to_owned(), exponent)).collect()
+    };
+    assert_eq!(units("25 mm"), pairs(&[("mm", 1)]));
+    assert_eq!(units("25mm"), pairs(&[("mm", 1)]));
+    assert_eq!(units("5 kg*m^2 + x"), pairs(&[("kg", 1), ("m", 2)]));
+    assert_eq!(units("5 N/m^-2/kg"), pairs(&[("N", 1), ("m", 2), ("kg", -1)]));
+    // `s` is a name of the model, `m(` a call.
+    assert_eq!(units("9.81 m/s^2"), pairs(&[("m", 1)]));
+    assert_eq!(units("2 N*m(x)"), pairs(&[("N", 1)]));
+    let fault = parse("2 furlong", &options).expect_err("no unit");
+    assert_eq!(fault.span, 2..9);
+}
+
+#[test]
+fn nodes_come_in_post_order_with_spans() {
+    let syntax = parse("crank.B.x + f(2, -y)", &ParseOptions::default()).expect("valid");
+    let covered: Vec<_> = syntax.nodes.iter().map(|node| node.span.clone()).collect();
+    assert_eq!(covered, [0..9, 14..15, 18..19, 17..19, 12..20, 0..20]);
+    assert_eq!(syntax.names().map(|(name, _)| name).collect::<Vec<_>>(), ["crank.B.x", "y"]);
+}
+
+#[test]
+fn long_texts_do_not_overflow_the_stack() {
+    let pool = Pool::new();
+    let minus = format!("{}x", "-".repeat(100_001));
+    assert_eq!(pool.to_text(pool.parse(&minus).expect("valid")), "-x");
+    let sum = vec!["x"; 100_001].join("+");
+    assert_eq!(pool.to_text(pool.parse(&sum).expect("valid")), "100001*x");
+    let tower = vec!["x"; 20_001].join("^");
+    let e = pool.parse(&tower).expect("valid");
+    assert_eq!(pool.to_text(e).matches('x').count(), 20_001);
+}

@@ -1,0 +1,88 @@
+//! Exporting chosen channels as a table: one row per time, one column per signal.
+
+#[cfg(feature = "parquet")]
+mod parquet;
+
+use std::io::{Read, Write};
+
+#[cfg(feature = "parquet")]
+pub use parquet::to_parquet;
+
+use crate::{EndStatus, LogError, LogReader, Record, Selection};
+
+/// What an export came to.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Exported {
+    /// Rows written, the heading not counted.
+    pub n_rows: u64,
+    /// How the run ended; `None` if the log was cut short, after its last whole chunk.
+    pub end: Option<EndStatus>,
+}
+
+/// Writes the selected signals as CSV: a heading `t,state.angle,…`, then one row per time.
+///
+/// Numbers are the shortest texts that read back as the same bits, or `NaN`, `inf`, `-inf`; a cell
+/// stays empty where a topic has no sample at that time. Units are in [`Selection::columns`].
+///
+/// # Errors
+/// As [`LogReader::next_record`], and [`LogError::Io`] from `out`; the rows before are written.
+pub fn to_csv<R: Read>(
+    log: LogReader<R>,
+    selection: &Selection,
+    out: impl Write,
+) -> Result<Exported, LogError> {
+    let mut csv = csv::Writer::from_writer(out);
+    let names = selection.columns().iter().map(|column| column.name.as_str());
+    csv.write_record(std::iter::once("t").chain(names)).map_err(io_error)?;
+    let exported = rows(log, selection, |t, cells| {
+        csv.write_field(format!("{t:?}")).map_err(io_error)?;
+        for cell in cells {
+            let text = cell.map(|value| format!("{value:?}")).unwrap_or_default();
+            csv.write_field(text).map_err(io_error)?;
+        }
+        csv.write_record(None::<&[u8]>).map_err(io_error)
+    })?;
+    csv.flush()?;
+    Ok(exported)
+}
+
+fn io_error(error: csv::Error) -> LogError {
+    LogError::Io(error.into())
+}
+
+/// Joins the samples of one time to rows and hands them to `put`, with one cell per column.
+///
+/// The writer lets no time run back, so the samples of one time stand next to each other. A topic
+/// that is sampled twice at one time, before and after an event, makes two rows.
+pub(crate) fn rows<R: Read>(
+    mut log: LogReader<R>,
+    selection: &Selection,
+    mut put: impl FnMut(f64, &[Option<f64>]) -> Result<(), LogError>,
+) -> Result<Exported, LogError> {
+    // The columns of each topic: place in the sample, place in the row.
+    let mut columns_of = vec![Vec::new(); log.header().topics.len()];
+    for (column_idx, column) in selection.columns().iter().enumerate() {
+        columns_of[column.topic.0].push((column.field_idx, column_idx));
+    }
+    let mut cells = vec![None; selection.columns().len()];
+    let mut row_t: Option<f64> = None;
+    let mut n_rows = 0;
+    while let Some(record) = log.next_record()? {
+        let Record::Sample { topic, t, values } = record else { continue };
+        let Some(&(_, first_cell)) = columns_of[topic.0].first() else { continue };
+        if let Some(previous) = row_t.filter(|&row_t| row_t != t || cells[first_cell].is_some()) {
+            put(previous, &cells)?;
+            n_rows += 1;
+            cells.fill(None);
+        }
+        row_t = Some(t);
+        for &(field_idx, column_idx) in &columns_of[topic.0] {
+            cells[column_idx] = Some(values[field_idx]);
+        }
+    }
+    if let Some(t) = row_t {
+        put(t, &cells)?;
+        n_rows += 1;
+    }
+    Ok(Exported { n_rows, end: log.end().cloned() })
+}

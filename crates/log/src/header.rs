@@ -1,0 +1,220 @@
+//! What a log tells about its run, apart from the samples: plain data, and the rules for names.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::{LogError, schema};
+
+/// Topic of the [`Note`]s; every log has it, and no [`Topic`] may take its name.
+pub const LOG_TOPIC: &str = "/log";
+
+/// One signal of a topic.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Field {
+    /// An ASCII identifier other than `t`, unique in its topic.
+    pub name: String,
+    /// SI unit as text, empty for a plain number.
+    pub unit: String,
+    /// One line for people; may be empty.
+    pub description: String,
+}
+
+impl Field {
+    /// A field from its three texts.
+    pub fn new(name: &str, unit: &str, description: &str) -> Field {
+        Field { name: name.into(), unit: unit.into(), description: description.into() }
+    }
+}
+
+/// Signals that are sampled together.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Topic {
+    /// `/` and ASCII identifiers joined by `/`, such as `/state` or `/reactions/elbow`.
+    pub name: String,
+    /// The signals, in the order of the values of a sample.
+    pub fields: Vec<Field>,
+}
+
+impl Topic {
+    /// A topic from its name and signals.
+    pub fn new(name: &str, fields: impl IntoIterator<Item = Field>) -> Topic {
+        Topic { name: name.into(), fields: fields.into_iter().collect() }
+    }
+
+    /// The name under which a field is exported: `/state` and `angle` give `state.angle`.
+    pub fn column_name(&self, field: &Field) -> String {
+        format!("{}.{}", dotted(&self.name), field.name)
+    }
+}
+
+/// `/reactions/elbow` as `reactions.elbow`.
+pub(crate) fn dotted(topic_name: &str) -> String {
+    topic_name.trim_start_matches('/').replace('/', ".")
+}
+
+/// Handle to one topic of a [`Header`]: its place in [`Header::topics`].
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct TopicId(pub(crate) usize);
+
+/// A number and its SI unit (empty for a plain number).
+#[derive(Clone, PartialEq, Debug)]
+pub struct Quantity {
+    /// The value in that unit.
+    pub value: f64,
+    /// SI unit as text.
+    pub unit: String,
+}
+
+/// Everything known before the first sample.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Header {
+    /// Name of the model.
+    pub model_name: String,
+    /// Ending of the model's file name, such as `toml`.
+    pub model_format: String,
+    /// The model as its author wrote it.
+    pub model_text: String,
+    /// Version of bksim that wrote the log.
+    pub version: String,
+    /// Time at which the run starts, s; may be negative.
+    pub t_start: f64,
+    /// Resolved parameters by name.
+    pub parameters: BTreeMap<String, Quantity>,
+    /// Options of the run by name.
+    pub options: BTreeMap<String, String>,
+    /// The channels.
+    pub topics: Vec<Topic>,
+}
+
+impl Header {
+    /// A header without parameters, options and topics, of a run that starts at `t = 0`.
+    pub fn new(model_name: &str, model_format: &str, model_text: &str, version: &str) -> Header {
+        Header {
+            model_name: model_name.into(),
+            model_format: model_format.into(),
+            model_text: model_text.into(),
+            version: version.into(),
+            t_start: 0.0,
+            parameters: BTreeMap::new(),
+            options: BTreeMap::new(),
+            topics: Vec::new(),
+        }
+    }
+
+    /// Adds a topic and returns its handle; names are checked when the log is created.
+    pub fn add_topic(&mut self, topic: Topic) -> TopicId {
+        self.topics.push(topic);
+        TopicId(self.topics.len() - 1)
+    }
+
+    /// The topic with this name.
+    pub fn topic_id(&self, name: &str) -> Option<TopicId> {
+        self.topics.iter().position(|topic| topic.name == name).map(TopicId)
+    }
+
+    /// All topics with their handles.
+    pub fn topics_with_ids(&self) -> impl Iterator<Item = (TopicId, &Topic)> {
+        self.topics.iter().enumerate().map(|(topic_idx, topic)| (TopicId(topic_idx), topic))
+    }
+
+    /// Checks that every name can be written and found again.
+    pub(crate) fn check_names(&self) -> Result<(), LogError> {
+        if !is_identifier(&self.model_format) {
+            return Err(bad_name("model format", &self.model_format));
+        }
+        // Different topics may still share one message name: `/a_b` and `/a/b` are both `AB`.
+        let mut messages = BTreeSet::new();
+        for topic in &self.topics {
+            let Some(segments) = topic.name.strip_prefix('/') else {
+                return Err(bad_name("topic", &topic.name));
+            };
+            if !segments.split('/').all(is_identifier) {
+                return Err(bad_name("topic", &topic.name));
+            }
+            if topic.name == LOG_TOPIC || !messages.insert(schema::message_name(&topic.name)) {
+                return Err(duplicate("topic", &topic.name));
+            }
+            check_field_names(topic)?;
+        }
+        Ok(())
+    }
+}
+
+fn check_field_names(topic: &Topic) -> Result<(), LogError> {
+    let mut names = BTreeSet::from(["t"]);
+    for field in &topic.fields {
+        if !is_identifier(&field.name) {
+            return Err(bad_name("field", &field.name));
+        }
+        if !names.insert(&field.name) {
+            return Err(duplicate("field", &topic.column_name(field)));
+        }
+    }
+    Ok(())
+}
+
+/// Protobuf allows ASCII letters, digits and `_` in names, and no digit in front.
+fn is_identifier(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+}
+
+fn bad_name(what: &'static str, name: &str) -> LogError {
+    LogError::BadName { what, name: name.into() }
+}
+
+fn duplicate(what: &'static str, name: &str) -> LogError {
+    LogError::DuplicateName { what, name: name.into() }
+}
+
+/// Whether a run came to its end time.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Outcome {
+    /// The end time was reached.
+    ReachedEnd,
+    /// The run stopped before; the samples up to then are valid.
+    Stopped,
+}
+
+/// How a run ended.
+#[derive(Clone, PartialEq, Debug)]
+pub struct EndStatus {
+    /// Whether the end time was reached.
+    pub outcome: Outcome,
+    /// Last time of the solution, s.
+    pub t_end: f64,
+    /// Why the run ended there, for people.
+    pub reason: String,
+    /// Counters, residuals and other results, by name.
+    pub summary: BTreeMap<String, String>,
+}
+
+impl EndStatus {
+    /// An end without a summary.
+    pub fn new(outcome: Outcome, t_end: f64, reason: &str) -> EndStatus {
+        EndStatus { outcome, t_end, reason: reason.into(), summary: BTreeMap::new() }
+    }
+}
+
+/// How serious a [`Note`] is, numbered as in the schema `foxglove.Log`.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum Level {
+    /// Detail for developers.
+    Debug = 1,
+    /// Something worth knowing, such as an event.
+    Info = 2,
+    /// The result may not be what the author wants.
+    Warning = 3,
+    /// The run failed here.
+    Error = 4,
+}
+
+/// One line of the topic `/log`.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Note {
+    /// How serious it is.
+    pub level: Level,
+    /// Time, s.
+    pub t: f64,
+    /// What happened.
+    pub text: String,
+}

@@ -1,0 +1,63 @@
+//! Runs as MCAP files: self-describing channels, with the model and its options inside.
+//!
+//! ```
+//! use bksim_log::{EndStatus, Field, Header, Log, LogWriter, Outcome, Topic};
+//!
+//! let mut header = Header::new("pendulum", "toml", "# the model", "0.1.0");
+//! let state = header.add_topic(Topic::new("/state", [Field::new("angle", "rad", "A to B")]));
+//!
+//! let mut writer = LogWriter::create(Vec::new(), &header)?;
+//! writer.write(state, 0.0, &[0.5])?;
+//! writer.write(state, 0.1, &[0.4])?;
+//! let bytes = writer.finish(&EndStatus::new(Outcome::ReachedEnd, 0.1, "end time reached"))?;
+//!
+//! let log = Log::read(&bytes[..])?;
+//! assert_eq!(log.header, header);
+//! assert_eq!(log.series(state).columns[0], [0.5, 0.4]);
+//! assert_eq!(log.end.map(|end| end.outcome), Some(Outcome::ReachedEnd));
+//! # Ok::<(), bksim_log::LogError>(())
+//! ```
+//!
+//! # The file
+//!
+//! In the order of the file, so that a run killed half-way still tells what it was:
+//!
+//! | record | holds |
+//! |---|---|
+//! | attachment `model.toml` | the text of the model |
+//! | metadata `bksim.run` | model name and format, SHA-256 of the text, version, start time, digest |
+//! | metadata `bksim.parameters` | name -> value and SI unit, such as `0.025 m` |
+//! | metadata `bksim.options` | name -> text |
+//! | one schema and channel per topic | protobuf message `bksim.State` for topic `/state` and so on: field 1 is `t` in seconds, then one double per signal; units and descriptions are channel metadata `angle.unit`, `angle.description` |
+//! | channel `/log` | warnings and events, schema `foxglove.Log` with one more field, `t` |
+//! | chunks of messages | the samples, zstd, each chunk with its CRC |
+//! | metadata `bksim.end` | how the run ended; a log without it was cut short |
+//!
+//! `log_time` is the distance from the start time in nanoseconds: it starts at 0 however early the
+//! run starts, and grows along the run even when it is integrated backwards. The exact time is `t`.
+//! No record holds a wall-clock time: the same run writes the same samples bit for bit, and the
+//! same file when no quarter second passes between two writes.
+//!
+//! # Invariants
+//!
+//! Bytes in, bytes out: this crate opens no file. Reading checks every CRC, keeps at most a few
+//! records in memory, and answers any bytes with data or a [`LogError`], never with a panic.
+
+mod error;
+pub mod export;
+mod frames;
+mod header;
+mod meta;
+mod read;
+mod schema;
+mod select;
+mod wire;
+mod write;
+
+pub use error::LogError;
+pub use header::{
+    EndStatus, Field, Header, LOG_TOPIC, Level, Note, Outcome, Quantity, Topic, TopicId,
+};
+pub use read::{Log, LogReader, Record, Series};
+pub use select::{Column, Selection};
+pub use write::LogWriter;

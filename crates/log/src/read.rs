@@ -1,0 +1,269 @@
+//! Reading a log: record by record, or whole.
+
+mod prologue;
+
+use std::{collections::BTreeMap, io::Read};
+
+use mcap::records::{self, Metadata, op};
+
+use crate::{
+    EndStatus, Header, Level, LogError, Note, Topic, TopicId,
+    frames::{Frames, State},
+    meta,
+    schema::log_number,
+    wire::{Fields, Malformed, Value},
+};
+use prologue::Prologue;
+
+/// One record of a run.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Record<'a> {
+    /// A sample.
+    Sample {
+        /// Its topic.
+        topic: TopicId,
+        /// Time, s.
+        t: f64,
+        /// One value per field of the topic.
+        values: &'a [f64],
+    },
+    /// A line of the topic `/log`.
+    Note(Note),
+}
+
+/// Reads a log from any stream of bytes with bounded memory, checking every checksum.
+///
+/// A log that was cut short is read up to the cut: [`LogReader::next_record`] ends there, and
+/// [`LogReader::end`] stays `None`.
+pub struct LogReader<R> {
+    frames: Frames<R>,
+    header: Header,
+    model_sha256: String,
+    decoders: BTreeMap<u16, Decoder>,
+    values: Vec<f64>,
+    end: Option<EndStatus>,
+}
+
+/// What the messages of one channel mean.
+enum Decoder {
+    Sample {
+        topic: TopicId,
+        t_number: u64,
+        /// Field numbers in the order of the topic's fields, which is ascending.
+        numbers: Vec<u64>,
+    },
+    Note,
+}
+
+impl<R: Read> LogReader<R> {
+    /// Reads everything before the first sample.
+    ///
+    /// # Errors
+    /// [`LogError::NotMcap`], [`LogError::NotARun`] (also for a log cut within its first records),
+    /// [`LogError::Damaged`], [`LogError::TooLarge`] and [`LogError::Io`].
+    pub fn open(source: R) -> Result<LogReader<R>, LogError> {
+        let mut frames = Frames::new(source)?;
+        let mut prologue = Prologue::default();
+        while let Some(opcode) = frames.peek()? {
+            let is_end = opcode == op::METADATA && prologue.is_complete();
+            if opcode == op::MESSAGE || is_end {
+                break;
+            }
+            if let Some((opcode, body)) = frames.next()? {
+                prologue.add(opcode, body)?;
+            }
+        }
+        prologue.into_reader(frames)
+    }
+
+    /// What the log tells about its run.
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// SHA-256 of the model text, hexadecimal; verified.
+    pub fn model_sha256(&self) -> &str {
+        &self.model_sha256
+    }
+
+    /// How the run ended: known once [`LogReader::next_record`] has returned `None`, and `None`
+    /// then if the log was cut short.
+    pub fn end(&self) -> Option<&EndStatus> {
+        self.end.as_ref().filter(|_| self.frames.state() == State::Complete)
+    }
+
+    /// The next sample or note, in the order they were written; `None` at the end of the data.
+    ///
+    /// # Errors
+    /// [`LogError::Damaged`], [`LogError::TooLarge`] and [`LogError::Io`]. What was returned before
+    /// had the right checksum.
+    pub fn next_record(&mut self) -> Result<Option<Record<'_>>, LogError> {
+        while let Some((opcode, body)) = self.frames.next()? {
+            match opcode {
+                op::METADATA => {
+                    let metadata = metadata(body)?;
+                    if metadata.name == meta::END {
+                        self.end = Some(meta::read_end(metadata)?);
+                    }
+                }
+                op::MESSAGE => {
+                    let (channel_id, message) = message(body)?;
+                    match self.decoders.get(&channel_id) {
+                        // A channel that some other program added to the file.
+                        None => (),
+                        Some(Decoder::Note) => {
+                            return Ok(Some(Record::Note(decode_note(message)?)));
+                        }
+                        Some(Decoder::Sample { topic, t_number, numbers }) => {
+                            let topic = *topic;
+                            let t = decode_sample(message, *t_number, numbers, &mut self.values)?;
+                            return Ok(Some(Record::Sample { topic, t, values: &self.values }));
+                        }
+                    }
+                }
+                _ => (),
+            }
+        }
+        Ok(None)
+    }
+}
+
+fn metadata(body: &[u8]) -> Result<Metadata, LogError> {
+    match mcap::parse_record(op::METADATA, body)? {
+        records::Record::Metadata(metadata) => Ok(metadata),
+        _ => Err(LogError::damaged("a metadata record is none")),
+    }
+}
+
+fn message(body: &[u8]) -> Result<(u16, &[u8]), LogError> {
+    match mcap::parse_record(op::MESSAGE, body)? {
+        // The record borrows `body`, but hides that in a `Cow`: 22 bytes are the message header.
+        records::Record::Message { header, .. } => Ok((header.channel_id, &body[22..])),
+        _ => Err(LogError::damaged("a message is none")),
+    }
+}
+
+/// Fills `values` and returns the time.
+fn decode_sample(
+    message: &[u8],
+    t_number: u64,
+    numbers: &[u64],
+    values: &mut Vec<f64>,
+) -> Result<f64, LogError> {
+    // bksim writes every field, nine bytes or more: refusing less keeps the work for a message in
+    // proportion to its bytes.
+    if message.len() / 9 <= numbers.len() {
+        return Err(LogError::damaged("a sample lacks some of its fields"));
+    }
+    values.clear();
+    values.resize(numbers.len(), 0.0);
+    let mut t = 0.0;
+    // Writers keep the order of the fields, so the next one is nearly always the one expected.
+    let mut expected_idx = 0;
+    for field in Fields::new(message) {
+        let (number, Value::Fixed64(bits)) = field.map_err(bad_message)? else { continue };
+        let value = f64::from_bits(bits);
+        if number == t_number {
+            t = value;
+            continue;
+        }
+        let field_idx = match numbers.get(expected_idx) {
+            Some(&expected) if expected == number => expected_idx,
+            _ => match numbers.binary_search(&number) {
+                Ok(field_idx) => field_idx,
+                Err(_) => continue,
+            },
+        };
+        values[field_idx] = value;
+        expected_idx = field_idx + 1;
+    }
+    Ok(t)
+}
+
+fn decode_note(message: &[u8]) -> Result<Note, LogError> {
+    let mut note = Note { level: Level::Info, t: 0.0, text: String::new() };
+    for field in Fields::new(message) {
+        let (number, value) = field.map_err(bad_message)?;
+        match (u32::try_from(number), value) {
+            (Ok(log_number::LEVEL), Value::Varint(level)) => note.level = level_of(level),
+            (Ok(log_number::T), Value::Fixed64(bits)) => note.t = f64::from_bits(bits),
+            (Ok(log_number::MESSAGE), Value::Bytes(text)) => {
+                note.text = String::from_utf8_lossy(text).into_owned();
+            }
+            _ => (),
+        }
+    }
+    Ok(note)
+}
+
+fn level_of(number: u64) -> Level {
+    match number {
+        0 | 1 => Level::Debug,
+        2 => Level::Info,
+        3 => Level::Warning,
+        _ => Level::Error,
+    }
+}
+
+fn bad_message(_: Malformed) -> LogError {
+    LogError::damaged("a message is not protobuf")
+}
+
+/// A whole log in memory: samples take 8 bytes per value.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Log {
+    /// What the log tells about its run.
+    pub header: Header,
+    /// SHA-256 of the model text, hexadecimal; verified.
+    pub model_sha256: String,
+    /// Warnings and events in the order they were written.
+    pub notes: Vec<Note>,
+    /// How the run ended; `None` if the log was cut short.
+    pub end: Option<EndStatus>,
+    series: Vec<Series>,
+}
+
+/// All samples of one topic.
+#[derive(Clone, PartialEq, Default, Debug)]
+pub struct Series {
+    /// Times, s.
+    pub t: Vec<f64>,
+    /// The values of each field, each as long as `t`.
+    pub columns: Vec<Vec<f64>>,
+}
+
+impl Log {
+    /// Reads a log to its end, or to where it was cut short.
+    ///
+    /// # Errors
+    /// As [`LogReader::open`] and [`LogReader::next_record`].
+    pub fn read(source: impl Read) -> Result<Log, LogError> {
+        let mut reader = LogReader::open(source)?;
+        let empty = |topic: &Topic| Series { t: vec![], columns: vec![vec![]; topic.fields.len()] };
+        let mut series: Vec<_> = reader.header.topics.iter().map(empty).collect();
+        let mut notes = Vec::new();
+        while let Some(record) = reader.next_record()? {
+            match record {
+                Record::Note(note) => notes.push(note),
+                Record::Sample { topic, t, values } => {
+                    let series = &mut series[topic.0];
+                    series.t.push(t);
+                    for (column, &value) in series.columns.iter_mut().zip(values) {
+                        column.push(value);
+                    }
+                }
+            }
+        }
+        let end = reader.end().cloned();
+        let LogReader { header, model_sha256, .. } = reader;
+        Ok(Log { header, model_sha256, notes, end, series })
+    }
+
+    /// The samples of a topic of [`Log::header`].
+    ///
+    /// # Panics
+    /// If `topic` was made for another header with more topics.
+    pub fn series(&self, topic: TopicId) -> &Series {
+        &self.series[topic.0]
+    }
+}

@@ -1,0 +1,256 @@
+//! Schemas: one protobuf message per topic, described by a `FileDescriptorSet` built at run time.
+//!
+//! ```text
+//! package bksim;
+//! message State {          // topic /state
+//!   double t = 1;          // s
+//!   double angle = 2;      // one per signal, in order
+//! }
+//! ```
+//!
+//! Reading goes the other way with the wire format alone: a descriptor decoded into generated types
+//! takes a hundred times its bytes in memory, which hostile files would ask for.
+
+use prost::Message as _;
+use prost_types::{
+    DescriptorProto, EnumDescriptorProto, EnumValueDescriptorProto, FieldDescriptorProto,
+    FileDescriptorProto, FileDescriptorSet,
+    field_descriptor_proto::{Label, Type},
+};
+
+use crate::{
+    Field, Topic,
+    wire::{Fields, Malformed, Value},
+};
+
+/// Field number of the time, in samples.
+pub(crate) const T_NUMBER: u32 = 1;
+/// Name of the schema of `/log`: viewers know it.
+pub(crate) const LOG_SCHEMA: &str = "foxglove.Log";
+const PACKAGE: &str = "bksim";
+
+/// Field numbers of `foxglove.Log`, and of the exact time that is added to it.
+pub(crate) mod log_number {
+    pub(crate) const TIMESTAMP: u32 = 1;
+    pub(crate) const LEVEL: u32 = 2;
+    pub(crate) const MESSAGE: u32 = 3;
+    pub(crate) const NAME: u32 = 4;
+    pub(crate) const T: u32 = 15;
+}
+
+/// Protobuf field number of a signal by its place; 19000 to 19999 belong to protobuf itself.
+pub(crate) fn field_number(field_idx: usize) -> u32 {
+    let number = u32::try_from(field_idx).unwrap_or(u32::MAX).saturating_add(T_NUMBER + 1);
+    if number < 19_000 { number } else { number.saturating_add(1_000) }
+}
+
+/// The message name of a topic, in camel case: `/solver_steps` gives `SolverSteps`.
+pub(crate) fn message_name(topic_name: &str) -> String {
+    let mut name = String::new();
+    for word in topic_name.split(['/', '_']) {
+        let mut letters = word.chars();
+        name.extend(letters.next().map(|letter| letter.to_ascii_uppercase()));
+        name.push_str(letters.as_str());
+    }
+    // A digit in front is a legal segment end, `/_1`, but no legal message name.
+    if name.starts_with(|c: char| c.is_ascii_alphabetic()) { name } else { format!("M{name}") }
+}
+
+/// The full message name, which MCAP calls the schema name.
+pub(crate) fn schema_name(topic_name: &str) -> String {
+    format!("{PACKAGE}.{}", message_name(topic_name))
+}
+
+/// Serialised `FileDescriptorSet` of a topic.
+pub(crate) fn descriptor_set(topic: &Topic) -> Vec<u8> {
+    let signal = |(field_idx, field): (usize, &Field)| {
+        scalar(&field.name, field_number(field_idx), Type::Double)
+    };
+    let message = DescriptorProto {
+        name: Some(message_name(&topic.name)),
+        field: std::iter::once(scalar("t", T_NUMBER, Type::Double))
+            .chain(topic.fields.iter().enumerate().map(signal))
+            .collect(),
+        ..DescriptorProto::default()
+    };
+    let name = format!("bksim/{}.proto", message_name(&topic.name));
+    FileDescriptorSet { file: vec![proto_file(&name, PACKAGE, message)] }.encode_to_vec()
+}
+
+/// Serialised `FileDescriptorSet` of `foxglove.Log`, with its import.
+pub(crate) fn log_descriptor_set() -> Vec<u8> {
+    let timestamp = DescriptorProto {
+        name: Some("Timestamp".into()),
+        field: vec![scalar("seconds", 1, Type::Int64), scalar("nanos", 2, Type::Int32)],
+        ..DescriptorProto::default()
+    };
+    let typed = |name, number, r#type, type_name: &str| FieldDescriptorProto {
+        type_name: Some(type_name.into()),
+        ..scalar(name, number, r#type)
+    };
+    let timestamp_type = ".google.protobuf.Timestamp";
+    let log = DescriptorProto {
+        name: Some("Log".into()),
+        field: vec![
+            typed("timestamp", log_number::TIMESTAMP, Type::Message, timestamp_type),
+            typed("level", log_number::LEVEL, Type::Enum, ".foxglove.Log.Level"),
+            scalar("message", log_number::MESSAGE, Type::String),
+            scalar("name", log_number::NAME, Type::String),
+            scalar("file", 5, Type::String),
+            scalar("line", 6, Type::Fixed32),
+            scalar("t", log_number::T, Type::Double),
+        ],
+        enum_type: vec![levels()],
+        ..DescriptorProto::default()
+    };
+    let timestamp_path = "google/protobuf/timestamp.proto";
+    let mut log_file = proto_file("foxglove/Log.proto", "foxglove", log);
+    log_file.dependency.push(timestamp_path.into());
+    let timestamp_file = proto_file(timestamp_path, "google.protobuf", timestamp);
+    FileDescriptorSet { file: vec![timestamp_file, log_file] }.encode_to_vec()
+}
+
+fn levels() -> EnumDescriptorProto {
+    let names = ["UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL"];
+    let value = |(number, name): (i32, &str)| EnumValueDescriptorProto {
+        name: Some(name.into()),
+        number: Some(number),
+        ..EnumValueDescriptorProto::default()
+    };
+    EnumDescriptorProto {
+        name: Some("Level".into()),
+        value: (0..).zip(names).map(value).collect(),
+        ..EnumDescriptorProto::default()
+    }
+}
+
+fn proto_file(name: &str, package: &str, message: DescriptorProto) -> FileDescriptorProto {
+    FileDescriptorProto {
+        name: Some(name.into()),
+        package: Some(package.into()),
+        message_type: vec![message],
+        syntax: Some("proto3".into()),
+        ..FileDescriptorProto::default()
+    }
+}
+
+fn scalar(name: &str, number: u32, r#type: Type) -> FieldDescriptorProto {
+    FieldDescriptorProto {
+        name: Some(name.into()),
+        // Spelled out: derived JSON names of `a_b` and `aB` would collide.
+        json_name: Some(name.into()),
+        number: Some(i32::try_from(number).unwrap_or(i32::MAX)),
+        label: Some(Label::Optional as i32),
+        r#type: Some(r#type as i32),
+        ..FieldDescriptorProto::default()
+    }
+}
+
+/// The doubles of one message: the number that `t` has, then name and number of each signal.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub(crate) struct Layout {
+    pub(crate) t_number: Option<u64>,
+    pub(crate) signals: Vec<(String, u64)>,
+}
+
+/// Finds message `schema_name` in a serialised `FileDescriptorSet` and lists its doubles.
+///
+/// `Ok(None)`: the set is sound, but has no such message.
+pub(crate) fn layout(set: &[u8], schema_name: &str) -> Result<Option<Layout>, Malformed> {
+    // Field numbers of descriptor.proto: FileDescriptorSet.file = 1, FileDescriptorProto.package =
+    // 2 and .message_type = 4, DescriptorProto.name = 1.
+    for file in messages(set, 1) {
+        let file = file?;
+        let package = text(file, 2)?;
+        for message in messages(file, 4) {
+            let message = message?;
+            let name = text(message, 1)?;
+            let is_wanted = match package {
+                "" => name == schema_name,
+                _ => schema_name.split_once('.').is_some_and(|_| {
+                    schema_name.strip_prefix(package).and_then(|rest| rest.strip_prefix('.'))
+                        == Some(name)
+                }),
+            };
+            if is_wanted {
+                return message_layout(message).map(Some);
+            }
+        }
+    }
+    Ok(None)
+}
+
+fn message_layout(message: &[u8]) -> Result<Layout, Malformed> {
+    let mut layout = Layout::default();
+    // DescriptorProto.field = 2; FieldDescriptorProto.name = 1, .number = 3, .type = 5.
+    for field in messages(message, 2) {
+        let field = field?;
+        if integer(field, 5)? != Some(Type::Double as u64) {
+            continue;
+        }
+        let number = integer(field, 3)?.ok_or(Malformed)?;
+        match text(field, 1)? {
+            "t" => layout.t_number = Some(number),
+            name => layout.signals.push((name.to_owned(), number)),
+        }
+    }
+    Ok(layout)
+}
+
+fn messages(bytes: &[u8], wanted: u64) -> impl Iterator<Item = Result<&[u8], Malformed>> {
+    Fields::new(bytes).filter_map(move |field| match field {
+        Ok((number, Value::Bytes(message))) if number == wanted => Some(Ok(message)),
+        Ok(_) => None,
+        Err(error) => Some(Err(error)),
+    })
+}
+
+fn text(bytes: &[u8], wanted: u64) -> Result<&str, Malformed> {
+    match messages(bytes, wanted).next() {
+        Some(text) => std::str::from_utf8(text?).map_err(|_| Malformed),
+        None => Ok(""),
+    }
+}
+
+fn integer(bytes: &[u8], wanted: u64) -> Result<Option<u64>, Malformed> {
+    for field in Fields::new(bytes) {
+        match field? {
+            (number, Value::Varint(value)) if number == wanted => return Ok(Some(value)),
+            _ => (),
+        }
+    }
+    Ok(None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn topic() -> Topic {
+        Topic::new("/joint/elbow_1", ["a_b", "aB"].map(|name| Field::new(name, "", "")))
+    }
+
+    #[test]
+    fn the_layout_read_is_the_layout_written() {
+        let set = descriptor_set(&topic());
+        let signals = vec![("a_b".to_owned(), 2), ("aB".to_owned(), 3)];
+        let expected = Layout { t_number: Some(1), signals };
+        assert_eq!(schema_name("/joint/elbow_1"), "bksim.JointElbow1");
+        assert_eq!(layout(&set, "bksim.JointElbow1"), Ok(Some(expected)));
+        assert_eq!(layout(&set, "bksim.Joint"), Ok(None));
+        assert_eq!(layout(&set[..set.len() - 1], "bksim.JointElbow1"), Err(Malformed));
+    }
+
+    #[test]
+    fn generated_types_decode_the_descriptors() {
+        let set = FileDescriptorSet::decode(&descriptor_set(&topic())[..]).expect("valid");
+        assert_eq!(set.file[0].message_type[0].field.len(), 3);
+        let set = FileDescriptorSet::decode(&log_descriptor_set()[..]).expect("valid");
+        assert_eq!(set.file[1].dependency, [set.file[0].name()]);
+    }
+
+    #[test]
+    fn field_numbers_jump_over_the_reserved_range() {
+        assert_eq!([0, 18_997, 18_998].map(field_number), [2, 18_999, 20_000]);
+    }
+}

@@ -1,0 +1,291 @@
+//! Writing a log while the run goes on.
+
+use std::{
+    borrow::Cow,
+    collections::BTreeMap,
+    io::Write,
+    time::{Duration, Instant},
+};
+
+use mcap::{Attachment, McapResult, WriteOptions, Writer, records::MessageHeader, write::NoSeek};
+
+use crate::{
+    EndStatus, Header, LOG_TOPIC, Level, LogError, Topic, TopicId,
+    frames::RECORD_LIMIT,
+    meta,
+    schema::{self, field_number, log_number},
+    wire,
+};
+
+/// A killed run loses at most the samples of this long.
+const FLUSH_INTERVAL: Duration = Duration::from_millis(250);
+/// Chunks are closed at this size, bytes, if no flush closed them before.
+const CHUNK_SIZE: u64 = 1 << 20;
+const NANOSECONDS: u64 = 1_000_000_000;
+
+/// Writes one run to a stream of bytes.
+///
+/// Samples are collected in chunks. A chunk is written whole, when it is large or when a quarter of
+/// a second has passed since the last one, so a run that is killed while it writes loses at most
+/// that. Only [`LogWriter::finish`] makes the file complete: a writer that is dropped flushes what
+/// it can and leaves a log that readers report as cut short, so that an error nobody saw never
+/// passes for success. After the first error every call fails with [`LogError::Abandoned`].
+#[must_use = "a log is complete only after `finish`"]
+pub struct LogWriter<W: Write> {
+    /// `None` once a write has failed or the log is finished.
+    writer: Option<Writer<NoSeek<W>>>,
+    t_start: f64,
+    channels: Vec<Channel>,
+    notes: Channel,
+    last_t: f64,
+    flush_interval: Duration,
+    last_flush: Instant,
+    /// The message being encoded; kept to allocate once.
+    message: Vec<u8>,
+}
+
+struct Channel {
+    name: String,
+    id: u16,
+    n_fields: usize,
+    n_written: u32,
+}
+
+impl<W: Write> LogWriter<W> {
+    /// Writes everything that `header` tells and flushes it.
+    ///
+    /// # Errors
+    /// [`LogError::BadName`], [`LogError::DuplicateName`], [`LogError::BadTime`] (a start time that
+    /// is not finite), [`LogError::TooLarge`] and [`LogError::Io`].
+    pub fn create(out: W, header: &Header) -> Result<LogWriter<W>, LogError> {
+        header.check_names()?;
+        if !header.t_start.is_finite() {
+            return Err(LogError::BadTime { t: header.t_start, previous: header.t_start });
+        }
+        check_sizes(header)?;
+        let mut writer = write_options(&header.version).create(NoSeek::new(out))?;
+        writer.attach(&Attachment {
+            log_time: 0,
+            create_time: 0,
+            name: format!("model.{}", header.model_format),
+            media_type: "text/plain".into(),
+            data: Cow::Borrowed(header.model_text.as_bytes()),
+        })?;
+        for record in &meta::header_records(header) {
+            writer.write_metadata(record)?;
+        }
+        let channels = header.topics.iter().map(|topic| add_topic(&mut writer, topic));
+        let channels = channels.collect::<Result<_, _>>()?;
+        let log_schema =
+            writer.add_schema(schema::LOG_SCHEMA, "protobuf", &schema::log_descriptor_set())?;
+        let id = writer.add_channel(log_schema, LOG_TOPIC, "protobuf", &BTreeMap::new())?;
+        writer.flush()?;
+        Ok(LogWriter {
+            writer: Some(writer),
+            t_start: header.t_start,
+            channels,
+            notes: Channel { name: LOG_TOPIC.into(), id, n_fields: 0, n_written: 0 },
+            last_t: header.t_start,
+            flush_interval: FLUSH_INTERVAL,
+            last_flush: Instant::now(),
+            message: Vec::new(),
+        })
+    }
+
+    /// Sets the time after which a write also flushes: default 0.25 s, range from zero (every write
+    /// is flushed at once, larger files) to [`Duration::MAX`] (by chunk size alone).
+    pub fn flush_every(mut self, interval: Duration) -> LogWriter<W> {
+        self.flush_interval = interval;
+        self
+    }
+
+    /// Appends the sample of `topic` at time `t`, s: one value per field, any value.
+    ///
+    /// Time must not run back against the direction of the run, over all topics: readers join the
+    /// samples of one time, so write all topics of one time before the next.
+    ///
+    /// # Errors
+    /// [`LogError::WrongLength`], [`LogError::BadTime`] (nothing was written then), or
+    /// [`LogError::Io`], after which the log ends with its last whole chunk.
+    ///
+    /// # Panics
+    /// If `topic` was made for another header with more topics.
+    pub fn write(&mut self, topic: TopicId, t: f64, values: &[f64]) -> Result<(), LogError> {
+        let channel = &self.channels[topic.0];
+        if values.len() != channel.n_fields {
+            let (expected, given) = (channel.n_fields, values.len());
+            return Err(LogError::WrongLength { topic: channel.name.clone(), expected, given });
+        }
+        // Also false for a time that is not a number.
+        let is_ahead = (t - self.t_start).abs() >= (self.last_t - self.t_start).abs();
+        if !is_ahead || !t.is_finite() {
+            return Err(LogError::BadTime { t, previous: self.last_t });
+        }
+        self.last_t = t;
+
+        self.message.clear();
+        wire::put_f64(&mut self.message, schema::T_NUMBER, t);
+        for (field_idx, &value) in values.iter().enumerate() {
+            wire::put_f64(&mut self.message, field_number(field_idx), value);
+        }
+        let log_time = self.log_time(t);
+        let header = self.channels[topic.0].next_message(log_time);
+        self.put(header)
+    }
+
+    /// Appends a line to the topic `/log`; `t` in seconds need not follow the samples.
+    ///
+    /// # Errors
+    /// [`LogError::BadTime`] for a time that is not finite, [`LogError::Io`],
+    /// [`LogError::TooLarge`].
+    pub fn note(&mut self, level: Level, t: f64, text: &str) -> Result<(), LogError> {
+        if !t.is_finite() {
+            return Err(LogError::BadTime { t, previous: self.last_t });
+        }
+        check_size("a note", text.len())?;
+        let log_time = self.log_time(t);
+        let mut timestamp = Vec::new();
+        wire::put_u64(&mut timestamp, 1, log_time / NANOSECONDS);
+        wire::put_u64(&mut timestamp, 2, log_time % NANOSECONDS);
+
+        self.message.clear();
+        wire::put_bytes(&mut self.message, log_number::TIMESTAMP, &timestamp);
+        wire::put_u64(&mut self.message, log_number::LEVEL, level as u64);
+        wire::put_bytes(&mut self.message, log_number::MESSAGE, text.as_bytes());
+        wire::put_bytes(&mut self.message, log_number::NAME, b"bksim");
+        wire::put_f64(&mut self.message, log_number::T, t);
+        let header = self.notes.next_message(log_time);
+        self.put(header)
+    }
+
+    /// Hands everything written so far to the stream and flushes the stream.
+    ///
+    /// # Errors
+    /// [`LogError::Io`].
+    pub fn flush(&mut self) -> Result<(), LogError> {
+        self.attempt(Writer::flush)?;
+        self.last_flush = Instant::now();
+        Ok(())
+    }
+
+    /// Writes how the run ended, completes the file, flushes the stream and returns it.
+    ///
+    /// # Errors
+    /// [`LogError::Io`]: the file is not complete, and readers will call it cut short.
+    /// [`LogError::TooLarge`]: the summary is.
+    pub fn finish(mut self, end: &EndStatus) -> Result<W, LogError> {
+        let summary = end.summary.iter().map(|(key, value)| key.len() + value.len() + 16);
+        check_size("the summary", summary.sum::<usize>() + end.reason.len())?;
+        self.attempt(|writer| {
+            writer.write_metadata(&meta::end_record(end))?;
+            writer.finish().map(drop)
+        })?;
+        let writer = self.writer.take().ok_or(LogError::Abandoned)?;
+        Ok(writer.into_inner().into_inner())
+    }
+
+    /// Distance of `t` from the start in nanoseconds; saturates after 584 years.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "meant to saturate"
+    )]
+    fn log_time(&self, t: f64) -> u64 {
+        ((t - self.t_start).abs() * NANOSECONDS as f64).round() as u64
+    }
+
+    /// Appends `self.message`, and flushes when it is time.
+    fn put(&mut self, header: MessageHeader) -> Result<(), LogError> {
+        let message = std::mem::take(&mut self.message);
+        let result = self.attempt(|writer| writer.write_to_known_channel(&header, &message));
+        self.message = message;
+        result?;
+        if self.last_flush.elapsed() >= self.flush_interval { self.flush() } else { Ok(()) }
+    }
+
+    /// Runs one write; after a failure nothing more is written behind the torn bytes.
+    fn attempt(
+        &mut self,
+        write: impl FnOnce(&mut Writer<NoSeek<W>>) -> McapResult<()>,
+    ) -> Result<(), LogError> {
+        let writer = self.writer.as_mut().ok_or(LogError::Abandoned)?;
+        let result = write(writer);
+        if result.is_err() {
+            self.abandon();
+        }
+        Ok(result?)
+    }
+
+    /// Takes the stream out of the MCAP writer, which else would complete the file when dropped.
+    fn abandon(&mut self) {
+        drop(self.writer.take().map(Writer::into_inner));
+    }
+}
+
+impl<W: Write> Drop for LogWriter<W> {
+    fn drop(&mut self) {
+        // A failure here cannot be returned; it shows in the file, which stays incomplete anyway.
+        let _ = self.flush();
+        self.abandon();
+    }
+}
+
+impl Channel {
+    /// The sequence number wraps around, as MCAP leaves to the writer.
+    fn next_message(&mut self, log_time: u64) -> MessageHeader {
+        let sequence = self.n_written;
+        self.n_written = sequence.wrapping_add(1);
+        MessageHeader { channel_id: self.id, sequence, log_time, publish_time: log_time }
+    }
+}
+
+fn write_options(version: &str) -> WriteOptions {
+    WriteOptions::new()
+        .profile("bksim")
+        .library(format!("bksim {version}"))
+        .chunk_size(Some(CHUNK_SIZE))
+        // Whole chunks from memory: streams that cannot seek will do, and a kill tears no chunk
+        // that had been begun long before.
+        .disable_seeking(true)
+        // The bytes must not depend on the number of processors.
+        .compression_threads(0)
+}
+
+fn add_topic<W: Write>(writer: &mut Writer<NoSeek<W>>, topic: &Topic) -> Result<Channel, LogError> {
+    let name = schema::schema_name(&topic.name);
+    let schema_id = writer.add_schema(&name, "protobuf", &schema::descriptor_set(topic))?;
+    let mut metadata = BTreeMap::new();
+    for field in &topic.fields {
+        for (key, text) in [("unit", &field.unit), ("description", &field.description)] {
+            if !text.is_empty() {
+                metadata.insert(format!("{}.{key}", field.name), text.clone());
+            }
+        }
+    }
+    let id = writer.add_channel(schema_id, &topic.name, "protobuf", &metadata)?;
+    Ok(Channel { name: topic.name.clone(), id, n_fields: topic.fields.len(), n_written: 0 })
+}
+
+/// Refuses what no reader would take; a quarter of the limit leaves room for the framing.
+fn check_sizes(header: &Header) -> Result<(), LogError> {
+    check_size("the model", header.model_text.len())?;
+    let parameters =
+        header.parameters.iter().map(|(name, value)| name.len() + value.unit.len() + 40);
+    check_size("the parameters", parameters.sum())?;
+    check_size(
+        "the options",
+        header.options.iter().map(|(key, value)| key.len() + value.len() + 8).sum(),
+    )?;
+    for topic in &header.topics {
+        let texts = |field: &crate::Field| {
+            64 + 4 * field.name.len() + field.unit.len() + field.description.len()
+        };
+        check_size("a topic", topic.fields.iter().map(texts).sum())?;
+    }
+    Ok(())
+}
+
+fn check_size(what: &'static str, bytes: usize) -> Result<(), LogError> {
+    let (bytes, limit) = (bytes as u64, (RECORD_LIMIT / 4) as u64);
+    if bytes > limit { Err(LogError::TooLarge { what, bytes, limit }) } else { Ok(()) }
+}

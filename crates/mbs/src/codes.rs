@@ -1,0 +1,32 @@
+//! Codes of faults found after reading: at the start and during the run.
+
+use crate::diagnostic::Code;
+
+macro_rules! codes {
+    ($($name:ident = $code:literal, $title:literal;)*) => {
+        $(#[doc = $title] pub const $name: Code = Code($code);)*
+
+        /// Every code of the start and the run: code, title, page.
+        pub const PAGES: &[(Code, &str, &str)] = &[$((
+            $name,
+            $title,
+            include_str!(concat!("../../../docs/diagnostics/", $code, ".md")),
+        )),*];
+    };
+}
+
+codes! {
+    CANNOT_CLOSE = "S001", "a loop cannot close";
+    STATED_POSITIONS = "S002", "stated positions exclude each other";
+    STATED_VELOCITIES = "S003", "stated rates exclude each other";
+    DRIVE_AT_START = "S004", "a drive cannot move at the start";
+    NO_INERTIA = "S005", "a motion without inertia";
+    NOT_FINITE_AT_START = "S006", "no finite value at the start";
+    REDUNDANT = "S010", "redundant joints";
+    NO_MOBILITY = "S011", "nothing can move";
+    DRIVE_CANNOT_PASS = "R001", "a drive cannot pass a dead centre";
+    NO_VALUE = "R002", "an expression leaves its domain";
+    STEP_TOO_SMALL = "R003", "the step size became too small";
+    TOO_MANY_STEPS = "R004", "too many steps";
+    SINGULAR = "R005", "a singular pose";
+}

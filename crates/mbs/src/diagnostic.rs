@@ -1,0 +1,91 @@
+//! What is wrong with a model, as data: a stable code, a message, the places, and what to write.
+//!
+//! Nothing here renders or prints; the command line draws the excerpts and `--json` passes the
+//! fields on unchanged.
+
+use std::ops::Range;
+
+/// How much a fault matters.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Severity {
+    /// The model is rejected.
+    Error,
+    /// The run goes on; the author should know.
+    Warning,
+}
+
+/// A stable diagnostic code such as `M012`; every code has a page behind `bksim explain`.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct Code(pub &'static str);
+
+/// Byte range in the model text.
+pub type Span = Range<usize>;
+
+/// A place in the model text and what is there.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Label {
+    /// Where, in bytes of the model text.
+    pub span: Span,
+    /// What is there, in a few lower-case words; may be empty.
+    pub text: String,
+}
+
+/// One fault of a model.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Diagnostic {
+    /// The stable code.
+    pub code: Code,
+    /// Error or warning.
+    pub severity: Severity,
+    /// What is wrong: lower case, no full stop, names in backticks, numbers with units.
+    pub message: String,
+    /// The offending token; the first label is the place shown in `file:line:column`.
+    /// Empty only for a fault of the whole model, whose message then names the parts.
+    pub labels: Vec<Label>,
+    /// Further facts, one line each.
+    pub notes: Vec<String>,
+    /// What to write instead; works when applied literally.
+    pub help: Option<String>,
+}
+
+impl Diagnostic {
+    /// An error without a place yet.
+    pub fn error(code: Code, message: impl Into<String>) -> Self {
+        Self::new(code, Severity::Error, message.into())
+    }
+
+    /// A warning without a place yet.
+    pub fn warning(code: Code, message: impl Into<String>) -> Self {
+        Self::new(code, Severity::Warning, message.into())
+    }
+
+    fn new(code: Code, severity: Severity, message: String) -> Self {
+        Self { code, severity, message, labels: Vec::new(), notes: Vec::new(), help: None }
+    }
+
+    /// Adds a place; the first one added is the primary one.
+    #[must_use]
+    pub fn at(mut self, span: Span, text: impl Into<String>) -> Self {
+        self.labels.push(Label { span, text: text.into() });
+        self
+    }
+
+    /// Adds a fact.
+    #[must_use]
+    pub fn note(mut self, note: impl Into<String>) -> Self {
+        self.notes.push(note.into());
+        self
+    }
+
+    /// Says what to write instead.
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// Whether this fault rejects the model.
+    pub fn is_error(&self) -> bool {
+        self.severity == Severity::Error
+    }
+}

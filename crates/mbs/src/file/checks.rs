@@ -1,0 +1,259 @@
+//! Checks on values and on the whole model: physics, plausibility and what hangs together.
+
+use super::bodies::{BodyFacts, Place};
+use super::codes;
+use super::quantity::Scalar;
+use super::reader::{Fields, Reader};
+use super::units::Quantity;
+use crate::diagnostic::{Diagnostic, Span};
+use crate::fault::short;
+use crate::model::{Body, BodyId, GROUND};
+
+/// Mechanisms larger than this are rare, m.
+const LARGE_M: f64 = 100.0;
+
+/// Bodies heavier than this are rare, kg.
+const HEAVY_KG: f64 = 1e7;
+
+impl Reader<'_> {
+    /// Whether a value is greater than zero; reports it otherwise.
+    pub(super) fn check_positive(
+        &mut self,
+        what: &str,
+        scalar: &Scalar,
+        quantity: Quantity,
+    ) -> bool {
+        let Some(value) = scalar.value.filter(|value| *value <= 0.0) else { return true };
+        let unit = quantity.dimension().to_string();
+        let space = if unit.is_empty() { "" } else { " " };
+        self.report(
+            Diagnostic::error(codes::NOT_POSITIVE, format!("{what} is {value}{space}{unit}"))
+                .at(scalar.span.clone(), "must be greater than 0")
+                .help(format!("write for example \"{}\"", quantity.example)),
+        );
+        false
+    }
+
+    /// Moments of inertia that a body can have.
+    pub(super) fn check_inertia(
+        &mut self,
+        fields: &Fields<'_>,
+        components: &[Scalar],
+        com: Option<[f64; 3]>,
+        body: &Body,
+        facts: &BodyFacts,
+    ) {
+        let values: Option<Vec<f64>> = components.iter().map(|scalar| scalar.value).collect();
+        let Some(values) = values else { return };
+        let moments = &values[..values.len().min(3)];
+        let what = fields.what("inertia");
+        if let Some(idx) = moments.iter().position(|value| *value < 0.0) {
+            self.report(
+                Diagnostic::error(codes::BAD_INERTIA, format!("{what} is {} kg m^2", moments[idx]))
+                    .at(components[idx].span.clone(), "must not be negative")
+                    .help(format!("write \"{} kg m^2\"", -moments[idx])),
+            );
+            return;
+        }
+        if let [xx, yy, zz] = *moments {
+            let largest = xx.max(yy).max(zz);
+            let others = xx + yy + zz - largest;
+            if largest > others * (1.0 + 1e-9) {
+                let span = components[0].span.start..components[2].span.end;
+                let message = format!(
+                    "{what} is [{xx}, {yy}, {zz}] kg m^2, but no moment may exceed the sum of the other two"
+                );
+                self.report(
+                    Diagnostic::error(codes::BAD_INERTIA, message)
+                        .at(span, format!("{largest} > {others}"))
+                        .help(format!(
+                            "check units, axes and centre of mass; the largest may be {others} kg m^2"
+                        )),
+                );
+                return;
+            }
+        }
+        self.check_about_pin(moments, com, body, facts);
+    }
+
+    /// Steiner: the moment about the centre of mass is I − m d² and cannot be negative.
+    fn check_about_pin(
+        &mut self,
+        moments: &[f64],
+        com: Option<[f64; 3]>,
+        body: &Body,
+        facts: &BodyFacts,
+    ) {
+        let (Some(point), Some(com), Some((mass, _)), Some(span)) =
+            (body.inertia.about, com, facts.mass.as_ref(), body.inertia_span.clone())
+        else {
+            return;
+        };
+        let Some(pin) = facts.points.get(point.0).copied().flatten() else { return };
+        let [dx, dy] = [com[0] - pin[0], com[1] - pin[1]];
+        let (stated, distance) = (moments[moments.len() - 1], dx.hypot(dy));
+        let steiner = mass * distance * distance;
+        if stated >= steiner * (1.0 - 1e-9) {
+            return;
+        }
+        let (name, pin) = (&body.name, &body.points[point.0].name);
+        let message = format!(
+            "inertia of body `{name}` about its centre of mass would be {} kg m^2",
+            short(stated - steiner)
+        );
+        self.report(
+            Diagnostic::warning(codes::INERTIA_ABOUT_PIN, message)
+                .at(span, format!("less than m s^2 = {} kg m^2", short(steiner)))
+                .note(format!(
+                    "stated {} kg m^2 about `{pin}`; mass {} kg at {} m from it",
+                    short(stated),
+                    short(*mass),
+                    short(distance)
+                ))
+                .help(format!(
+                    "no rigid body has this: give at least \"{} kg m^2\" about `{pin}`",
+                    short(steiner)
+                )),
+        );
+    }
+
+    /// Which bodies are joined to what. `joints` are the bodies of each joint.
+    pub(super) fn check_topology(
+        &mut self,
+        bodies: &[(Option<Body>, BodyFacts)],
+        joints: &[[BodyId; 2]],
+    ) {
+        let n_bodies = bodies.len();
+        if self.topology_unknown {
+            return;
+        }
+        if n_bodies == 1 {
+            self.report(
+                Diagnostic::error(codes::NO_BODIES, "the model has no bodies")
+                    .help("write a table such as `[bodies.crank]` with `mass = \"1 kg\"`"),
+            );
+            return;
+        }
+        let mut group: Vec<usize> = (0..n_bodies).collect();
+        let mut is_used = vec![false; n_bodies];
+        for [a, b] in joints {
+            is_used[a.0] = true;
+            is_used[b.0] = true;
+            let (from, to) = (group[b.0], group[a.0]);
+            group.iter_mut().filter(|g| **g == from).for_each(|g| *g = to);
+        }
+        for (idx, (_, facts)) in bodies.iter().enumerate().skip(1) {
+            if !is_used[idx] && !facts.is_free {
+                self.report_unused(BodyId(idx));
+            }
+        }
+        // Every connected group must hold the ground or a body that is free.
+        let mut seen = vec![group[GROUND.0]];
+        for idx in 1..n_bodies {
+            if !is_used[idx] || seen.contains(&group[idx]) {
+                continue;
+            }
+            seen.push(group[idx]);
+            let members: Vec<usize> = (1..n_bodies).filter(|&i| group[i] == group[idx]).collect();
+            if members.iter().all(|&i| !bodies[i].1.is_free) {
+                self.report_no_gshort(&members);
+            }
+        }
+    }
+
+    fn body_place(&self, body: BodyId) -> (String, Span) {
+        let name = &self.names.bodies[body.0];
+        (name.name.clone(), name.span.clone())
+    }
+
+    fn report_unused(&mut self, body: BodyId) {
+        let (name, span) = self.body_place(body);
+        self.report(
+            Diagnostic::error(codes::UNUSED_BODY, format!("body `{name}` is in no joint"))
+                .at(span, "joined to nothing")
+                .help(format!(
+                    "add a joint with `between = [\"ground\", \"{name}\"]`, or `free = true` to let it float"
+                )),
+        );
+    }
+
+    fn report_no_gshort(&mut self, members: &[usize]) {
+        let names: Vec<String> =
+            members.iter().map(|&idx| self.names.bodies[idx].name.clone()).collect();
+        let (first, span) = self.body_place(BodyId(members[0]));
+        let listed = names.iter().take(8).map(|name| format!("`{name}`")).collect::<Vec<_>>();
+        let more = if names.len() > 8 { ", …" } else { "" };
+        let message = format!("no joint connects {}{more} with the ground", listed.join(", "));
+        self.report(
+            Diagnostic::error(codes::NO_GROUND, message)
+                .at(span, "one of these must be held by the ground")
+                .help(format!(
+                    "add for example a joint of type \"weld\" with `between = [\"ground\", \"{first}\"]`, or `free = true` to let it float"
+                )),
+        );
+    }
+
+    /// Warns when bare numbers look like another unit.
+    pub(super) fn check_size(&mut self, bodies: &[(Option<Body>, BodyFacts)]) {
+        let sizes = bodies.iter().filter_map(|(_, facts)| {
+            let bare = facts.places.iter().filter(|place| place.is_bare);
+            let far = |place: &&Place| length(place.value, [0.0; 3]);
+            let farthest = bare.max_by(|a, b| far(a).total_cmp(&far(b)))?;
+            Some((extent(&facts.places), farthest.span.clone()))
+        });
+        let size = sizes.max_by(|a, b| a.0.total_cmp(&b.0));
+        let mass = bodies
+            .iter()
+            .filter_map(|(_, facts)| facts.mass.clone())
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+            .filter(|(mass, _)| *mass > HEAVY_KG);
+        let has_density = bodies.iter().any(|(_, facts)| facts.has_density);
+        let size = size.filter(|(size, _)| *size > LARGE_M && !self.units.length_stated);
+        let fault = match (size, mass) {
+            (Some((size, span)), mass) => {
+                let heavy = mass.as_ref().map_or(String::new(), |(mass, _)| {
+                    format!(", and its heaviest body has {mass:e} kg")
+                });
+                Diagnostic::warning(
+                    codes::IMPLAUSIBLE_SIZE,
+                    format!("the mechanism is {} m large{heavy}", short(size)),
+                )
+                .at(span, "a number without unit is in metres")
+                .help(
+                    "if millimetres are meant, add `[units]` with `length = \"mm\"`; if metres, `length = \"m\"`",
+                )
+            }
+            (None, Some((mass, span))) => {
+                let help = if has_density {
+                    "check the units of density, thickness and outline"
+                } else {
+                    "if another unit is meant, write it, for example \"1 g\" or \"1 t\""
+                };
+                Diagnostic::warning(
+                    codes::IMPLAUSIBLE_SIZE,
+                    format!("the heaviest body has {mass:e} kg"),
+                )
+                .at(span, "this mass")
+                .help(help)
+            }
+            (None, None) => return,
+        };
+        self.report(fault);
+    }
+}
+
+/// Diagonal of the box around some places and the origin of their frame.
+fn extent(places: &[Place]) -> f64 {
+    let mut corners = [[0.0_f64; 3]; 2];
+    for place in places {
+        for axis in 0..3 {
+            corners[0][axis] = corners[0][axis].min(place.value[axis]);
+            corners[1][axis] = corners[1][axis].max(place.value[axis]);
+        }
+    }
+    length(corners[0], corners[1])
+}
+
+fn length(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+}

@@ -1,0 +1,112 @@
+//! Every diagnostic code with its title and its page: one row each.
+//!
+//! A code is never reused for another fault. The page is what `bksim explain` prints.
+
+use crate::diagnostic::Code;
+
+/// One row of the table of codes.
+#[derive(Clone, Copy, Debug)]
+pub struct Page {
+    /// The stable code.
+    pub code: Code,
+    /// What it is about, in a few words.
+    pub title: &'static str,
+    /// The page in Markdown: meaning, an example, the way out.
+    pub text: &'static str,
+}
+
+macro_rules! codes {
+    ($($name:ident = $code:literal, $title:literal;)*) => {
+        $(#[doc = $title] pub const $name: Code = Code($code);)*
+
+        /// Every code of a model file, in order.
+        pub const PAGES: &[Page] = &[$(Page {
+            code: $name,
+            title: $title,
+            text: include_str!(concat!("../../../../docs/diagnostics/", $code, ".md")),
+        }),*];
+    };
+}
+
+codes! {
+    NOT_UTF8 = "M001", "the file is not UTF-8";
+    SYNTAX = "M002", "the file is not TOML";
+    DUPLICATE = "M003", "a name is defined twice";
+    NESTING = "M004", "nested too deeply";
+    UNKNOWN_KEY = "M005", "unknown key";
+    MISSING_KEY = "M006", "missing key";
+    WRONG_KIND = "M007", "wrong kind of value";
+    NOT_A_CHOICE = "M008", "not one of the choices";
+    BAD_NAME = "M009", "not a usable name";
+    NAME_CLASH = "M010", "one name with two meanings";
+    UNKNOWN_BODY = "M012", "unknown body";
+    UNKNOWN_POINT = "M013", "unknown point";
+    UNKNOWN_JOINT = "M014", "unknown joint";
+    UNKNOWN_OVERRIDE = "M015", "unknown parameter in an override";
+    EXPRESSION = "M020", "the expression cannot be read";
+    UNKNOWN_NAME = "M021", "unknown name in an expression";
+    UNKNOWN_FUNCTION = "M022", "unknown function";
+    CYCLE = "M024", "parameters define each other";
+    DIVISION_BY_ZERO = "M025", "division by zero";
+    NOT_REAL = "M026", "no real value";
+    NOT_FINITE = "M027", "not a finite number";
+    NOT_CONSTANT = "M028", "must not change during the motion";
+    UNKNOWN_UNIT = "M030", "unknown unit";
+    WRONG_DIMENSION = "M031", "wrong dimension";
+    CANNOT_ADD = "M032", "different dimensions cannot be added";
+    NEEDS_UNIT = "M033", "a number needs its unit";
+    LOOKS_LIKE_DEGREES = "M034", "an angle looks like degrees";
+    IMPLAUSIBLE_SIZE = "M035", "implausible size or mass";
+    BAD_MASS = "M040", "impossible mass";
+    BAD_INERTIA = "M041", "impossible moments of inertia";
+    INERTIA_ABOUT_PIN = "M042", "impossible inertia about the centre of mass";
+    NO_DIRECTION = "M043", "an axis without a direction";
+    NOT_POSITIVE = "M044", "must be greater than zero";
+    ADDS_ENERGY = "M045", "a damper that adds energy";
+    BAD_OUTLINE = "M046", "an outline that encloses nothing";
+    UNUSED_BODY = "M050", "a body in no joint";
+    NO_GROUND = "M051", "bodies not connected with the ground";
+    SELF_JOINT = "M052", "both ends on one body";
+    TWO_DRIVES = "M053", "two drives of one motion";
+    WRONG_JOINT = "M054", "the joint has no such motion";
+    KEY_CONFLICT = "M055", "keys that exclude each other";
+    NOT_PLANAR = "M056", "a spatial part in a planar model";
+    BAD_TIME_SPAN = "M060", "the end is not after the start";
+    BAD_TOLERANCE = "M061", "a tolerance out of range";
+    NO_BODIES = "M062", "a model without bodies";
+}
+
+/// The page of a code such as `M012`; letters may be lower case.
+pub fn explain(code: &str) -> Option<&'static str> {
+    PAGES.iter().find(|page| page.code.0.eq_ignore_ascii_case(code)).map(|page| page.text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    #[test]
+    fn every_page_has_a_code_and_says_how_to_fix() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/diagnostics");
+        let files = std::fs::read_dir(folder).expect("the folder of pages");
+        for file in files {
+            let name = file.expect("a readable folder").file_name();
+            let name = name.to_string_lossy();
+            if name.starts_with('M') {
+                let code = name.strip_suffix(".md").expect("only Markdown pages");
+                assert!(explain(code).is_some(), "{name} has no code");
+            }
+        }
+        for page in PAGES {
+            let heading = format!("# {}: {}\n", page.code.0, page.title);
+            assert!(page.text.starts_with(&heading), "{} must open with {heading}", page.code.0);
+            assert!(page.text.contains("## How to fix it"), "{}", page.code.0);
+        }
+    }
+
+    #[test]
+    fn codes_are_in_order_and_unique() {
+        assert!(PAGES.is_sorted_by(|a, b| a.code < b.code));
+    }
+}

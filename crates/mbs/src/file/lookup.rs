@@ -1,0 +1,128 @@
+//! The meaning of a name in an expression, and what to say of a name without one.
+
+use super::codes;
+use super::lower::{Context, Kind, Lowered, PURE};
+use super::names::{BODY_MOTION, Meaning, POINT_MOTIONS};
+use super::quantity::Scope;
+use super::reader::{Reader, cut};
+use super::units::{Quantity, find_unit};
+use crate::diagnostic::{Diagnostic, Span};
+
+impl Reader<'_> {
+    /// A parameter, the time, or something of the motion.
+    pub(super) fn named(
+        &mut self,
+        name: &str,
+        range: &Span,
+        context: &Context<'_>,
+    ) -> Option<Lowered> {
+        let span = context.quoted.place(range);
+        if name == "pi" {
+            let value = Some(std::f64::consts::PI);
+            return Some(Lowered::new(self.pool.pi(), PURE, value, span));
+        }
+        let parts: Vec<&str> = name.split('.').collect();
+        let (measure, quantity) = match (parts.as_slice(), self.names.plain(name)) {
+            ([_], Some(Meaning::Parameter(idx))) => {
+                let known = self.parameters[idx].result.clone()?;
+                return Some(Lowered { span, ..known });
+            }
+            ([_], Some(Meaning::Time)) => {
+                if context.scope == Scope::Constant {
+                    self.not_constant(name, span, context);
+                    return None;
+                }
+                let kind = Kind::Known(Quantity::TIME.dimension());
+                return Some(Lowered::new(self.pool.symbol("t"), kind, None, span));
+            }
+            ([_], Some(Meaning::Faulty)) => return None,
+            ([_], Some(Meaning::Measure(_))) => self.names.coordinate(name)?,
+            ([owner, rest @ ..], _) => {
+                let found = self.names.measure(owner, rest);
+                if found.is_none() {
+                    self.unknown_name(&parts, range, context);
+                }
+                found?
+            }
+            _ => return None,
+        };
+        if context.scope != Scope::Motion {
+            self.not_constant(name, span, context);
+            return None;
+        }
+        let expr = self.names.signal(&self.pool, name, measure);
+        let kind = Kind::Known(quantity.dimension());
+        Some(Lowered { is_angle: quantity.is_angle(), ..Lowered::new(expr, kind, None, span) })
+    }
+
+    fn not_constant(&mut self, name: &str, span: Span, context: &Context<'_>) {
+        let (rule, help) = match context.scope {
+            Scope::Constant => {
+                ("must not change during the motion", "use numbers and parameters only")
+            }
+            _ => ("is prescribed", "use numbers, parameters and the time `t` only"),
+        };
+        let message = format!("{} {rule}, but uses `{}`", context.what, cut(name));
+        self.report(
+            Diagnostic::error(codes::NOT_CONSTANT, message)
+                .at(span, "changes with the motion")
+                .help(help),
+        );
+    }
+
+    /// A name without meaning: says which part of it is at fault.
+    fn unknown_name(&mut self, parts: &[&str], range: &Span, context: &Context<'_>) {
+        let owner = parts[0];
+        let joint = self.names.joint(owner).map(|joint| self.names.joints[joint.0].freedoms);
+        if joint == Some(None) {
+            return;
+        }
+        let body = self.names.body(owner);
+        let (part, candidates) = if parts.len() == 1 && body.is_none() && joint.is_none() {
+            let mut names = self.owned_names(|names| names.plain_names());
+            names.push("pi".to_owned());
+            (0, names)
+        } else if let Some(Some(freedoms)) = joint {
+            (1, freedoms.iter().flat_map(|freedom| freedom.words()).map(str::to_owned).collect())
+        } else if let Some(body) = body {
+            let points = self.names.bodies[body.0].points.clone();
+            let words = BODY_MOTION.map(|(word, ..)| word.to_owned());
+            match parts {
+                [_, point, ..] if points.iter().any(|known| known == point) => {
+                    (2, words[..POINT_MOTIONS].to_vec())
+                }
+                [_, _, _, ..] => (1, points),
+                _ => (1, [words.to_vec(), points].concat()),
+            }
+        } else {
+            let mut names = self.owned_names(|names| names.joint_names());
+            names.extend(self.owned_names(|names| names.body_names()));
+            (0, names)
+        };
+        let candidates: Vec<&str> = candidates.iter().map(String::as_str).collect();
+        let name = parts.join(".");
+        let message = format!("undefined `{}` in {}", cut(&name), context.what);
+        let Some(word) = parts.get(part) else {
+            let place = context.quoted.place(range);
+            let help = format!("write for example `{name}.{}`", candidates.first().unwrap_or(&"x"));
+            let label = "needs a point or a measure after it";
+            self.report(
+                Diagnostic::error(codes::UNKNOWN_NAME, message).at(place, label).help(help),
+            );
+            return;
+        };
+        let start = range.start + parts[..part].iter().map(|p| p.len() + 1).sum::<usize>();
+        let place = context.quoted.place(&(start..start + word.len()));
+        if part == 0 && find_unit(word).is_some() {
+            let help = format!("a unit follows a number: write for example `1 {word}`");
+            self.report(
+                Diagnostic::error(codes::UNKNOWN_NAME, message)
+                    .at(place, "no such name")
+                    .help(help),
+            );
+            return;
+        }
+        let label = (place, "no such name");
+        self.unknown(codes::UNKNOWN_NAME, message, label, (word, &candidates));
+    }
+}

@@ -1,0 +1,139 @@
+//! `[solve]`: time span, output interval, tolerances and method.
+
+use super::codes;
+use super::quantity::Scope;
+use super::reader::{Fields, Reader};
+use super::tree::{Node, Table};
+use super::units::Quantity;
+use crate::diagnostic::{Diagnostic, Span};
+use crate::model::{Formulation, SolveOptions};
+
+const SOLVE_KEYS: &[&str] = &[
+    "t_start",
+    "t_end",
+    "every",
+    "rtol",
+    "atol",
+    "step",
+    "newton_tolerance",
+    "formulation",
+    "method",
+];
+
+/// The smallest relative tolerance that numbers of 16 digits can keep through a step.
+const SMALLEST_RTOL: f64 = 1e-13;
+
+impl Reader<'_> {
+    /// Reads the options; what is not stated keeps its default.
+    pub(super) fn read_solve(&mut self, root: &Table) -> SolveOptions {
+        let mut solve = SolveOptions {
+            t_start: 0.0,
+            t_end: 10.0,
+            every: None,
+            rtol: 1e-6,
+            atol: 1e-8,
+            step: None,
+            newton_tolerance: 1e-10,
+            formulation: Formulation::default(),
+            spans: Vec::new(),
+        };
+        let Some(entry) = root.get("solve") else { return solve };
+        let Some(table) = self.table(&entry.node, "`solve`") else { return solve };
+        let owner = "`[solve]`".to_owned();
+        let fields = Fields::open(self, table, owner, entry.key_span.clone(), SOLVE_KEYS);
+        for entry in &table.entries {
+            solve.spans.push((entry.key.clone(), entry.node.span.clone()));
+        }
+        self.read_times(&fields, &mut solve);
+        if let Some((rtol, span)) = self.option(&fields, "rtol", Quantity::NUMBER) {
+            self.check_rtol(rtol, span);
+            solve.rtol = rtol;
+        }
+        if let Some((atol, _)) = self.positive_option(&fields, "atol", Quantity::NUMBER) {
+            solve.atol = atol;
+        }
+        let tolerance = self.positive_option(&fields, "newton_tolerance", Quantity::NUMBER);
+        if let Some((tolerance, _)) = tolerance {
+            solve.newton_tolerance = tolerance;
+        }
+        let formulations = [
+            ("ggl", Formulation::Ggl),
+            ("index2", Formulation::Index2),
+            ("index3", Formulation::Index3),
+        ];
+        if let Some(node) = fields.get("formulation") {
+            let what = fields.what("formulation");
+            solve.formulation = self.choice(node, &what, &formulations).unwrap_or_default();
+        }
+        if let Some(node) = fields.get("method") {
+            self.choice(node, &fields.what("method"), &[("radau", ())]);
+        }
+        solve
+    }
+
+    fn read_times(&mut self, fields: &Fields<'_>, solve: &mut SolveOptions) {
+        let start = self.option(fields, "t_start", Quantity::TIME);
+        let end = self.option(fields, "t_end", Quantity::TIME);
+        solve.t_start = start.as_ref().map_or(solve.t_start, |(t, _)| *t);
+        solve.t_end = end.as_ref().map_or(solve.t_end, |(t, _)| *t);
+        // A time that could not be read says nothing about the span.
+        let known = |key: &str, read: bool| read || fields.get(key).is_none();
+        let both = known("t_start", start.is_some()) && known("t_end", end.is_some());
+        if both && solve.t_end <= solve.t_start {
+            let place = end.or(start).map_or(fields.span.clone(), |(_, span)| span);
+            let (from, to) = (solve.t_start, solve.t_end);
+            self.report(
+                Diagnostic::error(
+                    codes::BAD_TIME_SPAN,
+                    format!("the end `t_end` = {to} s is not after the start `t_start` = {from} s"),
+                )
+                .at(place, "the end must be after the start")
+                .help(format!("write for example `t_end = \"{} s\"`", from + 10.0)),
+            );
+        }
+        solve.every =
+            self.positive_option(fields, "every", Quantity::INTERVAL).map(|(every, _)| every);
+        solve.step = self.positive_option(fields, "step", Quantity::INTERVAL).map(|(step, _)| step);
+    }
+
+    fn option(
+        &mut self,
+        fields: &Fields<'_>,
+        key: &str,
+        quantity: Quantity,
+    ) -> Option<(f64, Span)> {
+        let node: &Node = fields.get(key)?;
+        let scalar = self.scalar(node, quantity, &fields.what(key), Scope::Constant)?;
+        Some((scalar.value?, scalar.span))
+    }
+
+    fn positive_option(
+        &mut self,
+        fields: &Fields<'_>,
+        key: &str,
+        quantity: Quantity,
+    ) -> Option<(f64, Span)> {
+        let node: &Node = fields.get(key)?;
+        let what = fields.what(key);
+        let scalar = self.scalar(node, quantity, &what, Scope::Constant)?;
+        self.check_positive(&what, &scalar, quantity).then_some(())?;
+        Some((scalar.value?, scalar.span))
+    }
+
+    fn check_rtol(&mut self, rtol: f64, span: Span) {
+        let fault = if rtol < SMALLEST_RTOL {
+            let message = format!("`rtol` = {rtol:e} is below what numbers of 16 digits can hold");
+            Diagnostic::error(codes::BAD_TOLERANCE, message)
+                .at(span, "too small")
+                .help(format!("the smallest useful value is {SMALLEST_RTOL:e}; 1e-6 is usual"))
+        } else if rtol >= 1.0 {
+            let message = format!("`rtol` = {rtol} asks for no correct digit");
+            Diagnostic::error(codes::BAD_TOLERANCE, message)
+                .at(span, "must be below 1")
+                .help("write for example 1e-6 for six digits")
+        } else {
+            return;
+        };
+        self.report(fault);
+    }
+}

@@ -1,0 +1,343 @@
+//! TOML in, tree out: encoding, nesting, syntax errors and duplicate keys in plain words.
+
+use toml::de::{DeTable, DeValue, Error};
+
+use super::codes;
+use super::tree::Table;
+use crate::diagnostic::{Diagnostic, Span};
+
+/// The deepest nesting the TOML reader itself allows.
+const TOML_NESTING: usize = 80;
+
+/// More repeated names than this are not looked up: each costs a reading of the text above it.
+const MAX_DUPLICATES: usize = 20;
+
+/// Checks that the file is UTF-8.
+///
+/// # Errors
+/// [`codes::NOT_UTF8`] with the line, the column (in characters) and the offset of the first bad
+/// byte.
+pub fn decode(bytes: &[u8]) -> Result<&str, Diagnostic> {
+    std::str::from_utf8(bytes).map_err(|error| {
+        let offset = error.valid_up_to();
+        let good = String::from_utf8_lossy(&bytes[..offset]);
+        let line = good.matches('\n').count() + 1;
+        let column = good.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+        let message = format!(
+            "the file is not UTF-8: byte 0x{:02X} at line {line}, column {column} (byte offset {offset})",
+            bytes[offset]
+        );
+        Diagnostic::error(codes::NOT_UTF8, message)
+            .at(offset..offset, "not a UTF-8 character")
+            .help("save the file with the encoding UTF-8")
+    })
+}
+
+/// Reads the text into a tree.
+///
+/// Duplicate keys are reported and the first value counts; any other fault of syntax ends the
+/// reading, because what follows it would be guesswork.
+pub(super) fn parse(text: &str, nesting: usize, faults: &mut Vec<Diagnostic>) -> Option<Table> {
+    if let Some(place) = too_deep(text, nesting.min(TOML_NESTING)) {
+        faults.push(nesting_fault(place, nesting));
+        return None;
+    }
+    let (document, errors) = DeTable::parse_recoverable(text);
+    let (duplicates, broken): (Vec<_>, Vec<_>) =
+        errors.into_iter().partition(|error| error.message().contains("duplicate key"));
+    if let Some(first) = broken.into_iter().min_by_key(|error| start(text, error)) {
+        faults.push(explain_syntax(text, &first));
+        return None;
+    }
+    report_duplicates(text, &duplicates, faults);
+    Some(Table::from_toml(document.get_ref()))
+}
+
+fn start(text: &str, error: &Error) -> usize {
+    error.span().map_or(text.len(), |span| span.start)
+}
+
+/// Place of the first bracket that is nested deeper than allowed; brackets in texts and comments
+/// do not count.
+fn too_deep(text: &str, limit: usize) -> Option<usize> {
+    let mut depth = 0_usize;
+    let mut rest = text;
+    while let Some(at) = rest.find(['[', ']', '{', '}', '"', '\'', '#', '\n']) {
+        let place = text.len() - rest.len() + at;
+        let tail = &rest[at..];
+        match tail.as_bytes()[0] {
+            b'[' | b'{' => {
+                depth += 1;
+                if depth > limit {
+                    return Some(place);
+                }
+            }
+            b']' | b'}' => depth = depth.saturating_sub(1),
+            _ => (),
+        }
+        rest = &tail[token_length(tail)..];
+    }
+    None
+}
+
+/// Length of the text, comment or single character that `tail` starts with.
+fn token_length(tail: &str) -> usize {
+    let to = |pattern: &str, from: usize| tail[from..].find(pattern).map(|at| from + at);
+    let line = || to("\n", 0).unwrap_or(tail.len());
+    if tail.starts_with("\"\"\"") || tail.starts_with("'''") {
+        return to(&tail[..3], 3).map_or(tail.len(), |end| end + 3);
+    }
+    match tail.as_bytes()[0] {
+        b'#' => line().max(1),
+        b'\'' => to("'", 1).filter(|&end| end < line()).map_or_else(line, |end| end + 1),
+        b'"' => {
+            let mut escaped = false;
+            for (at, c) in tail.char_indices().skip(1) {
+                match c {
+                    '\n' => return at,
+                    '"' if !escaped => return at + 1,
+                    _ => escaped = c == '\\' && !escaped,
+                }
+            }
+            tail.len()
+        }
+        _ => 1,
+    }
+}
+
+fn nesting_fault(place: usize, asked: usize) -> Diagnostic {
+    let limit = asked.min(TOML_NESTING);
+    let fault = Diagnostic::error(codes::NESTING, format!("nested deeper than {limit} brackets"))
+        .at(place..place + 1, "the first bracket too deep");
+    if limit < TOML_NESTING {
+        fault.help(format!(
+            "close the brackets before this one, or allow more with `--max-nesting` (at most {TOML_NESTING})"
+        ))
+    } else {
+        fault
+            .help("close the brackets before this one; `--max-nesting` cannot allow more in a file")
+    }
+}
+
+/// Puts a syntax error of the TOML reader into the words of a model's author.
+fn explain_syntax(text: &str, error: &Error) -> Diagnostic {
+    let span = error.span().unwrap_or(text.len()..text.len());
+    let said = error.message();
+    let line = line_of(text, span.start);
+    if said.contains("string, expected `") && said.starts_with("invalid") && span.is_empty() {
+        return unclosed_text(text, &span, said);
+    }
+    if said.starts_with("recursion limit") {
+        let message = format!("a name has more than {TOML_NESTING} parts");
+        return Diagnostic::error(codes::NESTING, message)
+            .at(line.start..line.start, "the name in this line")
+            .help("names of this model have at most three parts, such as `bodies.crank.mass`");
+    }
+    let token = text.get(span.clone()).unwrap_or_default();
+    let fault = |message: &str| Diagnostic::error(codes::SYNTAX, message);
+    if said.starts_with("string values must be quoted") {
+        if token.trim().is_empty() {
+            return fault("a value is missing after `=`")
+                .at(span, "nothing here")
+                .help("write a number, or a quantity in quotes such as \"25 mm\"");
+        }
+        return fault("a quantity or an expression must stand in quotes")
+            .at(span, "not in quotes")
+            .help(format!("write \"{}\"", token.trim()));
+    }
+    if said.starts_with("key with no value") {
+        return fault("`=` is missing after a key")
+            .at(line.start..line.end, "a key and its value are joined by `=`")
+            .help("write `key = value`, a table as `[bodies.name]`, or a comment after `#`");
+    }
+    if said.starts_with("unclosed table") {
+        return fault("`[` of the table is not closed")
+            .at(line.clone(), "no `]` in this line")
+            .help(format!("write {}]", text[line].trim_end()));
+    }
+    if let Some(place) = unclosed_bracket(text, said, &span) {
+        let bracket = &text[place..=place];
+        let close = if bracket == "[" { "]" } else { "}" };
+        return fault(&format!("`{bracket}` is not closed"))
+            .at(place..place + 1, "opened here")
+            .help(format!("add `{close}` where it ends"));
+    }
+    if said.starts_with("missing comma") {
+        return fault("a comma is missing").at(span, "before this").help("add `,` here");
+    }
+    if said.starts_with("cannot extend value") {
+        return fault(&format!("`{token}` already has a value and cannot be a table"))
+            .at(span, "used as a table here")
+            .help("remove the line that gives it a value");
+    }
+    if said.starts_with("invalid boolean") {
+        let help = "write `true` or `false` in lower case, and texts in quotes";
+        return fault(&format!("`{token}` is no value")).at(span, "").help(help);
+    }
+    let number = ["invalid float", "invalid fraction", "invalid mantissa", "invalid exponent"];
+    if number.iter().any(|start| said.starts_with(start)) || said.contains("leading zero") {
+        return fault("this is no number")
+            .at(span, "")
+            .help("write digits on both sides of the point and no zero in front, such as 0.5");
+    }
+    if said.starts_with("invalid unquoted key") {
+        return fault(&format!("`{token}` cannot be a name"))
+            .at(span, "only the letters a–z and A–Z, digits and `_`")
+            .help("rename it, for example `theta` for `θ`");
+    }
+    let plain = said.split(", expected").next().unwrap_or(said);
+    fault(&format!("the file is not TOML: {plain}"))
+        .at(span, "")
+        .help("every line is `key = value`, `[table]`, a comment after `#`, or empty")
+}
+
+/// The opening quote of a text that does not end in its line, or in the file.
+fn unclosed_text(text: &str, end: &Span, said: &str) -> Diagnostic {
+    let many = said.contains("multi-line");
+    let mark = if said.contains("literal") { '\'' } else { '"' };
+    let line = line_of(text, end.start);
+    // The opening quote: the first token of the line that runs to its end; for a long text, the
+    // first such token of the file.
+    let from = if many { 0 } else { line.start };
+    let mut open = end.start;
+    let mut rest = &text[from..end.start];
+    while let Some(at) = rest.find(['"', '\'', '#']) {
+        let place = end.start - rest.len() + at;
+        let length = token_length(&text[place..end.start]);
+        if place + length >= end.start {
+            open = place;
+            break;
+        }
+        rest = &text[place + length..end.start];
+    }
+    let quotes = mark.to_string().repeat(if many { 3 } else { 1 });
+    let help = if many {
+        format!("add `{quotes}` where the text ends")
+    } else {
+        format!("add `{quotes}` at the end of the line")
+    };
+    let width = if open == end.start { 0 } else { quotes.len() };
+    Diagnostic::error(codes::SYNTAX, "string is not closed")
+        .at(open..open + width, "opened here")
+        .help(help)
+}
+
+/// The innermost bracket still open where an array or inline table went wrong, when the fault is
+/// that the next line of the file already starts.
+fn unclosed_bracket(text: &str, said: &str, span: &Span) -> Option<usize> {
+    let at_end = said.starts_with("unclosed");
+    let next_line = text[line_of(text, span.start)].contains('=')
+        && (said.starts_with("missing comma") || said.contains("in array"));
+    if !at_end && !next_line {
+        return None;
+    }
+    let mut open = Vec::new();
+    let mut rest = &text[..span.start];
+    while let Some(at) = rest.find(['[', ']', '{', '}', '"', '\'', '#']) {
+        let place = span.start - rest.len() + at;
+        match text.as_bytes()[place] {
+            b'[' | b'{' => open.push(place),
+            b']' | b'}' => drop(open.pop()),
+            _ => (),
+        }
+        rest = &text[place + token_length(&text[place..span.start])..span.start];
+    }
+    let innermost = open.pop()?;
+    (at_end || line_of(text, innermost) != line_of(text, span.start)).then_some(innermost)
+}
+
+/// The line around a place, without its end.
+fn line_of(text: &str, place: usize) -> Span {
+    let place = place.min(text.len());
+    let start = text[..place].rfind('\n').map_or(0, |at| at + 1);
+    let end = text[place..].find('\n').map_or(text.len(), |at| place + at);
+    start..end
+}
+
+/// Reports each name that is defined again, with the place of the first definition.
+fn report_duplicates(text: &str, errors: &[Error], faults: &mut Vec<Diagnostic>) {
+    let mut repeated_table: Option<Span> = None;
+    for span in errors.iter().filter_map(Error::span).take(MAX_DUPLICATES) {
+        let line = line_of(text, span.start);
+        // A repeated table repeats its keys too: one message is enough.
+        if repeated_table.as_ref().is_some_and(|table| table.contains(&span.start)) {
+            continue;
+        }
+        if text[line.clone()].trim_start().starts_with('[') {
+            let end = text[line.end..].find("\n[").map_or(text.len(), |at| line.end + at);
+            repeated_table = Some(line.start..end);
+        }
+        let name = text.get(span.clone()).unwrap_or_default();
+        let fault = Diagnostic::error(codes::DUPLICATE, format!("`{name}` is defined twice"))
+            .at(span.clone(), "again here");
+        let fault = match first_definition(text, &span) {
+            Some(first) => fault.at(first, "first defined here"),
+            None => fault,
+        };
+        faults.push(fault.help(if repeated_table.is_some() {
+            "names must be unique: rename one of the two or remove it"
+        } else {
+            "keep one of the two lines"
+        }));
+    }
+}
+
+/// Where the key at `span` was defined before: the same path looked up in the text above it.
+fn first_definition(text: &str, span: &Span) -> Option<Span> {
+    let line = line_of(text, span.start);
+    let is_header = text[line.clone()].trim_start().starts_with('[');
+    // The table this line belongs to, then the path of the key within the file.
+    let header = if is_header {
+        line.clone()
+    } else {
+        text[..line.start]
+            .match_indices('\n')
+            .map(|(at, _)| at + 1)
+            .chain([0])
+            .filter(|&at| text[at..].starts_with('['))
+            .max()
+            .map_or(0..0, |at| line_of(text, at))
+    };
+    let key_start = if is_header { line.start } else { span.start };
+    let alone = DeTable::parse_recoverable(text.get(header)?).0;
+    let mut path = single_path(alone.get_ref());
+    let key = text.get(span.clone())?.trim_matches(['"', '\'']);
+    if !is_header {
+        path.push(key.to_owned());
+    }
+    let above = DeTable::parse_recoverable(text.get(..key_start)?).0;
+    if let Some(place) = look_up(above.get_ref(), &path) {
+        return Some(place);
+    }
+    // Within one line, such as an inline table: the same word before.
+    let before = text.get(line.start..span.start)?;
+    let at = before.rfind(key)?;
+    Some(line.start + at..line.start + at + key.len())
+}
+
+/// The keys of a document that holds one empty table: `[a.b]` gives `a`, `b`.
+fn single_path(table: &DeTable<'_>) -> Vec<String> {
+    let mut path = Vec::new();
+    let mut here = table;
+    while let Some((key, value)) = here.iter().next() {
+        path.push(key.get_ref().to_string());
+        match value.get_ref() {
+            DeValue::Table(inner) => here = inner,
+            _ => break,
+        }
+    }
+    path
+}
+
+fn look_up(table: &DeTable<'_>, path: &[String]) -> Option<Span> {
+    let (last, parents) = path.split_last()?;
+    let mut here = table;
+    for name in parents {
+        let (_, value) = here.iter().find(|(key, _)| key.get_ref() == name)?;
+        here = match value.get_ref() {
+            DeValue::Table(inner) => inner,
+            _ => return None,
+        };
+    }
+    here.iter().find(|(key, _)| key.get_ref() == last).map(|(key, _)| key.span())
+}

@@ -1,0 +1,149 @@
+//! The model text as a tree of values with their places, in file order.
+//!
+//! TOML tables arrive sorted by key; [`Table`] restores the order of the text, because messages,
+//! coordinates and equations follow the author's order.
+
+use toml::de::{DeTable, DeValue};
+
+use crate::diagnostic::Span;
+
+/// A value and its place.
+#[derive(Debug)]
+pub(super) struct Node {
+    /// Place of the value, with its quotes or brackets.
+    pub(super) span: Span,
+    pub(super) value: Value,
+}
+
+/// What a value may be.
+#[derive(Debug)]
+pub(super) enum Value {
+    Text(String),
+    /// The value, and its digits without sign and `_` where they are decimal.
+    Number {
+        value: f64,
+        digits: String,
+    },
+    Bool(bool),
+    Date,
+    Array(Vec<Node>),
+    Table(Table),
+}
+
+/// Keys and values in file order.
+#[derive(Debug, Default)]
+pub(super) struct Table {
+    pub(super) entries: Vec<Entry>,
+}
+
+/// A key and its value.
+#[derive(Debug)]
+pub(super) struct Entry {
+    pub(super) key: String,
+    pub(super) key_span: Span,
+    pub(super) node: Node,
+}
+
+impl Table {
+    /// Converts a parsed document. Its nesting is bounded before, so recursion is safe here.
+    pub(super) fn from_toml(table: &DeTable<'_>) -> Self {
+        let mut entries: Vec<Entry> = table
+            .iter()
+            .map(|(key, value)| Entry {
+                key: key.get_ref().to_string(),
+                key_span: key.span(),
+                node: Node { span: value.span(), value: Value::from_toml(value.get_ref()) },
+            })
+            .collect();
+        entries.sort_by_key(|entry| entry.key_span.start);
+        Self { entries }
+    }
+
+    /// The entry of a key.
+    pub(super) fn get(&self, key: &str) -> Option<&Entry> {
+        self.entries.iter().find(|entry| entry.key == key)
+    }
+}
+
+impl Value {
+    fn from_toml(value: &DeValue<'_>) -> Self {
+        match value {
+            DeValue::String(text) => Self::Text(text.to_string()),
+            DeValue::Integer(i) => Self::number(i.as_str(), integer(i.as_str(), i.radix())),
+            // A number too large for a float reads as infinity and is refused where it is used.
+            DeValue::Float(f) => Self::number(f.as_str(), f.as_str().parse().unwrap_or(f64::NAN)),
+            DeValue::Boolean(value) => Self::Bool(*value),
+            DeValue::Datetime(_) => Self::Date,
+            DeValue::Array(values) => Self::Array(
+                values
+                    .iter()
+                    .map(|v| Node { span: v.span(), value: Self::from_toml(v.get_ref()) })
+                    .collect(),
+            ),
+            DeValue::Table(table) => Self::Table(Table::from_toml(table)),
+        }
+    }
+
+    fn number(written: &str, value: f64) -> Self {
+        let digits = written.trim_start_matches(['+', '-']);
+        let is_decimal = digits.parse() == Ok(value.abs());
+        Self::Number { value, digits: if is_decimal { digits.to_owned() } else { String::new() } }
+    }
+
+    /// What it is, for messages: `an array of 2`.
+    pub(super) fn describe(&self) -> String {
+        match self {
+            Self::Text(text) if text.is_empty() => "an empty text".to_owned(),
+            Self::Text(_) => "a text".to_owned(),
+            Self::Number { .. } => "a number".to_owned(),
+            Self::Bool(value) => format!("`{value}`"),
+            Self::Date => "a date".to_owned(),
+            Self::Array(values) => format!("an array of {}", values.len()),
+            Self::Table(_) => "a table".to_owned(),
+        }
+    }
+}
+
+/// Reads digits of any length; `i64` would refuse a mass of twenty digits.
+fn integer(digits: &str, radix: u32) -> f64 {
+    if radix == 10 {
+        return digits.parse().unwrap_or(f64::NAN);
+    }
+    digits
+        .chars()
+        .filter_map(|c| c.to_digit(radix))
+        .fold(0.0, |sum, digit| f64::mul_add(sum, f64::from(radix), f64::from(digit)))
+}
+
+impl Node {
+    /// The text and the place of its first character when escapes do not shift the rest.
+    pub(super) fn text<'n>(&'n self, source: &str) -> Option<Quoted<'n>> {
+        let Value::Text(text) = &self.value else { return None };
+        let raw = source.get(self.span.clone()).unwrap_or_default();
+        let offset = [1, 3].into_iter().find(|&quotes| {
+            raw.len() == text.len() + 2 * quotes
+                && raw.get(quotes..quotes + text.len()) == Some(text)
+        });
+        Some(Quoted { text, whole: self.span.clone(), start: offset.map(|o| self.span.start + o) })
+    }
+}
+
+/// A quoted text and where it stands.
+#[derive(Clone, Debug)]
+pub(super) struct Quoted<'n> {
+    pub(super) text: &'n str,
+    /// The value with its quotes.
+    pub(super) whole: Span,
+    /// Place of the first character; `None` where escapes make places inside unknown.
+    pub(super) start: Option<usize>,
+}
+
+impl Quoted<'_> {
+    /// Place in the file of a range of the text.
+    pub(super) fn place(&self, range: &Span) -> Span {
+        match self.start {
+            Some(start) => start + range.start..start + range.end,
+            None => self.whole.clone(),
+        }
+    }
+}

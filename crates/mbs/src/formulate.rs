@@ -1,0 +1,294 @@
+//! [`MotionEquations`]: the equations of motion as 0 = F(t, y, y′), in one of several formulations.
+//!
+//! ```text
+//!            index3            index2                ggl
+//! nq   q̇ − v              q̇ − v               q̇ − v + Gᵀ μ
+//! nq   M v̇ − f + Gᵀ λ     M v̇ − f + Gᵀ λ      M v̇ − f + Gᵀ λ
+//! nc   g(t, q)            G v + ∂g/∂t         G v + ∂g/∂t
+//! nc   —                  —                   g(t, q)
+//! ```
+//!
+//! Sources: HW2 §VII.1 for index 3 and 2; C. W. Gear, B. Leimkuhler and G. K. Gupta, *Automatic
+//! integration of Euler–Lagrange equations with constraints*, J. Comput. Appl. Math. 12 & 13
+//! (1985), for the stabilised form. Residual and Jacobian are straight-line code, and the Jacobian
+//! is exact: it is differentiated from the residual's own expressions.
+
+use bksim_dae::{Index, Layout, NotFinite, Pattern, System};
+use bksim_expr::{Expr, SymbolId, Tape, TapeError, Workspace};
+
+use crate::assemble::SymbolicSystem;
+use crate::compile::constraint_velocity;
+use crate::model::{Formulation, Model};
+
+/// The compiled residual and Jacobian of one formulation.
+#[derive(Clone, Debug)]
+pub struct MotionEquations {
+    formulation: Formulation,
+    nq: usize,
+    nc: usize,
+    layout: Layout,
+    pattern: Pattern,
+    residual: Tape,
+    jacobian: Tape,
+    /// Position in the pattern of each output of the Jacobian tape: first ∂F/∂y, then ∂F/∂y′.
+    jacobian_slots: Vec<usize>,
+    n_y_entries: usize,
+}
+
+/// [`MotionEquations`] at one set of parameters, as the integrator takes them.
+///
+/// Constraint rows that depend on others are replaced by λ = 0 (and μ = 0), which leaves the
+/// motion as it is and the iteration matrix regular.
+#[derive(Clone, Debug)]
+pub struct Motion<'a> {
+    equations: &'a MotionEquations,
+    residual: Workspace,
+    jacobian: Workspace,
+    inputs: Vec<f64>,
+    values: Vec<f64>,
+    /// Unknowns held at zero: multipliers of dependent rows; also the rows that say so.
+    held: Vec<usize>,
+}
+
+/// Derives and compiles one formulation.
+///
+/// # Errors
+/// [`TapeError`] names a symbol that is neither time, a parameter nor part of the state.
+pub fn formulate(
+    model: &Model,
+    system: &SymbolicSystem,
+    formulation: Formulation,
+) -> Result<MotionEquations, TapeError> {
+    let pool = &model.pool;
+    let (nq, nc) = (system.coordinates().len(), system.constraints.len());
+    let unknowns = Unknowns::new(model, system, formulation);
+    let rows = unknowns.residual(model, system, formulation);
+    let n = rows.len();
+
+    let dy = pool.jacobian(&rows, &unknowns.y);
+    let dydot = pool.jacobian(&rows, &unknowns.ydot);
+    let cells = |j: &bksim_expr::SparseJacobian| -> Vec<(usize, usize)> {
+        j.entries.iter().map(|&(row, col, _)| (row, col)).collect()
+    };
+    // The diagonal of the multipliers is empty, but held rows need it.
+    let diagonal = (2 * nq..n).map(|i| (i, i));
+    let all = cells(&dy).into_iter().chain(cells(&dydot)).chain(diagonal);
+    let pattern = Pattern::new(n, all).expect("rows and columns are those of the residual");
+    let slot = |&(row, col): &(usize, usize)| {
+        pattern.position(row, col).expect("the pattern holds every entry")
+    };
+    let jacobian_slots = cells(&dy).iter().chain(&cells(&dydot)).map(slot).collect();
+
+    let inputs: Vec<SymbolId> =
+        [&[model.time], unknowns.y.as_slice(), unknowns.ydot.as_slice()].concat();
+    let parameters: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
+    let entries: Vec<Expr> = dy.entries.iter().chain(&dydot.entries).map(|&(_, _, e)| e).collect();
+    Ok(MotionEquations {
+        formulation,
+        nq,
+        nc,
+        layout: unknowns.layout(model, system, formulation),
+        residual: Tape::compile(pool, &rows, &inputs, &parameters)?,
+        jacobian: Tape::compile(pool, &entries, &inputs, &parameters)?,
+        jacobian_slots,
+        n_y_entries: dy.entries.len(),
+        pattern,
+    })
+}
+
+impl MotionEquations {
+    /// Number of unknowns: q, v, λ and, for the stabilised form, μ.
+    pub fn n(&self) -> usize {
+        self.layout.n()
+    }
+
+    /// Names of the unknowns.
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// Binds parameter values; `dependent` are the constraint rows that follow from the others.
+    pub fn at(&self, parameters: &[f64], dependent: &[usize]) -> Motion<'_> {
+        let held_lambda = dependent.iter().map(|row| 2 * self.nq + row);
+        let held_mu = dependent.iter().map(|row| 2 * self.nq + self.nc + row);
+        let has_mu = self.formulation == Formulation::Ggl;
+        Motion {
+            equations: self,
+            residual: self.residual.workspace(parameters),
+            jacobian: self.jacobian.workspace(parameters),
+            inputs: Vec::with_capacity(1 + 2 * self.n()),
+            values: vec![0.0; self.jacobian_slots.len()],
+            held: held_lambda.chain(held_mu.filter(|_| has_mu)).collect(),
+        }
+    }
+
+    /// y and y′ of a consistent state.
+    pub fn state(&self, q: &[f64], v: &[f64], a: &[f64], lambda: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let mut y = [q, v, lambda].concat();
+        let mut ydot = [v, a].concat();
+        y.resize(self.n(), 0.0);
+        ydot.resize(self.n(), 0.0);
+        (y, ydot)
+    }
+}
+
+impl Motion<'_> {
+    fn gather(&mut self, t: f64, y: &[f64], ydot: &[f64]) {
+        self.inputs.clear();
+        self.inputs.push(t);
+        self.inputs.extend_from_slice(y);
+        self.inputs.extend_from_slice(ydot);
+    }
+}
+
+impl System for Motion<'_> {
+    fn layout(&self) -> &Layout {
+        &self.equations.layout
+    }
+
+    fn pattern(&self) -> &Pattern {
+        &self.equations.pattern
+    }
+
+    fn residual(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        ydot: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), NotFinite> {
+        self.gather(t, y, ydot);
+        self.equations.residual.evaluate(&mut self.residual, &self.inputs, out);
+        for &i in &self.held {
+            out[i] = y[i];
+        }
+        first_not_finite(out.iter().copied().enumerate())
+    }
+
+    fn jacobian(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        ydot: &[f64],
+        df_dy: &mut [f64],
+        df_dydot: &mut [f64],
+    ) -> Result<(), NotFinite> {
+        self.gather(t, y, ydot);
+        let equations = self.equations;
+        equations.jacobian.evaluate(&mut self.jacobian, &self.inputs, &mut self.values);
+        df_dy.fill(0.0);
+        df_dydot.fill(0.0);
+        let (y_slots, ydot_slots) = equations.jacobian_slots.split_at(equations.n_y_entries);
+        let (y_values, ydot_values) = self.values.split_at(equations.n_y_entries);
+        y_slots.iter().zip(y_values).for_each(|(&slot, &value)| df_dy[slot] = value);
+        ydot_slots.iter().zip(ydot_values).for_each(|(&slot, &value)| df_dydot[slot] = value);
+        if !self.held.is_empty() {
+            for (slot, (row, col)) in equations.pattern.entries().enumerate() {
+                if self.held.contains(&row) {
+                    df_dy[slot] = f64::from(u8::from(row == col));
+                    df_dydot[slot] = 0.0;
+                }
+            }
+        }
+        let entries = equations.pattern.entries().zip(df_dy.iter().zip(df_dydot.iter()));
+        first_not_finite(entries.map(|((row, _), (dy, dydot))| (row, dy + dydot)))
+    }
+}
+
+fn first_not_finite(values: impl Iterator<Item = (usize, f64)>) -> Result<(), NotFinite> {
+    let mut values = values;
+    match values.find(|(_, value)| !value.is_finite()) {
+        Some((row, _)) => Err(NotFinite { row }),
+        None => Ok(()),
+    }
+}
+
+/// Symbols of y and y′: q, v, λ(, μ) and their derivatives.
+struct Unknowns {
+    y: Vec<SymbolId>,
+    ydot: Vec<SymbolId>,
+    mu: Vec<Expr>,
+}
+
+impl Unknowns {
+    fn new(model: &Model, system: &SymbolicSystem, formulation: Formulation) -> Self {
+        let pool = &model.pool;
+        // Not identifiers, so that no name of the model can meet them.
+        let fresh = |name: String| pool.symbol(&name);
+        let id = |e: Expr| pool.symbol_id(e).expect("a symbol was just made");
+        let coordinates = system.coordinates();
+        let lambda = system.constraints.iter().map(|c| c.lambda);
+        let n_mu = if formulation == Formulation::Ggl { system.constraints.len() } else { 0 };
+        let mu: Vec<Expr> = (0..n_mu).map(|row| fresh(format!("'mu{row}"))).collect();
+        let qdot = coordinates.iter().map(|c| id(fresh(format!("'{}'", c.name))));
+        let y: Vec<SymbolId> = coordinates
+            .iter()
+            .map(|c| c.q)
+            .chain(coordinates.iter().map(|c| c.v))
+            .chain(lambda)
+            .chain(mu.iter().map(|&m| id(m)))
+            .collect();
+        let mut ydot: Vec<SymbolId> = qdot.chain(coordinates.iter().map(|c| c.a)).collect();
+        let rest = ydot.len()..y.len();
+        ydot.extend(rest.map(|i| id(fresh(format!("'rate{i}")))));
+        Self { y, ydot, mu }
+    }
+
+    fn residual(
+        &self,
+        model: &Model,
+        system: &SymbolicSystem,
+        formulation: Formulation,
+    ) -> Vec<Expr> {
+        let pool = &model.pool;
+        let coordinates = system.coordinates();
+        let (nq, nc) = (coordinates.len(), system.constraints.len());
+        let transposed = |i: usize, factors: &[Expr]| -> Vec<Expr> {
+            (0..factors.len())
+                .map(|row| pool.mul(system.constraint_jacobian[row][i], factors[row]))
+                .collect()
+        };
+        let kinematic = |i: usize| {
+            let qdot = pool.symbol_expr(self.ydot[i]);
+            let v = pool.symbol_expr(coordinates[i].v);
+            pool.sum([vec![qdot, pool.neg(v)], transposed(i, &self.mu)].concat())
+        };
+        let lambda: Vec<Expr> =
+            system.constraints.iter().map(|c| pool.symbol_expr(c.lambda)).collect();
+        let dynamic = |i: usize| {
+            let inertia = (0..nq)
+                .map(|j| pool.mul(system.mass_matrix[i][j], pool.symbol_expr(coordinates[j].a)));
+            let mut terms: Vec<Expr> = inertia.collect();
+            let resisting = [system.bias[i], system.potential_gradient[i]];
+            terms.extend(resisting);
+            terms.push(pool.neg(system.force[i]));
+            terms.extend(transposed(i, &lambda));
+            pool.sum(terms)
+        };
+        let mut rows: Vec<Expr> = (0..nq).map(kinematic).collect();
+        rows.extend((0..nq).map(dynamic));
+        if formulation != Formulation::Index3 {
+            rows.extend((0..nc).map(|row| constraint_velocity(pool, system, row)));
+        }
+        if formulation != Formulation::Index2 {
+            rows.extend(system.constraints.iter().map(|c| c.expression));
+        }
+        rows
+    }
+
+    fn layout(&self, model: &Model, system: &SymbolicSystem, formulation: Formulation) -> Layout {
+        let (nq, nc) = (system.coordinates().len(), system.constraints.len());
+        let groups = match formulation {
+            Formulation::Index3 => {
+                vec![(nq, Index::One), (nq, Index::Two), (nc, Index::Three)]
+            }
+            Formulation::Index2 => vec![(2 * nq, Index::One), (nc, Index::Two)],
+            Formulation::Ggl => vec![(2 * nq, Index::One), (2 * nc, Index::Two)],
+        };
+        // A stabilising multiplier bears the name of the constraint's own, which people know.
+        let n_named = self.y.len() - self.mu.len();
+        let known = self.y[..n_named].iter().chain(&self.y[n_named - self.mu.len()..n_named]);
+        let names = known.map(|&symbol| model.pool.symbol_name(symbol)).collect();
+        Layout::from_groups(&groups).with_names(names)
+    }
+}

@@ -1,0 +1,332 @@
+//! Where every body is as a function of the generalised coordinates, along the spanning tree.
+//!
+//! Source: Lê Hồng Lam and Đinh Văn Phong (2008), eq. (1.2): positions and rotation matrices are
+//! chained from the ground outwards. Frames in names: `p_world_com` is a place in world axes.
+
+use bksim_expr::{Expr, Pool, SymbolId};
+
+use crate::joint::{self, Motion, MotionKind, Sides};
+use crate::model::{Anchor, Axis, BodyId, Joint, JointId, Measure, Model, PointId, Space, Vector};
+use crate::spatial::{self, Rotation, z_axis};
+use crate::tree::{Branch, Tree};
+
+/// Whose motion a coordinate is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Owner {
+    /// The given motion of a tree joint.
+    Joint(JointId, usize),
+    /// A free body's translation of the centre of mass along x, y (z), then rotation.
+    Body(BodyId, usize),
+}
+
+/// A generalised coordinate.
+#[derive(Clone, Debug)]
+pub struct Coordinate {
+    /// Identifier of the value; `…_dot` and `…_ddot` follow from it.
+    pub name: String,
+    /// Symbol of the value, rad or m.
+    pub q: SymbolId,
+    /// Symbol of its velocity.
+    pub v: SymbolId,
+    /// Symbol of its acceleration.
+    pub a: SymbolId,
+    /// Turning or sliding.
+    pub kind: MotionKind,
+    /// Whose motion it is.
+    pub owner: Owner,
+}
+
+/// A body's place: the world position of one of its points, and its rotation.
+#[derive(Clone, Debug)]
+pub(crate) struct Pose {
+    /// The point, body frame.
+    anchor_body: Vector,
+    /// Where it is, world frame.
+    anchor_world: Vector,
+    /// r_world_from_body.
+    pub(crate) rotation: Rotation,
+    /// Angular velocity in world axes, linear in the velocities.
+    pub(crate) omega: Vector,
+}
+
+impl Pose {
+    /// Where a point of the body is in the world.
+    pub(crate) fn place(&self, pool: &Pool, p_body: &Vector) -> Vector {
+        let arm = spatial::sub(pool, p_body, &self.anchor_body);
+        spatial::add(pool, &self.anchor_world, &self.rotation.apply(pool, &arm))
+    }
+}
+
+/// Positions of all bodies as functions of the coordinates of one tree.
+#[derive(Clone, Debug)]
+pub struct Kinematics {
+    /// In the order of the tree.
+    pub coordinates: Vec<Coordinate>,
+    /// By body, the ground first.
+    pub(crate) poses: Vec<Pose>,
+}
+
+impl Kinematics {
+    /// Chains the poses along `tree`.
+    pub fn along(model: &Model, tree: &Tree) -> Self {
+        let pool = &model.pool;
+        let ground = Pose {
+            anchor_body: spatial::zero(pool),
+            anchor_world: spatial::zero(pool),
+            rotation: Rotation::default(),
+            omega: spatial::zero(pool),
+        };
+        let mut kinematics =
+            Self { coordinates: Vec::new(), poses: vec![ground; model.bodies.len()] };
+        for &(body, branch) in &tree.branches {
+            let pose = match branch {
+                Branch::Free => kinematics.free_pose(model, body),
+                Branch::Joint { joint, parent, reversed } => {
+                    kinematics.hanging_pose(model, body, joint, parent, reversed)
+                }
+            };
+            kinematics.poses[body.0] = pose;
+        }
+        kinematics
+    }
+
+    /// The world position of a body's point; `None` is its centre of mass.
+    pub(crate) fn place(&self, model: &Model, body: BodyId, point: Option<PointId>) -> Vector {
+        let p_body = match point {
+            Some(point) => model.bodies[body.0].points[point.0].position,
+            None => model.bodies[body.0].com,
+        };
+        self.poses[body.0].place(&model.pool, &p_body)
+    }
+
+    /// The world position of an anchor; without a point, the origin of the body frame.
+    pub(crate) fn anchor(&self, model: &Model, anchor: Anchor) -> Vector {
+        self.poses[anchor.body.0].place(&model.pool, &anchor_in_body(model, anchor))
+    }
+
+    /// The two sides of a joint.
+    pub(crate) fn sides(&self, model: &Model, joint: &Joint) -> Sides<'_> {
+        Sides {
+            predecessor: &self.poses[joint.predecessor.body.0],
+            successor: &self.poses[joint.successor.body.0],
+            p_world_predecessor: self.anchor(model, joint.predecessor),
+            p_world_successor: self.anchor(model, joint.successor),
+        }
+    }
+
+    /// d/dt of an expression of the coordinates and of time.
+    pub(crate) fn rate(&self, model: &Model, e: Expr) -> Expr {
+        let pool = &model.pool;
+        let mut rates: Vec<_> =
+            self.coordinates.iter().map(|c| (c.q, pool.symbol_expr(c.v))).collect();
+        rates.push((model.time, pool.one()));
+        pool.total_derivative(e, &rates)
+    }
+
+    /// d/dt of an expression of the coordinates, the velocities and time.
+    pub(crate) fn second_rate(&self, model: &Model, e: Expr) -> Expr {
+        let pool = &model.pool;
+        let symbols = self.coordinates.iter();
+        let mut rates: Vec<_> = symbols
+            .flat_map(|c| [(c.q, pool.symbol_expr(c.v)), (c.v, pool.symbol_expr(c.a))])
+            .collect();
+        rates.push((model.time, pool.one()));
+        pool.total_derivative(e, &rates)
+    }
+
+    /// The positions of a joint's motions: its own coordinates in the tree, else what the poses show.
+    pub(crate) fn joint_positions(&self, model: &Model, joint: JointId) -> Vec<Expr> {
+        let own: Vec<Expr> = self
+            .coordinates
+            .iter()
+            .filter(|c| matches!(c.owner, Owner::Joint(id, _) if id == joint))
+            .map(|c| model.pool.symbol_expr(c.q))
+            .collect();
+        if !own.is_empty() {
+            return own;
+        }
+        let joint = &model.joints[joint.0];
+        joint::positions(&model.pool, joint, &self.sides(model, joint))
+    }
+
+    /// A measure as an expression of coordinates and velocities.
+    pub(crate) fn measure(&self, model: &Model, measure: Measure) -> Expr {
+        let pool = &model.pool;
+        match measure {
+            Measure::JointPosition(joint, motion_idx) => {
+                self.joint_positions(model, joint)[motion_idx]
+            }
+            Measure::PointPosition(body, point, axis) => {
+                self.place(model, body, point)[axis_idx(axis)]
+            }
+            Measure::BodyAngle(body) => {
+                let rotation = &self.poses[body.0].rotation;
+                let z = z_axis(pool);
+                rotation.angle_about(pool, &z).unwrap_or_else(|| {
+                    let x_world = rotation.apply(pool, &[pool.one(), pool.zero(), pool.zero()]);
+                    pool.atan2(x_world[1], x_world[0])
+                })
+            }
+            Measure::JointVelocity(joint, motion_idx) => {
+                let position = self.measure(model, Measure::JointPosition(joint, motion_idx));
+                self.rate(model, position)
+            }
+            Measure::PointVelocity(body, point, axis) => {
+                let position = self.measure(model, Measure::PointPosition(body, point, axis));
+                self.rate(model, position)
+            }
+            Measure::BodyRate(body) => self.poses[body.0].omega[2],
+        }
+    }
+
+    /// Coordinates of a free body: its centre of mass, then its angle (planar) or Cardan angles.
+    fn free_pose(&mut self, model: &Model, body: BodyId) -> Pose {
+        let pool = &model.pool;
+        let names = free_motion_names(model.space);
+        let n_translations = if model.space == Space::Planar { 2 } else { 3 };
+        let mut anchor_world = spatial::zero(pool);
+        let mut rotation = Rotation::default();
+        let mut omega = spatial::zero(pool);
+        for (motion_idx, name) in names.iter().enumerate() {
+            let stated = model.bodies[body.0].coordinate_names.get(motion_idx).cloned();
+            let name = stated.unwrap_or_else(|| format!("{}_{name}", model.bodies[body.0].name));
+            let is_translation = motion_idx < n_translations;
+            let kind = if is_translation { MotionKind::Translation } else { MotionKind::Rotation };
+            let (q, v) = self.add_coordinate(model, name, kind, Owner::Body(body, motion_idx));
+            if is_translation {
+                anchor_world[motion_idx] = q;
+                continue;
+            }
+            let mut axis = spatial::zero(pool);
+            let axis_idx = if names.len() == 3 { 2 } else { motion_idx - n_translations };
+            axis[axis_idx] = pool.one();
+            // The turn is about the axis as the turns before it have placed it.
+            let axis_world = rotation.apply(pool, &axis);
+            omega = spatial::add(pool, &omega, &spatial::scale(pool, v, &axis_world));
+            rotation = rotation.then(pool, &Rotation::about(pool, &axis, q));
+        }
+        Pose { anchor_body: model.bodies[body.0].com, anchor_world, rotation, omega }
+    }
+
+    /// Pose of a body that hangs on `parent` by a joint whose motions become coordinates.
+    fn hanging_pose(
+        &mut self,
+        model: &Model,
+        body: BodyId,
+        joint_id: JointId,
+        parent: BodyId,
+        reversed: bool,
+    ) -> Pose {
+        let pool = &model.pool;
+        let joint = &model.joints[joint_id.0];
+        let mut rotation = joint::fixed_turn(pool, joint);
+        let mut offset = spatial::zero(pool);
+        let mut omega = spatial::zero(pool);
+        let motions = joint::motions(pool, joint);
+        for (motion_idx, motion) in motions.iter().enumerate() {
+            let name = joint_coordinate_name(joint, &motions, motion_idx);
+            let owner = Owner::Joint(joint_id, motion_idx);
+            let (q, v) = self.add_coordinate(model, name, motion.kind, owner);
+            match motion.kind {
+                MotionKind::Translation => {
+                    let along = spatial::scale(pool, q, &motion.axis);
+                    offset = spatial::add(pool, &offset, &along);
+                }
+                MotionKind::Rotation => {
+                    omega = spatial::add(pool, &omega, &spatial::scale(pool, v, &motion.axis));
+                    rotation = rotation.then(pool, &Rotation::about(pool, &motion.axis, q));
+                }
+            }
+        }
+
+        // Seen from the successor, the same motion runs backwards.
+        let parent_pose = &self.poses[parent.0];
+        let (near, far) = if reversed {
+            (joint.successor, joint.predecessor)
+        } else {
+            (joint.predecessor, joint.successor)
+        };
+        let p_world_near = parent_pose.place(pool, &anchor_in_body(model, near));
+        let r_world_from_body = if reversed {
+            parent_pose.rotation.then(pool, &rotation.inverse(pool))
+        } else {
+            parent_pose.rotation.then(pool, &rotation)
+        };
+        // Offset and relative angular velocity have their components in the predecessor's frame.
+        let r_world_from_predecessor =
+            if reversed { &r_world_from_body } else { &parent_pose.rotation };
+        let offset_world = r_world_from_predecessor.apply(pool, &offset);
+        let omega_world = r_world_from_predecessor.apply(pool, &omega);
+        let (anchor_world, omega) = if reversed {
+            let back = spatial::sub(pool, &p_world_near, &offset_world);
+            (back, spatial::sub(pool, &parent_pose.omega, &omega_world))
+        } else {
+            let out = spatial::add(pool, &p_world_near, &offset_world);
+            (out, spatial::add(pool, &parent_pose.omega, &omega_world))
+        };
+        debug_assert_eq!(far.body, body);
+        let anchor_body = anchor_in_body(model, far);
+        Pose { anchor_body, anchor_world, rotation: r_world_from_body, omega }
+    }
+
+    fn add_coordinate(
+        &mut self,
+        model: &Model,
+        name: String,
+        kind: MotionKind,
+        owner: Owner,
+    ) -> (Expr, Expr) {
+        let pool = &model.pool;
+        let name = self.unused_name(model, name);
+        let [q, v, a] = ["", "_dot", "_ddot"].map(|suffix| pool.symbol(&format!("{name}{suffix}")));
+        let id = |e| pool.symbol_id(e).expect("a symbol was just made");
+        self.coordinates.push(Coordinate { name, q: id(q), v: id(v), a: id(a), kind, owner });
+        (q, v)
+    }
+
+    /// A joint and a body may bear one name; their coordinates must not.
+    fn unused_name(&self, model: &Model, mut name: String) -> String {
+        let is_taken = |name: &str| {
+            self.coordinates.iter().any(|c| c.name == name)
+                || model.parameters.iter().any(|p| p.name == name)
+        };
+        while is_taken(&name) {
+            name.push('_');
+        }
+        name
+    }
+}
+
+/// Names of a free body's coordinates, after the body's own name.
+pub fn free_motion_names(space: Space) -> &'static [&'static str] {
+    match space {
+        Space::Planar => &["x", "y", "angle"],
+        Space::Spatial => &["x", "y", "z", "angle1", "angle2", "angle3"],
+    }
+}
+
+/// The identifier of a joint coordinate: the author's, else the joint's name and what it measures.
+pub fn joint_coordinate_name(joint: &Joint, motions: &[Motion], motion_idx: usize) -> String {
+    joint.coordinate_names.get(motion_idx).cloned().unwrap_or_else(|| {
+        let what = match motions[motion_idx].kind {
+            MotionKind::Rotation => "angle",
+            MotionKind::Translation => "position",
+        };
+        format!("{}_{what}", joint.name)
+    })
+}
+
+fn anchor_in_body(model: &Model, anchor: Anchor) -> Vector {
+    match anchor.point {
+        Some(point) => model.bodies[anchor.body.0].points[point.0].position,
+        None => spatial::zero(&model.pool),
+    }
+}
+
+fn axis_idx(axis: Axis) -> usize {
+    match axis {
+        Axis::X => 0,
+        Axis::Y => 1,
+        Axis::Z => 2,
+    }
+}

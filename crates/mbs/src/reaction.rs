@@ -1,0 +1,138 @@
+//! Joint reactions by Newton and Euler: what each joint's predecessor puts on its successor.
+//!
+//! A cut joint's reaction is read off its multipliers. A tree joint carries what its body needs
+//! beyond all other wrenches on it, found from the leaves of the tree inwards:
+//!
+//! ```text
+//! F = m r̈_c − Σ F_k,      M_c = d/dt (A I′ Aᵀ ω) − Σ M_k − Σ (r_k − r_c) × F_k
+//! ```
+//!
+//! Drive efforts and the loads inside a joint are not part of its reaction, so the moment of a
+//! revolute about its own axis is zero: a check that costs nothing.
+
+use bksim_expr::Pool;
+
+use crate::assemble::{Constraint, Source, SymbolicSystem, central_inertia};
+use crate::force::Wrench;
+use crate::model::{BodyId, JointId, Model, Vector};
+use crate::spatial;
+use crate::tree::Branch;
+
+/// Reaction on the successor of a joint at its joint point, world axes.
+#[derive(Clone, Debug)]
+pub struct Reaction {
+    /// The joint.
+    pub joint: JointId,
+    /// N, an expression of t, q, v, a, λ.
+    pub force: Vector,
+    /// N m about the successor's joint point.
+    pub moment: Vector,
+}
+
+/// The reactions of all joints, in file order.
+pub fn reactions(model: &Model, system: &SymbolicSystem) -> Vec<Reaction> {
+    let pool = &model.pool;
+    let mut balance = Balance { model, pool, system, wrenches: wrenches_by_body(model, system) };
+    let nothing = |joint_idx| Reaction {
+        joint: JointId(joint_idx),
+        force: spatial::zero(pool),
+        moment: spatial::zero(pool),
+    };
+    let mut reactions: Vec<Reaction> = (0..model.joints.len()).map(nothing).collect();
+
+    // Cut joints and drives: the multipliers say it.
+    for constraint in &system.constraints {
+        let joint = match constraint.source {
+            Source::Joint(joint) => joint,
+            Source::Drive(drive) => model.drives[drive.0].joint,
+        };
+        let (force, moment) = multiplied(pool, constraint);
+        if let Source::Joint(_) = constraint.source {
+            let reaction = &mut reactions[joint.0];
+            reaction.force = spatial::add(pool, &reaction.force, &force);
+            reaction.moment = spatial::add(pool, &reaction.moment, &moment);
+        }
+        balance.pass_through(joint, &force, &moment);
+    }
+
+    // Tree joints, leaves first.
+    for &(body, branch) in system.tree.branches.iter().rev() {
+        if let Branch::Joint { joint, reversed, .. } = branch {
+            let (force, moment) = balance.missing_wrench(body, joint);
+            // The body is the successor unless the joint is passed backwards.
+            let sign = |v: &Vector| if reversed { spatial::neg(pool, v) } else { *v };
+            let (force, moment) = (sign(&force), sign(&moment));
+            balance.pass_through(joint, &force, &moment);
+            reactions[joint.0] = Reaction { joint, force, moment };
+        }
+    }
+    reactions
+}
+
+struct Balance<'a> {
+    model: &'a Model,
+    pool: &'a Pool,
+    system: &'a SymbolicSystem,
+    wrenches: Vec<Vec<Wrench>>,
+}
+
+impl Balance<'_> {
+    /// Adds a wrench through a joint: on its successor, and its opposite on the predecessor, both
+    /// at the successor's joint point.
+    fn pass_through(&mut self, joint: JointId, force: &Vector, moment: &Vector) {
+        let joint = &self.model.joints[joint.0];
+        let at = self.system.kinematics.anchor(self.model, joint.successor);
+        let pool = self.pool;
+        let mut put = |body: BodyId, force: Vector, moment: Vector| {
+            self.wrenches[body.0].push(Wrench { body, force, at, moment });
+        };
+        put(joint.successor.body, *force, *moment);
+        let (force, moment) = (spatial::neg(pool, force), spatial::neg(pool, moment));
+        put(joint.predecessor.body, force, moment);
+    }
+
+    /// The wrench at the successor's point of `joint` that `body` still needs.
+    fn missing_wrench(&self, body: BodyId, joint: JointId) -> (Vector, Vector) {
+        let (model, pool, kinematics) = (self.model, self.pool, &self.system.kinematics);
+        let p_com = kinematics.place(model, body, None);
+        let twice = |e| kinematics.second_rate(model, kinematics.rate(model, e));
+        let acceleration = p_com.map(twice);
+        let mut force = spatial::scale(pool, model.bodies[body.0].mass, &acceleration);
+        let mut moment = self.angular_momentum(body).map(|e| kinematics.second_rate(model, e));
+        for wrench in &self.wrenches[body.0] {
+            let arm = spatial::sub(pool, &wrench.at, &p_com);
+            let turning = spatial::cross(pool, &arm, &wrench.force);
+            force = spatial::sub(pool, &force, &wrench.force);
+            moment = spatial::sub(pool, &moment, &wrench.moment);
+            moment = spatial::sub(pool, &moment, &turning);
+        }
+        let p_joint = kinematics.anchor(model, model.joints[joint.0].successor);
+        let arm = spatial::sub(pool, &p_joint, &p_com);
+        let moment = spatial::sub(pool, &moment, &spatial::cross(pool, &arm, &force));
+        (force, moment)
+    }
+
+    /// A I′ Aᵀ ω about the centre of mass.
+    fn angular_momentum(&self, body: BodyId) -> Vector {
+        let pool = self.pool;
+        let pose = &self.system.kinematics.poses[body.0];
+        let omega_body = pose.rotation.apply_inverse(pool, &pose.omega);
+        let inertia = central_inertia(self.model, body);
+        let h_body = inertia.map(|row| spatial::dot(pool, &row, &omega_body));
+        pose.rotation.apply(pool, &h_body)
+    }
+}
+
+fn wrenches_by_body(model: &Model, system: &SymbolicSystem) -> Vec<Vec<Wrench>> {
+    let mut by_body = vec![Vec::new(); model.bodies.len()];
+    for wrench in &system.wrenches {
+        by_body[wrench.body.0].push(wrench.clone());
+    }
+    by_body
+}
+
+fn multiplied(pool: &Pool, constraint: &Constraint) -> (Vector, Vector) {
+    let lambda = pool.symbol_expr(constraint.lambda);
+    let times = |v: &Vector| spatial::scale(pool, lambda, v);
+    (times(&constraint.force), times(&constraint.moment))
+}

@@ -1,0 +1,190 @@
+//! Vectors and rotations with expressions as components.
+//!
+//! A [`Rotation`] is a product of turns about fixed axes. Neighbouring turns about one axis merge
+//! into one turn by the sum of their angles, so a mechanism whose axes are all parallel keeps a
+//! single angle per body and its equations come out as short as if written in two dimensions.
+
+use bksim_expr::{Expr, Pool};
+
+use crate::model::Vector;
+
+/// Unit vector along z, the rotation axis of planar motion.
+pub(crate) fn z_axis(pool: &Pool) -> Vector {
+    [pool.zero(), pool.zero(), pool.one()]
+}
+
+/// The zero vector.
+pub(crate) fn zero(pool: &Pool) -> Vector {
+    [pool.zero(); 3]
+}
+
+/// a + b.
+pub(crate) fn add(pool: &Pool, a: &Vector, b: &Vector) -> Vector {
+    std::array::from_fn(|i| pool.add(a[i], b[i]))
+}
+
+/// a − b.
+pub(crate) fn sub(pool: &Pool, a: &Vector, b: &Vector) -> Vector {
+    std::array::from_fn(|i| pool.sub(a[i], b[i]))
+}
+
+/// s a.
+pub(crate) fn scale(pool: &Pool, s: Expr, a: &Vector) -> Vector {
+    a.map(|component| pool.mul(s, component))
+}
+
+/// −a.
+pub(crate) fn neg(pool: &Pool, a: &Vector) -> Vector {
+    a.map(|component| pool.neg(component))
+}
+
+/// a · b.
+pub(crate) fn dot(pool: &Pool, a: &Vector, b: &Vector) -> Expr {
+    pool.sum((0..3).map(|i| pool.mul(a[i], b[i])).collect::<Vec<_>>())
+}
+
+/// a × b.
+pub(crate) fn cross(pool: &Pool, a: &Vector, b: &Vector) -> Vector {
+    let minor = |i: usize, j: usize| pool.sub(pool.mul(a[i], b[j]), pool.mul(a[j], b[i]));
+    [minor(1, 2), minor(2, 0), minor(0, 1)]
+}
+
+/// Two unit vectors perpendicular to the unit vector `n` and to each other: `(n × k, n × (n × k))`
+/// up to sign, with k = z, so that an axis in the plane gives its in-plane normal first and z second.
+pub(crate) fn perpendicular(pool: &Pool, n: &Vector) -> [Vector; 2] {
+    if pool.is_zero(n[0]) && pool.is_zero(n[1]) {
+        let [zero, one] = [pool.zero(), pool.one()];
+        return [[one, zero, zero], [zero, one, zero]];
+    }
+    // z × n is normal to n; it has unit length only when n lies in the plane z = 0.
+    let sideways = [pool.neg(n[1]), n[0], pool.zero()];
+    if pool.is_zero(n[2]) {
+        return [sideways, z_axis(pool)];
+    }
+    let length = pool.sqrt(pool.add(pool.mul(n[0], n[0]), pool.mul(n[1], n[1])));
+    let first = scale(pool, pool.div(pool.one(), length), &sideways);
+    let second = cross(pool, n, &first);
+    [first, second]
+}
+
+/// A turn by `angle` (rad) about the fixed unit vector `axis`.
+#[derive(Clone, Debug)]
+pub(crate) struct Turn {
+    pub(crate) axis: Vector,
+    pub(crate) angle: Expr,
+}
+
+/// A product of turns, read left to right: the first is the outermost.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Rotation {
+    turns: Vec<Turn>,
+}
+
+impl Rotation {
+    /// A single turn.
+    pub(crate) fn about(pool: &Pool, axis: &Vector, angle: Expr) -> Self {
+        let mut rotation = Self::default();
+        rotation.push(pool, Turn { axis: *axis, angle });
+        rotation
+    }
+
+    /// `self` followed, in the turned frame, by `inner`: r_a_from_c = r_a_from_b r_b_from_c.
+    pub(crate) fn then(&self, pool: &Pool, inner: &Self) -> Self {
+        let mut product = self.clone();
+        for turn in &inner.turns {
+            product.push(pool, turn.clone());
+        }
+        product
+    }
+
+    /// The opposite rotation.
+    pub(crate) fn inverse(&self, pool: &Pool) -> Self {
+        let undo = |turn: &Turn| Turn { axis: turn.axis, angle: pool.neg(turn.angle) };
+        Self { turns: self.turns.iter().rev().map(undo).collect() }
+    }
+
+    /// The turns, outermost first.
+    pub(crate) fn turns(&self) -> &[Turn] {
+        &self.turns
+    }
+
+    /// The angle when this is a rotation about `axis` alone.
+    pub(crate) fn angle_about(&self, pool: &Pool, axis: &Vector) -> Option<Expr> {
+        match self.turns.as_slice() {
+            [] => Some(pool.zero()),
+            [turn] if turn.axis == *axis => Some(turn.angle),
+            [turn] if turn.axis == neg(pool, axis) => Some(pool.neg(turn.angle)),
+            _ => None,
+        }
+    }
+
+    /// `R v`.
+    pub(crate) fn apply(&self, pool: &Pool, v: &Vector) -> Vector {
+        self.turns.iter().rev().fold(*v, |v, turn| turn.apply(pool, &v))
+    }
+
+    /// `Rᵀ v`.
+    pub(crate) fn apply_inverse(&self, pool: &Pool, v: &Vector) -> Vector {
+        self.inverse(pool).apply(pool, v)
+    }
+
+    fn push(&mut self, pool: &Pool, turn: Turn) {
+        let merged = match self.turns.last() {
+            Some(last) if last.axis == turn.axis => pool.add(last.angle, turn.angle),
+            Some(last) if last.axis == neg(pool, &turn.axis) => pool.sub(last.angle, turn.angle),
+            _ => {
+                if !pool.is_zero(turn.angle) {
+                    self.turns.push(turn);
+                }
+                return;
+            }
+        };
+        let axis = self.turns.pop().map_or(turn.axis, |last| last.axis);
+        if !pool.is_zero(merged) {
+            self.turns.push(Turn { axis, angle: merged });
+        }
+    }
+}
+
+impl Turn {
+    /// Rodrigues' formula, R v = c v + s n × v + (1 − c) (n · v) n; about z the plain 2-D turn.
+    fn apply(&self, pool: &Pool, v: &Vector) -> Vector {
+        let (s, c) = (pool.sin(self.angle), pool.cos(self.angle));
+        if self.axis == z_axis(pool) {
+            return [
+                pool.sub(pool.mul(c, v[0]), pool.mul(s, v[1])),
+                pool.add(pool.mul(s, v[0]), pool.mul(c, v[1])),
+                v[2],
+            ];
+        }
+        let along = pool.mul(pool.sub(pool.one(), c), dot(pool, &self.axis, v));
+        let turned = add(pool, &scale(pool, c, v), &scale(pool, s, &cross(pool, &self.axis, v)));
+        add(pool, &turned, &scale(pool, along, &self.axis))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn turns_about_one_axis_merge_into_one_angle() {
+        let pool = Pool::new();
+        let (a, b) = (pool.symbol("a"), pool.symbol("b"));
+        let z = z_axis(&pool);
+        let outer = Rotation::about(&pool, &z, a);
+        let both = outer.then(&pool, &Rotation::about(&pool, &z, b));
+        assert_eq!(both.angle_about(&pool, &z), Some(pool.add(a, b)));
+        let back = both.then(&pool, &both.inverse(&pool));
+        assert!(back.turns().is_empty(), "R Rᵀ = 1");
+    }
+
+    #[test]
+    fn rodrigues_about_x_is_the_elementary_matrix() {
+        let pool = Pool::new();
+        let a = pool.symbol("a");
+        let [zero, one] = [pool.zero(), pool.one()];
+        let turned = Rotation::about(&pool, &[one, zero, zero], a).apply(&pool, &[zero, one, zero]);
+        assert_eq!(turned, [zero, pool.cos(a), pool.sin(a)]);
+    }
+}

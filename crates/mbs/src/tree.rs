@@ -1,0 +1,125 @@
+//! The spanning tree of a mechanism and the joints that are cut to get it.
+//!
+//! A body hangs on its parent by a joint, or moves freely against the ground; every joint that is
+//! not in the tree becomes constraint equations.
+
+use std::collections::VecDeque;
+
+use crate::model::{BodyId, CoordinatePolicy, GROUND, JointId, JointKind, Model};
+
+/// Deepest chain of relative coordinates that bksim chooses by itself: the equations of a chain of
+/// N relative angles grow as N³, those of absolute coordinates as N.
+const DEEPEST_RELATIVE_CHAIN: usize = 10;
+
+/// How a body hangs in the tree.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Branch {
+    /// By a joint on `parent`; `reversed` when the body is the joint's predecessor.
+    Joint {
+        /// The joint.
+        joint: JointId,
+        /// The body it hangs on.
+        parent: BodyId,
+        /// Whether the joint is passed from successor to predecessor.
+        reversed: bool,
+    },
+    /// With coordinates of its own against the ground.
+    Free,
+}
+
+/// A spanning tree.
+#[derive(Clone, Debug)]
+pub struct Tree {
+    /// The bodies but the ground, parents first, each with its branch.
+    pub branches: Vec<(BodyId, Branch)>,
+    /// Joints outside the tree, in file order.
+    pub cuts: Vec<JointId>,
+    /// The policy that was followed; never `Auto`.
+    pub policy: CoordinatePolicy,
+}
+
+impl Tree {
+    /// The tree of `model` under its own policy.
+    pub fn of(model: &Model) -> Self {
+        match model.coordinates {
+            CoordinatePolicy::Auto => {
+                let relative = Self::with_policy(model, CoordinatePolicy::Relative);
+                if relative.depth() <= DEEPEST_RELATIVE_CHAIN {
+                    relative
+                } else {
+                    Self::with_policy(model, CoordinatePolicy::Absolute)
+                }
+            }
+            stated => Self::with_policy(model, stated),
+        }
+    }
+
+    /// The tree that ignores every request to cut: it closes nothing, and so shows where the bodies
+    /// are when only joint values are known.
+    pub(crate) fn uncut(model: &Model) -> Self {
+        Self::grow(model, CoordinatePolicy::Relative, &|id| {
+            !matches!(model.joints[id.0].kind, JointKind::Link { .. })
+        })
+    }
+
+    fn with_policy(model: &Model, policy: CoordinatePolicy) -> Self {
+        Self::grow(model, policy, &|id| {
+            let joint = &model.joints[id.0];
+            let is_link = matches!(joint.kind, JointKind::Link { .. });
+            !is_link && !joint.cut.unwrap_or(policy == CoordinatePolicy::Absolute)
+        })
+    }
+
+    fn grow(model: &Model, policy: CoordinatePolicy, may_carry: &dyn Fn(JointId) -> bool) -> Self {
+        let mut incident = vec![Vec::new(); model.bodies.len()];
+        for (joint_idx, joint) in model.joints.iter().enumerate() {
+            if may_carry(JointId(joint_idx)) {
+                incident[joint.predecessor.body.0].push(JointId(joint_idx));
+                incident[joint.successor.body.0].push(JointId(joint_idx));
+            }
+        }
+
+        let mut branches = Vec::new();
+        let mut reached = vec![false; model.bodies.len()];
+        let mut in_tree = vec![false; model.joints.len()];
+        let mut frontier = VecDeque::from([GROUND]);
+        reached[GROUND.0] = true;
+        for seed in 0..model.bodies.len() {
+            // A body that no tree joint reaches moves freely, and carries what hangs on it.
+            if !reached[seed] {
+                reached[seed] = true;
+                branches.push((BodyId(seed), Branch::Free));
+                frontier.push_back(BodyId(seed));
+            }
+            while let Some(parent) = frontier.pop_front() {
+                for &joint_id in &incident[parent.0] {
+                    let joint = &model.joints[joint_id.0];
+                    let reversed = joint.successor.body == parent;
+                    let child = if reversed { joint.predecessor } else { joint.successor }.body;
+                    if reached[child.0] {
+                        continue;
+                    }
+                    reached[child.0] = true;
+                    in_tree[joint_id.0] = true;
+                    branches.push((child, Branch::Joint { joint: joint_id, parent, reversed }));
+                    frontier.push_back(child);
+                }
+            }
+        }
+        let cuts = (0..model.joints.len()).filter(|&j| !in_tree[j]).map(JointId).collect();
+        Self { branches, cuts, policy }
+    }
+
+    /// Number of joints between the ground and the farthest body.
+    pub fn depth(&self) -> usize {
+        let n_bodies = self.branches.len() + 1;
+        let mut depth = vec![0; n_bodies];
+        for &(body, branch) in &self.branches {
+            depth[body.0] = match branch {
+                Branch::Joint { parent, .. } => depth[parent.0] + 1,
+                Branch::Free => 1,
+            };
+        }
+        depth.into_iter().max().unwrap_or(0)
+    }
+}

@@ -1,0 +1,54 @@
+//! A drawn mechanism becomes equations a person can read, and motion they can trust.
+//!
+//! This is the crate to embed: [`Mechanism`] takes a model's text to its equations, its consistent
+//! start and its motion. The parts are there by themselves as [`expr`], [`mbs`], [`dae`] and
+//! [`log`].
+//!
+//! ```
+//! use bksim::Mechanism;
+//!
+//! let pendulum = Mechanism::from_toml(
+//!     r#"
+//!     [bodies.bob]
+//!     mass = "2 kg"
+//!     inertia = 0
+//!     com = [0, "-0.5 m"]
+//!
+//!     [joints.A]
+//!     type = "revolute"
+//!     between = ["ground", "bob"]
+//!
+//!     [loads.gravity]
+//!     type = "gravity"
+//!     acceleration = [0, "-9.81 m/s^2"]
+//!
+//!     [initial]
+//!     A = { angle = "30 deg" }
+//!
+//!     [solve]
+//!     t_end = "1 s"
+//!     "#,
+//!     "pendulum",
+//! )?;
+//! assert_eq!(pendulum.equations().kinetic_energy, "1/4*A_angle_dot^2");
+//!
+//! let motion = pendulum.solve()?;
+//! let swing = motion.samples.iter().map(|sample| sample.q[0].abs()).fold(0.0, f64::max);
+//! assert!((swing - 30f64.to_radians()).abs() < 1e-6);
+//! # Ok::<(), bksim::Rejected>(())
+//! ```
+
+pub use bksim_dae as dae;
+pub use bksim_expr as expr;
+pub use bksim_log as log;
+pub use bksim_mbs as mbs;
+
+mod explain;
+mod mechanism;
+pub mod record;
+
+pub use explain::{explain, explained_codes};
+pub use mechanism::{Mechanism, Motion, Rejected};
+
+/// Version of bksim, written into every log.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");

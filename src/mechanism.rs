@@ -1,0 +1,142 @@
+//! From a model's text to its motion, in one value.
+
+use bksim_dae::Control;
+use bksim_mbs::assemble::{SymbolicSystem, assemble};
+use bksim_mbs::compile::{CompiledSystem, compile};
+use bksim_mbs::diagnostic::Diagnostic;
+use bksim_mbs::equations::{Equations, Notation, equations};
+use bksim_mbs::fault::{diagnose_run, diagnose_start};
+use bksim_mbs::file::{Source, read};
+use bksim_mbs::formulate::{MotionEquations, formulate};
+use bksim_mbs::model::Model;
+use bksim_mbs::run::{Failure, Sample, Summary, run};
+use bksim_mbs::start::{Start, start};
+
+/// A model with its equations, derived and compiled.
+#[derive(Debug)]
+pub struct Mechanism {
+    /// What the author wrote.
+    pub model: Model,
+    /// The equations of motion.
+    pub system: SymbolicSystem,
+    /// The equations as functions of numbers.
+    pub compiled: CompiledSystem,
+    /// Parameter values in the order of the model's parameters.
+    pub parameters: Vec<f64>,
+    /// Warnings found on the way.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// A motion from the start to the end time.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Motion {
+    /// The consistent start.
+    pub start: Start,
+    /// One sample per output time.
+    pub samples: Vec<Sample>,
+    /// How the run went.
+    pub summary: Summary,
+}
+
+/// Why a model was rejected or a run stopped; at least one diagnostic is an error.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+#[error("{}", .0.iter().map(|d| format!("[{}] {}", d.code.0, d.message)).collect::<Vec<_>>().join("; "))]
+pub struct Rejected(pub Vec<Diagnostic>);
+
+impl Mechanism {
+    /// Reads a TOML model and derives its equations; `name` is used unless the model has one.
+    ///
+    /// # Errors
+    /// [`Rejected`] holds every fault of the model.
+    pub fn from_toml(text: &str, name: &str) -> Result<Self, Rejected> {
+        let reading = read(&Source::new(text, name));
+        match reading.model {
+            Some(model) => Self::derive(model, reading.diagnostics),
+            None => Err(Rejected(reading.diagnostics)),
+        }
+    }
+
+    /// Derives and compiles the equations of a model.
+    ///
+    /// # Errors
+    /// [`Rejected`] when an expression of the model cannot be compiled.
+    pub fn derive(model: Model, warnings: Vec<Diagnostic>) -> Result<Self, Rejected> {
+        let system = assemble(&model);
+        let compiled = compile(&model, &system).map_err(|e| uncompiled(&e))?;
+        let parameters = model.parameters.iter().map(|p| p.value).collect();
+        Ok(Self { model, system, compiled, parameters, warnings })
+    }
+
+    /// T, V, the Lagrange equations and the constraints as text.
+    pub fn equations(&self) -> Equations {
+        equations(&self.model, &self.system, Notation::Text)
+    }
+
+    /// The consistent start.
+    ///
+    /// # Errors
+    /// [`Rejected`] says which loop cannot close or which stated values exclude each other.
+    pub fn start(&self) -> Result<Start, Rejected> {
+        start(&self.model, &self.system, &self.compiled, &self.parameters).map_err(|error| {
+            Rejected(vec![diagnose_start(&self.model, &self.system, &self.compiled, &error)])
+        })
+    }
+
+    /// The compiled residual and Jacobian of the formulation the model asks for.
+    ///
+    /// # Errors
+    /// [`Rejected`] when an expression of the model cannot be compiled.
+    pub fn formulate(&self) -> Result<MotionEquations, Rejected> {
+        formulate(&self.model, &self.system, self.model.solve.formulation)
+            .map_err(|e| uncompiled(&e))
+    }
+
+    /// Runs from `start` and hands every sample to `observer`, which may stop the run.
+    ///
+    /// # Errors
+    /// [`Failure`] when the integrator cannot go on; see [`Mechanism::diagnose`].
+    pub fn run(
+        &self,
+        equations: &MotionEquations,
+        start: &Start,
+        observer: &mut dyn FnMut(&Sample) -> Control,
+    ) -> Result<Summary, Box<Failure>> {
+        let options = &self.model.solve;
+        run(&self.compiled, equations, start, &self.parameters, options, observer)
+    }
+
+    /// A failed run in the author's terms.
+    pub fn diagnose(&self, equations: &MotionEquations, failure: &Failure) -> Diagnostic {
+        diagnose_run(
+            &self.model,
+            &self.system,
+            &self.compiled,
+            equations,
+            &self.parameters,
+            failure,
+        )
+    }
+
+    /// Finds the start, runs to the end and keeps every sample.
+    ///
+    /// # Errors
+    /// [`Rejected`] when there is no consistent start or the run stops early.
+    pub fn solve(&self) -> Result<Motion, Rejected> {
+        let start = self.start()?;
+        let equations = self.formulate()?;
+        let mut samples = Vec::new();
+        let summary = self.run(&equations, &start, &mut |sample| {
+            samples.push(sample.clone());
+            Control::Continue
+        });
+        match summary {
+            Ok(summary) => Ok(Motion { start, samples, summary }),
+            Err(failure) => Err(Rejected(vec![self.diagnose(&equations, &failure)])),
+        }
+    }
+}
+
+fn uncompiled(error: &bksim_expr::TapeError) -> Rejected {
+    let code = bksim_mbs::codes::NOT_FINITE_AT_START;
+    Rejected(vec![Diagnostic::error(code, error.to_string())])
+}

@@ -1,0 +1,187 @@
+//! A run as a log: which channels there are, and how a sample fills them.
+
+use std::io::Write;
+
+use bksim_log::{EndStatus, Field, Header, LogError, LogWriter, Outcome, Quantity, Topic, TopicId};
+use bksim_mbs::run::{Sample, Summary};
+use bksim_mbs::start::Start;
+
+use crate::{Mechanism, VERSION};
+
+/// Writes samples to a log.
+pub struct Recorder<W: Write> {
+    writer: LogWriter<W>,
+    topics: Topics,
+    n_drives: usize,
+    values: Vec<f64>,
+}
+
+struct Topics {
+    state: TopicId,
+    acceleration: TopicId,
+    multipliers: Option<TopicId>,
+    reactions: Vec<TopicId>,
+    drives: Option<TopicId>,
+    energy: TopicId,
+    solver: TopicId,
+}
+
+impl<W: Write> Recorder<W> {
+    /// Opens a log of `mechanism`; `format` is the ending of the model's file name, `options` are
+    /// the settings to keep beside the model's own.
+    ///
+    /// # Errors
+    /// [`LogError`] when the start of the log cannot be written.
+    pub fn create(
+        out: W,
+        mechanism: &Mechanism,
+        model_text: &str,
+        start: &Start,
+        options: &[(String, String)],
+    ) -> Result<Self, LogError> {
+        let mut header = Header::new(&mechanism.model.name, "toml", model_text, VERSION);
+        header.t_start = start.t;
+        header.options = options.iter().cloned().collect();
+        for parameter in &mechanism.model.parameters {
+            let quantity = Quantity { value: parameter.value, unit: parameter.unit.clone() };
+            header.parameters.insert(parameter.name.clone(), quantity);
+        }
+        let topics = topics(mechanism, &mut header);
+        let writer = LogWriter::create(out, &header)?;
+        let n_drives = mechanism.compiled.drives.len();
+        Ok(Self { writer, topics, n_drives, values: Vec::new() })
+    }
+
+    /// Writes one sample to every channel.
+    ///
+    /// # Errors
+    /// [`LogError`] when the log cannot be written.
+    pub fn write(&mut self, sample: &Sample) -> Result<(), LogError> {
+        let t = sample.t;
+        self.values.clear();
+        self.values.extend(sample.q.iter().chain(&sample.v));
+        self.writer.write(self.topics.state, t, &self.values)?;
+        self.writer.write(self.topics.acceleration, t, &sample.a)?;
+        if let Some(topic) = self.topics.multipliers {
+            self.writer.write(topic, t, &sample.lambda)?;
+        }
+        for (&topic, reaction) in self.topics.reactions.iter().zip(&sample.reactions) {
+            self.writer.write(topic, t, reaction)?;
+        }
+        if let Some(topic) = self.topics.drives {
+            // The rows of the drives come last, and their multipliers are the efforts.
+            let first = sample.lambda.len() - self.n_drives;
+            self.writer.write(topic, t, &sample.lambda[first..])?;
+        }
+        let energy = &sample.energy;
+        let total = energy.kinetic + energy.potential;
+        let balance = [energy.kinetic, energy.potential, total, sample.work, energy.power];
+        self.writer.write(self.topics.energy, t, &balance)?;
+        let stats = &sample.stats;
+        #[expect(clippy::cast_precision_loss, reason = "counters stay far below 2^53")]
+        let solver = [
+            sample.step_size,
+            sample.position_residual[1],
+            sample.velocity_residual[1],
+            sample.position_residual[0],
+            sample.velocity_residual[0],
+            stats.n_step as f64,
+            stats.n_reject as f64,
+            stats.n_newton as f64,
+            stats.n_jacobian as f64,
+            stats.n_factor as f64,
+        ];
+        self.writer.write(self.topics.solver, t, &solver)
+    }
+
+    /// A line for people in the log itself.
+    ///
+    /// # Errors
+    /// [`LogError`] when the log cannot be written.
+    pub fn note(&mut self, level: bksim_log::Level, t: f64, text: &str) -> Result<(), LogError> {
+        self.writer.note(level, t, text)
+    }
+
+    /// Closes the log with how the run ended.
+    ///
+    /// # Errors
+    /// [`LogError`] when the end of the log cannot be written.
+    pub fn finish(self, summary: &Summary, outcome: Outcome, reason: &str) -> Result<W, LogError> {
+        let mut end = EndStatus::new(outcome, summary.t, reason);
+        end.summary = [
+            ("steps", summary.stats.to_string()),
+            ("position_residual", summary.position_residual[1].to_string()),
+            ("velocity_residual", summary.velocity_residual[1].to_string()),
+            ("energy_error", summary.energy.worst_error.to_string()),
+        ]
+        .into_iter()
+        .map(|(key, value)| (key.to_owned(), value))
+        .collect();
+        self.writer.finish(&end)
+    }
+}
+
+fn topics(mechanism: &Mechanism, header: &mut Header) -> Topics {
+    let compiled = &mechanism.compiled;
+    let coordinates = &compiled.coordinates;
+    let values = coordinates.iter().map(|c| Field::new(&c.name, c.unit, &c.description));
+    let rates = coordinates.iter().map(|c| {
+        Field::new(&format!("{}_dot", c.name), &format!("{}/s", c.unit), "rate of the coordinate")
+    });
+    let accelerations = coordinates.iter().map(|c| {
+        let (name, unit) = (format!("{}_ddot", c.name), format!("{}/s^2", c.unit));
+        Field::new(&name, &unit, "second rate of the coordinate")
+    });
+    let multipliers =
+        compiled.multipliers.iter().map(|m| Field::new(&m.name, m.unit, &m.description));
+    let efforts = compiled.drives.iter().map(|d| Field::new(&d.name, d.unit, &d.description));
+    let wrench =
+        [("fx", "N"), ("fy", "N"), ("fz", "N"), ("mx", "N*m"), ("my", "N*m"), ("mz", "N*m")];
+    let reaction_fields =
+        wrench.map(|(name, unit)| Field::new(name, unit, "on the joint's second body, world axes"));
+    let optional = |header: &mut Header, topic: Topic| {
+        (!topic.fields.is_empty()).then(|| header.add_topic(topic))
+    };
+    Topics {
+        state: header.add_topic(Topic::new("/state", values.chain(rates))),
+        acceleration: header.add_topic(Topic::new("/acceleration", accelerations)),
+        multipliers: optional(header, Topic::new("/multipliers", multipliers)),
+        reactions: compiled
+            .joints
+            .iter()
+            .map(|joint| {
+                let name = format!("/reactions/{joint}");
+                header.add_topic(Topic::new(&name, reaction_fields.clone()))
+            })
+            .collect(),
+        drives: optional(header, Topic::new("/drives", efforts)),
+        energy: header.add_topic(Topic::new("/energy", energy_fields())),
+        solver: header.add_topic(Topic::new("/solver", solver_fields())),
+    }
+}
+
+fn energy_fields() -> [Field; 5] {
+    [
+        Field::new("kinetic", "J", "kinetic energy"),
+        Field::new("potential", "J", "potential energy"),
+        Field::new("total", "J", "kinetic and potential energy"),
+        Field::new("work", "J", "work of loads and drives since the start"),
+        Field::new("power", "W", "power of loads and drives"),
+    ]
+}
+
+fn solver_fields() -> [Field; 10] {
+    let counter = |name| Field::new(name, "", "counter since the start");
+    [
+        Field::new("step_size", "s", "size of the step this sample lies in"),
+        Field::new("position_residual", "", "largest constraint of the sample, m or rad"),
+        Field::new("velocity_residual", "", "largest constraint rate of the sample"),
+        Field::new("position_drift", "", "largest constraint before projection"),
+        Field::new("velocity_drift", "", "largest constraint rate before projection"),
+        counter("n_step"),
+        counter("n_reject"),
+        counter("n_newton"),
+        counter("n_jacobian"),
+        counter("n_factor"),
+    ]
+}
