@@ -30,7 +30,7 @@
 //!     "#,
 //!     "pendulum",
 //! )?;
-//! assert_eq!(pendulum.equations().kinetic_energy, "1/4*A_angle_dot^2");
+//! assert_eq!(pendulum.equations().kinetic_energy, "0.25*A_angle_dot^2");
 //!
 //! let motion = pendulum.solve()?;
 //! let swing = motion.samples.iter().map(|sample| sample.q[0].abs()).fold(0.0, f64::max);

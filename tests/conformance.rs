@@ -27,15 +27,9 @@ fn every_example_solves_to_its_end_and_keeps_constraints_and_energy() {
         let motion = solve(&mechanism);
         let summary = &motion.summary;
         let length = size(&mechanism);
-        let fastest =
-            motion.samples.iter().flat_map(|s| &s.v).fold(1.0, |m: f64, v| m.max(v.abs()));
         let [_, position] = summary.position_residual;
         let [_, velocity] = summary.velocity_residual;
         let energy = summary.energy.worst_error / summary.energy.scale;
-        eprintln!(
-            "{name}: {} steps, L {length}, position {:.1e} -> {position:.1e}, velocity {:.1e} -> {velocity:.1e} (fastest {fastest:.3}), energy {energy:.1e}",
-            summary.stats.n_step, summary.position_residual[0], summary.velocity_residual[0]
-        );
         assert!(summary.reached_end, "{name} stopped at t = {}", summary.t);
         assert!(position <= 1e-10 * length, "{name}: position residual {position:.1e} m");
         assert!(velocity <= 1e-8, "{name}: velocity residual {velocity:.1e} m/s");

@@ -5,9 +5,7 @@ mod support;
 use bksim::mbs::mobility::mobility;
 use bksim::mbs::model::{CoordinatePolicy, Model};
 use bksim::{Mechanism, Motion};
-use support::{
-    Probe, Within, all_close, at, brief, derive, example, example_text, model, reaction, solve,
-};
+use support::{Probe, Within, all_close, derive, example, example_text, model, reaction, solve};
 
 /// A mechanism in three sets of coordinates. The angles of the bodies are what all of them share.
 struct Mechanisms {
@@ -107,18 +105,10 @@ impl Solved {
 fn relative_absolute_and_hand_cut_coordinates_move_alike() {
     for row in &TABLE {
         let relative = prepared(row, CoordinatePolicy::Relative, &[]);
-        eprintln!(
-            "{:?}",
-            relative.compiled.coordinates.iter().map(|c| &c.name).collect::<Vec<_>>()
-        );
         let relative = Solved::new(relative, row.relative);
         let absolute = prepared(row, CoordinatePolicy::Absolute, &[]);
         let absolute = Solved::new(absolute, row.absolute);
         let hand_cut = prepared(row, CoordinatePolicy::Relative, row.cut);
-        eprintln!(
-            "{:?}",
-            hand_cut.compiled.coordinates.iter().map(|c| &c.name).collect::<Vec<_>>()
-        );
         let hand_cut = Solved::new(hand_cut, row.hand_cut);
         let counts = [&relative, &hand_cut, &absolute].map(|s| s.mechanism.compiled.nq());
         assert!(counts.windows(2).all(|w| w[0] <= w[1]), "{}: {counts:?}", row.example);
@@ -253,17 +243,17 @@ fn a_plane_four_bar_in_space_is_overconstrained_by_three_and_moves_as_in_the_pla
         (count.gruebler, count.mobility, absolute.compiled.nq(), count.n_constraints, count.rank);
     assert_eq!(found, (-2, 1, 18, 20, 17), "{count:?}");
     assert_eq!(count.redundant.len(), 4, "{count:?}");
-    let names: Vec<String> = absolute.compiled.coordinates.iter().map(|c| c.name.clone()).collect();
-    eprintln!("{names:?}");
     let absolute = Solved::new(absolute, &["crank_angle3", "coupler_angle3", "rocker_angle3"]);
     for (a, b) in plane.motion.samples.iter().zip(&absolute.motion.samples) {
         let (expected, found) = (plane.probe.at(a), absolute.probe.at(b));
-        for k in 0..3 {
-            all_close(&format!("absolute in space, t = {}", a.t), &found[k], &expected[k], within);
+        // Accelerations of some 10 rad/s² carry the errors of positions and rates on.
+        for (k, tolerance) in [1e-9, 1e-9, 1e-8].into_iter().enumerate() {
+            let within = Within { relative: tolerance, absolute: tolerance };
+            let what = format!("absolute in space, t = {}, derivative {k}", a.t);
+            all_close(&what, &found[k], &expected[k], within);
         }
         let energy =
             (a.energy.kinetic + a.energy.potential) - (b.energy.kinetic + b.energy.potential);
-        assert!(energy.abs() < 1e-9, "energies differ by {energy:.1e}, {}", brief(&b.lambda));
-        let _ = at(&plane.motion, a.t);
+        assert!(energy.abs() < 1e-9, "energies differ by {energy:.1e} J at t = {}", a.t);
     }
 }

@@ -10,6 +10,9 @@ use bksim::mbs::model::{Formulation, Model};
 use bksim::mbs::run::Sample;
 use support::{brief, derive, example, fitted_order, solve, weighted_error};
 
+/// A part of the state.
+type Part = fn(&Sample) -> &Vec<f64>;
+
 const T_END: f64 = 2.0;
 
 /// Numbers of steps; the output times are steps of each.
@@ -30,7 +33,7 @@ fn exact() -> Motion {
 }
 
 /// Worst error of a part of the state over the output times.
-fn error(found: &Motion, exact: &Motion, part: fn(&Sample) -> &Vec<f64>) -> f64 {
+fn error(found: &Motion, exact: &Motion, part: Part) -> f64 {
     let pairs = found.samples.iter().zip(&exact.samples).skip(1);
     pairs.map(|(a, b)| weighted_error(part(a), part(b))).fold(0.0, f64::max)
 }
@@ -50,12 +53,10 @@ fn positions_velocities_and_multipliers_converge_with_their_orders() {
             (model.solve.step, model.solve.newton_tolerance) = (Some(h), 1e-12);
             solve(&derive(model))
         });
-        let parts: [(&str, fn(&Sample) -> &Vec<f64>); 3] =
-            [("q", |s| &s.q), ("v", |s| &s.v), ("λ", |s| &s.lambda)];
+        let parts: [(&str, Part); 3] = [("q", |s| &s.q), ("v", |s| &s.v), ("λ", |s| &s.lambda)];
         for ((what, part), (least, most)) in parts.into_iter().zip(orders) {
             let errors = motions.each_ref().map(|motion| error(motion, &exact, part));
             let order = fitted_order(&steps, &errors);
-            eprintln!("{formulation:?} {what}: {order:.2} {}", brief(&errors));
             assert!(
                 (least..most).contains(&order),
                 "{formulation:?}: {what} has observed order {order:.2} from errors {}",

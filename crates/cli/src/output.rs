@@ -12,7 +12,7 @@ pub(crate) fn text(text: &str) -> Result<(), Failure> {
     writeln!(stdout, "{text}").and_then(|()| stdout.flush()).map_err(|e| Failure::stdout(&e))
 }
 
-/// Prints the one JSON object of a successful command.
+/// Prints the one JSON object of a command; a body that says `ok` has the last word on it.
 pub(crate) fn json(command: &str, body: Value) -> Result<(), Failure> {
     let mut object = Map::new();
     object.insert("ok".into(), Value::Bool(true));
@@ -93,7 +93,7 @@ mod tests {
             (0.0, "0"),
             (25.0, "25"),
             (1.0 / 3.0, "0.333333333"),
-            (-1963.210_17, "-1963.21017"),
+            (-1_963.210_17, "-1963.21017"),
             (2e-5, "2.000e-5"),
             (-0.0, "0"),
         ];

@@ -32,7 +32,12 @@ pub(crate) struct Loaded {
 /// Opens and reads a model.
 pub(crate) fn load(args: &ModelArgs, max_nesting: usize) -> Result<Loaded, Failure> {
     let path = &args.model;
-    let size = fs::metadata(path).map_err(|e| Failure::reading(path, &e))?.len();
+    let known = fs::metadata(path).map_err(|e| Failure::reading(path, &e))?;
+    if known.is_dir() {
+        let help = Some(format!("name a file in it: `{}`", path.join("model.toml").display()));
+        return Err(Failure::file(path, "is a directory, not a model file".to_owned(), help));
+    }
+    let size = known.len();
     if size > LARGEST_MODEL_BYTES {
         let what = format!("is {size} bytes long; a model may have {LARGEST_MODEL_BYTES}");
         return Err(Failure::Input { path: path.clone(), what, help: None });

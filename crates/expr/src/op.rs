@@ -165,6 +165,11 @@ impl Function {
         TABLE.iter().map(|row| row.name)
     }
 
+    /// Whether the derivative is zero wherever it exists.
+    pub(crate) fn is_piecewise_constant(self) -> bool {
+        matches!(self.row().derivative, Zero)
+    }
+
     /// Value at `a` (and `b` for two arguments), as `f64` computes it.
     pub(crate) fn value(self, a: f64, b: f64) -> f64 {
         (self.row().value)(a, b)

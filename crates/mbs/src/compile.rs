@@ -219,7 +219,9 @@ impl Evaluator<'_> {
 fn gather(inputs: &mut Vec<f64>, t: f64, parts: &[&[f64]]) {
     inputs.clear();
     inputs.push(t);
-    parts.iter().for_each(|part| inputs.extend_from_slice(part));
+    for part in parts {
+        inputs.extend_from_slice(part);
+    }
 }
 
 fn dynamics_outputs(model: &Model, system: &SymbolicSystem) -> (DynamicsShape, Vec<Expr>) {

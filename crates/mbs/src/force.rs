@@ -131,9 +131,11 @@ impl Law<'_> {
         let stretch = pool.sub(distance, length);
         let elastic = pool.neg(pool.mul(stiffness, stretch));
         let viscous = pool.neg(pool.mul(damping, self.kinematics.rate(self.model, distance)));
-        let pair = |value| match pool.is_zero(value) {
-            true => Vec::new(),
-            false => self.push_apart(a, b, value, &direction),
+        let pair = |value| {
+            if pool.is_zero(value) {
+                return Vec::new();
+            }
+            self.push_apart(a, b, value, &direction)
         };
         let potential = has_potential.then(|| self.half_square(stiffness, stretch));
         Action::new(potential, pair(elastic), pair(viscous))
@@ -162,12 +164,14 @@ impl Law<'_> {
             let moment = spatial::scale(pool, torque, axis);
             Wrench { body, force: zero, at: zero, moment }
         };
-        let pair = |torque| match pool.is_zero(torque) {
-            true => Vec::new(),
-            false => vec![
+        let pair = |torque| {
+            if pool.is_zero(torque) {
+                return Vec::new();
+            }
+            vec![
                 turn(joint.successor.body, torque, &axis),
                 turn(joint.predecessor.body, torque, &back),
-            ],
+            ]
         };
         let potential = has_potential.then(|| self.half_square(stiffness, twist));
         Action::new(potential, pair(elastic), pair(viscous))

@@ -13,7 +13,7 @@
 //! (1985), for the stabilised form. Residual and Jacobian are straight-line code, and the Jacobian
 //! is exact: it is differentiated from the residual's own expressions.
 
-use bksim_dae::{Index, Layout, NotFinite, Pattern, System};
+use bksim_dae::{Index, Layout, NotFinite, Pattern, System, Tolerance};
 use bksim_expr::{Expr, SymbolId, Tape, TapeError, Workspace};
 
 use crate::assemble::SymbolicSystem;
@@ -54,6 +54,7 @@ pub struct Motion<'a> {
 ///
 /// # Errors
 /// [`TapeError`] names a symbol that is neither time, a parameter nor part of the state.
+#[expect(clippy::missing_panics_doc, reason = "every entry lies in a pattern made of all entries")]
 pub fn formulate(
     model: &Model,
     system: &SymbolicSystem,
@@ -120,6 +121,17 @@ impl MotionEquations {
             values: vec![0.0; self.jacobian_slots.len()],
             held: held_lambda.chain(held_mu.filter(|_| has_mu)).collect(),
         }
+    }
+
+    /// Absolute tolerances of the unknowns for one in the units of each coordinate.
+    ///
+    /// The μ of the stabilised form are zero but for rounding, which a weak pose amplifies: a
+    /// tolerance near it would make Newton's iteration fail there for nothing.
+    pub(crate) fn tolerances(&self, atol: f64) -> Tolerance {
+        const SMALLEST_OF_MU: f64 = 1e-10;
+        let mut tolerances = vec![atol; self.n()];
+        tolerances[2 * self.nq + self.nc..].fill(atol.max(SMALLEST_OF_MU));
+        Tolerance::PerUnknown(tolerances)
     }
 
     /// y and y′ of a consistent state.

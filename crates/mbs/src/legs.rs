@@ -72,7 +72,8 @@ impl<'a, 'b> Run<'a, 'b> {
         let (y, ydot) = equations.state(q, v, a, &self.lambda);
         let from = bksim_dae::Start { t: *t, y, ydot };
         let on_step = &mut |step: &Step<'_>| self.on_step(step);
-        let outcome = solve(motion, from, options.t_end, settings(options), on_step);
+        let settings = settings(options, equations);
+        let outcome = solve(motion, from, options.t_end, settings, on_step);
         if self.left_branch {
             return Err(None);
         }
@@ -128,8 +129,7 @@ impl<'a, 'b> Run<'a, 'b> {
         let (q, v) = step.y1()[..2 * nq].split_at(nq);
         let size = q.iter().fold(1.0, |size: f64, value| size.max(value.abs()));
         let [gap, _] = residuals(&mut self.recorder.evaluator, step.t1(), q, v);
-        // Not a number counts as broken too.
-        !(gap <= BRANCH_TOLERANCE * size)
+        gap.is_nan() || gap > BRANCH_TOLERANCE * size
     }
 
     /// Crosses the singular pose that stopped a leg; false when there is none to cross.

@@ -182,7 +182,7 @@ pub(crate) fn project(
         let trial: Vec<f64> = q.iter().zip(step.iter()).map(|(q, s)| q - s).collect();
         let left = residuals(evaluator, t, &trial, v)[0];
         // Newton's steps gain until rounding; the first that does not is thrown away.
-        if !(left < drift.position[1]) {
+        if left.is_nan() || left >= drift.position[1] {
             break;
         }
         q.copy_from_slice(&trial);

@@ -6,7 +6,7 @@
 //! comes from stage values of the multipliers. Where a singular pose stops the integrator, the run
 //! crosses it (see `crossing`) and goes on behind it.
 
-use bksim_dae::{Control, Settings, SolveError, Stats, StepControl, Tolerance};
+use bksim_dae::{Control, Settings, SolveError, Stats, StepControl};
 use nalgebra::DVector;
 
 use crate::compile::{CompiledSystem, Energy, Evaluator};
@@ -127,10 +127,10 @@ pub fn run(
 }
 
 /// The integrator's settings for a model's options.
-pub(crate) fn settings(options: &SolveOptions) -> Settings {
+pub(crate) fn settings(options: &SolveOptions, equations: &MotionEquations) -> Settings {
     Settings {
         rtol: options.rtol,
-        atol: Tolerance::Scalar(options.atol),
+        atol: equations.tolerances(options.atol),
         step: match options.step {
             None => StepControl::Adaptive,
             Some(h) => StepControl::Fixed { h, newton_tolerance: options.newton_tolerance },

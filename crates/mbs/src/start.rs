@@ -391,7 +391,9 @@ impl<'a> Problem<'a> {
                 None => gaps.push((joint, square)),
             }
         }
-        gaps.iter_mut().for_each(|(_, sum)| *sum = sum.sqrt());
+        for (_, sum) in &mut gaps {
+            *sum = sum.sqrt();
+        }
         gaps.retain(|&(_, gap)| gap > CLOSURE_TOLERANCE * size(&q));
         gaps.sort_by(|a, b| b.1.total_cmp(&a.1));
         StartError::CannotClose { gaps, q }

@@ -165,6 +165,11 @@ fn apply_options(model: &mut Model, args: &Solve) -> Result<(), Failure> {
     ] {
         if let Some(value) = value.filter(|&value| !fits(value)) {
             let help = format!("give {flag} a value {range}");
+            let value = if value != 0.0 && value.abs() < 1e-4 {
+                format!("{value:e}")
+            } else {
+                value.to_string()
+            };
             return Err(Failure::usage(format!("`{flag} {value}` is not {range}"), &help));
         }
     }
@@ -233,16 +238,17 @@ fn options_of(model: &Model) -> Vec<(String, String)> {
         Formulation::Index2 => "index2",
         Formulation::Index3 => "index3",
     };
-    let or_default = |value: Option<f64>| value.map_or("default".to_owned(), |v| v.to_string());
+    let exact = |value: f64| format!("{value:?}");
+    let every = solve.every.map_or("default".to_owned(), exact);
     vec![
         ("method".into(), "radau".into()),
         ("formulation".into(), formulation.into()),
-        ("t_start".into(), solve.t_start.to_string()),
-        ("t_end".into(), solve.t_end.to_string()),
-        ("every".into(), or_default(solve.every)),
-        ("rtol".into(), solve.rtol.to_string()),
-        ("atol".into(), solve.atol.to_string()),
-        ("step".into(), solve.step.map_or("adaptive".to_owned(), |h| h.to_string())),
+        ("t_start".into(), exact(solve.t_start)),
+        ("t_end".into(), exact(solve.t_end)),
+        ("every".into(), every),
+        ("rtol".into(), exact(solve.rtol)),
+        ("atol".into(), exact(solve.atol)),
+        ("step".into(), solve.step.map_or("adaptive".to_owned(), exact)),
     ]
 }
 
@@ -348,6 +354,7 @@ impl Report<'_> {
         times.insert("total".to_owned(), json!(total));
         let relative = if energy.scale > 0.0 { energy.worst_error / energy.scale } else { 0.0 };
         json!({
+            "ok": self.status == Status::Done,
             "model": model.name,
             "file": self.source.path.display().to_string(),
             "output": self.path.display().to_string(),

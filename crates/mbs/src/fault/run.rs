@@ -32,9 +32,9 @@ pub fn diagnose_run(
     failure: &Failure,
 ) -> Diagnostic {
     let fault = match &failure.error {
-        Some(SolveError::NotFinite { at, .. }) => no_value(model, system, &at.y, at.t, parameters),
         Some(
-            SolveError::StepTooSmall { cause: Cause::NotFinite { .. }, at }
+            SolveError::NotFinite { at, .. }
+            | SolveError::StepTooSmall { cause: Cause::NotFinite { .. }, at }
             | SolveError::FixedStepFailed { cause: Cause::NotFinite { .. }, at },
         ) => no_value(model, system, &at.y, at.t, parameters),
         Some(SolveError::StepTooSmall { .. } | SolveError::FixedStepFailed { .. }) | None => {

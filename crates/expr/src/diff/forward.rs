@@ -1,47 +1,65 @@
-//! Differentiation on the shared graph: each node once, operands before users.
+//! Forward sweeps: the derivatives of every step along one direction.
 
+use super::Entry;
+use super::dependence::Dependence;
 use crate::build::MERGE_LIMIT;
 use crate::op::{Function, Op};
 use crate::pool::{Expr, ONE, Pool, SymbolId, ZERO};
 use crate::sweep::{Step, Sweep};
 use std::collections::HashMap;
 
-/// The structural non-zeros of a matrix of derivatives.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub struct SparseJacobian {
-    /// Number of rows, one per differentiated expression.
-    pub n_rows: usize,
-    /// Number of columns, one per symbol.
-    pub n_columns: usize,
-    /// Row, column and derivative, in row-major order; no entry is the number 0.
-    pub entries: Vec<(usize, usize, Expr)>,
-}
-
 impl Pool {
-    /// ∂e/∂x
-    pub fn diff(&self, e: Expr, x: SymbolId) -> Expr {
-        self.total_derivative(e, &[(x, ONE)])
+    /// The derivatives of some rows, one column after the other.
+    pub(super) fn forward_rows(
+        &self,
+        sweep: &Sweep,
+        dependence: &Dependence,
+        rows: &[usize],
+    ) -> Vec<Entry> {
+        let roots: Vec<usize> = rows.iter().map(|&row| sweep.roots[row]).collect();
+        let found = self.forward_steps(sweep, dependence, &roots);
+        let at_row = |(index, column, derivative)| (rows[index], column, derivative);
+        found.into_iter().map(at_row).collect()
     }
 
-    /// The partial derivatives of `e` with respect to each of `xs`.
-    pub fn gradient(&self, e: Expr, xs: &[SymbolId]) -> Vec<Expr> {
-        let sweep = self.sweep(&[e]);
-        xs.iter().map(|&x| self.tangents(&sweep, &[(x, ONE)])[sweep.roots[0]]).collect()
-    }
-
-    /// All ∂rows/∂columns that are not identically zero.
-    pub fn jacobian(&self, rows: &[Expr], columns: &[SymbolId]) -> SparseJacobian {
-        let sweep = self.sweep(rows);
-        let mut entries = Vec::new();
-        for (column, &x) in columns.iter().enumerate() {
-            let tangents = self.tangents(&sweep, &[(x, ONE)]);
-            let derivatives = sweep.roots.iter().map(|&root| tangents[root]);
-            entries.extend(
-                derivatives.enumerate().filter(|d| d.1 != ZERO).map(|(row, d)| (row, column, d)),
-            );
+    /// The derivatives of the steps at `wanted`, each with its index there, by every column.
+    pub(super) fn forward_steps(
+        &self,
+        sweep: &Sweep,
+        dependence: &Dependence,
+        wanted: &[usize],
+    ) -> Vec<Entry> {
+        let mut changing = vec![Vec::new(); dependence.n_columns];
+        for position in dependence.reach(sweep, wanted).into_iter().rev() {
+            for column in dependence.columns(position) {
+                changing[column].push(position);
+            }
         }
-        entries.sort_unstable_by_key(|&(row, column, _)| (row, column));
-        SparseJacobian { n_rows: rows.len(), n_columns: columns.len(), entries }
+        let mut wanted_by = vec![Vec::new(); dependence.n_columns];
+        for (index, &position) in wanted.iter().enumerate() {
+            for column in dependence.columns(position) {
+                wanted_by[column].push((index, position));
+            }
+        }
+        let mut tangents = vec![ZERO; sweep.steps.len()];
+        let mut entries = Vec::new();
+        for (column, positions) in changing.iter().enumerate() {
+            for &position in positions {
+                let step = &sweep.steps[position];
+                let rests = sweep.operands(step).all(|o| tangents[o] == ZERO);
+                tangents[position] = match step.op {
+                    Op::Symbol => ONE,
+                    _ if rests => ZERO,
+                    _ => self.tangent(sweep, step, &tangents),
+                };
+            }
+            let derivatives = wanted_by[column].iter().map(|&(i, p)| (i, column, tangents[p]));
+            entries.extend(derivatives.filter(|entry| entry.2 != ZERO));
+            for &position in positions {
+                tangents[position] = ZERO;
+            }
+        }
+        entries
     }
 
     /// Σ ∂e/∂xᵢ · rateᵢ: the rate of `e` when each symbol changes at its rate, others rest.

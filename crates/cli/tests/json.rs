@@ -1,0 +1,133 @@
+//! `docs/json.md` lists exactly the keys that the commands print, each with its type.
+
+mod common;
+
+use std::collections::BTreeMap;
+use std::fs;
+
+use common::{CRATE, Workplace, text};
+use serde_json::Value;
+
+/// Objects keyed by names of the model, written `a.*` in the page.
+const BY_NAME: [&str; 6] = ["q", "v", "a", "lambda", "parameters", "options"];
+
+type Keys = BTreeMap<String, Vec<String>>;
+
+/// Section of the page → key → the words of its type.
+fn documented() -> BTreeMap<String, Keys> {
+    let page = fs::read_to_string(format!("{CRATE}/../../docs/json.md")).expect("docs/json.md");
+    let mut sections = BTreeMap::new();
+    let mut section = String::new();
+    for line in page.lines() {
+        if let Some(title) = line.strip_prefix("## ") {
+            title.trim_matches('`').clone_into(&mut section);
+        } else if let Some(row) = line.strip_prefix("| `") {
+            let (key, rest) = row.split_once("` | ").expect("a key");
+            let types = rest.split(" | ").next().expect("a type").split(" or ");
+            let types = types.map(|word| word.trim_end_matches('s').to_owned()).collect();
+            let keys: &mut Keys = sections.entry(section.clone()).or_default();
+            assert!(keys.insert(key.to_owned(), types).is_none(), "{section}: `{key}` twice");
+        }
+    }
+    sections
+}
+
+/// All keys of a value, with the types that occur.
+fn collect(value: &Value, path: &str, keys: &mut Keys) {
+    let children: Vec<(String, &Value)> = match value {
+        Value::Object(object) => {
+            let by_name = BY_NAME.contains(&path);
+            let key = |name: &String| if by_name { "*".to_owned() } else { name.clone() };
+            let join = |name: String| if path.is_empty() { name } else { format!("{path}.{name}") };
+            object.iter().map(|(name, child)| (join(key(name)), child)).collect()
+        }
+        Value::Array(items) => items.iter().map(|item| (format!("{path}[]"), item)).collect(),
+        _ => Vec::new(),
+    };
+    for (child_path, child) in &children {
+        collect(child, child_path, keys);
+    }
+    let kind = match value {
+        Value::Bool(_) => "boolean",
+        Value::Number(_) => "number",
+        Value::String(_) => "string",
+        Value::Null => "null",
+        Value::Array(_) | Value::Object(_) => return,
+    };
+    let kinds = keys.entry(path.to_owned()).or_default();
+    if !kinds.contains(&kind.to_owned()) {
+        kinds.push(kind.to_owned());
+    }
+}
+
+#[test]
+fn the_page_lists_the_keys_that_are_printed() {
+    let place = Workplace::new();
+    for example in ["five-link", "parallelogram", "four-bar"] {
+        let model = fs::read(format!("{CRATE}/../../examples/{example}/model.toml"));
+        place.write(&format!("{example}.toml"), model.expect("an example"));
+    }
+    place.write("bad.toml", "[bodies.b]\nmas = 1\n");
+    let commands = [
+        "new fresh",
+        "check five-link.toml",
+        "check parallelogram.toml",
+        "check four-bar.toml",
+        "check bad.toml",
+        "check missing.toml",
+        "equations five-link.toml",
+        "assemble five-link.toml",
+        "assemble parallelogram.toml",
+        "solve parallelogram.toml --every 0.1",
+        "solve five-link.toml --t-end 0.5",
+        "solve five-link.toml --t-end 0",
+        "export parallelogram.mcap energy -o energy.csv",
+        "explain",
+        "explain M012",
+        "explain Z999",
+        "solve --nonsense",
+    ];
+    let mut printed: BTreeMap<String, Keys> = BTreeMap::new();
+    for command in commands {
+        let output = place.run(&format!("{command} --json"));
+        assert_eq!(text(&output.stderr), "", "{command}");
+        let object: Value = serde_json::from_slice(&output.stdout).expect("one object");
+        let ok = object["ok"].as_bool().expect("ok");
+        assert_eq!(ok, output.status.success(), "{command}");
+        let own =
+            if ok { object["command"].as_str().expect("command") } else { "A command that fails" };
+        let mut keys = Keys::new();
+        collect(&object, "", &mut keys);
+        for (key, kinds) in keys {
+            let section = match key.as_str() {
+                "ok" | "command" => "Every command",
+                key if key.starts_with("diagnostics[]") => "Diagnostics",
+                _ => own,
+            };
+            let known = printed.entry(section.to_owned()).or_default().entry(key).or_default();
+            known.extend(kinds);
+            known.sort();
+            known.dedup();
+        }
+    }
+
+    let mut pages = documented();
+    // Said once more where failures are explained.
+    pages.get_mut("A command that fails").expect("the section").remove("diagnostics[]");
+    // No example of these few lines crosses a singular pose.
+    let singular = pages.get_mut("solve").expect("the section").remove("singular_poses[]");
+    assert!(singular.is_some());
+    printed.get_mut("solve").expect("the command").remove("singular_poses[]");
+    let titles = |map: &BTreeMap<String, Keys>| map.keys().cloned().collect::<Vec<_>>();
+    assert_eq!(titles(&pages), titles(&printed));
+    for (section, keys) in &printed {
+        let page = &pages[section];
+        let names = |keys: &Keys| keys.keys().cloned().collect::<Vec<_>>();
+        assert_eq!(names(page), names(keys), "{section}");
+        for (key, kinds) in keys {
+            for kind in kinds {
+                assert!(page[key].contains(kind), "{section}: `{key}` is a {kind}");
+            }
+        }
+    }
+}
