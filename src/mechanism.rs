@@ -91,7 +91,8 @@ impl Mechanism {
             .map_err(|e| uncompiled(&e))
     }
 
-    /// Runs from `start` and hands every sample to `observer`, which may stop the run.
+    /// Runs from `start` and hands every sample to `observer`, which may stop the run; `stop` is
+    /// asked after every step.
     ///
     /// # Errors
     /// [`Failure`] when the integrator cannot go on; see [`Mechanism::diagnose`].
@@ -100,9 +101,10 @@ impl Mechanism {
         equations: &MotionEquations,
         start: &Start,
         observer: &mut dyn FnMut(&Sample) -> Control,
+        stop: &dyn Fn() -> bool,
     ) -> Result<Summary, Box<Failure>> {
         let options = &self.model.solve;
-        run(&self.compiled, equations, start, &self.parameters, options, observer)
+        run(&self.compiled, equations, start, &self.parameters, options, observer, stop)
     }
 
     /// A failed run in the author's terms.
@@ -125,10 +127,11 @@ impl Mechanism {
         let start = self.start()?;
         let equations = self.formulate()?;
         let mut samples = Vec::new();
-        let summary = self.run(&equations, &start, &mut |sample| {
+        let mut keep = |sample: &Sample| {
             samples.push(sample.clone());
             Control::Continue
-        });
+        };
+        let summary = self.run(&equations, &start, &mut keep, &|| false);
         match summary {
             Ok(summary) => Ok(Motion { start, samples, summary }),
             Err(failure) => Err(Rejected(vec![self.diagnose(&equations, &failure)])),

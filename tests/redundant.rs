@@ -120,10 +120,11 @@ fn a_run_that_cannot_pass_a_change_point_says_so_and_keeps_what_it_has() {
         let start = mechanism.start().unwrap_or_else(|e| panic!("{e}"));
         let equations = mechanism.formulate().unwrap_or_else(|e| panic!("{e}"));
         let mut kept = Vec::new();
-        let outcome = mechanism.run(&equations, &start, &mut |sample| {
+        let mut keep = |sample: &bksim::mbs::run::Sample| {
             kept.push(sample.clone());
             Control::Continue
-        });
+        };
+        let outcome = mechanism.run(&equations, &start, &mut keep, &|| false);
         assert!(kept.iter().all(|s| s.q.iter().all(|x| x.is_finite())), "{rate} rad/s");
         match outcome {
             Ok(summary) => assert!(summary.reached_end && kept.len() == 301, "{rate} rad/s"),

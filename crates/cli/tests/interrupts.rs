@@ -67,25 +67,29 @@ fn samples(place: &Workplace) -> (Vec<f64>, String) {
 }
 
 #[test]
-fn signals_close_the_log_within_a_second() {
+fn signals_close_the_log_at_once() {
     for (name, status, word) in [("-INT", 130, "interrupted"), ("-TERM", 143, "terminated")] {
         let place = Workplace::new();
         let child = started(&place);
         let begun = Instant::now();
         signal(&child, name);
         let output = child.wait_with_output().expect("an end");
-        assert!(begun.elapsed() < Duration::from_secs(1), "{:?}", begun.elapsed());
+        // Milliseconds on an idle machine; the bound leaves room for a busy one.
+        assert!(begun.elapsed() < Duration::from_secs(5), "{:?}", begun.elapsed());
         assert_eq!(output.status.code(), Some(status), "{}", text(&output.stderr));
         let report = text(&output.stdout);
         assert!(report.starts_with(&format!("long: {word} at t = ")), "{report}");
 
-        // Whole: nothing to warn of, and no sample is missing.
+        // Whole: nothing to warn of, no sample is missing, and the last is where the run stopped.
         let (times, warning) = samples(&place);
         assert_eq!(warning, "");
         let reached = report.split_whitespace().nth(5).and_then(|t| t.parse::<f64>().ok());
         let (last, reached) = (times[times.len() - 1], reached.expect("a time"));
         assert!((last - reached).abs() < 1e-8 * last, "{last} in {report}");
-        assert!(times.iter().enumerate().all(|(k, t)| (t - 1e-3 * k as f64).abs() < 1e-9));
+        let on_grid = &times[..times.len() - 1];
+        assert!(on_grid.iter().enumerate().all(|(k, t)| (t - 1e-3 * k as f64).abs() < 1e-9));
+        let beyond = last - on_grid[on_grid.len() - 1];
+        assert!(beyond > 0.0 && beyond < 1.001e-3, "the last sample is {beyond} s on");
     }
 }
 

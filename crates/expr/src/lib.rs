@@ -5,7 +5,7 @@
 //! of building.
 //!
 //! ```
-//! use bksim_expr::{Pool, Tape};
+//! use bksim_expr::{Pool, Quantity, Signature, Tape};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let pool = Pool::new();
@@ -14,12 +14,18 @@
 //! // Sums of angles and sin² + cos² fold; common factors move out.
 //! let simple = pool.simplify(speed);
 //! assert_eq!(pool.to_text(simple), "l*w*(l*w + cos(p + q))");
+//! assert!(pool.certificate(speed, simple).is_equal()); // at random points, with 30 digits
 //!
 //! // Derivatives share the graph.
 //! let q = pool.find_symbol("q").ok_or("q was parsed")?;
 //! let slope = pool.diff(simple, q);
 //! assert_eq!(pool.to_text(slope), "-l*w*sin(p + q)");
 //! assert_eq!(pool.to_latex(slope), r"-l \, w \, \sin\!\left( p + q \right)");
+//!
+//! // Near a point a polynomial is enough.
+//! let p = pool.find_symbol("p").ok_or("p was parsed")?;
+//! let near = pool.linearise(slope, &[(q, pool.zero()), (p, pool.zero())]);
+//! assert_eq!(pool.to_text(near), "-l*p*w - l*q*w");
 //!
 //! // A tape computes many outputs at once; what depends on parameters only is computed ahead.
 //! let ids = ["q", "p", "w", "l"].map(|name| pool.find_symbol(name).expect("was parsed"));
@@ -28,12 +34,21 @@
 //! let mut out = [0.0; 2];
 //! tape.evaluate(&mut workspace, &[0.0, 0.0, 1.5], &mut out);
 //! assert_eq!(out, [12.0, 0.0]);
+//!
+//! // It also travels as C, Rust, Python or JSON, with names, units and test points.
+//! let named = |names: &[&str]| names.iter().map(|name| Quantity::new(name, "")).collect();
+//! let (inputs, parameters) = (named(&["q", "p", "w"]), named(&["l"]));
+//! let outputs = named(&["speed", "slope"]);
+//! let signature = Signature { name: "tour".to_owned(), inputs, parameters, outputs };
+//! assert!(tape.program(&signature)?.to_c().header.contains("void tour("));
 //! # Ok(())
 //! # }
 //! ```
 
 mod build;
 mod call;
+mod certificate;
+mod codegen;
 mod diff;
 mod eval;
 mod lexer;
@@ -43,12 +58,16 @@ mod op;
 mod parse;
 mod pool;
 mod print;
+mod series;
 mod simplify;
+mod solve;
 mod substitute;
 mod sweep;
 mod syntax;
 mod tape;
 
+pub use certificate::Certificate;
+pub use codegen::{CCode, CodegenError, Program, Quantity, Signature, TestPoint};
 pub use diff::SparseJacobian;
 pub use eval::{DomainFault, EvalError};
 pub use lower::LowerError;
@@ -57,5 +76,6 @@ pub use op::Function;
 pub use parse::{ParseError, ParseErrorKind, ParseOptions, parse};
 pub use pool::{Expr, Pool, SymbolId};
 pub use print::OperationCount;
+pub use solve::{LinearSolution, SolveError};
 pub use syntax::{BinaryOperator, Syntax, SyntaxKind, SyntaxNode, UnitFactor};
 pub use tape::{Tape, TapeError, Workspace};

@@ -98,6 +98,12 @@ fn mix(a: u64, b: u64) -> u64 {
     z ^ (z >> 31)
 }
 
+/// The next of a fixed sequence of pseudo-random numbers in [0, 1).
+pub(crate) fn unit_random(state: &mut u64) -> f64 {
+    *state = state.wrapping_add(1);
+    (mix(*state, 0) >> 11) as f64 / 2f64.powi(53)
+}
+
 /// A number for each operation, part of its nodes' hash.
 fn op_code(op: Op) -> u64 {
     match op {

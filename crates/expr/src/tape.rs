@@ -30,7 +30,7 @@ pub enum TapeError {
 
 /// What one instruction computes from its registers.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-enum Action {
+pub(crate) enum Action {
     Add,
     Subtract,
     Multiply,
@@ -41,23 +41,23 @@ enum Action {
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-struct Instruction {
-    action: Action,
-    a: u32,
-    b: u32,
+pub(crate) struct Instruction {
+    pub(crate) action: Action,
+    pub(crate) a: u32,
+    pub(crate) b: u32,
     /// Third operand, used by `if` alone.
-    c: u32,
+    pub(crate) c: u32,
 }
 
 /// A compiled list of outputs; evaluation allocates nothing.
 #[derive(Clone, Debug)]
 pub struct Tape {
-    constants: Vec<f64>,
-    n_parameters: usize,
-    n_inputs: usize,
-    prologue: Vec<Instruction>,
-    body: Vec<Instruction>,
-    outputs: Vec<u32>,
+    pub(crate) constants: Vec<f64>,
+    pub(crate) n_parameters: usize,
+    pub(crate) n_inputs: usize,
+    pub(crate) prologue: Vec<Instruction>,
+    pub(crate) body: Vec<Instruction>,
+    pub(crate) outputs: Vec<u32>,
 }
 
 /// The registers of a [`Tape`] with its parameters set.
@@ -142,7 +142,7 @@ impl Tape {
         }
     }
 
-    fn first_input(&self) -> usize {
+    pub(crate) fn first_input(&self) -> usize {
         self.constants.len() + self.n_parameters
     }
 }

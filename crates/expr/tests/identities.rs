@@ -44,6 +44,8 @@ fn suite_folds_to_the_ideal_cost() {
         let (id, found) = (text("id"), cost(&pool, simple));
         let difference = (value - expected).abs();
         assert!(difference <= 1e-12 * expected.abs().max(1.0), "{id}: {value} is not {expected}");
+        let certificate = pool.certificate(input, simple);
+        assert!(certificate.is_equal(), "{id}: {certificate:?}");
         n_items += 1;
         let ideal = item["cost_ideal"].as_u64().expect("a number");
         if found <= ideal {

@@ -3,20 +3,23 @@
 
 use std::collections::VecDeque;
 
-use bksim_dae::{Control, SolveError, Stats, Step, solve};
+use bksim_dae::{Control, End, SolveError, Stats, Step, solve};
 
 use crate::crossing::{REGULAR, State, cross, land, smallest_singular_value, with_accelerations};
 use crate::formulate::MotionEquations;
 use crate::linear::project;
 use crate::model::SolveOptions;
 use crate::recorder::{Recorder, Stretch};
-use crate::run::{Sample, Summary, residuals, settings};
+use crate::run::{Sample, residuals, settings};
 use crate::start::Start;
 
 /// A run in its legs between singular poses.
 pub(crate) struct Run<'a, 'b> {
     pub(crate) recorder: Recorder<'a>,
     observer: &'b mut dyn FnMut(&Sample) -> Control,
+    stop: &'b dyn Fn() -> bool,
+    /// The observer wants no more.
+    pub(crate) is_stopped: bool,
     /// Where the next leg starts.
     reached: State,
     /// Ends of the last accepted steps of this leg.
@@ -40,12 +43,15 @@ impl<'a, 'b> Run<'a, 'b> {
         recorder: Recorder<'a>,
         start: &Start,
         observer: &'b mut dyn FnMut(&Sample) -> Control,
+        stop: &'b dyn Fn() -> bool,
     ) -> Self {
         let reached =
             State { t: start.t, q: start.q.clone(), v: start.v.clone(), a: start.a.clone() };
         Self {
             recorder,
             observer,
+            stop,
+            is_stopped: false,
             reached,
             history: VecDeque::with_capacity(HISTORY),
             lambda: start.lambda.clone(),
@@ -66,7 +72,7 @@ impl<'a, 'b> Run<'a, 'b> {
         equations: &MotionEquations,
         parameters: &[f64],
         options: &SolveOptions,
-    ) -> Result<Summary, Option<SolveError>> {
+    ) -> Result<End, Option<SolveError>> {
         let motion = equations.at(parameters, &self.recorder.dependent);
         let State { t, q, v, a } = &self.reached;
         let (y, ydot) = equations.state(q, v, a, &self.lambda);
@@ -83,13 +89,24 @@ impl<'a, 'b> Run<'a, 'b> {
         };
         let summary = &mut self.recorder.summary;
         summary.stats = stats.map_or(summary.stats, |stats| sum(&self.before, &stats));
-        match outcome {
-            Ok(_) => {
-                summary.reached_end = summary.t == options.t_end;
-                Ok(std::mem::take(summary))
-            }
-            Err(error) => Err(Some(error)),
-        }
+        outcome.map(|outcome| outcome.end).map_err(Some)
+    }
+
+    /// Hands out the end of the last step of a run that ends early.
+    pub(crate) fn record_last(&mut self) {
+        let Some(State { t, q, v, .. }) = self.history.back() else { return };
+        let nq = q.len();
+        let stretch = Stretch {
+            t0: *t,
+            t1: *t,
+            at: &|_, y| {
+                y[..nq].copy_from_slice(q);
+                y[nq..2 * nq].copy_from_slice(v);
+            },
+            h: self.recorder.sample.step_size,
+            stats: self.recorder.summary.stats,
+        };
+        self.recorder.take_last(&stretch, self.observer);
     }
 
     fn on_step(&mut self, step: &Step<'_>) -> Control {
@@ -116,7 +133,8 @@ impl<'a, 'b> Run<'a, 'b> {
         state.v.clear();
         state.v.extend_from_slice(&step.y1()[nq..2 * nq]);
         self.history.push_back(state);
-        self.recorder.pass(&stretch, self.observer)
+        self.is_stopped = self.recorder.pass(&stretch, self.observer) == Control::Stop;
+        if self.is_stopped || (self.stop)() { Control::Stop } else { Control::Continue }
     }
 
     /// Whether rows that used to follow from the others are broken at the end of a step: it has
@@ -171,7 +189,8 @@ impl<'a, 'b> Run<'a, 'b> {
                 stats,
             };
             if recorder.pass(&stretch, self.observer) == Control::Stop {
-                return false;
+                self.is_stopped = true;
+                return true;
             }
         }
         let t_singular = found.t_singular;

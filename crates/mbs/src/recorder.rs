@@ -162,6 +162,20 @@ impl<'a> Recorder<'a> {
         self.complete();
     }
 
+    /// Samples the one instant of `stretch` if it lies beyond the last sample.
+    pub(crate) fn take_last(
+        &mut self,
+        stretch: &Stretch,
+        observer: &mut dyn FnMut(&Sample) -> Control,
+    ) {
+        let forward = (self.t_end - self.t_start).signum();
+        if (stretch.t1 - self.sample.t) * forward > 0.0 {
+            self.take(stretch, stretch.t1);
+            // The run has ended: there is nothing left to stop.
+            let _ = self.hand_out(observer);
+        }
+    }
+
     /// Energies and reactions of the sample's state.
     fn complete(&mut self) {
         let Sample { t, q, v, a, lambda, reactions, energy, .. } = &mut self.sample;

@@ -6,7 +6,7 @@
 //! comes from stage values of the multipliers. Where a singular pose stops the integrator, the run
 //! crosses it (see `crossing`) and goes on behind it.
 
-use bksim_dae::{Control, Settings, SolveError, Stats, StepControl};
+use bksim_dae::{Control, End, Settings, SolveError, Stats, StepControl};
 use nalgebra::DVector;
 
 use crate::compile::{CompiledSystem, Energy, Evaluator};
@@ -92,7 +92,10 @@ pub struct Failure {
     pub last: Sample,
 }
 
-/// Integrates from `start` and hands every sample to `observer`, which may stop the run.
+/// Integrates from `start` and hands every sample to `observer`, which may stop the run; `stop` is
+/// asked after every step.
+///
+/// A run that ends early hands out one more sample, at the end of its last step.
 ///
 /// # Errors
 /// [`Failure`] when the integrator cannot go on; all samples before it have been handed out.
@@ -103,27 +106,37 @@ pub fn run(
     parameters: &[f64],
     options: &SolveOptions,
     observer: &mut dyn FnMut(&Sample) -> Control,
+    stop: &dyn Fn() -> bool,
 ) -> Result<Summary, Box<Failure>> {
     let mut recorder = Recorder::new(compiled, start, parameters, options, equations.n());
     if recorder.record_start(start, observer) == Control::Stop {
         return Ok(recorder.summary);
     }
-    let mut run = Run::new(recorder, start, observer);
+    let mut run = Run::new(recorder, start, observer, stop);
     let regular = run.regular();
     loop {
         let error = match run.leg(equations, parameters, options) {
-            Ok(summary) => return Ok(summary),
+            Ok(End::Reached) => break,
+            Ok(End::Stopped) => {
+                if !run.is_stopped {
+                    run.record_last();
+                }
+                break;
+            }
             Err(error) => error,
         };
         if !run.pass_singular_pose(options, regular) {
+            run.record_last();
             let Recorder { summary, sample, .. } = run.recorder;
             return Err(Box::new(Failure { error, summary, last: sample }));
         }
-        if run.recorder.summary.t == options.t_end {
-            run.recorder.summary.reached_end = true;
-            return Ok(run.recorder.summary);
+        if run.is_stopped || run.recorder.summary.t == options.t_end {
+            break;
         }
     }
+    let mut summary = run.recorder.summary;
+    summary.reached_end = summary.t == options.t_end;
+    Ok(summary)
 }
 
 /// The integrator's settings for a model's options.

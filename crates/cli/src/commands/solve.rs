@@ -79,7 +79,7 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
     let progress = Progress::new(start.t, mechanism.model.solve.t_end);
     let mut log_fault: Option<(f64, LogError)> = None;
     let mut reached = start.t;
-    let result = mechanism.run(&equations, &start, &mut |sample: &Sample| {
+    let mut on_sample = |sample: &Sample| {
         let begun = Instant::now();
         if let Err(error) = log.write(sample) {
             log_fault = Some((reached, error));
@@ -88,8 +88,10 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
         reached = sample.t;
         times.log += begun.elapsed();
         progress.reached(sample.t);
-        if stop.status().is_some() { Control::Stop } else { Control::Continue }
-    });
+        Control::Continue
+    };
+    let is_stop_wished = || stop.status().is_some();
+    let result = mechanism.run(&equations, &start, &mut on_sample, &is_stop_wished);
     progress.finish();
     let logging = times.log;
     times.integrate = lap().saturating_sub(logging);

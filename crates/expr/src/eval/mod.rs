@@ -66,7 +66,7 @@ impl Pool {
     }
 
     /// Values of all steps.
-    fn values(
+    pub(crate) fn values(
         &self,
         sweep: &Sweep,
         value: &dyn Fn(SymbolId) -> Option<f64>,

@@ -33,7 +33,7 @@ pub(super) struct BodyFacts {
 #[derive(Clone, Debug)]
 pub(super) struct Place {
     pub(super) value: [f64; 3],
-    /// Whether a component is a bare number.
+    /// Whether a component other than zero is a bare number.
     pub(super) is_bare: bool,
     pub(super) span: Span,
 }
@@ -294,7 +294,7 @@ impl Reader<'_> {
         if !self.pool.is_zero(components[2]) && self.spatial.is_none() {
             self.spatial = Some(scalars[2].span.clone());
         }
-        let is_bare = scalars.iter().any(|scalar| scalar.is_bare);
+        let is_bare = scalars.iter().any(|scalar| scalar.is_bare && scalar.value != Some(0.0));
         let place = value.map(|value| Place { value, is_bare, span: node.span.clone() });
         Some(VectorValue { components, place, span: node.span.clone() })
     }

@@ -196,10 +196,10 @@ impl Reader<'_> {
     /// Warns when bare numbers look like another unit.
     pub(super) fn check_size(&mut self, bodies: &[(Option<Body>, BodyFacts)]) {
         let sizes = bodies.iter().filter_map(|(_, facts)| {
-            let bare = facts.places.iter().filter(|place| place.is_bare);
-            let far = |place: &&Place| length(place.value, [0.0; 3]);
-            let farthest = bare.max_by(|a, b| far(a).total_cmp(&far(b)))?;
-            Some((extent(&facts.places), farthest.span.clone()))
+            let bare: Vec<&Place> = facts.places.iter().filter(|place| place.is_bare).collect();
+            let far = |place: &&&Place| length(place.value, [0.0; 3]);
+            let farthest = bare.iter().max_by(|a, b| far(a).total_cmp(&far(b)))?;
+            Some((extent(&bare), farthest.span.clone()))
         });
         let size = sizes.max_by(|a, b| a.0.total_cmp(&b.0));
         let mass = bodies
@@ -243,7 +243,7 @@ impl Reader<'_> {
 }
 
 /// Diagonal of the box around some places and the origin of their frame.
-fn extent(places: &[Place]) -> f64 {
+fn extent(places: &[&Place]) -> f64 {
     let mut corners = [[0.0_f64; 3]; 2];
     for place in places {
         for axis in 0..3 {

@@ -114,7 +114,10 @@ impl Reader<'_> {
         let start = range.start + parts[..part].iter().map(|p| p.len() + 1).sum::<usize>();
         let place = context.quoted.place(&(start..start + word.len()));
         if part == 0 && find_unit(word).is_some() {
-            let help = format!("a unit follows a number: write for example `1 {word}`");
+            let help = format!(
+                "a unit follows a number, `1 {word}`, or a unit and a space, `1 kg {word}`; \
+                 after `*` a parameter comes first"
+            );
             self.report(
                 Diagnostic::error(codes::UNKNOWN_NAME, message)
                     .at(place, "no such name")

@@ -1,0 +1,138 @@
+//! C99: one function, no allocation, no globals.
+
+use super::{Dialect, Program, TOLERANCE, listed};
+use crate::op::Function;
+use std::fmt::Write;
+
+/// A function in C.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct CCode {
+    /// The declaration with its documentation, to be called `<name>.h`.
+    pub header: String,
+    /// The definition, to be called `<name>.c`.
+    pub source: String,
+    /// A program that calls the function at the test points and fails where an output differs.
+    pub test: String,
+}
+
+struct C;
+
+impl Dialect for C {
+    fn literal(&self, value: f64) -> String {
+        if value.is_finite() {
+            format!("{value:?}")
+        } else if value.is_nan() {
+            "(double)NAN".to_owned()
+        } else {
+            format!("{}HUGE_VAL", if value < 0.0 { "-" } else { "" })
+        }
+    }
+
+    fn call(&self, function: Function, [a, b, c]: [&str; 3]) -> String {
+        match function {
+            Function::Ln => format!("log({a})"),
+            Function::Abs => format!("fabs({a})"),
+            Function::Sign => format!("{a} > 0.0 ? 1.0 : {a} < 0.0 ? -1.0 : {a}"),
+            Function::Atan2 => format!("atan2({a}, {b})"),
+            Function::Min => format!("{a} <= {b} || {a} != {a} ? {a} : {b}"),
+            Function::Max => format!("{a} >= {b} || {a} != {a} ? {a} : {b}"),
+            Function::Lt => format!("{a} < {b} ? 1.0 : 0.0"),
+            Function::Le => format!("{a} <= {b} ? 1.0 : 0.0"),
+            Function::Gt => format!("{a} > {b} ? 1.0 : 0.0"),
+            Function::Ge => format!("{a} >= {b} ? 1.0 : 0.0"),
+            Function::If => format!("{a} != {a} ? {a} : {a} == 0.0 ? {c} : {b}"),
+            _ => format!("{}({a})", function.name()),
+        }
+    }
+
+    fn power(&self, base: &str, exponent: &str) -> String {
+        format!("pow({base}, {exponent})")
+    }
+
+    fn declaration(&self, name: &str, value: &str) -> String {
+        format!("const double {name} = {value};")
+    }
+}
+
+impl Program<'_> {
+    /// The tape as a C99 function of plain arrays.
+    ///
+    /// All outputs are stored after the last input is read, so the arrays may overlap.
+    pub fn to_c(&self) -> CCode {
+        CCode { header: self.c_header(), source: self.c_source(), test: self.c_test() }
+    }
+
+    fn c_prototype(&self) -> String {
+        let name = &self.names.function;
+        format!("void {name}(const double *inputs, const double *parameters, double *outputs)")
+    }
+
+    fn c_header(&self) -> String {
+        let guard = self.names.function.to_uppercase();
+        let legend: String = self
+            .legend()
+            .iter()
+            .map(|line| format!(" * {line}").trim_end().to_owned() + "\n")
+            .collect();
+        let (n, m, k) = (self.tape.n_inputs, self.tape.n_parameters, self.tape.n_outputs());
+        format!(
+            "#ifndef {guard}_H\n#define {guard}_H\n\n\
+             #ifdef __cplusplus\nextern \"C\" {{\n#endif\n\n\
+             enum {{ {guard}_INPUTS = {n}, {guard}_PARAMETERS = {m}, {guard}_OUTPUTS = {k} }};\n\n\
+             /**\n{legend} */\n{};\n\n\
+             #ifdef __cplusplus\n}}\n#endif\n\n#endif\n",
+            self.c_prototype()
+        )
+    }
+
+    fn c_source(&self) -> String {
+        let mut source = format!("#include \"{}.h\"\n\n#include <math.h>\n\n", self.names.function);
+        let _ =
+            writeln!(source, "{} {{\n    (void)inputs;\n    (void)parameters;", self.c_prototype());
+        for statement in self.statements(&C) {
+            let _ = writeln!(source, "    {statement}");
+        }
+        for (index, result) in self.results(&C).iter().enumerate() {
+            let _ = writeln!(source, "    outputs[{index}] = {result};");
+        }
+        source.push_str("}\n");
+        source
+    }
+
+    fn c_test(&self) -> String {
+        let name = &self.names.function;
+        let mut test = format!(
+            "#include \"{name}.h\"\n\n#include <math.h>\n#include <stdio.h>\n\n\
+             static int check(const double *inputs, const double *parameters, const double *expected) {{\n\
+             \x20   double outputs[{}];\n    int failed = 0;\n    {name}(inputs, parameters, outputs);\n\
+             \x20   for (int i = 0; i < {}; i++) {{\n\
+             \x20       const double difference = fabs(outputs[i] - expected[i]);\n\
+             \x20       const int is_same = outputs[i] == expected[i] || difference <= {TOLERANCE} * fabs(expected[i])\n\
+             \x20           || (outputs[i] != outputs[i] && expected[i] != expected[i]);\n\
+             \x20       printf(\"%.17g\\n\", outputs[i]);\n\
+             \x20       if (!is_same) {{\n\
+             \x20           fprintf(stderr, \"output %d is %.17g, not %.17g\\n\", i, outputs[i], expected[i]);\n\
+             \x20           failed = 1;\n        }}\n    }}\n    return failed;\n}}\n\n\
+             int main(void) {{\n    int failed = 0;\n",
+            self.tape.n_outputs().max(1),
+            self.tape.n_outputs(),
+        );
+        for point in &self.points {
+            // C has no empty arrays.
+            let array = |values: &[f64]| match values {
+                [] => "0.0".to_owned(),
+                _ => listed(&C, values),
+            };
+            let _ = writeln!(
+                test,
+                "    {{\n        const double inputs[] = {{{}}};\n        const double parameters[] = {{{}}};\n\
+                 \x20       const double expected[] = {{{}}};\n        failed |= check(inputs, parameters, expected);\n    }}",
+                array(&point.inputs),
+                array(&point.parameters),
+                array(&point.outputs),
+            );
+        }
+        test.push_str("    return failed;\n}\n");
+        test
+    }
+}

@@ -1,0 +1,293 @@
+//! Code that travels: a tape as a function in C, Rust or Python, or as JSON.
+//!
+//! Every form takes inputs and parameters in the order they were compiled, names them with their
+//! units, and carries points to test itself at: inputs with the outputs that our own evaluation
+//! gives there. The statements are those of the tape, one per instruction, so that all forms
+//! compute the same operations in the same order; only the libraries' elementary functions differ.
+
+mod c;
+mod json;
+mod names;
+mod python;
+mod rust;
+
+pub use c::CCode;
+
+use crate::op::Function;
+use crate::tape::{Action, Instruction, Tape};
+use names::Names;
+
+/// A named number that goes into or comes out of a function.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Quantity {
+    /// The name in the documentation; identifiers are made of it.
+    pub name: String,
+    /// The unit, for documentation alone; empty for a plain number.
+    pub unit: String,
+}
+
+impl Quantity {
+    /// A quantity with a unit such as `m` or `rad/s`, or with an empty one.
+    pub fn new(name: &str, unit: &str) -> Self {
+        Self { name: name.to_owned(), unit: unit.to_owned() }
+    }
+}
+
+/// What a generated function is called, and what goes in and comes out, in the tape's order.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Signature {
+    /// The function's name; characters that no identifier may have become underscores.
+    pub name: String,
+    /// One for each input of the tape.
+    pub inputs: Vec<Quantity>,
+    /// One for each parameter of the tape.
+    pub parameters: Vec<Quantity>,
+    /// One for each output of the tape.
+    pub outputs: Vec<Quantity>,
+}
+
+/// Why no code can be written.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CodegenError {
+    /// The signature does not fit the tape.
+    #[error("the tape has {expected} {what}, but {found} are named")]
+    WrongCount {
+        /// `inputs`, `parameters` or `outputs`.
+        what: &'static str,
+        /// How many the tape has.
+        expected: usize,
+        /// How many the signature names.
+        found: usize,
+    },
+}
+
+/// A point and the outputs there.
+#[derive(Clone, PartialEq, Debug)]
+pub struct TestPoint {
+    /// Values of the inputs.
+    pub inputs: Vec<f64>,
+    /// Values of the parameters.
+    pub parameters: Vec<f64>,
+    /// The outputs as the tape evaluates them.
+    pub outputs: Vec<f64>,
+}
+
+/// A tape with names, ready to be written in any of the languages.
+///
+/// ```
+/// use bksim_expr::{Pool, Quantity, Signature, Tape};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let pool = Pool::new();
+/// let energy = pool.parse("m*g*l*(1 - cos(q))")?;
+/// let id = |name| pool.find_symbol(name).expect("was parsed");
+/// let tape = Tape::compile(&pool, &[energy], &[id("q")], &["m", "g", "l"].map(id))?;
+/// let program = tape.program(&Signature {
+///     name: "potential".to_owned(),
+///     inputs: vec![Quantity::new("q", "rad")],
+///     parameters: ["m", "g", "l"].map(|name| Quantity::new(name, "")).to_vec(),
+///     outputs: vec![Quantity::new("energy", "J")],
+/// })?;
+/// assert!(program.to_c().source.contains("cos(q)"));
+/// assert!(program.to_rust().contains("M::cos(q)"));
+/// assert!(program.to_python().contains("np.cos(q)"));
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct Program<'t> {
+    tape: &'t Tape,
+    signature: Signature,
+    names: Names,
+    points: Vec<TestPoint>,
+}
+
+/// Points that generated code is tested at.
+const N_POINTS: usize = 3;
+
+/// Largest relative difference that generated tests allow: the last digits of the elementary
+/// functions of other libraries.
+const TOLERANCE: &str = "1e-14";
+
+impl Tape {
+    /// Names what the tape takes and gives, to write it as code.
+    ///
+    /// # Errors
+    /// [`CodegenError::WrongCount`] when the signature has more or fewer names than the tape.
+    pub fn program(&self, signature: &Signature) -> Result<Program<'_>, CodegenError> {
+        for (what, expected, found) in [
+            ("inputs", self.n_inputs, signature.inputs.len()),
+            ("parameters", self.n_parameters, signature.parameters.len()),
+            ("outputs", self.outputs.len(), signature.outputs.len()),
+        ] {
+            if expected != found {
+                return Err(CodegenError::WrongCount { what, expected, found });
+            }
+        }
+        let points = test_points(self);
+        Ok(Program {
+            tape: self,
+            names: Names::new(signature),
+            signature: signature.clone(),
+            points,
+        })
+    }
+}
+
+/// Pseudo-random points, preferably such that all outputs are finite.
+fn test_points(tape: &Tape) -> Vec<TestPoint> {
+    let mut state = 1;
+    let mut fallback = Vec::new();
+    let mut points = Vec::new();
+    // Where a function has a small domain, more of the points tried fall outside.
+    for _ in 0..16 * N_POINTS {
+        let mut values = |n| -> Vec<f64> {
+            (0..n).map(|_| 0.1 + 1.5 * crate::pool::unit_random(&mut state)).collect()
+        };
+        let (parameters, inputs) = (values(tape.n_parameters), values(tape.n_inputs));
+        let mut outputs = vec![0.0; tape.n_outputs()];
+        tape.evaluate(&mut tape.workspace(&parameters), &inputs, &mut outputs);
+        let is_finite = outputs.iter().all(|value| value.is_finite());
+        let list = if is_finite { &mut points } else { &mut fallback };
+        list.push(TestPoint { inputs, parameters, outputs });
+        if points.len() == N_POINTS {
+            break;
+        }
+    }
+    points.extend(fallback);
+    points.truncate(N_POINTS);
+    points
+}
+
+/// How one language writes values and calls.
+trait Dialect {
+    /// A number.
+    fn literal(&self, value: f64) -> String;
+    /// A function of one, two or three arguments.
+    fn call(&self, function: Function, arguments: [&str; 3]) -> String;
+    /// `base^exponent`.
+    fn power(&self, base: &str, exponent: &str) -> String;
+    /// A statement that gives a value a name.
+    fn declaration(&self, name: &str, value: &str) -> String;
+}
+
+impl Program<'_> {
+    /// The points that every form of the code is tested at.
+    pub fn test_points(&self) -> &[TestPoint] {
+        &self.points
+    }
+
+    /// The instructions in order, each with the register it writes.
+    fn instructions(&self) -> impl Iterator<Item = (usize, &Instruction)> {
+        let first = self.tape.first_input() + self.tape.n_inputs;
+        (first..).zip(self.tape.prologue.iter().chain(&self.tape.body))
+    }
+
+    /// What stands for a register in an expression.
+    fn operand(&self, dialect: &dyn Dialect, register: u32) -> String {
+        let register = register as usize;
+        let tape = self.tape;
+        if let Some(&value) = tape.constants.get(register) {
+            let literal = dialect.literal(value);
+            return if literal.starts_with('-') { format!("({literal})") } else { literal };
+        }
+        let offset = register - tape.constants.len();
+        if let Some(name) = self.names.parameters.get(offset) {
+            return name.clone();
+        }
+        match self.names.inputs.get(offset - tape.n_parameters) {
+            Some(name) => name.clone(),
+            None => format!("v{}", offset - tape.n_parameters - tape.n_inputs),
+        }
+    }
+
+    /// The name that an instruction's register is given.
+    fn result_name(&self, register: usize) -> String {
+        format!("v{}", register - self.tape.first_input() - self.tape.n_inputs)
+    }
+
+    /// Declarations of all that is read from the arguments, then of every instruction.
+    fn statements(&self, dialect: &dyn Dialect) -> Vec<String> {
+        let is_read = self.read_registers();
+        let first = self.tape.constants.len();
+        let arguments = [("parameters", &self.names.parameters), ("inputs", &self.names.inputs)];
+        let indexed = arguments.into_iter().flat_map(|(array, names)| {
+            names.iter().enumerate().map(move |(index, name)| (array, index, name))
+        });
+        let mut statements: Vec<String> = indexed
+            .enumerate()
+            .filter(|&(offset, _)| is_read[first + offset])
+            .map(|(_, (array, i, name))| dialect.declaration(name, &format!("{array}[{i}]")))
+            .collect();
+        for (register, instruction) in self.instructions() {
+            let value = self.value(dialect, instruction);
+            statements.push(dialect.declaration(&self.result_name(register), &value));
+        }
+        statements
+    }
+
+    /// Whether each register is read by an instruction or an output.
+    fn read_registers(&self) -> Vec<bool> {
+        let mut is_read =
+            vec![false; self.tape.first_input() + self.tape.n_inputs + self.tape.len()];
+        let read = self.instructions().flat_map(|(_, i)| [i.a, i.b, i.c]);
+        for register in read.chain(self.tape.outputs.iter().copied()) {
+            is_read[register as usize] = true;
+        }
+        is_read
+    }
+
+    fn value(&self, dialect: &dyn Dialect, instruction: &Instruction) -> String {
+        let [a, b, c] =
+            [instruction.a, instruction.b, instruction.c].map(|r| self.operand(dialect, r));
+        match instruction.action {
+            Action::Add => format!("{a} + {b}"),
+            Action::Subtract => format!("{a} - {b}"),
+            Action::Multiply => format!("{a} * {b}"),
+            Action::Divide => format!("{a} / {b}"),
+            Action::Negate => format!("-{a}"),
+            Action::Power => dialect.power(&a, &b),
+            Action::Call(function) => dialect.call(function, [&a, &b, &c]),
+        }
+    }
+
+    /// The operands that are the outputs.
+    fn results(&self, dialect: &dyn Dialect) -> Vec<String> {
+        self.tape.outputs.iter().map(|&register| self.operand(dialect, register)).collect()
+    }
+
+    /// Lines that say what each argument is.
+    fn legend(&self) -> Vec<String> {
+        let signature = &self.signature;
+        let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+        let mut lines = vec![
+            format!(
+                "{}: {} from {} and {}.",
+                names::line(&signature.name),
+                count(signature.outputs.len(), "output"),
+                count(signature.inputs.len(), "input"),
+                count(signature.parameters.len(), "parameter"),
+            ),
+            String::new(),
+        ];
+        for (array, quantities) in [
+            ("inputs", &signature.inputs),
+            ("parameters", &signature.parameters),
+            ("outputs", &signature.outputs),
+        ] {
+            for (index, quantity) in quantities.iter().enumerate() {
+                let (name, unit) = (names::line(&quantity.name), names::line(&quantity.unit));
+                let suffix = if unit.is_empty() { unit } else { format!(", in {unit}") };
+                lines.push(format!("{array}[{index}]: {name}{suffix}"));
+            }
+        }
+        lines
+    }
+}
+
+/// Values separated by commas.
+fn listed(dialect: &dyn Dialect, values: &[f64]) -> String {
+    let literals: Vec<String> = values.iter().map(|&value| dialect.literal(value)).collect();
+    literals.join(", ")
+}
