@@ -25,6 +25,13 @@ fn text_reads_like_an_engineer_wrote_it() {
 }
 
 #[test]
+fn a_sum_among_terms_needs_no_parentheses() {
+    let pool = Pool::new();
+    let terms = ["b", "a - 2", "c*(a + b)"].map(|text| pool.parse(text).expect(text));
+    assert_eq!(pool.terms_to_text(&terms), "b + a - 2 + c*(a + b)");
+}
+
+#[test]
 fn terms_keep_the_order_given() {
     let pool = Pool::new();
     let terms = ["x*m", "-ld1", "2*(a - b)", "-3"].map(|t| pool.parse(t).expect(t));

@@ -43,7 +43,7 @@ impl Pool {
             return "0".to_owned();
         }
         let reader = Reader::new(self, terms);
-        write(joined(&reader, terms), |e, strength| expand(&reader, e, strength))
+        write(joined(&reader, &reader.in_line(terms)), |e, strength| expand(&reader, e, strength))
     }
 }
 

@@ -119,6 +119,14 @@ impl<'p> Reader<'p> {
         Term { is_negative, coefficient: coefficient.magnitude(), numerator, denominator }
     }
 
+    /// The given terms with the terms of a sum among them in its place: it needs no parentheses.
+    fn in_line(&self, terms: &[Expr]) -> Vec<Expr> {
+        let is_sum = |e| self.pool.node(e).op == Op::Add;
+        let opened =
+            |&term: &Expr| if is_sum(term) { self.ordered_terms(term) } else { vec![term] };
+        terms.iter().flat_map(opened).collect()
+    }
+
     /// The terms of a sum in reading order; a positive one leads if there is any.
     fn ordered_terms(&self, sum: Expr) -> Vec<Expr> {
         let pool = self.pool;
