@@ -312,7 +312,13 @@ impl Pool {
             // A power may fold to a product again: sqrt(a)² is a, and a may be one.
             let (c, monic) = self.split_coefficient(self.powi(base, exponent));
             coefficient = coefficient.times(c);
-            factors.extend(self.chain(monic, Op::Mul).into_iter().filter(|&f| f != ONE));
+            // A long product stays one factor, or building products of products goes quadratic.
+            let node = self.node(monic);
+            if node.op == Op::Mul && node.data > MERGE_LIMIT {
+                factors.push(monic);
+            } else {
+                factors.extend(self.chain(monic, Op::Mul).into_iter().filter(|&f| f != ONE));
+            }
         }
         factors.sort_by(|a, b| self.canonical_order(*a, *b));
         let mut factors = factors.into_iter();

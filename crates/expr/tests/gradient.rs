@@ -143,3 +143,29 @@ fn branches_not_taken_do_not_spoil_a_gradient() {
         assert!(value.is_finite(), "{}", pool.to_text(derivative));
     }
 }
+
+/// Sines, products and sums in one chain; every symbol occurs all along it.
+#[test]
+fn long_chains_go_backward_without_overflow() {
+    let pool = Pool::new();
+    let xs = symbols(&pool);
+    let mut e = pool.one();
+    for i in 0..30_000 {
+        let x = pool.symbol_expr(xs[(i / 3) % N]);
+        e = match i % 3 {
+            0 => pool.sin(e),
+            1 => pool.add(e, x),
+            _ => pool.mul(e, x),
+        };
+    }
+    let before = pool.len();
+    let gradient = pool.gradient(e, &xs);
+    let n_new = pool.len() - before;
+    assert!(n_new < 40 * before, "{n_new} new nodes for {before}");
+    let value = |e: Expr| {
+        pool.evaluate(e, &|s| xs.iter().position(|&x| x == s).map(|i| 0.6 + 0.02 * i as f64))
+    };
+    let (backward, forward) = (value(gradient[3]), value(pool.diff(e, xs[3])));
+    let (backward, forward) = (backward.expect("bound"), forward.expect("bound"));
+    assert!((backward - forward).abs() <= 1e-9 * forward.abs(), "{backward} is not {forward}");
+}
