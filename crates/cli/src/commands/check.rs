@@ -69,7 +69,7 @@ fn policy_reason(mechanism: &Mechanism) -> String {
     let asked = mechanism.model.joints.iter().filter(|j| j.cut == Some(true)).count();
     match asked {
         0 => format!("{word}, {who}"),
-        _ => format!("{word}, {who}; {asked} of the cuts are the model's own"),
+        _ => format!("{word}, {who}; cut by the model itself: {asked}"),
     }
 }
 

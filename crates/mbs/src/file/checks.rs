@@ -59,6 +59,7 @@ impl Reader<'_> {
             let largest = xx.max(yy).max(zz);
             let others = xx + yy + zz - largest;
             if largest > others * (1.0 + 1e-9) {
+                let [xx, yy, zz, largest, others] = [xx, yy, zz, largest, others].map(short);
                 let span = components[0].span.start..components[2].span.end;
                 let message = format!(
                     "{what} is [{xx}, {yy}, {zz}] kg m^2, but no moment may exceed the sum of the other two"
