@@ -77,7 +77,7 @@ fn motion(name: &str, rtol: f64, t_end: f64) -> (Mechanism, Motion) {
     model.solve.rtol = rtol;
     model.solve.atol = rtol;
     model.solve.t_end = t_end;
-    model.solve.every = Some(0.5);
+    model.solve.every = Some(0.1);
     let mechanism = derive(model);
     let motion = solve(&mechanism);
     (mechanism, motion)
@@ -87,8 +87,9 @@ const MECHANISMS: [(&str, f64); 2] = [("slider-crank", 5.0), ("five-link", 50.0)
 
 /// How many times the tolerance the global error of q, v, a and λ may be: the step's error is kept
 /// below the tolerance, the mechanism amplifies it, and each differentiation in time multiplies it
-/// by the mechanism's frequency (the slider-crank turns at 15 rad/s at the end).
-const PROMISE: [f64; 4] = [10.0, 10.0, 100.0, 100.0];
+/// by the mechanism's frequency (the slider-crank turns at 15 rad/s at the end; the five-link's dyad
+/// snaps through six times, each time with accelerations far above the rest).
+const PROMISE: [f64; 4] = [10.0, 100.0, 100.0, 100.0];
 
 /// Worst errors of q, v, a and λ of a run.
 fn errors(name: &str, rtol: f64, t_end: f64) -> [f64; 4] {
