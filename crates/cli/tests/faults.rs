@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Output, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{CRATE, Workplace, text};
+use common::{CRATE, Scratch, text};
 
 const MARK: &str = "--- stderr\n";
 const GIVEN: &[u8] = b"kept\n";
@@ -45,7 +45,7 @@ struct Outcome {
 }
 
 fn play(script: &str) -> Outcome {
-    let place = Workplace::new();
+    let place = Scratch::new();
     let mut model: Vec<u8> = Vec::new();
     let (mut output, mut exit, mut took) = (None, 0, Duration::ZERO);
     let (mut given, mut absent) = (Vec::new(), Vec::new());
@@ -211,7 +211,7 @@ fn split_messages(text: &str) -> Vec<Vec<&str>> {
 /// Colours add nothing and take nothing away.
 #[test]
 fn the_text_is_the_same_with_and_without_colours() {
-    let place = Workplace::new();
+    let place = Scratch::new();
     let model = fs::read(format!("{CRATE}/tests/faults/models/composite.toml")).expect("a model");
     place.write("model.toml", model);
     let plain = text(&place.run("check model.toml").stderr);
@@ -225,7 +225,7 @@ fn the_text_is_the_same_with_and_without_colours() {
 /// A reader that goes away is no fault: `bksim export … | head -1`.
 #[test]
 fn a_closed_pipe_ends_quietly() {
-    let place = Workplace::new();
+    let place = Scratch::new();
     let model = fs::read(format!("{CRATE}/tests/faults/models/four-bar.toml")).expect("a model");
     place.write("model.toml", model);
     assert!(place.run("solve model.toml").status.success());

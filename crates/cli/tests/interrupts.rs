@@ -8,7 +8,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use common::{Workplace, text};
+use common::{Scratch, text};
 
 /// A pendulum that swings for days, and is sampled every millisecond.
 const LONG: &str = r#"
@@ -34,7 +34,7 @@ every = "1 ms"
 "#;
 
 /// Starts the run and waits until its log grows.
-fn started(place: &Workplace) -> Child {
+fn started(place: &Scratch) -> Child {
     place.write("long.toml", LONG);
     let child = place
         .bksim()
@@ -58,7 +58,7 @@ fn signal(child: &Child, name: &str) {
 }
 
 /// Times of all samples of the log, and what its export says.
-fn samples(place: &Workplace) -> (Vec<f64>, String) {
+fn samples(place: &Scratch) -> (Vec<f64>, String) {
     let output = place.run("export long.mcap state.A_angle");
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let table = text(&output.stdout);
@@ -69,7 +69,7 @@ fn samples(place: &Workplace) -> (Vec<f64>, String) {
 #[test]
 fn signals_close_the_log_at_once() {
     for (name, status, word) in [("-INT", 130, "interrupted"), ("-TERM", 143, "terminated")] {
-        let place = Workplace::new();
+        let place = Scratch::new();
         let child = started(&place);
         let begun = Instant::now();
         signal(&child, name);
@@ -95,7 +95,7 @@ fn signals_close_the_log_at_once() {
 
 #[test]
 fn a_killed_run_loses_a_quarter_second_at_most() {
-    let place = Workplace::new();
+    let place = Scratch::new();
     let mut child = started(&place);
     let before = samples(&place).0.len();
     // Whatever had been logged by now is on disk a quarter of a second later.

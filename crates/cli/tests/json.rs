@@ -5,7 +5,7 @@ mod common;
 use std::collections::BTreeMap;
 use std::fs;
 
-use common::{CRATE, Workplace, text};
+use common::{CRATE, Scratch, text};
 use serde_json::Value;
 
 /// Objects keyed by names of the model, written `a.*` in the page.
@@ -62,7 +62,7 @@ fn collect(value: &Value, path: &str, keys: &mut Keys) {
 
 #[test]
 fn the_page_lists_the_keys_that_are_printed() {
-    let place = Workplace::new();
+    let place = Scratch::new();
     for example in ["five-link", "parallelogram", "four-bar"] {
         let model = fs::read(format!("{CRATE}/../../examples/{example}/model.toml"));
         place.write(&format!("{example}.toml"), model.expect("an example"));

@@ -24,7 +24,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use common::{CRATE, Workplace, text};
+use common::{CRATE, Scratch, text};
 
 fn root() -> PathBuf {
     Path::new(CRATE).join("../..").canonicalize().expect("the project")
@@ -69,7 +69,7 @@ fn between<'a>(text: &'a str, from: &str, to: &str) -> Option<&'a str> {
 
 /// Runs all blocks of a README and compares them.
 fn check(path: &Path) {
-    let place = Workplace::new();
+    let place = Scratch::new();
     let link = std::os::unix::fs::symlink(root().join("examples"), place.path().join("examples"));
     link.expect("a link to the examples");
     let readme = fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
@@ -103,7 +103,7 @@ fn check(path: &Path) {
 }
 
 /// Runs the commands of a block, which must succeed; returns the block as it should be.
-fn run_block(place: &Workplace, block: &str, wrong: &mut Vec<String>) -> String {
+fn run_block(place: &Scratch, block: &str, wrong: &mut Vec<String>) -> String {
     let binaries = Path::new(env!("CARGO_BIN_EXE_bksim")).parent().expect("a directory");
     let path = std::env::var("PATH").unwrap_or_default();
     let mut blessed = String::new();

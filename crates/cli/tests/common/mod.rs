@@ -12,9 +12,9 @@ use std::{env, fs, process};
 pub(crate) const CRATE: &str = env!("CARGO_MANIFEST_DIR");
 
 /// A directory that goes with the test.
-pub(crate) struct Workplace(PathBuf);
+pub(crate) struct Scratch(PathBuf);
 
-impl Workplace {
+impl Scratch {
     pub(crate) fn new() -> Self {
         static COUNT: AtomicUsize = AtomicUsize::new(0);
         let n = COUNT.fetch_add(1, Ordering::Relaxed);
@@ -45,7 +45,7 @@ impl Workplace {
     }
 }
 
-impl Drop for Workplace {
+impl Drop for Scratch {
     fn drop(&mut self) {
         let _ = fs::remove_dir_all(&self.0);
     }
