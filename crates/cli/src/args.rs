@@ -87,16 +87,16 @@ pub(crate) struct Solve {
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub(crate) t_end: Option<f64>,
     /// Relative tolerance, in place of the model's.
-    #[arg(long, value_name = "TOL")]
+    #[arg(long, value_name = "TOL", allow_negative_numbers = true)]
     pub(crate) rtol: Option<f64>,
     /// Absolute tolerance, in place of the model's.
-    #[arg(long, value_name = "TOL")]
+    #[arg(long, value_name = "TOL", allow_negative_numbers = true)]
     pub(crate) atol: Option<f64>,
     /// Fixed steps of this size, s, without error control.
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub(crate) step: Option<f64>,
     /// Output interval, s, in place of the model's.
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub(crate) every: Option<f64>,
     /// The form of the equations that is integrated.
     #[arg(long, value_enum, value_name = "FORM")]

@@ -1,5 +1,7 @@
 //! Diagnostics for people (an excerpt with carets) and for programs (JSON).
 
+use std::io::Write;
+
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use anstream::adapter::strip_str;
 use bksim::mbs::diagnostic::{Diagnostic, Severity};
@@ -100,14 +102,14 @@ pub(crate) fn json_all(source: &Text, faults: &[Diagnostic]) -> Value {
 /// Prints diagnostics to stderr.
 pub(crate) fn print_all(source: &Text, faults: &[Diagnostic]) {
     for fault in faults {
-        anstream::eprintln!("{}", text(source, fault));
+        to_stderr(&text(source, fault));
     }
 }
 
 /// A warning about a file that is no model, on stderr.
 pub(crate) fn warning(message: &str) {
     let group = Group::with_title(Level::WARNING.primary_title(message));
-    anstream::eprintln!("{}", Renderer::styled().term_width(WIDTH).render(&[group]));
+    to_stderr(&Renderer::styled().term_width(WIDTH).render(&[group]));
 }
 
 /// A failed command: text on stderr, or one JSON object on stdout.
@@ -153,5 +155,10 @@ fn plain(message: &str, help: Option<&str>) {
         group = group.element(Level::HELP.message(help));
     }
     let rendered = Renderer::styled().term_width(WIDTH).render(&[group]);
-    anstream::eprintln!("{}", without_margin(&rendered));
+    to_stderr(&without_margin(&rendered));
+}
+
+/// Prints a line to stderr. Where that cannot be written there is nobody left to tell.
+fn to_stderr(text: &str) {
+    let _ = writeln!(anstream::stderr().lock(), "{text}");
 }

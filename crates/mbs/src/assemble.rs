@@ -250,8 +250,21 @@ fn generalised_force(model: &Model, kinematics: &Kinematics, wrenches: &[Wrench]
 fn constraints(model: &Model, tree: &Tree, kinematics: &Kinematics) -> Vec<Constraint> {
     let pool = &model.pool;
     let mut constraints = Vec::new();
+    // An author may have called a coordinate or a parameter `ld1`; the multiplier must not be it.
+    let is_taken = |name: &str| {
+        let of_coordinate = |rest: &str| ["", "_dot", "_ddot"].contains(&rest);
+        model.parameters.iter().any(|p| p.name == name)
+            || kinematics
+                .coordinates
+                .iter()
+                .any(|c| name.strip_prefix(c.name.as_str()).is_some_and(of_coordinate))
+    };
     let mut add = |expression, source, direction, force, moment| {
-        let lambda = pool.symbol(&format!("ld{}", constraints.len() + 1));
+        let mut name = format!("ld{}", constraints.len() + 1);
+        while is_taken(&name) {
+            name.push('_');
+        }
+        let lambda = pool.symbol(&name);
         let lambda = pool.symbol_id(lambda).expect("a symbol was just made");
         let expression = pool.simplify(expression);
         constraints.push(Constraint { expression, lambda, source, direction, force, moment });

@@ -72,6 +72,8 @@ pub struct Moved {
 #[derive(Clone, PartialEq, Debug)]
 #[non_exhaustive]
 pub enum StartError {
+    /// Every body is welded to the ground.
+    NoCoordinates,
     /// The joints cannot meet at all.
     CannotClose {
         /// Gap left at each open joint, largest first: joint, metres (or radians).
@@ -127,6 +129,9 @@ pub fn start(
     compiled: &CompiledSystem,
     parameters: &[f64],
 ) -> Result<Start, StartError> {
+    if system.coordinates().is_empty() {
+        return Err(StartError::NoCoordinates);
+    }
     let t = model.solve.t_start;
     let mut problem = Problem::new(model, system, parameters).map_err(StartError::Compile)?;
     let mut evaluator = compiled.evaluator(parameters);
@@ -473,6 +478,9 @@ impl<'a> Problem<'a> {
 /// Coordinates of a motion that the constraints leave free and that has no inertia.
 fn motion_without_inertia(mass: &DMatrix<f64>, jacobian: &DMatrix<f64>) -> Option<Vec<usize>> {
     let nq = mass.nrows();
+    if nq == 0 {
+        return None;
+    }
     let scale = mass.amax();
     // Padding to nq rows makes the decomposition return the null space as well.
     let mut padded = DMatrix::zeros(jacobian.nrows().max(nq), nq);

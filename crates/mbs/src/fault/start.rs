@@ -18,6 +18,15 @@ pub fn diagnose_start(
     error: &StartError,
 ) -> Diagnostic {
     match error {
+        StartError::NoCoordinates => {
+            let message = "the model has no coordinates: every body is welded to the ground";
+            let fault = Diagnostic::error(codes::NO_MOBILITY, message)
+                .help("give at least one body a joint that lets it move");
+            match model.joints.first() {
+                Some(joint) => fault.at(joint.span.clone(), "this joint allows no motion"),
+                None => fault,
+            }
+        }
         StartError::CannotClose { gaps, .. } => cannot_close(model, gaps),
         StartError::StatedPositions { conflicts } => {
             conflict(model, conflicts, codes::STATED_POSITIONS, "positions")

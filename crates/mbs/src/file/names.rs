@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use bksim_expr::Pool;
+use bksim_expr::{Function, Pool};
 
 use super::codes;
 use super::reader::{Reader, entry_like};
@@ -270,6 +270,16 @@ impl Reader<'_> {
 
     /// Gives a plain name its meaning, or reports that it already has one.
     pub(super) fn define(&mut self, name: &str, meaning: Meaning, span: Option<Span>) -> bool {
+        if name == "pi" || Function::from_name(name).is_some() {
+            let what = if name == "pi" { "the number 3.14159…" } else { "a function" };
+            self.report(
+                Diagnostic::error(codes::NAME_CLASH, format!("the name `{name}` is already taken"))
+                    .at(span.unwrap_or(0..0), "this needs a name of its own")
+                    .note(format!("`{name}` is {what}"))
+                    .help(format!("rename it, for example `{name}_1`")),
+            );
+            return false;
+        }
         let Some((_, before)) = self.names.plain.get(name) else {
             self.names.plain.insert(name.to_owned(), (meaning, span));
             return true;

@@ -67,15 +67,6 @@ impl Reader<'_> {
 
     fn gather_parameter(&mut self, entry: &Entry) {
         let name = entry.key.as_str();
-        if name == "pi" {
-            self.report(
-                Diagnostic::error(codes::NAME_CLASH, "the name `pi` is already taken")
-                    .at(entry.key_span.clone(), "this needs a name of its own")
-                    .note("`pi` is the number 3.14159…")
-                    .help("rename it, for example `pi_1`"),
-            );
-            return;
-        }
         let usable = self.usable_name(name, &entry.key_span, "parameter");
         let idx = self.parameters.len();
         if !usable || !self.define(name, Meaning::Parameter(idx), Some(entry.key_span.clone())) {
