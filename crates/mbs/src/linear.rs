@@ -248,6 +248,40 @@ fn solve_singular(matrix: &DMatrix<f64>, rhs: &DVector<f64>) -> Option<DVector<f
     (error <= 1e-6 * rhs.amax().max(1e-300)).then_some(x)
 }
 
+/// Coordinates of a motion that the constraints leave free and that has no inertia.
+pub(crate) fn motion_without_inertia(
+    mass: &DMatrix<f64>,
+    jacobian: &DMatrix<f64>,
+) -> Option<Vec<usize>> {
+    let nq = mass.nrows();
+    if nq == 0 {
+        return None;
+    }
+    let scale = mass.amax();
+    // Padding to nq rows makes the decomposition return the null space as well.
+    let mut padded = DMatrix::zeros(jacobian.nrows().max(nq), nq);
+    padded.rows_mut(0, jacobian.nrows()).copy_from(jacobian);
+    let svd = padded.svd(false, true);
+    let v_t = svd.v_t?;
+    let threshold = 1e-9 * svd.singular_values.max();
+    let free: Vec<usize> = (0..nq).filter(|&k| svd.singular_values[k] <= threshold).collect();
+    if free.is_empty() {
+        return None;
+    }
+    let basis = v_t.select_rows(&free).transpose();
+    let reduced = basis.transpose() * mass * &basis;
+    let eigen = reduced.symmetric_eigen();
+    let weak = eigen.eigenvalues.iter().position(|&value| value <= 1e-14 * scale)?;
+    let direction = &basis * eigen.eigenvectors.column(weak);
+    let largest = direction.amax();
+    Some((0..nq).filter(|&i| direction[i].abs() > 0.1 * largest).collect())
+}
+
+/// Largest magnitude of the entries; zero without entries.
+pub(crate) fn largest(vector: &DVector<f64>) -> f64 {
+    if vector.is_empty() { 0.0 } else { vector.amax() }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

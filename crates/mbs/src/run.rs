@@ -12,9 +12,10 @@ use nalgebra::DVector;
 use crate::compile::{CompiledSystem, Energy, Evaluator};
 use crate::formulate::MotionEquations;
 use crate::legs::Run;
+use crate::linear::largest;
 use crate::model::SolveOptions;
 use crate::recorder::Recorder;
-use crate::start::{AmaxOrZero, Start};
+use crate::start::Start;
 
 /// Everything about one instant.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -156,5 +157,5 @@ pub(crate) fn settings(options: &SolveOptions, equations: &MotionEquations) -> S
 pub(crate) fn residuals(evaluator: &mut Evaluator, t: f64, q: &[f64], v: &[f64]) -> [f64; 2] {
     let at = evaluator.dynamics(t, q, v);
     let rate = &at.jacobian * DVector::from_column_slice(v) + &at.rate;
-    [at.constraint.amax_or_zero(), rate.amax_or_zero()]
+    [largest(&at.constraint), largest(&rate)]
 }

@@ -1,0 +1,364 @@
+//! Closing the mechanism: positions and velocities that satisfy the constraints and what the author
+//! stated, as near to the guesses as possible, and what stands in the way when there are none.
+
+use bksim_expr::{Expr, SymbolId, Tape, TapeError, Workspace};
+use nalgebra::{DMatrix, DVector};
+
+use crate::assemble::{Source, SymbolicSystem};
+use crate::compile::Evaluator;
+use crate::kinematics::{Kinematics, Owner};
+use crate::linear::{largest, least_squares};
+use crate::model::{Axis, Initial, JointId, Measure, Model, Space};
+use crate::start::{Conflict, Moved, StartError};
+use crate::tree::Tree;
+
+/// Constraints count as closed below this, relative to the size of the mechanism.
+const CLOSURE_TOLERANCE: f64 = 1e-10;
+
+/// The stated and guessed values as functions of the state.
+pub(crate) struct Closing<'a> {
+    model: &'a Model,
+    system: &'a SymbolicSystem,
+    parameters: &'a [f64],
+    /// Every initial value's measure, then its gradient by q (positions) or v (velocities).
+    measures: Tape,
+    workspace: Workspace,
+    stated: Vec<f64>,
+    gap_of_joint: Vec<JointId>,
+}
+
+/// Values and gradients of some measures.
+struct Rows {
+    values: DVector<f64>,
+    gradients: DMatrix<f64>,
+}
+
+impl<'a> Closing<'a> {
+    pub(crate) fn new(
+        model: &'a Model,
+        system: &'a SymbolicSystem,
+        parameters: &'a [f64],
+    ) -> Result<Self, TapeError> {
+        let pool = &model.pool;
+        let symbols = |of: fn(&crate::kinematics::Coordinate) -> SymbolId| -> Vec<SymbolId> {
+            system.coordinates().iter().map(of).collect()
+        };
+        let (q, v) = (symbols(|c| c.q), symbols(|c| c.v));
+        let mut outputs = Vec::new();
+        for initial in &model.initial {
+            let measure = system.kinematics.measure(model, initial.measure);
+            outputs.push(measure);
+            let by = if is_velocity(initial.measure) { &v } else { &q };
+            outputs.extend(pool.gradient(measure, by));
+        }
+        let inputs = [vec![model.time], q, v].concat();
+        let symbols: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
+        let measures = Tape::compile(pool, &outputs, &inputs, &symbols)?;
+        let values: Vec<Expr> = model.initial.iter().map(|i| i.value).collect();
+        let stated_tape = Tape::compile(pool, &values, &[], &symbols)?;
+        let mut stated = vec![0.0; values.len()];
+        stated_tape.evaluate(&mut stated_tape.workspace(parameters), &[], &mut stated);
+        let gap_of_joint = system
+            .constraints
+            .iter()
+            .map(|c| match c.source {
+                Source::Joint(joint) => joint,
+                Source::Drive(drive) => model.drives[drive.0].joint,
+            })
+            .collect();
+        let workspace = measures.workspace(parameters);
+        Ok(Self { model, system, parameters, measures, workspace, stated, gap_of_joint })
+    }
+
+    /// Measures of the initial values that `which` selects: value minus stated value, gradient.
+    fn rows(&mut self, which: &[usize], t: f64, q: &[f64], v: &[f64]) -> Rows {
+        let n = q.len();
+        let mut outputs = vec![0.0; self.measures.n_outputs()];
+        let inputs = [&[t], q, v].concat();
+        self.measures.evaluate(&mut self.workspace, &inputs, &mut outputs);
+        let row = |k: usize| &outputs[k * (n + 1)..(k + 1) * (n + 1)];
+        Rows {
+            values: DVector::from_iterator(
+                which.len(),
+                which.iter().map(|&k| row(k)[0] - self.stated[k]),
+            ),
+            gradients: DMatrix::from_fn(which.len(), n, |i, j| row(which[i])[1 + j]),
+        }
+    }
+
+    fn select(&self, keep: impl Fn(&Initial) -> bool) -> Vec<usize> {
+        (0..self.model.initial.len()).filter(|&k| keep(&self.model.initial[k])).collect()
+    }
+
+    pub(crate) fn close_positions(
+        &mut self,
+        evaluator: &mut Evaluator,
+        t: f64,
+    ) -> Result<Vec<f64>, StartError> {
+        let all = self.select(|i| !is_velocity(i.measure));
+        let stated = self.select(|i| !is_velocity(i.measure) && !i.is_guess);
+
+        // From the shape that the tree gives, towards everything the author said about positions,
+        // then onto the constraints, holding what was stated.
+        let mut q = self.first_guess(t)?;
+        self.descend(evaluator, &all, false, t, &mut q);
+        let guess = q.clone();
+        let left = self.descend(evaluator, &stated, true, t, &mut q);
+        if q.iter().any(|value| !value.is_finite()) || !left.is_finite() {
+            return Err(StartError::NotFinite);
+        }
+        if left <= CLOSURE_TOLERANCE * size(&q) {
+            drop_rounding(&mut q);
+            return Ok(q);
+        }
+
+        // Without the stated values: is it they, or the joints themselves?
+        let mut free = guess.clone();
+        let open = self.descend(evaluator, &[], true, t, &mut free);
+        if open > CLOSURE_TOLERANCE * size(&free) {
+            return Err(self.cannot_close(evaluator, t, free));
+        }
+        let conflicts = stated
+            .iter()
+            .map(|&k| {
+                let others: Vec<usize> = stated.iter().copied().filter(|&o| o != k).collect();
+                let mut q = guess.clone();
+                let open = self.descend(evaluator, &others, true, t, &mut q);
+                let zero = vec![0.0; q.len()];
+                let found = self.rows(&[k], t, &q, &zero).values[0] + self.stated[k];
+                let closed = open <= CLOSURE_TOLERANCE * size(&q);
+                Conflict {
+                    initial_idx: k,
+                    stated: self.stated[k],
+                    consistent: closed.then_some(found),
+                }
+            })
+            .collect();
+        Err(StartError::StatedPositions { conflicts })
+    }
+
+    /// Positions of a tree without cuts at the joint values the author gave, read off in the
+    /// coordinates of the system's own tree.
+    fn first_guess(&mut self, t: f64) -> Result<Vec<f64>, StartError> {
+        let (model, pool) = (self.model, &self.model.pool);
+        let uncut = Kinematics::along(model, &Tree::uncut(model));
+        let given = |measure: Measure| {
+            let found = model.initial.iter().position(|i| i.measure == measure);
+            found.map_or(0.0, |k| self.stated[k])
+        };
+        let values: Vec<(SymbolId, f64)> = uncut
+            .coordinates
+            .iter()
+            .map(|c| (c.q, measure_of(model.space, c.owner).map_or(0.0, &given)))
+            .collect();
+        let symbols: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
+        let measures: Vec<Expr> = self
+            .system
+            .coordinates()
+            .iter()
+            .map(|c| match measure_of(model.space, c.owner) {
+                Some(measure) => uncut.measure(model, measure),
+                None => pool.zero(),
+            })
+            .collect();
+        let inputs: Vec<SymbolId> =
+            std::iter::once(model.time).chain(values.iter().map(|&(symbol, _)| symbol)).collect();
+        let tape =
+            Tape::compile(pool, &measures, &inputs, &symbols).map_err(StartError::Compile)?;
+        let mut q = vec![0.0; measures.len()];
+        let inputs: Vec<f64> =
+            std::iter::once(t).chain(values.iter().map(|&(_, value)| value)).collect();
+        tape.evaluate(&mut tape.workspace(self.parameters), &inputs, &mut q);
+        Ok(q)
+    }
+
+    /// Damped Gauss–Newton on the chosen measures and, if asked, the constraints; returns what is
+    /// left of the largest row.
+    fn descend(
+        &mut self,
+        evaluator: &mut Evaluator,
+        which: &[usize],
+        with_constraints: bool,
+        t: f64,
+        q: &mut Vec<f64>,
+    ) -> f64 {
+        const MAX_STEPS: usize = 200;
+        let mut rows = self.position_rows(evaluator, which, with_constraints, t, q);
+        for _ in 0..MAX_STEPS {
+            let norm = rows.values.norm();
+            if !(norm > 0.0 && norm.is_finite()) {
+                break;
+            }
+            let (step, _) = least_squares(&rows.gradients, &rows.values);
+            let mut damping = 1.0;
+            let improved = loop {
+                let trial: Vec<f64> =
+                    q.iter().zip(step.iter()).map(|(q, s)| q - damping * s).collect();
+                let next = self.position_rows(evaluator, which, with_constraints, t, &trial);
+                let reached = next.values.norm();
+                if reached < norm * (1.0 - 1e-4 * damping) {
+                    *q = trial;
+                    rows = next;
+                    break true;
+                }
+                damping *= 0.5;
+                if damping < 1e-6 {
+                    break false;
+                }
+            };
+            if !improved {
+                break;
+            }
+        }
+        largest(&rows.values)
+    }
+
+    fn position_rows(
+        &mut self,
+        evaluator: &mut Evaluator,
+        which: &[usize],
+        with_constraints: bool,
+        t: f64,
+        q: &[f64],
+    ) -> Rows {
+        let zero = vec![0.0; q.len()];
+        let measured = self.rows(which, t, q, &zero);
+        if !with_constraints {
+            return measured;
+        }
+        let at = evaluator.dynamics(t, q, &zero);
+        stack(&at.constraint, &at.jacobian, &measured)
+    }
+
+    fn cannot_close(&self, evaluator: &mut Evaluator, t: f64, q: Vec<f64>) -> StartError {
+        let zero = vec![0.0; q.len()];
+        let open = &evaluator.dynamics(t, &q, &zero).constraint;
+        let mut gaps: Vec<(JointId, f64)> = Vec::new();
+        for (row, &joint) in self.gap_of_joint.iter().enumerate() {
+            let square = open[row] * open[row];
+            match gaps.iter_mut().find(|(known, _)| *known == joint) {
+                Some((_, sum)) => *sum += square,
+                None => gaps.push((joint, square)),
+            }
+        }
+        for (_, sum) in &mut gaps {
+            *sum = sum.sqrt();
+        }
+        gaps.retain(|&(_, gap)| gap > CLOSURE_TOLERANCE * size(&q));
+        gaps.sort_by(|a, b| b.1.total_cmp(&a.1));
+        StartError::CannotClose { gaps, q }
+    }
+
+    pub(crate) fn fit_velocities(
+        &mut self,
+        evaluator: &mut Evaluator,
+        t: f64,
+        q: &[f64],
+    ) -> Result<Vec<f64>, StartError> {
+        let stated = self.select(|i| is_velocity(i.measure) && !i.is_guess);
+        let guessed = self.select(|i| is_velocity(i.measure) && i.is_guess);
+        let zero = vec![0.0; q.len()];
+        let wish = self.rows(&guessed, t, q, &zero);
+        let guess = least_squares(&wish.gradients, &-&wish.values).0;
+
+        let (v, left) = self.velocities(evaluator, &stated, t, q, &guess);
+        if left <= CLOSURE_TOLERANCE * size(v.as_slice()) {
+            return Ok(v.as_slice().to_vec());
+        }
+        let (_, without) = self.velocities(evaluator, &[], t, q, &guess);
+        if without > CLOSURE_TOLERANCE * size(v.as_slice()) {
+            let is_drive = |c: &crate::assemble::Constraint| matches!(c.source, Source::Drive(_));
+            let first = self.system.constraints.iter().find(|c| is_drive(c));
+            return Err(match first.map(|c| c.source) {
+                Some(Source::Drive(drive)) => StartError::DriveCannotMove { drive_idx: drive.0 },
+                _ => StartError::NotFinite,
+            });
+        }
+        let mut conflicts = Vec::new();
+        for &k in &stated {
+            let others: Vec<usize> = stated.iter().copied().filter(|&o| o != k).collect();
+            let (v, left) = self.velocities(evaluator, &others, t, q, &guess);
+            let found = self.rows(&[k], t, q, v.as_slice()).values[0] + self.stated[k];
+            let consistent = left <= CLOSURE_TOLERANCE * size(v.as_slice());
+            conflicts.push(Conflict {
+                initial_idx: k,
+                stated: self.stated[k],
+                consistent: consistent.then_some(found),
+            });
+        }
+        Err(StartError::StatedVelocities { conflicts })
+    }
+
+    /// The velocities nearest to `guess` on the constraints and the stated rates, and what is left.
+    fn velocities(
+        &mut self,
+        evaluator: &mut Evaluator,
+        stated: &[usize],
+        t: f64,
+        q: &[f64],
+        guess: &DVector<f64>,
+    ) -> (DVector<f64>, f64) {
+        let at_guess = self.rows(stated, t, q, guess.as_slice());
+        let at = evaluator.dynamics(t, q, guess.as_slice());
+        let rate = &at.jacobian * guess + &at.rate;
+        let rows = stack(&rate, &at.jacobian, &at_guess);
+        let (step, _) = least_squares(&rows.gradients, &rows.values);
+        let left = largest(&(&rows.values - &rows.gradients * &step));
+        (guess - step, left)
+    }
+
+    pub(crate) fn moved(&mut self, t: f64, q: &[f64], v: &[f64]) -> Vec<Moved> {
+        let all: Vec<usize> = (0..self.model.initial.len()).collect();
+        let off = self.rows(&all, t, q, v).values;
+        let moved = |k: usize| Moved {
+            name: self.model.initial[k].name.clone(),
+            stated: self.stated[k],
+            found: self.stated[k] + off[k],
+            is_guess: self.model.initial[k].is_guess,
+        };
+        all.iter().map(|&k| moved(k)).collect()
+    }
+}
+
+/// The measure that a coordinate is; Cardan angles of a free body are none.
+fn measure_of(space: Space, owner: Owner) -> Option<Measure> {
+    Some(match (owner, space) {
+        (Owner::Joint(joint, motion_idx), _) => Measure::JointPosition(joint, motion_idx),
+        (Owner::Body(body, 0), _) => Measure::PointPosition(body, None, Axis::X),
+        (Owner::Body(body, 1), _) => Measure::PointPosition(body, None, Axis::Y),
+        (Owner::Body(body, _), Space::Planar) => Measure::BodyAngle(body),
+        (Owner::Body(body, 2), Space::Spatial) => Measure::PointPosition(body, None, Axis::Z),
+        (Owner::Body(..), Space::Spatial) => return None,
+    })
+}
+
+fn is_velocity(measure: Measure) -> bool {
+    matches!(
+        measure,
+        Measure::JointVelocity(..) | Measure::PointVelocity(..) | Measure::BodyRate(..)
+    )
+}
+
+fn stack(values: &DVector<f64>, gradients: &DMatrix<f64>, below: &Rows) -> Rows {
+    let (n, more) = (values.len(), below.values.len());
+    let mut rows = Rows {
+        values: DVector::zeros(n + more),
+        gradients: DMatrix::zeros(n + more, gradients.ncols()),
+    };
+    rows.values.rows_mut(0, n).copy_from(values);
+    rows.values.rows_mut(n, more).copy_from(&below.values);
+    rows.gradients.rows_mut(0, n).copy_from(gradients);
+    rows.gradients.rows_mut(n, more).copy_from(&below.gradients);
+    rows
+}
+
+/// Replaces what rounding has left of a zero by zero, so that a crank held at 0 starts at 0.
+fn drop_rounding(q: &mut [f64]) {
+    let rounding = 0.1 * f64::EPSILON * size(q);
+    q.iter_mut().filter(|value| value.abs() < rounding).for_each(|value| *value = 0.0);
+}
+
+/// Size of a state, for relative tolerances: at least one.
+fn size(state: &[f64]) -> f64 {
+    state.iter().fold(1.0, |size: f64, value| size.max(value.abs()))
+}
