@@ -104,8 +104,10 @@ fn change_points_are_passed_as_a_parallelogram() {
                 assert!(numbers.into_iter().flatten().all(|x| x.is_finite()), "{at}: {sample:?}");
             }
             let energy = motion.summary.energy.worst_error / motion.summary.energy.scale;
-            // A crossing has an error of its own, whatever the tolerance.
-            assert!(energy < 10.0 * rtol + 5e-9, "{what}: energy off by {energy:.1e} of its scale");
+            // Every crossing has an error of its own, whatever the tolerance.
+            let n_crossings = motion.summary.singular_poses.len() as f64;
+            let bound = 10.0 * rtol + 5e-9 * n_crossings;
+            assert!(energy < bound, "{what}: energy off by {energy:.1e} of its scale");
             let turned = motion.samples.last().expect("samples").q[0].abs();
             assert_eq!(turned > TAU, rate > 6.0, "{what}: A turned to {turned}");
         }

@@ -32,6 +32,8 @@ pub(crate) enum Command {
     Solve(Solve),
     /// Write channels of a log as CSV or Parquet.
     Export(Export),
+    /// Differentiate, simplify, solve, evaluate and typeset one expression.
+    Expr(Expression),
     /// Explain a diagnostic code, or list them all.
     Explain(Explain),
 }
@@ -61,16 +63,40 @@ pub(crate) struct Equations {
     /// How formulas are written.
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub(crate) format: Format,
+    /// Write a complete document that typesets as it is: an article, a Typst file, an HTML page.
+    #[arg(long)]
+    pub(crate) document: bool,
+    /// Whether constants that take more than one operation get names of their own.
+    #[arg(long, value_enum, default_value_t = Switch::On, value_name = "SWITCH")]
+    pub(crate) groups: Switch,
+    /// With `--format aligned`: Greek letters, dots and indices instead of identifiers.
+    #[arg(long)]
+    pub(crate) unicode: bool,
+    /// With `--format aligned`: characters of a line; the terminal's unless given, or 100.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(20..))]
+    pub(crate) width: Option<u16>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub(crate) enum Format {
-    /// Infix text.
+    /// Infix text, one line for each formula; reads back.
     Text,
+    /// Text in columns, in lines that fit the terminal.
+    Aligned,
     /// LaTeX, one aligned block per group.
     Latex,
+    /// Typst, one aligned block per group.
+    Typst,
+    /// MathML, one element per group; the document is an HTML page.
+    Mathml,
     /// The same as --json.
     Json,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub(crate) enum Switch {
+    On,
+    Off,
 }
 
 #[derive(Args, Debug)]
@@ -101,6 +127,19 @@ pub(crate) struct Solve {
     /// The form of the equations that is integrated.
     #[arg(long, value_enum, value_name = "FORM")]
     pub(crate) formulation: Option<Formulation>,
+    /// When the equations become machine code; results are the same.
+    #[arg(long, value_enum, value_name = "WHEN")]
+    pub(crate) jit: Option<Jit>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub(crate) enum Jit {
+    /// Once that pays.
+    Auto,
+    /// From the first evaluation.
+    On,
+    /// Never.
+    Off,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
@@ -125,6 +164,76 @@ pub(crate) struct Export {
     /// Overwrite an existing file.
     #[arg(long)]
     pub(crate) force: bool,
+}
+
+/// Operations are done in the order of this list, whatever the order of the options.
+#[derive(Args, Debug)]
+#[command(after_help = EXPRESSION_EXAMPLES)]
+#[expect(clippy::struct_excessive_bools, reason = "each is an option that is given or not")]
+pub(crate) struct Expression {
+    /// Infix text: `+ - * / ^`, parentheses, functions, names; `-` reads standard input.
+    #[arg(allow_hyphen_values = true, value_name = "EXPRESSION")]
+    pub(crate) text: String,
+    /// Replace symbols by expressions, all at once.
+    #[arg(long, value_name = "NAME=EXPR", value_parser = assignment)]
+    pub(crate) substitute: Vec<(String, String)>,
+    /// Differentiate; once more for each further --diff.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) diff: Vec<String>,
+    /// Taylor polynomial about a point.
+    #[arg(long, value_name = "NAME=POINT", value_parser = assignment)]
+    pub(crate) series: Option<(String, String)>,
+    /// Order of the Taylor polynomial.
+    #[arg(long, value_name = "N", default_value_t = 3, requires = "series",
+          value_parser = clap::value_parser!(u32).range(..=40))]
+    pub(crate) order: u32,
+    /// Solve for a symbol in which the expression is linear: it is zero, or an equation `a = b`.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) solve: Option<String>,
+    /// Multiply out.
+    #[arg(long)]
+    pub(crate) expand: bool,
+    /// Find the cheapest form.
+    #[arg(long)]
+    pub(crate) simplify: bool,
+    /// The value where symbols have these values.
+    #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
+    pub(crate) at: Vec<(String, String)>,
+    /// How the result is written.
+    #[arg(long, value_enum, default_value_t = FormulaNotation::Text)]
+    pub(crate) format: FormulaNotation,
+    /// The same as --format latex.
+    #[arg(long, conflicts_with = "format")]
+    pub(crate) latex: bool,
+    /// Count operations, each shared part once, before and after.
+    #[arg(long)]
+    pub(crate) count: bool,
+    /// Compare values before and after --expand and --simplify, at random points in two precisions.
+    #[arg(long)]
+    pub(crate) certificate: bool,
+}
+
+const EXPRESSION_EXAMPLES: &str = "\
+Examples:
+  bksim expr 'sin(a)*cos(b) + cos(a)*sin(b)' --simplify --certificate
+  bksim expr 'l*sin(w*t)' --diff t --diff t --latex
+  bksim expr 'sqrt(1 + x)' --series x=0 --order 2
+  bksim expr 'm*a + c*v = f' --solve a
+  bksim expr 'sqrt(x^2 + y^2)' --at x=3 --at y=4
+  echo 'a*(b + c)' | bksim expr - --expand --count";
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub(crate) enum FormulaNotation {
+    /// Infix text that reads back.
+    Text,
+    /// Text with Greek letters, dots and indices.
+    Unicode,
+    /// LaTeX, for mathematics mode.
+    Latex,
+    /// Typst, for mathematics mode.
+    Typst,
+    /// Presentation MathML, inside of `<math>`.
+    Mathml,
 }
 
 #[derive(Args, Debug)]

@@ -5,5 +5,6 @@ pub(crate) mod check;
 pub(crate) mod equations;
 pub(crate) mod explain;
 pub(crate) mod export;
+pub(crate) mod expr;
 pub(crate) mod new;
 pub(crate) mod solve;

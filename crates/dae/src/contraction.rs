@@ -71,6 +71,15 @@ impl Contraction {
         }
     }
 
+    /// What survives from step to step.
+    pub(crate) fn eta(&self) -> f64 {
+        self.eta
+    }
+
+    pub(crate) fn set_eta(&mut self, eta: f64) {
+        self.eta = eta;
+    }
+
     /// Prepares for a new iteration; `is_same_matrix` says that the last `η` still tells something
     /// about the first correction.
     ///

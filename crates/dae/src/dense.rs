@@ -7,7 +7,10 @@
 //! with the Lagrange polynomials `ℓ_i` on the nodes `0, c_1, …, c_s` (HW2 §IV.8). It has
 //! degree `s` and error `O(h^{s+1})` between the nodes.
 
-use crate::Stats;
+use crate::checkpoint::{Loader, Saver};
+use crate::explicit::ContinuousExtension;
+use crate::newton::Point;
+use crate::{SolveError, Stats};
 
 /// Room for the Lagrange polynomials of the largest method.
 const MAX_STAGES: usize = 7;
@@ -25,8 +28,43 @@ pub(crate) struct CollocationPolynomial {
 }
 
 impl CollocationPolynomial {
+    /// With room for the nodes `c`, and thereby for any method with fewer.
     pub(crate) fn new(n: usize, c: &[f64]) -> Self {
         Self { t0: 0.0, h: 0.0, y0: vec![0.0; n], z: vec![0.0; n * c.len()], c: c.to_vec() }
+    }
+
+    /// Takes the step from `at` with stage increments `z` at the nodes `c`.
+    pub(crate) fn set(&mut self, at: Point<'_>, c: &[f64], z: &[f64]) {
+        self.t0 = at.t;
+        self.h = at.h;
+        self.y0.copy_from_slice(at.y);
+        self.c.clear();
+        self.c.extend_from_slice(c);
+        self.z.clear();
+        self.z.extend_from_slice(z);
+    }
+
+    pub(crate) fn save(&self, saver: &mut Saver) {
+        saver.real(self.t0);
+        saver.real(self.h);
+        saver.slice(&self.y0);
+        saver.slice(&self.c);
+        saver.slice(&self.z);
+    }
+
+    pub(crate) fn load(&mut self, loader: &mut Loader<'_>) -> Result<(), SolveError> {
+        self.t0 = loader.real()?;
+        self.h = loader.real()?;
+        loader.fill(&mut self.y0)?;
+        let (c, z) = (loader.slice()?, loader.slice()?);
+        if c.len() > MAX_STAGES || z.len() != c.len() * self.y0.len() {
+            return Err(SolveError::Checkpoint { reason: "saved for a system of another size" });
+        }
+        self.c.clear();
+        self.c.extend_from_slice(c);
+        self.z.clear();
+        self.z.extend_from_slice(z);
+        Ok(())
     }
 
     /// Writes `u(τ)`.
@@ -93,10 +131,17 @@ impl CollocationPolynomial {
     }
 }
 
+/// The dense output of either method.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Interpolant<'a> {
+    Collocation(&'a CollocationPolynomial),
+    Explicit(&'a ContinuousExtension),
+}
+
 /// An accepted step, with the solution at its end and everywhere between.
 #[derive(Clone, Copy, Debug)]
 pub struct Step<'a> {
-    pub(crate) polynomial: &'a CollocationPolynomial,
+    pub(crate) polynomial: Interpolant<'a>,
     pub(crate) t1: f64,
     pub(crate) y1: &'a [f64],
     pub(crate) ydot1: &'a [f64],
@@ -105,9 +150,20 @@ pub struct Step<'a> {
 }
 
 impl<'a> Step<'a> {
+    /// The same step, ending earlier.
+    pub(crate) fn until<'b>(&self, t1: f64, y1: &'b [f64], ydot1: &'b [f64]) -> Step<'b>
+    where
+        'a: 'b,
+    {
+        Step { t1, y1, ydot1, ..*self }
+    }
+
     /// Start of the step.
     pub fn t0(&self) -> f64 {
-        self.polynomial.t0
+        match self.polynomial {
+            Interpolant::Collocation(polynomial) => polynomial.t0,
+            Interpolant::Explicit(extension) => extension.t0,
+        }
     }
 
     /// End of the step.
@@ -117,12 +173,18 @@ impl<'a> Step<'a> {
 
     /// Signed step size, negative when integrating backwards.
     pub fn h(&self) -> f64 {
-        self.polynomial.h
+        match self.polynomial {
+            Interpolant::Collocation(polynomial) => polynomial.h,
+            Interpolant::Explicit(extension) => extension.h,
+        }
     }
 
     /// State at `t0`.
     pub fn y0(&self) -> &'a [f64] {
-        &self.polynomial.y0
+        match self.polynomial {
+            Interpolant::Collocation(polynomial) => &polynomial.y0,
+            Interpolant::Explicit(extension) => &extension.y0,
+        }
     }
 
     /// State at `t1`.
@@ -140,25 +202,41 @@ impl<'a> Step<'a> {
         self.error
     }
 
+    /// Number of stages of the method that took the step.
+    pub fn n_stages(&self) -> usize {
+        match self.polynomial {
+            Interpolant::Collocation(polynomial) => polynomial.c.len(),
+            Interpolant::Explicit(_) => 12,
+        }
+    }
+
     /// Work done in the run so far.
     pub fn stats(&self) -> &'a Stats {
         self.stats
     }
 
     /// Writes the state at `t` (length `n`) by the collocation polynomial, exact to order `s + 1`
-    /// within the step and extrapolated outside.
+    /// within the step, or the continuous extension, of order 7; extrapolated outside.
     pub fn at(&self, t: f64, y: &mut [f64]) {
         if t == self.t1 {
             y.copy_from_slice(self.y1);
         } else {
-            self.polynomial.value_into((t - self.t0()) / self.h(), y);
+            let tau = (t - self.t0()) / self.h();
+            match self.polynomial {
+                Interpolant::Collocation(polynomial) => polynomial.value_into(tau, y),
+                Interpolant::Explicit(extension) => extension.value_into(tau, y),
+            }
         }
     }
 
-    /// Writes the derivative of the collocation polynomial at `t` (length `n`), one order less
+    /// Writes the derivative of that polynomial at `t` (length `n`), one order less
     /// exact than [`Step::at`].
     pub fn derivative_at(&self, t: f64, ydot: &mut [f64]) {
-        self.polynomial.derivative_into((t - self.t0()) / self.h(), ydot);
+        let tau = (t - self.t0()) / self.h();
+        match self.polynomial {
+            Interpolant::Collocation(polynomial) => polynomial.derivative_into(tau, ydot),
+            Interpolant::Explicit(extension) => extension.derivative_into(tau, ydot),
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::Stats;
+use crate::{Chatter, Layout, Stats};
 
 /// What ends a run before `t_end`, or keeps it from starting.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
@@ -39,6 +39,29 @@ pub enum SolveError {
         limit: usize,
         /// Where the run stands.
         at: Box<Standstill>,
+    },
+    /// Stability, not accuracy, limits the steps of an explicit method: a method for stiff
+    /// equations needs less work.
+    #[error("the equations are stiff near t = {}: step size {:.3e} is limited by stability", .at.t, .at.h)]
+    Stiff {
+        /// Where the run stands.
+        at: Box<Standstill>,
+    },
+    /// Events accumulate.
+    #[error("`{name}` crosses zero again and again near t = {t}, within {:.3e}", .chatter.interval)]
+    Chatter {
+        /// Name of the function.
+        name: String,
+        /// Time of the last event.
+        t: f64,
+        /// Which function, and where the events accumulate.
+        chatter: Chatter,
+    },
+    /// A checkpoint does not belong to this run.
+    #[error("the checkpoint cannot be used: {reason}")]
+    Checkpoint {
+        /// What is wrong with it.
+        reason: &'static str,
     },
     /// A vector has the wrong length.
     #[error("`{what}` has {found} entries, the system has {expected} unknowns")]
@@ -93,9 +116,43 @@ impl SolveError {
             Self::StepTooSmall { at, .. }
             | Self::FixedStepFailed { at, .. }
             | Self::NotFinite { at, .. }
+            | Self::Stiff { at }
             | Self::TooManySteps { at, .. } => Some(at),
             _ => None,
         }
+    }
+
+    /// What may help, in one sentence; nothing for errors that already say it.
+    pub fn advice(&self) -> Option<&'static str> {
+        match self {
+            Self::StepTooSmall { cause, .. } => Some(cause.advice()),
+            Self::FixedStepFailed { .. } => Some("try a smaller constant step, or let it adapt"),
+            Self::NotFinite { .. } => {
+                Some("keep the arguments of roots, logarithms and quotients in their domain")
+            }
+            Self::TooManySteps { .. } => {
+                Some("loosen `rtol`, or look for a kink or a rapid oscillation near this time")
+            }
+            Self::Chatter { .. } => {
+                Some("let the motion stick or rest there, or smooth the switch")
+            }
+            Self::Stiff { .. } => Some("continue with a Radau method from this state"),
+            _ => None,
+        }
+    }
+
+    /// The message with where the run stands, the worst unknowns by name, and what may help, one
+    /// fact per line.
+    pub fn report(&self) -> String {
+        let mut lines = vec![self.to_string()];
+        if let Some(at) = self.standstill() {
+            lines.push(format!("t = {}, h = {:.3e}, after {}", at.t, at.h, at.stats));
+            lines.extend(at.worst.iter().map(|worst| {
+                format!("`{}`: {:.3e} times its tolerance", worst.name, worst.scaled)
+            }));
+        }
+        lines.extend(self.advice().map(|advice| format!("try: {advice}")));
+        lines.join("\n")
     }
 
     /// The work done by a started run.
@@ -119,6 +176,19 @@ pub enum Cause {
         /// Row of `F`, counted from zero.
         row: usize,
     },
+}
+
+impl Cause {
+    fn advice(self) -> &'static str {
+        match self {
+            Self::ErrorTest => "loosen `rtol` or `atol`, or look for a kink or jump at this time",
+            Self::Newton => "check the start for consistency, or look for a kink at this time",
+            Self::Singular => "remove redundant equations, or start away from singular poses",
+            Self::NotFinite { .. } => {
+                "keep the arguments of roots, logarithms and quotients in their domain"
+            }
+        }
+    }
 }
 
 impl fmt::Display for Cause {
@@ -148,10 +218,20 @@ pub struct Standstill {
 }
 
 /// One unknown that keeps a step from being accepted.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct WorstUnknown {
     /// Which unknown, counted from zero.
     pub i: usize,
+    /// Its name in the [`Layout`].
+    pub name: String,
     /// Its error or Newton correction in units of its tolerance.
     pub scaled: f64,
+}
+
+/// The three unknowns of largest magnitude, worst first.
+pub(crate) fn worst_of(layout: &Layout, scaled: impl Fn(usize) -> f64) -> Vec<WorstUnknown> {
+    let mut all: Vec<(usize, f64)> = (0..layout.n()).map(|i| (i, scaled(i))).collect();
+    all.sort_by(|a, b| b.1.total_cmp(&a.1));
+    all.truncate(3);
+    all.into_iter().map(|(i, scaled)| WorstUnknown { i, name: layout.name(i), scaled }).collect()
 }

@@ -15,6 +15,9 @@ use crate::{Index, Stats, StepControl, System, Tolerance};
 #[derive(Clone, Debug)]
 pub(crate) struct Scale {
     weight: Vec<f64>,
+    /// Which unknowns the error test looks at, and their number.
+    is_tested: Vec<bool>,
+    n_tested: usize,
 }
 
 /// The denominator of [`Scale`].
@@ -46,7 +49,38 @@ impl Unit {
 
 impl Scale {
     pub(crate) fn new(n: usize) -> Self {
-        Self { weight: vec![1.0; n] }
+        Self { weight: vec![1.0; n], is_tested: vec![true; n], n_tested: n }
+    }
+
+    /// Number of unknowns.
+    pub(crate) fn len(&self) -> usize {
+        self.weight.len()
+    }
+
+    /// Says which unknowns the error test looks at; if it were none, it looks at all.
+    pub(crate) fn test_only(&mut self, is_tested: impl Fn(usize) -> bool) {
+        let n = self.weight.len();
+        self.n_tested = (0..n).filter(|&i| is_tested(i)).count();
+        let any = self.n_tested > 0;
+        self.is_tested.iter_mut().enumerate().for_each(|(i, t)| *t = !any || is_tested(i));
+        if !any {
+            self.n_tested = n;
+        }
+    }
+
+    /// Root mean square of the weighted entries of `x` that the error test looks at: one or more vectors of
+    /// length `n`.
+    pub(crate) fn rms_tested(&self, x: &[f64]) -> f64 {
+        let n = self.weight.len();
+        if n == 0 {
+            return 0.0;
+        }
+        let square = |(i, x): (usize, &f64)| {
+            if self.is_tested[i] { (x * self.weight[i]).powi(2) } else { 0.0 }
+        };
+        let sum: f64 =
+            x.chunks_exact(n).map(|x| x.iter().enumerate().map(square).sum::<f64>()).sum();
+        (sum / (self.n_tested * (x.len() / n)) as f64).sqrt()
     }
 
     /// Takes the weights at state `y` and step size `h`.
@@ -124,7 +158,7 @@ pub(crate) fn error_estimate<S: System>(
     }
     matrix.solve_real(error);
     stats.n_solve += 1;
-    let norm = scale.rms(error);
+    let norm = scale.rms_tested(error);
     if filter == Filter::Once || norm < 1.0 {
         return norm;
     }
@@ -142,7 +176,7 @@ pub(crate) fn error_estimate<S: System>(
     }
     matrix.solve_real(error);
     stats.n_solve += 1;
-    scale.rms(error)
+    scale.rms_tested(error)
 }
 
 /// How often the estimate passes through the iteration matrix.

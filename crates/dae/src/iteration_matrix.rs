@@ -81,6 +81,11 @@ impl Jacobian {
         self.df_dy.iter().zip(&self.df_dydot).position(|(x, y)| !(x.is_finite() && y.is_finite()))
     }
 
+    /// Whether unknown `col` appears without its derivative.
+    pub(crate) fn is_algebraic(&self, pattern: &Pattern, col: usize) -> bool {
+        self.df_dydot[pattern.column(col)].iter().all(|&x| x == 0.0)
+    }
+
     /// Values of `shift · ∂F/∂y′ + ∂F/∂y` in the order of the pattern.
     fn combined<T: Scalar>(&self, shift: T) -> impl Iterator<Item = T> + '_ {
         self.df_dydot.iter().zip(&self.df_dy).map(move |(&dydot, &dy)| T::combine(shift, dydot, dy))

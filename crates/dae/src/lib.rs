@@ -1,5 +1,10 @@
 //! Implicit differential-algebraic equations `0 = F(t, y, y′)` of index up to three, solved by
-//! Radau IIA methods.
+//! Radau IIA methods of order 1, 5, 9 and 13, fixed or variable ([`Order`]); and ordinary ones,
+//! `y′ = f(t, y)`, solved by the explicit method of order 8 of Dormand and Prince as long as they
+//! are not stiff ([`ExplicitSolver`]).
+//!
+//! Both show their steps as [`Step`] with dense output, both can be run with events
+//! ([`solve_events`]), and both can be saved and continued bit for bit ([`Checkpoint`]).
 //!
 //! A system tells its shape ([`Layout`], [`Pattern`]), its residual and its Jacobians; [`solve`]
 //! runs it, or [`Solver`] step by step. A pendulum in Cartesian coordinates, its constraint posed
@@ -73,13 +78,19 @@
 //! Notation follows E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II*, second
 //! edition, Springer 1996, cited as HW2; `RADAU5` is their code of the same method.
 
+mod checkpoint;
 mod contraction;
 mod controller;
 mod dense;
 mod error;
 mod estimate;
+mod events;
+mod explicit;
 mod iteration_matrix;
+mod limits;
 mod newton;
+mod order;
+mod output;
 mod settings;
 mod solve;
 mod stats;
@@ -87,9 +98,18 @@ mod step;
 mod system;
 mod tableau;
 
+pub use checkpoint::{Checkpoint, Method};
 pub use dense::Step;
 pub use error::{Cause, SolveError, Standstill, WorstUnknown};
-pub use settings::{LinearSolver, NewtonSettings, Settings, Stages, StepControl, Tolerance};
+pub use events::{
+    Action, Chatter, ChatterSettings, Crossing, Event, EventOutcome, Events, Integrator,
+    solve_events,
+};
+pub use explicit::{ExplicitSolver, solve_ode};
+pub use output::OutputTimes;
+pub use settings::{
+    ErrorTest, LinearSolver, NewtonSettings, Order, Settings, Stages, StepControl, Tolerance,
+};
 pub use solve::{Control, End, Outcome, Solver, Start, solve};
 pub use stats::Stats;
-pub use system::{Index, Layout, NotFinite, Pattern, System};
+pub use system::{Index, Layout, NotFinite, Ode, Pattern, System};

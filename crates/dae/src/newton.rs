@@ -73,6 +73,15 @@ impl NewtonWork {
         }
     }
 
+    /// Makes room for `s` stages; buffers that once held more are not allocated again.
+    pub(crate) fn set_stages(&mut self, s: usize, contraction: Contraction) {
+        let n = self.y_stage.len();
+        for buffer in [&mut self.z, &mut self.delta, &mut self.transformed, &mut self.defect] {
+            buffer.resize(s * n, 0.0);
+        }
+        self.contraction = contraction;
+    }
+
     /// Iterates from the starting values in `z` until they solve the stage equations.
     pub(crate) fn solve<S: System>(
         &mut self,
@@ -93,7 +102,7 @@ impl NewtonWork {
             for (z, delta) in self.z.iter_mut().zip(&self.delta) {
                 *z -= delta;
             }
-            match self.contraction.observe(self.scale.rms(&self.delta)) {
+            match self.contraction.observe(self.scale.rms_tested(&self.delta)) {
                 Progress::Continue => (),
                 Progress::Converged => return Ok(()),
                 // The rate already predicts failure: stop before paying for more iterations.

@@ -1,11 +1,16 @@
 //! The run: step after step from `t0` to `t_end`, each accepted, repeated or given up.
 
+mod resume;
+
 use crate::controller::Controller;
-use crate::dense::{CollocationPolynomial, Step};
+use crate::dense::{CollocationPolynomial, Interpolant, Step};
+use crate::error::worst_of;
 use crate::estimate::{Scale, Unit};
+use crate::limits::{check_finite, check_length, next_adaptive, next_fixed, step_floor};
 use crate::newton::Point;
+use crate::order::{OrderChoice, lower};
 use crate::step::{Attempt, Stepper, max_iterations};
-use crate::{Cause, Settings, SolveError, Standstill, Stats, StepControl, System, WorstUnknown};
+use crate::{Cause, Order, Settings, SolveError, Stages, Standstill, Stats, StepControl, System};
 
 /// Where a run starts.
 ///
@@ -95,6 +100,9 @@ pub struct Solver<S: System> {
     has_last: bool,
     stepper: Stepper,
     controller: Controller,
+    order: OrderChoice,
+    /// Failures of Newton's iteration since the last accepted step.
+    n_failed: usize,
     stats: Stats,
 }
 
@@ -120,11 +128,13 @@ impl<S: System> Solver<S> {
         check_finite("ydot", &start.ydot)?;
 
         let stepper = Stepper::new(&system, &settings)?;
-        let stages = settings.stages.count();
+        let stages = settings.order.initial().count();
         let mut solver = Self {
-            controller: Controller::new(stages, max_iterations(&settings)),
-            last: CollocationPolynomial::new(n, &stepper.tableau.c),
+            controller: Controller::new(stages, max_iterations(&settings, stages)),
+            last: CollocationPolynomial::new(n, stepper.largest()),
             has_last: false,
+            order: OrderChoice::default(),
+            n_failed: 0,
             stepper,
             system,
             settings,
@@ -155,6 +165,11 @@ impl<S: System> Solver<S> {
         &self.ydot
     }
 
+    /// Where the run is to end.
+    pub fn t_end(&self) -> f64 {
+        self.t_end
+    }
+
     /// Work done so far.
     pub fn stats(&self) -> &Stats {
         &self.stats
@@ -179,6 +194,27 @@ impl<S: System> Solver<S> {
         check_finite("ydot", ydot)?;
         self.y.copy_from_slice(y);
         self.ydot.copy_from_slice(ydot);
+        Ok(())
+    }
+
+    /// Goes on from another state, as from a start: after a jump, for instance.
+    ///
+    /// # Errors
+    /// [`SolveError::WrongLength`] or [`SolveError::InvalidStart`].
+    pub fn restart(&mut self, start: &Start) -> Result<(), SolveError> {
+        check_finite("t", &[start.t])?;
+        self.correct_state(&start.y, &start.ydot)?;
+        self.t = start.t;
+        self.grid = (start.t, 0);
+        self.has_last = false;
+        self.n_failed = 0;
+        self.order = OrderChoice::default();
+        let stages = self.settings.order.initial();
+        self.stepper.expire_jacobian();
+        self.stepper.set_order(stages, &self.settings);
+        let limit = max_iterations(&self.settings, stages.count());
+        self.controller = Controller::new(stages.count(), limit);
+        self.h = self.first_step_size();
         Ok(())
     }
 
@@ -220,58 +256,65 @@ impl<S: System> Solver<S> {
 
     /// Size and end of the next step; the last one ends at `t_end` to the bit.
     fn next_interval(&self) -> (f64, f64) {
-        let left = self.t_end - self.t;
         match self.settings.step {
-            StepControl::Adaptive => {
-                // A sliver left for a further step would ruin its relative precision.
-                if (1.0001 * self.h).abs() >= left.abs() {
-                    (left, self.t_end)
-                } else {
-                    (self.h, self.t + self.h)
-                }
-            }
-            StepControl::Fixed { .. } => {
-                // The grid is counted, so that rounding does not pile up into an extra step.
-                let (start, taken) = self.grid;
-                let t1 = start + (taken + 1) as f64 * self.h;
-                let is_last = (self.t_end - t1) / self.h < 1e-6;
-                if is_last { (left, self.t_end) } else { (self.h, t1) }
-            }
+            StepControl::Adaptive => next_adaptive(self.t, self.h, self.t_end),
+            StepControl::Fixed { .. } => next_fixed(self.t, self.h, self.t_end, self.grid),
         }
     }
 
     /// Moves to the end of the step and chooses the size of the next.
     fn accept(&mut self, h: f64, t1: f64, error: Option<f64>) -> Step<'_> {
         self.stats.n_accept += 1;
-        let may_keep = self.stepper.age_jacobian();
-        let iterations = self.stepper.work.contraction.iterations();
-        if let Some(error) = error {
-            let proposed = self.controller.after_accept(h, error, iterations, may_keep);
-            self.h = proposed.signum() * proposed.abs().min(self.settings.h_max);
-        }
         self.grid.1 += 1;
+        self.n_failed = 0;
 
         // y1 = y0 + z_s and y1′ are those of the last stage.
-        let s = self.stepper.tableau.s;
         let at = Point { t: self.t, h, y: &self.y, ydot: &self.ydot };
-        self.stepper.work.load_stage(at, &self.stepper.tableau, s - 1);
-        self.last.t0 = self.t;
-        self.last.h = h;
-        self.last.y0.copy_from_slice(&self.y);
-        self.last.z.copy_from_slice(&self.stepper.work.z);
+        let Stepper { tableaus, current, work, .. } = &mut self.stepper;
+        let tableau = &tableaus[*current];
+        work.load_stage(at, tableau, tableau.s - 1);
+        self.last.set(at, &tableau.c, &work.z);
         self.has_last = true;
         self.t = t1;
         self.y.copy_from_slice(&self.stepper.work.y_stage);
         self.ydot.copy_from_slice(&self.stepper.work.ydot_stage);
+        self.plan_next(h, error);
 
         Step {
-            polynomial: &self.last,
+            polynomial: Interpolant::Collocation(&self.last),
             t1: self.t,
             y1: &self.y,
             ydot1: &self.ydot,
             error,
             stats: &self.stats,
         }
+    }
+
+    /// Chooses order and size of the next step after an accepted one of size `h`.
+    fn plan_next(&mut self, h: f64, error: Option<f64>) {
+        let may_keep = self.stepper.age_jacobian();
+        let Some(error) = error else { return };
+        let contraction = &self.stepper.work.contraction;
+        let (iterations, rate) = (contraction.iterations(), contraction.rate());
+        let mut proposed = self.controller.after_accept(h, error, iterations, rate, may_keep);
+        let seen = self.stepper.smoothness(h, error);
+        self.order.learn(self.stepper.tableau().gamma, seen);
+        if self.settings.order == Order::Auto {
+            let gammas = self.stepper.gammas();
+            let better = self.order.after_accept(self.stepper.stages(), &gammas, seen);
+            if let Some((stages, h)) = better {
+                self.set_order(stages);
+                proposed = h;
+            }
+        }
+        self.h = proposed.signum() * proposed.abs().min(self.settings.h_max);
+    }
+
+    fn set_order(&mut self, stages: Stages) {
+        self.stepper.set_order(stages, &self.settings);
+        let limit = max_iterations(&self.settings, stages.count());
+        self.controller.set_order(stages.count(), limit);
+        self.order.steps = 0;
     }
 
     /// The error test failed: cut the step.
@@ -293,6 +336,14 @@ impl<S: System> Solver<S> {
         self.stats.n_newton_failed += 1;
         if is_stale {
             return Ok(());
+        }
+        // Newton's iteration that fails again and again may do better with fewer stages.
+        self.n_failed += 1;
+        if self.settings.order == Order::Auto
+            && self.n_failed >= 2
+            && let Some(stages) = lower(self.stepper.stages())
+        {
+            self.set_order(stages);
         }
         if matches!(self.settings.step, StepControl::Fixed { .. }) {
             let at = self.standstill(h, cause);
@@ -333,12 +384,8 @@ impl<S: System> Solver<S> {
         Err(SolveError::TooManySteps { limit, at: Box::new(at) })
     }
 
-    /// Steps below this do not move `t` reliably; near `t = 0` a tiny part of the run takes over.
     fn h_floor(&self) -> f64 {
-        let (start, _) = self.grid;
-        let at_zero = 1e-6 * f64::EPSILON * (self.t_end - start).abs();
-        let rounding = 16.0 * f64::EPSILON * self.t.abs();
-        self.settings.h_min.max(rounding).max(at_zero).max(f64::MIN_POSITIVE)
+        step_floor(self.t, self.t_end - self.grid.0, self.settings.h_min)
     }
 
     /// The last attempt, for the report of a failure.
@@ -348,11 +395,7 @@ impl<S: System> Solver<S> {
             Cause::ErrorTest => &work.error,
             _ => &work.delta,
         };
-        let mut worst: Vec<WorstUnknown> = (0..self.y.len())
-            .map(|i| WorstUnknown { i, scaled: work.scale.magnitude(x, i) })
-            .collect();
-        worst.sort_by(|a, b| b.scaled.total_cmp(&a.scaled));
-        worst.truncate(3);
+        let worst = worst_of(self.system.layout(), |i| work.scale.magnitude(x, i));
         Box::new(Standstill { t: self.t, h, worst, y: work.y_stage.clone(), stats: self.stats })
     }
 
@@ -381,20 +424,9 @@ impl<S: System> Solver<S> {
         let index = self.system.layout().index();
         scale.update(&Unit::new(&self.settings), index, &self.y, 1.0);
         let tangent = scale.rms(&self.ydot);
-        let Settings { rtol, stages, .. } = &self.settings;
-        let exponent = 1.0 / (stages.count() as f64 + 1.0);
+        let Settings { rtol, order, .. } = &self.settings;
+        let exponent = 1.0 / (order.initial().count() as f64 + 1.0);
         let guess = 0.1 * rtol.powf(exponent) / (rtol * tangent);
         if guess.is_finite() { guess } else { f64::INFINITY }
-    }
-}
-
-fn check_length(what: &'static str, expected: usize, found: usize) -> Result<(), SolveError> {
-    if expected == found { Ok(()) } else { Err(SolveError::WrongLength { what, expected, found }) }
-}
-
-fn check_finite(what: &'static str, values: &[f64]) -> Result<(), SolveError> {
-    match values.iter().find(|x| !x.is_finite()) {
-        None => Ok(()),
-        Some(&value) => Err(SolveError::InvalidStart { what, value }),
     }
 }

@@ -2,13 +2,17 @@
 //!
 //! Mechanism only: which size to try and what to do with the outcome is decided in `solve`.
 
+use crate::checkpoint::{Loader, Saver};
 use crate::contraction::{Contraction, Retreat};
 use crate::dense::CollocationPolynomial;
 use crate::estimate::{Filter, Unit, error_estimate};
 use crate::iteration_matrix::{IterationMatrix, Jacobian};
 use crate::newton::{NewtonWork, Point};
+use crate::order::{Gammas, Smoothness};
 use crate::tableau::Tableau;
-use crate::{Cause, Settings, SolveError, Stats, StepControl, System};
+use crate::{
+    Cause, ErrorTest, Index, Order, Settings, SolveError, Stages, Stats, StepControl, System,
+};
 
 /// Newton iterations allowed beyond the number of stages.
 const EXTRA_ITERATIONS: usize = 4;
@@ -26,10 +30,13 @@ pub(crate) enum Attempt {
 
 /// Everything a step needs that outlives it.
 pub(crate) struct Stepper {
-    pub(crate) tableau: Tableau,
+    /// The methods that may be used, by ascending order, and which one is.
+    pub(crate) tableaus: Vec<Tableau>,
+    pub(crate) current: usize,
     pub(crate) work: NewtonWork,
     unit: Unit,
     has_error_control: bool,
+    error_test: ErrorTest,
     keep_jacobian_below: f64,
     jacobian: Jacobian,
     matrix: IterationMatrix,
@@ -51,9 +58,9 @@ enum Freshness {
 }
 
 /// Newton iterations allowed in one step.
-pub(crate) fn max_iterations(settings: &Settings) -> usize {
+pub(crate) fn max_iterations(settings: &Settings, stages: usize) -> usize {
     settings.newton.max_iterations.unwrap_or(match settings.step {
-        StepControl::Adaptive => EXTRA_ITERATIONS + settings.stages.count(),
+        StepControl::Adaptive => EXTRA_ITERATIONS + stages,
         StepControl::Fixed { .. } => FIXED_STEP_ITERATIONS,
     })
 }
@@ -73,7 +80,8 @@ const MAX_STALL: f64 = 1e-2;
 const MAX_KAPPA_GAMMA_SQUARED: f64 = 1e-2;
 
 /// Watches Newton's iteration in the norm of its scale.
-fn contraction(settings: &Settings, gamma: f64) -> Contraction {
+fn contraction(settings: &Settings, tableau: &Tableau) -> Contraction {
+    let gamma = tableau.gamma;
     let (tolerance, lax, retreat) = match settings.step {
         StepControl::Adaptive => {
             let kappa = settings.newton.kappa;
@@ -91,24 +99,90 @@ fn contraction(settings: &Settings, gamma: f64) -> Contraction {
             (newton_tolerance, lax, Retreat::None)
         }
     };
-    Contraction::new(tolerance, lax, max_iterations(settings), retreat)
+    Contraction::new(tolerance, lax, max_iterations(settings, tableau.s), retreat)
 }
 
 impl Stepper {
     pub(crate) fn new<S: System>(system: &S, settings: &Settings) -> Result<Self, SolveError> {
-        let tableau = Tableau::new(settings.stages);
+        let tableaus: Vec<Tableau> = match settings.order {
+            Order::Fixed(stages) => vec![Tableau::new(stages)],
+            Order::Auto => [Stages::Three, Stages::Five, Stages::Seven].map(Tableau::new).into(),
+        };
+        let (tableau, s_max) = (&tableaus[0], tableaus[tableaus.len() - 1].s);
+        let n_complex = (s_max - 1) / 2;
         let pattern = system.pattern();
+        // Buffers are made for the largest method, then cut to the first.
+        let mut work = NewtonWork::new(pattern.n(), s_max, contraction(settings, tableau));
+        work.set_stages(tableau.s, contraction(settings, tableau));
         Ok(Self {
-            work: NewtonWork::new(pattern.n(), tableau.s, contraction(settings, tableau.gamma)),
+            work,
             unit: Unit::new(settings),
             has_error_control: settings.step == StepControl::Adaptive,
-            keep_jacobian_below: settings.newton.keep_jacobian_below,
+            error_test: settings.error_test,
+            keep_jacobian_below: settings.newton.keep_jacobian_below.unwrap_or(
+                match (settings.order, settings.step) {
+                    (Order::Fixed(_), StepControl::Adaptive) => 1e-2,
+                    _ => 1e-3,
+                },
+            ),
             jacobian: Jacobian::new(pattern.n_entries()),
-            matrix: IterationMatrix::new(pattern, tableau.lambda.len(), settings.linear_solver)?,
+            matrix: IterationMatrix::new(pattern, n_complex, settings.linear_solver)?,
             freshness: Freshness::Expired,
             factored_h: None,
-            tableau,
+            tableaus,
+            current: 0,
         })
+    }
+
+    /// The method in use.
+    pub(crate) fn tableau(&self) -> &Tableau {
+        &self.tableaus[self.current]
+    }
+
+    /// Nodes of the method with most stages.
+    pub(crate) fn largest(&self) -> &[f64] {
+        &self.tableaus[self.tableaus.len() - 1].c
+    }
+
+    /// Continues with another number of stages. The Jacobian is kept; the factors cannot be, as
+    /// no two of the methods share an eigenvalue.
+    pub(crate) fn set_order(&mut self, stages: Stages, settings: &Settings) {
+        if let Some(k) = self.tableaus.iter().position(|t| t.s == stages.count()) {
+            self.current = k;
+            let tableau = &self.tableaus[k];
+            self.work.set_stages(tableau.s, contraction(settings, tableau));
+            self.factored_h = None;
+        }
+    }
+
+    /// Number of stages in use.
+    pub(crate) fn stages(&self) -> Stages {
+        match self.tableau().s {
+            1 => Stages::One,
+            5 => Stages::Five,
+            7 => Stages::Seven,
+            _ => Stages::Three,
+        }
+    }
+
+    /// The real eigenvalues of all methods in use.
+    pub(crate) fn gammas(&self) -> Gammas {
+        std::array::from_fn(|k| self.tableaus.get(k).map_or(1.0, |tableau| tableau.gamma))
+    }
+
+    /// What the step just accepted tells about the smoothness of the solution.
+    pub(crate) fn smoothness(&mut self, h: f64, error: f64) -> Smoothness {
+        let NewtonWork { z, defect, scale, contraction, .. } = &mut self.work;
+        let n = scale.len();
+        let tail = [0, 1].map(|k| {
+            let coefficient = &mut defect[..n];
+            coefficient.fill(0.0);
+            for (z, factor) in z.chunks_exact(n.max(1)).zip(&self.tableaus[self.current].tail[k]) {
+                coefficient.iter_mut().zip(z).for_each(|(sum, z)| *sum += factor * z);
+            }
+            scale.rms_tested(coefficient)
+        });
+        Smoothness { h, error, tail, rate: contraction.rate() }
     }
 
     /// Tries one step of size `at.h` from `at`.
@@ -133,7 +207,9 @@ impl Stepper {
 
         // Solve for the stages.
         self.work.contraction.start(is_same_matrix);
-        if let Err(failure) = self.work.solve(system, at, &self.tableau, &mut self.matrix, stats) {
+        if let Err(failure) =
+            self.work.solve(system, at, &self.tableaus[self.current], &mut self.matrix, stats)
+        {
             let is_stale = self.freshness == Freshness::Kept;
             if is_stale {
                 self.freshness = Freshness::Expired;
@@ -148,7 +224,7 @@ impl Stepper {
         let error = error_estimate(
             system,
             at,
-            &self.tableau,
+            &self.tableaus[self.current],
             &mut self.matrix,
             &mut self.work,
             filter,
@@ -172,15 +248,81 @@ impl Stepper {
         is_good
     }
 
+    pub(crate) fn save(&self, saver: &mut Saver) {
+        saver.count(self.tableau().s);
+        saver.count(match self.freshness {
+            Freshness::Current => 0,
+            Freshness::Kept => 1,
+            Freshness::Expired => 2,
+        });
+        saver.option(self.factored_h);
+        saver.real(self.work.contraction.eta());
+        saver.slice(&self.jacobian.df_dy);
+        saver.slice(&self.jacobian.df_dydot);
+    }
+
+    /// Makes the factors again; they come out the same.
+    pub(crate) fn load<S: System>(
+        &mut self,
+        loader: &mut Loader<'_>,
+        system: &S,
+        settings: &Settings,
+    ) -> Result<(), SolveError> {
+        let s = loader.count()?;
+        let Some(k) = self.tableaus.iter().position(|tableau| tableau.s == s) else {
+            return Err(SolveError::Checkpoint { reason: "saved with another order" });
+        };
+        self.current = k;
+        let tableau = &self.tableaus[k];
+        self.work.set_stages(s, contraction(settings, tableau));
+        self.freshness = match loader.count()? {
+            0 => Freshness::Current,
+            1 => Freshness::Kept,
+            _ => Freshness::Expired,
+        };
+        let factored_h = loader.option()?;
+        self.work.contraction.set_eta(loader.real()?);
+        loader.fill(&mut self.jacobian.df_dy)?;
+        loader.fill(&mut self.jacobian.df_dydot)?;
+        if self.freshness != Freshness::Expired {
+            self.choose_tested(system);
+        }
+        self.factored_h = None;
+        if let Some(h) = factored_h {
+            let Tableau { gamma, lambda, .. } = &self.tableaus[self.current];
+            self.matrix
+                .factor(system.pattern(), &self.jacobian, *gamma, lambda, h)
+                .map_err(|_| SolveError::Checkpoint { reason: "its matrix is singular" })?;
+            self.factored_h = Some(h);
+        }
+        Ok(())
+    }
+
+    /// Has the Jacobian evaluated before the next attempt.
+    pub(crate) fn expire_jacobian(&mut self) {
+        self.freshness = Freshness::Expired;
+    }
+
     /// Starting values of the stages: the last polynomial continued (HW2 §IV.8), or the
     /// tangent.
     fn predict(&mut self, at: Point<'_>, last: Option<&CollocationPolynomial>) {
         let n = at.y.len();
-        for (z, c) in self.work.z.chunks_exact_mut(n.max(1)).zip(&self.tableau.c) {
+        for (z, c) in self.work.z.chunks_exact_mut(n.max(1)).zip(&self.tableaus[self.current].c) {
             match last {
                 Some(last) => last.change_after_end_into(1.0 + c * at.h / last.h, z),
                 None => z.iter_mut().zip(at.ydot).for_each(|(z, ydot)| *z = c * at.h * ydot),
             }
+        }
+    }
+
+    /// Takes multipliers out of the error test, if so asked.
+    fn choose_tested<S: System>(&mut self, system: &S) {
+        if self.error_test == ErrorTest::WithoutMultipliers {
+            let (index, pattern) = (system.layout().index(), system.pattern());
+            let jacobian = &self.jacobian;
+            self.work
+                .scale
+                .test_only(|i| index[i] != Index::Two || !jacobian.is_algebraic(pattern, i));
         }
     }
 
@@ -202,11 +344,12 @@ impl Stepper {
                 return Err(Cause::NotFinite { row });
             }
             self.freshness = Freshness::Current;
+            self.choose_tested(system);
         }
         if self.factored_h != Some(at.h) {
             self.factored_h = None;
             stats.n_factor += 1;
-            let Tableau { gamma, lambda, .. } = &self.tableau;
+            let Tableau { gamma, lambda, .. } = &self.tableaus[self.current];
             self.matrix
                 .factor(system.pattern(), &self.jacobian, *gamma, lambda, at.h)
                 .map_err(|_| Cause::Singular)?;

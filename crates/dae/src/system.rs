@@ -79,6 +79,48 @@ impl<S: System + ?Sized> System for &mut S {
     }
 }
 
+/// An explicit system of ordinary differential equations `y′ = f(t, y)`, not stiff, for
+/// [`crate::ExplicitSolver`].
+///
+/// A mechanism becomes one when its accelerations are solved from the multiplier system; its
+/// constraints are then kept by [`Ode::project`].
+pub trait Ode {
+    /// The number of unknowns and their names; the indices are not read.
+    fn layout(&self) -> &Layout;
+
+    /// Writes `f(t, y)` to `ydot`.
+    ///
+    /// # Errors
+    /// [`NotFinite`] names the first row that has no finite value; the solver then retries with a
+    /// smaller step. The solver checks `ydot` itself as well.
+    fn derivative(&mut self, t: f64, y: &[f64], ydot: &mut [f64]) -> Result<(), NotFinite>;
+
+    /// Moves the end of an accepted step back to the invariants of the equations, by a change of
+    /// the size of the error tolerance. The next derivative is evaluated there anyway, so that
+    /// this costs no other evaluation. By default nothing is done.
+    ///
+    /// # Errors
+    /// [`NotFinite`] when there is no such state nearby; the step is then tried again, smaller.
+    fn project(&mut self, _t: f64, _y: &mut [f64]) -> Result<(), NotFinite> {
+        Ok(())
+    }
+}
+
+/// A borrowed system is one too, so that a run need not consume it.
+impl<S: Ode + ?Sized> Ode for &mut S {
+    fn layout(&self) -> &Layout {
+        (**self).layout()
+    }
+
+    fn derivative(&mut self, t: f64, y: &[f64], ydot: &mut [f64]) -> Result<(), NotFinite> {
+        (**self).derivative(t, y, ydot)
+    }
+
+    fn project(&mut self, t: f64, y: &mut [f64]) -> Result<(), NotFinite> {
+        (**self).project(t, y)
+    }
+}
+
 /// A row of the residual or of its Jacobian has no finite value at the point asked for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("equation {row} has no finite value")]

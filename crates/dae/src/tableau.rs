@@ -38,6 +38,9 @@ pub(crate) struct Tableau {
     pub(crate) lambda: Vec<c64>,
     /// Coefficients `e` of the error estimate, see [`error_coefficients`].
     pub(crate) e: Vec<f64>,
+    /// Rows that give the Legendre coefficients of `h u′` of degree `s − 2` and `s − 1` from the
+    /// stage increments; both the last one for one stage.
+    pub(crate) tail: [Vec<f64>; 2],
 }
 
 impl Tableau {
@@ -50,9 +53,10 @@ impl Tableau {
         let t = transform(&a_inv, gamma, &pairs);
         let t_inv = t.clone().try_inverse().expect("the eigenvalues of Radau IIA are distinct");
         let e = error_coefficients(&a, &c, gamma);
+        let tail = legendre_tail(&a_inv, &c);
         let lambda = pairs.iter().map(|pair| c64::new(pair.re, -pair.im)).collect();
         let rows = |m: &DMatrix<f64>| m.transpose().as_slice().to_vec();
-        Self { s, c, a_inv: rows(&a_inv), t: rows(&t), t_inv: rows(&t_inv), gamma, lambda, e }
+        Self { s, c, a_inv: rows(&a_inv), t: rows(&t), t_inv: rows(&t_inv), gamma, lambda, e, tail }
     }
 }
 
@@ -169,6 +173,14 @@ fn error_coefficients(a: &DMatrix<f64>, c: &[f64], gamma: f64) -> Vec<f64> {
     e.as_slice().to_vec()
 }
 
+/// The last two Legendre coefficients of the polynomial through `h Y′ = A⁻¹ Z`, as rows on `Z`.
+fn legendre_tail(a_inv: &DMatrix<f64>, c: &[f64]) -> [Vec<f64>; 2] {
+    let s = c.len();
+    let values = DMatrix::from_fn(s, s, |i, k| legendre(s, c[i])[k]);
+    let rows = values.try_inverse().expect("the nodes are distinct") * a_inv;
+    [s.saturating_sub(2), s - 1].map(|k| rows.row(k).iter().copied().collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -242,6 +254,41 @@ mod tests {
                 let sum: f64 = (0..s).map(|i| b[i] * power(c[i], k - 1) * a[(i, j)]).sum();
                 assert_small("D", s, sum - b[j] * (1.0 - power(c[j], k)) / k as f64);
             }
+        }
+    }
+
+    #[test]
+    fn the_tail_finds_the_legendre_coefficients_of_the_derivative() {
+        for stages in [Stages::Three, Stages::Five, Stages::Seven] {
+            let tableau = Tableau::new(stages);
+            let s = tableau.s;
+            // h u′ = 0.3 P_{s−2} − 0.7 P_{s−1}, integrated to the stages.
+            let z = |tau: f64| {
+                let integrals = legendre_integrals(s, tau);
+                0.3 * integrals[s - 2] - 0.7 * integrals[s - 1]
+            };
+            for (row, exact) in tableau.tail.iter().zip([0.3, -0.7]) {
+                let found: f64 = row.iter().zip(&tableau.c).map(|(a, &c)| a * z(c)).sum();
+                assert_small("tail", s, found - exact);
+            }
+        }
+    }
+
+    #[test]
+    fn the_error_estimate_sees_the_next_legendre_coefficient_times_two_over_gamma() {
+        for stages in [Stages::Three, Stages::Five, Stages::Seven] {
+            let tableau = Tableau::new(stages);
+            let s = tableau.s;
+            // h u′ = P_s: the quadrature error of the embedded formula.
+            let integral = |tau: f64| legendre_integrals(s + 1, tau)[s];
+            let start = legendre(s, 0.0)[s] / tableau.gamma;
+            // Stages of the collocation polynomial, which takes u′ at the nodes only.
+            let (a, _) = coefficients(&tableau);
+            let slopes: Vec<f64> = tableau.c.iter().map(|&c| legendre(s, c)[s]).collect();
+            let z = (0..s).map(|i| (0..s).map(|j| a[(i, j)] * slopes[j]).sum::<f64>());
+            let seen: f64 = start + tableau.e.iter().zip(z).map(|(e, z)| e * z).sum::<f64>();
+            assert_small("estimate", s, seen.abs() - 2.0 / tableau.gamma);
+            assert!(integral(1.0).abs() < 1e-14, "P_s integrates to zero");
         }
     }
 

@@ -2,7 +2,7 @@
 
 mod common;
 
-use bksim_dae::{Control, Settings, Stages, Start, StepControl, solve};
+use bksim_dae::{Control, Order, Settings, Stages, Start, StepControl, solve};
 
 use common::mechanism::{Form, Formulated};
 use common::problems::{ImplicitCubic, Pendulum};
@@ -10,7 +10,7 @@ use common::{Differentiated, fitted_order, max_error};
 
 fn fixed(h: f64, stages: Stages) -> Settings {
     let step = StepControl::Fixed { h, newton_tolerance: 1e-13 };
-    Settings { step, stages, ..Settings::default() }
+    Settings { step, order: Order::Fixed(stages), ..Settings::default() }
 }
 
 /// Pendulum of length and gravity one, released from the horizontal, over one unit of time.

@@ -4,6 +4,11 @@
 //! powers distribute over products, signs move out of odd and even functions, angles are linear
 //! forms. A quotient is a product with a negative power, a difference a sum with a negative
 //! coefficient. Nothing here shrinks the domain, and factors that may be zero do not cancel.
+//!
+//! The form does not depend on the order of building, with two exceptions that keep it short and
+//! building fast: a number times a sum stays one term, so that `(a + b) + (a + b) + c` may be
+//! `2 a + 2 b + c` or `2 (a + b) + c`; and chains beyond [`MERGE_LIMIT`] are built of pieces.
+//! `simplify` removes both.
 
 use crate::number::Number;
 use crate::op::{Function, Op};
@@ -114,8 +119,20 @@ impl Pool {
         if coefficient.is_one() {
             return monic;
         }
-        if coefficient.is_zero() && !self.has_fact(monic, fact::POISONED) {
-            return ZERO;
+        if coefficient.is_zero() {
+            if !self.has_fact(monic, fact::POISONED) {
+                return ZERO;
+            }
+            // Only what has no value is kept: 0 · x · (1/0) is 0 · (1/0).
+            let node = self.node(monic);
+            if node.op == Op::Mul && node.data <= MERGE_LIMIT {
+                let factors = self.chain(monic, Op::Mul).into_iter();
+                let poisoned = factors.filter(|&f| self.has_fact(f, fact::POISONED));
+                let poisoned: Vec<_> = poisoned.collect();
+                if poisoned.len() < node.data as usize {
+                    return self.product(poisoned.into_iter().chain([self.number(coefficient)]));
+                }
+            }
         }
         let is_short_sum = self.node(monic).op == Op::Add && self.node(monic).data <= MERGE_LIMIT;
         // −(a − b) is b − a, whichever was built first.
@@ -180,17 +197,25 @@ impl Pool {
     }
 
     /// Collects like terms and builds the sum.
-    pub(crate) fn sum_of(&self, mut terms: Terms) -> Expr {
-        terms.sort_by(|a, b| self.canonical_order(a.0, b.0));
-        let mut merged = Terms::with_capacity(terms.len());
-        for (monic, coefficient) in terms {
-            match merged.last_mut() {
-                Some(last) if last.0 == monic => last.1 = last.1.plus(coefficient),
-                _ => merged.push((monic, coefficient)),
-            }
+    pub(crate) fn sum_of(&self, terms: Terms) -> Expr {
+        self.chain_of_terms(&self.merged_terms(terms))
+    }
+
+    /// Puts terms into canonical order and adds the coefficients of like terms.
+    fn merged_terms(&self, mut terms: Terms) -> Terms {
+        if terms.len() > 1 {
+            let order = self.ordering();
+            terms.sort_by(|a, b| order.compare(a.0, b.0));
         }
-        merged.retain(|&(monic, c)| !c.is_zero() || self.has_fact(monic, fact::POISONED));
-        self.chain_of_terms(&merged)
+        terms.dedup_by(|next, kept| {
+            let is_like = next.0 == kept.0;
+            if is_like {
+                kept.1 = kept.1.plus(next.1);
+            }
+            is_like
+        });
+        terms.retain(|&(monic, c)| !c.is_zero() || self.has_fact(monic, fact::POISONED));
+        terms
     }
 
     /// Builds the left-leaning chain of terms already in canonical order.
@@ -293,32 +318,38 @@ impl Pool {
         self.scaled_product(coefficient, bases)
     }
 
-    /// Collects powers of equal bases and builds the product. Positive and negative powers stay
-    /// apart: x/x has no value at zero.
-    fn scaled_product(&self, mut coefficient: Number, mut bases: Vec<(Expr, i64)>) -> Expr {
-        bases
-            .sort_by(|a, b| self.canonical_order(a.0, b.0).then_with(|| (a.1 < 0).cmp(&(b.1 < 0))));
-        let mut merged: Vec<(Expr, i64)> = Vec::with_capacity(bases.len());
-        for (base, exponent) in bases {
-            match merged.last_mut() {
-                Some(last) if last.0 == base && (last.1 < 0) == (exponent < 0) => {
-                    last.1 = last.1.saturating_add(exponent);
-                }
-                _ => merged.push((base, exponent)),
-            }
-        }
+    /// Collects powers of equal bases and builds the product.
+    pub(crate) fn scaled_product(&self, mut coefficient: Number, bases: Vec<(Expr, i64)>) -> Expr {
+        let mut merged = self.merged_powers(bases);
         let mut factors = Vec::with_capacity(merged.len());
-        for (base, exponent) in merged {
-            // A power may fold to a product again: sqrt(a)² is a, and a may be one.
-            let (c, monic) = self.split_coefficient(self.powi(base, exponent));
-            coefficient = coefficient.times(c);
-            // A long product stays one factor, or building products of products goes quadratic.
-            let node = self.node(monic);
-            if node.op == Op::Mul && node.data > MERGE_LIMIT {
-                factors.push(monic);
-            } else {
-                factors.extend(self.chain(monic, Op::Mul).into_iter().filter(|&f| f != ONE));
+        // A power may fold to a product again, |a|³ = a² |a|, and these factors meet the others.
+        loop {
+            let mut has_folded = false;
+            let mut folded = Vec::new();
+            factors.clear();
+            for &(base, exponent) in &merged {
+                let power = self.powi(base, exponent);
+                if self.split_power(power) == (base, exponent) {
+                    factors.push(power);
+                    folded.push((base, exponent));
+                    continue;
+                }
+                has_folded = true;
+                let (c, monic) = self.split_coefficient(power);
+                coefficient = coefficient.times(c);
+                // A long product stays one factor, or products of products go quadratic.
+                let node = self.node(monic);
+                if node.op == Op::Mul && node.data <= MERGE_LIMIT {
+                    let inner = self.chain(monic, Op::Mul);
+                    folded.extend(inner.into_iter().map(|f| self.split_power(f)));
+                } else if monic != ONE {
+                    folded.push(self.split_power(monic));
+                }
             }
+            if !has_folded {
+                break;
+            }
+            merged = self.merged_powers(folded);
         }
         factors.sort_by(|a, b| self.canonical_order(*a, *b));
         let mut factors = factors.into_iter();
@@ -329,6 +360,23 @@ impl Pool {
             product = self.intern(Op::Mul, product, factor, count);
         }
         self.scaled(coefficient, product)
+    }
+
+    /// Adds the exponents of equal bases. Positive and negative powers stay apart: x/x has no
+    /// value at zero.
+    fn merged_powers(&self, mut bases: Vec<(Expr, i64)>) -> Vec<(Expr, i64)> {
+        if bases.len() > 1 {
+            let order = self.ordering();
+            bases.sort_by(|a, b| order.compare(a.0, b.0).then((a.1 < 0).cmp(&(b.1 < 0))));
+        }
+        bases.dedup_by(|next, kept| {
+            let is_like = next.0 == kept.0 && (next.1 < 0) == (kept.1 < 0);
+            if is_like {
+                kept.1 = kept.1.saturating_add(next.1);
+            }
+            is_like
+        });
+        bases
     }
 
     /// Splits `base^n` for an integer `n`; anything else is its own first power.
@@ -396,12 +444,24 @@ impl Pool {
                 let power = self.intern(Op::Pow, self.neg(a), self.int(n), 0);
                 if n % 2 == 0 { power } else { self.neg(power) }
             }
-            Op::Call(Function::Abs) if n % 2 == 0 => self.powi(node.left, n),
+            // |x|² is x².
+            Op::Call(Function::Abs) => self.powi_by_square(a, self.powi(node.left, 2), n),
             // sqrt(x)² is x where x cannot be negative.
-            Op::Call(Function::Sqrt) if n % 2 == 0 && self.is_never_negative(node.left) => {
-                self.powi(node.left, n / 2)
+            Op::Call(Function::Sqrt) if self.is_never_negative(node.left) => {
+                self.powi_by_square(a, node.left, n)
             }
             _ => plain(),
+        }
+    }
+
+    /// `a^n` for an `a` with a known square: that to the power n/2, times one `a` if n is odd.
+    fn powi_by_square(&self, a: Expr, square: Expr, n: i64) -> Expr {
+        let even = self.powi(square, n / 2);
+        match n % 2 {
+            0 => even,
+            // Nothing to fold in 1/a.
+            odd if n == odd => self.intern(Op::Pow, a, self.int(n), 0),
+            odd => self.mul(even, self.powi(a, odd)),
         }
     }
 

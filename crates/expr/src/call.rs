@@ -22,6 +22,32 @@ const EXACT: [(Function, i128, i128); 10] = [
     (Function::Sqrt, 1, 1),
 ];
 
+/// Exact values f(π/n) = (p/q) √r as (f, n, (p, q), r), for angles within an eighth of a turn.
+#[rustfmt::skip]
+const SPECIAL_ANGLES: [(Function, i64, (i64, i64), i64); 6] = [
+    (Function::Sin, 6, (1, 2), 1),
+    (Function::Cos, 6, (1, 2), 3),
+    (Function::Tan, 6, (1, 3), 3),
+    (Function::Sin, 4, (1, 2), 2),
+    (Function::Cos, 4, (1, 2), 2),
+    (Function::Tan, 4, (1, 1), 1),
+];
+
+/// f(a + k π/2) = sign · g(a) as (f, k, sign, g); a tangent has half the period.
+#[rustfmt::skip]
+const QUARTER_TURNS: [(Function, i128, i32, Function); 10] = [
+    (Function::Sin, 0,  1, Function::Sin),
+    (Function::Sin, 1,  1, Function::Cos),
+    (Function::Sin, 2, -1, Function::Sin),
+    (Function::Sin, 3, -1, Function::Cos),
+    (Function::Cos, 0,  1, Function::Cos),
+    (Function::Cos, 1, -1, Function::Sin),
+    (Function::Cos, 2, -1, Function::Cos),
+    (Function::Cos, 3,  1, Function::Sin),
+    (Function::Tan, 0,  1, Function::Tan),
+    (Function::Tan, 2,  1, Function::Tan),
+];
+
 macro_rules! unary {
     ($($name:ident $function:ident $doc:literal)*) => { $(
         #[doc = $doc]
@@ -218,20 +244,12 @@ impl Pool {
         let (quarters, angle) = self.reduce_angle(a);
         let is_negative = self.looks_negative(angle);
         let angle = if is_negative { self.neg(angle) } else { angle };
-        // Each quarter turn: sin → cos → −sin → −cos; tan has half the period.
-        let (function, mut sign) = match (function, quarters) {
-            (Function::Sin, 0) | (Function::Cos, 3) => (Function::Sin, 1),
-            (Function::Sin, 1) | (Function::Cos, 0) => (Function::Cos, 1),
-            (Function::Sin, 2) | (Function::Cos, 1) => (Function::Sin, -1),
-            (Function::Sin | Function::Cos, _) => (Function::Cos, -1),
-            (_, 0 | 2) => (Function::Tan, 1),
+        let row = QUARTER_TURNS.iter().find(|row| (row.0, row.1) == (function, quarters));
+        let Some(&(_, _, mut sign, function)) = row else {
             // tan(a + π/2) = −cos a / sin a
-            _ => {
-                let (s, c) =
-                    (self.angle_call(Function::Sin, angle), self.angle_call(Function::Cos, angle));
-                let quotient = self.div(c, s);
-                return if is_negative { quotient } else { self.neg(quotient) };
-            }
+            let [s, c] = [Function::Sin, Function::Cos].map(|f| self.angle_call(f, angle));
+            let quotient = self.div(c, s);
+            return if is_negative { quotient } else { self.neg(quotient) };
         };
         if is_negative && function != Function::Cos {
             sign = -sign;
@@ -246,18 +264,23 @@ impl Pool {
         if angle == ZERO {
             return if function == Function::Cos { ONE } else { ZERO };
         }
-        if monic == PI {
-            let turn = |n| coefficient == Number::rational(1, n);
-            let half_root = |n| self.mul(self.rational(1, 2), self.sqrt(self.int(n)));
-            match function {
-                Function::Sin if turn(6) => return self.rational(1, 2),
-                Function::Cos if turn(6) => return half_root(3),
-                Function::Sin | Function::Cos if turn(4) => return half_root(2),
-                Function::Tan if turn(4) => return ONE,
-                _ => (),
+        let is_row = |row: &&(Function, i64, (i64, i64), i64)| {
+            row.0 == function && coefficient == Number::rational(1, row.1)
+        };
+        match SPECIAL_ANGLES.iter().find(is_row).filter(|_| monic == PI) {
+            Some(&(_, _, (n, d), radicand)) => {
+                self.mul(self.rational(n, d), self.sqrt(self.int(radicand)))
             }
+            None => self.plain_call(function, angle),
         }
-        self.plain_call(function, angle)
+    }
+
+    /// Whether `e` is more than a number times the root of a number.
+    pub(crate) fn has_call(&self, e: Expr) -> bool {
+        let (_, monic) = self.split_coefficient(e);
+        let node = self.node(monic);
+        let is_root = node.op == Op::Call(Function::Sqrt) && self.as_number(node.left).is_some();
+        monic != ONE && !is_root
     }
 
     /// Writes `a` as `angle + quarters · π/2` with quarters in 0..4 and the multiple of π left in
@@ -304,5 +327,44 @@ impl Pool {
         });
         terms.retain(|&(monic, c)| !c.is_zero() || self.has_fact(monic, fact::POISONED));
         terms
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(left: f64, right: f64, row: &dyn std::fmt::Debug) {
+        assert!((left - right).abs() < 1e-14, "{row:?}: {left} is not {right}");
+    }
+
+    #[test]
+    fn rows_of_exact_values_hold() {
+        for row in EXACT {
+            check(row.0.value(row.1 as f64, 0.0), row.2 as f64, &row);
+        }
+        for row in SPECIAL_ANGLES {
+            let (function, n, (p, q), radicand) = row;
+            let root = Function::Sqrt.value(radicand as f64, 0.0);
+            check(
+                function.value(std::f64::consts::PI / n as f64, 0.0),
+                p as f64 / q as f64 * root,
+                &row,
+            );
+        }
+    }
+
+    #[test]
+    fn rows_of_parity_and_quarter_turns_hold_at_every_angle() {
+        for a in [-0.9, -0.3, 0.2, 0.8] {
+            for function in ODD {
+                check(function.value(-a, 0.0), -function.value(a, 0.0), &function);
+            }
+            for row in QUARTER_TURNS {
+                let (function, k, sign, image) = row;
+                let turned = a + k as f64 * std::f64::consts::FRAC_PI_2;
+                check(function.value(turned, 0.0), f64::from(sign) * image.value(a, 0.0), &row);
+            }
+        }
     }
 }

@@ -1,10 +1,12 @@
 //! The operator table: every operation's name, arity, value and derivative.
 //!
-//! This is the one place that calls the elementary functions of `f64`; the interpreter, the tape
-//! and constant folding all read their values from here, so they agree bit for bit.
+//! This is the one place that calls the elementary functions of `f64`, but for sine and cosine,
+//! which `eval::sincos` computes; all evaluators and constant folding read their values from here,
+//! so they agree bit for bit.
 
 #![expect(clippy::disallowed_methods, reason = "the one place that may call them")]
 
+use crate::eval::sin_cos;
 use crate::pool::{Expr, Pool};
 
 /// A named function of one, two or three arguments.
@@ -89,8 +91,8 @@ use Function as F;
 /// The table, in the order of the variants of [`Function`].
 #[rustfmt::skip]
 const TABLE: [Row; 22] = [
-    row(F::Sin,   "sin",   1, |a, _| a.sin(),  One(|p, a, _| p.cos(a))),
-    row(F::Cos,   "cos",   1, |a, _| a.cos(),  One(|p, a, _| p.neg(p.sin(a)))),
+    row(F::Sin,   "sin",   1, |a, _| sin_cos(a).0, One(|p, a, _| p.cos(a))),
+    row(F::Cos,   "cos",   1, |a, _| sin_cos(a).1, One(|p, a, _| p.neg(p.sin(a)))),
     row(F::Tan,   "tan",   1, |a, _| a.tan(),  One(|p, _, f| p.add(p.one(), p.powi(f, 2)))),
     row(F::Asin,  "asin",  1, |a, _| a.asin(), One(|p, a, _| p.powi(p.sqrt(one_minus_square(p, a)), -1))),
     row(F::Acos,  "acos",  1, |a, _| a.acos(), One(|p, a, _| p.neg(p.powi(p.sqrt(one_minus_square(p, a)), -1)))),
@@ -158,6 +160,12 @@ impl Function {
     /// The function called `name`.
     pub fn from_name(name: &str) -> Option<Self> {
         TABLE.iter().find(|row| row.name == name).map(|row| row.function)
+    }
+
+    /// The function at a position of the table, which is its discriminant.
+    #[cfg(feature = "jit")]
+    pub(crate) fn from_index(index: usize) -> Option<Self> {
+        TABLE.get(index).map(|row| row.function)
     }
 
     /// All function names, in the order of the table.

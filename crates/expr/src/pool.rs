@@ -10,9 +10,9 @@
 
 use crate::number::Number;
 use crate::op::{Function, Op};
-use std::cell::RefCell;
+use std::cell::{Ref, RefCell};
 use std::cmp::Ordering;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Handle to one expression of a [`Pool`]; structurally equal expressions share one handle.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
@@ -36,12 +36,42 @@ pub(crate) struct Node {
 pub(crate) mod fact {
     /// The value is never below zero (it may be NaN).
     pub(crate) const NOT_NEGATIVE: u8 = 1;
-    /// Some constant part has no finite value, such as `1/0`; zero must not swallow it.
+    /// Some constant part has no finite value, such as `1/0` or `ln(-2)`; zero must not swallow it.
     pub(crate) const POISONED: u8 = 2;
     /// No symbol occurs.
     pub(crate) const CONSTANT: u8 = 4;
     /// A sine or cosine of something that is no constant occurs.
     pub(crate) const TRIGONOMETRIC: u8 = 8;
+    /// A tangent of something that is no constant occurs.
+    pub(crate) const TANGENT: u8 = 16;
+}
+
+/// A map by handles.
+pub(crate) type ExprMap<V> = HashMap<Expr, V, HandleHash>;
+/// A set of handles.
+pub(crate) type ExprSet = HashSet<Expr, HandleHash>;
+/// Hashes handles: small integers that need little mixing and no protection.
+pub(crate) type HandleHash = std::hash::BuildHasherDefault<HandleHasher>;
+
+/// See [`HandleHash`].
+#[derive(Clone, Copy, Default)]
+pub(crate) struct HandleHasher(u64);
+
+impl std::hash::Hasher for HandleHasher {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.write_u32(u32::from(byte));
+        }
+    }
+
+    fn write_u32(&mut self, handle: u32) {
+        // An odd multiplier near 2⁶⁴ over the golden ratio spreads neighbours over all bits.
+        self.0 = (self.0.rotate_left(5) ^ u64::from(handle)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    }
 }
 
 /// The handle of the number 0, fixed in every pool.
@@ -79,6 +109,8 @@ struct Arena {
     facts: Vec<u8>,
     numbers: Vec<Number>,
     number_index: HashMap<(i128, i128), u32>,
+    /// Values of the constants that are no numbers, such as √2.
+    constants: ExprMap<f64>,
     symbols: Vec<(String, Expr)>,
     symbol_index: HashMap<String, u32>,
     /// Open addressing table of node handles by structural hash; its length is a power of two.
@@ -89,6 +121,21 @@ struct Arena {
 }
 
 const EMPTY: u32 = u32::MAX;
+
+/// The order of operands: the same in every pool, whatever was built before.
+pub(crate) struct CanonicalOrder<'p> {
+    arena: Ref<'p, Arena>,
+}
+
+impl CanonicalOrder<'_> {
+    pub(crate) fn compare(&self, a: Expr, b: Expr) -> Ordering {
+        if a == b {
+            return Ordering::Equal;
+        }
+        let key = |e: Expr| (self.arena.hashes[e.0 as usize], e.0);
+        key(a).cmp(&key(b))
+    }
+}
 
 /// Mixes two words into one (the finaliser of SplitMix64 after an odd multiply).
 fn mix(a: u64, b: u64) -> u64 {
@@ -144,7 +191,7 @@ impl Arena {
         let index = u32::try_from(self.nodes.len()).ok().filter(|&index| index != EMPTY);
         let index = index.expect("a pool holds fewer than 2^32 nodes");
         self.slots[slot] = index;
-        let facts = self.facts_of(node);
+        let facts = self.facts_of(node, index);
         self.nodes.push(node);
         self.hashes.push(hash);
         self.facts.push(facts);
@@ -189,9 +236,34 @@ impl Arena {
         }
     }
 
+    /// The value of a constant node, from those of its operands.
+    fn constant_value(&self, node: Node) -> f64 {
+        let value = |e: Expr| {
+            let node = self.nodes[e.0 as usize];
+            match node.op {
+                Op::Number => self.numbers[node.data as usize].to_f64(),
+                Op::Pi => std::f64::consts::PI,
+                _ => self.constants.get(&e).copied().unwrap_or(f64::NAN),
+            }
+        };
+        let (left, right) = (value(node.left), value(node.right));
+        match node.op {
+            Op::Add => left + right,
+            Op::Mul => left * right,
+            Op::Pow => crate::op::power(left, right),
+            Op::Call(Function::If) => {
+                let branches = self.nodes[node.right.0 as usize];
+                crate::op::select(left, value(branches.left), value(branches.right))
+            }
+            Op::Call(function) => function.value(left, right),
+            // The branches are read by their `if`.
+            Op::Number | Op::Symbol | Op::Pi | Op::Pair => 0.0,
+        }
+    }
+
     /// The facts of a node, from those of its operands.
-    fn facts_of(&self, node: Node) -> u8 {
-        use fact::{CONSTANT, NOT_NEGATIVE, POISONED, TRIGONOMETRIC};
+    fn facts_of(&mut self, node: Node, index: u32) -> u8 {
+        use fact::{CONSTANT, NOT_NEGATIVE, POISONED, TANGENT, TRIGONOMETRIC};
         if node.op == Op::Number {
             let number = self.numbers[node.data as usize];
             let sign = if number.is_negative() { 0 } else { NOT_NEGATIVE };
@@ -220,19 +292,19 @@ impl Arena {
             _ => false,
         };
         let is_constant = both & CONSTANT != 0;
-        // A constant call that the constructors could not fold may have no finite value.
-        let may_fail = match node.op {
-            Op::Pow => node.left == ZERO || node.left.0 == node.right.0,
-            Op::Call(Function::Ln | Function::Sqrt | Function::Asin | Function::Acos) => true,
-            _ => false,
+        let is_poisoned = is_constant && {
+            let value = self.constant_value(node);
+            self.constants.insert(Expr(index), value);
+            !value.is_finite()
         };
         let has_angle = matches!(node.op, Op::Call(Function::Sin | Function::Cos));
-        let mut facts = (left | right) & (POISONED | TRIGONOMETRIC);
+        let mut facts = (left | right) & (POISONED | TRIGONOMETRIC | TANGENT);
         for (holds, fact) in [
             (is_never_negative, NOT_NEGATIVE),
             (is_constant, CONSTANT),
-            (is_constant && may_fail, POISONED),
+            (is_poisoned, POISONED),
             (has_angle && !is_constant, TRIGONOMETRIC),
+            (node.op == Op::Call(Function::Tan) && !is_constant, TANGENT),
         ] {
             facts |= if holds { fact } else { 0 };
         }
@@ -279,9 +351,12 @@ impl Pool {
 
     /// Canonical order: by structural hash; the handle decides between colliding hashes.
     pub(crate) fn canonical_order(&self, a: Expr, b: Expr) -> Ordering {
-        let arena = self.arena.borrow();
-        let key = |e: Expr| (arena.hashes[e.0 as usize], e.0);
-        key(a).cmp(&key(b))
+        self.ordering().compare(a, b)
+    }
+
+    /// The canonical order, for many comparisons; no node can be interned while it is held.
+    pub(crate) fn ordering(&self) -> CanonicalOrder<'_> {
+        CanonicalOrder { arena: self.arena.borrow() }
     }
 
     /// The symbol called `name`, new or known.
@@ -359,14 +434,21 @@ impl Pool {
         }
     }
 
-    /// Gives `e` a position; true when it had none.
-    pub(crate) fn mark(&self, e: Expr, position: u32) -> bool {
+    /// Gives `e` position 0 if it has none; whether it had none.
+    pub(crate) fn visit(&self, e: Expr) -> bool {
         let arena = &mut *self.arena.borrow_mut();
-        let epoch = arena.epoch;
         let entry = &mut arena.position[e.0 as usize];
-        let is_new = entry.0 != epoch;
-        *entry = (epoch, position);
+        let is_new = entry.0 != arena.epoch;
+        if is_new {
+            *entry = (arena.epoch, 0);
+        }
         is_new
+    }
+
+    /// Gives `e` a position.
+    pub(crate) fn set_position(&self, e: Expr, position: u32) {
+        let arena = &mut *self.arena.borrow_mut();
+        arena.position[e.0 as usize] = (arena.epoch, position);
     }
 
     /// The position last given to `e` in this sweep.

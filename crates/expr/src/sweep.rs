@@ -24,7 +24,13 @@ impl Step {
     }
 }
 
-/// The reachable nodes in ascending order of handles.
+/// What is left to do in a depth-first walk.
+enum Visit {
+    Enter(Expr),
+    Leave(Expr),
+}
+
+/// The reachable nodes, operands before users.
 #[derive(Debug)]
 pub(crate) struct Sweep {
     pub(crate) steps: Vec<Step>,
@@ -52,33 +58,40 @@ impl Pool {
         }
     }
 
-    /// Collects everything reachable from `roots`.
+    /// Collects everything reachable from `roots`: depth first, operands in canonical order, so that
+    /// the steps stand in the same order in every pool.
     pub(crate) fn sweep(&self, roots: &[Expr]) -> Sweep {
         self.clear_positions();
-        let mut reached: Vec<Expr> = roots.iter().copied().filter(|&r| self.mark(r, 0)).collect();
-        let mut next = 0;
-        while next < reached.len() {
-            let operands = self.operands_of(reached[next]);
-            reached.extend(operands.into_iter().filter(|&o| self.mark(o, 0)));
-            next += 1;
-        }
-        reached.sort_unstable();
-        let mut sweep = Sweep {
-            steps: Vec::with_capacity(reached.len()),
-            operands: Vec::new(),
-            roots: Vec::new(),
-        };
         let index = |n: usize| u32::try_from(n).expect("fewer than 2^32 operands in a sweep");
-        for (position, &expr) in reached.iter().enumerate() {
-            self.mark(expr, index(position));
-            let start = index(sweep.operands.len());
-            sweep.operands.extend(self.operands_of(expr).into_iter().map(|o| self.position(o)));
-            let node = self.node(expr);
-            let end = index(sweep.operands.len());
-            sweep.steps.push(Step { expr, op: node.op, data: node.data, start, end });
+        let mut sweep = Sweep { steps: Vec::new(), operands: Vec::new(), roots: Vec::new() };
+        let mut pending: Vec<Visit> = roots.iter().rev().map(|&root| Visit::Enter(root)).collect();
+        while let Some(visit) = pending.pop() {
+            match visit {
+                Visit::Enter(expr) => {
+                    if self.visit(expr) {
+                        pending.push(Visit::Leave(expr));
+                        self.push_operands(expr, &mut pending);
+                    }
+                }
+                Visit::Leave(expr) => {
+                    self.set_position(expr, index(sweep.steps.len()));
+                    let start = index(sweep.operands.len());
+                    let operands = self.operands_of(expr).into_iter();
+                    sweep.operands.extend(operands.map(|o| self.position(o)));
+                    let node = self.node(expr);
+                    let end = index(sweep.operands.len());
+                    sweep.steps.push(Step { expr, op: node.op, data: node.data, start, end });
+                }
+            }
         }
         sweep.roots = roots.iter().map(|&root| self.position(root) as usize).collect();
         sweep
+    }
+
+    /// Pushes the operands of a node so that the first is popped first.
+    fn push_operands(&self, e: Expr, pending: &mut Vec<Visit>) {
+        let operands = self.operands_of(e).into_iter().rev();
+        pending.extend(operands.map(Visit::Enter));
     }
 
     /// Builds the node of `step` on new operands.

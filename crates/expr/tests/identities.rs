@@ -1,31 +1,10 @@
 //! The trigonometric folding suite: every item keeps its value, and folds to its ideal cost.
 
-use bksim_expr::{Expr, Pool, SymbolId};
-use serde_json::Value;
+mod common;
 
-/// Weighted operations on the shared graph, as the suite counts them.
-fn cost(pool: &Pool, e: Expr) -> u64 {
-    let count = pool.operation_count(&[e]);
-    let text = pool.to_text(e);
-    // Distinct calls by their printed text.
-    let mut calls = std::collections::BTreeSet::new();
-    for name in ["sin(", "cos(", "tan("] {
-        for (at, _) in text.match_indices(name) {
-            let mut depth = 0;
-            let end = text[at..].find(|c| {
-                depth += i32::from(c == '(') - i32::from(c == ')');
-                c == ')' && depth == 0
-            });
-            calls.insert(&text[at..=at + end.unwrap_or(0)]);
-        }
-    }
-    let n_trig = calls.len() as u64;
-    count.multiplications
-        + count.additions
-        + 4 * count.divisions
-        + 8 * (count.calls - n_trig)
-        + 12 * n_trig
-}
+use bksim_expr::{Pool, SymbolId};
+use common::cost;
+use serde_json::Value;
 
 #[test]
 fn suite_folds_to_the_ideal_cost() {

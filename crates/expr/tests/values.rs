@@ -1,135 +1,175 @@
-//! Whatever is done to an expression, its value stays: generated expressions at random points.
+//! Whatever is done to an expression, its value stays: generated expressions over every operator
+//! and function, with shared parts, at points in general position, at poles, on branch cuts, at ±0
+//! and at multiples of π/2. What a value may be there is said by [`Expected::allows`].
 
-use bksim_expr::{Expr, Pool, SymbolId, Tape};
+mod common;
+
+use bksim_expr::{Expr, Function, Pool, Tape};
+use common::{Expected, NAMES, Point, Recipe, every_function, points, recipes, symbols, value_at};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-/// Building instructions of an expression, as text.
-fn expression() -> impl Strategy<Value = String> {
-    let leaf = prop_oneof![
-        4 => prop::sample::select(vec!["a", "b", "q1", "q2", "q3"]).prop_map(str::to_owned),
-        1 => (-5i32..6).prop_map(|n| n.to_string()),
-        1 => prop::sample::select(vec!["0.5", "1/3", "2.25", "pi"]).prop_map(str::to_owned),
-    ];
-    leaf.prop_recursive(5, 40, 3, |inner| {
-        let call =
-            prop::sample::select(vec!["sin", "cos", "sin", "cos", "tan", "exp", "sqrt", "abs"]);
-        let power = prop::sample::select(vec!["2", "3", "-1", "-2"]);
-        prop_oneof![
-            3 => (inner.clone(), inner.clone()).prop_map(|(a, b)| format!("({a} + {b})")),
-            2 => (inner.clone(), inner.clone()).prop_map(|(a, b)| format!("({a} - {b})")),
-            4 => (inner.clone(), inner.clone()).prop_map(|(a, b)| format!("({a})*({b})")),
-            1 => (inner.clone(), inner.clone()).prop_map(|(a, b)| format!("({a})/({b})")),
-            2 => (inner.clone(), power).prop_map(|(a, n)| format!("({a})^({n})")),
-            4 => (call, inner).prop_map(|(f, a)| format!("{f}({a})")),
-        ]
-    })
+fn check(
+    pool: &Pool,
+    e: Expr,
+    point: &Point,
+    expected: &Expected,
+    what: &str,
+) -> Result<(), TestCaseError> {
+    let found = value_at(pool, e, point);
+    let text = || pool.to_text(e);
+    prop_assert!(expected.allows(found), "{what}: {found}, {expected:?}\n{}", text());
+    Ok(())
 }
 
-/// Values of the symbols at a point, by name.
-fn point() -> impl Strategy<Value = [f64; 5]> {
-    prop::array::uniform5(-2.0..2.0)
+/// Builds, simplifies and expands.
+fn check_forms(recipe: &Recipe, point: &Point) -> Result<(), TestCaseError> {
+    let pool = Pool::new();
+    let (e, expected) = (recipe.build(&pool), recipe.expected(point));
+    check(&pool, e, point, &expected, "built")?;
+    let simple = pool.simplify(e);
+    check(&pool, simple, point, &expected, "simplified")?;
+    check(&pool, pool.expand(e), point, &expected, "expanded")?;
+    let certificate = pool.certificate(e, simple);
+    let is_shown = certificate.n_points == 0 || certificate.is_equal();
+    prop_assert!(is_shown || expected.is_on_edge, "{certificate:?}");
+    let again = pool.simplify(simple);
+    let [first, second] = [simple, again].map(|e| pool.operation_count(&[e]).shared());
+    prop_assert!(second <= first, "{first} operations become {second}: {}", pool.to_text(again));
+    Ok(())
 }
 
-fn value_of(pool: &Pool, e: Expr, point: &[f64; 5]) -> f64 {
-    let value = |symbol: SymbolId| {
-        let index =
-            ["a", "b", "q1", "q2", "q3"].iter().position(|n| pool.symbol_name(symbol) == *n);
-        index.map(|i| point[i])
-    };
-    pool.evaluate(e, &value).expect("all symbols have values")
-}
-
-/// Largest magnitude of any part: cancellation loses digits relative to it.
-fn scale_of(pool: &Pool, text: &str, point: &[f64; 5]) -> f64 {
-    let mut scale: f64 = 1.0;
-    let syntax = bksim_expr::parse(text, &bksim_expr::ParseOptions::default()).expect("valid");
-    for n in 1..=syntax.nodes.len() {
-        let part = bksim_expr::Syntax { nodes: syntax.nodes[..n].to_vec() };
-        let e = pool.lower(&part, &mut |name, _| {
-            Ok::<_, ()>(if name == "pi" { pool.pi() } else { pool.symbol(name) })
-        });
-        scale = scale.max(value_of(pool, e.expect("lowers"), point).abs());
+/// The outputs of a tape by each of its evaluators.
+fn by_each_evaluator(
+    tape: &Tape,
+    parameters: &[f64],
+    inputs: &[f64],
+) -> Vec<(&'static str, Vec<f64>)> {
+    let mut workspace = tape.workspace(parameters);
+    let mut out = vec![0.0; tape.n_outputs()];
+    tape.evaluate(&mut workspace, inputs, &mut out);
+    let mut found = vec![("interpreter", out.clone())];
+    tape.batch(parameters).evaluate(1, inputs, &mut out);
+    found.push(("batch", out.clone()));
+    #[cfg(feature = "jit")]
+    {
+        tape.machine_code().expect("short enough").evaluate(&mut workspace, inputs, &mut out);
+        found.push(("jit", out.clone()));
     }
-    scale
-}
-
-/// Equal up to rounding of parts as large as `scale`; only finite values are held together.
-fn close(a: f64, b: f64, scale: f64) -> bool {
-    (a - b).abs() <= 1e-9 * scale.max(a.abs()) || !a.is_finite() || scale > 1e6
+    found
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 1500, failure_persistence: None, rng_seed: RngSeed::Fixed(2008), ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, rng_seed: RngSeed::Fixed(2008), ..ProptestConfig::default() })]
 
     #[test]
-    fn simplify_and_expand_keep_the_value(text in expression(), point in point()) {
-        let pool = Pool::new();
-        let e = pool.parse(&text).expect("generated text is valid");
-        let (value, scale) = (value_of(&pool, e, &point), scale_of(&pool, &text, &point));
-        let simple = pool.simplify(e);
-        let found = value_of(&pool, simple, &point);
-        prop_assert!(close(value, found, scale), "{value} became {found}: {}", pool.to_text(simple));
-        let expanded = pool.expand(e);
-        let found = value_of(&pool, expanded, &point);
-        prop_assert!(close(value, found, scale), "{value} became {found}: {}", pool.to_text(expanded));
+    fn forms_of_anything_keep_the_value(
+        recipe in recipes(every_function(), 12),
+        point in points(),
+    ) {
+        check_forms(&recipe, &point)?;
     }
 
     #[test]
-    fn simplify_does_not_depend_on_the_pool(text in expression()) {
-        let (pool, other) = (Pool::new(), Pool::new());
-        // Other handles for the same symbols.
-        for name in ["z", "q3", "b", "q2", "a"] {
-            other.sin(other.mul(other.symbol(name), other.symbol("q1")));
-        }
-        let simplified = |pool: &Pool| pool.to_text(pool.simplify(pool.parse(&text).expect("valid")));
-        prop_assert_eq!(simplified(&pool), simplified(&other));
+    fn forms_of_mechanics_keep_the_value(
+        recipe in recipes(common::SMOOTH.to_vec(), 10),
+        point in points(),
+    ) {
+        check_forms(&recipe, &point)?;
     }
 
     #[test]
-    fn printed_text_reads_back_as_the_same_expression(text in expression()) {
+    fn printed_text_reads_back(recipe in recipes(every_function(), 12), point in points()) {
         let pool = Pool::new();
-        let e = pool.parse(&text).expect("generated text is valid");
+        let e = recipe.build(&pool);
         let printed = pool.to_text(e);
-        prop_assert_eq!(pool.parse(&printed).expect("printed text is valid"), e, "{}", printed);
+        let read = pool.parse(&printed).expect("printed text is valid");
+        // A number times a sum may be read either way; constants without a value read alike.
+        let is_free = printed.contains("*(") || pool.to_text(read) == printed;
+        prop_assert!(read == e || is_free, "{} is not {}", pool.to_text(read), printed);
+        check(&pool, read, &point, &recipe.expected(&point), "read")?;
     }
 
     #[test]
-    fn derivatives_agree_with_central_differences(text in expression(), point in point()) {
+    fn substitution_commutes_with_values(
+        recipe in recipes(every_function(), 9),
+        inner in recipes(common::SMOOTH.to_vec(), 4),
+        point in points(),
+    ) {
         let pool = Pool::new();
-        let e = pool.parse(&text).expect("generated text is valid");
-        pool.symbol("q1");
-        let q1 = pool.find_symbol("q1").expect("just made");
-        let exact = value_of(&pool, pool.diff(e, q1), &point);
-        let shifted = |h: f64| {
+        let replaced = pool.substitute(recipe.build(&pool), &[(symbols(&pool)[2], inner.build(&pool))]);
+        let whole = recipe.with_symbol_replaced(2, &inner);
+        check(&pool, replaced, &point, &whole.expected(&point), "substituted")?;
+    }
+
+    /// What is left over falls with the power of the distance that follows the order.
+    #[test]
+    fn series_are_close_to_their_order(
+        recipe in recipes(vec![Function::Sin, Function::Cos, Function::Exp, Function::Sqrt], 6),
+        point in prop::array::uniform5(0.3..1.5),
+        order in 0u32..4,
+    ) {
+        let pool = Pool::new();
+        let (e, x) = (recipe.build(&pool), symbols(&pool)[2]);
+        let series = pool.series(e, x, pool.float(point[2]), order);
+        let error_at = |h: f64| {
             let mut moved = point;
             moved[2] += h;
-            value_of(&pool, e, &moved)
+            let values = recipe.values(&moved);
+            (value_at(&pool, series, &moved) - values[values.len() - 1]).abs()
         };
-        // Two steps: where they disagree, the function is too steep for differences to be a test.
-        let quotient = |h: f64| (shifted(h) - shifted(-h)) / (2.0 * h);
-        let (coarse, fine) = (quotient(2e-5), quotient(1e-5));
-        let is_smooth = (coarse - fine).abs() <= 1e-5 * fine.abs().max(1.0);
-        let scale = scale_of(&pool, &text, &point);
-        let is_test = is_smooth && exact.is_finite() && scale < 1e4;
-        let error = (exact - fine).abs();
-        prop_assert!(!is_test || error <= 1e-4 * fine.abs().max(scale), "{exact} is not {fine}");
+        // On both sides, so that powers of the distance cannot cancel.
+        let error = |h: f64| error_at(h) + error_at(-h);
+        let Expected { scale, is_on_edge, .. } = recipe.expected(&point);
+        let (coarse, fine) = (error(2e-2), error(1e-2));
+        // Halving the distance divides the error by 2 to the order plus one; far from convergence
+        // nothing is known.
+        let is_known = coarse < 1e-2 && scale < 1e3 && !is_on_edge;
+        let falls = fine <= coarse / 2f64.powi(i32::try_from(order).expect("small")) / 1.4;
+        prop_assert!(!is_known || falls || fine < 1e-10 * scale, "{coarse}, {fine}: {}", pool.to_text(series));
     }
 
     #[test]
-    fn tape_agrees_with_the_reference(text in expression(), point in point()) {
+    fn tapes_keep_the_value(recipe in recipes(every_function(), 12), point in points()) {
         let pool = Pool::new();
-        let e = pool.parse(&text).expect("generated text is valid");
-        let ids = ["a", "b", "q1", "q2", "q3"].map(|name| {
-            pool.symbol(name);
-            pool.find_symbol(name).expect("just made")
-        });
+        let e = recipe.build(&pool);
+        let ids = symbols(&pool);
         let tape = Tape::compile(&pool, &[e, pool.neg(e)], &ids[2..], &ids[..2]).expect("all bound");
-        let mut out = [0.0; 2];
-        tape.evaluate(&mut tape.workspace(&point[..2]), &point[2..], &mut out);
-        let value = value_of(&pool, e, &point);
-        let scale = scale_of(&pool, &text, &point);
-        prop_assert!(close(value, out[0], scale), "{value} is not {}", out[0]);
-        prop_assert!(close(out[0], -out[1], scale), "{} is not minus {}", out[0], out[1]);
+        let reference = value_at(&pool, e, &point);
+        let expected = recipe.expected(&point);
+        for (name, out) in by_each_evaluator(&tape, &point[..2], &point[2..]) {
+            prop_assert!(expected.allows(out[0]), "{name}: {} {expected:?}", out[0]);
+            prop_assert!(expected.allows(-out[1]), "{name}: {} {expected:?}", out[1]);
+            // Terms may be added in another order than by the reference, nothing else differs.
+            let is_close = (out[0] - reference).abs() <= 1e-9 * expected.scale;
+            let is_same = out[0] == reference || out[0].is_nan() && reference.is_nan();
+            let is_fragile = expected.scale > 1e6 || expected.is_on_edge || !expected.has_value;
+            prop_assert!(is_close || is_same || is_fragile , "{name}: {} is not {reference}", out[0]);
+        }
     }
+}
+
+/// The rule at poles, in the plain cases.
+#[test]
+fn only_removable_singularities_are_filled() {
+    let value = |text: &str, at: f64| {
+        let pool = Pool::new();
+        for name in NAMES {
+            pool.symbol(name);
+        }
+        let simple = pool.simplify(pool.parse(text).expect(text));
+        value_at(&pool, simple, &[at; 5])
+    };
+    // Filled with the limit: quotients of sines and cosines, and terms that cancel.
+    assert_eq!(value("sin(a)/sin(a)", 0.0), 1.0);
+    assert_eq!(value("sin(a)^2/sin(a)", 0.0), 0.0);
+    assert_eq!(value("1/a - 1/a", 0.0), 0.0);
+    // Not filled: any other divisor; a pole stays a pole.
+    assert!(value("a/a", 0.0).is_nan());
+    assert!(value("(a^2 - a)/(a - 1)", 1.0).is_nan());
+    assert!(value("a^2/a", 0.0).is_nan());
+    assert_eq!(value("cos(a)/a^2", 0.0), f64::INFINITY);
+    assert!(value("1/(sin(a)^2 + cos(a)^2 - 1)", 0.3).is_infinite());
+    assert!(value("sqrt(a)^2", -1.0).is_nan());
+    assert_eq!(value("sqrt(a^2)", -1.0), 1.0);
 }

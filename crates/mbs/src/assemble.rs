@@ -8,11 +8,12 @@
 //! Source: Lê Hồng Lam and Đinh Văn Phong (2008), equations (1.1) to (1.3). The left side of (1.3)
 //! is written out as M(q) q̈ + h(q, q̇), h by the Christoffel sums of M.
 
-use bksim_expr::{Expr, Pool, SymbolId};
+use bksim_expr::{Expr, SymbolId};
 
 use crate::force::{self, Wrench};
 use crate::joint;
 use crate::kinematics::{Coordinate, Kinematics};
+use crate::lagrange::left_side;
 use crate::model::{BodyId, DriveId, JointId, Model, Vector};
 use crate::spatial;
 use crate::tree::Tree;
@@ -86,10 +87,6 @@ pub fn assemble(model: &Model) -> SymbolicSystem {
     let kinematics = Kinematics::along(model, &tree);
     let positions: Vec<SymbolId> = kinematics.coordinates.iter().map(|c| c.q).collect();
 
-    // (1.1): the mass matrix, and T from it.
-    let mass_matrix = mass_matrix(model, &kinematics);
-    let kinetic_energy = quadratic_form(pool, &kinematics.coordinates, &mass_matrix);
-
     // Potentials and generalised forces.
     let signals = signal_values(model, &kinematics);
     let mut potentials = Vec::new();
@@ -101,7 +98,7 @@ pub fn assemble(model: &Model) -> SymbolicSystem {
         applied.extend(action.applied);
         wrenches.extend(action.conservative);
     }
-    let potential_energy = pool.simplify(pool.sum(potentials));
+    let left = left_side(model, &kinematics, pool.sum(potentials));
     let force = generalised_force(model, &kinematics, &applied);
     wrenches.extend(applied);
 
@@ -116,12 +113,12 @@ pub fn assemble(model: &Model) -> SymbolicSystem {
         constraints.iter().map(|c| pool.simplify(pool.diff(c.expression, model.time))).collect();
 
     SymbolicSystem {
-        bias: bias(pool, &kinematics.coordinates, &mass_matrix),
-        potential_gradient: simplified_gradient(potential_energy),
+        kinetic_energy: left.kinetic_energy,
+        potential_energy: left.potential_energy,
+        mass_matrix: left.mass_matrix,
+        bias: left.bias,
+        potential_gradient: left.potential_gradient,
         tree,
-        kinetic_energy,
-        potential_energy,
-        mass_matrix,
         force,
         constraints,
         constraint_jacobian,
@@ -129,47 +126,6 @@ pub fn assemble(model: &Model) -> SymbolicSystem {
         wrenches,
         kinematics,
     }
-}
-
-/// M by (1.1): J_T = ∂r_c/∂q in world axes; J_R = ∂ω/∂q̇ in body axes, where I′ is constant.
-fn mass_matrix(model: &Model, kinematics: &Kinematics) -> Vec<Vec<Expr>> {
-    let pool = &model.pool;
-    let n = kinematics.coordinates.len();
-    let mut terms = vec![vec![Vec::new(); n]; n];
-    for body_idx in 1..model.bodies.len() {
-        let body = BodyId(body_idx);
-        let mass = model.bodies[body_idx].mass;
-        let com = kinematics.place(model, body, None);
-        let inertia = central_inertia(model, body);
-        let pose = &kinematics.poses[body_idx];
-        let omega_body = pose.rotation.apply_inverse(pool, &pose.omega);
-        let j_t: Vec<Vector> = kinematics
-            .coordinates
-            .iter()
-            .map(|c| com.map(|component| pool.diff(component, c.q)))
-            .collect();
-        let j_r: Vec<Vector> = kinematics
-            .coordinates
-            .iter()
-            .map(|c| omega_body.map(|component| pool.diff(component, c.v)))
-            .collect();
-        for i in 0..n {
-            for j in 0..=i {
-                let translation = pool.mul(mass, spatial::dot(pool, &j_t[i], &j_t[j]));
-                let rotation = spatial::dot(pool, &j_r[i], &multiply(pool, &inertia, &j_r[j]));
-                terms[i][j].extend([translation, rotation]);
-            }
-        }
-    }
-    let mut matrix = vec![vec![pool.zero(); n]; n];
-    for i in 0..n {
-        for j in 0..=i {
-            let entry = pool.simplify(pool.sum(std::mem::take(&mut terms[i][j])));
-            matrix[i][j] = entry;
-            matrix[j][i] = entry;
-        }
-    }
-    matrix
 }
 
 /// I′ about the centre of mass: by Steiner, I_c = I_P − m (d·d 1 − d dᵀ), d from P to the centre.
@@ -191,41 +147,6 @@ pub(crate) fn central_inertia(model: &Model, body: BodyId) -> [Vector; 3] {
             pool.sub(stated[i][j], pool.mul(body.mass, shift))
         })
     })
-}
-
-/// ½ vᵀ M v, each product of velocities once.
-fn quadratic_form(pool: &Pool, coordinates: &[Coordinate], matrix: &[Vec<Expr>]) -> Expr {
-    let v = |i: usize| pool.symbol_expr(coordinates[i].v);
-    let mut terms = Vec::new();
-    for i in 0..coordinates.len() {
-        terms.push(pool.product([pool.rational(1, 2), matrix[i][i], pool.powi(v(i), 2)]));
-        for j in 0..i {
-            terms.push(pool.product([matrix[i][j], v(i), v(j)]));
-        }
-    }
-    pool.sum(terms)
-}
-
-/// h_i = Σ_jk (∂M_ij/∂q_k − ½ ∂M_jk/∂q_i) v_j v_k.
-fn bias(pool: &Pool, coordinates: &[Coordinate], matrix: &[Vec<Expr>]) -> Vec<Expr> {
-    let n = coordinates.len();
-    let v = |i: usize| pool.symbol_expr(coordinates[i].v);
-    let slope = |i: usize, j: usize, k: usize| pool.diff(matrix[i][j], coordinates[k].q);
-    let h = |i: usize| {
-        let mut terms = Vec::new();
-        for j in 0..n {
-            for k in 0..=j {
-                // Both orders of a pair at once: the Christoffel symbol of the first kind.
-                let mut symbol = vec![slope(i, j, k), slope(i, k, j), pool.neg(slope(j, k, i))];
-                if j == k {
-                    symbol = vec![slope(i, j, j), pool.mul(pool.rational(-1, 2), slope(j, j, i))];
-                }
-                terms.push(pool.product([pool.sum(symbol), v(j), v(k)]));
-            }
-        }
-        pool.simplify(pool.sum(terms))
-    };
-    (0..n).map(h).collect()
 }
 
 /// Q_i = Σ F · ∂r/∂q_i + M · ∂ω/∂q̇_i.
@@ -292,8 +213,4 @@ pub(crate) fn signal_values(model: &Model, kinematics: &Kinematics) -> Vec<(Symb
         (signal.symbol, model.pool.simplify(kinematics.measure(model, signal.measure)))
     };
     model.signals.iter().map(value).collect()
-}
-
-fn multiply(pool: &Pool, matrix: &[Vector; 3], v: &Vector) -> Vector {
-    std::array::from_fn(|i| spatial::dot(pool, &matrix[i], v))
 }

@@ -4,7 +4,7 @@
 //! and powers, and the joint reactions. All take the parameters at run time, so one compiled system
 //! serves every parameter value.
 
-use bksim_expr::{Expr, Pool, SymbolId, Tape, TapeError, Workspace};
+use bksim_expr::{Expr, Pool, Runner, SymbolId, Tape, TapeError, Workspace};
 use nalgebra::{DMatrix, DVector};
 
 use crate::assemble::{Source, SymbolicSystem};
@@ -36,10 +36,10 @@ pub struct CompiledSystem {
     pub joints: Vec<String>,
     /// The drives, each with its effort.
     pub drives: Vec<Quantity>,
-    dynamics: Tape,
+    dynamics: Runner,
     shape: DynamicsShape,
-    energy: Tape,
-    reactions: Tape,
+    energy: Runner,
+    reactions: Runner,
 }
 
 /// Where the outputs of the dynamics tape go.
@@ -66,6 +66,15 @@ pub(crate) struct Dynamics {
     pub(crate) rate: DVector<f64>,
     /// nc.
     pub(crate) gamma: DVector<f64>,
+}
+
+impl Dynamics {
+    /// Whether every number is finite.
+    pub(crate) fn is_finite(&self) -> bool {
+        let matrices = self.mass.iter().chain(&self.jacobian);
+        let vectors = [&self.force, &self.constraint, &self.rate, &self.gamma];
+        matrices.chain(vectors.into_iter().flatten()).all(|value| value.is_finite())
+    }
 }
 
 /// T, V and the power of everything without a potential.
@@ -108,7 +117,8 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     let tape = |outputs: &[Expr], inputs: &[&[SymbolId]]| {
         let inputs: Vec<SymbolId> =
             std::iter::once(model.time).chain(inputs.iter().copied().flatten().copied()).collect();
-        Tape::compile(pool, outputs, &inputs, &parameters)
+        let tape = Tape::compile(pool, outputs, &inputs, &parameters)?;
+        Ok::<_, TapeError>(Runner::new(tape, model.solve.jit))
     };
 
     let (shape, dynamics) = dynamics_outputs(model, system);
@@ -145,15 +155,15 @@ impl CompiledSystem {
     pub fn evaluator(&self, parameters: &[f64]) -> Evaluator<'_> {
         let (nq, nc) = (self.nq(), self.nc());
         let n_outputs = [&self.dynamics, &self.energy, &self.reactions]
-            .map(Tape::n_outputs)
+            .map(|runner| runner.tape().n_outputs())
             .into_iter()
             .max()
             .unwrap_or(0);
         Evaluator {
             system: self,
-            dynamics: self.dynamics.workspace(parameters),
-            energy: self.energy.workspace(parameters),
-            reactions: self.reactions.workspace(parameters),
+            dynamics: self.dynamics.tape().workspace(parameters),
+            energy: self.energy.tape().workspace(parameters),
+            reactions: self.reactions.tape().workspace(parameters),
             inputs: Vec::with_capacity(1 + 3 * nq + nc),
             outputs: vec![0.0; n_outputs],
             at: Dynamics {
@@ -172,7 +182,7 @@ impl Evaluator<'_> {
     /// Evaluates the dynamics at a state into `self.at`.
     pub(crate) fn dynamics(&mut self, t: f64, q: &[f64], v: &[f64]) -> &Dynamics {
         let system = self.system;
-        let outputs = &mut self.outputs[..system.dynamics.n_outputs()];
+        let outputs = &mut self.outputs[..system.dynamics.tape().n_outputs()];
         gather(&mut self.inputs, t, &[q, v]);
         system.dynamics.evaluate(&mut self.dynamics, &self.inputs, outputs);
 
@@ -207,7 +217,7 @@ impl Evaluator<'_> {
 
     /// Joint reactions: six numbers per joint, force then moment, world axes.
     pub fn reactions_into(&mut self, t: f64, state: [&[f64]; 4], out: &mut Vec<[f64; 6]>) {
-        let outputs = &mut self.outputs[..self.system.reactions.n_outputs()];
+        let outputs = &mut self.outputs[..self.system.reactions.tape().n_outputs()];
         gather(&mut self.inputs, t, &state);
         self.system.reactions.evaluate(&mut self.reactions, &self.inputs, outputs);
         out.clear();

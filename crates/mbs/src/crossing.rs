@@ -31,7 +31,7 @@ const MAX_STEPS: usize = 4000;
 
 /// A pose is regular again when the smallest singular value of the constraint rows has
 /// grown to this part of its value at the start of the run.
-pub(crate) const REGULAR: f64 = 0.1;
+const REGULAR: f64 = 0.1;
 
 /// Size of an explicit step as part of the time in which the motion changes by its own size: its
 /// error, about the fifth power of this, is below every tolerance in use.
@@ -131,9 +131,9 @@ pub(crate) fn with_accelerations(
     State { t, q, v, a: found.vdot.as_slice().to_vec() }
 }
 
+/// The motion changes by its own size in a radian, or a metre.
 fn step_size(state: &State) -> f64 {
-    let size = |i: usize| state.q[i].abs().max(1.0);
-    let rate = |i: usize| state.v[i].abs() / size(i) + (state.a[i].abs() / size(i)).sqrt();
+    let rate = |i: usize| state.v[i].abs() + state.a[i].abs().sqrt();
     let fastest = (0..state.q.len()).map(rate).fold(1e-3, f64::max);
     STEP_PART / fastest
 }

@@ -14,7 +14,7 @@
 //! is exact: it is differentiated from the residual's own expressions.
 
 use bksim_dae::{Index, Layout, NotFinite, Pattern, System, Tolerance};
-use bksim_expr::{Expr, SymbolId, Tape, TapeError, Workspace};
+use bksim_expr::{Expr, Runner, SparseJacobian, SymbolId, Tape, TapeError, Workspace};
 
 use crate::assemble::SymbolicSystem;
 use crate::compile::constraint_velocity;
@@ -28,8 +28,8 @@ pub struct MotionEquations {
     nc: usize,
     layout: Layout,
     pattern: Pattern,
-    residual: Tape,
-    jacobian: Tape,
+    residual: Runner,
+    jacobian: Runner,
     /// Position in the pattern of each output of the Jacobian tape: first ∂F/∂y, then ∂F/∂y′.
     jacobian_slots: Vec<usize>,
     n_y_entries: usize,
@@ -60,15 +60,10 @@ pub fn formulate(
     system: &SymbolicSystem,
     formulation: Formulation,
 ) -> Result<MotionEquations, TapeError> {
-    let pool = &model.pool;
     let (nq, nc) = (system.coordinates().len(), system.constraints.len());
-    let unknowns = Unknowns::new(model, system, formulation);
-    let rows = unknowns.residual(model, system, formulation);
+    let Derived { unknowns, rows, dy, dydot } = Derived::new(model, system, formulation);
     let n = rows.len();
-
-    let dy = pool.jacobian(&rows, &unknowns.y);
-    let dydot = pool.jacobian(&rows, &unknowns.ydot);
-    let cells = |j: &bksim_expr::SparseJacobian| -> Vec<(usize, usize)> {
+    let cells = |j: &SparseJacobian| -> Vec<(usize, usize)> {
         j.entries.iter().map(|&(row, col, _)| (row, col)).collect()
     };
     // The diagonal of the multipliers is empty, but held rows need it.
@@ -79,22 +74,59 @@ pub fn formulate(
         pattern.position(row, col).expect("the pattern holds every entry")
     };
     let jacobian_slots = cells(&dy).iter().chain(&cells(&dydot)).map(slot).collect();
-
-    let inputs: Vec<SymbolId> =
-        [&[model.time], unknowns.y.as_slice(), unknowns.ydot.as_slice()].concat();
-    let parameters: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
-    let entries: Vec<Expr> = dy.entries.iter().chain(&dydot.entries).map(|&(_, _, e)| e).collect();
+    let compiled =
+        |outputs: &[Expr]| Ok(Runner::new(unknowns.compile(model, outputs)?, model.solve.jit));
     Ok(MotionEquations {
         formulation,
         nq,
         nc,
         layout: unknowns.layout(model, system, formulation),
-        residual: Tape::compile(pool, &rows, &inputs, &parameters)?,
-        jacobian: Tape::compile(pool, &entries, &inputs, &parameters)?,
+        residual: compiled(&rows)?,
+        jacobian: compiled(&entries(&dy, &dydot))?,
         jacobian_slots,
         n_y_entries: dy.entries.len(),
         pattern,
     })
+}
+
+/// One function of (t, y, y′) that gives the residual and then the nonzero entries of ∂F/∂y and
+/// ∂F/∂y′, for those who need all of them at every point.
+///
+/// Newton's iteration does not: it keeps a Jacobian for many residuals, so that [`formulate`]
+/// compiles the two apart.
+///
+/// # Errors
+/// [`TapeError`] names a symbol that is neither time, a parameter nor part of the state.
+pub fn residual_and_jacobian(
+    model: &Model,
+    system: &SymbolicSystem,
+    formulation: Formulation,
+) -> Result<Tape, TapeError> {
+    let Derived { unknowns, rows, dy, dydot } = Derived::new(model, system, formulation);
+    unknowns.compile(model, &[rows, entries(&dy, &dydot)].concat())
+}
+
+/// Residual and Jacobian of one formulation as expressions.
+struct Derived {
+    unknowns: Unknowns,
+    rows: Vec<Expr>,
+    dy: SparseJacobian,
+    dydot: SparseJacobian,
+}
+
+impl Derived {
+    fn new(model: &Model, system: &SymbolicSystem, formulation: Formulation) -> Self {
+        let unknowns = Unknowns::new(model, system, formulation);
+        let rows = unknowns.residual(model, system, formulation);
+        let dy = model.pool.jacobian(&rows, &unknowns.y);
+        let dydot = model.pool.jacobian(&rows, &unknowns.ydot);
+        Self { unknowns, rows, dy, dydot }
+    }
+}
+
+/// The nonzero entries of both Jacobians, first ∂F/∂y.
+fn entries(dy: &SparseJacobian, dydot: &SparseJacobian) -> Vec<Expr> {
+    dy.entries.iter().chain(&dydot.entries).map(|&(_, _, entry)| entry).collect()
 }
 
 impl MotionEquations {
@@ -115,8 +147,8 @@ impl MotionEquations {
         let has_mu = self.formulation == Formulation::Ggl;
         Motion {
             equations: self,
-            residual: self.residual.workspace(parameters),
-            jacobian: self.jacobian.workspace(parameters),
+            residual: self.residual.tape().workspace(parameters),
+            jacobian: self.jacobian.tape().workspace(parameters),
             inputs: Vec::with_capacity(1 + 2 * self.n()),
             values: vec![0.0; self.jacobian_slots.len()],
             held: held_lambda.chain(held_mu.filter(|_| has_mu)).collect(),
@@ -244,6 +276,13 @@ impl Unknowns {
         let rest = ydot.len()..y.len();
         ydot.extend(rest.map(|i| id(fresh(format!("'rate{i}")))));
         Self { y, ydot, mu }
+    }
+
+    /// Compiles functions of t, y, y′ and the parameters.
+    fn compile(&self, model: &Model, outputs: &[Expr]) -> Result<Tape, TapeError> {
+        let inputs = [&[model.time], self.y.as_slice(), self.ydot.as_slice()].concat();
+        let parameters: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
+        Tape::compile(&model.pool, outputs, &inputs, &parameters)
     }
 
     fn residual(

@@ -1,16 +1,15 @@
 //! The legs of a run between singular poses: integrate, and where a pose stops the integrator or
 //! throws it off its branch, cross it from the last good state and go on behind.
 
-use std::collections::VecDeque;
-
 use bksim_dae::{Control, End, SolveError, Stats, Step, solve};
 
-use crate::crossing::{REGULAR, State, cross, land, smallest_singular_value, with_accelerations};
+use crate::crossing::{State, cross, land, smallest_singular_value, with_accelerations};
 use crate::formulate::MotionEquations;
 use crate::linear::project;
 use crate::model::SolveOptions;
 use crate::recorder::{Recorder, Stretch};
 use crate::run::{Sample, residuals, settings};
+use crate::side::{Pose, Side};
 use crate::start::Start;
 
 /// A run in its legs between singular poses.
@@ -22,10 +21,18 @@ pub(crate) struct Run<'a, 'b> {
     pub(crate) is_stopped: bool,
     /// Where the next leg starts.
     reached: State,
-    /// Ends of the last accepted steps of this leg.
-    history: VecDeque<State>,
+    /// End of the last accepted step of this leg.
+    last: Option<State>,
+    /// The last state in which the constraints were independent by a good margin.
+    last_regular: State,
     lambda: Vec<f64>,
-    /// A step jumped to where rows that depended on others no longer hold.
+    /// Smallest singular value of the independent constraint rows at the start.
+    regular: f64,
+    /// The side of the last accepted state.
+    side: Option<Side>,
+    /// Singular poses are crossed; not with fixed steps.
+    is_watching: bool,
+    /// A step jumped over a singular pose.
     left_branch: bool,
     /// Counters of the legs before this one.
     before: Stats,
@@ -34,36 +41,33 @@ pub(crate) struct Run<'a, 'b> {
 /// Dependent rows count as broken beyond this part of the mechanism's size.
 const BRANCH_TOLERANCE: f64 = 1e-6;
 
-/// States kept of a leg; the approach to a singular pose takes fewer steps.
-const HISTORY: usize = 1024;
-
 impl<'a, 'b> Run<'a, 'b> {
     /// A run that has recorded its start.
     pub(crate) fn new(
-        recorder: Recorder<'a>,
+        mut recorder: Recorder<'a>,
         start: &Start,
         observer: &'b mut dyn FnMut(&Sample) -> Control,
         stop: &'b dyn Fn() -> bool,
     ) -> Self {
         let reached =
             State { t: start.t, q: start.q.clone(), v: start.v.clone(), a: start.a.clone() };
+        let regular =
+            smallest_singular_value(&mut recorder.evaluator, &reached, &recorder.dependent);
         Self {
             recorder,
             observer,
             stop,
             is_stopped: false,
+            last_regular: reached.clone(),
             reached,
-            history: VecDeque::with_capacity(HISTORY),
+            last: None,
             lambda: start.lambda.clone(),
+            regular,
+            side: None,
+            is_watching: false,
             left_branch: false,
             before: Stats::default(),
         }
-    }
-
-    /// Smallest singular value of the independent constraint rows at the start.
-    pub(crate) fn regular(&mut self) -> f64 {
-        let recorder = &mut self.recorder;
-        smallest_singular_value(&mut recorder.evaluator, &self.reached, &recorder.dependent)
     }
 
     /// Integrates to the end; the error is `None` when the motion left its branch.
@@ -73,6 +77,13 @@ impl<'a, 'b> Run<'a, 'b> {
         parameters: &[f64],
         options: &SolveOptions,
     ) -> Result<End, Option<SolveError>> {
+        self.is_watching = options.step.is_none();
+        let recorder = &mut self.recorder;
+        let regular = self.side.as_ref().map_or(0.0, Side::regular);
+        let Recorder { evaluator, dependent, .. } = recorder;
+        self.side = Some(Side::of(evaluator, &self.reached, dependent, regular));
+        self.last_regular = self.reached.clone();
+        self.last = None;
         let motion = equations.at(parameters, &self.recorder.dependent);
         let State { t, q, v, a } = &self.reached;
         let (y, ydot) = equations.state(q, v, a, &self.lambda);
@@ -94,7 +105,7 @@ impl<'a, 'b> Run<'a, 'b> {
 
     /// Hands out the end of the last step of a run that ends early.
     pub(crate) fn record_last(&mut self) {
-        let Some(State { t, q, v, .. }) = self.history.back() else { return };
+        let Some(State { t, q, v, .. }) = &self.last else { return };
         let nq = q.len();
         let stretch = Stretch {
             t0: *t,
@@ -110,7 +121,8 @@ impl<'a, 'b> Run<'a, 'b> {
     }
 
     fn on_step(&mut self, step: &Step<'_>) -> Control {
-        if self.is_off_branch(step) {
+        let pose = self.pose_after(step);
+        if pose == Pose::Passed {
             self.left_branch = true;
             self.recorder.summary.stats = sum(&self.before, step.stats());
             return Control::Stop;
@@ -123,18 +135,30 @@ impl<'a, 'b> Run<'a, 'b> {
             stats: sum(&self.before, step.stats()),
         };
         let nq = self.reached.q.len();
-        let mut state = match self.history.len() {
-            HISTORY => self.history.pop_front().unwrap_or_default(),
-            _ => State::default(),
-        };
+        let state = self.last.get_or_insert_default();
         state.t = step.t1();
         state.q.clear();
         state.q.extend_from_slice(&step.y1()[..nq]);
         state.v.clear();
         state.v.extend_from_slice(&step.y1()[nq..2 * nq]);
-        self.history.push_back(state);
+        if pose == Pose::Regular {
+            self.last_regular.clone_from(state);
+        }
         self.is_stopped = self.recorder.pass(&stretch, self.observer) == Control::Stop;
         if self.is_stopped || (self.stop)() { Control::Stop } else { Control::Continue }
+    }
+
+    /// Whether a step has jumped over a singular pose: its equations had no unique solution on the
+    /// way, so what it came to need not be the same motion.
+    fn pose_after(&mut self, step: &Step<'_>) -> Pose {
+        if self.is_off_branch(step) {
+            return Pose::Passed;
+        }
+        let Recorder { evaluator, dependent, .. } = &mut self.recorder;
+        match &mut self.side {
+            Some(side) if self.is_watching => side.follow(evaluator, step, dependent, self.regular),
+            _ => Pose::Weak,
+        }
     }
 
     /// Whether rows that used to follow from the others are broken at the end of a step: it has
@@ -151,16 +175,13 @@ impl<'a, 'b> Run<'a, 'b> {
     }
 
     /// Crosses the singular pose that stopped a leg; false when there is none to cross.
-    pub(crate) fn pass_singular_pose(&mut self, options: &SolveOptions, regular: f64) -> bool {
-        let Some(stopped_at) = self.history.back().map(|state| state.t) else {
-            return false;
-        };
+    pub(crate) fn pass_singular_pose(&mut self, options: &SolveOptions) -> bool {
+        let regular = self.regular;
+        let stopped_at = self.last.as_ref().unwrap_or(&self.reached).t;
         if options.step.is_some() || !self.is_near_singular(regular) {
             return false;
         }
-        let Some(from) = self.last_regular_state(regular) else {
-            return false;
-        };
+        let from = self.last_regular_state();
         let recorder = &mut self.recorder;
         let dependent = recorder.dependent.clone();
         let Some(mut passed) =
@@ -199,32 +220,25 @@ impl<'a, 'b> Run<'a, 'b> {
         self.left_branch = false;
         self.before = stats;
         self.lambda = found.lambda;
-        self.history.clear();
         self.reached = passed.pop().unwrap_or_default();
         true
     }
 
     fn is_near_singular(&mut self, regular: f64) -> bool {
         const NEAR: f64 = 0.2;
-        let Some(state) = self.history.back() else { return false };
+        let state = self.last.as_ref().unwrap_or(&self.reached);
         let recorder = &mut self.recorder;
         let now = smallest_singular_value(&mut recorder.evaluator, state, &recorder.dependent);
         self.left_branch || now < NEAR * regular
     }
 
-    /// The last state before the constraints became weak, on the constraints. Steps shrink towards
-    /// a singular pose, and the states nearest to it have lost digits.
-    fn last_regular_state(&mut self, regular: f64) -> Option<State> {
-        let recorder = &mut self.recorder;
-        let evaluator = &mut recorder.evaluator;
-        let is_regular = |state: &&State| {
-            smallest_singular_value(evaluator, state, &recorder.dependent) >= REGULAR * regular
-        };
-        let found = self.history.iter().rev().find(is_regular).or(self.history.front())?;
-        let State { t, mut q, mut v, .. } = found.clone();
-        let evaluator = &mut recorder.evaluator;
-        project(evaluator, t, &mut q, &mut v, &recorder.dependent);
-        Some(with_accelerations(evaluator, t, q, v, &recorder.dependent))
+    /// The last regular state, on the constraints. Steps shrink towards a singular pose, and the
+    /// states nearest to it have lost digits.
+    fn last_regular_state(&mut self) -> State {
+        let Recorder { evaluator, dependent, .. } = &mut self.recorder;
+        let State { t, mut q, mut v, .. } = self.last_regular.clone();
+        project(evaluator, t, &mut q, &mut v, dependent);
+        with_accelerations(evaluator, t, q, v, dependent)
     }
 }
 

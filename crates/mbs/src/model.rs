@@ -6,6 +6,7 @@
 //!
 //! Geometry is three-dimensional throughout; a planar model has z = 0 and all axes along ±z.
 
+pub use bksim_expr::Jit;
 use bksim_expr::{Expr, Pool, SymbolId};
 
 use crate::diagnostic::Span;
@@ -368,6 +369,8 @@ pub struct SolveOptions {
     pub newton_tolerance: f64,
     /// Which equations are integrated.
     pub formulation: Formulation,
+    /// When the equations become machine code; no result depends on it. Default: when it pays.
+    pub jit: Jit,
     /// Place of each stated key, for messages that arise later.
     pub spans: Vec<(String, Span)>,
 }

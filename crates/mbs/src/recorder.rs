@@ -29,6 +29,8 @@ pub(crate) struct Recorder<'a> {
     t_end: f64,
     every: f64,
     next_idx: u64,
+    /// The equations had no value at the last output time; that sample was not handed out.
+    pub(crate) is_undefined: bool,
     pub(crate) sample: Sample,
     y: Vec<f64>,
     pub(crate) summary: Summary,
@@ -51,6 +53,7 @@ impl<'a> Recorder<'a> {
             t_end: options.t_end,
             every: options.every.unwrap_or((options.t_end - start.t) / 500.0),
             next_idx: 1,
+            is_undefined: false,
             sample: Sample::default(),
             y: vec![0.0; n_unknowns],
             summary: Summary::default(),
@@ -88,7 +91,7 @@ impl<'a> Recorder<'a> {
             self.summary.energy.work += self.work_between(stretch, from, t);
             from = t;
             self.take(stretch, t);
-            if self.hand_out(observer) == Control::Stop {
+            if self.is_undefined || self.hand_out(observer) == Control::Stop {
                 return Control::Stop;
             }
         }
@@ -152,6 +155,8 @@ impl<'a> Recorder<'a> {
         sample.position_residual = drift.position;
         sample.velocity_residual = drift.velocity;
         let at = self.evaluator.dynamics(t, &sample.q, &sample.v);
+        // A step may straddle a pole of a drive; an output time may hit it.
+        self.is_undefined = !at.is_finite();
         if let Some(found) = accelerations(at, &self.dependent) {
             sample.a.copy_from_slice(found.vdot.as_slice());
             sample.lambda.copy_from_slice(found.lambda.as_slice());
@@ -171,8 +176,10 @@ impl<'a> Recorder<'a> {
         let forward = (self.t_end - self.t_start).signum();
         if (stretch.t1 - self.sample.t) * forward > 0.0 {
             self.take(stretch, stretch.t1);
-            // The run has ended: there is nothing left to stop.
-            let _ = self.hand_out(observer);
+            if !self.is_undefined {
+                // The run has ended: there is nothing left to stop.
+                let _ = self.hand_out(observer);
+            }
         }
     }
 

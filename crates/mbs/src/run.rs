@@ -6,7 +6,9 @@
 //! comes from stage values of the multipliers. Where a singular pose stops the integrator, the run
 //! crosses it (see `crossing`) and goes on behind it.
 
-use bksim_dae::{Control, End, Settings, SolveError, Stats, StepControl};
+use bksim_dae::{
+    Control, End, ErrorTest, NewtonSettings, Settings, SolveError, Standstill, Stats, StepControl,
+};
 use nalgebra::DVector;
 
 use crate::compile::{CompiledSystem, Energy, Evaluator};
@@ -114,7 +116,6 @@ pub fn run(
         return Ok(recorder.summary);
     }
     let mut run = Run::new(recorder, start, observer, stop);
-    let regular = run.regular();
     loop {
         let error = match run.leg(equations, parameters, options) {
             Ok(End::Reached) => break,
@@ -126,7 +127,7 @@ pub fn run(
             }
             Err(error) => error,
         };
-        if !run.pass_singular_pose(options, regular) {
+        if !run.pass_singular_pose(options) {
             run.record_last();
             let Recorder { summary, sample, .. } = run.recorder;
             return Err(Box::new(Failure { error, summary, last: sample }));
@@ -135,9 +136,25 @@ pub fn run(
             break;
         }
     }
+    if run.recorder.is_undefined {
+        return Err(Box::new(undefined(run.recorder)));
+    }
     let mut summary = run.recorder.summary;
     summary.reached_end = summary.t == options.t_end;
     Ok(summary)
+}
+
+/// The failure of a run whose equations have no value at an output time.
+fn undefined(recorder: Recorder<'_>) -> Failure {
+    let Recorder { summary, sample: last, .. } = recorder;
+    let at = Standstill {
+        t: last.t,
+        h: last.step_size,
+        worst: Vec::new(),
+        y: [last.q.as_slice(), &last.v].concat(),
+        stats: summary.stats,
+    };
+    Failure { error: Some(SolveError::NotFinite { row: 0, at: Box::new(at) }), summary, last }
 }
 
 /// The integrator's settings for a model's options.
@@ -149,6 +166,9 @@ pub(crate) fn settings(options: &SolveOptions, equations: &MotionEquations) -> S
             None => StepControl::Adaptive,
             Some(h) => StepControl::Fixed { h, newton_tolerance: options.newton_tolerance },
         },
+        // Multipliers feel a change of contact or a weak pose before positions do.
+        error_test: ErrorTest::All,
+        newton: NewtonSettings { keep_jacobian_below: Some(1e-3), ..NewtonSettings::default() },
         ..Settings::default()
     }
 }

@@ -9,7 +9,7 @@ use bksim::dae::Control;
 use bksim::log::{Level, LogError, Outcome};
 use bksim::mbs::fault::diagnose_mobility;
 use bksim::mbs::mobility::mobility;
-use bksim::mbs::model::{Formulation, Model};
+use bksim::mbs::model::{Formulation, Jit, Model};
 use bksim::mbs::run::{Sample, Summary};
 use bksim::record::Recorder;
 use serde_json::{Value, json};
@@ -185,6 +185,13 @@ fn apply_options(model: &mut Model, args: &Solve) -> Result<(), Failure> {
             args::Formulation::Ggl => Formulation::Ggl,
             args::Formulation::Index2 => Formulation::Index2,
             args::Formulation::Index3 => Formulation::Index3,
+        };
+    }
+    if let Some(jit) = args.jit {
+        solve.jit = match jit {
+            args::Jit::Auto => Jit::Auto,
+            args::Jit::On => Jit::On,
+            args::Jit::Off => Jit::Off,
         };
     }
     Ok(())

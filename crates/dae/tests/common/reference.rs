@@ -1,10 +1,14 @@
 //! Reference data of the test problems, from `tests/data`.
 
+use std::collections::HashMap;
+
 use serde_json::Value;
 
 /// One test problem as published: parameters, start and end values.
 pub struct Reference {
     json: Value,
+    /// Parsed once: residuals ask for them.
+    parameters: HashMap<String, f64>,
 }
 
 fn number(value: &Value) -> f64 {
@@ -15,7 +19,13 @@ impl Reference {
     pub fn load(name: &str) -> Self {
         let path = format!("{}/tests/data/{name}.json", env!("CARGO_MANIFEST_DIR"));
         let text = std::fs::read_to_string(&path).expect("the data file is part of the crate");
-        Self { json: serde_json::from_str(&text).expect("the data file is JSON") }
+        let json: Value = serde_json::from_str(&text).expect("the data file is JSON");
+        let parameters = json["parameters"].as_object().expect("a table").iter();
+        // Some are formulas for the reader.
+        let parsed = |(name, value): (&String, &Value)| {
+            Some((name.clone(), value.as_str()?.parse::<f64>().ok()?))
+        };
+        Self { parameters: parameters.filter_map(parsed).collect(), json }
     }
 
     pub fn t_end(&self) -> f64 {
@@ -23,7 +33,7 @@ impl Reference {
     }
 
     pub fn parameter(&self, name: &str) -> f64 {
-        number(&self.json["parameters"][name])
+        self.parameters[name]
     }
 
     /// `initial` values of `q`, `v`, `a` or `lam`.

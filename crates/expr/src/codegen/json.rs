@@ -49,8 +49,8 @@ impl Program<'_> {
             numbers(&tape.constants),
             list(self.signature.parameters.iter().map(quantity)),
             list(self.signature.inputs.iter().map(quantity)),
-            list(self.instructions().map(|(_, i)| instruction(i))),
-            tape.prologue.len(),
+            list(tape.operations().map(|(_, i)| instruction(&i))),
+            tape.first_body - tape.first_prologue(),
             list(outputs),
             list(tests),
         )
@@ -94,6 +94,7 @@ fn instruction(instruction: &Instruction) -> String {
         Action::Power => ("power", 2),
         Action::Call(Function::If) => ("if", 3),
         Action::Call(function) => (function.name(), function.arity()),
+        Action::Turn => unreachable!("operations are single"),
     };
     let operands: Vec<String> = [a, b, c][..n_operands].iter().map(ToString::to_string).collect();
     format!("[\"{name}\", {}]", operands.join(", "))

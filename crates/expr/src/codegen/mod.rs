@@ -178,10 +178,10 @@ impl Program<'_> {
         &self.points
     }
 
-    /// The instructions in order, each with the register it writes.
-    fn instructions(&self) -> impl Iterator<Item = (usize, &Instruction)> {
-        let first = self.tape.first_input() + self.tape.n_inputs;
-        (first..).zip(self.tape.prologue.iter().chain(&self.tape.body))
+    /// The operations that anything reads, each with the register it writes.
+    fn instructions(&self) -> impl Iterator<Item = (usize, Instruction)> {
+        let is_read = self.read_registers();
+        self.tape.operations().filter(move |&(register, _)| is_read[register])
     }
 
     /// What stands for a register in an expression.
@@ -204,7 +204,7 @@ impl Program<'_> {
 
     /// The name that an instruction's register is given.
     fn result_name(&self, register: usize) -> String {
-        format!("v{}", register - self.tape.first_input() - self.tape.n_inputs)
+        format!("v{}", register - self.tape.first_prologue())
     }
 
     /// Declarations of all that is read from the arguments, then of every instruction.
@@ -221,7 +221,7 @@ impl Program<'_> {
             .map(|(_, (array, i, name))| dialect.declaration(name, &format!("{array}[{i}]")))
             .collect();
         for (register, instruction) in self.instructions() {
-            let value = self.value(dialect, instruction);
+            let value = self.value(dialect, &instruction);
             statements.push(dialect.declaration(&self.result_name(register), &value));
         }
         statements
@@ -229,9 +229,8 @@ impl Program<'_> {
 
     /// Whether each register is read by an instruction or an output.
     fn read_registers(&self) -> Vec<bool> {
-        let mut is_read =
-            vec![false; self.tape.first_input() + self.tape.n_inputs + self.tape.len()];
-        let read = self.instructions().flat_map(|(_, i)| [i.a, i.b, i.c]);
+        let mut is_read = vec![false; self.tape.n_registers];
+        let read = self.tape.operations().flat_map(|(_, i)| [i.a, i.b, i.c]);
         for register in read.chain(self.tape.outputs.iter().copied()) {
             is_read[register as usize] = true;
         }
@@ -249,6 +248,7 @@ impl Program<'_> {
             Action::Negate => format!("-{a}"),
             Action::Power => dialect.power(&a, &b),
             Action::Call(function) => dialect.call(function, [&a, &b, &c]),
+            Action::Turn => unreachable!("operations are single"),
         }
     }
 

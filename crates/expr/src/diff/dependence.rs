@@ -18,7 +18,15 @@ pub(super) struct Dependence {
 
 impl Dependence {
     pub(super) fn new(sweep: &Sweep, columns: &[SymbolId]) -> Self {
-        let n_words = columns.len().div_ceil(WORD_BITS);
+        Self::in_words(sweep, columns, columns.len().div_ceil(WORD_BITS))
+    }
+
+    /// Tells only whether a step depends on any column, however many: all are one bit.
+    pub(super) fn on_any(sweep: &Sweep, columns: &[SymbolId]) -> Self {
+        Self::in_words(sweep, columns, 1)
+    }
+
+    fn in_words(sweep: &Sweep, columns: &[SymbolId], n_words: usize) -> Self {
         let mut sorted: Vec<_> = columns.iter().copied().zip(0..).collect();
         sorted.sort_unstable();
         let mut dependence = Self {
@@ -30,8 +38,8 @@ impl Dependence {
         for (position, step) in sweep.steps.iter().enumerate() {
             if let Some(symbol) = step.symbol() {
                 for &(_, column) in &dependence.columns_of(symbol).to_vec() {
-                    dependence.bits[position * n_words + column / WORD_BITS] |=
-                        1 << (column % WORD_BITS);
+                    let bit = column % (n_words * WORD_BITS);
+                    dependence.bits[position * n_words + bit / WORD_BITS] |= 1 << (bit % WORD_BITS);
                 }
                 continue;
             }

@@ -62,20 +62,18 @@ impl Pool {
         entries
     }
 
-    /// Σ ∂e/∂xᵢ · rateᵢ: the rate of `e` when each symbol changes at its rate, others rest.
-    pub fn total_derivative(&self, e: Expr, rates: &[(SymbolId, Expr)]) -> Expr {
-        let sweep = self.sweep(&[e]);
-        self.tangents(&sweep, rates)[sweep.roots[0]]
-    }
-
     /// Derivative of every step along the given rates of the symbols.
-    fn tangents(&self, sweep: &Sweep, rates: &[(SymbolId, Expr)]) -> Vec<Expr> {
-        let rates: HashMap<SymbolId, Expr> = rates.iter().copied().collect();
+    pub(super) fn tangents(&self, sweep: &Sweep, rates: &[(SymbolId, Expr)]) -> Vec<Expr> {
+        let mut rate_of: HashMap<SymbolId, Expr> = HashMap::with_capacity(rates.len());
+        for &(symbol, rate) in rates {
+            let sum = rate_of.entry(symbol).or_insert(ZERO);
+            *sum = self.add(*sum, rate);
+        }
         let mut tangents: Vec<Expr> = Vec::with_capacity(sweep.steps.len());
         for step in &sweep.steps {
             let rests = sweep.operands(step).all(|o| tangents[o] == ZERO);
             let tangent = match step.symbol() {
-                Some(symbol) => rates.get(&symbol).copied().unwrap_or(ZERO),
+                Some(symbol) => rate_of.get(&symbol).copied().unwrap_or(ZERO),
                 None if rests => ZERO,
                 None => self.tangent(sweep, step, &tangents),
             };

@@ -11,6 +11,7 @@
 
 mod dependence;
 mod forward;
+mod products;
 mod reverse;
 
 use crate::pool::{Expr, ONE, Pool, SymbolId, ZERO};
@@ -36,11 +37,21 @@ type Entry = (usize, usize, Expr);
 /// while backward every term of u is divided. Equations to be read have few symbols and go forward.
 const REVERSE_COST: usize = 4;
 
+/// Symbols above which a gradient is taken backward without asking what is cheaper.
+const MANY_COLUMNS: usize = 1 << 12;
 /// Words of dependence sets held at a time; more columns are taken in groups.
 const MAX_DEPENDENCE_WORDS: usize = 1 << 24;
 
 impl Pool {
-    /// ∂e/∂x
+    /// ∂e/∂x for any symbol: a coordinate, a velocity, a parameter.
+    ///
+    /// ```
+    /// let pool = bksim_expr::Pool::new();
+    /// let e = pool.parse("m*g*l*(1 - cos(q))").expect("valid");
+    /// let [q, l] = ["q", "l"].map(|name| pool.find_symbol(name).expect("was parsed"));
+    /// assert_eq!(pool.to_text(pool.diff(e, q)), "g*l*m*sin(q)");
+    /// assert_eq!(pool.to_text(pool.diff(e, l)), "g*m*(1 - cos(q))");
+    /// ```
     pub fn diff(&self, e: Expr, x: SymbolId) -> Expr {
         self.total_derivative(e, &[(x, ONE)])
     }
@@ -50,6 +61,10 @@ impl Pool {
     /// One backward sweep where there are many symbols: the work is a few times that of `e`,
     /// whatever their number.
     pub fn gradient(&self, e: Expr, xs: &[SymbolId]) -> Vec<Expr> {
+        // Far beyond the number where it pays to go backward, without sets of columns.
+        if xs.len() > MANY_COLUMNS {
+            return self.vjp(&[e], &[ONE], xs);
+        }
         let mut gradient = vec![ZERO; xs.len()];
         for (_, column, derivative) in self.jacobian(&[e], xs).entries {
             gradient[column] = derivative;
@@ -62,8 +77,7 @@ impl Pool {
     /// Long rows that depend on many symbols are differentiated backward, all others forward.
     pub fn jacobian(&self, rows: &[Expr], columns: &[SymbolId]) -> SparseJacobian {
         let sweep = self.sweep(rows);
-        let n_words = (MAX_DEPENDENCE_WORDS / sweep.steps.len().max(1)).max(1);
-        let n_grouped = n_words.saturating_mul(dependence::WORD_BITS);
+        let n_grouped = columns_at_a_time(&sweep);
         let mut entries = Vec::new();
         for (group, columns) in columns.chunks(n_grouped).enumerate() {
             let found = self.jacobian_of_group(&sweep, columns);
@@ -81,6 +95,12 @@ impl Pool {
         entries.extend(self.reverse_rows(sweep, &dependence, &plan.reverse));
         entries
     }
+}
+
+/// Columns whose dependence sets are held together.
+fn columns_at_a_time(sweep: &Sweep) -> usize {
+    let n_words = (MAX_DEPENDENCE_WORDS / sweep.steps.len().max(1)).max(1);
+    n_words.saturating_mul(dependence::WORD_BITS)
 }
 
 /// Which rows are differentiated which way.

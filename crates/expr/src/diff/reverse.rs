@@ -15,40 +15,53 @@ impl Pool {
         dependence: &Dependence,
         rows: &[(usize, Vec<usize>)],
     ) -> Vec<Entry> {
-        let mut entries = Vec::new();
-        // What the users of each step have contributed to its adjoint so far.
         let mut shares = vec![Vec::new(); sweep.steps.len()];
+        let mut entries = Vec::new();
         for (row, reach) in rows {
-            let mut by_column = vec![Vec::new(); dependence.n_columns];
             shares[sweep.roots[*row]].push(ONE);
-            let branches = self.branch_derivatives(sweep, dependence, reach);
-            for &position in reach {
-                let adjoint = self.sum(std::mem::take(&mut shares[position]));
-                if adjoint == ZERO {
-                    continue;
-                }
-                let step = &sweep.steps[position];
-                if let Some(symbol) = step.symbol() {
-                    for &(_, column) in dependence.columns_of(symbol) {
-                        by_column[column].push(adjoint);
-                    }
-                    continue;
-                }
-                let start = branches.partition_point(|branch| branch.0 < position);
-                let own = branches[start..].iter().take_while(|branch| branch.0 == position);
-                for &(_, column, derivative) in own {
-                    by_column[column].push(self.mul(adjoint, derivative));
-                }
-                self.pull_back(sweep, step, adjoint, &mut |operand, share| {
-                    if share != ZERO && !dependence.is_empty(operand) {
-                        shares[operand].push(share);
-                    }
-                });
-            }
-            let sums = by_column.into_iter().enumerate().map(|(c, s)| (*row, c, self.sum(s)));
-            entries.extend(sums.filter(|entry| entry.2 != ZERO));
+            let sums = self.reverse(sweep, dependence, reach, &mut shares).into_iter();
+            let of_row = sums.enumerate().map(|(column, sum)| (*row, column, sum));
+            entries.extend(of_row.filter(|entry| entry.2 != ZERO));
         }
         entries
+    }
+
+    /// One backward sweep over the positions in reach, users before operands: the derivative by
+    /// each column of Σ wᵢ uᵢ, with the weights wᵢ of steps uᵢ given as their first `shares` (what
+    /// the users of each step have contributed to its adjoint so far). Takes all shares again.
+    pub(super) fn reverse(
+        &self,
+        sweep: &Sweep,
+        dependence: &Dependence,
+        reach: &[usize],
+        shares: &mut [Vec<Expr>],
+    ) -> Vec<Expr> {
+        let mut by_column = vec![Vec::new(); dependence.n_columns];
+        let branches = self.branch_derivatives(sweep, dependence, reach);
+        for &position in reach {
+            let adjoint = self.sum(std::mem::take(&mut shares[position]));
+            if adjoint == ZERO {
+                continue;
+            }
+            let step = &sweep.steps[position];
+            if let Some(symbol) = step.symbol() {
+                for &(_, column) in dependence.columns_of(symbol) {
+                    by_column[column].push(adjoint);
+                }
+                continue;
+            }
+            let start = branches.partition_point(|branch| branch.0 < position);
+            let own = branches[start..].iter().take_while(|branch| branch.0 == position);
+            for &(_, column, derivative) in own {
+                by_column[column].push(self.mul(adjoint, derivative));
+            }
+            self.pull_back(sweep, step, adjoint, &mut |operand, share| {
+                if share != ZERO && !dependence.is_empty(operand) {
+                    shares[operand].push(share);
+                }
+            });
+        }
+        by_column.into_iter().map(|shares| self.sum(shares)).collect()
     }
 
     /// Position, column and derivative of every `if` in reach, in ascending order. They are

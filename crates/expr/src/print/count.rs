@@ -27,7 +27,68 @@ impl OperationCount {
     }
 }
 
+/// Operations by kind.
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
+pub struct Operations {
+    /// Multiplications.
+    pub multiplications: u64,
+    /// Additions and subtractions.
+    pub additions: u64,
+    /// Divisions.
+    pub divisions: u64,
+    /// Function calls and general powers.
+    pub calls: u64,
+}
+
+impl Operations {
+    /// All of them.
+    pub fn total(self) -> u64 {
+        [self.additions, self.divisions, self.calls]
+            .iter()
+            .fold(self.multiplications, |sum, &n| sum.saturating_add(n))
+    }
+
+    /// Adds other operations; saturates.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            multiplications: self.multiplications.saturating_add(other.multiplications),
+            additions: self.additions.saturating_add(other.additions),
+            divisions: self.divisions.saturating_add(other.divisions),
+            calls: self.calls.saturating_add(other.calls),
+        }
+    }
+}
+
+impl OperationCount {
+    /// The operations on the shared graph by kind.
+    pub fn operations(&self) -> Operations {
+        Operations {
+            multiplications: self.multiplications,
+            additions: self.additions,
+            divisions: self.divisions,
+            calls: self.calls,
+        }
+    }
+}
+
 impl Pool {
+    /// Operations by kind when every expression is written out in full; saturates.
+    pub fn printed_operations(&self, roots: &[Expr]) -> Operations {
+        let sweep = self.sweep(roots);
+        let stands_alone = stands_alone(&sweep);
+        let mut printed: Vec<Operations> = Vec::with_capacity(sweep.steps.len());
+        for (position, step) in sweep.steps.iter().enumerate() {
+            let mut own = self.own_operations(&sweep, step);
+            if !stands_alone[position] {
+                own.divisions = own.divisions.min(u64::from(step.op == Op::Mul));
+            }
+            let below = sweep.operands(step).map(|o| printed[o]);
+            printed.push(below.fold(own.operations(), Operations::plus));
+        }
+        sweep.roots.iter().map(|&root| printed[root]).fold(Operations::default(), Operations::plus)
+    }
+
     /// Counts the operations of `roots` together.
     pub fn operation_count(&self, roots: &[Expr]) -> OperationCount {
         self.count_sweep(&self.sweep(roots))

@@ -1,204 +1,215 @@
-//! Expressions as text a person reads: ordered terms and factors, then a notation.
+//! Expressions as a person reads them: one walk, five notations.
 //!
-//! The canonical order of the pool is blind to names; here terms and factors are put into the
-//! order a person would write: numbers, symbols by name, sums, calls.
+//! ```text
+//! expression ─ order ─ walk ─ marks ─┬─ text      m*x_ddot + c*x_dot        reads back
+//!                                    ├─ unicode   m·ẍ + c·ẋ                 for the terminal
+//!                                    ├─ latex     m \, \ddot{x} + …
+//!                                    ├─ typst     m thin dot.double(x) + …
+//!                                    └─ mathml    <mi>m</mi>…
+//! ```
+//!
+//! The canonical order of the pool is blind to names; [`order`] puts terms and factors into the
+//! order a person would write. [`walk`] decides on signs, fractions, powers and parentheses and
+//! emits [`mark`]s; a notation says what each mark is written as. [`lines`] breaks long sums.
 
 mod count;
 mod latex;
+mod lines;
+mod mark;
+mod mathml;
+mod name;
+mod order;
+mod split;
 mod text;
+mod typst;
+mod unicode;
+mod walk;
 
-pub use count::OperationCount;
+pub use count::{OperationCount, Operations};
+pub use split::SplitTerm;
 
-use crate::number::Number;
-use crate::op::Op;
-use crate::pool::{Expr, ONE, Pool, SymbolId};
-use std::cmp::Ordering;
-use std::collections::HashMap;
+use crate::pool::{Expr, Pool, SymbolId};
+use mark::{Mark, Names};
+use order::Reader;
+use walk::Sum;
 
-/// How tightly the surroundings of an expression bind; anything looser needs parentheses.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
-enum Strength {
-    Sum,
-    Product,
-    Power,
-    Atom,
+/// How formulas are written.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Notation {
+    /// Infix with plain identifiers, which [`Pool::parse`] reads back: `m*x_ddot + c*x_dot`.
+    Text,
+    /// The same with Greek letters, dots, subscripts and superscripts: `m·ẍ + c·ẋ`.
+    Unicode,
+    /// LaTeX, for mathematics mode; needs no package but amsmath.
+    Latex,
+    /// Typst, for mathematics mode.
+    Typst,
+    /// Presentation MathML: what stands inside a `<math>` element.
+    MathMl,
 }
 
-/// A piece of output still to be written.
-enum Piece {
-    Text(String),
-    Expr(Expr, Strength),
-}
-
-impl From<&str> for Piece {
-    fn from(text: &str) -> Self {
-        Self::Text(text.to_owned())
+impl Notation {
+    /// Whether fractions and powers stay within the line.
+    fn is_linear(self) -> bool {
+        matches!(self, Self::Text | Self::Unicode)
     }
-}
 
-/// A term as it is written: a sign, and numerator and denominator.
-struct Term {
-    is_negative: bool,
-    coefficient: Number,
-    numerator: Vec<Expr>,
-    denominator: Vec<Expr>,
-}
-
-/// The reading order of the expressions below some roots.
-struct Reader<'p> {
-    pool: &'p Pool,
-    /// Rank of the first symbol (by name) in each expression; [`NO_SYMBOL`] without one.
-    ranks: HashMap<Expr, u32>,
-}
-
-const NO_SYMBOL: u32 = u32::MAX;
-
-/// Place of a factor within a product or of a term within a sum.
-type Key = (u8, u32);
-
-impl<'p> Reader<'p> {
-    fn new(pool: &'p Pool, roots: &[Expr]) -> Self {
-        let sweep = pool.sweep(roots);
-        let mut names: Vec<(String, SymbolId)> = sweep
-            .steps
-            .iter()
-            .filter_map(crate::sweep::Step::symbol)
-            .map(|symbol| (pool.symbol_name(symbol), symbol))
-            .collect();
-        names.sort_by(|a, b| natural_order(&a.0, &b.0));
-        let by_symbol: HashMap<SymbolId, u32> =
-            names.into_iter().map(|(_, symbol)| symbol).zip(0..).collect();
-        let mut ranks: Vec<u32> = Vec::with_capacity(sweep.steps.len());
-        for step in &sweep.steps {
-            let rank = match step.symbol() {
-                Some(symbol) => by_symbol[&symbol],
-                None => sweep.operands(step).map(|o| ranks[o]).min().unwrap_or(NO_SYMBOL),
-            };
-            ranks.push(rank);
+    /// Appends what a mark is written as.
+    fn write(self, mark: &Mark, names: &Names<'_>, out: &mut String) {
+        match self {
+            Self::Text => text::write(mark, names, out),
+            Self::Unicode => unicode::write(mark, names, out),
+            Self::Latex => latex::write(mark, names, out),
+            Self::Typst => typst::write(mark, names, out),
+            Self::MathMl => mathml::write(mark, names, out),
         }
-        let ranks = sweep.steps.iter().map(|step| step.expr).zip(ranks).collect();
-        Self { pool, ranks }
     }
 
-    fn rank(&self, e: Expr) -> u32 {
-        self.ranks.get(&e).copied().unwrap_or(NO_SYMBOL)
+    /// Columns that a text takes on a terminal, in which dots above letters take none.
+    pub fn columns(text: &str) -> usize {
+        unicode::columns(text)
     }
 
-    /// Symbols and their powers come first, then sums, then calls.
-    fn factor_key(&self, e: Expr) -> Key {
-        let (base, _) = self.pool.split_power(e);
-        let class = match self.pool.node(base).op {
-            Op::Number | Op::Pi | Op::Symbol => 0,
-            Op::Add => 1,
-            _ => 2,
-        };
-        (class, self.rank(e))
+    /// An identifier as it stands in formulas: `theta1_dot` is `\dot{\theta}_{1}` in LaTeX.
+    pub fn name(self, name: &str) -> String {
+        match self {
+            Self::Text => name.to_owned(),
+            Self::Unicode => unicode::name(name),
+            Self::Latex => latex::name(name),
+            Self::Typst => typst::name(name),
+            Self::MathMl => mathml::name(name),
+        }
+    }
+}
+
+/// Writes expressions of one pool in one notation.
+///
+/// ```
+/// use bksim_expr::{Notation, Pool, Printer};
+///
+/// let pool = Pool::new();
+/// let e = pool.parse("m*x_ddot/2 + sqrt(k)*cos(phi1)").expect("valid");
+/// let print = |notation| Printer::new(&pool, notation).expr(e);
+/// assert_eq!(print(Notation::Text), "0.5*m*x_ddot + sqrt(k)*cos(phi1)");
+/// assert_eq!(print(Notation::Unicode), "0.5·m·x\u{308} + √(k)·cos(φ₁)");
+/// assert_eq!(
+///     print(Notation::Latex),
+///     r"\frac{1}{2} \, m \, \ddot{x} + \sqrt{k} \, \cos \phi_{1}"
+/// );
+/// assert_eq!(
+///     print(Notation::Typst),
+///     "frac(1, 2) thin m thin dot.double(x) + sqrt(k) thin cos phi_(1)"
+/// );
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Printer<'a> {
+    pool: &'a Pool,
+    notation: Notation,
+    trailing: &'a [SymbolId],
+}
+
+impl<'a> Printer<'a> {
+    /// A printer that writes factors in the order numbers, symbols by name, sums, calls.
+    pub fn new(pool: &'a Pool, notation: Notation) -> Self {
+        Self { pool, notation, trailing: &[] }
     }
 
-    /// Splits a term into sign, coefficient, and ordered numerator and denominator.
-    fn term(&self, e: Expr) -> Term {
-        let (coefficient, monic) = self.pool.split_coefficient(e);
-        let (mut numerator, mut denominator) = (Vec::new(), Vec::new());
-        for factor in self.pool.chain(monic, Op::Mul) {
-            match self.pool.split_power(factor) {
-                (base, n) if n < 0 && n != i64::MIN => {
-                    denominator.push(self.pool.powi(base, -n));
-                }
-                _ if factor == ONE => (),
-                _ => numerator.push(factor),
+    /// These symbols come last in a product, in the order given: accelerations, multipliers.
+    #[must_use]
+    pub fn trailing(self, symbols: &'a [SymbolId]) -> Self {
+        Self { trailing: symbols, ..self }
+    }
+
+    /// One expression. Shared parts are written out each time; [`Pool::operation_count`] tells how
+    /// long that is.
+    pub fn expr(&self, e: Expr) -> String {
+        let reader = Reader::new(self.pool, &[e], self.trailing);
+        let mut out = String::new();
+        self.walk(&reader, walk::whole(e), &mut |mark| self.emit(&mark, &mut out));
+        out
+    }
+
+    /// The terms joined by `+` and `−` in the given order; `0` when there are none.
+    pub fn terms(&self, terms: &[Expr]) -> String {
+        let mut out = String::new();
+        self.walk_terms(terms, Sum::Begins, &mut |mark| self.emit(&mark, &mut out));
+        out
+    }
+
+    /// The terms in lines of at most `width` where that can be done: characters for
+    /// [`Notation::Text`] and [`Notation::Unicode`], else ems of a usual mathematics font. Lines
+    /// break before `+` and `−`: between terms, or inside a long sum in parentheses.
+    pub fn lines(&self, terms: &[Expr], width: f64) -> Vec<String> {
+        self.broken_lines(terms, Sum::Begins, width)
+    }
+
+    /// As [`Printer::lines`], for terms that go on with a sum: the first line too begins with its
+    /// sign.
+    pub fn further_lines(&self, terms: &[Expr], width: f64) -> Vec<String> {
+        self.broken_lines(terms, Sum::GoesOn, width)
+    }
+
+    fn broken_lines(&self, terms: &[Expr], sum: Sum, width: f64) -> Vec<String> {
+        let mut marks = Vec::new();
+        self.walk_terms(terms, sum, &mut |mark| marks.push(mark));
+        let names = Names { pool: self.pool };
+        let measure = |mark: &Mark| match self.notation {
+            Notation::Text | Notation::Unicode => {
+                let mut out = String::new();
+                self.emit(mark, &mut out);
+                unicode::columns(&out) as f64
             }
-        }
-        for factors in [&mut numerator, &mut denominator] {
-            factors.sort_by(|&a, &b| {
-                self.factor_key(a)
-                    .cmp(&self.factor_key(b))
-                    .then_with(|| self.pool.canonical_order(a, b))
-            });
-        }
-        let is_negative = coefficient.is_negative();
-        Term { is_negative, coefficient: coefficient.magnitude(), numerator, denominator }
-    }
-
-    /// The given terms with the terms of a sum among them in its place: it needs no parentheses.
-    fn in_line(&self, terms: &[Expr]) -> Vec<Expr> {
-        let is_sum = |e| self.pool.node(e).op == Op::Add;
-        let opened =
-            |&term: &Expr| if is_sum(term) { self.ordered_terms(term) } else { vec![term] };
-        terms.iter().flat_map(opened).collect()
-    }
-
-    /// The terms of a sum in reading order; a positive one leads if there is any.
-    fn ordered_terms(&self, sum: Expr) -> Vec<Expr> {
-        let pool = self.pool;
-        let mut keyed: Vec<(Vec<Key>, Expr)> = pool
-            .chain(sum, Op::Add)
-            .into_iter()
-            .map(|term| {
-                let Term { numerator, denominator, .. } = self.term(term);
-                let factors = numerator.into_iter().chain(denominator);
-                (factors.map(|f| self.factor_key(f)).collect(), term)
-            })
-            .collect();
-        // The constant has no factors and comes last.
-        let order = |a: &(Vec<Key>, Expr), b: &(Vec<Key>, Expr)| {
-            (a.0.is_empty(), &a.0)
-                .cmp(&(b.0.is_empty(), &b.0))
-                .then_with(|| pool.canonical_order(a.1, b.1))
+            _ => lines::ems(mark, &names),
         };
-        keyed.sort_by(order);
-        let mut terms: Vec<Expr> = keyed.into_iter().map(|(_, term)| term).collect();
-        let is_negative = |&term: &Expr| pool.split_coefficient(term).0.is_negative();
-        if let Some(positive) = terms.iter().position(|term| !is_negative(term)) {
-            terms[..=positive].rotate_right(1);
-        }
-        terms
-    }
-}
-
-/// Writes pieces in order, each expression expanded by `expand`; no recursion.
-fn write(pieces: Vec<Piece>, mut expand: impl FnMut(Expr, Strength) -> Vec<Piece>) -> String {
-    let mut pending = pieces;
-    pending.reverse();
-    let mut text = String::new();
-    while let Some(piece) = pending.pop() {
-        match piece {
-            Piece::Text(part) => text.push_str(&part),
-            Piece::Expr(e, strength) => pending.extend(expand(e, strength).into_iter().rev()),
-        }
-    }
-    text
-}
-
-/// Order of names in which `q2` comes before `q10`.
-fn natural_order(a: &str, b: &str) -> Ordering {
-    let (mut x, mut y) = (a, b);
-    while let (Some(p), Some(q)) = (x.chars().next(), y.chars().next()) {
-        let digits = |s: &str| s.len() - s.trim_start_matches(|c: char| c.is_ascii_digit()).len();
-        let (m, n) = (digits(x), digits(y));
-        let (order, m, n) = if m > 0 && n > 0 {
-            let number = |s: &str| s.trim_start_matches('0').to_owned();
-            let (u, v) = (number(&x[..m]), number(&y[..n]));
-            (u.len().cmp(&v.len()).then_with(|| u.cmp(&v)), m, n)
-        } else {
-            (p.cmp(&q), p.len_utf8(), q.len_utf8())
+        let write = |line: &[Mark]| {
+            let mut out = String::new();
+            for mark in line {
+                self.emit(mark, &mut out);
+            }
+            out.trim().to_owned()
         };
-        if order.is_ne() {
-            return order;
-        }
-        (x, y) = (&x[m..], &y[n..]);
+        lines::broken(marks, self.notation.is_linear(), &measure, width)
+            .iter()
+            .map(|line| write(line))
+            .collect()
     }
-    x.len().cmp(&y.len()).then_with(|| a.cmp(b))
+
+    /// A symbol of the pool.
+    pub fn symbol(&self, symbol: SymbolId) -> String {
+        self.notation.name(&self.pool.symbol_name(symbol))
+    }
+
+    fn emit(&self, mark: &Mark, out: &mut String) {
+        self.notation.write(mark, &Names { pool: self.pool }, out);
+    }
+
+    fn walk_terms(&self, terms: &[Expr], sum: Sum, emit: &mut dyn FnMut(Mark)) {
+        let reader = Reader::new(self.pool, terms, self.trailing);
+        let pieces = match terms {
+            [] => walk::whole(self.pool.zero()),
+            terms => walk::sum(&reader, self.notation.is_linear(), sum, &reader.in_line(terms)),
+        };
+        self.walk(&reader, pieces, emit);
+    }
+
+    fn walk(&self, reader: &Reader<'_>, pieces: Vec<walk::Piece>, emit: &mut dyn FnMut(Mark)) {
+        walk::walk(reader, self.notation, pieces, emit);
+    }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+impl Pool {
+    /// Infix text: `+ - * / ^`, function names and plain identifiers; [`Pool::parse`] reads it back.
+    pub fn to_text(&self, e: Expr) -> String {
+        Printer::new(self, Notation::Text).expr(e)
+    }
 
-    #[test]
-    fn names_order_by_the_numbers_inside() {
-        assert_eq!(natural_order("q2", "q10"), Ordering::Less);
-        assert_eq!(natural_order("q2_dot", "q2"), Ordering::Greater);
-        assert_eq!(natural_order("a", "b"), Ordering::Less);
-        assert_eq!(natural_order("x01", "x1"), Ordering::Less);
+    /// LaTeX source for mathematics mode.
+    pub fn to_latex(&self, e: Expr) -> String {
+        Printer::new(self, Notation::Latex).expr(e)
+    }
+
+    /// The terms joined by `+` and `-` in the given order; `0` when there are none.
+    pub fn terms_to_text(&self, terms: &[Expr]) -> String {
+        Printer::new(self, Notation::Text).terms(terms)
     }
 }

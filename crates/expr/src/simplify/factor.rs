@@ -1,14 +1,13 @@
 //! Polynomials written short: common factors, squares, and equal cofactors grouped.
 
 use super::poly::{
-    Monomial, Poly, Term, collect, is_trigonometric, multiply_monomials, sum_expr, take_one,
-    term_expr,
+    Monomial, Poly, Term, collect, compare_monomials, is_trigonometric, multiply_monomials,
+    sum_expr, take_one, term_expr,
 };
 use crate::number::Number;
 use crate::op::Op;
-use crate::pool::{Expr, Pool};
+use crate::pool::{Expr, ExprMap, Pool};
 use num_traits::{Signed, Zero};
-use std::collections::HashMap;
 
 /// Which atom is factored out first.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -59,10 +58,10 @@ fn take_common(pool: &Pool, poly: &mut Poly) -> Expr {
     let inverse: Monomial = shared.iter().map(|&(atom, n)| (atom, -n)).collect();
     let content = content(poly);
     for term in poly.iter_mut() {
-        term.monomial = multiply_monomials(&term.monomial, &inverse);
+        term.monomial = multiply_monomials(pool, &term.monomial, &inverse);
         term.coefficient = term.coefficient.over(content);
     }
-    *poly = collect(std::mem::take(poly));
+    *poly = collect(pool, std::mem::take(poly));
     term_expr(pool, &Term { monomial: shared, coefficient: content })
 }
 
@@ -73,6 +72,9 @@ fn content(poly: &Poly) -> Number {
     } else {
         Number::ONE
     };
+    if poly.iter().all(|term| term.coefficient.magnitude().is_one()) {
+        return sign;
+    }
     let n_numbers = |divisor: Number| {
         let quotients = poly.iter().map(|term| term.coefficient.over(divisor).magnitude());
         quotients.filter(|q| !q.is_one()).count() + usize::from(!divisor.is_one())
@@ -114,12 +116,18 @@ fn without_common(pool: &Pool, mut rest: Poly, preference: Preference) -> Expr {
         for term in &mut with {
             take_one(&mut term.monomial, atom);
         }
-        with.sort_unstable_by(|a, b| a.monomial.cmp(&b.monomial));
+        sort(pool, &mut with);
         summands.push(pool.mul(atom, factor_out(pool, with, preference)));
         rest = without;
     }
     summands.extend(rest.iter().map(|term| term_expr(pool, term)));
     grouped(pool, &summands)
+}
+
+/// Puts distinct terms back into canonical order.
+fn sort(pool: &Pool, terms: &mut [Term]) {
+    let order = pool.ordering();
+    terms.sort_by(|a, b| compare_monomials(&order, &a.monomial, &b.monomial));
 }
 
 fn has_power(term: &Term, atom: Expr) -> bool {
@@ -128,7 +136,7 @@ fn has_power(term: &Term, atom: Expr) -> bool {
 
 /// The atom to take out next: it occurs in at least two terms.
 fn preferred_atom(pool: &Pool, poly: &Poly, preference: Preference) -> Option<Expr> {
-    let mut counts: HashMap<Expr, usize> = HashMap::new();
+    let mut counts: ExprMap<usize> = ExprMap::default();
     let mut order = Vec::new();
     for &(atom, n) in poly.iter().flat_map(|term| &term.monomial) {
         if n > 0 {
@@ -191,8 +199,8 @@ fn take_square(pool: &Pool, poly: &Poly) -> Option<(Expr, Poly)> {
     let roots: Vec<(usize, Term)> =
         poly.iter().enumerate().filter_map(|(i, term)| Some((i, square_root(term)?))).collect();
     let cross = |a: &Term, b: &Term| -> Option<(usize, bool)> {
-        let monomial = multiply_monomials(&a.monomial, &b.monomial);
-        let index = poly.binary_search_by(|term| term.monomial.cmp(&monomial)).ok()?;
+        let monomial = multiply_monomials(pool, &a.monomial, &b.monomial);
+        let index = find(pool, poly, &monomial)?;
         let doubled = a.coefficient.times(b.coefficient).times(Number::integer(2));
         let found = poly[index].coefficient;
         (found.magnitude() == doubled.magnitude())
@@ -230,8 +238,14 @@ fn take_square(pool: &Pool, poly: &Poly) -> Option<(Expr, Poly)> {
     Some((pool.powi(sum, 2), remaining))
 }
 
+/// The index of the term with this monomial.
+fn find(pool: &Pool, poly: &Poly, monomial: &Monomial) -> Option<usize> {
+    let order = pool.ordering();
+    poly.binary_search_by(|term| compare_monomials(&order, &term.monomial, monomial)).ok()
+}
+
 fn factor_members(pool: &Pool, members: Vec<Term>) -> Expr {
-    sum_expr(pool, &collect(members))
+    sum_expr(pool, &collect(pool, members))
 }
 
 /// The term whose square this is.

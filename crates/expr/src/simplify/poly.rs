@@ -1,23 +1,18 @@
 //! Polynomials over atoms with exact coefficients, plain or with trigonometric products as sums.
 //!
 //! An atom is anything that is no sum, product or small integer power. In *Fourier form* every
-//! term carries at most one sine or cosine, because products are rewritten by
-//!
-//! ```text
-//! cos a cos b = ½ cos(a − b) + ½ cos(a + b)
-//! sin a sin b = ½ cos(a − b) − ½ cos(a + b)
-//! sin a cos b = ½ sin(a + b) + ½ sin(a − b)
-//! ```
-//!
-//! The angles are linear forms with canonical sign, so equal expressions get equal terms: that is
+//! term carries at most one sine or cosine, because products are rewritten by the rows of
+//! [`PRODUCTS`]. The angles are linear forms with canonical sign, so equal expressions get equal terms: that is
 //! what makes cos a cos b − sin a sin b, sin² a + cos² a and their relatives collapse by themselves.
 
+use super::rules::{PRODUCTS, Product};
 use crate::number::Number;
 use crate::op::{Function, Op};
-use crate::pool::{Expr, ONE, Pool, fact};
+use crate::pool::{CanonicalOrder, Expr, ExprMap, HandleHash, ONE, Pool, fact};
+use std::cmp::Ordering;
 use std::collections::HashMap;
 
-/// Powers of atoms, by ascending handle. Negative powers occur for sines and cosines only: these
+/// Powers of atoms in canonical order. Negative powers occur for sines and cosines only: these
 /// cancel, since their zeros are isolated; any other divisor is an atom of its own that does not.
 pub(super) type Monomial = Vec<(Expr, i32)>;
 
@@ -28,7 +23,7 @@ pub(super) struct Term {
     pub(super) coefficient: Number,
 }
 
-/// Terms with distinct monomials in ascending order; none is zero.
+/// Terms with distinct monomials in canonical order; none is zero.
 pub(super) type Poly = Vec<Term>;
 
 /// How an expression is turned into a polynomial.
@@ -50,7 +45,7 @@ pub(super) struct Algebra<'p> {
     pub(super) pool: &'p Pool,
     /// Multiplications of terms left to spend.
     pub(super) budget: usize,
-    products: HashMap<(Expr, Expr), Vec<(Number, Expr)>>,
+    products: HashMap<(Expr, Expr), Vec<(Number, Expr)>, HandleHash>,
 }
 
 /// Whether `e` is a sine or cosine.
@@ -58,9 +53,23 @@ pub(super) fn is_trigonometric(pool: &Pool, e: Expr) -> bool {
     matches!(pool.node(e).op, Op::Call(Function::Sin | Function::Cos))
 }
 
+/// Order of monomials that depends on names and structure alone.
+pub(super) fn compare_monomials(order: &CanonicalOrder, a: &Monomial, b: &Monomial) -> Ordering {
+    for (x, y) in a.iter().zip(b) {
+        let ordering = order.compare(x.0, y.0).then(x.1.cmp(&y.1));
+        if ordering != Ordering::Equal {
+            return ordering;
+        }
+    }
+    a.len().cmp(&b.len())
+}
+
 /// Sorts terms and merges those with equal monomials.
-pub(super) fn collect(mut terms: Vec<Term>) -> Poly {
-    terms.sort_unstable_by(|a, b| a.monomial.cmp(&b.monomial));
+pub(super) fn collect(pool: &Pool, mut terms: Vec<Term>) -> Poly {
+    if terms.len() > 1 {
+        let order = pool.ordering();
+        terms.sort_by(|a, b| compare_monomials(&order, &a.monomial, &b.monomial));
+    }
     terms.dedup_by(|next, kept| {
         let is_like = next.monomial == kept.monomial;
         if is_like {
@@ -73,20 +82,21 @@ pub(super) fn collect(mut terms: Vec<Term>) -> Poly {
 }
 
 /// The product of two monomials.
-pub(super) fn multiply_monomials(a: &Monomial, b: &Monomial) -> Monomial {
+pub(super) fn multiply_monomials(pool: &Pool, a: &[(Expr, i32)], b: &[(Expr, i32)]) -> Monomial {
     let mut product = Monomial::with_capacity(a.len() + b.len());
     let (mut i, mut j) = (0, 0);
+    let order = pool.ordering();
     while i < a.len() && j < b.len() {
-        match a[i].0.cmp(&b[j].0) {
-            std::cmp::Ordering::Less => {
+        match order.compare(a[i].0, b[j].0) {
+            Ordering::Less => {
                 product.push(a[i]);
                 i += 1;
             }
-            std::cmp::Ordering::Greater => {
+            Ordering::Greater => {
                 product.push(b[j]);
                 j += 1;
             }
-            std::cmp::Ordering::Equal => {
+            Ordering::Equal => {
                 let exponent = a[i].1.saturating_add(b[j].1);
                 if exponent != 0 {
                     product.push((a[i].0, exponent));
@@ -103,13 +113,14 @@ pub(super) fn multiply_monomials(a: &Monomial, b: &Monomial) -> Monomial {
 
 impl<'p> Algebra<'p> {
     pub(super) fn new(pool: &'p Pool, budget: usize) -> Self {
-        Self { pool, budget, products: HashMap::new() }
+        Self { pool, budget, products: HashMap::default() }
     }
 
     /// The polynomial of `e`; `None` when it takes more than the budget.
     pub(super) fn read(&mut self, e: Expr, reading: Reading) -> Option<Poly> {
         let region = self.region(e, reading)?;
-        let mut polys: HashMap<Expr, Poly> = HashMap::with_capacity(region.len());
+        let mut polys: ExprMap<Poly> = ExprMap::default();
+        polys.reserve(region.len());
         for node in region {
             let poly = self.read_node(node, e, reading, &polys)?;
             polys.insert(node, poly);
@@ -120,15 +131,17 @@ impl<'p> Algebra<'p> {
     /// The nodes between `e` and its atoms, operands first.
     fn region(&mut self, e: Expr, reading: Reading) -> Option<Vec<Expr>> {
         let mut found = vec![e];
-        let mut known: std::collections::HashSet<Expr> = found.iter().copied().collect();
+        self.pool.clear_positions();
+        self.pool.visit(e);
         let mut next = 0;
         while next < found.len() {
             let node = found[next];
             next += 1;
             let operands = self.inner_operands(node, e, reading);
             self.spend(1 + operands.len())?;
-            found.extend(operands.into_iter().filter(|&o| known.insert(o)));
+            found.extend(operands.into_iter().filter(|&o| self.pool.visit(o)));
         }
+        // A node is interned after its operands.
         found.sort_unstable();
         Some(found)
     }
@@ -159,7 +172,7 @@ impl<'p> Algebra<'p> {
         node: Expr,
         root: Expr,
         reading: Reading,
-        polys: &HashMap<Expr, Poly>,
+        polys: &ExprMap<Poly>,
     ) -> Option<Poly> {
         let pool = self.pool;
         let operands = self.inner_operands(node, root, reading);
@@ -171,7 +184,7 @@ impl<'p> Algebra<'p> {
                 let terms = operands.iter().flat_map(|o| polys[o].iter().cloned());
                 let terms: Vec<Term> = terms.collect();
                 self.spend(terms.len())?;
-                Some(collect(terms))
+                Some(collect(pool, terms))
             }
             Op::Mul => {
                 let mut product = polys[&operands[0]].clone();
@@ -215,12 +228,12 @@ impl<'p> Algebra<'p> {
     fn atom(&self, node: Expr, reading: Reading) -> Poly {
         let pool = self.pool;
         if let Some(number) = pool.as_number(node) {
-            return collect(vec![Term { monomial: Vec::new(), coefficient: number }]);
+            return collect(pool, vec![Term { monomial: Vec::new(), coefficient: number }]);
         }
         let inner = pool.node(node).left;
         if reading.splits_tangents && pool.node(node).op == Op::Call(Function::Tan) {
-            let mut monomial = vec![(pool.sin(inner), 1), (pool.cos(inner), -1)];
-            monomial.sort_unstable();
+            let (sine, cosine) = ((pool.sin(inner), 1), (pool.cos(inner), -1));
+            let monomial = multiply_monomials(pool, &[sine], &[cosine]);
             return vec![Term { monomial, coefficient: Number::ONE }];
         }
         vec![Term { monomial: vec![(node, 1)], coefficient: Number::ONE }]
@@ -238,13 +251,13 @@ impl<'p> Algebra<'p> {
         for x in a {
             for y in b {
                 let term = Term {
-                    monomial: multiply_monomials(&x.monomial, &y.monomial),
+                    monomial: multiply_monomials(self.pool, &x.monomial, &y.monomial),
                     coefficient: x.coefficient.times(y.coefficient),
                 };
                 if is_fourier { self.push_fourier(term, &mut terms) } else { terms.push(term) }
             }
         }
-        Some(collect(terms))
+        Some(collect(self.pool, terms))
     }
 
     /// Rewrites products of sines and cosines until each term has at most one.
@@ -256,9 +269,10 @@ impl<'p> Algebra<'p> {
                 continue;
             };
             for (coefficient, atom) in self.product_to_sum(first, second) {
-                let factor = if atom == ONE { Vec::new() } else { vec![(atom, 1)] };
+                let factor = [(atom, 1)];
+                let factor = if atom == ONE { &[][..] } else { &factor[..] };
                 pending.push(Term {
-                    monomial: multiply_monomials(&term.monomial, &factor),
+                    monomial: multiply_monomials(self.pool, &term.monomial, factor),
                     coefficient: term.coefficient.times(coefficient),
                 });
             }
@@ -285,19 +299,14 @@ impl<'p> Algebra<'p> {
             return known.clone();
         }
         let pool = self.pool;
-        let parts = |e: Expr| (pool.node(e).op == Op::Call(Function::Sin), pool.node(e).left);
-        let ((sin_first, a), (sin_second, b)) = (parts(first), parts(second));
-        let (sum, difference) = (pool.add(a, b), pool.sub(a, b));
-        let half = Number::rational(1, 2);
-        let (x, y, sign) = match (sin_first, sin_second) {
-            (false, false) => (pool.cos(difference), pool.cos(sum), half),
-            (true, true) => (pool.cos(difference), pool.cos(sum), half.negated()),
-            (true, false) => (pool.sin(sum), pool.sin(difference), half),
-            // cos a sin b = ½ sin(a + b) − ½ sin(a − b)
-            (false, true) => (pool.sin(sum), pool.sin(difference), half.negated()),
-        };
+        let (f, g) = (pool.node(first), pool.node(second));
+        let is_row = |row: &&Product| (Op::Call(row.first), Op::Call(row.second)) == (f.op, g.op);
+        let row = PRODUCTS.iter().find(is_row).expect("a row for each pair of calls");
+        let call = |angle: Expr| pool.call_one(row.call, angle);
+        let (x, y) = (call(pool.sub(f.left, g.left)), call(pool.add(f.left, g.left)));
+        let weights = [row.of_difference, row.of_sum].map(|n| Number::rational(n, 2));
         let mut terms = Vec::with_capacity(2);
-        for (call, weight) in [(x, half), (y, sign)] {
+        for (call, weight) in [x, y].into_iter().zip(weights) {
             let (coefficient, atom) = pool.split_coefficient(call);
             if !coefficient.is_zero() {
                 terms.push((coefficient.times(weight), atom));

@@ -1,16 +1,13 @@
 //! From Fourier form back to products and squares, where that is shorter.
 //!
-//! ```text
-//! cos x + cos y =  2 cos ½(x+y) cos ½(x−y)      1 + cos x = 2 cos² ½x
-//! cos x − cos y = −2 sin ½(x+y) sin ½(x−y)      1 − cos x = 2 sin² ½x
-//! sin x ± sin y =  2 sin ½(x±y) cos ½(x∓y)      sin x = 2 sin ½x cos ½x
-//! ```
+//! The identities are rows of [`rules`](super::rules); here they meet the terms of a polynomial.
 
 use super::poly::{Monomial, Poly, Term, collect, is_trigonometric, multiply_monomials};
+use super::rules::{Halving, SUMS};
 use crate::number::Number;
 use crate::op::{Function, Op};
-use crate::pool::{Expr, ONE, Pool, ZERO};
-use std::collections::BTreeMap;
+use crate::pool::{Expr, ONE, PI, Pool, ZERO};
+use std::collections::{BTreeMap, HashMap};
 
 /// Splits a monomial into its sine or cosine, if it has exactly one to the first power and
 /// nothing else trigonometric, and the cofactor.
@@ -30,13 +27,14 @@ fn split_call(pool: &Pool, monomial: &Monomial) -> Option<(Expr, Monomial)> {
     Some((call, cofactor))
 }
 
-/// Whether the call is a cosine, and its angle; the number 1 is cos 0.
-fn call_parts(pool: &Pool, call: Expr) -> (bool, Expr) {
-    if call == ONE {
-        return (true, ZERO);
-    }
+/// Sine or cosine, and the angle; the number 1 is cos 0.
+fn call_parts(pool: &Pool, call: Expr) -> (Function, Expr) {
     let node = pool.node(call);
-    (node.op == Op::Call(Function::Cos), node.left)
+    match node.op {
+        Op::Call(Function::Sin) => (Function::Sin, node.left),
+        Op::Call(_) => (Function::Cos, node.left),
+        _ => (Function::Cos, ZERO),
+    }
 }
 
 /// Largest denominator among the coefficients of an angle.
@@ -53,24 +51,6 @@ fn halved(pool: &Pool, angle: Expr) -> Expr {
     )
 }
 
-/// How the calls of one doubled angle are rewritten in terms of the angle itself.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) struct Halving {
-    /// cos 2a = 2 cos² a − 1 (`Some(true)`) or 1 − 2 sin² a (`Some(false)`).
-    pub(super) cosine: Option<bool>,
-    /// sin 2a = 2 sin a cos a.
-    pub(super) sine: bool,
-}
-
-/// The ways to rewrite a doubled angle that are tried.
-pub(super) const HALVINGS: [Halving; 5] = [
-    Halving { cosine: Some(true), sine: false },
-    Halving { cosine: Some(false), sine: false },
-    Halving { cosine: Some(true), sine: true },
-    Halving { cosine: Some(false), sine: true },
-    Halving { cosine: None, sine: true },
-];
-
 /// The angles in a polynomial that are twice a simpler one, in canonical order.
 pub(super) fn doubled_angles(pool: &Pool, poly: &Poly) -> Vec<Expr> {
     let atoms = poly.iter().flat_map(|term| &term.monomial).map(|factor| factor.0);
@@ -85,38 +65,84 @@ pub(super) fn doubled_angles(pool: &Pool, poly: &Poly) -> Vec<Expr> {
 /// Rewrites the first powers of the sine and cosine of `angle`.
 pub(super) fn halve(pool: &Pool, poly: &Poly, angle: Expr, halving: Halving) -> Poly {
     let half = halved(pool, angle);
-    let (sine, cosine) = (pool.sin(half), pool.cos(half));
-    let square = |call: Expr, factor: i128| (vec![(call, 2)], Number::integer(factor));
+    let term = |monomial: Monomial, c: i64| Term { monomial, coefficient: Number::from(c) };
+    let cosine = halving.cosine.map(|(factor, call, constant)| {
+        let call = pool.call_one(call, half);
+        [term(vec![(call, 2)], factor), term(Vec::new(), constant)]
+    });
+    let sine = halving.sine.then(|| {
+        [term(multiply_monomials(pool, &[(pool.sin(half), 1)], &[(pool.cos(half), 1)]), 2)]
+    });
     let mut terms = Vec::with_capacity(2 * poly.len());
     for term in poly {
         let found = term.monomial.iter().find(|&&(atom, n)| {
             n == 1 && is_trigonometric(pool, atom) && pool.node(atom).left == angle
         });
-        let replacement: Vec<(Monomial, Number)> =
-            match found.map(|&(call, _)| call_parts(pool, call).0) {
-                Some(true) => match halving.cosine {
-                    Some(true) => vec![square(cosine, 2), (Vec::new(), Number::MINUS_ONE)],
-                    Some(false) => vec![square(sine, -2), (Vec::new(), Number::ONE)],
-                    None => Vec::new(),
-                },
-                Some(false) if halving.sine => {
-                    let mut pair = vec![(sine, 1), (cosine, 1)];
-                    pair.sort_unstable();
-                    vec![(pair, Number::integer(2))]
-                }
-                _ => Vec::new(),
+        let replacement: Option<(Expr, &[Term])> = found.and_then(|&(call, _)| {
+            let of_call = match call_parts(pool, call).0 {
+                Function::Cos => cosine.as_ref().map(<[Term; 2]>::as_slice),
+                _ => sine.as_ref().map(<[Term; 1]>::as_slice),
             };
-        let Some(&(call, _)) = found.filter(|_| !replacement.is_empty()) else {
+            Some((call, of_call?))
+        });
+        let Some((call, replacement)) = replacement else {
             terms.push(term.clone());
             continue;
         };
-        let cofactor = multiply_monomials(&term.monomial, &vec![(call, -1)]);
-        terms.extend(replacement.into_iter().map(|(monomial, coefficient)| Term {
-            monomial: multiply_monomials(&cofactor, &monomial),
-            coefficient: term.coefficient.times(coefficient),
+        let cofactor = multiply_monomials(pool, &term.monomial, &[(call, -1)]);
+        terms.extend(replacement.iter().map(|part| Term {
+            monomial: multiply_monomials(pool, &cofactor, &part.monomial),
+            coefficient: term.coefficient.times(part.coefficient),
         }));
     }
-    collect(terms)
+    collect(pool, terms)
+}
+
+/// Constant phases as sums: sin(a + ⅙π) = ½ √3 sin a + ½ cos a; `None` without such a term.
+///
+/// Side condition: the sine and cosine of the phase are known exactly, at multiples of ⅙π and ¼π.
+pub(super) fn without_phases(pool: &Pool, poly: &Poly) -> Option<Poly> {
+    let mut found = false;
+    let mut terms = Vec::with_capacity(poly.len());
+    for term in poly {
+        let split = split_call(pool, &term.monomial)
+            .and_then(|(call, cofactor)| Some((split_phase(pool, call)?, cofactor)));
+        let Some((parts, cofactor)) = split else {
+            terms.push(term.clone());
+            continue;
+        };
+        found = true;
+        terms.extend(parts.into_iter().map(|(call, weight)| {
+            let (c, root) = pool.split_coefficient(weight);
+            let root = if root == ONE { Vec::new() } else { vec![(root, 1)] };
+            let (sign, call) = pool.split_coefficient(call);
+            let call = multiply_monomials(pool, &cofactor, &[(call, 1)]);
+            Term {
+                monomial: multiply_monomials(pool, &call, &root),
+                coefficient: term.coefficient.times(c).times(sign),
+            }
+        }));
+    }
+    found.then(|| collect(pool, terms))
+}
+
+/// A call at an angle plus a constant phase as two calls at the angle, each with its weight.
+fn split_phase(pool: &Pool, call: Expr) -> Option<[(Expr, Expr); 2]> {
+    if call == ONE {
+        return None;
+    }
+    let (function, angle) = call_parts(pool, call);
+    let (phase, rest): (Vec<_>, Vec<_>) =
+        pool.terms_of(angle).into_iter().partition(|&(monic, _)| monic == PI);
+    let &[(_, turns)] = phase.as_slice() else { return None };
+    let phase = pool.scaled(turns, PI);
+    let (sine, cosine) = (pool.sin(phase), pool.cos(phase));
+    let rest = pool.sum_of(rest);
+    let is_exact = !pool.has_call(sine) && !pool.has_call(cosine) && !pool.is_zero(rest);
+    is_exact.then(|| match function {
+        Function::Cos => [(pool.cos(rest), cosine), (pool.sin(rest), pool.neg(sine))],
+        _ => [(pool.sin(rest), cosine), (pool.cos(rest), sine)],
+    })
 }
 
 /// Two terms of one cofactor that merge into a product of two calls.
@@ -126,14 +152,8 @@ struct Pair {
     product: Term,
 }
 
-/// Terms above which no products are sought.
-const MAX_PAIRED_TERMS: usize = 160;
-
 /// Merges pairs of terms into products, preferring calls that occur in many of the products.
 pub(super) fn products(pool: &Pool, poly: &Poly) -> Poly {
-    if poly.len() > MAX_PAIRED_TERMS {
-        return poly.clone();
-    }
     let mut pairs = all_pairs(pool, poly);
     let mut is_used = vec![false; poly.len()];
     let mut result = Vec::new();
@@ -154,7 +174,7 @@ pub(super) fn products(pool: &Pool, poly: &Poly) -> Poly {
         pairs.retain(|pair| !is_used[pair.terms.0] && !is_used[pair.terms.1]);
     }
     result.extend(poly.iter().zip(&is_used).filter(|(_, used)| !**used).map(|(t, _)| t.clone()));
-    collect(result)
+    collect(pool, result)
 }
 
 /// The call that most remaining products share.
@@ -183,10 +203,15 @@ fn most_frequent_call(pool: &Pool, poly: &Poly, pairs: &[Pair], is_used: &[bool]
 
 /// All pairs of terms with equal cofactor and equal or opposite coefficient.
 fn all_pairs(pool: &Pool, poly: &Poly) -> Vec<Pair> {
-    let mut groups: BTreeMap<Monomial, Vec<(usize, Expr)>> = BTreeMap::new();
+    let mut groups: Vec<(Monomial, Vec<(usize, Expr)>)> = Vec::new();
+    let mut known: HashMap<Monomial, usize> = HashMap::new();
     for (index, term) in poly.iter().enumerate() {
         if let Some((call, cofactor)) = split_call(pool, &term.monomial) {
-            groups.entry(cofactor).or_default().push((index, call));
+            let group = *known.entry(cofactor).or_insert_with_key(|cofactor| {
+                groups.push((cofactor.clone(), Vec::new()));
+                groups.len() - 1
+            });
+            groups[group].1.push((index, call));
         }
     }
     let mut pairs = Vec::new();
@@ -197,12 +222,8 @@ fn all_pairs(pool: &Pool, poly: &Poly) -> Vec<Pair> {
                 if a.magnitude() == b.magnitude() {
                     let product = product_of(pool, (x, a), (y, b));
                     pairs.extend(product.map(|(calls, coefficient)| {
-                        let mut factors = vec![(calls.0, 1), (calls.1, 1)];
-                        factors.sort_unstable();
-                        if calls.0 == calls.1 {
-                            factors = vec![(calls.0, 2)];
-                        }
-                        let monomial = multiply_monomials(&cofactor, &factors);
+                        let factors = multiply_monomials(pool, &[(calls.0, 1)], &[(calls.1, 1)]);
+                        let monomial = multiply_monomials(pool, &cofactor, &factors);
                         Pair { terms: (i, j), calls, product: Term { monomial, coefficient } }
                     }));
                 }
@@ -224,26 +245,20 @@ fn product_of(
     (x, a): (Expr, Number),
     (y, b): (Expr, Number),
 ) -> Option<((Expr, Expr), Number)> {
-    let ((cos_x, angle_x), (cos_y, angle_y)) = (call_parts(pool, x), call_parts(pool, y));
-    if cos_x != cos_y {
-        return None;
-    }
+    let ((call_x, angle_x), (call_y, angle_y)) = (call_parts(pool, x), call_parts(pool, y));
+    let sign = if a.is_negative() == b.is_negative() { 1 } else { -1 };
+    let row = SUMS.iter().find(|row| (row.call, row.call, row.sign) == (call_x, call_y, sign))?;
     let half_sum = halved(pool, pool.add(angle_x, angle_y));
     let half_difference = halved(pool, pool.sub(angle_x, angle_y));
     let allowed = denominator(pool, angle_x).max(denominator(pool, angle_y));
     if denominator(pool, half_sum) > allowed || denominator(pool, half_difference) > allowed {
         return None;
     }
-    let is_equal = a.is_negative() == b.is_negative();
-    let (first, second, sign) = match (cos_x, is_equal) {
-        (true, true) => (pool.cos(half_sum), pool.cos(half_difference), 2),
-        (true, false) => (pool.sin(half_sum), pool.sin(half_difference), -2),
-        (false, true) => (pool.sin(half_sum), pool.cos(half_difference), 2),
-        (false, false) => (pool.cos(half_sum), pool.sin(half_difference), 2),
-    };
+    let first = pool.call_one(row.of_sum, half_sum);
+    let second = pool.call_one(row.of_difference, half_difference);
     let ((c, first), (d, second)) = (pool.split_coefficient(first), pool.split_coefficient(second));
     let are_calls = is_trigonometric(pool, first) && is_trigonometric(pool, second);
-    let coefficient = a.times(Number::integer(sign)).times(c).times(d);
+    let coefficient = a.times(Number::from(row.factor)).times(c).times(d);
     are_calls.then_some(((first, second), coefficient))
 }
 
@@ -254,7 +269,7 @@ pub(super) fn with_tangents(pool: &Pool, poly: &Poly) -> Option<Poly> {
     for term in poly {
         let mut monomial = term.monomial.clone();
         let divisors = term.monomial.iter().filter(|f| f.1 < 0);
-        for &(cosine, n) in divisors.filter(|f| call_parts(pool, f.0).0) {
+        for &(cosine, n) in divisors.filter(|f| pool.node(f.0).op == Op::Call(Function::Cos)) {
             let angle = call_parts(pool, cosine).1;
             let sine = pool.sin(angle);
             let power = monomial.iter().find(|f| f.0 == sine).map_or(0, |f| f.1).min(-n);
@@ -262,11 +277,11 @@ pub(super) fn with_tangents(pool: &Pool, poly: &Poly) -> Option<Poly> {
                 found = true;
                 for (atom, exponent) in [(sine, -power), (cosine, power), (pool.tan(angle), power)]
                 {
-                    monomial = multiply_monomials(&monomial, &vec![(atom, exponent)]);
+                    monomial = multiply_monomials(pool, &monomial, &[(atom, exponent)]);
                 }
             }
         }
         terms.push(Term { monomial, coefficient: term.coefficient });
     }
-    found.then(|| collect(terms))
+    found.then(|| collect(pool, terms))
 }

@@ -6,7 +6,7 @@ use super::reader::{Fields, Reader};
 use super::tree::{Node, Table};
 use super::units::Quantity;
 use crate::diagnostic::{Diagnostic, Span};
-use crate::model::{Formulation, SolveOptions};
+use crate::model::{Formulation, Jit, SolveOptions};
 
 const SOLVE_KEYS: &[&str] = &[
     "t_start",
@@ -18,6 +18,7 @@ const SOLVE_KEYS: &[&str] = &[
     "newton_tolerance",
     "formulation",
     "method",
+    "jit",
 ];
 
 /// The smallest relative tolerance that numbers of 16 digits can keep through a step.
@@ -35,6 +36,7 @@ impl Reader<'_> {
             step: None,
             newton_tolerance: 1e-10,
             formulation: Formulation::default(),
+            jit: Jit::default(),
             spans: Vec::new(),
         };
         let Some(entry) = root.get("solve") else { return solve };
@@ -67,6 +69,10 @@ impl Reader<'_> {
         }
         if let Some(node) = fields.get("method") {
             self.choice(node, &fields.what("method"), &[("radau", ())]);
+        }
+        if let Some(node) = fields.get("jit") {
+            let choices = [("auto", Jit::Auto), ("on", Jit::On), ("off", Jit::Off)];
+            solve.jit = self.choice(node, &fields.what("jit"), &choices).unwrap_or_default();
         }
         solve
     }

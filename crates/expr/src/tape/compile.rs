@@ -1,70 +1,14 @@
-//! Straight-line programs: outputs as a list of instructions, each shared part computed once.
-//!
-//! Registers are written once, in this order:
-//!
-//! ```text
-//! constants | parameters | inputs | prologue (parameters only) | body
-//! ```
-//!
-//! The prologue runs when a [`Workspace`] is made, the body at every evaluation.
+//! From expressions to a tape: which instructions there are, before their order is known.
 
+use super::chains::{Chains, Part};
+use super::schedule::Section;
+use super::share::Operand;
+use super::{Action, Tape, TapeError};
 use crate::number::Number;
-use crate::op::{Function, Op, power, select, small_integer};
+use crate::op::{Function, Op, small_integer};
 use crate::pool::{Expr, Pool, SymbolId};
 use crate::sweep::{Step, Sweep};
 use std::collections::HashMap;
-
-/// Why outputs cannot be compiled.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum TapeError {
-    /// A symbol is neither input nor parameter.
-    #[error("symbol `{name}` is neither an input nor a parameter")]
-    Unbound {
-        /// The symbol.
-        symbol: SymbolId,
-        /// Its name.
-        name: String,
-    },
-}
-
-/// What one instruction computes from its registers.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-pub(crate) enum Action {
-    Add,
-    Subtract,
-    Multiply,
-    Divide,
-    Negate,
-    Power,
-    Call(Function),
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-pub(crate) struct Instruction {
-    pub(crate) action: Action,
-    pub(crate) a: u32,
-    pub(crate) b: u32,
-    /// Third operand, used by `if` alone.
-    pub(crate) c: u32,
-}
-
-/// A compiled list of outputs; evaluation allocates nothing.
-#[derive(Clone, Debug)]
-pub struct Tape {
-    pub(crate) constants: Vec<f64>,
-    pub(crate) n_parameters: usize,
-    pub(crate) n_inputs: usize,
-    pub(crate) prologue: Vec<Instruction>,
-    pub(crate) body: Vec<Instruction>,
-    pub(crate) outputs: Vec<u32>,
-}
-
-/// The registers of a [`Tape`] with its parameters set.
-#[derive(Clone, Debug)]
-pub struct Workspace {
-    registers: Vec<f64>,
-}
 
 impl Tape {
     /// Compiles `outputs` as functions of `inputs` and `parameters`.
@@ -79,94 +23,21 @@ impl Tape {
     ) -> Result<Self, TapeError> {
         let sweep = pool.sweep(outputs);
         let mut compiler = Compiler::new(inputs, parameters);
-        for step in &sweep.steps {
-            let place = compiler.place(pool, &sweep, step)?;
+        compiler.chains = Chains::new(pool, &sweep, inputs);
+        compiler.parts = vec![None; compiler.chains.n_parts()];
+        for (position, step) in sweep.steps.iter().enumerate() {
+            let place = compiler.place(pool, &sweep, (position, step))?;
             compiler.places.push(place);
         }
         let roots: Vec<Register> =
             sweep.roots.iter().map(|&root| compiler.register(root)).collect();
         Ok(compiler.finish(&roots, parameters.len(), inputs.len()))
     }
-
-    /// Number of instructions, prologue included.
-    pub fn len(&self) -> usize {
-        self.prologue.len() + self.body.len()
-    }
-
-    /// Whether there is nothing to compute.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// Number of instructions in each evaluation.
-    pub fn operation_count(&self) -> usize {
-        self.body.len()
-    }
-
-    /// Number of outputs.
-    pub fn n_outputs(&self) -> usize {
-        self.outputs.len()
-    }
-
-    /// Number of inputs.
-    pub fn n_inputs(&self) -> usize {
-        self.n_inputs
-    }
-
-    /// Registers for this tape, with everything computed that depends on parameters only.
-    ///
-    /// # Panics
-    /// When the number of parameters differs from the compiled one.
-    pub fn workspace(&self, parameters: &[f64]) -> Workspace {
-        assert_eq!(parameters.len(), self.n_parameters, "number of parameters");
-        let mut registers = Vec::with_capacity(self.first_input() + self.n_inputs + self.len());
-        registers.extend_from_slice(&self.constants);
-        registers.extend_from_slice(parameters);
-        registers.resize(self.first_input() + self.n_inputs + self.len(), 0.0);
-        run(&self.prologue, &mut registers, self.first_input() + self.n_inputs);
-        Workspace { registers }
-    }
-
-    /// Computes all outputs.
-    ///
-    /// # Panics
-    /// When `inputs` or `out` have another length than was compiled, or `ws` is of another tape.
-    pub fn evaluate(&self, ws: &mut Workspace, inputs: &[f64], out: &mut [f64]) {
-        assert_eq!(inputs.len(), self.n_inputs, "number of inputs");
-        assert_eq!(out.len(), self.outputs.len(), "number of outputs");
-        let first_input = self.first_input();
-        ws.registers[first_input..first_input + inputs.len()].copy_from_slice(inputs);
-        run(&self.body, &mut ws.registers, first_input + inputs.len() + self.prologue.len());
-        for (value, &register) in out.iter_mut().zip(&self.outputs) {
-            *value = ws.registers[register as usize];
-        }
-    }
-
-    pub(crate) fn first_input(&self) -> usize {
-        self.constants.len() + self.n_parameters
-    }
-}
-
-/// Runs instructions; the first writes register `first`, each further one the next.
-fn run(instructions: &[Instruction], registers: &mut [f64], first: usize) {
-    for (offset, instruction) in instructions.iter().enumerate() {
-        let (a, b) = (registers[instruction.a as usize], registers[instruction.b as usize]);
-        registers[first + offset] = match instruction.action {
-            Action::Add => a + b,
-            Action::Subtract => a - b,
-            Action::Multiply => a * b,
-            Action::Divide => a / b,
-            Action::Negate => -a,
-            Action::Power => power(a, b),
-            Action::Call(Function::If) => select(a, b, registers[instruction.c as usize]),
-            Action::Call(function) => function.value(a, b),
-        };
-    }
 }
 
 /// A register before its final number is known: its kind and its index within the kind.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-enum Register {
+pub(super) enum Register {
     Constant(u32),
     Parameter(u32),
     Input(u32),
@@ -189,7 +60,8 @@ struct Place {
     is_negated: bool,
 }
 
-type Key = (Action, Register, Register, Register);
+/// An instruction on registers without final numbers.
+pub(super) type Key = (Action, Register, Register, Register);
 
 struct Compiler {
     symbols: HashMap<SymbolId, Register>,
@@ -199,9 +71,12 @@ struct Compiler {
     body: Vec<Key>,
     known: HashMap<Key, Register>,
     places: Vec<Place>,
+    chains: Chains,
+    /// Registers of the chains' parts beyond the steps, once they are emitted.
+    parts: Vec<Option<Register>>,
 }
 
-fn index(n: usize) -> u32 {
+pub(super) fn index(n: usize) -> u32 {
     u32::try_from(n).expect("a tape holds fewer than 2^32 registers")
 }
 
@@ -220,6 +95,8 @@ impl Compiler {
             body: Vec::new(),
             known: HashMap::new(),
             places: Vec::new(),
+            chains: Chains::default(),
+            parts: Vec::new(),
         }
     }
 
@@ -254,15 +131,96 @@ impl Compiler {
 
     /// The register with the value of a step, negated into one of its own if need be.
     fn register(&mut self, position: usize) -> Register {
-        let place = self.places[position];
+        self.plain(self.places[position])
+    }
+
+    fn plain(&mut self, place: Place) -> Register {
         if !place.is_negated {
             return place.register;
         }
         self.emit_two(Action::Negate, place.register, place.register)
     }
 
+    /// The value of an operand of a chain; parts are emitted when first asked for.
+    fn operand(&mut self, operand: Operand) -> Place {
+        let mut path = vec![operand.id];
+        while let Some(&id) = path.last() {
+            let waiting: Vec<u32> = match self.chains.part(id) {
+                Part::Step(_) => Vec::new(),
+                Part::Early(_, operands) => operands.iter().map(|o| o.id).collect(),
+                Part::Pair(_, pair) => vec![pair.a, pair.b],
+                Part::Multiple(..) => {
+                    self.chains.of(id).unwrap_or_default().iter().map(|o| o.id).collect()
+                }
+            };
+            let waiting: Vec<u32> =
+                waiting.into_iter().filter(|&id| self.emitted(id).is_none()).collect();
+            if waiting.is_empty() {
+                self.emit_part(id);
+                path.pop();
+            } else {
+                path.extend(waiting);
+            }
+        }
+        let place = self.emitted(operand.id).expect("the part was just emitted");
+        Place { is_negated: place.is_negated != operand.is_negated, ..place }
+    }
+
+    /// The value of a step or part, if it is emitted.
+    fn emitted(&self, id: u32) -> Option<Place> {
+        let n_steps = self.chains.n_steps();
+        match (id as usize).checked_sub(n_steps) {
+            None => self.places.get(id as usize).copied(),
+            Some(part) => self.parts[part].map(|register| Place { register, is_negated: false }),
+        }
+    }
+
+    /// Emits a part whose operands are emitted.
+    fn emit_part(&mut self, id: u32) {
+        let mut number = None;
+        let (op, operands) = match self.chains.part(id) {
+            Part::Step(_) => return,
+            Part::Early(op, operands) => (op, operands),
+            Part::Pair(op, pair) => {
+                let b = Operand { id: pair.b, is_negated: pair.is_difference };
+                (op, vec![Operand { id: pair.a, is_negated: false }, b])
+            }
+            Part::Multiple(factor, _) => {
+                number = Some(factor);
+                (Op::Add, self.chains.of(id).unwrap_or_default().to_vec())
+            }
+        };
+        let part = id as usize - self.chains.n_steps();
+        if self.parts[part].is_some() {
+            return;
+        }
+        let places: Vec<Place> = operands
+            .into_iter()
+            .filter_map(|o| {
+                let place = self.emitted(o.id)?;
+                Some(Place { is_negated: place.is_negated != o.is_negated, ..place })
+            })
+            .collect();
+        self.parts[part] = if op == Op::Add {
+            let sum = self.sum(places);
+            let number = number.map(|number| self.register(number as usize));
+            Some(number.map_or(sum, |n| self.emit_two(Action::Multiply, n, sum)))
+        } else {
+            let factors = places.into_iter().map(|place| self.plain(place)).collect();
+            self.multiply_all(factors)
+        };
+    }
+
     /// Emits one step.
-    fn place(&mut self, pool: &Pool, sweep: &Sweep, step: &Step) -> Result<Place, TapeError> {
+    fn place(
+        &mut self,
+        pool: &Pool,
+        sweep: &Sweep,
+        (position, step): (usize, &Step),
+    ) -> Result<Place, TapeError> {
+        let chain = self.chains.of(index(position)).map(<[Operand]>::to_vec);
+        let chain: Option<Vec<Place>> =
+            chain.map(|chain| chain.into_iter().map(|operand| self.operand(operand)).collect());
         let operands: Vec<usize> = sweep.operands(step).collect();
         let mut is_negated = false;
         let register = match (step.op, operands.as_slice()) {
@@ -276,7 +234,11 @@ impl Compiler {
                 let unbound = || TapeError::Unbound { symbol, name: pool.symbol_name(symbol) };
                 self.symbols.get(&symbol).copied().ok_or_else(unbound)?
             }
-            (Op::Add, terms) => self.sum(terms),
+            (Op::Add, terms) => {
+                let terms =
+                    chain.unwrap_or_else(|| terms.iter().map(|&t| self.places[t]).collect());
+                self.sum(terms)
+            }
             (Op::Mul, &[a, b])
                 if pool.as_number(sweep.steps[a].expr) == Some(Number::MINUS_ONE) =>
             {
@@ -284,7 +246,7 @@ impl Compiler {
                 is_negated = !place.is_negated;
                 place.register
             }
-            (Op::Mul, factors) => self.product(pool, sweep, factors),
+            (Op::Mul, factors) => self.product(pool, sweep, factors, chain),
             (Op::Pow, &[base, exponent]) => {
                 let number = pool.as_number(sweep.steps[exponent].expr).map(Number::to_f64);
                 self.power(base, exponent, number)
@@ -312,8 +274,7 @@ impl Compiler {
     }
 
     /// Early terms first, so that they are summed once; positive terms lead.
-    fn sum(&mut self, terms: &[usize]) -> Register {
-        let mut places: Vec<Place> = terms.iter().map(|&t| self.places[t]).collect();
+    fn sum(&mut self, mut places: Vec<Place>) -> Register {
         places.sort_by_key(|place| (!place.register.is_early(), place.is_negated));
         let first = places[0];
         let mut sum = first.register;
@@ -336,13 +297,23 @@ impl Compiler {
     }
 
     /// Numerator over denominator, early factors first in both.
-    fn product(&mut self, pool: &Pool, sweep: &Sweep, factors: &[usize]) -> Register {
+    fn product(
+        &mut self,
+        pool: &Pool,
+        sweep: &Sweep,
+        factors: &[usize],
+        chain: Option<Vec<Place>>,
+    ) -> Register {
         let (mut numerator, mut denominator) = (Vec::new(), Vec::new());
         for &factor in factors {
             match reciprocal_base(pool, sweep, factor) {
                 Some(base) => denominator.push(self.register(base)),
-                None => numerator.push(self.register(factor)),
+                None if chain.is_none() => numerator.push(self.register(factor)),
+                None => (),
             }
+        }
+        for place in chain.into_iter().flatten() {
+            numerator.push(self.plain(place));
         }
         let one = self.constant(1.0);
         let numerator = self.multiply_all(numerator).unwrap_or(one);
@@ -384,43 +355,26 @@ impl Compiler {
         if n < 0 { self.emit_two(Action::Divide, one, result) } else { result }
     }
 
-    /// Drops what no output needs and numbers the registers.
+    /// Orders what the outputs need and numbers the registers.
     fn finish(self, roots: &[Register], n_parameters: usize, n_inputs: usize) -> Tape {
-        let mut needed_prologue = vec![false; self.prologue.len()];
-        let mut needed_body = vec![false; self.body.len()];
-        let mut need = |register: Register, body: &mut Vec<bool>| match register {
-            Register::Prologue(i) => needed_prologue[i as usize] = true,
-            Register::Body(i) => body[i as usize] = true,
-            _ => (),
+        let in_prologue = |register| match register {
+            Register::Prologue(i) => Some(i as usize),
+            _ => None,
         };
-        for &root in roots {
-            need(root, &mut needed_body);
-        }
-        for i in (0..self.body.len()).rev() {
-            if needed_body[i] {
-                let (_, a, b, c) = self.body[i];
-                for register in [a, b, c] {
-                    need(register, &mut needed_body);
-                }
-            }
-        }
-        for i in (0..self.prologue.len()).rev() {
-            if needed_prologue[i] {
-                let (_, a, b, c) = self.prologue[i];
-                for register in [a, b, c] {
-                    if let Register::Prologue(operand) = register {
-                        needed_prologue[operand as usize] = true;
-                    }
-                }
-            }
-        }
+        let in_body = |register| match register {
+            Register::Body(i) => Some(i as usize),
+            _ => None,
+        };
+        let body = Section::new(&self.body, in_body, roots);
+        let prologue_roots = [roots, &body.operands()].concat();
+        let prologue = Section::new(&self.prologue, in_prologue, &prologue_roots);
 
         let first_parameter = index(self.constants.len());
         let first_input = first_parameter + index(n_parameters);
-        let first_prologue = first_input + index(n_inputs);
-        let prologue_numbers = running_numbers(&needed_prologue, first_prologue);
-        let n_prologue = needed_prologue.iter().filter(|&&n| n).count();
-        let body_numbers = running_numbers(&needed_body, first_prologue + index(n_prologue));
+        let first_prologue = (first_input as usize) + n_inputs;
+        let first_body = first_prologue + prologue.n_results();
+        let (prologue_numbers, body_numbers) =
+            (prologue.numbers(first_prologue), body.numbers(first_body));
         let number = |register: Register| match register {
             Register::Constant(i) => i,
             Register::Parameter(i) => first_parameter + i,
@@ -428,20 +382,15 @@ impl Compiler {
             Register::Prologue(i) => prologue_numbers[i as usize],
             Register::Body(i) => body_numbers[i as usize],
         };
-        let keep = |keys: &[Key], needed: &[bool]| -> Vec<Instruction> {
-            let kept = keys.iter().zip(needed).filter(|(_, n)| **n);
-            kept.map(|(&(action, a, b, c), _)| Instruction {
-                action,
-                a: number(a),
-                b: number(b),
-                c: number(c),
-            })
-            .collect()
-        };
+        let mut angles = Vec::new();
         Tape {
-            prologue: keep(&self.prologue, &needed_prologue),
-            body: keep(&self.body, &needed_body),
+            prologue: prologue.instructions(&number, &mut angles),
+            body: body.instructions(&number, &mut angles),
+            angles,
             outputs: roots.iter().map(|&root| number(root)).collect(),
+            first_body,
+            n_registers: first_body + body.n_results(),
+            n_operations: [prologue.n_operations(), body.n_operations()],
             constants: self.constants,
             n_parameters,
             n_inputs,
@@ -449,21 +398,8 @@ impl Compiler {
     }
 }
 
-/// Consecutive numbers from `first` for the needed entries.
-fn running_numbers(needed: &[bool], first: u32) -> Vec<u32> {
-    let mut next = first;
-    needed
-        .iter()
-        .map(|&is_needed| {
-            let number = next;
-            next += u32::from(is_needed);
-            number
-        })
-        .collect()
-}
-
 /// Position of `b` where the step at `position` is `b^(−1)`.
-fn reciprocal_base(pool: &Pool, sweep: &Sweep, position: usize) -> Option<usize> {
+pub(super) fn reciprocal_base(pool: &Pool, sweep: &Sweep, position: usize) -> Option<usize> {
     let step = &sweep.steps[position];
     if step.op != Op::Pow {
         return None;

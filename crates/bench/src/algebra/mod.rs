@@ -1,0 +1,50 @@
+//! The algebra against its peers.
+
+mod andrews;
+mod chain;
+mod counts;
+mod derivation;
+mod evaluation;
+mod folding;
+mod gradient;
+mod systems;
+mod work;
+
+use clap::ValueEnum;
+
+use crate::Context;
+use crate::error::BenchError;
+use crate::report::Report;
+
+/// The suites, in the order they are run.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum, Debug)]
+pub(crate) enum Suite {
+    /// Trigonometric identities: cost and time of simplification.
+    Folding,
+    /// Operation counts of equations of motion.
+    Counts,
+    /// Time to derive the equations of a chain.
+    Derivation,
+    /// Reverse mode on a large expression.
+    Gradient,
+    /// Time of residual and Jacobian at one point.
+    Evaluation,
+}
+
+/// The suites asked for; all of them if none is.
+pub(crate) fn chosen(suites: &[Suite]) -> &[Suite] {
+    if suites.is_empty() { Suite::value_variants() } else { suites }
+}
+
+impl Suite {
+    /// Measures one suite.
+    pub(crate) fn run(self, context: &Context) -> Result<Report, BenchError> {
+        match self {
+            Self::Folding => folding::run(context),
+            Self::Counts => counts::run(context),
+            Self::Derivation => derivation::run(context),
+            Self::Gradient => gradient::run(context),
+            Self::Evaluation => evaluation::run(context),
+        }
+    }
+}

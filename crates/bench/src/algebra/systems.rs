@@ -1,0 +1,275 @@
+//! The functions whose evaluation is timed: residual and Jacobian of three mechanisms.
+//!
+//! ```text
+//! r = M a + h + ∂V/∂q − Q + Gᵀ λ      nq
+//! g(q) = 0                            nc
+//! ```
+//!
+//! Inputs are q, v, a, λ, one after the other. Outputs are r, then g, then those entries that are
+//! not identically zero of ∂r/∂q, ∂r/∂v, the lower triangle of M, and G, each row by row.
+
+use bksim_expr::{Expr, Pool, SymbolId, Tape};
+use bksim_mbs::assemble::assemble;
+use serde_json::{Value, json};
+
+use crate::error::BenchError;
+use crate::models;
+
+/// Equations of motion, and everything the peers need to compute the same.
+#[derive(Debug)]
+pub(crate) struct System {
+    /// Name of the mechanism and of its C source.
+    pub(crate) name: &'static str,
+    q: Vec<SymbolId>,
+    v: Vec<SymbolId>,
+    a: Vec<SymbolId>,
+    lambda: Vec<SymbolId>,
+    parameters: Vec<(SymbolId, f64)>,
+    /// A configuration that can be reached; points are drawn around it.
+    pose: Vec<f64>,
+    residual: Vec<Expr>,
+    constraints: Vec<Expr>,
+    mass: Vec<(usize, usize, Expr)>,
+    constraint_jacobian: Vec<(usize, usize, Expr)>,
+    pool: Pool,
+}
+
+/// One block of outputs with its entries.
+#[derive(Debug)]
+pub(crate) struct Outputs {
+    /// All outputs in order.
+    pub(crate) all: Vec<Expr>,
+    /// Row and column of each entry of ∂r/∂q, ∂r/∂v, M and G.
+    pub(crate) entries: [Vec<(usize, usize)>; 4],
+}
+
+/// The mechanisms of the suite.
+pub(crate) fn systems() -> Result<Vec<System>, BenchError> {
+    let slider_crank = assembled(
+        "slider_crank",
+        include_str!("../../../../examples/slider-crank/model.toml"),
+        &[("theta1", 0.4), ("x2", 2.4), ("y2", 0.2), ("theta2", -0.13), ("x3", 3.9)],
+    )?;
+    let five_link = assembled(
+        "five_link",
+        include_str!("../../../../examples/five-link/model.toml"),
+        &[
+            ("ti1", 0.3),
+            ("x2", 73.0),
+            ("y2", 3.7),
+            ("ti2", -0.07),
+            ("x3", 123.0),
+            ("x4", 86.0),
+            ("y4", 2.0),
+            ("ti4", -9.3),
+            ("ti5", 1.6),
+        ],
+    )?;
+    Ok(vec![slider_crank, five_link, super::andrews::system()?])
+}
+
+/// The equations of a model, its coordinates in the order of `pose`.
+fn assembled(name: &'static str, text: &str, pose: &[(&str, f64)]) -> Result<System, BenchError> {
+    let model = models::model(text, name)?;
+    let equations = assemble(&model);
+    let coordinates = equations.coordinates();
+    let order: Vec<usize> = pose
+        .iter()
+        .map(|(wanted, _)| coordinates.iter().position(|c| c.name == *wanted))
+        .collect::<Option<_>>()
+        .ok_or(BenchError::Data("coordinates of the model"))?;
+    let g = |row: usize, column: usize| equations.constraint_jacobian[row][order[column]];
+
+    let pool = &model.pool;
+    let lambda: Vec<SymbolId> = equations.constraints.iter().map(|c| c.lambda).collect();
+    let (nq, nc) = (order.len(), lambda.len());
+    let row = |i: usize| {
+        let own = order[i];
+        let inertia = (0..nq).map(|j| {
+            let a = pool.symbol_expr(coordinates[order[j]].a);
+            pool.mul(equations.mass_matrix[own][order[j]], a)
+        });
+        let reaction = (0..nc).map(|k| pool.mul(g(k, i), pool.symbol_expr(lambda[k])));
+        let applied = pool.neg(equations.force[own]);
+        let others = [equations.bias[own], equations.potential_gradient[own], applied];
+        pool.sum(inertia.chain(reaction).chain(others).collect::<Vec<_>>())
+    };
+    let residual = (0..nq).map(row).collect();
+    let constraints = equations.constraints.iter().map(|c| c.expression).collect();
+    let lower = (0..nq).flat_map(|i| (0..=i).map(move |j| (i, j)));
+    let mass = lower.map(|(i, j)| (i, j, equations.mass_matrix[order[i]][order[j]])).collect();
+    let cells = (0..nc).flat_map(|k| (0..nq).map(move |j| (k, j)));
+    let constraint_jacobian = cells.map(|(k, j)| (k, j, g(k, j))).collect();
+    let system = System {
+        name,
+        q: order.iter().map(|&i| coordinates[i].q).collect(),
+        v: order.iter().map(|&i| coordinates[i].v).collect(),
+        a: order.iter().map(|&i| coordinates[i].a).collect(),
+        parameters: model.parameters.iter().map(|p| (p.symbol, p.value)).collect(),
+        pose: pose.iter().map(|&(_, value)| value).collect(),
+        lambda,
+        residual,
+        constraints,
+        mass,
+        constraint_jacobian,
+        pool: model.pool,
+    };
+    Ok(system)
+}
+
+/// Equations in text: what [`System::parsed`] reads.
+pub(crate) struct Texts<'a> {
+    /// Names of the coordinates; rates append `_v`, accelerations `_a`; multipliers are `l1`, ….
+    pub(crate) coordinates: &'a [(&'a str, f64)],
+    /// Names and values of the parameters.
+    pub(crate) parameters: &'a [(&'a str, f64)],
+    /// Abbreviations in later texts, each of those before it.
+    pub(crate) abbreviations: &'a [(&'a str, &'a str)],
+    /// Lower triangle of M: row, column, entry.
+    pub(crate) mass: &'a [(usize, usize, &'a str)],
+    /// f of M a = f − Gᵀλ.
+    pub(crate) force: &'a [&'a str],
+    /// g.
+    pub(crate) constraints: &'a [&'a str],
+}
+
+impl System {
+    /// A system given in text; G is differentiated from g.
+    pub(crate) fn parsed(name: &'static str, texts: &Texts<'_>) -> Result<Self, BenchError> {
+        let pool = Pool::new();
+        let named = |name: &str| pool.symbol_id(pool.symbol(name));
+        let all = |suffix: &str| -> Vec<SymbolId> {
+            texts
+                .coordinates
+                .iter()
+                .filter_map(|(name, _)| named(&format!("{name}{suffix}")))
+                .collect()
+        };
+        let (q, v, a) = (all(""), all("_v"), all("_a"));
+        let (nq, nc) = (q.len(), texts.constraints.len());
+        let lambda: Vec<SymbolId> = (1..=nc).filter_map(|k| named(&format!("l{k}"))).collect();
+        let mut known: Vec<(SymbolId, Expr)> = Vec::new();
+        for (name, text) in texts.abbreviations {
+            let e = pool.substitute(pool.parse(text)?, &known);
+            known.extend(named(name).map(|symbol| (symbol, e)));
+        }
+        let read = |text: &&str| -> Result<Expr, BenchError> {
+            Ok(pool.substitute(pool.parse(text)?, &known))
+        };
+        let force: Vec<Expr> = texts.force.iter().map(read).collect::<Result<_, _>>()?;
+        let constraints: Vec<Expr> =
+            texts.constraints.iter().map(read).collect::<Result<_, _>>()?;
+        let constraint_jacobian = pool.jacobian(&constraints, &q).entries;
+        let mut mass = Vec::new();
+        for (i, j, text) in texts.mass {
+            mass.push((*i, *j, read(text)?));
+        }
+        let mut rows: Vec<Vec<Expr>> = force.iter().map(|&f| vec![pool.neg(f)]).collect();
+        for &(i, j, m) in &mass {
+            rows[i].push(pool.mul(m, pool.symbol_expr(a[j])));
+            if i != j {
+                rows[j].push(pool.mul(m, pool.symbol_expr(a[i])));
+            }
+        }
+        for &(k, j, g) in &constraint_jacobian {
+            rows[j].push(pool.mul(g, pool.symbol_expr(lambda[k])));
+        }
+        let residual = rows.into_iter().map(|terms| pool.sum(terms)).collect();
+        let parameters =
+            texts.parameters.iter().filter_map(|&(name, value)| Some((named(name)?, value)));
+        let parameters = parameters.collect();
+        let pose = texts.coordinates.iter().map(|&(_, value)| value).collect();
+        debug_assert_eq!(nq, force.len(), "one force per coordinate");
+        Ok(Self {
+            name,
+            q,
+            v,
+            a,
+            lambda,
+            parameters,
+            pose,
+            residual,
+            constraints,
+            mass,
+            constraint_jacobian,
+            pool,
+        })
+    }
+
+    /// What is computed.
+    pub(crate) fn outputs(&self) -> Outputs {
+        let pool = &self.pool;
+        let nonzero = |entries: &[(usize, usize, Expr)]| -> Vec<(usize, usize, Expr)> {
+            entries.iter().filter(|entry| !pool.is_zero(entry.2)).copied().collect()
+        };
+        let blocks = [
+            pool.jacobian(&self.residual, &self.q).entries,
+            pool.jacobian(&self.residual, &self.v).entries,
+            nonzero(&self.mass),
+            nonzero(&self.constraint_jacobian),
+        ];
+        let mut all: Vec<Expr> = self.residual.iter().chain(&self.constraints).copied().collect();
+        all.extend(blocks.iter().flatten().map(|entry| entry.2));
+        let entries = blocks.map(|block| block.into_iter().map(|(i, j, _)| (i, j)).collect());
+        Outputs { all, entries }
+    }
+
+    /// Number of inputs: q, v, a, λ.
+    pub(crate) fn n_inputs(&self) -> usize {
+        3 * self.q.len() + self.lambda.len()
+    }
+
+    /// Compiles all outputs.
+    pub(crate) fn tape(&self, outputs: &Outputs) -> Result<Tape, BenchError> {
+        let inputs = [&self.q[..], &self.v, &self.a, &self.lambda].concat();
+        let parameters: Vec<SymbolId> = self.parameters.iter().map(|p| p.0).collect();
+        Ok(Tape::compile(&self.pool, &outputs.all, &inputs, &parameters)?)
+    }
+
+    /// Values of the parameters.
+    pub(crate) fn parameter_values(&self) -> Vec<f64> {
+        self.parameters.iter().map(|p| p.1).collect()
+    }
+
+    /// Points around the pose, one after the other: always the same ones.
+    pub(crate) fn points(&self, n_points: usize) -> Vec<f64> {
+        let mut state: u64 = 0x9E37_79B9_7F4A_7C15;
+        let mut noise = move || {
+            // A linear congruential generator (Knuth's constants); its high bits are good enough.
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        let mut points = Vec::with_capacity(n_points * self.n_inputs());
+        for _ in 0..n_points {
+            points.extend(self.pose.iter().map(|q| q + 0.2 * noise()));
+            points.extend((self.pose.len()..self.n_inputs()).map(|_| 4.0 * noise()));
+        }
+        points
+    }
+
+    /// What a peer needs: sizes, the entries wanted, the parameters by name, and all outputs as
+    /// formulas of the inputs.
+    pub(crate) fn to_json(&self, outputs: &Outputs) -> Value {
+        let mut values: Vec<(SymbolId, Expr)> =
+            self.parameters.iter().map(|&(s, value)| (s, self.pool.float(value))).collect();
+        // Plain names that no system takes for anything else.
+        let inputs = [&self.q[..], &self.v, &self.a, &self.lambda].concat();
+        let names: Vec<String> = (0..inputs.len()).map(|i| format!("in{i}")).collect();
+        values.extend(inputs.iter().zip(&names).map(|(&s, name)| (s, self.pool.symbol(name))));
+        let texts: Vec<String> = self
+            .pool
+            .substitute_all(&outputs.all, &values)
+            .into_iter()
+            .map(|e| self.pool.to_text(e))
+            .collect();
+        let parameters: serde_json::Map<String, Value> = self
+            .parameters
+            .iter()
+            .map(|&(s, value)| (self.pool.symbol_name(s), json!(value)))
+            .collect();
+        json!({
+            "name": self.name, "nq": self.q.len(), "nc": self.lambda.len(), "inputs": names,
+            "entries": outputs.entries, "parameters": parameters, "texts": texts,
+        })
+    }
+}

@@ -1,0 +1,202 @@
+//! The mechanisms that are measured, as model texts.
+
+use std::fmt::Write;
+
+use bksim_mbs::file::{Source, read};
+use bksim_mbs::model::Model;
+
+use crate::error::BenchError;
+
+/// Reads a model.
+pub(crate) fn model(text: &str, name: &str) -> Result<Model, BenchError> {
+    let reading = read(&Source::new(text, name));
+    reading.model.ok_or_else(|| BenchError::Model {
+        name: name.to_owned(),
+        message: reading.diagnostics.first().map(|d| d.message.clone()).unwrap_or_default(),
+    })
+}
+
+/// A chain of `n` links with relative angles; every length, mass and inertia is a parameter.
+pub(crate) fn chain(n: usize) -> String {
+    let mut text = String::from("coordinates = \"relative\"\n[parameters]\ng = \"9.81 m/s^2\"\n");
+    let mut line = |arguments: std::fmt::Arguments<'_>| {
+        text.write_fmt(arguments).expect("text takes everything");
+    };
+    for i in 1..=n {
+        line(format_args!("l{i} = \"1 m\"\na{i} = \"0.5 m\"\nm{i} = \"1 kg\"\n"));
+        line(format_args!("I{i} = \"0.1 kg*m^2\"\n"));
+    }
+    for i in 1..=n {
+        line(format_args!("[bodies.b{i}]\nmass = \"m{i}\"\ninertia = \"I{i}\"\n"));
+        line(format_args!("com = [\"a{i}\", 0]\npoints = {{ O = [0, 0], E = [\"l{i}\", 0] }}\n"));
+    }
+    for i in 1..=n {
+        let predecessor = if i == 1 { "ground".to_owned() } else { format!("b{}.E", i - 1) };
+        line(format_args!("[joints.j{i}]\ntype = \"revolute\"\n"));
+        line(format_args!("between = [\"{predecessor}\", \"b{i}.O\"]\ncoordinate = \"q{i}\"\n"));
+    }
+    line(format_args!("[loads]\ngravity = {{ type = \"gravity\", acceleration = [0, \"-g\"] }}\n"));
+    text
+}
+
+/// Crank and rod by relative angles, the slider by its position; the pin between them is cut.
+pub(crate) const SLIDER_CRANK: &str = r#"
+coordinates = "relative"
+[parameters]
+g = "9.81 m/s^2"
+l1 = "1 m"
+s1 = "0.5 m"
+m1 = "5 kg"
+i1 = "1 kg m^2"
+l2 = "3 m"
+s2 = "1.5 m"
+m2 = "5 kg"
+i2 = "1 kg m^2"
+m3 = "20 kg"
+[bodies.crank]
+mass = "m1"
+com = ["s1", 0]
+inertia = "i1"
+points = { A = [0, 0], B = ["l1", 0] }
+[bodies.rod]
+mass = "m2"
+com = ["s2", 0]
+inertia = "i2"
+points = { B = [0, 0], C = ["l2", 0] }
+[bodies.slider]
+mass = "m3"
+inertia = 0
+points = { C = [0, 0] }
+[joints.A]
+type = "revolute"
+between = ["ground", "crank.A"]
+coordinate = "q1"
+[joints.B]
+type = "revolute"
+between = ["crank.B", "rod.B"]
+coordinate = "q2"
+[joints.D]
+type = "prismatic"
+between = ["ground", "slider.C"]
+axis = [1, 0]
+coordinate = "x3"
+[joints.C]
+type = "revolute"
+between = ["rod.C", "slider.C"]
+cut = true
+[loads.gravity]
+type = "gravity"
+acceleration = [0, "-g"]
+"#;
+
+/// Crank and coupler by relative angles, the rocker by its own; the pin between them is cut.
+pub(crate) const FOUR_BAR: &str = r#"
+coordinates = "relative"
+[parameters]
+g = "9.81 m/s^2"
+d = "0.3 m"
+l1 = "0.1 m"
+s1 = "0.05 m"
+m1 = "0.5 kg"
+i1 = "0.001 kg m^2"
+l2 = "0.3 m"
+s2 = "0.15 m"
+m2 = "0.8 kg"
+i2 = "0.006 kg m^2"
+l3 = "0.25 m"
+s3 = "0.125 m"
+m3 = "0.7 kg"
+i3 = "0.004 kg m^2"
+[ground]
+points = { A = [0, 0], D = ["d", 0] }
+[bodies.crank]
+mass = "m1"
+com = ["s1", 0]
+inertia = "i1"
+points = { A = [0, 0], B = ["l1", 0] }
+[bodies.coupler]
+mass = "m2"
+com = ["s2", 0]
+inertia = "i2"
+points = { B = [0, 0], C = ["l2", 0] }
+[bodies.rocker]
+mass = "m3"
+com = ["s3", 0]
+inertia = "i3"
+points = { D = [0, 0], C = ["l3", 0] }
+[joints.A]
+type = "revolute"
+between = ["ground.A", "crank.A"]
+coordinate = "q1"
+[joints.B]
+type = "revolute"
+between = ["crank.B", "coupler.B"]
+coordinate = "q2"
+[joints.D]
+type = "revolute"
+between = ["ground.D", "rocker.D"]
+coordinate = "q3"
+[joints.C]
+type = "revolute"
+between = ["coupler.C", "rocker.C"]
+cut = true
+[loads.gravity]
+type = "gravity"
+acceleration = [0, "-g"]
+"#;
+
+/// Crank, coupler and rocker by relative angles; the pin of the rocker on the ground is cut.
+pub(crate) const FOUR_BAR_CHAIN: &str = r#"
+coordinates = "relative"
+[parameters]
+g = "9.81 m/s^2"
+d = "0.3 m"
+l1 = "0.1 m"
+s1 = "0.05 m"
+m1 = "0.5 kg"
+i1 = "0.001 kg m^2"
+l2 = "0.3 m"
+s2 = "0.15 m"
+m2 = "0.8 kg"
+i2 = "0.006 kg m^2"
+l3 = "0.25 m"
+s3 = "0.125 m"
+m3 = "0.7 kg"
+i3 = "0.004 kg m^2"
+[ground]
+points = { A = [0, 0], D = ["d", 0] }
+[bodies.crank]
+mass = "m1"
+com = ["s1", 0]
+inertia = "i1"
+points = { A = [0, 0], B = ["l1", 0] }
+[bodies.coupler]
+mass = "m2"
+com = ["s2", 0]
+inertia = "i2"
+points = { B = [0, 0], C = ["l2", 0] }
+[bodies.rocker]
+mass = "m3"
+com = ["s3", 0]
+inertia = "i3"
+points = { C = [0, 0], D = ["l3", 0] }
+[joints.A]
+type = "revolute"
+between = ["ground.A", "crank.A"]
+coordinate = "q1"
+[joints.B]
+type = "revolute"
+between = ["crank.B", "coupler.B"]
+coordinate = "q2"
+[joints.C]
+type = "revolute"
+between = ["coupler.C", "rocker.C"]
+coordinate = "q3"
+[joints.D]
+type = "revolute"
+between = ["ground.D", "rocker.D"]
+cut = true
+[loads.gravity]
+type = "gravity"
+acceleration = [0, "-g"]
+"#;

@@ -1,0 +1,178 @@
+//! `bksim equations` in every format: what is written can be typeset, fits, and says the same.
+
+mod common;
+
+use std::path::PathBuf;
+
+use bksim::expr::{Expr, Pool, SymbolId};
+use common::{CRATE, Scratch, text};
+use serde_json::Value;
+
+fn examples() -> Vec<PathBuf> {
+    let folder = PathBuf::from(CRATE).join("../../examples");
+    let mut models: Vec<PathBuf> = std::fs::read_dir(folder)
+        .expect("examples")
+        .map(|entry| entry.expect("an entry").path().join("model.toml"))
+        .filter(|model| model.is_file())
+        .collect();
+    models.sort();
+    assert!(models.len() >= 6, "{models:?}");
+    models
+}
+
+/// What `bksim equations MODEL …` prints.
+fn printed(model: &std::path::Path, arguments: &str) -> String {
+    let output = Scratch::new()
+        .bksim()
+        .arg("equations")
+        .arg(model)
+        .args(arguments.split_whitespace())
+        .output()
+        .expect("bksim starts");
+    assert!(output.status.success(), "{}: {}", model.display(), text(&output.stderr));
+    text(&output.stdout)
+}
+
+fn balance(source: &str, open: char, close: char) -> i64 {
+    source.chars().map(|c| i64::from(c == open) - i64::from(c == close)).sum()
+}
+
+#[test]
+fn documents_are_well_formed() {
+    for model in examples() {
+        let latex = printed(&model, "--format latex --document").replace(r"\{", "");
+        assert_eq!(balance(&latex, '{', '}'), 0, "{latex}");
+        for word in ["longtable", "align*", "cases", "document"] {
+            let n = |what: &str| latex.matches(&format!(r"\{what}{{{word}}}")).count();
+            assert_eq!(n("begin"), n("end"), "{word} in {latex}");
+        }
+        let html = printed(&model, "--format mathml --document");
+        let html = html.strip_prefix("<!DOCTYPE html>").expect("a page of HTML");
+        let page = roxmltree::Document::parse(html).unwrap_or_else(|e| panic!("{e}: {html}"));
+        let n_math = page.descendants().filter(|node| {
+            node.tag_name().name() == "math"
+                && node.tag_name().namespace() == Some("http://www.w3.org/1998/Math/MathML")
+        });
+        assert!(n_math.count() > 5, "{html}");
+        // Letters and digits stand in elements of their own, never loose in a row.
+        let loose = page.descendants().filter(|node| {
+            let parent = node.parent().map(|parent| parent.tag_name().name().to_owned());
+            node.is_text()
+                && !node.text().unwrap_or_default().trim().is_empty()
+                && parent
+                    .is_some_and(|name| ["mrow", "mtd", "math", "msup"].contains(&name.as_str()))
+        });
+        let loose: Vec<_> = loose.filter_map(|node| node.text()).collect();
+        assert!(loose.is_empty(), "{loose:?}");
+        let typst = printed(&model, "--format typst --document");
+        assert_eq!(typst.matches('$').count() % 2, 0, "{typst}");
+        let plain = printed(&model, "--document");
+        for title in ["bodies", "joints", "coordinates", "equations of motion", "certificate"] {
+            assert!(plain.lines().any(|line| line == title), "no `{title}` in {plain}");
+        }
+    }
+}
+
+#[test]
+fn aligned_lines_keep_to_the_width() {
+    // Calls with several arguments do not break; the quick return has one of 60 characters.
+    let breaks = |model: &PathBuf| !model.to_string_lossy().contains("quick-return");
+    for model in examples().into_iter().filter(breaks) {
+        for arguments in ["--width 100", "--width 100 --unicode", "--width 140 --groups off"] {
+            let lines = printed(&model, &format!("--format aligned {arguments}"));
+            let limit = if arguments.contains("140") { 140 } else { 100 };
+            let is_formula = |line: &&str| line.starts_with("  ") && !line.contains(" random ");
+            for line in lines.lines().filter(is_formula) {
+                let width = line.chars().filter(|c| !['\u{307}', '\u{308}'].contains(c)).count();
+                assert!(width <= limit, "{width} characters: {line}");
+            }
+        }
+    }
+}
+
+/// Formulas of a JSON object in a pool of their own.
+struct Formulas {
+    all: Vec<Expr>,
+}
+
+impl Formulas {
+    fn of(pool: &Pool, object: &Value, names: &[(SymbolId, Expr)]) -> Self {
+        let parse = |text: &Value| {
+            let text = text.as_str().expect("a formula");
+            pool.substitute(pool.parse(text).unwrap_or_else(|e| panic!("{e}: {text}")), names)
+        };
+        let list = |key: &str| object[key].as_array().expect("a list").iter().map(parse);
+        let all = [parse(&object["kinetic_energy"]), parse(&object["potential_energy"])];
+        Self { all: all.into_iter().chain(list("equations")).chain(list("constraints")).collect() }
+    }
+}
+
+#[test]
+fn the_reading_form_with_its_names_put_back_is_what_is_solved() {
+    for model in examples() {
+        let printed = printed(&model, "--json");
+        let object: Value = serde_json::from_str(&printed).expect("one object");
+        let pool = Pool::new();
+        let mut names = Vec::new();
+        for name in object["reading"]["names"].as_array().expect("names") {
+            let definition = name["definition"].as_str().expect("a definition");
+            let definition = pool.substitute(pool.parse(definition).expect("a formula"), &names);
+            let symbol = pool.symbol(name["name"].as_str().expect("a name"));
+            names.push((pool.symbol_id(symbol).expect("a symbol"), definition));
+        }
+        let plain = Formulas::of(&pool, &object, &[]).all;
+        let reading = Formulas::of(&pool, &object["reading"], &names).all;
+        assert_eq!(plain.len(), reading.len());
+        for (&a, &b) in plain.iter().zip(&reading) {
+            let certificate = pool.certificate(a, b);
+            assert!(certificate.is_equal(), "{certificate:?}: {}", pool.to_text(b));
+        }
+        for key in ["derivation", "reading"] {
+            assert_eq!(object["certificate"][key]["equal"], Value::Bool(true), "{key}");
+        }
+        let total = |form: &str| {
+            object["operations"][form]["written_out"]["total"].as_u64().expect("a number")
+        };
+        assert!(total("simplified") <= total("derived"), "{printed}");
+        assert!(total("reading") <= total("simplified"), "{printed}");
+    }
+}
+
+#[test]
+fn a_two_link_arm_has_the_constants_of_the_textbook() {
+    let place = Scratch::new();
+    let link = |n: usize, before: &str| {
+        format!(
+            "[bodies.b{n}]\nmass = \"m{n}\"\ninertia = \"I{n}\"\ncom = [\"a{n}\", 0]\n\
+             points = {{ O = [0, 0], E = [\"l{n}\", 0] }}\n[joints.j{n}]\ntype = \"revolute\"\n\
+             between = [\"{before}\", \"b{n}.O\"]\ncoordinate = \"q{n}\"\n"
+        )
+    };
+    let parameters: Vec<String> = (1..=2)
+        .map(|n| format!("m{n} = \"1 kg\"\nI{n} = \"0.1 kg*m^2\"\na{n} = 0.5\nl{n} = \"1 m\"\n"))
+        .collect();
+    // A parameter called J2 keeps its name.
+    let parameters =
+        format!("[parameters]\ng = \"9.81 m/s^2\"\nJ2 = \"7 kg\"\n{}", parameters.concat());
+    let gravity = "[loads.gravity]\ntype = \"gravity\"\nacceleration = [0, \"-g\"]\n";
+    let model = [&parameters, gravity, &link(1, "ground"), &link(2, "b1.E")].map(String::from);
+    place.write("arm.toml", model.concat().replace("a1 = 0.5", "a1 = \"J2*0.5 m/(7 kg)\""));
+    let output = place.run("equations arm.toml");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let printed = text(&output.stdout);
+    for line in [
+        "J1 = I1 + a1^2*m1 + I2 + m2*(a2^2 + l1^2)    (1.7 kg m²)",
+        "J3 = a2*l1*m2    (0.5 kg m²)",
+        "J4 = I2 + a2^2*m2    (0.35 kg m²)",
+        "q2:  (J3*cos(q2) + J4)*q1_ddot + J4*q2_ddot + J3*sin(q2)*q1_dot^2 + W2*cos(q1 + q2) = 0",
+    ] {
+        assert!(printed.lines().any(|l| l.trim() == line), "no `{line}` in\n{printed}");
+    }
+}
+
+#[test]
+fn a_document_needs_a_format_that_has_one() {
+    let place = Scratch::new();
+    let output = place.run("equations none.toml --document --format json");
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output.stdout));
+}

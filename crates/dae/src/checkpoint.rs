@@ -1,0 +1,190 @@
+//! The state of a run as plain data: saved between two steps, it continues the run bit for bit.
+
+use crate::{SolveError, Stats};
+
+/// What a run needs to go on exactly as if it had never been interrupted: time, state, step size,
+/// the memory of the controllers, and for Radau the last polynomial and the Jacobian (its factors
+/// are made again from it).
+///
+/// The numbers are ordered by the solver that saved them and mean nothing to others; they may be
+/// stored in any form, or as [`Checkpoint::to_bytes`]. System, settings and `t_end` are not part of
+/// it and must be the same for the run to be the same.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Checkpoint {
+    /// Which solver saved it.
+    pub method: Method,
+    /// Counters, flags and lengths.
+    pub counts: Vec<u64>,
+    /// Everything else.
+    pub reals: Vec<f64>,
+}
+
+/// A solver with state to save.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Method {
+    /// [`crate::Solver`].
+    Radau,
+    /// [`crate::ExplicitSolver`].
+    Explicit,
+}
+
+/// First bytes of a stored checkpoint, the last of them the version of its layout.
+const MAGIC: [u8; 8] = *b"bkdae\0\0\x01";
+
+impl Checkpoint {
+    /// As little-endian bytes.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let method = u64::from(self.method == Method::Explicit);
+        let lengths = [method, self.counts.len() as u64, self.reals.len() as u64];
+        let counts = lengths.iter().chain(&self.counts).flat_map(|x| x.to_le_bytes());
+        let reals = self.reals.iter().flat_map(|x| x.to_le_bytes());
+        MAGIC.into_iter().chain(counts).chain(reals).collect()
+    }
+
+    /// From the bytes of [`Checkpoint::to_bytes`].
+    ///
+    /// # Errors
+    /// [`SolveError::Checkpoint`] when they are not such bytes.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, SolveError> {
+        let wrong = SolveError::Checkpoint { reason: "not the bytes of a checkpoint" };
+        let mut words = bytes.as_chunks::<8>().0.iter().copied();
+        if !bytes.len().is_multiple_of(8) || words.next() != Some(MAGIC) {
+            return Err(wrong);
+        }
+        let mut number = || words.next().map(u64::from_le_bytes);
+        let (Some(method), Some(n_counts), Some(n_reals)) = (number(), number(), number()) else {
+            return Err(wrong);
+        };
+        let n_words = (bytes.len() / 8 - 4) as u64;
+        if method > 1 || n_counts.checked_add(n_reals) != Some(n_words) {
+            return Err(wrong);
+        }
+        let method = if method == 0 { Method::Radau } else { Method::Explicit };
+        let counts = words.by_ref().map(u64::from_le_bytes);
+        let n_counts = usize::try_from(n_counts).map_err(|_| wrong)?;
+        let counts = counts.take(n_counts).collect();
+        Ok(Self { method, counts, reals: words.map(f64::from_le_bytes).collect() })
+    }
+}
+
+/// Collects the numbers of a checkpoint.
+#[derive(Default)]
+pub(crate) struct Saver {
+    counts: Vec<u64>,
+    reals: Vec<f64>,
+}
+
+impl Saver {
+    pub(crate) fn count(&mut self, x: usize) {
+        self.counts.push(x as u64);
+    }
+
+    pub(crate) fn flag(&mut self, x: bool) {
+        self.counts.push(u64::from(x));
+    }
+
+    pub(crate) fn real(&mut self, x: f64) {
+        self.reals.push(x);
+    }
+
+    pub(crate) fn option(&mut self, x: Option<f64>) {
+        self.flag(x.is_some());
+        self.real(x.unwrap_or(0.0));
+    }
+
+    pub(crate) fn slice(&mut self, x: &[f64]) {
+        self.count(x.len());
+        self.reals.extend_from_slice(x);
+    }
+
+    pub(crate) fn stats(&mut self, stats: &Stats) {
+        let Stats {
+            n_step,
+            n_accept,
+            n_reject,
+            n_newton_failed,
+            n_newton,
+            n_residual,
+            n_jacobian,
+            n_factor,
+            n_solve,
+        } = *stats;
+        let steps = [n_step, n_accept, n_reject, n_newton_failed];
+        let work = [n_newton, n_residual, n_jacobian, n_factor, n_solve];
+        steps.into_iter().chain(work).for_each(|x| self.count(x));
+    }
+
+    pub(crate) fn finish(self, method: Method) -> Checkpoint {
+        Checkpoint { method, counts: self.counts, reals: self.reals }
+    }
+}
+
+/// Hands the numbers of a checkpoint back in the order in which they were saved.
+pub(crate) struct Loader<'a> {
+    counts: std::slice::Iter<'a, u64>,
+    reals: &'a [f64],
+}
+
+const TOO_SHORT: SolveError = SolveError::Checkpoint { reason: "numbers are missing" };
+
+impl<'a> Loader<'a> {
+    pub(crate) fn new(checkpoint: &'a Checkpoint, method: Method) -> Result<Self, SolveError> {
+        if checkpoint.method != method {
+            return Err(SolveError::Checkpoint { reason: "saved by the other method" });
+        }
+        Ok(Self { counts: checkpoint.counts.iter(), reals: &checkpoint.reals })
+    }
+
+    pub(crate) fn count(&mut self) -> Result<usize, SolveError> {
+        let count = self.counts.next().ok_or(TOO_SHORT)?;
+        usize::try_from(*count)
+            .map_err(|_| SolveError::Checkpoint { reason: "a count is too large" })
+    }
+
+    pub(crate) fn flag(&mut self) -> Result<bool, SolveError> {
+        Ok(self.count()? != 0)
+    }
+
+    pub(crate) fn real(&mut self) -> Result<f64, SolveError> {
+        let (first, rest) = self.reals.split_first().ok_or(TOO_SHORT)?;
+        self.reals = rest;
+        Ok(*first)
+    }
+
+    pub(crate) fn option(&mut self) -> Result<Option<f64>, SolveError> {
+        let (is_some, x) = (self.flag()?, self.real()?);
+        Ok(is_some.then_some(x))
+    }
+
+    /// A slice of any length.
+    pub(crate) fn slice(&mut self) -> Result<&'a [f64], SolveError> {
+        let n = self.count()?;
+        let (slice, rest) = self.reals.split_at_checked(n).ok_or(TOO_SHORT)?;
+        self.reals = rest;
+        Ok(slice)
+    }
+
+    /// Overwrites a slice whose length is known.
+    pub(crate) fn fill(&mut self, out: &mut [f64]) -> Result<(), SolveError> {
+        let slice = self.slice()?;
+        if slice.len() != out.len() {
+            return Err(SolveError::Checkpoint { reason: "saved for a system of another size" });
+        }
+        out.copy_from_slice(slice);
+        Ok(())
+    }
+
+    pub(crate) fn stats(&mut self) -> Result<Stats, SolveError> {
+        Ok(Stats {
+            n_step: self.count()?,
+            n_accept: self.count()?,
+            n_reject: self.count()?,
+            n_newton_failed: self.count()?,
+            n_newton: self.count()?,
+            n_residual: self.count()?,
+            n_jacobian: self.count()?,
+            n_factor: self.count()?,
+            n_solve: self.count()?,
+        })
+    }
+}

@@ -1,0 +1,40 @@
+//! Is the step limited by stability? (HW2 §IV.2, stiffness detection.)
+//!
+//! ```text
+//! h ρ ≈ |h| ‖f(g) − f(y1)‖ / ‖g − y1‖
+//! ```
+//!
+//! for the argument `g` of the last stage, close to `y1` at the same time. The method is stable on
+//! the negative axis up to 6.1.
+
+/// Beyond this `h ρ`, stability limits the step (code of `DOP853`).
+const STABILITY_LIMIT: f64 = 6.1;
+/// So many steps beyond the limit are stiffness,
+const STIFF_AFTER: usize = 15;
+/// so many in sequence within it forget them.
+const FORGET_AFTER: usize = 6;
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(super) struct StiffnessTest {
+    pub(super) n_beyond: usize,
+    pub(super) n_within: usize,
+}
+
+impl StiffnessTest {
+    /// Takes note of `h ρ` of an accepted step.
+    pub(super) fn observe(&mut self, h_rho: f64) {
+        if h_rho > STABILITY_LIMIT {
+            self.n_beyond += 1;
+            self.n_within = 0;
+        } else if self.n_beyond > 0 {
+            self.n_within += 1;
+            if self.n_within == FORGET_AFTER {
+                *self = Self::default();
+            }
+        }
+    }
+
+    pub(super) fn is_stiff(&self) -> bool {
+        self.n_beyond >= STIFF_AFTER
+    }
+}

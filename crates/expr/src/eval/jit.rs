@@ -1,0 +1,434 @@
+//! Machine code for a tape, one function of three arrays.
+//!
+//! ```text
+//! f(registers, inputs, outputs)
+//! ```
+//!
+//! What the workspace holds (constants, parameters, the prologue's results, sines and cosines) and
+//! the inputs are read where they lie, each time they are used: an operand in memory costs nothing,
+//! a register kept alive may cost a spill. Outputs are stored as soon as they are known. Nothing is
+//! reordered or fused, and elementary functions are calls back into this crate, so results equal
+//! the interpreter's bit for bit.
+
+#![expect(unsafe_code, reason = "machine code is called through raw pointers")]
+
+use super::interpreter::Workspace;
+use super::sincos::{FEW, sin_cos_few};
+use crate::op::{Function, power};
+use crate::tape::{Action, Instruction, Tape};
+use cranelift_codegen::ir::condcodes::FloatCC;
+use cranelift_codegen::ir::types::{F64, I64};
+use cranelift_codegen::ir::{AbiParam, FuncRef, InstBuilder, MemFlagsData, Signature, Value};
+use cranelift_codegen::settings::{self, Configurable};
+use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
+use cranelift_jit::{JITBuilder, JITModule};
+use cranelift_module::{FuncId, Linkage, Module, ModuleError, default_libcall_names};
+use std::sync::Mutex;
+
+/// Why a tape is not compiled to machine code; the interpreter takes any tape.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum JitError {
+    /// Compiling would take longer and more memory than any run gains.
+    #[error("{found} instructions are more than the {limit} that are compiled to machine code")]
+    TooLong {
+        /// Instructions of the tape's body.
+        found: usize,
+        /// The most that are compiled.
+        limit: usize,
+    },
+    /// There is no code generator for this processor.
+    #[error("no machine code for this processor: {reason}")]
+    Host {
+        /// What the code generator says.
+        reason: &'static str,
+    },
+    /// The code generator failed.
+    #[error("the code generator failed: {0}")]
+    Generator(#[from] Box<ModuleError>),
+}
+
+/// Longest body that is compiled: a fifth of a second, and at worst 400 kB of stack where all
+/// values are alive at once.
+const MOST_INSTRUCTIONS: usize = 50_000;
+
+/// Machine code of one [`Tape`].
+///
+/// It works on the workspaces of its tape, is shared freely between threads, and frees its memory
+/// when dropped.
+///
+/// ```
+/// use bksim_expr::{Pool, Tape};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let pool = Pool::new();
+/// let e = pool.parse("l*sin(q)")?;
+/// let id = |name| pool.find_symbol(name).expect("was parsed");
+/// let tape = Tape::compile(&pool, &[e], &[id("q")], &[id("l")])?;
+/// let code = tape.machine_code()?;
+/// let mut workspace = tape.workspace(&[2.0]);
+/// let (mut ours, mut theirs) = ([0.0], [0.0]);
+/// code.evaluate(&mut workspace, &[0.5], &mut ours);
+/// tape.evaluate(&mut workspace, &[0.5], &mut theirs);
+/// assert_eq!(ours, theirs);
+/// # Ok(())
+/// # }
+/// ```
+pub struct MachineCode {
+    function: Compiled,
+    /// Owns the memory of `function`; always present until dropped.
+    module: Mutex<Option<JITModule>>,
+    n_registers: usize,
+    n_inputs: usize,
+    n_outputs: usize,
+}
+
+type Compiled = unsafe extern "C" fn(*mut f64, *const f64, *mut f64);
+
+impl std::fmt::Debug for MachineCode {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("MachineCode")
+            .field("n_registers", &self.n_registers)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Tape {
+    /// Compiles the body to machine code.
+    ///
+    /// # Errors
+    /// [`JitError::TooLong`] for bodies beyond 50 000 instructions, [`JitError::Host`] where the
+    /// processor is not supported.
+    pub fn machine_code(&self) -> Result<MachineCode, JitError> {
+        if self.body.len() > MOST_INSTRUCTIONS {
+            let (found, limit) = (self.body.len(), MOST_INSTRUCTIONS);
+            return Err(JitError::TooLong { found, limit });
+        }
+        let mut module = module()?;
+        match define(&mut module, self) {
+            Ok(id) => {
+                let address = module.get_finalized_function(id);
+                // SAFETY: the function was declared with three pointers and no result, in the
+                // calling convention of the host, and its memory lives as long as the module.
+                let function = unsafe { std::mem::transmute::<*const u8, Compiled>(address) };
+                Ok(MachineCode {
+                    function,
+                    module: Mutex::new(Some(module)),
+                    n_registers: self.n_registers,
+                    n_inputs: self.n_inputs,
+                    n_outputs: self.outputs.len(),
+                })
+            }
+            Err(fault) => {
+                // SAFETY: no function of the module was ever called or handed out.
+                unsafe { module.free_memory() };
+                Err(fault.into())
+            }
+        }
+    }
+}
+
+impl MachineCode {
+    /// Computes all outputs, as [`Tape::evaluate`] does.
+    ///
+    /// # Panics
+    /// When `inputs` or `out` have another length than was compiled, or `ws` is of another tape.
+    pub fn evaluate(&self, ws: &mut Workspace, inputs: &[f64], out: &mut [f64]) {
+        assert_eq!(inputs.len(), self.n_inputs, "number of inputs");
+        assert_eq!(out.len(), self.n_outputs, "number of outputs");
+        assert_eq!(ws.registers.len(), self.n_registers, "a workspace of this tape");
+        // SAFETY: the code stays within the three lengths that were just checked.
+        unsafe { (self.function)(ws.registers.as_mut_ptr(), inputs.as_ptr(), out.as_mut_ptr()) }
+    }
+}
+
+impl Drop for MachineCode {
+    fn drop(&mut self) {
+        let module = self.module.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner);
+        if let Some(module) = module.take() {
+            // SAFETY: `function` is private and only called through a borrow of `self`.
+            unsafe { module.free_memory() };
+        }
+    }
+}
+
+/// Sines and cosines of the first `N` of four angles.
+extern "C" fn turn<const N: usize>(
+    a: f64,
+    b: f64,
+    c: f64,
+    d: f64,
+    sines: &mut [f64; N],
+    cosines: &mut [f64; N],
+) {
+    sin_cos_few([a, b, c, d], sines, cosines);
+}
+
+/// The functions that generated code calls to turn one to four angles.
+const TURNS: [&str; FEW] = ["turn_1", "turn_2", "turn_3", "turn_4"];
+
+extern "C" fn elementary(function: usize, a: f64, b: f64) -> f64 {
+    Function::from_index(function).map_or(f64::NAN, |function| function.value(a, b))
+}
+
+extern "C" fn general_power(base: f64, exponent: f64) -> f64 {
+    power(base, exponent)
+}
+
+/// A module for this processor that knows the functions called back.
+fn module() -> Result<JITModule, JitError> {
+    let mut flags = settings::builder();
+    for (name, value) in [
+        ("opt_level", "none"),
+        ("is_pic", "false"),
+        ("use_colocated_libcalls", "false"),
+        ("enable_verifier", if cfg!(debug_assertions) { "true" } else { "false" }),
+        ("unwind_info", "false"),
+        // Large frames are touched page by page in line; the default is a call into nowhere.
+        ("probestack_strategy", "inline"),
+    ] {
+        flags.set(name, value).expect("a setting of the code generator");
+    }
+    let host = cranelift_native::builder().map_err(|reason| JitError::Host { reason })?;
+    let isa = host
+        .finish(settings::Flags::new(flags))
+        .map_err(|fault| Box::new(ModuleError::Compilation(fault)))?;
+    let mut builder = JITBuilder::with_isa(isa, default_libcall_names());
+    let turns = [turn::<1> as *const u8, turn::<2> as _, turn::<3> as _, turn::<4> as _];
+    builder.symbols(TURNS.into_iter().zip(turns));
+    builder.symbol("elementary", elementary as *const u8);
+    builder.symbol("power", general_power as *const u8);
+    Ok(JITModule::new(builder))
+}
+
+/// Compiles the body of the tape.
+fn define(module: &mut JITModule, tape: &Tape) -> Result<FuncId, Box<ModuleError>> {
+    let mut import = |name: &str, parameters: &[_], result: Option<_>| {
+        let mut signature = module.make_signature();
+        signature.params.extend(parameters.iter().map(|&kind| AbiParam::new(kind)));
+        signature.returns.extend(result.map(AbiParam::new));
+        module.declare_function(name, Linkage::Import, &signature).map_err(Box::new)
+    };
+    let mut turns = Vec::with_capacity(FEW);
+    for name in TURNS {
+        turns.push(import(name, &[F64, F64, F64, F64, I64, I64], None)?);
+    }
+    let elementary = import("elementary", &[I64, F64, F64], Some(F64))?;
+    let power = import("power", &[F64, F64], Some(F64))?;
+
+    let mut context = module.make_context();
+    context.func.signature = signature(module);
+    let id = module.declare_function("tape", Linkage::Export, &context.func.signature);
+    let id = id.map_err(Box::new)?;
+    let mut scratch = FunctionBuilderContext::new();
+    let mut builder = FunctionBuilder::new(&mut context.func, &mut scratch);
+    let mut callee = |id| module.declare_func_in_func(id, builder.func);
+    let turns = turns.into_iter().map(&mut callee).collect();
+    let callees = Callees { turns, elementary: callee(elementary), power: callee(power) };
+    let block = builder.create_block();
+    builder.append_block_params_for_function_params(block);
+    builder.switch_to_block(block);
+    builder.seal_block(block);
+    let mut emitter = Emitter::new(tape, builder, callees);
+    emitter.emit_body();
+    emitter.builder.ins().return_(&[]);
+    emitter.builder.finalize(module.target_config());
+    module.define_function(id, &mut context).map_err(Box::new)?;
+    module.finalize_definitions().map_err(Box::new)?;
+    Ok(id)
+}
+
+fn signature(module: &JITModule) -> Signature {
+    let mut signature = module.make_signature();
+    signature.params.extend([AbiParam::new(I64); 3]);
+    signature
+}
+
+/// The functions that generated code calls.
+struct Callees {
+    /// By the number of angles, from one.
+    turns: Vec<FuncRef>,
+    elementary: FuncRef,
+    power: FuncRef,
+}
+
+/// Where generated code finds a register of the tape.
+#[derive(Clone, Copy)]
+enum Place {
+    Memory { base: Value, offset: i32 },
+    Value(Value),
+}
+
+/// Writes the code of one tape.
+struct Emitter<'a> {
+    tape: &'a Tape,
+    builder: FunctionBuilder<'a>,
+    callees: Callees,
+    registers: Value,
+    out: Value,
+    /// Places of the registers so far.
+    places: Vec<Place>,
+    /// Outputs by the register that holds them, in ascending order.
+    outputs: Vec<(usize, usize)>,
+}
+
+/// Accesses never trap: lengths are checked before the call.
+const TRUSTED: MemFlagsData = MemFlagsData::trusted();
+
+/// Distance of the `n`-th number from the first of an array.
+fn offset(n: usize) -> i32 {
+    i32::try_from(8 * n).expect("arrays of short tapes are shorter than 2^31 bytes")
+}
+
+impl<'a> Emitter<'a> {
+    fn new(tape: &'a Tape, builder: FunctionBuilder<'a>, callees: Callees) -> Self {
+        let block = builder.current_block().expect("the entry block is current");
+        let &[registers, inputs, out] = builder.block_params(block) else {
+            unreachable!("the signature has three parameters")
+        };
+        let memory = |base| move |n| Place::Memory { base, offset: offset(n) };
+        let mut places: Vec<Place> = (0..tape.first_body).map(memory(registers)).collect();
+        places.splice(tape.input_registers(), (0..tape.n_inputs).map(memory(inputs)));
+        let mut outputs: Vec<(usize, usize)> =
+            tape.outputs.iter().map(|&register| register as usize).zip(0..).collect();
+        outputs.sort_unstable();
+        Self { tape, builder, callees, registers, out, places, outputs }
+    }
+
+    /// The whole body; outputs are stored as soon as they are known.
+    fn emit_body(&mut self) {
+        self.store_outputs(0);
+        for instruction in &self.tape.body {
+            let first = self.places.len();
+            if instruction.action == Action::Turn {
+                self.turn(instruction);
+            } else {
+                let value = self.value(instruction);
+                self.places.push(Place::Value(value));
+            }
+            self.store_outputs(first);
+        }
+    }
+
+    /// Stores the outputs that are held by registers from `first` on.
+    fn store_outputs(&mut self, first: usize) {
+        let start = self.outputs.partition_point(|&(register, _)| register < first);
+        let end = self.outputs.partition_point(|&(register, _)| register < self.places.len());
+        for i in start..end {
+            let (register, position) = self.outputs[i];
+            let value = self.read(register);
+            self.builder.ins().store(TRUSTED, value, self.out, offset(position));
+        }
+    }
+
+    fn read(&mut self, register: usize) -> Value {
+        match self.places[register] {
+            Place::Value(value) => value,
+            Place::Memory { base, offset } => self.builder.ins().load(F64, TRUSTED, base, offset),
+        }
+    }
+
+    /// Hands over a few angles at a time; the results lie in the workspace's own registers.
+    fn turn(&mut self, instruction: &Instruction) {
+        let angles = self.tape.angles_of(instruction);
+        let first = self.places.len();
+        for (chunk, angles_here) in angles.chunks(FEW).enumerate() {
+            let angle = |lane| *angles_here.get(lane).unwrap_or(&angles_here[0]) as usize;
+            let sines = first + chunk * FEW;
+            let mut arguments = [0, 1, 2, 3].map(|lane| self.read(angle(lane))).to_vec();
+            arguments.extend(
+                [sines, sines + angles.len()]
+                    .map(|n| self.builder.ins().iadd_imm_s(self.registers, i64::from(offset(n)))),
+            );
+            self.builder.ins().call(self.callees.turns[angles_here.len() - 1], &arguments);
+        }
+        let base = self.registers;
+        let results = first..first + 2 * angles.len();
+        self.places.extend(results.map(|n| Place::Memory { base, offset: offset(n) }));
+    }
+
+    fn value(&mut self, instruction: &Instruction) -> Value {
+        let a = self.read(instruction.a as usize);
+        match instruction.action {
+            Action::Negate => return self.builder.ins().fneg(a),
+            Action::Call(function) if function.arity() == 1 => return self.call_one(function, a),
+            _ => (),
+        }
+        let b = self.read(instruction.b as usize);
+        match instruction.action {
+            Action::Add => self.builder.ins().fadd(a, b),
+            Action::Subtract => self.builder.ins().fsub(a, b),
+            Action::Multiply => self.builder.ins().fmul(a, b),
+            Action::Divide => self.builder.ins().fdiv(a, b),
+            Action::Power => {
+                let call = self.builder.ins().call(self.callees.power, &[a, b]);
+                self.builder.inst_results(call)[0]
+            }
+            Action::Call(Function::If) => {
+                let c = self.read(instruction.c as usize);
+                self.branch(a, b, c)
+            }
+            Action::Call(function) => self.call_two(function, a, b),
+            Action::Negate | Action::Turn => unreachable!("emitted elsewhere"),
+        }
+    }
+
+    fn call_one(&mut self, function: Function, a: Value) -> Value {
+        match function {
+            Function::Sqrt => self.builder.ins().sqrt(a),
+            Function::Abs => self.builder.ins().fabs(a),
+            Function::Sign => {
+                let (zero, one) = (self.number(0.0), self.number(1.0));
+                let is_plain = self.builder.ins().fcmp(FloatCC::UnorderedOrEqual, a, zero);
+                let sign = self.builder.ins().fcopysign(one, a);
+                self.builder.ins().select(is_plain, a, sign)
+            }
+            _ => self.elementary(function, a, a),
+        }
+    }
+
+    fn call_two(&mut self, function: Function, a: Value, b: Value) -> Value {
+        match function {
+            Function::Min => self.extremum(FloatCC::LessThanOrEqual, a, b),
+            Function::Max => self.extremum(FloatCC::GreaterThanOrEqual, a, b),
+            Function::Lt => self.comparison(FloatCC::LessThan, a, b),
+            Function::Le => self.comparison(FloatCC::LessThanOrEqual, a, b),
+            Function::Gt => self.comparison(FloatCC::GreaterThan, a, b),
+            Function::Ge => self.comparison(FloatCC::GreaterThanOrEqual, a, b),
+            _ => self.elementary(function, a, b),
+        }
+    }
+
+    /// `a` where it compares so with `b` or is NaN, else `b`.
+    fn extremum(&mut self, condition: FloatCC, a: Value, b: Value) -> Value {
+        let is_nan = self.builder.ins().fcmp(FloatCC::Unordered, a, a);
+        let other = self.builder.ins().select(is_nan, a, b);
+        let is_first = self.builder.ins().fcmp(condition, a, b);
+        self.builder.ins().select(is_first, a, other)
+    }
+
+    fn comparison(&mut self, condition: FloatCC, a: Value, b: Value) -> Value {
+        let (zero, one) = (self.number(0.0), self.number(1.0));
+        let holds = self.builder.ins().fcmp(condition, a, b);
+        self.builder.ins().select(holds, one, zero)
+    }
+
+    /// `if(a, b, c)`: c where a is zero, a where it is NaN, else b.
+    fn branch(&mut self, a: Value, b: Value, c: Value) -> Value {
+        let zero = self.number(0.0);
+        let is_false = self.builder.ins().fcmp(FloatCC::Equal, a, zero);
+        let taken = self.builder.ins().select(is_false, c, b);
+        let is_nan = self.builder.ins().fcmp(FloatCC::Unordered, a, a);
+        self.builder.ins().select(is_nan, a, taken)
+    }
+
+    fn elementary(&mut self, function: Function, a: Value, b: Value) -> Value {
+        let index = self.builder.ins().iconst(I64, function as i64);
+        let call = self.builder.ins().call(self.callees.elementary, &[index, a, b]);
+        self.builder.inst_results(call)[0]
+    }
+
+    fn number(&mut self, value: f64) -> Value {
+        self.builder.ins().f64const(value)
+    }
+}

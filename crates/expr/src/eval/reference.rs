@@ -1,0 +1,175 @@
+//! The graph itself evaluated, operands first: every other way to compute a value is held against it.
+
+use crate::number::Number;
+use crate::op::{Function, Op, power, select};
+use crate::pool::{Expr, Pool, SymbolId};
+use crate::sweep::{Step, Sweep};
+
+/// Why an expression has no value.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum EvalError {
+    /// A symbol was not given a value.
+    #[error("symbol `{name}` has no value")]
+    Unbound {
+        /// The symbol.
+        symbol: SymbolId,
+        /// Its name.
+        name: String,
+    },
+}
+
+/// The first operation that left the real numbers.
+#[derive(Clone, PartialEq, Debug)]
+pub struct DomainFault {
+    /// The operation with its operands.
+    pub expr: Expr,
+    /// What it does: a function's name, `division`, `power`, `sum` or `product`.
+    pub operation: &'static str,
+    /// The finite operand values that made the result infinite or NaN.
+    pub operands: Vec<f64>,
+}
+
+impl Pool {
+    /// The value of `e` in `f64` arithmetic; infinities and NaN are values like others.
+    ///
+    /// # Errors
+    /// [`EvalError::Unbound`] names a symbol for which `value` has none.
+    pub fn evaluate(
+        &self,
+        e: Expr,
+        value: &dyn Fn(SymbolId) -> Option<f64>,
+    ) -> Result<f64, EvalError> {
+        let sweep = self.sweep(&[e]);
+        Ok(self.values(&sweep, value)?[sweep.roots[0]])
+    }
+
+    /// The first operation (operands first) whose value is infinite or NaN though its operands
+    /// are finite. Branches of `if` that are not taken, and symbols without a value, are no fault.
+    pub fn domain_fault(
+        &self,
+        e: Expr,
+        value: &dyn Fn(SymbolId) -> Option<f64>,
+    ) -> Option<DomainFault> {
+        let sweep = self.sweep(&[e]);
+        let values = self.values(&sweep, &|symbol| Some(value(symbol).unwrap_or(f64::NAN))).ok()?;
+        let needed = needed_steps(&sweep, &values);
+        sweep.steps.iter().zip(&values).zip(needed).find_map(|((step, result), is_needed)| {
+            let operands: Vec<f64> = sweep.operands(step).map(|o| values[o]).collect();
+            let is_fault = is_needed
+                && !result.is_finite()
+                && !operands.is_empty()
+                && step.op != Op::Pair
+                && operands.iter().all(|v| v.is_finite());
+            is_fault.then(|| fault(step, operands))
+        })
+    }
+
+    /// Values of all steps.
+    pub(crate) fn values(
+        &self,
+        sweep: &Sweep,
+        value: &dyn Fn(SymbolId) -> Option<f64>,
+    ) -> Result<Vec<f64>, EvalError> {
+        let mut values: Vec<f64> = Vec::with_capacity(sweep.steps.len());
+        for step in &sweep.steps {
+            let mut operands = sweep.operands(step);
+            let mut next = || operands.next().map_or(f64::NAN, |o| values[o]);
+            let result = match step.op {
+                Op::Number => self.as_number(step.expr).map_or(f64::NAN, Number::to_f64),
+                Op::Pi => std::f64::consts::PI,
+                Op::Symbol => {
+                    let symbol = SymbolId(step.data);
+                    value(symbol).ok_or_else(|| EvalError::Unbound {
+                        symbol,
+                        name: self.symbol_name(symbol),
+                    })?
+                }
+                Op::Add => {
+                    let first = next();
+                    operands.fold(first, |sum, o| sum + values[o])
+                }
+                Op::Mul => product_value(sweep, step, &values),
+                Op::Pow => power(next(), next()),
+                // A pair has no value of its own: `if` looks through it.
+                Op::Pair => 0.0,
+                Op::Call(Function::If) => {
+                    let condition = next();
+                    let pair = sweep.operands(step).nth(1).map(|o| &sweep.steps[o]);
+                    let mut branch = pair.into_iter().flat_map(|p| sweep.operands(p));
+                    let mut next = || branch.next().map_or(f64::NAN, |o| values[o]);
+                    select(condition, next(), next())
+                }
+                Op::Call(function) if function.arity() == 1 => function.value(next(), 0.0),
+                Op::Call(function) => function.value(next(), next()),
+            };
+            values.push(result);
+        }
+        Ok(values)
+    }
+}
+
+/// Numerator over denominator: factors `b^(−1)` divide instead of multiplying by `1/b`.
+fn product_value(sweep: &Sweep, step: &Step, values: &[f64]) -> f64 {
+    let (mut numerator, mut denominator) = (1.0, 1.0);
+    for o in sweep.operands(step) {
+        match reciprocal_base(sweep, o, values) {
+            Some(base) => denominator *= base,
+            None => numerator *= values[o],
+        }
+    }
+    numerator / denominator
+}
+
+/// The value of `b` where the step at `position` is `b^(−1)`.
+fn reciprocal_base(sweep: &Sweep, position: usize, values: &[f64]) -> Option<f64> {
+    let step = &sweep.steps[position];
+    if step.op != Op::Pow {
+        return None;
+    }
+    let mut operands = sweep.operands(step);
+    let (base, exponent) = (operands.next()?, operands.next()?);
+    (values[exponent] == -1.0 && sweep.steps[exponent].op == Op::Number).then(|| values[base])
+}
+
+/// Which steps the roots' values depend on, leaving out branches not taken.
+fn needed_steps(sweep: &Sweep, values: &[f64]) -> Vec<bool> {
+    let mut needed = vec![false; sweep.steps.len()];
+    for &root in &sweep.roots {
+        needed[root] = true;
+    }
+    for (position, step) in sweep.steps.iter().enumerate().rev() {
+        if !needed[position] {
+            continue;
+        }
+        if step.op == Op::Call(Function::If) {
+            let mut operands = sweep.operands(step);
+            let (Some(condition), Some(pair)) = (operands.next(), operands.next()) else {
+                continue;
+            };
+            needed[condition] = true;
+            let branch = usize::from(values[condition] == 0.0);
+            if let Some(taken) = sweep.operands(&sweep.steps[pair]).nth(branch) {
+                needed[taken] = true;
+            }
+        } else {
+            sweep.operands(step).for_each(|o| needed[o] = true);
+        }
+    }
+    needed
+}
+
+/// Describes the fault of a step at finite operands.
+fn fault(step: &Step, mut operands: Vec<f64>) -> DomainFault {
+    let operation = match step.op {
+        Op::Call(function) => function.name(),
+        Op::Pow if operands[0] == 0.0 && operands[1] < 0.0 => {
+            operands.truncate(1);
+            "division"
+        }
+        Op::Pow => "power",
+        Op::Mul => "product",
+        _ => "sum",
+    };
+    DomainFault { expr: step.expr, operation, operands }
+}

@@ -1,0 +1,115 @@
+//! The marks a formula is made of; every notation is a table from marks to what is written.
+
+use crate::number::Number;
+use crate::op::Function;
+use crate::pool::{Pool, SymbolId};
+
+/// The beginning, the separation and the end of a mark that encloses others.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Part {
+    Start,
+    Middle,
+    End,
+}
+
+/// One mark of a formula, in writing order.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) enum Mark {
+    /// A number without its sign.
+    Number(Number),
+    /// π.
+    Pi,
+    Symbol(SymbolId),
+    /// A symbol to a natural power.
+    RaisedSymbol(SymbolId, u64),
+    /// Between terms.
+    Plus,
+    Minus,
+    /// In front of a first term.
+    Sign,
+    /// Between factors.
+    Times,
+    /// Division within the line.
+    Over,
+    /// Numerator, middle, denominator; not within the line.
+    Fraction(Part),
+    /// Base, then [`Mark::Raised`], or middle, exponent, end.
+    Power(Part),
+    /// Ends a power whose exponent is a natural number.
+    Raised(u64),
+    Root(Part),
+    Absolute(Part),
+    /// Parentheses around a sum; they grow when their content is tall.
+    Parenthesis(Part, Height),
+    /// A function's name, with the power of its value: sin² is `(Sin, 2)`.
+    Function(Function, u64),
+    /// Between a function's name and an argument without parentheses.
+    Apply,
+    /// Parentheses around arguments; middle is the comma.
+    Arguments(Part, Height),
+    /// First value, middle, condition; then [`Mark::Otherwise`], other value, end.
+    Cases(Part),
+    Otherwise,
+    /// A comparison, as a condition or enclosed by [`Mark::Truth`].
+    Relation(Function),
+    /// A condition that is no comparison holds where its value is not zero.
+    NotZero,
+    /// Encloses a comparison used as a number, 1 or 0.
+    Truth(Part),
+}
+
+/// How parentheses are set.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Height {
+    /// As high as a line.
+    Line,
+    /// As high as what they enclose.
+    Tall,
+    /// The partner stands in another line.
+    Split,
+}
+
+/// Where the names of symbols are.
+pub(super) struct Names<'p> {
+    pub(super) pool: &'p Pool,
+}
+
+impl Names<'_> {
+    pub(super) fn of(&self, symbol: SymbolId) -> String {
+        self.pool.symbol_name(symbol)
+    }
+}
+
+/// The sign of a comparison; `None` for other functions.
+pub(super) fn relation(function: Function) -> Option<char> {
+    Some(match function {
+        Function::Lt => '<',
+        Function::Le => '≤',
+        Function::Gt => '>',
+        Function::Ge => '≥',
+        _ => return None,
+    })
+}
+
+/// Name of a function in a formula.
+pub(super) fn function_name(function: Function) -> &'static str {
+    match function {
+        Function::Asin => "arcsin",
+        Function::Acos => "arccos",
+        Function::Atan => "arctan",
+        Function::Sign => "sgn",
+        other => other.name(),
+    }
+}
+
+/// Mantissa and power of ten of a number's digits; a fraction of long numbers is a decimal.
+pub(super) fn digits(n: Number) -> (String, Option<String>) {
+    let mut text = n.magnitude().to_string();
+    if text.contains('/') && n.is_finite() {
+        text = format!("{:?}", n.magnitude().to_f64());
+    }
+    match text.split_once('e') {
+        Some((mantissa, exponent)) => (mantissa.to_owned(), Some(exponent.to_owned())),
+        None => (text, None),
+    }
+}

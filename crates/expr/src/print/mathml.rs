@@ -1,0 +1,112 @@
+//! Presentation MathML: what stands inside a `<math>` element.
+
+use super::mark::{Height, Mark, Names, Part, digits, function_name, relation};
+use super::name::{Name, Word};
+
+/// Between a function's name and its argument.
+const APPLY: &str = "<mo>&#x2061;</mo>";
+
+/// Appends what a mark is written as.
+pub(super) fn write(mark: &Mark, names: &Names<'_>, out: &mut String) {
+    let fixed = match *mark {
+        Mark::Number(n) => {
+            let (mantissa, exponent) = digits(n);
+            out.extend(["<mn>", &mantissa, "</mn>"]);
+            if let Some(exponent) = exponent {
+                let exponent = exponent.replace('-', "−");
+                out.extend(["<mo>·</mo><msup><mn>10</mn><mn>", &exponent, "</mn></msup>"]);
+            }
+            return;
+        }
+        Mark::Symbol(symbol) => return out.push_str(&name(&names.of(symbol))),
+        Mark::RaisedSymbol(symbol, n) => {
+            return out.push_str(&element(&names.of(symbol), Some(n)));
+        }
+        Mark::Raised(n) => return out.extend(["</mrow><mn>", &n.to_string(), "</mn></msup>"]),
+        Mark::Function(function, power) => {
+            let name = ["<mi>", function_name(function), "</mi>"].concat();
+            return match power {
+                1 => out.extend([&name, APPLY]),
+                n => out.extend(["<msup>", &name, "<mn>", &n.to_string(), "</mn></msup>", APPLY]),
+            };
+        }
+        Mark::Relation(function) => match relation(function) {
+            Some('≤') => "<mo>≤</mo>",
+            Some('≥') => "<mo>≥</mo>",
+            Some('>') => "<mo>&gt;</mo>",
+            _ => "<mo>&lt;</mo>",
+        },
+        Mark::Pi => "<mi>π</mi>",
+        Mark::Plus => "<mo form=\"infix\">+</mo>",
+        Mark::Minus => "<mo form=\"infix\">−</mo>",
+        Mark::Sign => "<mo form=\"prefix\">−</mo>",
+        Mark::Times => "<mo lspace=\"0\" rspace=\"0.17em\">&#x2062;</mo>",
+        Mark::Over => "<mo>/</mo>",
+        Mark::Fraction(Part::Start) => "<mfrac><mrow>",
+        Mark::Fraction(Part::Middle) | Mark::Power(Part::Middle) => "</mrow><mrow>",
+        Mark::Fraction(Part::End) => "</mrow></mfrac>",
+        Mark::Power(Part::Start) => "<msup><mrow>",
+        Mark::Power(Part::End) => "</mrow></msup>",
+        Mark::Root(Part::Start) => "<msqrt>",
+        Mark::Root(_) => "</msqrt>",
+        Mark::Absolute(Part::Start) => "<mrow><mo fence=\"true\">|</mo>",
+        Mark::Absolute(_) => "<mo fence=\"true\">|</mo></mrow>",
+        // A partner in another line must not stretch this one, nor leave a row open.
+        Mark::Parenthesis(Part::Start, Height::Split) => "<mo form=\"prefix\">(</mo>",
+        Mark::Parenthesis(Part::End, Height::Split) => "<mo form=\"postfix\">)</mo>",
+        Mark::Parenthesis(part, height) | Mark::Arguments(part, height) => match (part, height) {
+            (Part::Start, Height::Line) => "<mrow><mo form=\"prefix\" stretchy=\"false\">(</mo>",
+            (Part::End, Height::Line) => "<mo form=\"postfix\" stretchy=\"false\">)</mo></mrow>",
+            (Part::Start, _) => "<mrow><mo form=\"prefix\">(</mo>",
+            (Part::Middle, _) => "<mo separator=\"true\">,</mo>",
+            (Part::End, _) => "<mo form=\"postfix\">)</mo></mrow>",
+        },
+        Mark::Apply => "<mspace width=\"0.17em\"/>",
+        Mark::Cases(Part::Start) => "<mrow><mo form=\"prefix\">{</mo><mtable><mtr><mtd>",
+        Mark::Cases(Part::Middle) => "</mtd><mtd><mtext>if&#xa0;</mtext>",
+        Mark::Cases(Part::End) => "</mtd><mtd><mtext>otherwise</mtext></mtd></mtr></mtable></mrow>",
+        Mark::Otherwise => "</mtd></mtr><mtr><mtd>",
+        Mark::NotZero => "<mo>≠</mo><mn>0</mn>",
+        Mark::Truth(Part::Start) => "<mrow><mo form=\"prefix\">[</mo>",
+        Mark::Truth(_) => "<mo form=\"postfix\">]</mo></mrow>",
+    };
+    out.push_str(fixed);
+}
+
+/// `x2_dot` becomes x with a dot and the index 2.
+pub(super) fn name(text: &str) -> String {
+    element(text, None)
+}
+
+/// An identifier, to a power if there is one.
+fn element(text: &str, power: Option<u64>) -> String {
+    let name = Name::of(text);
+    let letter = word(name.letter);
+    let letter = match name.n_dots {
+        0 => letter,
+        1 => format!("<mover accent=\"true\">{letter}<mo>˙</mo></mover>"),
+        _ => format!("<mover accent=\"true\">{letter}<mo>¨</mo></mover>"),
+    };
+    let power = power.map(|n| format!("<mn>{n}</mn>"));
+    if name.subscripts.is_empty() {
+        return match power {
+            Some(power) => format!("<msup>{letter}{power}</msup>"),
+            None => letter,
+        };
+    }
+    let subscripts: Vec<String> = name.subscripts.into_iter().map(word).collect();
+    let comma = "<mo separator=\"true\">,</mo>";
+    let subscript = format!("<mrow>{}</mrow>", subscripts.join(comma));
+    match power {
+        Some(power) => format!("<msubsup>{letter}{subscript}{power}</msubsup>"),
+        None => format!("<msub>{letter}{subscript}</msub>"),
+    }
+}
+
+fn word(word: Word<'_>) -> String {
+    match word {
+        Word::Greek(_, c) | Word::Letter(c) => format!("<mi>{c}</mi>"),
+        Word::Text(text) => format!("<mi mathvariant=\"normal\">{text}</mi>"),
+        Word::Digits(digits) => format!("<mn>{digits}</mn>"),
+    }
+}

@@ -1,0 +1,108 @@
+//! Typst, for mathematics mode.
+
+use super::mark::{Height, Mark, Names, Part, digits, function_name, relation};
+use super::name::{Name, Word};
+use crate::op::Function;
+
+/// Functions that Typst knows by name; the others are set by `op`.
+const OPERATORS: [&str; 13] = [
+    "sin", "cos", "tan", "arcsin", "arccos", "arctan", "sinh", "cosh", "tanh", "exp", "ln", "min",
+    "max",
+];
+
+/// Between the arguments of a function of Typst.
+const COMMA: &str = ", ";
+
+/// Appends what a mark is written as.
+pub(super) fn write(mark: &Mark, names: &Names<'_>, out: &mut String) {
+    let fixed = match *mark {
+        Mark::Number(n) => {
+            let (mantissa, exponent) = digits(n);
+            out.push_str(&mantissa);
+            if let Some(exponent) = exponent {
+                out.extend([" dot 10^(", &exponent, ")"]);
+            }
+            return;
+        }
+        Mark::Symbol(symbol) => return out.push_str(&name(&names.of(symbol))),
+        Mark::RaisedSymbol(symbol, n) => {
+            return out.extend([name(&names.of(symbol)), raised(n)]);
+        }
+        Mark::Raised(n) => return out.push_str(&raised(n)),
+        Mark::Function(function, power) => {
+            out.push_str(&operator(function));
+            if power != 1 {
+                out.push_str(&raised(power));
+            }
+            return;
+        }
+        Mark::Relation(function) => match relation(function) {
+            Some('≤') => " <= ",
+            Some('≥') => " >= ",
+            Some('>') => " > ",
+            _ => " < ",
+        },
+        Mark::Pi => "pi",
+        Mark::Plus => " + ",
+        Mark::Minus => " - ",
+        Mark::Sign => "-",
+        Mark::Times => " thin ",
+        Mark::Over => r"\/",
+        Mark::Fraction(Part::Start) => "frac(",
+        Mark::Fraction(Part::Middle) | Mark::Otherwise => COMMA,
+        Mark::Power(Part::Start) => "",
+        Mark::Power(Part::Middle) => "^(",
+        Mark::Root(Part::Start) => "sqrt(",
+        Mark::Absolute(Part::Start) => "abs(",
+        Mark::Fraction(_) | Mark::Power(_) | Mark::Root(_) | Mark::Absolute(_) => ")",
+        Mark::Parenthesis(part, height) | Mark::Arguments(part, height) => match (part, height) {
+            (Part::Start, Height::Split) => r"\(",
+            (Part::End, Height::Split) => r"\)",
+            (Part::Start, _) => "(",
+            (Part::Middle, _) => COMMA,
+            (Part::End, _) => ")",
+        },
+        Mark::Apply => " ",
+        Mark::Cases(Part::Start) => "cases(",
+        Mark::Cases(Part::Middle) => r#" & "if " "#,
+        Mark::Cases(Part::End) => r#" & "otherwise")"#,
+        Mark::NotZero => " != 0",
+        Mark::Truth(Part::Start) => "[",
+        Mark::Truth(_) => "]",
+    };
+    out.push_str(fixed);
+}
+
+fn raised(power: u64) -> String {
+    format!("^({power})")
+}
+
+fn operator(function: Function) -> String {
+    let name = function_name(function);
+    if OPERATORS.contains(&name) { name.to_owned() } else { format!(r#"op("{name}")"#) }
+}
+
+/// `x2_dot` becomes `dot(x)_(2)`, `theta1` `theta_(1)`, `crank.x` `x_("crank")`.
+pub(super) fn name(text: &str) -> String {
+    let name = Name::of(text);
+    let letter = word(name.letter);
+    let letter = match name.n_dots {
+        0 => letter,
+        1 => format!("dot({letter})"),
+        _ => format!("dot.double({letter})"),
+    };
+    if name.subscripts.is_empty() {
+        return letter;
+    }
+    let subscripts: Vec<String> = name.subscripts.into_iter().map(word).collect();
+    format!("{letter}_({})", subscripts.join(", "))
+}
+
+fn word(word: Word<'_>) -> String {
+    match word {
+        Word::Greek(name, _) => name.to_owned(),
+        Word::Letter(c) => c.to_string(),
+        Word::Text(text) => format!("\"{text}\""),
+        Word::Digits(digits) => digits.to_owned(),
+    }
+}

@@ -1,0 +1,102 @@
+//! Lagrange's equations in the order of the book, part by part.
+//!
+//! ```text
+//! Σ_j M_ij q̈_j  +  h_i(q, q̇)  +  ∂V/∂q_i  −  Q_i  +  Σ_k λ_k ∂f_k/∂q_i  =  0
+//! ```
+
+use bksim_expr::{Expr, Pool};
+
+use crate::assemble::SymbolicSystem;
+use crate::model::Model;
+
+/// What a part of a Lagrange equation stands for, in the order in which parts are written.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub enum Kind {
+    /// M q̈.
+    Inertia,
+    /// h: Coriolis and centrifugal terms.
+    Velocity,
+    /// ∂V/∂q: gravity and springs.
+    Potential,
+    /// −Q: loads without a potential.
+    Load,
+    /// Gᵀλ.
+    Constraint,
+}
+
+impl Kind {
+    /// Characters of the longest title.
+    pub(super) const LONGEST_TITLE: usize = 19;
+
+    /// What the part is called.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Inertia => "inertia",
+            Self::Velocity => "velocity products",
+            Self::Potential => "gravity and springs",
+            Self::Load => "loads",
+            Self::Constraint => "constraint forces",
+        }
+    }
+}
+
+/// A sum multiplied by one acceleration or multiplier, or by 1.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Part {
+    /// What it stands for.
+    pub kind: Kind,
+    /// q̈_j, λ_k or 1.
+    pub factor: Expr,
+    /// The terms of the sum.
+    pub sum: Vec<Expr>,
+}
+
+impl Part {
+    /// The part as terms of the equation: one product, or the terms of the sum if the factor is 1.
+    pub fn terms(&self, pool: &Pool) -> Vec<Expr> {
+        if pool.is_one(self.factor) {
+            return self.sum.clone();
+        }
+        vec![pool.mul(pool.sum(self.sum.iter().copied()), self.factor)]
+    }
+}
+
+/// The parts of the i-th equation that are not zero.
+pub(super) fn lagrange_parts(model: &Model, system: &SymbolicSystem, i: usize) -> Vec<Part> {
+    let pool = &model.pool;
+    let part = |kind, factor, e| Part { kind, factor, sum: vec![e] };
+    let accelerations = system
+        .coordinates()
+        .iter()
+        .zip(&system.mass_matrix[i])
+        .map(|(c, &m)| part(Kind::Inertia, pool.symbol_expr(c.a), m));
+    let others = [
+        part(Kind::Velocity, pool.one(), system.bias[i]),
+        part(Kind::Potential, pool.one(), system.potential_gradient[i]),
+        part(Kind::Load, pool.one(), pool.neg(system.force[i])),
+    ];
+    let multipliers = system
+        .constraints
+        .iter()
+        .zip(&system.constraint_jacobian)
+        .map(|(c, row)| part(Kind::Constraint, pool.symbol_expr(c.lambda), row[i]));
+    let parts = accelerations.chain(others).chain(multipliers);
+    parts.filter(|part| !pool.is_zero(part.sum[0])).collect()
+}
+
+/// Terms of T, one for each product of velocities: the product and its coefficient.
+pub(super) fn kinetic_parts(model: &Model, system: &SymbolicSystem) -> Vec<(Expr, Expr)> {
+    let pool = &model.pool;
+    let v = |i: usize| pool.symbol_expr(system.coordinates()[i].v);
+    let mut parts = Vec::new();
+    for i in 0..system.coordinates().len() {
+        for j in 0..=i {
+            let half = if i == j { pool.rational(1, 2) } else { pool.one() };
+            let entry = system.mass_matrix[i][j];
+            if !pool.is_zero(entry) {
+                parts.push((pool.product([half, v(i), v(j)]), entry));
+            }
+        }
+    }
+    parts
+}

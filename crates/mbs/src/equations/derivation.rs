@@ -1,0 +1,121 @@
+//! The equations of motion once more, from first principles and as long as they come.
+//!
+//! ```text
+//! T = Σ ½ m ṙ·ṙ + ½ ω·I′ω          d/dt ∂T/∂q̇ − ∂T/∂q + ∂V/∂q − Q + Σ λ_k ∂f_k/∂q = 0
+//! ```
+//!
+//! Nothing is shared with the equations that are solved but the places and turning rates of the
+//! bodies: no mass matrix, no Christoffel sums, no simplification. Source: Lê Hồng Lam and Đinh Văn
+//! Phong (2008), equation (1.3).
+
+use bksim_expr::{Expr, SymbolId};
+
+use crate::assemble::{Source, SymbolicSystem, central_inertia, signal_values};
+use crate::force::{self, Wrench};
+use crate::joint;
+use crate::model::{BodyId, Model};
+use crate::spatial;
+
+/// What is compared with the equations that are solved.
+pub(super) struct Derivation {
+    pub(super) kinetic_energy: Expr,
+    pub(super) potential_energy: Expr,
+    /// Left sides of the Lagrange equations.
+    pub(super) left_sides: Vec<Expr>,
+    /// Left sides of the constraints, in the order of the multipliers.
+    pub(super) constraints: Vec<Expr>,
+}
+
+/// Derives the equations of `model` in the coordinates of `system`.
+pub(super) fn derive(model: &Model, system: &SymbolicSystem) -> Derivation {
+    let pool = &model.pool;
+    let kinetic_energy = kinetic_energy(model, system);
+    let (potential_energy, applied) = loads(model, system);
+    let constraints = constraints(model, system);
+
+    let coordinates = system.coordinates();
+    let [q, v]: [Vec<SymbolId>; 2] =
+        [coordinates.iter().map(|c| c.q).collect(), coordinates.iter().map(|c| c.v).collect()];
+    let momenta = pool.gradient(kinetic_energy, &v);
+    let inertial = pool.gradient(kinetic_energy, &q);
+    let conservative = pool.gradient(potential_energy, &q);
+    let work: Vec<Expr> = constraints
+        .iter()
+        .zip(&system.constraints)
+        .map(|(&f, c)| pool.mul(pool.symbol_expr(c.lambda), f))
+        .collect();
+    let constraint_forces = pool.gradient(pool.sum(work), &q);
+    let left_side = |i: usize| {
+        let force = applied.iter().map(|wrench| power(model, system, wrench, i));
+        pool.sum([
+            system.kinematics.second_rate(model, momenta[i]),
+            pool.neg(inertial[i]),
+            conservative[i],
+            pool.neg(pool.sum(force.collect::<Vec<_>>())),
+            constraint_forces[i],
+        ])
+    };
+    let left_sides = (0..coordinates.len()).map(left_side).collect();
+    Derivation { kinetic_energy, potential_energy, left_sides, constraints }
+}
+
+fn kinetic_energy(model: &Model, system: &SymbolicSystem) -> Expr {
+    let pool = &model.pool;
+    let kinematics = &system.kinematics;
+    let of_body = |body_idx: usize| {
+        let body = BodyId(body_idx);
+        let velocity =
+            kinematics.place(model, body, None).map(|component| kinematics.rate(model, component));
+        let pose = &kinematics.poses[body_idx];
+        let omega = pose.rotation.apply_inverse(pool, &pose.omega);
+        let momentum = central_inertia(model, body).map(|row| spatial::dot(pool, &row, &omega));
+        let mass = model.bodies[body_idx].mass;
+        pool.add(
+            pool.mul(mass, spatial::dot(pool, &velocity, &velocity)),
+            spatial::dot(pool, &omega, &momentum),
+        )
+    };
+    let doubled: Vec<Expr> = (1..model.bodies.len()).map(of_body).collect();
+    pool.mul(pool.rational(1, 2), pool.sum(doubled))
+}
+
+/// V, and the wrenches that have none.
+fn loads(model: &Model, system: &SymbolicSystem) -> (Expr, Vec<Wrench>) {
+    let signals = signal_values(model, &system.kinematics);
+    let (mut potentials, mut applied) = (Vec::new(), Vec::new());
+    for load in &model.loads {
+        let action = force::action(model, &system.kinematics, &signals, &load.kind);
+        potentials.extend(action.potential);
+        applied.extend(action.applied);
+    }
+    (model.pool.sum(potentials), applied)
+}
+
+/// F · ∂r/∂q_i + M · ∂ω/∂q̇_i.
+fn power(model: &Model, system: &SymbolicSystem, wrench: &Wrench, i: usize) -> Expr {
+    let pool = &model.pool;
+    let coordinate = &system.coordinates()[i];
+    let at = wrench.at.map(|component| pool.diff(component, coordinate.q));
+    let omega = system.kinematics.poses[wrench.body.0].omega;
+    let turn = omega.map(|component| pool.diff(component, coordinate.v));
+    pool.add(spatial::dot(pool, &wrench.force, &at), spatial::dot(pool, &wrench.moment, &turn))
+}
+
+fn constraints(model: &Model, system: &SymbolicSystem) -> Vec<Expr> {
+    let pool = &model.pool;
+    let kinematics = &system.kinematics;
+    let mut constraints = Vec::new();
+    for &joint_id in &system.tree.cuts {
+        let joint = &model.joints[joint_id.0];
+        let rows = joint::constraints(pool, joint, &kinematics.sides(model, joint));
+        constraints.extend(rows.iter().map(|row| row.constraint));
+    }
+    for constraint in &system.constraints {
+        if let Source::Drive(drive) = constraint.source {
+            let drive = &model.drives[drive.0];
+            let position = kinematics.joint_positions(model, drive.joint)[drive.motion_idx];
+            constraints.push(pool.sub(drive.motion, position));
+        }
+    }
+    constraints
+}

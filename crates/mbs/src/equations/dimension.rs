@@ -1,0 +1,162 @@
+//! Units of named constants, from the equation they stand in.
+//!
+//! A number in a model may carry a unit that its formula no longer shows (`"0.5 kg"` is ½), so the
+//! unit of a constant is not that of its parameters. It is the unit of the equation over that of
+//! the factors beside the constant, which are coordinates, rates, multipliers and angles.
+
+use std::collections::HashMap;
+use std::fmt;
+
+use bksim_expr::{Expr, Function, Pool, SymbolId};
+
+use crate::assemble::SymbolicSystem;
+use crate::joint::MotionKind;
+use crate::model::Model;
+
+/// Exponents of kilogram, metre and second.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub(super) struct Dimension {
+    mass: i64,
+    length: i64,
+    time: i64,
+}
+
+const fn dimension(mass: i64, length: i64, time: i64) -> Dimension {
+    Dimension { mass, length, time }
+}
+
+/// A pure number or an angle.
+pub(super) const NONE: Dimension = dimension(0, 0, 0);
+const LENGTH: Dimension = dimension(0, 1, 0);
+const TIME: Dimension = dimension(0, 0, 1);
+pub(super) const FORCE: Dimension = dimension(1, 1, -2);
+pub(super) const MOMENT: Dimension = dimension(1, 2, -2);
+
+/// One row for each kind of constant that has a letter of its own.
+#[rustfmt::skip]
+const LETTERS: [(Dimension, &str, &str); 12] = [
+    (dimension(1, 2, 0),  "J", "kg m^2"),  // moment of inertia
+    (dimension(1, 1, 0),  "S", "kg m"),    // first moment of mass
+    (dimension(1, 0, 0),  "M", "kg"),      // mass
+    (MOMENT,              "W", "N m"),     // moment of weight, torque, torsional stiffness
+    (FORCE,               "F", "N"),       // force, weight
+    (dimension(1, 0, -2), "K", "N/m"),     // stiffness
+    (dimension(1, 0, -1), "D", "N s/m"),   // damping
+    (dimension(1, 1, -1), "D", "N s"),     // damping that couples turning and sliding
+    (dimension(1, 2, -1), "D", "N m s"),   // torsional damping
+    (LENGTH,              "L", "m"),       // length
+    (dimension(0, 2, 0),  "A", "m^2"),     // square of a length
+    (NONE,                "C", ""),        // pure number
+];
+
+/// Letter of constants whose unit is not known or has no letter.
+const OTHER: &str = "P";
+
+impl Dimension {
+    fn times(self, other: Self, exponent: i64) -> Self {
+        dimension(
+            self.mass + other.mass * exponent,
+            self.length + other.length * exponent,
+            self.time + other.time * exponent,
+        )
+    }
+
+    /// Of a quotient.
+    pub(super) fn over(self, other: Self) -> Self {
+        self.times(other, -1)
+    }
+
+    fn row(self) -> Option<&'static (Dimension, &'static str, &'static str)> {
+        LETTERS.iter().find(|row| row.0 == self)
+    }
+}
+
+/// The letter that names a constant of this dimension.
+pub(super) fn letter(dimension: Option<Dimension>) -> &'static str {
+    dimension.and_then(Dimension::row).map_or(OTHER, |row| row.1)
+}
+
+impl fmt::Display for Dimension {
+    /// The SI unit: `kg m^2`; nothing for a pure number.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(row) = self.row() {
+            return f.write_str(row.2);
+        }
+        let bases = [(self.mass, "kg"), (self.length, "m"), (self.time, "s")];
+        let part = |&(n, unit): &(i64, &str)| match n {
+            0 => None,
+            1 => Some(unit.to_owned()),
+            n => Some(format!("{unit}^{n}")),
+        };
+        f.write_str(&bases.iter().filter_map(part).collect::<Vec<_>>().join(" "))
+    }
+}
+
+/// The units of what is not constant.
+pub(super) struct Units {
+    of_symbol: HashMap<SymbolId, Dimension>,
+}
+
+impl Units {
+    pub(super) fn new(model: &Model, system: &SymbolicSystem) -> Self {
+        let mut of_symbol = HashMap::from([(model.time, TIME)]);
+        for coordinate in system.coordinates() {
+            let value = of_motion(coordinate.kind);
+            of_symbol.insert(coordinate.q, value);
+            of_symbol.insert(coordinate.v, value.times(TIME, -1));
+            of_symbol.insert(coordinate.a, value.times(TIME, -2));
+        }
+        for constraint in &system.constraints {
+            let is_zero = |&component: &Expr| model.pool.is_zero(component);
+            let is_moment = constraint.force.iter().all(is_zero);
+            of_symbol.insert(constraint.lambda, if is_moment { MOMENT } else { FORCE });
+        }
+        Self { of_symbol }
+    }
+
+    /// The unit of a product of coordinates, rates, multipliers, sines and cosines.
+    pub(super) fn of_product(&self, pool: &Pool, e: Expr) -> Option<Dimension> {
+        let mut all = NONE;
+        for (base, exponent) in pool.factors(e) {
+            let symbol = pool.symbol_id(base).and_then(|symbol| self.of_symbol.get(&symbol));
+            let own = match (symbol, pool.called_function(base)) {
+                (Some(&own), _) => own,
+                (None, Some((Function::Sin | Function::Cos | Function::Tan, _))) => NONE,
+                _ if pool.as_number(base).is_some() => NONE,
+                _ => return None,
+            };
+            all = all.times(own, exponent);
+        }
+        Some(all)
+    }
+}
+
+/// Radians count as numbers.
+fn of_motion(kind: MotionKind) -> Dimension {
+    match kind {
+        MotionKind::Rotation => NONE,
+        MotionKind::Translation => LENGTH,
+    }
+}
+
+/// The unit of a Lagrange equation.
+pub(super) fn of_equation(kind: MotionKind) -> Dimension {
+    match kind {
+        MotionKind::Rotation => MOMENT,
+        MotionKind::Translation => FORCE,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn letters_follow_the_unit() {
+        let inertia = MOMENT.over(dimension(0, 0, -2));
+        assert_eq!((letter(Some(inertia)), inertia.to_string()), ("J", "kg m^2".to_owned()));
+        assert_eq!(letter(Some(dimension(3, 0, 0))), "P");
+        assert_eq!(dimension(1, -1, -2).to_string(), "kg m^-1 s^-2");
+        assert_eq!(letter(None), "P");
+    }
+}

@@ -1,0 +1,218 @@
+//! T, M, h and ∂V/∂q by Lagrange's equations.
+//!
+//! ```text
+//! T = ½ q̇ᵀ M q̇,  M = Σ (J_Tᵀ m J_T + J_Rᵀ I′ J_R)                              (1.1)
+//! h_k = Σ_lm (∂M_kl/∂q_m − ½ ∂M_lm/∂q_k) v_l v_m
+//! ```
+//!
+//! Source: Lê Hồng Lam and Đinh Văn Phong (2008), equation (1.1), and the Christoffel sums of M for
+//! d/dt ∂T/∂q̇ − ∂T/∂q = M q̈ + h. Everything is derived in the [intermediate
+//! coordinates](crate::intermediate) and carried over to the generalised ones.
+
+use std::collections::BTreeMap;
+
+use bksim_expr::{Expr, Pool, SymbolId};
+
+use crate::assemble::central_inertia;
+use crate::intermediate::Intermediates;
+use crate::kinematics::Kinematics;
+use crate::model::{BodyId, Model, Vector};
+use crate::spatial;
+
+/// Terms up to which a sum that was carried over is collected anew.
+const MAX_COLLECTED_TERMS: usize = 64;
+
+/// The left side of Lagrange's equations without loads and constraints.
+pub(crate) struct LeftSide {
+    /// T(q, v), J.
+    pub(crate) kinetic_energy: Expr,
+    /// V(q), J.
+    pub(crate) potential_energy: Expr,
+    /// M(q), nq × nq.
+    pub(crate) mass_matrix: Vec<Vec<Expr>>,
+    /// h(q, v), nq.
+    pub(crate) bias: Vec<Expr>,
+    /// ∂V/∂q, nq.
+    pub(crate) potential_gradient: Vec<Expr>,
+}
+
+/// Derives the left side for the bodies of `model` in the potential V(q).
+pub(crate) fn left_side(model: &Model, kinematics: &Kinematics, potential: Expr) -> LeftSide {
+    let pool = &model.pool;
+    let intermediates = Intermediates::of(model, kinematics);
+    let derivation = Derivation {
+        model,
+        kinematics,
+        state: [intermediates.state(), vec![model.time]].concat(),
+        symbols: intermediates.coordinates.iter().map(|c| c.q).collect(),
+        intermediates,
+    };
+    let lower = derivation.mass_matrix();
+    let bias = derivation.bias(&lower);
+    let [potential] = derivation.intermediates.enter(&[potential])[..] else {
+        unreachable!("one expression in, one out")
+    };
+    let potential = pool.collect(potential, &derivation.state);
+    let gradient = pool.jacobian(&[potential], &derivation.symbols).entries;
+    let gradient = gradient.into_iter().map(|(_, k, slope)| (k, slope)).collect();
+
+    let energies = derivation.intermediates.leave(&[derivation.kinetic_energy(&lower), potential]);
+    LeftSide {
+        kinetic_energy: energies[0],
+        potential_energy: energies[1],
+        mass_matrix: derivation.carried_matrix(lower),
+        bias: derivation.carried(bias),
+        potential_gradient: derivation.carried(gradient),
+    }
+}
+
+/// The lower triangle of a symmetric matrix, without entries that are zero.
+type Lower = BTreeMap<(usize, usize), Expr>;
+
+struct Derivation<'m> {
+    model: &'m Model,
+    kinematics: &'m Kinematics,
+    intermediates: Intermediates<'m>,
+    /// Intermediate coordinates, rates and time: what is no parameter.
+    state: Vec<SymbolId>,
+    symbols: Vec<SymbolId>,
+}
+
+/// One body's share of an entry of M: a mass times the product of two columns of J_T. Bodies with
+/// equal columns share one product.
+#[derive(Default)]
+struct Entry {
+    translation: Vec<((Vector, Vector), Vec<Expr>)>,
+    rotation: Vec<Expr>,
+}
+
+impl Derivation<'_> {
+    fn pool(&self) -> &Pool {
+        &self.model.pool
+    }
+
+    /// M by (1.1): J_T = ∂r_c/∂q in world axes; J_R = ∂ω/∂q̇ in body axes, where I′ is constant.
+    fn mass_matrix(&self) -> Lower {
+        let pool = self.pool();
+        let n_bodies = self.model.bodies.len();
+        let places: Vec<Expr> = (1..n_bodies)
+            .flat_map(|b| self.kinematics.place(self.model, BodyId(b), None))
+            .collect();
+        let jacobian = pool.jacobian(&self.intermediates.enter(&places), &self.symbols);
+        let mut columns: Vec<BTreeMap<usize, Vector>> = vec![BTreeMap::new(); n_bodies];
+        for (row, k, slope) in jacobian.entries {
+            let column = columns[1 + row / 3].entry(k).or_insert_with(|| spatial::zero(pool));
+            column[row % 3] = slope;
+        }
+
+        let mut entries: BTreeMap<(usize, usize), Entry> = BTreeMap::new();
+        for (body_idx, columns) in columns.iter().enumerate().skip(1) {
+            let body = &self.model.bodies[body_idx];
+            if !pool.is_zero(body.mass) {
+                for (&k, j_k) in columns {
+                    for (&l, j_l) in columns.range(..=k) {
+                        let entry = entries.entry((k, l)).or_default();
+                        match entry.translation.iter_mut().find(|(pair, _)| *pair == (*j_k, *j_l)) {
+                            Some((_, masses)) => masses.push(body.mass),
+                            None => entry.translation.push(((*j_k, *j_l), vec![body.mass])),
+                        }
+                    }
+                }
+            }
+            let inertia = central_inertia(self.model, BodyId(body_idx));
+            let turning = self.intermediates.turning(&self.kinematics.poses[body_idx].rotation);
+            for (k, j_k) in &turning {
+                let momentum: Vector =
+                    std::array::from_fn(|i| spatial::dot(pool, &inertia[i], j_k));
+                for (l, j_l) in turning.iter().filter(|(l, _)| l <= k) {
+                    let entry = entries.entry((*k, *l)).or_default();
+                    entry.rotation.push(spatial::dot(pool, &momentum, j_l));
+                }
+            }
+        }
+
+        let (places, sums): (Vec<_>, Vec<_>) =
+            entries.into_iter().map(|(at, entry)| (at, self.entry_sum(entry))).unzip();
+        let collected = pool.collect_all(&sums, &self.state);
+        places.into_iter().zip(collected).filter(|&(_, e)| !pool.is_zero(e)).collect()
+    }
+
+    fn entry_sum(&self, entry: Entry) -> Expr {
+        let pool = self.pool();
+        let translation = entry
+            .translation
+            .into_iter()
+            .map(|((j_k, j_l), masses)| pool.mul(pool.sum(masses), spatial::dot(pool, &j_k, &j_l)));
+        pool.sum(translation.chain(entry.rotation).collect::<Vec<_>>())
+    }
+
+    fn rate(&self, k: usize) -> Expr {
+        self.pool().symbol_expr(self.intermediates.coordinates[k].v)
+    }
+
+    /// ½ vᵀ M v, each product of rates once.
+    fn kinetic_energy(&self, lower: &Lower) -> Expr {
+        let pool = self.pool();
+        let terms = lower.iter().map(|(&(k, l), &entry)| {
+            let factor = if k == l { pool.rational(1, 2) } else { pool.one() };
+            pool.product([factor, entry, self.rate(k), self.rate(l)])
+        });
+        pool.sum(terms.collect::<Vec<_>>())
+    }
+
+    /// The Christoffel sums, from the slopes ∂M_kl/∂q_m that are not zero.
+    fn bias(&self, lower: &Lower) -> BTreeMap<usize, Expr> {
+        let pool = self.pool();
+        let places: Vec<(usize, usize)> = lower.keys().copied().collect();
+        let entries: Vec<Expr> = lower.values().copied().collect();
+        let mut terms: BTreeMap<usize, Vec<Expr>> = BTreeMap::new();
+        let mut add = |k: usize, factors: [Expr; 4]| {
+            terms.entry(k).or_default().push(pool.product(factors));
+        };
+        for (row, m, slope) in pool.jacobian(&entries, &self.symbols).entries {
+            let (k, l) = places[row];
+            let [v_k, v_l, v_m] = [k, l, m].map(|i| self.rate(i));
+            add(k, [slope, v_l, v_m, pool.one()]);
+            if k == l {
+                add(m, [slope, v_k, v_l, pool.rational(-1, 2)]);
+            } else {
+                add(l, [slope, v_k, v_m, pool.one()]);
+                add(m, [slope, v_k, v_l, pool.int(-1)]);
+            }
+        }
+        terms.into_iter().map(|(k, terms)| (k, pool.sum(terms))).collect()
+    }
+
+    /// Sᵀ x in terms of q and v.
+    fn carried(&self, x: BTreeMap<usize, Expr>) -> Vec<Expr> {
+        let n_terms = self.symbols.len();
+        let sizes: Vec<usize> =
+            self.intermediates.spreads().into_iter().map(|spread| spread * n_terms).collect();
+        self.collected(self.intermediates.pull_back(&self.left(x)), &sizes)
+    }
+
+    /// Sᵀ X S in terms of q and v.
+    fn carried_matrix(&self, lower: Lower) -> Vec<Vec<Expr>> {
+        let spreads = self.intermediates.spreads();
+        let sizes = spreads.iter().flat_map(|i| spreads.iter().map(move |j| i * j));
+        let entries = self.intermediates.congruent(&self.left(lower)).concat();
+        let entries = self.collected(entries, &sizes.collect::<Vec<_>>());
+        entries.chunks(spreads.len().max(1)).map(<[Expr]>::to_vec).collect()
+    }
+
+    fn left<K: Ord>(&self, entries: impl IntoIterator<Item = (K, Expr)>) -> BTreeMap<K, Expr> {
+        let (places, values): (Vec<K>, Vec<Expr>) = entries.into_iter().unzip();
+        places.into_iter().zip(self.intermediates.leave(&values)).collect()
+    }
+
+    /// Short sums are collected once more: terms of different bodies may have met.
+    fn collected(&self, mut sums: Vec<Expr>, sizes: &[usize]) -> Vec<Expr> {
+        let short: Vec<usize> =
+            (0..sums.len()).filter(|&i| sizes[i] <= MAX_COLLECTED_TERMS).collect();
+        let roots: Vec<Expr> = short.iter().map(|&i| sums[i]).collect();
+        for (i, e) in short.into_iter().zip(self.pool().collect_all(&roots, &self.state)) {
+            sums[i] = e;
+        }
+        sums
+    }
+}
