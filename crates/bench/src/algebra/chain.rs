@@ -20,9 +20,19 @@ struct Link {
     rate: SymbolId,
 }
 
+/// How h is written.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Bias {
+    /// By sines of the differences of angles.
+    Folded,
+    /// By sines and cosines of the angles.
+    Unfolded,
+}
+
 /// Hands M (lower triangle), h and ∂V/∂θ of a chain of `n` links to `use_them`.
 pub(super) fn with_equations<T>(
     n: usize,
+    bias: Bias,
     use_them: impl FnOnce(&Equations<'_>) -> Result<T, BenchError>,
 ) -> Result<T, BenchError> {
     let pool = Pool::new();
@@ -42,7 +52,7 @@ pub(super) fn with_equations<T>(
         .collect::<Result<_, BenchError>>()?;
     let gravity = pool.symbol("g");
     let state: Vec<SymbolId> = links.iter().flat_map(|link| [link.angle, link.rate]).collect();
-    let outputs = outputs(&pool, &links, gravity, &state);
+    let outputs = outputs(&pool, &links, gravity, &state, bias);
     let parameters = links
         .iter()
         .flat_map(|link| [link.length, link.centre, link.mass, link.inertia])
@@ -52,7 +62,13 @@ pub(super) fn with_equations<T>(
     use_them(&Equations { pool: &pool, outputs, state, parameters })
 }
 
-fn outputs(pool: &Pool, links: &[Link], gravity: Expr, state: &[SymbolId]) -> Vec<Expr> {
+fn outputs(
+    pool: &Pool,
+    links: &[Link],
+    gravity: Expr,
+    state: &[SymbolId],
+    form: Bias,
+) -> Vec<Expr> {
     let n = links.len();
     let angles: Vec<SymbolId> = links.iter().map(|link| link.angle).collect();
     let rate = |i: usize| pool.symbol_expr(links[i].rate);
@@ -94,7 +110,11 @@ fn outputs(pool: &Pool, links: &[Link], gravity: Expr, state: &[SymbolId]) -> Ve
         .collect();
 
     let mut outputs = lower;
-    outputs.extend(pool.collect_all(&bias, state));
+    let bias = pool.collect_all(&bias, state);
+    outputs.extend(bias.into_iter().map(|h| match form {
+        Bias::Folded => h,
+        Bias::Unfolded => pool.unfold_angles(h),
+    }));
     outputs.extend(pool.collect_all(&pool.gradient(potential, &angles), state));
     outputs
 }

@@ -1,7 +1,7 @@
 //! Operation counts of equations of motion, as printed and as run.
 //!
 //! Counted are M (lower triangle), h and ∂V/∂q, for closed mechanisms also g and G. Printed: every
-//! formula in full, see [`work`](super::work). Shared: operations of one tape with all these
+//! formula in full, see [`work`]. Shared: operations of one tape with all these
 //! outputs, each common part once, its parameter-only prologue left out.
 
 use bksim_expr::{Expr, Pool, SymbolId, Tape};
@@ -9,6 +9,7 @@ use bksim_mbs::assemble::{SymbolicSystem, assemble};
 use bksim_mbs::model::Model;
 use serde_json::json;
 
+use super::chain::{Bias, with_equations};
 use super::work;
 use crate::Context;
 use crate::error::BenchError;
@@ -100,9 +101,14 @@ fn items(context: &Context) -> Result<Vec<Item>, BenchError> {
     ];
     let n_sizes = if context.effort.is_quick { 1 } else { sizes.len() };
     for (name, n, printed_goal, shared_goal) in sizes.into_iter().take(n_sizes) {
-        let absolute =
-            Form { name: "absolute angles", counts: super::chain::with_equations(n, counts)? };
-        let forms = vec![assembled("relative angles", &models::chain(n))?, absolute];
+        let absolute = |name, bias| {
+            Ok::<_, BenchError>(Form { name, counts: with_equations(n, bias, counts)? })
+        };
+        let forms = vec![
+            assembled("relative angles", &models::chain(n))?,
+            absolute("absolute angles", Bias::Folded)?,
+            absolute("absolute angles, h unfolded", Bias::Unfolded)?,
+        ];
         items.push(Item { name, printed_goal, shared_goal, forms });
     }
     Ok(items)

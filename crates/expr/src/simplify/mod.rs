@@ -20,6 +20,7 @@ mod poly;
 mod report;
 mod rules;
 mod trig;
+mod unfold;
 
 pub use budget::{Budget, Limit};
 pub use report::{Report, Simplified};
