@@ -128,3 +128,13 @@ fn a_long_expression_is_no_trouble() {
     assert!(output.status.success());
     assert!(text(&output.stdout).contains("100000 call"), "{}", output.stdout.len());
 }
+
+#[test]
+fn a_result_too_long_to_write_is_refused() {
+    let mut arguments = vec!["exp(sin(x)*cos(x^2))/sqrt(1 + x^2)"];
+    arguments.extend(["--diff", "x"].repeat(40));
+    let output = run(&arguments);
+    let shown = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{shown}");
+    assert!(shown.contains("operations written out"), "{shown}");
+}

@@ -41,12 +41,12 @@ struct Outcome {
 pub(crate) fn run(args: &Expression, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let source = source(&args.text)?;
     let pool = Pool::new();
-    let session = Session { pool: &pool, args, source: &source, nesting };
-    let outcome = session.outcome()?;
+    let request = Request { pool: &pool, args, source: &source, nesting };
+    let outcome = request.outcome()?;
     if as_json {
-        output::json("expr", session.describe(&outcome))?;
+        output::json("expr", request.describe(&outcome))?;
     } else {
-        output::text(&session.report(&outcome))?;
+        output::text(&request.report(&outcome))?;
     }
     Ok(Status::Done)
 }
@@ -65,14 +65,17 @@ fn source(argument: &str) -> Result<Text, Failure> {
     }
 }
 
-struct Session<'a> {
+/// Operations of the longest result that is written: some ten megabytes.
+const MOST_WRITTEN_OPERATIONS: u64 = 1_000_000;
+
+struct Request<'a> {
     pool: &'a Pool,
     args: &'a Expression,
     source: &'a Text,
     nesting: usize,
 }
 
-impl Session<'_> {
+impl Request<'_> {
     fn outcome(&self) -> Result<Outcome, Failure> {
         let (pool, args) = (self.pool, self.args);
         let read = self.read()?;
@@ -85,6 +88,7 @@ impl Session<'_> {
         let mut e = pool.substitute(read, &map);
         for name in &args.diff {
             e = pool.diff(e, self.occurring(e, name)?);
+            self.writable(e)?;
         }
         if let Some((name, text)) = &args.series {
             let about = self.argument("--series", text)?;
@@ -104,8 +108,20 @@ impl Session<'_> {
         if args.simplify {
             e = pool.simplify(e);
         }
+        self.writable(e)?;
         let certificate = args.certificate.then(|| pool.certificate(before, e));
         Ok(Outcome { read, result: e, unknown, nonzero, value: self.value(e)?, certificate })
+    }
+
+    /// Refuses a result that would fill the disk: shared parts are written out wherever they occur,
+    /// so that each derivative may be several times as long as the one before.
+    fn writable(&self, e: Expr) -> Result<(), Failure> {
+        let n_operations = self.pool.printed_operations(&[e]).total();
+        if n_operations <= MOST_WRITTEN_OPERATIONS {
+            return Ok(());
+        }
+        let message = format!("the result takes {n_operations} operations written out");
+        Err(Failure::usage(message, "ask for fewer derivatives or a lower order"))
     }
 
     /// The expression; with `--solve` also an equation, which becomes its left less its right side.
