@@ -89,64 +89,42 @@ type = "gravity"
 acceleration = [0, "-g"]
 "#;
 
-/// Crank and coupler by relative angles, the rocker by its own; the pin between them is cut.
-pub(crate) const FOUR_BAR: &str = r#"
-coordinates = "relative"
-[parameters]
-g = "9.81 m/s^2"
-d = "0.3 m"
-l1 = "0.1 m"
-s1 = "0.05 m"
-m1 = "0.5 kg"
-i1 = "0.001 kg m^2"
-l2 = "0.3 m"
-s2 = "0.15 m"
-m2 = "0.8 kg"
-i2 = "0.006 kg m^2"
-l3 = "0.25 m"
-s3 = "0.125 m"
-m3 = "0.7 kg"
-i3 = "0.004 kg m^2"
-[ground]
-points = { A = [0, 0], D = ["d", 0] }
-[bodies.crank]
-mass = "m1"
-com = ["s1", 0]
-inertia = "i1"
-points = { A = [0, 0], B = ["l1", 0] }
-[bodies.coupler]
-mass = "m2"
-com = ["s2", 0]
-inertia = "i2"
-points = { B = [0, 0], C = ["l2", 0] }
-[bodies.rocker]
-mass = "m3"
-com = ["s3", 0]
-inertia = "i3"
-points = { D = [0, 0], C = ["l3", 0] }
-[joints.A]
-type = "revolute"
-between = ["ground.A", "crank.A"]
-coordinate = "q1"
-[joints.B]
-type = "revolute"
-between = ["crank.B", "coupler.B"]
-coordinate = "q2"
-[joints.D]
-type = "revolute"
-between = ["ground.D", "rocker.D"]
-coordinate = "q3"
+/// Where the loop of the four-bar is cut.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Cut {
+    /// Between coupler and rocker: two branches.
+    Coupler,
+    /// Between rocker and ground: one branch of three links.
+    Ground,
+}
+
+/// A four-bar by relative angles; every length, mass and inertia is a parameter.
+pub(crate) fn four_bar(cut: Cut) -> String {
+    // The rocker's frame begins at the joint that carries it.
+    let (points, carried, open) = match cut {
+        Cut::Coupler => ("D = [0, 0], C = [\"l3\", 0]", FOUR_BAR_D, FOUR_BAR_C),
+        Cut::Ground => ("C = [0, 0], D = [\"l3\", 0]", FOUR_BAR_C, FOUR_BAR_D),
+    };
+    format!(
+        "{FOUR_BAR}points = {{ {points} }}\n{carried}coordinate = \"q3\"\n{open}cut = true\n\
+         [loads.gravity]\ntype = \"gravity\"\nacceleration = [0, \"-g\"]\n"
+    )
+}
+
+const FOUR_BAR_C: &str = r#"
 [joints.C]
 type = "revolute"
 between = ["coupler.C", "rocker.C"]
-cut = true
-[loads.gravity]
-type = "gravity"
-acceleration = [0, "-g"]
 "#;
 
-/// Crank, coupler and rocker by relative angles; the pin of the rocker on the ground is cut.
-pub(crate) const FOUR_BAR_CHAIN: &str = r#"
+const FOUR_BAR_D: &str = r#"
+[joints.D]
+type = "revolute"
+between = ["ground.D", "rocker.D"]
+"#;
+
+/// The four-bar up to the points of its rocker.
+const FOUR_BAR: &str = r#"
 coordinates = "relative"
 [parameters]
 g = "9.81 m/s^2"
@@ -175,11 +153,6 @@ mass = "m2"
 com = ["s2", 0]
 inertia = "i2"
 points = { B = [0, 0], C = ["l2", 0] }
-[bodies.rocker]
-mass = "m3"
-com = ["s3", 0]
-inertia = "i3"
-points = { C = [0, 0], D = ["l3", 0] }
 [joints.A]
 type = "revolute"
 between = ["ground.A", "crank.A"]
@@ -188,15 +161,8 @@ coordinate = "q1"
 type = "revolute"
 between = ["crank.B", "coupler.B"]
 coordinate = "q2"
-[joints.C]
-type = "revolute"
-between = ["coupler.C", "rocker.C"]
-coordinate = "q3"
-[joints.D]
-type = "revolute"
-between = ["ground.D", "rocker.D"]
-cut = true
-[loads.gravity]
-type = "gravity"
-acceleration = [0, "-g"]
+[bodies.rocker]
+mass = "m3"
+com = ["s3", 0]
+inertia = "i3"
 "#;

@@ -61,8 +61,12 @@ pub fn formulate(
     formulation: Formulation,
 ) -> Result<MotionEquations, TapeError> {
     let (nq, nc) = (system.coordinates().len(), system.constraints.len());
-    let Derived { unknowns, rows, dy, dydot } = Derived::new(model, system, formulation);
+    let unknowns = Unknowns::new(model, system, formulation);
+    let rows = unknowns.residual(model, system, formulation);
     let n = rows.len();
+
+    let dy = model.pool.jacobian(&rows, &unknowns.y);
+    let dydot = model.pool.jacobian(&rows, &unknowns.ydot);
     let cells = |j: &SparseJacobian| -> Vec<(usize, usize)> {
         j.entries.iter().map(|&(row, col, _)| (row, col)).collect()
     };
@@ -74,6 +78,9 @@ pub fn formulate(
         pattern.position(row, col).expect("the pattern holds every entry")
     };
     let jacobian_slots = cells(&dy).iter().chain(&cells(&dydot)).map(slot).collect();
+    // The nonzero entries of both, first ∂F/∂y.
+    let entries: Vec<Expr> =
+        dy.entries.iter().chain(&dydot.entries).map(|&(_, _, entry)| entry).collect();
     let compiled =
         |outputs: &[Expr]| Ok(Runner::new(unknowns.compile(model, outputs)?, model.solve.jit));
     Ok(MotionEquations {
@@ -82,51 +89,11 @@ pub fn formulate(
         nc,
         layout: unknowns.layout(model, system, formulation),
         residual: compiled(&rows)?,
-        jacobian: compiled(&entries(&dy, &dydot))?,
+        jacobian: compiled(&entries)?,
         jacobian_slots,
         n_y_entries: dy.entries.len(),
         pattern,
     })
-}
-
-/// One function of (t, y, y′) that gives the residual and then the nonzero entries of ∂F/∂y and
-/// ∂F/∂y′, for those who need all of them at every point.
-///
-/// Newton's iteration does not: it keeps a Jacobian for many residuals, so that [`formulate`]
-/// compiles the two apart.
-///
-/// # Errors
-/// [`TapeError`] names a symbol that is neither time, a parameter nor part of the state.
-pub fn residual_and_jacobian(
-    model: &Model,
-    system: &SymbolicSystem,
-    formulation: Formulation,
-) -> Result<Tape, TapeError> {
-    let Derived { unknowns, rows, dy, dydot } = Derived::new(model, system, formulation);
-    unknowns.compile(model, &[rows, entries(&dy, &dydot)].concat())
-}
-
-/// Residual and Jacobian of one formulation as expressions.
-struct Derived {
-    unknowns: Unknowns,
-    rows: Vec<Expr>,
-    dy: SparseJacobian,
-    dydot: SparseJacobian,
-}
-
-impl Derived {
-    fn new(model: &Model, system: &SymbolicSystem, formulation: Formulation) -> Self {
-        let unknowns = Unknowns::new(model, system, formulation);
-        let rows = unknowns.residual(model, system, formulation);
-        let dy = model.pool.jacobian(&rows, &unknowns.y);
-        let dydot = model.pool.jacobian(&rows, &unknowns.ydot);
-        Self { unknowns, rows, dy, dydot }
-    }
-}
-
-/// The nonzero entries of both Jacobians, first ∂F/∂y.
-fn entries(dy: &SparseJacobian, dydot: &SparseJacobian) -> Vec<Expr> {
-    dy.entries.iter().chain(&dydot.entries).map(|&(_, _, entry)| entry).collect()
 }
 
 impl MotionEquations {

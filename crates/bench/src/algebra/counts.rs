@@ -13,7 +13,7 @@ use super::chain::{Bias, with_equations};
 use super::work;
 use crate::Context;
 use crate::error::BenchError;
-use crate::models;
+use crate::models::{self, Cut};
 use crate::report::{Check, Report, Table};
 
 /// Equations and what they are functions of.
@@ -78,8 +78,10 @@ fn assembled(name: &'static str, text: &str) -> Result<Form, BenchError> {
 }
 
 fn items(context: &Context) -> Result<Vec<Item>, BenchError> {
-    let closed_at_coupler = assembled("pin of coupler and rocker cut", models::FOUR_BAR)?;
-    let closed_at_ground = assembled("pin of rocker and ground cut", models::FOUR_BAR_CHAIN)?;
+    let closed_at_coupler =
+        assembled("pin of coupler and rocker cut", &models::four_bar(Cut::Coupler))?;
+    let closed_at_ground =
+        assembled("pin of rocker and ground cut", &models::four_bar(Cut::Ground))?;
     let mut items = vec![
         Item {
             name: "slider-crank",
