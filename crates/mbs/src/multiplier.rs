@@ -56,7 +56,12 @@ enum Factors {
 }
 
 /// Pivots of the dense factors below this part of the largest call for the truncated inverse.
-const WELL_CONDITIONED: f64 = 1e-10;
+const WELL_CONDITIONED: f64 = 1e-14;
+/// The elimination loses as many digits as its weakest pivot; below this, refinement gets them back.
+const REFINED_BELOW: f64 = 1e-5;
+/// Part of a radian, or of a metre, by which both sides of a singular pose are looked at: the mean
+/// of both is the limit but for the square of it.
+const ASIDE: f64 = 1e-5;
 
 impl MultiplierSystem {
     /// Plans the solution of systems of this shape without the `dependent` rows.
@@ -172,26 +177,71 @@ impl MultiplierSystem {
         }
         self.solve();
         self.spread(vdot, lambda);
+        if self.weakness() < REFINED_BELOW {
+            self.refine(at, vdot, lambda);
+        }
         let row = vdot.iter().chain(&*lambda).position(|value| !value.is_finite());
         row.map_or(Ok(()), |row| Err(NotFinite { row }))
     }
 
-    /// As [`MultiplierSystem::accelerations_into`], refined; the multipliers are the smallest ones
-    /// where they are not unique.
+    /// As [`MultiplierSystem::accelerations_into`], in a singular pose too: accelerations have a
+    /// limit there, the mean of what they are a little before and behind it along the motion.
     ///
     /// # Errors
     /// [`NotFinite`] when an entry, or the solution, is not finite.
-    pub(crate) fn complete_accelerations(
+    pub(crate) fn limit_into(
         &mut self,
-        at: &DynamicsAt,
+        evaluator: &mut Evaluator,
+        t: f64,
+        (q, v): (&[f64], &[f64]),
+        vdot: &mut [f64],
+        lambda: &mut [f64],
+    ) -> Result<Solution, NotFinite> {
+        self.accelerations_into(&evaluator.dynamics(t, q, v), vdot, lambda)?;
+        if !matches!(self.factors, Factors::Truncated(_)) {
+            return Ok(Solution::Regular);
+        }
+        let fastest = largest(v);
+        if fastest == 0.0 {
+            return Ok(Solution::Limit);
+        }
+        let here = [vdot.to_vec(), lambda.to_vec()];
+        let mut mean = vec![0.0; vdot.len()];
+        for aside in [-ASIDE / fastest, ASIDE / fastest] {
+            let q: Vec<f64> = q.iter().zip(v).map(|(q, v)| q + aside * v).collect();
+            self.accelerations_into(&evaluator.dynamics(t + aside, &q, v), vdot, lambda)?;
+            // What is singular on both sides too has no better answer than the smallest one.
+            if matches!(self.factors, Factors::Truncated(_)) {
+                vdot.copy_from_slice(&here[0]);
+                lambda.copy_from_slice(&here[1]);
+                return Ok(Solution::Limit);
+            }
+            mean.iter_mut().zip(&*vdot).for_each(|(mean, a)| *mean += 0.5 * a);
+        }
+        vdot.copy_from_slice(&mean);
+        lambda.copy_from_slice(&here[1]);
+        Ok(Solution::Limit)
+    }
+
+    /// As [`MultiplierSystem::limit_into`], refined; the multipliers are the smallest ones where they
+    /// are not unique.
+    ///
+    /// # Errors
+    /// [`NotFinite`] when an entry, or the solution, is not finite.
+    pub(crate) fn complete_into(
+        &mut self,
+        evaluator: &mut Evaluator,
+        t: f64,
+        (q, v): (&[f64], &[f64]),
         vdot: &mut [f64],
         lambda: &mut [f64],
     ) -> Result<(), NotFinite> {
-        self.accelerations_into(at, vdot, lambda)?;
-        self.refine(at, vdot, lambda);
-        let is_unique =
-            self.kept.len() == lambda.len() && !matches!(self.factors, Factors::Truncated(_));
-        if !is_unique {
+        let solution = self.limit_into(evaluator, t, (q, v), vdot, lambda)?;
+        let at = evaluator.dynamics(t, q, v);
+        if solution == Solution::Regular {
+            self.refine(&at, vdot, lambda);
+        }
+        if solution == Solution::Limit || self.kept.len() < lambda.len() {
             let inertia = at.mass_matrix() * DVector::from_column_slice(vdot);
             let constraint_force = DVector::from_column_slice(at.force) - inertia;
             let smallest = least_squares(&at.jacobian_matrix().transpose(), &constraint_force).0;
@@ -283,6 +333,15 @@ impl MultiplierSystem {
         lower.iter_mut().zip(&self.kept).for_each(|(x, &row)| *x = residual[row]);
         self.solve();
     }
+}
+
+/// What accelerations are.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Solution {
+    /// The solution at the state.
+    Regular,
+    /// Its limit in a singular pose; multipliers have none.
+    Limit,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -8,10 +8,12 @@
 use crate::assemble::{Source, SymbolicSystem};
 use crate::closing::Closing;
 use crate::compile::CompiledSystem;
+use crate::evaluator::Evaluator;
 use crate::linear::{Dependence, dependent_rows, motion_without_inertia};
 use crate::model::{JointId, Model};
 use crate::multiplier::{MultiplierSystem, largest};
 use bksim_expr::TapeError;
+use nalgebra::DMatrix;
 
 /// A state that satisfies the constraints at every level.
 #[derive(Clone, PartialEq, Debug)]
@@ -132,16 +134,15 @@ pub fn start(
     let mut evaluator = compiled.evaluator(parameters);
 
     let q = closing.close_positions(&mut evaluator, t)?;
-    let at = evaluator.constraints(t, &q);
-    let jacobian = at.jacobian_matrix();
+    let position_residual = largest(evaluator.constraints(t, &q).value);
+    let v = closing.fit_velocities(&mut evaluator, t, &q)?;
+    let velocity_residual = largest(evaluator.constraints(t, &q).rate_of(&v).as_slice());
+    let jacobian = regular_jacobian(&mut evaluator, t, &q, &v);
     let dependence = dependent_rows(&jacobian);
-    let position_residual = largest(at.value);
     let is_joint_row = |row: &usize| matches!(system.constraints[*row].source, Source::Joint(_));
     let joint_rows: Vec<usize> = (0..compiled.nc()).filter(is_joint_row).collect();
     let joint_rank = dependent_rows(&jacobian.select_rows(&joint_rows)).rank;
 
-    let v = closing.fit_velocities(&mut evaluator, t, &q)?;
-    let velocity_residual = largest(evaluator.constraints(t, &q).rate_of(&v).as_slice());
     let at = evaluator.dynamics(t, &q, &v);
     if !at.is_finite() {
         return Err(StartError::NotFinite);
@@ -151,7 +152,7 @@ pub fn start(
     }
     let (mut a, mut lambda) = (vec![0.0; compiled.nq()], vec![0.0; compiled.nc()]);
     MultiplierSystem::new(at.shape, &dependence.dependent)
-        .complete_accelerations(&at, &mut a, &mut lambda)
+        .complete_into(&mut evaluator, t, (&q, &v), &mut a, &mut lambda)
         .map_err(|_| StartError::NotFinite)?;
 
     Ok(Start {
@@ -166,4 +167,21 @@ pub fn start(
         velocity_residual,
         dependence,
     })
+}
+
+/// G at the start, or, where rank is lost there for an instant, at a state a little ahead.
+fn regular_jacobian(evaluator: &mut Evaluator, t: f64, q: &[f64], v: &[f64]) -> DMatrix<f64> {
+    /// Part of a radian, or of a metre.
+    const AHEAD: f64 = 1e-4;
+    let jacobian = evaluator.constraints(t, q).jacobian_matrix();
+    let fastest = largest(v);
+    let is_full = dependent_rows(&jacobian).dependent.is_empty();
+    if is_full || fastest == 0.0 {
+        return jacobian;
+    }
+    let ahead = AHEAD / fastest;
+    let q: Vec<f64> = q.iter().zip(v).map(|(q, v)| q + ahead * v).collect();
+    let there = evaluator.constraints(t + ahead, &q).jacobian_matrix();
+    let ranks = [&jacobian, &there].map(|rows| dependent_rows(rows).rank);
+    if ranks[1] > ranks[0] { there } else { jacobian }
 }
