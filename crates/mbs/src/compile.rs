@@ -9,8 +9,9 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::assemble::{Source, SymbolicSystem};
 use crate::joint::MotionKind;
-use crate::model::{DriveId, JointId, Model};
+use crate::model::{DriveId, JointId, LoadId, Model};
 use crate::reaction::reactions;
+use crate::switch::{Modes, Watch};
 
 /// Name and unit of one number of the state.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -40,6 +41,10 @@ pub struct CompiledSystem {
     shape: DynamicsShape,
     energy: Runner,
     reactions: Runner,
+    /// What decides the modes.
+    pub(crate) watch: Watch,
+    /// The model's own, without modes.
+    n_parameters: usize,
 }
 
 /// Where the outputs of the dynamics tape go.
@@ -106,6 +111,8 @@ pub struct Evaluator<'a> {
 /// [`TapeError`] names a symbol that is neither time, a parameter nor part of the state.
 pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem, TapeError> {
     let pool = &model.pool;
+    let watch = Watch::compile(model, system)?;
+    let system = system.integrated();
     let coordinates = system.coordinates();
     let [q, v, a]: [Vec<SymbolId>; 3] = [
         coordinates.iter().map(|c| c.q).collect(),
@@ -113,7 +120,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         coordinates.iter().map(|c| c.a).collect(),
     ];
     let lambda: Vec<SymbolId> = system.constraints.iter().map(|c| c.lambda).collect();
-    let parameters: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
+    let parameters = system.parameters(model);
     let tape = |outputs: &[Expr], inputs: &[&[SymbolId]]| {
         let inputs: Vec<SymbolId> =
             std::iter::once(model.time).chain(inputs.iter().copied().flatten().copied()).collect();
@@ -137,6 +144,8 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         shape,
         energy: tape(&energy_outputs(pool, system), &[&q, &v, &lambda])?,
         reactions: tape(&reaction_outputs, &[&q, &v, &a, &lambda])?,
+        watch,
+        n_parameters: model.parameters.len(),
     })
 }
 
@@ -151,8 +160,15 @@ impl CompiledSystem {
         self.shape.nc
     }
 
-    /// The functions at the given parameter values, in the order of the model's parameters.
+    /// The functions at the given parameter values, in the order of the model's parameters; modes
+    /// may follow, else every contact is open.
     pub fn evaluator(&self, parameters: &[f64]) -> Evaluator<'_> {
+        let idle = if parameters.len() == self.n_parameters {
+            self.watch.idle()
+        } else {
+            Modes::default()
+        };
+        let parameters = &idle.behind(parameters);
         let (nq, nc) = (self.nq(), self.nc());
         let n_outputs = [&self.dynamics, &self.energy, &self.reactions]
             .map(|runner| runner.tape().n_outputs())
@@ -226,7 +242,7 @@ impl Evaluator<'_> {
 }
 
 /// Inputs of a tape: time, then the parts of the state.
-fn gather(inputs: &mut Vec<f64>, t: f64, parts: &[&[f64]]) {
+pub(crate) fn gather(inputs: &mut Vec<f64>, t: f64, parts: &[&[f64]]) {
     inputs.clear();
     inputs.push(t);
     for part in parts {
@@ -303,11 +319,16 @@ fn multiplier_quantities(model: &Model, system: &SymbolicSystem) -> Vec<Quantity
         let owner = match c.source {
             Source::Joint(JointId(j)) => format!("joint `{}`", model.joints[j].name),
             Source::Drive(DriveId(d)) => format!("drive `{}`", model.drives[d].name),
+            Source::Stop(LoadId(l)) => format!("stop `{}`", model.loads[l].name),
+            Source::Friction(LoadId(l)) => format!("friction `{}`", model.loads[l].name),
         };
         Quantity {
             name: model.pool.symbol_name(c.lambda),
             unit: if is_force { "N" } else { "N*m" },
-            description: format!("{owner}, {}", c.direction),
+            description: match c.source {
+                Source::Friction(_) => owner,
+                _ => format!("{owner}, {}", c.direction),
+            },
         }
     };
     system.constraints.iter().map(quantity).collect()

@@ -25,4 +25,5 @@ pub mod run;
 mod side;
 mod spatial;
 pub mod start;
+pub mod switch;
 pub mod tree;

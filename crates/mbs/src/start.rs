@@ -12,7 +12,8 @@ use crate::assemble::{Source, SymbolicSystem};
 use crate::closing::Closing;
 use crate::compile::CompiledSystem;
 use crate::linear::{Dependence, accelerations, dependent_rows, largest, motion_without_inertia};
-use crate::model::{JointId, Model};
+use crate::model::{JointId, LoadId, Model, SolveOptions};
+use crate::switch::{Bands, Instant, Modes, Settled, Unsettled, settle_smoothly};
 
 /// A state that satisfies the constraints at every level.
 #[derive(Clone, PartialEq, Debug)]
@@ -33,16 +34,20 @@ pub struct Start {
     pub position_residual: f64,
     /// Largest constraint rate left open, m/s or rad/s.
     pub velocity_residual: f64,
-    /// Rank of the constraints, and which rows depend on others.
+    /// Rank of the rows that always hold, and which of them depend on others.
     pub(crate) dependence: Dependence,
+    /// Rows that follow from others, and those of contacts that are open.
+    pub(crate) dependent: Vec<usize>,
+    /// What switches hold and which contacts are closed.
+    pub(crate) modes: Modes,
     /// Degrees of freedom without the drives: nq − rank of the joints' rows.
     pub mobility: usize,
 }
 
 impl Start {
-    /// Constraint rows that follow from rows before them.
+    /// Constraint rows that follow from rows before them, and those of contacts that are open.
     pub fn dependent_rows(&self) -> &[usize] {
-        &self.dependence.dependent
+        &self.dependent
     }
 
     /// Constraint rows that take part in a dependency: their multipliers are not unique.
@@ -99,6 +104,15 @@ pub enum StartError {
     },
     /// A load or constraint has no finite value at the start.
     NotFinite,
+    /// A joint starts beyond a stop.
+    BeyondStop {
+        /// The stop.
+        load: LoadId,
+        /// How far, m or rad.
+        by: f64,
+    },
+    /// No branches and contacts are consistent.
+    Unsettled(Unsettled),
     /// The functions could not be compiled.
     Compile(TapeError),
 }
@@ -130,11 +144,15 @@ pub fn start(
     }
     let t = model.solve.t_start;
     let mut closing = Closing::new(model, system, parameters).map_err(StartError::Compile)?;
-    let mut evaluator = compiled.evaluator(parameters);
+    // Drives follow the branches that they take at this time; no contact is closed yet.
+    let nothing = vec![0.0; system.coordinates().len()];
+    let modes = compiled.watch.decided(parameters, t, &nothing, &nothing);
+    let mut evaluator = compiled.evaluator(&modes.behind(parameters));
 
     let q = closing.close_positions(&mut evaluator, t)?;
-    let dynamics = evaluator.dynamics(t, &q, &vec![0.0; q.len()]);
-    let dependence = dependent_rows(&dynamics.jacobian);
+    let dynamics = evaluator.dynamics(t, &q, &nothing);
+    let always: Vec<usize> = (0..system.n_bilateral()).collect();
+    let dependence = dependent_rows(&dynamics.jacobian.select_rows(&always));
     let position_residual = largest(&dynamics.constraint);
     let is_joint_row = |row: &usize| matches!(system.constraints[*row].source, Source::Joint(_));
     let joint_rows: Vec<usize> = (0..compiled.nc()).filter(is_joint_row).collect();
@@ -149,18 +167,62 @@ pub fn start(
     if let Some(coordinates) = motion_without_inertia(&at.mass, &at.jacobian) {
         return Err(StartError::NoInertia { coordinates });
     }
-    let found = accelerations(at, &dependence.dependent).ok_or(StartError::NotFinite)?;
+    let moved = closing.moved(t, &q, &v);
+    let mobility = q.len() - joint_rank;
 
+    if compiled.watch.is_empty() {
+        let found = accelerations(at, &dependence.dependent).ok_or(StartError::NotFinite)?;
+        let [a, lambda] = [found.vdot, found.lambda].map(|x| x.as_slice().to_vec());
+        let dependent = dependence.dependent.clone();
+        return Ok(Start {
+            t,
+            mobility,
+            moved,
+            q,
+            v,
+            a,
+            lambda,
+            position_residual,
+            velocity_residual,
+            dependence,
+            dependent,
+            modes,
+        });
+    }
+    let settled = settle_start(compiled, parameters, &model.solve, &modes, (t, q, v))?;
     Ok(Start {
         t,
-        mobility: q.len() - joint_rank,
-        moved: closing.moved(t, &q, &v),
-        q,
-        v,
-        a: found.vdot.as_slice().to_vec(),
-        lambda: found.lambda.as_slice().to_vec(),
+        mobility,
+        moved,
+        q: settled.q,
+        v: settled.v,
+        a: settled.a,
+        lambda: settled.lambda,
         position_residual,
         velocity_residual,
         dependence,
+        dependent: settled.dependent,
+        modes: settled.modes,
     })
+}
+
+/// Branches and contacts of the start; bodies that run into a stop do so in the run.
+fn settle_start(
+    compiled: &CompiledSystem,
+    parameters: &[f64],
+    options: &SolveOptions,
+    before: &Modes,
+    (t, q, v): (f64, Vec<f64>, Vec<f64>),
+) -> Result<Settled, StartError> {
+    const BEYOND: f64 = 1e-9;
+    let view = compiled.watch.at(&before.behind(parameters)).view(t, &q, &v).clone();
+    let size = q.iter().fold(1.0, |size: f64, value| size.max(value.abs()));
+    for (watched, seen) in compiled.watch.contacts.iter().zip(&view.contacts) {
+        if !watched.is_friction && seen.position > BEYOND * size {
+            return Err(StartError::BeyondStop { load: watched.load, by: seen.position });
+        }
+    }
+    let bands = Bands::new(options.atol, &view, &compiled.watch);
+    settle_smoothly(Instant { compiled, parameters, t, q, v, before, fired: &[], bands })
+        .map_err(StartError::Unsettled)
 }
