@@ -1,7 +1,7 @@
 //! The legs of a run between singular poses: integrate, and where a pose stops the integrator or
 //! throws it off its branch, cross it from the last good state and go on behind.
 
-use bksim_dae::{Control, End, SolveError, Stats, Step, solve};
+use bksim_dae::{ChatterSettings, Control, End, SolveError, Solver, Stats, Step, solve_events};
 
 use crate::crossing::{State, cross, land, smallest_singular_value, with_accelerations};
 use crate::formulate::MotionEquations;
@@ -11,6 +11,7 @@ use crate::recorder::{Recorder, Stretch};
 use crate::run::{Sample, residuals, settings};
 use crate::side::{Pose, Side};
 use crate::start::Start;
+use crate::switch::{Decider, Unsettled};
 
 /// A run in its legs between singular poses.
 pub(crate) struct Run<'a, 'b> {
@@ -36,6 +37,8 @@ pub(crate) struct Run<'a, 'b> {
     left_branch: bool,
     /// Counters of the legs before this one.
     before: Stats,
+    /// What ended the last leg: time, state, functions that crossed zero.
+    event: Option<(f64, Vec<f64>, Vec<Decider>)>,
 }
 
 /// Dependent rows count as broken beyond this part of the mechanism's size.
@@ -67,14 +70,15 @@ impl<'a, 'b> Run<'a, 'b> {
             is_watching: false,
             left_branch: false,
             before: Stats::default(),
+            event: None,
         }
     }
 
-    /// Integrates to the end; the error is `None` when the motion left its branch.
+    /// Integrates to the end, or to where something switches; the error is `None` when the motion
+    /// left its branch.
     pub(crate) fn leg(
         &mut self,
         equations: &MotionEquations,
-        parameters: &[f64],
         options: &SolveOptions,
     ) -> Result<End, Option<SolveError>> {
         self.is_watching = options.step.is_none();
@@ -84,23 +88,52 @@ impl<'a, 'b> Run<'a, 'b> {
         self.side = Some(Side::of(evaluator, &self.reached, dependent, regular));
         self.last_regular = self.reached.clone();
         self.last = None;
-        let motion = equations.at(parameters, &self.recorder.dependent);
+        let recorder = &self.recorder;
+        let motion = equations.at(&recorder.switching.parameters, &recorder.dependent);
         let State { t, q, v, a } = &self.reached;
+        let mut lookout = recorder.switching.lookout(&recorder.dependent, (*t, q, v));
         let (y, ydot) = equations.state(q, v, a, &self.lambda);
         let from = bksim_dae::Start { t: *t, y, ydot };
-        let on_step = &mut |step: &Step<'_>| self.on_step(step);
         let settings = settings(options, equations);
-        let outcome = solve(motion, from, options.t_end, settings, on_step);
+        let on_step = &mut |step: &Step<'_>| self.on_step(step);
+        let outcome = Solver::new(motion, from, options.t_end, settings).and_then(|mut solver| {
+            solve_events(&mut solver, &mut lookout, ChatterSettings::default(), on_step)
+        });
         if self.left_branch {
             return Err(None);
         }
         let stats = match &outcome {
-            Ok(outcome) => Some(outcome.stats),
+            Ok(outcome) => Some(outcome.outcome.stats),
             Err(error) => error.stats().copied(),
         };
         let summary = &mut self.recorder.summary;
         summary.stats = stats.map_or(summary.stats, |stats| sum(&self.before, &stats));
-        outcome.map(|outcome| outcome.end).map_err(Some)
+        let ended = outcome.map_err(Some)?;
+        if ended.terminal.is_some() {
+            self.event = Some((ended.outcome.t, ended.outcome.y, lookout.fired));
+        }
+        Ok(ended.outcome.end)
+    }
+
+    /// Passes the event that ended a leg; false when none did.
+    pub(crate) fn pass_event(&mut self) -> Result<bool, Unsettled> {
+        let Some((t, y, fired)) = self.event.take() else { return Ok(false) };
+        let nq = self.reached.q.len();
+        let (q, v) = (y[..nq].to_vec(), y[nq..2 * nq].to_vec());
+        let recorder = &mut self.recorder;
+        let changes = &mut recorder.summary.changes;
+        let settled = recorder.switching.pass(&fired, (t, q, v), changes)?;
+        recorder.summary.energy.work += settled.blow;
+        recorder.summary.energy.blows += settled.blow;
+        recorder.evaluator = recorder.compiled.evaluator(&recorder.switching.parameters);
+        recorder.dependent = settled.dependent;
+        self.before = recorder.summary.stats;
+        self.lambda = settled.lambda;
+        self.reached = State { t, q: settled.q, v: settled.v, a: settled.a };
+        self.side = None;
+        let Recorder { evaluator, dependent, .. } = recorder;
+        self.regular = smallest_singular_value(evaluator, &self.reached, dependent);
+        Ok(true)
     }
 
     /// Hands out the end of the last step of a run that ends early.

@@ -8,6 +8,7 @@ use crate::linear::{accelerations, project};
 use crate::model::SolveOptions;
 use crate::run::{Sample, Summary};
 use crate::start::Start;
+use crate::switch::Switching;
 
 /// A stretch of motion whose positions and velocities are known at every instant.
 pub(crate) struct Stretch<'a> {
@@ -22,6 +23,8 @@ pub(crate) struct Stretch<'a> {
 
 /// Turns steps into samples.
 pub(crate) struct Recorder<'a> {
+    pub(crate) compiled: &'a CompiledSystem,
+    pub(crate) switching: Switching<'a>,
     pub(crate) evaluator: Evaluator<'a>,
     pub(crate) dependent: Vec<usize>,
     has_drives: bool,
@@ -45,8 +48,11 @@ impl<'a> Recorder<'a> {
         options: &SolveOptions,
         n_unknowns: usize,
     ) -> Self {
+        let switching = Switching::new(compiled, parameters, options, start);
         Self {
-            evaluator: compiled.evaluator(parameters),
+            evaluator: compiled.evaluator(&switching.parameters),
+            compiled,
+            switching,
             dependent: start.dependent_rows().to_vec(),
             has_drives: !compiled.drives.is_empty(),
             t_start: start.t,
@@ -188,6 +194,7 @@ impl<'a> Recorder<'a> {
         let Sample { t, q, v, a, lambda, reactions, energy, .. } = &mut self.sample;
         *energy = self.evaluator.energy(*t, q, v, lambda);
         self.evaluator.reactions_into(*t, [q, v, a, lambda], reactions);
+        self.switching.fill_friction(*t, q, v, lambda);
     }
 
     fn hand_out(&mut self, observer: &mut dyn FnMut(&Sample) -> Control) -> Control {

@@ -18,6 +18,7 @@ use crate::linear::largest;
 use crate::model::SolveOptions;
 use crate::recorder::Recorder;
 use crate::start::Start;
+use crate::switch::{Change, Unsettled};
 
 /// Everything about one instant.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -67,6 +68,8 @@ pub struct Summary {
     pub energy: EnergyBalance,
     /// Times of the singular poses that were crossed, s.
     pub singular_poses: Vec<f64>,
+    /// What switched, in order.
+    pub changes: Vec<Change>,
 }
 
 /// T + V − W against its value at the start.
@@ -76,8 +79,10 @@ pub struct EnergyBalance {
     pub initial: f64,
     /// T + V at the end, J.
     pub last: f64,
-    /// Work of loads and drives, J.
+    /// Work of loads and drives, that of blows included, J.
     pub work: f64,
+    /// Work of blows, J: what stops and kinks of drives have done to T at once.
+    pub blows: f64,
     /// Largest |T + V − W − (T₀ + V₀)| over the samples, J.
     pub worst_error: f64,
     /// Largest |T| + |V − V₀| + |W| over the samples, J: what the error is relative to.
@@ -89,6 +94,8 @@ pub struct EnergyBalance {
 pub struct Failure {
     /// The integrator's reason; `None` when the run met a singular pose that it could not cross.
     pub error: Option<SolveError>,
+    /// What could not go on where something switched.
+    pub unsettled: Option<Unsettled>,
     /// The run so far.
     pub summary: Summary,
     /// The last state that was reached.
@@ -117,9 +124,19 @@ pub fn run(
     }
     let mut run = Run::new(recorder, start, observer, stop);
     loop {
-        let error = match run.leg(equations, parameters, options) {
+        let error = match run.leg(equations, options) {
             Ok(End::Reached) => break,
             Ok(End::Stopped) => {
+                match run.pass_event() {
+                    Ok(true) if !run.is_stopped => continue,
+                    Ok(_) => (),
+                    Err(fault) => {
+                        run.record_last();
+                        let Recorder { summary, sample: last, .. } = run.recorder;
+                        let unsettled = Some(fault);
+                        return Err(Box::new(Failure { error: None, unsettled, summary, last }));
+                    }
+                }
                 if !run.is_stopped {
                     run.record_last();
                 }
@@ -130,7 +147,7 @@ pub fn run(
         if !run.pass_singular_pose(options) {
             run.record_last();
             let Recorder { summary, sample, .. } = run.recorder;
-            return Err(Box::new(Failure { error, summary, last: sample }));
+            return Err(Box::new(Failure { error, unsettled: None, summary, last: sample }));
         }
         if run.is_stopped || run.recorder.summary.t == options.t_end {
             break;
@@ -154,7 +171,8 @@ fn undefined(recorder: Recorder<'_>) -> Failure {
         y: [last.q.as_slice(), &last.v].concat(),
         stats: summary.stats,
     };
-    Failure { error: Some(SolveError::NotFinite { row: 0, at: Box::new(at) }), summary, last }
+    let error = Some(SolveError::NotFinite { row: 0, at: Box::new(at) });
+    Failure { error, unsettled: None, summary, last }
 }
 
 /// The integrator's settings for a model's options.

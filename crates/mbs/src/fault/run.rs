@@ -4,7 +4,7 @@ use bksim_dae::{Cause, SolveError};
 use bksim_expr::{DomainFault, Expr, Pool, SymbolId};
 use nalgebra::{DMatrix, DVector};
 
-use super::short;
+use super::{short, switch};
 use crate::assemble::{Source, SymbolicSystem, signal_values};
 use crate::codes;
 use crate::compile::CompiledSystem;
@@ -31,6 +31,9 @@ pub fn diagnose_run(
     parameters: &[f64],
     failure: &Failure,
 ) -> Diagnostic {
+    if let Some(fault) = &failure.unsettled {
+        return switch::unsettled(model, system, fault, failure.summary.t);
+    }
     let fault = match &failure.error {
         Some(
             SolveError::NotFinite { at, .. }

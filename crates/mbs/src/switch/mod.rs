@@ -21,9 +21,12 @@
 //! | `contact` | stops and friction as constraint rows with their laws |
 //! | `freeze` | the equations with modes in place of everything that switches |
 //! | `modes` | the values of the modes |
+//! | `frozen` | the mechanism in one set of modes, as matrices |
 //! | `watch` | the functions that decide, compiled |
 //! | `impact` | velocities after a blow |
 //! | `settle` | the modes that are consistent at one instant |
+//! | `lookout` | what is watched during a leg, as events of the integrator |
+//! | `switching` | the modes of a run, from event to event |
 //!
 //! Sources: C. Glocker and F. Pfeiffer, *Multibody Dynamics with Unilateral Contacts*, Wiley 1996,
 //! ch. 5 (complementarity of contacts) and 8 (impacts); A. F. Filippov, *Differential Equations
@@ -31,16 +34,21 @@
 
 mod contact;
 mod freeze;
+mod frozen;
 mod impact;
+mod lookout;
 mod modes;
 mod settle;
+mod switching;
 mod watch;
 
 pub use contact::{Contact, Law};
 pub(crate) use contact::{ContactRow, contact_rows, contacts};
 pub use freeze::Switch;
 pub(crate) use freeze::{freeze, switches_of};
-pub(crate) use modes::{Modes, Touch};
+pub(crate) use modes::Modes;
 pub use settle::Unsettled;
-pub(crate) use settle::{Bands, Instant, Settled, settle, settle_smoothly};
-pub(crate) use watch::{Decider, Watch, Watcher};
+pub(crate) use settle::{Bands, Instant, Settled, settle_smoothly};
+pub(crate) use switching::Switching;
+pub use switching::{Change, ChangeKind};
+pub(crate) use watch::{Decider, Watch};

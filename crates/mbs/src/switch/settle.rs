@@ -13,11 +13,12 @@
 
 use nalgebra::DVector;
 
+use super::frozen::{Frozen, Matrices, largest};
 use super::impact::{Stops, impact};
 use super::modes::{Modes, Touch};
 use super::watch::{Decider, View, Watch};
-use crate::compile::{CompiledSystem, Evaluator};
-use crate::linear::{accelerations, dependent_rows, largest, project};
+use crate::compile::CompiledSystem;
+use crate::linear::dependent_rows;
 
 /// Combinations of undecided modes that are tried before the search is given up.
 const MAX_COMBINATIONS: usize = 4096;
@@ -164,8 +165,8 @@ impl<'a> Work<'a> {
         Self { modes: at.before.clone(), at, blow: 0.0, hits: Vec::new() }
     }
 
-    fn evaluator(&self, modes: &Modes) -> Evaluator<'a> {
-        self.at.compiled.evaluator(&modes.behind(self.at.parameters))
+    fn frozen(&self, modes: &Modes) -> Frozen<'a> {
+        Frozen::new(self.at.compiled, &modes.behind(self.at.parameters))
     }
 
     fn view(&self, modes: &Modes) -> View {
@@ -226,21 +227,20 @@ impl<'a> Work<'a> {
         let (t, bands) = (self.at.t, &self.at.bands);
         let is_hit = |k: &usize| view.contacts[*k].rate > bands.rate;
         let hits: Vec<usize> = touching.iter().copied().filter(is_hit).collect();
-        let mut evaluator = self.evaluator(&self.modes_of_blow(&touching));
+        let mut frozen = self.frozen(&self.modes_of_blow(&touching));
 
         // Onto the stops themselves, which the event has passed by rounding.
         let furthest = JUMP.max(1e3 * bands.position);
-        let mut q = self.at.q.clone();
-        onto_rows(&mut evaluator, t, &mut q, &self.at.v, furthest)?;
-        self.at.q = q;
+        onto_rows(&mut frozen, t, &mut self.at.q, &self.at.v, furthest)?;
 
         let rows: Vec<usize> =
             touching.iter().map(|&k| self.at.compiled.watch.contacts[k].row).collect();
-        let held = bilateral(&mut evaluator, t, &self.at.q, &self.at.v, &rows);
-        let at = &evaluator.at;
+        let at = frozen.matrices(t, &self.at.q, &self.at.v);
+        let held = beside(&at, &rows);
         let (g, g_rate) = (at.jacobian.select_rows(&held), at.rate.select_rows(&held));
         let velocity = DVector::from_column_slice(&self.at.v);
-        let has_jumped = largest(&(&g * &velocity + &g_rate)) > 10.0 * JUMP * (1.0 + velocity.amax());
+        let jump = largest((&g * &velocity + &g_rate).as_slice());
+        let has_jumped = jump > 10.0 * JUMP * (1.0 + largest(&self.at.v));
         if hits.is_empty() && !has_jumped {
             return Ok(false);
         }
@@ -326,7 +326,7 @@ impl<'a> Work<'a> {
     }
 
     /// The first consistent combination of choices.
-    fn choose(mut self, open: &[Open]) -> Result<Settled, Unsettled> {
+    fn choose(self, open: &[Open]) -> Result<Settled, Unsettled> {
         let n_combinations = open
             .iter()
             .try_fold(1usize, |n, open| n.checked_mul(open.choices.len()))
@@ -388,61 +388,47 @@ impl<'a> Work<'a> {
     fn accelerate(&self, modes: &Modes) -> Option<Motion> {
         let Instant { t, q, v, compiled, parameters, .. } = &self.at;
         let parameters = modes.behind(parameters);
-        let mut evaluator = compiled.evaluator(&parameters);
-        let at = evaluator.dynamics(*t, q, v);
-        let dependent = dependent_rows(&at.jacobian).dependent;
-        let found = accelerations(at, &dependent)?;
-        let a = found.vdot;
-        let rates = compiled.watch.at(&parameters).rates(*t, q, v, a.as_slice()).to_vec();
-        let scale = a.amax() + v.iter().fold(0.0, |size: f64, value| size.max(value.abs()));
-        Some(Motion { a, lambda: found.lambda, rates, scale })
+        let mut frozen = Frozen::new(compiled, &parameters);
+        let dependent = frozen.dependent(*t, q, v);
+        let (a, lambda) = frozen.accelerations((*t, q, v), &dependent)?;
+        let rates = compiled.watch.at(&parameters).rates(*t, q, v, &a).to_vec();
+        let scale = largest(&a) + largest(v);
+        Some(Motion { a, lambda, rates, scale })
     }
 
     /// The state on all rows that hold.
-    fn landed(&mut self, modes: Modes) -> Settled {
-        let mut evaluator = self.evaluator(&modes);
-        let (t, mut q, mut v) = (self.at.t, self.at.q.clone(), self.at.v.clone());
-        let dependent = dependent_rows(&evaluator.dynamics(t, &q, &v).jacobian).dependent;
-        project(&mut evaluator, t, &mut q, &mut v, &dependent);
-        let found = accelerations(evaluator.dynamics(t, &q, &v), &dependent);
-        let (a, lambda) = found.map_or_else(
-            || (vec![f64::NAN; q.len()], vec![f64::NAN; evaluator.at.constraint.len()]),
-            |found| (found.vdot.as_slice().to_vec(), found.lambda.as_slice().to_vec()),
-        );
-        let hits = std::mem::take(&mut self.hits);
-        Settled { modes, q, v, a, lambda, dependent, blow: self.blow, hits }
+    fn landed(self, modes: Modes) -> Settled {
+        let mut frozen = self.frozen(&modes);
+        let Instant { t, mut q, mut v, .. } = self.at;
+        let dependent = frozen.dependent(t, &q, &v);
+        frozen.project(t, &mut q, &mut v, &dependent);
+        let none = || (vec![f64::NAN; q.len()], vec![f64::NAN; dependent.len()]);
+        let (a, lambda) = frozen.accelerations((t, &q, &v), &dependent).unwrap_or_else(none);
+        Settled { modes, q, v, a, lambda, dependent, blow: self.blow, hits: self.hits }
     }
 }
 
 /// Moves q onto all rows that hold, which must be near.
 fn onto_rows(
-    evaluator: &mut Evaluator,
+    frozen: &mut Frozen<'_>,
     t: f64,
     q: &mut [f64],
     v: &[f64],
     furthest: f64,
 ) -> Result<(), Unsettled> {
-    let at = evaluator.dynamics(t, q, v);
-    let gaps = at.constraint.iter().map(|g| g.abs()).enumerate();
-    let worst = gaps.max_by(|a, b| a.1.total_cmp(&b.1));
-    let size = q.iter().fold(1.0, |size: f64, value| size.max(value.abs()));
-    if let Some((row, by)) = worst.filter(|(_, by)| *by > furthest * size) {
+    let gaps = frozen.matrices(t, q, v).constraint;
+    let worst = gaps.iter().map(|g| g.abs()).enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+    if let Some((row, by)) = worst.filter(|(_, by)| *by > furthest * largest(q).max(1.0)) {
         return Err(Unsettled::Jump { row, by });
     }
-    let dependent = dependent_rows(&at.jacobian).dependent;
-    project(evaluator, t, q, &mut v.to_vec(), &dependent);
+    let dependent = frozen.dependent(t, q, v);
+    frozen.project(t, q, &mut v.to_vec(), &dependent);
     Ok(())
 }
 
 /// The independent rows beside the stops; which these are must not depend on the stops.
-fn bilateral(
-    evaluator: &mut Evaluator,
-    t: f64,
-    q: &[f64],
-    v: &[f64],
-    stops: &[usize],
-) -> Vec<usize> {
-    let mut joints = evaluator.dynamics(t, q, v).jacobian.clone();
+fn beside(at: &Matrices, stops: &[usize]) -> Vec<usize> {
+    let mut joints = at.jacobian.clone();
     stops.iter().for_each(|&row| joints.row_mut(row).fill(0.0));
     let dependent = dependent_rows(&joints).dependent;
     (0..joints.nrows()).filter(|row| !dependent.contains(row)).collect()
@@ -450,8 +436,8 @@ fn bilateral(
 
 /// Accelerations and what follows from them.
 struct Motion {
-    a: DVector<f64>,
-    lambda: DVector<f64>,
+    a: Vec<f64>,
+    lambda: Vec<f64>,
     /// Rates of the switches, then accelerations of the contacts.
     rates: Vec<f64>,
     /// Size of velocities and accelerations.
