@@ -11,7 +11,7 @@
 //! friction sticking F₀ − |λ|
 //! ```
 
-use bksim_dae::{Action, Crossing, Event, Events, Start};
+use bksim_dae::{Action, Crossing, Event, EventSearch, Events, Start, Step};
 
 use super::frozen::Frozen;
 use super::modes::{Modes, Touch};
@@ -22,19 +22,18 @@ use crate::compile::CompiledSystem;
 /// Forces within this part of the largest are rounding.
 const FORCE_BAND: f64 = 1e-9;
 
-/// The functions of one leg, and which of them ended it.
-pub(crate) struct Lookout<'a> {
-    watch: &'a Watch,
-    watcher: Watcher<'a>,
-    frozen: Frozen<'a>,
-    nq: usize,
-    modes: Modes,
-    /// Rows that are open or follow from others.
-    dependent: Vec<usize>,
-    /// What each function is raised by.
-    bands: Vec<f64>,
-    /// What crossed zero where the leg ended.
+/// What switched, and when.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct Crossed {
+    /// s.
+    pub(crate) t: f64,
     pub(crate) fired: Vec<Decider>,
+}
+
+/// The functions of one leg and the search for their crossings.
+pub(crate) struct Lookout<'a> {
+    functions: Functions<'a>,
+    search: EventSearch,
 }
 
 impl<'a> Lookout<'a> {
@@ -47,8 +46,49 @@ impl<'a> Lookout<'a> {
         bands: &Bands,
         (t, q, v): (f64, &[f64], &[f64]),
     ) -> Self {
+        let mut functions =
+            Functions::new(compiled, parameters, modes, dependent, bands, (t, q, v));
+        let start = Start { t, y: [q, v].concat(), ydot: [v, v].concat() };
+        let search = EventSearch::new(&mut functions, &start);
+        Self { functions, search }
+    }
+
+    /// What first crosses zero in a step.
+    pub(crate) fn first_in(&mut self, step: &Step<'_>) -> Option<Crossed> {
+        let found = self.search.crossings(&mut self.functions, step);
+        let t = found.first()?.t;
+        let is_now = |event: &&Event| (event.t - t).abs() <= SAME_INSTANT * t.abs();
+        let events = found.iter().take_while(is_now);
+        Some(Crossed { t, fired: events.map(|event| self.functions.decider(event.i)).collect() })
+    }
+}
+
+/// Events this near to one another, as a part of t, are one.
+const SAME_INSTANT: f64 = 16.0 * f64::EPSILON;
+
+struct Functions<'a> {
+    watch: &'a Watch,
+    watcher: Watcher<'a>,
+    frozen: Frozen<'a>,
+    nq: usize,
+    modes: Modes,
+    /// Rows that are open or follow from others.
+    dependent: Vec<usize>,
+    /// What each function is raised by.
+    bands: Vec<f64>,
+}
+
+impl<'a> Functions<'a> {
+    fn new(
+        compiled: &'a CompiledSystem,
+        parameters: &[f64],
+        modes: &Modes,
+        dependent: &[usize],
+        bands: &Bands,
+        (t, q, v): (f64, &[f64], &[f64]),
+    ) -> Self {
         let watch = &compiled.watch;
-        let mut lookout = Self {
+        let mut functions = Self {
             watch,
             watcher: watch.at(parameters),
             frozen: Frozen::new(compiled, parameters),
@@ -56,10 +96,9 @@ impl<'a> Lookout<'a> {
             modes: modes.clone(),
             dependent: dependent.to_vec(),
             bands: vec![0.0; modes.signs.len() + modes.touches.len()],
-            fired: Vec::new(),
         };
-        let mut start = vec![0.0; lookout.bands.len()];
-        let force = lookout.signed_into(t, q, v, &mut start);
+        let mut start = vec![0.0; functions.bands.len()];
+        let force = functions.signed_into(t, q, v, &mut start);
         let of_touch = |touch: &Touch| match touch {
             Touch::Apart => bands.position,
             Touch::Sliding(_) => bands.rate,
@@ -68,8 +107,15 @@ impl<'a> Lookout<'a> {
         let all = bands.kinks.iter().copied().chain(modes.touches.iter().map(of_touch));
         // A leg starts on the right side whatever rounding says.
         let raised = all.zip(&start).map(|(band, &value)| band + (-value).max(0.0));
-        lookout.bands = raised.collect();
-        lookout
+        functions.bands = raised.collect();
+        functions
+    }
+
+    fn decider(&self, i: usize) -> Decider {
+        match i.checked_sub(self.modes.signs.len()) {
+            None => Decider::Kink(i),
+            Some(contact) => Decider::Contact(contact),
+        }
     }
 
     /// Writes the signed functions; returns the size of the forces in contact.
@@ -105,7 +151,7 @@ impl<'a> Lookout<'a> {
     }
 }
 
-impl Events for Lookout<'_> {
+impl Events for Functions<'_> {
     fn count(&self) -> usize {
         self.bands.len()
     }
@@ -126,12 +172,7 @@ impl Events for Lookout<'_> {
         }
     }
 
-    fn handle(&mut self, event: &Event, _: &mut Start) -> Action {
-        let n_kinks = self.modes.signs.len();
-        self.fired.push(match event.i.checked_sub(n_kinks) {
-            None => Decider::Kink(event.i),
-            Some(contact) => Decider::Contact(contact),
-        });
+    fn handle(&mut self, _: &Event, _: &mut Start) -> Action {
         Action::Stop
     }
 }

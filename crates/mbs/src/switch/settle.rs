@@ -389,7 +389,7 @@ impl<'a> Work<'a> {
         let Instant { t, q, v, compiled, parameters, .. } = &self.at;
         let parameters = modes.behind(parameters);
         let mut frozen = Frozen::new(compiled, &parameters);
-        let dependent = frozen.dependent(*t, q, v);
+        let dependent = frozen.dependent(*t, q);
         let (a, lambda) = frozen.accelerations((*t, q, v), &dependent)?;
         let rates = compiled.watch.at(&parameters).rates(*t, q, v, &a).to_vec();
         let scale = largest(&a) + largest(v);
@@ -400,7 +400,7 @@ impl<'a> Work<'a> {
     fn landed(self, modes: Modes) -> Settled {
         let mut frozen = self.frozen(&modes);
         let Instant { t, mut q, mut v, .. } = self.at;
-        let dependent = frozen.dependent(t, &q, &v);
+        let dependent = frozen.dependent(t, &q);
         frozen.project(t, &mut q, &mut v, &dependent);
         let none = || (vec![f64::NAN; q.len()], vec![f64::NAN; dependent.len()]);
         let (a, lambda) = frozen.accelerations((t, &q, &v), &dependent).unwrap_or_else(none);
@@ -421,7 +421,7 @@ fn onto_rows(
     if let Some((row, by)) = worst.filter(|(_, by)| *by > furthest * largest(q).max(1.0)) {
         return Err(Unsettled::Jump { row, by });
     }
-    let dependent = frozen.dependent(t, q, v);
+    let dependent = frozen.dependent(t, q);
     frozen.project(t, q, &mut v.to_vec(), &dependent);
     Ok(())
 }

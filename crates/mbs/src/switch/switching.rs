@@ -1,6 +1,7 @@
 //! The modes of a run, from event to event.
 
-use super::lookout::Lookout;
+use super::frozen::Frozen;
+use super::lookout::{Crossed, Lookout};
 use super::modes::{Modes, Touch};
 use super::settle::{Bands, Instant, Settled, Unsettled, settle};
 use super::watch::{Decider, Watcher};
@@ -50,6 +51,8 @@ pub(crate) struct Switching<'a> {
     fastest: f64,
     /// Events closer together than this, s, count as no progress.
     shortest: f64,
+    /// How far ahead, s, a kink may lie that a motion without values ran into.
+    reach: f64,
     last_event: f64,
     n_short: usize,
     watcher: Watcher<'a>,
@@ -59,6 +62,9 @@ pub(crate) struct Switching<'a> {
 const MAX_SHORT: usize = 1000;
 /// Part of a run that counts as no progress.
 const NO_PROGRESS: f64 = 1e-10;
+/// Part of a run within which steps without a value stop short of a kink: a shrunken step is far
+/// smaller, and the motion over this time a parabola.
+const REACH: f64 = 1e-6;
 
 impl<'a> Switching<'a> {
     pub(crate) fn new(
@@ -81,16 +87,48 @@ impl<'a> Switching<'a> {
             rtol: options.rtol,
             fastest: 0.0,
             shortest: NO_PROGRESS * (options.t_end - start.t).abs(),
+            reach: REACH * (options.t_end - start.t).abs(),
             last_event: f64::NEG_INFINITY,
             n_short: 0,
             watcher,
         }
     }
 
-    /// What ends a leg that starts at (t, q, v).
-    pub(crate) fn lookout(&self, dependent: &[usize], at: (f64, &[f64], &[f64])) -> Lookout<'a> {
+    /// What ends a leg that starts at (t, q, v); `None` when nothing ever switches.
+    pub(crate) fn lookout(
+        &self,
+        dependent: &[usize],
+        at: (f64, &[f64], &[f64]),
+    ) -> Option<Lookout<'a>> {
         let Self { compiled, parameters, modes, bands, .. } = self;
-        Lookout::new(compiled, parameters, modes, dependent, bands, at)
+        let is_needed = !compiled.watch.is_empty();
+        is_needed.then(|| Lookout::new(compiled, parameters, modes, dependent, bands, at))
+    }
+
+    /// The kink that a motion without a value ahead is about to reach, and the state there.
+    pub(crate) fn kink_ahead(
+        &mut self,
+        t: &mut f64,
+        q: &mut [f64],
+        v: &mut [f64],
+        dependent: &[usize],
+    ) -> Option<Crossed> {
+        if self.modes.signs.is_empty() {
+            return None;
+        }
+        let mut frozen = Frozen::new(self.compiled, &self.parameters);
+        let (a, _) = frozen.accelerations((*t, q, v), dependent)?;
+        let kinks = self.watcher.view(*t, q, v).kinks.clone();
+        let rates = self.watcher.rates(*t, q, v, &a);
+        let times = kinks.iter().zip(rates).map(|(u, rate)| -u / rate).enumerate();
+        let ahead = times.filter(|(_, dt)| (0.0..=self.reach).contains(dt));
+        let (kink, dt) = ahead.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        *t += dt;
+        for i in 0..q.len() {
+            q[i] += dt * (v[i] + 0.5 * dt * a[i]);
+            v[i] += dt * a[i];
+        }
+        Some(Crossed { t: *t, fired: vec![Decider::Kink(kink)] })
     }
 
     /// Passes the event that ended a leg at (t, q, v); `changes` gains what happened.

@@ -5,7 +5,7 @@ use bksim_expr::{Expr, Runner, SymbolId, Tape, TapeError, Workspace};
 use super::contact::Law;
 use super::modes::{Modes, Touch};
 use crate::assemble::SymbolicSystem;
-use crate::compile::gather;
+use crate::evaluator::gather;
 use crate::model::{LoadId, Model};
 
 /// Everything that decides, as functions of t, q, v and, for the rates, the accelerations.
