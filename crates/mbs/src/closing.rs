@@ -62,10 +62,7 @@ impl<'a> Closing<'a> {
         let gap_of_joint = system
             .constraints
             .iter()
-            .map(|c| match c.source {
-                Source::Joint(joint) => joint,
-                Source::Drive(drive) => model.drives[drive.0].joint,
-            })
+            .map(|c| c.source.joint(model))
             .collect();
         let workspace = measures.workspace(parameters);
         Ok(Self { model, system, parameters, measures, workspace, stated, gap_of_joint })
