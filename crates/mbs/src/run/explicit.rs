@@ -99,7 +99,8 @@ impl Ode for ExplicitMotion<'_> {
             if drift.position[1].is_nan() || drift.velocity[1].is_nan() {
                 return Err(NotFinite { row: 0 });
             }
-            if drift.position[1] <= CLOSED * size {
+            let has_gained = drift.position[1] < drift.position[0];
+            if drift.position[1] <= CLOSED * size || !has_gained {
                 break;
             }
         }

@@ -396,7 +396,7 @@ impl<'a, 'b> Run<'a, 'b> {
                 Ok(None) => return LegEnd::Reached,
                 Err(error) => return self.failed(error),
             };
-if let Some(lookout) = &mut lookout
+            if let Some(lookout) = &mut lookout
                 && let Some(end) = self.until_event(lookout, &step, false)
             {
                 return end;

@@ -121,11 +121,8 @@ impl<'a> Functions<'a> {
     /// Writes the signed functions; returns the size of the forces in contact.
     fn signed_into(&mut self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) -> f64 {
         let holds = self.modes.touches.iter().any(|touch| touch.is_closed());
-        let found = if holds {
-            self.frozen.accelerations((t, q, v), &self.dependent)
-        } else {
-            None
-        };
+        let found =
+            if holds { self.frozen.accelerations((t, q, v), &self.dependent) } else { None };
         let view = self.watcher.view(t, q, v);
         let (kinks, contacts) = out.split_at_mut(view.kinks.len());
         for ((value, u), sign) in kinks.iter_mut().zip(&view.kinks).zip(&self.modes.signs) {
