@@ -75,7 +75,11 @@ impl Watch {
         step: &Step<'_>,
     ) -> Option<Sighting> {
         let nq = evaluator.shape().nq;
-        let t = weakest_instant(evaluator, multipliers, step);
+        let dip = Dip::of(evaluator, multipliers, step);
+        let t = dip.t;
+        if dip.falls {
+            self.near = None;
+        }
 
         // What the singular values say, there and at the ends.
         let mut y = vec![0.0; step.y1().len()];
@@ -95,9 +99,13 @@ impl Watch {
             (0..values.len()).filter(|&k| values[k] < SINGULAR * self.regular).collect();
         let least = values.min();
         if lost.is_empty() || self.near.is_some_and(|known| known <= least) {
+            if dip.rises {
+                self.near = None;
+            }
             return None;
         }
-        let is_known = self.near.replace(least).is_some();
+        let is_known = self.near.is_some();
+        self.near = (!dip.rises).then_some(least);
         let kept = multipliers.kept();
         let takes_part = |row: usize| lost.iter().any(|&k| left[(row, k)].abs() > PART);
         let rows = (0..kept.len()).filter(|&row| takes_part(row)).map(|row| kept[row]).collect();
@@ -119,7 +127,7 @@ pub(crate) fn is_ahead(
     if !values.iter().any(|&value| value < WEAK) {
         return false;
     }
-    let t = weakest_instant(evaluator, multipliers, step);
+    let Dip { t, .. } = Dip::of(evaluator, multipliers, step);
     let h = step.t1() - step.t0();
     if weakness_within(evaluator, multipliers, step, (t - step.t0()) / h) < VANISHING {
         return true;
@@ -168,19 +176,30 @@ fn weakness_within(
     multipliers.weakness_at(&evaluator.dynamics(t, q, v))
 }
 
-/// The weakest instant of a step: the weakest of some instants, then golden sections around it.
-fn weakest_instant(
-    evaluator: &mut Evaluator,
-    multipliers: &mut MultiplierSystem,
-    step: &Step<'_>,
-) -> f64 {
-    let mut weakness = |part: f64| weakness_within(evaluator, multipliers, step, part);
-    let at = |k: usize| k as f64 / SAMPLES as f64;
-    let values: Vec<f64> = (0..=SAMPLES).map(|k| weakness(at(k))).collect();
-    let least = (0..=SAMPLES).min_by(|&a, &b| values[a].total_cmp(&values[b])).unwrap_or(0);
-    let (low, high) = (at(least.saturating_sub(1)), at((least + 1).min(SAMPLES)));
-    let part = golden_section(low, high, &mut weakness);
-    step.t0() + part * (step.t1() - step.t0())
+/// Where a step is weakest.
+struct Dip {
+    t: f64,
+    /// Whether it has been regular before that, and is again behind.
+    falls: bool,
+    rises: bool,
+}
+
+impl Dip {
+    /// The weakest of some instants, then golden sections around it.
+    fn of(evaluator: &mut Evaluator, multipliers: &mut MultiplierSystem, step: &Step<'_>) -> Self {
+        let mut weakness = |part: f64| weakness_within(evaluator, multipliers, step, part);
+        let at = |k: usize| k as f64 / SAMPLES as f64;
+        let values: Vec<f64> = (0..=SAMPLES).map(|k| weakness(at(k))).collect();
+        let least = (0..=SAMPLES).min_by(|&a, &b| values[a].total_cmp(&values[b])).unwrap_or(0);
+        let (low, high) = (at(least.saturating_sub(1)), at((least + 1).min(SAMPLES)));
+        let part = golden_section(low, high, &mut weakness);
+        let is_regular = |values: &[f64]| values.iter().any(|&value| value >= NOTICEABLE);
+        Self {
+            t: step.t0() + part * (step.t1() - step.t0()),
+            falls: is_regular(&values[..least]),
+            rises: is_regular(&values[least..]),
+        }
+    }
 }
 
 fn finite(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
