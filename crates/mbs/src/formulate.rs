@@ -82,8 +82,9 @@ pub fn formulate(
     // The nonzero entries of both, first ∂F/∂y.
     let entries: Vec<Expr> =
         dy.entries.iter().chain(&dydot.entries).map(|&(_, _, entry)| entry).collect();
-    let compiled =
-        |outputs: &[Expr]| Ok(Runner::new(unknowns.compile(model, system, outputs)?, model.solve.jit));
+    let compiled = |outputs: &[Expr]| {
+        Ok(Runner::new(unknowns.compile(model, system, outputs)?, model.solve.jit))
+    };
     Ok(MotionEquations {
         formulation,
         nq,

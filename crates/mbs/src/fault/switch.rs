@@ -43,8 +43,7 @@ fn chatter(model: &Model, system: &SymbolicSystem, kink: usize, t: f64) -> Diagn
         Some((name, _)) => name.clone(),
         None => "a load".to_owned(),
     };
-    let message =
-        format!("{who} switches forth and back without end at t = {} s", short(t));
+    let message = format!("{who} switches forth and back without end at t = {} s", short(t));
     let fault = Diagnostic::error(codes::CHATTER, message)
         .note(format!("it switches where `{}` is zero", model.pool.to_text(function)))
         .help(
@@ -81,11 +80,8 @@ fn owner_of(model: &Model, system: &SymbolicSystem, kink: usize) -> Option<(Stri
 
 fn contacts_exclude(model: &Model, loads: &[LoadId], t: f64) -> Diagnostic {
     let names: Vec<&str> = loads.iter().map(|load| model.loads[load.0].name.as_str()).collect();
-    let message = format!(
-        "no motion fits the contacts of {} at t = {} s",
-        listed(&names),
-        short(t)
-    );
+    let message =
+        format!("no motion fits the contacts of {} at t = {} s", listed(&names), short(t));
     let fault = Diagnostic::error(codes::NO_CONTACTS, message)
         .help("leave room between the stops, or drive by a force instead of a motion");
     match loads.first() {

@@ -22,10 +22,7 @@ impl Reader<'_> {
         };
         let [min, max] = [limit("min"), limit("max")];
         if !fields.has("min") && !fields.has("max") {
-            let help = format!(
-                "write `min = \"{0}\"`, `max = \"{0}\"` or both",
-                quantity.example
-            );
+            let help = format!("write `min = \"{0}\"`, `max = \"{0}\"` or both", quantity.example);
             fields.require(self, "min", &help);
             return None;
         }
@@ -105,8 +102,12 @@ impl Reader<'_> {
         if low < high {
             return;
         }
-        let message =
-            format!("{} leaves no room: `min` is {}, `max` {}", fields.owner, short(low), short(high));
+        let message = format!(
+            "{} leaves no room: `min` is {}, `max` {}",
+            fields.owner,
+            short(low),
+            short(high)
+        );
         self.report(
             Diagnostic::error(codes::NO_ROOM, message)
                 .at(max.span.clone(), "must be greater than `min`")

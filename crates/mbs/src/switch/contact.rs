@@ -111,8 +111,7 @@ pub(crate) fn contact_rows(
                 let id = |name: String| pool.symbol_id(pool.symbol(&name));
                 let names = ["slip", "place"].map(|word| id(format!("'{word}{load_idx}")));
                 let [Some(slip), Some(place)] = names else { continue };
-                let [sliding, sticking] =
-                    [sliding, sticking].map(|e| pool.substitute(e, signals));
+                let [sliding, sticking] = [sliding, sticking].map(|e| pool.substitute(e, signals));
                 let law = Law::Friction { sliding, sticking, slip, place };
                 let expression = pool.sub(pool.symbol_expr(place), position);
                 add(expression, Source::Friction(load_id), "friction", up, law);
@@ -158,12 +157,7 @@ pub(crate) fn slip_wrenches(
         let [force, moment] = [row.force, row.moment].map(|v| spatial::scale(pool, effort, &v));
         let back = [force, moment].map(|v| spatial::neg(pool, &v));
         wrenches.push(Wrench { body: joint.successor.body, force, at, moment });
-        wrenches.push(Wrench {
-            body: joint.predecessor.body,
-            force: back[0],
-            at,
-            moment: back[1],
-        });
+        wrenches.push(Wrench { body: joint.predecessor.body, force: back[0], at, moment: back[1] });
     }
     wrenches
 }

@@ -77,9 +77,7 @@ impl Watch {
         for contact in &system.contacts {
             let is_friction = matches!(contact.law, Law::Friction { .. });
             let (position, numbers) = match contact.law {
-                Law::Stop { restitution } => {
-                    (contact.expression, [restitution, pool.zero()])
-                }
+                Law::Stop { restitution } => (contact.expression, [restitution, pool.zero()]),
                 Law::Friction { sliding, sticking, .. } => (contact.position, [sliding, sticking]),
             };
             let rate = kinematics.rate(model, position);
@@ -90,12 +88,13 @@ impl Watch {
         }
         let coordinates = system.coordinates();
         let parameters = system.parameters(model);
-        let runner = |outputs: &[Expr], parts: &[fn(&crate::kinematics::Coordinate) -> SymbolId]| {
-            let state = parts.iter().flat_map(|part| coordinates.iter().map(part));
-            let inputs: Vec<SymbolId> = std::iter::once(model.time).chain(state).collect();
-            let tape = Tape::compile(pool, outputs, &inputs, &parameters)?;
-            Ok::<_, TapeError>(Runner::new(tape, model.solve.jit))
-        };
+        let runner =
+            |outputs: &[Expr], parts: &[fn(&crate::kinematics::Coordinate) -> SymbolId]| {
+                let state = parts.iter().flat_map(|part| coordinates.iter().map(part));
+                let inputs: Vec<SymbolId> = std::iter::once(model.time).chain(state).collect();
+                let tape = Tape::compile(pool, outputs, &inputs, &parameters)?;
+                Ok::<_, TapeError>(Runner::new(tape, model.solve.jit))
+            };
         Ok(Self {
             functions: runner(&functions, &[|c| c.q, |c| c.v])?,
             rates: runner(&rates, &[|c| c.q, |c| c.v, |c| c.a])?,
