@@ -78,18 +78,20 @@ fn a_ball_bounces_as_a_geometric_series_and_comes_to_rest() {
         let mut bounce = speed;
         let hits = times(&motion, |kind| matches!(kind, ChangeKind::Hit(..)));
         for (n, &hit) in hits.iter().take(40).enumerate() {
-            let within = Within { relative: 1e-9, absolute: 0.0 };
+            let within = Within { relative: 1e-8, absolute: 0.0 };
             close(&format!("bounce {n}, {policy:?}"), hit, t, within);
             bounce *= e;
             t += 2.0 * bounce / G;
         }
-        assert!((60..140).contains(&hits.len()), "{} bounces", hits.len());
+        assert!((50..90).contains(&hits.len()), "{} bounces", hits.len());
+        let n_step = motion.summary.stats.n_step;
+        assert!(n_step < 12 * hits.len() + 100, "{n_step} steps for {} bounces", hits.len());
 
         // The series ends at 4.06 s; from there the floor bears the weight.
         let limit = speed / G * (1.0 + 2.0 * e / (1.0 - e));
         let rests = times(&motion, |kind| matches!(kind, ChangeKind::Rest(_)));
         assert_eq!(rests.len(), 1, "{rests:?}");
-        close("rest", rests[0], limit, Within { relative: 1e-8, absolute: 0.0 });
+        close("rest", rests[0], limit, Within { relative: 1e-5, absolute: 0.0 });
         let last = motion.samples.last().expect("samples");
         let row = mechanism.system.contacts[0].row;
         let within = Within { relative: 0.0, absolute: 1e-12 };
@@ -293,7 +295,7 @@ fn a_force_that_is_switched_on_acts_from_that_instant() {
 fn the_branch_not_taken_may_have_no_value() {
     let text = block(
         "[loads.F]\ntype = \"force\"\non = \"block\"\n\
-         vector = [\"1 N*if(x > 0.5, 0, sqrt(max(0, 0.5 - x)) + 1)\", 0]\n",
+         vector = [\"1 N*if(x > 0.5, 0, sqrt(max(0, 0.5 - x)/(1 m)) + 1)\", 0]\n",
     );
     let (_, motion) = run(&text, 3.0, 1e-9);
     let last = motion.samples.last().expect("samples");

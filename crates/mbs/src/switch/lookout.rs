@@ -33,7 +33,8 @@ pub(crate) struct Crossed {
 /// The functions of one leg and the search for their crossings.
 pub(crate) struct Lookout<'a> {
     functions: Functions<'a>,
-    search: EventSearch,
+    /// Made with the first step.
+    search: Option<EventSearch>,
 }
 
 impl<'a> Lookout<'a> {
@@ -46,20 +47,22 @@ impl<'a> Lookout<'a> {
         bands: &Bands,
         (t, q, v): (f64, &[f64], &[f64]),
     ) -> Self {
-        let mut functions =
-            Functions::new(compiled, parameters, modes, dependent, bands, (t, q, v));
-        let start = Start { t, y: [q, v].concat(), ydot: [v, v].concat() };
-        let search = EventSearch::new(&mut functions, &start);
-        Self { functions, search }
+        let functions = Functions::new(compiled, parameters, modes, dependent, bands, (t, q, v));
+        Self { functions, search: None }
     }
 
     /// What first crosses zero in a step.
     pub(crate) fn first_in(&mut self, step: &Step<'_>) -> Option<Crossed> {
-        let found = self.search.crossings(&mut self.functions, step);
+        let Self { functions, search } = self;
+        let search = search.get_or_insert_with(|| {
+            let (y, ydot) = (step.y0().to_vec(), step.ydot1().to_vec());
+            EventSearch::new(functions, &Start { t: step.t0(), y, ydot })
+        });
+        let found = search.crossings(functions, step);
         let t = found.first()?.t;
         let is_now = |event: &&Event| (event.t - t).abs() <= SAME_INSTANT * t.abs();
         let events = found.iter().take_while(is_now);
-        Some(Crossed { t, fired: events.map(|event| self.functions.decider(event.i)).collect() })
+        Some(Crossed { t, fired: events.map(|event| functions.decider(event.i)).collect() })
     }
 }
 

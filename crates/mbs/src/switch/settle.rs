@@ -26,6 +26,11 @@ const MAX_COMBINATIONS: usize = 4096;
 const ROUNDING: f64 = 1e-9;
 /// A drive may jump by this part of the size of the state before it counts as a jump.
 const JUMP: f64 = 1e-6;
+/// An event is located where its function has passed the band; bands this much wider hold what is
+/// zero there.
+const SLACK: f64 = 4.0;
+/// Bounces no higher than this many bands come to rest.
+const HIDDEN: f64 = 1e3;
 /// Blows that may follow one another at one instant.
 const MAX_BLOWS: usize = 8;
 
@@ -50,7 +55,7 @@ pub(crate) struct Instant<'a> {
 pub(crate) struct Bands {
     /// By switch, in the unit of its function.
     pub(crate) kinks: Vec<f64>,
-    /// m or rad.
+    /// m or rad: of rounding.
     pub(crate) position: f64,
     /// m/s or rad/s.
     pub(crate) rate: f64,
@@ -141,12 +146,14 @@ impl Bands {
     pub(crate) fn new(atol: f64, view: &View, watch: &Watch) -> Self {
         const PART: f64 = 1e-3;
         const ROUNDING: f64 = 1e-12;
+        // A body that falls through the band gains speed; this is all that is needed.
+        const ROUNDING_OF_POSITION: f64 = 64.0 * f64::EPSILON;
         let band = |(u, &timed): (&f64, &bool)| {
             if timed { 0.0 } else { PART * atol + ROUNDING * u.abs() }
         };
         Self {
             kinks: view.kinks.iter().zip(&watch.timed).map(band).collect(),
-            position: PART * atol,
+            position: ROUNDING_OF_POSITION,
             rate: PART * atol,
             rest: [atol; 2],
         }
@@ -194,10 +201,12 @@ impl<'a> Work<'a> {
             for (k, seen) in view.contacts.iter().enumerate() {
                 let watched = &self.at.compiled.watch.contacts[k];
                 if watched.is_friction {
-                    if seen.rate.abs() > self.at.bands.rate {
+                    if !self.is_at_rest(seen.rate) {
                         self.modes.touches[k] = Touch::Sliding(seen.rate.signum());
                     }
-                } else if !self.is_touching(seen.position) || seen.rate < -self.at.bands.rate {
+                } else if !self.is_touching(k, seen.position)
+                    || seen.rate < 0.0 && !self.is_at_rest(seen.rate)
+                {
                     self.modes.touches[k] = Touch::Apart;
                 }
             }
@@ -207,15 +216,21 @@ impl<'a> Work<'a> {
         }
     }
 
-    fn is_touching(&self, penetration: f64) -> bool {
-        penetration >= -2.0 * self.at.bands.position
+    /// Contacts that hold are in touch; the run keeps them so.
+    fn is_touching(&self, k: usize, penetration: f64) -> bool {
+        self.modes.touches[k].is_closed() || penetration >= -SLACK * self.at.bands.position
+    }
+
+    fn is_at_rest(&self, rate: f64) -> bool {
+        rate.abs() <= SLACK * self.at.bands.rate
     }
 
     /// Stops in touch, whether or not they are about to part.
     fn touching(&self, view: &View) -> Vec<usize> {
         let contacts = view.contacts.iter().enumerate();
         let is_stop = |k: usize| !self.at.compiled.watch.contacts[k].is_friction;
-        let touching = contacts.filter(|(k, seen)| is_stop(*k) && self.is_touching(seen.position));
+        let touching =
+            contacts.filter(|(k, seen)| is_stop(*k) && self.is_touching(*k, seen.position));
         touching.map(|(k, _)| k).collect()
     }
 
@@ -225,12 +240,12 @@ impl<'a> Work<'a> {
         let view = self.view(&self.modes);
         let touching = self.touching(&view);
         let (t, bands) = (self.at.t, &self.at.bands);
-        let is_hit = |k: &usize| view.contacts[*k].rate > bands.rate;
+        let is_hit = |k: &usize| view.contacts[*k].rate > SLACK * bands.rate;
         let hits: Vec<usize> = touching.iter().copied().filter(is_hit).collect();
         let mut frozen = self.frozen(&self.modes_of_blow(&touching));
 
         // Onto the stops themselves, which the event has passed by rounding.
-        let furthest = JUMP.max(1e3 * bands.position);
+        let furthest = JUMP;
         onto_rows(&mut frozen, t, &mut self.at.q, &self.at.v, furthest)?;
 
         let rows: Vec<usize> =
@@ -275,13 +290,17 @@ impl<'a> Work<'a> {
         let pressing = self.accelerate(&free).map(|found| found.rates);
         let n_kinks = self.modes.signs.len();
         let [height, rate] = self.at.bands.rest;
+        // Such bounces would be of rounding.
+        let hidden = HIDDEN * self.at.bands.position;
         let restitution = |&k: &usize| {
             let seen = view.contacts[k];
             let speed = seen.first * seen.rate;
             // Left alone, the bodies come back with φ″ > 0 after a flight of height u²/2φ″.
             let pressing = pressing.as_ref().map_or(0.0, |rates| rates[n_kinks + k]);
-            let is_small = seen.rate <= rate && speed * speed <= 2.0 * pressing * height;
-            if is_small { 0.0 } else { seen.first }
+            let square = speed * speed;
+            let is_small = seen.rate <= rate && square <= 2.0 * pressing * height;
+            let is_hidden = square <= 2.0 * pressing * hidden;
+            if is_small || is_hidden { 0.0 } else { seen.first }
         };
         touching.iter().map(restitution).collect()
     }
@@ -302,7 +321,7 @@ impl<'a> Work<'a> {
             let watched = &self.at.compiled.watch.contacts[k];
             let decider = Decider::Contact(k);
             let before = self.at.before.touches[k];
-            if seen.rate.abs() > self.at.bands.rate {
+            if !self.is_at_rest(seen.rate) {
                 continue;
             }
             let mut touches = match before {
@@ -313,7 +332,7 @@ impl<'a> Work<'a> {
                     };
                     vec![Touch::Sticking(place), Touch::Sliding(1.0), Touch::Sliding(-1.0)]
                 }
-                _ if self.is_touching(seen.position) => vec![Touch::Resting, Touch::Apart],
+                _ if self.is_touching(k, seen.position) => vec![Touch::Resting, Touch::Apart],
                 _ => continue,
             };
             // What has just let go does not hold.
