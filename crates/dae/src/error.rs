@@ -101,6 +101,16 @@ pub enum SolveError {
         /// Size of the matrix.
         n: usize,
     },
+    /// A row named by [`crate::System::explicit_rows`] does not give its unknown.
+    #[error("row {row} cannot give unknown {unknown}: it {reason}")]
+    ExplicitRow {
+        /// Row named.
+        row: usize,
+        /// Unknown named.
+        unknown: usize,
+        /// What is wrong with the pair.
+        reason: &'static str,
+    },
     /// The sparse linear solver cannot hold the factors of the system.
     #[error("no memory for the factors of a system of size {n}")]
     OutOfMemory {

@@ -11,8 +11,6 @@
 //! Working with increments `z_i = Y_i − y` keeps rounding small (HW2 §IV.8). The Jacobian is
 //! frozen, so `F` may be nonlinear in `y′` too.
 
-use faer::c64;
-
 use crate::contraction::{Contraction, Progress};
 use crate::estimate::Scale;
 use crate::iteration_matrix::IterationMatrix;
@@ -44,8 +42,6 @@ pub(crate) struct NewtonWork {
     pub(crate) ydot_stage: Vec<f64>,
     /// Estimate of the local error.
     pub(crate) error: Vec<f64>,
-    /// Right-hand side of the complex systems.
-    complex: Vec<c64>,
     pub(crate) scale: Scale,
     pub(crate) contraction: Contraction,
 }
@@ -67,7 +63,6 @@ impl NewtonWork {
             y_stage: vec![0.0; n],
             ydot_stage: vec![0.0; n],
             error: vec![0.0; n],
-            complex: vec![c64::new(0.0, 0.0); n],
             scale: Scale::new(n),
             contraction,
         }
@@ -165,14 +160,7 @@ impl NewtonWork {
             return;
         }
         for (k, pair) in pairs.chunks_exact_mut(2 * n).enumerate() {
-            let (re, im) = pair.split_at_mut(n);
-            for (x, (re, im)) in self.complex.iter_mut().zip(re.iter().zip(im.iter())) {
-                *x = c64::new(*re, *im);
-            }
-            matrix.solve_complex(k, &mut self.complex);
-            for (x, (re, im)) in self.complex.iter().zip(re.iter_mut().zip(im)) {
-                (*re, *im) = (x.re, x.im);
-            }
+            matrix.solve_complex(k, pair);
         }
     }
 }

@@ -114,6 +114,8 @@ impl Stepper {
         // Buffers are made for the largest method, then cut to the first.
         let mut work = NewtonWork::new(pattern.n(), s_max, contraction(settings, tableau));
         work.set_stages(tableau.s, contraction(settings, tableau));
+        let explicit = system.explicit_rows();
+        let matrix = IterationMatrix::new(pattern, explicit, n_complex, settings.linear_solver)?;
         Ok(Self {
             work,
             unit: Unit::new(settings),
@@ -126,7 +128,7 @@ impl Stepper {
                 },
             ),
             jacobian: Jacobian::new(pattern.n_entries()),
-            matrix: IterationMatrix::new(pattern, n_complex, settings.linear_solver)?,
+            matrix,
             freshness: Freshness::Expired,
             factored_h: None,
             tableaus,
@@ -291,7 +293,7 @@ impl Stepper {
         if let Some(h) = factored_h {
             let Tableau { gamma, lambda, .. } = &self.tableaus[self.current];
             self.matrix
-                .factor(system.pattern(), &self.jacobian, *gamma, lambda, h)
+                .factor(&self.jacobian, *gamma, lambda, h)
                 .map_err(|_| SolveError::Checkpoint { reason: "its matrix is singular" })?;
             self.factored_h = Some(h);
         }
@@ -351,7 +353,7 @@ impl Stepper {
             stats.n_factor += 1;
             let Tableau { gamma, lambda, .. } = &self.tableaus[self.current];
             self.matrix
-                .factor(system.pattern(), &self.jacobian, *gamma, lambda, at.h)
+                .factor(&self.jacobian, *gamma, lambda, at.h)
                 .map_err(|_| Cause::Singular)?;
             self.factored_h = Some(at.h);
         }

@@ -2,8 +2,11 @@
 
 mod common;
 
-use bksim_dae::{Control, LinearSolver, Order, Outcome, Settings, Stages, Start, Tolerance, solve};
+use bksim_dae::{
+    Control, LinearSolver, Order, Outcome, Settings, Stages, Start, System, Tolerance, solve,
+};
 
+use common::by_hand::AndrewsByHand;
 use common::mechanism::{Form, Formulated, Mechanism};
 use common::problems::{Andrews, CarAxis, Chain, Pendulum, SliderCrank};
 use common::reference::Reference;
@@ -36,7 +39,7 @@ fn achieved<M: Mechanism>(
 ) -> [f64; 3] {
     let formulated = Formulated { mechanism, form };
     let start = formulated.start(initial);
-    let system = Differentiated::dense(formulated);
+    let system = Differentiated::sparse(formulated);
     let (nq, nc) = (system.problem.mechanism.nq(), system.problem.mechanism.nc());
     let end = run(system, start, data.t_end(), settings);
     let lambda: Vec<f64> = data.end("lam").iter().map(|x| sign * x).collect();
@@ -144,7 +147,7 @@ fn stabilised_form_keeps_both_constraints_and_plain_ones_drift() {
         let data = Reference::load("pendulum");
         let formulated = Formulated { mechanism: Pendulum::from(&data), form };
         let start = formulated.start(stated(&data));
-        let system = Differentiated::dense(formulated);
+        let system = Differentiated::sparse(formulated);
         let mut worst = [0.0f64; 2];
         solve(system, start, data.t_end(), settings(1e-6), &mut |step| {
             let y = step.y1();
@@ -183,6 +186,32 @@ fn dense_and_sparse_kernels_agree_on_a_chain() {
     assert_eq!(end(LinearSolver::Auto).y, sparse.y, "a sparse system of this size is solved so");
 }
 
+#[test]
+fn eliminated_velocities_leave_the_trajectory_as_it_is() {
+    let data = Reference::load("andrews");
+    for form in [Form::Index3, Form::Index2, Form::Ggl] {
+        for order in [Order::Fixed(Stages::Three), Order::Auto] {
+            let mut ends = [true, false].map(|is_eliminated| {
+                let mechanism = Andrews { data: Reference::load("andrews") };
+                let formulated = Formulated { mechanism, form };
+                let start = formulated.start(stated(&data));
+                let system = if is_eliminated {
+                    Differentiated::sparse(formulated)
+                } else {
+                    Differentiated::dense(formulated)
+                };
+                assert_eq!(system.explicit_rows().len(), if is_eliminated { 7 } else { 0 });
+                run(system, start, 0.1 * data.t_end(), Settings { order, ..settings(1e-7) })
+            });
+            // Rounding differs, and μ is nothing else.
+            ends.iter_mut().for_each(|end| end.y.truncate(20));
+            let gap = max_error(&ends[0].y, &ends[1].y);
+            assert!(gap < 1e-8, "{form:?}, {order:?}: the ends differ by {gap:e}");
+            assert_eq!(ends[0].stats, ends[1].stats, "{form:?}, {order:?}");
+        }
+    }
+}
+
 /// The digits of `q` and `v` that variable order reaches at `10^-exponent`, and the work.
 fn with_variable_order(name: &str, exponent: i32) -> ([f64; 2], bksim_dae::Stats) {
     let tolerance = 10f64.powi(-exponent);
@@ -216,7 +245,7 @@ fn counted<M: Mechanism>(
     let formulated = Formulated { mechanism, form: Form::Ggl };
     let start = formulated.start(initial);
     let nq = formulated.mechanism.nq();
-    let end = run(Differentiated::dense(formulated), start, data.t_end(), settings);
+    let end = run(Differentiated::sparse(formulated), start, data.t_end(), settings);
     let parts = [digits(&end.y[..nq], &data.end("q")), digits(&end.y[nq..2 * nq], &data.end("v"))];
     (parts, end.stats)
 }
@@ -253,7 +282,7 @@ fn the_work_does_not_creep() {
     let work = |form| {
         let formulated = Formulated { mechanism: Pendulum::from(&data), form };
         let start = formulated.start(stated(&data));
-        run(Differentiated::dense(formulated), start, data.t_end(), settings(1e-6)).stats
+        run(Differentiated::sparse(formulated), start, data.t_end(), settings(1e-6)).stats
     };
     // Last bits of the standard library may differ between machines: two per cent are allowed.
     for (form, n_step, n_residual, n_jacobian) in [
@@ -272,4 +301,33 @@ fn the_work_does_not_creep() {
         }
         assert_eq!(stats.n_step, stats.n_accept + stats.n_reject + stats.n_newton_failed);
     }
+}
+
+#[test]
+fn derivatives_written_by_hand_are_those_of_the_residual() {
+    let data = Reference::load("andrews");
+    let mut by_hand = AndrewsByHand::from(&data);
+    let mechanism = Andrews { data };
+    let mut system = Differentiated::sparse(Formulated { mechanism, form: Form::Index2 });
+    let y: Vec<f64> = (0..20).map(|i| 0.3 + (1.3 * f64::from(i)).sin()).collect();
+    let ydot: Vec<f64> = (0..20).map(|i| (0.7 * f64::from(i)).cos()).collect();
+    let mut residuals = [vec![0.0; 20], vec![0.0; 20]];
+    system.residual(0.0, &y, &ydot, &mut residuals[0]).expect("finite");
+    by_hand.residual(0.0, &y, &ydot, &mut residuals[1]).expect("finite");
+    let gap = max_error(&residuals[1], &residuals[0]);
+    assert!(gap < 1e-12, "residuals differ by {gap:e}");
+
+    let full = |system: &mut dyn System| {
+        let n = system.pattern().n_entries();
+        let (mut df_dy, mut df_dydot) = (vec![0.0; n], vec![0.0; n]);
+        system.jacobian(0.0, &y, &ydot, &mut df_dy, &mut df_dydot).expect("finite");
+        let mut dense = vec![0.0; 800];
+        for (k, (row, col)) in system.pattern().entries().enumerate() {
+            dense[row * 20 + col] = df_dy[k];
+            dense[400 + row * 20 + col] = df_dydot[k];
+        }
+        dense
+    };
+    let gap = max_error(&full(&mut by_hand), &full(&mut system));
+    assert!(gap < 1e-12, "Jacobians differ by {gap:e}");
 }

@@ -1,97 +1,140 @@
-//! Dense LU with partial pivoting, by columns, in buffers that are kept.
+//! Dense LU of real matrices, by columns.
 //!
-//! For the sizes of single mechanisms this plain loop is faster than a blocked library kernel, and
-//! it sees a vanishing pivot when it meets one.
+//! Columns are padded to whole chunks, and those of `L` hold zeros down to the diagonal, so that
+//! every inner loop runs over whole chunks and becomes vector code.
 
-use super::{Scalar, Singular};
+use super::{DenseKernel, Singular};
 use crate::Pattern;
 
-/// `L⁻¹ A = U`, stored over `A` by columns; `L` is the product of the elementary exchanges and
-/// eliminations in the order made, so columns of `L` are not exchanged afterwards.
-pub(super) struct DenseLu<T> {
-    n: usize,
-    lu: Vec<T>,
-    /// Row exchanged with row `k` at elimination step `k`.
-    pivot: Vec<usize>,
+/// Rows that are worked on together.
+pub(super) const CHUNK: usize = 4;
+
+/// A row count that fills whole chunks.
+pub(super) fn padded(n: usize) -> usize {
+    n.next_multiple_of(CHUNK)
 }
 
-impl<T: Scalar> DenseLu<T> {
-    pub(super) fn new(n: usize) -> Self {
-        Self { n, lu: vec![T::ZERO; n * n], pivot: vec![0; n] }
+/// Where the entries of a pattern lie in columns of height `height`.
+pub(super) fn places(pattern: &Pattern, height: usize) -> Vec<usize> {
+    pattern.entries().map(|(row, col)| col * height + row).collect()
+}
+
+/// `L⁻¹ A = U`; `L` is the product of the elementary exchanges and eliminations in the order made,
+/// so columns of `L` are not exchanged afterwards.
+pub(crate) struct RealLu {
+    n: usize,
+    /// Length of a column.
+    height: usize,
+    places: Vec<usize>,
+    /// The matrix, then `U` above and on the diagonal.
+    u: Vec<f64>,
+    /// `L` below the diagonal, zero elsewhere.
+    l: Vec<f64>,
+    /// Row exchanged with row `k` at elimination step `k`.
+    pivot: Vec<usize>,
+    x: Vec<f64>,
+}
+
+impl DenseKernel<f64> for RealLu {
+    fn new(pattern: &Pattern) -> Self {
+        let n = pattern.n();
+        let height = padded(n);
+        Self {
+            n,
+            height,
+            places: places(pattern, height),
+            u: vec![0.0; n * height],
+            l: vec![0.0; n * height],
+            pivot: vec![0; n],
+            x: vec![0.0; height],
+        }
     }
 
-    /// Factors the matrix whose `values` follow the entries of `pattern`.
-    pub(super) fn factor(
-        &mut self,
-        pattern: &Pattern,
-        values: impl Iterator<Item = T>,
-    ) -> Result<(), Singular> {
-        self.lu.fill(T::ZERO);
-        for ((row, col), value) in pattern.entries().zip(values) {
-            self.lu[col * self.n + row] = value;
+    fn factor(&mut self, values: &[f64]) -> Result<(), Singular> {
+        self.u.fill(0.0);
+        for (&place, &value) in self.places.iter().zip(values) {
+            self.u[place] = value;
         }
         (0..self.n).try_for_each(|k| self.eliminate(k))
     }
 
+    fn solve_in_place(&mut self, x: &mut [f64]) {
+        let Self { n, height, .. } = *self;
+        self.x[..n].copy_from_slice(x);
+        let b = &mut self.x;
+        for k in 0..n {
+            b.swap(k, self.pivot[k]);
+            let factor = b[k];
+            subtract(&mut b[floor(k)..], &self.l[k * height + floor(k)..(k + 1) * height], factor);
+        }
+        for k in (0..n).rev() {
+            let column = &self.u[k * height..(k + 1) * height];
+            let value = b[k] / column[k];
+            // Below the diagonal the column holds what is of no use: only whole rows above count.
+            subtract_above(b, column, k, value);
+            b[k] = value;
+        }
+        x.copy_from_slice(&b[..n]);
+    }
+}
+
+impl RealLu {
     /// Column `k`: choose the pivot, divide, update the columns to its right.
     fn eliminate(&mut self, k: usize) -> Result<(), Singular> {
-        let n = self.n;
-        let (done, right) = self.lu.split_at_mut((k + 1) * n);
-        let column = &mut done[k * n..];
+        let (n, height) = (self.n, self.height);
+        let (done, right) = self.u.split_at_mut((k + 1) * height);
+        let column = &mut done[k * height..];
 
-        let p = pivot_row(column, k)?;
+        let p = pivot_row(&column[..n], k)?;
         self.pivot[k] = p;
         column.swap(k, p);
         // Dividing, where multiplying by the inverse is faster, eliminates equal rows exactly: a
         // repeated equation then leaves a zero, not a rounding error, to be found as pivot.
         let pivot = column[k];
-        for l in &mut column[k + 1..] {
-            *l /= pivot;
+        let l = &mut self.l[k * height..(k + 1) * height];
+        for (l, value) in l[k + 1..n].iter_mut().zip(&column[k + 1..n]) {
+            *l = value / pivot;
         }
 
-        for other in right.chunks_exact_mut(n) {
+        let l = &l[floor(k)..];
+        for other in right.chunks_exact_mut(height) {
             other.swap(k, p);
             let factor = other[k];
-            if factor == T::ZERO {
-                continue;
-            }
-            for (a, &l) in other[k + 1..].iter_mut().zip(&column[k + 1..]) {
-                *a -= l * factor;
+            if factor != 0.0 {
+                subtract(&mut other[floor(k)..], l, factor);
             }
         }
         Ok(())
     }
+}
 
-    pub(super) fn solve_in_place(&self, x: &mut [T]) {
-        let n = self.n;
-        for k in 0..n {
-            x.swap(k, self.pivot[k]);
-            subtract_multiple(&mut x[k..], &self.lu[k * n + k..(k + 1) * n]);
-        }
-        for k in (0..n).rev() {
-            let column = &self.lu[k * n..=k * n + k];
-            x[k] /= column[k];
-            let factor = x[k];
-            for (x, &u) in x[..k].iter_mut().zip(column) {
-                *x -= u * factor;
-            }
+/// Start of the chunk that holds row `k`.
+pub(super) fn floor(k: usize) -> usize {
+    k / CHUNK * CHUNK
+}
+
+/// `x −= factor · l`, in whole chunks.
+fn subtract(x: &mut [f64], l: &[f64], factor: f64) {
+    for (x, l) in x.as_chunks_mut::<CHUNK>().0.iter_mut().zip(l.as_chunks::<CHUNK>().0) {
+        for i in 0..CHUNK {
+            x[i] -= factor * l[i];
         }
     }
 }
 
-/// `x[1..] −= x[0] · l[1..]`.
-fn subtract_multiple<T: Scalar>(x: &mut [T], l: &[T]) {
-    let (first, rest) = x.split_at_mut(1);
-    for (x, &l) in rest.iter_mut().zip(&l[1..]) {
-        *x -= l * first[0];
+/// `x_i −= factor · u_i` for `i < k`.
+fn subtract_above(x: &mut [f64], u: &[f64], k: usize, factor: f64) {
+    subtract(&mut x[..floor(k)], &u[..floor(k)], factor);
+    for i in floor(k)..k {
+        x[i] -= factor * u[i];
     }
 }
 
 /// The row, from `k` on, of the largest entry of a column.
-fn pivot_row<T: Scalar>(column: &[T], k: usize) -> Result<usize, Singular> {
+fn pivot_row(column: &[f64], k: usize) -> Result<usize, Singular> {
     let mut best = (k, 0.0);
     for (row, value) in column.iter().enumerate().skip(k) {
-        let magnitude = value.magnitude();
+        let magnitude = value.abs();
         // Comparisons with NaN are false: it must be refused by name.
         if !magnitude.is_finite() {
             return Err(Singular);
