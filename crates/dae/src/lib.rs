@@ -87,6 +87,7 @@ mod estimate;
 mod events;
 mod explicit;
 mod iteration_matrix;
+mod lanes;
 mod limits;
 mod newton;
 mod order;

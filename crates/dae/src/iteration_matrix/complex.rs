@@ -1,11 +1,13 @@
-//! Dense LU of complex matrices, as `dense`, with real and imaginary parts apart: products of
-//! vectors by a number then become vector code, which pairs of numbers side by side do not.
+//! Dense LU of complex matrices, as `dense`, with real and imaginary parts apart: a product of a
+//! vector by a number then fills registers, which pairs of numbers side by side do not.
 
 use faer::c64;
+use pulp::{Simd, WithSimd};
 
-use super::dense::{CHUNK, floor, padded, places};
+use super::dense::places;
 use super::{DenseKernel, Scalar, Singular};
 use crate::Pattern;
+use crate::lanes::{self, floor, padded, subtract_complex};
 
 /// See [`super::dense::RealLu`]; every array twice.
 pub(crate) struct ComplexLu {
@@ -13,6 +15,7 @@ pub(crate) struct ComplexLu {
     height: usize,
     places: Vec<usize>,
     u: Parts,
+    diagonal: Vec<c64>,
     l: Parts,
     pivot: Vec<usize>,
     x: Parts,
@@ -41,6 +44,11 @@ impl Parts {
         self.re.swap(i, j);
         self.im.swap(i, j);
     }
+
+    fn fill(&mut self, range: std::ops::Range<usize>) {
+        self.re[range.clone()].fill(0.0);
+        self.im[range].fill(0.0);
+    }
 }
 
 impl DenseKernel<c64> for ComplexLu {
@@ -52,6 +60,7 @@ impl DenseKernel<c64> for ComplexLu {
             height,
             places: places(pattern, height),
             u: Parts::zeros(n * height),
+            diagonal: vec![c64::ZERO; n],
             l: Parts::zeros(n * height),
             pivot: vec![0; n],
             x: Parts::zeros(height),
@@ -59,96 +68,104 @@ impl DenseKernel<c64> for ComplexLu {
     }
 
     fn factor(&mut self, values: &[c64]) -> Result<(), Singular> {
-        self.u.re.fill(0.0);
-        self.u.im.fill(0.0);
+        self.u.fill(0..self.n * self.height);
         for (&place, &value) in self.places.iter().zip(values) {
             self.u.set(place, value);
         }
-        (0..self.n).try_for_each(|k| self.eliminate(k))
+        lanes::run(Elimination(self))
     }
 
     fn solve_in_place(&mut self, x: &mut [c64]) {
-        let Self { n, height, .. } = *self;
-        let b = &mut self.x;
-        x.iter().enumerate().for_each(|(i, &x)| b.set(i, x));
-        for k in 0..n {
-            b.swap(k, self.pivot[k]);
-            let factor = b.get(k);
-            let column = k * height + floor(k)..(k + 1) * height;
-            let x = (&mut b.re[floor(k)..], &mut b.im[floor(k)..]);
-            subtract(x, (&self.l.re[column.clone()], &self.l.im[column]), factor);
-        }
-        for k in (0..n).rev() {
-            let value = divide(b.get(k), self.u.get(k * height + k));
-            let (whole, column) = (floor(k), k * height);
-            let u = (&self.u.re[column..column + whole], &self.u.im[column..column + whole]);
-            subtract((&mut b.re[..whole], &mut b.im[..whole]), u, value);
-            for i in whole..k {
-                let rest = b.get(i) - value * self.u.get(column + i);
-                b.set(i, rest);
-            }
-            b.set(k, value);
-        }
-        x.iter_mut().enumerate().for_each(|(i, x)| *x = b.get(i));
+        x.iter().enumerate().for_each(|(i, &x)| self.x.set(i, x));
+        lanes::run(Substitution(self));
+        x.iter_mut().enumerate().for_each(|(i, x)| *x = self.x.get(i));
     }
 }
 
-impl ComplexLu {
-    fn eliminate(&mut self, k: usize) -> Result<(), Singular> {
-        let (n, height) = (self.n, self.height);
-        let at = k * height;
-        let p = self.pivot_row(k)?;
-        self.pivot[k] = p;
-        self.u.swap(at + k, at + p);
-        let pivot = self.u.get(at + k);
-        for i in k + 1..n {
-            self.l.set(at + i, divide(self.u.get(at + i), pivot));
-        }
+/// Column after column: choose the pivot, divide, update the columns to the right.
+struct Elimination<'a>(&'a mut ComplexLu);
 
-        let from = at + floor(k);
-        let l = (&self.l.re[from..at + height], &self.l.im[from..at + height]);
-        let right = self.u.re[at + height..].chunks_exact_mut(height);
-        for (re, im) in right.zip(self.u.im[at + height..].chunks_exact_mut(height)) {
-            re.swap(k, p);
-            im.swap(k, p);
-            let factor = c64::new(re[k], im[k]);
-            if factor != c64::ZERO {
-                subtract((&mut re[floor(k)..], &mut im[floor(k)..]), l, factor);
+impl WithSimd for Elimination<'_> {
+    type Output = Result<(), Singular>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let ComplexLu { n, height, u, diagonal, l, pivot, .. } = self.0;
+        let (n, height) = (*n, *height);
+        for k in 0..n {
+            let at = k * height;
+            let p = pivot_row(&u.re[at..at + n], &u.im[at..at + n], k)?;
+            pivot[k] = p;
+            u.swap(at + k, at + p);
+            diagonal[k] = u.get(at + k);
+            for i in at + k + 1..at + n {
+                l.set(i, divide(u.get(i), diagonal[k]));
+            }
+            u.fill(at + k..at + height);
+
+            let first = floor(k);
+            let column = at + first..at + height;
+            let l = (&l.re[column.clone()], &l.im[column]);
+            let right = u.re[at + height..].chunks_exact_mut(height);
+            for (re, im) in right.zip(u.im[at + height..].chunks_exact_mut(height)) {
+                re.swap(k, p);
+                im.swap(k, p);
+                let factor = (re[k], im[k]);
+                if factor != (0.0, 0.0) {
+                    subtract_complex(simd, (&mut re[first..], &mut im[first..]), l, factor);
+                }
             }
         }
         Ok(())
     }
+}
 
-    /// The row, from `k` on, of the largest entry of column `k`.
-    fn pivot_row(&self, k: usize) -> Result<usize, Singular> {
-        let mut best = (k, 0.0);
-        for row in k..self.n {
-            let magnitude = self.u.get(k * self.height + row).magnitude();
-            if !magnitude.is_finite() {
-                return Err(Singular);
-            }
-            if magnitude > best.1 {
-                best = (row, magnitude);
-            }
+/// Forward and backward, on the right side in `x`.
+struct Substitution<'a>(&'a mut ComplexLu);
+
+impl WithSimd for Substitution<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let ComplexLu { height, u, diagonal, l, pivot, x, .. } = self.0;
+        let (re, im) = (x.re.as_mut_slice(), x.im.as_mut_slice());
+        let columns = l.re.chunks_exact(*height).zip(l.im.chunks_exact(*height));
+        for (k, ((l_re, l_im), &p)) in columns.zip(&*pivot).enumerate() {
+            re.swap(k, p);
+            im.swap(k, p);
+            let (factor, first) = ((re[k], im[k]), floor(k));
+            let x = (&mut re[first..], &mut im[first..]);
+            subtract_complex(simd, x, (&l_re[first..], &l_im[first..]), factor);
         }
-        if best.1 > 0.0 { Ok(best.0) } else { Err(Singular) }
+        let columns = u.re.chunks_exact(*height).zip(u.im.chunks_exact(*height));
+        for (k, ((u_re, u_im), &d)) in columns.zip(&*diagonal).enumerate().rev() {
+            let value = divide(c64::new(re[k], im[k]), d);
+            let whole = padded(k);
+            let x = (&mut re[..whole], &mut im[..whole]);
+            subtract_complex(simd, x, (&u_re[..whole], &u_im[..whole]), (value.re, value.im));
+            (re[k], im[k]) = (value.re, value.im);
+        }
     }
+}
+
+/// The row, from `k` on, of the largest entry of a column.
+fn pivot_row(re: &[f64], im: &[f64], k: usize) -> Result<usize, Singular> {
+    let mut best = (k, 0.0);
+    for (row, (&re, &im)) in re.iter().zip(im).enumerate().skip(k) {
+        let magnitude = c64::new(re, im).magnitude();
+        if !magnitude.is_finite() {
+            return Err(Singular);
+        }
+        if magnitude > best.1 {
+            best = (row, magnitude);
+        }
+    }
+    if best.1 > 0.0 { Ok(best.0) } else { Err(Singular) }
 }
 
 /// `a / b` by the product with the conjugate, which gives 1 exactly for equal numbers.
 fn divide(a: c64, b: c64) -> c64 {
     let square = b.re * b.re + b.im * b.im;
     c64::new((a.re * b.re + a.im * b.im) / square, (a.im * b.re - a.re * b.im) / square)
-}
-
-/// `x −= factor · l`, in whole chunks.
-fn subtract(x: (&mut [f64], &mut [f64]), l: (&[f64], &[f64]), factor: c64) {
-    let x = x.0.as_chunks_mut::<CHUNK>().0.iter_mut().zip(x.1.as_chunks_mut::<CHUNK>().0);
-    let l = l.0.as_chunks::<CHUNK>().0.iter().zip(l.1.as_chunks::<CHUNK>().0);
-    for ((x_re, x_im), (l_re, l_im)) in x.zip(l) {
-        for i in 0..CHUNK {
-            x_re[i] -= factor.re * l_re[i] - factor.im * l_im[i];
-            x_im[i] -= factor.re * l_im[i] + factor.im * l_re[i];
-        }
-    }
 }

@@ -1,18 +1,13 @@
 //! Dense LU of real matrices, by columns.
 //!
-//! Columns are padded to whole chunks, and those of `L` hold zeros down to the diagonal, so that
-//! every inner loop runs over whole chunks and becomes vector code.
+//! Columns are padded to whole registers; those of `L` hold zeros down to the diagonal, those of
+//! `U` from there on, so that every inner loop runs over whole registers.
+
+use pulp::{Simd, WithSimd};
 
 use super::{DenseKernel, Singular};
 use crate::Pattern;
-
-/// Rows that are worked on together.
-pub(super) const CHUNK: usize = 4;
-
-/// A row count that fills whole chunks.
-pub(super) fn padded(n: usize) -> usize {
-    n.next_multiple_of(CHUNK)
-}
+use crate::lanes::{self, floor, padded, subtract};
 
 /// Where the entries of a pattern lie in columns of height `height`.
 pub(super) fn places(pattern: &Pattern, height: usize) -> Vec<usize> {
@@ -26,8 +21,9 @@ pub(crate) struct RealLu {
     /// Length of a column.
     height: usize,
     places: Vec<usize>,
-    /// The matrix, then `U` above and on the diagonal.
+    /// The matrix, then `U` above the diagonal, zero elsewhere.
     u: Vec<f64>,
+    diagonal: Vec<f64>,
     /// `L` below the diagonal, zero elsewhere.
     l: Vec<f64>,
     /// Row exchanged with row `k` at elimination step `k`.
@@ -44,6 +40,7 @@ impl DenseKernel<f64> for RealLu {
             height,
             places: places(pattern, height),
             u: vec![0.0; n * height],
+            diagonal: vec![0.0; n],
             l: vec![0.0; n * height],
             pivot: vec![0; n],
             x: vec![0.0; height],
@@ -55,78 +52,78 @@ impl DenseKernel<f64> for RealLu {
         for (&place, &value) in self.places.iter().zip(values) {
             self.u[place] = value;
         }
-        (0..self.n).try_for_each(|k| self.eliminate(k))
+        lanes::run(Elimination(self))
     }
 
     fn solve_in_place(&mut self, x: &mut [f64]) {
-        let Self { n, height, .. } = *self;
-        self.x[..n].copy_from_slice(x);
-        let b = &mut self.x;
-        for k in 0..n {
-            b.swap(k, self.pivot[k]);
-            let factor = b[k];
-            subtract(&mut b[floor(k)..], &self.l[k * height + floor(k)..(k + 1) * height], factor);
-        }
-        for k in (0..n).rev() {
-            let column = &self.u[k * height..(k + 1) * height];
-            let value = b[k] / column[k];
-            // Below the diagonal the column holds what is of no use: only whole rows above count.
-            subtract_above(b, column, k, value);
-            b[k] = value;
-        }
-        x.copy_from_slice(&b[..n]);
+        self.x[..self.n].copy_from_slice(x);
+        lanes::run(Substitution(self));
+        x.copy_from_slice(&self.x[..self.n]);
     }
 }
 
-impl RealLu {
-    /// Column `k`: choose the pivot, divide, update the columns to its right.
-    fn eliminate(&mut self, k: usize) -> Result<(), Singular> {
-        let (n, height) = (self.n, self.height);
-        let (done, right) = self.u.split_at_mut((k + 1) * height);
-        let column = &mut done[k * height..];
+/// Column after column: choose the pivot, divide, update the columns to the right.
+struct Elimination<'a>(&'a mut RealLu);
 
-        let p = pivot_row(&column[..n], k)?;
-        self.pivot[k] = p;
-        column.swap(k, p);
-        // Dividing, where multiplying by the inverse is faster, eliminates equal rows exactly: a
-        // repeated equation then leaves a zero, not a rounding error, to be found as pivot.
-        let pivot = column[k];
-        let l = &mut self.l[k * height..(k + 1) * height];
-        for (l, value) in l[k + 1..n].iter_mut().zip(&column[k + 1..n]) {
-            *l = value / pivot;
-        }
+impl WithSimd for Elimination<'_> {
+    type Output = Result<(), Singular>;
 
-        let l = &l[floor(k)..];
-        for other in right.chunks_exact_mut(height) {
-            other.swap(k, p);
-            let factor = other[k];
-            if factor != 0.0 {
-                subtract(&mut other[floor(k)..], l, factor);
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let RealLu { n, height, u, diagonal, l, pivot, .. } = self.0;
+        let (n, height) = (*n, *height);
+        for k in 0..n {
+            let (done, right) = u.split_at_mut((k + 1) * height);
+            let column = &mut done[k * height..];
+            let l = &mut l[k * height..(k + 1) * height];
+
+            let p = pivot_row(&column[..n], k)?;
+            pivot[k] = p;
+            column.swap(k, p);
+            // Dividing, where multiplying by the inverse is faster, eliminates equal rows exactly:
+            // a repeated equation then leaves a zero, not a rounding error, to be found as pivot.
+            diagonal[k] = column[k];
+            let first = floor(k);
+            for (l, value) in l[first..].iter_mut().zip(&column[first..]) {
+                *l = value / diagonal[k];
+            }
+            l[first..=k].fill(0.0);
+            column[k..].fill(0.0);
+
+            let l = &l[first..];
+            for other in right.chunks_exact_mut(height) {
+                other.swap(k, p);
+                let factor = other[k];
+                if factor != 0.0 {
+                    subtract(simd, &mut other[first..], l, factor);
+                }
             }
         }
         Ok(())
     }
 }
 
-/// Start of the chunk that holds row `k`.
-pub(super) fn floor(k: usize) -> usize {
-    k / CHUNK * CHUNK
-}
+/// Forward and backward, on the right side in `x`.
+struct Substitution<'a>(&'a mut RealLu);
 
-/// `x −= factor · l`, in whole chunks.
-fn subtract(x: &mut [f64], l: &[f64], factor: f64) {
-    for (x, l) in x.as_chunks_mut::<CHUNK>().0.iter_mut().zip(l.as_chunks::<CHUNK>().0) {
-        for i in 0..CHUNK {
-            x[i] -= factor * l[i];
+impl WithSimd for Substitution<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let RealLu { height, u, diagonal, l, pivot, x, .. } = self.0;
+        let x = x.as_mut_slice();
+        for (k, (column, &p)) in l.chunks_exact(*height).zip(&*pivot).enumerate() {
+            x.swap(k, p);
+            let factor = x[k];
+            subtract(simd, &mut x[floor(k)..], &column[floor(k)..], factor);
         }
-    }
-}
-
-/// `x_i −= factor · u_i` for `i < k`.
-fn subtract_above(x: &mut [f64], u: &[f64], k: usize, factor: f64) {
-    subtract(&mut x[..floor(k)], &u[..floor(k)], factor);
-    for i in floor(k)..k {
-        x[i] -= factor * u[i];
+        for (k, (column, d)) in u.chunks_exact(*height).zip(&*diagonal).enumerate().rev() {
+            let value = x[k] / d;
+            let whole = padded(k);
+            subtract(simd, &mut x[..whole], &column[..whole], value);
+            x[k] = value;
+        }
     }
 }
 
