@@ -17,7 +17,7 @@ use self::complex::ComplexLu;
 use self::dense::RealLu;
 use self::elimination::{Borders, Elimination};
 use self::sparse::{SparseLu, Symbolic};
-use crate::{LinearSolver, Pattern, SolveError};
+use crate::{Cause, LinearSolver, Pattern, SolveError, System};
 
 /// Up to this size the dense kernel is the faster one, whatever the fill.
 const DENSE_UP_TO: usize = 48;
@@ -137,9 +137,23 @@ impl Jacobian {
         Self { df_dy: vec![0.0; n_entries], df_dydot: vec![0.0; n_entries] }
     }
 
-    /// Entry of the first value that is not finite.
-    pub(crate) fn position_not_finite(&self) -> Option<usize> {
-        self.df_dy.iter().zip(&self.df_dydot).position(|(x, y)| !(x.is_finite() && y.is_finite()))
+    /// Evaluates both at one point.
+    pub(crate) fn evaluate<S: System>(
+        &mut self,
+        system: &mut S,
+        t: f64,
+        y: &[f64],
+        ydot: &[f64],
+    ) -> Result<(), Cause> {
+        let Self { df_dy, df_dydot } = self;
+        system
+            .jacobian(t, y, ydot, df_dy, df_dydot)
+            .map_err(|not_finite| Cause::NotFinite { row: not_finite.row })?;
+        let is_bad = |(x, y): (&f64, &f64)| !(x.is_finite() && y.is_finite());
+        match df_dy.iter().zip(&*df_dydot).position(is_bad) {
+            None => Ok(()),
+            Some(k) => Err(Cause::NotFinite { row: system.pattern().row_idx()[k] }),
+        }
     }
 
     /// Whether unknown `col` appears without its derivative.

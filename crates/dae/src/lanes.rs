@@ -51,3 +51,76 @@ pub(crate) fn subtract_complex<S: Simd>(
         *x_im = simd.sub_f64s(*x_im, simd.mul_f64s(im, l_re));
     }
 }
+
+/// `out = (factor · m ⊗ I) x` for an `s × s` matrix `m` by rows and `s` vectors of length `n`, one
+/// after the other; `s` is odd and at most seven.
+pub(crate) fn multiply_blocks(m: &[f64], factor: f64, n: usize, x: &[f64], out: &mut [f64]) {
+    match m.len() {
+        1 => run(Blocks::<1> { m, factor, n, x, out }),
+        9 => run(Blocks::<3> { m, factor, n, x, out }),
+        25 => run(Blocks::<5> { m, factor, n, x, out }),
+        _ => run(Blocks::<7> { m, factor, n, x, out }),
+    }
+}
+
+/// See [`multiply_blocks`]; sums stay in registers.
+struct Blocks<'a, const S: usize> {
+    m: &'a [f64],
+    factor: f64,
+    n: usize,
+    x: &'a [f64],
+    out: &'a mut [f64],
+}
+
+impl<const N: usize> WithSimd for Blocks<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { m, factor, n, x, out } = self;
+        let x: [&[f64]; N] = std::array::from_fn(|j| &x[j * n..(j + 1) * n]);
+        let wide = x.map(|x| S::as_simd_f64s(x).0);
+        for (out, m) in out.chunks_exact_mut(n).zip(m.as_chunks::<N>().0) {
+            let m = m.map(|m| factor * m);
+            let (head, tail) = S::as_mut_simd_f64s(out);
+            for (k, out) in head.iter_mut().enumerate() {
+                let mut sum = simd.mul_f64s(simd.splat_f64s(m[0]), wide[0][k]);
+                for j in 1..N {
+                    sum = simd.add_f64s(sum, simd.mul_f64s(simd.splat_f64s(m[j]), wide[j][k]));
+                }
+                *out = sum;
+            }
+            let done = n - tail.len();
+            for (k, out) in tail.iter_mut().enumerate() {
+                let mut sum = m[0] * x[0][done + k];
+                for j in 1..N {
+                    sum += m[j] * x[j][done + k];
+                }
+                *out = sum;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_are_multiplied_for_every_number_of_stages_and_length() {
+        for s in [1, 3, 5, 7] {
+            for n in 1..11 {
+                let m: Vec<f64> = (0..s * s).map(|k| (k as f64).sin()).collect();
+                let x: Vec<f64> = (0..s * n).map(|k| (k as f64).cos()).collect();
+                let mut out = vec![f64::NAN; s * n];
+                multiply_blocks(&m, 2.0, n, &x, &mut out);
+                for i in 0..s {
+                    for k in 0..n {
+                        let sum: f64 = (0..s).map(|j| 2.0 * m[i * s + j] * x[j * n + k]).sum();
+                        assert!((out[i * n + k] - sum).abs() < 1e-14, "s = {s}, n = {n}");
+                    }
+                }
+            }
+        }
+    }
+}

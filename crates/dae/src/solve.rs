@@ -127,6 +127,7 @@ impl<S: System> Solver<S> {
         check_finite("y", &start.y)?;
         check_finite("ydot", &start.ydot)?;
 
+        let settings = settings.for_one_step(system.layout());
         let stepper = Stepper::new(&system, &settings)?;
         let stages = settings.order.initial().count();
         let mut solver = Self {
@@ -272,7 +273,7 @@ impl<S: System> Solver<S> {
         let at = Point { t: self.t, h, y: &self.y, ydot: &self.ydot };
         let Stepper { tableaus, current, work, .. } = &mut self.stepper;
         let tableau = &tableaus[*current];
-        work.load_stage(at, tableau, tableau.s - 1);
+        work.load_end(at, tableau);
         self.last.set(at, &tableau.c, &work.z);
         self.has_last = true;
         self.t = t1;
@@ -424,8 +425,8 @@ impl<S: System> Solver<S> {
         let index = self.system.layout().index();
         scale.update(&Unit::new(&self.settings), index, &self.y, 1.0);
         let tangent = scale.rms(&self.ydot);
-        let Settings { rtol, order, .. } = &self.settings;
-        let exponent = 1.0 / (order.initial().count() as f64 + 1.0);
+        let rtol = self.settings.rtol;
+        let exponent = 1.0 / (self.settings.order.initial().count() as f64 + 1.0);
         let guess = 0.1 * rtol.powf(exponent) / (rtol * tangent);
         if guess.is_finite() { guess } else { f64::INFINITY }
     }

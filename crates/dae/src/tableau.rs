@@ -264,7 +264,7 @@ mod tests {
             let s = tableau.s;
             // h u′ = 0.3 P_{s−2} − 0.7 P_{s−1}, integrated to the stages.
             let z = |tau: f64| {
-                let integrals = legendre_integrals(s, tau);
+                let integrals = legendre_integrals(tau);
                 0.3 * integrals[s - 2] - 0.7 * integrals[s - 1]
             };
             for (row, exact) in tableau.tail.iter().zip([0.3, -0.7]) {
@@ -280,7 +280,7 @@ mod tests {
             let tableau = Tableau::new(stages);
             let s = tableau.s;
             // h u′ = P_s: the quadrature error of the embedded formula.
-            let integral = |tau: f64| legendre_integrals(s + 1, tau)[s];
+            let integral = |tau: f64| legendre_integrals(tau)[s];
             let start = legendre(0.0)[s] / tableau.gamma;
             // Stages of the collocation polynomial, which takes u′ at the nodes only.
             let (a, _) = coefficients(&tableau);

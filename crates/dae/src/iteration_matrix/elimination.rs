@@ -217,8 +217,9 @@ impl<T: Scalar> Borders<T> {
         for (k, pivot) in plan.pivots.iter().enumerate() {
             let u = T::load(b, pivot.row, plan.n) * self.inverse[k];
             self.u[k] = u;
-            for i in plan.c.of(k) {
-                self.x[plan.c.at[i]] -= self.c[i] * u;
+            let entries = plan.c.of(k);
+            for (&c, &at) in self.c[entries.clone()].iter().zip(&plan.c.at[entries]) {
+                self.x[at] -= c * u;
             }
         }
         &mut self.x
@@ -228,8 +229,9 @@ impl<T: Scalar> Borders<T> {
     pub(super) fn complete(&mut self, plan: &Elimination, out: &mut [f64]) {
         for (k, pivot) in plan.pivots.iter().enumerate() {
             let mut u = self.u[k];
-            for i in plan.b.of(k) {
-                u -= self.b[i] * self.x[plan.b.at[i]];
+            let entries = plan.b.of(k);
+            for (&b, &at) in self.b[entries.clone()].iter().zip(&plan.b.at[entries]) {
+                u -= b * self.x[at];
             }
             u.store(out, pivot.unknown, plan.n);
         }
