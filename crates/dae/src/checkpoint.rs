@@ -67,6 +67,14 @@ impl Checkpoint {
     }
 }
 
+impl Checkpoint {
+    /// Adds numbers behind those of the run.
+    pub(crate) fn append(&mut self, saver: Saver) {
+        self.counts.extend(saver.counts);
+        self.reals.extend(saver.reals);
+    }
+}
+
 /// Collects the numbers of a checkpoint.
 #[derive(Default)]
 pub(crate) struct Saver {

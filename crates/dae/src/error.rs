@@ -47,6 +47,14 @@ pub enum SolveError {
         /// Where the run stands.
         at: Box<Standstill>,
     },
+    /// The linear equations of the sensitivities were not solved.
+    #[error("the sensitivities cannot follow the step near t = {}: {cause}", .at.t)]
+    Sensitivity {
+        /// What made the step fail.
+        cause: Cause,
+        /// Where the run stands.
+        at: Box<Standstill>,
+    },
     /// Events accumulate.
     #[error("`{name}` crosses zero again and again near t = {t}, within {:.3e}", .chatter.interval)]
     Chatter {
@@ -127,6 +135,7 @@ impl SolveError {
             | Self::FixedStepFailed { at, .. }
             | Self::NotFinite { at, .. }
             | Self::Stiff { at }
+            | Self::Sensitivity { at, .. }
             | Self::TooManySteps { at, .. } => Some(at),
             _ => None,
         }

@@ -156,6 +156,15 @@ impl Jacobian {
         }
     }
 
+    /// `out += ∂F/∂y · y + ∂F/∂y′ · ydot`.
+    pub(crate) fn add_products(&self, pattern: &Pattern, y: &[f64], ydot: &[f64], out: &mut [f64]) {
+        for (col, (y, ydot)) in y.iter().zip(ydot).enumerate() {
+            for k in pattern.column(col) {
+                out[pattern.row_idx()[k]] += self.df_dy[k] * y + self.df_dydot[k] * ydot;
+            }
+        }
+    }
+
     /// Whether unknown `col` appears without its derivative.
     pub(crate) fn is_algebraic(&self, pattern: &Pattern, col: usize) -> bool {
         self.df_dydot[pattern.column(col)].iter().all(|&x| x == 0.0)

@@ -92,6 +92,7 @@ mod limits;
 mod newton;
 mod order;
 mod output;
+mod sensitivity;
 mod settings;
 mod solve;
 mod stats;
@@ -108,6 +109,7 @@ pub use events::{
 };
 pub use explicit::{ExplicitSolver, solve_ode};
 pub use output::OutputTimes;
+pub use sensitivity::{SensitivitySolver, SensitivityStart, SensitivityStep, SensitivitySystem};
 pub use settings::{
     ErrorTest, LinearSolver, NewtonSettings, Order, Settings, Stages, StepControl, Tolerance,
 };

@@ -94,7 +94,7 @@ impl NewtonWork {
         loop {
             self.residuals_into_defect(system, at, tableau, stats)?;
             multiply_blocks(&tableau.t_inv, 1.0, n, &self.defect, &mut self.transformed);
-            self.solve_transformed(matrix);
+            solve_transformed(matrix, n, &mut self.transformed);
             multiply_blocks(&tableau.t, 1.0, n, &self.transformed, &mut self.delta);
             stats.n_solve += 1;
             stats.n_newton += 1;
@@ -160,14 +160,13 @@ impl NewtonWork {
             }
         }
     }
+}
 
-    /// Replaces `transformed` by the solutions of the real and the complex systems.
-    fn solve_transformed(&mut self, matrix: &mut IterationMatrix) {
-        let n = self.y_stage.len();
-        let (real, pairs) = self.transformed.split_at_mut(n);
-        matrix.solve_real(real);
-        for (k, pair) in pairs.chunks_exact_mut(2 * n).enumerate() {
-            matrix.solve_complex(k, pair);
-        }
+/// Replaces `x`, transformed right-hand sides, by the solutions of the real and complex systems.
+pub(crate) fn solve_transformed(matrix: &mut IterationMatrix, n: usize, x: &mut [f64]) {
+    let (real, pairs) = x.split_at_mut(n);
+    matrix.solve_real(real);
+    for (k, pair) in pairs.chunks_exact_mut(2 * n).enumerate() {
+        matrix.solve_complex(k, pair);
     }
 }

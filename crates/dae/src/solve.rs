@@ -85,10 +85,10 @@ pub fn solve<S: System>(
 
 /// A run in progress; [`solve`] drives it to the end, [`Solver::step`] by single steps.
 pub struct Solver<S: System> {
-    system: S,
-    settings: Settings,
+    pub(crate) system: S,
+    pub(crate) settings: Settings,
     t: f64,
-    y: Vec<f64>,
+    pub(crate) y: Vec<f64>,
     ydot: Vec<f64>,
     t_end: f64,
     /// Size of the next step, signed.
@@ -96,14 +96,14 @@ pub struct Solver<S: System> {
     /// Start of the fixed-step grid and steps taken on it.
     grid: (f64, usize),
     /// Polynomial of the last accepted step.
-    last: CollocationPolynomial,
+    pub(crate) last: CollocationPolynomial,
     has_last: bool,
-    stepper: Stepper,
+    pub(crate) stepper: Stepper,
     controller: Controller,
     order: OrderChoice,
     /// Failures of Newton's iteration since the last accepted step.
     n_failed: usize,
-    stats: Stats,
+    pub(crate) stats: Stats,
 }
 
 impl<S: System> Solver<S> {
@@ -242,6 +242,18 @@ impl<S: System> Solver<S> {
                     self.fail(h, cause, shrink, is_stale)?;
                 }
             }
+        }
+    }
+
+    /// The last accepted step again, without its error.
+    pub(crate) fn last_step(&self) -> Step<'_> {
+        Step {
+            polynomial: Interpolant::Collocation(&self.last),
+            t1: self.t,
+            y1: &self.y,
+            ydot1: &self.ydot,
+            error: None,
+            stats: &self.stats,
         }
     }
 

@@ -182,6 +182,16 @@ impl Stepper {
         }
     }
 
+    /// The method of the last accepted step, which had `s` stages, and its factors with the step
+    /// size that they are known to belong to. A change of order leaves the factors as they are.
+    pub(crate) fn last_factors(
+        &mut self,
+        s: usize,
+    ) -> (&Tableau, &mut IterationMatrix, &mut Option<f64>) {
+        let k = self.tableaus.iter().position(|tableau| tableau.s == s).unwrap_or(self.current);
+        (&self.tableaus[k], &mut self.matrix, &mut self.factored_h)
+    }
+
     /// The real eigenvalues of all methods in use.
     pub(crate) fn gammas(&self) -> Gammas {
         std::array::from_fn(|k| self.tableaus.get(k).map_or(1.0, |tableau| tableau.gamma))
