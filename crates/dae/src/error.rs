@@ -56,10 +56,10 @@ pub enum SolveError {
         at: Box<Standstill>,
     },
     /// Events accumulate.
-    #[error("`{name}` crosses zero again and again near t = {t}, within {:.3e}", .chatter.interval)]
+    #[error("`{}` crosses zero again and again near t = {t}, within {:.3e}", names.join("` and `"), .chatter.interval)]
     Chatter {
-        /// Name of the function.
-        name: String,
+        /// Names of the functions: one, or two that take turns.
+        names: Vec<String>,
         /// Time of the last event.
         t: f64,
         /// Which function, and where the events accumulate.
