@@ -3,17 +3,18 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-/// The widest register, in numbers; arrays are padded to it.
+/// The widest register, in numbers.
 pub(crate) const LANES: usize = 4;
 
-/// A count that fills whole registers.
-pub(crate) fn padded(n: usize) -> usize {
-    n.next_multiple_of(LANES)
-}
+/// Numbers that fill the widest register.
+pub(crate) type Chunk = [f64; LANES];
 
-/// Start of the register that holds entry `k`.
-pub(crate) fn floor(k: usize) -> usize {
-    k / LANES * LANES
+/// Real parts, then imaginary parts.
+pub(crate) type ComplexChunk = [Chunk; 2];
+
+/// Chunks that hold `n` numbers.
+pub(crate) fn chunks(n: usize) -> usize {
+    n.div_ceil(LANES)
 }
 
 /// Runs a kernel with the widest registers there are.
@@ -21,34 +22,51 @@ pub(crate) fn run<K: WithSimd>(kernel: K) -> K::Output {
     Arch::new().dispatch(kernel)
 }
 
-/// `x −= factor · l`; both padded, of the same length.
+/// `x −= f a + g b`, all of the same length.
 #[expect(clippy::inline_always, reason = "it must be compiled with the registers of its caller")]
 #[inline(always)]
-pub(crate) fn subtract<S: Simd>(simd: S, x: &mut [f64], l: &[f64], factor: f64) {
-    let (x, l) = (S::as_mut_simd_f64s(x).0, S::as_simd_f64s(l).0);
-    let factor = simd.splat_f64s(factor);
-    for (x, &l) in x.iter_mut().zip(l) {
-        *x = simd.sub_f64s(*x, simd.mul_f64s(factor, l));
+pub(crate) fn subtract<S: Simd>(
+    simd: S,
+    x: &mut [Chunk],
+    (a, f): (&[Chunk], f64),
+    (b, g): (&[Chunk], f64),
+) {
+    let (f, g) = (simd.splat_f64s(f), simd.splat_f64s(g));
+    for ((x, a), b) in x.iter_mut().zip(a).zip(b) {
+        let (a, b) = (S::as_simd_f64s(a).0, S::as_simd_f64s(b).0);
+        for ((x, &a), &b) in S::as_mut_simd_f64s(x).0.iter_mut().zip(a).zip(b) {
+            *x = simd.sub_f64s(*x, simd.mul_f64s(f, a));
+            *x = simd.sub_f64s(*x, simd.mul_f64s(g, b));
+        }
     }
 }
 
-/// `x −= factor · l` for complex numbers, real and imaginary parts apart.
+/// `x −= f a + g b` for complex numbers, `f` and `g` as real and imaginary part.
 #[expect(clippy::inline_always, reason = "it must be compiled with the registers of its caller")]
 #[inline(always)]
 pub(crate) fn subtract_complex<S: Simd>(
     simd: S,
-    (x_re, x_im): (&mut [f64], &mut [f64]),
-    (l_re, l_im): (&[f64], &[f64]),
-    (re, im): (f64, f64),
+    x: &mut [ComplexChunk],
+    (a, f): (&[ComplexChunk], (f64, f64)),
+    (b, g): (&[ComplexChunk], (f64, f64)),
 ) {
-    let x = S::as_mut_simd_f64s(x_re).0.iter_mut().zip(S::as_mut_simd_f64s(x_im).0);
-    let l = S::as_simd_f64s(l_re).0.iter().zip(S::as_simd_f64s(l_im).0);
-    let (re, im) = (simd.splat_f64s(re), simd.splat_f64s(im));
-    for ((x_re, x_im), (&l_re, &l_im)) in x.zip(l) {
-        *x_re = simd.sub_f64s(*x_re, simd.mul_f64s(re, l_re));
-        *x_re = simd.add_f64s(*x_re, simd.mul_f64s(im, l_im));
-        *x_im = simd.sub_f64s(*x_im, simd.mul_f64s(re, l_im));
-        *x_im = simd.sub_f64s(*x_im, simd.mul_f64s(im, l_re));
+    let splat = |z: (f64, f64)| (simd.splat_f64s(z.0), simd.splat_f64s(z.1));
+    let (f, g) = (splat(f), splat(g));
+    for (([x_re, x_im], a), b) in x.iter_mut().zip(a).zip(b) {
+        let parts = |z: &ComplexChunk, k: usize| {
+            (S::as_simd_f64s(&z[0]).0[k], S::as_simd_f64s(&z[1]).0[k])
+        };
+        let (x_re, x_im) = (S::as_mut_simd_f64s(x_re).0, S::as_mut_simd_f64s(x_im).0);
+        for k in 0..x_re.len() {
+            let (mut re, mut im) = (x_re[k], x_im[k]);
+            for (z, factor) in [(parts(a, k), f), (parts(b, k), g)] {
+                re = simd.sub_f64s(re, simd.mul_f64s(factor.0, z.0));
+                re = simd.add_f64s(re, simd.mul_f64s(factor.1, z.1));
+                im = simd.sub_f64s(im, simd.mul_f64s(factor.0, z.1));
+                im = simd.sub_f64s(im, simd.mul_f64s(factor.1, z.0));
+            }
+            (x_re[k], x_im[k]) = (re, im);
+        }
     }
 }
 
