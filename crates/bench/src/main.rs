@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! cargo run --release -p bksim-bench -- algebra [SUITE…] [--json FILE]
+//! cargo run --release -p bksim-bench -- precision [PROBLEM…] [--pictures DIRECTORY]
 //! ```
 //!
 //! Every suite prints a table, and below it each goal with what was found. Times are CPU times and
@@ -9,9 +10,11 @@
 //! Symbolica, a C compiler) are optional: a missing one is named.
 
 mod algebra;
+mod diagram;
 mod error;
 mod models;
 mod peers;
+mod precision;
 mod report;
 mod timing;
 
@@ -36,6 +39,8 @@ struct Cli {
 enum Command {
     /// The algebra: folding, operation counts, derivation, gradients, evaluation.
     Algebra(AlgebraArgs),
+    /// Work against precision of the integrators on published mechanisms.
+    Precision(PrecisionArgs),
 }
 
 #[derive(clap::Args, Debug)]
@@ -43,6 +48,17 @@ struct AlgebraArgs {
     /// Suites to run; all of them by default.
     #[arg(value_enum)]
     suites: Vec<algebra::Suite>,
+    #[command(flatten)]
+    options: Options,
+}
+
+#[derive(clap::Args, Debug)]
+struct PrecisionArgs {
+    /// Problems to solve (pendulum, caraxis, andrews, slidercrank); all of them by default.
+    problems: Vec<String>,
+    /// Writes a work–precision diagram of each problem into DIRECTORY.
+    #[arg(long, value_name = "DIRECTORY")]
+    pictures: Option<PathBuf>,
     #[command(flatten)]
     options: Options,
 }
@@ -67,6 +83,17 @@ struct Options {
     cc: String,
 }
 
+impl Options {
+    fn context(&self) -> Context {
+        let peers = match self.without_peers {
+            true => Peers::none(),
+            false => Peers::new(&self.python, &self.cc),
+        };
+        let effort = if self.quick { timing::Effort::QUICK } else { timing::Effort::FULL };
+        Context { peers, effort }
+    }
+}
+
 /// What a suite is given.
 #[derive(Debug)]
 struct Context {
@@ -85,22 +112,35 @@ fn main() -> ExitCode {
     }
 }
 
-#[expect(clippy::print_stdout, reason = "the tables are the result")]
 fn run(cli: &Cli) -> Result<(), BenchError> {
-    let Command::Algebra(args) = &cli.command;
-    let options = &args.options;
-    let context = Context {
-        peers: if options.without_peers {
-            Peers::none()
-        } else {
-            Peers::new(&options.python, &options.cc)
-        },
-        effort: if options.quick { timing::Effort::QUICK } else { timing::Effort::FULL },
-    };
+    match &cli.command {
+        Command::Algebra(args) => {
+            let suites = algebra::chosen(&args.suites);
+            let run = |&suite: &algebra::Suite, context: &Context| suite.run(context);
+            run_all(suites, run, &args.options)
+        }
+        Command::Precision(args) => {
+            let problems = precision::chosen(&args.problems)?;
+            let pictures = args.pictures.as_deref();
+            let run = |problem: &precision::Definition, context: &Context| {
+                precision::run(*problem, context, pictures)
+            };
+            run_all(&problems, run, &args.options)
+        }
+    }
+}
+
+/// Runs suites one after the other, prints each report and writes all of them.
+#[expect(clippy::print_stdout, reason = "the tables are the result")]
+fn run_all<S: std::fmt::Debug>(
+    suites: &[S],
+    run: impl Fn(&S, &Context) -> Result<Report, BenchError>,
+    options: &Options,
+) -> Result<(), BenchError> {
+    let context = options.context();
     let mut reports = Vec::new();
-    for suite in algebra::chosen(&args.suites) {
-        eprintln!("running {suite:?} ...");
-        let report = suite.run(&context)?;
+    for suite in suites {
+        let report = run(suite, &context)?;
         print!("{report}");
         reports.push(report);
     }

@@ -16,11 +16,6 @@
 #define N (M1 + NQ + NC)
 #define ROWS (N - M1)
 
-/* Stopping factor of Newton's iteration; 0 is the code's own choice. */
-#ifndef NEWTON_STOP
-#define NEWTON_STOP 0
-#endif
-
 typedef void function(const int *n, const double *t, const double *y, double *out, double *, int *);
 /* deSolve puts the bandwidths before the matrix. */
 typedef void jacobian(const int *n, const double *t, const double *y, const int *lower,
@@ -112,7 +107,6 @@ static struct end integrate(const struct start *start, double tolerance) {
     iwork[5] = N - 2 * NQ;     /* unknowns of index 2 */
     iwork[8] = M1;
     iwork[9] = M2;
-    work[3] = NEWTON_STOP;
     radau5_(&n, right_side, &t, y, &start->t_end, &h, &tolerance, &tolerance, &zero, derivatives,
             &one, &full, &full, mass_diagonal, &one, &zero, &zero, no_output, &zero, work, &lwork,
             iwork, &liwork, NULL, NULL, &idid);
