@@ -3,6 +3,9 @@
 //! ```text
 //! cargo run --release -p bksim-bench -- algebra [SUITE…] [--json FILE]
 //! cargo run --release -p bksim-bench -- precision [PROBLEM…] [--pictures DIRECTORY]
+//! cargo run --release -p bksim-bench -- mechanisms
+//! cargo run --release -p bksim-bench -- scale
+//! cargo run --release -p bksim-bench -- drift [SUITE…]
 //! ```
 //!
 //! Every suite prints a table, and below it each goal with what was found. Times are CPU times and
@@ -11,12 +14,16 @@
 
 mod algebra;
 mod diagram;
+mod drift;
 mod error;
+mod mechanisms;
 mod models;
 mod peers;
 mod precision;
 mod report;
+mod scale;
 mod timing;
+mod windows;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -41,6 +48,15 @@ enum Command {
     Algebra(AlgebraArgs),
     /// Work against precision of the integrators on published mechanisms.
     Precision(PrecisionArgs),
+    /// The five-link mechanism, model file to log, beside Exudyn, MuJoCo and Pinocchio.
+    Mechanisms(MechanismsArgs),
+    /// Time and memory against size.
+    Scale(Options),
+    /// Energy and constraints over long runs, and through singular poses.
+    Drift(DriftArgs),
+    /// One size of `scale`, in a process of its own.
+    #[command(hide = true)]
+    Measure(scale::Size),
 }
 
 #[derive(clap::Args, Debug)]
@@ -59,6 +75,24 @@ struct PrecisionArgs {
     /// Writes a work–precision diagram of each problem into DIRECTORY.
     #[arg(long, value_name = "DIRECTORY")]
     pictures: Option<PathBuf>,
+    #[command(flatten)]
+    options: Options,
+}
+
+#[derive(clap::Args, Debug)]
+struct MechanismsArgs {
+    /// The program to time; by default that beside this one.
+    #[arg(long, value_name = "PROGRAM")]
+    bksim: Option<PathBuf>,
+    #[command(flatten)]
+    options: Options,
+}
+
+#[derive(clap::Args, Debug)]
+struct DriftArgs {
+    /// Suites to run; all of them by default.
+    #[arg(value_enum)]
+    suites: Vec<drift::Suite>,
     #[command(flatten)]
     options: Options,
 }
@@ -127,6 +161,17 @@ fn run(cli: &Cli) -> Result<(), BenchError> {
             };
             run_all(&problems, run, &args.options)
         }
+        Command::Mechanisms(args) => {
+            let program = args.bksim.as_deref();
+            run_all(&["mechanisms"], |_, context| mechanisms::run(context, program), &args.options)
+        }
+        Command::Scale(options) => run_all(&["scale"], |_, context| scale::run(context), options),
+        Command::Drift(args) => {
+            let all = <drift::Suite as clap::ValueEnum>::value_variants();
+            let suites = if args.suites.is_empty() { all } else { &args.suites };
+            run_all(suites, |suite, context| suite.run(context), &args.options)
+        }
+        Command::Measure(size) => scale::measure(*size),
     }
 }
 
@@ -140,6 +185,7 @@ fn run_all<S: std::fmt::Debug>(
     let context = options.context();
     let mut reports = Vec::new();
     for suite in suites {
+        eprintln!("running {suite:?} ...");
         let report = run(suite, &context)?;
         print!("{report}");
         reports.push(report);

@@ -16,7 +16,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use self::curve::{Curve, PARTS};
-use self::ours::Method;
+pub(crate) use self::ours::Method;
 pub(crate) use self::problem::Definition;
 use self::problem::{PROBLEMS, Problem};
 use self::theirs::{Compiled, Solver};
@@ -53,7 +53,6 @@ pub(crate) fn run(
     context: &Context,
     pictures: Option<&Path>,
 ) -> Result<Report, BenchError> {
-    eprintln!("running {} ...", definition.name);
     let problem = Problem::load(definition)?;
     let mut report = Report::new(definition.name, definition.title);
     let curves = measure(&problem, context, &mut report)?;

@@ -2,7 +2,7 @@
 
 use bksim::dae::Control;
 use bksim::mbs::file::{Source, read};
-use bksim::mbs::model::{Jit, Model};
+use bksim::mbs::model::{Jit, Model, SolveOptions};
 use bksim::mbs::run::Sample;
 use bksim::mbs::start::Start;
 use bksim::{Mechanism, Rejected};
@@ -27,6 +27,13 @@ impl Method {
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Radau => "bksim radau",
+        }
+    }
+
+    /// Asks for it in the options of a run.
+    pub(crate) fn choose(self, _options: &mut SolveOptions) {
+        match self {
+            Self::Radau => (),
         }
     }
 }
@@ -71,9 +78,7 @@ fn prepare(definition: &Definition, method: Method, tolerance: f64) -> Result<Mo
     let solve = &mut model.solve;
     (solve.rtol, solve.atol, solve.jit) = (tolerance, tolerance, Jit::On);
     solve.every = Some(solve.t_end - solve.t_start);
-    match method {
-        Method::Radau => (),
-    }
+    method.choose(solve);
     Ok(model)
 }
 

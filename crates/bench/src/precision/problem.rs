@@ -6,7 +6,7 @@ use serde_json::Value;
 use crate::error::BenchError;
 
 /// A problem as it is told to the solvers.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub(crate) struct Definition {
     /// For files and the report.
     pub(crate) name: &'static str,
@@ -24,6 +24,12 @@ pub(crate) struct Definition {
     pub(crate) multipliers: &'static [(usize, f64)],
     /// Sign of λ of the data against that of M a = f − Gᵀλ.
     sign: f64,
+}
+
+impl std::fmt::Debug for Definition {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name)
+    }
 }
 
 /// All problems, in the order of the report.
