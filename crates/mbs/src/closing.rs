@@ -5,10 +5,11 @@ use bksim_expr::{Expr, SymbolId, Tape, TapeError, Workspace};
 use nalgebra::{DMatrix, DVector};
 
 use crate::assemble::{Source, SymbolicSystem};
-use crate::compile::Evaluator;
+use crate::evaluator::Evaluator;
 use crate::kinematics::{Kinematics, Owner};
-use crate::linear::{largest, least_squares};
+use crate::linear::least_squares;
 use crate::model::{Axis, Initial, JointId, Measure, Model, Space};
+use crate::multiplier::largest;
 use crate::start::{Conflict, Moved, StartError};
 use crate::tree::Tree;
 
@@ -210,7 +211,7 @@ impl<'a> Closing<'a> {
                 break;
             }
         }
-        largest(&rows.values)
+        largest(rows.values.as_slice())
     }
 
     fn position_rows(
@@ -226,13 +227,12 @@ impl<'a> Closing<'a> {
         if !with_constraints {
             return measured;
         }
-        let at = evaluator.dynamics(t, q, &zero);
-        stack(&at.constraint, &at.jacobian, &measured)
+        let at = evaluator.constraints(t, q);
+        stack(&DVector::from_column_slice(at.value), &at.jacobian_matrix(), &measured)
     }
 
     fn cannot_close(&self, evaluator: &mut Evaluator, t: f64, q: Vec<f64>) -> StartError {
-        let zero = vec![0.0; q.len()];
-        let open = &evaluator.dynamics(t, &q, &zero).constraint;
+        let open = evaluator.constraints(t, &q).value;
         let mut gaps: Vec<(JointId, f64)> = Vec::new();
         for (row, &joint) in self.gap_of_joint.iter().enumerate() {
             let square = open[row] * open[row];
@@ -299,11 +299,10 @@ impl<'a> Closing<'a> {
         guess: &DVector<f64>,
     ) -> (DVector<f64>, f64) {
         let at_guess = self.rows(stated, t, q, guess.as_slice());
-        let at = evaluator.dynamics(t, q, guess.as_slice());
-        let rate = &at.jacobian * guess + &at.rate;
-        let rows = stack(&rate, &at.jacobian, &at_guess);
+        let at = evaluator.constraints(t, q);
+        let rows = stack(&at.rate_of(guess.as_slice()), &at.jacobian_matrix(), &at_guess);
         let (step, _) = least_squares(&rows.gradients, &rows.values);
-        let left = largest(&(&rows.values - &rows.gradients * &step));
+        let left = largest((&rows.values - &rows.gradients * &step).as_slice());
         (guess - step, left)
     }
 
