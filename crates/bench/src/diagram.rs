@@ -166,11 +166,15 @@ fn write_series(
 
 /// A mark of its own for every curve: colour alone does not tell them apart for everyone.
 fn mark(idx: usize, x: f64, y: f64) -> String {
-    match idx % 4 {
+    match idx % 5 {
         0 => format!("<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"4\"/>"),
         1 => format!("<path d=\"M{:.2} {:.2}h8v8h-8z\"/>", x - 4.0, y - 4.0),
         2 => format!("<path d=\"M{x:.2} {:.2}l5 9h-10z\"/>", y - 5.5),
-        _ => format!("<path d=\"M{x:.2} {:.2}l5 5-5 5-5-5z\"/>", y - 5.0),
+        3 => format!("<path d=\"M{x:.2} {:.2}l5 5-5 5-5-5z\"/>", y - 5.0),
+        _ => format!(
+            "<path d=\"M{x:.2} {:.2}v10m-5-5h10\" fill=\"none\" stroke-width=\"2.5\"/>",
+            y - 5.0
+        ),
     }
 }
 

@@ -192,6 +192,9 @@ fn short(value: f64) -> String {
     if value == 0.0 || value.abs() >= 100.0 {
         return format!("{value:.0}");
     }
+    if value.abs() < 1e-4 {
+        return format!("{value:.1e}");
+    }
     let (mut digits, mut scaled) = (0, value.abs());
     while scaled < 99.95 && digits < 8 {
         (digits, scaled) = (digits + 1, 10.0 * scaled);
@@ -209,9 +212,14 @@ mod tests {
 
     #[test]
     fn numbers_are_short() {
-        for (value, expected) in
-            [(0.002, "0.002"), (1.254, "1.25"), (37.04, "37"), (225_000.4, "225000"), (0.0, "0")]
-        {
+        for (value, expected) in [
+            (0.002, "0.002"),
+            (2e-8, "2.0e-8"),
+            (1.254, "1.25"),
+            (37.04, "37"),
+            (225_000.4, "225000"),
+            (0.0, "0"),
+        ] {
             assert_eq!(short(value), expected);
         }
         assert_eq!(seconds(1.5e-5), "15 us");

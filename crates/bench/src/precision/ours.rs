@@ -2,7 +2,7 @@
 
 use bksim::dae::Control;
 use bksim::mbs::file::{Source, read};
-use bksim::mbs::model::{Jit, Model, SolveOptions};
+use bksim::mbs::model::{self, Jit, Model, SolveOptions};
 use bksim::mbs::run::Sample;
 use bksim::mbs::start::Start;
 use bksim::{Mechanism, Rejected};
@@ -17,24 +17,28 @@ use crate::timing::{Effort, repeat};
 pub(crate) enum Method {
     /// Radau IIA.
     Radau,
+    /// Explicit steps as long as the motion is not stiff.
+    Auto,
 }
 
 impl Method {
     /// All of them.
-    pub(crate) const ALL: [Self; 1] = [Self::Radau];
+    pub(crate) const ALL: [Self; 2] = [Self::Radau, Self::Auto];
 
     /// For the report.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Radau => "bksim radau",
+            Self::Auto => "bksim auto",
         }
     }
 
     /// Asks for it in the options of a run.
-    pub(crate) fn choose(self, _options: &mut SolveOptions) {
-        match self {
-            Self::Radau => (),
-        }
+    pub(crate) fn choose(self, options: &mut SolveOptions) {
+        options.method = match self {
+            Self::Radau => model::Method::Radau,
+            Self::Auto => model::Method::Auto,
+        };
     }
 }
 
