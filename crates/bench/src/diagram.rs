@@ -179,8 +179,7 @@ fn mark(idx: usize, x: f64, y: f64) -> String {
 }
 
 fn whole_numbers(range: [f64; 2]) -> impl Iterator<Item = f64> {
-    let n = (range[1] - range[0]) as usize;
-    (0..=n).map(move |i| range[0] + i as f64)
+    std::iter::successors(Some(range[0]), |x| Some(x + 1.0)).take_while(move |&x| x <= range[1])
 }
 
 #[cfg(test)]

@@ -119,10 +119,8 @@ struct Options {
 
 impl Options {
     fn context(&self) -> Context {
-        let peers = match self.without_peers {
-            true => Peers::none(),
-            false => Peers::new(&self.python, &self.cc),
-        };
+        let peers =
+            if self.without_peers { Peers::none() } else { Peers::new(&self.python, &self.cc) };
         let effort = if self.quick { timing::Effort::QUICK } else { timing::Effort::FULL };
         Context { peers, effort }
     }
@@ -165,11 +163,13 @@ fn run(cli: &Cli) -> Result<(), BenchError> {
             let program = args.bksim.as_deref();
             run_all(&["mechanisms"], |_, context| mechanisms::run(context, program), &args.options)
         }
-        Command::Scale(options) => run_all(&["scale"], |_, context| scale::run(context), options),
+        Command::Scale(options) => {
+            run_all(&["scale"], |_, context| Ok(scale::run(context)), options)
+        }
         Command::Drift(args) => {
             let all = <drift::Suite as clap::ValueEnum>::value_variants();
             let suites = if args.suites.is_empty() { all } else { &args.suites };
-            run_all(suites, |suite, context| suite.run(context), &args.options)
+            run_all(suites, |suite, context| Ok(suite.run(context)), &args.options)
         }
         Command::Measure(size) => scale::measure(*size),
     }

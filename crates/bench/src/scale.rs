@@ -104,13 +104,13 @@ fn peak_memory() -> Option<u64> {
 }
 
 /// Measures both families and the comparison.
-pub(crate) fn run(context: &Context) -> Result<Report, BenchError> {
+pub(crate) fn run(context: &Context) -> Report {
     let mut report = Report::new("scale", "Growth with size");
     for family in Family::value_variants() {
         grow(*family, context, &mut report);
     }
     compare(context, &mut report);
-    Ok(report)
+    report
 }
 
 /// One family at all sizes, until one takes too long.

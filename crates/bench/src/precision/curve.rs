@@ -21,6 +21,7 @@ pub(crate) struct Point {
 
 /// Work of one run.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[expect(clippy::struct_field_names, reason = "the names of counters begin with n")]
 pub(crate) struct Counters {
     pub(crate) n_step: usize,
     pub(crate) n_reject: usize,

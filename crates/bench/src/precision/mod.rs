@@ -146,9 +146,8 @@ fn runs_table(curves: &[Curve]) -> Table {
                 counters.n_jacobian,
                 counters.n_factor,
             ];
-            let digits = point.digits.map(|digits| match digits.is_nan() {
-                true => "-".to_owned(),
-                false => format!("{digits:.1}"),
+            let digits = point.digits.map(|digits| {
+                if digits.is_nan() { "-".to_owned() } else { format!("{digits:.1}") }
             });
             let mut row = vec![curve.name.to_owned(), format!("{:.0e}", point.tolerance)];
             row.extend(digits);

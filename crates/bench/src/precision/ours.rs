@@ -66,7 +66,7 @@ pub(crate) fn curve(
             let start = mechanism.start().map_err(refused)?;
             let order = Order::new(definition, &mechanism)?;
             order.check_start(problem, &start)?;
-            Ok(point(problem, &mechanism, &start, &order, effort).map_err(refused)?)
+            point(problem, &mechanism, &start, &order, effort).map_err(refused)
         })
         .collect::<Result<_, BenchError>>()?;
     Ok(Curve { name: method.name(), points })

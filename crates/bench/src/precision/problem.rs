@@ -103,10 +103,8 @@ impl Problem {
         let t_end = number(&data["tend"])?;
         let reference = instant(&data["reference"], definition.sign)?;
         let initial = &data["initial"];
-        let start = match initial["crank_angle"].is_null() {
-            true => instant(initial, definition.sign)?,
-            false => cranked(&data)?,
-        };
+        let is_complete = initial["crank_angle"].is_null();
+        let start = if is_complete { instant(initial, definition.sign)? } else { cranked(&data)? };
         Ok(Self { definition, t_end, start, reference })
     }
 }

@@ -80,19 +80,16 @@ impl Compiled {
         peers: &Peers,
         effort: Effort,
     ) -> Result<Curve, Absent> {
-        let rows = match self.solver {
-            Solver::Dop853 => {
-                let input = json!({
-                    "library": self.path, "t_end": problem.t_end, "q": problem.start.q,
-                    "v": problem.start.v, "tolerances": tolerances, "n_max": effort.max_runs,
-                    "enough_s": effort.enough_s,
-                });
-                peers.python("dop853", &input)?
-            }
-            _ => {
-                let output = program(&self.path, &input(problem, tolerances, effort))?;
-                serde_json::from_str(&output).map_err(|error| error.to_string())?
-            }
+        let rows = if self.solver == Solver::Dop853 {
+            let input = json!({
+                "library": self.path, "t_end": problem.t_end, "q": problem.start.q,
+                "v": problem.start.v, "tolerances": tolerances, "n_max": effort.max_runs,
+                "enough_s": effort.enough_s,
+            });
+            peers.python("dop853", &input)?
+        } else {
+            let output = program(&self.path, &input(problem, tolerances, effort))?;
+            serde_json::from_str(&output).map_err(|error| error.to_string())?
         };
         let rows = rows.as_array().ok_or("it printed no list")?;
         let points = rows.iter().map(|row| point(problem, row)).collect();
@@ -120,7 +117,8 @@ fn point(problem: &Problem, row: &Value) -> Point {
         let entries = row[name].as_array().map(Vec::as_slice).unwrap_or_default();
         entries.iter().map(|entry| entry.as_f64().unwrap_or(f64::NAN)).collect()
     };
-    let count = |name: &str| row[name].as_u64().map_or(0, |n| n as usize);
+    let count =
+        |name: &str| row[name].as_u64().map_or(0, |n| usize::try_from(n).unwrap_or(usize::MAX));
     let reference = &problem.reference;
     let found = [("q", &reference.q), ("v", &reference.v), ("lambda", &reference.lambda)];
     let is_reached = row["reached"] == Value::Bool(true);
