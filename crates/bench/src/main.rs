@@ -103,6 +103,9 @@ struct Options {
     /// Writes all numbers to FILE.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// Writes all tables to FILE, as Markdown.
+    #[arg(long, value_name = "FILE")]
+    markdown: Option<PathBuf>,
     /// Runs our own part alone.
     #[arg(long)]
     without_peers: bool,
@@ -190,9 +193,15 @@ fn run_all<S: std::fmt::Debug>(
         print!("{report}");
         reports.push(report);
     }
+    let write = |path: &PathBuf, text: String| {
+        std::fs::write(path, text).map_err(|source| BenchError::io(path, source))
+    };
     if let Some(path) = &options.json {
-        let text = Report::all_to_json(&reports);
-        std::fs::write(path, text).map_err(|source| BenchError::io(path, source))?;
+        write(path, Report::all_to_json(&reports))?;
+    }
+    if let Some(path) = &options.markdown {
+        let texts: Vec<String> = reports.iter().map(Report::to_markdown).collect();
+        write(path, texts.join("\n"))?;
     }
     Ok(())
 }

@@ -21,6 +21,14 @@ impl Table {
     pub(crate) fn push<S: Into<String>>(&mut self, row: impl IntoIterator<Item = S>) {
         self.rows.push(row.into_iter().map(Into::into).collect());
     }
+
+    /// The table in Markdown.
+    fn to_markdown(&self) -> String {
+        let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+        let rule: String = self.header.iter().map(|_| " --- |").collect();
+        let rows: String = self.rows.iter().map(|row| line(row)).collect();
+        format!("{}|{rule}\n{rows}", line(&self.header))
+    }
 }
 
 impl fmt::Display for Table {
@@ -130,6 +138,21 @@ impl Report {
         Self { name, title, tables, checks, notes, numbers: Map::new() }
     }
 
+    /// Tables, goals and notes in Markdown.
+    pub(crate) fn to_markdown(&self) -> String {
+        let mut goals = Table::new(["", "found", "goal", "met"]);
+        for check in &self.checks {
+            let sign = if check.goal == Goal::AtMost { "≤" } else { "≥" };
+            let verdict = check.is_met().map_or("", |is_met| if is_met { "yes" } else { "**no**" });
+            let bound = format!("{sign} {}", short(check.bound));
+            goals.push([check.what.clone(), short(check.found), bound, verdict.to_owned()]);
+        }
+        let tables = self.tables.iter().chain([&goals]).filter(|table| !table.rows.is_empty());
+        let tables: Vec<String> = tables.map(Table::to_markdown).collect();
+        let notes: String = self.notes.iter().map(|note| format!("\n- {note}")).collect();
+        format!("## {}\n\n{}{notes}\n", self.title, tables.join("\n"))
+    }
+
     /// All reports as one JSON document.
     pub(crate) fn all_to_json(reports: &[Self]) -> String {
         let one = |report: &Self| {
@@ -231,6 +254,19 @@ mod tests {
         assert_eq!(Check::at_most("x", f64::NAN, 1.0).is_met(), None);
         assert_eq!(Check::at_most("x", 1.0, 1.0).is_met(), Some(true));
         assert_eq!(Check::at_least("x", 2.9, 3.0).is_met(), Some(false));
+    }
+
+    #[test]
+    fn markdown_has_a_rule_below_the_header() {
+        let mut report = Report::new("a", "A");
+        let mut table = Table::new(["item", "time"]);
+        table.push(["a", "1 ms"]);
+        report.tables.push(table);
+        report.checks.push(Check::at_least("fast", 2.0, 3.0));
+        let expected = "## A\n\n| item | time |\n| --- | --- |\n| a | 1 ms |\n\n\
+                        |  | found | goal | met |\n| --- | --- | --- | --- |\n\
+                        | fast | 2 | ≥ 3 | **no** |\n\n";
+        assert_eq!(report.to_markdown(), expected);
     }
 
     #[test]
