@@ -8,7 +8,7 @@ mod chatter;
 mod search;
 
 use self::chatter::Recent;
-use self::search::Search;
+pub use self::search::EventSearch;
 use crate::{
     Control, End, ExplicitSolver, Ode, Outcome, SolveError, Solver, Start, Stats, Step, System,
 };
@@ -198,7 +198,7 @@ pub fn solve_events<I: Integrator, E: Events>(
     let mut state = integrator.reached();
     let interval = settings.interval.unwrap_or(1e-6 * (integrator.t_end() - state.t).abs());
     let mut recent = Recent::new(settings.count.max(2), interval);
-    let mut search = Search::new(events, &state);
+    let mut search = EventSearch::new(events, &state);
     let mut n_events = 0;
     let ended = |end, state: &Start, stats, terminal, n_events| {
         let Start { t, y, ydot } = state.clone();

@@ -102,8 +102,8 @@ pub use checkpoint::{Checkpoint, Method};
 pub use dense::Step;
 pub use error::{Cause, SolveError, Standstill, WorstUnknown};
 pub use events::{
-    Action, Chatter, ChatterSettings, Crossing, Event, EventOutcome, Events, Integrator,
-    solve_events,
+    Action, Chatter, ChatterSettings, Crossing, Event, EventOutcome, EventSearch, Events,
+    Integrator, solve_events,
 };
 pub use explicit::{ExplicitSolver, solve_ode};
 pub use output::OutputTimes;

@@ -24,4 +24,5 @@ pub mod reaction;
 pub mod run;
 mod spatial;
 pub mod start;
+pub mod switch;
 pub mod tree;

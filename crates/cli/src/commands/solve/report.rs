@@ -163,6 +163,7 @@ impl Report<'_> {
             let name = match system.constraints[row].source {
                 Source::Joint(joint) => &model.joints[joint.0].name,
                 Source::Drive(drive) => &model.drives[drive.0].name,
+                Source::Stop(load) | Source::Friction(load) => &model.loads[load.0].name,
             };
             if !names.contains(&name.as_str()) {
                 names.push(name);
