@@ -149,8 +149,8 @@ impl Report {
         }
         let tables = self.tables.iter().chain([&goals]).filter(|table| !table.rows.is_empty());
         let tables: Vec<String> = tables.map(Table::to_markdown).collect();
-        let notes: String = self.notes.iter().map(|note| format!("\n- {note}")).collect();
-        format!("## {}\n\n{}{notes}\n", self.title, tables.join("\n"))
+        let notes: Vec<String> = self.notes.iter().map(|note| format!("- {note}\n")).collect();
+        format!("## {}\n\n{}\n{}", self.title, tables.join("\n"), notes.concat())
     }
 
     /// All reports as one JSON document.
