@@ -20,9 +20,14 @@ use crate::compile::Shape;
 /// rounding: other means must decide.
 const SMALLEST_PIVOT: f64 = 1e-14;
 
-/// The matrix is singular to working precision, or M is not positive definite.
+/// Whose pivot vanishes, has the wrong sign or is not finite.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) struct Singular;
+pub(crate) enum Singular {
+    /// M is not positive definite.
+    Coordinate,
+    /// Rows of G depend on one another.
+    Multiplier,
+}
 
 /// Factors of `[M Gᵀ; G 0]`, without the rows of G that are left out.
 #[derive(Clone, Debug)]
@@ -119,7 +124,7 @@ impl Elimination {
     /// Factors the matrix with these values of M and G, in the order of the shape.
     ///
     /// # Errors
-    /// [`Singular`] when a pivot vanishes, has the wrong sign or is not finite.
+    /// [`Singular`] says whose pivot vanishes, has the wrong sign or is not finite.
     pub(crate) fn factor(&mut self, mass: &[f64], jacobian: &[f64]) -> Result<(), Singular> {
         let n = self.nodes.len();
         self.values.fill(0.0);
@@ -163,7 +168,13 @@ impl Elimination {
             self.weakness = self.weakness.min(part.max(0.0));
         }
         // NaN fails the comparison.
-        if magnitude > SMALLEST_PIVOT * self.best[k] { Ok(pivot) } else { Err(Singular) }
+        if magnitude > SMALLEST_PIVOT * self.best[k] {
+            Ok(pivot)
+        } else if is_multiplier {
+            Err(Singular::Multiplier)
+        } else {
+            Err(Singular::Coordinate)
+        }
     }
 
     /// The smallest pivot of a multiplier as a part of its best so far: about the square of the
@@ -303,10 +314,10 @@ mod tests {
         elimination.factor(&MASS, &weak).expect("weak, but regular");
         assert!(elimination.weakness() < 1e-5, "{}", elimination.weakness());
         weak[4..].fill(0.0);
-        assert_eq!(elimination.factor(&MASS, &weak), Err(Singular));
+        assert_eq!(elimination.factor(&MASS, &weak), Err(Singular::Multiplier));
         let mut massless = MASS;
         massless[3] = 0.0;
-        assert_eq!(elimination.factor(&massless, &JACOBIAN), Err(Singular));
+        assert_eq!(elimination.factor(&massless, &JACOBIAN), Err(Singular::Coordinate));
     }
 
     #[test]

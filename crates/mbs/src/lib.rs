@@ -1,6 +1,7 @@
 //! Mechanisms: from bodies, joints and loads to the equations of motion.
 
 pub mod assemble;
+mod augmented;
 mod closing;
 pub mod codes;
 pub mod compile;

@@ -15,8 +15,9 @@
 use bksim_dae::NotFinite;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
+use crate::augmented::Augmented;
 use crate::compile::Shape;
-use crate::elimination::Elimination;
+use crate::elimination::{Elimination, Singular};
 use crate::evaluator::{ConstraintsAt, DynamicsAt, Evaluator};
 use crate::linear::{least_squares, truncated_inverse};
 
@@ -36,6 +37,8 @@ pub(crate) struct MultiplierSystem {
     /// Rows of G that take part.
     kept: Vec<usize>,
     elimination: Elimination,
+    /// In the place of `elimination` once a coordinate has turned out to have no inertia.
+    augmented: Option<Box<Augmented>>,
     factors: Factors,
     /// Right side, then solution: nq coordinates, then the kept multipliers.
     x: Vec<f64>,
@@ -75,6 +78,7 @@ impl MultiplierSystem {
         Self {
             nq,
             elimination: Elimination::new(shape, &kept),
+            augmented: None,
             factors: Factors::Recorded,
             x: vec![0.0; nq + kept.len()],
             mass: vec![0.0; shape.mass.len()],
@@ -95,8 +99,15 @@ impl MultiplierSystem {
     /// value of G, as a part of the largest met so far.
     pub(crate) fn weakness(&self) -> f64 {
         match self.factors {
-            Factors::Recorded => self.elimination.weakness(),
-            _ => self.elimination.weakness().min(WELL_CONDITIONED),
+            Factors::Recorded => self.recorded_weakness(),
+            _ => self.recorded_weakness().min(WELL_CONDITIONED),
+        }
+    }
+
+    fn recorded_weakness(&self) -> f64 {
+        match &self.augmented {
+            Some(augmented) => augmented.weakness(),
+            None => self.elimination.weakness(),
         }
     }
 
@@ -104,8 +115,21 @@ impl MultiplierSystem {
     /// state has no finite values.
     pub(crate) fn weakness_at(&mut self, at: &DynamicsAt) -> f64 {
         // What is singular has a vanishing pivot and says so.
-        let _ = self.elimination.factor(at.mass, at.jacobian);
-        if at.is_finite() { self.elimination.weakness() } else { f64::NAN }
+        let _ = self.eliminate(at);
+        if at.is_finite() { self.recorded_weakness() } else { f64::NAN }
+    }
+
+    /// The recorded elimination, with coordinates without inertia allowed for once there are some.
+    fn eliminate(&mut self, at: &DynamicsAt) -> Result<(), Singular> {
+        if self.augmented.is_none() {
+            match self.elimination.factor(at.mass, at.jacobian) {
+                Err(Singular::Coordinate) if at.is_finite() => {
+                    self.augmented = Some(Box::new(Augmented::new(at.shape, &self.kept)));
+                }
+                outcome => return outcome,
+            }
+        }
+        self.augmented.as_mut().map_or(Ok(()), |it| it.factor(at.mass, at.jacobian))
     }
 
     /// Factors the system at a state.
@@ -115,7 +139,7 @@ impl MultiplierSystem {
     pub(crate) fn factor(&mut self, at: &DynamicsAt) -> Result<(), NotFinite> {
         self.mass.copy_from_slice(at.mass);
         self.jacobian.copy_from_slice(at.jacobian);
-        if self.elimination.factor(at.mass, at.jacobian).is_ok() {
+        if self.eliminate(at).is_ok() {
             self.factors = Factors::Recorded;
             return Ok(());
         }
@@ -148,7 +172,10 @@ impl MultiplierSystem {
     /// Solves for the right side in `x`, in place.
     fn solve(&mut self) {
         match &self.factors {
-            Factors::Recorded => self.elimination.solve_in_place(&mut self.x),
+            Factors::Recorded => match &mut self.augmented {
+                Some(augmented) => augmented.solve_in_place(&self.jacobian, &mut self.x),
+                None => self.elimination.solve_in_place(&mut self.x),
+            },
             Factors::Pivoted(lu) => {
                 let mut x = DVector::from_column_slice(&self.x);
                 if !lu.solve_mut(&mut x) {

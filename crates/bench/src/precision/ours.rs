@@ -151,7 +151,6 @@ fn point(
             summary = mechanism.run(&equations, start, &mut keep, &|| false).ok();
         },
     );
-    eprintln!("OURS {:?}\nREF {:?}", last.lambda, problem.reference.lambda);
     let mut digits_found = [f64::NAN; 3];
     if summary.as_ref().is_some_and(|summary| summary.reached_end) {
         let reference = &problem.reference;
