@@ -239,21 +239,13 @@ fn dynamics_outputs(model: &Model, system: &SymbolicSystem) -> (DynamicsShape, V
     let (nq, nc) = (system.coordinates().len(), system.constraints.len());
     let mut shape = DynamicsShape { nq, nc, mass: Vec::new(), jacobian: Vec::new() };
     let mut outputs = Vec::new();
-    for i in 0..nq {
-        for j in 0..=i {
-            if !pool.is_zero(system.mass_matrix[i][j]) {
-                shape.mass.push((i, j));
-                outputs.push(system.mass_matrix[i][j]);
-            }
-        }
+    for (i, j, entry) in system.mass_matrix.lower() {
+        shape.mass.push((i, j));
+        outputs.push(entry);
     }
-    for row in 0..nc {
-        for col in 0..nq {
-            if !pool.is_zero(system.constraint_jacobian[row][col]) {
-                shape.jacobian.push((row, col));
-                outputs.push(system.constraint_jacobian[row][col]);
-            }
-        }
+    for (row, col, entry) in system.constraint_jacobian.entries() {
+        shape.jacobian.push((row, col));
+        outputs.push(entry);
     }
     outputs.extend((0..nq).map(|i| {
         let resisting = pool.add(system.bias[i], system.potential_gradient[i]);
@@ -261,21 +253,18 @@ fn dynamics_outputs(model: &Model, system: &SymbolicSystem) -> (DynamicsShape, V
     }));
     outputs.extend(system.constraints.iter().map(|c| c.expression));
     outputs.extend(&system.constraint_rate);
-    outputs.extend((0..nc).map(|row| constraint_gamma(model, system, row)));
+    // γ = (∂/∂q (G v + ∂g/∂t)) v + ∂/∂t (G v + ∂g/∂t)
+    outputs.extend((0..nc).map(|row| {
+        system.kinematics.rate(model, constraint_velocity(pool, system, row))
+    }));
     (shape, outputs)
 }
 
 /// G v + ∂g/∂t of one row.
 pub(crate) fn constraint_velocity(pool: &Pool, system: &SymbolicSystem, row: usize) -> Expr {
-    let along =
-        |(c, &g): (&crate::kinematics::Coordinate, &Expr)| pool.mul(g, pool.symbol_expr(c.v));
-    let terms = system.coordinates().iter().zip(&system.constraint_jacobian[row]).map(along);
+    let v = |i: usize| pool.symbol_expr(system.coordinates()[i].v);
+    let terms = system.constraint_jacobian.row(row).iter().map(|&(i, g)| pool.mul(g, v(i)));
     pool.sum(terms.chain([system.constraint_rate[row]]).collect::<Vec<_>>())
-}
-
-/// γ = (∂/∂q (G v + ∂g/∂t)) v + ∂/∂t (G v + ∂g/∂t).
-fn constraint_gamma(model: &Model, system: &SymbolicSystem, row: usize) -> Expr {
-    system.kinematics.rate(model, constraint_velocity(&model.pool, system, row))
 }
 
 /// T, V, and P = Q · v + λ · ∂g/∂t: constraint forces do the work −λᵀ G v = λᵀ ∂g/∂t.

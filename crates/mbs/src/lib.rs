@@ -23,6 +23,7 @@ pub mod reaction;
 mod recorder;
 pub mod run;
 mod side;
+pub mod sparse;
 mod spatial;
 pub mod start;
 pub mod tree;

@@ -39,8 +39,6 @@ const REVERSE_COST: usize = 4;
 
 /// Symbols above which a gradient is taken backward without asking what is cheaper.
 const MANY_COLUMNS: usize = 1 << 12;
-/// Words of dependence sets held at a time; more columns are taken in groups.
-const MAX_DEPENDENCE_WORDS: usize = 1 << 24;
 
 impl Pool {
     /// ∂e/∂x for any symbol: a coordinate, a velocity, a parameter.
@@ -77,30 +75,21 @@ impl Pool {
     /// Long rows that depend on many symbols are differentiated backward, all others forward.
     pub fn jacobian(&self, rows: &[Expr], columns: &[SymbolId]) -> SparseJacobian {
         let sweep = self.sweep(rows);
-        let n_grouped = columns_at_a_time(&sweep);
         let mut entries = Vec::new();
-        for (group, columns) in columns.chunks(n_grouped).enumerate() {
-            let found = self.jacobian_of_group(&sweep, columns);
-            let offset = group * n_grouped;
-            entries.extend(found.into_iter().map(|(row, column, d)| (row, column + offset, d)));
+        for (first, dependence) in Dependence::in_groups(&sweep, columns) {
+            let found = self.jacobian_of_group(&sweep, &dependence);
+            entries.extend(found.into_iter().map(|(row, column, d)| (row, first + column, d)));
         }
         entries.sort_unstable_by_key(|&(row, column, _)| (row, column));
         SparseJacobian { n_rows: rows.len(), n_columns: columns.len(), entries }
     }
 
-    fn jacobian_of_group(&self, sweep: &Sweep, columns: &[SymbolId]) -> Vec<Entry> {
-        let dependence = Dependence::new(sweep, columns);
-        let plan = Plan::new(sweep, &dependence);
-        let mut entries = self.forward_rows(sweep, &dependence, &plan.forward);
-        entries.extend(self.reverse_rows(sweep, &dependence, &plan.reverse));
+    fn jacobian_of_group(&self, sweep: &Sweep, dependence: &Dependence) -> Vec<Entry> {
+        let plan = Plan::new(sweep, dependence);
+        let mut entries = self.forward_rows(sweep, dependence, &plan.forward);
+        entries.extend(self.reverse_rows(sweep, dependence, &plan.reverse));
         entries
     }
-}
-
-/// Columns whose dependence sets are held together.
-fn columns_at_a_time(sweep: &Sweep) -> usize {
-    let n_words = (MAX_DEPENDENCE_WORDS / sweep.steps.len().max(1)).max(1);
-    n_words.saturating_mul(dependence::WORD_BITS)
 }
 
 /// Which rows are differentiated which way.
