@@ -46,10 +46,10 @@ fn measure(text: &str, n: usize) {
     let parameters: Vec<f64> = model.parameters.iter().map(|p| p.value).collect();
     let compiled = compile(&model, &system).expect("compiles");
     clock.lap("compile");
-    let begin = start(&model, &system, &compiled, &parameters).expect("a start");
-    clock.lap("start");
     let equations = formulate(&model, &system, model.solve.formulation).expect("compiles");
     clock.lap("formulate");
+    let begin = start(&model, &system, &compiled, &parameters).expect("a start");
+    clock.lap("start");
     model.solve.t_end = 0.1;
     model.solve.every = Some(0.1);
     let observer = &mut |_: &_| Control::Continue;

@@ -14,6 +14,7 @@ mod forward;
 mod products;
 mod reverse;
 
+use crate::build::MERGE_LIMIT;
 use crate::pool::{Expr, ONE, Pool, SymbolId, ZERO};
 use crate::sweep::Sweep;
 use dependence::Dependence;
@@ -101,7 +102,8 @@ struct Plan {
 
 impl Plan {
     /// A row goes backward where that costs less than its share of the forward sweeps. A forward
-    /// step costs one for each symbol it depends on, shared by the rows that use it.
+    /// step costs one for each symbol it depends on, more in long chains, shared by the rows that
+    /// use it.
     fn new(sweep: &Sweep, dependence: &Dependence) -> Self {
         let (mut candidates, mut forward): (Vec<usize>, Vec<usize>) =
             (0..sweep.roots.len()).partition(|&r| dependence.count(sweep.roots[r]) > REVERSE_COST);
@@ -128,7 +130,9 @@ impl Plan {
         }
         forward.extend(candidates.drain(n_walked..));
         let share = |p: usize| {
-            if is_shared[p] { 0.0 } else { dependence.count(p) as f64 / n_users[p] as f64 }
+            let n_merged = sweep.operands(&sweep.steps[p]).len().div_ceil(MERGE_LIMIT as usize);
+            let cost = dependence.count(p) * n_merged.max(1);
+            if is_shared[p] { 0.0 } else { cost as f64 / n_users[p] as f64 }
         };
         let (reverse, rest): (Vec<_>, Vec<_>) = reaches.into_iter().partition(|(_, reach)| {
             let forward_cost: f64 = reach.iter().map(|&p| share(p)).sum();
