@@ -1,7 +1,8 @@
 //! The observed order of the fixed-step mode, bounded on both sides, for every formulation.
 //!
 //! Reported multipliers are those of the equations of motion at the output state, so they converge
-//! as positions and velocities do; with index 3 the velocities have order 3 (HW2 §VII.4).
+//! as positions and velocities do. Radau's own velocities of index 3 have order 3 (HW2 §VII.4); their
+//! error lies in the direction of M⁻¹Gᵀ, and the projection in the norm of M takes it away.
 
 mod support;
 
@@ -45,7 +46,7 @@ fn positions_velocities_and_multipliers_converge_with_their_orders() {
     for (formulation, orders) in [
         (Formulation::Ggl, [(4.5, 5.5), (4.6, 5.3), (4.6, 5.3)]),
         (Formulation::Index2, [(4.7, 5.3), (4.7, 5.3), (4.7, 5.3)]),
-        (Formulation::Index3, [(4.5, 5.5), (2.5, 3.2), (2.5, 3.2)]),
+        (Formulation::Index3, [(4.5, 5.5), (3.8, 5.5), (3.8, 5.5)]),
     ] {
         let motions = steps.map(|h| {
             let mut model = slider_crank();

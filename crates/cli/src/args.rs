@@ -124,7 +124,10 @@ pub(crate) struct Solve {
     /// Output interval, s, in place of the model's.
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub(crate) every: Option<f64>,
-    /// The form of the equations that is integrated.
+    /// What integrates the equations.
+    #[arg(long, value_enum, value_name = "METHOD")]
+    pub(crate) method: Option<Method>,
+    /// The form of the equations that Radau integrates.
     #[arg(long, value_enum, value_name = "FORM")]
     pub(crate) formulation: Option<Formulation>,
     /// When the equations become machine code; results are the same.
@@ -143,6 +146,16 @@ pub(crate) enum Jit {
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub(crate) enum Method {
+    /// Explicit steps as long as the motion is not stiff, then Radau.
+    Auto,
+    /// Radau IIA.
+    Radau,
+    /// Dormand–Prince 8(5,3) on the accelerations, with projection.
+    Explicit,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub(crate) enum Formulation {
     /// Stabilised index 2 (Gear, Gupta and Leimkuhler).
     Ggl,
@@ -150,6 +163,8 @@ pub(crate) enum Formulation {
     Index2,
     /// Position constraints only.
     Index3,
+    /// Acceleration constraints, with projection after every step.
+    Index1,
 }
 
 #[derive(Args, Debug)]

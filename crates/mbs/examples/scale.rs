@@ -6,8 +6,8 @@
 
 #![expect(clippy::print_stdout, reason = "an example that prints tables")]
 
-#[path = "../tests/support/mod.rs"]
-mod support;
+#[path = "../../../tests/support/large.rs"]
+mod large;
 
 use std::time::Instant;
 
@@ -18,7 +18,7 @@ use bksim_mbs::file::{Source, read};
 use bksim_mbs::formulate::formulate;
 use bksim_mbs::run::run;
 use bksim_mbs::start::start;
-use support::{Coordinates, chain, windows};
+use large::{Coordinates, chain, windows};
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

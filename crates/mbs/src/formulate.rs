@@ -1,11 +1,11 @@
 //! [`MotionEquations`]: the equations of motion as 0 = F(t, y, y′), in one of several formulations.
 //!
 //! ```text
-//!            index3            index2                ggl
-//! nq   q̇ − v              q̇ − v               q̇ − v + Gᵀ μ
-//! nq   M v̇ − f + Gᵀ λ     M v̇ − f + Gᵀ λ      M v̇ − f + Gᵀ λ
-//! nc   g(t, q)            G v + ∂g/∂t         G v + ∂g/∂t
-//! nc   —                  —                   g(t, q)
+//!            index3            index2              ggl                 index1
+//! nq   q̇ − v              q̇ − v               q̇ − v + Gᵀ μ        q̇ − v
+//! nq   M v̇ − f + Gᵀ λ     M v̇ − f + Gᵀ λ      M v̇ − f + Gᵀ λ      M v̇ − f + Gᵀ λ
+//! nc   g(t, q)            G v + ∂g/∂t         G v + ∂g/∂t         G v̇ + γ
+//! nc   —                  —                   g(t, q)             —
 //! ```
 //!
 //! Sources: HW2 §VII.1 for index 3 and 2; C. W. Gear, B. Leimkuhler and G. K. Gupta, *Automatic
@@ -17,7 +17,7 @@ use bksim_dae::{Index, Layout, NotFinite, Pattern, System, Tolerance};
 use bksim_expr::{Expr, Runner, SparseJacobian, SymbolId, Tape, TapeError, Workspace};
 
 use crate::assemble::SymbolicSystem;
-use crate::compile::constraint_velocity;
+use crate::compile::{constraint_acceleration, constraint_velocity};
 use crate::model::{Formulation, Model};
 
 /// The compiled residual and Jacobian of one formulation.
@@ -286,11 +286,15 @@ impl Unknowns {
         };
         let mut rows: Vec<Expr> = (0..nq).map(kinematic).collect();
         rows.extend((0..nq).map(dynamic));
-        if formulation != Formulation::Index3 {
-            rows.extend((0..nc).map(|row| constraint_velocity(pool, system, row)));
-        }
-        if formulation != Formulation::Index2 {
-            rows.extend(system.constraints.iter().map(|c| c.expression));
+        let positions = || system.constraints.iter().map(|c| c.expression);
+        let velocities = || (0..nc).map(|row| constraint_velocity(pool, system, row));
+        match formulation {
+            Formulation::Index3 => rows.extend(positions()),
+            Formulation::Index2 => rows.extend(velocities()),
+            Formulation::Ggl => rows.extend(velocities().chain(positions())),
+            Formulation::Index1 => {
+                rows.extend((0..nc).map(|row| constraint_acceleration(model, system, row)));
+            }
         }
         rows
     }
@@ -303,6 +307,7 @@ impl Unknowns {
             }
             Formulation::Index2 => vec![(2 * nq, Index::One), (nc, Index::Two)],
             Formulation::Ggl => vec![(2 * nq, Index::One), (2 * nc, Index::Two)],
+            Formulation::Index1 => vec![(2 * nq + nc, Index::One)],
         };
         // A stabilising multiplier bears the name of the constraint's own, which people know.
         let n_named = self.y.len() - self.mu.len();

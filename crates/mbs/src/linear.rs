@@ -1,32 +1,17 @@
-//! Small dense linear algebra of one state: the multiplier system and minimum-norm solutions.
+//! Small dense linear algebra: minimum-norm solutions, rank, motions without inertia.
 
 use nalgebra::{DMatrix, DVector};
-
-use crate::compile::{Dynamics, Evaluator};
-use crate::run::residuals;
 
 /// Relative size below which a singular value counts as zero. A pose that is closed to rounding
 /// shows dependent rows at 1e-12 and better; a mechanism within this of a singular pose is one.
 pub(crate) const RANK_TOLERANCE: f64 = 1e-9;
 
-/// Solution of M v̇ + Gᵀ λ = f, G v̇ = −γ.
-#[derive(Clone, Debug)]
-pub(crate) struct Accelerations {
-    pub(crate) vdot: DVector<f64>,
-    pub(crate) lambda: DVector<f64>,
-}
+/// Part of a row below which it depends on others: between what rounding leaves of a dependent row
+/// and the distance of a mechanism from a singular pose.
+pub(crate) const DEPENDENT: f64 = 3e-7;
 
 /// Minimum-norm least-squares solution of `matrix x = rhs`, with the numeric rank.
 pub(crate) fn least_squares(matrix: &DMatrix<f64>, rhs: &DVector<f64>) -> (DVector<f64>, usize) {
-    truncated_least_squares(matrix, rhs, RANK_TOLERANCE)
-}
-
-/// As [`least_squares`], with singular values below `tolerance` times the largest taken as zero.
-fn truncated_least_squares(
-    matrix: &DMatrix<f64>,
-    rhs: &DVector<f64>,
-    tolerance: f64,
-) -> (DVector<f64>, usize) {
     let n = matrix.ncols();
     if matrix.nrows() == 0 || n == 0 {
         return (DVector::zeros(n), 0);
@@ -35,10 +20,19 @@ fn truncated_least_squares(
         return (DVector::from_element(n, f64::NAN), 0);
     }
     let svd = matrix.clone().svd(true, true);
-    let threshold = tolerance * svd.singular_values.max();
+    let threshold = RANK_TOLERANCE * svd.singular_values.max();
     let rank = svd.singular_values.iter().filter(|&&s| s > threshold).count();
     let x = svd.solve(rhs, threshold).unwrap_or_else(|_| DVector::zeros(n));
     (x, rank)
+}
+
+/// The inverse of a finite square matrix in all directions but the weakest, which it maps to zero.
+pub(crate) fn truncated_inverse(matrix: DMatrix<f64>) -> DMatrix<f64> {
+    const TRUNCATION: f64 = 1e-7;
+    let (rows, columns) = matrix.shape();
+    let svd = matrix.svd(true, true);
+    let threshold = TRUNCATION * svd.singular_values.max();
+    svd.pseudo_inverse(threshold).unwrap_or_else(|_| DMatrix::zeros(columns, rows))
 }
 
 /// Rows of `jacobian` that depend on the others, and for each row whether it takes part in any
@@ -64,7 +58,7 @@ pub(crate) fn dependent_rows(jacobian: &DMatrix<f64>) -> Dependence {
             }
         }
         let norm = rest.norm();
-        if norm > RANK_TOLERANCE.sqrt() * 1e-2 {
+        if norm > DEPENDENT {
             basis.push(rest / norm);
         } else {
             dependent.push(row_idx);
@@ -102,152 +96,6 @@ fn rows_in_dependencies(scaled: &DMatrix<f64>, dependent: &[usize]) -> Vec<usize
     (0..nc).filter(|&row| involved[row]).collect()
 }
 
-/// Accelerations and multipliers of a state.
-///
-/// `dependent` rows are left out; the multipliers are then not unique and the smallest are
-/// returned, as they are in a singular pose, where further rows become dependent for an instant.
-/// `None` when no accelerations satisfy the equations.
-pub(crate) fn accelerations(at: &Dynamics, dependent: &[usize]) -> Option<Accelerations> {
-    let (matrix, rhs) = multiplier_system(at, dependent);
-    let solution = solve_regular(&matrix, &rhs).or_else(|| solve_singular(&matrix, &rhs))?;
-    Some(complete(at, dependent, &solution))
-}
-
-/// Like [`accelerations`], but never without an answer: what a singular system leaves open or
-/// contradicts is taken as small as possible. For the moment of passing a singular pose.
-pub(crate) fn nearest_accelerations(at: &Dynamics, dependent: &[usize]) -> Accelerations {
-    const WELL_CONDITIONED: f64 = 1e-10;
-    const TRUNCATION: f64 = 1e-7;
-    let (matrix, rhs) = multiplier_system(at, dependent);
-    let solution = solve_if(&matrix, &rhs, WELL_CONDITIONED)
-        .unwrap_or_else(|| truncated_least_squares(&matrix, &rhs, TRUNCATION).0);
-    complete(at, dependent, &solution)
-}
-
-/// The matrix and right side of M v̇ + Gᵀ λ = f, G v̇ = −γ over the rows that are not `dependent`.
-fn multiplier_system(at: &Dynamics, dependent: &[usize]) -> (DMatrix<f64>, DVector<f64>) {
-    let (nq, nc) = (at.force.len(), at.constraint.len());
-    let kept: Vec<usize> = (0..nc).filter(|row| !dependent.contains(row)).collect();
-    let n = nq + kept.len();
-    let mut matrix = DMatrix::zeros(n, n);
-    let mut rhs = DVector::zeros(n);
-    matrix.view_mut((0, 0), (nq, nq)).copy_from(&at.mass);
-    rhs.rows_mut(0, nq).copy_from(&at.force);
-    for (k, &row) in kept.iter().enumerate() {
-        for i in 0..nq {
-            matrix[(nq + k, i)] = at.jacobian[(row, i)];
-            matrix[(i, nq + k)] = at.jacobian[(row, i)];
-        }
-        rhs[nq + k] = -at.gamma[row];
-    }
-    (matrix, rhs)
-}
-
-/// Splits a solution, and finds the smallest multipliers when some rows were left out.
-fn complete(at: &Dynamics, dependent: &[usize], solution: &DVector<f64>) -> Accelerations {
-    let (nq, nc) = (at.force.len(), at.constraint.len());
-    let vdot = solution.rows(0, nq).into_owned();
-    let lambda = if dependent.is_empty() {
-        solution.rows(nq, nc).into_owned()
-    } else {
-        let constraint_force = &at.force - &at.mass * &vdot;
-        least_squares(&at.jacobian.transpose(), &constraint_force).0
-    };
-    Accelerations { vdot, lambda }
-}
-
-/// Largest residuals before and after a projection.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub(crate) struct Drift {
-    /// |g|, m or rad.
-    pub(crate) position: [f64; 2],
-    /// |G v + ∂g/∂t|, m/s or rad/s.
-    pub(crate) velocity: [f64; 2],
-}
-
-/// Moves q, then v, by the least amount onto the constraints.
-pub(crate) fn project(
-    evaluator: &mut Evaluator,
-    t: f64,
-    q: &mut [f64],
-    v: &mut [f64],
-    dependent: &[usize],
-) -> Drift {
-    const MAX_ITERATIONS: usize = 4;
-    let [position, velocity] = residuals(evaluator, t, q, v);
-    let mut drift = Drift { position: [position; 2], velocity: [velocity; 2] };
-    for _ in 0..MAX_ITERATIONS {
-        let at = evaluator.dynamics(t, q, v);
-        let step = shortest_step(&at.jacobian, &at.constraint, dependent);
-        let trial: Vec<f64> = q.iter().zip(step.iter()).map(|(q, s)| q - s).collect();
-        let left = residuals(evaluator, t, &trial, v)[0];
-        // Newton's steps gain until rounding; the first that does not is thrown away.
-        if left.is_nan() || left >= drift.position[1] {
-            break;
-        }
-        q.copy_from_slice(&trial);
-        drift.position[1] = left;
-    }
-    let at = evaluator.dynamics(t, q, v);
-    let rate = &at.jacobian * DVector::from_column_slice(v) + &at.rate;
-    let step = shortest_step(&at.jacobian, &rate, dependent);
-    v.iter_mut().zip(step.iter()).for_each(|(v, s)| *v -= s);
-    drift.velocity[1] = residuals(evaluator, t, q, v)[1];
-    drift
-}
-
-/// The shortest x with G x = r: x = Gᵀ (G Gᵀ)⁻¹ r over the independent rows.
-fn shortest_step(
-    jacobian: &DMatrix<f64>,
-    residual: &DVector<f64>,
-    dependent: &[usize],
-) -> DVector<f64> {
-    if jacobian.nrows() == 0 {
-        return DVector::zeros(jacobian.ncols());
-    }
-    let kept: Vec<usize> = (0..jacobian.nrows()).filter(|row| !dependent.contains(row)).collect();
-    let (g, r) = (jacobian.select_rows(&kept), residual.select_rows(&kept));
-    match solve_regular(&(&g * g.transpose()), &r) {
-        Some(mu) => g.transpose() * mu,
-        None => least_squares(jacobian, residual).0,
-    }
-}
-
-/// Solves a square system; `None` when it is singular to working precision or not finite.
-fn solve_regular(matrix: &DMatrix<f64>, rhs: &DVector<f64>) -> Option<DVector<f64>> {
-    const SMALLEST_PIVOT: f64 = 1e-14;
-    solve_if(matrix, rhs, SMALLEST_PIVOT)
-}
-
-/// Solves a square system whose pivots stay above a part of the largest.
-fn solve_if(
-    matrix: &DMatrix<f64>,
-    rhs: &DVector<f64>,
-    smallest_pivot: f64,
-) -> Option<DVector<f64>> {
-    if matrix.nrows() == 0 {
-        return Some(DVector::zeros(0));
-    }
-    let lu = matrix.clone().lu();
-    let pivots = lu.u().diagonal().map(f64::abs);
-    let regular = pivots.min() > smallest_pivot * pivots.max();
-    if !regular {
-        return None;
-    }
-    let mut x = lu.solve(rhs)?;
-    // One refinement step: reactions are differences of large numbers.
-    let correction = lu.solve(&(rhs - matrix * &x))?;
-    x += correction;
-    x.iter().all(|value| value.is_finite()).then_some(x)
-}
-
-/// Minimum-norm solution of a singular but consistent system; `None` when it is inconsistent.
-fn solve_singular(matrix: &DMatrix<f64>, rhs: &DVector<f64>) -> Option<DVector<f64>> {
-    let (x, _) = least_squares(matrix, rhs);
-    let error = (matrix * &x - rhs).amax();
-    (error <= 1e-6 * rhs.amax().max(1e-300)).then_some(x)
-}
-
 /// Coordinates of a motion that the constraints leave free and that has no inertia.
 pub(crate) fn motion_without_inertia(
     mass: &DMatrix<f64>,
@@ -275,11 +123,6 @@ pub(crate) fn motion_without_inertia(
     let direction = &basis * eigen.eigenvectors.column(weak);
     let largest = direction.amax();
     Some((0..nq).filter(|&i| direction[i].abs() > 0.1 * largest).collect())
-}
-
-/// Largest magnitude of the entries; zero without entries.
-pub(crate) fn largest(vector: &DVector<f64>) -> f64 {
-    if vector.is_empty() { 0.0 } else { vector.amax() }
 }
 
 #[cfg(test)]

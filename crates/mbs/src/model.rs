@@ -367,7 +367,9 @@ pub struct SolveOptions {
     pub step: Option<f64>,
     /// In fixed-step mode, Newton's iteration ends below this error. Default 1e-10.
     pub newton_tolerance: f64,
-    /// Which equations are integrated.
+    /// What integrates the equations.
+    pub method: Method,
+    /// Which equations Radau integrates.
     pub formulation: Formulation,
     /// When the equations become machine code; no result depends on it. Default: when it pays.
     pub jit: Jit,
@@ -375,7 +377,20 @@ pub struct SolveOptions {
     pub spans: Vec<(String, Span)>,
 }
 
-/// Which form of the equations of motion is integrated.
+/// What integrates the equations of motion.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Method {
+    /// Explicit steps as long as the motion is not stiff, then Radau IIA. Radau IIA with a fixed
+    /// step.
+    #[default]
+    Auto,
+    /// Radau IIA on the chosen formulation.
+    Radau,
+    /// Dormand–Prince 8(5,3) on the accelerations of the multiplier system, with projection.
+    Explicit,
+}
+
+/// Which form of the equations of motion is integrated by Radau.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Formulation {
     /// Stabilised index 2 (Gear, Gupta and Leimkuhler 1985): position and velocity constraints.
@@ -385,4 +400,7 @@ pub enum Formulation {
     Index2,
     /// Index 3: position constraints only.
     Index3,
+    /// Index 1: acceleration constraints only; positions and velocities are projected after every
+    /// step.
+    Index1,
 }

@@ -1,22 +1,25 @@
 //! A run: from the consistent start to the end time, sample by sample.
 //!
-//! The integrator's states are evaluated on the collocation polynomial at the output times,
-//! projected onto the position and velocity constraints, and completed by the accelerations,
-//! multipliers and reactions that the equations of motion give there. Nothing that is reported
-//! comes from stage values of the multipliers. Where a singular pose stops the integrator, the run
-//! crosses it (see `crossing`) and goes on behind it.
+//! The integrator's states are evaluated on its dense output at the output times, projected onto
+//! the position and velocity constraints, and completed by the accelerations, multipliers and
+//! reactions that the equations of motion give there. Nothing that is reported comes from stage
+//! values of the multipliers.
 
-use bksim_dae::{
-    Control, End, ErrorTest, NewtonSettings, Settings, SolveError, Standstill, Stats, StepControl,
-};
-use nalgebra::DVector;
+mod explicit;
+mod implicit;
+mod legs;
+mod recorder;
+mod singular;
 
-use crate::compile::{CompiledSystem, Energy, Evaluator};
+use bksim_dae::{Control, SolveError, Standstill, Stats};
+
+use self::legs::Run;
+use self::recorder::Recorder;
+pub use self::singular::SingularPose;
+use crate::compile::CompiledSystem;
+pub use crate::evaluator::Energy;
 use crate::formulate::MotionEquations;
-use crate::legs::Run;
-use crate::linear::largest;
 use crate::model::SolveOptions;
-use crate::recorder::Recorder;
 use crate::start::Start;
 
 /// Everything about one instant.
@@ -65,8 +68,47 @@ pub struct Summary {
     pub velocity_residual: [f64; 2],
     /// The energy balance.
     pub energy: EnergyBalance,
-    /// Times of the singular poses that were crossed, s.
-    pub singular_poses: Vec<f64>,
+    /// The singular poses that were passed.
+    pub singular_poses: Vec<SingularPose>,
+    /// The methods that were used, the first from the start.
+    pub methods: Vec<MethodChange>,
+}
+
+/// A method, from when it was used, and why.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct MethodChange {
+    /// s.
+    pub t: f64,
+    /// What integrates from there on.
+    pub method: Integrator,
+    /// Why.
+    pub reason: Reason,
+}
+
+/// What integrates the equations of motion.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Integrator {
+    /// Dormand–Prince 8(5,3) on the accelerations, with projection.
+    Explicit,
+    /// Radau IIA on the formulation asked for.
+    Radau,
+}
+
+/// Why a method is used.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Reason {
+    /// The model asks for it.
+    Asked,
+    /// It needs the least work as long as the motion is not stiff.
+    Cheapest,
+    /// The motion has turned stiff.
+    Stiff,
+    /// The other method failed here.
+    OtherFailed,
+    /// Explicit steps pass the singular pose ahead.
+    SingularPose,
+    /// The singular pose lies behind.
+    Regular,
 }
 
 /// T + V − W against its value at the start.
@@ -115,33 +157,20 @@ pub fn run(
     if recorder.record_start(start, observer) == Control::Stop {
         return Ok(recorder.summary);
     }
-    let mut run = Run::new(recorder, start, observer, stop);
-    loop {
-        let error = match run.leg(equations, parameters, options) {
-            Ok(End::Reached) => break,
-            Ok(End::Stopped) => {
-                if !run.is_stopped {
-                    run.record_last();
-                }
-                break;
-            }
-            Err(error) => error,
-        };
-        if !run.pass_singular_pose(options) {
-            run.record_last();
-            let Recorder { summary, sample, .. } = run.recorder;
-            return Err(Box::new(Failure { error, summary, last: sample }));
-        }
-        if run.is_stopped || run.recorder.summary.t == options.t_end {
-            break;
-        }
+    let mut run = Run::new(recorder, start, parameters, options, observer, stop);
+    let outcome = run.to_end(compiled, equations);
+    let recorder = run.recorder;
+    if recorder.is_undefined {
+        return Err(Box::new(undefined(recorder)));
     }
-    if run.recorder.is_undefined {
-        return Err(Box::new(undefined(run.recorder)));
+    let Recorder { mut summary, sample: last, .. } = recorder;
+    match outcome {
+        Ok(()) => {
+            summary.reached_end = summary.t == options.t_end;
+            Ok(summary)
+        }
+        Err(error) => Err(Box::new(Failure { error, summary, last })),
     }
-    let mut summary = run.recorder.summary;
-    summary.reached_end = summary.t == options.t_end;
-    Ok(summary)
 }
 
 /// The failure of a run whose equations have no value at an output time.
@@ -155,27 +184,4 @@ fn undefined(recorder: Recorder<'_>) -> Failure {
         stats: summary.stats,
     };
     Failure { error: Some(SolveError::NotFinite { row: 0, at: Box::new(at) }), summary, last }
-}
-
-/// The integrator's settings for a model's options.
-pub(crate) fn settings(options: &SolveOptions, equations: &MotionEquations) -> Settings {
-    Settings {
-        rtol: options.rtol,
-        atol: equations.tolerances(options.atol),
-        step: match options.step {
-            None => StepControl::Adaptive,
-            Some(h) => StepControl::Fixed { h, newton_tolerance: options.newton_tolerance },
-        },
-        // Multipliers feel a change of contact or a weak pose before positions do.
-        error_test: ErrorTest::All,
-        newton: NewtonSettings { keep_jacobian_below: Some(1e-3), ..NewtonSettings::default() },
-        ..Settings::default()
-    }
-}
-
-/// The largest constraint residual of a state.
-pub(crate) fn residuals(evaluator: &mut Evaluator, t: f64, q: &[f64], v: &[f64]) -> [f64; 2] {
-    let at = evaluator.dynamics(t, q, v);
-    let rate = &at.jacobian * DVector::from_column_slice(v) + &at.rate;
-    [largest(&at.constraint), largest(&rate)]
 }

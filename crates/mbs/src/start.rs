@@ -5,14 +5,14 @@
 //! ones that satisfies G v + ∂g/∂t = 0 and the stated rates; accelerations and multipliers follow
 //! from the equations of motion. Each level fails with what cannot be met and by how much.
 
-use bksim_expr::TapeError;
-use nalgebra::DVector;
-
 use crate::assemble::{Source, SymbolicSystem};
 use crate::closing::Closing;
 use crate::compile::CompiledSystem;
-use crate::linear::{Dependence, accelerations, dependent_rows, largest, motion_without_inertia};
+use crate::dependence::dependent_rows;
+use crate::linear::Dependence;
 use crate::model::{JointId, Model};
+use crate::multiplier::{MultiplierSystem, largest};
+use bksim_expr::TapeError;
 
 /// A state that satisfies the constraints at every level.
 #[derive(Clone, PartialEq, Debug)]
@@ -133,23 +133,28 @@ pub fn start(
     let mut evaluator = compiled.evaluator(parameters);
 
     let q = closing.close_positions(&mut evaluator, t)?;
-    let dynamics = evaluator.dynamics(t, &q, &vec![0.0; q.len()]);
-    let dependence = dependent_rows(&dynamics.jacobian);
-    let position_residual = largest(&dynamics.constraint);
+    let at = evaluator.constraints(t, &q);
+    let jacobian = at.jacobian_rows();
+    let dependence = dependent_rows(&jacobian);
+    let position_residual = largest(at.value);
     let is_joint_row = |row: &usize| matches!(system.constraints[*row].source, Source::Joint(_));
     let joint_rows: Vec<usize> = (0..compiled.nc()).filter(is_joint_row).collect();
-    let joint_rank = dependent_rows(&dynamics.jacobian.select_rows(&joint_rows)).rank;
+    let joint_rank = dependent_rows(&jacobian.select(&joint_rows)).rank;
 
     let v = closing.fit_velocities(&mut evaluator, t, &q)?;
+    let velocity_residual = largest(&evaluator.constraints(t, &q).rate_of(&v));
     let at = evaluator.dynamics(t, &q, &v);
-    let velocity_residual = largest(&(&at.jacobian * DVector::from_column_slice(&v) + &at.rate));
-    if at.force.iter().chain(at.gamma.iter()).any(|value| !value.is_finite()) {
+    if !at.is_finite() {
         return Err(StartError::NotFinite);
     }
-    if let Some(coordinates) = motion_without_inertia(&at.mass, &at.jacobian) {
+    let (mut a, mut lambda) = (vec![0.0; compiled.nq()], vec![0.0; compiled.nc()]);
+    let mut multipliers = MultiplierSystem::new(at.shape, &dependence.dependent);
+    if let Some(coordinates) = multipliers.motion_without_inertia(&at) {
         return Err(StartError::NoInertia { coordinates });
     }
-    let found = accelerations(at, &dependence.dependent).ok_or(StartError::NotFinite)?;
+    multipliers
+        .complete_accelerations(&at, &mut a, &mut lambda)
+        .map_err(|_| StartError::NotFinite)?;
 
     Ok(Start {
         t,
@@ -157,8 +162,8 @@ pub fn start(
         moved: closing.moved(t, &q, &v),
         q,
         v,
-        a: found.vdot.as_slice().to_vec(),
-        lambda: found.lambda.as_slice().to_vec(),
+        a,
+        lambda,
         position_residual,
         velocity_residual,
         dependence,

@@ -1,39 +1,30 @@
 //! `bksim solve`: from the model file to the log.
 
+mod report;
+
 use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use bksim::dae::Control;
 use bksim::log::{Level, LogError, Outcome};
 use bksim::mbs::fault::diagnose_mobility;
 use bksim::mbs::mobility::mobility;
-use bksim::mbs::model::{Formulation, Jit, Model};
-use bksim::mbs::run::{Sample, Summary};
+use bksim::mbs::model::{Formulation, Jit, Method, Model};
+use bksim::mbs::run::Sample;
 use bksim::record::Recorder;
-use serde_json::{Value, json};
 
+use self::report::{Report, Times, options_of};
 use crate::args::{self, Solve};
 use crate::exit::{Failure, Status, without_number};
-use crate::output::{self, number, size, table};
+use crate::output;
 use crate::progress::{Progress, StopWish};
 use crate::render;
-use crate::source::{Text, derive, load};
+use crate::source::{derive, load};
 
 /// The smallest relative tolerance that numbers of 16 digits can keep through a step.
 const SMALLEST_RTOL: f64 = 1e-13;
-
-/// Time spent in each phase.
-#[derive(Clone, Copy, Default, Debug)]
-struct Times {
-    parse: Duration,
-    derive: Duration,
-    compile: Duration,
-    assemble: Duration,
-    integrate: Duration,
-    log: Duration,
-}
 
 pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let mut times = Times::default();
@@ -136,14 +127,14 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
         summary: &summary,
         times: &times,
         status,
-        has_constraints: !mechanism.system.constraints.is_empty(),
+        mechanism: &mechanism,
     };
     if as_json {
-        let mut body = report.describe(&mechanism.model);
+        let mut body = report.describe();
         body["diagnostics"] = render::json_all(source, &warnings);
         output::json("solve", body)?;
     } else {
-        output::text(&report.text(&mechanism.model))?;
+        output::text(&report.text())?;
     }
     Ok(status)
 }
@@ -180,11 +171,19 @@ fn apply_options(model: &mut Model, args: &Solve) -> Result<(), Failure> {
     solve.atol = args.atol.unwrap_or(solve.atol);
     solve.step = args.step.or(solve.step);
     solve.every = args.every.or(solve.every);
+    if let Some(method) = args.method {
+        solve.method = match method {
+            args::Method::Auto => Method::Auto,
+            args::Method::Radau => Method::Radau,
+            args::Method::Explicit => Method::Explicit,
+        };
+    }
     if let Some(formulation) = args.formulation {
         solve.formulation = match formulation {
             args::Formulation::Ggl => Formulation::Ggl,
             args::Formulation::Index2 => Formulation::Index2,
             args::Formulation::Index3 => Formulation::Index3,
+            args::Formulation::Index1 => Formulation::Index1,
         };
     }
     if let Some(jit) = args.jit {
@@ -237,179 +236,4 @@ fn check_output(path: &Path, model: &Path, force: bool) -> Result<(), Failure> {
         }
     }
     Ok(())
-}
-
-/// All options of the run as they were used, for the log.
-fn options_of(model: &Model) -> Vec<(String, String)> {
-    let solve = &model.solve;
-    let formulation = match solve.formulation {
-        Formulation::Ggl => "ggl",
-        Formulation::Index2 => "index2",
-        Formulation::Index3 => "index3",
-    };
-    let exact = |value: f64| format!("{value:?}");
-    let every = solve.every.map_or("default".to_owned(), exact);
-    vec![
-        ("method".into(), "radau".into()),
-        ("formulation".into(), formulation.into()),
-        ("t_start".into(), exact(solve.t_start)),
-        ("t_end".into(), exact(solve.t_end)),
-        ("every".into(), every),
-        ("rtol".into(), exact(solve.rtol)),
-        ("atol".into(), exact(solve.atol)),
-        ("step".into(), solve.step.map_or("adaptive".to_owned(), exact)),
-    ]
-}
-
-struct Report<'a> {
-    source: &'a Text,
-    path: &'a Path,
-    summary: &'a Summary,
-    times: &'a Times,
-    status: Status,
-    has_constraints: bool,
-}
-
-impl Report<'_> {
-    fn text(&self, model: &Model) -> String {
-        let Summary { n_samples, stats, position_residual, velocity_residual, energy, .. } =
-            self.summary;
-        let solve = &model.solve;
-        let mode = match solve.step {
-            Some(h) => format!("fixed step {} s", number(h)),
-            None => format!("rtol {:e}, atol {:e}", solve.rtol, solve.atol),
-        };
-        let formulation = match solve.formulation {
-            Formulation::Ggl => "stabilised index 2",
-            Formulation::Index2 => "index 2",
-            Formulation::Index3 => "index 3",
-        };
-        let every = solve.every.unwrap_or((solve.t_end - solve.t_start) / 500.0);
-        let kept = |what: &str, [drift, kept]: [f64; 2]| {
-            format!("{what} {} (drift {} before projection)", size(kept), size(drift))
-        };
-        let times = self.phases().map(|(name, time)| format!("{name} {}", milliseconds(time)));
-        let total = self.phases().iter().map(|&(_, time)| time).sum();
-        let mut rows = vec![
-            ("samples", format!("{n_samples}, every {} s", number(every))),
-            ("method", format!("Radau IIA of order 5, {formulation}, {mode}")),
-            (
-                "steps",
-                format!(
-                    "{} accepted, {} rejected, {} Newton failures",
-                    stats.n_accept, stats.n_reject, stats.n_newton_failed
-                ),
-            ),
-            (
-                "work",
-                format!(
-                    "{} Newton iterations, {} residuals, {} Jacobians, {} factorisations, {} solves",
-                    stats.n_newton,
-                    stats.n_residual,
-                    stats.n_jacobian,
-                    stats.n_factor,
-                    stats.n_solve
-                ),
-            ),
-        ];
-        if self.has_constraints {
-            let [position, velocity] = [*position_residual, *velocity_residual];
-            let both = [kept("position", position), kept("velocity", velocity)];
-            rows.push(("constraints", both.join(", ")));
-        }
-        if !self.summary.singular_poses.is_empty() {
-            let times: Vec<_> = self.summary.singular_poses.iter().map(|&t| number(t)).collect();
-            rows.push(("singular", format!("poses crossed at t = {} s", times.join(", "))));
-        }
-        rows.extend([
-            (
-                "energy",
-                format!(
-                    "{} → {} J, work {} J, balance kept to {} J",
-                    number(energy.initial),
-                    number(energy.last),
-                    number(negligible(energy.work, energy.scale)),
-                    size(energy.worst_error)
-                ),
-            ),
-            ("time", format!("{} = {}", milliseconds(total), times.join(" + "))),
-            ("log", self.path.display().to_string()),
-        ]);
-        let rows: Vec<_> =
-            rows.into_iter().map(|(name, value)| vec![name.to_owned(), value]).collect();
-        format!("{}: {}\n{}", model.name, self.ending(model), table(&rows))
-    }
-
-    /// How the run ended, in a few words.
-    fn ending(&self, model: &Model) -> String {
-        let (from, to) = (number(model.solve.t_start), number(self.summary.t));
-        match self.status {
-            Status::Done => format!("solved from t = {from} s to {to} s"),
-            Status::Interrupted => format!("interrupted at t = {to} s"),
-            Status::Terminated => format!("terminated at t = {to} s"),
-            _ => format!("stopped early at t = {to} s"),
-        }
-    }
-
-    fn describe(&self, model: &Model) -> Value {
-        let Summary { t, n_samples, stats, position_residual, velocity_residual, energy, .. } =
-            self.summary;
-        let mut times = serde_json::Map::new();
-        let mut total = 0.0;
-        for (name, time) in self.phases() {
-            total += time.as_secs_f64();
-            times.insert(name.to_owned(), json!(time.as_secs_f64()));
-        }
-        times.insert("total".to_owned(), json!(total));
-        let relative = if energy.scale > 0.0 { energy.worst_error / energy.scale } else { 0.0 };
-        json!({
-            "ok": self.status == Status::Done,
-            "model": model.name,
-            "file": self.source.path.display().to_string(),
-            "output": self.path.display().to_string(),
-            "exit_status": self.status.code(),
-            "end": { "reached": self.summary.reached_end, "t": t },
-            "samples": n_samples,
-            "options": options_of(model).into_iter().map(|(k, v)| (k, Value::from(v))).collect::<serde_json::Map<_, _>>(),
-            "singular_poses": self.summary.singular_poses,
-            "steps": {
-                "n_step": stats.n_step, "n_accept": stats.n_accept, "n_reject": stats.n_reject,
-                "n_newton_failed": stats.n_newton_failed, "n_newton": stats.n_newton,
-                "n_residual": stats.n_residual, "n_jacobian": stats.n_jacobian,
-                "n_factor": stats.n_factor, "n_solve": stats.n_solve,
-            },
-            "time_s": times,
-            "residual": {
-                "position": position_residual[1], "velocity": velocity_residual[1],
-                "position_before_projection": position_residual[0],
-                "velocity_before_projection": velocity_residual[0],
-            },
-            "energy": {
-                "initial": energy.initial, "last": energy.last, "work": energy.work,
-                "worst_error": energy.worst_error, "scale": energy.scale,
-                "relative_error": relative,
-            },
-        })
-    }
-
-    fn phases(&self) -> [(&'static str, Duration); 6] {
-        let t = self.times;
-        [
-            ("parse", t.parse),
-            ("derive", t.derive),
-            ("compile", t.compile),
-            ("assemble", t.assemble),
-            ("integrate", t.integrate),
-            ("log", t.log),
-        ]
-    }
-}
-
-/// Zero in place of the rounding that a sum of larger terms has left.
-fn negligible(value: f64, scale: f64) -> f64 {
-    if value.abs() < 1e-14 * scale { 0.0 } else { value }
-}
-
-fn milliseconds(time: Duration) -> String {
-    format!("{:.1} ms", time.as_secs_f64() * 1e3)
 }

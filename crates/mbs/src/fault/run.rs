@@ -144,16 +144,16 @@ fn blocked_drive(
 ) -> Option<Diagnostic> {
     let last = &failure.last;
     let (nq, at) = (last.q.len(), failure.error.as_ref().and_then(SolveError::standstill));
-    let (t, q, v) = match at {
-        Some(at) => (at.t, &at.y[..nq], &at.y[nq..2 * nq]),
-        None => (last.t, &last.q[..], &last.v[..]),
+    let (t, q) = match at {
+        Some(at) => (at.t, &at.y[..nq]),
+        None => (last.t, &last.q[..]),
     };
     let mut evaluator = compiled.evaluator(parameters);
-    let mut sines = |t: f64, q: &[f64], v: &[f64]| {
-        sines_of_drives(system, &evaluator.dynamics(t, q, v).jacobian)
+    let mut sines = |t: f64, q: &[f64]| {
+        sines_of_drives(system, &evaluator.constraints(t, q).jacobian_rows().dense())
     };
-    let before = sines(last.t, &last.q, &last.v);
-    let here = sines(t, q, v);
+    let before = sines(last.t, &last.q);
+    let here = sines(t, q);
     let (k, &(drive_id, sine)) = here.iter().enumerate().find(|(_, (_, s))| *s < DEAD_CENTRE)?;
     let fallen = before[k].1.powi(2) - sine.powi(2);
     let left = if fallen > 0.0 { (t - last.t) * sine.powi(2) / fallen } else { 0.0 };

@@ -6,7 +6,7 @@ use super::reader::{Fields, Reader};
 use super::tree::{Node, Table};
 use super::units::Quantity;
 use crate::diagnostic::{Diagnostic, Span};
-use crate::model::{Formulation, Jit, SolveOptions};
+use crate::model::{Formulation, Jit, Method, SolveOptions};
 
 const SOLVE_KEYS: &[&str] = &[
     "t_start",
@@ -35,6 +35,7 @@ impl Reader<'_> {
             atol: 1e-8,
             step: None,
             newton_tolerance: 1e-10,
+            method: Method::default(),
             formulation: Formulation::default(),
             jit: Jit::default(),
             spans: Vec::new(),
@@ -62,13 +63,16 @@ impl Reader<'_> {
             ("ggl", Formulation::Ggl),
             ("index2", Formulation::Index2),
             ("index3", Formulation::Index3),
+            ("index1", Formulation::Index1),
         ];
         if let Some(node) = fields.get("formulation") {
             let what = fields.what("formulation");
             solve.formulation = self.choice(node, &what, &formulations).unwrap_or_default();
         }
         if let Some(node) = fields.get("method") {
-            self.choice(node, &fields.what("method"), &[("radau", ())]);
+            let methods =
+                [("auto", Method::Auto), ("radau", Method::Radau), ("explicit", Method::Explicit)];
+            solve.method = self.choice(node, &fields.what("method"), &methods).unwrap_or_default();
         }
         if let Some(node) = fields.get("jit") {
             let choices = [("auto", Jit::Auto), ("on", Jit::On), ("off", Jit::Off)];

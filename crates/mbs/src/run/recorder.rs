@@ -1,12 +1,12 @@
 //! From steps to samples: output times, projection, accelerations, reactions, energies.
 
 use bksim_dae::{Control, Stats};
-use nalgebra::DVector;
 
-use crate::compile::{CompiledSystem, Evaluator};
-use crate::linear::{accelerations, project};
+use super::{Sample, Summary};
+use crate::compile::CompiledSystem;
+use crate::evaluator::Evaluator;
 use crate::model::SolveOptions;
-use crate::run::{Sample, Summary};
+use crate::multiplier::MultiplierSystem;
 use crate::start::Start;
 
 /// A stretch of motion whose positions and velocities are known at every instant.
@@ -15,6 +15,8 @@ pub(crate) struct Stretch<'a> {
     pub(crate) t1: f64,
     /// Writes q and v at a time to the first 2 nq numbers.
     pub(crate) at: &'a dyn Fn(f64, &mut [f64]),
+    /// Whether the number behind them is the work of loads and drives.
+    pub(crate) has_work: bool,
     /// Size of the step, signed.
     pub(crate) h: f64,
     pub(crate) stats: Stats,
@@ -23,8 +25,8 @@ pub(crate) struct Stretch<'a> {
 /// Turns steps into samples.
 pub(crate) struct Recorder<'a> {
     pub(crate) evaluator: Evaluator<'a>,
-    pub(crate) dependent: Vec<usize>,
-    has_drives: bool,
+    pub(crate) multipliers: MultiplierSystem,
+    is_powered: bool,
     t_start: f64,
     t_end: f64,
     every: f64,
@@ -45,17 +47,18 @@ impl<'a> Recorder<'a> {
         options: &SolveOptions,
         n_unknowns: usize,
     ) -> Self {
+        let n = n_unknowns.max(2 * compiled.nq() + 1);
         Self {
             evaluator: compiled.evaluator(parameters),
-            dependent: start.dependent_rows().to_vec(),
-            has_drives: !compiled.drives.is_empty(),
+            multipliers: MultiplierSystem::new(&compiled.shape, start.dependent_rows()),
+            is_powered: compiled.power.is_some(),
             t_start: start.t,
             t_end: options.t_end,
             every: options.every.unwrap_or((options.t_end - start.t) / 500.0),
             next_idx: 1,
             is_undefined: false,
             sample: Sample::default(),
-            y: vec![0.0; n_unknowns],
+            y: vec![0.0; n],
             summary: Summary::default(),
             potential_start: 0.0,
         }
@@ -80,27 +83,28 @@ impl<'a> Recorder<'a> {
         self.hand_out(observer)
     }
 
-    /// Samples the output times of a stretch and integrates the work over it.
+    /// Samples the output times of a stretch, and follows the work over it.
     pub(crate) fn pass(
         &mut self,
         stretch: &Stretch,
         observer: &mut dyn FnMut(&Sample) -> Control,
     ) -> Control {
         let mut from = stretch.t0;
-        while let Some(t) = self.next_output(stretch.t1) {
-            self.summary.energy.work += self.work_between(stretch, from, t);
+        while let Some(t) = self.due(stretch.t1) {
+            self.next_idx += 1;
+            self.work_until(stretch, from, t);
             from = t;
             self.take(stretch, t);
             if self.is_undefined || self.hand_out(observer) == Control::Stop {
                 return Control::Stop;
             }
         }
-        self.summary.energy.work += self.work_between(stretch, from, stretch.t1);
+        self.work_until(stretch, from, stretch.t1);
         Control::Continue
     }
 
-    /// The next output time not after `t`, in the direction of the run.
-    fn next_output(&mut self, t: f64) -> Option<f64> {
+    /// The next output time, if it is not after `t` in the direction of the run.
+    pub(crate) fn due(&self, t: f64) -> Option<f64> {
         let forward = (self.t_end - self.t_start).signum();
         #[expect(clippy::cast_precision_loss, reason = "2^53 outputs are not reached")]
         let grid = self.t_start + forward * self.every * self.next_idx as f64;
@@ -108,62 +112,62 @@ impl<'a> Recorder<'a> {
         let near_end = (self.t_end - grid) * forward < 1e-9 * self.every;
         let due = if near_end { self.t_end } else { grid };
         let passed = self.sample.t == self.t_end && self.next_idx > 1;
-        if passed || (t - due) * forward < 0.0 {
-            return None;
-        }
-        self.next_idx += 1;
-        Some(due)
+        (!passed && (t - due) * forward >= 0.0).then_some(due)
     }
 
-    /// ∫ P dt by Gauss quadrature of order 6.
-    fn work_between(&mut self, stretch: &Stretch, from: f64, to: f64) -> f64 {
+    /// Follows the work of loads and drives: ∫ P dt by Gauss quadrature of order 6, unless the
+    /// stretch knows it.
+    fn work_until(&mut self, stretch: &Stretch, from: f64, to: f64) {
         const OFFSET: f64 = 0.774_596_669_241_483_4; // √(3/5)
         const NODES: [(f64, f64); 3] =
             [(-OFFSET, 5.0 / 18.0), (0.0, 8.0 / 18.0), (OFFSET, 5.0 / 18.0)];
         let nq = self.sample.q.len();
-        let mut work = 0.0;
+        if stretch.has_work {
+            (stretch.at)(to, &mut self.y);
+            self.summary.energy.work = self.y[2 * nq];
+            return;
+        }
+        if !self.is_powered {
+            return;
+        }
+        let (mut vdot, mut lambda) = (vec![0.0; nq], vec![0.0; self.sample.lambda.len()]);
         for (node, weight) in NODES {
             let t = 0.5 * (from + to) + 0.5 * node * (to - from);
             (stretch.at)(t, &mut self.y);
             let (q, v) = self.y[..2 * nq].split_at(nq);
-            let lambda = if self.has_drives {
-                let at = self.evaluator.dynamics(t, q, v);
-                accelerations(at, &self.dependent).map(|found| found.lambda)
-            } else {
-                Some(DVector::zeros(self.sample.lambda.len()))
-            };
-            if let Some(lambda) = lambda {
-                let power = self.evaluator.energy(t, q, v, lambda.as_slice()).power;
-                work += weight * (to - from) * power;
+            let at = self.evaluator.dynamics(t, q, v);
+            if self.multipliers.accelerations_into(&at, &mut vdot, &mut lambda).is_ok() {
+                let power = self.evaluator.power(t, q, v, &lambda);
+                self.summary.energy.work += weight * (to - from) * power;
             }
         }
-        work
     }
 
     /// Samples the stretch at `t`: projection, then accelerations.
     fn take(&mut self, stretch: &Stretch, t: f64) {
+        const MAX_CORRECTIONS: usize = 4;
         let nq = self.sample.q.len();
         (stretch.at)(t, &mut self.y);
-        let sample = &mut self.sample;
+        let Self { evaluator, multipliers, sample, .. } = self;
         sample.t = t;
         sample.q.copy_from_slice(&self.y[..nq]);
         sample.v.copy_from_slice(&self.y[nq..2 * nq]);
         sample.step_size = stretch.h;
         sample.stats = stretch.stats;
 
-        let drift = project(&mut self.evaluator, t, &mut sample.q, &mut sample.v, &self.dependent);
+        let Sample { q, v, a, lambda, .. } = sample;
+        // A step may straddle a pole of a drive; an output time may hit it.
+        let factored = multipliers.factor(&evaluator.dynamics(t, q, v));
+        let drift = multipliers.project(evaluator, t, (&mut *q, &mut *v), MAX_CORRECTIONS);
+        let at = evaluator.dynamics(t, q, v);
+        let solved = factored.and_then(|()| multipliers.complete_accelerations(&at, a, lambda));
+        self.is_undefined = solved.is_err();
+        if self.is_undefined {
+            a.fill(f64::NAN);
+            lambda.fill(f64::NAN);
+        }
         sample.position_residual = drift.position;
         sample.velocity_residual = drift.velocity;
-        let at = self.evaluator.dynamics(t, &sample.q, &sample.v);
-        // A step may straddle a pole of a drive; an output time may hit it.
-        self.is_undefined = !at.is_finite();
-        if let Some(found) = accelerations(at, &self.dependent) {
-            sample.a.copy_from_slice(found.vdot.as_slice());
-            sample.lambda.copy_from_slice(found.lambda.as_slice());
-        } else {
-            sample.a.fill(f64::NAN);
-            sample.lambda.fill(f64::NAN);
-        }
         self.complete();
     }
 

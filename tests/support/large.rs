@@ -41,7 +41,9 @@ pub(crate) fn chain(n: usize, coordinates: Coordinates) -> String {
     }
     for i in 1..=n {
         let pivot = if i == 1 { "ground".to_owned() } else { format!("b{}.E", i - 1) };
-        add(format_args!("[joints.j{i}]\ntype = \"revolute\"\nbetween = [\"{pivot}\", \"b{i}.O\"]\n"));
+        add(format_args!(
+            "[joints.j{i}]\ntype = \"revolute\"\nbetween = [\"{pivot}\", \"b{i}.O\"]\n"
+        ));
     }
     text + REST
 }

@@ -1,0 +1,360 @@
+//! [`MultiplierSystem`]: what is solved at one state, and what its factors serve for besides.
+//!
+//! ```text
+//! [ M  Gᵀ ] [ v̇ ]   [  f ]        accelerations and multipliers
+//! [ G  0  ] [ λ ] = [ −γ ]
+//!
+//! [ M  Gᵀ ] [ δ ]   [ 0 ]         the step δ, smallest in the norm of M, that takes r away
+//! [ G  0  ] [ μ ] = [ r ]
+//! ```
+//!
+//! Rows of G that depend on others are left out. The recorded elimination serves wherever M is
+//! positive definite and G of full rank; elsewhere dense factors with pivots do, and in a singular
+//! pose the smallest solution of the equations without their weakest directions.
+
+use bksim_dae::NotFinite;
+use nalgebra::{DMatrix, DVector, Dyn, LU};
+
+use crate::compile::Shape;
+use crate::elimination::Elimination;
+use crate::evaluator::{ConstraintsAt, DynamicsAt, Evaluator};
+use crate::linear::{self, truncated_inverse};
+use crate::rows::{Inverse, LARGEST_DENSE, SparseRows, shortest_solution};
+
+/// Largest residuals before and after a projection.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub(crate) struct Drift {
+    /// |g|, m or rad.
+    pub(crate) position: [f64; 2],
+    /// |G v + ∂g/∂t|, m/s or rad/s.
+    pub(crate) velocity: [f64; 2],
+}
+
+/// The multiplier system, factored at one state.
+#[derive(Clone, Debug)]
+pub(crate) struct MultiplierSystem {
+    nq: usize,
+    /// Rows of G that take part.
+    kept: Vec<usize>,
+    elimination: Elimination,
+    factors: Factors,
+    /// Right side, then solution: nq coordinates, then the kept multipliers.
+    x: Vec<f64>,
+    /// Values of M and G that were factored.
+    mass: Vec<f64>,
+    jacobian: Vec<f64>,
+    residual: Vec<f64>,
+    trial: Vec<f64>,
+    rows: Rows,
+}
+
+#[derive(Clone, Debug)]
+enum Factors {
+    Recorded,
+    Pivoted(LU<f64, Dyn, Dyn>),
+    /// The inverse without the weakest directions.
+    Truncated(DMatrix<f64>),
+    /// The same of a large system.
+    Sparse(Box<Inverse>),
+}
+
+/// Pivots of the dense factors below this part of the largest call for the truncated inverse.
+const WELL_CONDITIONED: f64 = 1e-10;
+
+impl MultiplierSystem {
+    /// Plans the solution of systems of this shape without the `dependent` rows.
+    pub(crate) fn new(shape: &Shape, dependent: &[usize]) -> Self {
+        let (nq, nc) = (shape.nq, shape.nc);
+        let mut takes_part = vec![true; nc];
+        dependent.iter().for_each(|&row| takes_part[row] = false);
+        let kept: Vec<usize> = (0..nc).filter(|&row| takes_part[row]).collect();
+        Self {
+            nq,
+            elimination: Elimination::new(shape, &kept),
+            factors: Factors::Recorded,
+            x: vec![0.0; nq + kept.len()],
+            mass: vec![0.0; shape.mass.len()],
+            jacobian: vec![0.0; shape.jacobian.len()],
+            residual: vec![0.0; nc],
+            trial: vec![0.0; nq],
+            rows: Rows::default(),
+            kept,
+        }
+    }
+
+    /// Rows of G that take part.
+    pub(crate) fn kept(&self) -> &[usize] {
+        &self.kept
+    }
+
+    /// How near the factored state is to a singular pose: about the square of the smallest singular
+    /// value of G, as a part of the largest met so far.
+    pub(crate) fn weakness(&self) -> f64 {
+        match self.factors {
+            Factors::Recorded => self.elimination.weakness(),
+            _ => self.elimination.weakness().min(WELL_CONDITIONED),
+        }
+    }
+
+    /// The weakness at a state, without factors that serve where there is none; NaN where the
+    /// state has no finite values.
+    pub(crate) fn weakness_at(&mut self, at: &DynamicsAt) -> f64 {
+        // What is singular has a vanishing pivot and says so.
+        let _ = self.elimination.factor(at.mass, at.jacobian);
+        if at.is_finite() { self.elimination.weakness() } else { f64::NAN }
+    }
+
+    /// Factors the system at a state.
+    ///
+    /// # Errors
+    /// [`NotFinite`] when an entry is not finite; its row is counted in (q, λ).
+    pub(crate) fn factor(&mut self, at: &DynamicsAt) -> Result<(), NotFinite> {
+        self.mass.copy_from_slice(at.mass);
+        self.jacobian.copy_from_slice(at.jacobian);
+        if self.elimination.factor(at.mass, at.jacobian).is_ok() {
+            self.factors = Factors::Recorded;
+            return Ok(());
+        }
+        let matrix = self.rows_at(at)?;
+        if self.nq > LARGEST_DENSE {
+            let inverse = Inverse::of(matrix).ok_or(NotFinite { row: 0 })?;
+            self.factors = Factors::Sparse(Box::new(inverse));
+            return Ok(());
+        }
+        let matrix = matrix.dense();
+        let lu = matrix.clone().lu();
+        let pivots = lu.u().diagonal().map(f64::abs);
+        self.factors = if pivots.min() > WELL_CONDITIONED * pivots.max() {
+            Factors::Pivoted(lu)
+        } else {
+            Factors::Truncated(truncated_inverse(matrix))
+        };
+        Ok(())
+    }
+
+    /// The matrix of the system.
+    fn rows_at(&self, at: &DynamicsAt) -> Result<SparseRows, NotFinite> {
+        let entries = at.shape.mass.iter().map(|&(i, _)| i).zip(at.mass);
+        let couplings = at.shape.jacobian.iter().map(|&(row, _)| self.nq + row).zip(at.jacobian);
+        if let Some((row, _)) = entries.chain(couplings).find(|(_, value)| !value.is_finite()) {
+            return Err(NotFinite { row });
+        }
+        let kept = at.jacobian_rows().select(&self.kept);
+        let couplings = kept.entries().map(|(k, i, g)| (self.nq + k, i, g));
+        let lower = at.shape.mass.iter().zip(at.mass).map(|(&(i, j), &m)| (i, j, m));
+        let lower: Vec<_> = lower.chain(couplings).collect();
+        let upper = lower.iter().filter(|entry| entry.0 != entry.1).map(|&(i, j, e)| (j, i, e));
+        let entries = lower.iter().copied().chain(upper);
+        Ok(SparseRows::from_entries(self.x.len(), self.x.len(), entries))
+    }
+
+    /// Coordinates of a motion that the constraints leave free and that has no inertia.
+    pub(crate) fn motion_without_inertia(&mut self, at: &DynamicsAt) -> Option<Vec<usize>> {
+        const VANISHING: f64 = 1e-9;
+        const PART: f64 = 0.1;
+        if self.nq <= LARGEST_DENSE {
+            return linear::motion_without_inertia(&at.mass_matrix(), &at.jacobian_rows().dense());
+        }
+        // With inertia in every direction there is none.
+        if self.elimination.factor(at.mass, at.jacobian).is_ok() {
+            return None;
+        }
+        let matrix = self.rows_at(at).ok()?;
+        let size = matrix.norms().into_iter().fold(0.0, f64::max);
+        let (direction, left) = Inverse::of(matrix)?.weakest_combination();
+        let motion = &direction[..self.nq];
+        let is_part = |&i: &usize| motion[i].abs() > PART * largest(motion);
+        (left <= VANISHING * size).then(|| (0..self.nq).filter(is_part).collect())
+    }
+
+    fn is_truncated(&self) -> bool {
+        matches!(self.factors, Factors::Truncated(_) | Factors::Sparse(_))
+    }
+
+    /// Solves for the right side in `x`, in place.
+    fn solve(&mut self) {
+        match &mut self.factors {
+            Factors::Recorded => self.elimination.solve_in_place(&mut self.x),
+            Factors::Pivoted(lu) => {
+                let mut x = DVector::from_column_slice(&self.x);
+                if !lu.solve_mut(&mut x) {
+                    x.fill(f64::NAN);
+                }
+                self.x.copy_from_slice(x.as_slice());
+            }
+            Factors::Sparse(inverse) => self.x = inverse.apply(&self.x),
+            Factors::Truncated(inverse) => {
+                let x = &*inverse * DVector::from_column_slice(&self.x);
+                self.x.copy_from_slice(x.as_slice());
+            }
+        }
+    }
+
+    /// Factors the system at a state and solves it for the accelerations and the kept multipliers;
+    /// the others are set to zero.
+    ///
+    /// # Errors
+    /// [`NotFinite`] when an entry, or the solution, is not finite.
+    pub(crate) fn accelerations_into(
+        &mut self,
+        at: &DynamicsAt,
+        vdot: &mut [f64],
+        lambda: &mut [f64],
+    ) -> Result<(), NotFinite> {
+        self.factor(at)?;
+        self.x[..self.nq].copy_from_slice(at.force);
+        for (x, &row) in self.x[self.nq..].iter_mut().zip(&self.kept) {
+            *x = -at.gamma[row];
+        }
+        self.solve();
+        self.spread(vdot, lambda);
+        let row = vdot.iter().chain(&*lambda).position(|value| !value.is_finite());
+        row.map_or(Ok(()), |row| Err(NotFinite { row }))
+    }
+
+    /// As [`MultiplierSystem::accelerations_into`], refined; the multipliers are the smallest ones
+    /// where they are not unique.
+    ///
+    /// # Errors
+    /// [`NotFinite`] when an entry, or the solution, is not finite.
+    pub(crate) fn complete_accelerations(
+        &mut self,
+        at: &DynamicsAt,
+        vdot: &mut [f64],
+        lambda: &mut [f64],
+    ) -> Result<(), NotFinite> {
+        self.accelerations_into(at, vdot, lambda)?;
+        self.refine(at, vdot, lambda);
+        if self.kept.len() < lambda.len() || self.is_truncated() {
+            let inertia = at.inertia_of(vdot);
+            let constraint_force: Vec<f64> =
+                at.force.iter().zip(&inertia).map(|(force, inertia)| force - inertia).collect();
+            let columns = at.jacobian_rows().transposed();
+            lambda.copy_from_slice(&shortest_solution(&columns, &constraint_force));
+        }
+        Ok(())
+    }
+
+    /// One step of iterative refinement of the accelerations and multipliers just found: reactions
+    /// are differences of large numbers.
+    fn refine(&mut self, at: &DynamicsAt, vdot: &mut [f64], lambda: &mut [f64]) {
+        if self.is_truncated() {
+            return;
+        }
+        let (upper, lower) = self.x.split_at_mut(self.nq);
+        upper.copy_from_slice(at.force);
+        self.residual.iter_mut().zip(at.gamma).for_each(|(r, gamma)| *r = -gamma);
+        for (&(i, j), &m) in at.shape.mass.iter().zip(&self.mass) {
+            upper[i] -= m * vdot[j];
+            if i != j {
+                upper[j] -= m * vdot[i];
+            }
+        }
+        for (&(row, i), &g) in at.shape.jacobian.iter().zip(&self.jacobian) {
+            upper[i] -= g * lambda[row];
+            self.residual[row] -= g * vdot[i];
+        }
+        lower.iter_mut().zip(&self.kept).for_each(|(x, &row)| *x = self.residual[row]);
+        self.solve();
+        vdot.iter_mut().zip(&self.x).for_each(|(a, change)| *a += change);
+        let changes = self.x[self.nq..].iter().zip(&self.kept);
+        changes.for_each(|(change, &row)| lambda[row] += change);
+    }
+
+    fn spread(&self, vdot: &mut [f64], lambda: &mut [f64]) {
+        vdot.copy_from_slice(&self.x[..self.nq]);
+        lambda.fill(0.0);
+        let values = self.x[self.nq..].iter().zip(&self.kept);
+        values.for_each(|(&value, &row)| lambda[row] = value);
+    }
+
+    /// Moves q, then v, onto the constraints by the least amount in the norm of M, with factors of
+    /// this state or one nearby; at most `corrections` Newton steps for q, fewer when they stop
+    /// gaining.
+    pub(crate) fn project(
+        &mut self,
+        evaluator: &mut Evaluator,
+        t: f64,
+        (q, v): (&mut [f64], &mut [f64]),
+        corrections: usize,
+    ) -> Drift {
+        self.rows.take(&evaluator.constraints(t, q));
+        let position = largest(&self.rows.value);
+        let velocity = self.rows.rate_of(evaluator.shape(), v, &mut self.residual);
+        let mut drift = Drift { position: [position; 2], velocity: [velocity; 2] };
+        for _ in 0..corrections {
+            if drift.position[1] == 0.0 {
+                break;
+            }
+            self.solve_for_step(Residual::Position);
+            for (trial, (q, step)) in self.trial.iter_mut().zip(q.iter().zip(&self.x)) {
+                *trial = q - step;
+            }
+            let at = evaluator.constraints(t, &self.trial);
+            let left = largest(at.value);
+            // Newton's steps gain until rounding; the first that does not is thrown away.
+            if left.is_nan() || left >= drift.position[1] {
+                break;
+            }
+            q.copy_from_slice(&self.trial);
+            self.rows.take(&at);
+            drift.position[1] = left;
+        }
+        self.rows.rate_of(evaluator.shape(), v, &mut self.residual);
+        self.solve_for_step(Residual::Velocity);
+        v.iter_mut().zip(&self.x).for_each(|(v, step)| *v -= step);
+        drift.velocity[1] = self.rows.rate_of(evaluator.shape(), v, &mut self.residual);
+        drift
+    }
+
+    /// The step that takes a residual of the constraints away, into the first nq of `x`.
+    fn solve_for_step(&mut self, residual: Residual) {
+        let residual = match residual {
+            Residual::Position => &self.rows.value,
+            Residual::Velocity => &self.residual,
+        };
+        let (upper, lower) = self.x.split_at_mut(self.nq);
+        upper.fill(0.0);
+        lower.iter_mut().zip(&self.kept).for_each(|(x, &row)| *x = residual[row]);
+        self.solve();
+    }
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Residual {
+    /// g.
+    Position,
+    /// G v + ∂g/∂t.
+    Velocity,
+}
+
+/// G, g and ∂g/∂t at the position that a projection has reached.
+#[derive(Clone, Debug, Default)]
+struct Rows {
+    jacobian: Vec<f64>,
+    value: Vec<f64>,
+    rate: Vec<f64>,
+}
+
+impl Rows {
+    fn take(&mut self, at: &ConstraintsAt) {
+        let parts = [&mut self.jacobian, &mut self.value, &mut self.rate];
+        for (own, part) in parts.into_iter().zip([at.jacobian, at.value, at.rate]) {
+            own.clear();
+            own.extend_from_slice(part);
+        }
+    }
+
+    /// Writes G v + ∂g/∂t and returns its largest magnitude.
+    fn rate_of(&self, shape: &Shape, v: &[f64], out: &mut [f64]) -> f64 {
+        let Self { jacobian, value, rate } = self;
+        ConstraintsAt { shape, jacobian, value, rate }.rate_into(v, out);
+        largest(out)
+    }
+}
+
+/// Largest magnitude; NaN when there is one.
+pub(crate) fn largest(values: &[f64]) -> f64 {
+    // `f64::max` drops NaN, which must come out on top here.
+    values.iter().fold(0.0, |a: f64, b| if b.abs() > a || b.is_nan() { b.abs() } else { a })
+}

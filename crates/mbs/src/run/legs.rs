@@ -1,0 +1,407 @@
+//! The legs of a run: stretches with one method, each from where the last one ended.
+//!
+//! ```text
+//! auto       explicit ──stiff──▶ radau ──singular pose ahead──▶ explicit ──regular──▶ radau
+//! radau                          radau ──singular pose ahead──▶ explicit ──regular──▶ radau
+//! explicit   explicit
+//! ```
+//!
+//! Through a singular pose the motion is smooth, only the implicit equations have no unique
+//! solution. The accelerations have a limit there, explicit steps go on along the tangent, and
+//! their error test keeps them on the branch.
+
+use bksim_dae::{Control, ExplicitSolver, SolveError, Solver, Start as From, Stats, Step};
+
+use super::explicit::ExplicitMotion;
+use super::implicit::settings;
+use super::recorder::{Recorder, Stretch};
+use super::singular::{NOTICEABLE, REGULAR, WEAK, Watch};
+use super::{Integrator, MethodChange, Reason, Sample};
+use crate::compile::CompiledSystem;
+use crate::formulate::MotionEquations;
+use crate::model::{Formulation, Method, SolveOptions};
+use crate::multiplier::{MultiplierSystem, largest};
+use crate::start::Start;
+
+/// A run in its legs.
+pub(crate) struct Run<'a, 'b> {
+    pub(crate) recorder: Recorder<'a>,
+    parameters: &'b [f64],
+    options: &'b SolveOptions,
+    observer: &'b mut dyn FnMut(&Sample) -> Control,
+    stop: &'b dyn Fn() -> bool,
+    /// Constraint rows that follow from the others.
+    dependent: Vec<usize>,
+    /// End of the last accepted step.
+    reached: State,
+    multipliers: MultiplierSystem,
+    watch: Watch,
+    /// Until when explicit steps pass a singular pose in Radau's place.
+    passing: Option<f64>,
+    /// Where a leg failed last.
+    failed_at: Option<f64>,
+    /// Counters of the legs before this one.
+    before: Stats,
+}
+
+/// Positions and velocities at one instant.
+#[derive(Clone, PartialEq, Debug)]
+struct State {
+    t: f64,
+    q: Vec<f64>,
+    v: Vec<f64>,
+}
+
+impl State {
+    fn take(&mut self, t: f64, y: &[f64]) {
+        let nq = self.q.len();
+        self.t = t;
+        self.q.copy_from_slice(&y[..nq]);
+        self.v.copy_from_slice(&y[nq..2 * nq]);
+    }
+}
+
+/// Why a leg ended.
+enum LegEnd {
+    /// The end time is reached.
+    Reached,
+    /// The observer or the caller asked to stop.
+    Stopped,
+    /// Stability limits explicit steps.
+    Stiff,
+    /// A step of Radau's, up to this time, came near a singular pose; it is not part of the run.
+    SingularAhead(f64),
+    /// Explicit steps have passed it.
+    Regular,
+    /// The integrator cannot go on; `None` when the motion left its branch.
+    Failed(Option<SolveError>),
+}
+
+/// Dependent rows count as broken beyond this part of the mechanism's size.
+const BRANCH_TOLERANCE: f64 = 1e-6;
+
+impl<'a, 'b> Run<'a, 'b> {
+    /// A run whose start has been recorded.
+    pub(crate) fn new(
+        recorder: Recorder<'a>,
+        start: &Start,
+        parameters: &'b [f64],
+        options: &'b SolveOptions,
+        observer: &'b mut dyn FnMut(&Sample) -> Control,
+        stop: &'b dyn Fn() -> bool,
+    ) -> Self {
+        let reached = State { t: start.t, q: start.q.clone(), v: start.v.clone() };
+        let multipliers = recorder.multipliers.clone();
+        Self {
+            dependent: start.dependent_rows().to_vec(),
+            recorder,
+            parameters,
+            options,
+            observer,
+            stop,
+            reached,
+            multipliers,
+            watch: Watch::default(),
+            passing: None,
+            failed_at: None,
+            before: Stats::default(),
+        }
+    }
+
+    /// Runs to the end, or until it is stopped.
+    ///
+    /// # Errors
+    /// The integrator's reason; `None` when the motion left its branch.
+    pub(crate) fn to_end(
+        &mut self,
+        compiled: &'a CompiledSystem,
+        equations: &MotionEquations,
+    ) -> Result<(), Option<SolveError>> {
+        let is_fixed = self.options.step.is_some();
+        let (mut method, reason) = match self.options.method {
+            Method::Auto if is_fixed => (Integrator::Radau, Reason::Asked),
+            Method::Auto => (Integrator::Explicit, Reason::Cheapest),
+            Method::Radau => (Integrator::Radau, Reason::Asked),
+            Method::Explicit => (Integrator::Explicit, Reason::Asked),
+        };
+        self.note(method, reason);
+        loop {
+            let end = match method {
+                Integrator::Explicit => self.explicit_leg(compiled),
+                Integrator::Radau => self.radau_leg(equations),
+            };
+            self.before = self.recorder.summary.stats;
+            self.passing = None;
+            let reason;
+            (method, reason) = match end {
+                LegEnd::Reached => return Ok(()),
+                LegEnd::Stopped => {
+                    self.record_last();
+                    return Ok(());
+                }
+                LegEnd::Stiff => (Integrator::Radau, Reason::Stiff),
+                LegEnd::Regular => (Integrator::Radau, Reason::Regular),
+                LegEnd::SingularAhead(t) => {
+                    self.passing = Some(t);
+                    (Integrator::Explicit, Reason::SingularPose)
+                }
+                LegEnd::Failed(error) => {
+                    let Some(next) = self.after_failure(method) else {
+                        self.record_last();
+                        return Err(error);
+                    };
+                    next
+                }
+            };
+            self.note(method, reason);
+        }
+    }
+
+    /// What to try where a method has failed.
+    fn after_failure(&mut self, method: Integrator) -> Option<(Integrator, Reason)> {
+        let t = self.reached.t;
+        let is_stuck = self.failed_at.replace(t) == Some(t);
+        if is_stuck || self.options.step.is_some() {
+            return None;
+        }
+        match (self.options.method, method) {
+            (Method::Auto, Integrator::Explicit) => Some((Integrator::Radau, Reason::OtherFailed)),
+            (Method::Auto | Method::Radau, Integrator::Radau) if self.weakness() < REGULAR => {
+                self.passing = Some(t);
+                Some((Integrator::Explicit, Reason::SingularPose))
+            }
+            _ => None,
+        }
+    }
+
+    fn note(&mut self, method: Integrator, reason: Reason) {
+        self.recorder.summary.methods.push(MethodChange { t: self.reached.t, method, reason });
+    }
+
+    /// Integrates with explicit steps.
+    fn explicit_leg(&mut self, compiled: &'a CompiledSystem) -> LegEnd {
+        let nq = self.reached.q.len();
+        let motion = ExplicitMotion::new(compiled, self.parameters, self.multipliers.clone());
+        let State { t, q, v } = &self.reached;
+        let y = [q.as_slice(), v, &[self.recorder.summary.energy.work]].concat();
+        let from = From { t: *t, ydot: vec![0.0; y.len()], y };
+        let settings = ExplicitMotion::settings(self.options, nq);
+        let mut solver = match ExplicitSolver::new(motion, from, self.options.t_end, settings) {
+            Ok(solver) => solver,
+            Err(error) => return LegEnd::Failed(Some(error)),
+        };
+        let may_switch = self.options.method == Method::Auto && self.passing.is_none();
+        let end = loop {
+            match solver.advance() {
+                Ok(true) => (),
+                Ok(false) => break LegEnd::Reached,
+                Err(error) => break self.failed(error),
+            }
+            let motion = solver.system_mut();
+            let weakness = motion.multipliers.weakness();
+            let weakest = std::mem::replace(&mut motion.weakest, weakness);
+            if self.is_off_branch(solver.t(), solver.y()) {
+                break LegEnd::Failed(None);
+            }
+            if weakest < NOTICEABLE
+                && let Err(error) = self.search_singular_pose(&mut solver)
+            {
+                break self.failed(error);
+            }
+            match self.pass_explicit_step(&mut solver) {
+                Ok(Control::Continue) => (),
+                Ok(Control::Stop) => break LegEnd::Stopped,
+                Err(error) => break self.failed(error),
+            }
+            let is_past = |until: f64| (solver.t() - until) * solver.h().signum() >= 0.0;
+            if weakness > REGULAR && self.passing.is_some_and(is_past) {
+                break LegEnd::Regular;
+            }
+            if may_switch && solver.is_stiff() {
+                break LegEnd::Stiff;
+            }
+        };
+        self.multipliers.clone_from(&solver.system_mut().multipliers);
+        end
+    }
+
+    /// Outputs of an explicit step; its dense output is made only when it is needed.
+    fn pass_explicit_step(
+        &mut self,
+        solver: &mut ExplicitSolver<ExplicitMotion<'_>>,
+    ) -> Result<Control, SolveError> {
+        let (t0, t1, nq) = (self.reached.t, solver.t(), self.reached.q.len());
+        let mut control = Control::Continue;
+        if self.recorder.due(t1).is_some() {
+            let step = solver.last_step()?;
+            let n = step.y1().len();
+            let at = |t: f64, y: &mut [f64]| step.at(t, &mut y[..n]);
+            let stats = sum(&self.before, step.stats());
+            let stretch = Stretch { t0, t1, at: &at, has_work: true, h: t1 - t0, stats };
+            control = self.recorder.pass(&stretch, self.observer);
+        }
+        self.recorder.summary.energy.work = solver.y()[2 * nq];
+        self.recorder.summary.stats = sum(&self.before, solver.stats());
+        self.reached.take(t1, solver.y());
+        Ok(self.or_stop(control))
+    }
+
+    fn or_stop(&self, control: Control) -> Control {
+        if control == Control::Stop || (self.stop)() { Control::Stop } else { Control::Continue }
+    }
+
+    /// Looks for a singular pose in a step with a weak stage.
+    fn search_singular_pose(
+        &mut self,
+        solver: &mut ExplicitSolver<ExplicitMotion<'_>>,
+    ) -> Result<(), SolveError> {
+        self.multipliers.clone_from(&solver.system_mut().multipliers);
+        let step = solver.last_step()?;
+        let evaluator = &mut self.recorder.evaluator;
+        let found = self.watch.search(evaluator, &mut self.multipliers, &step);
+        self.recorder.summary.singular_poses.extend(found);
+        Ok(())
+    }
+
+    /// Integrates with Radau IIA.
+    fn radau_leg(&mut self, equations: &MotionEquations) -> LegEnd {
+        let is_watching = self.options.step.is_none();
+        if is_watching && self.weakness() < WEAK {
+            return LegEnd::SingularAhead(self.reached.t);
+        }
+        let State { t, q, v } = &self.reached;
+        let (mut a, mut lambda) =
+            (vec![0.0; q.len()], vec![0.0; self.recorder.sample.lambda.len()]);
+        let at = self.recorder.evaluator.dynamics(*t, q, v);
+        // What is not finite here is found, and named, by the first step.
+        let _ = self.multipliers.accelerations_into(&at, &mut a, &mut lambda);
+        let motion = equations.at(self.parameters, &self.dependent);
+        let (y, ydot) = equations.state(q, v, &a, &lambda);
+        let from = From { t: *t, y, ydot };
+        let settings = settings(self.options, equations);
+        let mut solver = match Solver::new(motion, from, self.options.t_end, settings) {
+            Ok(solver) => solver,
+            Err(error) => return LegEnd::Failed(Some(error)),
+        };
+        loop {
+            let step = match solver.step() {
+                Ok(Some(step)) => step,
+                Ok(None) => return LegEnd::Reached,
+                Err(error) => return self.failed(error),
+            };
+            if is_watching && self.is_weak_within(&step) {
+                self.recorder.summary.stats = sum(&self.before, step.stats());
+                return LegEnd::SingularAhead(step.t1());
+            }
+            if self.is_off_branch(step.t1(), step.y1()) {
+                return LegEnd::Failed(None);
+            }
+            if self.pass_radau_step(&step) == Control::Stop {
+                return LegEnd::Stopped;
+            }
+            if self.options.formulation == Formulation::Index1
+                && let Err(error) = self.project(&mut solver, equations)
+            {
+                return self.failed(error);
+            }
+        }
+    }
+
+    fn pass_radau_step(&mut self, step: &Step<'_>) -> Control {
+        let n = step.y1().len();
+        let at = |t: f64, y: &mut [f64]| step.at(t, &mut y[..n]);
+        let stats = sum(&self.before, step.stats());
+        let stretch =
+            Stretch { t0: step.t0(), t1: step.t1(), at: &at, has_work: false, h: step.h(), stats };
+        let control = self.recorder.pass(&stretch, self.observer);
+        self.recorder.summary.stats = stats;
+        self.reached.take(step.t1(), step.y1());
+        self.or_stop(control)
+    }
+
+    /// Puts the end of a step of index 1 back onto the constraints, from which it drifts.
+    fn project<S: bksim_dae::System>(
+        &mut self,
+        solver: &mut Solver<S>,
+        equations: &MotionEquations,
+    ) -> Result<(), SolveError> {
+        const CORRECTIONS: usize = 2;
+        let State { t, q, v } = &mut self.reached;
+        let evaluator = &mut self.recorder.evaluator;
+        let (mut a, mut lambda) =
+            (vec![0.0; q.len()], vec![0.0; self.recorder.sample.lambda.len()]);
+        // The factors of the state before the projection; what is not finite shows in the next step.
+        let _ = self.multipliers.factor(&evaluator.dynamics(*t, q, v));
+        self.multipliers.project(evaluator, *t, (&mut *q, &mut *v), CORRECTIONS);
+        let at = evaluator.dynamics(*t, q, v);
+        let _ = self.multipliers.accelerations_into(&at, &mut a, &mut lambda);
+        let (y, ydot) = equations.state(q, v, &a, &lambda);
+        solver.correct_state(&y, &ydot)
+    }
+
+    /// Weakness of the constraints where the run stands.
+    fn weakness(&mut self) -> f64 {
+        let State { t, q, v } = &self.reached;
+        self.multipliers.weakness_at(&self.recorder.evaluator.dynamics(*t, q, v))
+    }
+
+    /// Whether a step comes near a singular pose.
+    fn is_weak_within(&mut self, step: &Step<'_>) -> bool {
+        let nq = self.reached.q.len();
+        let mut y = vec![0.0; step.y1().len()];
+        [1.0 / 3.0, 2.0 / 3.0, 1.0].into_iter().any(|part| {
+            let t = step.t0() + part * (step.t1() - step.t0());
+            step.at(t, &mut y);
+            let (q, v) = y[..2 * nq].split_at(nq);
+            self.multipliers.weakness_at(&self.recorder.evaluator.dynamics(t, q, v)) < WEAK
+        })
+    }
+
+    /// Whether rows that used to follow from the others are broken at the end of a step: it has
+    /// jumped over a singular pose onto a branch that only the other rows allow.
+    fn is_off_branch(&mut self, t: f64, y: &[f64]) -> bool {
+        if self.dependent.is_empty() {
+            return false;
+        }
+        let q = &y[..self.reached.q.len()];
+        let size = q.iter().fold(1.0, |size: f64, value| size.max(value.abs()));
+        let gap = largest(self.recorder.evaluator.constraints(t, q).value);
+        gap.is_nan() || gap > BRANCH_TOLERANCE * size
+    }
+
+    fn failed(&mut self, error: SolveError) -> LegEnd {
+        if let Some(stats) = error.stats() {
+            self.recorder.summary.stats = sum(&self.before, stats);
+        }
+        LegEnd::Failed(Some(error))
+    }
+
+    /// Hands out the end of the last step of a run that ends early.
+    fn record_last(&mut self) {
+        let State { t, q, v } = &self.reached;
+        let nq = q.len();
+        let at = |_: f64, y: &mut [f64]| {
+            y[..nq].copy_from_slice(q);
+            y[nq..2 * nq].copy_from_slice(v);
+        };
+        let h = self.recorder.sample.step_size;
+        let stats = self.recorder.summary.stats;
+        let stretch = Stretch { t0: *t, t1: *t, at: &at, has_work: false, h, stats };
+        self.recorder.take_last(&stretch, self.observer);
+    }
+}
+
+/// Counters of two legs together.
+fn sum(before: &Stats, leg: &Stats) -> Stats {
+    Stats {
+        n_step: before.n_step + leg.n_step,
+        n_accept: before.n_accept + leg.n_accept,
+        n_reject: before.n_reject + leg.n_reject,
+        n_newton_failed: before.n_newton_failed + leg.n_newton_failed,
+        n_newton: before.n_newton + leg.n_newton,
+        n_residual: before.n_residual + leg.n_residual,
+        n_jacobian: before.n_jacobian + leg.n_jacobian,
+        n_factor: before.n_factor + leg.n_factor,
+        n_solve: before.n_solve + leg.n_solve,
+    }
+}
