@@ -1,6 +1,7 @@
 //! A run as a log: which channels there are, and how a sample fills them.
 
 use std::io::Write;
+use std::ops::Range;
 
 use bksim_log::{EndStatus, Field, Header, LogError, LogWriter, Outcome, Quantity, Topic, TopicId};
 use bksim_mbs::run::{Sample, Summary};
@@ -12,7 +13,8 @@ use crate::{Mechanism, VERSION};
 pub struct Recorder<W: Write> {
     writer: LogWriter<W>,
     topics: Topics,
-    n_drives: usize,
+    /// Rows of the drives.
+    drives: Range<usize>,
     values: Vec<f64>,
 }
 
@@ -48,8 +50,10 @@ impl<W: Write> Recorder<W> {
         }
         let topics = topics(mechanism, &mut header);
         let writer = LogWriter::create(out, &header)?;
-        let n_drives = mechanism.compiled.drives.len();
-        Ok(Self { writer, topics, n_drives, values: Vec::new() })
+        // Rows of joints come first, then those of drives, then those of stops and friction.
+        let end = mechanism.system.n_bilateral();
+        let drives = end - mechanism.compiled.drives.len()..end;
+        Ok(Self { writer, topics, drives, values: Vec::new() })
     }
 
     /// Writes one sample to every channel.
@@ -69,9 +73,8 @@ impl<W: Write> Recorder<W> {
             self.writer.write(topic, t, reaction)?;
         }
         if let Some(topic) = self.topics.drives {
-            // The rows of the drives come last, and their multipliers are the efforts.
-            let first = sample.lambda.len() - self.n_drives;
-            self.writer.write(topic, t, &sample.lambda[first..])?;
+            // The multipliers of the drives' rows are the efforts.
+            self.writer.write(topic, t, &sample.lambda[self.drives.clone()])?;
         }
         let energy = &sample.energy;
         let total = energy.kinetic + energy.potential;

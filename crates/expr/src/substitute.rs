@@ -1,5 +1,6 @@
-//! Simultaneous substitution of symbols, and replacement of parts.
+//! Simultaneous substitution of symbols, and replacement of parts and of function calls.
 
+use crate::op::{Function, Op};
 use crate::pool::{Expr, Pool, SymbolId};
 use std::collections::HashMap;
 
@@ -23,6 +24,49 @@ impl Pool {
         let replacement: HashMap<Expr, Expr> = map.iter().copied().collect();
         let sweep = self.sweep(roots);
         let images = self.map_sweep(&sweep, |step| replacement.get(&step.expr).copied());
+        sweep.roots.iter().map(|&root| images[root]).collect()
+    }
+
+    /// Rewrites function calls, operands before users: `image` sees each call with its operands as
+    /// they have become, and may put something else in its place.
+    ///
+    /// ```
+    /// use bksim_expr::{Function, Pool};
+    ///
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// let pool = Pool::new();
+    /// let kinked = pool.parse("k*abs(x + y) + sin(x)")?;
+    /// let [smooth] = pool.map_calls(&[kinked], |function, operands| match (function, operands) {
+    ///     (Function::Abs, &[a]) => Some(pool.mul(pool.symbol("s"), a)),
+    ///     _ => None,
+    /// })[..] else { unreachable!("one expression in, one out") };
+    /// assert_eq!(smooth, pool.parse("k*s*(x + y) + sin(x)")?);
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn map_calls(
+        &self,
+        roots: &[Expr],
+        mut image: impl FnMut(Function, &[Expr]) -> Option<Expr>,
+    ) -> Vec<Expr> {
+        let sweep = self.sweep(roots);
+        let mut images: Vec<Expr> = Vec::with_capacity(sweep.steps.len());
+        for step in &sweep.steps {
+            let mut operands: Vec<Expr> = sweep.operands(step).map(|o| images[o]).collect();
+            let unchanged = sweep.operands(step).all(|o| images[o] == sweep.steps[o].expr);
+            let rebuilt = if unchanged { step.expr } else { self.rebuild(step, &operands) };
+            let called = match step.op {
+                Op::Call(Function::If) => {
+                    let branches = self.node(operands[1]);
+                    operands.truncate(1);
+                    operands.extend([branches.left, branches.right]);
+                    image(Function::If, &operands)
+                }
+                Op::Call(function) => image(function, &operands),
+                _ => None,
+            };
+            images.push(called.unwrap_or(rebuilt));
+        }
         sweep.roots.iter().map(|&root| images[root]).collect()
     }
 }

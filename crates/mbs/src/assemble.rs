@@ -16,9 +16,10 @@ use crate::force::{self, Wrench};
 use crate::joint;
 use crate::kinematics::{Coordinate, Kinematics};
 use crate::lagrange::left_side;
-use crate::model::{BodyId, DriveId, JointId, Model, Vector};
+use crate::model::{BodyId, DriveId, JointId, LoadId, LoadKind, Model, Vector};
 use crate::sparse::SparseMatrix;
 use crate::spatial;
+use crate::switch::{self, Contact, ContactRow, Law, Switch};
 use crate::tree::Tree;
 
 /// Where a constraint row comes from.
@@ -28,6 +29,29 @@ pub enum Source {
     Joint(JointId),
     /// A prescribed motion.
     Drive(DriveId),
+    /// A limit of a motion, which holds while bodies are in contact.
+    Stop(LoadId),
+    /// Dry friction, which holds while it sticks.
+    Friction(LoadId),
+}
+
+impl Source {
+    /// The joint that the row acts in.
+    pub fn joint(self, model: &Model) -> JointId {
+        match self {
+            Self::Joint(joint) => joint,
+            Self::Drive(drive) => model.drives[drive.0].joint,
+            Self::Stop(load) | Self::Friction(load) => match model.loads[load.0].kind {
+                LoadKind::Stop { joint, .. } | LoadKind::Friction { joint, .. } => joint,
+                _ => unreachable!("only stops and friction have rows"),
+            },
+        }
+    }
+
+    /// Whether the row opens and closes.
+    pub fn is_contact(self) -> bool {
+        matches!(self, Self::Stop(_) | Self::Friction(_))
+    }
 }
 
 /// One constraint row f(t, q) = 0 with its multiplier.
@@ -39,7 +63,7 @@ pub struct Constraint {
     pub lambda: SymbolId,
     /// The joint or drive it comes from.
     pub source: Source,
-    /// `x`, `y`, `z`, `normal`, `angle`, `length` or `motion`.
+    /// `x`, `y`, `z`, `normal`, `angle`, `length`, `motion`, `min`, `max` or `friction`.
     pub direction: &'static str,
     /// Force on the joint's successor at its joint point for λ = 1.
     pub(crate) force: Vector,
@@ -66,7 +90,7 @@ pub struct SymbolicSystem {
     pub potential_gradient: Vec<Expr>,
     /// Q(t, q, v), nq: generalised forces without a potential.
     pub force: Vec<Expr>,
-    /// f(t, q) with multipliers, cut joints in file order, then drives.
+    /// f(t, q) with multipliers, cut joints in file order, then drives, then contacts.
     pub constraints: Vec<Constraint>,
     /// G = ∂f/∂q, nc × nq.
     pub constraint_jacobian: SparseMatrix,
@@ -74,12 +98,40 @@ pub struct SymbolicSystem {
     pub constraint_rate: Vec<Expr>,
     /// Every wrench on a body: loads with and without potential.
     pub(crate) wrenches: Vec<Wrench>,
+    /// Stops and friction: the rows that open and close.
+    pub contacts: Vec<Contact>,
+    /// Kinks of the expressions.
+    pub switches: Vec<Switch>,
+    /// The equations that are integrated, when they are not these.
+    frozen: Option<Box<SymbolicSystem>>,
 }
 
 impl SymbolicSystem {
     /// The generalised coordinates.
     pub fn coordinates(&self) -> &[Coordinate] {
         &self.kinematics.coordinates
+    }
+
+    /// The equations that are integrated: with [modes](crate::switch) in place of what switches.
+    pub fn integrated(&self) -> &Self {
+        self.frozen.as_deref().unwrap_or(self)
+    }
+
+    /// Number of constraint rows that always hold; those of contacts follow.
+    pub fn n_bilateral(&self) -> usize {
+        self.constraints.len() - self.contacts.len()
+    }
+
+    /// Parameters of everything that is compiled: the model's own, then the modes: σ of every
+    /// switch, then κ of every contact, behind κ of friction its ς and p₀.
+    pub(crate) fn parameters(&self, model: &Model) -> Vec<SymbolId> {
+        let own = model.parameters.iter().map(|p| p.symbol);
+        let kinks = self.switches.iter().map(|switch| switch.mode);
+        let of_contact = |contact: &Contact| match contact.law {
+            Law::Stop { .. } => vec![contact.closed],
+            Law::Friction { slip, place, .. } => vec![contact.closed, slip, place],
+        };
+        own.chain(kinks).chain(self.contacts.iter().flat_map(of_contact)).collect()
     }
 }
 
@@ -105,12 +157,14 @@ pub fn assemble(model: &Model) -> SymbolicSystem {
     wrenches.extend(applied);
 
     // Constraints, and what they are differentiated to.
-    let constraints = constraints(model, &tree, &kinematics);
+    let rows = switch::contact_rows(model, &kinematics, &signals);
+    let constraints = constraints(model, &tree, &kinematics, &rows);
+    let contacts = switch::contacts(model, &rows, &constraints);
     let constraint_jacobian = constraint_jacobian(model, &kinematics, &constraints);
     let constraint_rate =
         constraints.iter().map(|c| pool.simplify(pool.diff(c.expression, model.time))).collect();
 
-    SymbolicSystem {
+    let mut system = SymbolicSystem {
         kinetic_energy: left.kinetic_energy,
         potential_energy: left.potential_energy,
         mass_matrix: left.mass_matrix,
@@ -123,7 +177,15 @@ pub fn assemble(model: &Model) -> SymbolicSystem {
         constraint_rate,
         wrenches,
         kinematics,
+        contacts,
+        switches: Vec::new(),
+        frozen: None,
+    };
+    if let Some(frozen) = switch::freeze(model, &system) {
+        system.switches.clone_from(&frozen.switches);
+        system.frozen = Some(Box::new(frozen));
     }
+    system
 }
 
 /// I′ about the centre of mass: by Steiner, I_c = I_P − m (d·d 1 − d dᵀ), d from P to the centre.
@@ -186,8 +248,14 @@ fn constraint_jacobian(
     SparseMatrix::new(constraints.len(), n_columns, entries)
 }
 
-/// Rows of the cut joints, then of the drives: motion(t) − position = 0, so that λ is the effort.
-fn constraints(model: &Model, tree: &Tree, kinematics: &Kinematics) -> Vec<Constraint> {
+/// Rows of the cut joints, then of the drives: motion(t) − position = 0, so that λ is the effort;
+/// then those of contacts.
+fn constraints(
+    model: &Model,
+    tree: &Tree,
+    kinematics: &Kinematics,
+    contacts: &[ContactRow],
+) -> Vec<Constraint> {
     let pool = &model.pool;
     let mut constraints = Vec::new();
     // An author may have called a coordinate or a parameter `ld1`; the multiplier must not be it.
@@ -221,6 +289,9 @@ fn constraints(model: &Model, tree: &Tree, kinematics: &Kinematics) -> Vec<Const
         let (force, moment) = joint::effort(pool, motion, &kinematics.sides(model, joint));
         let expression = pool.sub(drive.motion, position);
         add(expression, Source::Drive(DriveId(drive_idx)), "motion", force, moment);
+    }
+    for row in contacts {
+        add(row.expression, row.source, row.direction, row.force, row.moment);
     }
     constraints
 }

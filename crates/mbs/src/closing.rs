@@ -65,14 +65,7 @@ impl<'a> Closing<'a> {
         let stated_tape = Tape::compile(pool, &values, &[], &symbols)?;
         let mut stated = vec![0.0; values.len()];
         stated_tape.evaluate(&mut stated_tape.workspace(parameters), &[], &mut stated);
-        let gap_of_joint = system
-            .constraints
-            .iter()
-            .map(|c| match c.source {
-                Source::Joint(joint) => joint,
-                Source::Drive(drive) => model.drives[drive.0].joint,
-            })
-            .collect();
+        let gap_of_joint = system.constraints.iter().map(|c| c.source.joint(model)).collect();
         let workspace = measures.workspace(parameters);
         Ok(Self { model, system, parameters, measures, moving, workspace, stated, gap_of_joint })
     }

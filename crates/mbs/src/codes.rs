@@ -22,6 +22,7 @@ codes! {
     DRIVE_AT_START = "S004", "a drive cannot move at the start";
     NO_INERTIA = "S005", "a motion without inertia";
     NOT_FINITE_AT_START = "S006", "no finite value at the start";
+    BEYOND_STOP = "S007", "a start beyond a stop";
     REDUNDANT = "S010", "redundant joints";
     NO_MOBILITY = "S011", "nothing can move";
     DRIVE_CANNOT_PASS = "R001", "a drive cannot pass a dead centre";
@@ -29,4 +30,7 @@ codes! {
     STEP_TOO_SMALL = "R003", "the step size became too small";
     TOO_MANY_STEPS = "R004", "too many steps";
     SINGULAR = "R005", "a singular pose";
+    CHATTER = "R006", "a switch thrown forth and back";
+    NO_CONTACTS = "R007", "contacts that exclude each other";
+    DRIVE_JUMPS = "R008", "a drive that jumps";
 }

@@ -10,8 +10,9 @@ use crate::evaluator::Evaluator;
 
 use crate::assemble::{Source, SymbolicSystem};
 use crate::joint::MotionKind;
-use crate::model::{DriveId, JointId, Model};
+use crate::model::{DriveId, JointId, LoadId, Model};
 use crate::reaction::reactions;
+use crate::switch::{Modes, Watch};
 
 /// Name and unit of one number of the state.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -48,6 +49,10 @@ pub struct CompiledSystem {
     pub(crate) power: Option<Runner>,
     /// Six numbers per joint of (t, q, v, a, λ).
     pub(crate) reactions: Runner,
+    /// What decides the modes.
+    pub(crate) watch: Watch,
+    /// The model's own, without modes.
+    n_parameters: usize,
 }
 
 /// Which entries of M and G there are, in the order of their values.
@@ -67,6 +72,8 @@ pub(crate) struct Shape {
 /// [`TapeError`] names a symbol that is neither time, a parameter nor part of the state.
 pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem, TapeError> {
     let pool = &model.pool;
+    let watch = Watch::compile(model, system)?;
+    let system = system.integrated();
     let coordinates = system.coordinates();
     let [q, v, a]: [Vec<SymbolId>; 3] = [
         coordinates.iter().map(|c| c.q).collect(),
@@ -74,7 +81,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         coordinates.iter().map(|c| c.a).collect(),
     ];
     let lambda: Vec<SymbolId> = system.constraints.iter().map(|c| c.lambda).collect();
-    let parameters: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
+    let parameters = system.parameters(model);
     let tape = |outputs: &[Expr], inputs: &[&[SymbolId]]| {
         let inputs: Vec<SymbolId> =
             std::iter::once(model.time).chain(inputs.iter().copied().flatten().copied()).collect();
@@ -116,6 +123,8 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         energy: tape(&energy, &[&q, &v, &lambda])?,
         power,
         reactions: tape(&reaction_outputs, &[&q, &v, &a, &lambda])?,
+        watch,
+        n_parameters: model.parameters.len(),
     })
 }
 
@@ -130,9 +139,12 @@ impl CompiledSystem {
         self.shape.nc
     }
 
-    /// The functions at the given parameter values, in the order of the model's parameters.
+    /// The functions at the given parameter values, in the order of the model's parameters; modes
+    /// may follow, else every contact is open.
     pub fn evaluator(&self, parameters: &[f64]) -> Evaluator<'_> {
-        Evaluator::new(self, parameters)
+        let has_modes = parameters.len() > self.n_parameters;
+        let idle = if has_modes { Modes::default() } else { self.watch.idle() };
+        Evaluator::new(self, &idle.behind(parameters))
     }
 }
 
@@ -193,11 +205,16 @@ fn multiplier_quantities(model: &Model, system: &SymbolicSystem) -> Vec<Quantity
         let owner = match c.source {
             Source::Joint(JointId(j)) => format!("joint `{}`", model.joints[j].name),
             Source::Drive(DriveId(d)) => format!("drive `{}`", model.drives[d].name),
+            Source::Stop(LoadId(l)) => format!("stop `{}`", model.loads[l].name),
+            Source::Friction(LoadId(l)) => format!("friction `{}`", model.loads[l].name),
         };
         Quantity {
             name: model.pool.symbol_name(c.lambda),
             unit: if is_force { "N" } else { "N*m" },
-            description: format!("{owner}, {}", c.direction),
+            description: match c.source {
+                Source::Friction(_) => owner,
+                _ => format!("{owner}, {}", c.direction),
+            },
         }
     };
     system.constraints.iter().map(quantity).collect()

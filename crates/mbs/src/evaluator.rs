@@ -134,7 +134,7 @@ impl<'a> Evaluator<'a> {
 }
 
 /// Inputs of a tape: time, then the parts of the state.
-fn gather(inputs: &mut Vec<f64>, t: f64, parts: &[&[f64]]) {
+pub(crate) fn gather(inputs: &mut Vec<f64>, t: f64, parts: &[&[f64]]) {
     inputs.clear();
     inputs.push(t);
     for part in parts {

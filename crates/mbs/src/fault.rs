@@ -3,6 +3,7 @@
 
 mod run;
 mod start;
+mod switch;
 
 pub use run::diagnose_run;
 pub use start::{diagnose_mobility, diagnose_start, unit_of};

@@ -61,6 +61,8 @@ pub(crate) fn action(
         LoadKind::Torsion { joint, stiffness, angle, damping } => {
             law.torsion(*joint, *stiffness, *angle, *damping)
         }
+        // Rows with multipliers of their own: see `switch`.
+        LoadKind::Stop { .. } | LoadKind::Friction { .. } => Action::default(),
     }
 }
 

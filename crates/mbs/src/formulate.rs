@@ -28,6 +28,8 @@ pub struct MotionEquations {
     nc: usize,
     layout: Layout,
     pattern: Pattern,
+    /// The rows q̇ − v (+ Gᵀ μ), which give the velocities.
+    velocity_rows: Vec<(usize, usize)>,
     residual: Runner,
     jacobian: Runner,
     /// Position in the pattern of each output of the Jacobian tape: first ∂F/∂y, then ∂F/∂y′.
@@ -60,6 +62,7 @@ pub fn formulate(
     system: &SymbolicSystem,
     formulation: Formulation,
 ) -> Result<MotionEquations, TapeError> {
+    let system = system.integrated();
     let (nq, nc) = (system.coordinates().len(), system.constraints.len());
     let unknowns = Unknowns::new(model, system, formulation);
     let rows = unknowns.residual(model, system, formulation);
@@ -81,8 +84,9 @@ pub fn formulate(
     // The nonzero entries of both, first ∂F/∂y.
     let entries: Vec<Expr> =
         dy.entries.iter().chain(&dydot.entries).map(|&(_, _, entry)| entry).collect();
-    let compiled =
-        |outputs: &[Expr]| Ok(Runner::new(unknowns.compile(model, outputs)?, model.solve.jit));
+    let compiled = |outputs: &[Expr]| {
+        Ok(Runner::new(unknowns.compile(model, system, outputs)?, model.solve.jit))
+    };
     Ok(MotionEquations {
         formulation,
         nq,
@@ -92,6 +96,7 @@ pub fn formulate(
         jacobian: compiled(&entries)?,
         jacobian_slots,
         n_y_entries: dy.entries.len(),
+        velocity_rows: (0..nq).map(|i| (i, nq + i)).collect(),
         pattern,
     })
 }
@@ -107,7 +112,8 @@ impl MotionEquations {
         &self.layout
     }
 
-    /// Binds parameter values; `dependent` are the constraint rows that follow from the others.
+    /// Binds parameter values, modes included; `dependent` are the constraint rows that follow from
+    /// the others, and those of contacts that are open.
     pub fn at(&self, parameters: &[f64], dependent: &[usize]) -> Motion<'_> {
         let held_lambda = dependent.iter().map(|row| 2 * self.nq + row);
         let held_mu = dependent.iter().map(|row| 2 * self.nq + self.nc + row);
@@ -159,6 +165,10 @@ impl System for Motion<'_> {
 
     fn pattern(&self) -> &Pattern {
         &self.equations.pattern
+    }
+
+    fn explicit_rows(&self) -> &[(usize, usize)] {
+        &self.equations.velocity_rows
     }
 
     fn residual(
@@ -246,10 +256,14 @@ impl Unknowns {
     }
 
     /// Compiles functions of t, y, y′ and the parameters.
-    fn compile(&self, model: &Model, outputs: &[Expr]) -> Result<Tape, TapeError> {
+    fn compile(
+        &self,
+        model: &Model,
+        system: &SymbolicSystem,
+        outputs: &[Expr],
+    ) -> Result<Tape, TapeError> {
         let inputs = [&[model.time], self.y.as_slice(), self.ydot.as_slice()].concat();
-        let parameters: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
-        Tape::compile(&model.pool, outputs, &inputs, &parameters)
+        Tape::compile(&model.pool, outputs, &inputs, &system.parameters(model))
     }
 
     fn residual(

@@ -27,4 +27,5 @@ pub mod run;
 pub mod sparse;
 mod spatial;
 pub mod start;
+pub mod switch;
 pub mod tree;

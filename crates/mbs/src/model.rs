@@ -281,6 +281,30 @@ pub enum LoadKind {
         /// N m s/rad.
         damping: Expr,
     },
+    /// Limits of one motion of a joint; where they are reached, bodies hit and may rest.
+    Stop {
+        /// The joint whose motion is limited.
+        joint: JointId,
+        /// Which of its motions.
+        motion_idx: usize,
+        /// Smallest position, rad or m.
+        min: Option<Expr>,
+        /// Largest position, rad or m.
+        max: Option<Expr>,
+        /// Speed after a blow over the speed before, in 0 ..= 1.
+        restitution: Expr,
+    },
+    /// Dry friction in one motion of a joint.
+    Friction {
+        /// The joint whose motion it resists.
+        joint: JointId,
+        /// Which of its motions.
+        motion_idx: usize,
+        /// Friction while it slides, N or N m, not negative.
+        sliding: Expr,
+        /// Largest friction while it sticks; what is below `sliding` counts as `sliding`.
+        sticking: Expr,
+    },
 }
 
 /// A prescribed motion: the measure equals the function of time.

@@ -40,12 +40,9 @@ pub fn reactions(model: &Model, system: &SymbolicSystem) -> Vec<Reaction> {
     };
     let mut reactions: Vec<Reaction> = (0..model.joints.len()).map(nothing).collect();
 
-    // Cut joints and drives: the multipliers say it.
+    // Cut joints, drives and contacts: the multipliers say it.
     for constraint in &system.constraints {
-        let joint = match constraint.source {
-            Source::Joint(joint) => joint,
-            Source::Drive(drive) => model.drives[drive.0].joint,
-        };
+        let joint = constraint.source.joint(model);
         let (force, moment) = multiplied(pool, constraint);
         if let Source::Joint(_) = constraint.source {
             let reaction = &mut reactions[joint.0];

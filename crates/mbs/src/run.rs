@@ -13,7 +13,7 @@ mod singular;
 
 use bksim_dae::{Control, SolveError, Standstill, Stats};
 
-use self::legs::Run;
+use self::legs::{Halt, Run};
 use self::recorder::Recorder;
 pub use self::singular::SingularPose;
 use crate::compile::CompiledSystem;
@@ -21,6 +21,7 @@ pub use crate::evaluator::Energy;
 use crate::formulate::MotionEquations;
 use crate::model::SolveOptions;
 use crate::start::Start;
+use crate::switch::{Change, Unsettled};
 
 /// Everything about one instant.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -72,6 +73,8 @@ pub struct Summary {
     pub singular_poses: Vec<SingularPose>,
     /// The methods that were used, the first from the start.
     pub methods: Vec<MethodChange>,
+    /// What switched, in order.
+    pub changes: Vec<Change>,
 }
 
 /// A method, from when it was used, and why.
@@ -118,8 +121,10 @@ pub struct EnergyBalance {
     pub initial: f64,
     /// T + V at the end, J.
     pub last: f64,
-    /// Work of loads and drives, J.
+    /// Work of loads and drives, that of blows included, J.
     pub work: f64,
+    /// Work of blows, J: what stops and kinks of drives have done to T at once.
+    pub blows: f64,
     /// Largest |T + V − W − (T₀ + V₀)| over the samples, J.
     pub worst_error: f64,
     /// Largest |T| + |V − V₀| + |W| over the samples, J: what the error is relative to.
@@ -131,6 +136,8 @@ pub struct EnergyBalance {
 pub struct Failure {
     /// The integrator's reason; `None` when the run met a singular pose that it could not cross.
     pub error: Option<SolveError>,
+    /// What could not go on where something switched.
+    pub unsettled: Option<Unsettled>,
     /// The run so far.
     pub summary: Summary,
     /// The last state that was reached.
@@ -157,7 +164,7 @@ pub fn run(
     if recorder.record_start(start, observer) == Control::Stop {
         return Ok(recorder.summary);
     }
-    let mut run = Run::new(recorder, start, parameters, options, observer, stop);
+    let mut run = Run::new(recorder, start, options, observer, stop);
     let outcome = run.to_end(compiled, equations);
     let recorder = run.recorder;
     if recorder.is_undefined {
@@ -169,7 +176,9 @@ pub fn run(
             summary.reached_end = summary.t == options.t_end;
             Ok(summary)
         }
-        Err(error) => Err(Box::new(Failure { error, summary, last })),
+        Err(Halt { error, unsettled }) => {
+            Err(Box::new(Failure { error, unsettled, summary, last }))
+        }
     }
 }
 
@@ -183,5 +192,6 @@ fn undefined(recorder: Recorder<'_>) -> Failure {
         y: [last.q.as_slice(), &last.v].concat(),
         stats: summary.stats,
     };
-    Failure { error: Some(SolveError::NotFinite { row: 0, at: Box::new(at) }), summary, last }
+    let error = Some(SolveError::NotFinite { row: 0, at: Box::new(at) });
+    Failure { error, unsettled: None, summary, last }
 }

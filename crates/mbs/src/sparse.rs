@@ -70,6 +70,16 @@ impl SparseMatrix {
         self.rows.iter().enumerate().flat_map(with_row)
     }
 
+    /// The entries of a row, columns ascending.
+    pub(crate) fn row_mut(&mut self, row: usize) -> impl Iterator<Item = &mut Expr> {
+        self.rows[row].iter_mut().map(|(_, entry)| entry)
+    }
+
+    /// All entries, row by row.
+    pub(crate) fn entries_mut(&mut self) -> impl Iterator<Item = &mut Expr> {
+        self.rows.iter_mut().flatten().map(|(_, entry)| entry)
+    }
+
     /// The entries on and below the diagonal, row by row.
     pub fn lower(&self) -> impl Iterator<Item = (usize, usize, Expr)> {
         self.entries().filter(|&(row, column, _)| column <= row)

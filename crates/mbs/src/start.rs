@@ -9,9 +9,12 @@ use crate::assemble::{Source, SymbolicSystem};
 use crate::closing::Closing;
 use crate::compile::CompiledSystem;
 use crate::dependence::dependent_rows;
+use crate::evaluator::Evaluator;
 use crate::linear::Dependence;
-use crate::model::{JointId, Model};
+use crate::model::{JointId, LoadId, Model, SolveOptions};
 use crate::multiplier::{MultiplierSystem, largest};
+use crate::rows::SparseRows;
+use crate::switch::{Bands, Instant, Modes, Settled, Unsettled, settle_smoothly};
 use bksim_expr::TapeError;
 
 /// A state that satisfies the constraints at every level.
@@ -33,16 +36,20 @@ pub struct Start {
     pub position_residual: f64,
     /// Largest constraint rate left open, m/s or rad/s.
     pub velocity_residual: f64,
-    /// Rank of the constraints, and which rows depend on others.
+    /// Rank of the rows that always hold, and which of them depend on others.
     pub(crate) dependence: Dependence,
+    /// Rows that follow from others, and those of contacts that are open.
+    pub(crate) dependent: Vec<usize>,
+    /// What switches hold and which contacts are closed.
+    pub(crate) modes: Modes,
     /// Degrees of freedom without the drives: nq − rank of the joints' rows.
     pub mobility: usize,
 }
 
 impl Start {
-    /// Constraint rows that follow from rows before them.
+    /// Constraint rows that follow from rows before them, and those of contacts that are open.
     pub fn dependent_rows(&self) -> &[usize] {
-        &self.dependence.dependent
+        &self.dependent
     }
 
     /// Constraint rows that take part in a dependency: their multipliers are not unique.
@@ -99,6 +106,15 @@ pub enum StartError {
     },
     /// A load or constraint has no finite value at the start.
     NotFinite,
+    /// A joint starts beyond a stop.
+    BeyondStop {
+        /// The stop.
+        load: LoadId,
+        /// How far, m or rad.
+        by: f64,
+    },
+    /// No branches and contacts are consistent.
+    Unsettled(Unsettled),
     /// The functions could not be compiled.
     Compile(TapeError),
 }
@@ -130,42 +146,111 @@ pub fn start(
     }
     let t = model.solve.t_start;
     let mut closing = Closing::new(model, system, parameters).map_err(StartError::Compile)?;
-    let mut evaluator = compiled.evaluator(parameters);
+    // Drives follow the branches that they take at this time; no contact is closed yet.
+    let nothing = vec![0.0; system.coordinates().len()];
+    let modes = compiled.watch.decided(parameters, t, &nothing, &nothing);
+    let mut evaluator = compiled.evaluator(&modes.behind(parameters));
 
     let q = closing.close_positions(&mut evaluator, t)?;
-    let at = evaluator.constraints(t, &q);
-    let jacobian = at.jacobian_rows();
+    let position_residual = largest(evaluator.constraints(t, &q).value);
+    let v = closing.fit_velocities(&mut evaluator, t, &q)?;
+    let velocity_residual = largest(&evaluator.constraints(t, &q).rate_of(&v));
+    let jacobian = regular_jacobian(&mut evaluator, t, (&q, &v), system.n_bilateral());
     let dependence = dependent_rows(&jacobian);
-    let position_residual = largest(at.value);
     let is_joint_row = |row: &usize| matches!(system.constraints[*row].source, Source::Joint(_));
     let joint_rows: Vec<usize> = (0..compiled.nc()).filter(is_joint_row).collect();
     let joint_rank = dependent_rows(&jacobian.select(&joint_rows)).rank;
 
-    let v = closing.fit_velocities(&mut evaluator, t, &q)?;
-    let velocity_residual = largest(&evaluator.constraints(t, &q).rate_of(&v));
     let at = evaluator.dynamics(t, &q, &v);
     if !at.is_finite() {
         return Err(StartError::NotFinite);
     }
-    let (mut a, mut lambda) = (vec![0.0; compiled.nq()], vec![0.0; compiled.nc()]);
     let mut multipliers = MultiplierSystem::new(at.shape, &dependence.dependent);
-    if let Some(coordinates) = multipliers.motion_without_inertia(&at) {
+    if let Some(coordinates) = multipliers.motion_without_inertia(&at, &jacobian) {
         return Err(StartError::NoInertia { coordinates });
     }
-    multipliers
-        .complete_accelerations(&at, &mut a, &mut lambda)
-        .map_err(|_| StartError::NotFinite)?;
+    let moved = closing.moved(t, &q, &v);
+    let mobility = q.len() - joint_rank;
 
+    if compiled.watch.is_empty() {
+        let (mut a, mut lambda) = (vec![0.0; compiled.nq()], vec![0.0; compiled.nc()]);
+        multipliers
+            .complete_into(&mut evaluator, t, (&q, &v), &mut a, &mut lambda)
+            .map_err(|_| StartError::NotFinite)?;
+        let dependent = dependence.dependent.clone();
+        return Ok(Start {
+            t,
+            mobility,
+            moved,
+            q,
+            v,
+            a,
+            lambda,
+            position_residual,
+            velocity_residual,
+            dependence,
+            dependent,
+            modes,
+        });
+    }
+    let settled = settle_start(compiled, parameters, &model.solve, &modes, (t, q, v))?;
     Ok(Start {
         t,
-        mobility: q.len() - joint_rank,
-        moved: closing.moved(t, &q, &v),
-        q,
-        v,
-        a,
-        lambda,
+        mobility,
+        moved,
+        q: settled.q,
+        v: settled.v,
+        a: settled.a,
+        lambda: settled.lambda,
         position_residual,
         velocity_residual,
         dependence,
+        dependent: settled.dependent,
+        modes: settled.modes,
     })
+}
+
+/// The first `n_rows` rows of G at the start, or, where rank is lost there for an instant, at a state
+/// a little ahead.
+fn regular_jacobian(
+    evaluator: &mut Evaluator,
+    t: f64,
+    (q, v): (&[f64], &[f64]),
+    n_rows: usize,
+) -> SparseRows {
+    /// Part of a radian, or of a metre.
+    const AHEAD: f64 = 1e-4;
+    let first: Vec<usize> = (0..n_rows).collect();
+    let jacobian = evaluator.constraints(t, q).jacobian_rows().select(&first);
+    let fastest = largest(v);
+    let is_full = dependent_rows(&jacobian).dependent.is_empty();
+    if is_full || fastest == 0.0 {
+        return jacobian;
+    }
+    let ahead = AHEAD / fastest;
+    let q: Vec<f64> = q.iter().zip(v).map(|(q, v)| q + ahead * v).collect();
+    let there = evaluator.constraints(t + ahead, &q).jacobian_rows().select(&first);
+    let ranks = [&jacobian, &there].map(|rows| dependent_rows(rows).rank);
+    if ranks[1] > ranks[0] { there } else { jacobian }
+}
+
+/// Branches and contacts of the start; bodies that run into a stop do so in the run.
+fn settle_start(
+    compiled: &CompiledSystem,
+    parameters: &[f64],
+    options: &SolveOptions,
+    before: &Modes,
+    (t, q, v): (f64, Vec<f64>, Vec<f64>),
+) -> Result<Settled, StartError> {
+    const BEYOND: f64 = 1e-9;
+    let view = compiled.watch.at(&before.behind(parameters)).view(t, &q, &v).clone();
+    let size = q.iter().fold(1.0, |size: f64, value| size.max(value.abs()));
+    for (watched, seen) in compiled.watch.contacts.iter().zip(&view.contacts) {
+        if !watched.is_friction && seen.position > BEYOND * size {
+            return Err(StartError::BeyondStop { load: watched.load, by: seen.position });
+        }
+    }
+    let bands = Bands::new(options.atol, &view, &compiled.watch);
+    settle_smoothly(Instant { compiled, parameters, t, q, v, before, fired: &[], bands })
+        .map_err(StartError::Unsettled)
 }

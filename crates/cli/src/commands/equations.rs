@@ -5,7 +5,9 @@ use bksim::Mechanism;
 use bksim::expr::{Certificate, Operations};
 use bksim::mbs::compile::Quantity;
 use bksim::mbs::equations::page::{Page, Style, Subject};
-use bksim::mbs::equations::{Counts, Equations as Formulas, Notation, Proof, ReadingForm, proof};
+use bksim::mbs::equations::{
+    ContactText, Counts, Equations as Formulas, Notation, Proof, ReadingForm, contact_texts, proof,
+};
 use serde_json::{Map, Value, json};
 
 use crate::args::{Equations, Format, Switch};
@@ -84,12 +86,26 @@ fn describe(mechanism: &Mechanism, form: &ReadingForm, proof: &Proof) -> Value {
         .iter()
         .map(|p| (p.name.clone(), json!({ "value": p.value, "unit": p.unit })))
         .collect();
+    let printer = form.printer(model, Notation::Text);
+    let multipliers: Vec<String> = compiled.multipliers.iter().map(|m| m.name.clone()).collect();
+    let contact = |c: ContactText| {
+        let ContactText { name, law, quantity, multiplier, limits } = c;
+        json!({
+            "name": name,
+            "law": law,
+            "of": quantity,
+            "multiplier": multiplier,
+            "limits": limits,
+        })
+    };
+    let contacts = contact_texts(model, system, &printer, &multipliers);
     let mut body = formulas(&plain);
     body.extend([
         ("model".to_owned(), json!(model.name)),
         ("reading".to_owned(), reading(mechanism, form)),
         ("coordinates".to_owned(), compiled.coordinates.iter().map(coordinate).collect()),
         ("multipliers".to_owned(), compiled.multipliers.iter().map(multiplier).collect()),
+        ("contacts".to_owned(), contacts.into_iter().map(contact).collect()),
         ("parameters".to_owned(), parameters.into()),
         ("time".to_owned(), json!("t")),
         (

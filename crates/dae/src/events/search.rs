@@ -5,7 +5,7 @@
 //! two crossings close together are not missed.
 
 use super::{Crossing, Event, Events};
-use crate::{Start, Step};
+use crate::{SolveError, Start, Step};
 
 /// Where a step is sampled, closer at its ends: an extremum needs a sample on either side.
 const NODES: [f64; N_PARTS + 1] = [0.0, 0.02, 0.15, 0.325, 0.5, 0.675, 0.85, 0.98, 1.0];
@@ -18,8 +18,10 @@ const MAX_EXTREMUM: usize = 24;
 /// Refinements of a bracket; bisection alone needs 52.
 const MAX_BRACKET: usize = 120;
 
-/// Buffers and memory of the search.
-pub(super) struct Search {
+/// Looks for the crossings of some [`Events`] in one step after the other; for callers with a loop of
+/// their own in place of [`crate::solve_events`].
+#[derive(Clone, Debug)]
+pub struct EventSearch {
     /// Samples, one row of functions after the other; the first row outlives the step.
     samples: Vec<f64>,
     n: usize,
@@ -43,8 +45,9 @@ struct Bracket {
     b: (f64, f64),
 }
 
-impl Search {
-    pub(super) fn new<E: Events>(events: &mut E, start: &Start) -> Self {
+impl EventSearch {
+    /// A search that begins at a state.
+    pub fn new<E: Events>(events: &mut E, start: &Start) -> Self {
         let n = events.count();
         let mut search = Self {
             samples: vec![0.0; (N_PARTS + 1) * n],
@@ -61,7 +64,7 @@ impl Search {
 
     /// Continues from another state. Functions that have just fired are at zero whatever rounding
     /// makes of them, and must move away before they can cross again.
-    pub(super) fn restart<E: Events>(&mut self, events: &mut E, state: &Start) {
+    pub fn restart<E: Events>(&mut self, events: &mut E, state: &Start) {
         events.values(state.t, &state.y, &mut self.samples[..self.n]);
         for event in &self.found {
             if is_same_instant(event.t, state.t) {
@@ -71,6 +74,21 @@ impl Search {
         self.is_fresh = true;
     }
 
+    /// The functions at the state reached, and whether it is that of a restart.
+    pub(super) fn remembered(&self) -> (Vec<f64>, bool) {
+        (self.samples[..self.n].to_vec(), self.is_fresh)
+    }
+
+    /// Goes on with what [`Search::remembered`] gave.
+    pub(super) fn resume(&mut self, values: &[f64], is_fresh: bool) -> Result<(), SolveError> {
+        if values.len() != self.n {
+            return Err(SolveError::Checkpoint { reason: "saved with other events" });
+        }
+        self.samples[..self.n].copy_from_slice(values);
+        self.is_fresh = is_fresh;
+        Ok(())
+    }
+
     /// The state on the step's dense output.
     pub(super) fn state_at(&mut self, step: &Step<'_>, t: f64) -> Start {
         step.at(t, &mut self.y);
@@ -78,8 +96,9 @@ impl Search {
         Start { t, y: self.y.clone(), ydot: self.ydot.clone() }
     }
 
-    /// All crossings of a step that count, in its order of time.
-    pub(super) fn crossings<E: Events>(&mut self, events: &mut E, step: &Step<'_>) -> &[Event] {
+    /// All crossings of a step that count, in its order of time. Each step begins where the one
+    /// before it ended.
+    pub fn crossings<E: Events>(&mut self, events: &mut E, step: &Step<'_>) -> &[Event] {
         self.found.clear();
         if self.n == 0 {
             return &self.found;

@@ -22,7 +22,7 @@ pub(super) struct Derivation {
     pub(super) potential_energy: Expr,
     /// Left sides of the Lagrange equations.
     pub(super) left_sides: Vec<Expr>,
-    /// Left sides of the constraints, in the order of the multipliers.
+    /// Left sides of the constraints that always hold, in the order of the multipliers.
     pub(super) constraints: Vec<Expr>,
 }
 
@@ -56,6 +56,7 @@ pub(super) fn derive(model: &Model, system: &SymbolicSystem) -> Derivation {
         ])
     };
     let left_sides = (0..coordinates.len()).map(left_side).collect();
+    let constraints = constraints[..system.n_bilateral()].to_vec();
     Derivation { kinetic_energy, potential_energy, left_sides, constraints }
 }
 
@@ -117,5 +118,6 @@ fn constraints(model: &Model, system: &SymbolicSystem) -> Vec<Expr> {
             constraints.push(pool.sub(drive.motion, position));
         }
     }
+    constraints.extend(system.contacts.iter().map(|contact| contact.expression));
     constraints
 }

@@ -13,6 +13,7 @@
 
 mod arrange;
 mod constants;
+mod contact;
 mod derivation;
 mod dimension;
 pub mod page;
@@ -22,6 +23,7 @@ mod reading;
 pub use arrange::{Kind, Part};
 pub use bksim_expr::Notation;
 pub use constants::Group;
+pub use contact::{ContactText, contact_texts};
 pub use proof::{Counts, Proof, Work, proof};
 pub use reading::ReadingForm;
 
@@ -39,7 +41,7 @@ pub struct Equations {
     pub potential_energy: String,
     /// Left sides of the Lagrange equations (1.3), one per coordinate; each equals zero.
     pub equations: Vec<String>,
-    /// Left sides of the constraints; each equals zero.
+    /// Left sides of the constraints that always hold; each equals zero.
     pub constraints: Vec<String>,
 }
 

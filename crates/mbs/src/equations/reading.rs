@@ -24,7 +24,7 @@ pub struct ReadingForm {
     pub potential_energy: Vec<Expr>,
     /// Parts of the left sides of the Lagrange equations, one list per coordinate.
     pub equations: Vec<Vec<Part>>,
-    /// Terms of the left sides of the constraints.
+    /// Terms of the left sides of the constraints that always hold.
     pub constraints: Vec<Vec<Expr>>,
     /// Symbols written last in products.
     pub(super) trailing: Vec<SymbolId>,
@@ -50,7 +50,10 @@ impl ReadingForm {
             kinetic_energy: kinetic.into_iter().map(|(v, m)| pool.mul(v, m)).collect(),
             potential_energy: vec![system.potential_energy],
             equations: (0..n).map(|i| lagrange_parts(model, system, i)).collect(),
-            constraints: system.constraints.iter().map(|c| vec![c.expression]).collect(),
+            constraints: system.constraints[..system.n_bilateral()]
+                .iter()
+                .map(|c| vec![c.expression])
+                .collect(),
             trailing: trailing(system),
         }
     }

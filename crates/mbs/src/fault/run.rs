@@ -4,7 +4,7 @@ use bksim_dae::{Cause, SolveError};
 use bksim_expr::{DomainFault, Expr, Pool, SymbolId};
 use nalgebra::{DMatrix, DVector};
 
-use super::short;
+use super::{short, switch};
 use crate::assemble::{Source, SymbolicSystem, signal_values};
 use crate::codes;
 use crate::compile::CompiledSystem;
@@ -31,6 +31,9 @@ pub fn diagnose_run(
     parameters: &[f64],
     failure: &Failure,
 ) -> Diagnostic {
+    if let Some(fault) = &failure.unsettled {
+        return switch::unsettled(model, system, fault, failure.summary.t);
+    }
     let fault = match &failure.error {
         Some(
             SolveError::NotFinite { at, .. }
@@ -121,13 +124,17 @@ fn written_operand(
     format!("in `{}` with {}", pool.to_text(fault.expr), named.collect::<Vec<_>>().join(", "))
 }
 
-fn expressions_of(kind: &LoadKind) -> Vec<Expr> {
+pub(super) fn expressions_of(kind: &LoadKind) -> Vec<Expr> {
     match kind {
         LoadKind::Gravity { acceleration } => acceleration.to_vec(),
         LoadKind::Force { vector, .. } | LoadKind::Torque { vector, .. } => vector.to_vec(),
         LoadKind::ForceBetween { value, .. } => vec![*value],
         LoadKind::Spring { stiffness, length, damping, .. } => vec![*stiffness, *length, *damping],
         LoadKind::Torsion { stiffness, angle, damping, .. } => vec![*stiffness, *angle, *damping],
+        LoadKind::Stop { min, max, restitution, .. } => {
+            [*min, *max, Some(*restitution)].into_iter().flatten().collect()
+        }
+        LoadKind::Friction { sliding, sticking, .. } => vec![*sliding, *sticking],
     }
 }
 
@@ -188,7 +195,7 @@ fn sines_of_drives(system: &SymbolicSystem, jacobian: &DMatrix<f64>) -> Vec<(Dri
     let joint_rows: Vec<usize> = joint_rows.map(|(row, _)| row).collect();
     let span = jacobian.select_rows(&joint_rows).transpose();
     rows.filter_map(|(row, constraint)| match constraint.source {
-        Source::Joint(_) => None,
+        Source::Joint(_) | Source::Stop(_) | Source::Friction(_) => None,
         Source::Drive(drive_id) => {
             let drive_row = jacobian.row(row).transpose();
             let (along, _) = crate::linear::least_squares(&span, &drive_row);

@@ -1,6 +1,6 @@
 //! Faults of the start: loops that cannot close, stated values that exclude each other.
 
-use super::{listed, short};
+use super::{listed, short, switch};
 use crate::assemble::SymbolicSystem;
 use crate::codes;
 use crate::compile::CompiledSystem;
@@ -44,6 +44,10 @@ pub fn diagnose_start(
         }
         StartError::NoInertia { coordinates } => no_inertia(model, system, compiled, coordinates),
         StartError::NotFinite => not_finite(model),
+        StartError::BeyondStop { load, by } => switch::beyond_stop(model, *load, *by),
+        StartError::Unsettled(fault) => {
+            switch::unsettled(model, system, fault, model.solve.t_start)
+        }
         StartError::Compile(error) => {
             Diagnostic::error(codes::NOT_FINITE_AT_START, error.to_string())
         }

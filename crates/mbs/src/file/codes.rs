@@ -71,6 +71,9 @@ codes! {
     WRONG_JOINT = "M054", "the joint has no such motion";
     KEY_CONFLICT = "M055", "keys that exclude each other";
     NOT_PLANAR = "M056", "a spatial part in a planar model";
+    BAD_RESTITUTION = "M057", "a restitution out of range";
+    NO_ROOM = "M058", "stops that leave no room";
+    NEGATIVE_FRICTION = "M059", "friction that drives";
     BAD_TIME_SPAN = "M060", "the end is not after the start";
     BAD_TOLERANCE = "M061", "a tolerance out of range";
     NO_BODIES = "M062", "a model without bodies";

@@ -12,13 +12,15 @@ use crate::diagnostic::{Diagnostic, Span};
 use crate::model::{BodyId, Drive, GROUND, JointId, Load, LoadKind, Vector};
 
 /// The types of load and their keys.
-const LOADS: [(&str, &[&str]); 6] = [
+const LOADS: [(&str, &[&str]); 8] = [
     ("gravity", &["type", "acceleration"]),
     ("force", &["type", "on", "vector", "axes", "between", "value"]),
     ("torque", &["type", "on", "from", "joint", "value", "vector"]),
     ("spring", &["type", "between", "stiffness", "length", "damping"]),
     ("damper", &["type", "between", "damping"]),
     ("torsion", &["type", "joint", "stiffness", "angle", "damping"]),
+    ("stop", &["type", "joint", "of", "min", "max", "restitution"]),
+    ("friction", &["type", "joint", "of", "force", "torque", "static"]),
 ];
 
 impl Reader<'_> {
@@ -59,9 +61,11 @@ impl Reader<'_> {
             "force" => self.read_force(&fields)?,
             "torque" => self.read_torque(&fields)?,
             "torsion" => self.read_torsion(&fields)?,
+            "stop" => self.read_stop(&fields)?,
+            "friction" => self.read_friction(&fields)?,
             _ => self.read_spring(word, &fields)?,
         };
-        let place = ["value", "vector", "acceleration", "stiffness", "damping"]
+        let place = ["value", "vector", "acceleration", "stiffness", "damping", "force", "joint"]
             .iter()
             .find_map(|key| fields.get(key))
             .map_or(span, |node| node.span.clone());
@@ -295,7 +299,8 @@ impl Reader<'_> {
             self.usable_name(name, &span, "drive");
             let keys = &["joint", "motion", "of"];
             let fields = Fields::open(self, table, format!("drive `{name}`"), span.clone(), keys);
-            let target = self.driven(&fields);
+            let help = "write `joint = \"A\"` with the name of the driven joint";
+            let target = self.motion_of(&fields, help);
             if let Some((joint, motion_idx, place)) = target.clone() {
                 let same = |(j, m, _): &&(JointId, usize, Span)| (*j, *m) == (joint, motion_idx);
                 if let Some((_, _, first)) = taken.iter().find(same).cloned() {
@@ -334,9 +339,12 @@ impl Reader<'_> {
         drives
     }
 
-    /// The motion that a drive prescribes, and the place of the joint's name.
-    fn driven(&mut self, fields: &Fields<'_>) -> Option<(JointId, usize, Span)> {
-        let help = "write `joint = \"A\"` with the name of the driven joint";
+    /// The one motion of a joint that `joint` and `of` name, and the place of the joint's name.
+    pub(super) fn motion_of(
+        &mut self,
+        fields: &Fields<'_>,
+        help: &str,
+    ) -> Option<(JointId, usize, Span)> {
         let node = fields.require(self, "joint", help)?;
         let joint = self.joint_named(node, fields)?;
         let choices = [("angle", Freedom::Turn), ("position", Freedom::Slide)];

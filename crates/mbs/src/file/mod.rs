@@ -27,6 +27,7 @@
 mod bodies;
 mod checks;
 mod codes;
+mod contacts;
 mod function;
 mod initial;
 mod joints;

@@ -6,27 +6,30 @@
 //! explicit   explicit
 //! ```
 //!
+//! A leg also ends where something switches (see [`crate::switch`]); the next one has the same method and
+//! other modes.
+//!
 //! Through a singular pose the motion is smooth, only the implicit equations have no unique
 //! solution. The accelerations have a limit there, explicit steps go on along the tangent, and
 //! their error test keeps them on the branch.
 
-use bksim_dae::{Control, ExplicitSolver, SolveError, Solver, Start as From, Stats, Step};
+use bksim_dae::{Cause, Control, ExplicitSolver, SolveError, Solver, Start as From, Stats, Step};
 
 use super::explicit::ExplicitMotion;
 use super::implicit::settings;
 use super::recorder::{Recorder, Stretch};
-use super::singular::{NOTICEABLE, REGULAR, WEAK, Watch};
+use super::singular::{NOTICEABLE, REGULAR, Sighting, Watch, is_ahead};
 use super::{Integrator, MethodChange, Reason, Sample};
 use crate::compile::CompiledSystem;
 use crate::formulate::MotionEquations;
 use crate::model::{Formulation, Method, SolveOptions};
 use crate::multiplier::{MultiplierSystem, largest};
 use crate::start::Start;
+use crate::switch::{Crossed, Lookout, Unsettled};
 
 /// A run in its legs.
 pub(crate) struct Run<'a, 'b> {
     pub(crate) recorder: Recorder<'a>,
-    parameters: &'b [f64],
     options: &'b SolveOptions,
     observer: &'b mut dyn FnMut(&Sample) -> Control,
     stop: &'b dyn Fn() -> bool,
@@ -73,8 +76,19 @@ enum LegEnd {
     SingularAhead(f64),
     /// Explicit steps have passed it.
     Regular,
+    /// Something switched where the run stands now.
+    Switched(Crossed),
     /// The integrator cannot go on; `None` when the motion left its branch.
     Failed(Option<SolveError>),
+}
+
+/// Why a run cannot go on; nothing stated when the motion left its branch.
+#[derive(Debug, Default)]
+pub(crate) struct Halt {
+    /// The integrator's reason.
+    pub(crate) error: Option<SolveError>,
+    /// What has no consistent modes.
+    pub(crate) unsettled: Option<Unsettled>,
 }
 
 /// Dependent rows count as broken beyond this part of the mechanism's size.
@@ -85,7 +99,6 @@ impl<'a, 'b> Run<'a, 'b> {
     pub(crate) fn new(
         recorder: Recorder<'a>,
         start: &Start,
-        parameters: &'b [f64],
         options: &'b SolveOptions,
         observer: &'b mut dyn FnMut(&Sample) -> Control,
         stop: &'b dyn Fn() -> bool,
@@ -95,7 +108,6 @@ impl<'a, 'b> Run<'a, 'b> {
         Self {
             dependent: start.dependent_rows().to_vec(),
             recorder,
-            parameters,
             options,
             observer,
             stop,
@@ -111,12 +123,12 @@ impl<'a, 'b> Run<'a, 'b> {
     /// Runs to the end, or until it is stopped.
     ///
     /// # Errors
-    /// The integrator's reason; `None` when the motion left its branch.
+    /// [`Halt`] says why the run cannot go on.
     pub(crate) fn to_end(
         &mut self,
         compiled: &'a CompiledSystem,
         equations: &MotionEquations,
-    ) -> Result<(), Option<SolveError>> {
+    ) -> Result<(), Halt> {
         let is_fixed = self.options.step.is_some();
         let (mut method, reason) = match self.options.method {
             Method::Auto if is_fixed => (Integrator::Radau, Reason::Asked),
@@ -131,10 +143,18 @@ impl<'a, 'b> Run<'a, 'b> {
                 Integrator::Radau => self.radau_leg(equations),
             };
             self.before = self.recorder.summary.stats;
+            let end = self.or_switched(end);
+            if let LegEnd::Switched(crossed) = end {
+                if let Err(fault) = self.pass_event(compiled, &crossed) {
+                    self.record_last();
+                    return Err(Halt { error: None, unsettled: Some(fault) });
+                }
+                continue;
+            }
             self.passing = None;
             let reason;
             (method, reason) = match end {
-                LegEnd::Reached => return Ok(()),
+                LegEnd::Reached | LegEnd::Switched(_) => return Ok(()),
                 LegEnd::Stopped => {
                     self.record_last();
                     return Ok(());
@@ -148,7 +168,7 @@ impl<'a, 'b> Run<'a, 'b> {
                 LegEnd::Failed(error) => {
                     let Some(next) = self.after_failure(method) else {
                         self.record_last();
-                        return Err(error);
+                        return Err(Halt { error, unsettled: None });
                     };
                     next
                 }
@@ -174,6 +194,76 @@ impl<'a, 'b> Run<'a, 'b> {
         }
     }
 
+    /// A leg that failed short of a switch has reached it: what lies behind a kink need have no value
+    /// on this side's branch.
+    fn or_switched(&mut self, end: LegEnd) -> LegEnd {
+        let LegEnd::Failed(Some(
+            SolveError::NotFinite { .. }
+            | SolveError::StepTooSmall { cause: Cause::NotFinite { .. }, .. },
+        )) = end
+        else {
+            return end;
+        };
+        let State { t, q, v } = &mut self.reached;
+        match self.recorder.switching.kink_ahead(t, q, v, &self.dependent) {
+            Some(crossed) => LegEnd::Switched(crossed),
+            None => end,
+        }
+    }
+
+    /// Goes on in other modes where something has switched.
+    fn pass_event(
+        &mut self,
+        compiled: &'a CompiledSystem,
+        crossed: &Crossed,
+    ) -> Result<(), Unsettled> {
+        let State { t, q, v } = &self.reached;
+        let recorder = &mut self.recorder;
+        let changes = &mut recorder.summary.changes;
+        let state = (*t, q.clone(), v.clone());
+        let settled = recorder.switching.pass(&crossed.fired, state, changes)?;
+        recorder.summary.energy.work += settled.blow;
+        recorder.summary.energy.blows += settled.blow;
+        recorder.evaluator = compiled.evaluator(&recorder.switching.parameters);
+        recorder.multipliers = MultiplierSystem::new(&compiled.shape, &settled.dependent);
+        self.multipliers = recorder.multipliers.clone();
+        self.watch = Watch::default();
+        self.dependent = settled.dependent;
+        (self.reached.q, self.reached.v) = (settled.q, settled.v);
+        Ok(())
+    }
+
+    /// What would end a leg from here; `None` when nothing ever switches.
+    fn lookout(&self) -> Option<Lookout<'a>> {
+        let State { t, q, v } = &self.reached;
+        self.recorder.switching.lookout(&self.dependent, (*t, q, v))
+    }
+
+    /// Takes a step up to where something switches in it; `None` when nothing does.
+    fn until_event(
+        &mut self,
+        lookout: &mut Lookout<'_>,
+        step: &Step<'_>,
+        has_work: bool,
+    ) -> Option<LegEnd> {
+        let crossed = lookout.first_in(step)?;
+        let (n, nq) = (step.y1().len(), self.reached.q.len());
+        let mut y = vec![0.0; n];
+        step.at(crossed.t, &mut y);
+        let at = |t: f64, y: &mut [f64]| step.at(t, &mut y[..n]);
+        let stats = sum(&self.before, step.stats());
+        let stretch =
+            Stretch { t0: step.t0(), t1: crossed.t, at: &at, has_work, h: step.h(), stats };
+        let control = self.recorder.pass(&stretch, self.observer);
+        if has_work {
+            self.recorder.summary.energy.work = y[2 * nq];
+        }
+        self.recorder.summary.stats = stats;
+        self.reached.take(crossed.t, &y);
+        let is_over = self.or_stop(control) == Control::Stop;
+        Some(if is_over { LegEnd::Stopped } else { LegEnd::Switched(crossed) })
+    }
+
     fn note(&mut self, method: Integrator, reason: Reason) {
         self.recorder.summary.methods.push(MethodChange { t: self.reached.t, method, reason });
     }
@@ -181,7 +271,9 @@ impl<'a, 'b> Run<'a, 'b> {
     /// Integrates with explicit steps.
     fn explicit_leg(&mut self, compiled: &'a CompiledSystem) -> LegEnd {
         let nq = self.reached.q.len();
-        let motion = ExplicitMotion::new(compiled, self.parameters, self.multipliers.clone());
+        let parameters = &self.recorder.switching.parameters;
+        let motion = ExplicitMotion::new(compiled, parameters, self.multipliers.clone());
+        let mut lookout = self.lookout();
         let State { t, q, v } = &self.reached;
         let y = [q.as_slice(), v, &[self.recorder.summary.energy.work]].concat();
         let from = From { t: *t, ydot: vec![0.0; y.len()], y };
@@ -190,6 +282,7 @@ impl<'a, 'b> Run<'a, 'b> {
             Ok(solver) => solver,
             Err(error) => return LegEnd::Failed(Some(error)),
         };
+        self.watch.leave();
         let may_switch = self.options.method == Method::Auto && self.passing.is_none();
         let end = loop {
             match solver.advance() {
@@ -197,15 +290,24 @@ impl<'a, 'b> Run<'a, 'b> {
                 Ok(false) => break LegEnd::Reached,
                 Err(error) => break self.failed(error),
             }
+            if let Some(lookout) = &mut lookout {
+                let step = match solver.last_step() {
+                    Ok(step) => step,
+                    Err(error) => break self.failed(error),
+                };
+                if let Some(end) = self.until_event(lookout, &step, true) {
+                    break end;
+                }
+            }
             let motion = solver.system_mut();
             let weakness = motion.multipliers.weakness();
             let weakest = std::mem::replace(&mut motion.weakest, weakness);
             if self.is_off_branch(solver.t(), solver.y()) {
                 break LegEnd::Failed(None);
             }
-            if weakest < NOTICEABLE
-                && let Err(error) = self.search_singular_pose(&mut solver)
-            {
+            if weakest >= NOTICEABLE {
+                self.watch.leave();
+            } else if let Err(error) = self.search_singular_pose(&mut solver) {
                 break self.failed(error);
             }
             match self.pass_explicit_step(&mut solver) {
@@ -258,24 +360,29 @@ impl<'a, 'b> Run<'a, 'b> {
         self.multipliers.clone_from(&solver.system_mut().multipliers);
         let step = solver.last_step()?;
         let evaluator = &mut self.recorder.evaluator;
-        let found = self.watch.search(evaluator, &mut self.multipliers, &step);
-        self.recorder.summary.singular_poses.extend(found);
+        let poses = &mut self.recorder.summary.singular_poses;
+        match self.watch.search(evaluator, &mut self.multipliers, &step) {
+            Some(Sighting::New(pose)) => poses.push(pose),
+            Some(Sighting::Better(pose)) => {
+                poses.pop();
+                poses.push(pose);
+            }
+            None => (),
+        }
         Ok(())
     }
 
     /// Integrates with Radau IIA.
     fn radau_leg(&mut self, equations: &MotionEquations) -> LegEnd {
         let is_watching = self.options.step.is_none();
-        if is_watching && self.weakness() < WEAK {
-            return LegEnd::SingularAhead(self.reached.t);
-        }
         let State { t, q, v } = &self.reached;
         let (mut a, mut lambda) =
             (vec![0.0; q.len()], vec![0.0; self.recorder.sample.lambda.len()]);
         let at = self.recorder.evaluator.dynamics(*t, q, v);
         // What is not finite here is found, and named, by the first step.
         let _ = self.multipliers.accelerations_into(&at, &mut a, &mut lambda);
-        let motion = equations.at(self.parameters, &self.dependent);
+        let motion = equations.at(&self.recorder.switching.parameters, &self.dependent);
+        let mut lookout = self.lookout();
         let (y, ydot) = equations.state(q, v, &a, &lambda);
         let from = From { t: *t, y, ydot };
         let settings = settings(self.options, equations);
@@ -289,7 +396,13 @@ impl<'a, 'b> Run<'a, 'b> {
                 Ok(None) => return LegEnd::Reached,
                 Err(error) => return self.failed(error),
             };
-            if is_watching && self.is_weak_within(&step) {
+            if let Some(lookout) = &mut lookout
+                && let Some(end) = self.until_event(lookout, &step, false)
+            {
+                return end;
+            }
+            let evaluator = &mut self.recorder.evaluator;
+            if is_watching && is_ahead(evaluator, &mut self.multipliers, &step) {
                 self.recorder.summary.stats = sum(&self.before, step.stats());
                 return LegEnd::SingularAhead(step.t1());
             }
@@ -343,18 +456,6 @@ impl<'a, 'b> Run<'a, 'b> {
     fn weakness(&mut self) -> f64 {
         let State { t, q, v } = &self.reached;
         self.multipliers.weakness_at(&self.recorder.evaluator.dynamics(*t, q, v))
-    }
-
-    /// Whether a step comes near a singular pose.
-    fn is_weak_within(&mut self, step: &Step<'_>) -> bool {
-        let nq = self.reached.q.len();
-        let mut y = vec![0.0; step.y1().len()];
-        [1.0 / 3.0, 2.0 / 3.0, 1.0].into_iter().any(|part| {
-            let t = step.t0() + part * (step.t1() - step.t0());
-            step.at(t, &mut y);
-            let (q, v) = y[..2 * nq].split_at(nq);
-            self.multipliers.weakness_at(&self.recorder.evaluator.dynamics(t, q, v)) < WEAK
-        })
     }
 
     /// Whether rows that used to follow from the others are broken at the end of a step: it has

@@ -8,6 +8,7 @@ use crate::evaluator::Evaluator;
 use crate::model::SolveOptions;
 use crate::multiplier::MultiplierSystem;
 use crate::start::Start;
+use crate::switch::Switching;
 
 /// A stretch of motion whose positions and velocities are known at every instant.
 pub(crate) struct Stretch<'a> {
@@ -24,6 +25,7 @@ pub(crate) struct Stretch<'a> {
 
 /// Turns steps into samples.
 pub(crate) struct Recorder<'a> {
+    pub(crate) switching: Switching<'a>,
     pub(crate) evaluator: Evaluator<'a>,
     pub(crate) multipliers: MultiplierSystem,
     is_powered: bool,
@@ -48,8 +50,10 @@ impl<'a> Recorder<'a> {
         n_unknowns: usize,
     ) -> Self {
         let n = n_unknowns.max(2 * compiled.nq() + 1);
+        let switching = Switching::new(compiled, parameters, options, start);
         Self {
-            evaluator: compiled.evaluator(parameters),
+            evaluator: compiled.evaluator(&switching.parameters),
+            switching,
             multipliers: MultiplierSystem::new(&compiled.shape, start.dependent_rows()),
             is_powered: compiled.power.is_some(),
             t_start: start.t,
@@ -159,8 +163,8 @@ impl<'a> Recorder<'a> {
         // A step may straddle a pole of a drive; an output time may hit it.
         let factored = multipliers.factor(&evaluator.dynamics(t, q, v));
         let drift = multipliers.project(evaluator, t, (&mut *q, &mut *v), MAX_CORRECTIONS);
-        let at = evaluator.dynamics(t, q, v);
-        let solved = factored.and_then(|()| multipliers.complete_accelerations(&at, a, lambda));
+        let solved =
+            factored.and_then(|()| multipliers.complete_into(evaluator, t, (q, v), a, lambda));
         self.is_undefined = solved.is_err();
         if self.is_undefined {
             a.fill(f64::NAN);
@@ -192,6 +196,7 @@ impl<'a> Recorder<'a> {
         let Sample { t, q, v, a, lambda, reactions, energy, .. } = &mut self.sample;
         *energy = self.evaluator.energy(*t, q, v, lambda);
         self.evaluator.reactions_into(*t, [q, v, a, lambda], reactions);
+        self.switching.fill_friction(*t, q, v, lambda);
     }
 
     fn hand_out(&mut self, observer: &mut dyn FnMut(&Sample) -> Control) -> Control {

@@ -163,6 +163,7 @@ impl Report<'_> {
             let name = match system.constraints[row].source {
                 Source::Joint(joint) => &model.joints[joint.0].name,
                 Source::Drive(drive) => &model.drives[drive.0].name,
+                Source::Stop(load) | Source::Friction(load) => &model.loads[load.0].name,
             };
             if !names.contains(&name.as_str()) {
                 names.push(name);
@@ -266,7 +267,10 @@ fn method(solve: &SolveOptions, method: Integrator) -> String {
     };
     match method {
         Integrator::Explicit => "explicit, Dormand–Prince 8(5,3)".to_owned(),
-        Integrator::Radau => format!("Radau IIA of order 5, {formulation}"),
+        Integrator::Radau => {
+            let order = if solve.step.is_some() { "order 5" } else { "variable order" };
+            format!("Radau IIA of {order}, {formulation}")
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use bksim_expr::{Certificate, Expr, Operations, SymbolId};
 
 use super::{Body, Cell, Label, Section, Style, Subject, Writer, number, unit};
-use crate::equations::{Counts, ReadingForm};
+use crate::equations::{ContactText, Counts, ReadingForm, contact_texts};
 use crate::joint::MotionKind;
 use crate::kinematics::{Coordinate, Owner};
 use crate::model::{Anchor, BodyId, JointId, JointKind, Model, Space};
@@ -63,6 +63,7 @@ pub(super) fn sections(writer: &Writer<'_>) -> Vec<Section> {
         ),
         formulas("equations of motion", equations(writer)),
         formulas("constraints", constraints(writer)),
+        table("contacts", &["name", "law", "of", "multiplier", "limit"], contacts(writer)),
         table("multipliers", &["symbol", "in the model", "force of", "unit"], multipliers(writer)),
         table(
             "operations",
@@ -243,6 +244,21 @@ fn multiplier_symbols(writer: &Writer<'_>) -> Vec<String> {
     let n_coordinates = writer.subject.system.coordinates().len();
     let trailing = &writer.subject.form.trailing;
     trailing[2 * n_coordinates..].iter().map(|&lambda| writer.printer.symbol(lambda)).collect()
+}
+
+fn contacts(writer: &Writer<'_>) -> Vec<Vec<Cell>> {
+    let Subject { model, system, .. } = writer.subject;
+    let texts = contact_texts(model, system, &writer.printer, &multiplier_symbols(writer));
+    let row = |text: ContactText| {
+        vec![
+            Cell::Code(text.name),
+            words(text.law),
+            Cell::Formula(text.quantity),
+            Cell::Formula(text.multiplier),
+            Cell::Formula(text.limits.join(writer.comma())),
+        ]
+    };
+    texts.into_iter().map(row).collect()
 }
 
 fn multipliers(writer: &Writer<'_>) -> Vec<Vec<Cell>> {

@@ -3,7 +3,7 @@
 use super::{Body, Cell, Formula, Label, Page, Section, aligned};
 
 /// Sections that explain the names in formulas, after them.
-const BEHIND: [&str; 4] = ["multipliers", "parameters", "operations", "certificate"];
+const BEHIND: [&str; 5] = ["contacts", "multipliers", "parameters", "operations", "certificate"];
 
 /// The formulas, then what their names mean.
 pub(super) fn formulas(page: &Page) -> String {

@@ -1,0 +1,54 @@
+//! Stops and friction as a person reads them: a law beside each multiplier.
+
+use bksim_expr::Printer;
+
+use crate::assemble::SymbolicSystem;
+use crate::model::Model;
+use crate::switch::Law;
+
+/// One multiplier that follows a law of contact, its formulas in one notation.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct ContactText {
+    /// Name of the load.
+    pub name: String,
+    /// The law in words.
+    pub law: &'static str,
+    /// Penetration of a stop, or the motion that friction acts on.
+    pub quantity: String,
+    /// The multiplier.
+    pub multiplier: String,
+    /// Restitution of a stop; friction while it slides and, where it differs, the largest while it
+    /// sticks.
+    pub limits: Vec<String>,
+}
+
+/// The laws of all stops and frictions, in the order of their multipliers.
+pub fn contact_texts(
+    model: &Model,
+    system: &SymbolicSystem,
+    printer: &Printer<'_>,
+    multipliers: &[String],
+) -> Vec<ContactText> {
+    let text = |contact: &crate::switch::Contact| {
+        let (law, quantity, limits) = match contact.law {
+            Law::Stop { restitution } => {
+                let law = "stop: penetration <= 0, multiplier >= 0, one of them 0; restitution";
+                (law, contact.expression, vec![restitution])
+            }
+            Law::Friction { sliding, sticking, .. } => {
+                let law = "friction: against the rate while it slides, no greater while it sticks";
+                let mut limits = vec![sliding, sticking];
+                limits.dedup();
+                (law, contact.position, limits)
+            }
+        };
+        ContactText {
+            name: model.loads[contact.load.0].name.clone(),
+            law,
+            quantity: printer.expr(quantity),
+            multiplier: multipliers.get(contact.row).cloned().unwrap_or_default(),
+            limits: limits.into_iter().map(|limit| printer.expr(limit)).collect(),
+        }
+    };
+    system.contacts.iter().map(text).collect()
+}

@@ -1,0 +1,48 @@
+//! The values of the modes between two events.
+
+/// What every switch and every contact does until the next event.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub(crate) struct Modes {
+    /// σ of every switch, ±1.
+    pub(crate) signs: Vec<f64>,
+    /// Every contact, in the order of the system.
+    pub(crate) touches: Vec<Touch>,
+}
+
+/// What one contact does.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) enum Touch {
+    /// A stop that is not in contact.
+    Apart,
+    /// A stop that holds.
+    Resting,
+    /// Friction on a motion in the direction of this sign, ±1.
+    Sliding(f64),
+    /// Friction that holds its motion at this position.
+    Sticking(f64),
+}
+
+impl Touch {
+    /// Whether the row of the contact holds.
+    pub(crate) fn is_closed(self) -> bool {
+        matches!(self, Self::Resting | Self::Sticking(_))
+    }
+}
+
+impl Modes {
+    /// The model's parameters with these modes behind them, as `SymbolicSystem::parameters` has
+    /// their symbols.
+    pub(crate) fn behind(&self, parameters: &[f64]) -> Vec<f64> {
+        let mut all = parameters.to_vec();
+        all.extend(&self.signs);
+        for touch in &self.touches {
+            match *touch {
+                Touch::Apart => all.push(0.0),
+                Touch::Resting => all.push(1.0),
+                Touch::Sliding(sign) => all.extend([0.0, sign, 0.0]),
+                Touch::Sticking(place) => all.extend([1.0, 0.0, place]),
+            }
+        }
+        all
+    }
+}
