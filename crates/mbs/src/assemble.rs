@@ -8,6 +8,8 @@
 //! Source: Lê Hồng Lam and Đinh Văn Phong (2008), equations (1.1) to (1.3). The left side of (1.3)
 //! is written out as M(q) q̈ + h(q, q̇), h by the Christoffel sums of M.
 
+use std::collections::HashSet;
+
 use bksim_expr::{Expr, SymbolId};
 
 use crate::force::{self, Wrench};
@@ -15,6 +17,7 @@ use crate::joint;
 use crate::kinematics::{Coordinate, Kinematics};
 use crate::lagrange::left_side;
 use crate::model::{BodyId, DriveId, JointId, LoadId, LoadKind, Model, Vector};
+use crate::sparse::SparseMatrix;
 use crate::spatial;
 use crate::switch::{self, Contact, ContactRow, Law, Switch};
 use crate::tree::Tree;
@@ -79,8 +82,8 @@ pub struct SymbolicSystem {
     pub kinetic_energy: Expr,
     /// V(q), J.
     pub potential_energy: Expr,
-    /// M(q), nq × nq, row-major, symmetric.
-    pub mass_matrix: Vec<Vec<Expr>>,
+    /// M(q), nq × nq, symmetric.
+    pub mass_matrix: SparseMatrix,
     /// h(q, v), nq: Coriolis and centrifugal terms.
     pub bias: Vec<Expr>,
     /// ∂V/∂q, nq.
@@ -90,7 +93,7 @@ pub struct SymbolicSystem {
     /// f(t, q) with multipliers, cut joints in file order, then drives, then contacts.
     pub constraints: Vec<Constraint>,
     /// G = ∂f/∂q, nc × nq.
-    pub constraint_jacobian: Vec<Vec<Expr>>,
+    pub constraint_jacobian: SparseMatrix,
     /// ∂f/∂t, nc.
     pub constraint_rate: Vec<Expr>,
     /// Every wrench on a body: loads with and without potential.
@@ -137,7 +140,6 @@ pub fn assemble(model: &Model) -> SymbolicSystem {
     let pool = &model.pool;
     let tree = Tree::of(model);
     let kinematics = Kinematics::along(model, &tree);
-    let positions: Vec<SymbolId> = kinematics.coordinates.iter().map(|c| c.q).collect();
 
     // Potentials and generalised forces.
     let signals = signal_values(model, &kinematics);
@@ -158,11 +160,7 @@ pub fn assemble(model: &Model) -> SymbolicSystem {
     let rows = switch::contact_rows(model, &kinematics, &signals);
     let constraints = constraints(model, &tree, &kinematics, &rows);
     let contacts = switch::contacts(model, &rows, &constraints);
-    let simplified_gradient = |e: Expr| -> Vec<Expr> {
-        pool.gradient(e, &positions).into_iter().map(|d| pool.simplify(d)).collect()
-    };
-    let constraint_jacobian =
-        constraints.iter().map(|c| simplified_gradient(c.expression)).collect();
+    let constraint_jacobian = constraint_jacobian(model, &kinematics, &constraints);
     let constraint_rate =
         constraints.iter().map(|c| pool.simplify(pool.diff(c.expression, model.time))).collect();
 
@@ -214,19 +212,40 @@ pub(crate) fn central_inertia(model: &Model, body: BodyId) -> [Vector; 3] {
 /// Q_i = Σ F · ∂r/∂q_i + M · ∂ω/∂q̇_i.
 fn generalised_force(model: &Model, kinematics: &Kinematics, wrenches: &[Wrench]) -> Vec<Expr> {
     let pool = &model.pool;
-    let along = |coordinate: &Coordinate| {
-        let power = wrenches.iter().map(|wrench| {
+    let mut powers = vec![Vec::new(); kinematics.coordinates.len()];
+    for wrench in wrenches {
+        let omega = kinematics.poses[wrench.body.0].omega;
+        for i in kinematics.coordinates_in(pool, &[wrench.at, omega].concat()) {
+            let coordinate = &kinematics.coordinates[i];
             let at = wrench.at.map(|component| pool.diff(component, coordinate.q));
-            let omega = kinematics.poses[wrench.body.0].omega;
             let turn = omega.map(|component| pool.diff(component, coordinate.v));
-            pool.add(
+            powers[i].push(pool.add(
                 spatial::dot(pool, &wrench.force, &at),
                 spatial::dot(pool, &wrench.moment, &turn),
-            )
-        });
-        pool.simplify(pool.sum(power.collect::<Vec<_>>()))
-    };
-    kinematics.coordinates.iter().map(along).collect()
+            ));
+        }
+    }
+    powers.into_iter().map(|power| pool.simplify(pool.sum(power))).collect()
+}
+
+/// ∂f/∂q.
+fn constraint_jacobian(
+    model: &Model,
+    kinematics: &Kinematics,
+    constraints: &[Constraint],
+) -> SparseMatrix {
+    let pool = &model.pool;
+    let n_columns = kinematics.coordinates.len();
+    let mut entries = Vec::new();
+    for (row, constraint) in constraints.iter().enumerate() {
+        let moving = kinematics.coordinates_in(pool, &[constraint.expression]);
+        let symbols: Vec<SymbolId> = moving.iter().map(|&i| kinematics.coordinates[i].q).collect();
+        let gradient = pool.gradient(constraint.expression, &symbols).into_iter();
+        let gradient = moving.into_iter().zip(gradient.map(|slope| pool.simplify(slope)));
+        entries.extend(gradient.map(|(i, slope)| (row, i, slope)));
+    }
+    entries.retain(|&(.., slope)| !pool.is_zero(slope));
+    SparseMatrix::new(constraints.len(), n_columns, entries)
 }
 
 /// Rows of the cut joints, then of the drives: motion(t) − position = 0, so that λ is the effort;
@@ -240,17 +259,16 @@ fn constraints(
     let pool = &model.pool;
     let mut constraints = Vec::new();
     // An author may have called a coordinate or a parameter `ld1`; the multiplier must not be it.
-    let is_taken = |name: &str| {
-        let of_coordinate = |rest: &str| ["", "_dot", "_ddot"].contains(&rest);
-        model.parameters.iter().any(|p| p.name == name)
-            || kinematics
-                .coordinates
-                .iter()
-                .any(|c| name.strip_prefix(c.name.as_str()).is_some_and(of_coordinate))
-    };
+    let of_coordinate = |c: &Coordinate| ["", "_dot", "_ddot"].map(|rest| c.name.clone() + rest);
+    let taken: HashSet<String> = model
+        .parameters
+        .iter()
+        .map(|p| p.name.clone())
+        .chain(kinematics.coordinates.iter().flat_map(of_coordinate))
+        .collect();
     let mut add = |expression, source, direction, force, moment| {
         let mut name = format!("ld{}", constraints.len() + 1);
-        while is_taken(&name) {
+        while taken.contains(&name) {
             name.push('_');
         }
         let lambda = pool.symbol(&name);

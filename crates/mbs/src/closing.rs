@@ -1,15 +1,16 @@
 //! Closing the mechanism: positions and velocities that satisfy the constraints and what the author
 //! stated, as near to the guesses as possible, and what stands in the way when there are none.
 
+use std::collections::BTreeMap;
+
 use bksim_expr::{Expr, SymbolId, Tape, TapeError, Workspace};
-use nalgebra::{DMatrix, DVector};
 
 use crate::assemble::{Source, SymbolicSystem};
 use crate::evaluator::Evaluator;
 use crate::kinematics::{Kinematics, Owner};
-use crate::linear::least_squares;
 use crate::model::{Axis, Initial, JointId, Measure, Model, Space};
 use crate::multiplier::largest;
+use crate::rows::{SparseRows, length, shortest_solution};
 use crate::start::{Conflict, Moved, StartError};
 use crate::tree::Tree;
 
@@ -21,17 +22,19 @@ pub(crate) struct Closing<'a> {
     model: &'a Model,
     system: &'a SymbolicSystem,
     parameters: &'a [f64],
-    /// Every initial value's measure, then its gradient by q (positions) or v (velocities).
+    /// Every initial value's measure, then its slopes by q (positions) or v (velocities).
     measures: Tape,
+    /// The coordinates that each of these slopes is by.
+    moving: Vec<Vec<usize>>,
     workspace: Workspace,
     stated: Vec<f64>,
     gap_of_joint: Vec<JointId>,
 }
 
-/// Values and gradients of some measures.
-struct Rows {
-    values: DVector<f64>,
-    gradients: DMatrix<f64>,
+/// Equations values = 0 near a state, with their slopes by q or v.
+struct Equations {
+    values: Vec<f64>,
+    gradients: SparseRows,
 }
 
 impl<'a> Closing<'a> {
@@ -45,12 +48,15 @@ impl<'a> Closing<'a> {
             system.coordinates().iter().map(of).collect()
         };
         let (q, v) = (symbols(|c| c.q), symbols(|c| c.v));
-        let mut outputs = Vec::new();
+        let (mut outputs, mut moving) = (Vec::new(), Vec::new());
         for initial in &model.initial {
             let measure = system.kinematics.measure(model, initial.measure);
             outputs.push(measure);
-            let by = if is_velocity(initial.measure) { &v } else { &q };
-            outputs.extend(pool.gradient(measure, by));
+            let symbols = if is_velocity(initial.measure) { &v } else { &q };
+            let coordinates = system.kinematics.coordinates_in(pool, &[measure]);
+            let by: Vec<SymbolId> = coordinates.iter().map(|&i| symbols[i]).collect();
+            outputs.extend(pool.gradient(measure, &by));
+            moving.push(coordinates);
         }
         let inputs = [vec![model.time], q, v].concat();
         let symbols: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
@@ -61,23 +67,28 @@ impl<'a> Closing<'a> {
         stated_tape.evaluate(&mut stated_tape.workspace(parameters), &[], &mut stated);
         let gap_of_joint = system.constraints.iter().map(|c| c.source.joint(model)).collect();
         let workspace = measures.workspace(parameters);
-        Ok(Self { model, system, parameters, measures, workspace, stated, gap_of_joint })
+        Ok(Self { model, system, parameters, measures, moving, workspace, stated, gap_of_joint })
     }
 
     /// Measures of the initial values that `which` selects: value minus stated value, gradient.
-    fn rows(&mut self, which: &[usize], t: f64, q: &[f64], v: &[f64]) -> Rows {
-        let n = q.len();
+    fn rows(&mut self, which: &[usize], t: f64, q: &[f64], v: &[f64]) -> Equations {
         let mut outputs = vec![0.0; self.measures.n_outputs()];
         let inputs = [&[t], q, v].concat();
         self.measures.evaluate(&mut self.workspace, &inputs, &mut outputs);
-        let row = |k: usize| &outputs[k * (n + 1)..(k + 1) * (n + 1)];
-        Rows {
-            values: DVector::from_iterator(
-                which.len(),
-                which.iter().map(|&k| row(k)[0] - self.stated[k]),
-            ),
-            gradients: DMatrix::from_fn(which.len(), n, |i, j| row(which[i])[1 + j]),
+        let mut rest = outputs.as_slice();
+        let measured = self.moving.iter().map(|moving| {
+            let (row, others) = rest.split_at(1 + moving.len());
+            rest = others;
+            row
+        });
+        let measured: Vec<&[f64]> = measured.collect();
+        let mut gradients = SparseRows::new(q.len());
+        for &k in which {
+            let slopes = measured[k][1..].iter().copied();
+            gradients.push(self.moving[k].iter().copied().zip(slopes));
         }
+        let values = which.iter().map(|&k| measured[k][0] - self.stated[k]).collect();
+        Equations { values, gradients }
     }
 
     fn select(&self, keep: impl Fn(&Initial) -> bool) -> Vec<usize> {
@@ -179,17 +190,17 @@ impl<'a> Closing<'a> {
         const MAX_STEPS: usize = 200;
         let mut rows = self.position_rows(evaluator, which, with_constraints, t, q);
         for _ in 0..MAX_STEPS {
-            let norm = rows.values.norm();
+            let norm = length(&rows.values);
             if !(norm > 0.0 && norm.is_finite()) {
                 break;
             }
-            let (step, _) = least_squares(&rows.gradients, &rows.values);
+            let step = shortest_solution(&rows.gradients, &rows.values);
             let mut damping = 1.0;
             let improved = loop {
                 let trial: Vec<f64> =
                     q.iter().zip(step.iter()).map(|(q, s)| q - damping * s).collect();
                 let next = self.position_rows(evaluator, which, with_constraints, t, &trial);
-                let reached = next.values.norm();
+                let reached = length(&next.values);
                 if reached < norm * (1.0 - 1e-4 * damping) {
                     *q = trial;
                     rows = next;
@@ -204,7 +215,7 @@ impl<'a> Closing<'a> {
                 break;
             }
         }
-        largest(rows.values.as_slice())
+        largest(&rows.values)
     }
 
     fn position_rows(
@@ -214,29 +225,24 @@ impl<'a> Closing<'a> {
         with_constraints: bool,
         t: f64,
         q: &[f64],
-    ) -> Rows {
+    ) -> Equations {
         let zero = vec![0.0; q.len()];
         let measured = self.rows(which, t, q, &zero);
         if !with_constraints {
             return measured;
         }
         let at = evaluator.constraints(t, q);
-        stack(&DVector::from_column_slice(at.value), &at.jacobian_matrix(), &measured)
+        Equations { values: at.value.to_vec(), gradients: at.jacobian_rows() }.with(&measured)
     }
 
     fn cannot_close(&self, evaluator: &mut Evaluator, t: f64, q: Vec<f64>) -> StartError {
         let open = evaluator.constraints(t, &q).value;
-        let mut gaps: Vec<(JointId, f64)> = Vec::new();
-        for (row, &joint) in self.gap_of_joint.iter().enumerate() {
-            let square = open[row] * open[row];
-            match gaps.iter_mut().find(|(known, _)| *known == joint) {
-                Some((_, sum)) => *sum += square,
-                None => gaps.push((joint, square)),
-            }
+        let mut squares: BTreeMap<JointId, f64> = BTreeMap::new();
+        for (&joint, value) in self.gap_of_joint.iter().zip(open) {
+            *squares.entry(joint).or_default() += value * value;
         }
-        for (_, sum) in &mut gaps {
-            *sum = sum.sqrt();
-        }
+        let mut gaps: Vec<(JointId, f64)> =
+            squares.into_iter().map(|(joint, sum)| (joint, sum.sqrt())).collect();
         gaps.retain(|&(_, gap)| gap > CLOSURE_TOLERANCE * size(&q));
         gaps.sort_by(|a, b| b.1.total_cmp(&a.1));
         StartError::CannotClose { gaps, q }
@@ -252,14 +258,15 @@ impl<'a> Closing<'a> {
         let guessed = self.select(|i| is_velocity(i.measure) && i.is_guess);
         let zero = vec![0.0; q.len()];
         let wish = self.rows(&guessed, t, q, &zero);
-        let guess = least_squares(&wish.gradients, &-&wish.values).0;
+        let missing: Vec<f64> = wish.values.iter().map(|value| -value).collect();
+        let guess = shortest_solution(&wish.gradients, &missing);
 
         let (v, left) = self.velocities(evaluator, &stated, t, q, &guess);
-        if left <= CLOSURE_TOLERANCE * size(v.as_slice()) {
-            return Ok(v.as_slice().to_vec());
+        if left <= CLOSURE_TOLERANCE * size(&v) {
+            return Ok(v);
         }
         let (_, without) = self.velocities(evaluator, &[], t, q, &guess);
-        if without > CLOSURE_TOLERANCE * size(v.as_slice()) {
+        if without > CLOSURE_TOLERANCE * size(&v) {
             let is_drive = |c: &crate::assemble::Constraint| matches!(c.source, Source::Drive(_));
             let first = self.system.constraints.iter().find(|c| is_drive(c));
             return Err(match first.map(|c| c.source) {
@@ -271,8 +278,8 @@ impl<'a> Closing<'a> {
         for &k in &stated {
             let others: Vec<usize> = stated.iter().copied().filter(|&o| o != k).collect();
             let (v, left) = self.velocities(evaluator, &others, t, q, &guess);
-            let found = self.rows(&[k], t, q, v.as_slice()).values[0] + self.stated[k];
-            let consistent = left <= CLOSURE_TOLERANCE * size(v.as_slice());
+            let found = self.rows(&[k], t, q, &v).values[0] + self.stated[k];
+            let consistent = left <= CLOSURE_TOLERANCE * size(&v);
             conflicts.push(Conflict {
                 initial_idx: k,
                 stated: self.stated[k],
@@ -289,14 +296,17 @@ impl<'a> Closing<'a> {
         stated: &[usize],
         t: f64,
         q: &[f64],
-        guess: &DVector<f64>,
-    ) -> (DVector<f64>, f64) {
-        let at_guess = self.rows(stated, t, q, guess.as_slice());
+        guess: &[f64],
+    ) -> (Vec<f64>, f64) {
+        let at_guess = self.rows(stated, t, q, guess);
         let at = evaluator.constraints(t, q);
-        let rows = stack(&at.rate_of(guess.as_slice()), &at.jacobian_matrix(), &at_guess);
-        let (step, _) = least_squares(&rows.gradients, &rows.values);
-        let left = largest((&rows.values - &rows.gradients * &step).as_slice());
-        (guess - step, left)
+        let rows = Equations { values: at.rate_of(guess), gradients: at.jacobian_rows() };
+        let rows = rows.with(&at_guess);
+        let step = shortest_solution(&rows.gradients, &rows.values);
+        let done = rows.gradients.times(&step);
+        let left: Vec<f64> =
+            rows.values.iter().zip(done).map(|(value, done)| value - done).collect();
+        (guess.iter().zip(&step).map(|(v, step)| v - step).collect(), largest(&left))
     }
 
     pub(crate) fn moved(&mut self, t: f64, q: &[f64], v: &[f64]) -> Vec<Moved> {
@@ -331,17 +341,15 @@ fn is_velocity(measure: Measure) -> bool {
     )
 }
 
-fn stack(values: &DVector<f64>, gradients: &DMatrix<f64>, below: &Rows) -> Rows {
-    let (n, more) = (values.len(), below.values.len());
-    let mut rows = Rows {
-        values: DVector::zeros(n + more),
-        gradients: DMatrix::zeros(n + more, gradients.ncols()),
-    };
-    rows.values.rows_mut(0, n).copy_from(values);
-    rows.values.rows_mut(n, more).copy_from(&below.values);
-    rows.gradients.rows_mut(0, n).copy_from(gradients);
-    rows.gradients.rows_mut(n, more).copy_from(&below.gradients);
-    rows
+impl Equations {
+    /// These and some more.
+    fn with(mut self, more: &Self) -> Self {
+        self.values.extend(&more.values);
+        for row in 0..more.gradients.n_rows() {
+            self.gradients.push(more.gradients.row(row).iter().copied());
+        }
+        self
+    }
 }
 
 /// Replaces what rounding has left of a zero by zero, so that a crank held at 0 starts at 0.

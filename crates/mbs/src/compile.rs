@@ -89,15 +89,17 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         Ok::<_, TapeError>(Runner::new(tape, model.solve.jit))
     };
 
-    let shape = Shape::of(pool, system);
-    let [mass, jacobian] = shape.entries(system);
+    let shape = Shape::of(system);
+    let mass = system.mass_matrix.lower().map(|(.., entry)| entry);
+    let jacobian: Vec<Expr> =
+        system.constraint_jacobian.entries().map(|(.., entry)| entry).collect();
     let forces = (0..shape.nq).map(|i| {
         let resisting = pool.add(system.bias[i], system.potential_gradient[i]);
         pool.sub(system.force[i], resisting)
     });
     let gammas = (0..shape.nc).map(|row| constraint_gamma(model, system, row));
     let dynamics: Vec<Expr> =
-        mass.into_iter().chain(jacobian.iter().copied()).chain(forces).chain(gammas).collect();
+        mass.chain(jacobian.iter().copied()).chain(forces).chain(gammas).collect();
     let closed = system.constraints.iter().map(|c| c.expression);
     let constraints: Vec<Expr> =
         jacobian.into_iter().chain(closed).chain(system.constraint_rate.iter().copied()).collect();
@@ -147,45 +149,29 @@ impl CompiledSystem {
 }
 
 impl Shape {
-    fn of(pool: &Pool, system: &SymbolicSystem) -> Self {
-        let (nq, nc) = (system.coordinates().len(), system.constraints.len());
-        let is_entry = |&(i, j): &(usize, usize)| !pool.is_zero(system.mass_matrix[i][j]);
-        let of_jacobian =
-            |&(row, col): &(usize, usize)| !pool.is_zero(system.constraint_jacobian[row][col]);
+    fn of(system: &SymbolicSystem) -> Self {
+        let place = |(row, col, _): (usize, usize, Expr)| (row, col);
         Self {
-            nq,
-            nc,
-            mass: (0..nq).flat_map(|i| (0..=i).map(move |j| (i, j))).filter(is_entry).collect(),
-            jacobian: (0..nc)
-                .flat_map(|row| (0..nq).map(move |col| (row, col)))
-                .filter(of_jacobian)
-                .collect(),
+            nq: system.coordinates().len(),
+            nc: system.constraints.len(),
+            mass: system.mass_matrix.lower().map(place).collect(),
+            jacobian: system.constraint_jacobian.entries().map(place).collect(),
         }
-    }
-
-    /// The expressions of the entries of M and of G.
-    fn entries(&self, system: &SymbolicSystem) -> [Vec<Expr>; 2] {
-        [
-            self.mass.iter().map(|&(i, j)| system.mass_matrix[i][j]).collect(),
-            self.jacobian.iter().map(|&(row, i)| system.constraint_jacobian[row][i]).collect(),
-        ]
     }
 }
 
 /// G v + ∂g/∂t of one row.
 pub(crate) fn constraint_velocity(pool: &Pool, system: &SymbolicSystem, row: usize) -> Expr {
-    let along =
-        |(c, &g): (&crate::kinematics::Coordinate, &Expr)| pool.mul(g, pool.symbol_expr(c.v));
-    let terms = system.coordinates().iter().zip(&system.constraint_jacobian[row]).map(along);
+    let v = |i: usize| pool.symbol_expr(system.coordinates()[i].v);
+    let terms = system.constraint_jacobian.row(row).iter().map(|&(i, g)| pool.mul(g, v(i)));
     pool.sum(terms.chain([system.constraint_rate[row]]).collect::<Vec<_>>())
 }
 
 /// G v̇ + γ of one row.
 pub(crate) fn constraint_acceleration(model: &Model, system: &SymbolicSystem, row: usize) -> Expr {
     let pool = &model.pool;
-    let along =
-        |(c, &g): (&crate::kinematics::Coordinate, &Expr)| pool.mul(g, pool.symbol_expr(c.a));
-    let terms = system.coordinates().iter().zip(&system.constraint_jacobian[row]).map(along);
+    let a = |i: usize| pool.symbol_expr(system.coordinates()[i].a);
+    let terms = system.constraint_jacobian.row(row).iter().map(|&(i, g)| pool.mul(g, a(i)));
     pool.sum(terms.chain([constraint_gamma(model, system, row)]).collect::<Vec<_>>())
 }
 

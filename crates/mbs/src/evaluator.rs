@@ -1,9 +1,10 @@
 //! The functions of one compiled system at one set of parameters, with their buffers.
 
 use bksim_expr::Workspace;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use crate::compile::{CompiledSystem, Shape};
+use crate::rows::SparseRows;
 
 /// The functions of one compiled system at one set of parameters, with their buffers.
 #[derive(Clone, Debug)]
@@ -160,15 +161,27 @@ impl DynamicsAt<'_> {
     }
 
     /// G, nc × nq.
-    pub(crate) fn jacobian_matrix(&self) -> DMatrix<f64> {
-        dense_jacobian(self.shape, self.jacobian)
+    pub(crate) fn jacobian_rows(&self) -> SparseRows {
+        jacobian_rows(self.shape, self.jacobian)
+    }
+
+    /// M v̇.
+    pub(crate) fn inertia_of(&self, vdot: &[f64]) -> Vec<f64> {
+        let mut inertia = vec![0.0; self.shape.nq];
+        for (&(i, j), &m) in self.shape.mass.iter().zip(self.mass) {
+            inertia[i] += m * vdot[j];
+            if i != j {
+                inertia[j] += m * vdot[i];
+            }
+        }
+        inertia
     }
 }
 
 impl ConstraintsAt<'_> {
     /// G, nc × nq.
-    pub(crate) fn jacobian_matrix(&self) -> DMatrix<f64> {
-        dense_jacobian(self.shape, self.jacobian)
+    pub(crate) fn jacobian_rows(&self) -> SparseRows {
+        jacobian_rows(self.shape, self.jacobian)
     }
 
     /// Writes G v + ∂g/∂t, nc.
@@ -180,17 +193,14 @@ impl ConstraintsAt<'_> {
     }
 
     /// G v + ∂g/∂t, nc.
-    pub(crate) fn rate_of(&self, v: &[f64]) -> DVector<f64> {
-        let mut rate = DVector::zeros(self.shape.nc);
-        self.rate_into(v, rate.as_mut_slice());
+    pub(crate) fn rate_of(&self, v: &[f64]) -> Vec<f64> {
+        let mut rate = vec![0.0; self.shape.nc];
+        self.rate_into(v, &mut rate);
         rate
     }
 }
 
-fn dense_jacobian(shape: &Shape, values: &[f64]) -> DMatrix<f64> {
-    let mut jacobian = DMatrix::zeros(shape.nc, shape.nq);
-    for (&entry, &value) in shape.jacobian.iter().zip(values) {
-        jacobian[entry] = value;
-    }
-    jacobian
+fn jacobian_rows(shape: &Shape, values: &[f64]) -> SparseRows {
+    let entries = shape.jacobian.iter().zip(values).map(|(&(row, i), &value)| (row, i, value));
+    SparseRows::from_entries(shape.nc, shape.nq, entries)
 }

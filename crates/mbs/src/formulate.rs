@@ -275,10 +275,11 @@ impl Unknowns {
         let pool = &model.pool;
         let coordinates = system.coordinates();
         let (nq, nc) = (coordinates.len(), system.constraints.len());
+        let columns = system.constraint_jacobian.transposed();
+        // Row i of Gᵀ times some factors, of which there may be none.
         let transposed = |i: usize, factors: &[Expr]| -> Vec<Expr> {
-            (0..factors.len())
-                .map(|row| pool.mul(system.constraint_jacobian[row][i], factors[row]))
-                .collect()
+            let entries = columns.row(i).iter();
+            entries.filter_map(|&(row, g)| Some(pool.mul(g, *factors.get(row)?))).collect()
         };
         let kinematic = |i: usize| {
             let qdot = pool.symbol_expr(self.ydot[i]);
@@ -288,8 +289,8 @@ impl Unknowns {
         let lambda: Vec<Expr> =
             system.constraints.iter().map(|c| pool.symbol_expr(c.lambda)).collect();
         let dynamic = |i: usize| {
-            let inertia = (0..nq)
-                .map(|j| pool.mul(system.mass_matrix[i][j], pool.symbol_expr(coordinates[j].a)));
+            let a = |j: usize| pool.symbol_expr(coordinates[j].a);
+            let inertia = system.mass_matrix.row(i).iter().map(|&(j, m)| pool.mul(m, a(j)));
             let mut terms: Vec<Expr> = inertia.collect();
             let resisting = [system.bias[i], system.potential_gradient[i]];
             terms.extend(resisting);

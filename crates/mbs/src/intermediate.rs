@@ -33,6 +33,8 @@ pub(crate) struct Intermediates<'m> {
     rows: Vec<Vec<(usize, Number)>>,
     /// Position of each angle sum among the coordinates.
     known: HashMap<Expr, usize>,
+    /// Number of the generalised coordinate that each symbol is the value of.
+    generalised: HashMap<SymbolId, usize>,
     /// Sines and cosines of the sums, and those of their symbols.
     entering: Vec<(Expr, Expr)>,
     leaving: Vec<(SymbolId, Expr)>,
@@ -55,6 +57,7 @@ impl<'m> Intermediates<'m> {
             n_generalised: kinematics.coordinates.len(),
             rows: Vec::new(),
             known: HashMap::new(),
+            generalised: kinematics.coordinates.iter().map(|c| c.q).zip(0..).collect(),
             entering: Vec::new(),
             leaving: Vec::new(),
         };
@@ -99,10 +102,16 @@ impl<'m> Intermediates<'m> {
 
     /// ∂angle/∂q: the angles of a mechanism are linear in its coordinates.
     fn row(&self, angle: Expr) -> Vec<(usize, Number)> {
-        let generalised: Vec<SymbolId> =
-            self.coordinates[..self.n_generalised].iter().map(|c| c.q).collect();
-        let slopes = self.pool.jacobian(&[angle], &generalised).entries.into_iter();
-        slopes.filter_map(|(_, i, slope)| Some((i, self.pool.as_number(slope)?))).collect()
+        let mut moving: Vec<usize> = self
+            .pool
+            .symbols_of(angle)
+            .iter()
+            .filter_map(|symbol| self.generalised.get(symbol).copied())
+            .collect();
+        moving.sort_unstable();
+        let symbols: Vec<SymbolId> = moving.iter().map(|&i| self.coordinates[i].q).collect();
+        let slopes = self.pool.jacobian(&[angle], &symbols).entries.into_iter();
+        slopes.filter_map(|(_, i, slope)| Some((moving[i], self.pool.as_number(slope)?))).collect()
     }
 
     /// An expression of q in terms of the intermediate coordinates.
@@ -121,13 +130,28 @@ impl<'m> Intermediates<'m> {
         q.chain(v).collect()
     }
 
-    /// Columns of the Jacobian ∂ω/∂θ̇ in body axes: each turn's axis, seen through the turns after it.
-    pub(crate) fn turning(&self, rotation: &Rotation) -> Vec<(usize, Vector)> {
+    /// Columns of the Jacobians ∂ω/∂θ̇ in body axes of some rotations.
+    pub(crate) fn turning<'r>(
+        &self,
+        rotations: impl Iterator<Item = &'r Rotation>,
+    ) -> Vec<Vec<(usize, Vector)>> {
+        let columns: Vec<_> = rotations.map(|rotation| self.turning_of(rotation)).collect();
+        let components: Vec<Expr> =
+            columns.iter().flatten().flat_map(|(_, column)| *column).collect();
+        let mut entered = self.enter(&components).into_iter();
+        let mut next = |(k, column): (usize, Vector)| {
+            (k, column.map(|component| entered.next().unwrap_or(component)))
+        };
+        columns.into_iter().map(|columns| columns.into_iter().map(&mut next).collect()).collect()
+    }
+
+    /// Each turn's axis, seen through the turns after it, in terms of q.
+    fn turning_of(&self, rotation: &Rotation) -> Vec<(usize, Vector)> {
         let pool = self.pool;
         let mut columns: Vec<(usize, Vector)> = Vec::new();
         let mut inner = Rotation::default();
         for turn in rotation.turns().iter().rev() {
-            let axis_body = inner.apply_inverse(pool, &turn.axis).map(|e| self.enter(&[e])[0]);
+            let axis_body = inner.apply_inverse(pool, &turn.axis);
             let through = match self.known.get(&turn.angle) {
                 Some(&k) => vec![(k, Number::ONE)],
                 None => self.row(turn.angle),
@@ -144,69 +168,80 @@ impl<'m> Intermediates<'m> {
         columns
     }
 
-    /// Sᵀ x, with x given sparsely by intermediate coordinate. Sums that one column of S shares
-    /// with another are shared.
-    pub(crate) fn pull_back(&self, x: &BTreeMap<usize, Expr>) -> Vec<Expr> {
+    /// Sᵀ x, both by the coordinates where they are not zero. Sums that one column of S shares with
+    /// another are shared.
+    pub(crate) fn pull_back(&self, x: &BTreeMap<usize, Expr>) -> BTreeMap<usize, Expr> {
         let pool = self.pool;
-        let mut result = vec![pool.zero(); self.n_generalised];
-        for column in self.columns(&|k| x.contains_key(&k)) {
-            let base = column.base.map_or(pool.zero(), |i| result[i]);
+        let mut result = BTreeMap::new();
+        for column in self.columns(x.keys().copied()) {
+            let base = column.base.map_or(pool.zero(), |i| result[&i]);
             let added = column.added.iter().map(|(k, c)| pool.mul(pool.number(*c), x[k]));
-            result[column.generalised] = pool.sum(added.chain([base]).collect::<Vec<_>>());
+            let sum = pool.sum(added.chain([base]).collect::<Vec<_>>());
+            result.insert(column.generalised, sum);
         }
         result
     }
 
-    /// Sᵀ X S of a symmetric X, given sparsely by its lower triangle.
-    pub(crate) fn congruent(&self, lower: &BTreeMap<(usize, usize), Expr>) -> Vec<Vec<Expr>> {
+    /// Sᵀ X S of a symmetric X, both by their lower triangles.
+    pub(crate) fn congruent(
+        &self,
+        lower: &BTreeMap<(usize, usize), Expr>,
+    ) -> BTreeMap<(usize, usize), Expr> {
         let mut rows: BTreeMap<usize, BTreeMap<usize, Expr>> = BTreeMap::new();
         for (&(k, l), &e) in lower {
             rows.entry(k).or_default().insert(l, e);
             rows.entry(l).or_default().insert(k, e);
         }
         // X S by rows, then Sᵀ times each of its columns.
-        let half: BTreeMap<usize, Vec<Expr>> =
-            rows.iter().map(|(&k, row)| (k, self.pull_back(row))).collect();
-        let n = self.n_generalised;
-        let columns: Vec<Vec<Expr>> = (0..n)
-            .map(|j| self.pull_back(&half.iter().map(|(&k, row)| (k, row[j])).collect()))
-            .collect();
-        (0..n).map(|i| (0..n).map(|j| columns[i.min(j)][i.max(j)]).collect()).collect()
+        let mut half: BTreeMap<usize, BTreeMap<usize, Expr>> = BTreeMap::new();
+        for (&k, row) in &rows {
+            for (j, e) in self.pull_back(row) {
+                half.entry(j).or_default().insert(k, e);
+            }
+        }
+        let below = |(j, column): (usize, BTreeMap<usize, Expr>)| {
+            let product = self.pull_back(&column).into_iter();
+            product.filter(move |&(i, _)| j <= i).map(move |(i, e)| ((i, j), e))
+        };
+        half.into_iter().flat_map(below).collect()
     }
 
     /// How many intermediate coordinates each generalised coordinate moves.
     pub(crate) fn spreads(&self) -> Vec<usize> {
-        let of = |i: usize| self.rows.iter().filter(|row| row.iter().any(|e| e.0 == i)).count();
-        (0..self.n_generalised).map(|i| 1 + of(i)).collect()
+        let mut spreads = vec![1; self.n_generalised];
+        for &(i, _) in self.rows.iter().flatten() {
+            spreads[i] += 1;
+        }
+        spreads
     }
 
-    /// The columns of S, restricted to some rows, each as another one and a little more; a column
-    /// comes after its base.
-    fn columns(&self, is_wanted: &dyn Fn(usize) -> bool) -> Vec<Column> {
-        let mut full: Vec<(usize, Vec<(usize, Number)>)> =
-            (0..self.n_generalised).map(|i| (i, Vec::new())).collect();
-        for (i, column) in &mut full {
-            if is_wanted(*i) {
-                column.push((*i, Number::ONE));
-            }
-        }
-        for (row_idx, row) in self.rows.iter().enumerate() {
-            let k = self.n_generalised + row_idx;
-            if is_wanted(k) {
-                for &(i, factor) in row {
-                    full[i].1.push((k, factor));
+    /// The columns of S that are not zero, restricted to some `rows` in ascending order, each as
+    /// another one and a little more; a column comes after its base.
+    fn columns(&self, rows: impl Iterator<Item = usize>) -> Vec<Column> {
+        let mut full: BTreeMap<usize, Vec<(usize, Number)>> = BTreeMap::new();
+        for k in rows {
+            match k.checked_sub(self.n_generalised) {
+                None => full.entry(k).or_default().push((k, Number::ONE)),
+                Some(row_idx) => {
+                    for &(i, factor) in &self.rows[row_idx] {
+                        full.entry(i).or_default().push((k, factor));
+                    }
                 }
             }
         }
-        full.retain(|(_, column)| !column.is_empty());
+        let mut full: Vec<(usize, Vec<(usize, Number)>)> = full.into_iter().collect();
         full.sort_by_key(|(_, column)| column.len());
+        // A part of a column begins with one of its entries.
+        let mut beginning_at: HashMap<usize, Vec<usize>> = HashMap::new();
         let mut columns: Vec<Column> = Vec::with_capacity(full.len());
         for (at, (generalised, own)) in full.iter().enumerate() {
             // The longest earlier column that is part of this one.
-            let base = full[..at]
-                .iter()
-                .rev()
-                .find(|(_, earlier)| earlier.iter().all(|entry| own.contains(entry)));
+            let earlier = own.iter().filter_map(|(k, _)| beginning_at.get(k)).flatten();
+            let mut earlier: Vec<usize> = earlier.copied().collect();
+            earlier.sort_unstable_by(|a, b| b.cmp(a));
+            let is_part = |&&at: &&usize| is_part(&full[at].1, own);
+            let base = earlier.iter().find(is_part).map(|&at| &full[at]);
+            beginning_at.entry(own[0].0).or_default().push(at);
             let added = own.iter().filter(|entry| base.is_none_or(|(_, b)| !b.contains(entry)));
             columns.push(Column {
                 generalised: *generalised,
@@ -216,4 +251,10 @@ impl<'m> Intermediates<'m> {
         }
         columns
     }
+}
+
+/// Whether all entries of `part` are entries of `whole`; both ascend.
+fn is_part(part: &[(usize, Number)], whole: &[(usize, Number)]) -> bool {
+    let mut rest = whole.iter();
+    part.iter().all(|entry| rest.any(|other| other == entry))
 }

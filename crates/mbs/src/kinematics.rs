@@ -3,6 +3,8 @@
 //! Source: Lê Hồng Lam and Đinh Văn Phong (2008), eq. (1.2): positions and rotation matrices are
 //! chained from the ground outwards. Frames in names: `p_world_com` is a place in world axes.
 
+use std::collections::{HashMap, HashSet};
+
 use bksim_expr::{Expr, Pool, SymbolId};
 
 use crate::joint::{self, Motion, MotionKind, Sides};
@@ -64,6 +66,13 @@ pub struct Kinematics {
     pub coordinates: Vec<Coordinate>,
     /// By body, the ground first.
     pub(crate) poses: Vec<Pose>,
+    /// Position of the coordinate that each symbol of a value, or of a velocity, belongs to.
+    of_value: HashMap<SymbolId, usize>,
+    of_velocity: HashMap<SymbolId, usize>,
+    /// Number of the first coordinate of each joint that has some.
+    first_of_joint: HashMap<JointId, usize>,
+    /// Names of parameters and coordinates.
+    taken: HashSet<String>,
 }
 
 impl Kinematics {
@@ -76,8 +85,14 @@ impl Kinematics {
             rotation: Rotation::default(),
             omega: spatial::zero(pool),
         };
-        let mut kinematics =
-            Self { coordinates: Vec::new(), poses: vec![ground; model.bodies.len()] };
+        let mut kinematics = Self {
+            coordinates: Vec::new(),
+            poses: vec![ground; model.bodies.len()],
+            of_value: HashMap::new(),
+            of_velocity: HashMap::new(),
+            first_of_joint: HashMap::new(),
+            taken: model.parameters.iter().map(|p| p.name.clone()).collect(),
+        };
         for &(body, branch) in &tree.branches {
             let pose = match branch {
                 Branch::Free => kinematics.free_pose(model, body),
@@ -114,36 +129,40 @@ impl Kinematics {
         }
     }
 
-    /// d/dt of an expression of the coordinates and of time.
+    /// The coordinates whose value or velocity occurs in some expressions, ascending.
+    pub(crate) fn coordinates_in(&self, pool: &Pool, roots: &[Expr]) -> Vec<usize> {
+        let symbols = roots.iter().flat_map(|&e| pool.symbols_of(e));
+        let of = |symbol| self.of_value.get(&symbol).or_else(|| self.of_velocity.get(&symbol));
+        let mut found: Vec<usize> = symbols.filter_map(|symbol| of(symbol).copied()).collect();
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+
+    /// d/dt of an expression of the coordinates and of time; velocities rest.
     pub(crate) fn rate(&self, model: &Model, e: Expr) -> Expr {
         let pool = &model.pool;
-        let mut rates: Vec<_> =
-            self.coordinates.iter().map(|c| (c.q, pool.symbol_expr(c.v))).collect();
-        rates.push((model.time, pool.one()));
-        pool.total_derivative(e, &rates)
+        let moving = self.coordinates_in(pool, &[e]).into_iter().map(|i| &self.coordinates[i]);
+        let rates = moving.map(|c| (c.q, pool.symbol_expr(c.v)));
+        pool.total_derivative(e, &rates.chain([(model.time, pool.one())]).collect::<Vec<_>>())
     }
 
     /// d/dt of an expression of the coordinates, the velocities and time.
     pub(crate) fn second_rate(&self, model: &Model, e: Expr) -> Expr {
         let pool = &model.pool;
-        let symbols = self.coordinates.iter();
-        let mut rates: Vec<_> = symbols
+        let moving = self.coordinates_in(pool, &[e]).into_iter().map(|i| &self.coordinates[i]);
+        let rates = moving
             .flat_map(|c| [(c.q, pool.symbol_expr(c.v)), (c.v, pool.symbol_expr(c.a))])
-            .collect();
-        rates.push((model.time, pool.one()));
-        pool.total_derivative(e, &rates)
+            .chain([(model.time, pool.one())]);
+        pool.total_derivative(e, &rates.collect::<Vec<_>>())
     }
 
     /// The positions of a joint's motions: its own coordinates in the tree, else what the poses show.
     pub(crate) fn joint_positions(&self, model: &Model, joint: JointId) -> Vec<Expr> {
-        let own: Vec<Expr> = self
-            .coordinates
-            .iter()
-            .filter(|c| matches!(c.owner, Owner::Joint(id, _) if id == joint))
-            .map(|c| model.pool.symbol_expr(c.q))
-            .collect();
-        if !own.is_empty() {
-            return own;
+        if let Some(&first) = self.first_of_joint.get(&joint) {
+            let own = self.coordinates[first..].iter();
+            let own = own.take_while(|c| matches!(c.owner, Owner::Joint(id, _) if id == joint));
+            return own.map(|c| model.pool.symbol_expr(c.q)).collect();
         }
         let joint = &model.joints[joint.0];
         joint::positions(&model.pool, joint, &self.sides(model, joint))
@@ -277,20 +296,22 @@ impl Kinematics {
         owner: Owner,
     ) -> (Expr, Expr) {
         let pool = &model.pool;
-        let name = self.unused_name(model, name);
+        let name = self.unused_name(name);
         let [q, v, a] = ["", "_dot", "_ddot"].map(|suffix| pool.symbol(&format!("{name}{suffix}")));
         let id = |e| pool.symbol_id(e).expect("a symbol was just made");
+        let position = self.coordinates.len();
+        self.of_value.insert(id(q), position);
+        self.of_velocity.insert(id(v), position);
+        if let Owner::Joint(joint, _) = owner {
+            self.first_of_joint.entry(joint).or_insert(position);
+        }
         self.coordinates.push(Coordinate { name, q: id(q), v: id(v), a: id(a), kind, owner });
         (q, v)
     }
 
     /// A joint and a body may bear one name; their coordinates must not.
-    fn unused_name(&self, model: &Model, mut name: String) -> String {
-        let is_taken = |name: &str| {
-            self.coordinates.iter().any(|c| c.name == name)
-                || model.parameters.iter().any(|p| p.name == name)
-        };
-        while is_taken(&name) {
+    fn unused_name(&mut self, mut name: String) -> String {
+        while !self.taken.insert(name.clone()) {
             name.push('_');
         }
         name

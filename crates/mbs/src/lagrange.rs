@@ -17,6 +17,7 @@ use crate::assemble::central_inertia;
 use crate::intermediate::Intermediates;
 use crate::kinematics::Kinematics;
 use crate::model::{BodyId, Model, Vector};
+use crate::sparse::SparseMatrix;
 use crate::spatial;
 
 /// Terms up to which a sum that was carried over is collected anew.
@@ -29,7 +30,7 @@ pub(crate) struct LeftSide {
     /// V(q), J.
     pub(crate) potential_energy: Expr,
     /// M(q), nq × nq.
-    pub(crate) mass_matrix: Vec<Vec<Expr>>,
+    pub(crate) mass_matrix: SparseMatrix,
     /// h(q, v), nq.
     pub(crate) bias: Vec<Expr>,
     /// ∂V/∂q, nq.
@@ -105,6 +106,8 @@ impl Derivation<'_> {
             column[row % 3] = slope;
         }
 
+        let rotations = self.kinematics.poses.iter().map(|pose| &pose.rotation);
+        let turning = self.intermediates.turning(rotations);
         let mut entries: BTreeMap<(usize, usize), Entry> = BTreeMap::new();
         for (body_idx, columns) in columns.iter().enumerate().skip(1) {
             let body = &self.model.bodies[body_idx];
@@ -120,8 +123,8 @@ impl Derivation<'_> {
                 }
             }
             let inertia = central_inertia(self.model, BodyId(body_idx));
-            let turning = self.intermediates.turning(&self.kinematics.poses[body_idx].rotation);
-            for (k, j_k) in &turning {
+            let turning = &turning[body_idx];
+            for (k, j_k) in turning {
                 let momentum: Vector =
                     std::array::from_fn(|i| spatial::dot(pool, &inertia[i], j_k));
                 for (l, j_l) in turning.iter().filter(|(l, _)| l <= k) {
@@ -188,16 +191,24 @@ impl Derivation<'_> {
         let n_terms = self.symbols.len();
         let sizes: Vec<usize> =
             self.intermediates.spreads().into_iter().map(|spread| spread * n_terms).collect();
-        self.collected(self.intermediates.pull_back(&self.left(x)), &sizes)
+        let mut sums = vec![self.pool().zero(); sizes.len()];
+        for (i, sum) in self.intermediates.pull_back(&self.left(x)) {
+            sums[i] = sum;
+        }
+        self.collected(sums, &sizes)
     }
 
     /// Sᵀ X S in terms of q and v.
-    fn carried_matrix(&self, lower: Lower) -> Vec<Vec<Expr>> {
+    fn carried_matrix(&self, lower: Lower) -> SparseMatrix {
         let spreads = self.intermediates.spreads();
-        let sizes = spreads.iter().flat_map(|i| spreads.iter().map(move |j| i * j));
-        let entries = self.intermediates.congruent(&self.left(lower)).concat();
-        let entries = self.collected(entries, &sizes.collect::<Vec<_>>());
-        entries.chunks(spreads.len().max(1)).map(<[Expr]>::to_vec).collect()
+        let lower = self.intermediates.congruent(&self.left(lower));
+        let (places, entries): (Vec<_>, Vec<_>) = lower.into_iter().unzip();
+        let sizes: Vec<usize> = places.iter().map(|&(i, j)| spreads[i] * spreads[j]).collect();
+        let entries = places.into_iter().zip(self.collected(entries, &sizes));
+        let entries = entries.filter(|&(_, e)| !self.pool().is_zero(e)).flat_map(|((i, j), e)| {
+            [Some((i, j, e)), (i != j).then_some((j, i, e))].into_iter().flatten()
+        });
+        SparseMatrix::new(spreads.len(), spreads.len(), entries)
     }
 
     fn left<K: Ord>(&self, entries: impl IntoIterator<Item = (K, Expr)>) -> BTreeMap<K, Expr> {

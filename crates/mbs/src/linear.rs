@@ -6,6 +6,10 @@ use nalgebra::{DMatrix, DVector};
 /// shows dependent rows at 1e-12 and better; a mechanism within this of a singular pose is one.
 pub(crate) const RANK_TOLERANCE: f64 = 1e-9;
 
+/// Part of a row below which it depends on others: between what rounding leaves of a dependent row
+/// and the distance of a mechanism from a singular pose.
+pub(crate) const DEPENDENT: f64 = 3e-7;
+
 /// Minimum-norm least-squares solution of `matrix x = rhs`, with the numeric rank.
 pub(crate) fn least_squares(matrix: &DMatrix<f64>, rhs: &DVector<f64>) -> (DVector<f64>, usize) {
     let n = matrix.ncols();
@@ -54,7 +58,7 @@ pub(crate) fn dependent_rows(jacobian: &DMatrix<f64>) -> Dependence {
             }
         }
         let norm = rest.norm();
-        if norm > RANK_TOLERANCE.sqrt() * 1e-2 {
+        if norm > DEPENDENT {
             basis.push(rest / norm);
         } else {
             dependent.push(row_idx);

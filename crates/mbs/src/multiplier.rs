@@ -19,7 +19,8 @@ use crate::augmented::Augmented;
 use crate::compile::Shape;
 use crate::elimination::{Elimination, Singular};
 use crate::evaluator::{ConstraintsAt, DynamicsAt, Evaluator};
-use crate::linear::{least_squares, truncated_inverse};
+use crate::linear::{self, truncated_inverse};
+use crate::rows::{Inverse, LARGEST_DENSE, SparseRows, shortest_solution};
 
 /// Largest residuals before and after a projection.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -56,6 +57,8 @@ enum Factors {
     Pivoted(LU<f64, Dyn, Dyn>),
     /// The inverse without the weakest directions.
     Truncated(DMatrix<f64>),
+    /// The same of a large system.
+    Sparse(Box<Inverse>),
 }
 
 /// Pivots of the dense factors below this part of the largest call for the truncated inverse.
@@ -74,7 +77,9 @@ impl MultiplierSystem {
     /// Plans the solution of systems of this shape without the `dependent` rows.
     pub(crate) fn new(shape: &Shape, dependent: &[usize]) -> Self {
         let (nq, nc) = (shape.nq, shape.nc);
-        let kept: Vec<usize> = (0..nc).filter(|row| !dependent.contains(row)).collect();
+        let mut takes_part = vec![true; nc];
+        dependent.iter().for_each(|&row| takes_part[row] = false);
+        let kept: Vec<usize> = (0..nc).filter(|&row| takes_part[row]).collect();
         Self {
             nq,
             elimination: Elimination::new(shape, &kept),
@@ -143,7 +148,13 @@ impl MultiplierSystem {
             self.factors = Factors::Recorded;
             return Ok(());
         }
-        let matrix = self.dense_matrix(at)?;
+        let matrix = self.rows_at(at)?;
+        if self.nq > LARGEST_DENSE {
+            let inverse = Inverse::of(matrix).ok_or(NotFinite { row: 0 })?;
+            self.factors = Factors::Sparse(Box::new(inverse));
+            return Ok(());
+        }
+        let matrix = matrix.dense();
         let lu = matrix.clone().lu();
         let pivots = lu.u().diagonal().map(f64::abs);
         self.factors = if pivots.min() > WELL_CONDITIONED * pivots.max() {
@@ -154,24 +165,56 @@ impl MultiplierSystem {
         Ok(())
     }
 
-    fn dense_matrix(&self, at: &DynamicsAt) -> Result<DMatrix<f64>, NotFinite> {
+    /// The matrix of the system.
+    fn rows_at(&self, at: &DynamicsAt) -> Result<SparseRows, NotFinite> {
         let entries = at.shape.mass.iter().map(|&(i, _)| i).zip(at.mass);
         let couplings = at.shape.jacobian.iter().map(|&(row, _)| self.nq + row).zip(at.jacobian);
         if let Some((row, _)) = entries.chain(couplings).find(|(_, value)| !value.is_finite()) {
             return Err(NotFinite { row });
         }
-        let n = self.x.len();
-        let mut matrix = DMatrix::zeros(n, n);
-        matrix.view_mut((0, 0), (self.nq, self.nq)).copy_from(&at.mass_matrix());
-        let rows = at.jacobian_matrix().select_rows(&self.kept);
-        matrix.view_mut((self.nq, 0), rows.shape()).copy_from(&rows);
-        matrix.view_mut((0, self.nq), (self.nq, rows.nrows())).copy_from(&rows.transpose());
-        Ok(matrix)
+        let kept = at.jacobian_rows().select(&self.kept);
+        let couplings = kept.entries().map(|(k, i, g)| (self.nq + k, i, g));
+        let lower = at.shape.mass.iter().zip(at.mass).map(|(&(i, j), &m)| (i, j, m));
+        let lower: Vec<_> = lower.chain(couplings).collect();
+        let upper = lower.iter().filter(|entry| entry.0 != entry.1).map(|&(i, j, e)| (j, i, e));
+        let entries = lower.iter().copied().chain(upper);
+        Ok(SparseRows::from_entries(self.x.len(), self.x.len(), entries))
+    }
+
+    /// Coordinates of a motion that the constraints, of which `jacobian` holds those that close
+    /// loops, leave free and that has no inertia.
+    pub(crate) fn motion_without_inertia(
+        &mut self,
+        at: &DynamicsAt,
+        jacobian: &SparseRows,
+    ) -> Option<Vec<usize>> {
+        const VANISHING: f64 = 1e-9;
+        const PART: f64 = 0.1;
+        if self.nq <= LARGEST_DENSE {
+            return linear::motion_without_inertia(&at.mass_matrix(), &jacobian.dense());
+        }
+        // With inertia in every direction there is none.
+        if self.elimination.factor(at.mass, at.jacobian).is_ok() {
+            return None;
+        }
+        let matrix = self.rows_at(at).ok()?;
+        let size = matrix.norms().into_iter().fold(0.0, f64::max);
+        let (direction, left) = Inverse::of(matrix)?.weakest_combination();
+        let motion = &direction[..self.nq];
+        // Otherwise only multipliers are not unique.
+        let is_motion = largest(motion) > PART * largest(&direction);
+        let is_part = |&i: &usize| motion[i].abs() > PART * largest(motion);
+        let found = left <= VANISHING * size && is_motion;
+        found.then(|| (0..self.nq).filter(is_part).collect())
+    }
+
+    fn is_truncated(&self) -> bool {
+        matches!(self.factors, Factors::Truncated(_) | Factors::Sparse(_))
     }
 
     /// Solves for the right side in `x`, in place.
     fn solve(&mut self) {
-        match &self.factors {
+        match &mut self.factors {
             Factors::Recorded => match &mut self.augmented {
                 Some(augmented) => augmented.solve_in_place(&self.jacobian, &mut self.x),
                 None => self.elimination.solve_in_place(&mut self.x),
@@ -183,8 +226,9 @@ impl MultiplierSystem {
                 }
                 self.x.copy_from_slice(x.as_slice());
             }
+            Factors::Sparse(inverse) => self.x = inverse.apply(&self.x),
             Factors::Truncated(inverse) => {
-                let x = inverse * DVector::from_column_slice(&self.x);
+                let x = &*inverse * DVector::from_column_slice(&self.x);
                 self.x.copy_from_slice(x.as_slice());
             }
         }
@@ -294,10 +338,11 @@ impl MultiplierSystem {
             self.refine(&at, vdot, lambda);
         }
         if solution == Solution::Limit || self.kept.len() < lambda.len() {
-            let inertia = at.mass_matrix() * DVector::from_column_slice(vdot);
-            let constraint_force = DVector::from_column_slice(at.force) - inertia;
-            let smallest = least_squares(&at.jacobian_matrix().transpose(), &constraint_force).0;
-            lambda.copy_from_slice(smallest.as_slice());
+            let inertia = at.inertia_of(vdot);
+            let constraint_force: Vec<f64> =
+                at.force.iter().zip(&inertia).map(|(force, inertia)| force - inertia).collect();
+            let columns = at.jacobian_rows().transposed();
+            lambda.copy_from_slice(&shortest_solution(&columns, &constraint_force));
         }
         Ok(())
     }
@@ -305,7 +350,7 @@ impl MultiplierSystem {
     /// One step of iterative refinement of the accelerations and multipliers just found: reactions
     /// are differences of large numbers.
     fn refine(&mut self, at: &DynamicsAt, vdot: &mut [f64], lambda: &mut [f64]) {
-        if matches!(self.factors, Factors::Truncated(_)) {
+        if self.is_truncated() {
             return;
         }
         let (upper, lower) = self.x.split_at_mut(self.nq);

@@ -8,13 +8,14 @@
 use crate::assemble::{Source, SymbolicSystem};
 use crate::closing::Closing;
 use crate::compile::CompiledSystem;
+use crate::dependence::dependent_rows;
 use crate::evaluator::Evaluator;
-use crate::linear::{Dependence, dependent_rows, motion_without_inertia};
+use crate::linear::Dependence;
 use crate::model::{JointId, LoadId, Model, SolveOptions};
 use crate::multiplier::{MultiplierSystem, largest};
+use crate::rows::SparseRows;
 use crate::switch::{Bands, Instant, Modes, Settled, Unsettled, settle_smoothly};
 use bksim_expr::TapeError;
-use nalgebra::DMatrix;
 
 /// A state that satisfies the constraints at every level.
 #[derive(Clone, PartialEq, Debug)]
@@ -153,18 +154,19 @@ pub fn start(
     let q = closing.close_positions(&mut evaluator, t)?;
     let position_residual = largest(evaluator.constraints(t, &q).value);
     let v = closing.fit_velocities(&mut evaluator, t, &q)?;
-    let velocity_residual = largest(evaluator.constraints(t, &q).rate_of(&v).as_slice());
+    let velocity_residual = largest(&evaluator.constraints(t, &q).rate_of(&v));
     let jacobian = regular_jacobian(&mut evaluator, t, (&q, &v), system.n_bilateral());
     let dependence = dependent_rows(&jacobian);
     let is_joint_row = |row: &usize| matches!(system.constraints[*row].source, Source::Joint(_));
     let joint_rows: Vec<usize> = (0..compiled.nc()).filter(is_joint_row).collect();
-    let joint_rank = dependent_rows(&jacobian.select_rows(&joint_rows)).rank;
+    let joint_rank = dependent_rows(&jacobian.select(&joint_rows)).rank;
 
     let at = evaluator.dynamics(t, &q, &v);
     if !at.is_finite() {
         return Err(StartError::NotFinite);
     }
-    if let Some(coordinates) = motion_without_inertia(&at.mass_matrix(), &jacobian) {
+    let mut multipliers = MultiplierSystem::new(at.shape, &dependence.dependent);
+    if let Some(coordinates) = multipliers.motion_without_inertia(&at, &jacobian) {
         return Err(StartError::NoInertia { coordinates });
     }
     let moved = closing.moved(t, &q, &v);
@@ -172,7 +174,7 @@ pub fn start(
 
     if compiled.watch.is_empty() {
         let (mut a, mut lambda) = (vec![0.0; compiled.nq()], vec![0.0; compiled.nc()]);
-        MultiplierSystem::new(evaluator.shape(), &dependence.dependent)
+        multipliers
             .complete_into(&mut evaluator, t, (&q, &v), &mut a, &mut lambda)
             .map_err(|_| StartError::NotFinite)?;
         let dependent = dependence.dependent.clone();
@@ -215,10 +217,11 @@ fn regular_jacobian(
     t: f64,
     (q, v): (&[f64], &[f64]),
     n_rows: usize,
-) -> DMatrix<f64> {
+) -> SparseRows {
     /// Part of a radian, or of a metre.
     const AHEAD: f64 = 1e-4;
-    let jacobian = evaluator.constraints(t, q).jacobian_matrix().rows(0, n_rows).into_owned();
+    let first: Vec<usize> = (0..n_rows).collect();
+    let jacobian = evaluator.constraints(t, q).jacobian_rows().select(&first);
     let fastest = largest(v);
     let is_full = dependent_rows(&jacobian).dependent.is_empty();
     if is_full || fastest == 0.0 {
@@ -226,8 +229,7 @@ fn regular_jacobian(
     }
     let ahead = AHEAD / fastest;
     let q: Vec<f64> = q.iter().zip(v).map(|(q, v)| q + ahead * v).collect();
-    let there = evaluator.constraints(t + ahead, &q).jacobian_matrix();
-    let there = there.rows(0, n_rows).into_owned();
+    let there = evaluator.constraints(t + ahead, &q).jacobian_rows().select(&first);
     let ranks = [&jacobian, &there].map(|rows| dependent_rows(rows).rank);
     if ranks[1] > ranks[0] { there } else { jacobian }
 }

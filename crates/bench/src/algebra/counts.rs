@@ -43,13 +43,11 @@ fn counts(equations: &Equations<'_>) -> Result<Counts, BenchError> {
 
 /// M, h, ∂V/∂q, g and G of a model as they are assembled.
 fn equations<'m>(model: &'m Model, system: &SymbolicSystem) -> Equations<'m> {
-    let n = system.coordinates().len();
-    let mut outputs: Vec<Expr> =
-        (0..n).flat_map(|i| system.mass_matrix[i][..=i].to_vec()).collect();
+    let mut outputs: Vec<Expr> = system.mass_matrix.lower().map(|(.., entry)| entry).collect();
     outputs.extend(&system.bias);
     outputs.extend(&system.potential_gradient);
     outputs.extend(system.constraints.iter().map(|c| c.expression));
-    outputs.extend(system.constraint_jacobian.iter().flatten());
+    outputs.extend(system.constraint_jacobian.entries().map(|(.., entry)| entry));
     let mut state = vec![model.time];
     state.extend(system.coordinates().iter().flat_map(|c| [c.q, c.v]));
     let parameters = model.parameters.iter().map(|p| p.symbol).collect();

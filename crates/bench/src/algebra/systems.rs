@@ -78,16 +78,21 @@ fn assembled(name: &'static str, text: &str, pose: &[(&str, f64)]) -> Result<Sys
         .map(|(wanted, _)| coordinates.iter().position(|c| c.name == *wanted))
         .collect::<Option<_>>()
         .ok_or(BenchError::Data("coordinates of the model"))?;
-    let g = |row: usize, column: usize| equations.constraint_jacobian[row][order[column]];
-
     let pool = &model.pool;
+    let zero = pool.zero();
+    let g = |row: usize, column: usize| {
+        equations.constraint_jacobian.get(row, order[column]).unwrap_or(zero)
+    };
+    let m = |row: usize, column: usize| {
+        equations.mass_matrix.get(order[row], order[column]).unwrap_or(zero)
+    };
     let lambda: Vec<SymbolId> = equations.constraints.iter().map(|c| c.lambda).collect();
     let (nq, nc) = (order.len(), lambda.len());
     let row = |i: usize| {
         let own = order[i];
         let inertia = (0..nq).map(|j| {
             let a = pool.symbol_expr(coordinates[order[j]].a);
-            pool.mul(equations.mass_matrix[own][order[j]], a)
+            pool.mul(m(i, j), a)
         });
         let reaction = (0..nc).map(|k| pool.mul(g(k, i), pool.symbol_expr(lambda[k])));
         let applied = pool.neg(equations.force[own]);
@@ -97,7 +102,7 @@ fn assembled(name: &'static str, text: &str, pose: &[(&str, f64)]) -> Result<Sys
     let residual = (0..nq).map(row).collect();
     let constraints = equations.constraints.iter().map(|c| c.expression).collect();
     let lower = (0..nq).flat_map(|i| (0..=i).map(move |j| (i, j)));
-    let mass = lower.map(|(i, j)| (i, j, equations.mass_matrix[order[i]][order[j]])).collect();
+    let mass = lower.map(|(i, j)| (i, j, m(i, j))).collect();
     let cells = (0..nc).flat_map(|k| (0..nq).map(move |j| (k, j)));
     let constraint_jacobian = cells.map(|(k, j)| (k, j, g(k, j))).collect();
     let system = System {

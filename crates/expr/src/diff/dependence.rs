@@ -1,73 +1,106 @@
 //! Which symbols the value of each step changes with, as sets of bits.
+//!
+//! A set holds only the words that have a bit: most parts of a large system depend on a few columns
+//! out of very many.
 
 use crate::op::{Function, Op};
 use crate::pool::SymbolId;
 use crate::sweep::{Step, Sweep};
 
 /// Columns in one word of a set.
-pub(super) const WORD_BITS: usize = u64::BITS as usize;
+const WORD_BITS: usize = u64::BITS as usize;
+/// Words of all sets held at a time; more columns are taken in groups.
+const MAX_WORDS: usize = 1 << 23;
 
 /// For each step, the columns by which its derivative is not structurally zero.
 pub(super) struct Dependence {
     pub(super) n_columns: usize,
-    n_words: usize,
-    bits: Vec<u64>,
+    /// Where the words of each step start.
+    starts: Vec<usize>,
+    /// Words other than zero: number of the word, ascending in each step, and bits.
+    words: Vec<(usize, u64)>,
     /// Symbols with their columns, in ascending order; a symbol may have several.
     columns: Vec<(SymbolId, usize)>,
 }
 
 impl Dependence {
-    pub(super) fn new(sweep: &Sweep, columns: &[SymbolId]) -> Self {
-        Self::in_words(sweep, columns, columns.len().div_ceil(WORD_BITS))
+    /// The dependence on all columns, in groups whose sets fit into memory: the number of the
+    /// first column of each group, and the dependence on its columns.
+    pub(super) fn in_groups(sweep: &Sweep, columns: &[SymbolId]) -> Vec<(usize, Self)> {
+        let mut groups = Vec::new();
+        let mut pending = vec![(0, columns)];
+        while let Some((first, columns)) = pending.pop() {
+            let limit = if columns.len() > WORD_BITS { MAX_WORDS } else { usize::MAX };
+            if let Some(dependence) = Self::within(sweep, columns, columns.len(), limit) {
+                groups.push((first, dependence));
+            } else {
+                let (left, right) = columns.split_at(columns.len() / 2);
+                pending.extend([(first + left.len(), right), (first, left)]);
+            }
+        }
+        groups
     }
 
     /// Tells only whether a step depends on any column, however many: all are one bit.
     pub(super) fn on_any(sweep: &Sweep, columns: &[SymbolId]) -> Self {
-        Self::in_words(sweep, columns, 1)
+        Self::within(sweep, columns, 1, usize::MAX).expect("there is no limit")
     }
 
-    fn in_words(sweep: &Sweep, columns: &[SymbolId], n_words: usize) -> Self {
+    /// The sets, columns counted modulo `n_bits`; `None` when they have more words than `limit`.
+    fn within(sweep: &Sweep, columns: &[SymbolId], n_bits: usize, limit: usize) -> Option<Self> {
         let mut sorted: Vec<_> = columns.iter().copied().zip(0..).collect();
         sorted.sort_unstable();
         let mut dependence = Self {
             n_columns: columns.len(),
-            n_words,
-            bits: vec![0; n_words * sweep.steps.len()],
+            starts: Vec::with_capacity(sweep.steps.len() + 1),
+            words: Vec::new(),
             columns: sorted,
         };
-        for (position, step) in sweep.steps.iter().enumerate() {
+        dependence.starts.push(0);
+        let mut found: Vec<(usize, u64)> = Vec::new();
+        for step in &sweep.steps {
+            found.clear();
             if let Some(symbol) = step.symbol() {
-                for &(_, column) in &dependence.columns_of(symbol).to_vec() {
-                    let bit = column % (n_words * WORD_BITS);
-                    dependence.bits[position * n_words + bit / WORD_BITS] |= 1 << (bit % WORD_BITS);
+                let bits = dependence.columns_of(symbol).iter().map(|&(_, column)| column % n_bits);
+                found.extend(bits.map(|bit| (bit / WORD_BITS, 1 << (bit % WORD_BITS))));
+            } else {
+                for operand in changing_operands(sweep, step) {
+                    found.extend(dependence.words(operand));
                 }
-                continue;
             }
-            let (below, own) = dependence.bits.split_at_mut(position * n_words);
-            for operand in changing_operands(sweep, step) {
-                let set = &below[operand * n_words..(operand + 1) * n_words];
-                own.iter_mut().zip(set).for_each(|(word, other)| *word |= other);
+            found.sort_unstable_by_key(|&(index, _)| index);
+            found.dedup_by(|next, kept| {
+                let is_same = next.0 == kept.0;
+                if is_same {
+                    kept.1 |= next.1;
+                }
+                is_same
+            });
+            dependence.words.extend(&found);
+            if dependence.words.len() > limit {
+                return None;
             }
+            dependence.starts.push(dependence.words.len());
         }
-        dependence
+        Some(dependence)
     }
 
-    fn words(&self, position: usize) -> &[u64] {
-        &self.bits[position * self.n_words..(position + 1) * self.n_words]
+    fn words(&self, position: usize) -> &[(usize, u64)] {
+        &self.words[self.starts[position]..self.starts[position + 1]]
     }
 
     /// Number of columns a step depends on.
     pub(super) fn count(&self, position: usize) -> usize {
-        self.words(position).iter().map(|word| word.count_ones() as usize).sum()
+        self.words(position).iter().map(|(_, word)| word.count_ones() as usize).sum()
     }
 
     pub(super) fn is_empty(&self, position: usize) -> bool {
-        self.words(position).iter().all(|&word| word == 0)
+        self.words(position).is_empty()
     }
 
     /// The columns a step depends on, ascending.
     pub(super) fn columns(&self, position: usize) -> impl Iterator<Item = usize> {
-        self.words(position).iter().enumerate().flat_map(|(index, &word)| {
+        self.words(position).iter().flat_map(|&(index, word)| {
             let mut left = word;
             std::iter::from_fn(move || {
                 let bit = (left != 0).then(|| left.trailing_zeros() as usize)?;

@@ -14,6 +14,7 @@ mod forward;
 mod products;
 mod reverse;
 
+use crate::build::MERGE_LIMIT;
 use crate::pool::{Expr, ONE, Pool, SymbolId, ZERO};
 use crate::sweep::Sweep;
 use dependence::Dependence;
@@ -39,8 +40,6 @@ const REVERSE_COST: usize = 4;
 
 /// Symbols above which a gradient is taken backward without asking what is cheaper.
 const MANY_COLUMNS: usize = 1 << 12;
-/// Words of dependence sets held at a time; more columns are taken in groups.
-const MAX_DEPENDENCE_WORDS: usize = 1 << 24;
 
 impl Pool {
     /// ∂e/∂x for any symbol: a coordinate, a velocity, a parameter.
@@ -77,30 +76,21 @@ impl Pool {
     /// Long rows that depend on many symbols are differentiated backward, all others forward.
     pub fn jacobian(&self, rows: &[Expr], columns: &[SymbolId]) -> SparseJacobian {
         let sweep = self.sweep(rows);
-        let n_grouped = columns_at_a_time(&sweep);
         let mut entries = Vec::new();
-        for (group, columns) in columns.chunks(n_grouped).enumerate() {
-            let found = self.jacobian_of_group(&sweep, columns);
-            let offset = group * n_grouped;
-            entries.extend(found.into_iter().map(|(row, column, d)| (row, column + offset, d)));
+        for (first, dependence) in Dependence::in_groups(&sweep, columns) {
+            let found = self.jacobian_of_group(&sweep, &dependence);
+            entries.extend(found.into_iter().map(|(row, column, d)| (row, first + column, d)));
         }
         entries.sort_unstable_by_key(|&(row, column, _)| (row, column));
         SparseJacobian { n_rows: rows.len(), n_columns: columns.len(), entries }
     }
 
-    fn jacobian_of_group(&self, sweep: &Sweep, columns: &[SymbolId]) -> Vec<Entry> {
-        let dependence = Dependence::new(sweep, columns);
-        let plan = Plan::new(sweep, &dependence);
-        let mut entries = self.forward_rows(sweep, &dependence, &plan.forward);
-        entries.extend(self.reverse_rows(sweep, &dependence, &plan.reverse));
+    fn jacobian_of_group(&self, sweep: &Sweep, dependence: &Dependence) -> Vec<Entry> {
+        let plan = Plan::new(sweep, dependence);
+        let mut entries = self.forward_rows(sweep, dependence, &plan.forward);
+        entries.extend(self.reverse_rows(sweep, dependence, &plan.reverse));
         entries
     }
-}
-
-/// Columns whose dependence sets are held together.
-fn columns_at_a_time(sweep: &Sweep) -> usize {
-    let n_words = (MAX_DEPENDENCE_WORDS / sweep.steps.len().max(1)).max(1);
-    n_words.saturating_mul(dependence::WORD_BITS)
 }
 
 /// Which rows are differentiated which way.
@@ -112,7 +102,8 @@ struct Plan {
 
 impl Plan {
     /// A row goes backward where that costs less than its share of the forward sweeps. A forward
-    /// step costs one for each symbol it depends on, shared by the rows that use it.
+    /// step costs one for each symbol it depends on, more in long chains, shared by the rows that
+    /// use it.
     fn new(sweep: &Sweep, dependence: &Dependence) -> Self {
         let (mut candidates, mut forward): (Vec<usize>, Vec<usize>) =
             (0..sweep.roots.len()).partition(|&r| dependence.count(sweep.roots[r]) > REVERSE_COST);
@@ -139,7 +130,9 @@ impl Plan {
         }
         forward.extend(candidates.drain(n_walked..));
         let share = |p: usize| {
-            if is_shared[p] { 0.0 } else { dependence.count(p) as f64 / n_users[p] as f64 }
+            let n_merged = sweep.operands(&sweep.steps[p]).len().div_ceil(MERGE_LIMIT as usize);
+            let cost = dependence.count(p) * n_merged.max(1);
+            if is_shared[p] { 0.0 } else { cost as f64 / n_users[p] as f64 }
         };
         let (reverse, rest): (Vec<_>, Vec<_>) = reaches.into_iter().partition(|(_, reach)| {
             let forward_cost: f64 = reach.iter().map(|&p| share(p)).sum();

@@ -12,7 +12,7 @@
 use super::SparseJacobian;
 use super::dependence::Dependence;
 use crate::op::{Function, Op};
-use crate::pool::{Expr, Pool, SymbolId};
+use crate::pool::{Expr, Pool, SymbolId, ZERO};
 
 impl Pool {
     /// The rate of `e` when each symbol changes at its rate and all others rest: Σ ∂e/∂xᵢ · rateᵢ.
@@ -81,23 +81,24 @@ impl Pool {
     pub fn vjp(&self, outputs: &[Expr], weights: &[Expr], wrt: &[SymbolId]) -> Vec<Expr> {
         let sweep = self.sweep(outputs);
         let mut shares = vec![Vec::new(); sweep.steps.len()];
-        let mut products = Vec::with_capacity(wrt.len());
+        let mut products = vec![ZERO; wrt.len()];
         // Branches are differentiated column by column, all else needs no columns.
         let has_branches = sweep.steps.iter().any(|step| step.op == Op::Call(Function::If));
-        let n_grouped = if has_branches { super::columns_at_a_time(&sweep) } else { usize::MAX };
-        for group in wrt.chunks(n_grouped) {
-            let dependence = if has_branches {
-                Dependence::new(&sweep, group)
-            } else {
-                Dependence::on_any(&sweep, group)
-            };
+        let groups = if has_branches {
+            Dependence::in_groups(&sweep, wrt)
+        } else {
+            vec![(0, Dependence::on_any(&sweep, wrt))]
+        };
+        for (first, dependence) in groups {
             for (&root, &weight) in sweep.roots.iter().zip(weights) {
                 if !dependence.is_empty(root) {
                     shares[root].push(weight);
                 }
             }
             let reach = dependence.reach(&sweep, &sweep.roots);
-            products.extend(self.reverse(&sweep, &dependence, &reach, &mut shares));
+            for (column, sum) in self.reverse(&sweep, &dependence, &reach, &mut shares) {
+                products[first + column] = sum;
+            }
         }
         products
     }

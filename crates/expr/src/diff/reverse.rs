@@ -20,14 +20,14 @@ impl Pool {
         for (row, reach) in rows {
             shares[sweep.roots[*row]].push(ONE);
             let sums = self.reverse(sweep, dependence, reach, &mut shares).into_iter();
-            let of_row = sums.enumerate().map(|(column, sum)| (*row, column, sum));
+            let of_row = sums.map(|(column, sum)| (*row, column, sum));
             entries.extend(of_row.filter(|entry| entry.2 != ZERO));
         }
         entries
     }
 
     /// One backward sweep over the positions in reach, users before operands: the derivative by
-    /// each column of Σ wᵢ uᵢ, with the weights wᵢ of steps uᵢ given as their first `shares` (what
+    /// each column met, columns ascending, of Σ wᵢ uᵢ, with the weights wᵢ of steps uᵢ given as their first `shares` (what
     /// the users of each step have contributed to its adjoint so far). Takes all shares again.
     pub(super) fn reverse(
         &self,
@@ -35,8 +35,8 @@ impl Pool {
         dependence: &Dependence,
         reach: &[usize],
         shares: &mut [Vec<Expr>],
-    ) -> Vec<Expr> {
-        let mut by_column = vec![Vec::new(); dependence.n_columns];
+    ) -> Vec<(usize, Expr)> {
+        let mut of_columns = Vec::new();
         let branches = self.branch_derivatives(sweep, dependence, reach);
         for &position in reach {
             let adjoint = self.sum(std::mem::take(&mut shares[position]));
@@ -45,15 +45,14 @@ impl Pool {
             }
             let step = &sweep.steps[position];
             if let Some(symbol) = step.symbol() {
-                for &(_, column) in dependence.columns_of(symbol) {
-                    by_column[column].push(adjoint);
-                }
+                let columns = dependence.columns_of(symbol).iter();
+                of_columns.extend(columns.map(|&(_, column)| (column, adjoint)));
                 continue;
             }
             let start = branches.partition_point(|branch| branch.0 < position);
             let own = branches[start..].iter().take_while(|branch| branch.0 == position);
             for &(_, column, derivative) in own {
-                by_column[column].push(self.mul(adjoint, derivative));
+                of_columns.push((column, self.mul(adjoint, derivative)));
             }
             self.pull_back(sweep, step, adjoint, &mut |operand, share| {
                 if share != ZERO && !dependence.is_empty(operand) {
@@ -61,7 +60,11 @@ impl Pool {
                 }
             });
         }
-        by_column.into_iter().map(|shares| self.sum(shares)).collect()
+        // Stable: the shares of a column stay in the order of the sweep.
+        of_columns.sort_by_key(|&(column, _)| column);
+        let same_column = |a: &(usize, Expr), b: &(usize, Expr)| a.0 == b.0;
+        let columns = of_columns.chunk_by(same_column);
+        columns.map(|shares| (shares[0].0, self.sum(shares.iter().map(|s| s.1)))).collect()
     }
 
     /// Position, column and derivative of every `if` in reach, in ascending order. They are

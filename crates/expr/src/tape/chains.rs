@@ -6,7 +6,7 @@ use crate::number::Number;
 use crate::op::Op;
 use crate::pool::{Pool, SymbolId};
 use crate::sweep::{Step, Sweep};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// What an operand of a chain is.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
@@ -93,6 +93,7 @@ struct Reader<'s> {
 
 impl<'s> Reader<'s> {
     fn new(pool: &'s Pool, sweep: &'s Sweep, inputs: &[SymbolId]) -> Self {
+        let inputs: HashSet<SymbolId> = inputs.iter().copied().collect();
         let mut is_early: Vec<bool> = Vec::with_capacity(sweep.steps.len());
         let mut unsigned: Vec<Operand> = Vec::with_capacity(sweep.steps.len());
         for (position, step) in sweep.steps.iter().enumerate() {

@@ -65,22 +65,18 @@ impl Part {
 pub(super) fn lagrange_parts(model: &Model, system: &SymbolicSystem, i: usize) -> Vec<Part> {
     let pool = &model.pool;
     let part = |kind, factor, e| Part { kind, factor, sum: vec![e] };
-    let accelerations = system
-        .coordinates()
-        .iter()
-        .zip(&system.mass_matrix[i])
-        .map(|(c, &m)| part(Kind::Inertia, pool.symbol_expr(c.a), m));
+    let acceleration = |j: usize| pool.symbol_expr(system.coordinates()[j].a);
+    let inertia = system.mass_matrix.row(i).iter();
+    let inertia = inertia.map(|&(j, m)| part(Kind::Inertia, acceleration(j), m));
     let others = [
         part(Kind::Velocity, pool.one(), system.bias[i]),
         part(Kind::Potential, pool.one(), system.potential_gradient[i]),
         part(Kind::Load, pool.one(), pool.neg(system.force[i])),
     ];
-    let multipliers = system
-        .constraints
-        .iter()
-        .zip(&system.constraint_jacobian)
-        .map(|(c, row)| part(Kind::Constraint, pool.symbol_expr(c.lambda), row[i]));
-    let parts = accelerations.chain(others).chain(multipliers);
+    let multiplier = |k: usize| pool.symbol_expr(system.constraints[k].lambda);
+    let forces = system.constraint_jacobian.column(i);
+    let forces = forces.map(|(k, g)| part(Kind::Constraint, multiplier(k), g));
+    let parts = inertia.chain(others).chain(forces);
     parts.filter(|part| !pool.is_zero(part.sum[0])).collect()
 }
 
@@ -88,15 +84,7 @@ pub(super) fn lagrange_parts(model: &Model, system: &SymbolicSystem, i: usize) -
 pub(super) fn kinetic_parts(model: &Model, system: &SymbolicSystem) -> Vec<(Expr, Expr)> {
     let pool = &model.pool;
     let v = |i: usize| pool.symbol_expr(system.coordinates()[i].v);
-    let mut parts = Vec::new();
-    for i in 0..system.coordinates().len() {
-        for j in 0..=i {
-            let half = if i == j { pool.rational(1, 2) } else { pool.one() };
-            let entry = system.mass_matrix[i][j];
-            if !pool.is_zero(entry) {
-                parts.push((pool.product([half, v(i), v(j)]), entry));
-            }
-        }
-    }
-    parts
+    let half = |i, j| if i == j { pool.rational(1, 2) } else { pool.one() };
+    let lower = system.mass_matrix.lower();
+    lower.map(|(i, j, entry)| (pool.product([half(i, j), v(i), v(j)]), entry)).collect()
 }

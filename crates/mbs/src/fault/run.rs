@@ -156,8 +156,9 @@ fn blocked_drive(
         None => (last.t, &last.q[..]),
     };
     let mut evaluator = compiled.evaluator(parameters);
-    let mut sines =
-        |t: f64, q: &[f64]| sines_of_drives(system, &evaluator.constraints(t, q).jacobian_matrix());
+    let mut sines = |t: f64, q: &[f64]| {
+        sines_of_drives(system, &evaluator.constraints(t, q).jacobian_rows().dense())
+    };
     let before = sines(last.t, &last.q);
     let here = sines(t, q);
     let (k, &(drive_id, sine)) = here.iter().enumerate().find(|(_, (_, s))| *s < DEAD_CENTRE)?;

@@ -135,13 +135,9 @@ impl Reader<'_> {
             );
             return;
         }
-        let mut group: Vec<usize> = (0..n_bodies).collect();
         let mut is_used = vec![false; n_bodies];
-        for [a, b] in joints {
-            is_used[a.0] = true;
-            is_used[b.0] = true;
-            let (from, to) = (group[b.0], group[a.0]);
-            group.iter_mut().filter(|g| **g == from).for_each(|g| *g = to);
+        for body in joints.iter().flatten() {
+            is_used[body.0] = true;
         }
         for (idx, (_, facts)) in bodies.iter().enumerate().skip(1) {
             if !is_used[idx] && !facts.is_free {
@@ -149,14 +145,9 @@ impl Reader<'_> {
             }
         }
         // Every connected group must hold the ground or a body that is free.
-        let mut seen = vec![group[GROUND.0]];
-        for idx in 1..n_bodies {
-            if !is_used[idx] || seen.contains(&group[idx]) {
-                continue;
-            }
-            seen.push(group[idx]);
-            let members: Vec<usize> = (1..n_bodies).filter(|&i| group[i] == group[idx]).collect();
-            if members.iter().all(|&i| !bodies[i].1.is_free) {
+        for members in connected_groups(n_bodies, joints) {
+            let is_held = members.iter().any(|&i| i == GROUND.0 || bodies[i].1.is_free);
+            if !is_held && is_used[members[0]] {
                 self.report_no_gshort(&members);
             }
         }
@@ -241,6 +232,31 @@ impl Reader<'_> {
         };
         self.report(fault);
     }
+}
+
+/// The bodies that hang together by joints, each group ascending, groups by their first body.
+fn connected_groups(n_bodies: usize, joints: &[[BodyId; 2]]) -> Vec<Vec<usize>> {
+    let mut joined = vec![Vec::new(); n_bodies];
+    for &[a, b] in joints {
+        joined[a.0].push(b.0);
+        joined[b.0].push(a.0);
+    }
+    let mut is_seen = vec![false; n_bodies];
+    let mut groups = Vec::new();
+    for first in 0..n_bodies {
+        let mut pending = vec![first];
+        let mut members = Vec::new();
+        while let Some(body) = pending.pop() {
+            if !std::mem::replace(&mut is_seen[body], true) {
+                members.push(body);
+                pending.extend(&joined[body]);
+            }
+        }
+        members.sort_unstable();
+        groups.push(members);
+    }
+    groups.retain(|members| !members.is_empty());
+    groups
 }
 
 /// Diagonal of the box around some places and the origin of their frame.

@@ -1,5 +1,7 @@
 //! `[initial]`: stated values of the start, and guesses that may move.
 
+use std::collections::HashMap;
+
 use super::codes;
 use super::names::BODY_MOTION;
 use super::quantity::Scope;
@@ -12,20 +14,28 @@ use crate::model::{BodyId, Initial, JointId, Measure};
 /// A key of an initial value, what it measures and its quantity.
 type Row = (&'static str, Measure, Quantity);
 
+/// The values read so far.
+#[derive(Default)]
+struct Stated {
+    values: Vec<Initial>,
+    /// Which of them states each measure.
+    of_measure: HashMap<Measure, usize>,
+}
+
 impl Reader<'_> {
     /// Reads the whole table, in file order.
     pub(super) fn read_initial(&mut self, root: &Table) -> Vec<Initial> {
-        let mut initial = Vec::new();
-        let Some(entry) = root.get("initial") else { return initial };
-        let Some(table) = self.table(&entry.node, "`initial`") else { return initial };
+        let mut initial = Stated::default();
+        let Some(entry) = root.get("initial") else { return Vec::new() };
+        let Some(table) = self.table(&entry.node, "`initial`") else { return Vec::new() };
         for entry in &table.entries {
             self.read_entry(entry, &mut initial);
         }
-        initial.sort_by_key(|value| value.span.start);
-        initial
+        initial.values.sort_by_key(|value| value.span.start);
+        initial.values
     }
 
-    fn read_entry(&mut self, entry: &Entry, initial: &mut Vec<Initial>) {
+    fn read_entry(&mut self, entry: &Entry, initial: &mut Stated) {
         let name = entry.key.as_str();
         if let Some((measure, quantity)) = self.names.coordinate(name) {
             self.read_coordinate(entry, measure, quantity, initial);
@@ -77,7 +87,7 @@ impl Reader<'_> {
         fields: &Fields<'_>,
         rows: &[Row],
         is_guess: bool,
-        initial: &mut Vec<Initial>,
+        initial: &mut Stated,
     ) {
         for (key, measure, quantity) in rows {
             let Some(node) = fields.get(key) else { continue };
@@ -100,7 +110,7 @@ impl Reader<'_> {
         entry: &Entry,
         measure: Measure,
         quantity: Quantity,
-        initial: &mut Vec<Initial>,
+        initial: &mut Stated,
     ) {
         let what = format!("the start of `{}`", entry.key);
         let (node, is_guess) = match &entry.node.value {
@@ -137,9 +147,10 @@ impl Reader<'_> {
     }
 
     /// Adds a value unless the same thing was stated before under another name.
-    fn push_initial(&mut self, value: Initial, initial: &mut Vec<Initial>) {
-        let Some(first) = initial.iter().find(|known| known.measure == value.measure) else {
-            initial.push(value);
+    fn push_initial(&mut self, value: Initial, initial: &mut Stated) {
+        let known = *initial.of_measure.entry(value.measure).or_insert(initial.values.len());
+        let Some(first) = initial.values.get(known) else {
+            initial.values.push(value);
             return;
         };
         let message = format!("the start of `{}` is given twice", value.name);

@@ -84,6 +84,7 @@ pub(super) const POINT_MOTIONS: usize = 6;
 #[derive(Debug)]
 pub(super) struct BodyName {
     pub(super) name: String,
+    /// In file order.
     pub(super) points: Vec<String>,
     pub(super) span: Span,
 }
@@ -102,6 +103,8 @@ pub(super) struct Names {
     pub(super) bodies: Vec<BodyName>,
     pub(super) joints: Vec<JointName>,
     body_ids: BTreeMap<String, BodyId>,
+    /// Numbers of each body's points.
+    point_ids: Vec<BTreeMap<String, PointId>>,
     joint_ids: BTreeMap<String, JointId>,
     /// Parameters, coordinates and the time.
     plain: BTreeMap<String, (Meaning, Option<Span>)>,
@@ -116,6 +119,9 @@ pub(super) struct Names {
 impl Names {
     fn add_body(&mut self, body: BodyName) {
         self.body_ids.insert(body.name.clone(), BodyId(self.bodies.len()));
+        // Backwards, so that of two equal names the first counts.
+        let points = body.points.iter().enumerate().rev();
+        self.point_ids.push(points.map(|(idx, name)| (name.clone(), PointId(idx))).collect());
         self.bodies.push(body);
     }
 
@@ -133,7 +139,7 @@ impl Names {
     }
 
     pub(super) fn point(&self, body: BodyId, name: &str) -> Option<PointId> {
-        self.bodies[body.0].points.iter().position(|point| point == name).map(PointId)
+        self.point_ids[body.0].get(name).copied()
     }
 
     pub(super) fn body_names(&self) -> Vec<&str> {

@@ -6,10 +6,11 @@
 //! values of G at that instant decide.
 
 use bksim_dae::Step;
-use nalgebra::DMatrix;
 
+use crate::dependence::{Smallness, sparse_dependent_rows};
 use crate::evaluator::Evaluator;
 use crate::multiplier::MultiplierSystem;
+use crate::rows::{Inverse, LARGEST_DENSE, SparseRows};
 
 /// Weakness, see [`MultiplierSystem::weakness`], below which a step of Radau's calls for a search:
 /// a tenth of the regular singular value.
@@ -85,20 +86,17 @@ impl Watch {
         let mut y = vec![0.0; step.y1().len()];
         let mut rows_at = |t: f64| {
             step.at(t, &mut y);
-            let jacobian = evaluator.constraints(t, &y[..nq]).jacobian_matrix();
-            jacobian.select_rows(multipliers.kept())
+            let jacobian = evaluator.constraints(t, &y[..nq]).jacobian_rows();
+            jacobian.select(multipliers.kept())
         };
         if self.near.is_none() {
             for end in [step.t0(), step.t1()] {
                 self.regular = self.regular.max(smallest_singular_value(rows_at(end)));
             }
         }
-        let svd = finite(rows_at(t))?.svd(true, false);
-        let (left, values) = (svd.u?, svd.singular_values);
-        let lost: Vec<usize> =
-            (0..values.len()).filter(|&k| values[k] < SINGULAR * self.regular).collect();
-        let least = values.min();
-        if lost.is_empty() || self.near.is_some_and(|known| known <= least) {
+        let Loss { least, rank, rows } = Loss::of(&finite(rows_at(t))?, SINGULAR * self.regular)?;
+        let kept = multipliers.kept();
+        if rank == kept.len() || self.near.is_some_and(|known| known <= least) {
             if dip.rises {
                 self.near = None;
             }
@@ -106,10 +104,7 @@ impl Watch {
         }
         let is_known = self.near.is_some();
         self.near = (!dip.rises).then_some(least);
-        let kept = multipliers.kept();
-        let takes_part = |row: usize| lost.iter().any(|&k| left[(row, k)].abs() > PART);
-        let rows = (0..kept.len()).filter(|&row| takes_part(row)).map(|row| kept[row]).collect();
-        let pose = SingularPose { t, rank: kept.len() - lost.len(), rows };
+        let pose = SingularPose { t, rank, rows: rows.into_iter().map(|row| kept[row]).collect() };
         Some(if is_known { Sighting::Better(pose) } else { Sighting::New(pose) })
     }
 }
@@ -202,13 +197,47 @@ impl Dip {
     }
 }
 
-fn finite(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let is_finite = !matrix.is_empty() && matrix.iter().all(|value| value.is_finite());
-    is_finite.then_some(matrix)
+fn finite(rows: SparseRows) -> Option<SparseRows> {
+    (rows.n_rows() > 0 && rows.n_columns > 0 && rows.is_finite()).then_some(rows)
 }
 
-fn smallest_singular_value(matrix: DMatrix<f64>) -> f64 {
-    finite(matrix).map_or(0.0, |matrix| matrix.singular_values().min())
+fn smallest_singular_value(rows: SparseRows) -> f64 {
+    let Some(rows) = finite(rows) else { return 0.0 };
+    if rows.n_columns > LARGEST_DENSE {
+        return Inverse::of(rows).map_or(0.0, |mut inverse| inverse.weakest_combination().1);
+    }
+    rows.dense().singular_values().min()
+}
+
+/// What rows have lost where they are weakest.
+struct Loss {
+    /// The smallest singular value.
+    least: f64,
+    rank: usize,
+    /// The rows that take part.
+    rows: Vec<usize>,
+}
+
+impl Loss {
+    /// Of finite rows, whose singular values below `smallest` count as lost.
+    fn of(rows: &SparseRows, smallest: f64) -> Option<Self> {
+        if rows.n_columns > LARGEST_DENSE {
+            let longest = rows.norms().into_iter().fold(0.0, f64::max);
+            let smallness = Smallness { rest: smallest / longest, part: PART };
+            let found = sparse_dependent_rows(rows, smallness);
+            let least = smallest_singular_value(rows.clone());
+            return Some(Self { least, rank: found.rank, rows: found.involved });
+        }
+        let svd = rows.dense().svd(true, false);
+        let (left, values) = (svd.u?, svd.singular_values);
+        let lost: Vec<usize> = (0..values.len()).filter(|&k| values[k] < smallest).collect();
+        let takes_part = |&row: &usize| lost.iter().any(|&k| left[(row, k)].abs() > PART);
+        Some(Self {
+            least: values.min(),
+            rank: rows.n_rows() - lost.len(),
+            rows: (0..rows.n_rows()).filter(takes_part).collect(),
+        })
+    }
 }
 
 /// The argument between `low` and `high` of the least value, by golden sections.

@@ -30,15 +30,15 @@ pub(crate) fn freeze(model: &Model, system: &SymbolicSystem) -> Option<SymbolicS
         if let Law::Friction { sliding, slip, .. } = contact.law {
             let effort = pool.mul(pool.symbol_expr(slip), sliding);
             // The row holds −∂p/∂q.
-            for (force, &g) in frozen.force.iter_mut().zip(&system.constraint_jacobian[row]) {
-                *force = pool.add(*force, pool.mul(effort, g));
+            for &(i, g) in system.constraint_jacobian.row(row) {
+                frozen.force[i] = pool.add(frozen.force[i], pool.mul(effort, g));
             }
         }
         let closed = pool.symbol_expr(contact.closed);
         let scale = |e: &mut Expr| *e = pool.mul(closed, *e);
         scale(&mut frozen.constraints[row].expression);
         scale(&mut frozen.constraint_rate[row]);
-        frozen.constraint_jacobian[row].iter_mut().for_each(scale);
+        frozen.constraint_jacobian.row_mut(row).for_each(scale);
     }
     frozen.wrenches.extend(slip_wrenches(
         model,
@@ -52,7 +52,7 @@ pub(crate) fn freeze(model: &Model, system: &SymbolicSystem) -> Option<SymbolicS
     roots.extend(&mut frozen.potential_gradient);
     roots.extend(&mut frozen.force);
     roots.extend(frozen.constraints.iter_mut().map(|c| &mut c.expression));
-    roots.extend(frozen.constraint_jacobian.iter_mut().flatten());
+    roots.extend(frozen.constraint_jacobian.entries_mut());
     roots.extend(&mut frozen.constraint_rate);
     for wrench in &mut frozen.wrenches {
         roots.extend(&mut wrench.force);

@@ -44,7 +44,7 @@ impl<'a> Frozen<'a> {
         let at = self.evaluator.constraints(t, q);
         Matrices {
             mass,
-            jacobian: at.jacobian_matrix(),
+            jacobian: at.jacobian_rows().dense(),
             constraint: DVector::from_column_slice(at.value),
             rate: DVector::from_column_slice(at.rate),
         }
@@ -52,7 +52,7 @@ impl<'a> Frozen<'a> {
 
     /// Rows that are open or follow from others.
     pub(crate) fn dependent(&mut self, t: f64, q: &[f64]) -> Vec<usize> {
-        dependent_rows(&self.evaluator.constraints(t, q).jacobian_matrix()).dependent
+        dependent_rows(&self.evaluator.constraints(t, q).jacobian_rows().dense()).dependent
     }
 
     /// v̇ and λ, the smallest where they are not unique; `None` where there are none, as for rows
@@ -69,7 +69,8 @@ impl<'a> Frozen<'a> {
         multipliers.complete_into(evaluator, t, (q, v), &mut a, &mut lambda).ok()?;
         let at = evaluator.dynamics(t, q, v);
         let acceleration = DVector::from_column_slice(&a);
-        let left = at.jacobian_matrix() * &acceleration + DVector::from_column_slice(at.gamma);
+        let left =
+            at.jacobian_rows().dense() * &acceleration + DVector::from_column_slice(at.gamma);
         let agree = largest(left.as_slice()) <= AGREEMENT * (1.0 + largest(&a) + largest(at.gamma));
         agree.then_some((a, lambda))
     }
