@@ -1,6 +1,8 @@
 //! Inner loops over whole registers, whose width is found at run time. Every lane is multiplied
 //! and added on its own, without fused operations, so that all widths give the same bits.
 
+#![expect(clippy::inline_always, reason = "kernels are compiled with the registers of `run`")]
+
 use pulp::{Arch, Simd, WithSimd};
 
 /// The widest register, in numbers.
@@ -23,7 +25,6 @@ pub(crate) fn run<K: WithSimd>(kernel: K) -> K::Output {
 }
 
 /// `x −= f a + g b`, all of the same length.
-#[expect(clippy::inline_always, reason = "it must be compiled with the registers of its caller")]
 #[inline(always)]
 pub(crate) fn subtract<S: Simd>(
     simd: S,
@@ -42,7 +43,6 @@ pub(crate) fn subtract<S: Simd>(
 }
 
 /// `x −= f a + g b` for complex numbers, `f` and `g` as real and imaginary part.
-#[expect(clippy::inline_always, reason = "it must be compiled with the registers of its caller")]
 #[inline(always)]
 pub(crate) fn subtract_complex<S: Simd>(
     simd: S,
@@ -53,9 +53,8 @@ pub(crate) fn subtract_complex<S: Simd>(
     let splat = |z: (f64, f64)| (simd.splat_f64s(z.0), simd.splat_f64s(z.1));
     let (f, g) = (splat(f), splat(g));
     for (([x_re, x_im], a), b) in x.iter_mut().zip(a).zip(b) {
-        let parts = |z: &ComplexChunk, k: usize| {
-            (S::as_simd_f64s(&z[0]).0[k], S::as_simd_f64s(&z[1]).0[k])
-        };
+        let parts =
+            |z: &ComplexChunk, k: usize| (S::as_simd_f64s(&z[0]).0[k], S::as_simd_f64s(&z[1]).0[k]);
         let (x_re, x_im) = (S::as_mut_simd_f64s(x_re).0, S::as_mut_simd_f64s(x_im).0);
         for k in 0..x_re.len() {
             let (mut re, mut im) = (x_re[k], x_im[k]);
