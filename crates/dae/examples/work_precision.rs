@@ -72,7 +72,10 @@ fn row<M: Mechanism>(
     (form, order, exponent): (Form, Order, i32),
 ) {
     let tolerance = 10f64.powi(-exponent);
-    let nq = mechanism.nq();
+    let (nq, nc) = (mechanism.nq(), mechanism.nc());
+    // The data's multipliers of the car axis have the opposite sign.
+    let sign = if nq == 4 { -1.0 } else { 1.0 };
+    let lambda: Vec<f64> = data.end("lam").iter().map(|x| sign * x).collect();
     let formulated = Formulated { mechanism, form };
     let start = formulated.start(initial.clone());
     let settings = Settings {
@@ -97,10 +100,11 @@ fn row<M: Mechanism>(
     });
     match result {
         Ok(end) => println!(
-            "1e-{exponent:<2} digits q {:4.1} v {:4.1}, work {work:6.0}, steps with 3, 5, 7 stages \
+            "1e-{exponent:<2} digits q {:4.1} v {:4.1} λ {:4.1}, work {work:6.0}, steps with 3, 5, 7 stages \
              {} {} {}, {}",
             digits(&end.y[..nq], &data.end("q")),
             digits(&end.y[nq..2 * nq], &data.end("v")),
+            digits(&end.y[2 * nq..2 * nq + nc], &lambda),
             by_stages[3],
             by_stages[5],
             by_stages[7],

@@ -1,6 +1,8 @@
 //! Inner loops over whole registers, whose width is found at run time. Every lane is multiplied
 //! and added on its own, without fused operations, so that all widths give the same bits.
 
+#![expect(clippy::inline_always, reason = "kernels are compiled with the registers of `run`")]
+
 use pulp::{Arch, Simd, WithSimd};
 
 /// The widest register, in numbers.
@@ -23,7 +25,6 @@ pub(crate) fn run<K: WithSimd>(kernel: K) -> K::Output {
 }
 
 /// `x −= f a + g b`, all of the same length.
-#[expect(clippy::inline_always, reason = "it must be compiled with the registers of its caller")]
 #[inline(always)]
 pub(crate) fn subtract<S: Simd>(
     simd: S,
@@ -42,7 +43,6 @@ pub(crate) fn subtract<S: Simd>(
 }
 
 /// `x −= f a + g b` for complex numbers, `f` and `g` as real and imaginary part.
-#[expect(clippy::inline_always, reason = "it must be compiled with the registers of its caller")]
 #[inline(always)]
 pub(crate) fn subtract_complex<S: Simd>(
     simd: S,

@@ -4,7 +4,9 @@
 //! are not stiff ([`ExplicitSolver`]).
 //!
 //! Both show their steps as [`Step`] with dense output, both can be run with events
-//! ([`solve_events`]), and both can be saved and continued bit for bit ([`Checkpoint`]).
+//! ([`solve_events`]), both can be saved and continued bit for bit ([`Checkpoint`], with
+//! [`EventMemory`] for events), and both give sensitivities to parameters and initial values
+//! ([`SensitivitySolver`], [`Variational`]).
 //!
 //! A system tells its shape ([`Layout`], [`Pattern`]), its residual and its Jacobians; [`solve`]
 //! runs it, or [`Solver`] step by step. A pendulum in Cartesian coordinates, its constraint posed
@@ -107,7 +109,7 @@ pub use events::{
     Action, Chatter, ChatterSettings, Crossing, Event, EventMemory, EventOutcome, EventSearch,
     Events, Integrator, continue_events, solve_events,
 };
-pub use explicit::{ExplicitSolver, solve_ode};
+pub use explicit::{ExplicitSolver, Variational, VariationalOde, solve_ode};
 pub use output::OutputTimes;
 pub use sensitivity::{SensitivitySolver, SensitivityStart, SensitivityStep, SensitivitySystem};
 pub use settings::{

@@ -3,7 +3,8 @@
 mod common;
 
 use bksim_dae::{
-    Cause, Control, End, Layout, Settings, SolveError, Solver, Start, StepControl, Tolerance, solve,
+    Cause, Control, End, Layout, NewtonSettings, NotFinite, Pattern, Settings, SolveError, Solver,
+    Start, StepControl, System, Tolerance, solve,
 };
 
 use common::dual::Real;
@@ -151,6 +152,78 @@ fn a_root_that_turns_negative_stops_the_run_and_is_named() {
     assert!(matches!(error, SolveError::NotFinite { row: 0, .. }), "{error}");
     assert!(at.stats.n_newton_failed > 0, "{}", at.stats);
     assert!(at.y[0] < 0.0, "the state tried last is reported: {:?}", at.y);
+}
+
+#[test]
+fn values_missing_beyond_the_solution_only_shrink_steps() {
+    // Close to the end of the root's domain stages, and the place ahead where the Jacobian is
+    // taken, fall outside.
+    let system = Differentiated::dense(Falling);
+    let t_end = 4.0 / 3.0 - 1e-4;
+    let end =
+        solve(system, start(&[1.0], &[-0.5]), t_end, settings(1e-6), &mut |_| Control::Continue)
+            .expect("the solution exists up to there");
+    let exact = (0.75f64 * 1e-4).powf(2.0 / 3.0);
+    assert!((end.y[0] - exact).abs() < 1e-5, "{} {exact}", end.y[0]);
+}
+
+/// A Jacobian without value beyond `t = 1`, by its own word or by an infinite entry.
+struct NoJacobian {
+    inner: Differentiated<Decay>,
+    says_so: bool,
+}
+
+impl System for NoJacobian {
+    fn layout(&self) -> &Layout {
+        self.inner.layout()
+    }
+    fn pattern(&self) -> &Pattern {
+        self.inner.pattern()
+    }
+    fn residual(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        ydot: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), NotFinite> {
+        self.inner.residual(t, y, ydot, out)
+    }
+    fn jacobian(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        ydot: &[f64],
+        df_dy: &mut [f64],
+        df_dydot: &mut [f64],
+    ) -> Result<(), NotFinite> {
+        self.inner.jacobian(t, y, ydot, df_dy, df_dydot)?;
+        if t > 1.0 && self.says_so {
+            return Err(NotFinite { row: 0 });
+        }
+        if t > 1.0 {
+            df_dy[0] = f64::INFINITY;
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn a_jacobian_without_value_is_taken_at_the_start_of_the_step_and_else_named() {
+    for says_so in [true, false] {
+        let system = || NoJacobian { inner: Differentiated::dense(Decay(1.0)), says_so };
+        // A new Jacobian in every step, though the equation is linear.
+        let newton = NewtonSettings { keep_jacobian_below: Some(0.0), ..NewtonSettings::default() };
+        let run = |t_end| {
+            let settings = Settings { newton, ..settings(1e-6) };
+            solve(system(), start(&[1.0], &[-1.0]), t_end, settings, &mut |_| Control::Continue)
+        };
+        // The last step starts before t = 1 and looks beyond it.
+        let end = run(1.001).expect("a Jacobian at the start of each step is enough");
+        assert!((end.y[0] - (-1.001f64).exp()).abs() < 1e-6, "{}", end.y[0]);
+        let error = run(30.0).expect_err("there is none beyond");
+        assert!(matches!(error, SolveError::NotFinite { row: 0, .. }), "{error}");
+    }
 }
 
 /// The second equation repeats the first.

@@ -207,7 +207,9 @@ fn eliminated_velocities_leave_the_trajectory_as_it_is() {
                 run(system, start, 0.1 * data.t_end(), Settings { order, ..settings(1e-7) })
             });
             // Rounding differs, and μ is nothing else.
-            ends.iter_mut().for_each(|end| end.y.truncate(20));
+            for end in &mut ends {
+                end.y.truncate(20);
+            }
             let gap = max_error(&ends[0].y, &ends[1].y);
             assert!(gap < 1e-8, "{form:?}, {order:?}: the ends differ by {gap:e}");
             assert_eq!(ends[0].stats.n_accept, ends[1].stats.n_accept, "{form:?}, {order:?}");

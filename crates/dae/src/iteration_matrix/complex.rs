@@ -1,6 +1,8 @@
 //! Dense LU of complex matrices, as `dense`, with real and imaginary parts apart: a product of a
 //! vector by a number then fills registers, which pairs of numbers side by side do not.
 
+#![expect(clippy::inline_always, reason = "kernels are compiled with the registers of `run`")]
+
 use faer::c64;
 use pulp::{Simd, WithSimd};
 
@@ -148,7 +150,6 @@ impl WithSimd for Substitution<'_> {
 }
 
 /// Solves with the first columns of `L`, as many as `l` holds.
-#[expect(clippy::inline_always, reason = "compiled with the registers of its caller")]
 #[inline(always)]
 fn forward<S: Simd>(simd: S, l: &[ComplexChunk], x: &mut [ComplexChunk]) {
     let height = x.len();

@@ -4,6 +4,8 @@
 //! those of `U` from there on, so that every inner loop runs over whole chunks. Two columns are
 //! subtracted at a time, which halves the traffic of the third.
 
+#![expect(clippy::inline_always, reason = "kernels are compiled with the registers of `run`")]
+
 use pulp::{Simd, WithSimd};
 
 use super::{DenseKernel, Singular};
@@ -147,7 +149,6 @@ impl WithSimd for Substitution<'_> {
 }
 
 /// Solves with the first columns of `L`, as many as `l` holds.
-#[expect(clippy::inline_always, reason = "compiled with the registers of its caller")]
 #[inline(always)]
 fn forward<S: Simd>(simd: S, l: &[Chunk], x: &mut [Chunk]) {
     let height = x.len();
