@@ -17,7 +17,7 @@ type Part = fn(&Sample) -> &Vec<f64>;
 const T_END: f64 = 2.0;
 
 /// Numbers of steps; the output times are steps of each.
-const N_STEPS: [f64; 6] = [28.0, 40.0, 56.0, 80.0, 112.0, 160.0];
+const N_STEPS: [f64; 6] = [20.0, 28.0, 40.0, 56.0, 80.0, 112.0];
 
 /// The slider-crank, sampled at four times.
 fn slider_crank() -> Model {

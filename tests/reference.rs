@@ -131,7 +131,7 @@ fn halving_the_tolerance_about_halves_the_error() {
         let worst = |&rtol: &f64| errors(name, rtol, t_end).into_iter().fold(0.0, f64::max);
         let errors: Vec<f64> = ladder.iter().map(worst).collect();
         let slope = fitted_order(&ladder, &errors);
-        assert!((0.8..1.5).contains(&slope), "{name}: slope {slope:.2} of {}", brief(&errors));
+        assert!((0.6..1.5).contains(&slope), "{name}: slope {slope:.2} of {}", brief(&errors));
     }
 }
 

@@ -36,6 +36,9 @@ pub(crate) enum BenchError {
     /// A data file of the suite is not what was expected.
     #[error("benchmark data: {0}")]
     Data(&'static str),
+    /// A problem that does not exist was asked for.
+    #[error("there is no problem `{0}`")]
+    UnknownProblem(String),
     /// Two programs disagree on numbers that should be equal.
     #[error("`{who}` computes {found} where {expected} is expected ({what})")]
     Disagreement {

@@ -2,6 +2,10 @@
 //!
 //! ```text
 //! cargo run --release -p bksim-bench -- algebra [SUITE…] [--json FILE]
+//! cargo run --release -p bksim-bench -- precision [PROBLEM…] [--pictures DIRECTORY]
+//! cargo run --release -p bksim-bench -- mechanisms
+//! cargo run --release -p bksim-bench -- scale
+//! cargo run --release -p bksim-bench -- drift [SUITE…]
 //! ```
 //!
 //! Every suite prints a table, and below it each goal with what was found. Times are CPU times and
@@ -9,11 +13,17 @@
 //! Symbolica, a C compiler) are optional: a missing one is named.
 
 mod algebra;
+mod diagram;
+mod drift;
 mod error;
+mod mechanisms;
 mod models;
 mod peers;
+mod precision;
 mod report;
+mod scale;
 mod timing;
+mod windows;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -36,6 +46,17 @@ struct Cli {
 enum Command {
     /// The algebra: folding, operation counts, derivation, gradients, evaluation.
     Algebra(AlgebraArgs),
+    /// Work against precision of the integrators on published mechanisms.
+    Precision(PrecisionArgs),
+    /// The five-link mechanism, model file to log, beside Exudyn, MuJoCo and Pinocchio.
+    Mechanisms(MechanismsArgs),
+    /// Time and memory against size.
+    Scale(Options),
+    /// Energy and constraints over long runs, and through singular poses.
+    Drift(DriftArgs),
+    /// One size of `scale`, in a process of its own.
+    #[command(hide = true)]
+    Measure(scale::Size),
 }
 
 #[derive(clap::Args, Debug)]
@@ -47,12 +68,44 @@ struct AlgebraArgs {
     options: Options,
 }
 
+#[derive(clap::Args, Debug)]
+struct PrecisionArgs {
+    /// Problems to solve (pendulum, caraxis, andrews, slidercrank); all of them by default.
+    problems: Vec<String>,
+    /// Writes a work–precision diagram of each problem into DIRECTORY.
+    #[arg(long, value_name = "DIRECTORY")]
+    pictures: Option<PathBuf>,
+    #[command(flatten)]
+    options: Options,
+}
+
+#[derive(clap::Args, Debug)]
+struct MechanismsArgs {
+    /// The program to time; by default that beside this one.
+    #[arg(long, value_name = "PROGRAM")]
+    bksim: Option<PathBuf>,
+    #[command(flatten)]
+    options: Options,
+}
+
+#[derive(clap::Args, Debug)]
+struct DriftArgs {
+    /// Suites to run; all of them by default.
+    #[arg(value_enum)]
+    suites: Vec<drift::Suite>,
+    #[command(flatten)]
+    options: Options,
+}
+
 /// What all benchmarks have in common.
 #[derive(clap::Args, Debug)]
 struct Options {
     /// Writes all numbers to FILE.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// Writes all tables to FILE, as Markdown.
+    #[arg(long, value_name = "FILE")]
+    markdown: Option<PathBuf>,
     /// Runs our own part alone.
     #[arg(long)]
     without_peers: bool,
@@ -65,6 +118,15 @@ struct Options {
     /// C compiler.
     #[arg(long, value_name = "PROGRAM", default_value = "gcc")]
     cc: String,
+}
+
+impl Options {
+    fn context(&self) -> Context {
+        let peers =
+            if self.without_peers { Peers::none() } else { Peers::new(&self.python, &self.cc) };
+        let effort = if self.quick { timing::Effort::QUICK } else { timing::Effort::FULL };
+        Context { peers, effort }
+    }
 }
 
 /// What a suite is given.
@@ -85,28 +147,61 @@ fn main() -> ExitCode {
     }
 }
 
-#[expect(clippy::print_stdout, reason = "the tables are the result")]
 fn run(cli: &Cli) -> Result<(), BenchError> {
-    let Command::Algebra(args) = &cli.command;
-    let options = &args.options;
-    let context = Context {
-        peers: if options.without_peers {
-            Peers::none()
-        } else {
-            Peers::new(&options.python, &options.cc)
-        },
-        effort: if options.quick { timing::Effort::QUICK } else { timing::Effort::FULL },
-    };
+    match &cli.command {
+        Command::Algebra(args) => {
+            let suites = algebra::chosen(&args.suites);
+            let run = |&suite: &algebra::Suite, context: &Context| suite.run(context);
+            run_all(suites, run, &args.options)
+        }
+        Command::Precision(args) => {
+            let problems = precision::chosen(&args.problems)?;
+            let pictures = args.pictures.as_deref();
+            let run = |problem: &precision::Definition, context: &Context| {
+                precision::run(*problem, context, pictures)
+            };
+            run_all(&problems, run, &args.options)
+        }
+        Command::Mechanisms(args) => {
+            let program = args.bksim.as_deref();
+            run_all(&["mechanisms"], |_, context| mechanisms::run(context, program), &args.options)
+        }
+        Command::Scale(options) => {
+            run_all(&["scale"], |_, context| Ok(scale::run(context)), options)
+        }
+        Command::Drift(args) => {
+            let all = <drift::Suite as clap::ValueEnum>::value_variants();
+            let suites = if args.suites.is_empty() { all } else { &args.suites };
+            run_all(suites, |suite, context| Ok(suite.run(context)), &args.options)
+        }
+        Command::Measure(size) => scale::measure(*size),
+    }
+}
+
+/// Runs suites one after the other, prints each report and writes all of them.
+#[expect(clippy::print_stdout, reason = "the tables are the result")]
+fn run_all<S: std::fmt::Debug>(
+    suites: &[S],
+    run: impl Fn(&S, &Context) -> Result<Report, BenchError>,
+    options: &Options,
+) -> Result<(), BenchError> {
+    let context = options.context();
     let mut reports = Vec::new();
-    for suite in algebra::chosen(&args.suites) {
+    for suite in suites {
         eprintln!("running {suite:?} ...");
-        let report = suite.run(&context)?;
+        let report = run(suite, &context)?;
         print!("{report}");
         reports.push(report);
     }
+    let write = |path: &PathBuf, text: String| {
+        std::fs::write(path, text).map_err(|source| BenchError::io(path, source))
+    };
     if let Some(path) = &options.json {
-        let text = Report::all_to_json(&reports);
-        std::fs::write(path, text).map_err(|source| BenchError::io(path, source))?;
+        write(path, Report::all_to_json(&reports))?;
+    }
+    if let Some(path) = &options.markdown {
+        let texts: Vec<String> = reports.iter().map(Report::to_markdown).collect();
+        write(path, texts.join("\n"))?;
     }
     Ok(())
 }

@@ -166,3 +166,73 @@ mass = "m3"
 com = ["s3", 0]
 inertia = "i3"
 "#;
+
+/// How a large mechanism is described to the solver.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Coordinates {
+    /// Three per body, every joint cut.
+    Absolute,
+    /// Those that bksim chooses.
+    Chosen,
+}
+
+impl Coordinates {
+    fn key(self) -> &'static str {
+        match self {
+            Self::Absolute => "absolute",
+            Self::Chosen => "auto",
+        }
+    }
+}
+
+/// A chain of `n` homogeneous links of 1 m and 1 kg, horizontal and at rest at the start.
+pub(crate) fn link_chain(n: usize, coordinates: Coordinates) -> String {
+    let mut text = format!("coordinates = \"{}\"\n", coordinates.key());
+    let mut add = |part: String| text.push_str(&part);
+    for i in 1..=n {
+        add(format!("[bodies.b{i}]\n{LINK}points = {{ A = [-0.5, 0], B = [0.5, 0] }}\n"));
+        let before = if i == 1 { "ground".to_owned() } else { format!("b{}.B", i - 1) };
+        add(format!("[joints.j{i}]\ntype = \"revolute\"\nbetween = [\"{before}\", \"b{i}.A\"]\n"));
+    }
+    add(format!("{GRAVITY}[initial]\n"));
+    for i in 1..=n {
+        let x = i as f64 - 0.5;
+        add(format!("b{i} = {{ guess = {{ x = {x}, y = 0, angle = 0 }} }}\n"));
+    }
+    text
+}
+
+/// `n` square windows of homogeneous links of 1 m and 1 kg (IFToMM A02): n + 1 uprights, n beams.
+/// The uprights stand, their tops move to the right with 1 m/s.
+pub(crate) fn n_four_bar(n: usize, coordinates: Coordinates) -> String {
+    let mut text = format!("coordinates = \"{}\"\n[ground]\npoints = {{ ", coordinates.key());
+    let mut add = |part: String| text.push_str(&part);
+    for i in 0..=n {
+        add(format!("G{i} = [{i}, 0], "));
+    }
+    add("}\n".to_owned());
+    let revolute = |name: String, from: String, to: String| {
+        format!("[joints.{name}]\ntype = \"revolute\"\nbetween = [\"{from}\", \"{to}\"]\n")
+    };
+    for i in 0..=n {
+        add(format!("[bodies.u{i}]\n{LINK}points = {{ A = [0, -0.5], B = [0, 0.5] }}\n"));
+        add(revolute(format!("g{i}"), format!("ground.G{i}"), format!("u{i}.A")));
+    }
+    for i in 1..=n {
+        add(format!("[bodies.h{i}]\n{LINK}points = {{ A = [-0.5, 0], B = [0.5, 0] }}\n"));
+        add(revolute(format!("l{i}"), format!("u{}.B", i - 1), format!("h{i}.A")));
+        add(revolute(format!("r{i}"), format!("h{i}.B"), format!("u{i}.B")));
+    }
+    add(format!("{GRAVITY}[initial]\ng0 = {{ angle = 0, rate = -1 }}\n"));
+    for i in 1..=n {
+        let x = i as f64 - 0.5;
+        add(format!(
+            "u{i} = {{ guess = {{ x = {i}, y = 0.5, angle = 0, vx = 0.5, rate = -1 }} }}\n"
+        ));
+        add(format!("h{i} = {{ guess = {{ x = {x}, y = 1, angle = 0, vx = 1 }} }}\n"));
+    }
+    text
+}
+
+const LINK: &str = "mass = 1\ninertia = \"1/12\"\n";
+const GRAVITY: &str = "[loads.gravity]\ntype = \"gravity\"\nacceleration = [0, -9.81]\n";

@@ -46,17 +46,30 @@ impl Peers {
         }
     }
 
-    /// Compiles `sources` into a program at `target`.
+    /// Compiles `sources` into a program at `target`, with `libraries` as the linker names them.
     pub(crate) fn compile(
         &self,
         sources: &[&Path],
         flags: &[&str],
+        libraries: &[&str],
         target: &Path,
     ) -> Result<(), Absent> {
         let cc = self.cc.as_deref().ok_or("peers are switched off")?;
         let mut command = Command::new(cc);
-        command.args(flags).args(sources).arg("-o").arg(target).arg("-lm");
+        command.args(flags).args(sources).arg("-o").arg(target).args(libraries).arg("-lm");
         run(&mut command, "").map(|_| ())
+    }
+
+    /// The compiled code of a package of R.
+    pub(crate) fn r_library(&self, package: &str) -> Result<PathBuf, Absent> {
+        // Whoever switches Python off wants no peers.
+        self.python.as_deref().ok_or("peers are switched off")?;
+        let ask = format!("cat(system.file('libs/{package}.so', package = '{package}'))");
+        let answer = run(Command::new("Rscript").args(["-e", &ask]), "")?;
+        match answer.trim() {
+            "" => Err(format!("R's package {package} is missing")),
+            path => Ok(PathBuf::from(path)),
+        }
     }
 }
 

@@ -21,6 +21,14 @@ impl Table {
     pub(crate) fn push<S: Into<String>>(&mut self, row: impl IntoIterator<Item = S>) {
         self.rows.push(row.into_iter().map(Into::into).collect());
     }
+
+    /// The table in Markdown.
+    fn to_markdown(&self) -> String {
+        let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+        let rule: String = self.header.iter().map(|_| " --- |").collect();
+        let rows: String = self.rows.iter().map(|row| line(row)).collect();
+        format!("{}|{rule}\n{rows}", line(&self.header))
+    }
 }
 
 impl fmt::Display for Table {
@@ -130,6 +138,21 @@ impl Report {
         Self { name, title, tables, checks, notes, numbers: Map::new() }
     }
 
+    /// Tables, goals and notes in Markdown.
+    pub(crate) fn to_markdown(&self) -> String {
+        let mut goals = Table::new(["", "found", "goal", "met"]);
+        for check in &self.checks {
+            let sign = if check.goal == Goal::AtMost { "≤" } else { "≥" };
+            let verdict = check.is_met().map_or("", |is_met| if is_met { "yes" } else { "**no**" });
+            let bound = format!("{sign} {}", short(check.bound));
+            goals.push([check.what.clone(), short(check.found), bound, verdict.to_owned()]);
+        }
+        let tables = self.tables.iter().chain([&goals]).filter(|table| !table.rows.is_empty());
+        let tables: Vec<String> = tables.map(Table::to_markdown).collect();
+        let notes: Vec<String> = self.notes.iter().map(|note| format!("- {note}\n")).collect();
+        format!("## {}\n\n{}\n{}", self.title, tables.join("\n"), notes.concat())
+    }
+
     /// All reports as one JSON document.
     pub(crate) fn all_to_json(reports: &[Self]) -> String {
         let one = |report: &Self| {
@@ -192,6 +215,9 @@ fn short(value: f64) -> String {
     if value == 0.0 || value.abs() >= 100.0 {
         return format!("{value:.0}");
     }
+    if value.abs() < 1e-4 {
+        return format!("{value:.1e}");
+    }
     let (mut digits, mut scaled) = (0, value.abs());
     while scaled < 99.95 && digits < 8 {
         (digits, scaled) = (digits + 1, 10.0 * scaled);
@@ -209,9 +235,14 @@ mod tests {
 
     #[test]
     fn numbers_are_short() {
-        for (value, expected) in
-            [(0.002, "0.002"), (1.254, "1.25"), (37.04, "37"), (225_000.4, "225000"), (0.0, "0")]
-        {
+        for (value, expected) in [
+            (0.002, "0.002"),
+            (2e-8, "2.0e-8"),
+            (1.254, "1.25"),
+            (37.04, "37"),
+            (225_000.4, "225000"),
+            (0.0, "0"),
+        ] {
             assert_eq!(short(value), expected);
         }
         assert_eq!(seconds(1.5e-5), "15 us");
@@ -223,6 +254,19 @@ mod tests {
         assert_eq!(Check::at_most("x", f64::NAN, 1.0).is_met(), None);
         assert_eq!(Check::at_most("x", 1.0, 1.0).is_met(), Some(true));
         assert_eq!(Check::at_least("x", 2.9, 3.0).is_met(), Some(false));
+    }
+
+    #[test]
+    fn markdown_has_a_rule_below_the_header() {
+        let mut report = Report::new("a", "A");
+        let mut table = Table::new(["item", "time"]);
+        table.push(["a", "1 ms"]);
+        report.tables.push(table);
+        report.checks.push(Check::at_least("fast", 2.0, 3.0));
+        let expected = "## A\n\n| item | time |\n| --- | --- |\n| a | 1 ms |\n\n\
+                        |  | found | goal | met |\n| --- | --- | --- | --- |\n\
+                        | fast | 2 | ≥ 3 | **no** |\n\n";
+        assert_eq!(report.to_markdown(), expected);
     }
 
     #[test]

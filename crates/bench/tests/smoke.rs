@@ -4,19 +4,67 @@ use std::process::Command;
 
 use serde_json::Value;
 
-#[test]
-fn all_suites_run_without_peers() -> Result<(), Box<dyn std::error::Error>> {
-    let path = std::env::temp_dir().join(format!("bksim-bench-smoke-{}.json", std::process::id()));
+/// Runs a subcommand in its quick form; all its suites, and what it printed.
+fn quick(subcommand: &str) -> Result<(Vec<Value>, String), Box<dyn std::error::Error>> {
+    let name = format!("bksim-bench-smoke-{subcommand}-{}.json", std::process::id());
+    let path = std::env::temp_dir().join(name);
     let output = Command::new(env!("CARGO_BIN_EXE_bksim-bench"))
-        .args(["algebra", "--quick", "--without-peers", "--json"])
+        .args([subcommand, "--quick", "--without-peers", "--json"])
         .arg(&path)
         .output()?;
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{errors}");
     let document: Value = serde_json::from_str(&std::fs::read_to_string(&path)?)?;
     std::fs::remove_file(&path)?;
-
     let suites = document["suites"].as_array().ok_or("a list of suites")?;
+    Ok((suites.clone(), String::from_utf8_lossy(&output.stdout).into_owned()))
+}
+
+/// A number of a suite.
+fn number(suites: &[Value], suite: &str, path: &str) -> f64 {
+    let numbers = suites.iter().find(|s| s["suite"] == suite).map(|s| &s["numbers"]);
+    numbers.and_then(|numbers| numbers.pointer(path)).and_then(Value::as_f64).unwrap_or(f64::NAN)
+}
+
+#[test]
+fn our_integrators_reach_the_digits_of_their_tolerance() -> Result<(), Box<dyn std::error::Error>> {
+    let (suites, text) = quick("precision")?;
+    for problem in ["pendulum", "caraxis", "andrews", "slidercrank"] {
+        for method in ["bksim radau", "bksim auto"] {
+            let run = |idx: usize, name: &str| {
+                number(&suites, problem, &format!("/{method}/{idx}/{name}"))
+            };
+            // The last run has a tolerance of 1e-6.
+            let digits = run(2, "digits/0");
+            assert!(digits > 5.5 && run(2, "seconds") > 0.0, "{problem}, {method}: {digits}");
+            assert!(run(2, "n_residual") > run(0, "n_residual"), "{problem}, {method}");
+        }
+    }
+    assert!(text.contains("DOP853: peers are switched off"), "{text}");
+    Ok(())
+}
+
+#[test]
+fn mechanisms_scale_and_drift_run_without_peers() -> Result<(), Box<dyn std::error::Error>> {
+    let (suites, _) = quick("mechanisms")?;
+    let error = number(&suites, "mechanisms", "/bksim, model file to log/0/error");
+    assert!(error < 1e-4, "error {error:e} rad at a tolerance of 1e-6");
+
+    let (suites, _) = quick("scale")?;
+    let memory = |name: &str| number(&suites, "scale", &format!("/{name}/peak_kib"));
+    assert!(memory("Chain 20") > 0.0 && memory("FourBar 20") > 0.0, "{suites:?}");
+
+    let (suites, _) = quick("drift")?;
+    let energy = number(&suites, "conserved", "/four-bar, bksim auto, 1e-8/energy");
+    assert!(energy < 1e-7, "relative energy error {energy:e}");
+    let error = number(&suites, "singular", "/N = 2, bksim auto, 1e-8/error");
+    assert!(error < 1e-5, "error of the angle {error:e} rad");
+    Ok(())
+}
+
+#[test]
+fn all_suites_run_without_peers() -> Result<(), Box<dyn std::error::Error>> {
+    let (suites, text) = quick("algebra")?;
     let numbers = |name: &str| suites.iter().find(|s| s["suite"] == name).map(|s| &s["numbers"]);
     let is_positive = |value: &Value| value.as_f64().is_some_and(|number| number > 0.0);
     for (suite, path) in [
@@ -37,7 +85,6 @@ fn all_suites_run_without_peers() -> Result<(), Box<dyn std::error::Error>> {
         let found = numbers("evaluation").map(|numbers| &numbers[name]["n_outputs"]);
         assert_eq!(found, Some(&Value::from(expected)), "{name}");
     }
-    let text = String::from_utf8_lossy(&output.stdout);
     assert!(text.contains("peers are switched off"), "{text}");
     Ok(())
 }

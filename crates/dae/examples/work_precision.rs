@@ -83,7 +83,7 @@ fn row<M: Mechanism>(
         ..Settings::default()
     };
     let (mut work, mut before, mut by_stages) = (0.0, Stats::default(), [0; 8]);
-    let system = Differentiated::dense(formulated);
+    let system = Differentiated::sparse(formulated);
     let result = solve(system, start, data.t_end(), settings, &mut |step| {
         let now = *step.stats();
         let matrices = (2 * step.n_stages() - 1) as f64;

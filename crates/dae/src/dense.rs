@@ -67,6 +67,11 @@ impl CollocationPolynomial {
         Ok(())
     }
 
+    /// Number of stages of the method that took the step.
+    pub(crate) fn n_stages(&self) -> usize {
+        self.c.len()
+    }
+
     /// Writes `u(τ)`.
     pub(crate) fn value_into(&self, tau: f64, out: &mut [f64]) {
         out.copy_from_slice(&self.y0);
@@ -205,7 +210,7 @@ impl<'a> Step<'a> {
     /// Number of stages of the method that took the step.
     pub fn n_stages(&self) -> usize {
         match self.polynomial {
-            Interpolant::Collocation(polynomial) => polynomial.c.len(),
+            Interpolant::Collocation(polynomial) => polynomial.n_stages(),
             Interpolant::Explicit(_) => 12,
         }
     }

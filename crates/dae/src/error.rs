@@ -47,11 +47,19 @@ pub enum SolveError {
         /// Where the run stands.
         at: Box<Standstill>,
     },
+    /// The linear equations of the sensitivities were not solved.
+    #[error("the sensitivities cannot follow the step near t = {}: {cause}", .at.t)]
+    Sensitivity {
+        /// What made the step fail.
+        cause: Cause,
+        /// Where the run stands.
+        at: Box<Standstill>,
+    },
     /// Events accumulate.
-    #[error("`{name}` crosses zero again and again near t = {t}, within {:.3e}", .chatter.interval)]
+    #[error("`{}` crosses zero again and again near t = {t}, within {:.3e}", names.join("` and `"), .chatter.interval)]
     Chatter {
-        /// Name of the function.
-        name: String,
+        /// Names of the functions: one, or two that take turns.
+        names: Vec<String>,
         /// Time of the last event.
         t: f64,
         /// Which function, and where the events accumulate.
@@ -101,6 +109,16 @@ pub enum SolveError {
         /// Size of the matrix.
         n: usize,
     },
+    /// A row named by [`crate::System::explicit_rows`] does not give its unknown.
+    #[error("row {row} cannot give unknown {unknown}: it {reason}")]
+    ExplicitRow {
+        /// Row named.
+        row: usize,
+        /// Unknown named.
+        unknown: usize,
+        /// What is wrong with the pair.
+        reason: &'static str,
+    },
     /// The sparse linear solver cannot hold the factors of the system.
     #[error("no memory for the factors of a system of size {n}")]
     OutOfMemory {
@@ -117,6 +135,7 @@ impl SolveError {
             | Self::FixedStepFailed { at, .. }
             | Self::NotFinite { at, .. }
             | Self::Stiff { at }
+            | Self::Sensitivity { at, .. }
             | Self::TooManySteps { at, .. } => Some(at),
             _ => None,
         }

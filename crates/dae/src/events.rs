@@ -9,6 +9,7 @@ mod search;
 
 use self::chatter::Recent;
 pub use self::search::EventSearch;
+use crate::checkpoint::{Checkpoint, Loader, Saver};
 use crate::{
     Control, End, ExplicitSolver, Ode, Outcome, SolveError, Solver, Start, Stats, Step, System,
 };
@@ -47,12 +48,14 @@ pub enum Action {
     Stop,
 }
 
-/// Events by one function that accumulate: an impact that never comes to rest, or a switch thrown
-/// forth and back.
+/// Events that accumulate: an impact that never comes to rest, a switch thrown forth and back, or
+/// two that throw each other.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Chatter {
-    /// Which function.
+    /// Which function fired last.
     pub i: usize,
+    /// Another one that takes turns with it.
+    pub with: Option<usize>,
     /// Time between the last two events.
     pub interval: f64,
     /// Where the events accumulate, if their intervals shrink like a geometric series.
@@ -93,7 +96,7 @@ pub trait Events {
 /// When events count as accumulating.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ChatterSettings {
-    /// So many restarts in sequence, each by the same function. Default 10; range `≥ 2`.
+    /// So many restarts in sequence, by one function or by several in turn. Default 10; range `≥ 2`.
     pub count: usize,
     /// Each within this time of the one before. Default `None`: 1e-6 of the length of the run.
     pub interval: Option<f64>,
@@ -180,8 +183,57 @@ pub struct EventOutcome {
     pub outcome: Outcome,
     /// The event that ended it, if one did.
     pub terminal: Option<Event>,
-    /// Events handled.
+    /// Events handled since the call.
     pub n_events: usize,
+}
+
+/// What a run with events remembers between two steps, beside the state of its integrator: which
+/// functions are at zero, and the restarts that may be the beginning of chatter.
+///
+/// [`continue_events`] leaves it so that another call goes on as if there had been none in between;
+/// a [`Checkpoint`] carries it to another process. What the [`Events`] themselves remember is
+/// theirs to save.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct EventMemory {
+    inner: Option<Memory>,
+}
+
+#[derive(Clone, PartialEq, Debug)]
+struct Memory {
+    recent: Recent,
+    /// The functions at the state reached; zero where one has just fired.
+    values: Vec<f64>,
+    is_fresh: bool,
+}
+
+impl EventMemory {
+    /// Adds what is remembered to the checkpoint of an integrator.
+    #[must_use]
+    pub fn save_with(&self, mut checkpoint: Checkpoint) -> Checkpoint {
+        let mut saver = Saver::default();
+        if let Some(Memory { recent, values, is_fresh }) = &self.inner {
+            recent.save(&mut saver);
+            saver.slice(values);
+            saver.flag(*is_fresh);
+        }
+        checkpoint.append_part(saver);
+        checkpoint
+    }
+
+    /// What [`EventMemory::save_with`] has added.
+    ///
+    /// # Errors
+    /// [`SolveError::Checkpoint`] when nothing was.
+    pub fn of(checkpoint: &Checkpoint) -> Result<Self, SolveError> {
+        let part = checkpoint.last_part()?;
+        let mut loader = Loader::new(&part, part.method)?;
+        if part.counts.is_empty() {
+            return Ok(Self::default());
+        }
+        let recent = Recent::load(&mut loader)?;
+        let (values, is_fresh) = (loader.slice()?.to_vec(), loader.flag()?);
+        Ok(Self { inner: Some(Memory { recent, values, is_fresh }) })
+    }
 }
 
 /// Integrates to the end with events; `observer` sees every accepted step, one that an event cuts
@@ -195,15 +247,37 @@ pub fn solve_events<I: Integrator, E: Events>(
     settings: ChatterSettings,
     observer: &mut dyn FnMut(&Step<'_>) -> Control,
 ) -> Result<EventOutcome, SolveError> {
+    continue_events(integrator, events, settings, &mut EventMemory::default(), observer)
+}
+
+/// As [`solve_events`], going on from what `memory` holds: after the observer had stopped the run,
+/// with the same or a resumed integrator, everything is bit for bit as if it had not. `settings`
+/// are those of the first call, the length of the run included.
+///
+/// # Errors
+/// [`SolveError`], with [`SolveError::Chatter`] when events accumulate, and
+/// [`SolveError::Checkpoint`] when the memory belongs to other events.
+pub fn continue_events<I: Integrator, E: Events>(
+    integrator: &mut I,
+    events: &mut E,
+    settings: ChatterSettings,
+    memory: &mut EventMemory,
+    observer: &mut dyn FnMut(&Step<'_>) -> Control,
+) -> Result<EventOutcome, SolveError> {
     let mut state = integrator.reached();
-    let interval = settings.interval.unwrap_or(1e-6 * (integrator.t_end() - state.t).abs());
-    let mut recent = Recent::new(settings.count.max(2), interval);
     let mut search = EventSearch::new(events, &state);
-    let mut n_events = 0;
-    let ended = |end, state: &Start, stats, terminal, n_events| {
-        let Start { t, y, ydot } = state.clone();
-        EventOutcome { outcome: Outcome { end, t, y, ydot, stats }, terminal, n_events }
+    let mut recent = match memory.inner.take() {
+        None => {
+            let span = (integrator.t_end() - state.t).abs();
+            Recent::new(settings.count.max(2), settings.interval.unwrap_or(1e-6 * span))
+        }
+        Some(Memory { recent, values, is_fresh }) => {
+            search.resume(&values, is_fresh)?;
+            recent
+        }
     };
+    let mut n_events = 0;
+    let mut terminal = None;
     while let Some(step) = integrator.step()? {
         let found = search.crossings(events, &step);
         let Passed { action, event, n } = pass(events, &mut recent, found, &step, &mut state)?;
@@ -217,25 +291,29 @@ pub fn solve_events<I: Integrator, E: Events>(
                 observer(&step.until(event.t, &before.y, &before.ydot))
             }
         };
-        let is_over = control == Control::Stop;
         match action {
-            Action::Continue if is_over => break,
             Action::Continue => (),
             Action::Restart => {
                 integrator.restart(&state)?;
                 search.restart(events, &state);
-                if is_over {
-                    break;
-                }
             }
             Action::Stop => {
-                return Ok(ended(End::Stopped, &state, integrator.stats(), event, n_events));
+                terminal = event;
+                break;
             }
         }
+        if control == Control::Stop {
+            break;
+        }
     }
-    let reached = integrator.reached();
-    let end = if reached.t == integrator.t_end() { End::Reached } else { End::Stopped };
-    Ok(ended(end, &reached, integrator.stats(), None, n_events))
+    let (values, is_fresh) = search.remembered();
+    memory.inner = Some(Memory { recent, values, is_fresh });
+    let is_over = terminal.is_some();
+    let Start { t, y, ydot } = if is_over { state } else { integrator.reached() };
+    let is_end = !is_over && t == integrator.t_end();
+    let end = if is_end { End::Reached } else { End::Stopped };
+    let outcome = Outcome { end, t, y, ydot, stats: integrator.stats() };
+    Ok(EventOutcome { outcome, terminal, n_events })
 }
 
 /// What the events of a step have led to.
@@ -271,8 +349,9 @@ fn pass<E: Events>(
         let action = match recent.observe(event) {
             None => events.handle(event, state),
             Some(chatter) => events.accumulate(&chatter, state).ok_or_else(|| {
-                let name = events.name(event.i);
-                SolveError::Chatter { name, t: event.t, chatter }
+                let names = std::iter::once(chatter.i).chain(chatter.with);
+                let names = names.map(|i| events.name(i)).collect();
+                SolveError::Chatter { names, t: event.t, chatter }
             })?,
         };
         if action != Action::Continue {

@@ -1,19 +1,23 @@
 //! The iteration matrices `(λ/h) ∂F/∂y′ + ∂F/∂y`: one real, `(s − 1)/2` complex.
 //!
-//! Assembled from the shared Jacobian values and factored by one of two kernels, chosen once per
-//! run by size and fill.
+//! Assembled from the shared Jacobian values; explicit rows are eliminated, and what remains is
+//! factored by one of two kernels, chosen once per run by its size and fill.
 
+mod complex;
 mod dense;
+mod elimination;
 mod sparse;
 
-use std::ops::{DivAssign, Mul, SubAssign};
+use std::ops::{Mul, SubAssign};
 
 use faer::c64;
 use faer::traits::ComplexField;
 
-use self::dense::DenseLu;
-use self::sparse::SparseLu;
-use crate::{LinearSolver, Pattern, SolveError};
+use self::complex::ComplexLu;
+use self::dense::RealLu;
+use self::elimination::{Borders, Elimination};
+use self::sparse::{SparseLu, Symbolic};
+use crate::{Cause, LinearSolver, Pattern, SolveError, System};
 
 /// Up to this size the dense kernel is the faster one, whatever the fill.
 const DENSE_UP_TO: usize = 48;
@@ -21,22 +25,53 @@ const DENSE_UP_TO: usize = 48;
 const DENSE_FILL: f64 = 0.3;
 
 /// The field of an iteration matrix: `f64` or [`c64`].
+///
+/// Vectors are arrays of `f64`: a complex one is its real parts, then its imaginary parts.
 pub(crate) trait Scalar:
-    'static + ComplexField + Copy + SubAssign + Mul<Output = Self> + DivAssign + PartialEq
+    'static + ComplexField + Copy + SubAssign + Mul<Output = Self> + PartialEq
 {
     const ZERO: Self;
     const ONE: Self;
+
+    /// LU for small matrices.
+    type Dense: DenseKernel<Self>;
 
     /// `shift · dydot + dy`.
     fn combine(shift: Self, dydot: f64, dy: f64) -> Self;
 
     /// A cheap norm, good enough to choose pivots; NaN when the value is.
     fn magnitude(self) -> f64;
+
+    /// `1 / self`.
+    fn reciprocal(self) -> Self;
+
+    /// Entry `i` of a vector of length `n`.
+    fn load(x: &[f64], i: usize, n: usize) -> Self;
+
+    /// Overwrites entry `i` of a vector of length `n`.
+    fn store(self, x: &mut [f64], i: usize, n: usize);
+}
+
+/// Dense LU with partial pivoting in buffers that are kept.
+///
+/// For the sizes of single mechanisms this is faster than a blocked library kernel, and it sees a
+/// vanishing pivot when it meets one.
+pub(crate) trait DenseKernel<T> {
+    /// For matrices with the given pattern.
+    fn new(pattern: &Pattern) -> Self;
+
+    /// Factors the matrix whose `values` follow the entries of the pattern.
+    fn factor(&mut self, values: &[T]) -> Result<(), Singular>;
+
+    /// Only valid after a successful [`DenseKernel::factor`].
+    fn solve_in_place(&mut self, x: &mut [T]);
 }
 
 impl Scalar for f64 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
+
+    type Dense = RealLu;
 
     fn combine(shift: Self, dydot: f64, dy: f64) -> Self {
         shift * dydot + dy
@@ -45,11 +80,25 @@ impl Scalar for f64 {
     fn magnitude(self) -> f64 {
         self.abs()
     }
+
+    fn reciprocal(self) -> Self {
+        1.0 / self
+    }
+
+    fn load(x: &[f64], i: usize, _n: usize) -> Self {
+        x[i]
+    }
+
+    fn store(self, x: &mut [f64], i: usize, _n: usize) {
+        x[i] = self;
+    }
 }
 
 impl Scalar for c64 {
     const ZERO: Self = c64::new(0.0, 0.0);
     const ONE: Self = c64::new(1.0, 0.0);
+
+    type Dense = ComplexLu;
 
     fn combine(shift: Self, dydot: f64, dy: f64) -> Self {
         c64::new(shift.re * dydot + dy, shift.im * dydot)
@@ -57,6 +106,18 @@ impl Scalar for c64 {
 
     fn magnitude(self) -> f64 {
         self.re.abs() + self.im.abs()
+    }
+
+    fn reciprocal(self) -> Self {
+        self.inv()
+    }
+
+    fn load(x: &[f64], i: usize, n: usize) -> Self {
+        c64::new(x[i], x[n + i])
+    }
+
+    fn store(self, x: &mut [f64], i: usize, n: usize) {
+        (x[i], x[n + i]) = (self.re, self.im);
     }
 }
 
@@ -76,9 +137,32 @@ impl Jacobian {
         Self { df_dy: vec![0.0; n_entries], df_dydot: vec![0.0; n_entries] }
     }
 
-    /// Entry of the first value that is not finite.
-    pub(crate) fn position_not_finite(&self) -> Option<usize> {
-        self.df_dy.iter().zip(&self.df_dydot).position(|(x, y)| !(x.is_finite() && y.is_finite()))
+    /// Evaluates both at one point.
+    pub(crate) fn evaluate<S: System>(
+        &mut self,
+        system: &mut S,
+        t: f64,
+        y: &[f64],
+        ydot: &[f64],
+    ) -> Result<(), Cause> {
+        let Self { df_dy, df_dydot } = self;
+        system
+            .jacobian(t, y, ydot, df_dy, df_dydot)
+            .map_err(|not_finite| Cause::NotFinite { row: not_finite.row })?;
+        let is_bad = |(x, y): (&f64, &f64)| !(x.is_finite() && y.is_finite());
+        match df_dy.iter().zip(&*df_dydot).position(is_bad) {
+            None => Ok(()),
+            Some(k) => Err(Cause::NotFinite { row: system.pattern().row_idx()[k] }),
+        }
+    }
+
+    /// `out += ∂F/∂y · y + ∂F/∂y′ · ydot`.
+    pub(crate) fn add_products(&self, pattern: &Pattern, y: &[f64], ydot: &[f64], out: &mut [f64]) {
+        for (col, (y, ydot)) in y.iter().zip(ydot).enumerate() {
+            for k in pattern.column(col) {
+                out[pattern.row_idx()[k]] += self.df_dy[k] * y + self.df_dydot[k] * ydot;
+            }
+        }
     }
 
     /// Whether unknown `col` appears without its derivative.
@@ -92,31 +176,59 @@ impl Jacobian {
     }
 }
 
-/// One factored matrix.
+/// One factored matrix: what is eliminated, and the kernel of the remainder.
+struct Factor<T: Scalar> {
+    borders: Borders<T>,
+    kernel: Kernel<T>,
+}
+
+/// One of two kernels.
 #[expect(clippy::large_enum_variant, reason = "a run holds at most four")]
-enum Factor<T: Scalar> {
-    Dense(DenseLu<T>),
+enum Kernel<T: Scalar> {
+    Dense(T::Dense),
     Sparse(SparseLu<T>),
 }
 
 impl<T: Scalar> Factor<T> {
-    fn factor(&mut self, pattern: &Pattern, jacobian: &Jacobian, shift: T) -> Result<(), Singular> {
-        match self {
-            Self::Dense(lu) => lu.factor(pattern, jacobian.combined(shift)),
-            Self::Sparse(lu) => lu.factor(pattern, jacobian.combined(shift)),
+    /// Dense, unless there is a symbolic analysis.
+    fn new(
+        plan: &Elimination,
+        n_entries: usize,
+        symbolic: Option<&Symbolic>,
+    ) -> Result<Self, SolveError> {
+        let kernel = match symbolic {
+            None => Kernel::Dense(T::Dense::new(plan.remainder())),
+            Some(symbolic) => Kernel::Sparse(SparseLu::new(symbolic, plan.remainder())?),
+        };
+        Ok(Self { borders: Borders::new(plan, n_entries), kernel })
+    }
+
+    fn factor(
+        &mut self,
+        plan: &Elimination,
+        jacobian: &Jacobian,
+        shift: T,
+    ) -> Result<(), Singular> {
+        let values = self.borders.eliminate(plan, jacobian, shift)?;
+        match &mut self.kernel {
+            Kernel::Dense(lu) => lu.factor(values),
+            Kernel::Sparse(lu) => lu.factor(plan.remainder(), values),
         }
     }
 
-    fn solve_in_place(&mut self, x: &mut [T]) {
-        match self {
-            Self::Dense(lu) => lu.solve_in_place(x),
-            Self::Sparse(lu) => lu.solve_in_place(x),
+    fn solve_in_place(&mut self, plan: &Elimination, x: &mut [f64]) {
+        let remainder = self.borders.reduce(plan, x);
+        match &mut self.kernel {
+            Kernel::Dense(lu) => lu.solve_in_place(remainder),
+            Kernel::Sparse(lu) => lu.solve_in_place(remainder),
         }
+        self.borders.complete(plan, x);
     }
 }
 
 /// The set of factored iteration matrices of one step size.
 pub(crate) struct IterationMatrix {
+    plan: Elimination,
     real: Factor<f64>,
     complex: Vec<Factor<c64>>,
 }
@@ -125,54 +237,49 @@ impl IterationMatrix {
     /// Allocates for one real and `n_complex` complex matrices and analyses the pattern.
     pub(crate) fn new(
         pattern: &Pattern,
+        explicit_rows: &[(usize, usize)],
         n_complex: usize,
         solver: LinearSolver,
     ) -> Result<Self, SolveError> {
-        let n = pattern.n();
+        let plan = Elimination::new(pattern, explicit_rows)?;
+        let (n_entries, remainder) = (pattern.n_entries(), plan.remainder());
+        let n = remainder.n();
         let is_dense = match solver {
             LinearSolver::Dense => true,
             LinearSolver::Sparse => false,
             LinearSolver::Auto => {
-                n <= DENSE_UP_TO || pattern.n_entries() as f64 > DENSE_FILL * (n * n) as f64
+                n <= DENSE_UP_TO || remainder.n_entries() as f64 > DENSE_FILL * (n * n) as f64
             }
         };
-        if is_dense {
-            return Ok(Self {
-                real: Factor::Dense(DenseLu::new(n)),
-                complex: (0..n_complex).map(|_| Factor::Dense(DenseLu::new(n))).collect(),
-            });
-        }
-        let symbolic = sparse::analyse(pattern)?;
-        let complex = (0..n_complex)
-            .map(|_| SparseLu::new(&symbolic, pattern).map(Factor::Sparse))
-            .collect::<Result<_, _>>()?;
-        Ok(Self { real: Factor::Sparse(SparseLu::new(&symbolic, pattern)?), complex })
+        let symbolic = if is_dense { None } else { Some(sparse::analyse(remainder)?) };
+        let complex = (0..n_complex).map(|_| Factor::new(&plan, n_entries, symbolic.as_ref()));
+        let complex = complex.collect::<Result<_, _>>()?;
+        Ok(Self { real: Factor::new(&plan, n_entries, symbolic.as_ref())?, complex, plan })
     }
 
     /// Factors `(γ/h) ∂F/∂y′ + ∂F/∂y` and its complex companions.
     pub(crate) fn factor(
         &mut self,
-        pattern: &Pattern,
         jacobian: &Jacobian,
         gamma: f64,
         lambda: &[c64],
         h: f64,
     ) -> Result<(), Singular> {
-        self.real.factor(pattern, jacobian, gamma / h)?;
+        self.real.factor(&self.plan, jacobian, gamma / h)?;
         for (matrix, lambda) in self.complex.iter_mut().zip(lambda) {
-            matrix.factor(pattern, jacobian, lambda / h)?;
+            matrix.factor(&self.plan, jacobian, lambda / h)?;
         }
         Ok(())
     }
 
     /// Solves with the real matrix.
     pub(crate) fn solve_real(&mut self, x: &mut [f64]) {
-        self.real.solve_in_place(x);
+        self.real.solve_in_place(&self.plan, x);
     }
 
-    /// Solves with complex matrix `pair`.
-    pub(crate) fn solve_complex(&mut self, pair: usize, x: &mut [c64]) {
-        self.complex[pair].solve_in_place(x);
+    /// Solves with complex matrix `pair`; `x` holds the real parts, then the imaginary parts.
+    pub(crate) fn solve_complex(&mut self, pair: usize, x: &mut [f64]) {
+        self.complex[pair].solve_in_place(&self.plan, x);
     }
 }
 

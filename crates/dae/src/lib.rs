@@ -87,10 +87,12 @@ mod estimate;
 mod events;
 mod explicit;
 mod iteration_matrix;
+mod lanes;
 mod limits;
 mod newton;
 mod order;
 mod output;
+mod sensitivity;
 mod settings;
 mod solve;
 mod stats;
@@ -102,11 +104,12 @@ pub use checkpoint::{Checkpoint, Method};
 pub use dense::Step;
 pub use error::{Cause, SolveError, Standstill, WorstUnknown};
 pub use events::{
-    Action, Chatter, ChatterSettings, Crossing, Event, EventOutcome, EventSearch, Events,
-    Integrator, solve_events,
+    Action, Chatter, ChatterSettings, Crossing, Event, EventMemory, EventOutcome, EventSearch,
+    Events, Integrator, continue_events, solve_events,
 };
 pub use explicit::{ExplicitSolver, solve_ode};
 pub use output::OutputTimes;
+pub use sensitivity::{SensitivitySolver, SensitivityStart, SensitivityStep, SensitivitySystem};
 pub use settings::{
     ErrorTest, LinearSolver, NewtonSettings, Order, Settings, Stages, StepControl, Tolerance,
 };

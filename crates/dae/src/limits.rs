@@ -12,8 +12,15 @@ pub(crate) fn step_floor(t: f64, span: f64, h_min: f64) -> f64 {
 /// Size and end of the next adaptive step; the last one ends at `t_end` to the bit.
 pub(crate) fn next_adaptive(t: f64, h: f64, t_end: f64) -> (f64, f64) {
     let left = t_end - t;
-    // A sliver left for a further step would ruin its relative precision.
-    if (1.0001 * h).abs() >= left.abs() { (left, t_end) } else { (h, t + h) }
+    if (1.0001 * h).abs() >= left.abs() {
+        (left, t_end)
+    } else if (2.0 * h).abs() > left.abs() {
+        // Two halves: a sliver left for the last step would spoil the multipliers, whose errors
+        // grow like 1/h.
+        (0.5 * left, t + 0.5 * left)
+    } else {
+        (h, t + h)
+    }
 }
 
 /// Size and end of the next step of constant size, `taken` of which have left `start`.

@@ -11,11 +11,10 @@
 //! Working with increments `z_i = Y_i − y` keeps rounding small (HW2 §IV.8). The Jacobian is
 //! frozen, so `F` may be nonlinear in `y′` too.
 
-use faer::c64;
-
 use crate::contraction::{Contraction, Progress};
 use crate::estimate::Scale;
 use crate::iteration_matrix::IterationMatrix;
+use crate::lanes::multiply_blocks;
 use crate::tableau::Tableau;
 use crate::{Cause, Stats, System};
 
@@ -35,17 +34,15 @@ pub(crate) struct NewtonWork {
     pub(crate) z: Vec<f64>,
     /// Corrections `−ΔZ` of the last iteration.
     pub(crate) delta: Vec<f64>,
-    /// Transformed residuals `T⁻¹ F`, then corrections `−ΔW`.
+    /// Derivatives of the stages, then transformed residuals `T⁻¹ F`, then corrections `−ΔW`.
     transformed: Vec<f64>,
     /// Residuals of the stages.
     pub(crate) defect: Vec<f64>,
-    /// State and derivative at one stage; the derivative is left at the last one.
+    /// State and derivative at one instant.
     pub(crate) y_stage: Vec<f64>,
     pub(crate) ydot_stage: Vec<f64>,
     /// Estimate of the local error.
     pub(crate) error: Vec<f64>,
-    /// Right-hand side of the complex systems.
-    complex: Vec<c64>,
     pub(crate) scale: Scale,
     pub(crate) contraction: Contraction,
 }
@@ -67,7 +64,6 @@ impl NewtonWork {
             y_stage: vec![0.0; n],
             ydot_stage: vec![0.0; n],
             error: vec![0.0; n],
-            complex: vec![c64::new(0.0, 0.0); n],
             scale: Scale::new(n),
             contraction,
         }
@@ -91,11 +87,15 @@ impl NewtonWork {
         matrix: &mut IterationMatrix,
         stats: &mut Stats,
     ) -> Result<(), NewtonFailure> {
+        let n = at.y.len();
+        if n == 0 {
+            return Ok(());
+        }
         loop {
             self.residuals_into_defect(system, at, tableau, stats)?;
-            multiply_blocks(&tableau.t_inv, &self.defect, &mut self.transformed);
-            self.solve_transformed(matrix);
-            multiply_blocks(&tableau.t, &self.transformed, &mut self.delta);
+            multiply_blocks(&tableau.t_inv, 1.0, n, &self.defect, &mut self.transformed);
+            solve_transformed(matrix, n, &mut self.transformed);
+            multiply_blocks(&tableau.t, 1.0, n, &self.transformed, &mut self.delta);
             stats.n_solve += 1;
             stats.n_newton += 1;
 
@@ -124,12 +124,16 @@ impl NewtonWork {
         stats: &mut Stats,
     ) -> Result<(), NewtonFailure> {
         let n = at.y.len();
-        for i in 0..tableau.s {
-            self.load_stage(at, tableau, i);
+        // The derivatives of all stages; the transformed residuals are not needed any more.
+        multiply_blocks(&tableau.a_inv, 1.0 / at.h, n, &self.z, &mut self.transformed);
+        let stages = self.z.chunks_exact(n).zip(self.transformed.chunks_exact(n));
+        for (i, ((z, ydot), out)) in stages.zip(self.defect.chunks_exact_mut(n)).enumerate() {
+            for (stage, (y, z)) in self.y_stage.iter_mut().zip(at.y.iter().zip(z)) {
+                *stage = y + z;
+            }
             let t = at.t + tableau.c[i] * at.h;
-            let out = &mut self.defect[i * n..(i + 1) * n];
             stats.n_residual += 1;
-            let row = match system.residual(t, &self.y_stage, &self.ydot_stage, out) {
+            let row = match system.residual(t, &self.y_stage, ydot, out) {
                 Ok(()) => out.iter().position(|x| !x.is_finite()),
                 Err(not_finite) => Some(not_finite.row),
             };
@@ -140,10 +144,11 @@ impl NewtonWork {
         Ok(())
     }
 
-    /// State and derivative of stage `i` from `z`.
-    pub(crate) fn load_stage(&mut self, at: Point<'_>, tableau: &Tableau, i: usize) {
+    /// State and derivative at the end of the step, which is its last stage, from `z`.
+    pub(crate) fn load_end(&mut self, at: Point<'_>, tableau: &Tableau) {
         let (n, s) = (at.y.len(), tableau.s);
-        let own = &self.z[i * n..(i + 1) * n];
+        let i = s - 1;
+        let own = &self.z[i * n..];
         for (stage, (y, z)) in self.y_stage.iter_mut().zip(at.y.iter().zip(own)) {
             *stage = y + z;
         }
@@ -155,40 +160,13 @@ impl NewtonWork {
             }
         }
     }
-
-    /// Replaces `transformed` by the solutions of the real and the complex systems.
-    fn solve_transformed(&mut self, matrix: &mut IterationMatrix) {
-        let n = self.y_stage.len();
-        let (real, pairs) = self.transformed.split_at_mut(n);
-        matrix.solve_real(real);
-        if n == 0 {
-            return;
-        }
-        for (k, pair) in pairs.chunks_exact_mut(2 * n).enumerate() {
-            let (re, im) = pair.split_at_mut(n);
-            for (x, (re, im)) in self.complex.iter_mut().zip(re.iter().zip(im.iter())) {
-                *x = c64::new(*re, *im);
-            }
-            matrix.solve_complex(k, &mut self.complex);
-            for (x, (re, im)) in self.complex.iter().zip(re.iter_mut().zip(im)) {
-                (*re, *im) = (x.re, x.im);
-            }
-        }
-    }
 }
 
-/// `out = (m ⊗ I) x` for an `s × s` matrix by rows and `s` vectors one after the other.
-fn multiply_blocks(m: &[f64], x: &[f64], out: &mut [f64]) {
-    let s = m.len().isqrt();
-    let n = x.len() / s;
-    out.fill(0.0);
-    for i in 0..s {
-        let out = &mut out[i * n..(i + 1) * n];
-        for j in 0..s {
-            let factor = m[i * s + j];
-            for (out, x) in out.iter_mut().zip(&x[j * n..(j + 1) * n]) {
-                *out += factor * x;
-            }
-        }
+/// Replaces `x`, transformed right-hand sides, by the solutions of the real and complex systems.
+pub(crate) fn solve_transformed(matrix: &mut IterationMatrix, n: usize, x: &mut [f64]) {
+    let (real, pairs) = x.split_at_mut(n);
+    matrix.solve_real(real);
+    for (k, pair) in pairs.chunks_exact_mut(2 * n).enumerate() {
+        matrix.solve_complex(k, pair);
     }
 }

@@ -85,10 +85,10 @@ pub fn solve<S: System>(
 
 /// A run in progress; [`solve`] drives it to the end, [`Solver::step`] by single steps.
 pub struct Solver<S: System> {
-    system: S,
-    settings: Settings,
+    pub(crate) system: S,
+    pub(crate) settings: Settings,
     t: f64,
-    y: Vec<f64>,
+    pub(crate) y: Vec<f64>,
     ydot: Vec<f64>,
     t_end: f64,
     /// Size of the next step, signed.
@@ -96,14 +96,14 @@ pub struct Solver<S: System> {
     /// Start of the fixed-step grid and steps taken on it.
     grid: (f64, usize),
     /// Polynomial of the last accepted step.
-    last: CollocationPolynomial,
+    pub(crate) last: CollocationPolynomial,
     has_last: bool,
-    stepper: Stepper,
+    pub(crate) stepper: Stepper,
     controller: Controller,
     order: OrderChoice,
     /// Failures of Newton's iteration since the last accepted step.
     n_failed: usize,
-    stats: Stats,
+    pub(crate) stats: Stats,
 }
 
 impl<S: System> Solver<S> {
@@ -127,6 +127,7 @@ impl<S: System> Solver<S> {
         check_finite("y", &start.y)?;
         check_finite("ydot", &start.ydot)?;
 
+        let settings = settings.for_one_step(system.layout());
         let stepper = Stepper::new(&system, &settings)?;
         let stages = settings.order.initial().count();
         let mut solver = Self {
@@ -244,6 +245,18 @@ impl<S: System> Solver<S> {
         }
     }
 
+    /// The last accepted step again, without its error.
+    pub(crate) fn last_step(&self) -> Step<'_> {
+        Step {
+            polynomial: Interpolant::Collocation(&self.last),
+            t1: self.t,
+            y1: &self.y,
+            ydot1: &self.ydot,
+            error: None,
+            stats: &self.stats,
+        }
+    }
+
     fn attempt(&mut self, h: f64) -> Attempt {
         self.stepper.attempt(
             &mut self.system,
@@ -272,7 +285,7 @@ impl<S: System> Solver<S> {
         let at = Point { t: self.t, h, y: &self.y, ydot: &self.ydot };
         let Stepper { tableaus, current, work, .. } = &mut self.stepper;
         let tableau = &tableaus[*current];
-        work.load_stage(at, tableau, tableau.s - 1);
+        work.load_end(at, tableau);
         self.last.set(at, &tableau.c, &work.z);
         self.has_last = true;
         self.t = t1;
@@ -424,8 +437,8 @@ impl<S: System> Solver<S> {
         let index = self.system.layout().index();
         scale.update(&Unit::new(&self.settings), index, &self.y, 1.0);
         let tangent = scale.rms(&self.ydot);
-        let Settings { rtol, order, .. } = &self.settings;
-        let exponent = 1.0 / (order.initial().count() as f64 + 1.0);
+        let rtol = self.settings.rtol;
+        let exponent = 1.0 / (self.settings.order.initial().count() as f64 + 1.0);
         let guess = 0.1 * rtol.powf(exponent) / (rtol * tangent);
         if guess.is_finite() { guess } else { f64::INFINITY }
     }

@@ -15,9 +15,18 @@ use crate::{
 };
 
 /// Newton iterations allowed beyond the number of stages.
-const EXTRA_ITERATIONS: usize = 4;
+const EXTRA_ITERATIONS: usize = 6;
 /// Newton iterations allowed with a fixed step, which cannot be cut.
 const FIXED_STEP_ITERATIONS: usize = 25;
+
+/// The Jacobian is evaluated at this part of a step, on the last polynomial continued.
+///
+/// `RADAU5` evaluates it at the start. It stands for those of all stages, which lie closer to the
+/// end: on mechanisms, whose steps are limited by Newton's iteration, the better place makes steps
+/// longer by half. Measured from 0 to 0.7, 0.65 takes least work, 0.6 two per cent more, 0.5 five.
+const AHEAD: f64 = 0.65;
+/// After so many failures the polynomial is not trusted, and the start of the step taken.
+const FAILURES_AHEAD: usize = 2;
 
 /// How an attempt ended.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -40,8 +49,12 @@ pub(crate) struct Stepper {
     keep_jacobian_below: f64,
     jacobian: Jacobian,
     matrix: IterationMatrix,
-    /// Age of the Jacobian: whether it belongs to the start of the step.
+    /// Age of the Jacobian.
     freshness: Freshness,
+    /// It was evaluated ahead of the start.
+    is_ahead: bool,
+    /// Failures of Newton's iteration in the present step.
+    n_failed: usize,
     /// Step size of the factors, if they belong to the Jacobian.
     factored_h: Option<f64>,
 }
@@ -49,7 +62,7 @@ pub(crate) struct Stepper {
 /// How old the Jacobian is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Freshness {
-    /// Evaluated at the start of the present step.
+    /// Evaluated for the present step.
     Current,
     /// Of an earlier step, and still contracting well.
     Kept,
@@ -84,9 +97,9 @@ fn contraction(settings: &Settings, tableau: &Tableau) -> Contraction {
     let gamma = tableau.gamma;
     let (tolerance, lax, retreat) = match settings.step {
         StepControl::Adaptive => {
-            let kappa = settings.newton.kappa;
-            let rounding = ROUNDING / settings.rtol;
-            let default = || settings.rtol.sqrt().min(MAX_KAPPA_GAMMA_SQUARED / (gamma * gamma));
+            let (kappa, rtol) = (settings.newton.kappa, settings.rtol);
+            let rounding = ROUNDING / rtol;
+            let default = || rtol.sqrt().min(MAX_KAPPA_GAMMA_SQUARED / (gamma * gamma));
             let tolerance = kappa.unwrap_or_else(default).max(rounding.min(MAX_STALL));
             (
                 tolerance,
@@ -114,6 +127,8 @@ impl Stepper {
         // Buffers are made for the largest method, then cut to the first.
         let mut work = NewtonWork::new(pattern.n(), s_max, contraction(settings, tableau));
         work.set_stages(tableau.s, contraction(settings, tableau));
+        let explicit = system.explicit_rows();
+        let matrix = IterationMatrix::new(pattern, explicit, n_complex, settings.linear_solver)?;
         Ok(Self {
             work,
             unit: Unit::new(settings),
@@ -126,8 +141,10 @@ impl Stepper {
                 },
             ),
             jacobian: Jacobian::new(pattern.n_entries()),
-            matrix: IterationMatrix::new(pattern, n_complex, settings.linear_solver)?,
+            matrix,
             freshness: Freshness::Expired,
+            is_ahead: false,
+            n_failed: 0,
             factored_h: None,
             tableaus,
             current: 0,
@@ -163,6 +180,16 @@ impl Stepper {
             7 => Stages::Seven,
             _ => Stages::Three,
         }
+    }
+
+    /// The method of the last accepted step, which had `s` stages, and its factors with the step
+    /// size that they are known to belong to. A change of order leaves the factors as they are.
+    pub(crate) fn last_factors(
+        &mut self,
+        s: usize,
+    ) -> (&Tableau, &mut IterationMatrix, &mut Option<f64>) {
+        let k = self.tableaus.iter().position(|tableau| tableau.s == s).unwrap_or(self.current);
+        (&self.tableaus[k], &mut self.matrix, &mut self.factored_h)
     }
 
     /// The real eigenvalues of all methods in use.
@@ -201,7 +228,7 @@ impl Stepper {
 
         // Linearise and factor, unless the old factors serve.
         let is_same_matrix = self.factored_h == Some(at.h) && self.freshness != Freshness::Expired;
-        if let Err(cause) = self.prepare_matrix(system, at, stats) {
+        if let Err(cause) = self.prepare_matrix(system, at, last, stats) {
             return Attempt::Failed { cause, shrink: 0.5, is_stale: false };
         }
 
@@ -210,8 +237,9 @@ impl Stepper {
         if let Err(failure) =
             self.work.solve(system, at, &self.tableaus[self.current], &mut self.matrix, stats)
         {
+            self.n_failed += 1;
             let is_stale = self.freshness == Freshness::Kept;
-            if is_stale {
+            if is_stale || (self.is_ahead && self.n_failed >= FAILURES_AHEAD) {
                 self.freshness = Freshness::Expired;
             }
             return Attempt::Failed { cause: failure.cause, shrink: failure.shrink, is_stale };
@@ -241,6 +269,7 @@ impl Stepper {
     ///
     /// Returns whether it is still good, which makes keeping the step size worthwhile.
     pub(crate) fn age_jacobian(&mut self) -> bool {
+        self.n_failed = 0;
         // One iteration shows no rate, and needs none.
         let rate = self.work.contraction.rate().unwrap_or(0.0);
         let is_good = rate < self.keep_jacobian_below;
@@ -291,7 +320,7 @@ impl Stepper {
         if let Some(h) = factored_h {
             let Tableau { gamma, lambda, .. } = &self.tableaus[self.current];
             self.matrix
-                .factor(system.pattern(), &self.jacobian, *gamma, lambda, h)
+                .factor(&self.jacobian, *gamma, lambda, h)
                 .map_err(|_| SolveError::Checkpoint { reason: "its matrix is singular" })?;
             self.factored_h = Some(h);
         }
@@ -330,18 +359,17 @@ impl Stepper {
         &mut self,
         system: &mut S,
         at: Point<'_>,
+        last: Option<&CollocationPolynomial>,
         stats: &mut Stats,
     ) -> Result<(), Cause> {
         if self.freshness == Freshness::Expired {
-            let Jacobian { df_dy, df_dydot } = &mut self.jacobian;
-            stats.n_jacobian += 1;
             self.factored_h = None;
-            system
-                .jacobian(at.t, at.y, at.ydot, df_dy, df_dydot)
-                .map_err(|not_finite| Cause::NotFinite { row: not_finite.row })?;
-            if let Some(k) = self.jacobian.position_not_finite() {
-                let row = system.pattern().row_idx()[k];
-                return Err(Cause::NotFinite { row });
+            let last = last.filter(|_| self.n_failed < FAILURES_AHEAD);
+            self.is_ahead = last.is_some_and(|last| self.linearise_ahead(system, at, last, stats));
+            if !self.is_ahead {
+                let (y, ydot) = (at.y, at.ydot);
+                stats.n_jacobian += 1;
+                self.jacobian.evaluate(system, at.t, y, ydot)?;
             }
             self.freshness = Freshness::Current;
             self.choose_tested(system);
@@ -351,10 +379,27 @@ impl Stepper {
             stats.n_factor += 1;
             let Tableau { gamma, lambda, .. } = &self.tableaus[self.current];
             self.matrix
-                .factor(system.pattern(), &self.jacobian, *gamma, lambda, at.h)
+                .factor(&self.jacobian, *gamma, lambda, at.h)
                 .map_err(|_| Cause::Singular)?;
             self.factored_h = Some(at.h);
         }
         Ok(())
+    }
+
+    /// Evaluates the Jacobian where the last polynomial expects the solution; false where it has
+    /// no value.
+    fn linearise_ahead<S: System>(
+        &mut self,
+        system: &mut S,
+        at: Point<'_>,
+        last: &CollocationPolynomial,
+        stats: &mut Stats,
+    ) -> bool {
+        let NewtonWork { y_stage, ydot_stage, .. } = &mut self.work;
+        let tau = 1.0 + AHEAD * at.h / last.h;
+        last.value_into(tau, y_stage);
+        last.derivative_into(tau, ydot_stage);
+        stats.n_jacobian += 1;
+        self.jacobian.evaluate(system, at.t + AHEAD * at.h, y_stage, ydot_stage).is_ok()
     }
 }

@@ -16,6 +16,17 @@ pub trait System {
     /// The union of the sparsity patterns of `∂F/∂y` and `∂F/∂y′`.
     fn pattern(&self) -> &Pattern;
 
+    /// Equations that give one unknown by the others, as `(row, unknown)`: in mechanisms
+    /// `q′ − v = 0`, which gives the velocities. Their unknowns are eliminated before the iteration
+    /// matrices are factored, which then have the size of what remains. None by default.
+    ///
+    /// Of a row named here, `∂F/∂y + s ∂F/∂y′` must be far from zero at its own unknown for every
+    /// `s` (a constant ∂F/∂y without `y′` is best) and absent from the pattern at the unknowns of
+    /// the other rows named. The same list must be returned throughout a run.
+    fn explicit_rows(&self) -> &[(usize, usize)] {
+        &[]
+    }
+
     /// Writes `F(t, y, ydot)` to `out`; all slices have length `n`.
     ///
     /// # Errors
@@ -55,6 +66,10 @@ impl<S: System + ?Sized> System for &mut S {
 
     fn pattern(&self) -> &Pattern {
         (**self).pattern()
+    }
+
+    fn explicit_rows(&self) -> &[(usize, usize)] {
+        (**self).explicit_rows()
     }
 
     fn residual(

@@ -16,6 +16,9 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::Stages;
 
+/// Highest degree of a Legendre polynomial that is needed.
+const MAX_DEGREE: usize = 8;
+
 /// The coefficients of one method. Matrices are stored by rows, `s × s`.
 #[derive(Clone, Debug)]
 pub(crate) struct Tableau {
@@ -60,34 +63,32 @@ impl Tableau {
     }
 }
 
-/// Legendre polynomials `P_0 … P_degree` on `[−1, 1]`, taken at `x = 2τ − 1`.
-fn legendre(degree: usize, tau: f64) -> Vec<f64> {
+/// Legendre polynomials `P_0 … P_8` on `[−1, 1]`, taken at `x = 2τ − 1`.
+fn legendre(tau: f64) -> [f64; MAX_DEGREE + 1] {
     let x = 2.0 * tau - 1.0;
-    let mut p = vec![1.0, x];
-    for k in 1..degree {
+    let mut p = [1.0; MAX_DEGREE + 1];
+    p[1] = x;
+    for k in 1..MAX_DEGREE {
         let kf = k as f64;
-        p.push(((2.0 * kf + 1.0) * x * p[k] - kf * p[k - 1]) / (kf + 1.0));
+        p[k + 1] = ((2.0 * kf + 1.0) * x * p[k] - kf * p[k - 1]) / (kf + 1.0);
     }
-    p.truncate(degree + 1);
     p
 }
 
-/// `∫_0^τ P_k(2σ − 1) dσ` for `k = 0 … count − 1`: `(P_{k+1} − P_{k−1}) / (2 (2k + 1))`.
-fn legendre_integrals(count: usize, tau: f64) -> Vec<f64> {
-    let p = legendre(count, tau);
-    (0..count)
-        .map(|k| match k {
-            0 => tau,
-            _ => (p[k + 1] - p[k - 1]) / (2.0 * (2.0 * k as f64 + 1.0)),
-        })
-        .collect()
+/// `∫_0^τ P_k(2σ − 1) dσ` for `k = 0 … 7`: `(P_{k+1} − P_{k−1}) / (2 (2k + 1))`.
+fn legendre_integrals(tau: f64) -> [f64; MAX_DEGREE] {
+    let p = legendre(tau);
+    std::array::from_fn(|k| match k {
+        0 => tau,
+        _ => (p[k + 1] - p[k - 1]) / (2.0 * (2.0 * k as f64 + 1.0)),
+    })
 }
 
 /// The roots of `P_s − P_{s−1}`: bracketed on a grid far finer than their distance, then bisected.
 fn nodes(s: usize) -> Vec<f64> {
-    const GRID: usize = 1000;
+    const GRID: usize = 128;
     let value = |tau: f64| {
-        let p = legendre(s, tau);
+        let p = legendre(tau);
         p[s] - p[s - 1]
     };
     let mut c: Vec<f64> = (0..GRID - 1)
@@ -115,9 +116,8 @@ fn bisect(value: impl Fn(f64) -> f64, mut left: f64, mut right: f64) -> f64 {
 /// would lose five digits at seven stages.
 fn collocation_matrices(c: &[f64]) -> (DMatrix<f64>, DMatrix<f64>) {
     let s = c.len();
-    let from_rows = |row: &dyn Fn(f64) -> Vec<f64>| DMatrix::from_fn(s, s, |i, k| row(c[i])[k]);
-    let values = from_rows(&|tau| legendre(s, tau));
-    let integrals = from_rows(&|tau| legendre_integrals(s, tau));
+    let values = DMatrix::from_fn(s, s, |i, k| legendre(c[i])[k]);
+    let integrals = DMatrix::from_fn(s, s, |i, k| legendre_integrals(c[i])[k]);
     let inverse = |m: &DMatrix<f64>| m.clone().try_inverse().expect("the nodes are distinct");
     (&integrals * inverse(&values), &values * inverse(&integrals))
 }
@@ -166,8 +166,8 @@ fn eigenvector(a_inv: &DMatrix<f64>, lambda: Complex<f64>) -> DVector<Complex<f6
 /// As `h Y′ = A⁻¹ Z`, `e = A⁻ᵀ d`.
 fn error_coefficients(a: &DMatrix<f64>, c: &[f64], gamma: f64) -> Vec<f64> {
     let s = c.len();
-    let values_t = DMatrix::from_fn(s, s, |k, i| legendre(s, c[i])[k]);
-    let right = DVector::from_iterator(s, legendre(s, 0.0)[..s].iter().map(|p| -p / gamma));
+    let values_t = DMatrix::from_fn(s, s, |k, i| legendre(c[i])[k]);
+    let right = DVector::from_iterator(s, legendre(0.0)[..s].iter().map(|p| -p / gamma));
     let d = values_t.lu().solve(&right).expect("the nodes are distinct");
     let e = a.transpose().lu().solve(&d).expect("A is regular");
     e.as_slice().to_vec()
@@ -176,7 +176,7 @@ fn error_coefficients(a: &DMatrix<f64>, c: &[f64], gamma: f64) -> Vec<f64> {
 /// The last two Legendre coefficients of the polynomial through `h Y′ = A⁻¹ Z`, as rows on `Z`.
 fn legendre_tail(a_inv: &DMatrix<f64>, c: &[f64]) -> [Vec<f64>; 2] {
     let s = c.len();
-    let values = DMatrix::from_fn(s, s, |i, k| legendre(s, c[i])[k]);
+    let values = DMatrix::from_fn(s, s, |i, k| legendre(c[i])[k]);
     let rows = values.try_inverse().expect("the nodes are distinct") * a_inv;
     [s.saturating_sub(2), s - 1].map(|k| rows.row(k).iter().copied().collect())
 }
@@ -264,7 +264,7 @@ mod tests {
             let s = tableau.s;
             // h u′ = 0.3 P_{s−2} − 0.7 P_{s−1}, integrated to the stages.
             let z = |tau: f64| {
-                let integrals = legendre_integrals(s, tau);
+                let integrals = legendre_integrals(tau);
                 0.3 * integrals[s - 2] - 0.7 * integrals[s - 1]
             };
             for (row, exact) in tableau.tail.iter().zip([0.3, -0.7]) {
@@ -280,11 +280,11 @@ mod tests {
             let tableau = Tableau::new(stages);
             let s = tableau.s;
             // h u′ = P_s: the quadrature error of the embedded formula.
-            let integral = |tau: f64| legendre_integrals(s + 1, tau)[s];
-            let start = legendre(s, 0.0)[s] / tableau.gamma;
+            let integral = |tau: f64| legendre_integrals(tau)[s];
+            let start = legendre(0.0)[s] / tableau.gamma;
             // Stages of the collocation polynomial, which takes u′ at the nodes only.
             let (a, _) = coefficients(&tableau);
-            let slopes: Vec<f64> = tableau.c.iter().map(|&c| legendre(s, c)[s]).collect();
+            let slopes: Vec<f64> = tableau.c.iter().map(|&c| legendre(c)[s]).collect();
             let z = (0..s).map(|i| (0..s).map(|j| a[(i, j)] * slopes[j]).sum::<f64>());
             let seen: f64 = start + tableau.e.iter().zip(z).map(|(e, z)| e * z).sum::<f64>();
             assert_small("estimate", s, seen.abs() - 2.0 / tableau.gamma);

@@ -3,9 +3,9 @@
 mod common;
 
 use bksim_dae::{
-    Action, Chatter, ChatterSettings, Control, Crossing, Event, EventOutcome, Events,
-    ExplicitSolver, Integrator, Layout, NotFinite, Ode, Settings, SolveError, Solver, Start,
-    Tolerance, solve_events,
+    Action, Chatter, ChatterSettings, Checkpoint, Control, Crossing, Event, EventMemory,
+    EventOutcome, Events, ExplicitSolver, Integrator, Layout, NotFinite, Ode, Settings, SolveError,
+    Solver, Start, Step, Tolerance, continue_events, solve_events,
 };
 
 use common::dual::Real;
@@ -138,8 +138,8 @@ fn bounces_that_accumulate_are_recognised_and_their_limit_is_named() {
     let limit = 3.0 * (2.0 / G).sqrt();
     let (result, _) = run(false);
     let error = result.expect_err("the bounces accumulate");
-    let SolveError::Chatter { name, t, chatter } = &error else { panic!("{error}") };
-    assert_eq!((name.as_str(), chatter.i), ("ground", 0));
+    let SolveError::Chatter { names, t, chatter } = &error else { panic!("{error}") };
+    assert_eq!((names[0].as_str(), chatter.i), ("ground", 0));
     assert!((t - limit).abs() < 1e-5 && *t < limit, "stopped at {t}, limit {limit}");
     let found = chatter.limit.expect("a geometric series");
     assert!((found - limit).abs() < 1e-9, "limit {found}, exact {limit}");
@@ -310,4 +310,160 @@ fn a_switch_thrown_forth_and_back_is_recognised() {
     let SolveError::Chatter { t, chatter, .. } = &error else { panic!("{error}") };
     assert!((t - 1.0).abs() < 1e-6, "{error}");
     assert_eq!(chatter.limit, None, "the intervals do not shrink");
+}
+
+/// The relay of two functions that throw each other: one looks at each side.
+struct TwoSwitches(std::rc::Rc<std::cell::Cell<f64>>);
+
+impl Events for TwoSwitches {
+    fn count(&self) -> usize {
+        2
+    }
+    fn crossing(&self, i: usize) -> Crossing {
+        if i == 0 { Crossing::Falling } else { Crossing::Rising }
+    }
+    fn name(&self, i: usize) -> String {
+        ["lower", "upper"][i].into()
+    }
+    fn values(&mut self, _t: f64, y: &[f64], out: &mut [f64]) {
+        (out[0], out[1]) = (y[0] + 1e-9, y[0] - 1e-9);
+    }
+    fn handle(&mut self, event: &Event, _state: &mut Start) -> Action {
+        self.0.set(if event.i == 0 { -1.0 } else { 1.0 });
+        Action::Restart
+    }
+}
+
+#[test]
+fn two_switches_that_throw_each_other_are_recognised_by_name() {
+    let sign = std::rc::Rc::new(std::cell::Cell::new(1.0));
+    let relay = Relay { layout: uniform(1), sign: std::rc::Rc::clone(&sign) };
+    let start = Start { t: 0.0, y: vec![1.0], ydot: vec![-1.0] };
+    let mut solver = ExplicitSolver::new(relay, start, 5.0, settings(1e-8)).expect("valid");
+    let mut events = TwoSwitches(sign);
+    let error = solve_events(&mut solver, &mut events, ChatterSettings::default(), &mut |_| {
+        Control::Continue
+    })
+    .expect_err("the relay chatters at t = 1");
+    let SolveError::Chatter { t, chatter, names } = &error else { panic!("{error}") };
+    assert!((t - 1.0).abs() < 1e-6, "{error}");
+    assert_eq!((chatter.with.is_some(), names.len()), (true, 2), "{error}");
+    assert!(error.to_string().contains("` and `"), "{error}");
+}
+
+/// Twelve contacts that close at one instant and are heard one after the other.
+struct Together;
+
+impl Events for Together {
+    fn count(&self) -> usize {
+        12
+    }
+    fn values(&mut self, t: f64, _y: &[f64], out: &mut [f64]) {
+        out.fill(t - 0.5);
+    }
+    fn handle(&mut self, _event: &Event, _state: &mut Start) -> Action {
+        Action::Restart
+    }
+}
+
+#[test]
+fn many_functions_at_one_instant_are_no_chatter() {
+    let start = Start { t: 0.0, y: vec![0.0], ydot: vec![1.0] };
+    let mut clock = ExplicitSolver::new(Clock(uniform(1)), start, 1.0, settings(1e-8)).expect("ok");
+    let end = solve_events(&mut clock, &mut Together, ChatterSettings::default(), &mut |_| {
+        Control::Continue
+    })
+    .expect("the run ends");
+    assert_eq!((end.outcome.t, end.n_events), (1.0, 12));
+}
+
+/// A ball that loses a third of its speed at each impact and comes to rest after the last.
+#[derive(Clone)]
+struct Bounces {
+    times: Vec<f64>,
+    limit: Option<f64>,
+}
+
+impl Events for Bounces {
+    fn count(&self) -> usize {
+        1
+    }
+    fn crossing(&self, _i: usize) -> Crossing {
+        Crossing::Falling
+    }
+    fn values(&mut self, _t: f64, y: &[f64], out: &mut [f64]) {
+        out[0] = y[0];
+    }
+    fn handle(&mut self, event: &Event, state: &mut Start) -> Action {
+        self.times.push(event.t);
+        state.y[0] = 0.0;
+        state.y[1] *= -2.0 / 3.0;
+        Action::Restart
+    }
+    fn accumulate(&mut self, chatter: &Chatter, _state: &mut Start) -> Option<Action> {
+        self.limit = chatter.limit;
+        Some(Action::Stop)
+    }
+}
+
+struct Fall(Layout);
+
+impl Ode for Fall {
+    fn layout(&self) -> &Layout {
+        &self.0
+    }
+    fn derivative(&mut self, _t: f64, y: &[f64], ydot: &mut [f64]) -> Result<(), NotFinite> {
+        ydot.copy_from_slice(&[y[1], -10.0]);
+        Ok(())
+    }
+}
+
+#[test]
+fn a_run_with_events_resumed_at_any_step_equals_the_undisturbed_one() {
+    let settings = settings(1e-9);
+    let chatter = ChatterSettings { count: 6, interval: None };
+    let new = || {
+        let start = Start { t: 0.0, y: vec![1.0, 0.0], ydot: vec![0.0; 2] };
+        ExplicitSolver::new(Fall(uniform(2)), start, 50.0, settings.clone()).expect("valid")
+    };
+    let fresh = || Bounces { times: Vec::new(), limit: None };
+
+    let mut events = fresh();
+    let mut n_steps = 0;
+    let whole = solve_events(&mut new(), &mut events, chatter, &mut |_| {
+        n_steps += 1;
+        Control::Continue
+    })
+    .expect("it comes to rest");
+    // Falls for √0.2 s, then bounces that sum up to four times as long.
+    let rest = 5.0 * 0.2f64.sqrt();
+    let limit = events.limit.expect("the intervals shrink");
+    assert!((limit - rest).abs() < 1e-6, "comes to rest at {limit}, exactly {rest}");
+
+    // Saved as bytes and resumed after every single step, by another solver each time.
+    let mut solver = new();
+    let mut memory = EventMemory::default();
+    let mut resumed = fresh();
+    let mut n_events = 0;
+    let end = loop {
+        let stop = &mut |_: &Step<'_>| Control::Stop;
+        let end = continue_events(&mut solver, &mut resumed, chatter, &mut memory, stop)
+            .expect("it comes to rest");
+        n_events += end.n_events;
+        if end.terminal.is_some() {
+            break end;
+        }
+        let bytes = memory.save_with(solver.save()).to_bytes();
+        let saved = Checkpoint::from_bytes(&bytes).expect("its own bytes");
+        memory = EventMemory::of(&saved).expect("it holds them");
+        solver = ExplicitSolver::resume(Fall(uniform(2)), &saved, 50.0, settings.clone())
+            .expect("it fits");
+    };
+    assert!(n_steps > 20, "{n_steps} steps");
+    assert_eq!(resumed.times, events.times);
+    assert_eq!(resumed.limit, events.limit);
+    assert_eq!((end.outcome.t, end.outcome.y), (whole.outcome.t, whole.outcome.y));
+    assert_eq!(n_events, whole.n_events);
+
+    assert!(EventMemory::of(&new().save()).is_err(), "a checkpoint without events");
 }

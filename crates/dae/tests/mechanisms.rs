@@ -2,8 +2,11 @@
 
 mod common;
 
-use bksim_dae::{Control, LinearSolver, Order, Outcome, Settings, Stages, Start, Tolerance, solve};
+use bksim_dae::{
+    Control, LinearSolver, Order, Outcome, Settings, Stages, Start, System, Tolerance, solve,
+};
 
+use common::by_hand::AndrewsByHand;
 use common::mechanism::{Form, Formulated, Mechanism};
 use common::problems::{Andrews, CarAxis, Chain, Pendulum, SliderCrank};
 use common::reference::Reference;
@@ -36,7 +39,7 @@ fn achieved<M: Mechanism>(
 ) -> [f64; 3] {
     let formulated = Formulated { mechanism, form };
     let start = formulated.start(initial);
-    let system = Differentiated::dense(formulated);
+    let system = Differentiated::sparse(formulated);
     let (nq, nc) = (system.problem.mechanism.nq(), system.problem.mechanism.nc());
     let end = run(system, start, data.t_end(), settings);
     let lambda: Vec<f64> = data.end("lam").iter().map(|x| sign * x).collect();
@@ -144,9 +147,12 @@ fn stabilised_form_keeps_both_constraints_and_plain_ones_drift() {
         let data = Reference::load("pendulum");
         let formulated = Formulated { mechanism: Pendulum::from(&data), form };
         let start = formulated.start(stated(&data));
-        let system = Differentiated::dense(formulated);
+        let system = Differentiated::sparse(formulated);
         let mut worst = [0.0f64; 2];
-        solve(system, start, data.t_end(), settings(1e-6), &mut |step| {
+        // As large an error in a step as the tolerance allows, so that drift shows.
+        let order = Order::Fixed(Stages::Three);
+        let settings = Settings { local_fraction: 1.0, order, ..settings(1e-6) };
+        solve(system, start, data.t_end(), settings, &mut |step| {
             let y = step.y1();
             worst[0] = worst[0].max((y[0] * y[0] + y[1] * y[1] - 1.0).abs());
             worst[1] = worst[1].max((y[0] * y[2] + y[1] * y[3]).abs());
@@ -183,66 +189,79 @@ fn dense_and_sparse_kernels_agree_on_a_chain() {
     assert_eq!(end(LinearSolver::Auto).y, sparse.y, "a sparse system of this size is solved so");
 }
 
-/// The digits of `q` and `v` that variable order reaches at `10^-exponent`, and the work.
-fn with_variable_order(name: &str, exponent: i32) -> ([f64; 2], bksim_dae::Stats) {
-    let tolerance = 10f64.powi(-exponent);
-    let settings = Settings { order: Order::Auto, ..settings(tolerance) };
+#[test]
+fn eliminated_velocities_leave_the_trajectory_as_it_is() {
+    let data = Reference::load("andrews");
+    for form in [Form::Index3, Form::Index2, Form::Ggl] {
+        for order in [Order::Fixed(Stages::Three), Order::Auto] {
+            let mut ends = [true, false].map(|is_eliminated| {
+                let mechanism = Andrews { data: Reference::load("andrews") };
+                let formulated = Formulated { mechanism, form };
+                let start = formulated.start(stated(&data));
+                let system = if is_eliminated {
+                    Differentiated::sparse(formulated)
+                } else {
+                    Differentiated::dense(formulated)
+                };
+                assert_eq!(system.explicit_rows().len(), if is_eliminated { 7 } else { 0 });
+                run(system, start, 0.1 * data.t_end(), Settings { order, ..settings(1e-7) })
+            });
+            // Rounding differs, and μ is nothing else.
+            ends.iter_mut().for_each(|end| end.y.truncate(20));
+            let gap = max_error(&ends[0].y, &ends[1].y);
+            assert!(gap < 1e-8, "{form:?}, {order:?}: the ends differ by {gap:e}");
+            assert_eq!(ends[0].stats.n_accept, ends[1].stats.n_accept, "{form:?}, {order:?}");
+        }
+    }
+}
+
+/// The digits of `q`, `v` and `λ` that the defaults reach at `10^-exponent`.
+fn with_defaults(name: &str, form: Form, exponent: i32) -> [f64; 3] {
+    let settings = settings(10f64.powi(-exponent));
     let data = Reference::load(name);
     match name {
-        "pendulum" => counted(Pendulum::from(&data), stated(&data), &data, settings),
+        "pendulum" => pendulum(form, settings),
         "caraxis" => {
             let mut initial = stated(&data);
             initial[3].iter_mut().for_each(|x| *x = -*x);
-            counted(CarAxis { data: Reference::load(name) }, initial, &data, settings)
+            let mechanism = CarAxis { data: Reference::load(name) };
+            achieved(mechanism, form, initial, (&data, -1.0), settings)
         }
         "andrews" => {
-            counted(Andrews { data: Reference::load(name) }, stated(&data), &data, settings)
+            let mechanism = Andrews { data: Reference::load(name) };
+            achieved(mechanism, form, stated(&data), (&data, 1.0), settings)
         }
         _ => {
             let mechanism = SliderCrank { data: Reference::load(name) };
             let (q, v) = mechanism.initial();
             let initial = [q, v, data.initial("a"), data.initial("lam")];
-            counted(mechanism, initial, &data, settings)
+            achieved(mechanism, form, initial, (&data, 1.0), settings)
         }
     }
 }
 
-fn counted<M: Mechanism>(
-    mechanism: M,
-    initial: [Vec<f64>; 4],
-    data: &Reference,
-    settings: Settings,
-) -> ([f64; 2], bksim_dae::Stats) {
-    let formulated = Formulated { mechanism, form: Form::Ggl };
-    let start = formulated.start(initial);
-    let nq = formulated.mechanism.nq();
-    let end = run(Differentiated::dense(formulated), start, data.t_end(), settings);
-    let parts = [digits(&end.y[..nq], &data.end("q")), digits(&end.y[nq..2 * nq], &data.end("v"))];
-    (parts, end.stats)
-}
-
 #[test]
-fn variable_order_reaches_the_digits_asked_for_with_little_work() {
-    // Accepted steps noted at 1e-3, 1e-6, 1e-9 and 1e-12. Three stages take 140, 559, 3126, 16571
-    // on the pendulum.
-    for (name, noted) in [
-        ("pendulum", [162, 191, 339, 350]),
-        ("caraxis", [48, 91, 203, 445]),
-        ("andrews", [81, 90, 110, 179]),
-        ("slidercrank", [93, 114, 210, 314]),
-    ] {
-        let mut before = [0.0f64; 2];
-        for (exponent, noted) in [3, 6, 9, 12].into_iter().zip(noted) {
-            let ([q, v], stats) = with_variable_order(name, exponent);
-            let asked = f64::from(exponent);
-            // Rounding ends the growth; Andrews turns by fifteen radians in 0.03 s.
-            assert!(q > (asked - 0.2).min(11.0), "{name} at 1e-{exponent}: {q:.1} digits in q");
-            assert!(v > (asked - 1.2).min(9.0), "{name} at 1e-{exponent}: {v:.1} digits in v");
-            let slack = 1.0;
-            assert!(q > before[0] - slack && v > before[1] - slack, "{name}: not monotone");
-            before = [q, v];
-            let ratio = stats.n_accept as f64 / f64::from(noted);
-            assert!((0.9..1.1).contains(&ratio), "{name} at 1e-{exponent}: {stats}");
+fn the_defaults_reach_the_digits_asked_for_and_more_with_each_tolerance() {
+    // Rounding ends the growth: Andrews turns by fifteen radians in 0.03 s, which costs velocities
+    // five digits of sixteen; multipliers are second derivatives.
+    let most = [10.8, 9.5, 9.0];
+    for form in [Form::Index2, Form::Ggl] {
+        for name in ["pendulum", "caraxis", "andrews", "slidercrank"] {
+            let mut before = [0.0f64; 3];
+            for exponent in 3..=12 {
+                let found = with_defaults(name, form, exponent);
+                let asked = f64::from(exponent);
+                let floors = [asked, asked, asked - 1.0];
+                for part in 0..3 {
+                    let (found, floor) = (found[part], floors[part].min(most[part]));
+                    let what = format!("{name} {form:?} at 1e-{exponent}, part {part}");
+                    assert!(found > floor, "{what}: {found:.1} digits, asked for {floor:.1}");
+                    let slack = if part < 2 { 0.5 } else { 1.0 };
+                    let last = before[part].min(most[part]);
+                    assert!(found > last - slack, "{what}: {found:.1} digits, {last:.1} before");
+                }
+                before = found;
+            }
         }
     }
 }
@@ -253,13 +272,14 @@ fn the_work_does_not_creep() {
     let work = |form| {
         let formulated = Formulated { mechanism: Pendulum::from(&data), form };
         let start = formulated.start(stated(&data));
-        run(Differentiated::dense(formulated), start, data.t_end(), settings(1e-6)).stats
+        run(Differentiated::sparse(formulated), start, data.t_end(), settings(1e-6)).stats
     };
-    // Last bits of the standard library may differ between machines: two per cent are allowed.
+    // Three stages alone took 528 steps in index 2 for three digits less. Last bits of the standard
+    // library may differ between machines: a few per cent are allowed.
     for (form, n_step, n_residual, n_jacobian) in [
-        (Form::Index3, 605, 6464, 447),
-        (Form::Index2, 528, 5478, 506),
-        (Form::Ggl, 534, 5568, 506),
+        (Form::Index3, 233, 7600, 173),
+        (Form::Index2, 112, 5259, 104),
+        (Form::Ggl, 116, 5507, 105),
     ] {
         let stats = work(form);
         for (name, found, noted) in [
@@ -268,8 +288,37 @@ fn the_work_does_not_creep() {
             ("Jacobians", stats.n_jacobian, n_jacobian),
         ] {
             let ratio = found as f64 / f64::from(noted);
-            assert!((0.98..1.02).contains(&ratio), "{form:?}: {found} {name}, noted {noted}");
+            assert!((0.95..1.05).contains(&ratio), "{form:?}: {found} {name}, noted {noted}");
         }
         assert_eq!(stats.n_step, stats.n_accept + stats.n_reject + stats.n_newton_failed);
     }
+}
+
+#[test]
+fn derivatives_written_by_hand_are_those_of_the_residual() {
+    let data = Reference::load("andrews");
+    let mut by_hand = AndrewsByHand::from(&data);
+    let mechanism = Andrews { data };
+    let mut system = Differentiated::sparse(Formulated { mechanism, form: Form::Index2 });
+    let y: Vec<f64> = (0..20).map(|i| 0.3 + (1.3 * f64::from(i)).sin()).collect();
+    let ydot: Vec<f64> = (0..20).map(|i| (0.7 * f64::from(i)).cos()).collect();
+    let mut residuals = [vec![0.0; 20], vec![0.0; 20]];
+    system.residual(0.0, &y, &ydot, &mut residuals[0]).expect("finite");
+    by_hand.residual(0.0, &y, &ydot, &mut residuals[1]).expect("finite");
+    let gap = max_error(&residuals[1], &residuals[0]);
+    assert!(gap < 1e-12, "residuals differ by {gap:e}");
+
+    let full = |system: &mut dyn System| {
+        let n = system.pattern().n_entries();
+        let (mut df_dy, mut df_dydot) = (vec![0.0; n], vec![0.0; n]);
+        system.jacobian(0.0, &y, &ydot, &mut df_dy, &mut df_dydot).expect("finite");
+        let mut dense = vec![0.0; 800];
+        for (k, (row, col)) in system.pattern().entries().enumerate() {
+            dense[row * 20 + col] = df_dy[k];
+            dense[400 + row * 20 + col] = df_dydot[k];
+        }
+        dense
+    };
+    let gap = max_error(&full(&mut by_hand), &full(&mut system));
+    assert!(gap < 1e-12, "Jacobians differ by {gap:e}");
 }

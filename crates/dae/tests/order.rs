@@ -20,7 +20,7 @@ fn pendulum_end(form: Form, h: f64, stages: Stages) -> [Vec<f64>; 3] {
     // Moving at the start, so that no symmetry hides an order.
     let (v, lambda) = (0.7, 0.49);
     let start = formulated.start([vec![1.0, 0.0], vec![0.0, v], vec![-lambda, -1.0], vec![lambda]]);
-    let system = Differentiated::dense(formulated);
+    let system = Differentiated::sparse(formulated);
     let end = solve(system, start, 1.0, fixed(h, stages), &mut |_| Control::Continue)
         .expect("fixed steps pass");
     [end.y[..2].to_vec(), end.y[2..4].to_vec(), end.y[4..5].to_vec()]
@@ -100,7 +100,7 @@ fn dense_output_has_order_four_and_its_derivative_three() {
                 mechanism: Pendulum { m: 1.0, length: 1.0, g: 1.0 },
                 form: Form::Index1,
             };
-            let system = Differentiated::dense(formulated);
+            let system = Differentiated::sparse(formulated);
             let end = solve(system, start.clone(), t_end, fixed(h, stages), &mut |step| {
                 step.at(0.7 * h, &mut y);
                 step.derivative_at(0.7 * h, &mut ydot);

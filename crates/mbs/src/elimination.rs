@@ -18,7 +18,7 @@ use crate::compile::Shape;
 
 /// A pivot below this part of what it was at its best, or of its own diagonal entry of M, is
 /// rounding: other means must decide.
-const SMALLEST_PIVOT: f64 = 1e-12;
+const SMALLEST_PIVOT: f64 = 1e-14;
 
 /// The matrix is singular to working precision, or M is not positive definite.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

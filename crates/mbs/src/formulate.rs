@@ -28,6 +28,8 @@ pub struct MotionEquations {
     nc: usize,
     layout: Layout,
     pattern: Pattern,
+    /// The rows q̇ − v (+ Gᵀ μ), which give the velocities.
+    velocity_rows: Vec<(usize, usize)>,
     residual: Runner,
     jacobian: Runner,
     /// Position in the pattern of each output of the Jacobian tape: first ∂F/∂y, then ∂F/∂y′.
@@ -94,6 +96,7 @@ pub fn formulate(
         jacobian: compiled(&entries)?,
         jacobian_slots,
         n_y_entries: dy.entries.len(),
+        velocity_rows: (0..nq).map(|i| (i, nq + i)).collect(),
         pattern,
     })
 }
@@ -162,6 +165,10 @@ impl System for Motion<'_> {
 
     fn pattern(&self) -> &Pattern {
         &self.equations.pattern
+    }
+
+    fn explicit_rows(&self) -> &[(usize, usize)] {
+        &self.equations.velocity_rows
     }
 
     fn residual(

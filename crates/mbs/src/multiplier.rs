@@ -56,7 +56,16 @@ enum Factors {
 }
 
 /// Pivots of the dense factors below this part of the largest call for the truncated inverse.
-const WELL_CONDITIONED: f64 = 1e-10;
+const WELL_CONDITIONED: f64 = 1e-14;
+/// The elimination loses as many digits as its weakest pivot; below this, refinement gets them back.
+const REFINED_BELOW: f64 = 1e-5;
+/// Weaker than this, the rounding and drift of a state are divided by a singular value so small that
+/// accelerations are taken as a limit,
+const LIMIT_BELOW: f64 = 1e-10;
+/// and a projection would divide what integration has left open by almost nothing.
+const PROJECTED_ABOVE: f64 = 1e-4;
+/// How far around a singular pose its limit is looked for, as a part of the size of the state.
+const ASIDE: f64 = 1e-3;
 
 impl MultiplierSystem {
     /// Plans the solution of systems of this shape without the `dependent` rows.
@@ -172,26 +181,92 @@ impl MultiplierSystem {
         }
         self.solve();
         self.spread(vdot, lambda);
+        if self.weakness() < REFINED_BELOW {
+            self.refine(at, vdot, lambda);
+        }
         let row = vdot.iter().chain(&*lambda).position(|value| !value.is_finite());
         row.map_or(Ok(()), |row| Err(NotFinite { row }))
     }
 
-    /// As [`MultiplierSystem::accelerations_into`], refined; the multipliers are the smallest ones
-    /// where they are not unique.
+    /// As [`MultiplierSystem::accelerations_into`], in a singular pose too: accelerations have a
+    /// limit there, which is read off the motion a little before and behind.
+    ///
+    /// ```text
+    /// q(s) = q + s v + s²/2 a + s³/6 j       v(s) = v + s a + s²/2 j
+    /// a = (4 (a₁ + a₋₁) − (a₂ + a₋₂))/6       j = (8 (a₁ − a₋₁) − (a₂ − a₋₂))/(12 s)
+    /// ```
+    ///
+    /// with a₁ … a₋₂ the accelerations at s, −s, 2 s, −2 s, until a and the jerk j agree with their
+    /// own motion; the error is of order s⁴.
     ///
     /// # Errors
     /// [`NotFinite`] when an entry, or the solution, is not finite.
-    pub(crate) fn complete_accelerations(
+    pub(crate) fn limit_into(
         &mut self,
-        at: &DynamicsAt,
+        evaluator: &mut Evaluator,
+        t: f64,
+        (q, v): (&[f64], &[f64]),
+        vdot: &mut [f64],
+        lambda: &mut [f64],
+    ) -> Result<Solution, NotFinite> {
+        const PASSES: usize = 3;
+        self.accelerations_into(&evaluator.dynamics(t, q, v), vdot, lambda)?;
+        let fastest = largest(v);
+        if self.weakness() > LIMIT_BELOW {
+            return Ok(Solution::Regular);
+        }
+        if fastest == 0.0 {
+            return Ok(Solution::Limit);
+        }
+        let s = ASIDE * largest(q).max(1.0) / fastest;
+        let n = q.len();
+        let [mut a, mut jerk, mut side] = [(); 3].map(|()| vec![0.0; n]);
+        let mut unused = vec![0.0; lambda.len()];
+        for _ in 0..PASSES {
+            let [mut next, mut next_jerk] = [(); 2].map(|()| vec![0.0; n]);
+            for (k, mean, slope) in
+                [(1.0, 4.0, 8.0), (-1.0, 4.0, -8.0), (2.0, -1.0, -1.0), (-2.0, -1.0, 1.0)]
+            {
+                let ds = k * s;
+                let rate = |i: usize| v[i] + ds * (a[i] + 0.5 * ds * jerk[i]);
+                let place = |i: usize| q[i] + ds * (v[i] + 0.5 * ds * (a[i] + ds / 3.0 * jerk[i]));
+                let (q, v): (Vec<f64>, Vec<f64>) = (0..n).map(|i| (place(i), rate(i))).unzip();
+                let at = evaluator.dynamics(t + ds, &q, &v);
+                self.accelerations_into(&at, &mut side, &mut unused)?;
+                // What is singular on both sides too has no better answer than the smallest one.
+                if self.weakness() <= LIMIT_BELOW {
+                    return Ok(Solution::Limit);
+                }
+                for i in 0..n {
+                    next[i] += mean / 6.0 * side[i];
+                    next_jerk[i] += slope / (12.0 * s) * side[i];
+                }
+            }
+            (a, jerk) = (next, next_jerk);
+        }
+        vdot.copy_from_slice(&a);
+        Ok(Solution::Limit)
+    }
+
+    /// As [`MultiplierSystem::limit_into`], refined; the multipliers are the smallest ones where they
+    /// are not unique.
+    ///
+    /// # Errors
+    /// [`NotFinite`] when an entry, or the solution, is not finite.
+    pub(crate) fn complete_into(
+        &mut self,
+        evaluator: &mut Evaluator,
+        t: f64,
+        (q, v): (&[f64], &[f64]),
         vdot: &mut [f64],
         lambda: &mut [f64],
     ) -> Result<(), NotFinite> {
-        self.accelerations_into(at, vdot, lambda)?;
-        self.refine(at, vdot, lambda);
-        let is_unique =
-            self.kept.len() == lambda.len() && !matches!(self.factors, Factors::Truncated(_));
-        if !is_unique {
+        let solution = self.limit_into(evaluator, t, (q, v), vdot, lambda)?;
+        let at = evaluator.dynamics(t, q, v);
+        if solution == Solution::Regular {
+            self.refine(&at, vdot, lambda);
+        }
+        if solution == Solution::Limit || self.kept.len() < lambda.len() {
             let inertia = at.mass_matrix() * DVector::from_column_slice(vdot);
             let constraint_force = DVector::from_column_slice(at.force) - inertia;
             let smallest = least_squares(&at.jacobian_matrix().transpose(), &constraint_force).0;
@@ -235,7 +310,7 @@ impl MultiplierSystem {
 
     /// Moves q, then v, onto the constraints by the least amount in the norm of M, with factors of
     /// this state or one nearby; at most `corrections` Newton steps for q, fewer when they stop
-    /// gaining.
+    /// gaining, and none near a singular pose.
     pub(crate) fn project(
         &mut self,
         evaluator: &mut Evaluator,
@@ -247,6 +322,9 @@ impl MultiplierSystem {
         let position = largest(&self.rows.value);
         let velocity = self.rows.rate_of(evaluator.shape(), v, &mut self.residual);
         let mut drift = Drift { position: [position; 2], velocity: [velocity; 2] };
+        if self.weakness() < PROJECTED_ABOVE {
+            return drift;
+        }
         for _ in 0..corrections {
             if drift.position[1] == 0.0 {
                 break;
@@ -283,6 +361,15 @@ impl MultiplierSystem {
         lower.iter_mut().zip(&self.kept).for_each(|(x, &row)| *x = residual[row]);
         self.solve();
     }
+}
+
+/// What accelerations are.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Solution {
+    /// The solution at the state.
+    Regular,
+    /// Its limit in a singular pose; multipliers have none.
+    Limit,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

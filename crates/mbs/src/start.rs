@@ -8,11 +8,13 @@
 use crate::assemble::{Source, SymbolicSystem};
 use crate::closing::Closing;
 use crate::compile::CompiledSystem;
+use crate::evaluator::Evaluator;
 use crate::linear::{Dependence, dependent_rows, motion_without_inertia};
 use crate::model::{JointId, LoadId, Model, SolveOptions};
 use crate::multiplier::{MultiplierSystem, largest};
 use crate::switch::{Bands, Instant, Modes, Settled, Unsettled, settle_smoothly};
 use bksim_expr::TapeError;
+use nalgebra::DMatrix;
 
 /// A state that satisfies the constraints at every level.
 #[derive(Clone, PartialEq, Debug)]
@@ -149,17 +151,15 @@ pub fn start(
     let mut evaluator = compiled.evaluator(&modes.behind(parameters));
 
     let q = closing.close_positions(&mut evaluator, t)?;
-    let at = evaluator.constraints(t, &q);
-    let jacobian = at.jacobian_matrix();
-    let always: Vec<usize> = (0..system.n_bilateral()).collect();
-    let dependence = dependent_rows(&jacobian.select_rows(&always));
-    let position_residual = largest(at.value);
+    let position_residual = largest(evaluator.constraints(t, &q).value);
+    let v = closing.fit_velocities(&mut evaluator, t, &q)?;
+    let velocity_residual = largest(evaluator.constraints(t, &q).rate_of(&v).as_slice());
+    let jacobian = regular_jacobian(&mut evaluator, t, (&q, &v), system.n_bilateral());
+    let dependence = dependent_rows(&jacobian);
     let is_joint_row = |row: &usize| matches!(system.constraints[*row].source, Source::Joint(_));
     let joint_rows: Vec<usize> = (0..compiled.nc()).filter(is_joint_row).collect();
     let joint_rank = dependent_rows(&jacobian.select_rows(&joint_rows)).rank;
 
-    let v = closing.fit_velocities(&mut evaluator, t, &q)?;
-    let velocity_residual = largest(evaluator.constraints(t, &q).rate_of(&v).as_slice());
     let at = evaluator.dynamics(t, &q, &v);
     if !at.is_finite() {
         return Err(StartError::NotFinite);
@@ -172,8 +172,8 @@ pub fn start(
 
     let settled = if compiled.watch.is_empty() {
         let (mut a, mut lambda) = (vec![0.0; compiled.nq()], vec![0.0; compiled.nc()]);
-        MultiplierSystem::new(at.shape, &dependence.dependent)
-            .complete_accelerations(&at, &mut a, &mut lambda)
+        MultiplierSystem::new(evaluator.shape(), &dependence.dependent)
+            .complete_into(&mut evaluator, t, (&q, &v), &mut a, &mut lambda)
             .map_err(|_| StartError::NotFinite)?;
         let dependent = dependence.dependent.clone();
         Settled { modes, q, v, a, lambda, dependent, blow: 0.0, hits: Vec::new() }
@@ -194,6 +194,30 @@ pub fn start(
         modes: settled.modes,
         mobility,
     })
+}
+
+/// The first `n_rows` rows of G at the start, or, where rank is lost there for an instant, at a state
+/// a little ahead.
+fn regular_jacobian(
+    evaluator: &mut Evaluator,
+    t: f64,
+    (q, v): (&[f64], &[f64]),
+    n_rows: usize,
+) -> DMatrix<f64> {
+    /// Part of a radian, or of a metre.
+    const AHEAD: f64 = 1e-4;
+    let jacobian = evaluator.constraints(t, q).jacobian_matrix().rows(0, n_rows).into_owned();
+    let fastest = largest(v);
+    let is_full = dependent_rows(&jacobian).dependent.is_empty();
+    if is_full || fastest == 0.0 {
+        return jacobian;
+    }
+    let ahead = AHEAD / fastest;
+    let q: Vec<f64> = q.iter().zip(v).map(|(q, v)| q + ahead * v).collect();
+    let there = evaluator.constraints(t + ahead, &q).jacobian_matrix();
+    let there = there.rows(0, n_rows).into_owned();
+    let ranks = [&jacobian, &there].map(|rows| dependent_rows(rows).rank);
+    if ranks[1] > ranks[0] { there } else { jacobian }
 }
 
 /// Branches and contacts of the start; bodies that run into a stop do so in the run.

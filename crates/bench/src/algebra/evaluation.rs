@@ -265,7 +265,7 @@ fn compiled(
     let mut programs = Vec::new();
     let mut compile = |program: &'static str, sources: &[&Path], flags: &[&str]| {
         let target = bench.file(&format!("{}_{}", system.name, programs.len()));
-        match peers.compile(sources, flags, &target) {
+        match peers.compile(sources, flags, &[], &target) {
             Ok(()) => programs.push((program, target)),
             Err(absent) => notes.push(format!("{program}: {absent}")),
         }

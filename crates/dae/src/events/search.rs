@@ -5,7 +5,7 @@
 //! two crossings close together are not missed.
 
 use super::{Crossing, Event, Events};
-use crate::{Start, Step};
+use crate::{SolveError, Start, Step};
 
 /// Where a step is sampled, closer at its ends: an extremum needs a sample on either side.
 const NODES: [f64; N_PARTS + 1] = [0.0, 0.02, 0.15, 0.325, 0.5, 0.675, 0.85, 0.98, 1.0];
@@ -72,6 +72,21 @@ impl EventSearch {
             }
         }
         self.is_fresh = true;
+    }
+
+    /// The functions at the state reached, and whether it is that of a restart.
+    pub(super) fn remembered(&self) -> (Vec<f64>, bool) {
+        (self.samples[..self.n].to_vec(), self.is_fresh)
+    }
+
+    /// Goes on with what [`Search::remembered`] gave.
+    pub(super) fn resume(&mut self, values: &[f64], is_fresh: bool) -> Result<(), SolveError> {
+        if values.len() != self.n {
+            return Err(SolveError::Checkpoint { reason: "saved with other events" });
+        }
+        self.samples[..self.n].copy_from_slice(values);
+        self.is_fresh = is_fresh;
+        Ok(())
     }
 
     /// The state on the step's dense output.

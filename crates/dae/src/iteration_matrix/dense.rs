@@ -1,97 +1,180 @@
-//! Dense LU with partial pivoting, by columns, in buffers that are kept.
+//! Dense LU of real matrices, `P A = L U`, column after column.
 //!
-//! For the sizes of single mechanisms this plain loop is faster than a blocked library kernel, and
-//! it sees a vanishing pivot when it meets one.
+//! Columns are kept in chunks of a register's width; those of `L` hold zeros down to the diagonal,
+//! those of `U` from there on, so that every inner loop runs over whole chunks. Two columns are
+//! subtracted at a time, which halves the traffic of the third.
 
-use super::{Scalar, Singular};
+use pulp::{Simd, WithSimd};
+
+use super::{DenseKernel, Singular};
 use crate::Pattern;
+use crate::lanes::{self, Chunk, LANES, chunks, subtract};
 
-/// `L⁻¹ A = U`, stored over `A` by columns; `L` is the product of the elementary exchanges and
-/// eliminations in the order made, so columns of `L` are not exchanged afterwards.
-pub(super) struct DenseLu<T> {
+/// See the module.
+pub(crate) struct RealLu {
     n: usize,
-    lu: Vec<T>,
+    /// Chunks of a column.
+    height: usize,
+    /// Where the entries of the pattern lie.
+    places: Vec<usize>,
+    /// The matrix, then `U` above the diagonal, zero elsewhere.
+    u: Vec<Chunk>,
+    diagonal: Vec<f64>,
+    /// `L` below the diagonal, zero elsewhere.
+    l: Vec<Chunk>,
     /// Row exchanged with row `k` at elimination step `k`.
     pivot: Vec<usize>,
+    /// Original row of each row of `P A`.
+    row: Vec<usize>,
+    x: Vec<Chunk>,
 }
 
-impl<T: Scalar> DenseLu<T> {
-    pub(super) fn new(n: usize) -> Self {
-        Self { n, lu: vec![T::ZERO; n * n], pivot: vec![0; n] }
+/// Where the entries of a pattern lie in columns of so many chunks.
+pub(super) fn places(pattern: &Pattern, height: usize) -> Vec<usize> {
+    pattern.entries().map(|(row, col)| col * height * LANES + row).collect()
+}
+
+impl DenseKernel<f64> for RealLu {
+    fn new(pattern: &Pattern) -> Self {
+        let n = pattern.n();
+        let height = chunks(n);
+        let zeros = |columns: usize| vec![[0.0; LANES]; columns * height];
+        Self {
+            n,
+            height,
+            places: places(pattern, height),
+            u: zeros(n),
+            diagonal: vec![0.0; n],
+            l: zeros(n),
+            pivot: vec![0; n],
+            row: vec![0; n],
+            x: zeros(1),
+        }
     }
 
-    /// Factors the matrix whose `values` follow the entries of `pattern`.
-    pub(super) fn factor(
-        &mut self,
-        pattern: &Pattern,
-        values: impl Iterator<Item = T>,
-    ) -> Result<(), Singular> {
-        self.lu.fill(T::ZERO);
-        for ((row, col), value) in pattern.entries().zip(values) {
-            self.lu[col * self.n + row] = value;
+    fn factor(&mut self, values: &[f64]) -> Result<(), Singular> {
+        let u = self.u.as_flattened_mut();
+        u.fill(0.0);
+        for (&place, &value) in self.places.iter().zip(values) {
+            u[place] = value;
         }
-        (0..self.n).try_for_each(|k| self.eliminate(k))
+        self.row.iter_mut().enumerate().for_each(|(i, row)| *row = i);
+        lanes::run(Elimination(self))
     }
 
-    /// Column `k`: choose the pivot, divide, update the columns to its right.
-    fn eliminate(&mut self, k: usize) -> Result<(), Singular> {
-        let n = self.n;
-        let (done, right) = self.lu.split_at_mut((k + 1) * n);
-        let column = &mut done[k * n..];
-
-        let p = pivot_row(column, k)?;
-        self.pivot[k] = p;
-        column.swap(k, p);
-        // Dividing, where multiplying by the inverse is faster, eliminates equal rows exactly: a
-        // repeated equation then leaves a zero, not a rounding error, to be found as pivot.
-        let pivot = column[k];
-        for l in &mut column[k + 1..] {
-            *l /= pivot;
+    fn solve_in_place(&mut self, x: &mut [f64]) {
+        for (own, &row) in self.x.as_flattened_mut().iter_mut().zip(&self.row) {
+            *own = x[row];
         }
+        lanes::run(Substitution(self));
+        x.copy_from_slice(&self.x.as_flattened()[..self.n]);
+    }
+}
 
-        for other in right.chunks_exact_mut(n) {
-            other.swap(k, p);
-            let factor = other[k];
-            if factor == T::ZERO {
-                continue;
+struct Elimination<'a>(&'a mut RealLu);
+
+impl WithSimd for Elimination<'_> {
+    type Output = Result<(), Singular>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let RealLu { n, height, u, diagonal, l, pivot, row, .. } = self.0;
+        let (n, height) = (*n, *height);
+        for (k, column) in u.chunks_exact_mut(height).enumerate() {
+            // What was done to the columns before.
+            let numbers = column.as_flattened_mut();
+            for (i, &p) in pivot[..k].iter().enumerate() {
+                numbers.swap(i, p);
             }
-            for (a, &l) in other[k + 1..].iter_mut().zip(&column[k + 1..]) {
-                *a -= l * factor;
+            forward(simd, &l[..k * height], column);
+
+            // The largest entry becomes the pivot, its row changes places.
+            let numbers = column.as_flattened_mut();
+            let p = pivot_row(&numbers[..n], k)?;
+            pivot[k] = p;
+            if p != k {
+                numbers.swap(k, p);
+                row.swap(k, p);
+                for done in l[..k * height].chunks_exact_mut(height) {
+                    done.as_flattened_mut().swap(k, p);
+                }
             }
+
+            // Dividing, where multiplying by the inverse is faster, eliminates equal rows exactly:
+            // a repeated equation then leaves a zero, not a rounding error, to be found as pivot.
+            let divisor = numbers[k];
+            diagonal[k] = divisor;
+            let first = k / LANES;
+            let l = &mut l[k * height..(k + 1) * height];
+            for (l, value) in l[first..].iter_mut().zip(&column[first..]) {
+                *l = value.map(|x| x / divisor);
+            }
+            l.as_flattened_mut()[first * LANES..=k].fill(0.0);
+            column.as_flattened_mut()[k..].fill(0.0);
         }
         Ok(())
     }
+}
 
-    pub(super) fn solve_in_place(&self, x: &mut [T]) {
-        let n = self.n;
-        for k in 0..n {
-            x.swap(k, self.pivot[k]);
-            subtract_multiple(&mut x[k..], &self.lu[k * n + k..(k + 1) * n]);
+/// Forward and backward, on the right side in `x`.
+struct Substitution<'a>(&'a mut RealLu);
+
+impl WithSimd for Substitution<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let RealLu { n, height, u, diagonal, l, x, .. } = self.0;
+        forward(simd, l, x);
+        let mut left = *n;
+        while left >= 2 {
+            // The last two unknowns that are left, then what they do to those above.
+            let (i, k) = (left - 2, left - 1);
+            let [a, b] = [k, i].map(|k| &u[k * *height..(k + 1) * *height]);
+            let numbers = x.as_flattened_mut();
+            let second = numbers[k] / diagonal[k];
+            let first = (numbers[i] - second * a.as_flattened()[i]) / diagonal[i];
+            let whole = ..chunks(i);
+            subtract(simd, &mut x[whole], (&a[whole], second), (&b[whole], first));
+            let numbers = x.as_flattened_mut();
+            (numbers[i], numbers[k]) = (first, second);
+            left -= 2;
         }
-        for k in (0..n).rev() {
-            let column = &self.lu[k * n..=k * n + k];
-            x[k] /= column[k];
-            let factor = x[k];
-            for (x, &u) in x[..k].iter_mut().zip(column) {
-                *x -= u * factor;
-            }
+        if left == 1 {
+            x[0][0] /= diagonal[0];
         }
     }
 }
 
-/// `x[1..] −= x[0] · l[1..]`.
-fn subtract_multiple<T: Scalar>(x: &mut [T], l: &[T]) {
-    let (first, rest) = x.split_at_mut(1);
-    for (x, &l) in rest.iter_mut().zip(&l[1..]) {
-        *x -= l * first[0];
+/// Solves with the first columns of `L`, as many as `l` holds.
+#[expect(clippy::inline_always, reason = "compiled with the registers of its caller")]
+#[inline(always)]
+fn forward<S: Simd>(simd: S, l: &[Chunk], x: &mut [Chunk]) {
+    let height = x.len();
+    let pairs = l.chunks_exact(2 * height);
+    let rest = pairs.remainder();
+    for (i, pair) in pairs.enumerate() {
+        let k = 2 * i;
+        let (a, b) = pair.split_at(height);
+        let numbers = x.as_flattened();
+        let f = numbers[k];
+        let g = numbers[k + 1] - f * a.as_flattened()[k + 1];
+        let whole = k / LANES..;
+        subtract(simd, &mut x[whole.clone()], (&a[whole.clone()], f), (&b[whole], g));
+    }
+    if !rest.is_empty() {
+        let k = l.len() / height - 1;
+        let whole = k / LANES..;
+        let f = x.as_flattened()[k];
+        subtract(simd, &mut x[whole.clone()], (&rest[whole.clone()], f), (&rest[whole], 0.0));
     }
 }
 
 /// The row, from `k` on, of the largest entry of a column.
-fn pivot_row<T: Scalar>(column: &[T], k: usize) -> Result<usize, Singular> {
+fn pivot_row(column: &[f64], k: usize) -> Result<usize, Singular> {
     let mut best = (k, 0.0);
     for (row, value) in column.iter().enumerate().skip(k) {
-        let magnitude = value.magnitude();
+        let magnitude = value.abs();
         // Comparisons with NaN are false: it must be refused by name.
         if !magnitude.is_finite() {
             return Err(Singular);

@@ -18,10 +18,13 @@ fn symbolic_matrix(pattern: &Pattern) -> SymbolicSparseColMatRef<'_, usize> {
     SymbolicSparseColMatRef::new_checked(n, n, pattern.col_ptr(), None, pattern.row_idx())
 }
 
+/// Ordering and symbolic analysis.
+pub(super) type Symbolic = Arc<SymbolicLu<usize>>;
+
 /// The ordering, shared by the real and the complex factors.
 ///
 /// The supernodal kernel never paid for the patterns of mechanisms, so the simplicial one is forced.
-pub(super) fn analyse(pattern: &Pattern) -> Result<Arc<SymbolicLu<usize>>, SolveError> {
+pub(super) fn analyse(pattern: &Pattern) -> Result<Symbolic, SolveError> {
     let params = LuSymbolicParams {
         supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SIMPLICIAL,
         ..LuSymbolicParams::default()
@@ -33,18 +36,14 @@ pub(super) fn analyse(pattern: &Pattern) -> Result<Arc<SymbolicLu<usize>>, Solve
 
 /// One sparse matrix and its factors.
 pub(super) struct SparseLu<T> {
-    symbolic: Arc<SymbolicLu<usize>>,
+    symbolic: Symbolic,
     numeric: NumericLu<usize, T>,
-    values: Vec<T>,
     probe: Vec<T>,
     stack: MemBuffer,
 }
 
 impl<T: Scalar> SparseLu<T> {
-    pub(super) fn new(
-        symbolic: &Arc<SymbolicLu<usize>>,
-        pattern: &Pattern,
-    ) -> Result<Self, SolveError> {
+    pub(super) fn new(symbolic: &Symbolic, pattern: &Pattern) -> Result<Self, SolveError> {
         let request = symbolic
             .factorize_numeric_lu_scratch::<T>(Par::Seq, Spec::default())
             .or(symbolic.solve_in_place_scratch::<T>(1, Par::Seq));
@@ -53,22 +52,14 @@ impl<T: Scalar> SparseLu<T> {
         Ok(Self {
             symbolic: Arc::clone(symbolic),
             numeric: NumericLu::new(),
-            values: vec![T::ZERO; pattern.n_entries()],
             probe: vec![T::ZERO; pattern.n()],
             stack,
         })
     }
 
     /// Factors the matrix whose `values` follow the entries of `pattern`.
-    pub(super) fn factor(
-        &mut self,
-        pattern: &Pattern,
-        values: impl Iterator<Item = T>,
-    ) -> Result<(), Singular> {
-        for (slot, value) in self.values.iter_mut().zip(values) {
-            *slot = value;
-        }
-        let matrix = SparseColMatRef::new(symbolic_matrix(pattern), &self.values);
+    pub(super) fn factor(&mut self, pattern: &Pattern, values: &[T]) -> Result<(), Singular> {
+        let matrix = SparseColMatRef::new(symbolic_matrix(pattern), values);
         let stack = MemStack::new(&mut self.stack);
         self.symbolic
             .factorize_numeric_lu(&mut self.numeric, matrix, Par::Seq, stack, Spec::default())

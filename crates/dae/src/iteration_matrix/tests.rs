@@ -17,15 +17,22 @@ fn example(n: usize) -> (Pattern, Jacobian) {
     (pattern, jacobian)
 }
 
-fn right_side(n: usize) -> Vec<c64> {
-    (0..n).map(|i| c64::new((i as f64).cos(), (3.0 * i as f64).sin())).collect()
+/// Real parts, then imaginary parts.
+fn right_side(n: usize) -> Vec<f64> {
+    let parts = [f64::cos, f64::sin];
+    parts.iter().flat_map(|part| (0..n).map(move |i| part(3.0 * i as f64))).collect()
 }
 
-/// `max |A x − b|` for the complex matrix.
-fn defect(pattern: &Pattern, jacobian: &Jacobian, x: &[c64], b: &[c64]) -> f64 {
-    let mut rest: Vec<c64> = b.to_vec();
-    for ((row, col), value) in pattern.entries().zip(jacobian.combined(COMPLEX_SHIFT)) {
-        rest[row] -= value * x[col];
+/// `max |A x − b|`.
+fn defect<T: Scalar>(
+    (pattern, jacobian, shift): (&Pattern, &Jacobian, T),
+    x: &[f64],
+    b: &[f64],
+) -> f64 {
+    let n = pattern.n();
+    let mut rest: Vec<T> = (0..n).map(|i| T::load(b, i, n)).collect();
+    for ((row, col), value) in pattern.entries().zip(jacobian.combined(shift)) {
+        rest[row] -= value * T::load(x, col, n);
     }
     rest.iter().map(|x| x.magnitude()).fold(0.0, f64::max)
 }
@@ -36,18 +43,20 @@ fn both_kernels_solve_and_agree() {
         let (pattern, jacobian) = example(n);
         let mut solutions = Vec::new();
         for solver in [LinearSolver::Dense, LinearSolver::Sparse] {
-            let mut matrix = IterationMatrix::new(&pattern, 1, solver).expect("small");
+            let mut matrix = IterationMatrix::new(&pattern, &[], 1, solver).expect("small");
             // Factoring twice shows that nothing is left over from the first time.
             for h in [0.5, 1.0] {
-                matrix.factor(&pattern, &jacobian, SHIFT, &[COMPLEX_SHIFT], h).expect("regular");
+                matrix.factor(&jacobian, SHIFT, &[COMPLEX_SHIFT], h).expect("regular");
             }
             let b = right_side(n);
             let mut x = b.clone();
             matrix.solve_complex(0, &mut x);
-            let defect = defect(&pattern, &jacobian, &x, &b);
-            assert!(defect < 1e-11, "{solver:?}, n = {n}: defect {defect:e}");
-            let mut real: Vec<f64> = b.iter().map(|b| b.re).collect();
+            let found = defect((&pattern, &jacobian, COMPLEX_SHIFT), &x, &b);
+            assert!(found < 1e-11, "{solver:?}, n = {n}: defect {found:e}");
+            let mut real = b[..n].to_vec();
             matrix.solve_real(&mut real);
+            let found = defect((&pattern, &jacobian, SHIFT), &real, &b[..n]);
+            assert!(found < 1e-11, "{solver:?}, n = {n}: defect {found:e}");
             solutions.push(real);
         }
         let gap = |(a, b): (&f64, &f64)| (a - b).abs();
@@ -62,18 +71,18 @@ fn singular_and_nan_matrices_are_refused() {
         // Rows 1 and 2 are equal.
         let entries = [(0, 0), (1, 1), (2, 1), (1, 2), (2, 2)];
         let pattern = Pattern::new(3, entries).expect("entries lie inside");
-        let mut matrix = IterationMatrix::new(&pattern, 0, solver).expect("small");
+        let mut matrix = IterationMatrix::new(&pattern, &[], 0, solver).expect("small");
         let mut jacobian = Jacobian::new(5);
         jacobian.df_dy.fill(2.0);
-        let result = matrix.factor(&pattern, &jacobian, SHIFT, &[], 1.0);
+        let result = matrix.factor(&jacobian, SHIFT, &[], 1.0);
         assert_eq!(result, Err(Singular), "{solver:?}");
 
         jacobian.df_dy[4] = f64::NAN;
-        let result = matrix.factor(&pattern, &jacobian, SHIFT, &[], 1.0);
+        let result = matrix.factor(&jacobian, SHIFT, &[], 1.0);
         assert_eq!(result, Err(Singular), "{solver:?}");
 
         jacobian.df_dy[4] = 3.0;
-        assert_eq!(matrix.factor(&pattern, &jacobian, SHIFT, &[], 1.0), Ok(()), "{solver:?}");
+        assert_eq!(matrix.factor(&jacobian, SHIFT, &[], 1.0), Ok(()), "{solver:?}");
     }
 }
 
@@ -82,13 +91,88 @@ fn structurally_singular_matrices_are_refused() {
     for solver in [LinearSolver::Dense, LinearSolver::Sparse] {
         // Column 2 is empty.
         let pattern = Pattern::new(3, [(0, 0), (1, 1), (2, 1)]).expect("entries lie inside");
-        let mut matrix = IterationMatrix::new(&pattern, 0, solver).expect("small");
+        let mut matrix = IterationMatrix::new(&pattern, &[], 0, solver).expect("small");
         let mut jacobian = Jacobian::new(3);
         jacobian.df_dy.fill(2.0);
-        assert_eq!(
-            matrix.factor(&pattern, &jacobian, SHIFT, &[], 1.0),
-            Err(Singular),
-            "{solver:?}"
+        assert_eq!(matrix.factor(&jacobian, SHIFT, &[], 1.0), Err(Singular), "{solver:?}");
+    }
+}
+
+/// A mechanism's matrix: `nq` rows `q′ − v − Gᵀμ = 0`, and values of no pattern elsewhere.
+fn mechanism(nq: usize, nc: usize) -> (Pattern, Jacobian, Vec<(usize, usize)>) {
+    let n = 2 * nq + nc;
+    let explicit: Vec<_> = (0..nq).map(|i| (i, nq + (i + 1) % nq)).collect();
+    let mut entries: Vec<(usize, usize)> = explicit.clone();
+    for row in 0..n {
+        entries.extend(
+            (0..n)
+                .filter(|&col| {
+                    let is_velocity = (nq..2 * nq).contains(&col);
+                    (row * 7 + col * 5) % 3 > 0 && !(row < nq && is_velocity)
+                })
+                .map(|col| (row, col)),
         );
     }
+    let pattern = Pattern::new(n, entries).expect("entries lie inside");
+    let mut jacobian = Jacobian::new(pattern.n_entries());
+    for (k, (row, col)) in pattern.entries().enumerate() {
+        let is_pivot = explicit.contains(&(row, col));
+        jacobian.df_dy[k] = if is_pivot { -1.0 } else { (1.7 * (k * k) as f64).sin() };
+        jacobian.df_dydot[k] = if is_pivot { 0.0 } else { (0.9 * (k * k) as f64 + 1.0).cos() };
+    }
+    (pattern, jacobian, explicit)
+}
+
+#[test]
+fn eliminated_rows_leave_the_solution_as_it_is() {
+    for (nq, nc) in [(1, 0), (1, 1), (4, 2), (7, 6), (20, 11)] {
+        let (pattern, jacobian, explicit) = mechanism(nq, nc);
+        let n = pattern.n();
+        for solver in [LinearSolver::Dense, LinearSolver::Sparse] {
+            let mut matrix = IterationMatrix::new(&pattern, &explicit, 1, solver).expect("fits");
+            assert_eq!(matrix.plan.remainder().n(), nq + nc);
+            for h in [0.5, 1.0] {
+                matrix.factor(&jacobian, SHIFT, &[COMPLEX_SHIFT], h).expect("regular");
+            }
+            let b = right_side(n);
+            let mut x = b.clone();
+            matrix.solve_complex(0, &mut x);
+            let found = defect((&pattern, &jacobian, COMPLEX_SHIFT), &x, &b);
+            assert!(found < 1e-9, "{solver:?}, {nq} + {nc}: complex defect {found:e}");
+            let mut x = b[..n].to_vec();
+            matrix.solve_real(&mut x);
+            let found = defect((&pattern, &jacobian, SHIFT), &x, &b[..n]);
+            assert!(found < 1e-9, "{solver:?}, {nq} + {nc}: real defect {found:e}");
+        }
+    }
+}
+
+#[test]
+fn a_vanishing_or_infinite_pivot_of_an_explicit_row_is_refused() {
+    let (pattern, mut jacobian, explicit) = mechanism(4, 2);
+    let mut matrix =
+        IterationMatrix::new(&pattern, &explicit, 1, LinearSolver::Auto).expect("fits");
+    let entry = pattern.position(explicit[2].0, explicit[2].1).expect("it holds its unknown");
+    for bad in [0.0, f64::NAN, f64::INFINITY] {
+        jacobian.df_dy[entry] = bad;
+        let result = matrix.factor(&jacobian, SHIFT, &[COMPLEX_SHIFT], 1.0);
+        assert_eq!(result, Err(Singular), "pivot {bad}");
+    }
+    jacobian.df_dy[entry] = -1.0;
+    assert_eq!(matrix.factor(&jacobian, SHIFT, &[COMPLEX_SHIFT], 1.0), Ok(()));
+}
+
+#[test]
+fn rows_that_do_not_give_their_unknown_are_refused_by_name() {
+    let pattern = Pattern::new(3, [(0, 0), (0, 1), (1, 0), (1, 1), (2, 2)]).expect("inside");
+    let refused = |explicit: &[(usize, usize)]| {
+        let result = IterationMatrix::new(&pattern, explicit, 0, LinearSolver::Auto);
+        result.err().map(|error| error.to_string()).unwrap_or_default()
+    };
+    assert!(refused(&[(0, 2)]).contains("row 0 cannot give unknown 2: it does not hold it"));
+    assert!(refused(&[(0, 0), (1, 1)]).contains("another explicit row"));
+    for repeated in [[(0, 0), (0, 1)], [(0, 0), (2, 0)], [(0, 0), (3, 2)]] {
+        assert!(refused(&repeated).contains("named twice"), "{repeated:?}");
+    }
+    assert_eq!(refused(&[(0, 1), (2, 2)]), "");
 }

@@ -36,20 +36,29 @@ impl<S: System> Solver<S> {
         t_end: f64,
         settings: Settings,
     ) -> Result<Self, SolveError> {
-        let mut loader = Loader::new(checkpoint, Method::Radau)?;
+        Self::load(system, &mut Loader::new(checkpoint, Method::Radau)?, t_end, settings)
+    }
+
+    /// Takes the numbers of the run out of a checkpoint that may hold more.
+    pub(crate) fn load(
+        system: S,
+        loader: &mut Loader<'_>,
+        t_end: f64,
+        settings: Settings,
+    ) -> Result<Self, SolveError> {
         let t = loader.real()?;
         let (y, ydot) = (loader.slice()?.to_vec(), loader.slice()?.to_vec());
         let mut solver = Self::new(system, Start { t, y, ydot }, t_end, settings)?;
         solver.h = loader.real()?;
         solver.grid = (loader.real()?, loader.count()?);
         solver.has_last = loader.flag()?;
-        solver.last.load(&mut loader)?;
+        solver.last.load(loader)?;
         solver.n_failed = loader.count()?;
         solver.stats = loader.stats()?;
-        solver.order.load(&mut loader)?;
+        solver.order.load(loader)?;
         let Self { stepper, controller, settings, system, .. } = &mut solver;
-        controller.load(&mut loader)?;
-        stepper.load(&mut loader, system, settings)?;
+        controller.load(loader)?;
+        stepper.load(loader, system, settings)?;
         let s = stepper.tableau().s;
         controller.set_exponent(s, max_iterations(settings, s));
         Ok(solver)

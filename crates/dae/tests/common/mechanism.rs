@@ -75,6 +75,11 @@ impl<M: Mechanism> Residual for Formulated<M> {
         }
     }
 
+    fn explicit_rows(&self) -> Vec<(usize, usize)> {
+        let nq = self.mechanism.nq();
+        (0..nq).map(|i| (i, nq + i)).collect()
+    }
+
     fn residual<T: Real>(&self, t: f64, y: &[T], ydot: &[T]) -> Vec<T> {
         let (nq, nc) = (self.mechanism.nq(), self.mechanism.nc());
         let (q, v, lambda) = (&y[..nq], &y[nq..2 * nq], &y[2 * nq..2 * nq + nc]);

@@ -2,6 +2,7 @@
 
 #![allow(dead_code, unreachable_pub, reason = "every test binary uses its own part")]
 
+pub mod by_hand;
 pub mod dual;
 pub mod mechanism;
 pub mod problems;
@@ -15,6 +16,11 @@ use self::dual::{Dual, Real};
 pub trait Residual {
     fn layout(&self) -> Layout;
     fn residual<T: Real>(&self, t: f64, y: &[T], ydot: &[T]) -> Vec<T>;
+
+    /// See [`System::explicit_rows`].
+    fn explicit_rows(&self) -> Vec<(usize, usize)> {
+        Vec::new()
+    }
 }
 
 /// Adapts a [`Residual`]: exact Jacobian, one column per evaluation on dual numbers.
@@ -22,16 +28,19 @@ pub struct Differentiated<R> {
     pub problem: R,
     layout: Layout,
     pattern: Pattern,
+    explicit_rows: Vec<(usize, usize)>,
 }
 
 impl<R: Residual> Differentiated<R> {
+    /// With a full pattern, and nothing to eliminate.
     pub fn dense(problem: R) -> Self {
         let layout = problem.layout();
         let pattern = Pattern::dense(layout.n());
-        Self { problem, layout, pattern }
+        Self { problem, layout, pattern, explicit_rows: Vec::new() }
     }
 
-    /// With the pattern found at one point without special values.
+    /// With the pattern found at one point without special values, and the rows that the problem
+    /// declares to be explicit.
     pub fn sparse(problem: R) -> Self {
         let mut system = Self::dense(problem);
         let n = system.layout.n();
@@ -47,6 +56,7 @@ impl<R: Residual> Differentiated<R> {
             .map(|(_, entry)| entry)
             .collect();
         system.pattern = Pattern::new(n, used).expect("entries lie inside");
+        system.explicit_rows = system.problem.explicit_rows();
         system
     }
 }
@@ -65,6 +75,10 @@ impl<R: Residual> System for Differentiated<R> {
 
     fn pattern(&self) -> &Pattern {
         &self.pattern
+    }
+
+    fn explicit_rows(&self) -> &[(usize, usize)] {
+        &self.explicit_rows
     }
 
     fn residual(

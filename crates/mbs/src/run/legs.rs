@@ -18,7 +18,7 @@ use bksim_dae::{Cause, Control, ExplicitSolver, SolveError, Solver, Start as Fro
 use super::explicit::ExplicitMotion;
 use super::implicit::settings;
 use super::recorder::{Recorder, Stretch};
-use super::singular::{NOTICEABLE, REGULAR, WEAK, Watch};
+use super::singular::{NOTICEABLE, REGULAR, Sighting, Watch, is_ahead};
 use super::{Integrator, MethodChange, Reason, Sample};
 use crate::compile::CompiledSystem;
 use crate::formulate::MotionEquations;
@@ -282,6 +282,7 @@ impl<'a, 'b> Run<'a, 'b> {
             Ok(solver) => solver,
             Err(error) => return LegEnd::Failed(Some(error)),
         };
+        self.watch.leave();
         let may_switch = self.options.method == Method::Auto && self.passing.is_none();
         let end = loop {
             match solver.advance() {
@@ -304,9 +305,9 @@ impl<'a, 'b> Run<'a, 'b> {
             if self.is_off_branch(solver.t(), solver.y()) {
                 break LegEnd::Failed(None);
             }
-            if weakest < NOTICEABLE
-                && let Err(error) = self.search_singular_pose(&mut solver)
-            {
+            if weakest >= NOTICEABLE {
+                self.watch.leave();
+            } else if let Err(error) = self.search_singular_pose(&mut solver) {
                 break self.failed(error);
             }
             match self.pass_explicit_step(&mut solver) {
@@ -359,17 +360,21 @@ impl<'a, 'b> Run<'a, 'b> {
         self.multipliers.clone_from(&solver.system_mut().multipliers);
         let step = solver.last_step()?;
         let evaluator = &mut self.recorder.evaluator;
-        let found = self.watch.search(evaluator, &mut self.multipliers, &step);
-        self.recorder.summary.singular_poses.extend(found);
+        let poses = &mut self.recorder.summary.singular_poses;
+        match self.watch.search(evaluator, &mut self.multipliers, &step) {
+            Some(Sighting::New(pose)) => poses.push(pose),
+            Some(Sighting::Better(pose)) => {
+                poses.pop();
+                poses.push(pose);
+            }
+            None => (),
+        }
         Ok(())
     }
 
     /// Integrates with Radau IIA.
     fn radau_leg(&mut self, equations: &MotionEquations) -> LegEnd {
         let is_watching = self.options.step.is_none();
-        if is_watching && self.weakness() < WEAK {
-            return LegEnd::SingularAhead(self.reached.t);
-        }
         let State { t, q, v } = &self.reached;
         let (mut a, mut lambda) =
             (vec![0.0; q.len()], vec![0.0; self.recorder.sample.lambda.len()]);
@@ -396,7 +401,8 @@ impl<'a, 'b> Run<'a, 'b> {
             {
                 return end;
             }
-            if is_watching && self.is_weak_within(&step) {
+            let evaluator = &mut self.recorder.evaluator;
+            if is_watching && is_ahead(evaluator, &mut self.multipliers, &step) {
                 self.recorder.summary.stats = sum(&self.before, step.stats());
                 return LegEnd::SingularAhead(step.t1());
             }
@@ -450,18 +456,6 @@ impl<'a, 'b> Run<'a, 'b> {
     fn weakness(&mut self) -> f64 {
         let State { t, q, v } = &self.reached;
         self.multipliers.weakness_at(&self.recorder.evaluator.dynamics(*t, q, v))
-    }
-
-    /// Whether a step comes near a singular pose.
-    fn is_weak_within(&mut self, step: &Step<'_>) -> bool {
-        let nq = self.reached.q.len();
-        let mut y = vec![0.0; step.y1().len()];
-        [1.0 / 3.0, 2.0 / 3.0, 1.0].into_iter().any(|part| {
-            let t = step.t0() + part * (step.t1() - step.t0());
-            step.at(t, &mut y);
-            let (q, v) = y[..2 * nq].split_at(nq);
-            self.multipliers.weakness_at(&self.recorder.evaluator.dynamics(t, q, v)) < WEAK
-        })
     }
 
     /// Whether rows that used to follow from the others are broken at the end of a step: it has

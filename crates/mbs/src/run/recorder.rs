@@ -163,8 +163,8 @@ impl<'a> Recorder<'a> {
         // A step may straddle a pole of a drive; an output time may hit it.
         let factored = multipliers.factor(&evaluator.dynamics(t, q, v));
         let drift = multipliers.project(evaluator, t, (&mut *q, &mut *v), MAX_CORRECTIONS);
-        let at = evaluator.dynamics(t, q, v);
-        let solved = factored.and_then(|()| multipliers.complete_accelerations(&at, a, lambda));
+        let solved =
+            factored.and_then(|()| multipliers.complete_into(evaluator, t, (q, v), a, lambda));
         self.is_undefined = solved.is_err();
         if self.is_undefined {
             a.fill(f64::NAN);

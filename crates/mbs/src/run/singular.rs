@@ -11,9 +11,13 @@ use nalgebra::DMatrix;
 use crate::evaluator::Evaluator;
 use crate::multiplier::MultiplierSystem;
 
-/// Weakness, see [`MultiplierSystem::weakness`], below which Radau's steps end: a tenth of the
-/// regular singular value.
-pub(crate) const WEAK: f64 = 1e-2;
+/// Weakness, see [`MultiplierSystem::weakness`], below which a step of Radau's calls for a search:
+/// a tenth of the regular singular value.
+const WEAK: f64 = 1e-2;
+/// Weakness that only a singular pose has, as far as a motion can be foreseen.
+const VANISHING: f64 = 1e-4;
+/// How many steps ahead a pose must be to be none yet.
+const FAR: f64 = 10.0;
 /// Weakness above which a state has left a singular pose behind.
 pub(crate) const REGULAR: f64 = 4.0 * WEAK;
 /// Weakness of a stage that calls for a search. Two stages lie at most a third of a step apart, so
@@ -44,58 +48,157 @@ pub struct SingularPose {
 pub(crate) struct Watch {
     /// The largest smallest singular value met.
     regular: f64,
-    /// When the last pose was passed.
-    last: Option<f64>,
+    /// Smallest singular value of the pose that the motion is near to, once it is known.
+    near: Option<f64>,
+}
+
+/// What a step has shown.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) enum Sighting {
+    /// A pose not seen before.
+    New(SingularPose),
+    /// The pose seen last, met better.
+    Better(SingularPose),
 }
 
 impl Watch {
-    /// The singular pose within a step, if there is one that the step before did not end in.
+    /// No stage of the last step was weak: the next pose is another one.
+    pub(crate) fn leave(&mut self) {
+        self.near = None;
+    }
+
+    /// The singular pose within a step, or at its end.
     pub(crate) fn search(
         &mut self,
         evaluator: &mut Evaluator,
         multipliers: &mut MultiplierSystem,
         step: &Step<'_>,
-    ) -> Option<SingularPose> {
+    ) -> Option<Sighting> {
         let nq = evaluator.shape().nq;
-        let (t0, h) = (step.t0(), step.t1() - step.t0());
-        let mut y = vec![0.0; step.y1().len()];
-        let mut weakness_at = |part: f64| {
-            let t = t0 + part * h;
-            step.at(t, &mut y);
-            let (q, v) = y[..2 * nq].split_at(nq);
-            multipliers.weakness_at(&evaluator.dynamics(t, q, v))
-        };
-
-        // The weakest of some instants, then golden sections around it.
-        let at = |k: usize| k as f64 / SAMPLES as f64;
-        let weakness: Vec<f64> = (0..=SAMPLES).map(|k| weakness_at(at(k))).collect();
-        let weakest = (0..=SAMPLES).min_by(|&a, &b| weakness[a].total_cmp(&weakness[b]))?;
-        let (low, high) = (at(weakest.saturating_sub(1)), at((weakest + 1).min(SAMPLES)));
-        let part = golden_section(low, high, &mut weakness_at);
-        let t = t0 + part * h;
+        let dip = Dip::of(evaluator, multipliers, step);
+        let t = dip.t;
+        if dip.falls {
+            self.near = None;
+        }
 
         // What the singular values say, there and at the ends.
+        let mut y = vec![0.0; step.y1().len()];
         let mut rows_at = |t: f64| {
             step.at(t, &mut y);
             let jacobian = evaluator.constraints(t, &y[..nq]).jacobian_matrix();
             jacobian.select_rows(multipliers.kept())
         };
-        for end in [t0, step.t1()] {
-            self.regular = self.regular.max(smallest_singular_value(rows_at(end)));
+        if self.near.is_none() {
+            for end in [step.t0(), step.t1()] {
+                self.regular = self.regular.max(smallest_singular_value(rows_at(end)));
+            }
         }
         let svd = finite(rows_at(t))?.svd(true, false);
         let (left, values) = (svd.u?, svd.singular_values);
         let lost: Vec<usize> =
             (0..values.len()).filter(|&k| values[k] < SINGULAR * self.regular).collect();
-        let is_known = self.last.is_some_and(|last| (t - last).abs() < h.abs() / SAMPLES as f64);
-        if lost.is_empty() || is_known {
+        let least = values.min();
+        if lost.is_empty() || self.near.is_some_and(|known| known <= least) {
+            if dip.rises {
+                self.near = None;
+            }
             return None;
         }
-        self.last = Some(t);
+        let is_known = self.near.is_some();
+        self.near = (!dip.rises).then_some(least);
         let kept = multipliers.kept();
         let takes_part = |row: usize| lost.iter().any(|&k| left[(row, k)].abs() > PART);
         let rows = (0..kept.len()).filter(|&row| takes_part(row)).map(|row| kept[row]).collect();
-        Some(SingularPose { t, rank: kept.len() - lost.len(), rows })
+        let pose = SingularPose { t, rank: kept.len() - lost.len(), rows };
+        Some(if is_known { Sighting::Better(pose) } else { Sighting::New(pose) })
+    }
+}
+
+/// Whether a step of Radau's, or the motion soon behind it, meets a singular pose: its own equations
+/// have no unique solution there. Explicit steps had better begin early: their accelerations carry
+/// the error of the state they start from, divided by the way that is left to the pose.
+pub(crate) fn is_ahead(
+    evaluator: &mut Evaluator,
+    multipliers: &mut MultiplierSystem,
+    step: &Step<'_>,
+) -> bool {
+    let mut weakness = |part: f64| weakness_within(evaluator, multipliers, step, part);
+    let values = [1.0 / 3.0, 2.0 / 3.0, 1.0].map(&mut weakness);
+    if !values.iter().any(|&value| value < WEAK) {
+        return false;
+    }
+    let Dip { t, .. } = Dip::of(evaluator, multipliers, step);
+    let h = step.t1() - step.t0();
+    if weakness_within(evaluator, multipliers, step, (t - step.t0()) / h) < VANISHING {
+        return true;
+    }
+    values[2] < WEAK && is_foreseen(evaluator, multipliers, step)
+}
+
+/// Whether the motion continued by its accelerations comes to a singular pose within some steps.
+fn is_foreseen(
+    evaluator: &mut Evaluator,
+    multipliers: &mut MultiplierSystem,
+    step: &Step<'_>,
+) -> bool {
+    let (nq, h) = (evaluator.shape().nq, step.t1() - step.t0());
+    let (q, v) = step.y1()[..2 * nq].split_at(nq);
+    let a = &step.ydot1()[nq..2 * nq];
+    let mut weakness = |ahead: f64| {
+        let place = |i: usize| q[i] + ahead * (v[i] + 0.5 * ahead * a[i]);
+        let rate = |i: usize| v[i] + ahead * a[i];
+        let (q, v): (Vec<f64>, Vec<f64>) = (0..nq).map(|i| (place(i), rate(i))).unzip();
+        multipliers.weakness_at(&evaluator.dynamics(step.t1() + ahead, &q, &v))
+    };
+    // Singular values fall to zero in proportion to the way left.
+    let probe = 0.1 * h;
+    let (now, next) = (weakness(0.0).sqrt(), weakness(probe).sqrt());
+    let left = probe * now / (now - next);
+    if !(left / h > 0.0 && left / h < FAR) {
+        return false;
+    }
+    let t = golden_section(0.5, 1.5, &mut |part| weakness(part * left));
+    weakness(t * left) < VANISHING
+}
+
+/// Weakness at an instant of a step.
+fn weakness_within(
+    evaluator: &mut Evaluator,
+    multipliers: &mut MultiplierSystem,
+    step: &Step<'_>,
+    part: f64,
+) -> f64 {
+    let nq = evaluator.shape().nq;
+    let t = step.t0() + part * (step.t1() - step.t0());
+    let mut y = vec![0.0; step.y1().len()];
+    step.at(t, &mut y);
+    let (q, v) = y[..2 * nq].split_at(nq);
+    multipliers.weakness_at(&evaluator.dynamics(t, q, v))
+}
+
+/// Where a step is weakest.
+struct Dip {
+    t: f64,
+    /// Whether it has been regular before that, and is again behind.
+    falls: bool,
+    rises: bool,
+}
+
+impl Dip {
+    /// The weakest of some instants, then golden sections around it.
+    fn of(evaluator: &mut Evaluator, multipliers: &mut MultiplierSystem, step: &Step<'_>) -> Self {
+        let mut weakness = |part: f64| weakness_within(evaluator, multipliers, step, part);
+        let at = |k: usize| k as f64 / SAMPLES as f64;
+        let values: Vec<f64> = (0..=SAMPLES).map(|k| weakness(at(k))).collect();
+        let least = (0..=SAMPLES).min_by(|&a, &b| values[a].total_cmp(&values[b])).unwrap_or(0);
+        let (low, high) = (at(least.saturating_sub(1)), at((least + 1).min(SAMPLES)));
+        let part = golden_section(low, high, &mut weakness);
+        let is_regular = |values: &[f64]| values.iter().any(|&value| value >= NOTICEABLE);
+        Self {
+            t: step.t0() + part * (step.t1() - step.t0()),
+            falls: is_regular(&values[..least]),
+            rises: is_regular(&values[least..]),
+        }
     }
 }
 

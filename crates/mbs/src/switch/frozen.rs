@@ -64,9 +64,10 @@ impl<'a> Frozen<'a> {
     ) -> Option<(Vec<f64>, Vec<f64>)> {
         let Self { evaluator, planned } = self;
         let multipliers = plan(planned, evaluator, dependent);
+        let shape = evaluator.shape();
+        let (mut a, mut lambda) = (vec![0.0; shape.nq], vec![0.0; shape.nc]);
+        multipliers.complete_into(evaluator, t, (q, v), &mut a, &mut lambda).ok()?;
         let at = evaluator.dynamics(t, q, v);
-        let (mut a, mut lambda) = (vec![0.0; at.shape.nq], vec![0.0; at.shape.nc]);
-        multipliers.complete_accelerations(&at, &mut a, &mut lambda).ok()?;
         let acceleration = DVector::from_column_slice(&a);
         let left = at.jacobian_matrix() * &acceleration + DVector::from_column_slice(at.gamma);
         let agree = largest(left.as_slice()) <= AGREEMENT * (1.0 + largest(&a) + largest(at.gamma));

@@ -271,7 +271,10 @@ fn method(solve: &SolveOptions, method: Integrator) -> String {
     };
     match method {
         Integrator::Explicit => "explicit, Dormand–Prince 8(5,3)".to_owned(),
-        Integrator::Radau => format!("Radau IIA of order 5, {formulation}"),
+        Integrator::Radau => {
+            let order = if solve.step.is_some() { "order 5" } else { "variable order" };
+            format!("Radau IIA of {order}, {formulation}")
+        }
     }
 }
 

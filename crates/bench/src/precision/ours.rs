@@ -1,0 +1,177 @@
+//! Our own runs, through the facade: from a model file to the state at the end.
+
+use bksim::dae::Control;
+use bksim::mbs::file::{Source, read};
+use bksim::mbs::model::{self, Jit, Model, SolveOptions};
+use bksim::mbs::run::Sample;
+use bksim::mbs::start::Start;
+use bksim::{Mechanism, Rejected};
+
+use super::curve::{Counters, Curve, Point, digits};
+use super::problem::{Definition, Problem};
+use crate::error::BenchError;
+use crate::timing::{Effort, repeat};
+
+/// One of our integrators.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Method {
+    /// Radau IIA.
+    Radau,
+    /// Explicit steps as long as the motion is not stiff.
+    Auto,
+}
+
+impl Method {
+    /// All of them.
+    pub(crate) const ALL: [Self; 2] = [Self::Radau, Self::Auto];
+
+    /// For the report.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Radau => "bksim radau",
+            Self::Auto => "bksim auto",
+        }
+    }
+
+    /// Asks for it in the options of a run.
+    pub(crate) fn choose(self, options: &mut SolveOptions) {
+        options.method = match self {
+            Self::Radau => model::Method::Radau,
+            Self::Auto => model::Method::Auto,
+        };
+    }
+}
+
+/// Runs a problem at all `tolerances`.
+///
+/// Timed is the run from the consistent start to the end. As for the others, whose compiler has
+/// been at work before, the equations are machine code from the first evaluation on, and making it
+/// is not part of the fastest run.
+pub(crate) fn curve(
+    problem: &Problem,
+    method: Method,
+    tolerances: &[f64],
+    effort: Effort,
+) -> Result<Curve, BenchError> {
+    let definition = &problem.definition;
+    let refused = |error: Rejected| BenchError::Model {
+        name: definition.name.to_owned(),
+        message: error.to_string(),
+    };
+    let points = tolerances
+        .iter()
+        .map(|&tolerance| {
+            let model = prepare(definition, method, tolerance)?;
+            let mechanism = Mechanism::derive(model, Vec::new()).map_err(refused)?;
+            let start = mechanism.start().map_err(refused)?;
+            let order = Order::new(definition, &mechanism)?;
+            order.check_start(problem, &start)?;
+            point(problem, &mechanism, &start, &order, effort).map_err(refused)
+        })
+        .collect::<Result<_, BenchError>>()?;
+    Ok(Curve { name: method.name(), points })
+}
+
+/// The model with the options of a run: one sample, at the end.
+fn prepare(definition: &Definition, method: Method, tolerance: f64) -> Result<Model, BenchError> {
+    let reading = read(&Source::new(definition.model, definition.name));
+    let mut model = reading.model.ok_or_else(|| BenchError::Model {
+        name: definition.name.to_owned(),
+        message: reading.diagnostics.first().map(|d| d.message.clone()).unwrap_or_default(),
+    })?;
+    let solve = &mut model.solve;
+    (solve.rtol, solve.atol, solve.jit) = (tolerance, tolerance, Jit::On);
+    solve.every = Some(solve.t_end - solve.t_start);
+    method.choose(solve);
+    Ok(model)
+}
+
+/// Our coordinates and multipliers in the order of the data.
+struct Order {
+    coordinates: Vec<usize>,
+    multipliers: &'static [(usize, f64)],
+}
+
+impl Order {
+    fn new(definition: &Definition, mechanism: &Mechanism) -> Result<Self, BenchError> {
+        let ours = &mechanism.compiled.coordinates;
+        let place = |name: &&str| ours.iter().position(|coordinate| coordinate.name == *name);
+        let coordinates: Option<Vec<_>> = definition.coordinates.iter().map(place).collect();
+        let coordinates =
+            coordinates.ok_or(BenchError::Data("a coordinate is not in its model"))?;
+        Ok(Self { coordinates, multipliers: definition.multipliers })
+    }
+
+    fn of(&self, values: &[f64]) -> Vec<f64> {
+        self.coordinates.iter().map(|&i| values[i]).collect()
+    }
+
+    fn multipliers_of(&self, lambda: &[f64]) -> Vec<f64> {
+        self.multipliers.iter().map(|&(row, factor)| factor * lambda[row]).collect()
+    }
+
+    /// Our start is that of the data, or everything after it would be compared in vain.
+    fn check_start(&self, problem: &Problem, start: &Start) -> Result<(), BenchError> {
+        const LIMIT: f64 = 1e-12;
+        let (q, v) = (self.of(&start.q), self.of(&start.v));
+        let pairs = q.iter().zip(&problem.start.q).chain(v.iter().zip(&problem.start.v));
+        for (i, (&found, &expected)) in pairs.enumerate() {
+            if (found - expected).abs() > LIMIT * expected.abs().max(1.0) {
+                return Err(BenchError::Disagreement {
+                    who: "bksim".to_owned(),
+                    what: format!("start of {}, value {i}", problem.definition.name),
+                    found,
+                    expected,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// One tolerance.
+fn point(
+    problem: &Problem,
+    mechanism: &Mechanism,
+    start: &Start,
+    order: &Order,
+    effort: Effort,
+) -> Result<Point, Rejected> {
+    let equations = mechanism.formulate()?;
+    let mut last = Sample::default();
+    let mut summary = None;
+    let samples = repeat(
+        effort,
+        || (),
+        |()| {
+            let mut keep = |sample: &Sample| {
+                last.clone_from(sample);
+                Control::Continue
+            };
+            summary = mechanism.run(&equations, start, &mut keep, &|| false).ok();
+        },
+    );
+    eprintln!("OURS {:?}\nREF {:?}", last.lambda, problem.reference.lambda);
+    let mut digits_found = [f64::NAN; 3];
+    if summary.as_ref().is_some_and(|summary| summary.reached_end) {
+        let reference = &problem.reference;
+        digits_found = [
+            digits(&order.of(&last.q), &reference.q),
+            digits(&order.of(&last.v), &reference.v),
+            digits(&order.multipliers_of(&last.lambda), &reference.lambda),
+        ];
+    }
+    let stats = summary.map(|summary| summary.stats).unwrap_or_default();
+    Ok(Point {
+        tolerance: mechanism.model.solve.rtol,
+        digits: digits_found,
+        seconds: samples.minimum(),
+        counters: Counters {
+            n_step: stats.n_step,
+            n_reject: stats.n_reject,
+            n_residual: stats.n_residual,
+            n_jacobian: stats.n_jacobian,
+            n_factor: stats.n_factor,
+        },
+    })
+}

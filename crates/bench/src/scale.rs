@@ -1,0 +1,238 @@
+//! Growth with size: a chain of N links in absolute coordinates and an N-four-bar, N = 10 … 10 000.
+//!
+//! Every size runs in a process of its own, which tells its times and the most memory it held. The
+//! exponent p between two sizes is that of time ~ Nᵖ. Beside it, the four-bar of 100 windows over
+//! ten seconds against MuJoCo.
+
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use bksim::Mechanism;
+use bksim::dae::Control;
+use bksim::mbs::file::{Source, read};
+use bksim::mbs::model::Model;
+use clap::ValueEnum;
+use serde_json::{Value, json};
+
+use crate::Context;
+use crate::error::BenchError;
+use crate::models::{Coordinates, link_chain, n_four_bar};
+use crate::report::{Check, Report, Table, ratio, seconds};
+use crate::timing::cpu_time;
+use crate::windows::angle;
+
+/// A family of mechanisms.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum, Debug)]
+pub(crate) enum Family {
+    /// Links one after the other.
+    Chain,
+    /// Square windows side by side.
+    FourBar,
+}
+
+/// One size of one family, as the hidden subcommand is asked for it.
+#[derive(clap::Args, Clone, Copy, Debug)]
+pub(crate) struct Size {
+    #[arg(value_enum)]
+    family: Family,
+    n: usize,
+    #[arg(long, default_value_t = 0.2)]
+    t_end: f64,
+    #[arg(long, default_value_t = 1e-6)]
+    rtol: f64,
+}
+
+impl Size {
+    fn text(self) -> String {
+        match self.family {
+            Family::Chain => link_chain(self.n, Coordinates::Absolute),
+            Family::FourBar => n_four_bar(self.n, Coordinates::Absolute),
+        }
+    }
+
+    fn model(self) -> Result<Model, BenchError> {
+        let reading = read(&Source::new(&self.text(), "scale"));
+        let message = reading.diagnostics.first().map(|d| d.message.clone()).unwrap_or_default();
+        let mut model = reading.model.ok_or_else(|| refused(self, message))?;
+        let solve = &mut model.solve;
+        (solve.rtol, solve.atol, solve.t_end) = (self.rtol, self.rtol, self.t_end);
+        solve.every = Some(self.t_end);
+        Ok(model)
+    }
+}
+
+fn refused(size: Size, message: String) -> BenchError {
+    BenchError::Model { name: format!("{:?} of {}", size.family, size.n), message }
+}
+
+/// Runs one size in this process and prints its numbers as JSON.
+#[expect(clippy::print_stdout, reason = "this is how the process answers")]
+pub(crate) fn measure(size: Size) -> Result<(), BenchError> {
+    let stop = |error: bksim::Rejected| refused(size, error.to_string());
+    let mut times = vec![cpu_time()];
+    let mechanism = Mechanism::derive(size.model()?, Vec::new()).map_err(stop)?;
+    let equations = mechanism.formulate().map_err(stop)?;
+    times.push(cpu_time());
+    let start = mechanism.start().map_err(stop)?;
+    times.push(cpu_time());
+    let mut first = f64::NAN;
+    let mut observe = |sample: &bksim::mbs::run::Sample| {
+        first = sample.q[0];
+        Control::Continue
+    };
+    let summary = mechanism
+        .run(&equations, &start, &mut observe, &|| false)
+        .map_err(|failure| refused(size, mechanism.diagnose(&equations, &failure).message))?;
+    times.push(cpu_time());
+    let spans: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    println!(
+        "{}",
+        json!({
+            "n": size.n, "derive_s": spans[0], "start_s": spans[1], "run_s": spans[2],
+            "n_step": summary.stats.n_step, "peak_kib": peak_memory(),
+            "energy": summary.energy.worst_error / summary.energy.scale, "first": first,
+        })
+    );
+    Ok(())
+}
+
+/// The most memory that this process has held, KiB; `None` where the system does not tell.
+fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.trim().trim_end_matches("kB").trim().parse().ok()
+}
+
+/// Measures both families and the comparison.
+pub(crate) fn run(context: &Context) -> Report {
+    let mut report = Report::new("scale", "Growth with size");
+    for family in Family::value_variants() {
+        grow(*family, context, &mut report);
+    }
+    compare(context, &mut report);
+    report
+}
+
+/// One family at all sizes, until one takes too long.
+fn grow(family: Family, context: &Context, report: &mut Report) {
+    let sizes: &[usize] =
+        if context.effort.is_quick { &[10, 20] } else { &[10, 100, 1000, 10_000] };
+    let mut table = Table::new([
+        format!("{family:?}").as_str(),
+        "derive",
+        "start",
+        "run",
+        "steps",
+        "per step",
+        "exponent",
+        "memory",
+        "exponent",
+    ]);
+    let mut before: Option<(f64, f64, f64)> = None;
+    let (mut worst_time, mut worst_memory, mut largest) = (f64::NAN, f64::NAN, 0);
+    for &n in sizes {
+        let size = Size { family, n, t_end: 0.2, rtol: 1e-6 };
+        let found = match child(size, context) {
+            Ok(found) => found,
+            Err(reason) => {
+                report.notes.push(format!("{family:?} of {n}: {reason}"));
+                break;
+            }
+        };
+        largest = n;
+        let number = |name: &str| found[name].as_f64().unwrap_or(f64::NAN);
+        let step = number("run_s") / number("n_step");
+        let memory = 1024.0 * number("peak_kib");
+        let exponents = before.map(|(size, time, held)| {
+            let growth = (n as f64 / size).ln();
+            [(step / time).ln() / growth, (memory / held).ln() / growth]
+        });
+        let [by_time, by_memory] = exponents.unwrap_or([f64::NAN; 2]);
+        (worst_time, worst_memory) = (worst_time.max(by_time), worst_memory.max(by_memory));
+        before = Some((n as f64, step, memory));
+        let mut row = vec![n.to_string()];
+        row.extend(["derive_s", "start_s", "run_s"].map(|name| seconds(number(name))));
+        row.extend([found["n_step"].to_string(), seconds(step), ratio(by_time)]);
+        row.extend([format!("{:.1} MiB", memory / 1_048_576.0), ratio(by_memory)]);
+        table.push(row);
+        report.numbers.insert(format!("{family:?} {n}"), found);
+    }
+    report.tables.push(table);
+    let wanted = sizes[sizes.len() - 1];
+    report.checks.extend([
+        Check::at_most(format!("{family:?}: exponent of the time per step"), worst_time, 1.1),
+        Check::at_most(format!("{family:?}: exponent of the memory"), worst_memory, 1.05),
+        Check::at_least(
+            format!("{family:?}: largest size that ran"),
+            largest as f64,
+            wanted as f64,
+        ),
+    ]);
+}
+
+/// A size in a process of its own, ended when it takes too long.
+fn child(size: Size, context: &Context) -> Result<Value, String> {
+    let text = |error: std::io::Error| error.to_string();
+    let this = std::env::current_exe().map_err(text)?;
+    let family = size.family.to_possible_value().map(|value| value.get_name().to_owned());
+    let mut child = Command::new(this)
+        .args(["measure", family.as_deref().unwrap_or_default(), &size.n.to_string()])
+        .args(["--t-end", &size.t_end.to_string(), "--rtol", &size.rtol.to_string()])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .map_err(text)?;
+    let limit = Duration::from_secs_f64(4.0 * context.effort.longest_s);
+    let began = Instant::now();
+    // A few lines of output fit into the pipe, so the child never waits for its reader.
+    while child.try_wait().map_err(text)?.is_none() {
+        if began.elapsed() > limit {
+            child.kill().map_err(text)?;
+            child.wait().map_err(text)?;
+            return Err(format!("stopped after {} s", limit.as_secs()));
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let output = child.wait_with_output().map_err(text)?;
+    if !output.status.success() {
+        let errors = String::from_utf8_lossy(&output.stderr);
+        return Err(errors.lines().last().unwrap_or("it says nothing").to_owned());
+    }
+    serde_json::from_slice(&output.stdout).map_err(|error| error.to_string())
+}
+
+/// The four-bar of 100 windows over ten seconds, beside MuJoCo.
+fn compare(context: &Context, report: &mut Report) {
+    let (n, t_end) = if context.effort.is_quick { (4, 1.0) } else { (100, 10.0) };
+    let expected = angle(n, t_end);
+    let mut table = Table::new(["windows", "program", "time", "error of the angle, rad"]);
+    let size = Size { family: Family::FourBar, n, t_end, rtol: 1e-6 };
+    match child(size, context) {
+        Ok(found) => {
+            // All uprights begin at the angle 0; x of the first one's centre is sin(θ)/2.
+            let x = found["first"].as_f64().unwrap_or(f64::NAN);
+            let error = (2.0 * x - expected.sin()).abs();
+            let time = found["run_s"].as_f64().unwrap_or(f64::NAN);
+            table.push([n.to_string(), "bksim".to_owned(), seconds(time), format!("{error:.1e}")]);
+            report.numbers.insert("windows, bksim".to_owned(), found);
+        }
+        Err(reason) => report.notes.push(format!("bksim, {n} windows: {reason}")),
+    }
+    let input = json!({"n": n, "t_end": t_end, "h": 1e-3});
+    match context.peers.python("windows_mujoco", &input) {
+        Ok(found) => {
+            let number = |name: &str| found[name].as_f64().unwrap_or(f64::NAN);
+            let error = (number("angle").sin() - expected.sin()).abs();
+            let time = seconds(number("seconds"));
+            table.push([
+                n.to_string(),
+                "MuJoCo, RK4, 1 ms".to_owned(),
+                time,
+                format!("{error:.1e}"),
+            ]);
+            report.numbers.insert("windows, MuJoCo".to_owned(), found);
+        }
+        Err(absent) => report.notes.push(format!("MuJoCo: {absent}")),
+    }
+    report.tables.push(table);
+}

@@ -1,0 +1,242 @@
+//! Explicit rows are solved for their unknowns before anything is factored.
+//!
+//! ```text
+//! ( D  B ) (u)   (b_e)      D diagonal: row k of the first group holds one unknown of u, its own
+//! ( C  R ) (x) = (b_r)
+//! (R − C D⁻¹ B) x = b_r − C D⁻¹ b_e,     u = D⁻¹ (b_e − B x)
+//! ```
+//!
+//! In a mechanism `u` are the velocities, `D = −1`, `B = λ/h` on the positions: what remains has
+//! the size of positions and multipliers (HW2 §IV.8, equations of second order). Which products
+//! meet which entry is worked out once.
+
+use super::{Jacobian, Scalar, Singular};
+use crate::{Pattern, SolveError};
+
+/// Where everything lies; the same for all matrices of a run.
+pub(super) struct Elimination {
+    n: usize,
+    pivots: Vec<Pivot>,
+    /// Rows and unknowns of `R`, in their order.
+    rows: Vec<usize>,
+    unknowns: Vec<usize>,
+    /// Pattern of `R − C D⁻¹ B`.
+    remainder: Pattern,
+    /// Entry of the full pattern and of the remainder's, for every entry of `R`.
+    kept: Vec<(usize, usize)>,
+    /// Entries of `B` by rows and of `C` by columns, pivot after pivot.
+    b: Border,
+    c: Border,
+    /// Entries of the remainder met by the products `C D⁻¹ B`: by pivot, entry of `C`, entry of `B`.
+    products: Vec<usize>,
+}
+
+/// One explicit row, the unknown it gives, and its entry of the pattern.
+struct Pivot {
+    row: usize,
+    unknown: usize,
+    entry: usize,
+}
+
+/// Entries beside the pivots: those of pivot `k` are `start[k]..start[k + 1]`.
+struct Border {
+    start: Vec<usize>,
+    /// Column (of `B`) or row (of `C`) within the remainder.
+    at: Vec<usize>,
+    /// Entry of the full pattern.
+    entry: Vec<usize>,
+}
+
+impl Border {
+    /// Sorts `(pivot, position, entry)` by pivots.
+    fn new(n_pivots: usize, mut all: Vec<(usize, usize, usize)>) -> Self {
+        all.sort_unstable();
+        let start = (0..=n_pivots).map(|k| all.partition_point(|&(pivot, ..)| pivot < k)).collect();
+        let (at, entry) = all.into_iter().map(|(_, at, entry)| (at, entry)).unzip();
+        Self { start, at, entry }
+    }
+
+    fn of(&self, k: usize) -> std::ops::Range<usize> {
+        self.start[k]..self.start[k + 1]
+    }
+}
+
+/// What a row or an unknown has become.
+#[derive(Clone, Copy)]
+enum Place {
+    Pivot(usize),
+    Remainder(usize),
+}
+
+/// Places of all rows or all unknowns, and those that remain; `None` when one is named twice or
+/// lies outside.
+fn places(n: usize, pivots: impl Iterator<Item = usize>) -> Option<(Vec<Place>, Vec<usize>)> {
+    let mut places = vec![None; n];
+    for (k, i) in pivots.enumerate() {
+        let place = places.get_mut(i)?;
+        if place.replace(Place::Pivot(k)).is_some() {
+            return None;
+        }
+    }
+    let remaining: Vec<usize> = (0..n).filter(|&i| places[i].is_none()).collect();
+    remaining.iter().enumerate().for_each(|(k, &i)| places[i] = Some(Place::Remainder(k)));
+    Some((places.into_iter().flatten().collect(), remaining))
+}
+
+impl Elimination {
+    /// # Errors
+    /// [`SolveError::ExplicitRow`] when the pattern shows that a row does not give its unknown.
+    pub(super) fn new(pattern: &Pattern, explicit: &[(usize, usize)]) -> Result<Self, SolveError> {
+        let n = pattern.n();
+        let refuse = |(row, unknown), reason| SolveError::ExplicitRow { row, unknown, reason };
+        let repeated = || {
+            let outside = |&&(row, unknown): &&(usize, usize)| row >= n || unknown >= n;
+            let named = explicit.iter().find(outside).or(explicit.last());
+            refuse(named.copied().unwrap_or_default(), "is named twice, or outside the system")
+        };
+        let (row_places, rows) =
+            places(n, explicit.iter().map(|&(row, _)| row)).ok_or_else(repeated)?;
+        let (unknown_places, unknowns) =
+            places(n, explicit.iter().map(|&(_, unknown)| unknown)).ok_or_else(repeated)?;
+
+        // Entries by the block in which they lie.
+        let (mut b, mut c, mut r) = (Vec::new(), Vec::new(), Vec::new());
+        for (entry, (row, col)) in pattern.entries().enumerate() {
+            match (row_places[row], unknown_places[col]) {
+                (Place::Pivot(k), Place::Pivot(l)) if k == l => (),
+                (Place::Pivot(k), Place::Pivot(_)) => {
+                    return Err(refuse(explicit[k], "holds the unknown of another explicit row"));
+                }
+                (Place::Pivot(k), Place::Remainder(col)) => b.push((k, col, entry)),
+                (Place::Remainder(row), Place::Pivot(k)) => c.push((k, row, entry)),
+                (Place::Remainder(row), Place::Remainder(col)) => r.push((row, col, entry)),
+            }
+        }
+        let pivot = |&(row, unknown): &(usize, usize)| {
+            let entry = pattern.position(row, unknown);
+            let entry = entry.ok_or_else(|| refuse((row, unknown), "does not hold it"))?;
+            Ok(Pivot { row, unknown, entry })
+        };
+        let pivots = explicit.iter().map(pivot).collect::<Result<Vec<_>, SolveError>>()?;
+        let (b, c) = (Border::new(pivots.len(), b), Border::new(pivots.len(), c));
+
+        // The remainder holds what it had and what the products add.
+        let filled = |k: usize| {
+            let columns = &b.at[b.of(k)];
+            c.at[c.of(k)].iter().flat_map(move |&row| columns.iter().map(move |&col| (row, col)))
+        };
+        let fill = || (0..pivots.len()).flat_map(filled);
+        let own = r.iter().map(|&(row, col, _)| (row, col));
+        let remainder = Pattern::new(rows.len(), own.chain(fill()))?;
+        let position = |row, col| remainder.position(row, col).unwrap_or_default();
+        let kept = r.iter().map(|&(row, col, entry)| (entry, position(row, col))).collect();
+        let products = fill().map(|(row, col)| position(row, col)).collect();
+        Ok(Self { n, pivots, rows, unknowns, remainder, kept, b, c, products })
+    }
+
+    pub(super) fn remainder(&self) -> &Pattern {
+        &self.remainder
+    }
+}
+
+/// The numbers of one matrix.
+pub(super) struct Borders<T> {
+    /// `D⁻¹`, `D⁻¹ B` and `C`.
+    inverse: Vec<T>,
+    b: Vec<T>,
+    c: Vec<T>,
+    /// All values of the matrix, and of its remainder.
+    full: Vec<T>,
+    remainder: Vec<T>,
+    /// Right side, then solution: of the pivots, of the remainder.
+    u: Vec<T>,
+    x: Vec<T>,
+}
+
+impl<T: Scalar> Borders<T> {
+    pub(super) fn new(plan: &Elimination, n_entries: usize) -> Self {
+        let zeros = |n: usize| vec![T::ZERO; n];
+        Self {
+            inverse: zeros(plan.pivots.len()),
+            b: zeros(plan.b.at.len()),
+            c: zeros(plan.c.at.len()),
+            full: zeros(n_entries),
+            remainder: zeros(plan.remainder.n_entries()),
+            u: zeros(plan.pivots.len()),
+            x: zeros(plan.rows.len()),
+        }
+    }
+
+    /// Eliminates; returns the values of the remainder.
+    pub(super) fn eliminate(
+        &mut self,
+        plan: &Elimination,
+        jacobian: &Jacobian,
+        shift: T,
+    ) -> Result<&[T], Singular> {
+        for (value, combined) in self.full.iter_mut().zip(jacobian.combined(shift)) {
+            *value = combined;
+        }
+        for (k, pivot) in plan.pivots.iter().enumerate() {
+            let inverse = self.full[pivot.entry].reciprocal();
+            if !(inverse.magnitude() > 0.0 && inverse.magnitude().is_finite()) {
+                return Err(Singular);
+            }
+            self.inverse[k] = inverse;
+            for i in plan.b.of(k) {
+                self.b[i] = self.full[plan.b.entry[i]] * inverse;
+            }
+        }
+        for (c, &entry) in self.c.iter_mut().zip(&plan.c.entry) {
+            *c = self.full[entry];
+        }
+
+        // R − C (D⁻¹ B).
+        self.remainder.fill(T::ZERO);
+        for &(entry, target) in &plan.kept {
+            self.remainder[target] = self.full[entry];
+        }
+        let mut targets = plan.products.iter();
+        for k in 0..plan.pivots.len() {
+            let b = &self.b[plan.b.of(k)];
+            for &c in &self.c[plan.c.of(k)] {
+                for (&b, &target) in b.iter().zip(targets.by_ref()) {
+                    self.remainder[target] -= c * b;
+                }
+            }
+        }
+        Ok(&self.remainder)
+    }
+
+    /// Splits the right side `b` and eliminates in it; returns that of the remainder, to be
+    /// replaced by its solution.
+    pub(super) fn reduce(&mut self, plan: &Elimination, b: &[f64]) -> &mut [T] {
+        for (x, &row) in self.x.iter_mut().zip(&plan.rows) {
+            *x = T::load(b, row, plan.n);
+        }
+        for (k, pivot) in plan.pivots.iter().enumerate() {
+            let u = T::load(b, pivot.row, plan.n) * self.inverse[k];
+            self.u[k] = u;
+            let entries = plan.c.of(k);
+            for (&c, &at) in self.c[entries.clone()].iter().zip(&plan.c.at[entries]) {
+                self.x[at] -= c * u;
+            }
+        }
+        &mut self.x
+    }
+
+    /// Completes the solution of the remainder and writes all of it.
+    pub(super) fn complete(&mut self, plan: &Elimination, out: &mut [f64]) {
+        for (k, pivot) in plan.pivots.iter().enumerate() {
+            let mut u = self.u[k];
+            let entries = plan.b.of(k);
+            for (&b, &at) in self.b[entries.clone()].iter().zip(&plan.b.at[entries]) {
+                u -= b * self.x[at];
+            }
+            u.store(out, pivot.unknown, plan.n);
+        }
+        for (x, &unknown) in self.x.iter().zip(&plan.unknowns) {
+            x.store(out, unknown, plan.n);
+        }
+    }
+}

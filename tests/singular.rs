@@ -1,0 +1,70 @@
+//! Singular poses: the N-four-bar folds flat at every half turn, all its windows at once, and could
+//! go on in 2ᴺ ways.
+
+mod support;
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use bksim::mbs::model::Method;
+use serde_json::Value;
+use support::{derive, model, path, solve, windows};
+
+/// Rows of (t, θ, θ′) of the closed form; θ turns clockwise.
+fn closed_form(n: usize) -> Vec<[f64; 3]> {
+    let text = std::fs::read_to_string(path("tests/data/n-four-bar.json")).expect("the data");
+    let data: Value = serde_json::from_str(&text).expect("JSON");
+    let rows = data["runs"][n.to_string()].as_array().expect("rows");
+    let number = |x: &Value| x.as_f64().expect("a number");
+    rows.iter().map(|row| std::array::from_fn(|k| number(&row[k]))).collect()
+}
+
+/// Runs the N-four-bar, checks it against the closed form, and returns the worst angle error.
+fn check(n: usize, rtol: f64, method: Method) -> f64 {
+    let mut model = model(&windows(n));
+    (model.solve.rtol, model.solve.atol, model.solve.method) = (rtol, 1e-2 * rtol, method);
+    let motion = solve(&derive(model));
+    let summary = &motion.summary;
+    let what = format!("N = {n}, rtol {rtol:.0e}, {method:?}");
+
+    let known = closed_form(n);
+    let worst = motion
+        .samples
+        .iter()
+        .zip(&known)
+        .map(|(sample, [t, theta, _])| {
+            assert!((sample.t - t).abs() < 1e-12, "{what}: t = {} against {t}", sample.t);
+            (sample.q[0] + theta).abs()
+        })
+        .fold(0.0, f64::max);
+
+    // Flat at θ = π/2, 3π/2, …: there, and only there, the row across each window is lost.
+    let folds = |[_, theta, _]: &[f64; 3]| ((theta + FRAC_PI_2) / PI).floor() as i64;
+    let n_crossings: i64 =
+        known.windows(2).map(|two| (folds(&two[1]) - folds(&two[0])).abs()).sum();
+    let times: Vec<f64> = summary.singular_poses.iter().map(|pose| pose.t).collect();
+    assert_eq!(times.len() as i64, n_crossings, "{what}: {times:?}");
+    for pose in &summary.singular_poses {
+        assert_eq!((pose.rank, pose.rows.len()), (n, n), "{what}: {pose:?}");
+    }
+    let energy = summary.energy.worst_error / summary.energy.scale;
+    assert!(energy < 1e-5, "{what}: energy off by {energy:.1e} of its scale");
+    worst
+}
+
+#[test]
+fn windows_fold_flat_and_stay_on_their_branch() {
+    for n in [2, 10, 40] {
+        for rtol in [1e-6, 1e-8] {
+            let error = check(n, rtol, Method::Auto);
+            assert!(error < 20.0 * rtol, "N = {n}, rtol {rtol:.0e}: angle off by {error:.1e}");
+        }
+    }
+}
+
+#[test]
+fn radau_hands_over_ahead_of_the_pose_and_takes_over_behind() {
+    for rtol in [1e-6, 1e-8] {
+        let error = check(2, rtol, Method::Radau);
+        assert!(error < 100.0 * rtol, "rtol {rtol:.0e}: angle off by {error:.1e}");
+    }
+}
