@@ -60,6 +60,32 @@ fn collect(value: &Value, path: &str, keys: &mut Keys) {
     }
 }
 
+/// A block that runs against a stop, with friction and a spring with a kink.
+const CONTACTS: &str = r#"
+[bodies.block]
+mass = "2 kg"
+[joints.S]
+type = "prismatic"
+between = ["ground", "block"]
+axis = [1, 0]
+[loads.wall]
+type = "stop"
+joint = "S"
+max = "0.2 m"
+restitution = 0.5
+[loads.dry]
+type = "friction"
+joint = "S"
+force = "1 N"
+static = "2 N"
+[loads.spring]
+type = "force"
+on = "block"
+vector = ["-40 N/m*abs(S.position)", 0]
+[initial]
+S = { position = "-0.1 m", velocity = "3 m/s" }
+"#;
+
 #[test]
 fn the_page_lists_the_keys_that_are_printed() {
     let place = Scratch::new();
@@ -68,6 +94,7 @@ fn the_page_lists_the_keys_that_are_printed() {
         place.write(&format!("{example}.toml"), model.expect("an example"));
     }
     place.write("bad.toml", "[bodies.b]\nmas = 1\n");
+    place.write("contacts.toml", CONTACTS);
     let commands = [
         "new fresh",
         "check five-link.toml",
@@ -77,12 +104,14 @@ fn the_page_lists_the_keys_that_are_printed() {
         "check missing.toml",
         "equations five-link.toml",
         "equations four-bar.toml",
+        "equations contacts.toml",
         "expr x*y-y=1 --solve x --certificate",
         "expr x+1 --at x=1",
         "assemble five-link.toml",
         "assemble parallelogram.toml",
         "solve parallelogram.toml --every 0.1",
         "solve five-link.toml --t-end 0.5",
+        "solve contacts.toml --t-end 1",
         "solve five-link.toml --t-end 0",
         "export parallelogram.mcap energy -o energy.csv",
         "explain",

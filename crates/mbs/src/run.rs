@@ -165,7 +165,7 @@ pub fn run(
         return Ok(recorder.summary);
     }
     let mut run = Run::new(recorder, start, options, observer, stop);
-    let outcome = run.to_end(compiled, equations);
+    let outcome = run.run_to_end(compiled, equations);
     let recorder = run.recorder;
     if recorder.is_undefined {
         return Err(Box::new(undefined(recorder)));

@@ -172,41 +172,29 @@ pub fn start(
     let moved = closing.moved(t, &q, &v);
     let mobility = q.len() - joint_rank;
 
-    if compiled.watch.is_empty() {
+    let settled = if compiled.watch.is_empty() {
         let (mut a, mut lambda) = (vec![0.0; compiled.nq()], vec![0.0; compiled.nc()]);
         multipliers
             .complete_into(&mut evaluator, t, (&q, &v), &mut a, &mut lambda)
             .map_err(|_| StartError::NotFinite)?;
         let dependent = dependence.dependent.clone();
-        return Ok(Start {
-            t,
-            mobility,
-            moved,
-            q,
-            v,
-            a,
-            lambda,
-            position_residual,
-            velocity_residual,
-            dependence,
-            dependent,
-            modes,
-        });
-    }
-    let settled = settle_start(compiled, parameters, &model.solve, &modes, (t, q, v))?;
+        Settled { modes, q, v, a, lambda, dependent, blow: 0.0, hits: Vec::new() }
+    } else {
+        settle_start(compiled, parameters, &model.solve, &modes, (t, q, v))?
+    };
     Ok(Start {
         t,
-        mobility,
-        moved,
         q: settled.q,
         v: settled.v,
         a: settled.a,
         lambda: settled.lambda,
+        moved,
         position_residual,
         velocity_residual,
         dependence,
         dependent: settled.dependent,
         modes: settled.modes,
+        mobility,
     })
 }
 

@@ -1,5 +1,6 @@
 //! `bksim solve`: from the model file to the log.
 
+mod events;
 mod report;
 
 use std::fs::{self, File};

@@ -17,7 +17,8 @@ impl Reader<'_> {
         let freedom = target.as_ref().and_then(|(joint, idx, _)| self.freedom(*joint, *idx));
         let quantity = freedom.map_or(Quantity::LENGTH, |freedom| freedom.quantities()[0]);
         let mut limit = |key| {
-            let node = fields.get(key)?;
+            // Without the joint nobody knows what its limits measure.
+            let node = fields.get(key).filter(|_| freedom.is_some())?;
             self.scalar(node, quantity, &fields.what(key), Scope::Constant)
         };
         let [min, max] = [limit("min"), limit("max")];
@@ -26,7 +27,7 @@ impl Reader<'_> {
             fields.require(self, "min", &help);
             return None;
         }
-        self.check_room(fields, &min, &max);
+        self.check_room(fields, min.as_ref(), max.as_ref());
         let restitution = match fields.get("restitution") {
             None => self.pool.zero(),
             Some(node) => {
@@ -59,15 +60,17 @@ impl Reader<'_> {
         if fields.conflict(self, "force", "torque") {
             return None;
         }
-        let help = format!("write for example `{key} = \"{}\"`", quantity.example);
-        let node = fields.require(self, key, &help)?;
-        let sliding = self.friction(fields, key, node, quantity)?;
+        let motion = if turns { "turns" } else { "slides" };
+        let help =
+            format!("the joint {motion}: write for example `{key} = \"{}\"`", quantity.example);
+        let node = fields.require(self, key, &help);
+        let (joint, motion_idx, _) = target?;
+        let sliding = node.and_then(|node| self.friction(fields, key, node, quantity));
         let sticking = match fields.get("static") {
-            Some(node) => self.friction(fields, "static", node, quantity)?,
+            Some(node) => self.friction(fields, "static", node, quantity),
             None => sliding.clone(),
         };
-        let (joint, motion_idx, _) = target?;
-        let (sliding, sticking) = (sliding.expr, sticking.expr);
+        let (sliding, sticking) = (sliding?.expr, sticking?.expr);
         Some(LoadKind::Friction { joint, motion_idx, sliding, sticking })
     }
 
@@ -96,7 +99,7 @@ impl Reader<'_> {
     }
 
     /// Between two limits there must be room.
-    fn check_room(&mut self, fields: &Fields<'_>, min: &Option<Scalar>, max: &Option<Scalar>) {
+    fn check_room(&mut self, fields: &Fields<'_>, min: Option<&Scalar>, max: Option<&Scalar>) {
         let (Some(min), Some(max)) = (min, max) else { return };
         let (Some(low), Some(high)) = (min.value, max.value) else { return };
         if low < high {

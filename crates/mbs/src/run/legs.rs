@@ -124,7 +124,7 @@ impl<'a, 'b> Run<'a, 'b> {
     ///
     /// # Errors
     /// [`Halt`] says why the run cannot go on.
-    pub(crate) fn to_end(
+    pub(crate) fn run_to_end(
         &mut self,
         compiled: &'a CompiledSystem,
         equations: &MotionEquations,

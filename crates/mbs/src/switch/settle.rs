@@ -274,7 +274,9 @@ impl<'a> Work<'a> {
     /// All stops in touch hold; friction is bounded, so that it gives no impulse.
     fn modes_of_blow(&self, touching: &[usize]) -> Modes {
         let mut modes = self.modes.clone();
-        touching.iter().for_each(|&k| modes.touches[k] = Touch::Resting);
+        for &k in touching {
+            modes.touches[k] = Touch::Resting;
+        }
         for touch in &mut modes.touches {
             if let Touch::Sticking(_) = touch {
                 *touch = Touch::Sliding(0.0);
@@ -286,7 +288,9 @@ impl<'a> Work<'a> {
     /// Restitution of each stop in touch; none where the bounces to come are too small to be seen.
     fn restitutions(&self, touching: &[usize], view: &View) -> Vec<f64> {
         let mut free = self.modes.clone();
-        touching.iter().for_each(|&k| free.touches[k] = Touch::Apart);
+        for &k in touching {
+            free.touches[k] = Touch::Apart;
+        }
         let pressing = self.accelerate(&free).map(|found| found.rates);
         let n_kinks = self.modes.signs.len();
         let [height, rate] = self.at.bands.rest;
@@ -448,7 +452,9 @@ fn onto_rows(
 /// The independent rows beside the stops; which these are must not depend on the stops.
 fn beside(at: &Matrices, stops: &[usize]) -> Vec<usize> {
     let mut joints = at.jacobian.clone();
-    stops.iter().for_each(|&row| joints.row_mut(row).fill(0.0));
+    for &row in stops {
+        joints.row_mut(row).fill(0.0);
+    }
     let dependent = dependent_rows(&joints).dependent;
     (0..joints.nrows()).filter(|row| !dependent.contains(row)).collect()
 }

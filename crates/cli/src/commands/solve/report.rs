@@ -102,6 +102,8 @@ impl Report<'_> {
             rows.push(("constraints", both.join(", ")));
         }
         rows.extend(self.singular_poses().map(|told| ("singular", told)));
+        let events = super::events::told(self.mechanism, &self.summary.changes, energy.blows);
+        rows.extend(events.map(|told| ("events", told)));
         rows.extend([
             (
                 "energy",
@@ -155,7 +157,7 @@ impl Report<'_> {
         ))
     }
 
-    /// Names of the joints and drives of some constraint rows, each once.
+    /// Names of the joints, drives and loads of some constraint rows, each once.
     fn sources(&self, rows: &[usize]) -> Vec<&str> {
         let Mechanism { model, system, .. } = self.mechanism;
         let mut names: Vec<&str> = Vec::new();
@@ -215,6 +217,7 @@ impl Report<'_> {
                 "rank": pose.rank,
                 "names": self.sources(&pose.rows),
             })).collect::<Vec<_>>(),
+            "events": super::events::described(self.mechanism, &self.summary.changes),
             "steps": {
                 "n_step": stats.n_step, "n_accept": stats.n_accept, "n_reject": stats.n_reject,
                 "n_newton_failed": stats.n_newton_failed, "n_newton": stats.n_newton,
@@ -229,6 +232,7 @@ impl Report<'_> {
             },
             "energy": {
                 "initial": energy.initial, "last": energy.last, "work": energy.work,
+                "blows": energy.blows,
                 "worst_error": energy.worst_error, "scale": energy.scale,
                 "relative_error": relative,
             },

@@ -1,0 +1,69 @@
+//! What switched during a run, in words and as JSON.
+
+use bksim::Mechanism;
+use bksim::mbs::model::LoadId;
+use bksim::mbs::switch::{Change, ChangeKind};
+use serde_json::{Value, json};
+
+use crate::output::number;
+
+/// Loads that are told one by one; more are counted.
+const LOADS_TOLD: usize = 6;
+
+/// How often what happened; `None` when nothing switched.
+pub(super) fn told(mechanism: &Mechanism, changes: &[Change], blows: f64) -> Option<String> {
+    let mut counts: Vec<(Option<LoadId>, &str, usize)> = Vec::new();
+    for change in changes {
+        let (load, word) = words(change.kind);
+        match counts.iter_mut().find(|(l, w, _)| (*l, *w) == (load, word)) {
+            Some((.., n)) => *n += 1,
+            None => counts.push((load, word, 1)),
+        }
+    }
+    if counts.is_empty() {
+        return None;
+    }
+    let part = |&(load, word, n): &(Option<LoadId>, &str, usize)| {
+        let name = load.map(|load| format!("`{}` ", mechanism.model.loads[load.0].name));
+        format!("{}{word} {n}×", name.unwrap_or_default())
+    };
+    let mut parts: Vec<String> = counts.iter().take(LOADS_TOLD).map(part).collect();
+    if counts.len() > LOADS_TOLD {
+        parts.push(format!("and {} more kinds", counts.len() - LOADS_TOLD));
+    }
+    if blows != 0.0 {
+        parts.push(format!("work of blows {} J", number(blows)));
+    }
+    Some(parts.join(", "))
+}
+
+/// Every change, in order.
+pub(super) fn described(mechanism: &Mechanism, changes: &[Change]) -> Vec<Value> {
+    let event = |change: &Change| {
+        let (load, word) = words(change.kind);
+        let name = load.map(|load| mechanism.model.loads[load.0].name.as_str());
+        match change.kind {
+            ChangeKind::Kink(switch) => {
+                let function = mechanism.system.switches[switch].function;
+                let function = mechanism.model.pool.to_text(function);
+                json!({ "t": change.t, "event": word, "where_zero": function })
+            }
+            ChangeKind::Hit(_, speed) => {
+                json!({ "t": change.t, "event": word, "load": name, "speed": speed })
+            }
+            _ => json!({ "t": change.t, "event": word, "load": name }),
+        }
+    };
+    changes.iter().map(event).collect()
+}
+
+fn words(kind: ChangeKind) -> (Option<LoadId>, &'static str) {
+    match kind {
+        ChangeKind::Kink(_) => (None, "kinks"),
+        ChangeKind::Hit(load, _) => (Some(load), "hit"),
+        ChangeKind::Rest(load) => (Some(load), "rested on"),
+        ChangeKind::Part(load) => (Some(load), "left"),
+        ChangeKind::Stick(load) => (Some(load), "sticks"),
+        ChangeKind::Slide(load) => (Some(load), "slides"),
+    }
+}
