@@ -7,6 +7,7 @@
 use bksim_expr::{Expr, Pool, Runner, SymbolId, Tape, TapeError};
 
 use crate::evaluator::Evaluator;
+use crate::straight::StraightLine;
 
 use crate::assemble::{Source, SymbolicSystem};
 use crate::joint::MotionKind;
@@ -40,6 +41,8 @@ pub struct CompiledSystem {
     pub drives: Vec<Quantity>,
     /// M, G, f and γ of (t, q, v).
     pub(crate) dynamics: Runner,
+    /// v̇, λ and factors of (t, q, v), of small mechanisms; see [`StraightLine`].
+    pub(crate) straight_line: Option<Runner>,
     /// G, g and ∂g/∂t of (t, q).
     pub(crate) constraints: Runner,
     pub(crate) shape: Shape,
@@ -90,16 +93,19 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     };
 
     let shape = Shape::of(system);
-    let mass = system.mass_matrix.lower().map(|(.., entry)| entry);
+    let mass: Vec<Expr> = system.mass_matrix.lower().map(|(.., entry)| entry).collect();
     let jacobian: Vec<Expr> =
         system.constraint_jacobian.entries().map(|(.., entry)| entry).collect();
     let forces = (0..shape.nq).map(|i| {
         let resisting = pool.add(system.bias[i], system.potential_gradient[i]);
         pool.sub(system.force[i], resisting)
     });
-    let gammas = (0..shape.nc).map(|row| constraint_gamma(model, system, row));
-    let dynamics: Vec<Expr> =
-        mass.chain(jacobian.iter().copied()).chain(forces).chain(gammas).collect();
+    let forces: Vec<Expr> = forces.collect();
+    let gammas: Vec<Expr> = (0..shape.nc).map(|row| constraint_gamma(model, system, row)).collect();
+    let dynamics = [mass.as_slice(), &jacobian, &forces, &gammas].concat();
+    let straight_line = StraightLine::of(pool, &shape, (&mass, &jacobian), (&forces, &gammas))
+        .map(|line| tape(&line.outputs(), &[&q, &v]))
+        .transpose()?;
     let closed = system.constraints.iter().map(|c| c.expression);
     let constraints: Vec<Expr> =
         jacobian.into_iter().chain(closed).chain(system.constraint_rate.iter().copied()).collect();
@@ -118,6 +124,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         joints: model.joints.iter().map(|j| j.name.clone()).collect(),
         drives: drive_quantities(model),
         dynamics: tape(&dynamics, &[&q, &v])?,
+        straight_line,
         constraints: tape(&constraints, &[&q])?,
         shape,
         energy: tape(&energy, &[&q, &v, &lambda])?,

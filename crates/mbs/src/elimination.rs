@@ -14,6 +14,8 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
 
+use bksim_expr::{Expr, Pool};
+
 use crate::compile::Shape;
 
 /// A pivot below this part of what it was at its best, or of its own diagonal entry of M, is
@@ -175,6 +177,75 @@ impl Elimination {
         } else {
             Err(Singular::Coordinate)
         }
+    }
+
+    /// Number of multiplications and subtractions of the elimination.
+    pub(crate) fn n_updates(&self) -> usize {
+        self.targets.len()
+    }
+
+    /// The elimination and the solution for one right side, carried out with expressions: the
+    /// solution, coordinates first, and the factors for [`Elimination::adopt`].
+    pub(crate) fn with_expressions(
+        &self,
+        pool: &Pool,
+        (mass, jacobian): (&[Expr], &[Expr]),
+        right_side: Vec<Expr>,
+    ) -> (Vec<Expr>, Vec<Expr>) {
+        let n = self.nodes.len();
+        let mut values = vec![pool.zero(); self.values.len()];
+        for (&slot, &value) in self.slots.iter().zip(mass.iter().chain(jacobian)) {
+            values[slot] = value;
+        }
+        let mut next = 0;
+        let mut inverses = Vec::with_capacity(n);
+        for k in 0..n {
+            let inverse = pool.powi(values[k], -1);
+            let (from, to) = (n + self.starts[k], n + self.starts[k + 1]);
+            for j in from..to {
+                let factor = pool.mul(values[j], inverse);
+                for i in j..to {
+                    let target = self.targets[next];
+                    values[target] = pool.sub(values[target], pool.mul(factor, values[i]));
+                    next += 1;
+                }
+            }
+            values[from..to].iter_mut().for_each(|l| *l = pool.mul(*l, inverse));
+            inverses.push(inverse);
+        }
+
+        let mut x: Vec<Expr> = self.nodes.iter().map(|&node| right_side[node]).collect();
+        for k in 0..n {
+            for p in self.starts[k]..self.starts[k + 1] {
+                let row = self.rows[p];
+                x[row] = pool.sub(x[row], pool.mul(values[n + p], x[k]));
+            }
+        }
+        for k in (0..n).rev() {
+            let below = (self.starts[k]..self.starts[k + 1])
+                .map(|p| pool.mul(values[n + p], x[self.rows[p]]));
+            let below: Vec<Expr> = below.collect();
+            x[k] = pool.sub(pool.mul(x[k], inverses[k]), pool.sum(below));
+        }
+        let mut solution = right_side;
+        self.nodes.iter().zip(x).for_each(|(&node, x)| solution[node] = x);
+        values.pop();
+        (solution, values)
+    }
+
+    /// Takes factors that were computed elsewhere: the diagonal, then the entries below it, in this
+    /// order of elimination.
+    ///
+    /// # Errors
+    /// As for [`Elimination::factor`].
+    pub(crate) fn adopt(&mut self, factors: &[f64]) -> Result<(), Singular> {
+        self.values[..factors.len()].copy_from_slice(factors);
+        self.weakness = 1.0;
+        for k in 0..self.nodes.len() {
+            self.best[k] = self.best[k].max(self.values[k]);
+            self.checked_pivot(k)?;
+        }
+        Ok(())
     }
 
     /// The smallest pivot of a multiplier as a part of its best so far: about the square of the

@@ -11,6 +11,7 @@ use crate::rows::SparseRows;
 pub struct Evaluator<'a> {
     system: &'a CompiledSystem,
     dynamics: Workspace,
+    straight_line: Option<Workspace>,
     constraints: Workspace,
     energy: Workspace,
     power: Option<Workspace>,
@@ -60,10 +61,15 @@ impl<'a> Evaluator<'a> {
     pub(crate) fn new(system: &'a CompiledSystem, parameters: &[f64]) -> Self {
         let (nq, nc) = (system.nq(), system.nc());
         let tapes = [&system.dynamics, &system.constraints, &system.energy, &system.reactions];
-        let n_outputs = tapes.map(|runner| runner.tape().n_outputs()).into_iter().max();
+        let tapes = tapes.into_iter().chain(&system.straight_line);
+        let n_outputs = tapes.map(|runner| runner.tape().n_outputs()).max();
         Self {
             system,
             dynamics: system.dynamics.tape().workspace(parameters),
+            straight_line: system
+                .straight_line
+                .as_ref()
+                .map(|runner| runner.tape().workspace(parameters)),
             constraints: system.constraints.tape().workspace(parameters),
             energy: system.energy.tape().workspace(parameters),
             power: system.power.as_ref().map(|runner| runner.tape().workspace(parameters)),
@@ -89,6 +95,17 @@ impl<'a> Evaluator<'a> {
         let (jacobian, rest) = rest.split_at(shape.jacobian.len());
         let (force, gamma) = rest.split_at(shape.nq);
         DynamicsAt { shape, mass, jacobian, force, gamma }
+    }
+
+    /// v̇, λ and the factors they come from, see [`crate::straight::StraightLine`]; `None` for large
+    /// mechanisms.
+    pub(crate) fn straight_line(&mut self, t: f64, q: &[f64], v: &[f64]) -> Option<&[f64]> {
+        let Self { system, straight_line, inputs, outputs, .. } = self;
+        let (runner, workspace) = system.straight_line.as_ref().zip(straight_line.as_mut())?;
+        let outputs = &mut outputs[..runner.tape().n_outputs()];
+        gather(inputs, t, &[q, v]);
+        runner.evaluate(workspace, inputs, outputs);
+        Some(outputs)
     }
 
     /// G, g and ∂g/∂t at a position.

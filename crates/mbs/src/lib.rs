@@ -28,5 +28,6 @@ pub mod run;
 pub mod sparse;
 mod spatial;
 pub mod start;
+mod straight;
 pub mod switch;
 pub mod tree;

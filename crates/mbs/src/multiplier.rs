@@ -43,8 +43,7 @@ pub(crate) struct MultiplierSystem {
     factors: Factors,
     /// Right side, then solution: nq coordinates, then the kept multipliers.
     x: Vec<f64>,
-    /// Values of M and G that were factored.
-    mass: Vec<f64>,
+    /// Values of G that were factored.
     jacobian: Vec<f64>,
     residual: Vec<f64>,
     trial: Vec<f64>,
@@ -86,7 +85,6 @@ impl MultiplierSystem {
             augmented: None,
             factors: Factors::Recorded,
             x: vec![0.0; nq + kept.len()],
-            mass: vec![0.0; shape.mass.len()],
             jacobian: vec![0.0; shape.jacobian.len()],
             residual: vec![0.0; nc],
             trial: vec![0.0; nq],
@@ -142,7 +140,6 @@ impl MultiplierSystem {
     /// # Errors
     /// [`NotFinite`] when an entry is not finite; its row is counted in (q, λ).
     pub(crate) fn factor(&mut self, at: &DynamicsAt) -> Result<(), NotFinite> {
-        self.mass.copy_from_slice(at.mass);
         self.jacobian.copy_from_slice(at.jacobian);
         if self.eliminate(at).is_ok() {
             self.factors = Factors::Recorded;
@@ -281,6 +278,13 @@ impl MultiplierSystem {
         lambda: &mut [f64],
     ) -> Result<Solution, NotFinite> {
         const PASSES: usize = 3;
+        if self.kept.len() == lambda.len()
+            && self.augmented.is_none()
+            && let Some(line) = evaluator.straight_line(t, q, v)
+            && self.adopt_into(line, vdot, lambda)
+        {
+            return Ok(Solution::Regular);
+        }
         self.accelerations_into(&evaluator.dynamics(t, q, v), vdot, lambda)?;
         let fastest = largest(v);
         if self.weakness() > LIMIT_BELOW {
@@ -317,6 +321,18 @@ impl MultiplierSystem {
         }
         vdot.copy_from_slice(&a);
         Ok(Solution::Limit)
+    }
+
+    /// Takes solution and factors from straight-line code; false where they need a closer look.
+    fn adopt_into(&mut self, line: &[f64], vdot: &mut [f64], lambda: &mut [f64]) -> bool {
+        let (solution, factors) = line.split_at(vdot.len() + lambda.len());
+        let is_regular =
+            self.elimination.adopt(factors).is_ok() && self.elimination.weakness() > REFINED_BELOW;
+        self.factors = Factors::Recorded;
+        let (a, multipliers) = solution.split_at(vdot.len());
+        vdot.copy_from_slice(a);
+        lambda.copy_from_slice(multipliers);
+        is_regular && solution.iter().all(|value| value.is_finite())
     }
 
     /// As [`MultiplierSystem::limit_into`], refined; the multipliers are the smallest ones where they
@@ -356,13 +372,13 @@ impl MultiplierSystem {
         let (upper, lower) = self.x.split_at_mut(self.nq);
         upper.copy_from_slice(at.force);
         self.residual.iter_mut().zip(at.gamma).for_each(|(r, gamma)| *r = -gamma);
-        for (&(i, j), &m) in at.shape.mass.iter().zip(&self.mass) {
+        for (&(i, j), &m) in at.shape.mass.iter().zip(at.mass) {
             upper[i] -= m * vdot[j];
             if i != j {
                 upper[j] -= m * vdot[i];
             }
         }
-        for (&(row, i), &g) in at.shape.jacobian.iter().zip(&self.jacobian) {
+        for (&(row, i), &g) in at.shape.jacobian.iter().zip(at.jacobian) {
             upper[i] -= g * lambda[row];
             self.residual[row] -= g * vdot[i];
         }
