@@ -2,7 +2,7 @@
 
 mod support;
 
-use bksim::mbs::model::CoordinatePolicy;
+use bksim::mbs::model::{CoordinatePolicy, Method};
 use bksim::mbs::switch::ChangeKind;
 use bksim::{Mechanism, Motion};
 use support::{Within, close, derive, model, solve};
@@ -338,4 +338,33 @@ fn what_cannot_go_on_is_named() {
     );
     let said = refused(&beyond);
     assert!(said.contains("S007") && said.contains("by 0.1"), "{said}");
+}
+
+#[test]
+fn implicit_and_explicit_steps_meet_the_same_events() {
+    // A block that rubs, bounces between two stops on a spring with a kink, and comes to rest.
+    let text = block(
+        "[loads.walls]\ntype = \"stop\"\njoint = \"S\"\nmin = \"-0.3 m\"\nmax = \"0.2 m\"\n\
+         restitution = 0.7\n\
+         [loads.dry]\ntype = \"friction\"\njoint = \"S\"\nforce = \"3 N\"\nstatic = \"4 N\"\n\
+         [loads.F]\ntype = \"force\"\non = \"block\"\nvector = [\"-60 N/m*x - 20 N/m*abs(x)\", 0]\n\
+         [initial]\nx_dot = \"3 m/s\"\n",
+    );
+    let runs = [Method::Auto, Method::Radau, Method::Explicit].map(|method| {
+        let mut model = model(&text);
+        model.solve.method = method;
+        (model.solve.rtol, model.solve.atol, model.solve.t_end) = (1e-9, 1e-9, 4.0);
+        let motion = solve(&derive(model));
+        balanced("all together", &motion, 1e-7);
+        motion
+    });
+    let [auto, others @ ..] = &runs;
+    assert!(auto.summary.changes.len() >= 6, "{:?}", auto.summary.changes);
+    for other in others {
+        assert_eq!(auto.summary.changes.len(), other.summary.changes.len());
+        for (a, b) in auto.summary.changes.iter().zip(&other.summary.changes) {
+            let within = Within { relative: 0.0, absolute: 1e-6 };
+            close(&format!("{:?} and {:?}", a.kind, b.kind), a.t, b.t, within);
+        }
+    }
 }
