@@ -82,7 +82,9 @@ impl SparseRows {
     /// Some of the rows.
     pub(crate) fn select(&self, rows: &[usize]) -> Self {
         let mut selected = Self::new(self.n_columns);
-        rows.iter().for_each(|&row| selected.push(self.row(row).iter().copied()));
+        for &row in rows {
+            selected.push(self.row(row).iter().copied());
+        }
         selected
     }
 
