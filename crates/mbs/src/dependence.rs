@@ -107,7 +107,9 @@ impl Basis {
             self.lower[i].push((number, l));
             self.parent[i].get_or_insert(number);
         }
-        row.iter().for_each(|&(column, g)| self.of_column[column].push((number, g)));
+        for &(column, g) in row {
+            self.of_column[column].push((number, g));
+        }
         self.kept.push(row_idx);
         self.rows.push(row.iter().copied());
         self.diagonal.push(rest);
@@ -154,7 +156,9 @@ impl Basis {
         const REFINEMENTS: usize = 2;
         let n = self.kept.len();
         let mut combination = vec![0.0; n];
-        below.iter().for_each(|&(i, l)| combination[i] = l);
+        for &(i, l) in below {
+            combination[i] = l;
+        }
         self.back_substitute(&mut combination);
         let mut left = self.left(row, &combination);
         for _ in 0..REFINEMENTS {
@@ -182,7 +186,9 @@ impl Basis {
     /// A row without a combination of the kept ones.
     fn left(&self, row: &[(usize, f64)], combination: &[f64]) -> Vec<f64> {
         let mut left = vec![0.0; self.rows.n_columns];
-        row.iter().for_each(|&(column, g)| left[column] += g);
+        for &(column, g) in row {
+            left[column] += g;
+        }
         for (i, &part) in combination.iter().enumerate().filter(|(_, part)| **part != 0.0) {
             self.rows.row(i).iter().for_each(|&(column, g)| left[column] -= part * g);
         }

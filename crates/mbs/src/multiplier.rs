@@ -77,7 +77,9 @@ impl MultiplierSystem {
     pub(crate) fn new(shape: &Shape, dependent: &[usize]) -> Self {
         let (nq, nc) = (shape.nq, shape.nc);
         let mut takes_part = vec![true; nc];
-        dependent.iter().for_each(|&row| takes_part[row] = false);
+        for &row in dependent {
+            takes_part[row] = false;
+        }
         let kept: Vec<usize> = (0..nc).filter(|&row| takes_part[row]).collect();
         Self {
             nq,

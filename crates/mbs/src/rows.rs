@@ -82,7 +82,9 @@ impl SparseRows {
     /// Some of the rows.
     pub(crate) fn select(&self, rows: &[usize]) -> Self {
         let mut selected = Self::new(self.n_columns);
-        rows.iter().for_each(|&row| selected.push(self.row(row).iter().copied()));
+        for &row in rows {
+            selected.push(self.row(row).iter().copied());
+        }
         selected
     }
 
@@ -194,17 +196,14 @@ impl Inverse {
     /// iteration; and |Gᵀ y|, the smallest singular value, unless it is far below δ.
     pub(crate) fn weakest_combination(&mut self) -> (Vec<f64>, f64) {
         const ROUNDS: usize = 4;
-        let (n, m) = (self.rows.n_columns, self.rows.n_rows());
         // No direction of a mechanism is at right angles to these steps of the golden section.
         const GOLDEN: f64 = 0.618_033_988_749_894_9;
+        let (n, m) = (self.rows.n_columns, self.rows.n_rows());
         let mut y: Vec<f64> = (1..=m).map(|k| 0.5 + (GOLDEN * k as f64).fract()).collect();
         for _ in 0..ROUNDS {
-            let scale = 1.0 / length(&y);
-            y.iter_mut().for_each(|y| *y *= scale);
-            y = self.solve(&y).split_off(n + m);
+            y = self.solve(&unit(&y)).split_off(n + m);
         }
-        let scale = 1.0 / length(&y);
-        y.iter_mut().for_each(|y| *y *= scale);
+        let y = unit(&y);
         let vanishing = length(&self.rows.transposed().times(&y));
         (y, vanishing)
     }
@@ -220,6 +219,12 @@ impl Inverse {
 
 fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
+}
+
+/// x by its length.
+fn unit(x: &[f64]) -> Vec<f64> {
+    let scale = 1.0 / length(x);
+    x.iter().map(|x| scale * x).collect()
 }
 
 /// √(x · x).
