@@ -71,8 +71,12 @@ pub(crate) fn table(rows: &[Vec<String>]) -> String {
     };
     let widths: Vec<usize> = (0..n_columns).map(|column| width(column).unwrap_or(0)).collect();
     let line = |row: &Vec<String>| {
-        let cells = row.iter().zip(&widths).map(|(cell, &width)| format!("{cell:<width$}"));
-        format!("  {}", cells.collect::<Vec<_>>().join("  ")).trim_end().to_owned()
+        // Not by a format's width, which cannot hold that of any cell.
+        let padded = |(cell, &width): (&String, &usize)| {
+            format!("{cell}{}", " ".repeat(width - cell.chars().count()))
+        };
+        let cells: Vec<String> = row.iter().zip(&widths).map(padded).collect();
+        format!("  {}", cells.join("  ")).trim_end().to_owned()
     };
     rows.iter().map(line).collect::<Vec<_>>().join("\n")
 }

@@ -147,9 +147,11 @@ fn the_page_lists_the_keys_that_are_printed() {
     // Said once more where failures are explained.
     pages.get_mut("A command that fails").expect("the section").remove("diagnostics[]");
     // No example of these few lines crosses a singular pose.
-    let singular = pages.get_mut("solve").expect("the section").remove("singular_poses[]");
-    assert!(singular.is_some());
-    printed.get_mut("solve").expect("the command").remove("singular_poses[]");
+    let of_poses = |key: &String| key.starts_with("singular_poses[]");
+    let solve = pages.get_mut("solve").expect("the section");
+    assert_eq!(solve.keys().filter(|key| of_poses(key)).count(), 3);
+    solve.retain(|key, _| !of_poses(key));
+    printed.get_mut("solve").expect("the command").retain(|key, _| !of_poses(key));
     let titles = |map: &BTreeMap<String, Keys>| map.keys().cloned().collect::<Vec<_>>();
     assert_eq!(titles(&pages), titles(&printed));
     for (section, keys) in &printed {

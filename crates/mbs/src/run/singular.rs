@@ -77,10 +77,15 @@ impl Watch {
     ) -> Option<Sighting> {
         let nq = evaluator.shape().nq;
         let dip = Dip::of(evaluator, multipliers, step);
-        let t = dip.t;
         if dip.falls {
             self.near = None;
         }
+        let Some(t) = dip.t else {
+            if dip.rises {
+                self.near = None;
+            }
+            return None;
+        };
 
         // What the singular values say, there and at the ends.
         let mut y = vec![0.0; step.y1().len()];
@@ -122,10 +127,11 @@ pub(crate) fn is_ahead(
     if !values.iter().any(|&value| value < WEAK) {
         return false;
     }
-    let Dip { t, .. } = Dip::of(evaluator, multipliers, step);
-    let h = step.t1() - step.t0();
-    if weakness_within(evaluator, multipliers, step, (t - step.t0()) / h) < VANISHING {
-        return true;
+    if let Dip { t: Some(t), .. } = Dip::of(evaluator, multipliers, step) {
+        let part = (t - step.t0()) / (step.t1() - step.t0());
+        if weakness_within(evaluator, multipliers, step, part) < VANISHING {
+            return true;
+        }
     }
     values[2] < WEAK && is_foreseen(evaluator, multipliers, step)
 }
@@ -173,7 +179,8 @@ fn weakness_within(
 
 /// Where a step is weakest.
 struct Dip {
-    t: f64,
+    /// The instant, if the weakness may vanish there.
+    t: Option<f64>,
     /// Whether it has been regular before that, and is again behind.
     falls: bool,
     rises: bool,
@@ -187,13 +194,12 @@ impl Dip {
         let values: Vec<f64> = (0..=SAMPLES).map(|k| weakness(at(k))).collect();
         let least = (0..=SAMPLES).min_by(|&a, &b| values[a].total_cmp(&values[b])).unwrap_or(0);
         let (low, high) = (at(least.saturating_sub(1)), at((least + 1).min(SAMPLES)));
-        let part = golden_section(low, high, &mut weakness);
+        let t = may_vanish(&values, least).then(|| {
+            let part = golden_section(low, high, &mut weakness);
+            step.t0() + part * (step.t1() - step.t0())
+        });
         let is_regular = |values: &[f64]| values.iter().any(|&value| value >= NOTICEABLE);
-        Self {
-            t: step.t0() + part * (step.t1() - step.t0()),
-            falls: is_regular(&values[..least]),
-            rises: is_regular(&values[least..]),
-        }
+        Self { t, falls: is_regular(&values[..least]), rises: is_regular(&values[least..]) }
     }
 }
 
@@ -238,6 +244,24 @@ impl Loss {
             rows: (0..rows.n_rows()).filter(takes_part).collect(),
         })
     }
+}
+
+/// Whether weakness sampled at equal distances, the `least` of its values known, may vanish in between:
+/// it falls as the square of the distance to a singular pose, so the parabola through three values
+/// tells.
+fn may_vanish(values: &[f64], least: usize) -> bool {
+    const DEEP: f64 = 0.2;
+    let middle = least.clamp(1, values.len() - 2);
+    let [left, centre, right] = [values[middle - 1], values[middle], values[middle + 1]];
+    let (slope, curvature) = (0.5 * (right - left), right - 2.0 * centre + left);
+    let low = if curvature > 0.0 {
+        // No further than to the ends of the samples.
+        let vertex = (-slope / curvature).clamp(-1.0, 1.0);
+        centre + vertex * (slope + 0.5 * vertex * curvature)
+    } else {
+        values[least]
+    };
+    low < DEEP * left.max(right)
 }
 
 /// The argument between `low` and `high` of the least value, by golden sections.

@@ -62,8 +62,9 @@ pub(crate) struct Report<'a> {
     pub(crate) mechanism: &'a Mechanism,
 }
 
-/// Changes of method that are told one by one; more are counted.
+/// Changes of method, and singular poses, that are told one by one; more are counted.
 const CHANGES_TOLD: usize = 4;
+const POSES_TOLD: usize = 12;
 
 impl Report<'_> {
     pub(crate) fn text(&self) -> String {
@@ -147,9 +148,13 @@ impl Report<'_> {
     fn singular_poses(&self) -> Option<String> {
         let poses = &self.summary.singular_poses;
         let first = poses.first()?;
-        let times: Vec<_> = poses.iter().map(|pose| number(pose.t)).collect();
+        let times: Vec<_> = poses.iter().take(POSES_TOLD).map(|pose| number(pose.t)).collect();
+        let more = match poses.len().saturating_sub(POSES_TOLD) {
+            0 => String::new(),
+            rest => format!(" and {rest} more"),
+        };
         Some(format!(
-            "poses passed at t = {} s: {}, rank {} of {}; multipliers are not unique there",
+            "poses passed at t = {} s{more}: {}, rank {} of {}; multipliers are not unique there",
             times.join(", "),
             some_of(&self.sources(&first.rows)),
             first.rank,
