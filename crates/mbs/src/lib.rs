@@ -22,6 +22,7 @@ pub mod model;
 mod multiplier;
 pub mod reaction;
 pub mod run;
+pub mod sensitivity;
 mod spatial;
 pub mod start;
 pub mod switch;
