@@ -1,0 +1,307 @@
+//! Sensitivities of motions: a closed form, differences of tight runs, and what cannot be had.
+
+mod support;
+
+use bksim::mbs::model::{Formulation, Method};
+use bksim::mbs::sensitivity::StateSensitivity;
+use bksim::{Mechanism, Rejected, SensitivityMotion};
+use support::{Within, all_close, derive, example_text, model};
+
+/// Tolerance, end and form of a run.
+#[derive(Clone, Copy)]
+struct Setting {
+    rtol: f64,
+    t_end: f64,
+    every: f64,
+    formulation: Formulation,
+}
+
+const TIGHT: Setting =
+    Setting { rtol: 1e-11, t_end: 1.0, every: 0.1, formulation: Formulation::Ggl };
+
+fn mechanism(text: &str, set: Setting) -> Mechanism {
+    let mut model = model(text);
+    let solve = &mut model.solve;
+    (solve.rtol, solve.atol) = (set.rtol, set.rtol);
+    (solve.t_end, solve.every) = (set.t_end, Some(set.every));
+    (solve.method, solve.formulation) = (Method::Radau, set.formulation);
+    derive(model)
+}
+
+fn sensitivities(text: &str, names: &[&str], set: Setting) -> Result<SensitivityMotion, Rejected> {
+    let mechanism = mechanism(text, set);
+    let by: Result<Vec<_>, _> = names.iter().map(|name| mechanism.sensitive(name)).collect();
+    mechanism.sensitivities(&by?)
+}
+
+fn found(text: &str, names: &[&str], set: Setting) -> SensitivityMotion {
+    sensitivities(text, names, set).unwrap_or_else(|e| panic!("{names:?}: {e}"))
+}
+
+/// A line of a model, and how it reads at a value.
+struct Line {
+    written: &'static str,
+    at: fn(f64) -> String,
+    value: f64,
+    /// Half the distance of the two runs.
+    h: f64,
+}
+
+/// q, v, a, λ at every output by central differences of two runs.
+fn differences(text: &str, line: &Line, set: Setting) -> Vec<[Vec<f64>; 4]> {
+    assert_eq!(text.matches(line.written).count(), 1, "{}", line.written);
+    let run = |value: f64| {
+        let text = text.replace(line.written, &(line.at)(value));
+        let mechanism = mechanism(&text, set);
+        let motion = mechanism.solve().unwrap_or_else(|e| panic!("{}: {e}", line.written));
+        motion.samples.into_iter().map(|s| [s.q, s.v, s.a, s.lambda])
+    };
+    let slope = |(up, down): (&f64, &f64)| (up - down) / (2.0 * line.h);
+    run(line.value + line.h)
+        .zip(run(line.value - line.h))
+        .map(|(up, down)| {
+            std::array::from_fn(|k| up[k].iter().zip(&down[k]).map(slope).collect::<Vec<_>>())
+        })
+        .collect()
+}
+
+fn parts(s: &StateSensitivity) -> [&[f64]; 4] {
+    [&s.q, &s.v, &s.a, &s.lambda]
+}
+
+/// Compares a sensitivity with differences: q, v to `relative` of the largest derivative of the run,
+/// a and λ of theirs.
+fn agree(text: &str, name: &str, line: &Line, set: Setting, relative: f64) {
+    let motion = found(text, &[name], set);
+    let expected = differences(text, line, set);
+    assert_eq!(motion.sensitivities.len(), expected.len(), "{name}");
+    for (k, what) in ["q", "v", "a", "lambda"].into_iter().enumerate() {
+        let sizes = expected.iter().flat_map(|at| &at[k]).map(|value| value.abs());
+        let size = sizes.fold(0.0, f64::max);
+        assert!(k == 3 || size > 1e-3, "{name}: {what} does not depend on it");
+        let within = Within { relative: 0.0, absolute: relative * size + 1e-9 };
+        for (i, (by, expected)) in motion.sensitivities.iter().zip(&expected).enumerate() {
+            let t = motion.motion.samples[i].t;
+            let what = format!("{what} by {name} at t = {t}");
+            all_close(&what, parts(&by[0])[k], &expected[k], within);
+        }
+    }
+}
+
+const PENDULUM: &str = r#"
+[parameters]
+l = "0.7 m"
+start = "1e-4 rad"
+
+[bodies.bob]
+mass = "2 kg"
+inertia = 0
+com = [0, "-l"]
+
+[joints.A]
+type = "revolute"
+between = ["ground", "bob"]
+
+[loads.gravity]
+type = "gravity"
+acceleration = [0, "-9.81 m/s^2"]
+
+[initial]
+A = { angle = "start", rate = 0 }
+"#;
+
+/// φ = φ₀ cos ωt + φ̇₀/ω sin ωt with ω² = g/l, so ∂ω/∂l = −ω/(2l); exact up to φ₀².
+#[test]
+fn a_small_swing_has_the_sensitivities_of_its_closed_form() {
+    let by = found(PENDULUM, &["l", "start", "A.angle", "A.rate"], TIGHT);
+    let (l, start) = (0.7, 1e-4);
+    let omega = (9.81f64 / l).sqrt();
+    for (sample, by) in by.motion.samples.iter().zip(&by.sensitivities) {
+        let (t, (sine, cosine)) = (sample.t, (omega * sample.t).sin_cos());
+        let slope = start * omega / (2.0 * l);
+        let expected = [
+            [slope * t * sine, slope * (sine + omega * t * cosine)],
+            [cosine, -omega * sine],
+            [cosine, -omega * sine],
+            [sine / omega, cosine],
+        ];
+        let sizes = [slope * omega * TIGHT.t_end, omega, omega, 1.0];
+        for ((by, expected), size) in by.iter().zip(expected).zip(sizes) {
+            let within = Within { relative: 0.0, absolute: 1e-7 * size };
+            all_close("phi, rate", &[by.q[0], by.v[0]], &expected, within);
+        }
+    }
+}
+
+const LENGTH: Line = Line {
+    written: "l1 = \"1 m\"",
+    at: |value| format!("l1 = \"{value:?} m\""),
+    value: 1.0,
+    h: 1e-5,
+};
+
+const MASS: Line = Line {
+    written: "m3 = \"20 kg\"",
+    at: |value| format!("m3 = \"{value:?} kg\""),
+    value: 20.0,
+    h: 1e-3,
+};
+
+const RATE: Line = Line {
+    written: "A = { angle = 0, rate = 0 }",
+    at: |value| format!("A = {{ angle = 0, rate = \"{value:?} rad/s\" }}"),
+    value: 0.0,
+    h: 1e-5,
+};
+
+#[test]
+fn the_slider_crank_agrees_with_differences_of_tight_runs() {
+    let text = example_text("slider-crank");
+    for (name, line) in [("l1", &LENGTH), ("m3", &MASS), ("A.rate", &RATE)] {
+        agree(&text, name, line, TIGHT, 1e-6);
+    }
+}
+
+#[test]
+fn every_formulation_gives_the_same_sensitivities() {
+    let text = example_text("slider-crank");
+    for formulation in [Formulation::Index2, Formulation::Index3, Formulation::Index1] {
+        let set = Setting { formulation, rtol: 1e-10, t_end: 0.5, ..TIGHT };
+        agree(&text, "l1", &LENGTH, set, 1e-5);
+    }
+}
+
+#[test]
+fn the_driven_four_bar_agrees_with_differences_of_tight_runs() {
+    let text = example_text("four-bar");
+    let rocker = Line {
+        written: "c = \"0.25 m\"",
+        at: |value| format!("c = \"{value:?} m\""),
+        value: 0.25,
+        h: 1e-6,
+    };
+    let speed = Line {
+        written: "speed = \"60 rpm\"",
+        at: |value| format!("speed = \"{value:?} rad/s\""),
+        value: 2.0 * std::f64::consts::PI,
+        h: 1e-5,
+    };
+    for (name, line) in [("c", &rocker), ("speed", &speed)] {
+        agree(&text, name, line, TIGHT, 1e-6);
+    }
+}
+
+/// The third crank repeats what the first two impose; with common lengths all move together.
+#[test]
+fn redundant_joints_have_sensitivities_where_lengths_agree() {
+    let text = example_text("parallelogram");
+    let length = Line {
+        written: "\nl = \"0.4 m\"",
+        at: |value| format!("\nl = \"{value:?} m\""),
+        value: 0.4,
+        h: 1e-6,
+    };
+    let rate = Line {
+        written: "A = { angle = \"-30 deg\", rate = 0 }",
+        at: |value| format!("A = {{ angle = \"-30 deg\", rate = \"{value:?} rad/s\" }}"),
+        value: 0.0,
+        h: 1e-5,
+    };
+    let set = Setting { t_end: 0.2, every: 0.05, ..TIGHT };
+    agree(&text, "l", &length, set, 1e-6);
+    agree(&text, "A.rate", &rate, set, 1e-6);
+}
+
+/// Two pendulums in a chain; one number is stated about two rates.
+const CHAIN: &str = r#"
+[parameters]
+l1 = "1 m"
+l2 = "1.5*l1"
+
+[bodies.upper]
+mass = "2 kg"
+inertia = "0.3 kg m^2"
+com = [0, "-l1/2"]
+points = { O = [0, 0], P = [0, "-l1"] }
+
+[bodies.lower]
+mass = "1 kg"
+inertia = "0.2 kg m^2"
+com = [0, "-l2/2"]
+points = { P = [0, 0] }
+
+[joints.O]
+type = "revolute"
+between = ["ground", "upper.O"]
+
+[joints.P]
+type = "revolute"
+between = ["upper.P", "lower.P"]
+
+[loads.gravity]
+type = "gravity"
+acceleration = [0, "-9.81 m/s^2"]
+
+[initial]
+O = { angle = "30 deg" }
+P = { angle = "-70 deg" }
+lower = { vx = "0.4 m/s", guess = { vy = "0.3*l2*1 s^-1" } }
+"#;
+
+/// Velocities are the nearest to the guessed ones, and change as these do; l₂ follows l₁.
+#[test]
+fn open_velocities_change_as_the_nearest_ones() {
+    let speed = Line {
+        written: "vx = \"0.4 m/s\"",
+        at: |value| format!("vx = \"{value:?} m/s\""),
+        value: 0.4,
+        h: 1e-5,
+    };
+    agree(CHAIN, "l1", &LENGTH, TIGHT, 1e-6);
+    agree(CHAIN, "lower.vx", &speed, TIGHT, 1e-6);
+}
+
+/// Errors fall with the tolerance, as those of the motion do.
+#[test]
+fn sensitivities_converge_with_the_tolerance() {
+    let text = example_text("slider-crank");
+    let at = |rtol: f64| {
+        let motion = found(&text, &["l1", "A.rate"], Setting { rtol, every: 1.0, ..TIGHT });
+        motion.sensitivities.last().expect("an end").clone()
+    };
+    let exact = at(1e-12);
+    let error = |rtol: f64| {
+        let pairs = at(rtol).into_iter().zip(&exact);
+        let part = |(found, exact): (StateSensitivity, &StateSensitivity)| {
+            let off = found.q.iter().chain(&found.v).zip(exact.q.iter().chain(&exact.v));
+            off.map(|(a, b)| (a - b).abs() / (1.0 + b.abs())).fold(0.0, f64::max)
+        };
+        pairs.map(part).fold(0.0, f64::max)
+    };
+    let tolerances = [1e-4, 1e-6, 1e-8, 1e-10];
+    let errors = tolerances.map(error);
+    for (tolerance, error) in tolerances.into_iter().zip(errors) {
+        assert!(error < 100.0 * tolerance, "{tolerance:e}: {errors:?}");
+    }
+    assert!(errors[0] > 1e3 * errors[3], "errors do not fall: {errors:?}");
+}
+
+#[test]
+fn what_has_no_sensitivity_says_why() {
+    let rejected = |text: &str, name: &str| {
+        let error = sensitivities(text, &[name], TIGHT).expect_err("has none");
+        assert_eq!(error.0[0].code.0, "S012", "{error}");
+        error.to_string()
+    };
+    let crank = example_text("slider-crank");
+    assert!(rejected(&crank, "l9").contains("no parameter or stated initial value `l9`"));
+    assert!(rejected(&crank, "D.position").contains("is a guess"));
+    let stopped =
+        format!("{PENDULUM}\n[loads.limit]\ntype = \"stop\"\njoint = \"A\"\nmax = \"10 deg\"\n");
+    assert!(rejected(&stopped, "l").contains("stops"));
+    // One crank of three alone cannot be longer.
+    let cranks = example_text("parallelogram");
+    let alone = cranks.replace("R = [\"l\", 0]", "R = [\"l3\", 0]");
+    let alone = alone.replace("\nw = ", "\nl3 = \"0.4 m\"\nw = ");
+    assert!(rejected(&alone, "l3").contains("no motion exists for any other value of `l3`"));
+}
