@@ -5,7 +5,9 @@ mod support;
 use bksim::mbs::model::{Formulation, Method};
 use bksim::mbs::sensitivity::StateSensitivity;
 use bksim::{Mechanism, Rejected, SensitivityMotion};
-use support::{Within, all_close, derive, example_text, model};
+use support::{
+    Within, all_close, brief, derive, example_text, fitted_order, model, weighted_error,
+};
 
 /// Tolerance, end and form of a run.
 #[derive(Clone, Copy)]
@@ -261,29 +263,41 @@ fn open_velocities_change_as_the_nearest_ones() {
     agree(CHAIN, "lower.vx", &speed, TIGHT, 1e-6);
 }
 
+/// ∂q and ∂v of the slider-crank at the end of a run.
+fn at_end(set: Setting, step: Option<f64>) -> Vec<f64> {
+    let mut mechanism = mechanism(&example_text("slider-crank"), set);
+    mechanism.model.solve.step = step;
+    mechanism.model.solve.newton_tolerance = 1e-13;
+    let by = ["l1", "A.rate"].map(|name| mechanism.sensitive(name).expect("it is there"));
+    let motion = mechanism.sensitivities(&by).unwrap_or_else(|e| panic!("{e}"));
+    let last = motion.sensitivities.last().expect("an end");
+    last.iter().flat_map(|by| [&by.q[..], &by.v].concat()).collect()
+}
+
+/// Derivatives of a discrete solution of order 5 have order 5.
+#[test]
+fn sensitivities_of_fixed_steps_have_order_five() {
+    let set = Setting { rtol: 1e-12, every: 1.0, ..TIGHT };
+    let exact = at_end(set, None);
+    let steps = [1.0 / 10.0, 1.0 / 20.0, 1.0 / 40.0, 1.0 / 80.0];
+    let errors = steps.map(|h| weighted_error(&at_end(set, Some(h)), &exact));
+    let order = fitted_order(&steps, &errors);
+    assert!((4.6..5.4).contains(&order), "order {order:.2} from errors {}", brief(&errors));
+}
+
 /// Errors fall with the tolerance, as those of the motion do.
 #[test]
 fn sensitivities_converge_with_the_tolerance() {
-    let text = example_text("slider-crank");
-    let at = |rtol: f64| {
-        let motion = found(&text, &["l1", "A.rate"], Setting { rtol, every: 1.0, ..TIGHT });
-        motion.sensitivities.last().expect("an end").clone()
-    };
-    let exact = at(1e-12);
-    let error = |rtol: f64| {
-        let pairs = at(rtol).into_iter().zip(&exact);
-        let part = |(found, exact): (StateSensitivity, &StateSensitivity)| {
-            let off = found.q.iter().chain(&found.v).zip(exact.q.iter().chain(&exact.v));
-            off.map(|(a, b)| (a - b).abs() / (1.0 + b.abs())).fold(0.0, f64::max)
-        };
-        pairs.map(part).fold(0.0, f64::max)
-    };
+    let set = Setting { t_end: 4.0, every: 4.0, ..TIGHT };
+    let exact = at_end(Setting { rtol: 1e-13, ..set }, None);
     let tolerances = [1e-4, 1e-6, 1e-8, 1e-10];
-    let errors = tolerances.map(error);
+    let errors =
+        tolerances.map(|rtol| weighted_error(&at_end(Setting { rtol, ..set }, None), &exact));
     for (tolerance, error) in tolerances.into_iter().zip(errors) {
-        assert!(error < 100.0 * tolerance, "{tolerance:e}: {errors:?}");
+        assert!(error < 100.0 * tolerance, "{tolerance:e}: {}", brief(&errors));
     }
-    assert!(errors[0] > 1e3 * errors[3], "errors do not fall: {errors:?}");
+    let order = fitted_order(&tolerances, &errors);
+    assert!((0.7..1.4).contains(&order), "order {order:.2} from errors {}", brief(&errors));
 }
 
 #[test]
