@@ -2,11 +2,13 @@
 
 mod support;
 
+use bksim::log::{Log, Outcome};
 use bksim::mbs::model::{Formulation, Method};
 use bksim::mbs::sensitivity::StateSensitivity;
+use bksim::record::Recorder;
 use bksim::{Mechanism, Rejected, SensitivityMotion};
 use support::{
-    Within, all_close, brief, derive, example_text, fitted_order, model, weighted_error,
+    Within, all_close, brief, coordinate, derive, example_text, fitted_order, model, weighted_error,
 };
 
 /// Tolerance, end and form of a run.
@@ -263,6 +265,31 @@ fn open_velocities_change_as_the_nearest_ones() {
     agree(CHAIN, "lower.vx", &speed, TIGHT, 1e-6);
 }
 
+/// At every output the derivatives satisfy those of x₃ = l cos θ + √(L² − l² sin² θ), L = 3 m, and of
+/// its rate, to rounding, whatever the tolerance.
+#[test]
+fn outputs_lie_on_the_linearised_constraints() {
+    let set = Setting { rtol: 1e-4, t_end: 3.0, ..TIGHT };
+    let text = example_text("slider-crank");
+    let motion = found(&text, &["l1"], set);
+    let mechanism = mechanism(&text, set);
+    let [theta, slider] = ["theta1", "x3"].map(|name| coordinate(&mechanism, name));
+    let (l, rod) = (1.0, 3.0);
+    for (sample, by) in motion.motion.samples.iter().zip(&motion.sensitivities) {
+        let (s, c) = sample.q[theta].sin_cos();
+        let (rate, root) = (sample.v[theta], f64::sqrt(rod * rod - l * l * s * s));
+        let by_theta = -l * s - l * l * s * c / root;
+        let by_length = c - l * s * s / root;
+        let by_both = -s - 2.0 * l * s * c / root - (l * s).powi(3) * c / root.powi(3);
+        let twice =
+            -l * c - l * l * (c * c - s * s) / root - (l * l * s * c).powi(2) / root.powi(3);
+        let (dq, dv) = (by[0].q[theta], by[0].v[theta]);
+        let expected = [by_theta * dq + by_length, (twice * dq + by_both) * rate + by_theta * dv];
+        let within = Within { relative: 1e-12, absolute: 1e-12 };
+        all_close("x3, rate", &[by[0].q[slider], by[0].v[slider]], &expected, within);
+    }
+}
+
 /// ∂q and ∂v of the slider-crank at the end of a run.
 fn at_end(set: Setting, step: Option<f64>) -> Vec<f64> {
     let mut mechanism = mechanism(&example_text("slider-crank"), set);
@@ -298,6 +325,43 @@ fn sensitivities_converge_with_the_tolerance() {
     }
     let order = fitted_order(&tolerances, &errors);
     assert!((0.7..1.4).contains(&order), "order {order:.2} from errors {}", brief(&errors));
+}
+
+#[test]
+fn the_log_holds_a_channel_for_each_quantity() {
+    let mut model = model(&example_text("slider-crank"));
+    (model.solve.t_end, model.solve.every) = (0.1, Some(0.05));
+    let mechanism = derive(model);
+    let by = ["m3", "A.rate"].map(|name| mechanism.sensitive(name).expect("it is there"));
+    let motion = mechanism.sensitivities(&by).unwrap_or_else(|e| panic!("{e}"));
+    let start = &motion.motion.start;
+    let mut log = Recorder::create_with_sensitivities(Vec::new(), &mechanism, "", start, &[], &by)
+        .expect("a vector can be written");
+    for (sample, by) in motion.motion.samples.iter().zip(&motion.sensitivities) {
+        log.write(sample).expect("a vector can be written");
+        log.write_sensitivities(sample.t, by).expect("a vector can be written");
+    }
+    let summary = &motion.motion.summary;
+    let bytes = log.finish(summary, Outcome::ReachedEnd, "").expect("a vector can be written");
+
+    let log = Log::read(&bytes[..]).expect("it was just written");
+    for (k, (channel, units)) in [
+        ("/sensitivity/m3", ["rad/kg", "m/kg"]),
+        ("/sensitivity/A/rate", ["rad/(rad/s)", "m/(rad/s)"]),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let topic = log.header.topic_id(channel).unwrap_or_else(|| panic!("no {channel}"));
+        let known = log.header.topics.iter().find(|known| known.name == channel);
+        let fields = &known.expect("it has a handle").fields;
+        assert_eq!([&fields[0].name, &fields[1].name], ["theta1", "x3"]);
+        assert_eq!([&fields[0].unit, &fields[1].unit], units);
+        assert_eq!(fields[5].name, "theta1_dot");
+        let read = &log.series(topic).columns[5];
+        let expected: Vec<f64> = motion.sensitivities.iter().map(|by| by[k].v[0]).collect();
+        assert_eq!(read, &expected, "{channel}");
+    }
 }
 
 #[test]

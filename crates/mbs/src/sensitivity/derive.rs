@@ -22,6 +22,8 @@ pub struct SensitivityEquations {
     pub(super) levels: Runner,
     /// Changes of the entries of G, of (t, q) and ∂(q, P).
     pub(super) jacobian: Runner,
+    /// Row and coordinate of each of these entries.
+    pub(super) places: Vec<(usize, usize)>,
     /// By initial value: see [`super::start`].
     pub(super) closing: Tape,
     /// ∂P/∂p: all parameters of the model, one direction after the other.
@@ -53,11 +55,13 @@ pub fn differentiate(
         tape.evaluate(&mut tape.workspace(parameters), &[], &mut out);
         Ok(out)
     };
+    let (jacobian, places) = derivation.jacobian()?;
     Ok(SensitivityEquations {
         sensitive: sensitive.to_vec(),
         columns: parameter_columns(model, system, formulation, &derivation.own, &directions)?,
         levels: derivation.levels()?,
-        jacobian: derivation.jacobian(compiled)?,
+        jacobian,
+        places,
         closing: derivation.closing()?,
         directions: evaluated(&directions.concat())?,
         n_parameters: model.parameters.len(),
@@ -150,11 +154,14 @@ impl<'a> Derivation<'a> {
         Ok(Runner::new(tape, model.solve.jit))
     }
 
-    fn jacobian(&self, compiled: &CompiledSystem) -> Result<Runner, TapeError> {
-        let entry = |&(row, i): &(usize, usize)| self.system.constraint_jacobian[row][i];
-        let entries: Vec<Expr> = compiled.shape.jacobian.iter().map(entry).collect();
+    /// Changes of the entries of G, and the place of each.
+    fn jacobian(&self) -> Result<(Runner, Vec<(usize, usize)>), TapeError> {
+        let rows: Vec<Expr> = self.system.constraints.iter().map(|c| c.expression).collect();
+        let entries = self.model.pool.jacobian(&rows, &self.q).entries;
+        let (places, entries): (Vec<(usize, usize)>, Vec<Expr>) =
+            entries.into_iter().map(|(row, i, entry)| ((row, i), entry)).unzip();
         let tape = self.compile(&self.along(&entries), &[&self.q, &self.dq, &self.dp])?;
-        Ok(Runner::new(tape, self.model.solve.jit))
+        Ok((Runner::new(tape, self.model.solve.jit), places))
     }
 
     /// By initial value: measure m, stated value, their changes, gradient of m by q (positions) or

@@ -71,7 +71,7 @@ impl Opening<'_> {
         // Towards everything the author said, then onto the constraints.
         let (wished, _) = least_squares(&all.gradient, &-all.change);
         let gap = self.tangents.of_positions(at, k, &zero).to_vec();
-        let jacobian = self.tangents.evaluator.constraints(at.t, at.q).jacobian_matrix();
+        let jacobian = self.tangents.jacobian_at(at);
         let rows = below(&jacobian, &stated.gradient);
         let nearest = Nearest {
             turned: DMatrix::zeros(rows.nrows(), nq),
@@ -96,7 +96,7 @@ impl Opening<'_> {
 
         let stated = self.measured(k, |i| is_velocity(i.measure) && !i.is_guess, at.v, dq);
         let gap = self.tangents.of_velocities(at, k, (dq, &zero)).to_vec();
-        let jacobian = self.tangents.evaluator.constraints(at.t, at.q).jacobian_matrix();
+        let jacobian = self.tangents.jacobian_at(at);
         let nearest = Nearest {
             rows: below(&jacobian, &stated.gradient),
             turned: below(&self.tangents.of_jacobian(at, k, dq), &stated.turned),

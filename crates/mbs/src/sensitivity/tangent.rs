@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{SensitivityEquations, StateSensitivity};
 use crate::compile::CompiledSystem;
-use crate::evaluator::{DynamicsAt, Evaluator, gather};
+use crate::evaluator::{ConstraintsAt, DynamicsAt, Evaluator, gather};
 use crate::linear::least_squares;
 use crate::multiplier::MultiplierSystem;
 
@@ -23,7 +23,7 @@ pub(super) struct State<'a> {
 /// The differentiated equations at one set of parameters, with their buffers.
 pub(super) struct Tangents<'a> {
     equations: &'a SensitivityEquations,
-    pub(super) evaluator: Evaluator<'a>,
+    evaluator: Evaluator<'a>,
     multipliers: MultiplierSystem,
     levels: Workspace,
     jacobian: Workspace,
@@ -78,15 +78,17 @@ impl<'a> Tangents<'a> {
 
     /// Change of G along ∂q and p_k.
     pub(super) fn of_jacobian(&mut self, at: State<'_>, k: usize, dq: &[f64]) -> DMatrix<f64> {
-        let shape = self.evaluator.shape();
+        let SensitivityEquations { jacobian, places, .. } = self.equations;
         gather(&mut self.inputs, at.t, &[at.q, dq, self.equations.direction(k)]);
-        let mut values = vec![0.0; shape.jacobian.len()];
-        self.equations.jacobian.evaluate(&mut self.jacobian, &self.inputs, &mut values);
-        let mut change = DMatrix::zeros(shape.nc, shape.nq);
-        for (&entry, value) in shape.jacobian.iter().zip(values) {
-            change[entry] = value;
-        }
-        change
+        let mut values = vec![0.0; places.len()];
+        jacobian.evaluate(&mut self.jacobian, &self.inputs, &mut values);
+        dense((at.lambda.len(), dq.len()), places, &values)
+    }
+
+    /// G at a state.
+    pub(super) fn jacobian_at(&mut self, at: State<'_>) -> DMatrix<f64> {
+        let ConstraintsAt { shape, jacobian, .. } = self.evaluator.constraints(at.t, at.q);
+        dense((shape.nc, shape.nq), &shape.jacobian, jacobian)
     }
 
     /// The changes of a state by p_k that satisfy the differentiated equations, from changes of q
@@ -147,17 +149,21 @@ impl<'a> Tangents<'a> {
         resisting: &[f64],
         da: &[f64],
     ) -> Vec<f64> {
+        let rows = self.jacobian_at(at).transpose();
         let turned = self.of_jacobian(at, k, dq).transpose();
         let dynamics = self.evaluator.dynamics(at.t, at.q, at.v);
         let inertia = dynamics.mass_matrix() * DVector::from_column_slice(da);
-        let nearest = Nearest {
-            rows: dynamics.jacobian_matrix().transpose(),
-            turned,
-            residual: DVector::from_column_slice(resisting) + inertia,
-        };
+        let nearest =
+            Nearest { rows, turned, residual: DVector::from_column_slice(resisting) + inertia };
         let lambda = DVector::from_column_slice(at.lambda);
         nearest.change(&lambda, &DVector::zeros(lambda.len())).as_slice().to_vec()
     }
+}
+
+fn dense(size: (usize, usize), places: &[(usize, usize)], values: &[f64]) -> DMatrix<f64> {
+    let mut matrix = DMatrix::zeros(size.0, size.1);
+    places.iter().zip(values).for_each(|(&place, &value)| matrix[place] = value);
+    matrix
 }
 
 /// How the solution x of R x + r = 0 that is nearest to x₀ changes with R, r and x₀:
