@@ -48,7 +48,7 @@ mod mechanism;
 pub mod record;
 
 pub use explain::{explain, explained_codes};
-pub use mechanism::{Mechanism, Motion, Rejected};
+pub use mechanism::{Mechanism, Motion, Rejected, SensitivityMotion, SensitivityPlan};
 
 /// Version of bksim, written into every log.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -10,6 +10,10 @@ use bksim_mbs::file::{Source, read};
 use bksim_mbs::formulate::{MotionEquations, formulate};
 use bksim_mbs::model::Model;
 use bksim_mbs::run::{Failure, Sample, Summary, run};
+use bksim_mbs::sensitivity::{
+    self, Sensitive, SensitivityEquations, SensitivityError, StateSensitivity, differentiate,
+    run_with_sensitivities,
+};
 use bksim_mbs::start::{Start, start};
 
 /// A model with its equations, derived and compiled.
@@ -36,6 +40,24 @@ pub struct Motion {
     pub samples: Vec<Sample>,
     /// How the run went.
     pub summary: Summary,
+}
+
+/// A motion with its derivatives by some quantities.
+#[derive(Clone, PartialEq, Debug)]
+pub struct SensitivityMotion {
+    /// The motion itself.
+    pub motion: Motion,
+    /// By output time, then by quantity.
+    pub sensitivities: Vec<Vec<StateSensitivity>>,
+}
+
+/// What a run with sensitivities starts from.
+#[derive(Clone, Debug)]
+pub struct SensitivityPlan {
+    /// The derivatives of the equations, compiled.
+    pub equations: SensitivityEquations,
+    /// Sensitivities of the start, one per quantity.
+    pub start: Vec<StateSensitivity>,
 }
 
 /// Why a model was rejected or a run stopped; at least one diagnostic is an error.
@@ -136,6 +158,80 @@ impl Mechanism {
             Ok(summary) => Ok(Motion { start, samples, summary }),
             Err(failure) => Err(Rejected(vec![self.diagnose(&equations, &failure)])),
         }
+    }
+
+    /// The parameter or stated initial value of this name: `l1`, `A.rate`.
+    ///
+    /// # Errors
+    /// [`Rejected`] when there is none, or it is a guess.
+    pub fn sensitive(&self, name: &str) -> Result<Sensitive, Rejected> {
+        Sensitive::find(&self.model, name).map_err(|error| self.insensitive(&error))
+    }
+
+    /// The differentiated equations, and the sensitivities of the start.
+    ///
+    /// # Errors
+    /// [`Rejected`] when the model switches, or has no motion for other values near these.
+    pub fn plan_sensitivities(
+        &self,
+        start: &Start,
+        sensitive: &[Sensitive],
+    ) -> Result<SensitivityPlan, Rejected> {
+        let Self { model, system, compiled, parameters, .. } = self;
+        let form = model.solve.formulation;
+        let plan = || {
+            let equations = differentiate(model, system, compiled, form, sensitive, parameters)?;
+            let start = sensitivity::start(&equations, model, compiled, start, parameters)?;
+            Ok(SensitivityPlan { equations, start })
+        };
+        plan().map_err(|error| self.insensitive(&error))
+    }
+
+    /// As [`Mechanism::run`], with Radau IIA throughout and every sample with its sensitivities.
+    ///
+    /// # Errors
+    /// [`Failure`] when the integrator cannot go on; see [`Mechanism::diagnose`].
+    pub fn run_with_sensitivities(
+        &self,
+        equations: &MotionEquations,
+        start: &Start,
+        plan: &SensitivityPlan,
+        observer: &mut dyn FnMut(&Sample, &[StateSensitivity]) -> Control,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Summary, Box<Failure>> {
+        let options = &self.model.solve;
+        let from = (start, plan.start.as_slice());
+        let (compiled, parameters) = (&self.compiled, &self.parameters);
+        let by = &plan.equations;
+        run_with_sensitivities(compiled, equations, by, from, parameters, options, observer, stop)
+    }
+
+    /// Finds the start, runs to the end with Radau IIA and keeps every sample with its derivatives by
+    /// `sensitive`.
+    ///
+    /// # Errors
+    /// [`Rejected`] when there is no consistent start, none near it, or the run stops early.
+    pub fn sensitivities(&self, sensitive: &[Sensitive]) -> Result<SensitivityMotion, Rejected> {
+        let start = self.start()?;
+        let equations = self.formulate()?;
+        let plan = self.plan_sensitivities(&start, sensitive)?;
+        let (mut samples, mut sensitivities) = (Vec::new(), Vec::new());
+        let mut keep = |sample: &Sample, by: &[StateSensitivity]| {
+            samples.push(sample.clone());
+            sensitivities.push(by.to_vec());
+            Control::Continue
+        };
+        match self.run_with_sensitivities(&equations, &start, &plan, &mut keep, &|| false) {
+            Ok(summary) => {
+                let motion = Motion { start, samples, summary };
+                Ok(SensitivityMotion { motion, sensitivities })
+            }
+            Err(failure) => Err(Rejected(vec![self.diagnose(&equations, &failure)])),
+        }
+    }
+
+    fn insensitive(&self, error: &SensitivityError) -> Rejected {
+        Rejected(vec![sensitivity::diagnose_sensitivity(&self.model, error)])
     }
 }
 

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use bksim_log::{EndStatus, Field, Header, LogError, LogWriter, Outcome, Quantity, Topic, TopicId};
 use bksim_mbs::run::{Sample, Summary};
+use bksim_mbs::sensitivity::{Sensitive, StateSensitivity};
 use bksim_mbs::start::Start;
 
 use crate::{Mechanism, VERSION};
@@ -26,6 +27,7 @@ struct Topics {
     drives: Option<TopicId>,
     energy: TopicId,
     solver: TopicId,
+    sensitivities: Vec<TopicId>,
 }
 
 impl<W: Write> Recorder<W> {
@@ -41,6 +43,22 @@ impl<W: Write> Recorder<W> {
         start: &Start,
         options: &[(String, String)],
     ) -> Result<Self, LogError> {
+        Self::create_with_sensitivities(out, mechanism, model_text, start, options, &[])
+    }
+
+    /// As [`Recorder::create`], with a channel for the sensitivities to each quantity:
+    /// `/sensitivity/l1`, `/sensitivity/A/rate`.
+    ///
+    /// # Errors
+    /// [`LogError`] when the start of the log cannot be written.
+    pub fn create_with_sensitivities(
+        out: W,
+        mechanism: &Mechanism,
+        model_text: &str,
+        start: &Start,
+        options: &[(String, String)],
+        sensitive: &[Sensitive],
+    ) -> Result<Self, LogError> {
         let mut header = Header::new(&mechanism.model.name, "toml", model_text, VERSION);
         header.t_start = start.t;
         header.options = options.iter().cloned().collect();
@@ -48,7 +66,7 @@ impl<W: Write> Recorder<W> {
             let quantity = Quantity { value: parameter.value, unit: parameter.unit.clone() };
             header.parameters.insert(parameter.name.clone(), quantity);
         }
-        let topics = topics(mechanism, &mut header);
+        let topics = topics(mechanism, &mut header, sensitive);
         let writer = LogWriter::create(out, &header)?;
         // Rows of joints come first, then those of drives, then those of stops and friction.
         let end = mechanism.system.n_bilateral();
@@ -97,6 +115,19 @@ impl<W: Write> Recorder<W> {
         self.writer.write(self.topics.solver, t, &solver)
     }
 
+    /// Writes the sensitivities of a sample, one per quantity.
+    ///
+    /// # Errors
+    /// [`LogError`] when the log cannot be written.
+    pub fn write_sensitivities(&mut self, t: f64, by: &[StateSensitivity]) -> Result<(), LogError> {
+        for (&topic, by) in self.topics.sensitivities.iter().zip(by) {
+            self.values.clear();
+            self.values.extend([&by.q, &by.v, &by.a, &by.lambda].into_iter().flatten());
+            self.writer.write(topic, t, &self.values)?;
+        }
+        Ok(())
+    }
+
     /// A line for people in the log itself.
     ///
     /// # Errors
@@ -124,7 +155,7 @@ impl<W: Write> Recorder<W> {
     }
 }
 
-fn topics(mechanism: &Mechanism, header: &mut Header) -> Topics {
+fn topics(mechanism: &Mechanism, header: &mut Header, sensitive: &[Sensitive]) -> Topics {
     let compiled = &mechanism.compiled;
     let coordinates = &compiled.coordinates;
     let values = coordinates.iter().map(|c| Field::new(&c.name, c.unit, &c.description));
@@ -160,7 +191,33 @@ fn topics(mechanism: &Mechanism, header: &mut Header) -> Topics {
         drives: optional(header, Topic::new("/drives", efforts)),
         energy: header.add_topic(Topic::new("/energy", energy_fields())),
         solver: header.add_topic(Topic::new("/solver", solver_fields())),
+        sensitivities: sensitive
+            .iter()
+            .map(|&by| header.add_topic(sensitivity_topic(mechanism, by)))
+            .collect(),
     }
+}
+
+/// Derivatives of coordinates, rates, second rates and multipliers by one quantity.
+fn sensitivity_topic(mechanism: &Mechanism, by: Sensitive) -> Topic {
+    let (model, compiled) = (&mechanism.model, &mechanism.compiled);
+    let (name, of) = (by.name(model), by.unit(model));
+    let field = |name: String, unit: String| {
+        let unit = match of.as_str() {
+            "" => unit,
+            of if of.contains(['/', '*', ' ']) => format!("{unit}/({of})"),
+            of => format!("{unit}/{of}"),
+        };
+        Field::new(&name, &unit, &format!("derivative by {}", by.name(model)))
+    };
+    let rates = [("", ""), ("_dot", "/s"), ("_ddot", "/s^2")];
+    let motion = rates.iter().flat_map(|(suffix, per)| {
+        let coordinates = compiled.coordinates.iter();
+        coordinates.map(move |c| (format!("{}{suffix}", c.name), format!("{}{per}", c.unit)))
+    });
+    let multipliers = compiled.multipliers.iter().map(|m| (m.name.clone(), m.unit.to_owned()));
+    let fields = motion.chain(multipliers).map(|(name, unit)| field(name, unit));
+    Topic::new(&format!("/sensitivity/{}", name.replace('.', "/")), fields)
 }
 
 fn energy_fields() -> [Field; 5] {

@@ -133,6 +133,10 @@ pub(crate) struct Solve {
     /// When the equations become machine code; results are the same.
     #[arg(long, value_enum, value_name = "WHEN")]
     pub(crate) jit: Option<Jit>,
+    /// Log the derivatives of the motion by this parameter (`l1`) or stated initial value
+    /// (`A.rate`), too; may be repeated. Radau IIA integrates then, whatever the method.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) sensitivity: Vec<String>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]

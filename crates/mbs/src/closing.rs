@@ -334,7 +334,7 @@ fn measure_of(space: Space, owner: Owner) -> Option<Measure> {
     })
 }
 
-fn is_velocity(measure: Measure) -> bool {
+pub(crate) fn is_velocity(measure: Measure) -> bool {
     matches!(
         measure,
         Measure::JointVelocity(..) | Measure::PointVelocity(..) | Measure::BodyRate(..)

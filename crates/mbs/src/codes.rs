@@ -25,6 +25,7 @@ codes! {
     BEYOND_STOP = "S007", "a start beyond a stop";
     REDUNDANT = "S010", "redundant joints";
     NO_MOBILITY = "S011", "nothing can move";
+    NO_SENSITIVITY = "S012", "a sensitivity that does not exist";
     DRIVE_CANNOT_PASS = "R001", "a drive cannot pass a dead centre";
     NO_VALUE = "R002", "an expression leaves its domain";
     STEP_TOO_SMALL = "R003", "the step size became too small";

@@ -101,6 +101,32 @@ pub fn formulate(
     })
 }
 
+/// Compiles ∂F/∂p of one formulation along each direction of the parameters `wrt`: one column of n
+/// after the other, of the inputs of the residual.
+///
+/// # Errors
+/// [`TapeError`] as [`formulate`].
+pub(crate) fn parameter_columns(
+    model: &Model,
+    system: &SymbolicSystem,
+    formulation: Formulation,
+    wrt: &[SymbolId],
+    directions: &[Vec<Expr>],
+) -> Result<Runner, TapeError> {
+    let system = system.integrated();
+    let unknowns = Unknowns::new(model, system, formulation);
+    let rows = unknowns.residual(model, system, formulation);
+    let column = |direction: &Vec<Expr>| model.pool.jvp(&rows, wrt, direction);
+    let columns: Vec<Expr> = directions.iter().flat_map(column).collect();
+    Ok(Runner::new(unknowns.compile(model, system, &columns)?, model.solve.jit))
+}
+
+/// M a + Gᵀ λ − f, then G a + γ.
+pub(crate) fn acceleration_level(model: &Model, system: &SymbolicSystem) -> Vec<Expr> {
+    let unknowns = Unknowns::new(model, system, Formulation::Index1);
+    unknowns.residual(model, system, Formulation::Index1).split_off(system.coordinates().len())
+}
+
 impl MotionEquations {
     /// Number of unknowns: q, v, λ and, for the stabilised form, μ.
     pub fn n(&self) -> usize {
@@ -150,6 +176,11 @@ impl MotionEquations {
 }
 
 impl Motion<'_> {
+    /// Rows, and unknowns, that are held at zero.
+    pub(crate) fn held(&self) -> &[usize] {
+        &self.held
+    }
+
     fn gather(&mut self, t: f64, y: &[f64], ydot: &[f64]) {
         self.inputs.clear();
         self.inputs.push(t);

@@ -25,6 +25,7 @@ mod multiplier;
 pub mod reaction;
 mod rows;
 pub mod run;
+pub mod sensitivity;
 pub mod sparse;
 mod spatial;
 pub mod start;

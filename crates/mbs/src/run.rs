@@ -6,10 +6,10 @@
 //! values of the multipliers.
 
 mod explicit;
-mod implicit;
+pub(crate) mod implicit;
 mod legs;
-mod recorder;
-mod singular;
+pub(crate) mod recorder;
+pub(crate) mod singular;
 
 use bksim_dae::{Control, SolveError, Standstill, Stats};
 
@@ -183,7 +183,7 @@ pub fn run(
 }
 
 /// The failure of a run whose equations have no value at an output time.
-fn undefined(recorder: Recorder<'_>) -> Failure {
+pub(crate) fn undefined(recorder: Recorder<'_>) -> Failure {
     let Recorder { summary, sample: last, .. } = recorder;
     let at = Standstill {
         t: last.t,

@@ -14,7 +14,9 @@ use bksim::mbs::fault::diagnose_mobility;
 use bksim::mbs::mobility::mobility;
 use bksim::mbs::model::{Formulation, Jit, Method, Model};
 use bksim::mbs::run::Sample;
+use bksim::mbs::sensitivity::{Sensitive, StateSensitivity};
 use bksim::record::Recorder;
+use bksim::{Mechanism, Rejected};
 
 use self::report::{Report, Times, options_of};
 use crate::args::{self, Solve};
@@ -45,6 +47,10 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
     let equations = mechanism.formulate().map_err(|rejected| source.rejected(rejected.0))?;
     times.compile = lap();
     let start = mechanism.start().map_err(|rejected| source.rejected(rejected.0))?;
+    let sensitive =
+        sensitive(&mechanism, &args.sensitivity).map_err(|rejected| source.rejected(rejected.0))?;
+    let plan = (!sensitive.is_empty()).then(|| mechanism.plan_sensitivities(&start, &sensitive));
+    let plan = plan.transpose().map_err(|rejected| source.rejected(rejected.0))?;
     let found = mobility(&mechanism.model, &mechanism.system, &start);
     let mut warnings = loaded.warnings;
     warnings.extend(diagnose_mobility(&mechanism.model, &found));
@@ -55,9 +61,11 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
 
     // The log is opened only now: a rejected model touches no file.
     let file = File::create(&path).map_err(|e| Failure::writing(&path, &e))?;
-    let options = options_of(&mechanism.model);
+    let options = options_of(&mechanism.model, &sensitive);
+    let out = BufWriter::new(file);
+    let text = &source.text;
     let mut log =
-        Recorder::create(BufWriter::new(file), &mechanism, &source.text, &start, &options)
+        Recorder::create_with_sensitivities(out, &mechanism, text, &start, &options, &sensitive)
             .map_err(|e| Failure::writing(&path, &e))?;
     for warning in &warnings {
         let text = format!("[{}] {}", warning.code.0, warning.message);
@@ -71,9 +79,9 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
     let progress = Progress::new(start.t, mechanism.model.solve.t_end);
     let mut log_fault: Option<(f64, LogError)> = None;
     let mut reached = start.t;
-    let mut on_sample = |sample: &Sample| {
+    let mut on_sample = |sample: &Sample, by: &[StateSensitivity]| {
         let begun = Instant::now();
-        if let Err(error) = log.write(sample) {
+        if let Err(error) = log.write(sample).and_then(|()| log.write_sensitivities(sample.t, by)) {
             log_fault = Some((reached, error));
             return Control::Stop;
         }
@@ -83,7 +91,19 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
         Control::Continue
     };
     let is_stop_wished = || stop.status().is_some();
-    let result = mechanism.run(&equations, &start, &mut on_sample, &is_stop_wished);
+    let result = match &plan {
+        None => {
+            let mut on_sample = |sample: &Sample| on_sample(sample, &[]);
+            mechanism.run(&equations, &start, &mut on_sample, &is_stop_wished)
+        }
+        Some(plan) => mechanism.run_with_sensitivities(
+            &equations,
+            &start,
+            plan,
+            &mut on_sample,
+            &is_stop_wished,
+        ),
+    };
     progress.finish();
     let logging = times.log;
     times.integrate = lap().saturating_sub(logging);
@@ -129,6 +149,7 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
         times: &times,
         status,
         mechanism: &mechanism,
+        sensitive: &sensitive,
     };
     if as_json {
         let mut body = report.describe();
@@ -138,6 +159,18 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
         output::text(&report.text())?;
     }
     Ok(status)
+}
+
+/// What the motion is differentiated by, each once.
+fn sensitive(mechanism: &Mechanism, names: &[String]) -> Result<Vec<Sensitive>, Rejected> {
+    let mut all = Vec::new();
+    for name in names {
+        let by = mechanism.sensitive(name)?;
+        if !all.contains(&by) {
+            all.push(by);
+        }
+    }
+    Ok(all)
 }
 
 /// Puts the options of the command line in place of the model's.

@@ -7,6 +7,7 @@ use bksim::Mechanism;
 use bksim::mbs::assemble::Source;
 use bksim::mbs::model::{Formulation, Method, Model, SolveOptions};
 use bksim::mbs::run::{Integrator, Reason, Summary};
+use bksim::mbs::sensitivity::Sensitive;
 use serde_json::{Value, json};
 
 use crate::exit::Status;
@@ -25,7 +26,7 @@ pub(crate) struct Times {
 }
 
 /// All options of the run as they were used, for the log.
-pub(crate) fn options_of(model: &Model) -> Vec<(String, String)> {
+pub(crate) fn options_of(model: &Model, sensitive: &[Sensitive]) -> Vec<(String, String)> {
     let solve = &model.solve;
     let formulation = match solve.formulation {
         Formulation::Ggl => "ggl",
@@ -40,7 +41,7 @@ pub(crate) fn options_of(model: &Model) -> Vec<(String, String)> {
     };
     let exact = |value: f64| format!("{value:?}");
     let every = solve.every.map_or("default".to_owned(), exact);
-    vec![
+    let mut options: Vec<(String, String)> = vec![
         ("method".into(), method.into()),
         ("formulation".into(), formulation.into()),
         ("t_start".into(), exact(solve.t_start)),
@@ -49,7 +50,12 @@ pub(crate) fn options_of(model: &Model) -> Vec<(String, String)> {
         ("rtol".into(), exact(solve.rtol)),
         ("atol".into(), exact(solve.atol)),
         ("step".into(), solve.step.map_or("adaptive".to_owned(), exact)),
-    ]
+    ];
+    if !sensitive.is_empty() {
+        let names: Vec<&str> = sensitive.iter().map(|by| by.name(model)).collect();
+        options.push(("sensitivity".into(), names.join(" ")));
+    }
+    options
 }
 
 /// What the command says in the end.
@@ -60,6 +66,7 @@ pub(crate) struct Report<'a> {
     pub(crate) times: &'a Times,
     pub(crate) status: Status,
     pub(crate) mechanism: &'a Mechanism,
+    pub(crate) sensitive: &'a [Sensitive],
 }
 
 /// Changes of method, and singular poses, that are told one by one; more are counted.
@@ -80,6 +87,13 @@ impl Report<'_> {
         let total = self.phases().iter().map(|&(_, time)| time).sum();
         let mut rows = vec![("samples", format!("{n_samples}, every {} s", number(every)))];
         rows.extend(self.methods());
+        if !self.sensitive.is_empty() {
+            let names: Vec<&str> = self.sensitive.iter().map(|by| by.name(model)).collect();
+            rows.push((
+                "derivatives",
+                format!("by {}, with Radau IIA throughout", some_of(&names)),
+            ));
+        }
         rows.push((
             "steps",
             format!(
@@ -211,7 +225,7 @@ impl Report<'_> {
             "exit_status": self.status.code(),
             "end": { "reached": self.summary.reached_end, "t": t },
             "samples": n_samples,
-            "options": options_of(model).into_iter().map(|(k, v)| (k, Value::from(v))).collect::<serde_json::Map<_, _>>(),
+            "options": options_of(model, self.sensitive).into_iter().map(|(k, v)| (k, Value::from(v))).collect::<serde_json::Map<_, _>>(),
             "methods": self.summary.methods.iter().map(|change| json!({
                 "t": change.t,
                 "method": word_of(change.method),
