@@ -3,15 +3,16 @@
 use super::codes;
 use super::quantity::Scope;
 use super::reader::{Fields, Reader};
-use super::tree::{Node, Table};
+use super::tree::{Node, Table, Value};
 use super::units::Quantity;
 use crate::diagnostic::{Diagnostic, Span};
-use crate::model::{Formulation, Jit, Method, SolveOptions};
+use crate::model::{Formulation, Jit, Method, Outputs, SolveOptions};
 
 const SOLVE_KEYS: &[&str] = &[
     "t_start",
     "t_end",
     "every",
+    "times",
     "rtol",
     "atol",
     "step",
@@ -31,6 +32,7 @@ impl Reader<'_> {
             t_start: 0.0,
             t_end: 10.0,
             every: None,
+            outputs: Outputs::Even,
             rtol: 1e-6,
             atol: 1e-8,
             step: None,
@@ -101,9 +103,35 @@ impl Reader<'_> {
                 .help(format!("write for example `t_end = \"{} s\"`", from + 10.0)),
             );
         }
-        solve.every =
-            self.positive_option(fields, "every", Quantity::INTERVAL).map(|(every, _)| every);
+        self.read_outputs(fields, solve);
         solve.step = self.positive_option(fields, "step", Quantity::INTERVAL).map(|(step, _)| step);
+    }
+
+    /// `every`, an interval or `"step"`, or `times`.
+    fn read_outputs(&mut self, fields: &Fields<'_>, solve: &mut SolveOptions) {
+        let every: Option<&Node> = fields.get("every");
+        if every.is_some_and(|node| matches!(&node.value, Value::Text(text) if text == "step")) {
+            solve.outputs = Outputs::Steps;
+        } else {
+            let every = self.positive_option(fields, "every", Quantity::INTERVAL);
+            solve.every = every.map(|(every, _)| every);
+        }
+        let Some(node) = fields.get("times") else { return };
+        let what = fields.what("times");
+        if every.is_some() {
+            self.report(
+                Diagnostic::error(
+                    codes::KEY_CONFLICT,
+                    "both `every` and `times` say when to output",
+                )
+                .at(node.span.clone(), "given beside `every`")
+                .help("leave out one of them"),
+            );
+        }
+        let example = "`times = [0.1, \"500 ms\"]`";
+        let Some(nodes) = self.array(node, &what, "an array of times", example) else { return };
+        let read = |node| self.scalar(node, Quantity::TIME, &what, Scope::Constant)?.value;
+        solve.outputs = Outputs::Times(nodes.iter().filter_map(read).collect());
     }
 
     fn option(
