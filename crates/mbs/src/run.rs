@@ -152,6 +152,8 @@ pub struct Failure {
 /// Integrates from `start` and hands every sample to `observer`, which may stop the run; `stop` is
 /// asked after every step.
 ///
+/// The end may lie before the start where nothing switches: the motion is then followed back in time.
+///
 /// A run that ends early hands out one more sample, at the end of its last step. One that was
 /// stopped goes on from [`Summary::checkpoint`].
 ///

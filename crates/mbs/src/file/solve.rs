@@ -91,15 +91,15 @@ impl Reader<'_> {
         // A time that could not be read says nothing about the span.
         let known = |key: &str, read: bool| read || fields.get(key).is_none();
         let both = known("t_start", start.is_some()) && known("t_end", end.is_some());
-        if both && solve.t_end <= solve.t_start {
+        if both && solve.t_end == solve.t_start {
             let place = end.or(start).map_or(fields.span.clone(), |(_, span)| span);
-            let (from, to) = (solve.t_start, solve.t_end);
+            let from = solve.t_start;
             self.report(
                 Diagnostic::error(
                     codes::BAD_TIME_SPAN,
-                    format!("the end `t_end` = {to} s is not after the start `t_start` = {from} s"),
+                    format!("the end `t_end` = {from} s is the start `t_start` as well"),
                 )
-                .at(place, "the end must be after the start")
+                .at(place, "the end must differ from the start")
                 .help(format!("write for example `t_end = \"{} s\"`", from + 10.0)),
             );
         }

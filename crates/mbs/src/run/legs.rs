@@ -189,7 +189,7 @@ impl<'a, 'b> Run<'a, 'b> {
                 self.passing = Some(t);
                 (Integrator::Explicit, Reason::SingularPose)
             }
-            LegEnd::Failed(error) => match self.after_failure(&error) {
+            LegEnd::Failed(error) => match self.after_failure(error.as_ref()) {
                 Some(next) => next,
                 None => return Err(Halt { error, unsettled: None }),
             },
@@ -201,7 +201,7 @@ impl<'a, 'b> Run<'a, 'b> {
     }
 
     /// What to try where a method has failed.
-    fn after_failure(&mut self, error: &Option<SolveError>) -> Option<(Integrator, Reason)> {
+    fn after_failure(&mut self, error: Option<&SolveError>) -> Option<(Integrator, Reason)> {
         let t = self.reached.t;
         let is_stuck = self.failed_at.replace(t) == Some(t);
         let is_refused = matches!(error, Some(SolveError::Checkpoint { .. }));

@@ -253,7 +253,7 @@ impl<'a> Recorder<'a> {
         observer: &mut dyn FnMut(&Sample) -> Control,
     ) {
         let forward = (self.t_end - self.t_start).signum();
-        if (stretch.t1 - self.summary.t) * forward > 0.0 {
+        if !self.is_undefined && (stretch.t1 - self.summary.t) * forward > 0.0 {
             self.take(stretch, stretch.t1);
             if !self.is_undefined {
                 // The run has ended: there is nothing left to stop.
