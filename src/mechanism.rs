@@ -9,7 +9,7 @@ use bksim_mbs::fault::{diagnose_run, diagnose_start};
 use bksim_mbs::file::{Source, read};
 use bksim_mbs::formulate::{MotionEquations, formulate};
 use bksim_mbs::model::Model;
-use bksim_mbs::run::{Failure, Sample, Summary, run};
+use bksim_mbs::run::{Failure, RunCheckpoint, Sample, Summary, Unresumed, resume, run};
 use bksim_mbs::sensitivity::{
     self, Sensitive, SensitivityEquations, SensitivityError, StateSensitivity, differentiate,
     run_with_sensitivities,
@@ -127,6 +127,24 @@ impl Mechanism {
     ) -> Result<Summary, Box<Failure>> {
         let options = &self.model.solve;
         run(&self.compiled, equations, start, &self.parameters, options, observer, stop)
+    }
+
+    /// Continues a run that was stopped, as if it had not been; `start` is where it began. See
+    /// [`bksim_mbs::run::resume`].
+    ///
+    /// # Errors
+    /// [`Unresumed`] when the checkpoint belongs to another run, or the integrator cannot go on.
+    pub fn resume(
+        &self,
+        equations: &MotionEquations,
+        start: &Start,
+        checkpoint: &RunCheckpoint,
+        observer: &mut dyn FnMut(&Sample) -> Control,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Summary, Unresumed> {
+        let (parameters, options) = (&self.parameters, &self.model.solve);
+        let from = (start, checkpoint);
+        resume(&self.compiled, equations, from, parameters, options, observer, stop)
     }
 
     /// A failed run in the author's terms.

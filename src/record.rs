@@ -1,10 +1,13 @@
 //! A run as a log: which channels there are, and how a sample fills them.
 
-use std::io::Write;
+use std::io::{Read, Write};
 use std::ops::Range;
 
-use bksim_log::{EndStatus, Field, Header, LogError, LogWriter, Outcome, Quantity, Topic, TopicId};
-use bksim_mbs::run::{Sample, Summary};
+use bksim_log::{
+    EndStatus, Field, Header, Level, LogError, LogReader, LogWriter, Outcome, Quantity, Record,
+    Topic, TopicId,
+};
+use bksim_mbs::run::{RunCheckpoint, Sample, Summary};
 use bksim_mbs::sensitivity::{Sensitive, StateSensitivity};
 use bksim_mbs::start::Start;
 
@@ -13,6 +16,7 @@ use crate::{Mechanism, VERSION};
 /// Writes samples to a log.
 pub struct Recorder<W: Write> {
     writer: LogWriter<W>,
+    header: Header,
     topics: Topics,
     /// Rows of the drives.
     drives: Range<usize>,
@@ -71,7 +75,7 @@ impl<W: Write> Recorder<W> {
         // Rows of joints come first, then those of drives, then those of stops and friction.
         let end = mechanism.system.n_bilateral();
         let drives = end - mechanism.compiled.drives.len()..end;
-        Ok(Self { writer, topics, drives, values: Vec::new() })
+        Ok(Self { writer, header, topics, drives, values: Vec::new() })
     }
 
     /// Writes one sample to every channel.
@@ -128,19 +132,67 @@ impl<W: Write> Recorder<W> {
         Ok(())
     }
 
+    /// Copies what belongs to the run out of the log of its first part: the samples before
+    /// `checkpoint` and the warnings. False, with nothing written, when that log is of another run.
+    ///
+    /// # Errors
+    /// [`LogError`] when either log fails.
+    pub fn copy<R: Read>(
+        &mut self,
+        first: &mut LogReader<R>,
+        checkpoint: &RunCheckpoint,
+    ) -> Result<bool, LogError> {
+        if *first.header() != self.header {
+            return Ok(false);
+        }
+        let mut n_written = vec![0; self.header.topics.len()];
+        while let Some(record) = first.next_record()? {
+            match record {
+                Record::Sample { topic, t, values } => {
+                    let n_written = &mut n_written[topic.index()];
+                    if *n_written < checkpoint.n_samples() {
+                        *n_written += 1;
+                        self.writer.write(topic, t, values)?;
+                    }
+                }
+                Record::Note(note) if note.level < Level::Error => {
+                    self.writer.note(note.level, note.t, &note.text)?;
+                }
+                // How the first part ended.
+                Record::Note(_) => (),
+            }
+        }
+        Ok(true)
+    }
+
     /// A line for people in the log itself.
     ///
     /// # Errors
     /// [`LogError`] when the log cannot be written.
-    pub fn note(&mut self, level: bksim_log::Level, t: f64, text: &str) -> Result<(), LogError> {
+    pub fn note(&mut self, level: Level, t: f64, text: &str) -> Result<(), LogError> {
         self.writer.note(level, t, text)
     }
 
-    /// Closes the log with how the run ended.
+    /// Closes the log with how the run ended, and with what a run goes on from that was stopped.
     ///
     /// # Errors
     /// [`LogError`] when the end of the log cannot be written.
-    pub fn finish(self, summary: &Summary, outcome: Outcome, reason: &str) -> Result<W, LogError> {
+    pub fn finish(
+        mut self,
+        summary: &Summary,
+        outcome: Outcome,
+        reason: &str,
+    ) -> Result<W, LogError> {
+        if let Some(checkpoint) = &summary.checkpoint {
+            match self.writer.checkpoint(&checkpoint.to_bytes()) {
+                // The log is worth more than that.
+                Err(LogError::TooLarge { .. }) => {
+                    let text = "the state of the run is too large to be kept: it cannot be resumed";
+                    self.writer.note(Level::Warning, summary.t, text)?;
+                }
+                written => written?,
+            }
+        }
         let mut end = EndStatus::new(outcome, summary.t, reason);
         end.summary = [
             ("steps", summary.stats.to_string()),

@@ -109,6 +109,11 @@ pub(crate) struct Solve {
     /// Overwrite an existing log.
     #[arg(long)]
     pub(crate) force: bool,
+    /// Continue a run that was stopped: in place of a model, name its log.
+    #[arg(long, conflicts_with_all = [
+        "set", "t_end", "rtol", "atol", "step", "every", "method", "formulation",
+    ])]
+    pub(crate) resume: bool,
     /// End time, s, in place of the model's.
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub(crate) t_end: Option<f64>,

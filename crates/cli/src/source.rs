@@ -52,13 +52,20 @@ pub(crate) fn load(args: &ModelArgs, max_nesting: usize) -> Result<Loaded, Failu
         }
     };
     let name = path.file_stem().map_or_else(|| "model".into(), |stem| stem.to_string_lossy());
-    let Reading { model, diagnostics } = read(&Source {
-        text: &text,
-        name: &default_name(path, &name),
-        overrides: &args.set,
-        limits: Limits { nesting: max_nesting },
-    });
     let source = Text { path: path.clone(), text };
+    parse(source, &default_name(path, &name), &args.set, max_nesting)
+}
+
+/// Reads the text of a model.
+pub(crate) fn parse(
+    source: Text,
+    name: &str,
+    overrides: &[(String, String)],
+    max_nesting: usize,
+) -> Result<Loaded, Failure> {
+    let limits = Limits { nesting: max_nesting };
+    let Reading { model, diagnostics } =
+        read(&Source { text: &source.text, name, overrides, limits });
     match model {
         Some(model) => Ok(Loaded { source, model, warnings: diagnostics }),
         None => Err(Failure::Model { source: Box::new(source), diagnostics }),

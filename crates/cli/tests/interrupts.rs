@@ -35,7 +35,11 @@ every = "1 ms"
 
 /// Starts the run and waits until its log grows.
 fn started(place: &Scratch) -> Child {
-    place.write("long.toml", LONG);
+    start(place, LONG)
+}
+
+fn start(place: &Scratch, model: &str) -> Child {
+    place.write("long.toml", model);
     let child = place
         .bksim()
         .args(["solve", "long.toml"])
@@ -106,4 +110,51 @@ fn a_killed_run_loses_a_quarter_second_at_most() {
     assert!(warning.contains("was cut off before its run ended"), "{warning}");
     assert!(times.len() > before, "{} samples after {before}", times.len());
     assert!(times.windows(2).all(|pair| pair[0] < pair[1]));
+}
+
+#[test]
+fn an_interrupted_run_is_resumed_as_if_undisturbed() {
+    let place = Scratch::new();
+    let child = start(&place, &LONG.replace("1e6 s", "300 s"));
+    signal(&child, "-INT");
+    let output = child.wait_with_output().expect("an end");
+    assert_eq!(output.status.code(), Some(130), "{}", text(&output.stderr));
+    let done = |arguments: &str| {
+        let output = place.run(arguments);
+        assert_eq!(output.status.code(), Some(0), "{arguments}: {}", text(&output.stderr));
+        output.stdout
+    };
+
+    // Every channel of every sample, to the last bit.
+    done("solve long.toml -o whole.mcap");
+    done("solve --resume long.mcap");
+    let whole = done("export whole.mcap");
+    assert!(text(&whole).lines().count() > 300_000);
+    assert!(done("export long-resumed.mcap") == whole, "other samples");
+
+    // In the place of the first part, when that is wished.
+    let output = place.run("solve --resume long.mcap -o long.mcap");
+    assert_eq!(output.status.code(), Some(4), "{}", text(&output.stderr));
+    done("solve --resume long.mcap -o long.mcap --force");
+    assert!(done("export long.mcap") == whole, "other samples");
+    let files = fs::read_dir(place.path()).expect("the directory").count();
+    assert_eq!(files, 4, "something is left over");
+
+    for (arguments, status, words) in [
+        ("solve --resume long.mcap --force", 1, "its run has reached its end, t = 300 s"),
+        ("solve --resume long.toml", 1, "not an MCAP file"),
+        ("solve --resume none.mcap", 4, "there is no such file"),
+        ("solve --resume long.mcap --rtol 1e-8", 2, "cannot be used with"),
+    ] {
+        let output = place.run(arguments);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(status), "{arguments}: {said}");
+        assert!(said.contains(words), "{arguments}: {said}");
+    }
+    let bytes = fs::read(place.path().join("whole.mcap")).expect("the log");
+    place.write("cut.mcap", &bytes[..bytes.len() / 2]);
+    let output = place.run("solve --resume cut.mcap");
+    assert_eq!(output.status.code(), Some(1));
+    let said = text(&output.stderr);
+    assert!(said.contains("was cut off before its run ended"), "{said}");
 }

@@ -98,37 +98,55 @@ impl Checkpoint {
     }
 }
 
-/// Collects the numbers of a checkpoint.
-#[derive(Default)]
-pub(crate) struct Saver {
+/// Collects the numbers of a checkpoint, of a solver or of what runs around one.
+///
+/// ```
+/// use bksim_dae::{Loader, Method, Saver};
+///
+/// let mut saver = Saver::default();
+/// saver.count(3);
+/// saver.slice(&[0.5, 0.25]);
+/// let saved = saver.finish(Method::Radau);
+/// let mut loader = Loader::new(&saved, Method::Radau)?;
+/// assert_eq!((loader.count()?, loader.slice()?), (3, &[0.5, 0.25][..]));
+/// # Ok::<(), bksim_dae::SolveError>(())
+/// ```
+#[derive(Clone, Default, Debug)]
+pub struct Saver {
     counts: Vec<u64>,
     reals: Vec<f64>,
 }
 
 impl Saver {
-    pub(crate) fn count(&mut self, x: usize) {
+    /// Adds an integer.
+    pub fn count(&mut self, x: usize) {
         self.counts.push(x as u64);
     }
 
-    pub(crate) fn flag(&mut self, x: bool) {
+    /// Adds a yes or no.
+    pub fn flag(&mut self, x: bool) {
         self.counts.push(u64::from(x));
     }
 
-    pub(crate) fn real(&mut self, x: f64) {
+    /// Adds a number, bit for bit.
+    pub fn real(&mut self, x: f64) {
         self.reals.push(x);
     }
 
-    pub(crate) fn option(&mut self, x: Option<f64>) {
+    /// Adds a number that may be missing.
+    pub fn option(&mut self, x: Option<f64>) {
         self.flag(x.is_some());
         self.real(x.unwrap_or(0.0));
     }
 
-    pub(crate) fn slice(&mut self, x: &[f64]) {
+    /// Adds numbers and how many they are.
+    pub fn slice(&mut self, x: &[f64]) {
         self.count(x.len());
         self.reals.extend_from_slice(x);
     }
 
-    pub(crate) fn stats(&mut self, stats: &Stats) {
+    /// Adds counters.
+    pub fn stats(&mut self, stats: &Stats) {
         let Stats {
             n_step,
             n_accept,
@@ -145,13 +163,29 @@ impl Saver {
         steps.into_iter().chain(work).for_each(|x| self.count(x));
     }
 
-    pub(crate) fn finish(self, method: Method) -> Checkpoint {
+    /// Adds the whole checkpoint of a solver.
+    pub fn checkpoint(&mut self, checkpoint: &Checkpoint) {
+        self.flag(checkpoint.method == Method::Explicit);
+        self.count(checkpoint.counts.len());
+        self.counts.extend_from_slice(&checkpoint.counts);
+        self.slice(&checkpoint.reals);
+    }
+
+    /// Adds indices and how many they are.
+    pub fn indices(&mut self, x: &[usize]) {
+        self.count(x.len());
+        x.iter().for_each(|&x| self.count(x));
+    }
+
+    /// All that was added, as the checkpoint of a run by `method`.
+    pub fn finish(self, method: Method) -> Checkpoint {
         Checkpoint { method, counts: self.counts, reals: self.reals }
     }
 }
 
 /// Hands the numbers of a checkpoint back in the order in which they were saved.
-pub(crate) struct Loader<'a> {
+#[derive(Clone, Debug)]
+pub struct Loader<'a> {
     counts: std::slice::Iter<'a, u64>,
     reals: &'a [f64],
 }
@@ -159,44 +193,108 @@ pub(crate) struct Loader<'a> {
 const TOO_SHORT: SolveError = SolveError::Checkpoint { reason: "numbers are missing" };
 
 impl<'a> Loader<'a> {
-    pub(crate) fn new(checkpoint: &'a Checkpoint, method: Method) -> Result<Self, SolveError> {
+    /// From the first number on.
+    ///
+    /// # Errors
+    /// [`SolveError::Checkpoint`] when the run was one by another method.
+    pub fn new(checkpoint: &'a Checkpoint, method: Method) -> Result<Self, SolveError> {
         if checkpoint.method != method {
             return Err(SolveError::Checkpoint { reason: "saved by the other method" });
         }
         Ok(Self { counts: checkpoint.counts.iter(), reals: &checkpoint.reals })
     }
 
-    pub(crate) fn count(&mut self) -> Result<usize, SolveError> {
+    /// Whether all numbers have been handed out.
+    pub fn is_empty(&self) -> bool {
+        self.counts.len() == 0 && self.reals.is_empty()
+    }
+
+    /// The whole checkpoint of a solver.
+    ///
+    /// # Errors
+    /// [`SolveError::Checkpoint`] when numbers are missing.
+    pub fn checkpoint(&mut self) -> Result<Checkpoint, SolveError> {
+        let method = if self.flag()? { Method::Explicit } else { Method::Radau };
+        let n_counts = self.count()?;
+        let (counts, rest) = self.counts.as_slice().split_at_checked(n_counts).ok_or(TOO_SHORT)?;
+        self.counts = rest.iter();
+        Ok(Checkpoint { method, counts: counts.to_vec(), reals: self.slice()?.to_vec() })
+    }
+
+    /// The next integer.
+    ///
+    /// # Errors
+    /// [`SolveError::Checkpoint`] when there is none.
+    pub fn count(&mut self) -> Result<usize, SolveError> {
         let count = self.counts.next().ok_or(TOO_SHORT)?;
         usize::try_from(*count)
             .map_err(|_| SolveError::Checkpoint { reason: "a count is too large" })
     }
 
-    pub(crate) fn flag(&mut self) -> Result<bool, SolveError> {
+    /// The next yes or no.
+    ///
+    /// # Errors
+    /// [`SolveError::Checkpoint`] when there is none.
+    pub fn flag(&mut self) -> Result<bool, SolveError> {
         Ok(self.count()? != 0)
     }
 
-    pub(crate) fn real(&mut self) -> Result<f64, SolveError> {
+    /// The next number.
+    ///
+    /// # Errors
+    /// [`SolveError::Checkpoint`] when there is none.
+    pub fn real(&mut self) -> Result<f64, SolveError> {
         let (first, rest) = self.reals.split_first().ok_or(TOO_SHORT)?;
         self.reals = rest;
         Ok(*first)
     }
 
-    pub(crate) fn option(&mut self) -> Result<Option<f64>, SolveError> {
+    /// The next number that may be missing.
+    ///
+    /// # Errors
+    /// [`SolveError::Checkpoint`] when numbers are missing.
+    pub fn option(&mut self) -> Result<Option<f64>, SolveError> {
         let (is_some, x) = (self.flag()?, self.real()?);
         Ok(is_some.then_some(x))
     }
 
     /// A slice of any length.
-    pub(crate) fn slice(&mut self) -> Result<&'a [f64], SolveError> {
+    ///
+    /// # Errors
+    /// [`SolveError::Checkpoint`] when numbers are missing.
+    pub fn slice(&mut self) -> Result<&'a [f64], SolveError> {
         let n = self.count()?;
         let (slice, rest) = self.reals.split_at_checked(n).ok_or(TOO_SHORT)?;
         self.reals = rest;
         Ok(slice)
     }
 
+    /// Indices, each below `end`.
+    ///
+    /// # Errors
+    /// [`SolveError::Checkpoint`] when numbers are missing or too large.
+    pub fn indices(&mut self, end: usize) -> Result<Vec<usize>, SolveError> {
+        let n = self.count()?;
+        if n > self.counts.len() {
+            return Err(TOO_SHORT);
+        }
+        (0..n).map(|_| self.index(end)).collect()
+    }
+
+    /// An index below `end`.
+    ///
+    /// # Errors
+    /// [`SolveError::Checkpoint`] when there is none, or it is too large.
+    pub fn index(&mut self, end: usize) -> Result<usize, SolveError> {
+        const TOO_LARGE: SolveError = SolveError::Checkpoint { reason: "an index is too large" };
+        self.count().and_then(|i| if i < end { Ok(i) } else { Err(TOO_LARGE) })
+    }
+
     /// Overwrites a slice whose length is known.
-    pub(crate) fn fill(&mut self, out: &mut [f64]) -> Result<(), SolveError> {
+    ///
+    /// # Errors
+    /// [`SolveError::Checkpoint`] when it was saved with another length.
+    pub fn fill(&mut self, out: &mut [f64]) -> Result<(), SolveError> {
         let slice = self.slice()?;
         if slice.len() != out.len() {
             return Err(SolveError::Checkpoint { reason: "saved for a system of another size" });
@@ -205,7 +303,11 @@ impl<'a> Loader<'a> {
         Ok(())
     }
 
-    pub(crate) fn stats(&mut self) -> Result<Stats, SolveError> {
+    /// The next counters.
+    ///
+    /// # Errors
+    /// [`SolveError::Checkpoint`] when numbers are missing.
+    pub fn stats(&mut self) -> Result<Stats, SolveError> {
         Ok(Stats {
             n_step: self.count()?,
             n_accept: self.count()?,

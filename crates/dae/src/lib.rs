@@ -102,7 +102,7 @@ mod step;
 mod system;
 mod tableau;
 
-pub use checkpoint::{Checkpoint, Method};
+pub use checkpoint::{Checkpoint, Loader, Method, Saver};
 pub use dense::Step;
 pub use error::{Cause, SolveError, Standstill, WorstUnknown};
 pub use events::{

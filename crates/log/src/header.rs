@@ -55,6 +55,13 @@ pub(crate) fn dotted(topic_name: &str) -> String {
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct TopicId(pub(crate) usize);
 
+impl TopicId {
+    /// Its place in [`Header::topics`].
+    pub fn index(self) -> usize {
+        self.0
+    }
+}
+
 /// A number and its SI unit (empty for a plain number).
 #[derive(Clone, PartialEq, Debug)]
 pub struct Quantity {

@@ -31,6 +31,7 @@
 //! | one schema and channel per topic | protobuf message `bksim.State` for topic `/state` and so on: field 1 is `t` in seconds, then one double per signal; units and descriptions are channel metadata `angle.unit`, `angle.description` |
 //! | channel `/log` | warnings and events, schema `foxglove.Log` with one more field, `t` |
 //! | chunks of messages | the samples, zstd, each chunk with its CRC |
+//! | attachment `bksim.checkpoint` | what the run goes on from, if it was stopped; bytes of its solver |
 //! | metadata `bksim.end` | how the run ended; a log without it was cut short |
 //!
 //! `log_time` is the distance from the start time in nanoseconds: it starts at 0 however early the

@@ -11,6 +11,8 @@ pub(crate) const RUN: &str = "bksim.run";
 pub(crate) const PARAMETERS: &str = "bksim.parameters";
 pub(crate) const OPTIONS: &str = "bksim.options";
 pub(crate) const END: &str = "bksim.end";
+/// Name of the attachment that holds it.
+pub(crate) const CHECKPOINT: &str = "bksim.checkpoint";
 
 const DIGEST: &str = "digest";
 const SUMMARY_PREFIX: &str = "summary.";

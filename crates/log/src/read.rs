@@ -8,7 +8,7 @@ use mcap::records::{self, Metadata, op};
 
 use crate::{
     EndStatus, Header, Level, LogError, Note, Topic, TopicId,
-    frames::{Frames, State},
+    frames::{self, Frames, State},
     meta,
     schema::log_number,
     wire::{Fields, Malformed, Value},
@@ -41,6 +41,7 @@ pub struct LogReader<R> {
     model_sha256: String,
     decoders: BTreeMap<u16, Decoder>,
     values: Vec<f64>,
+    checkpoint: Option<Vec<u8>>,
     end: Option<EndStatus>,
 }
 
@@ -92,6 +93,12 @@ impl<R: Read> LogReader<R> {
         self.end.as_ref().filter(|_| self.frames.state() == State::Complete)
     }
 
+    /// What a run that was stopped goes on from: known when [`LogReader::end`] is, with the checksum
+    /// of the whole verified.
+    pub fn checkpoint(&self) -> Option<&[u8]> {
+        self.checkpoint.as_deref().filter(|_| self.frames.state() == State::Complete)
+    }
+
     /// The next sample or note, in the order they were written; `None` at the end of the data.
     ///
     /// # Errors
@@ -104,6 +111,12 @@ impl<R: Read> LogReader<R> {
                     let metadata = metadata(body)?;
                     if metadata.name == meta::END {
                         self.end = Some(meta::read_end(metadata)?);
+                    }
+                }
+                op::ATTACHMENT => {
+                    let (name, bytes) = frames::attachment(body)?;
+                    if name == meta::CHECKPOINT {
+                        self.checkpoint = Some(bytes);
                     }
                 }
                 op::MESSAGE => {

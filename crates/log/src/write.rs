@@ -158,6 +158,24 @@ impl<W: Write> LogWriter<W> {
         self.put(header)
     }
 
+    /// Adds what a run goes on from that was stopped: bytes that mean nothing to this crate. Readers
+    /// keep the last ones.
+    ///
+    /// # Errors
+    /// [`LogError::TooLarge`] (nothing was written then), [`LogError::Io`].
+    pub fn checkpoint(&mut self, bytes: &[u8]) -> Result<(), LogError> {
+        check_size("the checkpoint", bytes.len())?;
+        self.attempt(|writer| {
+            writer.attach(&Attachment {
+                log_time: 0,
+                create_time: 0,
+                name: meta::CHECKPOINT.into(),
+                media_type: "application/octet-stream".into(),
+                data: Cow::Borrowed(bytes),
+            })
+        })
+    }
+
     /// Hands everything written so far to the stream and flushes the stream.
     ///
     /// # Errors

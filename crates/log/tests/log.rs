@@ -249,3 +249,39 @@ fn time_runs_one_way_and_samples_are_complete() -> Result<(), LogError> {
     assert_eq!(log.series(topic).t, [1.0, -1.0, -1.0, -3.0]);
     Ok(())
 }
+
+#[test]
+fn a_checkpoint_comes_back_with_the_end_of_the_log() -> Result<(), LogError> {
+    let (header, topic, _) = header();
+    let mut writer = LogWriter::create(Vec::new(), &header)?;
+    let values = vec![0.5; header.topics[0].fields.len()];
+    writer.write(topic, header.t_start, &values)?;
+    let saved: Vec<u8> = (0..=255).cycle().take(5000).collect();
+    writer.checkpoint(&saved)?;
+    let limit = writer.checkpoint(&vec![0; 1 << 25]);
+    assert!(matches!(limit, Err(LogError::TooLarge { .. })), "{limit:?}");
+    let bytes = writer.finish(&end())?;
+
+    let mut reader = LogReader::open(&bytes[..])?;
+    assert_eq!(reader.checkpoint(), None);
+    while reader.next_record()?.is_some() {}
+    assert_eq!(reader.checkpoint(), Some(&saved[..]));
+
+    // Not from a log that was cut behind it, nor one with another bit in it.
+    let place = bytes.windows(saved.len()).position(|part| part == saved).expect("its bytes");
+    let mut cut = LogReader::open(&bytes[..place + saved.len() + 4])?;
+    while cut.next_record()?.is_some() {}
+    assert_eq!(cut.checkpoint(), None);
+    let mut flipped = bytes.clone();
+    flipped[place + 100] ^= 1;
+    let mut reader = LogReader::open(&flipped[..])?;
+    let read = loop {
+        match reader.next_record() {
+            Ok(Some(_)) => (),
+            Ok(None) => break Ok(()),
+            Err(error) => break Err(error),
+        }
+    };
+    assert!(read.is_err(), "{read:?}");
+    Ok(())
+}

@@ -23,6 +23,7 @@ codes! {
     NO_INERTIA = "S005", "a motion without inertia";
     NOT_FINITE_AT_START = "S006", "no finite value at the start";
     BEYOND_STOP = "S007", "a start beyond a stop";
+    IRREVERSIBLE = "S008", "back in time over what switches";
     REDUNDANT = "S010", "redundant joints";
     NO_MOBILITY = "S011", "nothing can move";
     NO_SENSITIVITY = "S012", "a sensitivity that does not exist";

@@ -254,6 +254,16 @@ impl Elimination {
         self.weakness
     }
 
+    /// Largest magnitude of each pivot so far.
+    pub(crate) fn best_pivots(&self) -> &[f64] {
+        &self.best
+    }
+
+    /// As [`Elimination::best_pivots`], to be overwritten.
+    pub(crate) fn best_pivots_mut(&mut self) -> &mut [f64] {
+        &mut self.best
+    }
+
     /// Solves with the factors, in place; `x` holds coordinates, then the kept multipliers.
     pub(crate) fn solve_in_place(&mut self, x: &mut [f64]) {
         let n = self.nodes.len();

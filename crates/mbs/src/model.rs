@@ -381,8 +381,10 @@ pub struct SolveOptions {
     pub t_start: f64,
     /// End, s. Default 10.
     pub t_end: f64,
-    /// Output interval, s. Default: a five-hundredth of the span.
+    /// Output interval, s, where outputs are even. Default: a five-hundredth of the span.
     pub every: Option<f64>,
+    /// When samples are taken. Default: evenly.
+    pub outputs: Outputs,
     /// Relative tolerance. Default 1e-6.
     pub rtol: f64,
     /// Absolute tolerance in the units of each coordinate. Default 1e-8.
@@ -399,6 +401,25 @@ pub struct SolveOptions {
     pub jit: Jit,
     /// Place of each stated key, for messages that arise later.
     pub spans: Vec<(String, Span)>,
+}
+
+impl SolveOptions {
+    /// The interval of even outputs, s.
+    pub fn interval(&self) -> f64 {
+        self.every.unwrap_or((self.t_end - self.t_start).abs() / 500.0)
+    }
+}
+
+/// When samples are taken, beside the start and the end.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub enum Outputs {
+    /// At even intervals.
+    #[default]
+    Even,
+    /// At the end of every accepted step, and where something switches.
+    Steps,
+    /// At these times, s, in any order; those outside of the run are passed over.
+    Times(Vec<f64>),
 }
 
 /// What integrates the equations of motion.

@@ -12,7 +12,7 @@
 //! positive definite and G of full rank; elsewhere dense factors with pivots do, and in a singular
 //! pose the smallest solution of the equations without their weakest directions.
 
-use bksim_dae::NotFinite;
+use bksim_dae::{Loader, NotFinite, Saver, SolveError};
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 use crate::augmented::Augmented;
@@ -93,6 +93,16 @@ impl MultiplierSystem {
             rows: Rows::default(),
             kept,
         }
+    }
+
+    /// What outlives a state: the best pivots, which weakness is measured by.
+    pub(crate) fn save(&self, saver: &mut Saver) {
+        saver.slice(self.elimination.best_pivots());
+    }
+
+    /// Takes over what was saved by a system without the same rows.
+    pub(crate) fn load(&mut self, loader: &mut Loader<'_>) -> Result<(), SolveError> {
+        loader.fill(self.elimination.best_pivots_mut())
     }
 
     /// Rows of G that take part.

@@ -5,14 +5,17 @@
 //! reactions that the equations of motion give there. Nothing that is reported comes from stage
 //! values of the multipliers.
 
+mod checkpoint;
 mod explicit;
 pub(crate) mod implicit;
 mod legs;
 pub(crate) mod recorder;
 pub(crate) mod singular;
 
-use bksim_dae::{Control, SolveError, Standstill, Stats};
+use bksim_dae::{Checkpoint, Control, SolveError, Standstill, Stats};
 
+use self::checkpoint::Fingerprint;
+pub use self::checkpoint::{RunCheckpoint, Unfit};
 use self::legs::{Halt, Run};
 use self::recorder::Recorder;
 pub use self::singular::SingularPose;
@@ -75,6 +78,8 @@ pub struct Summary {
     pub methods: Vec<MethodChange>,
     /// What switched, in order.
     pub changes: Vec<Change>,
+    /// What a run that was stopped goes on from; see [`resume`].
+    pub checkpoint: Option<RunCheckpoint>,
 }
 
 /// A method, from when it was used, and why.
@@ -147,7 +152,10 @@ pub struct Failure {
 /// Integrates from `start` and hands every sample to `observer`, which may stop the run; `stop` is
 /// asked after every step.
 ///
-/// A run that ends early hands out one more sample, at the end of its last step.
+/// The end may lie before the start where nothing switches: the motion is then followed back in time.
+///
+/// A run that ends early hands out one more sample, at the end of its last step. One that was
+/// stopped goes on from [`Summary::checkpoint`].
 ///
 /// # Errors
 /// [`Failure`] when the integrator cannot go on; all samples before it have been handed out.
@@ -161,19 +169,75 @@ pub fn run(
     stop: &dyn Fn() -> bool,
 ) -> Result<Summary, Box<Failure>> {
     let mut recorder = Recorder::new(compiled, start, parameters, options, equations.n());
-    if recorder.record_start(start, observer) == Control::Stop {
-        return Ok(recorder.summary);
-    }
+    let control = recorder.record_start(start, observer);
     let mut run = Run::new(recorder, start, options, observer, stop);
+    run.begin(control);
     let outcome = run.run_to_end(compiled, equations);
-    let recorder = run.recorder;
+    let fingerprint = || Fingerprint::of(compiled, start, parameters, options);
+    finish(run.recorder, outcome, options.t_end, &fingerprint)
+}
+
+/// Continues a run that was stopped, as if it had not been: the samples that follow, and the
+/// summary of the whole, equal those of the undisturbed run bit for bit. Everything but the observer
+/// must be as it was when the run began.
+///
+/// The sample that a stopped run hands out at the end of its last step is no part of the run; those
+/// before it are, [`RunCheckpoint::n_samples`] in number.
+///
+/// # Errors
+/// [`Unresumed`] when the checkpoint belongs to another run, or the integrator cannot go on.
+pub fn resume(
+    compiled: &CompiledSystem,
+    equations: &MotionEquations,
+    (start, checkpoint): (&Start, &RunCheckpoint),
+    parameters: &[f64],
+    options: &SolveOptions,
+    observer: &mut dyn FnMut(&Sample) -> Control,
+    stop: &dyn Fn() -> bool,
+) -> Result<Summary, Unresumed> {
+    let fingerprint = Fingerprint::of(compiled, start, parameters, options);
+    checkpoint.check(&fingerprint)?;
+    let recorder = Recorder::new(compiled, start, parameters, options, equations.n());
+    let mut run = Run::new(recorder, start, options, observer, stop);
+    run.load(&checkpoint.numbers, compiled).map_err(Unfit::Damaged)?;
+    run.catch_up();
+    let outcome = run.run_to_end(compiled, equations);
+    finish(run.recorder, outcome, options.t_end, &|| fingerprint.clone()).map_err(|failure| {
+        match failure.error {
+            Some(error @ SolveError::Checkpoint { .. }) => Unfit::Damaged(error).into(),
+            _ => Unresumed::Failed(failure),
+        }
+    })
+}
+
+/// Why a run was not continued to its end.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+pub enum Unresumed {
+    /// The checkpoint cannot be used.
+    #[error(transparent)]
+    Unfit(#[from] Unfit),
+    /// The integrator cannot go on.
+    #[error("the run stopped early at t = {} s", .0.summary.t)]
+    Failed(Box<Failure>),
+}
+
+/// How a run has ended.
+fn finish(
+    recorder: Recorder<'_>,
+    outcome: Result<Option<Checkpoint>, Halt>,
+    t_end: f64,
+    fingerprint: &dyn Fn() -> Fingerprint,
+) -> Result<Summary, Box<Failure>> {
     if recorder.is_undefined {
         return Err(Box::new(undefined(recorder)));
     }
+    let is_complete = recorder.is_complete(t_end);
     let Recorder { mut summary, sample: last, .. } = recorder;
     match outcome {
-        Ok(()) => {
-            summary.reached_end = summary.t == options.t_end;
+        Ok(numbers) => {
+            summary.reached_end = is_complete;
+            let numbers = numbers.filter(|_| !is_complete);
+            summary.checkpoint = numbers.map(|numbers| RunCheckpoint::new(fingerprint(), numbers));
             Ok(summary)
         }
         Err(Halt { error, unsettled }) => {

@@ -77,6 +77,8 @@ pub struct Moved {
 pub enum StartError {
     /// Every body is welded to the ground.
     NoCoordinates,
+    /// The end lies before the start, but something switches on the way.
+    Irreversible,
     /// The joints cannot meet at all.
     CannotClose {
         /// Gap left at each open joint, largest first: joint, metres (or radians).
@@ -145,6 +147,9 @@ pub fn start(
         return Err(StartError::NoCoordinates);
     }
     let t = model.solve.t_start;
+    if model.solve.t_end < t && !compiled.watch.is_empty() {
+        return Err(StartError::Irreversible);
+    }
     let mut closing = Closing::new(model, system, parameters).map_err(StartError::Compile)?;
     // Drives follow the branches that they take at this time; no contact is closed yet.
     let nothing = vec![0.0; system.coordinates().len()];

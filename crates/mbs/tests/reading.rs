@@ -3,7 +3,7 @@
 use bksim_expr::Expr;
 use bksim_mbs::diagnostic::Diagnostic;
 use bksim_mbs::file::{Source, read};
-use bksim_mbs::model::{GROUND, JointKind, LoadKind, Measure, Model, Space};
+use bksim_mbs::model::{GROUND, JointKind, LoadKind, Measure, Model, Outputs, Space};
 
 fn model(text: &str) -> Model {
     let reading = read(&Source::new(text, "test"));
@@ -242,4 +242,28 @@ rod = { guess = { x = 1 } }
         model.signals.iter().map(|signal| pool.symbol_name(signal.symbol)).collect();
     assert_eq!(signals, ["theta1_dot", "x2"]);
     assert_eq!(model.joints[1].cut, Some(true));
+}
+
+#[test]
+fn outputs_are_an_interval_or_every_step_or_given_times() {
+    let read_with = |line: &str| {
+        let text = format!(
+            "[bodies.bob]\nmass = 1\n[joints.J]\ntype = \"revolute\"\n\
+             between = [\"ground\", \"bob\"]\n[solve]\n{line}\n"
+        );
+        let reading = read(&Source::new(&text, "bob"));
+        let codes: Vec<&str> = reading.diagnostics.iter().map(|d| d.code.0).collect();
+        (reading.model.map(|model| (model.solve.every, model.solve.outputs)), codes)
+    };
+    let cases = [
+        ("every = \"20 ms\"", Some((Some(0.02), Outputs::Even)), vec![]),
+        ("every = \"step\"", Some((None, Outputs::Steps)), vec![]),
+        ("times = [0.1, \"500 ms\"]", Some((None, Outputs::Times(vec![0.1, 0.5]))), vec![]),
+        ("times = [0.1]\nevery = 0.1", None, vec!["M055"]),
+        ("times = 0.1", None, vec!["M008"]),
+        ("every = \"steps\"", None, vec!["M003"]),
+    ];
+    for (line, expected, codes) in cases {
+        assert_eq!(read_with(line), (expected, codes), "{line}");
+    }
 }

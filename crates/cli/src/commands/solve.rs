@@ -2,6 +2,7 @@
 
 mod events;
 mod report;
+mod resume;
 
 use std::fs::{self, File};
 use std::io::BufWriter;
@@ -12,8 +13,8 @@ use bksim::dae::Control;
 use bksim::log::{Level, LogError, Outcome};
 use bksim::mbs::fault::diagnose_mobility;
 use bksim::mbs::mobility::mobility;
-use bksim::mbs::model::{Formulation, Jit, Method, Model};
-use bksim::mbs::run::Sample;
+use bksim::mbs::model::{Formulation, Jit, Method, Model, Outputs};
+use bksim::mbs::run::{Sample, Unresumed};
 use bksim::mbs::sensitivity::{Sensitive, StateSensitivity};
 use bksim::record::Recorder;
 use bksim::{Mechanism, Rejected};
@@ -35,10 +36,24 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
     let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed();
 
     // Read, and refuse an output that cannot be written before any work is done.
-    let mut loaded = load(&args.model, nesting)?;
+    let (mut loaded, first) = if args.resume {
+        let (loaded, first) = resume::open(&args.model.model, nesting)?;
+        (loaded, Some(first))
+    } else {
+        (load(&args.model, nesting)?, None)
+    };
     apply_options(&mut loaded.model, args)?;
-    let path = output_path(args, &loaded.model.name);
-    check_output(&path, &args.model.model, args.force)?;
+    let set = first.as_ref().map_or(&args.model.set, |first| &first.set);
+    let path = match first {
+        Some(_) => resume::output_path(args),
+        None => output_path(args, &loaded.model.name),
+    };
+    let is_same = first.is_some() && is_same_file(&path, &args.model.model);
+    if !(is_same && args.force) {
+        check_output(&path, &args.model.model, args.force)?;
+    }
+    // The log that is read is replaced only when all of it, and more, has been written.
+    let written = if is_same { resume::beside(&path) } else { path.clone() };
     times.parse = lap();
 
     let mechanism = derive(&loaded.source, loaded.model)?;
@@ -60,14 +75,18 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
     }
 
     // The log is opened only now: a rejected model touches no file.
-    let file = File::create(&path).map_err(|e| Failure::writing(&path, &e))?;
-    let options = options_of(&mechanism.model, &sensitive);
+    let file = File::create(&written).map_err(|e| Failure::writing(&written, &e))?;
+    let mut options = options_of(&mechanism.model, &sensitive);
+    options.extend(resume::set_options(set));
     let out = BufWriter::new(file);
     let text = &source.text;
     let mut log =
         Recorder::create_with_sensitivities(out, &mechanism, text, &start, &options, &sensitive)
             .map_err(|e| Failure::writing(&path, &e))?;
-    for warning in &warnings {
+    if let Some(first) = &first {
+        first.copy_into(&mut log, &path)?;
+    }
+    for warning in warnings.iter().filter(|_| first.is_none()) {
         let text = format!("[{}] {}", warning.code.0, warning.message);
         log.note(Level::Warning, start.t, &text).map_err(|e| Failure::writing(&path, &e))?;
     }
@@ -78,7 +97,7 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
     })?;
     let progress = Progress::new(start.t, mechanism.model.solve.t_end);
     let mut log_fault: Option<(f64, LogError)> = None;
-    let mut reached = start.t;
+    let mut reached = first.as_ref().map_or(start.t, |first| first.checkpoint.t());
     let mut on_sample = |sample: &Sample, by: &[StateSensitivity]| {
         let begun = Instant::now();
         if let Err(error) = log.write(sample).and_then(|()| log.write_sensitivities(sample.t, by)) {
@@ -91,18 +110,30 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
         Control::Continue
     };
     let is_stop_wished = || stop.status().is_some();
-    let result = match &plan {
-        None => {
-            let mut on_sample = |sample: &Sample| on_sample(sample, &[]);
-            mechanism.run(&equations, &start, &mut on_sample, &is_stop_wished)
-        }
-        Some(plan) => mechanism.run_with_sensitivities(
+    let mut on_sample_alone = |sample: &Sample| on_sample(sample, &[]);
+    let result = match (&plan, &first) {
+        (Some(plan), _) => mechanism.run_with_sensitivities(
             &equations,
             &start,
             plan,
             &mut on_sample,
             &is_stop_wished,
         ),
+        (None, None) => mechanism.run(&equations, &start, &mut on_sample_alone, &is_stop_wished),
+        (None, Some(first)) => {
+            let from = &first.checkpoint;
+            let observer = &mut on_sample_alone;
+            match mechanism.resume(&equations, &start, from, observer, &is_stop_wished) {
+                Err(Unresumed::Unfit(unfit)) => {
+                    drop(log);
+                    // Nothing but a copy is lost.
+                    let _ = fs::remove_file(&written);
+                    return Err(resume::unfit(&args.model.model, &unfit));
+                }
+                Err(Unresumed::Failed(failure)) => Err(failure),
+                Ok(summary) => Ok(summary),
+            }
+        }
     };
     progress.finish();
     let logging = times.log;
@@ -139,7 +170,10 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
         log.note(Level::Error, summary.t, &reason).map_err(|e| Failure::writing(&path, &e))?;
     }
     let out = log.finish(&summary, outcome, &reason).map_err(|e| Failure::writing(&path, &e))?;
-    out.into_inner().map_err(|e| Failure::writing(&path, e.error()))?;
+    let file = out.into_inner().map_err(|e| Failure::writing(&path, e.error()))?;
+    if is_same {
+        resume::replace(file, &written, &path)?;
+    }
     times.log += lap();
 
     let report = Report {
@@ -177,14 +211,14 @@ fn sensitive(mechanism: &Mechanism, names: &[String]) -> Result<Vec<Sensitive>, 
 fn apply_options(model: &mut Model, args: &Solve) -> Result<(), Failure> {
     let solve = &mut model.solve;
     let t_start = solve.t_start;
-    let after_start = |t: f64| t.is_finite() && t > t_start;
+    let other_than_start = |t: f64| t.is_finite() && t != t_start;
     let positive = |value: f64| value.is_finite() && value > 0.0;
     let useful = |rtol: f64| (SMALLEST_RTOL..1.0).contains(&rtol);
-    let beyond = format!("after the start, {t_start} s");
+    let beyond = format!("other than the start, {t_start} s");
     let rtol_range = format!("between {SMALLEST_RTOL:e} and 1");
     let above = "greater than zero";
     for (flag, value, fits, range) in [
-        ("--t-end", args.t_end, &after_start as &dyn Fn(f64) -> bool, beyond.as_str()),
+        ("--t-end", args.t_end, &other_than_start as &dyn Fn(f64) -> bool, beyond.as_str()),
         ("--rtol", args.rtol, &useful, &rtol_range),
         ("--atol", args.atol, &positive, above),
         ("--step", args.step, &positive, above),
@@ -204,7 +238,9 @@ fn apply_options(model: &mut Model, args: &Solve) -> Result<(), Failure> {
     solve.rtol = args.rtol.unwrap_or(solve.rtol);
     solve.atol = args.atol.unwrap_or(solve.atol);
     solve.step = args.step.or(solve.step);
-    solve.every = args.every.or(solve.every);
+    if args.every.is_some() {
+        (solve.every, solve.outputs) = (args.every, Outputs::Even);
+    }
     if let Some(method) = args.method {
         solve.method = match method {
             args::Method::Auto => Method::Auto,
@@ -237,6 +273,10 @@ fn output_path(args: &Solve, model_name: &str) -> PathBuf {
     })
 }
 
+fn is_same_file(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
 /// Refuses an output that exists, is the model itself, or has no directory to lie in.
 fn check_output(path: &Path, model: &Path, force: bool) -> Result<(), Failure> {
     let nothing_solved = "nothing was solved";
@@ -250,8 +290,7 @@ fn check_output(path: &Path, model: &Path, force: bool) -> Result<(), Failure> {
         let help = format!("make it with `mkdir -p {}`", directory.display());
         return Err(Failure::file(path, what, Some(help)));
     }
-    let same = |a: &Path, b: &Path| matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b);
-    if same(path, model) {
+    if is_same_file(path, model) {
         let what = format!("is the model itself and would be overwritten; {nothing_solved}");
         return Err(Failure::file(path, what, Some("name another file with -o".to_owned())));
     }

@@ -75,12 +75,15 @@ impl EventSearch {
     }
 
     /// The functions at the state reached, and whether it is that of a restart.
-    pub(super) fn remembered(&self) -> (Vec<f64>, bool) {
+    pub fn remembered(&self) -> (Vec<f64>, bool) {
         (self.samples[..self.n].to_vec(), self.is_fresh)
     }
 
-    /// Goes on with what [`Search::remembered`] gave.
-    pub(super) fn resume(&mut self, values: &[f64], is_fresh: bool) -> Result<(), SolveError> {
+    /// Goes on with what [`EventSearch::remembered`] gave.
+    ///
+    /// # Errors
+    /// [`SolveError::Checkpoint`] when there are more functions, or fewer.
+    pub fn resume(&mut self, values: &[f64], is_fresh: bool) -> Result<(), SolveError> {
         if values.len() != self.n {
             return Err(SolveError::Checkpoint { reason: "saved with other events" });
         }

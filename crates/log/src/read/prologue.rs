@@ -112,7 +112,9 @@ impl Prologue {
             }
         }
         header.check_names()?;
-        Ok(LogReader { frames, header, model_sha256, decoders, values: Vec::new(), end: None })
+        let values = Vec::new();
+        let (checkpoint, end) = (None, None);
+        Ok(LogReader { frames, header, model_sha256, decoders, values, checkpoint, end })
     }
 }
 

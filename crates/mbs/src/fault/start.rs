@@ -43,6 +43,7 @@ pub fn diagnose_start(
                 .help("start from another position, or drive another joint")
         }
         StartError::NoInertia { coordinates } => no_inertia(model, system, compiled, coordinates),
+        StartError::Irreversible => irreversible(model, system),
         StartError::NotFinite => not_finite(model),
         StartError::BeyondStop { load, by } => switch::beyond_stop(model, *load, *by),
         StartError::Unsettled(fault) => {
@@ -51,6 +52,23 @@ pub fn diagnose_start(
         StartError::Compile(error) => {
             Diagnostic::error(codes::NOT_FINITE_AT_START, error.to_string())
         }
+    }
+}
+
+/// A run back in time over what switches.
+fn irreversible(model: &Model, system: &SymbolicSystem) -> Diagnostic {
+    let (from, to) = (model.solve.t_start, model.solve.t_end);
+    let message =
+        format!("the run goes back in time, from {from} s to {to} s, but something switches");
+    let fault = Diagnostic::error(codes::IRREVERSIBLE, message)
+        .note("stops, friction and kinks of expressions are passed forwards in time only")
+        .help("end the run after its start, or leave out what switches");
+    match system.contacts.first() {
+        Some(contact) => {
+            let load = &model.loads[contact.load.0];
+            fault.at(load.span.clone(), "what this does cannot be undone")
+        }
+        None => fault,
     }
 }
 

@@ -74,7 +74,7 @@ codes! {
     BAD_RESTITUTION = "M057", "a restitution out of range";
     NO_ROOM = "M058", "stops that leave no room";
     NEGATIVE_FRICTION = "M059", "friction that drives";
-    BAD_TIME_SPAN = "M060", "the end is not after the start";
+    BAD_TIME_SPAN = "M060", "the end is the start";
     BAD_TOLERANCE = "M061", "a tolerance out of range";
     NO_BODIES = "M062", "a model without bodies";
 }

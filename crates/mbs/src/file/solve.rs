@@ -3,15 +3,16 @@
 use super::codes;
 use super::quantity::Scope;
 use super::reader::{Fields, Reader};
-use super::tree::{Node, Table};
+use super::tree::{Node, Table, Value};
 use super::units::Quantity;
 use crate::diagnostic::{Diagnostic, Span};
-use crate::model::{Formulation, Jit, Method, SolveOptions};
+use crate::model::{Formulation, Jit, Method, Outputs, SolveOptions};
 
 const SOLVE_KEYS: &[&str] = &[
     "t_start",
     "t_end",
     "every",
+    "times",
     "rtol",
     "atol",
     "step",
@@ -31,6 +32,7 @@ impl Reader<'_> {
             t_start: 0.0,
             t_end: 10.0,
             every: None,
+            outputs: Outputs::Even,
             rtol: 1e-6,
             atol: 1e-8,
             step: None,
@@ -89,21 +91,47 @@ impl Reader<'_> {
         // A time that could not be read says nothing about the span.
         let known = |key: &str, read: bool| read || fields.get(key).is_none();
         let both = known("t_start", start.is_some()) && known("t_end", end.is_some());
-        if both && solve.t_end <= solve.t_start {
+        if both && solve.t_end == solve.t_start {
             let place = end.or(start).map_or(fields.span.clone(), |(_, span)| span);
-            let (from, to) = (solve.t_start, solve.t_end);
+            let from = solve.t_start;
             self.report(
                 Diagnostic::error(
                     codes::BAD_TIME_SPAN,
-                    format!("the end `t_end` = {to} s is not after the start `t_start` = {from} s"),
+                    format!("the end `t_end` = {from} s is the start `t_start` as well"),
                 )
-                .at(place, "the end must be after the start")
+                .at(place, "the end must differ from the start")
                 .help(format!("write for example `t_end = \"{} s\"`", from + 10.0)),
             );
         }
-        solve.every =
-            self.positive_option(fields, "every", Quantity::INTERVAL).map(|(every, _)| every);
+        self.read_outputs(fields, solve);
         solve.step = self.positive_option(fields, "step", Quantity::INTERVAL).map(|(step, _)| step);
+    }
+
+    /// `every`, an interval or `"step"`, or `times`.
+    fn read_outputs(&mut self, fields: &Fields<'_>, solve: &mut SolveOptions) {
+        let every: Option<&Node> = fields.get("every");
+        if every.is_some_and(|node| matches!(&node.value, Value::Text(text) if text == "step")) {
+            solve.outputs = Outputs::Steps;
+        } else {
+            let every = self.positive_option(fields, "every", Quantity::INTERVAL);
+            solve.every = every.map(|(every, _)| every);
+        }
+        let Some(node) = fields.get("times") else { return };
+        let what = fields.what("times");
+        if every.is_some() {
+            self.report(
+                Diagnostic::error(
+                    codes::KEY_CONFLICT,
+                    "both `every` and `times` say when to output",
+                )
+                .at(node.span.clone(), "given beside `every`")
+                .help("leave out one of them"),
+            );
+        }
+        let example = "`times = [0.1, \"500 ms\"]`";
+        let Some(nodes) = self.array(node, &what, "an array of times", example) else { return };
+        let read = |node| self.scalar(node, Quantity::TIME, &what, Scope::Constant)?.value;
+        solve.outputs = Outputs::Times(nodes.iter().filter_map(read).collect());
     }
 
     fn option(

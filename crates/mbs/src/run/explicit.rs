@@ -10,12 +10,19 @@
 //! coordinate projection method applied to mechanical systems with algebraic constraints*, SIAM
 //! J. Numer. Anal. 30 (1993).
 
-use bksim_dae::{Index, Layout, NotFinite, Ode, Settings, StepControl, Tolerance};
+use bksim_dae::{
+    Checkpoint, Control, ExplicitSolver, Index, Layout, Loader, Method, NotFinite, Ode, Saver,
+    Settings, SolveError, Start as From, StepControl, Tolerance,
+};
 
+use super::legs::{LegEnd, Run, State, sum};
+use super::recorder::Stretch;
+use super::singular::{NOTICEABLE, REGULAR, Sighting};
 use crate::compile::CompiledSystem;
 use crate::evaluator::Evaluator;
-use crate::model::SolveOptions;
+use crate::model::{self, SolveOptions};
 use crate::multiplier::MultiplierSystem;
+use crate::switch::Lookout;
 
 /// A mechanism as y′ = f(t, y).
 pub(crate) struct ExplicitMotion<'a> {
@@ -106,4 +113,145 @@ impl Ode for ExplicitMotion<'_> {
         }
         Ok(())
     }
+}
+
+impl<'a> Run<'a, '_> {
+    /// Integrates with explicit steps.
+    pub(super) fn explicit_leg(&mut self, compiled: &'a CompiledSystem) -> LegEnd {
+        let mut lookout = self.lookout();
+        let mut solver = match self.explicit_solver(compiled, lookout.as_mut()) {
+            Ok(solver) => solver,
+            Err(error) => return LegEnd::Failed(Some(error)),
+        };
+        let may_switch = self.options.method == model::Method::Auto && self.passing.is_none();
+        let end = loop {
+            match solver.advance() {
+                Ok(true) => (),
+                Ok(false) => break LegEnd::Reached,
+                Err(error) => break self.failed(error),
+            }
+            if let Some(lookout) = &mut lookout {
+                let step = match solver.last_step() {
+                    Ok(step) => step,
+                    Err(error) => break self.failed(error),
+                };
+                if let Some(end) = self.until_event(lookout, &step, true) {
+                    break end;
+                }
+            }
+            let motion = solver.system_mut();
+            let weakness = motion.multipliers.weakness();
+            let weakest = std::mem::replace(&mut motion.weakest, weakness);
+            if self.is_off_branch(solver.t(), solver.y()) {
+                break LegEnd::Failed(None);
+            }
+            if weakest >= NOTICEABLE {
+                self.watch.leave();
+            } else if let Err(error) = self.search_singular_pose(&mut solver) {
+                break self.failed(error);
+            }
+            let is_stopping = match self.pass_explicit_step(&mut solver) {
+                Ok(is_stopping) => is_stopping,
+                Err(error) => break self.failed(error),
+            };
+            let is_past = |until: f64| (solver.t() - until) * solver.h().signum() >= 0.0;
+            if weakness > REGULAR && self.passing.is_some_and(is_past) {
+                break LegEnd::Regular;
+            }
+            if may_switch && solver.is_stiff() {
+                break LegEnd::Stiff;
+            }
+            if is_stopping {
+                self.leg = Some(keep(&mut solver, lookout.as_ref()));
+                break LegEnd::Stopped;
+            }
+        };
+        self.multipliers.clone_from(&solver.system_mut().multipliers);
+        end
+    }
+
+    /// The solver of a leg, from its start or from where it was stopped.
+    fn explicit_solver(
+        &mut self,
+        compiled: &'a CompiledSystem,
+        lookout: Option<&mut Lookout<'_>>,
+    ) -> Result<ExplicitSolver<ExplicitMotion<'a>>, SolveError> {
+        let State { t, q, v } = &self.reached;
+        let parameters = &self.recorder.switching.parameters;
+        let motion = ExplicitMotion::new(compiled, parameters, self.multipliers.clone());
+        let y = [q.as_slice(), v, &[self.recorder.summary.energy.work]].concat();
+        let from = From { t: *t, ydot: vec![0.0; y.len()], y };
+        let settings = ExplicitMotion::settings(self.options, q.len());
+        let t_end = self.options.t_end;
+        let Some(leg) = self.leg.take() else {
+            self.watch.leave();
+            return ExplicitSolver::new(motion, from, t_end, settings);
+        };
+        let mut loader = Loader::new(&leg, Method::Explicit)?;
+        let mut solver = ExplicitSolver::resume(motion, &loader.checkpoint()?, t_end, settings)?;
+        let motion = solver.system_mut();
+        motion.multipliers.load(&mut loader)?;
+        motion.weakest = loader.real()?;
+        if let Some(lookout) = lookout {
+            lookout.load(&mut loader, &from)?;
+        }
+        Ok(solver)
+    }
+
+    /// Outputs of an explicit step; its dense output is made only when it is needed.
+    fn pass_explicit_step(
+        &mut self,
+        solver: &mut ExplicitSolver<ExplicitMotion<'_>>,
+    ) -> Result<bool, SolveError> {
+        let (t0, t1, nq) = (self.reached.t, solver.t(), self.reached.q.len());
+        let mut control = Control::Continue;
+        if self.recorder.due(t1).is_some() {
+            let step = solver.last_step()?;
+            let n = step.y1().len();
+            let at = |t: f64, y: &mut [f64]| step.at(t, &mut y[..n]);
+            let stats = sum(&self.before, step.stats());
+            let stretch = Stretch { t0, t1, at: &at, has_work: true, h: t1 - t0, stats };
+            control = self.recorder.pass(&stretch, self.observer);
+        }
+        self.recorder.summary.energy.work = solver.y()[2 * nq];
+        self.recorder.summary.stats = sum(&self.before, solver.stats());
+        self.reached.take(t1, solver.y());
+        Ok(self.or_stop(control))
+    }
+
+    /// Looks for a singular pose in a step with a weak stage.
+    fn search_singular_pose(
+        &mut self,
+        solver: &mut ExplicitSolver<ExplicitMotion<'_>>,
+    ) -> Result<(), SolveError> {
+        self.multipliers.clone_from(&solver.system_mut().multipliers);
+        let step = solver.last_step()?;
+        let evaluator = &mut self.recorder.evaluator;
+        let poses = &mut self.recorder.summary.singular_poses;
+        match self.watch.search(evaluator, &mut self.multipliers, &step) {
+            Some(Sighting::New(pose)) => poses.push(pose),
+            Some(Sighting::Better(pose)) => {
+                poses.pop();
+                poses.push(pose);
+            }
+            None => (),
+        }
+        Ok(())
+    }
+}
+
+/// A leg in progress, for a run that goes on from here.
+fn keep(
+    solver: &mut ExplicitSolver<ExplicitMotion<'_>>,
+    lookout: Option<&Lookout<'_>>,
+) -> Checkpoint {
+    let mut saver = Saver::default();
+    saver.checkpoint(&solver.save());
+    let motion = solver.system_mut();
+    motion.multipliers.save(&mut saver);
+    saver.real(motion.weakest);
+    if let Some(lookout) = lookout {
+        lookout.save(&mut saver);
+    }
+    saver.finish(Method::Explicit)
 }

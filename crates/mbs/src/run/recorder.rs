@@ -1,11 +1,11 @@
 //! From steps to samples: output times, projection, accelerations, reactions, energies.
 
-use bksim_dae::{Control, Stats};
+use bksim_dae::{Control, Loader, Saver, SolveError, Stats};
 
 use super::{Sample, Summary};
 use crate::compile::CompiledSystem;
 use crate::evaluator::Evaluator;
-use crate::model::SolveOptions;
+use crate::model::{Outputs, SolveOptions};
 use crate::multiplier::MultiplierSystem;
 use crate::start::Start;
 use crate::switch::Switching;
@@ -32,10 +32,14 @@ pub(crate) struct Recorder<'a> {
     t_start: f64,
     t_end: f64,
     every: f64,
-    next_idx: u64,
+    /// Times, if given, in the order of the run.
+    outputs: Outputs,
+    next_idx: usize,
     /// The equations had no value at the last output time; that sample was not handed out.
     pub(crate) is_undefined: bool,
     pub(crate) sample: Sample,
+    /// Samples of the last step that were not handed out: the observer had asked to stop.
+    pub(crate) pending: Vec<Sample>,
     y: Vec<f64>,
     pub(crate) summary: Summary,
     potential_start: f64,
@@ -58,10 +62,12 @@ impl<'a> Recorder<'a> {
             is_powered: compiled.power.is_some(),
             t_start: start.t,
             t_end: options.t_end,
-            every: options.every.unwrap_or((options.t_end - start.t) / 500.0),
+            every: options.interval(),
+            outputs: ordered(&options.outputs, start.t, options.t_end),
             next_idx: 1,
             is_undefined: false,
             sample: Sample::default(),
+            pending: Vec::new(),
             y: vec![0.0; n],
             summary: Summary::default(),
             potential_start: 0.0,
@@ -87,34 +93,98 @@ impl<'a> Recorder<'a> {
         self.hand_out(observer)
     }
 
+    /// As numbers.
+    pub(crate) fn save(&self, saver: &mut Saver) {
+        self.switching.save(saver);
+        self.multipliers.save(saver);
+        saver.count(self.next_idx);
+        self.sample.save(saver);
+        saver.count(self.pending.len());
+        self.pending.iter().for_each(|sample| sample.save(saver));
+        self.summary.save(saver);
+        saver.real(self.potential_start);
+    }
+
+    /// Goes on with what was saved by a run of the same mechanism, without these rows.
+    pub(crate) fn load(
+        &mut self,
+        loader: &mut Loader<'_>,
+        compiled: &'a CompiledSystem,
+        dependent: &[usize],
+    ) -> Result<(), SolveError> {
+        self.switching.load(loader)?;
+        self.evaluator = compiled.evaluator(&self.switching.parameters);
+        self.multipliers = MultiplierSystem::new(&compiled.shape, dependent);
+        self.multipliers.load(loader)?;
+        self.next_idx = loader.index(usize::MAX)?.max(1);
+        self.sample = Sample::load(loader, compiled)?;
+        let n_pending = loader.count()?;
+        self.pending =
+            (0..n_pending).map(|_| Sample::load(loader, compiled)).collect::<Result<_, _>>()?;
+        self.summary = Summary::load(loader, compiled)?;
+        self.potential_start = loader.real()?;
+        Ok(())
+    }
+
+    /// Hands out the samples that a run had kept back when it was stopped.
+    pub(crate) fn hand_out_pending(
+        &mut self,
+        observer: &mut dyn FnMut(&Sample) -> Control,
+    ) -> Control {
+        let mut control = Control::Continue;
+        let mut pending = std::mem::take(&mut self.pending).into_iter();
+        for sample in pending.by_ref() {
+            self.sample = sample;
+            control = self.hand_out(observer);
+            if control == Control::Stop {
+                break;
+            }
+        }
+        self.pending = pending.collect();
+        control
+    }
+
     /// Samples the output times of a stretch, and follows the work over it.
     pub(crate) fn pass(
         &mut self,
         stretch: &Stretch,
         observer: &mut dyn FnMut(&Sample) -> Control,
     ) -> Control {
-        let mut from = stretch.t0;
+        let (mut from, mut control) = (stretch.t0, Control::Continue);
         while let Some(t) = self.due(stretch.t1) {
             self.next_idx += 1;
             self.work_until(stretch, from, t);
             from = t;
             self.take(stretch, t);
-            if self.is_undefined || self.hand_out(observer) == Control::Stop {
+            if self.is_undefined {
                 return Control::Stop;
+            }
+            if control == Control::Stop {
+                // A run that goes on from here has lost the step by then.
+                self.pending.push(self.sample.clone());
+            } else {
+                control = self.hand_out(observer);
             }
         }
         self.work_until(stretch, from, stretch.t1);
-        Control::Continue
+        control
     }
 
     /// The next output time, if it is not after `t` in the direction of the run.
     pub(crate) fn due(&self, t: f64) -> Option<f64> {
         let forward = (self.t_end - self.t_start).signum();
-        #[expect(clippy::cast_precision_loss, reason = "2^53 outputs are not reached")]
-        let grid = self.t_start + forward * self.every * self.next_idx as f64;
-        // The end is an output of its own; a grid time that rounds onto it counts as the end.
-        let near_end = (self.t_end - grid) * forward < 1e-9 * self.every;
-        let due = if near_end { self.t_end } else { grid };
+        let due = match &self.outputs {
+            Outputs::Even => {
+                #[expect(clippy::cast_precision_loss, reason = "2^53 outputs are not reached")]
+                let grid = self.t_start + forward * self.every * self.next_idx as f64;
+                // The end is an output of its own; a time that rounds onto it counts as the end.
+                let near_end = (self.t_end - grid) * forward < 1e-9 * self.every;
+                if near_end { self.t_end } else { grid }
+            }
+            Outputs::Steps if t == self.sample.t => return None,
+            Outputs::Steps => t,
+            Outputs::Times(times) => times.get(self.next_idx - 1).copied().unwrap_or(self.t_end),
+        };
         let passed = self.sample.t == self.t_end && self.next_idx > 1;
         (!passed && (t - due) * forward >= 0.0).then_some(due)
     }
@@ -158,6 +228,7 @@ impl<'a> Recorder<'a> {
         sample.v.copy_from_slice(&self.y[nq..2 * nq]);
         sample.step_size = stretch.h;
         sample.stats = stretch.stats;
+        sample.work = self.summary.energy.work;
 
         let Sample { q, v, a, lambda, .. } = sample;
         // A step may straddle a pole of a drive; an output time may hit it.
@@ -182,7 +253,7 @@ impl<'a> Recorder<'a> {
         observer: &mut dyn FnMut(&Sample) -> Control,
     ) {
         let forward = (self.t_end - self.t_start).signum();
-        if (stretch.t1 - self.sample.t) * forward > 0.0 {
+        if !self.is_undefined && (stretch.t1 - self.summary.t) * forward > 0.0 {
             self.take(stretch, stretch.t1);
             if !self.is_undefined {
                 // The run has ended: there is nothing left to stop.
@@ -202,7 +273,6 @@ impl<'a> Recorder<'a> {
     fn hand_out(&mut self, observer: &mut dyn FnMut(&Sample) -> Control) -> Control {
         let summary = &mut self.summary;
         let sample = &mut self.sample;
-        sample.work = summary.energy.work;
         let total = sample.energy.kinetic + sample.energy.potential;
         let balance = &mut summary.energy;
         balance.last = total;
@@ -221,4 +291,15 @@ impl<'a> Recorder<'a> {
         summary.stats = sample.stats;
         observer(sample)
     }
+}
+
+/// Given times in the order of a run, without those that are not inside it.
+fn ordered(outputs: &Outputs, t_start: f64, t_end: f64) -> Outputs {
+    let Outputs::Times(times) = outputs else { return outputs.clone() };
+    let forward = (t_end - t_start).signum();
+    let is_inside = |t: &f64| (t - t_start) * forward > 0.0 && (t_end - t) * forward > 0.0;
+    let mut times: Vec<f64> = times.iter().copied().filter(is_inside).collect();
+    times.sort_by(|a, b| (forward * a).total_cmp(&(forward * b)));
+    times.dedup();
+    Outputs::Times(times)
 }

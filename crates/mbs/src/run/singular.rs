@@ -5,7 +5,7 @@
 //! where rows are weak. There the motion is searched for the weakest instant, and the singular
 //! values of G at that instant decide.
 
-use bksim_dae::Step;
+use bksim_dae::{Loader, Saver, SolveError, Step};
 
 use crate::dependence::{Smallness, sparse_dependent_rows};
 use crate::evaluator::Evaluator;
@@ -62,7 +62,29 @@ pub(crate) enum Sighting {
     Better(SingularPose),
 }
 
+impl SingularPose {
+    pub(crate) fn save(&self, saver: &mut Saver) {
+        saver.real(self.t);
+        saver.count(self.rank);
+        saver.indices(&self.rows);
+    }
+
+    /// A pose of a mechanism with `nc` rows.
+    pub(crate) fn load(loader: &mut Loader<'_>, nc: usize) -> Result<Self, SolveError> {
+        Ok(Self { t: loader.real()?, rank: loader.index(nc + 1)?, rows: loader.indices(nc)? })
+    }
+}
+
 impl Watch {
+    pub(crate) fn save(&self, saver: &mut Saver) {
+        saver.real(self.regular);
+        saver.option(self.near);
+    }
+
+    pub(crate) fn load(loader: &mut Loader<'_>) -> Result<Self, SolveError> {
+        Ok(Self { regular: loader.real()?, near: loader.option()? })
+    }
+
     /// No stage of the last step was weak: the next pose is another one.
     pub(crate) fn leave(&mut self) {
         self.near = None;

@@ -1,5 +1,6 @@
 //! A mechanism in one set of modes, at one state after the other, as dense matrices.
 
+use bksim_dae::{Loader, Saver, SolveError};
 use nalgebra::{DMatrix, DVector};
 
 use crate::compile::CompiledSystem;
@@ -36,6 +37,27 @@ impl<'a> Frozen<'a> {
     /// `parameters` end with the modes.
     pub(crate) fn new(compiled: &'a CompiledSystem, parameters: &[f64]) -> Self {
         Self { evaluator: compiled.evaluator(parameters), planned: None }
+    }
+
+    /// What outlives a state.
+    pub(crate) fn save(&self, saver: &mut Saver) {
+        saver.flag(self.planned.is_some());
+        if let Some((_, multipliers)) = &self.planned {
+            multipliers.save(saver);
+        }
+    }
+
+    /// Takes over what was saved in the same modes, without these rows.
+    pub(crate) fn load(
+        &mut self,
+        loader: &mut Loader<'_>,
+        dependent: &[usize],
+    ) -> Result<(), SolveError> {
+        self.planned = None;
+        if loader.flag()? {
+            plan(&mut self.planned, &self.evaluator, dependent).load(loader)?;
+        }
+        Ok(())
     }
 
     /// M, G, g and ∂g/∂t.

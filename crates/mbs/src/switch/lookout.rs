@@ -11,7 +11,9 @@
 //! friction sticking F₀ − |λ|
 //! ```
 
-use bksim_dae::{Action, Crossing, Event, EventSearch, Events, Start, Step};
+use bksim_dae::{
+    Action, Crossing, Event, EventSearch, Events, Loader, Saver, SolveError, Start, Step,
+};
 
 use super::frozen::Frozen;
 use super::modes::{Modes, Touch};
@@ -49,6 +51,36 @@ impl<'a> Lookout<'a> {
     ) -> Self {
         let functions = Functions::new(compiled, parameters, modes, dependent, bands, (t, q, v));
         Self { functions, search: None }
+    }
+
+    /// What the leg has come to.
+    pub(crate) fn save(&self, saver: &mut Saver) {
+        let Self { functions, search } = self;
+        saver.slice(&functions.bands);
+        saver.flag(search.is_some());
+        if let Some(search) = search {
+            let (values, is_fresh) = search.remembered();
+            saver.slice(&values);
+            saver.flag(is_fresh);
+        }
+        functions.frozen.save(saver);
+    }
+
+    /// Goes on with what was saved where the leg has come to; `state` is the integrator's.
+    pub(crate) fn load(
+        &mut self,
+        loader: &mut Loader<'_>,
+        state: &Start,
+    ) -> Result<(), SolveError> {
+        let Self { functions, search } = self;
+        loader.fill(&mut functions.bands)?;
+        if loader.flag()? {
+            let mut resumed = EventSearch::new(functions, state);
+            resumed.resume(loader.slice()?, loader.flag()?)?;
+            *search = Some(resumed);
+        }
+        let Functions { frozen, dependent, .. } = functions;
+        frozen.load(loader, dependent)
     }
 
     /// What first crosses zero in a step.

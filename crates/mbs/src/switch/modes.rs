@@ -1,5 +1,7 @@
 //! The values of the modes between two events.
 
+use bksim_dae::{Loader, Saver, SolveError};
+
 /// What every switch and every contact does until the next event.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(crate) struct Modes {
@@ -30,6 +32,39 @@ impl Touch {
 }
 
 impl Modes {
+    /// As numbers.
+    pub(crate) fn save(&self, saver: &mut Saver) {
+        saver.slice(&self.signs);
+        for touch in &self.touches {
+            let (kind, value) = match *touch {
+                Touch::Apart => (0, 0.0),
+                Touch::Resting => (1, 0.0),
+                Touch::Sliding(sign) => (2, sign),
+                Touch::Sticking(place) => (3, place),
+            };
+            saver.count(kind);
+            saver.real(value);
+        }
+    }
+
+    /// Takes over the modes of the same switches and contacts; stops and friction keep their kinds.
+    pub(crate) fn load(&mut self, loader: &mut Loader<'_>) -> Result<(), SolveError> {
+        const OTHER: SolveError = SolveError::Checkpoint { reason: "saved with other contacts" };
+        loader.fill(&mut self.signs)?;
+        for touch in &mut self.touches {
+            let is_friction = matches!(touch, Touch::Sliding(_) | Touch::Sticking(_));
+            let (kind, value) = (loader.count()?, loader.real()?);
+            *touch = match (kind, is_friction) {
+                (0, false) => Touch::Apart,
+                (1, false) => Touch::Resting,
+                (2, true) => Touch::Sliding(value),
+                (3, true) => Touch::Sticking(value),
+                _ => return Err(OTHER),
+            };
+        }
+        Ok(())
+    }
+
     /// The model's parameters with these modes behind them, as `SymbolicSystem::parameters` has
     /// their symbols.
     pub(crate) fn behind(&self, parameters: &[f64]) -> Vec<f64> {

@@ -1,5 +1,7 @@
 //! The modes of a run, from event to event.
 
+use bksim_dae::{Loader, Saver, SolveError};
+
 use super::frozen::Frozen;
 use super::lookout::{Crossed, Lookout};
 use super::modes::{Modes, Touch};
@@ -58,6 +60,48 @@ pub(crate) struct Switching<'a> {
     watcher: Watcher<'a>,
 }
 
+impl Change {
+    pub(crate) fn save(&self, saver: &mut Saver) {
+        let (kind, of, speed) = match self.kind {
+            ChangeKind::Kink(kink) => (0, kink, 0.0),
+            ChangeKind::Hit(load, speed) => (1, load.0, speed),
+            ChangeKind::Rest(load) => (2, load.0, 0.0),
+            ChangeKind::Part(load) => (3, load.0, 0.0),
+            ChangeKind::Stick(load) => (4, load.0, 0.0),
+            ChangeKind::Slide(load) => (5, load.0, 0.0),
+        };
+        saver.real(self.t);
+        saver.indices(&[kind, of]);
+        saver.real(speed);
+    }
+
+    /// A change of this system.
+    pub(crate) fn load(
+        loader: &mut Loader<'_>,
+        compiled: &CompiledSystem,
+    ) -> Result<Self, SolveError> {
+        const OTHER: SolveError = SolveError::Checkpoint { reason: "saved with other contacts" };
+        let t = loader.real()?;
+        let [kind, of] = loader.indices(usize::MAX)?[..] else { return Err(OTHER) };
+        let speed = loader.real()?;
+        let load = LoadId(of);
+        let is_known = match kind {
+            0 => of < compiled.watch.timed.len(),
+            _ => compiled.watch.contacts.iter().any(|contact| contact.load == load),
+        };
+        let kind = match kind {
+            0 => ChangeKind::Kink(of),
+            1 => ChangeKind::Hit(load, speed),
+            2 => ChangeKind::Rest(load),
+            3 => ChangeKind::Part(load),
+            4 => ChangeKind::Stick(load),
+            5 => ChangeKind::Slide(load),
+            _ => return Err(OTHER),
+        };
+        if is_known { Ok(Self { t, kind }) } else { Err(OTHER) }
+    }
+}
+
 /// Events without progress after which a run is given up.
 const MAX_SHORT: usize = 1000;
 /// Part of a run that counts as no progress.
@@ -92,6 +136,31 @@ impl<'a> Switching<'a> {
             n_short: 0,
             watcher,
         }
+    }
+
+    /// The modes and what is remembered.
+    pub(crate) fn save(&self, saver: &mut Saver) {
+        self.modes.save(saver);
+        let Bands { kinks, position, rate, rest } = &self.bands;
+        saver.slice(kinks);
+        saver.slice(&[*position, *rate, rest[0], rest[1], self.fastest, self.last_event]);
+        saver.count(self.n_short);
+    }
+
+    /// Goes on with what was saved in another run of the same mechanism.
+    pub(crate) fn load(&mut self, loader: &mut Loader<'_>) -> Result<(), SolveError> {
+        self.modes.load(loader)?;
+        loader.fill(&mut self.bands.kinks)?;
+        let mut numbers = [0.0; 6];
+        loader.fill(&mut numbers)?;
+        let [position, rate, height, speed, fastest, last_event] = numbers;
+        (self.bands.position, self.bands.rate) = (position, rate);
+        self.bands.rest = [height, speed];
+        (self.fastest, self.last_event) = (fastest, last_event);
+        self.n_short = loader.count()?;
+        self.parameters = self.modes.behind(&self.own);
+        self.watcher = self.compiled.watch.at(&self.parameters);
+        Ok(())
     }
 
     /// What ends a leg that starts at (t, q, v); `None` when nothing ever switches.

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use bksim::Mechanism;
 use bksim::mbs::assemble::Source;
-use bksim::mbs::model::{Formulation, Method, Model, SolveOptions};
+use bksim::mbs::model::{Formulation, Method, Model, Outputs, SolveOptions};
 use bksim::mbs::run::{Integrator, Reason, Summary};
 use bksim::mbs::sensitivity::Sensitive;
 use serde_json::{Value, json};
@@ -25,22 +25,26 @@ pub(crate) struct Times {
     pub(crate) log: Duration,
 }
 
+pub(crate) const FORMULATIONS: [(&str, Formulation); 4] = [
+    ("ggl", Formulation::Ggl),
+    ("index2", Formulation::Index2),
+    ("index3", Formulation::Index3),
+    ("index1", Formulation::Index1),
+];
+
+pub(crate) const METHODS: [(&str, Method); 3] =
+    [("auto", Method::Auto), ("radau", Method::Radau), ("explicit", Method::Explicit)];
+
 /// All options of the run as they were used, for the log.
 pub(crate) fn options_of(model: &Model, sensitive: &[Sensitive]) -> Vec<(String, String)> {
     let solve = &model.solve;
-    let formulation = match solve.formulation {
-        Formulation::Ggl => "ggl",
-        Formulation::Index2 => "index2",
-        Formulation::Index3 => "index3",
-        Formulation::Index1 => "index1",
-    };
-    let method = match solve.method {
-        Method::Auto => "auto",
-        Method::Radau => "radau",
-        Method::Explicit => "explicit",
-    };
+    let formulation = word(&FORMULATIONS, solve.formulation);
+    let method = word(&METHODS, solve.method);
     let exact = |value: f64| format!("{value:?}");
-    let every = solve.every.map_or("default".to_owned(), exact);
+    let every = match solve.outputs {
+        Outputs::Steps => "step".to_owned(),
+        _ => solve.every.map_or("default".to_owned(), exact),
+    };
     let mut options: Vec<(String, String)> = vec![
         ("method".into(), method.into()),
         ("formulation".into(), formulation.into()),
@@ -55,7 +59,16 @@ pub(crate) fn options_of(model: &Model, sensitive: &[Sensitive]) -> Vec<(String,
         let names: Vec<&str> = sensitive.iter().map(|by| by.name(model)).collect();
         options.push(("sensitivity".into(), names.join(" ")));
     }
+    if let Outputs::Times(times) = &solve.outputs {
+        let times: Vec<_> = times.iter().copied().map(exact).collect();
+        options.push(("times".into(), times.join(" ")));
+    }
     options
+}
+
+/// The word of a choice.
+fn word<T: PartialEq + Copy>(words: &[(&'static str, T)], choice: T) -> &'static str {
+    words.iter().find(|(_, known)| *known == choice).map_or("", |(word, _)| word)
 }
 
 /// What the command says in the end.
@@ -79,13 +92,17 @@ impl Report<'_> {
         let Summary { n_samples, stats, position_residual, velocity_residual, energy, .. } =
             self.summary;
         let solve = &model.solve;
-        let every = solve.every.unwrap_or((solve.t_end - solve.t_start) / 500.0);
+        let when = match solve.outputs {
+            Outputs::Even => format!("every {} s", number(solve.interval())),
+            Outputs::Steps => "at every step".to_owned(),
+            Outputs::Times(_) => "at given times".to_owned(),
+        };
         let kept = |what: &str, [drift, kept]: [f64; 2]| {
             format!("{what} {} (drift {} before projection)", size(kept), size(drift))
         };
         let times = self.phases().map(|(name, time)| format!("{name} {}", milliseconds(time)));
         let total = self.phases().iter().map(|&(_, time)| time).sum();
-        let mut rows = vec![("samples", format!("{n_samples}, every {} s", number(every)))];
+        let mut rows = vec![("samples", format!("{n_samples}, {when}"))];
         rows.extend(self.methods());
         if !self.sensitive.is_empty() {
             let names: Vec<&str> = self.sensitive.iter().map(|by| by.name(model)).collect();
