@@ -47,7 +47,9 @@ fn bits(sample: &Sample) -> Vec<u64> {
     let counters = [stats.n_step, stats.n_residual, stats.n_newton, stats.n_factor, stats.n_solve];
     let mut numbers = vec![*t, *work, sample.step_size, energy.kinetic, energy.potential];
     numbers.push(energy.power);
-    [q, v, a, lambda].into_iter().for_each(|part| numbers.extend(part));
+    for part in [q, v, a, lambda] {
+        numbers.extend(part);
+    }
     numbers.extend(reactions.as_flattened());
     numbers.extend([sample.position_residual, sample.velocity_residual].concat());
     let numbers = numbers.into_iter().map(f64::to_bits);

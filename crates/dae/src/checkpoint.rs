@@ -174,7 +174,9 @@ impl Saver {
     /// Adds indices and how many they are.
     pub fn indices(&mut self, x: &[usize]) {
         self.count(x.len());
-        x.iter().for_each(|&x| self.count(x));
+        for &x in x {
+            self.count(x);
+        }
     }
 
     /// All that was added, as the checkpoint of a run by `method`.

@@ -260,8 +260,8 @@ fn outputs_are_an_interval_or_every_step_or_given_times() {
         ("every = \"step\"", Some((None, Outputs::Steps)), vec![]),
         ("times = [0.1, \"500 ms\"]", Some((None, Outputs::Times(vec![0.1, 0.5]))), vec![]),
         ("times = [0.1]\nevery = 0.1", None, vec!["M055"]),
-        ("times = 0.1", None, vec!["M008"]),
-        ("every = \"steps\"", None, vec!["M003"]),
+        ("times = 0.1", None, vec!["M007"]),
+        ("every = \"steps\"", None, vec!["M021"]),
     ];
     for (line, expected, codes) in cases {
         assert_eq!(read_with(line), (expected, codes), "{line}");

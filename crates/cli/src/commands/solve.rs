@@ -172,7 +172,7 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
     let out = log.finish(&summary, outcome, &reason).map_err(|e| Failure::writing(&path, &e))?;
     let file = out.into_inner().map_err(|e| Failure::writing(&path, e.error()))?;
     if is_same {
-        resume::replace(file, &written, &path)?;
+        resume::replace(&file, &written, &path)?;
     }
     times.log += lap();
 

@@ -257,7 +257,9 @@ impl Sample {
     pub(super) fn save(&self, saver: &mut Saver) {
         let Self { t, q, v, a, lambda, reactions, energy, work, step_size, stats, .. } = self;
         let Energy { kinetic, potential, power } = *energy;
-        [q, v, a, lambda].into_iter().for_each(|part| saver.slice(part));
+        for part in [q, v, a, lambda] {
+            saver.slice(part);
+        }
         saver.slice(reactions.as_flattened());
         saver.slice(&[*t, *work, *step_size, kinetic, potential, power]);
         saver.slice(&[self.position_residual, self.velocity_residual].concat());
@@ -314,11 +316,17 @@ impl Summary {
         saver.slice(&[self.position_residual, self.velocity_residual].concat());
         saver.slice(&[initial, last, work, blows, worst_error, scale]);
         saver.count(self.singular_poses.len());
-        self.singular_poses.iter().for_each(|pose| pose.save(saver));
+        for pose in &self.singular_poses {
+            pose.save(saver);
+        }
         saver.count(self.methods.len());
-        self.methods.iter().for_each(|change| change.save(saver));
+        for change in &self.methods {
+            change.save(saver);
+        }
         saver.count(self.changes.len());
-        self.changes.iter().for_each(|change| change.save(saver));
+        for change in &self.changes {
+            change.save(saver);
+        }
     }
 
     pub(super) fn load(

@@ -100,7 +100,9 @@ impl<'a> Recorder<'a> {
         saver.count(self.next_idx);
         self.sample.save(saver);
         saver.count(self.pending.len());
-        self.pending.iter().for_each(|sample| sample.save(saver));
+        for sample in &self.pending {
+            sample.save(saver);
+        }
         self.summary.save(saver);
         saver.real(self.potential_start);
     }

@@ -121,7 +121,7 @@ pub(super) fn beside(path: &Path) -> PathBuf {
 }
 
 /// Puts a whole log in the place of the one it continues.
-pub(super) fn replace(file: File, written: &Path, path: &Path) -> Result<(), Failure> {
+pub(super) fn replace(file: &File, written: &Path, path: &Path) -> Result<(), Failure> {
     let replaced = file.sync_all().and_then(|()| fs::rename(written, path));
     replaced.map_err(|e| Failure::writing(path, &e))
 }
