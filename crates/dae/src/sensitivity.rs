@@ -56,6 +56,9 @@ pub struct SensitivityStart {
 /// The error left in the stage equations, as a fraction of what one step may err: `rtol` of the
 /// largest relative sensitivity.
 const KAPPA: f64 = 1e-3;
+/// Tolerances below this count as this: a thousandth of it is some fifty roundings, and the factors
+/// leave as much.
+const SMALLEST_RTOL: f64 = 1e-11;
 /// Iterations before new factors are made, and before the run is given up.
 const MAX_ITERATIONS: usize = 40;
 
@@ -313,7 +316,7 @@ impl Work {
 
     /// Notes the tolerances of the unknowns.
     fn measure(&mut self, settings: &Settings, index: &[crate::Index], y: &[f64], h: f64) {
-        self.rtol = settings.rtol;
+        self.rtol = settings.rtol.max(SMALLEST_RTOL);
         for (i, unit) in self.unit.iter_mut().enumerate() {
             *unit =
                 (settings.atol.of(i) + settings.rtol * y[i].abs()) / h.abs().powi(index[i].power());
