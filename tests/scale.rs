@@ -42,13 +42,13 @@ fn expressions_and_matrices_grow_with_the_number_of_links() {
         ("windows along a tree", windows, Coordinates::Relative),
     ];
     for (name, text, coordinates) in families {
-        let [short, middle, long] = [25, 50, 100].map(|n| sizes(&text(n, coordinates)));
+        let [short, middle, long] = [100, 200, 400].map(|n| sizes(&text(n, coordinates)));
         for what in 0..4 {
             let first = (middle[what] - short[what]) as f64;
             let second = (long[what] - middle[what]) as f64;
             let all = (short[what], middle[what], long[what]);
             let ratio = second / first;
-            assert!((1.95..2.05).contains(&ratio), "{name}, size {what}: {all:?} for 25, 50, 100");
+            assert!((1.95..2.05).contains(&ratio), "{name}, size {what}: {all:?} for 100, 200, 400");
         }
     }
 }
