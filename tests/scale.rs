@@ -48,7 +48,10 @@ fn expressions_and_matrices_grow_with_the_number_of_links() {
             let second = (long[what] - middle[what]) as f64;
             let all = (short[what], middle[what], long[what]);
             let ratio = second / first;
-            assert!((1.95..2.05).contains(&ratio), "{name}, size {what}: {all:?} for 100, 200, 400");
+            assert!(
+                (1.95..2.05).contains(&ratio),
+                "{name}, size {what}: {all:?} for 100, 200, 400"
+            );
         }
     }
 }
@@ -109,7 +112,7 @@ fn a_hundred_windows_lean_as_one_parallelogram() {
     const N: f64 = 100.0;
     const G: f64 = 9.81;
     // ½ A ω² + B g cos θ is constant, θ the angle of all uprights from the vertical.
-    let (a, b) = ((N + 1.0) / 3.0 + N, (N + 1.0) / 2.0 + N);
+    let (a, b) = ((N + 1.0) / 3.0 + N, 0.5 * (3.0 * N + 1.0));
     for coordinates in [Coordinates::Relative, Coordinates::Absolute] {
         let mechanism = mechanism(&windows(100, coordinates), 0.5, 1e-8);
         let motion = solve(&mechanism);

@@ -187,7 +187,7 @@ pub(crate) fn brief(values: &[f64]) -> String {
 /// 1 rad/s from upright. Uprights turn by `J0`, `J1`, … against the ground.
 pub(crate) fn windows(n: usize) -> String {
     let list = |text: &dyn Fn(usize) -> String, count: usize| -> String {
-        (0..count).map(text).collect::<Vec<_>>().join("")
+        (0..count).map(text).collect::<String>()
     };
     let pivots = list(&|i| format!("O{i} = [{i}, 0], "), n + 1);
     let link = |name: String, com: &str, end: &str| {

@@ -42,7 +42,9 @@ impl Augmented {
             .filter_map(|(value, &(row, i))| place_of_row[row].map(|k| (value, k, i)))
             .collect();
         let mut by_row: Vec<Vec<(usize, usize)>> = vec![Vec::new(); kept.len()];
-        couplings.iter().for_each(|&(value, k, i)| by_row[k].push((value, i)));
+        for &(value, k, i) in &couplings {
+            by_row[k].push((value, i));
+        }
 
         // Entries of M, then those that the rows add.
         let mut places: BTreeMap<(usize, usize), usize> = BTreeMap::new();
