@@ -6,7 +6,7 @@
 
 use bksim_expr::{Expr, Pool, Runner, SymbolId, Tape, TapeError};
 
-use crate::evaluator::Evaluator;
+pub use crate::evaluator::Evaluator;
 use crate::straight::StraightLine;
 
 use crate::assemble::{Source, SymbolicSystem};
