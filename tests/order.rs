@@ -47,6 +47,7 @@ fn positions_velocities_and_multipliers_converge_with_their_orders() {
         (Formulation::Ggl, [(4.5, 5.5), (4.6, 5.3), (4.6, 5.3)]),
         (Formulation::Index2, [(4.7, 5.3), (4.7, 5.3), (4.7, 5.3)]),
         (Formulation::Index3, [(4.5, 5.5), (3.8, 5.5), (3.8, 5.5)]),
+        (Formulation::Index1, [(4.5, 5.5), (4.5, 5.5), (4.5, 5.5)]),
     ] {
         let motions = steps.map(|h| {
             let mut model = slider_crank();

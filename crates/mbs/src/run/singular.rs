@@ -13,8 +13,8 @@ use crate::multiplier::MultiplierSystem;
 use crate::rows::{Inverse, LARGEST_DENSE, SparseRows};
 
 /// Weakness, see [`MultiplierSystem::weakness`], below which a step of Radau's calls for a search:
-/// a tenth of the regular singular value.
-const WEAK: f64 = 1e-2;
+/// a sixth of the regular singular value.
+const WEAK: f64 = 3e-2;
 /// Weakness that only a singular pose has, as far as a motion can be foreseen.
 const VANISHING: f64 = 1e-4;
 /// How many steps ahead a pose must be to be none yet.
