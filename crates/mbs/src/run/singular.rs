@@ -13,14 +13,15 @@ use crate::multiplier::MultiplierSystem;
 use crate::rows::{Inverse, LARGEST_DENSE, SparseRows};
 
 /// Weakness, see [`MultiplierSystem::weakness`], below which a step of Radau's calls for a search:
-/// a sixth of the regular singular value.
-const WEAK: f64 = 3e-2;
+/// a third of the regular singular value. Handing over later costs digits: what Radau's equations
+/// leave of its error near the pose comes out as energy.
+const WEAK: f64 = 0.1;
 /// Weakness that only a singular pose has, as far as a motion can be foreseen.
 const VANISHING: f64 = 1e-4;
 /// How many steps ahead a pose must be to be none yet.
 const FAR: f64 = 10.0;
 /// Weakness above which a state has left a singular pose behind.
-pub(crate) const REGULAR: f64 = 4.0 * WEAK;
+pub(crate) const REGULAR: f64 = 3.0 * WEAK;
 /// Weakness of a stage that calls for a search. Two stages lie at most a third of a step apart, so
 /// that a step as long as a radian has one this near to a pose that it passes.
 pub(crate) const NOTICEABLE: f64 = 0.1;
