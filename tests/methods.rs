@@ -1,0 +1,98 @@
+//! Which method runs when, and that all of them come to the same motion.
+
+mod support;
+
+use bksim::mbs::model::{Formulation, Method};
+use bksim::mbs::run::{Integrator, Reason};
+use support::{Within, all_close, brief, derive, example, model, solve, weighted_error};
+
+/// A mass of 1 kg behind a damper of 10 kN s/m and a spring of 100 N/m: it creeps back with a time
+/// constant of 100 s, the damper acts within 0.1 ms.
+const CREEP: &str = r#"
+[bodies.slider]
+mass = "1 kg"
+inertia = "0.01 kg m^2"
+points = { P = [0, 0] }
+
+[ground]
+points = { W = ["-1 m", 0] }
+
+[joints.rail]
+type = "prismatic"
+between = ["ground", "slider"]
+axis = [1, 0]
+
+[loads.spring]
+type = "spring"
+between = ["ground.W", "slider.P"]
+stiffness = "100 N/m"
+length = "1 m"
+
+[loads.damper]
+type = "damper"
+between = ["ground.W", "slider.P"]
+damping = "10000 N s/m"
+
+[initial]
+rail = { position = "0.5 m", velocity = 0 }
+
+[solve]
+t_end = "100 s"
+every = "10 s"
+"#;
+
+#[test]
+fn a_motion_that_turns_stiff_goes_on_with_radau() {
+    let motion = solve(&derive(model(CREEP)));
+    let methods = &motion.summary.methods;
+    let used: Vec<_> = methods.iter().map(|m| (m.method, m.reason)).collect();
+    let expected = [(Integrator::Explicit, Reason::Cheapest), (Integrator::Radau, Reason::Stiff)];
+    assert_eq!(used, expected);
+    assert!(methods[1].t < 0.1, "noticed at t = {}", methods[1].t);
+
+    // x'' + c x' + k x = 0 with two real roots.
+    let (c, k) = (1e4_f64, 100.0);
+    let root = (c * c - 4.0 * k).sqrt();
+    // The slow root without cancellation: their product is k.
+    let fast = -0.5 * (c + root);
+    let slow = k / fast;
+    for sample in &motion.samples {
+        let t = sample.t;
+        let x = 0.5 * (fast * (slow * t).exp() - slow * (fast * t).exp()) / (fast - slow);
+        let within = Within { relative: 0.0, absolute: 1e-6 };
+        all_close(&format!("t = {t}"), &sample.q, &[x], within);
+    }
+    let n_steps = motion.summary.stats.n_step;
+    assert!(n_steps < 1000, "{n_steps} steps, where explicit ones would be some hundred thousand");
+}
+
+#[test]
+fn every_method_and_formulation_comes_to_the_same_motion() {
+    for name in ["slider-crank", "four-bar", "spring-pendulum"] {
+        let motion = |method, formulation| {
+            let mut model = example(name);
+            (model.solve.method, model.solve.formulation) = (method, formulation);
+            (model.solve.rtol, model.solve.atol) = (1e-9, 1e-9);
+            model.solve.t_end = model.solve.t_start + 1.0;
+            solve(&derive(model)).samples.pop().expect("a sample")
+        };
+        let expected = motion(Method::Explicit, Formulation::Ggl);
+        let others = [
+            (Method::Auto, Formulation::Ggl),
+            (Method::Radau, Formulation::Ggl),
+            (Method::Radau, Formulation::Index2),
+            (Method::Radau, Formulation::Index1),
+            (Method::Radau, Formulation::Index3),
+        ];
+        for (method, formulation) in others {
+            let found = motion(method, formulation);
+            let errors = [
+                weighted_error(&found.q, &expected.q),
+                weighted_error(&found.v, &expected.v),
+                weighted_error(&found.lambda, &expected.lambda),
+            ];
+            let worst = errors.into_iter().fold(0.0, f64::max);
+            assert!(worst < 1e-6, "{name}, {method:?}, {formulation:?}: q v λ {}", brief(&errors));
+        }
+    }
+}
