@@ -1,13 +1,17 @@
 //! Singular poses: the N-four-bar folds flat at every half turn, all its windows at once, and could
 //! go on in 2ᴺ ways.
 
+#[path = "support/large.rs"]
+#[expect(dead_code, reason = "chains have no singular poses to pass")]
+mod large;
 mod support;
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use bksim::mbs::model::Method;
+use large::{Coordinates, windows};
 use serde_json::Value;
-use support::{derive, model, path, solve, windows};
+use support::{derive, model, path, solve};
 
 /// Rows of (t, θ, θ′) of the closed form; θ turns clockwise.
 fn closed_form(n: usize) -> Vec<[f64; 3]> {
@@ -20,7 +24,8 @@ fn closed_form(n: usize) -> Vec<[f64; 3]> {
 
 /// Runs the N-four-bar, checks it against the closed form, and returns the worst angle error.
 fn check(n: usize, rtol: f64, method: Method) -> f64 {
-    let mut model = model(&windows(n));
+    let mut model = model(&windows(n, Coordinates::Relative));
+    (model.solve.t_end, model.solve.every) = (10.0, Some(0.1));
     (model.solve.rtol, model.solve.atol, model.solve.method) = (rtol, 1e-2 * rtol, method);
     let motion = solve(&derive(model));
     let summary = &motion.summary;
@@ -33,7 +38,7 @@ fn check(n: usize, rtol: f64, method: Method) -> f64 {
         .zip(&known)
         .map(|(sample, [t, theta, _])| {
             assert!((sample.t - t).abs() < 1e-12, "{what}: t = {} against {t}", sample.t);
-            (sample.q[0] + theta).abs()
+            (sample.q[0] - (FRAC_PI_2 - theta)).abs()
         })
         .fold(0.0, f64::max);
 

@@ -182,35 +182,3 @@ pub(crate) fn weighted_error(found: &[f64], expected: &[f64]) -> f64 {
 pub(crate) fn brief(values: &[f64]) -> String {
     values.iter().map(|value| format!("{value:.1e}")).collect::<Vec<_>>().join(" ")
 }
-
-/// The N-four-bar: N windows of uprights and horizontals, all links 1 m and 1 kg, thrown over at
-/// 1 rad/s from upright. Uprights turn by `J0`, `J1`, … against the ground.
-pub(crate) fn windows(n: usize) -> String {
-    let list = |text: &dyn Fn(usize) -> String, count: usize| -> String {
-        (0..count).map(text).collect::<String>()
-    };
-    let pivots = list(&|i| format!("O{i} = [{i}, 0], "), n + 1);
-    let link = |name: String, com: &str, end: &str| {
-        format!(
-            "[bodies.{name}]\nmass = \"1 kg\"\ninertia = \"1/12*1 kg m^2\"\ncom = {com}\n\
-             points = {{ B = {end} }}\n"
-        )
-    };
-    let revolute = |name: String, a: String, b: String, cut: bool| {
-        format!("[joints.{name}]\ntype = \"revolute\"\nbetween = [\"{a}\", \"{b}\"]\ncut = {cut}\n")
-    };
-    [
-        format!("[ground]\npoints = {{ {pivots} }}\n"),
-        list(&|i| link(format!("v{i}"), "[0, 0.5]", "[0, 1]"), n + 1),
-        list(&|i| link(format!("h{i}"), "[0.5, 0]", "[1, 0]"), n),
-        list(&|i| revolute(format!("J{i}"), format!("ground.O{i}"), format!("v{i}"), false), n + 1),
-        list(&|i| revolute(format!("L{i}"), format!("v{i}.B"), format!("h{i}"), false), n),
-        list(&|i| revolute(format!("R{i}"), format!("h{i}.B"), format!("v{}.B", i + 1), true), n),
-        "[loads.gravity]\ntype = \"gravity\"\nacceleration = [0, \"-9.81 m/s^2\"]\n".to_owned(),
-        "[initial]\nJ0 = { angle = 0, rate = -1 }\n".to_owned(),
-        list(&|i| format!("J{} = {{ guess = {{ angle = 0 }} }}\n", i + 1), n),
-        list(&|i| format!("L{i} = {{ guess = {{ angle = 0 }} }}\n"), n),
-        "[solve]\nt_end = \"10 s\"\nevery = \"0.1 s\"\n".to_owned(),
-    ]
-    .concat()
-}

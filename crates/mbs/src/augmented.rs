@@ -99,6 +99,16 @@ impl Augmented {
         self.elimination.weakness()
     }
 
+    /// As [`Elimination::best_pivots`].
+    pub(crate) fn best_pivots(&self) -> &[f64] {
+        self.elimination.best_pivots()
+    }
+
+    /// As [`Elimination::best_pivots_mut`].
+    pub(crate) fn best_pivots_mut(&mut self) -> &mut [f64] {
+        self.elimination.best_pivots_mut()
+    }
+
     /// Solves the original system with these values of G, in place.
     pub(crate) fn solve_in_place(&mut self, jacobian: &[f64], x: &mut [f64]) {
         let (upper, lower) = x.split_at_mut(self.nq);

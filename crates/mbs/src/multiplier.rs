@@ -12,24 +12,20 @@
 //! positive definite and G of full rank; elsewhere dense factors with pivots do, and in a singular
 //! pose the smallest solution of the equations without their weakest directions.
 
+mod limit;
+mod projection;
+
 use bksim_dae::{Loader, NotFinite, Saver, SolveError};
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
+use self::limit::Solution;
+use self::projection::Rows;
 use crate::augmented::Augmented;
 use crate::compile::Shape;
 use crate::elimination::{Elimination, Singular};
-use crate::evaluator::{ConstraintsAt, DynamicsAt, Evaluator};
+use crate::evaluator::{DynamicsAt, Evaluator};
 use crate::linear::{self, truncated_inverse};
 use crate::rows::{Inverse, LARGEST_DENSE, SparseRows, shortest_solution};
-
-/// Largest residuals before and after a projection.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub(crate) struct Drift {
-    /// |g|, m or rad.
-    pub(crate) position: [f64; 2],
-    /// |G v + ∂g/∂t|, m/s or rad/s.
-    pub(crate) velocity: [f64; 2],
-}
 
 /// The multiplier system, factored at one state.
 #[derive(Clone, Debug)]
@@ -64,14 +60,6 @@ enum Factors {
 const WELL_CONDITIONED: f64 = 1e-14;
 /// The elimination loses as many digits as its weakest pivot; below this, refinement gets them back.
 const REFINED_BELOW: f64 = 1e-5;
-/// Weaker than this, the rounding and drift of a state are divided by a singular value so small that
-/// accelerations are taken as a limit,
-const LIMIT_BELOW: f64 = 1e-10;
-/// and a projection would divide what integration has left open by almost nothing.
-const PROJECTED_ABOVE: f64 = 1e-4;
-/// How far around a singular pose its limit is looked for, as a part of the size of the state.
-const ASIDE: f64 = 1e-3;
-
 impl MultiplierSystem {
     /// Plans the solution of systems of this shape without the `dependent` rows.
     pub(crate) fn new(shape: &Shape, dependent: &[usize]) -> Self {
@@ -97,12 +85,26 @@ impl MultiplierSystem {
 
     /// What outlives a state: the best pivots, which weakness is measured by.
     pub(crate) fn save(&self, saver: &mut Saver) {
-        saver.slice(self.elimination.best_pivots());
+        saver.flag(self.augmented.is_some());
+        saver.slice(match &self.augmented {
+            Some(augmented) => augmented.best_pivots(),
+            None => self.elimination.best_pivots(),
+        });
     }
 
     /// Takes over what was saved by a system without the same rows.
-    pub(crate) fn load(&mut self, loader: &mut Loader<'_>) -> Result<(), SolveError> {
-        loader.fill(self.elimination.best_pivots_mut())
+    pub(crate) fn load(
+        &mut self,
+        shape: &Shape,
+        loader: &mut Loader<'_>,
+    ) -> Result<(), SolveError> {
+        if !loader.flag()? {
+            return loader.fill(self.elimination.best_pivots_mut());
+        }
+        let mut augmented = Augmented::new(shape, &self.kept);
+        loader.fill(augmented.best_pivots_mut())?;
+        self.augmented = Some(Box::new(augmented));
+        Ok(())
     }
 
     /// Rows of G that take part.
@@ -268,73 +270,6 @@ impl MultiplierSystem {
         row.map_or(Ok(()), |row| Err(NotFinite { row }))
     }
 
-    /// As [`MultiplierSystem::accelerations_into`], in a singular pose too: accelerations have a
-    /// limit there, which is read off the motion a little before and behind.
-    ///
-    /// ```text
-    /// q(s) = q + s v + s²/2 a + s³/6 j       v(s) = v + s a + s²/2 j
-    /// a = (4 (a₁ + a₋₁) − (a₂ + a₋₂))/6       j = (8 (a₁ − a₋₁) − (a₂ − a₋₂))/(12 s)
-    /// ```
-    ///
-    /// with a₁ … a₋₂ the accelerations at s, −s, 2 s, −2 s, until a and the jerk j agree with their
-    /// own motion; the error is of order s⁴.
-    ///
-    /// # Errors
-    /// [`NotFinite`] when an entry, or the solution, is not finite.
-    pub(crate) fn limit_into(
-        &mut self,
-        evaluator: &mut Evaluator,
-        t: f64,
-        (q, v): (&[f64], &[f64]),
-        vdot: &mut [f64],
-        lambda: &mut [f64],
-    ) -> Result<Solution, NotFinite> {
-        const PASSES: usize = 3;
-        if self.kept.len() == lambda.len()
-            && self.augmented.is_none()
-            && let Some(line) = evaluator.straight_line(t, q, v)
-            && self.adopt_into(line, vdot, lambda)
-        {
-            return Ok(Solution::Regular);
-        }
-        self.accelerations_into(&evaluator.dynamics(t, q, v), vdot, lambda)?;
-        let fastest = largest(v);
-        if self.weakness() > LIMIT_BELOW {
-            return Ok(Solution::Regular);
-        }
-        if fastest == 0.0 {
-            return Ok(Solution::Limit);
-        }
-        let s = ASIDE * largest(q).max(1.0) / fastest;
-        let n = q.len();
-        let [mut a, mut jerk, mut side] = [(); 3].map(|()| vec![0.0; n]);
-        let mut unused = vec![0.0; lambda.len()];
-        for _ in 0..PASSES {
-            let [mut next, mut next_jerk] = [(); 2].map(|()| vec![0.0; n]);
-            for (k, mean, slope) in
-                [(1.0, 4.0, 8.0), (-1.0, 4.0, -8.0), (2.0, -1.0, -1.0), (-2.0, -1.0, 1.0)]
-            {
-                let ds = k * s;
-                let rate = |i: usize| v[i] + ds * (a[i] + 0.5 * ds * jerk[i]);
-                let place = |i: usize| q[i] + ds * (v[i] + 0.5 * ds * (a[i] + ds / 3.0 * jerk[i]));
-                let (q, v): (Vec<f64>, Vec<f64>) = (0..n).map(|i| (place(i), rate(i))).unzip();
-                let at = evaluator.dynamics(t + ds, &q, &v);
-                self.accelerations_into(&at, &mut side, &mut unused)?;
-                // What is singular on both sides too has no better answer than the smallest one.
-                if self.weakness() <= LIMIT_BELOW {
-                    return Ok(Solution::Limit);
-                }
-                for i in 0..n {
-                    next[i] += mean / 6.0 * side[i];
-                    next_jerk[i] += slope / (12.0 * s) * side[i];
-                }
-            }
-            (a, jerk) = (next, next_jerk);
-        }
-        vdot.copy_from_slice(&a);
-        Ok(Solution::Limit)
-    }
-
     /// Takes solution and factors from straight-line code; false where they need a closer look.
     fn adopt_into(&mut self, line: &[f64], vdot: &mut [f64], lambda: &mut [f64]) -> bool {
         let (solution, factors) = line.split_at(vdot.len() + lambda.len());
@@ -406,102 +341,6 @@ impl MultiplierSystem {
         lambda.fill(0.0);
         let values = self.x[self.nq..].iter().zip(&self.kept);
         values.for_each(|(&value, &row)| lambda[row] = value);
-    }
-
-    /// Moves q, then v, onto the constraints by the least amount in the norm of M, with factors of
-    /// this state or one nearby; at most `corrections` Newton steps for q, fewer when they stop
-    /// gaining, and none near a singular pose.
-    pub(crate) fn project(
-        &mut self,
-        evaluator: &mut Evaluator,
-        t: f64,
-        (q, v): (&mut [f64], &mut [f64]),
-        corrections: usize,
-    ) -> Drift {
-        self.rows.take(&evaluator.constraints(t, q));
-        let position = largest(&self.rows.value);
-        let velocity = self.rows.rate_of(evaluator.shape(), v, &mut self.residual);
-        let mut drift = Drift { position: [position; 2], velocity: [velocity; 2] };
-        if self.weakness() < PROJECTED_ABOVE {
-            return drift;
-        }
-        for _ in 0..corrections {
-            if drift.position[1] == 0.0 {
-                break;
-            }
-            self.solve_for_step(Residual::Position);
-            for (trial, (q, step)) in self.trial.iter_mut().zip(q.iter().zip(&self.x)) {
-                *trial = q - step;
-            }
-            let at = evaluator.constraints(t, &self.trial);
-            let left = largest(at.value);
-            // Newton's steps gain until rounding; the first that does not is thrown away.
-            if left.is_nan() || left >= drift.position[1] {
-                break;
-            }
-            q.copy_from_slice(&self.trial);
-            self.rows.take(&at);
-            drift.position[1] = left;
-        }
-        self.rows.rate_of(evaluator.shape(), v, &mut self.residual);
-        self.solve_for_step(Residual::Velocity);
-        v.iter_mut().zip(&self.x).for_each(|(v, step)| *v -= step);
-        drift.velocity[1] = self.rows.rate_of(evaluator.shape(), v, &mut self.residual);
-        drift
-    }
-
-    /// The step that takes a residual of the constraints away, into the first nq of `x`.
-    fn solve_for_step(&mut self, residual: Residual) {
-        let residual = match residual {
-            Residual::Position => &self.rows.value,
-            Residual::Velocity => &self.residual,
-        };
-        let (upper, lower) = self.x.split_at_mut(self.nq);
-        upper.fill(0.0);
-        lower.iter_mut().zip(&self.kept).for_each(|(x, &row)| *x = residual[row]);
-        self.solve();
-    }
-}
-
-/// What accelerations are.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Solution {
-    /// The solution at the state.
-    Regular,
-    /// Its limit in a singular pose; multipliers have none.
-    Limit,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Residual {
-    /// g.
-    Position,
-    /// G v + ∂g/∂t.
-    Velocity,
-}
-
-/// G, g and ∂g/∂t at the position that a projection has reached.
-#[derive(Clone, Debug, Default)]
-struct Rows {
-    jacobian: Vec<f64>,
-    value: Vec<f64>,
-    rate: Vec<f64>,
-}
-
-impl Rows {
-    fn take(&mut self, at: &ConstraintsAt) {
-        let parts = [&mut self.jacobian, &mut self.value, &mut self.rate];
-        for (own, part) in parts.into_iter().zip([at.jacobian, at.value, at.rate]) {
-            own.clear();
-            own.extend_from_slice(part);
-        }
-    }
-
-    /// Writes G v + ∂g/∂t and returns its largest magnitude.
-    fn rate_of(&self, shape: &Shape, v: &[f64], out: &mut [f64]) -> f64 {
-        let Self { jacobian, value, rate } = self;
-        ConstraintsAt { shape, jacobian, value, rate }.rate_into(v, out);
-        largest(out)
     }
 }
 

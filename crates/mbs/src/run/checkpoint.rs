@@ -236,7 +236,7 @@ impl<'a> Run<'a, '_> {
         loader.fill(&mut self.reached.q)?;
         loader.fill(&mut self.reached.v)?;
         self.multipliers = MultiplierSystem::new(&compiled.shape, &self.dependent);
-        self.multipliers.load(&mut loader)?;
+        self.multipliers.load(&compiled.shape, &mut loader)?;
         self.watch = Watch::load(&mut loader)?;
         self.passing = loader.option()?;
         self.failed_at = loader.option()?;

@@ -190,7 +190,8 @@ impl<'a> Run<'a, '_> {
         let mut loader = Loader::new(&leg, Method::Explicit)?;
         let mut solver = ExplicitSolver::resume(motion, &loader.checkpoint()?, t_end, settings)?;
         let motion = solver.system_mut();
-        motion.multipliers.load(&mut loader)?;
+        let shape = motion.evaluator.shape();
+        motion.multipliers.load(shape, &mut loader)?;
         motion.weakest = loader.real()?;
         if let Some(lookout) = lookout {
             lookout.load(&mut loader, &from)?;

@@ -117,7 +117,7 @@ impl<'a> Recorder<'a> {
         self.switching.load(loader)?;
         self.evaluator = compiled.evaluator(&self.switching.parameters);
         self.multipliers = MultiplierSystem::new(&compiled.shape, dependent);
-        self.multipliers.load(loader)?;
+        self.multipliers.load(&compiled.shape, loader)?;
         self.next_idx = loader.index(usize::MAX)?.max(1);
         self.sample = Sample::load(loader, compiled)?;
         let n_pending = loader.count()?;

@@ -55,7 +55,8 @@ impl<'a> Frozen<'a> {
     ) -> Result<(), SolveError> {
         self.planned = None;
         if loader.flag()? {
-            plan(&mut self.planned, &self.evaluator, dependent).load(loader)?;
+            let shape = self.evaluator.shape();
+            plan(&mut self.planned, &self.evaluator, dependent).load(shape, loader)?;
         }
         Ok(())
     }
