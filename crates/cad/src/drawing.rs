@@ -1,0 +1,130 @@
+//! [`Drawing`]: the entities of the model space as plain data, in the plane and in world axes.
+
+use crate::geometry::{Path, Point};
+
+/// A drawing, with what is of use to a mechanism.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Drawing {
+    /// What one unit of the drawing is, in metres.
+    pub unit: LengthUnit,
+    /// In file order. Inserts of blocks other than those of [`crate::kind`] are replaced by the
+    /// entities of the block.
+    pub entities: Vec<Entity>,
+    /// Corners of the box around all geometry: lower left, upper right; equal when there is none.
+    pub extent: [Point; 2],
+}
+
+/// The unit of lengths of a drawing.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct LengthUnit {
+    /// As written in model files: `mm`, `inch`.
+    pub name: &'static str,
+    /// In metres.
+    pub metres: f64,
+}
+
+/// A handle: the number by which the drawing's own program knows an entity; hexadecimal when written.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct Handle(pub u64);
+
+/// One entity.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Entity {
+    /// What and where it is, for messages.
+    pub place: Place,
+    /// Its geometry.
+    pub shape: Shape,
+    /// What stands under the application name `BKSIM`, in order.
+    pub xdata: Vec<XValue>,
+}
+
+/// What an entity is and where it stands: what a diagnostic says of it.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Place {
+    /// Its type in the words of the format: `CIRCLE`, `LWPOLYLINE`.
+    pub kind: String,
+    /// `None` in old drawings without handles.
+    pub handle: Option<Handle>,
+    /// Its layer.
+    pub layer: String,
+    /// A point of it: the centre, the insertion point, the first vertex.
+    pub at: Point,
+    /// The lines of the file it takes, counted from one, the last one included; `None` in binary
+    /// files.
+    pub lines: Option<[usize; 2]>,
+}
+
+/// The geometry of an entity.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Shape {
+    /// A point.
+    Point(Point),
+    /// Lines, arcs, circles, polylines, ellipses and splines; one path each.
+    Path(Path),
+    /// The boundaries of a hatch.
+    Hatch(Vec<Path>),
+    /// A text and where it begins.
+    Text {
+        /// Insertion point.
+        at: Point,
+        /// The words.
+        text: String,
+    },
+    /// An insert of one of our blocks.
+    Insert(Insert),
+    /// Anything else.
+    Other,
+}
+
+/// An insert of a block.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Insert {
+    /// Name of the block, upper case.
+    pub block: String,
+    /// Insertion point.
+    pub at: Point,
+    /// The world vector of the block's x axis: its scale is its length.
+    pub x: Point,
+    /// The world vector of the block's y axis.
+    pub y: Point,
+    /// In file order.
+    pub attributes: Vec<Attribute>,
+}
+
+/// One attribute of an insert.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Attribute {
+    /// Upper case.
+    pub tag: String,
+    /// As written, without surrounding spaces.
+    pub value: String,
+    /// What and where it is.
+    pub place: Place,
+}
+
+/// One value of extended entity data.
+#[derive(Clone, PartialEq, Debug)]
+pub enum XValue {
+    /// 1000.
+    Text(String),
+    /// 1002: `{`.
+    Open,
+    /// 1002: `}`.
+    Close,
+    /// 1005.
+    Handle(Handle),
+    /// 1010 and 1011: a point of the world.
+    Point(Point),
+    /// 1012: a vector that turns and scales with the entity.
+    Displacement(Point),
+    /// 1013: a vector that turns with the entity.
+    Direction(Point),
+    /// 1040, 1070, 1071: a number.
+    Number(f64),
+    /// 1041: a length in drawing units that scales with the entity.
+    Distance(f64),
+    /// 1042: a number that scales with the entity.
+    Factor(f64),
+    /// 1003: a layer.
+    Layer(String),
+}

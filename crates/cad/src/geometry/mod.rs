@@ -1,0 +1,66 @@
+//! Curves of the plane: what outlines are made of.
+//!
+//! Coordinates are in the units of the drawing, in the axes of the world.
+
+/// A point or a vector of the plane.
+pub type Point = [f64; 2];
+
+/// A curve with a direction.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Curve {
+    /// A straight line.
+    Segment {
+        /// First end.
+        from: Point,
+        /// Second end.
+        to: Point,
+    },
+    /// A part of a circle, or a whole one.
+    Arc {
+        /// Centre.
+        centre: Point,
+        /// Greater than zero.
+        radius: f64,
+        /// Angle of the first end, rad.
+        start: f64,
+        /// Angle to the second end, rad: positive counter-clockwise, at most 2π either way.
+        sweep: f64,
+    },
+    /// A part of an ellipse, or a whole one: centre + cos(u) major + sin(u) minor.
+    Ellipse {
+        /// Centre.
+        centre: Point,
+        /// The half axis at u = 0.
+        major: Point,
+        /// The half axis at u = π/2.
+        minor: Point,
+        /// Parameter of the first end, rad.
+        start: f64,
+        /// To the parameter of the second end, rad; at most 2π either way.
+        sweep: f64,
+    },
+    /// A rational B-spline.
+    Spline(Spline),
+}
+
+/// A rational B-spline; its ends are at `knots[degree]` and `knots[control.len()]`.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Spline {
+    /// Polynomial degree, at least 1.
+    pub degree: usize,
+    /// Not decreasing; `control.len() + degree + 1` of them.
+    pub knots: Vec<f64>,
+    /// Control points.
+    pub control: Vec<Point>,
+    /// One per control point, greater than zero.
+    pub weights: Vec<f64>,
+}
+
+/// Curves that follow one another: the end of each is the beginning of the next.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Path {
+    /// In order.
+    pub curves: Vec<Curve>,
+    /// Whether the last ends where the first begins.
+    pub is_closed: bool,
+}

@@ -1,0 +1,134 @@
+//! What can be attached to a drawing: one row per kind, with its block and its keys.
+//!
+//! A kind is written in three ways that mean the same: extended data `revolute { name=A … }`, an
+//! insert of the block `BK_REVOLUTE` with the attributes `NAME`, …, or a layer.
+
+/// Where what is attached goes in the model.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Section {
+    /// `[ground]`.
+    Ground,
+    /// `[bodies.…]`.
+    Bodies,
+    /// A named point of a body.
+    Points,
+    /// A body's centre of mass.
+    Centre,
+    /// `[joints.…]`.
+    Joints,
+    /// `[loads.…]`.
+    Loads,
+    /// `[drives.…]`.
+    Drives,
+    /// `[parameters]`.
+    Parameters,
+    /// `[initial]`.
+    Initial,
+    /// `[solve]`.
+    Solve,
+}
+
+/// What the place of an attachment means.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Placement {
+    /// Nothing: it may stand anywhere.
+    Anywhere,
+    /// One point.
+    Point,
+    /// A point and a direction.
+    Frame,
+    /// Two points: the insertion point and the block's (1, 0).
+    Line,
+}
+
+/// One kind of attachment.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Kind {
+    /// As written in extended data.
+    pub name: &'static str,
+    /// Name of the block.
+    pub block: &'static str,
+    /// Where it goes in the model.
+    pub section: Section,
+    /// What its place means.
+    pub placement: Placement,
+    /// Its keys as in extended data; attributes have the same in upper case. A `name` comes first.
+    pub keys: &'static [&'static str],
+}
+
+const INITIAL: &[&str] =
+    &["name", "x", "y", "angle", "position", "vx", "vy", "rate", "velocity", "guess"];
+
+macro_rules! kinds {
+    ($($name:literal $block:literal $section:ident $placement:ident $keys:expr;)*) => {
+        /// All kinds.
+        pub const KINDS: &[Kind] = &[$(Kind {
+            name: $name,
+            block: $block,
+            section: Section::$section,
+            placement: Placement::$placement,
+            keys: $keys,
+        }),*];
+    };
+}
+
+kinds! {
+    "ground" "BK_GROUND" Ground Point &["name"];
+    "body" "BK_BODY" Bodies Frame &[
+        "name", "mass", "inertia", "about", "density", "thickness", "free", "coordinates",
+    ];
+    "point" "BK_POINT" Points Point &["name", "body"];
+    "com" "BK_COM" Centre Point &["body"];
+    "revolute" "BK_REVOLUTE" Joints Point &[
+        "name", "body1", "body2", "point1", "point2", "coordinate", "cut", "angle", "rate",
+    ];
+    "prismatic" "BK_PRISMATIC" Joints Frame &[
+        "name", "body1", "body2", "point1", "point2", "coordinate", "cut", "position", "velocity",
+    ];
+    "slot" "BK_SLOT" Joints Frame &[
+        "name", "body1", "body2", "point1", "point2", "coordinate", "cut", "position", "velocity",
+        "angle", "rate",
+    ];
+    "weld" "BK_WELD" Joints Point &["name", "body1", "body2", "point1", "point2", "cut"];
+    "link" "BK_LINK" Joints Line &["name", "body1", "body2", "point1", "point2", "length"];
+    "gravity" "BK_GRAVITY" Loads Frame &["name", "acceleration"];
+    "force" "BK_FORCE" Loads Frame &["name", "body", "point", "value", "vector", "axes"];
+    "actuator" "BK_ACTUATOR" Loads Line &["name", "body1", "body2", "point1", "point2", "value"];
+    "torque" "BK_TORQUE" Loads Point &["name", "body", "from", "joint", "value"];
+    "spring" "BK_SPRING" Loads Line &[
+        "name", "body1", "body2", "point1", "point2", "stiffness", "length", "damping",
+    ];
+    "damper" "BK_DAMPER" Loads Line &["name", "body1", "body2", "point1", "point2", "damping"];
+    "torsion" "BK_TORSION" Loads Point &["name", "joint", "stiffness", "angle", "damping"];
+    "stop" "BK_STOP" Loads Point &["name", "joint", "of", "min", "max", "restitution"];
+    "friction" "BK_FRICTION" Loads Point &["name", "joint", "of", "force", "torque", "static"];
+    "drive" "BK_DRIVE" Drives Point &["name", "joint", "of", "motion"];
+    "parameter" "BK_PARAMETER" Parameters Anywhere &["name", "value"];
+    "initial" "BK_INITIAL" Initial Anywhere INITIAL;
+    "solve" "BK_SOLVE" Solve Anywhere &[
+        "t_start", "t_end", "every", "rtol", "atol", "step", "newton_tolerance", "method",
+        "formulation", "jit",
+    ];
+}
+
+/// Geometry on the layer `BK_BODY_crank` is the shape of the body `crank`.
+pub const BODY_LAYER: &str = "BK_BODY_";
+
+/// Geometry on this layer belongs to the ground.
+pub const GROUND_LAYER: &str = "BK_GROUND";
+
+/// A circle on this layer is a revolute of the two bodies that meet there.
+pub const JOINT_LAYER: &str = "BK_JOINTS";
+
+/// The application name of our extended data.
+pub const APPLICATION: &str = "BKSIM";
+
+/// The kind of a name as written in extended data.
+pub fn by_name(name: &str) -> Option<&'static Kind> {
+    KINDS.iter().find(|kind| kind.name.eq_ignore_ascii_case(name))
+}
+
+/// The kind of a block.
+pub fn by_block(block: &str) -> Option<&'static Kind> {
+    KINDS.iter().find(|kind| kind.block.eq_ignore_ascii_case(block))
+}

@@ -1,0 +1,14 @@
+//! Drawings as mechanisms: bodies, joints and loads attached to the entities of a DXF or DWG file.
+//!
+//! ```text
+//! bytes → tags, guards → Drawing → Attachments → Composition (the text of a model) → mbs
+//!         container      read       attach        compose
+//! ```
+//!
+//! A drawing says the same as a model file: what comes of it is the text of a model, with the place
+//! in the drawing of every value, and from there on nothing knows of drawings.
+
+pub mod attachment;
+pub mod drawing;
+pub mod geometry;
+pub mod kind;
