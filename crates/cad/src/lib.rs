@@ -9,6 +9,7 @@
 //! in the drawing of every value, and from there on nothing knows of drawings.
 
 pub mod attachment;
+pub mod codes;
 pub mod drawing;
 pub mod geometry;
 pub mod kind;
