@@ -20,5 +20,20 @@ codes! {
     NOT_A_DRAWING = "D001", "not a drawing";
     // Outlines and mass.
     // What is attached.
+    UNKNOWN_KIND = "D030", "nothing that can be attached";
+    UNKNOWN_ATTRIBUTE = "D031", "an unknown key of an attachment";
+    BROKEN_RECORD = "D032", "a broken record";
+    NO_NAME = "D033", "an attachment without a name";
+    DUPLICATE_NAME = "D034", "a name that is used twice";
+    NO_PLACE = "D035", "an attachment without a place";
+    UNKNOWN_PARTNER = "D036", "an unknown partner";
+    NO_BODY_THERE = "D037", "no body at a point";
+    AMBIGUOUS_PARTNERS = "D038", "more bodies at a point than a joint has";
+    NO_JOINT_THERE = "D039", "no joint at a point";
+    SNAPPED = "D040", "two points taken as one";
+    NOT_SNAPPED = "D041", "two points nearly at one place";
+    AMBIGUOUS_SNAP = "D042", "two points of a body within the tolerance";
+    NO_MASS = "D043", "a body without mass";
+    NO_BODIES = "D044", "nothing is attached";
     // Writing.
 }
