@@ -18,6 +18,14 @@ macro_rules! codes {
 codes! {
     // Files, containers, units.
     NOT_A_DRAWING = "D001", "not a drawing";
+    TOO_LARGE = "D002", "a drawing too large";
+    DAMAGED = "D003", "a damaged drawing";
+    CUT = "D004", "a drawing cut off";
+    ABSURD_NUMBER = "D005", "a number no drawing has";
+    NO_UNITS = "D006", "a drawing without units";
+    OTHER_UNITS = "D007", "units against those of the drawing";
+    UNREADABLE = "D008", "a drawing that cannot be interpreted";
+    BLOCK_IN_ITSELF = "D009", "a block within itself";
     // Outlines and mass.
     // What is attached.
     UNKNOWN_KIND = "D030", "nothing that can be attached";

@@ -10,6 +10,10 @@
 
 pub mod attachment;
 pub mod codes;
+pub mod container;
 pub mod drawing;
 pub mod geometry;
 pub mod kind;
+pub mod open;
+pub mod tags;
+pub mod units;
