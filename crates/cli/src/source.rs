@@ -110,7 +110,9 @@ pub(crate) fn parse(
 fn default_name(path: &Path, stem: &str) -> String {
     let directory = path.parent().and_then(Path::file_name);
     match directory {
-        Some(directory) if stem == "model" || stem == "drawing" => directory.to_string_lossy().into_owned(),
+        Some(directory) if stem == "model" || stem == "drawing" => {
+            directory.to_string_lossy().into_owned()
+        }
         _ => stem.to_owned(),
     }
 }

@@ -13,7 +13,8 @@ impl Gathering<'_> {
         let mut values = Vec::new();
         for attribute in insert.attributes.iter().filter(|a| !a.value.is_empty()) {
             let content = Content::Text(attribute.value.clone());
-            values.extend(self.value(kind, &attribute.tag, content, &attribute.place));
+            let place = self.excerpts.narrowed(&attribute.place, &attribute.value);
+            values.extend(self.value(kind, &attribute.tag, content, &place));
         }
         let [x, y] = [insert.x, insert.y];
         // The arrow of gravity points down where the block is not turned.

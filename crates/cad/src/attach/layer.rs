@@ -3,6 +3,7 @@
 use super::Gathering;
 use crate::attachment::{Attachment, Content, Value, Way};
 use crate::drawing::{Drawing, Entity, Shape};
+use crate::geometry::vector::distance;
 use crate::geometry::{Curve, Point};
 use crate::kind::{self, JOINT_LAYER};
 
@@ -63,9 +64,4 @@ fn circle(entity: &Entity) -> Option<(Point, f64)> {
         [Curve::Arc { centre, radius, .. }] if path.is_closed => Some((*centre, *radius)),
         _ => None,
     }
-}
-
-/// Distance of two points.
-pub(crate) fn distance(a: Point, b: Point) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
 }

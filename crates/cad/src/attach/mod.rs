@@ -10,7 +10,7 @@ use crate::attachment::{Attachment, Content, Value};
 use crate::codes;
 use crate::drawing::{Drawing, Place};
 use crate::excerpt::Excerpts;
-use crate::kind::{Kind, KINDS};
+use crate::kind::{KINDS, Kind};
 
 /// Inserts on this layer are a legend, not a part of the mechanism.
 pub const LEGEND_LAYER: &str = "BK_LEGEND";
@@ -52,16 +52,19 @@ impl Gathering<'_> {
             return Some(Value { key, content, place: place.clone() });
         }
         let message = format!("{} has no key `{key}`", kind.name);
-        let fault = Diagnostic::error(codes::UNKNOWN_ATTRIBUTE, message).help(suggest(
-            &key.to_ascii_lowercase(),
-            kind.keys,
-        ));
+        let fault = Diagnostic::error(codes::UNKNOWN_ATTRIBUTE, message)
+            .help(suggest(&key.to_ascii_lowercase(), kind.keys));
         self.faults.push(self.excerpts.at(fault, place, "not a key"));
         None
     }
 
     /// The kind of a name; an unknown one is a fault.
-    fn kind(&mut self, name: &str, place: &Place, by: fn(&Kind) -> &'static str) -> Option<&'static Kind> {
+    fn kind(
+        &mut self,
+        name: &str,
+        place: &Place,
+        by: fn(&Kind) -> &'static str,
+    ) -> Option<&'static Kind> {
         if let Some(kind) = KINDS.iter().find(|kind| by(kind).eq_ignore_ascii_case(name)) {
             return Some(kind);
         }
@@ -77,7 +80,12 @@ impl Gathering<'_> {
 pub(crate) fn suggest(word: &str, known: &[&str]) -> String {
     let closest = known
         .iter()
-        .map(|candidate| (strsim::damerau_levenshtein(&word.to_lowercase(), &candidate.to_lowercase()), candidate))
+        .map(|candidate| {
+            (
+                strsim::damerau_levenshtein(&word.to_lowercase(), &candidate.to_lowercase()),
+                candidate,
+            )
+        })
         .filter(|(distance, candidate)| *distance <= 1 + candidate.len() / 4)
         .min_by_key(|(distance, _)| *distance);
     match closest {

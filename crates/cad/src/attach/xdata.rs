@@ -115,6 +115,6 @@ fn natural_point(shape: &Shape) -> Option<Point> {
             }
             _ => None,
         },
-        Shape::Hatch(_) | Shape::Other => None,
+        Shape::Paths(_) | Shape::Hatch(_) | Shape::Other => None,
     }
 }

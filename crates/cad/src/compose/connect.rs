@@ -2,13 +2,14 @@
 
 use bksim_mbs::diagnostic::Diagnostic;
 
-use super::part::{Frame, find, text_of};
 use super::Composer;
-use crate::attach::{distance, suggest};
+use super::part::{Frame, find, text_of};
+use crate::attach::suggest;
 use crate::attachment::{Attachment, Content};
 use crate::codes;
 use crate::excerpt::short;
 use crate::geometry::Point;
+use crate::geometry::vector::distance;
 use crate::kind::{Placement, Section};
 
 /// A joint of the drawing with its bodies.
@@ -43,11 +44,7 @@ impl Composer<'_> {
         self.connections = connections.into_iter().flatten().collect();
     }
 
-    fn connection<'a>(
-        &mut self,
-        attachment: &'a Attachment,
-        name: &str,
-    ) -> Option<Connection<'a>> {
+    fn connection<'a>(&mut self, attachment: &'a Attachment, name: &str) -> Option<Connection<'a>> {
         let at = self.point_of(attachment)?;
         let at = [at, attachment.to.unwrap_or(at)];
         let bodies = self.partners(attachment, at)?;

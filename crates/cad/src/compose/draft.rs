@@ -22,19 +22,7 @@ pub(super) struct Draft {
 impl Draft {
     /// Puts a value at `section.name.key`, or at `section.key` where the name is empty.
     pub(super) fn put(&mut self, [section, name, key]: [&str; 3], value: Value, place: &Place) {
-        let sections = self.document.entry(section).or_insert_with(|| {
-            let mut table = Table::new();
-            // `[bodies]` alone is not written: `[bodies.crank]` says it.
-            table.set_implicit(!name.is_empty());
-            Item::Table(table)
-        });
-        let mut table = sections.as_table_mut();
-        if let (Some(outer), false) = (table.as_mut(), name.is_empty()) {
-            table = outer.entry(name).or_insert_with(|| Item::Table(Table::new())).as_table_mut();
-        }
-        if let Some(table) = table {
-            table.insert(key, Item::Value(value));
-        }
+        self.table([section, name]).insert(key, Item::Value(value));
         let path = [section, name, key].into_iter().filter(|part| !part.is_empty());
         self.note(path.map(str::to_owned).collect(), place);
     }
@@ -51,7 +39,8 @@ impl Draft {
     pub(super) fn point(&mut self, owner: [&str; 2], name: &str, at: Value, place: &Place) {
         let [section, body] = owner;
         let table = self.table(owner);
-        let points = table.entry("points").or_insert_with(|| Value::from(InlineTable::new()).into());
+        let points =
+            table.entry("points").or_insert_with(|| Value::from(InlineTable::new()).into());
         if let Some(points) = points.as_inline_table_mut() {
             points.insert(name, at);
         }
@@ -73,7 +62,14 @@ impl Draft {
     }
 
     /// Puts a key into the start of a body, a joint or a coordinate; into its guess if it is one.
-    pub(super) fn start(&mut self, name: &str, key: &str, value: Value, is_guess: bool, place: &Place) {
+    pub(super) fn start(
+        &mut self,
+        name: &str,
+        key: &str,
+        value: Value,
+        is_guess: bool,
+        place: &Place,
+    ) {
         let section = self.table(["initial", ""]);
         let entry = section.entry(name).or_insert_with(|| Value::from(InlineTable::new()).into());
         let Some(mut table) = entry.as_inline_table_mut() else { return };
@@ -90,7 +86,8 @@ impl Draft {
     pub(super) fn has_start(&self, name: &str, key: &str) -> bool {
         let entry = self.document.get("initial").and_then(|table| table.get(name));
         entry.is_some_and(|entry| {
-            entry.get(key).is_some() || entry.get("guess").is_some_and(|guess| guess.get(key).is_some())
+            entry.get(key).is_some()
+                || entry.get("guess").is_some_and(|guess| guess.get(key).is_some())
         })
     }
 }
@@ -121,15 +118,20 @@ fn text_value(key: &str, text: &str, unit: LengthUnit) -> Value {
         let is_on = ["true", "yes", "1", "on"].iter().any(|word| word.eq_ignore_ascii_case(text));
         return Value::from(is_on);
     }
-    if ["vector", "coordinates", "coordinate", "acceleration"].contains(&key) && text.contains(',') {
-        let inner = text.trim_start_matches('[').trim_end_matches(']');
+    let inner = text.trim_start_matches('[').trim_end_matches(']');
+    if ["vector", "acceleration"].contains(&key) && split(inner).nth(1).is_some() {
         return array(split(inner).map(|part| text_value("", part.trim(), unit)));
+    }
+    if ["coordinates", "coordinate"].contains(&key) && inner.contains([',', ' ']) {
+        let names = inner.split([',', ' ']).map(str::trim).filter(|name| !name.is_empty());
+        return array(names.map(Value::from));
     }
     match text.parse::<f64>() {
         Ok(number) if LENGTHS.contains(&key) => quantity(number, unit.name),
-        Ok(number) => match text.parse::<i64>() {
-            Ok(integer) => Value::from(integer),
-            Err(_) => Value::from(number),
+        // As it is written, if TOML writes numbers so: `1e-8` stays.
+        Ok(number) => match text.parse::<Value>() {
+            Ok(value @ (Value::Integer(_) | Value::Float(_))) => value,
+            _ => Value::from(number),
         },
         Err(_) => Value::from(text),
     }

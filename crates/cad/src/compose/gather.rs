@@ -62,6 +62,10 @@ impl Composer<'_> {
                 part.features.extend(features(path));
                 part.paths.push((path.clone(), entity_idx));
             }
+            Shape::Paths(paths) => {
+                part.features.extend(paths.iter().flat_map(features));
+                part.paths.extend(paths.iter().map(|path| (path.clone(), entity_idx)));
+            }
             Shape::Hatch(paths) => {
                 part.paths.extend(paths.iter().map(|path| (path.clone(), entity_idx)));
             }
@@ -94,7 +98,8 @@ impl Composer<'_> {
         let name = match text_of(attachment, "name") {
             Some("ground") => {
                 let message = "a body cannot be called `ground`";
-                let help = "what does not move is on the layer BK_GROUND, or BK_GROUND stands there";
+                let help =
+                    "what does not move is on the layer BK_GROUND, or BK_GROUND stands there";
                 let fault = Diagnostic::error(codes::NO_NAME, message).help(help);
                 return self.fault(fault, &attachment.place);
             }
@@ -142,8 +147,7 @@ impl Composer<'_> {
             let Some(place) = &part.place else { continue };
             let mut stated = self.side.body_values(&part.name, place);
             // A mass there is meant instead of a density here, and the other way round.
-            let [by_mass, by_density] =
-                ["mass", "density"].map(|key| find(&stated, key).is_some());
+            let [by_mass, by_density] = ["mass", "density"].map(|key| find(&stated, key).is_some());
             let is_replaced = |key: &str| match key {
                 "mass" => by_density,
                 "density" | "thickness" => by_mass && !by_density,

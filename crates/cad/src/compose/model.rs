@@ -9,6 +9,7 @@ use super::{BodyReport, Composer, JointReport};
 use crate::attachment::{Attachment, Content};
 use crate::drawing::Place;
 use crate::geometry::Point;
+use crate::geometry::vector::distance;
 use crate::kind::{Placement, Section};
 
 /// Keys of joints that say how the motion starts.
@@ -31,8 +32,10 @@ impl Composer<'_> {
         for (part_idx, weight) in (1..self.parts.len()).zip(weights) {
             self.write_body(part_idx, weight);
         }
-        for (key, item) in later.document.iter() {
-            self.draft.document.insert(key, item.clone());
+        for section in ["joints", "loads", "drives", "initial"] {
+            if let Some(item) = later.document.remove(section) {
+                self.draft.document.insert(section, item);
+            }
         }
         self.draft.places.extend(later.places);
         self.write_starts();
@@ -131,14 +134,16 @@ impl Composer<'_> {
         let Some(outline) = &self.parts[part_idx].outline else { return };
         let unit = self.drawing.unit;
         let polygons: Vec<Value> = outline
-            .polygons(self.picture_tolerance)
-            .into_iter()
-            .filter(|corners| corners.len() >= 3)
+            .loops
+            .iter()
+            .filter(|part| !part.is_hole)
+            .map(|part| part.path.flattened(self.picture_tolerance))
+            .filter(|corners| corners.len() > 3)
             .map(|corners| {
-                let inward = |corner: &Point| {
-                    point_value(self.coarse(frame.point_inward(*corner)), unit)
-                };
-                array(corners.iter().map(inward))
+                let inward =
+                    |corner: &Point| point_value(self.coarse(frame.point_inward(*corner)), unit);
+                // The first corner comes again as the last.
+                array(corners[1..].iter().map(inward))
             })
             .collect();
         if !polygons.is_empty() {
@@ -176,7 +181,7 @@ impl Composer<'_> {
             }
             if attachment.kind.name == "link" && find(&attachment.values, "length").is_none() {
                 let [a, b] = connection.at;
-                let length = self.tidy([crate::attach::distance(a, b), 0.0])[0];
+                let length = self.tidy([distance(a, b), 0.0])[0];
                 put(&mut self.draft, "length", quantity(length, unit.name), place);
             }
             for value in &attachment.values {
@@ -220,10 +225,9 @@ impl Composer<'_> {
         let place = &value.place;
         let acceleration = match written("acceleration", &value.content, self.drawing.unit) {
             Value::Array(vector) => Value::Array(vector),
-            _ => along(
-                &self.text(value, "m/s^2"),
-                direction(attachment.axis.unwrap_or([0.0, -1.0])),
-            ),
+            _ => {
+                along(&self.text(value, "m/s^2"), direction(attachment.axis.unwrap_or([0.0, -1.0])))
+            }
         };
         self.draft.put(["loads", name, "acceleration"], acceleration, place);
     }
@@ -271,12 +275,13 @@ impl Composer<'_> {
         let Some(bodies) = self.partners(attachment, ends) else { return };
         let place = &attachment.place;
         let anchors = [0, 1].map(|end_idx| {
-            let wish = text_of(attachment, ["point1", "point2"][end_idx]).unwrap_or(name).to_owned();
+            let wish =
+                text_of(attachment, ["point1", "point2"][end_idx]).unwrap_or(name).to_owned();
             Value::from(self.anchor(bodies[end_idx], &wish, ends[end_idx], place))
         });
         self.draft.put(["loads", name, "between"], array(anchors.into_iter()), place);
         if attachment.kind.name == "spring" && find(&attachment.values, "length").is_none() {
-            let length = self.tidy([crate::attach::distance(ends[0], ends[1]), 0.0])[0];
+            let length = self.tidy([distance(ends[0], ends[1]), 0.0])[0];
             let length = quantity(length, self.drawing.unit.name);
             self.draft.put(["loads", name, "length"], length, place);
         }
@@ -313,10 +318,8 @@ impl Composer<'_> {
         let part = &mut self.parts[body];
         let known = part.points.iter().any(|point| point.name == wish);
         let stated = if known { wish.to_owned() } else { part.point(wish, at, place, step) };
-        let is_there = part
-            .points
-            .iter()
-            .any(|point| point.name == stated && crate::attach::distance(point.at, at) <= step);
+        let is_there =
+            part.points.iter().any(|point| point.name == stated && distance(point.at, at) <= step);
         let point = if is_there { stated } else { part.point(wish, at, place, step) };
         format!("{}.{point}", part.name)
     }

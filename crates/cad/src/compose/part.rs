@@ -7,7 +7,7 @@ use crate::outline::Outline;
 
 /// A body in the drawing. Number 0 is the ground.
 #[derive(Clone, Debug)]
-pub struct Part {
+pub(super) struct Part {
     /// Its name; `ground` for the first.
     pub name: String,
     /// Where it was first met.
@@ -30,7 +30,7 @@ pub struct Part {
 
 /// A named point of a body.
 #[derive(Clone, PartialEq, Debug)]
-pub struct NamedPoint {
+pub(super) struct NamedPoint {
     /// Unique in its body.
     pub name: String,
     /// In world axes, drawing units.

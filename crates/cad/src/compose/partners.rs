@@ -6,11 +6,12 @@
 use bksim_mbs::diagnostic::Diagnostic;
 
 use super::{Composer, Snap};
-use crate::attach::{distance, suggest};
+use crate::attach::suggest;
 use crate::attachment::{Attachment, Way};
 use crate::codes;
 use crate::excerpt::short;
 use crate::geometry::Point;
+use crate::geometry::vector::distance;
 
 use super::part::find;
 
@@ -22,7 +23,8 @@ impl Composer<'_> {
     pub(super) fn point_of(&mut self, attachment: &Attachment) -> Option<Point> {
         if attachment.at.is_none() {
             let message = format!("{} has no place", self.title(attachment));
-            let help = "give its record `at` and a point (1011), or attach it to a circle or a point";
+            let help =
+                "give its record `at` and a point (1011), or attach it to a circle or a point";
             let fault = Diagnostic::error(codes::NO_PLACE, message).help(help);
             self.fault(fault, &attachment.place);
         }
@@ -58,7 +60,12 @@ impl Composer<'_> {
                 None
             }
             many => {
-                self.ambiguous(attachment, at, many, &format!("name the one that is meant: `{key}=…`"));
+                self.ambiguous(
+                    attachment,
+                    at,
+                    many,
+                    &format!("name the one that is meant: `{key}=…`"),
+                );
                 None
             }
         }
@@ -196,8 +203,8 @@ impl Composer<'_> {
                     crate::attachment::Content::Text(name) => name.as_str(),
                     _ => "",
                 };
-                let fault = Diagnostic::error(codes::UNKNOWN_PARTNER, words)
-                    .help(suggest(word, &names));
+                let fault =
+                    Diagnostic::error(codes::UNKNOWN_PARTNER, words).help(suggest(word, &names));
                 self.fault_at(fault, &value.place, "no body has this name");
                 None
             }
@@ -231,7 +238,7 @@ impl Composer<'_> {
     fn around(&self, at: Point) -> Vec<usize> {
         let surrounds = |part_idx: &usize| {
             let outline = self.parts[*part_idx].outline.as_ref();
-            outline.is_some_and(|outline| outline.surrounds(at))
+            outline.is_some_and(|outline| outline.outer_contains(at))
         };
         (0..self.parts.len()).filter(surrounds).collect()
     }
@@ -266,7 +273,10 @@ impl Composer<'_> {
                  `--tolerance {}`",
                 short(away * 1.1)
             );
-            self.fault(Diagnostic::warning(codes::NOT_SNAPPED, message).help(help), &attachment.place);
+            self.fault(
+                Diagnostic::warning(codes::NOT_SNAPPED, message).help(help),
+                &attachment.place,
+            );
             return;
         }
         if let Some((_, second)) = near.get(1).filter(|(away, _)| *away <= self.tolerance) {
@@ -280,7 +290,10 @@ impl Composer<'_> {
                 "take a smaller tolerance, `--tolerance {}`, or remove one of the points",
                 short(away.max(self.step) * 1.1)
             );
-            self.fault(Diagnostic::error(codes::AMBIGUOUS_SNAP, message).help(help), &attachment.place);
+            self.fault(
+                Diagnostic::error(codes::AMBIGUOUS_SNAP, message).help(help),
+                &attachment.place,
+            );
             return;
         }
         if away > self.step {
@@ -291,22 +304,13 @@ impl Composer<'_> {
                 snap.what,
                 short(away)
             );
-            let help = format!(
-                "draw them at one point; `--tolerance {}` would keep them apart",
-                short(away * 0.9)
+            let help = self.apart(away);
+            self.fault(
+                Diagnostic::warning(codes::JOINT_SNAPPED, message).help(help),
+                &attachment.place,
             );
-            self.fault(Diagnostic::warning(codes::SNAPPED, message).help(help), &attachment.place);
             self.snaps.push(snap);
         }
-    }
-
-    /// Whether a feature is a centre of the body, not a corner of its outline.
-    fn is_centre(&self, part_idx: usize, feature: Point) -> bool {
-        use crate::geometry::Curve;
-        let curves = self.parts[part_idx].paths.iter().flat_map(|(path, _)| &path.curves);
-        curves.into_iter().any(|curve| {
-            matches!(curve, Curve::Arc { centre, .. } if distance(*centre, feature) <= self.step)
-        })
     }
 }
 

@@ -11,7 +11,6 @@ use crate::attachment::{Content, Value};
 use crate::codes;
 use crate::geometry::Point;
 use crate::mass::AreaProperties;
-use crate::outline::Outline;
 
 /// What a body weighs, as texts of a model file.
 #[derive(Clone, Debug)]
@@ -31,7 +30,7 @@ impl Composer<'_> {
     /// The mass properties of a body; a fault if it has no mass.
     pub(super) fn weigh(&mut self, part_idx: usize) -> Weight {
         let part = &self.parts[part_idx];
-        let area = part.outline.as_ref().map(Outline::properties);
+        let area = part.outline.as_ref().and_then(|outline| AreaProperties::of(outline).ok());
         let mass = self.mass(part_idx, area.as_ref());
         let part = &self.parts[part_idx];
         let frame = part.frame.unwrap_or_default();

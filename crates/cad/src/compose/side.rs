@@ -38,12 +38,6 @@ impl Side {
         keys.iter().filter_map(stated).collect()
     }
 
-    /// Whether it states a key.
-    pub(super) fn has(&self, path: &[&str]) -> bool {
-        let [before @ .., last] = path else { return true };
-        self.table(before).is_some_and(|table| table.contains_key(last))
-    }
-
     fn table(&self, path: &[&str]) -> Option<&dyn TableLike> {
         let mut table: &dyn TableLike = self.document.as_table();
         for key in path {

@@ -11,17 +11,15 @@ use acadrust::{CadDocument, EntityType};
 use crate::drawing::{Attribute, Drawing, Entity, Handle, LengthUnit, Place, Shape, XValue};
 use crate::geometry::{Affine, Point};
 use crate::kind::APPLICATION;
+use crate::tags::Tags;
 use plane::planar;
-
-/// The lines of an entity in the file, by its handle.
-pub type LinesOf<'a> = &'a dyn Fn(Handle) -> Option<[usize; 2]>;
 
 /// Most curves that are read out of nested inserts: a drawing of a mechanism has thousands.
 const MAX_INSERTED: usize = 200_000;
 
-/// Reads the model space; `has_lines` says whether the file is text, where handles have lines.
-pub fn read(document: &CadDocument, unit: LengthUnit, lines_of: LinesOf<'_>) -> Drawing {
-    let mut reading = Reading { document, lines_of, entities: Vec::new(), budget: MAX_INSERTED };
+/// Reads the model space; `tags` are the groups of the same file.
+pub fn read(document: &CadDocument, unit: LengthUnit, tags: &Tags) -> Drawing {
+    let mut reading = Reading { document, tags, entities: Vec::new(), budget: MAX_INSERTED };
     for entity in document.model_space_entities() {
         reading.read_entity(entity);
     }
@@ -31,7 +29,7 @@ pub fn read(document: &CadDocument, unit: LengthUnit, lines_of: LinesOf<'_>) -> 
 
 struct Reading<'a> {
     document: &'a CadDocument,
-    lines_of: LinesOf<'a>,
+    tags: &'a Tags,
     entities: Vec<Entity>,
     /// Curves that inserts may still bring.
     budget: usize,
@@ -51,11 +49,16 @@ impl Reading<'_> {
     }
 
     fn place(&self, kind: &str, common: &EntityCommon, at: Point) -> Place {
-        let handle = Handle(common.handle.into());
-        let lines = (self.lines_of)(handle);
+        let known = Handle(common.handle.into());
+        let record = self.tags.known_record(known);
+        let lines = record.and_then(|record| {
+            let [first, last] = [record.start, record.end.checked_sub(1)?];
+            // A group is two lines: its code and its value.
+            Some([self.tags.line(first)? + 1, self.tags.line(last)? + 1])
+        });
         Place {
             kind: kind.to_owned(),
-            handle: (handle.0 != 0).then_some(handle),
+            handle: self.tags.own_handle(known).filter(|handle| handle.0 != 0),
             layer: common.layer.clone(),
             at,
             lines,
@@ -104,10 +107,9 @@ fn anchor(shape: &Shape) -> Point {
         Shape::Point(at) | Shape::Text { at, .. } => *at,
         Shape::Insert(insert) => insert.at,
         Shape::Path(path) => path.curves.first().map_or([0.0; 2], shape::anchor_of),
-        Shape::Paths(paths) | Shape::Hatch(paths) => paths
-            .first()
-            .and_then(|path| path.curves.first())
-            .map_or([0.0; 2], shape::anchor_of),
+        Shape::Paths(paths) | Shape::Hatch(paths) => {
+            paths.first().and_then(|path| path.curves.first()).map_or([0.0; 2], shape::anchor_of)
+        }
         Shape::Other => [0.0; 2],
     }
 }
@@ -128,5 +130,5 @@ fn extent(entities: &[Entity]) -> [Point; 2] {
             Shape::Text { .. } | Shape::Other => (),
         }
     }
-    if bounds.is_empty() { [[0.0; 2]; 2] } else { [bounds.low, bounds.high] }
+    if bounds.is_empty() { [[0.0; 2]; 2] } else { [bounds.min, bounds.max] }
 }

@@ -1,5 +1,6 @@
 //! The geometry of one entity.
 
+use acadrust::entities::mtext_format::parse_mtext;
 use acadrust::entities::{
     Arc, BoundaryEdge, BoundaryPath, Circle, Ellipse, Hatch, LwPolyline, Polyline2D,
     Spline as SplineEntity, VertexFlags,
@@ -8,7 +9,7 @@ use acadrust::{EntityType, Vector2, Vector3};
 
 use super::plane::planar;
 use crate::drawing::Shape;
-use crate::geometry::{Affine, Curve, Path, Point, Spline};
+use crate::geometry::{Affine, Curve, Path, Point, Spline, Vertex};
 
 const TURN: f64 = std::f64::consts::TAU;
 
@@ -22,8 +23,8 @@ pub(super) fn shape(entity: &EntityType) -> Shape {
             return Shape::Text { at, text: text.value.clone() };
         }
         EntityType::MText(text) => {
-            let (at, text) = (flat(text.insertion_point), text.plain_text());
-            return Shape::Text { at, text };
+            let words = parse_mtext(&text.value, true).to_plain_text();
+            return Shape::Text { at: flat(text.insertion_point), text: words };
         }
         EntityType::Hatch(hatch) => return hatch_shape(hatch),
         EntityType::Line(line) => {
@@ -37,8 +38,11 @@ pub(super) fn shape(entity: &EntityType) -> Shape {
         EntityType::LwPolyline(polyline) => lwpolyline_path(polyline),
         EntityType::Polyline2D(polyline) => polyline_path(polyline),
         EntityType::Polyline(polyline) => {
-            let corners: Vec<(Point, f64)> =
-                polyline.vertices.iter().map(|vertex| (flat(vertex.location), 0.0)).collect();
+            let corners: Vec<Vertex> = polyline
+                .vertices
+                .iter()
+                .map(|vertex| Vertex { at: flat(vertex.location), bulge: 0.0 })
+                .collect();
             Path::from_bulges(&corners, polyline.flags.is_closed()).ok()
         }
         _ => None,
@@ -118,26 +122,28 @@ fn spline_path(entity: &SplineEntity) -> Option<Path> {
 
 /// A path of one curve, closed if its ends meet.
 fn whole(curve: Curve) -> Path {
-    let [a, b] = curve.ends();
-    Path { curves: vec![curve], is_closed: a == b }
+    let is_closed = curve.start_point() == curve.end_point();
+    Path { curves: vec![curve], is_closed }
 }
 
 fn lwpolyline_path(polyline: &LwPolyline) -> Option<Path> {
-    let corners: Vec<(Point, f64)> =
-        polyline.vertices.iter().map(|vertex| (flat2(vertex.location), vertex.bulge)).collect();
+    let corners: Vec<Vertex> = polyline
+        .vertices
+        .iter()
+        .map(|vertex| Vertex { at: flat2(vertex.location), bulge: vertex.bulge })
+        .collect();
     let path = Path::from_bulges(&corners, polyline.is_closed).ok()?;
     Some(path.transformed(&ocs(polyline.normal)?))
 }
 
 fn polyline_path(polyline: &Polyline2D) -> Option<Path> {
     // Control points of a spline-fit polyline lie beside the curve.
-    let is_control =
-        |flags: VertexFlags| flags.bits() & VertexFlags::SPLINE_CONTROL.bits() != 0;
-    let corners: Vec<(Point, f64)> = polyline
+    let is_control = |flags: VertexFlags| flags.bits() & VertexFlags::SPLINE_CONTROL.bits() != 0;
+    let corners: Vec<Vertex> = polyline
         .vertices
         .iter()
         .filter(|vertex| !is_control(vertex.flags))
-        .map(|vertex| (flat(vertex.location), vertex.bulge))
+        .map(|vertex| Vertex { at: flat(vertex.location), bulge: vertex.bulge })
         .collect();
     let path = Path::from_bulges(&corners, polyline.flags.is_closed()).ok()?;
     Some(path.transformed(&ocs(polyline.normal)?))
@@ -167,11 +173,8 @@ fn boundary_path(boundary: &BoundaryPath) -> Option<Path> {
                 let way = if arc.counter_clockwise { 1.0 } else { -1.0 };
                 // Clockwise edges are written with the angles of their mirror image.
                 let [start, end] = [arc.start_angle * way, arc.end_angle * way];
-                let sweep = if arc.counter_clockwise {
-                    sweep(start, end)
-                } else {
-                    -sweep(end, start)
-                };
+                let sweep =
+                    if arc.counter_clockwise { sweep(start, end) } else { -sweep(end, start) };
                 let (centre, radius) = (flat2(arc.center), arc.radius);
                 curves.push(Curve::Arc { centre, radius, start, sweep });
             }
@@ -181,12 +184,15 @@ fn boundary_path(boundary: &BoundaryPath) -> Option<Path> {
                 let minor = [-major[1] * ratio, major[0] * ratio];
                 let way = if arc.counter_clockwise { 1.0 } else { -1.0 };
                 let [start, end] = [arc.start_angle * way, arc.end_angle * way];
-                let sweep = if arc.counter_clockwise {
-                    sweep(start, end)
-                } else {
-                    -sweep(end, start)
-                };
-                curves.push(Curve::Ellipse { centre: flat2(arc.center), major, minor, start, sweep });
+                let sweep =
+                    if arc.counter_clockwise { sweep(start, end) } else { -sweep(end, start) };
+                curves.push(Curve::Ellipse {
+                    centre: flat2(arc.center),
+                    major,
+                    minor,
+                    start,
+                    sweep,
+                });
             }
             BoundaryEdge::Spline(edge) => {
                 // The third number of a control point is its weight.
@@ -202,8 +208,8 @@ fn boundary_path(boundary: &BoundaryPath) -> Option<Path> {
             }
             BoundaryEdge::Polyline(polyline) => {
                 // The third number of a vertex is its bulge.
-                let corners: Vec<(Point, f64)> =
-                    polyline.vertices.iter().map(|p| (flat(*p), p.z)).collect();
+                let corner = |p: &Vector3| Vertex { at: flat(*p), bulge: p.z };
+                let corners: Vec<Vertex> = polyline.vertices.iter().map(corner).collect();
                 return Path::from_bulges(&corners, true).ok();
             }
         }

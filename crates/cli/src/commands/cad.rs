@@ -7,8 +7,8 @@ mod to_toml;
 
 use std::path::Path;
 
-use bksim::cad::model::{ModelOptions, Sheet};
 use bksim::cad::compose::Composition;
+use bksim::cad::model::{ModelOptions, Sheet};
 use bksim::mbs::diagnostic::Diagnostic;
 
 use crate::args::DrawingArgs;

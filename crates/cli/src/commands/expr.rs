@@ -54,7 +54,11 @@ pub(crate) fn run(args: &Expression, as_json: bool, nesting: usize) -> Result<St
 /// The expression as written, or standard input for `-`.
 fn source(argument: &str) -> Result<Text, Failure> {
     if argument != "-" {
-        return Ok(Text { path: PathBuf::from("expression"), text: argument.to_owned(), drawn: None });
+        return Ok(Text {
+            path: PathBuf::from("expression"),
+            text: argument.to_owned(),
+            drawn: None,
+        });
     }
     let path = PathBuf::from("standard input");
     let mut text = String::new();

@@ -34,7 +34,11 @@ pub(crate) struct Located<'t> {
 }
 
 /// A drawing and what is attached to it.
-pub(crate) fn read_sheet(path: &Path, bytes: Vec<u8>, args: &DrawingArgs) -> Result<Sheet, Failure> {
+pub(crate) fn read_sheet(
+    path: &Path,
+    bytes: Vec<u8>,
+    args: &DrawingArgs,
+) -> Result<Sheet, Failure> {
     let unit = match &args.units {
         None => None,
         Some(name) => Some(units::by_name(name).ok_or_else(|| {
@@ -162,11 +166,8 @@ impl Drawn {
             Origin::Composed => (Home::Composed, Some(label.clone())),
             Origin::Drawing(place) => {
                 let what = describe(&place);
-                let words = if label.text.is_empty() {
-                    what
-                } else {
-                    format!("{}: {what}", label.text)
-                };
+                let words =
+                    if label.text.is_empty() { what } else { format!("{}: {what}", label.text) };
                 let span = Excerpts::new(&self.drawing_text).first_line(&place);
                 if span.is_none() {
                     fault.notes.push(words.clone());

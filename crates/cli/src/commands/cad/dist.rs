@@ -24,9 +24,9 @@ pub(super) fn run(args: &Drawing, as_json: bool) -> Result<Status, Failure> {
     let links = links(&parts);
     let unit = parts.sheet.drawing.unit.name;
     if as_json {
-        let rows = links.iter().map(
-            |link| json!({ "body": link.body, "joints": link.joints, "length": link.length }),
-        );
+        let rows = links
+            .iter()
+            .map(|link| json!({ "body": link.body, "joints": link.joints, "length": link.length }));
         let body = json!({
             "unit": unit,
             "links": rows.collect::<Vec<_>>(),
@@ -52,8 +52,10 @@ fn links(parts: &Parts) -> Vec<Link<'_>> {
     let bodies = parts.composition.bodies.iter().map(|body| body.name.as_str());
     let mut links = Vec::new();
     for body in std::iter::once("ground").chain(bodies) {
-        let on_body: Vec<(&str, Point)> =
-            joints.iter().filter_map(|joint| Some((joint.name.as_str(), end(joint, body)?))).collect();
+        let on_body: Vec<(&str, Point)> = joints
+            .iter()
+            .filter_map(|joint| Some((joint.name.as_str(), end(joint, body)?)))
+            .collect();
         for (first_idx, (first, a)) in on_body.iter().enumerate() {
             for (second, b) in &on_body[first_idx + 1..] {
                 let length = (a[0] - b[0]).hypot(a[1] - b[1]);

@@ -19,7 +19,8 @@ pub(super) fn run(args: &Drawing, as_json: bool) -> Result<Status, Failure> {
     if as_json {
         let rows = sheet.attachments.iter().map(|attachment| {
             let place = &attachment.place;
-            let values = attachment.values.iter().map(|v| (v.key.to_owned(), words(v, unit).into()));
+            let values =
+                attachment.values.iter().map(|v| (v.key.to_owned(), words(v, unit).into()));
             json!({
                 "kind": attachment.kind.name,
                 "way": way(attachment),
@@ -61,7 +62,11 @@ pub(super) fn run(args: &Drawing, as_json: bool) -> Result<Status, Failure> {
             })
             .collect();
         let n_entities = sheet.drawing.entities.len();
-        let head = format!("{}: {n_entities} entities, {} attached, in {unit}", path.display(), rows.len());
+        let head = format!(
+            "{}: {n_entities} entities, {} attached, in {unit}",
+            path.display(),
+            rows.len()
+        );
         output::text(&if rows.is_empty() { head } else { format!("{head}\n{}", table(&rows)) })?;
     }
     let is_good = sheet.diagnostics.iter().all(|fault: &Diagnostic| !fault.is_error());

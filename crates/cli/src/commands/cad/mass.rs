@@ -31,8 +31,7 @@ pub(super) fn run(args: &Mass, as_json: bool) -> Result<Status, Failure> {
     // A drawing whose model is complete gives numbers for masses that are expressions.
     let model = read(&Source::new(&parts.composition.text, "drawing")).model;
     if as_json {
-        let rows: Vec<Value> =
-            bodies.iter().map(|body| describe(body, model.as_ref())).collect();
+        let rows: Vec<Value> = bodies.iter().map(|body| describe(body, model.as_ref())).collect();
         let body = json!({
             "unit": parts.sheet.drawing.unit.name,
             "bodies": rows,
