@@ -13,3 +13,5 @@ pub mod codes;
 pub mod drawing;
 pub mod geometry;
 pub mod kind;
+pub mod mass;
+pub mod outline;
