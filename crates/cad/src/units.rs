@@ -90,8 +90,10 @@ pub fn choose(
 ) -> Result<(LengthUnit, Option<Diagnostic>), Diagnostic> {
     match (given, stated.unit()) {
         (Some(given), Some((own, variable))) if own != given && variable == "$INSUNITS" => {
-            let message =
-                format!("lengths are taken in {}, though the drawing says {}", given.name, own.name);
+            let message = format!(
+                "lengths are taken in {}, though the drawing says {}",
+                given.name, own.name
+            );
             let warning = Diagnostic::warning(codes::OTHER_UNITS, message)
                 .note(format!("`$INSUNITS` of the drawing stands for {}", own.name))
                 .help("leave `--units` out to take the drawing's own");
@@ -106,7 +108,9 @@ pub fn choose(
 fn no_units(stated: Stated, [width, height]: [f64; 2]) -> Diagnostic {
     let message = match stated.insunits {
         None | Some(0) => "the drawing has no units".to_owned(),
-        Some(number) => format!("the drawing has no units: `$INSUNITS` is {number}, which means none"),
+        Some(number) => {
+            format!("the drawing has no units: `$INSUNITS` is {number}, which means none")
+        }
     };
     let shown = |name: &str, metres: f64| {
         let [width, height] = [width, height].map(|length| plain(length * metres));

@@ -56,6 +56,9 @@ fn geometry(entity: &EntityType) -> String {
     let name = all.split('(').next().unwrap_or_default().to_owned();
     match entity {
         EntityType::Dimension(_) | EntityType::Solid(_) => name,
+        EntityType::MText(text) => {
+            format!("MText {:?} {} {}", text.insertion_point, text.height, text.value)
+        }
         EntityType::Insert(insert) => {
             let values: Vec<_> = insert.attributes.iter().map(|it| (&it.tag, &it.value)).collect();
             let (point, turn) = (insert.insert_point, insert.rotation);
@@ -64,7 +67,8 @@ fn geometry(entity: &EntityType) -> String {
         }
         _ => {
             let own = all.split_once("raw_record: None }").map_or("", |(_, own)| own);
-            format!("{name}{own}")
+            // What follows are bits of the DWG format.
+            format!("{name}{}", own.split(", dwg_flags").next().unwrap_or_default())
         }
     }
 }
@@ -126,10 +130,14 @@ fn code_pages_are_those_of_the_header() {
         let file = [&file[..page_at], page.as_bytes(), &file[page_at + 9..]].concat();
         assert_eq!(excerpt_text(&file).len(), file.len());
         let read = opened(file);
-        let texts: Vec<String> = read.document.entities().filter_map(|entity| match entity {
-            EntityType::Text(text) => Some(text.value.clone()),
-            _ => None,
-        }).collect();
+        let texts: Vec<String> = read
+            .document
+            .entities()
+            .filter_map(|entity| match entity {
+                EntityType::Text(text) => Some(text.value.clone()),
+                _ => None,
+            })
+            .collect();
         assert_eq!(texts, [expected], "{page}");
     }
 }
@@ -198,7 +206,11 @@ fn counts_beyond_what_follows_are_refused() {
         let at = hatch + whole[hatch..].find(&format!("\n{code}\n{old}\n")).expect("a count") + 1;
         for count in ["2000000000", "-1"] {
             let tail = whole[at..].replacen(old, count, 1);
-            let tail = if code.contains('3') { whole[at..].replacen("\n3\n", &format!("\n{count}\n"), 1) } else { tail };
+            let tail = if code.contains('3') {
+                whole[at..].replacen("\n3\n", &format!("\n{count}\n"), 1)
+            } else {
+                tail
+            };
             let faults = faults(&(whole[..at].to_owned() + &tail));
             assert_eq!(faults[0].code, codes::DAMAGED, "{code} {count}: {faults:?}");
             assert!(faults[0].message.contains("promises"), "{}", faults[0].message);
@@ -211,7 +223,8 @@ fn blocks_that_multiply_or_hold_themselves_are_refused() {
     let whole = text("R2010.dxf");
     let outer = whole.rfind("\nOUTER\n").expect("an insert of OUTER");
     let inner = whole.find("\nINSERT\n").expect("the insert within OUTER");
-    let within = whole[..inner].to_owned() + &whole[inner..].replacen("\nBK_BODY\n", "\nOUTER\n", 1);
+    let within =
+        whole[..inner].to_owned() + &whole[inner..].replacen("\nBK_BODY\n", "\nOUTER\n", 1);
     assert_eq!(faults(&within)[0].code, codes::BLOCK_IN_ITSELF);
 
     let tail = whole[outer..].replacen("\n 70\n2\n", "\n 70\n30000\n", 1);
@@ -228,7 +241,9 @@ fn entities_without_a_handle_of_their_own_are_all_read() {
     };
     let before = n_lines(&opened(whole.clone().into_bytes()).document);
     // Handle 37 is a line's, 36 a circle's: now both have the same one, or the line has none.
-    for (old, new) in [("  5\n37\n", "  5\n36\n"), ("  5\n37\n", ""), ("  5\n37\n", "  5\nFFFFFFFFFFFFFFFF\n")] {
+    for (old, new) in
+        [("  5\n37\n", "  5\n36\n"), ("  5\n37\n", ""), ("  5\n37\n", "  5\nFFFFFFFFFFFFFFFF\n")]
+    {
         let read = opened(whole.replacen(old, new, 1).into_bytes());
         assert_eq!(n_lines(&read.document), before);
         let line = read.document.entities().find_map(|entity| match entity {

@@ -13,8 +13,24 @@ use crate::tags::{Tags, Value, ValueType, Version, Writer};
 
 /// Entities that are read whole.
 const READ: &[&str] = &[
-    "ARC", "ATTDEF", "ATTRIB", "BLOCK", "CIRCLE", "ELLIPSE", "ENDBLK", "HATCH", "INSERT", "LINE",
-    "LWPOLYLINE", "MTEXT", "POINT", "POLYLINE", "SEQEND", "SPLINE", "TEXT", "VERTEX",
+    "ARC",
+    "ATTDEF",
+    "ATTRIB",
+    "BLOCK",
+    "CIRCLE",
+    "ELLIPSE",
+    "ENDBLK",
+    "HATCH",
+    "INSERT",
+    "LINE",
+    "LWPOLYLINE",
+    "MTEXT",
+    "POINT",
+    "POLYLINE",
+    "SEQEND",
+    "SPLINE",
+    "TEXT",
+    "VERTEX",
 ];
 
 /// Groups that are kept of any other entity: what it is, its handle, owner and layer.
@@ -160,7 +176,8 @@ fn tables(tags: &Tags, out: &mut Writer<'_>) {
             let is_known = tags.known_handle(record.clone()).0 < MADE_UP;
             for idx in record.take_while(|&idx| tags.code(idx) < 1000) {
                 let code = tags.code(idx);
-                let is_number = ValueType::of(code) == ValueType::Text || tags.integer(idx).is_some();
+                let is_number =
+                    ValueType::of(code) == ValueType::Text || tags.integer(idx).is_some();
                 if ENTRY.contains(&code) && is_number && (code != 5 || is_known) {
                     out.copy(&tags.bytes()[tags.span(idx)]);
                 }

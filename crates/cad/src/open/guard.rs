@@ -66,7 +66,8 @@ pub(super) fn ending(tags: &Tags) -> Option<Diagnostic> {
     let fault = if is_read { Diagnostic::warning } else { Diagnostic::error };
     let mut fault = fault(codes::CUT, message);
     if let Container::Text { .. } = tags.container() {
-        let end = tags.len().checked_sub(1).map_or(tags.end()..tags.end(), |it| tags.value_span(it));
+        let end =
+            tags.len().checked_sub(1).map_or(tags.end()..tags.end(), |it| tags.value_span(it));
         fault = fault.at(end, "the last line that was read");
     }
     let n_entities = entities.map_or(0, |section| {
@@ -112,11 +113,8 @@ fn value_fault(tags: &Tags, idx: usize) -> Option<Diagnostic> {
     };
     let damaged = |what: &str| {
         let words = tags.text(idx).chars().take(40).collect::<String>();
-        let message = format!(
-            "group {code} {} is {what}, but `{}`",
-            place(),
-            words.trim().escape_debug()
-        );
+        let message =
+            format!("group {code} {} is {what}, but `{}`", place(), words.trim().escape_debug());
         Some(Diagnostic::error(codes::DAMAGED, message).help("mend or delete the entity"))
     };
     match ValueType::of(code) {

@@ -76,7 +76,10 @@ pub struct Checked {
 /// is a range of [`crate::tags::excerpt_text`] of the same bytes.
 pub fn open(bytes: Vec<u8>, options: &OpenOptions) -> Result<Opened, Vec<Diagnostic>> {
     let Checked { tags, container, mut warnings, size } = check(bytes, options)?;
-    let stated = Stated { insunits: integer(&tags, "$INSUNITS"), measurement: integer(&tags, "$MEASUREMENT") };
+    let stated = Stated {
+        insunits: integer(&tags, "$INSUNITS"),
+        measurement: integer(&tags, "$MEASUREMENT"),
+    };
     let (unit, warning) = units::choose(stated, options.unit, size).map_err(|it| vec![it])?;
     warnings.extend(warning);
     let document = interpret(feed::feed(&tags)).map_err(|fault| vec![fault])?;
@@ -146,8 +149,11 @@ fn interpret(bytes: Vec<u8>) -> Result<CadDocument, Diagnostic> {
 }
 
 fn unreadable(what: &str) -> Diagnostic {
-    Diagnostic::error(codes::UNREADABLE, format!("{what} cannot be read: its data contradict one another"))
-        .help("open it in a CAD program, let it check the drawing, and save it as DXF")
+    Diagnostic::error(
+        codes::UNREADABLE,
+        format!("{what} cannot be read: its data contradict one another"),
+    )
+    .help("open it in a CAD program, let it check the drawing, and save it as DXF")
 }
 
 /// Reads a DWG drawing.

@@ -47,8 +47,8 @@ impl Tags {
         let starts = self.tags.iter().enumerate().filter(|(_, tag)| tag.code == 0);
         // At most 16 million.
         self.records = starts.filter_map(|(idx, _)| u32::try_from(idx).ok()).collect();
-        self.is_complete =
-            self.tags.last().is_some_and(|tag| tag.code == 0) && self.is_word(self.len() - 1, "EOF");
+        self.is_complete = self.tags.last().is_some_and(|tag| tag.code == 0)
+            && self.is_word(self.len() - 1, "EOF");
     }
 
     fn find_sections(&mut self) {
@@ -151,7 +151,8 @@ fn group_code(line: &[u8]) -> Option<i16> {
 fn no_group_code(bytes: &[u8], line: std::ops::Range<usize>, n_tags: usize) -> Diagnostic {
     let words = String::from_utf8_lossy(bytes[line.clone()].trim_ascii()).into_owned();
     let shown: String = words.chars().take(40).collect();
-    let message = format!("no group code on line {}, but `{}`", 2 * n_tags + 1, shown.escape_debug());
+    let message =
+        format!("no group code on line {}, but `{}`", 2 * n_tags + 1, shown.escape_debug());
     Diagnostic::error(codes::DAMAGED, message)
         .at(line.start..line.start + bytes[line].trim_ascii_end().len(), "a number from 0 to 1071")
         .note("lines of a DXF file come in pairs, a group code and its value; one is missing or in excess")
