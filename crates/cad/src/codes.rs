@@ -29,4 +29,10 @@ codes! {
     // Outlines and mass.
     // What is attached.
     // Writing.
+    NOT_THERE = "D060", "nothing there to edit";
+    DOES_NOT_FIT = "D061", "a value the drawing cannot hold";
+    BY_LAYER = "D062", "attached by its layer";
+    WRITTEN_ANEW = "D063", "a drawing written anew";
+    NO_SUCH_KEY = "D064", "a key that the kind does not have";
+    NAME_TAKEN = "D065", "a name that is taken";
 }

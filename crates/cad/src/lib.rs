@@ -15,5 +15,6 @@ pub mod drawing;
 pub mod geometry;
 pub mod kind;
 pub mod open;
+pub mod patch;
 pub mod tags;
 pub mod units;

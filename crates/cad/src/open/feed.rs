@@ -12,25 +12,10 @@ use crate::kind::APPLICATION;
 use crate::tags::{Tags, Value, ValueType, Version, Writer};
 
 /// Entities that are read whole.
+#[rustfmt::skip]
 const READ: &[&str] = &[
-    "ARC",
-    "ATTDEF",
-    "ATTRIB",
-    "BLOCK",
-    "CIRCLE",
-    "ELLIPSE",
-    "ENDBLK",
-    "HATCH",
-    "INSERT",
-    "LINE",
-    "LWPOLYLINE",
-    "MTEXT",
-    "POINT",
-    "POLYLINE",
-    "SEQEND",
-    "SPLINE",
-    "TEXT",
-    "VERTEX",
+    "ARC", "ATTDEF", "ATTRIB", "BLOCK", "CIRCLE", "ELLIPSE", "ENDBLK", "HATCH", "INSERT", "LINE",
+    "LWPOLYLINE", "MTEXT", "POINT", "POLYLINE", "SEQEND", "SPLINE", "TEXT", "VERTEX",
 ];
 
 /// Groups that are kept of any other entity: what it is, its handle, owner and layer.
@@ -119,9 +104,8 @@ pub(super) fn kept(tags: &Tags, record: &Record) -> Vec<usize> {
             _ => (),
         }
         let is_wanted = match code {
-            // The preview of an entity, and what belongs to other programs.
-            102 | 160 | 310..=319 => false,
-            5 | 105 => false,
+            // The preview of an entity, what belongs to other programs; the handle is written anew.
+            5 | 102 | 105 | 160 | 310..=319 => false,
             92 => record.is_read && !in_head,
             1000.. => in_ours,
             _ => record.is_read || HEAD.contains(&code) || code == 100 && in_head,
