@@ -12,6 +12,7 @@ pub mod attachment;
 pub mod codes;
 pub mod container;
 pub mod drawing;
+pub mod edit;
 pub mod geometry;
 pub mod kind;
 pub mod open;

@@ -11,7 +11,8 @@ import difflib
 import sys
 from pathlib import Path
 
-from ezdxf import recover
+import ezdxf
+from ezdxf.lldxf.encoding import decode_dxf_unicode
 from ezdxf.lldxf.tagger import ascii_tags_loader, binary_tags_loader
 
 
@@ -40,12 +41,13 @@ def compare(before: Path, after: Path) -> None:
                 print("-", line)
             for line in new[k:m]:
                 print("+", line)
-    doc, auditor = recover.readfile(after)
+    doc = ezdxf.readfile(after)
+    auditor = doc.audit()
     for fault in auditor.errors + auditor.fixes:
         print("audit", fault.message)
     for entity in doc.modelspace():
         if entity.has_xdata("BKSIM"):
-            values = [str(tag.value) for tag in entity.get_xdata("BKSIM")]
+            values = [decode_dxf_unicode(str(tag.value)) for tag in entity.get_xdata("BKSIM")]
             print("BKSIM", entity.dxftype(), *values, sep="|")
 
 
