@@ -51,4 +51,10 @@ codes! {
     NO_MASS = "D043", "a body without mass";
     NO_BODIES = "D044", "nothing is attached";
     // Writing.
+    NOT_THERE = "D060", "nothing there to edit";
+    DOES_NOT_FIT = "D061", "a value the drawing cannot hold";
+    BY_LAYER = "D062", "attached by its layer";
+    WRITTEN_ANEW = "D063", "a drawing written anew";
+    NO_SUCH_KEY = "D064", "a key that the kind does not have";
+    NAME_TAKEN = "D065", "a name that is taken";
 }
