@@ -9,7 +9,8 @@ use common::{CRATE, Scratch, text};
 use serde_json::Value;
 
 /// Objects keyed by names of the model, written `a.*` in the page.
-const BY_NAME: [&str; 6] = ["q", "v", "a", "lambda", "parameters", "options"];
+const BY_NAME: [&str; 7] =
+    ["q", "v", "a", "lambda", "parameters", "options", "attachments[].values"];
 
 type Keys = BTreeMap<String, Vec<String>>;
 
@@ -93,6 +94,10 @@ fn the_page_lists_the_keys_that_are_printed() {
         let model = fs::read(format!("{CRATE}/../../examples/{example}/model.toml"));
         place.write(&format!("{example}.toml"), model.expect("an example"));
     }
+    for example in ["slider-crank", "four-bar", "five-link"] {
+        let drawing = fs::read(format!("{CRATE}/../../examples/{example}/drawing.dxf"));
+        place.write(&format!("{example}.dxf"), drawing.expect("an example"));
+    }
     place.write("bad.toml", "[bodies.b]\nmas = 1\n");
     place.write("contacts.toml", CONTACTS);
     let commands = [
@@ -114,6 +119,13 @@ fn the_page_lists_the_keys_that_are_printed() {
         "solve contacts.toml --t-end 1",
         "solve five-link.toml --t-end 0",
         "export parallelogram.mcap energy -o energy.csv",
+        "cad mass slider-crank.dxf",
+        "cad mass four-bar.dxf --body crank",
+        "cad dist slider-crank.dxf",
+        "cad list slider-crank.dxf",
+        "cad list five-link.dxf",
+        "cad to-toml slider-crank.dxf",
+        "cad to-toml slider-crank.dxf -o fresh2.toml",
         "explain",
         "explain M012",
         "explain Z999",

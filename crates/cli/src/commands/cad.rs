@@ -17,6 +17,16 @@ use crate::exit::{Failure, Status};
 use crate::render;
 use crate::source::{Text, read_bytes, read_sheet};
 
+/// The name of a command in its JSON object.
+pub(crate) fn name(command: &Cad) -> &'static str {
+    match command {
+        Cad::Mass(_) => "cad mass",
+        Cad::Dist(_) => "cad dist",
+        Cad::List(_) => "cad list",
+        Cad::ToToml(_) => "cad to-toml",
+    }
+}
+
 pub(crate) fn run(command: &Cad, json: bool, nesting: usize) -> Result<Status, Failure> {
     match command {
         Cad::Mass(args) => mass::run(args, json),

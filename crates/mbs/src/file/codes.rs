@@ -77,6 +77,7 @@ codes! {
     BAD_TIME_SPAN = "M060", "the end is the start";
     BAD_TOLERANCE = "M061", "a tolerance out of range";
     NO_BODIES = "M062", "a model without bodies";
+    DRAWING_ALONE = "M063", "a drawing that is not there";
 }
 
 /// The page of a code such as `M012`; letters may be lower case.

@@ -113,6 +113,7 @@ pub const MAX_DIAGNOSTICS: usize = 100;
 /// The tables of a model file.
 const SECTIONS: &[&str] = &[
     "name",
+    "drawing",
     "space",
     "coordinates",
     "units",
@@ -160,6 +161,15 @@ impl Reader<'_> {
     /// The way through the file: one section per line.
     fn read_model(&mut self, root: &Table, source: &Source<'_>) -> Option<Model> {
         let top = Fields::open(self, root, "the model".to_owned(), 0..0, SECTIONS);
+        if let Some(node) = top.get("drawing") {
+            self.report(
+                Diagnostic::error(codes::DRAWING_ALONE, "the drawing that this model names was not read")
+                    .at(node.span.clone(), "a file, in quotes")
+                    .help("give the name of a file, such as `drawing = \"press.dxf\"`, and open the model with `bksim`"),
+            );
+            self.topology_unknown = true;
+            return None;
+        }
         self.read_units(root);
         self.gather_names(root);
         let time = self.define_time();

@@ -2,6 +2,7 @@
 
 use bksim::cad::attachment::{Attachment, Content, Value, Way};
 use bksim::cad::excerpt::describe;
+use bksim::cad::geometry::Point;
 use bksim::mbs::diagnostic::Diagnostic;
 use serde_json::json;
 
@@ -27,9 +28,9 @@ pub(super) fn run(args: &Drawing, as_json: bool) -> Result<Status, Failure> {
                 "entity": place.kind,
                 "handle": place.handle.map(|handle| format!("{:X}", handle.0)),
                 "layer": place.layer,
-                "at": attachment.at,
-                "to": attachment.to,
-                "axis": attachment.axis,
+                "at": coordinates(attachment.at),
+                "to": coordinates(attachment.to),
+                "axis": coordinates(attachment.axis),
                 "values": values.collect::<serde_json::Map<_, serde_json::Value>>(),
             })
         });
@@ -71,6 +72,11 @@ pub(super) fn run(args: &Drawing, as_json: bool) -> Result<Status, Failure> {
     }
     let is_good = sheet.diagnostics.iter().all(|fault: &Diagnostic| !fault.is_error());
     Ok(if is_good { Status::Done } else { Status::Rejected })
+}
+
+/// A point, or nothing.
+fn coordinates(point: Option<Point>) -> Vec<f64> {
+    point.map_or_else(Vec::new, |point| point.to_vec())
 }
 
 fn way(attachment: &Attachment) -> &'static str {

@@ -112,7 +112,7 @@ fn describe(body: &BodyReport, model: Option<&Model>) -> Value {
         "body": body.name,
         "area": body.area.as_ref().map(|area| area.area),
         "perimeter": body.area.as_ref().map(|area| area.perimeter),
-        "centroid": body.area.as_ref().map(|area| area.centroid),
+        "centroid": body.area.as_ref().map_or_else(Vec::new, |area| area.centroid.to_vec()),
         "polar_moment_of_area": body.area.as_ref().map(|area| area.polar),
         "mass_source": match body.source {
             MassSource::Stated => "stated",
