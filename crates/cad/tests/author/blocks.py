@@ -1,6 +1,6 @@
 """The blocks of a mechanism, as a designer may have made them: a symbol and attributes."""
 
-ARROW = [((0, 0), (4, 0)), ((4, 0), (3, 0.6)), ((4, 0), (3, -0.6))]
+FALL = [((0, 0), (0, -4)), ((0, -4), (0.6, -3)), ((0, -4), (-0.6, -3))]
 TURN = [("circle", (0, 0), 1.5), ((1.5, 0), (0.9, -0.3)), ((1.5, 0), (1.8, -0.6))]
 CROSS = [((-1, 0), (1, 0)), ((0, -1), (0, 1))]
 SLIDE = [((-3, 0), (3, 0)), ((3, 0), (2, 0.6)), ((-3, 0), (-2, -0.6))]
@@ -20,7 +20,7 @@ BLOCKS = {
         "NAME BODY1 BODY2 POINT1 POINT2 COORDINATE CUT POSITION VELOCITY",
     ),
     "BK_SLOT": ([("circle", (0, 0), 1), *SLIDE], "NAME BODY1 BODY2 POINT1 POINT2"),
-    "BK_GRAVITY": (ARROW, "NAME ACCELERATION"),
+    "BK_GRAVITY": (FALL, "NAME ACCELERATION"),
     "BK_TORQUE": (TURN, "NAME BODY VALUE"),
     "BK_DRIVE": (TURN, "NAME JOINT MOTION"),
     "BK_PARAMETER": (NOTE, "NAME VALUE"),

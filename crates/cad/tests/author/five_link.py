@@ -32,9 +32,9 @@ def links(pen):
     bodies["link3"] = pen.polyline(rectangle(B, 0, 14, 8), "OUTLINE")
     record = lambda name, **keys: pen.attach(bodies[name], ("body", {"name": name, "mass": "m", **keys}))
     record("link1", inertia="i", about="O")
-    record("link2", inertia="i", at=M, axis=("axis", angle(A, B)), coordinates="x2 y2 ti2")
+    record("link2", inertia="i", at=M, axis=("axis", angle(A, B)), coordinates="x2, y2, ti2")
     record("link3", inertia="0")
-    record("link4", inertia="i", at=middle(E, M), axis=("axis", angle(E, M)), coordinates="x4 y4 ti4")
+    record("link4", inertia="i", at=middle(E, M), axis=("axis", angle(E, M)), coordinates="x4, y4, ti4")
     record("link5", inertia="i", about="H")
     # A centre of mass that stands on the outline of its body and moves with it.
     pen.attach(bodies["link5"], ("com", {"at": middle(H, E)}))
@@ -67,8 +67,8 @@ def furniture(pen):
         centre_line(pen, p, q, 6)
     pen.dimension(O, A, 9)
     pen.dimension(A, B, 12)
-    pen.dimension(E, H, -14)
-    pen.dimension(M, E, -10)
+    pen.dimension(E, H, 14)
+    pen.dimension(M, E, -20)
 
 
 def numbers(pen):

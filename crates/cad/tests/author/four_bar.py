@@ -5,7 +5,7 @@ Masses, gravity, the drive and the solver's options stand in the file beside it.
 
 import math
 
-from shapes import base, bar, bearing, centre_line, cross, distance, sheet
+from shapes import bar, bearing, centre_line, cross, distance, sheet
 
 UNIT, TEXT = "mm", 0.006
 CRANK, COUPLER, ROCKER, TURN = 0.1, 0.3, 0.25, math.radians(60)
@@ -28,7 +28,7 @@ C = third(B, D, COUPLER, ROCKER)
 
 def draw(pen):
     for name, colour in [
-        ("BK_BODY_crank", 1), ("BK_BODY_coupler", 4), ("BK_BODY_rocker", 6), ("BK_GROUND", 8),
+        ("BK_BODY_crank", 30), ("BK_BODY_coupler", 142), ("BK_BODY_rocker", 202), ("BK_GROUND", 8),
         ("BK_JOINTS", 5),
     ]:
         pen.doc.layers.add(name, color=colour)
@@ -40,16 +40,15 @@ def draw(pen):
         pen.circle(p, 0.004, "BK_GROUND")
     for name, p in {"A": A, "B": B, "C": C, "D": D}.items():
         pen.circle(p, 0.008, "BK_JOINTS")
-        pen.text(name, (p[0] - 0.003, p[1] + 0.014), layer="BK_JOINTS")
+        pen.text(name, (p[0] - 0.022, p[1] + 0.011), layer="BK_JOINTS")
         cross(pen, p, 0.02)
     furniture(pen)
 
 
 def furniture(pen):
-    base(pen, (-0.06, -0.05), (0.36, -0.05), 0.012)
     for p, q in [(A, B), (B, C), (D, C)]:
         centre_line(pen, p, q, 0.02)
-    pen.dimension(D, A, 0.075)
+    pen.dimension(A, D, -0.075)
     pen.dimension(A, B, 0.035)
     pen.dimension(B, C, 0.04)
     pen.dimension(C, D, 0.045)

@@ -72,10 +72,16 @@ class Pen:
         self.msp = self.doc.modelspace()
         self.doc.linetypes.add("CENTER", [2.0, 1.25, -0.25, 0.25, -0.25])
         self.doc.header["$LTSCALE"] = self.length(4 * text_height)
+        style = self.doc.dimstyles.get("Standard").dxf
+        text = self.length(text_height)
+        style.dimtxt, style.dimasz = text, text
+        style.dimexo, style.dimexe, style.dimgap = 0.5 * text, 0.5 * text, 0.3 * text
+        style.dimtad, style.dimdec = 1, 1
+        self.doc.header["$DIMTXT"] = self.doc.header["$DIMASZ"] = text
         for name, colour, linetype in [
             ("OUTLINE", 7, "Continuous"),
-            ("CENTRE", 1, "CENTER"),
-            ("DIMENSIONS", 3, "Continuous"),
+            ("CENTRE", 12, "CENTER"),
+            ("DIMENSIONS", 94, "Continuous"),
             ("FRAME", 8, "Continuous"),
             ("SECTION", 8, "Continuous"),
         ]:
@@ -138,22 +144,11 @@ class Pen:
 
     def dimension(self, p, q, distance):
         """An aligned dimension from `p` to `q`, `distance` to the left of the line."""
-        text = self.length(self.h)
-        self.doc.dimstyles.get("Standard").dxf.dimtxsty = "Standard"
         dimension = self.msp.add_aligned_dim(
             p1=self.place(p),
             p2=self.place(q),
             distance=self.length(distance) * (-1 if self.is_mirrored else 1),
-            override={
-                "dimtxt": text,
-                "dimasz": text,
-                "dimexo": 0.5 * text,
-                "dimexe": 0.5 * text,
-                "dimgap": 0.3 * text,
-                "dimtad": 1,
-                "dimdec": 1,
-                "dimblk": "",
-            },
+            dimstyle="Standard",
             dxfattribs={"layer": "DIMENSIONS"},
         )
         dimension.render()

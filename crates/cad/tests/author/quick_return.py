@@ -25,7 +25,7 @@ R = (T[0] + math.sqrt(ROD**2 - (GUIDE - T[1]) ** 2), GUIDE)
 def draw(pen):
     define(pen, *"BK_BODY BK_POINT BK_SLOT BK_PRISMATIC BK_DRIVE BK_PARAMETER BK_SOLVE".split())
     for name, colour in [
-        ("BK_BODY_link", 4), ("BK_BODY_ram", 6), ("BK_GROUND", 8), ("BK_JOINTS", 5),
+        ("BK_BODY_link", 142), ("BK_BODY_ram", 202), ("BK_GROUND", 8), ("BK_JOINTS", 5),
     ]:
         pen.doc.layers.add(name, color=colour)
     links(pen)
@@ -58,7 +58,7 @@ def links(pen):
 def joints(pen):
     for name, p in {"C": C, "O": O, "T": T, "R": R}.items():
         pen.circle(p, 0.013, "BK_JOINTS")
-        pen.text(name, (p[0] - 0.02, p[1] + 0.028), layer="BK_JOINTS")
+        pen.text(name, (p[0] - 0.045, p[1] + 0.02), layer="BK_JOINTS")
     for p in (O, C):
         pen.circle(p, 0.007, "BK_GROUND")
     pen.insert("BK_POINT", G, name="G", body="ground")
@@ -80,6 +80,6 @@ def furniture(pen):
     centre_line(pen, O, T, 0.05)
     centre_line(pen, (R[0] - 0.3, GUIDE), (R[0] + 0.3, GUIDE), 0)
     pen.circle(C, CRANK, "CENTRE")
-    pen.dimension(C, O, -0.12)
-    pen.dimension(O, T, -0.09)
+    pen.dimension(C, O, -0.16)
+    pen.dimension(O, T, -0.11)
     sheet(pen, (-0.42, -0.2), (0.86, 0.62), "Slotted-link quick return", "crank 30 rpm, lengths in mm")

@@ -47,7 +47,7 @@ def bodies(pen):
     pen.insert("BK_BODY", middle(A, B), angle(A, B), name="crank", mass="m1", inertia="i1", about="A")
     pen.insert(
         "BK_BODY", middle(B, C), angle(B, C),
-        name="rod", mass="m2", inertia="i2", coordinates="x2 y2 theta2",
+        name="rod", mass="m2", inertia="i2", coordinates="x2, y2, theta2",
     )
     # Beside the rod's end: there its insertion point is in the slider alone.
     pen.insert("BK_BODY", point(C, 0, 0.22, 0.13), name="slider", mass="m3", inertia="0")
@@ -66,7 +66,7 @@ def joints(pen):
 
 
 def numbers(pen):
-    pen.insert("BK_GRAVITY", (4.5, 1.6), -math.pi / 2, name="gravity", acceleration="g")
+    pen.insert("BK_GRAVITY", (4.5, 1.6), name="gravity", acceleration="g")
     pen.insert("BK_TORQUE", point(A, TURN, 0.3), name="motor", body="crank", value="q1")
     values = {
         "g": "9.8 m/s^2", "m1": "5 kg", "m2": "5 kg", "m3": "20 kg",
