@@ -1,4 +1,4 @@
-"""Draws every mechanism in every variant that it has: `author.py FOLDER [MECHANISM-VARIANT…]`."""
+"""Draws every mechanism in every variant, and the press: `author.py FOLDER [MECHANISM-VARIANT…]`."""
 
 import importlib
 import sys
@@ -9,10 +9,10 @@ from pen import VARIANTS, Pen
 MECHANISMS = ["slider-crank", "four-bar", "five-link", "quick-return"]
 
 
-def draw(mechanism, variant, out):
+def draw(mechanism, variant, out, part="draw"):
     drawing = importlib.import_module(mechanism.replace("-", "_"))
     pen = Pen(VARIANTS[variant], drawing.UNIT, drawing.TEXT)
-    drawing.draw(pen)
+    getattr(drawing, part)(pen)
     pen.save(out)
 
 
@@ -24,3 +24,7 @@ if __name__ == "__main__":
             if not wanted or name in wanted:
                 draw(mechanism, variant, Path(folder) / f"{name}.dxf")
                 print(name)
+    for name, part in {"press-outlines": "outlines", "press-plain": "draw"}.items():
+        if not wanted or name in wanted:
+            draw("press", "plain", Path(folder) / f"{name}.dxf", part)
+            print(name)

@@ -4,6 +4,12 @@ FALL = [((0, 0), (0, -4)), ((0, -4), (0.6, -3)), ((0, -4), (-0.6, -3))]
 TURN = [("circle", (0, 0), 1.5), ((1.5, 0), (0.9, -0.3)), ((1.5, 0), (1.8, -0.6))]
 CROSS = [((-1, 0), (1, 0)), ((0, -1), (0, 1))]
 SLIDE = [((-3, 0), (3, 0)), ((3, 0), (2, 0.6)), ((-3, 0), (-2, -0.6))]
+# From (0, 0) to (1, 0).
+COIL = [
+    ((0, 0), (0.3, 0)), ((0.3, 0), (0.35, 0.1)), ((0.35, 0.1), (0.45, -0.1)),
+    ((0.45, -0.1), (0.55, 0.1)), ((0.55, 0.1), (0.65, -0.1)), ((0.65, -0.1), (0.7, 0)),
+    ((0.7, 0), (1, 0)),
+]
 NOTE = [((0, 0), (1, 0)), ((0, 0), (0, -1))]
 
 BLOCKS = {
@@ -21,6 +27,7 @@ BLOCKS = {
     ),
     "BK_SLOT": ([("circle", (0, 0), 1), *SLIDE], "NAME BODY1 BODY2 POINT1 POINT2"),
     "BK_GRAVITY": (FALL, "NAME ACCELERATION"),
+    "BK_SPRING": (COIL, "NAME BODY1 BODY2 STIFFNESS LENGTH DAMPING"),
     "BK_TORQUE": (TURN, "NAME BODY VALUE"),
     "BK_DRIVE": (TURN, "NAME JOINT MOTION"),
     "BK_PARAMETER": (NOTE, "NAME VALUE"),

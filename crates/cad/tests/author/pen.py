@@ -189,15 +189,23 @@ class Pen:
                 layout.add_circle(stroke[1], stroke[2], dxfattribs={"layer": "0"})
             else:
                 layout.add_line(stroke[0], stroke[1], dxfattribs={"layer": "0"})
+        # Blocks from point to point are one unit long, the others some heights of the text.
+        h = 0.05 if symbol[0][1] == (0.3, 0) else 0.8
         for i, tag in enumerate(tags):
             definition = layout.add_attdef(
-                tag, (1.2, -1.2 * i), height=0.8, dxfattribs={"prompt": tag.lower()}
+                tag, (1.5 * h, -1.5 * h * i), height=h, dxfattribs={"prompt": tag.lower()}
             )
             definition.is_invisible = tag != "NAME"
 
-    def insert(self, block, p, angle=0.0, /, **values):
-        """Inserts a block of ours; `values` are its attributes."""
-        size = self.length(self.h)
+    def insert_between(self, block, p, q, /, **values):
+        """Inserts a block of ours that is one unit long from `p` to `q`."""
+        along = (q[0] - p[0], q[1] - p[1])
+        angle = math.atan2(along[1], along[0])
+        return self.insert(block, p, angle, math.hypot(*along), **values)
+
+    def insert(self, block, p, angle=0.0, size=None, /, **values):
+        """Inserts a block of ours; `values` are its attributes, `size` is that of one unit."""
+        size = self.length(self.h if size is None else size)
         entity = self.msp.add_blockref(
             block,
             self.place(p),

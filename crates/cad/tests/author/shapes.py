@@ -34,12 +34,12 @@ def rectangle(p, a, width, height):
     return [(*point(p, a, x, y), 0) for x, y in [(-w, -h), (w, -h), (w, h), (-w, h)]]
 
 
-def bar(pen, p, q, radius, hole, layer):
-    """A bar with round ends and a pin hole at each; returns the entities of its outline."""
+def bar(pen, p, q, radius, hole, layer, pins=None):
+    """A bar with round ends and a hole at each of its pins; returns the entities of its outline."""
     outline = OUTLINES[pen.variant.outline](pen, p, q, radius, layer)
     if pen.variant.outline != "insert":
-        pen.circle(p, hole, layer)
-        pen.circle(q, hole, layer)
+        for pin in [p, q] if pins is None else pins:
+            pen.circle(pin, hole, layer)
     return outline
 
 
