@@ -8,8 +8,19 @@
 //! A drawing says the same as a model file: what comes of it is the text of a model, with the place
 //! in the drawing of every value, and from there on nothing knows of drawings.
 
+pub mod attach;
 pub mod attachment;
 pub mod codes;
+pub mod compose;
+pub mod container;
 pub mod drawing;
+pub mod excerpt;
 pub mod geometry;
 pub mod kind;
+pub mod mass;
+pub mod model;
+pub mod open;
+pub mod outline;
+pub mod read;
+pub mod tags;
+pub mod units;
