@@ -14,6 +14,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
+use bksim::cad::kind::KINDS;
 use bksim::cad::model::{ModelOptions, sheet};
 use bksim::cad::units;
 use bksim::{Mechanism, Motion};
@@ -154,9 +155,14 @@ fn the_quick_return_in_all_ways_moves_as_its_twin() {
 
 #[test]
 fn the_examples_are_what_the_independent_library_draws() {
-    for mechanism in MECHANISMS {
-        let plain = fs::read(drawn().join(format!("{mechanism}-plain.dxf"))).expect("a drawing");
-        let example = path("examples").join(mechanism).join("drawing.dxf");
+    let of_mechanisms = MECHANISMS.map(|name| (format!("{name}-plain"), format!("{name}/drawing")));
+    let of_the_press = ["plain", "outlines"].map(|part| {
+        let file = if part == "plain" { "drawing" } else { part };
+        (format!("press-{part}"), format!("press/{file}"))
+    });
+    for (name, example) in of_mechanisms.into_iter().chain(of_the_press) {
+        let plain = fs::read(drawn().join(format!("{name}.dxf"))).expect("a drawing");
+        let example = path("examples").join(format!("{example}.dxf"));
         let committed = fs::read(&example).unwrap_or_else(|e| panic!("{}: {e}", example.display()));
         assert!(
             plain == committed,
@@ -191,4 +197,20 @@ fn drawings_that_another_program_opened_and_saved_move_alike() {
 fn a_drawing_by_layers_that_librecad_saved_moves_alike() {
     let saved = path("crates/cad/tests/saved/four-bar.librecad.dxf");
     moves_alike(&saved, "four-bar", &twin("four-bar"));
+}
+
+/// Every kind, its block and its keys stand in one row of the page.
+#[test]
+fn the_page_on_drawings_lists_everything_that_can_be_attached() {
+    let page = fs::read_to_string(path("docs/drawings.md")).expect("the page");
+    for kind in KINDS {
+        let head = format!("| `{}` | `{}` |", kind.name, kind.block);
+        let row = page.lines().find(|line| line.starts_with(&head));
+        let row = row.unwrap_or_else(|| panic!("no row `{head}` in docs/drawings.md"));
+        let keys = row.rsplit('|').nth(1).unwrap_or_default();
+        let listed: Vec<&str> = keys.split(',').map(|key| key.trim().trim_matches('`')).collect();
+        assert_eq!(listed, kind.keys, "{}", kind.name);
+    }
+    let rows = page.lines().filter(|line| line.starts_with("| `") && line.contains("` | `BK_"));
+    assert_eq!(rows.count(), KINDS.len(), "a row of docs/drawings.md is about no kind");
 }
