@@ -5,7 +5,9 @@
 //!
 //! ```text
 //! base: NAME            the model, from faults/models/NAME.toml, becomes `model.toml`
+//! drawing: NAME         the drawing, from faults/models/NAME.dxf, becomes `model.dxf`
 //! replace: OLD => NEW   a change to it
+//! stop: TEXT            takes away everything from TEXT on
 //! append: 63 61 66 e9   bytes after it, hexadecimal
 //! nest: N               the model is `x = ` and N brackets instead
 //! given: FILE           a file that is there before and must not be touched
@@ -47,6 +49,7 @@ struct Outcome {
 fn play(script: &str) -> Outcome {
     let place = Scratch::new();
     let mut model: Vec<u8> = Vec::new();
+    let mut name = "model.toml";
     let (mut output, mut exit, mut took) = (None, 0, Duration::ZERO);
     let (mut given, mut absent) = (Vec::new(), Vec::new());
     for line in script.lines().filter(|line| !line.starts_with('#') && !line.is_empty()) {
@@ -55,6 +58,16 @@ fn play(script: &str) -> Outcome {
             "base" => {
                 let path = format!("{CRATE}/tests/faults/models/{value}.toml");
                 model = fs::read(path).expect("a base model");
+            }
+            "drawing" => {
+                let path = format!("{CRATE}/tests/faults/models/{value}.dxf");
+                model = fs::read(path).expect("a base drawing");
+                name = "model.dxf";
+            }
+            "stop" => {
+                let text = String::from_utf8(model).expect("text before `append`");
+                let at = text.find(&value.replace("\\n", "\n")).expect("what to stop at");
+                model = text.as_bytes()[..at].to_vec();
             }
             "replace" => {
                 let (old, new) = value.split_once(" => ").expect("`OLD => NEW`");
@@ -73,7 +86,7 @@ fn play(script: &str) -> Outcome {
             }
             "absent" => absent.push(value),
             "run" => {
-                place.write("model.toml", &model);
+                place.write(name, &model);
                 let begun = Instant::now();
                 output = Some(place.run(value));
                 took = begun.elapsed();
@@ -89,8 +102,8 @@ fn play(script: &str) -> Outcome {
     }
     let read = |name: &&str| fs::read(place.path().join(name));
     let mut touched: Vec<String> = Vec::new();
-    if fs::read(place.path().join("model.toml")).is_ok_and(|bytes| bytes != model) {
-        touched.push("model.toml".to_owned());
+    if fs::read(place.path().join(name)).is_ok_and(|bytes| bytes != model) {
+        touched.push(name.to_owned());
     }
     touched
         .extend(given.iter().filter(|n| !read(n).is_ok_and(|b| b == GIVEN)).map(|n| (*n).into()));
