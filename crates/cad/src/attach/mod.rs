@@ -29,6 +29,7 @@ pub fn attachments(
         gathering.read_block(entity_idx, entity);
     }
     gathering.read_joint_layer(drawing);
+    gathering.attachments.sort_by_key(|attachment| attachment.entity_idx);
     (gathering.attachments, gathering.faults)
 }
 

@@ -233,11 +233,13 @@ impl Composer<'_> {
         (0..self.parts.len()).filter(is_met).collect()
     }
 
-    /// Bodies whose outer outline surrounds a point, in their order.
+    /// Bodies whose outer outline surrounds a point or passes through it, in their order.
     fn around(&self, at: Point) -> Vec<usize> {
         let surrounds = |part_idx: &usize| {
             let outline = self.parts[*part_idx].outline.as_ref();
-            outline.is_some_and(|outline| outline.outer_contains(at))
+            outline.is_some_and(|outline| {
+                outline.outer_contains(at) || outline.distance(at) <= self.tolerance
+            })
         };
         (0..self.parts.len()).filter(surrounds).collect()
     }

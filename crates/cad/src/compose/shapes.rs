@@ -80,6 +80,8 @@ impl Composer<'_> {
         loop {
             let crossing = match Outline::around(&chains, at, self.tolerance) {
                 Ok(found) => return found,
+                // The hole of a pin is drawn once for each of its links: one of them is this body's.
+                Err(OutlineError::Coincident { entities: [_, twin], .. }) => vec![twin],
                 Err(error) => error.entities(),
             };
             let n_before = chains.len();

@@ -45,7 +45,7 @@ def links(pen):
 def pins(pen, bodies):
     """Every joint on the circle of its pin; partners by handle, by name, or as they are found."""
     circles = {name: pen.circle(p, 1.5, "OUTLINE") for name, p in
-               {"O": O, "M": M, "E": E, "B": B, "A": A, "H": H}.items()}
+               {"O": O, "M": M, "E": E, "B": B, "A": A}.items()}
     entity = lambda name: ("entity", bodies[name])
     revolute = lambda name, **keys: pen.attach(circles[name], ("revolute", {"name": name, **keys}))
     revolute("O", body1="ground", body2=entity("link1"), coordinate="ti1", angle=0.0, rate=0.0)
@@ -53,10 +53,11 @@ def pins(pen, bodies):
     revolute("E", body1="link4", body2="link5", cut="true")
     revolute("B", body1=entity("link2"), body2=entity("link3"), cut="true")
     revolute("A", cut="true")
-    pen.attach(bodies["link3"], ("prismatic", {
+    pen.attach(pen.point(point(B, 0, 0, -4)), ("prismatic", {
         "name": "S", "body1": "ground", "body2": "link3", "point1": "O", "point2": "B",
-        "at": B, "axis": ("axis", 0.0), "coordinate": "x3",
+        "axis": ("axis", 0.0), "coordinate": "x3",
     }))
+    circles["H"] = pen.circle(H, 1.5, "OUTLINE")
     revolute("H", body1="ground", body2=entity("link5"), coordinate="ti5")
 
 

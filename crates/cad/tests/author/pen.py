@@ -117,6 +117,9 @@ class Pen:
             self.place(centre), self.length(radius), dxfattribs={"layer": layer}
         )
 
+    def point(self, p, layer="OUTLINE"):
+        return self.msp.add_point(self.place(p), dxfattribs={"layer": layer})
+
     def arc(self, centre, radius, start, end, layer):
         """From the angle `start` counter-clockwise to `end`."""
         ends = [self.turn(start), self.turn(end)]

@@ -56,19 +56,24 @@ def links(pen):
 
 
 def joints(pen):
-    for name, p in {"C": C, "O": O, "T": T, "R": R}.items():
-        pen.circle(p, 0.013, "BK_JOINTS")
-        pen.text(name, (p[0] - 0.045, p[1] + 0.02), layer="BK_JOINTS")
     for p in (O, C):
         pen.circle(p, 0.007, "BK_GROUND")
+    pins(pen, C=C, O=O)
     pen.insert("BK_POINT", G, name="G", body="ground")
     pen.insert("BK_SLOT", P, SWING, name="slot", body1="link", body2="crank", point1="O")
+    pins(pen, T=T, R=R)
     pen.insert(
         "BK_PRISMATIC", R, name="guide", body1="ground", body2="ram", point1="G", point2="R"
     )
     pen.insert("BK_DRIVE", (C[0] - 0.06, C[1]), name="motor", joint="C", motion="speed*t")
     pen.insert("BK_PARAMETER", (-0.35, 0.57), name="speed", value="30 rpm")
     pen.insert("BK_SOLVE", (-0.35, 0.54), t_end="4 s", every="10 ms")
+
+
+def pins(pen, **places):
+    for name, p in places.items():
+        pen.circle(p, 0.013, "BK_JOINTS")
+        pen.text(name, (p[0] - 0.045, p[1] + 0.02), layer="BK_JOINTS")
 
 
 def furniture(pen):

@@ -60,6 +60,9 @@ def chained_bar(pen, p, q, radius, layer):
 
 
 def hatch_bar(pen, p, q, radius, layer):
+    """A hatch alone on the layer of a body; elsewhere the outline that it fills, too."""
+    if layer == "OUTLINE":
+        polyline_bar(pen, p, q, radius, layer)
     hatch = pen.msp.add_hatch(color=9, dxfattribs={"layer": layer})
     sign = -1 if pen.is_mirrored else 1
     corners = [(*pen.place(v), sign * v[2]) for v in stadium(p, q, radius)]
