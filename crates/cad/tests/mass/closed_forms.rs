@@ -270,3 +270,14 @@ fn ellipses() {
     let known = Known::half_ellipse([1.0, 2.0], a, b, angle);
     check("half ellipse", [chord, half], known.with_perimeter(0.5 * perimeter + 2.0 * b));
 }
+
+#[test]
+fn a_plate_of_steel() {
+    let plate =
+        properties(&strokes([rectangle([200.0, 0.0], 100.0, 50.0)])).plate(1e-3, 7850.0, 5e-3);
+    let mass = 0.1 * 0.05 * 5e-3 * 7850.0;
+    let inertia = mass * (0.1 * 0.1 + 0.05 * 0.05) / 12.0;
+    assert!((plate.mass / mass - 1.0).abs() < 1e-14, "{plate:?}");
+    assert!((plate.inertia / inertia - 1.0).abs() < 1e-14, "{plate:?}");
+    assert!((plate.com[0] - 0.2).abs() < 1e-16 && plate.com[1].abs() < 1e-16, "{plate:?}");
+}

@@ -92,7 +92,7 @@ fn ask(path: &Path, dice: &mut Dice) {
 #[test]
 fn any_numbers_are_answered() {
     let mut dice = Dice(2);
-    for _ in 0..3000 {
+    for _ in 0..1000 {
         let path = Path {
             curves: (0..dice.below(4)).map(|_| curve(&mut dice)).collect(),
             is_closed: dice.roll() < 0.5,

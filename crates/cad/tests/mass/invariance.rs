@@ -2,7 +2,7 @@
 
 use crate::known::{assert_near, turned};
 use crate::shapes::{Dice, bar, polyline, properties, rounded_rectangle, strokes};
-use bksim_cad::geometry::{Affine, Curve, Path, Spline};
+use bksim_cad::geometry::{Affine, Bounds, Curve, Path, Spline};
 use bksim_cad::mass::AreaProperties;
 use bksim_cad::outline::Stroke;
 use std::f64::consts::TAU;
@@ -168,8 +168,7 @@ fn flattened_shapes_have_nearly_the_same_area() {
 fn bounds_hold_the_curves_and_touch_them() {
     for path in shapes().into_iter().flatten() {
         let (bounds, coarse) = (path.bounds(), path.flattened(1e-7));
-        let tight =
-            coarse.iter().copied().fold(bksim_cad::geometry::Bounds::EMPTY, |b, p| b.with(p));
+        let tight = coarse.iter().copied().fold(Bounds::EMPTY, Bounds::with);
         for k in 0..2 {
             assert!((bounds.min[k] - tight.min[k]).abs() < 1e-6, "{bounds:?} {tight:?}");
             assert!((bounds.max[k] - tight.max[k]).abs() < 1e-6, "{bounds:?} {tight:?}");

@@ -188,7 +188,7 @@ fn a_hundred_thousand_lines_chain() {
     // Teeth of a wheel, every line its own entity, shuffled and turned.
     let corner = |i: u32| -> Point {
         let u = TAU * f64::from(i % N) / f64::from(N);
-        let r = if i % 2 == 0 { 100.0 } else { 100.001 };
+        let r = if i.is_multiple_of(2) { 100.0 } else { 100.001 };
         [r * u.cos(), r * u.sin()]
     };
     let mut dice = Dice(1);

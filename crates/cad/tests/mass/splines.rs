@@ -65,9 +65,8 @@ fn refined(spline: &Spline) -> AreaProperties {
         corners
     };
     let mut rows = [64, 128, 256, 512].map(|n| of_polygon(&corners(n)));
-    for level in 1..4 {
-        let gain = 4_f64.powi(level) - 1.0;
-        for i in (1..4).rev().take(4 - level as usize) {
+    for (level, gain) in [(1, 3.0), (2, 15.0), (3, 63.0)] {
+        for i in (level..4).rev() {
             rows[i] = std::array::from_fn(|k| rows[i][k] + (rows[i][k] - rows[i - 1][k]) / gain);
         }
     }
@@ -96,7 +95,7 @@ fn uniform(n: usize) -> Vec<f64> {
 fn clamped(n_control: usize, degree: usize) -> Vec<f64> {
     let inner = n_control - degree;
     let knot = |i: usize| i.saturating_sub(degree).min(inner) as f64;
-    (0..n_control + degree + 1).map(knot).collect()
+    (0..=n_control + degree).map(knot).collect()
 }
 
 fn closed(spline: Spline) -> Path {
