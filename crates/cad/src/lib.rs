@@ -13,3 +13,4 @@ pub mod codes;
 pub mod drawing;
 pub mod geometry;
 pub mod kind;
+pub mod write;
