@@ -21,4 +21,7 @@ codes! {
     // Outlines and mass.
     // What is attached.
     // Writing.
+    SPATIAL = "D070", "a spatial model cannot be drawn";
+    NO_PLACE = "D071", "no place in a drawing";
+    DOES_NOT_FIT = "D072", "does not fit into the release";
 }

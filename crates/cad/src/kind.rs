@@ -26,7 +26,7 @@ pub enum Section {
     Initial,
     /// `[solve]`.
     Solve,
-    /// The top level: name and coordinates.
+    /// The top level: name and coordinates; `[units]`, what bare numbers mean.
     Model,
 }
 
@@ -111,7 +111,9 @@ kinds! {
         "t_start", "t_end", "every", "times", "rtol", "atol", "step", "newton_tolerance", "method",
         "formulation", "jit",
     ];
-    "model" "BK_MODEL" Model Anywhere &["name", "coordinates"];
+    "model" "BK_MODEL" Model Anywhere &[
+        "name", "coordinates", "length", "mass", "time", "angle", "force",
+    ];
 }
 
 /// Geometry on the layer `BK_BODY_crank` is the shape of the body `crank`.

@@ -8,7 +8,14 @@ use std::path::PathBuf;
 
 use bksim_cad::kind::KINDS;
 use bksim_cad::write::Release;
+use bksim_cad::write::from_model::{Source as Drawn, Unwritten, from_model};
 use bksim_cad::write::template::{Template, template};
+use bksim_mbs::assemble::assemble;
+use bksim_mbs::compile::compile;
+use bksim_mbs::file::{Source, read};
+use bksim_mbs::model::Model;
+use bksim_mbs::pose::{Pose, Poses};
+use bksim_mbs::start::start;
 
 /// Writes a file for the judge.
 fn saved(name: &str, bytes: &[u8]) -> PathBuf {
@@ -17,12 +24,23 @@ fn saved(name: &str, bytes: &[u8]) -> PathBuf {
     path
 }
 
+/// The facts about drawings that were saved.
+fn judged_all(paths: &[PathBuf]) -> Vec<Vec<String>> {
+    let script = python::workspace().join("crates/cad/tests/judge.py");
+    let args: Vec<&str> = paths.iter().map(|p| p.to_str().expect("a UTF-8 path")).collect();
+    let facts = python::python(&script, &args);
+    let drawings = facts.split("drawing ").skip(1);
+    drawings.map(|facts| facts.lines().skip(1).map(str::to_owned).collect()).collect()
+}
+
 /// The facts about a drawing.
 fn judged(name: &str, bytes: &[u8]) -> Vec<String> {
-    let path = saved(name, bytes);
-    let script = python::workspace().join("crates/cad/tests/judge.py");
-    let facts = python::python(&script, &[path.to_str().expect("a UTF-8 path")]);
-    facts.lines().map(str::to_owned).collect()
+    judged_all(&[saved(name, bytes)]).remove(0)
+}
+
+fn assert_faultless(name: &str, facts: &[String]) {
+    let faults: Vec<&String> = facts.iter().filter(|f| f.starts_with("error")).collect();
+    assert!(faults.is_empty(), "{name}: {faults:?}");
 }
 
 fn count(facts: &[String], start: &str) -> usize {
@@ -31,11 +49,12 @@ fn count(facts: &[String], start: &str) -> usize {
 
 #[test]
 fn templates_of_all_releases_have_every_block_and_no_fault() {
-    for (release, name, _) in Release::ALL {
+    let paths = Release::ALL.map(|(release, name, _)| {
         let bytes = template(&Template { release, unit: "mm", size: None }).expect("a template");
-        let facts = judged(&format!("template-{name}.dxf"), &bytes);
-        let faults: Vec<&String> = facts.iter().filter(|f| f.starts_with("error")).collect();
-        assert!(faults.is_empty(), "{name}: {faults:?}");
+        saved(&format!("template-{name}.dxf"), &bytes)
+    });
+    for ((release, name, _), facts) in Release::ALL.into_iter().zip(judged_all(&paths)) {
+        assert_faultless(name, &facts);
         assert_eq!(facts[0], format!("version {name}"));
         if release > Release::R12 {
             assert_eq!(facts[1], "units 4", "{name}");
@@ -52,5 +71,157 @@ fn templates_of_all_releases_have_every_block_and_no_fault() {
         assert_eq!(count(&facts, "layer BK_BODY_"), 3, "{name}");
         let outside = facts.iter().filter(|f| f.starts_with("entity") && !f.contains("BK_LEGEND"));
         assert_eq!(outside.count(), 0, "{name}: entities outside of the legend");
+    }
+}
+
+/// A model with the poses of its start.
+fn started(text: &str, name: &str) -> (Model, Vec<Pose>) {
+    let reading = read(&Source::new(text, name));
+    let model = reading.model.unwrap_or_else(|| panic!("{name}: {:?}", reading.diagnostics));
+    let system = assemble(&model);
+    let compiled = compile(&model, &system).expect("compiles");
+    let parameters: Vec<f64> = model.parameters.iter().map(|p| p.value).collect();
+    let start = start(&model, &system, &compiled, &parameters).expect("a start");
+    let poses = Poses::compile(&model, &system).expect("compiles");
+    let poses = poses.at(&parameters, [(&start.q[..], &start.v[..])]).remove(0);
+    (model, poses)
+}
+
+const EXAMPLES: [(&str, &str, &str); 6] = [
+    ("five-link", "m", include_str!("../../../examples/five-link/model.toml")),
+    ("four-bar", "mm", include_str!("../../../examples/four-bar/model.toml")),
+    ("parallelogram", "mm", include_str!("../../../examples/parallelogram/model.toml")),
+    ("quick-return", "mm", include_str!("../../../examples/quick-return/model.toml")),
+    ("slider-crank", "m", include_str!("../../../examples/slider-crank/model.toml")),
+    ("spring-pendulum", "inch", include_str!("../../../examples/spring-pendulum/model.toml")),
+];
+
+/// Values of an attribute `key=` of the inserts of a block.
+fn values<'a>(facts: &'a [String], block: &str, key: &str) -> Vec<&'a str> {
+    let inserts = facts.iter().filter(|fact| fact.split('|').nth(2) == Some(block));
+    inserts.filter_map(|fact| fact.split('|').find_map(|value| value.strip_prefix(key))).collect()
+}
+
+#[test]
+fn examples_are_drawn_whole_and_without_fault_in_every_release() {
+    for (name, unit, text) in EXAMPLES {
+        let (model, poses) = started(text, name);
+        let paths = Release::ALL.map(|(release, tag, _)| {
+            let drawn = Drawn { text, model: &model, poses: &poses, release, unit };
+            saved(&format!("{name}-{tag}.dxf"), &from_model(&drawn).expect("a drawing"))
+        });
+        for ((_, tag, _), facts) in Release::ALL.into_iter().zip(judged_all(&paths)) {
+            assert_faultless(&format!("{name} {tag}"), &facts);
+            let names = |block: &'static str| values(&facts, block, "NAME=");
+            let bodies: Vec<&str> = model.bodies[1..].iter().map(|b| b.name.as_str()).collect();
+            assert_eq!(names("BK_BODY"), bodies, "{name} {tag}");
+            let kinds = ["BK_REVOLUTE", "BK_PRISMATIC", "BK_WELD", "BK_SLOT", "BK_LINK"];
+            let joints = kinds.map(|kind| names(kind).len());
+            assert_eq!(joints.iter().sum::<usize>(), model.joints.len(), "{name} {tag}");
+            let drives: Vec<&str> = model.drives.iter().map(|d| d.name.as_str()).collect();
+            assert_eq!(names("BK_DRIVE"), drives, "{name} {tag}");
+            assert_eq!(names("BK_PARAMETER").len(), model.parameters.len(), "{name} {tag}");
+        }
+    }
+}
+
+#[test]
+fn frames_are_drawn_where_the_start_has_them() {
+    let (name, unit, text) = EXAMPLES[1];
+    let (model, poses) = started(text, name);
+    let drawn = Drawn { text, model: &model, poses: &poses, release: Release::R2010, unit };
+    let facts = judged("four-bar-places.dxf", &from_model(&drawn).expect("a drawing"));
+    let places = values(&facts, "BK_BODY", "at=");
+    assert_eq!(places.len(), 3);
+    for (place, pose) in places.iter().zip(&poses[1..]) {
+        let numbers: Vec<f64> = place.split(',').map(|n| n.parse().expect("a number")).collect();
+        assert_eq!(numbers[..2], pose.origin.map(|x| 1000.0 * x), "{place}");
+        let turned = (numbers[2].to_radians() - pose.angle).rem_euclid(std::f64::consts::TAU);
+        let off = turned.min(std::f64::consts::TAU - turned);
+        // The writer of the format rounds degrees to the twelfth decimal.
+        assert!(off < 2e-14, "{place} is off by {off} rad");
+    }
+}
+
+#[test]
+fn values_keep_the_words_of_the_file_and_bare_numbers_get_their_unit() {
+    let text = r#"
+        name = "press"
+        [units]
+        length = "mm"
+        angle = "deg"
+        [parameters]
+        k = "2 N/mm"   # stiff
+        [bodies.ram]
+        mass = 3
+        points = { T = [0, 20] }
+        [joints.guide]
+        type = "prismatic"
+        between = ["ground", "ram"]
+        direction = 90
+        [loads.spring]
+        type = "spring"
+        between = ["ground", "ram.T"]
+        stiffness = "k"
+        length = 30
+        [loads.bumper]
+        type = "stop"
+        joint = "guide"
+        max = 80
+        [loads.push]
+        type = "force"
+        on = "ram.T"
+        vector = [0, "5 N*sin(2 rad/s*t)"]
+        [initial]
+        guide = { position = 12, velocity = "1 m/s" }
+        [solve]
+        t_end = 2
+        times = [0.5,
+          1.0]
+    "#;
+    let (model, poses) = started(text, "press");
+    let drawn = Drawn { text, model: &model, poses: &poses, release: Release::R2018, unit: "mm" };
+    let facts = judged("press.dxf", &from_model(&drawn).expect("a drawing"));
+    let expected = [
+        ("BK_MODEL", "NAME=", "press"),
+        ("BK_MODEL", "LENGTH=", "mm"),
+        ("BK_PARAMETER", "VALUE=", "2 N/mm"),
+        ("BK_BODY", "MASS=", "3 kg"),
+        ("BK_BODY", "INERTIA=", "0"),
+        ("BK_PRISMATIC", "BODY1=", "ground"),
+        ("BK_PRISMATIC", "POINT2=", "origin"),
+        ("BK_SPRING", "STIFFNESS=", "k"),
+        ("BK_SPRING", "LENGTH=", "30 mm"),
+        ("BK_SPRING", "POINT2=", "T"),
+        ("BK_STOP", "MAX=", "80 mm"),
+        ("BK_FORCE", "VECTOR=", "[0, \"5 N*sin(2 rad/s*t)\"]"),
+        ("BK_INITIAL", "POSITION=", "12 mm"),
+        ("BK_INITIAL", "VELOCITY=", "1 m/s"),
+        ("BK_SOLVE", "T_END=", "2 s"),
+        ("BK_SOLVE", "TIMES=", "[0.5, 1.0]"),
+    ];
+    for (block, key, value) in expected {
+        assert_eq!(values(&facts, block, key), [value], "{block} {key}");
+    }
+}
+
+#[test]
+fn what_has_no_place_in_a_drawing_is_refused_by_name() {
+    let turned = "[bodies.a]\nmass = 1\n[joints.A]\ntype = \"revolute\"\n\
+                  between = [\"ground\", \"a\"]\naxis = [0, 0, -1]\n";
+    let twins = "[bodies.a]\nmass = 1\n[bodies.A]\nmass = 1\n[joints.J]\ntype = \"revolute\"\n\
+                 between = [\"ground\", \"a\"]\n[joints.K]\ntype = \"revolute\"\n\
+                 between = [\"a\", \"A\"]\n";
+    let spatial = format!("space = \"spatial\"\n{}", turned.replace("-1", "1"));
+    for (text, code) in [(turned, "D071"), (twins, "D072"), (&spatial, "D070")] {
+        let reading = read(&Source::new(text, "m"));
+        let model = reading.model.unwrap_or_else(|| panic!("{:?}", reading.diagnostics));
+        let poses = vec![Pose::default(); model.bodies.len()];
+        let release = Release::R2010;
+        let drawn = Drawn { text, model: &model, poses: &poses, release, unit: "mm" };
+        match from_model(&drawn) {
+            Err(Unwritten::Model(fault)) => assert_eq!(fault.code.0, code, "{fault:?}"),
+            other => panic!("{code}: {other:?}"),
+        }
     }
 }

@@ -95,6 +95,8 @@ pub(super) struct Placed<'a> {
     pub(super) to: Point,
     /// Of the symbol, in drawing units.
     pub(super) size: f64,
+    /// How far the words are raised, in sizes.
+    pub(super) lift: f64,
     pub(super) values: Vec<(&'static str, String)>,
 }
 
@@ -111,6 +113,9 @@ pub(super) fn place(canvas: &mut Canvas, placed: &Placed<'_>) -> Result<(), Writ
         false => [1.0, 1.0],
     };
     let mut attributes = styles(placed.kind, placed.size);
+    for style in &mut attributes {
+        style.at[1] += placed.lift * placed.size;
+    }
     if is_line {
         // Beside the middle.
         for style in &mut attributes {

@@ -5,6 +5,7 @@
 
 mod blocks;
 mod canvas;
+pub mod from_model;
 mod prompt;
 mod symbol;
 pub mod template;

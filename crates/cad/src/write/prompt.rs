@@ -72,6 +72,11 @@ const PROMPTS: &[(&str, &str, &str)] = &[
     ("", "jit", "auto, on or off"),
     ("model", "name", "Name of the mechanism, e.g. press"),
     ("model", "coordinates", "auto, relative or absolute"),
+    ("model", "length", "Unit of bare lengths in values, e.g. mm; empty: m"),
+    ("model", "mass", "Unit of bare masses in values, e.g. g; empty: kg"),
+    ("model", "time", "Unit of bare times in values, e.g. ms; empty: s"),
+    ("model", "angle", "Unit of bare angles in values, e.g. deg; empty: rad"),
+    ("model", "force", "Unit of bare forces in values, e.g. kN; empty: N"),
 ];
 
 /// What to ask for the value of a key.

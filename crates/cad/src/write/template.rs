@@ -84,7 +84,10 @@ fn explain(canvas: &mut Canvas, kind: &Kind, at: Point, size: f64) -> Result<(),
         _ if kind.name == "force" => ([x - 0.7 * size, y], [x, y]),
         _ => ([x, y], [x + size, y]),
     };
-    place(canvas, &Placed { kind, layer: LEGEND_LAYER, at, to, size, values: Vec::new() })?;
+    place(
+        canvas,
+        &Placed { kind, layer: LEGEND_LAYER, at, to, size, lift: 0.0, values: Vec::new() },
+    )?;
     let title = symbol(kind.name).map_or("", |symbol| symbol.title);
     let text = |line: f64, height: f64, words: String| {
         Mark::text([x + 1.5 * size, y - line * size], height * size, words)
