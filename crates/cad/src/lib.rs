@@ -8,9 +8,15 @@
 //! A drawing says the same as a model file: what comes of it is the text of a model, with the place
 //! in the drawing of every value, and from there on nothing knows of drawings.
 
+pub mod attach;
 pub mod attachment;
 pub mod codes;
+pub mod compose;
+pub mod container;
 pub mod drawing;
+pub mod excerpt;
 pub mod geometry;
 pub mod kind;
+pub mod mass;
+pub mod outline;
 pub mod write;

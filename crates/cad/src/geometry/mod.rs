@@ -7,7 +7,7 @@ mod affine;
 pub(crate) mod bezier;
 mod bounds;
 pub(crate) mod conic;
-mod curve;
+pub(crate) mod curve;
 mod distance;
 mod error;
 mod flatten;

@@ -1,0 +1,198 @@
+//! The part of a drawing that is interpreted, as a small drawing of its own.
+//!
+//! A drawing holds far more than a mechanism needs: objects, plot settings, previews, solids in
+//! foreign formats. Only what is of use goes on: the names of layers and blocks, plane geometry,
+//! texts, inserts and our own extended data; of any other entity what it is, its handle and layer.
+//! What is not read can neither fail nor exhaust the memory.
+
+use std::ops::Range;
+
+use crate::drawing::Handle;
+use crate::kind::APPLICATION;
+use crate::tags::{Tags, Value, ValueType, Version, Writer};
+
+/// Entities that are read whole.
+const READ: &[&str] = &[
+    "ARC",
+    "ATTDEF",
+    "ATTRIB",
+    "BLOCK",
+    "CIRCLE",
+    "ELLIPSE",
+    "ENDBLK",
+    "HATCH",
+    "INSERT",
+    "LINE",
+    "LWPOLYLINE",
+    "MTEXT",
+    "POINT",
+    "POLYLINE",
+    "SEQEND",
+    "SPLINE",
+    "TEXT",
+    "VERTEX",
+];
+
+/// Groups that are kept of any other entity: what it is, its handle, owner and layer.
+const HEAD: &[i16] = &[0, 5, 8, 330];
+
+/// Groups that are kept of an entry of a table: handle, name, flags, colour and subclass.
+const ENTRY: &[i16] = &[0, 2, 5, 62, 70, 100];
+
+/// Tables that are kept.
+const TABLES: &[&str] = &["LAYER", "BLOCK_RECORD"];
+
+/// Versions that are interpreted.
+const VERSIONS: &[u16] = &[1009, 1012, 1014, 1015, 1018, 1021, 1024, 1027, 1032];
+
+/// Handles from here on stand for records without a handle of their own.
+const MADE_UP: u64 = 1 << 44;
+
+/// A record of a section with entities.
+#[derive(Clone, Debug)]
+pub(super) struct Record {
+    /// Its groups.
+    pub(super) tags: Range<usize>,
+    /// Whether it is one of those that are read whole.
+    pub(super) is_read: bool,
+}
+
+impl Tags {
+    /// The handle under which the interpreted drawing knows the record that begins at `start`: its
+    /// own, or a made-up one where it has none or shares it with an earlier record.
+    pub fn known_handle(&self, record: Range<usize>) -> Handle {
+        let made_up = Handle(MADE_UP + record.start as u64);
+        let own = self.handle_of(record.clone()).filter(|own| own.0 != 0 && own.0 < MADE_UP);
+        own.filter(|&own| self.record(own).is_some_and(|first| first.start == record.start))
+            .unwrap_or(made_up)
+    }
+
+    /// The record of a handle of the interpreted drawing, made-up ones included.
+    pub fn known_record(&self, handle: Handle) -> Option<Range<usize>> {
+        match handle.0.checked_sub(MADE_UP) {
+            None => self.record(handle),
+            Some(start) => self.record_from(usize::try_from(start).ok()?),
+        }
+    }
+
+    /// The handle, unless it is made up and not in the file.
+    pub fn own_handle(&self, handle: Handle) -> Option<Handle> {
+        (handle.0 < MADE_UP).then_some(handle)
+    }
+}
+
+/// The records of the sections `BLOCKS` or `ENTITIES`, without those of paper space.
+pub(super) fn records(tags: &Tags, section: &str) -> Vec<Record> {
+    let sections = tags.sections().iter().filter(|it| it.name.eq_ignore_ascii_case(section));
+    let all = sections.flat_map(|section| tags.records(section.tags.clone()));
+    all.filter(|record| !is_on_paper(tags, record.clone()))
+        .map(|record| {
+            let is_read = READ.iter().any(|name| tags.is_word(record.start, name));
+            Record { tags: record, is_read }
+        })
+        .collect()
+}
+
+/// Group 67 of the entity itself is 1.
+fn is_on_paper(tags: &Tags, record: Range<usize>) -> bool {
+    record
+        .take_while(|&idx| tags.code(idx) < 1000)
+        .any(|idx| tags.code(idx) == 67 && tags.integer(idx) == Some(1))
+}
+
+/// The groups of a record that are interpreted, handle excluded.
+pub(super) fn kept(tags: &Tags, record: &Record) -> Vec<usize> {
+    let mut kept = Vec::with_capacity(record.tags.len());
+    // In a group `{ACAD_REACTORS … }`; in an embedded object; in our extended data.
+    let (mut in_group, mut in_embedded, mut in_ours) = (false, false, false);
+    let mut in_head = true;
+    for idx in record.tags.clone() {
+        let code = tags.code(idx);
+        match code {
+            102 => in_group = tags.raw(idx).trim_ascii().starts_with(b"{"),
+            101 => in_embedded = true,
+            100 => in_head = tags.is_word(idx, "AcDbEntity"),
+            1001 => {
+                (in_group, in_embedded) = (false, false);
+                in_ours = tags.is_word(idx, APPLICATION);
+            }
+            _ => (),
+        }
+        let is_wanted = match code {
+            // The preview of an entity, and what belongs to other programs.
+            102 | 160 | 310..=319 => false,
+            5 | 105 => false,
+            92 => record.is_read && !in_head,
+            1000.. => in_ours,
+            _ => record.is_read || HEAD.contains(&code) || code == 100 && in_head,
+        };
+        if is_wanted && !in_group && (!in_embedded || in_ours) {
+            kept.push(idx);
+        }
+    }
+    kept
+}
+
+/// The drawing to be interpreted, in the form of the file.
+pub(super) fn feed(tags: &Tags) -> Vec<u8> {
+    let mut out = Writer::new(tags);
+    if let crate::container::Container::Binary { .. } = tags.container() {
+        out.begin(crate::container::SENTINEL);
+    }
+    header(tags, &mut out);
+    tables(tags, &mut out);
+    for section in ["BLOCKS", "ENTITIES"] {
+        out.push(0, Value::Text("SECTION")).push(2, Value::Text(section));
+        for record in records(tags, section) {
+            entity(tags, &record, &mut out);
+        }
+        out.push(0, Value::Text("ENDSEC"));
+    }
+    out.push(0, Value::Text("EOF"));
+    out.finish()
+}
+
+fn header(tags: &Tags, out: &mut Writer<'_>) {
+    let Version(number) = tags.version();
+    let version = VERSIONS.iter().rev().find(|&&known| known <= number).unwrap_or(&1009);
+    out.push(0, Value::Text("SECTION")).push(2, Value::Text("HEADER"));
+    out.push(9, Value::Text("$ACADVER")).push(1, Value::Text(&format!("AC{version}")));
+    if let Some(page) = tags.header("$DWGCODEPAGE").filter(|&idx| tags.code(idx) == 3) {
+        out.push(9, Value::Text("$DWGCODEPAGE")).copy(&tags.bytes()[tags.span(page)]);
+    }
+    out.push(0, Value::Text("ENDSEC"));
+}
+
+fn tables(tags: &Tags, out: &mut Writer<'_>) {
+    out.push(0, Value::Text("SECTION")).push(2, Value::Text("TABLES"));
+    let all = tags.section("TABLES").map_or(0..0, |section| section.tags.clone());
+    let mut is_kept = false;
+    for record in tags.records(all) {
+        if tags.is_word(record.start, "TABLE") {
+            let name = record.clone().find(|&idx| tags.code(idx) == 2);
+            is_kept = name.is_some_and(|idx| TABLES.iter().any(|name| tags.is_word(idx, name)));
+        }
+        if is_kept {
+            let is_known = tags.known_handle(record.clone()).0 < MADE_UP;
+            for idx in record.take_while(|&idx| tags.code(idx) < 1000) {
+                let code = tags.code(idx);
+                let is_number =
+                    ValueType::of(code) == ValueType::Text || tags.integer(idx).is_some();
+                if ENTRY.contains(&code) && is_number && (code != 5 || is_known) {
+                    out.copy(&tags.bytes()[tags.span(idx)]);
+                }
+            }
+        }
+    }
+    out.push(0, Value::Text("ENDSEC"));
+}
+
+fn entity(tags: &Tags, record: &Record, out: &mut Writer<'_>) {
+    let handle = tags.known_handle(record.tags.clone());
+    for idx in kept(tags, record) {
+        out.copy(&tags.bytes()[tags.span(idx)]);
+        if idx == record.tags.start {
+            out.push(5, Value::Text(&format!("{:X}", handle.0)));
+        }
+    }
+}
