@@ -52,6 +52,6 @@ codes! {
     NO_BODIES = "D044", "nothing is attached";
     // Writing.
     SPATIAL = "D070", "a spatial model cannot be drawn";
-    NO_PLACE = "D071", "no place in a drawing";
+    UNDRAWABLE = "D071", "no place in a drawing";
     DOES_NOT_FIT = "D072", "does not fit into the release";
 }

@@ -194,7 +194,7 @@ fn values_keep_the_words_of_the_file_and_bare_numbers_get_their_unit() {
         ("BK_SPRING", "LENGTH=", "30 mm"),
         ("BK_SPRING", "POINT2=", "T"),
         ("BK_STOP", "MAX=", "80 mm"),
-        ("BK_FORCE", "VECTOR=", "[0, \"5 N*sin(2 rad/s*t)\"]"),
+        ("BK_FORCE", "VECTOR=", "[0, 5 N*sin(2 rad/s*t)]"),
         ("BK_INITIAL", "POSITION=", "12 mm"),
         ("BK_INITIAL", "VELOCITY=", "1 m/s"),
         ("BK_SOLVE", "T_END=", "2 s"),

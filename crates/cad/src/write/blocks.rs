@@ -86,6 +86,19 @@ fn anchor(kind: &Kind) -> Point {
     }
 }
 
+/// Where the words of an insert stand.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) enum Words {
+    /// Where the block has them.
+    Beside,
+    /// So far above, in sizes.
+    Raised(f64),
+    /// At another place.
+    At(Point),
+    /// Nowhere: another insert says the same.
+    Hidden,
+}
+
 /// Places a block; values of keys that are not given stay empty.
 pub(super) struct Placed<'a> {
     pub(super) kind: &'a Kind,
@@ -95,8 +108,7 @@ pub(super) struct Placed<'a> {
     pub(super) to: Point,
     /// Of the symbol, in drawing units.
     pub(super) size: f64,
-    /// How far the words are raised, in sizes.
-    pub(super) lift: f64,
+    pub(super) words: Words,
     pub(super) values: Vec<(&'static str, String)>,
 }
 
@@ -114,7 +126,14 @@ pub(super) fn place(canvas: &mut Canvas, placed: &Placed<'_>) -> Result<(), Writ
     };
     let mut attributes = styles(placed.kind, placed.size);
     for style in &mut attributes {
-        style.at[1] += placed.lift * placed.size;
+        match placed.words {
+            Words::Beside => (),
+            Words::Raised(lift) => style.at[1] += lift * placed.size,
+            Words::At(there) => {
+                style.at = [0, 1].map(|i| style.at[i] + there[i] - placed.at[i]);
+            }
+            Words::Hidden => style.is_visible = false,
+        }
     }
     if is_line {
         // Beside the middle.

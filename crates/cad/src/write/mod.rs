@@ -12,6 +12,8 @@ pub mod template;
 
 pub use canvas::{Canvas, Release, WriteError};
 
+pub use crate::attach::LEGEND_LAYER;
+
 /// Name, code of `$INSUNITS`, metres, and the usual size of a symbol, in units.
 pub(crate) const UNITS: &[(&str, i16, f64, f64)] = &[
     ("mm", 4, 1e-3, 10.0),
@@ -20,6 +22,3 @@ pub(crate) const UNITS: &[(&str, i16, f64, f64)] = &[
     ("inch", 1, 0.0254, 0.5),
     ("ft", 2, 0.3048, 0.25),
 ];
-
-/// Layer of the explanations in a template: inserts there are not part of the model.
-pub const LEGEND_LAYER: &str = "BK_LEGEND";

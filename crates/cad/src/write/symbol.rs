@@ -27,7 +27,7 @@ pub(super) fn symbol(kind: &str) -> Option<Symbol> {
         "slot" => ("pin of body 2 in a slot of body 1, along x", slot()),
         "weld" => ("rigid connection", weld()),
         "link" => ("massless link between two points", link()),
-        "gravity" => ("gravity, along x", gravity()),
+        "gravity" => ("gravity, down when it is not turned", gravity()),
         "force" => ("force at a point, along x", arrow([0.0, 0.0], [1.5, 0.0], 0.3)),
         "actuator" => ("force between two points", actuator()),
         "torque" => ("torque on a body", curved_arrow(0.5)),
@@ -141,14 +141,12 @@ fn link() -> Vec<Mark> {
     ]
 }
 
+/// Down, as long as the block is not turned.
 fn gravity() -> Vec<Mark> {
-    let mut marks = vec![
-        Mark::Line([0.0, 0.06], [1.0, 0.06]),
-        Mark::Line([0.0, -0.06], [1.0, -0.06]),
-        Mark::Line([0.0, 0.06], [0.0, -0.06]),
-    ];
-    marks.push(Mark::Fill([[1.5, 0.0], [1.0, 0.18], [1.0, -0.18]]));
-    marks
+    vec![
+        Mark::chain(&[[0.06, -1.0], [0.06, 0.0], [-0.06, 0.0], [-0.06, -1.0]], false),
+        Mark::Fill([[0.0, -1.5], [0.18, -1.0], [-0.18, -1.0]]),
+    ]
 }
 
 fn actuator() -> Vec<Mark> {

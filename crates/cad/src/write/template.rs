@@ -1,6 +1,6 @@
 //! A drawing to begin with: all blocks defined and explained, all layers there.
 
-use super::blocks::{Placed, define, place};
+use super::blocks::{Placed, Words, define, place};
 use super::canvas::{Canvas, Mark, Release, WriteError};
 use super::symbol::symbol;
 use super::{LEGEND_LAYER, UNITS};
@@ -14,7 +14,7 @@ pub(super) const GROUND_COLOUR: u8 = 8;
 /// Of joints and of what is inserted.
 pub(super) const JOINT_COLOUR: u8 = 1;
 /// Of the legend.
-const LEGEND_COLOUR: u8 = 9;
+const LEGEND_COLOUR: u8 = 8;
 
 /// Layers of bodies in a template, to be renamed.
 const BODIES: [&str; 3] = ["crank", "rod", "slider"];
@@ -79,14 +79,21 @@ fn explain(canvas: &mut Canvas, kind: &Kind, at: Point, size: f64) -> Result<(),
     let [x, y] = at;
     let (at, to) = match kind.placement {
         Placement::Line => ([x - size, y], [x + size, y]),
-        // Things fall.
-        _ if kind.name == "gravity" => ([x, y + 0.7 * size], [x, y]),
+        _ if kind.name == "gravity" => ([x, y + 0.7 * size], [x + size, y + 0.7 * size]),
         _ if kind.name == "force" => ([x - 0.7 * size, y], [x, y]),
         _ => ([x, y], [x + size, y]),
     };
     place(
         canvas,
-        &Placed { kind, layer: LEGEND_LAYER, at, to, size, lift: 0.0, values: Vec::new() },
+        &Placed {
+            kind,
+            layer: LEGEND_LAYER,
+            at,
+            to,
+            size,
+            words: Words::Beside,
+            values: Vec::new(),
+        },
     )?;
     let title = symbol(kind.name).map_or("", |symbol| symbol.title);
     let text = |line: f64, height: f64, words: String| {

@@ -1,7 +1,7 @@
 //! Bodies: shapes, frames with masses, centres of mass, points.
 
 use bksim_mbs::diagnostic::Diagnostic;
-use bksim_mbs::model::{Anchor, BodyId, GROUND, JointKind, LoadKind};
+use bksim_mbs::model::{Anchor, BodyId, GROUND, JointId, JointKind, LoadKind, PointId};
 use toml_edit::{Item, TableLike, Value};
 
 use super::shape::{block, rounded_hull};
@@ -11,6 +11,7 @@ use super::{MARK_LAYER, Sketch, Unwritten, Values, kind, no_place};
 use crate::codes;
 use crate::geometry::Point;
 use crate::kind::{BODY_LAYER, GROUND_LAYER};
+use crate::write::blocks::Words;
 use crate::write::canvas::{Mark, Release};
 use crate::write::template::BODY_COLOURS;
 
@@ -99,7 +100,7 @@ impl Sketch<'_> {
     /// each place once.
     fn used_points(&self, body: BodyId) -> Result<Vec<Point>, Unwritten> {
         let n_points = self.model.bodies[body.0].points.len();
-        let named = (0..n_points).map(|i| Some(bksim_mbs::model::PointId(i)));
+        let named = (0..n_points).map(|i| Some(PointId(i)));
         let origin = self.origin_is_used(body).then_some(None);
         let mut places: Vec<Point> = Vec::new();
         for point in named.chain(origin) {
@@ -133,7 +134,7 @@ impl Sketch<'_> {
         for (idx, joint) in self.model.joints.iter().enumerate() {
             let slides = matches!(joint.kind, JointKind::Prismatic { .. });
             if slides && joint.successor.body == body {
-                let [at, to] = self.places.joint(bksim_mbs::model::JointId(idx))?;
+                let [at, to] = self.places.joint(JointId(idx))?;
                 return Ok(Some((to[1] - at[1]).atan2(to[0] - at[0])));
             }
         }
@@ -157,13 +158,14 @@ impl Sketch<'_> {
         }
         let at = self.places.drawn(pose.origin);
         let (sin, cos) = pose.angle.sin_cos();
-        self.insert(kind("body"), MARK_LAYER, [at, [at[0] + cos, at[1] + sin]], values)?;
+        let place = [at, [at[0] + cos, at[1] + sin]];
+        let [x, y, _] = stated.com;
+        let com = self.places.vector([x, y]);
+        let com = com.ok_or_else(|| no_place("the centre of mass", &format!("body `{name}`")))?;
+        let com = self.places.on_body(body, com);
+        self.insert_with(kind("body"), MARK_LAYER, place, Words::At(com), values)?;
         if has_mass {
-            let [x, y, _] = stated.com;
-            let owner = format!("body `{name}`");
-            let com = self.places.vector([x, y]);
-            let com = com.ok_or_else(|| no_place("the centre of mass", &owner))?;
-            let at = self.places.on_body(body, com);
+            let at = com;
             let values = vec![("body", name)];
             self.insert(kind("com"), MARK_LAYER, [at, [at[0] + 1.0, at[1]]], values)?;
         }
@@ -212,14 +214,22 @@ impl Sketch<'_> {
     fn points(&mut self, body: BodyId) -> Result<(), Unwritten> {
         let model = self.model;
         let owner = model.bodies[body.0].name.clone();
-        let named =
-            (0..model.bodies[body.0].points.len()).map(|i| Some(bksim_mbs::model::PointId(i)));
+        // A joint's name is enough.
+        let joints: Result<Vec<_>, Unwritten> =
+            (0..model.joints.len()).map(|idx| self.places.joint(JointId(idx))).collect();
+        let (joints, reach) = (joints?, 0.5 * self.size);
+        let is_here = |at: Point| {
+            move |joint: &[Point; 2]| (joint[0][0] - at[0]).hypot(joint[0][1] - at[1]) < reach
+        };
+        let named = (0..model.bodies[body.0].points.len()).map(|i| Some(PointId(i)));
         let origin = self.origin_is_used(body).then_some(None);
         for point in named.chain(origin) {
             let anchor = Anchor { body, point };
             let at = self.places.anchor(anchor)?;
             let values = vec![("name", self.places.point_name(anchor)), ("body", owner.clone())];
-            self.insert(kind("point"), MARK_LAYER, [at, [at[0] + 1.0, at[1]]], values)?;
+            let place = [at, [at[0] + 1.0, at[1]]];
+            let words = if joints.iter().any(is_here(at)) { Words::Hidden } else { Words::Beside };
+            self.insert_with(kind("point"), MARK_LAYER, place, words, values)?;
         }
         Ok(())
     }

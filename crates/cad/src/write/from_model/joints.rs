@@ -33,7 +33,7 @@ impl Sketch<'_> {
         let is_backward = self.places.number(joint.axis[2]).is_some_and(|z| z < 0.0);
         if joint.kind == JointKind::Revolute && is_backward {
             return Err(Diagnostic::error(
-                codes::NO_PLACE,
+                codes::UNDRAWABLE,
                 format!("{owner} turns about −z, which has no place in a drawing"),
             )
             .at(joint.span.clone(), "this joint")

@@ -35,7 +35,8 @@ impl Sketch<'_> {
                 let [low, high] = self.places.extent();
                 let at = [low[0] - 2.0 * self.size, high[1]];
                 let down = self.places.vector([*x, *y]).unwrap_or([0.0, -1.0]);
-                (kind("gravity"), along(at, down), Values::new())
+                // The block's own arrow points along −y.
+                (kind("gravity"), along(at, [-down[1], down[0]]), Values::new())
             }
             LoadKind::Force { on, vector: [x, y, _], .. } => {
                 let push = self.places.vector([*x, *y]).unwrap_or([1.0, 0.0]);

@@ -28,7 +28,7 @@ use toml_edit::DocumentMut;
 
 use self::place::Places;
 use self::units::FileUnits;
-use super::blocks::{Placed, define, place};
+use super::blocks::{Placed, Words, define, place};
 use super::canvas::{Canvas, Release, WriteError};
 use super::template::{JOINT_COLOUR, usual_size};
 use crate::codes;
@@ -141,12 +141,23 @@ impl Sketch<'_> {
         &mut self,
         kind: &'static Kind,
         layer: &str,
+        place: [Point; 2],
+        values: Values,
+    ) -> Result<(), Unwritten> {
+        let words = Words::Raised(self.lift(kind, place[0]));
+        self.insert_with(kind, layer, place, words, values)
+    }
+
+    fn insert_with(
+        &mut self,
+        kind: &'static Kind,
+        layer: &str,
         [at, to]: [Point; 2],
+        words: Words,
         values: Values,
     ) -> Result<(), Unwritten> {
         self.check_lengths(&values)?;
-        let lift = self.lift(kind, at);
-        let placed = Placed { kind, layer, at, to, size: self.size, lift, values };
+        let placed = Placed { kind, layer, at, to, size: self.size, words, values };
         Ok(place(&mut self.canvas, &placed)?)
     }
 
@@ -187,5 +198,5 @@ fn kind(name: &str) -> &'static Kind {
 /// Something that a drawing cannot say.
 fn no_place(what: &str, owner: &str) -> Diagnostic {
     let message = format!("{what} of {owner} has no place in a drawing");
-    Diagnostic::error(codes::NO_PLACE, message)
+    Diagnostic::error(codes::UNDRAWABLE, message)
 }

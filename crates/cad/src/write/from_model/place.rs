@@ -43,7 +43,7 @@ impl<'a> Places<'a> {
             .all(|p| p.origin.iter().chain([&p.angle]).all(|number| number.is_finite()));
         if !finite || places.poses.len() != model.bodies.len() {
             let message = "the bodies have no finite places at the start";
-            return Err(Diagnostic::error(codes::NO_PLACE, message).into());
+            return Err(Diagnostic::error(codes::UNDRAWABLE, message).into());
         }
         Ok(places)
     }
@@ -115,10 +115,9 @@ impl<'a> Places<'a> {
         Ok(self.on_body(anchor.body, at))
     }
 
-    /// Where a joint is: its point on the first body, and a point along its axis.
+    /// Where a joint is, and a point along its axis; what slides is drawn where the second body is.
     pub(super) fn joint(&self, joint: JointId) -> Result<[Point; 2], Unwritten> {
         let joint = &self.model.joints[joint.0];
-        let at = self.anchor(joint.predecessor)?;
         let [x, y, _] = joint.axis;
         let axis = match joint.kind {
             JointKind::Prismatic { .. } | JointKind::PinInSlot => {
@@ -126,9 +125,11 @@ impl<'a> Places<'a> {
             }
             _ => [1.0, 0.0],
         };
-        let turned = match joint.kind {
-            JointKind::Revolute | JointKind::Weld { .. } | JointKind::Link { .. } => 0.0,
-            _ => self.pose(joint.predecessor.body).angle,
+        let (at, turned) = match joint.kind {
+            JointKind::Prismatic { .. } | JointKind::PinInSlot => {
+                (self.anchor(joint.successor)?, self.pose(joint.predecessor.body).angle)
+            }
+            _ => (self.anchor(joint.predecessor)?, 0.0),
         };
         let (sin, cos) = turned.sin_cos();
         let along = [cos * axis[0] - sin * axis[1], sin * axis[0] + cos * axis[1]];
@@ -166,5 +167,5 @@ impl<'a> Places<'a> {
 
 fn not_finite(name: &str) -> Unwritten {
     let message = format!("`{name}` has no finite place at the start");
-    Diagnostic::error(codes::NO_PLACE, message).into()
+    Diagnostic::error(codes::UNDRAWABLE, message).into()
 }

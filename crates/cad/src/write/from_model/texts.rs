@@ -33,13 +33,9 @@ pub(super) fn text(value: &Value) -> String {
     }
 }
 
-/// An array of TOML without line ends and comments; strings keep their quotes.
+/// An array without line ends, comments and quotes.
 fn bracketed(array: &Array) -> String {
-    let element = |value: &Value| match value {
-        Value::String(words) => format!("\"{}\"", one_line(words.value()).replace('"', "\\\"")),
-        other => text(other),
-    };
-    format!("[{}]", array.iter().map(element).collect::<Vec<_>>().join(", "))
+    format!("[{}]", array.iter().map(text).collect::<Vec<_>>().join(", "))
 }
 
 fn one_line(words: &str) -> String {
