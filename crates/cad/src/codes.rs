@@ -54,4 +54,7 @@ codes! {
     SPATIAL = "D070", "a spatial model cannot be drawn";
     UNDRAWABLE = "D071", "no place in a drawing";
     DOES_NOT_FIT = "D072", "does not fit into the release";
+    NO_ROOM = "D073", "a drawing that nothing can be added to";
+    UNKNOWN_POINT = "D074", "no such point in the run";
+    OTHER_DRAWING = "D075", "a run of another drawing";
 }

@@ -6,9 +6,11 @@
 mod blocks;
 mod canvas;
 pub mod from_model;
+pub mod graft;
 mod prompt;
 mod symbol;
 pub mod template;
+pub mod trace;
 
 pub use canvas::{Canvas, Release, WriteError};
 

@@ -33,7 +33,7 @@ impl Sketch<'_> {
         Ok(match load {
             LoadKind::Gravity { acceleration: [x, y, _] } => {
                 let [low, high] = self.places.extent();
-                let at = [low[0] - 2.0 * self.size, high[1]];
+                let at = [low[0] - 5.0 * self.size, high[1]];
                 let down = self.places.vector([*x, *y]).unwrap_or([0.0, -1.0]);
                 // The block's own arrow points along −y.
                 (kind("gravity"), along(at, [-down[1], down[0]]), Values::new())

@@ -130,7 +130,7 @@ impl Sketch<'_> {
     fn define(&mut self) -> Result<(), Unwritten> {
         self.canvas.layer(GROUND_LAYER, super::template::GROUND_COLOUR);
         self.canvas.layer(JOINT_LAYER, JOINT_COLOUR);
-        for (layer, colour) in [(MARK_LAYER, 9), (LOAD_LAYER, 3), (SHEET_LAYER, 8)] {
+        for (layer, colour) in [(MARK_LAYER, 8), (LOAD_LAYER, 3), (SHEET_LAYER, 8)] {
             self.canvas.layer(layer, colour);
         }
         Ok(define(&mut self.canvas, self.size)?)

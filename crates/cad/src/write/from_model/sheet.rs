@@ -21,7 +21,7 @@ impl Sketch<'_> {
             y -= PITCH * self.size;
         }
         let seen = [
-            [low[0] - 4.0 * self.size, y.min(low[1] - 2.0 * self.size)],
+            [low[0] - 6.0 * self.size, y.min(low[1] - 2.0 * self.size)],
             [left + 6.0 * self.size, high[1] + 2.0 * self.size],
         ];
         self.canvas.view(seen, seen);
