@@ -51,9 +51,15 @@ codes! {
     NO_MASS = "D043", "a body without mass";
     NO_BODIES = "D044", "nothing is attached";
     // Writing.
+    NOT_THERE = "D060", "nothing there to edit";
+    DOES_NOT_FIT = "D061", "a value the drawing cannot hold";
+    BY_LAYER = "D062", "attached by its layer";
+    WRITTEN_ANEW = "D063", "a drawing written anew";
+    NO_SUCH_KEY = "D064", "a key that the kind does not have";
+    NAME_TAKEN = "D065", "a name that is taken";
     SPATIAL = "D070", "a spatial model cannot be drawn";
     UNDRAWABLE = "D071", "no place in a drawing";
-    DOES_NOT_FIT = "D072", "does not fit into the release";
+    TOO_LONG = "D072", "does not fit into the release";
     NO_ROOM = "D073", "a drawing that nothing can be added to";
     UNKNOWN_POINT = "D074", "no such point in the run";
     OTHER_DRAWING = "D075", "a run of another drawing";

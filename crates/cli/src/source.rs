@@ -22,6 +22,7 @@ const LARGEST_MODEL_BYTES: u64 = 64 * 1024 * 1024;
 
 /// The text of a model, for excerpts in messages.
 #[derive(Clone, Debug)]
+#[expect(clippy::struct_field_names, reason = "the text of a `Text` is its text")]
 pub(crate) struct Text {
     pub(crate) path: PathBuf,
     pub(crate) text: String,
@@ -46,7 +47,7 @@ pub(crate) fn load(args: &ModelArgs, max_nesting: usize) -> Result<Loaded, Failu
     let (source, warnings) = if is_drawing(&bytes, path) {
         drawn::compose(path, bytes, None, args)?
     } else {
-        let text = Text { path: path.clone(), text: utf8(path, bytes)?, drawn: None };
+        let text = Text { path: path.clone(), text: utf8(path, &bytes)?, drawn: None };
         match named_drawing(&text.text) {
             Some(drawing) => drawn::beside(text, &drawing, args, max_nesting)?,
             None => (text, Vec::new()),
@@ -72,11 +73,11 @@ pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, Failure> {
     fs::read(path).map_err(|e| Failure::reading(path, &e))
 }
 
-fn utf8(path: &Path, bytes: Vec<u8>) -> Result<String, Failure> {
-    match decode(&bytes) {
+fn utf8(path: &Path, bytes: &[u8]) -> Result<String, Failure> {
+    match decode(bytes) {
         Ok(text) => Ok(text.to_owned()),
         Err(fault) => {
-            let text = String::from_utf8_lossy(&bytes).into_owned();
+            let text = String::from_utf8_lossy(bytes).into_owned();
             let source = Box::new(Text { path: path.to_owned(), text, drawn: None });
             Err(Failure::Model { source, diagnostics: vec![fault] })
         }
@@ -85,7 +86,7 @@ fn utf8(path: &Path, bytes: Vec<u8>) -> Result<String, Failure> {
 
 /// Whether a file is a drawing: by what it holds, or, where it holds something else, by its name.
 fn is_drawing(bytes: &[u8], path: &Path) -> bool {
-    let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
+    let ending = path.extension().map(std::ffi::OsStr::to_ascii_lowercase);
     let is_named = ending.is_some_and(|ending| ending == "dxf" || ending == "dwg");
     is_named || bksim::cad::container::recognise(bytes).is_ok()
 }

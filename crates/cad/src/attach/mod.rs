@@ -88,11 +88,12 @@ pub(crate) fn suggest(word: &str, known: &[&str]) -> String {
         })
         .filter(|(distance, candidate)| *distance <= 1 + candidate.len() / 4)
         .min_by_key(|(distance, _)| *distance);
-    match closest {
-        Some((_, candidate)) => format!("did you mean `{candidate}`?"),
-        None => {
-            let all: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
-            format!("one of {}", all.join(", "))
-        }
+    if let Some((_, candidate)) = closest {
+        return format!("did you mean `{candidate}`?");
     }
+    if known.is_empty() {
+        return "there are none yet".to_owned();
+    }
+    let all: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
+    format!("one of {}", all.join(", "))
 }

@@ -2,8 +2,8 @@
 
 use bksim_mbs::diagnostic::Diagnostic;
 
-use super::Composer;
 use super::part::{Frame, find, text_of};
+use super::{Composer, title};
 use crate::attach::suggest;
 use crate::attachment::{Attachment, Content};
 use crate::codes;
@@ -134,10 +134,10 @@ impl Composer<'_> {
         }
         let [x, y] = at.map(short);
         let message = match found.as_slice() {
-            [] => format!("{} at ({x}, {y}) is at no joint", self.title(attachment)),
+            [] => format!("{} at ({x}, {y}) is at no joint", title(attachment)),
             many => format!(
                 "{} at ({x}, {y}) is at {} joints: {}",
-                self.title(attachment),
+                title(attachment),
                 many.len(),
                 many.join(", ")
             ),

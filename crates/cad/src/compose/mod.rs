@@ -158,9 +158,8 @@ pub fn compose(
     let reach = size.max(low[0].abs()).max(low[1].abs()).max(high[0].abs()).max(high[1].abs());
     let tolerance = options.tolerance.unwrap_or(RELATIVE_TOLERANCE * size);
     let decimals = |digits: i32| {
-        // At most a few hundred, whatever the drawing.
-        let exponent = if reach > 0.0 { reach.log10().floor() as i32 } else { 0 };
-        usize::try_from(digits - exponent).unwrap_or(0)
+        // The last decimal that a number of the size of the drawing has.
+        (0..300).find(|&n| reach * 10_f64.powi(n) >= 10_f64.powi(digits)).unwrap_or(0)
     };
     let mut composer = Composer {
         drawing,
@@ -202,8 +201,8 @@ struct Composer<'a> {
     tolerance: f64,
     /// Points nearer than this are one but for rounding.
     step: f64,
-    decimals: usize,
-    picture_decimals: usize,
+    decimals: i32,
+    picture_decimals: i32,
     picture_tolerance: f64,
     /// The ground first.
     parts: Vec<Part>,
@@ -281,19 +280,6 @@ impl<'a> Composer<'a> {
         named
     }
 
-    /// What an attachment is, for messages: ``joint `B` ``.
-    fn title(&self, attachment: &Attachment) -> String {
-        let what = match attachment.kind.section {
-            Section::Joints => "joint",
-            Section::Points => "point",
-            _ => attachment.kind.name,
-        };
-        match text_of(attachment, "name") {
-            Some(name) => format!("{what} `{name}`"),
-            None => what.to_owned(),
-        }
-    }
-
     fn fault(&mut self, fault: Diagnostic, place: &Place) {
         self.fault_at(fault, place, "");
     }
@@ -328,7 +314,21 @@ impl<'a> Composer<'a> {
     }
 }
 
-fn rounded(x: f64, decimals: usize) -> f64 {
+/// What an attachment is, for messages: ``joint `B` ``.
+fn title(attachment: &Attachment) -> String {
+    let what = match attachment.kind.section {
+        Section::Joints => "joint",
+        Section::Points => "point",
+        _ => attachment.kind.name,
+    };
+    match text_of(attachment, "name") {
+        Some(name) => format!("{what} `{name}`"),
+        None => what.to_owned(),
+    }
+}
+
+fn rounded(x: f64, decimals: i32) -> f64 {
+    let decimals = usize::try_from(decimals).unwrap_or(0);
     // Adding zero turns a negative zero into a plain one.
     format!("{x:.decimals$}").parse().unwrap_or(x) + 0.0
 }

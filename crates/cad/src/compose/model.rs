@@ -372,8 +372,9 @@ fn clean_angle(angle: f64) -> f64 {
     if angle.abs() < 4.0 * f64::EPSILON { 0.0 } else { angle }
 }
 
+/// A number; whole ones without a point.
 fn number(x: f64) -> Value {
-    if x.fract() == 0.0 { Value::from(x as i64) } else { Value::from(x) }
+    x.to_string().parse().unwrap_or_else(|_| Value::from(x))
 }
 
 /// A vector of the size that a text says along a direction.

@@ -5,7 +5,7 @@
 
 use bksim_mbs::diagnostic::Diagnostic;
 
-use super::{Composer, Snap};
+use super::{Composer, Snap, title};
 use crate::attach::suggest;
 use crate::attachment::{Attachment, Way};
 use crate::codes;
@@ -22,7 +22,7 @@ impl Composer<'_> {
     /// The point of an attachment; a fault if it has none.
     pub(super) fn point_of(&mut self, attachment: &Attachment) -> Option<Point> {
         if attachment.at.is_none() {
-            let message = format!("{} has no place", self.title(attachment));
+            let message = format!("{} has no place", title(attachment));
             let help =
                 "give its record `at` and a point (1011), or attach it to a circle or a point";
             let fault = Diagnostic::error(codes::NO_PLACE, message).help(help);
@@ -50,8 +50,7 @@ impl Composer<'_> {
             [one] => Some(*one),
             [] => {
                 let [x, y] = at.map(short);
-                let message =
-                    format!("{} at ({x}, {y}) belongs to no body", self.title(attachment));
+                let message = format!("{} at ({x}, {y}) belongs to no body", title(attachment));
                 let help = format!("name the body: `{key}=…`");
                 self.fault(
                     Diagnostic::error(codes::NO_BODY_THERE, message).help(help),
@@ -102,7 +101,7 @@ impl Composer<'_> {
         };
         if pair[0] == pair[1] {
             let name = &self.parts[pair[0]].name;
-            let message = format!("{} joins `{name}` to itself", self.title(attachment));
+            let message = format!("{} joins `{name}` to itself", title(attachment));
             let help = "name two bodies: `body1=…` and `body2=…`";
             let fault = Diagnostic::error(codes::NO_BODY_THERE, message).help(help);
             self.fault(fault, &attachment.place);
@@ -165,7 +164,7 @@ impl Composer<'_> {
         match found.as_slice() {
             [] | [0] => {
                 let [x, y] = at.map(short);
-                let message = format!("no body meets {} at ({x}, {y})", self.title(attachment));
+                let message = format!("no body meets {} at ({x}, {y})", title(attachment));
                 let names: Vec<&str> =
                     self.parts.iter().skip(1).map(|part| part.name.as_str()).collect();
                 let help = if names.is_empty() {
@@ -218,7 +217,7 @@ impl Composer<'_> {
         let message = format!(
             "{} bodies meet {} at ({x}, {y}): {}",
             many.len(),
-            self.title(attachment),
+            title(attachment),
             names.join(", ")
         );
         let fault = Diagnostic::error(codes::AMBIGUOUS_PARTNERS, message).help(help);
@@ -256,7 +255,7 @@ impl Composer<'_> {
         near.dedup_by(|a, b| distance(a.1, b.1) <= self.step);
         let Some(&(away, feature)) = near.first() else { return };
         let name = part.name.clone();
-        let title = self.title(attachment);
+        let title = title(attachment);
         let [x, y] = at.map(short);
         let [fx, fy] = feature.map(short);
         let unit = self.drawing.unit.name;
@@ -304,7 +303,7 @@ impl Composer<'_> {
                 snap.what,
                 short(away)
             );
-            let help = self.apart(away);
+            let help = super::shapes::apart(away);
             self.fault(
                 Diagnostic::warning(codes::JOINT_SNAPPED, message).help(help),
                 &attachment.place,

@@ -103,21 +103,17 @@ impl Composer<'_> {
 
     fn massless(&mut self, part_idx: usize, half: Option<&Value>) {
         let part = &self.parts[part_idx];
-        let (message, help) = match half.map(|value| value.key) {
-            Some(key) => {
-                let other = if key == "density" { "thickness" } else { "density" };
-                let message = format!("body `{}` has a {key} but no {other}", part.name);
-                (message, format!("state its {other}, too, or its mass"))
-            }
-            None => {
-                let name = &part.name;
-                let message = format!("body `{name}` has no mass");
-                let help = format!(
-                    "put BK_BODY with MASS, or with DENSITY and THICKNESS, inside of it, or write \
-                     `[bodies.{name}]` with `mass = \"1 kg\"` in a model file beside the drawing"
-                );
-                (message, help)
-            }
+        let name = &part.name;
+        let (message, help) = if let Some(key) = half.map(|value| value.key) {
+            let other = if key == "density" { "thickness" } else { "density" };
+            let message = format!("body `{name}` has a {key} but no {other}");
+            (message, format!("state its {other}, too, or its mass"))
+        } else {
+            let help = format!(
+                "put BK_BODY with MASS, or with DENSITY and THICKNESS, inside of it, or write \
+                 `[bodies.{name}]` with `mass = \"1 kg\"` in a model file beside the drawing"
+            );
+            (format!("body `{name}` has no mass"), help)
         };
         let place = half.map(|value| value.place.clone()).or_else(|| part.place.clone());
         let fault = Diagnostic::error(codes::NO_MASS, message).help(help);

@@ -49,16 +49,12 @@ impl Composer<'_> {
                 _ => None,
             })
             .collect();
-        match chain(&strokes, self.tolerance) {
-            Ok(chains) => chains.closed,
-            // Somewhere in the drawing three lines meet: what is closed by itself still counts.
-            Err(_) => {
-                let closed = strokes.into_iter().filter(|stroke| stroke.path.is_closed);
-                closed
-                    .map(|stroke| Chain { path: stroke.path, entities: vec![stroke.entity] })
-                    .collect()
-            }
+        if let Ok(chains) = chain(&strokes, self.tolerance) {
+            return chains.closed;
         }
+        // Somewhere in the drawing three lines meet: what is closed by itself still counts.
+        let closed = strokes.into_iter().filter(|stroke| stroke.path.is_closed);
+        closed.map(|stroke| Chain { path: stroke.path, entities: vec![stroke.entity] }).collect()
     }
 
     /// Of the outlines around waiting inserts the smallest, and which insert it is around.
@@ -121,7 +117,7 @@ impl Composer<'_> {
                 for snap in chains.snaps.iter().filter(|_| is_needed) {
                     let fault = snap.diagnostic();
                     let place = self.drawing.entities[snap.entities[0]].place.clone();
-                    self.fault(fault.help(self.apart(snap.distance)), &place);
+                    self.fault(fault.help(apart(snap.distance)), &place);
                 }
                 match nest(&chains.closed, self.tolerance) {
                     Ok(outline) if !outline.loops.is_empty() => Some(outline),
@@ -137,12 +133,6 @@ impl Composer<'_> {
                 None
             }
         };
-    }
-
-    /// How to keep two points apart.
-    pub(super) fn apart(&self, distance: f64) -> String {
-        let less = crate::excerpt::short(distance * 0.9);
-        format!("draw them at one point; `--tolerance {less}` would keep them apart")
     }
 
     fn outline_error(&mut self, part_idx: usize, error: &OutlineError, is_needed: bool) {
@@ -175,6 +165,12 @@ impl Composer<'_> {
             matches!(curve, Curve::Arc { centre, .. } if distance(*centre, feature) <= self.step)
         })
     }
+}
+
+/// How to keep two points apart.
+pub(super) fn apart(distance: f64) -> String {
+    let less = crate::excerpt::short(distance * 0.9);
+    format!("draw them at one point; `--tolerance {less}` would keep them apart")
 }
 
 /// Whether a layer is one of ours, so that its geometry is no outline of anybody.

@@ -1,6 +1,6 @@
 //! The model file beside a drawing: its keys come before those of the drawing.
 
-use toml_edit::{DocumentMut, Item, TableLike};
+use toml_edit::{DocumentMut, Item, Table, TableLike};
 
 use crate::attachment::{Content, Value};
 use crate::drawing::Place;
@@ -50,6 +50,14 @@ impl Side {
     pub(super) fn merged(mut self, drawn: &DocumentMut) -> String {
         self.document.remove(DRAWING_KEY);
         merge(self.document.as_table_mut(), drawn.as_table(), false);
+        for section in ["bodies", "joints", "loads", "drives"] {
+            let drawn = drawn.get(section).and_then(Item::as_table_like);
+            let merged = self.document.get_mut(section).and_then(Item::as_table_mut);
+            if let (Some(drawn), Some(merged)) = (drawn, merged) {
+                order_as(merged, drawn);
+            }
+        }
+        renumber(self.document.as_table_mut(), &mut 0);
         self.document.to_string()
     }
 
@@ -72,6 +80,32 @@ fn plain(item: &Item) -> Option<String> {
     text.or_else(|| value.as_integer().map(|number| number.to_string()))
         .or_else(|| value.as_float().map(|number| number.to_string()))
         .or_else(|| value.as_bool().map(|flag| flag.to_string()))
+}
+
+/// Sorts the entries of a table: those of the drawing come first, in its order.
+fn order_as(table: &mut Table, drawn: &dyn TableLike) {
+    let place = |key: &str| {
+        let found = drawn.iter().position(|(known, _)| known == key);
+        found.unwrap_or(usize::MAX)
+    };
+    let mut keys: Vec<String> = table.iter().map(|(key, _)| key.to_owned()).collect();
+    keys.sort_by_key(|key| place(key));
+    for key in keys {
+        if let Some((key, item)) = table.remove_entry(&key) {
+            table.insert_formatted(&key, item);
+        }
+    }
+}
+
+/// Writes tables in the order in which they stand in one another, not in that of their files.
+fn renumber(table: &mut Table, next: &mut isize) {
+    table.set_position(Some(*next));
+    *next += 1;
+    for (_, item) in table.iter_mut() {
+        if let Some(inner) = item.as_table_mut() {
+            renumber(inner, next);
+        }
+    }
 }
 
 /// Adds what is missing; `is_whole` where a table that is stated is stated whole.

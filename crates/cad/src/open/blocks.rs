@@ -39,7 +39,9 @@ pub(super) fn check(tags: &Tags, blocks: &[Record], entities: &[Record]) -> Resu
         }
     }
     let mut model = Block::default();
-    entities.iter().for_each(|record| add(tags, &mut model, record));
+    for record in entities {
+        add(tags, &mut model, record);
+    }
 
     let sizes = sizes(&known).map_err(|(block, record)| holds_itself(tags, &block, record))?;
     let n_entities = size(&model, &sizes).unwrap_or(u64::MAX);

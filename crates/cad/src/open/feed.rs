@@ -12,6 +12,7 @@ use crate::kind::APPLICATION;
 use crate::tags::{Tags, Value, ValueType, Version, Writer};
 
 /// Entities that are read whole.
+#[rustfmt::skip]
 const READ: &[&str] = &[
     "ARC",
     "ATTDEF",
@@ -119,9 +120,8 @@ pub(super) fn kept(tags: &Tags, record: &Record) -> Vec<usize> {
             _ => (),
         }
         let is_wanted = match code {
-            // The preview of an entity, and what belongs to other programs.
-            102 | 160 | 310..=319 => false,
-            5 | 105 => false,
+            // The preview of an entity, what belongs to other programs; the handle is written anew.
+            5 | 102 | 105 | 160 | 310..=319 => false,
             92 => record.is_read && !in_head,
             1000.. => in_ours,
             _ => record.is_read || HEAD.contains(&code) || code == 100 && in_head,

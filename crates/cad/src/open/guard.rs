@@ -27,20 +27,20 @@ const SHOWN: usize = 20;
 
 /// What a record is and where: `CIRCLE, handle 2F, layer BK_JOINTS, at (120.5, 34)`.
 pub fn describe(tags: &Tags, record: Range<usize>) -> String {
-    let mut words = tags.text(record.start).trim().to_owned();
+    let mut words = vec![tags.text(record.start).trim().to_owned()];
     if let Some(handle) = tags.handle_of(record.clone()) {
-        words += &format!(", handle {:X}", handle.0);
+        words.push(format!("handle {:X}", handle.0));
     }
     let own: Vec<usize> = record.take_while(|&idx| tags.code(idx) < 1000).collect();
     let first = |code: i16| own.iter().copied().find(|&idx| tags.code(idx) == code);
     if let Some(layer) = first(8) {
-        words += &format!(", layer {}", tags.text(layer).trim());
+        words.push(format!("layer {}", tags.text(layer).trim()));
     }
     let [x, y] = [10, 20].map(|code| first(code).and_then(|idx| tags.number(idx)));
     if let (Some(x), Some(y)) = (x, y) {
-        words += &format!(", at ({x}, {y})");
+        words.push(format!("at ({x}, {y})"));
     }
-    words
+    words.join(", ")
 }
 
 /// Adds the place of a value to a fault, in files that have lines.

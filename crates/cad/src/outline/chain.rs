@@ -102,7 +102,9 @@ pub fn chain(strokes: &[Stroke], tolerance: f64) -> Result<Chains, OutlineError>
             continue;
         }
         let (chain, steps, bridged) = walk.starting_at(first);
-        steps.iter().for_each(|i| is_used[*i] = true);
+        for i in &steps {
+            is_used[*i] = true;
+        }
         let rank = steps.into_iter().min().unwrap_or(first / 2);
         found.push((rank, chain.path.is_closed, chain));
         snaps.push((rank, bridged));
@@ -169,7 +171,7 @@ impl Walk<'_> {
         loop {
             // Through the stroke, from the end it is entered at to the other one.
             let stroke = &self.strokes[entry / 2];
-            if entry % 2 == 0 {
+            if entry.is_multiple_of(2) {
                 path.curves.extend(stroke.path.curves.iter().cloned());
             } else {
                 path.curves.extend(stroke.path.curves.iter().rev().map(Curve::reversed));

@@ -87,7 +87,7 @@ impl Version {
 pub struct Tags {
     bytes: Vec<u8>,
     container: Container,
-    tags: Vec<Tag>,
+    groups: Vec<Tag>,
     /// The groups with code 0, each the first of a record.
     records: Vec<u32>,
     sections: Vec<Section>,
@@ -119,12 +119,12 @@ impl Tags {
 
     /// Number of groups.
     pub fn len(&self) -> usize {
-        self.tags.len()
+        self.groups.len()
     }
 
     /// Whether there is no group at all.
     pub fn is_empty(&self) -> bool {
-        self.tags.is_empty()
+        self.groups.is_empty()
     }
 
     /// Whether the file ends with its `EOF` group.
@@ -144,12 +144,12 @@ impl Tags {
 
     /// The group code.
     pub fn code(&self, tag_idx: usize) -> i16 {
-        self.tags[tag_idx].code
+        self.groups[tag_idx].code
     }
 
     /// The bytes of a whole group, with its line ends.
     pub fn span(&self, tag_idx: usize) -> Range<usize> {
-        self.tags[tag_idx].start as usize..self.start_of(tag_idx + 1)
+        self.groups[tag_idx].start as usize..self.start_of(tag_idx + 1)
     }
 
     /// The bytes of several groups.
@@ -158,26 +158,24 @@ impl Tags {
     }
 
     fn start_of(&self, tag_idx: usize) -> usize {
-        self.tags.get(tag_idx).map_or(self.end, |tag| tag.start as usize)
+        self.groups.get(tag_idx).map_or(self.end, |tag| tag.start as usize)
     }
 
     /// The bytes of a value: without spaces and line end in text, without NUL and length in binary
     /// files.
     pub fn value_span(&self, tag_idx: usize) -> Range<usize> {
-        let (start, end) = (self.tags[tag_idx].value as usize, self.start_of(tag_idx + 1));
-        match self.container {
-            Container::Binary { .. } => match ValueType::of(self.code(tag_idx)) {
+        let (start, end) = (self.groups[tag_idx].value as usize, self.start_of(tag_idx + 1));
+        if let Container::Binary { .. } = self.container {
+            return match ValueType::of(self.code(tag_idx)) {
                 ValueType::Text => start..end.saturating_sub(1).max(start),
                 ValueType::Chunk => (start + 1).min(end)..end,
                 _ => start..end,
-            },
-            _ => {
-                let line = &self.bytes[start..end];
-                let line = line.strip_suffix(b"\n").unwrap_or(line);
-                let line = line.strip_suffix(b"\r").unwrap_or(line);
-                start..start + line.len()
-            }
+            };
         }
+        let line = &self.bytes[start..end];
+        let line = line.strip_suffix(b"\n").unwrap_or(line);
+        let line = line.strip_suffix(b"\r").unwrap_or(line);
+        start..start + line.len()
     }
 
     /// The bytes of a value.
@@ -261,7 +259,7 @@ impl Tags {
         let ends = self.records[first..].iter().skip(1).map(|&start| start as usize);
         let end = tags.end;
         starts
-            .zip(ends.chain(std::iter::once(self.tags.len())))
+            .zip(ends.chain(std::iter::once(self.groups.len())))
             .take_while(move |&(start, _)| start < end)
             .map(move |(start, stop)| start..stop.min(end))
     }
@@ -286,7 +284,7 @@ impl Tags {
 
     fn record_at(&self, start: usize) -> Range<usize> {
         let next = self.records.partition_point(|&other| other as usize <= start);
-        start..self.records.get(next).map_or(self.tags.len(), |&stop| stop as usize)
+        start..self.records.get(next).map_or(self.groups.len(), |&stop| stop as usize)
     }
 
     /// The record that begins with `record` and those that belong to it: vertices or attributes up
@@ -298,7 +296,7 @@ impl Tags {
             _ => return record,
         };
         let mut whole = record;
-        for next in self.records(whole.end..self.tags.len()) {
+        for next in self.records(whole.end..self.groups.len()) {
             if self.is_word(next.start, "SEQEND") {
                 return whole.start..next.end;
             }
@@ -335,7 +333,7 @@ impl Tags {
     pub fn header(&self, name: &str) -> Option<usize> {
         let mut tags = self.section("HEADER")?.tags.clone();
         let variable = tags.find(|&idx| self.code(idx) == 9 && self.is_word(idx, name))?;
-        (variable + 1 < self.tags.len() && self.code(variable + 1) != 9).then_some(variable + 1)
+        (variable + 1 < self.groups.len() && self.code(variable + 1) != 9).then_some(variable + 1)
     }
 
     /// Text as the bytes of the file; what its code page lacks becomes `\U+00E9`.

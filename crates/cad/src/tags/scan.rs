@@ -19,15 +19,15 @@ impl Tags {
     /// # Errors
     /// `D002` for more groups than are read, `D003` where a group code should stand and none does.
     pub fn scan(bytes: Vec<u8>, container: Container) -> Result<Self, Diagnostic> {
-        let (tags, end) = match container {
+        let (groups, end) = match container {
             Container::Text { start } => lines(&bytes, start)?,
-            Container::Binary { has_wide_codes } => groups(&bytes, has_wide_codes)?,
+            Container::Binary { has_wide_codes } => binary_groups(&bytes, has_wide_codes)?,
             Container::Dwg(_) => (Vec::new(), 0),
         };
         let mut scanned = Self {
             bytes,
             container,
-            tags,
+            groups,
             records: Vec::new(),
             sections: Vec::new(),
             handles: Vec::new(),
@@ -44,10 +44,10 @@ impl Tags {
     }
 
     fn find_records(&mut self) {
-        let starts = self.tags.iter().enumerate().filter(|(_, tag)| tag.code == 0);
+        let starts = self.groups.iter().enumerate().filter(|(_, tag)| tag.code == 0);
         // At most 16 million.
         self.records = starts.filter_map(|(idx, _)| u32::try_from(idx).ok()).collect();
-        self.is_complete = self.tags.last().is_some_and(|tag| tag.code == 0)
+        self.is_complete = self.groups.last().is_some_and(|tag| tag.code == 0)
             && self.is_word(self.len() - 1, "EOF");
     }
 
@@ -166,7 +166,7 @@ fn tag(code: i16, start: usize, value: usize) -> Result<Tag, Diagnostic> {
 }
 
 /// The groups of a binary file, up to `EOF`.
-fn groups(bytes: &[u8], has_wide_codes: bool) -> Result<(Vec<Tag>, usize), Diagnostic> {
+fn binary_groups(bytes: &[u8], has_wide_codes: bool) -> Result<(Vec<Tag>, usize), Diagnostic> {
     let mut tags = Vec::new();
     let mut at = SENTINEL.len();
     while let Some((code, value)) = binary_code(bytes, at, has_wide_codes) {

@@ -15,8 +15,7 @@ use super::canvas::{Canvas, Mark, Release, WriteError};
 use crate::codes;
 use crate::container::recognise;
 use crate::drawing::Handle;
-use crate::tags::write::{Value, Writer};
-use crate::tags::{Tags, ValueType, Version};
+use crate::tags::{Tags, Value, ValueType, Version, Writer};
 
 /// What is added to a drawing.
 #[derive(Clone, PartialEq, Debug, Default)]

@@ -52,14 +52,14 @@ impl Sketch<'_> {
                      from large letters",
                     twin.name, body.name
                 );
-                return Err(Diagnostic::error(codes::DOES_NOT_FIT, message)
+                return Err(Diagnostic::error(codes::TOO_LONG, message)
                     .at(body.span.clone(), "rename this body")
                     .into());
             }
             let is_short = BODY_LAYER.len() + body.name.len() <= LONGEST_IN_R12;
             if self.release == Release::R12 && !is_short {
                 let message = format!("the name of body `{}` is too long for a layer", body.name);
-                return Err(Diagnostic::error(codes::DOES_NOT_FIT, message)
+                return Err(Diagnostic::error(codes::TOO_LONG, message)
                     .at(body.span.clone(), "23 characters fit into a drawing of R12")
                     .help("write a newer release")
                     .into());

@@ -181,7 +181,7 @@ impl Sketch<'_> {
                 let message = format!(
                     "a value of `{key}` has {length} characters; a drawing of this release holds {most}"
                 );
-                return Err(Diagnostic::error(codes::DOES_NOT_FIT, message)
+                return Err(Diagnostic::error(codes::TOO_LONG, message)
                     .help("write a newer release, or name parts of it in `[parameters]`")
                     .into());
             }

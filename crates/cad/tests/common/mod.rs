@@ -1,0 +1,3 @@
+//! What the tests of drawings share.
+
+pub(crate) mod python;

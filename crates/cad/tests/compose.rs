@@ -1,0 +1,371 @@
+//! What comes of drawings: partners, frames, points taken as one, masses, files beside them.
+//!
+//! The drawings are plain data here; reading them from files has its own tests.
+
+use bksim_cad::attach::attachments;
+use bksim_cad::compose::{ComposeOptions, Composition, Origin, compose};
+use bksim_cad::drawing::{
+    Attribute, Drawing, Entity, Handle, Insert, LengthUnit, Place, Shape, XValue,
+};
+use bksim_cad::excerpt::Excerpts;
+use bksim_cad::geometry::{Path, Point, Vertex};
+use bksim_mbs::file::{Source, read};
+use bksim_mbs::model::{JointKind, Model, Vector};
+
+/// A drawing in millimetres under construction.
+#[derive(Default)]
+struct Sheet {
+    entities: Vec<Entity>,
+}
+
+impl Sheet {
+    fn add(&mut self, kind: &str, layer: &str, at: Point, shape: Shape) -> &mut Entity {
+        let handle = Some(Handle(0x20 + self.entities.len() as u64));
+        let place = Place { kind: kind.into(), handle, layer: layer.into(), at, lines: None };
+        self.entities.push(Entity { place, shape, xdata: Vec::new() });
+        self.entities.last_mut().expect("one was just added")
+    }
+
+    fn circle(&mut self, layer: &str, centre: Point, radius: f64) -> &mut Entity {
+        self.add("CIRCLE", layer, centre, Shape::Path(Path::circle(centre, radius)))
+    }
+
+    fn polygon(&mut self, layer: &str, corners: &[(Point, f64)]) -> &mut Entity {
+        let corners: Vec<Vertex> =
+            corners.iter().map(|&(at, bulge)| Vertex { at, bulge }).collect();
+        let path = Path::from_bulges(&corners, true).expect("a closed path");
+        self.add("LWPOLYLINE", layer, corners[0].at, Shape::Path(path))
+    }
+
+    fn rectangle(&mut self, layer: &str, [x0, y0]: Point, [x1, y1]: Point) {
+        let corners = [[x0, y0], [x1, y0], [x1, y1], [x0, y1]];
+        self.polygon(layer, &corners.map(|at| (at, 0.0)));
+    }
+
+    /// A rounded bar around two points, with a hole at each.
+    fn bar(&mut self, layer: &str, a: Point, b: Point, radius: f64) -> &mut Entity {
+        self.circle(layer, a, radius / 3.0);
+        self.circle(layer, b, radius / 3.0);
+        let length = (b[0] - a[0]).hypot(b[1] - a[1]);
+        let n = [-(b[1] - a[1]) / length * radius, (b[0] - a[0]) / length * radius];
+        let beside = |p: Point, side: f64| [p[0] + side * n[0], p[1] + side * n[1]];
+        let corners = [
+            (beside(a, -1.0), 0.0),
+            (beside(b, -1.0), 1.0),
+            (beside(b, 1.0), 0.0),
+            (beside(a, 1.0), 1.0),
+        ];
+        self.polygon(layer, &corners)
+    }
+
+    fn insert(&mut self, block: &str, at: Point, angle: f64, values: &[(&str, &str)]) {
+        let place = |kind: &str| Place {
+            kind: kind.into(),
+            handle: None,
+            layer: "0".into(),
+            at,
+            lines: None,
+        };
+        let attribute = |&(tag, value): &(&str, &str)| Attribute {
+            tag: tag.into(),
+            value: value.into(),
+            place: place("ATTRIB"),
+        };
+        let attributes = values.iter().map(attribute).collect();
+        let (sin, cos) = angle.sin_cos();
+        let insert = Insert { block: block.into(), at, x: [cos, sin], y: [-sin, cos], attributes };
+        self.add("INSERT", "0", at, Shape::Insert(insert));
+    }
+
+    fn compose(self, options: ComposeOptions<'_>) -> Composition {
+        let mut extent = [[f64::MAX; 2], [f64::MIN; 2]];
+        for point in self.entities.iter().map(|entity| entity.place.at) {
+            for axis in 0..2 {
+                extent[0][axis] = extent[0][axis].min(point[axis]);
+                extent[1][axis] = extent[1][axis].max(point[axis]);
+            }
+        }
+        let unit = LengthUnit { name: "mm", metres: 1e-3 };
+        let drawing = Drawing { unit, entities: self.entities, extent };
+        let excerpts = Excerpts::default();
+        let (attached, faults) = attachments(&drawing, &excerpts);
+        assert!(faults.is_empty(), "{faults:#?}");
+        compose(&drawing, &attached, &excerpts, options)
+    }
+
+    fn compose_beside(self, side: &str) -> Composition {
+        self.compose(ComposeOptions { side: Some(side), ..ComposeOptions::default() })
+    }
+}
+
+fn model_of(composition: &Composition) -> Model {
+    assert!(
+        composition.diagnostics.iter().all(|fault| !fault.is_error()),
+        "{:#?}",
+        composition.diagnostics
+    );
+    let reading = read(&Source::new(&composition.text, "sheet"));
+    reading.model.unwrap_or_else(|| panic!("{}\n{:#?}", composition.text, reading.diagnostics))
+}
+
+fn codes(composition: &Composition) -> Vec<&'static str> {
+    composition.diagnostics.iter().map(|fault| fault.code.0).collect()
+}
+
+fn values(model: &Model, vector: Vector) -> [f64; 3] {
+    let of = |symbol| model.parameters.iter().find(|p| p.symbol == symbol).map(|p| p.value);
+    vector.map(|expr| model.pool.evaluate(expr, &of).expect("a number"))
+}
+
+/// Masses of all bodies but the ground, kg.
+fn masses(model: &Model) -> Vec<f64> {
+    model.bodies[1..].iter().map(|body| values(model, [body.mass; 3])[0]).collect()
+}
+
+fn assert_close(value: f64, expected: f64, tolerance: f64) {
+    assert!((value - expected).abs() <= tolerance * expected.abs(), "{value} and {expected}");
+}
+
+/// Ground, crank and rod on layers, with circles and texts for the joints A and B.
+fn two_bars() -> Sheet {
+    let mut sheet = Sheet::default();
+    sheet.circle("BK_GROUND", [0.0, 0.0], 20.0);
+    sheet.bar("BK_BODY_crank", [0.0, 0.0], [80.0, 60.0], 10.0);
+    sheet.bar("BK_BODY_rod", [80.0, 60.0], [300.0, 60.0], 8.0);
+    for (name, at) in [("A", [0.0, 0.0]), ("B", [80.0, 60.0])] {
+        sheet.circle("BK_JOINTS", at, 4.0);
+        let text = Shape::Text { at: [at[0] + 6.0, at[1]], text: name.to_owned() };
+        sheet.add("TEXT", "BK_JOINTS", at, text);
+    }
+    sheet
+}
+
+const SIDE: &str = "\
+[bodies.crank]
+mass = \"2 kg\"
+
+[bodies.rod]
+density = \"7850 kg/m^3\"
+thickness = \"5 mm\"
+";
+
+#[test]
+fn a_circle_where_two_bodies_meet_is_a_revolute_named_by_the_text_beside_it() {
+    let model = model_of(&two_bars().compose_beside(SIDE));
+    let joints: Vec<(&str, usize, usize)> = model
+        .joints
+        .iter()
+        .map(|joint| (joint.name.as_str(), joint.predecessor.body.0, joint.successor.body.0))
+        .collect();
+    assert_eq!(joints, [("A", 0, 1), ("B", 1, 2)]);
+    assert!(model.joints.iter().all(|joint| joint.kind == JointKind::Revolute));
+}
+
+#[test]
+fn a_frame_begins_at_the_joint_with_the_ground_and_points_to_the_next() {
+    let model = model_of(&two_bars().compose_beside(SIDE));
+    let point = |body: usize, name: &str| {
+        let mut points = model.bodies[body].points.iter();
+        values(&model, points.find(|point| point.name == name).expect("a point").position)
+    };
+    assert_eq!(point(1, "A"), [0.0, 0.0, 0.0]);
+    assert_eq!(point(1, "B"), [0.1, 0.0, 0.0]);
+    // The rod has no second joint: its axes are those of the world.
+    assert_eq!(point(2, "B"), [0.0, 0.0, 0.0]);
+}
+
+/// Area and polar moment about the middle of a rounded bar with two holes, by its parts.
+fn bar_moments(l: f64, r: f64) -> (f64, f64) {
+    let pi = std::f64::consts::PI;
+    let hole = r / 3.0;
+    let area = 2.0 * r * l + pi * r * r - 2.0 * pi * hole * hole;
+    let middle = 2.0 * r * l * (l * l + 4.0 * r * r) / 12.0;
+    // A half disc about its own centroid, moved out to its end of the bar.
+    let (disc, centroid) = (pi * r * r / 2.0, 4.0 * r / (3.0 * pi));
+    let own = pi * r.powi(4) / 4.0 - disc * centroid * centroid;
+    let ends = 2.0 * (own + disc * (l / 2.0 + centroid).powi(2));
+    let holes = 2.0 * pi * hole * hole * (hole * hole / 2.0 + l * l / 4.0);
+    (area, middle + ends - holes)
+}
+
+#[test]
+fn a_stated_mass_comes_before_a_computed_one_and_keeps_the_shape() {
+    let model = model_of(&two_bars().compose_beside(SIDE));
+    let [crank, rod] = masses(&model)[..] else { panic!("two bodies") };
+    assert_eq!(crank, 2.0);
+    let (area, polar) = bar_moments(100.0, 10.0);
+    let inertia = values(&model, model.bodies[1].inertia.moments)[2];
+    assert_close(inertia, 2.0 * polar / area * 1e-6, 1e-12);
+
+    let (area, polar) = bar_moments(220.0, 8.0);
+    assert_close(rod, 7850.0 * 0.005 * area * 1e-6, 1e-12);
+    let inertia = values(&model, model.bodies[2].inertia.moments)[2];
+    assert_close(inertia, 7850.0 * 0.005 * polar * 1e-12, 1e-12);
+}
+
+#[test]
+fn a_value_of_the_file_beside_is_found_there_and_one_of_the_drawing_in_its_entity() {
+    let composition = two_bars().compose_beside(SIDE);
+    let at = composition.text.find("\"2 kg\"").expect("the mass");
+    let here = SIDE.find("\"2 kg\"").expect("the mass");
+    assert_eq!(composition.origin(&(at..at + 6)), Origin::Side(here..here + 6));
+    // A part of the value, too.
+    assert_eq!(composition.origin(&(at + 1..at + 2)), Origin::Side(here + 1..here + 2));
+    let joint = composition.text.find("\"crank.B\"").expect("the joint");
+    let Origin::Drawing(place) = composition.origin(&(joint..joint + 9)) else {
+        panic!("a joint comes from the drawing")
+    };
+    assert_eq!((place.kind.as_str(), place.at), ("CIRCLE", [80.0, 60.0]));
+}
+
+/// An arm whose hole is `offset` beside the joint with the ground.
+fn arm_beside_its_joint(offset: f64) -> Composition {
+    let mut sheet = Sheet::default();
+    sheet.circle("BK_GROUND", [0.0, 0.0], 5.0);
+    sheet.bar("BK_BODY_arm", [offset, 0.0], [300.0, 0.0], 10.0);
+    sheet.circle("BK_JOINTS", [0.0, 0.0], 4.0);
+    sheet.compose_beside("[bodies.arm]\nmass = 1\n")
+}
+
+#[test]
+fn points_within_the_tolerance_are_one_and_listed() {
+    let composition = arm_beside_its_joint(0.02);
+    assert_eq!(codes(&composition), ["D040"]);
+    let snap = &composition.snaps[0];
+    assert_eq!((snap.from, snap.to), ([0.02, 0.0], [0.0, 0.0]));
+    assert_close(snap.distance, 0.02, 1e-14);
+    model_of(&composition);
+    // Rounding is not worth a word.
+    assert_eq!(codes(&arm_beside_its_joint(1e-12)), Vec::<&str>::new());
+}
+
+#[test]
+fn a_hole_beyond_the_tolerance_is_not_moved_but_mentioned() {
+    let composition = arm_beside_its_joint(0.5);
+    assert_eq!(codes(&composition), ["D041"]);
+    assert!(composition.snaps.is_empty());
+}
+
+#[test]
+fn two_points_of_a_body_within_the_tolerance_are_ambiguous() {
+    let mut sheet = two_bars();
+    sheet.circle("BK_BODY_rod", [80.02, 60.0], 1.0);
+    let composition = sheet.compose_beside(SIDE);
+    assert!(codes(&composition).contains(&"D042"), "{:#?}", composition.diagnostics);
+    assert!(composition.text.is_empty());
+}
+
+#[test]
+fn three_bodies_at_a_point_are_asked_about_and_naming_two_answers() {
+    let three = |names: &[(&str, &str)]| {
+        let mut sheet = Sheet::default();
+        for (body, end) in [("a", [100.0, 0.0]), ("b", [0.0, 100.0]), ("c", [-100.0, 0.0])] {
+            sheet.bar(&format!("BK_BODY_{body}"), [0.0, 0.0], end, 10.0);
+        }
+        sheet.insert("BK_REVOLUTE", [0.0, 0.0], 0.0, names);
+        sheet.compose_beside("bodies = { a = { mass = 1 }, b = { mass = 1 }, c = { mass = 1 } }\n")
+    };
+    let asked = three(&[("NAME", "P")]);
+    assert_eq!(codes(&asked), ["D038"]);
+    assert_eq!(asked.diagnostics[0].message, "3 bodies meet joint `P` at (0, 0): `a`, `b`, `c`");
+    let answered = three(&[("NAME", "P"), ("BODY1", "a"), ("BODY2", "c")]);
+    assert_eq!(codes(&answered), Vec::<&str>::new());
+    assert_eq!(answered.joints[0].bodies, ["a", "c"]);
+    assert_eq!(codes(&three(&[("BODY1", "a"), ("BODY2", "d")])), ["D036"]);
+}
+
+#[test]
+fn a_body_block_takes_the_smallest_outline_around_it() {
+    let mut sheet = Sheet::default();
+    // A frame around the sheet, a slotted link, a block in its slot, and a bar across them all.
+    sheet.rectangle("FRAME", [-100.0, -100.0], [400.0, 200.0]);
+    sheet.rectangle("0", [0.0, 0.0], [200.0, 40.0]);
+    sheet.rectangle("0", [20.0, 10.0], [180.0, 30.0]);
+    sheet.rectangle("0", [80.0, 12.0], [110.0, 28.0]);
+    sheet.rectangle("0", [120.0, -50.0], [130.0, 90.0]);
+    for (name, at) in [("link", [10.0, 5.0]), ("block", [90.0, 20.0]), ("bar", [125.0, 80.0])] {
+        let values = [("NAME", name), ("DENSITY", "1000"), ("THICKNESS", "10"), ("FREE", "yes")];
+        sheet.insert("BK_BODY", at, 0.0, &values);
+    }
+    let model = model_of(&sheet.compose(ComposeOptions::default()));
+    // 1000 kg/m^3 and 10 mm make 1e-5 kg for each square millimetre. The bar comes first: links
+    // that it crosses are no part of it.
+    let expected = [200.0 * 40.0 - 160.0 * 20.0, 30.0 * 16.0, 10.0 * 140.0];
+    for (mass, expected) in masses(&model).into_iter().zip(expected) {
+        assert_close(mass, expected * 1e-5, 1e-12);
+    }
+}
+
+#[test]
+fn records_on_the_outline_say_the_same_as_blocks() {
+    let text = |text: &str| XValue::Text(text.to_owned());
+    let record = |kind: &str, entries: &[XValue]| {
+        [&[text(kind), XValue::Open], entries, &[XValue::Close]].concat()
+    };
+    let mut by_record = Sheet::default();
+    let body = [text("name=arm"), text("mass=2 kg"), text("inertia=0.1 kg m^2")];
+    let joint = [text("name=O"), text("rate=3"), text("at"), XValue::Point([0.0, 0.0])];
+    let force = [
+        text("name=f"),
+        text("value=5 N"),
+        text("at"),
+        XValue::Point([100.0, 0.0]),
+        text("axis"),
+        XValue::Direction([0.0, 1.0]),
+    ];
+    by_record.bar("0", [0.0, 0.0], [100.0, 0.0], 10.0).xdata =
+        [record("body", &body), record("revolute", &joint), record("force", &force)].concat();
+
+    let mut by_block = Sheet::default();
+    by_block.bar("BK_BODY_arm", [0.0, 0.0], [100.0, 0.0], 10.0);
+    let body = [("NAME", "arm"), ("MASS", "2 kg"), ("INERTIA", "0.1 kg m^2")];
+    by_block.insert("BK_BODY", [0.0, 0.0], 0.0, &body);
+    by_block.insert("BK_REVOLUTE", [0.0, 0.0], 0.0, &[("NAME", "O"), ("RATE", "3")]);
+    let up = std::f64::consts::FRAC_PI_2;
+    by_block.insert("BK_FORCE", [100.0, 0.0], up, &[("NAME", "f"), ("VALUE", "5 N")]);
+
+    // The centre of mass is that of the outline, with or without its holes.
+    let [a, b] = [by_record, by_block].map(|sheet| sheet.compose(ComposeOptions::default()).text);
+    assert_eq!(a, b);
+    assert!(a.contains("vector = [0, \"5 N\"]"), "{a}");
+}
+
+#[test]
+fn a_body_without_mass_may_be_weighed_for_a_material_that_is_tried_out() {
+    let composition = two_bars().compose(ComposeOptions::default());
+    assert_eq!(codes(&composition), ["D043", "D043"]);
+    assert!(composition.text.is_empty());
+    let plate = [Some("7850 kg/m^3"), Some("5 mm")];
+    let composition = two_bars().compose(ComposeOptions { plate, ..ComposeOptions::default() });
+    assert_eq!(codes(&composition), Vec::<&str>::new());
+    let (area, _) = bar_moments(100.0, 10.0);
+    assert_close(masses(&model_of(&composition))[0], 7850.0 * 0.005 * area * 1e-6, 1e-12);
+}
+
+#[test]
+fn two_things_of_one_name_are_shown_both() {
+    let mut sheet = two_bars();
+    sheet.insert("BK_TORQUE", [0.0, 0.0], 0.0, &[("NAME", "m"), ("VALUE", "1 N m")]);
+    sheet.insert("BK_TORQUE", [80.0, 60.0], 0.0, &[("NAME", "m"), ("VALUE", "1 N m")]);
+    let composition = sheet.compose_beside(SIDE);
+    assert_eq!(codes(&composition), ["D034"]);
+    // Without text there are no labels: the places stand in the notes.
+    assert_eq!(composition.diagnostics[0].notes.len(), 2);
+}
+
+#[test]
+fn the_file_beside_adds_what_the_drawing_cannot_say_and_keeps_its_comments() {
+    let side = format!(
+        "# a press\nname = \"press\"\n{SIDE}\n[loads.g]\ntype = \"gravity\"\nacceleration = [0, -10]\n\
+         [joints.B]\ncut = true\n[initial]\ncrank = {{ angle = 0.1 }}\n"
+    );
+    let composition = two_bars().compose_beside(&side);
+    let model = model_of(&composition);
+    assert_eq!(model.name, "press");
+    assert!(composition.text.starts_with("# a press\n"), "{}", composition.text);
+    assert_eq!(model.loads.len(), 1);
+    assert_eq!(model.joints.iter().map(|joint| joint.cut).collect::<Vec<_>>(), [None, Some(true)]);
+    // The start that is stated is taken as it is stated, without the drawn pose.
+    let of_crank = model.initial.iter().filter(|start| start.name.starts_with("crank"));
+    assert_eq!(of_crank.map(|start| start.is_guess).collect::<Vec<_>>(), [false]);
+}
