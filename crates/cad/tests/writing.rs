@@ -3,13 +3,20 @@
 #[path = "common/python.rs"]
 mod python;
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
 
+use bksim_cad::compose::Frame;
+use bksim_cad::container::recognise;
 use bksim_cad::kind::KINDS;
+use bksim_cad::model::{ModelOptions, sheet};
+use bksim_cad::tags::Tags;
 use bksim_cad::write::Release;
 use bksim_cad::write::from_model::{Source as Drawn, Unwritten, from_model};
+use bksim_cad::write::graft::graft;
 use bksim_cad::write::template::{Template, template};
+use bksim_cad::write::trace::{Course, Reaction, Selection, Shape, Traced, even_samples, trace};
 use bksim_mbs::assemble::assemble;
 use bksim_mbs::compile::compile;
 use bksim_mbs::file::{Source, read};
@@ -76,6 +83,12 @@ fn templates_of_all_releases_have_every_block_and_no_fault() {
 
 /// A model with the poses of its start.
 fn started(text: &str, name: &str) -> (Model, Vec<Pose>) {
+    let (model, poses, _) = started_whole(text, name);
+    (model, poses)
+}
+
+/// A model, the poses of its start, and what of the start has a name.
+fn started_whole(text: &str, name: &str) -> (Model, Vec<Pose>, BTreeMap<String, [f64; 3]>) {
     let reading = read(&Source::new(text, name));
     let model = reading.model.unwrap_or_else(|| panic!("{name}: {:?}", reading.diagnostics));
     let system = assemble(&model);
@@ -84,7 +97,10 @@ fn started(text: &str, name: &str) -> (Model, Vec<Pose>) {
     let start = start(&model, &system, &compiled, &parameters).expect("a start");
     let poses = Poses::compile(&model, &system).expect("compiles");
     let poses = poses.at(&parameters, [(&start.q[..], &start.v[..])]).remove(0);
-    (model, poses)
+    let coordinates = compiled.coordinates.iter().enumerate();
+    let motion =
+        coordinates.map(|(i, c)| (c.name.clone(), [start.q[i], start.v[i], start.a[i]])).collect();
+    (model, poses, motion)
 }
 
 const EXAMPLES: [(&str, &str, &str); 6] = [
@@ -224,4 +240,158 @@ fn what_has_no_place_in_a_drawing_is_refused_by_name() {
             other => panic!("{code}: {other:?}"),
         }
     }
+}
+
+/// The text of the model of a drawing.
+fn composed(name: &str, bytes: Vec<u8>, unit: Option<&str>) -> String {
+    let unit = unit.and_then(bksim_cad::units::by_name);
+    let sheet = sheet(bytes, unit).unwrap_or_else(|e| panic!("{name}: {:?}", e.diagnostics));
+    let composition = sheet.compose(ModelOptions::default());
+    assert!(!composition.text.is_empty(), "{name}: {:?}", composition.diagnostics);
+    composition.text
+}
+
+#[test]
+fn a_drawn_model_reads_back_with_the_same_start_and_accelerations() {
+    let more = [
+        ("loads", "mm", include_str!("data/loads.toml")),
+        ("units", "mm", include_str!("data/units.toml")),
+    ];
+    for (name, unit, text) in EXAMPLES.into_iter().chain(more) {
+        let (model, poses, expected) = started_whole(text, name);
+        for (release, tag, _) in Release::ALL {
+            let drawn = Drawn { text, model: &model, poses: &poses, release, unit };
+            let bytes = from_model(&drawn).expect("a drawing");
+            let is_unitless = (release == Release::R12).then_some(unit);
+            let back = composed(&format!("{name} {tag}"), bytes, is_unitless);
+            let (again, _, found) = started_whole(&back, name);
+            assert_eq!(again.name, model.name, "{back}");
+            assert_eq!(again.coordinates, model.coordinates, "{back}");
+            let names = |model: &Model| -> Vec<String> {
+                let loads = model.loads.iter().map(|l| &l.name);
+                let drives = model.drives.iter().map(|d| &d.name);
+                let mut all: Vec<String> = model
+                    .joints
+                    .iter()
+                    .map(|j| &j.name)
+                    .chain(loads)
+                    .chain(drives)
+                    .cloned()
+                    .collect();
+                all.sort();
+                all
+            };
+            assert_eq!(names(&again), names(&model), "{back}");
+            assert_eq!(
+                found.keys().collect::<Vec<_>>(),
+                expected.keys().collect::<Vec<_>>(),
+                "{name} {tag}: {back}"
+            );
+            for (coordinate, numbers) in &expected {
+                for (a, b) in numbers.iter().zip(found[coordinate]) {
+                    // A start is closed to about 1e-12; accelerations amplify that.
+                    let scale = 1.0 + a.abs().max(b.abs());
+                    let off = (a - b).abs();
+                    assert!(
+                        off < 1e-10 * scale,
+                        "{name} {tag} {coordinate}: {a} is not {b}, off by {off:.1e}\n{back}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// A bar that turns once about the origin: something to trace in any drawing.
+fn turning(n: u32) -> (Course, Vec<Shape>) {
+    let angle = |i: u32| std::f64::consts::TAU * f64::from(i) / f64::from(n);
+    let pose = |i| Pose { angle: angle(i), rate: std::f64::consts::TAU, ..Pose::default() };
+    let force = |i| [30.0 * f64::cos(angle(i)), 30.0 * f64::sin(angle(i))];
+    let corners = [[-10.0, -10.0], [110.0, -10.0], [110.0, 10.0], [-10.0, 10.0]];
+    let corners = corners.map(|at| bksim_cad::geometry::Vertex { at, bulge: 0.0 });
+    let path = bksim_cad::geometry::Path::from_bulges(&corners, true).expect("a rectangle");
+    let course = Course {
+        times: (0..=n).map(|i| f64::from(i) / f64::from(n)).collect(),
+        poses: (0..=n).map(|i| vec![Pose::default(), pose(i)]).collect(),
+        points: vec![Traced { name: "bar.E".into(), body_idx: 1, at: [0.1, 0.0] }],
+        reactions: vec![Reaction {
+            name: "O".into(),
+            body_idx: 1,
+            at: [0.0, 0.0],
+            force: (0..=n).map(force).collect(),
+        }],
+    };
+    (course, vec![Shape { body_idx: 1, paths: vec![path], frame: Frame::default() }])
+}
+
+/// Targets: drawings of ours, of the independent library, in text and binary.
+fn targets() -> Vec<(String, Vec<u8>)> {
+    let (name, unit, text) = EXAMPLES[1];
+    let (model, poses) = started(text, name);
+    let mut all: Vec<(String, Vec<u8>)> = Release::ALL
+        .map(|(release, tag, _)| {
+            let drawn = Drawn { text, model: &model, poses: &poses, release, unit };
+            (format!("traced-own-{tag}"), from_model(&drawn).expect("a drawing"))
+        })
+        .into();
+    for other in ["R12", "R12_binary", "R2000", "R2010", "R2010_binary", "R2018"] {
+        let path = python::workspace().join(format!("crates/cad/tests/drawings/{other}.dxf"));
+        all.push((format!("traced-{other}"), fs::read(path).expect("a drawing of the tests")));
+    }
+    all
+}
+
+#[test]
+fn a_trace_adds_to_a_drawing_and_changes_nothing_else() {
+    let (course, shapes) = turning(72);
+    let selection = Selection {
+        paths: true,
+        envelope: true,
+        hodograph: true,
+        reactions: even_samples(&course.times, 4),
+        ghosts: even_samples(&course.times, 5),
+    };
+    let addition = trace(&course, &shapes, &selection, 1000.0);
+    for (name, bytes) in targets() {
+        let container = recognise(&bytes).expect("a drawing");
+        let tags = Tags::scan(bytes.clone(), container).expect("a drawing");
+        let traced = graft(&tags, &addition).expect("a traced drawing");
+
+        let paths =
+            [saved(&format!("{name}-before.dxf"), &bytes), saved(&format!("{name}.dxf"), &traced)];
+        let [before, after] = judged_all(&paths).try_into().expect("two drawings");
+        assert_faultless(&name, &after);
+        // What was there is there in the same order; what is new is on the layers of traces.
+        let is_new = |fact: &&String| fact.contains("BK_TRACE_");
+        let old: Vec<&String> = after.iter().filter(|fact| !is_new(fact)).collect();
+        assert_eq!(old, before.iter().collect::<Vec<_>>(), "{name}");
+        let count = |start: &str| after.iter().filter(|f| f.starts_with(start)).count();
+        assert_eq!(count("layer BK_TRACE_"), 5, "{name}");
+        for layer in ["PATHS", "ENVELOPE", "HODOGRAPH", "REACTIONS", "GHOSTS"] {
+            assert!(count(&format!("entity BK_TRACE_{layer} ")) > 0, "{name}: {layer}");
+        }
+        // Byte for byte: the old file with one block in the layers, one in the entities, and
+        // another seed of handles.
+        let n_kept = kept(&bytes, &traced);
+        assert!(bytes.len() - n_kept <= 8, "{name}: {n_kept} of {} bytes kept", bytes.len());
+    }
+}
+
+/// How many bytes of a file are in another one in the same order, found in long pieces.
+fn kept(old: &[u8], new: &[u8]) -> usize {
+    const PIECE: usize = 64;
+    let (mut i, mut j, mut n_kept) = (0, 0, 0);
+    while i < old.len() && j < new.len() {
+        let same = old[i..].iter().zip(&new[j..]).take_while(|(a, b)| a == b).count();
+        (i, j, n_kept) = (i + same, j + same, n_kept + same);
+        // Either a few bytes were replaced, or something was inserted before the next piece.
+        let found = (0..16_usize.min(old.len() - i)).find_map(|skip| {
+            let piece = &old[i + skip..(i + skip + PIECE).min(old.len())];
+            let at = new[j..].windows(piece.len().max(1)).position(|window| window == piece)?;
+            (!piece.is_empty()).then_some((skip, at))
+        });
+        let Some((skip, at)) = found else { break };
+        (i, j) = (i + skip, j + at);
+    }
+    n_kept
 }
