@@ -4,8 +4,8 @@ use bksim_mbs::diagnostic::{Diagnostic, Severity};
 
 use super::Composer;
 use crate::drawing::Shape;
-use crate::geometry::Point;
 use crate::geometry::vector::distance;
+use crate::geometry::{Path, Point};
 use crate::mass::signed_area;
 use crate::outline::{Chain, Outline, OutlineError, Stroke, chain, nest};
 
@@ -44,9 +44,13 @@ impl Composer<'_> {
             .filter(|(entity_idx, entity)| {
                 self.owners[*entity_idx].is_none() && !is_ours(&entity.place.layer)
             })
-            .filter_map(|(entity, known)| match &known.shape {
-                Shape::Path(path) => Some(Stroke { path: path.clone(), entity }),
-                _ => None,
+            .flat_map(|(entity, known)| {
+                let paths: &[Path] = match &known.shape {
+                    Shape::Path(path) => std::slice::from_ref(path),
+                    Shape::Paths(paths) => paths,
+                    _ => &[],
+                };
+                paths.iter().map(move |path| Stroke { path: path.clone(), entity })
             })
             .collect();
         if let Ok(chains) = chain(&strokes, self.tolerance) {
@@ -76,7 +80,13 @@ impl Composer<'_> {
         };
         let area = |chain: &Chain| signed_area(&chain.path).abs();
         let outer = free.iter().filter(surrounds).min_by(|a, b| area(a).total_cmp(&area(b)))?;
-        let mut chains: Vec<Chain> = free.to_vec();
+        // A block of the author's own is a part by itself: its outlines are no holes of others.
+        let is_block =
+            |entity: &usize| matches!(self.drawing.entities[*entity].shape, Shape::Paths(_));
+        let is_apart = |chain: &&Chain| {
+            chain.entities == outer.entities || !chain.entities.iter().any(is_block)
+        };
+        let mut chains: Vec<Chain> = free.iter().filter(is_apart).cloned().collect();
         loop {
             let crossing = match Outline::around(&chains, at, self.tolerance) {
                 Ok(found) => return found,

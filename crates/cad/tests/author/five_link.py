@@ -28,7 +28,11 @@ def draw(pen):
 def links(pen):
     """The outlines with the bodies that they are; returns their entities by name."""
     ends = {"link1": (O, A), "link2": (A, B), "link4": (E, M), "link5": (H, E)}
-    bodies = {name: bar(pen, *pins, 2.6, 0.9, "OUTLINE")[0] for name, pins in ends.items()}
+    bodies = {}
+    for name, pins in ends.items():
+        bodies[name], *others = bar(pen, *pins, 2.6, 0.9, "OUTLINE")
+        for entity in others:
+            pen.attach(entity, ("body", {"name": name}))
     bodies["link3"] = pen.polyline(rectangle(B, 0, 14, 8), "OUTLINE")
     record = lambda name, **keys: pen.attach(bodies[name], ("body", {"name": name, "mass": "m", **keys}))
     record("link1", inertia="i", about="O")

@@ -229,4 +229,7 @@ class Pen:
                 entity.transform(self.variant.carry)
         auditor = self.doc.audit()
         assert not auditor.has_errors and not auditor.has_fixes, [e.message for e in auditor.errors]
+        # The order of the classes would be that of a set.
+        self.doc.classes.add_required_classes(self.doc.dxfversion)
+        self.doc.classes.classes = dict(sorted(self.doc.classes.classes.items()))
         self.doc.saveas(path, fmt="bin" if self.variant.binary else "asc")

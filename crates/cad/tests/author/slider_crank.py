@@ -51,7 +51,8 @@ def bodies(pen):
     )
     # Beside the rod's end: there its insertion point is in the slider alone.
     pen.insert("BK_BODY", point(C, 0, 0.22, 0.13), name="slider", mass="m3", inertia="0")
-    pen.insert("BK_COM", C, body="slider")
+    for name, p in {"crank": middle(A, B), "rod": middle(B, C), "slider": C}.items():
+        pen.insert("BK_COM", p, body=name)
     pen.insert("BK_GROUND", A)
 
 
