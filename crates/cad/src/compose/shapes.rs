@@ -26,9 +26,11 @@ impl Composer<'_> {
         // slotted link.
         while let Some((waiting_idx, found)) = self.smallest(&free, &waiting) {
             let (part_idx, _) = waiting.remove(waiting_idx);
-            let taken = found.entities();
+            // Outlines belong to one body; the hole of a pin, drawn once, goes through all its links.
+            let outer = found.loops.iter().filter(|part| !part.is_hole);
+            let taken: Vec<usize> = outer.flat_map(|part| part.entities.iter().copied()).collect();
             free.retain(|chain| chain.entities.iter().all(|entity| !taken.contains(entity)));
-            for entity_idx in taken {
+            for entity_idx in found.entities() {
                 self.own(part_idx, entity_idx);
             }
         }

@@ -29,7 +29,7 @@ def draw(pen):
 def parts(pen):
     """What the designer drew."""
     bar(pen, A, B, 0.12, 0.04, "OUTLINE")
-    bar(pen, B, C, 0.1, 0.04, "OUTLINE")
+    bar(pen, B, C, 0.1, 0.04, "OUTLINE", pins=[C])
     pen.polyline(rectangle(C, 0, 0.7, 0.4), "OUTLINE")
     bearing(pen, A, 0.18)
     base(pen, (C[0] - 1.4, -0.2), (C[0] + 1.0, -0.2), 0.1)
@@ -51,8 +51,7 @@ def bodies(pen):
     )
     # Beside the rod's end: there its insertion point is in the slider alone.
     pen.insert("BK_BODY", point(C, 0, 0.22, 0.13), name="slider", mass="m3", inertia="0")
-    for name, p in {"crank": middle(A, B), "rod": middle(B, C), "slider": C}.items():
-        pen.insert("BK_COM", p, body=name)
+    pen.insert("BK_COM", C, body="slider")
     pen.insert("BK_GROUND", A)
 
 
