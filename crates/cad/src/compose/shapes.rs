@@ -134,8 +134,8 @@ impl Composer<'_> {
                     self.fault(fault.help(apart(snap.distance)), &place);
                 }
                 match nest(&chains.closed, self.tolerance) {
-                    Ok(outline) if !outline.loops.is_empty() => Some(outline),
-                    Ok(_) => None,
+                    _ if chains.closed.is_empty() => None,
+                    Ok(outline) => Some(outline),
                     Err(error) => {
                         self.outline_error(part_idx, &error, is_needed);
                         None
