@@ -14,6 +14,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
+use bksim::cad::drawing::Shape;
 use bksim::cad::kind::KINDS;
 use bksim::cad::model::{ModelOptions, sheet};
 use bksim::cad::units;
@@ -227,6 +228,26 @@ fn drawings_that_another_program_opened_and_saved_move_alike() {
 fn a_drawing_by_layers_that_librecad_saved_moves_alike() {
     let saved = path("crates/cad/tests/saved/four-bar.librecad.dxf");
     moves_alike(&saved, "four-bar", &twin("four-bar"));
+}
+
+/// Remarks in Polish: as UTF-8, in code page 1250, and, where the code page has no such letter, as
+/// `\U+0142`.
+#[test]
+fn texts_keep_their_letters_in_every_version_and_code_page() {
+    let remarks = ["korba i łącznik 5 kg", "pręty 24 x 10", "pięć członów", "długości w mm"];
+    for (mechanism, remark) in MECHANISMS.into_iter().zip(remarks) {
+        for variant in ["plain", "r12", "r2000", "r2018", "binary", "cp1250", "mirrored"] {
+            let file = drawn().join(format!("{mechanism}-{variant}.dxf"));
+            let bytes = fs::read(&file).expect("a drawing");
+            let sheet = sheet(bytes, units::by_name("mm"));
+            let sheet =
+                sheet.unwrap_or_else(|refused| panic!("{}", messages(&refused.diagnostics)));
+            let has_remark = sheet.drawing.entities.iter().any(
+                |entity| matches!(&entity.shape, Shape::Text { text, .. } if text.contains(remark)),
+            );
+            assert!(has_remark, "{}: no text with `{remark}`", file.display());
+        }
+    }
 }
 
 /// Every kind, its block and its keys stand in one row of the page.

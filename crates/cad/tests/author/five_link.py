@@ -77,7 +77,7 @@ def furniture(pen):
 
 
 def numbers(pen):
-    title = sheet(pen, (-35, -125), (160, 50), "Five-link mechanism", "all masses 1 kg, lengths in m")
+    title = sheet(pen, (-35, -125), (160, 50), "Five-link mechanism", "pięć członów po 1 kg, m")
     values = {"g": "9.8 m/s^2", "m": "1 kg", "i": "1 kg m^2", "q1": "500 N m"}
     pen.attach(
         title,

@@ -90,4 +90,4 @@ def furniture(pen):
     pen.circle(C, CRANK, "CENTRE")
     pen.dimension(C, O, -0.16)
     pen.dimension(O, T, -0.11)
-    sheet(pen, (-0.42, -0.2), (0.86, 0.62), "Slotted-link quick return", "crank 30 rpm, lengths in mm")
+    sheet(pen, (-0.42, -0.2), (0.86, 0.62), "Slotted-link quick return", "korba 30 obr/min, długości w mm")

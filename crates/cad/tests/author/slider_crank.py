@@ -40,7 +40,7 @@ def parts(pen):
     centre_line(pen, A, C, 0.6)
     pen.dimension(A, B, 0.45)
     pen.dimension(B, C, 0.45)
-    sheet(pen, (-1.1, -1.25), (5.0, 1.9), "Slider-crank", "all links 5 kg, slider 20 kg, lengths in mm")
+    sheet(pen, (-1.1, -1.25), (5.0, 1.9), "Slider-crank", "tłok 20 kg, korba i łącznik 5 kg, mm")
 
 
 def bodies(pen):
