@@ -14,18 +14,22 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
+use bksim::cad::drawing::Shape;
 use bksim::cad::kind::KINDS;
 use bksim::cad::model::{ModelOptions, sheet};
 use bksim::cad::units;
 use bksim::{Mechanism, Motion};
 use python::python;
-use support::{Within, all_close, example_text, messages, path, solve};
+use support::{example_text, messages, path, solve};
 
 const MECHANISMS: [&str; 4] = ["slider-crank", "four-bar", "five-link", "quick-return"];
 
-/// Coordinates of the drawings are rounded to 13 digits of their size, and rounding grows with the
-/// speed of the slider-crank: 1e-9 of the largest value that a quantity takes.
-const TOLERANCE: f64 = 1e-9;
+/// How far a quantity may be off, of the largest value it takes: what the drawings round, 1e-13 of
+/// their size, grows on the way. In the five-link mechanism a start that differs in its last digit
+/// alone, as from another guess, makes 5e-9 in speeds and forces, though 2e-10 in the coordinates.
+fn tolerance(mechanism: &str, is_coordinate: bool) -> f64 {
+    if mechanism == "five-link" && !is_coordinate { 1e-8 } else { 1e-9 }
+}
 
 fn author() -> PathBuf {
     path("crates/cad/tests/author")
@@ -48,23 +52,24 @@ fn beside(mechanism: &str) -> Option<String> {
     fs::read_to_string(path("examples").join(mechanism).join("drawing.toml")).ok()
 }
 
-/// The mechanism of a drawing.
-fn read(drawing: &Path, mechanism: &str) -> Mechanism {
+/// The mechanism of a drawing, or what is wrong with it.
+fn read(drawing: &Path, mechanism: &str) -> Result<Mechanism, String> {
     let name = drawing.display();
     let bytes = fs::read(drawing).unwrap_or_else(|e| panic!("{name}: {e}"));
     // DXF R12 says nothing of units.
     let is_r12 = name.to_string().ends_with("-r12.dxf");
     let unit = if mechanism == "five-link" { "m" } else { "mm" };
     let unit = units::by_name(unit).filter(|_| is_r12);
-    let sheet = sheet(bytes, unit)
-        .unwrap_or_else(|refused| panic!("{name}: {}", messages(&refused.diagnostics)));
+    let sheet = sheet(bytes, unit).map_err(|refused| messages(&refused.diagnostics))?;
     let side = beside(mechanism);
     let options = ModelOptions { side: side.as_deref(), unit, ..ModelOptions::default() };
     let composition = sheet.compose(options);
     // Drawn by a careful designer: nothing to complain about.
-    assert!(composition.diagnostics.is_empty(), "{name}: {}", messages(&composition.diagnostics));
-    let text = &composition.text;
-    Mechanism::from_toml(text, mechanism).unwrap_or_else(|e| panic!("{name}: {e}\n{text}"))
+    if !composition.diagnostics.is_empty() {
+        return Err(messages(&composition.diagnostics));
+    }
+    Mechanism::from_toml(&composition.text, mechanism)
+        .map_err(|e| format!("{e}\n{}", composition.text))
 }
 
 /// What is compared of a motion: one row for each quantity, over time.
@@ -75,8 +80,11 @@ fn quantities(mechanism: &Mechanism, motion: &Motion) -> Vec<(String, Vec<f64>)>
     };
     let samples = &motion.samples;
     add("t".to_owned(), &|k| samples[k].t);
-    for (i, coordinate) in mechanism.compiled.coordinates.iter().enumerate() {
+    let coordinates = &mechanism.compiled.coordinates;
+    for (i, coordinate) in coordinates.iter().enumerate() {
         add(coordinate.name.clone(), &|k| samples[k].q[i]);
+    }
+    for (i, coordinate) in coordinates.iter().enumerate() {
         add(format!("{}_dot", coordinate.name), &|k| samples[k].v[i]);
     }
     for (i, multiplier) in mechanism.compiled.multipliers.iter().enumerate() {
@@ -96,19 +104,42 @@ fn quantities(mechanism: &Mechanism, motion: &Motion) -> Vec<(String, Vec<f64>)>
     rows
 }
 
-/// Asserts that a drawing has the motion of its twin, quantity by quantity.
-fn moves_alike(drawing: &Path, mechanism: &str, twin: &[(String, Vec<f64>)]) {
-    let drawn = read(drawing, mechanism);
-    let found = quantities(&drawn, &solve(&drawn));
+/// Where the motion of a drawing leaves that of its twin furthest, if it does.
+fn difference(drawing: &Path, mechanism: &str, twin: &[(String, Vec<f64>)]) -> Option<String> {
+    let name = drawing.display();
+    let drawn = match read(drawing, mechanism) {
+        Ok(drawn) => drawn,
+        Err(fault) => return Some(format!("{name}: {fault}")),
+    };
+    let motion = match drawn.solve() {
+        Ok(motion) => motion,
+        Err(fault) => return Some(format!("{name}: {fault}")),
+    };
+    let found = quantities(&drawn, &motion);
     let names = |rows: &[(String, Vec<f64>)]| -> Vec<String> {
         rows.iter().map(|(name, _)| name.clone()).collect()
     };
-    assert_eq!(names(&found), names(twin), "{}", drawing.display());
-    for ((name, found), (_, expected)) in found.iter().zip(twin) {
-        let largest = expected.iter().fold(1.0, |largest: f64, value| largest.max(value.abs()));
-        let within = Within { relative: 0.0, absolute: TOLERANCE * largest };
-        all_close(&format!("{}: {name}", drawing.display()), found, expected, within);
+    if names(&found) != names(twin) {
+        return Some(format!("{name}: {:?} against {:?}", names(&found), names(twin)));
     }
+    let n_coordinates = drawn.compiled.coordinates.len();
+    let pairs =
+        found.iter().zip(twin).enumerate().map(|(i, ((quantity, found), (_, expected)))| {
+            let largest = expected.iter().fold(1.0, |largest: f64, value| largest.max(value.abs()));
+            let errors = found.iter().zip(expected).map(|(a, b)| (a - b).abs() / largest);
+            let is_complete = found.len() == expected.len() && found.iter().all(|x| x.is_finite());
+            let error = if is_complete { errors.fold(0.0, f64::max) } else { f64::INFINITY };
+            // Time and coordinates come first.
+            (error / tolerance(mechanism, i <= n_coordinates), error, quantity)
+        });
+    let (excess, error, quantity) = pairs.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (excess > 1.0).then(|| format!("{name}: {quantity} is off by {error:.1e} of its largest"))
+}
+
+#[track_caller]
+fn moves_alike(drawing: &Path, mechanism: &str, twin: &[(String, Vec<f64>)]) {
+    let difference = difference(drawing, mechanism, twin);
+    assert!(difference.is_none(), "{}", difference.unwrap_or_default());
 }
 
 fn twin(mechanism: &str) -> Vec<(String, Vec<f64>)> {
@@ -128,9 +159,9 @@ fn every_variant_moves_alike(mechanism: &str) {
     });
     variants.sort();
     assert!(variants.len() >= 15, "{variants:?}");
-    for variant in variants {
-        moves_alike(&variant, mechanism, &twin);
-    }
+    let different = |variant: &PathBuf| difference(variant, mechanism, &twin);
+    let differences: Vec<String> = variants.iter().filter_map(different).collect();
+    assert!(differences.is_empty(), "{}", differences.join("\n"));
 }
 
 #[test]
@@ -197,6 +228,26 @@ fn drawings_that_another_program_opened_and_saved_move_alike() {
 fn a_drawing_by_layers_that_librecad_saved_moves_alike() {
     let saved = path("crates/cad/tests/saved/four-bar.librecad.dxf");
     moves_alike(&saved, "four-bar", &twin("four-bar"));
+}
+
+/// Remarks in Polish: as UTF-8, in code page 1250, and, where the code page has no such letter, as
+/// `\U+0142`.
+#[test]
+fn texts_keep_their_letters_in_every_version_and_code_page() {
+    let remarks = ["korba i łącznik 5 kg", "pręty 24 x 10", "pięć członów", "długości w mm"];
+    for (mechanism, remark) in MECHANISMS.into_iter().zip(remarks) {
+        for variant in ["plain", "r12", "r2000", "r2018", "binary", "cp1250", "mirrored"] {
+            let file = drawn().join(format!("{mechanism}-{variant}.dxf"));
+            let bytes = fs::read(&file).expect("a drawing");
+            let sheet = sheet(bytes, units::by_name("mm"));
+            let sheet =
+                sheet.unwrap_or_else(|refused| panic!("{}", messages(&refused.diagnostics)));
+            let has_remark = sheet.drawing.entities.iter().any(
+                |entity| matches!(&entity.shape, Shape::Text { text, .. } if text.contains(remark)),
+            );
+            assert!(has_remark, "{}: no text with `{remark}`", file.display());
+        }
+    }
 }
 
 /// Every kind, its block and its keys stand in one row of the page.

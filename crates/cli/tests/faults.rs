@@ -178,6 +178,7 @@ fn json_carries_what_the_text_says() {
     for path in cases() {
         let case = fs::read_to_string(&path).expect("a case");
         let (script, expected) = case.split_once(MARK).expect("an expected text");
+        let is_drawing = script.contains("drawing: ");
         // `new` and `explain` take part too; only help is no result.
         let script = script.lines().map(|line| match line.strip_prefix("run: ") {
             Some(arguments) => format!("run: {arguments} --json\n"),
@@ -198,7 +199,8 @@ fn json_carries_what_the_text_says() {
                 assert!(expected.contains(help), "{name}: {help}");
             }
             if let Some(label) = diagnostic["labels"].get(0) {
-                let place = format!("model.toml:{}:{}", label["line"], label["column"]);
+                let file = if is_drawing { "model.dxf" } else { "model.toml" };
+                let place = format!("{file}:{}:{}", label["line"], label["column"]);
                 assert!(expected.contains(&place), "{name}: {place}");
             }
         }

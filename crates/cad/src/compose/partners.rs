@@ -280,7 +280,7 @@ impl Composer<'_> {
             );
             return;
         }
-        if let Some((_, second)) = near.get(1).filter(|(away, _)| *away <= self.tolerance) {
+        if let Some((next, second)) = near.get(1).filter(|(away, _)| *away <= self.tolerance) {
             let [sx, sy] = second.map(short);
             let message = format!(
                 "two points of `{name}`, ({fx}, {fy}) and ({sx}, {sy}), are within {} {unit} of \
@@ -289,7 +289,7 @@ impl Composer<'_> {
             );
             let help = format!(
                 "take a smaller tolerance, `--tolerance {}`, or remove one of the points",
-                short(away.max(self.step) * 1.1)
+                short(f64::midpoint(away, *next))
             );
             self.fault(
                 Diagnostic::error(codes::AMBIGUOUS_SNAP, message).help(help),

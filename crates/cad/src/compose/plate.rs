@@ -110,8 +110,8 @@ impl Composer<'_> {
             (message, format!("state its {other}, too, or its mass"))
         } else {
             let help = format!(
-                "put BK_BODY with MASS, or with DENSITY and THICKNESS, inside of it, or write \
-                 `[bodies.{name}]` with `mass = \"1 kg\"` in a model file beside the drawing"
+                "put BK_BODY with MASS, or DENSITY and THICKNESS, inside of it, or state `mass` \
+                 in `[bodies.{name}]` of a model file beside"
             );
             (format!("body `{name}` has no mass"), help)
         };

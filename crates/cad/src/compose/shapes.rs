@@ -5,7 +5,7 @@ use bksim_mbs::diagnostic::{Diagnostic, Severity};
 use super::Composer;
 use crate::drawing::Shape;
 use crate::geometry::vector::distance;
-use crate::geometry::{Curve, Point};
+use crate::geometry::{Curve, Path, Point};
 use crate::outline::{Chain, Outline, OutlineError, Stroke, chain, nest, surrounding};
 
 impl Composer<'_> {
@@ -25,9 +25,11 @@ impl Composer<'_> {
         // slotted link.
         while let Some((waiting_idx, found)) = self.smallest(&free, &waiting) {
             let (part_idx, _) = waiting.remove(waiting_idx);
-            let taken = found.entities();
+            // Outlines belong to one body; the hole of a pin, drawn once, goes through all its links.
+            let outer = found.loops.iter().filter(|part| !part.is_hole);
+            let taken: Vec<usize> = outer.flat_map(|part| part.entities.iter().copied()).collect();
             free.retain(|chain| chain.entities.iter().all(|entity| !taken.contains(entity)));
-            for entity_idx in taken {
+            for entity_idx in found.entities() {
                 self.own(part_idx, entity_idx);
             }
         }
@@ -43,9 +45,13 @@ impl Composer<'_> {
             .filter(|(entity_idx, entity)| {
                 self.owners[*entity_idx].is_none() && !is_ours(&entity.place.layer)
             })
-            .filter_map(|(entity, known)| match &known.shape {
-                Shape::Path(path) => Some(Stroke { path: path.clone(), entity }),
-                _ => None,
+            .flat_map(|(entity, known)| {
+                let paths: &[Path] = match &known.shape {
+                    Shape::Path(path) => std::slice::from_ref(path),
+                    Shape::Paths(paths) => paths,
+                    _ => &[],
+                };
+                paths.iter().map(move |path| Stroke { path: path.clone(), entity })
             })
             .collect();
         if let Ok(chains) = chain(&strokes, self.tolerance) {
@@ -71,7 +77,13 @@ impl Composer<'_> {
     /// crosses an outline belongs to another body.
     fn around_insert(&self, free: &[Chain], at: Point, others: &[Point]) -> Option<Outline> {
         let border = self.border(free, at, others)?;
-        let mut chains: Vec<Chain> = free.to_vec();
+        // A block of the author's own is a part by itself: its outlines are no holes of others.
+        let is_block =
+            |entity: &usize| matches!(self.drawing.entities[*entity].shape, Shape::Paths(_));
+        let is_apart = |chain: &&Chain| {
+            chain.entities == border.entities || !chain.entities.iter().any(is_block)
+        };
+        let mut chains: Vec<Chain> = free.iter().filter(is_apart).cloned().collect();
         loop {
             let is_border = |chain: &Chain| chain.entities == border.entities;
             let border_idx = chains.iter().position(is_border)?;
@@ -134,8 +146,8 @@ impl Composer<'_> {
                     self.fault(fault.help(apart(snap.distance)), &place);
                 }
                 match nest(&chains.closed, self.tolerance) {
-                    Ok(outline) if !outline.loops.is_empty() => Some(outline),
-                    Ok(_) => None,
+                    _ if chains.closed.is_empty() => None,
+                    Ok(outline) => Some(outline),
                     Err(error) => {
                         self.outline_error(part_idx, &error, is_needed);
                         None

@@ -28,7 +28,11 @@ def draw(pen):
 def links(pen):
     """The outlines with the bodies that they are; returns their entities by name."""
     ends = {"link1": (O, A), "link2": (A, B), "link4": (E, M), "link5": (H, E)}
-    bodies = {name: bar(pen, *pins, 2.6, 0.9, "OUTLINE")[0] for name, pins in ends.items()}
+    bodies = {}
+    for name, pins in ends.items():
+        bodies[name], *others = bar(pen, *pins, 2.6, 0.9, "OUTLINE")
+        for entity in others:
+            pen.attach(entity, ("body", {"name": name}))
     bodies["link3"] = pen.polyline(rectangle(B, 0, 14, 8), "OUTLINE")
     record = lambda name, **keys: pen.attach(bodies[name], ("body", {"name": name, "mass": "m", **keys}))
     record("link1", inertia="i", about="O")
@@ -73,7 +77,7 @@ def furniture(pen):
 
 
 def numbers(pen):
-    title = sheet(pen, (-35, -125), (160, 50), "Five-link mechanism", "all masses 1 kg, lengths in m")
+    title = sheet(pen, (-35, -125), (160, 50), "Five-link mechanism", "pięć członów po 1 kg, m")
     values = {"g": "9.8 m/s^2", "m": "1 kg", "i": "1 kg m^2", "q1": "500 N m"}
     pen.attach(
         title,

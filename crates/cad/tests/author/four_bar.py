@@ -53,4 +53,4 @@ def furniture(pen):
     pen.dimension(B, C, 0.04)
     pen.dimension(C, D, 0.045)
     pen.arc(A, 0.035, 0, TURN, "DIMENSIONS")
-    sheet(pen, (-0.1, -0.13), (0.42, 0.32), "Four-bar linkage", "bars 24 x 10, pins 10, lengths in mm")
+    sheet(pen, (-0.1, -0.13), (0.42, 0.32), "Four-bar linkage", "pręty 24 x 10, sworznie 10, mm")

@@ -22,7 +22,7 @@ class Variant:
 
     version: str = "R2010"
     binary: bool = False
-    encoding: str = "utf-8"
+    encoding: str = ""  # the version's own: UTF-8, before R2007 code page 1252 with \U+0142
     unit: str = ""  # the mechanism's own
     outline: str = "polyline"  # or chained, hatch, ellipse, spline, insert
     # Everything is drawn somewhere else and brought to its place by ezdxf's `transform`, as if the
@@ -63,8 +63,8 @@ class Pen:
         self.metres = METRES[unit]
         self.h = text_height
         self.doc = ezdxf.new(variant.version, setup=False)
-        self.doc.encoding = variant.encoding
-        if variant.encoding != "utf-8":
+        if variant.encoding:
+            self.doc.encoding = variant.encoding
             self.doc.header["$DWGCODEPAGE"] = "ANSI_" + variant.encoding.removeprefix("cp")
         self.doc.header["$INSUNITS"] = INSUNITS[unit]
         self.doc.header["$MEASUREMENT"] = 0 if unit == "inch" else 1
@@ -229,4 +229,7 @@ class Pen:
                 entity.transform(self.variant.carry)
         auditor = self.doc.audit()
         assert not auditor.has_errors and not auditor.has_fixes, [e.message for e in auditor.errors]
+        # The order of the classes would be that of a set.
+        self.doc.classes.add_required_classes(self.doc.dxfversion)
+        self.doc.classes.classes = dict(sorted(self.doc.classes.classes.items()))
         self.doc.saveas(path, fmt="bin" if self.variant.binary else "asc")

@@ -15,9 +15,9 @@ WALL = (C[0] + 0.2, 0.0)
 
 
 def outlines(pen):
-    bar(pen, A, B, 0.018, 0.006, "OUTLINE", pins=[A])
-    bar(pen, B, C, 0.015, 0.006, "OUTLINE", pins=[B, C])
-    corners = [(-45, -35), (45, -35), (60, -12), (60, 12), (45, 35), (-45, 35)]
+    bar(pen, A, B, 0.018, 0.006, "OUTLINE", pins=[A, B])
+    bar(pen, B, C, 0.015, 0.006, "OUTLINE", pins=[C])
+    corners = [(-45, -35), (45, -35), (60, -12), (60, 12), (45, 40), (-45, 40)]
     pen.polyline([(C[0] + x / 1000, y / 1000, 0) for x, y in corners], "OUTLINE")
     bearing(pen, A, 0.025)
     base(pen, (C[0] - 0.14, -0.035), (C[0] + 0.1, -0.035), 0.012)

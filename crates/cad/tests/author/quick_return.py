@@ -1,7 +1,7 @@
 """The quick return in all ways at once: blocks, layers, extended data and a file beside.
 
-The crank has extended data, the link and the ram are layers, the rod is a block; the pins are
-circles on BK_JOINTS, the slot and the guide are blocks. The cutting force is in the file beside.
+The crank has extended data, the link and the ram are layers, the rod is a block; of the pins three
+are circles on BK_JOINTS and one is a block, as are the slot and the guide. The cutting force is in the file beside.
 """
 
 import math
@@ -23,7 +23,7 @@ R = (T[0] + math.sqrt(ROD**2 - (GUIDE - T[1]) ** 2), GUIDE)
 
 
 def draw(pen):
-    define(pen, *"BK_BODY BK_POINT BK_SLOT BK_PRISMATIC BK_DRIVE BK_PARAMETER BK_SOLVE".split())
+    define(pen, *"BK_BODY BK_POINT BK_REVOLUTE BK_SLOT BK_PRISMATIC BK_DRIVE BK_PARAMETER BK_SOLVE".split())
     for name, colour in [
         ("BK_BODY_link", 142), ("BK_BODY_ram", 202), ("BK_GROUND", 8), ("BK_JOINTS", 5),
     ]:
@@ -34,8 +34,10 @@ def draw(pen):
 
 
 def links(pen):
-    crank = bar(pen, C, P, 0.022, 0.009, "OUTLINE")[0]
+    crank, *others = bar(pen, C, P, 0.022, 0.009, "OUTLINE")
     pen.attach(crank, ("body", {"name": "crank", "mass": 1.0, "inertia": "1 kg*(0.1 m)^2/12"}))
+    for entity in others:
+        pen.attach(entity, ("body", {"name": "crank"}))
 
     # The slotted link, with room for the pin at both ends of its way.
     near, far = HEIGHT - CRANK - 0.01, HEIGHT + CRANK + 0.01
@@ -61,7 +63,8 @@ def joints(pen):
     pins(pen, C=C, O=O)
     pen.insert("BK_POINT", G, name="G", body="ground")
     pen.insert("BK_SLOT", P, SWING, name="slot", body1="link", body2="crank", point1="O")
-    pins(pen, T=T, R=R)
+    pins(pen, T=T)
+    pen.insert("BK_REVOLUTE", R, name="R", body1="rod", body2="ram")
     pen.insert(
         "BK_PRISMATIC", R, name="guide", body1="ground", body2="ram", point1="G", point2="R"
     )
@@ -87,4 +90,4 @@ def furniture(pen):
     pen.circle(C, CRANK, "CENTRE")
     pen.dimension(C, O, -0.16)
     pen.dimension(O, T, -0.11)
-    sheet(pen, (-0.42, -0.2), (0.86, 0.62), "Slotted-link quick return", "crank 30 rpm, lengths in mm")
+    sheet(pen, (-0.42, -0.2), (0.86, 0.62), "Slotted-link quick return", "korba 30 obr/min, długości w mm")

@@ -29,7 +29,7 @@ def draw(pen):
 def parts(pen):
     """What the designer drew."""
     bar(pen, A, B, 0.12, 0.04, "OUTLINE")
-    bar(pen, B, C, 0.1, 0.04, "OUTLINE")
+    bar(pen, B, C, 0.1, 0.04, "OUTLINE", pins=[C])
     pen.polyline(rectangle(C, 0, 0.7, 0.4), "OUTLINE")
     bearing(pen, A, 0.18)
     base(pen, (C[0] - 1.4, -0.2), (C[0] + 1.0, -0.2), 0.1)
@@ -40,7 +40,7 @@ def parts(pen):
     centre_line(pen, A, C, 0.6)
     pen.dimension(A, B, 0.45)
     pen.dimension(B, C, 0.45)
-    sheet(pen, (-1.1, -1.25), (5.0, 1.9), "Slider-crank", "all links 5 kg, slider 20 kg, lengths in mm")
+    sheet(pen, (-1.1, -1.25), (5.0, 1.9), "Slider-crank", "tłok 20 kg, korba i łącznik 5 kg, mm")
 
 
 def bodies(pen):
