@@ -1,8 +1,8 @@
 //! A drawn mechanism becomes equations a person can read, and motion they can trust.
 //!
 //! This is the crate to embed: [`Mechanism`] takes a model's text to its equations, its consistent
-//! start and its motion. The parts are there by themselves as [`expr`], [`mbs`], [`dae`] and
-//! [`log`].
+//! start and its motion; [`Mechanism::from_drawing`] takes a drawing there. The parts are there by
+//! themselves as [`expr`], [`mbs`], [`dae`], [`cad`] and [`log`].
 //!
 //! ```
 //! use bksim::Mechanism;
@@ -38,6 +38,7 @@
 //! # Ok::<(), bksim::Rejected>(())
 //! ```
 
+pub use bksim_cad as cad;
 pub use bksim_dae as dae;
 pub use bksim_expr as expr;
 pub use bksim_log as log;

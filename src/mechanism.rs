@@ -1,5 +1,6 @@
 //! From a model's text to its motion, in one value.
 
+use bksim_cad::model::{ModelOptions, sheet};
 use bksim_dae::Control;
 use bksim_mbs::assemble::{SymbolicSystem, assemble};
 use bksim_mbs::compile::{CompiledSystem, compile};
@@ -76,6 +77,27 @@ impl Mechanism {
             Some(model) => Self::derive(model, reading.diagnostics),
             None => Err(Rejected(reading.diagnostics)),
         }
+    }
+
+    /// Reads a drawing (DXF or DWG) and derives its equations; `name` is used unless something in
+    /// it states one.
+    ///
+    /// # Errors
+    /// [`Rejected`] holds every fault; spans are those of the drawing's text, or, for faults of the
+    /// model that came out of it, of that model's text.
+    pub fn from_drawing(
+        bytes: Vec<u8>,
+        options: ModelOptions<'_>,
+        name: &str,
+    ) -> Result<Self, Rejected> {
+        let sheet = sheet(bytes, options.unit).map_err(|refused| Rejected(refused.diagnostics))?;
+        let composition = sheet.compose(options);
+        if composition.text.is_empty() {
+            return Err(Rejected(composition.diagnostics));
+        }
+        let mut mechanism = Self::from_toml(&composition.text, name)?;
+        mechanism.warnings.splice(0..0, composition.diagnostics);
+        Ok(mechanism)
     }
 
     /// Derives and compiles the equations of a model.

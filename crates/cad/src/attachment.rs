@@ -9,7 +9,9 @@ use crate::kind::Kind;
 pub struct Attachment {
     /// What it is.
     pub kind: &'static Kind,
-    /// What it is attached to.
+    /// Number of the entity it is attached to, in [`crate::drawing::Drawing::entities`].
+    pub entity_idx: usize,
+    /// What and where that entity is.
     pub place: Place,
     /// How it is attached.
     pub way: Way,

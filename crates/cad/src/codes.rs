@@ -27,7 +27,29 @@ codes! {
     UNREADABLE = "D008", "a drawing that cannot be interpreted";
     BLOCK_IN_ITSELF = "D009", "a block within itself";
     // Outlines and mass.
+    OPEN_OUTLINE = "D020", "an open outline";
+    AMBIGUOUS_ENDS = "D021", "ends that meet in more than one way";
+    CROSSING_OUTLINES = "D022", "outlines that cross";
+    DOUBLE_OUTLINE = "D023", "outlines on top of each other";
+    NO_AREA = "D024", "an outline without area";
+    NO_CURVE = "D025", "numbers that make no curve";
+    SNAPPED = "D026", "a gap that was closed";
     // What is attached.
+    UNKNOWN_KIND = "D030", "nothing that can be attached";
+    UNKNOWN_ATTRIBUTE = "D031", "an unknown key of an attachment";
+    BROKEN_RECORD = "D032", "a broken record";
+    NO_NAME = "D033", "an attachment without a name";
+    DUPLICATE_NAME = "D034", "a name that is used twice";
+    NO_PLACE = "D035", "an attachment without a place";
+    UNKNOWN_PARTNER = "D036", "an unknown partner";
+    NO_BODY_THERE = "D037", "no body at a point";
+    AMBIGUOUS_PARTNERS = "D038", "more bodies at a point than a joint has";
+    NO_JOINT_THERE = "D039", "no joint at a point";
+    JOINT_SNAPPED = "D040", "two points taken as one";
+    NOT_SNAPPED = "D041", "two points nearly at one place";
+    AMBIGUOUS_SNAP = "D042", "two points of a body within the tolerance";
+    NO_MASS = "D043", "a body without mass";
+    NO_BODIES = "D044", "nothing is attached";
     // Writing.
     NOT_THERE = "D060", "nothing there to edit";
     DOES_NOT_FIT = "D061", "a value the drawing cannot hold";

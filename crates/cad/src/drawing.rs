@@ -7,8 +7,7 @@ use crate::geometry::{Path, Point};
 pub struct Drawing {
     /// What one unit of the drawing is, in metres.
     pub unit: LengthUnit,
-    /// In file order. Inserts of blocks other than those of [`crate::kind`] are replaced by the
-    /// entities of the block.
+    /// In file order. Inserts of blocks other than ours have the curves of the block.
     pub entities: Vec<Entity>,
     /// Corners of the box around all geometry: lower left, upper right; equal when there is none.
     pub extent: [Point; 2],
@@ -61,6 +60,8 @@ pub enum Shape {
     Point(Point),
     /// Lines, arcs, circles, polylines, ellipses and splines; one path each.
     Path(Path),
+    /// The curves of an insert of some other block.
+    Paths(Vec<Path>),
     /// The boundaries of a hatch.
     Hatch(Vec<Path>),
     /// A text and where it begins.

@@ -8,14 +8,27 @@
 //! A drawing says the same as a model file: what comes of it is the text of a model, with the place
 //! in the drawing of every value, and from there on nothing knows of drawings.
 
+pub mod attach;
 pub mod attachment;
 pub mod codes;
+pub mod compose;
 pub mod container;
 pub mod drawing;
+<<<<<<< HEAD
 pub mod edit;
+=======
+pub mod excerpt;
+>>>>>>> main
 pub mod geometry;
 pub mod kind;
+pub mod mass;
+pub mod model;
 pub mod open;
+<<<<<<< HEAD
 pub mod patch;
+=======
+pub mod outline;
+pub mod read;
+>>>>>>> main
 pub mod tags;
 pub mod units;

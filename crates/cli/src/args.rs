@@ -1,5 +1,7 @@
 //! The command line: what can be written, with its help.
 
+pub(crate) mod cad;
+
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -34,6 +36,9 @@ pub(crate) enum Command {
     Export(Export),
     /// Differentiate, simplify, solve, evaluate and typeset one expression.
     Expr(Expression),
+    /// Read and write what is attached to drawings.
+    #[command(subcommand)]
+    Cad(cad::Cad),
     /// Explain a diagnostic code, or list them all.
     Explain(Explain),
 }
@@ -49,11 +54,25 @@ pub(crate) struct New {
 
 #[derive(Args, Debug)]
 pub(crate) struct ModelArgs {
-    /// The model file.
+    /// The model file, or a drawing (DXF, DWG).
     pub(crate) model: PathBuf,
     /// Give a parameter another value: a number, a quantity such as "25 mm", or an expression.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
     pub(crate) set: Vec<(String, String)>,
+    #[command(flatten)]
+    pub(crate) drawing: DrawingArgs,
+}
+
+/// How a drawing is read.
+#[derive(Args, Clone, Debug, Default)]
+pub(crate) struct DrawingArgs {
+    /// What one unit of a drawing is, such as mm or inch, unless the drawing says so.
+    #[arg(long, value_name = "UNIT")]
+    pub(crate) units: Option<String>,
+    /// Points of a drawing nearer than this, in its units, are one; a ten-thousandth of its size
+    /// unless given.
+    #[arg(long, value_name = "LENGTH", value_parser = tolerance)]
+    pub(crate) tolerance: Option<f64>,
 }
 
 #[derive(Args, Debug)]
@@ -264,6 +283,13 @@ pub(crate) enum FormulaNotation {
 pub(crate) struct Explain {
     /// The code, such as M012; without one, all codes are listed.
     pub(crate) code: Option<String>,
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(length) if length.is_finite() && length >= 0.0 => Ok(length),
+        _ => Err("expected a length in drawing units, such as 0.05".to_owned()),
+    }
 }
 
 fn assignment(text: &str) -> Result<(String, String), String> {

@@ -1,6 +1,7 @@
 //! One file per command.
 
 pub(crate) mod assemble;
+pub(crate) mod cad;
 pub(crate) mod check;
 pub(crate) mod equations;
 pub(crate) mod explain;

@@ -56,6 +56,7 @@ fn dispatch(cli: &Cli) -> (&'static str, Result<Status, Failure>) {
         Command::Solve(args) => ("solve", commands::solve::run(args, json, nesting)),
         Command::Export(args) => ("export", commands::export::run(args, json)),
         Command::Expr(args) => ("expr", commands::expr::run(args, json, nesting)),
+        Command::Cad(args) => ("cad", commands::cad::run(args, json, nesting)),
         Command::Explain(args) => ("explain", commands::explain::run(args, json)),
     }
 }

@@ -2,14 +2,14 @@
 
 use std::io::Write;
 
-use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
 use anstream::adapter::strip_str;
 use bksim::mbs::diagnostic::{Diagnostic, Severity};
 use serde_json::{Value, json};
 
 use crate::exit::Failure;
 use crate::output;
-use crate::source::{Text, code_text, severity_word};
+use crate::source::{Located, Text, code_text, line_and_column, severity_word};
 
 /// Excerpts are cut around their carets to this width.
 const WIDTH: usize = 120;
@@ -20,17 +20,19 @@ pub(crate) fn text(source: &Text, fault: &Diagnostic) -> String {
         Severity::Error => Level::ERROR,
         Severity::Warning => Level::WARNING,
     };
-    let path = source.path.display().to_string();
+    let Located { path, text, fault } = source.locate(fault);
+    let fault = &fault;
+    let path = path.display().to_string();
     let mut group = level
         .primary_title(&fault.message)
         .id(code_text(fault.code))
         .elements(Vec::<annotate_snippets::Element<'_>>::new());
     if !fault.labels.is_empty() {
-        let mut snippet = Snippet::source(source.text.as_str()).path(&path).fold(true);
+        let mut snippet = Snippet::source(text).path(&path).fold(true);
         for (label_idx, label) in fault.labels.iter().enumerate() {
             let kind =
                 if label_idx == 0 { AnnotationKind::Primary } else { AnnotationKind::Context };
-            let span = clamp(&source.text, label.span.clone());
+            let span = clamp(text, label.span.clone());
             let annotation = kind.span(span);
             snippet = snippet.annotation(match label.text.as_str() {
                 "" => annotation,
@@ -38,6 +40,8 @@ pub(crate) fn text(source: &Text, fault: &Diagnostic) -> String {
             });
         }
         group = group.element(snippet);
+    } else if source.drawn.is_some() {
+        group = group.element(Origin::path(&path));
     }
     group = notes(group, fault);
     let rendered = Renderer::styled().term_width(WIDTH).render(&[group]);
@@ -75,8 +79,9 @@ fn clamp(text: &str, span: std::ops::Range<usize>) -> std::ops::Range<usize> {
 
 /// One diagnostic as JSON.
 pub(crate) fn json(source: &Text, fault: &Diagnostic) -> Value {
+    let Located { path, text, fault } = source.locate(fault);
     let label = |label: &bksim::mbs::diagnostic::Label| {
-        let (line, column) = source.line_and_column(label.span.start);
+        let (line, column) = line_and_column(text, label.span.start);
         json!({
             "line": line, "column": column,
             "start": label.span.start, "end": label.span.end,
@@ -87,7 +92,7 @@ pub(crate) fn json(source: &Text, fault: &Diagnostic) -> Value {
         "code": code_text(fault.code),
         "severity": severity_word(fault.severity),
         "message": fault.message,
-        "file": source.path.display().to_string(),
+        "file": path.display().to_string(),
         "labels": fault.labels.iter().map(label).collect::<Vec<_>>(),
         "notes": fault.notes,
         "help": fault.help,

@@ -1,6 +1,28 @@
 //! Curves of the plane: what outlines are made of.
 //!
-//! Coordinates are in the units of the drawing, in the axes of the world.
+//! Coordinates are in the units of the drawing, in the axes of the world. Whatever is asked of a
+//! curve, numbers that make none ([`Curve::check`]) are answered with numbers that are none.
+
+mod affine;
+pub(crate) mod bezier;
+mod bounds;
+pub(crate) mod conic;
+pub(crate) mod curve;
+mod distance;
+mod error;
+mod flatten;
+mod path;
+pub(crate) mod quadrature;
+mod spline;
+pub(crate) mod vector;
+mod winding;
+
+pub use affine::Affine;
+pub use bounds::Bounds;
+pub use error::{COORDINATE_LIMIT, GeometryError};
+pub use path::Vertex;
+pub use spline::MAX_DEGREE;
+pub(crate) use winding::Pen;
 
 /// A point or a vector of the plane.
 pub type Point = [f64; 2];

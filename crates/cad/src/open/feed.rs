@@ -14,8 +14,24 @@ use crate::tags::{Tags, Value, ValueType, Version, Writer};
 /// Entities that are read whole.
 #[rustfmt::skip]
 const READ: &[&str] = &[
-    "ARC", "ATTDEF", "ATTRIB", "BLOCK", "CIRCLE", "ELLIPSE", "ENDBLK", "HATCH", "INSERT", "LINE",
-    "LWPOLYLINE", "MTEXT", "POINT", "POLYLINE", "SEQEND", "SPLINE", "TEXT", "VERTEX",
+    "ARC",
+    "ATTDEF",
+    "ATTRIB",
+    "BLOCK",
+    "CIRCLE",
+    "ELLIPSE",
+    "ENDBLK",
+    "HATCH",
+    "INSERT",
+    "LINE",
+    "LWPOLYLINE",
+    "MTEXT",
+    "POINT",
+    "POLYLINE",
+    "SEQEND",
+    "SPLINE",
+    "TEXT",
+    "VERTEX",
 ];
 
 /// Groups that are kept of any other entity: what it is, its handle, owner and layer.

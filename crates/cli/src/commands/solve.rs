@@ -50,7 +50,9 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
     };
     let is_same = first.is_some() && is_same_file(&path, &args.model.model);
     if !(is_same && args.force) {
-        check_output(&path, &args.model.model, args.force)?;
+        let mut inputs = loaded.source.files();
+        inputs.push(&args.model.model);
+        check_output(&path, &inputs, args.force)?;
     }
     // The log that is read is replaced only when all of it, and more, has been written.
     let written = if is_same { resume::beside(&path) } else { path.clone() };
@@ -278,7 +280,7 @@ fn is_same_file(a: &Path, b: &Path) -> bool {
 }
 
 /// Refuses an output that exists, is the model itself, or has no directory to lie in.
-fn check_output(path: &Path, model: &Path, force: bool) -> Result<(), Failure> {
+fn check_output(path: &Path, inputs: &[&Path], force: bool) -> Result<(), Failure> {
     let nothing_solved = "nothing was solved";
     let directory = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -290,7 +292,7 @@ fn check_output(path: &Path, model: &Path, force: bool) -> Result<(), Failure> {
         let help = format!("make it with `mkdir -p {}`", directory.display());
         return Err(Failure::file(path, what, Some(help)));
     }
-    if is_same_file(path, model) {
+    if inputs.iter().any(|input| is_same_file(path, input)) {
         let what = format!("is the model itself and would be overwritten; {nothing_solved}");
         return Err(Failure::file(path, what, Some("name another file with -o".to_owned())));
     }

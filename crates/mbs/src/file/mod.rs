@@ -149,6 +149,13 @@ pub fn read(source: &Source<'_>) -> Reading {
     Reading { model, diagnostics: reader.faults }
 }
 
+/// The faults of a text as TOML; what it says is not looked at.
+pub fn check_syntax(text: &str, limits: Limits) -> Vec<Diagnostic> {
+    let mut faults = Vec::new();
+    syntax::parse(text, limits.nesting, &mut faults);
+    faults
+}
+
 impl Reader<'_> {
     /// The way through the file: one section per line.
     fn read_model(&mut self, root: &Table, source: &Source<'_>) -> Option<Model> {

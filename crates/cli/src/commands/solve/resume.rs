@@ -62,7 +62,7 @@ pub(super) fn open(path: &Path, nesting: usize) -> Result<(Loaded, FirstPart), F
         return Err(refused(path, &what, Some("numbers would differ: solve the model again")));
     }
     let set: Vec<(String, String)> = header.options.iter().filter_map(set_of).collect();
-    let source = Text { path: path.to_owned(), text: header.model_text.clone() };
+    let source = Text { path: path.to_owned(), text: header.model_text.clone(), drawn: None };
     let mut loaded = parse(source, &header.model_name, &set, nesting)?;
     apply(&mut loaded.model, header)
         .ok_or_else(|| refused(path, "its options cannot be read", None))?;

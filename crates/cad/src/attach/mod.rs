@@ -1,0 +1,99 @@
+//! What is attached to a drawing, in each of the three ways.
+
+mod block;
+mod layer;
+mod xdata;
+
+use bksim_mbs::diagnostic::Diagnostic;
+
+use crate::attachment::{Attachment, Content, Value};
+use crate::codes;
+use crate::drawing::{Drawing, Place};
+use crate::excerpt::Excerpts;
+use crate::kind::{KINDS, Kind};
+
+/// Inserts on this layer are a legend, not a part of the mechanism.
+pub const LEGEND_LAYER: &str = "BK_LEGEND";
+
+/// Everything attached, in the order of the drawing, and what is wrong with it.
+pub fn attachments(
+    drawing: &Drawing,
+    excerpts: &Excerpts<'_>,
+) -> (Vec<Attachment>, Vec<Diagnostic>) {
+    let mut gathering = Gathering { excerpts, attachments: Vec::new(), faults: Vec::new() };
+    for (entity_idx, entity) in drawing.entities.iter().enumerate() {
+        if entity.place.layer.eq_ignore_ascii_case(LEGEND_LAYER) {
+            continue;
+        }
+        gathering.read_xdata(entity_idx, entity);
+        gathering.read_block(entity_idx, entity);
+    }
+    gathering.read_joint_layer(drawing);
+    (gathering.attachments, gathering.faults)
+}
+
+/// The way through a drawing.
+struct Gathering<'a> {
+    excerpts: &'a Excerpts<'a>,
+    attachments: Vec<Attachment>,
+    faults: Vec<Diagnostic>,
+}
+
+impl Gathering<'_> {
+    /// A value under the key of its kind; an unknown key is a fault.
+    fn value(
+        &mut self,
+        kind: &'static Kind,
+        key: &str,
+        content: Content,
+        place: &Place,
+    ) -> Option<Value> {
+        if let Some(key) = kind.keys.iter().find(|known| known.eq_ignore_ascii_case(key)) {
+            return Some(Value { key, content, place: place.clone() });
+        }
+        let message = format!("{} has no key `{key}`", kind.name);
+        let fault = Diagnostic::error(codes::UNKNOWN_ATTRIBUTE, message)
+            .help(suggest(&key.to_ascii_lowercase(), kind.keys));
+        self.faults.push(self.excerpts.at(fault, place, "not a key"));
+        None
+    }
+
+    /// The kind of a name; an unknown one is a fault.
+    fn kind(
+        &mut self,
+        name: &str,
+        place: &Place,
+        by: fn(&Kind) -> &'static str,
+    ) -> Option<&'static Kind> {
+        if let Some(kind) = KINDS.iter().find(|kind| by(kind).eq_ignore_ascii_case(name)) {
+            return Some(kind);
+        }
+        let names: Vec<&str> = KINDS.iter().map(by).collect();
+        let message = format!("`{name}` is nothing that can be attached");
+        let fault = Diagnostic::error(codes::UNKNOWN_KIND, message).help(suggest(name, &names));
+        self.faults.push(self.excerpts.at(fault, place, ""));
+        None
+    }
+}
+
+/// What to write instead of an unknown word.
+pub(crate) fn suggest(word: &str, known: &[&str]) -> String {
+    let closest = known
+        .iter()
+        .map(|candidate| {
+            (
+                strsim::damerau_levenshtein(&word.to_lowercase(), &candidate.to_lowercase()),
+                candidate,
+            )
+        })
+        .filter(|(distance, candidate)| *distance <= 1 + candidate.len() / 4)
+        .min_by_key(|(distance, _)| *distance);
+    if let Some((_, candidate)) = closest {
+        return format!("did you mean `{candidate}`?");
+    }
+    if known.is_empty() {
+        return "there are none yet".to_owned();
+    }
+    let all: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
+    format!("one of {}", all.join(", "))
+}

@@ -1,0 +1,166 @@
+//! The text of a model under construction: values with their paths and their places.
+
+use std::collections::BTreeMap;
+
+use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, Value};
+
+use crate::attachment::Content;
+use crate::drawing::{LengthUnit, Place};
+use crate::geometry::Point;
+
+/// Keys whose bare numbers are lengths of the drawing.
+const LENGTHS: [&str; 5] = ["thickness", "length", "x", "y", "position"];
+
+/// A model file being written.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Draft {
+    pub(super) document: DocumentMut,
+    /// Where each value comes from, by its path.
+    pub(super) places: BTreeMap<Vec<String>, Place>,
+}
+
+impl Draft {
+    /// Puts a value at `section.name.key`, or at `section.key` where the name is empty.
+    pub(super) fn put(&mut self, [section, name, key]: [&str; 3], value: Value, place: &Place) {
+        self.table([section, name]).insert(key, Item::Value(value));
+        let path = [section, name, key].into_iter().filter(|part| !part.is_empty());
+        self.note(path.map(str::to_owned).collect(), place);
+    }
+
+    /// Notes where a value comes from; of `bodies.crank` it is where its first value comes from.
+    fn note(&mut self, path: Vec<String>, place: &Place) {
+        for length in 2..path.len() {
+            self.places.entry(path[..length].to_vec()).or_insert_with(|| place.clone());
+        }
+        self.places.insert(path, place.clone());
+    }
+
+    /// Puts a point among those of a body or of the ground.
+    pub(super) fn point(&mut self, owner: [&str; 2], name: &str, at: Value, place: &Place) {
+        let [section, body] = owner;
+        let table = self.table(owner);
+        let points =
+            table.entry("points").or_insert_with(|| Value::from(InlineTable::new()).into());
+        if let Some(points) = points.as_inline_table_mut() {
+            points.insert(name, at);
+        }
+        let path = [section, body, "points", name].into_iter().filter(|part| !part.is_empty());
+        self.note(path.map(str::to_owned).collect(), place);
+    }
+
+    fn table(&mut self, [section, name]: [&str; 2]) -> &mut Table {
+        if self.document.get(section).is_none() {
+            let mut table = Table::new();
+            table.set_implicit(!name.is_empty());
+            self.document.insert(section, Item::Table(table));
+        }
+        let outer = table_of(self.document.entry(section).or_insert_with(new_table));
+        if name.is_empty() {
+            return outer;
+        }
+        table_of(outer.entry(name).or_insert_with(new_table))
+    }
+
+    /// Puts a key into the start of a body, a joint or a coordinate; into its guess if it is one.
+    pub(super) fn start(
+        &mut self,
+        name: &str,
+        key: &str,
+        value: Value,
+        is_guess: bool,
+        place: &Place,
+    ) {
+        let section = self.table(["initial", ""]);
+        let entry = section.entry(name).or_insert_with(|| Value::from(InlineTable::new()).into());
+        let Some(mut table) = entry.as_inline_table_mut() else { return };
+        if is_guess {
+            let guess = table.entry("guess").or_insert_with(|| Value::from(InlineTable::new()));
+            let Some(guess) = guess.as_inline_table_mut() else { return };
+            table = guess;
+        }
+        table.insert(key, value);
+        self.note(vec!["initial".to_owned(), name.to_owned()], place);
+    }
+
+    /// Whether a start states or guesses a key.
+    pub(super) fn has_start(&self, name: &str, key: &str) -> bool {
+        let entry = self.document.get("initial").and_then(|table| table.get(name));
+        entry.is_some_and(|entry| {
+            entry.get(key).is_some()
+                || entry.get("guess").is_some_and(|guess| guess.get(key).is_some())
+        })
+    }
+}
+
+fn new_table() -> Item {
+    Item::Table(Table::new())
+}
+
+fn table_of(item: &mut Item) -> &mut Table {
+    if !item.is_table() {
+        *item = new_table();
+    }
+    item.as_table_mut().expect("it was just made a table")
+}
+
+/// What a value of the drawing is in a model file.
+pub(super) fn written(key: &str, content: &Content, unit: LengthUnit) -> Value {
+    match content {
+        Content::Number(number) => Value::from(*number),
+        Content::Length(length) => quantity(*length, unit.name),
+        Content::Entity(handle) => Value::from(format!("{:X}", handle.0)),
+        Content::Text(text) => text_value(key, text.trim(), unit),
+    }
+}
+
+fn text_value(key: &str, text: &str, unit: LengthUnit) -> Value {
+    if ["free", "cut", "guess"].contains(&key) {
+        let is_on = ["true", "yes", "1", "on"].iter().any(|word| word.eq_ignore_ascii_case(text));
+        return Value::from(is_on);
+    }
+    let inner = text.trim_start_matches('[').trim_end_matches(']');
+    if ["vector", "acceleration"].contains(&key) && split(inner).nth(1).is_some() {
+        return array(split(inner).map(|part| text_value("", part.trim(), unit)));
+    }
+    if ["coordinates", "coordinate"].contains(&key) && inner.contains([',', ' ']) {
+        let names = inner.split([',', ' ']).map(str::trim).filter(|name| !name.is_empty());
+        return array(names.map(Value::from));
+    }
+    match text.parse::<f64>() {
+        Ok(number) if LENGTHS.contains(&key) => quantity(number, unit.name),
+        // As it is written, if TOML writes numbers so: `1e-8` stays.
+        Ok(number) => match text.parse::<Value>() {
+            Ok(value @ (Value::Integer(_) | Value::Float(_))) => value,
+            _ => Value::from(number),
+        },
+        Err(_) => Value::from(text),
+    }
+}
+
+/// The parts of a text between commas that stand in no parentheses.
+fn split(text: &str) -> impl Iterator<Item = &str> {
+    let mut depth = 0_usize;
+    text.split(move |c| {
+        match c {
+            '(' => depth += 1,
+            ')' => depth = depth.saturating_sub(1),
+            _ => (),
+        }
+        c == ',' && depth == 0
+    })
+}
+
+/// A number with its unit: `"120 mm"`; zero needs none.
+pub(super) fn quantity(number: f64, unit: &str) -> Value {
+    if number == 0.0 { Value::from(0) } else { Value::from(format!("{number} {unit}")) }
+}
+
+/// `["120 mm", 0]`.
+pub(super) fn point_value(point: Point, unit: LengthUnit) -> Value {
+    array(point.into_iter().map(|x| quantity(x, unit.name)))
+}
+
+/// An array in one line.
+pub(super) fn array(values: impl Iterator<Item = Value>) -> Value {
+    Value::from(values.collect::<Array>())
+}

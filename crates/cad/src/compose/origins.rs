@@ -1,0 +1,97 @@
+//! Where every value of a composed text comes from: the file beside the drawing, or an entity.
+//!
+//! Values are known by their path in the text, `bodies.crank.mass`.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use toml_edit::{Document, Item, Key, TableLike};
+
+use crate::drawing::Place;
+
+/// Where a range of a composed text comes from.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Origin {
+    /// The same words in the file beside the drawing.
+    Side(Range<usize>),
+    /// An entity of the drawing.
+    Drawing(Place),
+    /// Neither: composing made it.
+    Composed,
+}
+
+/// A key or a value of a text.
+#[derive(Clone, Debug)]
+struct Piece {
+    path: Vec<String>,
+    is_key: bool,
+    span: Range<usize>,
+}
+
+/// The places of all values.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Origins {
+    text: Vec<Piece>,
+    side: BTreeMap<(Vec<String>, bool), Range<usize>>,
+    drawing: BTreeMap<Vec<String>, Place>,
+}
+
+impl Origins {
+    /// Of a composed text, of the file beside the drawing, and of the values that the drawing gave.
+    pub(super) fn new(text: &str, side: &str, drawing: BTreeMap<Vec<String>, Place>) -> Self {
+        let side = pieces(side).into_iter().map(|p| ((p.path, p.is_key), p.span)).collect();
+        Self { text: pieces(text), side, drawing }
+    }
+
+    /// Where a range of the composed text comes from.
+    pub(super) fn find(&self, span: &Range<usize>) -> Origin {
+        let holds = |piece: &&Piece| piece.span.start <= span.start && span.end <= piece.span.end;
+        let found = self.text.iter().filter(holds).min_by_key(|piece| piece.span.len());
+        let Some(piece) = found else { return Origin::Composed };
+        if let Some(known) = self.side.get(&(piece.path.clone(), piece.is_key)) {
+            // The words are the same unless a table was added to; then the whole of it is meant.
+            let is_same = known.len() == piece.span.len();
+            let shift = |at: usize| known.start + (at - piece.span.start);
+            return Origin::Side(if is_same {
+                shift(span.start)..shift(span.end)
+            } else {
+                known.clone()
+            });
+        }
+        let mut path = piece.path.as_slice();
+        loop {
+            if let Some(place) = self.drawing.get(path) {
+                return Origin::Drawing(place.clone());
+            }
+            match path {
+                [] => return Origin::Composed,
+                [before @ .., _] => path = before,
+            }
+        }
+    }
+}
+
+/// All keys and values of a text; none where it is no TOML.
+fn pieces(text: &str) -> Vec<Piece> {
+    let mut found = Vec::new();
+    let Ok(document) = Document::parse(text) else { return found };
+    let mut waiting: Vec<(Vec<String>, &dyn TableLike)> = vec![(Vec::new(), document.as_table())];
+    while let Some((path, table)) = waiting.pop() {
+        for (name, item) in table.iter() {
+            let mut inner = path.clone();
+            inner.push(name.to_owned());
+            if let Some(span) = table.key(name).and_then(Key::span) {
+                found.push(Piece { path: inner.clone(), is_key: true, span });
+            }
+            if let Some(span) = item.span() {
+                found.push(Piece { path: inner.clone(), is_key: false, span });
+            }
+            if let Some(table) = item.as_table_like() {
+                waiting.push((inner, table));
+            } else if let Item::ArrayOfTables(tables) = item {
+                waiting.extend(tables.iter().map(|table| (inner.clone(), table as &dyn TableLike)));
+            }
+        }
+    }
+    found
+}

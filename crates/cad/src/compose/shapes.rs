@@ -1,0 +1,179 @@
+//! The outlines of bodies, and which outline an insert stands in.
+
+use bksim_mbs::diagnostic::{Diagnostic, Severity};
+
+use super::Composer;
+use crate::drawing::Shape;
+use crate::geometry::Point;
+use crate::geometry::vector::distance;
+use crate::mass::signed_area;
+use crate::outline::{Chain, Outline, OutlineError, Stroke, chain, nest};
+
+impl Composer<'_> {
+    /// An insert of `BK_BODY` takes the smallest outline around it that nobody else has.
+    pub(super) fn gather_enclosed(&mut self) {
+        let mut waiting: Vec<(usize, Point)> = self
+            .inserts
+            .keys()
+            .filter(|&&part_idx| self.parts[part_idx].paths.is_empty())
+            .filter_map(|&part_idx| Some((part_idx, self.parts[part_idx].frame?.origin)))
+            .collect();
+        if waiting.is_empty() {
+            return;
+        }
+        let mut free = self.free_chains();
+        // The smallest outlines first, so that a block in a slot is not taken for an island of the
+        // slotted link.
+        while let Some((waiting_idx, found)) = self.smallest(&free, &waiting) {
+            let (part_idx, _) = waiting.remove(waiting_idx);
+            let taken = found.entities();
+            free.retain(|chain| chain.entities.iter().all(|entity| !taken.contains(entity)));
+            for entity_idx in taken {
+                self.own(part_idx, entity_idx);
+            }
+        }
+    }
+
+    /// Closed chains of entities that belong to nobody.
+    fn free_chains(&self) -> Vec<Chain> {
+        let strokes: Vec<Stroke> = self
+            .drawing
+            .entities
+            .iter()
+            .enumerate()
+            .filter(|(entity_idx, entity)| {
+                self.owners[*entity_idx].is_none() && !is_ours(&entity.place.layer)
+            })
+            .filter_map(|(entity, known)| match &known.shape {
+                Shape::Path(path) => Some(Stroke { path: path.clone(), entity }),
+                _ => None,
+            })
+            .collect();
+        if let Ok(chains) = chain(&strokes, self.tolerance) {
+            return chains.closed;
+        }
+        // Somewhere in the drawing three lines meet: what is closed by itself still counts.
+        let closed = strokes.into_iter().filter(|stroke| stroke.path.is_closed);
+        closed.map(|stroke| Chain { path: stroke.path, entities: vec![stroke.entity] }).collect()
+    }
+
+    /// Of the outlines around waiting inserts the smallest, and which insert it is around.
+    fn smallest(&self, free: &[Chain], waiting: &[(usize, Point)]) -> Option<(usize, Outline)> {
+        let around = |(waiting_idx, (_, at)): (usize, &(usize, Point))| {
+            Some((waiting_idx, self.around_insert(free, *at)?))
+        };
+        let size = |outline: &Outline| outline.bounds().diagonal();
+        let found = waiting.iter().enumerate().filter_map(around);
+        found.min_by(|a, b| size(&a.1).total_cmp(&size(&b.1)))
+    }
+
+    /// The smallest outline around a point with its holes. Links are drawn over one another: what
+    /// crosses an outline belongs to another body.
+    fn around_insert(&self, free: &[Chain], at: Point) -> Option<Outline> {
+        let surrounds = |chain: &&Chain| {
+            Outline::around(std::slice::from_ref(*chain), at, self.tolerance)
+                .is_ok_and(|found| found.is_some())
+        };
+        let area = |chain: &Chain| signed_area(&chain.path).abs();
+        let outer = free.iter().filter(surrounds).min_by(|a, b| area(a).total_cmp(&area(b)))?;
+        let mut chains: Vec<Chain> = free.to_vec();
+        loop {
+            let crossing = match Outline::around(&chains, at, self.tolerance) {
+                Ok(found) => return found,
+                Err(error) => error.entities(),
+            };
+            let n_before = chains.len();
+            chains.retain(|chain| {
+                chain.entities == outer.entities
+                    || chain.entities.iter().all(|entity| !crossing.contains(entity))
+            });
+            if chains.len() == n_before {
+                return None;
+            }
+        }
+    }
+
+    /// The closed outline of a part, and what is left open.
+    pub(super) fn close_outline(&mut self, part_idx: usize) {
+        let part = &self.parts[part_idx];
+        // Hatches fill outlines that are drawn, too; alone, they are the outline.
+        let is_hatch =
+            |entity: usize| matches!(self.drawing.entities[entity].shape, Shape::Hatch(_));
+        let has_lines = part.paths.iter().any(|&(_, entity)| !is_hatch(entity));
+        let strokes: Vec<Stroke> = part
+            .paths
+            .iter()
+            .filter(|(_, entity)| !(has_lines && is_hatch(*entity)))
+            .map(|(path, entity)| Stroke { path: path.clone(), entity: *entity })
+            .collect();
+        // The ground may be drawn in any way: it has no mass.
+        let is_needed =
+            part_idx > 0 && !(part.value("mass").is_some() && part.value("inertia").is_some());
+        self.parts[part_idx].outline = match chain(&strokes, self.tolerance) {
+            Ok(chains) => {
+                if let (Some(open), true) = (chains.open_error(), is_needed) {
+                    self.outline_fault(part_idx, &open, Severity::Warning);
+                }
+                for snap in chains.snaps.iter().filter(|_| is_needed) {
+                    let fault = snap.diagnostic();
+                    let place = self.drawing.entities[snap.entities[0]].place.clone();
+                    self.fault(fault.help(apart(snap.distance)), &place);
+                }
+                match nest(&chains.closed, self.tolerance) {
+                    Ok(outline) if !outline.loops.is_empty() => Some(outline),
+                    Ok(_) => None,
+                    Err(error) => {
+                        self.outline_error(part_idx, &error, is_needed);
+                        None
+                    }
+                }
+            }
+            Err(error) => {
+                self.outline_error(part_idx, &error, is_needed);
+                None
+            }
+        };
+    }
+
+    fn outline_error(&mut self, part_idx: usize, error: &OutlineError, is_needed: bool) {
+        if is_needed {
+            self.outline_fault(part_idx, error, Severity::Error);
+        }
+    }
+
+    fn outline_fault(&mut self, part_idx: usize, error: &OutlineError, severity: Severity) {
+        let name = &self.parts[part_idx].name;
+        let fault = error.diagnostic();
+        let message = format!("body `{name}`: {}", fault.message);
+        let fault = Diagnostic { message, severity, ..fault };
+        let fault = match severity {
+            Severity::Error => fault,
+            Severity::Warning => fault.note("what is open counts for nothing in the mass"),
+        };
+        let entities = error.entities();
+        let places: Vec<_> =
+            entities.iter().take(4).map(|&e| self.drawing.entities[e].place.clone()).collect();
+        let fault = places.iter().fold(fault, |fault, place| self.excerpts.at(fault, place, ""));
+        self.faults.push(fault);
+    }
+
+    /// Whether a feature is a centre of a part, not a corner of its outline.
+    pub(super) fn is_centre(&self, part_idx: usize, feature: Point) -> bool {
+        use crate::geometry::Curve;
+        let mut curves = self.parts[part_idx].paths.iter().flat_map(|(path, _)| &path.curves);
+        curves.any(|curve| {
+            matches!(curve, Curve::Arc { centre, .. } if distance(*centre, feature) <= self.step)
+        })
+    }
+}
+
+/// How to keep two points apart.
+pub(super) fn apart(distance: f64) -> String {
+    let less = crate::excerpt::short(distance * 0.9);
+    format!("draw them at one point; `--tolerance {less}` would keep them apart")
+}
+
+/// Whether a layer is one of ours, so that its geometry is no outline of anybody.
+fn is_ours(layer: &str) -> bool {
+    layer.get(..3).is_some_and(|head| head.eq_ignore_ascii_case("BK_"))
+}

@@ -1,0 +1,90 @@
+//! The model file beside a drawing: its keys come before those of the drawing.
+
+use toml_edit::{DocumentMut, Item, TableLike};
+
+use crate::attachment::{Content, Value};
+use crate::drawing::Place;
+use crate::kind;
+
+/// The key that names the drawing.
+pub const DRAWING_KEY: &str = "drawing";
+
+/// A model file, as a tree that keeps its comments.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Side {
+    pub(super) document: DocumentMut,
+}
+
+/// The drawing that a model file names; `None` when it names none or is no TOML.
+pub fn named_drawing(text: &str) -> Option<String> {
+    let document: DocumentMut = text.parse().ok()?;
+    Some(document.get(DRAWING_KEY)?.as_str()?.to_owned())
+}
+
+impl Side {
+    /// Of a text that is TOML.
+    pub(super) fn new(text: &str) -> Self {
+        Self { document: text.parse().unwrap_or_default() }
+    }
+
+    /// What it states of a body, as values of the drawing's keys.
+    pub(super) fn body_values(&self, name: &str, place: &Place) -> Vec<Value> {
+        let Some(body) = self.table(&["bodies", name]) else { return Vec::new() };
+        let keys = kind::by_name("body").map_or(&[][..], |kind| kind.keys);
+        let stated = |key: &&'static str| {
+            let content = Content::Text(plain(body.get(key)?)?);
+            Some(Value { key, content, place: place.clone() })
+        };
+        keys.iter().filter_map(stated).collect()
+    }
+
+    fn table(&self, path: &[&str]) -> Option<&dyn TableLike> {
+        let mut table: &dyn TableLike = self.document.as_table();
+        for key in path {
+            table = table.get(key)?.as_table_like()?;
+        }
+        Some(table)
+    }
+
+    /// The whole model: this file, and below it what the drawing says.
+    pub(super) fn merged(mut self, drawn: &DocumentMut) -> String {
+        self.document.remove(DRAWING_KEY);
+        merge(self.document.as_table_mut(), drawn.as_table(), false);
+        self.document.to_string()
+    }
+
+    /// Takes the keys away that the drawing has used up.
+    pub(super) fn forget(&mut self, body: &str, keys: &[&str]) {
+        let bodies = self.document.get_mut("bodies").and_then(Item::as_table_like_mut);
+        let table = bodies.and_then(|t| t.get_mut(body)).and_then(Item::as_table_like_mut);
+        if let Some(table) = table {
+            for key in keys {
+                table.remove(key);
+            }
+        }
+    }
+}
+
+/// The text of a number, a text or a flag.
+fn plain(item: &Item) -> Option<String> {
+    let value = item.as_value()?;
+    let text = value.as_str().map(str::to_owned);
+    text.or_else(|| value.as_integer().map(|number| number.to_string()))
+        .or_else(|| value.as_float().map(|number| number.to_string()))
+        .or_else(|| value.as_bool().map(|flag| flag.to_string()))
+}
+
+/// Adds what is missing; `is_whole` where a table that is stated is stated whole.
+fn merge(into: &mut dyn TableLike, from: &dyn TableLike, is_whole: bool) {
+    for (key, item) in from.iter() {
+        let Some(known) = into.get_mut(key) else {
+            into.insert(key, item.clone());
+            continue;
+        };
+        if let (Some(known), Some(more), false) =
+            (known.as_table_like_mut(), item.as_table_like(), is_whole)
+        {
+            merge(known, more, key == "initial");
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! Places in a drawing as places in its text, and in words.
+
+use std::ops::Range;
+
+use bksim_mbs::diagnostic::Diagnostic;
+
+use crate::drawing::Place;
+
+/// The lines of an ASCII drawing; of a binary one nothing can be shown.
+#[derive(Clone, Debug, Default)]
+pub struct Excerpts<'a> {
+    text: &'a str,
+    /// Byte range of each line, without its end.
+    lines: Vec<Range<usize>>,
+}
+
+impl<'a> Excerpts<'a> {
+    /// The lines of a text; empty for a binary drawing.
+    pub fn new(text: &'a str) -> Self {
+        let mut lines = Vec::new();
+        let mut start = 0;
+        for line in text.split_inclusive('\n') {
+            lines.push(start..start + line.trim_end_matches(['\n', '\r']).len());
+            start += line.len();
+        }
+        Self { text, lines }
+    }
+
+    /// Bytes of the first line of a place: the type of its entity.
+    pub fn first_line(&self, place: &Place) -> Option<Range<usize>> {
+        let [first, _] = place.lines?;
+        self.trimmed(first)
+    }
+
+    /// The place narrowed to the line of it that says `value`.
+    #[must_use]
+    pub fn narrowed(&self, place: &Place, value: &str) -> Place {
+        let found = place.lines.and_then(|[first, last]| {
+            let mut lines = (first..=last).filter(|&line| self.words(line) == Some(value));
+            lines.next()
+        });
+        Place { lines: found.map(|line| [line, line]).or(place.lines), ..place.clone() }
+    }
+
+    fn words(&self, line: usize) -> Option<&'a str> {
+        let range = self.lines.get(line.checked_sub(1)?)?;
+        Some(self.text.get(range.clone())?.trim())
+    }
+
+    fn trimmed(&self, line: usize) -> Option<Range<usize>> {
+        let range = self.lines.get(line.checked_sub(1)?)?.clone();
+        let text = self.text.get(range.clone())?;
+        let start = range.start + text.len() - text.trim_start().len();
+        Some(start..start + text.trim().len())
+    }
+
+    /// Adds a place to a fault: the excerpt where there is a text, a note where not.
+    #[must_use]
+    pub fn at(&self, fault: Diagnostic, place: &Place, words: &str) -> Diagnostic {
+        let what = describe(place);
+        match self.first_line(place) {
+            Some(span) if words.is_empty() => fault.at(span, what),
+            Some(span) => fault.at(span, format!("{words}: {what}")),
+            None if words.is_empty() => fault.note(what),
+            None => fault.note(format!("{words}: {what}")),
+        }
+    }
+}
+
+/// `CIRCLE, handle 2F, layer BK_JOINTS, at (120.5, 34)`.
+pub fn describe(place: &Place) -> String {
+    let handle = place.handle.map(|handle| format!(", handle {:X}", handle.0)).unwrap_or_default();
+    let [x, y] = place.at.map(short);
+    format!("{}{handle}, layer {}, at ({x}, {y})", place.kind, place.layer)
+}
+
+/// A coordinate in at most seven digits.
+pub(crate) fn short(x: f64) -> String {
+    let rounded: f64 = format!("{x:.6e}").parse().unwrap_or(x);
+    format!("{rounded}")
+}

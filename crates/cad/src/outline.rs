@@ -1,0 +1,119 @@
+//! Outlines: closed paths made of the lines and arcs of a drawing, and which of them are holes.
+//!
+//! ```text
+//! strokes → chain → closed and open chains, snaps → nest → Outline
+//! ```
+//!
+//! Ends that meet within the tolerance are joined; a loop inside an odd number of others is a hole.
+//! Both work on the curves as they are, not on polygons of them.
+
+mod boxes;
+mod chain;
+mod contact;
+mod error;
+mod nest;
+
+pub use chain::{Chain, Chains, Snap, chain};
+pub use error::{OpenEnd, OutlineError};
+pub use nest::nest;
+
+use crate::geometry::{Bounds, Path, Point};
+use crate::mass::signed_area;
+
+/// A path of the drawing and where it comes from.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Stroke {
+    /// Its curves.
+    pub path: Path,
+    /// The index of its entity; only passed on.
+    pub entity: usize,
+}
+
+/// One closed path of an outline.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Loop {
+    /// Counter-clockwise around material, clockwise around a hole.
+    pub path: Path,
+    /// Whether the material is outside.
+    pub is_hole: bool,
+    /// The entities it is made of, in the order of the path.
+    pub entities: Vec<usize>,
+}
+
+/// An area: loops around material and loops around holes in it, none crossing another.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Outline {
+    /// In the order of their first strokes.
+    pub loops: Vec<Loop>,
+}
+
+impl Outline {
+    /// The outline that all strokes together make, and what was snapped for it.
+    ///
+    /// # Errors
+    /// What [`chain`] and [`nest`] find, and [`OutlineError::Open`] for ends that meet no other.
+    pub fn of(strokes: &[Stroke], tolerance: f64) -> Result<(Self, Vec<Snap>), OutlineError> {
+        let chains = chain(strokes, tolerance)?;
+        if let Some(open) = chains.open_error() {
+            return Err(open);
+        }
+        Ok((nest(&chains.closed, tolerance)?, chains.snaps))
+    }
+
+    /// The outline around a point: the smallest closed chain that contains it and the ones directly
+    /// inside that as holes; `None` when no chain contains the point.
+    ///
+    /// # Errors
+    /// What [`nest`] finds among these chains.
+    pub fn around(
+        closed: &[Chain],
+        point: Point,
+        tolerance: f64,
+    ) -> Result<Option<Self>, OutlineError> {
+        let around = closed
+            .iter()
+            .filter(|chain| chain.path.bounds().contains(point) && chain.path.winding(point) != 0);
+        let area = |chain: &Chain| signed_area(&chain.path).abs();
+        let Some(outer) = around.min_by(|a, b| area(a).total_cmp(&area(b))) else {
+            return Ok(None);
+        };
+        let inside = closed.iter().filter(|chain| {
+            let start = chain.path.start_point().unwrap_or(point);
+            !std::ptr::eq(*chain, outer)
+                && outer.path.bounds().contains(start)
+                && outer.path.winding(start) != 0
+                && area(chain) < area(outer)
+        });
+        let chosen: Vec<Chain> = std::iter::once(outer).chain(inside).cloned().collect();
+        let (outline, depths) = nest::nest_with_depths(&chosen, tolerance)?;
+        let parts = outline.loops.into_iter().zip(depths);
+        let loops = parts.filter(|(_, depth)| *depth <= 1).map(|(part, _)| part).collect();
+        Ok(Some(Self { loops }))
+    }
+
+    /// Whether the point is in the material; on the border it is either.
+    pub fn contains(&self, point: Point) -> bool {
+        self.loops.iter().map(|part| part.path.winding(point)).sum::<i32>() > 0
+    }
+
+    /// Whether the point is in the material or in one of its holes.
+    pub fn outer_contains(&self, point: Point) -> bool {
+        let mut outer = self.loops.iter().filter(|part| !part.is_hole);
+        outer.any(|part| part.path.winding(point) != 0)
+    }
+
+    /// Distance from the point to the nearest point of a loop; infinite without loops.
+    pub fn distance(&self, point: Point) -> f64 {
+        self.loops.iter().map(|part| part.path.distance(point)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The smallest box around it.
+    pub fn bounds(&self) -> Bounds {
+        self.loops.iter().map(|part| part.path.bounds()).fold(Bounds::EMPTY, Bounds::union)
+    }
+
+    /// The entities of all loops.
+    pub fn entities(&self) -> Vec<usize> {
+        self.loops.iter().flat_map(|part| part.entities.iter().copied()).collect()
+    }
+}

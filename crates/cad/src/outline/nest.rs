@@ -1,0 +1,133 @@
+//! Nesting: which loops are inside which, and so which are holes.
+//!
+//! A loop inside an odd number of others is a hole; one inside a hole is material again.
+
+use super::boxes::{BoxTree, Part};
+use super::contact::{self, Contacts};
+use super::{Chain, Loop, Outline, OutlineError};
+use crate::geometry::vector::distance;
+use crate::geometry::{Bounds, Path, Pen, Point};
+use crate::mass::signed_area;
+
+/// A loop with less area than this part of its diagonal squared has none.
+const FLAT: f64 = 1e-12;
+
+/// Sets closed chains into each other.
+///
+/// # Errors
+/// [`OutlineError::Crossing`] and [`OutlineError::Coincident`] for loops that meet in more than
+/// touching, [`OutlineError::NoArea`] for a loop without area or when there is no loop at all.
+/// Loops that reach less than `tolerance` into each other, or less than a millionth of the whole,
+/// count as touching.
+pub fn nest(closed: &[Chain], tolerance: f64) -> Result<Outline, OutlineError> {
+    nest_with_depths(closed, tolerance).map(|(outline, _)| outline)
+}
+
+/// The outline, and inside how many others each of its loops is.
+pub(super) fn nest_with_depths(
+    closed: &[Chain],
+    tolerance: f64,
+) -> Result<(Outline, Vec<usize>), OutlineError> {
+    let borders: Vec<Border> = closed.iter().map(|chain| Border::of(&chain.path)).collect();
+    let areas: Vec<f64> = closed.iter().map(|chain| signed_area(&chain.path)).collect();
+    let is_flat = |i: &usize| {
+        let size = borders[*i].bounds.diagonal();
+        areas[*i].is_nan() || areas[*i].abs() <= FLAT * size * size
+    };
+    if let Some(i) = (0..closed.len()).find(is_flat) {
+        let (at, entities) = (borders[i].start(), closed[i].entities.clone());
+        return Err(OutlineError::NoArea { at, entities });
+    }
+    if closed.is_empty() {
+        return Err(OutlineError::NoArea { at: [0.0; 2], entities: Vec::new() });
+    }
+    let contacts = contact::contacts(&borders, tolerance).map_err(|meeting| {
+        let [a, b] = meeting.loops.map(|i| closed[i].entities.first().copied().unwrap_or(0));
+        meeting.error([a, b])
+    })?;
+
+    let depths = depths(&borders, &contacts);
+    let parts = closed.iter().zip(&areas).zip(&depths);
+    let loops = parts.map(|((chain, area), depth)| {
+        let is_hole = depth % 2 == 1;
+        // Material to the left all the way.
+        let runs_well = (*area > 0.0) != is_hole;
+        let mut entities = chain.entities.clone();
+        let path = if runs_well {
+            chain.path.clone()
+        } else {
+            entities.reverse();
+            chain.path.reversed()
+        };
+        Loop { path, is_hole, entities }
+    });
+    Ok((Outline { loops: loops.collect() }, depths))
+}
+
+/// Inside how many others each loop is.
+fn depths(borders: &[Border], contacts: &Contacts) -> Vec<usize> {
+    let boxes: Vec<Bounds> = borders.iter().map(|border| border.bounds).collect();
+    let tree = BoxTree::anywhere(&boxes);
+    let depth = |i: usize| {
+        let mut depth = 0;
+        tree.meeting(&Bounds::of([borders[i].start()]), |k| {
+            // Loops that touch have been told apart where they do not.
+            let is_inside = || match contacts.is_inside(i, k) {
+                Some(is_inside) => is_inside,
+                None => borders[k].contains(borders[i].start()),
+            };
+            depth += usize::from(k != i && is_inside());
+        });
+        depth
+    };
+    (0..borders.len()).map(depth).collect()
+}
+
+/// A closed path with a tree of boxes over its curves.
+pub(super) struct Border<'a> {
+    pub(super) path: &'a Path,
+    pub(super) bounds: Bounds,
+    tree: BoxTree,
+}
+
+impl<'a> Border<'a> {
+    pub(super) fn of(path: &'a Path) -> Self {
+        let boxes: Vec<Bounds> = path.curves.iter().map(crate::geometry::Curve::bounds).collect();
+        let bounds = boxes.iter().copied().fold(Bounds::EMPTY, Bounds::union);
+        Self { path, bounds, tree: BoxTree::in_order(&boxes) }
+    }
+
+    pub(super) fn start(&self) -> Point {
+        self.path.start_point().unwrap_or([f64::NAN; 2])
+    }
+
+    /// As [`Path::winding`], passing over stretches whose box does not contain the point: those may
+    /// be replaced by their chords.
+    pub(super) fn contains(&self, point: Point) -> bool {
+        if !self.bounds.contains(point) {
+            return false;
+        }
+        let mut pen = Pen::new(point);
+        let curves = &self.path.curves;
+        self.tree.descend(
+            |bounds| bounds.contains(point),
+            |part| match part {
+                Part::Leaf(i) => pen.follow(&curves[i]),
+                Part::Passed { first, last } => {
+                    pen.line_to(curves[first].start_point());
+                    pen.line_to(curves[last].end_point());
+                }
+            },
+        );
+        pen.close() != 0
+    }
+
+    pub(super) fn distance(&self, point: Point) -> f64 {
+        self.tree.nearest(point, |i| self.path.curves[i].distance(point))
+    }
+
+    /// Whether a point within `tolerance` of the path.
+    pub(super) fn is_near(&self, point: Point, tolerance: f64) -> bool {
+        distance(self.start(), point) <= tolerance || self.distance(point) <= tolerance
+    }
+}

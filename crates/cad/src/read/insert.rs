@@ -1,0 +1,101 @@
+//! Inserts: ours with their attributes, all others with the curves of their blocks.
+
+use acadrust::EntityType;
+use acadrust::entities::Insert;
+
+use super::plane::planar;
+use super::{Reading, shape, xdata};
+use crate::drawing::{Entity, Insert as OurInsert, Shape};
+use crate::geometry::{Affine, Path};
+
+/// Blocks nested deeper are not followed.
+const MAX_DEPTH: usize = 16;
+
+/// Our blocks begin with this.
+const PREFIX: &str = "BK_";
+
+fn is_ours(block: &str) -> bool {
+    block.get(..PREFIX.len()).is_some_and(|head| head.eq_ignore_ascii_case(PREFIX))
+}
+
+impl Reading<'_> {
+    /// An insert of the model space.
+    pub(super) fn read_insert(&mut self, insert: &Insert) {
+        let Some(map) = self.map(insert) else { return };
+        if is_ours(&insert.block_name) {
+            self.read_ours(insert, &map, &Affine::IDENTITY, None);
+            return;
+        }
+        // Curves by the layer they are on; in a block, layer 0 means that of the insert.
+        let mut layers: Vec<(String, Vec<Path>)> = vec![(insert.common.layer.clone(), Vec::new())];
+        let mut waiting = vec![(insert.clone(), map, insert.common.layer.clone(), 0)];
+        'blocks: while let Some((insert, map, layer, depth)) = waiting.pop() {
+            for entity in self.document.entities_in_block(&insert.block_name) {
+                // Inserts of inserts may grow without bound: what is beyond the budget is not drawn.
+                if self.budget == 0 {
+                    break 'blocks;
+                }
+                self.budget -= 1;
+                let own = &entity.common().layer;
+                let layer = if own == "0" { layer.clone() } else { own.clone() };
+                if let EntityType::Insert(inner) = entity {
+                    let Some(inner_map) = self.map(inner) else { continue };
+                    if is_ours(&inner.block_name) {
+                        self.read_ours(inner, &inner_map, &map, Some(&layer));
+                    } else if depth < MAX_DEPTH {
+                        waiting.push((inner.clone(), inner_map.then(&map), layer, depth + 1));
+                    }
+                    continue;
+                }
+                let Shape::Path(path) = shape::shape(entity) else { continue };
+                let path = path.transformed(&map);
+                match layers.iter_mut().find(|(name, _)| *name == layer) {
+                    Some((_, known)) => known.push(path),
+                    None => layers.push((layer, vec![path])),
+                }
+            }
+        }
+        for (layer_idx, (layer, paths)) in layers.into_iter().enumerate() {
+            let place = self.place("INSERT", &insert.common, map.origin);
+            let place = crate::drawing::Place { layer, ..place };
+            // The insert's own data stand with what is on its own layer.
+            let xdata = if layer_idx == 0 { xdata(&insert.common) } else { Vec::new() };
+            self.entities.push(Entity { place, shape: Shape::Paths(paths), xdata });
+        }
+    }
+
+    /// An insert of one of our blocks, in a block that is itself inserted by `outer`.
+    fn read_ours(&mut self, insert: &Insert, map: &Affine, outer: &Affine, layer: Option<&str>) {
+        let map = map.then(outer);
+        let attributes =
+            insert.attributes.iter().map(|attribute| self.attribute(attribute, outer)).collect();
+        let ours = OurInsert {
+            block: insert.block_name.to_ascii_uppercase(),
+            at: map.origin,
+            x: map.x,
+            y: map.y,
+            attributes,
+        };
+        let mut place = self.place("INSERT", &insert.common, map.origin);
+        if let Some(layer) = layer {
+            layer.clone_into(&mut place.layer);
+        }
+        let shape = Shape::Insert(ours);
+        self.entities.push(Entity { place, shape, xdata: xdata(&insert.common) });
+    }
+
+    /// From the axes of the block to those the insert stands in; `None` out of the plane.
+    fn map(&self, insert: &Insert) -> Option<Affine> {
+        let ocs = planar(insert.normal)?;
+        let base = self.document.block_records.get(&insert.block_name).map(|b| b.base_point);
+        let base = base.map_or([0.0; 2], |p| [p.x, p.y]);
+        // A block's own origin goes to the insertion point.
+        Some(
+            Affine::translation([-base[0], -base[1]])
+                .then(&Affine::scaling(insert.x_scale(), insert.y_scale()))
+                .then(&Affine::rotation(insert.rotation))
+                .then(&Affine::translation([insert.insert_point.x, insert.insert_point.y]))
+                .then(&ocs),
+        )
+    }
+}

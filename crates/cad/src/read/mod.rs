@@ -1,0 +1,134 @@
+//! From the library's document to a [`Drawing`]: world axes, the plane, plain data.
+
+mod insert;
+mod plane;
+mod shape;
+
+use acadrust::entities::{AttributeEntity, EntityCommon};
+use acadrust::xdata::XDataValue;
+use acadrust::{CadDocument, EntityType};
+
+use crate::drawing::{Attribute, Drawing, Entity, Handle, LengthUnit, Place, Shape, XValue};
+use crate::geometry::{Affine, Point};
+use crate::kind::APPLICATION;
+use crate::tags::Tags;
+use plane::planar;
+
+/// Most curves that are read out of nested inserts: a drawing of a mechanism has thousands.
+const MAX_INSERTED: usize = 200_000;
+
+/// Reads the model space; `tags` are the groups of the same file.
+pub fn read(document: &CadDocument, unit: LengthUnit, tags: &Tags) -> Drawing {
+    let mut reading = Reading { document, tags, entities: Vec::new(), budget: MAX_INSERTED };
+    for entity in document.model_space_entities() {
+        reading.read_entity(entity);
+    }
+    let extent = extent(&reading.entities);
+    Drawing { unit, entities: reading.entities, extent }
+}
+
+struct Reading<'a> {
+    document: &'a CadDocument,
+    tags: &'a Tags,
+    entities: Vec<Entity>,
+    /// Curves that inserts may still bring.
+    budget: usize,
+}
+
+impl Reading<'_> {
+    fn read_entity(&mut self, entity: &EntityType) {
+        if let EntityType::Insert(insert) = entity {
+            self.read_insert(insert);
+            return;
+        }
+        let common = entity.common();
+        let shape = shape::shape(entity);
+        let kind = entity.as_entity().entity_type();
+        let place = self.place(kind, common, anchor(&shape));
+        self.entities.push(Entity { place, shape, xdata: xdata(common) });
+    }
+
+    fn place(&self, kind: &str, common: &EntityCommon, at: Point) -> Place {
+        let known = Handle(common.handle.into());
+        let record = self.tags.known_record(known);
+        let lines = record.and_then(|record| {
+            let [first, last] = [record.start, record.end.checked_sub(1)?];
+            // A group is two lines: its code and its value.
+            Some([self.tags.line(first)? + 1, self.tags.line(last)? + 1])
+        });
+        Place {
+            kind: kind.to_owned(),
+            handle: self.tags.own_handle(known).filter(|handle| handle.0 != 0),
+            layer: common.layer.clone(),
+            at,
+            lines,
+        }
+    }
+
+    fn attribute(&self, attribute: &AttributeEntity, map: &Affine) -> Attribute {
+        let p = attribute.insertion_point;
+        let at = planar(attribute.normal).map_or([p.x, p.y], |ocs| ocs.point([p.x, p.y]));
+        Attribute {
+            tag: attribute.tag.trim().to_ascii_uppercase(),
+            value: attribute.value.trim().to_owned(),
+            place: self.place("ATTRIB", &attribute.common, map.point(at)),
+        }
+    }
+}
+
+/// The values under our application name.
+fn xdata(common: &EntityCommon) -> Vec<XValue> {
+    let records = common.extended_data.records().iter();
+    let ours = records.filter(|r| r.application_name.eq_ignore_ascii_case(APPLICATION));
+    ours.flat_map(|record| &record.values)
+        .map(|value| match value {
+            XDataValue::String(text) => XValue::Text(text.clone()),
+            XDataValue::ControlString(text) if text == "{" => XValue::Open,
+            XDataValue::ControlString(_) => XValue::Close,
+            XDataValue::LayerName(layer) => XValue::Layer(layer.clone()),
+            // Nothing of ours is binary: it stands as what cannot be read.
+            XDataValue::BinaryData(_) => XValue::Layer(String::new()),
+            XDataValue::Handle(handle) => XValue::Handle(Handle((*handle).into())),
+            XDataValue::Point3D(p) | XDataValue::Position3D(p) => XValue::Point([p.x, p.y]),
+            XDataValue::Displacement3D(p) => XValue::Displacement([p.x, p.y]),
+            XDataValue::Direction3D(p) => XValue::Direction([p.x, p.y]),
+            XDataValue::Real(number) => XValue::Number(*number),
+            XDataValue::Distance(length) => XValue::Distance(*length),
+            XDataValue::ScaleFactor(factor) => XValue::Factor(*factor),
+            XDataValue::Integer16(number) => XValue::Number(f64::from(*number)),
+            XDataValue::Integer32(number) => XValue::Number(f64::from(*number)),
+        })
+        .collect()
+}
+
+/// A point of a shape, for messages.
+fn anchor(shape: &Shape) -> Point {
+    match shape {
+        Shape::Point(at) | Shape::Text { at, .. } => *at,
+        Shape::Insert(insert) => insert.at,
+        Shape::Path(path) => path.curves.first().map_or([0.0; 2], shape::anchor_of),
+        Shape::Paths(paths) | Shape::Hatch(paths) => {
+            paths.first().and_then(|path| path.curves.first()).map_or([0.0; 2], shape::anchor_of)
+        }
+        Shape::Other => [0.0; 2],
+    }
+}
+
+fn extent(entities: &[Entity]) -> [Point; 2] {
+    use crate::geometry::Bounds;
+    let mut bounds = Bounds::EMPTY;
+    for entity in entities {
+        match &entity.shape {
+            Shape::Point(at) => bounds = bounds.with(*at),
+            Shape::Insert(insert) => bounds = bounds.with(insert.at),
+            Shape::Path(path) => bounds = bounds.union(path.bounds()),
+            Shape::Paths(paths) | Shape::Hatch(paths) => {
+                for path in paths {
+                    bounds = bounds.union(path.bounds());
+                }
+            }
+            Shape::Text { .. } | Shape::Other => (),
+        }
+    }
+    if bounds.is_empty() { [[0.0; 2]; 2] } else { [bounds.min, bounds.max] }
+}

@@ -1,0 +1,218 @@
+//! The geometry of one entity.
+
+use acadrust::entities::mtext_format::parse_mtext;
+use acadrust::entities::{
+    Arc, BoundaryEdge, BoundaryPath, Circle, Ellipse, Hatch, LwPolyline, Polyline2D,
+    Spline as SplineEntity, VertexFlags,
+};
+use acadrust::{EntityType, Vector2, Vector3};
+
+use super::plane::planar;
+use crate::drawing::Shape;
+use crate::geometry::{Affine, Curve, Path, Point, Spline, Vertex};
+
+const TURN: f64 = std::f64::consts::TAU;
+
+/// The geometry of an entity other than an insert, in the axes it is defined in: those of the world
+/// or, inside of a block, of the block.
+pub(super) fn shape(entity: &EntityType) -> Shape {
+    let path = match entity {
+        EntityType::Point(point) => return Shape::Point(flat(point.location)),
+        EntityType::Text(text) => {
+            let at = ocs(text.normal).map_or([0.0; 2], |map| map.point(flat(text.insertion_point)));
+            return Shape::Text { at, text: text.value.clone() };
+        }
+        EntityType::MText(text) => {
+            let words = parse_mtext(&text.value, true).to_plain_text();
+            return Shape::Text { at: flat(text.insertion_point), text: words };
+        }
+        EntityType::Hatch(hatch) => return hatch_shape(hatch),
+        EntityType::Line(line) => {
+            let curve = Curve::Segment { from: flat(line.start), to: flat(line.end) };
+            Some(Path { curves: vec![curve], is_closed: false })
+        }
+        EntityType::Circle(circle) => circle_path(circle),
+        EntityType::Arc(arc) => arc_path(arc),
+        EntityType::Ellipse(ellipse) => ellipse_path(ellipse),
+        EntityType::Spline(spline) => spline_path(spline),
+        EntityType::LwPolyline(polyline) => lwpolyline_path(polyline),
+        EntityType::Polyline2D(polyline) => polyline_path(polyline),
+        EntityType::Polyline(polyline) => {
+            let corners: Vec<Vertex> = polyline
+                .vertices
+                .iter()
+                .map(|vertex| Vertex { at: flat(vertex.location), bulge: 0.0 })
+                .collect();
+            Path::from_bulges(&corners, polyline.flags.is_closed()).ok()
+        }
+        _ => None,
+    };
+    // What encloses nothing and leads nowhere is no geometry; neither are numbers that are none.
+    match path {
+        Some(path) if !path.curves.is_empty() && path.check().is_ok() => Shape::Path(path),
+        _ => Shape::Other,
+    }
+}
+
+/// A point of a curve, for messages: the centre where there is one.
+pub(super) fn anchor_of(curve: &Curve) -> Point {
+    match curve {
+        Curve::Segment { from, .. } => *from,
+        Curve::Arc { centre, .. } | Curve::Ellipse { centre, .. } => *centre,
+        Curve::Spline(spline) => spline.control.first().copied().unwrap_or_default(),
+    }
+}
+
+fn flat(p: Vector3) -> Point {
+    [p.x, p.y]
+}
+
+fn flat2(p: Vector2) -> Point {
+    [p.x, p.y]
+}
+
+fn ocs(normal: Vector3) -> Option<Affine> {
+    planar(normal)
+}
+
+fn circle_path(circle: &Circle) -> Option<Path> {
+    let curve =
+        Curve::Arc { centre: flat(circle.center), radius: circle.radius, start: 0.0, sweep: TURN };
+    let path = Path { curves: vec![curve], is_closed: true };
+    Some(path.transformed(&ocs(circle.normal)?))
+}
+
+/// The way from one angle to another, counter-clockwise, greater than zero and at most a turn.
+fn sweep(from: f64, to: f64) -> f64 {
+    let sweep = (to - from).rem_euclid(TURN);
+    if sweep <= f64::EPSILON * TURN { TURN } else { sweep }
+}
+
+fn arc_path(arc: &Arc) -> Option<Path> {
+    let sweep = sweep(arc.start_angle, arc.end_angle);
+    let (centre, radius) = (flat(arc.center), arc.radius);
+    let curve = Curve::Arc { centre, radius, start: arc.start_angle, sweep };
+    let path = Path { curves: vec![curve], is_closed: sweep == TURN };
+    Some(path.transformed(&ocs(arc.normal)?))
+}
+
+/// Ellipses are in world coordinates, and run counter-clockwise about their normal.
+fn ellipse_path(ellipse: &Ellipse) -> Option<Path> {
+    let side = planar(ellipse.normal)?.x[0] * ellipse.minor_axis_ratio;
+    let major = flat(ellipse.major_axis);
+    let (start, end) = (ellipse.start_parameter, ellipse.end_parameter);
+    let sweep = sweep(start, end);
+    let minor = [-major[1] * side, major[0] * side];
+    let curve = Curve::Ellipse { centre: flat(ellipse.center), major, minor, start, sweep };
+    Some(Path { curves: vec![curve], is_closed: sweep == TURN })
+}
+
+fn spline_path(entity: &SplineEntity) -> Option<Path> {
+    let control: Vec<Point> = entity.control_points.iter().map(|p| flat(*p)).collect();
+    let spline = if control.is_empty() {
+        let points: Vec<Point> = entity.fit_points.iter().map(|p| flat(*p)).collect();
+        let tangent = |v: Vector3| Some(flat(v)).filter(|t| *t != [0.0; 2]);
+        Spline::through(&points, [tangent(entity.begin_tangent), tangent(entity.end_tangent)])
+    } else {
+        let degree = usize::try_from(entity.degree).ok()?;
+        Spline::new(degree, entity.knots.clone(), control, entity.weights.clone())
+    };
+    Some(whole(Curve::Spline(spline.ok()?)))
+}
+
+/// A path of one curve, closed if its ends meet.
+fn whole(curve: Curve) -> Path {
+    let is_closed = curve.start_point() == curve.end_point();
+    Path { curves: vec![curve], is_closed }
+}
+
+fn lwpolyline_path(polyline: &LwPolyline) -> Option<Path> {
+    let corners: Vec<Vertex> = polyline
+        .vertices
+        .iter()
+        .map(|vertex| Vertex { at: flat2(vertex.location), bulge: vertex.bulge })
+        .collect();
+    let path = Path::from_bulges(&corners, polyline.is_closed).ok()?;
+    Some(path.transformed(&ocs(polyline.normal)?))
+}
+
+fn polyline_path(polyline: &Polyline2D) -> Option<Path> {
+    // Control points of a spline-fit polyline lie beside the curve.
+    let is_control = |flags: VertexFlags| flags.bits() & VertexFlags::SPLINE_CONTROL.bits() != 0;
+    let corners: Vec<Vertex> = polyline
+        .vertices
+        .iter()
+        .filter(|vertex| !is_control(vertex.flags))
+        .map(|vertex| Vertex { at: flat(vertex.location), bulge: vertex.bulge })
+        .collect();
+    let path = Path::from_bulges(&corners, polyline.flags.is_closed()).ok()?;
+    Some(path.transformed(&ocs(polyline.normal)?))
+}
+
+fn hatch_shape(hatch: &Hatch) -> Shape {
+    let Some(map) = ocs(hatch.normal) else { return Shape::Other };
+    let paths: Vec<Path> = hatch
+        .paths
+        .iter()
+        .filter_map(boundary_path)
+        .map(|path| path.transformed(&map))
+        .filter(|path| !path.curves.is_empty() && path.check().is_ok())
+        .collect();
+    if paths.is_empty() { Shape::Other } else { Shape::Hatch(paths) }
+}
+
+/// One boundary of a hatch; its edges follow one another.
+fn boundary_path(boundary: &BoundaryPath) -> Option<Path> {
+    let mut curves = Vec::new();
+    for edge in &boundary.edges {
+        match edge {
+            BoundaryEdge::Line(line) => {
+                curves.push(Curve::Segment { from: flat2(line.start), to: flat2(line.end) });
+            }
+            BoundaryEdge::CircularArc(arc) => {
+                let way = if arc.counter_clockwise { 1.0 } else { -1.0 };
+                // Clockwise edges are written with the angles of their mirror image.
+                let [start, end] = [arc.start_angle * way, arc.end_angle * way];
+                let sweep =
+                    if arc.counter_clockwise { sweep(start, end) } else { -sweep(end, start) };
+                let (centre, radius) = (flat2(arc.center), arc.radius);
+                curves.push(Curve::Arc { centre, radius, start, sweep });
+            }
+            BoundaryEdge::EllipticArc(arc) => {
+                let major = flat2(arc.major_axis_endpoint);
+                let ratio = arc.minor_axis_ratio;
+                let minor = [-major[1] * ratio, major[0] * ratio];
+                let way = if arc.counter_clockwise { 1.0 } else { -1.0 };
+                let [start, end] = [arc.start_angle * way, arc.end_angle * way];
+                let sweep =
+                    if arc.counter_clockwise { sweep(start, end) } else { -sweep(end, start) };
+                curves.push(Curve::Ellipse {
+                    centre: flat2(arc.center),
+                    major,
+                    minor,
+                    start,
+                    sweep,
+                });
+            }
+            BoundaryEdge::Spline(edge) => {
+                // The third number of a control point is its weight.
+                let control = edge.control_points.iter().map(|p| flat(*p)).collect();
+                let weights = if edge.rational {
+                    edge.control_points.iter().map(|p| p.z).collect()
+                } else {
+                    Vec::new()
+                };
+                let degree = usize::try_from(edge.degree).ok()?;
+                let spline = Spline::new(degree, edge.knots.clone(), control, weights).ok()?;
+                curves.push(Curve::Spline(spline));
+            }
+            BoundaryEdge::Polyline(polyline) => {
+                // The third number of a vertex is its bulge.
+                let corner = |p: &Vector3| Vertex { at: flat(*p), bulge: p.z };
+                let corners: Vec<Vertex> = polyline.vertices.iter().map(corner).collect();
+                return Path::from_bulges(&corners, true).ok();
+            }
+        }
+    }
+    Some(Path { curves, is_closed: true })
+}

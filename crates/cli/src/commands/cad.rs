@@ -1,0 +1,63 @@
+//! `bksim cad`: what is in a drawing, and drawings from models.
+
+mod dist;
+mod list;
+mod mass;
+mod to_toml;
+
+use std::path::Path;
+
+use bksim::cad::compose::Composition;
+use bksim::cad::model::{ModelOptions, Sheet};
+use bksim::mbs::diagnostic::Diagnostic;
+
+use crate::args::DrawingArgs;
+use crate::args::cad::Cad;
+use crate::exit::{Failure, Status};
+use crate::render;
+use crate::source::{Text, read_bytes, read_sheet};
+
+pub(crate) fn run(command: &Cad, json: bool, nesting: usize) -> Result<Status, Failure> {
+    match command {
+        Cad::Mass(args) => mass::run(args, json),
+        Cad::Dist(args) => dist::run(args, json),
+        Cad::List(args) => list::run(args, json),
+        Cad::ToToml(args) => to_toml::run(args, json, nesting),
+    }
+}
+
+/// A drawing with its parts, and what is wrong with it in the drawing's own terms.
+struct Parts {
+    sheet: Sheet,
+    composition: Composition,
+    source: Text,
+}
+
+/// Reads the parts of a drawing; faults that `is_harmless` are left out, errors refuse it.
+fn parts(
+    path: &Path,
+    args: &DrawingArgs,
+    plate: [Option<&str>; 2],
+    is_harmless: fn(&Diagnostic) -> bool,
+) -> Result<Parts, Failure> {
+    let sheet = read_sheet(path, read_bytes(path)?, args)?;
+    let options = ModelOptions { tolerance: args.tolerance, plate, ..ModelOptions::default() };
+    let mut composition = sheet.compose(options);
+    composition.diagnostics.retain(|fault| !is_harmless(fault));
+    let source = Text { path: path.to_owned(), text: sheet.text.clone(), drawn: None };
+    if composition.diagnostics.iter().any(Diagnostic::is_error) {
+        return Err(source.rejected(composition.diagnostics));
+    }
+    Ok(Parts { sheet, composition, source })
+}
+
+impl Parts {
+    fn print_warnings(&self) {
+        render::print_all(&self.source, &self.composition.diagnostics);
+    }
+}
+
+/// Bodies without mass are no fault where only their shapes are asked for.
+fn is_missing_mass(fault: &Diagnostic) -> bool {
+    fault.code == bksim::cad::codes::NO_MASS
+}

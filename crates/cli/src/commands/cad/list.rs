@@ -1,0 +1,96 @@
+//! `bksim cad list`: everything that is attached to a drawing.
+
+use bksim::cad::attachment::{Attachment, Content, Value, Way};
+use bksim::cad::excerpt::describe;
+use bksim::mbs::diagnostic::Diagnostic;
+use serde_json::json;
+
+use crate::args::cad::Drawing;
+use crate::exit::{Failure, Status};
+use crate::output::{self, number, table};
+use crate::render;
+use crate::source::{Text, read_bytes, read_sheet};
+
+pub(super) fn run(args: &Drawing, as_json: bool) -> Result<Status, Failure> {
+    let path = &args.drawing;
+    let sheet = read_sheet(path, read_bytes(path)?, &args.reading)?;
+    let unit = sheet.drawing.unit.name;
+    let source = Text { path: path.clone(), text: sheet.text, drawn: None };
+    if as_json {
+        let rows = sheet.attachments.iter().map(|attachment| {
+            let place = &attachment.place;
+            let values =
+                attachment.values.iter().map(|v| (v.key.to_owned(), words(v, unit).into()));
+            json!({
+                "kind": attachment.kind.name,
+                "way": way(attachment),
+                "entity": place.kind,
+                "handle": place.handle.map(|handle| format!("{:X}", handle.0)),
+                "layer": place.layer,
+                "at": attachment.at,
+                "to": attachment.to,
+                "axis": attachment.axis,
+                "values": values.collect::<serde_json::Map<_, serde_json::Value>>(),
+            })
+        });
+        let body = json!({
+            "unit": unit,
+            "entities": sheet.drawing.entities.len(),
+            "attachments": rows.collect::<Vec<_>>(),
+            "diagnostics": render::json_all(&source, &sheet.diagnostics),
+        });
+        output::json("cad list", body)?;
+    } else {
+        render::print_all(&source, &sheet.diagnostics);
+        let rows: Vec<Vec<String>> = sheet
+            .attachments
+            .iter()
+            .map(|attachment| {
+                let values = attachment.values.iter().filter(|value| value.key != "name");
+                let values: Vec<String> =
+                    values.map(|value| format!("{}={}", value.key, words(value, unit))).collect();
+                vec![
+                    attachment.kind.name.to_owned(),
+                    name(attachment),
+                    attachment.at.map_or_else(String::new, |[x, y]| {
+                        format!("({}, {})", number(x), number(y))
+                    }),
+                    way(attachment).to_owned(),
+                    describe(&attachment.place),
+                    values.join(" "),
+                ]
+            })
+            .collect();
+        let n_entities = sheet.drawing.entities.len();
+        let head = format!(
+            "{}: {n_entities} entities, {} attached, in {unit}",
+            path.display(),
+            rows.len()
+        );
+        output::text(&if rows.is_empty() { head } else { format!("{head}\n{}", table(&rows)) })?;
+    }
+    let is_good = sheet.diagnostics.iter().all(|fault: &Diagnostic| !fault.is_error());
+    Ok(if is_good { Status::Done } else { Status::Rejected })
+}
+
+fn way(attachment: &Attachment) -> &'static str {
+    match attachment.way {
+        Way::Xdata(_) => "record",
+        Way::Block => "block",
+        Way::Layer => "layer",
+    }
+}
+
+fn name(attachment: &Attachment) -> String {
+    let name = attachment.values.iter().find(|value| value.key == "name");
+    name.map_or_else(String::new, |value| words(value, ""))
+}
+
+fn words(value: &Value, unit: &str) -> String {
+    match &value.content {
+        Content::Text(text) => text.clone(),
+        Content::Number(number) => number.to_string(),
+        Content::Length(length) => format!("{length} {unit}"),
+        Content::Entity(handle) => format!("entity {:X}", handle.0),
+    }
+}

@@ -1,0 +1,36 @@
+//! `bksim cad to-toml`: the model of a drawing as a model file.
+
+use std::fs;
+
+use serde_json::json;
+
+use crate::args::cad::ToToml;
+use crate::exit::{Failure, Status};
+use crate::output;
+use crate::render;
+use crate::source::load;
+
+pub(super) fn run(args: &ToToml, as_json: bool, nesting: usize) -> Result<Status, Failure> {
+    let loaded = load(&args.model, nesting)?;
+    let text = &loaded.source.text;
+    if let Some(path) = &args.output {
+        if path.exists() && !args.force {
+            let help = Some("add --force to overwrite it".to_owned());
+            return Err(Failure::file(path, "exists already; nothing was written".into(), help));
+        }
+        fs::write(path, text).map_err(|e| Failure::writing(path, &e))?;
+    }
+    if as_json {
+        let output = args.output.as_ref().map(|path| path.display().to_string());
+        let diagnostics = render::json_all(&loaded.source, &loaded.warnings);
+        let body = json!({ "output": output, "model": text, "diagnostics": diagnostics });
+        output::json("cad to-toml", body)?;
+        return Ok(Status::Done);
+    }
+    render::print_all(&loaded.source, &loaded.warnings);
+    match &args.output {
+        Some(path) => output::text(&format!("wrote {}", path.display()))?,
+        None => output::text(text.trim_end())?,
+    }
+    Ok(Status::Done)
+}
