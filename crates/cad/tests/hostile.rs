@@ -225,7 +225,6 @@ fn no_damage_to_a_drawing_crashes_hangs_or_exhausts_the_memory() {
     let seeds: Vec<Vec<u8>> =
         DRAWINGS.into_iter().map(|it| without_boilerplate(read(it))).collect();
     let (n_opened, n_rejected) = survive(&seeds, N_DXF);
-    println!("{n_opened} opened, {n_rejected} rejected");
     // Mutations that are all rejected at the door, or all harmless, would prove nothing.
     assert!(n_opened > 2000 && n_rejected > 2000, "{n_opened} opened, {n_rejected} rejected");
 
@@ -237,6 +236,5 @@ fn no_damage_to_a_drawing_crashes_hangs_or_exhausts_the_memory() {
         DwgWriter::write_to_vec(&document).expect("a DWG")
     });
     let (n_opened, n_rejected) = survive(&dwg, N_DWG);
-    println!("DWG: {n_opened} opened, {n_rejected} rejected");
-    assert!(n_rejected > 50, "{n_opened} opened, {n_rejected} rejected");
+    assert!(n_opened > 50 && n_rejected > 50, "DWG: {n_opened} opened, {n_rejected} rejected");
 }

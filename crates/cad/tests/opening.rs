@@ -174,7 +174,7 @@ fn a_cut_drawing_says_at_which_line_and_what_was_read() {
 
     // Behind the entities, nothing of use is missing.
     let end = whole.rfind("ENDSEC").expect("the end of the objects");
-    let read = opened(whole[..end].as_bytes().to_vec());
+    let read = opened(whole.as_bytes()[..end].to_vec());
     assert_eq!(read.warnings.iter().map(|it| it.code).collect::<Vec<_>>(), [codes::CUT]);
 }
 
