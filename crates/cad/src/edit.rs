@@ -175,11 +175,20 @@ pub fn set(attachments: &[Attachment], statement: &Statement) -> Result<Plan, Di
     Ok(plan)
 }
 
-/// Removes what has this name, wherever it is attached: records, and inserts of our blocks.
+/// Removes what has this name, wherever it is attached: records, and inserts of our blocks. From an
+/// entity that is named but has no sound record, whatever stands there under our name.
 ///
 /// # Errors
 /// `D060` when nothing of this name is attached, `D062` when it is there by its layer alone.
 pub fn remove(attachments: &[Attachment], statement: &Statement) -> Result<Plan, Diagnostic> {
+    let has_record = |entity: &Handle| {
+        let mut all = attachments.iter();
+        all.any(|it| it.place.handle == Some(*entity) && it.way != Way::Layer)
+    };
+    if !statement.entities.is_empty() && !statement.entities.iter().any(has_record) {
+        let edits = statement.entities.iter().map(|&entity| Edit::RemoveAll { entity }).collect();
+        return Ok(Plan { edits, warnings: Vec::new() });
+    }
     let found = found(attachments, statement)?;
     let own = beyond_layers(&found, statement)?;
     let mut plan = Plan::default();

@@ -14,21 +14,15 @@ pub mod codes;
 pub mod compose;
 pub mod container;
 pub mod drawing;
-<<<<<<< HEAD
 pub mod edit;
-=======
 pub mod excerpt;
->>>>>>> main
 pub mod geometry;
 pub mod kind;
 pub mod mass;
 pub mod model;
 pub mod open;
-<<<<<<< HEAD
-pub mod patch;
-=======
 pub mod outline;
+pub mod patch;
 pub mod read;
->>>>>>> main
 pub mod tags;
 pub mod units;
