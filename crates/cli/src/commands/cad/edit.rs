@@ -31,8 +31,8 @@ pub(super) fn run(subject: Subject, change: &Change, as_json: bool) -> Result<St
     let statement = statement(subject, change, named);
     let plan = match change {
         Change::Add(_) => add(&sheet.attachments, &statement),
-        Change::Set(_) => set(&sheet.attachments, &statement),
-        Change::Remove(_) => remove(&sheet.attachments, &statement),
+        Change::Set(_) => set(&sheet.drawing, &sheet.attachments, &statement),
+        Change::Remove(_) => remove(&sheet.drawing, &sheet.attachments, &statement),
     };
     let Plan { edits, mut warnings } = plan.map_err(|fault| source.rejected(vec![fault]))?;
     let patched = apply(bytes, &edits).map_err(|faults| source.rejected(faults))?;
