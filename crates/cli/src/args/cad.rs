@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
+use super::edit::Change;
 use super::{DrawingArgs, ModelArgs};
 
 #[derive(Subcommand, Debug)]
@@ -16,6 +17,18 @@ pub(crate) enum Cad {
     List(Drawing),
     /// The model of a drawing as a model file.
     ToToml(ToToml),
+    /// Attach, change and remove bodies.
+    #[command(subcommand)]
+    Body(Change),
+    /// Attach, change and remove joints.
+    #[command(subcommand)]
+    Joint(Change),
+    /// Attach, change and remove forces, springs and other loads.
+    #[command(subcommand)]
+    Load(Change),
+    /// Attach, change and remove drives.
+    #[command(subcommand)]
+    Drive(Change),
 }
 
 #[derive(Args, Debug)]

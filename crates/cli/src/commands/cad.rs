@@ -1,6 +1,7 @@
 //! `bksim cad`: what is in a drawing, and drawings from models.
 
 mod dist;
+mod edit;
 mod list;
 mod mass;
 mod to_toml;
@@ -8,6 +9,7 @@ mod to_toml;
 use std::path::Path;
 
 use bksim::cad::compose::Composition;
+use bksim::cad::edit::Subject;
 use bksim::cad::model::{ModelOptions, Sheet};
 use bksim::mbs::diagnostic::Diagnostic;
 
@@ -33,6 +35,10 @@ pub(crate) fn run(command: &Cad, json: bool, nesting: usize) -> Result<Status, F
         Cad::Dist(args) => dist::run(args, json),
         Cad::List(args) => list::run(args, json),
         Cad::ToToml(args) => to_toml::run(args, json, nesting),
+        Cad::Body(change) => edit::run(Subject::Body, change, json),
+        Cad::Joint(change) => edit::run(Subject::Joint, change, json),
+        Cad::Load(change) => edit::run(Subject::Load, change, json),
+        Cad::Drive(change) => edit::run(Subject::Drive, change, json),
     }
 }
 
