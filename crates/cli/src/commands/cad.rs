@@ -1,9 +1,13 @@
 //! `bksim cad`: what is in a drawing, and drawings from models.
 
 mod dist;
+mod from_toml;
 mod list;
 mod mass;
+mod template;
 mod to_toml;
+mod trace;
+mod written;
 
 use std::path::Path;
 
@@ -23,6 +27,9 @@ pub(crate) fn run(command: &Cad, json: bool, nesting: usize) -> Result<Status, F
         Cad::Dist(args) => dist::run(args, json),
         Cad::List(args) => list::run(args, json),
         Cad::ToToml(args) => to_toml::run(args, json, nesting),
+        Cad::Template(args) => template::run(args, json),
+        Cad::FromToml(args) => from_toml::run(args, json, nesting),
+        Cad::Trace(args) => trace::run(args, json, nesting),
     }
 }
 
