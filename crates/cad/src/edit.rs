@@ -37,7 +37,11 @@ impl Subject {
         match self {
             Self::Body => matches!(
                 kind.section,
-                Section::Bodies | Section::Ground | Section::Points | Section::Centre
+                Section::Bodies
+                    | Section::Ground
+                    | Section::Points
+                    | Section::Centre
+                    | Section::Frames
             ),
             Self::Joint => kind.section == Section::Joints,
             Self::Load => kind.section == Section::Loads,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use super::edit::Change;
-use super::{DrawingArgs, ModelArgs};
+use super::{DrawingArgs, ModelArgs, draw};
 
 #[derive(Subcommand, Debug)]
 pub(crate) enum Cad {
@@ -29,6 +29,12 @@ pub(crate) enum Cad {
     /// Attach, change and remove drives.
     #[command(subcommand)]
     Drive(Change),
+    /// A drawing with the blocks ready to insert, and layers to draw on.
+    Template(draw::Template),
+    /// Draw a model that has no drawing.
+    FromToml(draw::FromToml),
+    /// Add what a run looks like to its drawing: paths, envelopes, hodographs, reactions, ghosts.
+    Trace(draw::Trace),
 }
 
 #[derive(Args, Debug)]

@@ -2,9 +2,13 @@
 
 mod dist;
 mod edit;
+mod from_toml;
 mod list;
 mod mass;
+mod template;
 mod to_toml;
+mod trace;
+mod written;
 
 use std::path::Path;
 
@@ -26,6 +30,10 @@ pub(crate) fn name(command: &Cad) -> &'static str {
         Cad::Dist(_) => "cad dist",
         Cad::List(_) => "cad list",
         Cad::ToToml(_) => "cad to-toml",
+        Cad::Body(_) | Cad::Joint(_) | Cad::Load(_) | Cad::Drive(_) => "cad edit",
+        Cad::Template(_) => "cad template",
+        Cad::FromToml(_) => "cad from-toml",
+        Cad::Trace(_) => "cad trace",
     }
 }
 
@@ -39,6 +47,9 @@ pub(crate) fn run(command: &Cad, json: bool, nesting: usize) -> Result<Status, F
         Cad::Joint(change) => edit::run(Subject::Joint, change, json),
         Cad::Load(change) => edit::run(Subject::Load, change, json),
         Cad::Drive(change) => edit::run(Subject::Drive, change, json),
+        Cad::Template(args) => template::run(args, json),
+        Cad::FromToml(args) => from_toml::run(args, json, nesting),
+        Cad::Trace(args) => trace::run(args, json, nesting),
     }
 }
 
