@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use bksim::cad::write::Release;
 use clap::Args;
 
-use super::{DrawingArgs, ModelArgs};
+use super::{DrawingArgs, assignment};
 
 #[derive(Args, Debug)]
 pub(crate) struct Written {
@@ -42,8 +42,11 @@ pub(crate) struct Template {
 
 #[derive(Args, Debug)]
 pub(crate) struct FromToml {
-    #[command(flatten)]
-    pub(crate) model: ModelArgs,
+    /// The model file.
+    pub(crate) model: PathBuf,
+    /// Give a parameter another value: a number, a quantity such as "25 mm", or an expression.
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
+    pub(crate) set: Vec<(String, String)>,
     #[command(flatten)]
     pub(crate) written: Written,
     #[command(flatten)]

@@ -5,13 +5,16 @@ use bksim::mbs::pose::Poses;
 
 use super::written;
 use crate::args::draw::FromToml;
+use crate::args::{DrawingArgs, ModelArgs};
 use crate::exit::{Failure, Status};
 use crate::render;
 use crate::source::{derive, load};
 
 pub(super) fn run(args: &FromToml, as_json: bool, nesting: usize) -> Result<Status, Failure> {
-    written::check(&args.written, &[&args.model.model])?;
-    let loaded = load(&args.model, nesting)?;
+    written::check(&args.written, &[&args.model])?;
+    let drawing = DrawingArgs::default();
+    let model = ModelArgs { model: args.model.clone(), set: args.set.clone(), drawing };
+    let loaded = load(&model, nesting)?;
     let source = loaded.source;
     let mechanism = derive(&source, loaded.model)?;
     let start = mechanism.start().map_err(|rejected| source.rejected(rejected.0))?;
