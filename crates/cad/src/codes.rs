@@ -57,4 +57,10 @@ codes! {
     WRITTEN_ANEW = "D063", "a drawing written anew";
     NO_SUCH_KEY = "D064", "a key that the kind does not have";
     NAME_TAKEN = "D065", "a name that is taken";
+    SPATIAL = "D070", "a spatial model cannot be drawn";
+    UNDRAWABLE = "D071", "no place in a drawing";
+    TOO_LONG = "D072", "does not fit into the release";
+    NO_ROOM = "D073", "a drawing that nothing can be added to";
+    UNKNOWN_POINT = "D074", "no such point in the run";
+    OTHER_DRAWING = "D075", "a run of another drawing";
 }

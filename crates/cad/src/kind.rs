@@ -26,6 +26,8 @@ pub enum Section {
     Initial,
     /// `[solve]`.
     Solve,
+    /// The top level: name and coordinates; `[units]`, what bare numbers mean.
+    Model,
 }
 
 /// What the place of an attachment means.
@@ -57,7 +59,7 @@ pub struct Kind {
 }
 
 const INITIAL: &[&str] =
-    &["name", "x", "y", "angle", "position", "vx", "vy", "rate", "velocity", "guess"];
+    &["name", "x", "y", "angle", "position", "vx", "vy", "rate", "velocity", "value", "guess"];
 
 macro_rules! kinds {
     ($($name:literal $block:literal $section:ident $placement:ident $keys:expr;)*) => {
@@ -106,8 +108,11 @@ kinds! {
     "parameter" "BK_PARAMETER" Parameters Anywhere &["name", "value"];
     "initial" "BK_INITIAL" Initial Anywhere INITIAL;
     "solve" "BK_SOLVE" Solve Anywhere &[
-        "t_start", "t_end", "every", "rtol", "atol", "step", "newton_tolerance", "method",
+        "t_start", "t_end", "every", "times", "rtol", "atol", "step", "newton_tolerance", "method",
         "formulation", "jit",
+    ];
+    "model" "BK_MODEL" Model Anywhere &[
+        "name", "coordinates", "length", "mass", "time", "angle", "force",
     ];
 }
 

@@ -26,3 +26,4 @@ pub mod patch;
 pub mod read;
 pub mod tags;
 pub mod units;
+pub mod write;

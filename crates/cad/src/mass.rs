@@ -4,7 +4,7 @@
 //! A = ∫ dA    S = ∫ p dA    J = ∫ p pᵀ dA
 //! ```
 //!
-//! By Green's theorem each curve gives its share by itself ([`moments`]): the triangle between the
+//! By Green's theorem each curve gives its share by itself: the triangle between the
 //! reference point and the chord, and the lens between the chord and the curve. Closed forms for
 //! lines, arcs and ellipses; splines by quadrature to near rounding. The reference point is first
 //! the middle of the outline and then its centroid, so that outlines far from the origin lose no

@@ -70,25 +70,30 @@ impl Outline {
         point: Point,
         tolerance: f64,
     ) -> Result<Option<Self>, OutlineError> {
-        let around = closed
-            .iter()
-            .filter(|chain| chain.path.bounds().contains(point) && chain.path.winding(point) != 0);
-        let area = |chain: &Chain| signed_area(&chain.path).abs();
-        let Some(outer) = around.min_by(|a, b| area(a).total_cmp(&area(b))) else {
-            return Ok(None);
-        };
-        let inside = closed.iter().filter(|chain| {
-            let start = chain.path.start_point().unwrap_or(point);
-            !std::ptr::eq(*chain, outer)
-                && outer.path.bounds().contains(start)
-                && outer.path.winding(start) != 0
-                && area(chain) < area(outer)
+        let outer = surrounding(closed, point).into_iter().next();
+        outer.map(|outer| Self::inside(closed, outer, tolerance)).transpose()
+    }
+
+    /// The outline that one of the chains is the border of, with the ones directly inside that as
+    /// holes.
+    ///
+    /// # Errors
+    /// What [`nest`] finds among these chains.
+    pub fn inside(closed: &[Chain], outer: usize, tolerance: f64) -> Result<Self, OutlineError> {
+        let border = &closed[outer];
+        let inside = closed.iter().enumerate().filter(|&(chain_idx, chain)| {
+            let Some(start) = chain.path.start_point() else { return false };
+            chain_idx != outer
+                && border.path.bounds().contains(start)
+                && border.path.winding(start) != 0
+                && signed_area(&chain.path).abs() < signed_area(&border.path).abs()
         });
-        let chosen: Vec<Chain> = std::iter::once(outer).chain(inside).cloned().collect();
+        let inside = inside.map(|(_, chain)| chain);
+        let chosen: Vec<Chain> = std::iter::once(border).chain(inside).cloned().collect();
         let (outline, depths) = nest::nest_with_depths(&chosen, tolerance)?;
         let parts = outline.loops.into_iter().zip(depths);
         let loops = parts.filter(|(_, depth)| *depth <= 1).map(|(part, _)| part).collect();
-        Ok(Some(Self { loops }))
+        Ok(Self { loops })
     }
 
     /// Whether the point is in the material; on the border it is either.
@@ -116,4 +121,16 @@ impl Outline {
     pub fn entities(&self) -> Vec<usize> {
         self.loops.iter().flat_map(|part| part.entities.iter().copied()).collect()
     }
+}
+
+/// The closed chains around a point, the smallest first.
+pub fn surrounding(closed: &[Chain], point: Point) -> Vec<usize> {
+    let mut around: Vec<(f64, usize)> = closed
+        .iter()
+        .enumerate()
+        .filter(|(_, chain)| chain.path.bounds().contains(point) && chain.path.winding(point) != 0)
+        .map(|(chain_idx, chain)| (signed_area(&chain.path).abs(), chain_idx))
+        .collect();
+    around.sort_by(|a, b| a.0.total_cmp(&b.0));
+    around.into_iter().map(|(_, chain_idx)| chain_idx).collect()
 }

@@ -297,6 +297,26 @@ fn a_body_block_takes_the_smallest_outline_around_it() {
 }
 
 #[test]
+fn a_body_block_on_a_pin_takes_what_the_hole_is_in() {
+    let mut sheet = Sheet::default();
+    sheet.rectangle("FRAME", [-100.0, -100.0], [600.0, 200.0]);
+    sheet.bar("0", [0.0, 0.0], [200.0, 0.0], 20.0);
+    // A wheel with a hole for its axle.
+    sheet.circle("0", [400.0, 0.0], 30.0);
+    sheet.circle("0", [400.0, 0.0], 5.0);
+    for (name, at) in [("bar", [0.0, 0.0]), ("wheel", [400.0, 0.0])] {
+        let values = [("NAME", name), ("DENSITY", "1000"), ("THICKNESS", "10"), ("FREE", "yes")];
+        sheet.insert("BK_BODY", at, 0.0, &values);
+    }
+    let model = model_of(&sheet.compose(ComposeOptions::default()));
+    let pi = std::f64::consts::PI;
+    let expected = [bar_moments(200.0, 20.0).0, pi * (900.0 - 25.0)];
+    for (mass, expected) in masses(&model).into_iter().zip(expected) {
+        assert_close(mass, expected * 1e-5, 1e-12);
+    }
+}
+
+#[test]
 fn records_on_the_outline_say_the_same_as_blocks() {
     let text = |text: &str| XValue::Text(text.to_owned());
     let record = |kind: &str, entries: &[XValue]| {

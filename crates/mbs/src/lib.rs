@@ -22,6 +22,7 @@ mod linear;
 pub mod mobility;
 pub mod model;
 mod multiplier;
+pub mod pose;
 pub mod reaction;
 mod rows;
 pub mod run;

@@ -28,7 +28,7 @@ impl Draft {
     }
 
     /// Notes where a value comes from; of `bodies.crank` it is where its first value comes from.
-    fn note(&mut self, path: Vec<String>, place: &Place) {
+    pub(super) fn note(&mut self, path: Vec<String>, place: &Place) {
         for length in 2..path.len() {
             self.places.entry(path[..length].to_vec()).or_insert_with(|| place.clone());
         }
@@ -70,6 +70,14 @@ impl Draft {
         is_guess: bool,
         place: &Place,
     ) {
+        if key == "value" {
+            // The start of a coordinate is a value by itself.
+            let value = match is_guess {
+                true => Value::from(InlineTable::from_iter([("guess", value)])),
+                false => value,
+            };
+            return self.put(["initial", "", name], value, place);
+        }
         let section = self.table(["initial", ""]);
         let entry = section.entry(name).or_insert_with(|| Value::from(InlineTable::new()).into());
         let Some(mut table) = entry.as_inline_table_mut() else { return };
@@ -120,6 +128,9 @@ fn text_value(key: &str, text: &str, unit: LengthUnit) -> Value {
     }
     let inner = text.trim_start_matches('[').trim_end_matches(']');
     if ["vector", "acceleration"].contains(&key) && split(inner).nth(1).is_some() {
+        return array(split(inner).map(|part| text_value("", part.trim(), unit)));
+    }
+    if key == "times" {
         return array(split(inner).map(|part| text_value("", part.trim(), unit)));
     }
     if ["coordinates", "coordinate"].contains(&key) && inner.contains([',', ' ']) {

@@ -45,7 +45,7 @@ use side::Side;
 pub const RELATIVE_TOLERANCE: f64 = 1e-4;
 
 /// Coordinates are written to this many digits of the size of the drawing: what is below is rounding.
-const DIGITS: i32 = 13;
+const DIGITS: i32 = 14;
 
 /// Digits of corners of outlines, which are for pictures.
 const PICTURE_DIGITS: i32 = 6;

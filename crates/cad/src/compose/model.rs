@@ -18,6 +18,7 @@ const STARTS: [&str; 4] = ["angle", "rate", "position", "velocity"];
 impl Composer<'_> {
     /// Writes everything into the draft, in the order of a model file.
     pub(super) fn write(&mut self) {
+        self.write_top();
         self.write_plain(Section::Parameters, "parameters");
         let weights: Vec<Weight> =
             (1..self.parts.len()).map(|part_idx| self.weigh(part_idx)).collect();
@@ -40,6 +41,22 @@ impl Composer<'_> {
         self.draft.places.extend(later.places);
         self.write_starts();
         self.write_plain(Section::Solve, "solve");
+    }
+
+    /// Name, policy of coordinates, and what bare numbers mean.
+    fn write_top(&mut self) {
+        let unit = self.drawing.unit;
+        for attachment in self.attachments.iter().filter(|a| a.kind.section == Section::Model) {
+            for value in &attachment.values {
+                let written = written("", &value.content, unit);
+                if ["name", "coordinates"].contains(&value.key) {
+                    self.draft.document.insert(value.key, written.into());
+                    self.draft.note(vec![value.key.to_owned()], &value.place);
+                } else {
+                    self.draft.put(["units", "", value.key], written, &value.place);
+                }
+            }
+        }
     }
 
     /// Sections that are nothing but keys and values.

@@ -5,9 +5,8 @@ use bksim_mbs::diagnostic::{Diagnostic, Severity};
 use super::Composer;
 use crate::drawing::Shape;
 use crate::geometry::vector::distance;
-use crate::geometry::{Path, Point};
-use crate::mass::signed_area;
-use crate::outline::{Chain, Outline, OutlineError, Stroke, chain, nest};
+use crate::geometry::{Curve, Path, Point};
+use crate::outline::{Chain, Outline, OutlineError, Stroke, chain, nest, surrounding};
 
 impl Composer<'_> {
     /// An insert of `BK_BODY` takes the smallest outline around it that nobody else has.
@@ -66,7 +65,8 @@ impl Composer<'_> {
     /// Of the outlines around waiting inserts the smallest, and which insert it is around.
     fn smallest(&self, free: &[Chain], waiting: &[(usize, Point)]) -> Option<(usize, Outline)> {
         let around = |(waiting_idx, (_, at)): (usize, &(usize, Point))| {
-            Some((waiting_idx, self.around_insert(free, *at)?))
+            let others = waiting.iter().map(|(_, other)| *other).filter(|other| other != at);
+            Some((waiting_idx, self.around_insert(free, *at, &others.collect::<Vec<_>>())?))
         };
         let size = |outline: &Outline| outline.bounds().diagonal();
         let found = waiting.iter().enumerate().filter_map(around);
@@ -75,36 +75,46 @@ impl Composer<'_> {
 
     /// The smallest outline around a point with its holes. Links are drawn over one another: what
     /// crosses an outline belongs to another body.
-    fn around_insert(&self, free: &[Chain], at: Point) -> Option<Outline> {
-        let surrounds = |chain: &&Chain| {
-            Outline::around(std::slice::from_ref(*chain), at, self.tolerance)
-                .is_ok_and(|found| found.is_some())
-        };
-        let area = |chain: &Chain| signed_area(&chain.path).abs();
-        let outer = free.iter().filter(surrounds).min_by(|a, b| area(a).total_cmp(&area(b)))?;
+    fn around_insert(&self, free: &[Chain], at: Point, others: &[Point]) -> Option<Outline> {
+        let border = self.border(free, at, others)?;
         // A block of the author's own is a part by itself: its outlines are no holes of others.
         let is_block =
             |entity: &usize| matches!(self.drawing.entities[*entity].shape, Shape::Paths(_));
-        let is_apart = |chain: &&Chain| {
-            chain.entities == outer.entities || !chain.entities.iter().any(is_block)
-        };
+        let is_own = |chain: &Chain| chain.entities == border.entities;
+        let is_apart = |chain: &&Chain| is_own(chain) || !chain.entities.iter().any(is_block);
         let mut chains: Vec<Chain> = free.iter().filter(is_apart).cloned().collect();
         loop {
-            let crossing = match Outline::around(&chains, at, self.tolerance) {
-                Ok(found) => return found,
+            let border_idx = chains.iter().position(|chain| chain.path == border.path)?;
+            let crossing = match Outline::inside(&chains, border_idx, self.tolerance) {
+                Ok(found) => return Some(found),
                 // The hole of a pin is drawn once for each of its links: one of them is this body's.
                 Err(OutlineError::Coincident { entities: [_, twin], .. }) => vec![twin],
                 Err(error) => error.entities(),
             };
             let n_before = chains.len();
             chains.retain(|chain| {
-                chain.entities == outer.entities
-                    || chain.entities.iter().all(|entity| !crossing.contains(entity))
+                is_own(chain) || chain.entities.iter().all(|entity| !crossing.contains(entity))
             });
             if chains.len() == n_before {
                 return None;
             }
         }
+    }
+
+    /// The smallest closed chain around an insert; where it stands on a pin, in the middle of the
+    /// hole, the one around that. What surrounds other bodies, too, is the border of the sheet.
+    fn border<'c>(&self, free: &'c [Chain], at: Point, others: &[Point]) -> Option<&'c Chain> {
+        let around: Vec<&Chain> =
+            surrounding(free, at).into_iter().map(|chain_idx| &free[chain_idx]).collect();
+        let is_pin = |chain: &Chain| match chain.path.curves.as_slice() {
+            [Curve::Arc { centre, .. }] => distance(*centre, at) <= self.tolerance,
+            _ => false,
+        };
+        let is_sheet = |chain: &Chain| others.iter().any(|other| chain.path.winding(*other) != 0);
+        let beyond = around.iter().find(|chain| !is_pin(chain)).filter(|chain| !is_sheet(chain));
+        // A disc that turns about its middle has circles only: its rim is the largest.
+        let rim = around.iter().take_while(|chain| is_pin(chain)).last();
+        beyond.or(rim).or(around.first()).copied()
     }
 
     /// The closed outline of a part, and what is left open.
@@ -173,7 +183,6 @@ impl Composer<'_> {
 
     /// Whether a feature is a centre of a part, not a corner of its outline.
     pub(super) fn is_centre(&self, part_idx: usize, feature: Point) -> bool {
-        use crate::geometry::Curve;
         let mut curves = self.parts[part_idx].paths.iter().flat_map(|(path, _)| &path.curves);
         curves.any(|curve| {
             matches!(curve, Curve::Arc { centre, .. } if distance(*centre, feature) <= self.step)

@@ -4,6 +4,9 @@ use super::vector::{along, cross, direction, dot, norm, sub};
 use super::{Bounds, Point};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+/// However small the pieces are asked for.
+const MAX_PIECES: f64 = 4096.0;
+
 /// An arc of a circle or an ellipse.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Conic {
@@ -70,11 +73,15 @@ impl Conic {
     /// The arc in pieces of at most `largest` each.
     pub(crate) fn pieces(&self, largest: f64) -> impl Iterator<Item = Self> + use<> {
         let whole = *self;
-        let n = (whole.sweep.abs() / largest).ceil().clamp(1.0, 1e6);
+        let n = (whole.sweep.abs() / largest).ceil().clamp(1.0, MAX_PIECES);
         let step = whole.sweep / n;
         let piece =
             move |i: u32| Self { start: whole.start + f64::from(i) * step, sweep: step, ..whole };
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 1e6")]
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "1 to MAX_PIECES"
+        )]
         let n = n as u32;
         (0..n).map(piece)
     }

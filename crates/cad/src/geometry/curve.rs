@@ -2,6 +2,7 @@
 
 use super::bezier::Bezier;
 use super::conic::Conic;
+use super::error::TURN;
 use super::quadrature::adaptive;
 use super::vector::{between, distance, norm};
 use super::{Bounds, Curve, Point};
@@ -79,12 +80,14 @@ impl Curve {
 
     /// As an arc of a circle or an ellipse.
     pub(crate) fn conic(&self) -> Option<Conic> {
+        // More than a turn is no arc, and would make any number of pieces.
+        let turn = |sweep: f64| sweep.clamp(-TURN, TURN);
         match *self {
             Self::Arc { centre, radius, start, sweep } => {
-                Some(Conic::arc(centre, radius, start, sweep))
+                Some(Conic::arc(centre, radius, start, turn(sweep)))
             }
             Self::Ellipse { centre, major, minor, start, sweep } => {
-                Some(Conic { centre, major, minor, start, sweep })
+                Some(Conic { centre, major, minor, start, sweep: turn(sweep) })
             }
             Self::Segment { .. } | Self::Spline(_) => None,
         }

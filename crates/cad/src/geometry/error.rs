@@ -7,7 +7,7 @@ use thiserror::Error;
 pub const COORDINATE_LIMIT: f64 = 1e30;
 
 /// A full turn with room for rounding.
-const TURN: f64 = std::f64::consts::TAU * (1.0 + 1e-9);
+pub(super) const TURN: f64 = std::f64::consts::TAU * (1.0 + 1e-9);
 
 /// Why numbers make no curve.
 #[derive(Clone, Copy, PartialEq, Debug, Error)]

@@ -4,6 +4,7 @@ use super::bezier::Bezier;
 use super::curve::Piece;
 use super::vector::{cross, distance, sub};
 use super::{Curve, Path, Point};
+use std::f64::consts::FRAC_PI_2;
 
 /// The most corners one arc or Bézier piece is given, however small the tolerance.
 const MAX_CORNERS: usize = 4096;
@@ -19,7 +20,7 @@ impl Curve {
                     // The sagitta of a circle, r (1 − cos(δ/2)); an ellipse has less.
                     let ratio = (1.0 - tolerance / conic.reach()).clamp(-1.0, 1.0);
                     let smallest = conic.sweep.abs() / MAX_CORNERS as f64;
-                    let largest = (2.0 * ratio.acos()).clamp(smallest, std::f64::consts::FRAC_PI_2);
+                    let largest = (2.0 * ratio.acos()).min(FRAC_PI_2).max(smallest);
                     corners.extend(conic.pieces(largest).map(|part| part.point(1.0)));
                 }
                 Piece::Bezier(bezier) => bezier_corners_into(bezier, tolerance, corners),

@@ -102,8 +102,8 @@ pub fn chain(strokes: &[Stroke], tolerance: f64) -> Result<Chains, OutlineError>
             continue;
         }
         let (chain, steps, bridged) = walk.starting_at(first);
-        for i in &steps {
-            is_used[*i] = true;
+        for &i in &steps {
+            is_used[i] = true;
         }
         let rank = steps.into_iter().min().unwrap_or(first / 2);
         found.push((rank, chain.path.is_closed, chain));

@@ -16,6 +16,9 @@ use std::f64::consts::TAU;
 /// Contacts shallower than this part of the whole are touches.
 const SHALLOW: f64 = 1e-6;
 
+/// No tolerance is larger than this part of the whole: else everything would touch everything.
+const COARSE: f64 = 1e-3;
+
 /// Which loop is inside which, of those that touch.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Contacts {
@@ -68,7 +71,7 @@ enum Form {
 /// Loops that cross another or themselves, or lie on another.
 pub(super) fn contacts(borders: &[Border], tolerance: f64) -> Result<Contacts, Meeting> {
     let all = borders.iter().map(|border| border.bounds).fold(Bounds::EMPTY, Bounds::union);
-    let tolerance = tolerance.max(SHALLOW * all.diagonal());
+    let tolerance = tolerance.max(SHALLOW * all.diagonal()).min(COARSE * all.diagonal());
     let mut elements = Vec::new();
     for (loop_idx, border) in borders.iter().enumerate() {
         for curve in &border.path.curves {

@@ -16,7 +16,8 @@ const FLAT: f64 = 1e-12;
 ///
 /// # Errors
 /// [`OutlineError::Crossing`] and [`OutlineError::Coincident`] for loops that meet in more than
-/// touching, [`OutlineError::NoArea`] for a loop without area or when there is no loop at all.
+/// touching, [`OutlineError::NoArea`] for a loop without area or when there is no loop at all,
+/// [`OutlineError::Curve`] for numbers that make no curve.
 /// Loops that reach less than `tolerance` into each other, or less than a millionth of the whole,
 /// count as touching.
 pub fn nest(closed: &[Chain], tolerance: f64) -> Result<Outline, OutlineError> {
@@ -28,6 +29,10 @@ pub(super) fn nest_with_depths(
     closed: &[Chain],
     tolerance: f64,
 ) -> Result<(Outline, Vec<usize>), OutlineError> {
+    for chain in closed {
+        let entity = chain.entities.first().copied().unwrap_or(0);
+        chain.path.check().map_err(|reason| OutlineError::Curve { reason, entity })?;
+    }
     let borders: Vec<Border> = closed.iter().map(|chain| Border::of(&chain.path)).collect();
     let areas: Vec<f64> = closed.iter().map(|chain| signed_area(&chain.path)).collect();
     let is_flat = |i: &usize| {
@@ -70,7 +75,7 @@ fn depths(borders: &[Border], contacts: &Contacts) -> Vec<usize> {
     let tree = BoxTree::anywhere(&boxes);
     let depth = |i: usize| {
         let mut depth = 0;
-        tree.meeting(&Bounds::of([borders[i].start()]), |k| {
+        tree.meeting(&boxes[i], |k| {
             // Loops that touch have been told apart where they do not.
             let is_inside = || match contacts.is_inside(i, k) {
                 Some(is_inside) => is_inside,

@@ -1,0 +1,104 @@
+//! Joints: bodies and points are always stated, so that nothing has to be found by geometry.
+
+use bksim_mbs::diagnostic::Diagnostic;
+use bksim_mbs::model::{Anchor, GROUND, JointId, JointKind};
+use toml_edit::Item;
+
+use super::texts::{all, entries, words};
+use super::units::dimension;
+use super::{Sketch, Unwritten, Values, kind, no_place};
+use crate::codes;
+use crate::kind::{GROUND_LAYER, JOINT_LAYER, Placement};
+
+impl Sketch<'_> {
+    /// Draws all joints.
+    pub(super) fn joints(&mut self) -> Result<(), Unwritten> {
+        for idx in 0..self.model.joints.len() {
+            self.joint(JointId(idx))?;
+        }
+        Ok(())
+    }
+
+    fn joint(&mut self, id: JointId) -> Result<(), Unwritten> {
+        let joint = &self.model.joints[id.0];
+        let owner = format!("joint `{}`", joint.name);
+        let kind = kind(match joint.kind {
+            JointKind::Revolute => "revolute",
+            JointKind::Prismatic { .. } => "prismatic",
+            JointKind::Weld { .. } => "weld",
+            JointKind::PinInSlot => "slot",
+            JointKind::Link { .. } => "link",
+        });
+        // In a drawing the axis of a revolute comes out of the paper.
+        let is_backward = self.places.number(joint.axis[2]).is_some_and(|z| z < 0.0);
+        if joint.kind == JointKind::Revolute && is_backward {
+            return Err(Diagnostic::error(
+                codes::UNDRAWABLE,
+                format!("{owner} turns about −z, which has no place in a drawing"),
+            )
+            .at(joint.span.clone(), "this joint")
+            .help("swap the two bodies of `between` and take the axis z")
+            .into());
+        }
+        let mut values: Values = vec![("name", joint.name.clone())];
+        values.extend(self.ends(joint.predecessor, joint.successor));
+        let table = entries(self.document, "joints");
+        let table = table.iter().find(|(known, _)| *known == joint.name);
+        for (key, _) in
+            table.and_then(|(_, item)| item.as_table_like()).map(all).unwrap_or_default()
+        {
+            let known = kind.keys.iter().find(|known| **known == key);
+            match (key, known) {
+                ("type" | "between" | "axis" | "direction", _) => (),
+                // The drawn angle of the bodies is the fixed one.
+                ("angle", None) => (),
+                (_, Some(&known)) => {
+                    let words = table.and_then(|(_, item)| words(item.as_table_like()?, key));
+                    let dimension = dimension(kind.name, key, false);
+                    values.push((known, self.units.complete(words.unwrap_or_default(), dimension)));
+                }
+                (_, None) => return Err(no_place(&format!("`{key}`"), &owner).into()),
+            }
+        }
+        let place = match kind.placement {
+            Placement::Line => {
+                [self.places.anchor(joint.predecessor)?, self.places.anchor(joint.successor)?]
+            }
+            _ => self.places.joint(id)?,
+        };
+        if joint.predecessor.body == GROUND
+            && matches!(joint.kind, JointKind::Revolute | JointKind::Weld { .. })
+        {
+            let [at, _] = place;
+            let upright = [at, [at[0] + 1.0, at[1]]];
+            self.insert(super::kind("ground"), GROUND_LAYER, upright, Values::new())?;
+        }
+        self.insert(kind, JOINT_LAYER, place, values)
+    }
+
+    /// Bodies and points of the two ends of something.
+    pub(super) fn ends(&self, a: Anchor, b: Anchor) -> Values {
+        let body = |anchor: Anchor| self.model.bodies[anchor.body.0].name.clone();
+        vec![
+            ("body1", body(a)),
+            ("point1", self.places.point_name(a)),
+            ("body2", body(b)),
+            ("point2", self.places.point_name(b)),
+        ]
+    }
+
+    /// Whether the motion of a joint is a translation.
+    pub(super) fn slides(&self, joint: JointId, of: Option<&str>) -> bool {
+        match self.model.joints[joint.0].kind {
+            JointKind::Prismatic { .. } => true,
+            JointKind::PinInSlot => of == Some("position"),
+            _ => false,
+        }
+    }
+
+    /// The item of a table of a section.
+    pub(super) fn item(&self, section: &str, name: &str) -> Option<&Item> {
+        let all = entries(self.document, section);
+        all.into_iter().find(|(known, _)| *known == name).map(|(_, item)| item)
+    }
+}
