@@ -12,10 +12,10 @@ impl Composer<'_> {
     /// An insert of `BK_BODY` takes the smallest outline around it that nobody else has.
     pub(super) fn gather_enclosed(&mut self) {
         let mut waiting: Vec<(usize, Point)> = self
-            .insert_points
-            .iter()
-            .filter(|&(&part_idx, _)| self.parts[part_idx].paths.is_empty())
-            .map(|(&part_idx, &at)| (part_idx, at))
+            .inserts
+            .keys()
+            .filter(|&&part_idx| self.parts[part_idx].paths.is_empty())
+            .filter_map(|&part_idx| Some((part_idx, self.parts[part_idx].frame?.origin)))
             .collect();
         if waiting.is_empty() {
             return;
@@ -80,13 +80,11 @@ impl Composer<'_> {
         // A block of the author's own is a part by itself: its outlines are no holes of others.
         let is_block =
             |entity: &usize| matches!(self.drawing.entities[*entity].shape, Shape::Paths(_));
-        let is_apart = |chain: &&Chain| {
-            chain.entities == border.entities || !chain.entities.iter().any(is_block)
-        };
+        let is_own = |chain: &Chain| chain.entities == border.entities;
+        let is_apart = |chain: &&Chain| is_own(chain) || !chain.entities.iter().any(is_block);
         let mut chains: Vec<Chain> = free.iter().filter(is_apart).cloned().collect();
         loop {
-            let is_border = |chain: &Chain| chain.entities == border.entities;
-            let border_idx = chains.iter().position(is_border)?;
+            let border_idx = chains.iter().position(|chain| chain.path == border.path)?;
             let crossing = match Outline::inside(&chains, border_idx, self.tolerance) {
                 Ok(found) => return Some(found),
                 // The hole of a pin is drawn once for each of its links: one of them is this body's.
@@ -95,7 +93,7 @@ impl Composer<'_> {
             };
             let n_before = chains.len();
             chains.retain(|chain| {
-                is_border(chain) || chain.entities.iter().all(|entity| !crossing.contains(entity))
+                is_own(chain) || chain.entities.iter().all(|entity| !crossing.contains(entity))
             });
             if chains.len() == n_before {
                 return None;
