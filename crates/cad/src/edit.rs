@@ -5,9 +5,9 @@ use bksim_mbs::diagnostic::Diagnostic;
 
 use crate::attachment::{Attachment, Content, Way};
 use crate::codes;
-use crate::drawing::Handle;
+use crate::drawing::{Drawing, Handle};
 use crate::geometry::Point;
-use crate::kind::{KINDS, Kind, Placement, Section, by_name};
+use crate::kind::{BODY_LAYER, KINDS, Kind, Placement, Section, by_name};
 use crate::patch::{Edit, Entry};
 
 /// What a command is about.
@@ -37,7 +37,11 @@ impl Subject {
         match self {
             Self::Body => matches!(
                 kind.section,
-                Section::Bodies | Section::Ground | Section::Points | Section::Centre
+                Section::Bodies
+                    | Section::Ground
+                    | Section::Points
+                    | Section::Centre
+                    | Section::Frames
             ),
             Self::Joint => kind.section == Section::Joints,
             Self::Load => kind.section == Section::Loads,
@@ -139,8 +143,12 @@ pub fn add(attachments: &[Attachment], statement: &Statement) -> Result<Plan, Di
 /// # Errors
 /// `D060` when nothing of this name is attached, `D062` when it is there by its layer alone, `D064`
 /// for keys the kind does not have, `D065` for a new name in use.
-pub fn set(attachments: &[Attachment], statement: &Statement) -> Result<Plan, Diagnostic> {
-    let found = found(attachments, statement)?;
+pub fn set(
+    drawing: &Drawing,
+    attachments: &[Attachment],
+    statement: &Statement,
+) -> Result<Plan, Diagnostic> {
+    let found = found(drawing, attachments, statement)?;
     let mut own = beyond_layers(&found, statement)?;
     // Keys of a body are meant, not those of its points and its centre of mass.
     if own.iter().any(|it| it.kind.section == Section::Bodies) {
@@ -175,16 +183,29 @@ pub fn set(attachments: &[Attachment], statement: &Statement) -> Result<Plan, Di
     Ok(plan)
 }
 
-/// Removes what has this name, wherever it is attached: records, and inserts of our blocks.
+/// Removes what has this name, wherever it is attached: records, and inserts of our blocks. From an
+/// entity that is named but has no sound record, whatever stands there under our name.
 ///
 /// # Errors
 /// `D060` when nothing of this name is attached, `D062` when it is there by its layer alone.
-pub fn remove(attachments: &[Attachment], statement: &Statement) -> Result<Plan, Diagnostic> {
-    let found = found(attachments, statement)?;
+pub fn remove(
+    drawing: &Drawing,
+    attachments: &[Attachment],
+    statement: &Statement,
+) -> Result<Plan, Diagnostic> {
+    let has_record = |entity: &Handle| {
+        let mut all = attachments.iter();
+        all.any(|it| it.place.handle == Some(*entity) && it.way != Way::Layer)
+    };
+    if !statement.entities.is_empty() && !statement.entities.iter().any(has_record) {
+        let edits = statement.entities.iter().map(|&entity| Edit::RemoveAll { entity }).collect();
+        return Ok(Plan { edits, warnings: Vec::new() });
+    }
+    let found = found(drawing, attachments, statement)?;
     let own = beyond_layers(&found, statement)?;
     let mut plan = Plan::default();
     if own.len() < found.len() {
-        let mut warning = by_layer(statement, &found);
+        let mut warning = by_layer(statement, layer_of(&found));
         warning.severity = bksim_mbs::diagnostic::Severity::Warning;
         plan.warnings.push(warning);
     }
@@ -230,6 +251,7 @@ fn set_one(
 
 /// What is attached under the name, on the entities if some are named.
 fn found<'a>(
+    drawing: &Drawing,
     attachments: &'a [Attachment],
     statement: &Statement,
 ) -> Result<Vec<&'a Attachment>, Diagnostic> {
@@ -242,7 +264,23 @@ fn found<'a>(
                 || it.place.handle.is_some_and(|handle| statement.entities.contains(&handle)))
     };
     let found: Vec<&Attachment> = attachments.iter().filter(is_meant).collect();
-    if found.is_empty() { Err(not_found(attachments, statement)) } else { Ok(found) }
+    if found.is_empty() {
+        let layer = format!("{BODY_LAYER}{}", statement.name);
+        let mut entities = drawing.entities.iter();
+        let is_there = statement.subject == Subject::Body
+            && entities.any(|entity| entity.place.layer.eq_ignore_ascii_case(&layer));
+        return Err(if is_there {
+            by_layer(statement, &layer)
+        } else {
+            not_found(attachments, statement)
+        });
+    }
+    Ok(found)
+}
+
+/// From 0 to 1; capitals count for nothing.
+fn likeness(a: &str, b: &str) -> f64 {
+    strsim::jaro_winkler(&a.to_lowercase(), &b.to_lowercase())
 }
 
 fn not_found(attachments: &[Attachment], statement: &Statement) -> Diagnostic {
@@ -256,15 +294,12 @@ fn not_found(attachments: &[Attachment], statement: &Statement) -> Diagnostic {
     let mut names: Vec<&str> = own.filter_map(name).collect();
     names.sort_unstable();
     names.dedup();
-    let nearest = names.iter().max_by(|a, b| {
-        let likeness = |it: &str| strsim::jaro_winkler(it, &statement.name);
-        likeness(a).total_cmp(&likeness(b))
-    });
+    let nearest = names
+        .iter()
+        .max_by(|a, b| likeness(a, &statement.name).total_cmp(&likeness(b, &statement.name)));
     let fault = Diagnostic::error(codes::NOT_THERE, message);
     match nearest {
-        Some(near)
-            if strsim::jaro_winkler(near, &statement.name) > 0.7 && *near != statement.name =>
-        {
+        Some(near) if likeness(near, &statement.name) > 0.7 && *near != statement.name => {
             fault.help(format!("did you mean `{near}`?"))
         }
         Some(_) => fault.note(format!("there are {}", names.join(", "))),
@@ -278,13 +313,17 @@ fn beyond_layers<'a>(
     statement: &Statement,
 ) -> Result<Vec<&'a Attachment>, Diagnostic> {
     let own: Vec<&Attachment> = found.iter().copied().filter(|it| it.way != Way::Layer).collect();
-    if own.is_empty() { Err(by_layer(statement, found)) } else { Ok(own) }
+    if own.is_empty() { Err(by_layer(statement, layer_of(found))) } else { Ok(own) }
 }
 
-fn by_layer(statement: &Statement, found: &[&Attachment]) -> Diagnostic {
+/// The layer of what is attached by its layer.
+fn layer_of<'a>(found: &[&'a Attachment]) -> &'a str {
+    let by_layer = found.iter().find(|it| it.way == Way::Layer);
+    by_layer.map_or("", |it| &it.place.layer)
+}
+
+fn by_layer(statement: &Statement, layer: &str) -> Diagnostic {
     let word = statement.subject.word();
-    let layer = found.iter().find(|it| it.way == Way::Layer).map(|it| it.place.layer.as_str());
-    let layer = layer.unwrap_or_default();
     let message = format!("the {word} `{}` is there by its layer `{layer}`", statement.name);
     Diagnostic::error(codes::BY_LAYER, message)
         .note("what is there by its layer has no data that could be changed or removed")
@@ -361,7 +400,7 @@ fn checked_key(kind: &'static Kind, key: &str) -> Result<&'static str, Diagnosti
         return Ok(known);
     }
     let message = format!("a {} has no key `{}`", kind.name, key.trim());
-    let near = kind.keys.iter().find(|known| strsim::jaro_winkler(known, key) > 0.8);
+    let near = kind.keys.iter().find(|known| likeness(known, key) > 0.8);
     let fault = Diagnostic::error(codes::NO_SUCH_KEY, message);
     Err(match near {
         Some(near) => fault.help(format!("did you mean `{near}`?")),

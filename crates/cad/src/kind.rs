@@ -14,6 +14,8 @@ pub enum Section {
     Points,
     /// A body's centre of mass.
     Centre,
+    /// A body's frame.
+    Frames,
     /// `[joints.…]`.
     Joints,
     /// `[loads.…]`.
@@ -76,11 +78,12 @@ macro_rules! kinds {
 
 kinds! {
     "ground" "BK_GROUND" Ground Point &["name"];
-    "body" "BK_BODY" Bodies Frame &[
+    "body" "BK_BODY" Bodies Point &[
         "name", "mass", "inertia", "about", "density", "thickness", "free", "coordinates",
     ];
     "point" "BK_POINT" Points Point &["name", "body"];
     "com" "BK_COM" Centre Point &["body"];
+    "frame" "BK_FRAME" Frames Frame &["body"];
     "revolute" "BK_REVOLUTE" Joints Point &[
         "name", "body1", "body2", "point1", "point2", "coordinate", "cut", "angle", "rate",
     ];

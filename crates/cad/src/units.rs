@@ -149,6 +149,21 @@ mod tests {
     }
 
     #[test]
+    fn the_page_about_units_names_them_all() {
+        let (_, _, page) = codes::PAGES
+            .iter()
+            .find(|(code, _, _)| *code == codes::NO_UNITS)
+            .expect("the page of drawings without units");
+        for unit in INSUNITS {
+            assert!(
+                page.contains(&format!("`{}`", unit.name)),
+                "`{}` is not on the page",
+                unit.name
+            );
+        }
+    }
+
+    #[test]
     fn lengths_of_units_agree_with_one_another() {
         let metres = |name: &str| by_name(name).expect("a unit").metres;
         let pairs = [

@@ -1,6 +1,8 @@
 //! The command line: what can be written, with its help.
 
 pub(crate) mod cad;
+pub(crate) mod draw;
+pub(crate) mod edit;
 
 use std::path::PathBuf;
 

@@ -1,7 +1,8 @@
 //! Exact rational numbers beside floats.
 //!
-//! Coefficients stay exact as long as numerator and denominator fit 128 bits; an operation that
-//! would overflow falls to the nearest float instead. A decimal literal is a rational.
+//! Coefficients stay exact as long as numerator and denominator have at most 18 digits; an operation
+//! that would need more gives the nearest float instead, which a person can still read. A decimal
+//! literal is a rational.
 
 use num_rational::Ratio;
 use num_traits::{CheckedAdd, CheckedMul, Signed, Zero};
@@ -156,7 +157,7 @@ impl Number {
                 return Self::reduced(p * s + r * q, q * s);
             }
             if let Some(sum) = a.checked_add(&b) {
-                return Self::Rational(sum);
+                return Self::readable(sum);
             }
         }
         Self::float(self.to_f64() + other.to_f64())
@@ -170,10 +171,21 @@ impl Number {
                 return Self::reduced(p * r, q * s);
             }
             if let Some(product) = a.checked_mul(&b) {
-                return Self::Rational(product);
+                return Self::readable(product);
             }
         }
         Self::float(self.to_f64() * other.to_f64())
+    }
+
+    /// The fraction, or the nearest float where it has more digits than anybody reads.
+    fn readable(fraction: Ratio<i128>) -> Self {
+        let is_short = |part: &i128| part.unsigned_abs() < LONGEST;
+        let exact = Self::Rational(fraction);
+        if is_short(fraction.numer()) && is_short(fraction.denom()) {
+            exact
+        } else {
+            Self::float(exact.to_f64())
+        }
     }
 
     /// The fraction in lowest terms; the denominator is positive.
@@ -249,10 +261,13 @@ impl Number {
         }
     }
 
-    /// Digits of a terminating decimal of at most [`DECIMALS`] places, otherwise `None`.
+    /// Digits of a terminating decimal of at most [`DECIMALS`] places, or of more where the fraction
+    /// would be no shorter; otherwise `None`.
     fn decimal(self) -> Option<String> {
         let r = self.as_rational()?;
-        let places = (0..=DECIMALS).find(|&n| 10i128.pow(n) % *r.denom() == 0)?;
+        let is_long = r.numer().unsigned_abs() >= 10u128.pow(DECIMALS);
+        let most = if is_long { 2 * DECIMALS } else { DECIMALS };
+        let places = (0..=most).find(|&n| 10i128.pow(n) % *r.denom() == 0)?;
         let scaled = r.numer().checked_mul(&(10i128.pow(places) / *r.denom()))?;
         if places == 0 {
             return Some(scaled.to_string());
@@ -272,6 +287,9 @@ fn small_parts(a: Ratio<i128>, b: Ratio<i128>) -> Option<[i64; 4]> {
     #[expect(clippy::cast_possible_truncation, reason = "below 2^31")]
     are_small.then(|| parts.map(|part| part as i64))
 }
+
+/// Numerators and denominators of exact fractions are below this.
+const LONGEST: u128 = 1_000_000_000_000_000_000;
 
 /// Decimals printed before a fraction is preferred.
 const DECIMALS: u32 = 12;
@@ -305,6 +323,15 @@ mod tests {
     }
 
     #[test]
+    fn fractions_too_long_to_read_become_floats() {
+        let long = Number::parse("38.302222155949").expect("a decimal");
+        assert_eq!(long.to_string(), "38.302222155949");
+        let product = long.times(long);
+        assert!(matches!(product, Number::Float(_)), "{product}");
+        assert_eq!(long.times(Number::rational(1, 500)).to_string(), "0.076604444311898");
+    }
+
+    #[test]
     fn overflow_falls_to_floats() {
         let big = Number::integer(i128::MAX);
         assert!(matches!(big.plus(big), Number::Float(_)));
@@ -321,7 +348,7 @@ mod tests {
                     continue;
                 }
                 let (x, y) = (Ratio::new(a, b), Ratio::new(c, d));
-                let (sum, product) = (Number::Rational(x + y), Number::Rational(x * y));
+                let (sum, product) = (Number::readable(x + y), Number::readable(x * y));
                 assert_eq!(Number::Rational(x).plus(Number::Rational(y)), sum, "{x} + {y}");
                 assert_eq!(Number::Rational(x).times(Number::Rational(y)), product, "{x} * {y}");
             }

@@ -86,36 +86,49 @@ impl Composer<'_> {
         true
     }
 
-    /// Chooses a frame for every body without one: from its first joint, one with the ground if
-    /// there is one, towards its next.
+    /// Chooses a frame for every body without one: from its first pin, one with the ground if there
+    /// is one, along its slide on the ground, else towards its next pin.
     pub(super) fn choose_frames(&mut self) {
         self.parts[0].frame = Some(Frame::default());
         for part_idx in 1..self.parts.len() {
-            if self.parts[part_idx].frame.is_some() {
-                continue;
+            if self.parts[part_idx].frame.is_none() {
+                self.parts[part_idx].frame = Some(self.natural_frame(part_idx));
             }
-            let mut joints: Vec<(bool, Point)> = Vec::new();
-            for connection in &self.connections {
-                for end_idx in 0..2 {
-                    if connection.bodies[end_idx] == part_idx {
-                        joints.push((connection.bodies[1 - end_idx] != 0, connection.at[end_idx]));
+        }
+    }
+
+    fn natural_frame(&self, part_idx: usize) -> Frame {
+        let mut pins: Vec<(bool, Point)> = Vec::new();
+        let mut slides: Vec<(Point, Option<Point>)> = Vec::new();
+        for connection in &self.connections {
+            for end_idx in 0..2 {
+                let other = connection.bodies[1 - end_idx];
+                if connection.bodies[end_idx] != part_idx {
+                    continue;
+                }
+                let at = connection.at[end_idx];
+                match (connection.attachment.kind.name, end_idx) {
+                    ("prismatic", _) => {
+                        let axis = connection.attachment.axis.filter(|_| other == 0);
+                        slides.push((at, axis));
                     }
+                    // Of a slot, the first body has the slot and the second the pin.
+                    ("slot", 0) => slides.push((at, None)),
+                    _ => pins.push((other != 0, at)),
                 }
             }
-            // The sort is stable: within the two groups the order is that of the drawing.
-            joints.sort_by_key(|(is_inner, _)| *is_inner);
-            let first = joints.first().map(|(_, at)| *at);
-            let second = first.and_then(|first| {
-                joints.iter().map(|(_, at)| *at).find(|at| distance(*at, first) > self.tolerance)
-            });
-            let frame = match (first, second) {
-                (Some(first), Some(second)) => {
-                    Frame::along(first, [second[0] - first[0], second[1] - first[1]])
-                }
-                (Some(first), None) => Frame { origin: first, angle: 0.0 },
-                (None, _) => Frame::default(),
-            };
-            self.parts[part_idx].frame = Some(frame);
+        }
+        // The sort is stable: within the two groups the order is that of the drawing.
+        pins.sort_by_key(|(is_inner, _)| *is_inner);
+        let pins: Vec<Point> = pins.into_iter().map(|(_, at)| at).collect();
+        let origin = pins.first().or(slides.first().map(|(at, _)| at)).copied();
+        let origin = origin.unwrap_or_default();
+        let next = pins.iter().find(|at| distance(**at, origin) > self.tolerance);
+        let towards = next.map(|next| [next[0] - origin[0], next[1] - origin[1]]);
+        let slide = slides.iter().find_map(|(_, axis)| *axis);
+        match slide.or(towards) {
+            Some(axis) => Frame::along(origin, axis),
+            None => Frame { origin, angle: 0.0 },
         }
     }
 

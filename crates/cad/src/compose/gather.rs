@@ -119,11 +119,15 @@ impl Composer<'_> {
         for value in attachment.values.iter().filter(|value| value.key != "name") {
             self.state(part_idx, value);
         }
-        // The natural point of an outline says nothing of a frame.
-        let is_stated = attachment.way == Way::Block || attachment.axis.is_some();
-        if let (true, Some(at)) = (is_stated, attachment.at) {
-            let axis = attachment.axis.unwrap_or([1.0, 0.0]);
-            self.parts[part_idx].frame = Some(Frame::along(at, axis));
+        match (attachment.way, attachment.at, attachment.axis) {
+            (Way::Block, Some(at), _) => {
+                self.insert_points.insert(part_idx, at);
+            }
+            // The natural point of an outline alone says nothing of a frame.
+            (_, Some(at), Some(axis)) => {
+                self.parts[part_idx].frame = Some(Frame::along(at, axis));
+            }
+            _ => (),
         }
     }
 
@@ -162,15 +166,23 @@ impl Composer<'_> {
         }
     }
 
-    /// Named points and stated centres of mass.
+    /// Named points, stated centres of mass and frames.
     fn gather_points(&mut self) {
         for attachment in self.attachments {
-            let (Section::Centre | Section::Points) = attachment.kind.section else { continue };
+            let (Section::Centre | Section::Frames | Section::Points) = attachment.kind.section
+            else {
+                continue;
+            };
             let Some(at) = self.point_of(attachment) else { continue };
             let Some(part_idx) = self.body_at(attachment, "body", at) else { continue };
             let place = attachment.place.clone();
             if attachment.kind.section == Section::Centre {
                 self.parts[part_idx].centre = Some(at);
+                continue;
+            }
+            if attachment.kind.section == Section::Frames {
+                let axis = attachment.axis.unwrap_or([1.0, 0.0]);
+                self.parts[part_idx].frame = Some(Frame::along(at, axis));
                 continue;
             }
             let Some(name) = text_of(attachment, "name") else {

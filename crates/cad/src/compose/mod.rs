@@ -175,6 +175,7 @@ pub fn compose(
         parts: vec![Part::new("ground")],
         owners: vec![None; drawing.entities.len()],
         inserts: BTreeMap::new(),
+        insert_points: BTreeMap::new(),
         connections: Vec::new(),
         draft: Draft::default(),
         bodies: Vec::new(),
@@ -210,6 +211,8 @@ struct Composer<'a> {
     owners: Vec<Option<usize>>,
     /// Places of the inserts of `BK_BODY`, by their parts.
     inserts: BTreeMap<usize, Place>,
+    /// Where they are.
+    insert_points: BTreeMap<usize, Point>,
     connections: Vec<Connection<'a>>,
     draft: Draft,
     bodies: Vec<BodyReport>,

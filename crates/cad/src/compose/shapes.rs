@@ -12,10 +12,10 @@ impl Composer<'_> {
     /// An insert of `BK_BODY` takes the smallest outline around it that nobody else has.
     pub(super) fn gather_enclosed(&mut self) {
         let mut waiting: Vec<(usize, Point)> = self
-            .inserts
-            .keys()
-            .filter(|&&part_idx| self.parts[part_idx].paths.is_empty())
-            .filter_map(|&part_idx| Some((part_idx, self.parts[part_idx].frame?.origin)))
+            .insert_points
+            .iter()
+            .filter(|&(&part_idx, _)| self.parts[part_idx].paths.is_empty())
+            .map(|(&part_idx, &at)| (part_idx, at))
             .collect();
         if waiting.is_empty() {
             return;

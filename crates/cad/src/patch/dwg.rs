@@ -67,6 +67,10 @@ fn change(document: &mut CadDocument, edit: &Edit) -> Result<(), Diagnostic> {
             values.drain(start..end);
             store(document, *entity, values)
         }
+        Edit::RemoveAll { entity } if ours(document, *entity)?.is_empty() => {
+            Err(no_record(*entity, 0))
+        }
+        Edit::RemoveAll { entity } => store(document, *entity, Vec::new()),
         Edit::SetAttribute { insert, tag, value } => set_attribute(document, *insert, tag, value),
         Edit::RemoveInsert { insert } => remove_insert(document, *insert),
     }

@@ -45,6 +45,11 @@ pub enum Edit {
         /// The number of the record on the entity, from zero.
         record_idx: usize,
     },
+    /// Removes all of our extended data from an entity, broken records included.
+    RemoveAll {
+        /// The entity.
+        entity: Handle,
+    },
     /// Changes the value of an attribute of an insert.
     SetAttribute {
         /// The insert.

@@ -42,6 +42,9 @@ pub(super) fn edited(tags: &Tags, edit: &Edit) -> Result<Vec<u8>, Diagnostic> {
         Edit::RemoveRecord { entity, record_idx } => {
             splices.push(xdata::remove(tags, record(tags, *entity)?, *record_idx)?);
         }
+        Edit::RemoveAll { entity } => {
+            splices.push(xdata::remove_all(tags, record(tags, *entity)?)?);
+        }
         Edit::SetAttribute { insert, tag, value } => {
             splices.extend(set_attribute(tags, *insert, tag, value)?);
         }

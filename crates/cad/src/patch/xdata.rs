@@ -77,6 +77,13 @@ pub(super) fn remove(
     Ok(Splice::replace(tags, if is_all { whole } else { record }, Vec::new()))
 }
 
+/// Removes whatever stands under the name of the application.
+pub(super) fn remove_all(tags: &Tags, entity: Range<usize>) -> Result<Splice, Diagnostic> {
+    let handle = tags.handle_of(entity.clone()).unwrap_or(Handle(0));
+    let whole = ours(tags, entity).ok_or_else(|| no_record(handle, 0))?;
+    Ok(Splice::replace(tags, whole, Vec::new()))
+}
+
 /// Our extended data on an entity, the name of the application included.
 fn ours(tags: &Tags, entity: Range<usize>) -> Option<Range<usize>> {
     let is_application = |idx: &usize| tags.code(*idx) == 1001;

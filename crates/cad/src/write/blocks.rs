@@ -76,7 +76,7 @@ pub(super) fn styles(kind: &Kind, size: f64) -> Vec<AttributeStyle> {
 /// Where the name of a kind begins, in sizes of a symbol: beside what it is most often drawn with.
 fn anchor(kind: &Kind) -> Point {
     match kind.name {
-        "body" => [0.2, 0.25],
+        "body" => [0.35, 0.2],
         "gravity" | "parameter" | "initial" | "solve" | "model" => [0.7, 0.3],
         "force" | "torque" | "drive" | "torsion" => [0.6, 0.45],
         "point" => [0.15, -0.45],

@@ -19,9 +19,10 @@ pub(super) struct Symbol {
 pub(super) fn symbol(kind: &str) -> Option<Symbol> {
     let (title, marks) = match kind {
         "ground" => ("the ground is here: a bearing", bearing()),
-        "body" => ("a body: name, mass, and its frame", frame()),
+        "body" => ("a body: name and mass, inside of its outline", marker()),
         "point" => ("a named point of a body", point()),
         "com" => ("centre of mass of a body", centre_of_mass()),
+        "frame" => ("frame of a body, if it is to be another", frame()),
         "revolute" => ("revolute joint", pin()),
         "prismatic" => ("prismatic joint, along x", slider()),
         "slot" => ("pin of body 2 in a slot of body 1, along x", slot()),
@@ -75,6 +76,15 @@ fn bearing() -> Vec<Mark> {
     ];
     marks.extend(hatching(-0.5, 0.5, -0.55));
     marks
+}
+
+/// A tag that lies on a part.
+fn marker() -> Vec<Mark> {
+    const HALF: f64 = 0.12;
+    vec![
+        Mark::chain(&[[-HALF, 0.0], [0.0, -HALF], [HALF, 0.0], [0.0, HALF]], true),
+        Mark::chain(&[[HALF, 0.0], [HALF + 0.2, 0.2]], false),
+    ]
 }
 
 fn frame() -> Vec<Mark> {

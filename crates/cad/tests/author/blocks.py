@@ -15,9 +15,10 @@ NOTE = [((0, 0), (1, 0)), ((0, 0), (0, -1))]
 BLOCKS = {
     "BK_GROUND": ([((0, 0), (-1, -1.5)), ((-1, -1.5), (1, -1.5)), ((1, -1.5), (0, 0))], "NAME"),
     "BK_BODY": (
-        [((0, 0), (2, 0)), ((0, 0), (0, 2))],
+        [((-0.5, 0), (0.5, 0)), ((0, -0.5), (0, 0.5))],
         "NAME MASS INERTIA ABOUT DENSITY THICKNESS COORDINATES",
     ),
+    "BK_FRAME": ([((0, 0), (2, 0)), ((0, 0), (0, 2))], "BODY"),
     "BK_POINT": (CROSS, "NAME BODY"),
     "BK_COM": ([("circle", (0, 0), 0.8), *CROSS], "BODY"),
     "BK_REVOLUTE": ([("circle", (0, 0), 1)], "NAME BODY1 BODY2 COORDINATE CUT ANGLE RATE"),

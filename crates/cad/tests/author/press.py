@@ -42,7 +42,7 @@ def draw(pen):
     for name, p in {"A": A, "B": B, "C": C}.items():
         pen.insert("BK_REVOLUTE", p, name=name)
     pen.insert("BK_PRISMATIC", (C[0] - 0.025, -0.027), name="guide")
-    pen.insert("BK_DRIVE", A, name="motor", motion="60 rpm*t")
+    pen.insert("BK_DRIVE", A, name="motor", motion="50 deg + 60 rpm*t")
     pen.insert("BK_GRAVITY", (0.5, 0.17), acceleration="9.81 m/s^2")
     end = (C[0] + 0.06, 0.0)
     pen.insert_between("BK_SPRING", end, WALL, name="spring", stiffness="2 N/mm", length="150")

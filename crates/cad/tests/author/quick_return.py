@@ -48,7 +48,7 @@ def links(pen):
 
     bar(pen, T, R, 0.018, 0.007, "OUTLINE")
     pen.insert(
-        "BK_BODY", middle(T, R), angle(T, R), name="rod", mass="0.8 kg", inertia="0.8 kg*(0.2 m)^2/12"
+        "BK_BODY", middle(T, R), name="rod", mass="0.8 kg", inertia="0.8 kg*(0.2 m)^2/12"
     )
 
     pen.polyline(rectangle(R, 0, 0.2, 0.07), "BK_BODY_ram")

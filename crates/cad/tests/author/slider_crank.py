@@ -18,7 +18,7 @@ C = (B[0] + math.sqrt(L2**2 - B[1] ** 2), 0.0)
 
 
 def draw(pen):
-    define(pen, *"""BK_GROUND BK_BODY BK_COM BK_REVOLUTE BK_PRISMATIC BK_GRAVITY BK_TORQUE
+    define(pen, *"""BK_GROUND BK_BODY BK_FRAME BK_COM BK_REVOLUTE BK_PRISMATIC BK_GRAVITY BK_TORQUE
         BK_PARAMETER BK_SOLVE""".split())
     parts(pen)
     bodies(pen)
@@ -44,11 +44,12 @@ def parts(pen):
 
 
 def bodies(pen):
-    pen.insert("BK_BODY", middle(A, B), angle(A, B), name="crank", mass="m1", inertia="i1", about="A")
+    pen.insert("BK_BODY", middle(A, B), name="crank", mass="m1", inertia="i1", about="A")
     pen.insert(
-        "BK_BODY", middle(B, C), angle(B, C),
+        "BK_BODY", middle(B, C),
         name="rod", mass="m2", inertia="i2", coordinates="x2, y2, theta2",
     )
+    pen.insert("BK_FRAME", middle(B, C), angle(B, C), body="rod")
     # Beside the rod's end: there its insertion point is in the slider alone.
     pen.insert("BK_BODY", point(C, 0, 0.22, 0.13), name="slider", mass="m3", inertia="0")
     pen.insert("BK_COM", C, body="slider")

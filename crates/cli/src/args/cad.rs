@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use super::{DrawingArgs, ModelArgs};
+use super::edit::Change;
+use super::{DrawingArgs, ModelArgs, draw};
 
 #[derive(Subcommand, Debug)]
 pub(crate) enum Cad {
@@ -16,6 +17,24 @@ pub(crate) enum Cad {
     List(Drawing),
     /// The model of a drawing as a model file.
     ToToml(ToToml),
+    /// Attach, change and remove bodies.
+    #[command(subcommand)]
+    Body(Change),
+    /// Attach, change and remove joints.
+    #[command(subcommand)]
+    Joint(Change),
+    /// Attach, change and remove forces, springs and other loads.
+    #[command(subcommand)]
+    Load(Change),
+    /// Attach, change and remove drives.
+    #[command(subcommand)]
+    Drive(Change),
+    /// A drawing with the blocks ready to insert, and layers to draw on.
+    Template(draw::Template),
+    /// Draw a model that has no drawing.
+    FromToml(draw::FromToml),
+    /// Add what a run looks like to its drawing: paths, envelopes, hodographs, reactions, ghosts.
+    Trace(draw::Trace),
 }
 
 #[derive(Args, Debug)]

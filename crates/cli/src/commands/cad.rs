@@ -1,13 +1,19 @@
 //! `bksim cad`: what is in a drawing, and drawings from models.
 
 mod dist;
+mod edit;
+mod from_toml;
 mod list;
 mod mass;
+mod template;
 mod to_toml;
+mod trace;
+mod written;
 
 use std::path::Path;
 
 use bksim::cad::compose::Composition;
+use bksim::cad::edit::Subject;
 use bksim::cad::model::{ModelOptions, Sheet};
 use bksim::mbs::diagnostic::Diagnostic;
 
@@ -24,6 +30,10 @@ pub(crate) fn name(command: &Cad) -> &'static str {
         Cad::Dist(_) => "cad dist",
         Cad::List(_) => "cad list",
         Cad::ToToml(_) => "cad to-toml",
+        Cad::Body(_) | Cad::Joint(_) | Cad::Load(_) | Cad::Drive(_) => "cad edit",
+        Cad::Template(_) => "cad template",
+        Cad::FromToml(_) => "cad from-toml",
+        Cad::Trace(_) => "cad trace",
     }
 }
 
@@ -33,6 +43,13 @@ pub(crate) fn run(command: &Cad, json: bool, nesting: usize) -> Result<Status, F
         Cad::Dist(args) => dist::run(args, json),
         Cad::List(args) => list::run(args, json),
         Cad::ToToml(args) => to_toml::run(args, json, nesting),
+        Cad::Body(change) => edit::run(Subject::Body, change, json),
+        Cad::Joint(change) => edit::run(Subject::Joint, change, json),
+        Cad::Load(change) => edit::run(Subject::Load, change, json),
+        Cad::Drive(change) => edit::run(Subject::Drive, change, json),
+        Cad::Template(args) => template::run(args, json),
+        Cad::FromToml(args) => from_toml::run(args, json, nesting),
+        Cad::Trace(args) => trace::run(args, json, nesting),
     }
 }
 

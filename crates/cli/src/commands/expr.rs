@@ -335,7 +335,9 @@ fn counted(pool: &Pool, e: Expr) -> String {
 }
 
 fn certified(certificate: Certificate) -> String {
-    let Certificate { n_points, worst_double, worst_extended } = certificate;
+    let Certificate { n_points, worst_double, worst_extended, is_rounded } = certificate;
+    // More bits then show how constants were rounded.
+    let rounded = if is_rounded { " (constants have 16 digits)" } else { "" };
     let verdict = match (n_points, certificate.is_equal()) {
         (0, _) => return "not compared: no point has values".to_owned(),
         (_, true) => "equal",
@@ -343,6 +345,6 @@ fn certified(certificate: Certificate) -> String {
     };
     format!(
         "{verdict} at {n_points} random points: within {worst_double:.1e} in f64, \
-         {worst_extended:.1e} with 106 bits"
+         {worst_extended:.1e} with 106 bits{rounded}"
     )
 }

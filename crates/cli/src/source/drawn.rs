@@ -42,7 +42,7 @@ pub(crate) fn read_sheet(
     let unit = match &args.units {
         None => None,
         Some(name) => Some(units::by_name(name).ok_or_else(|| {
-            let help = "one of mm, cm, m, inch, ft, …: `bksim explain D006` says more";
+            let help = "one of mm, cm, m, inch, ft, …: `bksim explain D006` lists them";
             Failure::usage(format!("`--units {name}` is no unit of length"), help)
         })?),
     };

@@ -22,14 +22,17 @@ pub struct Certificate {
     pub worst_double: f64,
     /// Largest relative difference of the values with 106 bits.
     pub worst_extended: f64,
+    /// Whether a constant is a rounded one: then more bits show the rounding, not more.
+    pub is_rounded: bool,
 }
 
 impl Certificate {
     /// Whether all differences are as small as rounding makes them, at one point at least.
     pub fn is_equal(&self) -> bool {
+        let extended = if self.is_rounded { ROUNDED_TOLERANCE } else { EXTENDED_TOLERANCE };
         self.n_points > 0
             && self.worst_double <= DOUBLE_TOLERANCE
-            && self.worst_extended <= EXTENDED_TOLERANCE
+            && self.worst_extended <= extended
     }
 }
 
@@ -38,6 +41,8 @@ impl Certificate {
 const DOUBLE_TOLERANCE: f64 = 1e-6;
 /// The same with 31 digits to start from.
 const EXTENDED_TOLERANCE: f64 = 1e-20;
+/// The same where constants were rounded to 16 digits when they were folded.
+const ROUNDED_TOLERANCE: f64 = 1e-12;
 /// Values below this part of the largest term of any sum count as cancelled: differences are taken
 /// relative to it.
 const CANCELLATION: f64 = 1e-6;
@@ -64,7 +69,10 @@ impl Pool {
     /// ```
     pub fn certificate(&self, a: Expr, b: Expr) -> Certificate {
         let sweep = self.sweep(&[a, b]);
-        let mut found = Certificate { n_points: 0, worst_double: 0.0, worst_extended: 0.0 };
+        let is_float = |e| matches!(self.as_number(e), Some(Number::Float(f)) if f.is_finite());
+        let is_rounded = sweep.steps.iter().any(|step| is_float(step.expr));
+        let mut found =
+            Certificate { n_points: 0, worst_double: 0.0, worst_extended: 0.0, is_rounded };
         for point in 0..MAX_TRIED {
             let value = |symbol| self.sample(symbol, point);
             let Some(extended) = difference(&self.extended_values(&sweep, &value), &sweep) else {

@@ -141,7 +141,7 @@ impl Sketch<'_> {
         Ok(None)
     }
 
-    /// `BK_BODY` with the values of the file, and `BK_COM`.
+    /// `BK_BODY` with the values of the file, `BK_FRAME` and `BK_COM`.
     fn frame(&mut self, body: BodyId) -> Result<(), Unwritten> {
         let (pose, model) = (self.places.pose(body), self.model);
         let stated = &model.bodies[body.0];
@@ -158,12 +158,14 @@ impl Sketch<'_> {
         }
         let at = self.places.drawn(pose.origin);
         let (sin, cos) = pose.angle.sin_cos();
-        let place = [at, [at[0] + cos, at[1] + sin]];
+        let frame = [at, [at[0] + cos, at[1] + sin]];
         let [x, y, _] = stated.com;
         let com = self.places.vector([x, y]);
         let com = com.ok_or_else(|| no_place("the centre of mass", &format!("body `{name}`")))?;
         let com = self.places.on_body(body, com);
-        self.insert_with(kind("body"), MARK_LAYER, place, Words::At(com), values)?;
+        let here = [com, [com[0] + 1.0, com[1]]];
+        self.insert_with(kind("body"), MARK_LAYER, here, Words::At(com), values)?;
+        self.insert(kind("frame"), MARK_LAYER, frame, vec![("body", name.clone())])?;
         if has_mass {
             let at = com;
             let values = vec![("body", name)];

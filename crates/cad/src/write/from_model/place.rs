@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use bksim_expr::{Expr, SymbolId};
 use bksim_mbs::diagnostic::Diagnostic;
-use bksim_mbs::model::{Anchor, BodyId, JointId, JointKind, Model};
+use bksim_mbs::model::{Anchor, Axis, BodyId, JointId, JointKind, Measure, Model};
 use bksim_mbs::pose::Pose;
 
 use super::{Source, Unwritten};
@@ -134,6 +134,40 @@ impl<'a> Places<'a> {
         let (sin, cos) = turned.sin_cos();
         let along = [cos * axis[0] - sin * axis[1], sin * axis[0] + cos * axis[1]];
         Ok([at, [at[0] + along[0], at[1] + along[1]]])
+    }
+
+    /// What a measure of position is at the start, SI; an angle by as many turns as `near` has.
+    pub(super) fn found(&self, measure: Measure, near: f64) -> Option<f64> {
+        const TURN: f64 = std::f64::consts::TAU;
+        let wound = |angle: f64| angle + TURN * ((near - angle) / TURN).round();
+        match measure {
+            Measure::BodyAngle(body) => Some(wound(self.pose(body).angle)),
+            Measure::JointPosition(id, motion_idx) => {
+                let joint = &self.model.joints[id.0];
+                let [first, second] = [joint.predecessor, joint.successor];
+                let poses = [first, second].map(|anchor| self.pose(anchor.body));
+                let slides = match joint.kind {
+                    JointKind::Prismatic { .. } => true,
+                    JointKind::PinInSlot => motion_idx == 0,
+                    _ => false,
+                };
+                if !slides {
+                    return Some(wound(poses[1].angle - poses[0].angle));
+                }
+                let from = poses[0].place(self.in_body(first)?);
+                let to = poses[1].place(self.in_body(second)?);
+                let [x, y] = self.vector([joint.axis[0], joint.axis[1]])?;
+                let (sin, cos) = poses[0].angle.sin_cos();
+                let along = [cos * x - sin * y, sin * x + cos * y];
+                Some((to[0] - from[0]) * along[0] + (to[1] - from[1]) * along[1])
+            }
+            Measure::PointPosition(body, None, axis) => {
+                let [x, y, _] = self.model.bodies[body.0].com;
+                let at = self.pose(body).place(self.vector([x, y])?);
+                Some(if axis == Axis::X { at[0] } else { at[1] })
+            }
+            _ => None,
+        }
     }
 
     /// Lower left and upper right corner of all points, joints and outlines.

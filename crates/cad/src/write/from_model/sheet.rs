@@ -1,5 +1,6 @@
 //! What stands anywhere: parameters, start, options and the name, in a column beside the drawing.
 
+use bksim_mbs::model::Measure;
 use toml_edit::{Item, TableLike};
 
 use super::texts::{all, entries, text, words};
@@ -83,10 +84,29 @@ impl Sketch<'_> {
                 Some(table) => values.extend(self.keys_of("initial", &owner, table)?),
                 None => values.extend(guess.as_value().map(|value| ("value", text(value)))),
             }
+            for (key, words) in values.iter_mut().skip(1) {
+                self.settle(name, key, words);
+            }
             values.push(("guess", "true".to_owned()));
             both.push(values);
         }
         Ok(both)
+    }
+
+    /// What was guessed of a position is known by now: the drawing shows where it is, and with any
+    /// other guess the start would move on from there.
+    fn settle(&self, name: &str, key: &str, words: &mut String) {
+        let full = if key == "value" { name.to_owned() } else { format!("{name}.{key}") };
+        let mut guesses = self.model.initial.iter().filter(|initial| initial.is_guess);
+        let Some(guess) = guesses.find(|initial| initial.name == full) else { return };
+        let near = self.places.number(guess.value).unwrap_or_default();
+        let Some(found) = self.places.found(guess.measure, near) else { return };
+        let slides = match guess.measure {
+            Measure::JointPosition(joint, 0) => self.slides(joint, Some("position")),
+            Measure::PointPosition(..) => true,
+            _ => false,
+        };
+        *words = format!("{found} {}", if slides { "m" } else { "rad" });
     }
 
     /// The values of a table whose keys are those of a kind.

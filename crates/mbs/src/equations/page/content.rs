@@ -303,13 +303,15 @@ fn certificates(subject: &Subject<'_>) -> Vec<String> {
 }
 
 fn sentence(certificate: Certificate, what: &str) -> String {
-    let Certificate { n_points, worst_double, worst_extended } = certificate;
+    let Certificate { n_points, worst_double, worst_extended, is_rounded } = certificate;
+    // More bits then show how constants were rounded.
+    let rounded = if is_rounded { " (constants have 16 digits)" } else { "" };
     if n_points == 0 {
         return format!("not compared with {what}: no point has values");
     }
     let verdict = if certificate.is_equal() { "equal to" } else { "differ from" };
     format!(
         "{verdict} {what} at {n_points} random points: \
-         within {worst_double:.1e} in f64, {worst_extended:.1e} with 106 bits"
+         within {worst_double:.1e} in f64, {worst_extended:.1e} with 106 bits{rounded}"
     )
 }

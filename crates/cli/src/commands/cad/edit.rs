@@ -1,0 +1,127 @@
+//! `bksim cad body|joint|load|drive add|set|remove`: changes of what is attached to a drawing.
+
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use bksim::cad::drawing::Handle;
+use bksim::cad::edit::{Plan, Statement, Subject, add, remove, set};
+use bksim::cad::patch::apply;
+use bksim::mbs::diagnostic::Diagnostic;
+use serde_json::json;
+
+use crate::args::edit::{self as args, Change};
+use crate::exit::{Failure, Status};
+use crate::output;
+use crate::render;
+use crate::source::{Text, read_bytes, read_sheet};
+
+pub(super) fn run(subject: Subject, change: &Change, as_json: bool) -> Result<Status, Failure> {
+    let named = match change {
+        Change::Add(args) | Change::Set(args) => &args.named,
+        Change::Remove(named) => named,
+    };
+    let path = &named.drawing;
+    let output = output_path(named)?;
+    let bytes = read_bytes(path)?;
+    let sheet = read_sheet(path, bytes.clone(), &named.reading)?;
+    let source = Text { path: path.clone(), text: sheet.text, drawn: None };
+
+    // What is asked for, as edits; then the drawing with them.
+    let statement = statement(subject, change, named);
+    let plan = match change {
+        Change::Add(_) => add(&sheet.attachments, &statement),
+        Change::Set(_) => set(&sheet.drawing, &sheet.attachments, &statement),
+        Change::Remove(_) => remove(&sheet.drawing, &sheet.attachments, &statement),
+    };
+    let Plan { edits, mut warnings } = plan.map_err(|fault| source.rejected(vec![fault]))?;
+    let patched = apply(bytes, &edits).map_err(|faults| source.rejected(faults))?;
+    warnings.extend(patched.warnings);
+
+    // What was written must read; what it then says may still be at fault, and is told.
+    let written = read_sheet(&output, patched.bytes.clone(), &named.reading)?;
+    replace(&output, &patched.bytes)?;
+    let after = Text { path: output.clone(), text: written.text, drawn: None };
+    let new: Vec<Diagnostic> =
+        written.diagnostics.into_iter().filter(|it| is_new(it, &sheet.diagnostics)).collect();
+    if as_json {
+        let mut diagnostics = vec![render::json_all(&source, &warnings)];
+        diagnostics.push(render::json_all(&after, &new));
+        let diagnostics: Vec<_> =
+            diagnostics.iter().filter_map(|it| it.as_array()).flatten().cloned().collect();
+        let body = json!({
+            "output": output.display().to_string(),
+            "edits": edits.len(),
+            "diagnostics": diagnostics,
+        });
+        output::json("cad edit", body)?;
+        return Ok(Status::Done);
+    }
+    render::print_all(&source, &warnings);
+    render::print_all(&after, &new);
+    let count =
+        if edits.len() == 1 { "1 edit".to_owned() } else { format!("{} edits", edits.len()) };
+    output::text(&format!("wrote {} ({count})", output.display()))?;
+    Ok(Status::Done)
+}
+
+fn statement(subject: Subject, change: &Change, named: &args::Named) -> Statement {
+    let mut statement = Statement {
+        subject,
+        name: named.name.clone(),
+        kind: named.kind.clone(),
+        entities: named.entities.iter().map(|&handle| Handle(handle)).collect(),
+        at: None,
+        to: None,
+        axis: None,
+        values: Vec::new(),
+    };
+    if let Change::Add(args) | Change::Set(args) = change {
+        (statement.at, statement.to, statement.axis) = (args.at, args.to, args.axis);
+        statement.values.clone_from(&args.values);
+    }
+    statement
+}
+
+/// Lines move with an edit: the words alone tell whether a fault was there before.
+fn is_new(fault: &Diagnostic, before: &[Diagnostic]) -> bool {
+    !before.iter().any(|it| it.code == fault.code && it.message == fault.message)
+}
+
+/// The file that will be written; one that exists and was not read only with `--force`.
+fn output_path(named: &args::Named) -> Result<PathBuf, Failure> {
+    let Some(output) = &named.output else { return Ok(named.drawing.clone()) };
+    let kind = |path: &Path| path.extension().map(std::ffi::OsStr::to_ascii_lowercase);
+    if kind(output) != kind(&named.drawing) {
+        let message = format!("`{}` is another kind of file than the drawing", output.display());
+        return Err(Failure::usage(message, "an edited drawing keeps its format"));
+    }
+    let same = |path: &Path| fs::canonicalize(path).ok();
+    let is_input = same(output).is_some() && same(output) == same(&named.drawing);
+    if output.exists() && !is_input && !named.force {
+        let help = Some("add --force to overwrite it".to_owned());
+        return Err(Failure::file(output, "exists already; nothing was written".into(), help));
+    }
+    Ok(output.clone())
+}
+
+/// Writes a file so that at no time there is half of it: beside it first, then in its place.
+fn replace(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    // A link stays a link to the drawing.
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let name = target.file_name().unwrap_or_default().to_string_lossy();
+    let beside = target.with_file_name(format!(".{name}.{}.tmp", std::process::id()));
+    let write = || -> std::io::Result<()> {
+        let mut file = File::create_new(&beside)?;
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        if let Ok(known) = fs::metadata(&target) {
+            file.set_permissions(known.permissions())?;
+        }
+        fs::rename(&beside, &target)
+    };
+    write().map_err(|error| {
+        let _ = fs::remove_file(&beside);
+        Failure::writing(path, &error)
+    })
+}

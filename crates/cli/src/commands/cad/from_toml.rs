@@ -1,0 +1,42 @@
+//! `bksim cad from-toml`: a drawing of a model that has none.
+
+use bksim::cad::write::from_model::{Source, Unwritten, from_model};
+use bksim::mbs::pose::Poses;
+
+use super::written;
+use crate::args::draw::FromToml;
+use crate::args::{DrawingArgs, ModelArgs};
+use crate::exit::{Failure, Status};
+use crate::render;
+use crate::source::{derive, load};
+
+pub(super) fn run(args: &FromToml, as_json: bool, nesting: usize) -> Result<Status, Failure> {
+    written::check(&args.written, &[&args.model])?;
+    let drawing = DrawingArgs::default();
+    let model = ModelArgs { model: args.model.clone(), set: args.set.clone(), drawing };
+    let loaded = load(&model, nesting)?;
+    let source = loaded.source;
+    let mechanism = derive(&source, loaded.model)?;
+    let start = mechanism.start().map_err(|rejected| source.rejected(rejected.0))?;
+    let path = &args.written.output;
+    let poses = Poses::compile(&mechanism.model, &mechanism.system)
+        .map_err(|e| Failure::writing(path, &e))?
+        .at(&mechanism.parameters, [(&start.q[..], &start.v[..])])
+        .remove(0);
+    let drawn = Source {
+        text: &source.text,
+        model: &mechanism.model,
+        poses: &poses,
+        release: args.style.dxf_version,
+        unit: &args.style.units,
+    };
+    let bytes = from_model(&drawn).map_err(|unwritten| match unwritten {
+        Unwritten::Model(fault) => source.rejected(vec![*fault]),
+        Unwritten::Write(error) => Failure::writing(path, &error),
+    })?;
+    if !as_json {
+        render::print_all(&source, &loaded.warnings);
+    }
+    let diagnostics = render::json_all(&source, &loaded.warnings);
+    written::write("cad from-toml", &args.written, &bytes, diagnostics.into(), as_json)
+}

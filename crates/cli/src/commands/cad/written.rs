@@ -1,0 +1,44 @@
+//! Files that the commands of drawings write.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use crate::args::draw::Written;
+use crate::exit::{Failure, Status};
+use crate::output;
+
+/// Refuses a file that exists, or that is read.
+pub(super) fn check(written: &Written, read: &[&Path]) -> Result<(), Failure> {
+    let path = &written.output;
+    let own = path.canonicalize().ok();
+    if own.is_some() && read.iter().any(|other| other.canonicalize().ok() == own) {
+        let what = "is read by this command; nothing was written".to_owned();
+        return Err(Failure::file(path, what, Some("name another file with -o".to_owned())));
+    }
+    if path.exists() && !written.force {
+        let help = Some("add --force to overwrite it".to_owned());
+        return Err(Failure::file(path, "exists already; nothing was written".to_owned(), help));
+    }
+    Ok(())
+}
+
+/// Writes the file and says so.
+pub(super) fn write(
+    command: &str,
+    written: &Written,
+    bytes: &[u8],
+    diagnostics: Value,
+    as_json: bool,
+) -> Result<Status, Failure> {
+    let path = &written.output;
+    fs::write(path, bytes).map_err(|e| Failure::writing(path, &e))?;
+    if as_json {
+        let output = path.display().to_string();
+        output::json(command, json!({ "output": output, "diagnostics": diagnostics }))?;
+    } else {
+        output::text(&format!("wrote {}", path.display()))?;
+    }
+    Ok(Status::Done)
+}
