@@ -8,7 +8,7 @@ use bksim_cad::drawing::{
     Attribute, Drawing, Entity, Handle, Insert, LengthUnit, Place, Shape, XValue,
 };
 use bksim_cad::excerpt::Excerpts;
-use bksim_cad::geometry::{Path, Point, Vertex};
+use bksim_cad::geometry::{Curve, Path, Point, Vertex};
 use bksim_mbs::file::{Source, read};
 use bksim_mbs::model::{JointKind, Model, Vector};
 
@@ -314,6 +314,33 @@ fn a_body_block_on_a_pin_takes_what_the_hole_is_in() {
     for (mass, expected) in masses(&model).into_iter().zip(expected) {
         assert_close(mass, expected * 1e-5, 1e-12);
     }
+}
+
+/// A body of a density with two holes, and an outline that is drawn as these lines.
+fn plate_drawn_as(lines: &[[Point; 2]]) -> Composition {
+    let mut sheet = Sheet::default();
+    sheet.circle("BK_BODY_plate", [20.0, 20.0], 5.0);
+    for [from, to] in lines {
+        let curves = vec![Curve::Segment { from: *from, to: *to }];
+        let shape = Shape::Path(Path { curves, is_closed: false });
+        sheet.add("LINE", "BK_BODY_plate", *from, shape);
+    }
+    let side = "[bodies.plate]\ndensity = 1000\nthickness = \"10 mm\"\nfree = true\n";
+    sheet.compose_beside(side)
+}
+
+#[test]
+fn an_open_outline_is_not_mistaken_for_its_holes() {
+    let corners = [[0.0, 0.0], [100.0, 0.0], [100.0, 40.0], [0.0, 40.0], [0.0, 0.0]];
+    let edges: Vec<[Point; 2]> = corners.windows(2).map(|pair| [pair[0], pair[1]]).collect();
+    let closed = plate_drawn_as(&edges);
+    assert_eq!(codes(&closed), Vec::<&str>::new());
+    let pi = std::f64::consts::PI;
+    assert_close(masses(&model_of(&closed))[0], (4000.0 - 25.0 * pi) * 1e-5, 1e-12);
+    // A centre line across it does no harm.
+    let crossed = [edges.as_slice(), &[[[-10.0, 20.0], [110.0, 20.0]]]].concat();
+    assert_eq!(codes(&plate_drawn_as(&crossed)), Vec::<&str>::new());
+    assert_eq!(codes(&plate_drawn_as(&edges[..3])), ["D020"]);
 }
 
 #[test]

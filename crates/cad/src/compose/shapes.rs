@@ -6,7 +6,7 @@ use super::Composer;
 use crate::drawing::Shape;
 use crate::geometry::vector::distance;
 use crate::geometry::{Curve, Path, Point};
-use crate::outline::{Chain, Outline, OutlineError, Stroke, chain, nest, surrounding};
+use crate::outline::{Chain, Chains, Outline, OutlineError, Stroke, chain, nest, surrounding};
 
 impl Composer<'_> {
     /// An insert of `BK_BODY` takes the smallest outline around it that nobody else has.
@@ -133,35 +133,44 @@ impl Composer<'_> {
         // The ground may be drawn in any way: it has no mass.
         let is_needed =
             part_idx > 0 && !(part.value("mass").is_some() && part.value("inertia").is_some());
-        self.parts[part_idx].outline = match chain(&strokes, self.tolerance) {
-            Ok(chains) => {
-                if let (Some(open), true) = (chains.open_error(), is_needed) {
-                    self.outline_fault(part_idx, &open, Severity::Warning);
+        let found = chain(&strokes, self.tolerance).and_then(|chains| {
+            let outline = nest(&chains.closed, self.tolerance);
+            // A body without a closed chain has no outline, rather than an empty one.
+            if chains.closed.is_empty() { Ok((chains, None)) } else { Ok((chains, Some(outline?))) }
+        });
+        self.parts[part_idx].outline = match found {
+            Ok((chains, outline)) => {
+                if is_needed {
+                    self.report_gaps(part_idx, chains, outline.as_ref());
                 }
-                for snap in chains.snaps.iter().filter(|_| is_needed) {
-                    let fault = snap.diagnostic();
-                    let place = self.drawing.entities[snap.entities[0]].place.clone();
-                    self.fault(fault.help(apart(snap.distance)), &place);
-                }
-                match nest(&chains.closed, self.tolerance) {
-                    _ if chains.closed.is_empty() => None,
-                    Ok(outline) => Some(outline),
-                    Err(error) => {
-                        self.outline_error(part_idx, &error, is_needed);
-                        None
-                    }
-                }
+                outline
             }
             Err(error) => {
-                self.outline_error(part_idx, &error, is_needed);
+                if is_needed {
+                    self.outline_fault(part_idx, &error, Severity::Error);
+                }
                 None
             }
         };
     }
 
-    fn outline_error(&mut self, part_idx: usize, error: &OutlineError, is_needed: bool) {
-        if is_needed {
-            self.outline_fault(part_idx, error, Severity::Error);
+    /// Says which gaps were closed and which could not be. Centre lines do no harm, nor does what
+    /// ends inside of the outline; anything else may be the outline itself, with a gap.
+    fn report_gaps(&mut self, part_idx: usize, mut chains: Chains, outline: Option<&Outline>) {
+        for snap in &chains.snaps {
+            let place = self.drawing.entities[snap.entities[0]].place.clone();
+            self.fault(snap.diagnostic().help(apart(snap.distance)), &place);
+        }
+        chains.open.retain(|chain| {
+            let is_line = matches!(chain.path.curves.as_slice(), [Curve::Segment { .. }]);
+            let ends = [chain.path.start_point(), chain.path.end_point()];
+            let is_inside = |end: &Point| outline.is_some_and(|it| it.outer_contains(*end));
+            !is_line && !ends.iter().flatten().all(is_inside)
+        });
+        let is_weighed = self.parts[part_idx].value("mass").is_none();
+        let severity = if is_weighed { Severity::Error } else { Severity::Warning };
+        if let Some(open) = chains.open_error() {
+            self.outline_fault(part_idx, &open, severity);
         }
     }
 
