@@ -147,7 +147,7 @@ fn frames_are_drawn_where_the_start_has_them() {
     let (model, poses) = started(text, name);
     let drawn = Drawn { text, model: &model, poses: &poses, release: Release::R2010, unit };
     let facts = judged("four-bar-places.dxf", &from_model(&drawn).expect("a drawing"));
-    let places = values(&facts, "BK_BODY", "at=");
+    let places = values(&facts, "BK_FRAME", "at=");
     assert_eq!(places.len(), 3);
     for (place, pose) in places.iter().zip(&poses[1..]) {
         let numbers: Vec<f64> = place.split(',').map(|n| n.parse().expect("a number")).collect();
