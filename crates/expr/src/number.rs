@@ -1,6 +1,6 @@
 //! Exact rational numbers beside floats.
 //!
-//! Coefficients stay exact as long as numerator and denominator have at most 18 digits; an operation
+//! Coefficients stay exact as long as numerator and denominator have at most 19 digits; an operation
 //! that would need more gives the nearest float instead, which a person can still read. A decimal
 //! literal is a rational.
 
@@ -289,7 +289,7 @@ fn small_parts(a: Ratio<i128>, b: Ratio<i128>) -> Option<[i64; 4]> {
 }
 
 /// Numerators and denominators of exact fractions are below this.
-const LONGEST: u128 = 1_000_000_000_000_000_000;
+const LONGEST: u128 = 10_000_000_000_000_000_000;
 
 /// Decimals printed before a fraction is preferred.
 const DECIMALS: u32 = 12;
