@@ -67,7 +67,7 @@ fn templates_of_all_releases_have_every_block_and_no_fault() {
             assert_eq!(facts[1], "units 4", "{name}");
         }
         for kind in KINDS {
-            let tags: String = kind.keys.iter().map(|k| format!(" {}", k.to_uppercase())).collect();
+            let tags = format!(" {}", kind.keys.join(" ").to_uppercase());
             let is_block = |fact: &&String| {
                 fact.starts_with(&format!("block {} ", kind.block)) && fact.ends_with(&tags)
             };
