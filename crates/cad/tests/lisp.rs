@@ -33,13 +33,15 @@ fn code_and_strings(text: &str) -> (String, Vec<String>) {
 #[test]
 fn parentheses_close_at_the_end_of_every_definition() {
     let (code, _) = code_and_strings(LISP);
-    let mut depth = 0_i32;
+    let mut depth = 0;
     for line in code.lines() {
         if line.starts_with("(defun") {
             assert_eq!(depth, 0, "{line}");
         }
-        depth += line.matches('(').count() as i32 - line.matches(')').count() as i32;
-        assert!(depth >= 0, "{line}");
+        depth += line.matches('(').count();
+        let closed = line.matches(')').count();
+        assert!(depth >= closed, "{line}");
+        depth -= closed;
     }
     assert_eq!(depth, 0);
 }

@@ -67,7 +67,7 @@ fn templates_of_all_releases_have_every_block_and_no_fault() {
             assert_eq!(facts[1], "units 4", "{name}");
         }
         for kind in KINDS {
-            let tags: String = kind.keys.iter().map(|k| format!(" {}", k.to_uppercase())).collect();
+            let tags = format!(" {}", kind.keys.join(" ").to_uppercase());
             let is_block = |fact: &&String| {
                 fact.starts_with(&format!("block {} ", kind.block)) && fact.ends_with(&tags)
             };
@@ -289,11 +289,13 @@ fn a_drawn_model_reads_back_with_the_same_start_and_accelerations() {
             );
             for (coordinate, numbers) in &expected {
                 for (a, b) in numbers.iter().zip(found[coordinate]) {
-                    // A start is closed to about 1e-12; accelerations amplify that.
+                    // The loose weight of `loads` stays where the start leaves it, to the 1e-11
+                    // to which a start closes.
+                    let tolerance = if name == "loads" { 1e-10 } else { 1e-12 };
                     let scale = 1.0 + a.abs().max(b.abs());
                     let off = (a - b).abs();
                     assert!(
-                        off < 1e-10 * scale,
+                        off < tolerance * scale,
                         "{name} {tag} {coordinate}: {a} is not {b}, off by {off:.1e}\n{back}"
                     );
                 }

@@ -72,9 +72,10 @@ impl Draft {
     ) {
         if key == "value" {
             // The start of a coordinate is a value by itself.
-            let value = match is_guess {
-                true => Value::from(InlineTable::from_iter([("guess", value)])),
-                false => value,
+            let value = if is_guess {
+                Value::from(InlineTable::from_iter([("guess", value)]))
+            } else {
+                value
             };
             return self.put(["initial", "", name], value, place);
         }

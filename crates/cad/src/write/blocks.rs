@@ -120,10 +120,7 @@ pub(super) fn place(canvas: &mut Canvas, placed: &Placed<'_>) -> Result<(), Writ
     let along = [placed.to[0] - placed.at[0], placed.to[1] - placed.at[1]];
     let length = along[0].hypot(along[1]);
     let is_line = placed.kind.placement == Placement::Line;
-    let scale = match is_line {
-        true => [length, length.min(6.0 * placed.size)],
-        false => [1.0, 1.0],
-    };
+    let scale = if is_line { [length, length.min(6.0 * placed.size)] } else { [1.0, 1.0] };
     let mut attributes = styles(placed.kind, placed.size);
     for style in &mut attributes {
         match placed.words {

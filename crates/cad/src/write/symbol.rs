@@ -223,7 +223,8 @@ fn stop() -> Vec<Mark> {
 
 fn friction() -> Vec<Mark> {
     let teeth = |y: f64, height: f64| {
-        let corner = |i: u8| [-0.5 + 0.1 * f64::from(i), if i % 2 == 0 { y } else { y + height }];
+        let corner =
+            |i: u8| [-0.5 + 0.1 * f64::from(i), if i.is_multiple_of(2) { y } else { y + height }];
         Mark::chain(&(0..=10).map(corner).collect::<Vec<_>>(), false)
     };
     vec![

@@ -49,9 +49,8 @@ impl Sketch<'_> {
         {
             let known = kind.keys.iter().find(|known| **known == key);
             match (key, known) {
-                ("type" | "between" | "axis" | "direction", _) => (),
                 // The drawn angle of the bodies is the fixed one.
-                ("angle", None) => (),
+                ("type" | "between" | "axis" | "direction", _) | ("angle", None) => (),
                 (_, Some(&known)) => {
                     let words = table.and_then(|(_, item)| words(item.as_table_like()?, key));
                     let dimension = dimension(kind.name, key, false);

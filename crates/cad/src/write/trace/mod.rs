@@ -273,7 +273,9 @@ impl Tracing<'_> {
                 Mark::Line([pole[0] - reach, pole[1]], [pole[0] + reach, pole[1]]),
                 Mark::Line([pole[0], pole[1] - reach], [pole[0], pole[1] + reach]),
             ];
-            axes.into_iter().for_each(|axis| self.draw(HODOGRAPH, axis));
+            for axis in axes {
+                self.draw(HODOGRAPH, axis);
+            }
             self.draw(HODOGRAPH, Mark::chain(&curve, false));
             let (x, y) = (pole[0] - reach, pole[1] - reach - 1.2 * self.size);
             let title = format!("velocity of {name}");
@@ -318,7 +320,7 @@ impl Tracing<'_> {
 
 /// The next larger number of the series 1, 2, 5, 10, …
 fn round_scale(scale: f64) -> f64 {
-    let decade = 10_f64.powi(scale.log10().floor() as i32);
+    let decade = 10_f64.powf(scale.log10().floor());
     let steps = [1.0, 2.0, 5.0, 10.0];
     let step = steps.into_iter().find(|step| step * decade >= scale * (1.0 - 1e-9));
     // 10⁻³ times 2 is not 0.002 to the last digit; its text is.

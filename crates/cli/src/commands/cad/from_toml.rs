@@ -38,5 +38,5 @@ pub(super) fn run(args: &FromToml, as_json: bool, nesting: usize) -> Result<Stat
         render::print_all(&source, &loaded.warnings);
     }
     let diagnostics = render::json_all(&source, &loaded.warnings);
-    written::write("cad from-toml", &args.written, &bytes, diagnostics.into(), as_json)
+    written::write("cad from-toml", &args.written, &bytes, &diagnostics, as_json)
 }

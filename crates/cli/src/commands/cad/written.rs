@@ -29,7 +29,7 @@ pub(super) fn write(
     command: &str,
     written: &Written,
     bytes: &[u8],
-    diagnostics: Value,
+    diagnostics: &Value,
     as_json: bool,
 ) -> Result<Status, Failure> {
     let path = &written.output;
