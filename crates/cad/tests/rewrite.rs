@@ -291,7 +291,9 @@ fn a_dwg_is_written_anew_with_the_same_edits() {
         let entities = |tags: &Tags| -> Vec<String> {
             let all = tags.records(tags.section("ENTITIES").expect("entities").tags.clone());
             all.map(|record| {
-                record.map(|idx| format!("{}:{:?} ", tags.code(idx), tags.text(idx))).collect()
+                let words: Vec<String> =
+                    record.map(|idx| format!("{}:{:?}", tags.code(idx), tags.text(idx))).collect();
+                words.join(" ")
             })
             .collect()
         };
