@@ -94,7 +94,7 @@ fn the_page_lists_the_keys_that_are_printed() {
         let model = fs::read(format!("{CRATE}/../../examples/{example}/model.toml"));
         place.write(&format!("{example}.toml"), model.expect("an example"));
     }
-    for example in ["slider-crank", "four-bar", "five-link"] {
+    for example in ["slider-crank", "four-bar", "five-link", "press"] {
         let drawing = fs::read(format!("{CRATE}/../../examples/{example}/drawing.dxf"));
         place.write(&format!("{example}.dxf"), drawing.expect("an example"));
     }
@@ -124,6 +124,7 @@ fn the_page_lists_the_keys_that_are_printed() {
         "cad dist slider-crank.dxf",
         "cad list slider-crank.dxf",
         "cad list five-link.dxf",
+        "cad list press.dxf",
         "cad body set slider-crank.dxf rod inertia= -o edited.dxf",
         "cad template -o template.dxf",
         "cad from-toml five-link.toml -o drawn.dxf",

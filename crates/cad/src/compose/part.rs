@@ -20,6 +20,8 @@ pub(super) struct Part {
     pub features: Vec<Point>,
     /// Its closed outlines.
     pub outline: Option<Outline>,
+    /// Whether its outline has a fault that was reported.
+    pub has_bad_outline: bool,
     /// Stated centre of mass, in world axes.
     pub centre: Option<Point>,
     /// Named points, in world axes.
@@ -76,6 +78,7 @@ impl Part {
             paths: Vec::new(),
             features: Vec::new(),
             outline: None,
+            has_bad_outline: false,
             centre: None,
             points: Vec::new(),
             frame: None,

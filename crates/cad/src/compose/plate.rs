@@ -78,7 +78,10 @@ impl Composer<'_> {
                 Some((mass, MassSource::Computed))
             }
             ([Some(_), Some(_)], None) => {
-                self.shapeless(part_idx, density.as_ref());
+                // One mistake, one message.
+                if !self.parts[part_idx].has_bad_outline {
+                    self.shapeless(part_idx, density.as_ref());
+                }
                 None
             }
             _ => {

@@ -177,6 +177,7 @@ impl Composer<'_> {
     fn outline_fault(&mut self, part_idx: usize, error: &OutlineError, severity: Severity) {
         let name = &self.parts[part_idx].name;
         let fault = error.diagnostic();
+        let is_error = severity == Severity::Error;
         let message = format!("body `{name}`: {}", fault.message);
         let fault = Diagnostic { message, severity, ..fault };
         let fault = match severity {
@@ -188,6 +189,7 @@ impl Composer<'_> {
             entities.iter().take(4).map(|&e| self.drawing.entities[e].place.clone()).collect();
         let fault = places.iter().fold(fault, |fault, place| self.excerpts.at(fault, place, ""));
         self.faults.push(fault);
+        self.parts[part_idx].has_bad_outline |= is_error;
     }
 
     /// Whether a feature is a centre of a part, not a corner of its outline.

@@ -2,6 +2,7 @@
 
 use super::Snap;
 use crate::codes;
+use crate::excerpt::short;
 use crate::geometry::{GeometryError, Point};
 use bksim_mbs::diagnostic::{Code, Diagnostic};
 use thiserror::Error;
@@ -103,7 +104,7 @@ impl OutlineError {
         match self {
             Self::Open { ends } => match ends.iter().filter_map(|end| end.gap).reduce(f64::min) {
                 Some(gap) => fault
-                    .note(format!("the smallest gap between two open ends is {gap:.3e} units"))
+                    .note(format!("the smallest gap between two open ends is {} units", short(gap)))
                     .help("close the gaps in the drawing, or allow a larger `--tolerance`"),
                 None => fault.help("close the gaps in the drawing"),
             },
@@ -124,8 +125,8 @@ impl Snap {
     /// As a warning without places: the drawing has a gap that was bridged.
     pub fn diagnostic(&self) -> Diagnostic {
         let message = format!(
-            "a gap of {:.3e} units from {} to {} was closed",
-            self.distance,
+            "a gap of {} units from {} to {} was closed",
+            short(self.distance),
             place(&self.from),
             place(&self.to),
         );
@@ -134,7 +135,7 @@ impl Snap {
 }
 
 fn place([x, y]: &Point) -> String {
-    format!("({x:.6}, {y:.6})")
+    format!("({}, {})", short(*x), short(*y))
 }
 
 /// The first few, and how many more there are.
