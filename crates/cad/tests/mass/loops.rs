@@ -54,7 +54,7 @@ fn wide_gaps_leave_the_outline_open() {
     assert_eq!(ends[0].gap, Some(1e-3));
     let diagnostic = error.diagnostic();
     assert_eq!(diagnostic.message, "the outline is open at (3, 0), (3, 0.001)");
-    assert_eq!(diagnostic.notes, ["the smallest gap between two open ends is 1.000e-3 units"]);
+    assert_eq!(diagnostic.notes, ["the smallest gap between two open ends is 0.001 units"]);
 
     // Open strokes beside a closed outline are for the caller to judge.
     let paths = [rectangle([0.0, 0.0], 4.0, 2.0), line([-9.0, 0.0], [9.0, 0.0])];
