@@ -117,6 +117,12 @@ pub fn trace(course: &Course, shapes: &[Shape], selection: &Selection, per_metre
     Addition { layers: LAYERS.into_iter().filter(is_used).collect(), marks: tracing.marks }
 }
 
+/// A number in three digits: a label is read, not calculated with.
+fn brief(x: f64) -> String {
+    let rounded: f64 = format!("{x:.2e}").parse().unwrap_or(x);
+    rounded.to_string()
+}
+
 /// `n` samples at even intervals of time, the first and the last among them.
 pub fn even_samples(times: &[f64], n: usize) -> Vec<usize> {
     let (Some(first), Some(last)) = (times.first(), times.last()) else { return Vec::new() };
@@ -307,7 +313,8 @@ impl Tracing<'_> {
                     self.draw(REACTIONS, mark);
                 }
                 let t = self.course.times[sample];
-                let words = format!("{} {:.4} N, t = {t:.4} s", reaction.name, x.hypot(y));
+                let force = brief(x.hypot(y));
+                let words = format!("{} {force} N, {} s", reaction.name, brief(t));
                 let beside = [to[0] + 0.2 * self.size, to[1] + 0.2 * self.size];
                 self.draw(REACTIONS, Mark::text(beside, 0.4 * self.size, words));
             }

@@ -187,7 +187,8 @@ fn selection(args: &Trace, times: &[f64]) -> Selection {
     let all =
         !(args.paths || args.envelope || args.hodograph || args.reactions) && args.ghosts.is_none();
     let at = match args.at.as_slice() {
-        [] => even_samples(times, 4),
+        // Without the last one, which in many motions is the first again.
+        [] => even_samples(times, 5).into_iter().take(4).collect(),
         stated => stated.iter().map(|&t| nearest_sample(times, t)).collect(),
     };
     let n_ghosts = args.ghosts.map_or(if all { 6 } else { 0 }, usize::from);
