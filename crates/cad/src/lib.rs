@@ -3,6 +3,9 @@
 //! ```text
 //! bytes → tags, guards → Drawing → Attachments → Composition (the text of a model) → mbs
 //!         container      read       attach        compose
+//!
+//! edits:          statement → plan → groups spliced into the bytes        edit, patch
+//! new drawings:   templates, models, traces of runs → bytes               write
 //! ```
 //!
 //! A drawing says the same as a model file: what comes of it is the text of a model, with the place

@@ -9,6 +9,7 @@ use acadrust::{CadDocument, DwgWriter, DxfReader, EntityType};
 use bksim_cad::codes;
 use bksim_cad::container::Container;
 use bksim_cad::drawing::Handle;
+use bksim_cad::model::{ModelOptions, sheet};
 use bksim_cad::open::{OpenOptions, Opened, open};
 use bksim_cad::tags::excerpt_text;
 use bksim_mbs::diagnostic::Diagnostic;
@@ -254,5 +255,23 @@ fn entities_without_a_handle_of_their_own_are_all_read() {
         assert_eq!(read.tags.own_handle(line), None);
         let record = read.tags.known_record(line).expect("its record");
         assert!(read.tags.is_word(record.start, "LINE"));
+    }
+}
+
+#[test]
+fn a_drawn_mechanism_is_the_same_as_dwg_and_dxf() {
+    for example in ["press", "slider-crank", "five-link", "quick-return"] {
+        let path = format!("{}/../../examples/{example}/drawing.dxf", env!("CARGO_MANIFEST_DIR"));
+        let dxf = std::fs::read(path).expect("an example");
+        let document = DxfReader::from_reader(Cursor::new(dxf.clone())).and_then(DxfReader::read);
+        let dwg = DwgWriter::write_to_vec(&document.expect("a drawing")).expect("a DWG");
+        let [from_dxf, from_dwg] = [dxf, dwg].map(|bytes| {
+            let sheet = sheet(bytes, None).unwrap_or_else(|refused| panic!("{refused:?}"));
+            // Some state their masses in a file beside the drawing.
+            let plate = [Some("1 kg/m^3"), Some("1 m")];
+            sheet.compose(ModelOptions { plate, ..ModelOptions::default() }).text
+        });
+        assert!(from_dxf.contains("[bodies."), "{example}");
+        assert_eq!(from_dxf, from_dwg, "{example}");
     }
 }

@@ -6,8 +6,7 @@ use std::io::BufReader;
 use bksim::Mechanism;
 use bksim::cad::codes;
 use bksim::cad::compose::Composition;
-use bksim::cad::container::recognise;
-use bksim::cad::tags::Tags;
+use bksim::cad::open::{OpenOptions, check};
 use bksim::cad::write::graft::{Ungrafted, graft};
 use bksim::cad::write::trace::{
     Course, Reaction, Selection, Shape, Traced, even_samples, nearest_sample, trace,
@@ -43,11 +42,11 @@ pub(super) fn run(args: &Trace, as_json: bool, nesting: usize) -> Result<Status,
     let addition = trace(&course, &shapes, &selection, per_metre);
 
     let bytes = read_bytes(&args.drawing)?;
-    let refused = |fault: Diagnostic| parts.source.rejected(vec![fault]);
-    let container = recognise(&bytes).map_err(refused)?;
-    let tags = Tags::scan(bytes, container).map_err(refused)?;
-    let traced = graft(&tags, &addition).map_err(|ungrafted| match ungrafted {
-        Ungrafted::Drawing(fault) => refused(*fault),
+    // A DWG is traced as the binary DXF that it is read through.
+    let checked =
+        check(bytes, &OpenOptions::default()).map_err(|faults| parts.source.rejected(faults))?;
+    let traced = graft(&checked.tags, &addition).map_err(|ungrafted| match ungrafted {
+        Ungrafted::Drawing(fault) => parts.source.rejected(vec![*fault]),
         Ungrafted::Write(error) => Failure::writing(&args.written.output, &error),
     })?;
     if !as_json {

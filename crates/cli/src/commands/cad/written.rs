@@ -17,6 +17,10 @@ pub(super) fn check(written: &Written, read: &[&Path]) -> Result<(), Failure> {
         let what = "is read by this command; nothing was written".to_owned();
         return Err(Failure::file(path, what, Some("name another file with -o".to_owned())));
     }
+    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("dwg")) {
+        let message = format!("`{}` would be no DWG: this command writes DXF", path.display());
+        return Err(Failure::usage(message, "end the name with .dxf"));
+    }
     if path.exists() && !written.force {
         let help = Some("add --force to overwrite it".to_owned());
         return Err(Failure::file(path, "exists already; nothing was written".to_owned(), help));
