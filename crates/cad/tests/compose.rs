@@ -416,3 +416,53 @@ fn the_file_beside_adds_what_the_drawing_cannot_say_and_keeps_its_comments() {
     let of_crank = model.initial.iter().filter(|start| start.name.starts_with("crank"));
     assert_eq!(of_crank.map(|start| start.is_guess).collect::<Vec<_>>(), [false]);
 }
+
+#[test]
+fn what_an_entity_says_itself_comes_before_its_layer() {
+    let mut sheet = two_bars();
+    let text = |text: &str| XValue::Text(text.to_owned());
+    let body = |name: &str| vec![text("body"), XValue::Open, text(name), XValue::Close];
+    sheet.circle("BK_BODY_crank", [500.0, 0.0], 10.0).xdata = body("name=wheel");
+    let composition =
+        sheet.compose_beside(&format!("{SIDE}\n[bodies.wheel]\nmass = 1\nfree = true\n"));
+    assert_eq!(codes(&composition), Vec::<&str>::new());
+    let area = |name: &str| {
+        let body = composition.bodies.iter().find(|body| body.name == name).expect("the body");
+        body.area.expect("an outline").area
+    };
+    assert_close(area("wheel"), 100.0 * std::f64::consts::PI, 1e-12);
+    assert_close(area("crank"), bar_moments(100.0, 10.0).0, 1e-12);
+}
+
+#[test]
+fn layers_that_differ_in_case_are_one() {
+    let mut sheet = two_bars();
+    sheet.circle("bk_body_CRANK", [40.0, 30.0], 2.0);
+    let composition = sheet.compose_beside(SIDE);
+    assert_eq!(composition.bodies.len(), 2);
+    let hole = 4.0 * std::f64::consts::PI;
+    let crank = composition.bodies[0].area.expect("an outline").area;
+    assert_close(crank, bar_moments(100.0, 10.0).0 - hole, 1e-12);
+}
+
+#[test]
+fn two_centres_of_mass_are_one_too_many() {
+    let mut sheet = two_bars();
+    for x in [10.0, 20.0] {
+        sheet.insert("BK_COM", [x, 0.0], 0.0, &[("BODY", "crank")]);
+    }
+    assert_eq!(codes(&sheet.compose_beside(SIDE)), ["D034"]);
+}
+
+#[test]
+fn bare_numbers_have_the_units_of_the_model() {
+    let mut sheet = two_bars();
+    sheet.insert("BK_MODEL", [0.0, 0.0], 0.0, &[("MASS", "g")]);
+    sheet.insert("BK_BODY", [40.0, 30.0], 0.0, &[("NAME", "crank"), ("MASS", "2000")]);
+    let side = "[bodies.rod]\nmass = \"1 kg\"\n";
+    let model = model_of(&sheet.compose_beside(side));
+    assert_eq!(masses(&model), [2.0, 1.0]);
+    let (area, polar) = bar_moments(100.0, 10.0);
+    let inertia = values(&model, model.bodies[1].inertia.moments)[2];
+    assert_close(inertia, 2.0 * polar / area * 1e-6, 1e-12);
+}

@@ -40,7 +40,8 @@ pub(crate) fn text(source: &Text, fault: &Diagnostic) -> String {
             });
         }
         group = group.element(snippet);
-    } else if source.drawn.is_some() {
+    } else if source.drawn.is_some() || fault.code.0.starts_with('D') {
+        // Of a binary file there are no lines to show, but a name.
         group = group.element(Origin::path(&path));
     }
     group = notes(group, fault);

@@ -91,6 +91,12 @@ impl Draft {
         self.note(vec!["initial".to_owned(), name.to_owned()], place);
     }
 
+    /// Where a value comes from, if there is one.
+    pub(super) fn place_of(&self, path: &[&str]) -> Option<Place> {
+        let path: Vec<String> = path.iter().map(|part| (*part).to_owned()).collect();
+        self.places.get(&path).cloned()
+    }
+
     /// Whether a start states or guesses a key.
     pub(super) fn has_start(&self, name: &str, key: &str) -> bool {
         let entry = self.document.get("initial").and_then(|table| table.get(name));
@@ -124,8 +130,13 @@ pub(super) fn written(key: &str, content: &Content, unit: LengthUnit) -> Value {
 
 fn text_value(key: &str, text: &str, unit: LengthUnit) -> Value {
     if ["free", "cut", "guess"].contains(&key) {
-        let is_on = ["true", "yes", "1", "on"].iter().any(|word| word.eq_ignore_ascii_case(text));
-        return Value::from(is_on);
+        let is_one_of = |words: [&str; 4]| words.iter().any(|word| word.eq_ignore_ascii_case(text));
+        if is_one_of(["true", "yes", "1", "on"]) {
+            return Value::from(true);
+        }
+        if is_one_of(["false", "no", "0", "off"]) {
+            return Value::from(false);
+        }
     }
     let inner = text.trim_start_matches('[').trim_end_matches(']');
     if ["vector", "acceleration"].contains(&key) && split(inner).nth(1).is_some() {

@@ -1,6 +1,8 @@
 //! Which entities belong to which body: by layer, by extended data, or by an insert inside of an
 //! outline.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use bksim_mbs::diagnostic::Diagnostic;
 
 use super::Composer;
@@ -36,16 +38,28 @@ impl Composer<'_> {
     }
 
     fn gather_layers(&mut self) {
+        // What an entity says itself comes before its layer.
+        let says = |attachment: &&Attachment| {
+            let section = attachment.kind.section;
+            matches!(attachment.way, Way::Xdata(_))
+                && matches!(section, Section::Bodies | Section::Ground)
+        };
+        let own_words: BTreeSet<usize> =
+            self.attachments.iter().filter(says).map(|it| it.entity_idx).collect();
         for (entity_idx, entity) in self.drawing.entities.iter().enumerate() {
             let layer = entity.place.layer.as_str();
             let head = layer.get(..BODY_LAYER.len()).unwrap_or_default();
-            if matches!(entity.shape, Shape::Insert(_)) {
+            if matches!(entity.shape, Shape::Insert(_)) || own_words.contains(&entity_idx) {
                 continue;
             }
             if layer.eq_ignore_ascii_case(GROUND_LAYER) {
                 self.own(0, entity_idx);
             } else if head.eq_ignore_ascii_case(BODY_LAYER) && layer.len() > head.len() {
-                let part_idx = self.part(&layer[head.len()..], &entity.place);
+                // Layers that differ in case alone are one layer.
+                let name = &layer[head.len()..];
+                let known = self.parts.iter().find(|part| part.name.eq_ignore_ascii_case(name));
+                let name = known.map_or(name, |part| &part.name).to_owned();
+                let part_idx = self.part(&name, &entity.place);
                 self.own(part_idx, entity_idx);
             }
         }
@@ -168,6 +182,7 @@ impl Composer<'_> {
 
     /// Named points, stated centres of mass and frames.
     fn gather_points(&mut self) {
+        let mut single: BTreeMap<(usize, &str), Place> = BTreeMap::new();
         for attachment in self.attachments {
             let (Section::Centre | Section::Frames | Section::Points) = attachment.kind.section
             else {
@@ -176,13 +191,20 @@ impl Composer<'_> {
             let Some(at) = self.point_of(attachment) else { continue };
             let Some(part_idx) = self.body_at(attachment, "body", at) else { continue };
             let place = attachment.place.clone();
-            if attachment.kind.section == Section::Centre {
-                self.parts[part_idx].centre = Some(at);
-                continue;
-            }
-            if attachment.kind.section == Section::Frames {
-                let axis = attachment.axis.unwrap_or([1.0, 0.0]);
-                self.parts[part_idx].frame = Some(Frame::along(at, axis));
+            if let Section::Centre | Section::Frames = attachment.kind.section {
+                let key = (part_idx, attachment.kind.name);
+                if let Some(twin) = single.insert(key, place.clone()) {
+                    let (name, what) = (&self.parts[part_idx].name, attachment.kind.block);
+                    let message = format!("body `{name}` has two {what}");
+                    self.twins(&message, "remove one of them", [&place, &twin]);
+                    continue;
+                }
+                let part = &mut self.parts[part_idx];
+                if attachment.kind.section == Section::Centre {
+                    part.centre = Some(at);
+                } else {
+                    part.frame = Some(Frame::along(at, attachment.axis.unwrap_or([1.0, 0.0])));
+                }
                 continue;
             }
             let Some(name) = text_of(attachment, "name") else {

@@ -69,6 +69,12 @@ impl Composer<'_> {
                     continue;
                 };
                 if let Some(value) = find(&attachment.values, "value") {
+                    if let Some(twin) = self.draft.place_of(&[name, parameter]) {
+                        let message = format!("two parameters are called `{parameter}`");
+                        let help = "give each a name of its own";
+                        self.twins(&message, help, [&value.place, &twin]);
+                        continue;
+                    }
                     let written = written("value", &value.content, unit);
                     self.draft.put([name, "", parameter], written, &value.place);
                 }

@@ -5,11 +5,12 @@
 
 use bksim_mbs::diagnostic::Diagnostic;
 
-use super::part::{Part, find};
+use super::part::{Part, find, text_of};
 use super::{Composer, MassSource};
 use crate::attachment::{Content, Value};
 use crate::codes;
 use crate::geometry::Point;
+use crate::kind::Section;
 use crate::mass::AreaProperties;
 
 /// What a body weighs, as texts of a model file.
@@ -126,8 +127,27 @@ impl Composer<'_> {
         }
     }
 
-    /// A value as the text of a model file; a bare number is in `unit`.
+    /// What a bare number means that in SI were in `unit`: the model may have units of its own.
+    fn bare_unit(&self, unit: &str) -> String {
+        let model = self.attachments.iter().filter(|it| it.kind.section == Section::Model);
+        let stated = |key: &str, si: &str| {
+            let beside = self.side.unit(key);
+            let drawn = || model.clone().find_map(|it| text_of(it, key)).map(str::to_owned);
+            beside.or_else(drawn).unwrap_or_else(|| si.to_owned())
+        };
+        match unit {
+            "kg" => stated("mass", "kg"),
+            "kg/m^3" => format!("{}/{}^3", stated("mass", "kg"), stated("length", "m")),
+            "m/s^2" => format!("{}/{}^2", stated("length", "m"), stated("time", "s")),
+            "N" => stated("force", "N"),
+            drawn => drawn.to_owned(),
+        }
+    }
+
+    /// A value as the text of a model file; a bare number is in `unit`, or what the model has in its
+    /// place.
     pub(super) fn text(&self, value: &Value, unit: &str) -> String {
+        let unit = &self.bare_unit(unit);
         match &value.content {
             Content::Text(text) if text.parse::<f64>().is_ok() && !unit.is_empty() => {
                 format!("{text} {unit}")

@@ -32,10 +32,20 @@ impl Side {
         let Some(body) = self.table(&["bodies", name]) else { return Vec::new() };
         let keys = kind::by_name("body").map_or(&[][..], |kind| kind.keys);
         let stated = |key: &&'static str| {
-            let content = Content::Text(plain(body.get(key)?)?);
+            let mut text = plain(body.get(key)?)?;
+            // Bare lengths are in drawing units in the drawing alone.
+            if *key == "thickness" && text.parse::<f64>().is_ok() {
+                text = format!("{text} {}", self.unit("length").as_deref().unwrap_or("m"));
+            }
+            let content = Content::Text(text);
             Some(Value { key, content, place: place.clone() })
         };
         keys.iter().filter_map(stated).collect()
+    }
+
+    /// The unit that it states for a quantity.
+    pub(super) fn unit(&self, quantity: &str) -> Option<String> {
+        Some(self.table(&["units"])?.get(quantity)?.as_str()?.to_owned())
     }
 
     fn table(&self, path: &[&str]) -> Option<&dyn TableLike> {

@@ -11,11 +11,28 @@ use crate::geometry::{Affine, Path};
 /// Blocks nested deeper are not followed.
 const MAX_DEPTH: usize = 16;
 
+/// Larger arrays of inserts are not a part of a mechanism.
+const MAX_CELLS: usize = 10_000;
+
 /// Our blocks begin with this.
 const PREFIX: &str = "BK_";
 
 fn is_ours(block: &str) -> bool {
     block.get(..PREFIX.len()).is_some_and(|head| head.eq_ignore_ascii_case(PREFIX))
+}
+
+/// The places of an array of inserts, in the axes of its block; one for a plain insert.
+fn cells(insert: &Insert) -> Vec<Affine> {
+    let [columns, rows] = [insert.column_count.max(1), insert.row_count.max(1)];
+    // Spacings are not scaled with the block.
+    let along = |spacing: f64, scale: f64| if scale == 0.0 { 0.0 } else { spacing / scale };
+    let dx = along(insert.column_spacing, insert.x_scale());
+    let dy = along(insert.row_spacing, insert.y_scale());
+    (0..rows)
+        .flat_map(|row| (0..columns).map(move |column| (row, column)))
+        .take(MAX_CELLS)
+        .map(|(row, column)| Affine::translation([f64::from(column) * dx, f64::from(row) * dy]))
+        .collect()
 }
 
 impl Reading<'_> {
@@ -28,7 +45,9 @@ impl Reading<'_> {
         }
         // Curves by the layer they are on; in a block, layer 0 means that of the insert.
         let mut layers: Vec<(String, Vec<Path>)> = vec![(insert.common.layer.clone(), Vec::new())];
-        let mut waiting = vec![(insert.clone(), map, insert.common.layer.clone(), 0)];
+        let cells = cells(insert).into_iter().map(|cell| cell.then(&map));
+        let mut waiting: Vec<_> =
+            cells.map(|cell| (insert.clone(), cell, insert.common.layer.clone(), 0)).collect();
         'blocks: while let Some((insert, map, layer, depth)) = waiting.pop() {
             for entity in self.document.entities_in_block(&insert.block_name) {
                 // Inserts of inserts may grow without bound: what is beyond the budget is not drawn.

@@ -5,6 +5,7 @@ mod plane;
 mod shape;
 
 use acadrust::entities::{AttributeEntity, EntityCommon};
+use acadrust::io::dxf::code_page::decode_legacy_escapes;
 use acadrust::xdata::XDataValue;
 use acadrust::{CadDocument, EntityType};
 
@@ -70,10 +71,15 @@ impl Reading<'_> {
         let at = planar(attribute.normal).map_or([p.x, p.y], |ocs| ocs.point([p.x, p.y]));
         Attribute {
             tag: attribute.tag.trim().to_ascii_uppercase(),
-            value: attribute.value.trim().to_owned(),
+            value: words(&attribute.value),
             place: self.place("ATTRIB", &attribute.common, map.point(at)),
         }
     }
+}
+
+/// A text of the drawing without surrounding spaces, `\\U+00B3` resolved.
+fn words(text: &str) -> String {
+    decode_legacy_escapes(text).trim().to_owned()
 }
 
 /// The values under our application name.
@@ -82,7 +88,7 @@ fn xdata(common: &EntityCommon) -> Vec<XValue> {
     let ours = records.filter(|r| r.application_name.eq_ignore_ascii_case(APPLICATION));
     ours.flat_map(|record| &record.values)
         .map(|value| match value {
-            XDataValue::String(text) => XValue::Text(text.clone()),
+            XDataValue::String(text) => XValue::Text(words(text)),
             XDataValue::ControlString(text) if text == "{" => XValue::Open,
             XDataValue::ControlString(_) => XValue::Close,
             XDataValue::LayerName(layer) => XValue::Layer(layer.clone()),

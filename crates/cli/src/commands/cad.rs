@@ -10,9 +10,10 @@ mod to_toml;
 mod trace;
 mod written;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use bksim::cad::compose::Composition;
+use bksim::cad::compose::{Composition, named_drawing};
+use bksim::cad::container::is_drawing;
 use bksim::cad::edit::Subject;
 use bksim::cad::model::{ModelOptions, Sheet};
 use bksim::mbs::diagnostic::Diagnostic;
@@ -67,8 +68,12 @@ fn parts(
     plate: [Option<&str>; 2],
     is_harmless: fn(&Diagnostic) -> bool,
 ) -> Result<Parts, Failure> {
+    let (drawing, side) = drawing_of(path)?;
+    let path = drawing.as_path();
     let sheet = read_sheet(path, read_bytes(path)?, args)?;
-    let options = ModelOptions { tolerance: args.tolerance, plate, ..ModelOptions::default() };
+    let side = side.as_deref();
+    let options =
+        ModelOptions { tolerance: args.tolerance, plate, side, ..ModelOptions::default() };
     let mut composition = sheet.compose(options);
     composition.diagnostics.retain(|fault| !is_harmless(fault));
     let source = Text { path: path.to_owned(), text: sheet.text.clone(), drawn: None };
@@ -76,6 +81,17 @@ fn parts(
         return Err(source.rejected(composition.diagnostics));
     }
     Ok(Parts { sheet, composition, source })
+}
+
+/// The drawing that is meant, and the text of the model file beside it if that was named.
+fn drawing_of(path: &Path) -> Result<(PathBuf, Option<String>), Failure> {
+    let bytes = read_bytes(path)?;
+    let text = std::str::from_utf8(&bytes).ok().filter(|_| !is_drawing(&bytes));
+    let Some((text, drawing)) = text.and_then(|text| Some((text, named_drawing(text)?))) else {
+        return Ok((path.to_owned(), None));
+    };
+    let folder = path.parent().unwrap_or(Path::new(""));
+    Ok((folder.join(drawing), Some(text.to_owned())))
 }
 
 impl Parts {

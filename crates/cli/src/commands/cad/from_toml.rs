@@ -16,6 +16,7 @@ pub(super) fn run(args: &FromToml, as_json: bool, nesting: usize) -> Result<Stat
     let model = ModelArgs { model: args.model.clone(), set: args.set.clone(), drawing };
     let loaded = load(&model, nesting)?;
     let source = loaded.source;
+    written::refuse_inputs(&args.written.output, &source.files())?;
     let mechanism = derive(&source, loaded.model)?;
     let start = mechanism.start().map_err(|rejected| source.rejected(rejected.0))?;
     let path = &args.written.output;

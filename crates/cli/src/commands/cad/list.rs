@@ -13,7 +13,8 @@ use crate::render;
 use crate::source::{Text, read_bytes, read_sheet};
 
 pub(super) fn run(args: &Drawing, as_json: bool) -> Result<Status, Failure> {
-    let path = &args.drawing;
+    let (path, _) = super::drawing_of(&args.drawing)?;
+    let path = &path;
     let sheet = read_sheet(path, read_bytes(path)?, &args.reading)?;
     let unit = sheet.drawing.unit.name;
     let source = Text { path: path.clone(), text: sheet.text, drawn: None };

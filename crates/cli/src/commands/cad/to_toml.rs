@@ -4,6 +4,7 @@ use std::fs;
 
 use serde_json::json;
 
+use super::written;
 use crate::args::cad::ToToml;
 use crate::exit::{Failure, Status};
 use crate::output;
@@ -14,6 +15,9 @@ pub(super) fn run(args: &ToToml, as_json: bool, nesting: usize) -> Result<Status
     let loaded = load(&args.model, nesting)?;
     let text = &loaded.source.text;
     if let Some(path) = &args.output {
+        let mut inputs = loaded.source.files();
+        inputs.push(&args.model.model);
+        written::refuse_inputs(path, &inputs)?;
         if path.exists() && !args.force {
             let help = Some("add --force to overwrite it".to_owned());
             return Err(Failure::file(path, "exists already; nothing was written".into(), help));

@@ -28,6 +28,14 @@ pub(super) fn run(args: &Trace, as_json: bool, nesting: usize) -> Result<Status,
     let mut course = course(args, &mechanism, &log)?;
     let mut parts = parts(&args.drawing, &args.reading, [None, None], is_missing_mass)?;
     let per_metre = 1.0 / parts.sheet.drawing.unit.metres;
+    let of_run = |name: &str| mechanism.model.bodies.iter().any(|body| body.name == name);
+    if !parts.composition.bodies.iter().any(|body| of_run(&body.name)) {
+        let names = mechanism.model.bodies.iter().skip(1).map(|body| body.name.as_str());
+        let names = names.collect::<Vec<_>>().join(", ");
+        let what = format!("has none of the bodies of the run: {names}");
+        let help = Some("name the drawing that was solved".to_owned());
+        return Err(Failure::Input { path: args.drawing.clone(), what, help });
+    }
     parts.composition.diagnostics.extend(other_drawing(&mechanism, &parts.composition, per_metre));
 
     // What is to be drawn.
@@ -41,7 +49,8 @@ pub(super) fn run(args: &Trace, as_json: bool, nesting: usize) -> Result<Status,
     let shapes: Vec<Shape> = parts.composition.bodies.iter().filter_map(shape).collect();
     let addition = trace(&course, &shapes, &selection, per_metre);
 
-    let bytes = read_bytes(&args.drawing)?;
+    written::refuse_inputs(&args.written.output, &[&parts.source.path])?;
+    let bytes = read_bytes(&parts.source.path)?;
     // A DWG is traced as the binary DXF that it is read through.
     let checked =
         check(bytes, &OpenOptions::default()).map_err(|faults| parts.source.rejected(faults))?;
@@ -220,9 +229,11 @@ fn other_drawing(
         off * per_metre > composition.tolerance
     };
     let moved = composition.joints.iter().find(differs)?;
-    let message = format!(
-        "joint `{}` is not where the run had it: the drawing has changed since",
-        moved.name
-    );
+    let is_known = model.joints.iter().any(|joint| joint.name == moved.name);
+    let message = if is_known {
+        format!("joint `{}` is not where the run had it: the drawing has changed since", moved.name)
+    } else {
+        format!("the run has no joint `{}`: the drawing has changed since", moved.name)
+    };
     Some(Diagnostic::warning(codes::OTHER_DRAWING, message).help("solve the drawing again"))
 }

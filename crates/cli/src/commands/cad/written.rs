@@ -9,14 +9,20 @@ use crate::args::draw::Written;
 use crate::exit::{Failure, Status};
 use crate::output;
 
-/// Refuses a file that exists, or that is read.
-pub(super) fn check(written: &Written, read: &[&Path]) -> Result<(), Failure> {
-    let path = &written.output;
+/// Refuses a file that is read.
+pub(super) fn refuse_inputs(path: &Path, read: &[&Path]) -> Result<(), Failure> {
     let own = path.canonicalize().ok();
     if own.is_some() && read.iter().any(|other| other.canonicalize().ok() == own) {
         let what = "is read by this command; nothing was written".to_owned();
         return Err(Failure::file(path, what, Some("name another file with -o".to_owned())));
     }
+    Ok(())
+}
+
+/// Refuses a file that exists, or that is read.
+pub(super) fn check(written: &Written, read: &[&Path]) -> Result<(), Failure> {
+    let path = &written.output;
+    refuse_inputs(path, read)?;
     if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("dwg")) {
         let message = format!("`{}` would be no DWG: this command writes DXF", path.display());
         return Err(Failure::usage(message, "end the name with .dxf"));
