@@ -421,8 +421,8 @@ fn the_file_beside_adds_what_the_drawing_cannot_say_and_keeps_its_comments() {
 fn what_an_entity_says_itself_comes_before_its_layer() {
     let mut sheet = two_bars();
     let text = |text: &str| XValue::Text(text.to_owned());
-    let body = |name: &str| vec![text("body"), XValue::Open, text(name), XValue::Close];
-    sheet.circle("BK_BODY_crank", [500.0, 0.0], 10.0).xdata = body("name=wheel");
+    sheet.circle("BK_BODY_crank", [500.0, 0.0], 10.0).xdata =
+        vec![text("body"), XValue::Open, text("name=wheel"), XValue::Close];
     let composition =
         sheet.compose_beside(&format!("{SIDE}\n[bodies.wheel]\nmass = 1\nfree = true\n"));
     assert_eq!(codes(&composition), Vec::<&str>::new());
