@@ -135,8 +135,3 @@ pub const APPLICATION: &str = "BKSIM";
 pub fn by_name(name: &str) -> Option<&'static Kind> {
     KINDS.iter().find(|kind| kind.name.eq_ignore_ascii_case(name))
 }
-
-/// The kind of a block.
-pub fn by_block(block: &str) -> Option<&'static Kind> {
-    KINDS.iter().find(|kind| kind.block.eq_ignore_ascii_case(block))
-}

@@ -156,7 +156,7 @@ fn byte_order_marks_comments_and_line_ends_do_not_matter() {
         let read = opened(variant.clone().into_bytes());
         assert_eq!(contents(&read.document), contents(&plain.document));
         let [first, _] = read.tags.lines_of(Handle(0x34)).expect("lines of the circle");
-        assert_eq!(variant.lines().nth(first), Some("CIRCLE"), "line {}", first + 1);
+        assert_eq!(variant.lines().nth(first - 1), Some("CIRCLE"), "line {first}");
     }
 }
 

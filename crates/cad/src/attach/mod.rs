@@ -5,6 +5,7 @@ mod layer;
 mod xdata;
 
 use bksim_mbs::diagnostic::Diagnostic;
+use bksim_mbs::file::suggest;
 
 use crate::attachment::{Attachment, Content, Value};
 use crate::codes;
@@ -75,26 +76,4 @@ impl Gathering<'_> {
         self.faults.push(self.excerpts.at(fault, place, ""));
         None
     }
-}
-
-/// What to write instead of an unknown word.
-pub(crate) fn suggest(word: &str, known: &[&str]) -> String {
-    let closest = known
-        .iter()
-        .map(|candidate| {
-            (
-                strsim::damerau_levenshtein(&word.to_lowercase(), &candidate.to_lowercase()),
-                candidate,
-            )
-        })
-        .filter(|(distance, candidate)| *distance <= 1 + candidate.len() / 4)
-        .min_by_key(|(distance, _)| *distance);
-    if let Some((_, candidate)) = closest {
-        return format!("did you mean `{candidate}`?");
-    }
-    if known.is_empty() {
-        return "there are none yet".to_owned();
-    }
-    let all: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
-    format!("one of {}", all.join(", "))
 }

@@ -1,10 +1,10 @@
 //! Joints: their bodies, their points, and the frames that follow from them.
 
 use bksim_mbs::diagnostic::Diagnostic;
+use bksim_mbs::file::suggest;
 
 use super::part::{Frame, find, text_of};
 use super::{Composer, title};
-use crate::attach::suggest;
 use crate::attachment::{Attachment, Content};
 use crate::codes;
 use crate::excerpt::short;

@@ -4,9 +4,9 @@
 //! fewer than are needed are met so, those whose outline surrounds the point are, too.
 
 use bksim_mbs::diagnostic::Diagnostic;
+use bksim_mbs::file::suggest;
 
 use super::{Composer, Snap, title};
-use crate::attach::suggest;
 use crate::attachment::{Attachment, Way};
 use crate::codes;
 use crate::excerpt::short;

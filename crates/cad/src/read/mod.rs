@@ -51,12 +51,7 @@ impl Reading<'_> {
 
     fn place(&self, kind: &str, common: &EntityCommon, at: Point) -> Place {
         let known = Handle(common.handle.into());
-        let record = self.tags.known_record(known);
-        let lines = record.and_then(|record| {
-            let [first, last] = [record.start, record.end.checked_sub(1)?];
-            // A group is two lines: its code and its value.
-            Some([self.tags.line(first)? + 1, self.tags.line(last)? + 1])
-        });
+        let lines = self.tags.lines_of(known);
         Place {
             kind: kind.to_owned(),
             handle: self.tags.own_handle(known).filter(|handle| handle.0 != 0),

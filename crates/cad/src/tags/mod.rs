@@ -271,11 +271,6 @@ impl Tags {
         (known == handle.0).then(|| self.record_at(start as usize))
     }
 
-    /// The record that begins on a line of a text file.
-    pub fn record_on_line(&self, line: usize) -> Option<Range<usize>> {
-        self.record_from(line.checked_sub(1)? / 2)
-    }
-
     /// The record whose first group is `start`.
     pub fn record_from(&self, start: usize) -> Option<Range<usize>> {
         let start = u32::try_from(start).ok()?;
@@ -315,18 +310,11 @@ impl Tags {
         own.into_iter().find(|&idx| self.code(idx) == code).and_then(|idx| self.handle(idx))
     }
 
-    /// The first and the last line of the record with a handle.
+    /// The line that says what the record of a handle of the interpreted drawing is, and the last line
+    /// of it. A group is two lines: its code and its value.
     pub fn lines_of(&self, handle: Handle) -> Option<[usize; 2]> {
-        let record = self.record(handle)?;
-        Some([self.line(record.start)?, self.line(record.end.checked_sub(1)?)? + 1])
-    }
-
-    /// The value within `record` that has `words` in it.
-    pub fn value_with(&self, mut record: Range<usize>, words: &str) -> Option<usize> {
-        record.find(|&tag_idx| {
-            ValueType::of(self.code(tag_idx)) == ValueType::Text
-                && self.text(tag_idx).contains(words)
-        })
+        let record = self.known_record(handle)?;
+        Some([self.line(record.start)? + 1, self.line(record.end.checked_sub(1)?)? + 1])
     }
 
     /// The value of a variable of the header, such as `$INSUNITS`.

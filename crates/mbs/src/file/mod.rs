@@ -47,6 +47,7 @@ mod units;
 use bksim_expr::Pool;
 
 pub use codes::{PAGES, Page, explain};
+pub use reader::suggest;
 pub use syntax::decode;
 
 use bodies::BodyFacts;

@@ -312,7 +312,7 @@ const ENOUGH: usize = 200;
 const MAX_WORD: usize = 60;
 
 /// What to write instead of an unknown word.
-pub(super) fn suggest(word: &str, candidates: &[&str]) -> String {
+pub fn suggest(word: &str, candidates: &[&str]) -> String {
     if let Some(known) = closest(word, candidates) {
         return format!("did you mean `{known}`?");
     }
