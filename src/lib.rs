@@ -46,6 +46,7 @@ pub use bksim_mbs as mbs;
 
 mod explain;
 mod mechanism;
+pub mod playback;
 pub mod record;
 
 pub use explain::{explain, explained_codes};

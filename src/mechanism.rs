@@ -10,7 +10,9 @@ use bksim_mbs::fault::{diagnose_run, diagnose_start};
 use bksim_mbs::file::{Source, read};
 use bksim_mbs::formulate::{MotionEquations, formulate};
 use bksim_mbs::model::Model;
-use bksim_mbs::run::{Failure, RunCheckpoint, Sample, Summary, Unresumed, resume, run};
+use bksim_mbs::run::{
+    Failure, Observer, RunCheckpoint, Sample, Summary, Unresumed, WithSensitivities, resume, run,
+};
 use bksim_mbs::sensitivity::{
     self, Sensitive, SensitivityEquations, SensitivityError, StateSensitivity, differentiate,
     run_with_sensitivities,
@@ -144,7 +146,7 @@ impl Mechanism {
         &self,
         equations: &MotionEquations,
         start: &Start,
-        observer: &mut dyn FnMut(&Sample) -> Control,
+        observer: &mut dyn Observer,
         stop: &dyn Fn() -> bool,
     ) -> Result<Summary, Box<Failure>> {
         let options = &self.model.solve;
@@ -161,7 +163,7 @@ impl Mechanism {
         equations: &MotionEquations,
         start: &Start,
         checkpoint: &RunCheckpoint,
-        observer: &mut dyn FnMut(&Sample) -> Control,
+        observer: &mut dyn Observer,
         stop: &dyn Fn() -> bool,
     ) -> Result<Summary, Unresumed> {
         let (parameters, options) = (&self.parameters, &self.model.solve);
@@ -236,7 +238,7 @@ impl Mechanism {
         equations: &MotionEquations,
         start: &Start,
         plan: &SensitivityPlan,
-        observer: &mut dyn FnMut(&Sample, &[StateSensitivity]) -> Control,
+        observer: &mut dyn Observer,
         stop: &dyn Fn() -> bool,
     ) -> Result<Summary, Box<Failure>> {
         let options = &self.model.solve;
@@ -256,11 +258,11 @@ impl Mechanism {
         let equations = self.formulate()?;
         let plan = self.plan_sensitivities(&start, sensitive)?;
         let (mut samples, mut sensitivities) = (Vec::new(), Vec::new());
-        let mut keep = |sample: &Sample, by: &[StateSensitivity]| {
+        let mut keep = WithSensitivities(|sample: &Sample, by: &[StateSensitivity]| {
             samples.push(sample.clone());
             sensitivities.push(by.to_vec());
             Control::Continue
-        };
+        });
         match self.run_with_sensitivities(&equations, &start, &plan, &mut keep, &|| false) {
             Ok(summary) => {
                 let motion = Motion { start, samples, summary };

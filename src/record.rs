@@ -1,5 +1,6 @@
 //! A run as a log: which channels there are, and how a sample fills them.
 
+use std::collections::BTreeMap;
 use std::io::{Read, Write};
 use std::ops::Range;
 
@@ -7,7 +8,7 @@ use bksim_log::{
     EndStatus, Field, Header, Level, LogError, LogReader, LogWriter, Outcome, Quantity, Record,
     Topic, TopicId,
 };
-use bksim_mbs::run::{RunCheckpoint, Sample, Summary};
+use bksim_mbs::run::{RunCheckpoint, Sample, Segment, Summary};
 use bksim_mbs::sensitivity::{Sensitive, StateSensitivity};
 use bksim_mbs::start::Start;
 
@@ -17,21 +18,137 @@ use crate::{Mechanism, VERSION};
 pub struct Recorder<W: Write> {
     writer: LogWriter<W>,
     header: Header,
-    topics: Topics,
-    /// Rows of the drives.
-    drives: Range<usize>,
+    channels: Channels,
+    /// Those of the channels.
+    topics: Vec<TopicId>,
+    sensitivities: Vec<TopicId>,
     values: Vec<f64>,
+    segment: bksim_log::Segment,
 }
 
-struct Topics {
-    state: TopicId,
-    acceleration: TopicId,
-    multipliers: Option<TopicId>,
-    reactions: Vec<TopicId>,
-    drives: Option<TopicId>,
-    energy: TopicId,
-    solver: TopicId,
-    sensitivities: Vec<TopicId>,
+/// Topics of a log that a sample fills, and of those that it does not.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Channels {
+    topics: Vec<(Topic, Of)>,
+    /// Rows of the drives.
+    drives: Range<usize>,
+}
+
+/// What a topic holds.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Of {
+    State,
+    Acceleration,
+    Multipliers,
+    Reaction(usize),
+    Drives,
+    Energy,
+    Solver,
+}
+
+/// A value of a sample: a topic of [`Channels`] and a field of it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Signal {
+    topic_idx: usize,
+    field_idx: usize,
+}
+
+impl Channels {
+    /// The channels of a mechanism's runs.
+    pub fn new(mechanism: &Mechanism) -> Self {
+        // Rows of joints come first, then those of drives, then those of stops and friction.
+        let end = mechanism.system.n_bilateral();
+        let drives = end - mechanism.compiled.drives.len()..end;
+        Self { topics: topics(mechanism), drives }
+    }
+
+    /// The signals that have a value at every instant, with their names and fields: all but what a
+    /// run gathers on its way.
+    pub fn signals(&self) -> impl Iterator<Item = (Signal, String, &Field)> {
+        self.topics.iter().enumerate().flat_map(|(topic_idx, (topic, of))| {
+            let fields = topic.fields.iter().enumerate();
+            let lasting = fields.filter(|(_, field)| of.is_lasting(field));
+            lasting.map(move |(field_idx, field)| {
+                (Signal { topic_idx, field_idx }, topic.column_name(field), field)
+            })
+        })
+    }
+
+    /// The signal of this name, such as `state.A_angle`, if it has a value at every instant.
+    pub fn signal(&self, name: &str) -> Option<Signal> {
+        self.signals().find(|(_, known, _)| known == name).map(|(signal, ..)| signal)
+    }
+
+    /// Its value in a sample.
+    pub fn value(&self, signal: Signal, sample: &Sample) -> f64 {
+        let of = self.topics[signal.topic_idx].1;
+        self.values(of, sample).nth(signal.field_idx).unwrap_or(f64::NAN)
+    }
+
+    /// The values of a topic.
+    fn values<'a>(
+        &'a self,
+        of: Of,
+        sample: &'a Sample,
+    ) -> Box<dyn Iterator<Item = f64> + 'a> {
+        let Sample { q, v, a, lambda, reactions, energy, stats, .. } = sample;
+        match of {
+            Of::State => Box::new(q.iter().chain(v).copied()),
+            Of::Acceleration => Box::new(a.iter().copied()),
+            Of::Multipliers => Box::new(lambda.iter().copied()),
+            Of::Reaction(joint) => Box::new(reactions[joint].into_iter()),
+            // The multipliers of the drives' rows are the efforts.
+            Of::Drives => Box::new(lambda[self.drives.clone()].iter().copied()),
+            Of::Energy => {
+                let total = energy.kinetic + energy.potential;
+                let five = [energy.kinetic, energy.potential, total, sample.work, energy.power];
+                Box::new(five.into_iter())
+            }
+            #[expect(clippy::cast_precision_loss, reason = "counters stay far below 2^53")]
+            Of::Solver => Box::new(
+                [
+                    sample.step_size,
+                    sample.position_residual[1],
+                    sample.velocity_residual[1],
+                    sample.position_residual[0],
+                    sample.velocity_residual[0],
+                    stats.n_step as f64,
+                    stats.n_reject as f64,
+                    stats.n_newton as f64,
+                    stats.n_jacobian as f64,
+                    stats.n_factor as f64,
+                ]
+                .into_iter(),
+            ),
+        }
+    }
+}
+
+impl Of {
+    /// Whether a field has a value at every instant.
+    fn is_lasting(self, field: &Field) -> bool {
+        match self {
+            Self::Energy => field.name != "work",
+            Self::Solver => false,
+            _ => true,
+        }
+    }
+}
+
+/// Options with this prefix are parameters given on the command line.
+const SET: &str = "set.";
+
+/// A parameter given on the command line, as an option for the log.
+pub fn set_option(name: &str, value: &str) -> (String, String) {
+    (format!("{SET}{name}"), value.to_owned())
+}
+
+/// The parameters among the options of a log that were given on the command line.
+pub fn overrides(options: &BTreeMap<String, String>) -> Vec<(String, String)> {
+    let set = |(key, value): (&String, &String)| {
+        Some((key.strip_prefix(SET)?.to_owned(), value.clone()))
+    };
+    options.iter().filter_map(set).collect()
 }
 
 impl<W: Write> Recorder<W> {
@@ -70,12 +187,15 @@ impl<W: Write> Recorder<W> {
             let quantity = Quantity { value: parameter.value, unit: parameter.unit.clone() };
             header.parameters.insert(parameter.name.clone(), quantity);
         }
-        let topics = topics(mechanism, &mut header, sensitive);
+        let channels = Channels::new(mechanism);
+        let topics = channels.topics.iter().map(|(topic, _)| header.add_topic(topic.clone()));
+        let topics = topics.collect();
+        let sensitivities =
+            sensitive.iter().map(|&by| header.add_topic(sensitivity_topic(mechanism, by)));
+        let sensitivities = sensitivities.collect();
         let writer = LogWriter::create(out, &header)?;
-        // Rows of joints come first, then those of drives, then those of stops and friction.
-        let end = mechanism.system.n_bilateral();
-        let drives = end - mechanism.compiled.drives.len()..end;
-        Ok(Self { writer, header, topics, drives, values: Vec::new() })
+        let (values, segment) = (Vec::new(), bksim_log::Segment::default());
+        Ok(Self { writer, header, channels, topics, sensitivities, values, segment })
     }
 
     /// Writes one sample to every channel.
@@ -83,40 +203,28 @@ impl<W: Write> Recorder<W> {
     /// # Errors
     /// [`LogError`] when the log cannot be written.
     pub fn write(&mut self, sample: &Sample) -> Result<(), LogError> {
-        let t = sample.t;
-        self.values.clear();
-        self.values.extend(sample.q.iter().chain(&sample.v));
-        self.writer.write(self.topics.state, t, &self.values)?;
-        self.writer.write(self.topics.acceleration, t, &sample.a)?;
-        if let Some(topic) = self.topics.multipliers {
-            self.writer.write(topic, t, &sample.lambda)?;
+        for (&topic, (_, of)) in self.topics.iter().zip(&self.channels.topics) {
+            self.values.clear();
+            self.values.extend(self.channels.values(*of, sample));
+            self.writer.write(topic, sample.t, &self.values)?;
         }
-        for (&topic, reaction) in self.topics.reactions.iter().zip(&sample.reactions) {
-            self.writer.write(topic, t, reaction)?;
-        }
-        if let Some(topic) = self.topics.drives {
-            // The multipliers of the drives' rows are the efforts.
-            self.writer.write(topic, t, &sample.lambda[self.drives.clone()])?;
-        }
-        let energy = &sample.energy;
-        let total = energy.kinetic + energy.potential;
-        let balance = [energy.kinetic, energy.potential, total, sample.work, energy.power];
-        self.writer.write(self.topics.energy, t, &balance)?;
-        let stats = &sample.stats;
-        #[expect(clippy::cast_precision_loss, reason = "counters stay far below 2^53")]
-        let solver = [
-            sample.step_size,
-            sample.position_residual[1],
-            sample.velocity_residual[1],
-            sample.position_residual[0],
-            sample.velocity_residual[0],
-            stats.n_step as f64,
-            stats.n_reject as f64,
-            stats.n_newton as f64,
-            stats.n_jacobian as f64,
-            stats.n_factor as f64,
-        ];
-        self.writer.write(self.topics.solver, t, &solver)
+        Ok(())
+    }
+
+    /// Writes the motion over a step, ahead of the samples in it.
+    ///
+    /// # Errors
+    /// [`LogError`] when the log cannot be written.
+    pub fn segment(&mut self, segment: &Segment) -> Result<(), LogError> {
+        let Segment { t0, t1, values, modes, dependent } = segment;
+        let message = &mut self.segment;
+        (message.t, message.t_end) = (*t0, *t1);
+        message.values.clone_from(values);
+        message.modes.clone_from(modes);
+        message.dependent.clear();
+        let rows = dependent.iter().map(|&row| u32::try_from(row).unwrap_or(u32::MAX));
+        message.dependent.extend(rows);
+        self.writer.segment(message)
     }
 
     /// Writes the sensitivities of a sample, one per quantity.
@@ -124,7 +232,7 @@ impl<W: Write> Recorder<W> {
     /// # Errors
     /// [`LogError`] when the log cannot be written.
     pub fn write_sensitivities(&mut self, t: f64, by: &[StateSensitivity]) -> Result<(), LogError> {
-        for (&topic, by) in self.topics.sensitivities.iter().zip(by) {
+        for (&topic, by) in self.sensitivities.iter().zip(by) {
             self.values.clear();
             self.values.extend([&by.q, &by.v, &by.a, &by.lambda].into_iter().flatten());
             self.writer.write(topic, t, &self.values)?;
@@ -158,6 +266,7 @@ impl<W: Write> Recorder<W> {
                 Record::Note(note) if note.level < Level::Error => {
                     self.writer.note(note.level, note.t, &note.text)?;
                 }
+                Record::Segment(segment) => self.writer.segment(segment)?,
                 // How the first part ended.
                 Record::Note(_) => (),
             }
@@ -207,7 +316,7 @@ impl<W: Write> Recorder<W> {
     }
 }
 
-fn topics(mechanism: &Mechanism, header: &mut Header, sensitive: &[Sensitive]) -> Topics {
+fn topics(mechanism: &Mechanism) -> Vec<(Topic, Of)> {
     let compiled = &mechanism.compiled;
     let coordinates = &compiled.coordinates;
     let values = coordinates.iter().map(|c| Field::new(&c.name, c.unit, &c.description));
@@ -225,29 +334,24 @@ fn topics(mechanism: &Mechanism, header: &mut Header, sensitive: &[Sensitive]) -
         [("fx", "N"), ("fy", "N"), ("fz", "N"), ("mx", "N*m"), ("my", "N*m"), ("mz", "N*m")];
     let reaction_fields =
         wrench.map(|(name, unit)| Field::new(name, unit, "on the joint's second body, world axes"));
-    let optional = |header: &mut Header, topic: Topic| {
-        (!topic.fields.is_empty()).then(|| header.add_topic(topic))
+    let reaction = |(joint_idx, joint): (usize, &String)| {
+        let name = format!("/reactions/{joint}");
+        (Topic::new(&name, reaction_fields.clone()), Of::Reaction(joint_idx))
     };
-    Topics {
-        state: header.add_topic(Topic::new("/state", values.chain(rates))),
-        acceleration: header.add_topic(Topic::new("/acceleration", accelerations)),
-        multipliers: optional(header, Topic::new("/multipliers", multipliers)),
-        reactions: compiled
-            .joints
-            .iter()
-            .map(|joint| {
-                let name = format!("/reactions/{joint}");
-                header.add_topic(Topic::new(&name, reaction_fields.clone()))
-            })
-            .collect(),
-        drives: optional(header, Topic::new("/drives", efforts)),
-        energy: header.add_topic(Topic::new("/energy", energy_fields())),
-        solver: header.add_topic(Topic::new("/solver", solver_fields())),
-        sensitivities: sensitive
-            .iter()
-            .map(|&by| header.add_topic(sensitivity_topic(mechanism, by)))
-            .collect(),
-    }
+    let mut topics = vec![
+        (Topic::new("/state", values.chain(rates)), Of::State),
+        (Topic::new("/acceleration", accelerations), Of::Acceleration),
+        (Topic::new("/multipliers", multipliers), Of::Multipliers),
+    ];
+    topics.extend(compiled.joints.iter().enumerate().map(reaction));
+    topics.extend([
+        (Topic::new("/drives", efforts), Of::Drives),
+        (Topic::new("/energy", energy_fields()), Of::Energy),
+        (Topic::new("/solver", solver_fields()), Of::Solver),
+    ]);
+    let is_optional = |of: &Of| matches!(of, Of::Multipliers | Of::Drives);
+    topics.retain(|(topic, of)| !(is_optional(of) && topic.fields.is_empty()));
+    topics
 }
 
 /// Derivatives of coordinates, rates, second rates and multipliers by one quantity.

@@ -215,6 +215,14 @@ impl<'a> Step<'a> {
         }
     }
 
+    /// Degree of the polynomial of [`Step::at`].
+    pub fn degree(&self) -> usize {
+        match self.polynomial {
+            Interpolant::Collocation(polynomial) => polynomial.n_stages(),
+            Interpolant::Explicit(_) => 7,
+        }
+    }
+
     /// Work done in the run so far.
     pub fn stats(&self) -> &'a Stats {
         self.stats

@@ -7,6 +7,9 @@ use crate::{LogError, schema};
 /// Topic of the [`Note`]s; every log has it, and no [`Topic`] may take its name.
 pub const LOG_TOPIC: &str = "/log";
 
+/// Topic of the [`Segment`]s; every log has it, and no [`Topic`] may take its name.
+pub const MOTION_TOPIC: &str = "/motion";
+
 /// One signal of a topic.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Field {
@@ -137,7 +140,8 @@ impl Header {
             if !segments.split('/').all(is_identifier) {
                 return Err(bad_name("topic", &topic.name));
             }
-            if topic.name == LOG_TOPIC || !messages.insert(schema::message_name(&topic.name)) {
+            if [LOG_TOPIC, MOTION_TOPIC].contains(&topic.name.as_str())
+                || !messages.insert(schema::message_name(&topic.name)) {
                 return Err(duplicate("topic", &topic.name));
             }
             check_field_names(topic)?;
@@ -213,6 +217,25 @@ pub enum Level {
     Warning = 3,
     /// The run failed here.
     Error = 4,
+}
+
+/// The motion over one step of the integrator: a message of the topic `/motion`.
+///
+/// `values` are those of the coordinates and velocities at the Chebyshev points of the first kind
+/// of degree d between `t` and `t_end`, from `t_end` to `t`, those of one point together; a
+/// polynomial of degree d through them is the motion at every instant between.
+#[derive(Clone, PartialEq, Default, Debug)]
+pub struct Segment {
+    /// Where it begins, s.
+    pub t: f64,
+    /// Where it ends, s.
+    pub t_end: f64,
+    /// (d + 1) times as many numbers as `/state` has fields.
+    pub values: Vec<f64>,
+    /// Which branches and contacts hold, as the solver has them.
+    pub modes: Vec<f64>,
+    /// Constraint rows that follow from the others.
+    pub dependent: Vec<u32>,
 }
 
 /// One line of the topic `/log`.

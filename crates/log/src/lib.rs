@@ -30,6 +30,7 @@
 //! | metadata `bksim.options` | name -> text |
 //! | one schema and channel per topic | protobuf message `bksim.State` for topic `/state` and so on: field 1 is `t` in seconds, then one double per signal; units and descriptions are channel metadata `angle.unit`, `angle.description` |
 //! | channel `/log` | warnings and events, schema `foxglove.Log` with one more field, `t` |
+//! | channel `/motion` | the motion between samples, one message per step of the integrator: schema `bksim.Motion`, see [`Segment`] |
 //! | chunks of messages | the samples, zstd, each chunk with its CRC |
 //! | attachment `bksim.checkpoint` | what the run goes on from, if it was stopped; bytes of its solver |
 //! | metadata `bksim.end` | how the run ended; a log without it was cut short |
@@ -57,7 +58,8 @@ mod write;
 
 pub use error::LogError;
 pub use header::{
-    EndStatus, Field, Header, LOG_TOPIC, Level, Note, Outcome, Quantity, Topic, TopicId,
+    EndStatus, Field, Header, LOG_TOPIC, Level, MOTION_TOPIC, Note, Outcome, Quantity, Segment,
+    Topic, TopicId,
 };
 pub use read::{Log, LogReader, Record, Series};
 pub use select::{Column, Selection};

@@ -7,11 +7,11 @@ use std::{collections::BTreeMap, io::Read};
 use mcap::records::{self, Metadata, op};
 
 use crate::{
-    EndStatus, Header, Level, LogError, Note, Topic, TopicId,
+    EndStatus, Header, Level, LogError, Note, Segment, Topic, TopicId,
     frames::{self, Frames, State},
     meta,
-    schema::log_number,
-    wire::{Fields, Malformed, Value},
+    schema::{T_NUMBER, log_number, motion_number},
+    wire::{self, Fields, Malformed, Value},
 };
 use prologue::Prologue;
 
@@ -29,6 +29,8 @@ pub enum Record<'a> {
     },
     /// A line of the topic `/log`.
     Note(Note),
+    /// The motion over a step.
+    Segment(&'a Segment),
 }
 
 /// Reads a log from any stream of bytes with bounded memory, checking every checksum.
@@ -41,6 +43,7 @@ pub struct LogReader<R> {
     model_sha256: String,
     decoders: BTreeMap<u16, Decoder>,
     values: Vec<f64>,
+    segment: Segment,
     checkpoint: Option<Vec<u8>>,
     end: Option<EndStatus>,
 }
@@ -54,6 +57,7 @@ enum Decoder {
         numbers: Vec<u64>,
     },
     Note,
+    Segment,
 }
 
 impl<R: Read> LogReader<R> {
@@ -126,6 +130,10 @@ impl<R: Read> LogReader<R> {
                         None => (),
                         Some(Decoder::Note) => {
                             return Ok(Some(Record::Note(decode_note(message)?)));
+                        }
+                        Some(Decoder::Segment) => {
+                            decode_segment(message, &mut self.segment).map_err(bad_message)?;
+                            return Ok(Some(Record::Segment(&self.segment)));
                         }
                         Some(Decoder::Sample { topic, t_number, numbers }) => {
                             let topic = *topic;
@@ -209,6 +217,33 @@ fn decode_note(message: &[u8]) -> Result<Note, LogError> {
     Ok(note)
 }
 
+fn decode_segment(message: &[u8], segment: &mut Segment) -> Result<(), Malformed> {
+    (segment.t, segment.t_end) = (0.0, 0.0);
+    segment.values.clear();
+    segment.modes.clear();
+    segment.dependent.clear();
+    for field in Fields::new(message) {
+        let (number, value) = field?;
+        match (u32::try_from(number), value) {
+            (Ok(T_NUMBER), Value::Fixed64(bits)) => segment.t = f64::from_bits(bits),
+            (Ok(motion_number::T_END), Value::Fixed64(bits)) => {
+                segment.t_end = f64::from_bits(bits);
+            }
+            (Ok(motion_number::VALUES), Value::Bytes(bytes)) => {
+                segment.values.extend(wire::f64s(bytes)?);
+            }
+            (Ok(motion_number::MODES), Value::Bytes(bytes)) => {
+                segment.modes.extend(wire::f64s(bytes)?);
+            }
+            (Ok(motion_number::DEPENDENT), Value::Bytes(bytes)) => {
+                segment.dependent.extend(wire::u32s(bytes)?);
+            }
+            _ => (),
+        }
+    }
+    Ok(())
+}
+
 fn level_of(number: u64) -> Level {
     match number {
         0 | 1 => Level::Debug,
@@ -258,6 +293,8 @@ impl Log {
         while let Some(record) = reader.next_record()? {
             match record {
                 Record::Note(note) => notes.push(note),
+                // As large as all samples, and read by those who ask for it.
+                Record::Segment(_) => (),
                 Record::Sample { topic, t, values } => {
                     let series = &mut series[topic.0];
                     series.t.push(t);

@@ -38,6 +38,17 @@ pub(crate) mod log_number {
     pub(crate) const T: u32 = 15;
 }
 
+/// Name of the schema of `/motion`.
+pub(crate) const MOTION_SCHEMA: &str = "bksim.Motion";
+
+/// Field numbers of `bksim.Motion`, whose time is field 1; arrays are packed, as proto3 has them.
+pub(crate) mod motion_number {
+    pub(crate) const T_END: u32 = 2;
+    pub(crate) const VALUES: u32 = 3;
+    pub(crate) const MODES: u32 = 4;
+    pub(crate) const DEPENDENT: u32 = 5;
+}
+
 /// Protobuf field number of a signal by its place; 19000 to 19999 belong to protobuf itself.
 pub(crate) fn field_number(field_idx: usize) -> u32 {
     let number = u32::try_from(field_idx).unwrap_or(u32::MAX).saturating_add(T_NUMBER + 1);
@@ -108,6 +119,27 @@ pub(crate) fn log_descriptor_set() -> Vec<u8> {
     log_file.dependency.push(timestamp_path.into());
     let timestamp_file = proto_file(timestamp_path, "google.protobuf", timestamp);
     FileDescriptorSet { file: vec![timestamp_file, log_file] }.encode_to_vec()
+}
+
+/// Serialised `FileDescriptorSet` of `bksim.Motion`.
+pub(crate) fn motion_descriptor_set() -> Vec<u8> {
+    let repeated = |name, number, r#type| FieldDescriptorProto {
+        label: Some(Label::Repeated as i32),
+        ..scalar(name, number, r#type)
+    };
+    let motion = DescriptorProto {
+        name: Some("Motion".into()),
+        field: vec![
+            scalar("t", T_NUMBER, Type::Double),
+            scalar("t_end", motion_number::T_END, Type::Double),
+            repeated("values", motion_number::VALUES, Type::Double),
+            repeated("modes", motion_number::MODES, Type::Double),
+            repeated("dependent", motion_number::DEPENDENT, Type::Fixed32),
+        ],
+        ..DescriptorProto::default()
+    };
+    FileDescriptorSet { file: vec![proto_file("bksim/Motion.proto", PACKAGE, motion)] }
+        .encode_to_vec()
 }
 
 fn levels() -> EnumDescriptorProto {

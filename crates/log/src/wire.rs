@@ -103,6 +103,42 @@ pub(crate) fn put_bytes(message: &mut Vec<u8>, number: u32, value: &[u8]) {
     message.extend_from_slice(value);
 }
 
+/// Appends a packed array of doubles; nothing when it is empty.
+pub(crate) fn put_f64s(message: &mut Vec<u8>, number: u32, values: &[f64]) {
+    put_packed(message, number, values.iter().map(|value| value.to_bits().to_le_bytes()));
+}
+
+/// Appends a packed array of fixed 32-bit integers; nothing when it is empty.
+pub(crate) fn put_u32s(message: &mut Vec<u8>, number: u32, values: &[u32]) {
+    put_packed(message, number, values.iter().map(|value| value.to_le_bytes()));
+}
+
+fn put_packed<const N: usize>(
+    message: &mut Vec<u8>,
+    number: u32,
+    values: impl ExactSizeIterator<Item = [u8; N]>,
+) {
+    if values.len() > 0 {
+        put_varint(message, u64::from(number) << 3 | 2);
+        put_varint(message, (values.len() * N) as u64);
+        message.extend(values.flatten());
+    }
+}
+
+/// The doubles of a packed array.
+pub(crate) fn f64s(bytes: &[u8]) -> Result<impl Iterator<Item = f64>, Malformed> {
+    let (values, rest) = bytes.as_chunks::<8>();
+    let value = |bytes: &[u8; 8]| f64::from_le_bytes(*bytes);
+    if rest.is_empty() { Ok(values.iter().map(value)) } else { Err(Malformed) }
+}
+
+/// The fixed 32-bit integers of a packed array.
+pub(crate) fn u32s(bytes: &[u8]) -> Result<impl Iterator<Item = u32>, Malformed> {
+    let (values, rest) = bytes.as_chunks::<4>();
+    let value = |bytes: &[u8; 4]| u32::from_le_bytes(*bytes);
+    if rest.is_empty() { Ok(values.iter().map(value)) } else { Err(Malformed) }
+}
+
 fn put_varint(message: &mut Vec<u8>, mut value: u64) {
     loop {
         let [low, ..] = value.to_le_bytes();

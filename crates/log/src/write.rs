@@ -10,10 +10,10 @@ use std::{
 use mcap::{Attachment, McapResult, WriteOptions, Writer, records::MessageHeader, write::NoSeek};
 
 use crate::{
-    EndStatus, Header, LOG_TOPIC, Level, LogError, Topic, TopicId,
+    EndStatus, Header, LOG_TOPIC, Level, LogError, MOTION_TOPIC, Segment, Topic, TopicId,
     frames::RECORD_LIMIT,
     meta,
-    schema::{self, field_number, log_number},
+    schema::{self, field_number, log_number, motion_number},
     wire,
 };
 
@@ -37,6 +37,7 @@ pub struct LogWriter<W: Write> {
     t_start: f64,
     channels: Vec<Channel>,
     notes: Channel,
+    motion: Channel,
     last_t: f64,
     flush_interval: Duration,
     last_flush: Instant,
@@ -79,12 +80,22 @@ impl<W: Write> LogWriter<W> {
         let log_schema =
             writer.add_schema(schema::LOG_SCHEMA, "protobuf", &schema::log_descriptor_set())?;
         let id = writer.add_channel(log_schema, LOG_TOPIC, "protobuf", &BTreeMap::new())?;
+        let motion_schema =
+            writer.add_schema(schema::MOTION_SCHEMA, "protobuf", &schema::motion_descriptor_set())?;
+        let motion_id =
+            writer.add_channel(motion_schema, MOTION_TOPIC, "protobuf", &BTreeMap::new())?;
         writer.flush()?;
         Ok(LogWriter {
             writer: Some(writer),
             t_start: header.t_start,
             channels,
             notes: Channel { name: LOG_TOPIC.into(), id, n_fields: 0, n_written: 0 },
+            motion: Channel {
+                name: MOTION_TOPIC.into(),
+                id: motion_id,
+                n_fields: 0,
+                n_written: 0,
+            },
             last_t: header.t_start,
             flush_interval: FLUSH_INTERVAL,
             last_flush: Instant::now(),
@@ -116,13 +127,7 @@ impl<W: Write> LogWriter<W> {
             let (expected, given) = (channel.n_fields, values.len());
             return Err(LogError::WrongLength { topic: channel.name.clone(), expected, given });
         }
-        // Also false for a time that is not a number.
-        let is_ahead = (t - self.t_start).abs() >= (self.last_t - self.t_start).abs();
-        if !is_ahead || !t.is_finite() {
-            return Err(LogError::BadTime { t, previous: self.last_t });
-        }
-        self.last_t = t;
-
+        self.advance(t)?;
         self.message.clear();
         wire::put_f64(&mut self.message, schema::T_NUMBER, t);
         for (field_idx, &value) in values.iter().enumerate() {
@@ -130,6 +135,28 @@ impl<W: Write> LogWriter<W> {
         }
         let log_time = self.log_time(t);
         let header = self.channels[topic.0].next_message(log_time);
+        self.put(header)
+    }
+
+    /// Appends the motion over a step, ahead of the samples in it.
+    ///
+    /// # Errors
+    /// [`LogError::BadTime`], [`LogError::TooLarge`] (nothing was written then), [`LogError::Io`].
+    pub fn segment(&mut self, segment: &Segment) -> Result<(), LogError> {
+        if !segment.t_end.is_finite() {
+            return Err(LogError::BadTime { t: segment.t_end, previous: self.last_t });
+        }
+        let n_bytes = 8 * (segment.values.len() + segment.modes.len() + segment.dependent.len());
+        check_size("a step", n_bytes)?;
+        self.advance(segment.t)?;
+        self.message.clear();
+        wire::put_f64(&mut self.message, schema::T_NUMBER, segment.t);
+        wire::put_f64(&mut self.message, motion_number::T_END, segment.t_end);
+        wire::put_f64s(&mut self.message, motion_number::VALUES, &segment.values);
+        wire::put_f64s(&mut self.message, motion_number::MODES, &segment.modes);
+        wire::put_u32s(&mut self.message, motion_number::DEPENDENT, &segment.dependent);
+        let log_time = self.log_time(segment.t);
+        let header = self.motion.next_message(log_time);
         self.put(header)
     }
 
@@ -200,6 +227,17 @@ impl<W: Write> LogWriter<W> {
         })?;
         let writer = self.writer.take().ok_or(LogError::Abandoned)?;
         Ok(writer.into_inner().into_inner())
+    }
+
+    /// Moves on to `t`, unless it lies behind.
+    fn advance(&mut self, t: f64) -> Result<(), LogError> {
+        // Also false for a time that is not a number.
+        let is_ahead = (t - self.t_start).abs() >= (self.last_t - self.t_start).abs();
+        if !is_ahead || !t.is_finite() {
+            return Err(LogError::BadTime { t, previous: self.last_t });
+        }
+        self.last_t = t;
+        Ok(())
     }
 
     /// Distance of `t` from the start in nanoseconds; saturates after 584 years.

@@ -9,15 +9,19 @@ mod checkpoint;
 mod explicit;
 pub(crate) mod implicit;
 mod legs;
+mod observer;
 pub(crate) mod recorder;
+mod replay;
 pub(crate) mod singular;
 
-use bksim_dae::{Checkpoint, Control, SolveError, Standstill, Stats};
+use bksim_dae::{Checkpoint, SolveError, Standstill, Stats};
 
 use self::checkpoint::Fingerprint;
 pub use self::checkpoint::{RunCheckpoint, Unfit};
 use self::legs::{Halt, Run};
 use self::recorder::Recorder;
+pub use self::observer::{Observer, Segment, WithSensitivities};
+pub use self::replay::{Replay, Unreplayed};
 pub use self::singular::SingularPose;
 use crate::compile::CompiledSystem;
 pub use crate::evaluator::Energy;
@@ -165,7 +169,7 @@ pub fn run(
     start: &Start,
     parameters: &[f64],
     options: &SolveOptions,
-    observer: &mut dyn FnMut(&Sample) -> Control,
+    observer: &mut dyn Observer,
     stop: &dyn Fn() -> bool,
 ) -> Result<Summary, Box<Failure>> {
     let mut recorder = Recorder::new(compiled, start, parameters, options, equations.n());
@@ -192,7 +196,7 @@ pub fn resume(
     (start, checkpoint): (&Start, &RunCheckpoint),
     parameters: &[f64],
     options: &SolveOptions,
-    observer: &mut dyn FnMut(&Sample) -> Control,
+    observer: &mut dyn Observer,
     stop: &dyn Fn() -> bool,
 ) -> Result<Summary, Unresumed> {
     let fingerprint = Fingerprint::of(compiled, start, parameters, options);

@@ -5,18 +5,18 @@ mod report;
 mod resume;
 
 use std::fs::{self, File};
-use std::io::BufWriter;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use bksim::dae::Control;
 use bksim::log::{Level, LogError, Outcome};
 use bksim::mbs::fault::diagnose_mobility;
 use bksim::mbs::mobility::mobility;
 use bksim::mbs::model::{Formulation, Jit, Method, Model, Outputs};
-use bksim::mbs::run::{Sample, Unresumed};
+use bksim::mbs::run::{Observer, Sample, Segment, Unresumed};
 use bksim::mbs::sensitivity::{Sensitive, StateSensitivity};
-use bksim::record::Recorder;
+use bksim::record::{Recorder, set_option};
 use bksim::{Mechanism, Rejected};
 
 use self::report::{Report, Times, options_of};
@@ -79,7 +79,7 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
     // The log is opened only now: a rejected model touches no file.
     let file = File::create(&written).map_err(|e| Failure::writing(&written, &e))?;
     let mut options = options_of(&mechanism.model, &sensitive);
-    options.extend(resume::set_options(set));
+    options.extend(set.iter().map(|(name, value)| set_option(name, value)));
     let out = BufWriter::new(file);
     let text = &source.text;
     let mut log =
@@ -98,36 +98,24 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
         Failure::file(&path, format!("is empty: signals cannot be handled: {e}"), None)
     })?;
     let progress = Progress::new(start.t, mechanism.model.solve.t_end);
-    let mut log_fault: Option<(f64, LogError)> = None;
-    let mut reached = first.as_ref().map_or(start.t, |first| first.checkpoint.t());
-    let mut on_sample = |sample: &Sample, by: &[StateSensitivity]| {
-        let begun = Instant::now();
-        if let Err(error) = log.write(sample).and_then(|()| log.write_sensitivities(sample.t, by)) {
-            log_fault = Some((reached, error));
-            return Control::Stop;
-        }
-        reached = sample.t;
-        times.log += begun.elapsed();
-        progress.reached(sample.t);
-        Control::Continue
-    };
+    let reached = first.as_ref().map_or(start.t, |first| first.checkpoint.t());
+    let mut logging =
+        Logging { log, progress, reached, fault: None, taken: Duration::ZERO };
     let is_stop_wished = || stop.status().is_some();
-    let mut on_sample_alone = |sample: &Sample| on_sample(sample, &[]);
     let result = match (&plan, &first) {
         (Some(plan), _) => mechanism.run_with_sensitivities(
             &equations,
             &start,
             plan,
-            &mut on_sample,
+            &mut logging,
             &is_stop_wished,
         ),
-        (None, None) => mechanism.run(&equations, &start, &mut on_sample_alone, &is_stop_wished),
+        (None, None) => mechanism.run(&equations, &start, &mut logging, &is_stop_wished),
         (None, Some(first)) => {
             let from = &first.checkpoint;
-            let observer = &mut on_sample_alone;
-            match mechanism.resume(&equations, &start, from, observer, &is_stop_wished) {
+            match mechanism.resume(&equations, &start, from, &mut logging, &is_stop_wished) {
                 Err(Unresumed::Unfit(unfit)) => {
-                    drop(log);
+                    drop(logging);
                     // Nothing but a copy is lost.
                     let _ = fs::remove_file(&written);
                     return Err(resume::unfit(&args.model.model, &unfit));
@@ -137,10 +125,11 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
             }
         }
     };
+    let Logging { mut log, progress, fault, taken, .. } = logging;
     progress.finish();
-    let logging = times.log;
-    times.integrate = lap().saturating_sub(logging);
-    if let Some((t, error)) = log_fault {
+    times.integrate = lap().saturating_sub(taken);
+    times.log += taken;
+    if let Some((t, error)) = fault {
         let error = error.to_string();
         let what = format!("cannot be written beyond t = {t} s: {}", without_number(&error));
         let help = "everything up to there is in the log".to_owned();
@@ -195,6 +184,51 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
         output::text(&report.text())?;
     }
     Ok(status)
+}
+
+/// Writes a run to its log as it goes on.
+struct Logging<W: Write> {
+    log: Recorder<W>,
+    progress: Progress,
+    /// Time of the last sample that was written, s.
+    reached: f64,
+    /// Why the log cannot be written any more, and the last time in it.
+    fault: Option<(f64, LogError)>,
+    /// Time spent here.
+    taken: Duration,
+}
+
+impl<W: Write> Logging<W> {
+    fn write(&mut self, write: impl FnOnce(&mut Recorder<W>) -> Result<(), LogError>) {
+        let begun = Instant::now();
+        if self.fault.is_none()
+            && let Err(error) = write(&mut self.log)
+        {
+            self.fault = Some((self.reached, error));
+        }
+        self.taken += begun.elapsed();
+    }
+}
+
+impl<W: Write> Observer for Logging<W> {
+    fn sample(&mut self, sample: &Sample, by: &[StateSensitivity]) -> Control {
+        self.write(|log| log.write(sample).and_then(|()| log.write_sensitivities(sample.t, by)));
+        if self.fault.is_some() {
+            return Control::Stop;
+        }
+        self.reached = sample.t;
+        self.progress.reached(sample.t);
+        Control::Continue
+    }
+
+    fn wants_segments(&self) -> bool {
+        true
+    }
+
+    fn segment(&mut self, segment: &Segment) {
+        // A fault stops the run at its next sample.
+        self.write(|log| log.segment(segment));
+    }
 }
 
 /// What the motion is differentiated by, each once.

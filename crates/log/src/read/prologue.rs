@@ -6,7 +6,7 @@ use mcap::records::{self, Metadata, op};
 
 use super::{Decoder, LogReader, metadata};
 use crate::{
-    Field, Header, LOG_TOPIC, LogError, Topic,
+    Field, Header, LOG_TOPIC, LogError, MOTION_TOPIC, Segment, Topic,
     frames::{self, Frames, RECORD_LIMIT},
     meta,
     schema::{self, Layout},
@@ -92,6 +92,8 @@ impl Prologue {
             let id = channel.id;
             let decoder = if channel.topic == LOG_TOPIC {
                 Decoder::Note
+            } else if channel.topic == MOTION_TOPIC {
+                Decoder::Segment
             } else {
                 let broken = || LogError::damaged(format!("the schema of `{}`", channel.topic));
                 let layout =
@@ -112,9 +114,16 @@ impl Prologue {
             }
         }
         header.check_names()?;
-        let values = Vec::new();
-        let (checkpoint, end) = (None, None);
-        Ok(LogReader { frames, header, model_sha256, decoders, values, checkpoint, end })
+        Ok(LogReader {
+            frames,
+            header,
+            model_sha256,
+            decoders,
+            values: Vec::new(),
+            segment: Segment::default(),
+            checkpoint: None,
+            end: None,
+        })
     }
 }
 

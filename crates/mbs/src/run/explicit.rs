@@ -206,12 +206,12 @@ impl<'a> Run<'a, '_> {
     ) -> Result<bool, SolveError> {
         let (t0, t1, nq) = (self.reached.t, solver.t(), self.reached.q.len());
         let mut control = Control::Continue;
-        if self.recorder.due(t1).is_some() {
+        if self.recorder.due(t1).is_some() || self.observer.wants_segments() {
             let step = solver.last_step()?;
             let n = step.y1().len();
             let at = |t: f64, y: &mut [f64]| step.at(t, &mut y[..n]);
             let stats = sum(&self.before, step.stats());
-            let stretch = Stretch { t0, t1, at: &at, has_work: true, h: t1 - t0, stats };
+            let stretch = Stretch { t0, t1, at: &at, degree: step.degree(), has_work: true, h: t1 - t0, stats };
             control = self.recorder.pass(&stretch, self.observer);
         }
         self.recorder.summary.energy.work = solver.y()[2 * nq];

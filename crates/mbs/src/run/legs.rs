@@ -17,7 +17,7 @@ use bksim_dae::{Cause, Checkpoint, Control, SolveError, Stats, Step};
 
 use super::recorder::{Recorder, Stretch};
 use super::singular::{REGULAR, Watch};
-use super::{Integrator, MethodChange, Reason, Sample};
+use super::{Integrator, MethodChange, Observer, Reason};
 use crate::compile::CompiledSystem;
 use crate::formulate::MotionEquations;
 use crate::model::{Method, SolveOptions};
@@ -29,7 +29,7 @@ use crate::switch::{Crossed, Lookout, Unsettled};
 pub(crate) struct Run<'a, 'b> {
     pub(crate) recorder: Recorder<'a>,
     pub(super) options: &'b SolveOptions,
-    pub(super) observer: &'b mut dyn FnMut(&Sample) -> Control,
+    pub(super) observer: &'b mut dyn Observer,
     stop: &'b dyn Fn() -> bool,
     /// What integrates.
     pub(super) method: Integrator,
@@ -104,7 +104,7 @@ impl<'a, 'b> Run<'a, 'b> {
         recorder: Recorder<'a>,
         start: &Start,
         options: &'b SolveOptions,
-        observer: &'b mut dyn FnMut(&Sample) -> Control,
+        observer: &'b mut dyn Observer,
         stop: &'b dyn Fn() -> bool,
     ) -> Self {
         let reached = State { t: start.t, q: start.q.clone(), v: start.v.clone() };
@@ -248,6 +248,7 @@ impl<'a, 'b> Run<'a, 'b> {
         recorder.summary.energy.blows += settled.blow;
         recorder.evaluator = compiled.evaluator(&recorder.switching.parameters);
         recorder.multipliers = MultiplierSystem::new(&compiled.shape, &settled.dependent);
+        recorder.dependent.clone_from(&settled.dependent);
         self.multipliers = recorder.multipliers.clone();
         self.watch = Watch::default();
         self.dependent = settled.dependent;
@@ -275,7 +276,7 @@ impl<'a, 'b> Run<'a, 'b> {
         let at = |t: f64, y: &mut [f64]| step.at(t, &mut y[..n]);
         let stats = sum(&self.before, step.stats());
         let stretch =
-            Stretch { t0: step.t0(), t1: crossed.t, at: &at, has_work, h: step.h(), stats };
+            Stretch { t0: step.t0(), t1: crossed.t, at: &at, degree: step.degree(), has_work, h: step.h(), stats };
         let control = self.recorder.pass(&stretch, self.observer);
         if has_work {
             self.recorder.summary.energy.work = y[2 * nq];
@@ -332,7 +333,7 @@ impl<'a, 'b> Run<'a, 'b> {
         };
         let h = self.recorder.sample.step_size;
         let stats = self.recorder.summary.stats;
-        let stretch = Stretch { t0: *t, t1: *t, at: &at, has_work: false, h, stats };
+        let stretch = Stretch { t0: *t, t1: *t, at: &at, degree: 0, has_work: false, h, stats };
         self.recorder.take_last(&stretch, self.observer);
     }
 }

@@ -1,8 +1,8 @@
 //! From steps to samples: output times, projection, accelerations, reactions, energies.
 
-use bksim_dae::{Control, Loader, Saver, SolveError, Stats};
+use bksim_dae::{Control, Loader, NotFinite, Saver, SolveError, Stats};
 
-use super::{Sample, Summary};
+use super::{Observer, Sample, Segment, Summary};
 use crate::compile::CompiledSystem;
 use crate::evaluator::Evaluator;
 use crate::model::{Outputs, SolveOptions};
@@ -16,6 +16,8 @@ pub(crate) struct Stretch<'a> {
     pub(crate) t1: f64,
     /// Writes q and v at a time to the first 2 nq numbers.
     pub(crate) at: &'a dyn Fn(f64, &mut [f64]),
+    /// Degree of the polynomial that `at` is.
+    pub(crate) degree: usize,
     /// Whether the number behind them is the work of loads and drives.
     pub(crate) has_work: bool,
     /// Size of the step, signed.
@@ -41,6 +43,9 @@ pub(crate) struct Recorder<'a> {
     /// Samples of the last step that were not handed out: the observer had asked to stop.
     pub(crate) pending: Vec<Sample>,
     y: Vec<f64>,
+    segment: Segment,
+    /// Constraint rows that follow from the others.
+    pub(crate) dependent: Vec<usize>,
     pub(crate) summary: Summary,
     potential_start: f64,
 }
@@ -69,6 +74,8 @@ impl<'a> Recorder<'a> {
             sample: Sample::default(),
             pending: Vec::new(),
             y: vec![0.0; n],
+            segment: Segment::default(),
+            dependent: start.dependent_rows().to_vec(),
             summary: Summary::default(),
             potential_start: 0.0,
         }
@@ -77,7 +84,7 @@ impl<'a> Recorder<'a> {
     pub(crate) fn record_start(
         &mut self,
         start: &Start,
-        observer: &mut dyn FnMut(&Sample) -> Control,
+        observer: &mut dyn Observer,
     ) -> Control {
         let sample = &mut self.sample;
         sample.t = start.t;
@@ -117,6 +124,7 @@ impl<'a> Recorder<'a> {
         self.switching.load(loader)?;
         self.evaluator = compiled.evaluator(&self.switching.parameters);
         self.multipliers = MultiplierSystem::new(&compiled.shape, dependent);
+        self.dependent = dependent.to_vec();
         self.multipliers.load(&compiled.shape, loader)?;
         self.next_idx = loader.index(usize::MAX)?.max(1);
         self.sample = Sample::load(loader, compiled)?;
@@ -131,7 +139,7 @@ impl<'a> Recorder<'a> {
     /// Hands out the samples that a run had kept back when it was stopped.
     pub(crate) fn hand_out_pending(
         &mut self,
-        observer: &mut dyn FnMut(&Sample) -> Control,
+        observer: &mut dyn Observer,
     ) -> Control {
         let mut control = Control::Continue;
         let mut pending = std::mem::take(&mut self.pending).into_iter();
@@ -150,8 +158,9 @@ impl<'a> Recorder<'a> {
     pub(crate) fn pass(
         &mut self,
         stretch: &Stretch,
-        observer: &mut dyn FnMut(&Sample) -> Control,
+        observer: &mut dyn Observer,
     ) -> Control {
+        self.tell(stretch, observer);
         let (mut from, mut control) = (stretch.t0, Control::Continue);
         while let Some(t) = self.due(stretch.t1) {
             self.next_idx += 1;
@@ -170,6 +179,17 @@ impl<'a> Recorder<'a> {
         }
         self.work_until(stretch, from, stretch.t1);
         control
+    }
+
+    /// Hands out the motion over a stretch to who wants it.
+    fn tell(&mut self, stretch: &Stretch, observer: &mut dyn Observer) {
+        if observer.wants_segments() && stretch.t1 != stretch.t0 {
+            self.segment.take(stretch, self.sample.q.len(), &mut self.y);
+            self.segment.modes.clear();
+            self.segment.modes.extend_from_slice(self.switching.modes());
+            self.segment.dependent.clone_from(&self.dependent);
+            observer.segment(&self.segment);
+        }
     }
 
     /// The next output time, if it is not after `t` in the direction of the run.
@@ -221,7 +241,6 @@ impl<'a> Recorder<'a> {
 
     /// Samples the stretch at `t`: projection, then accelerations.
     fn take(&mut self, stretch: &Stretch, t: f64) {
-        const MAX_CORRECTIONS: usize = 4;
         let nq = self.sample.q.len();
         (stretch.at)(t, &mut self.y);
         let Self { evaluator, multipliers, sample, .. } = self;
@@ -231,20 +250,7 @@ impl<'a> Recorder<'a> {
         sample.step_size = stretch.h;
         sample.stats = stretch.stats;
         sample.work = self.summary.energy.work;
-
-        let Sample { q, v, a, lambda, .. } = sample;
-        // A step may straddle a pole of a drive; an output time may hit it.
-        let factored = multipliers.factor(&evaluator.dynamics(t, q, v));
-        let drift = multipliers.project(evaluator, t, (&mut *q, &mut *v), MAX_CORRECTIONS);
-        let solved =
-            factored.and_then(|()| multipliers.complete_into(evaluator, t, (q, v), a, lambda));
-        self.is_undefined = solved.is_err();
-        if self.is_undefined {
-            a.fill(f64::NAN);
-            lambda.fill(f64::NAN);
-        }
-        sample.position_residual = drift.position;
-        sample.velocity_residual = drift.velocity;
+        self.is_undefined = settle(evaluator, multipliers, sample).is_err();
         self.complete();
     }
 
@@ -252,7 +258,7 @@ impl<'a> Recorder<'a> {
     pub(crate) fn take_last(
         &mut self,
         stretch: &Stretch,
-        observer: &mut dyn FnMut(&Sample) -> Control,
+        observer: &mut dyn Observer,
     ) {
         let forward = (self.t_end - self.t_start).signum();
         if !self.is_undefined && (stretch.t1 - self.summary.t) * forward > 0.0 {
@@ -272,7 +278,7 @@ impl<'a> Recorder<'a> {
         self.switching.fill_friction(*t, q, v, lambda);
     }
 
-    fn hand_out(&mut self, observer: &mut dyn FnMut(&Sample) -> Control) -> Control {
+    fn hand_out(&mut self, observer: &mut dyn Observer) -> Control {
         let summary = &mut self.summary;
         let sample = &mut self.sample;
         let total = sample.energy.kinetic + sample.energy.potential;
@@ -291,8 +297,31 @@ impl<'a> Recorder<'a> {
         summary.t = sample.t;
         summary.n_samples += 1;
         summary.stats = sample.stats;
-        observer(sample)
+        observer.sample(sample, &[])
     }
+}
+
+/// Projects a sample of an integrator onto the constraints and gives it accelerations and
+/// multipliers; they are NaN where the equations have no value.
+pub(super) fn settle(
+    evaluator: &mut Evaluator<'_>,
+    multipliers: &mut MultiplierSystem,
+    sample: &mut Sample,
+) -> Result<(), NotFinite> {
+    const MAX_CORRECTIONS: usize = 4;
+    let Sample { t, q, v, a, lambda, .. } = sample;
+    // A step may straddle a pole of a drive; an output time may hit it.
+    let factored = multipliers.factor(&evaluator.dynamics(*t, q, v));
+    let drift = multipliers.project(evaluator, *t, (&mut *q, &mut *v), MAX_CORRECTIONS);
+    let solved =
+        factored.and_then(|()| multipliers.complete_into(evaluator, *t, (q, v), a, lambda));
+    if solved.is_err() {
+        a.fill(f64::NAN);
+        lambda.fill(f64::NAN);
+    }
+    sample.position_residual = drift.position;
+    sample.velocity_residual = drift.velocity;
+    solved
 }
 
 /// Given times in the order of a run, without those that are not inside it.

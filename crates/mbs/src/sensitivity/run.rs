@@ -15,11 +15,10 @@ use crate::model::SolveOptions;
 use crate::run::implicit::settings;
 use crate::run::recorder::{Recorder, Stretch};
 use crate::run::singular::is_ahead;
-use crate::run::{Failure, Integrator, MethodChange, Reason, Sample, Summary, undefined};
+use crate::run::{
+    Failure, Integrator, MethodChange, Observer, Reason, Sample, Segment, Summary, undefined,
+};
 use crate::start::Start;
-
-/// Sees a sample with its sensitivities and says whether to go on.
-type Observer<'a> = dyn FnMut(&Sample, &[StateSensitivity]) -> Control + 'a;
 
 /// Why a run with sensitivities ended.
 enum End {
@@ -44,11 +43,11 @@ pub fn run_with_sensitivities(
     (start, begin): (&Start, &[StateSensitivity]),
     parameters: &[f64],
     options: &SolveOptions,
-    observer: &mut Observer<'_>,
+    observer: &mut dyn Observer,
     stop: &dyn Fn() -> bool,
 ) -> Result<Summary, Box<Failure>> {
     let mut recorder = Recorder::new(compiled, start, parameters, options, motion.n());
-    let first = &mut |sample: &Sample| observer(sample, begin);
+    let first = &mut |sample: &Sample| observer.sample(sample, begin);
     if recorder.record_start(start, first) == Control::Stop {
         return Ok(recorder.summary);
     }
@@ -74,7 +73,7 @@ pub fn run_with_sensitivities(
 struct Run<'a, 'b> {
     recorder: Recorder<'a>,
     tangents: Tangents<'a>,
-    observer: &'b mut Observer<'b>,
+    observer: &'b mut dyn Observer,
     stop: &'b dyn Fn() -> bool,
     n_sensitive: usize,
 }
@@ -131,29 +130,60 @@ impl Run<'_, '_> {
             t0: whole.t0(),
             t1: whole.t1(),
             at: &at,
+            degree: whole.degree(),
             has_work: false,
             h: whole.h(),
             stats: *whole.stats(),
         };
-        let mut is_finite = true;
-        let mut s = vec![0.0; n];
-        let control = recorder.pass(&stretch, &mut |sample: &Sample| {
-            let Sample { t, q, v, a, lambda, .. } = sample;
-            let at = State { t: *t, q, v, a, lambda };
-            let mut by = |k: usize| {
-                step.s_at(k, *t, &mut s);
-                let (dq, dv) = s[..2 * q.len()].split_at(q.len());
-                tangents.complete(at, k, (dq, dv))
-            };
-            let Ok(all) = (0..*n_sensitive).map(&mut by).collect::<Result<Vec<_>, _>>() else {
-                is_finite = false;
-                return Control::Stop;
-            };
-            observer(sample, &all)
-        });
-        recorder.is_undefined |= !is_finite;
+        let mut completing = Completing {
+            step,
+            tangents,
+            n_sensitive: *n_sensitive,
+            s: vec![0.0; n],
+            is_finite: true,
+            observer: &mut **observer,
+        };
+        let control = recorder.pass(&stretch, &mut completing);
+        recorder.is_undefined |= !completing.is_finite;
         recorder.summary.stats = *whole.stats();
         control
+    }
+}
+
+/// Completes the samples of one step by their sensitivities.
+struct Completing<'a, 'b, 'c> {
+    step: &'a SensitivityStep<'a>,
+    tangents: &'a mut Tangents<'b>,
+    n_sensitive: usize,
+    /// The sensitivity of the integrator's unknowns to one quantity.
+    s: Vec<f64>,
+    is_finite: bool,
+    observer: &'c mut dyn Observer,
+}
+
+impl Observer for Completing<'_, '_, '_> {
+    fn sample(&mut self, sample: &Sample, _: &[StateSensitivity]) -> Control {
+        let Self { step, tangents, n_sensitive, s, .. } = self;
+        let Sample { t, q, v, a, lambda, .. } = sample;
+        let at = State { t: *t, q, v, a, lambda };
+        let mut by = |k: usize| {
+            step.s_at(k, *t, s);
+            let (dq, dv) = s[..2 * q.len()].split_at(q.len());
+            tangents.complete(at, k, (dq, dv))
+        };
+        let Ok(all) = (0..*n_sensitive).map(&mut by).collect::<Result<Vec<_>, _>>() else {
+            self.is_finite = false;
+            return Control::Stop;
+        };
+        self.observer.sample(sample, &all)
+    }
+
+    fn wants_segments(&self) -> bool {
+        self.observer.wants_segments()
+    }
+
+    fn segment(&mut self, segment: &Segment) {
+        self.observer.segment(segment);
     }
 }
 

@@ -52,4 +52,4 @@ pub use settle::Unsettled;
 pub(crate) use settle::{Bands, Instant, Settled, settle_smoothly};
 pub(crate) use switching::Switching;
 pub use switching::{Change, ChangeKind};
-pub(crate) use watch::Watch;
+pub(crate) use watch::{Watch, Watcher};

@@ -2,6 +2,8 @@
 
 use bksim_dae::{Loader, Saver, SolveError};
 
+use super::watch::{Watch, Watcher};
+
 /// What every switch and every contact does until the next event.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(crate) struct Modes {
@@ -79,5 +81,45 @@ impl Modes {
             }
         }
         all
+    }
+
+    /// The modes whose numbers stand behind the parameters in [`Modes::behind`], in a system with
+    /// these switches and contacts; `None` when there are other numbers than that.
+    pub(crate) fn from_numbers(watch: &Watch, numbers: &[f64]) -> Option<Self> {
+        let (signs, mut rest) = numbers.split_at_checked(watch.timed.len())?;
+        let mut touches = Vec::with_capacity(watch.contacts.len());
+        for contact in &watch.contacts {
+            let (touch, after) = match (contact.is_friction, rest) {
+                (false, [closed, after @ ..]) if *closed == 0.0 => (Touch::Apart, after),
+                (false, [_, after @ ..]) => (Touch::Resting, after),
+                (true, [closed, sign, _, after @ ..]) if *closed == 0.0 => {
+                    (Touch::Sliding(*sign), after)
+                }
+                (true, [_, _, place, after @ ..]) => (Touch::Sticking(*place), after),
+                _ => return None,
+            };
+            touches.push(touch);
+            rest = after;
+        }
+        rest.is_empty().then(|| Self { signs: signs.to_vec(), touches })
+    }
+
+    /// Friction that slides shows as its multiplier, which it has not in the equations.
+    pub(crate) fn fill_friction(
+        &self,
+        watcher: &mut Watcher<'_>,
+        (t, q, v): (f64, &[f64], &[f64]),
+        lambda: &mut [f64],
+    ) {
+        if self.touches.iter().all(|touch| !matches!(touch, Touch::Sliding(_))) {
+            return;
+        }
+        let contacts = watcher.contacts();
+        let view = watcher.view(t, q, v);
+        for ((contact, seen), touch) in contacts.iter().zip(&view.contacts).zip(&self.touches) {
+            if let Touch::Sliding(sign) = touch {
+                lambda[contact.row] = -sign * seen.first;
+            }
+        }
     }
 }

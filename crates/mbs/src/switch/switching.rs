@@ -241,16 +241,12 @@ impl<'a> Switching<'a> {
 
     /// Friction that slides shows as its multiplier, which it has not in the equations.
     pub(crate) fn fill_friction(&mut self, t: f64, q: &[f64], v: &[f64], lambda: &mut [f64]) {
-        if self.compiled.watch.contacts.iter().all(|contact| !contact.is_friction) {
-            return;
-        }
-        let view = self.watcher.view(t, q, v);
-        let contacts = self.compiled.watch.contacts.iter().zip(&view.contacts);
-        for ((contact, seen), touch) in contacts.zip(&self.modes.touches) {
-            if let Touch::Sliding(sign) = touch {
-                lambda[contact.row] = -sign * seen.first;
-            }
-        }
+        self.modes.fill_friction(&mut self.watcher, (t, q, v), lambda);
+    }
+
+    /// The modes as they stand behind the model's own parameters.
+    pub(crate) fn modes(&self) -> &[f64] {
+        &self.parameters[self.own.len()..]
     }
 
     fn check_progress(&mut self, fired: &[Decider], t: f64) -> Result<(), Unsettled> {

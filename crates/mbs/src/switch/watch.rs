@@ -160,7 +160,12 @@ pub(crate) struct Watcher<'a> {
     view: View,
 }
 
-impl Watcher<'_> {
+impl<'a> Watcher<'a> {
+    /// The contacts, in the order of [`View::contacts`].
+    pub(crate) fn contacts(&self) -> &'a [Watched] {
+        &self.watch.contacts
+    }
+
     /// Everything that decides at a state.
     pub(crate) fn view(&mut self, t: f64, q: &[f64], v: &[f64]) -> &View {
         gather(&mut self.inputs, t, &[q, v]);

@@ -23,7 +23,7 @@ mod units;
 
 use bksim_mbs::diagnostic::Diagnostic;
 use bksim_mbs::model::{Model, Space};
-use bksim_mbs::pose::Pose;
+use bksim_mbs::pose::PlanarPose;
 use toml_edit::DocumentMut;
 
 use self::place::Places;
@@ -50,7 +50,7 @@ pub struct Source<'a> {
     /// What was read from it.
     pub model: &'a Model,
     /// Where its bodies start, the ground first.
-    pub poses: &'a [Pose],
+    pub poses: &'a [PlanarPose],
     /// Of the file.
     pub release: Release,
     /// Of lengths: `mm`, `cm`, `m`, `inch` or `ft`.

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use bksim_expr::{Expr, SymbolId};
 use bksim_mbs::diagnostic::Diagnostic;
 use bksim_mbs::model::{Anchor, Axis, BodyId, JointId, JointKind, Measure, Model};
-use bksim_mbs::pose::Pose;
+use bksim_mbs::pose::PlanarPose;
 
 use super::{Source, Unwritten};
 use crate::codes;
@@ -16,7 +16,7 @@ use crate::write::UNITS;
 #[derive(Debug)]
 pub(super) struct Places<'a> {
     model: &'a Model,
-    poses: &'a [Pose],
+    poses: &'a [PlanarPose],
     parameters: HashMap<SymbolId, f64>,
     /// Drawing units in a metre.
     per_metre: f64,
@@ -84,7 +84,7 @@ impl<'a> Places<'a> {
         Some([self.number(x)?, self.number(y)?])
     }
 
-    pub(super) fn pose(&self, body: BodyId) -> Pose {
+    pub(super) fn pose(&self, body: BodyId) -> PlanarPose {
         self.poses[body.0]
     }
 

@@ -10,7 +10,7 @@
 
 mod envelope;
 
-use bksim_mbs::pose::Pose;
+use bksim_mbs::pose::PlanarPose;
 
 use self::envelope::union;
 use super::canvas::Mark;
@@ -75,7 +75,7 @@ pub struct Course {
     /// s, ascending.
     pub times: Vec<f64>,
     /// Of every body at each sample, the ground first.
-    pub poses: Vec<Vec<Pose>>,
+    pub poses: Vec<Vec<PlanarPose>>,
     /// Points to be drawn.
     pub points: Vec<Traced>,
     /// Joints whose forces are drawn.

@@ -1,7 +1,7 @@
 //! `bksim cad from-toml`: a drawing of a model that has none.
 
 use bksim::cad::write::from_model::{Source, Unwritten, from_model};
-use bksim::mbs::pose::Poses;
+use bksim::mbs::pose::{Pose, Poses};
 
 use super::written;
 use crate::args::draw::FromToml;
@@ -24,6 +24,7 @@ pub(super) fn run(args: &FromToml, as_json: bool, nesting: usize) -> Result<Stat
         .map_err(|e| Failure::writing(path, &e))?
         .at(&mechanism.parameters, [(&start.q[..], &start.v[..])])
         .remove(0);
+    let poses: Vec<_> = poses.iter().map(Pose::in_plane).collect();
     let drawn = Source {
         text: &source.text,
         model: &mechanism.model,

@@ -14,7 +14,7 @@ use bksim::cad::write::trace::{
 use bksim::log::Log;
 use bksim::mbs::diagnostic::Diagnostic;
 use bksim::mbs::model::{Body, Model};
-use bksim::mbs::pose::Poses;
+use bksim::mbs::pose::{Pose, Poses};
 
 use super::{is_missing_mass, parts, written};
 use crate::args::draw::Trace;
@@ -100,6 +100,7 @@ fn course(args: &Trace, mechanism: &Mechanism, log: &Log) -> Result<Course, Fail
     let poses = Poses::compile(&mechanism.model, &mechanism.system)
         .map_err(|e| unfit(&format!("cannot be traced: {e}")))?
         .at(&mechanism.parameters, rows.iter().map(|row| row.split_at(n)));
+    let poses = poses.iter().map(|of| of.iter().map(Pose::in_plane).collect()).collect();
     let model = &mechanism.model;
     let reaction = |joint: &bksim::mbs::model::Joint| {
         let series = log.series(log.header.topic_id(&format!("/reactions/{}", joint.name))?);

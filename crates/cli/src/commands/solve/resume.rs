@@ -8,15 +8,12 @@ use bksim::VERSION;
 use bksim::log::{Header, LogError, LogReader, Outcome};
 use bksim::mbs::model::{Model, Outputs, SolveOptions};
 use bksim::mbs::run::{RunCheckpoint, Unfit};
-use bksim::record::Recorder;
+use bksim::record::{Recorder, overrides};
 
 use super::report::{FORMULATIONS, METHODS};
 use crate::args::Solve;
 use crate::exit::Failure;
 use crate::source::{Loaded, Text, parse};
-
-/// Options with this prefix are parameters given on the command line.
-const SET: &str = "set.";
 
 /// The first part of a run.
 pub(super) struct FirstPart {
@@ -24,11 +21,6 @@ pub(super) struct FirstPart {
     /// Parameters given on the command line.
     pub(super) set: Vec<(String, String)>,
     pub(super) checkpoint: RunCheckpoint,
-}
-
-/// Parameters given on the command line, as options for the log.
-pub(super) fn set_options(set: &[(String, String)]) -> impl Iterator<Item = (String, String)> {
-    set.iter().map(|(name, value)| (format!("{SET}{name}"), value.clone()))
 }
 
 /// Reads what a log says of its run.
@@ -61,16 +53,12 @@ pub(super) fn open(path: &Path, nesting: usize) -> Result<(Loaded, FirstPart), F
         let what = format!("bksim {} has written it, this is {VERSION}", header.version);
         return Err(refused(path, &what, Some("numbers would differ: solve the model again")));
     }
-    let set: Vec<(String, String)> = header.options.iter().filter_map(set_of).collect();
+    let set = overrides(&header.options);
     let source = Text { path: path.to_owned(), text: header.model_text.clone(), drawn: None };
     let mut loaded = parse(source, &header.model_name, &set, nesting)?;
     apply(&mut loaded.model, header)
         .ok_or_else(|| refused(path, "its options cannot be read", None))?;
     Ok((loaded, FirstPart { path: path.to_owned(), set, checkpoint }))
-}
-
-fn set_of((key, value): (&String, &String)) -> Option<(String, String)> {
-    Some((key.strip_prefix(SET)?.to_owned(), value.clone()))
 }
 
 /// Puts the options of the log in place of the model's; `None` when one has no meaning.

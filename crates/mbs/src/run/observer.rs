@@ -1,0 +1,166 @@
+//! Who is told of a run as it goes on, and the motion between samples as polynomials.
+//!
+//! A [`Segment`] holds q and v over one step of the integrator, not projected. Whatever polynomial
+//! the method has over a step, it has a degree d, so its values at the d + 1 Chebyshev points of the
+//! first kind are all of it:
+//!
+//! ```text
+//! τ_k = cos((2k + 1) π / (2d + 2)),   t_k = (t0 + t1)/2 + τ_k (t1 − t0)/2,   k = 0 … d
+//! u(τ) = Σ w_k u_k / (τ − τ_k)  /  Σ w_k / (τ − τ_k),   w_k = (−1)^k sin((2k + 1) π / (2d + 2))
+//! ```
+//!
+//! The barycentric formula is stable there: J.-P. Berrut and L. N. Trefethen, *Barycentric Lagrange
+//! Interpolation*, SIAM Review 46 (2004), (4.2) and (5.3).
+
+use std::f64::consts::PI;
+
+use bksim_dae::Control;
+
+use super::Sample;
+use super::recorder::Stretch;
+use crate::sensitivity::StateSensitivity;
+
+/// Who is told of a run as it goes on. Closures that take a sample are observers.
+pub trait Observer {
+    /// Takes a sample and says whether to go on; `by` holds one derivative per quantity in a run with
+    /// sensitivities and nothing in others.
+    fn sample(&mut self, sample: &Sample, by: &[StateSensitivity]) -> Control;
+
+    /// Whether [`Observer::segment`] is to be called: explicit steps make their dense output only
+    /// where it is asked for, at a quarter of their cost.
+    fn wants_segments(&self) -> bool {
+        false
+    }
+
+    /// Takes the motion over a step, before the samples in it.
+    fn segment(&mut self, _segment: &Segment) {}
+}
+
+impl<F: FnMut(&Sample) -> Control> Observer for F {
+    fn sample(&mut self, sample: &Sample, _: &[StateSensitivity]) -> Control {
+        self(sample)
+    }
+}
+
+/// A closure that takes samples with their sensitivities.
+#[derive(Debug)]
+pub struct WithSensitivities<F>(pub F);
+
+impl<F: FnMut(&Sample, &[StateSensitivity]) -> Control> Observer for WithSensitivities<F> {
+    fn sample(&mut self, sample: &Sample, by: &[StateSensitivity]) -> Control {
+        self.0(sample, by)
+    }
+}
+
+/// The motion over one step, or over the part of it before an event.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Segment {
+    /// Where it begins, s.
+    pub t0: f64,
+    /// Where it ends, s; before `t0` in a run back in time.
+    pub t1: f64,
+    /// Values of q and v at the Chebyshev points, those of one point together: 2 nq (d + 1) numbers.
+    pub values: Vec<f64>,
+    /// Modes that hold here, as parameters behind those of the model.
+    pub modes: Vec<f64>,
+    /// Constraint rows that follow from the others here.
+    pub dependent: Vec<usize>,
+}
+
+impl Segment {
+    /// Takes the motion of a step.
+    pub(super) fn take(&mut self, stretch: &Stretch<'_>, nq: usize, y: &mut [f64]) {
+        (self.t0, self.t1) = (stretch.t0, stretch.t1);
+        self.values.clear();
+        for k in 0..=stretch.degree {
+            let t = 0.5 * (self.t0 + self.t1) + 0.5 * node(k, stretch.degree) * (self.t1 - self.t0);
+            (stretch.at)(t, y);
+            self.values.extend_from_slice(&y[..2 * nq]);
+        }
+    }
+
+    /// Whether it has a value at `t`.
+    pub fn contains(&self, t: f64) -> bool {
+        (t - self.t0) * (self.t1 - t) >= 0.0
+    }
+
+    /// Writes q and v at `t`, 2 nq numbers; extrapolated outside.
+    ///
+    /// # Panics
+    /// If `state` has not as many numbers as there are at each point.
+    pub fn at(&self, t: f64, state: &mut [f64]) {
+        let n_points = self.values.len() / state.len().max(1);
+        assert_eq!(self.values.len(), n_points * state.len(), "a state has 2 nq numbers");
+        if n_points == 0 {
+            return;
+        }
+        let degree = n_points - 1;
+        let half = 0.5 * (self.t1 - self.t0);
+        let tau = if half == 0.0 { 0.0 } else { (t - 0.5 * (self.t0 + self.t1)) / half };
+        let mut whole = 0.0;
+        state.fill(0.0);
+        for (k, values) in self.values.chunks_exact(state.len()).enumerate() {
+            let distance = tau - node(k, degree);
+            if distance == 0.0 {
+                state.copy_from_slice(values);
+                return;
+            }
+            let weight = weight(k, degree) / distance;
+            whole += weight;
+            for (value, of_point) in state.iter_mut().zip(values) {
+                *value += weight * of_point;
+            }
+        }
+        for value in state {
+            *value /= whole;
+        }
+    }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "degrees are below ten")]
+fn angle(k: usize, degree: usize) -> f64 {
+    (2 * k + 1) as f64 * PI / (2 * degree + 2) as f64
+}
+
+fn node(k: usize, degree: usize) -> f64 {
+    angle(k, degree).cos()
+}
+
+fn weight(k: usize, degree: usize) -> f64 {
+    let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+    sign * angle(k, degree).sin()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_polynomial_of_each_degree_is_itself() {
+        for degree in 0..=7_i32 {
+            let u = |t: f64| (0..=degree).map(|k| (t - 0.3).powi(k)).sum::<f64>();
+            let at = |t: f64, y: &mut [f64]| (y[0], y[1]) = (u(t), -2.0 * u(t));
+            let stretch = Stretch {
+                t0: 2.0,
+                t1: 0.5,
+                at: &at,
+                degree: degree.unsigned_abs() as usize,
+                has_work: false,
+                h: -1.5,
+                stats: bksim_dae::Stats::default(),
+            };
+            let mut segment = Segment::default();
+            segment.take(&stretch, 1, &mut [0.0; 2]);
+            assert_eq!(segment.values.len(), 2 * (stretch.degree + 1));
+            for t in [2.0, 1.7, 1.25, 0.9, 0.5] {
+                let mut state = [0.0; 2];
+                segment.at(t, &mut state);
+                let size = u(2.0);
+                assert!((state[0] - u(t)).abs() < 1e-14 * size, "{degree} at {t}: {state:?}");
+                assert!((state[1] + 2.0 * u(t)).abs() < 2e-14 * size, "{degree} at {t}");
+                assert!(segment.contains(t));
+            }
+            assert!(!segment.contains(2.1) && !segment.contains(0.4));
+        }
+    }
+}
