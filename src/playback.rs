@@ -197,9 +197,7 @@ impl Playback {
         let segments = &self.log.segments;
         let [first, last] = self.span();
         let forward = if last < first { -1.0 } else { 1.0 };
-        let is_in = |idx: usize| {
-            segments.get(idx).is_some_and(|s| s.contains(t) && t != s.t1)
-        };
+        let is_in = |idx: usize| segments.get(idx).is_some_and(|s| s.contains(t) && t != s.t1);
         if is_in(self.last_idx) {
             return self.last_idx;
         }

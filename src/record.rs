@@ -86,11 +86,7 @@ impl Channels {
     }
 
     /// The values of a topic.
-    fn values<'a>(
-        &'a self,
-        of: Of,
-        sample: &'a Sample,
-    ) -> Box<dyn Iterator<Item = f64> + 'a> {
+    fn values<'a>(&'a self, of: Of, sample: &'a Sample) -> Box<dyn Iterator<Item = f64> + 'a> {
         let Sample { q, v, a, lambda, reactions, energy, stats, .. } = sample;
         match of {
             Of::State => Box::new(q.iter().chain(v).copied()),
@@ -145,9 +141,8 @@ pub fn set_option(name: &str, value: &str) -> (String, String) {
 
 /// The parameters among the options of a log that were given on the command line.
 pub fn overrides(options: &BTreeMap<String, String>) -> Vec<(String, String)> {
-    let set = |(key, value): (&String, &String)| {
-        Some((key.strip_prefix(SET)?.to_owned(), value.clone()))
-    };
+    let set =
+        |(key, value): (&String, &String)| Some((key.strip_prefix(SET)?.to_owned(), value.clone()));
     options.iter().filter_map(set).collect()
 }
 

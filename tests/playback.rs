@@ -161,7 +161,12 @@ fn signals_and_poses_are_those_of_the_instant() {
     let t = samples[40].t;
     playback.seek(t).expect("a sample");
     let found = playback.value(first);
-    close("the first coordinate", found, samples[40].q[0], Within { absolute: 1e-9, relative: 0.0 });
+    close(
+        "the first coordinate",
+        found,
+        samples[40].q[0],
+        Within { absolute: 1e-9, relative: 0.0 },
+    );
     assert_eq!(playback.poses().len(), mechanism.model.bodies.len());
     // Outside of the run its ends are shown.
     assert_eq!(playback.seek(-5.0).expect("a sample").t, samples[0].t);

@@ -141,7 +141,8 @@ impl Header {
                 return Err(bad_name("topic", &topic.name));
             }
             if [LOG_TOPIC, MOTION_TOPIC].contains(&topic.name.as_str())
-                || !messages.insert(schema::message_name(&topic.name)) {
+                || !messages.insert(schema::message_name(&topic.name))
+            {
                 return Err(duplicate("topic", &topic.name));
             }
             check_field_names(topic)?;

@@ -80,8 +80,11 @@ impl<W: Write> LogWriter<W> {
         let log_schema =
             writer.add_schema(schema::LOG_SCHEMA, "protobuf", &schema::log_descriptor_set())?;
         let id = writer.add_channel(log_schema, LOG_TOPIC, "protobuf", &BTreeMap::new())?;
-        let motion_schema =
-            writer.add_schema(schema::MOTION_SCHEMA, "protobuf", &schema::motion_descriptor_set())?;
+        let motion_schema = writer.add_schema(
+            schema::MOTION_SCHEMA,
+            "protobuf",
+            &schema::motion_descriptor_set(),
+        )?;
         let motion_id =
             writer.add_channel(motion_schema, MOTION_TOPIC, "protobuf", &BTreeMap::new())?;
         writer.flush()?;
@@ -90,12 +93,7 @@ impl<W: Write> LogWriter<W> {
             t_start: header.t_start,
             channels,
             notes: Channel { name: LOG_TOPIC.into(), id, n_fields: 0, n_written: 0 },
-            motion: Channel {
-                name: MOTION_TOPIC.into(),
-                id: motion_id,
-                n_fields: 0,
-                n_written: 0,
-            },
+            motion: Channel { name: MOTION_TOPIC.into(), id: motion_id, n_fields: 0, n_written: 0 },
             last_t: header.t_start,
             flush_interval: FLUSH_INTERVAL,
             last_flush: Instant::now(),

@@ -99,8 +99,7 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
     })?;
     let progress = Progress::new(start.t, mechanism.model.solve.t_end);
     let reached = first.as_ref().map_or(start.t, |first| first.checkpoint.t());
-    let mut logging =
-        Logging { log, progress, reached, fault: None, taken: Duration::ZERO };
+    let mut logging = Logging { log, progress, reached, fault: None, taken: Duration::ZERO };
     let is_stop_wished = || stop.status().is_some();
     let result = match (&plan, &first) {
         (Some(plan), _) => mechanism.run_with_sensitivities(

@@ -211,7 +211,15 @@ impl<'a> Run<'a, '_> {
             let n = step.y1().len();
             let at = |t: f64, y: &mut [f64]| step.at(t, &mut y[..n]);
             let stats = sum(&self.before, step.stats());
-            let stretch = Stretch { t0, t1, at: &at, degree: step.degree(), has_work: true, h: t1 - t0, stats };
+            let stretch = Stretch {
+                t0,
+                t1,
+                at: &at,
+                degree: step.degree(),
+                has_work: true,
+                h: t1 - t0,
+                stats,
+            };
             control = self.recorder.pass(&stretch, self.observer);
         }
         self.recorder.summary.energy.work = solver.y()[2 * nq];

@@ -97,8 +97,15 @@ impl Run<'_, '_> {
         let n = step.y1().len();
         let at = |t: f64, y: &mut [f64]| step.at(t, &mut y[..n]);
         let stats = sum(&self.before, step.stats());
-        let stretch =
-            Stretch { t0: step.t0(), t1: step.t1(), at: &at, degree: step.degree(), has_work: false, h: step.h(), stats };
+        let stretch = Stretch {
+            t0: step.t0(),
+            t1: step.t1(),
+            at: &at,
+            degree: step.degree(),
+            has_work: false,
+            h: step.h(),
+            stats,
+        };
         let control = self.recorder.pass(&stretch, self.observer);
         self.recorder.summary.stats = stats;
         self.reached.take(step.t1(), step.y1());

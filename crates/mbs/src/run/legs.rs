@@ -275,8 +275,15 @@ impl<'a, 'b> Run<'a, 'b> {
         step.at(crossed.t, &mut y);
         let at = |t: f64, y: &mut [f64]| step.at(t, &mut y[..n]);
         let stats = sum(&self.before, step.stats());
-        let stretch =
-            Stretch { t0: step.t0(), t1: crossed.t, at: &at, degree: step.degree(), has_work, h: step.h(), stats };
+        let stretch = Stretch {
+            t0: step.t0(),
+            t1: crossed.t,
+            at: &at,
+            degree: step.degree(),
+            has_work,
+            h: step.h(),
+            stats,
+        };
         let control = self.recorder.pass(&stretch, self.observer);
         if has_work {
             self.recorder.summary.energy.work = y[2 * nq];

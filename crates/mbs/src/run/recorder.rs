@@ -81,11 +81,7 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    pub(crate) fn record_start(
-        &mut self,
-        start: &Start,
-        observer: &mut dyn Observer,
-    ) -> Control {
+    pub(crate) fn record_start(&mut self, start: &Start, observer: &mut dyn Observer) -> Control {
         let sample = &mut self.sample;
         sample.t = start.t;
         sample.q.clone_from(&start.q);
@@ -137,10 +133,7 @@ impl<'a> Recorder<'a> {
     }
 
     /// Hands out the samples that a run had kept back when it was stopped.
-    pub(crate) fn hand_out_pending(
-        &mut self,
-        observer: &mut dyn Observer,
-    ) -> Control {
+    pub(crate) fn hand_out_pending(&mut self, observer: &mut dyn Observer) -> Control {
         let mut control = Control::Continue;
         let mut pending = std::mem::take(&mut self.pending).into_iter();
         for sample in pending.by_ref() {
@@ -155,11 +148,7 @@ impl<'a> Recorder<'a> {
     }
 
     /// Samples the output times of a stretch, and follows the work over it.
-    pub(crate) fn pass(
-        &mut self,
-        stretch: &Stretch,
-        observer: &mut dyn Observer,
-    ) -> Control {
+    pub(crate) fn pass(&mut self, stretch: &Stretch, observer: &mut dyn Observer) -> Control {
         self.tell(stretch, observer);
         let (mut from, mut control) = (stretch.t0, Control::Continue);
         while let Some(t) = self.due(stretch.t1) {
@@ -255,11 +244,7 @@ impl<'a> Recorder<'a> {
     }
 
     /// Samples the one instant of `stretch` if it lies beyond the last sample.
-    pub(crate) fn take_last(
-        &mut self,
-        stretch: &Stretch,
-        observer: &mut dyn Observer,
-    ) {
+    pub(crate) fn take_last(&mut self, stretch: &Stretch, observer: &mut dyn Observer) {
         let forward = (self.t_end - self.t_start).signum();
         if !self.is_undefined && (stretch.t1 - self.summary.t) * forward > 0.0 {
             self.take(stretch, stretch.t1);

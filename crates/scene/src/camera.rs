@@ -1,0 +1,109 @@
+//! [`Camera`]: from the world to pixels, without perspective.
+
+use serde::Serialize;
+
+/// Looks at a point along a direction, without perspective: equal lengths stay equal.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub struct Camera {
+    /// What is in the middle of the picture, world, m.
+    pub centre: [f64; 3],
+    /// Pixels per metre.
+    pub scale: f64,
+    /// Rotation from the world to the view, its rows: right, up, towards the eye.
+    pub r_view_from_world: [[f64; 3]; 3],
+    /// Width and height of the picture, pixels.
+    pub size: [f64; 2],
+}
+
+/// Rows of the view along −z, with x to the right.
+const FROM_ABOVE: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+impl Camera {
+    /// The view of a planar mechanism: along −z.
+    pub fn planar(size: [f64; 2]) -> Self {
+        Self { centre: [0.0; 3], scale: 1.0, r_view_from_world: FROM_ABOVE, size }
+    }
+
+    /// A view of a spatial mechanism with z up: `azimuth` about z from the view along +y, `elevation`
+    /// above the horizon, rad.
+    pub fn spatial(size: [f64; 2], azimuth: f64, elevation: f64) -> Self {
+        let ((sin_a, cos_a), (sin_e, cos_e)) = (azimuth.sin_cos(), elevation.sin_cos());
+        let r_view_from_world = [
+            [cos_a, sin_a, 0.0],
+            [-sin_a * sin_e, cos_a * sin_e, cos_e],
+            [sin_a * cos_e, -cos_a * cos_e, sin_e],
+        ];
+        Self { centre: [0.0; 3], scale: 1.0, r_view_from_world, size }
+    }
+
+    /// A point of the world: pixels from the upper left corner, then metres towards the eye.
+    pub fn project(&self, p: [f64; 3]) -> [f64; 3] {
+        let d: [f64; 3] = std::array::from_fn(|i| p[i] - self.centre[i]);
+        let [x, y, z] =
+            self.r_view_from_world.map(|row| row[0] * d[0] + row[1] * d[1] + row[2] * d[2]);
+        let [width, height] = self.size;
+        [0.5 * width + self.scale * x, 0.5 * height - self.scale * y, z]
+    }
+
+    /// The point of the plane through the centre that is seen at a pixel.
+    pub fn unproject(&self, [x, y]: [f64; 2]) -> [f64; 3] {
+        let right = (x - 0.5 * self.size[0]) / self.scale;
+        let up = (0.5 * self.size[1] - y) / self.scale;
+        let [rows_x, rows_y, _] = self.r_view_from_world;
+        std::array::from_fn(|i| self.centre[i] + right * rows_x[i] + up * rows_y[i])
+    }
+
+    /// Puts all points into the picture, with a margin of this part of its size on every side.
+    #[must_use]
+    pub fn fitted(mut self, points: impl IntoIterator<Item = [f64; 3]>, margin: f64) -> Self {
+        self.centre = [0.0; 3];
+        let rows = self.r_view_from_world;
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for p in points.into_iter().filter(|p| p.iter().all(|x| x.is_finite())) {
+            for (axis, row) in rows.iter().enumerate() {
+                let x = row[0] * p[0] + row[1] * p[1] + row[2] * p[2];
+                (low[axis], high[axis]) = (low[axis].min(x), high[axis].max(x));
+            }
+        }
+        if low[0] > high[0] {
+            return self;
+        }
+        let middle: [f64; 3] = std::array::from_fn(|i| 0.5 * (low[i] + high[i]));
+        self.centre =
+            std::array::from_fn(|i| (0..3).map(|axis| middle[axis] * rows[axis][i]).sum());
+        let room = |axis: usize| {
+            let extent = high[axis] - low[axis];
+            self.size[axis] * (1.0 - 2.0 * margin) / extent.max(f64::MIN_POSITIVE)
+        };
+        let scale = room(0).min(room(1));
+        self.scale = if scale.is_finite() { scale } else { 1.0 };
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_fitted_lies_within_the_margin_and_unprojects_to_itself() {
+        for camera in [Camera::planar([400.0, 300.0]), Camera::spatial([400.0, 300.0], 0.6, 0.4)] {
+            let points = [[0.0, 1.0, 0.0], [2.0, -1.0, 0.5], [-1.0, 0.5, -0.5]];
+            let camera = camera.fitted(points, 0.1);
+            let seen = points.map(|p| camera.project(p));
+            let low = [0, 1].map(|i| seen.iter().fold(f64::INFINITY, |a, p| a.min(p[i])));
+            let high = [0, 1].map(|i| seen.iter().fold(f64::NEG_INFINITY, |a, p| a.max(p[i])));
+            assert!(low[0] > 39.9 && low[1] > 29.9 && high[0] < 360.1 && high[1] < 270.1);
+            // One of the two directions is filled.
+            assert!(
+                (high[0] - low[0] - 320.0).abs() < 1e-9 || (high[1] - low[1] - 240.0).abs() < 1e-9
+            );
+            let back = camera.project(camera.unproject([17.0, 250.0]));
+            assert!(
+                (back[0] - 17.0).abs() < 1e-9
+                    && (back[1] - 250.0).abs() < 1e-9
+                    && back[2].abs() < 1e-12
+            );
+        }
+    }
+}

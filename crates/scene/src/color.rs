@@ -1,0 +1,34 @@
+//! Colours.
+
+use serde::Serialize;
+
+/// A colour: red, green, blue, and opacity, sRGB, each 0 to 255, not multiplied.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize)]
+pub struct Color(pub [u8; 4]);
+
+impl Color {
+    /// An opaque colour from 0xRRGGBB.
+    pub const fn opaque(rgb: u32) -> Self {
+        let [_, r, g, b] = rgb.to_be_bytes();
+        Self([r, g, b, 255])
+    }
+
+    /// The same colour with another opacity, 0 to 1.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within 0 to 255")]
+    pub fn with_opacity(self, opacity: f32) -> Self {
+        let Self([r, g, b, _]) = self;
+        Self([r, g, b, (opacity.clamp(0.0, 1.0) * 255.0).round() as u8])
+    }
+
+    /// Opacity, 0 to 1.
+    pub fn opacity(self) -> f32 {
+        f32::from(self.0[3]) / 255.0
+    }
+
+    /// `#rrggbb`, without the opacity.
+    pub fn hex(self) -> String {
+        let Self([r, g, b, _]) = self;
+        format!("#{r:02x}{g:02x}{b:02x}")
+    }
+}

@@ -1,0 +1,26 @@
+//! Mechanisms as shapes: outlines and textbook symbols on bodies, cameras, themes, and pictures.
+//!
+//! ```text
+//! Model → Scene            shapes in the frames of their bodies, once
+//! Scene + poses → Picture  what a camera sees at one instant: regions, lines and words in pixels
+//! Picture → SVG
+//! ```
+//!
+//! A scene is what every way of showing a motion draws from: the window, films, pages, and the scene
+//! in a log. It knows no graphics card.
+
+mod camera;
+mod color;
+mod draw;
+mod from_model;
+mod picture;
+mod scene;
+mod span;
+mod theme;
+
+pub use camera::Camera;
+pub use color::Color;
+pub use draw::{Extras, picture};
+pub use picture::{Align, Item, Picture, Stroke};
+pub use scene::{Attached, Form, Marker, MarkerKind, Role, Scene, Shape, Span, SpanKind};
+pub use theme::{Paint, Theme};
