@@ -26,8 +26,8 @@ pub(crate) fn python(script: &Path, args: &[&str]) -> String {
     let interpreter = interpreter();
     assert!(
         interpreter.is_file(),
-        "there is no {}: make it with `python3 -m venv target/venv && target/venv/bin/pip install \
-         -r tests/requirements.txt`, or name an interpreter that has ezdxf in BKSIM_PYTHON",
+        "there is no {}: make it with `tests/setup.sh`, or name an interpreter that has the packages \
+         of tests/requirements.txt in BKSIM_PYTHON",
         interpreter.display()
     );
     // No bytecode beside the scripts: the working tree stays as it is.
