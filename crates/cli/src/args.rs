@@ -3,6 +3,8 @@
 pub(crate) mod cad;
 pub(crate) mod draw;
 pub(crate) mod edit;
+pub(crate) mod info;
+pub(crate) mod plot;
 
 use std::path::PathBuf;
 
@@ -36,6 +38,10 @@ pub(crate) enum Command {
     Solve(Solve),
     /// Write channels of a log as CSV or Parquet.
     Export(Export),
+    /// Tell what a log holds.
+    Info(info::Info),
+    /// Draw curves of runs, as SVG, PNG, PDF or text.
+    Plot(plot::Plot),
     /// Differentiate, simplify, solve, evaluate and typeset one expression.
     Expr(Expression),
     /// Read and write what is attached to drawings.

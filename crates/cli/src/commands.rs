@@ -7,5 +7,7 @@ pub(crate) mod equations;
 pub(crate) mod explain;
 pub(crate) mod export;
 pub(crate) mod expr;
+pub(crate) mod info;
 pub(crate) mod new;
+pub(crate) mod plot;
 pub(crate) mod solve;

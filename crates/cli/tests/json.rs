@@ -9,8 +9,8 @@ use common::{CRATE, Scratch, text};
 use serde_json::Value;
 
 /// Objects keyed by names of the model, written `a.*` in the page.
-const BY_NAME: [&str; 7] =
-    ["q", "v", "a", "lambda", "parameters", "options", "attachments[].values"];
+const BY_NAME: [&str; 8] =
+    ["q", "v", "a", "lambda", "parameters", "options", "results", "attachments[].values"];
 
 type Keys = BTreeMap<String, Vec<String>>;
 
@@ -119,6 +119,13 @@ fn the_page_lists_the_keys_that_are_printed() {
         "solve contacts.toml --t-end 1",
         "solve five-link.toml --t-end 0",
         "export parallelogram.mcap energy -o energy.csv",
+        "plot parallelogram.mcap",
+        "plot five-link.mcap parallelogram.mcap energy.work --x energy.total -o energy.svg",
+        "plot parallelogram.mcap state.nothing",
+        "info parallelogram.mcap",
+        "info contacts.mcap",
+        "info cut.mcap",
+        "info other.mcap",
         "cad mass slider-crank.dxf",
         "cad mass four-bar.dxf --body crank",
         "cad dist slider-crank.dxf",
@@ -139,6 +146,11 @@ fn the_page_lists_the_keys_that_are_printed() {
     ];
     let mut printed: BTreeMap<String, Keys> = BTreeMap::new();
     for command in commands {
+        if command == "info cut.mcap" {
+            let log = fs::read(place.path().join("parallelogram.mcap")).expect("a log");
+            place.write("cut.mcap", &log[..log.len() / 2]);
+            place.write("other.mcap", common::other_mcap());
+        }
         let output = place.run(&format!("{command} --json"));
         assert_eq!(text(&output.stderr), "", "{command}");
         let object: Value = serde_json::from_slice(&output.stdout).expect("one object");

@@ -8,7 +8,7 @@ use std::io::{Read, Write};
 #[cfg(feature = "parquet")]
 pub use parquet::to_parquet;
 
-use crate::{EndStatus, LogError, LogReader, Record, Selection};
+use crate::{EndStatus, LogError, LogReader, Record, Selection, Wanted};
 
 /// What an export came to.
 #[derive(Clone, PartialEq, Debug)]
@@ -50,12 +50,16 @@ fn io_error(error: csv::Error) -> LogError {
     LogError::Io(error.into())
 }
 
-/// Joins the samples of one time to rows and hands them to `put`, with one cell per column.
+/// Joins the samples of one time to rows and hands them to `put`, with one cell per column; topics
+/// of which nothing is selected are passed over.
 ///
 /// The writer lets no time run back, so the samples of one time stand next to each other. A topic
 /// that is sampled twice at one time, before and after an event, makes two rows.
-pub(crate) fn rows<R: Read>(
-    mut log: LogReader<R>,
+///
+/// # Errors
+/// As [`LogReader::next_record`], and those of `put`.
+pub fn rows<R: Read>(
+    log: LogReader<R>,
     selection: &Selection,
     mut put: impl FnMut(f64, &[Option<f64>]) -> Result<(), LogError>,
 ) -> Result<Exported, LogError> {
@@ -64,6 +68,13 @@ pub(crate) fn rows<R: Read>(
     for (column_idx, column) in selection.columns().iter().enumerate() {
         columns_of[column.topic.0].push((column.field_idx, column_idx));
     }
+    let mut wanted = Wanted::default();
+    for column in selection.columns() {
+        if !wanted.topics.contains(&column.topic) {
+            wanted.topics.push(column.topic);
+        }
+    }
+    let mut log = log.only(&wanted);
     let mut cells = vec![None; selection.columns().len()];
     let mut row_t: Option<f64> = None;
     let mut n_rows = 0;

@@ -61,6 +61,8 @@ pub use header::{
     EndStatus, Field, Header, LOG_TOPIC, Level, MOTION_TOPIC, Note, Outcome, Quantity, Segment,
     Topic, TopicId,
 };
-pub use read::{Log, LogReader, Record, Series};
+pub use read::{
+    Contents, ForeignTopic, Log, LogReader, Record, Series, Survey, TopicCount, Wanted,
+};
 pub use select::{Column, Selection};
 pub use write::LogWriter;

@@ -1,6 +1,7 @@
 //! Reading a log: record by record, or whole.
 
 mod prologue;
+mod survey;
 
 use std::{collections::BTreeMap, io::Read};
 
@@ -14,6 +15,7 @@ use crate::{
     wire::{self, Fields, Malformed, Value},
 };
 use prologue::Prologue;
+pub use survey::{Contents, ForeignTopic, Survey, TopicCount};
 
 /// One record of a run.
 #[derive(Clone, PartialEq, Debug)]
@@ -31,6 +33,22 @@ pub enum Record<'a> {
     Note(Note),
     /// The motion over a step.
     Segment(&'a Segment),
+}
+
+/// Which records a reader makes: see [`LogReader::only`].
+#[derive(Clone, PartialEq, Eq, Default, Debug)]
+pub struct Wanted {
+    /// Samples of these topics.
+    pub topics: Vec<TopicId>,
+    /// Lines of the topic `/log`.
+    pub notes: bool,
+    /// Segments of the motion.
+    pub motion: bool,
+}
+
+impl Wanted {
+    /// Segments of the motion alone.
+    pub const MOTION: Wanted = Wanted { topics: Vec::new(), notes: false, motion: true };
 }
 
 /// Reads a log from any stream of bytes with bounded memory, checking every checksum.
@@ -103,6 +121,30 @@ impl<R: Read> LogReader<R> {
         self.checkpoint.as_deref().filter(|_| self.frames.state() == State::Complete)
     }
 
+    /// The same reader, passing over everything that is not wanted: its bytes are checked, but not
+    /// made into records. The end and the checkpoint are known all the same.
+    ///
+    /// ```
+    /// # use bksim_log::{EndStatus, Field, Header, LogReader, LogWriter, Outcome, Topic, Wanted};
+    /// # let mut header = Header::new("pendulum", "toml", "", "0.1.0");
+    /// # let state = header.add_topic(Topic::new("/state", [Field::new("angle", "rad", "")]));
+    /// # let mut writer = LogWriter::create(Vec::new(), &header)?;
+    /// # writer.write(state, 0.0, &[0.5])?;
+    /// # let bytes = writer.finish(&EndStatus::new(Outcome::ReachedEnd, 0.1, ""))?;
+    /// let mut motion = LogReader::open(&bytes[..])?.only(&Wanted::MOTION);
+    /// assert_eq!(motion.next_record()?, None);
+    /// # Ok::<(), bksim_log::LogError>(())
+    /// ```
+    #[must_use]
+    pub fn only(mut self, wanted: &Wanted) -> LogReader<R> {
+        self.decoders.retain(|_, decoder| match decoder {
+            Decoder::Sample { topic, .. } => wanted.topics.contains(topic),
+            Decoder::Note => wanted.notes,
+            Decoder::Segment => wanted.motion,
+        });
+        self
+    }
+
     /// The next sample or note, in the order they were written; `None` at the end of the data.
     ///
     /// # Errors
@@ -156,12 +198,11 @@ fn metadata(body: &[u8]) -> Result<Metadata, LogError> {
     }
 }
 
+/// Channel and data of a message. In between are its number (u32) and two times (u64).
 fn message(body: &[u8]) -> Result<(u16, &[u8]), LogError> {
-    match mcap::parse_record(op::MESSAGE, body)? {
-        // The record borrows `body`, but hides that in a `Cow`: 22 bytes are the message header.
-        records::Record::Message { header, .. } => Ok((header.channel_id, &body[22..])),
-        _ => Err(LogError::damaged("a message is none")),
-    }
+    let split = body.split_first_chunk::<2>().zip(body.get(2 + 4 + 8 + 8..));
+    let ((channel_id, _), data) = split.ok_or_else(|| LogError::damaged("a message is none"))?;
+    Ok((u16::from_le_bytes(*channel_id), data))
 }
 
 /// Fills `values` and returns the time.

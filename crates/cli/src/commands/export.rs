@@ -38,6 +38,11 @@ pub(crate) fn run(args: &Export, as_json: bool) -> Result<Status, Failure> {
         return Ok(Status::Done);
     };
 
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    if !["csv", "parquet"].iter().any(|known| ending.eq_ignore_ascii_case(known)) {
+        let message = format!("`{}` has no ending that names a table", path.display());
+        return Err(Failure::usage(message, "end the name with .csv or .parquet"));
+    }
     let is_parquet = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("parquet"));
     if path.exists() && !args.force {
         let help = Some("add --force to overwrite it".to_owned());

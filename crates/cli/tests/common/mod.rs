@@ -54,3 +54,25 @@ impl Drop for Scratch {
 pub(crate) fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
+
+/// An MCAP file of some other program, with one topic of two messages.
+pub(crate) fn other_mcap() -> Vec<u8> {
+    let options = mcap::WriteOptions::new().profile("ros2").library("some writer");
+    let mut writer = options.create(std::io::Cursor::new(Vec::new())).expect("a writer");
+    let schema = writer.add_schema("demo.Chatter", "jsonschema", b"{}").expect("a schema");
+    let channel =
+        writer.add_channel(schema, "/chatter", "json", &std::collections::BTreeMap::new());
+    let channel_id = channel.expect("a channel");
+    for sequence in 0..2 {
+        let time = u64::from(sequence);
+        let header = mcap::records::MessageHeader {
+            channel_id,
+            sequence,
+            log_time: time,
+            publish_time: time,
+        };
+        writer.write_to_known_channel(&header, b"{}").expect("a message");
+    }
+    writer.finish().expect("an end");
+    writer.into_inner().into_inner()
+}

@@ -1,0 +1,12 @@
+//! What `bksim info` takes.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+/// What a log holds: its model, options and channels, and how its run ended.
+#[derive(Args, Debug)]
+pub(crate) struct Info {
+    /// The log; any MCAP file will do.
+    pub(crate) log: PathBuf,
+}

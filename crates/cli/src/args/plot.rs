@@ -1,0 +1,66 @@
+//! What `bksim plot` takes.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+/// Curves of runs. Names of logs and of channels may stand in any order, the first log first.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Plot {
+    /// Logs, and channels of them: `state.A_angle`, a whole topic `energy`, or a pattern
+    /// `reactions.*.fx`. An overview if there are no channels.
+    #[arg(required = true, value_name = "LOG|CHANNEL")]
+    pub(crate) what: Vec<String>,
+    /// Draw over this channel in place of the time.
+    #[arg(long, value_name = "CHANNEL")]
+    pub(crate) x: Option<String>,
+    /// Draw from this time on, s.
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub(crate) from: Option<f64>,
+    /// Draw up to this time, s.
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub(crate) to: Option<f64>,
+    /// The picture; its ending chooses the format (.svg, .png, .pdf). Text on standard output if
+    /// none.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Width and height: pixels of a PNG, of 1/96 inch otherwise.
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub(crate) size: Option<(f64, f64)>,
+    /// Colours of the picture.
+    #[arg(long, value_enum, default_value_t = PlotTheme::Light)]
+    pub(crate) theme: PlotTheme,
+    /// Title of the picture; the model's name unless given.
+    #[arg(long, value_name = "TEXT")]
+    pub(crate) title: Option<String>,
+    /// Logarithms of the ordinates; what has none is left out.
+    #[arg(long)]
+    pub(crate) log_y: bool,
+    /// Overwrite an existing file.
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+/// Colours of the picture.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub(crate) enum PlotTheme {
+    /// On white.
+    Light,
+    /// On near black.
+    Dark,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  bksim plot run.mcap
+  bksim plot run.mcap energy -o energy.svg
+  bksim plot run.mcap state.A_angle_dot --x state.A_angle -o phase.pdf
+  bksim plot coarse.mcap fine.mcap energy.total --from 1 --to 2";
+
+fn size(text: &str) -> Result<(f64, f64), String> {
+    let side = |text: &str| text.parse::<u16>().ok().map(f64::from);
+    let sides = text.split_once(['x', 'X', '×']);
+    let sides = sides.and_then(|(width, height)| side(width).zip(side(height)));
+    sides.ok_or_else(|| "expected a width and a height, such as 1200x800".to_owned())
+}

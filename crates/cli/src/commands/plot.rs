@@ -1,0 +1,204 @@
+//! `bksim plot`: curves of runs as pictures.
+
+mod choose;
+mod compose;
+mod curves;
+
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use bksim::log::{LogError, Selection};
+use bksim_plot::{Format, PlotError, Screen, Size, Theme};
+use serde_json::{Value, json};
+
+use crate::args::plot::{Plot, PlotTheme};
+use crate::exit::{Failure, Status};
+use crate::output;
+use crate::render;
+use choose::{Plan, Quantity};
+use compose::{Drawing, Plotted};
+use curves::{Run, Wish};
+
+/// Columns where there is no terminal.
+const TEXT_WIDTH: u16 = 100;
+/// Rows of a panel in text.
+const PANEL_HEIGHT: u16 = 18;
+
+pub(crate) fn run(args: &Plot, as_json: bool) -> Result<Status, Failure> {
+    let (paths, patterns) = logs_and_channels(&args.what)?;
+    let format = args.output.as_deref().map(|path| format_of(path, &paths, args.force));
+    let format = format.transpose()?;
+    let span = [args.from.unwrap_or(f64::NEG_INFINITY), args.to.unwrap_or(f64::INFINITY)];
+    if span[0].partial_cmp(&span[1]) != Some(std::cmp::Ordering::Less) {
+        return Err(Failure::usage(
+            "there is no time from --from to --to",
+            "--from is the earlier",
+        ));
+    }
+    let mut runs = Vec::new();
+    for path in &paths {
+        runs.push(Run::open(path).map_err(|e| bad_log(path, &e))?);
+    }
+    let headers: Vec<_> = runs.iter().map(|run| &run.header).collect();
+    let first = &paths[0];
+    let plan = if patterns.is_empty() {
+        Plan::overview(headers[0], runs.len())
+    } else {
+        Plan::named(&headers, &patterns).map_err(|e| bad_log(first, &e))?
+    };
+    let x = args.x.as_ref().map(|name| abscissa(name, &runs[0])).transpose()?;
+
+    // The curves.
+    let wish = Wish { quantities: plan.quantities().collect(), x: x.as_ref(), span };
+    let mut drawn = Vec::new();
+    for run in &mut runs {
+        let curves = run.curves(&wish);
+        drawn.push(curves.map_err(|e| bad_log(&run.path, &e))?);
+    }
+    let drawing = Drawing { runs: &runs, plan: &plan, x: x.as_ref(), drawn: &drawn };
+    let plotted = drawing.plotted(args.title.as_deref(), args.log_y);
+    if plotted.n_values() == 0 {
+        let what = "has no values of these channels in this time".to_owned();
+        let help = Some(format!("`bksim info {}` lists what it holds", first.display()));
+        return Err(Failure::Input { path: first.clone(), what, help });
+    }
+    if !as_json {
+        warn(&runs);
+    }
+    write(args, format, &plotted)?;
+    if as_json {
+        output::json("plot", report(args, format, &runs, &plotted))?;
+    } else if let Some(path) = &args.output {
+        output::text(&format!("wrote {}: {}", path.display(), plotted.summary()))?;
+    } else {
+        let theme = Screen {
+            width: terminal_size::terminal_size().map_or(TEXT_WIDTH, |(width, _)| width.0),
+            panel_height: PANEL_HEIGHT,
+            has_colors: true,
+        };
+        let text = plotted.figure.to_text(theme);
+        let left_out = plotted.left_out().map(|words| format!("\n{words}")).unwrap_or_default();
+        output::text(&format!("{}{left_out}", text.trim_end()))?;
+    }
+    Ok(Status::Done)
+}
+
+/// What stands on the command line, sorted: files that are there or end as logs do, and the rest.
+fn logs_and_channels(what: &[String]) -> Result<(Vec<PathBuf>, Vec<String>), Failure> {
+    let is_log = |text: &String| {
+        let path = Path::new(text);
+        let ending = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"));
+        ending || begins_as_log(path)
+    };
+    // The first is a log, or was meant to be one.
+    let (first, rest) = what.split_first().ok_or_else(|| {
+        Failure::usage("there is no log to draw", "name one: `bksim plot run.mcap`")
+    })?;
+    let (logs, channels): (Vec<&String>, Vec<&String>) = rest.iter().partition(|text| is_log(text));
+    let paths = std::iter::once(first).chain(logs).map(PathBuf::from).collect();
+    Ok((paths, channels.into_iter().cloned().collect()))
+}
+
+fn begins_as_log(path: &Path) -> bool {
+    let mut magic = [0; 8];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut magic));
+    read.is_ok() && magic == *b"\x89MCAP0\r\n"
+}
+
+/// The format that a name asks for; refuses names that cannot be written.
+fn format_of(path: &Path, read: &[PathBuf], force: bool) -> Result<Format, Failure> {
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    let format = match ending.to_ascii_lowercase().as_str() {
+        "svg" => Format::Svg,
+        "png" => Format::Png,
+        "pdf" => Format::Pdf,
+        _ => {
+            let message = format!("`{}` has no ending that names a picture", path.display());
+            return Err(Failure::usage(message, "end the name with .svg, .png or .pdf"));
+        }
+    };
+    let own = path.canonicalize().ok();
+    if own.is_some() && read.iter().any(|other| other.canonicalize().ok() == own) {
+        let what = "is read by this command; nothing was written".to_owned();
+        return Err(Failure::file(path, what, Some("name another file with -o".to_owned())));
+    }
+    if path.exists() && !force {
+        let help = Some("add --force to overwrite it".to_owned());
+        return Err(Failure::file(path, "exists already; nothing was written".to_owned(), help));
+    }
+    Ok(format)
+}
+
+/// The channel of the abscissa, which is one.
+fn abscissa(name: &str, run: &Run) -> Result<Quantity, Failure> {
+    let selection = Selection::new(&run.header, [name]).map_err(|e| bad_log(&run.path, &e))?;
+    match selection.columns() {
+        [column] => Ok(Quantity::channel(column, true)),
+        columns => Err(Failure::usage(
+            format!("`--x {name}` names {} channels", columns.len()),
+            "name one of them",
+        )),
+    }
+}
+
+fn write(args: &Plot, format: Option<Format>, plotted: &Plotted) -> Result<(), Failure> {
+    let Some((path, format)) = args.output.as_ref().zip(format) else { return Ok(()) };
+    let theme = match args.theme {
+        PlotTheme::Light => Theme::LIGHT,
+        PlotTheme::Dark => Theme::DARK,
+    };
+    let size = args.size.map(|(width, height)| Size { width, height });
+    let bytes = plotted.figure.render(format, size, &theme).map_err(|error| match error {
+        PlotError::Size { .. } => Failure::usage(error.to_string(), "choose another --size"),
+        other => Failure::file(path, format!("cannot be drawn: {other}"), None),
+    })?;
+    fs::write(path, bytes).map_err(|e| Failure::writing(path, &e))
+}
+
+fn warn(runs: &[Run]) {
+    for run in runs {
+        let path = run.path.display();
+        if !run.is_complete {
+            render::warning(&format!("`{path}` was cut off before its run ended"));
+        }
+        if let Some(why) = &run.coarse_because {
+            render::warning(&format!("`{path}` is drawn through its samples alone: {why}"));
+        }
+    }
+}
+
+fn report(args: &Plot, format: Option<Format>, runs: &[Run], plotted: &Plotted) -> Value {
+    let logs = runs.iter().map(|run| {
+        json!({
+            "log": run.path.display().to_string(),
+            "model": run.header.model_name,
+            "complete": run.is_complete,
+        })
+    });
+    json!({
+        "output": args.output.as_ref().map(|path| path.display().to_string()),
+        "format": format.map_or("text", |format| match format {
+            Format::Svg => "svg",
+            Format::Png => "png",
+            Format::Pdf => "pdf",
+        }),
+        "title": plotted.figure.title,
+        "x": args.x,
+        "runs": logs.collect::<Vec<_>>(),
+        "panels": plotted.panels_json(runs),
+        "left_out": plotted.n_left_out,
+    })
+}
+
+fn bad_log(path: &Path, error: &LogError) -> Failure {
+    let what = format!("cannot be drawn: {error}");
+    match error {
+        LogError::UnknownChannel { .. } => Failure::usage(
+            format!("`{}` {what}", path.display()),
+            &format!("`bksim info {}` lists the channels", path.display()),
+        ),
+        LogError::Io(error) => Failure::reading(path, error),
+        _ => Failure::Input { path: path.to_owned(), what, help: None },
+    }
+}

@@ -1,0 +1,167 @@
+//! Which curves to draw, in which panels.
+
+use bksim::log::{Column, Header, LogError, Selection};
+
+/// Panels of a figure at most, and curves of one.
+pub(super) const MAX_PANELS: usize = 6;
+pub(super) const MAX_CURVES: usize = 12;
+/// Curves of a panel of an overview at most.
+const OVERVIEW_CURVES: usize = 6;
+
+/// A number at every instant: a channel, or the size of a vector of several.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Quantity {
+    /// The channel, or what the vector's channels begin with.
+    pub(super) name: String,
+    pub(super) unit: String,
+    pub(super) channels: Vec<String>,
+    /// Whether it was named itself, not matched by a pattern.
+    pub(super) is_named: bool,
+}
+
+/// Quantities of one unit.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct PanelPlan {
+    /// What they are, if something better than the unit's usual word is known.
+    pub(super) label: Option<String>,
+    pub(super) unit: String,
+    pub(super) quantities: Vec<Quantity>,
+}
+
+/// The panels, and how many quantities were left out.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub(super) struct Plan {
+    pub(super) panels: Vec<PanelPlan>,
+    pub(super) n_left_out: usize,
+}
+
+impl Quantity {
+    pub(super) fn channel(column: &Column, is_named: bool) -> Self {
+        let Column { name, unit, .. } = column;
+        let (name, unit) = (name.clone(), unit.clone());
+        Self { channels: vec![name.clone()], name, unit, is_named }
+    }
+}
+
+impl Plan {
+    /// The quantities that the patterns name, in panels by their units.
+    ///
+    /// # Errors
+    /// [`LogError::UnknownChannel`] for the first pattern that matches nothing in any log.
+    pub(super) fn named(headers: &[&Header], patterns: &[String]) -> Result<Self, LogError> {
+        let mut quantities: Vec<Quantity> = Vec::new();
+        for pattern in patterns {
+            let mut unknown = None;
+            let mut is_known = false;
+            for header in headers {
+                match Selection::new(header, [pattern]) {
+                    Err(error) => {
+                        unknown.get_or_insert(error);
+                    }
+                    Ok(selection) => {
+                        is_known = true;
+                        let dotted = pattern.trim_start_matches('/').replace('/', ".");
+                        for column in selection.columns() {
+                            if !quantities.iter().any(|known| known.name == column.name) {
+                                let is_named = column.name == dotted;
+                                quantities.push(Quantity::channel(column, is_named));
+                            }
+                        }
+                    }
+                }
+            }
+            if let Some(unknown) = unknown.filter(|_| !is_known) {
+                return Err(unknown);
+            }
+        }
+        let mut plan = Self::default();
+        for quantity in quantities {
+            let panel = plan.panels.iter_mut().find(|panel| panel.unit == quantity.unit);
+            match panel {
+                Some(panel) => panel.quantities.push(quantity),
+                None => plan.panels.push(PanelPlan {
+                    label: None,
+                    unit: quantity.unit.clone(),
+                    quantities: vec![quantity],
+                }),
+            }
+        }
+        let beyond = plan.panels.split_off(plan.panels.len().min(MAX_PANELS));
+        plan.n_left_out = beyond.iter().map(|panel| panel.quantities.len()).sum();
+        let most = (MAX_CURVES / headers.len().max(1)).max(1);
+        plan.keep(most);
+        Ok(plan)
+    }
+
+    /// Coordinates and rates, energies, and efforts of drives or sizes of reactions.
+    pub(super) fn overview(header: &Header, n_runs: usize) -> Self {
+        let all = Selection::all(header);
+        let of = |topic: &str, unit: &str, names: &[&str]| {
+            let prefix = format!("{topic}.");
+            let is_of = |column: &&Column| {
+                column.unit == unit
+                    && column.name.strip_prefix(&prefix).is_some_and(|name| {
+                        !name.contains('.') && (names.is_empty() || names.contains(&name))
+                    })
+            };
+            let columns = all.columns().iter().filter(is_of);
+            columns.map(|column| Quantity::channel(column, true)).collect::<Vec<_>>()
+        };
+        let mut plan = Self::default();
+        let mut add = |label: Option<&str>, unit: &str, quantities: Vec<Quantity>| {
+            let is_there = !quantities.is_empty();
+            if is_there {
+                let (label, unit) = (label.map(str::to_owned), unit.to_owned());
+                plan.panels.push(PanelPlan { label, unit, quantities });
+            }
+            is_there
+        };
+        for unit in ["rad", "m", "rad/s", "m/s"] {
+            add(None, unit, of("state", unit, &[]));
+        }
+        add(None, "J", of("energy", "J", &["kinetic", "potential", "total"]));
+        let is_driven = add(Some("Effort of drives"), "N*m", of("drives", "N*m", &[]))
+            || add(Some("Effort of drives"), "N", of("drives", "N", &[]));
+        if !is_driven {
+            add(Some("Reaction force"), "N", reactions(header));
+        }
+        plan.panels.truncate(MAX_PANELS);
+        plan.keep((OVERVIEW_CURVES / n_runs.max(1)).max(1));
+        plan
+    }
+
+    /// Keeps that many quantities of each panel, spread evenly over all.
+    fn keep(&mut self, most: usize) {
+        for panel in &mut self.panels {
+            let n = panel.quantities.len();
+            if n <= most {
+                continue;
+            }
+            self.n_left_out += n - most;
+            let mut chosen = (0..most).map(|k| k * (n - 1) / (most - 1).max(1)).collect::<Vec<_>>();
+            chosen.dedup();
+            let mut place = 0;
+            panel.quantities.retain(|_| {
+                place += 1;
+                chosen.contains(&(place - 1))
+            });
+        }
+    }
+
+    /// All quantities.
+    pub(super) fn quantities(&self) -> impl Iterator<Item = &Quantity> {
+        self.panels.iter().flat_map(|panel| &panel.quantities)
+    }
+}
+
+/// The size of the force of each joint.
+fn reactions(header: &Header) -> Vec<Quantity> {
+    let topics = header.topics.iter().filter(|topic| topic.name.starts_with("/reactions/"));
+    let size = |topic: &bksim::log::Topic| {
+        let forces = topic.fields.iter().filter(|field| ["fx", "fy", "fz"].contains(&&*field.name));
+        let channels: Vec<String> = forces.map(|field| topic.column_name(field)).collect();
+        let name = topic.name.trim_start_matches('/').replace('/', ".");
+        Quantity { name, unit: "N".to_owned(), channels, is_named: true }
+    };
+    topics.map(size).filter(|quantity| !quantity.channels.is_empty()).collect()
+}

@@ -1,0 +1,230 @@
+//! From curves to a figure: names, titles, colours.
+
+use bksim_plot::{Axis, Curve, Figure, Panel, Scale};
+use serde_json::{Value, json};
+
+use super::choose::{PanelPlan, Plan, Quantity};
+use super::curves::{Drawn, Run};
+
+/// What was read.
+pub(super) struct Drawing<'a> {
+    pub(super) runs: &'a [Run],
+    pub(super) plan: &'a Plan,
+    pub(super) x: Option<&'a Quantity>,
+    /// For each run, a curve for each quantity of the plan.
+    pub(super) drawn: &'a [Vec<Option<Drawn>>],
+}
+
+/// A figure, with what its curves are.
+pub(super) struct Plotted {
+    pub(super) figure: Figure,
+    pub(super) n_left_out: usize,
+    /// Curves that are zero from end to end and were not named.
+    n_zero: usize,
+    /// For each panel, its curves.
+    curves: Vec<Vec<Told>>,
+}
+
+/// What is told of a curve.
+struct Told {
+    channel: String,
+    run: usize,
+    unit: String,
+    n_values: u64,
+    range: Option<[f64; 2]>,
+    is_dense: bool,
+}
+
+/// Words for what is measured in a unit.
+const WORDS: [(&str, &str); 14] = [
+    ("rad", "Angle"),
+    ("rad/s", "Angular velocity"),
+    ("rad/s^2", "Angular acceleration"),
+    ("m", "Position"),
+    ("m/s", "Velocity"),
+    ("m/s^2", "Acceleration"),
+    ("N", "Force"),
+    ("N*m", "Moment"),
+    ("J", "Energy"),
+    ("W", "Power"),
+    ("s", "Time"),
+    ("kg", "Mass"),
+    ("N/m", "Stiffness"),
+    ("", "Number"),
+];
+
+impl Drawing<'_> {
+    pub(super) fn plotted(&self, title: Option<&str>, log_y: bool) -> Plotted {
+        let mut plotted = Plotted {
+            figure: Figure::new(&self.title(title), Vec::new()),
+            n_left_out: self.plan.n_left_out,
+            n_zero: 0,
+            curves: Vec::new(),
+        };
+        let is_zero = |drawn: &Drawn| drawn.range == Some([0.0; 2]);
+        // Where everything is zero, that is what there is to see.
+        let has_more = self.drawn.iter().flatten().flatten().any(|drawn| !is_zero(drawn));
+        let mut first = 0;
+        for plan in &self.plan.panels {
+            let places = first..first + plan.quantities.len();
+            first = places.end;
+            let mut curves = Vec::new();
+            for (quantity, place) in plan.quantities.iter().zip(places) {
+                let of_runs = self.drawn.iter().enumerate();
+                let found: Vec<_> = of_runs
+                    .filter_map(|(run, drawn)| Some((run, quantity, drawn[place].as_ref()?)))
+                    .collect();
+                if has_more && !quantity.is_named && found.iter().all(|(.., drawn)| is_zero(drawn))
+                {
+                    plotted.n_zero += found.len();
+                } else {
+                    curves.push(found);
+                }
+            }
+            curves.retain(|found| !found.is_empty());
+            if !curves.is_empty() {
+                let (panel, told) = self.panel(plan, &curves, log_y);
+                plotted.figure.panels.push(panel);
+                plotted.curves.push(told);
+            }
+        }
+        plotted
+    }
+
+    fn title(&self, given: Option<&str>) -> String {
+        if let Some(title) = given {
+            return title.to_owned();
+        }
+        let mut names: Vec<&str> = Vec::new();
+        for run in self.runs {
+            if !names.contains(&run.header.model_name.as_str()) {
+                names.push(&run.header.model_name);
+            }
+        }
+        names.join(", ")
+    }
+
+    /// A panel of curves, those of one quantity together.
+    fn panel(
+        &self,
+        plan: &PanelPlan,
+        curves: &[Vec<(usize, &Quantity, &Drawn)>],
+        log_y: bool,
+    ) -> (Panel, Vec<Told>) {
+        let is_one = curves.len() == 1;
+        let mut drawn_curves = Vec::new();
+        let mut told = Vec::new();
+        for (number, found) in curves.iter().enumerate() {
+            for (run, quantity, drawn) in found {
+                let short = self.short(quantity);
+                let name = match (self.runs.len(), is_one) {
+                    (1, _) => short,
+                    (_, true) => self.run_name(*run),
+                    (_, false) => format!("{short}, {}", self.run_name(*run)),
+                };
+                // Colours tell quantities apart and dashes runs, or colours the runs of one.
+                let (color, dash) = match (self.runs.len(), is_one) {
+                    (1, _) => (number, number / 6),
+                    (_, true) => (*run, *run / 6),
+                    (_, false) => (number, *run),
+                };
+                drawn_curves.push(Curve { name, points: drawn.points.clone(), color, dash });
+                told.push(Told {
+                    channel: quantity.name.clone(),
+                    run: *run,
+                    unit: quantity.unit.clone(),
+                    n_values: drawn.n_values,
+                    range: drawn.range,
+                    is_dense: drawn.is_dense,
+                });
+            }
+        }
+        let x = match self.x {
+            None => Axis::new("Time", "s"),
+            Some(x) => Axis::new(&self.short(x), &x.unit),
+        };
+        let label = match curves {
+            [one] => one.first().map(|(_, quantity, _)| self.short(quantity)),
+            _ => plan.label.clone(),
+        };
+        let words = || {
+            let known = WORDS.iter().find(|(unit, _)| *unit == plan.unit);
+            known.map_or("Value", |(_, words)| words).to_owned()
+        };
+        let mut y = Axis::new(&label.unwrap_or_else(words), &plan.unit);
+        y.scale = if log_y { Scale::Logarithmic } else { Scale::Linear };
+        let is_path = self.x.is_some_and(|x| x.unit == "m") && plan.unit == "m" && !log_y;
+        (Panel { x, y, curves: drawn_curves, equal_scale: is_path }, told)
+    }
+
+    /// The name without its topic, unless that makes two names one: `state.theta1` as `theta1`.
+    fn short(&self, quantity: &Quantity) -> String {
+        fn last(name: &str) -> &str {
+            name.split_once('.').map_or(name, |(_, rest)| rest)
+        }
+        let own = last(&quantity.name);
+        let all = self.plan.quantities().chain(self.x);
+        let is_double =
+            all.into_iter().any(|other| other.name != quantity.name && last(&other.name) == own);
+        if is_double { quantity.name.clone() } else { own.to_owned() }
+    }
+
+    /// The name of the file without its ending, or with its directory where two have one name.
+    fn run_name(&self, run: usize) -> String {
+        let stem = |run: &Run| run.path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+        let own = stem(&self.runs[run]);
+        let is_double =
+            self.runs.iter().enumerate().any(|(other, of)| other != run && stem(of) == own);
+        let path = || self.runs[run].path.display().to_string();
+        own.filter(|_| !is_double).unwrap_or_else(path)
+    }
+}
+
+impl Plotted {
+    pub(super) fn n_values(&self) -> usize {
+        self.figure.panels.iter().flat_map(|panel| &panel.curves).map(|c| c.points.len()).sum()
+    }
+
+    /// `3 panels, 12 curves`, and what was left out.
+    pub(super) fn summary(&self) -> String {
+        let plural = |n: usize, word: &str| format!("{n} {word}{}", if n == 1 { "" } else { "s" });
+        let n_curves = self.curves.iter().map(Vec::len).sum();
+        let panels = plural(self.figure.panels.len(), "panel");
+        let words = format!("{panels}, {}", plural(n_curves, "curve"));
+        self.left_out().map_or_else(|| words.clone(), |more| format!("{words}; {more}"))
+    }
+
+    pub(super) fn left_out(&self) -> Option<String> {
+        let more = format!("{} more channels were left out: name those to see", self.n_left_out);
+        let zero = format!("{} curves that stay zero were left out", self.n_zero);
+        match (self.n_left_out, self.n_zero) {
+            (0, 0) => None,
+            (_, 0) => Some(more),
+            (0, _) => Some(zero),
+            _ => Some(format!("{more}; {zero}")),
+        }
+    }
+
+    pub(super) fn panels_json(&self, runs: &[Run]) -> Vec<Value> {
+        let curve = |told: &Told| {
+            json!({
+                "channel": told.channel,
+                "log": runs[told.run].path.display().to_string(),
+                "unit": told.unit,
+                "values": told.n_values,
+                "from": if told.is_dense { "motion" } else { "samples" },
+                "smallest": told.range.map(|[low, _]| low),
+                "largest": told.range.map(|[_, high]| high),
+            })
+        };
+        let panels = self.figure.panels.iter().zip(&self.curves);
+        let panel = |(panel, told): (&Panel, &Vec<Told>)| {
+            json!({
+                "label": panel.y.label,
+                "unit": panel.y.unit,
+                "curves": told.iter().map(curve).collect::<Vec<_>>(),
+            })
+        };
+        panels.map(panel).collect()
+    }
+}

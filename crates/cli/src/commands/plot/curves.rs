@@ -1,0 +1,341 @@
+//! From a log to curves, in one sweep and constant memory.
+//!
+//! Where samples are denser than pixels, they are drawn, thinned so that no peak is lost. Where they
+//! are sparser, the motion between them is: all that has a value at every instant is computed at
+//! the pixels' own times, and on both sides of an instant at which the motion jumps.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+use bksim::log::export::rows;
+use bksim::log::{Header, LogError, LogReader, Record, Selection, Wanted};
+use bksim::mbs::run::{Replay, Sample, Segment};
+use bksim::playback::RunLog;
+use bksim::record::{Channels, Signal};
+use bksim_plot::{Envelope, Point, Trace};
+
+use super::choose::Quantity;
+
+/// Instants at which the motion is computed: a few more than a picture has pixels.
+const N_INSTANTS: usize = 1200;
+/// A coordinate that differs by more between two segments jumps, relative to its size.
+const JUMP: f64 = 1e-6;
+
+/// A log to draw.
+pub(super) struct Run {
+    pub(super) path: PathBuf,
+    pub(super) header: Header,
+    /// Whether its end was read; known after [`Run::curves`].
+    pub(super) is_complete: bool,
+    /// Why its curves join samples where they could be finer.
+    pub(super) coarse_because: Option<String>,
+}
+
+/// Values of a quantity along a run.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Drawn {
+    pub(super) points: Vec<Point>,
+    /// Values that were read or computed.
+    pub(super) n_values: u64,
+    /// The smallest and the largest.
+    pub(super) range: Option<[f64; 2]>,
+    /// Whether they were computed from the motion between samples.
+    pub(super) is_dense: bool,
+}
+
+/// What to draw of a run.
+pub(super) struct Wish<'a> {
+    pub(super) quantities: Vec<&'a Quantity>,
+    /// The abscissa; the time if none.
+    pub(super) x: Option<&'a Quantity>,
+    /// First and last time, s; may be infinite.
+    pub(super) span: [f64; 2],
+}
+
+fn open(path: &Path) -> Result<LogReader<BufReader<File>>, LogError> {
+    LogReader::open(BufReader::with_capacity(1 << 18, File::open(path)?))
+}
+
+impl Run {
+    pub(super) fn open(path: &Path) -> Result<Self, LogError> {
+        let header = open(path)?.header().clone();
+        Ok(Self { path: path.to_owned(), header, is_complete: false, coarse_because: None })
+    }
+
+    /// The curves of the quantities, in their order; none for one that the run does not have.
+    pub(super) fn curves(&mut self, wish: &Wish<'_>) -> Result<Vec<Option<Drawn>>, LogError> {
+        let mut sampled = self.sampled(wish)?;
+        let is_dense = |pen: &Pen| pen.n_values > N_INSTANTS as u64;
+        if sampled.pens.iter().flatten().any(|pen| !is_dense(pen)) {
+            if let Err(why) = self.computed(wish, &mut sampled) {
+                self.coarse_because = Some(why);
+            }
+        }
+        Ok(sampled.pens.into_iter().map(|pen| pen.map(Pen::into_drawn)).collect())
+    }
+
+    /// Curves through the samples.
+    fn sampled(&mut self, wish: &Wish<'_>) -> Result<Sampled, LogError> {
+        let all = Selection::all(&self.header);
+        let has = |quantity: &Quantity| {
+            let is_there = |name: &String| all.columns().iter().any(|column| column.name == *name);
+            quantity.channels.iter().all(is_there)
+        };
+        let mut pens: Vec<_> = wish
+            .quantities
+            .iter()
+            .map(|quantity| has(quantity).then(|| Pen::new(wish.x.is_some())))
+            .collect();
+        if wish.x.is_some_and(|x| !has(x)) {
+            pens.fill_with(|| None);
+        }
+        let present = wish.quantities.iter().zip(&pens).filter(|(_, pen)| pen.is_some());
+        let names = present.map(|(quantity, _)| *quantity).chain(wish.x.filter(|x| has(x)));
+        let names: Vec<&String> = names.flat_map(|quantity| &quantity.channels).collect();
+        if names.is_empty() {
+            return Ok(Sampled { pens, span: None });
+        }
+        let selection = Selection::new(&self.header, &names)?;
+        let cells_of = |quantity: &Quantity| -> Vec<usize> {
+            let place =
+                |name: &String| selection.columns().iter().position(|column| column.name == *name);
+            quantity.channels.iter().filter_map(place).collect()
+        };
+        let places: Vec<_> = wish.quantities.iter().map(|quantity| cells_of(quantity)).collect();
+        let x_places = wish.x.map(cells_of);
+
+        let mut span: Option<[f64; 2]> = None;
+        let exported = rows(open(&self.path)?, &selection, |t, cells| {
+            if t < wish.span[0] || t > wish.span[1] {
+                return Ok(());
+            }
+            span.get_or_insert([t, t])[1] = t;
+            let x = match &x_places {
+                None => Some(t),
+                Some(places) => size(places.iter().map(|&place| cells[place])),
+            };
+            let Some(x) = x else { return Ok(()) };
+            for (pen, places) in pens.iter_mut().zip(&places) {
+                let Some(pen) = pen else { continue };
+                if let Some(y) = size(places.iter().map(|&place| cells[place])) {
+                    pen.push([x, y]);
+                }
+            }
+            Ok(())
+        })?;
+        self.is_complete = exported.end.is_some();
+        Ok(Sampled { pens, span })
+    }
+
+    /// Replaces curves of few samples by the motion between them; the text is why it cannot.
+    fn computed(&self, wish: &Wish<'_>, sampled: &mut Sampled) -> Result<(), String> {
+        let Some([first, last]) = sampled.span.filter(|[first, last]| first != last) else {
+            return Ok(());
+        };
+        let (header, notes, segments) = (self.header.clone(), Vec::new(), Vec::new());
+        let log = RunLog { header, notes, end: None, segments };
+        let mechanism = log.mechanism().map_err(|e| format!("its model is refused: {e}"))?;
+        let channels = Channels::new(&mechanism);
+        let signals = |quantity: &Quantity| -> Option<Vec<Signal>> {
+            quantity.channels.iter().map(|name| channels.signal(name)).collect()
+        };
+        let x_signals = match wish.x {
+            None => None,
+            // An abscissa that has values at samples alone leaves nothing to compute.
+            Some(x) => Some(match signals(x) {
+                None => return Ok(()),
+                some => some.unwrap_or_default(),
+            }),
+        };
+        let mut pens: Vec<Option<(Pen, Vec<Signal>)>> = Vec::new();
+        for (pen, quantity) in sampled.pens.iter().zip(&wish.quantities) {
+            let few = pen.as_ref().is_some_and(|pen| pen.n_values <= N_INSTANTS as u64);
+            let signals = signals(quantity).filter(|_| few);
+            pens.push(signals.map(|signals| (Pen::new(wish.x.is_some()), signals)));
+        }
+        if pens.iter().all(Option::is_none) {
+            return Ok(());
+        }
+        let draw = |sample: &Sample| {
+            let value = |signals: &[Signal]| {
+                size(signals.iter().map(|&signal| Some(channels.value(signal, sample))))
+            };
+            let x = x_signals.as_ref().map_or(Some(sample.t), |signals| value(signals));
+            for (pen, signals) in pens.iter_mut().flatten() {
+                if let Some((x, y)) = x.zip(value(signals)) {
+                    pen.push([x, y]);
+                }
+            }
+        };
+        let replay = Replay::new(&mechanism.compiled, &mechanism.parameters);
+        let n_state = 2 * mechanism.compiled.nq();
+        let mut player = Player::new(replay, [first, last], n_state, draw);
+        let mut reader = open(&self.path).map_err(|e| e.to_string())?.only(&Wanted::MOTION);
+        while let Some(record) = reader.next_record().map_err(|e| e.to_string())? {
+            if let Record::Segment(segment) = record {
+                player.play(segment)?;
+            }
+        }
+        player.finish()?;
+        // A log without its motion has samples all the same.
+        for (own, pen) in sampled.pens.iter_mut().zip(pens) {
+            if let Some((mut pen, _)) = pen.filter(|(pen, _)| pen.n_values > 0) {
+                pen.is_dense = true;
+                *own = Some(pen);
+            }
+        }
+        Ok(())
+    }
+}
+
+struct Sampled {
+    pens: Vec<Option<Pen>>,
+    /// First and last time that was drawn.
+    span: Option<[f64; 2]>,
+}
+
+/// One number as it is, several as the length of their vector.
+fn size(values: impl ExactSizeIterator<Item = Option<f64>>) -> Option<f64> {
+    let is_one = values.len() == 1;
+    let mut values = values;
+    if is_one {
+        return values.next().flatten();
+    }
+    values.try_fold(0.0, |size: f64, value| Some(size.hypot(value?)))
+}
+
+/// Draws one curve.
+struct Pen {
+    line: Line,
+    n_values: u64,
+    range: Option<[f64; 2]>,
+    is_dense: bool,
+}
+
+enum Line {
+    OverTime(Envelope),
+    InPlane(Trace),
+}
+
+impl Pen {
+    fn new(in_plane: bool) -> Self {
+        let line = if in_plane {
+            Line::InPlane(Trace::default())
+        } else {
+            Line::OverTime(Envelope::default())
+        };
+        Self { line, n_values: 0, range: None, is_dense: false }
+    }
+
+    fn push(&mut self, point: Point) {
+        self.n_values += 1;
+        let y = point[1];
+        if y.is_finite() {
+            let [low, high] = self.range.get_or_insert([y, y]);
+            (*low, *high) = (low.min(y), high.max(y));
+        }
+        match &mut self.line {
+            Line::OverTime(envelope) => envelope.push(point),
+            Line::InPlane(trace) => trace.push(point),
+        }
+    }
+
+    fn into_drawn(self) -> Drawn {
+        let points = match self.line {
+            Line::OverTime(envelope) => envelope.into_points(),
+            Line::InPlane(trace) => trace.into_points(),
+        };
+        let Self { n_values, range, is_dense, .. } = self;
+        Drawn { points, n_values, range, is_dense }
+    }
+}
+
+/// Computes samples at evenly spaced instants, from segments as they come.
+struct Player<'a, F> {
+    replay: Replay<'a>,
+    draw: F,
+    /// From where to where.
+    span: [f64; 2],
+    /// The next instant is this part of the span, in [`N_INSTANTS`]ths.
+    next: usize,
+    /// The segment before, if there is one.
+    last: Option<Segment>,
+    /// States at the boundary of two segments.
+    states: [Vec<f64>; 2],
+}
+
+impl<'a, F: FnMut(&Sample)> Player<'a, F> {
+    fn new(replay: Replay<'a>, span: [f64; 2], n_state: usize, draw: F) -> Self {
+        let states = [vec![0.0; n_state], vec![0.0; n_state]];
+        Self { replay, draw, span, next: 0, last: None, states }
+    }
+
+    fn instant(&self, idx: usize) -> f64 {
+        let part = idx as f64 / N_INSTANTS as f64;
+        self.span[0] + part * (self.span[1] - self.span[0])
+    }
+
+    /// Whether `t` lies in the span, whichever way that goes.
+    fn is_inside(&self, t: f64) -> bool {
+        (t - self.span[0]) * (self.span[1] - t) >= 0.0
+    }
+
+    fn play(&mut self, segment: &bksim::log::Segment) -> Result<(), String> {
+        let bksim::log::Segment { t, t_end, values, modes, dependent } = segment;
+        let own = Segment {
+            t0: *t,
+            t1: *t_end,
+            values: values.clone(),
+            modes: modes.clone(),
+            dependent: dependent.iter().map(|&row| row as usize).collect(),
+        };
+        if let Some(last) = self.last.take()
+            && self.is_inside(own.t0)
+            && self.jumps(&last, &own)
+        {
+            self.draw_at(&last, last.t1)?;
+            self.draw_at(&own, own.t0)?;
+        }
+        let forward = (self.span[1] - self.span[0]).signum();
+        while self.next <= N_INSTANTS && (self.instant(self.next) - own.t1) * forward < 0.0 {
+            let t = self.instant(self.next);
+            // What lies before the first segment has no value.
+            if own.contains(t) {
+                self.draw_at(&own, t)?;
+            }
+            self.next += 1;
+        }
+        self.last = Some(own);
+        Ok(())
+    }
+
+    /// The end of the last segment belongs to no other.
+    fn finish(&mut self) -> Result<(), String> {
+        let Some(last) = self.last.take() else { return Ok(()) };
+        let forward = (self.span[1] - self.span[0]).signum();
+        let end = if (self.span[1] - last.t1) * forward < 0.0 { self.span[1] } else { last.t1 };
+        if self.is_inside(end) && last.contains(end) { self.draw_at(&last, end) } else { Ok(()) }
+    }
+
+    fn jumps(&mut self, last: &Segment, own: &Segment) -> bool {
+        if last.modes != own.modes || last.dependent != own.dependent || last.t1 != own.t0 {
+            return true;
+        }
+        let n = self.states[0].len();
+        let is_whole = |segment: &Segment| n > 0 && segment.values.len().is_multiple_of(n);
+        if !is_whole(last) || !is_whole(own) {
+            return false;
+        }
+        let [before, after] = &mut self.states;
+        last.at(last.t1, before);
+        own.at(own.t0, after);
+        before.iter().zip(after).any(|(a, b)| (*a - *b).abs() > JUMP * a.abs().max(1.0))
+    }
+
+    fn draw_at(&mut self, segment: &Segment, t: f64) -> Result<(), String> {
+        let sample = self.replay.at(segment, t).map_err(|e| e.to_string())?;
+        (self.draw)(sample);
+        Ok(())
+    }
+}

@@ -1,0 +1,249 @@
+//! `bksim plot` and `bksim info`, from the model to the picture.
+
+mod common;
+
+use std::fs;
+
+use common::{CRATE, Scratch, other_mcap, text};
+use serde_json::Value;
+
+const EXAMPLES: [&str; 6] =
+    ["five-link", "four-bar", "parallelogram", "quick-return", "slider-crank", "spring-pendulum"];
+
+/// A ball that falls onto a stop and bounces.
+const BALL: &str = r#"
+[bodies.ball]
+mass = "1 kg"
+[joints.S]
+type = "prismatic"
+between = ["ground", "ball"]
+axis = [0, 1]
+[loads.gravity]
+type = "gravity"
+acceleration = [0, "-10 m/s^2"]
+[loads.floor]
+type = "stop"
+joint = "S"
+min = 0
+restitution = 1
+[initial]
+S = { position = "5 m", velocity = 0 }
+[solve]
+t_end = "3 s"
+every = "1 s"
+"#;
+
+fn run(place: &Scratch, arguments: &str) -> String {
+    let output = place.run(arguments);
+    assert!(output.status.success(), "{arguments}: {}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+fn json(place: &Scratch, arguments: &str) -> Value {
+    serde_json::from_str(&run(place, &format!("{arguments} --json"))).expect("one object")
+}
+
+fn refused(place: &Scratch, arguments: &str) -> (i32, String) {
+    let output = place.run(arguments);
+    (output.status.code().expect("a status"), text(&output.stderr))
+}
+
+/// A place with the log of an example, `NAME.mcap`.
+fn solved(name: &str, options: &str) -> Scratch {
+    let place = Scratch::new();
+    let model = fs::read(format!("{CRATE}/../../examples/{name}/model.toml")).expect("an example");
+    place.write(&format!("{name}.toml"), model);
+    run(&place, &format!("solve {name}.toml {options}"));
+    place
+}
+
+/// Points of each curve of an SVG, in pixels.
+fn curves(svg: &str) -> Vec<Vec<[f64; 2]>> {
+    let document = roxmltree::Document::parse(svg).expect("XML");
+    let curves = document.descendants().filter(|node| node.attribute("class") == Some("curve"));
+    let points = |node: roxmltree::Node<'_, '_>| {
+        let path = node.children().find(|child| child.has_tag_name("path")).expect("a path");
+        let data = path.attribute("d").expect("data");
+        let points = data.split(['M', 'L']).skip(1).map(|point| {
+            let mut numbers = point.split(' ').map(|number| number.parse().expect("a number"));
+            [numbers.next().expect("x"), numbers.next().expect("y")]
+        });
+        points.collect()
+    };
+    curves.map(points).collect()
+}
+
+#[test]
+fn every_example_has_an_overview() {
+    for example in EXAMPLES {
+        let place = solved(example, "--t-end 0.2");
+        let object = json(&place, &format!("plot {example}.mcap"));
+        let panels = object["panels"].as_array().expect("panels");
+        assert!((3..=6).contains(&panels.len()), "{example}: {} panels", panels.len());
+        for panel in panels {
+            let n = panel["curves"].as_array().expect("curves").len();
+            assert!((1..=6).contains(&n), "{example}: {n} curves of {}", panel["label"]);
+        }
+        let words = run(&place, &format!("plot {example}.mcap -o a.svg"));
+        assert!(words.starts_with("wrote a.svg: "), "{words}");
+        let svg = fs::read_to_string(place.path().join("a.svg")).expect("a picture");
+        assert!(svg.contains("Energy (") && curves(&svg).len() >= 3, "{example}");
+        let shown = run(&place, &format!("plot {example}.mcap"));
+        assert!(shown.lines().all(|line| line.chars().count() <= 100), "{example}\n{shown}");
+        assert!(shown.contains("Time (s)") && !shown.contains('\x1b'), "{shown}");
+    }
+}
+
+#[test]
+fn few_samples_make_a_curve_as_smooth_as_many() {
+    let place = solved("spring-pendulum", "--every 1 -o few.mcap");
+    run(&place, "solve spring-pendulum.toml --every 0.002 -o many.mcap");
+    let of = |name: &str, from: &str| {
+        let object = json(&place, &format!("plot {name}.mcap state.phi -o {name}.svg"));
+        assert_eq!(object["panels"][0]["curves"][0]["from"], from);
+        let svg = fs::read_to_string(place.path().join(format!("{name}.svg"))).expect("a picture");
+        curves(&svg).remove(0)
+    };
+    let [few, many] = [of("few", "motion"), of("many", "samples")];
+    for [x, y] in many {
+        let after = few.iter().position(|point| point[0] >= x).expect("as long").max(1);
+        let [a, b] = [few[after - 1], few[after]];
+        let between =
+            if b[0] == a[0] { a[1] } else { a[1] + (x - a[0]) / (b[0] - a[0]) * (b[1] - a[1]) };
+        assert!((between - y).abs() < 0.6, "{between} for {y} at {x}");
+    }
+}
+
+#[test]
+fn a_blow_is_an_upright_line() {
+    let place = Scratch::new();
+    place.write("ball.toml", BALL);
+    run(&place, "solve ball.toml");
+    let object = json(&place, "plot ball.mcap state.S_position_dot -o v.svg");
+    // It falls for a second, and comes back as fast as it went.
+    let curve = &object["panels"][0]["curves"][0];
+    let number = |key: &str| curve[key].as_f64().expect("a number");
+    assert!((number("smallest") + 10.0).abs() < 1e-6, "{curve}");
+    assert!((number("largest") - 10.0).abs() < 1e-6, "{curve}");
+    let svg = fs::read_to_string(place.path().join("v.svg")).expect("a picture");
+    let curve = curves(&svg).remove(0);
+    let steepest = curve.windows(2).map(|pair| (pair[0][1] - pair[1][1], pair[1][0] - pair[0][0]));
+    let (height, width) = steepest.fold((0.0, 0.0), |a, b| if b.0 > a.0 { b } else { a });
+    assert!(height > 200.0 && width < 0.02, "{height} high, {width} wide");
+}
+
+#[test]
+fn runs_lie_over_each_other_and_over_other_channels() {
+    let place = solved("slider-crank", "--t-end 1");
+    run(&place, "solve slider-crank.toml --t-end 1 --set q1=70 -o strong.mcap");
+    let object = json(&place, "plot slider-crank.mcap strong.mcap state.theta1 -o both.svg");
+    assert_eq!(object["panels"][0]["curves"].as_array().map(Vec::len), Some(2));
+    let svg = fs::read_to_string(place.path().join("both.svg")).expect("a picture");
+    assert!(svg.contains(">slider-crank</text>") && svg.contains(">strong</text>"));
+    // The path of the rod's middle has one scale; phases of two units make two panels.
+    let object =
+        json(&place, "plot slider-crank.mcap state.y2 state.y2_dot --x state.x2 -o path.svg");
+    assert_eq!(
+        (&object["x"], object["panels"].as_array().map(Vec::len)),
+        (&"state.x2".into(), Some(2))
+    );
+    let svg = fs::read_to_string(place.path().join("path.svg")).expect("a picture");
+    assert!(svg.contains(">x2 (m)</text>") && svg.contains(">y2 (m)</text>"));
+}
+
+#[test]
+fn a_stretch_of_time_is_cut_out() {
+    let place = solved("four-bar", "");
+    run(&place, "plot four-bar.mcap state.D_angle --from 0.5 --to 1.5 -o part.svg");
+    let object = json(&place, "plot four-bar.mcap solver.n_step --from 0.5 --to 1.5");
+    assert_eq!(object["panels"][0]["curves"][0]["values"], 201);
+    let svg = fs::read_to_string(place.path().join("part.svg")).expect("a picture");
+    assert!(svg.contains(">0.6</text>") && !svg.contains(">0.4</text>"), "{svg}");
+    for part in ["--from 2 --to 1", "--from nan"] {
+        let (status, words) = refused(&place, &format!("plot four-bar.mcap {part}"));
+        assert!(status == 2 && words.contains("--from"), "{words}");
+    }
+    let (status, words) = refused(&place, "plot four-bar.mcap --from 77");
+    assert!(status == 1 && words.contains("no values"), "{words}");
+}
+
+#[test]
+fn what_cannot_be_drawn_is_said() {
+    let place = solved("spring-pendulum", "--t-end 0.1");
+    let cases = [
+        ("plot spring-pendulum.mcap state.phy", 2, "did you mean `state.phi`"),
+        ("plot spring-pendulum.mcap -o a.jpg", 2, "no ending that names a picture"),
+        ("plot spring-pendulum.mcap --size 10x10 -o a.png", 2, "a picture cannot be 10 by 10"),
+        ("plot spring-pendulum.mcap --size huge -o a.png", 2, "such as 1200x800"),
+        ("plot spring-pendulum.mcap --x energy", 2, "names 5 channels"),
+        ("plot missing.mcap", 4, "there is no such file"),
+        ("plot spring-pendulum.toml", 1, "not an MCAP file"),
+        ("plot spring-pendulum.mcap -o missing/a.svg", 4, "cannot be written"),
+        ("info missing.mcap", 4, "there is no such file"),
+        ("info spring-pendulum.toml", 1, "not an MCAP file"),
+        ("export spring-pendulum.mcap -o a.xlsx", 2, ".csv or .parquet"),
+    ];
+    for (arguments, status, words) in cases {
+        let (found, message) = refused(&place, arguments);
+        assert!(found == status && message.contains(words), "{arguments}: {found} {message}");
+    }
+    run(&place, "plot spring-pendulum.mcap -o a.pdf");
+    let (status, words) = refused(&place, "plot spring-pendulum.mcap -o a.pdf");
+    assert!(status == 4 && words.contains("--force"), "{words}");
+    run(&place, "plot spring-pendulum.mcap -o a.pdf --force");
+}
+
+#[test]
+fn logs_cut_anywhere_are_told_and_drawn_as_far_as_they_go() {
+    let place = solved("slider-crank", "--t-end 2");
+    let log = fs::read(place.path().join("slider-crank.mcap")).expect("a log");
+    let mut n_drawn = 0;
+    for part in 0..20 {
+        place.write("cut.mcap", &log[..log.len() * part / 20]);
+        for command in ["info cut.mcap", "plot cut.mcap", "plot cut.mcap energy.work"] {
+            let output = place.run(command);
+            let words = text(&output.stderr);
+            let status = output.status.code().expect("no signal");
+            assert!(status == 0 || status == 1, "{command} of {part}/20: {words}");
+            if status == 0 && command.starts_with("info") {
+                assert!(text(&output.stdout).contains("cut off"), "{part}/20");
+            }
+            if status == 0 && command.starts_with("plot") {
+                assert!(words.contains("was cut off"), "{part}/20: {words}");
+                n_drawn += 1;
+            }
+        }
+    }
+    assert!(n_drawn > 4, "{n_drawn} were drawn");
+}
+
+#[test]
+fn information_tells_what_is_there() {
+    let place = solved("spring-pendulum", "--t-end 0.5 --set k=90");
+    let words = run(&place, "info spring-pendulum.mcap");
+    for expected in [
+        "model.0: spring-pendulum",
+        "energy.kinetic",
+        "51 from t = 0 s to 0.5 s",
+        "set.k",
+        "90 N/m",
+        "steps,",
+    ] {
+        let expected = expected.trim_start_matches("model.0: ");
+        assert!(words.contains(expected), "`{expected}` in\n{words}");
+    }
+    let object = json(&place, "info spring-pendulum.mcap");
+    assert_eq!((&object["complete"], &object["reached_end"]), (&true.into(), &true.into()));
+    assert_eq!(object["channels"][0]["samples"], 51);
+    assert!(object["motion"]["steps"].as_u64() > Some(0));
+
+    place.write("other.mcap", other_mcap());
+    let words = run(&place, "info other.mcap");
+    for expected in
+        ["holds no run of bksim", "ros2", "some writer", "/chatter", "demo.Chatter", "json"]
+    {
+        assert!(words.contains(expected), "`{expected}` in\n{words}");
+    }
+    let (status, words) = refused(&place, "plot other.mcap");
+    assert!(status == 1 && words.contains("holds no bksim run"), "{words}");
+}

@@ -1,0 +1,219 @@
+//! What a file holds, counted without making its messages into samples.
+
+use std::{collections::BTreeMap, io::Read};
+
+use mcap::records::{self, op};
+
+use super::{Decoder, LogReader, bad_message, decode_note, message, metadata};
+use crate::{
+    EndStatus, Header, LogError, Note,
+    frames::{self, Frames, RECORD_LIMIT, State},
+    meta,
+    wire::{Fields, Value},
+};
+
+/// A log in numbers.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Survey {
+    /// What the log tells about its run.
+    pub header: Header,
+    /// SHA-256 of the model text, hexadecimal; verified.
+    pub model_sha256: String,
+    /// Samples of each topic of the header, in its order.
+    pub topics: Vec<TopicCount>,
+    /// Steps whose motion is kept.
+    pub n_segments: u64,
+    /// Bytes of that motion, before compression.
+    pub motion_bytes: u64,
+    /// First and last time of its samples, s.
+    pub span: Option<[f64; 2]>,
+    /// Warnings and events, the first 10 000 of them.
+    pub notes: Vec<Note>,
+    /// All warnings and events.
+    pub n_notes: u64,
+    /// Messages of channels that some other program added.
+    pub n_foreign: u64,
+    /// Bytes of what a stopped run goes on from.
+    pub checkpoint_bytes: Option<usize>,
+    /// How the run ended; `None` if the log was cut short.
+    pub end: Option<EndStatus>,
+}
+
+/// Samples of a topic.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct TopicCount {
+    /// How many there are.
+    pub n_samples: u64,
+    /// Their bytes, before compression.
+    pub bytes: u64,
+}
+
+/// More notes than anyone reads; what is kept of them stays small.
+const MAX_NOTES: usize = 10_000;
+
+impl Survey {
+    /// Reads a log to its end, or to where it was cut short.
+    ///
+    /// # Errors
+    /// As [`LogReader::open`] and [`LogReader::next_record`].
+    pub fn read(source: impl Read) -> Result<Survey, LogError> {
+        let mut log = LogReader::open(source)?;
+        let mut survey = Survey {
+            header: log.header.clone(),
+            model_sha256: std::mem::take(&mut log.model_sha256),
+            topics: vec![TopicCount::default(); log.header.topics.len()],
+            n_segments: 0,
+            motion_bytes: 0,
+            span: None,
+            notes: Vec::new(),
+            n_notes: 0,
+            n_foreign: 0,
+            checkpoint_bytes: None,
+            end: None,
+        };
+        while let Some((opcode, body)) = log.frames.next()? {
+            match opcode {
+                op::METADATA => {
+                    let metadata = metadata(body)?;
+                    if metadata.name == meta::END {
+                        survey.end = Some(meta::read_end(metadata)?);
+                    }
+                }
+                op::ATTACHMENT => {
+                    let (name, bytes) = frames::attachment(body)?;
+                    if name == meta::CHECKPOINT {
+                        survey.checkpoint_bytes = Some(bytes.len());
+                    }
+                }
+                op::MESSAGE => {
+                    let (channel_id, message) = message(body)?;
+                    survey.count(log.decoders.get(&channel_id), message)?;
+                }
+                _ => (),
+            }
+        }
+        if log.frames.state() != State::Complete {
+            (survey.end, survey.checkpoint_bytes) = (None, None);
+        }
+        Ok(survey)
+    }
+
+    fn count(&mut self, decoder: Option<&Decoder>, message: &[u8]) -> Result<(), LogError> {
+        let bytes = message.len() as u64;
+        match decoder {
+            None => self.n_foreign += 1,
+            Some(Decoder::Segment) => {
+                self.n_segments += 1;
+                self.motion_bytes += bytes;
+            }
+            Some(Decoder::Note) => {
+                self.n_notes += 1;
+                if self.notes.len() < MAX_NOTES {
+                    self.notes.push(decode_note(message)?);
+                }
+            }
+            Some(Decoder::Sample { topic, t_number, .. }) => {
+                let count = &mut self.topics[topic.0];
+                count.n_samples += 1;
+                count.bytes += bytes;
+                let t = time(message, *t_number)?;
+                self.span.get_or_insert([t, t])[1] = t;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Time of a sample, which writers put first.
+fn time(message: &[u8], t_number: u64) -> Result<f64, LogError> {
+    for field in Fields::new(message) {
+        if let (number, Value::Fixed64(bits)) = field.map_err(bad_message)?
+            && number == t_number
+        {
+            return Ok(f64::from_bits(bits));
+        }
+    }
+    Ok(0.0)
+}
+
+/// What an MCAP file holds that bksim did not write.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Contents {
+    /// What kind of file it says it is; may be empty.
+    pub profile: String,
+    /// The program that wrote it; may be empty.
+    pub library: String,
+    /// Its topics, by their names.
+    pub topics: Vec<ForeignTopic>,
+    /// Whether the file ends as it should.
+    pub is_complete: bool,
+}
+
+/// A topic of such a file.
+#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
+pub struct ForeignTopic {
+    /// Its name.
+    pub name: String,
+    /// Name of its schema; may be empty.
+    pub schema: String,
+    /// How its messages are written, such as `protobuf` or `json`.
+    pub encoding: String,
+    /// Messages.
+    pub n_messages: u64,
+}
+
+impl Contents {
+    /// Reads any MCAP file to its end, or to where it was cut short.
+    ///
+    /// # Errors
+    /// [`LogError::NotMcap`], [`LogError::Damaged`] (also for compressions other than Zstandard),
+    /// [`LogError::TooLarge`] and [`LogError::Io`].
+    pub fn read(source: impl Read) -> Result<Contents, LogError> {
+        let mut frames = Frames::new(source)?;
+        let mut contents = Contents::default();
+        let mut schemas: BTreeMap<u16, String> = BTreeMap::new();
+        let mut topics: BTreeMap<u16, ForeignTopic> = BTreeMap::new();
+        // Hostile files could add names without end.
+        let mut n_bytes = 0;
+        while let Some((opcode, body)) = frames.next()? {
+            match opcode {
+                op::HEADER | op::SCHEMA | op::CHANNEL => n_bytes += body.len(),
+                op::MESSAGE => {
+                    let (channel_id, _) = message(body)?;
+                    if let Some(topic) = topics.get_mut(&channel_id) {
+                        topic.n_messages += 1;
+                    }
+                    continue;
+                }
+                _ => continue,
+            }
+            if n_bytes > RECORD_LIMIT {
+                let (bytes, limit) = (n_bytes as u64, RECORD_LIMIT as u64);
+                return Err(LogError::TooLarge { what: "the list of topics", bytes, limit });
+            }
+            match mcap::parse_record(opcode, body)? {
+                records::Record::Header(header) => {
+                    (contents.profile, contents.library) = (header.profile, header.library);
+                }
+                records::Record::Schema { header, .. } => {
+                    schemas.insert(header.id, header.name);
+                }
+                records::Record::Channel(channel) => {
+                    let schema = schemas.get(&channel.schema_id).cloned().unwrap_or_default();
+                    let topic = ForeignTopic {
+                        name: channel.topic,
+                        schema,
+                        encoding: channel.message_encoding,
+                        n_messages: 0,
+                    };
+                    topics.entry(channel.id).or_insert(topic);
+                }
+                _ => (),
+            }
+        }
+        contents.is_complete = frames.state() == State::Complete;
+        contents.topics = topics.into_values().collect();
+        contents.topics.sort();
+        Ok(contents)
+    }
+}

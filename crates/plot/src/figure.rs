@@ -1,0 +1,99 @@
+//! Figures as plain data.
+
+use crate::Axis;
+use crate::decimate::Point;
+
+/// Panels under one title.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Figure {
+    /// Above all panels; may be empty.
+    pub title: String,
+    /// In reading order.
+    pub panels: Vec<Panel>,
+}
+
+/// Curves on one pair of axes.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Panel {
+    /// Towards the right.
+    pub x: Axis,
+    /// Upwards.
+    pub y: Axis,
+    /// In the order of the legend, the first drawn first.
+    pub curves: Vec<Curve>,
+    /// Whether a unit is as long in both directions, as for the path of a point.
+    pub equal_scale: bool,
+}
+
+/// A line through points.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Curve {
+    /// For the legend.
+    pub name: String,
+    /// A point that is no number makes a gap.
+    pub points: Vec<Point>,
+    /// Number of its colour in [`crate::Theme::palette`], which repeats.
+    pub color: usize,
+    /// Number of its dashes: solid, dashed, dotted, dash-dotted, which repeat.
+    pub dash: usize,
+}
+
+/// Width and height of a picture, in CSS pixels of 1/96 inch.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Size {
+    /// Width.
+    pub width: f64,
+    /// Height.
+    pub height: f64,
+}
+
+impl Figure {
+    /// A figure of these panels.
+    pub fn new(title: &str, panels: Vec<Panel>) -> Self {
+        Self { title: title.to_owned(), panels }
+    }
+
+    /// Panels beside one another, and rows of them.
+    pub(crate) fn grid(&self) -> (usize, usize) {
+        let n = self.panels.len().max(1);
+        let n_columns = if n <= 3 { 1 } else { 2 };
+        (n_columns, n.div_ceil(n_columns))
+    }
+
+    /// A size at which all panels read well.
+    pub fn natural_size(&self) -> Size {
+        let (n_columns, n_rows) = self.grid();
+        let is_path = self.panels.iter().any(|panel| panel.equal_scale);
+        let height = match n_rows {
+            1 if is_path => 560.0,
+            1 => 440.0,
+            n => 40.0 + 250.0 * n as f64,
+        };
+        Size { width: if n_columns == 1 { 720.0 } else { 960.0 }, height }
+    }
+}
+
+impl Panel {
+    /// A panel; the curves get colours by their order, and dashes when the colours repeat.
+    pub fn new(x: Axis, y: Axis, mut curves: Vec<Curve>) -> Self {
+        let n_colors = crate::Theme::LIGHT.palette.len();
+        for (place, curve) in curves.iter_mut().enumerate() {
+            (curve.color, curve.dash) = (place % n_colors, place / n_colors);
+        }
+        Self { x, y, curves, equal_scale: false }
+    }
+
+    /// Coordinates of all points, of gaps too.
+    pub(crate) fn values(&self, axis: usize) -> impl Iterator<Item = f64> {
+        let points = self.curves.iter().flat_map(|curve| &curve.points);
+        // The place of a gap is none.
+        points.filter(|point| !point[1].is_nan()).map(move |point| point[axis])
+    }
+}
+
+impl Curve {
+    /// A curve of the first colour.
+    pub fn new(name: &str, points: Vec<Point>) -> Self {
+        Self { name: name.to_owned(), points, color: 0, dash: 0 }
+    }
+}

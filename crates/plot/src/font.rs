@@ -1,0 +1,67 @@
+//! The font of all figures, and how wide its texts are.
+
+use std::sync::OnceLock;
+
+use ttf_parser::Face;
+
+/// Its bytes: Ubuntu Light.
+pub(crate) const BYTES: &[u8] = epaint_default_fonts::UBUNTU_LIGHT;
+
+/// Width of a text, in the unit of `size`; kerning, which makes it smaller, is left out.
+pub(crate) fn width(text: &str, size: f64) -> f64 {
+    static FACE: OnceLock<Option<Face<'static>>> = OnceLock::new();
+    let face = FACE.get_or_init(|| Face::parse(BYTES, 0).ok());
+    let Some(face) = face else { return 0.6 * size * text.chars().count() as f64 };
+    let advance = |letter: char| {
+        let glyph = face.glyph_index(letter).and_then(|glyph| face.glyph_hor_advance(glyph));
+        // A box stands for a letter that the font does not have.
+        glyph.map_or(0.6, |units| f64::from(units) / f64::from(face.units_per_em()))
+    };
+    size * text.chars().map(advance).sum::<f64>()
+}
+
+/// The text, its middle replaced by `…` if it is wider than there is room.
+pub(crate) fn fitted(text: &str, size: f64, room: f64) -> String {
+    if width(text, size) <= room {
+        return text.to_owned();
+    }
+    let letters: Vec<char> = text.chars().collect();
+    // A text without end is not measured again and again.
+    let mut n_kept = letters.len().min(400);
+    while n_kept > 1 {
+        n_kept -= 1;
+        let (head, tail) = (n_kept.div_ceil(2), n_kept / 2);
+        let ends = letters[..head].iter().chain(&['…']).chain(&letters[letters.len() - tail..]);
+        let short: String = ends.collect();
+        if width(&short, size) <= room {
+            return short;
+        }
+    }
+    "…".to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_font_has_the_letters_of_labels() {
+        let face = Face::parse(BYTES, 0).expect("a font");
+        let letters = "abcXYZ019 ().,/_·×−⁻⁰¹²³⁴⁵⁶⁷⁸⁹…αβγθλμπφωąćęłńóśźżÄÖÜäöüß";
+        let missing: String =
+            letters.chars().filter(|&letter| face.glyph_index(letter).is_none()).collect();
+        assert_eq!(missing, "");
+    }
+
+    #[test]
+    fn widths_add_up_and_long_texts_are_cut() {
+        assert!((width("angle", 20.0) - 2.0 * width("angle", 10.0)).abs() < 1e-12);
+        assert!(width("mmm", 10.0) > width("iii", 10.0));
+        let text = "reactions.a_joint_of_a_very_long_name.fx";
+        let short = fitted(text, 13.0, 120.0);
+        assert!(width(&short, 13.0) <= 120.0 && width(&short, 13.0) > 100.0, "{short}");
+        assert!(short.starts_with("react") && short.ends_with(".fx"));
+        assert_eq!(fitted(text, 13.0, 0.0), "…");
+        assert_eq!(fitted("fx", 13.0, 100.0), "fx");
+    }
+}

@@ -1,0 +1,96 @@
+//! Legends: rows above the axes, where no curve can be under them.
+
+use crate::Curve;
+use crate::font;
+
+/// Size of its texts, px.
+pub(crate) const TEXT_SIZE: f64 = 14.0;
+/// Height of a row, px.
+pub(crate) const ROW_HEIGHT: f64 = 21.0;
+/// Length of the piece of line before a name, and the gaps after it and after the name, px.
+pub(crate) const SAMPLE: f64 = 26.0;
+const GAP: f64 = 6.0;
+const BETWEEN: f64 = 18.0;
+
+/// A name in a legend.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct Entry {
+    /// Place of its curve in the panel.
+    pub(crate) curve: usize,
+    /// Its name, cut to what there is room for.
+    pub(crate) text: String,
+    /// Left end of the piece of line, from the left end of the legend, px.
+    pub(crate) x: f64,
+    /// Row, the highest first.
+    pub(crate) row: usize,
+}
+
+impl Entry {
+    /// Left end of the text, px.
+    pub(crate) fn text_x(&self) -> f64 {
+        self.x + SAMPLE + GAP
+    }
+}
+
+/// The legend of these curves within a width, in columns when it has several rows; none for one
+/// curve, which the axis names.
+pub(crate) fn entries(curves: &[Curve], width: f64) -> Vec<Entry> {
+    if curves.len() < 2 {
+        return Vec::new();
+    }
+    let room = (width - SAMPLE - GAP).max(0.0);
+    let texts: Vec<_> =
+        curves.iter().map(|curve| font::fitted(&curve.name, TEXT_SIZE, room)).collect();
+    let widths: Vec<f64> =
+        texts.iter().map(|text| SAMPLE + GAP + font::width(text, TEXT_SIZE)).collect();
+    let whole = widths.iter().sum::<f64>() + BETWEEN * (widths.len() - 1) as f64;
+    let widest = widths.iter().copied().fold(0.0, f64::max);
+    // Names below one another read better than those of ragged rows.
+    let n_columns = if whole <= width {
+        texts.len()
+    } else {
+        let fit =
+            (1..texts.len()).rev().find(|&n| n as f64 * (widest + BETWEEN) - BETWEEN <= width);
+        fit.unwrap_or(1)
+    };
+    let place = |(curve, text): (usize, String)| {
+        let (row, column) = (curve / n_columns, curve % n_columns);
+        let x = if n_columns == widths.len() {
+            widths[..curve].iter().map(|width| width + BETWEEN).sum()
+        } else {
+            column as f64 * (widest + BETWEEN)
+        };
+        Entry { curve, text, x, row }
+    };
+    texts.into_iter().enumerate().map(place).collect()
+}
+
+/// Height of a legend, px.
+pub(crate) fn height(entries: &[Entry]) -> f64 {
+    entries.last().map_or(0.0, |last| (last.row + 1) as f64 * ROW_HEIGHT + 4.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_stand_beside_one_another_within_the_width() {
+        let curves: Vec<Curve> = ["theta1", "x2", "a_rather_long_name", "y2", "theta2"]
+            .map(|name| Curve::new(name, vec![]))
+            .into();
+        for width in [40.0, 150.0, 300.0, 900.0] {
+            let entries = entries(&curves, width);
+            for entry in &entries {
+                let end = entry.text_x() + font::width(&entry.text, TEXT_SIZE);
+                assert!(end <= width + 1e-9, "{entry:?} in {width}");
+            }
+            for pair in entries.windows(2).filter(|pair| pair[0].row == pair[1].row) {
+                let end = pair[0].text_x() + font::width(&pair[0].text, TEXT_SIZE);
+                assert!(end + 10.0 < pair[1].x, "{pair:?}");
+            }
+        }
+        assert_eq!(height(&entries(&curves, 900.0)), ROW_HEIGHT + 4.0);
+        assert!(entries(&curves[..1], 900.0).is_empty());
+    }
+}

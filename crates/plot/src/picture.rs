@@ -1,0 +1,134 @@
+//! From SVG to pixels and pages.
+
+use std::sync::Arc;
+
+use krilla::geom::Size as PageSize;
+use krilla::metadata::Metadata;
+use krilla::page::PageSettings;
+use krilla_svg::{SurfaceExt, SvgSettings};
+use resvg::tiny_skia::{Pixmap, Transform};
+use resvg::usvg::{Options, Tree, fontdb::Database};
+
+use crate::{Figure, Size, Theme, font};
+
+/// What a file holds.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Format {
+    /// Lines and texts, for browsers and drawing programs.
+    Svg,
+    /// Pixels.
+    Png,
+    /// A page, for print.
+    Pdf,
+}
+
+/// Why a figure cannot be drawn.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PlotError {
+    /// Too small, too large, or no number.
+    #[error("a picture cannot be {width} by {height}: each side takes {least} to {most}")]
+    Size {
+        /// As asked for.
+        width: f64,
+        /// As asked for.
+        height: f64,
+        /// Smallest side.
+        least: f64,
+        /// Largest side.
+        most: f64,
+    },
+    /// A library refused what this crate made: a fault of this crate.
+    #[error("the picture cannot be made: {what}")]
+    Library {
+        /// What it says.
+        what: String,
+    },
+}
+
+/// Smallest and largest side of a picture, px.
+const SIDES: [f64; 2] = [120.0, 10_000.0];
+/// A PNG this large has finer pixels rather than smaller texts, px.
+const FINE_FROM: [f64; 2] = [1200.0, 700.0];
+/// Pixels of a fine PNG on one of the layout, along a side.
+const FINE: f64 = 2.0;
+/// Points of 1/72 inch in a pixel of 1/96 inch.
+const POINTS_PER_PIXEL: f64 = 72.0 / 96.0;
+
+impl Figure {
+    /// The bytes of a file. `size` counts the pixels of a PNG, and CSS pixels otherwise; without it,
+    /// the figure has its natural size, which a PNG shows with two pixels for one.
+    ///
+    /// # Errors
+    /// [`PlotError::Size`].
+    pub fn render(
+        &self,
+        format: Format,
+        size: Option<Size>,
+        theme: &Theme,
+    ) -> Result<Vec<u8>, PlotError> {
+        let natural = self.natural_size();
+        let (size, scale) = match (format, size) {
+            (Format::Png, None) => (natural, FINE),
+            (Format::Png, Some(size))
+                if size.width >= FINE_FROM[0] && size.height >= FINE_FROM[1] =>
+            {
+                (Size { width: size.width / FINE, height: size.height / FINE }, FINE)
+            }
+            (_, size) => (size.unwrap_or(natural), 1.0),
+        };
+        let [least, most] = SIDES;
+        let Size { width, height } = size;
+        if ![width, height].iter().all(|side| (least..=most).contains(side)) {
+            return Err(PlotError::Size { width, height, least, most });
+        }
+        let svg = self.to_svg(size, theme);
+        match format {
+            Format::Svg => Ok(svg.into_bytes()),
+            Format::Png => to_png(&tree(&svg)?, size, scale),
+            Format::Pdf => to_pdf(&tree(&svg)?, size, &self.title),
+        }
+    }
+}
+
+fn tree(svg: &str) -> Result<Tree, PlotError> {
+    let mut fonts = Database::new();
+    fonts.load_font_data(font::BYTES.to_vec());
+    let family = fonts.faces().next().and_then(|face| face.families.first());
+    let family = family.map(|(name, _)| name.clone()).unwrap_or_default();
+    fonts.set_sans_serif_family(&family);
+    let options = Options { fontdb: Arc::new(fonts), font_family: family, ..Options::default() };
+    Tree::from_str(svg, &options).map_err(|error| library(&error))
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "sides are checked")]
+fn to_png(tree: &Tree, size: Size, scale: f64) -> Result<Vec<u8>, PlotError> {
+    let [width, height] = [size.width, size.height].map(|side| (side * scale).round() as u32);
+    let mut pixels =
+        Pixmap::new(width, height).ok_or_else(|| library(&"no room for the pixels"))?;
+    let transform = Transform::from_scale(scale as f32, scale as f32);
+    resvg::render(tree, transform, &mut pixels.as_mut());
+    pixels.encode_png().map_err(|error| library(&error))
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "sides are checked")]
+fn to_pdf(tree: &Tree, size: Size, title: &str) -> Result<Vec<u8>, PlotError> {
+    let [width, height] = [size.width, size.height].map(|side| (side * POINTS_PER_PIXEL) as f32);
+    let settings = PageSettings::from_wh(width, height);
+    let page_size = PageSize::from_wh(width, height);
+    let (settings, page_size) =
+        settings.zip(page_size).ok_or_else(|| library(&"no page of this size"))?;
+    let mut document = krilla::Document::new();
+    document.set_metadata(Metadata::new().title(title.to_owned()));
+    let mut page = document.start_page_with(settings);
+    let mut surface = page.surface();
+    let drawn = surface.draw_svg(tree, page_size, SvgSettings::default());
+    surface.finish();
+    page.finish();
+    drawn.ok_or_else(|| library(&"the drawing was refused"))?;
+    document.finish().map_err(|error| library(&format!("{error:?}")))
+}
+
+fn library(error: &dyn std::fmt::Display) -> PlotError {
+    PlotError::Library { what: error.to_string() }
+}

@@ -1,0 +1,251 @@
+//! The picture as SVG.
+//!
+//! Texts stay texts. Their widths are those of the font in the program; `textLength` makes another
+//! font, which a browser may have in its place, as wide.
+
+use std::fmt::Write as _;
+
+use crate::decimate::{Point, reduce};
+use crate::figure::{Figure, Size};
+use crate::layout::{AXIS_SIZE, Layout, Place, TICK_GAP, TICK_SIZE, TITLE_SIZE};
+use crate::legend::{SAMPLE, TEXT_SIZE};
+use crate::thin::thin;
+use crate::{Curve, Theme, font};
+
+/// Buckets in the width of a pixel: a vector picture is looked at closely.
+const BUCKETS_PER_PIXEL: f64 = 2.0;
+/// How far the drawn line may pass a point by, px.
+const FLATNESS: f64 = 0.05;
+/// Width of curves, px.
+const CURVE_WIDTH: f64 = 1.8;
+/// Lengths of dashes and gaps, px.
+const DASHES: [&str; 4] = ["", "7 4", "2 3", "8 3 2 3"];
+const FAMILIES: &str = "Ubuntu, 'Segoe UI', 'Helvetica Neue', Arial, sans-serif";
+
+impl Figure {
+    /// The figure as an SVG document of this size.
+    pub fn to_svg(&self, size: Size, theme: &Theme) -> String {
+        let layout = Layout::new(self, size);
+        let mut svg = Svg { out: String::new(), theme };
+        svg.open(size, &self.title);
+        for (panel, place) in self.panels.iter().zip(&layout.panels) {
+            svg.axes(place);
+            svg.curves(&panel.curves, place);
+            svg.legend(&panel.curves, place);
+        }
+        let [x, y] = layout.title_at;
+        svg.text(&layout.title, &Font { size: TITLE_SIZE, anchor: "start", turned: false }, [x, y]);
+        svg.out.push_str("</svg>\n");
+        svg.out
+    }
+}
+
+struct Svg<'a> {
+    out: String,
+    theme: &'a Theme,
+}
+
+struct Font {
+    size: f64,
+    anchor: &'static str,
+    turned: bool,
+}
+
+impl Svg<'_> {
+    // Writing to a string cannot fail.
+
+    fn open(&mut self, Size { width, height }: Size, title: &str) {
+        let [width, height] = [width, height].map(px);
+        let background = color(self.theme.background);
+        let _ = writeln!(
+            self.out,
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+             viewBox=\"0 0 {width} {height}\" role=\"img\" font-family=\"{FAMILIES}\" \
+             fill=\"none\" stroke-linejoin=\"round\" stroke-linecap=\"round\">\n\
+             <title>{}</title>\n<rect width=\"{width}\" height=\"{height}\" fill=\"{background}\"/>",
+            escaped(title),
+        );
+    }
+
+    fn axes(&mut self, place: &Place) {
+        let area = place.area;
+        // The grid; a line at zero is stronger.
+        let mut grid = String::new();
+        let mut zero = String::new();
+        for value in &place.x.ticks.values {
+            let x = px(place.x.map.place(*value));
+            let _ = write!(grid, "M{x} {}V{}", px(area.top), px(area.bottom));
+        }
+        for value in &place.y.ticks.values {
+            let line = if *value == 0.0 { &mut zero } else { &mut grid };
+            let y = px(place.y.map.place(*value));
+            let _ = write!(line, "M{} {y}H{}", px(area.left), px(area.right));
+        }
+        let colors = [self.theme.grid, self.theme.axis].map(color);
+        let _ = writeln!(
+            self.out,
+            "<path class=\"grid\" d=\"{grid}\" stroke=\"{}\" stroke-width=\"1\"/>",
+            colors[0]
+        );
+        if !zero.is_empty() {
+            let _ = writeln!(
+                self.out,
+                "<path class=\"zero\" d=\"{zero}\" stroke=\"{}\" stroke-width=\"0.8\" \
+                 stroke-opacity=\"0.6\"/>",
+                colors[1]
+            );
+        }
+        let _ = writeln!(
+            self.out,
+            "<path class=\"axes\" d=\"M{left} {top}V{bottom}H{right}\" stroke=\"{}\" \
+             stroke-width=\"1.2\"/>",
+            colors[1],
+            left = px(area.left),
+            top = px(area.top),
+            bottom = px(area.bottom),
+            right = px(area.right),
+        );
+        self.numbers(place);
+    }
+
+    fn numbers(&mut self, place: &Place) {
+        let area = place.area;
+        let end = Font { size: TICK_SIZE, anchor: "end", turned: false };
+        for (value, label) in place.y.ticks.values.iter().zip(&place.y.ticks.labels) {
+            let y = place.y.map.place(*value) + 0.35 * TICK_SIZE;
+            self.text(label, &end, [area.left - TICK_GAP, y]);
+        }
+        let title = Font { size: AXIS_SIZE, anchor: "middle", turned: true };
+        self.text(&place.y.title, &title, place.y.title_at);
+        if place.x.has_texts {
+            let middle = Font { size: TICK_SIZE, anchor: "middle", turned: false };
+            for (value, label) in place.x.ticks.values.iter().zip(&place.x.ticks.labels) {
+                let at = [place.x.map.place(*value), area.bottom + TICK_GAP + 0.8 * TICK_SIZE];
+                self.text(label, &middle, at);
+            }
+            let title = Font { turned: false, ..title };
+            self.text(&place.x.title, &title, place.x.title_at);
+        }
+    }
+
+    fn curves(&mut self, curves: &[Curve], place: &Place) {
+        for curve in curves {
+            let path = path(&curve.points, place);
+            let _ = writeln!(
+                self.out,
+                "<g class=\"curve\"><title>{}</title><path d=\"{path}\" {}/></g>",
+                escaped(&curve.name),
+                self.stroke(curve),
+            );
+        }
+    }
+
+    fn stroke(&self, curve: &Curve) -> String {
+        let color = color(self.theme.curve(curve.color));
+        let stroke = format!("stroke=\"{color}\" stroke-width=\"{CURVE_WIDTH}\"");
+        match DASHES[curve.dash % DASHES.len()] {
+            "" => stroke,
+            // Round ends would fill the gaps.
+            dashes => {
+                format!("{stroke} stroke-dasharray=\"{dashes}\" stroke-linecap=\"butt\"")
+            }
+        }
+    }
+
+    fn legend(&mut self, curves: &[Curve], place: &Place) {
+        let [left, top] = place.legend_at;
+        let font = Font { size: TEXT_SIZE, anchor: "start", turned: false };
+        for entry in &place.legend {
+            let y = top + entry.row as f64 * crate::legend::ROW_HEIGHT;
+            let x = left + entry.x;
+            let stroke = self.stroke(&curves[entry.curve]);
+            let _ = writeln!(
+                self.out,
+                "<path class=\"key\" d=\"M{} {y}h{}\" {stroke}/>",
+                px(x),
+                px(SAMPLE),
+                y = px(y)
+            );
+            self.text(&entry.text, &font, [left + entry.text_x(), y + 0.35 * TEXT_SIZE]);
+        }
+    }
+
+    fn text(&mut self, text: &str, font: &Font, [x, y]: Point) {
+        if text.is_empty() {
+            return;
+        }
+        let [x, y, size] = [x, y, font.size].map(px);
+        let place = if font.turned {
+            format!("transform=\"translate({x} {y}) rotate(-90)\"")
+        } else {
+            format!("x=\"{x}\" y=\"{y}\"")
+        };
+        let length = px(font::width(text, font.size));
+        let _ = writeln!(
+            self.out,
+            "<text {place} font-size=\"{size}\" fill=\"{}\" text-anchor=\"{}\" \
+             textLength=\"{length}\" lengthAdjust=\"spacingAndGlyphs\">{}</text>",
+            color(self.theme.text),
+            font.anchor,
+            escaped(text),
+        );
+    }
+}
+
+/// A curve as path data, with as many points as can be told apart.
+fn path(points: &[Point], place: &Place) -> String {
+    let mut pixels: Vec<Point> = points.to_vec();
+    for point in &mut pixels {
+        let y = if point[1].is_nan() { f64::NAN } else { place.y.map.place(point[1]) };
+        *point = [place.x.map.place(point[0]), y];
+        // What is left of a gap is its place among the others.
+        if point[0].is_nan() {
+            *point = [0.0, f64::NAN];
+        }
+    }
+    let numbers = || pixels.iter().filter(|point| !point[1].is_nan());
+    // Of curves over time, whether it runs forth or back.
+    if numbers().is_sorted_by(|a, b| a[0] <= b[0]) || numbers().is_sorted_by(|a, b| a[0] >= b[0]) {
+        reduce(&mut pixels, |x| (x * BUCKETS_PER_PIXEL).floor());
+    }
+    thin(&mut pixels, [1.0; 2], FLATNESS);
+    let mut path = String::new();
+    for piece in pixels.split(|point| point[1].is_nan()) {
+        for (place, [x, y]) in piece.iter().enumerate() {
+            let _ = write!(path, "{}{} {}", if place == 0 { 'M' } else { 'L' }, px(*x), px(*y));
+        }
+        // A point by itself is a dot.
+        if piece.len() == 1 {
+            path.push_str("h0");
+        }
+    }
+    path
+}
+
+/// A length with two decimals, those that are zeros left out.
+fn px(value: f64) -> String {
+    let text = format!("{value:.2}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+}
+
+fn color(rgb: u32) -> String {
+    format!("#{rgb:06x}")
+}
+
+/// Text inside of XML; characters that XML cannot hold become `�`.
+fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for letter in text.chars() {
+        match letter {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\t' | '\n' | '\r' => out.push(' '),
+            '\0'..' ' | '\u{fffe}' | '\u{ffff}' => out.push('\u{fffd}'),
+            letter => out.push(letter),
+        }
+    }
+    out
+}

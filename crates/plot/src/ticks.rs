@@ -1,0 +1,233 @@
+//! Ticks at 1-2-5 numbers, and what is written beside them.
+
+/// Ticks of an axis.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct Ticks {
+    /// Where they are, ascending.
+    pub(crate) values: Vec<f64>,
+    /// What is written beside each; may be empty.
+    pub(crate) labels: Vec<String>,
+    /// Power of ten that the labels are to be multiplied by.
+    pub(crate) exponent: i32,
+    /// Text of the number that the labels are counted from, if that is not zero.
+    pub(crate) offset: Option<String>,
+}
+
+/// From this size on labels are multiples of a power of ten.
+const LARGE: f64 = 1e5;
+/// Below this size, too.
+const SMALL: f64 = 1e-2;
+/// Labels of more digits are counted from the first one.
+const MAX_DIGITS: i32 = 7;
+
+impl Ticks {
+    /// At most `max_n` multiples of 1, 2 or 5 times a power of ten from `low` to `high`; at least
+    /// one label however narrow the axis is.
+    pub(crate) fn linear(low: f64, high: f64, max_n: usize) -> Self {
+        let (mantissa, power) = step(high - low, max_n);
+        let size = times_ten_to(mantissa, power);
+        // Rounding of the ends must not cost a tick that stands there.
+        let (first, last) = ((low / size - 1e-6).ceil(), (high / size + 1e-6).floor());
+        // Beyond the digits of the numbers, or a step that is none.
+        if !(first.abs().max(last.abs()) < 1e15 && first <= last && last - first < 1e4) {
+            return Self::single(low);
+        }
+        let mut counts = Vec::new();
+        let mut count = first;
+        while count <= last {
+            counts.push(count * mantissa);
+            count += 1.0;
+        }
+        Self::labelled(&counts, power)
+    }
+
+    /// Powers of ten from `low` to `high`, and 2 and 5 times those where there are few.
+    pub(crate) fn logarithmic(low: f64, high: f64, max_n: usize) -> Self {
+        let [first, last] = [low, high].map(f64::log10);
+        let n_decades = (last.floor() - first.ceil() + 1.0).max(0.0);
+        let stride = (n_decades / max_n.max(1) as f64).ceil().max(1.0);
+        let mantissas: &[f64] = if n_decades <= 2.0 { &[1.0, 2.0, 5.0] } else { &[1.0] };
+        let mut ticks = Self { values: vec![], labels: vec![], exponent: 0, offset: None };
+        let mut decade = (first.floor() / stride).floor() * stride;
+        while decade <= last {
+            for mantissa in mantissas {
+                let power = whole(decade);
+                let value = times_ten_to(*mantissa, power);
+                if value >= low * (1.0 - 1e-6) && value <= high * (1.0 + 1e-6) {
+                    ticks.values.push(value);
+                    ticks.labels.push(power_label(*mantissa, power));
+                }
+            }
+            decade += stride;
+        }
+        if ticks.values.is_empty() { Self::linear(low, high, max_n) } else { ticks }
+    }
+
+    fn single(value: f64) -> Self {
+        let labels = vec![minus(&format!("{value:.6e}"))];
+        Self { values: vec![value], labels, exponent: 0, offset: None }
+    }
+
+    /// Ticks at `counts` times ten to `power`; counts are whole numbers.
+    fn labelled(counts: &[f64], power: i32) -> Self {
+        let values = counts.iter().map(|&count| times_ten_to(count, power)).collect();
+        let (exponent, n_digits) = form(counts, power);
+        let origin = counts[0];
+        let (counts, exponent, offset) = if n_digits > MAX_DIGITS {
+            let counts: Vec<f64> = counts.iter().map(|count| count - origin).collect();
+            let (exponent, _) = form(&counts, power);
+            (counts, exponent, Some(offset_text(origin, power)))
+        } else {
+            (counts.to_vec(), exponent, None)
+        };
+        let decimals = usize::try_from(exponent - power).unwrap_or(0);
+        let label =
+            |count: &f64| minus(&format!("{:.decimals$}", times_ten_to(*count, power - exponent)));
+        Self { values, labels: counts.iter().map(label).collect(), exponent, offset }
+    }
+}
+
+/// The power of ten to take out, and the digits that labels then have.
+fn form(counts: &[f64], power: i32) -> (i32, i32) {
+    let largest = counts.iter().fold(0.0, |largest: f64, count| largest.max(count.abs()));
+    let size = times_ten_to(largest, power);
+    if size == 0.0 {
+        return (0, 1);
+    }
+    let magnitude = whole(size.log10().floor());
+    let is_plain = (SMALL..LARGE).contains(&size);
+    let exponent = if is_plain { 0 } else { 3 * magnitude.div_euclid(3) };
+    (exponent, (magnitude - exponent).max(0) + 1 + (exponent - power).max(0))
+}
+
+fn offset_text(count: f64, power: i32) -> String {
+    let value = times_ten_to(count, power);
+    let decimals = usize::try_from(-power).unwrap_or(0);
+    if decimals <= 15 && value.abs() < 1e15 {
+        format!("{value:.decimals$}")
+    } else {
+        format!("{value:e}")
+    }
+}
+
+/// Mantissa 1, 2 or 5 and power of ten of the smallest step of which `max_n` make up `span`.
+fn step(span: f64, max_n: usize) -> (f64, i32) {
+    let least = span / max_n.max(1) as f64;
+    let power = least.log10().floor();
+    if !power.is_finite() {
+        return (1.0, 0);
+    }
+    let mantissa = least / 10f64.powf(power);
+    let found = [1.0, 2.0, 5.0].into_iter().find(|&nice| mantissa <= nice * (1.0 + 1e-9));
+    found.map_or((1.0, whole(power) + 1), |nice| (nice, whole(power)))
+}
+
+/// A count times a power of ten, rounded once.
+fn times_ten_to(count: f64, power: i32) -> f64 {
+    if (-300..0).contains(&power) { count / 10f64.powi(-power) } else { count * 10f64.powi(power) }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "exponents of doubles are below 400")]
+fn whole(value: f64) -> i32 {
+    value as i32
+}
+
+fn power_label(mantissa: f64, power: i32) -> String {
+    match power {
+        -2..=-1 => format!("{:.*}", power.unsigned_abs() as usize, times_ten_to(mantissa, power)),
+        0..=3 => times_ten_to(mantissa, power).to_string(),
+        _ if mantissa == 1.0 => power_of_ten(power),
+        _ => format!("{mantissa}·{}", power_of_ten(power)),
+    }
+}
+
+/// `10⁻³`.
+pub(crate) fn power_of_ten(power: i32) -> String {
+    format!("10{}", superscript(&power.to_string()))
+}
+
+/// Digits and minus signs, raised.
+pub(crate) fn superscript(text: &str) -> String {
+    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    let raised = |letter: char| match letter.to_digit(10) {
+        Some(digit) => DIGITS[digit as usize],
+        None if letter == '-' => '⁻',
+        None => letter,
+    };
+    text.chars().map(raised).collect()
+}
+
+/// A number with the sign that is set for it.
+fn minus(text: &str) -> String {
+    let is_zero = !text.contains(|letter: char| ('1'..='9').contains(&letter));
+    text.replace('-', if is_zero { "" } else { "−" })
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[track_caller]
+    fn check(low: f64, high: f64, labels: &[&str], exponent: i32, offset: Option<&str>) {
+        let ticks = Ticks::linear(low, high, 6);
+        assert_eq!(ticks.labels, labels);
+        assert_eq!(ticks.exponent, exponent);
+        assert_eq!(ticks.offset.as_deref(), offset);
+    }
+
+    #[test]
+    fn ticks_stand_at_round_numbers_with_short_labels() {
+        check(0.0, 5.0, &["0", "1", "2", "3", "4", "5"], 0, None);
+        check(-0.31, 0.32, &["−0.2", "0.0", "0.2"], 0, None);
+        check(0.0, 3e-7, &["0", "50", "100", "150", "200", "250", "300"], -9, None);
+        check(-2.1e6, 1.0e6, &["−2", "−1", "0", "1"], 6, None);
+        check(
+            12.345_678_9,
+            12.345_679_1,
+            &["0", "50", "100", "150", "200"],
+            -9,
+            Some("12.34567890"),
+        );
+        check(0.0, 3600.0, &["0", "1000", "2000", "3000"], 0, None);
+    }
+
+    #[test]
+    fn decades_have_ticks_of_their_own() {
+        let labels = |low, high| Ticks::logarithmic(low, high, 6).labels;
+        assert_eq!(labels(0.5, 30.0), ["0.5", "1", "2", "5", "10", "20"]);
+        assert_eq!(labels(1e-12, 1e4), ["10⁻¹²", "10⁻⁹", "10⁻⁶", "10⁻³", "1", "1000"]);
+        assert_eq!(
+            Ticks::logarithmic(1.1, 1.3, 4).labels,
+            ["1.10", "1.15", "1.20", "1.25", "1.30"]
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn ticks_are_few_inside_and_read_back(
+            middle in -1e3..1e3_f64, power in -20..20_i32, span in 0.01..10.0_f64, max_n in 2..12_usize,
+        ) {
+            let scale = 10f64.powi(power);
+            let (low, high) = (scale * (middle - span), scale * (middle + span));
+            let ticks = Ticks::linear(low, high, max_n);
+            prop_assert!((1..=max_n + 1).contains(&ticks.values.len()), "{ticks:?}");
+            prop_assert_eq!(ticks.values.len(), ticks.labels.len());
+            let offset = ticks.offset.as_ref().map_or(Ok(0.0), |text| text.parse::<f64>());
+            let offset = offset.expect("a number");
+            for (value, label) in ticks.values.iter().zip(&ticks.labels) {
+                prop_assert!(*value >= low - 1e-6 * (high - low) && *value <= high + 1e-6 * (high - low));
+                let read: f64 = label.replace('−', "-").parse().expect("a number");
+                let back = offset + read * 10f64.powi(ticks.exponent);
+                prop_assert!((back - value).abs() <= 1e-6 * (high - low), "{back} for {value}");
+                prop_assert!(label.len() <= 12, "{label}");
+            }
+        }
+
+        #[test]
+        fn any_two_numbers_have_a_tick(low in any::<f64>(), high in any::<f64>(), max_n in 0..30_usize) {
+            prop_assert!(!Ticks::linear(low, high, max_n).values.is_empty());
+        }
+    }
+}
