@@ -53,6 +53,7 @@ mod meta;
 mod read;
 mod schema;
 mod select;
+mod viewer;
 mod wire;
 mod write;
 
@@ -63,4 +64,5 @@ pub use header::{
 };
 pub use read::{Log, LogReader, Record, Series};
 pub use select::{Column, Selection};
+pub use viewer::{Area, Entity, Joint, JointState, Line, Moment, Placement, Stage, Viewers};
 pub use write::LogWriter;

@@ -10,7 +10,7 @@ use crate::{
     EndStatus, Header, Level, LogError, Note, Segment, Topic, TopicId,
     frames::{self, Frames, State},
     meta,
-    schema::{T_NUMBER, log_number, motion_number},
+    schema::{T_NUMBER, motion_number},
     wire::{self, Fields, Malformed, Value},
 };
 use prologue::Prologue;
@@ -58,6 +58,14 @@ enum Decoder {
     },
     Note,
     Segment,
+    /// For other programs.
+    Foreign,
+}
+
+/// Field numbers of `foxglove.Log`.
+mod log_number {
+    pub(super) const LEVEL: u32 = 2;
+    pub(super) const MESSAGE: u32 = 3;
 }
 
 impl<R: Read> LogReader<R> {
@@ -124,12 +132,13 @@ impl<R: Read> LogReader<R> {
                     }
                 }
                 op::MESSAGE => {
-                    let (channel_id, message) = message(body)?;
+                    let (channel_id, log_time, message) = message(body)?;
                     match self.decoders.get(&channel_id) {
-                        // A channel that some other program added to the file.
-                        None => (),
+                        // Some other program may have added a channel later.
+                        None | Some(Decoder::Foreign) => (),
                         Some(Decoder::Note) => {
-                            return Ok(Some(Record::Note(decode_note(message)?)));
+                            let t = self.header.time(log_time);
+                            return Ok(Some(Record::Note(decode_note(message, t)?)));
                         }
                         Some(Decoder::Segment) => {
                             decode_segment(message, &mut self.segment).map_err(bad_message)?;
@@ -156,10 +165,13 @@ fn metadata(body: &[u8]) -> Result<Metadata, LogError> {
     }
 }
 
-fn message(body: &[u8]) -> Result<(u16, &[u8]), LogError> {
+/// Channel, log time and bytes of a message.
+fn message(body: &[u8]) -> Result<(u16, u64, &[u8]), LogError> {
     match mcap::parse_record(op::MESSAGE, body)? {
         // The record borrows `body`, but hides that in a `Cow`: 22 bytes are the message header.
-        records::Record::Message { header, .. } => Ok((header.channel_id, &body[22..])),
+        records::Record::Message { header, .. } => {
+            Ok((header.channel_id, header.log_time, &body[22..]))
+        }
         _ => Err(LogError::damaged("a message is none")),
     }
 }
@@ -201,13 +213,12 @@ fn decode_sample(
     Ok(t)
 }
 
-fn decode_note(message: &[u8]) -> Result<Note, LogError> {
-    let mut note = Note { level: Level::Info, t: 0.0, text: String::new() };
+fn decode_note(message: &[u8], t: f64) -> Result<Note, LogError> {
+    let mut note = Note { level: Level::Info, t, text: String::new() };
     for field in Fields::new(message) {
         let (number, value) = field.map_err(bad_message)?;
         match (u32::try_from(number), value) {
             (Ok(log_number::LEVEL), Value::Varint(level)) => note.level = level_of(level),
-            (Ok(log_number::T), Value::Fixed64(bits)) => note.t = f64::from_bits(bits),
             (Ok(log_number::MESSAGE), Value::Bytes(text)) => {
                 note.text = String::from_utf8_lossy(text).into_owned();
             }
