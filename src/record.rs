@@ -1,5 +1,8 @@
 //! A run as a log: which channels there are, and how a sample fills them.
 
+mod shown;
+mod stage;
+
 use std::collections::BTreeMap;
 use std::io::{Read, Write};
 use std::ops::Range;
@@ -12,6 +15,7 @@ use bksim_mbs::run::{RunCheckpoint, Sample, Segment, Summary};
 use bksim_mbs::sensitivity::{Sensitive, StateSensitivity};
 use bksim_mbs::start::Start;
 
+use self::shown::Shown;
 use crate::{Mechanism, VERSION};
 
 /// Writes samples to a log.
@@ -22,6 +26,8 @@ pub struct Recorder<W: Write> {
     /// Those of the channels.
     topics: Vec<TopicId>,
     sensitivities: Vec<TopicId>,
+    /// For programs that know nothing of bksim.
+    shown: Option<Shown>,
     values: Vec<f64>,
     segment: bksim_log::Segment,
 }
@@ -176,7 +182,7 @@ impl<W: Write> Recorder<W> {
         sensitive: &[Sensitive],
     ) -> Result<Self, LogError> {
         let mut header = Header::new(&mechanism.model.name, "toml", model_text, VERSION);
-        header.t_start = start.t;
+        (header.t_start, header.t_end) = (start.t, mechanism.model.solve.t_end);
         header.options = options.iter().cloned().collect();
         for parameter in &mechanism.model.parameters {
             let quantity = Quantity { value: parameter.value, unit: parameter.unit.clone() };
@@ -188,9 +194,10 @@ impl<W: Write> Recorder<W> {
         let sensitivities =
             sensitive.iter().map(|&by| header.add_topic(sensitivity_topic(mechanism, by)));
         let sensitivities = sensitivities.collect();
-        let writer = LogWriter::create(out, &header)?;
+        let mut writer = LogWriter::create(out, &header)?;
+        let shown = Shown::add(&mut writer, mechanism)?;
         let (values, segment) = (Vec::new(), bksim_log::Segment::default());
-        Ok(Self { writer, header, channels, topics, sensitivities, values, segment })
+        Ok(Self { writer, header, channels, topics, sensitivities, shown, values, segment })
     }
 
     /// Writes one sample to every channel.
@@ -198,12 +205,23 @@ impl<W: Write> Recorder<W> {
     /// # Errors
     /// [`LogError`] when the log cannot be written.
     pub fn write(&mut self, sample: &Sample) -> Result<(), LogError> {
-        for (&topic, (_, of)) in self.topics.iter().zip(&self.channels.topics) {
-            self.values.clear();
-            self.values.extend(self.channels.values(*of, sample));
-            self.writer.write(topic, sample.t, &self.values)?;
+        let mut values = std::mem::take(&mut self.values);
+        for topic_idx in 0..self.topics.len() {
+            values.clear();
+            values.extend(self.channels.values(self.channels.topics[topic_idx].1, sample));
+            self.put(topic_idx, sample.t, &values)?;
         }
+        self.values = values;
         Ok(())
+    }
+
+    /// Writes the values of one topic, and behind the last one of a sample what viewers are shown.
+    fn put(&mut self, topic_idx: usize, t: f64, values: &[f64]) -> Result<(), LogError> {
+        self.writer.write(self.topics[topic_idx], t, values)?;
+        let Some(shown) = &mut self.shown else { return Ok(()) };
+        shown.learn(self.channels.topics[topic_idx].1, values);
+        let is_last = topic_idx + 1 == self.topics.len();
+        if is_last { shown.write(&mut self.writer, t) } else { Ok(()) }
     }
 
     /// Writes the motion over a step, ahead of the samples in it.
@@ -252,10 +270,14 @@ impl<W: Write> Recorder<W> {
         while let Some(record) = first.next_record()? {
             match record {
                 Record::Sample { topic, t, values } => {
-                    let n_written = &mut n_written[topic.index()];
-                    if *n_written < checkpoint.n_samples() {
-                        *n_written += 1;
-                        self.writer.write(topic, t, values)?;
+                    let topic_idx = topic.index();
+                    if n_written[topic_idx] < checkpoint.n_samples() {
+                        n_written[topic_idx] += 1;
+                        if topic_idx < self.topics.len() {
+                            self.put(topic_idx, t, values)?;
+                        } else {
+                            self.writer.write(topic, t, values)?;
+                        }
                     }
                 }
                 Record::Note(note) if note.level < Level::Error => {

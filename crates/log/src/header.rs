@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::{LogError, schema};
+use crate::{LogError, schema, viewer};
 
 /// Topic of the [`Note`]s; every log has it, and no [`Topic`] may take its name.
 pub const LOG_TOPIC: &str = "/log";
@@ -87,6 +87,8 @@ pub struct Header {
     pub version: String,
     /// Time at which the run starts, s; may be negative.
     pub t_start: f64,
+    /// Time at which it is to end, s; before the start when the run goes back in time.
+    pub t_end: f64,
     /// Resolved parameters by name.
     pub parameters: BTreeMap<String, Quantity>,
     /// Options of the run by name.
@@ -96,7 +98,7 @@ pub struct Header {
 }
 
 impl Header {
-    /// A header without parameters, options and topics, of a run that starts at `t = 0`.
+    /// A header without parameters, options and topics, of a run from `t = 0` without end.
     pub fn new(model_name: &str, model_format: &str, model_text: &str, version: &str) -> Header {
         Header {
             model_name: model_name.into(),
@@ -104,6 +106,7 @@ impl Header {
             model_text: model_text.into(),
             version: version.into(),
             t_start: 0.0,
+            t_end: f64::INFINITY,
             parameters: BTreeMap::new(),
             options: BTreeMap::new(),
             topics: Vec::new(),
@@ -126,6 +129,16 @@ impl Header {
         self.topics.iter().enumerate().map(|(topic_idx, topic)| (TopicId(topic_idx), topic))
     }
 
+    /// Sign of the steps: 1, or −1 for a run back in time.
+    pub(crate) fn direction(&self) -> f64 {
+        if self.t_end < self.t_start { -1.0 } else { 1.0 }
+    }
+
+    /// The time, s, that lies so many nanoseconds behind the start.
+    pub(crate) fn time(&self, nanoseconds: u64) -> f64 {
+        self.t_start + self.direction() * (nanoseconds as f64 / 1e9)
+    }
+
     /// Checks that every name can be written and found again.
     pub(crate) fn check_names(&self) -> Result<(), LogError> {
         if !is_identifier(&self.model_format) {
@@ -141,6 +154,7 @@ impl Header {
                 return Err(bad_name("topic", &topic.name));
             }
             if [LOG_TOPIC, MOTION_TOPIC].contains(&topic.name.as_str())
+                || viewer::is_taken(&topic.name)
                 || !messages.insert(schema::message_name(&topic.name))
             {
                 return Err(duplicate("topic", &topic.name));

@@ -53,6 +53,7 @@ mod meta;
 mod read;
 mod schema;
 mod select;
+mod viewer;
 mod wire;
 mod write;
 
@@ -65,4 +66,5 @@ pub use read::{
     Contents, ForeignTopic, Log, LogReader, Record, Series, Survey, TopicCount, Wanted,
 };
 pub use select::{Column, Selection};
+pub use viewer::{Area, Entity, Joint, JointState, Line, Moment, Placement, Stage, Viewers};
 pub use write::LogWriter;

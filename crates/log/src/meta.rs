@@ -43,6 +43,7 @@ pub(crate) fn header_records(header: &Header) -> [Metadata; 3] {
         ("model_sha256", sha256(header.model_text.as_bytes())),
         ("version", header.version.clone()),
         ("t_start", format!("{:?}", header.t_start)),
+        ("t_end", format!("{:?}", header.t_end)),
     ] {
         run.metadata.insert(key.into(), value);
     }
@@ -69,6 +70,7 @@ pub(crate) fn read_header(
     header.model_format = take(run, "model_format")?;
     header.version = take(run, "version")?;
     header.t_start = number(&take(run, "t_start")?)?;
+    header.t_end = number(&take(run, "t_end")?)?;
     header.options = options.metadata;
     for (name, text) in &parameters.metadata {
         let (value, unit) = text.split_once(' ').unwrap_or((text, ""));

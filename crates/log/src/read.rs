@@ -11,7 +11,7 @@ use crate::{
     EndStatus, Header, Level, LogError, Note, Segment, Topic, TopicId,
     frames::{self, Frames, State},
     meta,
-    schema::{T_NUMBER, log_number, motion_number},
+    schema::{T_NUMBER, motion_number},
     wire::{self, Fields, Malformed, Value},
 };
 use prologue::Prologue;
@@ -76,6 +76,14 @@ enum Decoder {
     },
     Note,
     Segment,
+    /// For other programs.
+    Foreign,
+}
+
+/// Field numbers of `foxglove.Log`.
+mod log_number {
+    pub(super) const LEVEL: u32 = 2;
+    pub(super) const MESSAGE: u32 = 3;
 }
 
 impl<R: Read> LogReader<R> {
@@ -141,6 +149,7 @@ impl<R: Read> LogReader<R> {
             Decoder::Sample { topic, .. } => wanted.topics.contains(topic),
             Decoder::Note => wanted.notes,
             Decoder::Segment => wanted.motion,
+            Decoder::Foreign => false,
         });
         self
     }
@@ -166,12 +175,13 @@ impl<R: Read> LogReader<R> {
                     }
                 }
                 op::MESSAGE => {
-                    let (channel_id, message) = message(body)?;
+                    let (channel_id, log_time, message) = message(body)?;
                     match self.decoders.get(&channel_id) {
-                        // A channel that some other program added to the file.
-                        None => (),
+                        // Some other program may have added a channel later.
+                        None | Some(Decoder::Foreign) => (),
                         Some(Decoder::Note) => {
-                            return Ok(Some(Record::Note(decode_note(message)?)));
+                            let t = self.header.time(log_time);
+                            return Ok(Some(Record::Note(decode_note(message, t)?)));
                         }
                         Some(Decoder::Segment) => {
                             decode_segment(message, &mut self.segment).map_err(bad_message)?;
@@ -198,11 +208,17 @@ fn metadata(body: &[u8]) -> Result<Metadata, LogError> {
     }
 }
 
-/// Channel and data of a message. In between are its number (u32) and two times (u64).
-fn message(body: &[u8]) -> Result<(u16, &[u8]), LogError> {
-    let split = body.split_first_chunk::<2>().zip(body.get(2 + 4 + 8 + 8..));
-    let ((channel_id, _), data) = split.ok_or_else(|| LogError::damaged("a message is none"))?;
-    Ok((u16::from_le_bytes(*channel_id), data))
+/// Channel, log time and data of a message. In between are its number (u32) and, behind the log time,
+/// the time of publication (u64).
+fn message(body: &[u8]) -> Result<(u16, u64, &[u8]), LogError> {
+    let parts = || {
+        let (channel_id, rest) = body.split_first_chunk::<2>()?;
+        let (_, rest) = rest.split_first_chunk::<4>()?;
+        let (log_time, rest) = rest.split_first_chunk::<8>()?;
+        let (_, data) = rest.split_first_chunk::<8>()?;
+        Some((u16::from_le_bytes(*channel_id), u64::from_le_bytes(*log_time), data))
+    };
+    parts().ok_or_else(|| LogError::damaged("a message is none"))
 }
 
 /// Fills `values` and returns the time.
@@ -242,13 +258,12 @@ fn decode_sample(
     Ok(t)
 }
 
-fn decode_note(message: &[u8]) -> Result<Note, LogError> {
-    let mut note = Note { level: Level::Info, t: 0.0, text: String::new() };
+fn decode_note(message: &[u8], t: f64) -> Result<Note, LogError> {
+    let mut note = Note { level: Level::Info, t, text: String::new() };
     for field in Fields::new(message) {
         let (number, value) = field.map_err(bad_message)?;
         match (u32::try_from(number), value) {
             (Ok(log_number::LEVEL), Value::Varint(level)) => note.level = level_of(level),
-            (Ok(log_number::T), Value::Fixed64(bits)) => note.t = f64::from_bits(bits),
             (Ok(log_number::MESSAGE), Value::Bytes(text)) => {
                 note.text = String::from_utf8_lossy(text).into_owned();
             }

@@ -13,8 +13,7 @@
 
 use prost::Message as _;
 use prost_types::{
-    DescriptorProto, EnumDescriptorProto, EnumValueDescriptorProto, FieldDescriptorProto,
-    FileDescriptorProto, FileDescriptorSet,
+    DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet,
     field_descriptor_proto::{Label, Type},
 };
 
@@ -25,18 +24,9 @@ use crate::{
 
 /// Field number of the time, in samples.
 pub(crate) const T_NUMBER: u32 = 1;
-/// Name of the schema of `/log`: viewers know it.
-pub(crate) const LOG_SCHEMA: &str = "foxglove.Log";
+/// Name of the schema of `/log`, which Foxglove has published.
+pub(crate) const LOG: &str = "foxglove.Log";
 const PACKAGE: &str = "bksim";
-
-/// Field numbers of `foxglove.Log`, and of the exact time that is added to it.
-pub(crate) mod log_number {
-    pub(crate) const TIMESTAMP: u32 = 1;
-    pub(crate) const LEVEL: u32 = 2;
-    pub(crate) const MESSAGE: u32 = 3;
-    pub(crate) const NAME: u32 = 4;
-    pub(crate) const T: u32 = 15;
-}
 
 /// Name of the schema of `/motion`.
 pub(crate) const MOTION_SCHEMA: &str = "bksim.Motion";
@@ -72,6 +62,11 @@ pub(crate) fn schema_name(topic_name: &str) -> String {
     format!("{PACKAGE}.{}", message_name(topic_name))
 }
 
+/// Whether a schema is one of bksim's own; all others are for other programs.
+pub(crate) fn is_own(schema_name: &str) -> bool {
+    schema_name.strip_prefix(PACKAGE).is_some_and(|rest| rest.starts_with('.'))
+}
+
 /// Serialised `FileDescriptorSet` of a topic.
 pub(crate) fn descriptor_set(topic: &Topic) -> Vec<u8> {
     let signal = |(field_idx, field): (usize, &Field)| {
@@ -86,39 +81,6 @@ pub(crate) fn descriptor_set(topic: &Topic) -> Vec<u8> {
     };
     let name = format!("bksim/{}.proto", message_name(&topic.name));
     FileDescriptorSet { file: vec![proto_file(&name, PACKAGE, message)] }.encode_to_vec()
-}
-
-/// Serialised `FileDescriptorSet` of `foxglove.Log`, with its import.
-pub(crate) fn log_descriptor_set() -> Vec<u8> {
-    let timestamp = DescriptorProto {
-        name: Some("Timestamp".into()),
-        field: vec![scalar("seconds", 1, Type::Int64), scalar("nanos", 2, Type::Int32)],
-        ..DescriptorProto::default()
-    };
-    let typed = |name, number, r#type, type_name: &str| FieldDescriptorProto {
-        type_name: Some(type_name.into()),
-        ..scalar(name, number, r#type)
-    };
-    let timestamp_type = ".google.protobuf.Timestamp";
-    let log = DescriptorProto {
-        name: Some("Log".into()),
-        field: vec![
-            typed("timestamp", log_number::TIMESTAMP, Type::Message, timestamp_type),
-            typed("level", log_number::LEVEL, Type::Enum, ".foxglove.Log.Level"),
-            scalar("message", log_number::MESSAGE, Type::String),
-            scalar("name", log_number::NAME, Type::String),
-            scalar("file", 5, Type::String),
-            scalar("line", 6, Type::Fixed32),
-            scalar("t", log_number::T, Type::Double),
-        ],
-        enum_type: vec![levels()],
-        ..DescriptorProto::default()
-    };
-    let timestamp_path = "google/protobuf/timestamp.proto";
-    let mut log_file = proto_file("foxglove/Log.proto", "foxglove", log);
-    log_file.dependency.push(timestamp_path.into());
-    let timestamp_file = proto_file(timestamp_path, "google.protobuf", timestamp);
-    FileDescriptorSet { file: vec![timestamp_file, log_file] }.encode_to_vec()
 }
 
 /// Serialised `FileDescriptorSet` of `bksim.Motion`.
@@ -140,20 +102,6 @@ pub(crate) fn motion_descriptor_set() -> Vec<u8> {
     };
     FileDescriptorSet { file: vec![proto_file("bksim/Motion.proto", PACKAGE, motion)] }
         .encode_to_vec()
-}
-
-fn levels() -> EnumDescriptorProto {
-    let names = ["UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL"];
-    let value = |(number, name): (i32, &str)| EnumValueDescriptorProto {
-        name: Some(name.into()),
-        number: Some(number),
-        ..EnumValueDescriptorProto::default()
-    };
-    EnumDescriptorProto {
-        name: Some("Level".into()),
-        value: (0..).zip(names).map(value).collect(),
-        ..EnumDescriptorProto::default()
-    }
 }
 
 fn proto_file(name: &str, package: &str, message: DescriptorProto) -> FileDescriptorProto {
@@ -277,8 +225,6 @@ mod tests {
     fn generated_types_decode_the_descriptors() {
         let set = FileDescriptorSet::decode(&descriptor_set(&topic())[..]).expect("valid");
         assert_eq!(set.file[0].message_type[0].field.len(), 3);
-        let set = FileDescriptorSet::decode(&log_descriptor_set()[..]).expect("valid");
-        assert_eq!(set.file[1].dependency, [set.file[0].name()]);
     }
 
     #[test]

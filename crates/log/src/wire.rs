@@ -90,19 +90,6 @@ pub(crate) fn put_f64(message: &mut Vec<u8>, number: u32, value: f64) {
     message.extend_from_slice(&value.to_bits().to_le_bytes());
 }
 
-/// Appends an integer.
-pub(crate) fn put_u64(message: &mut Vec<u8>, number: u32, value: u64) {
-    put_varint(message, u64::from(number) << 3);
-    put_varint(message, value);
-}
-
-/// Appends a text, or a message inside the message.
-pub(crate) fn put_bytes(message: &mut Vec<u8>, number: u32, value: &[u8]) {
-    put_varint(message, u64::from(number) << 3 | 2);
-    put_varint(message, value.len() as u64);
-    message.extend_from_slice(value);
-}
-
 /// Appends a packed array of doubles; nothing when it is empty.
 pub(crate) fn put_f64s(message: &mut Vec<u8>, number: u32, values: &[f64]) {
     put_packed(message, number, values.iter().map(|value| value.to_bits().to_le_bytes()));
@@ -158,8 +145,12 @@ mod tests {
     fn fields_come_back_as_they_were_put() {
         let mut message = Vec::new();
         put_f64(&mut message, 1, -0.0);
-        put_u64(&mut message, 16, u64::MAX);
-        put_bytes(&mut message, 536_870_911, b"text");
+        // As other writers put them: a number of two bytes with the largest integer, the largest
+        // number with a text.
+        message.extend([0x80, 0x01]);
+        message.extend([[0xff; 9].as_slice(), &[0x01]].concat());
+        message.extend([0xfa, 0xff, 0xff, 0xff, 0x0f, 4]);
+        message.extend(b"text");
         let fields: Vec<_> = Fields::new(&message).collect::<Result<_, _>>().expect("well formed");
         assert_eq!(
             fields,

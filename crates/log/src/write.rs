@@ -7,13 +7,14 @@ use std::{
     time::{Duration, Instant},
 };
 
+use foxglove::{Encode, messages};
 use mcap::{Attachment, McapResult, WriteOptions, Writer, records::MessageHeader, write::NoSeek};
 
 use crate::{
     EndStatus, Header, LOG_TOPIC, Level, LogError, MOTION_TOPIC, Segment, Topic, TopicId,
     frames::RECORD_LIMIT,
     meta,
-    schema::{self, field_number, log_number, motion_number},
+    schema::{self, field_number, motion_number},
     wire,
 };
 
@@ -35,6 +36,8 @@ pub struct LogWriter<W: Write> {
     /// `None` once a write has failed or the log is finished.
     writer: Option<Writer<NoSeek<W>>>,
     t_start: f64,
+    /// 1, or −1 for a run back in time.
+    direction: f64,
     channels: Vec<Channel>,
     notes: Channel,
     motion: Channel,
@@ -45,7 +48,9 @@ pub struct LogWriter<W: Write> {
     message: Vec<u8>,
 }
 
-struct Channel {
+/// A channel that is written to.
+#[derive(Debug)]
+pub(crate) struct Channel {
     name: String,
     id: u16,
     n_fields: usize,
@@ -77,9 +82,7 @@ impl<W: Write> LogWriter<W> {
         }
         let channels = header.topics.iter().map(|topic| add_topic(&mut writer, topic));
         let channels = channels.collect::<Result<_, _>>()?;
-        let log_schema =
-            writer.add_schema(schema::LOG_SCHEMA, "protobuf", &schema::log_descriptor_set())?;
-        let id = writer.add_channel(log_schema, LOG_TOPIC, "protobuf", &BTreeMap::new())?;
+        let notes = add_published::<messages::Log, W>(&mut writer, LOG_TOPIC, &BTreeMap::new())?;
         let motion_schema = writer.add_schema(
             schema::MOTION_SCHEMA,
             "protobuf",
@@ -91,9 +94,10 @@ impl<W: Write> LogWriter<W> {
         Ok(LogWriter {
             writer: Some(writer),
             t_start: header.t_start,
+            direction: header.direction(),
             channels,
-            notes: Channel { name: LOG_TOPIC.into(), id, n_fields: 0, n_written: 0 },
-            motion: Channel { name: MOTION_TOPIC.into(), id: motion_id, n_fields: 0, n_written: 0 },
+            notes,
+            motion: Channel::new(MOTION_TOPIC, motion_id, 0),
             last_t: header.t_start,
             flush_interval: FLUSH_INTERVAL,
             last_flush: Instant::now(),
@@ -158,7 +162,8 @@ impl<W: Write> LogWriter<W> {
         self.put(header)
     }
 
-    /// Appends a line to the topic `/log`; `t` in seconds need not follow the samples.
+    /// Appends a line to the topic `/log`; `t` in seconds need not follow the samples. It is kept to
+    /// the nanosecond, and not before the start.
     ///
     /// # Errors
     /// [`LogError::BadTime`] for a time that is not finite, [`LogError::Io`],
@@ -169,16 +174,16 @@ impl<W: Write> LogWriter<W> {
         }
         check_size("a note", text.len())?;
         let log_time = self.log_time(t);
-        let mut timestamp = Vec::new();
-        wire::put_u64(&mut timestamp, 1, log_time / NANOSECONDS);
-        wire::put_u64(&mut timestamp, 2, log_time % NANOSECONDS);
-
+        let message = messages::Log {
+            timestamp: Some(self.timestamp(t)),
+            level: level as i32,
+            message: text.into(),
+            name: "bksim".into(),
+            ..messages::Log::default()
+        };
         self.message.clear();
-        wire::put_bytes(&mut self.message, log_number::TIMESTAMP, &timestamp);
-        wire::put_u64(&mut self.message, log_number::LEVEL, level as u64);
-        wire::put_bytes(&mut self.message, log_number::MESSAGE, text.as_bytes());
-        wire::put_bytes(&mut self.message, log_number::NAME, b"bksim");
-        wire::put_f64(&mut self.message, log_number::T, t);
+        // A buffer that grows has room for every message.
+        let _ = message.encode(&mut self.message);
         let header = self.notes.next_message(log_time);
         self.put(header)
     }
@@ -227,10 +232,51 @@ impl<W: Write> LogWriter<W> {
         Ok(writer.into_inner().into_inner())
     }
 
+    /// Adds a channel of one of Foxglove's messages.
+    pub(crate) fn add_published<M: Encode>(
+        &mut self,
+        topic: &str,
+        metadata: &BTreeMap<String, String>,
+    ) -> Result<Channel, LogError> {
+        let mut channel = None;
+        self.attempt(|writer| {
+            channel = Some(add_published::<M, W>(writer, topic, metadata)?);
+            Ok(())
+        })?;
+        channel.ok_or(LogError::Abandoned)
+    }
+
+    /// Appends one of Foxglove's messages at time `t`.
+    pub(crate) fn put_published(
+        &mut self,
+        channel: &mut Channel,
+        t: f64,
+        message: &impl Encode,
+    ) -> Result<(), LogError> {
+        self.message.clear();
+        // A buffer that grows has room for every message.
+        let _ = message.encode(&mut self.message);
+        let header = channel.next_message(self.log_time(t));
+        self.put(header)
+    }
+
+    /// Time at which the run starts, s.
+    pub(crate) fn t_start(&self) -> f64 {
+        self.t_start
+    }
+
+    /// The log time of `t` as Foxglove's messages have it; saturates after 136 years.
+    pub(crate) fn timestamp(&self, t: f64) -> messages::Timestamp {
+        let log_time = self.log_time(t);
+        let nanoseconds = u32::try_from(log_time % NANOSECONDS).unwrap_or_default();
+        let seconds = u32::try_from(log_time / NANOSECONDS).unwrap_or(u32::MAX);
+        messages::Timestamp::new(seconds, nanoseconds)
+    }
+
     /// Moves on to `t`, unless it lies behind.
-    fn advance(&mut self, t: f64) -> Result<(), LogError> {
+    pub(crate) fn advance(&mut self, t: f64) -> Result<(), LogError> {
         // Also false for a time that is not a number.
-        let is_ahead = (t - self.t_start).abs() >= (self.last_t - self.t_start).abs();
+        let is_ahead = (t - self.last_t) * self.direction >= 0.0;
         if !is_ahead || !t.is_finite() {
             return Err(LogError::BadTime { t, previous: self.last_t });
         }
@@ -238,14 +284,14 @@ impl<W: Write> LogWriter<W> {
         Ok(())
     }
 
-    /// Distance of `t` from the start in nanoseconds; saturates after 584 years.
+    /// Distance of `t` from the start in nanoseconds; saturates at zero and after 584 years.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "meant to saturate"
     )]
     fn log_time(&self, t: f64) -> u64 {
-        ((t - self.t_start).abs() * NANOSECONDS as f64).round() as u64
+        ((t - self.t_start) * self.direction * NANOSECONDS as f64).round() as u64
     }
 
     /// Appends `self.message`, and flushes when it is time.
@@ -285,6 +331,10 @@ impl<W: Write> Drop for LogWriter<W> {
 }
 
 impl Channel {
+    fn new(name: &str, id: u16, n_fields: usize) -> Channel {
+        Channel { name: name.into(), id, n_fields, n_written: 0 }
+    }
+
     /// The sequence number wraps around, as MCAP leaves to the writer.
     fn next_message(&mut self, log_time: u64) -> MessageHeader {
         let sequence = self.n_written;
@@ -319,7 +369,21 @@ fn add_topic<W: Write>(writer: &mut Writer<NoSeek<W>>, topic: &Topic) -> Result<
         }
     }
     let id = writer.add_channel(schema_id, &topic.name, "protobuf", &metadata)?;
-    Ok(Channel { name: topic.name.clone(), id, n_fields: topic.fields.len(), n_written: 0 })
+    Ok(Channel::new(&topic.name, id, topic.fields.len()))
+}
+
+/// A channel of one of Foxglove's messages; channels of one message share their schema.
+fn add_published<M: Encode, W: Write>(
+    writer: &mut Writer<NoSeek<W>>,
+    topic: &str,
+    metadata: &BTreeMap<String, String>,
+) -> McapResult<Channel> {
+    let schema_id = match M::get_schema() {
+        Some(schema) => writer.add_schema(&schema.name, &schema.encoding, &schema.data)?,
+        None => 0,
+    };
+    let id = writer.add_channel(schema_id, topic, &M::get_message_encoding(), metadata)?;
+    Ok(Channel::new(topic, id, 0))
 }
 
 /// Refuses what no reader would take; a quarter of the limit leaves room for the framing.
@@ -341,7 +405,7 @@ fn check_sizes(header: &Header) -> Result<(), LogError> {
     Ok(())
 }
 
-fn check_size(what: &'static str, bytes: usize) -> Result<(), LogError> {
+pub(crate) fn check_size(what: &'static str, bytes: usize) -> Result<(), LogError> {
     let (bytes, limit) = (bytes as u64, (RECORD_LIMIT / 4) as u64);
     if bytes > limit { Err(LogError::TooLarge { what, bytes, limit }) } else { Ok(()) }
 }

@@ -232,7 +232,7 @@ fn names_that_could_not_be_found_again_are_refused() {
 #[test]
 fn time_runs_one_way_and_samples_are_complete() -> Result<(), LogError> {
     let mut header = Header::new("m", "toml", "", "");
-    header.t_start = 1.0;
+    (header.t_start, header.t_end) = (1.0, -5.0);
     let topic = header.add_topic(Topic::new("/state", [Field::new("x", "m", "")]));
     let mut writer = LogWriter::create(Vec::new(), &header)?;
     // Backwards from the start is a direction too; repeating a time is allowed.

@@ -86,12 +86,19 @@ impl Prologue {
 
         let mut decoders = BTreeMap::new();
         for channel in self.channels {
-            let Some((schema_name, schema)) = self.schemas.get(&channel.schema_id) else {
-                return Err(LogError::damaged(format!("`{}` has no schema", channel.topic)));
+            let (schema_name, schema) = match self.schemas.get(&channel.schema_id) {
+                Some((name, schema)) => (name.as_str(), &schema[..]),
+                // MCAP leaves channels without a schema to their programs.
+                None if channel.schema_id == 0 => ("", &[][..]),
+                None => {
+                    return Err(LogError::damaged(format!("`{}` has no schema", channel.topic)));
+                }
             };
             let id = channel.id;
-            let decoder = if channel.topic == LOG_TOPIC {
+            let decoder = if channel.topic == LOG_TOPIC && schema_name == schema::LOG {
                 Decoder::Note
+            } else if !schema::is_own(schema_name) {
+                Decoder::Foreign
             } else if channel.topic == MOTION_TOPIC {
                 Decoder::Segment
             } else {

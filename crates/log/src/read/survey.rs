@@ -86,8 +86,9 @@ impl Survey {
                     }
                 }
                 op::MESSAGE => {
-                    let (channel_id, message) = message(body)?;
-                    survey.count(log.decoders.get(&channel_id), message)?;
+                    let (channel_id, log_time, message) = message(body)?;
+                    let t = survey.header.time(log_time);
+                    survey.count(log.decoders.get(&channel_id), t, message)?;
                 }
                 _ => (),
             }
@@ -98,10 +99,16 @@ impl Survey {
         Ok(survey)
     }
 
-    fn count(&mut self, decoder: Option<&Decoder>, message: &[u8]) -> Result<(), LogError> {
+    /// `t` is the time of the message to a nanosecond.
+    fn count(
+        &mut self,
+        decoder: Option<&Decoder>,
+        t: f64,
+        message: &[u8],
+    ) -> Result<(), LogError> {
         let bytes = message.len() as u64;
         match decoder {
-            None => self.n_foreign += 1,
+            None | Some(Decoder::Foreign) => self.n_foreign += 1,
             Some(Decoder::Segment) => {
                 self.n_segments += 1;
                 self.motion_bytes += bytes;
@@ -109,7 +116,7 @@ impl Survey {
             Some(Decoder::Note) => {
                 self.n_notes += 1;
                 if self.notes.len() < MAX_NOTES {
-                    self.notes.push(decode_note(message)?);
+                    self.notes.push(decode_note(message, t)?);
                 }
             }
             Some(Decoder::Sample { topic, t_number, .. }) => {
@@ -179,7 +186,7 @@ impl Contents {
             match opcode {
                 op::HEADER | op::SCHEMA | op::CHANNEL => n_bytes += body.len(),
                 op::MESSAGE => {
-                    let (channel_id, _) = message(body)?;
+                    let (channel_id, ..) = message(body)?;
                     if let Some(topic) = topics.get_mut(&channel_id) {
                         topic.n_messages += 1;
                     }
