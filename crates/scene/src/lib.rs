@@ -13,6 +13,7 @@ mod camera;
 mod color;
 mod draw;
 mod from_model;
+mod geometry;
 mod picture;
 mod scene;
 mod span;
