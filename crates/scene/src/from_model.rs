@@ -45,7 +45,7 @@ impl Scene {
         // Back to front; springs lie between the bodies and the pins, see `Role::is_in_front`.
         let mut shapes = sketch.ground();
         let (blocks, others): (Vec<usize>, Vec<usize>) =
-            (1..model.bodies.len()).partition(|&body| sketch.is_block(body));
+            (1..model.bodies.len()).partition(|&body| sketch.is_slider(body));
         for body in blocks.into_iter().chain(others) {
             shapes.extend(sketch.body(body));
         }
@@ -89,6 +89,10 @@ impl<'a> Sketch<'a> {
         Self { numbers, attached, rails, colours, pin: sizes.pin }
     }
 
+    fn is_planar(&self) -> bool {
+        self.model().space == Space::Planar
+    }
+
     fn model(&self) -> &'a Model {
         self.numbers.model
     }
@@ -98,13 +102,10 @@ impl<'a> Sketch<'a> {
         self.rails.iter().flatten().filter(move |rail| rail.body == body)
     }
 
-    /// The rails whose block is on a body.
-    fn blocks_of(&self, body: usize) -> impl Iterator<Item = &Rail> {
-        self.rails.iter().flatten().filter(move |rail| rail.block.is_some_and(|b| b.body == body))
-    }
-
-    fn is_block(&self, body: usize) -> bool {
-        self.blocks_of(body).next().is_some()
+    /// Whether a body slides on a rail.
+    fn is_slider(&self, body: usize) -> bool {
+        let mut sliders = self.rails.iter().flatten().filter_map(|rail| rail.slider);
+        sliders.any(|slider| slider.body == body)
     }
 
     fn role_of(&self, body: usize) -> Role {
@@ -147,15 +148,15 @@ fn colours(model: &Model) -> Vec<u8> {
 }
 
 impl Shape {
-    /// An area in the plane z = 0 of a body.
-    fn region(body: usize, role: Role, rings: &[Vec<Point>]) -> Self {
-        let rings = rings.iter().map(|ring| Plane::XY.lifted(ring)).collect();
+    /// An area in a plane of a body.
+    fn region(body: usize, role: Role, plane: &Plane, rings: &[Vec<Point>]) -> Self {
+        let rings = rings.iter().map(|ring| plane.lifted(ring)).collect();
         Self { body, role, form: Form::Region(rings) }
     }
 
-    /// A line in the plane z = 0 of a body.
-    fn line(body: usize, role: Role, points: &[Point]) -> Self {
-        let points = Plane::XY.lifted(points);
+    /// A line in a plane of a body.
+    fn line(body: usize, role: Role, plane: &Plane, points: &[Point]) -> Self {
+        let points = plane.lifted(points);
         Self { body, role, form: Form::Line { points, is_closed: false } }
     }
 
@@ -166,9 +167,4 @@ impl Shape {
             Form::Line { points, .. } => is_finite(points),
         }
     }
-}
-
-/// The part of a place that lies in the plane.
-fn flat([x, y, _]: [f64; 3]) -> Point {
-    [x, y]
 }

@@ -26,10 +26,62 @@ impl Plane {
         std::array::from_fn(|i| self.origin[i] + x * self.u[i] + y * self.v[i])
     }
 
+    /// The foot of a point in the plane.
+    pub(crate) fn foot(&self, p: [f64; 3]) -> Point {
+        let d = std::array::from_fn(|i| p[i] - self.origin[i]);
+        [dot3(d, self.u), dot3(d, self.v)]
+    }
+
     /// Where the points of a line are.
     pub(crate) fn lifted(&self, points: &[Point]) -> Vec<[f64; 3]> {
         points.iter().map(|&p| self.lift(p)).collect()
     }
+}
+
+pub(crate) fn dot3(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub(crate) fn cross3(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    let [x, y, z] = a;
+    let [p, q, r] = b;
+    [y * r - z * q, z * p - x * r, x * q - y * p]
+}
+
+pub(crate) fn sub3(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|i| a[i] - b[i])
+}
+
+/// `a` and `factor` times `b`.
+pub(crate) fn along3(a: [f64; 3], factor: f64, b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|i| a[i] + factor * b[i])
+}
+
+pub(crate) fn length3([x, y, z]: [f64; 3]) -> f64 {
+    x.hypot(y).hypot(z)
+}
+
+pub(crate) fn distance3(a: [f64; 3], b: [f64; 3]) -> f64 {
+    length3(sub3(a, b))
+}
+
+/// The unit vector along `a`, if it has a direction.
+pub(crate) fn unit3(a: [f64; 3]) -> Option<[f64; 3]> {
+    let length = length3(a);
+    let unit = a.map(|x| x / length);
+    (unit.iter().all(|x| x.is_finite())).then_some(unit)
+}
+
+/// A unit vector across the unit vector `along`: across `other` too, where that has another
+/// direction.
+pub(crate) fn across3(along: [f64; 3], other: [f64; 3]) -> [f64; 3] {
+    let across = |other| {
+        let normal = cross3(other, along);
+        if length3(normal) > 1e-6 { unit3(normal) } else { None }
+    };
+    let axes = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]];
+    let found = std::iter::once(other).chain(axes).find_map(across);
+    found.unwrap_or([0.0, 1.0, 0.0])
 }
 
 pub(crate) fn add(a: Point, b: Point) -> Point {

@@ -1,7 +1,7 @@
 //! How large symbols are: a share of the mechanism's own lengths.
 
+use super::attachments;
 use super::numbers::Numbers;
-use super::{attachments, flat};
 use crate::geometry::{Point, distance_from_edges};
 
 /// Radius of a pin against the length of a link.
@@ -60,7 +60,7 @@ fn edge_distances(numbers: &Numbers) -> Vec<f64> {
     let mut distances = Vec::new();
     for at in attachments(numbers) {
         let rings = numbers.outline(at.body);
-        let p = flat(at.position);
+        let p = [at.position[0], at.position[1]];
         let nearest = rings.iter().map(|ring: &Vec<Point>| distance_from_edges(p, ring));
         distances.extend(nearest.reduce(f64::min));
     }

@@ -2,64 +2,95 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use bksim_mbs::model::{JointKind, LoadKind};
+use bksim_mbs::model::{Joint, JointKind, LoadKind};
 
-use super::{Sketch, flat};
-use crate::geometry::{Point, add, arc, circle, direction, distance, scaled};
-use crate::{Attached, Role, Shape};
+use super::Sketch;
+use crate::geometry::{
+    Plane, Point, across3, along3, arc, circle, cross3, direction, distance3, scaled, unit3,
+};
+use crate::{Attached, Form, Role, Shape};
 
 /// Radius of the sign of a centre of mass, radii of a pin.
 const MASS: f64 = 1.0;
-/// Inner and outer radius of a torsion spring, and its turns.
-const SPIRAL: [f64; 3] = [1.5, 3.4, 2.25];
+/// Inner and outer radius of a torsion spring.
+const SPIRAL: [f64; 2] = [1.5, 3.4];
+/// Its turns.
+const TURNS: f64 = 2.25;
+/// Half length of a pin in space.
+const PIN_LENGTH: f64 = 2.4;
 
 impl Sketch<'_> {
     /// The pins of joints that turn.
     pub(super) fn pins(&self) -> Vec<Shape> {
-        let at = self.pinned().into_iter();
-        let pin = |at: Attached| {
-            Shape::region(at.body, Role::Pin, &[circle(flat(at.position), self.pin)])
-        };
-        at.map(pin).collect()
-    }
-
-    /// Where there is a pin.
-    fn pinned(&self) -> Vec<Attached> {
-        let mut at = Vec::new();
+        let mut shapes = Vec::new();
         for joint in &self.model().joints {
-            match joint.kind {
-                JointKind::Revolute | JointKind::PinInSlot => {
-                    at.push(self.numbers.attached(joint.successor));
-                }
-                JointKind::Link { .. } => {
-                    let ends = [joint.predecessor, joint.successor];
-                    at.extend(ends.map(|anchor| self.numbers.attached(anchor)));
-                }
-                JointKind::Prismatic { .. } | JointKind::Weld { .. } => (),
+            let ends = [joint.predecessor, joint.successor].map(|a| self.numbers.attached(a));
+            let pinned = match joint.kind {
+                JointKind::Revolute | JointKind::PinInSlot => &ends[1..],
+                JointKind::Link { .. } => &ends[..],
+                JointKind::Prismatic { .. } | JointKind::Weld { .. } => &[],
+            };
+            for &at in pinned {
+                shapes.extend(self.pin(joint, at));
             }
         }
-        at
+        shapes
     }
 
-    /// The signs of centres of mass, where they are not hidden by a pin.
+    /// A circle; in space, on the axis that it turns about.
+    fn pin(&self, joint: &Joint, at: Attached) -> Vec<Shape> {
+        let plane = self.turning_plane(joint, at);
+        let ring = circle([0.0; 2], self.pin);
+        let mut shapes = vec![Shape::region(at.body, Role::Pin, &plane, &[ring])];
+        if !self.is_planar() && joint.kind == JointKind::Revolute {
+            let axis = cross3(plane.u, plane.v);
+            let end = |side: f64| along3(at.position, side * PIN_LENGTH * self.pin, axis);
+            let form = Form::Line { points: vec![end(-1.0), end(1.0)], is_closed: false };
+            shapes.push(Shape { body: at.body, role: Role::Pin, form });
+        }
+        shapes
+    }
+
+    /// The plane across the axis of a joint; a revolute has the same axis in both its bodies.
+    fn turning_plane(&self, joint: &Joint, at: Attached) -> Plane {
+        if self.is_planar() {
+            return Plane { origin: at.position, ..Plane::XY };
+        }
+        let stated = match joint.kind {
+            JointKind::Revolute => unit3(self.numbers.vector(&joint.axis)),
+            _ => None,
+        };
+        let axis = stated.unwrap_or([0.0, 0.0, 1.0]);
+        let u = across3(axis, [0.0, 0.0, 1.0]);
+        Plane { origin: at.position, u, v: cross3(axis, u) }
+    }
+
+    /// The signs of centres of mass, where no pin hides them.
     pub(super) fn masses(&self) -> Vec<Shape> {
         let mut shapes = Vec::new();
-        let pinned: Vec<Vec<Point>> =
-            self.attached.iter().map(|points| points.iter().copied().map(flat).collect()).collect();
         for body in 1..self.model().bodies.len() {
             let Some(com) = self.com(body) else { continue };
-            let is_hidden = pinned[body].iter().any(|&p| distance(p, com) < 2.0 * self.pin);
-            if is_hidden {
+            let attached = &self.attached[body];
+            let is_hidden = attached.iter().any(|&p| distance3(p, com) < 2.0 * self.pin);
+            // A bob says as much.
+            let is_bob = self.is_point_mass(body) && self.numbers.outline(body).is_empty();
+            if is_hidden || is_bob {
                 continue;
             }
-            let radius = MASS * self.pin;
+            let mut points = vec![com];
+            points.extend(attached);
+            let plane = self.plane_through(body, &points).unwrap_or(Plane::XY);
+            let plane = Plane { origin: com, ..plane };
             let quarter = |from: f64| {
-                let mut ring = arc(com, radius, from, from + FRAC_PI_2);
-                ring.push(com);
+                let mut ring = arc([0.0; 2], MASS * self.pin, from, from + FRAC_PI_2);
+                ring.push([0.0; 2]);
                 ring
             };
-            shapes.push(Shape::region(body, Role::MassLight, &[circle(com, radius)]));
-            shapes.push(Shape::region(body, Role::MassDark, &[quarter(0.0), quarter(PI)]));
+            // Beside each other, so that no order of painting hides one.
+            for (role, first) in [(Role::MassLight, FRAC_PI_2), (Role::MassDark, 0.0)] {
+                let rings = [quarter(first), quarter(first + PI)];
+                shapes.push(Shape::region(body, role, &plane, &rings));
+            }
         }
         shapes
     }
@@ -73,16 +104,17 @@ impl Sketch<'_> {
             if self.model().pool.is_zero(stiffness) {
                 continue;
             }
-            let at = self.numbers.attached(self.model().joints[joint.0].successor);
-            let [inner, outer, turns] = SPIRAL;
-            let n = 24.0 * turns;
+            let joint = &self.model().joints[joint.0];
+            let at = self.numbers.attached(joint.successor);
+            let [inner, outer] = SPIRAL.map(|x| x * self.pin);
+            let n = 72;
             let point = |i: u32| {
-                let part = f64::from(i) / n;
-                let radius = (inner + (outer - inner) * part) * self.pin;
-                add(flat(at.position), scaled(radius, direction(TAU * turns * part)))
+                let part = f64::from(i) / f64::from(n);
+                scaled(inner + (outer - inner) * part, direction(TAU * TURNS * part))
             };
-            let points: Vec<Point> = (0..=54).map(point).collect();
-            shapes.push(Shape::line(at.body, Role::Spring, &points));
+            let points: Vec<Point> = (0..=n).map(point).collect();
+            let plane = self.turning_plane(joint, at);
+            shapes.push(Shape::line(at.body, Role::Spring, &plane, &points));
         }
         shapes
     }
