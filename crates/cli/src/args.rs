@@ -3,6 +3,7 @@
 pub(crate) mod cad;
 pub(crate) mod draw;
 pub(crate) mod edit;
+pub(crate) mod page;
 
 use std::path::PathBuf;
 
@@ -36,6 +37,8 @@ pub(crate) enum Command {
     Solve(Solve),
     /// Write channels of a log as CSV or Parquet.
     Export(Export),
+    /// Write a run as one page of HTML: animation, curves, equations, certificate.
+    Page(page::Page),
     /// Differentiate, simplify, solve, evaluate and typeset one expression.
     Expr(Expression),
     /// Read and write what is attached to drawings.

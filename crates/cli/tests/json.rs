@@ -119,6 +119,7 @@ fn the_page_lists_the_keys_that_are_printed() {
         "solve contacts.toml --t-end 1",
         "solve five-link.toml --t-end 0",
         "export parallelogram.mcap energy -o energy.csv",
+        "page parallelogram.mcap",
         "cad mass slider-crank.dxf",
         "cad mass four-bar.dxf --body crank",
         "cad dist slider-crank.dxf",
