@@ -177,9 +177,16 @@ fn section(id: &str, title: &str, body: &str) -> String {
 /// Parts with their headings; the HTML is ours already.
 fn headed(parts: &[(String, String)]) -> String {
     let part = |(title, html): &(String, String)| {
-        format!("<h3>{}</h3>\n<div class=\"scroll\">{html}</div>", escape::html(title))
+        let title = escape::html(title);
+        format!(
+            "<div class=\"part\">\n<h3>{title}</h3>\n<div class=\"scroll\">{html}</div>\n</div>"
+        )
     };
-    parts.iter().map(part).collect::<Vec<_>>().join("\n")
+    let parts: Vec<String> = parts.iter().map(part).collect();
+    match parts.is_empty() {
+        true => String::new(),
+        false => format!("<div class=\"parts\">\n{}\n</div>", parts.join("\n")),
+    }
 }
 
 /// Bodies, joints, parameters, and the text.

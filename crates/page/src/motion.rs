@@ -19,7 +19,7 @@ use crate::escape::doubles;
 
 /// Largest difference between polynomials and motion that needs no more points, of coordinates and
 /// rates, in their units or of their size: poses are then right to 1e-9 for any sensible lengths.
-const CLOSE: f64 = 1e-11;
+const CLOSE: f64 = 1e-10;
 /// A larger difference is said on the page.
 const NOTICED: f64 = 1e-9;
 /// The highest degree that is tried.

@@ -4,6 +4,8 @@ import { markerPlace, markerVelocity } from './scene.js';
 
 /** Instants that are looked at to find ways, sizes and extents. */
 const N_INSTANTS = 800;
+/** Markers of which the one with the widest way is looked for. */
+const MAX_TRIED = 60;
 /** Longest arrow as a part of the mechanism's size. */
 const ARROW = 0.22;
 
@@ -51,22 +53,48 @@ export class Extras {
       return { points, nPast: nPast + 2, color: colors.palette[(marker.at.body + i) % 6] };
     });
     const arrows = [];
-    const { markers } = this.run.scene;
     if (this.hasVelocities) {
       const scale = this.scaleOf('velocities');
-      for (const marker of markers.filter(({ kind }) => kind !== 'joint')) {
+      for (const marker of this.moving()) {
         const vector = markerVelocity(numbers, marker).map((x) => x * scale);
         arrows.push({ from: markerPlace(numbers, marker), vector, color: colors.velocity });
       }
     }
     if (this.hasReactions) {
       const scale = this.scaleOf('reactions');
-      for (const marker of markers.filter(({ kind }) => kind === 'joint')) {
+      for (const marker of this.joints()) {
         const vector = this.run.forceAt(marker.joint).map((x) => x * scale);
         arrows.push({ from: markerPlace(numbers, marker), vector, color: colors.force });
       }
     }
     return { trails, arrows, hasNames: this.hasNames };
+  }
+
+  /** Markers whose velocities are shown: joints, centres of mass, and points with a trail. */
+  moving() {
+    const { markers } = this.run.scene;
+    return markers.filter((marker) => marker.kind !== 'point' || this.trailed.has(marker));
+  }
+
+  /** The marker whose way takes the most room, of points and centres of mass if there are any. */
+  widest() {
+    const moving = this.run.scene.markers.filter(({ at }) => at.body !== 0);
+    const others = moving.filter(({ kind }) => kind !== 'joint');
+    const candidates = (others.length > 0 ? others : moving).slice(0, MAX_TRIED);
+    const room = (marker) => {
+      const extents = [0, 1, 2].map((i) => {
+        const values = this.way(marker).map((p) => p[i]).filter(Number.isFinite);
+        return Math.max(...values) - Math.min(...values);
+      });
+      const [, middle, largest] = extents.sort((a, b) => a - b);
+      return largest * (middle + 0.01 * largest);
+    };
+    const rooms = candidates.map(room);
+    return candidates[rooms.indexOf(Math.max(...rooms))];
+  }
+
+  joints() {
+    return this.run.scene.markers.filter(({ kind }) => kind === 'joint');
   }
 
   /** Metres of arrow for each m/s or N: what all but a twentieth of the run stays below is drawn
@@ -77,10 +105,10 @@ export class Extras {
       const sizes = [];
       for (let k = 0; k < this.times.length; k += 4) {
         const numbers = this.run.at(this.times[k]);
-        const vectors = this.run.scene.markers.map((marker) => {
-          if (what === 'velocities') return marker.kind === 'joint' ? [0] : markerVelocity(numbers, marker);
-          return marker.kind === 'joint' ? this.run.forceAt(marker.joint) : [0];
-        });
+        const vectors =
+          what === 'velocities'
+            ? this.moving().map((marker) => markerVelocity(numbers, marker))
+            : this.joints().map(({ joint }) => this.run.forceAt(joint));
         sizes.push(Math.max(0, ...vectors.map((v) => Math.hypot(...v)).filter(Number.isFinite)));
       }
       sizes.sort((a, b) => a - b);

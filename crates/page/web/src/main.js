@@ -89,10 +89,10 @@ function fit() {
   redraw();
 }
 
-/** Trails: all points but those of the ground; the last named one is on at first. */
+/** Trails: all points but those of the ground; that of the widest way is on at first. */
 function trails() {
   const moving = scene.markers.filter(({ at }) => at.body !== 0);
-  const first = moving.findLast(({ kind }) => kind === 'point') ?? moving.at(-1);
+  const first = extras.widest();
   if (first) extras.trailed.add(first);
   const titles = { joint: 'Joints', point: 'Points', mass: 'Centres of mass' };
   const groups = Object.entries(titles).map(([kind, title]) => {

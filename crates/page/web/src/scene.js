@@ -15,6 +15,9 @@ export class Drawing {
     this.canvas = canvas;
     this.scene = scene;
     this.camera = camera;
+    // Joints come before points, which are often in the same place.
+    const of = (wanted) => scene.markers.filter(({ kind }) => kind === wanted);
+    this.named = [...of('joint'), ...of('point')];
   }
 
   /** Fits the canvas to its place on the page, in the pixels of the screen. */
@@ -160,19 +163,22 @@ export class Drawing {
     context.fill();
   }
 
-  /** Names beside their points, where there is room. */
+  /** Names beside their points, where there is room; of points in one place, one has its name. */
   drawNames(numbers, theme) {
     const { context, camera } = this;
     context.font = FONT;
     context.lineWidth = 4;
     context.strokeStyle = css(theme.colors.background, 0.85);
     context.fillStyle = css(theme.colors.text);
-    const taken = [];
-    for (const { name, kind, at } of this.scene.markers) {
-      if (kind === 'mass') continue;
+    const [taken, named] = [[], []];
+    for (const { name, at } of this.named) {
       const [px, py] = camera.project(placed(numbers, at.body, ...at.position));
+      if (named.some(([x, y]) => Math.hypot(x - px, y - py) < 8)) continue;
+      named.push([px, py]);
       const width = context.measureText(name).width;
       const isFree = ([x, y]) =>
+        x > 4 &&
+        x + width < camera.size[0] - 4 &&
         taken.every(([a, b, w]) => x > a + w + 3 || a > x + width + 3 || Math.abs(y - b) > 15);
       const corners = [[10, -9], [10, 19], [-10 - width, -9], [-10 - width, 19]];
       const place = corners.map(([dx, dy]) => [px + dx, py + dy]).find(isFree);
