@@ -5,6 +5,7 @@ pub(crate) mod draw;
 pub(crate) mod edit;
 pub(crate) mod info;
 pub(crate) mod plot;
+pub(crate) mod page;
 
 use std::path::PathBuf;
 
@@ -42,6 +43,8 @@ pub(crate) enum Command {
     Info(info::Info),
     /// Draw curves of runs, as SVG, PNG, PDF or text.
     Plot(plot::Plot),
+    /// Write a run as one page of HTML: animation, curves, equations, certificate.
+    Page(page::Page),
     /// Differentiate, simplify, solve, evaluate and typeset one expression.
     Expr(Expression),
     /// Read and write what is attached to drawings.

@@ -10,4 +10,5 @@ pub(crate) mod expr;
 pub(crate) mod info;
 pub(crate) mod new;
 pub(crate) mod plot;
+pub(crate) mod page;
 pub(crate) mod solve;

@@ -57,6 +57,7 @@ fn dispatch(cli: &Cli) -> (&'static str, Result<Status, Failure>) {
         Command::Export(args) => ("export", commands::export::run(args, json)),
         Command::Info(args) => ("info", commands::info::run(args, json)),
         Command::Plot(args) => ("plot", commands::plot::run(args, json)),
+        Command::Page(args) => ("page", commands::page::run(args, json)),
         Command::Expr(args) => ("expr", commands::expr::run(args, json, nesting)),
         Command::Cad(args) => (commands::cad::name(args), commands::cad::run(args, json, nesting)),
         Command::Explain(args) => ("explain", commands::explain::run(args, json)),

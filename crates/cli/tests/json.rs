@@ -126,6 +126,7 @@ fn the_page_lists_the_keys_that_are_printed() {
         "info contacts.mcap",
         "info cut.mcap",
         "info other.mcap",
+        "page parallelogram.mcap",
         "cad mass slider-crank.dxf",
         "cad mass four-bar.dxf --body crank",
         "cad dist slider-crank.dxf",

@@ -1,1 +1,118 @@
-//! To come.
+//! A run as one page of HTML that needs nothing else: the moving mechanism, curves, equations, the
+//! model and the run's certificate.
+//!
+//! ```text
+//! Playback ─┬─ motion   q, v and reactions over every step, as values at Chebyshev points
+//!           ├─ poses    the tape from q and v to where the bodies are
+//!           ├─ scene    shapes on bodies, and their paint in both themes
+//!           ├─ curves   every channel at even times and at both sides of jumps
+//!           └─ equations, certificate, model_text: HTML
+//! document: all of it with the script of `web/`, which draws any instant from the polynomials
+//! ```
+//!
+//! The page loads nothing: a policy in it forbids the network, and allows no script but its own.
+
+mod budget;
+mod certificate;
+mod curves;
+mod document;
+mod equations;
+mod escape;
+mod model_text;
+mod motion;
+mod poses;
+mod scene;
+
+use bksim::expr::{CodegenError, TapeError};
+use bksim::mbs::run::Unreplayed;
+use bksim::playback::Playback;
+
+pub use budget::Budget;
+pub use motion::Thinning;
+
+/// What can be chosen about a page.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Options {
+    /// The heading; the model's name unless given.
+    pub title: Option<String>,
+    /// How much of each part is kept.
+    pub budget: Budget,
+}
+
+/// A page, and what is in it.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Page {
+    /// The file.
+    pub html: String,
+    /// Polynomials that the motion is kept as.
+    pub n_pieces: usize,
+    /// Largest difference found between them and the equations' own motion, m, rad, m/s or rad/s.
+    pub deviation: f64,
+    /// What of the motion was left out, if anything.
+    pub thinning: Option<Thinning>,
+    /// Curves that are kept, and curves of the run.
+    pub n_channels: [usize; 2],
+    /// What the page lacks, as it says itself.
+    pub remarks: Vec<String>,
+}
+
+/// Why there is no page.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PageError {
+    /// Node.js was not there when bksim was built.
+    #[error("this build of bksim has no page: Node.js was not there when it was built")]
+    NotBundled,
+    /// The motion is not that of the mechanism.
+    #[error(transparent)]
+    Unreplayed(#[from] Unreplayed),
+    /// The poses cannot be compiled.
+    #[error(transparent)]
+    Tape(#[from] TapeError),
+    /// The poses cannot be written down.
+    #[error(transparent)]
+    Codegen(#[from] CodegenError),
+    /// A part of the page cannot be written as JSON.
+    #[error(transparent)]
+    Json(#[from] serde_json::Error),
+}
+
+/// Whether this build can make pages: whether Node.js was there.
+pub const IS_BUNDLED: bool = cfg!(bundled);
+
+/// The page of a run.
+///
+/// # Errors
+/// [`PageError`].
+pub fn page(playback: &mut Playback, options: &Options) -> Result<Page, PageError> {
+    if !IS_BUNDLED {
+        return Err(PageError::NotBundled);
+    }
+    let motion = motion::take(playback, options.budget.motion)?;
+    let curves = curves::take(playback, &motion, options.budget.curves)?;
+    let poses = poses::tape(playback.mechanism())?;
+    let scene = scene::write(playback)?;
+    let equations = equations::sections(playback.mechanism(), options.budget.equations);
+
+    let mut remarks: Vec<String> = motion.thinning.iter().map(Thinning::words).collect();
+    remarks.extend(curves.remark());
+    remarks.extend(equations.remark.clone());
+    let title = options.title.as_deref().unwrap_or(&playback.mechanism().model.name);
+    let data = serde_json::json!({
+        "span": motion.span(),
+        "motion": motion.write(),
+        "poses": poses,
+        "scene": scene,
+        "curves": curves.write(),
+    });
+    let content = document::Content { title, playback, equations: &equations, remarks: &remarks };
+    let html = document::write(&content, &serde_json::to_string(&data)?);
+    Ok(Page {
+        html,
+        n_pieces: motion.pieces.len(),
+        deviation: motion.deviation,
+        n_channels: curves.counts(),
+        thinning: motion.thinning,
+        remarks,
+    })
+}

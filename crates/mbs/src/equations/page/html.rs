@@ -1,6 +1,6 @@
 //! An HTML page of its own with MathML, or the `<math>` elements alone.
 
-use super::{Body, Cell, Formula, Label, Page, Section};
+use super::{Body, Cell, Excerpt, Formula, Label, Page, Section};
 
 const STYLE: &str = "\
 body { font: 16px/1.45 'Latin Modern Roman', 'STIX Two Text', Georgia, serif; max-width: 48rem; \
@@ -37,15 +37,35 @@ pub(super) fn document(page: &Page) -> String {
 /// The formulas, one `<math>` element for each section.
 pub(super) fn formulas(page: &Page) -> String {
     page.formula_sections()
-        .map(|(title, formulas)| format!("<!-- {title} -->\n{}", math(formulas)))
+        .map(|(title, formulas)| {
+            let rows: Vec<String> = formulas.iter().flat_map(rows).collect();
+            format!("<!-- {title} -->\n{}", math(&rows))
+        })
         .collect::<Vec<_>>()
         .join("\n")
 }
 
 fn section(section: &Section) -> String {
-    let heading = format!("<h2>{}</h2>", super::capitalised(section.title));
-    let body = match &section.body {
-        Body::Formulas(formulas) => format!("<div class=\"formulas\">\n{}\n</div>", math(formulas)),
+    let Excerpt { title, html, .. } = excerpt(section, usize::MAX);
+    format!("<h2>{title}</h2>\n{html}\n")
+}
+
+/// A section without its heading, formulas cut after about so many bytes.
+pub(super) fn excerpt(section: &Section, bytes: usize) -> Excerpt {
+    let mut n_left_out = 0;
+    let html = match &section.body {
+        Body::Formulas(formulas) => {
+            let mut lines = formulas.iter().flat_map(rows).collect::<Vec<_>>();
+            let mut length = 0;
+            let fits = |line: &String| {
+                length += line.len();
+                length <= bytes
+            };
+            let n_kept = lines.iter().map(fits).take_while(|fits| *fits).count();
+            n_left_out = lines.len() - n_kept;
+            lines.truncate(n_kept);
+            format!("<div class=\"formulas\">\n{}\n</div>", math(&lines))
+        }
         Body::Table { header, rows } => table(header, rows),
         Body::Words(words) => words
             .iter()
@@ -53,11 +73,11 @@ fn section(section: &Section) -> String {
             .collect::<Vec<_>>()
             .join("\n"),
     };
-    format!("{heading}\n{body}\n")
+    Excerpt { title: super::capitalised(section.title), html, n_left_out }
 }
 
-fn math(formulas: &[Formula]) -> String {
-    let rows: Vec<String> = formulas.iter().flat_map(rows).collect();
+/// Rows as one element.
+fn math(rows: &[String]) -> String {
     format!(
         "<math xmlns=\"http://www.w3.org/1998/Math/MathML\" display=\"block\">\
          <mtable displaystyle=\"true\" columnalign=\"right left\">\n{}\n</mtable></math>",

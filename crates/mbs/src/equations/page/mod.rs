@@ -173,12 +173,29 @@ impl Page {
         }
     }
 
+    /// The sections as HTML, formulas of each cut after about so many bytes. Formulas are in the
+    /// notation of the page: [`Style::MathMl`] is what belongs there.
+    pub fn excerpts(&self, bytes: usize) -> Vec<Excerpt> {
+        self.sections.iter().map(|section| html::excerpt(section, bytes)).collect()
+    }
+
     fn formula_sections(&self) -> impl Iterator<Item = (&'static str, &[Formula])> {
         self.sections.iter().filter_map(|section| match &section.body {
             Body::Formulas(formulas) => Some((section.title, formulas.as_slice())),
             _ => None,
         })
     }
+}
+
+/// A section of a page as HTML without its document.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Excerpt {
+    /// Its heading.
+    pub title: String,
+    /// A table, paragraphs, or a `<math>` element in a `div`.
+    pub html: String,
+    /// Lines of formulas that are not in it.
+    pub n_left_out: usize,
 }
 
 /// Writes the parts of a page in its notation.

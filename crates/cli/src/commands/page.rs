@@ -1,0 +1,92 @@
+//! `bksim page`: a run as one file that every browser opens.
+
+use std::fs::{self, File};
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+use bksim::log::LogReader;
+use bksim::playback::{Playback, PlaybackError};
+use bksim_page::{IS_BUNDLED, Options, PageError, page};
+use serde_json::json;
+
+use crate::args::page::Page;
+use crate::exit::{Failure, Status};
+use crate::output;
+use crate::render;
+
+/// What a build without a page tells its user to do.
+const NO_PAGE: &str = "install Node.js 18 or later with npm, and build bksim again: the page's script is bundled then";
+
+pub(crate) fn run(args: &Page, as_json: bool) -> Result<Status, Failure> {
+    let path = output_path(args);
+    if !IS_BUNDLED {
+        return Err(Failure::usage(PageError::NotBundled.to_string(), NO_PAGE));
+    }
+    check_output(&path, args)?;
+    let file = File::open(&args.log).map_err(|e| Failure::reading(&args.log, &e))?;
+    let log = LogReader::open(BufReader::new(file)).map_err(|e| no_page(&args.log, &e, None))?;
+    let mut playback = Playback::open(log).map_err(|e| unplayable(&args.log, &e))?;
+    let options = Options { title: args.title.clone(), ..Options::default() };
+    let page = page(&mut playback, &options).map_err(|e| no_page(&args.log, &e, None))?;
+    fs::write(&path, &page.html).map_err(|e| Failure::writing(&path, &e))?;
+
+    let n_bytes = page.html.len();
+    if as_json {
+        let [kept, all] = page.n_channels;
+        let body = json!({
+            "output": path.display().to_string(),
+            "bytes": n_bytes,
+            "polynomials": page.n_pieces,
+            "deviation": page.deviation,
+            "curves": kept,
+            "curves_of_run": all,
+            "remarks": page.remarks.join(" "),
+        });
+        output::json("page", body)?;
+    } else {
+        for remark in &page.remarks {
+            render::warning(remark);
+        }
+        let size = output::number((n_bytes as f64 / 1e3).round());
+        output::text(&format!("wrote {}: {size} kB", path.display()))?;
+    }
+    Ok(Status::Done)
+}
+
+/// Where the page goes.
+fn output_path(args: &Page) -> PathBuf {
+    args.output.clone().unwrap_or_else(|| {
+        let stem = args.log.file_stem().unwrap_or(args.log.as_os_str());
+        let mut name = stem.to_owned();
+        name.push(".html");
+        PathBuf::from(name)
+    })
+}
+
+/// Refuses a file that exists, or the log itself.
+fn check_output(path: &Path, args: &Page) -> Result<(), Failure> {
+    let own = path.canonicalize().ok();
+    if own.is_some() && own == args.log.canonicalize().ok() {
+        let what = "is the log itself and would be overwritten; nothing was written".to_owned();
+        return Err(Failure::file(path, what, Some("name another file with -o".to_owned())));
+    }
+    if path.exists() && !args.force {
+        let help = Some("add --force to overwrite it".to_owned());
+        return Err(Failure::file(path, "exists already; nothing was written".to_owned(), help));
+    }
+    Ok(())
+}
+
+fn unplayable(path: &Path, error: &PlaybackError) -> Failure {
+    let help = match error {
+        PlaybackError::NoMotion => Some("a page shows a motion: solve to a later end time"),
+        PlaybackError::Model(_) => Some("solve the model again with this version of bksim"),
+        _ => None,
+    };
+    no_page(path, error, help)
+}
+
+fn no_page(path: &Path, error: &dyn std::fmt::Display, help: Option<&str>) -> Failure {
+    let what = format!("cannot be made a page of: {error}");
+    Failure::Input { path: path.to_owned(), what, help: help.map(str::to_owned) }
+}

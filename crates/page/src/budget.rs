@@ -1,0 +1,24 @@
+//! [`Budget`]: how much of each part a page keeps.
+
+/// Bytes of a page's parts. What does not fit is thinned or cut, and the page says so.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Budget {
+    /// The motion; 900 kB unless given.
+    pub motion: usize,
+    /// The curves; 700 kB unless given.
+    pub curves: usize,
+    /// Formulas of one section of the equations; 120 kB unless given.
+    pub equations: usize,
+}
+
+impl Default for Budget {
+    /// A page of less than 2 MB.
+    fn default() -> Self {
+        Self { motion: 900_000, curves: 700_000, equations: 120_000 }
+    }
+}
+
+/// Numbers of `size` bytes that base64 writes in at most `bytes` bytes.
+pub(crate) fn n_numbers(bytes: usize, size: usize) -> usize {
+    bytes / 4 * 3 / size
+}

@@ -1,0 +1,108 @@
+//! What is known of a run: how it was solved, how well, by what, and how it ended.
+
+use std::collections::BTreeMap;
+
+use bksim::log::{Level, Outcome};
+use bksim::playback::Playback;
+use sha2::{Digest, Sha256};
+
+use crate::escape;
+
+/// Notes of the run that are shown; more are counted.
+const MAX_NOTES: usize = 30;
+
+/// Options of the log, in the order they are told, with what they are called.
+const OPTIONS: [(&str, &str); 8] = [
+    ("method", "Method asked for"),
+    ("formulation", "Formulation"),
+    ("rtol", "Relative tolerance"),
+    ("atol", "Absolute tolerance"),
+    ("step", "Step size"),
+    ("every", "Output interval, s"),
+    ("times", "Output times, s"),
+    ("sensitivity", "Derivatives by"),
+];
+
+/// The certificate as a table, and the notes of the run as a list.
+pub(crate) fn html(playback: &Playback) -> String {
+    let rows = rows(playback);
+    let row = |(name, value): &(String, String)| {
+        format!("<tr><th scope=\"row\">{}</th><td>{}</td></tr>", escape::html(name), value)
+    };
+    let table: Vec<String> = rows.iter().map(row).collect();
+    format!(
+        "<table class=\"facts\"><tbody>\n{}\n</tbody></table>\n{}",
+        table.join("\n"),
+        notes(playback)
+    )
+}
+
+/// Names as text, values as HTML.
+fn rows(playback: &Playback) -> Vec<(String, String)> {
+    let log = playback.log();
+    let header = &log.header;
+    let [first, last] = playback.span();
+    let words = |name: &str, value: String| (name.to_owned(), escape::html(&value));
+    let ended = match &log.end {
+        Some(end) => match end.outcome {
+            Outcome::ReachedEnd => format!("at t = {} s: {}", end.t_end, end.reason),
+            Outcome::Stopped => format!("early, at t = {} s: {}", end.t_end, end.reason),
+        },
+        None => format!("unknown: the log was cut short at t = {last} s"),
+    };
+    let mut rows =
+        vec![words("Time", format!("{first} s to {last} s")), words("How it ended", ended)];
+    for (key, name) in OPTIONS {
+        rows.extend(header.options.get(key).map(|value| words(name, value.clone())));
+    }
+    let empty = BTreeMap::new();
+    let summary = log.end.as_ref().map_or(&empty, |end| &end.summary);
+    let told = |key: &str, name: &str, unit: &str| {
+        let value = summary.get(key)?;
+        let value = value.parse::<f64>().map_or(value.clone(), |number| format!("{number:.1e}"));
+        Some(words(name, format!("{value}{unit}")))
+    };
+    rows.extend(told("position_residual", "Largest constraint of any sample", " m or rad"));
+    rows.extend(told("velocity_residual", "Largest constraint rate", " m/s or rad/s"));
+    rows.extend(told("energy_error", "Energy balance kept to", " J"));
+    let n_steps = log.segments.len();
+    rows.push(words("Steps in the log", n_steps.to_string()));
+    rows.extend(summary.get("steps").map(|steps| words("Work", steps.clone())));
+    let set = header.options.iter().filter_map(|(key, value)| {
+        let name = key.strip_prefix("set.")?;
+        Some(format!("{name} = {value}"))
+    });
+    let set = set.collect::<Vec<_>>();
+    if !set.is_empty() {
+        rows.push(words("Set for this run", set.join(", ")));
+    }
+    rows.push(words("Solved by", format!("bksim {}", header.version)));
+    rows.push(words("Page by", format!("bksim {}", bksim::VERSION)));
+    let hash = Sha256::digest(header.model_text.as_bytes());
+    let hash: String = hash.iter().map(|byte| format!("{byte:02x}")).collect();
+    rows.push(("SHA-256 of the model".to_owned(), format!("<code class=\"hash\">{hash}</code>")));
+    rows
+}
+
+/// Warnings and events.
+fn notes(playback: &Playback) -> String {
+    let notes = &playback.log().notes;
+    let shown = notes.iter().take(MAX_NOTES).map(|note| {
+        let (class, word) = match note.level {
+            Level::Debug | Level::Info => ("info", "Note"),
+            Level::Warning => ("warning", "Warning"),
+            Level::Error => ("error", "Error"),
+        };
+        let text = escape::html(&note.text);
+        format!("<li class=\"{class}\"><b>{word}</b> at t = {} s: {text}</li>", note.t)
+    });
+    let shown: Vec<String> = shown.collect();
+    let more = match notes.len().saturating_sub(MAX_NOTES) {
+        0 => String::new(),
+        n => format!("<p>{n} more are in the log.</p>"),
+    };
+    match shown.is_empty() {
+        true => "<p>No warnings.</p>".to_owned(),
+        false => format!("<ul class=\"notes\">\n{}\n</ul>{more}", shown.join("\n")),
+    }
+}

@@ -1,0 +1,123 @@
+//! The scene as the page draws it: shapes with their paint in both themes.
+
+use bksim::mbs::pose::Pose;
+use bksim::playback::Playback;
+use bksim_scene::{Attached, Form, Marker, MarkerKind, Role, Scene, Span, Theme};
+use serde_json::{Value, json};
+
+use crate::PageError;
+
+/// Lengths that a span's lines are given at; between them the page interpolates.
+const N_LENGTHS: u32 = 9;
+/// Instants that lengths of spans are looked up at.
+const N_INSTANTS: u32 = 200;
+
+/// The scene of a run.
+pub(crate) fn write(playback: &mut Playback) -> Result<Value, PageError> {
+    let mechanism = playback.mechanism();
+    let scene = Scene::of(&mechanism.model, &mechanism.parameters);
+    let lengths = lengths(playback, &scene)?;
+    let mut roles: Vec<Role> = Vec::new();
+    let shapes: Vec<Value> = scene
+        .shapes
+        .iter()
+        .map(|shape| {
+            let (kind, lines) = match &shape.form {
+                Form::Region(rings) => ("region", rings.iter().map(flat).collect()),
+                Form::Line { points, is_closed: true } => ("ring", vec![flat(points)]),
+                Form::Line { points, is_closed: false } => ("line", vec![flat(points)]),
+            };
+            let role = place_of(shape.role, &mut roles);
+            json!({ "body": shape.body, "role": role, "kind": kind, "lines": lines })
+        })
+        .collect();
+    let spans: Vec<Value> = scene
+        .spans
+        .iter()
+        .zip(lengths)
+        .map(|(span, range)| spanned(span, range, scene.pin, &mut roles))
+        .collect();
+    let markers: Vec<Value> = scene.markers.iter().map(marked).collect();
+    let paint = |theme: Theme| {
+        let paints: Vec<_> = roles.iter().map(|&role| theme.paint(role)).collect();
+        json!({ "colors": theme, "paints": paints })
+    };
+    Ok(json!({
+        "planar": scene.is_planar,
+        "bodies": scene.bodies,
+        "shapes": shapes,
+        "spans": spans,
+        "markers": markers,
+        "pin": scene.pin,
+        "themes": { "light": paint(Theme::LIGHT), "dark": paint(Theme::DARK) },
+    }))
+}
+
+fn place_of(role: Role, roles: &mut Vec<Role>) -> usize {
+    roles.iter().position(|known| *known == role).unwrap_or_else(|| {
+        roles.push(role);
+        roles.len() - 1
+    })
+}
+
+/// Points in one row; seven digits are a micrometre of ten metres.
+#[expect(clippy::cast_possible_truncation, clippy::ptr_arg, reason = "see above; a list's element")]
+fn flat(points: &Vec<[f64; 3]>) -> Vec<f32> {
+    points.iter().flatten().map(|&x| x as f32).collect()
+}
+
+fn attached(at: &Attached) -> Value {
+    json!({ "body": at.body, "position": at.position })
+}
+
+fn marked(marker: &Marker) -> Value {
+    let (kind, joint) = match marker.kind {
+        MarkerKind::Joint(joint_idx) => ("joint", Some(joint_idx)),
+        MarkerKind::Point => ("point", None),
+        MarkerKind::Mass => ("mass", None),
+    };
+    json!({ "name": marker.name, "kind": kind, "joint": joint, "at": attached(&marker.at) })
+}
+
+/// A span as its lines at lengths between the shortest and the longest: along it and across it, m.
+fn spanned(span: &Span, [low, high]: [f64; 2], pin: f64, roles: &mut Vec<Role>) -> Value {
+    let length = |k: u32| low + (high - low) * f64::from(k) / f64::from(N_LENGTHS - 1);
+    let drawn = |k: u32| span.lines([[0.0; 3], [length(k), 0.0, 0.0]], pin);
+    let lines: Vec<Value> = (0..N_LENGTHS)
+        .map(|k| {
+            let in_plane = |points: &Vec<[f64; 3]>| {
+                #[expect(clippy::cast_possible_truncation, reason = "as in `flat`")]
+                points.iter().flat_map(|p| [p[0] as f32, p[1] as f32]).collect::<Vec<f32>>()
+            };
+            drawn(k).iter().map(|(_, points)| in_plane(points)).collect()
+        })
+        .collect();
+    let of_lines: Vec<usize> =
+        drawn(0).into_iter().map(|(role, _)| place_of(role, roles)).collect();
+    json!({
+        "ends": span.ends.iter().map(attached).collect::<Vec<_>>(),
+        "range": [low, high],
+        "roles": of_lines,
+        "lines": lines,
+    })
+}
+
+/// Shortest and longest distance of the ends of every span.
+fn lengths(playback: &mut Playback, scene: &Scene) -> Result<Vec<[f64; 2]>, PageError> {
+    let mut lengths = vec![[f64::INFINITY, 0.0]; scene.spans.len()];
+    if lengths.is_empty() {
+        return Ok(lengths);
+    }
+    let [first, last] = playback.span();
+    for k in 0..=N_INSTANTS {
+        playback.seek(first + (last - first) * f64::from(k) / f64::from(N_INSTANTS))?;
+        let poses = playback.poses();
+        let place = |at: &Attached| poses.get(at.body).map(|pose: &Pose| pose.place(at.position));
+        for (range, span) in lengths.iter_mut().zip(&scene.spans) {
+            let [Some(a), Some(b)] = span.ends.each_ref().map(place) else { continue };
+            let length = (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
+            *range = [range[0].min(length), range[1].max(length)];
+        }
+    }
+    Ok(lengths)
+}

@@ -1,0 +1,237 @@
+// The curves: one chart for each unit among the chosen channels, all with the same time axis and a line
+// at the current time.
+
+import uPlot from 'uplot';
+import 'uplot/dist/uPlot.min.css';
+
+import { decoded } from './motion.js';
+import { css } from './scene.js';
+
+/** Dashes, so that curves differ by more than their colour once the palette is used up. */
+const DASHES = [undefined, [8, 4], [2, 3]];
+const HEIGHT = 190;
+/** So near to the line, in pixels, it is taken and dragged. */
+const NEAR = 12;
+
+export class Curves {
+  /** `place` gets the charts; `onSeek(t)` is called when the line is moved. */
+  constructor({ times, channels }, place, onSeek) {
+    this.times = decoded(times, Float64Array);
+    this.channels = channels.map(({ values, constant, ...rest }) => ({
+      ...rest,
+      values: values
+        ? decoded(values, Float32Array)
+        : new Float32Array(this.times.length).fill(constant ?? NaN),
+    }));
+    this.place = place;
+    this.onSeek = onSeek;
+    this.charts = [];
+    this.chosen = overview(this.channels);
+    this.now = this.times[0];
+  }
+
+  /** Makes the charts anew for what is chosen. */
+  show(theme) {
+    this.theme = theme;
+    for (const { plot } of this.charts) plot.destroy();
+    this.place.replaceChildren();
+    const byUnit = new Map();
+    for (const channel of this.chosen) {
+      byUnit.set(channel.unit, [...(byUnit.get(channel.unit) ?? []), channel]);
+    }
+    const units = [...byUnit.entries()];
+    this.charts = units.map(([unit, channels], i) =>
+      this.chart(unit, channels, i === units.length - 1),
+    );
+    if (units.length === 0) this.place.textContent = 'No curve is chosen.';
+    this.seek(this.now);
+  }
+
+  color(i) {
+    const { palette } = this.theme.colors;
+    return css(palette[i % palette.length]);
+  }
+
+  chart(unit, channels, isLast) {
+    const figure = document.createElement('figure');
+    const legend = document.createElement('figcaption');
+    const box = document.createElement('div');
+    figure.append(legend, box);
+    this.place.append(figure);
+    const values = channels.map((channel, i) => {
+      const entry = document.createElement('span');
+      const name = document.createElement('b');
+      name.textContent = channel.name;
+      name.title = channel.description;
+      const sample = document.createElement('i');
+      sample.style.background = this.color(i);
+      const value = document.createElement('span');
+      value.className = 'value';
+      entry.append(sample, name, value);
+      legend.append(entry);
+      return value;
+    });
+    const { faint } = this.theme.colors;
+    const axis = {
+      stroke: css(faint),
+      font: '12px system-ui, sans-serif',
+      grid: { stroke: css(faint, 0.25), width: 1 },
+      ticks: { stroke: css(faint, 0.5), width: 1, size: 5 },
+    };
+    const options = {
+      width: this.width(),
+      height: HEIGHT + (isLast ? 22 : 0),
+      legend: { show: false },
+      scales: { x: { time: false } },
+      cursor: { sync: { key: 'run' }, drag: { x: true, y: false, dist: 5 }, points: { size: 6 } },
+      series: [
+        {},
+        ...channels.map((_, i) => ({
+          stroke: this.color(i),
+          width: 1.75,
+          pxAlign: 0,
+          dash: DASHES[Math.floor(i / this.theme.colors.palette.length) % DASHES.length],
+          points: { show: false },
+        })),
+      ],
+      axes: [
+        { ...axis, label: isLast ? 't, s' : undefined, labelSize: 20, size: isLast ? 36 : 24,
+          labelFont: axis.font },
+        { ...axis, size: 62, label: unit || ' ', labelSize: 18, labelFont: axis.font,
+          values: (_, ticks) => tickTexts(ticks) },
+      ],
+      hooks: { setScale: [(plot, key) => key === 'x' && this.zoomed(plot)] },
+    };
+    const data = [this.times, ...channels.map((channel) => channel.values)];
+    const plot = new uPlot(options, data, box);
+    const line = document.createElement('div');
+    line.className = 'now';
+    plot.over.append(line);
+    this.listen(plot);
+    return { plot, line, channels, values };
+  }
+
+  width() {
+    return Math.max(240, this.place.clientWidth);
+  }
+
+  resize() {
+    const width = this.width();
+    for (const { plot } of this.charts) {
+      if (plot.width !== width) plot.setSize({ width, height: plot.height });
+    }
+    this.seek(this.now);
+  }
+
+  /** All charts show the same stretch of time. */
+  zoomed(plot) {
+    if (this.isZooming) return;
+    const { min, max } = plot.scales.x;
+    this.isZooming = true;
+    for (const other of this.charts) {
+      if (other.plot !== plot) other.plot.setScale('x', { min, max });
+    }
+    this.isZooming = false;
+    this.seek(this.now);
+  }
+
+  /** A click goes to its time; the line can be dragged, by finger from anywhere. */
+  listen(plot) {
+    const { over } = plot;
+    const timeAt = (event) => {
+      const { left } = over.getBoundingClientRect();
+      const t = plot.posToVal(event.clientX - left, 'x');
+      return Math.min(this.times.at(-1), Math.max(this.times[0], t));
+    };
+    const isNear = (event) => {
+      const { left } = over.getBoundingClientRect();
+      return Math.abs(event.clientX - left - plot.valToPos(this.now, 'x')) <= NEAR;
+    };
+    let [isDragged, from] = [false, 0];
+    over.addEventListener('mousedown', (event) => isDragged && event.stopImmediatePropagation(), {
+      capture: true,
+    });
+    over.addEventListener('pointerdown', (event) => {
+      if (event.button !== 0) return;
+      from = event.clientX;
+      isDragged = event.pointerType === 'touch' || isNear(event);
+      if (!isDragged) return;
+      over.setPointerCapture(event.pointerId);
+      this.onSeek(timeAt(event));
+    });
+    over.addEventListener('pointermove', (event) => {
+      if (isDragged) this.onSeek(timeAt(event));
+      over.style.cursor = isNear(event) ? 'ew-resize' : '';
+    });
+    over.addEventListener('pointerup', (event) => {
+      if (!isDragged && event.button === 0 && Math.abs(event.clientX - from) < 4) {
+        this.onSeek(timeAt(event));
+      }
+      isDragged = false;
+    });
+    over.addEventListener('pointercancel', () => {
+      isDragged = false;
+    });
+  }
+
+  /** Moves the line and the values beside the names. */
+  seek(t) {
+    this.now = t;
+    for (const { plot, line, channels, values } of this.charts) {
+      const { min, max } = plot.scales.x;
+      line.hidden = !(t >= min && t <= max);
+      line.style.transform = `translateX(${plot.valToPos(t, 'x').toFixed(2)}px)`;
+      channels.forEach((channel, i) => {
+        values[i].textContent = numberText(this.valueAt(channel.values, t));
+      });
+    }
+  }
+
+  /** Value of a curve at a time, on the line between its points. */
+  valueAt(values, t) {
+    let [low, high] = [0, this.times.length - 1];
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if (this.times[middle] <= t) low = middle;
+      else high = middle;
+    }
+    const width = this.times[high] - this.times[low];
+    const part = width > 0 ? Math.min(1, (t - this.times[low]) / width) : 0;
+    return values[low] + part * (values[high] - values[low]);
+  }
+}
+
+/** What is shown at first: coordinates of one unit, and the energies. */
+function overview(channels) {
+  const states = channels.filter(({ name }) => name.startsWith('state.'));
+  const unit = states[0]?.unit;
+  const first = states.filter((channel) => channel.unit === unit).slice(0, 4);
+  const energies = ['energy.kinetic', 'energy.potential', 'energy.total'];
+  return [...first, ...channels.filter(({ name }) => energies.includes(name))];
+}
+
+/** A number of four digits, as wide as others. */
+export function numberText(value) {
+  if (!Number.isFinite(value)) return '–';
+  const size = Math.abs(value);
+  const text =
+    size !== 0 && (size < 1e-3 || size >= 1e5) ? value.toExponential(2) : value.toPrecision(4);
+  return shortened(text);
+}
+
+/** A number with a true minus sign and no plus in its exponent. */
+function shortened(text) {
+  return text.replace('e+', 'e').replaceAll('-', '−');
+}
+
+/** Ticks of one axis, all with the digits that tell them apart. */
+function tickTexts(ticks) {
+  const largest = Math.max(...ticks.map(Math.abs));
+  const step = ticks.length > 1 ? Math.abs(ticks[1] - ticks[0]) : largest;
+  if (largest >= 1e5 || (largest < 1e-3 && largest > 0)) {
+    const digits = Math.max(0, Math.ceil(Math.log10(largest / step)));
+    return ticks.map((x) => (x === 0 ? '0' : shortened(x.toExponential(Math.min(digits, 4)))));
+  }
+  const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  return ticks.map((x) => shortened(x.toFixed(Math.min(digits, 6))));
+}

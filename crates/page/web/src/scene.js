@@ -1,0 +1,244 @@
+// The drawing: shapes on bodies, what is stretched between them, trails, arrows and names.
+
+import { placed, velocityOf } from './poses.js';
+
+const FONT = '13px system-ui, sans-serif';
+
+/** A colour `[r, g, b, opacity]`, each 0 to 255, as CSS has it. */
+export function css([r, g, b, opacity], part = 1) {
+  return `rgb(${r} ${g} ${b} / ${((opacity / 255) * part).toFixed(3)})`;
+}
+
+export class Drawing {
+  constructor(canvas, scene, camera) {
+    this.context = canvas.getContext('2d');
+    this.canvas = canvas;
+    this.scene = scene;
+    this.camera = camera;
+    // Joints come before points, which are often in the same place.
+    const of = (wanted) => scene.markers.filter(({ kind }) => kind === wanted);
+    this.named = [...of('joint'), ...of('point')];
+  }
+
+  /** Fits the canvas to its place on the page, in the pixels of the screen. */
+  resize() {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const ratio = globalThis.devicePixelRatio || 1;
+    this.canvas.width = Math.round(width * ratio);
+    this.canvas.height = Math.round(height * ratio);
+    this.camera.size = [width, height];
+    this.context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  }
+
+  /** Draws one instant; `extras` are trails and arrows, and whether names are shown. */
+  draw(numbers, theme, extras) {
+    const { context, camera } = this;
+    const [width, height] = camera.size;
+    context.fillStyle = css(theme.colors.background);
+    context.fillRect(0, 0, width, height);
+    context.lineJoin = 'round';
+    context.lineCap = 'round';
+    for (const trail of extras.trails) this.drawTrail(trail);
+    for (const shape of this.ordered(numbers)) this.drawShape(shape, numbers, theme);
+    for (const span of this.scene.spans) this.drawSpan(span, numbers, theme);
+    for (const arrow of extras.arrows) this.drawArrow(arrow);
+    if (extras.hasNames) this.drawNames(numbers, theme);
+    this.drawScale(theme);
+  }
+
+  /** Shapes, those in the back first; in the plane they are in that order already. */
+  ordered(numbers) {
+    const { planar, shapes } = this.scene;
+    if (planar) return shapes;
+    const depth = (shape) => {
+      const line = shape.lines[0] ?? [];
+      let sum = 0;
+      for (let i = 0; i + 2 < line.length; i += 3) {
+        sum += this.camera.project(placed(numbers, shape.body, ...line.slice(i, i + 3)))[2];
+      }
+      return line.length === 0 ? 0 : (3 * sum) / line.length;
+    };
+    return shapes
+      .map((shape) => [depth(shape), shape])
+      .sort(([a], [b]) => a - b)
+      .map(([, shape]) => shape);
+  }
+
+  /** Fills and strokes a path as its paint says. */
+  paint({ fill, stroke }, isArea) {
+    const { context } = this;
+    if (fill && isArea) {
+      context.fillStyle = css(fill);
+      context.fill('evenodd');
+    }
+    if (stroke) {
+      context.strokeStyle = css(stroke.color);
+      context.lineWidth = stroke.width;
+      context.stroke();
+    }
+  }
+
+  drawShape(shape, numbers, theme) {
+    const { context, camera } = this;
+    context.beginPath();
+    for (const line of shape.lines) {
+      for (let i = 0; i + 2 < line.length; i += 3) {
+        const at = placed(numbers, shape.body, line[i], line[i + 1], line[i + 2]);
+        const [x, y] = camera.project(at);
+        if (i === 0) context.moveTo(x, y);
+        else context.lineTo(x, y);
+      }
+      if (shape.kind !== 'line') context.closePath();
+    }
+    this.paint(theme.paints[shape.role], shape.kind === 'region');
+  }
+
+  /** A spring, damper or link: its lines at the two lengths next to its own, and between them. */
+  drawSpan(span, numbers, theme) {
+    const { context, camera } = this;
+    const ends = span.ends.map(({ body, position }) => placed(numbers, body, ...position));
+    const along = ends[1].map((x, i) => x - ends[0][i]);
+    const length = Math.hypot(...along);
+    const axis = camera.direction(along);
+    const [px, py] = camera.project(ends[0]);
+    // Metres along the span and across it, as seen.
+    const [ux, uy] = length > 0 ? [axis[0] / length, axis[1] / length] : [camera.scale, 0];
+    const seen = Math.hypot(ux, uy) || 1;
+    const [nx, ny] = [(uy / seen) * camera.scale, (-ux / seen) * camera.scale];
+    const [low, high] = span.range;
+    const n = span.lines.length - 1;
+    const part = high > low ? Math.min(1, Math.max(0, (length - low) / (high - low))) * n : 0;
+    const k = Math.min(n - 1, Math.floor(part));
+    span.roles.forEach((role, at) => {
+      const [short, long] = [span.lines[k][at], span.lines[k + 1][at]];
+      if (short.length !== long.length) return;
+      context.beginPath();
+      for (let i = 0; i < short.length; i += 2) {
+        const x = short[i] + (part - k) * (long[i] - short[i]);
+        const y = short[i + 1] + (part - k) * (long[i + 1] - short[i + 1]);
+        context.lineTo(px + x * ux + y * nx, py + x * uy + y * ny);
+      }
+      this.paint(theme.paints[role], false);
+    });
+  }
+
+  /** A way through the world; what is still to come is fainter. */
+  drawTrail({ points, nPast, color }) {
+    const { context, camera } = this;
+    const line = (from, to, opacity) => {
+      context.beginPath();
+      for (let i = from; i < to; i += 1) {
+        const [x, y] = camera.project(points[i]);
+        context.lineTo(x, y);
+      }
+      context.strokeStyle = css(color, opacity);
+      context.lineWidth = 1.5;
+      context.stroke();
+    };
+    line(0, points.length, 0.25);
+    line(0, nPast, 0.9);
+  }
+
+  /** An arrow from a point of the world along a vector of it, m. */
+  drawArrow({ from, vector, color }) {
+    const { context, camera } = this;
+    const [x, y] = camera.project(from);
+    const [dx, dy] = camera.direction(vector);
+    const length = Math.hypot(dx, dy);
+    if (!(length > 1)) return;
+    const head = Math.min(9, 0.6 * length);
+    const [ex, ey] = [dx / length, dy / length];
+    context.strokeStyle = css(color);
+    context.fillStyle = css(color);
+    context.lineWidth = 2;
+    context.beginPath();
+    context.moveTo(x, y);
+    context.lineTo(x + dx - 0.8 * head * ex, y + dy - 0.8 * head * ey);
+    context.stroke();
+    context.beginPath();
+    context.moveTo(x + dx, y + dy);
+    context.lineTo(x + dx - head * ex + 0.45 * head * ey, y + dy - head * ey - 0.45 * head * ex);
+    context.lineTo(x + dx - head * ex - 0.45 * head * ey, y + dy - head * ey + 0.45 * head * ex);
+    context.closePath();
+    context.fill();
+  }
+
+  /** Names beside their points, where there is room; of points in one place, one has its name. */
+  drawNames(numbers, theme) {
+    const { context, camera } = this;
+    context.font = FONT;
+    context.lineWidth = 4;
+    context.strokeStyle = css(theme.colors.background, 0.85);
+    context.fillStyle = css(theme.colors.text);
+    const [taken, named] = [[], []];
+    for (const { name, at } of this.named) {
+      const [px, py] = camera.project(placed(numbers, at.body, ...at.position));
+      if (named.some(([x, y]) => Math.hypot(x - px, y - py) < 8)) continue;
+      named.push([px, py]);
+      const width = context.measureText(name).width;
+      const isFree = ([x, y]) =>
+        x > 4 &&
+        x + width < camera.size[0] - 4 &&
+        taken.every(([a, b, w]) => x > a + w + 3 || a > x + width + 3 || Math.abs(y - b) > 15);
+      const corners = [[10, -9], [10, 19], [-10 - width, -9], [-10 - width, 19]];
+      const place = corners.map(([dx, dy]) => [px + dx, py + dy]).find(isFree);
+      if (!place) continue;
+      taken.push([...place, width]);
+      context.strokeText(name, ...place);
+      context.fillText(name, ...place);
+    }
+  }
+
+  /** How long something is: a bar of a round length. */
+  drawScale(theme) {
+    const { context, camera } = this;
+    const wanted = 90 / camera.scale;
+    const power = 10 ** Math.floor(Math.log10(wanted));
+    const length = power * ([5, 2, 1].find((n) => n * power <= wanted) ?? 1);
+    const pixels = length * camera.scale;
+    const [x, y] = [14, camera.size[1] - 14];
+    context.strokeStyle = css(theme.colors.faint);
+    context.fillStyle = css(theme.colors.faint);
+    context.lineWidth = 1.5;
+    context.beginPath();
+    context.moveTo(x, y - 4);
+    context.lineTo(x, y);
+    context.lineTo(x + pixels, y);
+    context.lineTo(x + pixels, y - 4);
+    context.stroke();
+    context.font = '12px system-ui, sans-serif';
+    context.fillText(lengthText(length), x + 4, y - 6);
+  }
+}
+
+function lengthText(metres) {
+  if (metres >= 1000) return `${Number((metres / 1000).toPrecision(3))} km`;
+  if (metres >= 1) return `${Number(metres.toPrecision(3))} m`;
+  if (metres >= 0.01) return `${Number((metres * 100).toPrecision(3))} cm`;
+  return `${Number((metres * 1000).toPrecision(3))} mm`;
+}
+
+/** Points of the world that the whole scene goes through at one instant. */
+export function* outline(scene, numbers) {
+  for (const shape of scene.shapes) {
+    for (const line of shape.lines) {
+      for (let i = 0; i + 2 < line.length; i += 3) {
+        yield placed(numbers, shape.body, line[i], line[i + 1], line[i + 2]);
+      }
+    }
+  }
+  for (const { ends } of scene.spans) {
+    for (const { body, position } of ends) yield placed(numbers, body, ...position);
+  }
+  for (const { at } of scene.markers) yield placed(numbers, at.body, ...at.position);
+}
+
+/** Velocity of a marker. */
+export function markerVelocity(numbers, { at }) {
+  return velocityOf(numbers, at.body, ...at.position);
+}
+
+/** Place of a marker. */
+export function markerPlace(numbers, { at }) {
+  return placed(numbers, at.body, ...at.position);
+}

@@ -1,0 +1,325 @@
+// The page in a real browser. What is tested comes in the environment:
+//
+//   BKSIM_PAGES        a JSON file: {"browser", "screenshots", "pages": [{"name", "file", "instants":
+//                      [{"t", "poses"}], "hostile"} …]}, poses as Rust's playback has them
+//   BKSIM_REFERENCES   the folder of reference pictures
+//   BKSIM_BLESS        write them anew
+
+import assert from 'node:assert/strict';
+import fs from 'node:fs';
+import http from 'node:http';
+import path from 'node:path';
+import { after, before, test } from 'node:test';
+import { pathToFileURL } from 'node:url';
+
+import pixelmatch from 'pixelmatch';
+import { chromium } from 'playwright-core';
+import { PNG } from 'pngjs';
+
+const plan = JSON.parse(fs.readFileSync(process.env.BKSIM_PAGES, 'utf8'));
+const references = process.env.BKSIM_REFERENCES;
+
+/** Largest difference between a number of a pose and Rust's, as a part of the largest number. */
+const CLOSE = 1e-9;
+/** Part of what is drawn that may differ: other fonts and another version of the browser. */
+const ALLOWED = 0.1;
+/** Widths that every page is looked at with. */
+const WIDTHS = [360, 800, 1600];
+
+// Without the last five the browser would ask its maker's servers for this and that.
+const ARGUMENTS = [
+  '--no-sandbox',
+  '--disable-gpu',
+  '--disable-quic',
+  '--no-first-run',
+  '--disable-background-networking',
+  '--disable-component-update',
+  '--disable-sync',
+];
+
+let browser;
+
+before(async () => {
+  fs.mkdirSync(plan.screenshots, { recursive: true });
+  browser = await chromium.launch({ executablePath: plan.browser, args: ARGUMENTS });
+});
+
+after(() => browser?.close());
+
+/** Opens a page, and closes it again after `use`; nothing may be said or asked for on the way. */
+async function opened(file, options, use) {
+  const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, ...options });
+  const page = await context.newPage();
+  const faults = [];
+  page.on('console', (message) => faults.push(`console: ${message.text()}`));
+  page.on('pageerror', (error) => faults.push(`error: ${error.message}`));
+  page.on('dialog', (dialog) => faults.push(`dialog: ${dialog.message()}`));
+  page.on('request', (request) => {
+    const url = request.url();
+    if (!url.startsWith('file:') && !url.startsWith('data:')) faults.push(`request: ${url}`);
+  });
+  await page.goto(pathToFileURL(file).href);
+  await page.waitForFunction(() => globalThis.bksim !== undefined);
+  await settled(page);
+  await use(page);
+  assert.deepEqual(faults, []);
+  await context.close();
+}
+
+/** Until what was asked for is drawn. */
+async function settled(page) {
+  await page.evaluate(
+    () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))),
+  );
+}
+
+/** What the canvas shows. */
+function picture(page) {
+  return page.evaluate(() => document.getElementById('picture').toDataURL());
+}
+
+/** How many pixels differ between two pictures, as a part of those of the first that are drawn on. */
+function difference(a, b) {
+  if (a.width !== b.width || a.height !== b.height) return 1;
+  const count = (other) =>
+    pixelmatch(a.data, other, null, a.width, a.height, { threshold: 0.15, includeAA: true });
+  // In the upper left corner of a picture is its background.
+  const at = 4 * (20 * a.width + 20);
+  const empty = Buffer.alloc(a.data.length, a.data.subarray(at, at + 4));
+  return count(b.data) / count(empty);
+}
+
+/** Compares a screenshot with the reference of its name, and keeps it. */
+function compare(name, bytes) {
+  fs.writeFileSync(path.join(plan.screenshots, `${name}.png`), bytes);
+  const reference = path.join(references, `${name}.png`);
+  if (process.env.BKSIM_BLESS) fs.writeFileSync(reference, bytes);
+  const part = difference(PNG.sync.read(bytes), PNG.sync.read(fs.readFileSync(reference)));
+  assert.ok(part <= ALLOWED, `${name}: ${(100 * part).toFixed(1)} % of what is drawn differs`);
+}
+
+const first = plan.pages[0];
+
+for (const { name, file, instants } of plan.pages) {
+  test(`${name}: poses are those of the equations at any instant`, () =>
+    opened(file, {}, async (page) => {
+      for (const { t, poses } of instants) {
+        const found = await page.evaluate((time) => globalThis.bksim.poses(time), t);
+        assert.equal(found.length, poses.length);
+        const size = Math.max(1, ...poses.map(Math.abs));
+        const worst = Math.max(...found.map((x, i) => Math.abs(x - poses[i]))) / size;
+        assert.ok(worst <= CLOSE, `t = ${t}: poses differ by ${worst}`);
+      }
+    }));
+
+  test(`${name}: nothing overflows at any width, in both themes`, async () => {
+    for (const width of WIDTHS) {
+      for (const colorScheme of ['light', 'dark']) {
+        const options = { viewport: { width, height: 900 }, colorScheme };
+        await opened(file, options, async (page) => {
+          const widest = await page.evaluate(() => document.documentElement.scrollWidth);
+          assert.ok(widest <= width, `${widest} pixels wide at ${width}`);
+          const bytes = await page.screenshot({ fullPage: true });
+          fs.writeFileSync(path.join(plan.screenshots, `${name}-${width}-${colorScheme}.png`), bytes);
+        });
+      }
+    }
+  });
+
+  test(`${name}: the equations are typeset`, () =>
+    opened(file, {}, async (page) => {
+      const sizes = await page.evaluate(() =>
+        [...document.querySelectorAll('#equations math')].map((math) => {
+          const { width, height } = math.getBoundingClientRect();
+          return [math.namespaceURI, width, height];
+        }),
+      );
+      assert.ok(sizes.length >= 3, `${sizes.length} formulas`);
+      for (const [namespace, width, height] of sizes) {
+        assert.equal(namespace, 'http://www.w3.org/1998/Math/MathML');
+        assert.ok(width > 5 && height > 5, `a formula of ${width} by ${height} pixels`);
+      }
+      const text = await page.textContent('#equations');
+      assert.match(text, /Kinetic energy/);
+      assert.match(text, /Equations of motion/);
+    }));
+}
+
+test('it plays, pauses, steps and loops', () =>
+  opened(first.file, {}, async (page) => {
+    const before = await picture(page);
+    await page.click('#play');
+    await page.waitForFunction(() => globalThis.bksim.time > globalThis.bksim.span[0]);
+    assert.notEqual(await picture(page), before);
+    assert.equal(await page.getAttribute('#play', 'aria-label'), 'Pause');
+    await page.click('#play');
+    const paused = await page.evaluate(() => globalThis.bksim.time);
+    await page.click('#forth');
+    assert.ok((await page.evaluate(() => globalThis.bksim.time)) > paused);
+
+    // At the end it starts again, unless it shall not.
+    await page.evaluate(() => globalThis.bksim.seek(globalThis.bksim.span[1] - 0.01));
+    await page.locator('#picture').focus();
+    await page.keyboard.press('Space');
+    await page.waitForFunction(() => globalThis.bksim.time < 0.5 * globalThis.bksim.span[1]);
+    await page.keyboard.press('l');
+    await page.evaluate(() => globalThis.bksim.seek(globalThis.bksim.span[1] - 0.01));
+    await page.waitForFunction(() => !globalThis.bksim.isPlaying);
+    assert.equal(await page.evaluate(() => globalThis.bksim.time === globalThis.bksim.span[1]), true);
+  }));
+
+test('it scrubs with the slider and with the line in the curves', () =>
+  opened(first.file, {}, async (page) => {
+    const [start, end] = await page.evaluate(() => globalThis.bksim.span);
+    const time = () => page.evaluate(() => globalThis.bksim.time);
+    const slider = await page.locator('#scrub').boundingBox();
+    await page.mouse.click(slider.x + 0.5 * slider.width, slider.y + 0.5 * slider.height);
+    assert.ok(Math.abs((await time()) - 0.5 * (start + end)) < 0.02 * (end - start));
+    await settled(page);
+
+    const line = await page.locator('.now').first().boundingBox();
+    const chart = await page.locator('.u-over').first().boundingBox();
+    const y = chart.y + 0.5 * chart.height;
+    await page.mouse.move(line.x + 1, y);
+    await page.mouse.down();
+    await page.mouse.move(chart.x + 0.8 * chart.width, y, { steps: 4 });
+    await page.mouse.up();
+    assert.ok(Math.abs((await time()) - (start + 0.8 * (end - start))) < 0.01 * (end - start));
+    const text = await page.textContent('#time');
+    assert.match(text, /^t = [\d.]+ s$/);
+  }));
+
+test('the picture zooms, pans and fits; the curves zoom', () =>
+  opened(first.file, {}, async (page) => {
+    const before = await picture(page);
+    const scale = () => page.evaluate(() => globalThis.bksim.camera.scale);
+    const fitted = await scale();
+    await page.click('#zoom-in');
+    await settled(page);
+    assert.ok((await scale()) > 1.2 * fitted);
+    const zoomed = await picture(page);
+    assert.notEqual(zoomed, before);
+    await page.mouse.move(300, 300);
+    await page.mouse.down();
+    await page.mouse.move(360, 320, { steps: 3 });
+    await page.mouse.up();
+    await settled(page);
+    assert.notEqual(await picture(page), zoomed);
+    await page.click('#fit');
+    await settled(page);
+    assert.equal(await picture(page), before);
+
+    const chart = await page.locator('.u-over').first().boundingBox();
+    const y = chart.y + 0.5 * chart.height;
+    const curves = () =>
+      page.evaluate(() => document.querySelector('.u-wrap canvas').toDataURL());
+    const whole = await curves();
+    await page.mouse.move(chart.x + 0.4 * chart.width, y);
+    await page.mouse.down();
+    await page.mouse.move(chart.x + 0.6 * chart.width, y, { steps: 4 });
+    await page.mouse.up();
+    await settled(page);
+    assert.notEqual(await curves(), whole);
+    await page.mouse.dblclick(chart.x + 0.5 * chart.width, y);
+    await settled(page);
+    assert.equal(await curves(), whole);
+  }));
+
+test('curves and trails are chosen from lists, arrows and names are switched on', () =>
+  opened(first.file, {}, async (page) => {
+    const n = await page.locator('figure').count();
+    await page.click('#channels summary');
+    const box = page.locator('#channels input:not(:checked)').last();
+    await box.check();
+    assert.ok((await page.locator('figure').count()) >= n);
+    for (const id of ['labels', 'velocities', 'reactions']) {
+      const before = await picture(page);
+      await page.check(`#${id}`);
+      await settled(page);
+      assert.notEqual(await picture(page), before, id);
+    }
+    const before = await picture(page);
+    await page.click('#trails summary');
+    await page.locator('#trails input:checked').first().uncheck();
+    await settled(page);
+    assert.notEqual(await picture(page), before);
+  }));
+
+test('everything that is used has a name', () =>
+  opened(first.file, {}, async (page) => {
+    const nameless = await page.evaluate(() =>
+      [...document.querySelectorAll('button, input, select, canvas[tabindex]')]
+        .filter((e) => !(e.ariaLabel || e.getAttribute('aria-label') || e.closest('label')?.textContent.trim()))
+        .map((e) => e.outerHTML),
+    );
+    assert.deepEqual(nameless, []);
+  }));
+
+test('pictures are those that were looked at, and a different one is not', async () => {
+  for (const colorScheme of ['light', 'dark']) {
+    await opened(first.file, { colorScheme, viewport: { width: 800, height: 900 } }, async (page) => {
+      const shot = () => page.locator('.picture').screenshot();
+      await page.evaluate(([from, to]) => globalThis.bksim.seek(from + 0.3 * (to - from)), first.span);
+      await settled(page);
+      compare(`${first.name}-${colorScheme}`, await shot());
+      const right = PNG.sync.read(await shot());
+      await page.evaluate(([from, to]) => globalThis.bksim.seek(from + 0.7 * (to - from)), first.span);
+      await page.click('#zoom-in');
+      await page.click('#zoom-in');
+      await settled(page);
+      const other = difference(right, PNG.sync.read(await shot()));
+      assert.ok(other > ALLOWED, `another instant differs in ${(100 * other).toFixed(1)} % only`);
+    });
+  }
+});
+
+test('the switch changes the theme', () =>
+  opened(first.file, { colorScheme: 'light' }, async (page) => {
+    const background = () =>
+      page.evaluate(() => getComputedStyle(document.documentElement).backgroundColor);
+    assert.equal(await background(), 'rgb(255, 255, 255)');
+    await page.click('#theme');
+    assert.notEqual(await background(), 'rgb(255, 255, 255)');
+  }));
+
+test('what a hostile model says stays text', () =>
+  opened(plan.hostile.file, {}, async (page) => {
+    const shown = await page.textContent('#model pre');
+    for (const text of plan.hostile.texts) assert.ok(shown.includes(text), text);
+    assert.equal(await page.title(), plan.hostile.title);
+    const nScripts = await page.evaluate(() => document.scripts.length);
+    assert.equal(nScripts, 2);
+    assert.equal(await page.evaluate(() => globalThis.isBroken), undefined);
+  }));
+
+test('the policy stops other scripts and the network', async () => {
+  // A server of our own counts who asks.
+  let nAsked = 0;
+  const server = http.createServer((_, response) => {
+    nAsked += 1;
+    response.end();
+  });
+  await new Promise((done) => server.listen(0, '127.0.0.1', done));
+  const { port } = server.address();
+  const addition =
+    '<script>globalThis.isBroken = true</script>' + `<img src="http://127.0.0.1:${port}/x.png"></body>`;
+  const html = fs.readFileSync(first.file, 'utf8').replace('</body>', addition);
+  const file = path.join(plan.screenshots, 'changed.html');
+
+  const broken = async (text) => {
+    fs.writeFileSync(file, text);
+    const page = await browser.newPage();
+    await page.goto(pathToFileURL(file).href);
+    await page.waitForFunction(() => globalThis.bksim !== undefined);
+    const isBroken = await page.evaluate(() => globalThis.isBroken === true);
+    await page.close();
+    return isBroken;
+  };
+  assert.equal(await broken(html), false);
+  assert.equal(nAsked, 0);
+  // Without the policy both would have come through.
+  assert.equal(await broken(html.replace(/<meta http-equiv[^>]*>/, '')), true);
+  assert.equal(nAsked, 1);
+  fs.unlinkSync(file);
+  server.close();
+});
