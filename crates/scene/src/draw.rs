@@ -173,7 +173,7 @@ impl Painter<'_> {
             size: self.camera.size.map(single),
             text: sizes.text,
             color: self.theme.text,
-            gap: pin.min(2.0 * sizes.text) + 0.3 * sizes.text,
+            gap: (1.5 * pin).min(2.0 * sizes.text) + 0.3 * sizes.text,
             taken: arrows,
         };
         let place = |marker: &Marker| {
