@@ -71,7 +71,10 @@ impl Painter<'_> {
         let mut layers: Vec<Layer> = Vec::new();
         layers.extend(back.into_iter().filter_map(|shape| self.shape(shape, poses, opacity)));
         self.spans(poses, opacity, &mut layers);
-        layers.extend(front.into_iter().filter_map(|shape| self.shape(shape, poses, opacity)));
+        // In space, a pin shows before what it goes through.
+        let towards_eye = 3.0 * self.scene.pin;
+        let front = front.into_iter().filter_map(|shape| self.shape(shape, poses, opacity));
+        layers.extend(front.map(|(depth, items)| (depth + towards_eye, items)));
         if !self.scene.is_planar {
             layers.sort_by(|(a, _), (b, _)| a.total_cmp(b));
         }
@@ -170,7 +173,7 @@ impl Painter<'_> {
             size: self.camera.size.map(single),
             text: sizes.text,
             color: self.theme.text,
-            gap: pin.min(2.0 * sizes.text) + 0.3 * sizes.text,
+            gap: (1.5 * pin).min(2.0 * sizes.text) + 0.3 * sizes.text,
             taken: arrows,
         };
         let place = |marker: &Marker| {

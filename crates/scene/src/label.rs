@@ -135,7 +135,7 @@ mod tests {
 
     fn labels(taken: &[[f32; 2]]) -> Labels<'_> {
         let color = Color::opaque(0);
-        Labels { size: [300.0, 200.0], text: 12.0, color, gap: 8.0, taken }
+        Labels { size: [300.0, 200.0], text: 12.0, color, gap: 9.0, taken }
     }
 
     #[test]

@@ -118,7 +118,8 @@ impl Way {
         let unloaded = if unloaded > 0.0 && unloaded < 1e100 { unloaded } else { self.length };
         let bottom = (from + 0.1 * unloaded).min(0.3 * self.length);
         let cylinder = (0.5 * unloaded).min(0.5 * self.length);
-        let rod = 0.4 * unloaded - LEAD * self.pin;
+        // Unloaded, the piston is in the middle.
+        let rod = 0.65 * unloaded - LEAD * self.pin;
         let piston = (self.length - rod).clamp(bottom + 0.12 * cylinder, bottom + 0.88 * cylinder);
         let start = if beside == 0.0 { 0.0 } else { from };
         let end = if beside == 0.0 { self.length } else { to };

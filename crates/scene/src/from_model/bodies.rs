@@ -3,12 +3,9 @@
 use super::Sketch;
 use super::rail::{SLOT, Slider};
 use crate::geometry::{
-    Plane, Point, across3, arc, circle, cross3, distance, distance3, dot3, rounded_hull, sub, sub3,
-    unit3,
+    Plane, Point, across3, circle, cross3, distance3, dot3, rounded_hull, sub3, unit3,
 };
 use crate::{Role, Shape};
-
-use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Half width of a link, radii of a pin.
 const LINK: f64 = 1.8;
@@ -47,17 +44,19 @@ impl Sketch<'_> {
         let Some(&held) = points.first().or(com.as_ref()) else { return Vec::new() };
         let is_one_place =
             |points: &[[f64; 3]]| points.iter().all(|&p| distance3(p, held) < 0.5 * self.pin);
-        if is_one_place(&points) && self.is_point_mass(body) {
-            return self.bob(body, held, com.unwrap_or(held));
-        }
+        let is_bob = self.is_bob(body);
         points.extend(com);
         if is_one_place(&points) {
             return if self.is_slider(body) { Vec::new() } else { self.disc(body, held) };
         }
-        match self.plane_through(body, &points) {
+        let mut shapes = match self.plane_through(body, &points) {
             Some(plane) => vec![self.plate(body, &plane, &points)],
             None => self.star(body, &points),
+        };
+        if let Some(com) = com.filter(|_| is_bob) {
+            shapes.extend(self.disc(body, com));
         }
+        shapes
     }
 
     /// A rounded plate around points in a plane, with slots.
@@ -65,6 +64,7 @@ impl Sketch<'_> {
         let slots = self.slots(body);
         let is_rod = self.rails_of(body).next().is_some() || !self.is_planar();
         let half = match (slots.is_empty(), is_rod) {
+            _ if self.is_bob(body) => ROD,
             (false, _) => SLOTTED,
             (true, true) => 0.6 * LINK,
             (true, false) => LINK,
@@ -89,24 +89,6 @@ impl Sketch<'_> {
         let plane = self.plane_through(body, &[from, to])?;
         let ring = rounded_hull(&[from, to].map(|p| plane.foot(p)), ROD * self.pin);
         Some(Shape::region(body, self.role_of(body), &plane, &[ring]))
-    }
-
-    /// A point mass, on a rod if it is away from what holds it.
-    fn bob(&self, body: usize, held: [f64; 3], centre: [f64; 3]) -> Vec<Shape> {
-        let [rod, disc] = [ROD, DISC].map(|x| x * self.pin);
-        let rod_plane = self.plane_through(body, &[centre, held]);
-        match rod_plane.filter(|_| distance3(held, centre) > disc) {
-            None => self.disc(body, centre),
-            Some(plane) if self.is_planar() => {
-                let ring = lollipop(plane.foot(held), plane.foot(centre), rod, disc);
-                vec![Shape::region(body, self.role_of(body), &plane, &[ring])]
-            }
-            Some(_) => {
-                let mut shapes: Vec<Shape> = self.rod(body, held, centre).into_iter().collect();
-                shapes.extend(self.disc(body, centre));
-                shapes
-            }
-        }
     }
 
     /// A disc; in space, three of them, which look like a ball.
@@ -202,25 +184,18 @@ impl Sketch<'_> {
         (self.numbers.value(of.mass) > 0.0).then(|| self.numbers.vector(&of.com))
     }
 
-    pub(super) fn is_point_mass(&self, body: usize) -> bool {
-        let inertia = &self.model().bodies[body].inertia;
-        let mut moments = inertia.moments.iter();
-        inertia.about.is_none() && moments.all(|&moment| self.numbers.value(moment) == 0.0)
+    /// Whether a body is drawn as a point mass on a rod.
+    pub(super) fn is_bob(&self, body: usize) -> bool {
+        let of = &self.model().bodies[body];
+        let mut moments = of.inertia.moments.iter();
+        of.inertia.about.is_none()
+            && of.outline.is_empty()
+            && !self.is_slider(body)
+            && moments.all(|&moment| self.numbers.value(moment) == 0.0)
     }
 
     fn named_points(&self, body: usize) -> impl Iterator<Item = [f64; 3]> {
         let points = self.model().bodies[body].points.iter();
         points.map(|point| self.numbers.vector(&point.position))
     }
-}
-
-/// A disc at the end of a rod, in one ring.
-fn lollipop(held: Point, centre: Point, rod: f64, disc: f64) -> Vec<Point> {
-    debug_assert!(distance(held, centre) > rod, "the rod leaves the disc");
-    let [x, y] = sub(held, centre);
-    let towards = y.atan2(x);
-    let half = (rod / disc).asin();
-    let mut ring = arc(centre, disc, towards + half, towards + TAU - half);
-    ring.extend(arc(held, rod, towards - FRAC_PI_2, towards + FRAC_PI_2));
-    ring
 }

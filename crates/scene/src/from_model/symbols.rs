@@ -12,10 +12,12 @@ use crate::{Attached, Form, Role, Shape};
 
 /// Radius of the sign of a centre of mass, radii of a pin.
 const MASS: f64 = 1.0;
+/// Radius of the eye at the end of a spring.
+const EYE: f64 = 0.6;
 /// Inner and outer radius of a torsion spring.
-const SPIRAL: [f64; 2] = [1.5, 3.4];
+const SPIRAL: [f64; 2] = [1.6, 4.2];
 /// Its turns.
-const TURNS: f64 = 2.25;
+const TURNS: f64 = 1.75;
 /// Half length of a pin in space.
 const PIN_LENGTH: f64 = 2.4;
 
@@ -32,6 +34,26 @@ impl Sketch<'_> {
             };
             for &at in pinned {
                 shapes.extend(self.pin(joint, at));
+            }
+        }
+        shapes.extend(self.eyes());
+        shapes
+    }
+
+    /// Small circles where springs and dampers are held by bodies that move, unless a pin is there.
+    fn eyes(&self) -> Vec<Shape> {
+        let model = self.model();
+        let joints = model.joints.iter().flat_map(|joint| [joint.predecessor, joint.successor]);
+        let pins: Vec<Attached> = joints.map(|anchor| self.numbers.attached(anchor)).collect();
+        let mut shapes = Vec::new();
+        for load in &model.loads {
+            let LoadKind::Spring { a, b, .. } = load.kind else { continue };
+            for at in [a, b].map(|anchor| self.numbers.attached(anchor)) {
+                if at.body > 0 && !pins.contains(&at) {
+                    let plane = Plane { origin: at.position, ..Plane::XY };
+                    let ring = circle([0.0; 2], EYE * self.pin);
+                    shapes.push(Shape::region(at.body, Role::Pin, &plane, &[ring]));
+                }
             }
         }
         shapes
@@ -73,8 +95,7 @@ impl Sketch<'_> {
             let attached = &self.attached[body];
             let is_hidden = attached.iter().any(|&p| distance3(p, com) < 2.0 * self.pin);
             // A bob says as much.
-            let is_bob = self.is_point_mass(body) && self.numbers.outline(body).is_empty();
-            if is_hidden || is_bob {
+            if is_hidden || self.is_bob(body) {
                 continue;
             }
             let mut points = vec![com];
