@@ -8,7 +8,7 @@ use crate::axis::{Map, Margin};
 use crate::figure::{Figure, Panel, Size};
 use crate::legend::{self, Entry};
 use crate::ticks::Ticks;
-use crate::{Axis, font};
+use crate::{Axis, Scale, font};
 
 /// Size of the figure's title, px.
 pub(crate) const TITLE_SIZE: f64 = 17.0;
@@ -199,7 +199,7 @@ fn place_panel(
     let mut x_ends = shared.unwrap_or_else(|| panel.x.ends(panel.values(0), margin));
     let mut y_ends = panel.y.ends(panel.values(1), Margin::Narrow);
     let (width, height) = (area.right - area.left, area.bottom - area.top);
-    if panel.equal_scale {
+    if panel.equal_scale && [panel.x.scale, panel.y.scale] == [Scale::Linear; 2] {
         widen(&mut x_ends, &mut y_ends, width / height);
     }
     let legend = legend::entries(&panel.curves, width);
