@@ -25,7 +25,7 @@ const BETWEEN: [f64; 2] = [22.0, 16.0];
 /// Height of a line of text in its size.
 const LINE: f64 = 1.3;
 /// Pixels for each tick of an ordinate, at least, and between numbers of an abscissa.
-const TICK_SPACE: f64 = 36.0;
+const TICK_SPACE: f64 = 30.0;
 const NUMBER_SPACE: f64 = 26.0;
 const N_ROUNDS: usize = 4;
 

@@ -195,14 +195,20 @@ impl Svg<'_> {
         } else {
             format!("x=\"{x}\" y=\"{y}\"")
         };
-        let length = px(font::width(text, font.size));
+        // The one letter of labels that is from another font must not take the rest there.
+        let raised = "<tspan font-family=\"Hack, 'DejaVu Sans', monospace\">⁻</tspan>";
+        let (length, text) = if text.contains('⁻') {
+            (String::new(), escaped(text).replace('⁻', raised))
+        } else {
+            let length = px(font::width(text, font.size));
+            let length = format!(" textLength=\"{length}\" lengthAdjust=\"spacingAndGlyphs\"");
+            (length, escaped(text))
+        };
         let _ = writeln!(
             self.out,
-            "<text {place} font-size=\"{size}\" fill=\"{}\" text-anchor=\"{}\" \
-             textLength=\"{length}\" lengthAdjust=\"spacingAndGlyphs\">{}</text>",
+            "<text {place} font-size=\"{size}\" fill=\"{}\" text-anchor=\"{}\"{length}>{text}</text>",
             color(self.theme.text),
             font.anchor,
-            escaped(text),
         );
     }
 }
