@@ -21,7 +21,7 @@ pub struct Panel {
     pub y: Axis,
     /// In the order of the legend, the first drawn first.
     pub curves: Vec<Curve>,
-    /// Whether a unit is as long in both directions, as for the path of a point.
+    /// Whether a unit is as long in both directions, as for the path of a point; of linear axes.
     pub equal_scale: bool,
 }
 

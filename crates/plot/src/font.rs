@@ -4,20 +4,26 @@ use std::sync::OnceLock;
 
 use ttf_parser::Face;
 
-/// Its bytes: Ubuntu Light.
-pub(crate) const BYTES: &[u8] = epaint_default_fonts::UBUNTU_LIGHT;
+/// Its bytes: Ubuntu Light; then Hack, for the few letters that the first does not have.
+pub(crate) const FONTS: [&[u8]; 2] =
+    [epaint_default_fonts::UBUNTU_LIGHT, epaint_default_fonts::HACK_REGULAR];
 
 /// Width of a text, in the unit of `size`; kerning, which makes it smaller, is left out.
 pub(crate) fn width(text: &str, size: f64) -> f64 {
-    static FACE: OnceLock<Option<Face<'static>>> = OnceLock::new();
-    let face = FACE.get_or_init(|| Face::parse(BYTES, 0).ok());
-    let Some(face) = face else { return 0.6 * size * text.chars().count() as f64 };
-    let advance = |letter: char| {
-        let glyph = face.glyph_index(letter).and_then(|glyph| face.glyph_hor_advance(glyph));
-        // A box stands for a letter that the font does not have.
-        glyph.map_or(0.6, |units| f64::from(units) / f64::from(face.units_per_em()))
-    };
-    size * text.chars().map(advance).sum::<f64>()
+    // A box stands for a letter that no font has.
+    let advance = |letter: char| faces().iter().find_map(|face| advance(face, letter));
+    size * text.chars().map(|letter| advance(letter).unwrap_or(0.6)).sum::<f64>()
+}
+
+fn faces() -> &'static [Face<'static>] {
+    static FACES: OnceLock<Vec<Face<'static>>> = OnceLock::new();
+    FACES.get_or_init(|| FONTS.iter().filter_map(|bytes| Face::parse(bytes, 0).ok()).collect())
+}
+
+/// Width of a letter in a font, in its size.
+fn advance(face: &Face<'_>, letter: char) -> Option<f64> {
+    let units = face.glyph_hor_advance(face.glyph_index(letter)?)?;
+    Some(f64::from(units) / f64::from(face.units_per_em()))
 }
 
 /// The text, its middle replaced by `…` if it is wider than there is room.
@@ -45,11 +51,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_font_has_the_letters_of_labels() {
-        let face = Face::parse(BYTES, 0).expect("a font");
+    fn the_fonts_have_the_letters_of_labels() {
+        assert_eq!(faces().len(), 2);
         let letters = "abcXYZ019 ().,/_·×−⁻⁰¹²³⁴⁵⁶⁷⁸⁹…αβγθλμπφωąćęłńóśźżÄÖÜäöüß";
         let missing: String =
-            letters.chars().filter(|&letter| face.glyph_index(letter).is_none()).collect();
+            letters.chars().filter(|&l| faces().iter().all(|f| advance(f, l).is_none())).collect();
         assert_eq!(missing, "");
     }
 

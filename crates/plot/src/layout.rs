@@ -8,7 +8,7 @@ use crate::axis::{Map, Margin};
 use crate::figure::{Figure, Panel, Size};
 use crate::legend::{self, Entry};
 use crate::ticks::Ticks;
-use crate::{Axis, font};
+use crate::{Axis, Scale, font};
 
 /// Size of the figure's title, px.
 pub(crate) const TITLE_SIZE: f64 = 17.0;
@@ -25,7 +25,7 @@ const BETWEEN: [f64; 2] = [22.0, 16.0];
 /// Height of a line of text in its size.
 const LINE: f64 = 1.3;
 /// Pixels for each tick of an ordinate, at least, and between numbers of an abscissa.
-const TICK_SPACE: f64 = 36.0;
+const TICK_SPACE: f64 = 30.0;
 const NUMBER_SPACE: f64 = 26.0;
 const N_ROUNDS: usize = 4;
 
@@ -199,7 +199,7 @@ fn place_panel(
     let mut x_ends = shared.unwrap_or_else(|| panel.x.ends(panel.values(0), margin));
     let mut y_ends = panel.y.ends(panel.values(1), Margin::Narrow);
     let (width, height) = (area.right - area.left, area.bottom - area.top);
-    if panel.equal_scale {
+    if panel.equal_scale && [panel.x.scale, panel.y.scale] == [Scale::Linear; 2] {
         widen(&mut x_ends, &mut y_ends, width / height);
     }
     let legend = legend::entries(&panel.curves, width);

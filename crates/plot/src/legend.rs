@@ -79,7 +79,7 @@ mod tests {
         let curves: Vec<Curve> = ["theta1", "x2", "a_rather_long_name", "y2", "theta2"]
             .map(|name| Curve::new(name, vec![]))
             .into();
-        for width in [40.0, 150.0, 300.0, 900.0] {
+        for width in [60.0, 150.0, 300.0, 900.0] {
             let entries = entries(&curves, width);
             for entry in &entries {
                 let end = entry.text_x() + font::width(&entry.text, TEXT_SIZE);

@@ -93,7 +93,9 @@ impl Figure {
 
 fn tree(svg: &str) -> Result<Tree, PlotError> {
     let mut fonts = Database::new();
-    fonts.load_font_data(font::BYTES.to_vec());
+    for bytes in font::FONTS {
+        fonts.load_font_data(bytes.to_vec());
+    }
     let family = fonts.faces().next().and_then(|face| face.families.first());
     let family = family.map(|(name, _)| name.clone()).unwrap_or_default();
     fonts.set_sans_serif_family(&family);

@@ -5,12 +5,12 @@
 
 use std::fmt::Write as _;
 
-use crate::decimate::{Point, reduce};
+use crate::decimate::{LARGEST, Point, reduce};
 use crate::figure::{Figure, Size};
 use crate::layout::{AXIS_SIZE, Layout, Place, TICK_GAP, TICK_SIZE, TITLE_SIZE};
 use crate::legend::{SAMPLE, TEXT_SIZE};
 use crate::thin::thin;
-use crate::{Curve, Theme, font};
+use crate::{Curve, Panel, Theme, font};
 
 /// Buckets in the width of a pixel: a vector picture is looked at closely.
 const BUCKETS_PER_PIXEL: f64 = 2.0;
@@ -30,7 +30,7 @@ impl Figure {
         svg.open(size, &self.title);
         for (panel, place) in self.panels.iter().zip(&layout.panels) {
             svg.axes(place);
-            svg.curves(&panel.curves, place);
+            svg.curves(panel, place);
             svg.legend(&panel.curves, place);
         }
         let [x, y] = layout.title_at;
@@ -128,8 +128,20 @@ impl Svg<'_> {
         }
     }
 
-    fn curves(&mut self, curves: &[Curve], place: &Place) {
-        for curve in curves {
+    fn curves(&mut self, panel: &Panel, place: &Place) {
+        // Ends that are given may cut the curves.
+        let is_cut = panel.x.range.is_some() || panel.y.range.is_some();
+        if is_cut {
+            let area = place.area;
+            let [x, y] = [area.left, area.top].map(px);
+            let [width, height] = [area.right - area.left, area.bottom - area.top].map(px);
+            let _ = writeln!(
+                self.out,
+                "<clipPath id=\"area-{x}-{y}\"><rect x=\"{x}\" y=\"{y}\" width=\"{width}\" \
+                 height=\"{height}\"/></clipPath>\n<g clip-path=\"url(#area-{x}-{y})\">"
+            );
+        }
+        for curve in &panel.curves {
             let path = path(&curve.points, place);
             let _ = writeln!(
                 self.out,
@@ -137,6 +149,9 @@ impl Svg<'_> {
                 escaped(&curve.name),
                 self.stroke(curve),
             );
+        }
+        if is_cut {
+            self.out.push_str("</g>\n");
         }
     }
 
@@ -180,14 +195,20 @@ impl Svg<'_> {
         } else {
             format!("x=\"{x}\" y=\"{y}\"")
         };
-        let length = px(font::width(text, font.size));
+        // The one letter of labels that is from another font must not take the rest there.
+        let raised = "<tspan font-family=\"Hack, 'DejaVu Sans', monospace\">⁻</tspan>";
+        let (length, text) = if text.contains('⁻') {
+            (String::new(), escaped(text).replace('⁻', raised))
+        } else {
+            let length = px(font::width(text, font.size));
+            let length = format!(" textLength=\"{length}\" lengthAdjust=\"spacingAndGlyphs\"");
+            (length, escaped(text))
+        };
         let _ = writeln!(
             self.out,
-            "<text {place} font-size=\"{size}\" fill=\"{}\" text-anchor=\"{}\" \
-             textLength=\"{length}\" lengthAdjust=\"spacingAndGlyphs\">{}</text>",
+            "<text {place} font-size=\"{size}\" fill=\"{}\" text-anchor=\"{}\"{length}>{text}</text>",
             color(self.theme.text),
             font.anchor,
-            escaped(text),
         );
     }
 }
@@ -196,11 +217,12 @@ impl Svg<'_> {
 fn path(points: &[Point], place: &Place) -> String {
     let mut pixels: Vec<Point> = points.to_vec();
     for point in &mut pixels {
-        let y = if point[1].is_nan() { f64::NAN } else { place.y.map.place(point[1]) };
-        *point = [place.x.map.place(point[0]), y];
+        let is_drawn = point.iter().all(|value| value.abs() <= LARGEST);
+        let [x, y] = [place.x.map.place(point[0]), place.y.map.place(point[1])];
         // What is left of a gap is its place among the others.
-        if point[0].is_nan() {
-            *point = [0.0, f64::NAN];
+        *point = [if x.is_nan() { 0.0 } else { x }, if is_drawn { y } else { f64::NAN }];
+        if x.is_nan() {
+            point[1] = f64::NAN;
         }
     }
     let numbers = || pixels.iter().filter(|point| !point[1].is_nan());

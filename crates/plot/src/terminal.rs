@@ -13,7 +13,7 @@ use ratatui::widgets::Widget;
 use ratatui::widgets::canvas::{Canvas, Line};
 
 use crate::axis::{Map, Margin};
-use crate::decimate::Point;
+use crate::decimate::{LARGEST, Point};
 use crate::{Curve, Figure, Panel};
 
 /// What the picture is shown on.
@@ -131,7 +131,10 @@ fn panel_text(panel: &Panel, screen: Screen) -> String {
 }
 
 fn draw_curves(panel: &Panel, area: Rect, maps: [Map; 2], buffer: &mut Buffer) {
-    let dots = |[x, y]: Point| [maps[0].place(x), if y.is_nan() { y } else { maps[1].place(y) }];
+    let dots = |[x, y]: Point| {
+        let is_drawn = x.abs() <= LARGEST && y.abs() <= LARGEST;
+        if is_drawn { [maps[0].place(x), maps[1].place(y)] } else { [f64::NAN; 2] }
+    };
     let bounds = [f64::from(area.width * 2 - 1), f64::from(area.height * 4 - 1)];
     Canvas::default()
         .marker(Marker::Braille)

@@ -3,7 +3,8 @@
 //! A point is dropped when the chord between the neighbours that stay passes it within a tolerance.
 //! One sweep finds those: all directions from the last point kept that pass each point since within
 //! the tolerance are a sector, which shrinks with every point; a point outside of it ends the chord
-//! at the one before. J. Sklansky and V. Gonzalez, *Fast polygonal approximation of digitized
+//! at the one before. What goes over lines that are there already, as a periodic motion does, is
+//! dropped, too. J. Sklansky and V. Gonzalez, *Fast polygonal approximation of digitized
 //! curves*, Pattern Recognition 12 (1980) 327–331.
 
 use crate::decimate::{Point, put};
@@ -37,6 +38,7 @@ impl Trace {
         }
         let scale = unit_scale(&self.points);
         thin(&mut self.points, scale, self.tolerance);
+        drop_covered(&mut self.points, scale);
         while self.points.len() > CAPACITY / 2 && self.tolerance < 1.0 {
             self.tolerance *= 2.0;
             thin(&mut self.points, scale, self.tolerance);
@@ -66,6 +68,75 @@ fn unit_scale(points: &[Point]) -> [f64; 2] {
         });
         let scale = 1.0 / (high - low);
         if scale.is_finite() { scale } else { 0.0 }
+    })
+}
+
+/// Cells along each side of the grid that tells what is drawn already: about one for a pixel.
+const N_CELLS: usize = 1024;
+/// A line does not cover those that follow it at once.
+const N_NEIGHBOURS: usize = 16;
+
+/// Drops lines that run where others have run before, within a cell of the grid.
+fn drop_covered(points: &mut Vec<Point>, scale: [f64; 2]) {
+    let is_new = new_lines(points, scale);
+    let last = points.len() - 1;
+    let outermost = outermost(points);
+    let mut kept = Vec::with_capacity(points.len());
+    for (place, &[x, y]) in points.iter().enumerate() {
+        let goes_on = place == last || is_new[place];
+        let is_kept = goes_on || (place > 0 && is_new[place - 1]) || outermost.contains(&place);
+        if is_kept {
+            put(&mut kept, [x, y]);
+        }
+        if !goes_on {
+            put(&mut kept, [x, f64::NAN]);
+        }
+    }
+    *points = kept;
+}
+
+/// For each line between neighbours, whether it goes where none was before; those to gaps are new.
+fn new_lines(points: &[Point], scale: [f64; 2]) -> Vec<bool> {
+    let corner = [0, 1].map(|axis| {
+        let values = points.iter().filter(|point| !point[1].is_nan()).map(|point| point[axis]);
+        values.fold(f64::INFINITY, f64::min)
+    });
+    // A rim around the grid spares the cells at its edge a test of their neighbours.
+    let width = N_CELLS + 4;
+    let mut drawn_by = vec![usize::MAX; width * width];
+    let place = |point: Point| {
+        [0, 1].map(|axis| 2.0 + (point[axis] - corner[axis]) * scale[axis] * N_CELLS as f64)
+    };
+    let is_new = |(number, pair): (usize, &[Point])| {
+        let [from, to] = [pair[0], pair[1]];
+        if from[1].is_nan() || to[1].is_nan() {
+            return true;
+        }
+        let mut is_new = false;
+        for cell in cells(place(from), place(to), width) {
+            let mut around = [0, 1, 2].into_iter().flat_map(|row| {
+                let first = cell + row * width - width - 1;
+                &drawn_by[first..first + 3]
+            });
+            is_new |= !around.any(|&by| by.saturating_add(N_NEIGHBOURS) < number);
+            // The first to come here is the one that stays.
+            drawn_by[cell] = drawn_by[cell].min(number);
+        }
+        is_new
+    };
+    points.windows(2).enumerate().map(is_new).collect()
+}
+
+/// Cells of a grid, row by row, that a line goes through.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "inside of the grid")]
+fn cells(from: Point, to: Point, width: usize) -> impl Iterator<Item = usize> {
+    let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
+    let n = dx.abs().max(dy.abs()).ceil().clamp(1.0, width as f64) as usize;
+    (0..=n).map(move |k| {
+        let part = k as f64 / n as f64;
+        let [column, row] = [from[0] + part * dx, from[1] + part * dy]
+            .map(|place| place.clamp(1.0, (width - 2) as f64) as usize);
+        row * width + column
     })
 }
 
@@ -238,10 +309,18 @@ mod tests {
         }
         let points = trace.into_points();
         assert!(points.len() <= CAPACITY);
-        for pair in points.windows(2) {
+        let lines = || points.windows(2).filter(|pair| pair.iter().all(|point| !point[1].is_nan()));
+        for pair in lines() {
             let middle = [(pair[0][0] + pair[1][0]) / 6.0, (pair[0][1] + pair[1][1]) / 2.0];
             let radius = middle[0].hypot(middle[1]);
-            assert!((radius - 1.0).abs() < 0.01, "{radius} between {pair:?}");
+            assert!((radius - 1.0).abs() < 1e-3, "{radius} between {pair:?}");
+        }
+        // No part of it is missing.
+        for degree in 0..360 {
+            let angle = f64::from(degree).to_radians();
+            let at = [3.0 * angle.cos(), angle.sin()];
+            let nearest = lines().map(|pair| distance(at, pair[0], pair[1])).fold(9.0, f64::min);
+            assert!(nearest < 6e-3, "{nearest} at {degree}");
         }
     }
 

@@ -45,7 +45,7 @@ fn numbers(svg: &str, anchor: &str) -> Vec<(f64, f64)> {
 }
 
 /// The straight line through two pairs: from places back to numbers.
-fn inverse(numbers: &[(f64, f64)]) -> impl Fn(f64) -> f64 {
+fn inverse(numbers: &[(f64, f64)]) -> impl Fn(f64) -> f64 + use<> {
     let (first, last) = (numbers[0], numbers[numbers.len() - 1]);
     move |place| first.0 + (place - first.1) / (last.1 - first.1) * (last.0 - first.0)
 }
@@ -248,6 +248,17 @@ fn text_shows_the_curves_between_their_axes() {
 }
 
 #[test]
+fn ends_that_are_given_cut_the_curves() {
+    let mut figure = figure(vec![Curve::new("a", wave(50))]);
+    figure.panels[0].y.range = Some([-1.0, 1.0]);
+    let svg = figure.to_svg(SIZE, &Theme::LIGHT);
+    let document = roxmltree::Document::parse(&svg).expect("XML");
+    let cut = document.descendants().find(|node| node.has_attribute("clip-path")).expect("a cut");
+    assert_eq!(cut.descendants().filter(|n| n.attribute("class") == Some("curve")).count(), 1);
+    assert!(figure.render(Format::Png, Some(SIZE), &Theme::LIGHT).is_ok());
+}
+
+#[test]
 fn decades_are_equally_high() {
     let points = (0..=40).map(|i| f64::from(i) * 0.1).map(|t| [t, 10f64.powf(t)]).collect();
     let mut figure = figure(vec![Curve::new("a", points)]);
@@ -259,7 +270,11 @@ fn decades_are_equally_high() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(ProptestConfig {
+        cases: 64,
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    })]
 
     #[test]
     fn any_numbers_make_a_document(

@@ -120,8 +120,8 @@ impl Plan {
             add(None, unit, of("state", unit, &[]));
         }
         add(None, "J", of("energy", "J", &["kinetic", "potential", "total"]));
-        let is_driven = add(Some("Effort of drives"), "N*m", of("drives", "N*m", &[]))
-            || add(Some("Effort of drives"), "N", of("drives", "N", &[]));
+        let is_driven = add(Some("Drive effort"), "N*m", of("drives", "N*m", &[]))
+            || add(Some("Drive effort"), "N", of("drives", "N", &[]));
         if !is_driven {
             add(Some("Reaction force"), "N", reactions(header));
         }

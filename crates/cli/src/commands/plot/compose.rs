@@ -35,6 +35,9 @@ struct Told {
     is_dense: bool,
 }
 
+/// Curves this much smaller than the largest are zero but for rounding.
+const ROUNDING: f64 = 1e-13;
+
 /// Words for what is measured in a unit.
 const WORDS: [(&str, &str); 14] = [
     ("rad", "Angle"),
@@ -61,7 +64,10 @@ impl Drawing<'_> {
             n_zero: 0,
             curves: Vec::new(),
         };
-        let is_zero = |drawn: &Drawn| drawn.range == Some([0.0; 2]);
+        // What rounding leaves of a zero beside the forces it is the difference of.
+        let size = |drawn: &Drawn| drawn.range.map_or(0.0, |[low, high]| high.max(-low));
+        let largest = self.drawn.iter().flatten().flatten().map(size).fold(0.0, f64::max);
+        let is_zero = |drawn: &Drawn| drawn.range.is_some() && size(drawn) <= ROUNDING * largest;
         // Where everything is zero, that is what there is to see.
         let has_more = self.drawn.iter().flatten().flatten().any(|drawn| !is_zero(drawn));
         let mut first = 0;
@@ -122,11 +128,10 @@ impl Drawing<'_> {
                     (_, true) => self.run_name(*run),
                     (_, false) => format!("{short}, {}", self.run_name(*run)),
                 };
-                // Colours tell quantities apart and dashes runs, or colours the runs of one.
-                let (color, dash) = match (self.runs.len(), is_one) {
-                    (1, _) => (number, number / 6),
-                    (_, true) => (*run, *run / 6),
-                    (_, false) => (number, *run),
+                // Colours tell runs apart, where there are several, and dashes quantities.
+                let (color, dash) = match self.runs.len() {
+                    1 => (number, number / 6),
+                    _ => (*run, number),
                 };
                 drawn_curves.push(Curve { name, points: drawn.points.clone(), color, dash });
                 told.push(Told {
@@ -143,9 +148,12 @@ impl Drawing<'_> {
             None => Axis::new("Time", "s"),
             Some(x) => Axis::new(&self.short(x), &x.unit),
         };
-        let label = match curves {
-            [one] => one.first().map(|(_, quantity, _)| self.short(quantity)),
-            _ => plan.label.clone(),
+        let label = match (curves, &plan.label) {
+            ([one], None) => one.first().map(|(_, quantity, _)| self.short(quantity)),
+            ([one], Some(words)) => {
+                one.first().map(|(_, quantity, _)| format!("{words}: {}", self.short(quantity)))
+            }
+            (_, words) => words.clone(),
         };
         let words = || {
             let known = WORDS.iter().find(|(unit, _)| *unit == plan.unit);

@@ -18,7 +18,9 @@ use bksim_plot::{Envelope, Point, Trace};
 use super::choose::Quantity;
 
 /// Instants at which the motion is computed: a few more than a picture has pixels.
-const N_INSTANTS: usize = 1200;
+const N_OVER_TIME: usize = 1200;
+/// The same for a curve in the plane, which may go round often.
+const N_IN_PLANE: usize = 6000;
 /// A coordinate that differs by more between two segments jumps, relative to its size.
 const JUMP: f64 = 1e-6;
 
@@ -53,6 +55,12 @@ pub(super) struct Wish<'a> {
     pub(super) span: [f64; 2],
 }
 
+impl Wish<'_> {
+    fn n_instants(&self) -> usize {
+        if self.x.is_some() { N_IN_PLANE } else { N_OVER_TIME }
+    }
+}
+
 fn open(path: &Path) -> Result<LogReader<BufReader<File>>, LogError> {
     LogReader::open(BufReader::with_capacity(1 << 18, File::open(path)?))
 }
@@ -66,7 +74,7 @@ impl Run {
     /// The curves of the quantities, in their order; none for one that the run does not have.
     pub(super) fn curves(&mut self, wish: &Wish<'_>) -> Result<Vec<Option<Drawn>>, LogError> {
         let mut sampled = self.sampled(wish)?;
-        let is_dense = |pen: &Pen| pen.n_values > N_INSTANTS as u64;
+        let is_dense = |pen: &Pen| pen.n_values > wish.n_instants() as u64;
         if sampled.pens.iter().flatten().any(|pen| !is_dense(pen)) {
             if let Err(why) = self.computed(wish, &mut sampled) {
                 self.coarse_because = Some(why);
@@ -136,7 +144,7 @@ impl Run {
         let (header, notes, segments) = (self.header.clone(), Vec::new(), Vec::new());
         let log = RunLog { header, notes, end: None, segments };
         let mechanism = log.mechanism().map_err(|e| format!("its model is refused: {e}"))?;
-        let channels = Channels::new(&mechanism);
+        let (channels, n_instants) = (Channels::new(&mechanism), wish.n_instants());
         let signals = |quantity: &Quantity| -> Option<Vec<Signal>> {
             quantity.channels.iter().map(|name| channels.signal(name)).collect()
         };
@@ -150,7 +158,7 @@ impl Run {
         };
         let mut pens: Vec<Option<(Pen, Vec<Signal>)>> = Vec::new();
         for (pen, quantity) in sampled.pens.iter().zip(&wish.quantities) {
-            let few = pen.as_ref().is_some_and(|pen| pen.n_values <= N_INSTANTS as u64);
+            let few = pen.as_ref().is_some_and(|pen| pen.n_values <= n_instants as u64);
             let signals = signals(quantity).filter(|_| few);
             pens.push(signals.map(|signals| (Pen::new(wish.x.is_some()), signals)));
         }
@@ -170,7 +178,9 @@ impl Run {
         };
         let replay = Replay::new(&mechanism.compiled, &mechanism.parameters);
         let n_state = 2 * mechanism.compiled.nq();
-        let mut player = Player::new(replay, [first, last], n_state, draw);
+        let states = [vec![0.0; n_state], vec![0.0; n_state]];
+        let span = [first, last];
+        let mut player = Player { replay, draw, span, n_instants, next: 0, last: None, states };
         let mut reader = open(&self.path).map_err(|e| e.to_string())?.only(&Wanted::MOTION);
         while let Some(record) = reader.next_record().map_err(|e| e.to_string())? {
             if let Record::Segment(segment) = record {
@@ -257,7 +267,9 @@ struct Player<'a, F> {
     draw: F,
     /// From where to where.
     span: [f64; 2],
-    /// The next instant is this part of the span, in [`N_INSTANTS`]ths.
+    /// In how many parts the instants cut it.
+    n_instants: usize,
+    /// Number of the next instant.
     next: usize,
     /// The segment before, if there is one.
     last: Option<Segment>,
@@ -265,14 +277,9 @@ struct Player<'a, F> {
     states: [Vec<f64>; 2],
 }
 
-impl<'a, F: FnMut(&Sample)> Player<'a, F> {
-    fn new(replay: Replay<'a>, span: [f64; 2], n_state: usize, draw: F) -> Self {
-        let states = [vec![0.0; n_state], vec![0.0; n_state]];
-        Self { replay, draw, span, next: 0, last: None, states }
-    }
-
+impl<F: FnMut(&Sample)> Player<'_, F> {
     fn instant(&self, idx: usize) -> f64 {
-        let part = idx as f64 / N_INSTANTS as f64;
+        let part = idx as f64 / self.n_instants as f64;
         self.span[0] + part * (self.span[1] - self.span[0])
     }
 
@@ -298,7 +305,7 @@ impl<'a, F: FnMut(&Sample)> Player<'a, F> {
             self.draw_at(&own, own.t0)?;
         }
         let forward = (self.span[1] - self.span[0]).signum();
-        while self.next <= N_INSTANTS && (self.instant(self.next) - own.t1) * forward < 0.0 {
+        while self.next <= self.n_instants && (self.instant(self.next) - own.t1) * forward < 0.0 {
             let t = self.instant(self.next);
             // What lies before the first segment has no value.
             if own.contains(t) {
