@@ -14,7 +14,7 @@ use crate::{LogError, write::check_size};
 const UPDATE_SIZE: usize = 1 << 20;
 /// Points are set along a line this many to its frame's size.
 const POINTS_PER_SIZE: f64 = 80.0;
-/// A frame has at most about this many points.
+/// The lines of a frame together are at most about twice this many points, and one for each line.
 const MOST_POINTS: f64 = 4000.0;
 
 pub(super) fn vector([x, y, z]: [f64; 3]) -> Vector3 {
@@ -131,13 +131,22 @@ fn cloud(frame: &str, lines: &[&Line], now: Timestamp) -> PointCloud {
 
     let mut data = Vec::new();
     for line in lines {
+        if let Some(&first) = line.points.first() {
+            put_point(&mut data, first, line.color);
+        }
+        let mut since = 0.0;
         for [a, b] in edges(line) {
-            // Both ends, and what is between them at most a spacing apart.
-            let n_parts = (distance(a, b) / spacing).ceil().clamp(1.0, MOST_POINTS);
-            let mut part = 0.0;
+            // Long edges in equal parts; of short ones, as in arcs, some corners are left out.
+            let length = distance(a, b);
+            let n_parts = (length / spacing).ceil().clamp(1.0, MOST_POINTS);
+            let mut part = 1.0;
             while part <= n_parts {
-                let at = |axis: usize| a[axis] + (b[axis] - a[axis]) * (part / n_parts);
-                put_point(&mut data, [at(0), at(1), at(2)], line.color);
+                since += length / n_parts;
+                if since >= 0.5 * spacing {
+                    let at = |axis: usize| a[axis] + (b[axis] - a[axis]) * (part / n_parts);
+                    put_point(&mut data, [at(0), at(1), at(2)], line.color);
+                    since = 0.0;
+                }
                 part += 1.0;
             }
         }
