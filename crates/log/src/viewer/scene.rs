@@ -26,9 +26,9 @@ pub(super) fn quaternion([x, y, z, w]: [f64; 4]) -> Quaternion {
 }
 
 /// Where a frame's own origin is.
-fn identity() -> Option<Pose> {
+fn identity() -> Pose {
     let (position, orientation) = (vector([0.0; 3]), quaternion([0.0, 0.0, 0.0, 1.0]));
-    Some(Pose { position: Some(position), orientation: Some(orientation) })
+    Pose { position: Some(position), orientation: Some(orientation) }
 }
 
 /// One message of all entities.
@@ -71,9 +71,9 @@ fn scene_entity(entity: &Entity, now: Option<Timestamp>) -> SceneEntity {
 
 fn triangles(area: &Area) -> TriangleListPrimitive {
     TriangleListPrimitive {
-        pose: identity(),
+        pose: Some(identity()),
         points: area.points.iter().map(point).collect(),
-        color: color(area.color),
+        color: Some(color(area.color)),
         colors: Vec::new(),
         indices: area.triangles.as_flattened().to_vec(),
     }
@@ -83,11 +83,11 @@ fn line(line: &Line) -> LinePrimitive {
     let r#type = if line.is_closed { LineType::LineLoop } else { LineType::LineStrip };
     LinePrimitive {
         r#type: r#type.into(),
-        pose: identity(),
+        pose: Some(identity()),
         thickness: line.width,
         scale_invariant: true,
         points: line.points.iter().map(point).collect(),
-        color: color(line.color),
+        color: Some(color(line.color)),
         colors: Vec::new(),
         indices: Vec::new(),
     }
@@ -97,8 +97,8 @@ fn point(&[x, y, z]: &[f64; 3]) -> Point3 {
     Point3 { x, y, z }
 }
 
-fn color([r, g, b, a]: [f64; 4]) -> Option<Color> {
-    Some(Color { r, g, b, a })
+fn color([r, g, b, a]: [f64; 4]) -> Color {
+    Color { r, g, b, a }
 }
 
 /// The lines of each frame that has some as points, in the order in which the frames appear.
@@ -163,7 +163,7 @@ fn cloud(frame: &str, lines: &[&Line], now: Timestamp) -> PointCloud {
     PointCloud {
         timestamp: Some(now),
         frame_id: frame.into(),
-        pose: identity(),
+        pose: Some(identity()),
         point_stride: 16,
         fields: places.chain(colors).collect(),
         data: data.into(),
