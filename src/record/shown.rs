@@ -152,7 +152,7 @@ fn quaternion(r: &[[f64; 3]; 3], previous: [f64; 4]) -> [f64; 4] {
     // 4 times the square of each component, less one.
     let squares = [2.0 * r[0][0] - trace, 2.0 * r[1][1] - trace, 2.0 * r[2][2] - trace, trace];
     let largest = (1..4).fold(0, |best, i| if squares[i] > squares[best] { i } else { best });
-    let mut q = match largest {
+    let q = match largest {
         0 => [1.0 + squares[0], r[1][0] + r[0][1], r[0][2] + r[2][0], r[2][1] - r[1][2]],
         1 => [r[1][0] + r[0][1], 1.0 + squares[1], r[2][1] + r[1][2], r[0][2] - r[2][0]],
         2 => [r[0][2] + r[2][0], r[2][1] + r[1][2], 1.0 + squares[2], r[1][0] - r[0][1]],
@@ -161,8 +161,7 @@ fn quaternion(r: &[[f64; 3]; 3], previous: [f64; 4]) -> [f64; 4] {
     let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
     let along = q.iter().zip(previous).map(|(a, b)| a * b).sum::<f64>();
     let scale = if along < 0.0 { -norm } else { norm };
-    q.iter_mut().for_each(|x| *x /= scale);
-    q
+    q.map(|x| x / scale)
 }
 
 #[cfg(test)]

@@ -63,7 +63,9 @@ fn area(rings: &[Vec<[f64; 3]>], color: Color) -> Option<Area> {
         let mut corners = ring.iter().map(|&corner| plane.flat(corner));
         let Some(first) = corners.next() else { continue };
         path.begin(first);
-        corners.for_each(|corner| drop(path.line_to(corner)));
+        for corner in corners {
+            path.line_to(corner);
+        }
         path.end(true);
     }
     let mut buffers: VertexBuffers<[f64; 3], u32> = VertexBuffers::new();
@@ -99,9 +101,8 @@ impl Plane {
         let normal = fans.fold([0.0; 3], plus);
         let normal = unit(normal)?;
         // The axis of the world that the normal is farthest from.
-        let farthest = (1..3).fold(0, |best, axis| {
-            if normal[axis].abs() < normal[best].abs() { axis } else { best }
-        });
+        let nearer = |a: usize, b: usize| if normal[b].abs() < normal[a].abs() { b } else { a };
+        let farthest = (1..3).fold(0, nearer);
         let mut other = [0.0; 3];
         other[farthest] = 1.0;
         let first = unit(cross(other, normal))?;
@@ -155,7 +156,7 @@ fn parts(color: Color) -> [f64; 4] {
 mod tests {
     use super::*;
 
-    /// Area of triangles, and the largest coordinate that leaves the plane of the outline.
+    /// Area of the triangles.
     fn measure(area: &Area) -> f64 {
         let corner = |i: u32| area.points[i as usize];
         let triangle = |&[a, b, c]: &[u32; 3]| {
@@ -178,8 +179,7 @@ mod tests {
         let tilted = |[x, y]: [f64; 2]| [7.0 + x * 0.6, 0.8 * x, y - 5.0];
         let level = |[x, y]: [f64; 2]| [x, y, 0.25];
         for place in [&tilted as &dyn Fn([f64; 2]) -> [f64; 3], &level] {
-            let rings: Vec<Vec<[f64; 3]>> =
-                flat.iter().map(|ring| ring.iter().map(|&corner| place(corner)).collect()).collect();
+            let rings = flat.each_ref().map(|ring| ring.iter().map(|&p| place(p)).collect());
             let area = area(&rings, Color::opaque(0)).expect("an area");
             let found = measure(&area);
             assert!((found - expected).abs() < 1e-5, "{found} is not {expected}");

@@ -29,14 +29,16 @@
 //! | metadata `bksim.parameters` | name -> value and SI unit, such as `0.025 m` |
 //! | metadata `bksim.options` | name -> text |
 //! | one schema and channel per topic | protobuf message `bksim.State` for topic `/state` and so on: field 1 is `t` in seconds, then one double per signal; units and descriptions are channel metadata `angle.unit`, `angle.description` |
-//! | channel `/log` | warnings and events, schema `foxglove.Log` with one more field, `t` |
+//! | channel `/log` | warnings and events, schema `foxglove.Log` |
 //! | channel `/motion` | the motion between samples, one message per step of the integrator: schema `bksim.Motion`, see [`Segment`] |
+//! | channels `/tf`, `/scene`, `/spans`, `/joint_states`, `/outlines/…` | what programs show that know nothing of bksim, in schemas that Foxglove has published: see [`Stage`]; this crate's reader passes them over, as it does all whose schema is not in package `bksim` |
 //! | chunks of messages | the samples, zstd, each chunk with its CRC |
 //! | attachment `bksim.checkpoint` | what the run goes on from, if it was stopped; bytes of its solver |
 //! | metadata `bksim.end` | how the run ended; a log without it was cut short |
 //!
 //! `log_time` is the distance from the start time in nanoseconds: it starts at 0 however early the
-//! run starts, and grows along the run even when it is integrated backwards. The exact time is `t`.
+//! run starts, and grows along the run even when it is integrated backwards. The exact time is `t`;
+//! lines of `/log` have no other than `log_time`.
 //! No record holds a wall-clock time: the same run writes the same samples bit for bit, and the
 //! same file when no quarter second passes between two writes.
 //!

@@ -162,6 +162,9 @@ impl<W: Write> LogWriter<W> {
         let start = self.timestamp(self.t_start());
         let scenes = scene::updates(&stage.entities, start)?;
         let outlines = scene::outlines(&stage.entities, start);
+        for cloud in &outlines {
+            check_size("an outline", cloud.data.len())?;
+        }
         let transforms = transforms(stage);
         check_size("the frames", transforms.encoded_len() + MOVED * transforms.transforms.len())?;
         let joints = joints(stage);
@@ -204,12 +207,7 @@ impl<W: Write> LogWriter<W> {
     /// # Errors
     /// [`LogError::WrongLength`], [`LogError::BadTime`], [`LogError::TooLarge`] (nothing was written
     /// then), [`LogError::Io`].
-    pub fn show(
-        &mut self,
-        viewers: &mut Viewers,
-        t: f64,
-        moment: &Moment,
-    ) -> Result<(), LogError> {
+    pub fn show(&mut self, viewers: &mut Viewers, t: f64, moment: &Moment) -> Result<(), LogError> {
         let Viewers { tf, joint_states, spans, transforms, joints } = viewers;
         check_length(TF, transforms.transforms.len(), moment.frames.len())?;
         check_length(JOINT_STATES, joints.joints.len(), moment.joints.len())?;

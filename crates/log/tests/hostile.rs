@@ -174,3 +174,61 @@ fn other_files_are_called_by_their_name() {
     assert_refused(MAGIC, "holds no bksim run: the model is missing");
     assert_refused(b"", "holds no bksim run");
 }
+
+/// What MCAP calls a schema and a channel, as bytes.
+fn schema(id: u16, name: &str, encoding: &str, data: &[u8]) -> Vec<u8> {
+    let text = |text: &str| prefixed(text.as_bytes());
+    let body = [&id.to_le_bytes()[..], &text(name), &text(encoding), &prefixed(data)].concat();
+    record(mcap::records::op::SCHEMA, &body)
+}
+
+fn channel(id: u16, schema_id: u16, topic: &str) -> Vec<u8> {
+    let text = |text: &str| prefixed(text.as_bytes());
+    let ids = [id.to_le_bytes(), schema_id.to_le_bytes()].concat();
+    let body = [&ids[..], &text(topic), &text("json"), &prefixed(&[])].concat();
+    record(mcap::records::op::CHANNEL, &body)
+}
+
+fn prefixed(bytes: &[u8]) -> Vec<u8> {
+    let length = u32::try_from(bytes.len()).expect("a short text");
+    [&length.to_le_bytes()[..], bytes].concat()
+}
+
+#[test]
+fn channels_of_other_programs_are_passed_over() -> Result<(), LogError> {
+    let honest = honest()?;
+    let bare = bare_records(&honest);
+    // Before the first message, as bksim's own channels are.
+    let mut place = 0;
+    while bare[place] != mcap::records::op::MESSAGE {
+        let length = bare[place + 1..].first_chunk::<8>().expect("a whole record");
+        place += 9 + usize::try_from(u64::from_le_bytes(*length)).expect("a length");
+    }
+    let with = |records: &[u8]| [MAGIC, &bare[..place], records, &bare[place..]].concat();
+    // A message is its channel, a number, two times and bytes that are nobody's protobuf.
+    let message = |id: u16| {
+        record(mcap::records::op::MESSAGE, &[&id.to_le_bytes()[..], &[0; 20], &[0xff; 7]].concat())
+    };
+    let foreign = [
+        schema(900, "other.Thing", "protobuf", &[0xff; 9]),
+        schema(901, "other.Note", "jsonschema", b"{}"),
+        channel(910, 900, "/state"),
+        channel(911, 901, "/log"),
+        channel(912, 0, "/plain"),
+        message(910),
+        message(911),
+        message(912),
+        message(913),
+    ];
+    // As text: some of the samples are no numbers, which equal nothing.
+    let read = |bytes: &[u8]| Log::read(bytes).map(|log| format!("{log:?}"));
+    assert_eq!(read(&with(&foreign.concat()))?, read(&[MAGIC, &bare].concat())?);
+    // Its own must be whole, and every reference must lead somewhere.
+    assert_refused(&with(&schema_and_channel("bksim.Thing")), "the schema of `/thing`");
+    assert_refused(&with(&channel(910, 77, "/thing")), "`/thing` has no schema");
+    Ok(())
+}
+
+fn schema_and_channel(name: &str) -> Vec<u8> {
+    [schema(900, name, "protobuf", &[0xff; 9]), channel(910, 900, "/thing")].concat()
+}

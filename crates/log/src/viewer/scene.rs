@@ -14,7 +14,7 @@ use crate::{LogError, write::check_size};
 const UPDATE_SIZE: usize = 1 << 20;
 /// Points are set along a line this many to its frame's size.
 const POINTS_PER_SIZE: f64 = 80.0;
-/// A frame has at most about this many points.
+/// The lines of a frame together are at most about twice this many points, and one for each line.
 const MOST_POINTS: f64 = 4000.0;
 
 pub(super) fn vector([x, y, z]: [f64; 3]) -> Vector3 {
@@ -26,9 +26,9 @@ pub(super) fn quaternion([x, y, z, w]: [f64; 4]) -> Quaternion {
 }
 
 /// Where a frame's own origin is.
-fn identity() -> Option<Pose> {
+fn identity() -> Pose {
     let (position, orientation) = (vector([0.0; 3]), quaternion([0.0, 0.0, 0.0, 1.0]));
-    Some(Pose { position: Some(position), orientation: Some(orientation) })
+    Pose { position: Some(position), orientation: Some(orientation) }
 }
 
 /// One message of all entities.
@@ -71,9 +71,9 @@ fn scene_entity(entity: &Entity, now: Option<Timestamp>) -> SceneEntity {
 
 fn triangles(area: &Area) -> TriangleListPrimitive {
     TriangleListPrimitive {
-        pose: identity(),
+        pose: Some(identity()),
         points: area.points.iter().map(point).collect(),
-        color: color(area.color),
+        color: Some(color(area.color)),
         colors: Vec::new(),
         indices: area.triangles.as_flattened().to_vec(),
     }
@@ -83,11 +83,11 @@ fn line(line: &Line) -> LinePrimitive {
     let r#type = if line.is_closed { LineType::LineLoop } else { LineType::LineStrip };
     LinePrimitive {
         r#type: r#type.into(),
-        pose: identity(),
+        pose: Some(identity()),
         thickness: line.width,
         scale_invariant: true,
         points: line.points.iter().map(point).collect(),
-        color: color(line.color),
+        color: Some(color(line.color)),
         colors: Vec::new(),
         indices: Vec::new(),
     }
@@ -97,8 +97,8 @@ fn point(&[x, y, z]: &[f64; 3]) -> Point3 {
     Point3 { x, y, z }
 }
 
-fn color([r, g, b, a]: [f64; 4]) -> Option<Color> {
-    Some(Color { r, g, b, a })
+fn color([r, g, b, a]: [f64; 4]) -> Color {
+    Color { r, g, b, a }
 }
 
 /// The lines of each frame that has some as points, in the order in which the frames appear.
@@ -131,13 +131,22 @@ fn cloud(frame: &str, lines: &[&Line], now: Timestamp) -> PointCloud {
 
     let mut data = Vec::new();
     for line in lines {
+        if let Some(&first) = line.points.first() {
+            put_point(&mut data, first, line.color);
+        }
+        let mut since = 0.0;
         for [a, b] in edges(line) {
-            // Both ends, and what is between them at most a spacing apart.
-            let n_parts = (distance(a, b) / spacing).ceil().clamp(1.0, MOST_POINTS);
-            let mut part = 0.0;
+            // Long edges in equal parts; of short ones, as in arcs, some corners are left out.
+            let length = distance(a, b);
+            let n_parts = (length / spacing).ceil().clamp(1.0, MOST_POINTS);
+            let mut part = 1.0;
             while part <= n_parts {
-                let at = |axis: usize| a[axis] + (b[axis] - a[axis]) * (part / n_parts);
-                put_point(&mut data, [at(0), at(1), at(2)], line.color);
+                since += length / n_parts;
+                if since >= 0.5 * spacing {
+                    let at = |axis: usize| a[axis] + (b[axis] - a[axis]) * (part / n_parts);
+                    put_point(&mut data, [at(0), at(1), at(2)], line.color);
+                    since = 0.0;
+                }
                 part += 1.0;
             }
         }
@@ -154,7 +163,7 @@ fn cloud(frame: &str, lines: &[&Line], now: Timestamp) -> PointCloud {
     PointCloud {
         timestamp: Some(now),
         frame_id: frame.into(),
-        pose: identity(),
+        pose: Some(identity()),
         point_stride: 16,
         fields: places.chain(colors).collect(),
         data: data.into(),
