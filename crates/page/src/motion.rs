@@ -252,3 +252,35 @@ fn together(stretches: &[Vec<&Segment>], n_together: usize, n_state: usize) -> V
     };
     stretches.iter().flat_map(|steps| steps.chunks(n_together)).filter_map(plan).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn step(t0: f64, t1: f64, values: [f64; 2]) -> Segment {
+        Segment { t0, t1, values: values.to_vec(), ..Segment::default() }
+    }
+
+    #[test]
+    fn steps_go_together_up_to_an_event() {
+        // Rest, three steps of which the second has another mode, and a jump of the velocity.
+        let mut steps: Vec<Segment> =
+            (0..6).map(|k| step(f64::from(k), f64::from(k + 1), [1.0, 0.0])).collect();
+        steps[3].modes = vec![1.0];
+        steps[5].values[1] = 0.5;
+        let parts = stretches(&steps, 2);
+        assert_eq!(parts.iter().map(Vec::len).collect::<Vec<_>>(), [3, 1, 1, 1]);
+        let plans = together(&parts, 2, 2);
+        let times: Vec<[f64; 2]> = plans.iter().map(|plan| [plan.t0, plan.t1]).collect();
+        assert_eq!(times, [[0.0, 2.0], [2.0, 3.0], [3.0, 4.0], [4.0, 5.0], [5.0, 6.0]]);
+        // One by one they keep their degree, which is 0 here.
+        assert!(together(&parts, 1, 2).iter().all(|plan| plan.degree == 0));
+        assert!(plans.iter().all(|plan| plan.degree == THINNED_DEGREE));
+    }
+
+    #[test]
+    fn rounding_is_no_event() {
+        let steps = [step(0.0, 1.0, [1.0, 2.0]), step(1.0, 2.0, [1.0 + 1e-9, 2.0 - 1e-9])];
+        assert_eq!(stretches(&steps, 2).len(), 1);
+    }
+}

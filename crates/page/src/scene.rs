@@ -28,7 +28,11 @@ pub(crate) fn write(playback: &mut Playback) -> Result<Value, PageError> {
                 Form::Line { points, is_closed: false } => ("line", vec![flat(points)]),
             };
             let role = place_of(shape.role, &mut roles);
-            json!({ "body": shape.body, "role": role, "kind": kind, "lines": lines })
+            // Spans lie between these and the others.
+            let is_front = matches!(shape.role, Role::Pin | Role::MassLight | Role::MassDark);
+            json!({
+                "body": shape.body, "role": role, "front": is_front, "kind": kind, "lines": lines,
+            })
         })
         .collect();
     let spans: Vec<Value> = scene

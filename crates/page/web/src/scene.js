@@ -39,8 +39,10 @@ export class Drawing {
     context.lineJoin = 'round';
     context.lineCap = 'round';
     for (const trail of extras.trails) this.drawTrail(trail);
-    for (const shape of this.ordered(numbers)) this.drawShape(shape, numbers, theme);
+    const shapes = this.ordered(numbers);
+    for (const shape of shapes) if (!shape.front) this.drawShape(shape, numbers, theme);
     for (const span of this.scene.spans) this.drawSpan(span, numbers, theme);
+    for (const shape of shapes) if (shape.front) this.drawShape(shape, numbers, theme);
     for (const arrow of extras.arrows) this.drawArrow(arrow);
     if (extras.hasNames) this.drawNames(numbers, theme);
     this.drawScale(theme);
