@@ -3,6 +3,7 @@
 pub(crate) mod cad;
 pub(crate) mod draw;
 pub(crate) mod edit;
+pub(crate) mod render;
 
 use std::path::PathBuf;
 
@@ -34,6 +35,8 @@ pub(crate) enum Command {
     Assemble(ModelArgs),
     /// Solve a model and log its motion.
     Solve(Solve),
+    /// Draw a motion as a picture or a film, without a window.
+    Render(render::Render),
     /// Write channels of a log as CSV or Parquet.
     Export(Export),
     /// Differentiate, simplify, solve, evaluate and typeset one expression.

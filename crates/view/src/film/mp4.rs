@@ -40,9 +40,12 @@ impl<W: Write> Mp4<W> {
         let config = EncoderConfig::new()
             .bitrate(BitRate::from_bps(bits))
             .max_frame_rate(FrameRate::from_hz(rate))
-            .rate_control_mode(RateControlMode::Bitrate)
+            .rate_control_mode(RateControlMode::Off)
             .usage_type(UsageType::ScreenContentRealTime)
             .skip_frames(false)
+            // Neither is there for pictures of screens; asked for, it warns on stderr.
+            .adaptive_quantization(false)
+            .background_detection(false)
             .qp(QpRange::new(FINEST, COARSEST))
             .num_threads(1)
             // Seeking lands within two seconds.
