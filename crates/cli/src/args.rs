@@ -6,6 +6,7 @@ pub(crate) mod edit;
 pub(crate) mod info;
 pub(crate) mod plot;
 pub(crate) mod page;
+pub(crate) mod render;
 
 use std::path::PathBuf;
 
@@ -37,6 +38,8 @@ pub(crate) enum Command {
     Assemble(ModelArgs),
     /// Solve a model and log its motion.
     Solve(Solve),
+    /// Draw a motion as a picture or a film, without a window.
+    Render(render::Render),
     /// Write channels of a log as CSV or Parquet.
     Export(Export),
     /// Tell what a log holds.

@@ -11,4 +11,5 @@ pub(crate) mod info;
 pub(crate) mod new;
 pub(crate) mod plot;
 pub(crate) mod page;
+pub(crate) mod render;
 pub(crate) mod solve;
