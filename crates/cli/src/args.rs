@@ -3,6 +3,7 @@
 pub(crate) mod cad;
 pub(crate) mod draw;
 pub(crate) mod edit;
+pub(crate) mod view;
 
 use std::path::PathBuf;
 
@@ -34,6 +35,8 @@ pub(crate) enum Command {
     Assemble(ModelArgs),
     /// Solve a model and log its motion.
     Solve(Solve),
+    /// Show a model or a log moving, in a window.
+    View(view::View),
     /// Write channels of a log as CSV or Parquet.
     Export(Export),
     /// Differentiate, simplify, solve, evaluate and typeset one expression.

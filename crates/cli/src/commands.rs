@@ -9,3 +9,4 @@ pub(crate) mod export;
 pub(crate) mod expr;
 pub(crate) mod new;
 pub(crate) mod solve;
+pub(crate) mod view;
