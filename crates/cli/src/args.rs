@@ -4,9 +4,10 @@ pub(crate) mod cad;
 pub(crate) mod draw;
 pub(crate) mod edit;
 pub(crate) mod info;
-pub(crate) mod plot;
 pub(crate) mod page;
+pub(crate) mod plot;
 pub(crate) mod render;
+pub(crate) mod view;
 
 use std::path::PathBuf;
 
@@ -40,6 +41,8 @@ pub(crate) enum Command {
     Solve(Solve),
     /// Draw a motion as a picture or a film, without a window.
     Render(render::Render),
+    /// Show a model or a log moving, in a window.
+    View(view::View),
     /// Write channels of a log as CSV or Parquet.
     Export(Export),
     /// Tell what a log holds.

@@ -13,7 +13,7 @@ use bksim::mbs::diagnostic::Diagnostic;
 /// | 1 | the model or input is rejected |
 /// | 2 | the command line is wrong |
 /// | 3 | the run stopped early; its log is valid |
-/// | 4 | a file cannot be read or written |
+/// | 4 | a file cannot be read or written, or no window be opened |
 /// | 130, 143 | interrupted or terminated; the log is valid |
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Status {
@@ -51,6 +51,8 @@ pub(crate) enum Failure {
     Input { path: PathBuf, what: String, help: Option<String> },
     /// The command line asks for something that makes no sense.
     Usage { message: String, help: Option<String> },
+    /// There is no window to show something in.
+    Window { message: String, help: String },
     /// Standard output was closed by whoever reads it: nothing is wrong.
     OutputClosed,
 }
@@ -59,7 +61,7 @@ impl Failure {
     pub(crate) fn status(&self) -> Status {
         match self {
             Self::Model { .. } | Self::Input { .. } => Status::Rejected,
-            Self::File { .. } => Status::InputOutput,
+            Self::File { .. } | Self::Window { .. } => Status::InputOutput,
             Self::Usage { .. } => Status::Usage,
             Self::OutputClosed => Status::Done,
         }

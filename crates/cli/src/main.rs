@@ -55,6 +55,7 @@ fn dispatch(cli: &Cli) -> (&'static str, Result<Status, Failure>) {
         Command::Assemble(args) => ("assemble", commands::assemble::run(args, json, nesting)),
         Command::Solve(args) => ("solve", commands::solve::run(args, json, nesting)),
         Command::Render(args) => ("render", commands::render::run(args, json, nesting)),
+        Command::View(args) => ("view", commands::view::run(args, json, nesting)),
         Command::Export(args) => ("export", commands::export::run(args, json)),
         Command::Info(args) => ("info", commands::info::run(args, json)),
         Command::Plot(args) => ("plot", commands::plot::run(args, json)),

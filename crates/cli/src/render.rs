@@ -118,6 +118,30 @@ pub(crate) fn warning(message: &str) {
     to_stderr(&Renderer::styled().term_width(WIDTH).render(&[group]));
 }
 
+/// One diagnostic as text without styles.
+pub(crate) fn plain_text(source: &Text, fault: &Diagnostic) -> String {
+    strip_str(&text(source, fault)).to_string()
+}
+
+/// A failure as text without styles.
+pub(crate) fn failure_text(failure: &Failure) -> String {
+    let about = |path: &std::path::Path, what: &str| format!("`{}` {what}", path.display());
+    let unstyled =
+        |message: &str, help: Option<&str>| strip_str(&titled(message, help)).to_string();
+    match failure {
+        Failure::OutputClosed => String::new(),
+        Failure::Model { source, diagnostics } => {
+            let texts = diagnostics.iter().map(|fault| plain_text(source, fault));
+            texts.collect::<Vec<_>>().join("\n\n")
+        }
+        Failure::File { path, what, help } | Failure::Input { path, what, help } => {
+            unstyled(&about(path, what), help.as_deref())
+        }
+        Failure::Usage { message, help } => unstyled(message, help.as_deref()),
+        Failure::Window { message, help } => unstyled(message, Some(help)),
+    }
+}
+
 /// A failed command: text on stderr, or one JSON object on stdout.
 pub(crate) fn failure(failure: &Failure, command: &str, as_json: bool) {
     let body = match failure {
@@ -144,6 +168,13 @@ pub(crate) fn failure(failure: &Failure, command: &str, as_json: bool) {
             }
             json!({ "message": message, "help": help })
         }
+        Failure::Window { message, help } => {
+            if !as_json {
+                plain(message, Some(help));
+                return;
+            }
+            json!({ "message": message, "help": help })
+        }
     };
     let mut object = json!({
         "ok": false, "command": command, "exit_status": failure.status().code(),
@@ -156,12 +187,21 @@ pub(crate) fn failure(failure: &Failure, command: &str, as_json: bool) {
 }
 
 fn plain(message: &str, help: Option<&str>) {
+    to_stderr(&titled(message, help));
+}
+
+/// A message without an excerpt.
+fn titled(message: &str, help: Option<&str>) -> String {
     let mut group = Group::with_title(Level::ERROR.primary_title(message));
     if let Some(help) = help {
         group = group.element(Level::HELP.message(help));
     }
-    let rendered = Renderer::styled().term_width(WIDTH).render(&[group]);
-    to_stderr(&without_margin(&rendered));
+    without_margin(&Renderer::styled().term_width(WIDTH).render(&[group]))
+}
+
+/// Prints a line of a command that goes on to stderr.
+pub(crate) fn line(text: &str) {
+    to_stderr(text);
 }
 
 /// Prints a line to stderr. Where that cannot be written there is nobody left to tell.

@@ -13,4 +13,5 @@ pub mod film;
 pub mod offscreen;
 pub mod renderer;
 pub mod show;
+pub mod window;
 pub mod words;

@@ -100,12 +100,7 @@ impl Survey {
     }
 
     /// `t` is the time of the message to a nanosecond.
-    fn count(
-        &mut self,
-        decoder: Option<&Decoder>,
-        t: f64,
-        message: &[u8],
-    ) -> Result<(), LogError> {
+    fn count(&mut self, decoder: Option<&Decoder>, t: f64, message: &[u8]) -> Result<(), LogError> {
         let bytes = message.len() as u64;
         match decoder {
             None | Some(Decoder::Foreign) => self.n_foreign += 1,

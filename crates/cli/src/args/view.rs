@@ -1,0 +1,72 @@
+//! The arguments of `bksim view`.
+
+use std::path::PathBuf;
+
+use clap::{ArgAction, Args};
+
+use super::{DrawingArgs, assignment};
+
+#[derive(Args, Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "each is an option that is given or not")]
+pub(crate) struct View {
+    /// A log, a model file, or a drawing (DXF, DWG); it is watched, and shown anew when it changes.
+    #[arg(value_name = "MODEL|LOG")]
+    pub(crate) input: PathBuf,
+    /// Give a parameter of a model another value: a number, a quantity such as "25 mm", or an
+    /// expression.
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
+    pub(crate) set: Vec<(String, String)>,
+    #[command(flatten)]
+    pub(crate) drawing: DrawingArgs,
+    /// The instant to begin at, s; that of the motion unless given.
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = instant)]
+    pub(crate) t: Option<f64>,
+    /// Stand still at first.
+    #[arg(long)]
+    pub(crate) paused: bool,
+    /// Width and height of the window.
+    #[arg(long, value_name = "WxH", default_value = "1200x760", value_parser = size)]
+    pub(crate) size: [f32; 2],
+    /// Light on dark; as the system wishes unless given.
+    #[arg(long, conflicts_with = "light")]
+    pub(crate) dark: bool,
+    /// Dark on light; as the system wishes unless given.
+    #[arg(long)]
+    pub(crate) light: bool,
+    /// Write a picture of the window as PNG, and close it.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) screenshot: Option<PathBuf>,
+    /// Take the picture so many seconds after the first frame.
+    #[arg(long, value_name = "S", default_value_t = 0.5, requires = "screenshot",
+          value_parser = seconds)]
+    pub(crate) after: f64,
+    /// Overwrite an existing picture.
+    #[arg(long, requires = "screenshot", action = ArgAction::SetTrue)]
+    pub(crate) force: bool,
+    /// Close the window after so many frames, and say how fast they were.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) frames: Option<u32>,
+}
+
+fn instant(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(t) if t.is_finite() => Ok(t),
+        _ => Err("expected a time in seconds, such as 0.5".to_owned()),
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(s) if (0.0..=3600.0).contains(&s) => Ok(s),
+        _ => Err("expected seconds, 0 to 3600".to_owned()),
+    }
+}
+
+/// Smallest and largest side of a window, points.
+const SIDES: std::ops::RangeInclusive<f32> = 200.0..=10_000.0;
+
+fn size(text: &str) -> Result<[f32; 2], String> {
+    let side = |side: &str| side.parse::<f32>().ok().filter(|side| SIDES.contains(side));
+    let sides = text.split_once('x').and_then(|(w, h)| Some([side(w)?, side(h)?]));
+    sides.ok_or_else(|| "expected a width and a height from 200, such as 1200x760".to_owned())
+}

@@ -1,0 +1,170 @@
+//! `bksim view`: a window that shows the mechanism moving.
+
+mod motion;
+
+use std::cell::Cell;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use bksim_view::window::{Look, Outcome, Report, Source, WindowError, WindowOptions, open};
+use serde_json::{Value, json};
+
+use self::motion::Motion;
+use crate::args::ModelArgs;
+use crate::args::view::View;
+use crate::exit::{Failure, Status};
+use crate::output;
+use crate::render;
+
+pub(crate) fn run(args: &View, as_json: bool, nesting: usize) -> Result<Status, Failure> {
+    let started = Instant::now();
+    check(args)?;
+    let model = ModelArgs {
+        model: args.input.clone(),
+        set: args.set.clone(),
+        drawing: args.drawing.clone(),
+    };
+    let motion = Motion { model, nesting };
+    let source = Source {
+        name: args.input.display().to_string(),
+        files: vec![args.input.clone()],
+        load: Box::new(move |task| motion.load(task)),
+    };
+    let options = WindowOptions {
+        t: args.t,
+        is_paused: args.paused,
+        size: args.size,
+        look: match (args.dark, args.light) {
+            (true, _) => Look::Dark,
+            (_, true) => Look::Light,
+            _ => Look::System,
+        },
+        shot_after: args.screenshot.as_ref().map(|_| Duration::from_secs_f64(args.after)),
+        n_frames: args.frames.map(|n| n as usize),
+        started,
+    };
+    let outcome = open(source, &options, Box::new(reporter(&args.input, as_json)));
+    let outcome = outcome.map_err(|e| no_window(&e))?;
+
+    if let (Some(path), Some(png)) = (&args.screenshot, &outcome.png) {
+        fs::write(path, png).map_err(|e| Failure::writing(path, &e))?;
+    }
+    if as_json {
+        output::json("view", describe(args, &outcome))?;
+    } else if let Some(text) = summary(args, &outcome) {
+        output::text(&text)?;
+    }
+    Ok(Status::Done)
+}
+
+/// Refuses what cannot be shown, and pictures that cannot be written, before a window opens.
+fn check(args: &View) -> Result<(), Failure> {
+    let input = &args.input;
+    let known = fs::metadata(input).map_err(|e| Failure::reading(input, &e))?;
+    if known.is_dir() {
+        let help = Some(format!("name a file in it: `{}`", input.join("model.toml").display()));
+        return Err(Failure::file(input, "is a directory, not a model or a log".to_owned(), help));
+    }
+    let Some(path) = &args.screenshot else { return Ok(()) };
+    if path.canonicalize().ok().is_some_and(|own| input.canonicalize().ok() == Some(own)) {
+        let what = "is what is to be shown, and would be overwritten".to_owned();
+        return Err(Failure::file(path, what, Some("name another file".to_owned())));
+    }
+    if path.exists() && !args.force {
+        let help = Some("add --force to overwrite it".to_owned());
+        return Err(Failure::file(path, "exists already; nothing was written".to_owned(), help));
+    }
+    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+    if let Some(parent) = parent.filter(|parent| !parent.is_dir()) {
+        let what = format!("cannot be written: there is no directory `{}`", parent.display());
+        return Err(Failure::file(path, what, None));
+    }
+    Ok(())
+}
+
+/// Tells on stderr what happens in the window, unless a program listens.
+fn reporter(input: &Path, as_json: bool) -> impl FnMut(Report<'_>) + use<> {
+    let input: PathBuf = input.to_owned();
+    let n_loads = Cell::new(0);
+    move |report| {
+        if as_json {
+            return;
+        }
+        match report {
+            Report::FirstFrame => (),
+            Report::Loaded(seconds) => {
+                if n_loads.replace(n_loads.get() + 1) > 0 {
+                    let path = input.display();
+                    render::line(&format!("`{path}` is shown anew, after {seconds:.2} s"));
+                }
+            }
+            Report::Fault(text) => {
+                n_loads.set(n_loads.get() + 1);
+                render::line(text);
+            }
+            Report::Unwatched(why) => {
+                render::warning(&format!("changes of the file will not be noticed: {why}"));
+            }
+        }
+    }
+}
+
+fn no_window(error: &WindowError) -> Failure {
+    let help = match error {
+        WindowError::NoDisplay(_) => {
+            "a window needs a display: on a remote machine log in with `ssh -X`, or set DISPLAY"
+        }
+        WindowError::NoAdapter(_) => {
+            "install a Vulkan driver; without a graphics card the software one does: \
+             mesa-vulkan-drivers on Debian and Ubuntu, mesa-vulkan-drivers on Fedora, \
+             vulkan-swrast on Arch"
+        }
+        _ => "the window system may tell more: run it again with WAYLAND_DISPLAY and DISPLAY set",
+    };
+    let help = format!("{help}; `bksim render` makes pictures and films without a window");
+    Failure::Window { message: format!("no window can be opened: {error}"), help }
+}
+
+fn describe(args: &View, outcome: &Outcome) -> Value {
+    let figures = &outcome.figures;
+    let screenshot = args.screenshot.as_ref().filter(|_| outcome.png.is_some());
+    json!({
+        "first_frame_s": figures.first_frame_s,
+        "frames": figures.n_frames,
+        "frames_per_second": figures.frames_per_second,
+        "cpu_s_per_frame": figures.cpu_s_per_frame,
+        "draw_calls": figures.n_draws,
+        "primitives": figures.n_primitives,
+        "bytes_per_frame": figures.n_bytes,
+        "loads": outcome.loads.len(),
+        "faulty_loads": outcome.loads.iter().filter(|is_good| !**is_good).count(),
+        "screenshot": screenshot.map(|path| path.display().to_string()),
+    })
+}
+
+/// What to say when the window was closed by itself.
+fn summary(args: &View, outcome: &Outcome) -> Option<String> {
+    let figures = &outcome.figures;
+    let mut lines = Vec::new();
+    if args.frames.is_some() {
+        if let Some(seconds) = figures.first_frame_s {
+            lines.push(format!("first frame after {seconds:.2} s"));
+        }
+        if let (Some(rate), Some(cpu)) = (figures.frames_per_second, figures.cpu_s_per_frame) {
+            lines.push(format!(
+                "{} frames, {rate:.1} a second, {:.2} ms of CPU time each",
+                figures.n_frames,
+                1e3 * cpu
+            ));
+        }
+        lines.push(format!(
+            "{} draw calls, {} primitives, {} bytes for the last of them",
+            figures.n_draws, figures.n_primitives, figures.n_bytes
+        ));
+    }
+    if let (Some(path), Some(_)) = (&args.screenshot, &outcome.png) {
+        lines.push(format!("wrote {}", path.display()));
+    }
+    (!lines.is_empty()).then(|| lines.join("\n"))
+}

@@ -1,0 +1,164 @@
+//! [`Action`]: what keys and buttons do, and the table of keys, from which the help is made too.
+
+use egui::{Key, Modifiers};
+
+/// Something that keys and buttons do.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Action {
+    /// Plays, or stops.
+    Play,
+    /// Goes by so many frames.
+    Frame(i32),
+    /// Goes to the next end of a step of the integrator, or to the one before.
+    LogStep {
+        /// To the next one.
+        is_onward: bool,
+    },
+    /// Goes to the first instant.
+    Start,
+    /// Goes to the last instant.
+    End,
+    /// Goes so many places through the speeds.
+    Speed(isize),
+    /// Goes back to the speed of the motion itself.
+    RealSpeed,
+    /// Goes round and round, or stops at the end.
+    Loop,
+    /// Puts the whole motion into the picture.
+    Fit,
+    /// Names beside joints and points.
+    Labels,
+    /// Trails of all points, or of none.
+    Trails,
+    /// Arrows of joint reactions.
+    Reactions,
+    /// Arrows of velocities.
+    Velocities,
+    /// Arrows of applied forces.
+    Forces,
+    /// Light or dark.
+    Theme,
+    /// The curves.
+    Panel,
+    /// The list of keys.
+    Help,
+    /// Puts away what lies over the picture.
+    Dismiss,
+    /// Closes the window.
+    Quit,
+}
+
+/// A key, what it does, and the words for it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Binding {
+    /// The key.
+    pub(super) key: Key,
+    /// What is held down with it.
+    pub(super) modifiers: Modifiers,
+    /// What it does.
+    pub(super) action: Action,
+    /// The key as it is called, and what it does; none where another row says it.
+    pub(super) help: Option<(&'static str, &'static str)>,
+}
+
+const fn key(key: Key, action: Action, name: &'static str, words: &'static str) -> Binding {
+    Binding { key, modifiers: Modifiers::NONE, action, help: Some((name, words)) }
+}
+
+const fn also(key: Key, modifiers: Modifiers, action: Action) -> Binding {
+    Binding { key, modifiers, action, help: None }
+}
+
+/// All keys. Those with more held down come first: the first that fits is taken.
+pub(super) const BINDINGS: [Binding; 28] = [
+    key(Key::Space, Action::Play, "Space", "play, pause"),
+    Binding {
+        key: Key::ArrowRight,
+        modifiers: Modifiers::SHIFT,
+        action: Action::LogStep { is_onward: true },
+        help: Some(("Shift + ← →", "one step of the integrator")),
+    },
+    also(Key::ArrowLeft, Modifiers::SHIFT, Action::LogStep { is_onward: false }),
+    key(Key::ArrowRight, Action::Frame(1), "← →", "one frame"),
+    also(Key::ArrowLeft, Modifiers::NONE, Action::Frame(-1)),
+    key(Key::ArrowUp, Action::Speed(1), "↑ ↓", "faster, slower"),
+    also(Key::ArrowDown, Modifiers::NONE, Action::Speed(-1)),
+    also(Key::Plus, Modifiers::NONE, Action::Speed(1)),
+    also(Key::Minus, Modifiers::NONE, Action::Speed(-1)),
+    key(Key::Num1, Action::RealSpeed, "1", "real time"),
+    key(Key::PageUp, Action::Start, "Page ↑ ↓", "first instant, last instant"),
+    also(Key::PageDown, Modifiers::NONE, Action::End),
+    key(Key::O, Action::Loop, "O", "go round, or stop at the end"),
+    key(Key::F, Action::Fit, "F, Home", "fit the whole motion"),
+    also(Key::Home, Modifiers::NONE, Action::Fit),
+    key(Key::L, Action::Labels, "L", "labels"),
+    key(Key::T, Action::Trails, "T", "trails of all points"),
+    key(Key::R, Action::Reactions, "R", "arrows of joint reactions"),
+    key(Key::V, Action::Velocities, "V", "arrows of velocities"),
+    key(Key::G, Action::Forces, "G", "arrows of applied forces"),
+    key(Key::D, Action::Theme, "D", "light, dark"),
+    key(Key::C, Action::Panel, "C", "curves"),
+    key(Key::Questionmark, Action::Help, "?", "this list"),
+    also(Key::Slash, Modifiers::SHIFT, Action::Help),
+    also(Key::F1, Modifiers::NONE, Action::Help),
+    also(Key::H, Modifiers::NONE, Action::Help),
+    also(Key::Escape, Modifiers::NONE, Action::Dismiss),
+    Binding {
+        key: Key::Q,
+        modifiers: Modifiers::COMMAND,
+        action: Action::Quit,
+        help: Some(("Ctrl + Q", "close")),
+    },
+];
+
+/// What the mouse does, for the list of keys.
+pub(super) const MOUSE: [(&str, &str); 4] = [
+    ("drag", "move the picture"),
+    ("right drag", "turn a spatial mechanism"),
+    ("wheel", "zoom at the pointer"),
+    ("click a point", "its trail"),
+];
+
+/// The actions of the keys that went down since the last frame; each press is taken once.
+pub(super) fn pressed(input: &mut egui::InputState) -> Vec<Action> {
+    let mut actions = Vec::new();
+    for binding in &BINDINGS {
+        while input.consume_key(binding.modifiers, binding.key) {
+            actions.push(binding.action);
+        }
+    }
+    actions
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn press(key: Key, modifiers: Modifiers) -> Vec<Action> {
+        let press =
+            egui::Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers };
+        let mut input = egui::InputState::default();
+        input.events.push(press);
+        pressed(&mut input)
+    }
+
+    #[test]
+    fn every_key_does_what_its_row_says_and_nothing_else() {
+        for binding in &BINDINGS {
+            assert_eq!(press(binding.key, binding.modifiers), [binding.action], "{binding:?}");
+        }
+        assert_eq!(press(Key::Z, Modifiers::NONE), []);
+    }
+
+    #[test]
+    fn every_action_is_in_the_list_of_keys() {
+        for binding in &BINDINGS {
+            let same = |other: &&Binding| {
+                std::mem::discriminant(&other.action) == std::mem::discriminant(&binding.action)
+            };
+            let is_told = BINDINGS.iter().filter(same).any(|other| other.help.is_some());
+            let is_plain = matches!(binding.action, Action::Dismiss | Action::End);
+            assert!(is_told || is_plain, "{binding:?}");
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! The bar at the bottom: the way through time, and the buttons.
+
+use egui::{Align, Layout, Rect, RichText, Sense, Ui, pos2, vec2};
+
+use super::action::Action;
+use super::choices::{Choices, moving};
+use super::clock::{Clock, SPEEDS};
+use super::icon::{self, Icon};
+use super::{number, style};
+use bksim_scene::Scene;
+
+/// Height of the bar in which the way through time lies.
+const SCRUB: f32 = 20.0;
+
+/// Below this width the buttons take two rows.
+const WIDE: f32 = 640.0;
+
+/// Shows the bar; what its buttons ask for is added to `actions`.
+pub(super) fn show(
+    ui: &mut Ui,
+    clock: &mut Clock,
+    choices: &mut Choices,
+    scene: Option<&Scene>,
+    is_panel_open: bool,
+    actions: &mut Vec<Action>,
+) {
+    scrub_bar(ui, clock);
+    let is_wide = ui.available_width() >= WIDE;
+    ui.horizontal(|ui| {
+        transport(ui, clock, actions);
+        if is_wide {
+            time(ui, clock);
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                ui.spacing_mut().item_spacing.x = 4.0;
+                tools(ui, clock, choices, scene, is_panel_open, actions);
+            });
+        } else {
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| time(ui, clock));
+        }
+    });
+    if !is_wide {
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            ui.spacing_mut().item_spacing.x = 4.0;
+            tools(ui, clock, choices, scene, is_panel_open, actions);
+        });
+    }
+}
+
+/// The way from the first to the last instant; a click or a drag goes there.
+fn scrub_bar(ui: &mut Ui, clock: &mut Clock) {
+    let (rect, response) =
+        ui.allocate_exact_size(vec2(ui.available_width(), SCRUB), Sense::click_and_drag());
+    let rail = Rect::from_center_size(rect.center(), vec2(rect.width() - 12.0, 4.0));
+    let part_at = |x: f32| f64::from((x - rail.left()) / rail.width().max(1.0));
+    if let Some(pointer) = response.interact_pointer_pos() {
+        clock.seek_part(part_at(pointer.x).clamp(0.0, 1.0));
+    }
+    let accent = style::accent(style::theme(ui.visuals().dark_mode));
+    let empty = ui.visuals().widgets.active.bg_fill;
+    #[expect(clippy::cast_possible_truncation, reason = "0 to 1")]
+    let x = rail.left() + rail.width() * clock.part() as f32;
+    let painter = ui.painter();
+    painter.rect_filled(rail, 2.0, empty);
+    painter.rect_filled(Rect::from_min_max(rail.min, pos2(x, rail.max.y)), 2.0, accent);
+    let is_held = response.hovered() || response.dragged();
+    painter.circle_filled(pos2(x, rail.center().y), if is_held { 7.0 } else { 6.0 }, accent);
+
+    let kind = egui::Role::Slider;
+    response.widget_info(|| egui::WidgetInfo::labeled(kind, true, "time"));
+    if let Some(pointer) = response.hover_pos() {
+        let [first, last] = clock.span();
+        let t = first + part_at(pointer.x).clamp(0.0, 1.0) * (last - first);
+        let decimals = number::decimals(clock.span());
+        response.on_hover_text_at_pointer(format!("{t:.decimals$} s"));
+    }
+}
+
+/// Play and steps.
+fn transport(ui: &mut Ui, clock: &Clock, actions: &mut Vec<Action>) {
+    ui.spacing_mut().item_spacing.x = 2.0;
+    let (play, words) = if clock.is_playing() {
+        (Icon::Pause, "pause (Space)")
+    } else {
+        (Icon::Play, "play (Space)")
+    };
+    for (icon, is_on, words, action) in [
+        (Icon::Start, false, "to the start (Page ↑)", Action::Start),
+        (Icon::FrameBack, false, "one frame back (←)", Action::Frame(-1)),
+        (play, false, words, Action::Play),
+        (Icon::FrameOn, false, "one frame on (→)", Action::Frame(1)),
+        (Icon::Loop, clock.is_looping, "go round at the end (O)", Action::Loop),
+    ] {
+        if icon::button(ui, icon, is_on, words).clicked() {
+            actions.push(action);
+        }
+    }
+}
+
+/// The instant shown, and the last one.
+fn time(ui: &mut Ui, clock: &Clock) {
+    ui.add_space(8.0);
+    let decimals = number::decimals(clock.span());
+    let [_, last] = clock.span();
+    let last = format!("{last:.decimals$}");
+    // As wide as the last one, so that nothing moves beside it.
+    let text = format!("{:>width$.decimals$} / {last} s", clock.t(), width = last.len());
+    ui.label(RichText::new(text).monospace());
+}
+
+/// Everything else, from the right to the left.
+fn tools(
+    ui: &mut Ui,
+    clock: &mut Clock,
+    choices: &mut Choices,
+    scene: Option<&Scene>,
+    is_panel_open: bool,
+    actions: &mut Vec<Action>,
+) {
+    for (icon, is_on, words, action) in [
+        (Icon::Curves, is_panel_open, "curves (C)", Action::Panel),
+        (Icon::Help, false, "keys (?)", Action::Help),
+        (Icon::Fit, false, "fit the whole motion (F)", Action::Fit),
+    ] {
+        if icon::button(ui, icon, is_on, words).clicked() {
+            actions.push(action);
+        }
+    }
+    ui.menu_button("Show", |ui| show_menu(ui, choices, scene, actions))
+        .response
+        .on_hover_text("labels, arrows, trails, light and dark");
+    ui.menu_button(RichText::new(number::speed(clock.speed())), |ui| {
+        for factor in SPEEDS.into_iter().rev() {
+            let is_now = factor == clock.speed();
+            if ui.selectable_label(is_now, number::speed(factor)).clicked() {
+                clock.set_speed(factor);
+                ui.close();
+            }
+        }
+    })
+    .response
+    .on_hover_text("speed (↑ ↓)");
+}
+
+/// Switches, and the points that can leave trails.
+fn show_menu(ui: &mut Ui, choices: &mut Choices, scene: Option<&Scene>, actions: &mut Vec<Action>) {
+    ui.set_min_width(190.0);
+    let switches = [
+        ("Labels", "L", choices.labels, Action::Labels),
+        ("Joint reactions", "R", choices.reactions, Action::Reactions),
+        ("Velocities", "V", choices.velocities, Action::Velocities),
+        ("Applied forces", "G", choices.forces, Action::Forces),
+        ("Trails of all points", "T", !choices.trails.is_empty(), Action::Trails),
+        ("Dark", "D", ui.visuals().dark_mode, Action::Theme),
+    ];
+    for (words, key, mut is_on, action) in switches {
+        ui.horizontal(|ui| {
+            if ui.checkbox(&mut is_on, words).changed() {
+                actions.push(action);
+            }
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                ui.weak(key);
+            });
+        });
+    }
+    let Some(scene) = scene else { return };
+    ui.separator();
+    ui.menu_button("Trail of …", |ui| {
+        let names: Vec<&str> = moving(scene).collect();
+        let height = ui.text_style_height(&egui::TextStyle::Body) + 6.0;
+        egui::ScrollArea::vertical().max_height(260.0).show_rows(
+            ui,
+            height,
+            names.len(),
+            |ui, rows| {
+                for name in &names[rows] {
+                    let mut is_on = choices.trails.contains(*name);
+                    if ui.checkbox(&mut is_on, *name).changed() {
+                        choices.toggle_trail(name);
+                    }
+                }
+            },
+        );
+    });
+}

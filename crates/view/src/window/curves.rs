@@ -1,0 +1,200 @@
+//! [`Curves`]: chosen channels over the whole motion, computed a little in each frame.
+
+use std::time::{Duration, Instant};
+
+use bksim::mbs::run::Unreplayed;
+use bksim::playback::Playback;
+use bksim::record::Signal;
+use egui_plot::PlotPoint;
+
+use crate::show::Show;
+
+/// Instants of a curve: more than a panel has pixels.
+const INSTANTS: usize = 800;
+
+/// What a frame may spend on curves.
+const BUDGET: Duration = Duration::from_millis(4);
+
+/// Coordinates chosen at first.
+const FIRST: usize = 3;
+
+/// A channel over the motion.
+#[derive(Clone, Debug)]
+pub(super) struct Curve {
+    /// Its name, such as `state.A_angle`.
+    pub(super) name: String,
+    /// Its unit.
+    pub(super) unit: String,
+    signal: Signal,
+    points: Vec<PlotPoint>,
+}
+
+impl Curve {
+    /// What is known of it so far, in the order of the run.
+    pub(super) fn points(&self) -> &[PlotPoint] {
+        &self.points
+    }
+
+    /// Its value at the instant shown.
+    pub(super) fn value(&self, playback: &Playback) -> f64 {
+        playback.value(self.signal)
+    }
+}
+
+/// Chosen channels over the motion.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Curves {
+    /// Names of the channels, in the order they were chosen; kept when the motion lacks them.
+    chosen: Vec<String>,
+    is_chosen_by_hand: bool,
+    curves: Vec<Curve>,
+    n_known: usize,
+}
+
+impl Curves {
+    /// Takes another motion, and the channels chosen that it has.
+    pub(super) fn set_motion(&mut self, playback: &Playback) {
+        if !self.is_chosen_by_hand {
+            self.chosen = overview(playback);
+        }
+        self.find(playback);
+    }
+
+    /// Adds a channel, or takes it away.
+    pub(super) fn toggle(&mut self, name: &str, playback: &Playback) {
+        self.is_chosen_by_hand = true;
+        match self.chosen.iter().position(|known| known == name) {
+            Some(place) => drop(self.chosen.remove(place)),
+            None => self.chosen.push(name.to_owned()),
+        }
+        self.find(playback);
+    }
+
+    /// Whether a channel is chosen.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.chosen.iter().any(|known| known == name)
+    }
+
+    /// The curves in groups of one unit, in the order they were chosen.
+    pub(super) fn groups(&self) -> Vec<Vec<(usize, &Curve)>> {
+        let mut groups: Vec<Vec<(usize, &Curve)>> = Vec::new();
+        for (place, curve) in self.curves.iter().enumerate() {
+            match groups.iter_mut().find(|group| group[0].1.unit == curve.unit) {
+                Some(group) => group.push((place, curve)),
+                None => groups.push(vec![(place, curve)]),
+            }
+        }
+        groups
+    }
+
+    /// Whether there is something left to compute.
+    pub(super) fn is_unfinished(&self) -> bool {
+        !self.curves.is_empty() && self.n_known < INSTANTS
+    }
+
+    /// Computes a little. The show is at another instant afterwards.
+    ///
+    /// # Errors
+    /// [`Unreplayed`] when the motion is not that of the mechanism.
+    pub(super) fn go_on(&mut self, show: &mut Show) -> Result<(), Unreplayed> {
+        let begun = Instant::now();
+        let [first, last] = show.span();
+        while self.is_unfinished() && begun.elapsed() < BUDGET {
+            let part = self.n_known as f64 / (INSTANTS - 1) as f64;
+            let t = first + part * (last - first);
+            show.seek(t)?;
+            for curve in &mut self.curves {
+                curve.points.push(PlotPoint::new(t, show.playback().value(curve.signal)));
+            }
+            self.n_known += 1;
+        }
+        Ok(())
+    }
+
+    fn find(&mut self, playback: &Playback) {
+        self.n_known = 0;
+        let found = self.chosen.iter().filter_map(|name| {
+            let mut signals = playback.channels().signals();
+            let (signal, name, field) = signals.find(|(_, known, _)| known == name)?;
+            Some(Curve { name, unit: field.unit.clone(), signal, points: Vec::new() })
+        });
+        self.curves = found.collect();
+    }
+}
+
+/// What tells most of a motion: its first coordinates and its energies.
+fn overview(playback: &Playback) -> Vec<String> {
+    let names = || playback.channels().signals().map(|(_, name, _)| name);
+    let is_coordinate = |name: &String| name.starts_with("state.") && !name.ends_with("_dot");
+    let coordinates = names().filter(is_coordinate).take(FIRST);
+    let energies = ["energy.kinetic", "energy.potential", "energy.total"];
+    coordinates.chain(names().filter(|name| energies.contains(&name.as_str()))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A pendulum of one second.
+    fn show() -> Show {
+        let text = r#"
+            [bodies.bob]
+            mass = "2 kg"
+            com = [0, "-0.5 m"]
+            [joints.A]
+            type = "revolute"
+            between = ["ground", "bob"]
+            [loads.gravity]
+            type = "gravity"
+            acceleration = [0, "-9.81 m/s^2"]
+            [initial]
+            A = { angle = "30 deg" }
+            [solve]
+            t_end = "1 s"
+        "#;
+        let mechanism = bksim::Mechanism::from_toml(text, "pendulum").expect("a model");
+        let solved = crate::show::solve(mechanism, text, &|_| true).expect("a motion");
+        Show::new(solved.playback)
+    }
+
+    #[test]
+    fn an_overview_is_chosen_and_grouped_by_unit() {
+        let (show, mut curves) = (show(), Curves::default());
+        curves.set_motion(show.playback());
+        let names: Vec<Vec<&str>> = curves
+            .groups()
+            .iter()
+            .map(|group| group.iter().map(|(_, curve)| curve.name.as_str()).collect())
+            .collect();
+        let energies = vec!["energy.kinetic", "energy.potential", "energy.total"];
+        assert_eq!(names, [vec!["state.A_angle"], energies]);
+    }
+
+    #[test]
+    fn curves_have_the_values_of_their_instants_and_come_to_an_end() {
+        let (mut show, mut curves) = (show(), Curves::default());
+        curves.set_motion(show.playback());
+        while curves.is_unfinished() {
+            curves.go_on(&mut show).expect("the motion of the mechanism");
+        }
+        let groups = curves.groups();
+        let angle = groups[0][0].1;
+        assert_eq!(angle.points().len(), INSTANTS);
+        for point in [angle.points()[0], angle.points()[123], angle.points()[INSTANTS - 1]] {
+            let sample = show.seek(point.x).expect("an instant");
+            assert_eq!(sample.q[0], point.y);
+        }
+        assert_eq!(angle.points()[INSTANTS - 1].x, 1.0);
+    }
+
+    #[test]
+    fn a_choice_by_hand_outlives_another_motion() {
+        let (show, mut curves) = (show(), Curves::default());
+        curves.set_motion(show.playback());
+        curves.toggle("energy.kinetic", show.playback());
+        curves.toggle("reactions.A.fx", show.playback());
+        curves.set_motion(show.playback());
+        assert!(curves.has("reactions.A.fx") && !curves.has("energy.kinetic"));
+        assert_eq!(curves.groups().len(), 3, "an angle, energies, a force");
+    }
+}

@@ -1,0 +1,148 @@
+//! [`Measure`]: how fast a window is, and pictures of itself.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use egui::{ColorImage, Context};
+
+use super::{Figures, Outcome, WindowOptions};
+use crate::renderer::Counts;
+
+/// How fast a window is, and pictures of itself.
+pub(super) struct Measure {
+    started: Instant,
+    shot_after: Option<Duration>,
+    n_wanted: Option<usize>,
+    /// When the files had been read for the first time.
+    settled: Option<Instant>,
+    /// Whether a frame with a motion has been laid out.
+    has_motion: bool,
+    first_frame: Option<Duration>,
+    /// When the first of the counted frames was there.
+    counted_from: Option<Instant>,
+    n_frames: usize,
+    seconds: f64,
+    cpu_seconds: f64,
+    counts: Counts,
+    shot: Arc<Mutex<Option<Arc<ColorImage>>>>,
+    is_shot_asked: bool,
+    png: Option<Vec<u8>>,
+}
+
+impl Measure {
+    pub(super) fn new(options: &WindowOptions) -> Self {
+        Self {
+            started: options.started,
+            shot_after: options.shot_after,
+            n_wanted: options.n_frames,
+            settled: None,
+            has_motion: false,
+            first_frame: None,
+            counted_from: None,
+            n_frames: 0,
+            seconds: 0.0,
+            cpu_seconds: 0.0,
+            counts: Counts::default(),
+            shot: Arc::default(),
+            is_shot_asked: false,
+            png: None,
+        }
+    }
+
+    /// Tells that the files have been read.
+    pub(super) fn settle(&mut self) {
+        self.settled.get_or_insert_with(Instant::now);
+    }
+
+    /// Takes the cost of the frame before, s.
+    pub(super) fn begin_frame(&mut self, cpu_usage: Option<f32>) {
+        let Some(from) = self.counted_from else { return };
+        self.n_frames += 1;
+        self.seconds = from.elapsed().as_secs_f64();
+        self.cpu_seconds += f64::from(cpu_usage.unwrap_or_default());
+    }
+
+    /// Takes what the graphics card got.
+    pub(super) fn count(&mut self, counts: Counts) {
+        self.counts = counts;
+    }
+
+    /// Notes that a frame was laid out and asks for what is missing; true when the frame before was the
+    /// first that showed a motion.
+    pub(super) fn end_frame(&mut self, context: &Context, has_motion: bool) -> bool {
+        // A frame is there when the next one begins.
+        let is_first = self.has_motion && self.first_frame.is_none();
+        if is_first {
+            self.first_frame = Some(self.started.elapsed());
+        }
+        if has_motion && !self.has_motion {
+            context.request_repaint();
+        }
+        self.has_motion |= has_motion;
+        if self.n_wanted.is_some() {
+            context.request_repaint();
+            if self.settled.is_some() {
+                self.counted_from.get_or_insert_with(Instant::now);
+            }
+        }
+        self.take_shot(context);
+        is_first
+    }
+
+    /// Whether everything that was asked for is there.
+    pub(super) fn is_done(&self) -> bool {
+        let has_shot = self.shot_after.is_none() || self.png.is_some();
+        let has_frames = self.n_wanted.is_none_or(|n| self.n_frames >= n);
+        (self.shot_after.is_some() || self.n_wanted.is_some()) && has_shot && has_frames
+    }
+
+    /// Writes down what is known so far.
+    pub(super) fn write_into(&mut self, outcome: &mut Outcome) {
+        let n = self.n_frames as f64;
+        let per_frame = |sum: f64| if n > 0.0 { Some(sum / n) } else { None };
+        outcome.figures = Figures {
+            first_frame_s: self.first_frame.map(|time| time.as_secs_f64()),
+            n_frames: self.n_frames,
+            frames_per_second: per_frame(self.seconds).map(|seconds| 1.0 / seconds),
+            cpu_s_per_frame: per_frame(self.cpu_seconds),
+            n_draws: self.counts.n_draws,
+            n_primitives: self.counts.n_primitives,
+            n_bytes: self.counts.n_bytes,
+        };
+        if outcome.png.is_none() {
+            outcome.png.clone_from(&self.png);
+        }
+    }
+
+    fn take_shot(&mut self, context: &Context) {
+        let (Some(after), Some(settled)) = (self.shot_after, self.settled) else { return };
+        let waited = settled.elapsed();
+        if waited < after {
+            context.request_repaint_after(after.saturating_sub(waited));
+        } else if !self.is_shot_asked {
+            self.is_shot_asked = true;
+            let (shot, waking) = (Arc::clone(&self.shot), context.clone());
+            context.request_screenshot(move |image| {
+                *shot.lock().unwrap_or_else(PoisonError::into_inner) = Some(image);
+                waking.request_repaint();
+            });
+            context.request_repaint();
+        } else if let Some(image) = self.shot.lock().unwrap_or_else(PoisonError::into_inner).take()
+        {
+            self.png = encoded(&image);
+        }
+    }
+}
+
+/// A picture as PNG.
+fn encoded(image: &ColorImage) -> Option<Vec<u8>> {
+    let [width, height] = image.size.map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_depth(png::BitDepth::Eight);
+    let mut writer = encoder.write_header().ok()?;
+    writer.write_image_data(image.as_raw()).ok()?;
+    writer.finish().ok()?;
+    Some(bytes)
+}

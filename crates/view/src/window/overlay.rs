@@ -1,0 +1,213 @@
+//! What lies over the picture: faults, progress, names, scales, and the list of keys.
+
+use bksim_scene::{Camera, Scene, Theme};
+use egui::{Align2, Color32, FontId, Margin, Painter, Rect, RichText, Stroke, Ui, pos2, vec2};
+
+use super::action::{BINDINGS, MOUSE};
+use super::{number, style};
+use bksim::mbs::pose::Pose;
+
+/// Distance of everything from the edges of the picture.
+const EDGE: f32 = 14.0;
+
+/// Names nearer than this to another are left out.
+const NAME_HEIGHT: f32 = 16.0;
+
+/// How near the pointer must be to a point.
+const REACH: f64 = 10.0;
+
+/// A surface over the picture.
+fn frame(ui: &Ui) -> egui::Frame {
+    let visuals = ui.visuals();
+    egui::Frame::new()
+        .fill(visuals.window_fill)
+        .stroke(visuals.window_stroke)
+        .corner_radius(8)
+        .inner_margin(Margin::same(12))
+}
+
+/// What is wrong, over the upper part of the picture.
+pub(super) fn fault(ui: &Ui, picture: Rect, text: &str, has_motion: bool) {
+    let width = picture.width() - 2.0 * EDGE;
+    let area = egui::Area::new(ui.scope_id().with("fault"))
+        .order(egui::Order::Middle)
+        .fixed_pos(picture.min + vec2(EDGE, EDGE))
+        .movable(false);
+    area.show(ui.ctx(), |ui| {
+        let red = ui.visuals().error_fg_color;
+        frame(ui).stroke(Stroke::new(1.5, red)).show(ui, |ui| {
+            ui.set_width((width - 27.0).max(80.0));
+            let title = if has_motion {
+                "Not what is shown: the last good motion stays until this is put right"
+            } else {
+                "Nothing to show until this is put right"
+            };
+            ui.label(RichText::new(title).strong().color(red));
+            ui.add_space(2.0);
+            let area = egui::ScrollArea::both().max_height(0.45 * picture.height());
+            area.auto_shrink([false, true]).show(ui, |ui| {
+                let text = RichText::new(text).monospace();
+                ui.add(egui::Label::new(text).extend().selectable(true));
+            });
+        });
+    });
+}
+
+/// How far the work in the background is, in the upper left corner; lower when a fault is above it.
+pub(super) fn progress(ui: &Ui, picture: Rect, part: f64, words: &str) {
+    let theme = style::theme(ui.visuals().dark_mode);
+    let painter = ui.painter_at(picture);
+    let box_ = Rect::from_min_size(
+        pos2(picture.left() + EDGE, picture.bottom() - EDGE - 30.0),
+        vec2(150.0, 30.0),
+    );
+    let box_ = box_.translate(vec2(picture.width() - 2.0 * EDGE - box_.width(), 0.0));
+    painter.rect_filled(box_, 8.0, ui.visuals().window_fill);
+    painter.rect_stroke(box_, 8.0, ui.visuals().window_stroke, egui::StrokeKind::Inside);
+    let text = box_.left_top() + vec2(12.0, 5.0);
+    let color = style::color32(theme.text);
+    painter.text(text, Align2::LEFT_TOP, words, FontId::proportional(12.0), color);
+    let rail =
+        Rect::from_min_size(box_.left_bottom() + vec2(12.0, -8.0), vec2(box_.width() - 24.0, 2.5));
+    painter.rect_filled(rail, 1.0, ui.visuals().widgets.active.bg_fill);
+    #[expect(clippy::cast_possible_truncation, reason = "0 to 1")]
+    let done = Rect::from_min_size(rail.min, vec2(rail.width() * part as f32, rail.height()));
+    painter.rect_filled(done, 1.0, style::accent(theme));
+}
+
+/// Names beside points, except where they would lie over each other.
+pub(super) fn labels(
+    painter: &Painter,
+    picture: Rect,
+    camera: &Camera,
+    scene: &Scene,
+    poses: &[Pose],
+    theme: &Theme,
+) {
+    let (color, background) = (style::color32(theme.text), style::color32(theme.background));
+    let mut taken: Vec<Rect> = Vec::new();
+    for marker in &scene.markers {
+        let Some(pose) = poses.get(marker.at.body) else { continue };
+        let at = pixel(camera, picture, pose.place(marker.at.position)) + vec2(9.0, -9.0);
+        if !picture.contains(at) {
+            continue;
+        }
+        let galley = painter.layout_no_wrap(marker.name.clone(), FontId::proportional(12.5), color);
+        let rect = Rect::from_min_size(at - vec2(0.0, galley.size().y), galley.size());
+        let nearby = rect.expand2(vec2(1.0, (NAME_HEIGHT - rect.height()).max(0.0) / 2.0));
+        if taken.iter().any(|other| other.intersects(nearby)) {
+            continue;
+        }
+        taken.push(rect);
+        painter.rect_filled(rect.expand2(vec2(3.0, 1.0)), 3.0, background.gamma_multiply(0.75));
+        painter.galley(rect.min, galley, color);
+    }
+}
+
+/// Where a point of the world is in the window.
+#[expect(clippy::cast_possible_truncation, reason = "pixels")]
+pub(super) fn pixel(camera: &Camera, picture: Rect, point: [f64; 3]) -> egui::Pos2 {
+    let [x, y, _] = camera.project(point);
+    picture.min + vec2(x as f32, y as f32)
+}
+
+/// The moving marker at a pixel of the picture, and its place there.
+pub(super) fn marker_at(
+    camera: &Camera,
+    scene: &Scene,
+    poses: &[Pose],
+    [x, y]: [f64; 2],
+) -> Option<(usize, [f64; 2])> {
+    let place = |(idx, marker): (usize, &bksim_scene::Marker)| {
+        let pose = poses.get(marker.at.body).filter(|_| marker.at.body != 0)?;
+        let [px, py, _] = camera.project(pose.place(marker.at.position));
+        Some(((px - x).hypot(py - y), idx, [px, py]))
+    };
+    let near = scene.markers.iter().enumerate().filter_map(place).filter(|near| near.0 <= REACH);
+    let nearest = near.min_by(|a, b| a.0.total_cmp(&b.0));
+    nearest.map(|(_, idx, at)| (idx, at))
+}
+
+/// A length to measure by, and one for each kind of arrow that is shown: its colour, metres per unit of
+/// it, and its unit.
+pub(super) fn scales(
+    painter: &Painter,
+    picture: Rect,
+    scale: f64,
+    arrows: &[(Color32, f64, &str)],
+    theme: &Theme,
+) {
+    let faint = style::color32(theme.faint);
+    let length = std::iter::once((faint, 1.0, "m")).chain(arrows.iter().copied());
+    let mut y = picture.bottom() - EDGE;
+    for (place, (color, metres, unit)) in length.enumerate() {
+        let pixels = scale * metres;
+        let round = number::round_below(110.0 / pixels);
+        if round <= 0.0 || picture.width() < 260.0 {
+            continue;
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "up to 110")]
+        let width = (round * pixels) as f32;
+        let left = pos2(picture.left() + EDGE, y - 4.0);
+        let stroke = Stroke::new(1.6, color);
+        if place == 0 {
+            let right = left + vec2(width, 0.0);
+            painter.line_segment([left, right], stroke);
+            for end in [left, right] {
+                painter.vline(end.x, end.y - 4.0..=end.y + 4.0, stroke);
+            }
+        } else {
+            painter.arrow(left, vec2(width, 0.0), stroke);
+        }
+        let text = left + vec2(width + 8.0, 0.0);
+        let words = number::quantity(round, unit);
+        painter.text(text, Align2::LEFT_CENTER, words, FontId::proportional(12.0), color);
+        y -= 20.0;
+    }
+}
+
+/// The list of keys; false when it is to be closed.
+pub(super) fn help(ui: &Ui) -> bool {
+    let modal = egui::Modal::new(ui.scope_id().with("help")).show(ui.ctx(), |ui| {
+        ui.set_width(300.0);
+        ui.label(RichText::new("Keys and mouse").heading());
+        ui.add_space(6.0);
+        let height = ui.ctx().content_rect().height() - 140.0;
+        egui::ScrollArea::vertical().max_height(height.max(80.0)).show(ui, |ui| {
+            egui::Grid::new("keys").num_columns(2).spacing(vec2(22.0, 5.0)).show(ui, |ui| {
+                let keys = BINDINGS.iter().filter_map(|binding| binding.help);
+                for (name, words) in keys.chain(MOUSE) {
+                    ui.label(RichText::new(name).strong());
+                    ui.label(words);
+                    ui.end_row();
+                }
+            });
+        });
+    });
+    !modal.should_close()
+}
+
+#[cfg(test)]
+mod tests {
+    use bksim_scene::{Attached, Marker, MarkerKind};
+
+    use super::*;
+
+    #[test]
+    fn the_nearest_moving_point_within_reach_is_found() {
+        let marker = |body, x| Marker {
+            name: String::new(),
+            kind: MarkerKind::Point,
+            at: Attached { body, position: [x, 0.0, 0.0] },
+        };
+        let markers = vec![marker(0, 0.0), marker(1, 0.0), marker(1, 5.0)];
+        let scene = Scene { markers, ..Scene::default() };
+        let poses = [Pose::default(); 2];
+        let camera = Camera::planar([200.0, 100.0]);
+        let found = |at| marker_at(&camera, &scene, &poses, at).map(|(idx, _)| idx);
+        assert_eq!(found([100.0, 50.0]), Some(1));
+        assert_eq!(found([103.0, 50.0]), Some(2));
+        assert_eq!(found([115.0, 50.0]), Some(2), "at the reach");
+        assert_eq!(found([116.0, 50.0]), None);
+    }
+}

@@ -1,0 +1,143 @@
+//! The panel at the side: curves, with a cursor at the instant shown.
+
+use bksim_scene::Theme;
+use egui::{Color32, RichText, Ui, vec2};
+use egui_plot::{Line, Plot, PlotPoints, VLine};
+
+use super::clock::Clock;
+use super::curves::{Curve, Curves};
+use super::{number, style};
+use crate::show::Show;
+
+/// A plot is not made lower than this; the panel scrolls instead.
+const LOWEST: f32 = 120.0;
+
+/// Height of a row of a legend.
+const ROW: f32 = 18.0;
+
+/// Shows the panel; a drag in a plot moves the clock.
+pub(super) fn show(
+    ui: &mut Ui,
+    curves: &mut Curves,
+    search: &mut String,
+    show: &Show,
+    clock: &mut Clock,
+) {
+    ui.horizontal(|ui| {
+        ui.label(RichText::new("Curves").strong());
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            ui.menu_button("Channels", |ui| channels(ui, curves, search, show));
+        });
+    });
+    let groups = curves.groups();
+    if groups.is_empty() {
+        ui.add_space(8.0);
+        ui.weak("Choose channels to see them over time.");
+        return;
+    }
+    ui.spacing_mut().interact_size.y = ROW;
+    ui.spacing_mut().item_spacing.y = 3.0;
+    let rows: usize = groups.iter().map(Vec::len).sum();
+    let room = ui.available_height() - (ROW + 3.0) * rows as f32 - 16.0 * groups.len() as f32;
+    let height = (room / groups.len() as f32).max(LOWEST);
+    egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        for (place, group) in groups.iter().enumerate() {
+            for (curve_idx, curve) in group {
+                legend(ui, color(*curve_idx, style::theme(ui.visuals().dark_mode)), curve, show);
+            }
+            plot(ui, place, group, height, clock);
+            ui.add_space(6.0);
+        }
+    });
+}
+
+/// Colour of a curve.
+fn color(curve_idx: usize, theme: &Theme) -> Color32 {
+    style::color32(theme.palette[curve_idx % theme.palette.len()])
+}
+
+/// A row with a curve's colour, name and value.
+fn legend(ui: &mut Ui, color: Color32, curve: &Curve, show: &Show) {
+    ui.horizontal(|ui| {
+        let (rect, _) = ui.allocate_exact_size(vec2(12.0, 12.0), egui::Sense::hover());
+        let line = [rect.left_center(), rect.right_center()];
+        ui.painter().line_segment(line, egui::Stroke::new(2.5, color));
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            let value = number::value(curve.value(show.playback()));
+            ui.label(RichText::new(format!("{value} {}", curve.unit)).monospace());
+            ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+                ui.add(egui::Label::new(&curve.name).truncate());
+            });
+        });
+    });
+}
+
+/// Curves of one unit.
+fn plot(ui: &mut Ui, place: usize, group: &[(usize, &Curve)], height: f32, clock: &mut Clock) {
+    let theme = style::theme(ui.visuals().dark_mode);
+    let [first, last] = clock.span();
+    let (low, high) = (first.min(last), first.max(last));
+    let t = clock.t();
+    let cursor = style::color32(theme.text.with_opacity(0.6));
+    let plot = Plot::new(("curves", place))
+        .height(height)
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .allow_axis_zoom_drag(false)
+        .allow_double_click_reset(false)
+        .show_x(false)
+        .show_y(false)
+        .show_crosshair(false)
+        .y_axis_min_width(44.0)
+        .grid_spacing(28.0..=300.0)
+        .grid_color(style::color32(theme.text.with_opacity(0.3)))
+        .grid_fade(1.0)
+        .set_margin_fraction(vec2(0.0, 0.08))
+        .label_formatter(|_| None);
+    let response = plot.show(ui, |ui| {
+        ui.set_plot_bounds_x(low..=high);
+        for (curve_idx, curve) in group {
+            let points = PlotPoints::Borrowed(curve.points());
+            let line = Line::new(curve.name.as_str(), points).allow_hover(false);
+            ui.line(line.color(color(*curve_idx, theme)).width(1.5));
+        }
+        ui.vline(VLine::new("now", t).color(cursor).width(1.0).allow_hover(false));
+        let is_held = ui.response().is_pointer_button_down_on();
+        ui.pointer_coordinate().filter(|_| is_held).map(|point| point.x)
+    });
+    if let Some(t) = response.inner {
+        clock.seek(t);
+    }
+}
+
+/// The list of channels, with a field that searches it.
+fn channels(ui: &mut Ui, curves: &mut Curves, search: &mut String, show: &Show) {
+    ui.set_min_width(240.0);
+    let field = egui::TextEdit::singleline(search).hint_text("search");
+    ui.add(field.desired_width(f32::INFINITY));
+    let playback = show.playback();
+    let wanted = search.to_lowercase();
+    let names: Vec<(String, String)> = playback
+        .channels()
+        .signals()
+        .filter(|(_, name, _)| name.to_lowercase().contains(&wanted))
+        .map(|(_, name, field)| (name, field.description.clone()))
+        .collect();
+    if names.is_empty() {
+        ui.weak("no channel has this in its name");
+    }
+    let height = ui.text_style_height(&egui::TextStyle::Body) + 8.0;
+    let list = egui::ScrollArea::vertical().max_height(320.0).auto_shrink([false, true]);
+    list.show_rows(ui, height, names.len(), |ui, rows| {
+        for (name, description) in &names[rows] {
+            let mut is_on = curves.has(name);
+            let response = ui.checkbox(&mut is_on, name);
+            if response.changed() {
+                curves.toggle(name, playback);
+            }
+            response.on_hover_text(description);
+        }
+    });
+}

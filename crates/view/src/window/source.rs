@@ -1,0 +1,233 @@
+//! [`Source`]: where a window gets its motion from, without knowing files; and [`Loader`], which asks
+//! it off the window's thread, at first and whenever one of its files changes.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use super::watch::Watch;
+use crate::show::Show;
+
+/// A file that changes is read again when it has been left alone for so long …
+const QUIET: Duration = Duration::from_millis(120);
+
+/// … or, if it is never left alone, after this time: a log that is being written.
+const PATIENCE: Duration = Duration::from_millis(1000);
+
+/// Where a window gets its motion from.
+pub struct Source {
+    /// What the window is called after.
+    pub name: String,
+    /// The files to watch from the beginning.
+    pub files: Vec<PathBuf>,
+    /// Reads the files, and solves if there is something to solve; called on a thread of its own.
+    pub load: Box<dyn FnMut(&Task) -> Loaded + Send>,
+}
+
+/// What comes of reading the files once.
+#[derive(Debug, Default)]
+pub struct Loaded {
+    /// The motion, as far as there is one.
+    pub show: Option<Box<Show>>,
+    /// What is wrong, as text of several lines; with a motion too when that stops early.
+    pub fault: Option<String>,
+    /// The files it came from, and must be read again if one of them changes.
+    pub files: Vec<PathBuf>,
+    /// Whether it was given up because [`Task::is_stopped`]: there is nothing to show then.
+    pub is_abandoned: bool,
+}
+
+/// Work in the background: how far it is, and whether it is still wanted.
+#[derive(Debug, Default)]
+pub struct Task {
+    is_stopped: AtomicBool,
+    is_busy: AtomicBool,
+    /// Bits of the part that is done.
+    part: AtomicU64,
+}
+
+impl Task {
+    /// Whether a file has changed, or the window was closed: what is being done is of no use.
+    pub fn is_stopped(&self) -> bool {
+        self.is_stopped.load(Ordering::Relaxed)
+    }
+
+    /// Tells which part of the work is done, 0 to 1.
+    pub fn set_part(&self, part: f64) {
+        self.part.store(part.to_bits(), Ordering::Relaxed);
+    }
+
+    /// The part that is done, while there is work.
+    pub(super) fn part(&self) -> Option<f64> {
+        let is_busy = self.is_busy.load(Ordering::Relaxed);
+        is_busy.then(|| f64::from_bits(self.part.load(Ordering::Relaxed)))
+    }
+
+    fn stop(&self) {
+        self.is_stopped.store(true, Ordering::Relaxed);
+    }
+
+    fn begin(&self) {
+        self.set_part(0.0);
+        self.is_stopped.store(false, Ordering::Relaxed);
+        self.is_busy.store(true, Ordering::Relaxed);
+    }
+
+    fn end(&self) {
+        self.is_busy.store(false, Ordering::Relaxed);
+    }
+}
+
+/// News from the background.
+#[derive(Debug)]
+pub(super) enum News {
+    /// The files have been read, which took so many seconds.
+    Loaded(Loaded, f64),
+    /// Changes of the files will not be noticed, and why.
+    Unwatched(String),
+}
+
+/// A source on a thread of its own.
+#[derive(Debug)]
+pub(super) struct Loader {
+    pub(super) task: Arc<Task>,
+    news: Receiver<News>,
+}
+
+impl Loader {
+    /// Starts to load; `wake` is called when there is news.
+    pub(super) fn start(source: Source, wake: impl Fn() + Send + 'static) -> Self {
+        let task = Arc::new(Task::default());
+        let (sender, news) = channel();
+        let shared = Arc::clone(&task);
+        task.begin();
+        thread::spawn(move || keep_loading(source, &shared, &sender, &wake));
+        Self { task, news }
+    }
+
+    /// What has happened since it was last asked.
+    pub(super) fn news(&self) -> impl Iterator<Item = News> {
+        self.news.try_iter()
+    }
+}
+
+impl Drop for Loader {
+    fn drop(&mut self) {
+        self.task.stop();
+    }
+}
+
+/// Loads, waits for a change, and loads again, until nobody listens.
+fn keep_loading(mut source: Source, task: &Arc<Task>, news: &Sender<News>, wake: &dyn Fn()) {
+    let (changed, changes) = channel();
+    let stopped = Arc::clone(task);
+    // What is being loaded is out of date as soon as a file changes.
+    let watch = Watch::new(move || {
+        stopped.stop();
+        let _ = changed.send(());
+    });
+    let mut watch = match watch {
+        Ok(watch) => Some(watch),
+        Err(error) => {
+            let _ = news.send(News::Unwatched(error.to_string()));
+            None
+        }
+    };
+    if let Some(watch) = &mut watch {
+        watch.set_files(&source.files);
+    }
+    loop {
+        task.begin();
+        let begun = Instant::now();
+        let loaded = (source.load)(task);
+        task.end();
+        if let Some(watch) = &mut watch {
+            watch.set_files(&loaded.files);
+        }
+        if !loaded.is_abandoned {
+            let seconds = begun.elapsed().as_secs_f64();
+            if news.send(News::Loaded(loaded, seconds)).is_err() {
+                return;
+            }
+            wake();
+        }
+        if changes.recv().is_err() {
+            return;
+        }
+        settle(&changes);
+    }
+}
+
+/// Waits until changes come to rest.
+fn settle(changes: &Receiver<()>) {
+    let begun = Instant::now();
+    while begun.elapsed() < PATIENCE && changes.recv_timeout(QUIET).is_ok() {}
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+    use std::{env, fs, process};
+
+    use super::*;
+
+    /// A directory that goes with the test.
+    struct Place(PathBuf);
+
+    impl Drop for Place {
+        fn drop(&mut self) {
+            let _ = fs::remove_dir_all(&self.0);
+        }
+    }
+
+    fn next(loader: &Loader) -> String {
+        let News::Loaded(loaded, _) =
+            loader.news.recv_timeout(Duration::from_secs(20)).expect("news within 20 s")
+        else {
+            panic!("files are watched");
+        };
+        loaded.fault.expect("the text of the file")
+    }
+
+    #[test]
+    fn every_way_of_saving_loads_again_and_stops_what_is_under_way() {
+        let place = Place(env::temp_dir().join(format!("bksim-view-watch-{}", process::id())));
+        fs::create_dir_all(&place.0).expect("a directory");
+        let file = place.0.join("model.toml");
+        fs::write(&file, "one").expect("written");
+        let stops = Arc::new(Mutex::new(0));
+        let (counted, read) = (Arc::clone(&stops), file.clone());
+        let load = move |task: &Task| {
+            let text = fs::read_to_string(&read).unwrap_or_default();
+            // Long work: it is given up when the file changes.
+            while text == "slow" && !task.is_stopped() {
+                thread::sleep(Duration::from_millis(2));
+            }
+            let is_abandoned = task.is_stopped() && text == "slow";
+            *counted.lock().expect("no panic") += usize::from(is_abandoned);
+            Loaded { fault: Some(text), files: vec![read.clone()], is_abandoned, show: None }
+        };
+        let source =
+            Source { name: "model".into(), files: vec![file.clone()], load: Box::new(load) };
+        let loader = Loader::start(source, || ());
+        assert_eq!(next(&loader), "one");
+
+        fs::write(&file, "two").expect("written in place");
+        assert_eq!(next(&loader), "two");
+        let beside = place.0.join(".model.toml.swp");
+        fs::write(&beside, "three").expect("written beside it");
+        fs::rename(&beside, &file).expect("moved over it");
+        assert_eq!(next(&loader), "three");
+        fs::rename(&file, place.0.join("model.toml~")).expect("kept");
+        fs::write(&file, "slow").expect("written anew");
+        while loader.task.part().is_none() {
+            thread::sleep(Duration::from_millis(2));
+        }
+        fs::write(&file, "four").expect("written in place");
+        assert_eq!(next(&loader), "four");
+        assert!(*stops.lock().expect("no panic") >= 1, "the slow work was given up");
+    }
+}
