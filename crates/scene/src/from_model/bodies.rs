@@ -82,7 +82,7 @@ impl Sketch<'_> {
         let n = points.len() as f64;
         let middle: [f64; 3] =
             std::array::from_fn(|i| points.iter().map(|p| p[i]).sum::<f64>() / n);
-        points.iter().flat_map(|&p| self.rod(body, middle, p)).collect()
+        points.iter().filter_map(|&p| self.rod(body, middle, p)).collect()
     }
 
     fn rod(&self, body: usize, from: [f64; 3], to: [f64; 3]) -> Option<Shape> {

@@ -20,15 +20,15 @@ impl Sizes {
     pub(super) fn of(numbers: &Numbers, attached: &[Vec<[f64; 3]>]) -> Self {
         let length = typical_length(numbers, attached);
         // A pin leaves something of the outline around it.
-        let room = median(edge_distances(numbers).into_iter().filter(|&d| is_length(&d)));
+        let room = median(edge_distances(numbers).into_iter().filter(|&d| is_length(d)));
         let pin = (PIN * length).min(room.map_or(f64::INFINITY, |room| 0.6 * room));
         Self { length, pin }
     }
 }
 
-fn is_length(length: &f64) -> bool {
+fn is_length(length: f64) -> bool {
     // So that products of lengths are numbers.
-    (1e-100..1e100).contains(length)
+    (1e-100..1e100).contains(&length)
 }
 
 /// Median of the lengths of links; without links, of whatever has a length.
@@ -46,7 +46,9 @@ fn typical_length(numbers: &Numbers, attached: &[Vec<[f64; 3]>]) -> f64 {
     let named = bodies.iter().map(|body| {
         extent(&body.points.iter().map(|p| numbers.vector(&p.position)).collect::<Vec<_>>())
     });
-    let median_of = |lengths: &mut dyn Iterator<Item = f64>| median(lengths.filter(is_length));
+    let median_of = |lengths: &mut dyn Iterator<Item = f64>| {
+        median(lengths.filter(|&length| is_length(length)))
+    };
     median_of(&mut links.into_iter())
         .or_else(|| median_of(&mut arms.into_iter()))
         .or_else(|| median_of(&mut outlines.into_iter()))
