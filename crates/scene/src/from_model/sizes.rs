@@ -1,8 +1,8 @@
 //! How large symbols are: a share of the mechanism's own lengths.
 
-use super::attachments;
+use bksim_mbs::model::JointKind;
+
 use super::numbers::Numbers;
-use crate::geometry::{Point, distance_from_edges};
 
 /// Radius of a pin against the length of a link.
 const PIN: f64 = 0.03;
@@ -20,7 +20,7 @@ impl Sizes {
     pub(super) fn of(numbers: &Numbers, attached: &[Vec<[f64; 3]>]) -> Self {
         let length = typical_length(numbers, attached);
         // A pin leaves something of the outline around it.
-        let room = median(edge_distances(numbers).into_iter().filter(|&d| is_length(d)));
+        let room = median(edge_distances(numbers).into_iter().filter(|&d| d > 0.2 * PIN * length));
         let pin = (PIN * length).min(room.map_or(f64::INFINITY, |room| 0.6 * room));
         Self { length, pin }
     }
@@ -57,16 +57,12 @@ fn typical_length(numbers: &Numbers, attached: &[Vec<[f64; 3]>]) -> f64 {
         .unwrap_or(1.0)
 }
 
-/// Distances of the joints in outlined bodies from their outlines.
+/// Distances of the pins in outlined bodies from their outlines.
 fn edge_distances(numbers: &Numbers) -> Vec<f64> {
-    let mut distances = Vec::new();
-    for at in attachments(numbers) {
-        let rings = numbers.outline(at.body);
-        let p = [at.position[0], at.position[1]];
-        let nearest = rings.iter().map(|ring: &Vec<Point>| distance_from_edges(p, ring));
-        distances.extend(nearest.reduce(f64::min));
-    }
-    distances
+    let joints = numbers.model.joints.iter();
+    let pinned = joints.filter(|joint| joint.kind == JointKind::Revolute);
+    let ends = pinned.flat_map(|joint| [joint.predecessor, joint.successor]);
+    ends.filter_map(|anchor| numbers.edge_distance(numbers.attached(anchor))).collect()
 }
 
 /// The diagonal of the box around some points.
