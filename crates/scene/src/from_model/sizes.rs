@@ -19,9 +19,12 @@ impl Sizes {
     /// From the points that something is attached to, by body, the ground first.
     pub(super) fn of(numbers: &Numbers, attached: &[Vec<[f64; 3]>]) -> Self {
         let length = typical_length(numbers, attached);
-        // A pin leaves something of the outline around it.
-        let room = median(edge_distances(numbers).into_iter().filter(|&d| d > 0.2 * PIN * length));
-        let pin = (PIN * length).min(room.map_or(f64::INFINITY, |room| 0.6 * room));
+        // In an outline, a pin fills a part of the room around it.
+        let edges = edge_distances(numbers).into_iter();
+        let pin = match median(edges.filter(|&d| d > 0.2 * PIN * length)) {
+            Some(room) => (PIN * length).max((0.35 * room).min(2.0 * PIN * length)).min(0.6 * room),
+            None => PIN * length,
+        };
         Self { length, pin }
     }
 }
