@@ -217,6 +217,21 @@ pub(crate) fn distance_from_edges(p: Point, ring: &[Point]) -> f64 {
     (0..n).map(from_edge).fold(f64::INFINITY, f64::min)
 }
 
+/// Whether a point is inside rings, by the even–odd rule.
+pub(crate) fn is_inside([x, y]: Point, rings: &[Vec<Point>]) -> bool {
+    let mut is_inside = false;
+    for ring in rings {
+        for (i, a) in ring.iter().enumerate() {
+            let b = ring[(i + 1) % ring.len()];
+            let is_between = (a[1] > y) != (b[1] > y);
+            if is_between && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]) {
+                is_inside = !is_inside;
+            }
+        }
+    }
+    is_inside
+}
+
 #[cfg(test)]
 mod tests {
     use std::f64::consts::PI;
@@ -245,6 +260,14 @@ mod tests {
         for p in points {
             let gap = distance_from_edges(p, &ring);
             assert!(gap >= 0.25 * (1.0 - 2e-3), "{p:?} is {gap} from the edge");
+        }
+    }
+
+    #[test]
+    fn a_hole_is_outside() {
+        let rings = [circle([0.0; 2], 2.0), circle([0.5, 0.0], 1.0)];
+        for (p, expected) in [([-1.0, 0.1], true), ([0.5, 0.1], false), ([3.0, 0.1], false)] {
+            assert_eq!(is_inside(p, &rings), expected, "{p:?}");
         }
     }
 

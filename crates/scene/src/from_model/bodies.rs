@@ -3,9 +3,9 @@
 use super::Sketch;
 use super::rail::{SLOT, Slider};
 use crate::geometry::{
-    Plane, Point, across3, circle, cross3, distance3, dot3, rounded_hull, sub3, unit3,
+    Plane, Point, across3, circle, cross3, distance3, dot3, is_inside, rounded_hull, sub3, unit3,
 };
-use crate::{Role, Shape};
+use crate::{Form, Role, Shape};
 
 /// Half width of a link, radii of a pin.
 const LINK: f64 = 1.8;
@@ -19,18 +19,30 @@ const DISC: f64 = 3.2;
 impl Sketch<'_> {
     /// The shapes of a body that moves.
     pub(super) fn body(&self, body: usize) -> Vec<Shape> {
-        let role = self.role_of(body);
         let outline = self.numbers.outline(body);
         if !outline.is_empty() {
-            let mut shapes = vec![Shape::region(body, role, &Plane::XY, &outline)];
-            for (plane, ring) in self.slots(body) {
-                shapes.push(Shape::region(body, Role::Pin, &plane, &[ring]));
-            }
-            return shapes;
+            return self.outlined(body, &outline);
         }
         let mut shapes = self.link(body);
         shapes.extend(self.sliders(body));
         shapes
+    }
+
+    /// An outline with the slots in it; a slot that is not all in it is a line on top.
+    fn outlined(&self, body: usize, outline: &[Vec<Point>]) -> Vec<Shape> {
+        let mut rings = outline.to_vec();
+        let mut lines = Vec::new();
+        for (plane, ring) in self.slots(body) {
+            let ring: Vec<Point> = ring.iter().map(|&p| Plane::XY.foot(plane.lift(p))).collect();
+            if ring.iter().all(|&p| is_inside(p, outline)) {
+                rings.push(ring);
+            } else {
+                let form = Form::Line { points: Plane::XY.lifted(&ring), is_closed: true };
+                lines.push(Shape { body, role: Role::Guide, form });
+            }
+        }
+        let region = Shape::region(body, self.role_of(body), &Plane::XY, &rings);
+        [vec![region], lines].concat()
     }
 
     /// What joins the points of a body.
@@ -82,7 +94,7 @@ impl Sketch<'_> {
         let n = points.len() as f64;
         let middle: [f64; 3] =
             std::array::from_fn(|i| points.iter().map(|p| p[i]).sum::<f64>() / n);
-        points.iter().flat_map(|&p| self.rod(body, middle, p)).collect()
+        points.iter().filter_map(|&p| self.rod(body, middle, p)).collect()
     }
 
     fn rod(&self, body: usize, from: [f64; 3], to: [f64; 3]) -> Option<Shape> {

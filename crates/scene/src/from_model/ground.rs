@@ -30,7 +30,7 @@ impl Sketch<'_> {
             shapes.extend(self.guide(rail));
         }
         let mut held: Vec<[f64; 3]> = Vec::new();
-        for Held { at, symbol, up } in self.held_by_ground() {
+        for Held { at, symbol, up, size } in self.held_by_ground() {
             // Symbols stand where nothing is drawn, and once.
             let is_drawn = outline.iter().any(|ring| is_within(at, ring, 2.0 * self.pin));
             let is_known = held.iter().any(|&other| distance3(other, at) < 0.5 * self.pin);
@@ -40,7 +40,7 @@ impl Sketch<'_> {
             held.push(at);
             shapes.extend(match symbol {
                 _ if !self.is_planar() => self.pyramid(at),
-                Symbol::Support => self.support([at[0], at[1]], up),
+                Symbol::Support => self.support([at[0], at[1]], up, size),
                 Symbol::Wall => self.wall([at[0], at[1]], up),
             });
         }
@@ -59,7 +59,10 @@ impl Sketch<'_> {
                         Symbol::Support => self.free_side(ground, other),
                         Symbol::Wall => self.mean_way(ground, other),
                     };
-                    held.push(Held { at: ground.position, symbol, up });
+                    // A support shows beyond the outline of what it bears.
+                    let edge = self.numbers.edge_distance(other).unwrap_or(0.0);
+                    let size = (2.0 * edge / (TRIANGLE[0] * self.pin)).clamp(1.0, 4.0);
+                    held.push(Held { at: ground.position, symbol, up, size });
                 }
             }
         };
@@ -104,12 +107,13 @@ impl Sketch<'_> {
     }
 
     /// The triangle that bears a pin, on a hatched line.
-    fn support(&self, at: Point, up: Point) -> Vec<Shape> {
-        let [height, half] = TRIANGLE.map(|x| x * self.pin);
+    fn support(&self, at: Point, up: Point, size: f64) -> Vec<Shape> {
+        let [height, half] = TRIANGLE.map(|x| x * size * self.pin);
         let foot = add(at, scaled(-height, up));
         let side = scaled(half, left(up));
         let triangle = vec![at, add(foot, side), add(foot, scaled(-1.0, side))];
-        let mut shapes = self.wall(foot, up);
+        let base = scaled(BASE * size * self.pin, left(up));
+        let mut shapes = self.hatched(&Plane::XY, add(foot, base), add(foot, scaled(-1.0, base)));
         shapes.push(Shape::region(0, Role::Ground, &Plane::XY, &[triangle]));
         shapes
     }
@@ -189,6 +193,8 @@ struct Held {
     symbol: Symbol,
     /// Unit vector to where it is, in the plane.
     up: Point,
+    /// Against the usual size.
+    size: f64,
 }
 
 /// How the ground holds something.

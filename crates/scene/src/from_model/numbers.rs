@@ -7,7 +7,7 @@ use bksim_mbs::model::{Anchor, Axis, Initial, JointId, Measure, Model, Vector};
 use bksim_mbs::pose::Pose;
 
 use crate::Attached;
-use crate::geometry::Point;
+use crate::geometry::{Point, distance_from_edges};
 
 /// Values of a model's expressions.
 pub(super) struct Numbers<'a> {
@@ -44,6 +44,13 @@ impl<'a> Numbers<'a> {
     pub(super) fn outline(&self, body: usize) -> Vec<Vec<Point>> {
         let ring = |ring: &Vec<[Expr; 2]>| ring.iter().map(|p| p.map(|e| self.value(e))).collect();
         self.model.bodies[body].outline.iter().map(ring).collect()
+    }
+
+    /// Distance of a point of a body from the edges of its outline, if it has one.
+    pub(super) fn edge_distance(&self, at: Attached) -> Option<f64> {
+        let [x, y, _] = at.position;
+        let outline = self.outline(at.body);
+        outline.iter().map(|ring| distance_from_edges([x, y], ring)).reduce(f64::min)
     }
 
     /// Smallest and largest position of a joint along its axis: over the motion if that is known,

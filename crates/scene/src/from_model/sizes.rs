@@ -1,8 +1,8 @@
 //! How large symbols are: a share of the mechanism's own lengths.
 
-use super::attachments;
+use bksim_mbs::model::JointKind;
+
 use super::numbers::Numbers;
-use crate::geometry::{Point, distance_from_edges};
 
 /// Radius of a pin against the length of a link.
 const PIN: f64 = 0.03;
@@ -19,16 +19,19 @@ impl Sizes {
     /// From the points that something is attached to, by body, the ground first.
     pub(super) fn of(numbers: &Numbers, attached: &[Vec<[f64; 3]>]) -> Self {
         let length = typical_length(numbers, attached);
-        // A pin leaves something of the outline around it.
-        let room = median(edge_distances(numbers).into_iter().filter(|&d| is_length(&d)));
-        let pin = (PIN * length).min(room.map_or(f64::INFINITY, |room| 0.6 * room));
+        // In an outline, a pin fills a part of the room around it.
+        let edges = edge_distances(numbers).into_iter();
+        let pin = match median(edges.filter(|&d| d > 0.2 * PIN * length)) {
+            Some(room) => (PIN * length).max((0.35 * room).min(2.0 * PIN * length)).min(0.6 * room),
+            None => PIN * length,
+        };
         Self { length, pin }
     }
 }
 
-fn is_length(length: &f64) -> bool {
+fn is_length(length: f64) -> bool {
     // So that products of lengths are numbers.
-    (1e-100..1e100).contains(length)
+    (1e-100..1e100).contains(&length)
 }
 
 /// Median of the lengths of links; without links, of whatever has a length.
@@ -46,7 +49,9 @@ fn typical_length(numbers: &Numbers, attached: &[Vec<[f64; 3]>]) -> f64 {
     let named = bodies.iter().map(|body| {
         extent(&body.points.iter().map(|p| numbers.vector(&p.position)).collect::<Vec<_>>())
     });
-    let median_of = |lengths: &mut dyn Iterator<Item = f64>| median(lengths.filter(is_length));
+    let median_of = |lengths: &mut dyn Iterator<Item = f64>| {
+        median(lengths.filter(|&length| is_length(length)))
+    };
     median_of(&mut links.into_iter())
         .or_else(|| median_of(&mut arms.into_iter()))
         .or_else(|| median_of(&mut outlines.into_iter()))
@@ -55,16 +60,12 @@ fn typical_length(numbers: &Numbers, attached: &[Vec<[f64; 3]>]) -> f64 {
         .unwrap_or(1.0)
 }
 
-/// Distances of the joints in outlined bodies from their outlines.
+/// Distances of the pins in outlined bodies from their outlines.
 fn edge_distances(numbers: &Numbers) -> Vec<f64> {
-    let mut distances = Vec::new();
-    for at in attachments(numbers) {
-        let rings = numbers.outline(at.body);
-        let p = [at.position[0], at.position[1]];
-        let nearest = rings.iter().map(|ring: &Vec<Point>| distance_from_edges(p, ring));
-        distances.extend(nearest.reduce(f64::min));
-    }
-    distances
+    let joints = numbers.model.joints.iter();
+    let pinned = joints.filter(|joint| joint.kind == JointKind::Revolute);
+    let ends = pinned.flat_map(|joint| [joint.predecessor, joint.successor]);
+    ends.filter_map(|anchor| numbers.edge_distance(numbers.attached(anchor))).collect()
 }
 
 /// The diagonal of the box around some points.
