@@ -195,10 +195,9 @@ impl Svg<'_> {
         } else {
             format!("x=\"{x}\" y=\"{y}\"")
         };
-        // The one letter of labels that is from another font must not take the rest there.
-        let raised = "<tspan font-family=\"Hack, 'DejaVu Sans', monospace\">⁻</tspan>";
+        // The font has raised digits, but no raised minus sign: such powers are raised here.
         let (length, text) = if text.contains('⁻') {
-            (String::new(), escaped(text).replace('⁻', raised))
+            (String::new(), raised(text, font.size))
         } else {
             let length = px(font::width(text, font.size));
             let length = format!(" textLength=\"{length}\" lengthAdjust=\"spacingAndGlyphs\"");
@@ -242,6 +241,35 @@ fn path(points: &[Point], place: &Place) -> String {
         }
     }
     path
+}
+
+/// A text with its raised letters as smaller ones that stand higher.
+fn raised(text: &str, size: f64) -> String {
+    const RAISED: &str = "⁻⁰¹²³⁴⁵⁶⁷⁸⁹";
+    const PLAIN: &str = "−0123456789";
+    let plain = |letter: char| {
+        let mut pairs = RAISED.chars().zip(PLAIN.chars());
+        pairs.find(|(raised, _)| *raised == letter).map(|(_, plain)| plain)
+    };
+    let (up, small) = (px(0.4 * size), px(0.7 * size));
+    let mut out = String::new();
+    let mut is_up = false;
+    for letter in text.chars() {
+        match (plain(letter), is_up) {
+            (Some(_), false) => {
+                let _ = write!(out, "<tspan dy=\"-{up}\" font-size=\"{small}\">");
+            }
+            (None, true) => {
+                let _ = write!(out, "</tspan><tspan dy=\"{up}\">");
+            }
+            _ => (),
+        }
+        is_up = plain(letter).is_some();
+        out.push_str(&escaped(&plain(letter).unwrap_or(letter).to_string()));
+    }
+    // Open are all that are up, or that came down again.
+    let n_open = out.matches("<tspan").count() - out.matches("</tspan").count();
+    out + &"</tspan>".repeat(n_open)
 }
 
 /// A length with two decimals, those that are zeros left out.

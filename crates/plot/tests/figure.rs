@@ -259,6 +259,18 @@ fn ends_that_are_given_cut_the_curves() {
 }
 
 #[test]
+fn powers_of_ten_are_raised() {
+    let points = (1..=9).map(|i| [f64::from(i), 1e-9 * f64::from(i)]).collect();
+    let mut figure = figure(vec![Curve::new("a", points)]);
+    figure.panels[0].y.unit = "m/s^2".to_owned();
+    let svg = figure.to_svg(SIZE, &Theme::LIGHT);
+    roxmltree::Document::parse(&svg).expect("XML");
+    let title = "(10<tspan dy=\"-6\" font-size=\"10.5\">−9</tspan><tspan dy=\"6\"> m/s";
+    assert!(svg.contains(title), "{svg}");
+    figure.render(Format::Png, Some(SIZE), &Theme::LIGHT).expect("a picture");
+}
+
+#[test]
 fn decades_are_equally_high() {
     let points = (0..=40).map(|i| f64::from(i) * 0.1).map(|t| [t, 10f64.powf(t)]).collect();
     let mut figure = figure(vec![Curve::new("a", points)]);

@@ -66,7 +66,8 @@ fn text_of(path: &Path, n_bytes: u64, survey: &Survey) -> String {
         }
     };
     let end = survey.end.iter().flat_map(|end| &end.summary);
-    section("results", end.map(|(name, text)| row(name, text)).collect());
+    let shown = |text: &String| text.parse().map_or_else(|_| text.clone(), number);
+    section("results", end.map(|(name, text)| row(name, &shown(text))).collect());
     section("options", header.options.iter().map(|(name, text)| row(name, text)).collect());
     let quantity = |(name, quantity): (&String, &bksim::log::Quantity)| {
         row(name, format!("{} {}", number(quantity.value), quantity.unit).trim_end())
