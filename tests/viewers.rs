@@ -4,11 +4,12 @@
 mod python;
 mod support;
 
+use std::cell::Cell;
 use std::path::{Path, PathBuf};
 
 use bksim::Mechanism;
 use bksim::dae::Control;
-use bksim::log::{Level, Log, Outcome};
+use bksim::log::{Level, Log, LogReader, Outcome};
 use bksim::mbs::run::{Observer, Sample, Segment};
 use bksim::mbs::sensitivity::StateSensitivity;
 use bksim::record::Recorder;
@@ -50,9 +51,15 @@ fn logged(mechanism: &Mechanism, text: &str) -> Vec<u8> {
 fn example_log(test: &str, name: &str) -> (Mechanism, Log, PathBuf) {
     let mechanism = derive(example(name));
     let bytes = logged(&mechanism, &example_text(name));
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{test}-{name}.mcap"));
-    std::fs::write(&path, &bytes).expect("written");
+    let path = kept(&format!("{test}-{name}"), &bytes);
     (mechanism, Log::read(&bytes[..]).expect("a log"), path)
+}
+
+/// Keeps a log in a file.
+fn kept(name: &str, bytes: &[u8]) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("viewers-{name}.mcap"));
+    std::fs::write(&path, bytes).expect("written");
+    path
 }
 
 /// What the script says of each log.
@@ -210,4 +217,40 @@ fn equal_runs_leave_equal_files_with_what_viewers_are_shown() {
     let text = example_text("spring-pendulum");
     let mechanism = derive(example("spring-pendulum"));
     assert!(logged(&mechanism, &text) == logged(&mechanism, &text));
+}
+
+#[test]
+fn a_resumed_run_shows_the_same() {
+    let name = "spring-pendulum";
+    let (text, mechanism) = (example_text(name), derive(example(name)));
+    let (equations, start) =
+        (mechanism.formulate().expect("equations"), mechanism.start().expect("a start"));
+    let log = || Logged(Recorder::create(Vec::new(), &mechanism, &text, &start, &[]).expect("log"));
+
+    // Until its thirtieth step, then on from the log of that.
+    let steps = Cell::new(30);
+    let stop = || {
+        steps.set(steps.get() - 1);
+        steps.get() == 0
+    };
+    let mut first = log();
+    let summary = mechanism.run(&equations, &start, &mut first, &stop).expect("a run");
+    let checkpoint = summary.checkpoint.clone().expect("stopped");
+    let first = first.0.finish(&summary, Outcome::Stopped, "stopped").expect("written");
+    let mut second = log();
+    let mut reader = LogReader::open(&first[..]).expect("a log");
+    assert!(second.0.copy(&mut reader, &checkpoint).expect("copied"));
+    let summary = mechanism.resume(&equations, &start, &checkpoint, &mut second, &|| false);
+    let summary = summary.expect("a run");
+    let second = second.0.finish(&summary, Outcome::ReachedEnd, "done").expect("written");
+    let mut whole = log();
+    let summary = mechanism.run(&equations, &start, &mut whole, &|| false).expect("a run");
+    let whole = whole.0.finish(&summary, Outcome::ReachedEnd, "done").expect("written");
+
+    let parts = [("first", first), ("second", second), ("whole", whole)];
+    let paths = parts.map(|(part, bytes)| kept(&format!("resumed-{part}"), &bytes));
+    let [first, second, whole] = &judged("digest", &paths)[..] else { panic!("three logs") };
+    assert!(first["/tf"].is_string() && first["/tf"] != whole["/tf"], "{first}");
+    assert!(whole["/spans"].is_string() && whole["/joint_states"].is_string(), "{whole}");
+    assert_eq!(second, whole);
 }

@@ -4,9 +4,11 @@
     judge.py schemas LOG...      the schemas against those that Foxglove has published
     judge.py slider-crank LOG    the transforms against the crank's triangle
     judge.py rerun LOG...        what Rerun's own loader makes of it
+    judge.py digest LOG...       every message of the published channels, as one number each channel
 """
 
 import collections
+import hashlib
 import importlib
 import json
 import math
@@ -205,7 +207,23 @@ def rerun(path):
     return entities
 
 
-TASKS = {"contents": contents, "schemas": schemas, "slider-crank": slider_crank, "rerun": rerun}
+def digest(path):
+    digests = collections.defaultdict(hashlib.sha256)
+    with open(path, "rb") as file:
+        for schema, channel, message in make_reader(file).iter_messages():
+            if schema.name.startswith("foxglove."):
+                times = message.log_time, message.publish_time, message.sequence, len(message.data)
+                digests[channel.topic].update(repr(times).encode() + message.data)
+    return {topic: digest.hexdigest() for topic, digest in digests.items()}
+
+
+TASKS = {
+    "contents": contents,
+    "schemas": schemas,
+    "slider-crank": slider_crank,
+    "rerun": rerun,
+    "digest": digest,
+}
 
 if __name__ == "__main__":
     task, *paths = sys.argv[1:]
