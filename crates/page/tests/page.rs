@@ -15,7 +15,7 @@ l = "0.5 m"
 [bodies.bob]
 mass = "2 kg"
 points = { P = [0, "-l"] }
-com = "P"
+com = [0, "-l"]
 [joints.A]
 type = "revolute"
 between = ["ground", "bob"]
