@@ -3,6 +3,7 @@
 pub(crate) mod cad;
 pub(crate) mod draw;
 pub(crate) mod edit;
+pub(crate) mod render;
 pub(crate) mod view;
 
 use std::path::PathBuf;
@@ -35,6 +36,8 @@ pub(crate) enum Command {
     Assemble(ModelArgs),
     /// Solve a model and log its motion.
     Solve(Solve),
+    /// Draw a motion as a picture or a film, without a window.
+    Render(render::Render),
     /// Show a model or a log moving, in a window.
     View(view::View),
     /// Write channels of a log as CSV or Parquet.

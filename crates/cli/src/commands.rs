@@ -8,5 +8,6 @@ pub(crate) mod explain;
 pub(crate) mod export;
 pub(crate) mod expr;
 pub(crate) mod new;
+pub(crate) mod render;
 pub(crate) mod solve;
 pub(crate) mod view;

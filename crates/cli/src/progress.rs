@@ -48,10 +48,16 @@ pub(crate) struct Progress {
 const PARTS: f64 = 10_000.0;
 
 impl Progress {
-    /// A bar from `t_start` to `t_end`, hidden unless stderr is a terminal.
+    /// A bar for solving from `t_start` to `t_end`, hidden unless stderr is a terminal.
     pub(crate) fn new(t_start: f64, t_end: f64) -> Self {
+        Self::of("solving", t_start, t_end)
+    }
+
+    /// A bar for work of this name.
+    pub(crate) fn of(work: &str, t_start: f64, t_end: f64) -> Self {
         let bar = ProgressBar::new(10_000);
-        let style = ProgressStyle::with_template("  solving  {bar:40}  {msg}  {eta} left");
+        let template = format!("  {work}  {{bar:40}}  {{msg}}  {{eta}} left");
+        let style = ProgressStyle::with_template(&template);
         if let Ok(style) = style {
             bar.set_style(style);
         }

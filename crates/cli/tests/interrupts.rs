@@ -158,3 +158,29 @@ fn an_interrupted_run_is_resumed_as_if_undisturbed() {
     let said = text(&output.stderr);
     assert!(said.contains("was cut off before its run ended"), "{said}");
 }
+
+#[test]
+fn a_film_that_is_interrupted_leaves_nothing_behind() {
+    let place = Scratch::new();
+    place.write("long.toml", LONG.replace("1e6 s", "100 s"));
+    let mut child = place
+        .bksim()
+        .args(["render", "long.toml", "-o", "long.gif", "--speed", "0.01", "--size", "400x400"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("bksim starts");
+    let begun = Instant::now();
+    while !place.path().join("long.gif.part").exists() {
+        assert!(begun.elapsed() < Duration::from_secs(60), "no film is begun");
+        sleep(Duration::from_millis(20));
+    }
+    signal(&child, "-INT");
+    let status = child.wait().expect("it ends");
+    assert_eq!(status.code(), Some(130));
+    let mut left = fs::read_dir(place.path())
+        .expect("the directory")
+        .map(|entry| entry.expect("an entry").file_name().into_string().expect("a name"));
+    assert_eq!(left.next().as_deref(), Some("long.toml"));
+    assert_eq!(left.next(), None);
+}

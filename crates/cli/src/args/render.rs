@@ -1,0 +1,136 @@
+//! What can be written after `bksim render`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::{DrawingArgs, assignment};
+
+/// Pictures show one instant; films show the motion from --from to --to.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Render {
+    /// A log, or a model or drawing, which is solved first.
+    #[arg(value_name = "LOG|MODEL")]
+    pub(crate) input: PathBuf,
+    /// The file; its ending chooses the format: .png, .svg, .gif, .mp4, .apng.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Overwrite an existing file.
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Give a parameter of a model another value.
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
+    pub(crate) set: Vec<(String, String)>,
+    #[command(flatten)]
+    pub(crate) drawing: DrawingArgs,
+    /// The instant that a picture shows, s; the middle of the motion unless given.
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub(crate) at: Option<f64>,
+    /// Where a film begins, s; at the start of the motion unless given.
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub(crate) from: Option<f64>,
+    /// Where a film ends, s; at the end of the motion unless given.
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub(crate) to: Option<f64>,
+    /// Width and height in pixels, such as 1280x720; else the mechanism chooses its shape.
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub(crate) size: Option<[u32; 2]>,
+    /// Pixels per point: 2 draws lines and letters twice as large.
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = density)]
+    pub(crate) density: f32,
+    /// Frames a second of a film; 30, and 25 for GIF, unless given.
+    #[arg(long, value_name = "N", value_parser = positive)]
+    pub(crate) fps: Option<f64>,
+    /// Seconds of motion in a second of film: 0.1 is slow motion.
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
+    pub(crate) speed: f64,
+    /// What is behind the mechanism: light, dark, transparent, or a colour such as #fff8e7.
+    #[arg(long, value_name = "COLOUR", default_value = "light", value_parser = background)]
+    pub(crate) background: Background,
+    /// Draw the mechanism faintly at N earlier instants, too.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(..=200))]
+    pub(crate) ghosts: u16,
+    /// How far back ghosts and trails reach, s; to the start of the motion unless given.
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub(crate) past: Option<f64>,
+    /// Write names beside joints, points and centres of mass.
+    #[arg(long)]
+    pub(crate) labels: bool,
+    /// Draw the way of this joint, point (`crank.P`) or centre of mass (`crank`); may be repeated.
+    #[arg(long, value_name = "POINT")]
+    pub(crate) trail: Vec<String>,
+    /// Arrows, to one scale over the whole motion.
+    #[arg(long, value_enum, value_name = "KINDS", value_delimiter = ',')]
+    pub(crate) arrows: Vec<Arrows>,
+    /// From where a spatial mechanism is seen: azimuth and elevation in degrees.
+    #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = view, allow_hyphen_values = true)]
+    pub(crate) view: Option<[f64; 2]>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  bksim render run.mcap -o start.png --at 0 --labels
+  bksim render run.mcap -o motion.mp4 --size 1280x720 --speed 0.25
+  bksim render model.toml -o motion.gif --trail rod.P --background dark
+  bksim render run.mcap -o forces.svg --at 0.4 --arrows reactions,velocities";
+
+/// Which arrows are drawn.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub(crate) enum Arrows {
+    /// Joint reactions on the second bodies.
+    Reactions,
+    /// Velocities of points and centres of mass.
+    Velocities,
+    /// Applied forces.
+    Forces,
+}
+
+/// What is behind the mechanism.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Background {
+    Light,
+    Dark,
+    Transparent,
+    /// 0xRRGGBB.
+    Color(u32),
+}
+
+fn background(text: &str) -> Result<Background, String> {
+    let wrong = || "expected light, dark, transparent, or a colour such as #fff8e7".to_owned();
+    match text {
+        "light" => Ok(Background::Light),
+        "dark" => Ok(Background::Dark),
+        "transparent" => Ok(Background::Transparent),
+        _ => {
+            let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6);
+            let is_hex = |digits: &&str| digits.bytes().all(|b| b.is_ascii_hexdigit());
+            let digits = digits.filter(is_hex).ok_or_else(wrong)?;
+            u32::from_str_radix(digits, 16).map(Background::Color).map_err(|_| wrong())
+        }
+    }
+}
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let wrong = || "expected width and height from 16 to 16384, such as 1280x720".to_owned();
+    let (width, height) = text.split_once(['x', 'X', '×']).ok_or_else(wrong)?;
+    let side = |text: &str| text.trim().parse().ok().filter(|n| (16..=16384).contains(n));
+    side(width).zip(side(height)).map(|(w, h)| [w, h]).ok_or_else(wrong)
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|x| (1e-6..=1e6).contains(x));
+    value.ok_or_else(|| "expected a number from 0.000001 to 1000000".to_owned())
+}
+
+fn density(text: &str) -> Result<f32, String> {
+    let value = text.parse::<f32>().ok().filter(|x| (0.25..=8.0).contains(x));
+    value.ok_or_else(|| "expected a number from 0.25 to 8".to_owned())
+}
+
+fn view(text: &str) -> Result<[f64; 2], String> {
+    let wrong = || "expected azimuth and elevation in degrees, such as 30,20".to_owned();
+    let (azimuth, elevation) = text.split_once(',').ok_or_else(wrong)?;
+    let angle = |text: &str| text.trim().parse::<f64>().ok().filter(|x| x.abs() <= 360.0);
+    angle(azimuth).zip(angle(elevation)).map(|(a, e)| [a, e]).ok_or_else(wrong)
+}

@@ -1,0 +1,108 @@
+//! The motion that is drawn: of a log, or of a model, which is solved in memory.
+
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::Path;
+
+use bksim::log::{LogReader, Outcome};
+use bksim::mbs::run::Unreplayed;
+use bksim::playback::{Playback, PlaybackError};
+use bksim_view::show::{Show, Solved, solve};
+use serde_json::{Value, json};
+
+use crate::args::ModelArgs;
+use crate::exit::Failure;
+use crate::progress::{Progress, StopWish};
+use crate::render;
+use crate::source::{derive, load};
+
+/// The first bytes of every MCAP file.
+const MCAP: [u8; 8] = *b"\x89MCAP0\r\n";
+
+/// A motion to draw.
+pub(super) struct Opened {
+    pub(super) show: Show,
+    /// Whether it reached its end.
+    pub(super) is_complete: bool,
+    /// Warnings of the model, and why it was not solved to its end.
+    pub(super) diagnostics: Value,
+}
+
+/// Opens a log, or reads and solves a model; prints what is wrong with it unless it goes into JSON.
+/// A wish to stop ends the solving.
+pub(super) fn open(
+    args: &ModelArgs,
+    nesting: usize,
+    as_json: bool,
+    stop: &StopWish,
+) -> Result<Opened, Failure> {
+    let path = &args.model;
+    if !is_log(path) {
+        return solved(args, nesting, as_json, stop);
+    }
+    let of_models = [!args.set.is_empty(), args.drawing.units.is_some()];
+    if of_models.contains(&true) || args.drawing.tolerance.is_some() {
+        return Err(Failure::usage(
+            "--set, --units and --tolerance are for models, and this is a log",
+            "solve the model with them, or render the model",
+        ));
+    }
+    let file = File::open(path).map_err(|e| Failure::reading(path, &e))?;
+    let log = LogReader::open(BufReader::new(file)).map_err(|e| bad_log(path, &e.into()))?;
+    let playback = Playback::open(log).map_err(|e| bad_log(path, &e))?;
+    let end = playback.log().end.as_ref();
+    let is_complete = end.is_some_and(|end| end.outcome == Outcome::ReachedEnd);
+    if end.is_none() && !as_json {
+        let [_, t] = playback.span();
+        let path = path.display();
+        render::warning(&format!("`{path}` was cut off before its run ended, at t = {t} s"));
+    }
+    Ok(Opened { show: Show::new(playback), is_complete, diagnostics: json!([]) })
+}
+
+fn solved(
+    args: &ModelArgs,
+    nesting: usize,
+    as_json: bool,
+    stop: &StopWish,
+) -> Result<Opened, Failure> {
+    let loaded = load(args, nesting)?;
+    let source = &loaded.source;
+    let mechanism = derive(source, loaded.model)?;
+    let mut diagnostics = loaded.warnings;
+    let [t_start, t_end] = [mechanism.model.solve.t_start, mechanism.model.solve.t_end];
+    let progress = Progress::new(t_start, t_end);
+    let go_on = |t: f64| {
+        progress.reached(t);
+        stop.status().is_none()
+    };
+    let solved = solve(mechanism, &source.text, &go_on);
+    progress.finish();
+    match solved {
+        Ok(Solved { playback, fault }) => {
+            let is_complete = fault.is_none();
+            diagnostics.extend(fault);
+            if !as_json {
+                render::print_all(source, &diagnostics);
+            }
+            let diagnostics = render::json_all(source, &diagnostics);
+            Ok(Opened { show: Show::new(playback), is_complete, diagnostics })
+        }
+        Err(PlaybackError::Model(rejected)) => Err(source.rejected(rejected.0)),
+        Err(other) => Err(bad_log(&args.model, &other)),
+    }
+}
+
+fn is_log(path: &Path) -> bool {
+    let mut first = [0; MCAP.len()];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut first));
+    read.is_ok() && first == MCAP || path.extension().is_some_and(|ending| ending == "mcap")
+}
+
+fn bad_log(path: &Path, error: &PlaybackError) -> Failure {
+    Failure::Input { path: path.to_owned(), what: format!("cannot be drawn: {error}"), help: None }
+}
+
+pub(super) fn unreplayed(path: &Path, error: &Unreplayed) -> Failure {
+    Failure::Input { path: path.to_owned(), what: format!("cannot be drawn: {error}"), help: None }
+}

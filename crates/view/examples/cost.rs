@@ -1,0 +1,94 @@
+//! What a frame of a large mechanism costs: `cargo run --release -p bksim-view --example cost -- 1000`.
+//!
+//! A chain of links is drawn on a canvas without a window. The parts of a frame are timed one by one:
+//! the motion at its instant, what is drawn beside it, and the renderer's own work. What the adapter
+//! does is not: on a software adapter it is the processor's work, too.
+
+#![expect(clippy::print_stdout, reason = "what a measurement is for")]
+
+use std::fmt::Write;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use bksim::Mechanism;
+use bksim_scene::Theme;
+use bksim_view::film::Stage;
+use bksim_view::offscreen::Canvas;
+use bksim_view::renderer::Frame;
+use bksim_view::show::{Show, solve};
+
+/// Frames that are measured.
+const N_FRAMES: u32 = 50;
+
+/// A chain of `n` hanging links, pulled aside, over a tenth of a second.
+fn chain(n: usize) -> String {
+    let mut text = String::from("coordinates = \"relative\"\n");
+    let mut line = |arguments: std::fmt::Arguments<'_>| {
+        text.write_fmt(arguments).expect("text takes everything");
+    };
+    for i in 1..=n {
+        line(format_args!("[bodies.b{i}]\nmass = \"1 kg\"\ninertia = \"0.1 kg m^2\"\n"));
+        line(format_args!("com = [\"0.5 m\", 0]\npoints = {{ E = [\"1 m\", 0] }}\n"));
+    }
+    for i in 1..=n {
+        let predecessor = if i == 1 { "ground".to_owned() } else { format!("b{}.E", i - 1) };
+        line(format_args!("[joints.j{i}]\ntype = \"revolute\"\n"));
+        line(format_args!("between = [\"{predecessor}\", \"b{i}\"]\n"));
+    }
+    line(format_args!(
+        "[loads.gravity]\ntype = \"gravity\"\nacceleration = [0, \"-9.81 m/s^2\"]\n"
+    ));
+    line(format_args!("[initial]\nj1 = {{ angle = \"-30 deg\" }}\n"));
+    line(format_args!("[solve]\nt_end = \"0.1 s\"\n"));
+    text
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let n_bodies = std::env::args().nth(1).map_or(Ok(1000), |n| n.parse())?;
+    let text = chain(n_bodies);
+    let begun = Instant::now();
+    let mechanism = Mechanism::from_toml(&text, "chain")?;
+    let solved = solve(mechanism, &text, &|_| true)?;
+    println!("{n_bodies} bodies, derived and solved in {:.2} s", begun.elapsed().as_secs_f64());
+
+    let mut canvas = Canvas::new([1280, 720], 1.0)?;
+    let mut stage = Stage::new(Show::new(solved.playback), Theme::LIGHT, None, canvas.points())?;
+    canvas.scene_mut().set_scene(Arc::clone(stage.show.scene()), &stage.theme);
+    let [first, last] = stage.show.span();
+    let (mut seek, mut beside, mut prepare) = (Duration::ZERO, Duration::ZERO, Duration::ZERO);
+    let mut whole = Duration::ZERO;
+    let mut counts = bksim_view::renderer::Counts::default();
+    for k in 0..N_FRAMES {
+        let t = first + (last - first) * f64::from(k) / f64::from(N_FRAMES);
+        let begun = Instant::now();
+        stage.show.seek(t)?;
+        seek += begun.elapsed();
+        let begun = Instant::now();
+        let extras = stage.show.extras()?;
+        beside += begun.elapsed();
+        let begun = Instant::now();
+        let (camera, theme) = (&stage.camera, &stage.theme);
+        let poses = stage.show.poses();
+        counts = canvas.scene_mut().prepare(&Frame {
+            poses,
+            extras: &extras,
+            camera,
+            theme,
+            pixels_per_point: 1.0,
+        });
+        prepare += begun.elapsed();
+        let begun = Instant::now();
+        stage.shoot(&mut canvas, t)?;
+        whole += begun.elapsed();
+    }
+    let each = |time: Duration| 1e3 * time.as_secs_f64() / f64::from(N_FRAMES);
+    println!("motion at its instant     {:8.3} ms a frame", each(seek));
+    println!("what is drawn beside      {:8.3} ms a frame", each(beside));
+    println!("renderer                  {:8.3} ms a frame", each(prepare));
+    println!("with picture, on `{}` {:8.3} ms a frame", canvas.adapter(), each(whole));
+    println!(
+        "{} draw call, {} primitives, {} bytes a frame",
+        counts.n_draws, counts.n_primitives, counts.n_bytes
+    );
+    Ok(())
+}

@@ -1,0 +1,142 @@
+//! [`Stage`]: a show before a camera that stands still, shot instant by instant.
+
+use bksim::mbs::run::Unreplayed;
+use bksim_scene::{Camera, Color, Extras, Picture, Theme, picture};
+
+use super::{Clip, Colors, Palette};
+use crate::offscreen::{Canvas, CanvasError, Image};
+use crate::renderer::{Counts, Frame};
+use crate::show::Show;
+
+/// Part of the picture that stays free on every side.
+const MARGIN: f64 = 0.07;
+
+/// The same with arrows or names, which stick out.
+const WIDE_MARGIN: f64 = 0.12;
+
+/// Frames of a film that its palette is made of.
+const PALETTE_FRAMES: usize = 12;
+
+/// Usual direction of view of a spatial mechanism: azimuth and elevation, degrees.
+pub const USUAL_VIEW: [f64; 2] = [35.0, 25.0];
+
+/// A show, and how it is shot.
+#[derive(Debug)]
+pub struct Stage {
+    /// What is shown.
+    pub show: Show,
+    /// From where: fitted over the whole motion.
+    pub camera: Camera,
+    /// The colours.
+    pub theme: Theme,
+    /// Whether nothing is painted behind the mechanism.
+    pub is_transparent: bool,
+}
+
+/// Why an instant cannot be shot.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ShootError {
+    /// The motion is not that of its mechanism.
+    #[error(transparent)]
+    Unreplayed(#[from] Unreplayed),
+    /// The canvas cannot be drawn on.
+    #[error(transparent)]
+    Canvas(#[from] CanvasError),
+}
+
+impl Stage {
+    /// A show whose whole motion fills pictures of this many points; `view` is the azimuth and
+    /// elevation, degrees, of a spatial one.
+    ///
+    /// # Errors
+    /// [`Unreplayed`] when the motion is not that of the mechanism.
+    pub fn new(
+        mut show: Show,
+        theme: Theme,
+        view: Option<[f64; 2]>,
+        points: [f64; 2],
+    ) -> Result<Self, Unreplayed> {
+        let camera = camera(&mut show, view, points)?;
+        Ok(Self { show, camera, theme, is_transparent: false })
+    }
+
+    /// The picture of an instant, on a canvas that has the scene.
+    ///
+    /// # Errors
+    /// [`ShootError`].
+    pub fn shoot(&mut self, canvas: &mut Canvas, t: f64) -> Result<(Image, Counts), ShootError> {
+        let extras = self.at(t)?;
+        let Self { show, camera, theme, .. } = &*self;
+        let poses = show.poses();
+        let frame = Frame { poses, extras: &extras, camera, theme, pixels_per_point: 1.0 };
+        Ok(canvas.draw(&frame, self.background())?)
+    }
+
+    /// The picture of an instant as regions, lines and words.
+    ///
+    /// # Errors
+    /// [`Unreplayed`] when the motion is not that of the mechanism.
+    pub fn picture(&mut self, t: f64) -> Result<Picture, Unreplayed> {
+        let extras = self.at(t)?;
+        let Self { show, camera, theme, .. } = &*self;
+        let background = self.background();
+        let seen = picture(show.scene(), show.poses(), &extras, camera, theme);
+        Ok(Picture { background, ..seen })
+    }
+
+    /// The best colours for a film, from some of its frames.
+    ///
+    /// # Errors
+    /// [`ShootError`].
+    pub fn palette(&mut self, canvas: &mut Canvas, clip: &Clip) -> Result<Palette, ShootError> {
+        let n = clip.n_frames();
+        let n_shot = n.min(PALETTE_FRAMES);
+        let mut counts = Colors::default();
+        for shot in 0..n_shot {
+            let (image, _) = self.shoot(canvas, clip.time(shot * n / n_shot))?;
+            counts.add(&image);
+        }
+        Ok(Palette::of(counts))
+    }
+
+    fn at(&mut self, t: f64) -> Result<Extras, Unreplayed> {
+        self.show.seek(t)?;
+        self.show.extras()
+    }
+
+    fn background(&self) -> Option<Color> {
+        (!self.is_transparent).then_some(self.theme.background)
+    }
+}
+
+/// A camera in which the whole motion fits.
+fn camera(show: &mut Show, view: Option<[f64; 2]>, points: [f64; 2]) -> Result<Camera, Unreplayed> {
+    let camera = if show.scene().is_planar {
+        Camera::planar(points)
+    } else {
+        let [azimuth, elevation] = view.unwrap_or(USUAL_VIEW).map(f64::to_radians);
+        Camera::spatial(points, azimuth, elevation)
+    };
+    let options = &show.options;
+    let sticks_out = options.labels || options.reactions || options.velocities || options.forces;
+    let margin = if sticks_out { WIDE_MARGIN } else { MARGIN };
+    Ok(camera.fitted(show.points_over_run()?.iter().copied(), margin))
+}
+
+/// Width over height of the whole motion, as the camera sees it, between 1:2 and 5:2.
+///
+/// # Errors
+/// [`Unreplayed`] when the motion is not that of the mechanism.
+pub fn shape(show: &mut Show, view: Option<[f64; 2]>) -> Result<f64, Unreplayed> {
+    let camera = camera(show, view, [1.0; 2])?;
+    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    for &p in show.points_over_run()? {
+        let [x, y, _] = camera.project(p);
+        for (axis, x) in [x, y].into_iter().enumerate().filter(|(_, x)| x.is_finite()) {
+            (low[axis], high[axis]) = (low[axis].min(x), high[axis].max(x));
+        }
+    }
+    let ratio = (high[0] - low[0]) / (high[1] - low[1]);
+    Ok(if ratio.is_nan() { 1.0 } else { ratio.clamp(0.5, 2.5) })
+}

@@ -1,0 +1,112 @@
+//! [`SceneRenderer`]: scenes on the graphics card, in a window's render pass or in one of our own.
+//!
+//! Everything is a [`Primitive`]: a triangle, or a segment of a line, which the vertex shader widens to
+//! a constant number of pixels. Primitives of bodies lie in the frames of their bodies and are
+//! uploaded once per scene and theme; a frame brings one placement per body, the primitives that change
+//! (springs, trails, arrows), and the order of painting:
+//!
+//! ```text
+//! order: (primitive, layer) …     the one vertex buffer, one entry per primitive seen
+//! primitives: fixed | moving      storage buffers
+//! placements: x_pixels_from_body  per layer and body; a layer is the mechanism or one of its ghosts
+//! ```
+//!
+//! So one draw call paints a frame in painter's order, whatever lies over what, and translucent areas
+//! blend as they should; two calls and two pipelines, one for areas and one for lines, could not keep
+//! that order without a call per shape. Edges are made smooth in the fragment shader: no multisampling
+//! and no depth buffer is asked of whoever owns the render pass.
+//!
+//! Points are `f64` until the camera's centre is subtracted, then `f32`.
+
+mod frame;
+mod gpu;
+mod line;
+mod mesh;
+mod primitive;
+
+use std::sync::Arc;
+
+use bksim::mbs::pose::Pose;
+use bksim_scene::{Camera, Extras, Item, Scene, Theme};
+
+use self::frame::Drawing;
+use self::gpu::Gpu;
+use self::primitive::Fixed;
+
+/// What is seen at one instant.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame<'a> {
+    /// Where the bodies are, the ground first.
+    pub poses: &'a [Pose],
+    /// What is drawn beside the mechanism; labels become [`SceneRenderer::words`].
+    pub extras: &'a Extras,
+    /// From where; its pixels are points, of which each has `pixels_per_point` pixels.
+    pub camera: &'a Camera,
+    /// The colours.
+    pub theme: &'a Theme,
+    /// Pixels of the target per pixel of the camera: 2 on a display of twice the usual density.
+    pub pixels_per_point: f32,
+}
+
+/// What the last frame was made of.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Counts {
+    /// Draw calls: none for an empty frame, else one.
+    pub n_draws: usize,
+    /// Triangles and segments painted, those of ghosts too.
+    pub n_primitives: usize,
+    /// Bytes sent to the graphics card for it.
+    pub n_bytes: usize,
+}
+
+/// Paints scenes. Cheap to keep, dear to make: the shader is compiled in it.
+#[derive(Debug)]
+pub struct SceneRenderer {
+    gpu: Gpu,
+    scene: Arc<Scene>,
+    theme: Theme,
+    fixed: Fixed,
+    drawing: Drawing,
+}
+
+impl SceneRenderer {
+    /// A renderer into targets of this format, without multisampling and depth buffer.
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, format: wgpu::TextureFormat) -> Self {
+        let gpu = Gpu::new(device, queue, format);
+        let (scene, theme) = (Arc::new(Scene::default()), Theme::LIGHT);
+        Self { gpu, fixed: Fixed::of(&scene, &theme), scene, theme, drawing: Drawing::default() }
+    }
+
+    /// Takes another scene and sends its shapes to the graphics card.
+    pub fn set_scene(&mut self, scene: Arc<Scene>, theme: &Theme) {
+        self.fixed = Fixed::of(&scene, theme);
+        self.gpu.set_fixed(&mut self.fixed);
+        self.drawing.set_scene(&scene);
+        (self.scene, self.theme) = (scene, *theme);
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Arc<Scene> {
+        &self.scene
+    }
+
+    /// Sends a frame to the graphics card; [`SceneRenderer::paint`] shows it.
+    pub fn prepare(&mut self, frame: &Frame<'_>) -> Counts {
+        if *frame.theme != self.theme {
+            self.set_scene(Arc::clone(&self.scene), frame.theme);
+        }
+        self.drawing.compose(&self.scene, &self.fixed, frame);
+        self.gpu.set_frame(&self.drawing)
+    }
+
+    /// The words of the frame, which others set: [`crate::words::paint_words`].
+    pub fn words(&self) -> &[Item] {
+        &self.drawing.words
+    }
+
+    /// Paints the frame into the viewport of `pass`, which the camera's picture fills. The background
+    /// is left to the pass.
+    pub fn paint(&self, pass: &mut wgpu::RenderPass<'_>) {
+        self.gpu.paint(pass);
+    }
+}

@@ -1,0 +1,217 @@
+//! What is painted in one frame, and in which order.
+
+use std::ops::Range;
+
+use bksim::mbs::pose::Pose;
+use bksim_scene::{Extras, Item, Role, Scene, picture};
+use bytemuck::{Pod, Zeroable};
+
+use super::Frame;
+use super::primitive::{Fixed, Out, Primitive, count, middle, single};
+
+/// From the frame of a body to pixels of the target.
+#[derive(Clone, Copy, PartialEq, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Placement {
+    /// x in pixels: three factors of a point of the body, and the anchor's.
+    x: [f32; 4],
+    /// y in pixels, downwards.
+    y: [f32; 4],
+}
+
+/// The mechanism, or a ghost of it.
+#[derive(Clone, Copy, PartialEq, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Layer {
+    first_placement: u32,
+    opacity: f32,
+}
+
+/// One primitive to paint.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Entry {
+    /// Its place among the fixed ones, or, behind them, among the moving ones.
+    primitive: u32,
+    layer: u32,
+}
+
+/// What all primitives of a frame share.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Globals {
+    /// Width and height, pixels.
+    size: [f32; 2],
+    pixels_per_point: f32,
+    n_fixed: u32,
+}
+
+/// What the graphics card gets for one frame. Buffers are kept from frame to frame.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub(super) struct Drawing {
+    pub(super) globals: Globals,
+    pub(super) placements: Vec<Placement>,
+    pub(super) layers: Vec<Layer>,
+    pub(super) moving: Vec<Primitive>,
+    pub(super) order: Vec<Entry>,
+    /// What cannot be made of primitives: words, in points.
+    pub(super) words: Vec<Item>,
+    /// Parts of the mechanism, by their depth, m towards the eye.
+    parts: Vec<(f64, Range<u32>)>,
+    /// The scene without its shapes: what is left of a picture of it lies beside the mechanism.
+    bare: Scene,
+}
+
+/// How much of a ghost is seen, as in pictures of [`bksim_scene::picture`].
+const GHOST: f32 = 0.22;
+
+impl Drawing {
+    /// Takes another scene.
+    pub(super) fn set_scene(&mut self, scene: &Scene) {
+        self.bare = Scene { shapes: Vec::new(), spans: Vec::new(), ..scene.clone() };
+    }
+
+    /// Puts a frame together: ghosts, trails, the mechanism, arrows, from the back to the front.
+    pub(super) fn compose(&mut self, scene: &Scene, fixed: &Fixed, frame: &Frame<'_>) {
+        let size = frame.camera.size.map(|x| single(x) * frame.pixels_per_point);
+        let n_fixed = count(fixed.primitives.len());
+        self.globals = Globals { size, pixels_per_point: frame.pixels_per_point, n_fixed };
+        self.placements.clear();
+        self.layers.clear();
+        self.moving.clear();
+        self.order.clear();
+        self.words.clear();
+
+        for poses in &frame.extras.ghosts {
+            self.mechanism(scene, fixed, frame, poses, GHOST);
+        }
+        let Extras { trails, arrows, has_labels, .. } = frame.extras;
+        if !trails.is_empty() {
+            self.beside(fixed, frame, Extras { trails: trails.clone(), ..Extras::default() });
+        }
+        self.mechanism(scene, fixed, frame, frame.poses, 1.0);
+        if !arrows.is_empty() || *has_labels {
+            let (arrows, has_labels) = (arrows.clone(), *has_labels);
+            self.beside(fixed, frame, Extras { arrows, has_labels, ..Extras::default() });
+        }
+    }
+
+    /// Shapes and spans, those in the back first: in the scene's order with spans below what is in
+    /// front of them, or by depth in space.
+    fn mechanism(
+        &mut self,
+        scene: &Scene,
+        fixed: &Fixed,
+        frame: &Frame<'_>,
+        poses: &[Pose],
+        opacity: f32,
+    ) {
+        let layer = self.add_layer(fixed, frame, poses, opacity);
+        let mut parts = std::mem::take(&mut self.parts);
+        parts.clear();
+        let depth = |p: [f64; 3]| if scene.is_planar { 0.0 } else { frame.camera.project(p)[2] };
+        let shapes = || scene.shapes.iter().zip(&fixed.ranges).zip(&fixed.middles);
+        let part = |body: usize, middle: [f64; 3], range: &Range<u32>| {
+            poses.get(body).map(|pose| (depth(pose.place(middle)), range.clone()))
+        };
+        let of = |is_front: bool| {
+            let chosen =
+                shapes().filter(move |((shape, _), _)| is_in_front(shape.role) == is_front);
+            chosen.filter_map(|((shape, range), &middle)| part(shape.body, middle, range))
+        };
+        parts.extend(of(false));
+        for span in &scene.spans {
+            let [Some(a), Some(b)] = span.ends.each_ref().map(|end| poses.get(end.body)) else {
+                continue;
+            };
+            let ends = [a.place(span.ends[0].position), b.place(span.ends[1].position)];
+            for (role, points) in span.lines(ends, scene.pin) {
+                let Some(stroke) = frame.theme.paint(role).stroke else { continue };
+                let world = (count(fixed.anchors.len()), frame.camera.centre);
+                let range = self.moved(world, |out| out.line(&points, false, stroke));
+                parts.push((depth(middle(&points)), range));
+            }
+        }
+        parts.extend(of(true));
+        if !scene.is_planar {
+            parts.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        }
+        let entries = parts.iter().flat_map(|(_, range)| range.clone());
+        self.order.extend(entries.map(|primitive| Entry { primitive, layer }));
+        self.parts = parts;
+    }
+
+    /// Placements of all bodies, of the world, and of the picture.
+    fn add_layer(&mut self, fixed: &Fixed, frame: &Frame<'_>, poses: &[Pose], opacity: f32) -> u32 {
+        let layer = Layer { first_placement: count(self.placements.len()), opacity };
+        let place = |(body, &anchor): (usize, &[f64; 3])| {
+            let pose = poses.get(body).copied().unwrap_or_default();
+            placement(frame, &pose, anchor)
+        };
+        self.placements.extend(fixed.anchors.iter().enumerate().map(place));
+        self.placements.push(placement(frame, &Pose::default(), frame.camera.centre));
+        let density = frame.pixels_per_point;
+        let picture = Placement { x: [density, 0.0, 0.0, 0.0], y: [0.0, density, 0.0, 0.0] };
+        self.placements.push(picture);
+        self.layers.push(layer);
+        count(self.layers.len() - 1)
+    }
+
+    /// Adds what lies beside the mechanism, as pictures of a scene have it.
+    fn beside(&mut self, fixed: &Fixed, frame: &Frame<'_>, extras: Extras) {
+        let beside = picture(&self.bare, frame.poses, &extras, frame.camera, frame.theme);
+        let layer = self.add_layer(fixed, frame, frame.poses, 1.0);
+        let plane = (count(fixed.anchors.len() + 1), [0.0; 3]);
+        let raised = |[x, y]: [f32; 2]| [f64::from(x), f64::from(y), 0.0];
+        let ring = |points: &Vec<[f32; 2]>| points.iter().map(|&p| raised(p)).collect::<Vec<_>>();
+        for item in beside.items {
+            let range = match &item {
+                Item::Region { rings, fill } => {
+                    let rings: Vec<_> = rings.iter().map(ring).collect();
+                    self.moved(plane, |out| out.region(&rings, Some(*fill), None))
+                }
+                Item::Line { points, is_closed, stroke } => {
+                    self.moved(plane, |out| out.line(&ring(points), *is_closed, *stroke))
+                }
+                Item::Text { .. } => {
+                    self.words.push(item);
+                    continue;
+                }
+            };
+            self.order.extend(range.map(|primitive| Entry { primitive, layer }));
+        }
+    }
+
+    /// Adds primitives relative to an anchor, in the world or in the picture, and gives their places.
+    fn moved(
+        &mut self,
+        (body, anchor): (u32, [f64; 3]),
+        draw: impl FnOnce(&mut Out<'_>),
+    ) -> Range<u32> {
+        let place = |n: usize| self.globals.n_fixed.saturating_add(count(n));
+        let first = place(self.moving.len());
+        draw(&mut Out { primitives: &mut self.moving, body, anchor });
+        first..place(self.moving.len())
+    }
+}
+
+/// Whether spans lie behind a shape.
+fn is_in_front(role: Role) -> bool {
+    matches!(role, Role::Pin | Role::MassLight | Role::MassDark)
+}
+
+/// Where a body's points are in pixels.
+fn placement(frame: &Frame<'_>, pose: &Pose, anchor: [f64; 3]) -> Placement {
+    let camera = frame.camera;
+    let density = f64::from(frame.pixels_per_point);
+    let [x, y, _] = camera.project(pose.place(anchor));
+    let row = |row: [f64; 3], sign: f64| -> [f64; 3] {
+        std::array::from_fn(|axis| {
+            let turned: f64 = (0..3).map(|i| row[i] * pose.r_world_from_body[i][axis]).sum();
+            sign * density * camera.scale * turned
+        })
+    };
+    let [right, up, _] = camera.r_view_from_world;
+    let with = |[a, b, c]: [f64; 3], d: f64| [a, b, c, density * d].map(single);
+    Placement { x: with(row(right, 1.0), x), y: with(row(up, -1.0), y) }
+}

@@ -1,0 +1,236 @@
+//! The pipeline and buffers on the graphics card.
+
+use std::borrow::Cow;
+
+use bytemuck::NoUninit;
+use wgpu::{BufferBindingType, BufferUsages, ShaderStages};
+
+use super::Counts;
+use super::frame::{Drawing, Globals, Layer, Placement};
+use super::primitive::{Fixed, Primitive, count};
+
+/// The shader, one file per primitive.
+const SHADER: &str =
+    concat!(include_str!("shader.wgsl"), include_str!("mesh.wgsl"), include_str!("line.wgsl"));
+
+/// Corners of a primitive: two triangles.
+const CORNERS: u32 = 6;
+
+/// Pipeline, buffers and what the last frame needs of them.
+#[derive(Debug)]
+pub(super) struct Gpu {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    pipeline: wgpu::RenderPipeline,
+    layout: wgpu::BindGroupLayout,
+    globals: Growing,
+    fixed: Growing,
+    moving: Growing,
+    placements: Growing,
+    layers: Growing,
+    order: Growing,
+    /// `None` when a buffer has been replaced.
+    bindings: Option<wgpu::BindGroup>,
+    n_entries: u32,
+}
+
+/// A buffer that is made anew, twice as large, when it is too small.
+#[derive(Debug)]
+struct Growing {
+    buffer: wgpu::Buffer,
+    usage: BufferUsages,
+}
+
+impl Growing {
+    fn new(device: &wgpu::Device, usage: BufferUsages, size: usize) -> Self {
+        let usage = usage | BufferUsages::COPY_DST;
+        Self { buffer: buffer(device, usage, size as u64), usage }
+    }
+
+    /// Writes items and says whether the buffer is another one.
+    fn write<T: NoUninit>(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        items: &[T],
+    ) -> bool {
+        let bytes: &[u8] = bytemuck::cast_slice(items);
+        let n_bytes = bytes.len() as u64;
+        let is_small = n_bytes > self.buffer.size();
+        if is_small {
+            let limit = device.limits().max_storage_buffer_binding_size;
+            let size = n_bytes.next_power_of_two().min(limit).max(n_bytes);
+            self.buffer = buffer(device, self.usage, size);
+        }
+        if !bytes.is_empty() {
+            queue.write_buffer(&self.buffer, 0, bytes);
+        }
+        is_small
+    }
+}
+
+fn buffer(device: &wgpu::Device, usage: BufferUsages, size: u64) -> wgpu::Buffer {
+    let label = Some("scene");
+    device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation: false })
+}
+
+impl Gpu {
+    pub(super) fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        format: wgpu::TextureFormat,
+    ) -> Self {
+        let layout = bind_group_layout(device);
+        let storage = |item: usize| Growing::new(device, BufferUsages::STORAGE, 64 * item);
+        Self {
+            pipeline: pipeline(device, &layout, format),
+            globals: Growing::new(device, BufferUsages::UNIFORM, size_of::<Globals>()),
+            fixed: storage(size_of::<Primitive>()),
+            moving: storage(size_of::<Primitive>()),
+            placements: storage(size_of::<Placement>()),
+            layers: storage(size_of::<Layer>()),
+            order: Growing::new(device, BufferUsages::VERTEX, 4096),
+            bindings: None,
+            n_entries: 0,
+            device: device.clone(),
+            queue: queue.clone(),
+            layout,
+        }
+    }
+
+    /// Sends the primitives on bodies; those that the card has no room for are left out.
+    pub(super) fn set_fixed(&mut self, fixed: &mut Fixed) {
+        let limit = self.device.limits().max_storage_buffer_binding_size;
+        let room = usize::try_from(limit).unwrap_or(usize::MAX) / size_of::<Primitive>();
+        if fixed.primitives.len() > room {
+            fixed.primitives.truncate(room);
+            for range in &mut fixed.ranges {
+                range.end = range.end.min(count(room));
+                range.start = range.start.min(range.end);
+            }
+        }
+        if self.fixed.write(&self.device, &self.queue, &fixed.primitives) {
+            self.bindings = None;
+        }
+        self.n_entries = 0;
+    }
+
+    /// Sends what changes from frame to frame.
+    pub(super) fn set_frame(&mut self, drawing: &Drawing) -> Counts {
+        let Drawing { globals, placements, layers, moving, order, .. } = drawing;
+        let (device, queue) = (&self.device, &self.queue);
+        let is_new = [
+            self.globals.write(device, queue, &[*globals]),
+            self.moving.write(device, queue, moving),
+            self.placements.write(device, queue, placements),
+            self.layers.write(device, queue, layers),
+        ];
+        // The vertex buffer is no part of the bindings.
+        self.order.write(device, queue, order);
+        if self.bindings.is_none() || is_new.contains(&true) {
+            self.bindings = Some(self.bind());
+        }
+        self.n_entries = count(order.len());
+        let n_bytes = size_of_val(globals)
+            + size_of_val(&placements[..])
+            + size_of_val(&layers[..])
+            + size_of_val(&moving[..])
+            + size_of_val(&order[..]);
+        Counts { n_draws: usize::from(!order.is_empty()), n_primitives: order.len(), n_bytes }
+    }
+
+    fn bind(&self) -> wgpu::BindGroup {
+        let buffers = [&self.globals, &self.fixed, &self.moving, &self.placements, &self.layers];
+        let entries: Vec<wgpu::BindGroupEntry<'_>> = buffers
+            .iter()
+            .enumerate()
+            .map(|(place, growing)| wgpu::BindGroupEntry {
+                binding: count(place),
+                resource: growing.buffer.as_entire_binding(),
+            })
+            .collect();
+        let label = Some("scene");
+        let layout = &self.layout;
+        self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label,
+            layout,
+            entries: &entries,
+        })
+    }
+
+    pub(super) fn paint(&self, pass: &mut wgpu::RenderPass<'_>) {
+        let Some(bindings) = self.bindings.as_ref().filter(|_| self.n_entries > 0) else { return };
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, bindings, &[]);
+        pass.set_vertex_buffer(0, self.order.buffer.slice(..));
+        pass.draw(0..CORNERS, 0..self.n_entries);
+    }
+}
+
+/// Five buffers: what all primitives share, the fixed and the moving ones, placements, layers.
+fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    let storage = BufferBindingType::Storage { read_only: true };
+    let types = [BufferBindingType::Uniform, storage, storage, storage, storage];
+    let entries: Vec<wgpu::BindGroupLayoutEntry> = types
+        .into_iter()
+        .enumerate()
+        .map(|(place, ty)| wgpu::BindGroupLayoutEntry {
+            binding: count(place),
+            visibility: ShaderStages::VERTEX,
+            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+            count: None,
+        })
+        .collect();
+    let label = Some("scene");
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries: &entries })
+}
+
+fn pipeline(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    format: wgpu::TextureFormat,
+) -> wgpu::RenderPipeline {
+    let label = Some("scene");
+    let source = wgpu::ShaderSource::Wgsl(Cow::Borrowed(SHADER));
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label, source });
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label,
+        bind_group_layouts: &[Some(layout)],
+        immediate_size: 0,
+    });
+    let constants = [("is_linear", f64::from(u8::from(format.is_srgb())))];
+    let options = wgpu::PipelineCompilationOptions {
+        constants: &constants,
+        ..wgpu::PipelineCompilationOptions::default()
+    };
+    let target = wgpu::ColorTargetState {
+        format,
+        blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
+        write_mask: wgpu::ColorWrites::ALL,
+    };
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label,
+        layout: Some(&layout),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("vertex"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers: &[Some(wgpu::VertexBufferLayout {
+                array_stride: 8,
+                step_mode: wgpu::VertexStepMode::Instance,
+                attributes: &wgpu::vertex_attr_array![0 => Uint32x2],
+            })],
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: None,
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some("fragment"),
+            compilation_options: options,
+            targets: &[Some(target)],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}

@@ -1,0 +1,110 @@
+// Everything that is painted: triangles and segments of lines, in the order of the entries.
+
+struct Globals {
+    size: vec2f,
+    pixels_per_point: f32,
+    n_fixed: u32,
+}
+
+struct Primitive {
+    a: vec3f,
+    body: u32,
+    b: vec3f,
+    half_width: f32,
+    before: vec3f,
+    color: u32,
+    behind: vec3f,
+    kind: u32,
+}
+
+// From the frame of a body to pixels.
+struct Placement {
+    x: vec4f,
+    y: vec4f,
+}
+
+struct Layer {
+    first_placement: u32,
+    opacity: f32,
+}
+
+@group(0) @binding(0) var<uniform> globals: Globals;
+@group(0) @binding(1) var<storage, read> fixed_primitives: array<Primitive>;
+@group(0) @binding(2) var<storage, read> moving_primitives: array<Primitive>;
+@group(0) @binding(3) var<storage, read> placements: array<Placement>;
+@group(0) @binding(4) var<storage, read> layers: array<Layer>;
+
+// Whether the target takes linear light in place of sRGB.
+override is_linear: bool = false;
+
+const TRIANGLE = 0u;
+const HAS_BEFORE = 2u;
+const HAS_BEHIND = 4u;
+
+struct Painted {
+    @builtin(position) position: vec4f,
+    @location(0) pixel: vec2f,
+    @location(1) @interpolate(flat) color: vec4f,
+    @location(2) @interpolate(flat) ends: vec4f,
+    @location(3) @interpolate(flat) neighbours: vec4f,
+    @location(4) @interpolate(flat) half_width: f32,
+    @location(5) @interpolate(flat) kind: u32,
+}
+
+@vertex
+fn vertex(@builtin(vertex_index) corner: u32, @location(0) entry: vec2u) -> Painted {
+    var primitive: Primitive;
+    if entry.x < globals.n_fixed {
+        primitive = fixed_primitives[entry.x];
+    } else {
+        primitive = moving_primitives[entry.x - globals.n_fixed];
+    }
+    let layer = layers[entry.y];
+    let at = placements[layer.first_placement + primitive.body];
+    let a = placed(at, primitive.a);
+    let b = placed(at, primitive.b);
+    let before = placed(at, primitive.before);
+    let behind = placed(at, primitive.behind);
+
+    var out: Painted;
+    let color = unpack4x8unorm(primitive.color);
+    out.color = vec4f(color.rgb, color.a * layer.opacity);
+    out.ends = vec4f(a, b);
+    out.neighbours = vec4f(before, behind);
+    out.half_width = primitive.half_width * globals.pixels_per_point;
+    out.kind = primitive.kind;
+    if primitive.kind == TRIANGLE {
+        out.pixel = triangle_corner(a, b, before, corner);
+    } else {
+        out.pixel = segment_corner(a, b, out.half_width, corner);
+    }
+    let ndc = 2.0 * out.pixel / globals.size - 1.0;
+    out.position = vec4f(ndc.x, -ndc.y, 0.0, 1.0);
+    return out;
+}
+
+@fragment
+fn fragment(in: Painted) -> @location(0) vec4f {
+    var coverage = 1.0;
+    if in.kind != TRIANGLE {
+        // The middle of the pixel in the viewport, the same to the last bit for all segments there:
+        // neighbours have to agree on which of them paints it.
+        let viewport = round(in.position.xy - in.pixel);
+        coverage = segment_coverage(in.position.xy - viewport, in);
+    }
+    let alpha = in.color.a * coverage;
+    var rgb = in.color.rgb;
+    if is_linear {
+        rgb = linear_from_srgb(rgb);
+    }
+    return vec4f(rgb * alpha, alpha);
+}
+
+fn placed(at: Placement, p: vec3f) -> vec2f {
+    return vec2f(dot(at.x.xyz, p) + at.x.w, dot(at.y.xyz, p) + at.y.w);
+}
+
+fn linear_from_srgb(c: vec3f) -> vec3f {
+    let steep = pow((c + 0.055) / 1.055, vec3f(2.4));
+    return select(steep, c / 12.92, c <= vec3f(0.04045));
+}

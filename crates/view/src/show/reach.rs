@@ -1,0 +1,67 @@
+//! Where a mechanism gets to over a run.
+
+use bksim::mbs::run::Unreplayed;
+use bksim::playback::Playback;
+use bksim_scene::{Form, Scene};
+
+/// Instants at which a run is looked at, the ends among them.
+pub(super) const INSTANTS: usize = 61;
+
+/// Evenly spaced instants over a run, s.
+pub(super) fn instants([first, last]: [f64; 2]) -> impl Iterator<Item = f64> {
+    (0..INSTANTS).map(move |k| first + (last - first) * k as f64 / (INSTANTS - 1) as f64)
+}
+
+/// The outermost points of every body, at instants over the run.
+pub(super) fn over_run(
+    playback: &mut Playback,
+    scene: &Scene,
+) -> Result<Vec<[f64; 3]>, Unreplayed> {
+    let outermost = outermost(scene);
+    let mut points = Vec::new();
+    for t in instants(playback.span()) {
+        playback.seek(t)?;
+        for (pose, of_body) in playback.poses().iter().zip(&outermost) {
+            points.extend(of_body.iter().map(|&p| pose.place(p)));
+        }
+    }
+    Ok(points)
+}
+
+/// By body, the points that lie farthest in some direction.
+fn outermost(scene: &Scene) -> Vec<Vec<[f64; 3]>> {
+    let mut of_body: Vec<Vec<[f64; 3]>> = vec![Vec::new(); scene.bodies.len()];
+    let mut add = |body: usize, points: &[[f64; 3]]| {
+        if let Some(known) = of_body.get_mut(body) {
+            known.extend(points.iter().filter(|p| p.iter().all(|x| x.is_finite())));
+        }
+    };
+    for shape in &scene.shapes {
+        match &shape.form {
+            Form::Region(rings) => rings.iter().for_each(|ring| add(shape.body, ring)),
+            Form::Line { points, .. } => add(shape.body, points),
+        }
+    }
+    scene.spans.iter().flat_map(|span| span.ends).for_each(|end| add(end.body, &[end.position]));
+    of_body.iter().map(|points| farthest(points)).collect()
+}
+
+/// Those of the points that lie farthest in one of the directions to the middles, edges and corners
+/// of a cube, or in a 16th of a turn between them in the plane.
+fn farthest(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let steps = [-1.0, 0.0, 1.0];
+    let cube = steps.iter().flat_map(|&x| steps.iter().map(move |&y| (x, y)));
+    let cube = cube.flat_map(|(x, y)| steps.iter().map(move |&z| [x, y, z]));
+    let (sin, cos) = std::f64::consts::FRAC_PI_8.sin_cos();
+    let between = [[cos, sin], [sin, cos], [-sin, cos], [-cos, sin]];
+    let between = between.iter().flat_map(|&[x, y]| [[x, y, 0.0], [-x, -y, 0.0]]);
+    let mut found: Vec<usize> = Vec::new();
+    for d in cube.filter(|d| *d != [0.0; 3]).chain(between) {
+        let along = |p: &[f64; 3]| d[0] * p[0] + d[1] * p[1] + d[2] * p[2];
+        let far = points.iter().enumerate().max_by(|(_, a), (_, b)| along(a).total_cmp(&along(b)));
+        found.extend(far.map(|(idx, _)| idx));
+    }
+    found.sort_unstable();
+    found.dedup();
+    found.into_iter().map(|idx| points[idx]).collect()
+}

@@ -1,0 +1,69 @@
+//! From a mechanism to its motion in memory, without a log.
+
+use std::cell::Cell;
+
+use bksim::Mechanism;
+use bksim::Rejected;
+use bksim::dae::Control;
+use bksim::log::Header;
+use bksim::mbs::diagnostic::Diagnostic;
+use bksim::mbs::run::{Observer, Sample, Segment};
+use bksim::mbs::sensitivity::StateSensitivity;
+use bksim::playback::{Playback, PlaybackError, RunLog};
+
+/// A motion in memory.
+#[derive(Debug)]
+pub struct Solved {
+    /// The motion, as far as it went.
+    pub playback: Playback,
+    /// Why it went no farther, if it did not reach its end.
+    pub fault: Option<Diagnostic>,
+}
+
+/// Solves a mechanism and keeps its motion; `text` is the model's, `go_on` is told every
+/// instant that is reached, s, and says whether to go on.
+///
+/// # Errors
+/// [`PlaybackError`] when there is no consistent start, or not even one step.
+pub fn solve(
+    mechanism: Mechanism,
+    text: &str,
+    go_on: &dyn Fn(f64) -> bool,
+) -> Result<Solved, PlaybackError> {
+    let start = mechanism.start()?;
+    let equations = mechanism.formulate()?;
+    let reached = Cell::new(start.t);
+    let mut segments = Segments { segments: Vec::new(), reached: &reached };
+    let stop = || !go_on(reached.get());
+    let ran = mechanism.run(&equations, &start, &mut segments, &stop);
+    let fault = ran.err().map(|failure| mechanism.diagnose(&equations, &failure));
+    if let (Some(fault), true) = (&fault, segments.segments.is_empty()) {
+        return Err(Rejected(vec![fault.clone()]).into());
+    }
+    let mut header = Header::new(&mechanism.model.name, "toml", text, bksim::VERSION);
+    header.t_start = start.t;
+    let log = RunLog { header, notes: Vec::new(), end: None, segments: segments.segments };
+    Ok(Solved { playback: Playback::new(log, mechanism)?, fault })
+}
+
+/// Keeps the motion between samples.
+struct Segments<'a> {
+    segments: Vec<Segment>,
+    /// The end of the last one, s.
+    reached: &'a Cell<f64>,
+}
+
+impl Observer for Segments<'_> {
+    fn sample(&mut self, _: &Sample, _: &[StateSensitivity]) -> Control {
+        Control::Continue
+    }
+
+    fn wants_segments(&self) -> bool {
+        true
+    }
+
+    fn segment(&mut self, segment: &Segment) {
+        self.reached.set(segment.t1);
+        self.segments.push(segment.clone());
+    }
+}

@@ -1,0 +1,297 @@
+//! One small picture per primitive, compared with the one that was looked at and kept.
+//!
+//! `BKSIM_BLESS=1 cargo test -p bksim-view --test golden` writes them anew: look at them then.
+
+use std::fs::File;
+use std::io::{BufReader, BufWriter};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use bksim::mbs::pose::Pose;
+use bksim_scene::{
+    Attached, Camera, Color, Extras, Form, Marker, MarkerKind, Role, Scene, Shape, Span, SpanKind,
+    Theme,
+};
+use bksim_view::film::write_png;
+use bksim_view::offscreen::{Canvas, Image};
+use bksim_view::renderer::Frame;
+
+/// Points; a canvas has twice as many pixels.
+const SIZE: [f64; 2] = [80.0, 60.0];
+
+/// A pixel that is off by more than this, of 255, is another pixel: adapters round edges differently.
+const LARGEST_DIFFERENCE: u8 = 48;
+
+/// Of a thousand pixels, so many may be others.
+const OTHERS_PER_THOUSAND: usize = 3;
+
+/// A canvas, or what to install.
+fn canvas() -> Canvas {
+    let size = SIZE.map(|x| format!("{:.0}", 2.0 * x).parse().expect("a size"));
+    Canvas::new(size, 2.0).unwrap_or_else(|error| {
+        panic!("{error}: {}", error.help().unwrap_or("no help is known"));
+    })
+}
+
+/// Part of pixels, of a thousand, that differ.
+fn difference(a: &Image, b: &Image) -> usize {
+    if a.size != b.size {
+        return 1000;
+    }
+    let is_other =
+        |(a, b): &(&[u8; 4], &[u8; 4])| (0..4).any(|i| a[i].abs_diff(b[i]) > LARGEST_DIFFERENCE);
+    let (a, b) = (a.rgba.as_chunks().0, b.rgba.as_chunks().0);
+    (1000 * a.iter().zip(b).filter(is_other).count()).div_ceil(a.len())
+}
+
+/// The same a pixel to the right.
+fn shifted(image: &Image) -> Image {
+    let width = 4 * image.size[0] as usize;
+    let mut rgba = image.rgba.clone();
+    for row in rgba.chunks_exact_mut(width) {
+        row.rotate_right(4);
+    }
+    Image { size: image.size, rgba }
+}
+
+fn kept(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(format!("{name}.png"))
+}
+
+fn load(path: &PathBuf) -> Image {
+    let file = File::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let mut reader = png::Decoder::new(BufReader::new(file)).read_info().expect("a PNG");
+    let mut rgba = vec![0; reader.output_buffer_size().expect("a small picture")];
+    let info = reader.next_frame(&mut rgba).expect("a frame");
+    Image { size: [info.width, info.height], rgba }
+}
+
+fn save(path: &PathBuf, image: &Image) {
+    let file = File::create(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    write_png(BufWriter::new(file), image).expect("a picture");
+}
+
+/// Compares a picture with the kept one; what is seen instead lies in the target directory.
+fn check(name: &str, image: &Image) {
+    let path = kept(name);
+    if std::env::var_os("BKSIM_BLESS").is_some() {
+        save(&path, image);
+        return;
+    }
+    let expected = load(&path);
+    let off = difference(&expected, image);
+    if off > OTHERS_PER_THOUSAND {
+        let seen = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.png"));
+        save(&seen, image);
+        let (path, seen) = (path.display(), seen.display());
+        panic!("{off} of 1000 pixels of {path} are others than in {seen}");
+    }
+    // The comparison is worth something: a pixel to the right is too far.
+    let off = difference(&expected, &shifted(image));
+    assert!(off > OTHERS_PER_THOUSAND, "{name}: a shift by a pixel changes {off} of 1000 pixels");
+}
+
+fn camera() -> Camera {
+    Camera { scale: 10.0, ..Camera::planar(SIZE) }
+}
+
+/// A scene of shapes on two bodies besides the ground.
+fn scene(shapes: Vec<Shape>) -> Scene {
+    let bodies = ["ground", "a", "b"].map(str::to_owned).to_vec();
+    Scene { is_planar: true, bodies, shapes, pin: 0.25, ..Scene::default() }
+}
+
+fn turned(angle: f64, x: f64, y: f64) -> Pose {
+    let (sin, cos) = angle.sin_cos();
+    let r_world_from_body = [[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]];
+    Pose { origin: [x, y, 0.0], r_world_from_body, ..Pose::default() }
+}
+
+fn flat(points: &[[f64; 2]]) -> Vec<[f64; 3]> {
+    points.iter().map(|&[x, y]| [x, y, 0.0]).collect()
+}
+
+fn region(body: usize, role: Role, rings: &[&[[f64; 2]]]) -> Shape {
+    Shape { body, role, form: Form::Region(rings.iter().map(|ring| flat(ring)).collect()) }
+}
+
+fn line(body: usize, role: Role, points: &[[f64; 2]], is_closed: bool) -> Shape {
+    Shape { body, role, form: Form::Line { points: flat(points), is_closed } }
+}
+
+fn circle(radius: f64, n: u32) -> Vec<[f64; 2]> {
+    let angle = |i: u32| std::f64::consts::TAU * f64::from(i) / f64::from(n);
+    (0..n).map(|i| [radius * angle(i).cos(), radius * angle(i).sin()]).collect()
+}
+
+fn draw(scene: Scene, poses: &[Pose], extras: &Extras, camera: &Camera, theme: &Theme) -> Image {
+    let mut canvas = canvas();
+    canvas.scene_mut().set_scene(Arc::new(scene), theme);
+    let frame = Frame { poses, extras, camera, theme, pixels_per_point: 1.0 };
+    let (image, counts) = canvas.draw(&frame, Some(theme.background)).expect("a picture");
+    assert_eq!(counts.n_draws, 1);
+    image
+}
+
+fn still(scene: Scene) -> Image {
+    let poses = [Pose::default(), turned(0.3, 0.2, 0.1), turned(-0.5, 0.0, 0.0)];
+    draw(scene, &poses, &Extras::default(), &camera(), &Theme::LIGHT)
+}
+
+const SQUARE: [[f64; 2]; 4] = [[-2.5, -2.0], [2.5, -2.0], [2.5, 2.0], [-2.5, 2.0]];
+
+#[test]
+fn an_area_has_its_hole() {
+    let hole = circle(1.2, 24);
+    check("hole", &still(scene(vec![region(1, Role::Body(0), &[&SQUARE, &hole])])));
+}
+
+#[test]
+fn a_concave_area_is_not_filled_across() {
+    let c = [
+        [-2.5, -2.0],
+        [2.5, -2.0],
+        [2.5, -1.0],
+        [-1.2, -1.0],
+        [-1.2, 1.0],
+        [2.5, 1.0],
+        [2.5, 2.0],
+        [-2.5, 2.0],
+    ];
+    check("concave", &still(scene(vec![region(1, Role::Body(1), &[&c])])));
+}
+
+#[test]
+fn an_area_without_edges_is_smooth() {
+    let dark = region(2, Role::MassDark, &[&SQUARE]);
+    check("edgeless", &still(scene(vec![dark])));
+}
+
+#[test]
+fn lines_have_round_joints_and_ends() {
+    let zigzag = [[-3.5, -2.0], [-1.5, 2.0], [-1.0, -2.0], [0.5, 2.0], [0.6, -2.0], [3.0, 1.5]];
+    check("joints", &still(scene(vec![line(0, Role::Link, &zigzag, false)])));
+}
+
+#[test]
+fn a_closed_line_has_no_gap() {
+    let circle = circle(2.0, 40);
+    let triangle = [[-3.2, -2.2], [3.2, -2.2], [0.0, 2.4]];
+    let shapes = vec![line(0, Role::Pin, &circle, true), line(0, Role::Link, &triangle, true)];
+    check("closed", &still(scene(shapes)));
+}
+
+#[test]
+fn what_comes_later_lies_above() {
+    let bar = [[-3.5, -0.7], [3.5, -0.7], [3.5, 0.7], [-3.5, 0.7]];
+    let pin = circle(0.5, 20);
+    let shapes = vec![
+        region(1, Role::Body(0), &[&bar]),
+        region(2, Role::Body(1), &[&bar]),
+        region(1, Role::Pin, &[&pin]),
+    ];
+    let image = still(scene(shapes.clone()));
+    check("order", &image);
+    let other = vec![shapes[1].clone(), shapes[0].clone(), shapes[2].clone()];
+    assert!(difference(&image, &still(scene(other))) > OTHERS_PER_THOUSAND);
+}
+
+#[test]
+fn in_space_what_is_nearer_lies_above() {
+    let at = |z: f64, ring: Vec<[f64; 3]>| ring.into_iter().map(|[x, y, _]| [x, y, z]).collect();
+    let plate = |z: f64, role, dx: f64| {
+        let ring = SQUARE.map(|[x, y]| [0.6 * x + dx, 0.6 * y + dx]);
+        Shape { body: 0, role, form: Form::Region(vec![at(z, flat(&ring))]) }
+    };
+    let camera = Camera { scale: 10.0, ..Camera::spatial(SIZE, 0.6, 0.7) };
+    let spatial = |shapes| Scene { is_planar: false, ..scene(shapes) };
+    let shapes = vec![plate(1.0, Role::Body(0), 0.4), plate(-0.5, Role::Body(1), -0.4)];
+    let seen = |shapes| {
+        let poses = [Pose::default(); 3];
+        draw(spatial(shapes), &poses, &Extras::default(), &camera, &Theme::DARK)
+    };
+    let image = seen(shapes.clone());
+    check("depth", &image);
+    // The order in the scene does not matter.
+    assert_eq!(difference(&image, &seen(shapes.into_iter().rev().collect())), 0);
+}
+
+#[test]
+fn ghosts_are_faint_and_behind() {
+    let bar = [[-0.4, -0.4], [3.2, -0.4], [3.2, 0.4], [-0.4, 0.4]];
+    let shapes = vec![region(1, Role::Body(2), &[&bar])];
+    let at = |angle: f64| vec![Pose::default(), turned(angle, -1.5, -1.0), Pose::default()];
+    let ghosts = [1.6, 1.1, 0.7].map(at).to_vec();
+    let extras = Extras { ghosts, ..Extras::default() };
+    check("ghosts", &draw(scene(shapes), &at(0.3), &extras, &camera(), &Theme::LIGHT));
+}
+
+#[test]
+fn springs_stretch_between_bodies() {
+    let end = |body: usize, x: f64| Attached { body, position: [x, 0.0, 0.0] };
+    let span = Span {
+        name: "s".into(),
+        ends: [end(0, -3.0), end(2, 2.0)],
+        kind: SpanKind::Spring { length: 4.0, is_damped: false },
+    };
+    let scene = Scene { spans: vec![span], pin: 0.3, ..scene(Vec::new()) };
+    check("spring", &still(scene));
+}
+
+#[test]
+fn arrows_and_trails_and_names_are_beside() {
+    let pin = circle(0.4, 20);
+    let markers = vec![Marker {
+        name: "crank.P".into(),
+        kind: MarkerKind::Point,
+        at: Attached { body: 0, position: [-1.0, 0.0, 0.0] },
+    }];
+    let ring = pin.iter().map(|[x, y]| [x - 1.0, *y]).collect::<Vec<_>>();
+    let scene = Scene { markers, ..scene(vec![region(0, Role::Pin, &[&ring])]) };
+    let trail = flat(&circle(2.2, 60)[..40]);
+    for (name, theme) in [("beside", &Theme::LIGHT), ("beside-dark", &Theme::DARK)] {
+        let extras = Extras {
+            trails: vec![(theme.palette[1], trail.clone())],
+            arrows: vec![(theme.force, [-1.0, 0.0, 0.0], [3.5, 1.5, 0.0])],
+            has_labels: true,
+            ghosts: Vec::new(),
+        };
+        check(name, &draw(scene.clone(), &[Pose::default(); 3], &extras, &camera(), theme));
+    }
+}
+
+#[test]
+fn nothing_behind_stays_transparent() {
+    let scene = scene(vec![region(0, Role::Pin, &[&SQUARE])]);
+    let mut canvas = canvas();
+    canvas.scene_mut().set_scene(Arc::new(scene), &Theme::LIGHT);
+    let (extras, camera) = (Extras::default(), camera());
+    let poses = &[Pose::default(); 3];
+    let theme = &Theme::LIGHT;
+    let frame = Frame { poses, extras: &extras, camera: &camera, theme, pixels_per_point: 1.0 };
+    let (image, _) = canvas.draw(&frame, None).expect("a picture");
+    let pixels = image.rgba.as_chunks::<4>().0;
+    assert_eq!(pixels[0], [0; 4]);
+    let middle = pixels[pixels.len() / 2 + image.size[0] as usize / 2];
+    let Color(white) = theme.background;
+    assert_eq!(middle, white);
+    // The same again, to the last bit.
+    let (again, _) = canvas.draw(&frame, None).expect("a picture");
+    assert_eq!(image, again);
+}
+
+#[test]
+fn far_from_the_origin_nothing_trembles() {
+    // A hundred kilometres away, and a body whose outline is as far from the origin of its frame.
+    let far = 1e5;
+    let near = |x: f64| SQUARE.map(|[u, v]| [u + x, v]);
+    let image = |x: f64| {
+        let shapes =
+            vec![region(1, Role::Body(0), &[&near(-x)]), region(0, Role::Pin, &[&near(x)])];
+        let mut camera = camera();
+        camera.centre = [x, 0.0, 0.0];
+        let poses = [Pose::default(), turned(0.0, 2.0 * x, 0.0), Pose::default()];
+        draw(scene(shapes), &poses, &Extras::default(), &camera, &Theme::LIGHT)
+    };
+    assert_eq!(difference(&image(0.0), &image(far)), 0);
+}
