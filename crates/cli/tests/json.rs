@@ -121,6 +121,7 @@ fn the_page_lists_the_keys_that_are_printed() {
         "export parallelogram.mcap energy -o energy.csv",
         "render parallelogram.mcap -o film.gif --size 64x48 --to 0.2 --fps 10",
         "render five-link.toml -o picture.png --size 64x48",
+        "render five-link.toml -o picture.svg",
         "cad mass slider-crank.dxf",
         "cad mass four-bar.dxf --body crank",
         "cad dist slider-crank.dxf",

@@ -27,6 +27,7 @@ fn a_picture_and_films_of_every_format_are_written() {
     for (command, start) in [
         ("run.mcap -o a.png --size 65x49", &b"\x89PNG"[..]),
         ("model.toml -o b.png --at 0.1 --labels --background dark --density 2", b"\x89PNG"),
+        ("run.mcap -o a.svg --at 0.3 --labels --arrows forces", b"<svg"),
         ("run.mcap -o a.gif --size 64x48 --to 0.2", b"GIF89a"),
         ("run.mcap -o a.apng --size 64x48 --to 0.2 --fps 10 --background transparent", b"\x89PNG"),
         ("run.mcap -o a.mp4 --size 65x49 --to 0.2 --speed 0.5 --background #204060", b"\0\0\0"),

@@ -19,6 +19,7 @@ pub mod joint;
 pub mod kinematics;
 mod lagrange;
 mod linear;
+pub mod load_forces;
 pub mod mobility;
 pub mod model;
 mod multiplier;

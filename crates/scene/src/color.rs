@@ -21,6 +21,24 @@ impl Color {
         Self([r, g, b, (opacity.clamp(0.0, 1.0) * 255.0).round() as u8])
     }
 
+    /// The opaque colour that is seen when this one lies over an opaque one.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within 0 to 255")]
+    pub fn over(self, behind: Self) -> Self {
+        let part = self.opacity();
+        let mixed = |i: usize| {
+            let (front, back) = (f32::from(self.0[i]), f32::from(behind.0[i]));
+            (part * front + (1.0 - part) * back).round() as u8
+        };
+        Self([mixed(0), mixed(1), mixed(2), 255])
+    }
+
+    /// The same colour, this many times as opaque.
+    #[must_use]
+    pub fn faded(self, factor: f32) -> Self {
+        self.with_opacity(self.opacity() * factor)
+    }
+
     /// Opacity, 0 to 1.
     pub fn opacity(self) -> f32 {
         f32::from(self.0[3]) / 255.0

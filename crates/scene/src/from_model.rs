@@ -1,59 +1,170 @@
-//! From a model to its scene.
+//! From a model to its scene: outlines where there are some, textbook symbols for the rest.
+//!
+//! Everything is measured in radii of a pin, which follows from the lengths of the mechanism itself.
 
-use bksim_mbs::model::{Anchor, Model, Space, Vector};
+mod bodies;
+mod ground;
+mod markers;
+mod numbers;
+mod rail;
+mod sizes;
+mod spans;
+mod symbols;
 
-use crate::{Attached, Form, Marker, MarkerKind, Role, Scene, Shape};
+use bksim_mbs::model::{LoadKind, Model, Space};
+use bksim_mbs::pose::Pose;
+
+use crate::geometry::{Plane, Point};
+use crate::{Attached, Form, Role, Scene, Shape};
+
+use numbers::Numbers;
+use rail::Rail;
 
 impl Scene {
-    /// The shapes of a model at these values of its parameters: the outlines that it has, and symbols
-    /// for the rest.
+    /// The shapes of a model at these values of its parameters.
+    ///
+    /// How far sliders go is not known: guides and slots are as long as the model's start suggests.
+    /// [`Scene::of_motion`] knows.
     ///
     /// # Panics
     /// If `parameters` are not as many as in the model.
     pub fn of(model: &Model, parameters: &[f64]) -> Self {
+        Self::of_motion(model, parameters, &[])
+    }
+
+    /// The shapes of a model that moves as `motion` shows: the poses of all bodies, the ground first,
+    /// at some instants, the earliest first. Guides and slots are as long as it needs, supports stand
+    /// where the links leave room.
+    ///
+    /// # Panics
+    /// If `parameters` are not as many as in the model.
+    pub fn of_motion(model: &Model, parameters: &[f64], motion: &[Vec<Pose>]) -> Self {
         assert_eq!(parameters.len(), model.parameters.len(), "one value per parameter");
-        let numbers = Numbers { model, parameters };
-        let mut scene = Self {
+        let sketch = Sketch::new(Numbers::new(model, parameters, motion));
+
+        // Back to front; springs lie between the bodies and the pins, see `Role::is_in_front`.
+        let mut shapes = sketch.ground();
+        let (blocks, others): (Vec<usize>, Vec<usize>) =
+            (1..model.bodies.len()).partition(|&body| sketch.is_slider(body));
+        for body in blocks.into_iter().chain(others) {
+            shapes.extend(sketch.body(body));
+        }
+        shapes.extend(sketch.torsion_springs());
+        shapes.extend(sketch.pins());
+        shapes.extend(sketch.masses());
+        shapes.retain(Shape::is_finite);
+        Self {
             is_planar: model.space == Space::Planar,
             bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
-            pin: 0.01,
-            ..Self::default()
-        };
-        for (joint_idx, joint) in model.joints.iter().enumerate() {
-            let at = numbers.attached(joint.successor);
-            let kind = MarkerKind::Joint(joint_idx);
-            scene.markers.push(Marker { name: joint.name.clone(), kind, at });
+            shapes,
+            spans: sketch.spans(),
+            markers: sketch.markers(),
+            pin: sketch.pin,
         }
-        for (body_idx, body) in model.bodies.iter().enumerate().skip(1) {
-            let com = numbers.vector(&body.com);
-            let mut points: Vec<[f64; 3]> = vec![com, [0.0; 3]];
-            points.extend(body.points.iter().map(|point| numbers.vector(&point.position)));
-            let form = Form::Line { points, is_closed: false };
-            let role = Role::Body(u8::try_from(body_idx % 250).unwrap_or(0));
-            scene.shapes.push(Shape { body: body_idx, role, form });
-        }
-        scene
     }
 }
 
-/// Values of a model's expressions.
-struct Numbers<'a> {
-    model: &'a Model,
-    parameters: &'a [f64],
+/// What is known before the first shape.
+struct Sketch<'a> {
+    numbers: Numbers<'a>,
+    /// By body: its points that something is attached to, in its frame.
+    attached: Vec<Vec<[f64; 3]>>,
+    /// By joint.
+    rails: Vec<Option<Rail>>,
+    /// By body: the number of its colour.
+    colours: Vec<u8>,
+    /// Radius of a pin, m.
+    pin: f64,
 }
 
-impl Numbers<'_> {
-    fn vector(&self, vector: &Vector) -> [f64; 3] {
-        let value = |symbol| {
-            let mut known = self.model.parameters.iter().zip(self.parameters);
-            known.find(|(parameter, _)| parameter.symbol == symbol).map(|(_, &value)| value)
-        };
-        vector.map(|e| self.model.pool.evaluate(e, &value).unwrap_or(0.0))
+impl<'a> Sketch<'a> {
+    fn new(numbers: Numbers<'a>) -> Self {
+        let mut attached = vec![Vec::new(); numbers.model.bodies.len()];
+        for at in attachments(&numbers) {
+            attached[at.body].push(at.position);
+        }
+        let sizes = sizes::Sizes::of(&numbers, &attached);
+        let rails = rail::rails(&numbers, &sizes);
+        let colours = colours(numbers.model);
+        Self { numbers, attached, rails, colours, pin: sizes.pin }
     }
 
-    fn attached(&self, anchor: Anchor) -> Attached {
-        let body = &self.model.bodies[anchor.body.0];
-        let position = anchor.point.map(|point| self.vector(&body.points[point.0].position));
-        Attached { body: anchor.body.0, position: position.unwrap_or_default() }
+    fn is_planar(&self) -> bool {
+        self.model().space == Space::Planar
+    }
+
+    fn model(&self) -> &'a Model {
+        self.numbers.model
+    }
+
+    /// The guides and slots that a body has.
+    fn rails_of(&self, body: usize) -> impl Iterator<Item = &Rail> {
+        self.rails.iter().flatten().filter(move |rail| rail.body == body)
+    }
+
+    /// Whether a body slides on a rail.
+    fn is_slider(&self, body: usize) -> bool {
+        let mut sliders = self.rails.iter().flatten().filter_map(|rail| rail.slider);
+        sliders.any(|slider| slider.body == body)
+    }
+
+    fn role_of(&self, body: usize) -> Role {
+        if body == 0 { Role::Ground } else { Role::Body(self.colours[body]) }
+    }
+}
+
+/// Where joints and loads hold on to bodies, in the order of the file.
+fn attachments(numbers: &Numbers) -> Vec<Attached> {
+    let joints = numbers.model.joints.iter().flat_map(|j| [j.predecessor, j.successor]);
+    let loads = numbers.model.loads.iter().flat_map(|load| match load.kind {
+        LoadKind::Spring { a, b, .. } | LoadKind::ForceBetween { a, b, .. } => vec![a, b],
+        LoadKind::Force { on, .. } => vec![on],
+        _ => Vec::new(),
+    });
+    joints.chain(loads).map(|anchor| numbers.attached(anchor)).collect()
+}
+
+/// Number of colours that are told apart.
+const N_COLOURS: usize = 6;
+
+/// The colour of every body: in file order, and unlike those of its neighbours where that can be.
+fn colours(model: &Model) -> Vec<u8> {
+    let mut neighbours = vec![Vec::new(); model.bodies.len()];
+    for joint in &model.joints {
+        let (a, b) = (joint.predecessor.body.0, joint.successor.body.0);
+        neighbours[a.max(b)].push(a.min(b));
+    }
+    let mut colours: Vec<u8> = vec![0; model.bodies.len()];
+    for body in 1..colours.len() {
+        let is_free = |&colour: &u8| {
+            !neighbours[body].iter().any(|&other| other > 0 && colours[other] == colour)
+        };
+        let in_turn = (0..N_COLOURS).map(|i| (body - 1 + i) % N_COLOURS);
+        let mut in_turn = in_turn.filter_map(|number| u8::try_from(number).ok());
+        let preferred = in_turn.clone().next().unwrap_or_default();
+        colours[body] = in_turn.find(is_free).unwrap_or(preferred);
+    }
+    colours
+}
+
+impl Shape {
+    /// An area in a plane of a body.
+    fn region(body: usize, role: Role, plane: &Plane, rings: &[Vec<Point>]) -> Self {
+        let rings = rings.iter().map(|ring| plane.lifted(ring)).collect();
+        Self { body, role, form: Form::Region(rings) }
+    }
+
+    /// A line in a plane of a body.
+    fn line(body: usize, role: Role, plane: &Plane, points: &[Point]) -> Self {
+        let points = plane.lifted(points);
+        Self { body, role, form: Form::Line { points, is_closed: false } }
+    }
+
+    fn is_finite(&self) -> bool {
+        let is_finite = |points: &Vec<[f64; 3]>| points.iter().flatten().all(|x| x.is_finite());
+        match &self.form {
+            Form::Region(rings) => rings.iter().all(is_finite),
+            Form::Line { points, .. } => is_finite(points),
+        }
     }
 }

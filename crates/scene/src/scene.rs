@@ -9,7 +9,8 @@ pub struct Scene {
     pub is_planar: bool,
     /// Names of the bodies.
     pub bodies: Vec<String>,
-    /// What is fixed to bodies, those in the back first.
+    /// What is fixed to bodies, those in the back first. Spans lie between those that are
+    /// [in front](Role::is_in_front) and the others.
     pub shapes: Vec<Shape>,
     /// What is stretched between two bodies.
     pub spans: Vec<Span>,
@@ -68,6 +69,13 @@ pub enum Role {
     Damper,
     /// A massless link.
     Link,
+}
+
+impl Role {
+    /// Whether it is painted over springs, dampers and links.
+    pub fn is_in_front(self) -> bool {
+        matches!(self, Self::Pin | Self::MassLight | Self::MassDark)
+    }
 }
 
 /// A point of a body.

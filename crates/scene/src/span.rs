@@ -1,15 +1,217 @@
 //! Springs, dampers and links between two points, as lines.
+//!
+//! Across its line, a span has a width that does not change; along it, everything but the straight
+//! ends is stretched.
 
 use crate::{Role, Span, SpanKind};
 
+/// Half width of a spring, radii of a pin.
+const COIL: f64 = 2.0;
+/// Half width of a damper's cylinder.
+const CYLINDER: f64 = 1.5;
+/// Length of the straight ends.
+const LEAD: f64 = 3.0;
+/// Unloaded length of one turn.
+const TURN: f64 = 2.2;
+/// Distance of a spring, and of the damper beside it, from their line.
+const APART: f64 = 2.2;
+
+/// A line, and what it stands for.
+type Line = (Role, Vec<[f64; 3]>);
+
 impl Span {
-    /// Its lines when its ends are at these points of the world, and what they stand for.
-    pub fn lines(&self, ends: [[f64; 3]; 2], _pin: f64) -> Vec<(Role, Vec<[f64; 3]>)> {
-        let role = match self.kind {
-            SpanKind::Spring { .. } => Role::Spring,
-            SpanKind::Damper { .. } => Role::Damper,
-            SpanKind::Link => Role::Link,
+    /// Its lines when its ends are at these points of the world, and what they stand for. `pin` is
+    /// the radius of a pin, m. Everything lies in the plane of the ends and, where that is one, of
+    /// x and y.
+    pub fn lines(&self, ends: [[f64; 3]; 2], pin: f64) -> Vec<Line> {
+        let way = Way::new(ends, pin);
+        match self.kind {
+            SpanKind::Spring { length, is_damped: false } => {
+                vec![way.line(Role::Spring, &way.spring(length, 0.0))]
+            }
+            SpanKind::Spring { length, is_damped: true } => {
+                let mut lines = vec![way.line(Role::Spring, &way.spring(length, APART))];
+                lines.extend(way.damper(length, -APART));
+                let bar = |x: f64| [[x, APART * pin], [x, -APART * pin]];
+                let [from, to] = way.inner();
+                for (outer, inner) in [(0.0, from), (way.length, to)] {
+                    lines.push(way.line(Role::Spring, &[[outer, 0.0], [inner, 0.0]]));
+                    lines.push(way.line(Role::Spring, &bar(inner)));
+                }
+                lines
+            }
+            SpanKind::Damper { length } => way.damper(length, 0.0),
+            SpanKind::Link => vec![(Role::Link, ends.to_vec())],
+        }
+    }
+}
+
+/// The way from one end to the other: lengths along it, and across.
+struct Way {
+    ends: [[f64; 3]; 2],
+    along: [f64; 3],
+    across: [f64; 3],
+    length: f64,
+    pin: f64,
+}
+
+impl Way {
+    fn new(ends: [[f64; 3]; 2], pin: f64) -> Self {
+        let d: [f64; 3] = std::array::from_fn(|i| ends[1][i] - ends[0][i]);
+        let length = d[0].hypot(d[1]).hypot(d[2]);
+        // Ends that coincide have no direction; any will do.
+        let along = d.map(|x| x / length);
+        let along = if along.iter().all(|x| x.is_finite()) { along } else { [1.0, 0.0, 0.0] };
+        let flat = along[0].hypot(along[1]);
+        let is_upright = flat < 1e-9;
+        let across =
+            if is_upright { [1.0, 0.0, 0.0] } else { [-along[1] / flat, along[0] / flat, 0.0] };
+        let length = if length.is_finite() { length } else { 0.0 };
+        Self { ends, along, across, length, pin }
+    }
+
+    /// Where a point is in the world, by the end that is nearer, so that both ends are met exactly.
+    fn place(&self, [x, y]: [f64; 2]) -> [f64; 3] {
+        let [from, to] = self.ends;
+        let (end, x) = if 2.0 * x <= self.length { (from, x) } else { (to, x - self.length) };
+        std::array::from_fn(|i| end[i] + x * self.along[i] + y * self.across[i])
+    }
+
+    fn line(&self, role: Role, points: &[[f64; 2]]) -> Line {
+        (role, points.iter().map(|&p| self.place(p)).collect())
+    }
+
+    /// Where the straight ends stop: a part of the way when that is short.
+    fn inner(&self) -> [f64; 2] {
+        let lead = (LEAD * self.pin).min(0.2 * self.length);
+        [lead, self.length - lead]
+    }
+
+    /// A zigzag at this distance beside the line, radii of a pin; on the line, with its ends.
+    fn spring(&self, unloaded: f64, beside: f64) -> Vec<[f64; 2]> {
+        let [from, to] = self.inner();
+        let (middle, half) = (beside * self.pin, COIL * self.pin);
+        let half = if beside == 0.0 { half } else { 0.7 * half };
+        let n = n_turns(unloaded / (TURN * self.pin));
+        let mut points = Vec::with_capacity(2 * n + 4);
+        if beside == 0.0 {
+            points.push([0.0, 0.0]);
+        }
+        points.push([from, middle]);
+        for i in 0..2 * n {
+            let side = if i % 2 == 0 { half } else { -half };
+            points.push([from + (to - from) * (i as f64 + 0.5) / (2 * n) as f64, middle + side]);
+        }
+        points.push([to, middle]);
+        if beside == 0.0 {
+            points.push([self.length, 0.0]);
+        }
+        points
+    }
+
+    /// A cylinder on the first end and a piston on the second.
+    fn damper(&self, unloaded: f64, beside: f64) -> Vec<Line> {
+        let [from, to] = self.inner();
+        let (middle, half) = (beside * self.pin, CYLINDER * self.pin);
+        // The cylinder hangs on the first end, the rod on the second; both keep their lengths as
+        // long as there is room for them, and the piston stays in the cylinder.
+        let unloaded = if unloaded > 0.0 && unloaded < 1e100 { unloaded } else { self.length };
+        let bottom = (from + 0.1 * unloaded).min(0.3 * self.length);
+        let cylinder = (0.5 * unloaded).min(0.5 * self.length);
+        let rod = 0.4 * unloaded - LEAD * self.pin;
+        let piston = (self.length - rod).clamp(bottom + 0.12 * cylinder, bottom + 0.88 * cylinder);
+        let start = if beside == 0.0 { 0.0 } else { from };
+        let end = if beside == 0.0 { self.length } else { to };
+        let open = bottom + cylinder;
+        let shell = [
+            [open, middle + half],
+            [bottom, middle + half],
+            [bottom, middle - half],
+            [open, middle - half],
+        ];
+        let face = 0.75 * half;
+        vec![
+            self.line(Role::Damper, &[[start, middle], [bottom, middle]]),
+            self.line(Role::Damper, &shell),
+            self.line(Role::Damper, &[[piston, middle + face], [piston, middle - face]]),
+            self.line(Role::Damper, &[[piston, middle], [end, middle]]),
+        ]
+    }
+}
+
+/// Turns of a spring: three at least, so that it is one, and no more than can be told apart.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "3 to 24")]
+fn n_turns(turns: f64) -> usize {
+    if turns.is_finite() { turns.round().clamp(3.0, 24.0) as usize } else { 6 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Attached;
+
+    const KINDS: [SpanKind; 6] = [
+        SpanKind::Spring { length: 1.0, is_damped: false },
+        SpanKind::Spring { length: 1.0, is_damped: true },
+        SpanKind::Spring { length: f64::NAN, is_damped: true },
+        SpanKind::Damper { length: 0.7 },
+        SpanKind::Damper { length: f64::INFINITY },
+        SpanKind::Link,
+    ];
+
+    fn lines(kind: SpanKind, ends: [[f64; 3]; 2]) -> Vec<Line> {
+        let end = Attached { body: 0, position: [0.0; 3] };
+        Span { name: String::new(), ends: [end; 2], kind }.lines(ends, 0.03)
+    }
+
+    #[test]
+    fn the_ends_are_met_at_any_distance_and_in_any_direction() {
+        let from = [0.3, -0.2, 0.1];
+        let ways = [[1.0, 0.5, 0.0], [0.0, 0.0, 0.4], [1e-3, 0.0, 0.0], [0.0; 3], [-9.0, 2.0, 5.0]];
+        for kind in KINDS {
+            for way in ways {
+                let to = std::array::from_fn(|i| from[i] + way[i]);
+                let lines = lines(kind, [from, to]);
+                let points: Vec<[f64; 3]> =
+                    lines.iter().flat_map(|(_, line)| line.clone()).collect();
+                assert!(points.iter().flatten().all(|x| x.is_finite()), "{kind:?} {way:?}");
+                for end in [from, to] {
+                    assert!(points.contains(&end), "{kind:?} {way:?} does not meet {end:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_stretched_spring_is_as_wide_and_has_as_many_turns_as_before() {
+        let measure = |length: f64| {
+            let drawn = lines(KINDS[0], [[0.0; 3], [length, 0.0, 0.0]]);
+            let line = &drawn[0].1;
+            (line.len(), line.iter().map(|p| p[1]).fold(0.0, f64::max))
         };
-        vec![(role, ends.to_vec())]
+        let (n, half) = measure(1.0);
+        assert_eq!(measure(3.0), (n, half));
+        assert!((half - COIL * 0.03).abs() < 1e-12);
+        // Two corners for each turn, two ends, and where the straight ends stop.
+        assert_eq!(n, 2 * n_turns(1.0 / (TURN * 0.03)) + 4);
+    }
+
+    #[test]
+    fn the_rod_of_a_damper_keeps_its_length() {
+        let rod = |length: f64| {
+            let drawn = lines(KINDS[3], [[0.0; 3], [length, 0.0, 0.0]]);
+            let [from, to] = [drawn[3].1[0], drawn[3].1[1]];
+            to[0] - from[0]
+        };
+        assert!((rod(0.75) - rod(0.65)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn ends_that_are_no_numbers_make_no_panic() {
+        for kind in KINDS {
+            for end in [[f64::NAN; 3], [1e300, -1e300, 1e300], [f64::INFINITY, 0.0, 0.0]] {
+                assert!(!lines(kind, [[0.0; 3], end]).is_empty());
+            }
+        }
     }
 }

@@ -30,6 +30,28 @@ pub struct Theme {
     pub force: Color,
     /// Arrows of velocities.
     pub velocity: Color,
+    /// Sizes that do not grow with the mechanism.
+    pub sizes: Sizes,
+}
+
+/// Sizes in pixels.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub struct Sizes {
+    /// Height of letters.
+    pub text: f32,
+    /// Width of trails.
+    pub trail: f32,
+    /// Width of the shafts of arrows.
+    pub arrow: f32,
+    /// Length of the heads of arrows.
+    pub head: f32,
+    /// Widths of the lines of shapes, as a multiple of the usual ones.
+    pub lines: f32,
+}
+
+impl Sizes {
+    /// For pictures on a screen.
+    pub const SCREEN: Self = Self { text: 13.0, trail: 1.8, arrow: 2.0, head: 10.0, lines: 1.0 };
 }
 
 impl Theme {
@@ -49,6 +71,7 @@ impl Theme {
         ],
         force: Color::opaque(0xc4_27_27),
         velocity: Color::opaque(0x1f_8a_4c),
+        sizes: Sizes::SCREEN,
     };
 
     /// On near black.
@@ -67,25 +90,39 @@ impl Theme {
         ],
         force: Color::opaque(0xff_6b_5e),
         velocity: Color::opaque(0x5a_d1_8a),
+        sizes: Sizes::SCREEN,
     };
 
     /// How a role is painted.
     pub fn paint(&self, role: Role) -> Paint {
-        let line = |color: Color, width: f32| Some(Stroke { color, width });
+        let line =
+            |color: Color, width: f32| Some(Stroke { color, width: width * self.sizes.lines });
+        // What lies over something hides it: a tint is opaque.
+        let tint =
+            |color: Color, opacity: f32| Some(color.with_opacity(opacity).over(self.background));
         let (fill, stroke) = match role {
-            Role::Ground => (Some(self.faint.with_opacity(0.25)), line(self.text, 1.5)),
-            Role::Hatching => (None, line(self.faint, 1.2)),
-            Role::Guide => (None, line(self.faint, 2.0)),
+            Role::Ground => (tint(self.faint, 0.25), line(self.text, 1.5)),
+            Role::Hatching => (None, line(self.faint, 1.0)),
+            Role::Guide => (None, line(self.text, 1.5)),
             Role::Body(number) => {
                 let color = self.palette[usize::from(number) % self.palette.len()];
-                (Some(color.with_opacity(0.35)), line(color, 2.0))
+                (tint(color, 0.35), line(color, 1.8))
             }
-            Role::Pin => (Some(self.background), line(self.text, 2.0)),
+            Role::Pin => (Some(self.background), line(self.text, 1.6)),
             Role::MassLight => (Some(self.background), line(self.text, 1.0)),
-            Role::MassDark => (Some(self.text), None),
-            Role::Spring | Role::Damper => (None, line(self.text, 1.8)),
+            Role::MassDark => (Some(self.text), line(self.text, 1.0)),
+            Role::Spring | Role::Damper => (None, line(self.text, 1.6)),
             Role::Link => (None, line(self.text, 2.5)),
         };
         Paint { fill, stroke }
+    }
+}
+
+impl Paint {
+    /// The same, this many times as opaque.
+    #[must_use]
+    pub fn faded(self, factor: f32) -> Self {
+        let fade = |stroke: Stroke| Stroke { color: stroke.color.faded(factor), ..stroke };
+        Self { fill: self.fill.map(|fill| fill.faded(factor)), stroke: self.stroke.map(fade) }
     }
 }

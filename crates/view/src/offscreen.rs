@@ -190,10 +190,10 @@ impl Canvas {
         let mut output = self.words.run_ui(input, |ui| {
             paint_words(&ui.ctx().debug_painter(), egui::Pos2::ZERO, self.scene.words());
         });
-        for (id, deltas) in std::mem::take(&mut output.textures_delta.set) {
-            for delta in deltas {
-                self.word_renderer.update_texture(&self.device, &self.queue, id, &delta);
-            }
+        // All letters are on one texture; nothing else is drawn.
+        let letters = egui::TextureId::default();
+        for delta in output.textures_delta.set.remove(&letters).into_iter().flatten() {
+            self.word_renderer.update_texture(&self.device, &self.queue, letters, &delta);
         }
         output.textures_delta.clear();
         let triangles = self.words.tessellate(output.shapes, output.pixels_per_point);

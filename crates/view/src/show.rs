@@ -12,9 +12,9 @@ use bksim::mbs::run::{Sample, Unreplayed};
 use bksim::playback::Playback;
 use bksim_scene::{Extras, Scene, Theme};
 
-pub use self::solve::{Solved, solve};
-
+use self::arrows::Arrows;
 pub use self::arrows::Scales;
+pub use self::solve::{Solved, solve};
 use self::trail::Past;
 
 /// What is drawn beside the mechanism, and how.
@@ -65,7 +65,7 @@ pub struct Show {
     t: f64,
     past: Past,
     /// Found when the first arrow is asked for.
-    scales: Option<Scales>,
+    arrows: Option<Arrows>,
     /// Found when first asked for.
     reach: Option<Vec<[f64; 3]>>,
 }
@@ -78,7 +78,7 @@ impl Show {
         let past = Past::new(&playback.log().segments, &scene);
         let [t, _] = playback.span();
         let options = ShowOptions::default();
-        Self { options, playback, scene, t, past, scales: None, reach: None }
+        Self { options, playback, scene, t, past, arrows: None, reach: None }
     }
 
     /// The run.
@@ -129,14 +129,15 @@ impl Show {
         let ghosts = past.ghosts(playback, *t, options.past_s, options.ghosts)?;
         let trails = past.trails(playback, scene, *t, options)?;
         let has_arrows = options.reactions || options.velocities || options.forces;
-        if has_arrows && self.scales.is_none() {
+        if has_arrows && self.arrows.is_none() {
             let points = self.points_over_run()?.to_vec();
-            self.scales = Some(Scales::over_run(&mut self.playback, &self.scene, &points)?);
+            self.arrows = Some(Arrows::over_run(&mut self.playback, &self.scene, &points)?);
         }
         self.playback.seek(self.t)?;
-        let arrows = match &self.scales {
-            Some(scales) if has_arrows => {
-                scales.arrows(&self.playback, &self.scene, &self.options, self.theme())
+        let theme = self.theme();
+        let arrows = match &mut self.arrows {
+            Some(arrows) if has_arrows => {
+                arrows.at(&self.playback, &self.scene, &self.options, theme)
             }
             _ => Vec::new(),
         };
@@ -148,7 +149,7 @@ impl Show {
 
     /// The lengths of arrows, once one was asked for.
     pub fn scales(&self) -> Option<Scales> {
-        self.scales
+        self.arrows.as_ref().map(|arrows| arrows.scales(&self.options))
     }
 
     /// Points that tell where the mechanism is over the whole run, for [`bksim_scene::Camera::fitted`].

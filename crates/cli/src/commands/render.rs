@@ -106,7 +106,7 @@ pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status
         (Format::Film(film), Some(canvas)) => {
             write::film(args, replacing, &mut stage, canvas, (film, &clip), &stop)?
         }
-        _ => return Ok(Status::Done),
+        _ => write::svg(args, replacing, &mut stage, clip.from)?,
     };
     let n_bytes = match made {
         Made::Written { n_bytes } => n_bytes,

@@ -37,6 +37,8 @@ impl<W: Write> Mp4<W> {
         let bits = bits.clamp(5e5, 1e8) as u32;
         #[expect(clippy::cast_possible_truncation, reason = "a few digits")]
         let rate = fps as f32;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+        let two_seconds = (2.0 * fps).clamp(1.0, 1e6) as u32;
         let config = EncoderConfig::new()
             .bitrate(BitRate::from_bps(bits))
             .max_frame_rate(FrameRate::from_hz(rate))
@@ -49,7 +51,7 @@ impl<W: Write> Mp4<W> {
             .qp(QpRange::new(FINEST, COARSEST))
             .num_threads(1)
             // Seeking lands within two seconds.
-            .intra_frame_period(IntraFramePeriod::from_num_frames((2.0 * rate).max(1.0) as u32))
+            .intra_frame_period(IntraFramePeriod::from_num_frames(two_seconds))
             // The conversion below is that of BT.601.
             .vui(VuiConfig::bt709().matrix_coefficients(MatrixCoefficients::Smpte170M));
         let encoder = Encoder::with_api_config(OpenH264API::from_source(), config)?;

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use bksim::mbs::pose::Pose;
-use bksim_scene::{Extras, Item, Role, Scene, picture};
+use bksim_scene::{Extras, Item, Scene, picture};
 use bytemuck::{Pod, Zeroable};
 
 use super::Frame;
@@ -87,12 +87,12 @@ impl Drawing {
         }
         let Extras { trails, arrows, has_labels, .. } = frame.extras;
         if !trails.is_empty() {
-            self.beside(fixed, frame, Extras { trails: trails.clone(), ..Extras::default() });
+            self.beside(fixed, frame, &Extras { trails: trails.clone(), ..Extras::default() });
         }
         self.mechanism(scene, fixed, frame, frame.poses, 1.0);
         if !arrows.is_empty() || *has_labels {
             let (arrows, has_labels) = (arrows.clone(), *has_labels);
-            self.beside(fixed, frame, Extras { arrows, has_labels, ..Extras::default() });
+            self.beside(fixed, frame, &Extras { arrows, has_labels, ..Extras::default() });
         }
     }
 
@@ -116,7 +116,7 @@ impl Drawing {
         };
         let of = |is_front: bool| {
             let chosen =
-                shapes().filter(move |((shape, _), _)| is_in_front(shape.role) == is_front);
+                shapes().filter(move |((shape, _), _)| shape.role.is_in_front() == is_front);
             chosen.filter_map(|((shape, range), &middle)| part(shape.body, middle, range))
         };
         parts.extend(of(false));
@@ -158,8 +158,8 @@ impl Drawing {
     }
 
     /// Adds what lies beside the mechanism, as pictures of a scene have it.
-    fn beside(&mut self, fixed: &Fixed, frame: &Frame<'_>, extras: Extras) {
-        let beside = picture(&self.bare, frame.poses, &extras, frame.camera, frame.theme);
+    fn beside(&mut self, fixed: &Fixed, frame: &Frame<'_>, extras: &Extras) {
+        let beside = picture(&self.bare, frame.poses, extras, frame.camera, frame.theme);
         let layer = self.add_layer(fixed, frame, frame.poses, 1.0);
         let plane = (count(fixed.anchors.len() + 1), [0.0; 3]);
         let raised = |[x, y]: [f32; 2]| [f64::from(x), f64::from(y), 0.0];
@@ -193,11 +193,6 @@ impl Drawing {
         draw(&mut Out { primitives: &mut self.moving, body, anchor });
         first..place(self.moving.len())
     }
-}
-
-/// Whether spans lie behind a shape.
-fn is_in_front(role: Role) -> bool {
-    matches!(role, Role::Pin | Role::MassLight | Role::MassDark)
 }
 
 /// Where a body's points are in pixels.

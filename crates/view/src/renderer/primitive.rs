@@ -99,7 +99,7 @@ impl Out<'_> {
             for [a, b, c] in mesh::triangles(rings) {
                 let [a, b, before] = [a, b, c].map(|p| self.relative(p));
                 let (body, color, kind) = (self.body, packed(fill), TRIANGLE);
-                let corners = Primitive { a, b, before, body, color, kind, ..Primitive::default() };
+                let corners = Primitive { a, body, b, before, color, kind, ..Primitive::default() };
                 self.primitives.push(corners);
             }
         }

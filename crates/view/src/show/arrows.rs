@@ -1,16 +1,15 @@
 //! Arrows of reactions, velocities and forces, to scale over the whole run.
 
+use bksim::mbs::load_forces::LoadForces;
 use bksim::mbs::run::Unreplayed;
 use bksim::playback::Playback;
-use bksim_scene::{Color, MarkerKind, Scene, Theme};
+use bksim_scene::vectors::{VectorAt, applied_forces, arrow_scale, arrows, reactions, velocities};
+use bksim_scene::{Color, Scene, Theme};
 
 use super::ShowOptions;
 use super::reach::instants;
 
-/// Length of the longest arrow of a run as a part of the mechanism's extent.
-const LONGEST: f64 = 0.25;
-
-/// Lengths of arrows: metres per newton and per metre a second.
+/// Lengths of arrows.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Scales {
     /// Metres per newton.
@@ -19,78 +18,80 @@ pub struct Scales {
     pub velocity: f64,
 }
 
-/// A point of the world and a vector there.
-type Arrow = ([f64; 3], [f64; 3]);
+/// What arrows are made from.
+#[derive(Debug)]
+pub(super) struct Arrows {
+    /// The forces of the loads; `None` if they have none that can be computed.
+    loads: Option<LoadForces>,
+    /// Largest reaction and applied force over the run, N.
+    reaction: f64,
+    applied: f64,
+    /// Largest velocity, m/s.
+    velocity: f64,
+    /// Diagonal of the box that the mechanism moves in, m.
+    extent: f64,
+}
 
-impl Scales {
-    /// The scales by which the largest vectors of a run have the length of [`LONGEST`]; `reach` are the
-    /// points it gets to.
+impl Arrows {
+    /// Looks for the largest vectors of a run; `reach` are the points that it gets to.
     pub(super) fn over_run(
         playback: &mut Playback,
         scene: &Scene,
         reach: &[[f64; 3]],
     ) -> Result<Self, Unreplayed> {
-        let (mut force, mut velocity) = (0.0, 0.0);
+        let mechanism = playback.mechanism();
+        let (model, parameters) = (&mechanism.model, &mechanism.parameters);
+        let loads = LoadForces::compile(model, &mechanism.system, parameters).ok();
+        let extent = extent(reach);
+        let mut found = Self { loads, reaction: 0.0, applied: 0.0, velocity: 0.0, extent };
         for t in instants(playback.span()) {
             playback.seek(t)?;
-            force = longest(reactions(playback, scene), force);
-            velocity = longest(velocities(playback, scene), velocity);
+            let (sample, poses) = (playback.sample(), playback.poses());
+            found.reaction = largest(reactions(scene, poses, sample), found.reaction);
+            found.velocity = largest(velocities(scene, poses), found.velocity);
+            if let Some(loads) = &mut found.loads {
+                found.applied = largest(applied_forces(loads, sample), found.applied);
+            }
         }
-        let length = LONGEST * extent(reach);
-        let scale = |largest: f64| if largest > 0.0 { length / largest } else { 0.0 };
-        Ok(Self { force: scale(force), velocity: scale(velocity) })
+        Ok(found)
+    }
+
+    /// Lengths that suit what is shown: reactions and forces have one scale, so that they compare.
+    pub(super) fn scales(&self, options: &ShowOptions) -> Scales {
+        let of = |is_shown: bool, largest: f64| if is_shown { largest } else { 0.0 };
+        let force = of(options.reactions, self.reaction).max(of(options.forces, self.applied));
+        Scales {
+            force: arrow_scale(force, self.extent),
+            velocity: arrow_scale(self.velocity, self.extent),
+        }
     }
 
     /// The arrows that are asked for, where the playback is.
-    pub(super) fn arrows(
-        &self,
+    pub(super) fn at(
+        &mut self,
         playback: &Playback,
         scene: &Scene,
         options: &ShowOptions,
         theme: &Theme,
     ) -> Vec<(Color, [f64; 3], [f64; 3])> {
-        let mut arrows = Vec::new();
-        let mut add = |color: Color, scale: f64, found: Vec<Arrow>| {
-            arrows.extend(found.into_iter().map(|(at, v)| (color, at, v.map(|x| scale * x))));
-        };
+        let scales = self.scales(options);
+        let (sample, poses) = (playback.sample(), playback.poses());
+        let mut all = Vec::new();
         if options.velocities {
-            add(theme.velocity, self.velocity, velocities(playback, scene));
+            all.extend(arrows(theme.velocity, scales.velocity, velocities(scene, poses)));
+        }
+        if let (true, Some(loads)) = (options.forces, &mut self.loads) {
+            all.extend(arrows(theme.force, scales.force, applied_forces(loads, sample)));
         }
         if options.reactions {
-            add(theme.force, self.force, reactions(playback, scene));
+            all.extend(arrows(theme.force, scales.force, reactions(scene, poses, sample)));
         }
-        arrows
+        all
     }
 }
 
-/// Reactions at joints, on their second bodies, N.
-fn reactions(playback: &Playback, scene: &Scene) -> Vec<Arrow> {
-    let (sample, poses) = (playback.sample(), playback.poses());
-    let arrow = |marker: &bksim_scene::Marker| {
-        let MarkerKind::Joint(joint) = marker.kind else { return None };
-        let [x, y, z, ..] = *sample.reactions.get(joint)?;
-        Some((poses.get(marker.at.body)?.place(marker.at.position), [x, y, z]))
-    };
-    scene.markers.iter().filter_map(arrow).collect()
-}
-
-/// Velocities of points and centres of mass, m/s.
-fn velocities(playback: &Playback, scene: &Scene) -> Vec<Arrow> {
-    let poses = playback.poses();
-    let moving = |marker: &&bksim_scene::Marker| {
-        !matches!(marker.kind, MarkerKind::Joint(_)) && marker.at.body != 0
-    };
-    let arrow = |marker: &bksim_scene::Marker| {
-        let pose = poses.get(marker.at.body)?;
-        Some((pose.place(marker.at.position), pose.velocity_of(marker.at.position)))
-    };
-    scene.markers.iter().filter(moving).filter_map(arrow).collect()
-}
-
-fn longest(arrows: Vec<Arrow>, so_far: f64) -> f64 {
-    let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let finite = arrows.into_iter().map(|(_, v)| length(v)).filter(|x| x.is_finite());
-    finite.fold(so_far, f64::max)
+fn largest(vectors: impl IntoIterator<Item = VectorAt>, so_far: f64) -> f64 {
+    vectors.into_iter().map(|at| at.size()).fold(so_far, f64::max)
 }
 
 /// Diagonal of the box about points, m.

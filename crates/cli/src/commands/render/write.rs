@@ -99,6 +99,22 @@ pub(super) fn png(
     replacing.finish(flushed.map(|()| None))
 }
 
+/// One instant as SVG.
+pub(super) fn svg(
+    args: &Render,
+    replacing: Replacing,
+    stage: &mut Stage,
+    t: f64,
+) -> Result<Made, Failure> {
+    let picture = stage.picture(t).map_err(|e| unreplayed(&args.input, &e))?;
+    let mut out = replacing.create()?;
+    let title = &stage.show.playback().mechanism().model.name;
+    let written = out.write_all(bksim_scene::titled_svg(&picture, title).as_bytes());
+    let written = written.map_err(|e| Failure::writing(&args.output, &e));
+    let flushed = written.and_then(|()| flush(args, &mut out));
+    replacing.finish(flushed.map(|()| None))
+}
+
 /// A film, frame by frame; a signal ends it, and nothing is left.
 pub(super) fn film(
     args: &Render,

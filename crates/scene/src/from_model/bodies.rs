@@ -1,0 +1,201 @@
+//! Bodies: their outlines, or links, discs and sliders in their place.
+
+use super::Sketch;
+use super::rail::{SLOT, Slider};
+use crate::geometry::{
+    Plane, Point, across3, circle, cross3, distance3, dot3, rounded_hull, sub3, unit3,
+};
+use crate::{Role, Shape};
+
+/// Half width of a link, radii of a pin.
+const LINK: f64 = 1.8;
+/// Half width of a link with a slot in it.
+const SLOTTED: f64 = 2.6;
+/// Half width of a thin rod.
+const ROD: f64 = 0.8;
+/// Radius of a disc.
+const DISC: f64 = 3.2;
+
+impl Sketch<'_> {
+    /// The shapes of a body that moves.
+    pub(super) fn body(&self, body: usize) -> Vec<Shape> {
+        let role = self.role_of(body);
+        let outline = self.numbers.outline(body);
+        if !outline.is_empty() {
+            let mut shapes = vec![Shape::region(body, role, &Plane::XY, &outline)];
+            for (plane, ring) in self.slots(body) {
+                shapes.push(Shape::region(body, Role::Pin, &plane, &[ring]));
+            }
+            return shapes;
+        }
+        let mut shapes = self.link(body);
+        shapes.extend(self.sliders(body));
+        shapes
+    }
+
+    /// What joins the points of a body.
+    fn link(&self, body: usize) -> Vec<Shape> {
+        let com = self.com(body);
+        let mut points = self.attached[body].clone();
+        points.extend(self.named_points(body));
+        for rail in self.rails_of(body) {
+            points.extend(rail.covered().map(|position| rail.at(position)));
+        }
+        let Some(&held) = points.first().or(com.as_ref()) else { return Vec::new() };
+        let is_one_place =
+            |points: &[[f64; 3]]| points.iter().all(|&p| distance3(p, held) < 0.5 * self.pin);
+        let is_bob = self.is_bob(body);
+        points.extend(com);
+        if is_one_place(&points) {
+            return if self.is_slider(body) { Vec::new() } else { self.disc(body, held) };
+        }
+        let mut shapes = match self.plane_through(body, &points) {
+            Some(plane) => vec![self.plate(body, &plane, &points)],
+            None => self.star(body, &points),
+        };
+        if let Some(com) = com.filter(|_| is_bob) {
+            shapes.extend(self.disc(body, com));
+        }
+        shapes
+    }
+
+    /// A rounded plate around points in a plane, with slots.
+    fn plate(&self, body: usize, plane: &Plane, points: &[[f64; 3]]) -> Shape {
+        let slots = self.slots(body);
+        let is_rod = self.rails_of(body).next().is_some() || !self.is_planar();
+        let half = match (slots.is_empty(), is_rod) {
+            _ if self.is_bob(body) => ROD,
+            (false, _) => SLOTTED,
+            (true, true) => 0.6 * LINK,
+            (true, false) => LINK,
+        };
+        let points: Vec<Point> = points.iter().map(|&p| plane.foot(p)).collect();
+        let mut rings = vec![rounded_hull(&points, half * self.pin)];
+        for (slot_plane, ring) in slots {
+            rings.push(ring.iter().map(|&p| plane.foot(slot_plane.lift(p))).collect());
+        }
+        Shape::region(body, self.role_of(body), plane, &rings)
+    }
+
+    /// Rods from the middle of points that lie in no plane.
+    fn star(&self, body: usize, points: &[[f64; 3]]) -> Vec<Shape> {
+        let n = points.len() as f64;
+        let middle: [f64; 3] =
+            std::array::from_fn(|i| points.iter().map(|p| p[i]).sum::<f64>() / n);
+        points.iter().flat_map(|&p| self.rod(body, middle, p)).collect()
+    }
+
+    fn rod(&self, body: usize, from: [f64; 3], to: [f64; 3]) -> Option<Shape> {
+        let plane = self.plane_through(body, &[from, to])?;
+        let ring = rounded_hull(&[from, to].map(|p| plane.foot(p)), ROD * self.pin);
+        Some(Shape::region(body, self.role_of(body), &plane, &[ring]))
+    }
+
+    /// A disc; in space, three of them, which look like a ball.
+    fn disc(&self, body: usize, centre: [f64; 3]) -> Vec<Shape> {
+        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let n = if self.is_planar() { 1 } else { 3 };
+        let disc = |i: usize| {
+            let plane = Plane { origin: centre, u: axes[i], v: axes[(i + 1) % 3] };
+            let ring = circle([0.0; 2], DISC * self.pin);
+            Shape::region(body, self.role_of(body), &plane, &[ring])
+        };
+        (0..n).map(disc).collect()
+    }
+
+    /// The sliders of a body: rectangles, in space the faces of boxes.
+    fn sliders(&self, body: usize) -> Vec<Shape> {
+        let mut shapes = Vec::new();
+        for rail in self.rails.iter().flatten() {
+            let Some(Slider { plane, .. }) = rail.slider.filter(|slider| slider.body == body)
+            else {
+                continue;
+            };
+            let [[a, b], [c, d]] = rail.room;
+            let role = self.role_of(body);
+            if self.is_planar() {
+                let ring = vec![[a, c], [b, c], [b, d], [a, d]];
+                shapes.push(Shape::region(body, role, &plane, &[ring]));
+                continue;
+            }
+            let axes = [plane.u, plane.v, cross3(plane.u, plane.v)];
+            let low = [a, c, c];
+            let high = [b, d, d];
+            for axis in 0..3 {
+                let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+                for side in [low[axis], high[axis]] {
+                    let origin = crate::geometry::along3(plane.origin, side, axes[axis]);
+                    let face = Plane { origin, u: axes[i], v: axes[j] };
+                    let ring = vec![
+                        [low[i], low[j]],
+                        [high[i], low[j]],
+                        [high[i], high[j]],
+                        [low[i], high[j]],
+                    ];
+                    shapes.push(Shape::region(body, role, &face, &[ring]));
+                }
+            }
+        }
+        shapes
+    }
+
+    /// The slots of a body: closed rings in their planes.
+    pub(super) fn slots(&self, body: usize) -> Vec<(Plane, Vec<Point>)> {
+        let slots = self.rails_of(body).filter(|rail| rail.slider.is_none());
+        let ring = |rail: &super::Rail| {
+            let [from, to] = rail.travel;
+            let ends = [[from - 0.5 * self.pin, 0.0], [to + 0.5 * self.pin, 0.0]];
+            (rail.plane, rounded_hull(&ends, SLOT * self.pin))
+        };
+        slots.map(ring).collect()
+    }
+
+    /// The plane that points of a body lie in, if there is one.
+    pub(super) fn plane_through(&self, body: usize, points: &[[f64; 3]]) -> Option<Plane> {
+        if self.is_planar() {
+            return Some(Plane::XY);
+        }
+        let origin = *points.first()?;
+        let farthest = |distance: &dyn Fn([f64; 3]) -> f64| {
+            points.iter().copied().max_by(|&a, &b| distance(a).total_cmp(&distance(b)))
+        };
+        let far = farthest(&|p| distance3(p, origin))?;
+        let u = unit3(sub3(far, origin)).unwrap_or([1.0, 0.0, 0.0]);
+        // Points in line leave a choice: the plane that a joint turns them in.
+        let beside = |p: [f64; 3]| crate::geometry::length3(cross3(u, sub3(p, origin)));
+        let aside = farthest(&beside).filter(|&p| beside(p) > 0.1 * self.pin);
+        let normal = aside.map_or(self.axis_of(body), |p| cross3(u, sub3(p, origin)));
+        let plane = Plane { origin, u, v: across3(u, normal) };
+        let normal = cross3(plane.u, plane.v);
+        let is_flat = |p: &[f64; 3]| dot3(sub3(*p, origin), normal).abs() < self.pin;
+        points.iter().all(is_flat).then_some(plane)
+    }
+
+    /// Axis of the first joint of a body.
+    fn axis_of(&self, body: usize) -> [f64; 3] {
+        let mut joints = self.model().joints.iter();
+        let own = joints.find(|j| j.successor.body.0 == body || j.predecessor.body.0 == body);
+        own.map_or([0.0, 0.0, 1.0], |joint| self.numbers.vector(&joint.axis))
+    }
+
+    /// The centre of mass of a body that has mass.
+    pub(super) fn com(&self, body: usize) -> Option<[f64; 3]> {
+        let of = &self.model().bodies[body];
+        (self.numbers.value(of.mass) > 0.0).then(|| self.numbers.vector(&of.com))
+    }
+
+    /// Whether a body is drawn as a point mass on a rod.
+    pub(super) fn is_bob(&self, body: usize) -> bool {
+        let of = &self.model().bodies[body];
+        let mut moments = of.inertia.moments.iter();
+        of.inertia.about.is_none()
+            && of.outline.is_empty()
+            && !self.is_slider(body)
+            && moments.all(|&moment| self.numbers.value(moment) == 0.0)
+    }
+
+    fn named_points(&self, body: usize) -> impl Iterator<Item = [f64; 3]> {
+        let points = self.model().bodies[body].points.iter();
+        points.map(|point| self.numbers.vector(&point.position))
+    }
+}

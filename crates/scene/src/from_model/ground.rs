@@ -1,0 +1,215 @@
+//! What does not move: supports of pins, guides, walls; hatched, as ISO 3952 draws the frame.
+
+use std::f64::consts::FRAC_PI_4;
+
+use bksim_mbs::model::{JointKind, LoadKind};
+
+use super::Sketch;
+use super::rail::{Rail, SLOT};
+use crate::geometry::{
+    Plane, Point, add, along3, block, direction, distance, distance3, left, scaled, sub, unit,
+};
+use crate::{Attached, Form, Role, Shape};
+
+/// Height and half width of the triangle under a pin, radii of a pin.
+const TRIANGLE: [f64; 2] = [4.0, 2.6];
+/// Half length of the line under it.
+const BASE: f64 = 4.0;
+/// Length and distance of the strokes of a hatching.
+const STROKE: [f64; 2] = [1.9, 1.35];
+
+impl Sketch<'_> {
+    /// The ground: its outline, and a symbol wherever something is held by it.
+    pub(super) fn ground(&self) -> Vec<Shape> {
+        let mut shapes = Vec::new();
+        let outline = self.numbers.outline(0);
+        if !outline.is_empty() {
+            shapes.push(Shape::region(0, Role::Ground, &Plane::XY, &outline));
+        }
+        for rail in self.rails_of(0) {
+            shapes.extend(self.guide(rail));
+        }
+        let mut held: Vec<[f64; 3]> = Vec::new();
+        for Held { at, symbol, up } in self.held_by_ground() {
+            // Symbols stand where nothing is drawn, and once.
+            let is_drawn = outline.iter().any(|ring| is_within(at, ring, 2.0 * self.pin));
+            let is_known = held.iter().any(|&other| distance3(other, at) < 0.5 * self.pin);
+            if is_drawn || is_known {
+                continue;
+            }
+            held.push(at);
+            shapes.extend(match symbol {
+                _ if !self.is_planar() => self.pyramid(at),
+                Symbol::Support => self.support([at[0], at[1]], up),
+                Symbol::Wall => self.wall([at[0], at[1]], up),
+            });
+        }
+        shapes.extend(self.sleeves());
+        shapes
+    }
+
+    /// Where the ground holds something.
+    fn held_by_ground(&self) -> Vec<Held> {
+        let mut held = Vec::new();
+        let mut hold = |anchors: [_; 2], symbol| {
+            let [a, b] = anchors.map(|anchor| self.numbers.attached(anchor));
+            for (ground, other) in [(a, b), (b, a)] {
+                if ground.body == 0 && other.body != 0 {
+                    let up = match symbol {
+                        Symbol::Support => self.free_side(ground, other),
+                        Symbol::Wall => self.mean_way(ground, other),
+                    };
+                    held.push(Held { at: ground.position, symbol, up });
+                }
+            }
+        };
+        for joint in &self.model().joints {
+            let ends = [joint.predecessor, joint.successor];
+            match joint.kind {
+                JointKind::Revolute | JointKind::Link { .. } => hold(ends, Symbol::Support),
+                JointKind::Weld { .. } => hold(ends, Symbol::Wall),
+                JointKind::Prismatic { .. } | JointKind::PinInSlot => (),
+            }
+        }
+        for load in &self.model().loads {
+            if let LoadKind::Spring { a, b, .. } = load.kind {
+                hold([a, b], Symbol::Wall);
+            }
+        }
+        held
+    }
+
+    /// Up or down: the side that a body held at `ground` is on more of the time; a support stands
+    /// on the other one.
+    fn free_side(&self, ground: Attached, other: Attached) -> Point {
+        // Its far end, or its centre of mass.
+        let points = self.attached[other.body].iter().copied().chain(self.com(other.body));
+        let far = |p: &[f64; 3]| distance3(*p, other.position);
+        let end = points.max_by(|a, b| far(a).total_cmp(&far(b))).filter(|end| far(end) > self.pin);
+        let Some(position) = end else { return [0.0, 1.0] };
+        let (mut n_below, mut n_above) = (0, 0);
+        for [x, y, _] in self.numbers.ways(ground, Attached { body: other.body, position }) {
+            let [_, slope] = unit([x, y]);
+            n_below += usize::from(slope < -0.7);
+            n_above += usize::from(slope > 0.7);
+        }
+        [0.0, if n_below > n_above { -1.0 } else { 1.0 }]
+    }
+
+    /// From one point to another on average.
+    fn mean_way(&self, from: Attached, to: Attached) -> Point {
+        let ways = self.numbers.ways(from, to).map(|[x, y, _]| unit([x, y]));
+        let [x, y] = ways.fold([0.0; 2], add);
+        if x.hypot(y) > 0.0 { unit([x, y]) } else { [0.0, 1.0] }
+    }
+
+    /// The triangle that bears a pin, on a hatched line.
+    fn support(&self, at: Point, up: Point) -> Vec<Shape> {
+        let [height, half] = TRIANGLE.map(|x| x * self.pin);
+        let foot = add(at, scaled(-height, up));
+        let side = scaled(half, left(up));
+        let triangle = vec![at, add(foot, side), add(foot, scaled(-1.0, side))];
+        let mut shapes = self.wall(foot, up);
+        shapes.push(Shape::region(0, Role::Ground, &Plane::XY, &[triangle]));
+        shapes
+    }
+
+    /// The same in space: four legs on a plate.
+    fn pyramid(&self, at: [f64; 3]) -> Vec<Shape> {
+        let [height, half] = TRIANGLE.map(|x| x * self.pin);
+        let plate = Plane { origin: along3(at, -height, [0.0, 0.0, 1.0]), ..Plane::XY };
+        let ring = block([0.0; 2], [1.0, 0.0], [half, half]);
+        let leg = |&corner: &Point| Shape {
+            body: 0,
+            role: Role::Ground,
+            form: Form::Line { points: vec![at, plate.lift(corner)], is_closed: false },
+        };
+        let legs: Vec<Shape> = ring.iter().map(leg).collect();
+        [vec![Shape::region(0, Role::Ground, &plate, &[ring])], legs].concat()
+    }
+
+    /// A short line, hatched on the far side of `up`.
+    fn wall(&self, at: Point, up: Point) -> Vec<Shape> {
+        let side = scaled(BASE * self.pin, left(up));
+        self.hatched(&Plane::XY, add(at, side), add(at, scaled(-1.0, side)))
+    }
+
+    /// A line hatched on its right.
+    fn hatched(&self, plane: &Plane, from: Point, to: Point) -> Vec<Shape> {
+        let [length, step] = STROKE.map(|x| x * self.pin);
+        let along = unit(sub(to, from));
+        let [cos, sin] = direction(FRAC_PI_4);
+        let stroke = scaled(-length, add(scaled(sin, left(along)), scaled(cos, along)));
+        let whole = distance(from, to);
+        let n = whole_number(whole / step);
+        let mut shapes = vec![Shape::line(0, Role::Guide, plane, &[from, to])];
+        for i in 0..n {
+            let foot = add(from, scaled(whole * (i as f64 + 0.75) / n as f64, along));
+            shapes.push(Shape::line(0, Role::Hatching, plane, &[foot, add(foot, stroke)]));
+        }
+        shapes
+    }
+
+    /// Two parallel lines, hatched outside.
+    fn guide(&self, rail: &Rail) -> Vec<Shape> {
+        let [from, to] = rail.covered();
+        let (from, to) = (from - 1.5 * self.pin, to + 1.5 * self.pin);
+        let [_, [right, left]] = rail.room;
+        let lines = [([from, right], [to, right]), ([to, left], [from, left])];
+        let line = |(a, b): (Point, Point)| {
+            if self.is_planar() {
+                self.hatched(&rail.plane, a, b)
+            } else {
+                vec![Shape::line(0, Role::Guide, &rail.plane, &[a, b])]
+            }
+        };
+        lines.into_iter().flat_map(line).collect()
+    }
+
+    /// Blocks of the ground that something else slides through.
+    fn sleeves(&self) -> Vec<Shape> {
+        let mut shapes = Vec::new();
+        let sliders = self.rails.iter().flatten().filter_map(|rail| rail.slider);
+        for slider in sliders.filter(|slider| slider.body == 0) {
+            let half = [4.2, SLOT + 0.8].map(|x| x * self.pin);
+            let [from, to] = [[-half[0], -half[1]], [half[0], -half[1]]];
+            if self.is_planar() {
+                shapes.extend(self.hatched(&slider.plane, from, to));
+            }
+            let ring = block([0.0; 2], [1.0, 0.0], half);
+            shapes.push(Shape::region(0, Role::Ground, &slider.plane, &[ring]));
+        }
+        shapes
+    }
+}
+
+/// A place where the ground holds something.
+struct Held {
+    at: [f64; 3],
+    symbol: Symbol,
+    /// Unit vector to where it is, in the plane.
+    up: Point,
+}
+
+/// How the ground holds something.
+#[derive(Clone, Copy)]
+enum Symbol {
+    /// By a pin.
+    Support,
+    /// Fast.
+    Wall,
+}
+
+/// Strokes of a hatching: two at least.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "2 to 400")]
+fn whole_number(x: f64) -> usize {
+    x.round().clamp(2.0, 400.0) as usize
+}
+
+/// Whether a point is in the box around a ring, or this near.
+fn is_within(p: [f64; 3], ring: &[Point], margin: f64) -> bool {
+    (0..2).all(|i| {
+        let range = super::numbers::range(ring.iter().map(|q| q[i]));
+        range.is_some_and(|[low, high]| p[i] > low - margin && p[i] < high + margin)
+    })
+}

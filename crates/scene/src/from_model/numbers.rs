@@ -1,0 +1,99 @@
+//! The numbers of a model at one set of parameters.
+
+use std::collections::HashMap;
+
+use bksim_expr::{Expr, SymbolId};
+use bksim_mbs::model::{Anchor, Axis, Initial, JointId, Measure, Model, Vector};
+use bksim_mbs::pose::Pose;
+
+use crate::Attached;
+use crate::geometry::Point;
+
+/// Values of a model's expressions.
+pub(super) struct Numbers<'a> {
+    pub(super) model: &'a Model,
+    values: HashMap<SymbolId, f64>,
+    /// The bodies at some instants of the motion, if it is known.
+    motion: &'a [Vec<Pose>],
+}
+
+impl<'a> Numbers<'a> {
+    pub(super) fn new(model: &'a Model, parameters: &[f64], motion: &'a [Vec<Pose>]) -> Self {
+        let symbols = model.parameters.iter().map(|parameter| parameter.symbol);
+        Self { model, values: symbols.zip(parameters.iter().copied()).collect(), motion }
+    }
+
+    /// What depends on time or motion is zero, and so is what is not finite.
+    pub(super) fn value(&self, e: Expr) -> f64 {
+        let known = |symbol| self.values.get(&symbol).copied();
+        let value = self.model.pool.evaluate(e, &known).ok();
+        value.filter(|value| value.is_finite()).unwrap_or(0.0)
+    }
+
+    pub(super) fn vector(&self, vector: &Vector) -> [f64; 3] {
+        vector.map(|e| self.value(e))
+    }
+
+    pub(super) fn attached(&self, anchor: Anchor) -> Attached {
+        let body = &self.model.bodies[anchor.body.0];
+        let position = anchor.point.map(|point| self.vector(&body.points[point.0].position));
+        Attached { body: anchor.body.0, position: position.unwrap_or_default() }
+    }
+
+    /// The outline of a body, closed polygons in its frame.
+    pub(super) fn outline(&self, body: usize) -> Vec<Vec<Point>> {
+        let ring = |ring: &Vec<[Expr; 2]>| ring.iter().map(|p| p.map(|e| self.value(e))).collect();
+        self.model.bodies[body].outline.iter().map(ring).collect()
+    }
+
+    /// Smallest and largest position of a joint along its axis: over the motion if that is known,
+    /// else about where it starts, as far as `reach` to both sides.
+    pub(super) fn travel(&self, joint: usize, reach: f64) -> [f64; 2] {
+        let ends = &self.model.joints[joint];
+        let (from, to) = (self.attached(ends.predecessor), self.attached(ends.successor));
+        let axis = self.vector(&ends.axis);
+        let along = |poses: &Vec<Pose>| {
+            let (pose, other) = (poses.get(from.body)?, poses.get(to.body)?);
+            let (p, q, e) = (pose.place(from.position), other.place(to.position), pose.turn(axis));
+            Some((0..3).map(|i| e[i] * (q[i] - p[i])).sum::<f64>())
+        };
+        let range = range(self.motion.iter().filter_map(along));
+        range.unwrap_or_else(|| {
+            let start = self.start(joint);
+            [start - reach, start + reach]
+        })
+    }
+
+    /// Where a joint starts, as far as the model says it.
+    fn start(&self, joint: usize) -> f64 {
+        let is_its =
+            |initial: &&Initial| initial.measure == Measure::JointPosition(JointId(joint), 0);
+        let own = self.model.initial.iter().find(is_its);
+        own.map_or(0.0, |initial| self.value(initial.value))
+    }
+
+    /// World vectors from one point to another at the instants of the motion.
+    pub(super) fn ways(&self, from: Attached, to: Attached) -> impl Iterator<Item = [f64; 3]> {
+        self.motion.iter().filter_map(move |poses| {
+            let p = poses.get(from.body)?.place(from.position);
+            let q = poses.get(to.body)?.place(to.position);
+            Some(std::array::from_fn(|i| q[i] - p[i]))
+        })
+    }
+
+    /// Sizes of the stated positions of the start, m.
+    pub(super) fn stated_lengths(&self) -> impl Iterator<Item = f64> {
+        let is_length = |initial: &&Initial| {
+            matches!(initial.measure, Measure::PointPosition(_, _, Axis::X | Axis::Y | Axis::Z))
+        };
+        self.model.initial.iter().filter(is_length).map(|initial| self.value(initial.value).abs())
+    }
+}
+
+/// Smallest and largest of the finite values.
+pub(super) fn range(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+    values.filter(|x| x.is_finite()).fold(None, |range, x| match range {
+        None => Some([x, x]),
+        Some([low, high]) => Some([low.min(x), high.max(x)]),
+    })
+}

@@ -1,0 +1,91 @@
+//! [`Rail`]: the straight way of a prismatic joint or of a pin in a slot.
+
+use bksim_mbs::model::{Joint, JointKind};
+
+use super::numbers::{Numbers, range};
+use super::sizes::Sizes;
+use crate::geometry::{Plane, Point, across3, direction, unit3};
+
+/// Half length and half width of a slider without an outline, radii of a pin.
+const BLOCK: [f64; 2] = [4.2, 2.7];
+/// Half width of a slot, radii of a pin.
+pub(super) const SLOT: f64 = 1.15;
+
+/// A guide or slot.
+pub(super) struct Rail {
+    /// The body that has it.
+    pub(super) body: usize,
+    /// In the frame of that body: from where positions are counted, along it and across.
+    pub(super) plane: Plane,
+    /// Smallest and largest position on it, m.
+    pub(super) travel: [f64; 2],
+    /// What slides on it lies within these places along and across it, against its position, m.
+    pub(super) room: [[f64; 2]; 2],
+    /// The body that slides, if it is more than a pin.
+    pub(super) slider: Option<Slider>,
+}
+
+/// What slides on a rail.
+#[derive(Clone, Copy)]
+pub(super) struct Slider {
+    pub(super) body: usize,
+    /// In the frame of that body: the joint's point, along the rail and across.
+    pub(super) plane: Plane,
+}
+
+/// By joint.
+pub(super) fn rails(numbers: &Numbers, sizes: &Sizes) -> Vec<Option<Rail>> {
+    let joints = numbers.model.joints.iter().enumerate();
+    joints.map(|(joint_idx, joint)| rail(numbers, sizes, joint_idx, joint)).collect()
+}
+
+fn rail(numbers: &Numbers, sizes: &Sizes, joint_idx: usize, joint: &Joint) -> Option<Rail> {
+    let angle = match joint.kind {
+        JointKind::Prismatic { angle } => Some(numbers.value(angle)),
+        JointKind::PinInSlot => None,
+        _ => return None,
+    };
+    let from = numbers.attached(joint.predecessor);
+    let along = unit3(numbers.vector(&joint.axis)).unwrap_or([1.0, 0.0, 0.0]);
+    let across = across3(along, [0.0, 0.0, 1.0]);
+    let travel = numbers.travel(joint_idx, 0.6 * sizes.length);
+    let pin = SLOT * sizes.pin;
+    let mut rail = Rail {
+        body: from.body,
+        plane: Plane { origin: from.position, u: along, v: across },
+        travel,
+        room: [[-pin, pin]; 2],
+        slider: None,
+    };
+    if let Some(angle) = angle {
+        // The slider's frame is turned by the angle about z: its axes see the rail turned back.
+        let [cos, sin] = direction(-angle);
+        let turned = |[x, y, z]: [f64; 3]| [cos * x - sin * y, sin * x + cos * y, z];
+        let at = numbers.attached(joint.successor);
+        let plane = Plane { origin: at.position, u: turned(along), v: turned(across) };
+        rail.slider = Some(Slider { body: at.body, plane });
+        rail.room = outlined(numbers, at.body, &plane)
+            .unwrap_or_else(|| BLOCK.map(|half| [-half * sizes.pin, half * sizes.pin]));
+    }
+    Some(rail)
+}
+
+impl Rail {
+    /// A point of the rail.
+    pub(super) fn at(&self, position: f64) -> [f64; 3] {
+        self.plane.lift([position, 0.0])
+    }
+
+    /// The positions that anything on it ever covers.
+    pub(super) fn covered(&self) -> [f64; 2] {
+        [self.travel[0] + self.room[0][0], self.travel[1] + self.room[0][1]]
+    }
+}
+
+/// How far an outline reaches along and across.
+fn outlined(numbers: &Numbers, body: usize, plane: &Plane) -> Option<[[f64; 2]; 2]> {
+    let rings = numbers.outline(body);
+    let feet: Vec<Point> = rings.iter().flatten().map(|&[x, y]| plane.foot([x, y, 0.0])).collect();
+    let reach = |axis: usize| range(feet.iter().map(|foot| foot[axis]));
+    Some([reach(0)?, reach(1)?])
+}

@@ -1,0 +1,163 @@
+//! Names beside what they name, where they hide neither each other nor an arrow.
+
+use crate::{Align, Color, Item};
+
+/// Width of a letter against its height, on average over what names are made of.
+const LETTER: f32 = 0.58;
+/// With more names than this, all stand in the same place beside their points.
+const MANY: usize = 300;
+
+/// A box: left, top, right, bottom.
+type Area = [f32; 4];
+
+/// A name to be placed.
+pub(crate) struct Label {
+    /// What it names, pixels.
+    pub(crate) at: [f32; 2],
+    pub(crate) text: String,
+}
+
+/// Places names, each in the best of eight places around its point.
+pub(crate) struct Labels<'a> {
+    /// Size of the picture, pixels.
+    pub(crate) size: [f32; 2],
+    /// Height of letters, pixels.
+    pub(crate) text: f32,
+    pub(crate) color: Color,
+    /// Distance of a name from its point, pixels.
+    pub(crate) gap: f32,
+    /// What should stay free: places along arrows.
+    pub(crate) taken: &'a [[f32; 2]],
+}
+
+impl Labels<'_> {
+    /// The names as items, in the order given.
+    pub(crate) fn place(&self, labels: Vec<Label>) -> Vec<Item> {
+        let points: Vec<[f32; 2]> = labels.iter().map(|label| label.at).collect();
+        let mut placed: Vec<Area> = Vec::new();
+        let mut items = Vec::new();
+        for label in labels {
+            let n_letters = label.text.chars().count() as f32;
+            let extent = [n_letters * LETTER * self.text, 1.1 * self.text];
+            let places = self.places(label.at, extent);
+            let crowding = |area: &Area| {
+                let names: f32 = placed.iter().map(|other| shared(area, other)).sum();
+                let hides = |p: &&[f32; 2]| is_inside(**p, area);
+                let arrows = self.taken.iter().filter(hides).count() as f32;
+                let pins = points.iter().filter(hides).count() as f32;
+                names + self.text * (3.0 * arrows + 2.0 * pins) + 5.0 * self.lost(area)
+            };
+            let mut best = places[0];
+            if points.len() <= MANY {
+                let mut least = f32::INFINITY;
+                for area in places {
+                    let cost = crowding(&area);
+                    // The first of equally good ones, for a picture that does not flicker.
+                    if cost < least - 1.0 {
+                        (best, least) = (area, cost);
+                    }
+                }
+            }
+            let area = self.within(best);
+            placed.push(area);
+            items.push(Item::Text {
+                at: [area[0], area[3] - 0.28 * self.text],
+                align: Align::Start,
+                text: label.text,
+                size: self.text,
+                color: self.color,
+            });
+        }
+        items
+    }
+
+    /// Upper right first, then the other corners, then the sides.
+    fn places(&self, [x, y]: [f32; 2], [width, height]: [f32; 2]) -> [Area; 8] {
+        let (gap, side) = (0.75 * self.gap, self.gap);
+        let area = |left: f32, top: f32| [left, top, left + width, top + height];
+        let (middle, half) = (x - 0.5 * width, y - 0.5 * height);
+        [
+            area(x + gap, y - gap - height),
+            area(x - gap - width, y - gap - height),
+            area(x + gap, y + gap),
+            area(x - gap - width, y + gap),
+            area(x + side, half),
+            area(x - side - width, half),
+            area(middle, y - side - height),
+            area(middle, y + side),
+        ]
+    }
+
+    /// The area of a box that lies outside of the picture.
+    fn lost(&self, area: &Area) -> f32 {
+        let [width, height] = self.size;
+        (area[2] - area[0]) * (area[3] - area[1]) - shared(area, &[0.0, 0.0, width, height])
+    }
+
+    /// The box moved into the picture.
+    fn within(&self, [left, top, right, bottom]: Area) -> Area {
+        let inwards = |low: f32, high: f32, size: f32| {
+            let back = (size - high).min(0.0);
+            back + (-(low + back)).max(0.0)
+        };
+        let dx = inwards(left, right, self.size[0]);
+        let dy = inwards(top, bottom, self.size[1]);
+        [left + dx, top + dy, right + dx, bottom + dy]
+    }
+}
+
+fn is_inside([x, y]: [f32; 2], area: &Area) -> bool {
+    x > area[0] && x < area[2] && y > area[1] && y < area[3]
+}
+
+/// Area that two boxes share.
+fn shared(a: &Area, b: &Area) -> f32 {
+    let width = a[2].min(b[2]) - a[0].max(b[0]);
+    let height = a[3].min(b[3]) - a[1].max(b[1]);
+    width.max(0.0) * height.max(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn boxes(items: &[Item]) -> Vec<Area> {
+        let area = |item: &Item| match item {
+            Item::Text { at: [x, y], text, size, .. } => {
+                let width = text.chars().count() as f32 * LETTER * size;
+                let bottom = y + 0.28 * size;
+                [*x, bottom - 1.1 * size, x + width, bottom]
+            }
+            _ => panic!("{item:?} is no text"),
+        };
+        items.iter().map(area).collect()
+    }
+
+    fn labels(taken: &[[f32; 2]]) -> Labels<'_> {
+        let color = Color::opaque(0);
+        Labels { size: [300.0, 200.0], text: 12.0, color, gap: 8.0, taken }
+    }
+
+    #[test]
+    fn eight_names_of_one_point_do_not_overlap() {
+        let label = |i: u8| Label { at: [150.0, 100.0], text: char::from(b'A' + i).to_string() };
+        let placed = boxes(&labels(&[]).place((0..8).map(label).collect()));
+        for (i, a) in placed.iter().enumerate() {
+            for b in &placed[..i] {
+                assert!(shared(a, b) < 1e-3, "{a:?} and {b:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn names_stay_in_the_picture_and_off_the_arrows() {
+        let arrow: Vec<[f32; 2]> = (1_u8..20).map(|i| [f32::from(i) * 3.0, 90.0]).collect();
+        let at = [[0.0, 100.0], [299.0, 1.0], [150.0, 250.0], [f32::NAN, 3.0]];
+        let label = |at| Label { at, text: "coupler.P".into() };
+        let placed = boxes(&labels(&arrow).place(at.into_iter().map(label).collect()));
+        for area in placed.iter().take(3) {
+            assert!(area[0] >= 0.0 && area[1] >= -1e-3 && area[2] <= 300.0 && area[3] <= 200.001);
+            assert!(!arrow.iter().any(|&p| is_inside(p, area)), "{area:?}");
+        }
+    }
+}
