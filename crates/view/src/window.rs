@@ -126,6 +126,19 @@ pub enum WindowError {
     Failed(String),
 }
 
+impl WindowError {
+    /// What to do about it.
+    pub fn help(&self) -> &'static str {
+        match self {
+            Self::NoDisplay(_) => {
+                "a window needs a display: set DISPLAY, or log in with `ssh -X` from afar"
+            }
+            Self::NoAdapter(_) => crate::offscreen::INSTALL,
+            Self::Failed(_) => "the words of the window system above may tell what to do",
+        }
+    }
+}
+
 /// Opens a window, and returns when it is closed.
 ///
 /// # Errors
@@ -142,7 +155,11 @@ pub fn open<'a>(
         .with_inner_size(options.size)
         .with_min_inner_size([320.0, 240.0])
         .with_icon(egui::IconData::default());
-    let native = eframe::NativeOptions { viewport, ..eframe::NativeOptions::default() };
+    let mut native = eframe::NativeOptions { viewport, ..eframe::NativeOptions::default() };
+    if let egui_wgpu::WgpuSetup::CreateNew(setup) = &mut native.wgpu_options.wgpu_setup {
+        // The renderer reads buffers in its vertex shader, which OpenGL does not promise.
+        setup.instance_descriptor.backends = wgpu::Backends::PRIMARY;
+    }
     let outcome = Rc::new(RefCell::new(Outcome::default()));
     let left = Rc::clone(&outcome);
     let options = options.clone();

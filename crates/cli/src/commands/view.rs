@@ -111,18 +111,8 @@ fn reporter(input: &Path, as_json: bool) -> impl FnMut(Report<'_>) + use<> {
 }
 
 fn no_window(error: &WindowError) -> Failure {
-    let help = match error {
-        WindowError::NoDisplay(_) => {
-            "a window needs a display: on a remote machine log in with `ssh -X`, or set DISPLAY"
-        }
-        WindowError::NoAdapter(_) => {
-            "install a Vulkan driver; without a graphics card the software one does: \
-             mesa-vulkan-drivers on Debian and Ubuntu, mesa-vulkan-drivers on Fedora, \
-             vulkan-swrast on Arch"
-        }
-        _ => "the window system may tell more: run it again with WAYLAND_DISPLAY and DISPLAY set",
-    };
-    let help = format!("{help}; `bksim render` makes pictures and films without a window");
+    let help =
+        format!("{}; `bksim render` makes pictures and films without a window", error.help());
     Failure::Window { message: format!("no window can be opened: {error}"), help }
 }
 

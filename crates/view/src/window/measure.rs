@@ -57,6 +57,9 @@ impl Measure {
     /// Takes the cost of the frame before, s.
     pub(super) fn begin_frame(&mut self, cpu_usage: Option<f32>) {
         let Some(from) = self.counted_from else { return };
+        if self.n_wanted.is_some_and(|n| self.n_frames >= n) {
+            return;
+        }
         self.n_frames += 1;
         self.seconds = from.elapsed().as_secs_f64();
         self.cpu_seconds += f64::from(cpu_usage.unwrap_or_default());

@@ -1,4 +1,4 @@
-//! What lies over the picture: faults, progress, names, scales, and the list of keys.
+//! What lies over the picture: faults, progress, scales, and the list of keys.
 
 use bksim_scene::{Camera, Scene, Theme};
 use egui::{Align2, Color32, FontId, Margin, Painter, Rect, RichText, Stroke, Ui, pos2, vec2};
@@ -9,9 +9,6 @@ use bksim::mbs::pose::Pose;
 
 /// Distance of everything from the edges of the picture.
 const EDGE: f32 = 14.0;
-
-/// Names nearer than this to another are left out.
-const NAME_HEIGHT: f32 = 16.0;
 
 /// How near the pointer must be to a point.
 const REACH: f64 = 10.0;
@@ -44,7 +41,9 @@ pub(super) fn fault(ui: &Ui, picture: Rect, text: &str, has_motion: bool) {
             };
             ui.label(RichText::new(title).strong().color(red));
             ui.add_space(2.0);
-            let area = egui::ScrollArea::both().max_height(0.45 * picture.height());
+            // The last good motion is to be seen below it.
+            let part = if has_motion { 0.45 } else { 0.8 };
+            let area = egui::ScrollArea::both().max_height(part * picture.height());
             area.auto_shrink([false, true]).show(ui, |ui| {
                 let text = RichText::new(text).monospace();
                 ui.add(egui::Label::new(text).extend().selectable(true));
@@ -53,15 +52,12 @@ pub(super) fn fault(ui: &Ui, picture: Rect, text: &str, has_motion: bool) {
     });
 }
 
-/// How far the work in the background is, in the upper left corner; lower when a fault is above it.
+/// How far the work in the background is, in the lower right corner.
 pub(super) fn progress(ui: &Ui, picture: Rect, part: f64, words: &str) {
     let theme = style::theme(ui.visuals().dark_mode);
     let painter = ui.painter_at(picture);
-    let box_ = Rect::from_min_size(
-        pos2(picture.left() + EDGE, picture.bottom() - EDGE - 30.0),
-        vec2(150.0, 30.0),
-    );
-    let box_ = box_.translate(vec2(picture.width() - 2.0 * EDGE - box_.width(), 0.0));
+    let size = vec2(150.0, 30.0);
+    let box_ = Rect::from_min_size(picture.max - vec2(EDGE, EDGE) - size, size);
     painter.rect_filled(box_, 8.0, ui.visuals().window_fill);
     painter.rect_stroke(box_, 8.0, ui.visuals().window_stroke, egui::StrokeKind::Inside);
     let text = box_.left_top() + vec2(12.0, 5.0);
@@ -73,42 +69,6 @@ pub(super) fn progress(ui: &Ui, picture: Rect, part: f64, words: &str) {
     #[expect(clippy::cast_possible_truncation, reason = "0 to 1")]
     let done = Rect::from_min_size(rail.min, vec2(rail.width() * part as f32, rail.height()));
     painter.rect_filled(done, 1.0, style::accent(theme));
-}
-
-/// Names beside points, except where they would lie over each other.
-pub(super) fn labels(
-    painter: &Painter,
-    picture: Rect,
-    camera: &Camera,
-    scene: &Scene,
-    poses: &[Pose],
-    theme: &Theme,
-) {
-    let (color, background) = (style::color32(theme.text), style::color32(theme.background));
-    let mut taken: Vec<Rect> = Vec::new();
-    for marker in &scene.markers {
-        let Some(pose) = poses.get(marker.at.body) else { continue };
-        let at = pixel(camera, picture, pose.place(marker.at.position)) + vec2(9.0, -9.0);
-        if !picture.contains(at) {
-            continue;
-        }
-        let galley = painter.layout_no_wrap(marker.name.clone(), FontId::proportional(12.5), color);
-        let rect = Rect::from_min_size(at - vec2(0.0, galley.size().y), galley.size());
-        let nearby = rect.expand2(vec2(1.0, (NAME_HEIGHT - rect.height()).max(0.0) / 2.0));
-        if taken.iter().any(|other| other.intersects(nearby)) {
-            continue;
-        }
-        taken.push(rect);
-        painter.rect_filled(rect.expand2(vec2(3.0, 1.0)), 3.0, background.gamma_multiply(0.75));
-        painter.galley(rect.min, galley, color);
-    }
-}
-
-/// Where a point of the world is in the window.
-#[expect(clippy::cast_possible_truncation, reason = "pixels")]
-pub(super) fn pixel(camera: &Camera, picture: Rect, point: [f64; 3]) -> egui::Pos2 {
-    let [x, y, _] = camera.project(point);
-    picture.min + vec2(x as f32, y as f32)
 }
 
 /// The moving marker at a pixel of the picture, and its place there.

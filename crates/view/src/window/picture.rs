@@ -6,6 +6,7 @@ use super::app::{App, Paint, lock};
 use super::eye::Eye;
 use super::{overlay, style};
 use crate::renderer::Frame;
+use crate::words::paint_words;
 
 /// Enlargement per point of scrolling: a notch of the wheel is about a fifth.
 const PER_POINT: f64 = 0.004;
@@ -38,16 +39,16 @@ pub(super) fn show(ui: &mut Ui, app: &mut App<'_>) -> Rect {
         theme,
         pixels_per_point: ui.ctx().pixels_per_point(),
     };
-    let counts = lock(&app.renderer).prepare(&frame);
-    app.measure.count(counts);
-    let paint = Paint(app.renderer.clone());
     let painter = ui.painter_at(picture);
+    let paint = Paint(app.renderer.clone());
     painter.add(eframe::egui_wgpu::Callback::new_paint_callback(picture, paint));
+    {
+        let mut renderer = lock(&app.renderer);
+        app.measure.count(renderer.prepare(&frame));
+        paint_words(&painter, picture.min, renderer.words());
+    }
 
     let (scene, poses) = (show.scene(), show.poses());
-    if app.choices.labels {
-        overlay::labels(&painter, picture, camera, scene, poses, theme);
-    }
     let mut arrows = Vec::new();
     if let Some(scales) = show.scales() {
         if app.choices.reactions || app.choices.forces {

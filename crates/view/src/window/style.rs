@@ -1,13 +1,9 @@
 //! Colours and spacing of what lies around the picture, made from the theme of the picture.
 
-use bksim_scene::{Color, Theme};
+use bksim_scene::Theme;
 use egui::{Color32, CornerRadius, FontFamily, FontId, Stroke, TextStyle, Visuals};
 
-/// A colour of the scene for egui.
-pub(super) fn color32(color: Color) -> Color32 {
-    let Color([r, g, b, a]) = color;
-    Color32::from_rgba_unmultiplied(r, g, b, a)
-}
+pub(super) use crate::words::color32;
 
 /// The theme of the picture that goes with the look of the window.
 pub(super) fn theme(is_dark: bool) -> &'static Theme {
