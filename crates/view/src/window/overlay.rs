@@ -138,7 +138,9 @@ pub(super) fn help(ui: &Ui) -> bool {
         ui.label(RichText::new("Keys and mouse").heading());
         ui.add_space(6.0);
         let height = ui.ctx().content_rect().height() - 110.0;
-        egui::ScrollArea::vertical().max_height(height.max(80.0)).show(ui, |ui| {
+        let height = height.max(80.0);
+        let area = egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height);
+        area.show(ui, |ui| {
             egui::Grid::new("keys").num_columns(2).spacing(vec2(24.0, 3.0)).show(ui, |ui| {
                 let keys = BINDINGS.iter().filter_map(|binding| binding.help);
                 for (name, words) in keys.chain(MOUSE) {
