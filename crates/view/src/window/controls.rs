@@ -143,7 +143,7 @@ fn tools(
 
 /// Switches, and the points that can leave trails.
 fn show_menu(ui: &mut Ui, choices: &mut Choices, scene: Option<&Scene>, actions: &mut Vec<Action>) {
-    ui.set_min_width(190.0);
+    ui.set_width(200.0);
     let switches = [
         ("Labels", "L", choices.labels, Action::Labels),
         ("Joint reactions", "R", choices.reactions, Action::Reactions),

@@ -42,7 +42,7 @@ pub(super) fn fault(ui: &Ui, picture: Rect, text: &str, has_motion: bool) {
             ui.label(RichText::new(title).strong().color(red));
             ui.add_space(2.0);
             // The last good motion is to be seen below it.
-            let part = if has_motion { 0.45 } else { 0.8 };
+            let part = if has_motion { 0.28 } else { 0.8 };
             let area = egui::ScrollArea::both().max_height(part * picture.height());
             area.auto_shrink([false, true]).show(ui, |ui| {
                 let text = RichText::new(text).monospace();

@@ -114,7 +114,7 @@ fn plot(ui: &mut Ui, place: usize, group: &[(usize, &Curve)], height: f32, clock
 
 /// The list of channels, with a field that searches it.
 fn channels(ui: &mut Ui, curves: &mut Curves, search: &mut String, show: &Show) {
-    ui.set_min_width(240.0);
+    ui.set_width(260.0);
     let field = egui::TextEdit::singleline(search).hint_text("search");
     ui.add(field.desired_width(f32::INFINITY));
     let playback = show.playback();
