@@ -36,9 +36,9 @@ pub(crate) struct Render {
     /// Width and height in pixels, such as 1280x720; else the mechanism chooses its shape.
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub(crate) size: Option<[u32; 2]>,
-    /// Pixels per point: 2 draws lines and letters twice as large.
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = density)]
-    pub(crate) density: f32,
+    /// Pixels per point: how large lines and letters are. They grow with the picture unless given.
+    #[arg(long, value_name = "FACTOR", value_parser = density)]
+    pub(crate) density: Option<f32>,
     /// Frames a second of a film; 30, and 25 for GIF, unless given.
     #[arg(long, value_name = "N", value_parser = positive)]
     pub(crate) fps: Option<f64>,

@@ -28,6 +28,9 @@ enum Format {
     Film(FilmFormat),
 }
 
+/// The longer side of a picture, points, at which lines and letters have the size that suits them.
+const POINTS: f64 = 640.0;
+
 impl Format {
     const ALL: [(&str, Self); 5] = [
         ("png", Self::Png),
@@ -50,7 +53,16 @@ impl Format {
 
     /// The longer side of a picture of which no size is given, pixels.
     fn usual_length(self) -> f64 {
-        if self == Self::Film(FilmFormat::Gif) { 640.0 } else { 1280.0 }
+        match self {
+            Self::Svg | Self::Film(FilmFormat::Gif) => POINTS,
+            _ => 2.0 * POINTS,
+        }
+    }
+
+    /// Pixels per point when none are given: the longer side of a picture has [`POINTS`], so that a large
+    /// picture is a small one enlarged. The units of SVG are points.
+    fn usual_density(self, [width, height]: [u32; 2]) -> f32 {
+        if self == Self::Svg { 1.0 } else { (width.max(height) as f32 / POINTS as f32).max(0.25) }
     }
 
     fn fitting(self, size: [u32; 2]) -> [u32; 2] {
@@ -87,17 +99,18 @@ pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status
     let unreplayed = |e| motion::unreplayed(&args.input, &e);
     let size = match args.size {
         Some(size) => size,
-        None => usual_size(format, shape(&mut show, args.view).map_err(unreplayed)?, args.density),
+        None => usual_size(format, shape(&mut show, args.view).map_err(unreplayed)?),
     };
     let size = format.fitting(size);
-    let points = size.map(|n| f64::from(n) / f64::from(args.density));
+    let density = args.density.unwrap_or_else(|| format.usual_density(size));
+    let points = size.map(|n| f64::from(n) / f64::from(density));
     let theme = theme(args.background);
     let mut stage = Stage::new(show, theme, args.view, points).map_err(unreplayed)?;
     stage.is_transparent = args.background == Background::Transparent;
 
     let mut canvas = None;
     if format != Format::Svg {
-        let mut opened = Canvas::new(size, args.density).map_err(|e| write::undrawn(args, &e))?;
+        let mut opened = Canvas::new(size, density).map_err(|e| write::undrawn(args, &e))?;
         opened.scene_mut().set_scene(std::sync::Arc::clone(stage.show.scene()), &theme);
         canvas = Some(opened);
     }
@@ -270,8 +283,8 @@ fn theme(background: Background) -> Theme {
 
 /// A size of this shape.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "16 to 16384")]
-fn usual_size(format: Format, ratio: f64, density: f32) -> [u32; 2] {
-    let length = (format.usual_length() * f64::from(density)).clamp(16.0, 16384.0);
+fn usual_size(format: Format, ratio: f64) -> [u32; 2] {
+    let length = format.usual_length();
     let [width, height] =
         if ratio >= 1.0 { [length, length / ratio] } else { [length * ratio, length] };
     [width, height].map(|x| (x / 2.0).round().max(8.0) as u32 * 2)

@@ -35,8 +35,7 @@ impl<W: Write> Gif<W> {
     }
 
     pub(super) fn add(&mut self, image: &Image) -> Result<(), FilmError> {
-        let pixels = image.rgba.as_chunks().0;
-        let places: Vec<u8> = pixels.iter().map(|&pixel| self.palette.place(pixel)).collect();
+        let places = self.palette.places(image);
         // What shows through cannot be painted over: such frames are whole and wiped away.
         let is_clear = |places: &[u8]| places.contains(&Palette::TRANSPARENT);
         let is_whole = self.last.is_empty() || is_clear(&places) || is_clear(&self.last);

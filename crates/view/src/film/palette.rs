@@ -27,9 +27,12 @@ pub struct Colors {
 impl Colors {
     /// Counts the pixels of another picture, apart from those that are more than half transparent.
     pub fn add(&mut self, image: &Image) {
-        for [r, g, b, a] in image.rgba.as_chunks().0 {
-            if *a >= 128 {
-                *self.counts.entry([*r, *g, *b]).or_default() += 1;
+        // Most pixels are as those before them.
+        let pixels: &[[u8; 4]] = image.rgba.as_chunks().0;
+        for run in pixels.chunk_by(|a, b| a == b) {
+            let [r, g, b, a] = run[0];
+            if a >= 128 {
+                *self.counts.entry([r, g, b]).or_default() += run.len() as u64;
             }
         }
     }
@@ -73,8 +76,18 @@ impl Palette {
         all.into_flattened()
     }
 
+    /// The places of all pixels of a picture.
+    pub fn places(&mut self, image: &Image) -> Vec<u8> {
+        let pixels: &[[u8; 4]] = image.rgba.as_chunks().0;
+        let mut places = Vec::with_capacity(pixels.len());
+        for run in pixels.chunk_by(|a, b| a == b) {
+            places.resize(places.len() + run.len(), self.place(run[0]));
+        }
+        places
+    }
+
     /// The place of the nearest colour; of what is more than half transparent, the last.
-    pub fn place(&mut self, [r, g, b, a]: [u8; 4]) -> u8 {
+    fn place(&mut self, [r, g, b, a]: [u8; 4]) -> u8 {
         if a < 128 {
             return Self::TRANSPARENT;
         }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use bksim::mbs::pose::Pose;
-use bksim_scene::{Extras, Item, Scene, picture};
+use bksim_scene::{Extras, Item, Scene, Stroke, picture};
 use bytemuck::{Pod, Zeroable};
 
 use super::Frame;
@@ -87,7 +87,13 @@ impl Drawing {
         }
         let Extras { trails, arrows, has_labels, .. } = frame.extras;
         if !trails.is_empty() {
-            self.beside(fixed, frame, &Extras { trails: trails.clone(), ..Extras::default() });
+            let layer = self.add_layer(fixed, frame, frame.poses, 1.0);
+            let world = (count(fixed.anchors.len()), frame.camera.centre);
+            for (color, points) in trails {
+                let stroke = Stroke { color: *color, width: frame.theme.sizes.trail };
+                let range = self.moved(world, |out| out.fading(points, stroke));
+                self.order.extend(range.map(|primitive| Entry { primitive, layer }));
+            }
         }
         self.mechanism(scene, fixed, frame, frame.poses, 1.0);
         if !arrows.is_empty() || *has_labels {
@@ -157,7 +163,7 @@ impl Drawing {
         count(self.layers.len() - 1)
     }
 
-    /// Adds what lies beside the mechanism, as pictures of a scene have it.
+    /// Adds arrows and names, as pictures of a scene have them.
     fn beside(&mut self, fixed: &Fixed, frame: &Frame<'_>, extras: &Extras) {
         let beside = picture(&self.bare, frame.poses, extras, frame.camera, frame.theme);
         let layer = self.add_layer(fixed, frame, frame.poses, 1.0);

@@ -121,6 +121,16 @@ impl Out<'_> {
         }
     }
 
+    /// A line that fades towards its first point, each of its segments as one.
+    pub(super) fn fading(&mut self, points: &[[f64; 3]], stroke: Stroke) {
+        let first = self.primitives.len();
+        self.line(points, false, stroke);
+        let n = (self.primitives.len() - first) as f32;
+        for (place, segment) in self.primitives[first..].iter_mut().enumerate() {
+            segment.color = packed(stroke.color.faded((place + 1) as f32 / n));
+        }
+    }
+
     fn relative(&self, point: [f64; 3]) -> [f32; 3] {
         std::array::from_fn(|i| single(point[i] - self.anchor[i]))
     }
