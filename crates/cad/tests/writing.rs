@@ -21,7 +21,7 @@ use bksim_mbs::assemble::assemble;
 use bksim_mbs::compile::compile;
 use bksim_mbs::file::{Source, read};
 use bksim_mbs::model::Model;
-use bksim_mbs::pose::{Pose, Poses};
+use bksim_mbs::pose::{PlanarPose, Pose, Poses};
 use bksim_mbs::start::start;
 
 /// Writes a file for the judge.
@@ -82,13 +82,13 @@ fn templates_of_all_releases_have_every_block_and_no_fault() {
 }
 
 /// A model with the poses of its start.
-fn started(text: &str, name: &str) -> (Model, Vec<Pose>) {
+fn started(text: &str, name: &str) -> (Model, Vec<PlanarPose>) {
     let (model, poses, _) = started_whole(text, name);
     (model, poses)
 }
 
 /// A model, the poses of its start, and what of the start has a name.
-fn started_whole(text: &str, name: &str) -> (Model, Vec<Pose>, BTreeMap<String, [f64; 3]>) {
+fn started_whole(text: &str, name: &str) -> (Model, Vec<PlanarPose>, BTreeMap<String, [f64; 3]>) {
     let reading = read(&Source::new(text, name));
     let model = reading.model.unwrap_or_else(|| panic!("{name}: {:?}", reading.diagnostics));
     let system = assemble(&model);
@@ -97,6 +97,7 @@ fn started_whole(text: &str, name: &str) -> (Model, Vec<Pose>, BTreeMap<String, 
     let start = start(&model, &system, &compiled, &parameters).expect("a start");
     let poses = Poses::compile(&model, &system).expect("compiles");
     let poses = poses.at(&parameters, [(&start.q[..], &start.v[..])]).remove(0);
+    let poses = poses.iter().map(Pose::in_plane).collect();
     let coordinates = compiled.coordinates.iter().enumerate();
     let motion =
         coordinates.map(|(i, c)| (c.name.clone(), [start.q[i], start.v[i], start.a[i]])).collect();
@@ -232,7 +233,7 @@ fn what_has_no_place_in_a_drawing_is_refused_by_name() {
     for (text, code) in [(turned, "D071"), (twins, "D072"), (&spatial, "D070")] {
         let reading = read(&Source::new(text, "m"));
         let model = reading.model.unwrap_or_else(|| panic!("{:?}", reading.diagnostics));
-        let poses = vec![Pose::default(); model.bodies.len()];
+        let poses = vec![PlanarPose::default(); model.bodies.len()];
         let release = Release::R2010;
         let drawn = Drawn { text, model: &model, poses: &poses, release, unit: "mm" };
         match from_model(&drawn) {
@@ -307,14 +308,15 @@ fn a_drawn_model_reads_back_with_the_same_start_and_accelerations() {
 /// A bar that turns once about the origin: something to trace in any drawing.
 fn turning(n: u32) -> (Course, Vec<Shape>) {
     let angle = |i: u32| std::f64::consts::TAU * f64::from(i) / f64::from(n);
-    let pose = |i| Pose { angle: angle(i), rate: std::f64::consts::TAU, ..Pose::default() };
+    let pose =
+        |i| PlanarPose { angle: angle(i), rate: std::f64::consts::TAU, ..PlanarPose::default() };
     let force = |i| [30.0 * f64::cos(angle(i)), 30.0 * f64::sin(angle(i))];
     let corners = [[-10.0, -10.0], [110.0, -10.0], [110.0, 10.0], [-10.0, 10.0]];
     let corners = corners.map(|at| bksim_cad::geometry::Vertex { at, bulge: 0.0 });
     let path = bksim_cad::geometry::Path::from_bulges(&corners, true).expect("a rectangle");
     let course = Course {
         times: (0..=n).map(|i| f64::from(i) / f64::from(n)).collect(),
-        poses: (0..=n).map(|i| vec![Pose::default(), pose(i)]).collect(),
+        poses: (0..=n).map(|i| vec![PlanarPose::default(), pose(i)]).collect(),
         points: vec![Traced { name: "bar.E".into(), body_idx: 1, at: [0.1, 0.0] }],
         reactions: vec![Reaction {
             name: "O".into(),

@@ -79,7 +79,7 @@ fn rows(playback: &Playback) -> Vec<(String, String)> {
     rows.push(words("Solved by", format!("bksim {}", header.version)));
     rows.push(words("Page by", format!("bksim {}", bksim::VERSION)));
     let hash = Sha256::digest(header.model_text.as_bytes());
-    let hash: String = hash.iter().map(|byte| format!("{byte:02x}")).collect();
+    let hash = hash.iter().fold(String::new(), |hash, byte| hash + &format!("{byte:02x}"));
     rows.push(("SHA-256 of the model".to_owned(), format!("<code class=\"hash\">{hash}</code>")));
     rows
 }
@@ -101,8 +101,9 @@ fn notes(playback: &Playback) -> String {
         0 => String::new(),
         n => format!("<p>{n} more are in the log.</p>"),
     };
-    match shown.is_empty() {
-        true => "<p>No warnings.</p>".to_owned(),
-        false => format!("<ul class=\"notes\">\n{}\n</ul>{more}", shown.join("\n")),
+    if shown.is_empty() {
+        "<p>No warnings.</p>".to_owned()
+    } else {
+        format!("<ul class=\"notes\">\n{}\n</ul>{more}", shown.join("\n"))
     }
 }

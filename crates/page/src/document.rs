@@ -116,9 +116,10 @@ fn header(content: &Content<'_>) -> String {
     }
     let remarks: Vec<String> =
         remarks.iter().map(|remark| format!("<p>{}</p>", escape::html(remark))).collect();
-    let notice = match remarks.is_empty() {
-        true => String::new(),
-        false => format!("<aside class=\"notice\" role=\"note\">{}</aside>", remarks.concat()),
+    let notice = if remarks.is_empty() {
+        String::new()
+    } else {
+        format!("<aside class=\"notice\" role=\"note\">{}</aside>", remarks.concat())
     };
     format!(
         "<header>\n<div><h1>{title}</h1>\n<p class=\"quiet\">{}</p></div>\n\
@@ -166,12 +167,10 @@ const STAGE: &str = r#"<noscript><p class="notice">This page moves with JavaScri
 </main>"#;
 
 fn section(id: &str, title: &str, body: &str) -> String {
-    match body.is_empty() {
-        true => String::new(),
-        false => {
-            format!("<section class=\"text\" id=\"{id}\">\n<h2>{title}</h2>\n{body}\n</section>")
-        }
+    if body.is_empty() {
+        return String::new();
     }
+    format!("<section class=\"text\" id=\"{id}\">\n<h2>{title}</h2>\n{body}\n</section>")
 }
 
 /// Parts with their headings; the HTML is ours already.
@@ -183,10 +182,10 @@ fn headed(parts: &[(String, String)]) -> String {
         )
     };
     let parts: Vec<String> = parts.iter().map(part).collect();
-    match parts.is_empty() {
-        true => String::new(),
-        false => format!("<div class=\"parts\">\n{}\n</div>", parts.join("\n")),
+    if parts.is_empty() {
+        return String::new();
     }
+    format!("<div class=\"parts\">\n{}\n</div>", parts.join("\n"))
 }
 
 /// Bodies, joints, parameters, and the text.

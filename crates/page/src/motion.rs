@@ -65,15 +65,15 @@ impl Thinning {
     /// In a sentence.
     pub(crate) fn words(&self) -> String {
         let Self { n_together, n_steps, deviation, cut_at } = self;
-        let mut words = format!(
+        let words = format!(
             "The run has {n_steps} steps, too many for one page: every {n_together} of them between \
              events are drawn as one polynomial, at most {deviation:.1e} (m, rad, m/s, rad/s, or of \
              the size of the value where that is larger) from the motion in the log where compared."
         );
-        if let Some(t) = cut_at {
-            words.push_str(&format!(" What follows t = {t} s is left out."));
+        match cut_at {
+            Some(t) => format!("{words} What follows t = {t} s is left out."),
+            None => words,
         }
-        words
     }
 }
 

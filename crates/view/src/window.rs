@@ -172,9 +172,27 @@ pub fn open<'a>(
     match eframe::run_native(&title, native, create) {
         Ok(()) => Ok(outcome.take()),
         Err(error @ (eframe::Error::Winit(_) | eframe::Error::WinitEventLoop(_))) => {
-            Err(WindowError::NoDisplay(error.to_string()))
+            Err(WindowError::NoDisplay(without_place(&error.to_string())))
         }
         Err(eframe::Error::Wgpu(error)) => Err(WindowError::NoAdapter(error.to_string())),
         Err(error) => Err(WindowError::Failed(error.to_string())),
+    }
+}
+
+/// The words of the library for windows without the place in its source that they came from.
+fn without_place(words: &str) -> String {
+    let told = words.split(": ").filter(|part| !part.contains(".rs:"));
+    told.last().unwrap_or(words).trim().to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_of_libraries_lose_the_place_in_their_source() {
+        let words = "winit EventLoopError: os error at /a/winit/src/mod.rs:788: Failed to connect";
+        assert_eq!(without_place(words), "Failed to connect");
+        assert_eq!(without_place("no event loop"), "no event loop");
     }
 }

@@ -149,7 +149,7 @@ mod mp4 {
         assert!((seconds - N_FRAMES as f64 / 30.0).abs() < 1e-3, "{seconds} s");
         // One run of equal durations.
         let times = content(&bytes, &format!("{TABLE}/stts"));
-        assert_eq!([number(times, 4), number(times, 8)], [1, N_FRAMES as u32]);
+        assert_eq!([number(times, 4) as usize, number(times, 8) as usize], [1, N_FRAMES]);
         assert_eq!(number(times, 12) * 30, per_second);
         let track = content(&bytes, "moov/trak/tkhd");
         let side = |from_end: usize| number(track, track.len() - from_end) >> 16;

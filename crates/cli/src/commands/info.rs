@@ -37,13 +37,11 @@ pub(crate) fn run(args: &Info, as_json: bool) -> Result<Status, Failure> {
 }
 
 fn bad_log(path: &Path, error: &LogError) -> Failure {
-    match error {
-        LogError::Io(error) => Failure::reading(path, error),
-        _ => {
-            let (path, what) = (path.to_owned(), format!("cannot be read: {error}"));
-            Failure::Input { path, what, help: None }
-        }
+    if let LogError::Io(error) = error {
+        return Failure::reading(path, error);
     }
+    let (path, what) = (path.to_owned(), format!("cannot be read: {error}"));
+    Failure::Input { path, what, help: None }
 }
 
 fn text_of(path: &Path, n_bytes: u64, survey: &Survey) -> String {

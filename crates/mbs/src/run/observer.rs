@@ -127,7 +127,7 @@ fn node(k: usize, degree: usize) -> f64 {
 }
 
 fn weight(k: usize, degree: usize) -> f64 {
-    let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+    let sign = if k.is_multiple_of(2) { 1.0 } else { -1.0 };
     sign * angle(k, degree).sin()
 }
 

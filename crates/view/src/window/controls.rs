@@ -84,10 +84,10 @@ fn transport(ui: &mut Ui, clock: &Clock, actions: &mut Vec<Action>) {
         (Icon::Play, "play (Space)")
     };
     for (icon, is_on, words, action) in [
-        (Icon::Start, false, "to the start (Page ↑)", Action::Start),
-        (Icon::FrameBack, false, "one frame back (←)", Action::Frame(-1)),
+        (Icon::Start, false, "to the start (Page Up)", Action::Start),
+        (Icon::FrameBack, false, "one frame back (Left)", Action::Frame(-1)),
         (play, false, words, Action::Play),
-        (Icon::FrameOn, false, "one frame on (→)", Action::Frame(1)),
+        (Icon::FrameOn, false, "one frame on (Right)", Action::Frame(1)),
         (Icon::Loop, clock.is_looping, "go round at the end (O)", Action::Loop),
     ] {
         if icon::button(ui, icon, is_on, words).clicked() {
@@ -138,12 +138,12 @@ fn tools(
         }
     })
     .response
-    .on_hover_text("speed (↑ ↓)");
+    .on_hover_text("speed (Up, Down)");
 }
 
 /// Switches, and the points that can leave trails.
 fn show_menu(ui: &mut Ui, choices: &mut Choices, scene: Option<&Scene>, actions: &mut Vec<Action>) {
-    ui.set_min_width(190.0);
+    ui.set_width(200.0);
     let switches = [
         ("Labels", "L", choices.labels, Action::Labels),
         ("Joint reactions", "R", choices.reactions, Action::Reactions),

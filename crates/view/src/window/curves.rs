@@ -47,7 +47,7 @@ pub(super) struct Curves {
     /// Names of the channels, in the order they were chosen; kept when the motion lacks them.
     chosen: Vec<String>,
     is_chosen_by_hand: bool,
-    curves: Vec<Curve>,
+    all: Vec<Curve>,
     n_known: usize,
 }
 
@@ -78,7 +78,7 @@ impl Curves {
     /// The curves in groups of one unit, in the order they were chosen.
     pub(super) fn groups(&self) -> Vec<Vec<(usize, &Curve)>> {
         let mut groups: Vec<Vec<(usize, &Curve)>> = Vec::new();
-        for (place, curve) in self.curves.iter().enumerate() {
+        for (place, curve) in self.all.iter().enumerate() {
             match groups.iter_mut().find(|group| group[0].1.unit == curve.unit) {
                 Some(group) => group.push((place, curve)),
                 None => groups.push(vec![(place, curve)]),
@@ -89,7 +89,7 @@ impl Curves {
 
     /// Whether there is something left to compute.
     pub(super) fn is_unfinished(&self) -> bool {
-        !self.curves.is_empty() && self.n_known < INSTANTS
+        !self.all.is_empty() && self.n_known < INSTANTS
     }
 
     /// Computes a little. The show is at another instant afterwards.
@@ -103,7 +103,7 @@ impl Curves {
             let part = self.n_known as f64 / (INSTANTS - 1) as f64;
             let t = first + part * (last - first);
             show.seek(t)?;
-            for curve in &mut self.curves {
+            for curve in &mut self.all {
                 curve.points.push(PlotPoint::new(t, show.playback().value(curve.signal)));
             }
             self.n_known += 1;
@@ -118,7 +118,7 @@ impl Curves {
             let (signal, name, field) = signals.find(|(_, known, _)| known == name)?;
             Some(Curve { name, unit: field.unit.clone(), signal, points: Vec::new() })
         });
-        self.curves = found.collect();
+        self.all = found.collect();
     }
 }
 

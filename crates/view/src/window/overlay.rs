@@ -42,7 +42,7 @@ pub(super) fn fault(ui: &Ui, picture: Rect, text: &str, has_motion: bool) {
             ui.label(RichText::new(title).strong().color(red));
             ui.add_space(2.0);
             // The last good motion is to be seen below it.
-            let part = if has_motion { 0.45 } else { 0.8 };
+            let part = if has_motion { 0.28 } else { 0.8 };
             let area = egui::ScrollArea::both().max_height(part * picture.height());
             area.auto_shrink([false, true]).show(ui, |ui| {
                 let text = RichText::new(text).monospace();
@@ -117,7 +117,10 @@ pub(super) fn scales(
                 painter.vline(end.x, end.y - 4.0..=end.y + 4.0, stroke);
             }
         } else {
-            painter.arrow(left, vec2(width, 0.0), stroke);
+            let tip = left + vec2(width, 0.0);
+            painter.line_segment([left, tip - vec2(6.0, 0.0)], stroke);
+            let head = vec![tip, tip + vec2(-8.0, -3.5), tip + vec2(-8.0, 3.5)];
+            painter.add(egui::Shape::convex_polygon(head, color, Stroke::NONE));
         }
         let text = left + vec2(width + 8.0, 0.0);
         let words = number::quantity(round, unit);
@@ -128,13 +131,17 @@ pub(super) fn scales(
 
 /// The list of keys; false when it is to be closed.
 pub(super) fn help(ui: &Ui) -> bool {
-    let modal = egui::Modal::new(ui.scope_id().with("help")).show(ui.ctx(), |ui| {
-        ui.set_width(300.0);
+    let modal = egui::Modal::new(ui.scope_id().with("help")).frame(frame(ui).inner_margin(18));
+    let modal = modal.show(ui.ctx(), |ui| {
+        ui.set_width(330.0);
+        ui.spacing_mut().interact_size.y = 17.0;
         ui.label(RichText::new("Keys and mouse").heading());
         ui.add_space(6.0);
-        let height = ui.ctx().content_rect().height() - 140.0;
-        egui::ScrollArea::vertical().max_height(height.max(80.0)).show(ui, |ui| {
-            egui::Grid::new("keys").num_columns(2).spacing(vec2(22.0, 5.0)).show(ui, |ui| {
+        let height = ui.ctx().content_rect().height() - 110.0;
+        let height = height.max(80.0);
+        let area = egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height);
+        area.show(ui, |ui| {
+            egui::Grid::new("keys").num_columns(2).spacing(vec2(24.0, 3.0)).show(ui, |ui| {
                 let keys = BINDINGS.iter().filter_map(|binding| binding.help);
                 for (name, words) in keys.chain(MOUSE) {
                     ui.label(RichText::new(name).strong());

@@ -2,7 +2,7 @@
 
 use bksim_scene::Theme;
 use egui::{Color32, RichText, Ui, vec2};
-use egui_plot::{Line, Plot, PlotPoints, VLine};
+use egui_plot::{AxisHints, Line, Plot, PlotPoints, VLine};
 
 use super::clock::Clock;
 use super::curves::{Curve, Curves};
@@ -92,8 +92,8 @@ fn plot(ui: &mut Ui, place: usize, group: &[(usize, &Curve)], height: f32, clock
         .show_crosshair(false)
         .y_axis_min_width(44.0)
         .grid_spacing(28.0..=300.0)
-        .grid_color(style::color32(theme.text.with_opacity(0.3)))
-        .grid_fade(1.0)
+        .grid_color(style::color32(theme.text.with_opacity(0.25)))
+        .custom_x_axes(vec![AxisHints::new_x().label_spacing(24.0..=50.0)])
         .set_margin_fraction(vec2(0.0, 0.08))
         .label_formatter(|_| None);
     let response = plot.show(ui, |ui| {
@@ -114,7 +114,7 @@ fn plot(ui: &mut Ui, place: usize, group: &[(usize, &Curve)], height: f32, clock
 
 /// The list of channels, with a field that searches it.
 fn channels(ui: &mut Ui, curves: &mut Curves, search: &mut String, show: &Show) {
-    ui.set_min_width(240.0);
+    ui.set_width(260.0);
     let field = egui::TextEdit::singleline(search).hint_text("search");
     ui.add(field.desired_width(f32::INFINITY));
     let playback = show.playback();

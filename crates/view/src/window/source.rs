@@ -15,7 +15,7 @@ use crate::show::Show;
 const QUIET: Duration = Duration::from_millis(120);
 
 /// … or, if it is never left alone, after this time: a log that is being written.
-const PATIENCE: Duration = Duration::from_millis(1000);
+const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Where a window gets its motion from.
 pub struct Source {

@@ -75,10 +75,10 @@ impl Run {
     pub(super) fn curves(&mut self, wish: &Wish<'_>) -> Result<Vec<Option<Drawn>>, LogError> {
         let mut sampled = self.sampled(wish)?;
         let is_dense = |pen: &Pen| pen.n_values > wish.n_instants() as u64;
-        if sampled.pens.iter().flatten().any(|pen| !is_dense(pen)) {
-            if let Err(why) = self.computed(wish, &mut sampled) {
-                self.coarse_because = Some(why);
-            }
+        if sampled.pens.iter().flatten().any(|pen| !is_dense(pen))
+            && let Err(why) = self.computed(wish, &mut sampled)
+        {
+            self.coarse_because = Some(why);
         }
         Ok(sampled.pens.into_iter().map(|pen| pen.map(Pen::into_drawn)).collect())
     }
