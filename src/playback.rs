@@ -178,6 +178,26 @@ impl Playback {
         &self.at
     }
 
+    /// Where the bodies are at `n` even instants from the start to the end, the ground first: as the
+    /// integrator has them, without projection. For sizes and extents.
+    pub fn poses_over_run(&mut self, n: usize) -> Vec<Vec<Pose>> {
+        let [first, last] = self.span();
+        let nq = self.sample().q.len();
+        let mut state = vec![0.0; 2 * nq];
+        #[expect(clippy::cast_precision_loss, reason = "few instants")]
+        let instant =
+            |k: usize| first + (last - first) * k as f64 / n.saturating_sub(1).max(1) as f64;
+        let mut poses_at = |k: usize| {
+            let t = instant(k);
+            self.log.segments[self.segment_at(t)].at(t, &mut state);
+            let mut poses = Vec::new();
+            let (q, v) = state.split_at(nq);
+            self.poses.at(q, v, &mut poses);
+            poses
+        };
+        (0..n).map(&mut poses_at).collect()
+    }
+
     /// The signal of this name, such as `state.A_angle`, if it has a value at every instant.
     pub fn signal(&self, name: &str) -> Option<Signal> {
         self.channels.signal(name)

@@ -12,10 +12,14 @@ const N_LENGTHS: u32 = 9;
 /// Instants that lengths of spans are looked up at.
 const N_INSTANTS: u32 = 200;
 
+/// Instants from which the lengths of guides and slots come.
+const N_POSES: usize = 100;
+
 /// The scene of a run.
 pub(crate) fn write(playback: &mut Playback) -> Result<Value, PageError> {
+    let motion = playback.poses_over_run(N_POSES);
     let mechanism = playback.mechanism();
-    let scene = Scene::of(&mechanism.model, &mechanism.parameters);
+    let scene = Scene::of_motion(&mechanism.model, &mechanism.parameters, &motion);
     let lengths = lengths(playback, &scene)?;
     let mut roles: Vec<Role> = Vec::new();
     let shapes: Vec<Value> = scene

@@ -1,6 +1,6 @@
 //! [`SceneRenderer`]: scenes on the graphics card, in a window's render pass or in one of our own.
 //!
-//! Everything is a [`Primitive`]: a triangle, or a segment of a line, which the vertex shader widens to
+//! Everything is a primitive: a triangle, or a segment of a line, which the vertex shader widens to
 //! a constant number of pixels. Primitives of bodies lie in the frames of their bodies and are
 //! uploaded once per scene and theme; a frame brings one placement per body, the primitives that change
 //! (springs, trails, arrows), and the order of painting:

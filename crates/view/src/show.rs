@@ -54,6 +54,9 @@ impl Default for ShowOptions {
     }
 }
 
+/// Instants from which the lengths of guides and slots come.
+const N_POSES: usize = 100;
+
 /// What is shown of a run.
 #[derive(Debug)]
 pub struct Show {
@@ -72,9 +75,11 @@ pub struct Show {
 
 impl Show {
     /// Shows a run, at its start.
-    pub fn new(playback: Playback) -> Self {
+    pub fn new(mut playback: Playback) -> Self {
+        let motion = playback.poses_over_run(N_POSES);
         let mechanism = playback.mechanism();
-        let scene = Arc::new(Scene::of(&mechanism.model, &mechanism.parameters));
+        let scene = Scene::of_motion(&mechanism.model, &mechanism.parameters, &motion);
+        let scene = Arc::new(scene);
         let past = Past::new(&playback.log().segments, &scene);
         let [t, _] = playback.span();
         let options = ShowOptions::default();
