@@ -311,7 +311,7 @@ mod tests {
         assert!(points.len() <= CAPACITY);
         let lines = || points.windows(2).filter(|pair| pair.iter().all(|point| !point[1].is_nan()));
         for pair in lines() {
-            let middle = [(pair[0][0] + pair[1][0]) / 6.0, (pair[0][1] + pair[1][1]) / 2.0];
+            let middle = [(pair[0][0] + pair[1][0]) / 6.0, f64::midpoint(pair[0][1], pair[1][1])];
             let radius = middle[0].hypot(middle[1]);
             assert!((radius - 1.0).abs() < 1e-3, "{radius} between {pair:?}");
         }

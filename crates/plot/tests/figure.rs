@@ -156,14 +156,13 @@ fn text_boxes(svg: &str) -> Vec<(String, [f64; 4])> {
             _ => 0.0,
         };
         let (up, down) = (0.72 * size, 0.2 * size);
-        let bounds = match number("x").zip(number("y")) {
-            Some((x, y)) => [x - before, y - up, x - before + length, y + down],
-            None => {
-                let turned = node.attribute("transform").expect("a place");
-                let turned = turned.trim_start_matches("translate(").split([' ', ')']);
-                let at: Vec<f64> = turned.take(2).map(|n| n.parse().expect("a number")).collect();
-                [at[0] - up, at[1] - before, at[0] + down, at[1] - before + length]
-            }
+        let bounds = if let Some((x, y)) = number("x").zip(number("y")) {
+            [x - before, y - up, x - before + length, y + down]
+        } else {
+            let turned = node.attribute("transform").expect("a place");
+            let turned = turned.trim_start_matches("translate(").split([' ', ')']);
+            let at: Vec<f64> = turned.take(2).map(|n| n.parse().expect("a number")).collect();
+            [at[0] - up, at[1] - before, at[0] + down, at[1] - before + length]
         };
         (node.text().unwrap_or_default().to_owned(), bounds)
     };
