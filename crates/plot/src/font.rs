@@ -66,7 +66,7 @@ mod tests {
         let text = "reactions.a_joint_of_a_very_long_name.fx";
         let short = fitted(text, 13.0, 120.0);
         assert!(width(&short, 13.0) <= 120.0 && width(&short, 13.0) > 100.0, "{short}");
-        assert_eq!(short.split('…').map(|part| text.contains(part)).collect::<Vec<_>>(), [true; 2]);
+        assert!(short.starts_with("react") && short.ends_with("fx"));
         assert_eq!(fitted(text, 13.0, 0.0), "…");
         assert_eq!(fitted("fx", 13.0, 100.0), "fx");
     }
