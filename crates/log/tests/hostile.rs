@@ -2,7 +2,7 @@
 
 mod common;
 
-use bksim_log::{Log, LogError, LogReader, LogWriter, Selection, export::to_csv};
+use bksim_log::{Contents, Log, LogError, LogReader, LogWriter, Selection, Survey, export::to_csv};
 use common::{header, write_samples};
 use mcap::{
     MAGIC,
@@ -102,11 +102,14 @@ fn mutated_logs_are_read_or_refused() -> Result<(), LogError> {
     let bases =
         [honest, [MAGIC, &bare].concat(), [MAGIC, &chunk(&bare, bare.len() as u64, "")].concat()];
     let mut dice = Dice(0x9e37_79b9_7f4a_7c15);
-    let (mut n_read, mut n_refused) = (0, 0);
+    let (mut n_read, mut n_refused, mut n_listed) = (0, 0, 0);
     for round in 0..N_MUTATIONS {
         let mut bytes = bases[round as usize % bases.len()].clone();
         mutate(&mut bytes, &mut dice);
+        let survey = Survey::read(&bytes[..]);
+        n_listed += u32::from(Contents::read(&bytes[..]).is_ok());
         let Ok(log) = LogReader::open(&bytes[..]) else {
+            assert!(survey.is_err(), "round {round}");
             n_refused += 1;
             continue;
         };
@@ -118,6 +121,7 @@ fn mutated_logs_are_read_or_refused() -> Result<(), LogError> {
     }
     // A mutation loop that no longer reaches the deep parts would prove nothing.
     assert!(n_read > 1_000 && n_refused > 1_000, "{n_read} read, {n_refused} refused");
+    assert!(n_listed > 1_000, "{n_listed} listed");
     if let Some(peak) = peak_memory() {
         assert!(peak < 512 << 20, "{peak} bytes of memory");
     }

@@ -285,3 +285,37 @@ fn a_checkpoint_comes_back_with_the_end_of_the_log() -> Result<(), LogError> {
     assert!(read.is_err(), "{read:?}");
     Ok(())
 }
+
+#[test]
+fn a_survey_counts_what_a_reader_reads() -> Result<(), LogError> {
+    let bytes = common::run()?;
+    let log = Log::read(&bytes[..])?;
+    let survey = bksim_log::Survey::read(&bytes[..])?;
+    for ((id, topic), count) in log.header.topics_with_ids().zip(&survey.topics) {
+        let n_samples = log.series(id).t.len() as u64;
+        // The time and one number for each field, nine bytes each.
+        let bytes = 9 * n_samples * (topic.fields.len() as u64 + 1);
+        assert_eq!((count.n_samples, count.bytes), (n_samples, bytes), "{}", topic.name);
+    }
+    assert_eq!(survey.span, Some([common::time(0), common::time(common::N_SAMPLES - 1)]));
+    assert_eq!((survey.notes, survey.end), (log.notes, log.end));
+    assert_eq!((survey.header, survey.n_foreign), (log.header, 0));
+    Ok(())
+}
+
+#[test]
+fn what_is_not_wanted_is_passed_over() -> Result<(), LogError> {
+    let bytes = common::run()?;
+    let (_, state, energy) = header();
+    let wanted = bksim_log::Wanted { topics: vec![energy], ..bksim_log::Wanted::default() };
+    let mut log = LogReader::open(&bytes[..])?.only(&wanted);
+    let mut n_samples = 0;
+    while let Some(record) = log.next_record()? {
+        let Record::Sample { topic, .. } = record else { panic!("{record:?}") };
+        assert!(topic == energy && topic != state);
+        n_samples += 1;
+    }
+    assert_eq!(n_samples, common::N_SAMPLES / 10);
+    assert_eq!(log.end(), Some(&common::end()));
+    Ok(())
+}

@@ -70,7 +70,7 @@ impl Axis {
     pub(crate) fn ends(&self, values: impl Iterator<Item = f64>, margin: Margin) -> [f64; 2] {
         let is_there = |value: &f64| match self.scale {
             Scale::Linear => value.abs() <= LARGEST,
-            Scale::Logarithmic => *value > 0.0 && *value <= LARGEST,
+            Scale::Logarithmic => (1.0 / LARGEST..=LARGEST).contains(value),
         };
         let given = self.range.filter(|[low, high]| low < high && is_there(low) && is_there(high));
         if let Some(range) = given {
@@ -126,13 +126,13 @@ fn logarithmic_ends(low: f64, high: f64, margin: Margin) -> [f64; 2] {
     if low > high {
         return [0.1, 10.0];
     }
-    let low = low.max(f64::MIN_POSITIVE);
-    let decades = (high / low).log10().max(0.0);
-    if decades < 1e-9 {
-        return [low / 2.0, high * 2.0];
-    }
-    let factor = if margin == Margin::None { 1.0 } else { 10f64.powf(MARGIN * decades) };
-    [(low / factor).max(f64::MIN_POSITIVE), high * factor]
+    let decades = high.log10() - low.log10();
+    let factor = match margin {
+        _ if decades < 1e-9 => 2.0,
+        Margin::None => 1.0,
+        Margin::Narrow => 10f64.powf(MARGIN * decades),
+    };
+    [(low / factor).max(1.0 / LARGEST), (high * factor).min(LARGEST)]
 }
 
 /// `rad/s^2` as `rad/s²`, `N*m` as `N·m`.
@@ -175,7 +175,8 @@ impl Map {
     pub(crate) fn place(&self, value: f64) -> f64 {
         let value = match self.scale {
             Scale::Linear => value,
-            Scale::Logarithmic if value > 0.0 => value.log10(),
+            // A tick at the smallest number may be rounded below it.
+            Scale::Logarithmic if value >= 0.999_999 / LARGEST => value.log10(),
             Scale::Logarithmic => f64::NAN,
         };
         let ([low, high], [from, to]) = (self.ends, self.places);
@@ -223,7 +224,7 @@ mod tests {
 
     #[test]
     fn any_values_have_ends_apart() {
-        let cases: [&[f64]; 8] = [
+        let cases: [&[f64]; 10] = [
             &[],
             &[0.0],
             &[5.0, 5.0],
@@ -232,6 +233,8 @@ mod tests {
             &[-LARGEST, LARGEST],
             &[f64::MIN_POSITIVE, -f64::MIN_POSITIVE],
             &[1e-320, 2.0],
+            &[1.0 / LARGEST, LARGEST],
+            &[3e-310],
         ];
         for values in cases {
             for scale in [Scale::Linear, Scale::Logarithmic] {

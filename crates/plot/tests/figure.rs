@@ -282,7 +282,7 @@ fn decades_are_equally_high() {
 
 proptest! {
     #![proptest_config(ProptestConfig {
-        cases: 64,
+        cases: 300,
         failure_persistence: None,
         ..ProptestConfig::default()
     })]
