@@ -35,6 +35,8 @@ impl Scratch {
     pub(crate) fn bksim(&self) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_bksim"));
         command.current_dir(&self.0).env("NO_COLOR", "1");
+        // Without it, drivers of graphics cards complain on stderr.
+        command.env("XDG_RUNTIME_DIR", &self.0);
         command
     }
 
