@@ -14,6 +14,9 @@ use super::Of;
 use super::stage;
 use crate::Mechanism;
 
+/// Points of spans are told to at least this part of a pin's radius.
+const PARTS_OF_A_PIN: f64 = 256.0;
+
 /// Fills the channels of other programs from those of a sample.
 #[derive(Debug)]
 pub(super) struct Shown {
@@ -136,10 +139,21 @@ fn drives(mechanism: &Mechanism) -> Vec<Option<usize>> {
 /// A span where its bodies are.
 fn entity(scene: &Scene, root: &str, span: &Span, at: &[Pose]) -> Entity {
     let ends = span.ends.map(|end| at[end.body].place(end.position));
-    let lines = span.lines(ends, scene.pin);
-    let lines = lines.into_iter().filter_map(|(role, points)| stage::line(role, points, false));
+    let mut lines: Vec<_> = span
+        .lines(ends, scene.pin)
+        .into_iter()
+        .filter_map(|(role, points)| stage::line(role, points, false))
+        .collect();
+    // Told anew for every sample: numbers of few digits take less room, and nobody sees it.
+    let grid = (scene.pin / PARTS_OF_A_PIN).log2().floor().exp2();
+    if grid > 0.0 {
+        let numbers = lines.iter_mut().flat_map(|line| line.points.as_flattened_mut());
+        for x in numbers {
+            *x = (*x / grid).round() * grid;
+        }
+    }
     let (id, frame) = (span.name.clone(), root.to_owned());
-    Entity { id, frame, areas: Vec::new(), lines: lines.collect() }
+    Entity { id, frame, areas: Vec::new(), lines }
 }
 
 /// The unit quaternion x, y, z, w of a rotation matrix given by its rows, with the sign that is

@@ -16,36 +16,31 @@ const THICKNESS: f64 = 1.0;
 /// Outlines are tessellated at this size: the tessellator's tolerances are those of pixels.
 const GRID: f64 = 4096.0;
 
-/// The shapes of a scene, each in the frame of its body, one entity per shape.
-///
-/// Their ids, `crank/0`, count the shapes of a body.
+/// The shapes of a scene: one entity per body that has some, with the name and in the frame of it.
 pub(super) fn entities(scene: &Scene) -> Vec<Entity> {
-    let mut n_shapes = vec![0; scene.bodies.len()];
+    let entity =
+        |name: &String| Entity { id: name.clone(), frame: name.clone(), ..Entity::default() };
+    let mut entities: Vec<Entity> = scene.bodies.iter().map(entity).collect();
     let n_layers = scene.shapes.len().max(1) as f64;
     let layer = if scene.is_planar { LAYER.min(THICKNESS / n_layers) * scene.pin } else { 0.0 };
-    let entity = |(place, shape): (usize, &Shape)| {
-        let name = &scene.bodies[shape.body];
-        let id = format!("{name}/{}", n_shapes[shape.body]);
-        n_shapes[shape.body] += 1;
+    for (place, Shape { body, role, form }) in scene.shapes.iter().enumerate() {
         let z = layer * place as f64;
         let lifted = |points: &[[f64; 3]]| points.iter().map(|p| [p[0], p[1], p[2] + z]).collect();
-        let mut entity = Entity { id, frame: name.clone(), areas: Vec::new(), lines: Vec::new() };
-        match &shape.form {
+        let entity = &mut entities[*body];
+        match form {
             Form::Region(rings) => {
                 let rings: Vec<Vec<[f64; 3]>> = rings.iter().map(|ring| lifted(ring)).collect();
-                let fill = Theme::LIGHT.paint(shape.role).fill;
+                let fill = Theme::LIGHT.paint(*role).fill;
                 entity.areas.extend(fill.and_then(|color| area(&rings, color)));
-                let edges = rings.into_iter().filter_map(|ring| line(shape.role, ring, true));
-                entity.lines.extend(edges);
+                entity.lines.extend(rings.into_iter().filter_map(|ring| line(*role, ring, true)));
             }
             Form::Line { points, is_closed } => {
-                entity.lines.extend(line(shape.role, lifted(points), *is_closed));
+                entity.lines.extend(line(*role, lifted(points), *is_closed));
             }
         }
-        entity
-    };
-    let shapes = scene.shapes.iter().enumerate();
-    shapes.map(entity).filter(|e| !(e.areas.is_empty() && e.lines.is_empty())).collect()
+    }
+    entities.retain(|entity| !(entity.areas.is_empty() && entity.lines.is_empty()));
+    entities
 }
 
 /// A line as its role is painted; `None` when it is not.
