@@ -62,7 +62,9 @@ impl Format {
     /// Pixels per point when none are given: the longer side of a picture has [`POINTS`], so that a large
     /// picture is a small one enlarged. The units of SVG are points.
     fn usual_density(self, [width, height]: [u32; 2]) -> f32 {
-        if self == Self::Svg { 1.0 } else { (width.max(height) as f32 / POINTS as f32).max(0.25) }
+        #[expect(clippy::cast_possible_truncation, reason = "a small number")]
+        let points = POINTS as f32;
+        if self == Self::Svg { 1.0 } else { (width.max(height) as f32 / points).max(0.25) }
     }
 
     fn fitting(self, size: [u32; 2]) -> [u32; 2] {
@@ -96,7 +98,7 @@ pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status
     }
 
     // The picture, and from where it is seen.
-    let unreplayed = |e| motion::unreplayed(&args.input, &e);
+    let unreplayed = |e| motion::unreplayed(&args.input, e);
     let size = match args.size {
         Some(size) => size,
         None => usual_size(format, shape(&mut show, args.view).map_err(unreplayed)?),

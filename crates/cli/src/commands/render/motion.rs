@@ -103,6 +103,6 @@ fn bad_log(path: &Path, error: &PlaybackError) -> Failure {
     Failure::Input { path: path.to_owned(), what: format!("cannot be drawn: {error}"), help: None }
 }
 
-pub(super) fn unreplayed(path: &Path, error: &Unreplayed) -> Failure {
+pub(super) fn unreplayed(path: &Path, error: Unreplayed) -> Failure {
     Failure::Input { path: path.to_owned(), what: format!("cannot be drawn: {error}"), help: None }
 }

@@ -106,7 +106,7 @@ pub(super) fn svg(
     stage: &mut Stage,
     t: f64,
 ) -> Result<Made, Failure> {
-    let picture = stage.picture(t).map_err(|e| unreplayed(&args.input, &e))?;
+    let picture = stage.picture(t).map_err(|e| unreplayed(&args.input, e))?;
     let mut out = replacing.create()?;
     let title = &stage.show.playback().mechanism().model.name;
     let written = out.write_all(bksim_scene::titled_svg(&picture, title).as_bytes());
@@ -157,7 +157,7 @@ fn flush(args: &Render, out: &mut impl Write) -> Result<(), Failure> {
 
 fn unshot(args: &Render, error: &ShootError) -> Failure {
     match error {
-        ShootError::Unreplayed(error) => unreplayed(&args.input, error),
+        ShootError::Unreplayed(error) => unreplayed(&args.input, *error),
         ShootError::Canvas(error) => undrawn(args, error),
         other => Failure::file(&args.output, format!("cannot be drawn: {other}"), None),
     }
