@@ -62,9 +62,9 @@ impl Format {
     /// Pixels per point when none are given: the longer side of a picture has [`POINTS`], so that a large
     /// picture is a small one enlarged. The units of SVG are points.
     fn usual_density(self, [width, height]: [u32; 2]) -> f32 {
-        #[expect(clippy::cast_possible_truncation, reason = "a small number")]
-        let points = POINTS as f32;
-        if self == Self::Svg { 1.0 } else { (width.max(height) as f32 / points).max(0.25) }
+        #[expect(clippy::cast_possible_truncation, reason = "pixels")]
+        let per_point = (f64::from(width.max(height)) / POINTS) as f32;
+        if self == Self::Svg { 1.0 } else { per_point.max(0.25) }
     }
 
     fn fitting(self, size: [u32; 2]) -> [u32; 2] {
