@@ -1,6 +1,6 @@
 //! What a frame of a large mechanism costs: `cargo run --release -p bksim-view --example cost -- 1000`.
 //!
-//! A chain of links is drawn on a canvas without a window. The parts of a frame are timed one by one:
+//! Double pendulums are drawn on a canvas without a window. The parts of a frame are timed one by one:
 //! the motion at its instant, what is drawn beside it, and the renderer's own work. What the adapter
 //! does is not: on a software adapter it is the processor's work, too.
 
@@ -20,34 +20,41 @@ use bksim_view::show::{Show, solve};
 /// Frames that are measured.
 const N_FRAMES: u32 = 50;
 
-/// A chain of `n` hanging links, pulled aside, over a tenth of a second.
-fn chain(n: usize) -> String {
-    let mut text = String::from("coordinates = \"relative\"\n");
+/// Double pendulums in a square, `n` bodies, over a fifth of a second.
+fn pendulums(n: usize) -> String {
+    let n_columns = (1..).find(|side| 2 * side * side >= n).unwrap_or(1);
+    let mut text = String::new();
     let mut line = |arguments: std::fmt::Arguments<'_>| {
         text.write_fmt(arguments).expect("text takes everything");
     };
-    for i in 1..=n {
-        line(format_args!("[bodies.b{i}]\nmass = \"1 kg\"\ninertia = \"0.1 kg m^2\"\n"));
-        line(format_args!("com = [\"0.5 m\", 0]\npoints = {{ E = [\"1 m\", 0] }}\n"));
+    let pairs = n.div_ceil(2);
+    line(format_args!("[ground]\npoints = {{"));
+    for i in 0..pairs {
+        let comma = if i == 0 { "" } else { "," };
+        let (x, y) = (3 * (i % n_columns), 3 * (i / n_columns));
+        line(format_args!("{comma} P{i} = [\"{x} m\", \"{y} m\"]"));
     }
-    for i in 1..=n {
-        let predecessor = if i == 1 { "ground".to_owned() } else { format!("b{}.E", i - 1) };
-        line(format_args!("[joints.j{i}]\ntype = \"revolute\"\n"));
-        line(format_args!("between = [\"{predecessor}\", \"b{i}\"]\n"));
+    line(format_args!(" }}\n"));
+    for body in 0..2 * pairs {
+        line(format_args!("[bodies.b{body}]\nmass = \"1 kg\"\ninertia = \"0.1 kg m^2\"\n"));
+        line(format_args!("com = [\"0.5 m\", 0]\npoints = {{ E = [\"1 m\", 0] }}\n"));
+        let (pair, second) = (body / 2, body % 2 == 1);
+        let on = if second { format!("b{}.E", body - 1) } else { format!("ground.P{pair}") };
+        line(format_args!("[joints.j{body}]\ntype = \"revolute\"\n"));
+        line(format_args!("between = [\"{on}\", \"b{body}\"]\n"));
     }
     line(format_args!(
         "[loads.gravity]\ntype = \"gravity\"\nacceleration = [0, \"-9.81 m/s^2\"]\n"
     ));
-    line(format_args!("[initial]\nj1 = {{ angle = \"-30 deg\" }}\n"));
-    line(format_args!("[solve]\nt_end = \"0.1 s\"\n"));
+    line(format_args!("[solve]\nt_end = \"0.2 s\"\nrtol = 1e-4\natol = 1e-6\n"));
     text
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let n_bodies = std::env::args().nth(1).map_or(Ok(1000), |n| n.parse())?;
-    let text = chain(n_bodies);
+    let text = pendulums(n_bodies);
     let begun = Instant::now();
-    let mechanism = Mechanism::from_toml(&text, "chain")?;
+    let mechanism = Mechanism::from_toml(&text, "pendulums")?;
     let solved = solve(mechanism, &text, &|_| true)?;
     println!("{n_bodies} bodies, derived and solved in {:.2} s", begun.elapsed().as_secs_f64());
 

@@ -138,7 +138,7 @@ impl Show {
             let points = self.points_over_run()?.to_vec();
             self.arrows = Some(Arrows::over_run(&mut self.playback, &self.scene, &points)?);
         }
-        self.playback.seek(self.t)?;
+        self.come_back()?;
         let theme = self.theme();
         let arrows = match &mut self.arrows {
             Some(arrows) if has_arrows => {
@@ -150,6 +150,14 @@ impl Show {
         let coloured = |(place, points)| (palette[(place + 1) % palette.len()], points);
         let trails = trails.into_iter().enumerate().map(coloured).collect();
         Ok(Extras { trails, arrows, has_labels: self.options.labels, ghosts })
+    }
+
+    /// Returns to the instant shown from wherever something else was looked at.
+    fn come_back(&mut self) -> Result<(), Unreplayed> {
+        if self.playback.sample().t != self.t {
+            self.playback.seek(self.t)?;
+        }
+        Ok(())
     }
 
     /// The lengths of arrows, once one was asked for.
@@ -166,7 +174,7 @@ impl Show {
             Some(points) => points,
             None => reach::over_run(&mut self.playback, &self.scene)?,
         };
-        self.playback.seek(self.t)?;
+        self.come_back()?;
         Ok(self.reach.insert(reach))
     }
 }

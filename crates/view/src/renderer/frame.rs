@@ -82,23 +82,24 @@ impl Drawing {
         self.order.clear();
         self.words.clear();
 
+        let layer = self.add_layer(fixed, frame, frame.poses, 1.0);
         for poses in &frame.extras.ghosts {
-            self.mechanism(scene, fixed, frame, poses, GHOST);
+            let ghost = self.add_layer(fixed, frame, poses, GHOST);
+            self.mechanism(scene, fixed, frame, poses, ghost);
         }
         let Extras { trails, arrows, has_labels, .. } = frame.extras;
         if !trails.is_empty() {
-            let layer = self.add_layer(fixed, frame, frame.poses, 1.0);
             let world = (count(fixed.anchors.len()), frame.camera.centre);
             for (color, points) in trails {
                 let stroke = Stroke { color: *color, width: frame.theme.sizes.trail };
                 let range = self.moved(world, |out| out.fading(points, stroke));
-                self.order.extend(range.map(|primitive| Entry { primitive, layer }));
+                self.paint(range, layer);
             }
         }
-        self.mechanism(scene, fixed, frame, frame.poses, 1.0);
+        self.mechanism(scene, fixed, frame, frame.poses, layer);
         if !arrows.is_empty() || *has_labels {
             let (arrows, has_labels) = (arrows.clone(), *has_labels);
-            self.beside(fixed, frame, &Extras { arrows, has_labels, ..Extras::default() });
+            self.beside(fixed, frame, &Extras { arrows, has_labels, ..Extras::default() }, layer);
         }
     }
 
@@ -110,9 +111,8 @@ impl Drawing {
         fixed: &Fixed,
         frame: &Frame<'_>,
         poses: &[Pose],
-        opacity: f32,
+        layer: u32,
     ) {
-        let layer = self.add_layer(fixed, frame, poses, opacity);
         let mut parts = std::mem::take(&mut self.parts);
         parts.clear();
         let depth = |p: [f64; 3]| if scene.is_planar { 0.0 } else { frame.camera.project(p)[2] };
@@ -142,8 +142,9 @@ impl Drawing {
         if !scene.is_planar {
             parts.sort_by(|(a, _), (b, _)| a.total_cmp(b));
         }
-        let entries = parts.iter().flat_map(|(_, range)| range.clone());
-        self.order.extend(entries.map(|primitive| Entry { primitive, layer }));
+        for (_, range) in &parts {
+            self.paint(range.clone(), layer);
+        }
         self.parts = parts;
     }
 
@@ -164,9 +165,8 @@ impl Drawing {
     }
 
     /// Adds arrows and names, as pictures of a scene have them.
-    fn beside(&mut self, fixed: &Fixed, frame: &Frame<'_>, extras: &Extras) {
+    fn beside(&mut self, fixed: &Fixed, frame: &Frame<'_>, extras: &Extras, layer: u32) {
         let beside = picture(&self.bare, frame.poses, extras, frame.camera, frame.theme);
-        let layer = self.add_layer(fixed, frame, frame.poses, 1.0);
         let plane = (count(fixed.anchors.len() + 1), [0.0; 3]);
         let raised = |[x, y]: [f32; 2]| [f64::from(x), f64::from(y), 0.0];
         let ring = |points: &Vec<[f32; 2]>| points.iter().map(|&p| raised(p)).collect::<Vec<_>>();
@@ -184,8 +184,13 @@ impl Drawing {
                     continue;
                 }
             };
-            self.order.extend(range.map(|primitive| Entry { primitive, layer }));
+            self.paint(range, layer);
         }
+    }
+
+    /// Paints primitives next.
+    fn paint(&mut self, primitives: Range<u32>, layer: u32) {
+        self.order.extend(primitives.map(|primitive| Entry { primitive, layer }));
     }
 
     /// Adds primitives relative to an anchor, in the world or in the picture, and gives their places.

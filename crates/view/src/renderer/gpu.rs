@@ -6,15 +6,15 @@ use bytemuck::NoUninit;
 use wgpu::{BufferBindingType, BufferUsages, ShaderStages};
 
 use super::Counts;
-use super::frame::{Drawing, Globals, Layer, Placement};
+use super::frame::{Drawing, Entry, Globals, Layer, Placement};
 use super::primitive::{Fixed, Primitive, count};
 
 /// The shader, one file per primitive.
 const SHADER: &str =
     concat!(include_str!("shader.wgsl"), include_str!("mesh.wgsl"), include_str!("line.wgsl"));
 
-/// Corners of a primitive: two triangles.
-const CORNERS: u32 = 6;
+/// Corners of a primitive: two triangles in a strip.
+const CORNERS: u32 = 4;
 
 /// Pipeline, buffers and what the last frame needs of them.
 #[derive(Debug)]
@@ -29,6 +29,8 @@ pub(super) struct Gpu {
     placements: Growing,
     layers: Growing,
     order: Growing,
+    /// What is in it.
+    last_order: Vec<Entry>,
     /// `None` when a buffer has been replaced.
     bindings: Option<wgpu::BindGroup>,
     n_entries: u32,
@@ -90,6 +92,7 @@ impl Gpu {
             placements: storage(size_of::<Placement>()),
             layers: storage(size_of::<Layer>()),
             order: Growing::new(device, BufferUsages::VERTEX, 4096),
+            last_order: Vec::new(),
             bindings: None,
             n_entries: 0,
             device: device.clone(),
@@ -125,8 +128,12 @@ impl Gpu {
             self.placements.write(device, queue, placements),
             self.layers.write(device, queue, layers),
         ];
-        // The vertex buffer is no part of the bindings.
-        self.order.write(device, queue, order);
+        // The vertex buffer is no part of the bindings, and mostly stays as it is.
+        let is_reordered = *order != self.last_order;
+        if is_reordered {
+            self.order.write(device, queue, order);
+            self.last_order.clone_from(order);
+        }
         if self.bindings.is_none() || is_new.contains(&true) {
             self.bindings = Some(self.bind());
         }
@@ -135,7 +142,7 @@ impl Gpu {
             + size_of_val(&placements[..])
             + size_of_val(&layers[..])
             + size_of_val(&moving[..])
-            + size_of_val(&order[..]);
+            + if is_reordered { size_of_val(&order[..]) } else { 0 };
         Counts { n_draws: usize::from(!order.is_empty()), n_primitives: order.len(), n_bytes }
     }
 
@@ -221,7 +228,10 @@ fn pipeline(
                 attributes: &wgpu::vertex_attr_array![0 => Uint32x2],
             })],
         },
-        primitive: wgpu::PrimitiveState::default(),
+        primitive: wgpu::PrimitiveState {
+            topology: wgpu::PrimitiveTopology::TriangleStrip,
+            ..wgpu::PrimitiveState::default()
+        },
         depth_stencil: None,
         multisample: wgpu::MultisampleState::default(),
         fragment: Some(wgpu::FragmentState {

@@ -6,10 +6,8 @@ fn segment_corner(a: vec2f, b: vec2f, half_width: f32, corner: u32) -> vec2f {
     let along = select(vec2f(1.0, 0.0), (b - a) / length, length > 1e-6);
     let across = vec2f(-along.y, along.x);
     let reach = half_width + 1.0;
-    // Two triangles: 0 1 2 and 1 2 3.
-    let idx = select(corner, corner - 2u, corner > 2u);
-    let is_end = (idx & 1u) == 1u;
-    let side = select(-1.0, 1.0, (idx & 2u) == 2u);
+    let is_end = (corner & 1u) == 1u;
+    let side = select(-1.0, 1.0, (corner & 2u) == 2u);
     let origin = select(a - along * reach, b + along * reach, is_end);
     return origin + across * side * reach;
 }
