@@ -22,7 +22,7 @@ const N_FRAMES: u32 = 50;
 
 /// Double pendulums in a square, `n` bodies, over a fifth of a second.
 fn pendulums(n: usize) -> String {
-    let n_columns = (1..).find(|side| 2 * side * side >= n).unwrap_or(1);
+    let n_columns = (1..=n).find(|side| 2 * side * side >= n).unwrap_or(1);
     let mut text = String::new();
     let mut line = |arguments: std::fmt::Arguments<'_>| {
         text.write_fmt(arguments).expect("text takes everything");
