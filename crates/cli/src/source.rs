@@ -1,6 +1,7 @@
 //! Model files and drawings: opened here, read by the library.
 
 mod drawn;
+pub(crate) mod logged;
 
 use std::fs;
 use std::path::{Path, PathBuf};

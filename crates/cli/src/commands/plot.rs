@@ -4,8 +4,7 @@ mod choose;
 mod compose;
 mod curves;
 
-use std::fs::{self, File};
-use std::io::Read;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use bksim::log::{LogError, Selection};
@@ -16,6 +15,7 @@ use crate::args::plot::{Plot, PlotTheme};
 use crate::exit::{Failure, Status};
 use crate::output;
 use crate::render;
+use crate::source::logged::is_log;
 use choose::{Plan, Quantity};
 use compose::{Drawing, Plotted};
 use curves::{Run, Wish};
@@ -86,24 +86,14 @@ pub(crate) fn run(args: &Plot, as_json: bool) -> Result<Status, Failure> {
 
 /// What stands on the command line, sorted: files that are there or end as logs do, and the rest.
 fn logs_and_channels(what: &[String]) -> Result<(Vec<PathBuf>, Vec<String>), Failure> {
-    let is_log = |text: &String| {
-        let path = Path::new(text);
-        let ending = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"));
-        ending || begins_as_log(path)
-    };
     // The first is a log, or was meant to be one.
     let (first, rest) = what.split_first().ok_or_else(|| {
         Failure::usage("there is no log to draw", "name one: `bksim plot run.mcap`")
     })?;
-    let (logs, channels): (Vec<&String>, Vec<&String>) = rest.iter().partition(|text| is_log(text));
+    let (logs, channels): (Vec<&String>, Vec<&String>) =
+        rest.iter().partition(|text| is_log(Path::new(text)));
     let paths = std::iter::once(first).chain(logs).map(PathBuf::from).collect();
     Ok((paths, channels.into_iter().cloned().collect()))
-}
-
-fn begins_as_log(path: &Path) -> bool {
-    let mut magic = [0; 8];
-    let read = File::open(path).and_then(|mut file| file.read_exact(&mut magic));
-    read.is_ok() && magic == *b"\x89MCAP0\r\n"
 }
 
 /// The format that a name asks for; refuses names that cannot be written.

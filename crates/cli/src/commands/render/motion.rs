@@ -1,12 +1,10 @@
 //! The motion that is drawn: of a log, or of a model, which is solved in memory.
 
-use std::fs::File;
-use std::io::{BufReader, Read};
 use std::path::Path;
 
-use bksim::log::{LogReader, Outcome};
+use bksim::log::Outcome;
 use bksim::mbs::run::Unreplayed;
-use bksim::playback::{Playback, PlaybackError};
+use bksim::playback::PlaybackError;
 use bksim_view::show::{Show, Solved, solve};
 use serde_json::{Value, json};
 
@@ -14,10 +12,8 @@ use crate::args::ModelArgs;
 use crate::exit::Failure;
 use crate::progress::{Progress, StopWish};
 use crate::render;
+use crate::source::logged::{is_log, playback, unplayable};
 use crate::source::{derive, load};
-
-/// The first bytes of every MCAP file.
-const MCAP: [u8; 8] = *b"\x89MCAP0\r\n";
 
 /// A motion to draw.
 pub(super) struct Opened {
@@ -47,9 +43,7 @@ pub(super) fn open(
             "solve the model with them, or render the model",
         ));
     }
-    let file = File::open(path).map_err(|e| Failure::reading(path, &e))?;
-    let log = LogReader::open(BufReader::new(file)).map_err(|e| bad_log(path, &e.into()))?;
-    let playback = Playback::open(log).map_err(|e| bad_log(path, &e))?;
+    let playback = playback(path, "drawn")?;
     let end = playback.log().end.as_ref();
     let is_complete = end.is_some_and(|end| end.outcome == Outcome::ReachedEnd);
     if end.is_none() && !as_json {
@@ -89,20 +83,10 @@ fn solved(
             Ok(Opened { show: Show::new(playback), is_complete, diagnostics })
         }
         Err(PlaybackError::Model(rejected)) => Err(source.rejected(rejected.0)),
-        Err(other) => Err(bad_log(&args.model, &other)),
+        Err(other) => Err(unplayable(&args.model, "drawn", &other)),
     }
 }
 
-fn is_log(path: &Path) -> bool {
-    let mut first = [0; MCAP.len()];
-    let read = File::open(path).and_then(|mut file| file.read_exact(&mut first));
-    read.is_ok() && first == MCAP || path.extension().is_some_and(|ending| ending == "mcap")
-}
-
-fn bad_log(path: &Path, error: &PlaybackError) -> Failure {
-    Failure::Input { path: path.to_owned(), what: format!("cannot be drawn: {error}"), help: None }
-}
-
 pub(super) fn unreplayed(path: &Path, error: Unreplayed) -> Failure {
-    Failure::Input { path: path.to_owned(), what: format!("cannot be drawn: {error}"), help: None }
+    unplayable(path, "drawn", &error)
 }

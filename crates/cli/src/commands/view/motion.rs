@@ -1,21 +1,16 @@
 //! From a model or a log to what a window shows, as often as the file changes.
 
-use std::fs::File;
-use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
-use bksim::log::LogReader;
-use bksim::playback::{Playback, PlaybackError};
+use bksim::playback::PlaybackError;
 use bksim_view::show::{Show, solve};
 use bksim_view::window::{Loaded, Task};
 
 use crate::args::ModelArgs;
 use crate::exit::Failure;
 use crate::render;
+use crate::source::logged::{is_log, playback};
 use crate::source::{Text, derive, load};
-
-/// The first bytes of every MCAP file.
-const MCAP: [u8; 8] = *b"\x89MCAP0\r\n";
 
 /// Where a window's motion comes from.
 pub(super) struct Motion {
@@ -35,17 +30,7 @@ impl Motion {
 
     /// The motion in a log, which may still be written.
     fn log(path: &Path) -> Loaded {
-        let opened = || {
-            let file = File::open(path).map_err(|e| Failure::reading(path, &e))?;
-            let bad = |error: PlaybackError| Failure::Input {
-                path: path.to_owned(),
-                what: format!("cannot be shown: {error}"),
-                help: None,
-            };
-            let log = LogReader::open(BufReader::new(file)).map_err(|e| bad(e.into()))?;
-            Playback::open(log).map_err(bad)
-        };
-        match opened() {
+        match playback(path, "shown") {
             Ok(playback) => {
                 Loaded { show: Some(Box::new(Show::new(playback))), ..Loaded::default() }
             }
@@ -98,11 +83,4 @@ fn faulty(failure: &Failure) -> Loaded {
 
 fn files_of(source: &Text) -> Vec<PathBuf> {
     source.files().into_iter().map(Path::to_owned).collect()
-}
-
-/// Whether a file begins as logs do. One that cannot be read is none.
-fn is_log(path: &Path) -> bool {
-    let mut start = [0; MCAP.len()];
-    let read = File::open(path).and_then(|mut file| file.read_exact(&mut start));
-    read.is_ok() && start == MCAP
 }
