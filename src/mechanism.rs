@@ -1,5 +1,7 @@
 //! From a model's text to its motion, in one value.
 
+use std::sync::Arc;
+
 use bksim_cad::model::{ModelOptions, sheet};
 use bksim_dae::Control;
 use bksim_mbs::assemble::{SymbolicSystem, assemble};
@@ -26,8 +28,8 @@ pub struct Mechanism {
     pub model: Model,
     /// The equations of motion.
     pub system: SymbolicSystem,
-    /// The equations as functions of numbers.
-    pub compiled: CompiledSystem,
+    /// The equations as functions of numbers; shared by whoever evaluates them.
+    pub compiled: Arc<CompiledSystem>,
     /// Parameter values in the order of the model's parameters.
     pub parameters: Vec<f64>,
     /// Warnings found on the way.
@@ -109,6 +111,7 @@ impl Mechanism {
     pub fn derive(model: Model, warnings: Vec<Diagnostic>) -> Result<Self, Rejected> {
         let system = assemble(&model);
         let compiled = compile(&model, &system).map_err(|e| uncompiled(&e))?;
+        let compiled = Arc::new(compiled);
         let parameters = model.parameters.iter().map(|p| p.value).collect();
         Ok(Self { model, system, compiled, parameters, warnings })
     }

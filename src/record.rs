@@ -2,6 +2,7 @@
 
 mod shown;
 mod stage;
+mod table;
 
 use std::collections::BTreeMap;
 use std::io::{Read, Write};

@@ -11,6 +11,7 @@ pub(crate) mod view;
 
 use std::path::PathBuf;
 
+use bksim::mbs::model;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// A drawn mechanism becomes equations a person can read, and motion they can trust.
@@ -315,5 +316,36 @@ fn assignment(text: &str) -> Result<(String, String), String> {
             Ok((name.trim().to_owned(), value.trim().to_owned()))
         }
         _ => Err("expected NAME=VALUE, such as l1=0.8 or l1=\"25 mm\"".to_owned()),
+    }
+}
+
+impl From<Jit> for model::Jit {
+    fn from(word: Jit) -> Self {
+        match word {
+            Jit::Auto => Self::Auto,
+            Jit::On => Self::On,
+            Jit::Off => Self::Off,
+        }
+    }
+}
+
+impl From<Method> for model::Method {
+    fn from(word: Method) -> Self {
+        match word {
+            Method::Auto => Self::Auto,
+            Method::Radau => Self::Radau,
+            Method::Explicit => Self::Explicit,
+        }
+    }
+}
+
+impl From<Formulation> for model::Formulation {
+    fn from(word: Formulation) -> Self {
+        match word {
+            Formulation::Ggl => Self::Ggl,
+            Formulation::Index2 => Self::Index2,
+            Formulation::Index3 => Self::Index3,
+            Formulation::Index1 => Self::Index1,
+        }
     }
 }

@@ -8,9 +8,9 @@ use bksim::VERSION;
 use bksim::log::{Header, LogError, LogReader, Outcome};
 use bksim::mbs::model::{Model, Outputs, SolveOptions};
 use bksim::mbs::run::{RunCheckpoint, Unfit};
+use bksim::options::{FORMULATIONS, METHODS, choice};
 use bksim::record::{Recorder, overrides};
 
-use super::report::{FORMULATIONS, METHODS};
 use crate::args::Solve;
 use crate::exit::Failure;
 use crate::source::{Loaded, Text, parse};
@@ -86,8 +86,8 @@ fn apply(model: &mut Model, header: &Header) -> Option<()> {
         rtol: number("rtol")?,
         atol: number("atol")?,
         step: unless("step", "adaptive")?,
-        method: METHODS.iter().find(|(word, _)| text("method") == Some(*word))?.1,
-        formulation: FORMULATIONS.iter().find(|(word, _)| text("formulation") == Some(*word))?.1,
+        method: choice(&METHODS, text("method")?)?,
+        formulation: choice(&FORMULATIONS, text("formulation")?)?,
         ..solve.clone()
     };
     Some(())
