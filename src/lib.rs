@@ -44,11 +44,13 @@ pub use bksim_expr as expr;
 pub use bksim_log as log;
 pub use bksim_mbs as mbs;
 
+mod changes;
 mod explain;
 mod mechanism;
 pub mod playback;
 pub mod record;
 
+pub use changes::SolveChanges;
 pub use explain::{explain, explained_codes};
 pub use mechanism::{Mechanism, Motion, Rejected, SensitivityMotion, SensitivityPlan};
 
