@@ -54,6 +54,7 @@ pub mod record;
 
 pub use explain::{explain, explained_codes};
 pub use mechanism::{Mechanism, Motion, Rejected, SensitivityMotion, SensitivityPlan};
+pub use options::SolveChanges;
 
 /// Version of bksim, written into every log.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -19,7 +19,7 @@ use bksim_mbs::sensitivity::{
     self, Sensitive, SensitivityEquations, SensitivityError, StateSensitivity, differentiate,
     run_with_sensitivities,
 };
-use bksim_mbs::start::{Start, start};
+use bksim_mbs::start::{Start, StartEquations, StartError, start};
 
 /// A model with its equations, derived and compiled.
 #[derive(Debug)]
@@ -126,9 +126,21 @@ impl Mechanism {
     /// # Errors
     /// [`Rejected`] says which loop cannot close or which stated values exclude each other.
     pub fn start(&self) -> Result<Start, Rejected> {
-        start(&self.model, &self.system, &self.compiled, &self.parameters).map_err(|error| {
-            Rejected(vec![diagnose_start(&self.model, &self.system, &self.compiled, &error)])
-        })
+        start(&self.model, &self.system, &self.compiled, &self.parameters)
+            .map_err(|error| Rejected(vec![self.diagnose_start(&error)]))
+    }
+
+    /// What the model says about its start, compiled for every parameter value.
+    ///
+    /// # Errors
+    /// [`Rejected`] when an expression of the model cannot be compiled.
+    pub fn start_equations(&self) -> Result<StartEquations, Rejected> {
+        StartEquations::compile(&self.model, &self.system).map_err(|e| uncompiled(&e))
+    }
+
+    /// A start that was not found in the author's terms.
+    pub fn diagnose_start(&self, error: &StartError) -> Diagnostic {
+        diagnose_start(&self.model, &self.system, &self.compiled, error)
     }
 
     /// The compiled residual and Jacobian of the formulation the model asks for.

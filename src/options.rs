@@ -23,7 +23,7 @@ const SMALLEST_RTOL: f64 = 1e-13;
 
 /// Options in place of the model's; those that are `None` stay.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct Wishes {
+pub struct SolveChanges {
     /// End time, s: any but the start.
     pub t_end: Option<f64>,
     /// Relative tolerance, 1e-13 … 1.
@@ -59,7 +59,7 @@ pub fn in_words(value: f64) -> String {
     if value != 0.0 && value.abs() < 1e-4 { format!("{value:e}") } else { value.to_string() }
 }
 
-impl Wishes {
+impl SolveChanges {
     /// Puts these options in place of those of `solve`.
     ///
     /// # Errors

@@ -41,6 +41,9 @@ pub struct Channels {
     drives: Range<usize>,
 }
 
+/// The most values of a topic that do not lie in the sample as they are.
+const N_MADE: usize = 10;
+
 /// What a topic holds.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Of {
@@ -88,28 +91,37 @@ impl Channels {
 
     /// Its value in a sample.
     pub fn value(&self, signal: Signal, sample: &Sample) -> f64 {
-        let of = self.topics[signal.topic_idx].1;
-        self.values(of, sample).nth(signal.field_idx).unwrap_or(f64::NAN)
+        let mut made = [0.0; N_MADE];
+        let [first, second] = self.values(self.topics[signal.topic_idx].1, sample, &mut made);
+        let behind = signal.field_idx.checked_sub(first.len());
+        let value = behind.map_or_else(|| first.get(signal.field_idx), |idx| second.get(idx));
+        value.copied().unwrap_or(f64::NAN)
     }
 
-    /// The values of a topic.
-    fn values<'a>(&'a self, of: Of, sample: &'a Sample) -> Box<dyn Iterator<Item = f64> + 'a> {
+    /// The values of a topic, in two parts: as they lie in the sample, or made from it.
+    fn values<'a>(
+        &self,
+        of: Of,
+        sample: &'a Sample,
+        made: &'a mut [f64; N_MADE],
+    ) -> [&'a [f64]; 2] {
         let Sample { q, v, a, lambda, reactions, energy, stats, .. } = sample;
         match of {
-            Of::State => Box::new(q.iter().chain(v).copied()),
-            Of::Acceleration => Box::new(a.iter().copied()),
-            Of::Multipliers => Box::new(lambda.iter().copied()),
-            Of::Reaction(joint) => Box::new(reactions[joint].into_iter()),
+            Of::State => [q, v],
+            Of::Acceleration => [a, &[]],
+            Of::Multipliers => [lambda, &[]],
+            Of::Reaction(joint) => [&reactions[joint], &[]],
             // The multipliers of the drives' rows are the efforts.
-            Of::Drives => Box::new(lambda[self.drives.clone()].iter().copied()),
+            Of::Drives => [&lambda[self.drives.clone()], &[]],
             Of::Energy => {
                 let total = energy.kinetic + energy.potential;
                 let five = [energy.kinetic, energy.potential, total, sample.work, energy.power];
-                Box::new(five.into_iter())
+                made[..5].copy_from_slice(&five);
+                [&made[..5], &[]]
             }
             #[expect(clippy::cast_precision_loss, reason = "counters stay far below 2^53")]
-            Of::Solver => Box::new(
-                [
+            Of::Solver => {
+                *made = [
                     sample.step_size,
                     sample.position_residual[1],
                     sample.velocity_residual[1],
@@ -120,9 +132,9 @@ impl Channels {
                     stats.n_newton as f64,
                     stats.n_jacobian as f64,
                     stats.n_factor as f64,
-                ]
-                .into_iter(),
-            ),
+                ];
+                [made, &[]]
+            }
         }
     }
 }
@@ -209,7 +221,9 @@ impl<W: Write> Recorder<W> {
         let mut values = std::mem::take(&mut self.values);
         for topic_idx in 0..self.topics.len() {
             values.clear();
-            values.extend(self.channels.values(self.channels.topics[topic_idx].1, sample));
+            let mut made = [0.0; N_MADE];
+            let parts = self.channels.values(self.channels.topics[topic_idx].1, sample, &mut made);
+            values.extend(parts.into_iter().flatten());
             self.put(topic_idx, sample.t, &values)?;
         }
         self.values = values;

@@ -3,7 +3,7 @@
 use bksim_log::Field;
 use bksim_mbs::run::Sample;
 
-use super::{Channels, Of};
+use super::{Channels, N_MADE, Of};
 
 impl Channels {
     /// Names and fields of all values of a sample: `state.theta1`, `energy.total`.
@@ -20,8 +20,9 @@ impl Channels {
 
     /// Puts the values of a sample behind those of `row`.
     pub fn append_row(&self, sample: &Sample, row: &mut Vec<f64>) {
+        let mut made = [0.0; N_MADE];
         for &(_, of) in &self.topics {
-            row.extend(self.values(of, sample));
+            self.values(of, sample, &mut made).iter().for_each(|part| row.extend_from_slice(part));
         }
     }
 

@@ -16,7 +16,7 @@ use bksim::mbs::mobility::mobility;
 use bksim::mbs::model::Model;
 use bksim::mbs::run::{Observer, Sample, Segment, Unresumed};
 use bksim::mbs::sensitivity::{Sensitive, StateSensitivity};
-use bksim::options::{BadOption, Wishes, described, in_words};
+use bksim::options::{BadOption, SolveChanges, described, in_words};
 use bksim::record::{Recorder, set_option};
 use bksim::{Mechanism, Rejected};
 
@@ -242,7 +242,7 @@ fn sensitive(mechanism: &Mechanism, names: &[String]) -> Result<Vec<Sensitive>, 
 
 /// Puts the options of the command line in place of the model's.
 fn apply_options(model: &mut Model, args: &Solve) -> Result<(), Failure> {
-    let wishes = Wishes {
+    let changes = SolveChanges {
         t_end: args.t_end,
         rtol: args.rtol,
         atol: args.atol,
@@ -252,7 +252,7 @@ fn apply_options(model: &mut Model, args: &Solve) -> Result<(), Failure> {
         formulation: args.formulation.map(Into::into),
         jit: args.jit.map(Into::into),
     };
-    wishes.apply(&mut model.solve).map_err(|BadOption { option, value, range }| {
+    changes.apply(&mut model.solve).map_err(|BadOption { option, value, range }| {
         let flag = format!("--{}", option.replace('_', "-"));
         let message = format!("`{flag} {}` is not {range}", in_words(value));
         Failure::usage(message, &format!("give {flag} a value {range}"))
