@@ -7,7 +7,7 @@ use bksim::describe;
 use bksim::mbs::compile::{CompiledSystem, Quantity};
 use bksim::mbs::diagnostic::Diagnostic;
 use bksim::mbs::equations::page::{Page, Style, Subject};
-use bksim::mbs::equations::{ReadingForm, proof};
+use bksim::mbs::equations::{Equations, Notation, ReadingForm, proof};
 use bksim::mbs::fault::diagnose_mobility;
 use bksim::mbs::file::Limits;
 use bksim::mbs::formulate::MotionEquations;
@@ -285,6 +285,17 @@ impl Engine {
                 Subject { model, system, coordinates, multipliers, form: &form, proof: &proof };
             let page = Page::new(&subject, style);
             Ok(if is_document { page.document() } else { page.formulas() })
+        })
+    }
+
+    /// T, V, the left sides of the equations and of the constraints, as LaTeX.
+    fn latex(&self, py: Python<'_>) -> PyResult<(String, String, Vec<String>, Vec<String>)> {
+        guard(py, || {
+            let mechanism = self.mechanism();
+            let Mechanism { model, system, .. } = &*mechanism;
+            let formulas = ReadingForm::plain(model, system).write(model, Notation::Latex);
+            let Equations { kinetic_energy, potential_energy, equations, constraints } = formulas;
+            Ok((kinetic_energy, potential_energy, equations, constraints))
         })
     }
 

@@ -12,7 +12,6 @@
 //! | `logged.rs` | runs as logs, and back |
 //! | `functions.rs` | the compiled functions |
 //! | `show.rs` | pictures, curves and pages |
-//! | `expr.rs` | the algebra by itself |
 //!
 //! # Invariants
 //!
@@ -42,6 +41,7 @@ fn bksim_module(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(document::to_toml, m)?)?;
     m.add_function(wrap_pyfunction!(document::from_toml, m)?)?;
     m.add_function(wrap_pyfunction!(logged::open_log, m)?)?;
+    m.add_function(wrap_pyfunction!(show::figure, m)?)?;
     m.add_function(wrap_pyfunction!(fault::explain, m)?)?;
     m.add_function(wrap_pyfunction!(fault::panic_for_tests, m)?)?;
     Ok(())

@@ -1,11 +1,14 @@
-//! Pictures and pages of runs.
+//! Pictures, curves and pages of runs.
 
 use bksim::log::LogReader;
 use bksim::playback::Playback;
 use bksim_page::Options;
+use bksim_plot::{Axis, Curve, Figure, Format, Panel, PlotError};
 use bksim_scene::{Camera, Extras, Form, Scene, Theme};
+use numpy::PyReadonlyArray1;
+use pyo3::prelude::*;
 
-use crate::fault::Fault;
+use crate::fault::{Fault, guard};
 use crate::logged::bytes;
 use crate::solution::{Rows, Run};
 
@@ -62,4 +65,42 @@ pub(crate) fn picture(
     let theme = if is_dark { Theme::DARK } else { Theme::LIGHT };
     let seen = bksim_scene::picture(&scene, playback.poses(), &Extras::default(), &camera, &theme);
     Ok(bksim_scene::svg(&seen))
+}
+
+/// A curve: its name, values along the abscissa, its own values.
+type Given<'py> = (String, PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>);
+
+/// Curves as a picture: panels are what is shown, its unit, and curves.
+#[pyfunction]
+pub(crate) fn figure<'py>(
+    py: Python<'py>,
+    title: String,
+    panels: Vec<(String, String, Vec<Given<'py>>)>,
+    x: (String, String),
+    format: String,
+    is_dark: bool,
+) -> PyResult<std::borrow::Cow<'static, [u8]>> {
+    let panel = |(what, unit, curves): (String, String, Vec<Given<'py>>)| {
+        let curve = |(name, x, y): Given<'py>| {
+            let points = x.as_array().iter().zip(y.as_array()).map(|(&x, &y)| [x, y]).collect();
+            Curve::new(&name, points)
+        };
+        let curves = curves.into_iter().map(curve).collect();
+        Panel::new(Axis::new(&x.0, &x.1), Axis::new(&what, &unit), curves)
+    };
+    let figure = Figure::new(&title, panels.into_iter().map(panel).collect());
+    guard(py, move || {
+        let format = match format.as_str() {
+            "svg" => Format::Svg,
+            "png" => Format::Png,
+            "pdf" => Format::Pdf,
+            other => {
+                let known = "svg, png and pdf";
+                return Err(Fault::Value(format!("{other:?} is none of {known}")));
+            }
+        };
+        let theme = if is_dark { bksim_plot::Theme::DARK } else { bksim_plot::Theme::LIGHT };
+        let drawn = figure.render(format, None, &theme);
+        drawn.map(Into::into).map_err(|e: PlotError| Fault::Value(e.to_string()))
+    })
 }

@@ -96,6 +96,12 @@ impl Run {
         }
     }
 
+    /// Whether it was opened from a log.
+    #[getter]
+    fn is_logged(&self) -> bool {
+        self.logged.is_some()
+    }
+
     /// How it ended: `reached`, `full`, `stopped`, `failed`.
     #[getter]
     fn ending(&self) -> &'static str {
