@@ -16,7 +16,7 @@ use bksim::mbs::mobility::mobility;
 use bksim::mbs::model::{Formulation, Jit, Method, Model, Outputs};
 use bksim::mbs::run::{Observer, Sample, Segment, Unresumed};
 use bksim::mbs::sensitivity::{Sensitive, StateSensitivity};
-use bksim::record::{Recorder, set_option};
+use bksim::record::{Contents, Recorder, set_option};
 use bksim::{Mechanism, Rejected};
 
 use self::report::{Report, Times, options_of};
@@ -29,6 +29,9 @@ use crate::source::{derive, load};
 
 /// The smallest relative tolerance that numbers of 16 digits can keep through a step.
 const SMALLEST_RTOL: f64 = 1e-13;
+
+/// The option of a log without the channels of other programs.
+const OWN_CHANNELS: [&str; 2] = ["channels", "own"];
 
 pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let mut times = Times::default();
@@ -80,11 +83,19 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
     let file = File::create(&written).map_err(|e| Failure::writing(&written, &e))?;
     let mut options = options_of(&mechanism.model, &sensitive);
     options.extend(set.iter().map(|(name, value)| set_option(name, value)));
+    let channels = match &first {
+        Some(first) => first.channels,
+        None => args.channels,
+    };
+    if channels == args::Channels::Own {
+        options.push(OWN_CHANNELS.map(str::to_owned).into());
+    }
+    let has_viewers = channels == args::Channels::All;
+    let contents = Contents { options: &options, sensitive: &sensitive, has_viewers };
     let out = BufWriter::new(file);
     let text = &source.text;
-    let mut log =
-        Recorder::create_with_sensitivities(out, &mechanism, text, &start, &options, &sensitive)
-            .map_err(|e| Failure::writing(&path, &e))?;
+    let mut log = Recorder::create_with(out, &mechanism, text, &start, &contents)
+        .map_err(|e| Failure::writing(&path, &e))?;
     if let Some(first) = &first {
         first.copy_into(&mut log, &path)?;
     }
