@@ -130,15 +130,19 @@ fn doubles(value: &Value) -> Vec<f64> {
     numbers.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect()
 }
 
+fn count(value: &Value) -> usize {
+    value.as_u64().and_then(|n| usize::try_from(n).ok()).expect("a count")
+}
+
 /// The polynomials of a page.
 fn pieces(data: &Value) -> Vec<Segment> {
     let motion = &data["motion"];
-    let n_columns = motion["columns"].as_u64().expect("columns") as usize;
+    let n_columns = count(&motion["columns"]);
     let (times, values) = (doubles(&motion["times"]), doubles(&motion["values"]));
     let degrees = motion["degrees"].as_array().expect("degrees").iter();
     let mut first = 0;
     let piece = |(degree, ends): (&Value, &[f64])| {
-        let n = (degree.as_u64().expect("a degree") as usize + 1) * n_columns;
+        let n = (count(degree) + 1) * n_columns;
         first += n;
         let values = values[first - n..first].to_vec();
         Segment { t0: ends[0], t1: ends[1], values, ..Segment::default() }

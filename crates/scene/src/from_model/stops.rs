@@ -4,8 +4,9 @@ use bksim_mbs::model::{Joint, LoadKind};
 
 use super::Sketch;
 use super::rail::Rail;
+use super::turns::turns;
 use crate::Shape;
-use crate::geometry::{Point, add, direction, left, length, scaled, sub3, unit};
+use crate::geometry::{Plane, Point, add, direction, left, length, scaled, sub3, unit};
 
 /// Where the line of a stop begins and ends, from the joint that it limits, radii of a pin.
 const REACH: [f64; 2] = [4.5, 9.5];
@@ -27,7 +28,7 @@ impl Sketch<'_> {
             for (limit, sign) in [(min, -1.0), (max, 1.0)] {
                 let Some(limit) = limit.map(|limit| self.numbers.value(limit)) else { continue };
                 shapes.extend(match &self.rails[joint_id.0] {
-                    _ if self.turns(joint, motion_idx) => self.turn_stop(joint, limit, sign),
+                    _ if turns(joint, motion_idx) => self.turn_stop(joint, limit, sign),
                     Some(rail) => self.rail_stop(rail, limit, sign),
                     None => Vec::new(),
                 });
@@ -52,10 +53,9 @@ impl Sketch<'_> {
         let other = self.numbers.attached(joint.successor);
         // Its far end, or its centre of mass; planes of a joint lie alike in both its bodies.
         let points = self.attached[other.body].iter().copied().chain(self.com(other.body));
-        let ways = points.map(|p| sub3(p, other.position)).map(|way| {
-            let flat = crate::geometry::Plane { origin: [0.0; 3], ..plane };
-            flat.foot(way)
-        });
+        let ways = points
+            .map(|p| sub3(p, other.position))
+            .map(|way| Plane { origin: [0.0; 3], ..plane }.foot(way));
         let far = ways.max_by(|a, b| length(*a).total_cmp(&length(*b)));
         let far = far.filter(|way| length(*way) > self.pin).unwrap_or([1.0, 0.0]);
         let turned = |[x, y]: Point, [cos, sin]: Point| [cos * x - sin * y, sin * x + cos * y];

@@ -27,7 +27,7 @@ impl Sketch<'_> {
         let mut shapes = Vec::new();
         for drive in &self.model().drives {
             let joint = &self.model().joints[drive.joint.0];
-            if !self.turns(joint, drive.motion_idx) {
+            if !turns(joint, drive.motion_idx) {
                 shapes.extend(self.pushed(drive.joint));
                 continue;
             }
@@ -46,29 +46,17 @@ impl Sketch<'_> {
         for load in &self.model().loads {
             let LoadKind::Torque { on, from, vector } = &load.kind else { continue };
             let joint = self.joint_between(*from, *on);
-            let (body, plane, side) = match joint {
-                Some(joint) => {
-                    let (at, plane) = self.holder(joint);
-                    (at.body, plane, self.open_side(joint))
-                }
-                None => {
-                    let Some(com) = self.com(on.0) else { continue };
-                    let axis = unit3(self.numbers.vector(vector)).unwrap_or([0.0, 0.0, 1.0]);
-                    (on.0, self.plane_across(com, axis), FRAC_PI_2)
-                }
+            let (body, plane, side) = if let Some(joint) = joint {
+                let (at, plane) = self.holder(joint);
+                (at.body, plane, self.open_side(joint))
+            } else {
+                let Some(com) = self.com(on.0) else { continue };
+                let axis = unit3(self.numbers.vector(vector)).unwrap_or([0.0, 0.0, 1.0]);
+                (on.0, self.plane_across(com, axis), FRAC_PI_2)
             };
             shapes.extend(self.turned(body, Role::Torque, &plane, TORQUE, side));
         }
         shapes
-    }
-
-    /// Whether this motion of a joint is a rotation.
-    pub(super) fn turns(&self, joint: &Joint, motion_idx: usize) -> bool {
-        match joint.kind {
-            JointKind::Revolute => true,
-            JointKind::PinInSlot => motion_idx == 1,
-            _ => false,
-        }
     }
 
     /// The plane across the axis of a joint, on its first body.
@@ -127,5 +115,14 @@ impl Sketch<'_> {
         let corner = |side: f64| add(foot, scaled(side * half, left(along)));
         let ring = vec![add(foot, scaled(length, along)), corner(1.0), corner(-1.0)];
         Shape::region(body, role, plane, &[ring])
+    }
+}
+
+/// Whether this motion of a joint is a rotation.
+pub(super) fn turns(joint: &Joint, motion_idx: usize) -> bool {
+    match joint.kind {
+        JointKind::Revolute => true,
+        JointKind::PinInSlot => motion_idx == 1,
+        _ => false,
     }
 }
