@@ -102,7 +102,8 @@ impl Sketch<'_> {
             return Vec::new();
         };
         let [_, [_, top]] = rail.room;
-        let height = top + 2.0 * self.pin;
+        // Clear of the hatching of a guide.
+        let height = top + 3.2 * self.pin;
         let [from, to] = [-2.6, 1.6].map(|x| [x * self.pin, height]);
         vec![
             Shape::line(slider.body, Role::Drive, &slider.plane, &[from, to]),
