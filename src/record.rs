@@ -27,7 +27,7 @@ pub struct Recorder<W: Write> {
     /// Those of the channels.
     topics: Vec<TopicId>,
     sensitivities: Vec<TopicId>,
-    /// For programs that know nothing of bksim.
+    /// For programs that know nothing of bksim, if they are to have anything.
     shown: Option<Shown>,
     values: Vec<f64>,
     segment: bksim_log::Segment,
@@ -150,6 +150,26 @@ impl Of {
     }
 }
 
+/// What a log holds beside the samples.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Contents<'a> {
+    /// Settings to keep beside the model's own.
+    pub options: &'a [(String, String)],
+    /// Quantities that have a channel for the sensitivities to each: `/sensitivity/l1`,
+    /// `/sensitivity/A/rate`.
+    pub sensitive: &'a [Sensitive],
+    /// Whether the channels of other programs are there, too: `/tf`, `/scene`, `/spans`,
+    /// `/joint_states`, `/outlines/…`.
+    pub has_viewers: bool,
+}
+
+impl Default for Contents<'_> {
+    /// No options, no sensitivities, and the channels of other programs.
+    fn default() -> Self {
+        Self { options: &[], sensitive: &[], has_viewers: true }
+    }
+}
+
 /// Options with this prefix are parameters given on the command line.
 const SET: &str = "set.";
 
@@ -178,22 +198,22 @@ impl<W: Write> Recorder<W> {
         start: &Start,
         options: &[(String, String)],
     ) -> Result<Self, LogError> {
-        Self::create_with_sensitivities(out, mechanism, model_text, start, options, &[])
+        let contents = Contents { options, ..Contents::default() };
+        Self::create_with(out, mechanism, model_text, start, &contents)
     }
 
-    /// As [`Recorder::create`], with a channel for the sensitivities to each quantity:
-    /// `/sensitivity/l1`, `/sensitivity/A/rate`.
+    /// As [`Recorder::create`], with what else the log holds.
     ///
     /// # Errors
     /// [`LogError`] when the start of the log cannot be written.
-    pub fn create_with_sensitivities(
+    pub fn create_with(
         out: W,
         mechanism: &Mechanism,
         model_text: &str,
         start: &Start,
-        options: &[(String, String)],
-        sensitive: &[Sensitive],
+        contents: &Contents<'_>,
     ) -> Result<Self, LogError> {
+        let &Contents { options, sensitive, has_viewers } = contents;
         let mut header = Header::new(&mechanism.model.name, "toml", model_text, VERSION);
         (header.t_start, header.t_end) = (start.t, mechanism.model.solve.t_end);
         header.options = options.iter().cloned().collect();
@@ -208,7 +228,7 @@ impl<W: Write> Recorder<W> {
             sensitive.iter().map(|&by| header.add_topic(sensitivity_topic(mechanism, by)));
         let sensitivities = sensitivities.collect();
         let mut writer = LogWriter::create(out, &header)?;
-        let shown = Shown::add(&mut writer, mechanism)?;
+        let shown = if has_viewers { Shown::add(&mut writer, mechanism)? } else { None };
         let (values, segment) = (Vec::new(), bksim_log::Segment::default());
         Ok(Self { writer, header, channels, topics, sensitivities, shown, values, segment })
     }

@@ -148,7 +148,7 @@ pub(crate) struct Solve {
     pub(crate) force: bool,
     /// Continue a run that was stopped: in place of a model, name its log.
     #[arg(long, conflicts_with_all = [
-        "set", "t_end", "rtol", "atol", "step", "every", "method", "formulation",
+        "set", "t_end", "rtol", "atol", "step", "every", "method", "formulation", "channels",
     ])]
     pub(crate) resume: bool,
     /// End time, s, in place of the model's.
@@ -179,6 +179,17 @@ pub(crate) struct Solve {
     /// (`A.rate`), too; may be repeated. Radau IIA integrates then, whatever the method.
     #[arg(long, value_name = "NAME")]
     pub(crate) sensitivity: Vec<String>,
+    /// What the log holds beside the samples and the motion between them.
+    #[arg(long, value_enum, value_name = "WHICH", default_value = "all")]
+    pub(crate) channels: Channels,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub(crate) enum Channels {
+    /// Also what Foxglove, Lichtblick and Rerun show: transforms, shapes, joint states.
+    All,
+    /// Nothing for other programs.
+    Own,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]

@@ -217,6 +217,26 @@ fn in_space_what_is_nearer_lies_above() {
 }
 
 #[test]
+fn rods_and_balls_are_as_wide_from_everywhere() {
+    let rod = |body, role, ends, radius| Shape { body, role, form: Form::Rod { ends, radius } };
+    let (foot, head) = ([-1.4, 0.0, -1.2], [1.2, 0.6, 1.4]);
+    let shapes = vec![
+        rod(1, Role::Body(0), [foot, head], 0.35),
+        rod(1, Role::Weld, [foot, foot], 0.3),
+        rod(2, Role::Body(1), [head, head], 0.8),
+    ];
+    let seen = |azimuth: f64, shapes| {
+        let camera = Camera { scale: 10.0, ..Camera::spatial(SIZE, azimuth, 0.4) };
+        let scene = Scene { is_planar: false, ..scene(shapes) };
+        let poses = [Pose::default(); 3];
+        draw(scene, &poses, &Extras::default(), &camera, &Theme::LIGHT)
+    };
+    let image = seen(0.6, shapes.clone());
+    check("rods", &image);
+    assert!(difference(&image, &seen(2.2, shapes)) > OTHERS_PER_THOUSAND);
+}
+
+#[test]
 fn ghosts_are_faint_and_behind() {
     let bar = [[-0.4, -0.4], [3.2, -0.4], [3.2, 0.4], [-0.4, 0.4]];
     let shapes = vec![region(1, Role::Body(2), &[&bar])];

@@ -17,16 +17,19 @@ use bksim::mbs::model::Model;
 use bksim::mbs::run::{Observer, Sample, Segment, Unresumed};
 use bksim::mbs::sensitivity::{Sensitive, StateSensitivity};
 use bksim::options::{BadOption, SolveChanges, described, in_words};
-use bksim::record::{Recorder, set_option};
+use bksim::record::{Contents, Recorder, set_option};
 use bksim::{Mechanism, Rejected};
 
 use self::report::{Report, Times};
-use crate::args::Solve;
+use crate::args::{self, Solve};
 use crate::exit::{Failure, Status, without_number};
 use crate::output;
 use crate::progress::{Progress, StopWish};
 use crate::render;
 use crate::source::{derive, load};
+
+/// The option of a log without the channels of other programs.
+const OWN_CHANNELS: [&str; 2] = ["channels", "own"];
 
 pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let mut times = Times::default();
@@ -78,11 +81,19 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
     let file = File::create(&written).map_err(|e| Failure::writing(&written, &e))?;
     let mut options = described(&mechanism.model, &sensitive);
     options.extend(set.iter().map(|(name, value)| set_option(name, value)));
+    let channels = match &first {
+        Some(first) => first.channels,
+        None => args.channels,
+    };
+    if channels == args::Channels::Own {
+        options.push(OWN_CHANNELS.map(str::to_owned).into());
+    }
+    let has_viewers = channels == args::Channels::All;
+    let contents = Contents { options: &options, sensitive: &sensitive, has_viewers };
     let out = BufWriter::new(file);
     let text = &source.text;
-    let mut log =
-        Recorder::create_with_sensitivities(out, &mechanism, text, &start, &options, &sensitive)
-            .map_err(|e| Failure::writing(&path, &e))?;
+    let mut log = Recorder::create_with(out, &mechanism, text, &start, &contents)
+        .map_err(|e| Failure::writing(&path, &e))?;
     if let Some(first) = &first {
         first.copy_into(&mut log, &path)?;
     }

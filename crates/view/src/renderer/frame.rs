@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use bksim::mbs::pose::Pose;
-use bksim_scene::{Extras, Item, Scene, Stroke, picture};
+use bksim_scene::{Extras, Form, Item, Scene, Stroke, picture, silhouette};
 use bytemuck::{Pod, Zeroable};
 
 use super::Frame;
@@ -116,14 +116,11 @@ impl Drawing {
         let mut parts = std::mem::take(&mut self.parts);
         parts.clear();
         let depth = |p: [f64; 3]| if scene.is_planar { 0.0 } else { frame.camera.project(p)[2] };
-        let shapes = || scene.shapes.iter().zip(&fixed.ranges).zip(&fixed.middles);
-        let part = |body: usize, middle: [f64; 3], range: &Range<u32>| {
-            poses.get(body).map(|pose| (depth(pose.place(middle)), range.clone()))
-        };
+        let shapes = self.shapes(scene, fixed, frame, poses);
         let of = |is_front: bool| {
-            let chosen =
-                shapes().filter(move |((shape, _), _)| shape.role.is_in_front() == is_front);
-            chosen.filter_map(|((shape, range), &middle)| part(shape.body, middle, range))
+            let drawn = scene.shapes.iter().zip(&shapes);
+            let chosen = drawn.filter(move |(shape, _)| shape.role.is_in_front() == is_front);
+            chosen.map(|(_, part)| part.clone())
         };
         parts.extend(of(false));
         for span in &scene.spans {
@@ -131,7 +128,8 @@ impl Drawing {
                 continue;
             };
             let ends = [a.place(span.ends[0].position), b.place(span.ends[1].position)];
-            for (role, points) in span.lines(ends, scene.pin) {
+            let [_, _, eye] = frame.camera.r_view_from_world;
+            for (role, points) in span.lines(ends, scene.pin, eye) {
                 let Some(stroke) = frame.theme.paint(role).stroke else { continue };
                 let world = (count(fixed.anchors.len()), frame.camera.centre);
                 let range = self.moved(world, |out| out.line(&points, false, stroke));
@@ -146,6 +144,39 @@ impl Drawing {
             self.paint(range.clone(), layer);
         }
         self.parts = parts;
+    }
+
+    /// The shapes, in the order of the scene, with their depths in space.
+    fn shapes(
+        &mut self,
+        scene: &Scene,
+        fixed: &Fixed,
+        frame: &Frame<'_>,
+        poses: &[Pose],
+    ) -> Vec<(f64, Range<u32>)> {
+        let world = (count(fixed.anchors.len()), frame.camera.centre);
+        let mut ranges = Vec::with_capacity(scene.shapes.len());
+        let mut depths = vec![0.0; scene.shapes.len()];
+        for (place, shape) in scene.shapes.iter().enumerate() {
+            let Some(pose) = poses.get(shape.body) else {
+                ranges.push(0..0);
+                continue;
+            };
+            ranges.push(if let Form::Rod { ends, radius } = shape.form {
+                let ring = silhouette(ends.map(|end| pose.place(end)), radius, frame.camera);
+                let paint = frame.theme.paint(shape.role);
+                self.moved(world, |out| out.region(&[ring], paint.fill, paint.stroke))
+            } else {
+                fixed.ranges[place].clone()
+            });
+            if !scene.is_planar {
+                depths[place] = frame.camera.project(pose.place(fixed.middles[place]))[2];
+            }
+        }
+        if !scene.is_planar {
+            depths = scene.depths(&depths);
+        }
+        depths.into_iter().zip(ranges).collect()
     }
 
     /// Placements of all bodies, of the world, and of the picture.

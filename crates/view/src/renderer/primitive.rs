@@ -69,6 +69,8 @@ impl Fixed {
                             out.line(points, *is_closed, stroke);
                         }
                     }
+                    // Its outline depends on the camera.
+                    Form::Rod { .. } => (),
                 }
             }
             ranges.push(first..count(primitives.len()));
@@ -159,8 +161,13 @@ pub(super) fn points_of(form: &Form) -> impl Iterator<Item = &[f64; 3]> {
     let rings = match form {
         Form::Region(rings) => rings.as_slice(),
         Form::Line { points, .. } => std::slice::from_ref(points),
+        Form::Rod { .. } => &[],
     };
-    rings.iter().flatten()
+    let ends = match form {
+        Form::Rod { ends, .. } => ends.as_slice(),
+        _ => &[],
+    };
+    rings.iter().flatten().chain(ends)
 }
 
 /// The middle of points; the origin if there are none.
