@@ -11,6 +11,7 @@
 //! | `solution.rs` | what a run leaves |
 //! | `logged.rs` | runs as logs, and back |
 //! | `functions.rs` | the compiled functions |
+//! | `expr.rs` | the algebra by itself |
 //! | `show.rs` | pictures, curves and pages |
 //!
 //! # Invariants
@@ -21,6 +22,7 @@
 mod arrays;
 mod document;
 mod engine;
+mod expr;
 mod fault;
 mod functions;
 mod logged;
@@ -38,6 +40,8 @@ fn bksim_module(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<engine::Engine>()?;
     m.add_class::<solution::Run>()?;
     m.add_class::<functions::Functions>()?;
+    m.add_class::<expr::Expr>()?;
+    m.add_class::<expr::Compiled>()?;
     m.add_function(wrap_pyfunction!(document::to_toml, m)?)?;
     m.add_function(wrap_pyfunction!(document::from_toml, m)?)?;
     m.add_function(wrap_pyfunction!(logged::open_log, m)?)?;

@@ -55,6 +55,7 @@ pub(crate) fn picture(
             let points: Vec<[f64; 3]> = match &shape.form {
                 Form::Region(rings) => rings.concat(),
                 Form::Line { points, .. } => points.clone(),
+                Form::Rod { ends, .. } => ends.to_vec(),
             };
             points.into_iter().filter_map(move |p| poses.get(shape.body).map(|pose| pose.place(p)))
         })

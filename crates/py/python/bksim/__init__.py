@@ -7,6 +7,7 @@
 True
 """
 
+from . import expr
 from ._bksim import __version__, explain
 from ._equations import Equations
 from ._errors import (
@@ -87,6 +88,7 @@ __all__ = [
     "Weld",
     "__version__",
     "explain",
+    "expr",
     "load",
     "loads",
     "open",
