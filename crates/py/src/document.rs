@@ -11,8 +11,8 @@ pub(crate) fn to_toml(py: Python<'_>, json: String) -> PyResult<String> {
         let bad = |error: &dyn std::fmt::Display| {
             Fault::Value(format!("this cannot be written as a model: {error}"))
         };
-        let value: toml::Value = serde_json::from_str(&json).map_err(|e| bad(&e))?;
-        toml::to_string(&value).map_err(|e| bad(&e))
+        let value: serde_json::Value = serde_json::from_str(&json).map_err(|e| bad(&e))?;
+        toml_edit::ser::to_string_pretty(&value).map_err(|e| bad(&e))
     })
 }
 
@@ -21,7 +21,8 @@ pub(crate) fn to_toml(py: Python<'_>, json: String) -> PyResult<String> {
 pub(crate) fn from_toml(py: Python<'_>, text: String) -> PyResult<String> {
     guard(py, move || {
         let bad = |error: &dyn std::fmt::Display| Fault::Value(format!("this is no TOML: {error}"));
-        let value: toml::Table = toml::from_str(&text).map_err(|e| bad(&e))?;
+        // This reader keeps the order of the text.
+        let value: serde_json::Value = toml_edit::de::from_str(&text).map_err(|e| bad(&e))?;
         serde_json::to_string(&value).map_err(|e| bad(&e))
     })
 }

@@ -71,7 +71,7 @@ def test_parameters_are_si_or_text() -> None:
 
 
 def test_a_parameter_in_a_file_of_millimetres_is_set_in_metres() -> None:
-    m = bksim.load('[units]\nlength = "mm"\n' + PENDULUM.replace('"0.5 m"', "500"))
+    m = bksim.load('[units]\nlength = "mm"\n' + PENDULUM.replace("0.5 m", "500 mm"))
     assert m.parameters["l"] == 0.5
     m.parameters["l"] = 0.25
     assert m.parameters["l"] == 0.25
@@ -93,10 +93,10 @@ def test_a_drawing_is_a_model(examples: Path) -> None:
 def test_faults_have_places_and_names(tmp_path: Path) -> None:
     path = tmp_path / "bad.toml"
     path.write_text(PENDULUM.replace('"bob"]', '"bbo"]'))
-    with pytest.raises(bksim.ModelError, match="bad.toml:8:") as caught:
+    with pytest.raises(bksim.ModelError, match="bad.toml:9:") as caught:
         bksim.load(path)
     (fault,) = caught.value.diagnostics
-    assert fault.severity == "error" and fault.labels[0].line == 8
+    assert fault.severity == "error" and fault.labels[0].line == 9
     assert bksim.explain(fault.code)
     assert str(path) in str(fault)
 
@@ -112,9 +112,8 @@ def test_what_is_no_file_is_no_file(tmp_path: Path) -> None:
 
 def test_a_loop_that_cannot_close_is_an_assembly_error(examples: Path) -> None:
     m = bksim.load(examples / "four-bar" / "model.toml")
-    name = next(iter(m.parameters))
-    m.parameters[name] = 1e3
-    with pytest.raises((bksim.AssemblyError, bksim.ModelError)) as caught:
+    m.parameters["b"] = 3.0
+    with pytest.raises(bksim.AssemblyError) as caught:
         m.assemble()
     assert isinstance(caught.value, bksim.Error) and caught.value.diagnostics
 
@@ -149,11 +148,12 @@ def test_sympys_equations_are_those_that_are_solved(examples: Path) -> None:
     pytest.importorskip("sympy")
     m = bksim.load(examples / "slider-crank" / "model.toml")
     sol = m.solve(t_end=0.3)
-    values = {name: value for name, value in m.parameters.items()} | {"t": float(sol.t[40])}
+    values = {name: value for name, value in m.parameters.items()} | {"t": float(sol.t[-9])}
     for k, name in enumerate(m.coordinates):
-        values |= {name: sol.q[k, 40], f"{name}_dot": sol.v[k, 40], f"{name}_ddot": sol.a[k, 40]}
+        values |= {name: sol.q[k, -9], f"{name}_dot": sol.v[k, -9], f"{name}_ddot": sol.a[k, -9]}
     names = [name.split(".")[1] for name in sol.names if name.startswith("multipliers.")]
-    values |= {name: sol.lam[k, 40] for k, name in enumerate(names)}
+    values |= {name: sol.lam[k, -9] for k, name in enumerate(names)}
     for left in m.equations.to_sympy()["equations"]:
-        size = max(abs(float(term.subs(values))) for term in left.as_ordered_terms())
-        assert abs(float(left.subs(values))) < 1e-9 * size
+        known = {symbol: values[symbol.name] for symbol in left.free_symbols}
+        size = max(abs(float(term.subs(known))) for term in left.as_ordered_terms())
+        assert abs(float(left.subs(known))) < 1e-9 * size

@@ -89,7 +89,7 @@ def test_ctrl_c_ends_a_run_within_a_fifth_of_a_second(crank: bksim.Model) -> Non
 def test_other_threads_run_while_a_run_does(crank: bksim.Model) -> None:
     counts = 0
     with ThreadPoolExecutor(1) as pool:
-        future = pool.submit(crank.solve, t_end=200.0, every=0.05)
+        future = pool.submit(crank.solve, t_end=100.0, every=0.05)
         while not future.done():
             counts += 1
             time.sleep(0.001)

@@ -8,6 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 __version__: str
+__all__ = [
+    "Compiled",
+    "Engine",
+    "Expr",
+    "Functions",
+    "Run",
+    "__version__",
+    "_panic",
+    "explain",
+    "figure",
+    "from_toml",
+    "open_log",
+    "to_toml",
+]
 
 class _Wanted(TypedDict):
     t_end: float | None

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -42,7 +40,7 @@ class Functions:
         return is_batch, np.broadcast_to(times, (n_states,)), rows
 
     @staticmethod
-    def _shaped(out: Array, is_batch: bool, *shape: int) -> Any:
+    def _shaped(out: Array, is_batch: bool, *shape: int) -> Array:
         return out.reshape(len(out), *shape) if is_batch else out.reshape(shape)
 
     def mass_matrix(self, q: ArrayLike, t: ArrayLike = 0.0) -> Array:

@@ -254,7 +254,7 @@ def to_table(part: Body | Ground | Joint | Load | Drive) -> Table:
         table["between"] = [part.first, part.second]
     for item in dataclasses.fields(part):
         value = getattr(part, item.name)
-        if item.name in ("first", "second") or value is None or value == {}:
+        if item.name in ("first", "second") or value is None or isinstance(value, dict) and not value:
             continue
         table[item.name.rstrip("_")] = plain(value)
     return table

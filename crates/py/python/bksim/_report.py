@@ -34,8 +34,9 @@ class Check:
     def _of(cls, body: dict[str, Any]) -> Check:
         body["diagnostics"] = diagnostics_of(json.dumps(body["diagnostics"]))
         names = cls.__dataclass_fields__
-        plain = {key: value for key, value in body.items() if key in names}
-        return cls(**{k: tuple(v) if isinstance(v, list) else v for k, v in plain.items()})
+        plain: dict[str, Any] = {key: value for key, value in body.items() if key in names}
+        of_lists: dict[str, Any] = {k: tuple(v) for k, v in plain.items() if isinstance(v, list)}
+        return cls(**(plain | of_lists))
 
     def _rows(self) -> list[list[str]]:
         def counted(what: str, names: tuple[str, ...]) -> list[str]:
