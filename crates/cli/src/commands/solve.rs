@@ -13,14 +13,14 @@ use bksim::dae::Control;
 use bksim::log::{Level, LogError, Outcome};
 use bksim::mbs::fault::diagnose_mobility;
 use bksim::mbs::mobility::mobility;
-use bksim::mbs::model::{Formulation, Jit, Method, Model, Outputs};
+use bksim::mbs::model::{Formulation, Jit, Method};
 use bksim::mbs::run::{Observer, Sample, Segment, Unresumed};
 use bksim::mbs::sensitivity::{Sensitive, StateSensitivity};
 use bksim::record::{Recorder, set_option};
-use bksim::{Mechanism, Rejected};
+use bksim::{Mechanism, Rejected, SolveChanges};
 
 use self::report::{Report, Times, options_of};
-use crate::args::{self, Solve};
+use crate::args::{self, Solve, Tuning};
 use crate::exit::{Failure, Status, without_number};
 use crate::output;
 use crate::progress::{Progress, StopWish};
@@ -42,7 +42,8 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
     } else {
         (load(&args.model, nesting)?, None)
     };
-    apply_options(&mut loaded.model, args)?;
+    let solve = &mut loaded.model.solve;
+    changes(&args.tuning, solve.t_start)?.apply(solve);
     let set = first.as_ref().map_or(&args.model.set, |first| &first.set);
     let path = match first {
         Some(_) => resume::output_path(args),
@@ -242,10 +243,8 @@ fn sensitive(mechanism: &Mechanism, names: &[String]) -> Result<Vec<Sensitive>, 
     Ok(all)
 }
 
-/// Puts the options of the command line in place of the model's.
-fn apply_options(model: &mut Model, args: &Solve) -> Result<(), Failure> {
-    let solve = &mut model.solve;
-    let t_start = solve.t_start;
+/// The options of the command line, checked; runs begin at `t_start`.
+pub(crate) fn changes(args: &Tuning, t_start: f64) -> Result<SolveChanges, Failure> {
     let other_than_start = |t: f64| t.is_finite() && t != t_start;
     let positive = |value: f64| value.is_finite() && value > 0.0;
     let useful = |rtol: f64| (SMALLEST_RTOL..1.0).contains(&rtol);
@@ -269,43 +268,39 @@ fn apply_options(model: &mut Model, args: &Solve) -> Result<(), Failure> {
             return Err(Failure::usage(format!("`{flag} {value}` is not {range}"), &help));
         }
     }
-    solve.t_end = args.t_end.unwrap_or(solve.t_end);
-    solve.rtol = args.rtol.unwrap_or(solve.rtol);
-    solve.atol = args.atol.unwrap_or(solve.atol);
-    solve.step = args.step.or(solve.step);
-    if args.every.is_some() {
-        (solve.every, solve.outputs) = (args.every, Outputs::Even);
-    }
-    if let Some(method) = args.method {
-        solve.method = match method {
+    Ok(SolveChanges {
+        t_end: args.t_end,
+        rtol: args.rtol,
+        atol: args.atol,
+        step: args.step,
+        every: args.every,
+        method: args.method.map(|method| match method {
             args::Method::Auto => Method::Auto,
             args::Method::Radau => Method::Radau,
             args::Method::Explicit => Method::Explicit,
-        };
-    }
-    if let Some(formulation) = args.formulation {
-        solve.formulation = match formulation {
+        }),
+        formulation: args.formulation.map(|formulation| match formulation {
             args::Formulation::Ggl => Formulation::Ggl,
             args::Formulation::Index2 => Formulation::Index2,
             args::Formulation::Index3 => Formulation::Index3,
             args::Formulation::Index1 => Formulation::Index1,
-        };
-    }
-    if let Some(jit) = args.jit {
-        solve.jit = match jit {
+        }),
+        jit: args.jit.map(|jit| match jit {
             args::Jit::Auto => Jit::Auto,
             args::Jit::On => Jit::On,
             args::Jit::Off => Jit::Off,
-        };
-    }
-    Ok(())
+        }),
+    })
 }
 
 fn output_path(args: &Solve, model_name: &str) -> PathBuf {
-    args.output.clone().unwrap_or_else(|| {
-        let plain = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
-        PathBuf::from(format!("{}.mcap", model_name.chars().map(plain).collect::<String>()))
-    })
+    args.output.clone().unwrap_or_else(|| named_after(model_name, "mcap"))
+}
+
+/// A file in the working directory that is called after a model.
+pub(crate) fn named_after(model_name: &str, ending: &str) -> PathBuf {
+    let plain = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
+    PathBuf::from(format!("{}.{ending}", model_name.chars().map(plain).collect::<String>()))
 }
 
 fn is_same_file(a: &Path, b: &Path) -> bool {
@@ -313,7 +308,7 @@ fn is_same_file(a: &Path, b: &Path) -> bool {
 }
 
 /// Refuses an output that exists, is the model itself, or has no directory to lie in.
-fn check_output(path: &Path, inputs: &[&Path], force: bool) -> Result<(), Failure> {
+pub(crate) fn check_output(path: &Path, inputs: &[&Path], force: bool) -> Result<(), Failure> {
     let nothing_solved = "nothing was solved";
     let directory = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
