@@ -43,7 +43,8 @@ pub(crate) fn measure(context: &Context) -> Result<Report, BenchError> {
         rounds.push(round(&study)?);
     }
 
-    let mut report = Report::new("sweep", "sweeps: slider-cranks of other lengths and torques, 0.5 s");
+    let mut report =
+        Report::new("sweep", "sweeps: slider-cranks of other lengths and torques, 0.5 s");
     let all = |of: fn(&Round) -> f64| median(&rounds.iter().map(of).collect::<Vec<_>>());
     let alone = all(|r| r.cpu[0]);
     let mut table = Table::new(["per case", "CPU time", "beside the integration"]);
@@ -52,7 +53,11 @@ pub(crate) fn measure(context: &Context) -> Result<Report, BenchError> {
         ("start and integration", all(|r| r.cpu[1]), all(|r| r.cpu[1] / r.cpu[0])),
         ("sweep, one thread", all(|r| r.cpu[2]), all(|r| r.cpu[2] / r.cpu[0])),
         ("sweep into a table, one thread", all(|r| r.cpu[3]), all(|r| r.cpu[3] / r.cpu[0])),
-        ("sweep into a table, two threads", all(|r| r.cpu_of_two), all(|r| r.cpu_of_two / r.cpu[0])),
+        (
+            "sweep into a table, two threads",
+            all(|r| r.cpu_of_two),
+            all(|r| r.cpu_of_two / r.cpu[0]),
+        ),
     ];
     for (what, time, beside) in rows {
         table.push([what.to_owned(), seconds(time), ratio(beside)]);
@@ -63,8 +68,14 @@ pub(crate) fn measure(context: &Context) -> Result<Report, BenchError> {
     let efficiency = all(|r| r.wall[0] / (2.0 * r.wall[1]));
     report.checks.push(Check::at_most("table over start and integration", over, 1.05));
     report.checks.push(Check::at_most("CPU time of two threads over one", extra, 1.1));
-    report.checks.push(Check::at_least("wall time of one thread over twice that of two", efficiency, 0.9));
-    report.notes.push(format!("{n_cases} cases; the wall times mean something on an idle machine alone"));
+    report.checks.push(Check::at_least(
+        "wall time of one thread over twice that of two",
+        efficiency,
+        0.9,
+    ));
+    report
+        .notes
+        .push(format!("{n_cases} cases; the wall times mean something on an idle machine alone"));
     report.numbers.insert("integration_s".into(), json!(alone));
     report.numbers.insert("table_over_solve".into(), json!(over));
     report.numbers.insert("cpu_two_over_one".into(), json!(extra));
