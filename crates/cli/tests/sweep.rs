@@ -140,7 +140,7 @@ fn interrupted_and_killed_sweeps_go_on_to_the_same_table() {
         let resumed = place.bksim().args(LONG).args(["--resume", "--json", "-j", "1"]).output();
         let resumed = resumed.expect("bksim runs");
         let object: serde_json::Value = serde_json::from_slice(&resumed.stdout).expect("JSON");
-        assert!(object["resumed"].as_u64() >= Some(3 * 8), "{signal}: {object}");
+        assert!(object["resumed"].as_u64() >= Some(3 * 16), "{signal}: {object}");
         assert_eq!(object["done"], 2000, "{signal}");
         let table = fs::read(place.path().join("t.parquet")).expect("a table");
         assert!(table == whole, "{signal}: the table differs");

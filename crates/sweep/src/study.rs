@@ -336,8 +336,10 @@ fn input(request: &Request, model: &Model, axis: &Axis) -> Result<Input, Diagnos
         return Err(Diagnostic::error(codes::AXIS_TWICE, message).help("leave out one of the two"));
     }
     let written = WrittenUnit::parse(unit);
-    if model.parameters.iter().any(|p| p.name == *name) {
-        let si = written.map(|unit| unit.si()).unwrap_or_default();
+    if let Some(parameter) = model.parameters.iter().find(|p| p.name == *name) {
+        // Numbers without unit are in units of the file; without any these are SI.
+        let own = if request.model.contains("units") { "" } else { parameter.unit.as_str() };
+        let si = written.map_or_else(|| own.to_owned(), |unit| unit.si());
         return Ok(Input { of: Of::Parameter, unit: written, si });
     }
     let Some(initial_idx) = model.initial.iter().position(|i| i.name == *name) else {
