@@ -20,12 +20,13 @@ use crate::source::{Text, load};
 
 pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let begun = Instant::now();
-    let (axes, fixed) = split(&args.set);
+    let Settings { axes, fixed, fault } = Settings::of(&args.set);
     let model = args.model.clone();
     let model = ModelArgs { model, set: fixed, drawing: args.drawing.clone() };
     let loaded = load(&model, nesting)?;
     let source = &loaded.source;
     let rejected = |fault: Diagnostic| source.rejected(vec![fault]);
+    let axes = fault.map_or(Ok(axes), Err);
     let plan = axes.and_then(|axes| Plan::new(axes, design(args))).map_err(rejected)?;
     if plan.axes().is_empty() {
         let help = "add `--set NAME=FROM:TO:COUNT`; without any, `bksim solve` is the command";
@@ -42,10 +43,7 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
     request.outputs.clone_from(&args.keep);
     request.changes = changes(&args.tuning, loaded.model.solve.t_start)?;
     let study = Study::prepare(request).map_err(|rejected| source.rejected(rejected.0))?;
-    let mut warnings = loaded.warnings;
-    warnings.extend(
-        study.warnings().iter().filter(|w| !warnings.contains(w)).cloned().collect::<Vec<_>>(),
-    );
+    let warnings = loaded.warnings;
     if !as_json {
         render::print_all(source, &warnings);
     }
@@ -99,18 +97,26 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
 }
 
 /// What varies, and what has one value.
-fn split(set: &[(String, String)]) -> (Result<Vec<Axis>, Diagnostic>, Vec<(String, String)>) {
-    let (mut axes, mut fixed) = (Ok(Vec::new()), Vec::new());
-    for (name, value) in set {
-        match (Axis::parse(name, value), &mut axes) {
-            (Ok(Some(axis)), Ok(axes)) => axes.push(axis),
-            (Ok(None), _) => fixed.push((name.clone(), value.clone())),
-            (Err(fault), Ok(_)) => axes = Err(fault),
-            // The first fault is told.
-            (_, Err(_)) => (),
+#[derive(Default)]
+struct Settings {
+    axes: Vec<Axis>,
+    fixed: Vec<(String, String)>,
+    /// The first thing that is neither.
+    fault: Option<Diagnostic>,
+}
+
+impl Settings {
+    fn of(set: &[(String, String)]) -> Self {
+        let mut settings = Self::default();
+        for (name, value) in set {
+            match Axis::parse(name, value) {
+                Ok(Some(axis)) => settings.axes.push(axis),
+                Ok(None) => settings.fixed.push((name.clone(), value.clone())),
+                Err(fault) => settings.fault = settings.fault.or(Some(fault)),
+            }
         }
+        settings
     }
-    (axes, fixed)
 }
 
 fn design(args: &Sweep) -> Design {
