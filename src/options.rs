@@ -60,12 +60,11 @@ pub fn in_words(value: f64) -> String {
 }
 
 impl SolveChanges {
-    /// Puts these options in place of those of `solve`.
+    /// Checks the ranges of all values; runs begin at `t_start`, s.
     ///
     /// # Errors
-    /// [`BadOption`], with nothing changed.
-    pub fn apply(&self, solve: &mut SolveOptions) -> Result<(), BadOption> {
-        let t_start = solve.t_start;
+    /// [`BadOption`], the first.
+    pub fn check(&self, t_start: f64) -> Result<(), BadOption> {
         let other_than_start = |t: f64| t.is_finite() && t != t_start;
         let positive = |value: f64| value.is_finite() && value > 0.0;
         let useful = |rtol: f64| (SMALLEST_RTOL..1.0).contains(&rtol);
@@ -83,6 +82,11 @@ impl SolveChanges {
                 return Err(BadOption { option, value, range: range.to_owned() });
             }
         }
+        Ok(())
+    }
+
+    /// Puts these options in place of those of `solve`.
+    pub fn apply(&self, solve: &mut SolveOptions) {
         solve.t_end = self.t_end.unwrap_or(solve.t_end);
         solve.rtol = self.rtol.unwrap_or(solve.rtol);
         solve.atol = self.atol.unwrap_or(solve.atol);
@@ -93,7 +97,6 @@ impl SolveChanges {
         solve.method = self.method.unwrap_or(solve.method);
         solve.formulation = self.formulation.unwrap_or(solve.formulation);
         solve.jit = self.jit.unwrap_or(solve.jit);
-        Ok(())
     }
 }
 

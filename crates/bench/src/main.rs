@@ -6,6 +6,7 @@
 //! cargo run --release -p bksim-bench -- mechanisms
 //! cargo run --release -p bksim-bench -- scale
 //! cargo run --release -p bksim-bench -- drift [SUITE…]
+//! cargo run --release -p bksim-bench -- sweep
 //! ```
 //!
 //! Every suite prints a table, and below it each goal with what was found. Times are CPU times and
@@ -22,6 +23,7 @@ mod peers;
 mod precision;
 mod report;
 mod scale;
+mod sweep;
 mod timing;
 mod windows;
 
@@ -52,6 +54,8 @@ enum Command {
     Mechanisms(MechanismsArgs),
     /// Time and memory against size.
     Scale(Options),
+    /// Cases of a sweep beside single runs, and two threads beside one.
+    Sweep(Options),
     /// Energy and constraints over long runs, and through singular poses.
     Drift(DriftArgs),
     /// One size of `scale`, in a process of its own.
@@ -168,6 +172,9 @@ fn run(cli: &Cli) -> Result<(), BenchError> {
         }
         Command::Scale(options) => {
             run_all(&["scale"], |_, context| Ok(scale::run(context)), options)
+        }
+        Command::Sweep(options) => {
+            run_all(&["sweep"], |_, context| sweep::measure(context), options)
         }
         Command::Drift(args) => {
             let all = <drift::Suite as clap::ValueEnum>::value_variants();

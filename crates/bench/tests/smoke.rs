@@ -88,3 +88,11 @@ fn all_suites_run_without_peers() -> Result<(), Box<dyn std::error::Error>> {
     assert!(text.contains("peers are switched off"), "{text}");
     Ok(())
 }
+
+#[test]
+fn sweeps_do_the_cases_that_single_runs_do() -> Result<(), Box<dyn std::error::Error>> {
+    let (suites, text) = quick("sweep")?;
+    let over = number(&suites, "sweep", "/table_over_solve");
+    assert!(over > 0.5 && number(&suites, "sweep", "/integration_s") > 0.0, "{text}");
+    Ok(())
+}

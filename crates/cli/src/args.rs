@@ -7,6 +7,7 @@ pub(crate) mod info;
 pub(crate) mod page;
 pub(crate) mod plot;
 pub(crate) mod render;
+pub(crate) mod sweep;
 pub(crate) mod view;
 
 use std::path::PathBuf;
@@ -40,6 +41,8 @@ pub(crate) enum Command {
     Assemble(ModelArgs),
     /// Solve a model and log its motion.
     Solve(Solve),
+    /// Solve a model at many values of its parameters, on all cores, into one table.
+    Sweep(sweep::Sweep),
     /// Draw a motion as a picture or a film, without a window.
     Render(render::Render),
     /// Show a model or a log moving, in a window.
@@ -151,6 +154,28 @@ pub(crate) struct Solve {
         "set", "t_end", "rtol", "atol", "step", "every", "method", "formulation", "channels",
     ])]
     pub(crate) resume: bool,
+    #[command(flatten)]
+    pub(crate) tuning: Tuning,
+    /// Log the derivatives of the motion by this parameter (`l1`) or stated initial value
+    /// (`A.rate`), too; may be repeated. Radau IIA integrates then, whatever the method.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) sensitivity: Vec<String>,
+    /// What the log holds beside the samples and the motion between them.
+    #[arg(long, value_enum, value_name = "WHICH", default_value = "all")]
+    pub(crate) channels: Channels,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub(crate) enum Channels {
+    /// Also what Foxglove, Lichtblick and Rerun show: transforms, shapes, joint states.
+    All,
+    /// Nothing for other programs.
+    Own,
+}
+
+/// Settings of a solution in place of the model's.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct Tuning {
     /// End time, s, in place of the model's.
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub(crate) t_end: Option<f64>,
@@ -175,21 +200,6 @@ pub(crate) struct Solve {
     /// When the equations become machine code; results are the same.
     #[arg(long, value_enum, value_name = "WHEN")]
     pub(crate) jit: Option<Jit>,
-    /// Log the derivatives of the motion by this parameter (`l1`) or stated initial value
-    /// (`A.rate`), too; may be repeated. Radau IIA integrates then, whatever the method.
-    #[arg(long, value_name = "NAME")]
-    pub(crate) sensitivity: Vec<String>,
-    /// What the log holds beside the samples and the motion between them.
-    #[arg(long, value_enum, value_name = "WHICH", default_value = "all")]
-    pub(crate) channels: Channels,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
-pub(crate) enum Channels {
-    /// Also what Foxglove, Lichtblick and Rerun show: transforms, shapes, joint states.
-    All,
-    /// Nothing for other programs.
-    Own,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]

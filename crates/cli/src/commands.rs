@@ -13,4 +13,5 @@ pub(crate) mod page;
 pub(crate) mod plot;
 pub(crate) mod render;
 pub(crate) mod solve;
+pub(crate) mod sweep;
 pub(crate) mod view;

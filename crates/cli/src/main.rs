@@ -54,6 +54,7 @@ fn dispatch(cli: &Cli) -> (&'static str, Result<Status, Failure>) {
         Command::Equations(args) => ("equations", commands::equations::run(args, json, nesting)),
         Command::Assemble(args) => ("assemble", commands::assemble::run(args, json, nesting)),
         Command::Solve(args) => ("solve", commands::solve::run(args, json, nesting)),
+        Command::Sweep(args) => ("sweep", commands::sweep::run(args, json, nesting)),
         Command::Render(args) => ("render", commands::render::run(args, json, nesting)),
         Command::View(args) => ("view", commands::view::run(args, json, nesting)),
         Command::Export(args) => ("export", commands::export::run(args, json)),

@@ -80,6 +80,17 @@ impl Progress {
         self.bar.set_message(format!("t = {t:.4} s"));
     }
 
+    /// Shows that so many of all cases have ended.
+    #[expect(clippy::cast_precision_loss, reason = "fewer than 2^53 cases")]
+    pub(crate) fn ended(&self, n_ended: u64, n_cases: u64) {
+        if self.bar.is_hidden() {
+            return;
+        }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..=10000")]
+        self.bar.set_position((n_ended as f64 / n_cases as f64 * PARTS) as u64);
+        self.bar.set_message(format!("{n_ended} of {n_cases} cases"));
+    }
+
     /// Takes the bar away.
     pub(crate) fn finish(&self) {
         self.bar.finish_and_clear();

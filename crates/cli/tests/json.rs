@@ -118,6 +118,8 @@ fn the_page_lists_the_keys_that_are_printed() {
         "solve five-link.toml --t-end 0.5",
         "solve contacts.toml --t-end 1",
         "solve five-link.toml --t-end 0",
+        "sweep four-bar.toml --set b=0.01,0.3 --t-end 0.1",
+        "sweep four-bar.toml --set b=1:2:0",
         "export parallelogram.mcap energy -o energy.csv",
         "plot parallelogram.mcap",
         "plot five-link.mcap parallelogram.mcap energy.work --x energy.total -o energy.svg",

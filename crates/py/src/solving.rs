@@ -118,10 +118,9 @@ type Ran = (Vec<f64>, numpy::ndarray::Array2<f64>, Kept);
 
 fn ran(engine: &Engine, wanted: &Wanted) -> Result<Ran, Fault> {
     let mut options = engine.mechanism().model.solve.clone();
-    wanted
-        .changes()?
-        .apply(&mut options)
-        .map_err(|bad: BadOption| Fault::Value(bad.to_string()))?;
+    let changes = wanted.changes()?;
+    changes.check(options.t_start).map_err(|bad: BadOption| Fault::Value(bad.to_string()))?;
+    changes.apply(&mut options);
     if let Some(times) = &wanted.times {
         if times.iter().any(|t| !t.is_finite()) {
             return Err(Fault::Value("`times` has values that are not finite".to_owned()));

@@ -220,10 +220,21 @@ impl Axis {
         format!("{number:?}{space}{}", self.unit)
     }
 
-    /// In words that say all of it, for fingerprints.
-    pub(crate) fn describe(&self) -> String {
-        let Self { name, unit, values } = self;
-        format!("{name} [{unit}] {values:?}")
+    /// As it can be written: `l1=0.8:1.2 m:41`.
+    pub fn describe(&self) -> String {
+        let spaced = |spacing: Spacing| if spacing == Spacing::Log { ":log" } else { "" };
+        let values = match &self.values {
+            Values::List(list) => {
+                list.iter().map(|&number| self.text(number)).collect::<Vec<_>>().join(",")
+            }
+            Values::Even { from, to, n, spacing } => {
+                format!("{from:?}:{}:{n}{}", self.text(*to), spaced(*spacing))
+            }
+            Values::Range { from, to, spacing } => {
+                format!("{from:?}:{}{}", self.text(*to), spaced(*spacing))
+            }
+        };
+        format!("{}={values}", self.name)
     }
 }
 
@@ -276,6 +287,16 @@ mod tests {
         }
         let axis = Axis::parse("a", "80:120 mm:3").expect("an axis").expect("an axis");
         assert_eq!(axis.text(80.0), "80.0 mm");
+    }
+
+    #[test]
+    fn what_is_described_can_be_read() {
+        for text in ["0.8:1.2:5", "80:120 mm:3", "1:1000:4:log", "1:3:log", "2:1", "3,-1e-9,2"] {
+            let axis = Axis::parse("a", text).expect("an axis").expect("an axis");
+            let described = axis.describe();
+            let (_, values) = described.split_once('=').expect("a name");
+            assert_eq!(Axis::parse("a", values), Ok(Some(axis)), "{described}");
+        }
     }
 
     #[test]

@@ -5,10 +5,10 @@ use bksim::mbs::diagnostic::Diagnostic;
 use bksim::mbs::model::SolveOptions;
 use bksim::mbs::run::{Sample, run};
 use bksim::mbs::start::start_at;
+use bksim::{Mechanism, Rejected};
 
-use crate::codes;
 use crate::output::Reducer;
-use crate::study::{Of, Study};
+use crate::study::{Compiled, Of, Study};
 
 /// A case and what came of it.
 #[derive(Clone, PartialEq, Debug)]
@@ -72,16 +72,29 @@ impl Ending {
 /// Runs cases one after the other with buffers of its own.
 pub(crate) struct Worker<'a> {
     study: &'a Study,
+    /// By axis: in its unit, and of parameters in SI.
     numbers: Vec<f64>,
+    varied: Vec<f64>,
+    parameters: Vec<f64>,
+    options: SolveOptions,
     /// Initial values that axes set.
     stated: Vec<(usize, f64)>,
+    recorded: Vec<f64>,
     reducer: Reducer,
 }
 
 impl<'a> Worker<'a> {
     pub(crate) fn new(study: &'a Study) -> Self {
-        let numbers = vec![0.0; study.inputs.len()];
-        Self { study, numbers, stated: Vec::new(), reducer: Reducer::new(study.outputs.len()) }
+        Self {
+            study,
+            numbers: vec![0.0; study.inputs.len()],
+            varied: Vec::new(),
+            parameters: vec![0.0; study.n_parameters],
+            options: study.options.clone(),
+            stated: Vec::new(),
+            recorded: Vec::new(),
+            reducer: Reducer::new(study.outputs.len()),
+        }
     }
 
     /// Runs a case; `None` when it was stopped.
@@ -90,41 +103,101 @@ impl<'a> Worker<'a> {
         study.request.plan.case(case, &mut self.numbers);
         let inputs = study.inputs.iter().zip(&self.numbers);
         let inputs: Vec<f64> = inputs.map(|(input, &number)| input.to_si(number)).collect();
+        self.sort(&inputs);
         let mut row =
             Row { case, inputs, outputs: Vec::new(), ending: Ending::Done, t: 0.0, n_steps: 0 };
+        if self.replay() {
+            return self.run(row, &study.shared, None, stop);
+        }
+        // The values are refused, or the model is another one with them.
+        match self.read() {
+            Ok(mechanism) => {
+                let compiled = Compiled::of(&mechanism);
+                match compiled {
+                    Ok(compiled) => {
+                        let row = self.run(row, &compiled, Some(&mechanism), stop);
+                        // The next case begins with the settings that are shared.
+                        self.options.clone_from(&study.options);
+                        return row;
+                    }
+                    Err(rejected) => row.ending = Ending::Refused(rejected.into()),
+                }
+            }
+            Err(rejected) => row.ending = Ending::Refused(rejected.into()),
+        }
+        Some(row)
+    }
 
-        let (parameters, options) = match self.values() {
-            Ok(values) => values,
-            Err(fault) => {
-                row.ending = Ending::Refused(fault);
+    /// Puts values of axes where they belong.
+    fn sort(&mut self, inputs: &[f64]) {
+        self.varied.clear();
+        self.stated.clear();
+        for (input, &value) in self.study.inputs.iter().zip(inputs) {
+            match input.of {
+                Of::Parameter => self.varied.push(value),
+                Of::Initial(initial_idx) => self.stated.push((initial_idx, value)),
+            }
+        }
+    }
+
+    /// Finds parameters and settings as the reader of models would; false when only it can.
+    fn replay(&mut self) -> bool {
+        let Self { study, varied, parameters, options, recorded, .. } = self;
+        let recording = &study.recording;
+        if !recording.has_settings() {
+            return recording.replay(varied, recorded, parameters, options);
+        }
+        options.clone_from(&study.solve);
+        let is_known = recording.replay(varied, recorded, parameters, options);
+        study.request.changes.apply(options);
+        study.sample_for_outputs(options);
+        is_known
+    }
+
+    /// Reads the model at the values of the case, and derives equations of its own.
+    fn read(&mut self) -> Result<Mechanism, Rejected> {
+        let request = &self.study.request;
+        let overrides = request.overrides(&self.study.inputs, &self.numbers);
+        let mut model = request.read(&overrides).map_err(Rejected)?;
+        request.changes.apply(&mut model.solve);
+        self.study.sample_for_outputs(&mut model.solve);
+        self.options.clone_from(&model.solve);
+        self.parameters.clear();
+        self.parameters.extend(model.parameters.iter().map(|p| p.value));
+        Mechanism::derive(model, Vec::new())
+    }
+
+    /// Finds the start and runs; faults are explained with `own`, or what is shared.
+    fn run(
+        &mut self,
+        mut row: Row,
+        compiled: &Compiled,
+        own: Option<&Mechanism>,
+        stop: &dyn Fn() -> bool,
+    ) -> Option<Row> {
+        let Self { study, parameters, options, stated, reducer, .. } = self;
+        let Compiled { system, equations, start } = compiled;
+        let explain = |explain: &dyn Fn(&Mechanism) -> Diagnostic| {
+            let fault = match own {
+                Some(own) => explain(own),
+                None => study.explain(parameters, options, explain),
+            };
+            Fault::from(fault)
+        };
+        row.t = options.t_start;
+        let start = match start_at(start, system, parameters, stated, options) {
+            Ok(start) => start,
+            Err(error) => {
+                row.ending = Ending::NoStart(explain(&|m| m.diagnose_start(&error)));
                 return Some(row);
             }
         };
-        row.t = options.t_start;
-        self.stated.clear();
-        let inputs = study.inputs.iter().zip(&row.inputs);
-        self.stated.extend(inputs.filter_map(|(input, &value)| match input.of {
-            Of::Initial(initial_idx) => Some((initial_idx, value)),
-            Of::Parameter => None,
-        }));
-        let start =
-            match start_at(&study.start, &study.compiled, &parameters, &self.stated, &options) {
-                Ok(start) => start,
-                Err(error) => {
-                    let fault = study.explain(&parameters, &options, |m| m.diagnose_start(&error));
-                    row.ending = Ending::NoStart(fault.into());
-                    return Some(row);
-                }
-            };
-
-        let Self { reducer, .. } = self;
         reducer.clear();
         let mut take = |sample: &Sample| {
             reducer.take(&study.outputs, &study.channels, sample);
             Control::Continue
         };
-        let (compiled, equations) = (&study.compiled, &study.equations);
-        match run(compiled, equations, &start, &parameters, &options, &mut take, stop) {
+        match run(system, equations, &start, parameters, options, &mut take, stop) {
             Ok(summary) if !summary.reached_end => return None,
             Ok(summary) => {
                 reducer.finish(&study.outputs, &mut row.outputs);
@@ -133,31 +206,11 @@ impl<'a> Worker<'a> {
             Err(failure) => {
                 let summary = &failure.summary;
                 (row.t, row.n_steps) = (summary.t, summary.stats.n_step as u64);
-                let explain = |m: &bksim::Mechanism| m.diagnose(equations, &failure);
-                let fault = study.explain(&parameters, &options, explain);
-                row.ending = Ending::StoppedEarly(fault.into());
+                let fault = explain(&|m| m.diagnose(equations, &failure));
+                row.ending = Ending::StoppedEarly(fault);
             }
         }
         Some(row)
-    }
-
-    /// The parameter values of the case and its settings, as the reader of models gives them.
-    fn values(&self) -> Result<(Vec<f64>, SolveOptions), Fault> {
-        let request = &self.study.request;
-        let overrides = request.overrides(&self.study.inputs, &self.numbers);
-        match request.read(&overrides) {
-            Ok(mut model) => {
-                let changed = request.changes.apply(&mut model.solve);
-                changed
-                    .map_err(|bad| Fault { code: codes::BAD_OPTION.0, reason: bad.to_string() })?;
-                self.study.sample_for_outputs(&mut model.solve);
-                Ok((model.parameters.iter().map(|p| p.value).collect(), model.solve))
-            }
-            Err(faults) => {
-                let error = faults.into_iter().find(Diagnostic::is_error);
-                Err(error.map_or_else(Fault::unknown, Fault::from))
-            }
-        }
     }
 }
 
@@ -167,9 +220,10 @@ impl From<Diagnostic> for Fault {
     }
 }
 
-impl Fault {
-    /// A reader that gives no model has found an error; this stands for one that was not told.
-    fn unknown() -> Self {
-        Self { code: "", reason: "the model is refused".to_owned() }
+impl From<Rejected> for Fault {
+    fn from(Rejected(faults): Rejected) -> Self {
+        let error = faults.into_iter().find(Diagnostic::is_error);
+        // Whoever refuses a model has found an error.
+        error.map_or(Self { code: "", reason: "the model is refused".to_owned() }, Self::from)
     }
 }

@@ -17,12 +17,14 @@ use std::fs::File;
 use std::io::Write;
 use std::sync::Arc;
 
-use ::parquet::basic::{Compression, LogicalType, Repetition, Type as PhysicalType, ZstdLevel};
+use ::parquet::basic::{
+    Compression, Encoding, LogicalType, Repetition, Type as PhysicalType, ZstdLevel,
+};
 use ::parquet::column::writer::ColumnCloseResult;
 use ::parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
 use ::parquet::errors::ParquetError;
 use ::parquet::file::metadata::KeyValue;
-use ::parquet::file::properties::{WriterProperties, WriterPropertiesPtr};
+use ::parquet::file::properties::{EnabledStatistics, WriterProperties, WriterPropertiesPtr};
 use ::parquet::file::reader::{FileReader, SerializedFileReader};
 use ::parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use ::parquet::schema::types::{ColumnPath, Type, TypePtr};
@@ -111,13 +113,23 @@ impl Layout {
     fn properties(&self, more: Vec<KeyValue>) -> WriterPropertiesPtr {
         let about = [self.about.clone(), more].concat();
         let builder = WriterProperties::builder()
-            .set_compression(Compression::ZSTD(ZstdLevel::default()))
+            // A row group has one page per column: statistics of it are enough.
+            .set_statistics_enabled(EnabledStatistics::Chunk)
             .set_key_value_metadata(Some(about));
-        // Results hardly ever repeat; values of a grid and reasons do.
-        let outputs = self.outputs.iter();
-        let plain = outputs.map(|(name, _)| ColumnPath::new(vec![name.clone()]));
-        let builder =
-            plain.fold(builder, |builder, path| builder.set_column_dictionary_enabled(path, false));
+        // Results are hardly smaller when compressed, and a compressor for each column of each part
+        // takes longer than its rows; reasons and counters repeat.
+        let path = |name: &str| ColumnPath::new(vec![name.to_owned()]);
+        let builder = ["status", "code", "reason"].into_iter().map(path).fold(
+            builder.set_dictionary_enabled(false),
+            |builder, text| {
+                let zstd = Compression::ZSTD(ZstdLevel::default());
+                let builder = builder.set_column_compression(text.clone(), zstd);
+                builder.set_column_dictionary_enabled(text, true)
+            },
+        );
+        let builder = ["case", "steps"].into_iter().map(path).fold(builder, |builder, counter| {
+            builder.set_column_encoding(counter, Encoding::DELTA_BINARY_PACKED)
+        });
         Arc::new(builder.build())
     }
 

@@ -162,7 +162,13 @@ impl Plan {
     /// In words that say all of it, for people and for fingerprints.
     pub fn describe(&self) -> String {
         let axes: Vec<String> = self.axes.iter().map(Axis::describe).collect();
-        format!("{:?}; {}", self.design, axes.join("; "))
+        let design = match self.design {
+            Design::Grid => "grid".to_owned(),
+            Design::Random { n, seed } => format!("{n} random samples, seed {seed}"),
+            Design::LatinHypercube { n, seed } => format!("Latin hypercube of {n}, seed {seed}"),
+            Design::Sobol { n, seed } => format!("{n} of Sobol's sequence, seed {seed}"),
+        };
+        format!("{design}\n{}", axes.join("\n"))
     }
 }
 

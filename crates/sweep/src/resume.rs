@@ -68,10 +68,11 @@ pub fn parts_of(table: &Path) -> PathBuf {
     name.into()
 }
 
-/// Cases of a part, so that there are some 256 of them: few enough for the table's index, many
-/// enough that little is lost, whatever the number of threads.
+/// Cases of a part, so that there are 64 to 128 of them, or more of 8192: few enough that writing
+/// and joining them is nothing, many enough that little is lost. The number of threads has no part in
+/// it, so that the table does not depend on them.
 fn part_size(n_cases: u64) -> u64 {
-    n_cases.div_ceil(256).next_power_of_two().clamp(16, 8192)
+    n_cases.div_ceil(128).next_power_of_two().min(8192)
 }
 
 /// Does the cases of `study` that are missing and writes the table. `n_jobs` threads, or one per

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use bksim::mbs::compile::CompiledSystem;
 use bksim::mbs::diagnostic::Diagnostic;
-use bksim::mbs::file::{Limits, Reading, Source, WrittenUnit, read, suggest};
+use bksim::mbs::file::{Limits, Reading, Recording, Source, WrittenUnit, read_recorded, suggest};
 use bksim::mbs::formulate::MotionEquations;
 use bksim::mbs::model::{Measure, Model, Outputs, SolveOptions};
 use bksim::mbs::start::StartEquations;
@@ -60,14 +60,33 @@ pub struct Study {
     pub(crate) inputs: Vec<Input>,
     pub(crate) outputs: Vec<Output>,
     pub(crate) channels: Channels,
-    pub(crate) compiled: Arc<CompiledSystem>,
-    pub(crate) equations: MotionEquations,
-    pub(crate) start: StartEquations,
+    pub(crate) shared: Compiled,
+    /// How parameters and settings of a case follow from its values.
+    pub(crate) recording: Recording,
+    pub(crate) n_parameters: usize,
+    /// Settings as the model has them, and as cases do where no axis changes them.
+    pub(crate) solve: SolveOptions,
+    pub(crate) options: SolveOptions,
     /// Its expressions cannot be shared; only faults are explained with them.
     mechanism: Mutex<Mechanism>,
     model_name: String,
     warnings: Vec<Diagnostic>,
-    options: String,
+    options_text: String,
+}
+
+/// The functions of a mechanism that a case needs.
+#[derive(Clone, Debug)]
+pub(crate) struct Compiled {
+    pub(crate) system: Arc<CompiledSystem>,
+    pub(crate) equations: MotionEquations,
+    pub(crate) start: StartEquations,
+}
+
+impl Compiled {
+    pub(crate) fn of(mechanism: &Mechanism) -> Result<Self, Rejected> {
+        let (equations, start) = (mechanism.formulate()?, mechanism.start_equations()?);
+        Ok(Self { system: mechanism.compiled.clone(), equations, start })
+    }
 }
 
 /// What an axis is of.
@@ -115,13 +134,14 @@ impl Study {
     pub fn prepare(request: Request) -> Result<Self, Rejected> {
         let own = request.read(&[]).map_err(Rejected)?;
         let inputs = inputs(&request, &own).map_err(|fault| Rejected(vec![fault]))?;
-        let (mut model, warnings) = base(&request, &inputs)?;
-        request.changes.apply(&mut model.solve).map_err(|bad| {
+        let (mut model, recording, warnings) = base(&request, &inputs)?;
+        let solve = SolveOptions { spans: Vec::new(), ..model.solve.clone() };
+        request.changes.check(solve.t_start).map_err(|bad| {
             let help = format!("give `{}` a value {}", bad.option, bad.range);
             Rejected(vec![Diagnostic::error(codes::BAD_OPTION, bad.to_string()).help(help)])
         })?;
+        request.changes.apply(&mut model.solve);
         let model_name = model.name.clone();
-        let options = describe(&model.solve);
         let mechanism = Mechanism::derive(model, Vec::new())?;
         let channels = Channels::new(&mechanism);
         let outputs: Result<Vec<Output>, Diagnostic> =
@@ -131,23 +151,28 @@ impl Study {
             outputs = Output::defaults(&mechanism, &channels);
         }
         check_times(&outputs, &mechanism.model.solve).map_err(|fault| Rejected(vec![fault]))?;
-        let equations = mechanism.formulate()?;
-        let start = mechanism.start_equations()?;
-        let compiled = mechanism.compiled.clone();
-        let mechanism = Mutex::new(mechanism);
-        Ok(Self {
+        let shared = Compiled::of(&mechanism)?;
+        let mut study = Self {
             request,
             inputs,
             outputs,
             channels,
-            compiled,
-            equations,
-            start,
-            mechanism,
+            shared,
+            recording,
+            n_parameters: mechanism.parameters.len(),
+            options: solve.clone(),
+            solve,
+            mechanism: Mutex::new(mechanism),
             model_name,
             warnings,
-            options,
-        })
+            options_text: String::new(),
+        };
+        study.request.changes.apply(&mut study.options);
+        study.options_text = format!("{:?}", study.options);
+        let mut options = study.options.clone();
+        study.sample_for_outputs(&mut options);
+        study.options = options;
+        Ok(study)
     }
 
     /// Number of cases.
@@ -209,7 +234,7 @@ impl Study {
 
     /// The settings of the solution in words.
     pub fn options_text(&self) -> &str {
-        &self.options
+        &self.options_text
     }
 
     /// Equal for sweeps with equal rows: of model, values, outputs, settings and version.
@@ -219,7 +244,7 @@ impl Study {
         let plan = self.request.plan.describe();
         let all = format!(
             "{VERSION}\0{model}\0{name}\0{limits:?}\0{fixed:?}\0{plan}\0{outputs:?}\0{}",
-            self.options
+            self.options_text
         );
         hex(&Sha256::digest(all.as_bytes()))
     }
@@ -229,7 +254,7 @@ impl Study {
         &self,
         parameters: &[f64],
         options: &SolveOptions,
-        explain: impl FnOnce(&Mechanism) -> Diagnostic,
+        explain: &dyn Fn(&Mechanism) -> Diagnostic,
     ) -> Diagnostic {
         let mut mechanism = self.mechanism.lock().unwrap_or_else(PoisonError::into_inner);
         mechanism.parameters.copy_from_slice(parameters);
@@ -261,14 +286,15 @@ impl Study {
 impl Request {
     /// Reads the model with these parameters set, too.
     pub(crate) fn read(&self, set: &[(String, String)]) -> Result<Model, Vec<Diagnostic>> {
-        let Reading { model, diagnostics } = self.reading(set);
+        let (Reading { model, diagnostics }, _) = self.reading(set);
         model.ok_or(diagnostics)
     }
 
-    fn reading(&self, set: &[(String, String)]) -> Reading {
+    fn reading(&self, set: &[(String, String)]) -> (Reading, Option<Recording>) {
         let overrides = [self.fixed.as_slice(), set].concat();
         let (text, name, limits) = (&self.model, &self.name, self.limits);
-        read(&Source { text, name, overrides: &overrides, limits })
+        let varied: Vec<String> = set.iter().map(|(name, _)| name.clone()).collect();
+        read_recorded(&Source { text, name, overrides: &overrides, limits }, &varied)
     }
 
     /// The parameters that a case sets.
@@ -280,7 +306,10 @@ impl Request {
 }
 
 /// The model at the first of some cases whose values it allows, with its warnings.
-fn base(request: &Request, inputs: &[Input]) -> Result<(Model, Vec<Diagnostic>), Rejected> {
+fn base(
+    request: &Request,
+    inputs: &[Input],
+) -> Result<(Model, Recording, Vec<Diagnostic>), Rejected> {
     let n_cases = request.plan.n_cases();
     let mut numbers = vec![0.0; inputs.len()];
     let mut first = None;
@@ -289,10 +318,11 @@ fn base(request: &Request, inputs: &[Input]) -> Result<(Model, Vec<Diagnostic>),
     for tried in 0..n_tried {
         let case = (n_cases / 2 + tried * (n_cases / n_tried)) % n_cases;
         request.plan.case(case, &mut numbers);
-        let reading = request.reading(&request.overrides(inputs, &numbers));
-        match reading.model {
-            Some(model) => return Ok((model, reading.diagnostics)),
-            None => first = first.or(Some(reading.diagnostics)),
+        let (Reading { model, diagnostics }, recording) =
+            request.reading(&request.overrides(inputs, &numbers));
+        match model.zip(recording) {
+            Some((model, recording)) => return Ok((model, recording, diagnostics)),
+            None => first = first.or(Some(diagnostics)),
         }
     }
     Err(Rejected(first.unwrap_or_default()))
@@ -310,8 +340,10 @@ fn input(request: &Request, model: &Model, axis: &Axis) -> Result<Input, Diagnos
         return Err(Diagnostic::error(codes::AXIS_TWICE, message).help("leave out one of the two"));
     }
     let written = WrittenUnit::parse(unit);
-    if model.parameters.iter().any(|p| p.name == *name) {
-        let si = written.map(|unit| unit.si()).unwrap_or_default();
+    if let Some(parameter) = model.parameters.iter().find(|p| p.name == *name) {
+        // Numbers without unit are in units of the file; without any these are SI.
+        let own = if request.model.contains("units") { "" } else { parameter.unit.as_str() };
+        let si = written.map_or_else(|| own.to_owned(), |unit| unit.si());
         return Ok(Input { of: Of::Parameter, unit: written, si });
     }
     let Some(initial_idx) = model.initial.iter().position(|i| i.name == *name) else {
@@ -378,13 +410,6 @@ fn even_times(options: &SolveOptions) -> impl Iterator<Item = f64> {
     let grid = (1u64..).map(move |idx| t_start + forward * every * idx as f64);
     // As a run takes them: a time that rounds onto the end is the end.
     grid.take_while(move |grid| (t_end - grid) * forward >= 1e-9 * every)
-}
-
-/// The settings of a solution, without places in the text.
-fn describe(options: &SolveOptions) -> String {
-    let mut shown = options.clone();
-    shown.spans.clear();
-    format!("{shown:?}")
 }
 
 pub(crate) fn hex(bytes: &[u8]) -> String {

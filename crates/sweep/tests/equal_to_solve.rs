@@ -94,16 +94,19 @@ fn parameters_and_all_that_depends_on_them() {
 #[test]
 fn numbers_without_unit_are_as_the_file_takes_them() {
     assert_eq!(check(&press(), &[("l1", "0.09:0.11:3"), ("m2", "0.5:1.5:2")]), 0);
-    let in_mm = press().replace("[parameters]", "[units]\nlength = \"mm\"\n[parameters]");
-    assert_eq!(check(&in_mm, &[("l1", "90:110:3")]), 0);
+    let in_mm = press()
+        .replace("[parameters]", "[units]\nlength = \"mm\"\n[parameters]\nh = 50")
+        .replace("com = [\"l1/2\", 0]", "com = [\"h\", 0]");
+    assert_eq!(check(&in_mm, &[("h", "40:60:3")]), 0);
+    assert_eq!(check(&in_mm, &[("h", "4 cm:6 cm:3")]), 0);
 }
 
 #[test]
 fn values_that_the_reader_refuses_are_rows_with_its_code() {
-    // A negative mass; a square root of a negative number; a division by zero.
+    // Negative masses; roots of negative numbers, divisions by zero, a negative length.
     assert_eq!(check(&press(), &[("m2", "-1,1,-0.5 kg,2")]), 2);
     let rooted = press().replace("l2 = \"3*l1\"", "l2 = \"sqrt(9*l1^2*a)/b\"\na = 1\nb = 1");
-    assert_eq!(check(&rooted, &[("a", "-1,1"), ("b", "0,1,-1")]), 4);
+    assert_eq!(check(&rooted, &[("a", "-1,1"), ("b", "0,1,-1")]), 5);
 }
 
 #[test]
@@ -182,7 +185,7 @@ fn kinks_stops_and_friction_follow_the_values() {
         [loads.friction]
         type = "friction"
         joint = "rod"
-        value = "mu"
+        torque = "mu"
         [solve]
         t_end = 1
         every = 0.02

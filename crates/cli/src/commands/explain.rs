@@ -8,7 +8,9 @@ use crate::output::{self, table};
 
 pub(crate) fn run(args: &Explain, as_json: bool) -> Result<Status, Failure> {
     let Some(code) = &args.code else {
-        let codes = bksim::explained_codes();
+        let mut codes = bksim::explained_codes();
+        codes.extend(bksim_sweep::codes::PAGES.iter().map(|(code, title, _)| (code.0, *title)));
+        codes.sort_unstable();
         if as_json {
             let codes: Vec<_> =
                 codes.iter().map(|(code, title)| json!({ "code": code, "title": title })).collect();
@@ -19,7 +21,9 @@ pub(crate) fn run(args: &Explain, as_json: bool) -> Result<Status, Failure> {
         }
         return Ok(Status::Done);
     };
-    let page = bksim::explain(code).ok_or_else(|| {
+    let mut of_sweeps = bksim_sweep::codes::PAGES.iter();
+    let of_sweep = of_sweeps.find(|(known, ..)| known.0.eq_ignore_ascii_case(code.trim()));
+    let page = bksim::explain(code).or(of_sweep.map(|(.., page)| *page)).ok_or_else(|| {
         let message = format!("no diagnostic has the code `{code}`");
         Failure::usage(message, "`bksim explain` lists all codes")
     })?;

@@ -13,7 +13,6 @@ use bksim::dae::Control;
 use bksim::log::{Level, LogError, Outcome};
 use bksim::mbs::fault::diagnose_mobility;
 use bksim::mbs::mobility::mobility;
-use bksim::mbs::model::Model;
 use bksim::mbs::run::{Observer, Sample, Segment, Unresumed};
 use bksim::mbs::sensitivity::{Sensitive, StateSensitivity};
 use bksim::options::{BadOption, SolveChanges, described, in_words};
@@ -21,7 +20,7 @@ use bksim::record::{Contents, Recorder, set_option};
 use bksim::{Mechanism, Rejected};
 
 use self::report::{Report, Times};
-use crate::args::{self, Solve};
+use crate::args::{self, Solve, Tuning};
 use crate::exit::{Failure, Status, without_number};
 use crate::output;
 use crate::progress::{Progress, StopWish};
@@ -43,7 +42,8 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
     } else {
         (load(&args.model, nesting)?, None)
     };
-    apply_options(&mut loaded.model, args)?;
+    let solve = &mut loaded.model.solve;
+    changes(&args.tuning, solve.t_start)?.apply(solve);
     let set = first.as_ref().map_or(&args.model.set, |first| &first.set);
     let path = match first {
         Some(_) => resume::output_path(args),
@@ -251,8 +251,8 @@ fn sensitive(mechanism: &Mechanism, names: &[String]) -> Result<Vec<Sensitive>, 
     Ok(all)
 }
 
-/// Puts the options of the command line in place of the model's.
-fn apply_options(model: &mut Model, args: &Solve) -> Result<(), Failure> {
+/// The options of the command line, checked; runs begin at `t_start`.
+pub(crate) fn changes(args: &Tuning, t_start: f64) -> Result<SolveChanges, Failure> {
     let changes = SolveChanges {
         t_end: args.t_end,
         rtol: args.rtol,
@@ -263,18 +263,22 @@ fn apply_options(model: &mut Model, args: &Solve) -> Result<(), Failure> {
         formulation: args.formulation.map(Into::into),
         jit: args.jit.map(Into::into),
     };
-    changes.apply(&mut model.solve).map_err(|BadOption { option, value, range }| {
+    changes.check(t_start).map_err(|BadOption { option, value, range }| {
         let flag = format!("--{}", option.replace('_', "-"));
         let message = format!("`{flag} {}` is not {range}", in_words(value));
         Failure::usage(message, &format!("give {flag} a value {range}"))
-    })
+    })?;
+    Ok(changes)
 }
 
 fn output_path(args: &Solve, model_name: &str) -> PathBuf {
-    args.output.clone().unwrap_or_else(|| {
-        let plain = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
-        PathBuf::from(format!("{}.mcap", model_name.chars().map(plain).collect::<String>()))
-    })
+    args.output.clone().unwrap_or_else(|| named_after(model_name, "mcap"))
+}
+
+/// A file in the working directory that is called after a model.
+pub(crate) fn named_after(model_name: &str, ending: &str) -> PathBuf {
+    let plain = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
+    PathBuf::from(format!("{}.{ending}", model_name.chars().map(plain).collect::<String>()))
 }
 
 fn is_same_file(a: &Path, b: &Path) -> bool {
@@ -282,7 +286,7 @@ fn is_same_file(a: &Path, b: &Path) -> bool {
 }
 
 /// Refuses an output that exists, is the model itself, or has no directory to lie in.
-fn check_output(path: &Path, inputs: &[&Path], force: bool) -> Result<(), Failure> {
+pub(crate) fn check_output(path: &Path, inputs: &[&Path], force: bool) -> Result<(), Failure> {
     let nothing_solved = "nothing was solved";
     let directory = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,

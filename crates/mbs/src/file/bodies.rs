@@ -3,6 +3,7 @@
 use bksim_expr::Expr;
 
 use super::codes;
+use super::constants::Constant;
 use super::names::{coordinate_names, sub_tables};
 use super::quantity::{Scalar, Scope};
 use super::reader::{Fields, Reader};
@@ -32,10 +33,17 @@ pub(super) struct BodyFacts {
 /// A vector of the file and its value.
 #[derive(Clone, Debug)]
 pub(super) struct Place {
-    pub(super) value: [f64; 3],
+    pub(super) value: [Constant; 3],
     /// Whether a component other than zero is a bare number.
     pub(super) is_bare: bool,
     pub(super) span: Span,
+}
+
+impl Place {
+    /// Its numbers, for messages and warnings.
+    pub(super) fn numbers(&self) -> [f64; 3] {
+        self.value.map(Constant::look)
+    }
 }
 
 /// A vector of the file.
@@ -118,7 +126,7 @@ impl Reader<'_> {
                 facts.places.extend(com.as_ref().and_then(|com| com.place.clone()));
             }
             let com = match fields.get("com") {
-                Some(_) => com.and_then(|com| com.place).map(|place| place.value),
+                Some(_) => com.and_then(|com| com.place).map(|place| place.numbers()),
                 None => Some([0.0; 3]),
             };
             self.read_inertia(fields, com, &mut body, &facts);
@@ -166,7 +174,7 @@ impl Reader<'_> {
             let what = format!("point `{}` of {}", entry.key, fields.owner);
             let vector = self.vector(&entry.node, Quantity::LENGTH, &what, Scope::Constant);
             let place = vector.as_ref().and_then(|vector| vector.place.clone());
-            facts.points.push(place.as_ref().map(|place| place.value));
+            facts.points.push(place.as_ref().map(Place::numbers));
             facts.places.extend(place);
             let position = vector.map_or([self.pool.zero(); 3], |vector| vector.components);
             points.push(Point { name: entry.key.clone(), position });
@@ -183,7 +191,9 @@ impl Reader<'_> {
         body.mass = mass.expr;
         body.mass_span = Some(mass.span.clone());
         if let Some(value) = mass.value {
-            if value < 0.0 {
+            let is_good = self.constants.is_not_below(value, Constant::written(0.0));
+            let value = value.look();
+            if !is_good {
                 self.report(
                     Diagnostic::error(codes::BAD_MASS, format!("{what} is {value} kg"))
                         .at(mass.span.clone(), "must be greater than 0, or 0 for a massless link")
@@ -283,7 +293,7 @@ impl Reader<'_> {
             values.iter().map(|node| self.scalar(node, quantity, what, scope)).collect();
         let scalars: Vec<Scalar> = read.into_iter().collect::<Option<_>>()?;
         let mut components = [self.pool.zero(); 3];
-        let mut value = Some([0.0; 3]);
+        let mut value = Some([Constant::written(0.0); 3]);
         for (idx, scalar) in scalars.iter().enumerate() {
             components[idx] = scalar.expr;
             value = value.zip(scalar.value).map(|(mut all, one)| {
@@ -294,7 +304,9 @@ impl Reader<'_> {
         if !self.pool.is_zero(components[2]) && self.spatial.is_none() {
             self.spatial = Some(scalars[2].span.clone());
         }
-        let is_bare = scalars.iter().any(|scalar| scalar.is_bare && scalar.value != Some(0.0));
+        let is_bare = scalars
+            .iter()
+            .any(|scalar| scalar.is_bare && scalar.value.is_none_or(|value| value.look() != 0.0));
         let place = value.map(|value| Place { value, is_bare, span: node.span.clone() });
         Some(VectorValue { components, place, span: node.span.clone() })
     }

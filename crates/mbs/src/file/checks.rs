@@ -2,6 +2,7 @@
 
 use super::bodies::{BodyFacts, Place};
 use super::codes;
+use super::constants::Constant;
 use super::quantity::Scalar;
 use super::reader::{Fields, Reader};
 use super::units::Quantity;
@@ -23,7 +24,12 @@ impl Reader<'_> {
         scalar: &Scalar,
         quantity: Quantity,
     ) -> bool {
-        let Some(value) = scalar.value.filter(|value| *value <= 0.0) else { return true };
+        let zero = Constant::written(0.0);
+        let Some(value) = scalar.value.filter(|&value| !self.constants.is_above(value, zero))
+        else {
+            return true;
+        };
+        let value = value.look();
         let unit = quantity.dimension().to_string();
         let space = if unit.is_empty() { "" } else { " " };
         self.report(
@@ -43,9 +49,18 @@ impl Reader<'_> {
         body: &Body,
         facts: &BodyFacts,
     ) {
-        let values: Option<Vec<f64>> = components.iter().map(|scalar| scalar.value).collect();
+        let values: Option<Vec<Constant>> = components.iter().map(|scalar| scalar.value).collect();
         let Some(values) = values else { return };
-        let moments = &values[..values.len().min(3)];
+        let values = &values[..values.len().min(3)];
+        let zero = Constant::written(0.0);
+        let moments: Vec<f64> = match values {
+            [one] => {
+                self.constants.is_not_below(*one, zero);
+                vec![one.look()]
+            }
+            several => several.iter().map(|&value| self.constants.pinned(value)).collect(),
+        };
+        let moments = moments.as_slice();
         let what = fields.what("inertia");
         if let Some(idx) = moments.iter().position(|value| *value < 0.0) {
             self.report(
@@ -189,7 +204,7 @@ impl Reader<'_> {
     pub(super) fn check_size(&mut self, bodies: &[(Option<Body>, BodyFacts)]) {
         let sizes = bodies.iter().filter_map(|(_, facts)| {
             let bare: Vec<&Place> = facts.places.iter().filter(|place| place.is_bare).collect();
-            let far = |place: &&&Place| length(place.value, [0.0; 3]);
+            let far = |place: &&&Place| length(place.numbers(), [0.0; 3]);
             let farthest = bare.iter().max_by(|a, b| far(a).total_cmp(&far(b)))?;
             Some((extent(&bare), farthest.span.clone()))
         });
@@ -264,8 +279,8 @@ fn extent(places: &[&Place]) -> f64 {
     let mut corners = [[0.0_f64; 3]; 2];
     for place in places {
         for axis in 0..3 {
-            corners[0][axis] = corners[0][axis].min(place.value[axis]);
-            corners[1][axis] = corners[1][axis].max(place.value[axis]);
+            corners[0][axis] = corners[0][axis].min(place.value[axis].look());
+            corners[1][axis] = corners[1][axis].max(place.value[axis].look());
         }
     }
     length(corners[0], corners[1])

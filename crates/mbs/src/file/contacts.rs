@@ -1,6 +1,7 @@
 //! `[loads.…]` of type `stop` and `friction`: what happens in one motion of a joint.
 
 use super::codes;
+use super::constants::Constant;
 use super::names::Freedom;
 use super::quantity::{Scalar, Scope};
 use super::reader::{Fields, Reader};
@@ -83,7 +84,10 @@ impl Reader<'_> {
     ) -> Option<Scalar> {
         let what = fields.what(key);
         let friction = self.scalar(node, quantity, &what, Scope::Motion)?;
-        if let Some(value) = friction.value.filter(|value| *value < 0.0) {
+        let zero = Constant::written(0.0);
+        let below = |value: &Constant| !self.constants.is_not_below(*value, zero);
+        if let Some(value) = friction.value.filter(below) {
+            let value = value.look();
             let unit = quantity.dimension();
             self.report(
                 Diagnostic::error(codes::NEGATIVE_FRICTION, format!("{what} is {value} {unit}"))
@@ -102,9 +106,10 @@ impl Reader<'_> {
     fn check_room(&mut self, fields: &Fields<'_>, min: Option<&Scalar>, max: Option<&Scalar>) {
         let (Some(min), Some(max)) = (min, max) else { return };
         let (Some(low), Some(high)) = (min.value, max.value) else { return };
-        if low < high {
+        if self.constants.is_above(high, low) {
             return;
         }
+        let (low, high) = (low.look(), high.look());
         let message = format!(
             "{} leaves no room: `min` is {}, `max` {}",
             fields.owner,
@@ -120,9 +125,13 @@ impl Reader<'_> {
     }
 
     fn check_restitution(&mut self, what: &str, restitution: &Scalar) {
-        let Some(value) = restitution.value.filter(|value| !(0.0..=1.0).contains(value)) else {
+        let Some(value) = restitution.value else { return };
+        let [zero, one] = [0.0, 1.0].map(Constant::written);
+        let is_good = self.constants.is_not_below(value, zero);
+        if self.constants.is_not_below(one, value) && is_good {
             return;
-        };
+        }
+        let value = value.look();
         self.report(
             Diagnostic::error(codes::BAD_RESTITUTION, format!("{what} is {value}"))
                 .at(restitution.span.clone(), "must lie between 0 and 1")

@@ -1,8 +1,9 @@
 //! Function calls in expressions: what each function takes and gives.
 
-use bksim_expr::{Expr, Function, Number};
+use bksim_expr::{Expr, Function};
 
 use super::codes;
+use super::constants::Constant;
 use super::lower::{Context, Kind, Lowered, PURE};
 use super::reader::{Reader, cut, suggest};
 use super::units::Dimension;
@@ -69,7 +70,9 @@ impl Reader<'_> {
                 self.pure(&arguments[0], &role, context)?;
                 PURE
             }
-            F::Sqrt => self.power_kind(&arguments[0], Some(0.5), &span, context)?,
+            F::Sqrt => {
+                self.power_kind(&arguments[0], Some(Constant::written(0.5)), &span, context)?
+            }
             F::Abs => {
                 is_angle = arguments[0].is_angle;
                 arguments[0].kind
@@ -90,9 +93,10 @@ impl Reader<'_> {
         };
         let operands: Vec<Expr> = arguments.iter().map(|argument| argument.expr).collect();
         let expr = self.pool.call(function, &operands)?;
-        let values: Option<Vec<f64>> = arguments.iter().map(|argument| argument.value).collect();
-        let value = values.map(|values| self.value_of(function, &values));
-        if value.is_some_and(f64::is_nan) {
+        let values: Option<Vec<Constant>> =
+            arguments.iter().map(|argument| argument.value).collect();
+        let value = values.map(|values| self.constants.call(function, &values));
+        if value.is_some_and(|value| value.look().is_nan()) {
             self.no_real_value(function, &arguments, &span);
             return None;
         }
@@ -100,24 +104,19 @@ impl Reader<'_> {
         Some(Lowered { is_angle, is_literal, ..Lowered::new(expr, kind, value, span) })
     }
 
-    fn adopt_if_bare(&self, lowered: &Lowered, is_angle: bool) -> Lowered {
+    fn adopt_if_bare(&mut self, lowered: &Lowered, is_angle: bool) -> Lowered {
         match lowered.kind {
             Kind::Bare => self.adopt(lowered, Dimension::NONE, is_angle),
             Kind::Known(_) => lowered.clone(),
         }
     }
 
-    fn value_of(&self, function: Function, values: &[f64]) -> f64 {
-        let pool = &self.pool;
-        let numbers: Vec<Expr> =
-            values.iter().map(|&value| pool.number(Number::float(value))).collect();
-        let value = pool.call(function, &numbers).and_then(|e| pool.evaluate(e, &|_| None).ok());
-        value.unwrap_or(f64::NAN)
-    }
-
     fn no_real_value(&mut self, function: Function, arguments: &[Lowered], span: &Span) {
-        let values: Vec<String> =
-            arguments.iter().filter_map(|argument| argument.value).map(short).collect();
+        let values: Vec<String> = arguments
+            .iter()
+            .filter_map(|argument| argument.value)
+            .map(|value| short(value.look()))
+            .collect();
         let message =
             format!("`{}` of {} has no real value", function.name(), values.join(" and "));
         self.report(

@@ -2,6 +2,7 @@
 
 use bksim_expr::Expr;
 
+use super::bodies::Place;
 use super::codes;
 use super::names::{JOINT_TYPES, sub_tables};
 use super::quantity::Scope;
@@ -139,7 +140,11 @@ impl Reader<'_> {
             let leaves_plane = !self.pool.is_zero(x) || !self.pool.is_zero(y);
             self.spatial = spatial.or(leaves_plane.then(|| vector.span.clone()));
         }
-        let value = vector.place.as_ref().map_or([0.0; 3], |place| place.value);
+        let value = vector.place.as_ref().map_or([0.0; 3], Place::numbers);
+        // Its sign, or length, is in the equations.
+        for &part in vector.place.iter().flat_map(|place| &place.value) {
+            self.constants.pinned_sign(part);
+        }
         if value == [0.0; 3] {
             let message =
                 format!("`axis` of {} has no direction: all its parts are 0", fields.owner);

@@ -3,6 +3,7 @@
 use bksim_expr::Expr;
 
 use super::codes;
+use super::constants::Constant;
 use super::names::{Freedom, sub_tables};
 use super::quantity::Scope;
 use super::reader::{Fields, Reader, cut};
@@ -209,7 +210,7 @@ impl Reader<'_> {
         let help = format!("write for example `damping = \"{}\"`", quantity.example);
         let node = fields.require(self, "damping", &help)?;
         let damping = self.scalar(node, quantity, &fields.what("damping"), Scope::Motion)?;
-        if let Some(value) = damping.value.filter(|value| *value < 0.0) {
+        if let Some(value) = damping.value.map(Constant::look).filter(|value| *value < 0.0) {
             let unit = quantity.dimension();
             let message = format!("`damping` of {} is {value} {unit}", fields.owner);
             self.report(

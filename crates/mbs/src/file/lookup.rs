@@ -1,6 +1,7 @@
 //! The meaning of a name in an expression, and what to say of a name without one.
 
 use super::codes;
+use super::constants::Constant;
 use super::lower::{Context, Kind, Lowered, PURE};
 use super::names::{BODY_MOTION, Meaning, POINT_MOTIONS};
 use super::quantity::Scope;
@@ -18,7 +19,7 @@ impl Reader<'_> {
     ) -> Option<Lowered> {
         let span = context.quoted.place(range);
         if name == "pi" {
-            let value = Some(std::f64::consts::PI);
+            let value = Some(Constant::written(std::f64::consts::PI));
             return Some(Lowered::new(self.pool.pi(), PURE, value, span));
         }
         let parts: Vec<&str> = name.split('.').collect();

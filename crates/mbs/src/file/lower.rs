@@ -9,6 +9,7 @@
 use bksim_expr::{BinaryOperator, Expr, Number, Pool, Syntax, SyntaxKind, UnitFactor};
 
 use super::codes;
+use super::constants::Constant;
 use super::names::Meaning;
 use super::quantity::{Scope, describe};
 use super::reader::{Reader, cut};
@@ -39,7 +40,7 @@ pub(super) struct Lowered {
     pub(super) expr: Expr,
     pub(super) kind: Kind,
     /// Its value at the parameters of the file, unless it depends on time or motion.
-    pub(super) value: Option<f64>,
+    pub(super) value: Option<Constant>,
     /// Whether it is an angle rather than a pure number, for wording.
     pub(super) is_angle: bool,
     /// Whether it is made of written numbers only.
@@ -56,7 +57,7 @@ impl Lowered {
         Self {
             expr: pool.number(number),
             kind: Kind::Bare,
-            value: Some(number.to_f64()),
+            value: Some(Constant::written(number.to_f64())),
             is_angle: false,
             is_literal: true,
             span,
@@ -64,13 +65,18 @@ impl Lowered {
         }
     }
 
-    pub(super) fn new(expr: Expr, kind: Kind, value: Option<f64>, span: Span) -> Self {
+    pub(super) fn new(expr: Expr, kind: Kind, value: Option<Constant>, span: Span) -> Self {
         Self { expr, kind, value, is_angle: false, is_literal: false, span, unit_span: None }
     }
 
     fn varies(&self) -> bool {
         self.value.is_none()
     }
+}
+
+/// Whether a value is known to be zero; the values that follow from it are not finite then.
+fn is_zero(value: Option<Constant>) -> bool {
+    value.is_some_and(|value| value.look() == 0.0)
 }
 
 /// Where an expression stands and what it may use.
@@ -106,7 +112,7 @@ impl Reader<'_> {
                 SyntaxKind::Name(name) => self.named(name, &node.span, &context),
                 SyntaxKind::Negate(operand) => nodes[*operand].clone().map(|operand| Lowered {
                     expr: self.pool.neg(operand.expr),
-                    value: operand.value.map(|value| -value),
+                    value: operand.value.map(|value| self.constants.negate(value)),
                     span,
                     unit_span: None,
                     ..operand
@@ -169,7 +175,7 @@ impl Reader<'_> {
         let WrittenUnit { scale, dimension, is_angle } = WrittenUnit::of(factors)?;
         let number = self.finite(number, span.clone(), context.what)?;
         let unit_range = factors.first()?.span.start..factors.last()?.span.end;
-        let value = number.value.map(|value| scale.apply(value));
+        let value = number.value.map(|value| self.constants.scaled(value, scale));
         Some(Lowered {
             is_angle,
             unit_span: Some(context.quoted.place(&unit_range)),
@@ -179,10 +185,10 @@ impl Reader<'_> {
 
     /// Refuses constant values that are no finite numbers although their parts were.
     fn real(&mut self, lowered: Lowered, context: &Context<'_>) -> Option<Lowered> {
-        if lowered.value.is_none_or(f64::is_finite) {
+        if lowered.value.is_none_or(|value| value.look().is_finite()) {
             return Some(lowered);
         }
-        let value = lowered.value.unwrap_or(f64::NAN);
+        let value = lowered.value.map_or(f64::NAN, Constant::look);
         let fault = if value.is_nan() { "has no real value" } else { "is too large" };
         self.report(
             Diagnostic::error(codes::NOT_REAL, format!("{} {fault} here", context.what))
@@ -201,12 +207,15 @@ impl Reader<'_> {
         context: &Context<'_>,
     ) -> Option<Lowered> {
         let is_literal = a.is_literal && b.is_literal;
-        let both = |op: fn(f64, f64) -> f64| Some(op(a.value?, b.value?));
+        let both = a.value.zip(b.value);
         let lowered = match operator {
             BinaryOperator::Add | BinaryOperator::Subtract => {
                 let is_sum = operator == BinaryOperator::Add;
                 let (a, b) = self.alike(a, b, if is_sum { "add" } else { "subtract" })?;
-                let value = a.value.zip(b.value).map(|(a, b)| if is_sum { a + b } else { a - b });
+                let value = a.value.zip(b.value).map(|(a, b)| {
+                    let constants = &mut self.constants;
+                    if is_sum { constants.add(a, b) } else { constants.subtract(a, b) }
+                });
                 let expr = if is_sum {
                     self.pool.add(a.expr, b.expr)
                 } else {
@@ -219,26 +228,28 @@ impl Reader<'_> {
                 let kind = self.product_kind(a, b, Dimension::times)?;
                 let expr = self.pool.mul(a.expr, b.expr);
                 let is_angle = a.is_angle != b.is_angle;
-                Lowered { is_angle, ..Lowered::new(expr, kind, both(|a, b| a * b), span) }
+                let value = both.map(|(a, b)| self.constants.multiply(a, b));
+                Lowered { is_angle, ..Lowered::new(expr, kind, value, span) }
             }
             BinaryOperator::Divide => {
-                if b.value == Some(0.0) {
+                if is_zero(b.value) {
                     self.division_by_zero(b, right, context);
                     return None;
                 }
                 let kind = self.product_kind(a, b, Dimension::over)?;
                 let expr = self.pool.div(a.expr, b.expr);
                 let is_angle = a.is_angle && !b.is_angle;
-                Lowered { is_angle, ..Lowered::new(expr, kind, both(|a, b| a / b), span) }
+                let value = both.map(|(a, b)| self.constants.divide(a, b));
+                Lowered { is_angle, ..Lowered::new(expr, kind, value, span) }
             }
             BinaryOperator::Power => {
                 let exponent = self.pure(b, "an exponent", context)?;
-                if a.value == Some(0.0) && exponent.1.is_some_and(|n| n < 0.0) {
+                if is_zero(a.value) && exponent.1.is_some_and(|n| n.look() < 0.0) {
                     self.division_by_zero(a, right, context);
                     return None;
                 }
                 let kind = self.power_kind(a, exponent.1, &span, context)?;
-                let value = a.value.zip(exponent.1).map(|(a, n)| a.powf(n));
+                let value = a.value.zip(exponent.1).map(|(a, n)| self.constants.power(a, n));
                 Lowered::new(self.pool.pow(a.expr, exponent.0), kind, value, span)
             }
         };
@@ -278,7 +289,12 @@ impl Reader<'_> {
     }
 
     /// A bare number as a quantity of this dimension in the units of the file.
-    pub(super) fn adopt(&self, bare: &Lowered, dimension: Dimension, is_angle: bool) -> Lowered {
+    pub(super) fn adopt(
+        &mut self,
+        bare: &Lowered,
+        dimension: Dimension,
+        is_angle: bool,
+    ) -> Lowered {
         let scale = match (dimension, is_angle) {
             (Dimension::NONE, true) => self.units.scale(Quantity::ANGLE),
             (Dimension::NONE, false) => Scale::ONE,
@@ -287,7 +303,7 @@ impl Reader<'_> {
         Lowered {
             expr: self.scaled(bare.expr, scale),
             kind: Kind::Known(dimension),
-            value: bare.value.map(|value| scale.apply(value)),
+            value: bare.value.map(|value| self.constants.scaled(value, scale)),
             ..bare.clone()
         }
     }
@@ -331,10 +347,13 @@ impl Reader<'_> {
     pub(super) fn power_kind(
         &mut self,
         base: &Lowered,
-        exponent: Option<f64>,
+        exponent: Option<Constant>,
         span: &Span,
         context: &Context<'_>,
     ) -> Option<Kind> {
+        // The dimension follows from the exponent, but for pure numbers.
+        let pinned = exponent.filter(|_| base.kind != PURE).map(|n| self.constants.pinned(n));
+        let exponent = pinned.or(exponent.map(Constant::look));
         match (base.kind, exponent) {
             (Kind::Bare, Some(1.0)) | (PURE, _) => Some(base.kind),
             (Kind::Bare, _) if base.is_literal || self.units.is_si() => Some(Kind::Bare),
@@ -365,12 +384,16 @@ impl Reader<'_> {
         let known = self.parameters.iter().find(|p| p.symbol == bare.expr);
         let (message, place, help) = match known {
             Some(p) => (
-                format!("`{}` = {} needs its unit", p.name, short(bare.value.unwrap_or(0.0))),
+                format!(
+                    "`{}` = {} needs its unit",
+                    p.name,
+                    short(bare.value.map_or(0.0, Constant::look))
+                ),
                 p.span.clone(),
                 format!(
                     "write for example `{} = \"{} N/m\"`",
                     p.name,
-                    short(bare.value.unwrap_or(0.0))
+                    short(bare.value.map_or(0.0, Constant::look))
                 ),
             ),
             None => (
@@ -393,7 +416,7 @@ impl Reader<'_> {
         lowered: &Lowered,
         role: &str,
         context: &Context<'_>,
-    ) -> Option<(Expr, Option<f64>)> {
+    ) -> Option<(Expr, Option<Constant>)> {
         match lowered.kind {
             Kind::Known(found) if found != Dimension::NONE => {
                 let noun = describe(found, false);
@@ -429,7 +452,8 @@ impl Reader<'_> {
                 Kind::Known(d) if d != Dimension::NONE => format!(" {d}"),
                 _ => String::new(),
             };
-            let fact = format!("`{name}` = {}{unit}", short(known.value.unwrap_or(0.0)));
+            let fact =
+                format!("`{name}` = {}{unit}", short(known.value.map_or(0.0, Constant::look)));
             if !used.contains(&fact) {
                 used.push(fact);
             }

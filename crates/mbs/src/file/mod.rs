@@ -27,6 +27,7 @@
 mod bodies;
 mod checks;
 mod codes;
+mod constants;
 mod contacts;
 mod function;
 mod initial;
@@ -48,11 +49,13 @@ mod written_unit;
 use bksim_expr::Pool;
 
 pub use codes::{PAGES, Page, explain};
+pub use constants::Recording;
 pub use reader::suggest;
 pub use syntax::decode;
 pub use written_unit::WrittenUnit;
 
 use bodies::BodyFacts;
+use constants::Constants;
 use names::Names;
 use reader::{Fields, Reader, closest};
 use tree::Table;
@@ -132,6 +135,37 @@ const SECTIONS: &[&str] = &[
 
 /// Reads a model.
 pub fn read(source: &Source<'_>) -> Reading {
+    read_recorded(source, &[]).0
+}
+
+/// Reads a model, and how its parameters and settings follow from those that vary: each of these is
+/// among the overrides with a number and perhaps a unit.
+///
+/// ```
+/// use bksim_mbs::file::{Source, read_recorded};
+///
+/// let text = r#"
+/// [parameters]
+/// l = 1
+/// m = "2 kg/m*l"
+/// [bodies.bob]
+/// mass = "m"
+/// com = ["l", 0]
+/// [joints.A]
+/// type = "revolute"
+/// between = ["ground", "bob"]
+/// "#;
+/// let set = [("l".to_owned(), "0.5 m".to_owned())];
+/// let source = Source { overrides: &set, ..Source::new(text, "pendulum") };
+/// let (reading, recording) = read_recorded(&source, &["l".to_owned()]);
+/// let mut solve = reading.model.expect("a model").solve;
+/// let recording = recording.expect("a model");
+/// let (mut all, mut values) = ([0.0; 2], Vec::new());
+/// assert!(recording.replay(&[0.75], &mut values, &mut all, &mut solve));
+/// assert_eq!(all, [0.75, 1.5]);
+/// assert!(!recording.replay(&[-1.0], &mut values, &mut all, &mut solve), "a negative mass");
+/// ```
+pub fn read_recorded(source: &Source<'_>, varied: &[String]) -> (Reading, Option<Recording>) {
     let mut reader = Reader {
         text: source.text,
         nesting: source.limits.nesting,
@@ -144,13 +178,17 @@ pub fn read(source: &Source<'_>) -> Reading {
         spatial: None,
         joint_bodies: Vec::new(),
         topology_unknown: false,
+        recorded: None,
+        constants: Constants::new(varied),
     };
     let root = syntax::parse(source.text, source.limits.nesting, &mut reader.faults);
     let model = root.and_then(|mut root| {
         reader.check_sections(&mut root);
         reader.read_model(&root, source)
     });
-    Reading { model, diagnostics: reader.faults }
+    let values = reader.recorded.take();
+    let recording = model.as_ref().and(values).map(|values| reader.constants.finish(values));
+    (Reading { model, diagnostics: reader.faults }, recording)
 }
 
 /// The faults of a text as TOML; what it says is not looked at.
@@ -199,6 +237,7 @@ impl Reader<'_> {
         if self.faults.iter().any(Diagnostic::is_error) {
             return None;
         }
+        self.recorded = Some(self.parameter_values());
         let bodies: Option<Vec<Body>> = bodies.into_iter().map(|(body, _)| body).collect();
         let joints: Option<Vec<Joint>> = joints.into_iter().collect();
         Some(Model {

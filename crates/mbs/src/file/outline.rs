@@ -13,8 +13,9 @@
 
 use bksim_expr::Expr;
 
-use super::bodies::{BodyFacts, VectorValue};
+use super::bodies::{BodyFacts, Place, VectorValue};
 use super::codes;
+use super::constants::Constant;
 use super::quantity::Scope;
 use super::reader::{Fields, Reader};
 use super::tree::{Node, Value};
@@ -73,9 +74,11 @@ impl Reader<'_> {
             .collect();
         let corners: Vec<VectorValue> = corners.into_iter().collect::<Option<_>>()?;
         facts.places.extend(corners.iter().filter_map(|corner| corner.place.clone()));
-        let places: Vec<[f64; 3]> =
+        let places: Vec<[Constant; 3]> =
             corners.iter().filter_map(|corner| corner.place.as_ref().map(|p| p.value)).collect();
-        let doubled = twice_area(&places);
+        let doubled = self.twice_area(&places);
+        self.constants.pinned_sign(doubled);
+        let doubled = doubled.look();
         if corners.len() < 3 || doubled == 0.0 {
             let message = if corners.len() < 3 {
                 format!("{what} has {} corners", corners.len())
@@ -135,12 +138,25 @@ impl Reader<'_> {
         let about_origin = pool.mul(sheet, moments.polar);
         body.inertia.moments[2] = pool.simplify(pool.sub(about_origin, pool.mul(body.mass, arm)));
         facts.has_density = true;
-        let corners: Vec<[f64; 3]> = facts.places.iter().map(|place| place.value).collect();
+        let corners: Vec<[f64; 3]> = facts.places.iter().map(Place::numbers).collect();
         if let (Some(density_value), Some(height), [_]) = (density.value, thickness.value, outline)
         {
+            let (density_value, height) = (density_value.look(), height.look());
             let area = twice_area(&corners[corners.len() - outline[0].len()..]).abs() / 2.0;
             facts.mass = Some((density_value * height * area, shape.span.clone()));
         }
+    }
+
+    /// As [`twice_area`], following what varies.
+    fn twice_area(&mut self, corners: &[[Constant; 3]]) -> Constant {
+        let constants = &mut self.constants;
+        let mut doubled = Constant::written(0.0);
+        for (a, b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+            let products = [constants.multiply(a[0], b[1]), constants.multiply(b[0], a[1])];
+            let cross = constants.subtract(products[0], products[1]);
+            doubled = constants.add(doubled, cross);
+        }
+        doubled
     }
 
     fn area_moments(&self, outline: &[Vec<[Expr; 2]>]) -> AreaMoments {

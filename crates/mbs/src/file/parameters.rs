@@ -3,6 +3,7 @@
 use bksim_expr::{Expr, Syntax};
 
 use super::codes;
+use super::constants::Constant;
 use super::lower::{Kind, Lowered};
 use super::names::Meaning;
 use super::quantity::Scope;
@@ -247,15 +248,23 @@ impl Reader<'_> {
         };
         let Some(lowered) = lowered else { return };
         let known = &mut self.parameters[idx];
+        let constants = &mut self.constants;
+        let value = lowered.value.map(|value| constants.parameter(&known.name, value));
         known.expr = Some(lowered.expr);
         known.result =
-            Some(Lowered { expr: symbol, is_literal: false, unit_span: None, ..lowered });
+            Some(Lowered { expr: symbol, value, is_literal: false, unit_span: None, ..lowered });
     }
 
     /// The parameters of the model, each after those it uses.
     pub(super) fn take_parameters(&mut self) -> Vec<Parameter> {
         let order = std::mem::take(&mut self.parameter_order);
         order.into_iter().filter_map(|idx| self.parameter(idx)).collect()
+    }
+
+    /// Their values, in the same order.
+    pub(super) fn parameter_values(&self) -> Vec<Constant> {
+        let states = self.parameter_order.iter().map(|&idx| &self.parameters[idx]);
+        states.filter_map(|known| known.result.as_ref()?.value).collect()
     }
 
     fn parameter(&self, idx: usize) -> Option<Parameter> {
@@ -265,7 +274,7 @@ impl Reader<'_> {
             name: known.name.clone(),
             symbol: self.pool.symbol_id(known.symbol)?,
             definition: known.expr?,
-            value: result.value?,
+            value: result.value?.look(),
             unit: match result.kind {
                 Kind::Known(dimension) => {
                     let unit = dimension.to_string();

@@ -3,6 +3,7 @@
 use bksim_expr::{Expr, Number, ParseError, ParseErrorKind, ParseOptions, Syntax, parse};
 
 use super::codes;
+use super::constants::Constant;
 use super::lower::{Kind, Lowered};
 use super::reader::{Reader, closest, cut, suggest};
 use super::tree::{Node, Quoted, Value};
@@ -26,7 +27,7 @@ pub(super) enum Scope {
 pub(super) struct Scalar {
     pub(super) expr: Expr,
     /// Its value, when it depends on parameters only.
-    pub(super) value: Option<f64>,
+    pub(super) value: Option<Constant>,
     /// Whether the author wrote no unit.
     pub(super) is_bare: bool,
     /// Place of the text without its quotes, or of the number.
@@ -64,7 +65,7 @@ impl Reader<'_> {
         let is_bare = lowered.kind == Kind::Bare;
         let (expr, value) = self.accept(&lowered, quantity, what)?;
         if let Some(value) = value.filter(|_| is_bare) {
-            self.check_angle(&lowered, quantity, what, value);
+            self.check_angle(&lowered, quantity, what, value.look());
         }
         Some(Scalar { expr, value, is_bare, span })
     }
@@ -206,11 +207,11 @@ impl Reader<'_> {
         lowered: &Lowered,
         quantity: Quantity,
         what: &str,
-    ) -> Option<(Expr, Option<f64>)> {
+    ) -> Option<(Expr, Option<Constant>)> {
         match lowered.kind {
             Kind::Bare => {
                 let scale = self.units.scale(quantity);
-                let value = lowered.value.map(|value| scale.apply(value));
+                let value = lowered.value.map(|value| self.constants.scaled(value, scale));
                 Some((self.scaled(lowered.expr, scale), value))
             }
             Kind::Known(found) if found == quantity.dimension() => {

@@ -4,6 +4,7 @@
 use bksim_expr::Pool;
 
 use super::codes;
+use super::constants::{Constant, Constants};
 use super::names::Names;
 use super::parameters::ParameterState;
 use super::tree::{Entry, Node, Quoted, Table, Value};
@@ -22,6 +23,10 @@ pub(super) struct Reader<'a> {
     /// Indices of the parameters, each after those it uses.
     pub(super) parameter_order: Vec<usize>,
     pub(super) faults: Vec<Diagnostic>,
+    /// How values follow from parameters that vary.
+    pub(super) constants: Constants,
+    /// Values of the parameters of a model that was read.
+    pub(super) recorded: Option<Vec<Constant>>,
     /// First place with a part out of the plane z = 0.
     pub(super) spatial: Option<Span>,
     /// The bodies of each joint, predecessor first; `None` where the joint could not be read.

@@ -1,6 +1,7 @@
 //! `[solve]`: time span, output interval, tolerances and method.
 
 use super::codes;
+use super::constants::{Constant, Setting};
 use super::quantity::Scope;
 use super::reader::{Fields, Reader};
 use super::tree::{Node, Table, Value};
@@ -51,15 +52,16 @@ impl Reader<'_> {
         }
         self.read_times(&fields, &mut solve);
         if let Some((rtol, span)) = self.option(&fields, "rtol", Quantity::NUMBER) {
+            let rtol = self.constants.pinned(rtol);
             self.check_rtol(rtol, span);
             solve.rtol = rtol;
         }
         if let Some((atol, _)) = self.positive_option(&fields, "atol", Quantity::NUMBER) {
-            solve.atol = atol;
+            solve.atol = self.constants.pinned(atol);
         }
         let tolerance = self.positive_option(&fields, "newton_tolerance", Quantity::NUMBER);
         if let Some((tolerance, _)) = tolerance {
-            solve.newton_tolerance = tolerance;
+            solve.newton_tolerance = self.constants.pinned(tolerance);
         }
         let formulations = [
             ("ggl", Formulation::Ggl),
@@ -86,12 +88,15 @@ impl Reader<'_> {
     fn read_times(&mut self, fields: &Fields<'_>, solve: &mut SolveOptions) {
         let start = self.option(fields, "t_start", Quantity::TIME);
         let end = self.option(fields, "t_end", Quantity::TIME);
-        solve.t_start = start.as_ref().map_or(solve.t_start, |(t, _)| *t);
-        solve.t_end = end.as_ref().map_or(solve.t_end, |(t, _)| *t);
+        let written = |t: f64| Constant::written(t);
+        let from = start.as_ref().map_or(written(solve.t_start), |(t, _)| *t);
+        let to = end.as_ref().map_or(written(solve.t_end), |(t, _)| *t);
+        solve.t_start = self.constants.set(Setting::Start, from);
+        solve.t_end = self.constants.set(Setting::End, to);
         // A time that could not be read says nothing about the span.
         let known = |key: &str, read: bool| read || fields.get(key).is_none();
         let both = known("t_start", start.is_some()) && known("t_end", end.is_some());
-        if both && solve.t_end == solve.t_start {
+        if both && !self.constants.differ(from, to) {
             let place = end.or(start).map_or(fields.span.clone(), |(_, span)| span);
             let from = solve.t_start;
             self.report(
@@ -104,7 +109,8 @@ impl Reader<'_> {
             );
         }
         self.read_outputs(fields, solve);
-        solve.step = self.positive_option(fields, "step", Quantity::INTERVAL).map(|(step, _)| step);
+        let step = self.positive_option(fields, "step", Quantity::INTERVAL);
+        solve.step = step.map(|(step, _)| self.constants.set(Setting::Step, step));
     }
 
     /// `every`, an interval or `"step"`, or `times`.
@@ -114,7 +120,7 @@ impl Reader<'_> {
             solve.outputs = Outputs::Steps;
         } else {
             let every = self.positive_option(fields, "every", Quantity::INTERVAL);
-            solve.every = every.map(|(every, _)| every);
+            solve.every = every.map(|(every, _)| self.constants.set(Setting::Every, every));
         }
         let Some(node) = fields.get("times") else { return };
         let what = fields.what("times");
@@ -130,7 +136,10 @@ impl Reader<'_> {
         }
         let example = "`times = [0.1, \"500 ms\"]`";
         let Some(nodes) = self.array(node, &what, "an array of times", example) else { return };
-        let read = |node| self.scalar(node, Quantity::TIME, &what, Scope::Constant)?.value;
+        let read = |node| {
+            let value = self.scalar(node, Quantity::TIME, &what, Scope::Constant)?.value;
+            value.map(|value| self.constants.pinned(value))
+        };
         solve.outputs = Outputs::Times(nodes.iter().filter_map(read).collect());
     }
 
@@ -139,7 +148,7 @@ impl Reader<'_> {
         fields: &Fields<'_>,
         key: &str,
         quantity: Quantity,
-    ) -> Option<(f64, Span)> {
+    ) -> Option<(Constant, Span)> {
         let node: &Node = fields.get(key)?;
         let scalar = self.scalar(node, quantity, &fields.what(key), Scope::Constant)?;
         Some((scalar.value?, scalar.span))
@@ -150,7 +159,7 @@ impl Reader<'_> {
         fields: &Fields<'_>,
         key: &str,
         quantity: Quantity,
-    ) -> Option<(f64, Span)> {
+    ) -> Option<(Constant, Span)> {
         let node: &Node = fields.get(key)?;
         let what = fields.what(key);
         let scalar = self.scalar(node, quantity, &what, Scope::Constant)?;

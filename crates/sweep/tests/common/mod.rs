@@ -5,7 +5,7 @@ use bksim_sweep::{Axis, Design, Plan};
 
 /// A crank, a rod and a slider: lengths, inertias, the start and the end of the run are expressions
 /// of parameters.
-pub fn press() -> String {
+pub(crate) fn press() -> String {
     r#"
 [parameters]
 l1 = "100 mm"
@@ -59,7 +59,7 @@ every = "0.02 s"
 }
 
 /// A grid.
-pub fn plan(axes: &[(&str, &str)]) -> Plan {
+pub(crate) fn plan(axes: &[(&str, &str)]) -> Plan {
     let axis = |(name, text): &(&str, &str)| {
         Axis::parse(name, text).expect("an axis").expect("more than one value")
     };

@@ -1,0 +1,168 @@
+//! What a case of a sweep costs beside its integration, and what two threads are worth.
+//!
+//! Slider-cranks with other lengths and torques, each one a case of one sweep. The same cases are
+//! first integrated one after the other from starts found before: what a sweep adds to that is the
+//! values, the start, the outputs and the table.
+
+use std::time::Instant;
+
+use bksim::Mechanism;
+use bksim::dae::Control;
+use bksim::mbs::run::{Sample, run};
+use bksim::mbs::start::start_at;
+use bksim_sweep::{Axis, Design, Existing, Monitor, Plan, Request, Study, SweepError, write};
+use serde_json::json;
+
+use crate::Context;
+use crate::error::BenchError;
+use crate::report::{Check, Report, Table, ratio, seconds};
+use crate::timing::{cpu_time, median};
+
+const MODEL: &str = include_str!("../../../examples/slider-crank/model.toml");
+
+/// End of each run, s.
+const T_END: f64 = 0.5;
+
+/// Values of a round, per case.
+#[derive(Clone, Copy, Default)]
+struct Round {
+    /// CPU time, s: integration alone, with the start, the sweep in memory, the sweep as a table.
+    cpu: [f64; 4],
+    /// Wall time of the table with one thread and with two, s, and CPU time of the latter.
+    wall: [f64; 2],
+    cpu_of_two: f64,
+}
+
+/// Measures the suite.
+pub(crate) fn measure(context: &Context) -> Result<Report, BenchError> {
+    let side = if context.effort.is_quick { 4 } else { 100 };
+    let study = study(side)?;
+    let n_cases = study.n_cases();
+    let mut rounds = Vec::new();
+    for _ in 0..context.effort.rounds {
+        rounds.push(round(&study)?);
+    }
+
+    let mut report =
+        Report::new("sweep", "sweeps: slider-cranks of other lengths and torques, 0.5 s");
+    let all = |of: fn(&Round) -> f64| median(&rounds.iter().map(of).collect::<Vec<_>>());
+    let alone = all(|r| r.cpu[0]);
+    let mut table = Table::new(["per case", "CPU time", "beside the integration"]);
+    let rows = [
+        ("integration", all(|r| r.cpu[0]), 1.0),
+        ("start and integration", all(|r| r.cpu[1]), all(|r| r.cpu[1] / r.cpu[0])),
+        ("sweep, one thread", all(|r| r.cpu[2]), all(|r| r.cpu[2] / r.cpu[0])),
+        ("sweep into a table, one thread", all(|r| r.cpu[3]), all(|r| r.cpu[3] / r.cpu[0])),
+        (
+            "sweep into a table, two threads",
+            all(|r| r.cpu_of_two),
+            all(|r| r.cpu_of_two / r.cpu[0]),
+        ),
+    ];
+    for (what, time, beside) in rows {
+        table.push([what.to_owned(), seconds(time), ratio(beside)]);
+    }
+    report.tables.push(table);
+    let over = all(|r| r.cpu[3] / r.cpu[1]);
+    let extra = all(|r| r.cpu_of_two / r.cpu[3]);
+    let efficiency = all(|r| r.wall[0] / (2.0 * r.wall[1]));
+    report.checks.push(Check::at_most("table over start and integration", over, 1.05));
+    report.checks.push(Check::at_most("CPU time of two threads over one", extra, 1.1));
+    report.checks.push(Check::at_least(
+        "wall time of one thread over twice that of two",
+        efficiency,
+        0.9,
+    ));
+    report
+        .notes
+        .push(format!("{n_cases} cases; the wall times mean something on an idle machine alone"));
+    report.numbers.insert("integration_s".into(), json!(alone));
+    report.numbers.insert("table_over_solve".into(), json!(over));
+    report.numbers.insert("cpu_two_over_one".into(), json!(extra));
+    report.numbers.insert("efficiency".into(), json!(efficiency));
+    Ok(report)
+}
+
+fn study(side: u64) -> Result<Study, BenchError> {
+    let axis = |name: &str, text: String| Axis::parse(name, &text).map(Option::into_iter);
+    let plan = axis("l1", format!("0.8:1.2:{side}")).and_then(|l1| {
+        let axes = l1.chain(axis("q1", format!("40:60 N m:{side}"))?).collect();
+        Plan::new(axes, Design::Grid)
+    });
+    let plan = plan.map_err(|fault| refused(&fault.message))?;
+    let mut request = Request::new(MODEL, "slider-crank", plan);
+    request.outputs = ["max(reactions.B.fx)", "final(theta1)"].map(str::to_owned).to_vec();
+    request.changes.t_end = Some(T_END);
+    Study::prepare(request).map_err(|rejected| refused(&rejected.to_string()))
+}
+
+fn refused(message: &str) -> BenchError {
+    BenchError::Model { name: "slider-crank".to_owned(), message: message.to_owned() }
+}
+
+fn swept(error: &SweepError) -> BenchError {
+    refused(&error.to_string())
+}
+
+fn round(study: &Study) -> Result<Round, BenchError> {
+    let n_cases = study.n_cases();
+    #[expect(clippy::cast_precision_loss, reason = "ten thousand")]
+    let per_case = |seconds: f64| seconds / n_cases as f64;
+    let mut round = Round::default();
+    [round.cpu[0], round.cpu[1]] = alone(study)?.map(per_case);
+
+    let begun = cpu_time();
+    let rows = study.rows(0..n_cases, 1, &Monitor::default()).map_err(|e| swept(&e))?;
+    round.cpu[2] = per_case(cpu_time() - begun);
+    let n_done = rows.iter().flatten().filter(|row| row.ending.fault().is_none()).count() as u64;
+    if n_done != n_cases {
+        return Err(BenchError::Data("a slider-crank of the sweep does not run"));
+    }
+
+    let name = format!("bksim-bench-sweep-{}.parquet", std::process::id());
+    let path = std::env::temp_dir().join(name);
+    let mut cpu = [0.0; 2];
+    for (idx, n_jobs) in [1, 2].into_iter().enumerate() {
+        let (begun, wall) = (cpu_time(), Instant::now());
+        let written = write(study, &path, Existing::Replace, n_jobs, &Monitor::default());
+        written.map_err(|e| swept(&e))?;
+        cpu[idx] = per_case(cpu_time() - begun);
+        round.wall[idx] = per_case(wall.elapsed().as_secs_f64());
+    }
+    [round.cpu[3], round.cpu_of_two] = cpu;
+    std::fs::remove_file(&path).map_err(|source| BenchError::io(&path, source))?;
+    Ok(round)
+}
+
+/// CPU time of all integrations, and of all starts and integrations, with everything compiled.
+fn alone(study: &Study) -> Result<[f64; 2], BenchError> {
+    let rejected = |rejected: bksim::Rejected| refused(&rejected.to_string());
+    let mut mechanism = Mechanism::from_toml(MODEL, "slider-crank").map_err(rejected)?;
+    mechanism.model.solve.t_end = T_END;
+    let equations = mechanism.formulate().map_err(rejected)?;
+    let starts = mechanism.start_equations().map_err(rejected)?;
+    let place = |name: &str| mechanism.model.parameters.iter().position(|p| p.name == name);
+    let places = study.input_columns();
+    let places: Option<Vec<usize>> = places.iter().map(|column| place(&column.name)).collect();
+    let places = places.ok_or(BenchError::Data("a parameter of the slider-crank"))?;
+    let (compiled, options) = (&mechanism.compiled, &mechanism.model.solve);
+    let mut numbers = vec![0.0; places.len()];
+    let mut parameters = mechanism.parameters.clone();
+    let (mut starting, mut running) = (0.0, 0.0);
+    for case in 0..study.n_cases() {
+        study.plan().case(case, &mut numbers);
+        for (&place, &number) in places.iter().zip(&numbers) {
+            parameters[place] = number;
+        }
+        let begun = cpu_time();
+        let start = start_at(&starts, compiled, &parameters, &[], options)
+            .map_err(|_| BenchError::Data("a slider-crank does not start"))?;
+        let started = cpu_time();
+        let mut nobody = |_: &Sample| Control::Continue;
+        run(compiled, &equations, &start, &parameters, options, &mut nobody, &|| false)
+            .map_err(|_| BenchError::Data("a slider-crank does not run"))?;
+        starting += started - begun;
+        running += cpu_time() - started;
+    }
+    Ok([running, starting + running])
+}

@@ -1,0 +1,229 @@
+//! `bksim sweep`: from a model and its axes to one table.
+
+use std::path::Path;
+use std::time::Instant;
+
+use bksim::mbs::diagnostic::Diagnostic;
+use bksim_sweep::{
+    Axis, Design, Existing, Monitor, Plan, Report, Request, Study, SweepError, write,
+};
+use serde_json::{Value, json};
+
+use crate::args::ModelArgs;
+use crate::args::sweep::Sweep;
+use crate::commands::solve::{changes, check_output, named_after};
+use crate::exit::{Failure, Status, without_number};
+use crate::output;
+use crate::progress::{Progress, StopWish};
+use crate::render;
+use crate::source::{Text, load};
+
+pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status, Failure> {
+    let begun = Instant::now();
+    let Settings { axes, fixed, fault } = Settings::of(&args.set);
+    let model = args.model.clone();
+    let model = ModelArgs { model, set: fixed, drawing: args.drawing.clone() };
+    let loaded = load(&model, nesting)?;
+    let source = &loaded.source;
+    let rejected = |fault: Diagnostic| source.rejected(vec![fault]);
+    let axes = fault.map_or(Ok(axes), Err);
+    let plan = axes.and_then(|axes| Plan::new(axes, design(args))).map_err(rejected)?;
+    if plan.axes().is_empty() {
+        let help = "add `--set NAME=FROM:TO:COUNT`; without any, `bksim solve` is the command";
+        return Err(Failure::usage("a sweep needs something that varies", help));
+    }
+    let path = args.out.clone().unwrap_or_else(|| named_after(&loaded.model.name, "parquet"));
+    let mut inputs = source.files();
+    inputs.push(&args.model);
+    check_output(&path, &inputs, args.force)?;
+
+    let mut request = Request::new(&source.text, &loaded.model.name, plan);
+    request.limits.nesting = nesting;
+    request.fixed = model.set;
+    request.outputs.clone_from(&args.keep);
+    request.changes = changes(&args.tuning, loaded.model.solve.t_start)?;
+    let study = Study::prepare(request).map_err(|rejected| source.rejected(rejected.0))?;
+    let warnings = loaded.warnings;
+    if !as_json {
+        render::print_all(source, &warnings);
+    }
+
+    let stop = StopWish::watch().map_err(|e| {
+        Failure::file(&path, format!("is not written: signals cannot be handled: {e}"), None)
+    })?;
+    let progress = Progress::of("sweeping", 0.0, 1.0);
+    let n_cases = study.n_cases();
+    let monitor = Monitor {
+        stop: &|| stop.status().is_some(),
+        progress: &|n_ended| progress.ended(n_ended, n_cases),
+    };
+    let existing = match (args.resume, args.force) {
+        (true, _) => Existing::Resume,
+        (_, true) => Existing::Replace,
+        _ => Existing::Refuse,
+    };
+    let written = write(&study, &path, existing, args.jobs, &monitor);
+    progress.finish();
+    let report = written.map_err(|error| failure(source, error))?;
+
+    let status = match stop.status() {
+        Some(status) if report.is_stopped => status,
+        _ if report.n_done == 0 => Status::Rejected,
+        _ => Status::Done,
+    };
+    let told = Told {
+        study: &study,
+        path: &path,
+        report: &report,
+        seconds: begun.elapsed().as_secs_f64(),
+    };
+    if as_json {
+        let mut body = told.describe(status);
+        body["diagnostics"] = render::json_all(source, &warnings);
+        output::json("sweep", body)?;
+    } else {
+        output::text(&told.text())?;
+        if report.is_stopped {
+            let how = format!(
+                "interrupted: {} of {n_cases} cases are kept; the same command with --resume goes on",
+                report.n_done + report.n_failed
+            );
+            render::warning(&how);
+        } else if report.n_failed > 0 {
+            render::warning(&format!("{} of {n_cases} cases failed", report.n_failed));
+        }
+    }
+    Ok(status)
+}
+
+/// What varies, and what has one value.
+#[derive(Default)]
+struct Settings {
+    axes: Vec<Axis>,
+    fixed: Vec<(String, String)>,
+    /// The first thing that is neither.
+    fault: Option<Diagnostic>,
+}
+
+impl Settings {
+    fn of(set: &[(String, String)]) -> Self {
+        let mut settings = Self::default();
+        for (name, value) in set {
+            match Axis::parse(name, value) {
+                Ok(Some(axis)) => settings.axes.push(axis),
+                Ok(None) => settings.fixed.push((name.clone(), value.clone())),
+                Err(fault) => settings.fault = settings.fault.or(Some(fault)),
+            }
+        }
+        settings
+    }
+}
+
+fn design(args: &Sweep) -> Design {
+    let seed = args.seed;
+    match (args.random, args.lhs, args.sobol) {
+        (Some(n), ..) => Design::Random { n, seed },
+        (_, Some(n), _) => Design::LatinHypercube { n, seed },
+        (.., Some(n)) => Design::Sobol { n, seed },
+        _ => Design::Grid,
+    }
+}
+
+fn failure(source: &Text, error: SweepError) -> Failure {
+    match error {
+        SweepError::Rejected(rejected) => source.rejected(rejected.0),
+        SweepError::File { path, error } => Failure::writing(&path, &error),
+        SweepError::Table { path, error } => {
+            let what = format!("cannot be written: {}", without_number(&error.to_string()));
+            Failure::file(&path, what, None)
+        }
+        error => Failure::usage(error.to_string(), "ask for fewer with --jobs"),
+    }
+}
+
+/// What the command says in the end.
+struct Told<'a> {
+    study: &'a Study,
+    path: &'a Path,
+    report: &'a Report,
+    seconds: f64,
+}
+
+impl Told<'_> {
+    fn text(&self) -> String {
+        let Self { study, path, report, seconds } = self;
+        let varied = study.plan().axes().iter().map(|axis| axis.name.as_str());
+        let varied: Vec<&str> = varied.collect();
+        let design = match study.plan().design() {
+            Design::Grid => "grid",
+            Design::Random { .. } => "random samples",
+            Design::LatinHypercube { .. } => "Latin hypercube",
+            Design::Sobol { .. } => "Sobol's sequence",
+        };
+        let mut lines = vec![
+            format!(
+                "{}: {} of {} cases done in {seconds:.1} s",
+                study.model_name(),
+                report.n_done,
+                report.n_cases
+            ),
+            format!("  varied       {} ({design})", varied.join(", ")),
+            format!("  kept         {} of each run", count(study.outputs().len(), "number")),
+        ];
+        if report.n_resumed > 0 {
+            lines.push(format!("  from before  {} cases", report.n_resumed));
+        }
+        for (code, fault) in &report.faults {
+            let set: Vec<String> = study
+                .settings(fault.first_case)
+                .into_iter()
+                .map(|(name, value)| format!("{name}={value}"))
+                .collect();
+            lines.push(format!(
+                "  {code}         {} failed, the first with {}: {}",
+                fault.n,
+                set.join(" "),
+                fault.reason
+            ));
+        }
+        if !report.is_stopped {
+            lines.push(format!("  table        {}", path.display()));
+        }
+        lines.join("\n")
+    }
+
+    fn describe(&self, status: Status) -> Value {
+        let Self { study, path, report, seconds } = self;
+        let column =
+            |column: &bksim_sweep::Column| json!({ "name": column.name, "unit": column.unit });
+        let columns =
+            |all: Vec<bksim_sweep::Column>| all.iter().map(column).collect::<Vec<Value>>();
+        let faults = report.faults.iter().map(|(code, fault)| {
+            json!({
+                "code": code,
+                "cases": fault.n,
+                "first_case": fault.first_case,
+                "reason": fault.reason,
+            })
+        });
+        json!({
+            "ok": status == Status::Done,
+            "exit_status": status.code(),
+            "model": study.model_name(),
+            "output": if report.is_stopped { Value::Null } else { path.display().to_string().into() },
+            "cases": report.n_cases,
+            "done": report.n_done,
+            "failed": report.n_failed,
+            "resumed": report.n_resumed,
+            "stopped": report.is_stopped,
+            "inputs": columns(study.input_columns()),
+            "outputs": columns(study.output_columns()),
+            "faults": faults.collect::<Vec<_>>(),
+            "seconds": seconds,
+        })
+    }
+}
+
+fn count(n: usize, what: &str) -> String {
+    if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
+}

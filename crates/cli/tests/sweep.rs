@@ -1,0 +1,148 @@
+//! `bksim sweep` as a process: what it prints, how it ends, and that it goes on where it was killed.
+
+mod common;
+
+use std::fs;
+use std::time::{Duration, Instant};
+
+use common::{Scratch, text};
+
+const PENDULUM: &str = r#"
+[parameters]
+l = "1 m"
+m = "1 kg"
+
+[bodies.bob]
+mass = "m"
+com = [0, "-l"]
+
+[joints.A]
+type = "revolute"
+between = ["ground", "bob"]
+coordinate = "phi"
+
+[loads.gravity]
+type = "gravity"
+acceleration = [0, "-9.81 m/s^2"]
+
+[initial]
+phi = "30 deg"
+
+[solve]
+t_end = "1 s"
+"#;
+
+fn place(model: &str) -> Scratch {
+    let place = Scratch::new();
+    place.write("swing.toml", model);
+    place
+}
+
+#[test]
+fn a_grid_becomes_a_table_and_faults_are_counted() {
+    let place = place(PENDULUM);
+    let run = |more: &[&str]| {
+        let mut args = vec!["sweep", "swing.toml", "--set", "l=0.5:1.5:5", "--set", "m=-1,1"];
+        args.extend(more);
+        place.bksim().args(args).output().expect("bksim runs")
+    };
+    let first = run(&["--json"]);
+    let object: serde_json::Value = serde_json::from_slice(&first.stdout).expect("JSON");
+    assert_eq!(first.status.code(), Some(0), "{}", text(&first.stderr));
+    let numbers = ["cases", "done", "failed"].map(|key| object[key].as_u64());
+    assert_eq!(numbers, [Some(10), Some(5), Some(5)]);
+    assert_eq!(object["faults"][0]["first_case"], 0);
+    assert_eq!(object["outputs"][0]["name"], "final(state.phi)");
+    assert!(place.path().join("swing.parquet").exists());
+
+    // The table is not overwritten, unless that is asked for.
+    assert_eq!(run(&[]).status.code(), Some(4));
+    let again = run(&["--force"]);
+    assert_eq!(again.status.code(), Some(0), "{}", text(&again.stderr));
+    assert!(text(&again.stdout).contains("5 of 10 cases done"), "{}", text(&again.stdout));
+    assert!(text(&again.stderr).contains("5 of 10 cases failed"), "{}", text(&again.stderr));
+}
+
+#[test]
+fn faults_of_the_command_line_name_what_to_write() {
+    let place = place(PENDULUM);
+    let run = |args: &[&str]| {
+        let output = place.bksim().args(["sweep", "swing.toml"]).args(args).output();
+        let output = output.expect("bksim runs");
+        assert!(!place.path().join("swing.parquet").exists(), "{args:?}");
+        (output.status.code(), text(&output.stderr))
+    };
+    for (args, status, code, hint) in [
+        (&["--set", "l=0.8:1.2:0"] as &[&str], 1, "P001", "at least 2"),
+        (&["--set", "q=0.8:1.2:3"], 1, "P002", "`l`"),
+        (&["--set", "l=1,2", "--set", "l=3,4"], 1, "P003", "once"),
+        (&["--set", "l=1:2:99999", "--set", "m=1:2:99999"], 1, "P004", "cases"),
+        (&["--set", "l=1,2", "--keep", "max(state.ph)"], 1, "P005", "state.phi"),
+        (&["--set", "l=1:2:3", "--lhs", "5"], 1, "P001", "count"),
+        (&["--set", "l=1"], 2, "", "varies"),
+        (&["--set", "l=1,2", "--lhs", "5", "--sobol", "5"], 2, "", "--sobol"),
+        (&["--set", "m=-1,-2"], 1, "M040", "mass"),
+    ] {
+        let (found, message) = run(args);
+        assert_eq!(found, Some(status), "{args:?}: {message}");
+        assert!(message.contains(code) && message.contains(hint), "{args:?}: {message}");
+    }
+    let explained = place.bksim().args(["explain", "p001"]).output().expect("bksim runs");
+    assert!(text(&explained.stdout).starts_with("# P001"));
+}
+
+/// Many cases that take their time.
+const LONG: [&str; 8] =
+    ["sweep", "swing.toml", "--set", "l=0.5:1.5:2000", "--t-end", "5", "-o", "t.parquet"];
+
+/// Starts a sweep, waits for its first parts and ends it with a signal.
+#[cfg(unix)]
+fn interrupted(place: &Scratch, more: &[&str], signal: &str) -> std::process::Output {
+    use std::process::{Command, Stdio};
+    let mut command = place.bksim();
+    command.args(LONG).args(more).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let child = command.spawn().expect("bksim starts");
+    let begun = Instant::now();
+    let parts = place.path().join("t.parquet.parts");
+    let n_parts = || {
+        let entries = fs::read_dir(&parts).into_iter().flatten().flatten();
+        entries.filter(|entry| entry.path().extension().is_some_and(|e| e == "parquet")).count()
+    };
+    while n_parts() < 3 {
+        assert!(begun.elapsed() < Duration::from_mins(1), "no parts are written");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let id = child.id().to_string();
+    Command::new("kill").args([signal, &id]).status().expect("a signal is sent");
+    child.wait_with_output().expect("it ends")
+}
+
+#[cfg(unix)]
+#[test]
+fn interrupted_and_killed_sweeps_go_on_to_the_same_table() {
+    let undisturbed = place(PENDULUM);
+    let whole = undisturbed.bksim().args(LONG).output().expect("bksim runs");
+    assert_eq!(whole.status.code(), Some(0), "{}", text(&whole.stderr));
+    let whole = fs::read(undisturbed.path().join("t.parquet")).expect("a table");
+
+    for (signal, status) in [("-INT", Some(130)), ("-TERM", Some(143)), ("-KILL", None)] {
+        let place = place(PENDULUM);
+        let ended = interrupted(&place, &[], signal);
+        assert_eq!(ended.status.code(), status, "{signal}: {}", text(&ended.stderr));
+        assert!(!place.path().join("t.parquet").exists(), "{signal}");
+        if status.is_some() {
+            assert!(text(&ended.stderr).contains("--resume"), "{}", text(&ended.stderr));
+        }
+        // Without a word about it nothing is lost.
+        let refused = place.bksim().args(LONG).output().expect("bksim runs");
+        assert_eq!(refused.status.code(), Some(1), "{signal}");
+        assert!(text(&refused.stderr).contains("P006"), "{}", text(&refused.stderr));
+        let resumed = place.bksim().args(LONG).args(["--resume", "--json", "-j", "1"]).output();
+        let resumed = resumed.expect("bksim runs");
+        let object: serde_json::Value = serde_json::from_slice(&resumed.stdout).expect("JSON");
+        assert!(object["resumed"].as_u64() >= Some(3 * 16), "{signal}: {object}");
+        assert_eq!(object["done"], 2000, "{signal}");
+        let table = fs::read(place.path().join("t.parquet")).expect("a table");
+        assert!(table == whole, "{signal}: the table differs");
+    }
+}
