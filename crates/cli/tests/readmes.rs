@@ -41,6 +41,11 @@ fn the_page_on_drawings_shows_what_is_printed() {
 }
 
 #[test]
+fn the_page_on_sweeps_shows_what_is_printed() {
+    check(&root().join("docs/sweeps.md"));
+}
+
+#[test]
 fn every_example_shows_what_is_printed() {
     for entry in fs::read_dir(root().join("examples")).expect("examples") {
         let example = entry.expect("an entry").path();

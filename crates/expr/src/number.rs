@@ -101,8 +101,7 @@ impl Number {
     /// The nearest float.
     pub fn to_f64(self) -> f64 {
         match self {
-            // Correctly rounded while both parts are exact as floats.
-            Self::Rational(r) => *r.numer() as f64 / *r.denom() as f64,
+            Self::Rational(r) => nearest(*r.numer(), *r.denom()),
             Self::Float(f) => f,
         }
     }
@@ -308,6 +307,29 @@ impl std::fmt::Display for Number {
     }
 }
 
+/// The float nearest to a fraction with a positive denominator.
+fn nearest(numer: i128, denom: i128) -> f64 {
+    /// Bits of a float, and two more to round by.
+    const ENOUGH: u128 = 1 << 54;
+    const EXACT: u128 = 1 << 53;
+    let (n, d) = (numer.unsigned_abs(), denom.unsigned_abs());
+    // One rounding, where both parts are exact.
+    if n <= EXACT && d <= EXACT {
+        return numer as f64 / denom as f64;
+    }
+    // Long division, bit by bit, until there are enough; what is left over makes the last bit odd, so
+    // that a tie is one only if it is.
+    let (mut quotient, mut rest, mut shift) = (n / d, n % d, 0);
+    while quotient < ENOUGH && n != 0 {
+        rest <<= 1;
+        quotient = (quotient << 1) | u128::from(rest >= d);
+        rest -= if rest >= d { d } else { 0 };
+        shift -= 1;
+    }
+    let magnitude = (quotient | u128::from(rest != 0)) as f64 * 2f64.powi(shift);
+    if numer < 0 { -magnitude } else { magnitude }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -362,5 +384,21 @@ mod tests {
         assert_eq!(text(-1, 400), "-0.0025");
         assert_eq!(text(1, 3), "1/3");
         assert_eq!(text(-7, 1), "-7");
+    }
+
+    #[test]
+    fn what_is_written_with_all_digits_is_the_float_it_came_from() {
+        let mut bits = 1u64;
+        for _ in 0..20_000 {
+            // Xorshift: G. Marsaglia, J. Stat. Softw. 8 (2003).
+            bits ^= bits << 13;
+            bits ^= bits >> 7;
+            bits ^= bits << 17;
+            let exponent = 1023 - 40 + bits % 80;
+            let value = f64::from_bits((exponent << 52) | (bits >> 12));
+            let text = format!("{value:?}");
+            let number = Number::parse(&text).map(Number::to_f64);
+            assert_eq!(number.map(f64::to_bits), Some(value.to_bits()), "{text}");
+        }
     }
 }

@@ -185,9 +185,8 @@ impl Axis {
                     // The ends as they were written.
                     0 => *from,
                     _ if idx == last => *to,
-                    // Rounded once where the numbers are short: 0.83, not 0.8300000000000001.
                     _ if *spacing == Spacing::Linear => {
-                        (from * (last - idx) as f64 + to * idx as f64) / last as f64
+                        between([*from, *to], [(last - idx) as f64, idx as f64])
                     }
                     _ => from.signum() * from.abs().powf(weights[0]) * to.abs().powf(weights[1]),
                 }
@@ -235,6 +234,26 @@ impl Axis {
             }
         };
         format!("{}={values}", self.name)
+    }
+}
+
+/// The mean of two ends with whole weights; rounded once where the ends are short decimals, so that it
+/// is 0.9, not 0.9000000000000001.
+fn between([from, to]: [f64; 2], weights: [f64; 2]) -> f64 {
+    /// Products of the two, and their sums, are exact.
+    const SHORT: f64 = 1e9;
+    const FEW: f64 = 4e6;
+    let whole = weights[0] + weights[1];
+    let ten = (0..=9).map(|places| 10f64.powi(places)).find(|ten| {
+        let is_short = |end: f64| (end * ten).abs() < SHORT && (end * ten).round() / ten == end;
+        is_short(from) && is_short(to)
+    });
+    match ten.filter(|_| whole < FEW) {
+        Some(ten) => {
+            let [a, b] = [from, to].map(|end| (end * ten).round());
+            (a * weights[0] + b * weights[1]) / (whole * ten)
+        }
+        None => (from * weights[0] + to * weights[1]) / whole,
     }
 }
 

@@ -394,7 +394,8 @@ fn check_times(outputs: &[Output], solve: &SolveOptions) -> Result<(), Diagnosti
             let help = format!("runs go from {} s to {} s", solve.t_start, solve.t_end);
             return Err(fault.help(help));
         }
-        if solve.outputs == Outputs::Steps && outputs.iter().any(|o| o.take != output.take) {
+        let is_instant = |o: &Output| matches!(o.take, Take::At(_) | Take::Final);
+        if solve.outputs == Outputs::Steps && !outputs.iter().all(is_instant) {
             let help = "the model samples at steps: say `--every` for even samples";
             return Err(fault.help(help));
         }

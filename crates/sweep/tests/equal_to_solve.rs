@@ -110,6 +110,19 @@ fn values_that_the_reader_refuses_are_rows_with_its_code() {
 }
 
 #[test]
+fn functions_and_powers_follow_and_exponents_decide_dimensions() {
+    let functions =
+        press().replace("l2 = \"3*l1\"", "l2 = \"max(3*l1, sqrt(l1^2 + (280 mm)^2))\"").replace(
+            "phi = \"30 deg\"",
+            "phi = \"atan2(l1, 170 mm) + if(lt(m2, 1 kg), a, -a)\"\na = \"2 deg\"",
+        );
+    assert_eq!(check(&functions, &[("l1", "90 mm:110 mm:4"), ("m2", "0.5,1.5 kg")]), 0);
+    // Only the root of a square is a length.
+    let rooted = press().replace("l2 = \"3*l1\"", "l2 = \"(9*l1^2)^e\"\ne = 0.5");
+    assert_eq!(check(&rooted, &[("e", "0.25,0.5,1"), ("l1", "90 mm,100 mm")]), 4);
+}
+
+#[test]
 fn loops_that_cannot_close_are_rows_with_their_code() {
     // The slider is held where a short rod does not reach.
     let held = press()

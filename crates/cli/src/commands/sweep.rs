@@ -161,12 +161,7 @@ impl Told<'_> {
             Design::Sobol { .. } => "Sobol's sequence",
         };
         let mut lines = vec![
-            format!(
-                "{}: {} of {} cases done in {seconds:.1} s",
-                study.model_name(),
-                report.n_done,
-                report.n_cases
-            ),
+            format!("{}: {} of {} cases done", study.model_name(), report.n_done, report.n_cases),
             format!("  varied       {} ({design})", varied.join(", ")),
             format!("  kept         {} of each run", count(study.outputs().len(), "number")),
         ];
@@ -186,6 +181,7 @@ impl Told<'_> {
                 fault.reason
             ));
         }
+        lines.push(format!("  time         {seconds:.1} s"));
         if !report.is_stopped {
             lines.push(format!("  table        {}", path.display()));
         }
