@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -45,7 +46,11 @@ def _bars(wanted: bool | None) -> Any:
     if wanted is None and not is_seen:
         return None
     try:
-        from tqdm.auto import tqdm
+        # The notebook's own bar needs more than tqdm.
+        if "ipykernel" in sys.modules and importlib.util.find_spec("ipywidgets"):
+            from tqdm.notebook import tqdm
+        else:
+            from tqdm import tqdm
     except ImportError:
         return None
     return tqdm

@@ -288,7 +288,7 @@ class Solution(Samples):
     def picture(self, t: float | None = None, *, dark: bool = False) -> Picture:
         """The mechanism at an instant, the middle of the motion unless given."""
         at = sum(self.span) / 2 if t is None else float(t)
-        return Picture(self._run.picture(at, (640.0, 480.0), dark))
+        return Picture(self._run.picture(at, (640.0, 360.0), dark))
 
     def animate(self, *, title: str | None = None, height: int = 640) -> Animation:
         """The moving mechanism with curves and equations, in a notebook or as a page of its own."""
