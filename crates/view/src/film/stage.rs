@@ -110,7 +110,7 @@ impl Stage {
     }
 }
 
-/// A camera in which the whole motion fits.
+/// A camera in which the whole motion fits, with its arrows.
 fn camera(show: &mut Show, view: Option<[f64; 2]>, points: [f64; 2]) -> Result<Camera, Unreplayed> {
     let camera = if show.scene().is_planar {
         Camera::planar(points)
@@ -121,7 +121,14 @@ fn camera(show: &mut Show, view: Option<[f64; 2]>, points: [f64; 2]) -> Result<C
     let options = &show.options;
     let sticks_out = options.labels || options.reactions || options.velocities || options.forces;
     let margin = if sticks_out { WIDE_MARGIN } else { MARGIN };
-    Ok(camera.fitted(show.points_over_run()?.iter().copied(), margin))
+    Ok(camera.fitted(all_points(show)?, margin))
+}
+
+/// Points of the mechanism and ends of its arrows, over the whole motion.
+fn all_points(show: &mut Show) -> Result<Vec<[f64; 3]>, Unreplayed> {
+    let mut points = show.arrow_tips_over_run()?;
+    points.extend(show.points_over_run());
+    Ok(points)
 }
 
 /// Width over height of the whole motion, as the camera sees it, between 1:2 and 5:2.
@@ -131,7 +138,7 @@ fn camera(show: &mut Show, view: Option<[f64; 2]>, points: [f64; 2]) -> Result<C
 pub fn shape(show: &mut Show, view: Option<[f64; 2]>) -> Result<f64, Unreplayed> {
     let camera = camera(show, view, [1.0; 2])?;
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for &p in show.points_over_run()? {
+    for p in all_points(show)? {
         let [x, y, _] = camera.project(p);
         for (axis, x) in [x, y].into_iter().enumerate().filter(|(_, x)| x.is_finite()) {
             (low[axis], high[axis]) = (low[axis].min(x), high[axis].max(x));

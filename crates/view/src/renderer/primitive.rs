@@ -39,10 +39,13 @@ pub(super) const HAS_BEHIND: u32 = 4;
 /// Width of the edge of an area that has none of its own, points: it makes the area smooth.
 const HAIRLINE: f32 = 1.0;
 
-/// The primitives on bodies, those of a shape together, in the order of the scene.
+/// The primitives on bodies, those of a shape together: first those of shapes behind the spans, then
+/// those in front of them, both in the order of the scene. In a plane that is how they are painted.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Fixed {
     pub(super) primitives: Vec<Primitive>,
+    /// How many of them lie behind the spans.
+    pub(super) n_behind: u32,
     /// By shape.
     pub(super) ranges: Vec<Range<u32>>,
     /// By shape, the middle of its points in the frame of its body, m: where it lies in depth.
@@ -56,9 +59,13 @@ impl Fixed {
     /// The primitives of a scene's shapes.
     pub(super) fn of(scene: &Scene, theme: &Theme) -> Self {
         let anchors = anchors(scene);
-        let (mut primitives, mut ranges) = (Vec::new(), Vec::new());
-        for shape in &scene.shapes {
-            let first = count(primitives.len());
+        let mut primitives = Vec::new();
+        let mut ranges = vec![0..0; scene.shapes.len()];
+        let is_in_front = |&idx: &usize| scene.shapes[idx].role.is_in_front();
+        let (front, behind): (Vec<_>, Vec<_>) = (0..ranges.len()).partition(is_in_front);
+        let mut n_behind = 0;
+        for (place, &idx) in behind.iter().chain(&front).enumerate() {
+            let (shape, first) = (&scene.shapes[idx], count(primitives.len()));
             if let Some(&anchor) = anchors.get(shape.body) {
                 let paint = theme.paint(shape.role);
                 let mut out = Out { primitives: &mut primitives, body: count(shape.body), anchor };
@@ -71,10 +78,13 @@ impl Fixed {
                     }
                 }
             }
-            ranges.push(first..count(primitives.len()));
+            ranges[idx] = first..count(primitives.len());
+            if place < behind.len() {
+                n_behind = ranges[idx].end;
+            }
         }
         let middles = scene.shapes.iter().map(|shape| middle(points_of(&shape.form))).collect();
-        Self { primitives, ranges, middles, anchors }
+        Self { primitives, n_behind, ranges, middles, anchors }
     }
 }
 

@@ -1,9 +1,10 @@
-// Everything that is painted: triangles and segments of lines, in the order of the entries.
+// Everything that is painted: triangles and segments of lines, in their order.
 
 struct Globals {
     size: vec2f,
     pixels_per_point: f32,
     n_fixed: u32,
+    is_ordered: u32,
 }
 
 struct Primitive {
@@ -33,6 +34,7 @@ struct Layer {
 @group(0) @binding(2) var<storage, read> moving_primitives: array<Primitive>;
 @group(0) @binding(3) var<storage, read> placements: array<Placement>;
 @group(0) @binding(4) var<storage, read> layers: array<Layer>;
+@group(0) @binding(5) var<storage, read> order: array<u32>;
 
 // Whether the target takes linear light in place of sRGB.
 override is_linear: bool = false;
@@ -52,14 +54,20 @@ struct Painted {
 }
 
 @vertex
-fn vertex(@builtin(vertex_index) corner: u32, @location(0) entry: vec2u) -> Painted {
-    var primitive: Primitive;
-    if entry.x < globals.n_fixed {
-        primitive = fixed_primitives[entry.x];
-    } else {
-        primitive = moving_primitives[entry.x - globals.n_fixed];
+fn vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) layer_idx: u32) -> Painted {
+    var place = vertex / 6u;
+    if globals.is_ordered != 0u {
+        place = order[place];
     }
-    let layer = layers[entry.y];
+    // Two triangles: corners 0, 1, 2 and 2, 1, 3, from the lowest digit.
+    let corner = (0x312210u >> (4u * (vertex % 6u))) & 3u;
+    var primitive: Primitive;
+    if place < globals.n_fixed {
+        primitive = fixed_primitives[place];
+    } else {
+        primitive = moving_primitives[place - globals.n_fixed];
+    }
+    let layer = layers[layer_idx];
     let at = placements[layer.first_placement + primitive.body];
     let a = placed(at, primitive.a);
     let b = placed(at, primitive.b);
