@@ -256,3 +256,50 @@ fn color32(rgb: u32) -> Color32 {
     let [_, r, g, b] = rgb.to_be_bytes();
     Color32::from_rgb(r, g, b)
 }
+
+#[cfg(test)]
+mod tests {
+    use bksim_plot::{Axis, Curve, Panel};
+
+    use super::*;
+
+    /// A flat stretch and a peak behind it.
+    fn graph() -> Graph {
+        let points = vec![[0.0, 1.0], [4.0, 1.0], [5.0, 11.0], [6.0, 1.0]];
+        let (x, y) = (Axis::new("time", "s"), Axis::new("force", "N"));
+        Graph::new(&Panel::new(x, y, vec![Curve::new("f", points)]))
+    }
+
+    #[test]
+    fn the_ordinates_follow_what_is_seen_until_they_are_chosen() {
+        let graph = graph();
+        let whole = window(&graph, View::default());
+        assert_eq!((whole.x, whole.y), ([0.0, 6.0], [0.5, 11.5]));
+        let flat = window(&graph, View { x: Some([0.0, 3.0]), y: None });
+        assert!(flat.y[0] < 1.0 && flat.y[1] > 1.0 && flat.y[1] < 2.0, "{flat:?}");
+        let chosen = window(&graph, View { x: Some([0.0, 3.0]), y: Some([-5.0, 5.0]) });
+        assert_eq!(chosen.y, [-5.0, 5.0]);
+    }
+
+    #[test]
+    fn hidden_curves_have_no_say_and_a_panel_of_none_is_still_one() {
+        let mut graph = graph();
+        graph.hidden.insert(0);
+        assert_eq!(window(&graph, View::default()), Window { x: [0.0, 6.0], y: [0.0, 1.0] });
+    }
+
+    #[test]
+    fn a_view_takes_over_moves_but_neither_rounding_nor_what_has_no_extent() {
+        let shown = Window { x: [0.0, 6.0], y: [0.0, 1.0] };
+        let moved = |min, max| {
+            let mut view = View::default();
+            take(&mut view, shown, &PlotBounds::from_min_max(min, max));
+            view
+        };
+        assert_eq!(moved([0.0, 1e-12], [6.0, 1.0]), View::default());
+        assert_eq!(moved([1.0, 0.0], [7.0, 1.0]), View { x: Some([1.0, 7.0]), y: None });
+        assert_eq!(moved([2.0, 0.0], [2.0, 1.0]), View::default());
+        assert_eq!(moved([2.0, 0.0], [2.0 + 1e-14, 1.0]), View::default());
+        assert_eq!(moved([f64::NAN, 0.0], [7.0, 2.0]).x, None);
+    }
+}
