@@ -2,7 +2,9 @@
 
 use bksim_plot::Theme;
 use egui::{Color32, PointerButton, RichText, Sense, Stroke, Ui, Vec2b, vec2};
-use egui_plot::{Line as PlotLine, LineStyle, Plot, PlotBounds, PlotPoint, PlotPoints, VLine};
+use egui_plot::{
+    AxisHints, Line as PlotLine, LineStyle, Plot, PlotBounds, PlotPoint, PlotPoints, VLine,
+};
 
 use super::graph::{Graph, Line, Measured, ends};
 use super::seen::{Window, between, clipped, thinned};
@@ -108,21 +110,22 @@ fn plot<'a>(graph: &'a Graph, view: &View, theme: &Theme) -> Plot<'a> {
         .show_y(false)
         .show_crosshair(false)
         .label_formatter(|_| None)
-        .y_axis_min_width(52.0)
         .grid_spacing(36.0..=300.0)
         .grid_color(color32(theme.axis).gamma_multiply(0.4))
-        .x_axis_label(RichText::new(&graph.x.name).small())
-        .y_axis_label(RichText::new(&graph.y.name).small());
-    let plot = logarithms(plot, &graph.y);
+        .custom_x_axes(vec![axis(AxisHints::new_x(), &graph.x).label_spacing(38.0..=60.0)])
+        .custom_y_axes(vec![
+            axis(AxisHints::new_y(), &graph.y).label_spacing(20.0..=36.0).min_thickness(52.0),
+        ]);
     if graph.is_equal { plot.data_aspect(1.0) } else { plot }
 }
 
-/// Numbers instead of their logarithms.
-fn logarithms<'a>(plot: Plot<'a>, y: &'a Measured) -> Plot<'a> {
-    if !y.is_logarithmic {
-        return plot;
+/// What an axis measures, and numbers instead of logarithms.
+fn axis<'a>(hints: AxisHints<'a>, measured: &'a Measured) -> AxisHints<'a> {
+    let hints = hints.label(RichText::new(&measured.name).small());
+    if !measured.is_logarithmic {
+        return hints;
     }
-    plot.y_axis_formatter(|mark, _| format!("{:.0e}", y.value(mark.value)))
+    hints.formatter(|mark, _| format!("{:.0e}", measured.value(mark.value)))
 }
 
 /// Takes over where the plot has been moved to.
