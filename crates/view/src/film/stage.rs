@@ -147,3 +147,58 @@ pub fn shape(show: &mut Show, view: Option<[f64; 2]>) -> Result<f64, Unreplayed>
     let ratio = (high[0] - low[0]) / (high[1] - low[1]);
     Ok(if ratio.is_nan() { 1.0 } else { ratio.clamp(0.5, 2.5) })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::show::{ShowOptions, solve};
+
+    /// A pendulum that swings through, with all of its arrows.
+    fn show() -> Show {
+        let text = r#"
+            [bodies.bob]
+            mass = "2 kg"
+            com = [0, "-0.5 m"]
+            [joints.A]
+            type = "revolute"
+            between = ["ground", "bob"]
+            [loads.gravity]
+            type = "gravity"
+            acceleration = [0, "-9.81 m/s^2"]
+            [initial]
+            A = { angle = "160 deg" }
+            [solve]
+            t_end = "3 s"
+        "#;
+        let mechanism = bksim::Mechanism::from_toml(text, "pendulum").expect("a model");
+        let mut show = Show::new(solve(mechanism, text, &|_| true).expect("a motion").playback);
+        show.options =
+            ShowOptions { reactions: true, velocities: true, forces: true, ..show.options };
+        show
+    }
+
+    #[test]
+    fn arrows_stay_in_the_picture_at_every_instant() {
+        let size = [320.0, 240.0];
+        let mut stage = Stage::new(show(), Theme::LIGHT, None, size).expect("a camera");
+        let mut longest = 0.0_f64;
+        let mut outermost = f64::INFINITY;
+        for k in 0..=300 {
+            let extras = stage.at(0.01 * f64::from(k)).expect("an instant");
+            for (_, from, along) in extras.arrows {
+                let tip = [0, 1, 2].map(|axis| from[axis] + along[axis]);
+                let [x, y, _] = stage.camera.project(tip);
+                let [x0, y0, _] = stage.camera.project(from);
+                longest = longest.max((x - x0).hypot(y - y0));
+                outermost = outermost.min(x.min(y).min(size[0] - x).min(size[1] - y));
+            }
+        }
+        assert!(longest > 30.0, "the longest arrow has {longest} pixels");
+        assert!(outermost > 0.0, "an arrow ends {outermost} pixels from the edge");
+        // Without arrows the mechanism is larger.
+        let mut bare = show();
+        bare.options = ShowOptions::default();
+        let bare = Stage::new(bare, Theme::LIGHT, None, size).expect("a camera");
+        assert!(bare.camera.scale > 1.05 * stage.camera.scale);
+    }
+}
