@@ -11,10 +11,10 @@ use std::time::{Duration, Instant};
 use bksim::mbs::pose::Pose;
 use bksim::mbs::run::{Sample, Unreplayed};
 use bksim::playback::Playback;
-use bksim_scene::{Color, Extras, Scene, Theme};
+use bksim_scene::{Extras, Scene, Theme};
 
-use self::arrows::Arrows;
 pub use self::arrows::Scales;
+use self::arrows::{Arrow, Arrows};
 pub use self::solve::{Solved, solve};
 use self::trail::Past;
 
@@ -156,10 +156,7 @@ impl Show {
     }
 
     /// The arrows that are asked for; none as long as their scale is not known.
-    fn arrows(
-        &mut self,
-        deadline: Option<Instant>,
-    ) -> Result<Option<Vec<(Color, [f64; 3], [f64; 3])>>, Unreplayed> {
+    fn arrows(&mut self, deadline: Option<Instant>) -> Result<Option<Vec<Arrow>>, Unreplayed> {
         let Self { options, playback, scene, .. } = self;
         if !(options.reactions || options.velocities || options.forces) {
             return Ok(Some(Vec::new()));
@@ -199,9 +196,8 @@ impl Show {
         for idx in 0..reach::INSTANTS {
             self.seek(reach::instant(self.span(), idx))?;
             let arrows = self.arrows(None)?.unwrap_or_default();
-            let tip = |(_, from, along): (_, [f64; 3], [f64; 3])| {
-                std::array::from_fn(|axis| from[axis] + along[axis])
-            };
+            let tip =
+                |(_, from, along): Arrow| std::array::from_fn(|axis| from[axis] + along[axis]);
             tips.extend(arrows.into_iter().map(tip));
         }
         self.seek(t)?;

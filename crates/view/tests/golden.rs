@@ -236,6 +236,41 @@ fn in_space_what_is_nearer_lies_above() {
 }
 
 #[test]
+fn from_the_other_side_what_was_behind_lies_above_and_pins_are_before_what_they_join() {
+    let upright = |y: f64, role, size: f64| {
+        let ring = SQUARE.iter().map(|[x, z]| [size * x, y, size * z]).collect();
+        Shape { body: 0, role, form: Form::Region(vec![ring]) }
+    };
+    let (near, far) = (upright(-1.0, Role::Body(0), 0.8), upright(1.0, Role::Body(1), 0.8));
+    let pin = upright(0.0, Role::Pin, 0.3);
+    let middle = |shapes: &[&Shape], azimuth: f64| {
+        let shapes = shapes.iter().map(|&shape| shape.clone()).collect();
+        let scene = Scene { is_planar: false, ..scene(shapes) };
+        let camera = Camera { scale: 10.0, ..Camera::spatial(SIZE, azimuth, 0.1) };
+        let poses = [Pose::default(); 3];
+        let Image { size: [width, height], rgba } =
+            draw(scene, &poses, &Extras::default(), &camera, &Theme::LIGHT);
+        let at = 4 * (width * (height / 2) + width / 2) as usize;
+        rgba[at..at + 4].to_vec()
+    };
+    let (front, back) = (0.0, std::f64::consts::PI);
+    let [blue, orange, white] = [&near, &far, &pin].map(|shape| middle(&[shape], front));
+    assert!(blue != orange && orange != white && white != blue);
+    for (azimuth, expected) in
+        [(front, &blue), (0.4, &blue), (back, &orange), (back + 0.4, &orange)]
+    {
+        for shapes in [[&near, &far], [&far, &near]] {
+            assert_eq!(&middle(&shapes, azimuth), expected, "from {azimuth} rad");
+        }
+    }
+    // A pin within its radius of a bar is seen from both sides, one far behind it is not.
+    let joined = upright(0.1, Role::Body(1), 0.8);
+    assert_eq!(middle(&[&pin, &joined], front), white);
+    assert_eq!(middle(&[&pin, &joined], back), white);
+    assert_eq!(middle(&[&pin, &far], back), orange);
+}
+
+#[test]
 fn ghosts_are_faint_and_behind() {
     let bar = [[-0.4, -0.4], [3.2, -0.4], [3.2, 0.4], [-0.4, 0.4]];
     let shapes = vec![region(1, Role::Body(2), &[&bar])];

@@ -11,6 +11,9 @@ use bksim_scene::{Color, Scene, Theme};
 use super::ShowOptions;
 use super::reach::{INSTANTS, instant};
 
+/// A colour, a point of the world and a vector from it, m.
+pub(super) type Arrow = (Color, [f64; 3], [f64; 3]);
+
 /// Lengths of arrows.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Scales {
@@ -92,7 +95,7 @@ impl Arrows {
         scene: &Scene,
         options: &ShowOptions,
         theme: &Theme,
-    ) -> Vec<(Color, [f64; 3], [f64; 3])> {
+    ) -> Vec<Arrow> {
         let scales = self.scales(options);
         let (sample, poses) = (playback.sample(), playback.poses());
         let mut all = Vec::new();
