@@ -138,10 +138,11 @@ impl Show {
     /// [`Unreplayed`] when the motion is not that of the mechanism.
     pub fn extras(&mut self) -> Result<Extras, Unreplayed> {
         let deadline = self.patience.map(|patience| Instant::now() + patience);
-        let arrows = self.arrows(deadline)?;
         let Self { options, playback, scene, t, past, .. } = self;
         let ghosts = past.ghosts(playback, *t, options.past_s, options.ghosts);
+        // Before the arrows, whose scale gets on however little time is left.
         let trails = past.trails(playback, scene, options, deadline);
+        let arrows = self.arrows(deadline)?;
         self.is_whole = trails.is_whole && arrows.is_some();
         let palette = self.theme().palette;
         let coloured = |(place, points)| (palette[(place + 1) % palette.len()], points);
