@@ -44,13 +44,17 @@ pub use bksim_expr as expr;
 pub use bksim_log as log;
 pub use bksim_mbs as mbs;
 
+pub mod describe;
 mod explain;
 mod mechanism;
+pub mod options;
 pub mod playback;
+pub mod player;
 pub mod record;
 
 pub use explain::{explain, explained_codes};
 pub use mechanism::{Mechanism, Motion, Rejected, SensitivityMotion, SensitivityPlan};
+pub use options::SolveChanges;
 
 /// Version of bksim, written into every log.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -1,5 +1,7 @@
 //! From a model's text to its motion, in one value.
 
+use std::sync::Arc;
+
 use bksim_cad::model::{ModelOptions, sheet};
 use bksim_dae::Control;
 use bksim_mbs::assemble::{SymbolicSystem, assemble};
@@ -17,7 +19,7 @@ use bksim_mbs::sensitivity::{
     self, Sensitive, SensitivityEquations, SensitivityError, StateSensitivity, differentiate,
     run_with_sensitivities,
 };
-use bksim_mbs::start::{Start, start};
+use bksim_mbs::start::{Start, StartEquations, StartError, start};
 
 /// A model with its equations, derived and compiled.
 #[derive(Debug)]
@@ -26,8 +28,8 @@ pub struct Mechanism {
     pub model: Model,
     /// The equations of motion.
     pub system: SymbolicSystem,
-    /// The equations as functions of numbers.
-    pub compiled: CompiledSystem,
+    /// The equations as functions of numbers; shared by whoever evaluates them.
+    pub compiled: Arc<CompiledSystem>,
     /// Parameter values in the order of the model's parameters.
     pub parameters: Vec<f64>,
     /// Warnings found on the way.
@@ -109,6 +111,7 @@ impl Mechanism {
     pub fn derive(model: Model, warnings: Vec<Diagnostic>) -> Result<Self, Rejected> {
         let system = assemble(&model);
         let compiled = compile(&model, &system).map_err(|e| uncompiled(&e))?;
+        let compiled = Arc::new(compiled);
         let parameters = model.parameters.iter().map(|p| p.value).collect();
         Ok(Self { model, system, compiled, parameters, warnings })
     }
@@ -123,9 +126,21 @@ impl Mechanism {
     /// # Errors
     /// [`Rejected`] says which loop cannot close or which stated values exclude each other.
     pub fn start(&self) -> Result<Start, Rejected> {
-        start(&self.model, &self.system, &self.compiled, &self.parameters).map_err(|error| {
-            Rejected(vec![diagnose_start(&self.model, &self.system, &self.compiled, &error)])
-        })
+        start(&self.model, &self.system, &self.compiled, &self.parameters)
+            .map_err(|error| Rejected(vec![self.diagnose_start(&error)]))
+    }
+
+    /// What the model says about its start, compiled for every parameter value.
+    ///
+    /// # Errors
+    /// [`Rejected`] when an expression of the model cannot be compiled.
+    pub fn start_equations(&self) -> Result<StartEquations, Rejected> {
+        StartEquations::compile(&self.model, &self.system).map_err(|e| uncompiled(&e))
+    }
+
+    /// A start that was not found in the author's terms.
+    pub fn diagnose_start(&self, error: &StartError) -> Diagnostic {
+        diagnose_start(&self.model, &self.system, &self.compiled, error)
     }
 
     /// The compiled residual and Jacobian of the formulation the model asks for.

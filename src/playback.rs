@@ -6,25 +6,23 @@
 
 use std::io::Read;
 
+use crate::player::{Player, span};
+use crate::record::{Channels, Signal, overrides};
+use crate::{Mechanism, Rejected};
 use bksim_expr::TapeError;
 use bksim_log::{EndStatus, Header, LogError, LogReader, Note, Record};
 use bksim_mbs::file::{Limits, Source, read};
 use bksim_mbs::pose::{Pose, PoseRunner, Poses};
-use bksim_mbs::run::{Replay, Sample, Segment, Unreplayed};
-use self_cell::self_cell;
-
-use crate::record::{Channels, Signal, overrides};
-use crate::{Mechanism, Rejected};
+use bksim_mbs::run::{Sample, Segment, Unreplayed};
 
 /// A logged run with its mechanism.
 #[derive(Debug)]
 pub struct Playback {
     log: RunLog,
+    mechanism: Mechanism,
     player: Player,
     poses: PoseRunner,
     channels: Channels,
-    /// The segment used last: instants that follow each other are near each other.
-    last_idx: usize,
     at: Vec<Pose>,
 }
 
@@ -62,15 +60,6 @@ pub enum PlaybackError {
     Tape(#[from] TapeError),
 }
 
-self_cell!(
-    struct Player {
-        owner: Mechanism,
-        #[covariant]
-        dependent: Replay,
-    }
-    impl {Debug}
-);
-
 impl RunLog {
     /// Reads a log to its end, or to where it was cut short. Samples are passed over.
     ///
@@ -81,13 +70,7 @@ impl RunLog {
         while let Some(record) = log.next_record()? {
             match record {
                 Record::Note(note) => notes.push(note),
-                Record::Segment(segment) => segments.push(Segment {
-                    t0: segment.t,
-                    t1: segment.t_end,
-                    values: segment.values.clone(),
-                    modes: segment.modes.clone(),
-                    dependent: segment.dependent.iter().map(|&row| row as usize).collect(),
-                }),
+                Record::Segment(segment) => segments.push(segment_of(segment)),
                 Record::Sample { .. } => (),
             }
         }
@@ -107,6 +90,17 @@ impl RunLog {
             Some(model) => Mechanism::derive(model, reading.diagnostics),
             None => Err(Rejected(reading.diagnostics)),
         }
+    }
+}
+
+/// The motion over a step as a log has it.
+pub fn segment_of(logged: &bksim_log::Segment) -> Segment {
+    Segment {
+        t0: logged.t,
+        t1: logged.t_end,
+        values: logged.values.clone(),
+        modes: logged.modes.clone(),
+        dependent: logged.dependent.iter().map(|&row| row as usize).collect(),
     }
 }
 
@@ -130,15 +124,15 @@ impl Playback {
         let poses = Poses::compile(&mechanism.model, &mechanism.system)?;
         let poses = poses.runner(&mechanism.parameters);
         let channels = Channels::new(&mechanism);
-        let player = Player::new(mechanism, |m| Replay::new(&m.compiled, &m.parameters));
-        let mut playback = Self { log, player, poses, channels, last_idx: 0, at: Vec::new() };
+        let player = Player::new(mechanism.compiled.clone(), &mechanism.parameters);
+        let mut playback = Self { log, mechanism, player, poses, channels, at: Vec::new() };
         playback.seek(t_start)?;
         Ok(playback)
     }
 
     /// The mechanism.
     pub fn mechanism(&self) -> &Mechanism {
-        self.player.borrow_owner()
+        &self.mechanism
     }
 
     /// What the log tells apart from its samples.
@@ -148,8 +142,7 @@ impl Playback {
 
     /// First and last instant of the motion, s; the last is the earlier one in a run back in time.
     pub fn span(&self) -> [f64; 2] {
-        let ends = |segments: &[Segment]| Some([segments.first()?.t0, segments.last()?.t1]);
-        ends(&self.log.segments).unwrap_or_default()
+        span(&self.log.segments).unwrap_or_default()
     }
 
     /// Moves to `t`, s, or to the end that is nearer when it lies outside of the span. At an event,
@@ -158,19 +151,14 @@ impl Playback {
     /// # Errors
     /// [`Unreplayed`] when the motion is not that of the mechanism.
     pub fn seek(&mut self, t: f64) -> Result<&Sample, Unreplayed> {
-        let [first, last] = self.span();
-        let t = if t.is_nan() { first } else { t.clamp(first.min(last), first.max(last)) };
-        self.last_idx = self.segment_at(t);
-        let segment = &self.log.segments[self.last_idx];
-        self.player.with_dependent_mut(|_, replay| replay.at(segment, t).map(drop))?;
-        let sample = self.player.borrow_dependent().sample();
+        let sample = self.player.at(&self.log.segments, t)?;
         self.poses.at(&sample.q, &sample.v, &mut self.at);
         Ok(sample)
     }
 
     /// The sample of the last [`Playback::seek`]; work, step size and counters are zero.
     pub fn sample(&self) -> &Sample {
-        self.player.borrow_dependent().sample()
+        self.player.sample()
     }
 
     /// Where the bodies are there, the ground first.
@@ -182,11 +170,9 @@ impl Playback {
     /// and without what else a sample tells, which takes a small part of the time of
     /// [`Playback::seek`]. That one's sample stays. For trails, sizes and extents.
     pub fn poses_at(&mut self, t: f64) -> Vec<Pose> {
-        let [first, last] = self.span();
-        let t = if t.is_nan() { first } else { t.clamp(first.min(last), first.max(last)) };
         let nq = self.sample().q.len();
         let mut state = vec![0.0; 2 * nq];
-        self.log.segments[self.segment_at(t)].at(t, &mut state);
+        self.player.state_at(&self.log.segments, t, &mut state);
         let (q, v) = state.split_at(nq);
         let mut poses = Vec::new();
         self.poses.at(q, v, &mut poses);
@@ -215,20 +201,5 @@ impl Playback {
     /// The channels.
     pub fn channels(&self) -> &Channels {
         &self.channels
-    }
-
-    fn segment_at(&self, t: f64) -> usize {
-        let segments = &self.log.segments;
-        let [first, last] = self.span();
-        let forward = if last < first { -1.0 } else { 1.0 };
-        let is_in = |idx: usize| segments.get(idx).is_some_and(|s| s.contains(t) && t != s.t1);
-        if is_in(self.last_idx) {
-            return self.last_idx;
-        }
-        if is_in(self.last_idx + 1) {
-            return self.last_idx + 1;
-        }
-        let n_before = segments.partition_point(|s| (s.t1 - t) * forward <= 0.0);
-        n_before.min(segments.len() - 1)
     }
 }

@@ -2,6 +2,7 @@
 
 mod shown;
 mod stage;
+mod table;
 
 use std::collections::BTreeMap;
 use std::io::{Read, Write};
@@ -26,7 +27,7 @@ pub struct Recorder<W: Write> {
     /// Those of the channels.
     topics: Vec<TopicId>,
     sensitivities: Vec<TopicId>,
-    /// For programs that know nothing of bksim.
+    /// For programs that know nothing of bksim, if they are to have anything.
     shown: Option<Shown>,
     values: Vec<f64>,
     segment: bksim_log::Segment,
@@ -39,6 +40,9 @@ pub struct Channels {
     /// Rows of the drives.
     drives: Range<usize>,
 }
+
+/// The most values of a topic that do not lie in the sample as they are.
+const N_MADE: usize = 10;
 
 /// What a topic holds.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -87,28 +91,37 @@ impl Channels {
 
     /// Its value in a sample.
     pub fn value(&self, signal: Signal, sample: &Sample) -> f64 {
-        let of = self.topics[signal.topic_idx].1;
-        self.values(of, sample).nth(signal.field_idx).unwrap_or(f64::NAN)
+        let mut made = [0.0; N_MADE];
+        let [first, second] = self.values(self.topics[signal.topic_idx].1, sample, &mut made);
+        let behind = signal.field_idx.checked_sub(first.len());
+        let value = behind.map_or_else(|| first.get(signal.field_idx), |idx| second.get(idx));
+        value.copied().unwrap_or(f64::NAN)
     }
 
-    /// The values of a topic.
-    fn values<'a>(&'a self, of: Of, sample: &'a Sample) -> Box<dyn Iterator<Item = f64> + 'a> {
+    /// The values of a topic, in two parts: as they lie in the sample, or made from it.
+    fn values<'a>(
+        &self,
+        of: Of,
+        sample: &'a Sample,
+        made: &'a mut [f64; N_MADE],
+    ) -> [&'a [f64]; 2] {
         let Sample { q, v, a, lambda, reactions, energy, stats, .. } = sample;
         match of {
-            Of::State => Box::new(q.iter().chain(v).copied()),
-            Of::Acceleration => Box::new(a.iter().copied()),
-            Of::Multipliers => Box::new(lambda.iter().copied()),
-            Of::Reaction(joint) => Box::new(reactions[joint].into_iter()),
+            Of::State => [q, v],
+            Of::Acceleration => [a, &[]],
+            Of::Multipliers => [lambda, &[]],
+            Of::Reaction(joint) => [&reactions[joint], &[]],
             // The multipliers of the drives' rows are the efforts.
-            Of::Drives => Box::new(lambda[self.drives.clone()].iter().copied()),
+            Of::Drives => [&lambda[self.drives.clone()], &[]],
             Of::Energy => {
                 let total = energy.kinetic + energy.potential;
                 let five = [energy.kinetic, energy.potential, total, sample.work, energy.power];
-                Box::new(five.into_iter())
+                made[..5].copy_from_slice(&five);
+                [&made[..5], &[]]
             }
             #[expect(clippy::cast_precision_loss, reason = "counters stay far below 2^53")]
-            Of::Solver => Box::new(
-                [
+            Of::Solver => {
+                *made = [
                     sample.step_size,
                     sample.position_residual[1],
                     sample.velocity_residual[1],
@@ -119,9 +132,9 @@ impl Channels {
                     stats.n_newton as f64,
                     stats.n_jacobian as f64,
                     stats.n_factor as f64,
-                ]
-                .into_iter(),
-            ),
+                ];
+                [made, &[]]
+            }
         }
     }
 }
@@ -134,6 +147,26 @@ impl Of {
             Self::Solver => false,
             _ => true,
         }
+    }
+}
+
+/// What a log holds beside the samples.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Contents<'a> {
+    /// Settings to keep beside the model's own.
+    pub options: &'a [(String, String)],
+    /// Quantities that have a channel for the sensitivities to each: `/sensitivity/l1`,
+    /// `/sensitivity/A/rate`.
+    pub sensitive: &'a [Sensitive],
+    /// Whether the channels of other programs are there, too: `/tf`, `/scene`, `/spans`,
+    /// `/joint_states`, `/outlines/…`.
+    pub has_viewers: bool,
+}
+
+impl Default for Contents<'_> {
+    /// No options, no sensitivities, and the channels of other programs.
+    fn default() -> Self {
+        Self { options: &[], sensitive: &[], has_viewers: true }
     }
 }
 
@@ -165,22 +198,22 @@ impl<W: Write> Recorder<W> {
         start: &Start,
         options: &[(String, String)],
     ) -> Result<Self, LogError> {
-        Self::create_with_sensitivities(out, mechanism, model_text, start, options, &[])
+        let contents = Contents { options, ..Contents::default() };
+        Self::create_with(out, mechanism, model_text, start, &contents)
     }
 
-    /// As [`Recorder::create`], with a channel for the sensitivities to each quantity:
-    /// `/sensitivity/l1`, `/sensitivity/A/rate`.
+    /// As [`Recorder::create`], with what else the log holds.
     ///
     /// # Errors
     /// [`LogError`] when the start of the log cannot be written.
-    pub fn create_with_sensitivities(
+    pub fn create_with(
         out: W,
         mechanism: &Mechanism,
         model_text: &str,
         start: &Start,
-        options: &[(String, String)],
-        sensitive: &[Sensitive],
+        contents: &Contents<'_>,
     ) -> Result<Self, LogError> {
+        let &Contents { options, sensitive, has_viewers } = contents;
         let mut header = Header::new(&mechanism.model.name, "toml", model_text, VERSION);
         (header.t_start, header.t_end) = (start.t, mechanism.model.solve.t_end);
         header.options = options.iter().cloned().collect();
@@ -195,7 +228,7 @@ impl<W: Write> Recorder<W> {
             sensitive.iter().map(|&by| header.add_topic(sensitivity_topic(mechanism, by)));
         let sensitivities = sensitivities.collect();
         let mut writer = LogWriter::create(out, &header)?;
-        let shown = Shown::add(&mut writer, mechanism)?;
+        let shown = if has_viewers { Shown::add(&mut writer, mechanism)? } else { None };
         let (values, segment) = (Vec::new(), bksim_log::Segment::default());
         Ok(Self { writer, header, channels, topics, sensitivities, shown, values, segment })
     }
@@ -208,7 +241,9 @@ impl<W: Write> Recorder<W> {
         let mut values = std::mem::take(&mut self.values);
         for topic_idx in 0..self.topics.len() {
             values.clear();
-            values.extend(self.channels.values(self.channels.topics[topic_idx].1, sample));
+            let mut made = [0.0; N_MADE];
+            let parts = self.channels.values(self.channels.topics[topic_idx].1, sample, &mut made);
+            values.extend(parts.into_iter().flatten());
             self.put(topic_idx, sample.t, &values)?;
         }
         self.values = values;

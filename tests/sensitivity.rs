@@ -5,7 +5,7 @@ mod support;
 use bksim::log::{Log, Outcome};
 use bksim::mbs::model::{Formulation, Method};
 use bksim::mbs::sensitivity::StateSensitivity;
-use bksim::record::Recorder;
+use bksim::record::{Contents, Recorder};
 use bksim::{Mechanism, Rejected, SensitivityMotion};
 use support::{
     Within, all_close, brief, coordinate, derive, example_text, fitted_order, model, weighted_error,
@@ -335,7 +335,8 @@ fn the_log_holds_a_channel_for_each_quantity() {
     let by = ["m3", "A.rate"].map(|name| mechanism.sensitive(name).expect("it is there"));
     let motion = mechanism.sensitivities(&by).unwrap_or_else(|e| panic!("{e}"));
     let start = &motion.motion.start;
-    let mut log = Recorder::create_with_sensitivities(Vec::new(), &mechanism, "", start, &[], &by)
+    let contents = Contents { sensitive: &by, ..Contents::default() };
+    let mut log = Recorder::create_with(Vec::new(), &mechanism, "", start, &contents)
         .expect("a vector can be written");
     for (sample, by) in motion.motion.samples.iter().zip(&motion.sensitivities) {
         log.write(sample).expect("a vector can be written");

@@ -17,6 +17,10 @@ use crate::Mechanism;
 /// Points of spans are told to at least this part of a pin's radius.
 const PARTS_OF_A_PIN: f64 = 256.0;
 
+/// Where springs and dampers are seen best from, there being no camera: they lie in planes that hold
+/// a horizontal line.
+const ABOVE: [f64; 3] = [0.0, 0.0, 1.0];
+
 /// Fills the channels of other programs from those of a sample.
 #[derive(Debug)]
 pub(super) struct Shown {
@@ -140,7 +144,7 @@ fn drives(mechanism: &Mechanism) -> Vec<Option<usize>> {
 fn entity(scene: &Scene, root: &str, span: &Span, at: &[Pose]) -> Entity {
     let ends = span.ends.map(|end| at[end.body].place(end.position));
     let mut lines: Vec<_> = span
-        .lines(ends, scene.pin)
+        .lines(ends, scene.pin, ABOVE)
         .into_iter()
         .filter_map(|(role, points)| stage::line(role, points, false))
         .collect();

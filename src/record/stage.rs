@@ -1,7 +1,7 @@
 //! Shapes as triangles and lines.
 
 use bksim_log::{Area, Entity, Line};
-use bksim_scene::{Color, Form, Role, Scene, Shape, Theme};
+use bksim_scene::{Color, Form, Role, Scene, Shape, Theme, sheets};
 use lyon_tessellation::math::{Point, point};
 use lyon_tessellation::path::Path;
 use lyon_tessellation::{
@@ -36,6 +36,13 @@ pub(super) fn entities(scene: &Scene) -> Vec<Entity> {
             }
             Form::Line { points, is_closed } => {
                 entity.lines.extend(line(*role, lifted(points), *is_closed));
+            }
+            Form::Rod { ends, radius } => {
+                let rings = sheets(*ends, *radius);
+                let fill = Theme::LIGHT.paint(*role).fill;
+                let sheet = |ring: &Vec<[f64; 3]>| area(std::slice::from_ref(ring), fill?);
+                entity.areas.extend(rings.iter().filter_map(sheet));
+                entity.lines.extend(rings.into_iter().filter_map(|ring| line(*role, ring, true)));
             }
         }
     }

@@ -11,6 +11,7 @@ pub(crate) mod view;
 
 use std::path::PathBuf;
 
+use bksim::mbs::model;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// A drawn mechanism becomes equations a person can read, and motion they can trust.
@@ -147,7 +148,7 @@ pub(crate) struct Solve {
     pub(crate) force: bool,
     /// Continue a run that was stopped: in place of a model, name its log.
     #[arg(long, conflicts_with_all = [
-        "set", "t_end", "rtol", "atol", "step", "every", "method", "formulation",
+        "set", "t_end", "rtol", "atol", "step", "every", "method", "formulation", "channels",
     ])]
     pub(crate) resume: bool,
     /// End time, s, in place of the model's.
@@ -178,6 +179,17 @@ pub(crate) struct Solve {
     /// (`A.rate`), too; may be repeated. Radau IIA integrates then, whatever the method.
     #[arg(long, value_name = "NAME")]
     pub(crate) sensitivity: Vec<String>,
+    /// What the log holds beside the samples and the motion between them.
+    #[arg(long, value_enum, value_name = "WHICH", default_value = "all")]
+    pub(crate) channels: Channels,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub(crate) enum Channels {
+    /// Also what Foxglove, Lichtblick and Rerun show: transforms, shapes, joint states.
+    All,
+    /// Nothing for other programs.
+    Own,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
@@ -315,5 +327,36 @@ fn assignment(text: &str) -> Result<(String, String), String> {
             Ok((name.trim().to_owned(), value.trim().to_owned()))
         }
         _ => Err("expected NAME=VALUE, such as l1=0.8 or l1=\"25 mm\"".to_owned()),
+    }
+}
+
+impl From<Jit> for model::Jit {
+    fn from(word: Jit) -> Self {
+        match word {
+            Jit::Auto => Self::Auto,
+            Jit::On => Self::On,
+            Jit::Off => Self::Off,
+        }
+    }
+}
+
+impl From<Method> for model::Method {
+    fn from(word: Method) -> Self {
+        match word {
+            Method::Auto => Self::Auto,
+            Method::Radau => Self::Radau,
+            Method::Explicit => Self::Explicit,
+        }
+    }
+}
+
+impl From<Formulation> for model::Formulation {
+    fn from(word: Formulation) -> Self {
+        match word {
+            Formulation::Ggl => Self::Ggl,
+            Formulation::Index2 => Self::Index2,
+            Formulation::Index3 => Self::Index3,
+            Formulation::Index1 => Self::Index1,
+        }
     }
 }

@@ -4,6 +4,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use bksim::mbs::diagnostic::Diagnostic;
+pub(crate) use bksim_input::without_number;
+use bksim_input::{InputError, Text, plain_words};
 
 /// How a command ends.
 ///
@@ -44,7 +46,7 @@ impl Status {
 #[derive(Debug)]
 pub(crate) enum Failure {
     /// Faults of the model text.
-    Model { source: Box<crate::source::Text>, diagnostics: Vec<Diagnostic> },
+    Model { source: Box<Text>, diagnostics: Vec<Diagnostic> },
     /// A file could not be read or written; `help` says what to do.
     File { path: PathBuf, what: String, help: Option<String> },
     /// A file can be read but is not what the command needs.
@@ -68,7 +70,7 @@ impl Failure {
     }
 
     pub(crate) fn reading(path: &Path, error: &io::Error) -> Self {
-        Self::file(path, format!("cannot be read: {}", plain(error)), None)
+        Self::file(path, format!("cannot be read: {}", plain_words(error)), None)
     }
 
     pub(crate) fn writing(path: &Path, error: &dyn std::fmt::Display) -> Self {
@@ -94,17 +96,18 @@ impl Failure {
     }
 }
 
-/// The system's words without the number that follows them.
-fn plain(error: &io::Error) -> String {
-    match error.kind() {
-        io::ErrorKind::NotFound => "there is no such file".to_owned(),
-        io::ErrorKind::PermissionDenied => "permission denied".to_owned(),
-        io::ErrorKind::IsADirectory => "it is a directory".to_owned(),
-        _ => without_number(&error.to_string()).to_owned(),
+impl From<InputError> for Failure {
+    fn from(error: InputError) -> Self {
+        match error {
+            InputError::Model { source_text: source, diagnostics } => {
+                Self::Model { source, diagnostics }
+            }
+            InputError::File { path, what, help } => Self::File { path, what, help },
+            InputError::NoModel { path, what } => Self::Input { path, what, help: None },
+            InputError::Unit { name } => {
+                let help = "one of mm, cm, m, inch, ft, …: `bksim explain D006` lists them";
+                Self::usage(format!("`--units {name}` is no unit of length"), help)
+            }
+        }
     }
-}
-
-/// "No space left on device (os error 28)" without the part in parentheses.
-pub(crate) fn without_number(words: &str) -> &str {
-    words.split(" (os error").next().unwrap_or(words)
 }

@@ -3,6 +3,7 @@
 
 mod common;
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
@@ -35,14 +36,15 @@ every = "1 ms"
 
 /// Starts the run and waits until its log grows.
 fn started(place: &Scratch) -> Child {
-    start(place, LONG)
+    start(place, LONG, &[])
 }
 
-fn start(place: &Scratch, model: &str) -> Child {
+fn start(place: &Scratch, model: &str, options: &[&str]) -> Child {
     place.write("long.toml", model);
     let child = place
         .bksim()
         .args(["solve", "long.toml"])
+        .args(options)
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
@@ -115,7 +117,7 @@ fn a_killed_run_loses_a_quarter_second_at_most() {
 #[test]
 fn an_interrupted_run_is_resumed_as_if_undisturbed() {
     let place = Scratch::new();
-    let child = start(&place, &LONG.replace("1e6 s", "300 s"));
+    let child = start(&place, &LONG.replace("1e6 s", "300 s"), &[]);
     signal(&child, "-INT");
     let output = child.wait_with_output().expect("an end");
     assert_eq!(output.status.code(), Some(130), "{}", text(&output.stderr));
@@ -157,6 +159,26 @@ fn an_interrupted_run_is_resumed_as_if_undisturbed() {
     assert_eq!(output.status.code(), Some(1));
     let said = text(&output.stderr);
     assert!(said.contains("was cut off before its run ended"), "{said}");
+}
+
+#[test]
+fn a_resumed_log_has_the_channels_of_its_first_part() {
+    let place = Scratch::new();
+    let child = start(&place, &LONG.replace("1e6 s", "600 s"), &["--channels", "own"]);
+    signal(&child, "-INT");
+    let output = child.wait_with_output().expect("an end");
+    assert_eq!(output.status.code(), Some(130), "{}", text(&output.stderr));
+    let output = place.run("solve --resume long.mcap");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let topics = |name: &str| {
+        let log = fs::read(place.path().join(name)).expect("a log");
+        let summary = mcap::Summary::read(&log).expect("an MCAP file").expect("its summary");
+        let topics = summary.channels.values().map(|channel| channel.topic.clone());
+        topics.collect::<BTreeSet<String>>()
+    };
+    let first = topics("long.mcap");
+    assert!(!first.contains("/tf") && first.contains("/state"), "{first:?}");
+    assert_eq!(topics("long-resumed.mcap"), first);
 }
 
 #[test]

@@ -19,9 +19,10 @@ use common::{CRATE, Scratch, text};
 use serde_json::{Value, json};
 
 /// The examples; the first one is played with and photographed.
-const EXAMPLES: [&str; 7] = [
+const EXAMPLES: [&str; 8] = [
     "four-bar",
     "five-link",
+    "governor",
     "parallelogram",
     "press",
     "quick-return",

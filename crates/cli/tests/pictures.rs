@@ -38,7 +38,7 @@ fn every_picture_is_what_the_commands_draw() {
     let is_blessing = std::env::var_os("BKSIM_BLESS").is_some();
     let place = Scratch::new();
     let examples = examples();
-    assert!(examples.len() >= 7, "{examples:?}");
+    assert!(examples.len() >= 8, "{examples:?}");
     for (name, model) in &examples {
         succeeds(&place, &format!("solve {} -o {name}.mcap", model.display()));
         for theme in ["light", "dark"] {
@@ -60,6 +60,21 @@ fn every_picture_is_what_the_commands_draw() {
                 }
             }
         }
+    }
+}
+
+#[test]
+fn every_example_shows_its_pictures_and_so_does_the_gallery() {
+    let gallery = fs::read_to_string(root().join("docs/seeing/gallery.md")).expect("a gallery");
+    for (name, _) in &examples() {
+        let readme = root().join("examples").join(name).join("README.md");
+        let readme = fs::read_to_string(&readme).expect("a README");
+        for picture in ["light", "dark", "curves-light", "curves-dark"] {
+            let file = format!("pictures/{name}-{picture}.svg");
+            assert!(readme.contains(&format!("../../docs/{file}")), "README of {name}: {file}");
+            assert!(gallery.contains(&format!("../{file}")), "gallery: {file}");
+        }
+        assert!(gallery.contains(&format!("(../../examples/{name})")), "gallery: {name}");
     }
 }
 

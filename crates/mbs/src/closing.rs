@@ -17,18 +17,31 @@ use crate::tree::Tree;
 /// Constraints count as closed below this, relative to the size of the mechanism.
 const CLOSURE_TOLERANCE: f64 = 1e-10;
 
-/// The stated and guessed values as functions of the state.
-pub(crate) struct Closing<'a> {
-    model: &'a Model,
-    system: &'a SymbolicSystem,
-    parameters: &'a [f64],
+/// What a model says about its start, as functions of numbers: they serve every parameter value.
+#[derive(Clone, Debug)]
+pub(crate) struct Closure {
+    initial: Vec<Initial>,
     /// Every initial value's measure, then its slopes by q (positions) or v (velocities).
     measures: Tape,
     /// The coordinates that each of these slopes is by.
     moving: Vec<Vec<usize>>,
+    /// The stated and guessed values.
+    stated: Tape,
+    /// The system's coordinates by those of a tree without cuts.
+    guess: Tape,
+    /// The initial value that each coordinate of that tree has, if one.
+    given: Vec<Option<usize>>,
+    gap_of_joint: Vec<JointId>,
+    /// The first drive.
+    drive_idx: Option<usize>,
+}
+
+/// These functions at one set of parameters.
+pub(crate) struct Closing<'a> {
+    of: &'a Closure,
+    parameters: &'a [f64],
     workspace: Workspace,
     stated: Vec<f64>,
-    gap_of_joint: Vec<JointId>,
 }
 
 /// Equations values = 0 near a state, with their slopes by q or v.
@@ -37,12 +50,8 @@ struct Equations {
     gradients: SparseRows,
 }
 
-impl<'a> Closing<'a> {
-    pub(crate) fn new(
-        model: &'a Model,
-        system: &'a SymbolicSystem,
-        parameters: &'a [f64],
-    ) -> Result<Self, TapeError> {
+impl Closure {
+    pub(crate) fn compile(model: &Model, system: &SymbolicSystem) -> Result<Self, TapeError> {
         let pool = &model.pool;
         let symbols = |of: fn(&crate::kinematics::Coordinate) -> SymbolId| -> Vec<SymbolId> {
             system.coordinates().iter().map(of).collect()
@@ -60,23 +69,73 @@ impl<'a> Closing<'a> {
         }
         let inputs = [vec![model.time], q, v].concat();
         let symbols: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
-        let measures = Tape::compile(pool, &outputs, &inputs, &symbols)?;
         let values: Vec<Expr> = model.initial.iter().map(|i| i.value).collect();
-        let stated_tape = Tape::compile(pool, &values, &[], &symbols)?;
-        let mut stated = vec![0.0; values.len()];
-        stated_tape.evaluate(&mut stated_tape.workspace(parameters), &[], &mut stated);
-        let gap_of_joint = system.constraints.iter().map(|c| c.source.joint(model)).collect();
-        let workspace = measures.workspace(parameters);
-        Ok(Self { model, system, parameters, measures, moving, workspace, stated, gap_of_joint })
+        let first_drive = system.constraints.iter().find_map(|c| match c.source {
+            Source::Drive(drive) => Some(drive.0),
+            _ => None,
+        });
+        let (guess, given) = uncut_guess(model, system, &symbols)?;
+        Ok(Self {
+            initial: model.initial.clone(),
+            measures: Tape::compile(pool, &outputs, &inputs, &symbols)?,
+            moving,
+            stated: Tape::compile(pool, &values, &[], &symbols)?,
+            guess,
+            given,
+            gap_of_joint: system.constraints.iter().map(|c| c.source.joint(model)).collect(),
+            drive_idx: first_drive,
+        })
     }
 
+    /// At these parameter values, some initial values replaced.
+    pub(crate) fn at<'a>(
+        &'a self,
+        parameters: &'a [f64],
+        replaced: &[(usize, f64)],
+    ) -> Closing<'a> {
+        let mut stated = vec![0.0; self.initial.len()];
+        self.stated.evaluate(&mut self.stated.workspace(parameters), &[], &mut stated);
+        for &(initial_idx, value) in replaced {
+            stated[initial_idx] = value;
+        }
+        let workspace = self.measures.workspace(parameters);
+        Closing { of: self, parameters, workspace, stated }
+    }
+}
+
+/// The system's coordinates as functions of those of a tree without cuts, and the initial value that
+/// each of the latter has.
+fn uncut_guess(
+    model: &Model,
+    system: &SymbolicSystem,
+    parameters: &[SymbolId],
+) -> Result<(Tape, Vec<Option<usize>>), TapeError> {
+    let uncut = Kinematics::along(model, &Tree::uncut(model));
+    let found = |measure: Measure| model.initial.iter().position(|i| i.measure == measure);
+    let given =
+        |c: &crate::kinematics::Coordinate| measure_of(model.space, c.owner).and_then(found);
+    let measures: Vec<Expr> = system
+        .coordinates()
+        .iter()
+        .map(|c| match measure_of(model.space, c.owner) {
+            Some(measure) => uncut.measure(model, measure),
+            None => model.pool.zero(),
+        })
+        .collect();
+    let symbols = uncut.coordinates.iter().map(|c| c.q);
+    let inputs: Vec<SymbolId> = std::iter::once(model.time).chain(symbols).collect();
+    let tape = Tape::compile(&model.pool, &measures, &inputs, parameters)?;
+    Ok((tape, uncut.coordinates.iter().map(given).collect()))
+}
+
+impl Closing<'_> {
     /// Measures of the initial values that `which` selects: value minus stated value, gradient.
     fn rows(&mut self, which: &[usize], t: f64, q: &[f64], v: &[f64]) -> Equations {
-        let mut outputs = vec![0.0; self.measures.n_outputs()];
+        let mut outputs = vec![0.0; self.of.measures.n_outputs()];
         let inputs = [&[t], q, v].concat();
-        self.measures.evaluate(&mut self.workspace, &inputs, &mut outputs);
+        self.of.measures.evaluate(&mut self.workspace, &inputs, &mut outputs);
         let mut rest = outputs.as_slice();
-        let measured = self.moving.iter().map(|moving| {
+        let measured = self.of.moving.iter().map(|moving| {
             let (row, others) = rest.split_at(1 + moving.len());
             rest = others;
             row
@@ -85,14 +144,14 @@ impl<'a> Closing<'a> {
         let mut gradients = SparseRows::new(q.len());
         for &k in which {
             let slopes = measured[k][1..].iter().copied();
-            gradients.push(self.moving[k].iter().copied().zip(slopes));
+            gradients.push(self.of.moving[k].iter().copied().zip(slopes));
         }
         let values = which.iter().map(|&k| measured[k][0] - self.stated[k]).collect();
         Equations { values, gradients }
     }
 
     fn select(&self, keep: impl Fn(&Initial) -> bool) -> Vec<usize> {
-        (0..self.model.initial.len()).filter(|&k| keep(&self.model.initial[k])).collect()
+        (0..self.of.initial.len()).filter(|&k| keep(&self.of.initial[k])).collect()
     }
 
     pub(crate) fn close_positions(
@@ -105,7 +164,7 @@ impl<'a> Closing<'a> {
 
         // From the shape that the tree gives, towards everything the author said about positions,
         // then onto the constraints, holding what was stated.
-        let mut q = self.first_guess(t)?;
+        let mut q = self.first_guess(t);
         self.descend(evaluator, &all, false, t, &mut q);
         let guess = q.clone();
         let left = self.descend(evaluator, &stated, true, t, &mut q);
@@ -144,37 +203,13 @@ impl<'a> Closing<'a> {
 
     /// Positions of a tree without cuts at the joint values the author gave, read off in the
     /// coordinates of the system's own tree.
-    fn first_guess(&mut self, t: f64) -> Result<Vec<f64>, StartError> {
-        let (model, pool) = (self.model, &self.model.pool);
-        let uncut = Kinematics::along(model, &Tree::uncut(model));
-        let given = |measure: Measure| {
-            let found = model.initial.iter().position(|i| i.measure == measure);
-            found.map_or(0.0, |k| self.stated[k])
-        };
-        let values: Vec<(SymbolId, f64)> = uncut
-            .coordinates
-            .iter()
-            .map(|c| (c.q, measure_of(model.space, c.owner).map_or(0.0, &given)))
-            .collect();
-        let symbols: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
-        let measures: Vec<Expr> = self
-            .system
-            .coordinates()
-            .iter()
-            .map(|c| match measure_of(model.space, c.owner) {
-                Some(measure) => uncut.measure(model, measure),
-                None => pool.zero(),
-            })
-            .collect();
-        let inputs: Vec<SymbolId> =
-            std::iter::once(model.time).chain(values.iter().map(|&(symbol, _)| symbol)).collect();
-        let tape =
-            Tape::compile(pool, &measures, &inputs, &symbols).map_err(StartError::Compile)?;
-        let mut q = vec![0.0; measures.len()];
-        let inputs: Vec<f64> =
-            std::iter::once(t).chain(values.iter().map(|&(_, value)| value)).collect();
-        tape.evaluate(&mut tape.workspace(self.parameters), &inputs, &mut q);
-        Ok(q)
+    fn first_guess(&self, t: f64) -> Vec<f64> {
+        let Closure { guess, given, .. } = self.of;
+        let values = given.iter().map(|given| given.map_or(0.0, |k| self.stated[k]));
+        let inputs: Vec<f64> = std::iter::once(t).chain(values).collect();
+        let mut q = vec![0.0; guess.n_outputs()];
+        guess.evaluate(&mut guess.workspace(self.parameters), &inputs, &mut q);
+        q
     }
 
     /// Damped Gauss–Newton on the chosen measures and, if asked, the constraints; returns what is
@@ -238,7 +273,7 @@ impl<'a> Closing<'a> {
     fn cannot_close(&self, evaluator: &mut Evaluator, t: f64, q: Vec<f64>) -> StartError {
         let open = evaluator.constraints(t, &q).value;
         let mut squares: BTreeMap<JointId, f64> = BTreeMap::new();
-        for (&joint, value) in self.gap_of_joint.iter().zip(open) {
+        for (&joint, value) in self.of.gap_of_joint.iter().zip(open) {
             *squares.entry(joint).or_default() += value * value;
         }
         let mut gaps: Vec<(JointId, f64)> =
@@ -267,11 +302,9 @@ impl<'a> Closing<'a> {
         }
         let (_, without) = self.velocities(evaluator, &[], t, q, &guess);
         if without > CLOSURE_TOLERANCE * size(&v) {
-            let is_drive = |c: &crate::assemble::Constraint| matches!(c.source, Source::Drive(_));
-            let first = self.system.constraints.iter().find(|c| is_drive(c));
-            return Err(match first.map(|c| c.source) {
-                Some(Source::Drive(drive)) => StartError::DriveCannotMove { drive_idx: drive.0 },
-                _ => StartError::NotFinite,
+            return Err(match self.of.drive_idx {
+                Some(drive_idx) => StartError::DriveCannotMove { drive_idx },
+                None => StartError::NotFinite,
             });
         }
         let mut conflicts = Vec::new();
@@ -310,13 +343,13 @@ impl<'a> Closing<'a> {
     }
 
     pub(crate) fn moved(&mut self, t: f64, q: &[f64], v: &[f64]) -> Vec<Moved> {
-        let all: Vec<usize> = (0..self.model.initial.len()).collect();
+        let all: Vec<usize> = (0..self.of.initial.len()).collect();
         let off = self.rows(&all, t, q, v).values;
         let moved = |k: usize| Moved {
-            name: self.model.initial[k].name.clone(),
+            name: self.of.initial[k].name.clone(),
             stated: self.stated[k],
             found: self.stated[k] + off[k],
-            is_guess: self.model.initial[k].is_guess,
+            is_guess: self.of.initial[k].is_guess,
         };
         all.iter().map(|&k| moved(k)).collect()
     }

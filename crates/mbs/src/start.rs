@@ -6,7 +6,7 @@
 //! from the equations of motion. Each level fails with what cannot be met and by how much.
 
 use crate::assemble::{Source, SymbolicSystem};
-use crate::closing::Closing;
+use crate::closing::Closure;
 use crate::compile::CompiledSystem;
 use crate::dependence::dependent_rows;
 use crate::evaluator::Evaluator;
@@ -133,6 +133,26 @@ pub struct Conflict {
     pub consistent: Option<f64>,
 }
 
+/// What a model says about its start, compiled once for every parameter value: no expressions, safe
+/// to share.
+#[derive(Clone, Debug)]
+pub struct StartEquations {
+    closure: Closure,
+    /// Rows that always hold: those of joints and drives.
+    n_bilateral: usize,
+}
+
+impl StartEquations {
+    /// Compiles what `model` says about its start.
+    ///
+    /// # Errors
+    /// [`TapeError`] when an expression of the model cannot be compiled.
+    pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<Self, TapeError> {
+        let closure = Closure::compile(model, system)?;
+        Ok(Self { closure, n_bilateral: system.n_bilateral() })
+    }
+}
+
 /// Finds the consistent start of `model` at `model.solve.t_start`.
 ///
 /// # Errors
@@ -143,16 +163,32 @@ pub fn start(
     compiled: &CompiledSystem,
     parameters: &[f64],
 ) -> Result<Start, StartError> {
-    if system.coordinates().is_empty() {
+    let equations = StartEquations::compile(model, system).map_err(StartError::Compile)?;
+    start_at(&equations, compiled, parameters, &[], &model.solve)
+}
+
+/// As [`start`], with what was compiled before; `stated` are initial values, by their places in the
+/// model, that take these numbers in SI in place of what the model says.
+///
+/// # Errors
+/// [`StartError`] says which level failed and what stands in the way.
+pub fn start_at(
+    equations: &StartEquations,
+    compiled: &CompiledSystem,
+    parameters: &[f64],
+    stated: &[(usize, f64)],
+    options: &SolveOptions,
+) -> Result<Start, StartError> {
+    if compiled.nq() == 0 {
         return Err(StartError::NoCoordinates);
     }
-    let t = model.solve.t_start;
-    if model.solve.t_end < t && !compiled.watch.is_empty() {
+    let t = options.t_start;
+    if options.t_end < t && !compiled.watch.is_empty() {
         return Err(StartError::Irreversible);
     }
-    let mut closing = Closing::new(model, system, parameters).map_err(StartError::Compile)?;
+    let mut closing = equations.closure.at(parameters, stated);
     // Drives follow the branches that they take at this time; no contact is closed yet.
-    let nothing = vec![0.0; system.coordinates().len()];
+    let nothing = vec![0.0; compiled.nq()];
     let modes = compiled.watch.decided(parameters, t, &nothing, &nothing);
     let mut evaluator = compiled.evaluator(&modes.behind(parameters));
 
@@ -160,9 +196,9 @@ pub fn start(
     let position_residual = largest(evaluator.constraints(t, &q).value);
     let v = closing.fit_velocities(&mut evaluator, t, &q)?;
     let velocity_residual = largest(&evaluator.constraints(t, &q).rate_of(&v));
-    let jacobian = regular_jacobian(&mut evaluator, t, (&q, &v), system.n_bilateral());
+    let jacobian = regular_jacobian(&mut evaluator, t, (&q, &v), equations.n_bilateral);
     let dependence = dependent_rows(&jacobian);
-    let is_joint_row = |row: &usize| matches!(system.constraints[*row].source, Source::Joint(_));
+    let is_joint_row = |row: &usize| matches!(compiled.sources[*row], Source::Joint(_));
     let joint_rows: Vec<usize> = (0..compiled.nc()).filter(is_joint_row).collect();
     let joint_rank = dependent_rows(&jacobian.select(&joint_rows)).rank;
 
@@ -185,7 +221,7 @@ pub fn start(
         let dependent = dependence.dependent.clone();
         Settled { modes, q, v, a, lambda, dependent, blow: 0.0, hits: Vec::new() }
     } else {
-        settle_start(compiled, parameters, &model.solve, &modes, (t, q, v))?
+        settle_start(compiled, parameters, options, &modes, (t, q, v))?
     };
     Ok(Start {
         t,

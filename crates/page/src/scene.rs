@@ -27,15 +27,16 @@ pub(crate) fn write(playback: &mut Playback) -> Result<Value, PageError> {
         .iter()
         .map(|shape| {
             let (kind, lines) = match &shape.form {
-                Form::Region(rings) => ("region", rings.iter().map(flat).collect()),
+                Form::Region(rings) => ("region", rings.iter().map(|ring| flat(ring)).collect()),
                 Form::Line { points, is_closed: true } => ("ring", vec![flat(points)]),
                 Form::Line { points, is_closed: false } => ("line", vec![flat(points)]),
+                Form::Rod { ends, .. } => ("rod", vec![flat(ends)]),
             };
+            let radius = if let Form::Rod { radius, .. } = shape.form { radius } else { 0.0 };
             let role = place_of(shape.role, &mut roles);
-            // Spans lie between these and the others.
-            let is_front = matches!(shape.role, Role::Pin | Role::MassLight | Role::MassDark);
             json!({
-                "body": shape.body, "role": role, "front": is_front, "kind": kind, "lines": lines,
+                "body": shape.body, "role": role, "front": shape.role.is_in_front(),
+                "kind": kind, "lines": lines, "radius": radius,
             })
         })
         .collect();
@@ -69,8 +70,8 @@ fn place_of(role: Role, roles: &mut Vec<Role>) -> usize {
 }
 
 /// Points in one row; seven digits are a micrometre of ten metres.
-#[expect(clippy::cast_possible_truncation, clippy::ptr_arg, reason = "see above; a list's element")]
-fn flat(points: &Vec<[f64; 3]>) -> Vec<f32> {
+#[expect(clippy::cast_possible_truncation, reason = "see above")]
+fn flat(points: &[[f64; 3]]) -> Vec<f32> {
     points.iter().flatten().map(|&x| x as f32).collect()
 }
 
@@ -90,7 +91,7 @@ fn marked(marker: &Marker) -> Value {
 /// A span as its lines at lengths between the shortest and the longest: along it and across it, m.
 fn spanned(span: &Span, [low, high]: [f64; 2], pin: f64, roles: &mut Vec<Role>) -> Value {
     let length = |k: u32| low + (high - low) * f64::from(k) / f64::from(N_LENGTHS - 1);
-    let drawn = |k: u32| span.lines([[0.0; 3], [length(k), 0.0, 0.0]], pin);
+    let drawn = |k: u32| span.lines([[0.0; 3], [length(k), 0.0, 0.0]], pin, [0.0, 0.0, 1.0]);
     let lines: Vec<Value> = (0..N_LENGTHS)
         .map(|k| {
             let in_plane = |points: &Vec<[f64; 3]>| {

@@ -1,5 +1,7 @@
 //! Pages of runs, as text: what is embedded, and what is left out of long ones.
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use bksim::log::{LogReader, Outcome};
 use bksim::mbs::run::{Observer, Sample, Segment};
 use bksim::mbs::sensitivity::StateSensitivity;
@@ -118,6 +120,80 @@ fn what_does_not_fit_is_said() {
     assert_eq!(coarse.n_pieces, 1);
     let found = coarse.thinning.expect("a thinned motion").deviation;
     assert!(found > thinning.deviation, "{found}");
+}
+
+/// Numbers in base64.
+fn doubles(value: &Value) -> Vec<f64> {
+    let text = value.as_str().expect("base64");
+    let bytes = STANDARD.decode(text).expect("base64");
+    let (numbers, _) = bytes.as_chunks::<8>();
+    numbers.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect()
+}
+
+fn count(value: &Value) -> usize {
+    value.as_u64().and_then(|n| usize::try_from(n).ok()).expect("a count")
+}
+
+/// The polynomials of a page.
+fn pieces(data: &Value) -> Vec<Segment> {
+    let motion = &data["motion"];
+    let n_columns = count(&motion["columns"]);
+    let (times, values) = (doubles(&motion["times"]), doubles(&motion["values"]));
+    let degrees = motion["degrees"].as_array().expect("degrees").iter();
+    let mut first = 0;
+    let piece = |(degree, ends): (&Value, &[f64])| {
+        let n = (count(degree) + 1) * n_columns;
+        first += n;
+        let values = values[first - n..first].to_vec();
+        Segment { t0: ends[0], t1: ends[1], values, ..Segment::default() }
+    };
+    degrees.zip(times.windows(2)).map(piece).collect()
+}
+
+/// Largest difference of q and v, and of the reaction as a part of the largest, between the page
+/// and the equations, at instants of its pieces that the page has not looked at.
+fn differences(pieces: &[Segment], playback: &mut Playback) -> [f64; 2] {
+    let (mut largest, mut worst) = (0.0_f64, [0.0_f64; 2]);
+    for piece in pieces {
+        for part in [0.05, 0.37, 0.71, 0.96] {
+            let t = piece.t0 + part * (piece.t1 - piece.t0);
+            let mut found = [0.0; 4];
+            piece.at(t, &mut found);
+            let sample = playback.seek(t).expect("the motion");
+            let [fx, fy, ..] = sample.reactions[0];
+            let expected = [sample.q[0], sample.v[0], fx, fy];
+            let off = |i: usize| (found[i] - expected[i]).abs();
+            worst = [worst[0].max(off(0)).max(off(1)), worst[1].max(off(2)).max(off(3))];
+            largest = largest.max(fx.hypot(fy));
+        }
+    }
+    [worst[0], worst[1] / largest]
+}
+
+#[test]
+fn a_large_run_is_thinned_and_its_reactions_with_it() {
+    if is_without_bundle() {
+        return;
+    }
+    // Steps of its own have the run 25 000 of them: more than a page has room for.
+    let text = PENDULUM.replace("t_end = \"5 s\"", "t_end = \"5 s\"\nstep = \"0.2 ms\"");
+    let mut playback = played(&text);
+    let n_steps = playback.log().segments.len();
+    assert!(n_steps >= 25_000, "{n_steps} steps");
+    let large = page(&mut playback, &Options::default()).expect("a page");
+    assert!(large.html.len() < 2_000_000, "{} bytes", large.html.len());
+    assert!(4 * large.n_pieces < n_steps, "{} pieces", large.n_pieces);
+    // The thinned steps are still those of the motion, to the last digits.
+    let [motion, reaction] = differences(&pieces(&embedded(&large.html)), &mut playback);
+    assert!(motion < 1e-9 && reaction < 1e-9, "{motion:.1e}, reactions {reaction:.1e}");
+
+    // With less room it is told how far they are from it, and so far they are.
+    let budget = Budget { motion: 4000, ..Budget::default() };
+    let small = page(&mut playback, &Options { budget, title: None }).expect("a page");
+    let told = small.thinning.expect("a thinned motion").deviation;
+    let [motion, reaction] = differences(&pieces(&embedded(&small.html)), &mut playback);
+    assert!((0.3 * told..3.0 * told).contains(&motion), "{motion:.1e}, told {told:.1e}");
+    assert!((1e-9..1e-2).contains(&reaction), "reactions {reaction:.1e}, told {told:.1e}");
 }
 
 #[test]

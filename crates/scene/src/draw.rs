@@ -5,6 +5,7 @@ use bksim_mbs::pose::Pose;
 use crate::label::{Label, Labels};
 use crate::{
     Camera, Color, Form, Item, Marker, MarkerKind, Paint, Picture, Scene, Shape, Stroke, Theme,
+    silhouette,
 };
 
 /// What is drawn beside the mechanism.
@@ -66,15 +67,15 @@ type Layer = (f64, Vec<Item>);
 impl Painter<'_> {
     /// The shapes and spans, those in the back first: in the order of the scene, in space by depth.
     fn mechanism(&mut self, poses: &[Pose], opacity: f32) {
-        let (front, back): (Vec<&Shape>, Vec<&Shape>) =
-            self.scene.shapes.iter().partition(|shape| shape.role.is_in_front());
-        let mut layers: Vec<Layer> = Vec::new();
-        layers.extend(back.into_iter().filter_map(|shape| self.shape(shape, poses, opacity)));
+        let shapes = &self.scene.shapes;
+        let drawn = |shape| self.shape(shape, poses, opacity).unwrap_or_default();
+        let (own, items): (Vec<f64>, Vec<Vec<Item>>) = shapes.iter().map(drawn).unzip();
+        let drawn = shapes.iter().zip(self.scene.depths(&own).into_iter().zip(items));
+        let (front, back): (Vec<_>, Vec<_>) =
+            drawn.partition(|(shape, _)| shape.role.is_in_front());
+        let mut layers: Vec<Layer> = back.into_iter().map(|(_, layer)| layer).collect();
         self.spans(poses, opacity, &mut layers);
-        // In space, a pin shows before what it goes through.
-        let towards_eye = 3.0 * self.scene.pin;
-        let front = front.into_iter().filter_map(|shape| self.shape(shape, poses, opacity));
-        layers.extend(front.map(|(depth, items)| (depth + towards_eye, items)));
+        layers.extend(front.into_iter().map(|(_, layer)| layer));
         if !self.scene.is_planar {
             layers.sort_by(|(a, _), (b, _)| a.total_cmp(b));
         }
@@ -84,9 +85,16 @@ impl Painter<'_> {
     fn shape(&self, shape: &Shape, poses: &[Pose], opacity: f32) -> Option<Layer> {
         let pose = poses.get(shape.body)?;
         let paint = self.theme.paint(shape.role).faded(opacity);
+        if let Form::Rod { ends, radius } = shape.form {
+            let ends = ends.map(|end| pose.place(end));
+            let ring = silhouette(ends, radius, self.camera);
+            let (_, items) = self.layer(&[ring], true, true, paint);
+            return Some((ends.map(|end| 0.5 * self.camera.project(end)[2]).iter().sum(), items));
+        }
         let (rings, is_closed) = match &shape.form {
             Form::Region(rings) => (rings.as_slice(), true),
             Form::Line { points, is_closed } => (std::slice::from_ref(points), *is_closed),
+            Form::Rod { .. } => return None,
         };
         let placed = |ring: &Vec<[f64; 3]>| ring.iter().map(|&p| pose.place(p)).collect();
         let rings: Vec<Vec<[f64; 3]>> = rings.iter().map(placed).collect();
@@ -99,7 +107,8 @@ impl Painter<'_> {
             let [from, to] = &span.ends;
             let (Some(a), Some(b)) = (poses.get(from.body), poses.get(to.body)) else { continue };
             let ends = [a.place(from.position), b.place(to.position)];
-            for (role, points) in span.lines(ends, self.scene.pin) {
+            let [_, _, eye] = self.camera.r_view_from_world;
+            for (role, points) in span.lines(ends, self.scene.pin, eye) {
                 let paint = self.theme.paint(role).faded(opacity);
                 layers.push(self.layer(&[points], false, false, paint));
             }
@@ -123,18 +132,28 @@ impl Painter<'_> {
         (depth, items)
     }
 
-    /// A line in pieces that fade towards its old end.
+    /// A line that fades towards its old end: glazes over each other, each from a later point to the
+    /// new end. Pieces side by side would show where their round ends overlap.
     fn trail(&mut self, color: Color, points: &[[f64; 3]]) {
-        let n = points.len();
+        let n = points.len().saturating_sub(1);
         let width = self.theme.sizes.trail;
-        for piece in 0..FADES {
-            let [first, last] = [piece, piece + 1].map(|i| i * n.saturating_sub(1) / FADES);
-            if first < last {
-                let points = points[first..=last].iter().map(|&p| self.pixel(p)).collect();
-                let color = color.faded((piece + 1) as f32 / FADES as f32);
-                let stroke = Stroke { color, width };
-                self.items.push(Item::Line { points, is_closed: false, stroke });
+        let points: Vec<[f32; 2]> = points.iter().map(|&p| self.pixel(p)).collect();
+        let mut seen = 0.0;
+        for glaze in 0..FADES {
+            let first = glaze * n / FADES;
+            if first >= (glaze + 1) * n / FADES {
+                continue;
             }
+            // What is seen through a glaze of opacity a over others of s together is s + a (1 − s).
+            let wanted = color.opacity() * (glaze + 1) as f32 / FADES as f32;
+            let color = color.with_opacity(((wanted - seen) / (1.0 - seen)).clamp(0.0, 1.0));
+            seen = wanted;
+            let stroke = Stroke { color, width };
+            self.items.push(Item::Line {
+                points: points[first..].to_vec(),
+                is_closed: false,
+                stroke,
+            });
         }
     }
 

@@ -9,7 +9,9 @@ mod numbers;
 mod rail;
 mod sizes;
 mod spans;
+mod stops;
 mod symbols;
+mod turns;
 
 use bksim_mbs::model::{LoadKind, Model, Space};
 use bksim_mbs::pose::Pose;
@@ -49,8 +51,12 @@ impl Scene {
         for body in blocks.into_iter().chain(others) {
             shapes.extend(sketch.body(body));
         }
+        shapes.extend(sketch.stops());
         shapes.extend(sketch.torsion_springs());
         shapes.extend(sketch.pins());
+        shapes.extend(sketch.welds());
+        shapes.extend(sketch.drives());
+        shapes.extend(sketch.torques());
         shapes.extend(sketch.masses());
         shapes.retain(Shape::is_finite);
         Self {
@@ -84,7 +90,7 @@ impl<'a> Sketch<'a> {
             attached[at.body].push(at.position);
         }
         let sizes = sizes::Sizes::of(&numbers, &attached);
-        let rails = rail::rails(&numbers, &sizes);
+        let rails = rail::rails(&numbers, &sizes, &attached);
         let colours = colours(numbers.model);
         Self { numbers, attached, rails, colours, pin: sizes.pin }
     }
@@ -165,6 +171,9 @@ impl Shape {
         match &self.form {
             Form::Region(rings) => rings.iter().all(is_finite),
             Form::Line { points, .. } => is_finite(points),
+            Form::Rod { ends, radius } => {
+                radius.is_finite() && ends.iter().flatten().all(|x| x.is_finite())
+            }
         }
     }
 }

@@ -44,6 +44,13 @@ pub enum Form {
         /// Whether the last is joined to the first.
         is_closed: bool,
     },
+    /// All that is within a distance of a line: a rod with round ends, a ball where they coincide.
+    Rod {
+        /// The ends of the line.
+        ends: [[f64; 3]; 2],
+        /// The distance, m.
+        radius: f64,
+    },
 }
 
 /// What a shape stands for, and thereby how it is painted.
@@ -59,6 +66,12 @@ pub enum Role {
     Body(u8),
     /// A pin, painted over the bodies it joins.
     Pin,
+    /// What holds two bodies together for good: as a pin, and solid.
+    Weld,
+    /// The sign of a drive.
+    Drive,
+    /// The sign of a torque.
+    Torque,
     /// The sign of a centre of mass: its light quarters.
     MassLight,
     /// The sign of a centre of mass: its dark quarters.
@@ -74,7 +87,28 @@ pub enum Role {
 impl Role {
     /// Whether it is painted over springs, dampers and links.
     pub fn is_in_front(self) -> bool {
-        matches!(self, Self::Pin | Self::MassLight | Self::MassDark)
+        let is_sign = matches!(self, Self::Weld | Self::Drive | Self::Torque);
+        is_sign || matches!(self, Self::Pin | Self::MassLight | Self::MassDark)
+    }
+}
+
+impl Scene {
+    /// How far towards the eye each shape is painted in space, m, from how far their middles are
+    /// (`own`, by shape): signs before what they go through, and before the whole rod that they are
+    /// on, of which the middle says little.
+    pub fn depths(&self, own: &[f64]) -> Vec<f64> {
+        let mut rods = vec![f64::NEG_INFINITY; self.bodies.len()];
+        for (shape, &own) in self.shapes.iter().zip(own) {
+            let is_rod = matches!(shape.form, Form::Rod { .. }) && !shape.role.is_in_front();
+            if let Some(rod) = rods.get_mut(shape.body).filter(|_| is_rod) {
+                *rod = rod.max(own);
+            }
+        }
+        let painted = |(shape, &own): (&Shape, &f64)| {
+            let rod = rods.get(shape.body).copied().unwrap_or(own);
+            if shape.role.is_in_front() { own.max(rod) + self.pin } else { own }
+        };
+        self.shapes.iter().zip(own).map(painted).collect()
     }
 }
 

@@ -3,6 +3,7 @@
 //! Across its line, a span has a width that does not change; along it, everything but the straight
 //! ends is stretched.
 
+use crate::geometry::across3;
 use crate::{Role, Span, SpanKind};
 
 /// Half width of a spring, radii of a pin.
@@ -21,10 +22,10 @@ type Line = (Role, Vec<[f64; 3]>);
 
 impl Span {
     /// Its lines when its ends are at these points of the world, and what they stand for. `pin` is
-    /// the radius of a pin, m. Everything lies in the plane of the ends and, where that is one, of
-    /// x and y.
-    pub fn lines(&self, ends: [[f64; 3]; 2], pin: f64) -> Vec<Line> {
-        let way = Way::new(ends, pin);
+    /// the radius of a pin, m. Everything lies in the plane through the ends that faces `eye`, a unit
+    /// vector: z where the mechanism is planar, else the direction to who looks.
+    pub fn lines(&self, ends: [[f64; 3]; 2], pin: f64, eye: [f64; 3]) -> Vec<Line> {
+        let way = Way::new(ends, pin, eye);
         match self.kind {
             SpanKind::Spring { length, is_damped: false } => {
                 vec![way.line(Role::Spring, &way.spring(length, 0.0))]
@@ -56,16 +57,13 @@ struct Way {
 }
 
 impl Way {
-    fn new(ends: [[f64; 3]; 2], pin: f64) -> Self {
+    fn new(ends: [[f64; 3]; 2], pin: f64, eye: [f64; 3]) -> Self {
         let d: [f64; 3] = std::array::from_fn(|i| ends[1][i] - ends[0][i]);
         let length = d[0].hypot(d[1]).hypot(d[2]);
         // Ends that coincide have no direction; any will do.
         let along = d.map(|x| x / length);
         let along = if along.iter().all(|x| x.is_finite()) { along } else { [1.0, 0.0, 0.0] };
-        let flat = along[0].hypot(along[1]);
-        let is_upright = flat < 1e-9;
-        let across =
-            if is_upright { [1.0, 0.0, 0.0] } else { [-along[1] / flat, along[0] / flat, 0.0] };
+        let across = across3(along, eye);
         let length = if length.is_finite() { length } else { 0.0 };
         Self { ends, along, across, length, pin }
     }
@@ -162,7 +160,7 @@ mod tests {
 
     fn lines(kind: SpanKind, ends: [[f64; 3]; 2]) -> Vec<Line> {
         let end = Attached { body: 0, position: [0.0; 3] };
-        Span { name: String::new(), ends: [end; 2], kind }.lines(ends, 0.03)
+        Span { name: String::new(), ends: [end; 2], kind }.lines(ends, 0.03, [0.0, 0.0, 1.0])
     }
 
     #[test]
@@ -180,6 +178,21 @@ mod tests {
                     assert!(points.contains(&end), "{kind:?} {way:?} does not meet {end:?}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_spring_is_as_wide_from_wherever_it_is_seen() {
+        let end = Attached { body: 0, position: [0.0; 3] };
+        let span = Span { name: String::new(), ends: [end; 2], kind: KINDS[0] };
+        for eye in [[0.0, 0.0, 1.0], [0.6, 0.8, 0.0], [0.48, 0.64, -0.6]] {
+            let drawn = span.lines([[0.0; 3], [-0.8, 0.6, 0.0]], 0.03, eye);
+            let depth = |p: &[f64; 3]| p.iter().zip(eye).map(|(a, b)| a * b).sum::<f64>();
+            let ends = [0.0, depth(&[-0.8, 0.6, 0.0])];
+            let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+            // No nearer to the eye than its ends, nor farther: it does not lean.
+            let is_level = |p: &[f64; 3]| (low - 1e-12..=high + 1e-12).contains(&depth(p));
+            assert!(drawn[0].1.iter().all(is_level), "{eye:?}");
         }
     }
 

@@ -109,8 +109,10 @@ impl Theme {
                 (tint(color, 0.35), line(color, 1.8))
             }
             Role::Pin => (Some(self.background), line(self.text, 1.6)),
+            Role::Drive => (Some(self.velocity), line(self.velocity, 1.8)),
+            Role::Torque => (Some(self.force), line(self.force, 1.8)),
             Role::MassLight => (Some(self.background), line(self.text, 1.0)),
-            Role::MassDark => (Some(self.text), line(self.text, 1.0)),
+            Role::MassDark | Role::Weld => (Some(self.text), line(self.text, 1.0)),
             Role::Spring | Role::Damper => (None, line(self.text, 1.6)),
             Role::Link => (None, line(self.text, 2.5)),
         };

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use bksim::Mechanism;
 use bksim::cad::model::ModelOptions;
 use bksim::mbs::pose::{Pose, Poses};
-use bksim_scene::{Camera, Extras, Form, Picture, Scene, Theme, picture, titled_svg};
+use bksim_scene::{Camera, Extras, Picture, Scene, Theme, picture, titled_svg};
 
 /// A mechanism that has moved.
 struct Moved {
@@ -73,11 +73,8 @@ fn points(moved: &Moved) -> Vec<[f64; 3]> {
     let mut points = Vec::new();
     for poses in &moved.motion {
         for shape in &moved.scene.shapes {
-            let of_form = match &shape.form {
-                Form::Region(rings) => rings.iter().flatten().collect::<Vec<_>>(),
-                Form::Line { points, .. } => points.iter().collect(),
-            };
-            points.extend(of_form.into_iter().map(|&p| poses[shape.body].place(p)));
+            let reach = shape.form.reach().into_iter();
+            points.extend(reach.map(|p| poses[shape.body].place(p)));
         }
     }
     points

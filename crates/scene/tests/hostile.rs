@@ -5,7 +5,7 @@ use std::fmt::Write;
 use bksim_mbs::file::{Source, read};
 use bksim_mbs::model::Model;
 use bksim_mbs::pose::Pose;
-use bksim_scene::{Camera, Extras, Form, Scene, Theme, picture, svg};
+use bksim_scene::{Camera, Extras, Scene, Theme, picture, svg};
 
 const SLIDER: &str = r#"
     [parameters]
@@ -52,11 +52,7 @@ fn model(text: &str) -> Model {
 }
 
 fn points(scene: &Scene) -> Vec<[f64; 3]> {
-    let of = |form: &Form| match form {
-        Form::Region(rings) => rings.concat(),
-        Form::Line { points, .. } => points.clone(),
-    };
-    scene.shapes.iter().flat_map(|shape| of(&shape.form)).collect()
+    scene.shapes.iter().flat_map(|shape| shape.form.reach()).collect()
 }
 
 /// Draws a scene with everything at the ground's pose.

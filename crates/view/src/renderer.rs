@@ -1,9 +1,9 @@
 //! [`SceneRenderer`]: scenes on the graphics card, in a window's render pass or in one of our own.
 //!
-//! Everything is a primitive: a triangle, or a segment of a line, which the vertex shader widens to
-//! a constant number of pixels. Primitives of bodies lie in the frames of their bodies and are
-//! uploaded once per scene and theme; a frame brings one placement per body and the primitives that
-//! change (springs, trails, arrows):
+//! Everything is a primitive: a triangle, a segment of a line, which the vertex shader widens to
+//! a constant number of pixels, or a rod, which has as many metres from everywhere. Primitives of
+//! bodies lie in the frames of their bodies and are uploaded once per scene and theme; a frame brings
+//! one placement per body and the primitives that change (springs, trails, arrows):
 //!
 //! ```text
 //! primitives: fixed | moving      storage buffers, in the order in which they are painted

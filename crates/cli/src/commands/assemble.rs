@@ -1,11 +1,10 @@
 //! `bksim assemble`: the consistent start, and how far each stated value was moved.
 
 use bksim::Mechanism;
-use bksim::mbs::compile::Quantity;
+use bksim::describe;
 use bksim::mbs::fault::{diagnose_mobility, unit_of};
 use bksim::mbs::mobility::mobility;
 use bksim::mbs::start::{Moved, Start};
-use serde_json::{Map, Value, json};
 
 use crate::args::ModelArgs;
 use crate::exit::{Failure, Status};
@@ -21,7 +20,7 @@ pub(crate) fn run(args: &ModelArgs, as_json: bool, nesting: usize) -> Result<Sta
     let mut warnings = loaded.warnings;
     warnings.extend(diagnose_mobility(&mechanism.model, &found));
     if as_json {
-        let mut body = describe(&mechanism, &start);
+        let mut body = describe::start(&mechanism, &start);
         body["diagnostics"] = render::json_all(&loaded.source, &warnings);
         output::json("assemble", body)?;
     } else {
@@ -87,36 +86,4 @@ fn initial_columns(mechanism: &Mechanism, start: &Start) -> [Vec<String>; 6] {
         headed("unit", moved.iter().map(unit).collect()),
         headed("", moved.iter().map(kind).collect()),
     ]
-}
-
-fn describe(mechanism: &Mechanism, start: &Start) -> Value {
-    let compiled = &mechanism.compiled;
-    let moved = |m: &Moved| {
-        json!({
-            "name": m.name, "given": m.stated, "found": m.found,
-            "moved": m.found - m.stated, "guess": m.is_guess,
-        })
-    };
-    let not_unique: Vec<&str> = start
-        .not_unique_rows()
-        .iter()
-        .map(|&row| compiled.multipliers[row].name.as_str())
-        .collect();
-    json!({
-        "model": mechanism.model.name,
-        "t": start.t,
-        "q": by_name(&compiled.coordinates, &start.q),
-        "v": by_name(&compiled.coordinates, &start.v),
-        "a": by_name(&compiled.coordinates, &start.a),
-        "lambda": by_name(&compiled.multipliers, &start.lambda),
-        "lambda_not_unique": not_unique,
-        "initial": start.moved.iter().map(moved).collect::<Vec<_>>(),
-        "residual": { "position": start.position_residual, "velocity": start.velocity_residual },
-        "mobility": start.mobility,
-    })
-}
-
-fn by_name(quantities: &[Quantity], values: &[f64]) -> Value {
-    let entries = quantities.iter().zip(values);
-    Value::Object(entries.map(|(q, &v)| (q.name.clone(), json!(v))).collect::<Map<_, _>>())
 }

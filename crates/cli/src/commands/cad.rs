@@ -78,7 +78,7 @@ fn parts(
     composition.diagnostics.retain(|fault| !is_harmless(fault));
     let source = Text { path: path.to_owned(), text: sheet.text.clone(), drawn: None };
     if composition.diagnostics.iter().any(Diagnostic::is_error) {
-        return Err(source.rejected(composition.diagnostics));
+        return Err(source.rejected(composition.diagnostics).into());
     }
     Ok(Parts { sheet, composition, source })
 }

@@ -1,10 +1,10 @@
 //! `bksim check`: every fault at once, or what the mechanism is made of and how it can move.
 
 use bksim::Mechanism;
+use bksim::describe::{self, coordinate_policy, joint_names};
 use bksim::mbs::fault::diagnose_mobility;
 use bksim::mbs::mobility::{Mobility, mobility};
-use bksim::mbs::model::{CoordinatePolicy, JointId, Space};
-use serde_json::{Value, json};
+use bksim::mbs::model::CoordinatePolicy;
 
 use crate::args::ModelArgs;
 use crate::exit::{Failure, Status};
@@ -21,7 +21,7 @@ pub(crate) fn run(args: &ModelArgs, as_json: bool, nesting: usize) -> Result<Sta
     warnings.extend(diagnose_mobility(&mechanism.model, &found));
 
     if as_json {
-        let mut body = describe(&mechanism, &found);
+        let mut body = describe::parts(&mechanism, &found);
         body["diagnostics"] = render::json_all(&loaded.source, &warnings);
         output::json("check", body)?;
     } else {
@@ -61,7 +61,7 @@ fn report(mechanism: &Mechanism, found: &Mobility) -> String {
 
 /// The coordinates in words, and who chose them.
 fn policy_reason(mechanism: &Mechanism) -> String {
-    let word = policy_word(mechanism);
+    let word = coordinate_policy(mechanism);
     let who = match mechanism.model.coordinates {
         CoordinatePolicy::Auto => "chosen by bksim",
         _ => "as the model asks",
@@ -71,39 +71,4 @@ fn policy_reason(mechanism: &Mechanism) -> String {
         0 => format!("{word}, {who}"),
         _ => format!("{word}, {who}; cut by the model itself: {asked}"),
     }
-}
-
-fn describe(mechanism: &Mechanism, found: &Mobility) -> Value {
-    let model = &mechanism.model;
-    json!({
-        "model": model.name,
-        "space": if model.space == Space::Planar { "planar" } else { "spatial" },
-        "bodies": model.bodies.iter().skip(1).map(|b| &b.name).collect::<Vec<_>>(),
-        "joints": model.joints.iter().map(|j| &j.name).collect::<Vec<_>>(),
-        "loads": model.loads.iter().map(|l| &l.name).collect::<Vec<_>>(),
-        "drives": model.drives.iter().map(|d| &d.name).collect::<Vec<_>>(),
-        "coordinates": mechanism.compiled.coordinates.iter().map(|c| &c.name).collect::<Vec<_>>(),
-        "coordinate_policy": policy_word(mechanism),
-        "coordinate_policy_chosen_by": match model.coordinates {
-            CoordinatePolicy::Auto => "bksim",
-            _ => "model",
-        },
-        "cut_joints": joint_names(mechanism, &mechanism.system.tree.cuts),
-        "constraints": found.n_constraints,
-        "rank": found.rank,
-        "gruebler": found.gruebler,
-        "mobility": found.mobility,
-        "redundant_joints": joint_names(mechanism, &found.redundant),
-    })
-}
-
-fn policy_word(mechanism: &Mechanism) -> &'static str {
-    match mechanism.system.tree.policy {
-        CoordinatePolicy::Absolute => "absolute",
-        _ => "relative",
-    }
-}
-
-fn joint_names<'a>(mechanism: &'a Mechanism, joints: &[JointId]) -> Vec<&'a str> {
-    joints.iter().map(|joint| mechanism.model.joints[joint.0].name.as_str()).collect()
 }

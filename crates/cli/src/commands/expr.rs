@@ -148,7 +148,7 @@ impl Request<'_> {
             Ok::<_, Infallible>(if is_pi { self.pool.pi() } else { self.pool.symbol(name) })
         };
         self.pool.lower(&syntax, &mut resolve).map_err(|fault| match fault {
-            LowerError::Syntax(fault) => rejected(fault),
+            LowerError::Syntax(fault) => rejected(fault).into(),
             LowerError::Resolve(never) => match never {},
         })
     }
@@ -207,7 +207,7 @@ impl Request<'_> {
             },
         );
         diagnostic = diagnostic.at(0..self.source.text.len(), "this is zero");
-        self.source.rejected(vec![diagnostic])
+        self.source.rejected(vec![diagnostic]).into()
     }
 
     fn notation(&self) -> Notation {

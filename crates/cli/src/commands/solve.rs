@@ -13,13 +13,14 @@ use bksim::dae::Control;
 use bksim::log::{Level, LogError, Outcome};
 use bksim::mbs::fault::diagnose_mobility;
 use bksim::mbs::mobility::mobility;
-use bksim::mbs::model::{Formulation, Jit, Method, Model, Outputs};
+use bksim::mbs::model::Model;
 use bksim::mbs::run::{Observer, Sample, Segment, Unresumed};
 use bksim::mbs::sensitivity::{Sensitive, StateSensitivity};
-use bksim::record::{Recorder, set_option};
+use bksim::options::{BadOption, SolveChanges, described, in_words};
+use bksim::record::{Contents, Recorder, set_option};
 use bksim::{Mechanism, Rejected};
 
-use self::report::{Report, Times, options_of};
+use self::report::{Report, Times};
 use crate::args::{self, Solve};
 use crate::exit::{Failure, Status, without_number};
 use crate::output;
@@ -27,8 +28,8 @@ use crate::progress::{Progress, StopWish};
 use crate::render;
 use crate::source::{derive, load};
 
-/// The smallest relative tolerance that numbers of 16 digits can keep through a step.
-const SMALLEST_RTOL: f64 = 1e-13;
+/// The option of a log without the channels of other programs.
+const OWN_CHANNELS: [&str; 2] = ["channels", "own"];
 
 pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let mut times = Times::default();
@@ -78,13 +79,21 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
 
     // The log is opened only now: a rejected model touches no file.
     let file = File::create(&written).map_err(|e| Failure::writing(&written, &e))?;
-    let mut options = options_of(&mechanism.model, &sensitive);
+    let mut options = described(&mechanism.model, &sensitive);
     options.extend(set.iter().map(|(name, value)| set_option(name, value)));
+    let channels = match &first {
+        Some(first) => first.channels,
+        None => args.channels,
+    };
+    if channels == args::Channels::Own {
+        options.push(OWN_CHANNELS.map(str::to_owned).into());
+    }
+    let has_viewers = channels == args::Channels::All;
+    let contents = Contents { options: &options, sensitive: &sensitive, has_viewers };
     let out = BufWriter::new(file);
     let text = &source.text;
-    let mut log =
-        Recorder::create_with_sensitivities(out, &mechanism, text, &start, &options, &sensitive)
-            .map_err(|e| Failure::writing(&path, &e))?;
+    let mut log = Recorder::create_with(out, &mechanism, text, &start, &contents)
+        .map_err(|e| Failure::writing(&path, &e))?;
     if let Some(first) = &first {
         first.copy_into(&mut log, &path)?;
     }
@@ -244,61 +253,21 @@ fn sensitive(mechanism: &Mechanism, names: &[String]) -> Result<Vec<Sensitive>, 
 
 /// Puts the options of the command line in place of the model's.
 fn apply_options(model: &mut Model, args: &Solve) -> Result<(), Failure> {
-    let solve = &mut model.solve;
-    let t_start = solve.t_start;
-    let other_than_start = |t: f64| t.is_finite() && t != t_start;
-    let positive = |value: f64| value.is_finite() && value > 0.0;
-    let useful = |rtol: f64| (SMALLEST_RTOL..1.0).contains(&rtol);
-    let beyond = format!("other than the start, {t_start} s");
-    let rtol_range = format!("between {SMALLEST_RTOL:e} and 1");
-    let above = "greater than zero";
-    for (flag, value, fits, range) in [
-        ("--t-end", args.t_end, &other_than_start as &dyn Fn(f64) -> bool, beyond.as_str()),
-        ("--rtol", args.rtol, &useful, &rtol_range),
-        ("--atol", args.atol, &positive, above),
-        ("--step", args.step, &positive, above),
-        ("--every", args.every, &positive, above),
-    ] {
-        if let Some(value) = value.filter(|&value| !fits(value)) {
-            let help = format!("give {flag} a value {range}");
-            let value = if value != 0.0 && value.abs() < 1e-4 {
-                format!("{value:e}")
-            } else {
-                value.to_string()
-            };
-            return Err(Failure::usage(format!("`{flag} {value}` is not {range}"), &help));
-        }
-    }
-    solve.t_end = args.t_end.unwrap_or(solve.t_end);
-    solve.rtol = args.rtol.unwrap_or(solve.rtol);
-    solve.atol = args.atol.unwrap_or(solve.atol);
-    solve.step = args.step.or(solve.step);
-    if args.every.is_some() {
-        (solve.every, solve.outputs) = (args.every, Outputs::Even);
-    }
-    if let Some(method) = args.method {
-        solve.method = match method {
-            args::Method::Auto => Method::Auto,
-            args::Method::Radau => Method::Radau,
-            args::Method::Explicit => Method::Explicit,
-        };
-    }
-    if let Some(formulation) = args.formulation {
-        solve.formulation = match formulation {
-            args::Formulation::Ggl => Formulation::Ggl,
-            args::Formulation::Index2 => Formulation::Index2,
-            args::Formulation::Index3 => Formulation::Index3,
-            args::Formulation::Index1 => Formulation::Index1,
-        };
-    }
-    if let Some(jit) = args.jit {
-        solve.jit = match jit {
-            args::Jit::Auto => Jit::Auto,
-            args::Jit::On => Jit::On,
-            args::Jit::Off => Jit::Off,
-        };
-    }
-    Ok(())
+    let changes = SolveChanges {
+        t_end: args.t_end,
+        rtol: args.rtol,
+        atol: args.atol,
+        step: args.step,
+        every: args.every,
+        method: args.method.map(Into::into),
+        formulation: args.formulation.map(Into::into),
+        jit: args.jit.map(Into::into),
+    };
+    changes.apply(&mut model.solve).map_err(|BadOption { option, value, range }| {
+        let flag = format!("--{}", option.replace('_', "-"));
+        let message = format!("`{flag} {}` is not {range}", in_words(value));
+        Failure::usage(message, &format!("give {flag} a value {range}"))
+    })
 }
 
 fn output_path(args: &Solve, model_name: &str) -> PathBuf {

@@ -13,7 +13,8 @@ use super::names::Meaning;
 use super::quantity::{Scope, describe};
 use super::reader::{Reader, cut};
 use super::tree::Quoted;
-use super::units::{Dimension, Quantity, Scale, find_unit};
+use super::units::{Dimension, Quantity, Scale};
+use super::written_unit::WrittenUnit;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::fault::short;
 
@@ -30,7 +31,7 @@ pub(super) enum Kind {
 pub(super) const PURE: Kind = Kind::Known(Dimension::NONE);
 
 /// No quantity of mechanics has a higher power of a unit.
-const MAX_UNIT_EXPONENT: i32 = 12;
+pub(super) const MAX_UNIT_EXPONENT: i32 = 12;
 
 /// A node of an expression.
 #[derive(Clone, Debug)]
@@ -155,25 +156,17 @@ impl Reader<'_> {
         span: Span,
         context: &Context<'_>,
     ) -> Option<Lowered> {
-        let mut scale = Scale::ONE;
-        let mut dimension = Dimension::NONE;
-        let mut is_angle = true;
-        for factor in factors {
-            let unit = find_unit(&factor.name)?;
+        if let Some(factor) = factors.iter().find(|f| f.exponent.abs() > MAX_UNIT_EXPONENT) {
             let exponent = factor.exponent;
-            if exponent.abs() > MAX_UNIT_EXPONENT {
-                let message = format!("the unit `{}` has the exponent {exponent}", factor.name);
-                self.report(
-                    Diagnostic::error(codes::UNKNOWN_UNIT, message)
-                        .at(context.quoted.place(&factor.span), "")
-                        .help(format!("write an exponent up to {MAX_UNIT_EXPONENT}")),
-                );
-                return None;
-            }
-            scale = scale.times(unit.scale.powi(exponent));
-            dimension = dimension.times(unit.dimension.power(f64::from(exponent))?);
-            is_angle &= unit.is_angle;
+            let message = format!("the unit `{}` has the exponent {exponent}", factor.name);
+            self.report(
+                Diagnostic::error(codes::UNKNOWN_UNIT, message)
+                    .at(context.quoted.place(&factor.span), "")
+                    .help(format!("write an exponent up to {MAX_UNIT_EXPONENT}")),
+            );
+            return None;
         }
+        let WrittenUnit { scale, dimension, is_angle } = WrittenUnit::of(factors)?;
         let number = self.finite(number, span.clone(), context.what)?;
         let unit_range = factors.first()?.span.start..factors.last()?.span.end;
         let value = number.value.map(|value| scale.apply(value));

@@ -43,12 +43,14 @@ mod solve;
 mod syntax;
 mod tree;
 mod units;
+mod written_unit;
 
 use bksim_expr::Pool;
 
 pub use codes::{PAGES, Page, explain};
 pub use reader::suggest;
 pub use syntax::decode;
+pub use written_unit::WrittenUnit;
 
 use bodies::BodyFacts;
 use names::Names;

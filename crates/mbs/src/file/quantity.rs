@@ -287,7 +287,7 @@ pub(super) fn describe(dimension: Dimension, is_angle: bool) -> String {
 }
 
 /// Puts `*` for the last space between two units, so that `N m` is read as `N*m`; no place moves.
-fn join_units(text: &str) -> String {
+pub(super) fn join_units(text: &str) -> String {
     let is_word = |c: char| c.is_alphanumeric() || c == '_' || c == '.' || c == '°';
     let mut joined = text.as_bytes().to_vec();
     let starts = text.char_indices().filter(|&(at, c)| {

@@ -12,6 +12,8 @@ const DASHES = [undefined, [8, 4], [2, 3]];
 const HEIGHT = 190;
 /** So near to the line, in pixels, it is taken and dragged. */
 const NEAR = 12;
+/** What rounding makes of zero is smaller than this part of a curve's largest value. */
+const ROUNDING = 2 ** -23;
 
 export class Curves {
   /** `place` gets the charts; `onSeek(t)` is called when the line is moved. */
@@ -23,6 +25,7 @@ export class Curves {
         ? decoded(values, Float32Array)
         : new Float32Array(this.times.length).fill(constant ?? NaN),
     }));
+    for (const channel of this.channels) channel.largest = largestOf(channel.values);
     this.place = place;
     this.onSeek = onSeek;
     this.charts = [];
@@ -182,7 +185,8 @@ export class Curves {
       line.hidden = !(t >= min && t <= max);
       line.style.transform = `translateX(${plot.valToPos(t, 'x').toFixed(2)}px)`;
       channels.forEach((channel, i) => {
-        values[i].textContent = numberText(this.valueAt(channel.values, t));
+        const value = this.valueAt(channel.values, t);
+        values[i].textContent = numberText(Math.abs(value) < ROUNDING * channel.largest ? 0 : value);
       });
     }
   }
@@ -199,6 +203,15 @@ export class Curves {
     const part = width > 0 ? Math.min(1, (t - this.times[low]) / width) : 0;
     return values[low] + part * (values[high] - values[low]);
   }
+}
+
+/** Size of the largest value of a curve. */
+function largestOf(values) {
+  let largest = 0;
+  for (const value of values) {
+    if (Number.isFinite(value)) largest = Math.max(largest, Math.abs(value));
+  }
+  return largest;
 }
 
 /** What is shown at first: coordinates of one unit, and the energies. */

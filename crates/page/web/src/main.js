@@ -165,4 +165,5 @@ globalThis.bksim = {
   camera,
   seek: (t) => clock.seek(t),
   poses: (t) => Array.from(run.at(t)),
+  curves: curves.channels.map(({ name, unit, largest }) => ({ name, unit, largest })),
 };

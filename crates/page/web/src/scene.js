@@ -39,31 +39,46 @@ export class Drawing {
     context.lineJoin = 'round';
     context.lineCap = 'round';
     for (const trail of extras.trails) this.drawTrail(trail);
-    const shapes = this.ordered(numbers);
-    for (const shape of shapes) if (!shape.front) this.drawShape(shape, numbers, theme);
-    for (const span of this.scene.spans) this.drawSpan(span, numbers, theme);
-    for (const shape of shapes) if (shape.front) this.drawShape(shape, numbers, theme);
+    for (const draw of this.ordered(numbers, theme)) draw();
     for (const arrow of extras.arrows) this.drawArrow(arrow);
     if (extras.hasNames) this.drawNames(numbers, theme);
     this.drawScale(theme);
   }
 
-  /** Shapes, those in the back first; in the plane they are in that order already. */
-  ordered(numbers) {
-    const { planar, shapes } = this.scene;
-    if (planar) return shapes;
-    const depth = (shape) => {
+  /** What draws shapes and spans, those in the back first: in the order of the scene, in space by depth. */
+  ordered(numbers, theme) {
+    const { planar, shapes, spans, pin } = this.scene;
+    const near = (body, x, y, z) => this.camera.project(placed(numbers, body, x, y, z))[2];
+    const depthOf = (shape) => {
       const line = shape.lines[0] ?? [];
       let sum = 0;
       for (let i = 0; i + 2 < line.length; i += 3) {
-        sum += this.camera.project(placed(numbers, shape.body, ...line.slice(i, i + 3)))[2];
+        sum += near(shape.body, line[i], line[i + 1], line[i + 2]);
       }
       return line.length === 0 ? 0 : (3 * sum) / line.length;
     };
-    return shapes
-      .map((shape) => [depth(shape), shape])
-      .sort(([a], [b]) => a - b)
-      .map(([, shape]) => shape);
+    // Signs show before what they go through, and before the whole rod that they are on.
+    const own = new Map(planar ? [] : shapes.map((shape) => [shape, depthOf(shape)]));
+    const rods = new Map();
+    for (const [{ body, front, kind }, depth] of own) {
+      if (kind === 'rod' && !front) rods.set(body, Math.max(depth, rods.get(body) ?? -Infinity));
+    }
+    const painted = (shape) =>
+      shape.front
+        ? Math.max(own.get(shape), rods.get(shape.body) ?? -Infinity) + pin
+        : own.get(shape);
+    const drawn = (shape) => [planar ? 0 : painted(shape), () => this.drawShape(shape, numbers, theme)];
+    const spanned = (span) => [
+      planar ? 0 : span.ends.reduce((sum, at) => sum + 0.5 * near(at.body, ...at.position), 0),
+      () => this.drawSpan(span, numbers, theme),
+    ];
+    const layers = [
+      ...shapes.filter(({ front }) => !front).map(drawn),
+      ...spans.map(spanned),
+      ...shapes.filter(({ front }) => front).map(drawn),
+    ];
+    if (!planar) layers.sort(([a], [b]) => a - b);
+    return layers.map(([, draw]) => draw);
   }
 
   /** Fills and strokes a path as its paint says. */
@@ -82,6 +97,10 @@ export class Drawing {
 
   drawShape(shape, numbers, theme) {
     const { context, camera } = this;
+    if (shape.kind === 'rod') {
+      this.drawRod(shape, numbers, theme);
+      return;
+    }
     context.beginPath();
     for (const line of shape.lines) {
       for (let i = 0; i + 2 < line.length; i += 3) {
@@ -93,6 +112,21 @@ export class Drawing {
       if (shape.kind !== 'line') context.closePath();
     }
     this.paint(theme.paints[shape.role], shape.kind === 'region');
+  }
+
+  /** A rod or ball: all that is within its radius of the line between its ends, as they are seen. */
+  drawRod(shape, numbers, theme) {
+    const { context, camera } = this;
+    const [line] = shape.lines;
+    const end = (i) => camera.project(placed(numbers, shape.body, ...line.slice(i, i + 3)));
+    const [[ax, ay], [bx, by]] = [end(0), end(3)];
+    const radius = shape.radius * camera.scale;
+    const angle = Math.atan2(by - ay, bx - ax);
+    context.beginPath();
+    context.arc(bx, by, radius, angle - Math.PI / 2, angle + Math.PI / 2);
+    context.arc(ax, ay, radius, angle + Math.PI / 2, angle + 1.5 * Math.PI);
+    context.closePath();
+    this.paint(theme.paints[shape.role], true);
   }
 
   /** A spring, damper or link: its lines at the two lengths next to its own, and between them. */
@@ -225,7 +259,11 @@ export function* outline(scene, numbers) {
   for (const shape of scene.shapes) {
     for (const line of shape.lines) {
       for (let i = 0; i + 2 < line.length; i += 3) {
-        yield placed(numbers, shape.body, line[i], line[i + 1], line[i + 2]);
+        const [x, y, z] = placed(numbers, shape.body, line[i], line[i + 1], line[i + 2]);
+        yield [x, y, z];
+        for (const d of shape.radius > 0 ? [-shape.radius, shape.radius] : []) {
+          yield* [[x + d, y, z], [x, y + d, z], [x, y, z + d]];
+        }
       }
     }
   }

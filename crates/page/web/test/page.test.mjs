@@ -119,6 +119,11 @@ for (const { name, file, instants } of plan.pages) {
         await opened(file, options, async (page) => {
           const widest = await page.evaluate(() => document.documentElement.scrollWidth);
           assert.ok(widest <= width, `${widest} pixels wide at ${width}`);
+          const [play, speed] = await Promise.all(
+            ['#play', '#speed'].map((id) => page.locator(id).boundingBox()),
+          );
+          const isInRow = speed.y < play.y + play.height && play.y < speed.y + speed.height;
+          assert.ok(isInRow, `the speed is ${speed.y - play.y} pixels below the buttons at ${width}`);
           const bytes = await page.screenshot({ fullPage: true });
           fs.writeFileSync(path.join(plan.screenshots, `${name}-${width}-${colorScheme}.png`), bytes);
         });
@@ -144,6 +149,71 @@ for (const { name, file, instants } of plan.pages) {
       assert.match(text, /Equations of motion/);
     }));
 }
+
+test('a spatial mechanism turns by dragging, and moves with Shift', () => {
+  const spatial = plan.pages.find(({ name }) => name === 'governor');
+  return opened(spatial.file, {}, async (page) => {
+    const view = () =>
+      page.evaluate(() => {
+        const { azimuth, elevation, centre } = globalThis.bksim.camera;
+        return [azimuth, elevation, ...centre];
+      });
+    const drag = async (dx, dy) => {
+      await page.mouse.move(300, 300);
+      await page.mouse.down();
+      await page.mouse.move(300 + dx, 300 + dy, { steps: 4 });
+      await page.mouse.up();
+      await settled(page);
+    };
+    const [azimuth, elevation, ...centre] = await view();
+    const before = await picture(page);
+    await drag(80, 30);
+    const turned = await view();
+    assert.ok(Math.abs(turned[0] - azimuth + 0.8) < 1e-9 && Math.abs(turned[1] - elevation - 0.3) < 1e-9);
+    assert.deepEqual(turned.slice(2), centre);
+    assert.notEqual(await picture(page), before);
+    const bytes = await page.locator('.picture').screenshot();
+    fs.writeFileSync(path.join(plan.screenshots, 'governor-turned.png'), bytes);
+    await page.keyboard.down('Shift');
+    await drag(50, 0);
+    await page.keyboard.up('Shift');
+    const moved = await view();
+    assert.deepEqual(moved.slice(0, 2), turned.slice(0, 2));
+    assert.notDeepEqual(moved.slice(2), centre);
+  });
+});
+
+test('what is rounding on the scale of its curve is shown as zero', () => {
+  // The slider of the press begins where positions are counted from, but for rounding.
+  const { file } = plan.pages.find(({ name }) => name === 'press');
+  return opened(file, {}, async (page) => {
+    await page.click('#channels summary');
+    for (const box of await page.locator('#channels input').all()) await box.check();
+    const largest = await page.evaluate(() =>
+      Object.fromEntries(globalThis.bksim.curves.map(({ name, largest }) => [name, largest])),
+    );
+    for (const part of [0, 0.1, 0.37, 0.5, 1]) {
+      await page.evaluate((k) => {
+        const [from, to] = globalThis.bksim.span;
+        globalThis.bksim.seek(from + k * (to - from));
+      }, part);
+      await settled(page);
+      const shown = await page.evaluate(() =>
+        [...document.querySelectorAll('figcaption > span')].map((entry) => [
+          entry.querySelector('b').textContent,
+          entry.querySelector('.value').textContent,
+        ]),
+      );
+      assert.ok(shown.length > 10, `${shown.length} curves`);
+      if (part === 0) assert.equal(Object.fromEntries(shown)['state.guide_position'], '0.000');
+      for (const [name, text] of shown) {
+        const value = Math.abs(Number(text.replaceAll('−', '-')));
+        const isSeen = value === 0 || value >= largest[name] * 1e-7;
+        assert.ok(isSeen, `${name}: ${text} on a scale of ${largest[name]}`);
+      }
+    }
+  });
+});
 
 test('it plays, pauses, steps and loops', () =>
   opened(first.file, {}, async (page) => {

@@ -3,7 +3,8 @@
 use super::Sketch;
 use super::rail::{SLOT, Slider};
 use crate::geometry::{
-    Plane, Point, across3, circle, cross3, distance3, dot3, is_inside, rounded_hull, sub3, unit3,
+    Plane, Point, across3, circle, cross3, distance3, dot3, is_inside, length3, rounded_hull, sub3,
+    unit3,
 };
 use crate::{Form, Role, Shape};
 
@@ -59,14 +60,17 @@ impl Sketch<'_> {
         let is_bob = self.is_bob(body);
         points.extend(com);
         if is_one_place(&points) {
-            return if self.is_slider(body) { Vec::new() } else { self.disc(body, held) };
+            return if self.is_slider(body) { Vec::new() } else { vec![self.disc(body, held)] };
         }
-        let mut shapes = match self.plane_through(body, &points) {
-            Some(plane) => vec![self.plate(body, &plane, &points)],
-            None => self.star(body, &points),
+        let is_slotted = self.rails_of(body).any(|rail| rail.slider.is_none());
+        let ends = self.ends_in_line(&points).filter(|_| !self.is_planar() && !is_slotted);
+        let mut shapes = match (ends, self.plane_through(body, &points)) {
+            (Some(ends), _) => vec![self.rod(body, ends)],
+            (None, Some(plane)) => vec![self.plate(body, &plane, &points)],
+            (None, None) => self.star(body, &points),
         };
         if let Some(com) = com.filter(|_| is_bob) {
-            shapes.extend(self.disc(body, com));
+            shapes.push(self.disc(body, com));
         }
         shapes
     }
@@ -94,25 +98,35 @@ impl Sketch<'_> {
         let n = points.len() as f64;
         let middle: [f64; 3] =
             std::array::from_fn(|i| points.iter().map(|p| p[i]).sum::<f64>() / n);
-        points.iter().filter_map(|&p| self.rod(body, middle, p)).collect()
+        points.iter().map(|&p| self.rod(body, [middle, p])).collect()
     }
 
-    fn rod(&self, body: usize, from: [f64; 3], to: [f64; 3]) -> Option<Shape> {
-        let plane = self.plane_through(body, &[from, to])?;
-        let ring = rounded_hull(&[from, to].map(|p| plane.foot(p)), ROD * self.pin);
-        Some(Shape::region(body, self.role_of(body), &plane, &[ring]))
+    fn rod(&self, body: usize, ends: [[f64; 3]; 2]) -> Shape {
+        let form = Form::Rod { ends, radius: ROD * self.pin };
+        Shape { body, role: self.role_of(body), form }
     }
 
-    /// A disc; in space, three of them, which look like a ball.
-    fn disc(&self, body: usize, centre: [f64; 3]) -> Vec<Shape> {
-        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        let n = if self.is_planar() { 1 } else { 3 };
-        let disc = |i: usize| {
-            let plane = Plane { origin: centre, u: axes[i], v: axes[(i + 1) % 3] };
-            let ring = circle([0.0; 2], DISC * self.pin);
-            Shape::region(body, self.role_of(body), &plane, &[ring])
+    /// The two of the points that all lie between, if they lie in a line.
+    fn ends_in_line(&self, points: &[[f64; 3]]) -> Option<[[f64; 3]; 2]> {
+        let farthest = |from: [f64; 3]| {
+            let far = |p: &[f64; 3]| distance3(*p, from);
+            points.iter().copied().max_by(|a, b| far(a).total_cmp(&far(b)))
         };
-        (0..n).map(disc).collect()
+        let first = farthest(*points.first()?)?;
+        let last = farthest(first)?;
+        let along = unit3(sub3(last, first))?;
+        let beside = |p: &[f64; 3]| length3(cross3(along, sub3(*p, first)));
+        points.iter().all(|p| beside(p) < 0.1 * self.pin).then_some([first, last])
+    }
+
+    /// A disc, in space a ball.
+    fn disc(&self, body: usize, centre: [f64; 3]) -> Shape {
+        let (role, radius) = (self.role_of(body), DISC * self.pin);
+        if !self.is_planar() {
+            return Shape { body, role, form: Form::Rod { ends: [centre; 2], radius } };
+        }
+        let plane = Plane { origin: centre, ..Plane::XY };
+        Shape::region(body, role, &plane, &[circle([0.0; 2], radius)])
     }
 
     /// The sliders of a body: rectangles, in space the faces of boxes.
@@ -174,7 +188,7 @@ impl Sketch<'_> {
         let far = farthest(&|p| distance3(p, origin))?;
         let u = unit3(sub3(far, origin)).unwrap_or([1.0, 0.0, 0.0]);
         // Points in line leave a choice: the plane that a joint turns them in.
-        let beside = |p: [f64; 3]| crate::geometry::length3(cross3(u, sub3(p, origin)));
+        let beside = |p: [f64; 3]| length3(cross3(u, sub3(p, origin)));
         let aside = farthest(&beside).filter(|&p| beside(p) > 0.1 * self.pin);
         let normal = aside.map_or(self.axis_of(body), |p| cross3(u, sub3(p, origin)));
         let plane = Plane { origin, u, v: across3(u, normal) };

@@ -84,7 +84,7 @@ impl Sketch<'_> {
 
     /// Up or down: the side that a body held at `ground` is on more of the time; a support stands
     /// on the other one.
-    fn free_side(&self, ground: Attached, other: Attached) -> Point {
+    pub(super) fn free_side(&self, ground: Attached, other: Attached) -> Point {
         // Its far end, or its centre of mass.
         let points = self.attached[other.body].iter().copied().chain(self.com(other.body));
         let far = |p: &[f64; 3]| distance3(*p, other.position);
@@ -138,18 +138,29 @@ impl Sketch<'_> {
         self.hatched(&Plane::XY, add(at, side), add(at, scaled(-1.0, side)))
     }
 
-    /// A line hatched on its right.
+    /// A line of the ground hatched on its right.
     fn hatched(&self, plane: &Plane, from: Point, to: Point) -> Vec<Shape> {
+        self.hatched_on(0, plane, from, to)
+    }
+
+    /// A line hatched on its right.
+    pub(super) fn hatched_on(
+        &self,
+        body: usize,
+        plane: &Plane,
+        from: Point,
+        to: Point,
+    ) -> Vec<Shape> {
         let [length, step] = STROKE.map(|x| x * self.pin);
         let along = unit(sub(to, from));
         let [cos, sin] = direction(FRAC_PI_4);
         let stroke = scaled(-length, add(scaled(sin, left(along)), scaled(cos, along)));
         let whole = distance(from, to);
         let n = whole_number(whole / step);
-        let mut shapes = vec![Shape::line(0, Role::Guide, plane, &[from, to])];
+        let mut shapes = vec![Shape::line(body, Role::Guide, plane, &[from, to])];
         for i in 0..n {
             let foot = add(from, scaled(whole * (i as f64 + 0.75) / n as f64, along));
-            shapes.push(Shape::line(0, Role::Hatching, plane, &[foot, add(foot, stroke)]));
+            shapes.push(Shape::line(body, Role::Hatching, plane, &[foot, add(foot, stroke)]));
         }
         shapes
     }

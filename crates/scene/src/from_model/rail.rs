@@ -1,10 +1,10 @@
 //! [`Rail`]: the straight way of a prismatic joint or of a pin in a slot.
 
-use bksim_mbs::model::{Joint, JointKind};
+use bksim_mbs::model::{Joint, JointKind, Space};
 
 use super::numbers::{Numbers, range};
 use super::sizes::Sizes;
-use crate::geometry::{Plane, Point, across3, direction, unit3};
+use crate::geometry::{Plane, Point, across3, cross3, direction, length3, sub3, unit3};
 
 /// Half length and half width of a slider without an outline, radii of a pin.
 const BLOCK: [f64; 2] = [4.2, 2.7];
@@ -34,12 +34,22 @@ pub(super) struct Slider {
 }
 
 /// By joint.
-pub(super) fn rails(numbers: &Numbers, sizes: &Sizes) -> Vec<Option<Rail>> {
+pub(super) fn rails(
+    numbers: &Numbers,
+    sizes: &Sizes,
+    attached: &[Vec<[f64; 3]>],
+) -> Vec<Option<Rail>> {
     let joints = numbers.model.joints.iter().enumerate();
-    joints.map(|(joint_idx, joint)| rail(numbers, sizes, joint_idx, joint)).collect()
+    joints.map(|(joint_idx, joint)| rail(numbers, sizes, attached, joint_idx, joint)).collect()
 }
 
-fn rail(numbers: &Numbers, sizes: &Sizes, joint_idx: usize, joint: &Joint) -> Option<Rail> {
+fn rail(
+    numbers: &Numbers,
+    sizes: &Sizes,
+    attached: &[Vec<[f64; 3]>],
+    joint_idx: usize,
+    joint: &Joint,
+) -> Option<Rail> {
     let angle = match joint.kind {
         JointKind::Prismatic { angle } => Some(numbers.value(angle)),
         JointKind::PinInSlot => None,
@@ -64,8 +74,18 @@ fn rail(numbers: &Numbers, sizes: &Sizes, joint_idx: usize, joint: &Joint) -> Op
         let at = numbers.attached(joint.successor);
         let plane = Plane { origin: at.position, u: turned(along), v: turned(across) };
         rail.slider = Some(Slider { body: at.body, plane });
-        rail.room = outlined(numbers, at.body, &plane)
-            .unwrap_or_else(|| BLOCK.map(|half| [-half * sizes.pin, half * sizes.pin]));
+        let reach = if numbers.model.space == Space::Planar {
+            0.0
+        } else {
+            let points = attached[at.body].iter().map(|&p| sub3(p, at.position));
+            points.map(|p| length3(cross3(plane.u, p))).fold(0.0, f64::max)
+        };
+        rail.room = outlined(numbers, at.body, &plane).unwrap_or_else(|| {
+            // In space, a box as wide as the points on its sides, where that can be.
+            let [long, wide] = BLOCK.map(|half| half * sizes.pin);
+            let fit = if reach > 0.0 { (reach / wide).clamp(0.6, 2.0) } else { 1.0 };
+            [long, wide].map(|half| [-fit * half, fit * half])
+        });
     }
     Some(rail)
 }

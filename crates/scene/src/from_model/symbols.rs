@@ -1,4 +1,4 @@
-//! Pins, centres of mass, torsion springs.
+//! Pins, welds, centres of mass, torsion springs.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -6,12 +6,14 @@ use bksim_mbs::model::{Joint, JointKind, LoadKind};
 
 use super::Sketch;
 use crate::geometry::{
-    Plane, Point, across3, along3, arc, circle, cross3, direction, distance3, scaled, unit3,
+    Plane, Point, across3, along3, arc, block, circle, cross3, direction, distance3, scaled, unit3,
 };
 use crate::{Attached, Form, Role, Shape};
 
 /// Radius of the sign of a centre of mass, radii of a pin.
 const MASS: f64 = 1.0;
+/// Half width of the square that joins bodies for good.
+const WELD: f64 = 0.95;
 /// Radius of the eye at the end of a spring.
 const EYE: f64 = 0.6;
 /// Inner and outer radius of a torsion spring.
@@ -19,7 +21,7 @@ const SPIRAL: [f64; 2] = [1.6, 4.2];
 /// Its turns.
 const TURNS: f64 = 1.75;
 /// Half length of a pin in space.
-const PIN_LENGTH: f64 = 2.4;
+const PIN_LENGTH: f64 = 1.8;
 
 impl Sketch<'_> {
     /// The pins of joints that turn.
@@ -33,7 +35,7 @@ impl Sketch<'_> {
                 JointKind::Prismatic { .. } | JointKind::Weld { .. } => &[],
             };
             for &at in pinned {
-                shapes.extend(self.pin(joint, at));
+                shapes.push(self.pin(joint, at));
             }
         }
         shapes.extend(self.eyes());
@@ -50,41 +52,75 @@ impl Sketch<'_> {
             let LoadKind::Spring { a, b, .. } = load.kind else { continue };
             for at in [a, b].map(|anchor| self.numbers.attached(anchor)) {
                 if at.body > 0 && !pins.contains(&at) {
-                    let plane = Plane { origin: at.position, ..Plane::XY };
-                    let ring = circle([0.0; 2], EYE * self.pin);
-                    shapes.push(Shape::region(at.body, Role::Pin, &plane, &[ring]));
+                    shapes.push(self.round(at, Role::Pin, EYE * self.pin));
                 }
             }
         }
         shapes
     }
 
-    /// A circle; in space, on the axis that it turns about.
-    fn pin(&self, joint: &Joint, at: Attached) -> Vec<Shape> {
+    /// A circle; in space, a short rod along the axis that it turns about.
+    fn pin(&self, joint: &Joint, at: Attached) -> Shape {
+        if self.is_planar() || joint.kind != JointKind::Revolute {
+            return self.round(at, Role::Pin, self.pin);
+        }
         let plane = self.turning_plane(joint, at);
-        let ring = circle([0.0; 2], self.pin);
-        let mut shapes = vec![Shape::region(at.body, Role::Pin, &plane, &[ring])];
-        if !self.is_planar() && joint.kind == JointKind::Revolute {
-            let axis = cross3(plane.u, plane.v);
-            let end = |side: f64| along3(at.position, side * PIN_LENGTH * self.pin, axis);
-            let form = Form::Line { points: vec![end(-1.0), end(1.0)], is_closed: false };
-            shapes.push(Shape { body: at.body, role: Role::Pin, form });
+        let axis = cross3(plane.u, plane.v);
+        let ends = [-1.0, 1.0].map(|side| along3(at.position, side * PIN_LENGTH * self.pin, axis));
+        Shape { body: at.body, role: Role::Pin, form: Form::Rod { ends, radius: self.pin } }
+    }
+
+    /// A circle, in space a ball.
+    fn round(&self, at: Attached, role: Role, radius: f64) -> Shape {
+        if !self.is_planar() {
+            return Shape {
+                body: at.body,
+                role,
+                form: Form::Rod { ends: [at.position; 2], radius },
+            };
+        }
+        let plane = Plane { origin: at.position, ..Plane::XY };
+        Shape::region(at.body, role, &plane, &[circle([0.0; 2], radius)])
+    }
+
+    /// Solid where a pin is open: bodies that move as one.
+    pub(super) fn welds(&self) -> Vec<Shape> {
+        let mut shapes = Vec::new();
+        for joint in &self.model().joints {
+            let ends = [joint.predecessor, joint.successor].map(|a| self.numbers.attached(a));
+            // What the ground holds fast has a wall.
+            let is_weld = matches!(joint.kind, JointKind::Weld { .. });
+            if !is_weld || ends.iter().any(|end| end.body == 0) {
+                continue;
+            }
+            let half = WELD * self.pin;
+            shapes.push(if self.is_planar() {
+                let plane = Plane { origin: ends[1].position, ..Plane::XY };
+                let ring = block([0.0; 2], [1.0, 0.0], [half, half]);
+                Shape::region(ends[1].body, Role::Weld, &plane, &[ring])
+            } else {
+                self.round(ends[1], Role::Weld, half)
+            });
         }
         shapes
     }
 
     /// The plane across the axis of a joint; a revolute has the same axis in both its bodies.
-    fn turning_plane(&self, joint: &Joint, at: Attached) -> Plane {
-        if self.is_planar() {
-            return Plane { origin: at.position, ..Plane::XY };
-        }
+    pub(super) fn turning_plane(&self, joint: &Joint, at: Attached) -> Plane {
         let stated = match joint.kind {
             JointKind::Revolute => unit3(self.numbers.vector(&joint.axis)),
             _ => None,
         };
-        let axis = stated.unwrap_or([0.0, 0.0, 1.0]);
+        self.plane_across(at.position, stated.unwrap_or([0.0, 0.0, 1.0]))
+    }
+
+    /// The plane through a point across an axis.
+    pub(super) fn plane_across(&self, origin: [f64; 3], axis: [f64; 3]) -> Plane {
+        if self.is_planar() {
+            return Plane { origin, ..Plane::XY };
+        }
         let u = across3(axis, [0.0, 0.0, 1.0]);
-        Plane { origin: at.position, u, v: cross3(axis, u) }
+        Plane { origin, u, v: cross3(axis, u) }
     }
 
     /// The signs of centres of mass, where no pin hides them.

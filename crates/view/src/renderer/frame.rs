@@ -37,8 +37,8 @@ pub(super) struct Globals {
     n_fixed: u32,
     /// Whether places of runs are in [`Drawing::order`], and not primitives themselves.
     is_ordered: u32,
-    /// The shader's struct is a multiple of its largest member.
-    padding: u32,
+    /// How large radii of rods are.
+    pixels_per_metre: f32,
 }
 
 /// Primitives that are painted one after the other, by one draw call.
@@ -88,7 +88,7 @@ impl Drawing {
             pixels_per_point: frame.pixels_per_point,
             n_fixed: count(fixed.primitives.len()),
             is_ordered: u32::from(!scene.is_planar),
-            padding: 0,
+            pixels_per_metre: single(frame.camera.scale) * frame.pixels_per_point,
         };
         self.placements.clear();
         self.layers.clear();
@@ -104,7 +104,7 @@ impl Drawing {
         }
         let Extras { trails, arrows, has_labels, .. } = frame.extras;
         if !trails.is_empty() {
-            let world = (count(fixed.anchors.len()), frame.camera.centre);
+            let world = world(fixed, frame);
             for (color, points) in trails {
                 let stroke = Stroke { color: *color, width: frame.theme.sizes.trail };
                 let range = self.moved(world, |out| out.fading(points, stroke));
@@ -136,15 +136,13 @@ impl Drawing {
             return;
         }
         let depth = |p: [f64; 3]| frame.camera.project(p)[2];
+        let own = scene.shapes.iter().zip(&fixed.middles).map(|(shape, &middle)| {
+            poses.get(shape.body).map_or(f64::NEG_INFINITY, |pose| depth(pose.place(middle)))
+        });
+        let depths = scene.depths(&own.collect::<Vec<_>>());
         let mut parts = std::mem::take(&mut self.parts);
         parts.clear();
-        for ((shape, range), &middle) in scene.shapes.iter().zip(&fixed.ranges).zip(&fixed.middles)
-        {
-            let Some(pose) = poses.get(shape.body) else { continue };
-            // A pin shows before what it goes through.
-            let towards_eye = if shape.role.is_in_front() { 3.0 * scene.pin } else { 0.0 };
-            parts.push((depth(pose.place(middle)) + towards_eye, range.clone()));
-        }
+        parts.extend(depths.into_iter().zip(fixed.ranges.iter().cloned()));
         self.spans(scene, fixed, frame, poses, |_, points, range| {
             parts.push((depth(middle(points)), range));
         });
@@ -164,13 +162,14 @@ impl Drawing {
         poses: &[Pose],
         mut add: impl FnMut(&mut Self, &[[f64; 3]], Range<u32>),
     ) {
-        let world = (count(fixed.anchors.len()), frame.camera.centre);
+        let world = world(fixed, frame);
+        let [_, _, eye] = frame.camera.r_view_from_world;
         for span in &scene.spans {
             let [Some(a), Some(b)] = span.ends.each_ref().map(|end| poses.get(end.body)) else {
                 continue;
             };
             let ends = [a.place(span.ends[0].position), b.place(span.ends[1].position)];
-            for (role, points) in span.lines(ends, scene.pin) {
+            for (role, points) in span.lines(ends, scene.pin, eye) {
                 let Some(stroke) = frame.theme.paint(role).stroke else { continue };
                 let range = self.moved(world, |out| out.line(&points, false, stroke));
                 add(self, &points, range);
@@ -250,6 +249,11 @@ impl Drawing {
         draw(&mut Out { primitives: &mut self.moving, body, anchor });
         first..place(self.moving.len())
     }
+}
+
+/// The place behind those of all bodies, and what is subtracted from points of the world, m.
+fn world(fixed: &Fixed, frame: &Frame<'_>) -> (u32, [f64; 3]) {
+    (count(fixed.anchors.len()), frame.camera.centre)
 }
 
 /// Where a body's points are in pixels.

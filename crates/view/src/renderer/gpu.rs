@@ -10,8 +10,12 @@ use super::frame::{Drawing, Globals, Layer, Placement, Run, VERTICES};
 use super::primitive::{Fixed, Primitive, count};
 
 /// The shader, one file per primitive.
-const SHADER: &str =
-    concat!(include_str!("shader.wgsl"), include_str!("mesh.wgsl"), include_str!("line.wgsl"));
+const SHADER: &str = concat!(
+    include_str!("shader.wgsl"),
+    include_str!("mesh.wgsl"),
+    include_str!("line.wgsl"),
+    include_str!("rod.wgsl")
+);
 
 /// Pipeline, buffers and what the last frame needs of them.
 #[derive(Debug)]

@@ -1,17 +1,17 @@
-//! [`Primitive`]: triangles and segments, and those that are fixed to bodies.
+//! [`Primitive`]: triangles, segments and rods, and those that are fixed to bodies.
 
 use std::ops::Range;
 
-use bksim_scene::{Color, Form, Scene, Stroke, Theme};
+use bksim_scene::{Color, Form, Paint, Scene, Stroke, Theme};
 use bytemuck::{Pod, Zeroable};
 
 use super::{line, mesh};
 
-/// A triangle or a segment of a line, as the shader reads it.
+/// A triangle, a segment of a line or a rod, as the shader reads it.
 ///
 /// A triangle has the corners `a`, `b`, `before`. A segment goes from `a` to `b` and knows the points
 /// before and behind it, so that neighbours share the pixels about their joint without painting any
-/// twice.
+/// twice. A rod goes from `a` to `b`, and `before` begins with its radius, m.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Primitive {
@@ -20,13 +20,13 @@ pub(super) struct Primitive {
     /// Place of the body.
     pub(super) body: u32,
     pub(super) b: [f32; 3],
-    /// Half of the width of a segment, points.
+    /// Half of the width of a segment or rim, points.
     pub(super) half_width: f32,
     pub(super) before: [f32; 3],
     /// Red, green, blue, opacity, the red in the lowest byte.
     pub(super) color: u32,
     pub(super) behind: [f32; 3],
-    /// [`TRIANGLE`], or which neighbours a segment has.
+    /// [`TRIANGLE`], [`ROD`], [`RIM`], or which neighbours a segment has.
     pub(super) kind: u32,
 }
 
@@ -35,6 +35,9 @@ pub(super) const TRIANGLE: u32 = 0;
 pub(super) const SEGMENT: u32 = 1;
 pub(super) const HAS_BEFORE: u32 = 2;
 pub(super) const HAS_BEHIND: u32 = 4;
+pub(super) const ROD: u32 = 8;
+/// The edge of a rod.
+pub(super) const RIM: u32 = 9;
 
 /// Width of the edge of an area that has none of its own, points: it makes the area smooth.
 const HAIRLINE: f32 = 1.0;
@@ -76,6 +79,7 @@ impl Fixed {
                             out.line(points, *is_closed, stroke);
                         }
                     }
+                    Form::Rod { ends, radius } => out.rod(*ends, *radius, &paint),
                 }
             }
             ranges[idx] = first..count(primitives.len());
@@ -131,6 +135,24 @@ impl Out<'_> {
         }
     }
 
+    /// A rod of this radius, m, with its edge.
+    fn rod(&mut self, ends: [[f64; 3]; 2], radius: f64, paint: &Paint) {
+        let ([a, b], radius) = (ends.map(|end| self.relative(end)), single(radius));
+        let is_finite = [a, b].as_flattened().iter().all(|x| x.is_finite()) && radius.is_finite();
+        if !is_finite || radius < 0.0 {
+            return;
+        }
+        let rod =
+            Primitive { a, b, body: self.body, before: [radius, 0.0, 0.0], ..Primitive::default() };
+        if let Some(fill) = paint.fill {
+            self.primitives.push(Primitive { color: packed(fill), kind: ROD, ..rod });
+        }
+        if let Some(Stroke { color, width }) = paint.stroke {
+            let (color, half_width) = (packed(color), 0.5 * width);
+            self.primitives.push(Primitive { half_width, color, kind: RIM, ..rod });
+        }
+    }
+
     /// A line that fades towards its first point, each of its segments as one.
     pub(super) fn fading(&mut self, points: &[[f64; 3]], stroke: Stroke) {
         let first = self.primitives.len();
@@ -169,8 +191,13 @@ pub(super) fn points_of(form: &Form) -> impl Iterator<Item = &[f64; 3]> {
     let rings = match form {
         Form::Region(rings) => rings.as_slice(),
         Form::Line { points, .. } => std::slice::from_ref(points),
+        Form::Rod { .. } => &[],
     };
-    rings.iter().flatten()
+    let ends = match form {
+        Form::Rod { ends, .. } => ends.as_slice(),
+        _ => &[],
+    };
+    rings.iter().flatten().chain(ends)
 }
 
 /// The middle of points; the origin if there are none.

@@ -1,10 +1,11 @@
-// Everything that is painted: triangles and segments of lines, in their order.
+// Everything that is painted: triangles, segments of lines and rods, in their order.
 
 struct Globals {
     size: vec2f,
     pixels_per_point: f32,
     n_fixed: u32,
     is_ordered: u32,
+    pixels_per_metre: f32,
 }
 
 struct Primitive {
@@ -42,6 +43,8 @@ override is_linear: bool = false;
 const TRIANGLE = 0u;
 const HAS_BEFORE = 2u;
 const HAS_BEHIND = 4u;
+const ROD = 8u;
+const RIM = 9u;
 
 struct Painted {
     @builtin(position) position: vec4f,
@@ -84,6 +87,12 @@ fn vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) layer_idx
     if primitive.kind == TRIANGLE {
         out.pixel = triangle_corner(a, b, before, corner);
     } else {
+        if primitive.kind >= ROD {
+            // In place of neighbours, how far from the line a rim begins.
+            let radius = primitive.before.x * globals.pixels_per_metre;
+            out.neighbours = vec4f(radius - out.half_width, 0.0, 0.0, 0.0);
+            out.half_width += radius;
+        }
         out.pixel = segment_corner(a, b, out.half_width, corner);
     }
     let ndc = 2.0 * out.pixel / globals.size - 1.0;
@@ -94,7 +103,9 @@ fn vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) layer_idx
 @fragment
 fn fragment(in: Painted) -> @location(0) vec4f {
     var coverage = 1.0;
-    if in.kind != TRIANGLE {
+    if in.kind >= ROD {
+        coverage = rod_coverage(in.pixel, in);
+    } else if in.kind != TRIANGLE {
         // The middle of the pixel in the viewport, the same to the last bit for all segments there:
         // neighbours have to agree on which of them paints it.
         let viewport = round(in.position.xy - in.pixel);

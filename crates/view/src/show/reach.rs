@@ -1,7 +1,7 @@
 //! Where a mechanism gets to over a run.
 
 use bksim::playback::Playback;
-use bksim_scene::{Form, Scene};
+use bksim_scene::Scene;
 
 /// Instants at which a run is looked at, the ends among them.
 pub(super) const INSTANTS: usize = 61;
@@ -32,10 +32,7 @@ fn outermost(scene: &Scene) -> Vec<Vec<[f64; 3]>> {
         }
     };
     for shape in &scene.shapes {
-        match &shape.form {
-            Form::Region(rings) => rings.iter().for_each(|ring| add(shape.body, ring)),
-            Form::Line { points, .. } => add(shape.body, points),
-        }
+        add(shape.body, &shape.form.reach());
     }
     scene.spans.iter().flat_map(|span| span.ends).for_each(|end| add(end.body, &[end.position]));
     of_body.iter().map(|points| farthest(points)).collect()

@@ -33,7 +33,7 @@ pub(super) fn run(args: &FromToml, as_json: bool, nesting: usize) -> Result<Stat
         unit: &args.style.units,
     };
     let bytes = from_model(&drawn).map_err(|unwritten| match unwritten {
-        Unwritten::Model(fault) => source.rejected(vec![*fault]),
+        Unwritten::Model(fault) => source.rejected(vec![*fault]).into(),
         Unwritten::Write(error) => Failure::writing(path, &error),
     })?;
     if !as_json {

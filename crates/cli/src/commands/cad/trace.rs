@@ -55,7 +55,7 @@ pub(super) fn run(args: &Trace, as_json: bool, nesting: usize) -> Result<Status,
     let checked =
         check(bytes, &OpenOptions::default()).map_err(|faults| parts.source.rejected(faults))?;
     let traced = graft(&checked.tags, &addition).map_err(|ungrafted| match ungrafted {
-        Ungrafted::Drawing(fault) => parts.source.rejected(vec![*fault]),
+        Ungrafted::Drawing(fault) => parts.source.rejected(vec![*fault]).into(),
         Ungrafted::Write(error) => Failure::writing(&args.written.output, &error),
     })?;
     if !as_json {

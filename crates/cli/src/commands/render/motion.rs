@@ -82,7 +82,7 @@ fn solved(
             let diagnostics = render::json_all(source, &diagnostics);
             Ok(Opened { show: Show::new(playback), is_complete, diagnostics })
         }
-        Err(PlaybackError::Model(rejected)) => Err(source.rejected(rejected.0)),
+        Err(PlaybackError::Model(rejected)) => Err(source.rejected(rejected.0).into()),
         Err(other) => Err(unplayable(&args.model, "drawn", &other)),
     }
 }

@@ -1,9 +1,9 @@
-//! What switched during a run, in words and as JSON.
+//! What switched during a run, in words.
 
 use bksim::Mechanism;
+use bksim::describe::event_words as words;
 use bksim::mbs::model::LoadId;
-use bksim::mbs::switch::{Change, ChangeKind};
-use serde_json::{Value, json};
+use bksim::mbs::switch::Change;
 
 use crate::output::number;
 
@@ -35,35 +35,4 @@ pub(super) fn told(mechanism: &Mechanism, changes: &[Change], blows: f64) -> Opt
         parts.push(format!("work of blows {} J", number(blows)));
     }
     Some(parts.join(", "))
-}
-
-/// Every change, in order.
-pub(super) fn described(mechanism: &Mechanism, changes: &[Change]) -> Vec<Value> {
-    let event = |change: &Change| {
-        let (load, word) = words(change.kind);
-        let name = load.map(|load| mechanism.model.loads[load.0].name.as_str());
-        match change.kind {
-            ChangeKind::Kink(switch) => {
-                let function = mechanism.system.switches[switch].function;
-                let function = mechanism.model.pool.to_text(function);
-                json!({ "t": change.t, "event": word, "where_zero": function })
-            }
-            ChangeKind::Hit(_, speed) => {
-                json!({ "t": change.t, "event": word, "load": name, "speed": speed })
-            }
-            _ => json!({ "t": change.t, "event": word, "load": name }),
-        }
-    };
-    changes.iter().map(event).collect()
-}
-
-fn words(kind: ChangeKind) -> (Option<LoadId>, &'static str) {
-    match kind {
-        ChangeKind::Kink(_) => (None, "kinks"),
-        ChangeKind::Hit(load, _) => (Some(load), "hit"),
-        ChangeKind::Rest(load) => (Some(load), "rested on"),
-        ChangeKind::Part(load) => (Some(load), "left"),
-        ChangeKind::Stick(load) => (Some(load), "sticks"),
-        ChangeKind::Slide(load) => (Some(load), "slides"),
-    }
 }

@@ -4,11 +4,12 @@ use std::path::Path;
 use std::time::Duration;
 
 use bksim::Mechanism;
-use bksim::mbs::assemble::Source;
-use bksim::mbs::model::{Formulation, Method, Model, Outputs, SolveOptions};
-use bksim::mbs::run::{Integrator, Reason, Summary};
+use bksim::describe;
+use bksim::mbs::model::{Formulation, Outputs, SolveOptions};
+use bksim::mbs::run::{Integrator, Summary};
 use bksim::mbs::sensitivity::Sensitive;
-use serde_json::{Value, json};
+use bksim::options::described;
+use serde_json::{Map, Value, json};
 
 use crate::exit::Status;
 use crate::output::{number, size, table};
@@ -23,52 +24,6 @@ pub(crate) struct Times {
     pub(crate) assemble: Duration,
     pub(crate) integrate: Duration,
     pub(crate) log: Duration,
-}
-
-pub(crate) const FORMULATIONS: [(&str, Formulation); 4] = [
-    ("ggl", Formulation::Ggl),
-    ("index2", Formulation::Index2),
-    ("index3", Formulation::Index3),
-    ("index1", Formulation::Index1),
-];
-
-pub(crate) const METHODS: [(&str, Method); 3] =
-    [("auto", Method::Auto), ("radau", Method::Radau), ("explicit", Method::Explicit)];
-
-/// All options of the run as they were used, for the log.
-pub(crate) fn options_of(model: &Model, sensitive: &[Sensitive]) -> Vec<(String, String)> {
-    let solve = &model.solve;
-    let formulation = word(&FORMULATIONS, solve.formulation);
-    let method = word(&METHODS, solve.method);
-    let exact = |value: f64| format!("{value:?}");
-    let every = match solve.outputs {
-        Outputs::Steps => "step".to_owned(),
-        _ => solve.every.map_or("default".to_owned(), exact),
-    };
-    let mut options: Vec<(String, String)> = vec![
-        ("method".into(), method.into()),
-        ("formulation".into(), formulation.into()),
-        ("t_start".into(), exact(solve.t_start)),
-        ("t_end".into(), exact(solve.t_end)),
-        ("every".into(), every),
-        ("rtol".into(), exact(solve.rtol)),
-        ("atol".into(), exact(solve.atol)),
-        ("step".into(), solve.step.map_or("adaptive".to_owned(), exact)),
-    ];
-    if !sensitive.is_empty() {
-        let names: Vec<&str> = sensitive.iter().map(|by| by.name(model)).collect();
-        options.push(("sensitivity".into(), names.join(" ")));
-    }
-    if let Outputs::Times(times) = &solve.outputs {
-        let times: Vec<_> = times.iter().copied().map(exact).collect();
-        options.push(("times".into(), times.join(" ")));
-    }
-    options
-}
-
-/// The word of a choice.
-fn word<T: PartialEq + Copy>(words: &[(&'static str, T)], choice: T) -> &'static str {
-    words.iter().find(|(_, known)| *known == choice).map_or("", |(word, _)| word)
 }
 
 /// What the command says in the end.
@@ -167,7 +122,7 @@ impl Report<'_> {
         let told = changes.iter().take(CHANGES_TOLD);
         rows.extend(told.map(|change| {
             let (t, method) = (number(change.t), method(solve, change.method));
-            ("", format!("from t = {t} s {method}: {}", reason(change.reason)))
+            ("", format!("from t = {t} s {method}: {}", describe::reason_words(change.reason)))
         }));
         if changes.len() > CHANGES_TOLD {
             rows.push(("", format!("and {} more changes", changes.len() - CHANGES_TOLD)));
@@ -187,27 +142,10 @@ impl Report<'_> {
         Some(format!(
             "poses passed at t = {} s{more}: {}, rank {} of {}; multipliers are not unique there",
             times.join(", "),
-            some_of(&self.sources(&first.rows)),
+            some_of(&describe::sources(self.mechanism, &first.rows)),
             first.rank,
             self.mechanism.system.constraints.len(),
         ))
-    }
-
-    /// Names of the joints, drives and loads of some constraint rows, each once.
-    fn sources(&self, rows: &[usize]) -> Vec<&str> {
-        let Mechanism { model, system, .. } = self.mechanism;
-        let mut names: Vec<&str> = Vec::new();
-        for &row in rows {
-            let name = match system.constraints[row].source {
-                Source::Joint(joint) => &model.joints[joint.0].name,
-                Source::Drive(drive) => &model.drives[drive.0].name,
-                Source::Stop(load) | Source::Friction(load) => &model.loads[load.0].name,
-            };
-            if !names.contains(&name.as_str()) {
-                names.push(name);
-            }
-        }
-        names
     }
 
     /// How the run ended, in a few words.
@@ -224,55 +162,28 @@ impl Report<'_> {
 
     pub(crate) fn describe(&self) -> Value {
         let model = &self.mechanism.model;
-        let Summary { t, n_samples, stats, position_residual, velocity_residual, energy, .. } =
-            self.summary;
-        let mut times = serde_json::Map::new();
+        let mut times = Map::new();
         let mut total = 0.0;
         for (name, time) in self.phases() {
             total += time.as_secs_f64();
             times.insert(name.to_owned(), json!(time.as_secs_f64()));
         }
         times.insert("total".to_owned(), json!(total));
-        let relative = if energy.scale > 0.0 { energy.worst_error / energy.scale } else { 0.0 };
-        json!({
+        let options = described(model, self.sensitive).into_iter();
+        let mut body = json!({
             "ok": self.status == Status::Done,
             "model": model.name,
             "file": self.source.path.display().to_string(),
             "output": self.path.display().to_string(),
             "exit_status": self.status.code(),
-            "end": { "reached": self.summary.reached_end, "t": t },
-            "samples": n_samples,
-            "options": options_of(model, self.sensitive).into_iter().map(|(k, v)| (k, Value::from(v))).collect::<serde_json::Map<_, _>>(),
-            "methods": self.summary.methods.iter().map(|change| json!({
-                "t": change.t,
-                "method": word_of(change.method),
-                "reason": reason(change.reason),
-            })).collect::<Vec<_>>(),
-            "singular_poses": self.summary.singular_poses.iter().map(|pose| json!({
-                "t": pose.t,
-                "rank": pose.rank,
-                "names": self.sources(&pose.rows),
-            })).collect::<Vec<_>>(),
-            "events": super::events::described(self.mechanism, &self.summary.changes),
-            "steps": {
-                "n_step": stats.n_step, "n_accept": stats.n_accept, "n_reject": stats.n_reject,
-                "n_newton_failed": stats.n_newton_failed, "n_newton": stats.n_newton,
-                "n_residual": stats.n_residual, "n_jacobian": stats.n_jacobian,
-                "n_factor": stats.n_factor, "n_solve": stats.n_solve,
-            },
+            "options": options.map(|(k, v)| (k, Value::from(v))).collect::<Map<_, _>>(),
             "time_s": times,
-            "residual": {
-                "position": position_residual[1], "velocity": velocity_residual[1],
-                "position_before_projection": position_residual[0],
-                "velocity_before_projection": velocity_residual[0],
-            },
-            "energy": {
-                "initial": energy.initial, "last": energy.last, "work": energy.work,
-                "blows": energy.blows,
-                "worst_error": energy.worst_error, "scale": energy.scale,
-                "relative_error": relative,
-            },
-        })
+        });
+        let run = describe::summary(self.mechanism, self.summary);
+        if let (Some(body), Value::Object(run)) = (body.as_object_mut(), run) {
+            body.extend(run);
+        }
+        body
     }
 
     fn phases(&self) -> [(&'static str, Duration); 6] {
@@ -311,24 +222,6 @@ fn method(solve: &SolveOptions, method: Integrator) -> String {
             let order = if solve.step.is_some() { "order 5" } else { "variable order" };
             format!("Radau IIA of {order}, {formulation}")
         }
-    }
-}
-
-fn word_of(method: Integrator) -> &'static str {
-    match method {
-        Integrator::Explicit => "explicit",
-        Integrator::Radau => "radau",
-    }
-}
-
-fn reason(reason: Reason) -> &'static str {
-    match reason {
-        Reason::Asked => "as asked",
-        Reason::Cheapest => "least work while the motion is not stiff",
-        Reason::Stiff => "the motion is stiff",
-        Reason::OtherFailed => "the other method cannot go on here",
-        Reason::SingularPose => "past the singular pose ahead",
-        Reason::Regular => "behind the singular pose",
     }
 }
 

@@ -8,10 +8,10 @@ use bksim::VERSION;
 use bksim::log::{Header, LogError, LogReader, Outcome};
 use bksim::mbs::model::{Model, Outputs, SolveOptions};
 use bksim::mbs::run::{RunCheckpoint, Unfit};
+use bksim::options::{FORMULATIONS, METHODS, choice};
 use bksim::record::{Recorder, overrides};
 
-use super::report::{FORMULATIONS, METHODS};
-use crate::args::Solve;
+use crate::args::{Channels, Solve};
 use crate::exit::Failure;
 use crate::source::{Loaded, Text, parse};
 
@@ -20,6 +20,8 @@ pub(super) struct FirstPart {
     path: PathBuf,
     /// Parameters given on the command line.
     pub(super) set: Vec<(String, String)>,
+    /// Which channels the log has.
+    pub(super) channels: Channels,
     pub(super) checkpoint: RunCheckpoint,
 }
 
@@ -58,7 +60,10 @@ pub(super) fn open(path: &Path, nesting: usize) -> Result<(Loaded, FirstPart), F
     let mut loaded = parse(source, &header.model_name, &set, nesting)?;
     apply(&mut loaded.model, header)
         .ok_or_else(|| refused(path, "its options cannot be read", None))?;
-    Ok((loaded, FirstPart { path: path.to_owned(), set, checkpoint }))
+    let [key, own] = super::OWN_CHANNELS;
+    let is_own = header.options.get(key).is_some_and(|channels| channels == own);
+    let channels = if is_own { Channels::Own } else { Channels::All };
+    Ok((loaded, FirstPart { path: path.to_owned(), set, channels, checkpoint }))
 }
 
 /// Puts the options of the log in place of the model's; `None` when one has no meaning.
@@ -86,8 +91,8 @@ fn apply(model: &mut Model, header: &Header) -> Option<()> {
         rtol: number("rtol")?,
         atol: number("atol")?,
         step: unless("step", "adaptive")?,
-        method: METHODS.iter().find(|(word, _)| text("method") == Some(*word))?.1,
-        formulation: FORMULATIONS.iter().find(|(word, _)| text("formulation") == Some(*word))?.1,
+        method: choice(&METHODS, text("method")?)?,
+        formulation: choice(&FORMULATIONS, text("formulation")?)?,
         ..solve.clone()
     };
     Some(())

@@ -65,7 +65,7 @@ impl Motion {
                 let show = Some(Box::new(Show::new(solved.playback)));
                 Loaded { show, fault, files, is_abandoned: false }
             }
-            Err(PlaybackError::Model(rejected)) => faulty(&source.rejected(rejected.0)),
+            Err(PlaybackError::Model(rejected)) => faulty(&source.rejected(rejected.0).into()),
             Err(error) => Loaded { fault: Some(error.to_string()), files, ..Loaded::default() },
         }
     }

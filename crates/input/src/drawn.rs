@@ -2,67 +2,63 @@
 //! are.
 
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
+use std::sync::Arc;
 
 use bksim::cad::compose::{Composition, Origin};
 use bksim::cad::excerpt::{Excerpts, describe};
 use bksim::cad::model::{ModelOptions, Refused, Sheet, sheet};
 use bksim::cad::units;
 use bksim::mbs::diagnostic::{Diagnostic, Label};
-use bksim::mbs::file::{Limits, check_syntax};
+use bksim::mbs::file::check_syntax;
 
-use super::{Text, read_bytes};
-use crate::args::{DrawingArgs, ModelArgs};
-use crate::exit::Failure;
+use crate::error::InputError;
+use crate::load::{Request, read_bytes};
+use crate::text::{Text, line_and_column};
 
 /// What a text was composed from.
 #[derive(Debug)]
-pub(crate) struct Drawn {
+pub struct Drawn {
     drawing: PathBuf,
     drawing_text: String,
     /// The model file beside the drawing.
     side: Option<(PathBuf, String)>,
-    /// The composed model.
-    pub(crate) composition: Composition,
+    /// The composed model, its diagnostics taken out.
+    pub composition: Composition,
 }
 
 /// A diagnostic in the file it is about.
-pub(crate) struct Located<'t> {
-    pub(crate) path: &'t Path,
-    pub(crate) text: &'t str,
-    pub(crate) fault: Diagnostic,
+#[derive(Clone, PartialEq, Debug)]
+pub struct Located<'t> {
+    /// The file.
+    pub path: &'t Path,
+    /// Its text, which the spans are of.
+    pub text: &'t str,
+    /// The diagnostic with spans of that text.
+    pub fault: Diagnostic,
 }
 
-/// A drawing and what is attached to it.
-pub(crate) fn read_sheet(
-    path: &Path,
-    bytes: Vec<u8>,
-    args: &DrawingArgs,
-) -> Result<Sheet, Failure> {
-    let unit = match &args.units {
-        None => None,
-        Some(name) => Some(units::by_name(name).ok_or_else(|| {
-            let help = "one of mm, cm, m, inch, ft, …: `bksim explain D006` lists them";
-            Failure::usage(format!("`--units {name}` is no unit of length"), help)
-        })?),
-    };
-    sheet(bytes, unit).map_err(|Refused { text, diagnostics }| {
-        let source = Box::new(Text { path: path.to_owned(), text, drawn: None });
-        Failure::Model { source, diagnostics }
-    })
+/// A drawing and what is attached to it; `unit` is what one unit of it is unless it says so.
+///
+/// # Errors
+/// [`InputError`] when the unit is none, or the bytes are no drawing.
+pub fn read_sheet(path: &Path, bytes: Vec<u8>, unit: Option<&str>) -> Result<Sheet, InputError> {
+    let known = |name: &str| units::by_name(name).ok_or(InputError::Unit { name: name.to_owned() });
+    let unit = unit.map(known).transpose()?;
+    sheet(bytes, unit)
+        .map_err(|Refused { text, diagnostics }| Text::new(path, text).rejected(diagnostics))
 }
 
 /// Composes the model of a drawing, with the warnings that came of it.
-pub(super) fn compose(
+pub(crate) fn compose(
     path: &Path,
     bytes: Vec<u8>,
     side: Option<Text>,
-    args: &ModelArgs,
-) -> Result<(Text, Vec<Diagnostic>), Failure> {
-    let sheet = read_sheet(path, bytes, &args.drawing)?;
+    request: &Request<'_>,
+) -> Result<(Text, Vec<Diagnostic>), InputError> {
+    let sheet = read_sheet(path, bytes, request.unit)?;
     let options = ModelOptions {
         side: side.as_ref().map(|side| side.text.as_str()),
-        tolerance: args.drawing.tolerance,
+        tolerance: request.tolerance,
         ..ModelOptions::default()
     };
     let mut composition = sheet.compose(options);
@@ -78,27 +74,26 @@ pub(super) fn compose(
     // Faults of the drawing have spans of its text, which comes behind the composed one.
     let diagnostics: Vec<Diagnostic> =
         diagnostics.into_iter().map(|fault| moved(fault, text.len() + 1)).collect();
-    let source = Text { path: shown, text, drawn: Some(Rc::new(drawn)) };
+    let source = Text { path: shown, text, drawn: Some(Arc::new(drawn)) };
     if diagnostics.iter().any(Diagnostic::is_error) {
-        return Err(Failure::Model { source: Box::new(source), diagnostics });
+        return Err(source.rejected(diagnostics));
     }
     Ok((source, diagnostics))
 }
 
 /// Composes the model of a file that names a drawing.
-pub(super) fn beside(
+pub(crate) fn beside(
     side: Text,
     drawing: &str,
-    args: &ModelArgs,
-    max_nesting: usize,
-) -> Result<(Text, Vec<Diagnostic>), Failure> {
-    let faults = check_syntax(&side.text, Limits { nesting: max_nesting });
+    request: &Request<'_>,
+) -> Result<(Text, Vec<Diagnostic>), InputError> {
+    let faults = check_syntax(&side.text, request.limits);
     if faults.iter().any(Diagnostic::is_error) {
-        return Err(Failure::Model { source: Box::new(side), diagnostics: faults });
+        return Err(side.rejected(faults));
     }
     let path = side.path.parent().unwrap_or(Path::new("")).join(drawing);
     let bytes = read_bytes(&path)?;
-    compose(&path, bytes, Some(side), args)
+    compose(&path, bytes, Some(side), request)
 }
 
 fn moved(mut fault: Diagnostic, by: usize) -> Diagnostic {
@@ -117,14 +112,14 @@ enum Home {
 }
 
 impl Drawn {
-    pub(super) fn files(&self) -> Vec<&Path> {
+    pub(crate) fn files(&self) -> Vec<&Path> {
         let side = self.side.as_ref().map(|(path, _)| path.as_path());
         std::iter::once(self.drawing.as_path()).chain(side).collect()
     }
 
     /// Puts a diagnostic of the composed text into the file that its first label is about; labels in
     /// other files become notes.
-    fn locate<'t>(&'t self, text: &'t Text, fault: &Diagnostic) -> Located<'t> {
+    pub(crate) fn locate<'t>(&'t self, text: &'t Text, fault: &Diagnostic) -> Located<'t> {
         let mut moved = Diagnostic { labels: Vec::new(), ..fault.clone() };
         let mut home = None;
         for label in &fault.labels {
@@ -138,7 +133,7 @@ impl Drawn {
                 continue;
             }
             let (path, words) = self.file(text, found);
-            let (line, column) = super::line_and_column(words, label.span.start);
+            let (line, column) = line_and_column(words, label.span.start);
             let place = format!("{}:{line}:{column}", path.display());
             moved.notes.push(format!("{place}: {}", label.text));
         }
@@ -174,16 +169,6 @@ impl Drawn {
                 }
                 (Home::Drawing, span.map(|span| Label { span, text: words }))
             }
-        }
-    }
-}
-
-impl Text {
-    /// A diagnostic in the file it is about.
-    pub(crate) fn locate(&self, fault: &Diagnostic) -> Located<'_> {
-        match &self.drawn {
-            Some(drawn) => drawn.locate(self, fault),
-            None => Located { path: &self.path, text: &self.text, fault: fault.clone() },
         }
     }
 }

@@ -1,0 +1,68 @@
+//! Why there is no model.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use bksim::mbs::diagnostic::Diagnostic;
+
+use crate::excerpt::plain;
+use crate::text::Text;
+
+/// Why there is no model.
+#[derive(Debug, thiserror::Error)]
+pub enum InputError {
+    /// Faults of the model text.
+    #[error("{}", .diagnostics.iter().map(|fault| plain(source_text, fault)).collect::<Vec<_>>().join("\n\n"))]
+    Model {
+        /// The text they are in.
+        source_text: Box<Text>,
+        /// At least one of them is an error.
+        diagnostics: Vec<Diagnostic>,
+    },
+    /// A file cannot be read.
+    #[error("`{}` {what}", .path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it, behind its name.
+        what: String,
+        /// What to do.
+        help: Option<String>,
+    },
+    /// A file can be read but is no model.
+    #[error("`{}` {what}", .path.display())]
+    NoModel {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it, behind its name.
+        what: String,
+    },
+    /// The unit of a drawing is none.
+    #[error("`{name}` is no unit of length")]
+    Unit {
+        /// As it was written.
+        name: String,
+    },
+}
+
+impl InputError {
+    pub(crate) fn reading(path: &Path, error: &io::Error) -> Self {
+        let what = format!("cannot be read: {}", plain_words(error));
+        Self::File { path: path.to_owned(), what, help: None }
+    }
+}
+
+/// The system's words without the number that follows them.
+pub fn plain_words(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::NotFound => "there is no such file".to_owned(),
+        io::ErrorKind::PermissionDenied => "permission denied".to_owned(),
+        io::ErrorKind::IsADirectory => "it is a directory".to_owned(),
+        _ => without_number(&error.to_string()).to_owned(),
+    }
+}
+
+/// "No space left on device (os error 28)" without the part in parentheses.
+pub fn without_number(words: &str) -> &str {
+    words.split(" (os error").next().unwrap_or(words)
+}

@@ -1,0 +1,29 @@
+"""What tests and the examples in docstrings share."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import bksim
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+@pytest.fixture(autouse=True)
+def _names(doctest_namespace: dict[str, Any]) -> None:
+    doctest_namespace.update({name: getattr(bksim, name) for name in bksim.__all__})
+    doctest_namespace.update(EXAMPLES=EXAMPLES, np=np)
+
+
+@pytest.fixture
+def examples() -> Path:
+    """The models of the examples."""
+    return EXAMPLES
+
+
+@pytest.fixture(params=sorted(path.parent.name for path in EXAMPLES.glob("*/model.toml")))
+def example(request: pytest.FixtureRequest) -> Path:
+    """The model of each example."""
+    return EXAMPLES / str(request.param) / "model.toml"

@@ -1,0 +1,110 @@
+"""The equations of a mechanism, to be read and to be taken elsewhere."""
+
+from __future__ import annotations
+
+import json
+from functools import cached_property
+from typing import Any
+
+from . import _bksim
+
+
+class Equations:
+    """T, V, Lagrange's equations with multipliers, and the constraints.
+
+    ``print(m.equations)`` shows them as text; a notebook typesets them.
+    """
+
+    def __init__(self, engine: _bksim.Engine) -> None:
+        self._engine = engine
+
+    @cached_property
+    def _body(self) -> dict[str, Any]:
+        body: dict[str, Any] = json.loads(self._engine.equations_json())
+        return body
+
+    @property
+    def kinetic_energy(self) -> str:
+        """T, J."""
+        return str(self._body["kinetic_energy"])
+
+    @property
+    def potential_energy(self) -> str:
+        """V, J."""
+        return str(self._body["potential_energy"])
+
+    @property
+    def equations(self) -> tuple[str, ...]:
+        """One left side per coordinate, each equal to zero, N or N m."""
+        return tuple(self._body["equations"])
+
+    @property
+    def constraints(self) -> tuple[str, ...]:
+        """One left side per multiplier, each equal to zero, m or rad."""
+        return tuple(self._body["constraints"])
+
+    @property
+    def operations(self) -> dict[str, Any]:
+        """How many operations they take, as derived and as simplified."""
+        return dict(self._body["operations"])
+
+    @property
+    def certificate(self) -> dict[str, Any]:
+        """How they were compared with equations derived from T and V in another way."""
+        return dict(self._body["certificate"])
+
+    def written(self, notation: str = "text", *, document: bool = False, groups: bool = True) -> str:
+        """The formulas as ``text``, ``aligned``, ``latex``, ``typst`` or ``mathml``; ``document``
+        makes a whole document, ``groups`` names constants that take more than one operation."""
+        return self._engine.equations_in(notation, document, groups)
+
+    @property
+    def text(self) -> str:
+        """The formulas as text."""
+        return self.written("text")
+
+    @property
+    def latex(self) -> str:
+        """The formulas as LaTeX."""
+        return self.written("latex")
+
+    @property
+    def mathml(self) -> str:
+        """The formulas as MathML."""
+        return self.written("mathml")
+
+    def __str__(self) -> str:
+        return self.written("aligned")
+
+    def _repr_latex_(self) -> str:
+        kinetic, potential, equations, constraints = self._engine.latex()
+        lines = [f"T &= {kinetic}", f"V &= {potential}"]
+        lines += [f"{left} &= 0" for left in (*equations, *constraints)]
+        return "$$\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}$$"
+
+    def to_sympy(self) -> dict[str, Any]:
+        """The same as SymPy expressions: ``kinetic_energy``, ``potential_energy``, and lists
+        ``equations`` and ``constraints``. Raises ImportError unless SymPy is installed.
+
+        Symbols have the names of the text: ``theta``, ``theta_dot``, ``theta_ddot``.
+        """
+        import sympy
+        from sympy.parsing.sympy_parser import convert_xor, parse_expr, standard_transformations
+
+        names = [*self._body["parameters"], "t", *(m["name"] for m in self._body["multipliers"])]
+        for c in self._body["coordinates"]:
+            names += [c["value"], c["velocity"], c["acceleration"]]
+        known = {name: sympy.Symbol(name, real=True) for name in names}
+        known |= {"if": sympy.Piecewise, "sign": sympy.sign, "abs": sympy.Abs, "pi": sympy.pi}
+        known |= {"min": sympy.Min, "max": sympy.Max}
+
+        def parsed(text: str) -> Any:
+            rules = (*standard_transformations, convert_xor)
+            return parse_expr(text, local_dict=known, transformations=rules)
+
+        return {
+            "kinetic_energy": parsed(self.kinetic_energy),
+            "potential_energy": parsed(self.potential_energy),
+            "equations": [parsed(text) for text in self.equations],
+            "constraints": [parsed(text) for text in self.constraints],
+        }

@@ -1,0 +1,126 @@
+"""What can go wrong, as exceptions; the compiled part makes its own here, by :func:`made`."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ._solution import Solution
+
+
+@dataclass(frozen=True)
+class Label:
+    """A place in a file: line and column count from one."""
+
+    line: int
+    column: int
+    text: str
+
+
+@dataclass(frozen=True)
+class Diagnostic:
+    """One fault of a model: ``bksim.explain(diagnostic.code)`` tells the way out."""
+
+    code: str
+    severity: str
+    message: str
+    file: str
+    labels: tuple[Label, ...]
+    notes: tuple[str, ...]
+    help: str | None
+
+    def __str__(self) -> str:
+        place = f"{self.file}:{self.labels[0].line}:{self.labels[0].column}: " if self.labels else ""
+        return f"{place}{self.severity}[{self.code}]: {self.message}"
+
+
+class Error(Exception):
+    """The base of all errors of bksim."""
+
+
+class ModelError(Error):
+    """The model is refused; :attr:`diagnostics` holds every fault."""
+
+    def __init__(self, message: str, diagnostics: tuple[Diagnostic, ...] = ()) -> None:
+        super().__init__(message)
+        self.diagnostics = diagnostics
+
+
+class AssemblyError(Error):
+    """The mechanism has no consistent start: a loop does not close, or stated values exclude each
+    other."""
+
+    def __init__(self, message: str, diagnostics: tuple[Diagnostic, ...] = ()) -> None:
+        super().__init__(message)
+        self.diagnostics = diagnostics
+
+
+class SolverError(Error):
+    """The integrator could not go on.
+
+    :attr:`t` is the last instant, s; :attr:`reason` says why; :attr:`result` is the solution up to
+    there.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        t: float,
+        reason: str,
+        result: Solution,
+        diagnostics: tuple[Diagnostic, ...] = (),
+    ) -> None:
+        super().__init__(message)
+        self.t = t
+        self.reason = reason
+        self.result = result
+        self.diagnostics = diagnostics
+
+
+class LimitError(Error):
+    """More was asked for than there may be; :attr:`result` is what there is, if a run has begun."""
+
+    def __init__(self, message: str, result: Solution | None = None) -> None:
+        super().__init__(message)
+        self.result = result
+
+
+class LogError(Error):
+    """A log cannot be read, or not be played."""
+
+
+class InternalError(Error):
+    """A fault of bksim itself: please report it with the model."""
+
+
+def diagnostics_of(text: str) -> tuple[Diagnostic, ...]:
+    """Diagnostics out of the JSON that the compiled part writes."""
+
+    def one(body: dict[str, Any]) -> Diagnostic:
+        labels = tuple(Label(at["line"], at["column"], at["text"]) for at in body["labels"])
+        return Diagnostic(
+            code=body["code"],
+            severity=body["severity"],
+            message=body["message"],
+            file=body["file"],
+            labels=labels,
+            notes=tuple(body["notes"]),
+            help=body["help"],
+        )
+
+    return tuple(one(body) for body in json.loads(text))
+
+
+def made(kind: str, message: str, diagnostics: str) -> Error:
+    """The exception of a kind that the compiled part names."""
+    if kind == "model":
+        return ModelError(message, diagnostics_of(diagnostics))
+    if kind == "assembly":
+        return AssemblyError(message, diagnostics_of(diagnostics))
+    if kind == "limit":
+        return LimitError(message)
+    if kind == "log":
+        return LogError(message)
+    return InternalError(message)

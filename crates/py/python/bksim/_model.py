@@ -1,0 +1,451 @@
+"""Models: from a file, a drawing, a text, or built in code; to equations and motion."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import os
+from collections.abc import Iterator, Mapping, MutableMapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from . import _bksim
+from ._equations import Equations
+from ._errors import Diagnostic, LimitError, ModelError, SolverError, diagnostics_of
+from ._functions import Functions
+from ._parts import (
+    Body,
+    Drive,
+    Ground,
+    Joint,
+    Load,
+    Value,
+    from_table,
+    joint_from_table,
+    load_from_table,
+    plain,
+    to_table,
+)
+from ._progress import Progress
+from ._report import Check, Start
+from ._solution import Solution
+
+MEMORY_LIMIT = 4 << 30
+"""Bytes that the samples and the motion of one run may take unless ``memory_limit`` says otherwise."""
+
+
+def load(
+    source: str | os.PathLike[str],
+    *,
+    set: Mapping[str, Value] | None = None,
+    units: str | None = None,
+    tolerance: float | None = None,
+    jit: str | None = None,
+) -> Model:
+    """Reads a model.
+
+    ``source`` is the path of a model file or of a drawing (DXF, DWG), or the text of a model, which
+    has more than one line. ``set`` gives parameters other values, ``units`` is what one unit of a
+    drawing is unless it says so, ``tolerance`` how far apart points of a drawing may be that are
+    one. ``jit`` (``"auto"``, ``"on"``, ``"off"``) is whether the equations run as machine code.
+
+    >>> m = load('''
+    ... [bodies.bob]
+    ... mass = "2 kg"
+    ... com = [0, "-0.5 m"]
+    ... [joints.A]
+    ... type = "revolute"
+    ... between = ["ground", "bob"]
+    ... ''')
+    >>> m.coordinates
+    ('A_angle',)
+
+    Raises ModelError with every fault, OSError when the file cannot be read.
+    """
+    if isinstance(source, str) and "\n" in source:
+        return loads(source, set=set, jit=jit)
+    path = Path(source)
+    path.stat()
+    overrides = [(name, _text(value)) for name, value in (set or {}).items()]
+    engine = _bksim.Engine.open(path, overrides, units, tolerance, jit)
+    return Model._of(engine, dict(overrides), jit)
+
+
+def loads(
+    text: str,
+    *,
+    name: str = "model",
+    set: Mapping[str, Value] | None = None,
+    jit: str | None = None,
+) -> Model:
+    """Reads the text of a model. See :func:`load`."""
+    overrides = [(key, _text(value)) for key, value in (set or {}).items()]
+    engine = _bksim.Engine.read(text, Path(f"{name}.toml"), name, overrides, jit)
+    return Model._of(engine, dict(overrides), jit)
+
+
+def _text(value: Value) -> str:
+    return value if isinstance(value, str) else repr(float(value))
+
+
+@dataclass
+class _Document:
+    """A model as its author wrote it, as objects."""
+
+    name: str | None = None
+    space: str | None = None
+    policy: str | None = None
+    units: dict[str, str] = field(default_factory=dict)
+    parameters: dict[str, Value] = field(default_factory=dict)
+    ground: Ground = field(default_factory=Ground)
+    bodies: dict[str, Body] = field(default_factory=dict)
+    joints: dict[str, Joint] = field(default_factory=dict)
+    loads: dict[str, Load] = field(default_factory=dict)
+    drives: dict[str, Drive] = field(default_factory=dict)
+    initial: dict[str, Any] = field(default_factory=dict)
+    options: dict[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, tables: dict[str, Any]) -> _Document:
+        def each(key: str) -> Iterator[tuple[str, dict[str, Any]]]:
+            return iter(tables.get(key, {}).items())
+
+        return cls(
+            name=tables.get("name"),
+            space=tables.get("space"),
+            policy=tables.get("coordinates"),
+            units=tables.get("units", {}),
+            parameters=tables.get("parameters", {}),
+            ground=from_table(Ground, tables.get("ground", {})),
+            bodies={name: from_table(Body, table) for name, table in each("bodies")},
+            joints={name: joint_from_table(table) for name, table in each("joints")},
+            loads={name: load_from_table(table) for name, table in each("loads")},
+            drives={name: from_table(Drive, table) for name, table in each("drives")},
+            initial=tables.get("initial", {}),
+            options=tables.get("solve", {}),
+        )
+
+    def tables(self) -> dict[str, Any]:
+        tables: dict[str, Any] = {
+            "name": self.name,
+            "space": self.space,
+            "coordinates": self.policy,
+            "units": plain(self.units),
+            "parameters": plain(self.parameters),
+            "ground": to_table(self.ground),
+            "bodies": {name: to_table(body) for name, body in self.bodies.items()},
+            "joints": {name: to_table(joint) for name, joint in self.joints.items()},
+            "loads": {name: to_table(load) for name, load in self.loads.items()},
+            "drives": {name: to_table(drive) for name, drive in self.drives.items()},
+            "initial": plain(self.initial),
+            "solve": plain(self.options),
+        }
+        return {key: table for key, table in tables.items() if table}
+
+
+class Parameters(MutableMapping[str, float]):
+    """Values of parameters in SI. What is set may be a number in SI, or a text as in a model file:
+    ``m.parameters["l1"] = 0.8``, ``m.parameters["l1"] = "80 cm"``. ``del`` brings the model's own
+    definition back."""
+
+    def __init__(self, model: Model) -> None:
+        self._model = model
+
+    def _known(self) -> dict[str, tuple[float, str]]:
+        return {name: (value, unit) for name, value, unit in self._model._engine().parameters()}
+
+    def __getitem__(self, name: str) -> float:
+        known = self._known()
+        if name not in known:
+            raise KeyError(_unknown("parameter", name, known))
+        return known[name][0]
+
+    def __setitem__(self, name: str, value: Value) -> None:
+        known = self._known()
+        if name not in known:
+            raise KeyError(_unknown("parameter", name, known))
+        if not isinstance(value, str):
+            unit = known[name][1]
+            value = f"{float(value)!r} {unit}".strip()
+        self._model._overrides[name] = value
+
+    def __delitem__(self, name: str) -> None:
+        if name not in self._known():
+            raise KeyError(name)
+        self._model._overrides.pop(name, None)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._known())
+
+    def __len__(self) -> int:
+        return len(self._known())
+
+    def unit(self, name: str) -> str:
+        """The SI unit of a parameter; empty when the model leaves it open."""
+        return self._known()[name][1]
+
+    def __repr__(self) -> str:
+        rows = (f"{name}: {value:g} {unit}".strip() for name, (value, unit) in self._known().items())
+        return "{" + ", ".join(rows) + "}"
+
+    def _repr_html_(self) -> str:
+        from ._html import table
+
+        rows = [[name, f"{value:g}", unit] for name, (value, unit) in self._known().items()]
+        return table(["parameter", "value", "unit"], rows)
+
+
+def _unknown(what: str, name: str, known: Mapping[str, Any]) -> str:
+    near = difflib.get_close_matches(name, list(known), n=1)
+    hint = f"; did you mean {near[0]!r}?" if near else f"; there are {', '.join(known) or 'none'}"
+    return f"no {what} is called {name!r}{hint}"
+
+
+class Model:
+    """A mechanism: what its author wrote, and from there its equations and its motion.
+
+    Built in code:
+
+    >>> m = Model("pendulum")
+    >>> m.bodies["bob"] = Body(mass="2 kg", com=[0, "-0.5 m"])
+    >>> from bksim import Revolute, Gravity
+    >>> m.joints["A"] = Revolute("ground", "bob")
+    >>> m.loads["gravity"] = Gravity(acceleration=[0, "-9.81 m/s^2"])
+    >>> m.initial["A"] = {"angle": "30 deg"}
+    >>> m.equations.kinetic_energy
+    '0.25*A_angle_dot^2'
+    """
+
+    def __init__(
+        self,
+        name: str | None = None,
+        *,
+        space: str | None = None,
+        coordinates: str | None = None,
+        units: Mapping[str, str] | None = None,
+        parameters: Mapping[str, Value] | None = None,
+    ) -> None:
+        self._document: _Document | None = _Document(
+            name=name,
+            space=space,
+            policy=coordinates,
+            units=dict(units or {}),
+            parameters=dict(parameters or {}),
+        )
+        self._tables: dict[str, Any] | None = None
+        self._overrides: dict[str, str] = {}
+        self._known: tuple[Any, _bksim.Engine] | None = None
+        self._source: tuple[str, Path, str] | None = None
+        self._jit: str | None = None
+
+    @classmethod
+    def _of(cls, engine: _bksim.Engine, overrides: dict[str, str], jit: str | None) -> Model:
+        model = cls()
+        model._document = None
+        model._overrides = overrides
+        model._source = (engine.text, engine.path, engine.name)
+        model._jit = jit
+        model._known = (model._key(engine.text), engine)
+        return model
+
+    def _key(self, text: str) -> tuple[str, tuple[tuple[str, str], ...]]:
+        return text, tuple(self._overrides.items())
+
+    def _engine(self) -> _bksim.Engine:
+        """The equations of the model as it is now, derived only when something has changed."""
+        text, path, name = self._text()
+        key = self._key(text)
+        if self._known is None or self._known[0] != key:
+            overrides = list(self._overrides.items())
+            self._known = (key, _bksim.Engine.read(text, path, name, overrides, self._jit))
+        return self._known[1]
+
+    def _text(self) -> tuple[str, Path, str]:
+        if self._document is None:
+            assert self._source is not None
+            return self._source
+        tables = self._document.tables()
+        if self._source is not None and tables == self._tables:
+            return self._source
+        name = self._document.name or "model"
+        try:
+            text = _bksim.to_toml(json.dumps(tables, allow_nan=False))
+        except (TypeError, ValueError) as error:
+            raise ModelError(f"the model cannot be written down: {error}") from error
+        return text, Path(f"{name}.toml"), name
+
+    def _parts(self) -> _Document:
+        if self._document is None:
+            tables = json.loads(_bksim.from_toml(self._engine().text))
+            self._document = _Document.of(tables)
+            self._tables = self._document.tables()
+        return self._document
+
+    # What the author wrote.
+
+    @property
+    def text(self) -> str:
+        """The model as the text of a model file."""
+        return self._text()[0]
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the text of the model to a file."""
+        Path(path).write_text(self.text, encoding="utf-8")
+
+    @property
+    def name(self) -> str:
+        """The name of the mechanism."""
+        return self._engine().name
+
+    @property
+    def ground(self) -> Ground:
+        """The body that does not move."""
+        return self._parts().ground
+
+    @property
+    def bodies(self) -> dict[str, Body]:
+        """Bodies by name; what is changed here changes the model."""
+        return self._parts().bodies
+
+    @property
+    def joints(self) -> dict[str, Joint]:
+        """Joints by name."""
+        return self._parts().joints
+
+    @property
+    def loads(self) -> dict[str, Load]:
+        """Loads by name."""
+        return self._parts().loads
+
+    @property
+    def drives(self) -> dict[str, Drive]:
+        """Drives by name."""
+        return self._parts().drives
+
+    @property
+    def initial(self) -> dict[str, Any]:
+        """Where the motion starts: ``m.initial["A"] = {"angle": "30 deg"}``."""
+        return self._parts().initial
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The table ``[solve]`` of the model."""
+        return self._parts().options
+
+    @property
+    def parameters(self) -> Parameters:
+        """Values of the parameters."""
+        return Parameters(self)
+
+    # What follows from it.
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the generalised coordinates, in the order of ``q``."""
+        return tuple(name for name, _, _ in self._engine().coordinates())
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Warnings about the model."""
+        return diagnostics_of(self._engine().diagnostics())
+
+    @property
+    def equations(self) -> Equations:
+        """T, V, Lagrange's equations with multipliers and the constraints."""
+        return Equations(self._engine())
+
+    def check(self) -> Check:
+        """What the mechanism is made of, and how it can move.
+
+        Raises ModelError, and AssemblyError when it has no consistent start.
+        """
+        return Check._of(json.loads(self._engine().check()))
+
+    def assemble(self) -> Start:
+        """The consistent start. Raises AssemblyError."""
+        return Start._of(json.loads(self._engine().assemble()))
+
+    def compile(self) -> Functions:
+        """The compiled functions of the equations at the present values of the parameters."""
+        return Functions(self._engine().functions())
+
+    def solve(
+        self,
+        t_end: float | None = None,
+        *,
+        rtol: float | None = None,
+        atol: float | None = None,
+        step: float | None = None,
+        every: float | None = None,
+        times: Sequence[float] | None = None,
+        method: str | None = None,
+        formulation: str | None = None,
+        dense: bool = True,
+        progress: bool | None = None,
+        memory_limit: int = MEMORY_LIMIT,
+    ) -> Solution:
+        """Solves the equations of motion; what is not given is as the model says.
+
+        ``t_end``, ``step`` and ``every`` (the interval of the output) are in s, ``times`` are output
+        times in place of ``every``. ``dense`` keeps the motion between the output times, which
+        ``solution(t)``, films and logs are made from. ``progress`` shows a bar where tqdm is
+        installed; unless given, in runs of more than a second at a terminal or in a notebook.
+
+        The interpreter lock is released. Ctrl-C ends the run within a fifth of a second; the
+        KeyboardInterrupt has what there is as ``result``.
+
+        Raises AssemblyError without a consistent start; SolverError, with the ``result`` so far, when
+        the integrator cannot go on; LimitError, too, when samples take more than ``memory_limit``
+        bytes; ValueError for options out of range.
+
+        >>> from pathlib import Path
+        >>> m = load(EXAMPLES / "slider-crank" / "model.toml")
+        >>> sol = m.solve(t_end=0.5, rtol=1e-8)
+        >>> sol.q.shape == (len(m.coordinates), sol.t.size)
+        True
+        """
+        engine = self._engine()
+        with Progress.over(engine, t_end, progress) as notify:
+            run = engine.solve(
+                {
+                    "t_end": t_end,
+                    "rtol": rtol,
+                    "atol": atol,
+                    "step": step,
+                    "every": every,
+                    "times": None if times is None else [float(t) for t in times],
+                    "method": method,
+                    "formulation": formulation,
+                    "dense": dense,
+                    "most_bytes": memory_limit,
+                    "notify": notify,
+                }
+            )
+        solution = Solution(run)
+        if run.ending == "full":
+            words = f"samples take more than {memory_limit} bytes, at t = {solution.t[-1]:g} s"
+            raise LimitError(f"{words}: raise `memory_limit`, or `every`", solution)
+        if run.ending == "stopped":
+            stopped = run.raised or KeyboardInterrupt()
+            stopped.result = solution  # type: ignore[attr-defined]
+            raise stopped
+        if run.fault is not None:
+            words, faults = run.fault
+            diagnostics = diagnostics_of(faults)
+            t = float(solution.t[-1])
+            raise SolverError(words, t, diagnostics[0].message, solution, diagnostics)
+        return solution
+
+    def __repr__(self) -> str:
+        engine = self._engine()
+        n = len(engine.coordinates())
+        return f"<bksim.Model {engine.name!r}: {n} coordinates, {len(engine.joints())} joints>"
+
+    def _repr_html_(self) -> str:
+        try:
+            return self.check()._repr_html_()
+        except Exception as error:  # a notebook shows what is wrong in place of the model
+            from html import escape
+
+            return f"<pre>{escape(str(error))}</pre>"

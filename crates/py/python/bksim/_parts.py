@@ -1,0 +1,284 @@
+"""The parts of a model as objects, and as the tables of a model file.
+
+Values are numbers in the units of the file (SI unless it says otherwise), or texts with a unit or an
+expression: ``0.25``, ``"250 mm"``, ``"l1/2"``. What is ``None`` is left out.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, TypeVar, Union
+
+Value = Union[float, str]
+"""A number, a quantity or an expression."""
+
+Point = Sequence[Value]
+"""``[x, y]`` or ``[x, y, z]``, length."""
+
+Table = dict[str, Any]
+
+
+@dataclass
+class Body:
+    """A rigid body: mass, centre of mass and points in its own frame.
+
+    >>> Body(mass="0.5 kg", com=["l1/2", 0], points={"A": [0, 0], "B": ["l1", 0]}).mass
+    '0.5 kg'
+    """
+
+    mass: Value | None = None
+    com: Point | None = None
+    inertia: Value | Sequence[Value] | Mapping[str, Value] | None = None
+    points: dict[str, Point] = field(default_factory=dict)
+    outline: Sequence[Any] | None = None
+    density: Value | None = None
+    thickness: Value | None = None
+    coordinates: Sequence[str] | None = None
+    free: bool | None = None
+
+
+@dataclass
+class Ground:
+    """The body that does not move."""
+
+    points: dict[str, Point] = field(default_factory=dict)
+    outline: Sequence[Any] | None = None
+
+
+@dataclass
+class Joint:
+    """What joins two points, ``"ground.O"`` and ``"crank.A"``."""
+
+    type: ClassVar[str]
+
+    first: str
+    second: str
+    _: dataclasses.KW_ONLY
+    cut: bool | None = None
+
+
+@dataclass
+class Revolute(Joint):
+    """Turns about ``axis``, which is z unless given."""
+
+    type: ClassVar[str] = "revolute"
+
+    axis: Sequence[Value] | None = None
+    coordinate: str | None = None
+
+
+@dataclass
+class Prismatic(Joint):
+    """Slides along ``axis`` of the first body, or at the angle ``direction`` to its x."""
+
+    type: ClassVar[str] = "prismatic"
+
+    axis: Sequence[Value] | None = None
+    direction: Value | None = None
+    angle: Value | None = None
+    coordinate: str | None = None
+
+
+@dataclass
+class Slot(Joint):
+    """The point of the second body slides along ``axis`` of the first, and turns."""
+
+    type: ClassVar[str] = "slot"
+
+    axis: Sequence[Value] | None = None
+    direction: Value | None = None
+    coordinate: Sequence[str] | None = None
+
+
+@dataclass
+class Weld(Joint):
+    """Allows nothing."""
+
+    type: ClassVar[str] = "weld"
+
+    angle: Value | None = None
+
+
+@dataclass
+class Link(Joint):
+    """A massless rod of a ``length`` between the two points."""
+
+    type: ClassVar[str] = "link"
+
+    length: Value
+
+
+@dataclass(kw_only=True)
+class Load:
+    """What pulls, pushes or turns."""
+
+    type: ClassVar[str]
+
+
+@dataclass(kw_only=True)
+class Gravity(Load):
+    """Free fall: ``Gravity(acceleration=[0, "-9.81 m/s^2"])``."""
+
+    type: ClassVar[str] = "gravity"
+
+    acceleration: Sequence[Value]
+
+
+@dataclass(kw_only=True)
+class Force(Load):
+    """``vector`` at the point ``on``, or ``value`` along the line ``between`` two points."""
+
+    type: ClassVar[str] = "force"
+
+    on: str | None = None
+    vector: Sequence[Value] | None = None
+    axes: str | None = None
+    between: Sequence[str] | None = None
+    value: Value | None = None
+
+
+@dataclass(kw_only=True)
+class Torque(Load):
+    """``value`` about z, or ``vector``, ``on`` a body ``from_`` another, or at a ``joint``."""
+
+    type: ClassVar[str] = "torque"
+
+    on: str | None = None
+    from_: str | None = None
+    joint: str | None = None
+    value: Value | None = None
+    vector: Sequence[Value] | None = None
+
+
+@dataclass(kw_only=True)
+class Spring(Load):
+    """Between two points, with the unloaded ``length``."""
+
+    type: ClassVar[str] = "spring"
+
+    between: Sequence[str]
+    stiffness: Value
+    length: Value
+    damping: Value | None = None
+
+
+@dataclass(kw_only=True)
+class Damper(Load):
+    """Between two points."""
+
+    type: ClassVar[str] = "damper"
+
+    between: Sequence[str]
+    damping: Value
+
+
+@dataclass(kw_only=True)
+class Torsion(Load):
+    """A spring, a damper or both about a joint that turns."""
+
+    type: ClassVar[str] = "torsion"
+
+    joint: str
+    stiffness: Value | None = None
+    damping: Value | None = None
+    angle: Value | None = None
+
+
+@dataclass(kw_only=True)
+class Stop(Load):
+    """Where the motion of a joint ends."""
+
+    type: ClassVar[str] = "stop"
+
+    joint: str
+    of: str | None = None
+    min: Value | None = None
+    max: Value | None = None
+    restitution: Value | None = None
+
+
+@dataclass(kw_only=True)
+class Friction(Load):
+    """Dry friction of a joint: a ``force`` where it slides, a ``torque`` where it turns."""
+
+    type: ClassVar[str] = "friction"
+
+    joint: str
+    of: str | None = None
+    force: Value | None = None
+    torque: Value | None = None
+    static: Value | None = None
+
+
+@dataclass(kw_only=True)
+class Drive:
+    """A prescribed motion of a joint: ``Drive(joint="A", motion="2 rad/s*t")``."""
+
+    joint: str
+    motion: Value
+    of: str | None = None
+
+
+JOINTS: tuple[type[Joint], ...] = (Revolute, Prismatic, Slot, Weld, Link)
+LOADS: tuple[type[Load], ...] = (
+    Gravity,
+    Force,
+    Torque,
+    Spring,
+    Damper,
+    Torsion,
+    Stop,
+    Friction,
+)
+
+
+def plain(value: Any) -> Any:
+    """A value as JSON has it: NumPy's numbers and arrays become Python's."""
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [plain(item) for item in value]
+    return value
+
+
+def to_table(part: Body | Ground | Joint | Load | Drive) -> Table:
+    """The table of a part in a model file."""
+    table: Table = {}
+    if isinstance(part, (Joint, Load)):
+        table["type"] = part.type
+    if isinstance(part, Joint):
+        table["between"] = [part.first, part.second]
+    for item in dataclasses.fields(part):
+        value = getattr(part, item.name)
+        if item.name in ("first", "second") or value is None or value == {}:
+            continue
+        table[item.name.rstrip("_")] = plain(value)
+    return table
+
+
+P = TypeVar("P", Body, Ground, Drive)
+
+
+def from_table(kind: type[P], table: Table) -> P:
+    """The part that a table of a model file says."""
+    return kind(**table)
+
+
+def joint_from_table(table: Table) -> Joint:
+    """The joint that a table of a model file says."""
+    rest = {key: value for key, value in table.items() if key not in ("type", "between")}
+    kind = next(kind for kind in JOINTS if kind.type == table["type"])
+    return kind(*table["between"], **rest)
+
+
+def load_from_table(table: Table) -> Load:
+    """The load that a table of a model file says."""
+    rest = {key: value for key, value in table.items() if key not in ("type", "from")}
+    if "from" in table:
+        rest["from_"] = table["from"]
+    kind = next(kind for kind in LOADS if kind.type == table["type"])
+    return kind(**rest)

@@ -1,0 +1,132 @@
+"""Plots, pictures and animations that a notebook shows."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import _bksim
+
+if TYPE_CHECKING:
+    from ._solution import Samples, Solution
+
+INSTANTS = 1201
+"""Instants at which curves are drawn where the motion between samples is known."""
+
+MOST_CURVES = 6
+"""Curves of a panel that nobody asked for."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A drawing as SVG."""
+
+    svg: str
+
+    def _repr_svg_(self) -> str:
+        return self.svg
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the SVG."""
+        Path(path).write_text(self.svg, encoding="utf-8")
+
+
+@dataclass(frozen=True)
+class Plot:
+    """Curves; ``save`` writes SVG, PNG or PDF."""
+
+    title: str
+    panels: list[tuple[str, str, list[tuple[str, Any, Any]]]]
+    x: tuple[str, str]
+    dark: bool
+
+    @classmethod
+    def of(
+        cls,
+        solution: Solution,
+        names: Sequence[str],
+        x: str | None,
+        title: str | None,
+        dark: bool,
+    ) -> Plot:
+        """Curves of a solution; see ``Solution.plot``."""
+        samples = _dense(solution)
+        chosen = list(names) if names else _overview(solution)
+        across = samples.t if x is None else samples[x]
+        panels: dict[str, list[tuple[str, Any, Any]]] = {}
+        for name in chosen:
+            # What only samples know is drawn through those.
+            of = samples if np.isfinite(samples[name]).any() else solution
+            along = across if of is samples else (of.t if x is None else of[x])
+            panels.setdefault(solution.unit(name), []).append((name, along, of[name]))
+        shown = [(_quantity(unit), unit, curves) for unit, curves in panels.items()]
+        axis = ("time", "s") if x is None else (x, solution.unit(x))
+        return cls(title or solution._engine.name, shown, axis, dark)
+
+    def _drawn(self, format: str) -> bytes:
+        return _bksim.figure(self.title, self.panels, self.x, format, self.dark)
+
+    def _repr_svg_(self) -> str:
+        return self._drawn("svg").decode()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes a picture; the ending of its name chooses SVG, PNG or PDF."""
+        Path(path).write_bytes(self._drawn(Path(path).suffix.lstrip(".").lower()))
+
+
+def _dense(solution: Solution) -> Samples:
+    if solution._run.span() is None or len(solution) >= INSTANTS:
+        return solution
+    first, last = solution.span
+    return solution(np.linspace(first, last, INSTANTS))
+
+
+def _overview(solution: Solution) -> list[str]:
+    """Coordinates and rates, a few of each unit, and energies."""
+    chosen: list[str] = []
+    of_unit: dict[str, int] = {}
+    for name in solution.names:
+        unit = solution.unit(name)
+        if name.startswith("state.") and of_unit.get(unit, 0) < MOST_CURVES:
+            of_unit[unit] = of_unit.get(unit, 0) + 1
+            chosen.append(name)
+    return chosen + ["energy.kinetic", "energy.potential", "energy.total"]
+
+
+def _quantity(unit: str) -> str:
+    words = {
+        "m": "position",
+        "rad": "angle",
+        "m/s": "velocity",
+        "rad/s": "angular velocity",
+        "m/s^2": "acceleration",
+        "rad/s^2": "angular acceleration",
+        "N": "force",
+        "N*m": "moment",
+        "J": "energy",
+        "W": "power",
+        "s": "time",
+    }
+    return words.get(unit, "value")
+
+
+@dataclass(frozen=True)
+class Animation:
+    """A page with the moving mechanism; a notebook shows it inline."""
+
+    html: str
+    height: int
+
+    def _repr_html_(self) -> str:
+        style = f"width:100%;height:{self.height}px;border:0"
+        return f'<iframe srcdoc="{escape(self.html)}" style="{style}"></iframe>'
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the page, which any browser opens without a network."""
+        Path(path).write_text(self.html, encoding="utf-8")

@@ -1,0 +1,306 @@
+"""Motions: arrays by name, the motion between samples, tables, logs and pictures."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import os
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _bksim
+from ._show import Animation, Picture, Plot
+
+if TYPE_CHECKING:
+    import pandas
+    import pyarrow
+    import xarray
+
+Array = NDArray[np.float64]
+
+
+def open(path: str | os.PathLike[str]) -> Solution:
+    """Opens a log, also one that was cut short. Raises LogError when it is none."""
+    Path(path).stat()
+    return Solution(_bksim.open_log(Path(path)))
+
+
+class Named(Mapping[str, Array]):
+    """Arrays by name."""
+
+    def __init__(self, arrays: dict[str, Array]) -> None:
+        self._arrays = arrays
+
+    def __getitem__(self, name: str) -> Array:
+        if name not in self._arrays:
+            raise KeyError(_unknown(name, list(self._arrays)))
+        return self._arrays[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._arrays)
+
+    def __len__(self) -> int:
+        return len(self._arrays)
+
+    def __repr__(self) -> str:
+        return f"<{', '.join(self._arrays) or 'nothing'}>"
+
+
+def _unknown(name: str, known: Sequence[str]) -> str:
+    near = difflib.get_close_matches(name, known, n=1)
+    return f"nothing is called {name!r}" + (f"; did you mean {near[0]!r}?" if near else "")
+
+
+class Samples:
+    """Everything about a motion at some instants.
+
+    All arrays are read-only views of one table: a row per quantity, contiguous in time. Of one
+    instant alone they have no axis of time.
+    """
+
+    def __init__(
+        self,
+        engine: _bksim.Engine,
+        t: Array,
+        table: Array,
+        columns: list[tuple[str, str, str]],
+        is_one: bool = False,
+    ) -> None:
+        self._engine = engine
+        self._t = t
+        self._table = table
+        self._columns = columns
+        self._is_one = is_one
+        self._row = {name: k for k, (name, _, _) in enumerate(columns)}
+        self._measured: dict[str, Array] = {}
+
+    def _rows(self, topic: str) -> Array:
+        places = [k for k, (name, _, _) in enumerate(self._columns) if name.startswith(f"{topic}.")]
+        rows = self._table[places[0] : places[-1] + 1] if places else self._table[:0]
+        return self._at(rows)
+
+    def _at(self, rows: Array) -> Array:
+        return rows[..., 0] if self._is_one else rows
+
+    @property
+    def t(self) -> Array:
+        """Instants, s."""
+        return self._at(self._t)
+
+    @property
+    def q(self) -> Array:
+        """Generalised coordinates, (nq, n): m or rad."""
+        state = self._rows("state")
+        return state[: len(state) // 2]
+
+    @property
+    def v(self) -> Array:
+        """Their rates, (nq, n): m/s or rad/s."""
+        state = self._rows("state")
+        return state[len(state) // 2 :]
+
+    @property
+    def a(self) -> Array:
+        """Their accelerations, (nq, n): m/s² or rad/s²."""
+        return self._rows("acceleration")
+
+    @property
+    def lam(self) -> Array:
+        """Multipliers, (nc, n): N or N m."""
+        return self._rows("multipliers")
+
+    @property
+    def reactions(self) -> Named:
+        """By joint, (6, n): force in N, then moment in N m, on the joint's second body, world axes."""
+        names = self._engine.joints()
+        return Named({name: self._rows(f"reactions.{name}") for name in names})
+
+    @property
+    def drives(self) -> Named:
+        """By drive, (n,): the force or torque that its motion takes, N or N m."""
+        return Named({name.removeprefix("drives."): self[name] for name in self._of("drives")})
+
+    @property
+    def energy(self) -> Named:
+        """``kinetic``, ``potential``, ``total``, ``work`` in J, ``power`` in W, (n,)."""
+        return Named({name.removeprefix("energy."): self[name] for name in self._of("energy")})
+
+    def _of(self, topic: str) -> list[str]:
+        return [name for name in self._row if name.startswith(f"{topic}.")]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All quantities of the table: ``state.theta``, ``reactions.A.fx``, ``energy.total``."""
+        return tuple(self._row)
+
+    def _resolved(self, name: str) -> int | None:
+        """The row of a quantity by its name, or by the last part of it where that is clear."""
+        for known in (name, f"state.{name}", f"acceleration.{name}", f"multipliers.{name}"):
+            if known in self._row:
+                return self._row[known]
+        return None
+
+    def __getitem__(self, name: str) -> Any:
+        """A quantity by name, (n,).
+
+        A quantity of the table (``energy.total``, or ``theta`` for ``state.theta``), or anything that
+        the expressions of a model file may name: ``A.angle``, ``rod.x``, ``rod.B.vy``, ``crank.angle``.
+        """
+        row = self._resolved(name)
+        if row is not None:
+            return self._at(self._table[row])
+        if name not in self._measured:
+            if self._engine.measure_unit(name) is None:
+                raise KeyError(_unknown(name, [*self._row, *self._row_ends()]))
+            state = [k for k, (known, _, _) in enumerate(self._columns) if known.startswith("state.")]
+            nq = len(state) // 2
+            q, v = self._table[state[0] : state[0] + nq], self._table[state[0] + nq : state[-1] + 1]
+            self._measured[name] = self._engine.measured([name], q, v)[0]
+        return self._at(self._measured[name])
+
+    def _row_ends(self) -> list[str]:
+        return [name.split(".", 1)[1] for name in self._row if "." in name]
+
+    def unit(self, name: str) -> str:
+        """The SI unit of a quantity."""
+        row = self._resolved(name)
+        if row is not None:
+            return self._columns[row][1]
+        unit = self._engine.measure_unit(name)
+        if unit is None:
+            raise KeyError(_unknown(name, self.names))
+        return unit
+
+    def __len__(self) -> int:
+        return len(self._t)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A table with a row per instant; units are in ``attrs["units"]``."""
+        import pandas
+
+        frame = pandas.DataFrame(self._table.T, columns=list(self._row))
+        frame.index = pandas.Index(self._t, name="t")
+        frame.attrs["units"] = {"t": "s"} | {name: unit for name, unit, _ in self._columns}
+        return frame
+
+    def to_xarray(self) -> xarray.Dataset:
+        """A dataset over ``t`` with a variable per quantity, its unit and what it is in ``attrs``."""
+        import xarray
+
+        def variable(k: int) -> Any:
+            _, unit, description = self._columns[k]
+            return ("t", self._table[k], {"units": unit, "long_name": description})
+
+        variables = {name: variable(k) for name, k in self._row.items()}
+        t = ("t", self._t, {"units": "s", "long_name": "time"})
+        return xarray.Dataset(variables, coords={"t": t})
+
+    def to_arrow(self) -> pyarrow.Table:
+        """An Arrow table; units are in the metadata of its fields."""
+        import pyarrow
+
+        def field(name: str, unit: str) -> Any:
+            return pyarrow.field(name, pyarrow.float64(), nullable=False, metadata={"unit": unit})
+
+        fields = [field("t", "s"), *(field(name, unit) for name, unit, _ in self._columns)]
+        arrays = [pyarrow.array(values) for values in (self._t, *self._table)]
+        return pyarrow.Table.from_arrays(arrays, schema=pyarrow.schema(fields))
+
+
+class Solution(Samples):
+    """The motion of a mechanism: its samples, and by calling it, the motion at any other instant.
+
+    >>> sol = load(EXAMPLES / "four-bar" / "model.toml").solve(t_end=0.2)
+    >>> sol(0.1)["crank.angle"].shape
+    ()
+    >>> sol(np.linspace(0, 0.2, 7)).q.shape[1]
+    7
+    """
+
+    def __init__(self, run: _bksim.Run) -> None:
+        super().__init__(run.engine, run.t, run.table, run.columns())
+        self._run = run
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """First and last instant, s."""
+        return float(self._t[0]), float(self._t[-1])
+
+    def __call__(self, t: ArrayLike) -> Samples:
+        """The motion at any instants within the span, from the integrator's own polynomials.
+
+        Quantities that only samples have (work, counters) are NaN. Raises ValueError outside of the
+        span, and when the run was solved with ``dense=False``.
+        """
+        span = self._run.span()
+        if span is None:
+            raise ValueError("the motion between samples was not kept: solve with dense=True")
+        times = np.asarray(t, dtype=np.float64)
+        if times.ndim > 1:
+            raise ValueError(f"instants of shape {times.shape}: one axis at most")
+        low, high = min(span), max(span)
+        wrong = ~((times >= low) & (times <= high))
+        if np.any(wrong):
+            first = np.atleast_1d(times)[np.atleast_1d(wrong)][0]
+            raise ValueError(f"t = {first:g} s is outside of the motion, {low:g} s to {high:g} s")
+        flat = np.ascontiguousarray(np.atleast_1d(times))
+        table = self._run.at(flat)
+        columns = self._engine.columns()
+        return Samples(self._engine, flat, table, columns, is_one=times.ndim == 0)
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """How the run went: end, methods, events, steps, residuals, energy balance."""
+        summary: dict[str, Any] = json.loads(self._run.summary())
+        return summary
+
+    @property
+    def success(self) -> bool:
+        """Whether the end time was reached."""
+        return self._run.ending == "reached"
+
+    @property
+    def events(self) -> list[dict[str, Any]]:
+        """What switched: stops that were hit, friction that held, kinks."""
+        return list(self.summary.get("events", []))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the log, as ``bksim solve`` does; :func:`bksim.open` reads it."""
+        if self._run.is_logged:
+            if Path(path).resolve() != self._engine.path.resolve():
+                shutil.copyfile(self._engine.path, path)
+            return
+        self._run.save(Path(path))
+
+    def plot(
+        self, *names: str, x: str | None = None, title: str | None = None, dark: bool = False
+    ) -> Plot:
+        """Curves of quantities over time, or over ``x``; those of one unit share a panel. Without
+        names: coordinates, rates and energies."""
+        return Plot.of(self, names, x, title, dark)
+
+    def picture(self, t: float | None = None, *, dark: bool = False) -> Picture:
+        """The mechanism at an instant, the middle of the motion unless given."""
+        at = sum(self.span) / 2 if t is None else float(t)
+        return Picture(self._run.picture(at, (640.0, 480.0), dark))
+
+    def animate(self, *, title: str | None = None, height: int = 640) -> Animation:
+        """The moving mechanism with curves and equations, in a notebook or as a page of its own."""
+        return Animation(self._run.page(title), height)
+
+    def __repr__(self) -> str:
+        first, last = self.span
+        n = len(self._t)
+        how = "" if self.success else f", {self._run.ending}"
+        return f"<bksim.Solution {self._engine.name!r}: {n} samples, {first:g} s to {last:g} s{how}>"
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        return f"<p>{escape(repr(self)[1:-1])}</p>" + self.plot()._repr_svg_()

@@ -1,0 +1,123 @@
+//! Errors and panics as Python's exceptions, and the one way to do work: without the interpreter
+//! lock, and with panics caught.
+//!
+//! The classes are those of `bksim._errors`, which makes the exceptions, too: here are the kinds.
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use bksim::mbs::diagnostic::Diagnostic;
+use bksim_input::{InputError, Text, json_all, plain};
+use pyo3::exceptions::{PyKeyError, PyOSError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyString;
+
+/// Why a call comes to nothing.
+#[derive(Debug)]
+pub(crate) enum Fault {
+    /// The model is refused: message, diagnostics as JSON.
+    Model(String, String),
+    /// There is no consistent start.
+    Assembly(String, String),
+    /// More was asked for than there may be.
+    Limit(String),
+    /// A log cannot be read or played.
+    Log(String),
+    /// A file cannot be read or written.
+    File(String),
+    /// An argument makes no sense.
+    Value(String),
+    /// Nothing has this name.
+    Name(String),
+    /// Something of Python's own.
+    Python(PyErr),
+}
+
+impl Fault {
+    /// Faults of a model's text.
+    pub(crate) fn model(source: &Text, diagnostics: &[Diagnostic]) -> Self {
+        Self::Model(words(source, diagnostics), json_all(source, diagnostics).to_string())
+    }
+
+    /// A start that there is none of.
+    pub(crate) fn assembly(source: &Text, diagnostics: &[Diagnostic]) -> Self {
+        Self::Assembly(words(source, diagnostics), json_all(source, diagnostics).to_string())
+    }
+
+    fn raised(self, py: Python<'_>) -> PyErr {
+        match self {
+            Self::Model(message, diagnostics) => made(py, "model", &message, &diagnostics),
+            Self::Assembly(message, diagnostics) => made(py, "assembly", &message, &diagnostics),
+            Self::Limit(message) => made(py, "limit", &message, "[]"),
+            Self::Log(message) => made(py, "log", &message, "[]"),
+            Self::File(message) => PyOSError::new_err(message),
+            Self::Value(message) => PyValueError::new_err(message),
+            Self::Name(message) => PyKeyError::new_err(message),
+            Self::Python(error) => error,
+        }
+    }
+}
+
+fn words(source: &Text, diagnostics: &[Diagnostic]) -> String {
+    diagnostics.iter().map(|fault| plain(source, fault)).collect::<Vec<_>>().join("\n\n")
+}
+
+impl From<InputError> for Fault {
+    fn from(error: InputError) -> Self {
+        match error {
+            InputError::Model { source_text, diagnostics } => {
+                Self::model(&source_text, &diagnostics)
+            }
+            InputError::File { .. } => Self::File(error.to_string()),
+            InputError::NoModel { .. } => Self::Limit(error.to_string()),
+            InputError::Unit { .. } => Self::Value(error.to_string()),
+        }
+    }
+}
+
+impl From<PyErr> for Fault {
+    fn from(error: PyErr) -> Self {
+        Self::Python(error)
+    }
+}
+
+/// An exception of `bksim._errors`.
+fn made(py: Python<'_>, kind: &str, message: &str, diagnostics: &str) -> PyErr {
+    let exception = py
+        .import("bksim._errors")
+        .and_then(|errors| errors.getattr("made"))
+        .and_then(|make| make.call1((kind, message, diagnostics)));
+    exception.map_or_else(|error| error, PyErr::from_value)
+}
+
+/// Does work that other threads of Python need not wait for; a panic in it is an `InternalError`.
+pub(crate) fn guard<T: Send>(
+    py: Python<'_>,
+    work: impl FnOnce() -> Result<T, Fault> + Send,
+) -> PyResult<T> {
+    let outcome = py.detach(|| catch_unwind(AssertUnwindSafe(work)));
+    match outcome {
+        Ok(Ok(value)) => Ok(value),
+        Ok(Err(fault)) => Err(fault.raised(py)),
+        Err(panic) => Err(made(py, "internal", &panic_words(panic.as_ref()), "[]")),
+    }
+}
+
+fn panic_words(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default()
+}
+
+/// What a code means and the way out, or `None` when there is no such code.
+#[pyfunction]
+pub(crate) fn explain(code: &str) -> Option<String> {
+    bksim::explain(code).map(ToString::to_string)
+}
+
+/// Panics, so that tests can see what becomes of it.
+#[pyfunction]
+#[pyo3(name = "_panic")]
+pub(crate) fn panic_for_tests(py: Python<'_>, words: Bound<'_, PyString>) -> PyResult<()> {
+    let words = words.to_string();
+    guard(py, move || -> Result<(), Fault> { std::panic::panic_any(words) })
+}

@@ -1,0 +1,52 @@
+//! The compiled part of the Python package `bksim`: coarse functions over the crates, wrapped by the
+//! classes of `python/bksim`.
+//!
+//! | room | holds |
+//! |---|---|
+//! | `fault.rs` | errors and panics as Python's exceptions; the interpreter lock given up around work |
+//! | `arrays.rs` | numbers as NumPy arrays without a copy |
+//! | `document.rs` | the text of a model as data, and back |
+//! | `engine.rs` | a model with its equations |
+//! | `solving.rs` | a run, which Ctrl-C stops |
+//! | `solution.rs` | what a run leaves |
+//! | `logged.rs` | runs as logs, and back |
+//! | `functions.rs` | the compiled functions |
+//! | `expr.rs` | the algebra by itself |
+//! | `show.rs` | pictures, curves and pages |
+//!
+//! # Invariants
+//!
+//! No panic leaves it but as `bksim.InternalError`. Whatever takes longer than a call holds no
+//! interpreter lock.
+
+mod arrays;
+mod document;
+mod engine;
+mod expr;
+mod fault;
+mod functions;
+mod logged;
+mod show;
+mod solution;
+mod solving;
+
+use pyo3::prelude::*;
+
+/// The compiled part of the package.
+#[pymodule(gil_used = false)]
+#[pyo3(name = "_bksim")]
+fn bksim_module(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add("__version__", bksim::VERSION)?;
+    m.add_class::<engine::Engine>()?;
+    m.add_class::<solution::Run>()?;
+    m.add_class::<functions::Functions>()?;
+    m.add_class::<expr::Expr>()?;
+    m.add_class::<expr::Compiled>()?;
+    m.add_function(wrap_pyfunction!(document::to_toml, m)?)?;
+    m.add_function(wrap_pyfunction!(document::from_toml, m)?)?;
+    m.add_function(wrap_pyfunction!(logged::open_log, m)?)?;
+    m.add_function(wrap_pyfunction!(show::figure, m)?)?;
+    m.add_function(wrap_pyfunction!(fault::explain, m)?)?;
+    m.add_function(wrap_pyfunction!(fault::panic_for_tests, m)?)?;
+    Ok(())
+}

@@ -1,0 +1,149 @@
+//! Runs as logs, and logs as runs.
+
+use std::fs::File;
+use std::io::{BufReader, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use bksim::log::{EndStatus, LogError, LogReader, Outcome, Record};
+use bksim::mbs::run::{Sample, Summary};
+use bksim::mbs::start::Start;
+use bksim::options::described;
+use bksim::playback::{RunLog, segment_of};
+use bksim::record::{Recorder, overrides, set_option};
+use bksim_input::Text;
+use pyo3::prelude::*;
+
+use crate::arrays::{table, transposed, vector};
+use crate::engine::Engine;
+use crate::fault::{Fault, guard};
+use crate::solution::{Ending, Kept, Logged, Rows, Run};
+
+/// Writes the log of a run, replacing a file of that name only once it is whole.
+pub(crate) fn save(run: &Run, rows: &Rows, path: &Path) -> Result<(), Fault> {
+    let cannot =
+        |e: &dyn std::fmt::Display| Fault::File(format!("cannot write {}: {e}", path.display()));
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".part");
+    let beside = PathBuf::from(beside);
+    let file = File::create(&beside).map_err(|e| cannot(&e))?;
+    let start = run.engine.get().start()?;
+    let written = write(run, rows, start, BufWriter::new(file)).and_then(|out| {
+        out.into_inner().map_err(|e| LogError::Io(e.into_error()))?;
+        std::fs::rename(&beside, path).map_err(LogError::Io)
+    });
+    written.map_err(|error| {
+        // What is not whole is of no use.
+        let _ = std::fs::remove_file(&beside);
+        cannot(&error)
+    })
+}
+
+/// The log of a run as bytes.
+pub(crate) fn bytes(run: &Run, rows: &Rows) -> Result<Vec<u8>, Fault> {
+    let start = run.engine.get().start()?;
+    write(run, rows, start, Vec::new()).map_err(|error| Fault::Log(error.to_string()))
+}
+
+fn write<W: Write>(run: &Run, rows: &Rows, start: &Start, out: W) -> Result<W, LogError> {
+    let engine = run.engine.get();
+    let Kept { options, summary, segments, ending, like, .. } = &run.kept;
+    let mut mechanism = engine.mechanism();
+    let own = std::mem::replace(&mut mechanism.model.solve, options.clone());
+    let mut words = described(&mechanism.model, &[]);
+    words.extend(engine.overrides.iter().map(|(name, value)| set_option(name, value)));
+    let recorder = Recorder::create(out, &mechanism, &engine.source.text, start, &words);
+    mechanism.model.solve = own;
+    drop(mechanism);
+    let mut recorder = recorder?;
+
+    // A segment comes ahead of the samples in it.
+    let mut segments = segments.iter().peekable();
+    let forward = if options.t_end < start.t { -1.0 } else { 1.0 };
+    let of_samples = rows.values.chunks_exact(rows.n_columns.max(1));
+    for (&t, values) in rows.t.iter().zip(of_samples) {
+        while let Some(segment) = segments.next_if(|s| (t - s.t0) * forward > 0.0) {
+            recorder.segment(segment)?;
+        }
+        recorder.write(&engine.channels.sample_of(t, values, like))?;
+    }
+    for segment in segments {
+        recorder.segment(segment)?;
+    }
+    let (outcome, reason) = match ending {
+        Ending::Reached => (Outcome::ReachedEnd, "end time reached".to_owned()),
+        Ending::Full => (Outcome::Stopped, "no more memory was allowed".to_owned()),
+        Ending::Stopped(_) => (Outcome::Stopped, "interrupted".to_owned()),
+        Ending::Failed(fault) => {
+            (Outcome::Stopped, format!("[{}] {}", fault.code.0, fault.message))
+        }
+    };
+    recorder.finish(summary, outcome, &reason)
+}
+
+/// A run as its log has it.
+#[pyfunction]
+pub(crate) fn open_log(py: Python<'_>, path: PathBuf) -> PyResult<Run> {
+    let (engine, t, values, kept, logged) = guard(py, || opened(&path))?;
+    let engine = Py::new(py, engine)?;
+    let run = Run::new(engine, vector(py, t).unbind(), table(py, values).unbind(), kept);
+    Ok(run.with_log(logged))
+}
+
+type Opened = (Engine, Vec<f64>, numpy::ndarray::Array2<f64>, Kept, Logged);
+
+fn opened(path: &Path) -> Result<Opened, Fault> {
+    let bad = |e: &dyn std::fmt::Display| Fault::Log(format!("`{}`: {e}", path.display()));
+    let file = File::open(path)
+        .map_err(|e| Fault::File(format!("cannot read {}: {e}", path.display())))?;
+    let mut log = LogReader::open(BufReader::new(file)).map_err(|e| bad(&e))?;
+    let header = log.header().clone();
+
+    // Samples by topic: all topics have as many but in a log that was cut short.
+    let n_topics = header.topics.len();
+    let mut of_topic: Vec<Vec<f64>> = vec![Vec::new(); n_topics];
+    let (mut t, mut notes, mut segments) = (Vec::new(), Vec::new(), Vec::new());
+    while let Some(record) = log.next_record().map_err(|e| bad(&e))? {
+        match record {
+            Record::Sample { topic, t: time, values } => {
+                if topic.index() == 0 {
+                    t.push(time);
+                }
+                of_topic[topic.index()].extend_from_slice(values);
+            }
+            Record::Note(note) => notes.push(note),
+            Record::Segment(segment) => segments.push(segment_of(segment)),
+        }
+    }
+    let widths: Vec<usize> = header.topics.iter().map(|topic| topic.fields.len()).collect();
+    let counts = of_topic.iter().zip(&widths).filter(|(_, width)| **width > 0);
+    let n_samples = counts.map(|(values, width)| values.len() / width).min().unwrap_or(0);
+    t.truncate(n_samples);
+    let n_columns: usize = widths.iter().sum();
+    let mut values = Vec::with_capacity(n_samples * n_columns);
+    for k in 0..n_samples {
+        for (of_topic, &width) in of_topic.iter().zip(&widths) {
+            values.extend_from_slice(&of_topic[k * width..(k + 1) * width]);
+        }
+    }
+    let columns = header.topics.iter().flat_map(|topic| {
+        let described =
+            |f: &bksim::log::Field| (topic.column_name(f), f.unit.clone(), f.description.clone());
+        topic.fields.iter().map(described).collect::<Vec<_>>()
+    });
+    let columns = columns.collect();
+
+    let run_log = RunLog { header, notes: Vec::new(), end: None, segments: Vec::new() };
+    let mechanism = run_log.mechanism().map_err(|e| bad(&e))?;
+    let header = run_log.header;
+    let source = Text::new(path, header.model_text);
+    let options = mechanism.model.solve.clone();
+    let engine = Engine::new(source, mechanism, overrides(&header.options), Vec::new());
+    let end: Option<EndStatus> = log.end().cloned();
+    let ending = match &end {
+        Some(end) if end.outcome == Outcome::ReachedEnd => Ending::Reached,
+        _ => Ending::Stopped(None),
+    };
+    let summary = Summary::default();
+    let kept = Kept { options, summary, segments, ending, like: Sample::default() };
+    Ok((engine, t, transposed(&values, n_columns), kept, Logged { end, notes, columns }))
+}

@@ -1,0 +1,107 @@
+//! Pictures, curves and pages of runs.
+
+use bksim::log::LogReader;
+use bksim::playback::Playback;
+use bksim_page::Options;
+use bksim_plot::{Axis, Curve, Figure, Format, Panel, PlotError};
+use bksim_scene::{Camera, Extras, Form, Scene, Theme};
+use numpy::PyReadonlyArray1;
+use pyo3::prelude::*;
+
+use crate::fault::{Fault, guard};
+use crate::logged::bytes;
+use crate::solution::{Rows, Run};
+
+/// Instants that tell where a mechanism gets to.
+const INSTANTS: usize = 61;
+/// Part of a picture's size that stays free on every side.
+const MARGIN: f64 = 0.06;
+/// Azimuth and elevation of the view of spatial mechanisms, degrees.
+const VIEW: [f64; 2] = [35.0, 25.0];
+
+fn playback(run: &Run, rows: &Rows) -> Result<Playback, Fault> {
+    let bad = |e: &dyn std::fmt::Display| Fault::Log(e.to_string());
+    let bytes = bytes(run, rows)?;
+    let log = LogReader::open(bytes.as_slice()).map_err(|e| bad(&e))?;
+    Playback::open(log).map_err(|e| bad(&e))
+}
+
+/// The page of a run.
+pub(crate) fn page(run: &Run, rows: &Rows, title: Option<String>) -> Result<String, Fault> {
+    let mut playback = playback(run, rows)?;
+    let options = Options { title, ..Options::default() };
+    let page = bksim_page::page(&mut playback, &options);
+    page.map(|page| page.html).map_err(|e| Fault::Log(e.to_string()))
+}
+
+/// The mechanism at an instant, in a picture in which the whole motion has place.
+pub(crate) fn picture(
+    run: &Run,
+    rows: &Rows,
+    t: f64,
+    size: [f64; 2],
+    is_dark: bool,
+) -> Result<String, Fault> {
+    let mut playback = playback(run, rows)?;
+    let over_run = playback.poses_over_run(INSTANTS);
+    let mechanism = playback.mechanism();
+    let scene = Scene::of_motion(&mechanism.model, &mechanism.parameters, &over_run);
+    let camera = match scene.is_planar {
+        true => Camera::planar(size),
+        false => Camera::spatial(size, VIEW[0].to_radians(), VIEW[1].to_radians()),
+    };
+    let points = over_run.iter().flat_map(|poses| {
+        scene.shapes.iter().flat_map(move |shape| {
+            let points: Vec<[f64; 3]> = match &shape.form {
+                Form::Region(rings) => rings.concat(),
+                Form::Line { points, .. } => points.clone(),
+                Form::Rod { ends, .. } => ends.to_vec(),
+            };
+            points.into_iter().filter_map(move |p| poses.get(shape.body).map(|pose| pose.place(p)))
+        })
+    });
+    let points: Vec<_> = points.filter(|p| p.iter().all(|x| x.is_finite())).collect();
+    let camera = camera.fitted(points, MARGIN);
+    playback.seek(t).map_err(|error| Fault::Log(error.to_string()))?;
+    let theme = if is_dark { Theme::DARK } else { Theme::LIGHT };
+    let seen = bksim_scene::picture(&scene, playback.poses(), &Extras::default(), &camera, &theme);
+    Ok(bksim_scene::svg(&seen))
+}
+
+/// A curve: its name, values along the abscissa, its own values.
+type Given<'py> = (String, PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>);
+
+/// Curves as a picture: panels are what is shown, its unit, and curves.
+#[pyfunction]
+pub(crate) fn figure<'py>(
+    py: Python<'py>,
+    title: String,
+    panels: Vec<(String, String, Vec<Given<'py>>)>,
+    x: (String, String),
+    format: String,
+    is_dark: bool,
+) -> PyResult<std::borrow::Cow<'static, [u8]>> {
+    let panel = |(what, unit, curves): (String, String, Vec<Given<'py>>)| {
+        let curve = |(name, x, y): Given<'py>| {
+            let points = x.as_array().iter().zip(y.as_array()).map(|(&x, &y)| [x, y]).collect();
+            Curve::new(&name, points)
+        };
+        let curves = curves.into_iter().map(curve).collect();
+        Panel::new(Axis::new(&x.0, &x.1), Axis::new(&what, &unit), curves)
+    };
+    let figure = Figure::new(&title, panels.into_iter().map(panel).collect());
+    guard(py, move || {
+        let format = match format.as_str() {
+            "svg" => Format::Svg,
+            "png" => Format::Png,
+            "pdf" => Format::Pdf,
+            other => {
+                let known = "svg, png and pdf";
+                return Err(Fault::Value(format!("{other:?} is none of {known}")));
+            }
+        };
+        let theme = if is_dark { bksim_plot::Theme::DARK } else { bksim_plot::Theme::LIGHT };
+        let drawn = figure.render(format, None, &theme);
+        drawn.map(Into::into).map_err(|e: PlotError| Fault::Value(e.to_string()))
+    })
+}

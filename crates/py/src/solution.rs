@@ -1,0 +1,222 @@
+//! What a run leaves: its table, the motion between samples, and how it went.
+
+use bksim::mbs::diagnostic::Diagnostic;
+use bksim::mbs::model::SolveOptions;
+use bksim::mbs::run::{Sample, Segment, Summary};
+use bksim::player::Player;
+use bksim::{describe, log};
+use bksim_input::{json_all, plain};
+use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
+use pyo3::prelude::*;
+use serde_json::json;
+
+use crate::arrays::{table, transposed};
+use crate::engine::Engine;
+use crate::fault::{Fault, guard};
+
+/// What a run leaves.
+#[pyclass(frozen, module = "bksim._bksim")]
+pub(crate) struct Run {
+    pub(crate) engine: Py<Engine>,
+    t: Py<PyArray1<f64>>,
+    table: Py<PyArray2<f64>>,
+    pub(crate) kept: Kept,
+    /// What the log says that it was opened from.
+    pub(crate) logged: Option<Logged>,
+}
+
+/// What is kept of a run besides its table.
+pub(crate) struct Kept {
+    pub(crate) options: SolveOptions,
+    pub(crate) summary: Summary,
+    pub(crate) segments: Vec<Segment>,
+    pub(crate) ending: Ending,
+    /// The last sample, whose sizes are those of all.
+    pub(crate) like: Sample,
+}
+
+/// What a log tells of its run that a run by itself does not.
+pub(crate) struct Logged {
+    pub(crate) end: Option<log::EndStatus>,
+    pub(crate) notes: Vec<log::Note>,
+    /// Rows of its table.
+    pub(crate) columns: Vec<(String, String, String)>,
+}
+
+/// How a run ended.
+pub(crate) enum Ending {
+    /// At its end time.
+    Reached,
+    /// Where the memory it may take was full.
+    Full,
+    /// By a signal, or what `notify` raised.
+    Stopped(Option<PyErr>),
+    /// Where the integrator could not go on.
+    Failed(Diagnostic),
+}
+
+impl Run {
+    pub(crate) fn new(
+        engine: Py<Engine>,
+        t: Py<PyArray1<f64>>,
+        table: Py<PyArray2<f64>>,
+        kept: Kept,
+    ) -> Self {
+        Self { engine, t, table, kept, logged: None }
+    }
+
+    pub(crate) fn with_log(self, logged: Logged) -> Self {
+        Self { logged: Some(logged), ..self }
+    }
+}
+
+#[pymethods]
+impl Run {
+    #[getter]
+    fn engine(&self, py: Python<'_>) -> Py<Engine> {
+        self.engine.clone_ref(py)
+    }
+
+    #[getter]
+    fn t(&self, py: Python<'_>) -> Py<PyArray1<f64>> {
+        self.t.clone_ref(py)
+    }
+
+    /// A row per column of the engine, a value per sample.
+    #[getter]
+    pub(crate) fn table(&self, py: Python<'_>) -> Py<PyArray2<f64>> {
+        self.table.clone_ref(py)
+    }
+
+    /// Rows of the table: name, unit, description.
+    fn columns(&self, py: Python<'_>) -> PyResult<Vec<(String, String, String)>> {
+        match &self.logged {
+            Some(logged) => Ok(logged.columns.clone()),
+            None => self.engine.bind(py).call_method0("columns")?.extract(),
+        }
+    }
+
+    /// Whether it was opened from a log.
+    #[getter]
+    fn is_logged(&self) -> bool {
+        self.logged.is_some()
+    }
+
+    /// How it ended: `reached`, `full`, `stopped`, `failed`.
+    #[getter]
+    fn ending(&self) -> &'static str {
+        match self.kept.ending {
+            Ending::Reached => "reached",
+            Ending::Full => "full",
+            Ending::Stopped(_) => "stopped",
+            Ending::Failed(_) => "failed",
+        }
+    }
+
+    /// The exception that stopped it, if one did.
+    #[getter]
+    fn raised(&self, py: Python<'_>) -> Option<Py<PyAny>> {
+        match &self.kept.ending {
+            Ending::Stopped(Some(error)) => Some(error.value(py).clone().into_any().unbind()),
+            _ => None,
+        }
+    }
+
+    /// Why the integrator could not go on: in words, and as JSON.
+    #[getter]
+    fn fault(&self) -> Option<(String, String)> {
+        let Ending::Failed(fault) = &self.kept.ending else { return None };
+        let source = &self.engine.get().source;
+        let all = json_all(source, std::slice::from_ref(fault));
+        Some((plain(source, fault), all.to_string()))
+    }
+
+    /// How it went, as JSON.
+    fn summary(&self, py: Python<'_>) -> PyResult<String> {
+        guard(py, || {
+            if let Some(logged) = &self.logged {
+                let end = logged.end.as_ref().map(|end| {
+                    json!({ "reached": end.outcome == log::Outcome::ReachedEnd, "t": end.t_end,
+                            "reason": end.reason, "summary": end.summary })
+                });
+                let note = |note: &log::Note| json!({ "t": note.t, "text": note.text });
+                let notes: Vec<_> = logged.notes.iter().map(note).collect();
+                return Ok(json!({ "end": end, "notes": notes }).to_string());
+            }
+            Ok(describe::summary(&self.engine.get().mechanism(), &self.kept.summary).to_string())
+        })
+    }
+
+    /// First and last instant of the motion between samples; none when it was not kept.
+    fn span(&self) -> Option<[f64; 2]> {
+        bksim::player::span(&self.kept.segments)
+    }
+
+    /// The table at other instants, from the motion between samples; NaN where a value is known in
+    /// samples alone.
+    fn at<'py>(
+        &self,
+        py: Python<'py>,
+        times: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let times = times.as_array().to_vec();
+        let engine = self.engine.get();
+        let values = guard(py, || {
+            let mut player = Player::new(engine.compiled.clone(), &engine.parameters);
+            let is_lasting: Vec<bool> = engine.channels.are_lasting().collect();
+            let mut values = Vec::with_capacity(times.len() * is_lasting.len());
+            for &t in &times {
+                let sample = player
+                    .at(&self.kept.segments, t)
+                    .map_err(|error| Fault::Log(error.to_string()))?;
+                let first = values.len();
+                engine.channels.append_row(sample, &mut values);
+                for (value, _) in
+                    values[first..].iter_mut().zip(&is_lasting).filter(|(_, is)| !**is)
+                {
+                    *value = f64::NAN;
+                }
+            }
+            Ok(transposed(&values, is_lasting.len()))
+        })?;
+        Ok(table(py, values))
+    }
+
+    /// Writes the log.
+    fn save(&self, py: Python<'_>, path: std::path::PathBuf) -> PyResult<()> {
+        let values = self.rows(py)?;
+        guard(py, || crate::logged::save(self, &values, &path))
+    }
+
+    /// The page of the run as HTML.
+    fn page(&self, py: Python<'_>, title: Option<String>) -> PyResult<String> {
+        let values = self.rows(py)?;
+        guard(py, || crate::show::page(self, &values, title))
+    }
+
+    /// The mechanism at an instant as SVG.
+    fn picture(&self, py: Python<'_>, t: f64, size: [f64; 2], is_dark: bool) -> PyResult<String> {
+        let values = self.rows(py)?;
+        guard(py, || crate::show::picture(self, &values, t, size, is_dark))
+    }
+}
+
+/// Samples one after another.
+pub(crate) struct Rows {
+    pub(crate) t: Vec<f64>,
+    /// Values of one sample together.
+    pub(crate) values: Vec<f64>,
+    pub(crate) n_columns: usize,
+}
+
+impl Run {
+    /// The table, sample by sample.
+    fn rows(&self, py: Python<'_>) -> PyResult<Rows> {
+        use numpy::PyArrayMethods;
+        let t = self.t.bind(py).readonly();
+        let table = self.table.bind(py).readonly();
+        let (t, table) = (t.as_array().to_vec(), table.as_array());
+        let n_columns = table.nrows();
+        Ok(Rows { t, values: table.t().iter().copied().collect(), n_columns })
+    }
+}

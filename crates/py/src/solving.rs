@@ -1,0 +1,192 @@
+//! A run of the integrator under Python: Ctrl-C stops it, and everything so far is kept.
+
+use std::cell::{Cell, RefCell};
+use std::time::{Duration, Instant};
+
+use bksim::dae::Control;
+use bksim::mbs::model::Outputs;
+use bksim::mbs::run::{self, Failure, Observer, Sample, Segment};
+use bksim::mbs::sensitivity::StateSensitivity;
+use bksim::options::{BadOption, FORMULATIONS, METHODS, SolveChanges, choice};
+use bksim::record::Channels;
+use pyo3::prelude::*;
+
+use crate::arrays::{table, transposed, vector};
+use crate::engine::Engine;
+use crate::fault::{Fault, guard};
+use crate::solution::{Ending, Kept, Run};
+
+/// How often Python is asked whether to go on: Ctrl-C is to work within a fifth of a second.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
+
+/// What a run is asked for.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Wanted {
+    t_end: Option<f64>,
+    rtol: Option<f64>,
+    atol: Option<f64>,
+    step: Option<f64>,
+    every: Option<f64>,
+    times: Option<Vec<f64>>,
+    method: Option<String>,
+    formulation: Option<String>,
+    /// Whether the motion between samples is kept.
+    dense: bool,
+    /// Most bytes of samples and motion.
+    most_bytes: usize,
+    /// Told the time that is reached, s, now and then.
+    notify: Option<Py<PyAny>>,
+}
+
+impl Wanted {
+    fn changes(&self) -> Result<SolveChanges, Fault> {
+        Ok(SolveChanges {
+            t_end: self.t_end,
+            rtol: self.rtol,
+            atol: self.atol,
+            step: self.step,
+            every: self.every,
+            method: chosen("method", &METHODS, self.method.as_deref())?,
+            formulation: chosen("formulation", &FORMULATIONS, self.formulation.as_deref())?,
+            jit: None,
+        })
+    }
+}
+
+fn chosen<T: Copy>(
+    option: &str,
+    words: &[(&'static str, T)],
+    word: Option<&str>,
+) -> Result<Option<T>, Fault> {
+    let Some(word) = word else { return Ok(None) };
+    let known: Vec<_> = words.iter().map(|(word, _)| format!("{word:?}")).collect();
+    let unknown = || Fault::Value(format!("{option} = {word:?} is none of {}", known.join(", ")));
+    choice(words, word).map(Some).ok_or_else(unknown)
+}
+
+/// Keeps samples and motion.
+struct Keeping<'a> {
+    channels: &'a Channels,
+    reached: &'a Cell<f64>,
+    t: Vec<f64>,
+    values: Vec<f64>,
+    segments: Vec<Segment>,
+    last: Option<Sample>,
+    is_dense: bool,
+    n_bytes: usize,
+    most_bytes: usize,
+}
+
+impl Keeping<'_> {
+    fn is_full(&self) -> bool {
+        self.n_bytes > self.most_bytes
+    }
+}
+
+impl Observer for Keeping<'_> {
+    fn sample(&mut self, sample: &Sample, _: &[StateSensitivity]) -> Control {
+        let n_before = self.values.len();
+        self.t.push(sample.t);
+        self.channels.append_row(sample, &mut self.values);
+        self.n_bytes += size_of::<f64>() * (1 + self.values.len() - n_before);
+        self.reached.set(sample.t);
+        match &mut self.last {
+            Some(last) => last.clone_from(sample),
+            none => *none = Some(sample.clone()),
+        }
+        if self.is_full() { Control::Stop } else { Control::Continue }
+    }
+
+    fn wants_segments(&self) -> bool {
+        self.is_dense
+    }
+
+    fn segment(&mut self, segment: &Segment) {
+        self.n_bytes += size_of::<Segment>() + size_of_val(segment.values.as_slice());
+        self.segments.push(segment.clone());
+    }
+}
+
+pub(crate) fn solve(py: Python<'_>, engine: Py<Engine>, wanted: Wanted) -> PyResult<Run> {
+    let ran = guard(py, || ran(engine.get(), &wanted))?;
+    let (t, values, kept) = ran;
+    Ok(Run::new(engine, vector(py, t).unbind(), table(py, values).unbind(), kept))
+}
+
+type Ran = (Vec<f64>, numpy::ndarray::Array2<f64>, Kept);
+
+fn ran(engine: &Engine, wanted: &Wanted) -> Result<Ran, Fault> {
+    let mut options = engine.mechanism().model.solve.clone();
+    wanted
+        .changes()?
+        .apply(&mut options)
+        .map_err(|bad: BadOption| Fault::Value(bad.to_string()))?;
+    if let Some(times) = &wanted.times {
+        if times.iter().any(|t| !t.is_finite()) {
+            return Err(Fault::Value("`times` has values that are not finite".to_owned()));
+        }
+        options.outputs = Outputs::Times(times.clone());
+    }
+    let start = engine.start()?;
+    let equations = engine.equations(options.formulation)?;
+
+    let reached = Cell::new(start.t);
+    let asked = Cell::new(Instant::now());
+    let raised: RefCell<Option<PyErr>> = RefCell::new(None);
+    let is_stop_wished = || {
+        let now = Instant::now();
+        if now.duration_since(asked.get()) < LOOK_EVERY {
+            return false;
+        }
+        asked.set(now);
+        let heard = Python::attach(|py| {
+            py.check_signals()?;
+            match &wanted.notify {
+                Some(notify) => notify.call1(py, (reached.get(),)).map(drop),
+                None => Ok(()),
+            }
+        });
+        let is_wished = heard.is_err();
+        if let Err(error) = heard {
+            raised.replace(Some(error));
+        }
+        is_wished
+    };
+    let mut keeping = Keeping {
+        channels: &engine.channels,
+        reached: &reached,
+        t: Vec::new(),
+        values: Vec::new(),
+        segments: Vec::new(),
+        last: None,
+        is_dense: wanted.dense,
+        n_bytes: 0,
+        most_bytes: wanted.most_bytes,
+    };
+    let outcome = run::run(
+        &engine.compiled,
+        &equations,
+        start,
+        &engine.parameters,
+        &options,
+        &mut keeping,
+        &is_stop_wished,
+    );
+    let is_full = keeping.is_full();
+    let Keeping { t, values, segments, last, .. } = keeping;
+    let n_columns = engine.channels.columns().count();
+    let values = transposed(&values, n_columns);
+    let (summary, ending) = match outcome {
+        Ok(summary) if summary.reached_end => (summary, Ending::Reached),
+        Ok(summary) if is_full => (summary, Ending::Full),
+        Ok(summary) => (summary, Ending::Stopped(raised.take())),
+        Err(failure) => {
+            let fault = engine.mechanism().diagnose(&equations, &failure);
+            let Failure { summary, .. } = *failure;
+            (summary, Ending::Failed(fault))
+        }
+    };
+    let last = last.unwrap_or_default();
+    Ok((t, values, Kept { options, summary, segments, ending, like: last }))
+}

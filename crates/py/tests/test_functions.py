@@ -1,0 +1,62 @@
+"""The compiled functions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bksim
+
+
+def test_the_functions_hold_along_a_motion(example: Path) -> None:
+    m = bksim.load(example)
+    sol, f = m.solve(t_end=0.2), m.compile()
+    q, v, a, lam = sol.q.T, sol.v.T, sol.a.T, sol.lam.T
+    assert f.mass_matrix(q, sol.t).shape == (len(sol), f.nq, f.nq)
+    if sol.events:
+        pytest.skip("modes of contacts change the equations")
+    residual = f.residual(sol.t, q, v, a, lam)
+    size = np.abs(f.forces(sol.t, q, v)).max() + np.abs(lam).max(initial=0.0) + 1.0
+    assert np.abs(residual).max() < 1e-8 * size
+
+
+def test_a_batch_is_its_rows(examples: Path) -> None:
+    m = bksim.load(examples / "slider-crank" / "model.toml")
+    sol, f = m.solve(t_end=0.2), m.compile()
+    q, v = np.ascontiguousarray(sol.q.T), np.ascontiguousarray(sol.v.T)
+    a, lam = f.accelerations_and_multipliers(sol.t, q, v)
+    for k in (0, 17, len(sol) - 1):
+        assert np.array_equal(f.mass_matrix(q)[k], f.mass_matrix(q[k]))
+        assert np.array_equal(f.constraint_jacobian(q)[k], f.constraint_jacobian(q[k]))
+        assert np.array_equal(a[k], f.accelerations(sol.t[k], q[k], v[k]))
+    assert np.allclose(a, sol.a.T, rtol=1e-9, atol=1e-9)
+    assert np.allclose(lam, sol.lam.T, rtol=1e-7, atol=1e-7)
+
+
+def test_the_mass_matrix_gives_the_kinetic_energy(example: Path) -> None:
+    m = bksim.load(example)
+    sol, f = m.solve(t_end=0.2), m.compile()
+    mass = f.mass_matrix(sol.q.T, sol.t)
+    energy = 0.5 * np.einsum("ki,kij,kj->k", sol.v.T, mass, sol.v.T)
+    assert np.allclose(energy, sol.energy["kinetic"], rtol=1e-10, atol=1e-12)
+    assert np.array_equal(mass, np.swapaxes(mass, 1, 2))
+
+
+def test_the_jacobian_is_the_slope_of_the_constraints(examples: Path) -> None:
+    f = bksim.load(examples / "four-bar" / "model.toml").compile()
+    q = np.linspace(0.2, 0.9, f.nq)
+    h = 1e-6
+    for k in range(f.nq):
+        step = h * np.eye(f.nq)[k]
+        slope = (f.constraints(0.0, q + step) - f.constraints(0.0, q - step)) / (2 * h)
+        assert np.allclose(slope, f.constraint_jacobian(q)[:, k], atol=1e-8)
+
+
+def test_shapes_are_checked(examples: Path) -> None:
+    f = bksim.load(examples / "four-bar" / "model.toml").compile()
+    with pytest.raises(ValueError, match="is needed"):
+        f.mass_matrix(np.zeros(f.nq + 1))
+    with pytest.raises(ValueError):
+        f.forces(np.zeros(3), np.zeros((2, f.nq)), np.zeros((2, f.nq)))

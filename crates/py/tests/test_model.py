@@ -1,0 +1,159 @@
+"""Models: read, built in code, changed; their equations."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bksim
+
+PENDULUM = """
+[parameters]
+l = "0.5 m"
+[bodies.bob]
+mass = "2 kg"
+com = [0, "-l"]
+[joints.A]
+type = "revolute"
+between = ["ground", "bob"]
+[loads.gravity]
+type = "gravity"
+acceleration = [0, "-9.81 m/s^2"]
+[initial]
+A = { angle = "30 deg" }
+[solve]
+t_end = "1 s"
+"""
+
+
+def pendulum_in_code() -> bksim.Model:
+    m = bksim.Model("model", parameters={"l": "0.5 m"})
+    m.bodies["bob"] = bksim.Body(mass="2 kg", com=[0, "-l"])
+    m.joints["A"] = bksim.Revolute("ground", "bob")
+    m.loads["gravity"] = bksim.Gravity(acceleration=[0, "-9.81 m/s^2"])
+    m.initial["A"] = {"angle": "30 deg"}
+    m.options["t_end"] = "1 s"
+    return m
+
+
+def test_a_model_built_in_code_is_the_model_of_the_text() -> None:
+    read, built = bksim.load(PENDULUM), pendulum_in_code()
+    assert built.equations.text == read.equations.text
+    assert np.array_equal(built.solve().q, read.solve().q)
+    assert bksim.load(built.text).bodies == built.bodies
+
+
+def test_every_example_survives_the_way_through_its_objects(example: Path) -> None:
+    m = bksim.load(example)
+    before = m.solve(t_end=0.1).q
+    m.options["rtol"] = m.options.get("rtol", 1e-6)
+    m.bodies["another"] = bksim.Body(mass=1, free=True)
+    del m.bodies["another"]
+    m._document.name = m.name  # type: ignore[union-attr]
+    assert np.array_equal(m.solve(t_end=0.1).q, before)
+
+
+def test_parameters_are_si_or_text() -> None:
+    m = bksim.load(PENDULUM)
+    assert m.parameters["l"] == 0.5
+    assert m.parameters.unit("l") == "m"
+    m.parameters["l"] = 0.8
+    assert m.parameters["l"] == 0.8
+    m.parameters["l"] = "80 cm"
+    assert math.isclose(m.parameters["l"], 0.8, rel_tol=1e-15)
+    del m.parameters["l"]
+    assert m.parameters["l"] == 0.5
+    with pytest.raises(KeyError, match="did you mean 'l'"):
+        m.parameters["ll"] = 1.0
+
+
+def test_a_parameter_in_a_file_of_millimetres_is_set_in_metres() -> None:
+    m = bksim.load('[units]\nlength = "mm"\n' + PENDULUM.replace('"0.5 m"', "500"))
+    assert m.parameters["l"] == 0.5
+    m.parameters["l"] = 0.25
+    assert m.parameters["l"] == 0.25
+
+
+def test_numpy_values_are_written_as_numbers() -> None:
+    m = pendulum_in_code()
+    m.bodies["bob"].mass = np.float64(2.0)
+    m.bodies["bob"].com = np.array([0.0, -0.5])  # type: ignore[assignment]
+    assert np.allclose(m.solve().q, pendulum_in_code().solve().q, rtol=0, atol=1e-12)
+
+
+def test_a_drawing_is_a_model(examples: Path) -> None:
+    m = bksim.load(examples / "slider-crank" / "drawing.dxf")
+    assert m.check().mobility == 1
+    assert "[bodies" in m.text
+
+
+def test_faults_have_places_and_names(tmp_path: Path) -> None:
+    path = tmp_path / "bad.toml"
+    path.write_text(PENDULUM.replace('"bob"]', '"bbo"]'))
+    with pytest.raises(bksim.ModelError, match="bad.toml:8:") as caught:
+        bksim.load(path)
+    (fault,) = caught.value.diagnostics
+    assert fault.severity == "error" and fault.labels[0].line == 8
+    assert bksim.explain(fault.code)
+    assert str(path) in str(fault)
+
+
+def test_what_is_no_file_is_no_file(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError):
+        bksim.load(tmp_path / "none.toml")
+    with pytest.raises(bksim.ModelError, match="written down"):
+        m = pendulum_in_code()
+        m.bodies["bob"].mass = math.nan
+        m.check()
+
+
+def test_a_loop_that_cannot_close_is_an_assembly_error(examples: Path) -> None:
+    m = bksim.load(examples / "four-bar" / "model.toml")
+    name = next(iter(m.parameters))
+    m.parameters[name] = 1e3
+    with pytest.raises((bksim.AssemblyError, bksim.ModelError)) as caught:
+        m.assemble()
+    assert isinstance(caught.value, bksim.Error) and caught.value.diagnostics
+
+
+def test_check_counts(examples: Path) -> None:
+    check = bksim.load(examples / "parallelogram" / "model.toml").check()
+    assert check.mobility == 1 and check.gruebler == 0 and check.redundant_joints
+    assert "true mobility" in str(check) and "<table>" in check._repr_html_()
+
+
+def test_the_start_holds_the_constraints(example: Path) -> None:
+    start = bksim.load(example).assemble()
+    assert start.position_residual < 1e-9 and start.velocity_residual < 1e-9
+    assert set(start.q) == set(start.v) == set(start.a)
+
+
+def test_equations_are_text_latex_and_sympy() -> None:
+    sympy = pytest.importorskip("sympy")
+    equations = bksim.load(PENDULUM).equations
+    assert equations.kinetic_energy == "l^2*A_angle_dot^2"
+    assert equations._repr_latex_().startswith("$$\\begin{aligned}")
+    assert r"\dot" in equations.latex and "<math" in equations.mathml
+    assert equations.certificate["reading"]["equal"]
+    found = equations.to_sympy()
+    l, rate = sympy.symbols("l A_angle_dot", real=True)
+    assert sympy.simplify(found["kinetic_energy"] - l**2 * rate**2) == 0
+    with pytest.raises(ValueError, match="none of"):
+        equations.written("word")
+
+
+def test_sympys_equations_are_those_that_are_solved(examples: Path) -> None:
+    pytest.importorskip("sympy")
+    m = bksim.load(examples / "slider-crank" / "model.toml")
+    sol = m.solve(t_end=0.3)
+    values = {name: value for name, value in m.parameters.items()} | {"t": float(sol.t[40])}
+    for k, name in enumerate(m.coordinates):
+        values |= {name: sol.q[k, 40], f"{name}_dot": sol.v[k, 40], f"{name}_ddot": sol.a[k, 40]}
+    names = [name.split(".")[1] for name in sol.names if name.startswith("multipliers.")]
+    values |= {name: sol.lam[k, 40] for k, name in enumerate(names)}
+    for left in m.equations.to_sympy()["equations"]:
+        size = max(abs(float(term.subs(values))) for term in left.as_ordered_terms())
+        assert abs(float(left.subs(values))) < 1e-9 * size

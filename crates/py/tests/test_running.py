@@ -1,0 +1,153 @@
+"""Runs that end early, threads, memory."""
+
+from __future__ import annotations
+
+import gc
+import os
+import signal
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bksim
+from bksim import _bksim
+
+LONG = 1e6
+"""Seconds of motion that nobody waits for."""
+
+
+def resident_bytes() -> int:
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE")
+
+
+@pytest.fixture
+def crank(examples: Path) -> bksim.Model:
+    return bksim.load(examples / "slider-crank" / "model.toml")
+
+
+def blocked() -> bksim.Model:
+    """A force that holds against both ways of a slide: it has no motion beyond the switch."""
+    return bksim.load("""
+[bodies.block]
+mass = 1
+[joints.S]
+type = "prismatic"
+between = ["ground", "block"]
+axis = [1, 0]
+[loads.rub]
+type = "force"
+on = "block"
+vector = ["-5 N*sign(S.velocity)", 0]
+[initial]
+S = { position = 0, velocity = 1 }
+[solve]
+t_end = 1
+""")
+
+
+def test_a_run_that_cannot_go_on_says_where_and_keeps_what_there_is() -> None:
+    m = blocked()
+    with pytest.raises(bksim.SolverError) as caught:
+        m.solve()
+    error = caught.value
+    assert 0.19 < error.t < 0.21 and error.reason and error.diagnostics[0].code == "R006"
+    assert error.result.t[-1] == error.t and not error.result.success
+    # Before it, all is well, and the failure leaves nothing behind.
+    arrays = [m.solve(t_end=0.1).q for _ in range(3)]
+    assert np.array_equal(arrays[0], arrays[1]) and np.array_equal(arrays[0], arrays[2])
+
+
+def test_a_solver_used_three_times_gives_the_same_arrays(crank: bksim.Model) -> None:
+    first, second, third = (crank.solve(t_end=0.5)._table for _ in range(3))
+    assert np.array_equal(first, second) and np.array_equal(first, third)
+
+
+def test_ctrl_c_ends_a_run_within_a_fifth_of_a_second(crank: bksim.Model) -> None:
+    sent: list[float] = []
+
+    def interrupt() -> None:
+        time.sleep(0.4)
+        sent.append(time.perf_counter())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    thread = threading.Thread(target=interrupt)
+    thread.start()
+    with pytest.raises(KeyboardInterrupt) as caught:
+        crank.solve(t_end=LONG, every=0.05)
+    taken = time.perf_counter() - sent[0]
+    thread.join()
+    result = caught.value.result  # type: ignore[attr-defined]
+    assert taken < 0.2, f"{taken} s"
+    assert isinstance(result, bksim.Solution) and result.t[-1] > 0 and not result.success
+
+
+def test_other_threads_run_while_a_run_does(crank: bksim.Model) -> None:
+    counts = 0
+    with ThreadPoolExecutor(1) as pool:
+        future = pool.submit(crank.solve, t_end=200.0, every=0.05)
+        while not future.done():
+            counts += 1
+            time.sleep(0.001)
+        future.result()
+    assert counts > 20
+
+
+def test_eight_threads_solve_at_once(crank: bksim.Model) -> None:
+    expected = crank.solve(t_end=1.0)._table
+    with ThreadPoolExecutor(8) as pool:
+        solutions = list(pool.map(lambda _: crank.solve(t_end=1.0), range(16)))
+    assert all(np.array_equal(s._table, expected) for s in solutions)
+
+
+def test_a_thousand_solves_leave_no_memory_behind(crank: bksim.Model) -> None:
+    def solve(n: int) -> None:
+        for _ in range(n):
+            crank.solve(t_end=0.1)(0.05)
+        gc.collect()
+
+    solve(100)
+    before = resident_bytes()
+    solve(1000)
+    grown = resident_bytes() - before
+    assert grown < 5e6, f"{grown / 1e6} MB"
+
+
+def test_memory_has_a_limit(crank: bksim.Model) -> None:
+    with pytest.raises(bksim.LimitError, match="memory_limit") as caught:
+        crank.solve(t_end=LONG, every=1e-4, memory_limit=10_000_000)
+    assert caught.value.result is not None and len(caught.value.result) > 1000
+
+
+def test_a_panic_is_an_internal_error() -> None:
+    with pytest.raises(bksim.InternalError, match="a fault"):
+        _bksim._panic("a fault")
+    assert issubclass(bksim.InternalError, Exception)
+
+
+def test_progress_hears_the_time(crank: bksim.Model) -> None:
+    tqdm = pytest.importorskip("tqdm")
+    assert tqdm
+    solution = crank.solve(t_end=30.0, progress=True)
+    assert solution.success
+
+
+def test_what_notify_raises_ends_the_run(crank: bksim.Model) -> None:
+    class Enough(Exception):
+        pass
+
+    def alarm(_signal: int, _frame: object) -> None:
+        raise Enough
+
+    before = signal.signal(signal.SIGALRM, alarm)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.3)
+        with pytest.raises(Enough) as caught:
+            crank.solve(t_end=LONG, every=0.05)
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    assert len(caught.value.result) > 1  # type: ignore[attr-defined]

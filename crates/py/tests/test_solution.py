@@ -1,0 +1,146 @@
+"""Solutions: arrays, the motion between samples, tables, logs, pictures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bksim
+
+
+@pytest.fixture(scope="module")
+def sol() -> bksim.Solution:
+    from conftest import EXAMPLES
+
+    return bksim.load(EXAMPLES / "slider-crank" / "model.toml").solve(t_end=1.0)
+
+
+def test_arrays_are_read_only_views_contiguous_in_time(sol: bksim.Solution) -> None:
+    arrays = [sol.t, sol.q, sol.v, sol.a, sol.lam, sol["theta1"], *sol.reactions.values()]
+    for array in arrays:
+        assert array.dtype == np.float64 and array.flags.c_contiguous
+        assert not array.flags.writeable
+        assert array.shape[-1] == len(sol)
+        with pytest.raises(ValueError):
+            array[..., 0] = 1.0
+    assert np.shares_memory(sol.q, sol.q) and np.shares_memory(sol["theta1"], sol.q)
+    assert all(np.shares_memory(r, sol._table) for r in sol.reactions.values())
+
+
+def test_names_are_channels_coordinates_and_measures(sol: bksim.Solution) -> None:
+    assert np.array_equal(sol["state.theta1"], sol["theta1"])
+    assert np.array_equal(sol["theta1_dot"], sol.v[0])
+    assert np.allclose(sol["crank.angle"], sol["theta1"])
+    assert sol.unit("crank.angle") == "rad" and sol.unit("energy.power") == "W"
+    with pytest.raises(KeyError, match="did you mean"):
+        sol["theta"]
+    with pytest.raises(KeyError):
+        sol.reactions["nowhere"]
+
+
+def test_the_rate_of_a_measure_is_its_slope(sol: bksim.Solution) -> None:
+    t = np.linspace(0.2, 0.3, 2001)
+    between = sol(t)
+    slope = np.gradient(between["rod.x"], t, edge_order=2)
+    assert np.allclose(slope[1:-1], between["rod.vx"][1:-1], atol=1e-5)
+
+
+def test_the_motion_between_samples_is_that_of_a_run_with_more(examples: Path) -> None:
+    m = bksim.load(examples / "slider-crank" / "model.toml")
+    few, many = m.solve(t_end=0.5, every=0.1), m.solve(t_end=0.5, every=0.001)
+    between = few(many.t)
+    assert np.allclose(between.q, many.q, rtol=0, atol=1e-9)
+    for name, reaction in between.reactions.items():
+        assert np.allclose(reaction, many.reactions[name], rtol=1e-7, atol=1e-6)
+    assert np.isnan(between["energy.work"]).all()
+
+
+def test_one_instant_has_no_axis_of_time(sol: bksim.Solution) -> None:
+    at = sol(0.25)
+    assert at["crank.angle"].shape == () and at.q.shape == sol.q.shape[:1]
+    with pytest.raises(ValueError, match="outside"):
+        sol(1.5)
+    with pytest.raises(ValueError, match="outside"):
+        sol([0.1, np.nan])
+
+
+def test_without_dense_only_samples_are_kept(examples: Path) -> None:
+    sol = bksim.load(examples / "four-bar" / "model.toml").solve(t_end=0.1, dense=False)
+    with pytest.raises(ValueError, match="dense=True"):
+        sol(0.05)
+    assert sol.plot()._repr_svg_().startswith("<svg")
+
+
+def test_options_are_checked(examples: Path) -> None:
+    m = bksim.load(examples / "four-bar" / "model.toml")
+    times = [0.01, 0.025, 0.07]
+    assert np.allclose(m.solve(t_end=0.1, times=times).t, [0.0, *times, 0.1])
+    for wrong in ({"rtol": 0.0}, {"every": -1.0}, {"step": np.inf}, {"method": "euler"}):
+        with pytest.raises(ValueError):
+            m.solve(t_end=0.1, **wrong)  # type: ignore[arg-type]
+
+
+def test_methods_agree(examples: Path) -> None:
+    m = bksim.load(examples / "slider-crank" / "model.toml")
+    radau = m.solve(t_end=0.5, rtol=1e-9, method="radau")
+    explicit = m.solve(t_end=0.5, rtol=1e-9, method="explicit")
+    assert radau.summary["methods"][0]["method"] == "radau"
+    assert np.allclose(radau.q, explicit.q, atol=1e-6)
+
+
+def test_tables_have_units(sol: bksim.Solution) -> None:
+    pytest.importorskip("pandas")
+    frame = sol.to_pandas()
+    assert frame.index.name == "t" and frame.attrs["units"]["energy.power"] == "W"
+    assert np.array_equal(frame["state.theta1"], sol["theta1"])
+    pytest.importorskip("xarray")
+    dataset = sol.to_xarray()
+    assert dataset["energy.power"].attrs["units"] == "W"
+    assert float(dataset["state.theta1"].sel(t=sol.t[3])) == sol["theta1"][3]
+    pytest.importorskip("pyarrow")
+    arrow = sol.to_arrow()
+    assert arrow.schema.field("energy.power").metadata[b"unit"] == b"W"
+    assert np.array_equal(arrow["t"].to_numpy(), sol.t)
+
+
+def test_a_log_is_the_solution_again(sol: bksim.Solution, tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    sol.save(path)
+    again = bksim.open(path)
+    assert again.success and again.names == sol.names
+    assert np.array_equal(again.t, sol.t) and np.array_equal(again._table, sol._table)
+    t = np.linspace(0, 1, 41)
+    assert np.allclose(again(t).q, sol(t).q, rtol=0, atol=1e-12)
+    again.save(tmp_path / "copy.mcap")
+    assert (tmp_path / "copy.mcap").read_bytes() == path.read_bytes()
+    assert not list(tmp_path.glob("*.part"))
+
+
+def test_what_is_no_log_is_a_log_error(tmp_path: Path) -> None:
+    path = tmp_path / "no.mcap"
+    path.write_bytes(b"nothing")
+    with pytest.raises(bksim.LogError, match="no.mcap"):
+        bksim.open(path)
+    with pytest.raises(FileNotFoundError):
+        bksim.open(tmp_path / "none.mcap")
+
+
+def test_plots_and_pictures(sol: bksim.Solution, tmp_path: Path) -> None:
+    for ending, first in (("svg", b"<svg"), ("png", b"\x89PNG"), ("pdf", b"%PDF")):
+        path = tmp_path / f"plot.{ending}"
+        sol.plot("theta1", "energy.total").save(path)
+        assert path.read_bytes().startswith(first)
+    with pytest.raises(ValueError, match="none of"):
+        sol.plot().save(tmp_path / "plot.doc")
+    assert "<svg" in sol.picture(0.5)._repr_svg_()
+    assert "<svg" in sol._repr_html_()
+
+
+def test_an_animation_is_a_page(sol: bksim.Solution, tmp_path: Path) -> None:
+    animation = sol.animate(title="a crank")
+    assert "<title>a crank</title>" in animation.html
+    assert "<iframe" in animation._repr_html_()
+    animation.save(tmp_path / "page.html")
+    assert (tmp_path / "page.html").stat().st_size < 2e6

@@ -1,0 +1,68 @@
+//! Stops: hatched lines where a motion ends.
+
+use bksim_mbs::model::{Joint, LoadKind};
+
+use super::Sketch;
+use super::rail::Rail;
+use super::turns::turns;
+use crate::Shape;
+use crate::geometry::{Plane, Point, add, direction, left, length, scaled, sub3, unit};
+
+/// Where the line of a stop begins and ends, from the joint that it limits, radii of a pin.
+const REACH: [f64; 2] = [4.5, 9.5];
+/// Half width of what hits it.
+const LINK: f64 = 1.8;
+/// How far the line of a stop reaches beyond what hits it.
+const BEYOND: f64 = 0.8;
+
+impl Sketch<'_> {
+    /// The stops of all joints.
+    pub(super) fn stops(&self) -> Vec<Shape> {
+        let mut shapes = Vec::new();
+        for load in &self.model().loads {
+            let LoadKind::Stop { joint: joint_id, motion_idx, min, max, .. } = load.kind else {
+                continue;
+            };
+            let joint = &self.model().joints[joint_id.0];
+            // Upwards the motion ends at the largest position.
+            for (limit, sign) in [(min, -1.0), (max, 1.0)] {
+                let Some(limit) = limit.map(|limit| self.numbers.value(limit)) else { continue };
+                shapes.extend(match &self.rails[joint_id.0] {
+                    _ if turns(joint, motion_idx) => self.turn_stop(joint, limit, sign),
+                    Some(rail) => self.rail_stop(rail, limit, sign),
+                    None => Vec::new(),
+                });
+            }
+        }
+        shapes
+    }
+
+    /// Across a rail, where what slides on it ends.
+    fn rail_stop(&self, rail: &Rail, limit: f64, sign: f64) -> Vec<Shape> {
+        let [[low, high], [right, left]] = rail.room;
+        let x = limit + if sign > 0.0 { high } else { low };
+        let beyond = BEYOND * self.pin;
+        let ends = [[x, right - beyond], [x, left + beyond]];
+        let [from, to] = if sign > 0.0 { ends } else { [ends[1], ends[0]] };
+        self.hatched_on(rail.body, &rail.plane, from, to)
+    }
+
+    /// Beside the second body of a joint when it is turned so far.
+    fn turn_stop(&self, joint: &Joint, limit: f64, sign: f64) -> Vec<Shape> {
+        let (at, plane) = self.holder(joint);
+        let other = self.numbers.attached(joint.successor);
+        // Its far end, or its centre of mass; planes of a joint lie alike in both its bodies.
+        let points = self.attached[other.body].iter().copied().chain(self.com(other.body));
+        let ways = points
+            .map(|p| sub3(p, other.position))
+            .map(|way| Plane { origin: [0.0; 3], ..plane }.foot(way));
+        let far = ways.max_by(|a, b| length(*a).total_cmp(&length(*b)));
+        let far = far.filter(|way| length(*way) > self.pin).unwrap_or([1.0, 0.0]);
+        let turned = |[x, y]: Point, [cos, sin]: Point| [cos * x - sin * y, sin * x + cos * y];
+        let along = unit(turned(far, direction(limit)));
+        let aside = scaled(sign * LINK * self.pin, left(along));
+        let [inner, outer] = REACH.map(|r| add(scaled(r * self.pin, along), aside));
+        let [from, to] = if sign > 0.0 { [outer, inner] } else { [inner, outer] };
+        self.hatched_on(at.body, &plane, from, to)
+    }
+}

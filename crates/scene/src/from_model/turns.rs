@@ -1,0 +1,129 @@
+//! What turns or pushes: arrows about joints, as textbooks draw a driven crank and a torque.
+//!
+//! An arrow points to where the angle or position grows, whatever the sign of its value.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use bksim_mbs::model::{BodyId, Joint, JointId, JointKind, LoadKind};
+
+use super::Sketch;
+use crate::geometry::{Plane, Point, add, arc, circle, direction, left, scaled, unit3};
+use crate::{Attached, Form, Role, Shape};
+
+/// Radius of the arrow about a joint that is driven, radii of a pin: outside of a torsion spring.
+const DRIVE: f64 = 5.2;
+/// Radius of the arrow of a torque.
+const TORQUE: f64 = 6.6;
+/// Radius of the motor about its pin.
+const MOTOR: f64 = 2.3;
+/// Length and half width of the head of an arrow.
+const HEAD: [f64; 2] = [1.9, 0.85];
+/// Half of the angle of an arrow about a joint.
+const HALF_TURN: f64 = 0.36 * PI;
+
+impl Sketch<'_> {
+    /// The signs of what is driven.
+    pub(super) fn drives(&self) -> Vec<Shape> {
+        let mut shapes = Vec::new();
+        for drive in &self.model().drives {
+            let joint = &self.model().joints[drive.joint.0];
+            if !turns(joint, drive.motion_idx) {
+                shapes.extend(self.pushed(drive.joint));
+                continue;
+            }
+            let (at, plane) = self.holder(joint);
+            let points = plane.lifted(&circle([0.0; 2], MOTOR * self.pin));
+            let form = Form::Line { points, is_closed: true };
+            shapes.push(Shape { body: at.body, role: Role::Drive, form });
+            shapes.extend(self.turned(at.body, Role::Drive, &plane, DRIVE, self.open_side(joint)));
+        }
+        shapes
+    }
+
+    /// The signs of torques.
+    pub(super) fn torques(&self) -> Vec<Shape> {
+        let mut shapes = Vec::new();
+        for load in &self.model().loads {
+            let LoadKind::Torque { on, from, vector } = &load.kind else { continue };
+            let joint = self.joint_between(*from, *on);
+            let (body, plane, side) = if let Some(joint) = joint {
+                let (at, plane) = self.holder(joint);
+                (at.body, plane, self.open_side(joint))
+            } else {
+                let Some(com) = self.com(on.0) else { continue };
+                let axis = unit3(self.numbers.vector(vector)).unwrap_or([0.0, 0.0, 1.0]);
+                (on.0, self.plane_across(com, axis), FRAC_PI_2)
+            };
+            shapes.extend(self.turned(body, Role::Torque, &plane, TORQUE, side));
+        }
+        shapes
+    }
+
+    /// The plane across the axis of a joint, on its first body.
+    pub(super) fn holder(&self, joint: &Joint) -> (Attached, Plane) {
+        let at = self.numbers.attached(joint.predecessor);
+        (at, self.turning_plane(joint, at))
+    }
+
+    /// The joint that one body turns by against another.
+    fn joint_between(&self, from: BodyId, on: BodyId) -> Option<&Joint> {
+        self.model().joints.iter().find(|joint| {
+            let ends = [joint.predecessor.body, joint.successor.body];
+            joint.kind == JointKind::Revolute && (ends == [from, on] || ends == [on, from])
+        })
+    }
+
+    /// The angle at which no support stands.
+    fn open_side(&self, joint: &Joint) -> f64 {
+        let [at, other] =
+            [joint.predecessor, joint.successor].map(|anchor| self.numbers.attached(anchor));
+        if at.body != 0 || !self.is_planar() {
+            return FRAC_PI_2;
+        }
+        let [_, up] = self.free_side(at, other);
+        up.signum() * FRAC_PI_2
+    }
+
+    /// An arrow about the origin of a plane, to the left, `side` being the angle of its middle.
+    fn turned(&self, body: usize, role: Role, plane: &Plane, radius: f64, side: f64) -> Vec<Shape> {
+        let radius = radius * self.pin;
+        let way = arc([0.0; 2], radius, side - HALF_TURN, side + HALF_TURN);
+        // The head lies along the arc's chord over its length.
+        let end = side + HALF_TURN;
+        let along = left(direction(end + 0.5 * HEAD[0] * self.pin / radius));
+        let foot = scaled(radius, direction(end));
+        vec![Shape::line(body, role, plane, &way), self.head(body, role, plane, foot, along)]
+    }
+
+    /// An arrow along a rail, beside what is driven on it.
+    fn pushed(&self, joint: JointId) -> Vec<Shape> {
+        let rail = self.rails[joint.0].as_ref();
+        let Some((rail, slider)) = rail.and_then(|rail| Some((rail, rail.slider?))) else {
+            return Vec::new();
+        };
+        let [_, [_, top]] = rail.room;
+        // Clear of the hatching of a guide.
+        let height = top + 3.2 * self.pin;
+        let [from, to] = [-2.6, 1.6].map(|x| [x * self.pin, height]);
+        vec![
+            Shape::line(slider.body, Role::Drive, &slider.plane, &[from, to]),
+            self.head(slider.body, Role::Drive, &slider.plane, to, [1.0, 0.0]),
+        ]
+    }
+
+    fn head(&self, body: usize, role: Role, plane: &Plane, foot: Point, along: Point) -> Shape {
+        let [length, half] = HEAD.map(|x| x * self.pin);
+        let corner = |side: f64| add(foot, scaled(side * half, left(along)));
+        let ring = vec![add(foot, scaled(length, along)), corner(1.0), corner(-1.0)];
+        Shape::region(body, role, plane, &[ring])
+    }
+}
+
+/// Whether this motion of a joint is a rotation.
+pub(super) fn turns(joint: &Joint, motion_idx: usize) -> bool {
+    match joint.kind {
+        JointKind::Revolute => true,
+        JointKind::PinInSlot => motion_idx == 1,
+        _ => false,
+    }
+}

@@ -1,0 +1,95 @@
+//! Rods with round ends, and balls: what looks the same from all around.
+//!
+//! Without perspective their outline is exact: all that is within the radius of the line between the
+//! ends, as these are seen.
+
+use crate::geometry::{Plane, across3, circle, cross3, rounded_hull, sub3, unit3};
+use crate::{Camera, Form};
+
+/// The outline of a rod as the camera sees it: a ring in the plane of the picture, world, m.
+pub fn silhouette(ends: [[f64; 3]; 2], radius: f64, camera: &Camera) -> Vec<[f64; 3]> {
+    let [u, v, _] = camera.r_view_from_world;
+    let plane = Plane { origin: ends[0], u, v };
+    plane.lifted(&rounded_hull(&ends.map(|end| plane.foot(end)), radius))
+}
+
+/// A rod for those who have no camera: rings in planes across each other, in two that hold its line,
+/// and for a ball in three.
+pub fn sheets([from, to]: [[f64; 3]; 2], radius: f64) -> Vec<Vec<[f64; 3]>> {
+    let Some(along) = unit3(sub3(to, from)) else {
+        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let disc = |i: usize| {
+            let plane = Plane { origin: from, u: axes[i], v: axes[(i + 1) % 3] };
+            plane.lifted(&circle([0.0; 2], radius))
+        };
+        return (0..3).map(disc).collect();
+    };
+    let v = across3(along, [0.0, 0.0, 1.0]);
+    let sheet = |v| {
+        let plane = Plane { origin: from, u: along, v };
+        plane.lifted(&rounded_hull(&[from, to].map(|end| plane.foot(end)), radius))
+    };
+    [v, cross3(along, v)].map(sheet).to_vec()
+}
+
+impl Form {
+    /// Points that it lies between, in the frame of its body, m.
+    pub fn reach(&self) -> Vec<[f64; 3]> {
+        match self {
+            Self::Region(rings) => rings.concat(),
+            Self::Line { points, .. } => points.clone(),
+            Self::Rod { ends, radius } => {
+                let sides = [-1.0, 1.0].map(|sign| sign * radius);
+                let box_of = |end: &[f64; 3]| {
+                    let [x, y, z] = *end;
+                    sides.map(|d| [[x + d, y, z], [x, y + d, z], [x, y, z + d]]).concat()
+                };
+                ends.iter().flat_map(box_of).collect()
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::distance3;
+
+    #[test]
+    fn a_rod_looks_as_wide_from_everywhere_and_as_long_as_its_ends_are_apart() {
+        let ends = [[0.1, -0.3, 0.2], [0.4, 0.5, 1.1]];
+        for k in 0..12 {
+            let camera =
+                Camera::spatial([100.0, 100.0], 0.6 * f64::from(k), 0.2 * f64::from(k) - 1.2);
+            let [p, q] = ends.map(|end| camera.project(end));
+            let apart = (p[0] - q[0]).hypot(p[1] - q[1]);
+            let seen: Vec<_> =
+                silhouette(ends, 0.05, &camera).into_iter().map(|p| camera.project(p)).collect();
+            let (dx, dy) = ((q[0] - p[0]) / apart, (q[1] - p[1]) / apart);
+            let along = seen.iter().map(|s| dx * (s[0] - p[0]) + dy * (s[1] - p[1]));
+            let across = seen.iter().map(|s| dx * (s[1] - p[1]) - dy * (s[0] - p[0]));
+            let extent = |values: &mut dyn Iterator<Item = f64>| {
+                let all: Vec<f64> = values.collect();
+                all.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+                    - all.iter().copied().fold(f64::INFINITY, f64::min)
+            };
+            let (long, wide) = (extent(&mut along.into_iter()), extent(&mut across.into_iter()));
+            assert!((wide - 0.1).abs() < 1e-3, "view {k}: {wide} m wide");
+            assert!((long - apart - 0.1).abs() < 1e-3, "view {k}: {long} m long, not {apart}");
+        }
+    }
+
+    #[test]
+    fn sheets_have_the_size_of_the_rod() {
+        let [from, to] = [[0.0, 0.0, 1.0], [0.0, 2.0, 1.0]];
+        for (ends, n, size) in [([from, to], 2, 2.2), ([from, from], 3, 0.2)] {
+            let sheets = sheets(ends, 0.1);
+            assert_eq!(sheets.len(), n);
+            for ring in sheets {
+                let far = |a: &[f64; 3]| ring.iter().map(|b| distance3(*a, *b)).fold(0.0, f64::max);
+                let extent = ring.iter().map(far).fold(0.0, f64::max);
+                assert!((extent - size).abs() < 1e-3, "{extent}");
+            }
+        }
+    }
+}

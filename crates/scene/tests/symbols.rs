@@ -1,0 +1,158 @@
+//! Signs stand where the model says: drives, torques, stops, welds; and trails fade as they should.
+
+use bksim_mbs::file::{Source, read};
+use bksim_mbs::model::Model;
+use bksim_mbs::pose::Pose;
+use bksim_scene::{Camera, Extras, Form, Item, Role, Scene, Theme, picture};
+
+fn scene(text: &str) -> Scene {
+    let reading = read(&Source::new(text, "test"));
+    let model: Model = reading.model.unwrap_or_else(|| panic!("{:?}", reading.diagnostics));
+    let parameters: Vec<f64> = model.parameters.iter().map(|p| p.value).collect();
+    Scene::of(&model, &parameters)
+}
+
+/// Two cranks and a slider on the ground, and what else is told of them.
+fn cranks(more: &str) -> Scene {
+    let crank = |name: &str| {
+        format!(
+            "[bodies.{name}]\nmass = 1\ninertia = 0.1\npoints = {{ P = [0, 0], E = [1, 0] }}\n\
+             [joints.{name}_pin]\ntype = \"revolute\"\nbetween = [\"ground\", \"{name}.P\"]\n"
+        )
+    };
+    let slider = "[bodies.block]\nmass = 1\n[joints.guide]\ntype = \"prismatic\"\n\
+                  between = [\"ground\", \"block\"]\naxis = [1, 0]\n";
+    scene(&[&crank("a"), &crank("b"), slider, more].concat())
+}
+
+fn of_role(scene: &Scene, role: Role) -> Vec<(usize, Vec<[f64; 3]>)> {
+    let shapes = scene.shapes.iter().filter(|shape| shape.role == role);
+    shapes.map(|shape| (shape.body, shape.form.reach())).collect()
+}
+
+/// Least and largest of a coordinate.
+fn extent(points: &[[f64; 3]], axis: usize) -> [f64; 2] {
+    let values = || points.iter().map(|p| p[axis]);
+    [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]
+}
+
+#[test]
+fn what_is_not_told_is_not_drawn() {
+    let scene = cranks("");
+    for role in [Role::Drive, Role::Torque, Role::Weld] {
+        assert_eq!(of_role(&scene, role), [], "{role:?}");
+    }
+}
+
+#[test]
+fn a_driven_joint_has_an_arrow_about_it_and_a_driven_slide_one_beside_it() {
+    let scene = cranks(
+        "[drives.m]\njoint = \"a_pin\"\nmotion = \"1 rad/s*t\"\n\
+         [drives.n]\njoint = \"guide\"\nmotion = \"1 m/s*t\"\n",
+    );
+    let drawn = of_role(&scene, Role::Drive);
+    // Motor, arc and head on the ground; shaft and head on the block.
+    assert_eq!(drawn.iter().map(|(body, _)| *body).collect::<Vec<_>>(), [0, 0, 0, 3, 3]);
+    // The arrow goes to the left about the pin: its head is at its left end, and points down.
+    let [arc, head] = [&drawn[1].1, &drawn[2].1];
+    assert!(arc.iter().all(|p| (p[0].hypot(p[1]) - 5.2 * scene.pin).abs() < 1e-9));
+    assert!(extent(head, 0)[1] < -3.0 * scene.pin && head[0][1] < head[1][1], "{head:?}");
+    // That of the block is above it, and points to where its position grows.
+    let [shaft, head] = [&drawn[3].1, &drawn[4].1];
+    assert!(extent(head, 0)[1] > extent(shaft, 0)[1] && extent(shaft, 1)[0] > 2.7 * scene.pin);
+}
+
+#[test]
+fn a_torque_has_its_arrow_about_the_joint_it_acts_in() {
+    let scene = cranks("[loads.t]\ntype = \"torque\"\non = \"b\"\nvalue = 1\n");
+    let drawn = of_role(&scene, Role::Torque);
+    assert_eq!(drawn.len(), 2);
+    assert!(drawn[0].1.iter().all(|p| (p[0].hypot(p[1]) - 6.6 * scene.pin).abs() < 1e-9));
+}
+
+#[test]
+fn bodies_that_move_as_one_are_joined_by_a_solid_square() {
+    let weld = |other: &str| {
+        let model = "[bodies.c]\nmass = 1\n[joints.w]\ntype = \"weld\"\nbetween = ";
+        of_role(&cranks(&format!("{model}[\"{other}\", \"c\"]\n")), Role::Weld).len()
+    };
+    assert_eq!(weld("a.E"), 1);
+    // What the ground holds has a wall.
+    assert_eq!(weld("ground"), 0);
+}
+
+/// Lines of the ground that a stop adds, the hatching left out.
+fn stop_lines(load: &str) -> (Scene, Vec<Vec<[f64; 3]>>) {
+    let (without, with) = (cranks(""), cranks(load));
+    let known = of_role(&without, Role::Guide);
+    let added = of_role(&with, Role::Guide).into_iter().filter(|line| !known.contains(line));
+    let added: Vec<Vec<[f64; 3]>> = added.map(|(_, points)| points).collect();
+    (with, added)
+}
+
+#[test]
+fn stops_stand_where_the_edge_of_a_slider_gets_to() {
+    let stop = "[loads.s]\ntype = \"stop\"\njoint = \"guide\"\nmin = -0.3\nmax = 0.5\n";
+    let (scene, lines) = stop_lines(stop);
+    let edge = 4.2 * scene.pin;
+    let places: Vec<[f64; 2]> = lines.iter().map(|line| extent(line, 0)).collect();
+    assert_eq!(places.len(), 2);
+    for ([low, high], x) in places.into_iter().zip([-0.3 - edge, 0.5 + edge]) {
+        assert!((low - x).abs() < 1e-9 && (high - x).abs() < 1e-9, "{low} to {high}, not {x}");
+    }
+}
+
+#[test]
+fn stops_lie_along_a_crank_that_is_turned_so_far() {
+    let stop =
+        "[loads.s]\ntype = \"stop\"\njoint = \"a_pin\"\nmin = \"-20 deg\"\nmax = \"100 deg\"\n";
+    let (scene, lines) = stop_lines(stop);
+    assert_eq!(lines.len(), 2);
+    for (line, (angle, side)) in lines.iter().zip([(-20_f64, -1.0), (100_f64, 1.0)]) {
+        let (sin, cos) = angle.to_radians().sin_cos();
+        for [x, y, _] in line {
+            let (along, across) = (cos * x + sin * y, cos * y - sin * x);
+            assert!(along > 0.0, "{line:?}");
+            // The edge of the crank: half its width from its middle line, on the far side.
+            assert!((across - side * 1.8 * scene.pin).abs() < 1e-9, "{angle}°: {line:?}");
+        }
+    }
+}
+
+#[test]
+fn a_trail_fades_evenly_and_no_part_of_it_is_painted_darker() {
+    let scene = cranks("");
+    let theme = Theme::LIGHT;
+    let way: Vec<[f64; 3]> = (0..=120).map(|i| [f64::from(i), 0.0, 0.0]).collect();
+    let extras = Extras { trails: vec![(theme.force, way)], ..Extras::default() };
+    let camera = Camera { scale: 1.0, ..Camera::planar([400.0, 300.0]) };
+    let drawn = picture(&scene, &[Pose::default(); 4], &extras, &camera, &theme);
+    let bare = picture(&scene, &[Pose::default(); 4], &Extras::default(), &camera, &theme);
+    let glazes = drawn.items.len() - bare.items.len();
+    // What is seen of the trail behind each of its points, through all lines that go on there.
+    for i in 0..120_u8 {
+        let x = 200.0 + f32::from(i) + 0.5;
+        let mut clear = 1.0;
+        for item in &drawn.items[..glazes] {
+            let Item::Line { points, stroke, .. } = item else { panic!("{item:?}") };
+            if points[0][0] <= x && points[points.len() - 1][0] >= x {
+                clear *= 1.0 - stroke.color.opacity();
+            }
+        }
+        let wanted = f32::from(i / 10 + 1) / 12.0;
+        assert!((1.0 - clear - wanted).abs() < 0.01, "{i}: {} in place of {wanted}", 1.0 - clear);
+    }
+}
+
+#[test]
+fn a_sign_on_a_rod_is_painted_over_all_of_it() {
+    let rod = |role, x: f64| bksim_scene::Shape {
+        body: 0,
+        role,
+        form: Form::Rod { ends: [[x, 0.0, 0.0]; 2], radius: 0.1 },
+    };
+    let shapes = vec![rod(Role::Body(0), 1.0), rod(Role::Pin, 0.0), rod(Role::Pin, 3.0)];
+    let scene = Scene { bodies: vec!["a".into()], shapes, pin: 0.1, ..Scene::default() };
+    let depths = scene.depths(&[1.0, 0.0, 3.0]);
+    assert_eq!(depths, [1.0, 1.1, 3.1]);
+}

@@ -1,0 +1,191 @@
+//! A row of a sweep is what `bksim solve --set` gives for the same values, to the last bit.
+
+mod common;
+
+use bksim::Mechanism;
+use bksim::dae::Control;
+use bksim::mbs::file::{Source, read};
+use bksim::mbs::run::Sample;
+use bksim_sweep::{Ending, Monitor, Request, Row, Study};
+
+use common::{plan, press};
+
+/// What solving the model by itself gives: values of parameters, and start and samples or the code of
+/// its fault.
+fn solve(text: &str, set: &[(String, String)]) -> Result<(Mechanism, Vec<Sample>), &'static str> {
+    let reading = read(&Source { overrides: set, ..Source::new(text, "press") });
+    let Some(model) = reading.model else {
+        let error = reading.diagnostics.iter().find(|fault| fault.is_error());
+        return Err(error.expect("a reason").code.0);
+    };
+    let mechanism = Mechanism::derive(model, Vec::new()).expect("equations");
+    let start = mechanism.start().map_err(|rejected| rejected.0[0].code.0)?;
+    let equations = mechanism.formulate().expect("equations");
+    let mut samples = Vec::new();
+    let mut keep = |sample: &Sample| {
+        samples.push(sample.clone());
+        Control::Continue
+    };
+    match mechanism.run(&equations, &start, &mut keep, &|| false) {
+        Ok(_) => Ok((mechanism, samples)),
+        Err(failure) => Err(mechanism.diagnose(&equations, &failure).code.0),
+    }
+}
+
+fn rows(study: &Study) -> Vec<Row> {
+    study.rows(0..study.n_cases(), 2, &Monitor::default()).expect("threads").expect("an end")
+}
+
+/// Every row of a sweep against a solution of its own; the number of rows that failed.
+fn check(text: &str, axes: &[(&str, &str)]) -> usize {
+    let mut request = Request::new(text, "press", plan(axes));
+    request.outputs = ["final(state.x)", "max(energy.total)", "min(reactions.rod.fx)", "theta@0.1"]
+        .map(str::to_owned)
+        .to_vec();
+    let study = Study::prepare(request).expect("a study");
+    let rows = rows(&study);
+    let mut n_failed = 0;
+    for row in &rows {
+        let set = study.settings(row.case);
+        let (mechanism, samples) = match solve(text, &set) {
+            Ok(solved) => solved,
+            Err(code) => {
+                let fault = row.ending.fault().unwrap_or_else(|| panic!("{set:?} is refused"));
+                assert_eq!(fault.code, code, "{set:?}");
+                assert!(row.outputs.is_empty());
+                n_failed += 1;
+                continue;
+            }
+        };
+        assert_eq!(row.ending, Ending::Done, "{set:?}");
+        let model = &mechanism.model;
+        for ((name, _), value) in set.iter().zip(&row.inputs) {
+            let parameter = model.parameters.iter().find(|p| p.name == *name).expect("it is set");
+            assert_eq!(parameter.value.to_bits(), value.to_bits(), "{name} in {set:?}");
+        }
+        let place = |name: &str| {
+            mechanism.compiled.coordinates.iter().position(|c| c.name == name).expect("a name")
+        };
+        let joint = mechanism.compiled.joints.iter().position(|j| j == "rod").expect("a joint");
+        let last = samples.last().expect("samples");
+        let total = |s: &Sample| s.energy.kinetic + s.energy.potential;
+        let at = samples.iter().find(|s| s.t == 0.1).expect("a sample at 0.1 s");
+        let expected = [
+            last.q[place("x")],
+            samples.iter().map(total).fold(f64::NEG_INFINITY, f64::max),
+            samples.iter().map(|s| s.reactions[joint][0]).fold(f64::INFINITY, f64::min),
+            at.q[place("theta")],
+        ];
+        assert_eq!(row.outputs.len(), expected.len());
+        for (found, expected) in row.outputs.iter().zip(expected) {
+            assert_eq!(found.to_bits(), expected.to_bits(), "{set:?}: {found} {expected}");
+        }
+        assert_eq!(row.n_steps, last.stats.n_step as u64, "{set:?}");
+    }
+    n_failed
+}
+
+#[test]
+fn parameters_and_all_that_depends_on_them() {
+    // l2, J1 and the start of the slider follow l1; the end of the run follows k.
+    assert_eq!(check(&press(), &[("l1", "90 mm:110 mm:3"), ("k", "300 N/m,400 N/m")]), 0);
+}
+
+#[test]
+fn numbers_without_unit_are_as_the_file_takes_them() {
+    assert_eq!(check(&press(), &[("l1", "0.09:0.11:3"), ("m2", "0.5:1.5:2")]), 0);
+    let in_mm = press().replace("[parameters]", "[units]\nlength = \"mm\"\n[parameters]");
+    assert_eq!(check(&in_mm, &[("l1", "90:110:3")]), 0);
+}
+
+#[test]
+fn values_that_the_reader_refuses_are_rows_with_its_code() {
+    // A negative mass; a square root of a negative number; a division by zero.
+    assert_eq!(check(&press(), &[("m2", "-1,1,-0.5 kg,2")]), 2);
+    let rooted = press().replace("l2 = \"3*l1\"", "l2 = \"sqrt(9*l1^2*a)/b\"\na = 1\nb = 1");
+    assert_eq!(check(&rooted, &[("a", "-1,1"), ("b", "0,1,-1")]), 4);
+}
+
+#[test]
+fn loops_that_cannot_close_are_rows_with_their_code() {
+    // The slider is held where a short rod does not reach.
+    let held = press()
+        .replace("l2 = \"3*l1\"", "l2 = \"300 mm\"")
+        .replace("x = { guess = \"4*l1\" }", "x = \"0.38 m\"")
+        .replace("theta = \"phi\"", "theta = { guess = \"phi\" }");
+    assert_eq!(check(&held, &[("l2", "0.2,0.3,0.31")]), 1);
+}
+
+#[test]
+fn what_reverses_an_outline_has_equations_of_its_own() {
+    let text = r#"
+        [parameters]
+        w = 0.2
+        [bodies.plate]
+        density = 1000
+        thickness = 0.01
+        outline = [[0, 0], ["w", 0], ["w", 0.1], [0, 0.1]]
+        [joints.rod]
+        type = "revolute"
+        between = ["ground", "plate"]
+        coordinate = "theta"
+        [bodies.block]
+        mass = 1
+        [joints.guide]
+        type = "prismatic"
+        between = ["ground", "block"]
+        axis = ["w", 0]
+        coordinate = "x"
+        [loads.gravity]
+        type = "gravity"
+        acceleration = [0.1, -9.81]
+        [solve]
+        t_end = 1
+        every = 0.02
+    "#;
+    assert_eq!(check(text, &[("w", "-0.3,-0.1,0,0.1,0.3")]), 1);
+}
+
+#[test]
+fn kinks_stops_and_friction_follow_the_values() {
+    let text = r#"
+        [parameters]
+        gap = 0.2
+        mu = 0.3
+        m = 1
+        [bodies.bob]
+        mass = "m"
+        com = [0.5, 0]
+        [joints.rod]
+        type = "revolute"
+        between = ["ground", "bob"]
+        coordinate = "theta"
+        [bodies.block]
+        mass = 1
+        [joints.guide]
+        type = "prismatic"
+        between = ["ground", "block"]
+        axis = [1, 0]
+        coordinate = "x"
+        [loads.gravity]
+        type = "gravity"
+        acceleration = [0, -9.81]
+        [loads.push]
+        type = "force"
+        on = "block"
+        vector = ["max(1 - t, 0)*m", 0]
+        [loads.stop]
+        type = "stop"
+        joint = "guide"
+        max = "gap"
+        restitution = 0.5
+        [loads.friction]
+        type = "friction"
+        joint = "rod"
+        value = "mu"
+        [solve]
+        t_end = 1
+        every = 0.02
+    "#;
+    assert_eq!(check(text, &[("gap", "0.1,0.2"), ("mu", "-0.1,0,0.3"), ("m", "1,2")]), 4);
+}

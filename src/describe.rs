@@ -1,0 +1,14 @@
+//! What is known of a mechanism and its runs, as data for programs: the objects of `--json`, which
+//! the Python package hands out, too.
+
+mod equations;
+mod events;
+mod parts;
+mod run;
+mod start;
+
+pub use equations::equations;
+pub use events::{event_words, events};
+pub use parts::{coordinate_policy, joint_names, parts};
+pub use run::{method_word, reason_words, sources, summary};
+pub use start::start;
