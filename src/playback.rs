@@ -166,24 +166,26 @@ impl Playback {
         &self.at
     }
 
-    /// Where the bodies are at `n` even instants from the start to the end, the ground first: as the
-    /// integrator has them, without projection. For sizes and extents.
-    pub fn poses_over_run(&mut self, n: usize) -> Vec<Vec<Pose>> {
-        let [first, last] = self.span();
+    /// Where the bodies are at `t`, s, the ground first: as the integrator has them, without projection
+    /// and without what else a sample tells, which takes a small part of the time of
+    /// [`Playback::seek`]. That one's sample stays. For trails, sizes and extents.
+    pub fn poses_at(&mut self, t: f64) -> Vec<Pose> {
         let nq = self.sample().q.len();
         let mut state = vec![0.0; 2 * nq];
+        self.player.state_at(&self.log.segments, t, &mut state);
+        let (q, v) = state.split_at(nq);
+        let mut poses = Vec::new();
+        self.poses.at(q, v, &mut poses);
+        poses
+    }
+
+    /// [`Playback::poses_at`] `n` even instants from the start to the end.
+    pub fn poses_over_run(&mut self, n: usize) -> Vec<Vec<Pose>> {
+        let [first, last] = self.span();
         #[expect(clippy::cast_precision_loss, reason = "few instants")]
         let instant =
             |k: usize| first + (last - first) * k as f64 / n.saturating_sub(1).max(1) as f64;
-        let mut poses_at = |k: usize| {
-            let t = instant(k);
-            self.player.state_at(&self.log.segments, t, &mut state);
-            let mut poses = Vec::new();
-            let (q, v) = state.split_at(nq);
-            self.poses.at(q, v, &mut poses);
-            poses
-        };
-        (0..n).map(&mut poses_at).collect()
+        (0..n).map(|k| self.poses_at(instant(k))).collect()
     }
 
     /// The signal of this name, such as `state.A_angle`, if it has a value at every instant.

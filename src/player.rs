@@ -28,6 +28,12 @@ pub fn span(segments: &[Segment]) -> Option<[f64; 2]> {
     Some([segments.first()?.t0, segments.last()?.t1])
 }
 
+/// `t`, or the end of a motion that is nearer when it lies outside of the span.
+fn within(segments: &[Segment], t: f64) -> Option<f64> {
+    let [first, last] = span(segments)?;
+    Some(if t.is_nan() { first } else { t.clamp(first.min(last), first.max(last)) })
+}
+
 impl Player {
     /// A player for runs with these values of the model's parameters.
     pub fn new(compiled: Arc<CompiledSystem>, parameters: &[f64]) -> Self {
@@ -41,8 +47,7 @@ impl Player {
     /// # Errors
     /// [`Unreplayed`] when the motion is not that of the mechanism.
     pub fn at(&mut self, segments: &[Segment], t: f64) -> Result<&Sample, Unreplayed> {
-        if let Some([first, last]) = span(segments) {
-            let t = if t.is_nan() { first } else { t.clamp(first.min(last), first.max(last)) };
+        if let Some(t) = within(segments, t) {
             self.last_idx = self.segment_at(segments, t);
             let segment = &segments[self.last_idx];
             self.replay.with_dependent_mut(|_, replay| replay.at(segment, t).map(drop))?;
@@ -55,13 +60,14 @@ impl Player {
         self.replay.borrow_dependent().sample()
     }
 
-    /// Writes q and v at `t` as the integrator has them, without projection: 2 nq numbers.
+    /// Writes q and v at `t`, s, or at the end that is nearer when it lies outside of the span, as the
+    /// integrator has them, without projection: 2 nq numbers.
     ///
     /// # Panics
     /// If `state` has not as many numbers as there are at each point of the segments.
     pub fn state_at(&self, segments: &[Segment], t: f64, state: &mut [f64]) {
-        if let Some(segment) = segments.get(self.segment_at(segments, t)) {
-            segment.at(t, state);
+        if let Some(t) = within(segments, t) {
+            segments[self.segment_at(segments, t)].at(t, state);
         }
     }
 

@@ -41,8 +41,13 @@ impl Display {
 
     /// `bksim view` on this display.
     fn view(&self, place: &Scratch, arguments: &str) -> Command {
+        self.bksim(place, &format!("view {arguments}"))
+    }
+
+    /// `bksim` on this display.
+    fn bksim(&self, place: &Scratch, arguments: &str) -> Command {
         let mut command = place.bksim();
-        command.arg("view").args(arguments.split_whitespace());
+        command.args(arguments.split_whitespace());
         command.env("DISPLAY", &self.name).env_remove("WAYLAND_DISPLAY");
         command.env("XDG_RUNTIME_DIR", place.path());
         command
@@ -257,6 +262,61 @@ fn a_fault_at_the_start_is_shown_and_counted() {
     assert_eq!((report["loads"].as_u64(), report["faulty_loads"].as_u64()), (Some(1), Some(1)));
     assert!(report["first_frame_s"].is_null());
     assert_eq!(pixels(&place, "bad.png").0, [500, 400]);
+}
+
+#[test]
+fn a_figure_opens_in_a_window_with_its_curves() {
+    let (display, place) = (Display::new(), four_bar());
+    assert!(place.run("solve four-bar.toml -o run.mcap").status.success());
+    let shoot = |name: &str, arguments: &str| {
+        let arguments = format!(
+            "plot run.mcap {arguments} --window --size 640x420 --screenshot {name} --after 1 --json"
+        );
+        let output = display.bksim(&place, &arguments).output().expect("it starts");
+        assert!(output.status.success(), "{}; {HINT}", text(&output.stderr));
+        let report: Value = serde_json::from_slice(&output.stdout).expect("one object");
+        assert_eq!((&report["format"], &report["screenshot"]), (&"window".into(), &name.into()));
+        let (size, pixels) = pixels(&place, name);
+        assert_eq!(size, [640, 420]);
+        pixels
+    };
+    let has = |pixels: &[u8], [r, g, b]: [u8; 3]| {
+        let is_near = |pixel: &&[u8]| {
+            pixel[0].abs_diff(r) < 12 && pixel[1].abs_diff(g) < 12 && pixel[2].abs_diff(b) < 12
+        };
+        pixels.chunks(4).filter(is_near).count()
+    };
+    // The background, and the first and the second colour of curves: those of pictures.
+    let light = shoot("light.png", "energy.kinetic energy.total --theme light");
+    assert!(has(&light, [0xff, 0xff, 0xff]) > 100_000);
+    assert!(has(&light, [0x2f, 0x6f, 0xb5]) > 300 && has(&light, [0xd9, 0x76, 0x1c]) > 300);
+    let dark = shoot("dark.png", "energy.kinetic --theme dark");
+    assert!(has(&dark, [0xff, 0xff, 0xff]) < 100 && has(&dark, [0x5a, 0x9b, 0xe0]) > 300);
+    assert_eq!(has(&dark, [0xf0, 0x96, 0x48]), 0, "no second curve");
+}
+
+#[test]
+fn a_figure_without_a_display_says_so_and_names_are_checked_before() {
+    let place = four_bar();
+    assert!(place.run("solve four-bar.toml -o run.mcap").status.success());
+    let mut command = place.bksim();
+    command.args(["plot", "run.mcap", "--window"]);
+    command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+    let output = command.output().expect("it starts");
+    let told = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(4), "{told}");
+    assert!(told.contains("there is no display") && told.contains("without --window"), "{told}");
+    for (arguments, status, words) in [
+        ("--window -o run.svg", 2, "cannot be used with"),
+        ("--screenshot run.png", 2, "--window"),
+        ("--window --screenshot run.mcap", 4, "is read by this command"),
+        ("--window --size 20x20", 2, "from 200 to 10000"),
+    ] {
+        let output = place.run(&format!("plot run.mcap {arguments}"));
+        let told = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(status), "{arguments}: {told}");
+        assert!(told.contains(words), "{arguments}: {told}");
+    }
 }
 
 #[test]

@@ -33,6 +33,14 @@ impl Axis {
         Self { label: label.to_owned(), unit: unit.to_owned(), scale: Scale::Linear, range: None }
     }
 
+    /// What it measures, as `angle (rad)`.
+    pub fn name(&self) -> String {
+        match unit_text(&self.unit).as_str() {
+            "" => self.label.clone(),
+            unit => format!("{} ({unit})", self.label).trim_start().to_owned(),
+        }
+    }
+
     /// Its title, as `angle (rad)`, with what the labels of the ticks leave out.
     pub(crate) fn title(&self, ticks: &Ticks) -> String {
         let mut words = self.label.clone();

@@ -54,7 +54,7 @@ impl Figure {
     }
 
     /// Panels beside one another, and rows of them.
-    pub(crate) fn grid(&self) -> (usize, usize) {
+    pub fn grid(&self) -> (usize, usize) {
         let n = self.panels.len().max(1);
         let n_columns = if n <= 3 { 1 } else { 2 };
         (n_columns, n.div_ceil(n_columns))

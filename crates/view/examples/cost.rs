@@ -2,7 +2,9 @@
 //!
 //! Double pendulums are drawn on a canvas without a window. The parts of a frame are timed one by one:
 //! the motion at its instant, what is drawn beside it, and the renderer's own work. What the adapter
-//! does is not: on a software adapter it is the processor's work, too.
+//! does is not: on a software adapter it is the processor's work, too. Of each part the median over all
+//! frames is told, which other work on the machine hardly moves. A second argument says how many of the
+//! points leave trails: `cost -- 1000 2000`; the longest of all frames tells then whether one blocked.
 
 #![expect(clippy::print_stdout, reason = "what a measurement is for")]
 
@@ -19,6 +21,9 @@ use bksim_view::show::{Show, solve};
 
 /// Frames that are measured.
 const N_FRAMES: u32 = 50;
+
+/// What a window spends on trails in a frame.
+const PATIENCE: Duration = Duration::from_millis(3);
 
 /// Double pendulums in a square, `n` bodies, over a fifth of a second.
 fn pendulums(n: usize) -> String {
@@ -62,17 +67,24 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut stage = Stage::new(Show::new(solved.playback), Theme::LIGHT, None, canvas.points())?;
     canvas.scene_mut().set_scene(Arc::clone(stage.show.scene()), &stage.theme);
     let [first, last] = stage.show.span();
-    let (mut seek, mut beside, mut prepare) = (Duration::ZERO, Duration::ZERO, Duration::ZERO);
-    let mut whole = Duration::ZERO;
+    let n_trails = std::env::args().nth(2).map_or(Ok(0), |n| n.parse())?;
+    let moving = stage.show.scene().markers.iter().enumerate().filter(|(_, m)| m.at.body != 0);
+    let trails: Vec<usize> = moving.map(|(place, _)| place).take(n_trails).collect();
+    println!("{} trails", trails.len());
+    stage.show.options.trails = trails;
+    stage.show.patience = Some(PATIENCE);
+
+    let (mut seek, mut beside, mut prepare) = (Vec::new(), Vec::new(), Vec::new());
+    let mut whole = Vec::new();
     let mut counts = bksim_view::renderer::Counts::default();
     for k in 0..N_FRAMES {
         let t = first + (last - first) * f64::from(k) / f64::from(N_FRAMES);
         let begun = Instant::now();
         stage.show.seek(t)?;
-        seek += begun.elapsed();
+        seek.push(begun.elapsed());
         let begun = Instant::now();
         let extras = stage.show.extras()?;
-        beside += begun.elapsed();
+        beside.push(begun.elapsed());
         let begun = Instant::now();
         let (camera, theme) = (&stage.camera, &stage.theme);
         let poses = stage.show.poses();
@@ -83,19 +95,26 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             theme,
             pixels_per_point: 1.0,
         });
-        prepare += begun.elapsed();
+        prepare.push(begun.elapsed());
         let begun = Instant::now();
         stage.shoot(&mut canvas, t)?;
-        whole += begun.elapsed();
+        whole.push(begun.elapsed());
     }
-    let each = |time: Duration| 1e3 * time.as_secs_f64() / f64::from(N_FRAMES);
-    println!("motion at its instant     {:8.3} ms a frame", each(seek));
-    println!("what is drawn beside      {:8.3} ms a frame", each(beside));
-    println!("renderer                  {:8.3} ms a frame", each(prepare));
-    println!("with picture, on `{}` {:8.3} ms a frame", canvas.adapter(), each(whole));
+    tell("motion at its instant", seek);
+    tell("what is drawn beside", beside);
+    tell("renderer", prepare);
+    tell(&format!("with picture, on `{}`", canvas.adapter()), whole);
     println!(
-        "{} draw call, {} primitives, {} bytes a frame",
+        "{} draw calls, {} primitives, {} bytes a frame",
         counts.n_draws, counts.n_primitives, counts.n_bytes
     );
     Ok(())
+}
+
+/// Prints the median and the longest of some times.
+fn tell(what: &str, mut times: Vec<Duration>) {
+    times.sort_unstable();
+    let of = |place: usize| times.get(place).map_or(0.0, |time| 1e3 * time.as_secs_f64());
+    let (median, longest) = (of(times.len() / 2), of(times.len().saturating_sub(1)));
+    println!("{what:<26}{median:8.3} ms a frame, at most {longest:.3} ms");
 }

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! Playback + Scene → Show        what is shown of a run, at any instant
-//! Show → Frame → SceneRenderer   one draw call, in a window or on a canvas without one
+//! Show → Frame → SceneRenderer   a few draw calls, in a window or on a canvas without one
 //! Canvas → film                  PNG, GIF and MP4, one frame after another
 //! ```
 //!

@@ -1,20 +1,21 @@
 //! [`SceneRenderer`]: scenes on the graphics card, in a window's render pass or in one of our own.
 //!
-//! Everything is a primitive: a triangle, or a segment of a line, which the vertex shader widens to
-//! a constant number of pixels. Primitives of bodies lie in the frames of their bodies and are
-//! uploaded once per scene and theme; a frame brings one placement per body, the primitives that change
-//! (springs, trails, arrows), and the order of painting:
+//! Everything is a primitive: a triangle, a segment of a line, which the vertex shader widens to
+//! a constant number of pixels, or a rod, which has as many metres from everywhere. Primitives of
+//! bodies lie in the frames of their bodies and are uploaded once per scene and theme; a frame brings
+//! one placement per body and the primitives that change (springs, trails, arrows):
 //!
 //! ```text
-//! order: (primitive, layer) …     the one vertex buffer, one entry per primitive seen
-//! primitives: fixed | moving      storage buffers
+//! primitives: fixed | moving      storage buffers, in the order in which they are painted
 //! placements: x_pixels_from_body  per layer and body; a layer is the mechanism or one of its ghosts
+//! runs: (layer, primitives) …     one draw call each
 //! ```
 //!
-//! So one draw call paints a frame in painter's order, whatever lies over what, and translucent areas
-//! blend as they should; two calls and two pipelines, one for areas and one for lines, could not keep
-//! that order without a call per shape. Edges are made smooth in the fragment shader: no multisampling
-//! and no depth buffer is asked of whoever owns the render pass.
+//! So a planar mechanism is painted by one call, or by three with springs between what lies behind and
+//! before them, and nothing that stays is sent twice. In space the order of painting changes with
+//! the motion: the primitives are sorted by the depth of their shapes, and that order is sent when it
+//! is another one. Translucent areas blend as they should in both. Edges are made smooth in the fragment
+//! shader: no multisampling and no depth buffer is asked of whoever owns the render pass.
 //!
 //! Points are `f64` until the camera's centre is subtracted, then `f32`.
 
@@ -51,7 +52,7 @@ pub struct Frame<'a> {
 /// What the last frame was made of.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Counts {
-    /// Draw calls: none for an empty frame, else one.
+    /// Draw calls: none for an empty frame, one for a planar mechanism with nothing beside it.
     pub n_draws: usize,
     /// Triangles and segments painted, those of ghosts too.
     pub n_primitives: usize,

@@ -6,14 +6,15 @@ mod solve;
 mod trail;
 
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use bksim::mbs::pose::Pose;
 use bksim::mbs::run::{Sample, Unreplayed};
 use bksim::playback::Playback;
 use bksim_scene::{Extras, Scene, Theme};
 
-use self::arrows::Arrows;
 pub use self::arrows::Scales;
+use self::arrows::{Arrow, Arrows};
 pub use self::solve::{Solved, solve};
 use self::trail::Past;
 
@@ -62,6 +63,9 @@ const N_POSES: usize = 100;
 pub struct Show {
     /// What to draw; may be changed between any two frames.
     pub options: ShowOptions,
+    /// What one call of [`Show::extras`] may spend on other instants than the one shown; whatever it
+    /// takes if none.
+    pub patience: Option<Duration>,
     playback: Playback,
     scene: Arc<Scene>,
     /// The instant that is shown, s.
@@ -71,6 +75,8 @@ pub struct Show {
     arrows: Option<Arrows>,
     /// Found when first asked for.
     reach: Option<Vec<[f64; 3]>>,
+    /// Whether the last extras lack nothing.
+    is_whole: bool,
 }
 
 impl Show {
@@ -83,7 +89,8 @@ impl Show {
         let past = Past::new(&playback.log().segments, &scene);
         let [t, _] = playback.span();
         let options = ShowOptions::default();
-        Self { options, playback, scene, t, past, arrows: None, reach: None }
+        let (patience, arrows, reach, is_whole) = (None, None, None, true);
+        Self { options, patience, playback, scene, t, past, arrows, reach, is_whole }
     }
 
     /// The run.
@@ -125,56 +132,76 @@ impl Show {
         self.playback.poses()
     }
 
-    /// What is drawn beside the mechanism at the instant shown.
+    /// What is drawn beside the mechanism at the instant shown, as far as [`Show::patience`] allows.
     ///
     /// # Errors
     /// [`Unreplayed`] when the motion is not that of the mechanism.
     pub fn extras(&mut self) -> Result<Extras, Unreplayed> {
+        let deadline = self.patience.map(|patience| Instant::now() + patience);
         let Self { options, playback, scene, t, past, .. } = self;
-        let ghosts = past.ghosts(playback, *t, options.past_s, options.ghosts)?;
-        let trails = past.trails(playback, scene, *t, options)?;
-        let has_arrows = options.reactions || options.velocities || options.forces;
-        if has_arrows && self.arrows.is_none() {
-            let points = self.points_over_run()?.to_vec();
-            self.arrows = Some(Arrows::over_run(&mut self.playback, &self.scene, &points)?);
-        }
-        self.come_back()?;
-        let theme = self.theme();
-        let arrows = match &mut self.arrows {
-            Some(arrows) if has_arrows => {
-                arrows.at(&self.playback, &self.scene, &self.options, theme)
-            }
-            _ => Vec::new(),
-        };
+        let ghosts = past.ghosts(playback, *t, options.past_s, options.ghosts);
+        // Before the arrows, whose scale gets on however little time is left.
+        let trails = past.trails(playback, scene, options, deadline);
+        let arrows = self.arrows(deadline)?;
+        self.is_whole = trails.is_whole && arrows.is_some();
         let palette = self.theme().palette;
         let coloured = |(place, points)| (palette[(place + 1) % palette.len()], points);
-        let trails = trails.into_iter().enumerate().map(coloured).collect();
+        let trails = trails.points.into_iter().enumerate().map(coloured).collect();
+        let arrows = arrows.unwrap_or_default();
         Ok(Extras { trails, arrows, has_labels: self.options.labels, ghosts })
     }
 
-    /// Returns to the instant shown from wherever something else was looked at.
-    fn come_back(&mut self) -> Result<(), Unreplayed> {
-        if self.playback.sample().t != self.t {
-            self.playback.seek(self.t)?;
-        }
-        Ok(())
+    /// Whether the last extras are all there is to see; others will have more.
+    pub fn is_whole(&self) -> bool {
+        self.is_whole
     }
 
-    /// The lengths of arrows, once one was asked for.
+    /// The arrows that are asked for; none as long as their scale is not known.
+    fn arrows(&mut self, deadline: Option<Instant>) -> Result<Option<Vec<Arrow>>, Unreplayed> {
+        let Self { options, playback, scene, .. } = self;
+        if !(options.reactions || options.velocities || options.forces) {
+            return Ok(Some(Vec::new()));
+        }
+        let theme = if options.dark { &Theme::DARK } else { &Theme::LIGHT };
+        let reach = self.reach.get_or_insert_with(|| reach::over_run(playback, scene));
+        let arrows = self.arrows.get_or_insert_with(|| Arrows::new(playback, reach));
+        if !arrows.is_known() {
+            arrows.go_on(playback, scene, deadline)?;
+            playback.seek(self.t)?;
+        }
+        Ok(arrows.is_known().then(|| arrows.at(playback, scene, options, theme)))
+    }
+
+    /// The lengths of arrows, once some were drawn.
     pub fn scales(&self) -> Option<Scales> {
-        self.arrows.as_ref().map(|arrows| arrows.scales(&self.options))
+        let known = self.arrows.as_ref().filter(|arrows| arrows.is_known());
+        known.map(|arrows| arrows.scales(&self.options))
     }
 
     /// Points that tell where the mechanism is over the whole run, for [`bksim_scene::Camera::fitted`].
+    pub fn points_over_run(&mut self) -> &[[f64; 3]] {
+        let Self { playback, scene, .. } = self;
+        self.reach.get_or_insert_with(|| reach::over_run(playback, scene))
+    }
+
+    /// Where the arrows that are asked for end over the whole run.
     ///
     /// # Errors
     /// [`Unreplayed`] when the motion is not that of the mechanism.
-    pub fn points_over_run(&mut self) -> Result<&[[f64; 3]], Unreplayed> {
-        let reach = match self.reach.take() {
-            Some(points) => points,
-            None => reach::over_run(&mut self.playback, &self.scene)?,
-        };
-        self.come_back()?;
-        Ok(self.reach.insert(reach))
+    pub fn arrow_tips_over_run(&mut self) -> Result<Vec<[f64; 3]>, Unreplayed> {
+        let (t, options) = (self.t, &self.options);
+        let mut tips = Vec::new();
+        if !(options.reactions || options.velocities || options.forces) {
+            return Ok(tips);
+        }
+        for idx in 0..reach::INSTANTS {
+            self.seek(reach::instant(self.span(), idx))?;
+            let arrows = self.arrows(None)?.unwrap_or_default();
+            let tip =
+                |(_, from, along): Arrow| std::array::from_fn(|axis| from[axis] + along[axis]);
+            tips.extend(arrows.into_iter().map(tip));
+        }
+        self.seek(t)?;
+        Ok(tips)
     }
 }

@@ -8,11 +8,14 @@
 //! App                one frame: the bar, the curves, the picture, and what lies over it
 //! ```
 //!
+//! Beside it, [`open_figure`] shows curves alone.
+//!
 //! It opens no files by itself: a [`Source`] does. Nothing is computed and nothing painted while
 //! nothing moves.
 
 mod action;
 mod app;
+mod chart;
 mod choices;
 mod clock;
 mod controls;
@@ -29,9 +32,11 @@ mod style;
 mod watch;
 
 use std::cell::RefCell;
+use std::path::Path;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
+pub use self::chart::open_figure;
 pub use self::source::{Loaded, Source, Task};
 
 use self::app::App;
@@ -148,7 +153,26 @@ pub fn open<'a>(
     options: &WindowOptions,
     report: Box<dyn FnMut(Report<'_>) + 'a>,
 ) -> Result<Outcome, WindowError> {
-    let title = app::title(&source.name);
+    let outcome = Rc::new(RefCell::new(Outcome::default()));
+    let left = Rc::clone(&outcome);
+    let own = options.clone();
+    run(&source.name.clone(), options, move |created| {
+        let context = created.egui_ctx.clone();
+        let loader = Loader::start(source, move || context.request_repaint());
+        let app = App::new(created, &own, loader, report, left)?;
+        Some(Box::new(app))
+    })?;
+    Ok(outcome.take())
+}
+
+/// Opens a window called after a file, with what `create` makes for it, which is nothing if there is no
+/// adapter.
+fn run<'a>(
+    name: &str,
+    options: &WindowOptions,
+    create: impl FnOnce(&eframe::CreationContext<'_>) -> Option<Box<dyn eframe::App + 'a>> + 'a,
+) -> Result<(), WindowError> {
+    let title = title(name);
     let viewport = egui::ViewportBuilder::default()
         .with_title(&title)
         .with_app_id("bksim")
@@ -160,23 +184,22 @@ pub fn open<'a>(
         // The renderer reads buffers in its vertex shader, which OpenGL does not promise.
         setup.instance_descriptor.backends = wgpu::Backends::PRIMARY;
     }
-    let outcome = Rc::new(RefCell::new(Outcome::default()));
-    let left = Rc::clone(&outcome);
-    let options = options.clone();
-    let create: eframe::AppCreator<'a> = Box::new(move |created| {
-        let context = created.egui_ctx.clone();
-        let loader = Loader::start(source, move || context.request_repaint());
-        let app = App::new(created, &options, loader, report, left);
-        Ok(Box::new(app.ok_or("the window has no adapter")?))
-    });
+    let create: eframe::AppCreator<'a> =
+        Box::new(move |created| Ok(create(created).ok_or("the window has no adapter")?));
     match eframe::run_native(&title, native, create) {
-        Ok(()) => Ok(outcome.take()),
+        Ok(()) => Ok(()),
         Err(error @ (eframe::Error::Winit(_) | eframe::Error::WinitEventLoop(_))) => {
             Err(WindowError::NoDisplay(without_place(&error.to_string())))
         }
         Err(eframe::Error::Wgpu(error)) => Err(WindowError::NoAdapter(error.to_string())),
         Err(error) => Err(WindowError::Failed(error.to_string())),
     }
+}
+
+/// The title of a window.
+fn title(name: &str) -> String {
+    let name = Path::new(name).file_name().map_or(name.into(), |name| name.to_string_lossy());
+    format!("{name} – bksim")
 }
 
 /// The words of the library for windows without the place in its source that they came from.

@@ -124,13 +124,61 @@ fn circle(radius: f64, n: u32) -> Vec<[f64; 2]> {
     (0..n).map(|i| [radius * angle(i).cos(), radius * angle(i).sin()]).collect()
 }
 
+/// The pixel in the middle.
+fn in_the_middle(Image { size: [width, height], rgba }: &Image) -> Vec<u8> {
+    let at = 4 * (width * (height / 2) + width / 2) as usize;
+    rgba[at..at + 4].to_vec()
+}
+
 fn draw(scene: Scene, poses: &[Pose], extras: &Extras, camera: &Camera, theme: &Theme) -> Image {
     let mut canvas = canvas();
     canvas.scene_mut().set_scene(Arc::new(scene), theme);
     let frame = Frame { poses, extras, camera, theme, pixels_per_point: 1.0 };
     let (image, counts) = canvas.draw(&frame, Some(theme.background)).expect("a picture");
-    assert_eq!(counts.n_draws, 1);
+    // Springs between what is behind and before them, and that for every ghost; then what is beside.
+    let most = 3 * (1 + extras.ghosts.len()) + 2;
+    assert!((1..=most).contains(&counts.n_draws), "{counts:?}");
     image
+}
+
+#[test]
+fn a_moving_planar_mechanism_is_one_call_and_sends_only_where_its_bodies_are() {
+    let shapes = (0..100).map(|i| line(1 + i % 2, Role::Body(0), &circle(1.0, 64), true));
+    let mut canvas = canvas();
+    canvas.scene_mut().set_scene(Arc::new(scene(shapes.collect())), &Theme::LIGHT);
+    let (camera, extras) = (camera(), Extras::default());
+    for k in 0..3 {
+        let poses = [Pose::default(), turned(0.1 * f64::from(k), 0.2, 0.1), turned(0.0, 0.0, 0.0)];
+        let (camera, theme) = (&camera, &Theme::LIGHT);
+        let frame = Frame { poses: &poses, extras: &extras, camera, theme, pixels_per_point: 2.0 };
+        let counts = canvas.scene_mut().prepare(&frame);
+        assert_eq!((counts.n_draws, counts.n_primitives), (1, 6400));
+        // Three bodies, the world and the picture, each with 32 bytes.
+        assert!((5 * 32..256).contains(&counts.n_bytes), "frame {k}: {counts:?}");
+    }
+}
+
+#[test]
+fn rods_in_space_are_two_primitives_each_and_stay_on_the_card_while_the_camera_turns() {
+    let rod = |i: u8| {
+        let (x, form) = (f64::from(i), |ends| Form::Rod { ends, radius: 0.1 });
+        Shape { body: 1, role: Role::Body(0), form: form([[x, 0.0, 0.0], [x, 1.0, 1.0]]) }
+    };
+    let shapes: Vec<Shape> = (0..100).map(rod).collect();
+    let mut canvas = canvas();
+    let scene = Scene { is_planar: false, ..scene(shapes) };
+    canvas.scene_mut().set_scene(Arc::new(scene), &Theme::LIGHT);
+    let (poses, extras, theme) = ([Pose::default(); 3], Extras::default(), &Theme::LIGHT);
+    for (k, order) in [800, 0, 0].into_iter().enumerate() {
+        let camera = Camera::spatial(SIZE, 0.3 + 0.1 * k as f64, 0.2);
+        let camera = &camera;
+        let frame = Frame { poses: &poses, extras: &extras, camera, theme, pixels_per_point: 2.0 };
+        let counts = canvas.scene_mut().prepare(&frame);
+        assert_eq!((counts.n_draws, counts.n_primitives), (1, 200));
+        // Five placements, and first of all which rod is painted after which.
+        let n_bytes = counts.n_bytes - order;
+        assert!((5 * 32..256).contains(&n_bytes), "frame {k}: {counts:?}");
+    }
 }
 
 fn still(scene: Scene) -> Image {
@@ -217,6 +265,38 @@ fn in_space_what_is_nearer_lies_above() {
 }
 
 #[test]
+fn from_the_other_side_what_was_behind_lies_above_and_pins_are_before_what_they_join() {
+    let upright = |y: f64, role, size: f64| {
+        let ring = SQUARE.iter().map(|[x, z]| [size * x, y, size * z]).collect();
+        Shape { body: 0, role, form: Form::Region(vec![ring]) }
+    };
+    let (near, far) = (upright(-1.0, Role::Body(0), 0.8), upright(1.0, Role::Body(1), 0.8));
+    let pin = upright(0.0, Role::Pin, 0.3);
+    let middle = |shapes: &[&Shape], azimuth: f64| {
+        let shapes = shapes.iter().map(|&shape| shape.clone()).collect();
+        let scene = Scene { is_planar: false, ..scene(shapes) };
+        let camera = Camera { scale: 10.0, ..Camera::spatial(SIZE, azimuth, 0.1) };
+        let poses = [Pose::default(); 3];
+        in_the_middle(&draw(scene, &poses, &Extras::default(), &camera, &Theme::LIGHT))
+    };
+    let (front, back) = (0.0, std::f64::consts::PI);
+    let [blue, orange, white] = [&near, &far, &pin].map(|shape| middle(&[shape], front));
+    assert!(blue != orange && orange != white && white != blue);
+    for (azimuth, expected) in
+        [(front, &blue), (0.4, &blue), (back, &orange), (back + 0.4, &orange)]
+    {
+        for shapes in [[&near, &far], [&far, &near]] {
+            assert_eq!(&middle(&shapes, azimuth), expected, "from {azimuth} rad");
+        }
+    }
+    // A pin within its radius of a bar is seen from both sides, one far behind it is not.
+    let joined = upright(0.1, Role::Body(1), 0.8);
+    assert_eq!(middle(&[&pin, &joined], front), white);
+    assert_eq!(middle(&[&pin, &joined], back), white);
+    assert_eq!(middle(&[&pin, &far], back), orange);
+}
+
+#[test]
 fn rods_and_balls_are_as_wide_from_everywhere() {
     let rod = |body, role, ends, radius| Shape { body, role, form: Form::Rod { ends, radius } };
     let (foot, head) = ([-1.4, 0.0, -1.2], [1.2, 0.6, 1.4]);
@@ -234,6 +314,35 @@ fn rods_and_balls_are_as_wide_from_everywhere() {
     let image = seen(0.6, shapes.clone());
     check("rods", &image);
     assert!(difference(&image, &seen(2.2, shapes)) > OTHERS_PER_THOUSAND);
+}
+
+#[test]
+fn in_a_plane_rods_keep_their_place_in_the_order_of_the_scene() {
+    let ball = |role, radius| {
+        let form = Form::Rod { ends: [[0.0; 3]; 2], radius };
+        Shape { body: 1, role, form }
+    };
+    let (plate, ball, pin) =
+        (region(1, Role::Body(0), &[&SQUARE]), ball(Role::Body(1), 0.9), ball(Role::Pin, 0.4));
+    let end = |x: f64| Attached { body: 0, position: [x, 0.0, 0.0] };
+    let link = Span { name: "l".into(), ends: [end(-3.0), end(3.0)], kind: SpanKind::Link };
+    let middle = |shapes: &[&Shape], spans: &[&Span]| {
+        let shapes = shapes.iter().map(|&shape| shape.clone()).collect();
+        let spans = spans.iter().map(|&span| span.clone()).collect();
+        in_the_middle(&still(Scene { spans, ..scene(shapes) }))
+    };
+    let [blue, orange, white] = [&plate, &ball, &pin].map(|shape| middle(&[shape], &[]));
+    let dark = middle(&[], &[&link]);
+    assert!([&orange, &white, &dark].iter().all(|&other| *other != blue));
+    assert!(orange != white && white != dark && dark != orange);
+    for (shapes, expected) in
+        [([&plate, &ball], &orange), ([&ball, &plate], &blue), ([&pin, &ball], &white)]
+    {
+        assert_eq!(&middle(&shapes, &[]), expected);
+    }
+    // A link lies over what is behind it and below pins.
+    assert_eq!(middle(&[&plate, &ball], &[&link]), dark);
+    assert_eq!(middle(&[&pin, &ball], &[&link]), white);
 }
 
 #[test]

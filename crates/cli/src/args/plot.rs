@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use super::view::seconds;
+
 /// Curves of runs. Names of logs and of channels may stand in any order, the first log first.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
@@ -25,12 +27,22 @@ pub(crate) struct Plot {
     /// none.
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
-    /// Width and height: pixels of a PNG, of 1/96 inch otherwise.
+    /// Open a window to zoom into the curves and to read values.
+    #[arg(long, conflicts_with = "output")]
+    pub(crate) window: bool,
+    /// Write a picture of the window as PNG, and close it.
+    #[arg(long, value_name = "FILE", requires = "window")]
+    pub(crate) screenshot: Option<PathBuf>,
+    /// Take the picture so many seconds after the first frame.
+    #[arg(long, value_name = "S", default_value_t = 0.5, requires = "screenshot",
+          value_parser = seconds)]
+    pub(crate) after: f64,
+    /// Width and height: pixels of a PNG or a window, of 1/96 inch otherwise.
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub(crate) size: Option<(f64, f64)>,
-    /// Colours of the picture.
-    #[arg(long, value_enum, default_value_t = PlotTheme::Light)]
-    pub(crate) theme: PlotTheme,
+    /// Colours; light ones for a picture and as the system wishes for a window unless given.
+    #[arg(long, value_enum)]
+    pub(crate) theme: Option<PlotTheme>,
     /// Title of the picture; the model's name unless given.
     #[arg(long, value_name = "TEXT")]
     pub(crate) title: Option<String>,
@@ -54,6 +66,7 @@ pub(crate) enum PlotTheme {
 const EXAMPLES: &str = "\
 Examples:
   bksim plot run.mcap
+  bksim plot run.mcap --window
   bksim plot run.mcap energy -o energy.svg
   bksim plot run.mcap state.A_angle_dot --x state.A_angle -o phase.pdf
   bksim plot coarse.mcap fine.mcap energy.total --from 1 --to 2";

@@ -3,6 +3,7 @@
 mod choose;
 mod compose;
 mod curves;
+mod window;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -29,6 +30,7 @@ pub(crate) fn run(args: &Plot, as_json: bool) -> Result<Status, Failure> {
     let (paths, patterns) = logs_and_channels(&args.what)?;
     let format = args.output.as_deref().map(|path| format_of(path, &paths, args.force));
     let format = format.transpose()?;
+    window::check(args, &paths)?;
     let span = [args.from.unwrap_or(f64::NEG_INFINITY), args.to.unwrap_or(f64::INFINITY)];
     if span[0].partial_cmp(&span[1]) != Some(std::cmp::Ordering::Less) {
         return Err(Failure::usage(
@@ -50,7 +52,8 @@ pub(crate) fn run(args: &Plot, as_json: bool) -> Result<Status, Failure> {
     let x = args.x.as_ref().map(|name| abscissa(name, &runs[0])).transpose()?;
 
     // The curves.
-    let wish = Wish { quantities: plan.quantities().collect(), x: x.as_ref(), span };
+    let (quantities, is_zoomed) = (plan.quantities().collect(), args.window);
+    let wish = Wish { quantities, x: x.as_ref(), span, is_zoomed };
     let mut drawn = Vec::new();
     for run in &mut runs {
         let curves = run.curves(&wish);
@@ -66,9 +69,16 @@ pub(crate) fn run(args: &Plot, as_json: bool) -> Result<Status, Failure> {
     if !as_json {
         warn(&runs);
     }
+    if args.window {
+        window::show(args, &plotted)?;
+    }
     write(args, format, &plotted)?;
     if as_json {
         output::json("plot", report(args, format, &runs, &plotted))?;
+    } else if let Some(path) = &args.screenshot {
+        output::text(&format!("wrote {}: {}", path.display(), plotted.summary()))?;
+    } else if args.window {
+        // What is to be said of it has been seen.
     } else if let Some(path) = &args.output {
         output::text(&format!("wrote {}: {}", path.display(), plotted.summary()))?;
     } else {
@@ -108,6 +118,12 @@ fn format_of(path: &Path, read: &[PathBuf], force: bool) -> Result<Format, Failu
             return Err(Failure::usage(message, "end the name with .svg, .png or .pdf"));
         }
     };
+    refuse(path, read, force)?;
+    Ok(format)
+}
+
+/// Refuses names of what is read, or of what is there already.
+fn refuse(path: &Path, read: &[PathBuf], force: bool) -> Result<(), Failure> {
     let own = path.canonicalize().ok();
     if own.is_some() && read.iter().any(|other| other.canonicalize().ok() == own) {
         let what = "is read by this command; nothing was written".to_owned();
@@ -117,7 +133,7 @@ fn format_of(path: &Path, read: &[PathBuf], force: bool) -> Result<Format, Failu
         let help = Some("add --force to overwrite it".to_owned());
         return Err(Failure::file(path, "exists already; nothing was written".to_owned(), help));
     }
-    Ok(format)
+    Ok(())
 }
 
 /// The channel of the abscissa, which is one.
@@ -135,8 +151,8 @@ fn abscissa(name: &str, run: &Run) -> Result<Quantity, Failure> {
 fn write(args: &Plot, format: Option<Format>, plotted: &Plotted) -> Result<(), Failure> {
     let Some((path, format)) = args.output.as_ref().zip(format) else { return Ok(()) };
     let theme = match args.theme {
-        PlotTheme::Light => Theme::LIGHT,
-        PlotTheme::Dark => Theme::DARK,
+        None | Some(PlotTheme::Light) => Theme::LIGHT,
+        Some(PlotTheme::Dark) => Theme::DARK,
     };
     let size = args.size.map(|(width, height)| Size { width, height });
     let bytes = plotted.figure.render(format, size, &theme).map_err(|error| match error {
@@ -168,11 +184,14 @@ fn report(args: &Plot, format: Option<Format>, runs: &[Run], plotted: &Plotted) 
     });
     json!({
         "output": args.output.as_ref().map(|path| path.display().to_string()),
-        "format": format.map_or("text", |format| match format {
-            Format::Svg => "svg",
-            Format::Png => "png",
-            Format::Pdf => "pdf",
-        }),
+        "format": match format {
+            Some(Format::Svg) => "svg",
+            Some(Format::Png) => "png",
+            Some(Format::Pdf) => "pdf",
+            None if args.window => "window",
+            None => "text",
+        },
+        "screenshot": args.screenshot.as_ref().map(|path| path.display().to_string()),
         "title": plotted.figure.title,
         "x": args.x,
         "runs": logs.collect::<Vec<_>>(),

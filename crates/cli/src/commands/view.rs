@@ -45,7 +45,8 @@ pub(crate) fn run(args: &View, as_json: bool, nesting: usize) -> Result<Status, 
         started,
     };
     let outcome = open(source, &options, Box::new(reporter(&args.input, as_json)));
-    let outcome = outcome.map_err(|e| no_window(&e))?;
+    let instead = "`bksim render` makes pictures and films without a window";
+    let outcome = outcome.map_err(|e| no_window(&e, instead))?;
 
     if let (Some(path), Some(png)) = (&args.screenshot, &outcome.png) {
         fs::write(path, png).map_err(|e| Failure::writing(path, &e))?;
@@ -110,9 +111,9 @@ fn reporter(input: &Path, as_json: bool) -> impl FnMut(Report<'_>) + use<> {
     }
 }
 
-fn no_window(error: &WindowError) -> Failure {
-    let help =
-        format!("{}; `bksim render` makes pictures and films without a window", error.help());
+/// Why there is no window, and what to do about it or `instead`.
+pub(super) fn no_window(error: &WindowError, instead: &str) -> Failure {
+    let help = format!("{}; {instead}", error.help());
     Failure::Window { message: format!("no window can be opened: {error}"), help }
 }
 

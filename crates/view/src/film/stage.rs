@@ -110,7 +110,7 @@ impl Stage {
     }
 }
 
-/// A camera in which the whole motion fits.
+/// A camera in which the whole motion fits, with its arrows.
 fn camera(show: &mut Show, view: Option<[f64; 2]>, points: [f64; 2]) -> Result<Camera, Unreplayed> {
     let camera = if show.scene().is_planar {
         Camera::planar(points)
@@ -121,7 +121,14 @@ fn camera(show: &mut Show, view: Option<[f64; 2]>, points: [f64; 2]) -> Result<C
     let options = &show.options;
     let sticks_out = options.labels || options.reactions || options.velocities || options.forces;
     let margin = if sticks_out { WIDE_MARGIN } else { MARGIN };
-    Ok(camera.fitted(show.points_over_run()?.iter().copied(), margin))
+    Ok(camera.fitted(all_points(show)?, margin))
+}
+
+/// Points of the mechanism and ends of its arrows, over the whole motion.
+fn all_points(show: &mut Show) -> Result<Vec<[f64; 3]>, Unreplayed> {
+    let mut points = show.arrow_tips_over_run()?;
+    points.extend(show.points_over_run());
+    Ok(points)
 }
 
 /// Width over height of the whole motion, as the camera sees it, between 1:2 and 5:2.
@@ -131,7 +138,7 @@ fn camera(show: &mut Show, view: Option<[f64; 2]>, points: [f64; 2]) -> Result<C
 pub fn shape(show: &mut Show, view: Option<[f64; 2]>) -> Result<f64, Unreplayed> {
     let camera = camera(show, view, [1.0; 2])?;
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for &p in show.points_over_run()? {
+    for p in all_points(show)? {
         let [x, y, _] = camera.project(p);
         for (axis, x) in [x, y].into_iter().enumerate().filter(|(_, x)| x.is_finite()) {
             (low[axis], high[axis]) = (low[axis].min(x), high[axis].max(x));
@@ -139,4 +146,59 @@ pub fn shape(show: &mut Show, view: Option<[f64; 2]>) -> Result<f64, Unreplayed>
     }
     let ratio = (high[0] - low[0]) / (high[1] - low[1]);
     Ok(if ratio.is_nan() { 1.0 } else { ratio.clamp(0.5, 2.5) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::show::{ShowOptions, solve};
+
+    /// A pendulum that swings through, with all of its arrows.
+    fn show() -> Show {
+        let text = r#"
+            [bodies.bob]
+            mass = "2 kg"
+            com = [0, "-0.5 m"]
+            [joints.A]
+            type = "revolute"
+            between = ["ground", "bob"]
+            [loads.gravity]
+            type = "gravity"
+            acceleration = [0, "-9.81 m/s^2"]
+            [initial]
+            A = { angle = "160 deg" }
+            [solve]
+            t_end = "3 s"
+        "#;
+        let mechanism = bksim::Mechanism::from_toml(text, "pendulum").expect("a model");
+        let mut show = Show::new(solve(mechanism, text, &|_| true).expect("a motion").playback);
+        show.options =
+            ShowOptions { reactions: true, velocities: true, forces: true, ..show.options };
+        show
+    }
+
+    #[test]
+    fn arrows_stay_in_the_picture_at_every_instant() {
+        let size = [320.0, 240.0];
+        let mut stage = Stage::new(show(), Theme::LIGHT, None, size).expect("a camera");
+        let mut longest = 0.0_f64;
+        let mut outermost = f64::INFINITY;
+        for k in 0..=300 {
+            let extras = stage.at(0.01 * f64::from(k)).expect("an instant");
+            for (_, from, along) in extras.arrows {
+                let tip = [0, 1, 2].map(|axis| from[axis] + along[axis]);
+                let [x, y, _] = stage.camera.project(tip);
+                let [x0, y0, _] = stage.camera.project(from);
+                longest = longest.max((x - x0).hypot(y - y0));
+                outermost = outermost.min(x.min(y).min(size[0] - x).min(size[1] - y));
+            }
+        }
+        assert!(longest > 30.0, "the longest arrow has {longest} pixels");
+        assert!(outermost > 0.0, "an arrow ends {outermost} pixels from the edge");
+        // Without arrows the mechanism is larger.
+        let mut bare = show();
+        bare.options = ShowOptions::default();
+        let bare = Stage::new(bare, Theme::LIGHT, None, size).expect("a camera");
+        assert!(bare.camera.scale > 1.05 * stage.camera.scale);
+    }
 }

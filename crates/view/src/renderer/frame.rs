@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use bksim::mbs::pose::Pose;
-use bksim_scene::{Extras, Form, Item, Scene, Stroke, picture, silhouette};
+use bksim_scene::{Extras, Item, Scene, Stroke, picture};
 use bytemuck::{Pod, Zeroable};
 
 use super::Frame;
@@ -27,15 +27,6 @@ pub(super) struct Layer {
     opacity: f32,
 }
 
-/// One primitive to paint.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Pod, Zeroable)]
-#[repr(C)]
-pub(super) struct Entry {
-    /// Its place among the fixed ones, or, behind them, among the moving ones.
-    primitive: u32,
-    layer: u32,
-}
-
 /// What all primitives of a frame share.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
 #[repr(C)]
@@ -44,6 +35,18 @@ pub(super) struct Globals {
     size: [f32; 2],
     pixels_per_point: f32,
     n_fixed: u32,
+    /// Whether places of runs are in [`Drawing::order`], and not primitives themselves.
+    is_ordered: u32,
+    /// How large radii of rods are.
+    pixels_per_metre: f32,
+}
+
+/// Primitives that are painted one after the other, by one draw call.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(super) struct Run {
+    pub(super) layer: u32,
+    /// Fixed primitives, or behind them moving ones; in space, places in [`Drawing::order`].
+    pub(super) places: Range<u32>,
 }
 
 /// What the graphics card gets for one frame. Buffers are kept from frame to frame.
@@ -53,7 +56,10 @@ pub(super) struct Drawing {
     pub(super) placements: Vec<Placement>,
     pub(super) layers: Vec<Layer>,
     pub(super) moving: Vec<Primitive>,
-    pub(super) order: Vec<Entry>,
+    /// What is painted, from the back to the front.
+    pub(super) runs: Vec<Run>,
+    /// In space, primitives by their depth; empty where the order of the scene is that of painting.
+    pub(super) order: Vec<u32>,
     /// What cannot be made of primitives: words, in points.
     pub(super) words: Vec<Item>,
     /// Parts of the mechanism, by their depth, m towards the eye.
@@ -61,6 +67,9 @@ pub(super) struct Drawing {
     /// The scene without its shapes: what is left of a picture of it lies beside the mechanism.
     bare: Scene,
 }
+
+/// Vertices of a primitive: two triangles.
+pub(super) const VERTICES: u32 = 6;
 
 /// How much of a ghost is seen, as in pictures of [`bksim_scene::picture`].
 const GHOST: f32 = 0.22;
@@ -74,11 +83,17 @@ impl Drawing {
     /// Puts a frame together: ghosts, trails, the mechanism, arrows, from the back to the front.
     pub(super) fn compose(&mut self, scene: &Scene, fixed: &Fixed, frame: &Frame<'_>) {
         let size = frame.camera.size.map(|x| single(x) * frame.pixels_per_point);
-        let n_fixed = count(fixed.primitives.len());
-        self.globals = Globals { size, pixels_per_point: frame.pixels_per_point, n_fixed };
+        self.globals = Globals {
+            size,
+            pixels_per_point: frame.pixels_per_point,
+            n_fixed: count(fixed.primitives.len()),
+            is_ordered: u32::from(!scene.is_planar),
+            pixels_per_metre: single(frame.camera.scale) * frame.pixels_per_point,
+        };
         self.placements.clear();
         self.layers.clear();
         self.moving.clear();
+        self.runs.clear();
         self.order.clear();
         self.words.clear();
 
@@ -89,7 +104,7 @@ impl Drawing {
         }
         let Extras { trails, arrows, has_labels, .. } = frame.extras;
         if !trails.is_empty() {
-            let world = (count(fixed.anchors.len()), frame.camera.centre);
+            let world = world(fixed, frame);
             for (color, points) in trails {
                 let stroke = Stroke { color: *color, width: frame.theme.sizes.trail };
                 let range = self.moved(world, |out| out.fading(points, stroke));
@@ -113,70 +128,53 @@ impl Drawing {
         poses: &[Pose],
         layer: u32,
     ) {
+        if scene.is_planar {
+            // Fixed primitives lie on the card in this order.
+            self.paint(0..fixed.n_behind, layer);
+            self.spans(scene, fixed, frame, poses, |drawing, _, range| drawing.paint(range, layer));
+            self.paint(fixed.n_behind..self.globals.n_fixed, layer);
+            return;
+        }
+        let depth = |p: [f64; 3]| frame.camera.project(p)[2];
+        let own = scene.shapes.iter().zip(&fixed.middles).map(|(shape, &middle)| {
+            poses.get(shape.body).map_or(f64::NEG_INFINITY, |pose| depth(pose.place(middle)))
+        });
+        let depths = scene.depths(&own.collect::<Vec<_>>());
         let mut parts = std::mem::take(&mut self.parts);
         parts.clear();
-        let depth = |p: [f64; 3]| if scene.is_planar { 0.0 } else { frame.camera.project(p)[2] };
-        let shapes = self.shapes(scene, fixed, frame, poses);
-        let of = |is_front: bool| {
-            let drawn = scene.shapes.iter().zip(&shapes);
-            let chosen = drawn.filter(move |(shape, _)| shape.role.is_in_front() == is_front);
-            chosen.map(|(_, part)| part.clone())
-        };
-        parts.extend(of(false));
-        for span in &scene.spans {
-            let [Some(a), Some(b)] = span.ends.each_ref().map(|end| poses.get(end.body)) else {
-                continue;
-            };
-            let ends = [a.place(span.ends[0].position), b.place(span.ends[1].position)];
-            let [_, _, eye] = frame.camera.r_view_from_world;
-            for (role, points) in span.lines(ends, scene.pin, eye) {
-                let Some(stroke) = frame.theme.paint(role).stroke else { continue };
-                let world = (count(fixed.anchors.len()), frame.camera.centre);
-                let range = self.moved(world, |out| out.line(&points, false, stroke));
-                parts.push((depth(middle(&points)), range));
-            }
-        }
-        parts.extend(of(true));
-        if !scene.is_planar {
-            parts.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-        }
+        parts.extend(depths.into_iter().zip(fixed.ranges.iter().cloned()));
+        self.spans(scene, fixed, frame, poses, |_, points, range| {
+            parts.push((depth(middle(points)), range));
+        });
+        parts.sort_by(|(a, _), (b, _)| a.total_cmp(b));
         for (_, range) in &parts {
             self.paint(range.clone(), layer);
         }
         self.parts = parts;
     }
 
-    /// The shapes, in the order of the scene, with their depths in space.
-    fn shapes(
+    /// Adds the primitives of spans, and gives their points and places to `add`.
+    fn spans(
         &mut self,
         scene: &Scene,
         fixed: &Fixed,
         frame: &Frame<'_>,
         poses: &[Pose],
-    ) -> Vec<(f64, Range<u32>)> {
-        let world = (count(fixed.anchors.len()), frame.camera.centre);
-        let mut ranges = Vec::with_capacity(scene.shapes.len());
-        let mut depths = vec![0.0; scene.shapes.len()];
-        for (place, shape) in scene.shapes.iter().enumerate() {
-            let Some(pose) = poses.get(shape.body) else {
-                ranges.push(0..0);
+        mut add: impl FnMut(&mut Self, &[[f64; 3]], Range<u32>),
+    ) {
+        let world = world(fixed, frame);
+        let [_, _, eye] = frame.camera.r_view_from_world;
+        for span in &scene.spans {
+            let [Some(a), Some(b)] = span.ends.each_ref().map(|end| poses.get(end.body)) else {
                 continue;
             };
-            ranges.push(if let Form::Rod { ends, radius } = shape.form {
-                let ring = silhouette(ends.map(|end| pose.place(end)), radius, frame.camera);
-                let paint = frame.theme.paint(shape.role);
-                self.moved(world, |out| out.region(&[ring], paint.fill, paint.stroke))
-            } else {
-                fixed.ranges[place].clone()
-            });
-            if !scene.is_planar {
-                depths[place] = frame.camera.project(pose.place(fixed.middles[place]))[2];
+            let ends = [a.place(span.ends[0].position), b.place(span.ends[1].position)];
+            for (role, points) in span.lines(ends, scene.pin, eye) {
+                let Some(stroke) = frame.theme.paint(role).stroke else { continue };
+                let range = self.moved(world, |out| out.line(&points, false, stroke));
+                add(self, &points, range);
             }
         }
-        if !scene.is_planar {
-            depths = scene.depths(&depths);
-        }
-        depths.into_iter().zip(ranges).collect()
     }
 
     /// Placements of all bodies, of the world, and of the picture.
@@ -221,7 +219,23 @@ impl Drawing {
 
     /// Paints primitives next.
     fn paint(&mut self, primitives: Range<u32>, layer: u32) {
-        self.order.extend(primitives.map(|primitive| Entry { primitive, layer }));
+        let places = if self.globals.is_ordered == 0 {
+            primitives
+        } else {
+            let first = count(self.order.len());
+            self.order.extend(primitives);
+            first..count(self.order.len())
+        };
+        // Vertices are numbered by 32 bits: what is beyond them is left out.
+        if places.is_empty() || places.end > u32::MAX / VERTICES {
+            return;
+        }
+        match self.runs.last_mut() {
+            Some(last) if last.layer == layer && last.places.end == places.start => {
+                last.places.end = places.end;
+            }
+            _ => self.runs.push(Run { layer, places }),
+        }
     }
 
     /// Adds primitives relative to an anchor, in the world or in the picture, and gives their places.
@@ -235,6 +249,11 @@ impl Drawing {
         draw(&mut Out { primitives: &mut self.moving, body, anchor });
         first..place(self.moving.len())
     }
+}
+
+/// The place behind those of all bodies, and what is subtracted from points of the world, m.
+fn world(fixed: &Fixed, frame: &Frame<'_>) -> (u32, [f64; 3]) {
+    (count(fixed.anchors.len()), frame.camera.centre)
 }
 
 /// Where a body's points are in pixels.

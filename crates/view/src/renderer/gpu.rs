@@ -6,15 +6,16 @@ use bytemuck::NoUninit;
 use wgpu::{BufferBindingType, BufferUsages, ShaderStages};
 
 use super::Counts;
-use super::frame::{Drawing, Entry, Globals, Layer, Placement};
+use super::frame::{Drawing, Globals, Layer, Placement, Run, VERTICES};
 use super::primitive::{Fixed, Primitive, count};
 
 /// The shader, one file per primitive.
-const SHADER: &str =
-    concat!(include_str!("shader.wgsl"), include_str!("mesh.wgsl"), include_str!("line.wgsl"));
-
-/// Corners of a primitive: two triangles in a strip.
-const CORNERS: u32 = 4;
+const SHADER: &str = concat!(
+    include_str!("shader.wgsl"),
+    include_str!("mesh.wgsl"),
+    include_str!("line.wgsl"),
+    include_str!("rod.wgsl")
+);
 
 /// Pipeline, buffers and what the last frame needs of them.
 #[derive(Debug)]
@@ -30,10 +31,10 @@ pub(super) struct Gpu {
     layers: Growing,
     order: Growing,
     /// What is in it.
-    last_order: Vec<Entry>,
+    last_order: Vec<u32>,
     /// `None` when a buffer has been replaced.
     bindings: Option<wgpu::BindGroup>,
-    n_entries: u32,
+    runs: Vec<Run>,
 }
 
 /// A buffer that is made anew, twice as large, when it is too small.
@@ -49,18 +50,19 @@ impl Growing {
         Self { buffer: buffer(device, usage, size as u64), usage }
     }
 
-    /// Writes items and says whether the buffer is another one.
+    /// Writes items, as many as the card has room for, and says whether the buffer is another one.
     fn write<T: NoUninit>(
         &mut self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         items: &[T],
     ) -> bool {
-        let bytes: &[u8] = bytemuck::cast_slice(items);
+        let limit = device.limits().max_storage_buffer_binding_size;
+        let room = usize::try_from(limit).unwrap_or(usize::MAX) / size_of::<T>();
+        let bytes: &[u8] = bytemuck::cast_slice(&items[..items.len().min(room)]);
         let n_bytes = bytes.len() as u64;
         let is_small = n_bytes > self.buffer.size();
         if is_small {
-            let limit = device.limits().max_storage_buffer_binding_size;
             let size = n_bytes.next_power_of_two().min(limit).max(n_bytes);
             self.buffer = buffer(device, self.usage, size);
         }
@@ -91,10 +93,10 @@ impl Gpu {
             moving: storage(size_of::<Primitive>()),
             placements: storage(size_of::<Placement>()),
             layers: storage(size_of::<Layer>()),
-            order: Growing::new(device, BufferUsages::VERTEX, 4096),
+            order: storage(size_of::<u32>()),
             last_order: Vec::new(),
             bindings: None,
-            n_entries: 0,
+            runs: Vec::new(),
             device: device.clone(),
             queue: queue.clone(),
             layout,
@@ -111,43 +113,46 @@ impl Gpu {
                 range.end = range.end.min(count(room));
                 range.start = range.start.min(range.end);
             }
+            fixed.n_behind = fixed.n_behind.min(count(room));
         }
         if self.fixed.write(&self.device, &self.queue, &fixed.primitives) {
             self.bindings = None;
         }
-        self.n_entries = 0;
+        self.runs.clear();
     }
 
     /// Sends what changes from frame to frame.
     pub(super) fn set_frame(&mut self, drawing: &Drawing) -> Counts {
-        let Drawing { globals, placements, layers, moving, order, .. } = drawing;
+        let Drawing { globals, placements, layers, moving, order, runs, .. } = drawing;
         let (device, queue) = (&self.device, &self.queue);
+        // Neighbours in depth mostly stay neighbours from frame to frame.
+        let is_reordered = *order != self.last_order;
         let is_new = [
             self.globals.write(device, queue, &[*globals]),
             self.moving.write(device, queue, moving),
             self.placements.write(device, queue, placements),
             self.layers.write(device, queue, layers),
+            is_reordered && self.order.write(device, queue, order),
         ];
-        // The vertex buffer is no part of the bindings, and mostly stays as it is.
-        let is_reordered = *order != self.last_order;
         if is_reordered {
-            self.order.write(device, queue, order);
             self.last_order.clone_from(order);
         }
         if self.bindings.is_none() || is_new.contains(&true) {
             self.bindings = Some(self.bind());
         }
-        self.n_entries = count(order.len());
+        self.runs.clone_from(runs);
         let n_bytes = size_of_val(globals)
             + size_of_val(&placements[..])
             + size_of_val(&layers[..])
             + size_of_val(&moving[..])
             + if is_reordered { size_of_val(&order[..]) } else { 0 };
-        Counts { n_draws: usize::from(!order.is_empty()), n_primitives: order.len(), n_bytes }
+        let n_primitives = runs.iter().map(|run| run.places.len()).sum();
+        Counts { n_draws: runs.len(), n_primitives, n_bytes }
     }
 
     fn bind(&self) -> wgpu::BindGroup {
-        let buffers = [&self.globals, &self.fixed, &self.moving, &self.placements, &self.layers];
+        let buffers =
+            [&self.globals, &self.fixed, &self.moving, &self.placements, &self.layers, &self.order];
         let entries: Vec<wgpu::BindGroupEntry<'_>> = buffers
             .iter()
             .enumerate()
@@ -166,18 +171,20 @@ impl Gpu {
     }
 
     pub(super) fn paint(&self, pass: &mut wgpu::RenderPass<'_>) {
-        let Some(bindings) = self.bindings.as_ref().filter(|_| self.n_entries > 0) else { return };
+        let Some(bindings) = &self.bindings else { return };
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, bindings, &[]);
-        pass.set_vertex_buffer(0, self.order.buffer.slice(..));
-        pass.draw(0..CORNERS, 0..self.n_entries);
+        for Run { layer, places } in &self.runs {
+            // Few vertices as many instances would leave most of a graphics card idle.
+            pass.draw(VERTICES * places.start..VERTICES * places.end, *layer..layer + 1);
+        }
     }
 }
 
-/// Five buffers: what all primitives share, the fixed and the moving ones, placements, layers.
+/// Six buffers: what all primitives share, the fixed and the moving ones, placements, layers, order.
 fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     let storage = BufferBindingType::Storage { read_only: true };
-    let types = [BufferBindingType::Uniform, storage, storage, storage, storage];
+    let types = [BufferBindingType::Uniform, storage, storage, storage, storage, storage];
     let entries: Vec<wgpu::BindGroupLayoutEntry> = types
         .into_iter()
         .enumerate()
@@ -222,16 +229,9 @@ fn pipeline(
             module: &module,
             entry_point: Some("vertex"),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
-            buffers: &[Some(wgpu::VertexBufferLayout {
-                array_stride: 8,
-                step_mode: wgpu::VertexStepMode::Instance,
-                attributes: &wgpu::vertex_attr_array![0 => Uint32x2],
-            })],
+            buffers: &[],
         },
-        primitive: wgpu::PrimitiveState {
-            topology: wgpu::PrimitiveTopology::TriangleStrip,
-            ..wgpu::PrimitiveState::default()
-        },
+        primitive: wgpu::PrimitiveState::default(),
         depth_stencil: None,
         multisample: wgpu::MultisampleState::default(),
         fragment: Some(wgpu::FragmentState {

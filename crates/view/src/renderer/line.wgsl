@@ -22,9 +22,14 @@ fn segment_coverage(pixel: vec2f, in: Painted) -> f32 {
     if (in.kind & HAS_BEHIND) != 0u && distance_to(pixel, in.ends.zw, in.neighbours.zw) < own {
         return 0.0;
     }
-    // A line thinner than a pixel is a pixel wide, and fainter.
-    let half_width = max(in.half_width, 0.5);
-    return clamp(half_width + 0.5 - own, 0.0, 1.0) * min(2.0 * in.half_width, 1.0);
+    return covered(own, in.half_width);
+}
+
+// The part of a pixel at some distance from the middle of a line that the line paints. One that is
+// thinner than a pixel is a pixel wide, and fainter.
+fn covered(distance: f32, half_width: f32) -> f32 {
+    let within = clamp(max(half_width, 0.5) + 0.5 - distance, 0.0, 1.0);
+    return within * clamp(2.0 * half_width, 0.0, 1.0);
 }
 
 // Distance from a point to a segment; at its ends it is exactly that to the end.

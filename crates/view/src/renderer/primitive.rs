@@ -1,17 +1,17 @@
-//! [`Primitive`]: triangles and segments, and those that are fixed to bodies.
+//! [`Primitive`]: triangles, segments and rods, and those that are fixed to bodies.
 
 use std::ops::Range;
 
-use bksim_scene::{Color, Form, Scene, Stroke, Theme};
+use bksim_scene::{Color, Form, Paint, Scene, Stroke, Theme};
 use bytemuck::{Pod, Zeroable};
 
 use super::{line, mesh};
 
-/// A triangle or a segment of a line, as the shader reads it.
+/// A triangle, a segment of a line or a rod, as the shader reads it.
 ///
 /// A triangle has the corners `a`, `b`, `before`. A segment goes from `a` to `b` and knows the points
 /// before and behind it, so that neighbours share the pixels about their joint without painting any
-/// twice.
+/// twice. A rod goes from `a` to `b`, and `before` begins with its radius, m.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Primitive {
@@ -20,13 +20,13 @@ pub(super) struct Primitive {
     /// Place of the body.
     pub(super) body: u32,
     pub(super) b: [f32; 3],
-    /// Half of the width of a segment, points.
+    /// Half of the width of a segment or rim, points.
     pub(super) half_width: f32,
     pub(super) before: [f32; 3],
     /// Red, green, blue, opacity, the red in the lowest byte.
     pub(super) color: u32,
     pub(super) behind: [f32; 3],
-    /// [`TRIANGLE`], or which neighbours a segment has.
+    /// [`TRIANGLE`], [`ROD`], [`RIM`], or which neighbours a segment has.
     pub(super) kind: u32,
 }
 
@@ -35,14 +35,20 @@ pub(super) const TRIANGLE: u32 = 0;
 pub(super) const SEGMENT: u32 = 1;
 pub(super) const HAS_BEFORE: u32 = 2;
 pub(super) const HAS_BEHIND: u32 = 4;
+pub(super) const ROD: u32 = 8;
+/// The edge of a rod.
+pub(super) const RIM: u32 = 9;
 
 /// Width of the edge of an area that has none of its own, points: it makes the area smooth.
 const HAIRLINE: f32 = 1.0;
 
-/// The primitives on bodies, those of a shape together, in the order of the scene.
+/// The primitives on bodies, those of a shape together: first those of shapes behind the spans, then
+/// those in front of them, both in the order of the scene. In a plane that is how they are painted.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Fixed {
     pub(super) primitives: Vec<Primitive>,
+    /// How many of them lie behind the spans.
+    pub(super) n_behind: u32,
     /// By shape.
     pub(super) ranges: Vec<Range<u32>>,
     /// By shape, the middle of its points in the frame of its body, m: where it lies in depth.
@@ -56,9 +62,13 @@ impl Fixed {
     /// The primitives of a scene's shapes.
     pub(super) fn of(scene: &Scene, theme: &Theme) -> Self {
         let anchors = anchors(scene);
-        let (mut primitives, mut ranges) = (Vec::new(), Vec::new());
-        for shape in &scene.shapes {
-            let first = count(primitives.len());
+        let mut primitives = Vec::new();
+        let mut ranges = vec![0..0; scene.shapes.len()];
+        let is_in_front = |&idx: &usize| scene.shapes[idx].role.is_in_front();
+        let (front, behind): (Vec<_>, Vec<_>) = (0..ranges.len()).partition(is_in_front);
+        let mut n_behind = 0;
+        for (place, &idx) in behind.iter().chain(&front).enumerate() {
+            let (shape, first) = (&scene.shapes[idx], count(primitives.len()));
             if let Some(&anchor) = anchors.get(shape.body) {
                 let paint = theme.paint(shape.role);
                 let mut out = Out { primitives: &mut primitives, body: count(shape.body), anchor };
@@ -69,14 +79,16 @@ impl Fixed {
                             out.line(points, *is_closed, stroke);
                         }
                     }
-                    // Its outline depends on the camera.
-                    Form::Rod { .. } => (),
+                    Form::Rod { ends, radius } => out.rod(*ends, *radius, &paint),
                 }
             }
-            ranges.push(first..count(primitives.len()));
+            ranges[idx] = first..count(primitives.len());
+            if place < behind.len() {
+                n_behind = ranges[idx].end;
+            }
         }
         let middles = scene.shapes.iter().map(|shape| middle(points_of(&shape.form))).collect();
-        Self { primitives, ranges, middles, anchors }
+        Self { primitives, n_behind, ranges, middles, anchors }
     }
 }
 
@@ -120,6 +132,24 @@ impl Out<'_> {
             let half_width = 0.5 * stroke.width;
             let (body, color) = (self.body, packed(stroke.color));
             self.primitives.push(Primitive { body, half_width, color, ..segment });
+        }
+    }
+
+    /// A rod of this radius, m, with its edge.
+    fn rod(&mut self, ends: [[f64; 3]; 2], radius: f64, paint: &Paint) {
+        let ([a, b], radius) = (ends.map(|end| self.relative(end)), single(radius));
+        let is_finite = [a, b].as_flattened().iter().all(|x| x.is_finite()) && radius.is_finite();
+        if !is_finite || radius < 0.0 {
+            return;
+        }
+        let rod =
+            Primitive { a, b, body: self.body, before: [radius, 0.0, 0.0], ..Primitive::default() };
+        if let Some(fill) = paint.fill {
+            self.primitives.push(Primitive { color: packed(fill), kind: ROD, ..rod });
+        }
+        if let Some(Stroke { color, width }) = paint.stroke {
+            let (color, half_width) = (packed(color), 0.5 * width);
+            self.primitives.push(Primitive { half_width, color, kind: RIM, ..rod });
         }
     }
 

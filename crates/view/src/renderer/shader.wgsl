@@ -1,9 +1,11 @@
-// Everything that is painted: triangles and segments of lines, in the order of the entries.
+// Everything that is painted: triangles, segments of lines and rods, in their order.
 
 struct Globals {
     size: vec2f,
     pixels_per_point: f32,
     n_fixed: u32,
+    is_ordered: u32,
+    pixels_per_metre: f32,
 }
 
 struct Primitive {
@@ -33,6 +35,7 @@ struct Layer {
 @group(0) @binding(2) var<storage, read> moving_primitives: array<Primitive>;
 @group(0) @binding(3) var<storage, read> placements: array<Placement>;
 @group(0) @binding(4) var<storage, read> layers: array<Layer>;
+@group(0) @binding(5) var<storage, read> order: array<u32>;
 
 // Whether the target takes linear light in place of sRGB.
 override is_linear: bool = false;
@@ -40,6 +43,8 @@ override is_linear: bool = false;
 const TRIANGLE = 0u;
 const HAS_BEFORE = 2u;
 const HAS_BEHIND = 4u;
+const ROD = 8u;
+const RIM = 9u;
 
 struct Painted {
     @builtin(position) position: vec4f,
@@ -52,14 +57,20 @@ struct Painted {
 }
 
 @vertex
-fn vertex(@builtin(vertex_index) corner: u32, @location(0) entry: vec2u) -> Painted {
-    var primitive: Primitive;
-    if entry.x < globals.n_fixed {
-        primitive = fixed_primitives[entry.x];
-    } else {
-        primitive = moving_primitives[entry.x - globals.n_fixed];
+fn vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) layer_idx: u32) -> Painted {
+    var place = vertex / 6u;
+    if globals.is_ordered != 0u {
+        place = order[place];
     }
-    let layer = layers[entry.y];
+    // Two triangles: corners 0, 1, 2 and 2, 1, 3, from the lowest digit.
+    let corner = (0x312210u >> (4u * (vertex % 6u))) & 3u;
+    var primitive: Primitive;
+    if place < globals.n_fixed {
+        primitive = fixed_primitives[place];
+    } else {
+        primitive = moving_primitives[place - globals.n_fixed];
+    }
+    let layer = layers[layer_idx];
     let at = placements[layer.first_placement + primitive.body];
     let a = placed(at, primitive.a);
     let b = placed(at, primitive.b);
@@ -76,6 +87,12 @@ fn vertex(@builtin(vertex_index) corner: u32, @location(0) entry: vec2u) -> Pain
     if primitive.kind == TRIANGLE {
         out.pixel = triangle_corner(a, b, before, corner);
     } else {
+        if primitive.kind >= ROD {
+            // In place of neighbours, how far from the line a rim begins.
+            let radius = primitive.before.x * globals.pixels_per_metre;
+            out.neighbours = vec4f(radius - out.half_width, 0.0, 0.0, 0.0);
+            out.half_width += radius;
+        }
         out.pixel = segment_corner(a, b, out.half_width, corner);
     }
     let ndc = 2.0 * out.pixel / globals.size - 1.0;
@@ -86,7 +103,9 @@ fn vertex(@builtin(vertex_index) corner: u32, @location(0) entry: vec2u) -> Pain
 @fragment
 fn fragment(in: Painted) -> @location(0) vec4f {
     var coverage = 1.0;
-    if in.kind != TRIANGLE {
+    if in.kind >= ROD {
+        coverage = rod_coverage(in.pixel, in);
+    } else if in.kind != TRIANGLE {
         // The middle of the pixel in the viewport, the same to the last bit for all segments there:
         // neighbours have to agree on which of them paints it.
         let viewport = round(in.position.xy - in.pixel);

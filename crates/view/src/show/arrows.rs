@@ -1,5 +1,7 @@
 //! Arrows of reactions, velocities and forces, to scale over the whole run.
 
+use std::time::Instant;
+
 use bksim::mbs::load_forces::LoadForces;
 use bksim::mbs::run::Unreplayed;
 use bksim::playback::Playback;
@@ -7,7 +9,10 @@ use bksim_scene::vectors::{VectorAt, applied_forces, arrow_scale, arrows, reacti
 use bksim_scene::{Color, Scene, Theme};
 
 use super::ShowOptions;
-use super::reach::instants;
+use super::reach::{INSTANTS, instant};
+
+/// A colour, a point of the world and a vector from it, m.
+pub(super) type Arrow = (Color, [f64; 3], [f64; 3]);
 
 /// Lengths of arrows.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -30,30 +35,47 @@ pub(super) struct Arrows {
     velocity: f64,
     /// Diagonal of the box that the mechanism moves in, m.
     extent: f64,
+    /// Instants that the largest are known of.
+    n_seen: usize,
 }
 
 impl Arrows {
-    /// Looks for the largest vectors of a run; `reach` are the points that it gets to.
-    pub(super) fn over_run(
-        playback: &mut Playback,
-        scene: &Scene,
-        reach: &[[f64; 3]],
-    ) -> Result<Self, Unreplayed> {
+    /// Knows no vectors yet; `reach` are the points that the mechanism gets to.
+    pub(super) fn new(playback: &Playback, reach: &[[f64; 3]]) -> Self {
         let mechanism = playback.mechanism();
         let (model, parameters) = (&mechanism.model, &mechanism.parameters);
         let loads = LoadForces::compile(model, &mechanism.system, parameters).ok();
         let extent = extent(reach);
-        let mut found = Self { loads, reaction: 0.0, applied: 0.0, velocity: 0.0, extent };
-        for t in instants(playback.span()) {
-            playback.seek(t)?;
+        Self { loads, reaction: 0.0, applied: 0.0, velocity: 0.0, extent, n_seen: 0 }
+    }
+
+    /// Whether the largest vectors of the run are known, and with them how long all are drawn.
+    pub(super) fn is_known(&self) -> bool {
+        self.n_seen == INSTANTS
+    }
+
+    /// Looks for the largest vectors of the run until the deadline, but gets on in any case. The
+    /// playback is at another instant afterwards.
+    pub(super) fn go_on(
+        &mut self,
+        playback: &mut Playback,
+        scene: &Scene,
+        deadline: Option<Instant>,
+    ) -> Result<(), Unreplayed> {
+        while !self.is_known() {
+            playback.seek(instant(playback.span(), self.n_seen))?;
             let (sample, poses) = (playback.sample(), playback.poses());
-            found.reaction = largest(reactions(scene, poses, sample), found.reaction);
-            found.velocity = largest(velocities(scene, poses), found.velocity);
-            if let Some(loads) = &mut found.loads {
-                found.applied = largest(applied_forces(loads, sample), found.applied);
+            self.reaction = largest(reactions(scene, poses, sample), self.reaction);
+            self.velocity = largest(velocities(scene, poses), self.velocity);
+            if let Some(loads) = &mut self.loads {
+                self.applied = largest(applied_forces(loads, sample), self.applied);
+            }
+            self.n_seen += 1;
+            if deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+                break;
             }
         }
-        Ok(found)
+        Ok(())
     }
 
     /// Lengths that suit what is shown: reactions and forces have one scale, so that they compare.
@@ -73,7 +95,7 @@ impl Arrows {
         scene: &Scene,
         options: &ShowOptions,
         theme: &Theme,
-    ) -> Vec<(Color, [f64; 3], [f64; 3])> {
+    ) -> Vec<Arrow> {
         let scales = self.scales(options);
         let (sample, poses) = (playback.sample(), playback.poses());
         let mut all = Vec::new();

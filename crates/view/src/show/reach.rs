@@ -1,31 +1,26 @@
 //! Where a mechanism gets to over a run.
 
-use bksim::mbs::run::Unreplayed;
 use bksim::playback::Playback;
 use bksim_scene::Scene;
 
 /// Instants at which a run is looked at, the ends among them.
 pub(super) const INSTANTS: usize = 61;
 
-/// Evenly spaced instants over a run, s.
-pub(super) fn instants([first, last]: [f64; 2]) -> impl Iterator<Item = f64> {
-    (0..INSTANTS).map(move |k| first + (last - first) * k as f64 / (INSTANTS - 1) as f64)
+/// The instant of this number, s.
+pub(super) fn instant([first, last]: [f64; 2], idx: usize) -> f64 {
+    first + (last - first) * idx as f64 / (INSTANTS - 1) as f64
 }
 
 /// The outermost points of every body, at instants over the run.
-pub(super) fn over_run(
-    playback: &mut Playback,
-    scene: &Scene,
-) -> Result<Vec<[f64; 3]>, Unreplayed> {
+pub(super) fn over_run(playback: &mut Playback, scene: &Scene) -> Vec<[f64; 3]> {
     let outermost = outermost(scene);
     let mut points = Vec::new();
-    for t in instants(playback.span()) {
-        playback.seek(t)?;
-        for (pose, of_body) in playback.poses().iter().zip(&outermost) {
+    for poses in playback.poses_over_run(INSTANTS) {
+        for (pose, of_body) in poses.iter().zip(&outermost) {
             points.extend(of_body.iter().map(|&p| pose.place(p)));
         }
     }
-    Ok(points)
+    points
 }
 
 /// By body, the points that lie farthest in some direction.

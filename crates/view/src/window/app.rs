@@ -1,10 +1,9 @@
 //! [`App`]: what a window is made of, and one frame of it.
 
 use std::cell::RefCell;
-use std::path::Path;
 use std::rc::Rc;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use bksim_scene::Extras;
 use eframe::egui_wgpu;
@@ -17,12 +16,15 @@ use super::curves::Curves;
 use super::eye::Eye;
 use super::measure::Measure;
 use super::source::{Loader, News};
-use super::{Look, Outcome, Report, WindowOptions, controls, overlay, panel, picture, style};
+use super::{Outcome, Report, WindowOptions, controls, overlay, panel, picture, style};
 use crate::renderer::SceneRenderer;
 use crate::show::Show;
 
 /// The window's wide enough for curves from here on.
 const WIDE: f32 = 900.0;
+
+/// What a frame may spend on trails and on the scale of arrows, which grow from frame to frame.
+const PATIENCE: Duration = Duration::from_millis(3);
 
 /// A renderer that the window's render pass shares.
 pub(super) type SharedRenderer = Arc<Mutex<SceneRenderer>>;
@@ -64,13 +66,7 @@ impl<'a> App<'a> {
         outcome: Rc<RefCell<Outcome>>,
     ) -> Option<Self> {
         let context = &created.egui_ctx;
-        style::set(context);
-        context.options_mut(|options| options.fallback_theme = egui::Theme::Light);
-        context.set_theme(match options.look {
-            Look::System => egui::ThemePreference::System,
-            Look::Light => egui::ThemePreference::Light,
-            Look::Dark => egui::ThemePreference::Dark,
-        });
+        style::set(context, options.look);
         let state = created.wgpu_render_state.as_ref()?;
         let renderer = SceneRenderer::new(&state.device, &state.queue, state.target_format);
         Some(Self {
@@ -122,7 +118,8 @@ impl<'a> App<'a> {
     }
 
     /// Shows another motion: time, camera and choices stay.
-    fn take_show(&mut self, show: Box<Show>) {
+    fn take_show(&mut self, mut show: Box<Show>) {
+        show.patience = Some(PATIENCE);
         let known = self.show.as_ref().map(|known| known.scene().is_planar);
         if known != Some(show.scene().is_planar) {
             self.eye = Eye::new(show.scene().is_planar);
@@ -179,10 +176,7 @@ impl<'a> App<'a> {
             Action::Loop => clock.is_looping = !clock.is_looping,
             Action::Fit => {
                 let size = self.eye.camera().size;
-                match show.points_over_run() {
-                    Ok(points) => self.eye.fit(size, points),
-                    Err(error) => self.fault = Some(error.to_string()),
-                }
+                self.eye.fit(size, show.points_over_run());
             }
             Action::Theme => toggle_theme(context),
             Action::Panel => self.is_panel_open = !self.is_panel_open,
@@ -214,7 +208,7 @@ impl<'a> App<'a> {
             }
             if self.extras_t != Some(t) {
                 self.extras = show.extras()?;
-                self.extras_t = Some(t);
+                self.extras_t = show.is_whole().then_some(t);
             }
             Ok(())
         });
@@ -272,7 +266,8 @@ impl<'a> App<'a> {
     fn is_moving(&self) -> bool {
         let is_behind = self.show.as_ref().is_some_and(|show| show.t() != self.clock.t());
         let has_curves = self.is_panel_open && self.show.is_some() && self.curves.is_unfinished();
-        self.clock.is_playing() || is_behind || has_curves
+        let has_more = self.show.as_ref().is_some_and(|show| !show.is_whole());
+        self.clock.is_playing() || is_behind || has_curves || has_more
     }
 }
 
@@ -313,7 +308,8 @@ pub(super) fn lock(renderer: &SharedRenderer) -> MutexGuard<'_, SceneRenderer> {
     renderer.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn toggle_theme(context: &Context) {
+/// Light becomes dark, and dark light.
+pub(super) fn toggle_theme(context: &Context) {
     let is_dark = context.theme() == egui::Theme::Dark;
     context.set_theme(if is_dark { egui::Theme::Light } else { egui::Theme::Dark });
 }
@@ -330,10 +326,4 @@ impl egui_wgpu::CallbackTrait for Paint {
     ) {
         lock(&self.0).paint(pass);
     }
-}
-
-/// The title of a window.
-pub(super) fn title(name: &str) -> String {
-    let name = Path::new(name).file_name().map_or(name.into(), |name| name.to_string_lossy());
-    format!("{name} – bksim")
 }

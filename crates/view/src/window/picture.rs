@@ -22,9 +22,7 @@ pub(super) fn show(ui: &mut Ui, app: &mut App<'_>) -> Rect {
     let Some(show) = &mut app.show else { return picture };
 
     if app.eye.wants_fit(size) {
-        // Where the motion cannot be computed, a fault tells already.
-        let points = show.points_over_run().unwrap_or_default();
-        app.eye.fit(size, points);
+        app.eye.fit(size, show.points_over_run());
     } else {
         app.eye.resize(size);
     }

@@ -3,6 +3,7 @@
 use bksim_scene::Theme;
 use egui::{Color32, CornerRadius, FontFamily, FontId, Stroke, TextStyle, Visuals};
 
+use super::Look;
 pub(super) use crate::words::color32;
 
 /// The theme of the picture that goes with the look of the window.
@@ -15,8 +16,14 @@ pub(super) fn accent(theme: &Theme) -> Color32 {
     color32(theme.palette[0])
 }
 
-/// Gives both themes of the window their look.
-pub(super) fn set(context: &egui::Context) {
+/// Gives both themes of the window their look, and the window one of them.
+pub(super) fn set(context: &egui::Context, look: Look) {
+    context.options_mut(|options| options.fallback_theme = egui::Theme::Light);
+    context.set_theme(match look {
+        Look::System => egui::ThemePreference::System,
+        Look::Light => egui::ThemePreference::Light,
+        Look::Dark => egui::ThemePreference::Dark,
+    });
     for (which, is_dark) in [(egui::Theme::Light, false), (egui::Theme::Dark, true)] {
         context.set_visuals_of(which, visuals(theme(is_dark)));
     }

@@ -19,6 +19,8 @@ use super::choose::Quantity;
 
 /// Instants at which the motion is computed: a few more than a picture has pixels.
 const N_OVER_TIME: usize = 1200;
+/// The same where one zooms in: a fifth of the time still has a value per pixel.
+const N_ZOOMED: usize = 6_000;
 /// The same for a curve in the plane, which may go round often.
 const N_IN_PLANE: usize = 6000;
 /// A coordinate that differs by more between two segments jumps, relative to its size.
@@ -53,11 +55,17 @@ pub(super) struct Wish<'a> {
     pub(super) x: Option<&'a Quantity>,
     /// First and last time, s; may be infinite.
     pub(super) span: [f64; 2],
+    /// Whether a part of it may be shown as large as the whole.
+    pub(super) is_zoomed: bool,
 }
 
 impl Wish<'_> {
     fn n_instants(&self) -> usize {
-        if self.x.is_some() { N_IN_PLANE } else { N_OVER_TIME }
+        match (self.x, self.is_zoomed) {
+            (Some(_), _) => N_IN_PLANE,
+            (None, true) => N_ZOOMED,
+            (None, false) => N_OVER_TIME,
+        }
     }
 }
 
