@@ -56,6 +56,9 @@ impl<'a> Functions<'a> {
     }
 
     /// Writes G, nc × nq.
+    ///
+    /// # Panics
+    /// If a length is not that of the mechanism.
     pub fn constraint_jacobian_into(&mut self, t: f64, q: &[f64], out: &mut [f64]) {
         assert_eq!(out.len(), self.nc * self.nq, "G is nc × nq");
         out.fill(0.0);

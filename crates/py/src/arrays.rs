@@ -5,13 +5,14 @@ use numpy::ndarray::Array2;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
+/// So many samples stay in the cache while their columns are written.
+const BLOCK: usize = 64;
+
 /// Samples one after another as rows of quantities: `n_columns` numbers per sample become `n_columns`
 /// rows with a number per sample, each contiguous.
 pub(crate) fn transposed(values: &[f64], n_columns: usize) -> Array2<f64> {
-    let n_samples = if n_columns == 0 { 0 } else { values.len() / n_columns };
+    let n_samples = values.len().checked_div(n_columns).unwrap_or(0);
     let mut table = Array2::zeros((n_columns, n_samples));
-    // A block of samples at a time stays in the cache while its columns are written.
-    const BLOCK: usize = 64;
     if let Some(out) = table.as_slice_mut() {
         for (block_idx, block) in values.chunks(BLOCK * n_columns.max(1)).enumerate() {
             for column in 0..n_columns {
@@ -27,7 +28,7 @@ pub(crate) fn transposed(values: &[f64], n_columns: usize) -> Array2<f64> {
 }
 
 /// A table that cannot be written to.
-pub(crate) fn table<'py>(py: Python<'py>, values: Array2<f64>) -> Bound<'py, PyArray2<f64>> {
+pub(crate) fn table(py: Python<'_>, values: Array2<f64>) -> Bound<'_, PyArray2<f64>> {
     let array = PyArray2::from_owned_array(py, values);
     let _ = array.readwrite().make_nonwriteable();
     array

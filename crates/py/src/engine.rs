@@ -275,9 +275,10 @@ impl Engine {
             };
             let mechanism = self.mechanism();
             let Mechanism { model, system, compiled, .. } = &*mechanism;
-            let form = match has_groups {
-                true => ReadingForm::grouped(model, system),
-                false => ReadingForm::plain(model, system),
+            let form = if has_groups {
+                ReadingForm::grouped(model, system)
+            } else {
+                ReadingForm::plain(model, system)
             };
             let proof = proof(model, system, &form);
             let (coordinates, multipliers) = (&compiled.coordinates, &compiled.multipliers);

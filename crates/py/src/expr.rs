@@ -62,6 +62,7 @@ impl Expr {
     }
 }
 
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "methods of Python take a reference")]
 #[pymethods]
 impl Expr {
     /// The symbol of a name.
@@ -159,14 +160,14 @@ impl Expr {
         *self
     }
 
-    fn __richcmp__(&self, other: Operand, op: CompareOp) -> PyResult<Option<bool>> {
+    fn __richcmp__(&self, other: Operand, op: CompareOp) -> Option<bool> {
         let is_same = other.lowered(&pool()) == self.0;
-        Ok(match op {
+        match op {
             CompareOp::Eq => Some(is_same),
             CompareOp::Ne => Some(!is_same),
             // Which is larger depends on the symbols.
             _ => None,
-        })
+        }
     }
 
     fn __hash__(&self) -> u64 {

@@ -150,6 +150,8 @@ impl Functions {
     ) -> Answer<'py> {
         let n = self.compiled.nq() + self.compiled.nc();
         let states = [&q.as_array(), &v.as_array(), &a.as_array(), &lambda.as_array()];
-        self.over(py, &t.as_array(), states, n, |f, t, states, out| f.residual_into(t, states, out))
+        self.over(py, &t.as_array(), states, n, |f, t, [q, v, a, lambda], out| {
+            f.residual_into(t, [q, v, a, lambda], out);
+        })
     }
 }

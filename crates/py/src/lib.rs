@@ -19,6 +19,8 @@
 //! No panic leaves it but as `bksim.InternalError`. Whatever takes longer than a call holds no
 //! interpreter lock.
 
+#![expect(clippy::needless_pass_by_value, reason = "what comes from Python is made for the call")]
+
 mod arrays;
 mod document;
 mod engine;

@@ -46,9 +46,10 @@ pub(crate) fn picture(
     let over_run = playback.poses_over_run(INSTANTS);
     let mechanism = playback.mechanism();
     let scene = Scene::of_motion(&mechanism.model, &mechanism.parameters, &over_run);
-    let camera = match scene.is_planar {
-        true => Camera::planar(size),
-        false => Camera::spatial(size, VIEW[0].to_radians(), VIEW[1].to_radians()),
+    let camera = if scene.is_planar {
+        Camera::planar(size)
+    } else {
+        Camera::spatial(size, VIEW[0].to_radians(), VIEW[1].to_radians())
     };
     let points = over_run.iter().flat_map(|poses| {
         scene.shapes.iter().flat_map(move |shape| {

@@ -184,19 +184,19 @@ impl Run {
 
     /// Writes the log.
     fn save(&self, py: Python<'_>, path: std::path::PathBuf) -> PyResult<()> {
-        let values = self.rows(py)?;
+        let values = self.rows(py);
         guard(py, || crate::logged::save(self, &values, &path))
     }
 
     /// The page of the run as HTML.
     fn page(&self, py: Python<'_>, title: Option<String>) -> PyResult<String> {
-        let values = self.rows(py)?;
+        let values = self.rows(py);
         guard(py, || crate::show::page(self, &values, title))
     }
 
     /// The mechanism at an instant as SVG.
     fn picture(&self, py: Python<'_>, t: f64, size: [f64; 2], is_dark: bool) -> PyResult<String> {
-        let values = self.rows(py)?;
+        let values = self.rows(py);
         guard(py, || crate::show::picture(self, &values, t, size, is_dark))
     }
 }
@@ -211,12 +211,12 @@ pub(crate) struct Rows {
 
 impl Run {
     /// The table, sample by sample.
-    fn rows(&self, py: Python<'_>) -> PyResult<Rows> {
+    fn rows(&self, py: Python<'_>) -> Rows {
         use numpy::PyArrayMethods;
         let t = self.t.bind(py).readonly();
         let table = self.table.bind(py).readonly();
         let (t, table) = (t.as_array().to_vec(), table.as_array());
         let n_columns = table.nrows();
-        Ok(Rows { t, values: table.t().iter().copied().collect(), n_columns })
+        Rows { t, values: table.t().iter().copied().collect(), n_columns }
     }
 }
