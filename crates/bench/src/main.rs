@@ -7,6 +7,7 @@
 //! cargo run --release -p bksim-bench -- scale
 //! cargo run --release -p bksim-bench -- drift [SUITE…]
 //! cargo run --release -p bksim-bench -- sweep
+//! cargo run --release -p bksim-bench -- python
 //! ```
 //!
 //! Every suite prints a table, and below it each goal with what was found. Times are CPU times and
@@ -21,6 +22,7 @@ mod mechanisms;
 mod models;
 mod peers;
 mod precision;
+mod python;
 mod report;
 mod scale;
 mod sweep;
@@ -56,6 +58,8 @@ enum Command {
     Scale(Options),
     /// Cases of a sweep beside single runs, and two threads beside one.
     Sweep(Options),
+    /// A solve from Python beside the same solve from Rust; wants `pip install ./crates/py`.
+    Python(Options),
     /// Energy and constraints over long runs, and through singular poses.
     Drift(DriftArgs),
     /// One size of `scale`, in a process of its own.
@@ -175,6 +179,9 @@ fn run(cli: &Cli) -> Result<(), BenchError> {
         }
         Command::Sweep(options) => {
             run_all(&["sweep"], |_, context| sweep::measure(context), options)
+        }
+        Command::Python(options) => {
+            run_all(&["python"], |_, context| python::measure(context), options)
         }
         Command::Drift(args) => {
             let all = <drift::Suite as clap::ValueEnum>::value_variants();

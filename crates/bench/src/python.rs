@@ -1,0 +1,157 @@
+//! What a solve from Python costs beside the same solve from Rust.
+
+use bksim::Mechanism;
+use bksim::dae::Control;
+use bksim::mbs::formulate::MotionEquations;
+use bksim::mbs::run::{Observer, Sample, Segment};
+use bksim::mbs::sensitivity::StateSensitivity;
+use bksim::mbs::start::Start;
+use bksim::record::Channels;
+use serde_json::{Value, json};
+
+use crate::Context;
+use crate::error::BenchError;
+use crate::report::{Check, Report, Table, ratio, seconds};
+use crate::timing::{cpu_time, median};
+
+/// An example, its end time, s: a short run, a long one, and one with Radau IIA.
+const RUNS: [(&str, f64); 3] = [("slider-crank", 2.0), ("four-bar", 20.0), ("governor", 10.0)];
+const RTOL: f64 = 1e-8;
+
+/// Measures the suite.
+pub(crate) fn measure(context: &Context) -> Result<Report, BenchError> {
+    let mut report = Report::new("python", "a solve from Python beside the same solve from Rust");
+    let mut table = Table::new(["example", "kept", "Rust", "Python", "Python over Rust"]);
+    for (name, t_end) in RUNS {
+        let path = format!("{}/../../examples/{name}/model.toml", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(&path)
+            .map_err(|source| BenchError::io(path.as_ref(), source))?;
+        let ours = Ours::new(name, &text, t_end)?;
+        let runs = if context.effort.is_quick { 1 } else { 15 };
+        let mut ratios = [Vec::new(), Vec::new()];
+        let mut times = [[Vec::new(), Vec::new()], [Vec::new(), Vec::new()]];
+        for _ in 0..context.effort.rounds {
+            let wanted = json!({ "model": path, "t_end": t_end, "rtol": RTOL, "runs": runs });
+            let theirs = match context.peers.python("package", &wanted) {
+                Ok(found) => found,
+                Err(absent) => {
+                    report.notes.push(format!("Python: {absent}"));
+                    return Ok(report);
+                }
+            };
+            for (idx, key) in ["dense", "samples"].into_iter().enumerate() {
+                let (own, last) = ours.least(runs, idx == 0)?;
+                let their = least_of(&theirs[key]);
+                if idx == 0 && !is_same(&last, &theirs["last"]) {
+                    return Err(BenchError::Data("Python and Rust solve to the same state"));
+                }
+                ratios[idx].push(their / own);
+                times[idx][0].push(own);
+                times[idx][1].push(their);
+            }
+        }
+        for (idx, kept) in ["samples and motion", "samples"].into_iter().enumerate() {
+            let [own, their] = &times[idx];
+            let over = median(&ratios[idx]);
+            table.push([
+                name.to_owned(),
+                kept.to_owned(),
+                seconds(median(own)),
+                seconds(median(their)),
+                ratio(over),
+            ]);
+            report.checks.push(Check::at_most(&format!("{name}, {kept}"), over, 1.05));
+            report.numbers.insert(format!("{name}_{}", kept.replace(' ', "_")), json!(over));
+        }
+    }
+    report.tables.push(table);
+    report.notes.push(
+        "both from a model whose equations and start are known, into tables of numbers".to_owned(),
+    );
+    Ok(report)
+}
+
+fn least_of(times: &Value) -> f64 {
+    let times = times.as_array().into_iter().flatten().filter_map(Value::as_f64);
+    times.fold(f64::INFINITY, f64::min)
+}
+
+fn is_same(own: &[f64], theirs: &Value) -> bool {
+    let theirs = theirs.as_array().into_iter().flatten().filter_map(Value::as_f64);
+    own.iter().copied().eq(theirs)
+}
+
+/// A mechanism ready to run.
+struct Ours {
+    mechanism: Mechanism,
+    equations: MotionEquations,
+    start: Start,
+    channels: Channels,
+}
+
+/// Keeps what Python keeps.
+struct Keeping<'a> {
+    channels: &'a Channels,
+    t: Vec<f64>,
+    values: Vec<f64>,
+    segments: Vec<Segment>,
+    last: Vec<f64>,
+    is_dense: bool,
+}
+
+impl Observer for Keeping<'_> {
+    fn sample(&mut self, sample: &Sample, _: &[StateSensitivity]) -> Control {
+        self.t.push(sample.t);
+        self.channels.append_row(sample, &mut self.values);
+        self.last.clone_from(&sample.q);
+        Control::Continue
+    }
+
+    fn wants_segments(&self) -> bool {
+        self.is_dense
+    }
+
+    fn segment(&mut self, segment: &Segment) {
+        self.segments.push(segment.clone());
+    }
+}
+
+impl Ours {
+    fn new(name: &str, text: &str, t_end: f64) -> Result<Self, BenchError> {
+        let refused = |rejected: bksim::Rejected| BenchError::Model {
+            name: name.to_owned(),
+            message: rejected.to_string(),
+        };
+        let mut mechanism = Mechanism::from_toml(text, name).map_err(refused)?;
+        (mechanism.model.solve.t_end, mechanism.model.solve.rtol) = (t_end, RTOL);
+        let equations = mechanism.formulate().map_err(refused)?;
+        let start = mechanism.start().map_err(refused)?;
+        let channels = Channels::new(&mechanism);
+        Ok(Self { mechanism, equations, start, channels })
+    }
+
+    /// The least CPU time of some runs, s, and the last coordinates.
+    fn least(&self, runs: usize, is_dense: bool) -> Result<(f64, Vec<f64>), BenchError> {
+        let (mut least, mut last) = (f64::INFINITY, Vec::new());
+        // One more than in Python's list: there, too, the first is not counted.
+        for idx in 0..=runs {
+            let mut keeping = Keeping {
+                channels: &self.channels,
+                t: Vec::new(),
+                values: Vec::new(),
+                segments: Vec::new(),
+                last: Vec::new(),
+                is_dense,
+            };
+            let begun = cpu_time();
+            let ran = self.mechanism.run(&self.equations, &self.start, &mut keeping, &|| false);
+            let taken = cpu_time() - begun;
+            ran.map_err(|_| BenchError::Data("an example runs to its end"))?;
+            if idx > 0 {
+                least = least.min(taken);
+            }
+            last = keeping.last;
+        }
+        Ok((least, last))
+    }
+}
