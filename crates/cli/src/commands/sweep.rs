@@ -131,7 +131,7 @@ fn design(args: &Sweep) -> Design {
 
 fn failure(source: &Text, error: SweepError) -> Failure {
     match error {
-        SweepError::Rejected(rejected) => source.rejected(rejected.0),
+        SweepError::Rejected(rejected) => source.rejected(rejected.0).into(),
         SweepError::File { path, error } => Failure::writing(&path, &error),
         SweepError::Table { path, error } => {
             let what = format!("cannot be written: {}", without_number(&error.to_string()));
