@@ -101,8 +101,7 @@ impl Number {
     /// The nearest float.
     pub fn to_f64(self) -> f64 {
         match self {
-            // Correctly rounded while both parts are exact as floats.
-            Self::Rational(r) => *r.numer() as f64 / *r.denom() as f64,
+            Self::Rational(r) => nearest(*r.numer(), *r.denom()),
             Self::Float(f) => f,
         }
     }
@@ -308,9 +307,46 @@ impl std::fmt::Display for Number {
     }
 }
 
+/// The float nearest to a quotient; `denominator` is positive.
+fn nearest(numerator: i128, denominator: i128) -> f64 {
+    const EXACT: u128 = 1 << 53;
+    let (n, d) = (numerator.unsigned_abs(), denominator.unsigned_abs());
+    if n <= EXACT && d <= EXACT || n >> 127 == 1 {
+        return numerator as f64 / denominator as f64;
+    }
+    // Rounding either part first would round twice: 0.9500000000000001 would be 0.95. So long division
+    // in binary, to 63 digits, the last of which tells whether anything is left.
+    let shift = d.leading_zeros().cast_signed() - n.leading_zeros().cast_signed();
+    let d = d << shift.max(0);
+    let mut rest = n << (-shift).max(0);
+    let mut digits = 0u64;
+    for _ in 0..63 {
+        let digit = rest >= d;
+        rest = (rest - if digit { d } else { 0 }) << 1;
+        digits = digits << 1 | u64::from(digit);
+    }
+    let magnitude = (digits | u64::from(rest != 0)) as f64 * 2f64.powi(shift - 62);
+    if numerator < 0 { -magnitude } else { magnitude }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn literals_become_the_nearest_floats() {
+        // 17 digits tell every float from its neighbours.
+        let mut state = 7u64;
+        for _ in 0..2000 {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            let exponent = [-12, -5, -1, 0, 3][usize::try_from(state % 5).expect("small")];
+            let value = (state >> 11) as f64 * 10f64.powi(exponent - 16);
+            for text in [format!("{value:?}"), format!("{value:.25}"), format!("{value:.16e}")] {
+                let read = Number::parse(&text).expect("a number").to_f64();
+                assert_eq!(read, text.parse().expect("a number"), "{text}");
+            }
+        }
+    }
 
     #[test]
     fn decimal_literals_are_exact() {

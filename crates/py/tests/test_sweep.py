@@ -43,14 +43,15 @@ def interrupt_after(condition: Any) -> threading.Thread:
 
 
 def test_a_row_is_what_solve_gives_to_the_last_bit(crank: bksim.Model) -> None:
-    axes = {"l1": np.linspace(0.8, 1.1, 3), "A.rate": [0.0, 0.3], "m2": (4.0, 5.5)}
+    axes = {"l1": np.linspace(0.8, 1.1, 7), "A.rate": [0.0, 0.3], "m2": (4.0, 5.5)}
     s = bksim.sweep(crank, axes, outputs=OUTPUTS, t_end=0.2, rtol=1e-7)
-    assert len(s) == 12 and s.ok.all() and s.is_whole and s.failures == ()
-    assert s.inputs == ("l1", "A.rate", "m2") and s.shape == (3, 2, 2)
+    assert len(s) == 28 and s.ok.all() and s.is_whole and s.failures == ()
+    assert s.inputs == ("l1", "A.rate", "m2") and s.shape == (7, 2, 2)
     for k in range(len(s)):
-        crank.parameters["l1"], crank.parameters["m2"] = s["l1"][k], s["m2"][k]
-        crank.initial["A"] = {"angle": 0, "rate": repr(float(s["A.rate"][k]))}
-        sol = crank.solve(t_end=0.2, rtol=1e-7)
+        text = crank.text.replace("rate = 0", f"rate = {s['A.rate'][k]!s}")
+        alone = bksim.loads(text, set={"l1": s["l1"][k], "m2": s["m2"][k]})
+        assert alone.parameters["l1"] == s["l1"][k]
+        sol = alone.solve(t_end=0.2, rtol=1e-7)
         assert s["final(state.x3)"][k] == sol["x3"][-1]
         assert s["max(energy.kinetic)"][k] == sol["energy.kinetic"].max()
         assert s["min(reactions.A.fy)"][k] == sol["reactions.A.fy"].min()
@@ -68,6 +69,27 @@ def test_what_is_set_on_the_model_holds_in_its_sweeps(crank: bksim.Model) -> Non
     crank.parameters["l1"] = 0.5
     again = bksim.sweep(crank, axes, outputs=OUTPUTS, t_end=0.1)
     assert np.array_equal(again["max(energy.kinetic)"], after["max(energy.kinetic)"])
+
+
+def test_rates_are_varied_and_set_in_si() -> None:
+    m = bksim.loads("""
+[parameters]
+omega = "3 rad/s"
+[bodies.wheel]
+mass = 1
+inertia = 1
+[joints.A]
+type = "revolute"
+between = ["ground", "wheel"]
+[initial]
+A = { angle = 0, rate = "omega" }
+[solve]
+t_end = 1
+""")
+    s = bksim.sweep(m, {"omega": [2.0, 4.0]}, outputs=["final(state.A_angle)"])
+    assert np.allclose(s["final(state.A_angle)"], [2.0, 4.0], rtol=1e-12)
+    m.parameters["omega"] = 4.0
+    assert m.solve()["A.angle"][-1] == s["final(state.A_angle)"][1]
 
 
 def test_texts_and_numbers_are_the_same_axis(crank: bksim.Model) -> None:
@@ -90,11 +112,10 @@ def test_cases_that_fail_are_rows_with_their_reason(crank: bksim.Model) -> None:
     assert [f.case for f in s.failures] == [0, 1]
     assert {f.status for f in s.failures} == {"refused"}
     for failure in s.failures:
-        crank.parameters["m2"] = -1.0
         with pytest.raises(bksim.ModelError) as caught:
-            crank.solve(t_end=0.1)
-        assert failure.code == caught.value.diagnostics[0].code
-        assert failure.reason == caught.value.diagnostics[0].message
+            bksim.loads(crank.text, set={"m2": -1, "l1": s["l1"][failure.case]})
+        fault = next(d for d in caught.value.diagnostics if d.severity == "error")
+        assert (failure.code, failure.reason) == (fault.code, fault.message)
         assert bksim.explain(failure.code)
     assert np.isnan(s["max(energy.kinetic)"][:2]).all()
     assert np.isnan(s.grid("max(energy.kinetic)")[0]).all() and s.grid("l1").shape == (3, 2)

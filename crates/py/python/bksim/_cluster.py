@@ -67,7 +67,7 @@ def work(
 def _slots(executor: Any) -> int:
     """How many tasks can run at a time."""
     if hasattr(executor, "nthreads"):
-        return max(sum(executor.nthreads().values()), 1)
+        return max(int(sum(executor.nthreads().values())), 1)
     return int(getattr(executor, "_max_workers", 0) or os.cpu_count() or 1)
 
 

@@ -97,17 +97,18 @@ class Rows(Protocol):
 class InMemory:
     """Rows that were computed here."""
 
-    path = None
+    path: Path | None = None
 
     def __init__(self, about: About, blocks: Sequence[_bksim._Block]) -> None:
         n_numbers = len(about.inputs) + len(about.outputs) + 1
-        numbers = np.concatenate([np.empty((n_numbers, 0)), *(block[1] for block in blocks)], axis=1)
+        none = np.empty((n_numbers, 0))
+        numbers: Array = np.concatenate([none, *(block[1] for block in blocks)], axis=1)
         numbers.flags.writeable = False
         self._about = about
         self._case = np.array([case for block in blocks for case in block[0]], dtype=np.int64)
         self._steps = np.array([n for block in blocks for n in block[2]], dtype=np.int64)
         names = [name for name, _ in (*about.inputs, *about.outputs)]
-        self._numbers = dict(zip([*names, "t_reached"], numbers, strict=True))
+        self._numbers: dict[str, Array] = dict(zip([*names, "t_reached"], numbers, strict=True))
         self._failures = tuple(
             Failure(block[0][place], status, code, reason)
             for block in blocks
@@ -127,7 +128,8 @@ class InMemory:
         return texts
 
     def ok(self) -> NDArray[np.bool_]:
-        return ~np.isin(self._case, [failure.case for failure in self._failures])
+        is_ok: NDArray[np.bool_] = ~np.isin(self._case, [f.case for f in self._failures])
+        return is_ok
 
     def failures(self) -> tuple[Failure, ...]:
         return self._failures
@@ -183,7 +185,8 @@ class InFile:
 
     def arrow(self) -> pyarrow.Table:
         with self._file as file:
-            return file.read()
+            rows: pyarrow.Table = file.read()
+            return rows
 
 
 class Sweep:
