@@ -10,8 +10,8 @@ use bksim::mbs::file::Limits;
 use bksim::options::{FORMULATIONS, JITS, METHODS, SolveChanges};
 use bksim_input::{Text, json_all};
 use bksim_sweep::{
-    Axis, Column, Design, Existing, Monitor, Parts, Plan, Request, Row, Spacing, SweepError, Values,
-    codes, is_whole, write,
+    Axis, Column, Design, Existing, Monitor, Parts, Plan, Request, Row, Spacing, SweepError,
+    Values, codes, is_whole, write,
 };
 use numpy::PyArray2;
 use pyo3::exceptions::{PyFileExistsError, PyValueError};
@@ -160,7 +160,8 @@ impl Study {
         let (tables, raised) = watched(py, notify.as_ref(), |monitor| {
             let table_of = |_, rows: Vec<Row>| self.study.table_of(&rows);
             let tables = self.study.parts(&parts, jobs, monitor, table_of);
-            let tables = tables.and_then(|tables| tables.into_iter().map(Option::transpose).collect());
+            let tables =
+                tables.and_then(|tables| tables.into_iter().map(Option::transpose).collect());
             tables.map_err(|error| self.fault(error))
         })?;
         let tables: Vec<Option<Vec<u8>>> = tables;

@@ -6,6 +6,8 @@ import multiprocessing
 import os
 import pickle
 import signal
+import subprocess
+import sys
 import threading
 import time
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
@@ -353,3 +355,38 @@ def test_an_interrupt_while_an_executor_works_keeps_what_has_arrived(
     assert 2 <= len(list(parts.glob("*.parquet"))) < 100
     sampled(crank, out=path, resume=True)
     assert path.exists()
+
+
+def test_a_sweep_into_a_file_takes_no_more_memory_for_more_cases(tmp_path: Path) -> None:
+    script = """
+import resource, sys
+import bksim, numpy as np
+m = bksim.loads('''
+[parameters]
+l = "1 m"
+[bodies.bob]
+mass = 1
+com = [0, "-l"]
+[joints.A]
+type = "revolute"
+between = ["ground", "bob"]
+[initial]
+A = { angle = 1 }
+[loads.gravity]
+type = "gravity"
+acceleration = [0, -9.81]
+[solve]
+t_end = 1e-3
+''')
+def peak(n):
+    how = dict(outputs=["final(state.A_angle)"], overwrite=True, out=sys.argv[1])
+    assert len(bksim.sweep(m, {"l": (1, 2)}, design="random", n=n, **how)) == n
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+before = peak(16384)
+print(peak(131072) - before)
+"""
+    command = [sys.executable, "-c", script, str(tmp_path / "s.parquet")]
+    grown_mb = float(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+    # In memory, the rows of the larger one take 5 MB as arrays alone, and several times as much as
+    # objects.
+    assert grown_mb < 4, f"{grown_mb} MB"

@@ -99,11 +99,7 @@ impl Study {
     }
 
     /// As [`Study::rows`], on the threads that this is called from.
-    fn rows_counted(
-        &self,
-        cases: Range<u64>,
-        counter: &Counter<'_>,
-    ) -> Option<Vec<Row>> {
+    fn rows_counted(&self, cases: Range<u64>, counter: &Counter<'_>) -> Option<Vec<Row>> {
         let case = |worker: &mut Worker<'_>, case: u64| {
             if counter.is_stopped() {
                 return None;

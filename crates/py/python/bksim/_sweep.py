@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -108,6 +108,7 @@ def _in_memory(
     blocks: dict[int, _bksim._Block] = {}
     stopped: BaseException | None = None
     parts = list(range(study.n_parts))
+    n_kept = 0
     if sent is None:
         done, stopped = study.blocks(parts, jobs, notify)
         blocks = {part: block for part, block in zip(parts, done, strict=True) if block is not None}
@@ -115,7 +116,8 @@ def _in_memory(
         try:
             for part, block in parts_done(study, *sent, "blocks", parts):
                 blocks[part] = block
-                _tell(notify, sum(len(block[0]) for block in blocks.values()))
+                n_kept += len(block[0])
+                _tell(notify, n_kept)
         except KeyboardInterrupt as interrupt:
             stopped = interrupt
     result = Sweep(about, InMemory(about, [blocks[part] for part in sorted(blocks)]))
