@@ -13,6 +13,7 @@
 //! | `functions.rs` | the compiled functions |
 //! | `expr.rs` | the algebra by itself |
 //! | `show.rs` | pictures, curves and pages |
+//! | `sweep.rs` | the runs of many cases, here or on other machines |
 //!
 //! # Invariants
 //!
@@ -31,6 +32,7 @@ mod logged;
 mod show;
 mod solution;
 mod solving;
+mod sweep;
 
 use pyo3::prelude::*;
 
@@ -44,10 +46,12 @@ fn bksim_module(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<functions::Functions>()?;
     m.add_class::<expr::Expr>()?;
     m.add_class::<expr::Compiled>()?;
+    m.add_class::<sweep::Study>()?;
     m.add_function(wrap_pyfunction!(document::to_toml, m)?)?;
     m.add_function(wrap_pyfunction!(document::from_toml, m)?)?;
     m.add_function(wrap_pyfunction!(logged::open_log, m)?)?;
     m.add_function(wrap_pyfunction!(show::figure, m)?)?;
+    m.add_function(wrap_pyfunction!(sweep::si_unit, m)?)?;
     m.add_function(wrap_pyfunction!(fault::explain, m)?)?;
     m.add_function(wrap_pyfunction!(fault::panic_for_tests, m)?)?;
     Ok(())

@@ -17,7 +17,7 @@ use crate::fault::{Fault, guard};
 use crate::solution::{Ending, Kept, Run};
 
 /// How often Python is asked whether to go on: Ctrl-C is to work within a fifth of a second.
-const LOOK_EVERY: Duration = Duration::from_millis(50);
+pub(crate) const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 /// What a run is asked for.
 #[derive(FromPyObject)]
@@ -54,7 +54,7 @@ impl Wanted {
     }
 }
 
-fn chosen<T: Copy>(
+pub(crate) fn chosen<T: Copy>(
     option: &str,
     words: &[(&'static str, T)],
     word: Option<&str>,

@@ -53,6 +53,6 @@ pub use case::{Ending, Fault, Row};
 pub use error::SweepError;
 pub use output::{Output, Take};
 pub use plan::{Design, LARGEST, Plan};
-pub use resume::{Existing, FaultCount, Report, parts_of, write};
+pub use resume::{Existing, FaultCount, Parts, Report, is_whole, parts_of, write};
 pub use run::Monitor;
-pub use study::{Column, Request, Study};
+pub use study::{Column, Request, Study, si_unit};

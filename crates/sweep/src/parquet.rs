@@ -38,6 +38,7 @@ use crate::study::{Study, hex};
 const OWN: [&str; 6] = ["case", "status", "code", "reason", "t_reached", "steps"];
 
 /// How the rows of a study lie in a table.
+#[derive(Debug)]
 pub(crate) struct Layout {
     schema: TypePtr,
     /// Names and units of the axes, then of the outputs.
@@ -137,6 +138,16 @@ impl Layout {
     pub(crate) fn joined<W: Write + Send>(&self, out: W) -> Result<Joined<W>, ParquetError> {
         let properties = self.properties(Vec::new());
         SerializedFileWriter::new(out, Arc::clone(&self.schema), properties).map(Joined)
+    }
+}
+
+impl Study {
+    /// How its rows lie in a table; the same one whenever it is asked for.
+    pub(crate) fn layout(&self) -> Result<&Layout, ParquetError> {
+        match self.layout.get() {
+            Some(layout) => Ok(layout),
+            None => Layout::new(self).map(|layout| self.layout.get_or_init(|| layout)),
+        }
     }
 }
 

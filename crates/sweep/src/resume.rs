@@ -7,19 +7,17 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::{BufWriter, Write};
-use std::ops::Range;
+use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use ::parquet::file::metadata::KeyValue;
 use bksim::mbs::diagnostic::Diagnostic;
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use crate::case::Row;
 use crate::codes;
 use crate::error::SweepError;
-use crate::parquet::{Layout, entry, survey};
-use crate::run::{Counter, Monitor, threads};
+use crate::parquet::{entry, survey};
+use crate::run::Monitor;
 use crate::study::Study;
 
 /// What to do about parts of a sweep that are there already.
@@ -68,13 +66,6 @@ pub fn parts_of(table: &Path) -> PathBuf {
     name.into()
 }
 
-/// Cases of a part, so that there are 64 to 128 of them, or more of 8192: few enough that writing
-/// and joining them is nothing, many enough that little is lost. The number of threads has no part in
-/// it, so that the table does not depend on them.
-fn part_size(n_cases: u64) -> u64 {
-    n_cases.div_ceil(128).next_power_of_two().min(8192)
-}
-
 /// Does the cases of `study` that are missing and writes the table. `n_jobs` threads, or one per
 /// core for 0; neither they nor interruptions change a byte of it.
 ///
@@ -88,56 +79,88 @@ pub fn write(
     n_jobs: usize,
     monitor: &Monitor<'_>,
 ) -> Result<Report, SweepError> {
-    let parts = Parts { study, layout: layout(study, table)?, directory: parts_of(table) };
-    parts.open(existing)?;
-    let size = part_size(study.n_cases());
-    let n_parts = study.n_cases().div_ceil(size);
-    let cases = |part: u64| part * size..((part + 1) * size).min(study.n_cases());
-
+    let parts = Parts::open(study, table, existing)?;
     let mut report = Report { n_cases: study.n_cases(), ..Report::default() };
     let mut missing = Vec::new();
-    for part in 0..n_parts {
-        match parts.known(part, cases(part)) {
+    for part in 0..study.n_parts() {
+        match parts.known(part) {
             Some(tally) => tally.add_to(&mut report),
             None => missing.push(part),
         }
     }
     report.n_resumed = report.n_done + report.n_failed;
 
-    let counter = Counter::new(*monitor, report.n_resumed);
-    let done = threads(n_jobs)?.install(|| {
-        let part = |part: u64| parts.write(part, cases(part), &counter);
-        missing.into_par_iter().map(part).collect::<Result<Vec<_>, SweepError>>()
+    let progress = |n_ended| (monitor.progress)(report.n_resumed + n_ended);
+    let monitor = Monitor { progress: &progress, ..*monitor };
+    let done = study.parts(&missing, n_jobs, &monitor, |part, rows| {
+        parts.put(part, &study.table_of(&rows)?)?;
+        Ok::<Tally, SweepError>(Tally::of(&rows))
     })?;
-    for tally in &done {
-        match tally {
+    for tally in done {
+        match tally.transpose()? {
             Some(tally) => tally.add_to(&mut report),
             None => report.is_stopped = true,
         }
     }
     if !report.is_stopped {
-        parts.join(n_parts, table)?;
+        parts.join()?;
     }
     Ok(report)
 }
 
-fn layout(study: &Study, table: &Path) -> Result<Layout, SweepError> {
-    Layout::new(study).map_err(SweepError::table(table))
+/// Whether a file is the whole table of this very sweep.
+pub fn is_whole(study: &Study, table: &Path) -> bool {
+    let found = File::open(table).ok().and_then(|file| survey(&file).ok());
+    found.is_some_and(|(n_rows, about)| {
+        let is_own = |entry: &KeyValue| {
+            entry.key == "bksim.fingerprint" && entry.value.as_ref() == Some(&study.fingerprint())
+        };
+        n_rows == study.n_cases() && about.iter().any(is_own)
+    })
 }
 
-/// The finished parts of a sweep.
-struct Parts<'a> {
+impl Study {
+    /// A part as a table of its own; `rows` are all of its.
+    ///
+    /// # Errors
+    /// [`SweepError::Table`].
+    pub fn table_of(&self, rows: &[Row]) -> Result<Vec<u8>, SweepError> {
+        let mut bytes = Vec::new();
+        let layout = self.layout();
+        let written =
+            layout.and_then(|layout| layout.write(rows, Tally::of(rows).metadata(), &mut bytes));
+        written.map_err(SweepError::table(Path::new("a part")))?;
+        Ok(bytes)
+    }
+}
+
+/// Finished parts of a sweep on disk, done here or elsewhere.
+pub struct Parts<'a> {
     study: &'a Study,
-    layout: Layout,
+    table: PathBuf,
     directory: PathBuf,
 }
 
 /// Holds the fingerprint of the sweep that the parts are of.
 const FINGERPRINT: &str = "fingerprint";
 
-impl Parts<'_> {
-    /// Makes the directory, or finds that of this sweep.
-    fn open(&self, existing: Existing) -> Result<(), SweepError> {
+impl<'a> Parts<'a> {
+    /// Makes the directory beside `table`, or finds that of this sweep.
+    ///
+    /// # Errors
+    /// As for [`write`].
+    pub fn open(study: &'a Study, table: &Path, existing: Existing) -> Result<Self, SweepError> {
+        let parts = Self { study, table: table.to_owned(), directory: parts_of(table) };
+        parts.claim(existing)?;
+        Ok(parts)
+    }
+
+    /// The parts that are still to be done.
+    pub fn missing(&self) -> Vec<u64> {
+        (0..self.study.n_parts()).filter(|&part| self.known(part).is_none()).collect()
+    }
+
+    fn claim(&self, existing: Existing) -> Result<(), SweepError> {
         let path = self.directory.join(FINGERPRINT);
         let shown = self.directory.display();
         let own = self.study.fingerprint();
@@ -194,47 +217,43 @@ impl Parts<'_> {
     }
 
     /// What came of a part that is there and whole.
-    fn known(&self, part: u64, cases: Range<u64>) -> Option<Tally> {
+    fn known(&self, part: u64) -> Option<Tally> {
+        let cases = self.study.cases_of(part);
         let (n_rows, about) = survey(&File::open(self.path(part)).ok()?).ok()?;
         let tally = Tally::from_metadata(&about)?;
         (n_rows == cases.end - cases.start).then_some(tally)
     }
 
-    /// Does the cases of a part and writes them; `None` when that was stopped.
-    fn write(
-        &self,
-        part: u64,
-        cases: Range<u64>,
-        counter: &Counter<'_>,
-    ) -> Result<Option<Tally>, SweepError> {
-        let Some(rows) = self.study.rows_counted(cases, counter) else { return Ok(None) };
-        let tally = Tally::of(&rows);
+    /// Keeps a part, as [`Study::table_of`] has made it here or elsewhere.
+    ///
+    /// # Errors
+    /// [`SweepError::File`].
+    pub fn put(&self, part: u64, table: &[u8]) -> Result<(), SweepError> {
         let path = self.path(part);
         let written = path.with_extension("parquet.new");
-        let failed = SweepError::file(&written);
-        let mut out = BufWriter::new(File::create(&written).map_err(&failed)?);
-        let layout = &self.layout;
-        layout.write(&rows, tally.metadata(), &mut out).map_err(SweepError::table(&written))?;
-        out.flush().map_err(&failed)?;
-        fs::rename(&written, &path).map_err(SweepError::file(&path))?;
-        Ok(Some(tally))
+        fs::write(&written, table).map_err(SweepError::file(&written))?;
+        fs::rename(&written, &path).map_err(SweepError::file(&path))
     }
 
     /// Makes one table of all parts, and removes them.
-    fn join(&self, n_parts: u64, table: &Path) -> Result<(), SweepError> {
+    ///
+    /// # Errors
+    /// [`SweepError`], also when a part is missing.
+    pub fn join(&self) -> Result<(), SweepError> {
         let written = self.directory.join("table.parquet.new");
         let failed = SweepError::file(&written);
         let bad = SweepError::table(&written);
         let mut out = BufWriter::new(File::create(&written).map_err(&failed)?);
-        let mut joined = self.layout.joined(&mut out).map_err(&bad)?;
-        for part in 0..n_parts {
+        let layout = self.study.layout().map_err(&bad)?;
+        let mut joined = layout.joined(&mut out).map_err(&bad)?;
+        for part in 0..self.study.n_parts() {
             let path = self.path(part);
             let file = File::open(&path).map_err(SweepError::file(&path))?;
             joined.append(&file).map_err(SweepError::table(&path))?;
         }
         joined.finish().map_err(&bad)?;
         out.into_inner().map_err(|e| failed(e.into_error()))?.sync_all().map_err(&failed)?;
-        fs::rename(&written, table).map_err(SweepError::file(table))?;
+        fs::rename(&written, &self.table).map_err(SweepError::file(&self.table))?;
         self.remove()
     }
 }

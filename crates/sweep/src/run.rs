@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::case::{Row, Worker};
@@ -27,17 +27,17 @@ impl Default for Monitor<'_> {
 }
 
 /// Cases that have ended.
-pub(crate) struct Counter<'a> {
+struct Counter<'a> {
     monitor: Monitor<'a>,
     n_ended: AtomicU64,
 }
 
 impl<'a> Counter<'a> {
-    pub(crate) fn new(monitor: Monitor<'a>, n_ended: u64) -> Self {
-        Self { monitor, n_ended: AtomicU64::new(n_ended) }
+    fn new(monitor: Monitor<'a>) -> Self {
+        Self { monitor, n_ended: AtomicU64::new(0) }
     }
 
-    pub(crate) fn is_stopped(&self) -> bool {
+    fn is_stopped(&self) -> bool {
         (self.monitor.stop)()
     }
 }
@@ -58,16 +58,48 @@ impl Study {
         monitor: &Monitor<'_>,
     ) -> Result<Option<Vec<Row>>, SweepError> {
         assert!(cases.end <= self.n_cases(), "cases {cases:?} of {}", self.n_cases());
-        let counter = Counter::new(*monitor, 0);
+        let counter = Counter::new(*monitor);
         Ok(threads(n_jobs)?.install(|| self.rows_counted(cases, &counter)))
     }
 
-    /// As [`Study::rows`], on the threads that this is called from.
-    pub(crate) fn rows_counted(
+    /// How many parts there are: 64 to 128, or more of 8192 cases. Few enough that writing and joining
+    /// them is nothing, many enough that little is lost when a sweep is interrupted.
+    pub fn n_parts(&self) -> u64 {
+        self.n_cases().div_ceil(self.part_size())
+    }
+
+    /// The cases of a part; the number of threads has no part in it, so that tables do not depend on
+    /// them.
+    pub fn cases_of(&self, part: u64) -> Range<u64> {
+        let (size, n) = (self.part_size(), self.n_cases());
+        part.saturating_mul(size).min(n)..part.saturating_add(1).saturating_mul(size).min(n)
+    }
+
+    fn part_size(&self) -> u64 {
+        self.n_cases().div_ceil(128).next_power_of_two().min(8192)
+    }
+
+    /// Does parts, and makes of the rows of each what `keep` makes of them as soon as they are there;
+    /// `None` for a part that `monitor` stopped. `n_jobs` threads, or one per core for 0.
+    ///
+    /// # Errors
+    /// [`SweepError::Threads`].
+    pub fn parts<T: Send>(
         &self,
-        cases: Range<u64>,
-        counter: &Counter<'_>,
-    ) -> Option<Vec<Row>> {
+        parts: &[u64],
+        n_jobs: usize,
+        monitor: &Monitor<'_>,
+        keep: impl Fn(u64, Vec<Row>) -> T + Sync,
+    ) -> Result<Vec<Option<T>>, SweepError> {
+        let counter = Counter::new(*monitor);
+        let part = |&part: &u64| {
+            self.rows_counted(self.cases_of(part), &counter).map(|rows| keep(part, rows))
+        };
+        Ok(threads(n_jobs)?.install(|| parts.par_iter().map(part).collect()))
+    }
+
+    /// As [`Study::rows`], on the threads that this is called from.
+    fn rows_counted(&self, cases: Range<u64>, counter: &Counter<'_>) -> Option<Vec<Row>> {
         let case = |worker: &mut Worker<'_>, case: u64| {
             if counter.is_stopped() {
                 return None;
@@ -87,7 +119,7 @@ impl Study {
     }
 }
 
-pub(crate) fn threads(n_jobs: usize) -> Result<ThreadPool, SweepError> {
+fn threads(n_jobs: usize) -> Result<ThreadPool, SweepError> {
     let name = |idx| format!("sweep {idx}");
     Ok(ThreadPoolBuilder::new().num_threads(n_jobs).thread_name(name).build()?)
 }

@@ -1,7 +1,7 @@
 //! What all cases of a sweep share: the plan, and the equations derived and compiled once.
 
 use std::fmt::Write as _;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use bksim::mbs::compile::CompiledSystem;
 use bksim::mbs::diagnostic::Diagnostic;
@@ -16,6 +16,7 @@ use sha2::{Digest, Sha256};
 use crate::axis::Axis;
 use crate::codes;
 use crate::output::{Output, Take};
+use crate::parquet::Layout;
 use crate::plan::Plan;
 
 /// What is asked for.
@@ -72,6 +73,7 @@ pub struct Study {
     model_name: String,
     warnings: Vec<Diagnostic>,
     options_text: String,
+    pub(crate) layout: OnceLock<Layout>,
 }
 
 /// The functions of a mechanism that a case needs.
@@ -166,6 +168,7 @@ impl Study {
             model_name,
             warnings,
             options_text: String::new(),
+            layout: OnceLock::new(),
         };
         study.request.changes.apply(&mut study.options);
         study.options_text = format!("{:?}", study.options);
@@ -361,6 +364,17 @@ fn input(request: &Request, model: &Model, axis: &Axis) -> Result<Input, Diagnos
         return Err(Diagnostic::error(codes::BAD_AXIS, message).help(help));
     }
     Ok(Input { of: Of::Initial(initial_idx), unit: written, si: si.to_owned() })
+}
+
+/// SI unit of a parameter or stated initial value, for an [`Axis`] with numbers in SI; `None` when
+/// nothing has this name.
+pub fn si_unit(model: &Model, name: &str) -> Option<String> {
+    let parameter = model.parameters.iter().find(|p| p.name == name);
+    let initial = || model.initial.iter().find(|i| i.name == name);
+    let of_initial = || Some(unit_of(model, initial()?.measure).to_owned());
+    let unit = parameter.map(|parameter| parameter.unit.clone()).or_else(of_initial)?;
+    // `1/s` would be read as a number: written, it is rad/s.
+    Some(unit.strip_prefix("1/").map_or(unit.clone(), |rest| format!("rad/{rest}")))
 }
 
 /// SI unit of something of the motion, as written units have it.

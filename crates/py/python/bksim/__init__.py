@@ -46,6 +46,7 @@ from ._parts import (
 from ._report import Check, Start
 from ._show import Animation, Picture, Plot
 from ._solution import Samples, Solution, open
+from ._sweep import Failure, Sweep, sweep
 
 __all__ = [
     "Animation",
@@ -57,6 +58,7 @@ __all__ = [
     "Drive",
     "Equations",
     "Error",
+    "Failure",
     "Force",
     "Friction",
     "Functions",
@@ -83,6 +85,7 @@ __all__ = [
     "Spring",
     "Start",
     "Stop",
+    "Sweep",
     "Torque",
     "Torsion",
     "Weld",
@@ -92,4 +95,5 @@ __all__ = [
     "load",
     "loads",
     "open",
+    "sweep",
 ]

@@ -166,7 +166,7 @@ class Parameters(MutableMapping[str, float]):
         if name not in known:
             raise KeyError(_unknown("parameter", name, known))
         if not isinstance(value, str):
-            unit = known[name][1]
+            unit = _bksim.si_unit(self._model._engine(), name) or ""
             value = f"{float(value)!r} {unit}".strip()
         self._model._overrides[name] = value
 

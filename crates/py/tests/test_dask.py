@@ -1,0 +1,77 @@
+"""Sweeps on a cluster: worker processes of Dask, one of which is killed."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import bksim
+
+distributed = pytest.importorskip("distributed")
+# Its own deprecations, and sockets that a killed worker leaves open.
+pytestmark = pytest.mark.filterwarnings("ignore")
+
+
+@pytest.fixture(scope="module")
+def client() -> Iterator[Any]:
+    with (
+        distributed.LocalCluster(
+            n_workers=3, threads_per_worker=1, processes=True, dashboard_address=None
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        yield client
+
+
+@pytest.fixture
+def crank(examples: Path) -> bksim.Model:
+    return bksim.load(examples / "slider-crank" / "model.toml")
+
+
+def sampled(model: bksim.Model, n: int = 1024, **how: Any) -> bksim.Sweep:
+    axes = {"l1": (0.8, 1.2), "m2": (-0.5, 6)}
+    outputs = ["max(energy.kinetic)", "final(x3)"]
+    return bksim.sweep(model, axes, design="sobol", n=n, outputs=outputs, t_end=1.0, **how)
+
+
+def test_a_cluster_gives_the_same_rows(crank: bksim.Model, client: Any) -> None:
+    here, there = sampled(crank), sampled(crank, executor=client)
+    for name in here.names:
+        a, b = here[name], there[name]
+        assert np.array_equal(a, b, equal_nan=a.dtype == np.float64), name
+    assert here.failures == there.failures and here.failures
+
+
+def test_a_worker_that_is_killed_half_way_loses_nothing(
+    crank: bksim.Model, client: Any, tmp_path: Path
+) -> None:
+    here = sampled(crank, 8192, out=tmp_path / "here.parquet")
+    parts = tmp_path / "there.parquet.parts"
+    pids = client.run(os.getpid)
+    assert len(set(pids.values())) == 3 and os.getpid() not in pids.values()
+    victim = next(iter(pids.values()))
+    seen: list[int] = []
+
+    def kill() -> None:
+        while (n_parts := len(list(parts.glob("*.parquet")))) < 40:
+            time.sleep(0.005)
+        os.kill(victim, signal.SIGKILL)
+        seen.append(n_parts)
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    there = sampled(crank, 8192, executor=client, out=tmp_path / "there.parquet")
+    killer.join()
+    assert 40 <= seen[0] < 128, "it was killed half way"
+    assert here.path is not None and there.path is not None
+    assert there.path.read_bytes() == here.path.read_bytes()
+    assert len(there) == 8192 and not parts.exists()
+    assert victim not in client.run(os.getpid).values()
