@@ -59,17 +59,21 @@ def test_a_worker_that_is_killed_half_way_loses_nothing(
     assert len(set(pids.values())) == 3 and os.getpid() not in pids.values()
     victim = next(iter(pids.values()))
     seen: list[int] = []
+    is_over = threading.Event()
 
     def kill() -> None:
-        while (n_parts := len(list(parts.glob("*.parquet")))) < 40:
+        while (n_parts := len(list(parts.glob("*.parquet")))) < 40 and not is_over.is_set():
             time.sleep(0.005)
         os.kill(victim, signal.SIGKILL)
         seen.append(n_parts)
 
     killer = threading.Thread(target=kill)
     killer.start()
-    there = sampled(crank, 8192, executor=client, out=tmp_path / "there.parquet")
-    killer.join()
+    try:
+        there = sampled(crank, 8192, executor=client, out=tmp_path / "there.parquet")
+    finally:
+        is_over.set()
+        killer.join()
     assert 40 <= seen[0] < 128, "it was killed half way"
     assert here.path is not None and there.path is not None
     assert there.path.read_bytes() == here.path.read_bytes()
