@@ -335,21 +335,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn literals_become_the_nearest_floats() {
-        // 17 digits tell every float from its neighbours.
-        let mut state = 7u64;
-        for _ in 0..2000 {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            let exponent = [-12, -5, -1, 0, 3][usize::try_from(state % 5).expect("small")];
-            let value = (state >> 11) as f64 * 10f64.powi(exponent - 16);
-            for text in [format!("{value:?}"), format!("{value:.25}"), format!("{value:.16e}")] {
-                let read = Number::parse(&text).expect("a number").to_f64();
-                assert_eq!(read, text.parse().expect("a number"), "{text}");
-            }
-        }
-    }
-
-    #[test]
     fn decimal_literals_are_exact() {
         assert_eq!(Number::parse("0.125"), Some(Number::rational(1, 8)));
         assert_eq!(Number::parse("9.81"), Some(Number::rational(981, 100)));
