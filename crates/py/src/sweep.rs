@@ -71,6 +71,9 @@ type Block<'py> = (
 
 type Failed = (usize, &'static str, &'static str, String);
 
+/// What came of some parts, `None` for one that was stopped, and what stopped it.
+type Done<T> = (Vec<Option<T>>, Option<Py<PyAny>>);
+
 #[pymethods]
 impl Study {
     /// Derives and compiles what all cases share.
@@ -129,15 +132,15 @@ impl Study {
         json_all(&self.source, self.study.warnings()).to_string()
     }
 
-    /// The cases of some parts, those of a part together, and what stopped it; `None` for a part that
-    /// was stopped. `notify` is told now and then how many cases have ended.
+    /// The cases of some parts, those of a part together. `notify` is told now and then how many cases
+    /// have ended.
     fn blocks<'py>(
         &self,
         py: Python<'py>,
         parts: Vec<u64>,
         jobs: usize,
         notify: Option<Py<PyAny>>,
-    ) -> PyResult<(Vec<Option<Block<'py>>>, Option<Py<PyAny>>)> {
+    ) -> PyResult<Done<Block<'py>>> {
         self.check(&parts)?;
         let (columns, raised) = watched(py, notify.as_ref(), |monitor| {
             self.study
@@ -155,7 +158,7 @@ impl Study {
         parts: Vec<u64>,
         jobs: usize,
         notify: Option<Py<PyAny>>,
-    ) -> PyResult<(Vec<Option<Bound<'py, PyBytes>>>, Option<Py<PyAny>>)> {
+    ) -> PyResult<Done<Bound<'py, PyBytes>>> {
         self.check(&parts)?;
         let (tables, raised) = watched(py, notify.as_ref(), |monitor| {
             let table_of = |_, rows: Vec<Row>| self.study.table_of(&rows);
@@ -335,17 +338,18 @@ struct Columns {
     cases: Vec<u64>,
     /// Case by case: axes, outputs, the last instant.
     numbers: Vec<f64>,
-    n_columns: usize,
+    /// Numbers of a case.
+    width: usize,
     steps: Vec<u64>,
     failed: Vec<Failed>,
 }
 
 impl Columns {
-    fn of(rows: Vec<Row>, n_columns: usize) -> Self {
+    fn of(rows: Vec<Row>, width: usize) -> Self {
         let mut columns = Self {
             cases: Vec::with_capacity(rows.len()),
-            numbers: Vec::with_capacity(rows.len() * n_columns),
-            n_columns,
+            numbers: Vec::with_capacity(rows.len() * width),
+            width,
             steps: Vec::with_capacity(rows.len()),
             failed: Vec::new(),
         };
@@ -354,7 +358,7 @@ impl Columns {
             columns.steps.push(row.n_steps);
             columns.numbers.extend(&row.inputs);
             columns.numbers.extend(&row.outputs);
-            columns.numbers.resize((place + 1) * n_columns - 1, f64::NAN);
+            columns.numbers.resize((place + 1) * width - 1, f64::NAN);
             columns.numbers.push(row.t);
             let word = row.ending.word();
             if let Some(fault) = row.ending.fault() {
@@ -365,7 +369,7 @@ impl Columns {
     }
 
     fn block(self, py: Python<'_>) -> Block<'_> {
-        let numbers = table(py, transposed(&self.numbers, self.n_columns));
+        let numbers = table(py, transposed(&self.numbers, self.width));
         (self.cases, numbers, self.steps, self.failed)
     }
 }
