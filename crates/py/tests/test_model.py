@@ -70,6 +70,15 @@ def test_parameters_are_si_or_text() -> None:
         m.parameters["ll"] = 1.0
 
 
+def test_a_value_that_is_refused_can_be_replaced(examples: Path) -> None:
+    m = bksim.load(examples / "slider-crank" / "model.toml")
+    m.parameters["m2"] = -1.0
+    with pytest.raises(bksim.ModelError, match="mass"):
+        m.solve(t_end=0.1)
+    m.parameters["m2"] = 4.0
+    assert m.solve(t_end=0.1).success and m.parameters["m2"] == 4.0
+
+
 def test_a_parameter_in_a_file_of_millimetres_is_set_in_metres() -> None:
     m = bksim.load('[units]\nlength = "mm"\n' + PENDULUM.replace("0.5 m", "500 mm"))
     assert m.parameters["l"] == 0.5

@@ -40,6 +40,17 @@ impl<'a> Counter<'a> {
     fn is_stopped(&self) -> bool {
         (self.monitor.stop)()
     }
+
+    /// Does a case and counts it; `None` when it was stopped.
+    fn counted(&self, worker: &mut Worker<'_>, case: u64) -> Option<Row> {
+        if self.is_stopped() {
+            return None;
+        }
+        let row = worker.case(case, self.monitor.stop)?;
+        let n_ended = self.n_ended.fetch_add(1, Ordering::Relaxed) + 1;
+        (self.monitor.progress)(n_ended);
+        Some(row)
+    }
 }
 
 impl Study {
@@ -92,29 +103,23 @@ impl Study {
         keep: impl Fn(u64, Vec<Row>) -> T + Sync,
     ) -> Result<Vec<Option<T>>, SweepError> {
         let counter = Counter::new(*monitor);
+        // One thread does a part: several at one would begin many before the first is done.
         let part = |&part: &u64| {
-            self.rows_counted(self.cases_of(part), &counter).map(|rows| keep(part, rows))
+            let mut worker = Worker::new(self);
+            let rows = self.cases_of(part).map(|case| counter.counted(&mut worker, case));
+            rows.collect::<Option<Vec<Row>>>().map(|rows| keep(part, rows))
         };
         Ok(threads(n_jobs)?.install(|| parts.par_iter().map(part).collect()))
     }
 
     /// As [`Study::rows`], on the threads that this is called from.
     fn rows_counted(&self, cases: Range<u64>, counter: &Counter<'_>) -> Option<Vec<Row>> {
-        let case = |worker: &mut Worker<'_>, case: u64| {
-            if counter.is_stopped() {
-                return None;
-            }
-            let row = worker.case(case, counter.monitor.stop)?;
-            let n_ended = counter.n_ended.fetch_add(1, Ordering::Relaxed) + 1;
-            (counter.monitor.progress)(n_ended);
-            Some(row)
-        };
         // Indexed by place, so that rayon keeps the order and splits evenly.
         let n = usize::try_from(cases.end - cases.start).unwrap_or(usize::MAX);
         let place = |idx: usize| cases.start + idx as u64;
         (0..n)
             .into_par_iter()
-            .map_init(|| Worker::new(self), |w, idx| case(w, place(idx)))
+            .map_init(|| Worker::new(self), |w, idx| counter.counted(w, place(idx)))
             .collect()
     }
 }

@@ -155,6 +155,14 @@ class Parameters(MutableMapping[str, float]):
     def _known(self) -> dict[str, tuple[float, str]]:
         return {name: (value, unit) for name, value, unit in self._model._engine().parameters()}
 
+    def _readable(self) -> _bksim.Engine:
+        """The model with its present values, or with its own where those are refused."""
+        try:
+            return self._model._engine()
+        except ModelError:
+            text, path, name = self._model._text()
+            return _bksim.Engine.read(text, path, name, [], self._model._jit)
+
     def __getitem__(self, name: str) -> float:
         known = self._known()
         if name not in known:
@@ -162,16 +170,17 @@ class Parameters(MutableMapping[str, float]):
         return known[name][0]
 
     def __setitem__(self, name: str, value: Value) -> None:
-        known = self._known()
+        engine = self._readable()
+        known = {name: value for name, value, _ in engine.parameters()}
         if name not in known:
             raise KeyError(_unknown("parameter", name, known))
         if not isinstance(value, str):
-            unit = _bksim.si_unit(self._model._engine(), name) or ""
+            unit = _bksim.si_unit(engine, name) or ""
             value = f"{float(value)!r} {unit}".strip()
         self._model._overrides[name] = value
 
     def __delitem__(self, name: str) -> None:
-        if name not in self._known():
+        if name not in {name for name, _, _ in self._readable().parameters()}:
             raise KeyError(name)
         self._model._overrides.pop(name, None)
 
