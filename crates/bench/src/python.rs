@@ -60,7 +60,7 @@ pub(crate) fn measure(context: &Context) -> Result<Report, BenchError> {
                 seconds(median(their)),
                 ratio(over),
             ]);
-            report.checks.push(Check::at_most(&format!("{name}, {kept}"), over, 1.05));
+            report.checks.push(Check::at_most(format!("{name}, {kept}"), over, 1.05));
             report.numbers.insert(format!("{name}_{}", kept.replace(' ', "_")), json!(over));
         }
     }
