@@ -14,12 +14,14 @@ __all__ = [
     "Expr",
     "Functions",
     "Run",
+    "Study",
     "__version__",
     "_panic",
     "explain",
     "figure",
     "from_toml",
     "open_log",
+    "si_unit",
     "to_toml",
 ]
 
