@@ -148,7 +148,7 @@ impl<'a> Parts<'a> {
     /// Makes the directory beside `table`, or finds that of this sweep.
     ///
     /// # Errors
-    /// As for [`write`].
+    /// As for [`write()`].
     pub fn open(study: &'a Study, table: &Path, existing: Existing) -> Result<Self, SweepError> {
         let parts = Self { study, table: table.to_owned(), directory: parts_of(table) };
         parts.claim(existing)?;
