@@ -107,9 +107,14 @@ impl Mechanism {
     /// Derives and compiles the equations of a model.
     ///
     /// # Errors
-    /// [`Rejected`] when an expression of the model cannot be compiled.
+    /// [`Rejected`] when an expression of the model cannot be compiled, or one of its inputs is more
+    /// than a part of loads.
     pub fn derive(model: Model, warnings: Vec<Diagnostic>) -> Result<Self, Rejected> {
         let system = assemble(&model);
+        let faults = model.inputs.check(&model, &system);
+        if !faults.is_empty() {
+            return Err(Rejected(faults));
+        }
         let compiled = compile(&model, &system).map_err(|e| uncompiled(&e))?;
         let compiled = Arc::new(compiled);
         let parameters = model.parameters.iter().map(|p| p.value).collect();

@@ -7,11 +7,12 @@
 use std::io::Read;
 
 use crate::player::{Player, span};
-use crate::record::{Channels, Signal, overrides};
+use crate::record::{Channels, INPUTS, Signal, overrides};
 use crate::{Mechanism, Rejected};
 use bksim_expr::TapeError;
-use bksim_log::{EndStatus, Header, LogError, LogReader, Note, Record};
+use bksim_log::{EndStatus, Header, LogError, LogReader, Note, Record, Topic};
 use bksim_mbs::file::{Limits, Source, read};
+use bksim_mbs::input::{Inputs, along};
 use bksim_mbs::pose::{Pose, PoseRunner, Poses};
 use bksim_mbs::run::{Sample, Segment, Unreplayed};
 
@@ -37,6 +38,17 @@ pub struct RunLog {
     pub end: Option<EndStatus>,
     /// The motion, in the order of the run.
     pub segments: Vec<Segment>,
+    /// Samples of the inputs.
+    pub inputs: LoggedInputs,
+}
+
+/// The inputs of a run at its samples.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct LoggedInputs {
+    /// s.
+    pub t: Vec<f64>,
+    /// SI; at each instant as many as the topic has fields.
+    pub values: Vec<f64>,
 }
 
 /// Why a log cannot be played back.
@@ -61,23 +73,36 @@ pub enum PlaybackError {
 }
 
 impl RunLog {
-    /// Reads a log to its end, or to where it was cut short. Samples are passed over.
+    /// A motion that was never logged, and whose mechanism is known.
+    pub fn unlogged(header: Header, segments: Vec<Segment>) -> Self {
+        Self { header, notes: Vec::new(), end: None, segments, inputs: LoggedInputs::default() }
+    }
+
+    /// Reads a log to its end, or to where it was cut short. Samples of all but inputs are passed over.
     ///
     /// # Errors
     /// [`LogError`] when the bytes are no log, or a damaged one.
     pub fn read<R: Read>(mut log: LogReader<R>) -> Result<Self, LogError> {
         let (mut notes, mut segments) = (Vec::new(), Vec::new());
+        let mut inputs = LoggedInputs::default();
+        let of_inputs = inputs_of(log.header()).map(|(idx, _)| idx);
         while let Some(record) = log.next_record()? {
             match record {
                 Record::Note(note) => notes.push(note),
                 Record::Segment(segment) => segments.push(segment_of(segment)),
+                Record::Sample { topic, t, values } if Some(topic.index()) == of_inputs => {
+                    inputs.t.push(t);
+                    inputs.values.extend_from_slice(values);
+                }
                 Record::Sample { .. } => (),
             }
         }
-        Ok(Self { header: log.header().clone(), notes, end: log.end().cloned(), segments })
+        let (header, end) = (log.header().clone(), log.end().cloned());
+        Ok(Self { header, notes, end, segments, inputs })
     }
 
-    /// The mechanism of the run, with the values that its parameters had.
+    /// The mechanism of the run, with the values that its parameters had; between its samples, inputs are
+    /// straight lines.
     ///
     /// # Errors
     /// [`Rejected`] when this version refuses the model.
@@ -86,11 +111,22 @@ impl RunLog {
         let overrides = overrides(options);
         let source = Source { text, name, overrides: &overrides, limits: Limits::default() };
         let reading = read(&source);
-        match reading.model {
-            Some(model) => Mechanism::derive(model, reading.diagnostics),
-            None => Err(Rejected(reading.diagnostics)),
+        let Some(mut model) = reading.model else { return Err(Rejected(reading.diagnostics)) };
+        if let Some((_, topic)) = inputs_of(&self.header) {
+            let names: Vec<&str> = topic.fields.iter().map(|field| field.name.as_str()).collect();
+            let law = along(self.inputs.t.clone(), self.inputs.values.clone());
+            // A log of another program may call what it likes so.
+            if let Ok(inputs) = Inputs::new(&model, &names, law) {
+                model.inputs = inputs;
+            }
         }
+        Mechanism::derive(model, reading.diagnostics)
     }
+}
+
+/// The topic of the inputs, with its place.
+fn inputs_of(header: &Header) -> Option<(usize, &Topic)> {
+    header.topics.iter().enumerate().find(|(_, topic)| topic.name == INPUTS)
 }
 
 /// The motion over a step as a log has it.

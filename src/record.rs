@@ -41,6 +41,9 @@ pub struct Channels {
     drives: Range<usize>,
 }
 
+/// The topic of the [inputs](bksim_mbs::input).
+pub const INPUTS: &str = "/inputs";
+
 /// The most values of a topic that do not lie in the sample as they are.
 const N_MADE: usize = 10;
 
@@ -52,6 +55,7 @@ enum Of {
     Multipliers,
     Reaction(usize),
     Drives,
+    Inputs,
     Energy,
     Solver,
 }
@@ -105,7 +109,7 @@ impl Channels {
         sample: &'a Sample,
         made: &'a mut [f64; N_MADE],
     ) -> [&'a [f64]; 2] {
-        let Sample { q, v, a, lambda, reactions, energy, stats, .. } = sample;
+        let Sample { q, v, a, lambda, reactions, inputs, energy, stats, .. } = sample;
         match of {
             Of::State => [q, v],
             Of::Acceleration => [a, &[]],
@@ -113,6 +117,7 @@ impl Channels {
             Of::Reaction(joint) => [&reactions[joint], &[]],
             // The multipliers of the drives' rows are the efforts.
             Of::Drives => [&lambda[self.drives.clone()], &[]],
+            Of::Inputs => [inputs, &[]],
             Of::Energy => {
                 let total = energy.kinetic + energy.potential;
                 let five = [energy.kinetic, energy.potential, total, sample.work, energy.power];
@@ -390,6 +395,10 @@ fn topics(mechanism: &Mechanism) -> Vec<(Topic, Of)> {
         let name = format!("/reactions/{joint}");
         (Topic::new(&name, reaction_fields.clone()), Of::Reaction(joint_idx))
     };
+    let inputs = mechanism.model.inputs.places().iter().map(|&place| {
+        let parameter = &mechanism.model.parameters[place];
+        Field::new(&parameter.name, &parameter.unit, "a function of the motion")
+    });
     let mut topics = vec![
         (Topic::new("/state", values.chain(rates)), Of::State),
         (Topic::new("/acceleration", accelerations), Of::Acceleration),
@@ -398,10 +407,11 @@ fn topics(mechanism: &Mechanism) -> Vec<(Topic, Of)> {
     topics.extend(compiled.joints.iter().enumerate().map(reaction));
     topics.extend([
         (Topic::new("/drives", efforts), Of::Drives),
+        (Topic::new(INPUTS, inputs), Of::Inputs),
         (Topic::new("/energy", energy_fields()), Of::Energy),
         (Topic::new("/solver", solver_fields()), Of::Solver),
     ]);
-    let is_optional = |of: &Of| matches!(of, Of::Multipliers | Of::Drives);
+    let is_optional = |of: &Of| matches!(of, Of::Multipliers | Of::Drives | Of::Inputs);
     topics.retain(|(topic, of)| !(is_optional(of) && topic.fields.is_empty()));
     topics
 }

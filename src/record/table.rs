@@ -55,6 +55,7 @@ fn put(sample: &mut Sample, of: Of, values: &[f64]) {
         Of::Reaction(joint) => sample.reactions[joint].copy_from_slice(values),
         // They are among the multipliers.
         Of::Drives => (),
+        Of::Inputs => sample.inputs.copy_from_slice(values),
         Of::Energy => {
             let energy = &mut sample.energy;
             (energy.kinetic, energy.potential) = (values[0], values[1]);

@@ -27,6 +27,7 @@ codes! {
     REDUNDANT = "S010", "redundant joints";
     NO_MOBILITY = "S011", "nothing can move";
     NO_SENSITIVITY = "S012", "a sensitivity that does not exist";
+    INPUT_ELSEWHERE = "S013", "an input that not only loads depend on";
     DRIVE_CANNOT_PASS = "R001", "a drive cannot pass a dead centre";
     NO_VALUE = "R002", "an expression leaves its domain";
     STEP_TOO_SMALL = "R003", "the step size became too small";

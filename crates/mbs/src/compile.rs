@@ -10,6 +10,7 @@ pub use crate::evaluator::Evaluator;
 use crate::straight::StraightLine;
 
 use crate::assemble::{Source, SymbolicSystem};
+use crate::input::Inputs;
 use crate::joint::MotionKind;
 use crate::model::{DriveId, JointId, LoadId, Model};
 use crate::reaction::reactions;
@@ -39,18 +40,20 @@ pub struct CompiledSystem {
     pub joints: Vec<String>,
     /// The drives, each with its effort.
     pub drives: Vec<Quantity>,
-    /// M, G, f and γ of (t, q, v).
+    /// Parameters that are functions of the motion.
+    pub(crate) inputs: Inputs,
+    /// M, G, f and γ of (t, q, v, u), u the inputs.
     pub(crate) dynamics: Runner,
-    /// v̇, λ and factors of (t, q, v), of small mechanisms; see [`StraightLine`].
+    /// v̇, λ and factors of (t, q, v, u), of small mechanisms; see [`StraightLine`].
     pub(crate) straight_line: Option<Runner>,
     /// G, g and ∂g/∂t of (t, q).
     pub(crate) constraints: Runner,
     pub(crate) shape: Shape,
-    /// T, V and the power of (t, q, v, λ).
+    /// T, V and the power of (t, q, v, λ, u).
     pub(crate) energy: Runner,
     /// The power alone; `None` where nothing acts but forces with a potential.
     pub(crate) power: Option<Runner>,
-    /// Six numbers per joint of (t, q, v, a, λ).
+    /// Six numbers per joint of (t, q, v, a, λ, u).
     pub(crate) reactions: Runner,
     /// What decides the modes.
     pub(crate) watch: Watch,
@@ -84,7 +87,8 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         coordinates.iter().map(|c| c.a).collect(),
     ];
     let lambda: Vec<SymbolId> = system.constraints.iter().map(|c| c.lambda).collect();
-    let parameters = system.parameters(model);
+    let u = model.inputs.symbols();
+    let parameters = model.inputs.without(model, system.parameters(model));
     let tape = |outputs: &[Expr], inputs: &[&[SymbolId]]| {
         let inputs: Vec<SymbolId> =
             std::iter::once(model.time).chain(inputs.iter().copied().flatten().copied()).collect();
@@ -104,14 +108,14 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     let gammas: Vec<Expr> = (0..shape.nc).map(|row| constraint_gamma(model, system, row)).collect();
     let dynamics = [mass.as_slice(), &jacobian, &forces, &gammas].concat();
     let straight_line = StraightLine::of(pool, &shape, (&mass, &jacobian), (&forces, &gammas))
-        .map(|line| tape(&line.outputs(), &[&q, &v]))
+        .map(|line| tape(&line.outputs(), &[&q, &v, u]))
         .transpose()?;
     let closed = system.constraints.iter().map(|c| c.expression);
     let constraints: Vec<Expr> =
         jacobian.into_iter().chain(closed).chain(system.constraint_rate.iter().copied()).collect();
     let energy = energy_outputs(pool, system);
     let is_powered = !pool.is_zero(energy[2]);
-    let power = is_powered.then(|| tape(&energy[2..], &[&q, &v, &lambda])).transpose()?;
+    let power = is_powered.then(|| tape(&energy[2..], &[&q, &v, &lambda, u])).transpose()?;
     let reaction_outputs: Vec<Expr> =
         reactions(model, system).iter().flat_map(|r| [r.force, r.moment].concat()).collect();
     Ok(CompiledSystem {
@@ -123,13 +127,14 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         sources: system.constraints.iter().map(|c| c.source).collect(),
         joints: model.joints.iter().map(|j| j.name.clone()).collect(),
         drives: drive_quantities(model),
-        dynamics: tape(&dynamics, &[&q, &v])?,
+        inputs: model.inputs.clone(),
+        dynamics: tape(&dynamics, &[&q, &v, u])?,
         straight_line,
         constraints: tape(&constraints, &[&q])?,
         shape,
-        energy: tape(&energy, &[&q, &v, &lambda])?,
+        energy: tape(&energy, &[&q, &v, &lambda, u])?,
         power,
-        reactions: tape(&reaction_outputs, &[&q, &v, &a, &lambda])?,
+        reactions: tape(&reaction_outputs, &[&q, &v, &a, &lambda, u])?,
         watch,
         n_parameters: model.parameters.len(),
     })

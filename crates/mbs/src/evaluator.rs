@@ -4,6 +4,7 @@ use bksim_expr::Workspace;
 use nalgebra::DMatrix;
 
 use crate::compile::{CompiledSystem, Shape};
+use crate::input::InputValues;
 use crate::rows::SparseRows;
 
 /// The functions of one compiled system at one set of parameters, with their buffers.
@@ -16,6 +17,7 @@ pub struct Evaluator<'a> {
     energy: Workspace,
     power: Option<Workspace>,
     reactions: Workspace,
+    drawn: InputValues,
     inputs: Vec<f64>,
     outputs: Vec<f64>,
 }
@@ -74,6 +76,7 @@ impl<'a> Evaluator<'a> {
             energy: system.energy.tape().workspace(parameters),
             power: system.power.as_ref().map(|runner| runner.tape().workspace(parameters)),
             reactions: system.reactions.tape().workspace(parameters),
+            drawn: InputValues::new(&system.inputs),
             inputs: Vec::with_capacity(1 + 3 * nq + nc),
             outputs: vec![0.0; n_outputs.unwrap_or(0)],
         }
@@ -84,11 +87,16 @@ impl<'a> Evaluator<'a> {
         &self.system.shape
     }
 
+    /// The inputs at a state, SI.
+    pub fn inputs(&mut self, t: f64, q: &[f64], v: &[f64]) -> &[f64] {
+        self.drawn.at(t, q, v)
+    }
+
     /// M, G, f and γ at a state.
     pub(crate) fn dynamics(&mut self, t: f64, q: &[f64], v: &[f64]) -> DynamicsAt<'_> {
-        let Self { system, dynamics, inputs, outputs, .. } = self;
+        let Self { system, dynamics, drawn, inputs, outputs, .. } = self;
         let outputs = &mut outputs[..system.dynamics.tape().n_outputs()];
-        gather(inputs, t, &[q, v]);
+        gather(inputs, t, &[q, v, drawn.at(t, q, v)]);
         system.dynamics.evaluate(dynamics, inputs, outputs);
         let shape = &system.shape;
         let (mass, rest) = outputs.split_at(shape.mass.len());
@@ -100,10 +108,10 @@ impl<'a> Evaluator<'a> {
     /// v̇, λ and the factors they come from, see [`crate::straight::StraightLine`]; `None` for large
     /// mechanisms.
     pub(crate) fn straight_line(&mut self, t: f64, q: &[f64], v: &[f64]) -> Option<&[f64]> {
-        let Self { system, straight_line, inputs, outputs, .. } = self;
+        let Self { system, straight_line, drawn, inputs, outputs, .. } = self;
         let (runner, workspace) = system.straight_line.as_ref().zip(straight_line.as_mut())?;
         let outputs = &mut outputs[..runner.tape().n_outputs()];
-        gather(inputs, t, &[q, v]);
+        gather(inputs, t, &[q, v, drawn.at(t, q, v)]);
         runner.evaluate(workspace, inputs, outputs);
         Some(outputs)
     }
@@ -123,7 +131,7 @@ impl<'a> Evaluator<'a> {
     /// Energies, and the power of loads and drives.
     pub fn energy(&mut self, t: f64, q: &[f64], v: &[f64], lambda: &[f64]) -> Energy {
         let mut outputs = [0.0; 3];
-        gather(&mut self.inputs, t, &[q, v, lambda]);
+        gather(&mut self.inputs, t, &[q, v, lambda, self.drawn.at(t, q, v)]);
         self.system.energy.evaluate(&mut self.energy, &self.inputs, &mut outputs);
         let [kinetic, potential, power] = outputs;
         Energy { kinetic, potential, power }
@@ -135,15 +143,20 @@ impl<'a> Evaluator<'a> {
             return 0.0;
         };
         let mut power = [0.0];
-        gather(&mut self.inputs, t, &[q, v, lambda]);
+        gather(&mut self.inputs, t, &[q, v, lambda, self.drawn.at(t, q, v)]);
         runner.evaluate(workspace, &self.inputs, &mut power);
         power[0]
     }
 
     /// Joint reactions: six numbers per joint, force then moment, world axes.
-    pub fn reactions_into(&mut self, t: f64, state: [&[f64]; 4], out: &mut Vec<[f64; 6]>) {
+    pub fn reactions_into(
+        &mut self,
+        t: f64,
+        [q, v, a, lambda]: [&[f64]; 4],
+        out: &mut Vec<[f64; 6]>,
+    ) {
         let outputs = &mut self.outputs[..self.system.reactions.tape().n_outputs()];
-        gather(&mut self.inputs, t, &state);
+        gather(&mut self.inputs, t, &[q, v, a, lambda, self.drawn.at(t, q, v)]);
         self.system.reactions.evaluate(&mut self.reactions, &self.inputs, outputs);
         out.clear();
         out.extend(outputs.chunks_exact(6).map(|six| std::array::from_fn(|i| six[i])));

@@ -11,13 +11,18 @@
 //! Sources: HW2 §VII.1 for index 3 and 2; C. W. Gear, B. Leimkuhler and G. K. Gupta, *Automatic
 //! integration of Euler–Lagrange equations with constraints*, J. Comput. Appl. Math. 12 & 13
 //! (1985), for the stabilised form. Residual and Jacobian are straight-line code, and the Jacobian
-//! is exact: it is differentiated from the residual's own expressions.
+//! is exact: it is differentiated from the residual's own expressions, but for ∂u/∂q and ∂u/∂v of
+//! [inputs](crate::input), which are arguments of it.
+
+use std::collections::BTreeMap;
 
 use bksim_dae::{Index, Layout, NotFinite, Pattern, System, Tolerance};
 use bksim_expr::{Expr, Runner, SparseJacobian, SymbolId, Tape, TapeError, Workspace};
 
 use crate::assemble::SymbolicSystem;
 use crate::compile::{constraint_acceleration, constraint_velocity};
+use crate::evaluator::gather;
+use crate::input::{InputValues, Inputs};
 use crate::model::{Formulation, Model};
 
 /// The compiled residual and Jacobian of one formulation.
@@ -35,6 +40,7 @@ pub struct MotionEquations {
     /// Position in the pattern of each output of the Jacobian tape: first ∂F/∂y, then ∂F/∂y′.
     jacobian_slots: Vec<usize>,
     n_y_entries: usize,
+    inputs: Inputs,
 }
 
 /// [`MotionEquations`] at one set of parameters, as the integrator takes them.
@@ -46,6 +52,7 @@ pub struct Motion<'a> {
     equations: &'a MotionEquations,
     residual: Workspace,
     jacobian: Workspace,
+    drawn: InputValues,
     inputs: Vec<f64>,
     values: Vec<f64>,
     /// Unknowns held at zero: multipliers of dependent rows; also the rows that say so.
@@ -68,7 +75,7 @@ pub fn formulate(
     let rows = unknowns.residual(model, system, formulation);
     let n = rows.len();
 
-    let dy = model.pool.jacobian(&rows, &unknowns.y);
+    let dy = unknowns.jacobian(model, &rows);
     let dydot = model.pool.jacobian(&rows, &unknowns.ydot);
     let cells = |j: &SparseJacobian| -> Vec<(usize, usize)> {
         j.entries.iter().map(|&(row, col, _)| (row, col)).collect()
@@ -84,18 +91,19 @@ pub fn formulate(
     // The nonzero entries of both, first ∂F/∂y.
     let entries: Vec<Expr> =
         dy.entries.iter().chain(&dydot.entries).map(|&(_, _, entry)| entry).collect();
-    let compiled = |outputs: &[Expr]| {
-        Ok(Runner::new(unknowns.compile(model, system, outputs)?, model.solve.jit))
+    let compiled = |outputs: &[Expr], slopes: &[SymbolId]| {
+        Ok(Runner::new(unknowns.compile(model, system, outputs, slopes)?, model.solve.jit))
     };
     Ok(MotionEquations {
         formulation,
         nq,
         nc,
         layout: unknowns.layout(model, system, formulation),
-        residual: compiled(&rows)?,
-        jacobian: compiled(&entries)?,
+        residual: compiled(&rows, &[])?,
+        jacobian: compiled(&entries, &unknowns.slopes)?,
         jacobian_slots,
         n_y_entries: dy.entries.len(),
+        inputs: model.inputs.clone(),
         velocity_rows: (0..nq).map(|i| (i, nq + i)).collect(),
         pattern,
     })
@@ -118,7 +126,7 @@ pub(crate) fn parameter_columns(
     let rows = unknowns.residual(model, system, formulation);
     let column = |direction: &Vec<Expr>| model.pool.jvp(&rows, wrt, direction);
     let columns: Vec<Expr> = directions.iter().flat_map(column).collect();
-    Ok(Runner::new(unknowns.compile(model, system, &columns)?, model.solve.jit))
+    Ok(Runner::new(unknowns.compile(model, system, &columns, &[])?, model.solve.jit))
 }
 
 /// M a + Gᵀ λ − f, then G a + γ.
@@ -148,6 +156,7 @@ impl MotionEquations {
             equations: self,
             residual: self.residual.tape().workspace(parameters),
             jacobian: self.jacobian.tape().workspace(parameters),
+            drawn: InputValues::new(&self.inputs),
             inputs: Vec::with_capacity(1 + 2 * self.n()),
             values: vec![0.0; self.jacobian_slots.len()],
             held: held_lambda.chain(held_mu.filter(|_| has_mu)).collect(),
@@ -181,11 +190,10 @@ impl Motion<'_> {
         &self.held
     }
 
+    /// Inputs of the residual.
     fn gather(&mut self, t: f64, y: &[f64], ydot: &[f64]) {
-        self.inputs.clear();
-        self.inputs.push(t);
-        self.inputs.extend_from_slice(y);
-        self.inputs.extend_from_slice(ydot);
+        let (q, v) = y[..2 * self.equations.nq].split_at(self.equations.nq);
+        gather(&mut self.inputs, t, &[y, ydot, self.drawn.at(t, q, v)]);
     }
 }
 
@@ -227,6 +235,8 @@ impl System for Motion<'_> {
     ) -> Result<(), NotFinite> {
         self.gather(t, y, ydot);
         let equations = self.equations;
+        let (q, v) = y[..2 * equations.nq].split_at(equations.nq);
+        self.drawn.append_slopes(t, q, v, &mut self.inputs);
         equations.jacobian.evaluate(&mut self.jacobian, &self.inputs, &mut self.values);
         df_dy.fill(0.0);
         df_dydot.fill(0.0);
@@ -260,6 +270,8 @@ struct Unknowns {
     y: Vec<SymbolId>,
     ydot: Vec<SymbolId>,
     mu: Vec<Expr>,
+    /// ∂u/∂q and ∂u/∂v, a row for each input.
+    slopes: Vec<SymbolId>,
 }
 
 impl Unknowns {
@@ -283,18 +295,47 @@ impl Unknowns {
         let mut ydot: Vec<SymbolId> = qdot.chain(coordinates.iter().map(|c| c.a)).collect();
         let rest = ydot.len()..y.len();
         ydot.extend(rest.map(|i| id(fresh(format!("'rate{i}")))));
-        Self { y, ydot, mu }
+        let n_slopes = model.inputs.symbols().len() * 2 * coordinates.len();
+        let slopes = (0..n_slopes).map(|k| id(fresh(format!("'slope{k}")))).collect();
+        Self { y, ydot, mu, slopes }
     }
 
-    /// Compiles functions of t, y, y′ and the parameters.
+    /// Compiles functions of t, y, y′, the inputs, their `slopes` and the parameters.
     fn compile(
         &self,
         model: &Model,
         system: &SymbolicSystem,
         outputs: &[Expr],
+        slopes: &[SymbolId],
     ) -> Result<Tape, TapeError> {
-        let inputs = [&[model.time], self.y.as_slice(), self.ydot.as_slice()].concat();
-        Tape::compile(&model.pool, outputs, &inputs, &system.parameters(model))
+        let u = model.inputs.symbols();
+        let inputs = [&[model.time], &self.y[..], &self.ydot[..], u, slopes].concat();
+        let parameters = model.inputs.without(model, system.parameters(model));
+        Tape::compile(&model.pool, outputs, &inputs, &parameters)
+    }
+
+    /// ∂F/∂y, what it has through the inputs included: Σ ∂F/∂u_k · ∂u_k/∂y.
+    fn jacobian(&self, model: &Model, rows: &[Expr]) -> SparseJacobian {
+        let pool = &model.pool;
+        let mut jacobian = pool.jacobian(rows, &self.y);
+        if model.inputs.is_empty() {
+            return jacobian;
+        }
+        let mut sums: BTreeMap<(usize, usize), Vec<Expr>> = BTreeMap::new();
+        for (row, column, entry) in jacobian.entries {
+            sums.entry((row, column)).or_default().push(entry);
+        }
+        let by_inputs = pool.jacobian(rows, model.inputs.symbols());
+        let n_state = self.slopes.len() / by_inputs.n_columns;
+        for (row, input, entry) in by_inputs.entries {
+            for (column, &slope) in self.slopes[input * n_state..][..n_state].iter().enumerate() {
+                let part = pool.mul(entry, pool.symbol_expr(slope));
+                sums.entry((row, column)).or_default().push(part);
+            }
+        }
+        let entries = sums.into_iter().map(|((row, column), sum)| (row, column, pool.sum(sum)));
+        jacobian.entries = entries.collect();
+        jacobian
     }
 
     fn residual(

@@ -15,6 +15,7 @@ pub mod file;
 mod force;
 pub mod formulate;
 pub mod functions;
+pub mod input;
 mod intermediate;
 pub mod joint;
 pub mod kinematics;

@@ -3,7 +3,9 @@
 use bksim_expr::{Expr, Runner, SymbolId, Tape, TapeError, Workspace};
 
 use crate::assemble::{SymbolicSystem, signal_values};
+use crate::evaluator::gather;
 use crate::force::{self, Wrench};
+use crate::input::InputValues;
 use crate::model::{BodyId, GROUND, LoadId, Model};
 use crate::spatial;
 
@@ -32,6 +34,7 @@ pub struct LoadForces {
     forces: Vec<LoadForce>,
     runner: Runner,
     workspace: Workspace,
+    drawn: InputValues,
     inputs: Vec<f64>,
     numbers: Vec<f64>,
 }
@@ -67,13 +70,16 @@ impl LoadForces {
         }
         let coordinates = system.coordinates();
         let state = coordinates.iter().map(|c| c.q).chain(coordinates.iter().map(|c| c.v));
-        let inputs: Vec<SymbolId> = std::iter::once(model.time).chain(state).collect();
-        let symbols: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
+        let u = model.inputs.symbols().iter().copied();
+        let inputs: Vec<SymbolId> = std::iter::once(model.time).chain(state).chain(u).collect();
+        let symbols = model.parameters.iter().map(|p| p.symbol).collect();
+        let symbols = model.inputs.without(model, symbols);
         let runner =
             Runner::new(Tape::compile(pool, &outputs, &inputs, &symbols)?, model.solve.jit);
         Ok(Self {
             workspace: runner.tape().workspace(parameters),
             numbers: vec![0.0; outputs.len()],
+            drawn: InputValues::new(&model.inputs),
             inputs: Vec::with_capacity(inputs.len()),
             forces,
             runner,
@@ -90,10 +96,7 @@ impl LoadForces {
     /// # Panics
     /// If the state is not as long as in the model.
     pub fn at(&mut self, t: f64, q: &[f64], v: &[f64]) -> impl Iterator<Item = ForceAt> {
-        self.inputs.clear();
-        self.inputs.push(t);
-        self.inputs.extend_from_slice(q);
-        self.inputs.extend_from_slice(v);
+        gather(&mut self.inputs, t, &[q, v, self.drawn.at(t, q, v)]);
         self.runner.evaluate(&mut self.workspace, &self.inputs, &mut self.numbers);
         self.numbers.chunks_exact(NUMBERS).map(|numbers| ForceAt {
             force: std::array::from_fn(|i| numbers[i]),

@@ -10,6 +10,7 @@ pub use bksim_expr::Jit;
 use bksim_expr::{Expr, Pool, SymbolId};
 
 use crate::diagnostic::Span;
+use crate::input::Inputs;
 
 macro_rules! ids {
     ($($(#[$doc:meta])* $name:ident),*) => {$(
@@ -67,6 +68,8 @@ pub struct Model {
     pub initial: Vec<Initial>,
     /// How to solve.
     pub solve: SolveOptions,
+    /// Parameters that are functions of the motion: none in a model that was read.
+    pub inputs: Inputs,
 }
 
 /// A named number.

@@ -45,6 +45,8 @@ pub struct Sample {
     pub lambda: Vec<f64>,
     /// Reactions on the successors, by joint: force N, moment N m, world axes.
     pub reactions: Vec<[f64; 6]>,
+    /// Values of the model's [inputs](crate::input), SI.
+    pub inputs: Vec<f64>,
     /// Energies and power.
     pub energy: Energy,
     /// Work of loads and drives since the start, J.

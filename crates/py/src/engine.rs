@@ -1,7 +1,7 @@
 //! A model with its equations, derived once; whoever solves or evaluates shares them.
 
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
 
 use bksim::describe;
 use bksim::mbs::compile::{CompiledSystem, Quantity};
@@ -11,20 +11,23 @@ use bksim::mbs::equations::{Equations, Notation, ReadingForm, proof};
 use bksim::mbs::fault::diagnose_mobility;
 use bksim::mbs::file::Limits;
 use bksim::mbs::formulate::MotionEquations;
+use bksim::mbs::input::Inputs;
 use bksim::mbs::measure::Measures;
 use bksim::mbs::mobility::mobility;
-use bksim::mbs::model::{Formulation, Measure};
-use bksim::mbs::start::Start;
+use bksim::mbs::model::{Formulation, Measure, Parameter, SolveOptions};
+use bksim::mbs::start::{Start, start_at};
 use bksim::options::{JITS, choice};
 use bksim::record::Channels;
 use bksim::{Mechanism, Rejected};
 use bksim_input::{Loaded, Request, Text, json_all, load, parse};
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
+use pyo3::sync::MutexExt;
 
 use crate::arrays::{table, transposed};
 use crate::fault::{Fault, guard};
 use crate::functions::Functions;
+use crate::laws::law;
 use crate::solution::Run;
 use crate::solving::{self, Wanted};
 
@@ -38,6 +41,11 @@ pub(crate) struct Engine {
     pub(crate) parameters: Vec<f64>,
     pub(crate) compiled: Arc<CompiledSystem>,
     pub(crate) channels: Channels,
+    pub(crate) name: String,
+    /// Settings of the model.
+    pub(crate) options: SolveOptions,
+    /// Name, value in SI, unit.
+    values: Vec<(String, f64, String)>,
     /// Its expressions are for one thread at a time; what is compiled is for all.
     mechanism: Mutex<Mechanism>,
     start: OnceLock<Start>,
@@ -59,10 +67,15 @@ impl Engine {
         overrides: Vec<(String, String)>,
         warnings: Vec<Diagnostic>,
     ) -> Self {
+        let model = &mechanism.model;
+        let value = |p: &Parameter| (p.name.clone(), p.value, p.unit.clone());
         Self {
             source,
             overrides,
             warnings,
+            name: model.name.clone(),
+            options: model.solve.clone(),
+            values: model.parameters.iter().map(value).collect(),
             parameters: mechanism.parameters.clone(),
             compiled: mechanism.compiled.clone(),
             channels: Channels::new(&mechanism),
@@ -76,6 +89,7 @@ impl Engine {
         loaded: Loaded,
         overrides: Vec<(String, String)>,
         jit: Option<&str>,
+        inputs: Vec<(String, Py<PyAny>)>,
     ) -> Result<Self, Fault> {
         let Loaded { source, mut model, warnings } = loaded;
         if let Some(word) = jit {
@@ -83,22 +97,41 @@ impl Engine {
                 Fault::Value(format!("jit = {word:?} is none of \"auto\", \"on\" and \"off\""))
             })?;
         }
+        if !inputs.is_empty() {
+            let (names, functions): (Vec<String>, Vec<Py<PyAny>>) = inputs.into_iter().unzip();
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            model.inputs = Inputs::new(&model, &names, law(functions))
+                .map_err(|unknown| Fault::Name(unknown.to_string()))?;
+        }
         let mechanism = Mechanism::derive(model, Vec::new())
             .map_err(|Rejected(faults)| Fault::model(&source, &faults))?;
         Ok(Self::new(source, mechanism, overrides, warnings))
     }
 
-    /// The mechanism, for this thread alone.
+    /// The mechanism, for this thread alone. Who has it may wait for the interpreter, when a law is a
+    /// function of Python: so nobody waits for it with the interpreter lock held.
     pub(crate) fn mechanism(&self) -> MutexGuard<'_, Mechanism> {
-        locked(&self.mechanism)
+        match self.mechanism.try_lock() {
+            Ok(mechanism) => mechanism,
+            Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
+            Err(TryLockError::WouldBlock) => Python::attach(|py| {
+                let locked = self.mechanism.lock_py_attached(py);
+                locked.unwrap_or_else(PoisonError::into_inner)
+            }),
+        }
     }
 
     pub(crate) fn start(&self) -> Result<&Start, Fault> {
         if let Some(start) = self.start.get() {
             return Ok(start);
         }
-        let start = self.mechanism().start();
-        let start = start.map_err(|Rejected(faults)| Fault::assembly(&self.source, &faults))?;
+        let refused = |Rejected(faults)| Fault::assembly(&self.source, &faults);
+        let equations = self.mechanism().start_equations().map_err(refused)?;
+        let start = start_at(&equations, &self.compiled, &self.parameters, &[], &self.options);
+        let start = start.map_err(|error| {
+            let fault = self.mechanism().diagnose_start(&error);
+            refused(Rejected(vec![fault]))
+        })?;
         Ok(self.start.get_or_init(|| start))
     }
 
@@ -131,11 +164,12 @@ impl Engine {
         name: String,
         overrides: Vec<(String, String)>,
         jit: Option<String>,
+        inputs: Vec<(String, Py<PyAny>)>,
     ) -> PyResult<Self> {
         guard(py, move || {
             let source = Text::new(path, text);
             let loaded = parse(source, &name, &overrides, Limits::default())?;
-            Self::derived(loaded, overrides, jit.as_deref())
+            Self::derived(loaded, overrides, jit.as_deref(), inputs)
         })
     }
 
@@ -158,7 +192,7 @@ impl Engine {
                 limits: Limits::default(),
             };
             let loaded = load(&request)?;
-            Self::derived(loaded, overrides, jit.as_deref())
+            Self::derived(loaded, overrides, jit.as_deref(), Vec::new())
         })
     }
 
@@ -173,27 +207,17 @@ impl Engine {
     }
 
     #[getter]
-    fn name(&self) -> String {
-        self.mechanism().model.name.clone()
+    fn name(&self) -> &str {
+        &self.name
     }
 
     /// Parameters: name, value in SI, unit.
     fn parameters(&self) -> Vec<(String, f64, String)> {
-        let mechanism = self.mechanism();
-        let parameters = mechanism.model.parameters.iter();
-        parameters.map(|p| (p.name.clone(), p.value, p.unit.clone())).collect()
+        self.values.clone()
     }
 
     fn coordinates(&self) -> Vec<Described> {
         self.compiled.coordinates.iter().map(described).collect()
-    }
-
-    fn multipliers(&self) -> Vec<Described> {
-        self.compiled.multipliers.iter().map(described).collect()
-    }
-
-    fn drives(&self) -> Vec<Described> {
-        self.compiled.drives.iter().map(described).collect()
     }
 
     fn joints(&self) -> Vec<String> {
@@ -210,8 +234,7 @@ impl Engine {
 
     /// Options of the model: start, end, interval of the output, tolerances.
     fn options(&self) -> (f64, f64, f64, f64, f64) {
-        let mechanism = self.mechanism();
-        let solve = &mechanism.model.solve;
+        let solve = &self.options;
         (solve.t_start, solve.t_end, solve.interval(), solve.rtol, solve.atol)
     }
 

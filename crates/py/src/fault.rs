@@ -6,6 +6,7 @@
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use crate::laws;
 use bksim::mbs::diagnostic::Diagnostic;
 use bksim_input::{InputError, Text, json_all, plain};
 use pyo3::exceptions::{PyKeyError, PyOSError, PyValueError};
@@ -90,16 +91,18 @@ fn made(py: Python<'_>, kind: &str, message: &str, diagnostics: &str) -> PyErr {
     exception.map_or_else(|error| error, PyErr::from_value)
 }
 
-/// Does work that other threads of Python need not wait for; a panic in it is an `InternalError`.
+/// Does work that other threads of Python need not wait for; a panic in it is an `InternalError`, and
+/// what a law of Python's raises in it is raised.
 pub(crate) fn guard<T: Send>(
     py: Python<'_>,
     work: impl FnOnce() -> Result<T, Fault> + Send,
 ) -> PyResult<T> {
     let outcome = py.detach(|| catch_unwind(AssertUnwindSafe(work)));
-    match outcome {
-        Ok(Ok(value)) => Ok(value),
-        Ok(Err(fault)) => Err(fault.raised(py)),
-        Err(panic) => Err(made(py, "internal", &panic_words(panic.as_ref()), "[]")),
+    match (outcome, laws::raised()) {
+        (Ok(_), Some(error)) => Err(error),
+        (Ok(Ok(value)), None) => Ok(value),
+        (Ok(Err(fault)), None) => Err(fault.raised(py)),
+        (Err(panic), _) => Err(made(py, "internal", &panic_words(panic.as_ref()), "[]")),
     }
 }
 

@@ -7,6 +7,7 @@
 //! | `arrays.rs` | numbers as NumPy arrays without a copy |
 //! | `document.rs` | the text of a model as data, and back |
 //! | `engine.rs` | a model with its equations |
+//! | `laws.rs` | inputs whose laws are functions of Python |
 //! | `solving.rs` | a run, which Ctrl-C stops |
 //! | `solution.rs` | what a run leaves |
 //! | `logged.rs` | runs as logs, and back |
@@ -28,6 +29,7 @@ mod engine;
 mod expr;
 mod fault;
 mod functions;
+mod laws;
 mod logged;
 mod show;
 mod solution;

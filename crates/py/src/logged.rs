@@ -8,8 +8,8 @@ use bksim::log::{EndStatus, LogError, LogReader, Outcome, Record};
 use bksim::mbs::run::{Sample, Summary};
 use bksim::mbs::start::Start;
 use bksim::options::described;
-use bksim::playback::{RunLog, segment_of};
-use bksim::record::{Recorder, overrides, set_option};
+use bksim::playback::{LoggedInputs, RunLog, segment_of};
+use bksim::record::{INPUTS, Recorder, overrides, set_option};
 use bksim_input::Text;
 use pyo3::prelude::*;
 
@@ -125,6 +125,8 @@ fn opened(path: &Path) -> Result<Opened, Fault> {
             values.extend_from_slice(&of_topic[k * width..(k + 1) * width]);
         }
     }
+    let place = header.topics.iter().position(|topic| topic.name == INPUTS);
+    let inputs = place.map(|idx| std::mem::take(&mut of_topic[idx])).unwrap_or_default();
     let columns = header.topics.iter().flat_map(|topic| {
         let described =
             |f: &bksim::log::Field| (topic.column_name(f), f.unit.clone(), f.description.clone());
@@ -132,7 +134,8 @@ fn opened(path: &Path) -> Result<Opened, Fault> {
     });
     let columns = columns.collect();
 
-    let run_log = RunLog { header, notes: Vec::new(), end: None, segments: Vec::new() };
+    let inputs = LoggedInputs { t: t.clone(), values: inputs };
+    let run_log = RunLog { inputs, ..RunLog::unlogged(header, Vec::new()) };
     let mechanism = run_log.mechanism().map_err(|e| bad(&e))?;
     let header = run_log.header;
     let source = Text::new(path, header.model_text);

@@ -14,6 +14,7 @@ use pyo3::prelude::*;
 use crate::arrays::{table, transposed, vector};
 use crate::engine::Engine;
 use crate::fault::{Fault, guard};
+use crate::laws;
 use crate::solution::{Ending, Kept, Run};
 
 /// How often Python is asked whether to go on: Ctrl-C is to work within a fifth of a second.
@@ -117,7 +118,7 @@ pub(crate) fn solve(py: Python<'_>, engine: Py<Engine>, wanted: Wanted) -> PyRes
 type Ran = (Vec<f64>, numpy::ndarray::Array2<f64>, Kept);
 
 fn ran(engine: &Engine, wanted: &Wanted) -> Result<Ran, Fault> {
-    let mut options = engine.mechanism().model.solve.clone();
+    let mut options = engine.options.clone();
     let changes = wanted.changes()?;
     changes.check(options.t_start).map_err(|bad: BadOption| Fault::Value(bad.to_string()))?;
     changes.apply(&mut options);
@@ -173,14 +174,17 @@ fn ran(engine: &Engine, wanted: &Wanted) -> Result<Ran, Fault> {
         &is_stop_wished,
     );
     let is_full = keeping.is_full();
+    let error = laws::raised().or_else(|| raised.take());
     let Keeping { t, values, segments, last, .. } = keeping;
     let n_columns = engine.channels.columns().count();
     let values = transposed(&values, n_columns);
-    let (summary, ending) = match outcome {
-        Ok(summary) if summary.reached_end => (summary, Ending::Reached),
-        Ok(summary) if is_full => (summary, Ending::Full),
-        Ok(summary) => (summary, Ending::Stopped(raised.take())),
-        Err(failure) => {
+    let (summary, ending) = match (outcome, error) {
+        (Ok(summary), Some(error)) => (summary, Ending::Stopped(Some(error))),
+        (Err(failure), Some(error)) => (failure.summary, Ending::Stopped(Some(error))),
+        (Ok(summary), None) if summary.reached_end => (summary, Ending::Reached),
+        (Ok(summary), None) if is_full => (summary, Ending::Full),
+        (Ok(summary), None) => (summary, Ending::Stopped(None)),
+        (Err(failure), None) => {
             let fault = engine.mechanism().diagnose(&equations, &failure);
             let Failure { summary, .. } = *failure;
             (summary, Ending::Failed(fault))

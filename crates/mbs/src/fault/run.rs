@@ -1,6 +1,6 @@
 //! Faults of a run: a drive at its dead centre, an expression without a value, a step too small.
 
-use bksim_dae::{Cause, SolveError};
+use bksim_dae::{Cause, SolveError, Standstill};
 use bksim_expr::{DomainFault, Expr, Pool, SymbolId};
 use nalgebra::{DMatrix, DVector};
 
@@ -10,6 +10,7 @@ use crate::codes;
 use crate::compile::CompiledSystem;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::formulate::MotionEquations;
+use crate::input::InputValues;
 use crate::mobility::loop_through;
 use crate::model::{BodyId, DriveId, JointId, LoadKind, Model};
 use crate::run::Failure;
@@ -39,7 +40,7 @@ pub fn diagnose_run(
             SolveError::NotFinite { at, .. }
             | SolveError::StepTooSmall { cause: Cause::NotFinite { .. }, at }
             | SolveError::FixedStepFailed { cause: Cause::NotFinite { .. }, at },
-        ) => no_value(model, system, &at.y, at.t, parameters),
+        ) => no_input(model, system, at).or_else(|| no_value(model, system, at, parameters)),
         Some(SolveError::StepTooSmall { .. } | SolveError::FixedStepFailed { .. }) | None => {
             blocked_drive(model, system, compiled, parameters, failure)
         }
@@ -48,21 +49,42 @@ pub fn diagnose_run(
     fault.unwrap_or_else(|| stuck(model, equations, failure))
 }
 
+/// The input that has no value at the state that was tried, or within a step from there.
+fn no_input(model: &Model, system: &SymbolicSystem, at: &Standstill) -> Option<Diagnostic> {
+    let nq = system.coordinates().len();
+    let (q, v) = at.y[..2 * nq].split_at(nq);
+    let mut values = InputValues::new(&model.inputs);
+    let (t, k) = [at.t, at.t + at.h].into_iter().find_map(|t| {
+        let k = values.at(t, q, v).iter().position(|value| !value.is_finite())?;
+        Some((t, k))
+    })?;
+    let parameter = &model.parameters[model.inputs.places()[k]];
+    let message = format!("the input `{}` has no value at t = {} s", parameter.name, short(t));
+    Some(
+        Diagnostic::error(codes::NO_VALUE, message)
+            .at(parameter.span.clone(), "a function of the motion in this run")
+            .help("let its function return a finite number at every state"),
+    )
+}
+
 /// The load or drive whose expression has no value at the state that was tried.
 fn no_value(
     model: &Model,
     system: &SymbolicSystem,
-    y: &[f64],
-    t: f64,
+    at: &Standstill,
     parameters: &[f64],
 ) -> Option<Diagnostic> {
     let pool = &model.pool;
     let coordinates = system.coordinates();
-    let nq = coordinates.len();
+    let (nq, t, y) = (coordinates.len(), at.t, &at.y);
+    let (q, v) = y[..2 * nq].split_at(nq);
+    let inputs = InputValues::new(&model.inputs).at(t, q, v).to_vec();
     let value = |symbol: SymbolId| {
+        let input = model.inputs.symbols().iter().position(|&input| input == symbol);
         let parameter = model.parameters.iter().position(|p| p.symbol == symbol);
-        parameter
-            .map(|k| parameters[k])
+        input
+            .map(|k| inputs[k])
+            .or_else(|| parameter.map(|k| parameters[k]))
             .or_else(|| coordinates.iter().position(|c| c.q == symbol).map(|i| y[i]))
             .or_else(|| coordinates.iter().position(|c| c.v == symbol).map(|i| y[nq + i]))
             .or_else(|| (symbol == model.time).then_some(t))

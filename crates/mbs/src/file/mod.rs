@@ -62,6 +62,7 @@ use tree::Table;
 use units::{FileUnits, find_unit};
 
 use crate::diagnostic::Diagnostic;
+use crate::input::Inputs;
 use crate::model::{Body, CoordinatePolicy, Joint, Model, Space};
 
 /// The codes of all faults of a model file, by name.
@@ -253,6 +254,7 @@ impl Reader<'_> {
             signals: std::mem::take(&mut self.names.signals),
             initial,
             solve,
+            inputs: Inputs::default(),
             pool: std::mem::take(&mut self.pool),
         })
     }

@@ -255,9 +255,10 @@ impl Recorder<'_> {
 
 impl Sample {
     pub(super) fn save(&self, saver: &mut Saver) {
-        let Self { t, q, v, a, lambda, reactions, energy, work, step_size, stats, .. } = self;
+        let Self { t, q, v, a, lambda, inputs, reactions, energy, work, step_size, stats, .. } =
+            self;
         let Energy { kinetic, potential, power } = *energy;
-        for part in [q, v, a, lambda] {
+        for part in [q, v, a, lambda, inputs] {
             saver.slice(part);
         }
         saver.slice(reactions.as_flattened());
@@ -276,11 +277,12 @@ impl Sample {
             v: vec![0.0; nq],
             a: vec![0.0; nq],
             lambda: vec![0.0; nc],
+            inputs: vec![0.0; compiled.inputs.places().len()],
             reactions: vec![[0.0; 6]; compiled.joints.len()],
             ..Self::default()
         };
-        let Self { q, v, a, lambda, reactions, .. } = &mut sample;
-        for part in [q, v, a, lambda] {
+        let Self { q, v, a, lambda, inputs, reactions, .. } = &mut sample;
+        for part in [q, v, a, lambda, inputs] {
             loader.fill(part)?;
         }
         loader.fill(reactions.as_flattened_mut())?;

@@ -257,7 +257,9 @@ impl<'a> Recorder<'a> {
 
     /// Energies and reactions of the sample's state.
     fn complete(&mut self) {
-        let Sample { t, q, v, a, lambda, reactions, energy, .. } = &mut self.sample;
+        let Sample { t, q, v, a, lambda, reactions, inputs, energy, .. } = &mut self.sample;
+        inputs.clear();
+        inputs.extend_from_slice(self.evaluator.inputs(*t, q, v));
         *energy = self.evaluator.energy(*t, q, v, lambda);
         self.evaluator.reactions_into(*t, [q, v, a, lambda], reactions);
         self.switching.fill_friction(*t, q, v, lambda);

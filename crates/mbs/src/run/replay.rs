@@ -80,7 +80,9 @@ impl<'a> Replay<'a> {
         sample.v.copy_from_slice(v);
         // What has no value is NaN, and shows as such.
         let _ = settle(evaluator, multipliers, sample);
-        let Sample { q, v, a, lambda, reactions, energy, .. } = sample;
+        let Sample { q, v, a, lambda, reactions, inputs, energy, .. } = sample;
+        inputs.clear();
+        inputs.extend_from_slice(evaluator.inputs(t, q, v));
         *energy = evaluator.energy(t, q, v, lambda);
         evaluator.reactions_into(t, [q, v, a, lambda], reactions);
         self.modes.fill_friction(&mut self.watcher, (t, q, v), lambda);

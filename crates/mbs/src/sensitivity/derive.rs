@@ -46,6 +46,9 @@ pub fn differentiate(
     if !compiled.watch.is_empty() {
         return Err(SensitivityError::Switches);
     }
+    if !model.inputs.is_empty() {
+        return Err(SensitivityError::Inputs);
+    }
     let derivation = Derivation::new(model, system);
     let directions: Vec<Vec<Expr>> =
         sensitive.iter().map(|&by| parameter_direction(model, by)).collect();

@@ -17,6 +17,8 @@ pub enum SensitivityError {
     Guess(usize),
     /// Something in the model switches.
     Switches,
+    /// The model has inputs.
+    Inputs,
     /// The constraints and stated values hold for no other value of this quantity.
     NoNeighbour(Sensitive),
     /// A derivative has no finite value at the start.
@@ -51,6 +53,10 @@ pub fn diagnose_sensitivity(model: &Model, error: &SensitivityError) -> Diagnost
         SensitivityError::Switches => {
             fault("the model has stops, dry friction or kinks: its sensitivities jump".to_owned())
                 .help("replace `abs`, `min`, `max`, `sign` and `if` by smooth functions")
+        }
+        SensitivityError::Inputs => {
+            fault("the model has inputs: nothing is known of their derivatives".to_owned())
+                .help("write what they do as expressions of the model")
         }
         SensitivityError::NoNeighbour(by) => {
             let name = by.name(model);

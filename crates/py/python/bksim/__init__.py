@@ -22,7 +22,7 @@ from ._errors import (
     SolverError,
 )
 from ._functions import Functions
-from ._model import Model, Parameters, load, loads
+from ._model import Inputs, Model, Parameters, load, loads
 from ._parts import (
     Body,
     Damper,
@@ -64,6 +64,7 @@ __all__ = [
     "Functions",
     "Gravity",
     "Ground",
+    "Inputs",
     "InternalError",
     "Joint",
     "Label",

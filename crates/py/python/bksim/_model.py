@@ -5,10 +5,13 @@ from __future__ import annotations
 import difflib
 import json
 import os
-from collections.abc import Iterator, Mapping, MutableMapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
 
 from . import _bksim
 from ._equations import Equations
@@ -30,6 +33,9 @@ from ._parts import (
 from ._progress import Progress
 from ._report import Check, Start
 from ._solution import Solution
+
+Law: TypeAlias = "Callable[[float, NDArray[np.float64], NDArray[np.float64]], float]"
+"""The value of an input, SI, at t, q and v."""
 
 MEMORY_LIMIT = 4 << 30
 """Bytes that the samples and the motion of one run may take unless ``memory_limit`` says otherwise."""
@@ -81,7 +87,7 @@ def loads(
 ) -> Model:
     """Reads the text of a model. See :func:`load`."""
     overrides = [(key, _text(value)) for key, value in (set or {}).items()]
-    engine = _bksim.Engine.read(text, Path(f"{name}.toml"), name, overrides, jit)
+    engine = _bksim.Engine.read(text, Path(f"{name}.toml"), name, overrides, jit, [])
     return Model._of(engine, dict(overrides), jit)
 
 
@@ -161,7 +167,7 @@ class Parameters(MutableMapping[str, float]):
             return self._model._engine()
         except ModelError:
             text, path, name = self._model._text()
-            return _bksim.Engine.read(text, path, name, [], self._model._jit)
+            return _bksim.Engine.read(text, path, name, [], self._model._jit, [])
 
     def __getitem__(self, name: str) -> float:
         known = self._known()
@@ -205,6 +211,61 @@ class Parameters(MutableMapping[str, float]):
         return table(["parameter", "value", "unit"], rows)
 
 
+class Inputs(MutableMapping[str, Law]):
+    """Parameters whose values are functions of the motion, such as what a controller commands.
+
+    A function takes the time in s, the coordinates and their rates (in the order of
+    ``Model.coordinates``, m or rad), and returns the value in SI. It is called at every evaluation of
+    the equations: see the README for what that costs. Only loads may depend on the parameter. ``del``
+    makes it a number again.
+
+    >>> m = loads('''
+    ... [parameters]
+    ... u = "0 N m"
+    ... [bodies.arm]
+    ... mass = "2 kg"
+    ... com = ["0.5 m", 0]
+    ... inertia = "0.1 kg m^2"
+    ... [joints.A]
+    ... type = "revolute"
+    ... between = ["ground", "arm"]
+    ... [loads]
+    ... gravity = { type = "gravity", acceleration = [0, "-9.81 m/s^2"] }
+    ... motor = { type = "torque", on = "arm", value = "u" }
+    ... ''')
+    >>> m.inputs["u"] = lambda t, q, v: 9.81 - 40 * (q[0] - 0.5) - 5 * v[0]
+    >>> sol = m.solve(t_end=5)
+    >>> bool(abs(sol["A.rate"][-1]) < 1e-6), sol.inputs["u"].shape
+    (True, (501,))
+    """
+
+    def __init__(self, model: Model) -> None:
+        self._model = model
+
+    def __getitem__(self, name: str) -> Law:
+        return self._model._inputs[name]
+
+    def __setitem__(self, name: str, law: Law) -> None:
+        if not callable(law):
+            words = f"{law!r} is no function of t, q and v: a number goes to parameters[{name!r}]"
+            raise TypeError(words)
+        if name not in self._model.parameters:
+            raise KeyError(_unknown("parameter", name, self._model.parameters))
+        self._model._inputs[name] = law
+
+    def __delitem__(self, name: str) -> None:
+        del self._model._inputs[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._model._inputs)
+
+    def __len__(self) -> int:
+        return len(self._model._inputs)
+
+    def __repr__(self) -> str:
+        return repr(self._model._inputs)
+
+
 def _unknown(what: str, name: str, known: Mapping[str, Any]) -> str:
     near = difflib.get_close_matches(name, list(known), n=1)
     hint = f"; did you mean {near[0]!r}?" if near else f"; there are {', '.join(known) or 'none'}"
@@ -244,6 +305,7 @@ class Model:
         )
         self._tables: dict[str, Any] | None = None
         self._overrides: dict[str, str] = {}
+        self._inputs: dict[str, Law] = {}
         self._known: tuple[Any, _bksim.Engine] | None = None
         self._source: tuple[str, Path, str] | None = None
         self._jit: str | None = None
@@ -258,8 +320,8 @@ class Model:
         model._known = (model._key(engine.text), engine)
         return model
 
-    def _key(self, text: str) -> tuple[str, tuple[tuple[str, str], ...]]:
-        return text, tuple(self._overrides.items())
+    def _key(self, text: str) -> tuple[Any, ...]:
+        return text, tuple(self._overrides.items()), tuple(self._inputs.items())
 
     def _engine(self) -> _bksim.Engine:
         """The equations of the model as it is now, derived only when something has changed."""
@@ -267,7 +329,9 @@ class Model:
         key = self._key(text)
         if self._known is None or self._known[0] != key:
             overrides = list(self._overrides.items())
-            self._known = (key, _bksim.Engine.read(text, path, name, overrides, self._jit))
+            inputs = list(self._inputs.items())
+            engine = _bksim.Engine.read(text, path, name, overrides, self._jit, inputs)
+            self._known = (key, engine)
         return self._known[1]
 
     def _text(self) -> tuple[str, Path, str]:
@@ -346,6 +410,11 @@ class Model:
     def parameters(self) -> Parameters:
         """Values of the parameters."""
         return Parameters(self)
+
+    @property
+    def inputs(self) -> Inputs:
+        """Parameters that are functions of the motion."""
+        return Inputs(self)
 
     # What follows from it.
 

@@ -69,16 +69,24 @@ class Samples:
         engine: _bksim.Engine,
         t: Array,
         table: Array,
-        columns: list[tuple[str, str, str]],
+        described: _bksim.Engine | _bksim.Run,
         is_one: bool = False,
     ) -> None:
         self._engine = engine
         self._t = t
         self._table = table
-        self._columns = columns
+        self._described = described
         self._is_one = is_one
-        self._row = {name: k for k, (name, _, _) in enumerate(columns)}
         self._measured: dict[str, Array] = {}
+
+    @cached_property
+    def _columns(self) -> list[tuple[str, str, str]]:
+        """Name, unit and description of every row of the table."""
+        return self._described.columns()
+
+    @cached_property
+    def _row(self) -> dict[str, int]:
+        return {name: k for k, (name, _, _) in enumerate(self._columns)}
 
     def _rows(self, topic: str) -> Array:
         places = [k for k, (name, _, _) in enumerate(self._columns) if name.startswith(f"{topic}.")]
@@ -127,6 +135,11 @@ class Samples:
         return Named({name.removeprefix("drives."): self[name] for name in self._of("drives")})
 
     @property
+    def inputs(self) -> Named:
+        """By input, (n,): its value, SI."""
+        return Named({name.removeprefix("inputs."): self[name] for name in self._of("inputs")})
+
+    @property
     def energy(self) -> Named:
         """``kinetic``, ``potential``, ``total``, ``work`` in J, ``power`` in W, (n,)."""
         return Named({name.removeprefix("energy."): self[name] for name in self._of("energy")})
@@ -141,9 +154,9 @@ class Samples:
 
     def _resolved(self, name: str) -> int | None:
         """The row of a quantity by its name, or by the last part of it where that is clear."""
-        for known in (name, f"state.{name}", f"acceleration.{name}", f"multipliers.{name}"):
-            if known in self._row:
-                return self._row[known]
+        for topic in ("", "state.", "acceleration.", "multipliers.", "inputs."):
+            if topic + name in self._row:
+                return self._row[topic + name]
         return None
 
     def __getitem__(self, name: str) -> Any:
@@ -224,7 +237,7 @@ class Solution(Samples):
     """
 
     def __init__(self, run: _bksim.Run) -> None:
-        super().__init__(run.engine, run.t, run.table, run.columns())
+        super().__init__(run.engine, run.t, run.table, run)
         self._run = run
 
     @property
@@ -251,8 +264,7 @@ class Solution(Samples):
             raise ValueError(f"t = {first:g} s is outside of the motion, {low:g} s to {high:g} s")
         flat = np.ascontiguousarray(np.atleast_1d(times))
         table = self._run.at(flat)
-        columns = self._engine.columns()
-        return Samples(self._engine, flat, table, columns, is_one=times.ndim == 0)
+        return Samples(self._engine, flat, table, self._engine, is_one=times.ndim == 0)
 
     @cached_property
     def summary(self) -> dict[str, Any]:

@@ -85,6 +85,9 @@ def sweep(
         raise ValueError("resume goes on with a sweep, overwrite begins anew: give one of them")
     if jobs < 0:
         raise ValueError(f"jobs = {jobs}: give how many threads, 0 for one per core")
+    if model.inputs:
+        words = "functions of Python, and cases run without it"
+        raise ValueError(f"the inputs {', '.join(model.inputs)} are {words}: take them off for a sweep")
     asked = _asked(model, axes, design)
     asked.update(n=n, seed=seed, outputs=list(outputs or ()), t_end=t_end, rtol=rtol, atol=atol)
     asked.update(step=step, every=every, method=method, formulation=formulation)

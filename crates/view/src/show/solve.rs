@@ -42,7 +42,7 @@ pub fn solve(
     }
     let mut header = Header::new(&mechanism.model.name, "toml", text, bksim::VERSION);
     header.t_start = start.t;
-    let log = RunLog { header, notes: Vec::new(), end: None, segments: segments.segments };
+    let log = RunLog::unlogged(header, segments.segments);
     Ok(Solved { playback: Playback::new(log, mechanism)?, fault })
 }
 

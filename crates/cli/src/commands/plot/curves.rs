@@ -12,7 +12,7 @@ use bksim::log::export::rows;
 use bksim::log::{Header, LogError, LogReader, Record, Selection, Wanted};
 use bksim::mbs::run::{Replay, Sample, Segment};
 use bksim::playback::RunLog;
-use bksim::record::{Channels, Signal};
+use bksim::record::{Channels, INPUTS, Signal};
 use bksim_plot::{Envelope, Point, Trace};
 
 use super::choose::Quantity;
@@ -149,8 +149,11 @@ impl Run {
         let Some([first, last]) = sampled.span.filter(|[first, last]| first != last) else {
             return Ok(());
         };
-        let (header, notes, segments) = (self.header.clone(), Vec::new(), Vec::new());
-        let log = RunLog { header, notes, end: None, segments };
+        if self.header.topics.iter().any(|topic| topic.name == INPUTS) {
+            // Between samples nothing is known of inputs.
+            return Ok(());
+        }
+        let log = RunLog::unlogged(self.header.clone(), Vec::new());
         let mechanism = log.mechanism().map_err(|e| format!("its model is refused: {e}"))?;
         let (channels, n_instants) = (Channels::new(&mechanism), wish.n_instants());
         let signals = |quantity: &Quantity| -> Option<Vec<Signal>> {
