@@ -48,11 +48,12 @@ pub mod describe;
 mod explain;
 mod mechanism;
 pub mod options;
+pub mod overview;
 pub mod playback;
 pub mod player;
 pub mod record;
 
-pub use explain::{explain, explained_codes};
+pub use explain::explained_codes;
 pub use mechanism::{Mechanism, Motion, Rejected, SensitivityMotion, SensitivityPlan};
 pub use options::SolveChanges;
 

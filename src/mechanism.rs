@@ -230,6 +230,21 @@ impl Mechanism {
         Sensitive::find(&self.model, name).map_err(|error| self.insensitive(&error))
     }
 
+    /// What [`Mechanism::sensitive`] says of some names, each once.
+    ///
+    /// # Errors
+    /// [`Rejected`] when there is none of a name, or it is a guess.
+    pub fn all_sensitive(&self, names: &[String]) -> Result<Vec<Sensitive>, Rejected> {
+        let mut all = Vec::new();
+        for name in names {
+            let by = self.sensitive(name)?;
+            if !all.contains(&by) {
+                all.push(by);
+            }
+        }
+        Ok(all)
+    }
+
     /// The differentiated equations, and the sensitivities of the start.
     ///
     /// # Errors

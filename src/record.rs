@@ -175,6 +175,22 @@ impl Default for Contents<'_> {
     }
 }
 
+/// Names and fields of the derivatives of a sample by some quantities, in the order of
+/// [`sensitivity_row`]: `sensitivity.l1.theta1`.
+pub fn sensitivity_columns(mechanism: &Mechanism, by: &[Sensitive]) -> Vec<(String, Field)> {
+    let topics = by.iter().map(|&by| sensitivity_topic(mechanism, by));
+    let columns = topics.flat_map(|topic| {
+        let named = |field: &Field| (topic.column_name(field), field.clone());
+        topic.fields.iter().map(named).collect::<Vec<_>>()
+    });
+    columns.collect()
+}
+
+/// The derivatives of a sample by one quantity.
+pub fn sensitivity_row(by: &StateSensitivity) -> impl Iterator<Item = f64> {
+    [&by.q, &by.v, &by.a, &by.lambda].into_iter().flatten().copied()
+}
+
 /// Options with this prefix are parameters given on the command line.
 const SET: &str = "set.";
 
@@ -287,7 +303,7 @@ impl<W: Write> Recorder<W> {
     pub fn write_sensitivities(&mut self, t: f64, by: &[StateSensitivity]) -> Result<(), LogError> {
         for (&topic, by) in self.sensitivities.iter().zip(by) {
             self.values.clear();
-            self.values.extend([&by.q, &by.v, &by.a, &by.lambda].into_iter().flatten());
+            self.values.extend(sensitivity_row(by));
             self.writer.write(topic, t, &self.values)?;
         }
         Ok(())

@@ -150,10 +150,9 @@ mod tests {
 
     #[test]
     fn the_page_about_units_names_them_all() {
-        let (_, _, page) = codes::PAGES
-            .iter()
-            .find(|(code, _, _)| *code == codes::NO_UNITS)
-            .expect("the page of drawings without units");
+        let mut pages = codes::PAGES.iter();
+        let page = pages.find(|page| page.code == codes::NO_UNITS);
+        let page = page.expect("the page of drawings without units").text;
         for unit in INSUNITS {
             assert!(
                 page.contains(&format!("`{}`", unit.name)),

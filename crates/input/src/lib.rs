@@ -32,5 +32,5 @@ mod text;
 pub use drawn::{Drawn, Located, read_sheet};
 pub use error::{InputError, plain_words, without_number};
 pub use excerpt::{WIDTH, json, json_all, plain, styled, titled};
-pub use load::{Loaded, Request, load, parse, read_bytes};
+pub use load::{Loaded, Request, load, parse, parse_recorded, read_bytes};
 pub use text::{Text, line_and_column};

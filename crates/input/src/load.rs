@@ -5,7 +5,7 @@ use std::path::Path;
 
 use bksim::cad::compose::named_drawing;
 use bksim::mbs::diagnostic::Diagnostic;
-use bksim::mbs::file::{Limits, Reading, Source, decode, read};
+use bksim::mbs::file::{Limits, Reading, Recording, Source, decode, read_recorded};
 use bksim::mbs::model::Model;
 
 use crate::drawn;
@@ -117,10 +117,26 @@ pub fn parse(
     overrides: &[(String, String)],
     limits: Limits,
 ) -> Result<Loaded, InputError> {
-    let Reading { model, diagnostics } =
-        read(&Source { text: &source.text, name, overrides, limits });
+    parse_recorded(source, name, overrides, &[], limits).map(|(loaded, _)| loaded)
+}
+
+/// As [`parse`], with how values follow from parameters that vary; see
+/// [`bksim::mbs::file::read_recorded`].
+///
+/// # Errors
+/// [`InputError::Model`] with every fault.
+pub fn parse_recorded(
+    source: Text,
+    name: &str,
+    overrides: &[(String, String)],
+    varied: &[String],
+    limits: Limits,
+) -> Result<(Loaded, Option<Recording>), InputError> {
+    let text = &source.text;
+    let (Reading { model, diagnostics }, recording) =
+        read_recorded(&Source { text, name, overrides, limits }, varied);
     match model {
-        Some(model) => Ok(Loaded { source, model, warnings: diagnostics }),
+        Some(model) => Ok((Loaded { source, model, warnings: diagnostics }, recording)),
         None => Err(source.rejected(diagnostics)),
     }
 }

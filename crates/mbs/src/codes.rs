@@ -1,21 +1,6 @@
 //! Codes of faults found after reading: at the start and during the run.
 
-use crate::diagnostic::Code;
-
-macro_rules! codes {
-    ($($name:ident = $code:literal, $title:literal;)*) => {
-        $(#[doc = $title] pub const $name: Code = Code($code);)*
-
-        /// Every code of the start and the run: code, title, page.
-        pub const PAGES: &[(Code, &str, &str)] = &[$((
-            $name,
-            $title,
-            include_str!(concat!("../../../docs/diagnostics/", $code, ".md")),
-        )),*];
-    };
-}
-
-codes! {
+crate::codes! {
     CANNOT_CLOSE = "S001", "a loop cannot close";
     STATED_POSITIONS = "S002", "stated positions exclude each other";
     STATED_VELOCITIES = "S003", "stated rates exclude each other";

@@ -18,6 +18,39 @@ pub enum Severity {
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct Code(pub &'static str);
 
+/// A code with what `bksim explain` says about it; see [`codes`](crate::codes!).
+#[derive(Clone, Copy, Debug)]
+pub struct Page {
+    /// The stable code.
+    pub code: Code,
+    /// What it is about, in a few words.
+    pub title: &'static str,
+    /// The page in Markdown: meaning, an example, the way out.
+    pub text: &'static str,
+}
+
+/// Codes as constants, and the table `PAGES` of their pages, which lie in `docs/diagnostics`: one row
+/// each, `NAME = "M001", "title";`.
+#[macro_export]
+macro_rules! codes {
+    ($($name:ident = $code:literal, $title:literal;)*) => {
+        $(#[doc = $title] pub const $name: $crate::diagnostic::Code =
+            $crate::diagnostic::Code($code);)*
+
+        /// Every code of this room, in order, with its page.
+        pub const PAGES: &[$crate::diagnostic::Page] = &[$($crate::diagnostic::Page {
+            code: $name,
+            title: $title,
+            text: include_str!(concat!(
+                env!("CARGO_MANIFEST_DIR"),
+                "/../../docs/diagnostics/",
+                $code,
+                ".md"
+            )),
+        }),*];
+    };
+}
+
 /// Byte range in the model text.
 pub type Span = Range<usize>;
 

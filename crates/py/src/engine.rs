@@ -1,64 +1,68 @@
-//! A model with its equations, derived once; whoever solves or evaluates shares them.
+//! A model with its equations, at one set of values.
 
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
+use std::sync::{Arc, MutexGuard, OnceLock};
 
 use bksim::describe;
+use bksim::log::Field;
 use bksim::mbs::compile::{CompiledSystem, Quantity};
 use bksim::mbs::diagnostic::Diagnostic;
 use bksim::mbs::equations::page::{Page, Style, Subject};
 use bksim::mbs::equations::{Equations, Notation, ReadingForm, proof};
 use bksim::mbs::fault::diagnose_mobility;
-use bksim::mbs::file::Limits;
+use bksim::mbs::file::{Limits, Recording};
 use bksim::mbs::formulate::MotionEquations;
 use bksim::mbs::input::Inputs;
 use bksim::mbs::measure::Measures;
 use bksim::mbs::mobility::mobility;
-use bksim::mbs::model::{Formulation, Measure, Parameter, SolveOptions};
+use bksim::mbs::model::{Formulation, Measure, SolveOptions};
 use bksim::mbs::start::{Start, start_at};
 use bksim::options::{JITS, choice};
 use bksim::record::Channels;
 use bksim::{Mechanism, Rejected};
-use bksim_input::{Loaded, Request, Text, json_all, load, parse};
+use bksim_input::{Loaded, Request, Text, json_all, load, parse, parse_recorded};
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
-use pyo3::sync::MutexExt;
 
 use crate::arrays::{table, transposed};
+use crate::derived::Derived;
 use crate::fault::{Fault, guard};
 use crate::functions::Functions;
 use crate::laws::law;
 use crate::solution::Run;
 use crate::solving::{self, Wanted};
 
-/// A model with its equations.
+/// A model with its equations, at one set of values.
 #[pyclass(frozen, module = "bksim._bksim")]
 pub(crate) struct Engine {
-    pub(crate) source: Text,
+    pub(crate) derived: Arc<Derived>,
     pub(crate) overrides: Vec<(String, String)>,
-    pub(crate) warnings: Vec<Diagnostic>,
-    /// Values of the parameters.
+    /// Values of the parameters, SI.
     pub(crate) parameters: Vec<f64>,
-    pub(crate) compiled: Arc<CompiledSystem>,
-    pub(crate) channels: Channels,
-    pub(crate) name: String,
     /// Settings of the model.
     pub(crate) options: SolveOptions,
-    /// Name, value in SI, unit.
-    values: Vec<(String, f64, String)>,
-    /// Its expressions are for one thread at a time; what is compiled is for all.
-    mechanism: Mutex<Mechanism>,
+    /// Whether the equations were derived with other values.
+    is_replayed: bool,
     start: OnceLock<Start>,
-    equations: Mutex<Vec<(Formulation, Arc<MotionEquations>)>>,
+}
+
+/// A model as text, and what is to be other than it says.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct Written {
+    text: String,
+    /// Stands in messages.
+    path: PathBuf,
+    name: String,
+    overrides: Vec<(String, String)>,
+    jit: Option<String>,
+    inputs: Vec<(String, Py<PyAny>)>,
+    /// Overrides that may take other numbers later.
+    varied: Vec<String>,
 }
 
 /// A name with its unit and what it is.
 type Described = (String, String, String);
-
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // What is behind a lock is whole between calls, also after a panic.
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
 
 impl Engine {
     pub(crate) fn new(
@@ -66,27 +70,20 @@ impl Engine {
         mechanism: Mechanism,
         overrides: Vec<(String, String)>,
         warnings: Vec<Diagnostic>,
+        recording: Option<Recording>,
     ) -> Self {
-        let model = &mechanism.model;
-        let value = |p: &Parameter| (p.name.clone(), p.value, p.unit.clone());
         Self {
-            source,
             overrides,
-            warnings,
-            name: model.name.clone(),
-            options: model.solve.clone(),
-            values: model.parameters.iter().map(value).collect(),
             parameters: mechanism.parameters.clone(),
-            compiled: mechanism.compiled.clone(),
-            channels: Channels::new(&mechanism),
-            mechanism: Mutex::new(mechanism),
+            options: mechanism.model.solve.clone(),
+            derived: Arc::new(Derived::new(source, mechanism, warnings, recording)),
+            is_replayed: false,
             start: OnceLock::new(),
-            equations: Mutex::default(),
         }
     }
 
     fn derived(
-        loaded: Loaded,
+        (loaded, recording): (Loaded, Option<Recording>),
         overrides: Vec<(String, String)>,
         jit: Option<&str>,
         inputs: Vec<(String, Py<PyAny>)>,
@@ -105,29 +102,33 @@ impl Engine {
         }
         let mechanism = Mechanism::derive(model, Vec::new())
             .map_err(|Rejected(faults)| Fault::model(&source, &faults))?;
-        Ok(Self::new(source, mechanism, overrides, warnings))
+        Ok(Self::new(source, mechanism, overrides, warnings, recording))
     }
 
-    /// The mechanism, for this thread alone. Who has it may wait for the interpreter, when a law is a
-    /// function of Python: so nobody waits for it with the interpreter lock held.
+    pub(crate) fn source(&self) -> &Text {
+        &self.derived.source
+    }
+
+    pub(crate) fn compiled(&self) -> &Arc<CompiledSystem> {
+        &self.derived.compiled
+    }
+
+    pub(crate) fn channels(&self) -> &Channels {
+        &self.derived.channels
+    }
+
+    /// The mechanism, for this thread alone.
     pub(crate) fn mechanism(&self) -> MutexGuard<'_, Mechanism> {
-        match self.mechanism.try_lock() {
-            Ok(mechanism) => mechanism,
-            Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
-            Err(TryLockError::WouldBlock) => Python::attach(|py| {
-                let locked = self.mechanism.lock_py_attached(py);
-                locked.unwrap_or_else(PoisonError::into_inner)
-            }),
-        }
+        self.derived.mechanism(&self.parameters, &self.options)
     }
 
     pub(crate) fn start(&self) -> Result<&Start, Fault> {
         if let Some(start) = self.start.get() {
             return Ok(start);
         }
-        let refused = |Rejected(faults)| Fault::assembly(&self.source, &faults);
-        let equations = self.mechanism().start_equations().map_err(refused)?;
-        let start = start_at(&equations, &self.compiled, &self.parameters, &[], &self.options);
+        let refused = |Rejected(faults)| Fault::assembly(self.source(), &faults);
+        let equations = self.derived.start(|| self.mechanism()).map_err(refused)?;
+        let start = start_at(equations, self.compiled(), &self.parameters, &[], &self.options);
         let start = start.map_err(|error| {
             let fault = self.mechanism().diagnose_start(&error);
             refused(Rejected(vec![fault]))
@@ -136,40 +137,45 @@ impl Engine {
     }
 
     pub(crate) fn equations(&self, form: Formulation) -> Result<Arc<MotionEquations>, Fault> {
-        let mut known = locked(&self.equations);
-        if let Some((_, equations)) = known.iter().find(|(known, _)| *known == form) {
-            return Ok(equations.clone());
+        self.derived.equations(form, || self.mechanism())
+    }
+
+    /// Warnings about its values.
+    fn warnings(&self) -> Result<Vec<Diagnostic>, Fault> {
+        let Derived { source, name, warnings, .. } = &*self.derived;
+        if !self.is_replayed {
+            return Ok(warnings.clone());
         }
-        let mut mechanism = self.mechanism();
-        let own = std::mem::replace(&mut mechanism.model.solve.formulation, form);
-        let equations = mechanism.formulate();
-        mechanism.model.solve.formulation = own;
-        drop(mechanism);
-        let equations =
-            equations.map_err(|Rejected(faults)| Fault::model(&self.source, &faults))?;
-        let equations = Arc::new(equations);
-        known.push((form, equations.clone()));
-        Ok(equations)
+        Ok(parse(source.clone(), name, &self.overrides, Limits::default())?.warnings)
     }
 }
 
 #[pymethods]
 impl Engine {
-    /// Reads the text of a model; `path` stands in messages.
+    /// Reads the text of a model.
     #[staticmethod]
-    fn read(
-        py: Python<'_>,
-        text: String,
-        path: PathBuf,
-        name: String,
-        overrides: Vec<(String, String)>,
-        jit: Option<String>,
-        inputs: Vec<(String, Py<PyAny>)>,
-    ) -> PyResult<Self> {
+    fn read(py: Python<'_>, written: Written) -> PyResult<Self> {
+        let Written { text, path, name, overrides, jit, inputs, varied } = written;
         guard(py, move || {
             let source = Text::new(path, text);
-            let loaded = parse(source, &name, &overrides, Limits::default())?;
+            let loaded = parse_recorded(source, &name, &overrides, &varied, Limits::default())?;
             Self::derived(loaded, overrides, jit.as_deref(), inputs)
+        })
+    }
+
+    /// The same equations at other values, SI, of the parameters that vary; none where other values
+    /// make another model, or one that is refused.
+    fn at(&self, values: Vec<f64>, overrides: Vec<(String, String)>) -> Option<Self> {
+        let recording = self.derived.recording.as_ref()?;
+        let (mut parameters, mut options) = (self.parameters.clone(), self.options.clone());
+        let is_known = recording.replay(&values, &mut Vec::new(), &mut parameters, &mut options);
+        is_known.then(|| Self {
+            derived: self.derived.clone(),
+            overrides,
+            parameters,
+            options,
+            is_replayed: true,
+            start: OnceLock::new(),
         })
     }
 
@@ -192,44 +198,43 @@ impl Engine {
                 limits: Limits::default(),
             };
             let loaded = load(&request)?;
-            Self::derived(loaded, overrides, jit.as_deref(), Vec::new())
+            Self::derived((loaded, None), overrides, jit.as_deref(), Vec::new())
         })
     }
 
     #[getter]
     fn text(&self) -> &str {
-        &self.source.text
+        &self.source().text
     }
 
     #[getter]
     fn path(&self) -> PathBuf {
-        self.source.path.clone()
+        self.source().path.clone()
     }
 
     #[getter]
     fn name(&self) -> &str {
-        &self.name
+        &self.derived.name
     }
 
     /// Parameters: name, value in SI, unit.
     fn parameters(&self) -> Vec<(String, f64, String)> {
-        self.values.clone()
+        let units = self.derived.units.iter();
+        let values = units.zip(&self.parameters);
+        values.map(|((name, unit), &value)| (name.clone(), value, unit.clone())).collect()
     }
 
     fn coordinates(&self) -> Vec<Described> {
-        self.compiled.coordinates.iter().map(described).collect()
+        self.compiled().coordinates.iter().map(described).collect()
     }
 
     fn joints(&self) -> Vec<String> {
-        self.compiled.joints.clone()
+        self.compiled().joints.clone()
     }
 
     /// Rows of a run's table.
-    fn columns(&self) -> Vec<Described> {
-        let described = |(name, field): (String, &bksim::log::Field)| {
-            (name, field.unit.clone(), field.description.clone())
-        };
-        self.channels.columns().map(described).collect()
+    pub(crate) fn columns(&self) -> Vec<Described> {
+        self.channels().columns().map(|(name, field)| column(name, field)).collect()
     }
 
     /// Options of the model: start, end, interval of the output, tolerances.
@@ -239,20 +244,20 @@ impl Engine {
     }
 
     /// Warnings, as JSON.
-    fn diagnostics(&self) -> String {
-        json_all(&self.source, &self.warnings).to_string()
+    fn diagnostics(&self, py: Python<'_>) -> PyResult<String> {
+        guard(py, || Ok(json_all(self.source(), &self.warnings()?).to_string()))
     }
 
     /// What the mechanism is made of and how it can move, as JSON.
     fn check(&self, py: Python<'_>) -> PyResult<String> {
         guard(py, || {
-            let start = self.start()?;
+            let (start, mut warnings) = (self.start()?, self.warnings()?);
             let mechanism = self.mechanism();
             let found = mobility(&mechanism.model, &mechanism.system, start);
-            let mut warnings = self.warnings.clone();
+
             warnings.extend(diagnose_mobility(&mechanism.model, &found));
             let mut body = describe::parts(&mechanism, &found);
-            body["diagnostics"] = json_all(&self.source, &warnings);
+            body["diagnostics"] = json_all(self.source(), &warnings);
             Ok(body.to_string())
         })
     }
@@ -373,6 +378,11 @@ impl Engine {
     fn solve(slf: Py<Self>, py: Python<'_>, wanted: Wanted) -> PyResult<Run> {
         solving::solve(py, slf, wanted)
     }
+}
+
+/// A row of a table.
+pub(crate) fn column(name: String, field: &Field) -> Described {
+    (name, field.unit.clone(), field.description.clone())
 }
 
 fn described(quantity: &Quantity) -> Described {

@@ -28,7 +28,7 @@ type Answer<'py> = PyResult<Bound<'py, PyArray2<f64>>>;
 impl Functions {
     pub(crate) fn new(engine: Py<Engine>, dependent: Vec<usize>) -> Self {
         let (compiled, parameters) =
-            (engine.get().compiled.clone(), engine.get().parameters.clone());
+            (engine.get().compiled().clone(), engine.get().parameters.clone());
         Self { engine, compiled, parameters, dependent }
     }
 

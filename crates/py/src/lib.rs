@@ -6,7 +6,8 @@
 //! | `fault.rs` | errors and panics as Python's exceptions; the interpreter lock given up around work |
 //! | `arrays.rs` | numbers as NumPy arrays without a copy |
 //! | `document.rs` | the text of a model as data, and back |
-//! | `engine.rs` | a model with its equations |
+//! | `derived.rs` | equations that models of other values share |
+//! | `engine.rs` | a model with its equations, at one set of values |
 //! | `laws.rs` | inputs whose laws are functions of Python |
 //! | `solving.rs` | a run, which Ctrl-C stops |
 //! | `solution.rs` | what a run leaves |
@@ -24,6 +25,7 @@
 #![expect(clippy::needless_pass_by_value, reason = "what comes from Python is made for the call")]
 
 mod arrays;
+mod derived;
 mod document;
 mod engine;
 mod expr;
@@ -53,6 +55,8 @@ fn bksim_module(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(document::from_toml, m)?)?;
     m.add_function(wrap_pyfunction!(logged::open_log, m)?)?;
     m.add_function(wrap_pyfunction!(show::figure, m)?)?;
+    m.add_function(wrap_pyfunction!(show::overview, m)?)?;
+    m.add_function(wrap_pyfunction!(show::unit_word, m)?)?;
     m.add_function(wrap_pyfunction!(sweep::si_unit, m)?)?;
     m.add_function(wrap_pyfunction!(fault::explain, m)?)?;
     m.add_function(wrap_pyfunction!(fault::panic_for_tests, m)?)?;

@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 
 use bksim::log::{EndStatus, LogError, LogReader, Outcome, Record};
 use bksim::mbs::run::{Sample, Summary};
+use bksim::mbs::sensitivity::StateSensitivity;
 use bksim::mbs::start::Start;
 use bksim::options::described;
 use bksim::playback::{LoggedInputs, RunLog, segment_of};
-use bksim::record::{INPUTS, Recorder, overrides, set_option};
+use bksim::record::{Contents, INPUTS, Recorder, overrides, set_option};
 use bksim_input::Text;
 use pyo3::prelude::*;
 
@@ -46,16 +47,18 @@ pub(crate) fn bytes(run: &Run, rows: &Rows) -> Result<Vec<u8>, Fault> {
 
 fn write<W: Write>(run: &Run, rows: &Rows, start: &Start, out: W) -> Result<W, LogError> {
     let engine = run.engine.get();
-    let Kept { options, summary, segments, ending, like, .. } = &run.kept;
+    let Kept { options, summary, segments, ending, like, sensitive, .. } = &run.kept;
     let mut mechanism = engine.mechanism();
-    let own = std::mem::replace(&mut mechanism.model.solve, options.clone());
-    let mut words = described(&mechanism.model, &[]);
+    mechanism.model.solve = options.clone();
+    let mut words = described(&mechanism.model, sensitive);
     words.extend(engine.overrides.iter().map(|(name, value)| set_option(name, value)));
-    let recorder = Recorder::create(out, &mechanism, &engine.source.text, start, &words);
-    mechanism.model.solve = own;
+    let contents = Contents { options: &words, sensitive, ..Contents::default() };
+    let text = &engine.source().text;
+    let recorder = Recorder::create_with(out, &mechanism, text, start, &contents);
     drop(mechanism);
     let mut recorder = recorder?;
 
+    let n_own = rows.n_columns - run.kept.derivatives.len();
     // A segment comes ahead of the samples in it.
     let mut segments = segments.iter().peekable();
     let forward = if options.t_end < start.t { -1.0 } else { 1.0 };
@@ -64,7 +67,9 @@ fn write<W: Write>(run: &Run, rows: &Rows, start: &Start, out: W) -> Result<W, L
         while let Some(segment) = segments.next_if(|s| (t - s.t0) * forward > 0.0) {
             recorder.segment(segment)?;
         }
-        recorder.write(&engine.channels.sample_of(t, values, like))?;
+        let sample = engine.channels().sample_of(t, values, like);
+        recorder.write(&sample)?;
+        recorder.write_sensitivities(t, &derivatives(&values[n_own..], &sample))?;
     }
     for segment in segments {
         recorder.segment(segment)?;
@@ -78,6 +83,18 @@ fn write<W: Write>(run: &Run, rows: &Rows, start: &Start, out: W) -> Result<W, L
         }
     };
     recorder.finish(summary, outcome, &reason)
+}
+
+/// Derivatives of a sample from its row.
+fn derivatives(row: &[f64], sample: &Sample) -> Vec<StateSensitivity> {
+    let (nq, nc) = (sample.q.len(), sample.lambda.len());
+    let of_one = |row: &[f64]| StateSensitivity {
+        q: row[..nq].to_vec(),
+        v: row[nq..2 * nq].to_vec(),
+        a: row[2 * nq..3 * nq].to_vec(),
+        lambda: row[3 * nq..].to_vec(),
+    };
+    row.chunks_exact((3 * nq + nc).max(1)).map(of_one).collect()
 }
 
 /// A run as its log has it.
@@ -140,13 +157,20 @@ fn opened(path: &Path) -> Result<Opened, Fault> {
     let header = run_log.header;
     let source = Text::new(path, header.model_text);
     let options = mechanism.model.solve.clone();
-    let engine = Engine::new(source, mechanism, overrides(&header.options), Vec::new());
+    let engine = Engine::new(source, mechanism, overrides(&header.options), Vec::new(), None);
     let end: Option<EndStatus> = log.end().cloned();
     let ending = match &end {
         Some(end) if end.outcome == Outcome::ReachedEnd => Ending::Reached,
         _ => Ending::Stopped(None),
     };
-    let summary = Summary::default();
-    let kept = Kept { options, summary, segments, ending, like: Sample::default() };
+    let kept = Kept {
+        options,
+        summary: Summary::default(),
+        segments,
+        ending,
+        like: Sample::default(),
+        sensitive: Vec::new(),
+        derivatives: Vec::new(),
+    };
     Ok((engine, t, transposed(&values, n_columns), kept, Logged { end, notes, columns }))
 }

@@ -1,6 +1,7 @@
 //! Pictures, curves and pages of runs.
 
 use bksim::log::LogReader;
+use bksim::overview::{Group, word};
 use bksim::playback::Playback;
 use bksim_page::Options;
 use bksim_plot::{Axis, Curve, Figure, Format, Panel, PlotError};
@@ -14,6 +15,8 @@ use crate::solution::{Rows, Run};
 
 /// Instants that tell where a mechanism gets to.
 const INSTANTS: usize = 61;
+/// Curves of a panel that nobody asked for.
+const CURVES: usize = 6;
 /// Part of a picture's size that stays free on every side.
 const MARGIN: f64 = 0.06;
 /// Azimuth and elevation of the view of spatial mechanisms, degrees.
@@ -67,6 +70,26 @@ pub(crate) fn picture(
     let theme = if is_dark { Theme::DARK } else { Theme::LIGHT };
     let seen = bksim_scene::picture(&scene, playback.poses(), &Extras::default(), &camera, &theme);
     Ok(bksim_scene::svg(&seen))
+}
+
+/// Curves to be shown together: what they are, their unit, and of each its name and channels.
+type Shown = (String, String, Vec<(String, Vec<String>)>);
+
+/// What an overview shows of channels with these names and units.
+#[pyfunction]
+pub(crate) fn overview(channels: Vec<(String, String)>) -> Vec<Shown> {
+    let shown = |group: Group| {
+        let what = group.label.or_else(|| word(&group.unit)).unwrap_or("Value");
+        let quantities = group.quantities.into_iter().map(|q| (q.name, q.channels)).collect();
+        (what.to_owned(), group.unit, quantities)
+    };
+    bksim::overview::overview(&channels, CURVES).0.into_iter().map(shown).collect()
+}
+
+/// What is measured in a unit, in a word.
+#[pyfunction]
+pub(crate) fn unit_word(unit: &str) -> &'static str {
+    word(unit).unwrap_or("Value")
 }
 
 /// A curve: its name, values along the abscissa, its own values.

@@ -3,6 +3,7 @@
 use bksim::mbs::diagnostic::Diagnostic;
 use bksim::mbs::model::SolveOptions;
 use bksim::mbs::run::{Sample, Segment, Summary};
+use bksim::mbs::sensitivity::Sensitive;
 use bksim::player::Player;
 use bksim::{describe, log};
 use bksim_input::{json_all, plain};
@@ -11,7 +12,7 @@ use pyo3::prelude::*;
 use serde_json::json;
 
 use crate::arrays::{table, transposed};
-use crate::engine::Engine;
+use crate::engine::{Engine, column};
 use crate::fault::{Fault, guard};
 
 /// What a run leaves.
@@ -33,6 +34,10 @@ pub(crate) struct Kept {
     pub(crate) ending: Ending,
     /// The last sample, whose sizes are those of all.
     pub(crate) like: Sample,
+    /// What it was differentiated by.
+    pub(crate) sensitive: Vec<Sensitive>,
+    /// Names of the derivatives, the last rows of the table.
+    pub(crate) derivatives: Vec<(String, log::Field)>,
 }
 
 /// What a log tells of its run that a run by itself does not.
@@ -89,11 +94,13 @@ impl Run {
     }
 
     /// Rows of the table: name, unit, description.
-    fn columns(&self, py: Python<'_>) -> PyResult<Vec<(String, String, String)>> {
-        match &self.logged {
-            Some(logged) => Ok(logged.columns.clone()),
-            None => self.engine.bind(py).call_method0("columns")?.extract(),
+    fn columns(&self) -> Vec<(String, String, String)> {
+        if let Some(logged) = &self.logged {
+            return logged.columns.clone();
         }
+        let derivatives = self.kept.derivatives.iter();
+        let derivatives = derivatives.map(|(name, field)| column(name.clone(), field));
+        self.engine.get().columns().into_iter().chain(derivatives).collect()
     }
 
     /// Whether it was opened from a log.
@@ -126,7 +133,7 @@ impl Run {
     #[getter]
     fn fault(&self) -> Option<(String, String)> {
         let Ending::Failed(fault) = &self.kept.ending else { return None };
-        let source = &self.engine.get().source;
+        let source = self.engine.get().source();
         let all = json_all(source, std::slice::from_ref(fault));
         Some((plain(source, fault), all.to_string()))
     }
@@ -162,15 +169,15 @@ impl Run {
         let times = times.as_array().to_vec();
         let engine = self.engine.get();
         let values = guard(py, || {
-            let mut player = Player::new(engine.compiled.clone(), &engine.parameters);
-            let is_lasting: Vec<bool> = engine.channels.are_lasting().collect();
+            let mut player = Player::new(engine.compiled().clone(), &engine.parameters);
+            let is_lasting: Vec<bool> = engine.channels().are_lasting().collect();
             let mut values = Vec::with_capacity(times.len() * is_lasting.len());
             for &t in &times {
                 let sample = player
                     .at(&self.kept.segments, t)
                     .map_err(|error| Fault::Log(error.to_string()))?;
                 let first = values.len();
-                engine.channels.append_row(sample, &mut values);
+                engine.channels().append_row(sample, &mut values);
                 for (value, _) in
                     values[first..].iter_mut().zip(&is_lasting).filter(|(_, is)| !**is)
                 {

@@ -4,11 +4,14 @@ use std::cell::{Cell, RefCell};
 use std::time::{Duration, Instant};
 
 use bksim::dae::Control;
-use bksim::mbs::model::Outputs;
+use bksim::log::Field;
+use bksim::mbs::model::{Outputs, SolveOptions};
 use bksim::mbs::run::{self, Failure, Observer, Sample, Segment};
-use bksim::mbs::sensitivity::StateSensitivity;
+use bksim::mbs::sensitivity::{Sensitive, StateSensitivity, run_with_sensitivities};
+use bksim::mbs::start::Start;
 use bksim::options::{BadOption, FORMULATIONS, METHODS, SolveChanges, choice};
-use bksim::record::Channels;
+use bksim::record::{Channels, sensitivity_columns, sensitivity_row};
+use bksim::{Rejected, SensitivityPlan};
 use pyo3::prelude::*;
 
 use crate::arrays::{table, transposed, vector};
@@ -32,6 +35,8 @@ pub(crate) struct Wanted {
     times: Option<Vec<f64>>,
     method: Option<String>,
     formulation: Option<String>,
+    /// What the motion is differentiated by.
+    sensitivity: Vec<String>,
     /// Whether the motion between samples is kept.
     dense: bool,
     /// Most bytes of samples and motion.
@@ -86,10 +91,11 @@ impl Keeping<'_> {
 }
 
 impl Observer for Keeping<'_> {
-    fn sample(&mut self, sample: &Sample, _: &[StateSensitivity]) -> Control {
+    fn sample(&mut self, sample: &Sample, by: &[StateSensitivity]) -> Control {
         let n_before = self.values.len();
         self.t.push(sample.t);
         self.channels.append_row(sample, &mut self.values);
+        self.values.extend(by.iter().flat_map(sensitivity_row));
         self.n_bytes += size_of::<f64>() * (1 + self.values.len() - n_before);
         self.reached.set(sample.t);
         match &mut self.last {
@@ -130,6 +136,7 @@ fn ran(engine: &Engine, wanted: &Wanted) -> Result<Ran, Fault> {
     }
     let start = engine.start()?;
     let equations = engine.equations(options.formulation)?;
+    let (sensitive, derivatives, plan) = planned(engine, start, &options, &wanted.sensitivity)?;
 
     let reached = Cell::new(start.t);
     let asked = Cell::new(Instant::now());
@@ -154,7 +161,7 @@ fn ran(engine: &Engine, wanted: &Wanted) -> Result<Ran, Fault> {
         is_wished
     };
     let mut keeping = Keeping {
-        channels: &engine.channels,
+        channels: engine.channels(),
         reached: &reached,
         t: Vec::new(),
         values: Vec::new(),
@@ -164,19 +171,24 @@ fn ran(engine: &Engine, wanted: &Wanted) -> Result<Ran, Fault> {
         n_bytes: 0,
         most_bytes: wanted.most_bytes,
     };
-    let outcome = run::run(
-        &engine.compiled,
-        &equations,
-        start,
-        &engine.parameters,
-        &options,
-        &mut keeping,
-        &is_stop_wished,
-    );
+    let (compiled, parameters, stop) = (engine.compiled(), &engine.parameters, &is_stop_wished);
+    let outcome = match &plan {
+        None => run::run(compiled, &equations, start, parameters, &options, &mut keeping, stop),
+        Some(SensitivityPlan { equations: by, start: at_start }) => run_with_sensitivities(
+            compiled,
+            &equations,
+            by,
+            (start, at_start.as_slice()),
+            parameters,
+            &options,
+            &mut keeping,
+            stop,
+        ),
+    };
     let is_full = keeping.is_full();
     let error = laws::raised().or_else(|| raised.take());
     let Keeping { t, values, segments, last, .. } = keeping;
-    let n_columns = engine.channels.columns().count();
+    let n_columns = engine.channels().columns().count() + derivatives.len();
     let values = transposed(&values, n_columns);
     let (summary, ending) = match (outcome, error) {
         (Ok(summary), Some(error)) => (summary, Ending::Stopped(Some(error))),
@@ -191,5 +203,27 @@ fn ran(engine: &Engine, wanted: &Wanted) -> Result<Ran, Fault> {
         }
     };
     let last = last.unwrap_or_default();
-    Ok((t, values, Kept { options, summary, segments, ending, like: last }))
+    let kept = Kept { options, summary, segments, ending, like: last, sensitive, derivatives };
+    Ok((t, values, kept))
+}
+
+/// What a run is differentiated by, the names of its derivatives, and from where it starts.
+type Planned = (Vec<Sensitive>, Vec<(String, Field)>, Option<SensitivityPlan>);
+
+fn planned(
+    engine: &Engine,
+    start: &Start,
+    options: &SolveOptions,
+    names: &[String],
+) -> Result<Planned, Fault> {
+    if names.is_empty() {
+        return Ok((Vec::new(), Vec::new(), None));
+    }
+    let refused = |Rejected(faults)| Fault::model(engine.source(), &faults);
+    let mut mechanism = engine.mechanism();
+    let sensitive = mechanism.all_sensitive(names).map_err(refused)?;
+    mechanism.model.solve = options.clone();
+    let plan = mechanism.plan_sensitivities(start, &sensitive);
+    let derivatives = sensitivity_columns(&mechanism, &sensitive);
+    Ok((sensitive, derivatives, Some(plan.map_err(refused)?)))
 }

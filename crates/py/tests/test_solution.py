@@ -144,3 +144,28 @@ def test_an_animation_is_a_page(sol: bksim.Solution, tmp_path: Path) -> None:
     assert "<iframe" in animation._repr_html_()
     animation.save(tmp_path / "page.html")
     assert (tmp_path / "page.html").stat().st_size < 2e6
+
+
+def test_sensitivities_are_the_slopes_of_the_motion(examples, tmp_path):
+    def solved(l1, **options):
+        m = bksim.load(examples / "slider-crank" / "model.toml")
+        m.parameters["l1"] = l1
+        return m.solve(t_end=1, rtol=1e-10, atol=1e-12, method="radau", **options)
+
+    step = 1e-5
+    sol = solved(1.0, sensitivity=["l1", "l1"])
+    assert list(sol.sensitivity) == ["l1"]
+    by = sol.sensitivity["l1"]
+    high, low = solved(1.0 + step), solved(1.0 - step)
+    for found, above, below in [(by.q, high.q, low.q), (by.v, high.v, low.v), (by.a, high.a, low.a)]:
+        slope = (above - below) / (2 * step)
+        np.testing.assert_allclose(found, slope, atol=2e-5 * np.abs(slope).max())
+    assert np.array_equal(by["theta1"], by.q[list(sol.names).index("state.theta1")])
+    assert by.lam.shape == sol.lam.shape and sol.unit("sensitivity.l1.theta1_dot") == "rad/s/m"
+
+    sol.save(tmp_path / "run.mcap")
+    logged = bksim.open(tmp_path / "run.mcap")
+    assert np.array_equal(logged.sensitivity["l1"].a, by.a)
+    assert "sensitivity.l1.theta1" in sol.to_pandas()
+    with pytest.raises(bksim.ModelError, match="S012"):
+        solved(1.0, sensitivity="nothing")

@@ -1,21 +1,8 @@
 //! Codes of faults in what a sweep asks for.
 
-use bksim::mbs::diagnostic::Code;
+use bksim::mbs::diagnostic::Page;
 
-macro_rules! codes {
-    ($($name:ident = $code:literal, $title:literal;)*) => {
-        $(#[doc = $title] pub const $name: Code = Code($code);)*
-
-        /// Every code of a sweep: code, title, page.
-        pub const PAGES: &[(Code, &str, &str)] = &[$((
-            $name,
-            $title,
-            include_str!(concat!("../../../docs/diagnostics/", $code, ".md")),
-        )),*];
-    };
-}
-
-codes! {
+bksim::mbs::codes! {
     BAD_AXIS = "P001", "an axis that spans nothing";
     UNKNOWN_AXIS = "P002", "an axis that nothing has";
     AXIS_TWICE = "P003", "an axis given twice";
@@ -23,4 +10,14 @@ codes! {
     UNKNOWN_OUTPUT = "P005", "an output that no run has";
     OTHER_SWEEP = "P006", "another sweep in the way";
     BAD_OPTION = "P007", "a setting out of range";
+}
+
+/// Every code there is, those of models, runs and drawings first, with its page.
+pub fn explained_codes() -> impl Iterator<Item = &'static Page> {
+    bksim::explained_codes().chain(PAGES)
+}
+
+/// The page of a code such as `P001`; letters may be lower case.
+pub fn explain(code: &str) -> Option<&'static Page> {
+    explained_codes().find(|page| page.code.0.eq_ignore_ascii_case(code.trim()))
 }

@@ -14,10 +14,9 @@ use bksim::log::{Level, LogError, Outcome};
 use bksim::mbs::fault::diagnose_mobility;
 use bksim::mbs::mobility::mobility;
 use bksim::mbs::run::{Observer, Sample, Segment, Unresumed};
-use bksim::mbs::sensitivity::{Sensitive, StateSensitivity};
+use bksim::mbs::sensitivity::StateSensitivity;
 use bksim::options::{BadOption, SolveChanges, described, in_words};
 use bksim::record::{Contents, Recorder, set_option};
-use bksim::{Mechanism, Rejected};
 
 use self::report::{Report, Times};
 use crate::args::{self, Solve, Tuning};
@@ -65,8 +64,9 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
     let equations = mechanism.formulate().map_err(|rejected| source.rejected(rejected.0))?;
     times.compile = lap();
     let start = mechanism.start().map_err(|rejected| source.rejected(rejected.0))?;
-    let sensitive =
-        sensitive(&mechanism, &args.sensitivity).map_err(|rejected| source.rejected(rejected.0))?;
+    let sensitive = mechanism
+        .all_sensitive(&args.sensitivity)
+        .map_err(|rejected| source.rejected(rejected.0))?;
     let plan = (!sensitive.is_empty()).then(|| mechanism.plan_sensitivities(&start, &sensitive));
     let plan = plan.transpose().map_err(|rejected| source.rejected(rejected.0))?;
     let found = mobility(&mechanism.model, &mechanism.system, &start);
@@ -237,18 +237,6 @@ impl<W: Write> Observer for Logging<W> {
         // A fault stops the run at its next sample.
         self.write(|log| log.segment(segment));
     }
-}
-
-/// What the motion is differentiated by, each once.
-fn sensitive(mechanism: &Mechanism, names: &[String]) -> Result<Vec<Sensitive>, Rejected> {
-    let mut all = Vec::new();
-    for name in names {
-        let by = mechanism.sensitive(name)?;
-        if !all.contains(&by) {
-            all.push(by);
-        }
-    }
-    Ok(all)
 }
 
 /// The options of the command line, checked; runs begin at `t_start`.

@@ -2,33 +2,7 @@
 //!
 //! A code is never reused for another fault. The page is what `bksim explain` prints.
 
-use crate::diagnostic::Code;
-
-/// One row of the table of codes.
-#[derive(Clone, Copy, Debug)]
-pub struct Page {
-    /// The stable code.
-    pub code: Code,
-    /// What it is about, in a few words.
-    pub title: &'static str,
-    /// The page in Markdown: meaning, an example, the way out.
-    pub text: &'static str,
-}
-
-macro_rules! codes {
-    ($($name:ident = $code:literal, $title:literal;)*) => {
-        $(#[doc = $title] pub const $name: Code = Code($code);)*
-
-        /// Every code of a model file, in order.
-        pub const PAGES: &[Page] = &[$(Page {
-            code: $name,
-            title: $title,
-            text: include_str!(concat!("../../../../docs/diagnostics/", $code, ".md")),
-        }),*];
-    };
-}
-
-codes! {
+crate::codes! {
     NOT_UTF8 = "M001", "the file is not UTF-8";
     SYNTAX = "M002", "the file is not TOML";
     DUPLICATE = "M003", "a name is defined twice";
@@ -80,11 +54,6 @@ codes! {
     DRAWING_ALONE = "M063", "a drawing that is not there";
 }
 
-/// The page of a code such as `M012`; letters may be lower case.
-pub fn explain(code: &str) -> Option<&'static str> {
-    PAGES.iter().find(|page| page.code.0.eq_ignore_ascii_case(code)).map(|page| page.text)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -99,7 +68,7 @@ mod tests {
             let name = name.to_string_lossy();
             if name.starts_with('M') {
                 let code = name.strip_suffix(".md").expect("only Markdown pages");
-                assert!(explain(code).is_some(), "{name} has no code");
+                assert!(PAGES.iter().any(|page| page.code.0 == code), "{name} has no code");
             }
         }
         for page in PAGES {

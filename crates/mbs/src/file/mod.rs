@@ -48,7 +48,7 @@ mod written_unit;
 
 use bksim_expr::Pool;
 
-pub use codes::{PAGES, Page, explain};
+pub use codes::PAGES;
 pub use constants::Recording;
 pub use reader::suggest;
 pub use syntax::decode;

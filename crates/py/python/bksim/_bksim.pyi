@@ -21,9 +21,20 @@ __all__ = [
     "figure",
     "from_toml",
     "open_log",
+    "overview",
     "si_unit",
     "to_toml",
+    "unit_word",
 ]
+
+class _Written(TypedDict):
+    text: str
+    path: Path
+    name: str
+    overrides: list[tuple[str, str]]
+    jit: str | None
+    inputs: list[tuple[str, Callable[[float, NDArray[np.float64], NDArray[np.float64]], float]]]
+    varied: list[str]
 
 class _Wanted(TypedDict):
     t_end: float | None
@@ -34,6 +45,7 @@ class _Wanted(TypedDict):
     times: list[float] | None
     method: str | None
     formulation: str | None
+    sensitivity: list[str]
     dense: bool
     most_bytes: int
     notify: Callable[[float], None] | None
@@ -65,14 +77,8 @@ _Block: TypeAlias = tuple[
 @final
 class Engine:
     @staticmethod
-    def read(
-        text: str,
-        path: Path,
-        name: str,
-        overrides: list[tuple[str, str]],
-        jit: str | None,
-        inputs: list[tuple[str, Callable[[float, NDArray[np.float64], NDArray[np.float64]], float]]],
-    ) -> Engine: ...
+    def read(written: _Written) -> Engine: ...
+    def at(self, values: list[float], overrides: list[tuple[str, str]]) -> Engine | None: ...
     @staticmethod
     def open(
         path: Path,
@@ -196,6 +202,10 @@ def si_unit(engine: Engine, name: str) -> str | None: ...
 def to_toml(json: str) -> str: ...
 def from_toml(text: str) -> str: ...
 def open_log(path: Path) -> Run: ...
+def overview(
+    channels: list[tuple[str, str]],
+) -> list[tuple[str, str, list[tuple[str, list[str]]]]]: ...
+def unit_word(unit: str) -> str: ...
 def figure(
     title: str,
     panels: list[tuple[str, str, list[tuple[str, Any, Any]]]],

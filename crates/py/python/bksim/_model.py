@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -87,8 +87,30 @@ def loads(
 ) -> Model:
     """Reads the text of a model. See :func:`load`."""
     overrides = [(key, _text(value)) for key, value in (set or {}).items()]
-    engine = _bksim.Engine.read(text, Path(f"{name}.toml"), name, overrides, jit, [])
+    engine = _read((text, Path(f"{name}.toml"), name), overrides, jit)
     return Model._of(engine, dict(overrides), jit)
+
+
+def _read(
+    source: tuple[str, Path, str],
+    overrides: list[tuple[str, str]],
+    jit: str | None,
+    inputs: Mapping[str, Law] | None = None,
+    varied: Iterable[str] = (),
+) -> _bksim.Engine:
+    """Derives the equations of a text; ``varied`` are the overrides that may take other numbers."""
+    text, path, name = source
+    return _bksim.Engine.read(
+        {
+            "text": text,
+            "path": path,
+            "name": name,
+            "overrides": overrides,
+            "jit": jit,
+            "inputs": list((inputs or {}).items()),
+            "varied": list(varied),
+        }
+    )
 
 
 def _text(value: Value) -> str:
@@ -162,12 +184,15 @@ class Parameters(MutableMapping[str, float]):
         return {name: (value, unit) for name, value, unit in self._model._engine().parameters()}
 
     def _readable(self) -> _bksim.Engine:
-        """The model with its present values, or with its own where those are refused."""
+        """The model with whatever values, also when its present ones are refused."""
+        text, path, name = self._model._text()
+        known = self._model._known
+        if known is not None and known[0][0] == text:
+            return known[2]
         try:
             return self._model._engine()
         except ModelError:
-            text, path, name = self._model._text()
-            return _bksim.Engine.read(text, path, name, [], self._model._jit, [])
+            return _read((text, path, name), [], self._model._jit)
 
     def __getitem__(self, name: str) -> float:
         known = self._known()
@@ -180,15 +205,20 @@ class Parameters(MutableMapping[str, float]):
         known = {name: value for name, value, _ in engine.parameters()}
         if name not in known:
             raise KeyError(_unknown("parameter", name, known))
-        if not isinstance(value, str):
+        if isinstance(value, str):
+            self._model._numbers.pop(name, None)
+        else:
+            number = float(value)
             unit = _bksim.si_unit(engine, name) or ""
-            value = f"{float(value)!r} {unit}".strip()
+            value = f"{number!r} {unit}".strip()
+            self._model._numbers[name] = number
         self._model._overrides[name] = value
 
     def __delitem__(self, name: str) -> None:
         if name not in {name for name, _, _ in self._readable().parameters()}:
             raise KeyError(name)
         self._model._overrides.pop(name, None)
+        self._model._numbers.pop(name, None)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._known())
@@ -305,8 +335,9 @@ class Model:
         )
         self._tables: dict[str, Any] | None = None
         self._overrides: dict[str, str] = {}
+        self._numbers: dict[str, float] = {}
         self._inputs: dict[str, Law] = {}
-        self._known: tuple[Any, _bksim.Engine] | None = None
+        self._known: tuple[Any, tuple[float, ...], _bksim.Engine] | None = None
         self._source: tuple[str, Path, str] | None = None
         self._jit: str | None = None
 
@@ -317,22 +348,28 @@ class Model:
         model._overrides = overrides
         model._source = (engine.text, engine.path, engine.name)
         model._jit = jit
-        model._known = (model._key(engine.text), engine)
+        model._known = (model._key(engine.text), (), engine)
         return model
 
     def _key(self, text: str) -> tuple[Any, ...]:
-        return text, tuple(self._overrides.items()), tuple(self._inputs.items())
+        """What the equations follow from: all but the numbers of parameters."""
+        texts = tuple(item for item in self._overrides.items() if item[0] not in self._numbers)
+        return text, texts, tuple(self._numbers), tuple(self._inputs.items())
 
     def _engine(self) -> _bksim.Engine:
-        """The equations of the model as it is now, derived only when something has changed."""
+        """The equations of the model as it is now, derived only when more than numbers has changed."""
         text, path, name = self._text()
-        key = self._key(text)
-        if self._known is None or self._known[0] != key:
-            overrides = list(self._overrides.items())
-            inputs = list(self._inputs.items())
-            engine = _bksim.Engine.read(text, path, name, overrides, self._jit, inputs)
-            self._known = (key, engine)
-        return self._known[1]
+        key, numbers = self._key(text), tuple(self._numbers.values())
+        engine: _bksim.Engine | None = None
+        overrides = list(self._overrides.items())
+        if self._known is not None and self._known[0] == key:
+            if self._known[1] == numbers:
+                return self._known[2]
+            engine = self._known[2].at(list(numbers), overrides)
+        if engine is None:
+            engine = _read((text, path, name), overrides, self._jit, self._inputs, self._numbers)
+        self._known = (key, numbers, engine)
+        return engine
 
     def _text(self) -> tuple[str, Path, str]:
         if self._document is None:
@@ -459,6 +496,7 @@ class Model:
         times: Sequence[float] | None = None,
         method: str | None = None,
         formulation: str | None = None,
+        sensitivity: str | Sequence[str] = (),
         dense: bool = True,
         progress: bool | None = None,
         memory_limit: int = MEMORY_LIMIT,
@@ -469,6 +507,9 @@ class Model:
         times in place of ``every``. ``dense`` keeps the motion between the output times, which
         ``solution(t)``, films and logs are made from. ``progress`` shows a bar where tqdm is
         installed; unless given, in runs of more than a second at a terminal or in a notebook.
+
+        ``sensitivity`` names parameters and stated initial values (``"l1"``, ``"A.rate"``) that the motion
+        is differentiated by, exactly and with Radau IIA: see ``Solution.sensitivity``.
 
         The interpreter lock is released. Ctrl-C ends the run within a fifth of a second; the
         KeyboardInterrupt has what there is as ``result``.
@@ -495,6 +536,7 @@ class Model:
                     "times": None if times is None else [float(t) for t in times],
                     "method": method,
                     "formulation": formulation,
+                    "sensitivity": [sensitivity] if isinstance(sensitivity, str) else list(sensitivity),
                     "dense": dense,
                     "most_bytes": memory_limit,
                     "notify": notify,

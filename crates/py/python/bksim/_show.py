@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -18,9 +18,6 @@ if TYPE_CHECKING:
 
 INSTANTS = 1201
 """Instants at which curves are drawn where the motion between samples is known."""
-
-MOST_CURVES = 6
-"""Curves of a panel that nobody asked for."""
 
 
 @dataclass(frozen=True)
@@ -57,16 +54,18 @@ class Plot:
     ) -> Plot:
         """Curves of a solution; see ``Solution.plot``."""
         samples = _dense(solution)
-        chosen = list(names) if names else _overview(solution)
         across = samples.t if x is None else samples[x]
-        panels: dict[str, list[tuple[str, Any, Any]]] = {}
-        for name in chosen:
-            # What only samples know is drawn through those.
-            of = samples if np.isfinite(samples[name]).any() else solution
-            along = across if of is samples else (of.t if x is None else of[x])
-            panels.setdefault(solution.unit(name), []).append((name, along, of[name]))
-        shown = [(_quantity(unit), unit, curves) for unit, curves in panels.items()]
-        axis = ("time", "s") if x is None else (x, solution.unit(x))
+        shown: list[tuple[str, str, list[tuple[str, Any, Any]]]] = []
+        for what, unit, quantities in _named(solution, names) if names else _overview(solution):
+            curves = []
+            for name, channels in quantities:
+                # What only samples know is drawn through those.
+                of = samples if np.isfinite(samples[channels[0]]).any() else solution
+                along = across if of is samples else (of.t if x is None else of[x])
+                parts = [of[channel] for channel in channels]
+                curves.append((name, along, parts[0] if len(parts) == 1 else np.hypot.reduce(parts)))
+            shown.append((what, unit, curves))
+        axis = ("Time", "s") if x is None else (x, solution.unit(x))
         return cls(title or solution._engine.name, shown, axis, dark)
 
     def _drawn(self, format: str) -> bytes:
@@ -87,33 +86,21 @@ def _dense(solution: Solution) -> Samples:
     return solution(np.linspace(first, last, INSTANTS))
 
 
-def _overview(solution: Solution) -> list[str]:
-    """Coordinates and rates, a few of each unit, and energies."""
-    chosen: list[str] = []
-    of_unit: dict[str, int] = {}
-    for name in solution.names:
-        unit = solution.unit(name)
-        if name.startswith("state.") and of_unit.get(unit, 0) < MOST_CURVES:
-            of_unit[unit] = of_unit.get(unit, 0) + 1
-            chosen.append(name)
-    return chosen + ["energy.kinetic", "energy.potential", "energy.total"]
+_Panels: TypeAlias = "list[tuple[str, str, list[tuple[str, list[str]]]]]"
+"""What is shown, its unit, and of each curve its name and the quantities that it is the size of."""
 
 
-def _quantity(unit: str) -> str:
-    words = {
-        "m": "position",
-        "rad": "angle",
-        "m/s": "velocity",
-        "rad/s": "angular velocity",
-        "m/s^2": "acceleration",
-        "rad/s^2": "angular acceleration",
-        "N": "force",
-        "N*m": "moment",
-        "J": "energy",
-        "W": "power",
-        "s": "time",
-    }
-    return words.get(unit, "value")
+def _named(solution: Solution, names: Sequence[str]) -> _Panels:
+    """Those of one unit together."""
+    panels: dict[str, list[tuple[str, list[str]]]] = {}
+    for name in names:
+        panels.setdefault(solution.unit(name), []).append((name, [name]))
+    return [(_bksim.unit_word(unit), unit, quantities) for unit, quantities in panels.items()]
+
+
+def _overview(solution: Solution) -> _Panels:
+    """What ``bksim plot`` shows."""
+    return _bksim.overview([(name, solution.unit(name)) for name in solution.names])
 
 
 @dataclass(frozen=True)

@@ -57,6 +57,35 @@ def _unknown(name: str, known: Sequence[str]) -> str:
     return f"nothing is called {name!r}" + (f"; did you mean {near[0]!r}?" if near else "")
 
 
+class Sensitivity(Named):
+    """Derivatives of the motion by one quantity, (n,) by the name of what is differentiated."""
+
+    def __init__(self, arrays: dict[str, Array], table: Array, nq: int) -> None:
+        super().__init__(arrays)
+        self._table = table
+        self._nq = nq
+
+    @property
+    def q(self) -> Array:
+        """Of the coordinates, (nq, n)."""
+        return self._table[: self._nq]
+
+    @property
+    def v(self) -> Array:
+        """Of their rates, (nq, n)."""
+        return self._table[self._nq : 2 * self._nq]
+
+    @property
+    def a(self) -> Array:
+        """Of their accelerations, (nq, n)."""
+        return self._table[2 * self._nq : 3 * self._nq]
+
+    @property
+    def lam(self) -> Array:
+        """Of the multipliers, (nc, n)."""
+        return self._table[3 * self._nq :]
+
+
 class Samples:
     """Everything about a motion at some instants.
 
@@ -266,6 +295,32 @@ class Solution(Samples):
         table = self._run.at(flat)
         return Samples(self._engine, flat, table, self._engine, is_one=times.ndim == 0)
 
+    @property
+    def sensitivity(self) -> Mapping[str, Sensitivity]:
+        """Derivatives of the motion by what ``solve`` was asked for, in the unit of each over that of the
+        quantity.
+
+        >>> m = load(EXAMPLES / "four-bar" / "model.toml")
+        >>> sol = m.solve(t_end=0.1, sensitivity="a")
+        >>> sol.sensitivity["a"].q.shape == sol.q.shape
+        True
+        """
+        nq = len(self.q)
+        blocks: dict[str, list[int]] = {}
+        n_each = 3 * nq + len(self.lam)
+        places = [k for k, (name, _, _) in enumerate(self._columns) if name.startswith("sensitivity.")]
+        for first in range(0, len(places), max(n_each, 1)):
+            block = places[first : first + n_each]
+            name = self._columns[block[0]][0].removeprefix("sensitivity.").rpartition(".")[0]
+            blocks[name] = block
+
+        def one(by: str, block: list[int]) -> Sensitivity:
+            table = self._table[block[0] : block[-1] + 1]
+            names = [self._columns[k][0].removeprefix(f"sensitivity.{by}.") for k in block]
+            return Sensitivity(dict(zip(names, table, strict=True)), table, nq)
+
+        return {by: one(by, block) for by, block in blocks.items()}
+
     @cached_property
     def summary(self) -> dict[str, Any]:
         """How the run went: end, methods, events, steps, residuals, energy balance."""
@@ -294,7 +349,7 @@ class Solution(Samples):
         self, *names: str, x: str | None = None, title: str | None = None, dark: bool = False
     ) -> Plot:
         """Curves of quantities over time, or over ``x``; those of one unit share a panel. Without
-        names: coordinates, rates and energies."""
+        names: coordinates, rates, energies, and efforts of drives or sizes of reactions."""
         return Plot.of(self, names, x, title, dark)
 
     def picture(self, t: float | None = None, *, dark: bool = False) -> Picture:

@@ -1,9 +1,10 @@
 //! Which curves to draw, in which panels.
 
 use bksim::log::{Column, Header, LogError, Selection};
+use bksim::overview::{self, Group, keep, overview};
 
 /// Panels of a figure at most, and curves of one.
-pub(super) const MAX_PANELS: usize = 6;
+pub(super) const MAX_PANELS: usize = overview::MAX_GROUPS;
 pub(super) const MAX_CURVES: usize = 12;
 /// Curves of a panel of an overview at most.
 const OVERVIEW_CURVES: usize = 6;
@@ -95,56 +96,26 @@ impl Plan {
 
     /// Coordinates and rates, energies, and efforts of drives or sizes of reactions.
     pub(super) fn overview(header: &Header, n_runs: usize) -> Self {
-        let all = Selection::all(header);
-        let of = |topic: &str, unit: &str, names: &[&str]| {
-            let prefix = format!("{topic}.");
-            let is_of = |column: &&Column| {
-                column.unit == unit
-                    && column.name.strip_prefix(&prefix).is_some_and(|name| {
-                        !name.contains('.') && (names.is_empty() || names.contains(&name))
-                    })
-            };
-            let columns = all.columns().iter().filter(is_of);
-            columns.map(|column| Quantity::channel(column, true)).collect::<Vec<_>>()
+        let columns = Selection::all(header);
+        let columns = columns.columns().iter().map(|c| (c.name.clone(), c.unit.clone()));
+        let most = (OVERVIEW_CURVES / n_runs.max(1)).max(1);
+        let (groups, n_left_out) = overview(&columns.collect::<Vec<_>>(), most);
+        let shown = |of: overview::Quantity| {
+            let overview::Quantity { name, unit, channels } = of;
+            Quantity { name, unit, channels, is_named: true }
         };
-        let mut plan = Self::default();
-        let mut add = |label: Option<&str>, unit: &str, quantities: Vec<Quantity>| {
-            let is_there = !quantities.is_empty();
-            if is_there {
-                let (label, unit) = (label.map(str::to_owned), unit.to_owned());
-                plan.panels.push(PanelPlan { label, unit, quantities });
-            }
-            is_there
+        let panel = |Group { label, unit, quantities }: Group| PanelPlan {
+            label: label.map(str::to_owned),
+            unit,
+            quantities: quantities.into_iter().map(shown).collect(),
         };
-        for unit in ["rad", "m", "rad/s", "m/s"] {
-            add(None, unit, of("state", unit, &[]));
-        }
-        add(None, "J", of("energy", "J", &["kinetic", "potential", "total"]));
-        let is_driven = add(Some("Drive effort"), "N*m", of("drives", "N*m", &[]))
-            || add(Some("Drive effort"), "N", of("drives", "N", &[]));
-        if !is_driven {
-            add(Some("Reaction force"), "N", reactions(header));
-        }
-        plan.panels.truncate(MAX_PANELS);
-        plan.keep((OVERVIEW_CURVES / n_runs.max(1)).max(1));
-        plan
+        Self { panels: groups.into_iter().map(panel).collect(), n_left_out }
     }
 
     /// Keeps that many quantities of each panel, spread evenly over all.
     fn keep(&mut self, most: usize) {
         for panel in &mut self.panels {
-            let n = panel.quantities.len();
-            if n <= most {
-                continue;
-            }
-            self.n_left_out += n - most;
-            let mut chosen = (0..most).map(|k| k * (n - 1) / (most - 1).max(1)).collect::<Vec<_>>();
-            chosen.dedup();
-            let mut place = 0;
-            panel.quantities.retain(|_| {
-                place += 1;
-                chosen.contains(&(place - 1))
-            });
+            self.n_left_out += keep(&mut panel.quantities, most);
         }
     }
 
@@ -152,16 +123,4 @@ impl Plan {
     pub(super) fn quantities(&self) -> impl Iterator<Item = &Quantity> {
         self.panels.iter().flat_map(|panel| &panel.quantities)
     }
-}
-
-/// The size of the force of each joint.
-fn reactions(header: &Header) -> Vec<Quantity> {
-    let topics = header.topics.iter().filter(|topic| topic.name.starts_with("/reactions/"));
-    let size = |topic: &bksim::log::Topic| {
-        let forces = topic.fields.iter().filter(|field| ["fx", "fy", "fz"].contains(&&*field.name));
-        let channels: Vec<String> = forces.map(|field| topic.column_name(field)).collect();
-        let name = topic.name.trim_start_matches('/').replace('/', ".");
-        Quantity { name, unit: "N".to_owned(), channels, is_named: true }
-    };
-    topics.map(size).filter(|quantity| !quantity.channels.is_empty()).collect()
 }

@@ -1,5 +1,6 @@
 //! From curves to a figure: names, titles, colours.
 
+use bksim::overview::word;
 use bksim_plot::{Axis, Curve, Figure, Panel, Scale};
 use serde_json::{Value, json};
 
@@ -37,24 +38,6 @@ struct Told {
 
 /// Curves this much smaller than the largest are zero but for rounding.
 const ROUNDING: f64 = 1e-13;
-
-/// Words for what is measured in a unit.
-const WORDS: [(&str, &str); 14] = [
-    ("rad", "Angle"),
-    ("rad/s", "Angular velocity"),
-    ("rad/s^2", "Angular acceleration"),
-    ("m", "Position"),
-    ("m/s", "Velocity"),
-    ("m/s^2", "Acceleration"),
-    ("N", "Force"),
-    ("N*m", "Moment"),
-    ("J", "Energy"),
-    ("W", "Power"),
-    ("s", "Time"),
-    ("kg", "Mass"),
-    ("N/m", "Stiffness"),
-    ("", "Number"),
-];
 
 impl Drawing<'_> {
     pub(super) fn plotted(&self, title: Option<&str>, log_y: bool) -> Plotted {
@@ -155,10 +138,7 @@ impl Drawing<'_> {
             }
             (_, words) => words.clone(),
         };
-        let words = || {
-            let known = WORDS.iter().find(|(unit, _)| *unit == plan.unit);
-            known.map_or("Value", |(_, words)| words).to_owned()
-        };
+        let words = || word(&plan.unit).unwrap_or("Value").to_owned();
         let mut y = Axis::new(&label.unwrap_or_else(words), &plan.unit);
         y.scale = if log_y { Scale::Logarithmic } else { Scale::Linear };
         let is_path = self.x.is_some_and(|x| x.unit == "m") && plan.unit == "m" && !log_y;

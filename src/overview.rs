@@ -1,0 +1,162 @@
+//! Which quantities of a run to show where nobody has chosen, and words for what is measured in a
+//! unit.
+
+/// A number at every instant: a channel, or the size of a vector of several.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Quantity {
+    /// The channel, or what the vector's channels begin with.
+    pub name: String,
+    /// SI.
+    pub unit: String,
+    /// The channel, or those of the vector.
+    pub channels: Vec<String>,
+}
+
+/// Quantities of one unit, to be drawn together.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Group {
+    /// What they are, if something better than the unit's usual word is known.
+    pub label: Option<&'static str>,
+    /// SI.
+    pub unit: String,
+    /// A few of them.
+    pub quantities: Vec<Quantity>,
+}
+
+/// Groups of an overview at most.
+pub const MAX_GROUPS: usize = 6;
+
+/// Words for what is measured in a unit.
+const WORDS: [(&str, &str); 14] = [
+    ("rad", "Angle"),
+    ("rad/s", "Angular velocity"),
+    ("rad/s^2", "Angular acceleration"),
+    ("m", "Position"),
+    ("m/s", "Velocity"),
+    ("m/s^2", "Acceleration"),
+    ("N", "Force"),
+    ("N*m", "Moment"),
+    ("J", "Energy"),
+    ("W", "Power"),
+    ("s", "Time"),
+    ("kg", "Mass"),
+    ("N/m", "Stiffness"),
+    ("", "Number"),
+];
+
+/// The usual word for what is measured in an SI unit.
+pub fn word(unit: &str) -> Option<&'static str> {
+    WORDS.iter().find(|(known, _)| *known == unit).map(|(_, word)| *word)
+}
+
+/// Coordinates and rates, energies, and efforts of drives or sizes of reactions, among channels with
+/// their units; of each at most so many, and how many were left out.
+pub fn overview(channels: &[(String, String)], most: usize) -> (Vec<Group>, usize) {
+    let of = |topic: &str, unit: &str, names: &[&str]| -> Vec<Quantity> {
+        let is_of = |(name, own): &&(String, String)| {
+            let name = name.strip_prefix(topic).and_then(|rest| rest.strip_prefix('.'));
+            let is_wanted = |name: &str| names.is_empty() || names.contains(&name);
+            own == unit && name.is_some_and(|name| !name.contains('.') && is_wanted(name))
+        };
+        let quantity = |(name, unit): &(String, String)| Quantity {
+            name: name.clone(),
+            unit: unit.clone(),
+            channels: vec![name.clone()],
+        };
+        channels.iter().filter(is_of).map(quantity).collect()
+    };
+    let mut groups: Vec<Group> = Vec::new();
+    let mut add = |label: Option<&'static str>, unit: &str, quantities: Vec<Quantity>| {
+        let is_there = !quantities.is_empty();
+        if is_there {
+            groups.push(Group { label, unit: unit.to_owned(), quantities });
+        }
+        is_there
+    };
+    for unit in ["rad", "m", "rad/s", "m/s"] {
+        add(None, unit, of("state", unit, &[]));
+    }
+    add(None, "J", of("energy", "J", &["kinetic", "potential", "total"]));
+    let is_driven = add(Some("Drive effort"), "N*m", of("drives", "N*m", &[]))
+        || add(Some("Drive effort"), "N", of("drives", "N", &[]));
+    if !is_driven {
+        add(Some("Reaction force"), "N", reactions(channels));
+    }
+    groups.truncate(MAX_GROUPS);
+    let n_left_out = groups.iter_mut().map(|group| keep(&mut group.quantities, most)).sum();
+    (groups, n_left_out)
+}
+
+/// Keeps so many, spread evenly over all; how many have gone.
+pub fn keep<T>(quantities: &mut Vec<T>, most: usize) -> usize {
+    let n = quantities.len();
+    if n <= most {
+        return 0;
+    }
+    let mut chosen: Vec<usize> = (0..most).map(|k| k * (n - 1) / (most - 1).max(1)).collect();
+    chosen.dedup();
+    let mut place = 0;
+    quantities.retain(|_| {
+        place += 1;
+        chosen.contains(&(place - 1))
+    });
+    n - most
+}
+
+/// The size of the force of each joint.
+fn reactions(channels: &[(String, String)]) -> Vec<Quantity> {
+    let mut sizes: Vec<Quantity> = Vec::new();
+    for (channel, unit) in channels {
+        let Some((name, component)) = channel.rsplit_once('.') else { continue };
+        if !name.starts_with("reactions.") || !["fx", "fy", "fz"].contains(&component) {
+            continue;
+        }
+        match sizes.iter_mut().find(|size| size.name == name) {
+            Some(size) => size.channels.push(channel.clone()),
+            None => sizes.push(Quantity {
+                name: name.to_owned(),
+                unit: unit.clone(),
+                channels: vec![channel.clone()],
+            }),
+        }
+    }
+    sizes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn channels(names: &[(&str, &str)]) -> Vec<(String, String)> {
+        names.iter().map(|(name, unit)| ((*name).to_owned(), (*unit).to_owned())).collect()
+    }
+
+    #[test]
+    fn drives_stand_for_what_moves_and_reactions_where_there_are_none() {
+        let mut all = channels(&[
+            ("state.a", "rad"),
+            ("state.x", "m"),
+            ("state.a_dot", "rad/s"),
+            ("energy.total", "J"),
+            ("energy.work", "J"),
+            ("reactions.A.fx", "N"),
+            ("reactions.A.fy", "N"),
+            ("reactions.A.mx", "N*m"),
+        ]);
+        let (groups, n_left_out) = overview(&all, 6);
+        let units: Vec<&str> = groups.iter().map(|group| group.unit.as_str()).collect();
+        assert_eq!((units, n_left_out), (vec!["rad", "m", "rad/s", "J", "N"], 0));
+        assert_eq!(groups[3].quantities.len(), 1, "work is not among the energies");
+        assert_eq!(groups[4].quantities[0].channels, ["reactions.A.fx", "reactions.A.fy"]);
+        all.extend(channels(&[("drives.motor", "N*m")]));
+        let last = overview(&all, 6).0.pop().expect("groups");
+        assert_eq!((last.label, last.quantities.len()), (Some("Drive effort"), 1));
+    }
+
+    #[test]
+    fn few_of_many_are_spread_over_all() {
+        let mut numbers: Vec<usize> = (0..11).collect();
+        assert_eq!(keep(&mut numbers, 3), 8);
+        assert_eq!(numbers, [0, 5, 10]);
+    }
+}
