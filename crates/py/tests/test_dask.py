@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from test_sweep import interrupt_after
 
 import bksim
 
@@ -48,6 +49,21 @@ def test_a_cluster_gives_the_same_rows(crank: bksim.Model, client: Any) -> None:
         a, b = here[name], there[name]
         assert np.array_equal(a, b, equal_nan=a.dtype == np.float64), name
     assert here.failures == there.failures and here.failures
+
+
+def test_ctrl_c_keeps_what_has_arrived_and_leaves_the_cluster_as_it_was(
+    crank: bksim.Model, client: Any, tmp_path: Path
+) -> None:
+    here = sampled(crank, 8192, out=tmp_path / "here.parquet")
+    parts = tmp_path / "there.parquet.parts"
+    thread = interrupt_after(lambda: len(list(parts.glob("*.parquet"))) >= 10)
+    with pytest.raises(KeyboardInterrupt, match="resume=True"):
+        sampled(crank, 8192, executor=client, out=tmp_path / "there.parquet")
+    thread.join()
+    assert len(list(parts.glob("*.parquet"))) >= 10
+    there = sampled(crank, 8192, executor=client, out=tmp_path / "there.parquet", resume=True)
+    assert there.path is not None and here.path is not None
+    assert there.path.read_bytes() == here.path.read_bytes()
 
 
 def test_a_worker_that_is_killed_half_way_loses_nothing(

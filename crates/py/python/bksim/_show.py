@@ -64,7 +64,7 @@ class Plot:
                 along = across if of is samples else (of.t if x is None else of[x])
                 parts = [of[channel] for channel in channels]
                 curves.append((name, along, parts[0] if len(parts) == 1 else np.hypot.reduce(parts)))
-            shown.append((what, unit, curves))
+            shown.append((curves[0][0] if len(curves) == 1 else what, unit, curves))
         axis = ("Time", "s") if x is None else (x, solution.unit(x))
         return cls(title or solution._engine.name, shown, axis, dark)
 
@@ -100,7 +100,12 @@ def _named(solution: Solution, names: Sequence[str]) -> _Panels:
 
 def _overview(solution: Solution) -> _Panels:
     """What ``bksim plot`` shows."""
-    return _bksim.overview([(name, solution.unit(name)) for name in solution.names])
+    panels = _bksim.overview([(name, solution.unit(name)) for name in solution.names])
+    # The names of one panel are of one topic.
+    return [
+        (what, unit, [(name.split(".", 1)[1], channels) for name, channels in quantities])
+        for what, unit, quantities in panels
+    ]
 
 
 @dataclass(frozen=True)
