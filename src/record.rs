@@ -413,7 +413,9 @@ fn topics(mechanism: &Mechanism) -> Vec<(Topic, Of)> {
     };
     let inputs = mechanism.model.inputs.places().iter().map(|&place| {
         let parameter = &mechanism.model.parameters[place];
-        Field::new(&parameter.name, &parameter.unit, "a function of the motion")
+        // As the units of all other channels are written.
+        let unit = parameter.unit.replace(' ', "*");
+        Field::new(&parameter.name, &unit, "a function of the motion")
     });
     let mut topics = vec![
         (Topic::new("/state", values.chain(rates)), Of::State),

@@ -26,8 +26,7 @@ impl Channels {
         }
     }
 
-    /// The sample that a row was taken from, whose sizes are those of `like`; counters that no
-    /// channel has are those of `like`.
+    /// The sample that a row was taken from; counters that no channel has are those of `like`.
     ///
     /// # Panics
     /// If the row is shorter than a row of this table.
@@ -46,16 +45,19 @@ impl Channels {
 fn put(sample: &mut Sample, of: Of, values: &[f64]) {
     match of {
         Of::State => {
-            let (q, v) = values.split_at(sample.q.len());
-            sample.q.copy_from_slice(q);
-            sample.v.copy_from_slice(v);
+            let (q, v) = values.split_at(values.len() / 2);
+            (sample.q, sample.v) = (q.to_vec(), v.to_vec());
         }
-        Of::Acceleration => sample.a.copy_from_slice(values),
-        Of::Multipliers => sample.lambda.copy_from_slice(values),
-        Of::Reaction(joint) => sample.reactions[joint].copy_from_slice(values),
+        Of::Acceleration => sample.a = values.to_vec(),
+        Of::Multipliers => sample.lambda = values.to_vec(),
+        Of::Reaction(joint) => {
+            let n_joints = sample.reactions.len().max(joint + 1);
+            sample.reactions.resize(n_joints, [0.0; 6]);
+            sample.reactions[joint].copy_from_slice(values);
+        }
         // They are among the multipliers.
         Of::Drives => (),
-        Of::Inputs => sample.inputs.copy_from_slice(values),
+        Of::Inputs => sample.inputs = values.to_vec(),
         Of::Energy => {
             let energy = &mut sample.energy;
             (energy.kinetic, energy.potential) = (values[0], values[1]);

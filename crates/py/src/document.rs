@@ -26,3 +26,28 @@ pub(crate) fn from_toml(py: Python<'_>, text: String) -> PyResult<String> {
         serde_json::to_string(&value).map_err(|e| bad(&e))
     })
 }
+
+/// The text of a model with other values of some parameters.
+#[pyfunction]
+pub(crate) fn with_values(
+    py: Python<'_>,
+    text: String,
+    values: Vec<(String, String)>,
+) -> PyResult<String> {
+    guard(py, move || {
+        let bad = |error: &dyn std::fmt::Display| Fault::Value(format!("this is no TOML: {error}"));
+        let mut document: toml_edit::DocumentMut = text.parse().map_err(|e| bad(&e))?;
+        let parameters =
+            document.get_mut("parameters").and_then(toml_edit::Item::as_table_like_mut);
+        let Some(parameters) = parameters else { return Ok(text) };
+        for (name, value) in values {
+            if let Some(known) = parameters.get_mut(&name).and_then(toml_edit::Item::as_value_mut) {
+                // What stands around it, a comment behind it, stays.
+                let around = known.decor().clone();
+                *known = value.into();
+                *known.decor_mut() = around;
+            }
+        }
+        Ok(document.to_string())
+    })
+}

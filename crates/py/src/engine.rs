@@ -95,9 +95,9 @@ impl Engine {
             })?;
         }
         if !inputs.is_empty() {
-            let (names, functions): (Vec<String>, Vec<Py<PyAny>>) = inputs.into_iter().unzip();
+            let names: Vec<String> = inputs.iter().map(|(name, _)| name.clone()).collect();
             let names: Vec<&str> = names.iter().map(String::as_str).collect();
-            model.inputs = Inputs::new(&model, &names, law(functions))
+            model.inputs = Inputs::new(&model, &names, law(inputs))
                 .map_err(|unknown| Fault::Name(unknown.to_string()))?;
         }
         let mechanism = Mechanism::derive(model, Vec::new())

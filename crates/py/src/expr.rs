@@ -9,7 +9,6 @@ use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::basic::CompareOp;
 use pyo3::prelude::*;
 
-use crate::arrays::table;
 use crate::fault::{Fault, guard};
 
 static POOL: LazyLock<Mutex<Pool>> = LazyLock::new(|| Mutex::new(Pool::new()));
@@ -319,6 +318,6 @@ impl Compiled {
             }
             Ok(out)
         })?;
-        Ok(table(py, out))
+        Ok(PyArray2::from_owned_array(py, out))
     }
 }

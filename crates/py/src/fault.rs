@@ -60,7 +60,10 @@ impl Fault {
 }
 
 fn words(source: &Text, diagnostics: &[Diagnostic]) -> String {
-    diagnostics.iter().map(|fault| plain(source, fault)).collect::<Vec<_>>().join("\n\n")
+    // What is wrong comes first.
+    let (errors, warnings): (Vec<_>, Vec<_>) = diagnostics.iter().partition(|f| f.is_error());
+    let words = errors.into_iter().chain(warnings).map(|fault| plain(source, fault));
+    words.collect::<Vec<_>>().join("\n\n")
 }
 
 impl From<InputError> for Fault {

@@ -8,7 +8,6 @@ use numpy::ndarray::{Array2, ArrayView1, ArrayView2};
 use numpy::{PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
-use crate::arrays::table;
 use crate::engine::Engine;
 use crate::fault::{Fault, guard};
 
@@ -66,7 +65,7 @@ impl Functions {
             Ok(())
         };
         guard(py, &mut work)?;
-        Ok(table(py, out))
+        Ok(PyArray2::from_owned_array(py, out))
     }
 }
 

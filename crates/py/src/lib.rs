@@ -53,6 +53,7 @@ fn bksim_module(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<sweep::Study>()?;
     m.add_function(wrap_pyfunction!(document::to_toml, m)?)?;
     m.add_function(wrap_pyfunction!(document::from_toml, m)?)?;
+    m.add_function(wrap_pyfunction!(document::with_values, m)?)?;
     m.add_function(wrap_pyfunction!(logged::open_log, m)?)?;
     m.add_function(wrap_pyfunction!(show::figure, m)?)?;
     m.add_function(wrap_pyfunction!(show::overview, m)?)?;

@@ -134,6 +134,9 @@ fn opened(path: &Path) -> Result<Opened, Fault> {
     let widths: Vec<usize> = header.topics.iter().map(|topic| topic.fields.len()).collect();
     let counts = of_topic.iter().zip(&widths).filter(|(_, width)| **width > 0);
     let n_samples = counts.map(|(values, width)| values.len() / width).min().unwrap_or(0);
+    if n_samples == 0 {
+        return Err(bad(&"the log was cut before its first sample"));
+    }
     t.truncate(n_samples);
     let n_columns: usize = widths.iter().sum();
     let mut values = Vec::with_capacity(n_samples * n_columns);

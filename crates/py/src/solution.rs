@@ -124,7 +124,8 @@ impl Run {
     #[getter]
     fn raised(&self, py: Python<'_>) -> Option<Py<PyAny>> {
         match &self.kept.ending {
-            Ending::Stopped(Some(error)) => Some(error.value(py).clone().into_any().unbind()),
+            // With its traceback.
+            Ending::Stopped(Some(error)) => Some(error.clone_ref(py).into_value(py).into_any()),
             _ => None,
         }
     }
@@ -168,10 +169,11 @@ impl Run {
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let times = times.as_array().to_vec();
         let engine = self.engine.get();
+        let n_columns = self.columns().len();
         let values = guard(py, || {
             let mut player = Player::new(engine.compiled().clone(), &engine.parameters);
             let is_lasting: Vec<bool> = engine.channels().are_lasting().collect();
-            let mut values = Vec::with_capacity(times.len() * is_lasting.len());
+            let mut values = Vec::with_capacity(times.len() * n_columns);
             for &t in &times {
                 let sample = player
                     .at(&self.kept.segments, t)
@@ -183,8 +185,9 @@ impl Run {
                 {
                     *value = f64::NAN;
                 }
+                values.resize(first + n_columns, f64::NAN);
             }
-            Ok(transposed(&values, is_lasting.len()))
+            Ok(transposed(&values, n_columns))
         })?;
         Ok(table(py, values))
     }

@@ -82,6 +82,8 @@ struct Keeping<'a> {
     is_dense: bool,
     n_bytes: usize,
     most_bytes: usize,
+    /// A step may have more samples in it than anybody waits for.
+    is_stop_wished: &'a dyn Fn() -> bool,
 }
 
 impl Keeping<'_> {
@@ -102,7 +104,8 @@ impl Observer for Keeping<'_> {
             Some(last) => last.clone_from(sample),
             none => *none = Some(sample.clone()),
         }
-        if self.is_full() { Control::Stop } else { Control::Continue }
+        let is_over = self.is_full() || (self.is_stop_wished)();
+        if is_over { Control::Stop } else { Control::Continue }
     }
 
     fn wants_segments(&self) -> bool {
@@ -129,10 +132,18 @@ fn ran(engine: &Engine, wanted: &Wanted) -> Result<Ran, Fault> {
     changes.check(options.t_start).map_err(|bad: BadOption| Fault::Value(bad.to_string()))?;
     changes.apply(&mut options);
     if let Some(times) = &wanted.times {
-        if times.iter().any(|t| !t.is_finite()) {
-            return Err(Fault::Value("`times` has values that are not finite".to_owned()));
+        let [first, last] =
+            [options.t_start.min(options.t_end), options.t_start.max(options.t_end)];
+        if let Some(t) = times.iter().find(|t| !(first..=last).contains(t)) {
+            let words = format!("times: {t} s is outside of the run, {first} s to {last} s");
+            return Err(Fault::Value(words));
         }
         options.outputs = Outputs::Times(times.clone());
+    }
+    check_memory(engine, &options, wanted.most_bytes)?;
+    if !wanted.sensitivity.is_empty() && wanted.method.as_deref() == Some("explicit") {
+        let words = "sensitivities are integrated by Radau IIA: leave method = \"explicit\" out";
+        return Err(Fault::Value(words.to_owned()));
     }
     let start = engine.start()?;
     let equations = engine.equations(options.formulation)?;
@@ -170,6 +181,7 @@ fn ran(engine: &Engine, wanted: &Wanted) -> Result<Ran, Fault> {
         is_dense: wanted.dense,
         n_bytes: 0,
         most_bytes: wanted.most_bytes,
+        is_stop_wished: &is_stop_wished,
     };
     let (compiled, parameters, stop) = (engine.compiled(), &engine.parameters, &is_stop_wished);
     let outcome = match &plan {
@@ -205,6 +217,24 @@ fn ran(engine: &Engine, wanted: &Wanted) -> Result<Ran, Fault> {
     let last = last.unwrap_or_default();
     let kept = Kept { options, summary, segments, ending, like: last, sensitive, derivatives };
     Ok((t, values, kept))
+}
+
+/// Refuses a run whose samples alone would take more than there may be.
+fn check_memory(engine: &Engine, options: &SolveOptions, most: usize) -> Result<(), Fault> {
+    if options.outputs != Outputs::Even {
+        return Ok(());
+    }
+    let n_samples = (options.t_end - options.t_start).abs() / options.interval();
+    #[expect(clippy::cast_precision_loss, reason = "an estimate")]
+    let (per_sample, most) = ((1 + engine.channels().columns().count()) as f64 * 8.0, most as f64);
+    if n_samples * per_sample <= most {
+        return Ok(());
+    }
+    Err(Fault::Limit(format!(
+        "{n_samples:.3e} samples would take {:.3e} bytes, more than the {most:.3e} of \
+         `memory_limit`: raise it, or `every`",
+        n_samples * per_sample
+    )))
 }
 
 /// What a run is differentiated by, the names of its derivatives, and from where it starts.

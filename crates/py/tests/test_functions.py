@@ -60,3 +60,15 @@ def test_shapes_are_checked(examples: Path) -> None:
         f.mass_matrix(np.zeros(f.nq + 1))
     with pytest.raises(ValueError):
         f.forces(np.zeros(3), np.zeros((2, f.nq)), np.zeros((2, f.nq)))
+
+
+def test_one_state_stands_for_a_batch_and_results_are_the_callers_own(example):
+    f = bksim.load(example).compile()
+    q, v = np.zeros((4, f.nq)), np.zeros((1, f.nq))
+    assert f.forces(0.0, q, v).shape == (4, f.nq)
+    mass = f.mass_matrix(q)
+    mass += 1.0
+    with pytest.raises(ValueError, match="batches of 4, 3"):
+        f.forces(0.0, q, np.zeros((3, f.nq)))
+    with pytest.raises(ValueError, match=r"or \(batch, "):
+        f.mass_matrix(np.zeros((2, 3, f.nq)))

@@ -90,7 +90,7 @@ def test_what_it_raises_ends_the_run_with_its_motion():
     assert m.solve().success, "nothing of it is left"
 
 
-@pytest.mark.parametrize("law", [lambda t, q, v: "much", lambda t, q: 1.0])
+@pytest.mark.parametrize("law", [lambda t, q: 1.0, lambda: 1.0])
 def test_a_function_that_does_not_fit_says_so_at_the_start(law):
     m = arm()
     m.inputs["u"] = law
@@ -167,3 +167,43 @@ def test_a_function_may_use_the_model_itself():
     sol = m.solve()
     # The motor holds what gravity pulls.
     np.testing.assert_allclose(sol["theta"], 0, atol=1e-12)
+
+
+def test_what_a_function_raises_has_the_line_that_raised_it():
+    def law(t, q, v):
+        return [1.0, 2.0][5] if t > 0.5 else 1.0
+
+    m = arm()
+    m.inputs["u"] = law
+    with pytest.raises(IndexError) as caught:
+        m.solve()
+    assert caught.traceback[-1].name == "law"
+
+
+@pytest.mark.parametrize("value", [None, "much", np.zeros(1), np.zeros(2)])
+def test_a_value_that_is_no_number_is_named_with_its_input(value):
+    m = arm()
+    m.inputs["u"] = lambda t, q, v: value
+    with pytest.raises(TypeError, match="input `u` is"):
+        m.solve()
+
+
+def test_a_function_that_solves_its_own_model_ends():
+    m = arm()
+    m.inputs["u"] = lambda t, q, v: float(m.solve(t_end=0.01)["theta"][-1])
+    with pytest.raises(RecursionError):
+        m.solve()
+
+
+def test_no_value_at_the_start_is_laid_to_the_input():
+    m = arm()
+    m.inputs["u"] = lambda t, q, v: np.nan
+    with pytest.raises(bksim.AssemblyError, match="a function of the motion"):
+        m.solve()
+
+
+def test_an_input_is_no_number_meanwhile():
+    m = arm()
+    m.inputs["u"] = control
+    with pytest.raises(ValueError, match="is an input"):
+        m.parameters["u"] = 3.0

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import math
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -201,3 +203,59 @@ def test_warnings_are_about_the_present_numbers(examples):
     m.parameters["m3"] = 3e12
     assert [d.code for d in m.diagnostics] != before
     assert [d.code for d in m.check().diagnostics] == [d.code for d in m.diagnostics]
+
+
+def test_all_own_values_come_back(examples):
+    m = bksim.load(examples / "slider-crank" / "model.toml")
+    own = dict(m.parameters)
+    m.parameters["l1"], m.parameters["m1"] = 0.7, "4 kg"
+    assert 'l1 = "0.7 m"' in m.text and 'm1 = "4 kg"' in m.text, "the text has what was set"
+    assert bksim.loads(m.text).parameters["l1"] == 0.7
+    with pytest.raises(TypeError, match="keeps its parameters"):
+        m.parameters.popitem()
+    m.parameters.clear()
+    assert dict(m.parameters) == own
+
+
+def test_a_copy_is_a_model_of_its_own(examples):
+    m = bksim.load(examples / "slider-crank" / "model.toml")
+    m.parameters["l1"] = 0.7
+    m.solve(t_end=0.1)
+    for other in (m.copy(), copy.copy(m), copy.deepcopy(m), pickle.loads(pickle.dumps(m))):
+        assert np.array_equal(other.solve(t_end=0.1).q, m.solve(t_end=0.1).q)
+        other.parameters["l1"] = 0.9
+        other.loads["gravity"].acceleration = [0, -1.0]
+        assert m.parameters["l1"] == 0.7 and m.loads["gravity"].acceleration != [0, -1.0]
+
+
+def test_what_is_refused_can_still_be_looked_at(examples):
+    m = bksim.load(examples / "slider-crank" / "model.toml")
+    m.parameters["m3"] = -3.0
+    assert "refused" in repr(m) and "m3 = -3.0 kg" in repr(m.parameters)
+    assert "refused" in repr(bksim.Model())
+    for value in (math.nan, math.inf, None):
+        with pytest.raises(ValueError, match="finite number"):
+            m.parameters["m3"] = value
+    with pytest.raises(bksim.ModelError) as caught:
+        m.solve()
+    assert caught.value.diagnostics and str(caught.value).startswith("error"), str(caught.value)
+
+
+def test_parts_refuse_what_they_do_not_have():
+    body = bksim.Body(mass=1)
+    with pytest.raises(AttributeError):
+        body.masss = 5
+    m = bksim.Model()
+    m.bodies["b"] = None
+    with pytest.raises(TypeError, match="no part of a model"):
+        m.check()
+
+
+def test_conditions_and_any_names_reach_sympy():
+    sympy = pytest.importorskip("sympy")
+    m = bksim.loads(PENDULUM.replace('l = "0.5 m"', 'l = "0.5 m"\nlambda = "1 N m"') + '''
+[loads]
+motor = { type = "torque", on = "bob", value = "if(A.angle > 0.1 rad, lambda, 0.2 N m)" }
+''')
+    found = m.equations.to_sympy()["equations"][0]
+    assert found.has(sympy.Piecewise) and sympy.Symbol("lambda", real=True) in found.free_symbols

@@ -16,6 +16,15 @@ import pytest
 import bksim
 from bksim import _bksim
 
+FREE = """
+[bodies.block]
+mass = "2 kg"
+[joints.S]
+type = "prismatic"
+between = ["ground", "block"]
+axis = [1, 0]
+"""
+"""Uniform motion, which takes few steps."""
 LONG = 1e6
 """Seconds of motion that nobody waits for."""
 
@@ -130,8 +139,24 @@ def test_a_thousand_solves_leave_no_memory_behind(crank: bksim.Model) -> None:
 
 def test_memory_has_a_limit(crank: bksim.Model) -> None:
     with pytest.raises(bksim.LimitError, match="memory_limit") as caught:
-        crank.solve(t_end=LONG, every=1e-4, memory_limit=10_000_000)
-    assert caught.value.result is not None and len(caught.value.result) > 1000
+        crank.solve(t_end=LONG, every=0.01, memory_limit=10_000_000)
+    result = caught.value.result
+    assert result is not None and 0 < result.t[-1] < LONG
+    # Where samples alone are too many, nothing is begun.
+    with pytest.raises(bksim.LimitError, match="memory_limit") as caught:
+        crank.solve(t_end=LONG, every=1e-9, memory_limit=10_000_000)
+    assert caught.value.result is None
+
+
+def test_ctrl_c_is_heard_within_a_step_of_many_samples() -> None:
+    m = bksim.loads(FREE)
+    thread = threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT))
+    thread.start()
+    begun = time.monotonic()
+    with pytest.raises(KeyboardInterrupt) as caught:
+        m.solve(t_end=1000, every=1e-4, dense=False)
+    assert time.monotonic() - begun < 2
+    assert 0 < len(caught.value.result) < 10_000_000
 
 
 def test_a_panic_is_an_internal_error() -> None:

@@ -169,3 +169,55 @@ def test_sensitivities_are_the_slopes_of_the_motion(examples, tmp_path):
     assert "sensitivity.l1.theta1" in sol.to_pandas()
     with pytest.raises(bksim.ModelError, match="S012"):
         solved(1.0, sensitivity="nothing")
+
+
+@pytest.mark.parametrize("name", ["slider-crank", "four-bar", "spring-pendulum"])
+def test_a_log_is_shown_as_the_run_it_is_of(name, examples, tmp_path):
+    sol = bksim.load(examples / name / "model.toml").solve(t_end=0.2)
+    sol.save(tmp_path / "run.mcap")
+    logged = bksim.open(tmp_path / "run.mcap")
+    assert logged.picture(0.1).svg == sol.picture(0.1).svg
+    assert "<html" in logged.animate().html
+    assert logged.plot()._repr_svg_() == sol.plot()._repr_svg_()
+    with pytest.raises(bksim.LogError, match="what switched"):
+        _ = logged.events
+
+
+def test_a_log_without_a_sample_is_refused(examples, tmp_path):
+    path = tmp_path / "run.mcap"
+    bksim.load(examples / "slider-crank" / "model.toml").solve(t_end=0.2).save(path)
+    (tmp_path / "cut.mcap").write_bytes(path.read_bytes()[:5000])
+    with pytest.raises(bksim.LogError, match="first sample"):
+        bksim.open(tmp_path / "cut.mcap")
+
+
+def test_what_is_not_there_is_said_to_be_not_there(examples, tmp_path):
+    m = bksim.load(examples / "slider-crank" / "model.toml")
+    sol = m.solve(t_end=0.3, sensitivity="l1")
+    for t in (5, float("nan"), -1):
+        with pytest.raises(ValueError, match="outside of the motion"):
+            sol.picture(t)
+    assert sol(0.1 * 3).t == 0.3, "its last digits are those of a sum"
+    assert "sensitivity.l1.theta1" in sol(0.1) and np.isnan(sol(0.1)["sensitivity.l1.theta1"])
+    assert "sensitivity" in sol.plot("sensitivity.l1.theta1")._repr_svg_()
+    assert "theta1" in sol and "crank.angle" in sol and "theta9" not in sol and 3 not in sol
+    assert list(sol) == list(sol.names) and np.array_equal(sol["t"], sol.t)
+    with pytest.raises(TypeError, match="no name"):
+        sol[3]
+    with pytest.raises(KeyError, match="reactions.A.fx"):
+        sol["reactions.A.fxx"]
+    brief = m.solve(t_end=0.1, dense=False)
+    for show in (brief.picture, brief.animate):
+        with pytest.raises(ValueError, match="dense=True"):
+            show()
+    with pytest.raises(ValueError, match="must end in .mcap"):
+        sol.save(tmp_path / "run.csv")
+    with pytest.raises(ValueError, match="must end in .svg"):
+        sol.picture().save(tmp_path / "picture.png")
+    assert all(len(repr(shown)) < 200 for shown in (sol.picture(), sol.plot(), sol.animate(), sol(0.1)))
+    with pytest.raises(ValueError, match="outside of the run"):
+        m.solve(t_end=0.1, times=[0.05, 0.2])
+    with pytest.raises(ValueError, match="Radau"):
+        m.solve(t_end=0.1, sensitivity="l1", method="explicit")
+    with pytest.raises(TypeError, match="t_end = '1 s'"):
+        m.solve(t_end="1 s")

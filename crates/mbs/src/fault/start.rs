@@ -292,6 +292,15 @@ fn not_finite(model: &Model) -> Diagnostic {
     let message = format!("the equations have no finite value at t = {} s", model.solve.t_start);
     let fault = Diagnostic::error(codes::NOT_FINITE_AT_START, message)
         .help("a spring of length zero or a root of a negative number: move the start a little");
+    if let Some(&place) = model.inputs.places().first() {
+        let input = &model.parameters[place];
+        return fault
+            .at(
+                input.span.clone(),
+                "a function of the motion in this run: it may have no value there",
+            )
+            .help("let inputs return finite numbers from the start on");
+    }
     match model.loads.first() {
         Some(load) => fault.at(load.span.clone(), "check the loads"),
         None => fault,

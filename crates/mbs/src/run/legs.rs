@@ -177,7 +177,7 @@ impl<'a, 'b> Run<'a, 'b> {
         }
         let checkpoint = self.save();
         self.record_last();
-        Ok(Some(checkpoint))
+        Ok(Some(checkpoint).filter(|_| !self.recorder.is_cut))
     }
 
     /// Goes on with another method from where a leg has ended.

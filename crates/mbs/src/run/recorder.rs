@@ -25,6 +25,9 @@ pub(crate) struct Stretch<'a> {
     pub(crate) stats: Stats,
 }
 
+/// Samples that are kept of a step in which a run was stopped.
+const MAX_PENDING: usize = 10_000;
+
 /// Turns steps into samples.
 pub(crate) struct Recorder<'a> {
     pub(crate) switching: Switching<'a>,
@@ -42,6 +45,8 @@ pub(crate) struct Recorder<'a> {
     pub(crate) sample: Sample,
     /// Samples of the last step that were not handed out: the observer had asked to stop.
     pub(crate) pending: Vec<Sample>,
+    /// There were too many of those: the run cannot go on.
+    pub(crate) is_cut: bool,
     y: Vec<f64>,
     segment: Segment,
     /// Constraint rows that follow from the others.
@@ -73,6 +78,7 @@ impl<'a> Recorder<'a> {
             is_undefined: false,
             sample: Sample::default(),
             pending: Vec::new(),
+            is_cut: false,
             y: vec![0.0; n],
             segment: Segment::default(),
             dependent: start.dependent_rows().to_vec(),
@@ -161,6 +167,10 @@ impl<'a> Recorder<'a> {
             }
             if control == Control::Stop {
                 // A run that goes on from here has lost the step by then.
+                self.is_cut = self.pending.len() == MAX_PENDING;
+                if self.is_cut {
+                    return control;
+                }
                 self.pending.push(self.sample.clone());
             } else {
                 control = self.hand_out(observer);

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import keyword
+import re
 from functools import cached_property
 from typing import Any
 
@@ -76,6 +78,10 @@ class Equations:
     def __str__(self) -> str:
         return self.written("aligned")
 
+    def __repr__(self) -> str:
+        n, m = len(self.equations), len(self.constraints)
+        return f"<bksim.Equations of {self._engine.name!r}: {n} equations, {m} constraints>"
+
     def _repr_latex_(self) -> str:
         kinetic, potential, equations, constraints = self._engine.latex()
         lines = [f"T &= {kinetic}", f"V &= {potential}"]
@@ -95,10 +101,23 @@ class Equations:
         for c in self._body["coordinates"]:
             names += [c["value"], c["velocity"], c["acceleration"]]
         known = {name: sympy.Symbol(name, real=True) for name in names}
-        known |= {"if": sympy.Piecewise, "sign": sympy.sign, "abs": sympy.Abs, "pi": sympy.pi}
+        known |= {"sign": sympy.sign, "abs": sympy.Abs, "pi": sympy.pi}
         known |= {"min": sympy.Min, "max": sympy.Max}
+        relations = {"lt": sympy.Lt, "le": sympy.Le, "gt": sympy.Gt, "ge": sympy.Ge}
+
+        def branch(condition: Any, then: Any, otherwise: Any) -> Any:
+            if not isinstance(condition, sympy.logic.boolalg.Boolean):
+                condition = sympy.Ne(condition, 0)
+            return sympy.Piecewise((then, condition), (otherwise, True))
+
+        known |= {"if": branch, **relations}
+        # Names that Python keeps for itself stand for others while it reads.
+        kept = {name: f"_{name}_" for name in known if keyword.iskeyword(name)}
+        known |= {other: known[name] for name, other in kept.items()}
 
         def parsed(text: str) -> Any:
+            for name, other in kept.items():
+                text = re.sub(rf"\b{name}\b", other, text)
             rules = (*standard_transformations, convert_xor)
             return parse_expr(text, local_dict=known, transformations=rules)
 

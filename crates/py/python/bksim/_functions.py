@@ -31,12 +31,16 @@ class Functions:
         arrays = [np.asarray(state, dtype=np.float64) for state, _ in states]
         for array, (_, n) in zip(arrays, states, strict=True):
             if array.ndim not in (1, 2) or array.shape[-1] != n:
-                raise ValueError(f"a state of shape {array.shape} where (…, {n}) is needed")
+                raise ValueError(f"a state of shape {array.shape} where ({n},) or (batch, {n}) is needed")
         times = np.asarray(t, dtype=np.float64)
         is_batch = times.ndim > 0 or any(array.ndim == 2 for array in arrays)
         sizes = [len(array) for array in arrays if array.ndim == 2] + list(times.shape[:1])
-        n_states = sizes[0] if sizes else 1
-        rows = [np.broadcast_to(a, (n_states, a.shape[-1])) if a.ndim == 1 else a for a in arrays]
+        # As arrays broadcast: one stands for all.
+        several = [size for size in sizes if size != 1]
+        n_states = several[0] if several else 1
+        if any(size != n_states for size in several):
+            raise ValueError(f"batches of {', '.join(map(str, several))} states: one size is needed")
+        rows = [np.broadcast_to(a, (n_states, a.shape[-1])) for a in arrays]
         return is_batch, np.broadcast_to(times, (n_states,)), rows
 
     @staticmethod

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import difflib
 import json
+import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass, field
@@ -14,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _bksim
+from ._checked import names, real, whole
 from ._equations import Equations
 from ._errors import Diagnostic, LimitError, ModelError, SolverError, diagnostics_of
 from ._functions import Functions
@@ -174,8 +177,12 @@ class _Document:
 
 class Parameters(MutableMapping[str, float]):
     """Values of parameters in SI. What is set may be a number in SI, or a text as in a model file:
-    ``m.parameters["l1"] = 0.8``, ``m.parameters["l1"] = "80 cm"``. ``del`` brings the model's own
-    definition back."""
+    ``m.parameters["l1"] = 0.8``, ``m.parameters["l1"] = "80 cm"``. ``del`` and ``clear`` bring the
+    model's own definitions back.
+
+    A parameter without a unit, for which :meth:`unit` is empty, is a plain number: used as a length in a
+    file of millimetres, it is one of millimetres.
+    """
 
     def __init__(self, model: Model) -> None:
         self._model = model
@@ -205,10 +212,14 @@ class Parameters(MutableMapping[str, float]):
         known = {name: value for name, value, _ in engine.parameters()}
         if name not in known:
             raise KeyError(_unknown("parameter", name, known))
+        if name in self._model._inputs:
+            raise ValueError(f"{name} is an input: del model.inputs[{name!r}] makes it a number again")
         if isinstance(value, str):
             self._model._numbers.pop(name, None)
         else:
-            number = float(value)
+            number = real(name, value)
+            if number is None or not math.isfinite(number):
+                raise ValueError(f"{name} = {value!r}: give a finite number, or a text with a unit")
             unit = _bksim.si_unit(engine, name) or ""
             value = f"{number!r} {unit}".strip()
             self._model._numbers[name] = number
@@ -219,6 +230,15 @@ class Parameters(MutableMapping[str, float]):
             raise KeyError(name)
         self._model._overrides.pop(name, None)
         self._model._numbers.pop(name, None)
+
+    def clear(self) -> None:
+        """Brings all of the model's own definitions back."""
+        self._model._overrides.clear()
+        self._model._numbers.clear()
+
+    def popitem(self) -> tuple[str, float]:
+        """Raises TypeError: a model keeps its parameters."""
+        raise TypeError("a model keeps its parameters: del brings its own definition of one back")
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._known())
@@ -231,7 +251,12 @@ class Parameters(MutableMapping[str, float]):
         return self._known()[name][1]
 
     def __repr__(self) -> str:
-        rows = (f"{name}: {value:g} {unit}".strip() for name, (value, unit) in self._known().items())
+        try:
+            known = self._known()
+        except ModelError as refused:
+            set_to = ", ".join(f"{name} = {value}" for name, value in self._model._overrides.items())
+            return f"<refused with {set_to or 'its own values'}: {_first_line(refused)}>"
+        rows = (f"{name}: {value:g} {unit}".strip() for name, (value, unit) in known.items())
         return "{" + ", ".join(rows) + "}"
 
     def _repr_html_(self) -> str:
@@ -245,7 +270,8 @@ class Inputs(MutableMapping[str, Law]):
     """Parameters whose values are functions of the motion, such as what a controller commands.
 
     A function takes the time in s, the coordinates and their rates (in the order of
-    ``Model.coordinates``, m or rad), and returns the value in SI. It is called at every evaluation of
+    ``Model.coordinates``, m or rad), and returns the value in the unit that ``Parameters.unit`` tells, SI;
+    of a parameter without one, a plain number as the file would have it. It is called at every evaluation of
     the equations: see the README for what that costs. Only loads may depend on the parameter. ``del``
     makes it a number again.
 
@@ -294,6 +320,16 @@ class Inputs(MutableMapping[str, Law]):
 
     def __repr__(self) -> str:
         return repr(self._model._inputs)
+
+    def _repr_html_(self) -> str:
+        from ._html import table
+
+        rows = [[name, repr(law)] for name, law in self._model._inputs.items()]
+        return table(["input", "function of t, q, v"], rows)
+
+
+def _first_line(error: ModelError) -> str:
+    return str(error).partition("\n")[0]
 
 
 def _unknown(what: str, name: str, known: Mapping[str, Any]) -> str:
@@ -378,7 +414,7 @@ class Model:
         tables = self._document.tables()
         if self._source is not None and tables == self._tables:
             return self._source
-        name = self._document.name or "model"
+        name = self._document.name or (self._source[2] if self._source else "model")
         try:
             text = _bksim.to_toml(json.dumps(tables, allow_nan=False))
         except (TypeError, ValueError) as error:
@@ -396,12 +432,27 @@ class Model:
 
     @property
     def text(self) -> str:
-        """The model as the text of a model file."""
-        return self._text()[0]
+        """The model as the text of a model file, with the values that its parameters have now."""
+        return _bksim.with_values(self._text()[0], list(self._overrides.items()))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the text of the model to a file."""
-        Path(path).write_text(self.text, encoding="utf-8")
+        Path(path).expanduser().write_text(self.text, encoding="utf-8")
+
+    def copy(self) -> Model:
+        """A model of its own, with the same values and inputs."""
+        return copy.copy(self)
+
+    def __copy__(self) -> Model:
+        other = Model()
+        other.__dict__.update(self.__dict__)
+        other._overrides, other._numbers = dict(self._overrides), dict(self._numbers)
+        other._inputs, other._document = dict(self._inputs), copy.deepcopy(self._document)
+        return other
+
+    def __getstate__(self) -> dict[str, Any]:
+        # What is compiled stays here, and is derived again where it is needed.
+        return {**self.__dict__, "_known": None}
 
     @property
     def name(self) -> str:
@@ -504,7 +555,7 @@ class Model:
         """Solves the equations of motion; what is not given is as the model says.
 
         ``t_end``, ``step`` and ``every`` (the interval of the output) are in s, ``times`` are output
-        times in place of ``every``. ``dense`` keeps the motion between the output times, which
+        times in place of ``every``, besides the start and the end. ``dense`` keeps the motion between the output times, which
         ``solution(t)``, films and logs are made from. ``progress`` shows a bar where tqdm is
         installed; unless given, in runs of more than a second at a terminal or in a notebook.
 
@@ -528,17 +579,17 @@ class Model:
         with Progress.over(engine, t_end, progress) as notify:
             run = engine.solve(
                 {
-                    "t_end": t_end,
-                    "rtol": rtol,
-                    "atol": atol,
-                    "step": step,
-                    "every": every,
-                    "times": None if times is None else [float(t) for t in times],
+                    "t_end": real("t_end", t_end),
+                    "rtol": real("rtol", rtol),
+                    "atol": real("atol", atol),
+                    "step": real("step", step),
+                    "every": real("every", every),
+                    "times": None if times is None else [real("times", t) or 0.0 for t in times],
                     "method": method,
                     "formulation": formulation,
-                    "sensitivity": [sensitivity] if isinstance(sensitivity, str) else list(sensitivity),
+                    "sensitivity": names("sensitivity", sensitivity),
                     "dense": dense,
-                    "most_bytes": memory_limit,
+                    "most_bytes": whole("memory_limit", memory_limit),
                     "notify": notify,
                 }
             )
@@ -558,7 +609,10 @@ class Model:
         return solution
 
     def __repr__(self) -> str:
-        engine = self._engine()
+        try:
+            engine = self._engine()
+        except ModelError as refused:
+            return f"<bksim.Model {self._text()[2]!r}, refused: {_first_line(refused)}>"
         n = len(engine.coordinates())
         return f"<bksim.Model {engine.name!r}: {n} coordinates, {len(engine.joints())} joints>"
 

@@ -20,7 +20,7 @@ Point = Sequence[Value]
 Table = dict[str, Any]
 
 
-@dataclass
+@dataclass(slots=True)
 class Body:
     """A rigid body: mass, centre of mass and points in its own frame.
 
@@ -39,7 +39,7 @@ class Body:
     free: bool | None = None
 
 
-@dataclass
+@dataclass(slots=True)
 class Ground:
     """The body that does not move."""
 
@@ -47,7 +47,7 @@ class Ground:
     outline: Sequence[Any] | None = None
 
 
-@dataclass
+@dataclass(slots=True)
 class Joint:
     """What joins two points, ``"ground.O"`` and ``"crank.A"``."""
 
@@ -59,7 +59,7 @@ class Joint:
     cut: bool | None = None
 
 
-@dataclass
+@dataclass(slots=True)
 class Revolute(Joint):
     """Turns about ``axis``, which is z unless given."""
 
@@ -69,7 +69,7 @@ class Revolute(Joint):
     coordinate: str | None = None
 
 
-@dataclass
+@dataclass(slots=True)
 class Prismatic(Joint):
     """Slides along ``axis`` of the first body, or at the angle ``direction`` to its x."""
 
@@ -81,7 +81,7 @@ class Prismatic(Joint):
     coordinate: str | None = None
 
 
-@dataclass
+@dataclass(slots=True)
 class Slot(Joint):
     """The point of the second body slides along ``axis`` of the first, and turns."""
 
@@ -92,7 +92,7 @@ class Slot(Joint):
     coordinate: Sequence[str] | None = None
 
 
-@dataclass
+@dataclass(slots=True)
 class Weld(Joint):
     """Allows nothing."""
 
@@ -101,7 +101,7 @@ class Weld(Joint):
     angle: Value | None = None
 
 
-@dataclass
+@dataclass(slots=True)
 class Link(Joint):
     """A massless rod of a ``length`` between the two points."""
 
@@ -110,14 +110,14 @@ class Link(Joint):
     length: Value
 
 
-@dataclass(kw_only=True)
+@dataclass(kw_only=True, slots=True)
 class Load:
     """What pulls, pushes or turns."""
 
     type: ClassVar[str]
 
 
-@dataclass(kw_only=True)
+@dataclass(kw_only=True, slots=True)
 class Gravity(Load):
     """Free fall: ``Gravity(acceleration=[0, "-9.81 m/s^2"])``."""
 
@@ -126,7 +126,7 @@ class Gravity(Load):
     acceleration: Sequence[Value]
 
 
-@dataclass(kw_only=True)
+@dataclass(kw_only=True, slots=True)
 class Force(Load):
     """``vector`` at the point ``on``, or ``value`` along the line ``between`` two points."""
 
@@ -139,7 +139,7 @@ class Force(Load):
     value: Value | None = None
 
 
-@dataclass(kw_only=True)
+@dataclass(kw_only=True, slots=True)
 class Torque(Load):
     """``value`` about z, or ``vector``, ``on`` a body ``from_`` another, or at a ``joint``."""
 
@@ -152,7 +152,7 @@ class Torque(Load):
     vector: Sequence[Value] | None = None
 
 
-@dataclass(kw_only=True)
+@dataclass(kw_only=True, slots=True)
 class Spring(Load):
     """Between two points, with the unloaded ``length``."""
 
@@ -164,7 +164,7 @@ class Spring(Load):
     damping: Value | None = None
 
 
-@dataclass(kw_only=True)
+@dataclass(kw_only=True, slots=True)
 class Damper(Load):
     """Between two points."""
 
@@ -174,7 +174,7 @@ class Damper(Load):
     damping: Value
 
 
-@dataclass(kw_only=True)
+@dataclass(kw_only=True, slots=True)
 class Torsion(Load):
     """A spring, a damper or both about a joint that turns."""
 
@@ -186,7 +186,7 @@ class Torsion(Load):
     angle: Value | None = None
 
 
-@dataclass(kw_only=True)
+@dataclass(kw_only=True, slots=True)
 class Stop(Load):
     """Where the motion of a joint ends."""
 
@@ -199,7 +199,7 @@ class Stop(Load):
     restitution: Value | None = None
 
 
-@dataclass(kw_only=True)
+@dataclass(kw_only=True, slots=True)
 class Friction(Load):
     """Dry friction of a joint: a ``force`` where it slides, a ``torque`` where it turns."""
 
@@ -212,7 +212,7 @@ class Friction(Load):
     static: Value | None = None
 
 
-@dataclass(kw_only=True)
+@dataclass(kw_only=True, slots=True)
 class Drive:
     """A prescribed motion of a joint: ``Drive(joint="A", motion="2 rad/s*t")``."""
 
@@ -247,6 +247,9 @@ def plain(value: Any) -> Any:
 
 def to_table(part: Body | Ground | Joint | Load | Drive) -> Table:
     """The table of a part in a model file."""
+    if not isinstance(part, (Body, Ground, Joint, Load, Drive)):
+        words = "no part of a model: write for example bksim.Body(…), bksim.Revolute(…), bksim.Gravity(…)"
+        raise TypeError(f"{part!r} is {words}")
     table: Table = {}
     if isinstance(part, (Joint, Load)):
         table["type"] = part.type

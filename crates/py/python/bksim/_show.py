@@ -6,12 +6,12 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from . import _bksim
+from ._checked import path as checked_path
 
 if TYPE_CHECKING:
     from ._solution import Samples, Solution
@@ -20,7 +20,7 @@ INSTANTS = 1201
 """Instants at which curves are drawn where the motion between samples is known."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Picture:
     """A drawing as SVG."""
 
@@ -31,10 +31,14 @@ class Picture:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the SVG."""
-        Path(path).write_text(self.svg, encoding="utf-8")
+        file = checked_path(path, [".svg"], "`bksim render` draws PNG, GIF and MP4 from logs")
+        file.write_text(self.svg, encoding="utf-8")
+
+    def __repr__(self) -> str:
+        return f"<bksim.Picture: {len(self.svg)} characters of SVG>"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Plot:
     """Curves; ``save`` writes SVG, PNG or PDF."""
 
@@ -60,7 +64,8 @@ class Plot:
             curves = []
             for name, channels in quantities:
                 # What only samples know is drawn through those.
-                of = samples if np.isfinite(samples[channels[0]]).any() else solution
+                is_dense = channels[0] in samples and np.isfinite(samples[channels[0]]).any()
+                of = samples if is_dense else solution
                 along = across if of is samples else (of.t if x is None else of[x])
                 parts = [of[channel] for channel in channels]
                 curves.append((name, along, parts[0] if len(parts) == 1 else np.hypot.reduce(parts)))
@@ -76,7 +81,12 @@ class Plot:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes a picture; the ending of its name chooses SVG, PNG or PDF."""
-        Path(path).write_bytes(self._drawn(Path(path).suffix.lstrip(".").lower()))
+        file = checked_path(path, [".svg", ".png", ".pdf"], "these are the pictures there are")
+        file.write_bytes(self._drawn(file.suffix.lstrip(".").lower()))
+
+    def __repr__(self) -> str:
+        n = sum(len(curves) for _, _, curves in self.panels)
+        return f"<bksim.Plot {self.title!r}: {n} curves in {len(self.panels)} panels>"
 
 
 def _dense(solution: Solution) -> Samples:
@@ -108,7 +118,7 @@ def _overview(solution: Solution) -> _Panels:
     ]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Animation:
     """A page with the moving mechanism; a notebook shows it inline."""
 
@@ -121,4 +131,8 @@ class Animation:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the page, which any browser opens without a network."""
-        Path(path).write_text(self.html, encoding="utf-8")
+        file = checked_path(path, [".html", ".htm"], "`bksim render` makes films of logs")
+        file.write_text(self.html, encoding="utf-8")
+
+    def __repr__(self) -> str:
+        return f"<bksim.Animation: {len(self.html)} characters of HTML>"

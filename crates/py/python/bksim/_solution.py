@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _bksim
+from ._checked import path as checked_path
+from ._errors import LogError
 from ._show import Animation, Picture, Plot
 
 if TYPE_CHECKING:
@@ -27,8 +29,9 @@ Array = NDArray[np.float64]
 
 def open(path: str | os.PathLike[str]) -> Solution:
     """Opens a log, also one that was cut short. Raises LogError when it is none."""
-    Path(path).stat()
-    return Solution(_bksim.open_log(Path(path)))
+    file = Path(path).expanduser()
+    file.stat()
+    return Solution(_bksim.open_log(file))
 
 
 class Named(Mapping[str, Array]):
@@ -44,6 +47,10 @@ class Named(Mapping[str, Array]):
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._arrays)
+
+    def __repr__(self) -> str:
+        n = len(self._columns)
+        return f"<{n} quantities of {self._engine.name!r} at {'one instant' if self._is_one else len(self._t)}>"
 
     def __len__(self) -> int:
         return len(self._arrays)
@@ -188,29 +195,45 @@ class Samples:
                 return self._row[topic + name]
         return None
 
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __contains__(self, name: object) -> bool:
+        if not isinstance(name, str):
+            return False
+        is_row = name == "t" or self._resolved(name) is not None
+        return is_row or self._engine.measure_unit(name) is not None
+
     def __getitem__(self, name: str) -> Any:
         """A quantity by name, (n,).
 
         A quantity of the table (``energy.total``, or ``theta`` for ``state.theta``), or anything that
         the expressions of a model file may name: ``A.angle``, ``rod.x``, ``rod.B.vy``, ``crank.angle``.
         """
+        if not isinstance(name, str):
+            raise TypeError(f"{name!r} is no name: quantities have names, as in solution.names")
+        if name == "t":
+            return self.t
         row = self._resolved(name)
         if row is not None:
             return self._at(self._table[row])
         if name not in self._measured:
             if self._engine.measure_unit(name) is None:
-                raise KeyError(_unknown(name, [*self._row, *self._row_ends()]))
+                raise KeyError(_unknown(name, [*self._row, *self._short_names()]))
             state = [k for k, (known, _, _) in enumerate(self._columns) if known.startswith("state.")]
             nq = len(state) // 2
             q, v = self._table[state[0] : state[0] + nq], self._table[state[0] + nq : state[-1] + 1]
             self._measured[name] = self._engine.measured([name], q, v)[0]
         return self._at(self._measured[name])
 
-    def _row_ends(self) -> list[str]:
-        return [name.split(".", 1)[1] for name in self._row if "." in name]
+    def _short_names(self) -> list[str]:
+        ends = (name.split(".", 1)[-1] for name in self._row)
+        return [end for end in ends if self._resolved(end) is not None]
 
     def unit(self, name: str) -> str:
         """The SI unit of a quantity."""
+        if name == "t":
+            return "s"
         row = self._resolved(name)
         if row is not None:
             return self._columns[row][1]
@@ -280,20 +303,22 @@ class Solution(Samples):
         Quantities that only samples have (work, counters) are NaN. Raises ValueError outside of the
         span, and when the run was solved with ``dense=False``.
         """
-        span = self._run.span()
-        if span is None:
-            raise ValueError("the motion between samples was not kept: solve with dense=True")
+        span = self._needs_motion()
         times = np.asarray(t, dtype=np.float64)
         if times.ndim > 1:
             raise ValueError(f"instants of shape {times.shape}: one axis at most")
         low, high = min(span), max(span)
+        # A sum of steps may miss an end by its last digits.
+        slack = 1e-12 * max(abs(low), abs(high))
+        times = np.where((times < low) & (times >= low - slack), low, times)
+        times = np.where((times > high) & (times <= high + slack), high, times)
         wrong = ~((times >= low) & (times <= high))
         if np.any(wrong):
             first = np.atleast_1d(times)[np.atleast_1d(wrong)][0]
-            raise ValueError(f"t = {first:g} s is outside of the motion, {low:g} s to {high:g} s")
+            raise ValueError(f"t = {first!r} s is outside of the motion, {low!r} s to {high!r} s")
         flat = np.ascontiguousarray(np.atleast_1d(times))
         table = self._run.at(flat)
-        return Samples(self._engine, flat, table, self._engine, is_one=times.ndim == 0)
+        return Samples(self._engine, flat, table, self._run, is_one=times.ndim == 0)
 
     @property
     def sensitivity(self) -> Mapping[str, Sensitivity]:
@@ -323,7 +348,8 @@ class Solution(Samples):
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        """How the run went: end, methods, events, steps, residuals, energy balance."""
+        """How the run went: end, methods, events, steps, residuals, energy balance. Of a log, what that
+        tells: end, notes."""
         summary: dict[str, Any] = json.loads(self._run.summary())
         return summary
 
@@ -334,16 +360,20 @@ class Solution(Samples):
 
     @property
     def events(self) -> list[dict[str, Any]]:
-        """What switched: stops that were hit, friction that held, kinks."""
+        """What switched: stops that were hit, friction that held, kinks. Raises LogError for a log,
+        which does not tell."""
+        if self._run.is_logged:
+            raise LogError("a log does not tell what switched: solve its model again")
         return list(self.summary.get("events", []))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the log, as ``bksim solve`` does; :func:`bksim.open` reads it."""
+        file = checked_path(path, [".mcap"], "to_pandas() and to_arrow() write tables")
         if self._run.is_logged:
-            if Path(path).resolve() != self._engine.path.resolve():
-                shutil.copyfile(self._engine.path, path)
+            if file.resolve() != self._engine.path.resolve():
+                shutil.copyfile(self._engine.path, file)
             return
-        self._run.save(Path(path))
+        self._run.save(file)
 
     def plot(
         self, *names: str, x: str | None = None, title: str | None = None, dark: bool = False
@@ -354,12 +384,23 @@ class Solution(Samples):
 
     def picture(self, t: float | None = None, *, dark: bool = False) -> Picture:
         """The mechanism at an instant, the middle of the motion unless given."""
+        if t is not None:
+            self(float(t))
         at = sum(self.span) / 2 if t is None else float(t)
+        self._needs_motion()
         return Picture(self._run.picture(at, (640.0, 360.0), dark))
 
     def animate(self, *, title: str | None = None, height: int = 640) -> Animation:
         """The moving mechanism with curves and equations, in a notebook or as a page of its own."""
+        self._needs_motion()
         return Animation(self._run.page(title), height)
+
+    def _needs_motion(self) -> tuple[float, float]:
+        """First and last instant of the motion between samples."""
+        span = self._run.span()
+        if span is None:
+            raise ValueError("the motion between samples was not kept: solve with dense=True")
+        return span[0], span[1]
 
     def __repr__(self) -> str:
         first, last = self.span

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from . import _bksim
 from ._cluster import parts_done
+from ._checked import names, path, real, whole
 from ._progress import DELAY_S, _bars
 from ._swept import About, Failure, InFile, InMemory, Sweep
 
@@ -29,7 +30,7 @@ def sweep(
     model: Model,
     axes: Mapping[str, Axis],
     *,
-    outputs: Sequence[str] | None = None,
+    outputs: str | Sequence[str] | None = None,
     design: str = "grid",
     n: int | None = None,
     seed: int = 0,
@@ -89,8 +90,18 @@ def sweep(
         words = "functions of Python, and cases run without it"
         raise ValueError(f"the inputs {', '.join(model.inputs)} are {words}: take them off for a sweep")
     asked = _asked(model, axes, design)
-    asked.update(n=n, seed=seed, outputs=list(outputs or ()), t_end=t_end, rtol=rtol, atol=atol)
-    asked.update(step=step, every=every, method=method, formulation=formulation)
+    asked.update(
+        n=None if n is None else whole("n", n),
+        seed=whole("seed", seed),
+        outputs=names("outputs", outputs),
+        t_end=real("t_end", t_end),
+        rtol=real("rtol", rtol),
+        atol=real("atol", atol),
+        step=real("step", step),
+        every=real("every", every),
+        method=method,
+        formulation=formulation,
+    )
     study = _bksim.Study.prepare(asked)
     about = About.of(study, asked["outputs"])
     sent = None if executor is None else (executor, asked, max(jobs, 1))
@@ -98,7 +109,8 @@ def sweep(
         if out is None:
             return _in_memory(study, about, jobs, sent, notify)
         existing = "replace" if overwrite else "resume" if resume else "refuse"
-        return _in_file(study, about, Path(out), existing, jobs, sent, notify)
+        file = path(out, [".parquet"], "sweeps are written as Parquet")
+        return _in_file(study, about, file, existing, jobs, sent, notify)
 
 
 _Sent: TypeAlias = "tuple[Any, _bksim._Swept, int] | None"

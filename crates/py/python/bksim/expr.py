@@ -95,7 +95,7 @@ class Expr:
 
     def diff(self, by: Expr, n: int = 1) -> Expr:
         """The derivative by a symbol, ``n`` times."""
-        return Expr._of(self._e.diff(by._e, n))
+        return Expr._of(self._e.diff(_symbol(by)._e, n))
 
     def simplify(self) -> Expr:
         """The cheapest form that is found; its value is kept on the whole domain."""
@@ -107,15 +107,18 @@ class Expr:
 
     def subs(self, values: Mapping[Expr, Operand]) -> Expr:
         """Symbols replaced, all at once."""
-        return Expr._of(self._e.substitute([(of._e, _lowered(by)) for of, by in values.items()]))
+        pairs = [(_symbol(of)._e, _lowered(by)) for of, by in values.items()]
+        return Expr._of(self._e.substitute(pairs))
 
     def series(self, by: Expr, about: Operand = 0, order: int = 3) -> Expr:
         """The Taylor polynomial about a point."""
-        return Expr._of(self._e.series(by._e, _lowered(about), order))
+        return Expr._of(self._e.series(_symbol(by)._e, _lowered(about), order))
 
     def evaluate(self, values: Mapping[Expr, float] | None = None) -> float:
-        """The value where symbols have these values. Raises ValueError where there is none."""
-        return self._e.evaluate([(of._e, float(value)) for of, value in (values or {}).items()])
+        """The value where symbols have these values, as floating point has it: ``1/a`` is infinite at 0,
+        ``log(-1)`` NaN. Raises ValueError when a symbol has none."""
+        pairs = [(_symbol(of)._e, float(value)) for of, value in (values or {}).items()]
+        return self._e.evaluate(pairs)
 
     def __float__(self) -> float:
         return self.evaluate()
@@ -151,9 +154,17 @@ class Expr:
 
 def _plain(value: Any) -> int | float:
     value = value.item() if hasattr(value, "item") else value
+    if isinstance(value, float) and value != value:
+        raise ValueError("NaN is no number")
     if isinstance(value, (int, float)):
         return value
     raise TypeError(f"{type(value).__name__} is no expression and no number")
+
+
+def _symbol(value: Expr) -> Expr:
+    if isinstance(value, Expr):
+        return value
+    raise TypeError(f"{value!r} is no symbol: make one with symbol({value!r})")
 
 
 def _lowered(value: Operand) -> _bksim.Expr:
@@ -171,7 +182,7 @@ def symbols(names: str) -> tuple[Expr, ...]:
 
 
 def parse(text: str) -> Expr:
-    """The expression of a text. Raises ValueError with the place of what is wrong."""
+    """The expression of a text. Raises ValueError saying what is wrong."""
     return Expr._of(_bksim.Expr.parse(text))
 
 
