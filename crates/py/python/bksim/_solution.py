@@ -48,10 +48,6 @@ class Named(Mapping[str, Array]):
     def __iter__(self) -> Iterator[str]:
         return iter(self._arrays)
 
-    def __repr__(self) -> str:
-        n = len(self._columns)
-        return f"<{n} quantities of {self._engine.name!r} at {'one instant' if self._is_one else len(self._t)}>"
-
     def __len__(self) -> int:
         return len(self._arrays)
 
@@ -241,6 +237,10 @@ class Samples:
         if unit is None:
             raise KeyError(_unknown(name, self.names))
         return unit
+
+    def __repr__(self) -> str:
+        n, at = len(self._columns), "one instant" if self._is_one else f"{len(self._t)} instants"
+        return f"<bksim.Samples: {n} quantities of {self._engine.name!r} at {at}>"
 
     def __len__(self) -> int:
         return len(self._t)

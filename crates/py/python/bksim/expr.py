@@ -107,8 +107,9 @@ class Expr:
 
     def subs(self, values: Mapping[Expr, Operand]) -> Expr:
         """Symbols replaced, all at once."""
-        pairs = [(_symbol(of)._e, _lowered(by)) for of, by in values.items()]
-        return Expr._of(self._e.substitute(pairs))
+        return Expr._of(
+            self._e.substitute([(_symbol(of)._e, _lowered(by)) for of, by in values.items()])
+        )
 
     def series(self, by: Expr, about: Operand = 0, order: int = 3) -> Expr:
         """The Taylor polynomial about a point."""
