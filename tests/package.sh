@@ -1,11 +1,13 @@
 #!/usr/bin/env bash
 # The Python package as a new user comes to it: the two lines of its README in an environment that has
-# nothing else, then its notebook with what that asks for.
+# nothing else, then its notebook with what that asks for. Built in the profile of the tests, which is
+# there already; BKSIM_PROFILE=release builds it as those lines do by themselves.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 python3 -m venv --clear target/clean
 export PATH="$PWD/target/clean/bin:$PATH"
+export MATURIN_PEP517_ARGS="--profile ${BKSIM_PROFILE:-dev}"
 lines=$(grep -A1 -m1 '^pip install' crates/py/README.md)
 echo "$lines"
 eval "$lines"

@@ -4,6 +4,7 @@
 //! first integrated one after the other from starts found before: what a sweep adds to that is the
 //! values, the start, the outputs and the table.
 
+use std::sync::Barrier;
 use std::time::Instant;
 
 use bksim::Mechanism;
@@ -31,6 +32,8 @@ struct Round {
     /// Wall time of the table with one thread and with two, s, and CPU time of the latter.
     wall: [f64; 2],
     cpu_of_two: f64,
+    /// Wall time of starts and integrations alone, with one thread and with two that share nothing, s.
+    apart: [f64; 2],
 }
 
 /// Measures the suite.
@@ -73,6 +76,16 @@ pub(crate) fn measure(context: &Context) -> Result<Report, BenchError> {
         efficiency,
         0.9,
     ));
+    let machine = all(|r| r.apart[0] / (2.0 * r.apart[1]));
+    report.checks.push(Check::at_least(
+        "the same beside two threads that share nothing",
+        all(|r| r.wall[0] / r.wall[1] * r.apart[1] / r.apart[0]),
+        0.9,
+    ));
+    report.notes.push(format!(
+        "two threads that share nothing reach {machine:.2} of twice the speed of one on this machine"
+    ));
+    report.numbers.insert("efficiency_of_machine".into(), json!(machine));
     report
         .notes
         .push(format!("{n_cases} cases; the wall times mean something on an idle machine alone"));
@@ -109,7 +122,8 @@ fn round(study: &Study) -> Result<Round, BenchError> {
     #[expect(clippy::cast_precision_loss, reason = "ten thousand")]
     let per_case = |seconds: f64| seconds / n_cases as f64;
     let mut round = Round::default();
-    [round.cpu[0], round.cpu[1]] = alone(study)?.map(per_case);
+    [round.cpu[0], round.cpu[1]] = alone(study, 0, 1, &Barrier::new(1))?.map(per_case);
+    round.apart = [apart(study, 1)?, apart(study, 2)?];
 
     let begun = cpu_time();
     let rows = study.rows(0..n_cases, 1, &Monitor::default()).map_err(|e| swept(&e))?;
@@ -134,8 +148,32 @@ fn round(study: &Study) -> Result<Round, BenchError> {
     Ok(round)
 }
 
-/// CPU time of all integrations, and of all starts and integrations, with everything compiled.
-fn alone(study: &Study) -> Result<[f64; 2], BenchError> {
+/// Wall time of all starts and integrations by threads that share nothing, s.
+fn apart(study: &Study, n_threads: u64) -> Result<f64, BenchError> {
+    let barrier = Barrier::new(usize::try_from(n_threads).unwrap_or(1) + 1);
+    std::thread::scope(|scope| {
+        let work = |first| {
+            let barrier = &barrier;
+            scope.spawn(move || alone(study, first, n_threads, barrier).map(drop))
+        };
+        let threads: Vec<_> = (0..n_threads).map(work).collect();
+        barrier.wait();
+        let begun = Instant::now();
+        for thread in threads {
+            thread.join().map_err(|_| BenchError::Data("a thread ends"))??;
+        }
+        Ok(begun.elapsed().as_secs_f64())
+    })
+}
+
+/// CPU time of the integrations of every `stride`-th case, and of starts and integrations, with everything
+/// compiled; all begin when `barrier` lets them.
+fn alone(
+    study: &Study,
+    first: u64,
+    stride: u64,
+    barrier: &Barrier,
+) -> Result<[f64; 2], BenchError> {
     let rejected = |rejected: bksim::Rejected| refused(&rejected.to_string());
     let mut mechanism = Mechanism::from_toml(MODEL, "slider-crank").map_err(rejected)?;
     mechanism.model.solve.t_end = T_END;
@@ -149,7 +187,8 @@ fn alone(study: &Study) -> Result<[f64; 2], BenchError> {
     let mut numbers = vec![0.0; places.len()];
     let mut parameters = mechanism.parameters.clone();
     let (mut starting, mut running) = (0.0, 0.0);
-    for case in 0..study.n_cases() {
+    barrier.wait();
+    for case in (first..study.n_cases()).step_by(usize::try_from(stride).unwrap_or(1)) {
         study.plan().case(case, &mut numbers);
         for (&place, &number) in places.iter().zip(&numbers) {
             parameters[place] = number;

@@ -52,7 +52,7 @@ def test_the_motion_is_that_of_the_same_law_in_the_model(method):
     np.testing.assert_allclose(sol.a, own.a, atol=1e-5)
     wanted = [control(t, q, v) for t, q, v in zip(sol.t, sol.q.T, sol.v.T, strict=True)]
     np.testing.assert_allclose(sol.inputs["u"], wanted, rtol=1e-12)
-    assert sol["u"] is not None and sol.unit("u") == "N m"
+    assert sol["u"] is not None and sol.unit("u") == "N*m"
     np.testing.assert_allclose(sol(0.777)["u"], control(0.777, sol(0.777).q, sol(0.777).v))
 
 

@@ -88,7 +88,7 @@ def interrupted(crank: bksim.Model) -> tuple[float, bksim.Solution]:
     thread = threading.Thread(target=interrupt)
     thread.start()
     with pytest.raises(KeyboardInterrupt) as caught:
-        crank.solve(t_end=LONG, every=0.05)
+        crank.solve(t_end=LONG, every=1.0)
     taken = time.perf_counter() - sent[0]
     thread.join()
     return taken, caught.value.result  # type: ignore[attr-defined]
@@ -139,7 +139,7 @@ def test_a_thousand_solves_leave_no_memory_behind(crank: bksim.Model) -> None:
 
 def test_memory_has_a_limit(crank: bksim.Model) -> None:
     with pytest.raises(bksim.LimitError, match="memory_limit") as caught:
-        crank.solve(t_end=LONG, every=0.01, memory_limit=10_000_000)
+        crank.solve(t_end=LONG, every=100.0, memory_limit=10_000_000)
     result = caught.value.result
     assert result is not None and 0 < result.t[-1] < LONG
     # Where samples alone are too many, nothing is begun.
@@ -183,7 +183,7 @@ def test_what_notify_raises_ends_the_run(crank: bksim.Model) -> None:
     try:
         signal.setitimer(signal.ITIMER_REAL, 0.3)
         with pytest.raises(Enough) as caught:
-            crank.solve(t_end=LONG, every=0.05)
+            crank.solve(t_end=LONG, every=1.0)
     finally:
         signal.signal(signal.SIGALRM, before)
     assert len(caught.value.result) > 1  # type: ignore[attr-defined]

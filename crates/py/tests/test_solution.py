@@ -132,7 +132,7 @@ def test_plots_and_pictures(sol: bksim.Solution, tmp_path: Path) -> None:
         path = tmp_path / f"plot.{ending}"
         sol.plot("theta1", "energy.total").save(path)
         assert path.read_bytes().startswith(first)
-    with pytest.raises(ValueError, match="none of"):
+    with pytest.raises(ValueError, match="must end in"):
         sol.plot().save(tmp_path / "plot.doc")
     assert "<svg" in sol.picture(0.5)._repr_svg_()
     assert "<svg" in sol._repr_html_()

@@ -555,8 +555,8 @@ class Model:
         """Solves the equations of motion; what is not given is as the model says.
 
         ``t_end``, ``step`` and ``every`` (the interval of the output) are in s, ``times`` are output
-        times in place of ``every``, besides the start and the end. ``dense`` keeps the motion between the output times, which
-        ``solution(t)``, films and logs are made from. ``progress`` shows a bar where tqdm is
+        times in place of ``every``, besides the start and the end. ``dense`` keeps the motion between
+        them, which ``solution(t)``, films and logs are made from. ``progress`` shows a bar where tqdm is
         installed; unless given, in runs of more than a second at a terminal or in a notebook.
 
         ``sensitivity`` names parameters and stated initial values (``"l1"``, ``"A.rate"``) that the motion
@@ -575,11 +575,12 @@ class Model:
         >>> sol.q.shape == (len(m.coordinates), sol.t.size)
         True
         """
+        t_end = real("t_end", t_end)
         engine = self._engine()
         with Progress.over(engine, t_end, progress) as notify:
             run = engine.solve(
                 {
-                    "t_end": real("t_end", t_end),
+                    "t_end": t_end,
                     "rtol": real("rtol", rtol),
                     "atol": real("atol", atol),
                     "step": real("step", step),
