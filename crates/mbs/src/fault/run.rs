@@ -314,6 +314,13 @@ fn stuck(model: &Model, equations: &MotionEquations, failure: &Failure) -> Diagn
             fault = fault.note(format!("the worst unknowns: {}", names.join(", ")));
         }
     }
+    let inputs = model.inputs.places().iter().map(|&place| &model.parameters[place].name);
+    let inputs: Vec<String> = inputs.map(|name| format!("`{name}`")).collect();
+    if !inputs.is_empty() {
+        let inputs = inputs.join(", ");
+        fault = fault
+            .note(format!("functions of the motion: {inputs}; where they jump, steps are small"));
+    }
     if let Some((_, span)) = model.solve.spans.iter().find(|(key, _)| key == "t_end") {
         fault = fault.at(span.clone(), "the run was to reach this time");
     }
