@@ -1,5 +1,6 @@
 """What tests and the examples in docstrings share."""
 
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -7,6 +8,9 @@ import numpy as np
 import pytest
 
 import bksim
+
+# What a shell runs in the background ignores what Ctrl-C sends, and is not to do so here.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
