@@ -22,7 +22,7 @@ from ._errors import (
     SolverError,
 )
 from ._functions import Functions
-from ._model import Inputs, Model, Parameters, load, loads
+from ._model import Model, load, loads
 from ._parts import (
     Body,
     Damper,
@@ -47,6 +47,7 @@ from ._report import Check, Start
 from ._show import Animation, Picture, Plot
 from ._solution import Samples, Solution, open
 from ._sweep import Failure, Sweep, sweep
+from ._values import Inputs, Parameters
 
 __all__ = [
     "Animation",
