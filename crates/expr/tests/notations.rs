@@ -2,6 +2,7 @@
 
 use bksim_expr::{Expr, Notation, Pool, Printer};
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 
 const TYPESET: [Notation; 3] = [Notation::Latex, Notation::Typst, Notation::MathMl];
 
@@ -143,6 +144,8 @@ fn well_formed(notation: Notation, source: &str) {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, rng_seed: RngSeed::Fixed(1675), ..ProptestConfig::default() })]
+
     #[test]
     fn every_formula_is_well_formed(text in expressions(), width in 1.0..60.0f64) {
         let pool = Pool::new();

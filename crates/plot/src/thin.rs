@@ -261,6 +261,7 @@ fn cross(a: Point, b: Point) -> f64 {
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
+    use proptest::test_runner::RngSeed;
 
     use super::*;
 
@@ -274,6 +275,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, rng_seed: RngSeed::Fixed(1973), ..ProptestConfig::default() })]
+
         #[test]
         fn dropped_points_lie_beside_the_chords(
             steps in prop::collection::vec((-1.0..1.0_f64, -1.0..1.0_f64), 1..400),
