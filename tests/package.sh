@@ -11,6 +11,7 @@ export MATURIN_PEP517_ARGS="--profile ${BKSIM_PROFILE:-dev}"
 lines=$(grep -A1 -m1 '^pip install' crates/py/README.md)
 echo "$lines"
 eval "$lines"
+bksim info --help >/dev/null
 
 grep -E '^(ipykernel|nbclient|pandas|pytest)=' tests/requirements.txt >target/clean/notebook.txt
 pip install -q -r target/clean/notebook.txt

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What the tests need beside Rust, a C compiler, Python and Node.js: Python packages that draw, read
+# What the tests need beside Rust, a C++ compiler, Python and Node.js: Python packages that draw, read
 # and judge files, a browser for pages, a virtual display for the window, and a graphics adapter in
 # software where there is no card. On Debian and Ubuntu it installs what is missing; elsewhere it
 # says what to install.

@@ -16,7 +16,11 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 @pytest.fixture(autouse=True)
-def _names(doctest_namespace: dict[str, Any]) -> None:
+def _names(
+    doctest_namespace: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Examples in docstrings write files.
+    monkeypatch.chdir(tmp_path)
     doctest_namespace.update({name: getattr(bksim, name) for name in bksim.__all__})
     doctest_namespace.update(EXAMPLES=EXAMPLES, np=np)
 

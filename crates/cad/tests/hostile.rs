@@ -211,10 +211,11 @@ fn survive(seeds: &[Vec<u8>], n: u64) -> (usize, usize) {
 
 /// Bounds the address space: an allocation beyond it fails, and with it the process.
 fn bound_memory() {
-    let pages = fs::read_to_string("/proc/self/statm").expect("the size of this process");
-    let pages: u64 = pages.split(' ').next().and_then(|it| it.parse().ok()).expect("pages");
+    let status = fs::read_to_string("/proc/self/status").expect("the state of this process");
+    let size = status.lines().find_map(|line| line.strip_prefix("VmSize:")).expect("its size");
+    let kibibytes: u64 = size.trim().trim_end_matches(" kB").parse().expect("a number");
     // Two threads with their arenas (64 MiB each, reserved, not used) are not the drawing's.
-    let limit = pages * rustix::param::page_size() as u64 + MEMORY + (4 << 26);
+    let limit = kibibytes * 1024 + MEMORY + (4 << 26);
     let maximum = getrlimit(Resource::As).maximum;
     setrlimit(Resource::As, Rlimit { current: Some(limit), maximum }).expect("a limit");
 }

@@ -1,68 +1,7 @@
-//! `bksim`: the command line. Parse, dispatch, exit status; everything else has its own room.
-
-mod args;
-mod commands;
-mod exit;
-mod output;
-mod progress;
-mod render;
-mod source;
+//! `bksim`: the command line as a program.
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
-use crate::args::{Cli, Command};
-use crate::exit::{Failure, Status};
-
 fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
-        Ok(cli) => cli,
-        Err(error) => {
-            // Help and version are results; anything else is a fault of the command line.
-            let status = if error.use_stderr() { Status::Usage } else { Status::Done };
-            if status == Status::Usage && std::env::args().any(|argument| argument == "--json") {
-                render::failure(&wrong_command_line(&error), "", true);
-            } else {
-                // Nobody reads the help: nothing is wrong.
-                let _ = error.print();
-            }
-            return ExitCode::from(status.code());
-        }
-    };
-    let (name, result) = dispatch(&cli);
-    let status = result.unwrap_or_else(|failure| {
-        render::failure(&failure, name, cli.json);
-        failure.status()
-    });
-    ExitCode::from(status.code())
-}
-
-/// What the parser has to say, without its usage lines.
-fn wrong_command_line(error: &clap::Error) -> Failure {
-    let text = error.to_string();
-    let what = text.split("\n\n").next().unwrap_or_default();
-    let what = what.trim_start_matches("error: ").split_whitespace().collect::<Vec<_>>();
-    Failure::usage(what.join(" "), "`bksim --help` shows what can be written")
-}
-
-fn dispatch(cli: &Cli) -> (&'static str, Result<Status, Failure>) {
-    let (json, nesting) = (cli.json, cli.max_nesting);
-    match &cli.command {
-        Command::New(args) => ("new", commands::new::run(args, json)),
-        Command::Check(args) => ("check", commands::check::run(args, json, nesting)),
-        Command::Equations(args) => ("equations", commands::equations::run(args, json, nesting)),
-        Command::Assemble(args) => ("assemble", commands::assemble::run(args, json, nesting)),
-        Command::Solve(args) => ("solve", commands::solve::run(args, json, nesting)),
-        Command::Sweep(args) => ("sweep", commands::sweep::run(args, json, nesting)),
-        Command::Render(args) => ("render", commands::render::run(args, json, nesting)),
-        Command::View(args) => ("view", commands::view::run(args, json, nesting)),
-        Command::Export(args) => ("export", commands::export::run(args, json)),
-        Command::Info(args) => ("info", commands::info::run(args, json)),
-        Command::Plot(args) => ("plot", commands::plot::run(args, json)),
-        Command::Page(args) => ("page", commands::page::run(args, json)),
-        Command::Expr(args) => ("expr", commands::expr::run(args, json, nesting)),
-        Command::Cad(args) => (commands::cad::name(args), commands::cad::run(args, json, nesting)),
-        Command::Explain(args) => ("explain", commands::explain::run(args, json)),
-    }
+    ExitCode::from(bksim_cli::run(std::env::args_os().collect()))
 }

@@ -24,6 +24,8 @@ pub(crate) enum Fault {
     Limit(String),
     /// A log cannot be read or played.
     Log(String),
+    /// Nothing can be drawn here.
+    Drawing(String),
     /// A file cannot be read or written.
     File(String),
     /// An argument makes no sense.
@@ -51,6 +53,7 @@ impl Fault {
             Self::Assembly(message, diagnostics) => made(py, "assembly", &message, &diagnostics),
             Self::Limit(message) => made(py, "limit", &message, "[]"),
             Self::Log(message) => made(py, "log", &message, "[]"),
+            Self::Drawing(message) => made(py, "drawing", &message, "[]"),
             Self::File(message) => PyOSError::new_err(message),
             Self::Value(message) => PyValueError::new_err(message),
             Self::Name(message) => PyKeyError::new_err(message),

@@ -14,8 +14,10 @@
 //! | `logged.rs` | runs as logs, and back |
 //! | `functions.rs` | the compiled functions |
 //! | `expr.rs` | the algebra by itself |
-//! | `show.rs` | pictures, curves and pages |
+//! | `show.rs` | curves and pages |
+//! | `drawing.rs` | pictures and films |
 //! | `sweep.rs` | the runs of many cases, here or on other machines |
+//! | `command.rs` | the command line |
 //!
 //! # Invariants
 //!
@@ -25,8 +27,10 @@
 #![expect(clippy::needless_pass_by_value, reason = "what comes from Python is made for the call")]
 
 mod arrays;
+mod command;
 mod derived;
 mod document;
+mod drawing;
 mod engine;
 mod expr;
 mod fault;
@@ -59,6 +63,7 @@ fn bksim_module(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(show::overview, m)?)?;
     m.add_function(wrap_pyfunction!(show::unit_word, m)?)?;
     m.add_function(wrap_pyfunction!(sweep::si_unit, m)?)?;
+    m.add_function(wrap_pyfunction!(command::command, m)?)?;
     m.add_function(wrap_pyfunction!(fault::explain, m)?)?;
     m.add_function(wrap_pyfunction!(fault::panic_for_tests, m)?)?;
     Ok(())

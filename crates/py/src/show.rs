@@ -1,11 +1,10 @@
-//! Pictures, curves and pages of runs.
+//! Curves and pages of runs.
 
 use bksim::log::LogReader;
 use bksim::overview::{Group, word};
 use bksim::playback::Playback;
 use bksim_page::Options;
 use bksim_plot::{Axis, Curve, Figure, Format, Panel, PlotError};
-use bksim_scene::{Camera, Extras, Form, Scene, Theme};
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 
@@ -13,16 +12,9 @@ use crate::fault::{Fault, guard};
 use crate::logged::bytes;
 use crate::solution::{Rows, Run};
 
-/// Instants that tell where a mechanism gets to.
-const INSTANTS: usize = 61;
 /// Curves of a panel that nobody asked for.
 const CURVES: usize = 6;
-/// Part of a picture's size that stays free on every side.
-const MARGIN: f64 = 0.06;
-/// Azimuth and elevation of the view of spatial mechanisms, degrees.
-const VIEW: [f64; 2] = [35.0, 25.0];
-
-fn playback(run: &Run, rows: &Rows) -> Result<Playback, Fault> {
+pub(crate) fn playback(run: &Run, rows: &Rows) -> Result<Playback, Fault> {
     let bad = |e: &dyn std::fmt::Display| Fault::Log(e.to_string());
     let bytes = bytes(run, rows)?;
     let log = LogReader::open(bytes.as_slice()).map_err(|e| bad(&e))?;
@@ -35,41 +27,6 @@ pub(crate) fn page(run: &Run, rows: &Rows, title: Option<String>) -> Result<Stri
     let options = Options { title, ..Options::default() };
     let page = bksim_page::page(&mut playback, &options);
     page.map(|page| page.html).map_err(|e| Fault::Log(e.to_string()))
-}
-
-/// The mechanism at an instant, in a picture in which the whole motion has place.
-pub(crate) fn picture(
-    run: &Run,
-    rows: &Rows,
-    t: f64,
-    size: [f64; 2],
-    is_dark: bool,
-) -> Result<String, Fault> {
-    let mut playback = playback(run, rows)?;
-    let over_run = playback.poses_over_run(INSTANTS);
-    let mechanism = playback.mechanism();
-    let scene = Scene::of_motion(&mechanism.model, &mechanism.parameters, &over_run);
-    let camera = if scene.is_planar {
-        Camera::planar(size)
-    } else {
-        Camera::spatial(size, VIEW[0].to_radians(), VIEW[1].to_radians())
-    };
-    let points = over_run.iter().flat_map(|poses| {
-        scene.shapes.iter().flat_map(move |shape| {
-            let points: Vec<[f64; 3]> = match &shape.form {
-                Form::Region(rings) => rings.concat(),
-                Form::Line { points, .. } => points.clone(),
-                Form::Rod { ends, .. } => ends.to_vec(),
-            };
-            points.into_iter().filter_map(move |p| poses.get(shape.body).map(|pose| pose.place(p)))
-        })
-    });
-    let points: Vec<_> = points.filter(|p| p.iter().all(|x| x.is_finite())).collect();
-    let camera = camera.fitted(points, MARGIN);
-    playback.seek(t).map_err(|error| Fault::Log(error.to_string()))?;
-    let theme = if is_dark { Theme::DARK } else { Theme::LIGHT };
-    let seen = bksim_scene::picture(&scene, playback.poses(), &Extras::default(), &camera, &theme);
-    Ok(bksim_scene::svg(&seen))
 }
 
 /// Curves to be shown together: what they are, their unit, and of each its name and channels.

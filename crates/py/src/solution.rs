@@ -12,6 +12,7 @@ use pyo3::prelude::*;
 use serde_json::json;
 
 use crate::arrays::{table, transposed};
+use crate::drawing;
 use crate::engine::{Engine, column};
 use crate::fault::{Fault, guard};
 
@@ -205,9 +206,20 @@ impl Run {
     }
 
     /// The mechanism at an instant as SVG.
-    fn picture(&self, py: Python<'_>, t: f64, size: [f64; 2], is_dark: bool) -> PyResult<String> {
+    fn picture(&self, py: Python<'_>, t: f64, is_dark: bool) -> PyResult<String> {
         let values = self.rows(py);
-        guard(py, || crate::show::picture(self, &values, t, size, is_dark))
+        guard(py, || drawing::picture(self, &values, t, is_dark))
+    }
+
+    /// Writes a picture or a film.
+    fn render(
+        &self,
+        py: Python<'_>,
+        path: std::path::PathBuf,
+        wanted: drawing::Wanted,
+    ) -> PyResult<()> {
+        let values = self.rows(py);
+        guard(py, || drawing::render(self, &values, &path, &wanted))
     }
 }
 

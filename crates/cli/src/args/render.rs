@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use bksim_view::render::{Background, DENSITIES, FACTORS, SIDES};
 use clap::{Args, ValueEnum};
 
 use super::{DrawingArgs, assignment};
@@ -42,9 +43,9 @@ pub(crate) struct Render {
     /// Frames a second of a film; 30, and 25 for GIF, unless given.
     #[arg(long, value_name = "N", value_parser = positive)]
     pub(crate) fps: Option<f64>,
-    /// Seconds of motion in a second of film: 0.1 is slow motion.
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
-    pub(crate) speed: f64,
+    /// Seconds of motion in a second of film: 0.1 is slow motion; 1 unless given.
+    #[arg(long, value_name = "FACTOR", value_parser = positive)]
+    pub(crate) speed: Option<f64>,
     /// What is behind the mechanism: light, dark, transparent, or a colour such as #fff8e7.
     #[arg(long, value_name = "COLOUR", default_value = "light", value_parser = background)]
     pub(crate) background: Background,
@@ -86,45 +87,24 @@ pub(crate) enum Arrows {
     Forces,
 }
 
-/// What is behind the mechanism.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Background {
-    Light,
-    Dark,
-    Transparent,
-    /// 0xRRGGBB.
-    Color(u32),
-}
-
 fn background(text: &str) -> Result<Background, String> {
-    let wrong = || "expected light, dark, transparent, or a colour such as #fff8e7".to_owned();
-    match text {
-        "light" => Ok(Background::Light),
-        "dark" => Ok(Background::Dark),
-        "transparent" => Ok(Background::Transparent),
-        _ => {
-            let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6);
-            let is_hex = |digits: &&str| digits.bytes().all(|b| b.is_ascii_hexdigit());
-            let digits = digits.filter(is_hex).ok_or_else(wrong)?;
-            u32::from_str_radix(digits, 16).map(Background::Color).map_err(|_| wrong())
-        }
-    }
+    text.parse().map_err(str::to_owned)
 }
 
 fn size(text: &str) -> Result<[u32; 2], String> {
     let wrong = || "expected width and height from 16 to 16384, such as 1280x720".to_owned();
     let (width, height) = text.split_once(['x', 'X', '×']).ok_or_else(wrong)?;
-    let side = |text: &str| text.trim().parse().ok().filter(|n| (16..=16384).contains(n));
+    let side = |text: &str| text.trim().parse().ok().filter(|n| SIDES.contains(n));
     side(width).zip(side(height)).map(|(w, h)| [w, h]).ok_or_else(wrong)
 }
 
 fn positive(text: &str) -> Result<f64, String> {
-    let value = text.parse::<f64>().ok().filter(|x| (1e-6..=1e6).contains(x));
+    let value = text.parse::<f64>().ok().filter(|x| FACTORS.contains(x));
     value.ok_or_else(|| "expected a number from 0.000001 to 1000000".to_owned())
 }
 
 fn density(text: &str) -> Result<f32, String> {
-    let value = text.parse::<f32>().ok().filter(|x| (0.25..=8.0).contains(x));
+    let value = text.parse::<f32>().ok().filter(|x| DENSITIES.contains(x));
     value.ok_or_else(|| "expected a number from 0.25 to 8".to_owned())
 }
 

@@ -17,6 +17,7 @@ __all__ = [
     "Study",
     "__version__",
     "_panic",
+    "command",
     "explain",
     "figure",
     "from_toml",
@@ -49,6 +50,22 @@ class _Wanted(TypedDict):
     sensitivity: list[str]
     dense: bool
     most_bytes: int
+    notify: Callable[[float], None] | None
+
+class _Drawn(TypedDict):
+    at: float | None
+    span: tuple[float, float] | None
+    fps: float | None
+    speed: float | None
+    size: tuple[int, int] | None
+    density: float | None
+    view: tuple[float, float] | None
+    background: str
+    labels: bool
+    trails: list[str]
+    arrows: list[str]
+    ghosts: int
+    past: float | None
     notify: Callable[[float], None] | None
 
 class _Swept(TypedDict):
@@ -134,7 +151,8 @@ class Run:
     def at(self, times: NDArray[np.float64]) -> NDArray[np.float64]: ...
     def save(self, path: Path) -> None: ...
     def page(self, title: str | None) -> str: ...
-    def picture(self, t: float, size: tuple[float, float], is_dark: bool) -> str: ...
+    def picture(self, t: float, is_dark: bool) -> str: ...
+    def render(self, path: Path, wanted: _Drawn) -> None: ...
 
 @final
 class Functions:
@@ -215,6 +233,7 @@ def figure(
     format: str,
     is_dark: bool,
 ) -> bytes: ...
+def command(arguments: list[str]) -> int: ...
 def explain(code: str) -> str | None: ...
 def _panic(words: str) -> None: ...
 

@@ -123,4 +123,6 @@ def made(kind: str, message: str, diagnostics: str) -> Error:
         return LimitError(message)
     if kind == "log":
         return LogError(message)
+    if kind == "drawing":
+        return Error(message)
     return InternalError(message)

@@ -418,7 +418,8 @@ class Model:
         """
         t_end = real("t_end", t_end)
         engine = self._engine()
-        with Progress.over(engine, t_end, progress) as notify:
+        start, end = engine.options()[:2]
+        with Progress.over(start, end if t_end is None else t_end, progress) as notify:
             run = engine.solve(
                 {
                     "t_end": t_end,

@@ -31,7 +31,7 @@ class Picture:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the SVG."""
-        file = checked_path(path, [".svg"], "`bksim render` draws PNG, GIF and MP4 from logs")
+        file = checked_path(path, [".svg"], "solution.render() draws PNG, GIF and MP4")
         file.write_text(self.svg, encoding="utf-8")
 
     def __repr__(self) -> str:
@@ -131,7 +131,7 @@ class Animation:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the page, which any browser opens without a network."""
-        file = checked_path(path, [".html", ".htm"], "`bksim render` makes films of logs")
+        file = checked_path(path, [".html", ".htm"], "solution.render() makes films")
         file.write_text(self.html, encoding="utf-8")
 
     def __repr__(self) -> str:

@@ -15,8 +15,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _bksim
+from ._checked import names as checked_names
 from ._checked import path as checked_path
+from ._checked import real, whole
 from ._errors import LogError
+from ._progress import Progress
 from ._show import Animation, Picture, Plot
 
 if TYPE_CHECKING:
@@ -388,7 +391,69 @@ class Solution(Samples):
             self(float(t))
         at = sum(self.span) / 2 if t is None else float(t)
         self._needs_motion()
-        return Picture(self._run.picture(at, (640.0, 360.0), dark))
+        return Picture(self._run.picture(at, dark))
+
+    def render(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        at: float | None = None,
+        span: tuple[float, float] | None = None,
+        fps: float | None = None,
+        speed: float | None = None,
+        size: tuple[int, int] | None = None,
+        density: float | None = None,
+        view: tuple[float, float] | None = None,
+        background: str = "light",
+        labels: bool = False,
+        trails: str | Sequence[str] = (),
+        arrows: str | Sequence[str] = (),
+        ghosts: int = 0,
+        past: float | None = None,
+        progress: bool | None = None,
+    ) -> None:
+        """Writes a film (``.mp4``, ``.gif``, ``.apng``) or a picture (``.png``, ``.svg``), as
+        ``bksim render`` does.
+
+        A picture shows the instant ``at``, s, the middle of the motion unless given; a film shows
+        ``span``, or the whole motion, with ``fps`` frames a second, each second of film being ``speed``
+        seconds of motion. ``size`` is in pixels, of which a point has ``density``: else the mechanism
+        chooses the shape. ``view`` is the azimuth and elevation, in degrees, from which a spatial
+        mechanism is seen. ``background`` is ``"light"``, ``"dark"``, ``"transparent"`` or a colour such as
+        ``"#fff8e7"``.
+
+        ``trails`` names joints, points (``"crank.P"``) and bodies, for their centres of mass; ``arrows`` are
+        ``"reactions"``, ``"velocities"`` and ``"forces"``; ``ghosts`` are drawn faintly at as many earlier
+        instants. Both reach back ``past`` seconds, or to the start.
+
+        The interpreter lock is released; Ctrl-C ends it, and nothing is written. Raises bksim.Error where
+        there is no graphics adapter, not even a software one, which ``.svg`` alone does without.
+
+        >>> sol = load(EXAMPLES / "four-bar" / "model.toml").solve(t_end=0.2)
+        >>> sol.render("four-bar.svg", at=0.1, labels=True, arrows="velocities")
+        """
+        first, last = self._needs_motion()
+        endings = [".mp4", ".gif", ".apng", ".png", ".svg"]
+        file = checked_path(path, endings, "those are films and pictures")
+        begin, end = (first, last) if span is None else span
+        with Progress.over(begin, end, progress if file.suffix.lower() in endings[:3] else False) as notify:
+            wanted: _bksim._Drawn = {
+                "at": real("at", at),
+                "span": span,
+                "fps": real("fps", fps),
+                "speed": real("speed", speed),
+                "size": size,
+                "density": real("density", density),
+                "view": view,
+                "background": background,
+                "labels": labels,
+                "trails": checked_names("trails", trails),
+                "arrows": checked_names("arrows", arrows),
+                "ghosts": whole("ghosts", ghosts),
+                "past": real("past", past),
+                "notify": notify,
+            }
+            self._run.render(file, wanted)
 
     def animate(self, *, title: str | None = None, height: int = 640) -> Animation:
         """The moving mechanism with curves and equations, in a notebook or as a page of its own."""

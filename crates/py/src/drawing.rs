@@ -1,0 +1,147 @@
+//! Pictures and films of runs.
+
+use std::cell::RefCell;
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use bksim_view::film::FilmError;
+use bksim_view::render::{Background, Format, Order, RenderError};
+use bksim_view::show::{Show, ShowOptions};
+use pyo3::prelude::*;
+
+use crate::fault::Fault;
+use crate::show::playback;
+use crate::solution::{Rows, Run};
+use crate::solving::LOOK_EVERY;
+
+/// What a picture or a film is asked for.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Wanted {
+    at: Option<f64>,
+    span: Option<(f64, f64)>,
+    fps: Option<f64>,
+    speed: Option<f64>,
+    size: Option<[u32; 2]>,
+    density: Option<f32>,
+    view: Option<[f64; 2]>,
+    background: String,
+    labels: bool,
+    trails: Vec<String>,
+    arrows: Vec<String>,
+    ghosts: usize,
+    past: Option<f64>,
+    /// Told the instant that is drawn, s, now and then.
+    notify: Option<Py<PyAny>>,
+}
+
+/// Kinds of arrows.
+const ARROWS: [&str; 3] = ["reactions", "velocities", "forces"];
+
+impl Wanted {
+    fn order(&self, format: Format) -> Result<Order, Fault> {
+        if let Some(kind) = self.arrows.iter().find(|kind| !ARROWS.contains(&kind.as_str())) {
+            let words = format!("arrows: {kind:?} is none of {}", ARROWS.join(", "));
+            return Err(Fault::Value(words));
+        }
+        let has = |kind: &str| self.arrows.iter().any(|known| known == kind);
+        let background: Result<Background, &str> = self.background.parse();
+        let background = background.map_err(|why| Fault::Value(format!("background: {why}")))?;
+        let options = ShowOptions {
+            labels: self.labels,
+            past_s: self.past.unwrap_or(f64::INFINITY),
+            reactions: has(ARROWS[0]),
+            velocities: has(ARROWS[1]),
+            forces: has(ARROWS[2]),
+            ghosts: self.ghosts,
+            ..ShowOptions::default()
+        };
+        Ok(Order {
+            at: self.at,
+            from: self.span.map(|(from, _)| from),
+            to: self.span.map(|(_, to)| to),
+            fps: self.fps,
+            speed: self.speed,
+            size: self.size,
+            density: self.density,
+            view: self.view,
+            background,
+            options,
+            trails: self.trails.clone(),
+            ..Order::new(format)
+        })
+    }
+}
+
+/// Writes a picture or a film, replacing a file of that name only once it is whole.
+pub(crate) fn render(run: &Run, rows: &Rows, path: &Path, wanted: &Wanted) -> Result<(), Fault> {
+    let ending = path.extension().unwrap_or_default().to_string_lossy();
+    let known = Format::ALL.iter().map(|(name, _)| format!(".{name}")).collect::<Vec<_>>();
+    let unknown = || Fault::Value(format!("{}: no {}", path.display(), known.join(", ")));
+    let order = wanted.order(Format::of_ending(&ending).ok_or_else(unknown)?)?;
+    let mut rendering = order.prepare(shown(run, rows)?).map_err(refused)?;
+
+    let cannot = |e: &std::io::Error| Fault::File(format!("cannot write {}: {e}", path.display()));
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".part");
+    let beside = PathBuf::from(beside);
+    let mut out = BufWriter::new(File::create(&beside).map_err(|e| cannot(&e))?);
+    let stopped: RefCell<Option<PyErr>> = RefCell::new(None);
+    let mut asked = Instant::now();
+    let mut go_on = |t: f64| {
+        if asked.elapsed() < LOOK_EVERY {
+            return true;
+        }
+        asked = Instant::now();
+        let heard = Python::attach(|py| {
+            py.check_signals()?;
+            wanted.notify.as_ref().map_or(Ok(()), |notify| notify.call1(py, (t,)).map(drop))
+        });
+        let is_heard = heard.is_ok();
+        if let Err(error) = heard {
+            stopped.replace(Some(error));
+        }
+        is_heard
+    };
+    let written = rendering.write(&mut out, &mut go_on);
+    drop(out);
+    let whole = match (written, stopped.take()) {
+        (_, Some(error)) => Err(Fault::Python(error)),
+        (Err(RenderError::Film(FilmError::Io(error))), None) => Err(cannot(&error)),
+        (Err(error), None) => Err(refused(error)),
+        (Ok(_), None) => std::fs::rename(&beside, path).map_err(|e| cannot(&e)),
+    };
+    if whole.is_err() {
+        // What is not whole is of no use.
+        let _ = std::fs::remove_file(&beside);
+    }
+    whole
+}
+
+/// The mechanism at an instant as SVG.
+pub(crate) fn picture(run: &Run, rows: &Rows, t: f64, is_dark: bool) -> Result<String, Fault> {
+    let background = if is_dark { Background::Dark } else { Background::Light };
+    let order = Order { at: Some(t), background, ..Order::new(Format::Svg) };
+    let mut rendering = order.prepare(shown(run, rows)?).map_err(refused)?;
+    let mut svg = Vec::new();
+    rendering.write(&mut svg, &mut |_| true).map_err(refused)?;
+    String::from_utf8(svg).map_err(|error| Fault::Log(error.to_string()))
+}
+
+fn shown(run: &Run, rows: &Rows) -> Result<Show, Fault> {
+    playback(run, rows).map(Show::new)
+}
+
+fn refused(error: RenderError) -> Fault {
+    match error {
+        RenderError::Unreplayed(error) => Fault::Log(error.to_string()),
+        RenderError::Canvas(error) => {
+            let help = error.help().map(|help| format!(": {help}")).unwrap_or_default();
+            Fault::Drawing(format!("{error}{help}"))
+        }
+        RenderError::Film(error) => Fault::Drawing(error.to_string()),
+        wrong => Fault::Value(wrong.to_string()),
+    }
+}

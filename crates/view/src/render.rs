@@ -1,0 +1,449 @@
+//! Pictures and films as they are asked for: what is left open is chosen, and the file is written.
+
+use std::io::Write;
+use std::ops::RangeInclusive;
+use std::str::FromStr;
+use std::sync::Arc;
+
+use bksim::mbs::run::Unreplayed;
+use bksim_scene::{Color, Theme};
+
+use crate::film::{
+    Clip, Film, FilmError, FilmFormat, Palette, ShootError, Stage, shape, write_png,
+};
+use crate::offscreen::{Canvas, CanvasError};
+use crate::show::{Show, ShowOptions};
+
+/// What a file is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Format {
+    /// One instant, in pixels.
+    Png,
+    /// One instant, in lines; needs no graphics adapter.
+    Svg,
+    /// A part of the motion.
+    Film(FilmFormat),
+}
+
+/// The longer side of a picture, points, at which lines and letters have the size that suits them.
+const POINTS: f64 = 640.0;
+
+impl Format {
+    /// The endings of files.
+    pub const ALL: &[(&str, Self)] = &[
+        ("png", Self::Png),
+        ("svg", Self::Svg),
+        ("gif", Self::Film(FilmFormat::Gif)),
+        #[cfg(feature = "mp4")]
+        ("mp4", Self::Film(FilmFormat::Mp4)),
+        ("apng", Self::Film(FilmFormat::Apng)),
+    ];
+
+    /// The format of files with this ending, in whatever case.
+    pub fn of_ending(ending: &str) -> Option<Self> {
+        let known = Self::ALL.iter().find(|(name, _)| ending.eq_ignore_ascii_case(name));
+        known.map(|(_, format)| *format)
+    }
+
+    /// Its ending.
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(_, format)| *format == self).map_or("", |(name, _)| name)
+    }
+
+    /// Whether it shows more than one instant.
+    pub fn is_film(self) -> bool {
+        matches!(self, Self::Film(_))
+    }
+
+    /// The longer side of a picture of which no size is given, pixels.
+    fn usual_length(self) -> f64 {
+        match self {
+            Self::Svg | Self::Film(FilmFormat::Gif) => POINTS,
+            _ => 2.0 * POINTS,
+        }
+    }
+
+    /// Pixels per point when none are given: the longer side of a picture has [`POINTS`], so that a large
+    /// picture is a small one enlarged. The units of SVG are points.
+    fn usual_density(self, [width, height]: [u32; 2]) -> f32 {
+        #[expect(clippy::cast_possible_truncation, reason = "pixels")]
+        let per_point = (f64::from(width.max(height)) / POINTS) as f32;
+        if self == Self::Svg { 1.0 } else { per_point.max(*DENSITIES.start()) }
+    }
+
+    fn fitting(self, size: [u32; 2]) -> [u32; 2] {
+        if let Self::Film(film) = self { film.fitting(size) } else { size }
+    }
+
+    /// A size of this shape, width over height.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "16 to 16384")]
+    fn usual_size(self, ratio: f64) -> [u32; 2] {
+        let length = self.usual_length();
+        let [width, height] =
+            if ratio >= 1.0 { [length, length / ratio] } else { [length * ratio, length] };
+        [width, height].map(|x| (x / 2.0).round().max(8.0) as u32 * 2)
+    }
+}
+
+/// What is behind the mechanism.
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
+pub enum Background {
+    /// Dark on light.
+    #[default]
+    Light,
+    /// Light on dark.
+    Dark,
+    /// Nothing, and dark lines on it.
+    Transparent,
+    /// A colour, 0xRRGGBB.
+    Color(u32),
+}
+
+impl Background {
+    /// The colours drawn with. A background decides by how bright it is which lines are seen on it.
+    pub fn theme(self) -> Theme {
+        match self {
+            Self::Light | Self::Transparent => Theme::LIGHT,
+            Self::Dark => Theme::DARK,
+            Self::Color(rgb) => {
+                let [_, r, g, b] = rgb.to_be_bytes().map(f64::from);
+                // Luma of BT.601.
+                let is_dark = 0.299 * r + 0.587 * g + 0.114 * b < 128.0;
+                let theme = if is_dark { Theme::DARK } else { Theme::LIGHT };
+                Theme { background: Color::opaque(rgb), ..theme }
+            }
+        }
+    }
+}
+
+impl FromStr for Background {
+    type Err = &'static str;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let wrong = "expected light, dark, transparent, or a colour such as #fff8e7";
+        match text {
+            "light" => Ok(Self::Light),
+            "dark" => Ok(Self::Dark),
+            "transparent" => Ok(Self::Transparent),
+            _ => {
+                let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6);
+                let is_hex = |digits: &&str| digits.bytes().all(|b| b.is_ascii_hexdigit());
+                let digits = digits.filter(is_hex).ok_or(wrong)?;
+                u32::from_str_radix(digits, 16).map(Self::Color).map_err(|_| wrong)
+            }
+        }
+    }
+}
+
+/// Widths and heights that a picture can have, pixels.
+pub const SIDES: RangeInclusive<u32> = 16..=16384;
+/// Pixels per point that a picture can have.
+pub const DENSITIES: RangeInclusive<f32> = 0.25..=8.0;
+/// What frames a second, speeds and pasts can be.
+pub const FACTORS: RangeInclusive<f64> = 1e-6..=1e6;
+/// How many ghosts there can be.
+pub const MOST_GHOSTS: usize = 200;
+/// Nobody waits for more frames: half a day of film.
+const MOST_FRAMES: usize = 1_000_000;
+
+/// A picture or a film that is wanted. What is `None` is chosen to suit the mechanism.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Order {
+    /// What is written.
+    pub format: Format,
+    /// The instant that a picture shows, s; the middle of the motion.
+    pub at: Option<f64>,
+    /// Where a film begins, s; at the start of the motion.
+    pub from: Option<f64>,
+    /// Where a film ends, s; at the end of the motion.
+    pub to: Option<f64>,
+    /// Frames a second of a film, in [`FACTORS`].
+    pub fps: Option<f64>,
+    /// Seconds of the motion in a second of film, in [`FACTORS`]; 1.
+    pub speed: Option<f64>,
+    /// Width and height, pixels, in [`SIDES`].
+    pub size: Option<[u32; 2]>,
+    /// Pixels per point, in [`DENSITIES`].
+    pub density: Option<f32>,
+    /// Azimuth and elevation, degrees, from which a spatial mechanism is seen.
+    pub view: Option<[f64; 2]>,
+    /// What is behind the mechanism.
+    pub background: Background,
+    /// What is drawn beside it; but for trails and colours, which follow from what stands here.
+    pub options: ShowOptions,
+    /// Points that leave trails, by name: a body's is its centre of mass.
+    pub trails: Vec<String>,
+}
+
+/// Why nothing can be drawn.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RenderError {
+    /// Times of a film are asked of a picture.
+    #[error("a picture shows one instant: `at` chooses it")]
+    FilmTimes,
+    /// An instant is asked of a film.
+    #[error("a film shows more than the instant `at`: `from` and `to` choose its part")]
+    PictureTime,
+    /// A number that cannot be.
+    #[error("`{option}` is not a number from {low} to {high}")]
+    Range {
+        /// What it is of.
+        option: &'static str,
+        /// The least it can be.
+        low: f64,
+        /// The most it can be.
+        high: f64,
+    },
+    /// An instant that is not of the motion.
+    #[error("`{option}` = {t} s lies outside of the motion, {} s to {} s", span[0], span[1])]
+    Outside {
+        /// What it is of.
+        option: &'static str,
+        /// The instant, s.
+        t: f64,
+        /// First and last instant of the motion, s.
+        span: [f64; 2],
+    },
+    /// More frames than anybody waits for.
+    #[error("the film would have {0} frames: show a part of the motion, or raise `speed`")]
+    TooLong(usize),
+    /// A direction of view for a mechanism in a plane.
+    #[error("`view` is for spatial mechanisms, and this one is planar")]
+    PlanarView,
+    /// A trail of nothing.
+    #[error("nothing that can leave a trail is called `{name}`: {}", known.join(", "))]
+    UnknownPoint {
+        /// The name.
+        name: String,
+        /// What can leave trails.
+        known: Vec<String>,
+    },
+    /// The motion is not that of the mechanism.
+    #[error(transparent)]
+    Unreplayed(#[from] Unreplayed),
+    /// There is nothing to draw with.
+    #[error(transparent)]
+    Canvas(#[from] CanvasError),
+    /// The file cannot be written.
+    #[error(transparent)]
+    Film(#[from] FilmError),
+}
+
+impl From<ShootError> for RenderError {
+    fn from(error: ShootError) -> Self {
+        match error {
+            ShootError::Unreplayed(error) => Self::Unreplayed(error),
+            ShootError::Canvas(error) => Self::Canvas(error),
+        }
+    }
+}
+
+impl Order {
+    /// An order that leaves everything open.
+    pub fn new(format: Format) -> Self {
+        Self {
+            format,
+            at: None,
+            from: None,
+            to: None,
+            fps: None,
+            speed: None,
+            size: None,
+            density: None,
+            view: None,
+            background: Background::default(),
+            options: ShowOptions::default(),
+            trails: Vec::new(),
+        }
+    }
+
+    /// Refuses what no motion could make good.
+    ///
+    /// # Errors
+    /// [`RenderError`].
+    pub fn check(&self) -> Result<(), RenderError> {
+        let of_films = [self.from, self.to, self.fps, self.speed];
+        if !self.format.is_film() && of_films.iter().any(Option::is_some) {
+            return Err(RenderError::FilmTimes);
+        }
+        if self.format.is_film() && self.at.is_some() {
+            return Err(RenderError::PictureTime);
+        }
+        let past = self.options.past_s;
+        let past = past.is_finite().then_some(past);
+        for (option, value) in [("fps", self.fps), ("speed", self.speed), ("past", past)] {
+            check_range(option, value, &FACTORS)?;
+        }
+        let sides = f64::from(*SIDES.start())..=f64::from(*SIDES.end());
+        for side in self.size.into_iter().flatten() {
+            check_range("size", Some(f64::from(side)), &sides)?;
+        }
+        let densities = f64::from(*DENSITIES.start())..=f64::from(*DENSITIES.end());
+        check_range("density", self.density.map(f64::from), &densities)?;
+        for angle in self.view.into_iter().flatten() {
+            check_range("view", Some(angle), &(-360.0..=360.0))?;
+        }
+        let ghosts = self.options.ghosts as f64;
+        check_range("ghosts", Some(ghosts), &(0.0..=MOST_GHOSTS as f64))
+    }
+
+    /// Chooses what is left open, and sets a canvas up.
+    ///
+    /// # Errors
+    /// [`RenderError`].
+    pub fn prepare(&self, mut show: Show) -> Result<Rendering, RenderError> {
+        self.check()?;
+        let format = self.format;
+        let theme = self.background.theme();
+        let trails = self.trails.iter().map(|name| marker(&show, name));
+        let trails = trails.collect::<Result<_, _>>()?;
+        show.options = ShowOptions { trails, dark: theme.is_dark, ..self.options.clone() };
+        let clip = self.clip(&show)?;
+        if self.view.is_some() && show.scene().is_planar {
+            return Err(RenderError::PlanarView);
+        }
+        let size = match self.size {
+            Some(size) => size,
+            None => format.usual_size(shape(&mut show, self.view)?),
+        };
+        let size = format.fitting(size);
+        let density = self.density.unwrap_or_else(|| format.usual_density(size));
+        let points = size.map(|n| f64::from(n) / f64::from(density));
+        let mut stage = Stage::new(show, theme, self.view, points)?;
+        stage.is_transparent = self.background == Background::Transparent;
+        let mut canvas = None;
+        if format != Format::Svg {
+            let mut opened = Canvas::new(size, density)?;
+            opened.scene_mut().set_scene(Arc::clone(stage.show.scene()), &theme);
+            canvas = Some(opened);
+        }
+        Ok(Rendering { format, size, clip, stage, canvas })
+    }
+
+    /// The instants that are shown.
+    fn clip(&self, show: &Show) -> Result<Clip, RenderError> {
+        let span @ [first, last] = show.span();
+        let within = |option, t: Option<f64>, usual| match t {
+            None => Ok(usual),
+            Some(t) if t >= first.min(last) && t <= first.max(last) => Ok(t),
+            Some(t) => Err(RenderError::Outside { option, t, span }),
+        };
+        let Format::Film(film) = self.format else {
+            let t = within("at", self.at, 0.5 * (first + last))?;
+            return Ok(Clip { from: t, to: t, fps: 1.0, speed: 1.0 });
+        };
+        let from = within("from", self.from, first)?;
+        let to = within("to", self.to, last)?;
+        let fps = self.fps.unwrap_or_else(|| film.usual_fps());
+        let clip = Clip { from, to, fps, speed: self.speed.unwrap_or(1.0) };
+        let n_frames = clip.n_frames();
+        if n_frames > MOST_FRAMES {
+            return Err(RenderError::TooLong(n_frames));
+        }
+        Ok(clip)
+    }
+}
+
+fn check_range(
+    option: &'static str,
+    value: Option<f64>,
+    range: &RangeInclusive<f64>,
+) -> Result<(), RenderError> {
+    let (low, high) = (*range.start(), *range.end());
+    match value {
+        Some(value) if !range.contains(&value) => Err(RenderError::Range { option, low, high }),
+        _ => Ok(()),
+    }
+}
+
+/// The marker of this name.
+fn marker(show: &Show, name: &str) -> Result<usize, RenderError> {
+    let markers = &show.scene().markers;
+    markers.iter().position(|marker| marker.name == name).ok_or_else(|| {
+        let known = markers.iter().map(|marker| marker.name.clone()).collect();
+        RenderError::UnknownPoint { name: name.to_owned(), known }
+    })
+}
+
+/// A picture or a film with everything chosen.
+pub struct Rendering {
+    /// What is written.
+    pub format: Format,
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// The instants that are shown; of a picture, one.
+    pub clip: Clip,
+    stage: Stage,
+    canvas: Option<Canvas>,
+}
+
+impl Rendering {
+    /// Number of pictures in the file.
+    pub fn n_frames(&self) -> usize {
+        if self.format.is_film() { self.clip.n_frames() } else { 1 }
+    }
+
+    /// The graphics adapter that draws, where one does.
+    pub fn adapter(&self) -> Option<&str> {
+        self.canvas.as_ref().map(Canvas::adapter)
+    }
+
+    /// Writes the file; `go_on` is told each instant that is drawn, s, and says whether to go on.
+    /// `false` when it did not: what was written then is of no use.
+    ///
+    /// # Errors
+    /// [`RenderError`].
+    pub fn write(
+        &mut self,
+        mut out: impl Write,
+        go_on: &mut dyn FnMut(f64) -> bool,
+    ) -> Result<bool, RenderError> {
+        let is_whole = match (self.format, &mut self.canvas) {
+            (Format::Film(film), Some(canvas)) => {
+                shoot(&mut out, film, &self.clip, &mut self.stage, canvas, go_on)?
+            }
+            (_, Some(canvas)) => {
+                let (image, _) = self.stage.shoot(canvas, self.clip.from)?;
+                write_png(&mut out, &image)?;
+                true
+            }
+            (_, None) => {
+                let picture = self.stage.picture(self.clip.from)?;
+                let title = &self.stage.show.playback().mechanism().model.name;
+                let svg = bksim_scene::titled_svg(&picture, title);
+                out.write_all(svg.as_bytes()).map_err(FilmError::Io)?;
+                true
+            }
+        };
+        out.flush().map_err(FilmError::Io)?;
+        Ok(is_whole)
+    }
+}
+
+/// A film, frame by frame.
+fn shoot(
+    out: &mut impl Write,
+    format: FilmFormat,
+    clip: &Clip,
+    stage: &mut Stage,
+    canvas: &mut Canvas,
+    go_on: &mut dyn FnMut(f64) -> bool,
+) -> Result<bool, RenderError> {
+    let palette = match format {
+        FilmFormat::Gif => stage.palette(canvas, clip)?,
+        _ => Palette::default(),
+    };
+    let n_frames = clip.n_frames();
+    let mut film = Film::begin(out, format, canvas.size(), clip.fps, n_frames, palette)?;
+    for k in 0..n_frames {
+        let t = clip.time(k);
+        if !go_on(t) {
+            return Ok(false);
+        }
+        let (image, _) = stage.shoot(canvas, t)?;
+        film.add(&image)?;
+    }
+    film.finish()?;
+    Ok(true)
+}
