@@ -75,6 +75,7 @@ fn faults_are_shown_where_they_are() {
         (&["x", "--at", "y=1"], 2),
         (&["x", "--at", "x=z"], 2),
         (&["x", "--series", "x=("], 2),
+        (&["sin(x)/x", "--series", "x=0"], 2),
         (&["x", "--substitute", "x"], 2),
         (&[], 2),
     ] {

@@ -1,6 +1,6 @@
 //! Taylor polynomials about a point.
 
-use crate::pool::{Expr, ONE, Pool, SymbolId, ZERO};
+use crate::pool::{Expr, ONE, Pool, SymbolId, ZERO, fact};
 
 impl Pool {
     /// The Taylor polynomial of `e` in `x` about `x = about`, up to and with `(x − about)^order`.
@@ -10,7 +10,8 @@ impl Pool {
     /// ```
     ///
     /// The point may be any expression, and other symbols stay. Coefficients are derivatives at
-    /// the point: where `e` has none there, as `sqrt(x)` at 0, they are infinite or NaN.
+    /// the point: where `e` has none there, as `sqrt(x)` at 0, they are infinite or NaN, and
+    /// [`Pool::is_singular`] tells.
     ///
     /// ```
     /// let pool = bksim_expr::Pool::new();
@@ -39,6 +40,19 @@ impl Pool {
             terms.push(self.product([weight, coefficient, self.powi(offset, k)]));
         }
         self.sum(terms)
+    }
+
+    /// Whether a part of `e` without symbols has no finite value, such as `1/0` or `ln(0)`.
+    ///
+    /// ```
+    /// let pool = bksim_expr::Pool::new();
+    /// let e = pool.parse("sqrt(x)").expect("valid");
+    /// let x = pool.find_symbol("x").expect("was parsed");
+    /// assert!(pool.is_singular(pool.series(e, x, pool.zero(), 1)));
+    /// assert!(!pool.is_singular(pool.series(e, x, pool.one(), 1)));
+    /// ```
+    pub fn is_singular(&self, e: Expr) -> bool {
+        self.has_fact(e, fact::POISONED)
     }
 
     /// The part of `e` of at most first order in the offsets of several symbols from a point:

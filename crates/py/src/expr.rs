@@ -218,7 +218,16 @@ impl Expr {
             }
             let pool = pool();
             let (by, about) = (symbol(&pool, by)?, about.lowered(&pool));
-            Ok(Self(pool.series(e, by, about, order)))
+            let series = pool.series(e, by, about, order);
+            if pool.is_singular(series) && !pool.is_singular(e) {
+                let (by, about) = (pool.symbol_name(by), pool.to_text(about));
+                let words = format!(
+                    "there is no series about {by} = {about}: the expression or one of its \
+                     derivatives has no finite value there"
+                );
+                return Err(Fault::Value(words));
+            }
+            Ok(Self(series))
         })
     }
 

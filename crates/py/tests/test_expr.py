@@ -19,6 +19,19 @@ def test_operators_and_numbers_build_expressions() -> None:
     assert float(expr.Expr(np.float64(0.5)) + 1) == 1.5
     with pytest.raises(TypeError):
         x + "y"  # type: ignore[operator]
+    with pytest.raises(TypeError):
+        x * None  # type: ignore[operator]
+
+
+def test_arrays_are_met_element_by_element() -> None:
+    numbers = np.array([1.0, 2.0])
+    for product in (x * numbers, numbers * x):
+        assert list(product) == [x, 2 * x]
+    assert list(numbers - x) == [1 - x, 2 - x] and list(x - numbers) == [x - 1, x - 2]
+    assert list(x ** np.array([1, 2])) == [x, x**2]
+    matrix = np.array([[x, y], [0, 1]], dtype=object)
+    assert list(matrix @ np.array([1, 2])) == [x + 2 * y, 2]
+    assert x * np.float64(2) == np.float64(2) * x == 2 * x
 
 
 def test_derivatives_simplify_subs_and_series() -> None:
@@ -26,6 +39,10 @@ def test_derivatives_simplify_subs_and_series() -> None:
     assert (expr.sin(x) ** 2 + expr.cos(x) ** 2).simplify() == 1
     assert (x * y + 1).subs({x: y, y: x}) == x * y + 1
     assert expr.exp(x).series(x, 0, 2) == 1 + x + x**2 / 2
+    assert (expr.sin(x) / x).series(x, 1, 0) == expr.sin(expr.Expr(1))
+    for e in (1 / x, expr.sqrt(x), expr.log(x), expr.sin(x) / x):
+        with pytest.raises(ValueError, match="no series about x = 0"):
+            e.series(x)
     assert ((x + 1) ** 2).expand() == x**2 + 2 * x + 1
     with pytest.raises(ValueError, match="not a symbol"):
         x.diff(x + y)

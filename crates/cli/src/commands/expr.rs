@@ -96,7 +96,14 @@ impl Request<'_> {
         }
         if let Some((name, text)) = &args.series {
             let about = self.argument("--series", text)?;
-            e = pool.series(e, self.occurring(e, name)?, about, args.order);
+            let series = pool.series(e, self.occurring(e, name)?, about, args.order);
+            if pool.is_singular(series) && !pool.is_singular(e) {
+                let message = format!("there is no series about `{name} = {text}`");
+                let help = "the expression or one of its derivatives has no finite value there: \
+                            choose another point";
+                return Err(Failure::usage(message, help));
+            }
+            e = series;
         }
         let (mut unknown, mut nonzero) = (None, Vec::new());
         if let Some(name) = &args.solve {

@@ -17,8 +17,9 @@ that was ever built.
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Union
+from typing import Any, Union, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -49,35 +50,42 @@ class Expr:
         made._e = e
         return made
 
+    def _with(self, other: Any, of: Callable[[Any, Any], _bksim.Expr], is_left: bool = True) -> Any:
+        operand = _operand(other)
+        if operand is None:
+            # Arrays apply the operator to their elements.
+            return NotImplemented
+        return Expr._of(of(self._e, operand) if is_left else of(operand, self._e))
+
     def __add__(self, other: Operand) -> Expr:
-        return Expr._of(self._e + _lowered(other))
+        return cast(Expr, self._with(other, operator.add))
 
     def __radd__(self, other: Operand) -> Expr:
-        return Expr._of(_lowered(other) + self._e)
+        return cast(Expr, self._with(other, operator.add, is_left=False))
 
     def __sub__(self, other: Operand) -> Expr:
-        return Expr._of(self._e - _lowered(other))
+        return cast(Expr, self._with(other, operator.sub))
 
     def __rsub__(self, other: Operand) -> Expr:
-        return Expr._of(_lowered(other) - self._e)
+        return cast(Expr, self._with(other, operator.sub, is_left=False))
 
     def __mul__(self, other: Operand) -> Expr:
-        return Expr._of(self._e * _lowered(other))
+        return cast(Expr, self._with(other, operator.mul))
 
     def __rmul__(self, other: Operand) -> Expr:
-        return Expr._of(_lowered(other) * self._e)
+        return cast(Expr, self._with(other, operator.mul, is_left=False))
 
     def __truediv__(self, other: Operand) -> Expr:
-        return Expr._of(self._e / _lowered(other))
+        return cast(Expr, self._with(other, operator.truediv))
 
     def __rtruediv__(self, other: Operand) -> Expr:
-        return Expr._of(_lowered(other) / self._e)
+        return cast(Expr, self._with(other, operator.truediv, is_left=False))
 
     def __pow__(self, other: Operand) -> Expr:
-        return Expr._of(self._e ** _lowered(other))
+        return cast(Expr, self._with(other, operator.pow))
 
     def __rpow__(self, other: Operand) -> Expr:
-        return Expr._of(_lowered(other) ** self._e)
+        return cast(Expr, self._with(other, operator.pow, is_left=False))
 
     def __neg__(self) -> Expr:
         return Expr._of(-self._e)
@@ -112,7 +120,8 @@ class Expr:
         )
 
     def series(self, by: Expr, about: Operand = 0, order: int = 3) -> Expr:
-        """The Taylor polynomial about a point."""
+        """The Taylor polynomial about a point. Raises ValueError where the expression or one of its
+        derivatives has no finite value there."""
         return Expr._of(self._e.series(_symbol(by)._e, _lowered(about), order))
 
     def evaluate(self, values: Mapping[Expr, float] | None = None) -> float:
@@ -160,6 +169,15 @@ def _plain(value: Any) -> int | float:
     if isinstance(value, (int, float)):
         return value
     raise TypeError(f"{type(value).__name__} is no expression and no number")
+
+
+def _operand(value: Any) -> _bksim.Expr | None:
+    """What stands for an expression; None for anything else."""
+    is_number = isinstance(value, (Expr, int, float, np.number)) or np.shape(value) == ()
+    try:
+        return _lowered(value) if is_number else None
+    except TypeError:
+        return None
 
 
 def _symbol(value: Expr) -> Expr:
