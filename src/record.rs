@@ -44,6 +44,9 @@ pub struct Channels {
 /// The topic of the [inputs](bksim_mbs::input).
 pub const INPUTS: &str = "/inputs";
 
+/// The most bytes of what is told of a run at its end.
+const MOST_DETAILS: usize = 8 << 20;
+
 /// The most values of a topic that do not lie in the sample as they are.
 const N_MADE: usize = 10;
 
@@ -361,6 +364,7 @@ impl<W: Write> Recorder<W> {
     /// [`LogError`] when the end of the log cannot be written.
     pub fn finish(
         mut self,
+        mechanism: &Mechanism,
         summary: &Summary,
         outcome: Outcome,
         reason: &str,
@@ -385,6 +389,11 @@ impl<W: Write> Recorder<W> {
         .into_iter()
         .map(|(key, value)| (key.to_owned(), value))
         .collect();
+        end.details = crate::describe::summary(mechanism, summary).to_string();
+        if end.details.len() > MOST_DETAILS {
+            // Millions of events: the log is worth more than that.
+            end.details.clear();
+        }
         self.writer.finish(&end)
     }
 }

@@ -42,7 +42,8 @@ fn logged(mechanism: &Mechanism, text: &str) -> (Vec<Sample>, Vec<u8>) {
     let mut kept = Kept { samples: Vec::new(), recorder };
     let equations = mechanism.formulate().expect("equations");
     let summary = mechanism.run(&equations, &start, &mut kept, &|| false).expect("a run");
-    let bytes = kept.recorder.finish(&summary, Outcome::ReachedEnd, "done").expect("written");
+    let bytes =
+        kept.recorder.finish(mechanism, &summary, Outcome::ReachedEnd, "done").expect("written");
     (kept.samples, bytes)
 }
 
@@ -180,7 +181,8 @@ fn a_log_without_motion_says_so() {
     let start = mechanism.start().expect("a start");
     let recorder = Recorder::create(Vec::new(), &mechanism, &text, &start, &[]).expect("a log");
     let summary = bksim::mbs::run::Summary::default();
-    let bytes = recorder.finish(&summary, Outcome::Stopped, "at once").expect("written");
+    let bytes =
+        recorder.finish(&mechanism, &summary, Outcome::Stopped, "at once").expect("written");
     let log = LogReader::open(&bytes[..]).expect("a log");
     assert_eq!(log.header().version, VERSION);
     assert!(matches!(Playback::open(log), Err(PlaybackError::NoMotion)));

@@ -343,7 +343,8 @@ fn the_log_holds_a_channel_for_each_quantity() {
         log.write_sensitivities(sample.t, by).expect("a vector can be written");
     }
     let summary = &motion.motion.summary;
-    let bytes = log.finish(summary, Outcome::ReachedEnd, "").expect("a vector can be written");
+    let bytes =
+        log.finish(&mechanism, summary, Outcome::ReachedEnd, "").expect("a vector can be written");
 
     let log = Log::read(&bytes[..]).expect("it was just written");
     for (k, (channel, units)) in [

@@ -44,7 +44,7 @@ fn logged(mechanism: &Mechanism, text: &str) -> Vec<u8> {
     let equations = mechanism.formulate().expect("equations");
     let summary = mechanism.run(&equations, &start, &mut logged, &|| false).expect("a run");
     logged.0.note(Level::Info, summary.t, "last").expect("written");
-    logged.0.finish(&summary, Outcome::ReachedEnd, "done").expect("written")
+    logged.0.finish(mechanism, &summary, Outcome::ReachedEnd, "done").expect("written")
 }
 
 /// Runs an example and keeps its log in a file.
@@ -240,16 +240,17 @@ fn a_resumed_run_shows_the_same() {
     let mut first = log();
     let summary = mechanism.run(&equations, &start, &mut first, &stop).expect("a run");
     let checkpoint = summary.checkpoint.clone().expect("stopped");
-    let first = first.0.finish(&summary, Outcome::Stopped, "stopped").expect("written");
+    let first = first.0.finish(&mechanism, &summary, Outcome::Stopped, "stopped").expect("written");
     let mut second = log();
     let mut reader = LogReader::open(&first[..]).expect("a log");
     assert!(second.0.copy(&mut reader, &checkpoint).expect("copied"));
     let summary = mechanism.resume(&equations, &start, &checkpoint, &mut second, &|| false);
     let summary = summary.expect("a run");
-    let second = second.0.finish(&summary, Outcome::ReachedEnd, "done").expect("written");
+    let second =
+        second.0.finish(&mechanism, &summary, Outcome::ReachedEnd, "done").expect("written");
     let mut whole = log();
     let summary = mechanism.run(&equations, &start, &mut whole, &|| false).expect("a run");
-    let whole = whole.0.finish(&summary, Outcome::ReachedEnd, "done").expect("written");
+    let whole = whole.0.finish(&mechanism, &summary, Outcome::ReachedEnd, "done").expect("written");
 
     let parts = [("first", first), ("second", second), ("whole", whole)];
     let paths = parts.map(|(part, bytes)| kept(&format!("resumed-{part}"), &bytes));

@@ -13,6 +13,11 @@ impl Channels {
             .flat_map(|(topic, _)| topic.fields.iter().map(|f| (topic.column_name(f), f)))
     }
 
+    /// How many [`Channels::columns`] there are.
+    pub fn n_columns(&self) -> usize {
+        self.topics.iter().map(|(topic, _)| topic.fields.len()).sum()
+    }
+
     /// Whether each of [`Channels::columns`] has a value at every instant, and not only in samples.
     pub fn are_lasting(&self) -> impl Iterator<Item = bool> {
         self.topics.iter().flat_map(|(topic, of)| topic.fields.iter().map(|f| of.is_lasting(f)))

@@ -4,13 +4,13 @@
 //! first integrated one after the other from starts found before: what a sweep adds to that is the
 //! values, the start, the outputs and the table.
 
-use std::sync::Barrier;
 use std::time::Instant;
 
 use bksim::Mechanism;
 use bksim::dae::Control;
+use bksim::mbs::formulate::MotionEquations;
 use bksim::mbs::run::{Sample, run};
-use bksim::mbs::start::start_at;
+use bksim::mbs::start::{StartEquations, start_at};
 use bksim_sweep::{Axis, Design, Existing, Monitor, Plan, Request, Study, SweepError, write};
 use serde_json::json;
 
@@ -122,7 +122,7 @@ fn round(study: &Study) -> Result<Round, BenchError> {
     #[expect(clippy::cast_precision_loss, reason = "ten thousand")]
     let per_case = |seconds: f64| seconds / n_cases as f64;
     let mut round = Round::default();
-    [round.cpu[0], round.cpu[1]] = alone(study, 0, 1, &Barrier::new(1))?.map(per_case);
+    [round.cpu[0], round.cpu[1]] = Alone::prepare(study)?.measure(study, 0, 1)?.map(per_case);
     round.apart = [apart(study, 1)?, apart(study, 2)?];
 
     let begun = cpu_time();
@@ -150,15 +150,15 @@ fn round(study: &Study) -> Result<Round, BenchError> {
 
 /// Wall time of all starts and integrations by threads that share nothing, s.
 fn apart(study: &Study, n_threads: u64) -> Result<f64, BenchError> {
-    let barrier = Barrier::new(usize::try_from(n_threads).unwrap_or(1) + 1);
+    let prepared: Result<Vec<Alone>, BenchError> =
+        (0..n_threads).map(|_| Alone::prepare(study)).collect();
+    let prepared = prepared?;
+    let begun = Instant::now();
     std::thread::scope(|scope| {
-        let work = |first| {
-            let barrier = &barrier;
-            scope.spawn(move || alone(study, first, n_threads, barrier).map(drop))
+        let work = |(first, alone): (u64, Alone)| {
+            scope.spawn(move || alone.measure(study, first, n_threads).map(drop))
         };
-        let threads: Vec<_> = (0..n_threads).map(work).collect();
-        barrier.wait();
-        let begun = Instant::now();
+        let threads: Vec<_> = (0..).zip(prepared).map(work).collect();
         for thread in threads {
             thread.join().map_err(|_| BenchError::Data("a thread ends"))??;
         }
@@ -166,42 +166,51 @@ fn apart(study: &Study, n_threads: u64) -> Result<f64, BenchError> {
     })
 }
 
-/// CPU time of the integrations of every `stride`-th case, and of starts and integrations, with everything
-/// compiled; all begin when `barrier` lets them.
-fn alone(
-    study: &Study,
-    first: u64,
-    stride: u64,
-    barrier: &Barrier,
-) -> Result<[f64; 2], BenchError> {
-    let rejected = |rejected: bksim::Rejected| refused(&rejected.to_string());
-    let mut mechanism = Mechanism::from_toml(MODEL, "slider-crank").map_err(rejected)?;
-    mechanism.model.solve.t_end = T_END;
-    let equations = mechanism.formulate().map_err(rejected)?;
-    let starts = mechanism.start_equations().map_err(rejected)?;
-    let place = |name: &str| mechanism.model.parameters.iter().position(|p| p.name == name);
-    let places = study.input_columns();
-    let places: Option<Vec<usize>> = places.iter().map(|column| place(&column.name)).collect();
-    let places = places.ok_or(BenchError::Data("a parameter of the slider-crank"))?;
-    let (compiled, options) = (&mechanism.compiled, &mechanism.model.solve);
-    let mut numbers = vec![0.0; places.len()];
-    let mut parameters = mechanism.parameters.clone();
-    let (mut starting, mut running) = (0.0, 0.0);
-    barrier.wait();
-    for case in (first..study.n_cases()).step_by(usize::try_from(stride).unwrap_or(1)) {
-        study.plan().case(case, &mut numbers);
-        for (&place, &number) in places.iter().zip(&numbers) {
-            parameters[place] = number;
-        }
-        let begun = cpu_time();
-        let start = start_at(&starts, compiled, &parameters, &[], options)
-            .map_err(|_| BenchError::Data("a slider-crank does not start"))?;
-        let started = cpu_time();
-        let mut nobody = |_: &Sample| Control::Continue;
-        run(compiled, &equations, &start, &parameters, options, &mut nobody, &|| false)
-            .map_err(|_| BenchError::Data("a slider-crank does not run"))?;
-        starting += started - begun;
-        running += cpu_time() - started;
+/// A slider-crank with everything compiled, which a thread has for itself.
+struct Alone {
+    mechanism: Mechanism,
+    equations: MotionEquations,
+    starts: StartEquations,
+    /// Places of the varied parameters.
+    places: Vec<usize>,
+}
+
+impl Alone {
+    fn prepare(study: &Study) -> Result<Self, BenchError> {
+        let rejected = |rejected: bksim::Rejected| refused(&rejected.to_string());
+        let mut mechanism = Mechanism::from_toml(MODEL, "slider-crank").map_err(rejected)?;
+        mechanism.model.solve.t_end = T_END;
+        let equations = mechanism.formulate().map_err(rejected)?;
+        let starts = mechanism.start_equations().map_err(rejected)?;
+        let place = |name: &str| mechanism.model.parameters.iter().position(|p| p.name == name);
+        let places = study.input_columns();
+        let places: Option<Vec<usize>> = places.iter().map(|column| place(&column.name)).collect();
+        let places = places.ok_or(BenchError::Data("a parameter of the slider-crank"))?;
+        Ok(Self { mechanism, equations, starts, places })
     }
-    Ok([running, starting + running])
+
+    /// CPU time of the integrations of every `stride`-th case, and of starts and integrations.
+    fn measure(&self, study: &Study, first: u64, stride: u64) -> Result<[f64; 2], BenchError> {
+        let Self { mechanism, equations, starts, places } = self;
+        let (compiled, options) = (&mechanism.compiled, &mechanism.model.solve);
+        let mut numbers = vec![0.0; places.len()];
+        let mut parameters = mechanism.parameters.clone();
+        let (mut starting, mut running) = (0.0, 0.0);
+        for case in (first..study.n_cases()).step_by(usize::try_from(stride).unwrap_or(1)) {
+            study.plan().case(case, &mut numbers);
+            for (&place, &number) in places.iter().zip(&numbers) {
+                parameters[place] = number;
+            }
+            let begun = cpu_time();
+            let start = start_at(starts, compiled, &parameters, &[], options)
+                .map_err(|_| BenchError::Data("a slider-crank does not start"))?;
+            let started = cpu_time();
+            let mut nobody = |_: &Sample| Control::Continue;
+            run(compiled, equations, &start, &parameters, options, &mut nobody, &|| false)
+                .map_err(|_| BenchError::Data("a slider-crank does not run"))?;
+            starting += started - begun;
+            running += cpu_time() - started;
+        }
+        Ok([running, starting + running])
+    }
 }

@@ -212,12 +212,15 @@ pub struct EndStatus {
     pub reason: String,
     /// Counters, residuals and other results, by name.
     pub summary: BTreeMap<String, String>,
+    /// All that is told of the run, as JSON; may be empty.
+    pub details: String,
 }
 
 impl EndStatus {
     /// An end without a summary.
     pub fn new(outcome: Outcome, t_end: f64, reason: &str) -> EndStatus {
-        EndStatus { outcome, t_end, reason: reason.into(), summary: BTreeMap::new() }
+        let (summary, details) = (BTreeMap::new(), String::new());
+        EndStatus { outcome, t_end, reason: reason.into(), summary, details }
     }
 }
 

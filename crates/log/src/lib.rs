@@ -34,7 +34,7 @@
 //! | channels `/tf`, `/scene`, `/spans`, `/joint_states`, `/outlines/…` | what programs show that know nothing of bksim, in schemas that Foxglove has published: see [`Stage`]; this crate's reader passes them over, as it does all whose schema is not in package `bksim` |
 //! | chunks of messages | the samples, zstd, each chunk with its CRC |
 //! | attachment `bksim.checkpoint` | what the run goes on from, if it was stopped; bytes of its solver |
-//! | metadata `bksim.end` | how the run ended; a log without it was cut short |
+//! | metadata `bksim.end` | how the run ended; `details`: its events, methods, work, residuals and energies as JSON; a log without it was cut short |
 //!
 //! `log_time` is the distance from the start time in nanoseconds: it starts at 0 however early the
 //! run starts, and grows along the run even when it is integrated backwards. The exact time is `t`;

@@ -108,6 +108,9 @@ pub(crate) fn end_record(end: &EndStatus) -> Metadata {
     metadata.insert("outcome".into(), outcome.into());
     metadata.insert("t_end".into(), format!("{:?}", end.t_end));
     metadata.insert("reason".into(), end.reason.clone());
+    if !end.details.is_empty() {
+        metadata.insert("details".into(), end.details.clone());
+    }
     Metadata { name: END.into(), metadata }
 }
 
@@ -122,6 +125,7 @@ pub(crate) fn read_end(mut record: Metadata) -> Result<EndStatus, LogError> {
         number(&take(&mut record, "t_end")?)?,
         &take(&mut record, "reason")?,
     );
+    end.details = record.metadata.remove("details").unwrap_or_default();
     for (key, value) in record.metadata {
         if let Some(key) = key.strip_prefix(SUMMARY_PREFIX) {
             end.summary.insert(key.into(), value);

@@ -223,7 +223,7 @@ impl<W: Write> LogWriter<W> {
     /// [`LogError::TooLarge`]: the summary is.
     pub fn finish(mut self, end: &EndStatus) -> Result<W, LogError> {
         let summary = end.summary.iter().map(|(key, value)| key.len() + value.len() + 16);
-        check_size("the summary", summary.sum::<usize>() + end.reason.len())?;
+        check_size("the summary", summary.sum::<usize>() + end.reason.len() + end.details.len())?;
         self.attempt(|writer| {
             writer.write_metadata(&meta::end_record(end))?;
             writer.finish().map(drop)

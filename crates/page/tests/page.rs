@@ -55,7 +55,8 @@ fn played(text: &str) -> Playback {
     let log = Recorder::create(Vec::new(), &mechanism, text, &start, &[]).expect("a log");
     let mut log = Logging(log);
     let summary = mechanism.run(&equations, &start, &mut log, &|| false).expect("a run");
-    let bytes = log.0.finish(&summary, Outcome::ReachedEnd, "end time reached").expect("a log");
+    let bytes =
+        log.0.finish(&mechanism, &summary, Outcome::ReachedEnd, "end time reached").expect("a log");
     Playback::open(LogReader::open(&bytes[..]).expect("a log")).expect("a playback")
 }
 

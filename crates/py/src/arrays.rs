@@ -17,9 +17,9 @@ pub(crate) fn transposed(values: &[f64], n_columns: usize) -> Array2<f64> {
         for (block_idx, block) in values.chunks(BLOCK * n_columns.max(1)).enumerate() {
             for column in 0..n_columns {
                 let first = column * n_samples + block_idx * BLOCK;
-                let samples = block.chunks_exact(n_columns);
-                for (out, sample) in out[first..].iter_mut().zip(samples) {
-                    *out = sample[column];
+                let of_column = block[column..].iter().step_by(n_columns);
+                for (out, &value) in out[first..].iter_mut().zip(of_column) {
+                    *out = value;
                 }
             }
         }

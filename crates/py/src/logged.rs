@@ -82,7 +82,7 @@ fn write<W: Write>(run: &Run, rows: &Rows, start: &Start, out: W) -> Result<W, L
             (Outcome::Stopped, format!("[{}] {}", fault.code.0, fault.message))
         }
     };
-    recorder.finish(summary, outcome, &reason)
+    recorder.finish(&engine.mechanism(), summary, outcome, &reason)
 }
 
 /// Derivatives of a sample from its row.

@@ -9,7 +9,7 @@ use bksim::{describe, log};
 use bksim_input::{json_all, plain};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::arrays::{table, transposed};
 use crate::drawing;
@@ -33,7 +33,7 @@ pub(crate) struct Kept {
     pub(crate) summary: Summary,
     pub(crate) segments: Vec<Segment>,
     pub(crate) ending: Ending,
-    /// The last sample, whose sizes are those of all.
+    /// A sample, whose sizes are those of all.
     pub(crate) like: Sample,
     /// What it was differentiated by.
     pub(crate) sensitive: Vec<Sensitive>,
@@ -47,6 +47,23 @@ pub(crate) struct Logged {
     pub(crate) notes: Vec<log::Note>,
     /// Rows of its table.
     pub(crate) columns: Vec<(String, String, String)>,
+}
+
+impl Logged {
+    /// How the run went, as its end tells, with the reason of that and the lines of the log; `null`
+    /// for the end of a log that was cut short.
+    fn summary(&self) -> Value {
+        let details = self.end.as_ref().and_then(|end| serde_json::from_str(&end.details).ok());
+        let details = details.filter(Value::is_object);
+        let mut summary: Value = details.unwrap_or_else(|| json!({}));
+        summary["end"] = self.end.as_ref().map_or(Value::Null, |end| {
+            json!({ "reached": end.outcome == log::Outcome::ReachedEnd, "t": end.t_end,
+                    "reason": end.reason })
+        });
+        let note = |note: &log::Note| json!({ "t": note.t, "text": note.text });
+        summary["notes"] = self.notes.iter().map(note).collect();
+        summary
+    }
 }
 
 /// How a run ended.
@@ -144,13 +161,7 @@ impl Run {
     fn summary(&self, py: Python<'_>) -> PyResult<String> {
         guard(py, || {
             if let Some(logged) = &self.logged {
-                let end = logged.end.as_ref().map(|end| {
-                    json!({ "reached": end.outcome == log::Outcome::ReachedEnd, "t": end.t_end,
-                            "reason": end.reason, "summary": end.summary })
-                });
-                let note = |note: &log::Note| json!({ "t": note.t, "text": note.text });
-                let notes: Vec<_> = logged.notes.iter().map(note).collect();
-                return Ok(json!({ "end": end, "notes": notes }).to_string());
+                return Ok(logged.summary().to_string());
             }
             Ok(describe::summary(&self.engine.get().mechanism(), &self.kept.summary).to_string())
         })

@@ -23,6 +23,47 @@ use crate::solution::{Ending, Kept, Run};
 /// How often Python is asked whether to go on: Ctrl-C is to work within a fifth of a second.
 pub(crate) const LOOK_EVERY: Duration = Duration::from_millis(50);
 
+/// Tells when [`LOOK_EVERY`] has gone by. It is asked at every step, which may take less than to ask
+/// the clock: as long as many calls fit, most go by without.
+struct Pace {
+    /// When the clock was asked last.
+    asked: Cell<Instant>,
+    /// When it was time last.
+    due: Cell<Instant>,
+    /// Calls between two questions, and those that are left.
+    stride: Cell<u32>,
+    left: Cell<u32>,
+}
+
+impl Pace {
+    /// So that steps which suddenly are slow cost no more than as many.
+    const LONGEST: u32 = 32;
+
+    fn begin() -> Self {
+        let now = Instant::now();
+        let [asked, due] = [now; 2].map(Cell::new);
+        Self { asked, due, stride: Cell::new(1), left: Cell::new(0) }
+    }
+
+    fn is_due(&self) -> bool {
+        if let Some(left) = self.left.get().checked_sub(1) {
+            self.left.set(left);
+            return false;
+        }
+        let now = Instant::now();
+        let taken = now.duration_since(self.asked.replace(now));
+        let stride = self.stride.get();
+        let stride = if taken < LOOK_EVERY / 16 { stride * 2 } else { stride / 4 };
+        self.stride.set(stride.clamp(1, Self::LONGEST));
+        self.left.set(self.stride.get() - 1);
+        let is_due = now.duration_since(self.due.get()) >= LOOK_EVERY;
+        if is_due {
+            self.due.set(now);
+        }
+        is_due
+    }
+}
+
 /// What a run is asked for.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
@@ -78,7 +119,8 @@ struct Keeping<'a> {
     t: Vec<f64>,
     values: Vec<f64>,
     segments: Vec<Segment>,
-    last: Option<Sample>,
+    /// The first sample.
+    like: Option<Sample>,
     is_dense: bool,
     n_bytes: usize,
     most_bytes: usize,
@@ -100,10 +142,7 @@ impl Observer for Keeping<'_> {
         self.values.extend(by.iter().flat_map(sensitivity_row));
         self.n_bytes += size_of::<f64>() * (1 + self.values.len() - n_before);
         self.reached.set(sample.t);
-        match &mut self.last {
-            Some(last) => last.clone_from(sample),
-            none => *none = Some(sample.clone()),
-        }
+        self.like.get_or_insert_with(|| sample.clone());
         let is_over = self.is_full() || (self.is_stop_wished)();
         if is_over { Control::Stop } else { Control::Continue }
     }
@@ -140,7 +179,7 @@ fn ran(engine: &Engine, wanted: &Wanted) -> Result<Ran, Fault> {
         }
         options.outputs = Outputs::Times(times.clone());
     }
-    check_memory(engine, &options, wanted.most_bytes)?;
+    let n_expected = expected(engine, &options, wanted.most_bytes)?;
     if !wanted.sensitivity.is_empty() && wanted.method.as_deref() == Some("explicit") {
         let words = "sensitivities are integrated by Radau IIA: leave method = \"explicit\" out";
         return Err(Fault::Value(words.to_owned()));
@@ -150,14 +189,12 @@ fn ran(engine: &Engine, wanted: &Wanted) -> Result<Ran, Fault> {
     let (sensitive, derivatives, plan) = planned(engine, start, &options, &wanted.sensitivity)?;
 
     let reached = Cell::new(start.t);
-    let asked = Cell::new(Instant::now());
+    let pace = Pace::begin();
     let raised: RefCell<Option<PyErr>> = RefCell::new(None);
     let is_stop_wished = || {
-        let now = Instant::now();
-        if now.duration_since(asked.get()) < LOOK_EVERY {
+        if !pace.is_due() {
             return false;
         }
-        asked.set(now);
         let heard = Python::attach(|py| {
             py.check_signals()?;
             match &wanted.notify {
@@ -171,13 +208,14 @@ fn ran(engine: &Engine, wanted: &Wanted) -> Result<Ran, Fault> {
         }
         is_wished
     };
+    let n_columns = engine.channels().n_columns() + derivatives.len();
     let mut keeping = Keeping {
         channels: engine.channels(),
         reached: &reached,
-        t: Vec::new(),
-        values: Vec::new(),
+        t: Vec::with_capacity(n_expected),
+        values: Vec::with_capacity(n_expected * n_columns),
         segments: Vec::new(),
-        last: None,
+        like: None,
         is_dense: wanted.dense,
         n_bytes: 0,
         most_bytes: wanted.most_bytes,
@@ -199,8 +237,7 @@ fn ran(engine: &Engine, wanted: &Wanted) -> Result<Ran, Fault> {
     };
     let is_full = keeping.is_full();
     let error = laws::raised().or_else(|| raised.take());
-    let Keeping { t, values, segments, last, .. } = keeping;
-    let n_columns = engine.channels().columns().count() + derivatives.len();
+    let Keeping { t, values, segments, like, .. } = keeping;
     let values = transposed(&values, n_columns);
     let (summary, ending) = match (outcome, error) {
         (Ok(summary), Some(error)) => (summary, Ending::Stopped(Some(error))),
@@ -214,21 +251,23 @@ fn ran(engine: &Engine, wanted: &Wanted) -> Result<Ran, Fault> {
             (summary, Ending::Failed(fault))
         }
     };
-    let last = last.unwrap_or_default();
-    let kept = Kept { options, summary, segments, ending, like: last, sensitive, derivatives };
+    let like = like.unwrap_or_default();
+    let kept = Kept { options, summary, segments, ending, like, sensitive, derivatives };
     Ok((t, values, kept))
 }
 
-/// Refuses a run whose samples alone would take more than there may be.
-fn check_memory(engine: &Engine, options: &SolveOptions, most: usize) -> Result<(), Fault> {
+/// About how many samples there will be, as far as it is worth to make room for them at once. Refuses a
+/// run whose samples alone would take more than there may be.
+fn expected(engine: &Engine, options: &SolveOptions, most: usize) -> Result<usize, Fault> {
     if options.outputs != Outputs::Even {
-        return Ok(());
+        return Ok(0);
     }
     let n_samples = (options.t_end - options.t_start).abs() / options.interval();
     #[expect(clippy::cast_precision_loss, reason = "an estimate")]
-    let (per_sample, most) = ((1 + engine.channels().columns().count()) as f64 * 8.0, most as f64);
+    let (per_sample, most) = ((1 + engine.channels().n_columns()) as f64 * 8.0, most as f64);
     if n_samples * per_sample <= most {
-        return Ok(());
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "few")]
+        return Ok(n_samples.min(MOST_EXPECTED) as usize + 2);
     }
     Err(Fault::Limit(format!(
         "{n_samples:.3e} samples would take {:.3e} bytes, more than the {most:.3e} of \
@@ -236,6 +275,9 @@ fn check_memory(engine: &Engine, options: &SolveOptions, most: usize) -> Result<
         n_samples * per_sample
     )))
 }
+
+/// Beyond so many samples, room is made as they come: the run may end early.
+const MOST_EXPECTED: f64 = 1e4;
 
 /// What a run is differentiated by, the names of its derivatives, and from where it starts.
 type Planned = (Vec<Sensitive>, Vec<(String, Field)>, Option<SensitivityPlan>);

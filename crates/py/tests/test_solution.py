@@ -179,8 +179,40 @@ def test_a_log_is_shown_as_the_run_it_is_of(name, examples, tmp_path):
     assert logged.picture(0.1).svg == sol.picture(0.1).svg
     assert "<html" in logged.animate().html
     assert logged.plot()._repr_svg_() == sol.plot()._repr_svg_()
-    with pytest.raises(bksim.LogError, match="what switched"):
-        _ = logged.events
+    told = logged.summary
+    assert told.pop("notes") == [] and told["end"].pop("reason")
+    assert told == sol.summary and logged.events == sol.events
+
+
+def test_a_log_tells_what_switched(tmp_path):
+    ball = bksim.loads("""
+[bodies.ball]
+mass = "1 kg"
+points = { P = [0, 0] }
+[joints.guide]
+type = "prismatic"
+between = ["ground", "ball"]
+axis = [0, 1]
+coordinate = "y"
+[loads]
+gravity = { type = "gravity", acceleration = [0, "-9.81 m/s^2"] }
+floor = { type = "stop", joint = "guide", min = "0 m", restitution = 0.5 }
+[initial]
+y = "1 m"
+[solve]
+t_end = "1 s"
+""")
+    sol = ball.solve()
+    assert any(event["load"] == "floor" for event in sol.events)
+    path = tmp_path / "run.mcap"
+    sol.save(path)
+    assert bksim.open(path).events == sol.events
+    whole = path.read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(whole[: whole.index(b"bksim.end") - 20])
+    cut = bksim.open(tmp_path / "cut.mcap")
+    assert cut.summary["end"] is None
+    with pytest.raises(bksim.LogError, match="cut short"):
+        _ = cut.events
 
 
 def test_a_log_without_a_sample_is_refused(examples, tmp_path):

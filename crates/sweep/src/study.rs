@@ -208,11 +208,14 @@ impl Study {
         &self.outputs
     }
 
-    /// The varied quantities, in SI.
+    /// The varied quantities, in SI; units are written as those of channels are.
     pub fn input_columns(&self) -> Vec<Column> {
         let axes = self.request.plan.axes().iter().zip(&self.inputs);
-        axes.map(|(axis, input)| Column { name: axis.name.clone(), unit: input.si.clone() })
-            .collect()
+        let column = |(axis, input): (&Axis, &Input)| Column {
+            name: axis.name.clone(),
+            unit: input.si.replace(' ', "*"),
+        };
+        axes.map(column).collect()
     }
 
     /// What is kept of each run.

@@ -168,7 +168,8 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
     if status != Status::Done {
         log.note(Level::Error, summary.t, &reason).map_err(|e| Failure::writing(&path, &e))?;
     }
-    let out = log.finish(&summary, outcome, &reason).map_err(|e| Failure::writing(&path, &e))?;
+    let out = log.finish(&mechanism, &summary, outcome, &reason);
+    let out = out.map_err(|e| Failure::writing(&path, &e))?;
     let file = out.into_inner().map_err(|e| Failure::writing(&path, e.error()))?;
     if is_same {
         resume::replace(&file, &written, &path)?;

@@ -54,6 +54,7 @@ pub(crate) fn time(i: u32) -> f64 {
 pub(crate) fn end() -> EndStatus {
     let mut end = EndStatus::new(Outcome::Stopped, time(N_SAMPLES - 1), "singular at `elbow`");
     end.summary.insert("n_step".into(), "123".into());
+    end.details = r#"{"events": []}"#.into();
     end
 }
 

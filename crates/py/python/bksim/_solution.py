@@ -351,8 +351,8 @@ class Solution(Samples):
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        """How the run went: end, methods, events, steps, residuals, energy balance. Of a log, what that
-        tells: end, notes."""
+        """How the run went: end, methods, events, steps, residuals, energy balance; of a log also its
+        notes. A log that was cut short tells its notes alone."""
         summary: dict[str, Any] = json.loads(self._run.summary())
         return summary
 
@@ -363,11 +363,11 @@ class Solution(Samples):
 
     @property
     def events(self) -> list[dict[str, Any]]:
-        """What switched: stops that were hit, friction that held, kinks. Raises LogError for a log,
-        which does not tell."""
-        if self._run.is_logged:
-            raise LogError("a log does not tell what switched: solve its model again")
-        return list(self.summary.get("events", []))
+        """What switched: stops that were hit, friction that held, kinks. Raises LogError for a log
+        that was cut short."""
+        if "events" not in self.summary:
+            raise LogError("the log does not tell what switched: it was cut short")
+        return list(self.summary["events"])
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the log, as ``bksim solve`` does; :func:`bksim.open` reads it."""
