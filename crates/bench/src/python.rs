@@ -132,26 +132,32 @@ impl Ours {
 
     /// The least CPU time of some runs, s, and the last coordinates.
     fn least(&self, runs: usize, is_dense: bool) -> Result<(f64, Vec<f64>), BenchError> {
-        let (mut least, mut last) = (f64::INFINITY, Vec::new());
+        let mut least = f64::INFINITY;
+        let mut previous = self.keeping(is_dense);
         // One more than in Python's list: there, too, the first is not counted.
         for idx in 0..=runs {
-            let mut keeping = Keeping {
-                channels: &self.channels,
-                t: Vec::new(),
-                values: Vec::new(),
-                segments: Vec::new(),
-                last: Vec::new(),
-                is_dense,
-            };
             let begun = cpu_time();
+            let mut keeping = self.keeping(is_dense);
             let ran = self.mechanism.run(&self.equations, &self.start, &mut keeping, &|| false);
+            // As in Python, where a result is freed once its name stands for the next one.
+            previous = keeping;
             let taken = cpu_time() - begun;
             ran.map_err(|_| BenchError::Data("an example runs to its end"))?;
             if idx > 0 {
                 least = least.min(taken);
             }
-            last = keeping.last;
         }
-        Ok((least, last))
+        Ok((least, previous.last))
+    }
+
+    fn keeping(&self, is_dense: bool) -> Keeping<'_> {
+        Keeping {
+            channels: &self.channels,
+            t: Vec::new(),
+            values: Vec::new(),
+            segments: Vec::new(),
+            last: Vec::new(),
+            is_dense,
+        }
     }
 }
