@@ -1,9 +1,7 @@
 //! Pictures and films of runs.
 
 use std::cell::RefCell;
-use std::fs::File;
-use std::io::BufWriter;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use bksim_view::film::FilmError;
@@ -12,6 +10,7 @@ use bksim_view::show::{Show, ShowOptions};
 use pyo3::prelude::*;
 
 use crate::fault::Fault;
+use crate::file::{replace, unwritten};
 use crate::show::playback;
 use crate::solution::{Rows, Run};
 use crate::solving::LOOK_EVERY;
@@ -83,11 +82,6 @@ pub(crate) fn render(run: &Run, rows: &Rows, path: &Path, wanted: &Wanted) -> Re
     let order = wanted.order(Format::of_ending(&ending).ok_or_else(unknown)?)?;
     let mut rendering = order.prepare(shown(run, rows)?).map_err(refused)?;
 
-    let cannot = |e: &std::io::Error| Fault::File(format!("cannot write {}: {e}", path.display()));
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".part");
-    let beside = PathBuf::from(beside);
-    let mut out = BufWriter::new(File::create(&beside).map_err(|e| cannot(&e))?);
     let stopped: RefCell<Option<PyErr>> = RefCell::new(None);
     let mut asked = Instant::now();
     let mut go_on = |t: f64| {
@@ -105,19 +99,15 @@ pub(crate) fn render(run: &Run, rows: &Rows, path: &Path, wanted: &Wanted) -> Re
         }
         is_heard
     };
-    let written = rendering.write(&mut out, &mut go_on);
-    drop(out);
-    let whole = match (written, stopped.take()) {
-        (_, Some(error)) => Err(Fault::Python(error)),
-        (Err(RenderError::Film(FilmError::Io(error))), None) => Err(cannot(&error)),
-        (Err(error), None) => Err(refused(error)),
-        (Ok(_), None) => std::fs::rename(&beside, path).map_err(|e| cannot(&e)),
-    };
-    if whole.is_err() {
-        // What is not whole is of no use.
-        let _ = std::fs::remove_file(&beside);
-    }
-    whole
+    replace(path, |out| {
+        let written = rendering.write(out, &mut go_on);
+        match (written, stopped.take()) {
+            (_, Some(error)) => Err(Fault::Python(error)),
+            (Err(RenderError::Film(FilmError::Io(error))), None) => Err(unwritten(path, &error)),
+            (Err(error), None) => Err(refused(error)),
+            (Ok(_), None) => Ok(()),
+        }
+    })
 }
 
 /// The mechanism at an instant as SVG.

@@ -4,6 +4,7 @@
 //! | room | holds |
 //! |---|---|
 //! | `fault.rs` | errors and panics as Python's exceptions; the interpreter lock given up around work |
+//! | `file.rs` | files that take the place of others once they are whole |
 //! | `arrays.rs` | numbers as NumPy arrays without a copy |
 //! | `document.rs` | the text of a model as data, and back |
 //! | `derived.rs` | equations that models of other values share |
@@ -34,6 +35,7 @@ mod drawing;
 mod engine;
 mod expr;
 mod fault;
+mod file;
 mod functions;
 mod laws;
 mod logged;

@@ -1,7 +1,7 @@
 //! Runs as logs, and logs as runs.
 
 use std::fs::File;
-use std::io::{BufReader, BufWriter, Write};
+use std::io::{BufReader, Write};
 use std::path::{Path, PathBuf};
 
 use bksim::log::{EndStatus, LogError, LogReader, Outcome, Record};
@@ -17,26 +17,13 @@ use pyo3::prelude::*;
 use crate::arrays::{table, transposed, vector};
 use crate::engine::Engine;
 use crate::fault::{Fault, guard};
+use crate::file::{replace, unwritten};
 use crate::solution::{Ending, Kept, Logged, Rows, Run};
 
 /// Writes the log of a run, replacing a file of that name only once it is whole.
 pub(crate) fn save(run: &Run, rows: &Rows, path: &Path) -> Result<(), Fault> {
-    let cannot =
-        |e: &dyn std::fmt::Display| Fault::File(format!("cannot write {}: {e}", path.display()));
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".part");
-    let beside = PathBuf::from(beside);
-    let file = File::create(&beside).map_err(|e| cannot(&e))?;
     let start = run.engine.get().start()?;
-    let written = write(run, rows, start, BufWriter::new(file)).and_then(|out| {
-        out.into_inner().map_err(|e| LogError::Io(e.into_error()))?;
-        std::fs::rename(&beside, path).map_err(LogError::Io)
-    });
-    written.map_err(|error| {
-        // What is not whole is of no use.
-        let _ = std::fs::remove_file(&beside);
-        cannot(&error)
-    })
+    replace(path, |out| write(run, rows, start, out).map(drop).map_err(|e| unwritten(path, &e)))
 }
 
 /// The log of a run as bytes.
