@@ -267,7 +267,7 @@ fn expected(engine: &Engine, options: &SolveOptions, most: usize) -> Result<usiz
     let (per_sample, most) = ((1 + engine.channels().n_columns()) as f64 * 8.0, most as f64);
     if n_samples * per_sample <= most {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "few")]
-        return Ok(n_samples.min(MOST_EXPECTED) as usize + 2);
+        return Ok(n_samples.min(MOST_ROOM / per_sample) as usize + 2);
     }
     Err(Fault::Limit(format!(
         "{n_samples:.3e} samples would take {:.3e} bytes, more than the {most:.3e} of \
@@ -276,8 +276,8 @@ fn expected(engine: &Engine, options: &SolveOptions, most: usize) -> Result<usiz
     )))
 }
 
-/// Beyond so many samples, room is made as they come: the run may end early.
-const MOST_EXPECTED: f64 = 1e4;
+/// Beyond so many bytes of samples, room is made as they come: the run may end early.
+const MOST_ROOM: f64 = 6.4e7;
 
 /// What a run is differentiated by, the names of its derivatives, and from where it starts.
 type Planned = (Vec<Sensitive>, Vec<(String, Field)>, Option<SensitivityPlan>);

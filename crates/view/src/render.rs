@@ -183,7 +183,7 @@ pub enum RenderError {
     #[error("a picture shows one instant: `at` chooses it")]
     FilmTimes,
     /// An instant is asked of a film.
-    #[error("a film shows more than the instant `at`: `from` and `to` choose its part")]
+    #[error("a film shows more than the instant `at`: choose the part of the motion that it shows")]
     PictureTime,
     /// A number that cannot be.
     #[error("`{option}` is not a number from {low} to {high}")]

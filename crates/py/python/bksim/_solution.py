@@ -364,9 +364,10 @@ class Solution(Samples):
     @property
     def events(self) -> list[dict[str, Any]]:
         """What switched: stops that were hit, friction that held, kinks. Raises LogError for a log
-        that was cut short."""
+        that does not tell, as one that was cut short."""
         if "events" not in self.summary:
-            raise LogError("the log does not tell what switched: it was cut short")
+            why = ": it was cut short" if self.summary["end"] is None else ""
+            raise LogError(f"the log does not tell what switched{why}")
         return list(self.summary["events"])
 
     def save(self, path: str | os.PathLike[str]) -> None:
