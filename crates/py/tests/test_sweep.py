@@ -59,6 +59,8 @@ def test_a_row_is_what_solve_gives_to_the_last_bit(crank: bksim.Model) -> None:
         assert s["min(reactions.A.fy)"][k] == sol["reactions.A.fy"].min()
         assert s["theta1@0.1"][k] == sol["theta1"][np.searchsorted(sol.t, 0.1 - 1e-9)]
     assert s.unit("l1") == "m" and s.unit("A.rate") == "1/s" and s.unit("theta1@0.1") == "rad"
+    torque = bksim.sweep(crank, {"q1": "40:60 N m:2"}, outputs=["max(reactions.A.mz)"], t_end=0.05)
+    assert torque.unit("q1") == torque.unit("max(reactions.A.mz)") == "N*m"
 
 
 def test_what_is_set_on_the_model_holds_in_its_sweeps(crank: bksim.Model) -> None:

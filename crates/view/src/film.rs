@@ -13,7 +13,8 @@ use crate::offscreen::Image;
 
 pub use self::apng::write_png;
 pub use self::palette::{Colors, Palette};
-pub use self::stage::{ShootError, Stage, USUAL_VIEW, shape};
+pub(crate) use self::stage::shape;
+pub use self::stage::{ShootError, Stage};
 
 /// Which instants a film shows.
 #[derive(Clone, Copy, PartialEq, Debug)]

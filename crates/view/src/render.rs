@@ -142,7 +142,7 @@ pub const DENSITIES: RangeInclusive<f32> = 0.25..=8.0;
 /// What frames a second, speeds and pasts can be.
 pub const FACTORS: RangeInclusive<f64> = 1e-6..=1e6;
 /// How many ghosts there can be.
-pub const MOST_GHOSTS: usize = 200;
+pub const MOST_GHOSTS: u16 = 200;
 /// Nobody waits for more frames: half a day of film.
 const MOST_FRAMES: usize = 1_000_000;
 
@@ -285,7 +285,7 @@ impl Order {
             check_range("view", Some(angle), &(-360.0..=360.0))?;
         }
         let ghosts = self.options.ghosts as f64;
-        check_range("ghosts", Some(ghosts), &(0.0..=MOST_GHOSTS as f64))
+        check_range("ghosts", Some(ghosts), &(0.0..=f64::from(MOST_GHOSTS)))
     }
 
     /// Chooses what is left open, and sets a canvas up.

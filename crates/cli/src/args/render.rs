@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use bksim_view::render::{Background, DENSITIES, FACTORS, SIDES};
+use bksim_view::render::{Background, DENSITIES, FACTORS, MOST_GHOSTS, SIDES};
 use clap::{Args, ValueEnum};
 
 use super::{DrawingArgs, assignment};
@@ -50,7 +50,7 @@ pub(crate) struct Render {
     #[arg(long, value_name = "COLOUR", default_value = "light", value_parser = background)]
     pub(crate) background: Background,
     /// Draw the mechanism faintly at N earlier instants, too.
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(..=200))]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(..=i64::from(MOST_GHOSTS)))]
     pub(crate) ghosts: u16,
     /// How far back ghosts and trails reach, s; to the start of the motion unless given.
     #[arg(long, value_name = "S", value_parser = positive)]

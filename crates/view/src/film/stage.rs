@@ -18,7 +18,7 @@ const WIDE_MARGIN: f64 = 0.12;
 const PALETTE_FRAMES: usize = 12;
 
 /// Usual direction of view of a spatial mechanism: azimuth and elevation, degrees.
-pub const USUAL_VIEW: [f64; 2] = [35.0, 25.0];
+const USUAL_VIEW: [f64; 2] = [35.0, 25.0];
 
 /// A show, and how it is shot.
 #[derive(Debug)]
@@ -135,7 +135,7 @@ fn all_points(show: &mut Show) -> Result<Vec<[f64; 3]>, Unreplayed> {
 ///
 /// # Errors
 /// [`Unreplayed`] when the motion is not that of the mechanism.
-pub fn shape(show: &mut Show, view: Option<[f64; 2]>) -> Result<f64, Unreplayed> {
+pub(crate) fn shape(show: &mut Show, view: Option<[f64; 2]>) -> Result<f64, Unreplayed> {
     let camera = camera(show, view, [1.0; 2])?;
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for p in all_points(show)? {
