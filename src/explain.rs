@@ -1,7 +1,8 @@
 //! The pages behind the diagnostic codes.
 
-use bksim_mbs::diagnostic::Page;
-use bksim_mbs::{codes, file};
+use bksim_model::diagnostic::Page;
+use bksim_model::file;
+use bksim_sim::codes;
 
 /// Every code of models, runs and drawings, with its page.
 pub fn explained_codes() -> impl Iterator<Item = &'static Page> {

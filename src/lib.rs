@@ -1,8 +1,8 @@
 //! A drawn mechanism becomes equations a person can read, and motion they can trust.
 //!
 //! This is the crate to embed: [`Mechanism`] takes a model's text to its equations, its consistent
-//! start and its motion; [`Mechanism::from_drawing`] takes a drawing there. The parts are there by
-//! themselves as [`expr`], [`mbs`], [`dae`], [`cad`] and [`log`].
+//! start and its motion; [`mechanism_from_drawing`] takes a drawing there. The parts are there by
+//! themselves as [`expr`], [`model`], [`mbs`], [`dae`], [`sim`], [`cad`] and [`log`].
 //!
 //! ```
 //! use bksim::Mechanism;
@@ -43,19 +43,17 @@ pub use bksim_dae as dae;
 pub use bksim_expr as expr;
 pub use bksim_log as log;
 pub use bksim_mbs as mbs;
+pub use bksim_model as model;
+pub use bksim_sim as sim;
 
-pub mod describe;
+mod drawing;
 mod explain;
-mod mechanism;
 pub mod options;
-pub mod overview;
-pub mod playback;
-pub mod player;
-pub mod record;
 
+pub use bksim_model::diagnostic::Rejected;
+pub use bksim_runlog::{describe, overview, playback, player, record};
+pub use bksim_sim::{Mechanism, Motion, SensitivityMotion, SensitivityPlan};
+pub use drawing::mechanism_from_drawing;
 pub use explain::explained_codes;
-pub use mechanism::{Mechanism, Motion, Rejected, SensitivityMotion, SensitivityPlan};
 pub use options::SolveChanges;
-
-/// Version of bksim, written into every log.
-pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+pub use record::VERSION;

@@ -1,7 +1,7 @@
 //! The options of a run: other values in place of the model's, and all of them in words.
 
-use bksim_mbs::model::{Formulation, Jit, Method, Model, Outputs, SolveOptions};
-use bksim_mbs::sensitivity::Sensitive;
+use bksim_model::{Formulation, Jit, Method, Model, Outputs, SolveOptions};
+use bksim_sim::sensitivity::Sensitive;
 
 /// The words for the forms of the equations.
 pub const FORMULATIONS: [(&str, Formulation); 4] = [

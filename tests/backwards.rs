@@ -6,8 +6,8 @@ mod large;
 mod support;
 
 use bksim::dae::Control;
-use bksim::mbs::model::Method;
-use bksim::mbs::run::Sample;
+use bksim::model::Method;
+use bksim::sim::run::Sample;
 use large::{Coordinates, windows};
 use support::{derive, model};
 

@@ -2,8 +2,8 @@
 
 mod support;
 
-use bksim::mbs::mobility::mobility;
-use bksim::mbs::model::{CoordinatePolicy, Model};
+use bksim::model::{CoordinatePolicy, Model};
+use bksim::sim::mobility::mobility;
 use bksim::{Mechanism, Motion};
 use support::{Probe, Within, all_close, derive, example, example_text, model, reaction, solve};
 

@@ -5,9 +5,9 @@ mod support;
 
 use std::sync::Arc;
 
-use bksim::mbs::file::{Source, read};
-use bksim::mbs::input::{Inputs, Law};
-use bksim::mbs::model::{Formulation, Method};
+use bksim::model::file::{Source, read};
+use bksim::model::{Formulation, Method};
+use bksim::sim::input::{Law, find_inputs};
 use bksim::{Mechanism, Rejected};
 
 use support::at;
@@ -62,8 +62,8 @@ fn arm(motor: &str, damping: &str) -> String {
 
 fn with_inputs(text: &str, names: &[&str], law: Arc<Law>) -> Result<Mechanism, Rejected> {
     let mut model = read(&Source::new(text, "arm")).model.expect("a model");
-    model.inputs = Inputs::new(&model, names, law).expect("parameters");
-    Mechanism::derive(model, Vec::new())
+    model.inputs = find_inputs(&model, names).expect("parameters");
+    Mechanism::derive_with(model, Some(law), Vec::new())
 }
 
 /// The angle of the upper arm, and the damping: both loads at once, the second from the first.
@@ -153,7 +153,7 @@ fn what_is_more_than_a_part_of_loads_is_no_input() {
         assert!(!faults[0].labels.is_empty());
     }
     let model = read(&Source::new(&arm("u", "c"), "arm")).model.expect("a model");
-    let unknown = Inputs::new(&model, &["w"], law).expect_err("no parameter");
+    let unknown = find_inputs(&model, &["w"]).expect_err("no parameter");
     assert_eq!(unknown.0, "w");
 }
 

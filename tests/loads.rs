@@ -2,7 +2,7 @@
 
 mod support;
 
-use bksim::mbs::model::CoordinatePolicy;
+use bksim::model::CoordinatePolicy;
 use support::{Probe, Within, close, derive, model, solve};
 
 /// A mechanism, a measure in relative and in absolute coordinates, and its value by hand.

@@ -5,7 +5,7 @@ mod support;
 use std::f64::consts::{PI, TAU};
 
 use bksim::Mechanism;
-use bksim::mbs::run::Sample;
+use bksim::sim::run::Sample;
 use support::{
     Probe, Within, all_close, close, coordinate, derive, example, model, reaction, solve,
 };

@@ -2,8 +2,8 @@
 
 mod support;
 
-use bksim::mbs::model::{Formulation, Method};
-use bksim::mbs::run::{Integrator, Reason};
+use bksim::model::{Formulation, Method};
+use bksim::sim::run::{Integrator, Reason};
 use support::{Within, all_close, brief, derive, example, model, solve, weighted_error};
 
 /// A mass of 1 kg behind a damper of 10 kN s/m and a spring of 100 N/m: it creeps back with a time

@@ -7,8 +7,8 @@
 mod support;
 
 use bksim::Motion;
-use bksim::mbs::model::{Formulation, Model};
-use bksim::mbs::run::Sample;
+use bksim::model::{Formulation, Model};
+use bksim::sim::run::Sample;
 use support::{brief, derive, example, fitted_order, solve, weighted_error};
 
 /// A part of the state.

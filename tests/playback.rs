@@ -5,11 +5,11 @@ mod support;
 
 use bksim::dae::Control;
 use bksim::log::{LogReader, Outcome, Record};
-use bksim::mbs::model::Method;
-use bksim::mbs::run::{Observer, Sample, Segment};
-use bksim::mbs::sensitivity::StateSensitivity;
+use bksim::model::Method;
 use bksim::playback::{Playback, PlaybackError};
 use bksim::record::Recorder;
+use bksim::sim::run::{Observer, Sample, Segment};
+use bksim::sim::sensitivity::StateSensitivity;
 use bksim::{Mechanism, VERSION};
 use support::{Within, close, derive, example_names, example_text, model};
 
@@ -180,7 +180,7 @@ fn a_log_without_motion_says_so() {
     let mechanism = derive(model(&text));
     let start = mechanism.start().expect("a start");
     let recorder = Recorder::create(Vec::new(), &mechanism, &text, &start, &[]).expect("a log");
-    let summary = bksim::mbs::run::Summary::default();
+    let summary = bksim::sim::run::Summary::default();
     let bytes =
         recorder.finish(&mechanism, &summary, Outcome::Stopped, "at once").expect("written");
     let log = LogReader::open(&bytes[..]).expect("a log");

@@ -6,9 +6,9 @@ use std::f64::consts::{PI, TAU};
 
 use bksim::Mechanism;
 use bksim::dae::Control;
-use bksim::mbs::mobility::mobility;
-use bksim::mbs::model::Model;
-use bksim::mbs::run::Sample;
+use bksim::model::Model;
+use bksim::sim::mobility::mobility;
+use bksim::sim::run::Sample;
 use support::{
     Probe, Within, all_close, close, derive, example, example_text, messages, model, reaction,
     solve,
@@ -126,7 +126,7 @@ fn a_run_that_cannot_pass_a_change_point_says_so_and_keeps_what_it_has() {
         let start = mechanism.start().unwrap_or_else(|e| panic!("{e}"));
         let equations = mechanism.formulate().unwrap_or_else(|e| panic!("{e}"));
         let mut kept = Vec::new();
-        let mut keep = |sample: &bksim::mbs::run::Sample| {
+        let mut keep = |sample: &bksim::sim::run::Sample| {
             kept.push(sample.clone());
             Control::Continue
         };

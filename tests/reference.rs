@@ -5,7 +5,7 @@
 
 mod support;
 
-use bksim::mbs::run::Sample;
+use bksim::sim::run::Sample;
 use bksim::{Mechanism, Motion};
 use serde_json::Value;
 use support::{at, brief, coordinate, derive, example, fitted_order, path, solve, weighted_error};

@@ -9,8 +9,8 @@ use std::cell::Cell;
 
 use bksim::Mechanism;
 use bksim::dae::Control;
-use bksim::mbs::model::{Formulation, Method, Outputs};
-use bksim::mbs::run::{Integrator, RunCheckpoint, Sample, Summary, Unfit, Unresumed};
+use bksim::model::{Formulation, Method, Outputs};
+use bksim::sim::run::{Integrator, RunCheckpoint, Sample, Summary, Unfit, Unresumed};
 use large::{Coordinates, windows};
 use support::{derive, model};
 

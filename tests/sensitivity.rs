@@ -3,9 +3,9 @@
 mod support;
 
 use bksim::log::{Log, Outcome};
-use bksim::mbs::model::{Formulation, Method};
-use bksim::mbs::sensitivity::StateSensitivity;
+use bksim::model::{Formulation, Method};
 use bksim::record::{Contents, Recorder};
+use bksim::sim::sensitivity::StateSensitivity;
 use bksim::{Mechanism, Rejected, SensitivityMotion};
 use support::{
     Within, all_close, brief, coordinate, derive, example_text, fitted_order, model, weighted_error,

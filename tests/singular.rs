@@ -8,7 +8,7 @@ mod support;
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use bksim::mbs::model::Method;
+use bksim::model::Method;
 use large::{Coordinates, windows};
 use serde_json::Value;
 use support::{derive, model, path, solve};

@@ -2,8 +2,8 @@
 
 mod support;
 
-use bksim::mbs::model::{CoordinatePolicy, Method};
-use bksim::mbs::switch::ChangeKind;
+use bksim::model::{CoordinatePolicy, Method};
+use bksim::sim::hybrid::ChangeKind;
 use bksim::{Mechanism, Motion};
 use support::{Within, close, derive, model, solve};
 

@@ -6,10 +6,10 @@
 use std::path::{Path, PathBuf};
 
 use bksim::expr::{Expr, Pool, SymbolId, Tape};
-use bksim::mbs::diagnostic::Diagnostic;
-use bksim::mbs::file::{Source, read};
-use bksim::mbs::model::Model;
-use bksim::mbs::run::Sample;
+use bksim::model::Model;
+use bksim::model::diagnostic::Diagnostic;
+use bksim::model::file::{Source, read};
+use bksim::sim::run::Sample;
 use bksim::{Mechanism, Motion};
 
 /// A place below the root of the repository.

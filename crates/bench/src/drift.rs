@@ -3,8 +3,8 @@
 //! poses with all links in one line several times.
 
 use bksim::Mechanism;
-use bksim::mbs::file::{Source, read};
-use bksim::mbs::run::Sample;
+use bksim::model::file::{Source, read};
+use bksim::sim::run::Sample;
 use clap::ValueEnum;
 use serde_json::{Value, json};
 

@@ -10,7 +10,7 @@ use std::process::{Command, Stdio};
 use std::time::Instant;
 
 use bksim::Mechanism;
-use bksim::mbs::file::{Source, read};
+use bksim::model::file::{Source, read};
 use serde_json::{Value, json};
 
 use crate::Context;

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use bksim_mbs::file::{Source, read};
-use bksim_mbs::model::Model;
+use bksim_model::Model;
+use bksim_model::file::{Source, read};
 
 use crate::error::BenchError;
 

@@ -2,11 +2,11 @@
 
 use bksim::Mechanism;
 use bksim::dae::Control;
-use bksim::mbs::formulate::MotionEquations;
-use bksim::mbs::run::{Observer, Sample, Segment};
-use bksim::mbs::sensitivity::StateSensitivity;
-use bksim::mbs::start::Start;
 use bksim::record::Channels;
+use bksim::sim::formulate::MotionEquations;
+use bksim::sim::run::{Observer, Sample, Segment};
+use bksim::sim::sensitivity::StateSensitivity;
+use bksim::sim::start::Start;
 use serde_json::{Value, json};
 
 use crate::Context;

@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 
 use bksim::Mechanism;
 use bksim::dae::Control;
-use bksim::mbs::file::{Source, read};
-use bksim::mbs::model::Model;
+use bksim::model::Model;
+use bksim::model::file::{Source, read};
 use clap::ValueEnum;
 use serde_json::{Value, json};
 
@@ -76,7 +76,7 @@ pub(crate) fn measure(size: Size) -> Result<(), BenchError> {
     let start = mechanism.start().map_err(stop)?;
     times.push(cpu_time());
     let mut first = f64::NAN;
-    let mut observe = |sample: &bksim::mbs::run::Sample| {
+    let mut observe = |sample: &bksim::sim::run::Sample| {
         first = sample.q[0];
         Control::Continue
     };

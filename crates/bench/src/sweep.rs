@@ -8,9 +8,9 @@ use std::time::Instant;
 
 use bksim::Mechanism;
 use bksim::dae::Control;
-use bksim::mbs::formulate::MotionEquations;
-use bksim::mbs::run::{Sample, run};
-use bksim::mbs::start::{StartEquations, start_at};
+use bksim::sim::formulate::MotionEquations;
+use bksim::sim::run::{Sample, run};
+use bksim::sim::start::{StartEquations, start_at};
 use bksim_sweep::{Axis, Design, Existing, Monitor, Plan, Request, Study, SweepError, write};
 use serde_json::json;
 

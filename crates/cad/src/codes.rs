@@ -1,6 +1,6 @@
 //! Codes of the faults of drawings, one row each; the page is what `bksim explain` prints.
 
-bksim_mbs::codes! {
+bksim_model::codes! {
     // Files, containers, units.
     NOT_A_DRAWING = "D001", "not a drawing";
     TOO_LARGE = "D002", "a drawing too large";

@@ -1,6 +1,6 @@
 //! What the bytes of a file are, before anything is read.
 
-use bksim_mbs::diagnostic::Diagnostic;
+use bksim_model::diagnostic::Diagnostic;
 
 use crate::codes;
 

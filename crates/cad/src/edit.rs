@@ -1,7 +1,7 @@
 //! The old commands on bodies, joints, loads and drives: what is asked for becomes edits of the
 //! drawing, whichever way a thing is attached.
 
-use bksim_mbs::diagnostic::Diagnostic;
+use bksim_model::diagnostic::Diagnostic;
 
 use crate::attachment::{Attachment, Content, Way};
 use crate::codes;
@@ -206,7 +206,7 @@ pub fn remove(
     let mut plan = Plan::default();
     if own.len() < found.len() {
         let mut warning = by_layer(statement, layer_of(&found));
-        warning.severity = bksim_mbs::diagnostic::Severity::Warning;
+        warning.severity = bksim_model::diagnostic::Severity::Warning;
         plan.warnings.push(warning);
     }
     for attachment in own.into_iter().rev() {

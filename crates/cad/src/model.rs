@@ -1,6 +1,6 @@
 //! From the bytes of a drawing to the text of a model, in one call.
 
-use bksim_mbs::diagnostic::Diagnostic;
+use bksim_model::diagnostic::Diagnostic;
 
 use crate::attach::attachments;
 use crate::attachment::Attachment;

@@ -1,6 +1,6 @@
 //! What one unit of a drawing is: `$INSUNITS`, else `$MEASUREMENT`, else what the caller says.
 
-use bksim_mbs::diagnostic::Diagnostic;
+use bksim_model::diagnostic::Diagnostic;
 
 use crate::codes;
 use crate::drawing::LengthUnit;

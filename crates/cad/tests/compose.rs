@@ -9,8 +9,8 @@ use bksim_cad::drawing::{
 };
 use bksim_cad::excerpt::Excerpts;
 use bksim_cad::geometry::{Curve, Path, Point, Vertex};
-use bksim_mbs::file::{Source, read};
-use bksim_mbs::model::{JointKind, Model, Vector};
+use bksim_model::file::{Source, read};
+use bksim_model::{JointKind, Model, Vector};
 
 /// A drawing in millimetres under construction.
 #[derive(Default)]

@@ -12,7 +12,7 @@ use bksim_cad::drawing::Handle;
 use bksim_cad::model::{ModelOptions, sheet};
 use bksim_cad::open::{OpenOptions, Opened, open};
 use bksim_cad::tags::excerpt_text;
-use bksim_mbs::diagnostic::Diagnostic;
+use bksim_model::diagnostic::Diagnostic;
 
 const DRAWINGS: [&str; 6] =
     ["R12.dxf", "R12_binary.dxf", "R2000.dxf", "R2010.dxf", "R2010_binary.dxf", "R2018.dxf"];

@@ -13,7 +13,7 @@ use bksim_cad::drawing::Handle;
 use bksim_cad::open::{OpenOptions, check};
 use bksim_cad::patch::{Edit, Entry, apply};
 use bksim_cad::tags::Tags;
-use bksim_mbs::diagnostic::Diagnostic;
+use bksim_model::diagnostic::Diagnostic;
 use common::python::python;
 
 const DRAWINGS: [&str; 6] =

@@ -18,11 +18,11 @@ use bksim_cad::write::graft::graft;
 use bksim_cad::write::template::{Template, template};
 use bksim_cad::write::trace::{Course, Reaction, Selection, Shape, Traced, even_samples, trace};
 use bksim_mbs::assemble::assemble;
-use bksim_mbs::compile::compile;
-use bksim_mbs::file::{Source, read};
-use bksim_mbs::model::Model;
-use bksim_mbs::pose::{PlanarPose, Pose, Poses};
-use bksim_mbs::start::start;
+use bksim_model::Model;
+use bksim_model::file::{Source, read};
+use bksim_sim::compiled::compile;
+use bksim_sim::pose::{PlanarPose, Pose, Poses};
+use bksim_sim::start::start;
 
 /// Writes a file for the judge.
 fn saved(name: &str, bytes: &[u8]) -> PathBuf {

@@ -12,7 +12,7 @@ pub(crate) mod view;
 
 use std::path::PathBuf;
 
-use bksim::mbs::model;
+use bksim::model;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// A drawn mechanism becomes equations a person can read, and motion they can trust.

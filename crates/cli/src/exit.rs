@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use bksim::mbs::diagnostic::Diagnostic;
+use bksim::model::diagnostic::Diagnostic;
 pub(crate) use bksim_input::without_number;
 use bksim_input::{InputError, Text, plain_words};
 

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use bksim::Mechanism;
 use bksim::cad::model::Sheet;
-use bksim::mbs::file::Limits;
-use bksim::mbs::model::Model;
+use bksim::model::Model;
+use bksim::model::file::Limits;
 use bksim_input::Request;
 pub(crate) use bksim_input::{Loaded, Text};
 

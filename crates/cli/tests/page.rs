@@ -13,8 +13,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use bksim::log::LogReader;
-use bksim::mbs::pose::Pose;
 use bksim::playback::Playback;
+use bksim::sim::pose::Pose;
 use common::{CRATE, Scratch, text};
 use serde_json::{Value, json};
 

@@ -8,8 +8,8 @@ use bksim::cad::compose::{Composition, Origin};
 use bksim::cad::excerpt::{Excerpts, describe};
 use bksim::cad::model::{ModelOptions, Refused, Sheet, sheet};
 use bksim::cad::units;
-use bksim::mbs::diagnostic::{Diagnostic, Label};
-use bksim::mbs::file::check_syntax;
+use bksim::model::diagnostic::{Diagnostic, Label};
+use bksim::model::file::check_syntax;
 
 use crate::error::InputError;
 use crate::load::{Request, read_bytes};

@@ -2,7 +2,7 @@
 
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
 use anstream::adapter::strip_str;
-use bksim::mbs::diagnostic::{Diagnostic, Label, Severity};
+use bksim::model::diagnostic::{Diagnostic, Label, Severity};
 use serde_json::{Value, json};
 
 use crate::drawn::Located;

@@ -4,9 +4,9 @@ use std::fs;
 use std::path::Path;
 
 use bksim::cad::compose::named_drawing;
-use bksim::mbs::diagnostic::Diagnostic;
-use bksim::mbs::file::{Limits, Reading, Recording, Source, decode, read_recorded};
-use bksim::mbs::model::Model;
+use bksim::model::Model;
+use bksim::model::diagnostic::Diagnostic;
+use bksim::model::file::{Limits, Reading, Recording, Source, decode, read_recorded};
 
 use crate::drawn;
 use crate::error::InputError;
@@ -121,7 +121,7 @@ pub fn parse(
 }
 
 /// As [`parse`], with how values follow from parameters that vary; see
-/// [`bksim::mbs::file::read_recorded`].
+/// [`bksim::model::file::read_recorded`].
 ///
 /// # Errors
 /// [`InputError::Model`] with every fault.

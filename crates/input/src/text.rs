@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use bksim::mbs::diagnostic::Diagnostic;
+use bksim::model::diagnostic::Diagnostic;
 
 use crate::drawn::{Drawn, Located};
 use crate::error::InputError;

@@ -12,128 +12,19 @@ use std::collections::HashSet;
 
 use bksim_expr::{Expr, SymbolId};
 
+use crate::constraint::{Constraint, Source};
+use crate::contact::{self, ContactRow};
 use crate::force::{self, Wrench};
 use crate::joint;
 use crate::kinematics::{Coordinate, Kinematics};
 use crate::lagrange::left_side;
-use crate::model::{BodyId, DriveId, JointId, LoadId, LoadKind, Model, Vector};
+use crate::modes::with_modes;
+use crate::signal::signal_values;
 use crate::sparse::SparseMatrix;
 use crate::spatial;
-use crate::switch::{self, Contact, ContactRow, Law, Switch};
+use crate::system::SymbolicSystem;
 use crate::tree::Tree;
-
-/// Where a constraint row comes from.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Source {
-    /// A joint that was cut.
-    Joint(JointId),
-    /// A prescribed motion.
-    Drive(DriveId),
-    /// A limit of a motion, which holds while bodies are in contact.
-    Stop(LoadId),
-    /// Dry friction, which holds while it sticks.
-    Friction(LoadId),
-}
-
-impl Source {
-    /// The joint that the row acts in.
-    pub fn joint(self, model: &Model) -> JointId {
-        match self {
-            Self::Joint(joint) => joint,
-            Self::Drive(drive) => model.drives[drive.0].joint,
-            Self::Stop(load) | Self::Friction(load) => match model.loads[load.0].kind {
-                LoadKind::Stop { joint, .. } | LoadKind::Friction { joint, .. } => joint,
-                _ => unreachable!("only stops and friction have rows"),
-            },
-        }
-    }
-
-    /// Whether the row opens and closes.
-    pub fn is_contact(self) -> bool {
-        matches!(self, Self::Stop(_) | Self::Friction(_))
-    }
-}
-
-/// One constraint row f(t, q) = 0 with its multiplier.
-#[derive(Clone, Debug)]
-pub struct Constraint {
-    /// f, m or rad.
-    pub expression: Expr,
-    /// Symbol of λ.
-    pub lambda: SymbolId,
-    /// The joint or drive it comes from.
-    pub source: Source,
-    /// `x`, `y`, `z`, `normal`, `angle`, `length`, `motion`, `min`, `max` or `friction`.
-    pub direction: &'static str,
-    /// Force on the joint's successor at its joint point for λ = 1.
-    pub(crate) force: Vector,
-    /// Moment on the joint's successor about its joint point for λ = 1.
-    pub(crate) moment: Vector,
-}
-
-/// The equations of motion of one model, as expressions of its pool.
-#[derive(Clone, Debug)]
-pub struct SymbolicSystem {
-    /// The spanning tree that was chosen.
-    pub tree: Tree,
-    /// Positions of the bodies, and the generalised coordinates q.
-    pub kinematics: Kinematics,
-    /// T(q, v), J.
-    pub kinetic_energy: Expr,
-    /// V(q), J.
-    pub potential_energy: Expr,
-    /// M(q), nq × nq, symmetric.
-    pub mass_matrix: SparseMatrix,
-    /// h(q, v), nq: Coriolis and centrifugal terms.
-    pub bias: Vec<Expr>,
-    /// ∂V/∂q, nq.
-    pub potential_gradient: Vec<Expr>,
-    /// Q(t, q, v), nq: generalised forces without a potential.
-    pub force: Vec<Expr>,
-    /// f(t, q) with multipliers, cut joints in file order, then drives, then contacts.
-    pub constraints: Vec<Constraint>,
-    /// G = ∂f/∂q, nc × nq.
-    pub constraint_jacobian: SparseMatrix,
-    /// ∂f/∂t, nc.
-    pub constraint_rate: Vec<Expr>,
-    /// Every wrench on a body: loads with and without potential.
-    pub(crate) wrenches: Vec<Wrench>,
-    /// Stops and friction: the rows that open and close.
-    pub contacts: Vec<Contact>,
-    /// Kinks of the expressions.
-    pub switches: Vec<Switch>,
-    /// The equations that are integrated, when they are not these.
-    frozen: Option<Box<SymbolicSystem>>,
-}
-
-impl SymbolicSystem {
-    /// The generalised coordinates.
-    pub fn coordinates(&self) -> &[Coordinate] {
-        &self.kinematics.coordinates
-    }
-
-    /// The equations that are integrated: with [modes](crate::switch) in place of what switches.
-    pub fn integrated(&self) -> &Self {
-        self.frozen.as_deref().unwrap_or(self)
-    }
-
-    /// Number of constraint rows that always hold; those of contacts follow.
-    pub fn n_bilateral(&self) -> usize {
-        self.constraints.len() - self.contacts.len()
-    }
-
-    /// Parameters of everything that is compiled: the model's own, then the modes: σ of every
-    /// switch, then κ of every contact, behind κ of friction its ς and p₀.
-    pub(crate) fn parameters(&self, model: &Model) -> Vec<SymbolId> {
-        let own = model.parameters.iter().map(|p| p.symbol);
-        let kinks = self.switches.iter().map(|switch| switch.mode);
-        let of_contact = |contact: &Contact| match contact.law {
-            Law::Stop { .. } => vec![contact.closed],
-            Law::Friction { slip, place, .. } => vec![contact.closed, slip, place],
-        };
-        own.chain(kinks).chain(self.contacts.iter().flat_map(of_contact)).collect()
-    }
-}
+use bksim_model::{DriveId, Model};
 
 /// Derives the equations of motion of `model`.
 pub fn assemble(model: &Model) -> SymbolicSystem {
@@ -157,9 +48,9 @@ pub fn assemble(model: &Model) -> SymbolicSystem {
     wrenches.extend(applied);
 
     // Constraints, and what they are differentiated to.
-    let rows = switch::contact_rows(model, &kinematics, &signals);
+    let rows = contact::contact_rows(model, &kinematics, &signals);
     let constraints = constraints(model, &tree, &kinematics, &rows);
-    let contacts = switch::contacts(model, &rows, &constraints);
+    let contacts = contact::contacts(model, &rows, &constraints);
     let constraint_jacobian = constraint_jacobian(model, &kinematics, &constraints);
     let constraint_rate =
         constraints.iter().map(|c| pool.simplify(pool.diff(c.expression, model.time))).collect();
@@ -179,34 +70,13 @@ pub fn assemble(model: &Model) -> SymbolicSystem {
         kinematics,
         contacts,
         switches: Vec::new(),
-        frozen: None,
+        integrated: None,
     };
-    if let Some(frozen) = switch::freeze(model, &system) {
-        system.switches.clone_from(&frozen.switches);
-        system.frozen = Some(Box::new(frozen));
+    if let Some(integrated) = with_modes(model, &system) {
+        system.switches.clone_from(&integrated.switches);
+        system.integrated = Some(Box::new(integrated));
     }
     system
-}
-
-/// I′ about the centre of mass: by Steiner, I_c = I_P − m (d·d 1 − d dᵀ), d from P to the centre.
-pub(crate) fn central_inertia(model: &Model, body: BodyId) -> [Vector; 3] {
-    let pool = &model.pool;
-    let body = &model.bodies[body.0];
-    let [ixx, iyy, izz] = body.inertia.moments;
-    let [ixy, iyz, izx] = body.inertia.products;
-    let stated = [[ixx, ixy, izx], [ixy, iyy, iyz], [izx, iyz, izz]];
-    let Some(about) = body.inertia.about else {
-        return stated;
-    };
-    let d = spatial::sub(pool, &body.com, &body.points[about.0].position);
-    let d_squared = spatial::dot(pool, &d, &d);
-    std::array::from_fn(|i| {
-        std::array::from_fn(|j| {
-            let diagonal = if i == j { d_squared } else { pool.zero() };
-            let shift = pool.sub(diagonal, pool.mul(d[i], d[j]));
-            pool.sub(stated[i][j], pool.mul(body.mass, shift))
-        })
-    })
 }
 
 /// Q_i = Σ F · ∂r/∂q_i + M · ∂ω/∂q̇_i.
@@ -294,12 +164,4 @@ fn constraints(
         add(row.expression, row.source, row.direction, row.force, row.moment);
     }
     constraints
-}
-
-/// What each signal symbol stands for.
-pub(crate) fn signal_values(model: &Model, kinematics: &Kinematics) -> Vec<(SymbolId, Expr)> {
-    let value = |signal: &crate::model::Signal| {
-        (signal.symbol, model.pool.simplify(kinematics.measure(model, signal.measure)))
-    };
-    model.signals.iter().map(value).collect()
 }

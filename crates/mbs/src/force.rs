@@ -5,32 +5,34 @@
 
 use bksim_expr::{Expr, Pool, SymbolId};
 
-use crate::joint::{self, MotionKind};
+use crate::joint;
 use crate::kinematics::Kinematics;
-use crate::model::{Anchor, BodyId, GROUND, JointId, LoadKind, Model, Vector};
 use crate::spatial;
+use bksim_model::MotionKind;
+use bksim_model::{Anchor, BodyId, GROUND, JointId, LoadKind, Model, Vector};
 
 /// A force and a moment on one body, world axes.
 #[derive(Clone, Debug)]
-pub(crate) struct Wrench {
-    pub(crate) body: BodyId,
+pub struct Wrench {
+    /// The body that it acts on.
+    pub body: BodyId,
     /// N.
-    pub(crate) force: Vector,
+    pub force: Vector,
     /// Where the force acts, m.
-    pub(crate) at: Vector,
+    pub at: Vector,
     /// N m, beside the moment of the force.
-    pub(crate) moment: Vector,
+    pub moment: Vector,
 }
 
 /// What one load does.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Action {
+pub struct Action {
     /// V, J, when the load has one.
-    pub(crate) potential: Option<Expr>,
+    pub potential: Option<Expr>,
     /// The wrenches that −∂V/∂q already stands for in the equations of motion.
-    pub(crate) conservative: Vec<Wrench>,
+    pub conservative: Vec<Wrench>,
     /// All other wrenches; they enter as generalised forces.
-    pub(crate) applied: Vec<Wrench>,
+    pub applied: Vec<Wrench>,
 }
 
 impl Action {
@@ -43,7 +45,7 @@ impl Action {
 }
 
 /// The action of one load; `signals` says what each signal symbol stands for.
-pub(crate) fn action(
+pub fn action(
     model: &Model,
     kinematics: &Kinematics,
     signals: &[(SymbolId, Expr)],

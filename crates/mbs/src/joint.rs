@@ -9,18 +9,9 @@
 
 use bksim_expr::{Expr, Pool};
 
-use crate::kinematics::Pose;
-use crate::model::{Joint, JointKind, Vector};
+use crate::pose::Pose;
 use crate::spatial::{self, Rotation, z_axis};
-
-/// Turning or sliding.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum MotionKind {
-    /// About the axis, rad.
-    Rotation,
-    /// Along the axis, m.
-    Translation,
-}
+use bksim_model::{Joint, JointKind, MotionKind, Vector};
 
 /// One elementary motion, with its axis in the frame it starts from.
 #[derive(Clone, Copy, Debug)]
@@ -33,23 +24,27 @@ pub struct Motion {
 
 /// One constraint row of a cut joint.
 #[derive(Clone, Debug)]
-pub(crate) struct Row {
+pub struct Row {
     /// g, zero when the joint holds.
-    pub(crate) constraint: Expr,
+    pub constraint: Expr,
     /// `x`, `y`, `z` in world axes; `normal` to a slot; `angle`, `length`.
-    pub(crate) direction: &'static str,
+    pub direction: &'static str,
     /// Force on the successor at its joint point for λ = 1, world axes.
-    pub(crate) force: Vector,
+    pub force: Vector,
     /// Moment on the successor about its joint point for λ = 1, world axes.
-    pub(crate) moment: Vector,
+    pub moment: Vector,
 }
 
 /// The two sides of a joint in the world: the poses of its bodies and the places of its points.
-pub(crate) struct Sides<'a> {
-    pub(crate) predecessor: &'a Pose,
-    pub(crate) successor: &'a Pose,
-    pub(crate) p_world_predecessor: Vector,
-    pub(crate) p_world_successor: Vector,
+pub struct Sides<'a> {
+    /// Pose of the first body.
+    pub predecessor: &'a Pose,
+    /// Pose of the second body.
+    pub successor: &'a Pose,
+    /// Joint point on the first body, world axes.
+    pub p_world_predecessor: Vector,
+    /// Joint point on the second body, world axes.
+    pub p_world_successor: Vector,
 }
 
 /// The motions that `joint` allows, in the order of its coordinates.
@@ -65,7 +60,7 @@ pub fn motions(pool: &Pool, joint: &Joint) -> Vec<Motion> {
 }
 
 /// The fixed turn of the successor against the predecessor, before any motion.
-pub(crate) fn fixed_turn(pool: &Pool, joint: &Joint) -> Rotation {
+pub fn fixed_turn(pool: &Pool, joint: &Joint) -> Rotation {
     match joint.kind {
         JointKind::Prismatic { angle } | JointKind::Weld { angle } => {
             Rotation::about(pool, &z_axis(pool), angle)
@@ -75,7 +70,7 @@ pub(crate) fn fixed_turn(pool: &Pool, joint: &Joint) -> Rotation {
 }
 
 /// The position of each motion of a joint as the two poses show it, whether or not it is cut.
-pub(crate) fn positions(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Expr> {
+pub fn positions(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Expr> {
     let offset = spatial::sub(pool, &sides.p_world_successor, &sides.p_world_predecessor);
     let relative = relative_rotation(pool, joint, sides);
     let position = |motion: Motion| match motion.kind {
@@ -94,7 +89,7 @@ pub(crate) fn positions(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Expr> 
 }
 
 /// Wrench on the successor, at its joint point, of a unit effort in the given motion.
-pub(crate) fn effort(pool: &Pool, motion: Motion, sides: &Sides) -> (Vector, Vector) {
+pub fn effort(pool: &Pool, motion: Motion, sides: &Sides) -> (Vector, Vector) {
     let axis_world = sides.predecessor.rotation.apply(pool, &motion.axis);
     match motion.kind {
         MotionKind::Translation => (axis_world, spatial::zero(pool)),
@@ -103,7 +98,7 @@ pub(crate) fn effort(pool: &Pool, motion: Motion, sides: &Sides) -> (Vector, Vec
 }
 
 /// The constraint rows of `joint` when it is cut.
-pub(crate) fn constraints(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Row> {
+pub fn constraints(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Row> {
     let z = z_axis(pool);
     let mut rows = match joint.kind {
         JointKind::Revolute => {

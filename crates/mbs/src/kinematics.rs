@@ -7,10 +7,12 @@ use std::collections::{HashMap, HashSet};
 
 use bksim_expr::{Expr, Pool, SymbolId};
 
-use crate::joint::{self, Motion, MotionKind, Sides};
-use crate::model::{Anchor, Axis, BodyId, Joint, JointId, Measure, Model, PointId, Space, Vector};
+use crate::joint::{self, Motion, Sides};
+use crate::pose::Pose;
 use crate::spatial::{self, Rotation, z_axis};
 use crate::tree::{Branch, Tree};
+use bksim_model::MotionKind;
+use bksim_model::{Anchor, Axis, BodyId, Joint, JointId, Measure, Model, PointId, Space, Vector};
 
 /// Whose motion a coordinate is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -38,34 +40,13 @@ pub struct Coordinate {
     pub owner: Owner,
 }
 
-/// A body's place: the world position of one of its points, and its rotation.
-#[derive(Clone, Debug)]
-pub(crate) struct Pose {
-    /// The point, body frame.
-    anchor_body: Vector,
-    /// Where it is, world frame.
-    anchor_world: Vector,
-    /// r_world_from_body.
-    pub(crate) rotation: Rotation,
-    /// Angular velocity in world axes, linear in the velocities.
-    pub(crate) omega: Vector,
-}
-
-impl Pose {
-    /// Where a point of the body is in the world.
-    pub(crate) fn place(&self, pool: &Pool, p_body: &Vector) -> Vector {
-        let arm = spatial::sub(pool, p_body, &self.anchor_body);
-        spatial::add(pool, &self.anchor_world, &self.rotation.apply(pool, &arm))
-    }
-}
-
 /// Positions of all bodies as functions of the coordinates of one tree.
 #[derive(Clone, Debug)]
 pub struct Kinematics {
     /// In the order of the tree.
     pub coordinates: Vec<Coordinate>,
     /// By body, the ground first.
-    pub(crate) poses: Vec<Pose>,
+    pub poses: Vec<Pose>,
     /// Position of the coordinate that each symbol of a value, or of a velocity, belongs to.
     of_value: HashMap<SymbolId, usize>,
     of_velocity: HashMap<SymbolId, usize>,
@@ -106,7 +87,7 @@ impl Kinematics {
     }
 
     /// The world position of a body's point; `None` is its centre of mass.
-    pub(crate) fn place(&self, model: &Model, body: BodyId, point: Option<PointId>) -> Vector {
+    pub fn place(&self, model: &Model, body: BodyId, point: Option<PointId>) -> Vector {
         let p_body = match point {
             Some(point) => model.bodies[body.0].points[point.0].position,
             None => model.bodies[body.0].com,
@@ -115,12 +96,12 @@ impl Kinematics {
     }
 
     /// The world position of an anchor; without a point, the origin of the body frame.
-    pub(crate) fn anchor(&self, model: &Model, anchor: Anchor) -> Vector {
+    pub fn anchor(&self, model: &Model, anchor: Anchor) -> Vector {
         self.poses[anchor.body.0].place(&model.pool, &anchor_in_body(model, anchor))
     }
 
     /// The two sides of a joint.
-    pub(crate) fn sides(&self, model: &Model, joint: &Joint) -> Sides<'_> {
+    pub fn sides(&self, model: &Model, joint: &Joint) -> Sides<'_> {
         Sides {
             predecessor: &self.poses[joint.predecessor.body.0],
             successor: &self.poses[joint.successor.body.0],
@@ -130,7 +111,7 @@ impl Kinematics {
     }
 
     /// The coordinates whose value or velocity occurs in some expressions, ascending.
-    pub(crate) fn coordinates_in(&self, pool: &Pool, roots: &[Expr]) -> Vec<usize> {
+    pub fn coordinates_in(&self, pool: &Pool, roots: &[Expr]) -> Vec<usize> {
         let symbols = roots.iter().flat_map(|&e| pool.symbols_of(e));
         let of = |symbol| self.of_value.get(&symbol).or_else(|| self.of_velocity.get(&symbol));
         let mut found: Vec<usize> = symbols.filter_map(|symbol| of(symbol).copied()).collect();
@@ -140,7 +121,7 @@ impl Kinematics {
     }
 
     /// d/dt of an expression of the coordinates and of time; velocities rest.
-    pub(crate) fn rate(&self, model: &Model, e: Expr) -> Expr {
+    pub fn rate(&self, model: &Model, e: Expr) -> Expr {
         let pool = &model.pool;
         let moving = self.coordinates_in(pool, &[e]).into_iter().map(|i| &self.coordinates[i]);
         let rates = moving.map(|c| (c.q, pool.symbol_expr(c.v)));
@@ -148,7 +129,7 @@ impl Kinematics {
     }
 
     /// d/dt of an expression of the coordinates, the velocities and time.
-    pub(crate) fn second_rate(&self, model: &Model, e: Expr) -> Expr {
+    pub fn second_rate(&self, model: &Model, e: Expr) -> Expr {
         let pool = &model.pool;
         let moving = self.coordinates_in(pool, &[e]).into_iter().map(|i| &self.coordinates[i]);
         let rates = moving
@@ -158,7 +139,7 @@ impl Kinematics {
     }
 
     /// The positions of a joint's motions: its own coordinates in the tree, else what the poses show.
-    pub(crate) fn joint_positions(&self, model: &Model, joint: JointId) -> Vec<Expr> {
+    pub fn joint_positions(&self, model: &Model, joint: JointId) -> Vec<Expr> {
         if let Some(&first) = self.first_of_joint.get(&joint) {
             let own = self.coordinates[first..].iter();
             let own = own.take_while(|c| matches!(c.owner, Owner::Joint(id, _) if id == joint));
@@ -169,7 +150,7 @@ impl Kinematics {
     }
 
     /// A measure as an expression of coordinates and velocities.
-    pub(crate) fn measure(&self, model: &Model, measure: Measure) -> Expr {
+    pub fn measure(&self, model: &Model, measure: Measure) -> Expr {
         let pool = &model.pool;
         match measure {
             Measure::JointPosition(joint, motion_idx) => {

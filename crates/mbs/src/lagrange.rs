@@ -7,18 +7,18 @@
 //!
 //! Source: Lê Hồng Lam and Đinh Văn Phong (2008), equation (1.1), and the Christoffel sums of M for
 //! d/dt ∂T/∂q̇ − ∂T/∂q = M q̈ + h. Everything is derived in the [intermediate
-//! coordinates](crate::intermediate) and carried over to the generalised ones.
+//! coordinates](crate::absolute_angles) and carried over to the generalised ones.
 
 use std::collections::BTreeMap;
 
 use bksim_expr::{Expr, Pool, SymbolId};
 
-use crate::assemble::central_inertia;
-use crate::intermediate::Intermediates;
+use crate::absolute_angles::Intermediates;
+use crate::inertia::central_inertia;
 use crate::kinematics::Kinematics;
-use crate::model::{BodyId, Model, Vector};
 use crate::sparse::SparseMatrix;
 use crate::spatial;
+use bksim_model::{BodyId, Model, Vector};
 
 /// Terms up to which a sum that was carried over is collected anew.
 const MAX_COLLECTED_TERMS: usize = 64;

@@ -12,11 +12,13 @@
 
 use bksim_expr::Pool;
 
-use crate::assemble::{Constraint, Source, SymbolicSystem, central_inertia};
+use crate::constraint::{Constraint, Source};
 use crate::force::Wrench;
-use crate::model::{BodyId, JointId, Model, Vector};
+use crate::inertia::central_inertia;
 use crate::spatial;
+use crate::system::SymbolicSystem;
 use crate::tree::Branch;
+use bksim_model::{BodyId, JointId, Model, Vector};
 
 /// Reaction on the successor of a joint at its joint point, world axes.
 #[derive(Clone, Debug)]

@@ -6,52 +6,52 @@
 
 use bksim_expr::{Expr, Pool};
 
-use crate::model::Vector;
+use bksim_model::Vector;
 
 /// Unit vector along z, the rotation axis of planar motion.
-pub(crate) fn z_axis(pool: &Pool) -> Vector {
+pub fn z_axis(pool: &Pool) -> Vector {
     [pool.zero(), pool.zero(), pool.one()]
 }
 
 /// The zero vector.
-pub(crate) fn zero(pool: &Pool) -> Vector {
+pub fn zero(pool: &Pool) -> Vector {
     [pool.zero(); 3]
 }
 
 /// a + b.
-pub(crate) fn add(pool: &Pool, a: &Vector, b: &Vector) -> Vector {
+pub fn add(pool: &Pool, a: &Vector, b: &Vector) -> Vector {
     std::array::from_fn(|i| pool.add(a[i], b[i]))
 }
 
 /// a − b.
-pub(crate) fn sub(pool: &Pool, a: &Vector, b: &Vector) -> Vector {
+pub fn sub(pool: &Pool, a: &Vector, b: &Vector) -> Vector {
     std::array::from_fn(|i| pool.sub(a[i], b[i]))
 }
 
 /// s a.
-pub(crate) fn scale(pool: &Pool, s: Expr, a: &Vector) -> Vector {
+pub fn scale(pool: &Pool, s: Expr, a: &Vector) -> Vector {
     a.map(|component| pool.mul(s, component))
 }
 
 /// −a.
-pub(crate) fn neg(pool: &Pool, a: &Vector) -> Vector {
+pub fn neg(pool: &Pool, a: &Vector) -> Vector {
     a.map(|component| pool.neg(component))
 }
 
 /// a · b.
-pub(crate) fn dot(pool: &Pool, a: &Vector, b: &Vector) -> Expr {
+pub fn dot(pool: &Pool, a: &Vector, b: &Vector) -> Expr {
     pool.sum((0..3).map(|i| pool.mul(a[i], b[i])).collect::<Vec<_>>())
 }
 
 /// a × b.
-pub(crate) fn cross(pool: &Pool, a: &Vector, b: &Vector) -> Vector {
+pub fn cross(pool: &Pool, a: &Vector, b: &Vector) -> Vector {
     let minor = |i: usize, j: usize| pool.sub(pool.mul(a[i], b[j]), pool.mul(a[j], b[i]));
     [minor(1, 2), minor(2, 0), minor(0, 1)]
 }
 
 /// Two unit vectors perpendicular to the unit vector `n` and to each other: `(n × k, n × (n × k))`
 /// up to sign, with k = z, so that an axis in the plane gives its in-plane normal first and z second.
-pub(crate) fn perpendicular(pool: &Pool, n: &Vector) -> [Vector; 2] {
+pub fn perpendicular(pool: &Pool, n: &Vector) -> [Vector; 2] {
     if pool.is_zero(n[0]) && pool.is_zero(n[1]) {
         let [zero, one] = [pool.zero(), pool.one()];
         return [[one, zero, zero], [zero, one, zero]];
@@ -69,27 +69,29 @@ pub(crate) fn perpendicular(pool: &Pool, n: &Vector) -> [Vector; 2] {
 
 /// A turn by `angle` (rad) about the fixed unit vector `axis`.
 #[derive(Clone, Debug)]
-pub(crate) struct Turn {
-    pub(crate) axis: Vector,
-    pub(crate) angle: Expr,
+pub struct Turn {
+    /// Unit vector.
+    pub axis: Vector,
+    /// rad.
+    pub angle: Expr,
 }
 
 /// A product of turns, read left to right: the first is the outermost.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Rotation {
+pub struct Rotation {
     turns: Vec<Turn>,
 }
 
 impl Rotation {
     /// A single turn.
-    pub(crate) fn about(pool: &Pool, axis: &Vector, angle: Expr) -> Self {
+    pub fn about(pool: &Pool, axis: &Vector, angle: Expr) -> Self {
         let mut rotation = Self::default();
         rotation.push(pool, Turn { axis: *axis, angle });
         rotation
     }
 
     /// `self` followed, in the turned frame, by `inner`: r_a_from_c = r_a_from_b r_b_from_c.
-    pub(crate) fn then(&self, pool: &Pool, inner: &Self) -> Self {
+    pub fn then(&self, pool: &Pool, inner: &Self) -> Self {
         let mut product = self.clone();
         for turn in &inner.turns {
             product.push(pool, turn.clone());
@@ -98,18 +100,18 @@ impl Rotation {
     }
 
     /// The opposite rotation.
-    pub(crate) fn inverse(&self, pool: &Pool) -> Self {
+    pub fn inverse(&self, pool: &Pool) -> Self {
         let undo = |turn: &Turn| Turn { axis: turn.axis, angle: pool.neg(turn.angle) };
         Self { turns: self.turns.iter().rev().map(undo).collect() }
     }
 
     /// The turns, outermost first.
-    pub(crate) fn turns(&self) -> &[Turn] {
+    pub fn turns(&self) -> &[Turn] {
         &self.turns
     }
 
     /// The angle when this is a rotation about `axis` alone.
-    pub(crate) fn angle_about(&self, pool: &Pool, axis: &Vector) -> Option<Expr> {
+    pub fn angle_about(&self, pool: &Pool, axis: &Vector) -> Option<Expr> {
         match self.turns.as_slice() {
             [] => Some(pool.zero()),
             [turn] if turn.axis == *axis => Some(turn.angle),
@@ -119,12 +121,12 @@ impl Rotation {
     }
 
     /// `R v`.
-    pub(crate) fn apply(&self, pool: &Pool, v: &Vector) -> Vector {
+    pub fn apply(&self, pool: &Pool, v: &Vector) -> Vector {
         self.turns.iter().rev().fold(*v, |v, turn| turn.apply(pool, &v))
     }
 
     /// `Rᵀ v`.
-    pub(crate) fn apply_inverse(&self, pool: &Pool, v: &Vector) -> Vector {
+    pub fn apply_inverse(&self, pool: &Pool, v: &Vector) -> Vector {
         self.inverse(pool).apply(pool, v)
     }
 

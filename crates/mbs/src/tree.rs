@@ -5,7 +5,7 @@
 
 use std::collections::VecDeque;
 
-use crate::model::{BodyId, CoordinatePolicy, GROUND, JointId, JointKind, Model};
+use bksim_model::{BodyId, CoordinatePolicy, GROUND, JointId, JointKind, Model};
 
 /// Deepest chain of relative coordinates that bksim chooses by itself: the equations of a chain of
 /// N relative angles grow as N³, those of absolute coordinates as N.
@@ -56,7 +56,7 @@ impl Tree {
 
     /// The tree that ignores every request to cut: it closes nothing, and so shows where the bodies
     /// are when only joint values are known.
-    pub(crate) fn uncut(model: &Model) -> Self {
+    pub fn uncut(model: &Model) -> Self {
         Self::grow(model, CoordinatePolicy::Relative, &|id| {
             !matches!(model.joints[id.0].kind, JointKind::Link { .. })
         })

@@ -1,7 +1,7 @@
 //! Every channel of a run as a curve: at even times, and at both sides of what jumps.
 
-use bksim::mbs::run::Unreplayed;
 use bksim::playback::Playback;
+use bksim::sim::run::Unreplayed;
 use serde_json::{Value, json};
 
 use crate::budget::n_numbers;

@@ -24,8 +24,8 @@ mod poses;
 mod scene;
 
 use bksim::expr::{CodegenError, TapeError};
-use bksim::mbs::run::Unreplayed;
 use bksim::playback::Playback;
+use bksim::sim::run::Unreplayed;
 
 pub use budget::Budget;
 pub use motion::Thinning;

@@ -9,9 +9,9 @@
 //! steps, never across an event. How far that is from the motion is measured, and said where it is
 //! more than [`NOTICED`].
 
-use bksim::mbs::model::Space;
-use bksim::mbs::run::{Sample, Segment, Unreplayed};
+use bksim::model::Space;
 use bksim::playback::Playback;
+use bksim::sim::run::{Sample, Segment, Unreplayed};
 use serde_json::{Value, json};
 
 use crate::budget::n_numbers;

@@ -11,7 +11,7 @@
 
 use bksim::Mechanism;
 use bksim::expr::{Quantity, Signature};
-use bksim::mbs::pose::Poses;
+use bksim::sim::pose::Poses;
 use serde_json::{Value, json};
 
 use crate::PageError;

@@ -1,7 +1,7 @@
 //! The scene as the page draws it: shapes with their paint in both themes.
 
-use bksim::mbs::pose::Pose;
 use bksim::playback::Playback;
+use bksim::sim::pose::Pose;
 use bksim_scene::{Attached, Form, Marker, MarkerKind, Role, Scene, Span, Theme};
 use serde_json::{Value, json};
 

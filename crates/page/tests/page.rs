@@ -3,10 +3,10 @@
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use bksim::log::{LogReader, Outcome};
-use bksim::mbs::run::{Observer, Sample, Segment};
-use bksim::mbs::sensitivity::StateSensitivity;
 use bksim::playback::Playback;
 use bksim::record::Recorder;
+use bksim::sim::run::{Observer, Sample, Segment};
+use bksim::sim::sensitivity::StateSensitivity;
 use bksim::{Mechanism, dae::Control};
 use bksim_page::{Budget, IS_BUNDLED, Options, PageError, page};
 use serde_json::Value;

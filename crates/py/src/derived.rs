@@ -3,13 +3,13 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
 
-use bksim::mbs::compile::CompiledSystem;
-use bksim::mbs::diagnostic::Diagnostic;
-use bksim::mbs::file::Recording;
-use bksim::mbs::formulate::MotionEquations;
-use bksim::mbs::model::{Formulation, SolveOptions};
-use bksim::mbs::start::StartEquations;
+use bksim::model::diagnostic::Diagnostic;
+use bksim::model::file::Recording;
+use bksim::model::{Formulation, SolveOptions};
 use bksim::record::Channels;
+use bksim::sim::compiled::CompiledSystem;
+use bksim::sim::formulate::MotionEquations;
+use bksim::sim::start::StartEquations;
 use bksim::{Mechanism, Rejected};
 use bksim_input::Text;
 use pyo3::prelude::*;

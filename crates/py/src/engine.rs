@@ -5,20 +5,21 @@ use std::sync::{Arc, MutexGuard, OnceLock};
 
 use bksim::describe;
 use bksim::log::Field;
-use bksim::mbs::compile::{CompiledSystem, Quantity};
-use bksim::mbs::diagnostic::Diagnostic;
 use bksim::mbs::equations::page::{Page, Style, Subject};
 use bksim::mbs::equations::{Equations, Notation, ReadingForm, proof};
-use bksim::mbs::fault::diagnose_mobility;
-use bksim::mbs::file::{Limits, Recording};
-use bksim::mbs::formulate::MotionEquations;
-use bksim::mbs::input::Inputs;
-use bksim::mbs::measure::Measures;
-use bksim::mbs::mobility::mobility;
-use bksim::mbs::model::{Formulation, Measure, SolveOptions};
-use bksim::mbs::start::{Start, start_at};
+use bksim::mbs::quantity::Quantity;
+use bksim::model::diagnostic::Diagnostic;
+use bksim::model::file::{Limits, Recording};
+use bksim::model::{Formulation, Measure, SolveOptions};
 use bksim::options::{JITS, choice};
 use bksim::record::Channels;
+use bksim::sim::compiled::CompiledSystem;
+use bksim::sim::fault::diagnose_mobility;
+use bksim::sim::formulate::MotionEquations;
+use bksim::sim::input::find_inputs;
+use bksim::sim::measure::Measures;
+use bksim::sim::mobility::mobility;
+use bksim::sim::start::{Start, start_at};
 use bksim::{Mechanism, Rejected};
 use bksim_input::{Loaded, Request, Text, json_all, load, parse, parse_recorded};
 use numpy::{PyArray2, PyReadonlyArray2};
@@ -97,10 +98,11 @@ impl Engine {
         if !inputs.is_empty() {
             let names: Vec<String> = inputs.iter().map(|(name, _)| name.clone()).collect();
             let names: Vec<&str> = names.iter().map(String::as_str).collect();
-            model.inputs = Inputs::new(&model, &names, law(inputs))
-                .map_err(|unknown| Fault::Name(unknown.to_string()))?;
+            model.inputs =
+                find_inputs(&model, &names).map_err(|unknown| Fault::Name(unknown.to_string()))?;
         }
-        let mechanism = Mechanism::derive(model, Vec::new())
+        let law = (!inputs.is_empty()).then(|| law(inputs));
+        let mechanism = Mechanism::derive_with(model, law, Vec::new())
             .map_err(|Rejected(faults)| Fault::model(&source, &faults))?;
         Ok(Self::new(source, mechanism, overrides, warnings, recording))
     }

@@ -7,7 +7,7 @@ use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::laws;
-use bksim::mbs::diagnostic::Diagnostic;
+use bksim::model::diagnostic::Diagnostic;
 use bksim_input::{InputError, Text, json_all, plain};
 use pyo3::exceptions::{PyKeyError, PyOSError, PyValueError};
 use pyo3::prelude::*;

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use bksim::mbs::compile::CompiledSystem;
-use bksim::mbs::functions::Functions as Evaluated;
+use bksim::sim::compiled::CompiledSystem;
+use bksim::sim::functions::Functions as Evaluated;
 use numpy::ndarray::{Array2, ArrayView1, ArrayView2};
 use numpy::{PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;

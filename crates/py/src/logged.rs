@@ -5,12 +5,12 @@ use std::io::{BufReader, Write};
 use std::path::{Path, PathBuf};
 
 use bksim::log::{EndStatus, LogError, LogReader, Outcome, Record};
-use bksim::mbs::run::{Sample, Summary};
-use bksim::mbs::sensitivity::StateSensitivity;
-use bksim::mbs::start::Start;
 use bksim::options::described;
 use bksim::playback::{LoggedInputs, RunLog, segment_of};
 use bksim::record::{Contents, INPUTS, Recorder, overrides, set_option};
+use bksim::sim::run::{Sample, Summary};
+use bksim::sim::sensitivity::StateSensitivity;
+use bksim::sim::start::Start;
 use bksim_input::Text;
 use pyo3::prelude::*;
 

@@ -1,10 +1,10 @@
 //! What a run leaves: its table, the motion between samples, and how it went.
 
-use bksim::mbs::diagnostic::Diagnostic;
-use bksim::mbs::model::SolveOptions;
-use bksim::mbs::run::{Sample, Segment, Summary};
-use bksim::mbs::sensitivity::Sensitive;
+use bksim::model::SolveOptions;
+use bksim::model::diagnostic::Diagnostic;
 use bksim::player::Player;
+use bksim::sim::run::{Sample, Segment, Summary};
+use bksim::sim::sensitivity::Sensitive;
 use bksim::{describe, log};
 use bksim_input::{json_all, plain};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1};

@@ -5,12 +5,12 @@ use std::time::{Duration, Instant};
 
 use bksim::dae::Control;
 use bksim::log::Field;
-use bksim::mbs::model::{Outputs, SolveOptions};
-use bksim::mbs::run::{self, Failure, Observer, Sample, Segment};
-use bksim::mbs::sensitivity::{Sensitive, StateSensitivity, run_with_sensitivities};
-use bksim::mbs::start::Start;
+use bksim::model::{Outputs, SolveOptions};
 use bksim::options::{BadOption, FORMULATIONS, METHODS, SolveChanges, choice};
 use bksim::record::{Channels, sensitivity_columns, sensitivity_row};
+use bksim::sim::run::{self, Failure, Observer, Sample, Segment};
+use bksim::sim::sensitivity::{Sensitive, StateSensitivity, run_with_sensitivities};
+use bksim::sim::start::Start;
 use bksim::{Rejected, SensitivityPlan};
 use pyo3::prelude::*;
 

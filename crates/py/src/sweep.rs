@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 
-use bksim::mbs::file::Limits;
+use bksim::model::file::Limits;
 use bksim::options::{FORMULATIONS, JITS, METHODS, SolveChanges};
 use bksim_input::{Text, json_all};
 use bksim_sweep::{

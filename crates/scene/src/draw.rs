@@ -1,6 +1,6 @@
 //! From a scene and the poses of its bodies to a picture.
 
-use bksim_mbs::pose::Pose;
+use bksim_sim::pose::Pose;
 
 use crate::label::{Label, Labels};
 use crate::{

@@ -13,8 +13,8 @@ mod stops;
 mod symbols;
 mod turns;
 
-use bksim_mbs::model::{LoadKind, Model, Space};
-use bksim_mbs::pose::Pose;
+use bksim_model::{LoadKind, Model, Space};
+use bksim_sim::pose::Pose;
 
 use crate::geometry::{Plane, Point};
 use crate::{Attached, Form, Role, Scene, Shape};

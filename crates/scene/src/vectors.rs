@@ -2,9 +2,9 @@
 
 use std::collections::HashSet;
 
-use bksim_mbs::load_forces::LoadForces;
-use bksim_mbs::pose::Pose;
-use bksim_mbs::run::Sample;
+use bksim_sim::load_forces::LoadForces;
+use bksim_sim::pose::Pose;
+use bksim_sim::run::Sample;
 
 use crate::{Color, MarkerKind, Scene};
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use bksim::Mechanism;
 use bksim::cad::model::ModelOptions;
-use bksim::mbs::pose::{Pose, Poses};
+use bksim::sim::pose::{Pose, Poses};
 use bksim_scene::{Camera, Extras, Picture, Scene, Theme, picture, titled_svg};
 
 /// A mechanism that has moved.
@@ -51,7 +51,7 @@ fn mechanisms() -> Vec<Moved> {
             let side = folder.join("drawing.toml");
             let side = side.is_file().then(|| text(&side));
             let options = ModelOptions { side: side.as_deref(), ..ModelOptions::default() };
-            let model = Mechanism::from_drawing(bytes, options, &name);
+            let model = bksim::mechanism_from_drawing(bytes, options, &name);
             all.push(moved(&format!("{name}-drawn"), &model.expect("a model")));
         }
     }

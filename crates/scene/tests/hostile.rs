@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use bksim_mbs::file::{Source, read};
-use bksim_mbs::model::Model;
-use bksim_mbs::pose::Pose;
+use bksim_model::Model;
+use bksim_model::file::{Source, read};
 use bksim_scene::{Camera, Extras, Scene, Theme, picture, svg};
+use bksim_sim::pose::Pose;
 
 const SLIDER: &str = r#"
     [parameters]

@@ -1,9 +1,9 @@
 //! Signs stand where the model says: drives, torques, stops, welds; and trails fade as they should.
 
-use bksim_mbs::file::{Source, read};
-use bksim_mbs::model::Model;
-use bksim_mbs::pose::Pose;
+use bksim_model::Model;
+use bksim_model::file::{Source, read};
 use bksim_scene::{Camera, Extras, Form, Item, Role, Scene, Theme, picture};
+use bksim_sim::pose::Pose;
 
 fn scene(text: &str) -> Scene {
     let reading = read(&Source::new(text, "test"));

@@ -8,8 +8,8 @@
 //! 0.8:1.2             anything between, for samples
 //! ```
 
-use bksim::mbs::diagnostic::Diagnostic;
-use bksim::mbs::file::WrittenUnit;
+use bksim::model::diagnostic::Diagnostic;
+use bksim::model::file::WrittenUnit;
 
 use crate::codes;
 

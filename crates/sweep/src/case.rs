@@ -1,10 +1,10 @@
 //! One case: its values, the start, the run, and what is kept of it.
 
 use bksim::dae::Control;
-use bksim::mbs::diagnostic::Diagnostic;
-use bksim::mbs::model::SolveOptions;
-use bksim::mbs::run::{Sample, run};
-use bksim::mbs::start::start_at;
+use bksim::model::SolveOptions;
+use bksim::model::diagnostic::Diagnostic;
+use bksim::sim::run::{Sample, run};
+use bksim::sim::start::start_at;
 use bksim::{Mechanism, Rejected};
 
 use crate::output::Reducer;

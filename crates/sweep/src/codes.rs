@@ -1,8 +1,8 @@
 //! Codes of faults in what a sweep asks for.
 
-use bksim::mbs::diagnostic::Page;
+use bksim::model::diagnostic::Page;
 
-bksim::mbs::codes! {
+bksim::model::codes! {
     BAD_AXIS = "P001", "an axis that spans nothing";
     UNKNOWN_AXIS = "P002", "an axis that nothing has";
     AXIS_TWICE = "P003", "an axis given twice";

@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use bksim::Rejected;
-use bksim::mbs::diagnostic::Diagnostic;
+use bksim::model::diagnostic::Diagnostic;
 
 /// Why a sweep could not be done; faults of single cases are rows instead.
 #[derive(Debug, thiserror::Error)]

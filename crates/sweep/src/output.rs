@@ -8,10 +8,10 @@
 //! Mean and rms are over time: the trapezoidal rule on the samples of the run.
 
 use bksim::Mechanism;
-use bksim::mbs::diagnostic::Diagnostic;
-use bksim::mbs::file::suggest;
-use bksim::mbs::run::Sample;
+use bksim::model::diagnostic::Diagnostic;
+use bksim::model::file::suggest;
 use bksim::record::{Channels, Signal};
+use bksim::sim::run::Sample;
 
 use crate::codes;
 

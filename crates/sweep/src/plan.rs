@@ -1,6 +1,6 @@
 //! Which values each case has: grids and samples, computed from a case's number.
 
-use bksim::mbs::diagnostic::Diagnostic;
+use bksim::model::diagnostic::Diagnostic;
 use rand::RngExt;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64;

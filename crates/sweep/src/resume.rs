@@ -11,7 +11,7 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use ::parquet::file::metadata::KeyValue;
-use bksim::mbs::diagnostic::Diagnostic;
+use bksim::model::diagnostic::Diagnostic;
 
 use crate::case::Row;
 use crate::codes;

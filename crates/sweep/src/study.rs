@@ -3,13 +3,13 @@
 use std::fmt::Write as _;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use bksim::mbs::compile::CompiledSystem;
-use bksim::mbs::diagnostic::Diagnostic;
-use bksim::mbs::file::{Limits, Reading, Recording, Source, WrittenUnit, read_recorded, suggest};
-use bksim::mbs::formulate::MotionEquations;
-use bksim::mbs::model::{Measure, Model, Outputs, SolveOptions};
-use bksim::mbs::start::StartEquations;
+use bksim::model::diagnostic::Diagnostic;
+use bksim::model::file::{Limits, Reading, Recording, Source, WrittenUnit, read_recorded, suggest};
+use bksim::model::{Measure, Model, Outputs, SolveOptions};
 use bksim::record::Channels;
+use bksim::sim::compiled::CompiledSystem;
+use bksim::sim::formulate::MotionEquations;
+use bksim::sim::start::StartEquations;
 use bksim::{Mechanism, Rejected, SolveChanges, VERSION};
 use sha2::{Digest, Sha256};
 
@@ -382,8 +382,9 @@ pub fn si_unit(model: &Model, name: &str) -> Option<String> {
 
 /// SI unit of something of the motion, as written units have it.
 fn unit_of(model: &Model, measure: Measure) -> &'static str {
-    use bksim::mbs::joint::{MotionKind, motions};
-    let kind = |joint: bksim::mbs::model::JointId, motion_idx: usize| {
+    use bksim::mbs::joint::motions;
+    use bksim::model::MotionKind;
+    let kind = |joint: bksim::model::JointId, motion_idx: usize| {
         motions(&model.pool, &model.joints[joint.0]).get(motion_idx).map(|motion| motion.kind)
     };
     match measure {

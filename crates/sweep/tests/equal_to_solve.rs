@@ -4,8 +4,8 @@ mod common;
 
 use bksim::Mechanism;
 use bksim::dae::Control;
-use bksim::mbs::file::{Source, read};
-use bksim::mbs::run::Sample;
+use bksim::model::file::{Source, read};
+use bksim::sim::run::Sample;
 use bksim_sweep::{Ending, Monitor, Request, Row, Study};
 
 use common::{plan, press};

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use std::str::FromStr;
 use std::sync::Arc;
 
-use bksim::mbs::run::Unreplayed;
+use bksim::sim::run::Unreplayed;
 use bksim_scene::{Color, Theme};
 
 use crate::film::{

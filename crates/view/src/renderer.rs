@@ -27,7 +27,7 @@ mod primitive;
 
 use std::sync::Arc;
 
-use bksim::mbs::pose::Pose;
+use bksim::sim::pose::Pose;
 use bksim_scene::{Camera, Extras, Item, Scene, Theme};
 
 use self::frame::Drawing;

@@ -8,9 +8,9 @@ mod trail;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use bksim::mbs::pose::Pose;
-use bksim::mbs::run::{Sample, Unreplayed};
 use bksim::playback::Playback;
+use bksim::sim::pose::Pose;
+use bksim::sim::run::{Sample, Unreplayed};
 use bksim_scene::{Extras, Scene, Theme};
 
 pub use self::arrows::Scales;

@@ -7,7 +7,7 @@ use std::io::{BufReader, BufWriter};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use bksim::mbs::pose::Pose;
+use bksim::sim::pose::Pose;
 use bksim_scene::{
     Attached, Camera, Color, Extras, Form, Marker, MarkerKind, Role, Scene, Shape, Span, SpanKind,
     Theme,

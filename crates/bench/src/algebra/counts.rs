@@ -5,8 +5,9 @@
 //! outputs, each common part once, its parameter-only prologue left out.
 
 use bksim_expr::{Expr, Pool, SymbolId, Tape};
-use bksim_mbs::assemble::{SymbolicSystem, assemble};
-use bksim_mbs::model::Model;
+use bksim_mbs::assemble::assemble;
+use bksim_mbs::system::SymbolicSystem;
+use bksim_model::Model;
 use serde_json::json;
 
 use super::chain::{Bias, with_equations};

@@ -1,10 +1,10 @@
 //! Our own runs, through the facade: from a model file to the state at the end.
 
 use bksim::dae::Control;
-use bksim::mbs::file::{Source, read};
-use bksim::mbs::model::{self, Jit, Model, SolveOptions};
-use bksim::mbs::run::Sample;
-use bksim::mbs::start::Start;
+use bksim::model::file::{Source, read};
+use bksim::model::{self, Jit, Model, SolveOptions};
+use bksim::sim::run::Sample;
+use bksim::sim::start::Start;
 use bksim::{Mechanism, Rejected};
 
 use super::curve::{Counters, Curve, Point, digits};

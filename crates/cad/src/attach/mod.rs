@@ -4,8 +4,8 @@ mod block;
 mod layer;
 mod xdata;
 
-use bksim_mbs::diagnostic::Diagnostic;
-use bksim_mbs::file::suggest;
+use bksim_model::diagnostic::Diagnostic;
+use bksim_model::file::suggest;
 
 use crate::attachment::{Attachment, Content, Value};
 use crate::codes;

@@ -1,6 +1,6 @@
 //! Extended data: `revolute { name=A … at (x, y) }`, any number of records on one entity.
 
-use bksim_mbs::diagnostic::Diagnostic;
+use bksim_model::diagnostic::Diagnostic;
 
 use super::Gathering;
 use crate::attachment::{Attachment, Content, Way};

@@ -1,7 +1,7 @@
 //! Joints: their bodies, their points, and the frames that follow from them.
 
-use bksim_mbs::diagnostic::Diagnostic;
-use bksim_mbs::file::suggest;
+use bksim_model::diagnostic::Diagnostic;
+use bksim_model::file::suggest;
 
 use super::part::{Frame, find, text_of};
 use super::{Composer, title};

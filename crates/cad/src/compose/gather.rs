@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use bksim_mbs::diagnostic::Diagnostic;
+use bksim_model::diagnostic::Diagnostic;
 
 use super::Composer;
 use super::part::{Frame, NamedPoint, Part, find, text_of};

@@ -22,7 +22,7 @@ mod side;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use bksim_mbs::diagnostic::Diagnostic;
+use bksim_model::diagnostic::Diagnostic;
 
 pub use origins::Origin;
 pub use part::Frame;

@@ -3,8 +3,8 @@
 //! A body is met at a point where it has a centre, a corner or an end within the snapping tolerance; if
 //! fewer than are needed are met so, those whose outline surrounds the point are, too.
 
-use bksim_mbs::diagnostic::Diagnostic;
-use bksim_mbs::file::suggest;
+use bksim_model::diagnostic::Diagnostic;
+use bksim_model::file::suggest;
 
 use super::{Composer, Snap, title};
 use crate::attachment::{Attachment, Way};

@@ -3,7 +3,7 @@
 //! A stated mass comes before a computed one; what is not stated besides is that of a uniform plate of
 //! this mass in the shape of the outline.
 
-use bksim_mbs::diagnostic::Diagnostic;
+use bksim_model::diagnostic::Diagnostic;
 
 use super::part::{Part, find, text_of};
 use super::{Composer, MassSource};

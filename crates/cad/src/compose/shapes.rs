@@ -1,6 +1,6 @@
 //! The outlines of bodies, and which outline an insert stands in.
 
-use bksim_mbs::diagnostic::{Diagnostic, Severity};
+use bksim_model::diagnostic::{Diagnostic, Severity};
 
 use super::Composer;
 use crate::drawing::Shape;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use bksim_mbs::diagnostic::Diagnostic;
+use bksim_model::diagnostic::Diagnostic;
 
 use super::feed::Record;
 use super::guard::{MOST_ENTITIES, at_value, describe};

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use bksim_mbs::diagnostic::Diagnostic;
+use bksim_model::diagnostic::Diagnostic;
 
 use super::feed::{Record, kept};
 use crate::codes;

@@ -13,7 +13,7 @@ use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use acadrust::{CadDocument, DwgReadOptions, DwgReader, DxfReader, DxfWriter};
-use bksim_mbs::diagnostic::Diagnostic;
+use bksim_model::diagnostic::Diagnostic;
 
 use crate::codes;
 use crate::container::{Container, recognise};

@@ -4,7 +4,7 @@ use super::Snap;
 use crate::codes;
 use crate::excerpt::short;
 use crate::geometry::{GeometryError, Point};
-use bksim_mbs::diagnostic::{Code, Diagnostic};
+use bksim_model::diagnostic::{Code, Diagnostic};
 use thiserror::Error;
 
 /// An end that meets no other.

@@ -7,7 +7,7 @@ use acadrust::tables::AppId;
 use acadrust::types::{Handle as Key, Vector3};
 use acadrust::xdata::{ExtendedDataRecord, XDataValue};
 use acadrust::{CadDocument, DwgWriter};
-use bksim_mbs::diagnostic::Diagnostic;
+use bksim_model::diagnostic::Diagnostic;
 
 use super::{Edit, Entry, check_text, missing, no_attribute, no_entity, no_record};
 use crate::codes;

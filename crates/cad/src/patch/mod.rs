@@ -8,7 +8,7 @@ mod dwg;
 mod splice;
 mod xdata;
 
-use bksim_mbs::diagnostic::Diagnostic;
+use bksim_model::diagnostic::Diagnostic;
 
 use crate::codes;
 use crate::container::{Container, recognise};

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use bksim_mbs::diagnostic::Diagnostic;
+use bksim_model::diagnostic::Diagnostic;
 
 use super::{Edit, application, check_text, missing, no_attribute, no_entity, xdata};
 use crate::drawing::Handle;

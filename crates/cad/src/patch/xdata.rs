@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use bksim_mbs::diagnostic::Diagnostic;
+use bksim_model::diagnostic::Diagnostic;
 
 use super::splice::Splice;
 use super::{Entry, LONGEST_TEXT, MOST_XDATA, check_text, no_record};

@@ -1,7 +1,7 @@
 //! The one pass over the bytes of a drawing.
 
 use acadrust::io::dxf::code_page::encoding_from_code_page;
-use bksim_mbs::diagnostic::Diagnostic;
+use bksim_model::diagnostic::Diagnostic;
 
 use super::{Section, Tag, Tags, ValueType, Version};
 use crate::codes;

@@ -9,7 +9,7 @@
 
 use std::ops::Range;
 
-use bksim_mbs::diagnostic::Diagnostic;
+use bksim_model::diagnostic::Diagnostic;
 
 use super::canvas::{Canvas, Mark, Release, WriteError};
 use crate::codes;

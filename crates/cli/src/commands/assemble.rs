@@ -2,9 +2,9 @@
 
 use bksim::Mechanism;
 use bksim::describe;
-use bksim::mbs::fault::{diagnose_mobility, unit_of};
-use bksim::mbs::mobility::mobility;
-use bksim::mbs::start::{Moved, Start};
+use bksim::sim::fault::{diagnose_mobility, unit_of};
+use bksim::sim::mobility::mobility;
+use bksim::sim::start::{Moved, Start};
 
 use crate::args::ModelArgs;
 use crate::exit::{Failure, Status};

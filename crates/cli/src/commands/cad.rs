@@ -16,7 +16,7 @@ use bksim::cad::compose::{Composition, named_drawing};
 use bksim::cad::container::is_drawing;
 use bksim::cad::edit::Subject;
 use bksim::cad::model::{ModelOptions, Sheet};
-use bksim::mbs::diagnostic::Diagnostic;
+use bksim::model::diagnostic::Diagnostic;
 
 use crate::args::DrawingArgs;
 use crate::args::cad::Cad;

@@ -2,9 +2,9 @@
 
 use bksim::Mechanism;
 use bksim::describe::{self, coordinate_policy, joint_names};
-use bksim::mbs::fault::diagnose_mobility;
-use bksim::mbs::mobility::{Mobility, mobility};
-use bksim::mbs::model::CoordinatePolicy;
+use bksim::model::CoordinatePolicy;
+use bksim::sim::fault::diagnose_mobility;
+use bksim::sim::mobility::{Mobility, mobility};
 
 use crate::args::ModelArgs;
 use crate::exit::{Failure, Status};

@@ -12,8 +12,8 @@ use bksim::expr::{
     Certificate, Expr, LowerError, Notation, Operations, ParseError, ParseErrorKind, ParseOptions,
     Pool, Printer, SolveError, SymbolId, parse,
 };
-use bksim::mbs::diagnostic::Diagnostic;
-use bksim::mbs::file::code;
+use bksim::model::diagnostic::Diagnostic;
+use bksim::model::file::code;
 use serde_json::{Value, json};
 
 use crate::args::{Expression, FormulaNotation};

@@ -11,12 +11,12 @@ use std::time::{Duration, Instant};
 
 use bksim::dae::Control;
 use bksim::log::{Level, LogError, Outcome};
-use bksim::mbs::fault::diagnose_mobility;
-use bksim::mbs::mobility::mobility;
-use bksim::mbs::run::{Observer, Sample, Segment, Unresumed};
-use bksim::mbs::sensitivity::StateSensitivity;
 use bksim::options::{BadOption, SolveChanges, described, in_words};
 use bksim::record::{Contents, Recorder, set_option};
+use bksim::sim::fault::diagnose_mobility;
+use bksim::sim::mobility::mobility;
+use bksim::sim::run::{Observer, Sample, Segment, Unresumed};
+use bksim::sim::sensitivity::StateSensitivity;
 
 use self::report::{Report, Times};
 use crate::args::{self, Solve, Tuning};

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use bksim::mbs::diagnostic::Diagnostic;
+use bksim::model::diagnostic::Diagnostic;
 use bksim_sweep::{
     Axis, Design, Existing, Monitor, Plan, Report, Request, Study, SweepError, write,
 };

@@ -6,8 +6,8 @@
 
 use bksim_expr::{Expr, Pool};
 
-use crate::assemble::SymbolicSystem;
-use crate::model::Model;
+use crate::system::SymbolicSystem;
+use bksim_model::Model;
 
 /// What a part of a Lagrange equation stands for, in the order in which parts are written.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]

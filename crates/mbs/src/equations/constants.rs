@@ -14,9 +14,9 @@ use std::collections::{BTreeSet, HashMap};
 use bksim_expr::{Expr, Number, Pool, SymbolId};
 
 use super::dimension::{Dimension, letter};
-use crate::assemble::SymbolicSystem;
 use crate::kinematics::Coordinate;
-use crate::model::Model;
+use crate::system::SymbolicSystem;
+use bksim_model::Model;
 
 /// A named part of the equations.
 #[derive(Clone, PartialEq, Eq, Debug)]

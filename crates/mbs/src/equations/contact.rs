@@ -2,9 +2,9 @@
 
 use bksim_expr::Printer;
 
-use crate::assemble::SymbolicSystem;
-use crate::model::Model;
-use crate::switch::Law;
+use crate::contact::Law;
+use crate::system::SymbolicSystem;
+use bksim_model::Model;
 
 /// One multiplier that follows a law of contact, its formulas in one notation.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -29,7 +29,7 @@ pub fn contact_texts(
     printer: &Printer<'_>,
     multipliers: &[String],
 ) -> Vec<ContactText> {
-    let text = |contact: &crate::switch::Contact| {
+    let text = |contact: &crate::contact::Contact| {
         let (law, quantity, limits) = match contact.law {
             Law::Stop { restitution } => {
                 let law = "stop: penetration <= 0, multiplier >= 0, one of them 0; restitution";

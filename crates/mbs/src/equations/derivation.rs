@@ -10,11 +10,14 @@
 
 use bksim_expr::{Expr, SymbolId};
 
-use crate::assemble::{Source, SymbolicSystem, central_inertia, signal_values};
+use crate::constraint::Source;
 use crate::force::{self, Wrench};
+use crate::inertia::central_inertia;
 use crate::joint;
-use crate::model::{BodyId, Model};
+use crate::signal::signal_values;
 use crate::spatial;
+use crate::system::SymbolicSystem;
+use bksim_model::{BodyId, Model};
 
 /// What is compared with the equations that are solved.
 pub(super) struct Derivation {

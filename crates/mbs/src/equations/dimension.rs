@@ -9,9 +9,9 @@ use std::fmt;
 
 use bksim_expr::{Expr, Function, Pool, SymbolId};
 
-use crate::assemble::SymbolicSystem;
-use crate::joint::MotionKind;
-use crate::model::Model;
+use crate::system::SymbolicSystem;
+use bksim_model::Model;
+use bksim_model::MotionKind;
 
 /// Exponents of kilogram, metre and second.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]

@@ -29,8 +29,8 @@ pub use reading::ReadingForm;
 
 use bksim_expr::{Expr, Printer, SymbolId};
 
-use crate::assemble::SymbolicSystem;
-use crate::model::Model;
+use crate::system::SymbolicSystem;
+use bksim_model::Model;
 
 /// Every formula of a system, in one notation.
 #[derive(Clone, PartialEq, Eq, Debug)]

@@ -8,8 +8,8 @@ use bksim_expr::{Certificate, Expr, Operations, Pool, SymbolId};
 
 use super::derivation::{Derivation, derive};
 use super::reading::ReadingForm;
-use crate::assemble::SymbolicSystem;
-use crate::model::Model;
+use crate::system::SymbolicSystem;
+use bksim_model::Model;
 
 /// What was compared, and what the forms cost.
 #[derive(Clone, Copy, PartialEq, Debug)]

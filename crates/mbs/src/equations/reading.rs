@@ -10,8 +10,8 @@ use super::arrange::{Kind, Part, kinetic_parts, lagrange_parts};
 use super::constants::{Constants, Group, Names};
 use super::dimension::{Dimension, Units, of_equation};
 use super::{proof, trailing};
-use crate::assemble::SymbolicSystem;
-use crate::model::Model;
+use crate::system::SymbolicSystem;
+use bksim_model::Model;
 
 /// The equations of one system in the form in which they are read.
 #[derive(Clone, PartialEq, Eq, Debug)]

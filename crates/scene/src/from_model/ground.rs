@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_4;
 
-use bksim_mbs::model::{JointKind, LoadKind};
+use bksim_model::{JointKind, LoadKind};
 
 use super::Sketch;
 use super::rail::{Rail, SLOT};

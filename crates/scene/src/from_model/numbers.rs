@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 
 use bksim_expr::{Expr, SymbolId};
-use bksim_mbs::model::{Anchor, Axis, Initial, JointId, Measure, Model, Vector};
-use bksim_mbs::pose::Pose;
+use bksim_model::{Anchor, Axis, Initial, JointId, Measure, Model, Vector};
+use bksim_sim::pose::Pose;
 
 use crate::Attached;
 use crate::geometry::{Point, distance_from_edges};

@@ -1,6 +1,6 @@
 //! [`Rail`]: the straight way of a prismatic joint or of a pin in a slot.
 
-use bksim_mbs::model::{Joint, JointKind, Space};
+use bksim_model::{Joint, JointKind, Space};
 
 use super::numbers::{Numbers, range};
 use super::sizes::Sizes;

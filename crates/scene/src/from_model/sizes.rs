@@ -1,6 +1,6 @@
 //! How large symbols are: a share of the mechanism's own lengths.
 
-use bksim_mbs::model::JointKind;
+use bksim_model::JointKind;
 
 use super::numbers::Numbers;
 

@@ -1,6 +1,6 @@
 //! Springs, dampers and massless links.
 
-use bksim_mbs::model::{Anchor, JointKind, LoadKind};
+use bksim_model::{Anchor, JointKind, LoadKind};
 
 use super::Sketch;
 use crate::{Span, SpanKind};

@@ -1,6 +1,6 @@
 //! Stops: hatched lines where a motion ends.
 
-use bksim_mbs::model::{Joint, LoadKind};
+use bksim_model::{Joint, LoadKind};
 
 use super::Sketch;
 use super::rail::Rail;

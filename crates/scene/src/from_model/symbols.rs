@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use bksim_mbs::model::{Joint, JointKind, LoadKind};
+use bksim_model::{Joint, JointKind, LoadKind};
 
 use super::Sketch;
 use crate::geometry::{

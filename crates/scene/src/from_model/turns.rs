@@ -4,7 +4,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use bksim_mbs::model::{BodyId, Joint, JointId, JointKind, LoadKind};
+use bksim_model::{BodyId, Joint, JointId, JointKind, LoadKind};
 
 use super::Sketch;
 use crate::geometry::{Plane, Point, add, arc, circle, direction, left, scaled, unit3};

@@ -1,6 +1,6 @@
 //! [`Stage`]: a show before a camera that stands still, shot instant by instant.
 
-use bksim::mbs::run::Unreplayed;
+use bksim::sim::run::Unreplayed;
 use bksim_scene::{Camera, Color, Extras, Picture, Theme, picture};
 
 use super::{Clip, Colors, Palette};

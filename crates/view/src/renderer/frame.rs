@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use bksim::mbs::pose::Pose;
+use bksim::sim::pose::Pose;
 use bksim_scene::{Extras, Item, Scene, Stroke, picture};
 use bytemuck::{Pod, Zeroable};
 

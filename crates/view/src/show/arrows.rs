@@ -2,9 +2,9 @@
 
 use std::time::Instant;
 
-use bksim::mbs::load_forces::LoadForces;
-use bksim::mbs::run::Unreplayed;
 use bksim::playback::Playback;
+use bksim::sim::load_forces::LoadForces;
+use bksim::sim::run::Unreplayed;
 use bksim_scene::vectors::{VectorAt, applied_forces, arrow_scale, arrows, reactions, velocities};
 use bksim_scene::{Color, Scene, Theme};
 
@@ -44,7 +44,8 @@ impl Arrows {
     pub(super) fn new(playback: &Playback, reach: &[[f64; 3]]) -> Self {
         let mechanism = playback.mechanism();
         let (model, parameters) = (&mechanism.model, &mechanism.parameters);
-        let loads = LoadForces::compile(model, &mechanism.system, parameters).ok();
+        let loads =
+            LoadForces::compile(model, &mechanism.system, &mechanism.compiled, parameters).ok();
         let extent = extent(reach);
         Self { loads, reaction: 0.0, applied: 0.0, velocity: 0.0, extent, n_seen: 0 }
     }

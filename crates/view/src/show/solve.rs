@@ -6,10 +6,10 @@ use bksim::Mechanism;
 use bksim::Rejected;
 use bksim::dae::Control;
 use bksim::log::Header;
-use bksim::mbs::diagnostic::Diagnostic;
-use bksim::mbs::run::{Observer, Sample, Segment};
-use bksim::mbs::sensitivity::StateSensitivity;
+use bksim::model::diagnostic::Diagnostic;
 use bksim::playback::{Playback, PlaybackError, RunLog};
+use bksim::sim::run::{Observer, Sample, Segment};
+use bksim::sim::sensitivity::StateSensitivity;
 
 /// A motion in memory.
 #[derive(Debug)]

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::time::Instant;
 
-use bksim::mbs::pose::Pose;
-use bksim::mbs::run::Segment;
 use bksim::playback::Playback;
+use bksim::sim::pose::Pose;
+use bksim::sim::run::Segment;
 use bksim_scene::Scene;
 
 use super::ShowOptions;

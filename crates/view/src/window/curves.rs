@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use bksim::mbs::run::Unreplayed;
 use bksim::playback::Playback;
 use bksim::record::Signal;
+use bksim::sim::run::Unreplayed;
 use egui_plot::PlotPoint;
 
 use crate::show::Show;

@@ -5,7 +5,7 @@ use egui::{Align2, Color32, FontId, Margin, Painter, Rect, RichText, Stroke, Ui,
 
 use super::action::{BINDINGS, MOUSE};
 use super::{number, style};
-use bksim::mbs::pose::Pose;
+use bksim::sim::pose::Pose;
 
 /// Distance of everything from the edges of the picture.
 const EDGE: f32 = 14.0;

@@ -1,7 +1,7 @@
 //! Bodies: shapes, frames with masses, centres of mass, points.
 
-use bksim_mbs::diagnostic::Diagnostic;
-use bksim_mbs::model::{Anchor, BodyId, GROUND, JointId, JointKind, LoadKind, PointId};
+use bksim_model::diagnostic::Diagnostic;
+use bksim_model::{Anchor, BodyId, GROUND, JointId, JointKind, LoadKind, PointId};
 use toml_edit::{Item, TableLike, Value};
 
 use super::shape::{block, rounded_hull};

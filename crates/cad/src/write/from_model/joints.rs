@@ -1,7 +1,7 @@
 //! Joints: bodies and points are always stated, so that nothing has to be found by geometry.
 
-use bksim_mbs::diagnostic::Diagnostic;
-use bksim_mbs::model::{Anchor, GROUND, JointId, JointKind};
+use bksim_model::diagnostic::Diagnostic;
+use bksim_model::{Anchor, GROUND, JointId, JointKind};
 use toml_edit::Item;
 
 use super::texts::{all, entries, words};

@@ -1,6 +1,6 @@
 //! Loads and drives.
 
-use bksim_mbs::model::{Anchor, BodyId, JointId, LoadKind};
+use bksim_model::{Anchor, BodyId, JointId, LoadKind};
 use toml_edit::Item;
 
 use super::texts::{all, words};

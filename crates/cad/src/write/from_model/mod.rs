@@ -21,9 +21,9 @@ mod sheet;
 mod texts;
 mod units;
 
-use bksim_mbs::diagnostic::Diagnostic;
-use bksim_mbs::model::{Model, Space};
-use bksim_mbs::pose::PlanarPose;
+use bksim_model::diagnostic::Diagnostic;
+use bksim_model::{Model, Space};
+use bksim_sim::pose::PlanarPose;
 use toml_edit::DocumentMut;
 
 use self::place::Places;

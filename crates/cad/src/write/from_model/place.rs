@@ -3,9 +3,9 @@
 use std::collections::HashMap;
 
 use bksim_expr::{Expr, SymbolId};
-use bksim_mbs::diagnostic::Diagnostic;
-use bksim_mbs::model::{Anchor, Axis, BodyId, JointId, JointKind, Measure, Model};
-use bksim_mbs::pose::PlanarPose;
+use bksim_model::diagnostic::Diagnostic;
+use bksim_model::{Anchor, Axis, BodyId, JointId, JointKind, Measure, Model};
+use bksim_sim::pose::PlanarPose;
 
 use super::{Source, Unwritten};
 use crate::codes;

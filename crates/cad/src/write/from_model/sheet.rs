@@ -1,6 +1,6 @@
 //! What stands anywhere: parameters, start, options and the name, in a column beside the drawing.
 
-use bksim_mbs::model::Measure;
+use bksim_model::Measure;
 use toml_edit::{Item, TableLike};
 
 use super::texts::{all, entries, text, words};

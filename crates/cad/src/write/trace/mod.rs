@@ -10,7 +10,7 @@
 
 mod envelope;
 
-use bksim_mbs::pose::PlanarPose;
+use bksim_sim::pose::PlanarPose;
 
 use self::envelope::union;
 use super::canvas::Mark;

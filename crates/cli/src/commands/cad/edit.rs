@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use bksim::cad::drawing::Handle;
 use bksim::cad::edit::{Plan, Statement, Subject, add, remove, set};
 use bksim::cad::patch::apply;
-use bksim::mbs::diagnostic::Diagnostic;
+use bksim::model::diagnostic::Diagnostic;
 use serde_json::json;
 
 use crate::args::edit::{self as args, Change};

@@ -1,7 +1,7 @@
 //! `bksim cad from-toml`: a drawing of a model that has none.
 
 use bksim::cad::write::from_model::{Source, Unwritten, from_model};
-use bksim::mbs::pose::{Pose, Poses};
+use bksim::sim::pose::{Pose, Poses};
 
 use super::written;
 use crate::args::draw::FromToml;

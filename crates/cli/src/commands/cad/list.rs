@@ -3,7 +3,7 @@
 use bksim::cad::attachment::{Attachment, Content, Value, Way};
 use bksim::cad::excerpt::describe;
 use bksim::cad::geometry::Point;
-use bksim::mbs::diagnostic::Diagnostic;
+use bksim::model::diagnostic::Diagnostic;
 use serde_json::json;
 
 use crate::args::cad::Drawing;

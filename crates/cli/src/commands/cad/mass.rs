@@ -1,8 +1,8 @@
 //! `bksim cad mass`: areas, centres of mass and moments of inertia.
 
 use bksim::cad::compose::{BodyReport, MassSource};
-use bksim::mbs::file::{Source, read};
-use bksim::mbs::model::{Inertia, Model};
+use bksim::model::file::{Source, read};
+use bksim::model::{Inertia, Model};
 use serde_json::{Value, json};
 
 use super::{Parts, parts};

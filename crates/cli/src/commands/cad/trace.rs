@@ -12,9 +12,9 @@ use bksim::cad::write::trace::{
     Course, Reaction, Selection, Shape, Traced, even_samples, nearest_sample, trace,
 };
 use bksim::log::Log;
-use bksim::mbs::diagnostic::Diagnostic;
-use bksim::mbs::model::{Body, Model};
-use bksim::mbs::pose::{Pose, Poses};
+use bksim::model::diagnostic::Diagnostic;
+use bksim::model::{Body, Model};
+use bksim::sim::pose::{Pose, Poses};
 
 use super::{is_missing_mass, parts, written};
 use crate::args::draw::Trace;
@@ -102,7 +102,7 @@ fn course(args: &Trace, mechanism: &Mechanism, log: &Log) -> Result<Course, Fail
         .at(&mechanism.parameters, rows.iter().map(|row| row.split_at(n)));
     let poses = poses.iter().map(|of| of.iter().map(Pose::in_plane).collect()).collect();
     let model = &mechanism.model;
-    let reaction = |joint: &bksim::mbs::model::Joint| {
+    let reaction = |joint: &bksim::model::Joint| {
         let series = log.series(log.header.topic_id(&format!("/reactions/{}", joint.name))?);
         let [x, y] = [series.columns.first()?, series.columns.get(1)?];
         let force: Vec<[f64; 2]> = x.iter().zip(y).map(|(&x, &y)| [x, y]).collect();
@@ -120,7 +120,7 @@ fn course(args: &Trace, mechanism: &Mechanism, log: &Log) -> Result<Course, Fail
 }
 
 /// The numbers of a point in the frame of its body, m.
-fn place(mechanism: &Mechanism, [x, y, _]: bksim::mbs::model::Vector) -> Option<[f64; 2]> {
+fn place(mechanism: &Mechanism, [x, y, _]: bksim::model::Vector) -> Option<[f64; 2]> {
     let value = |symbol| {
         let mut known = mechanism.model.parameters.iter().zip(&mechanism.parameters);
         known.find(|(parameter, _)| parameter.symbol == symbol).map(|(_, &value)| value)
@@ -160,7 +160,7 @@ fn points(args: &Trace, course: &Course, mechanism: &Mechanism) -> Result<Vec<Tr
     found.collect()
 }
 
-fn position(body: &Body, point: Option<&str>) -> Option<bksim::mbs::model::Vector> {
+fn position(body: &Body, point: Option<&str>) -> Option<bksim::model::Vector> {
     match point {
         None => Some(body.com),
         Some(name) => body.points.iter().find(|p| p.name == name).map(|p| p.position),

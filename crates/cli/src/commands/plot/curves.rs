@@ -10,9 +10,9 @@ use std::path::{Path, PathBuf};
 
 use bksim::log::export::rows;
 use bksim::log::{Header, LogError, LogReader, Record, Selection, Wanted};
-use bksim::mbs::run::{Replay, Sample, Segment};
 use bksim::playback::RunLog;
 use bksim::record::{Channels, INPUTS, Signal};
+use bksim::sim::run::{Replay, Sample, Segment};
 use bksim_plot::{Envelope, Point, Trace};
 
 use super::choose::Quantity;

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use bksim::log::Outcome;
-use bksim::mbs::run::Unreplayed;
 use bksim::playback::PlaybackError;
+use bksim::sim::run::Unreplayed;
 use bksim_view::show::{Show, Solved, solve};
 use serde_json::{Value, json};
 

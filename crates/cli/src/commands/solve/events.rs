@@ -2,8 +2,8 @@
 
 use bksim::Mechanism;
 use bksim::describe::event_words as words;
-use bksim::mbs::model::LoadId;
-use bksim::mbs::switch::Change;
+use bksim::model::LoadId;
+use bksim::sim::hybrid::Change;
 
 use crate::output::number;
 

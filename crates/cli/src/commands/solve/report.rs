@@ -5,10 +5,10 @@ use std::time::Duration;
 
 use bksim::Mechanism;
 use bksim::describe;
-use bksim::mbs::model::{Formulation, Outputs, SolveOptions};
-use bksim::mbs::run::{Integrator, Summary};
-use bksim::mbs::sensitivity::Sensitive;
+use bksim::model::{Formulation, Outputs, SolveOptions};
 use bksim::options::described;
+use bksim::sim::run::{Integrator, Summary};
+use bksim::sim::sensitivity::Sensitive;
 use serde_json::{Map, Value, json};
 
 use crate::exit::Status;

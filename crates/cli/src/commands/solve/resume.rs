@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 
 use bksim::VERSION;
 use bksim::log::{Header, LogError, LogReader, Outcome};
-use bksim::mbs::model::{Model, Outputs, SolveOptions};
-use bksim::mbs::run::{RunCheckpoint, Unfit};
+use bksim::model::{Model, Outputs, SolveOptions};
 use bksim::options::{FORMULATIONS, METHODS, choice};
 use bksim::record::{Recorder, overrides};
+use bksim::sim::run::{RunCheckpoint, Unfit};
 
 use crate::args::{Channels, Solve};
 use crate::exit::Failure;

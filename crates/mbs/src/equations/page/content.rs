@@ -4,9 +4,9 @@ use bksim_expr::{Certificate, Expr, Operations, SymbolId};
 
 use super::{Body, Cell, Label, Section, Style, Subject, Writer, number, unit};
 use crate::equations::{ContactText, Counts, ReadingForm, contact_texts};
-use crate::joint::MotionKind;
 use crate::kinematics::{Coordinate, Owner};
-use crate::model::{Anchor, BodyId, JointId, JointKind, Model, Space};
+use bksim_model::MotionKind;
+use bksim_model::{Anchor, BodyId, JointId, JointKind, Model, Space};
 
 /// The form as the style wants it: typeset, multipliers are λ₁, λ₂ …
 pub(super) fn form_for(subject: &Subject<'_>, style: Style) -> ReadingForm {
@@ -103,7 +103,7 @@ fn bodies(writer: &Writer<'_>) -> Vec<Vec<Cell>> {
         None => Cell::Formula(formula(e)),
     };
     let n_axes = if model.space == Space::Planar { 2 } else { 3 };
-    let row = |body: &crate::model::Body| {
+    let row = |body: &bksim_model::Body| {
         let about = match body.inertia.about {
             Some(point) => format!(" about {}", body.points[point.0].name),
             None => String::new(),
@@ -125,7 +125,7 @@ fn bodies(writer: &Writer<'_>) -> Vec<Vec<Cell>> {
 
 fn joints(subject: &Subject<'_>) -> Vec<Vec<Cell>> {
     let model = subject.model;
-    let row = |(joint_idx, joint): (usize, &crate::model::Joint)| {
+    let row = |(joint_idx, joint): (usize, &bksim_model::Joint)| {
         let kind = match joint.kind {
             JointKind::Revolute => "revolute",
             JointKind::Prismatic { .. } => "prismatic",
@@ -168,7 +168,7 @@ fn anchor(model: &Model, anchor: Anchor) -> String {
 }
 
 fn coordinates(writer: &Writer<'_>) -> Vec<Vec<Cell>> {
-    let row = |(coordinate, quantity): (&Coordinate, &crate::compile::Quantity)| {
+    let row = |(coordinate, quantity): (&Coordinate, &crate::quantity::Quantity)| {
         vec![
             Cell::Formula(writer.printer.symbol(coordinate.q)),
             Cell::Code(quantity.name.clone()),
@@ -201,7 +201,7 @@ fn meaning(model: &Model, coordinate: &Coordinate) -> String {
 }
 
 fn parameters(writer: &Writer<'_>) -> Vec<Vec<Cell>> {
-    let row = |p: &crate::model::Parameter| {
+    let row = |p: &bksim_model::Parameter| {
         vec![
             Cell::Formula(writer.printer.symbol(p.symbol)),
             Cell::Code(p.name.clone()),
@@ -263,7 +263,7 @@ fn contacts(writer: &Writer<'_>) -> Vec<Vec<Cell>> {
 
 fn multipliers(writer: &Writer<'_>) -> Vec<Vec<Cell>> {
     let names = multiplier_symbols(writer).into_iter();
-    let row = |(m, name): (&crate::compile::Quantity, String)| {
+    let row = |(m, name): (&crate::quantity::Quantity, String)| {
         vec![
             Cell::Formula(name),
             Cell::Code(m.name.clone()),

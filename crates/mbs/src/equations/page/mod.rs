@@ -15,9 +15,9 @@ use bksim_expr::{Expr, Notation, Printer};
 
 use super::arrange::{Kind, Part};
 use super::{Proof, ReadingForm};
-use crate::assemble::SymbolicSystem;
-use crate::compile::Quantity;
-use crate::model::Model;
+use crate::quantity::Quantity;
+use crate::system::SymbolicSystem;
+use bksim_model::Model;
 
 /// What a page is about.
 #[derive(Clone, Copy, Debug)]

@@ -1,0 +1,164 @@
+//! Stops and dry friction as constraint rows, each with the law that opens and closes it.
+
+use bksim_expr::{Expr, SymbolId};
+
+use crate::constraint::{Constraint, Source};
+use crate::force::Wrench;
+use crate::joint;
+use crate::kinematics::Kinematics;
+use crate::spatial;
+use bksim_model::{JointId, LoadId, LoadKind, Model, Vector};
+
+/// A constraint row that opens and closes.
+#[derive(Clone, Debug)]
+pub struct Contact {
+    /// The stop or the friction.
+    pub load: LoadId,
+    /// The joint it acts in.
+    pub joint: JointId,
+    /// Position p of the motion it acts on, rad or m.
+    pub position: Expr,
+    /// φ of a stop, whether or not its row holds; p₀ − p of friction.
+    pub expression: Expr,
+    /// Its row among the constraints of the system.
+    pub row: usize,
+    /// Symbol of κ: 1 while the row holds, else 0.
+    pub closed: SymbolId,
+    /// When it opens and closes.
+    pub law: Law,
+}
+
+/// The law of a contact.
+#[derive(Clone, Copy, Debug)]
+pub enum Law {
+    /// The row is the penetration φ ≤ 0, its multiplier the force λ ≥ 0 that keeps the bodies apart.
+    Stop {
+        /// Speed after a blow over the speed before.
+        restitution: Expr,
+    },
+    /// The row is p₀ − p, its multiplier the friction along p, |λ| no greater than `sticking`.
+    Friction {
+        /// Friction F while it slides, N or N m.
+        sliding: Expr,
+        /// Largest friction F₀ while it sticks, N or N m.
+        sticking: Expr,
+        /// Symbol of ς: the sign of p′ while it slides, else 0.
+        slip: SymbolId,
+        /// Symbol of p₀: where it sticks.
+        place: SymbolId,
+    },
+}
+
+/// A row of a contact before it has a multiplier.
+pub(crate) struct ContactRow {
+    load: LoadId,
+    joint: JointId,
+    position: Expr,
+    law: Law,
+    /// φ of a stop, p₀ − p of friction.
+    pub(crate) expression: Expr,
+    pub(crate) source: Source,
+    pub(crate) direction: &'static str,
+    /// On the joint's successor for λ = 1.
+    pub(crate) force: Vector,
+    pub(crate) moment: Vector,
+}
+
+/// The rows of all stops and frictions, in file order.
+pub(crate) fn contact_rows(
+    model: &Model,
+    kinematics: &Kinematics,
+    signals: &[(SymbolId, Expr)],
+) -> Vec<ContactRow> {
+    let pool = &model.pool;
+    let mut rows: Vec<ContactRow> = Vec::new();
+    for (load_idx, load) in model.loads.iter().enumerate() {
+        let load_id = LoadId(load_idx);
+        let (LoadKind::Stop { joint, motion_idx, .. }
+        | LoadKind::Friction { joint, motion_idx, .. }) = load.kind
+        else {
+            continue;
+        };
+        let position = kinematics.joint_positions(model, joint)[motion_idx];
+        let of = &model.joints[joint.0];
+        let motion = joint::motions(pool, of)[motion_idx];
+        let up = joint::effort(pool, motion, &kinematics.sides(model, of));
+        let down = (spatial::neg(pool, &up.0), spatial::neg(pool, &up.1));
+        let mut add = |expression, source, direction, (force, moment), law| {
+            rows.push(ContactRow {
+                load: load_id,
+                joint,
+                position,
+                law,
+                expression,
+                source,
+                direction,
+                force,
+                moment,
+            });
+        };
+        match load.kind {
+            LoadKind::Stop { min, max, restitution, .. } => {
+                let law = Law::Stop { restitution };
+                let source = Source::Stop(load_id);
+                if let Some(min) = min {
+                    add(pool.sub(min, position), source, "min", up, law);
+                }
+                if let Some(max) = max {
+                    add(pool.sub(position, max), source, "max", down, law);
+                }
+            }
+            LoadKind::Friction { sliding, sticking, .. } => {
+                let id = |name: String| pool.symbol_id(pool.symbol(&name));
+                let names = ["slip", "place"].map(|word| id(format!("'{word}{load_idx}")));
+                let [Some(slip), Some(place)] = names else { continue };
+                let [sliding, sticking] = [sliding, sticking].map(|e| pool.substitute(e, signals));
+                let law = Law::Friction { sliding, sticking, slip, place };
+                let expression = pool.sub(pool.symbol_expr(place), position);
+                add(expression, Source::Friction(load_id), "friction", up, law);
+            }
+            _ => (),
+        }
+    }
+    rows
+}
+
+/// The contacts behind the last of `constraints`, which are those of `rows`.
+pub(crate) fn contacts(
+    model: &Model,
+    rows: &[ContactRow],
+    constraints: &[Constraint],
+) -> Vec<Contact> {
+    let pool = &model.pool;
+    let first = constraints.len() - rows.len();
+    let contact = |(k, row): (usize, &ContactRow)| {
+        let closed = pool.symbol_id(pool.symbol(&format!("'closed{k}")))?;
+        let ContactRow { load, joint, position, expression, law, .. } = *row;
+        Some(Contact { load, joint, position, expression, row: first + k, closed, law })
+    };
+    rows.iter().enumerate().filter_map(contact).collect()
+}
+
+/// What friction does while it slides: −ς F on the successor along the motion, and the opposite on
+/// the predecessor.
+pub(crate) fn slip_wrenches(
+    model: &Model,
+    kinematics: &Kinematics,
+    contacts: &[Contact],
+    constraints: &[Constraint],
+) -> Vec<Wrench> {
+    let pool = &model.pool;
+    let mut wrenches = Vec::new();
+    for contact in contacts {
+        let Law::Friction { sliding, slip, .. } = contact.law else { continue };
+        let row = &constraints[contact.row];
+        let joint = &model.joints[contact.joint.0];
+        let at = kinematics.anchor(model, joint.successor);
+        let effort = pool.neg(pool.mul(pool.symbol_expr(slip), sliding));
+        let [force, moment] = [row.force, row.moment].map(|v| spatial::scale(pool, effort, &v));
+        let back = [force, moment].map(|v| spatial::neg(pool, &v));
+        wrenches.push(Wrench { body: joint.successor.body, force, at, moment });
+        wrenches.push(Wrench { body: joint.predecessor.body, force: back[0], at, moment: back[1] });
+    }
+    wrenches
+}

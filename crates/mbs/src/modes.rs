@@ -1,0 +1,179 @@
+//! The equations with modes in place of everything that switches.
+
+use std::collections::BTreeSet;
+
+use bksim_expr::{Expr, Function, Pool, SymbolId};
+
+use crate::contact::{Law, slip_wrenches};
+use crate::system::{Switch, SymbolicSystem};
+use bksim_model::Model;
+
+/// Replaces what switches in `system`, its contacts included; `None` when nothing does.
+pub(crate) fn with_modes(model: &Model, system: &SymbolicSystem) -> Option<SymbolicSystem> {
+    let pool = &model.pool;
+    let mut integrated = system.clone();
+
+    // Friction acts as a load while it slides; open rows vanish.
+    for contact in &system.contacts {
+        let row = contact.row;
+        if let Law::Friction { sliding, slip, .. } = contact.law {
+            let effort = pool.mul(pool.symbol_expr(slip), sliding);
+            // The row holds −∂p/∂q.
+            for &(i, g) in system.constraint_jacobian.row(row) {
+                integrated.force[i] = pool.add(integrated.force[i], pool.mul(effort, g));
+            }
+        }
+        let closed = pool.symbol_expr(contact.closed);
+        let scale = |e: &mut Expr| *e = pool.mul(closed, *e);
+        scale(&mut integrated.constraints[row].expression);
+        scale(&mut integrated.constraint_rate[row]);
+        integrated.constraint_jacobian.row_mut(row).for_each(scale);
+    }
+    integrated.wrenches.extend(slip_wrenches(
+        model,
+        &system.kinematics,
+        &system.contacts,
+        &system.constraints,
+    ));
+
+    // Every expression that a load or a drive has gone into.
+    let mut roots: Vec<&mut Expr> = vec![&mut integrated.potential_energy];
+    roots.extend(&mut integrated.potential_gradient);
+    roots.extend(&mut integrated.force);
+    roots.extend(integrated.constraints.iter_mut().map(|c| &mut c.expression));
+    roots.extend(integrated.constraint_jacobian.entries_mut());
+    roots.extend(&mut integrated.constraint_rate);
+    for wrench in &mut integrated.wrenches {
+        roots.extend(&mut wrench.force);
+        roots.extend(&mut wrench.at);
+        roots.extend(&mut wrench.moment);
+    }
+    for contact in &mut integrated.contacts {
+        match &mut contact.law {
+            Law::Stop { restitution } => roots.push(restitution),
+            Law::Friction { sliding, sticking, .. } => roots.extend([sliding, sticking]),
+        }
+    }
+    let exprs: Vec<Expr> = roots.iter().map(|root| **root).collect();
+    let (images, switches) = switches_of(model, system, &exprs);
+    roots.into_iter().zip(images).for_each(|(root, image)| *root = image);
+    integrated.switches = switches;
+    let is_smooth = integrated.switches.is_empty() && integrated.contacts.is_empty();
+    (!is_smooth).then_some(integrated)
+}
+
+/// Replaces the kinks of some expressions of t, q and v, and says what decides them.
+pub fn switches_of(
+    model: &Model,
+    system: &SymbolicSystem,
+    roots: &[Expr],
+) -> (Vec<Expr>, Vec<Switch>) {
+    let coordinates = system.coordinates();
+    let state = coordinates.iter().flat_map(|c| [c.q, c.v]).collect();
+    let mut kinks = Kinks { pool: &model.pool, time: model.time, state, switches: Vec::new() };
+    let images = model.pool.map_calls(roots, |function, operands| kinks.image(function, operands));
+    (images, kinks.switches)
+}
+
+struct Kinks<'a> {
+    pool: &'a Pool,
+    time: SymbolId,
+    state: BTreeSet<SymbolId>,
+    switches: Vec<Switch>,
+}
+
+impl Kinks<'_> {
+    fn image(&mut self, function: Function, operands: &[Expr]) -> Option<Expr> {
+        use Function::{Abs, Ge, Gt, Le, Lt, Max, Min, Sign};
+        let pool = self.pool;
+        let difference = |a, b| pool.sub(a, b);
+        let half = |mode| pool.mul(pool.rational(1, 2), pool.add(pool.one(), mode));
+        Some(match (function, operands) {
+            (Abs, &[a]) => pool.mul(self.mode_of(a)?, a),
+            (Sign, &[a]) => self.mode_of(a)?,
+            (Min, &[a, b]) => pool.select(half(self.mode_of(difference(a, b))?), b, a),
+            (Max, &[a, b]) => pool.select(half(self.mode_of(difference(a, b))?), a, b),
+            // A condition is 1 where it holds and 0 elsewhere; `if` then takes one branch only.
+            (Gt | Ge, &[a, b]) => half(self.mode_of(difference(a, b))?),
+            (Lt | Le, &[a, b]) => half(self.mode_of(difference(b, a))?),
+            _ => return None,
+        })
+    }
+
+    /// σ of `u`, or −σ of −u; `None` when `u` keeps its value between events.
+    fn mode_of(&mut self, u: Expr) -> Option<Expr> {
+        let pool = self.pool;
+        let symbols = pool.symbols_of(u);
+        let moves = symbols.iter().any(|symbol| self.state.contains(symbol));
+        if !moves && !symbols.contains(&self.time) {
+            return None;
+        }
+        let opposite = pool.neg(u);
+        for known in &self.switches {
+            let mode = pool.symbol_expr(known.mode);
+            if known.function == u {
+                return Some(mode);
+            }
+            if known.function == opposite {
+                return Some(pool.neg(mode));
+            }
+        }
+        // Not an identifier, so that no name of the model can meet it.
+        let mode = pool.symbol(&format!("'mode{}", self.switches.len()));
+        let switch = Switch { function: u, mode: pool.symbol_id(mode)?, is_timed: !moves };
+        self.switches.push(switch);
+        Some(mode)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::assemble::assemble;
+    use bksim_model::file::{Source, read};
+
+    fn system(value: &str) -> (bksim_model::Model, crate::system::SymbolicSystem) {
+        let text = format!(
+            "[bodies.block]\nmass = 1\n[joints.S]\ntype = \"prismatic\"\n\
+             between = [\"ground\", \"block\"]\naxis = [1, 0]\n\
+             [loads.F]\ntype = \"force\"\non = \"block\"\nvector = [\"{value}\", 0]\n"
+        );
+        let reading = read(&Source::new(&text, "block"));
+        let said = reading.diagnostics;
+        let model = reading.model.unwrap_or_else(|| panic!("{said:?}"));
+        let system = assemble(&model);
+        (model, system)
+    }
+
+    #[test]
+    fn each_kink_becomes_the_branch_that_its_mode_selects() {
+        let x = "S.position";
+        let cases = [
+            (format!("1 N/m*abs({x})"), "'mode0*S_position", 1),
+            (format!("1 N*sign({x})"), "'mode0", 1),
+            (format!("1 N/m*(abs({x}) + 2*max({x}, 0))"), "", 1),
+            (format!("1 N/m*(max(0, {x}) + min({x}, 0))"), "", 1),
+            (format!("1 N/m*abs(abs({x}) - 1)"), "", 2),
+            ("if(lt(t, 1), 1, 2) * 1 N".to_owned(), "", 1),
+        ];
+        for (written, expected, n) in cases {
+            let (model, system) = system(&written);
+            let integrated = system.integrated();
+            assert_eq!(integrated.switches.len(), n, "{written}");
+            let text = model.pool.to_text(integrated.force[0]);
+            assert!(expected.is_empty() || text == expected, "{written}: {text}");
+            for word in ["abs", "sign", "min", "max"] {
+                assert!(!text.contains(&format!("{word}(")), "{written}: {text}");
+            }
+            // What people read is what was written.
+            assert!(model.pool.to_text(system.force[0]).contains('('), "{written}");
+        }
+    }
+
+    #[test]
+    fn what_never_changes_switches_nothing() {
+        for written in ["1 N*abs(-3)", "1 N s/m*sqrt(S.velocity^2 + 1)", "3 N/m*S.position"] {
+            let (_, system) = system(written);
+            assert!(system.integrated().switches.is_empty(), "{written}");
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! Names, units and descriptions of the numbers of a state.
+
+use bksim_model::{Drive, DriveId, JointId, LoadId, Model, MotionKind};
+
+use crate::constraint::{Constraint, Source};
+use crate::kinematics::Coordinate;
+use crate::system::SymbolicSystem;
+
+/// Name and unit of one number of the state.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Quantity {
+    /// Identifier.
+    pub name: String,
+    /// SI unit of the value; rates append `/s`.
+    pub unit: &'static str,
+    /// What it is, in a few words.
+    pub description: String,
+}
+
+/// The generalised coordinates.
+pub fn coordinate_quantities(system: &SymbolicSystem) -> Vec<Quantity> {
+    let quantity = |coordinate: &Coordinate| {
+        let (unit, description) = match coordinate.kind {
+            MotionKind::Rotation => ("rad", "angle"),
+            MotionKind::Translation => ("m", "position"),
+        };
+        Quantity { name: coordinate.name.clone(), unit, description: description.into() }
+    };
+    system.coordinates().iter().map(quantity).collect()
+}
+
+/// The multipliers, each with the joint, drive or load that it belongs to.
+pub fn multiplier_quantities(model: &Model, system: &SymbolicSystem) -> Vec<Quantity> {
+    let quantity = |c: &Constraint| {
+        let is_force = c.force.iter().any(|&component| !model.pool.is_zero(component));
+        let owner = match c.source {
+            Source::Joint(JointId(j)) => format!("joint `{}`", model.joints[j].name),
+            Source::Drive(DriveId(d)) => format!("drive `{}`", model.drives[d].name),
+            Source::Stop(LoadId(l)) => format!("stop `{}`", model.loads[l].name),
+            Source::Friction(LoadId(l)) => format!("friction `{}`", model.loads[l].name),
+        };
+        Quantity {
+            name: model.pool.symbol_name(c.lambda),
+            unit: if is_force { "N" } else { "N*m" },
+            description: match c.source {
+                Source::Friction(_) => owner,
+                _ => format!("{owner}, {}", c.direction),
+            },
+        }
+    };
+    system.constraints.iter().map(quantity).collect()
+}
+
+/// The efforts of the drives.
+pub fn drive_quantities(model: &Model) -> Vec<Quantity> {
+    let quantity = |drive: &Drive| {
+        let joint = &model.joints[drive.joint.0];
+        let turns = joint.kind.motions()[drive.motion_idx] == MotionKind::Rotation;
+        Quantity {
+            name: drive.name.clone(),
+            unit: if turns { "N*m" } else { "N" },
+            description: format!("effort on joint `{}`", joint.name),
+        }
+    };
+    model.drives.iter().map(quantity).collect()
+}

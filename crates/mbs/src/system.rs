@@ -1,0 +1,86 @@
+//! [`SymbolicSystem`]: the equations of motion of one model.
+
+use bksim_expr::{Expr, SymbolId};
+use bksim_model::Model;
+
+use crate::constraint::Constraint;
+use crate::contact::{Contact, Law};
+use crate::force::Wrench;
+use crate::kinematics::{Coordinate, Kinematics};
+use crate::sparse::SparseMatrix;
+use crate::tree::Tree;
+
+/// The equations of motion of one model, as expressions of its pool.
+#[derive(Clone, Debug)]
+pub struct SymbolicSystem {
+    /// The spanning tree that was chosen.
+    pub tree: Tree,
+    /// Positions of the bodies, and the generalised coordinates q.
+    pub kinematics: Kinematics,
+    /// T(q, v), J.
+    pub kinetic_energy: Expr,
+    /// V(q), J.
+    pub potential_energy: Expr,
+    /// M(q), nq × nq, symmetric.
+    pub mass_matrix: SparseMatrix,
+    /// h(q, v), nq: Coriolis and centrifugal terms.
+    pub bias: Vec<Expr>,
+    /// ∂V/∂q, nq.
+    pub potential_gradient: Vec<Expr>,
+    /// Q(t, q, v), nq: generalised forces without a potential.
+    pub force: Vec<Expr>,
+    /// f(t, q) with multipliers, cut joints in file order, then drives, then contacts.
+    pub constraints: Vec<Constraint>,
+    /// G = ∂f/∂q, nc × nq.
+    pub constraint_jacobian: SparseMatrix,
+    /// ∂f/∂t, nc.
+    pub constraint_rate: Vec<Expr>,
+    /// Every wrench on a body: loads with and without potential.
+    pub wrenches: Vec<Wrench>,
+    /// Stops and friction: the rows that open and close.
+    pub contacts: Vec<Contact>,
+    /// Kinks of the expressions.
+    pub switches: Vec<Switch>,
+    /// The equations that are integrated, when they are not these.
+    pub(crate) integrated: Option<Box<SymbolicSystem>>,
+}
+
+impl SymbolicSystem {
+    /// The generalised coordinates.
+    pub fn coordinates(&self) -> &[Coordinate] {
+        &self.kinematics.coordinates
+    }
+
+    /// The equations that are integrated: with [modes](bksim_sim::hybrid) in place of what switches.
+    pub fn integrated(&self) -> &Self {
+        self.integrated.as_deref().unwrap_or(self)
+    }
+
+    /// Number of constraint rows that always hold; those of contacts follow.
+    pub fn n_bilateral(&self) -> usize {
+        self.constraints.len() - self.contacts.len()
+    }
+
+    /// Parameters of everything that is compiled: the model's own, then the modes: σ of every
+    /// switch, then κ of every contact, behind κ of friction its ς and p₀.
+    pub fn parameters(&self, model: &Model) -> Vec<SymbolId> {
+        let own = model.parameters.iter().map(|p| p.symbol);
+        let kinks = self.switches.iter().map(|switch| switch.mode);
+        let of_contact = |contact: &Contact| match contact.law {
+            Law::Stop { .. } => vec![contact.closed],
+            Law::Friction { slip, place, .. } => vec![contact.closed, slip, place],
+        };
+        own.chain(kinks).chain(self.contacts.iter().flat_map(of_contact)).collect()
+    }
+}
+
+/// A kink or jump of an expression.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Switch {
+    /// u(t, q, v), with the modes of kinks inside it: where it changes sign the expression kinks.
+    pub function: Expr,
+    /// Symbol of σ, the sign of u.
+    pub mode: SymbolId,
+    /// Whether u depends on time alone.
+    pub is_timed: bool,
+}

@@ -1,0 +1,129 @@
+//! What is wrong with a model, as data: a stable code, a message, the places, and what to write.
+//!
+//! Nothing here renders or prints; the command line draws the excerpts and `--json` passes the
+//! fields on unchanged.
+
+use std::ops::Range;
+
+/// How much a fault matters.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Severity {
+    /// The model is rejected.
+    Error,
+    /// The run goes on; the author should know.
+    Warning,
+}
+
+/// A stable diagnostic code such as `M012`; every code has a page behind `bksim explain`.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct Code(pub &'static str);
+
+/// A code with what `bksim explain` says about it; see [`codes`](crate::codes!).
+#[derive(Clone, Copy, Debug)]
+pub struct Page {
+    /// The stable code.
+    pub code: Code,
+    /// What it is about, in a few words.
+    pub title: &'static str,
+    /// The page in Markdown: meaning, an example, the way out.
+    pub text: &'static str,
+}
+
+/// Codes as constants, and the table `PAGES` of their pages, which lie in `docs/diagnostics`: one row
+/// each, `NAME = "M001", "title";`.
+#[macro_export]
+macro_rules! codes {
+    ($($name:ident = $code:literal, $title:literal;)*) => {
+        $(#[doc = $title] pub const $name: $crate::diagnostic::Code =
+            $crate::diagnostic::Code($code);)*
+
+        /// Every code of this room, in order, with its page.
+        pub const PAGES: &[$crate::diagnostic::Page] = &[$($crate::diagnostic::Page {
+            code: $name,
+            title: $title,
+            text: include_str!(concat!(
+                env!("CARGO_MANIFEST_DIR"),
+                "/../../docs/diagnostics/",
+                $code,
+                ".md"
+            )),
+        }),*];
+    };
+}
+
+/// Byte range in the model text.
+pub type Span = Range<usize>;
+
+/// A place in the model text and what is there.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Label {
+    /// Where, in bytes of the model text.
+    pub span: Span,
+    /// What is there, in a few lower-case words; may be empty.
+    pub text: String,
+}
+
+/// One fault of a model.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Diagnostic {
+    /// The stable code.
+    pub code: Code,
+    /// Error or warning.
+    pub severity: Severity,
+    /// What is wrong: lower case, no full stop, names in backticks, numbers with units.
+    pub message: String,
+    /// The offending token; the first label is the place shown in `file:line:column`.
+    /// Empty only for a fault of the whole model, whose message then names the parts.
+    pub labels: Vec<Label>,
+    /// Further facts, one line each.
+    pub notes: Vec<String>,
+    /// What to write instead; works when applied literally.
+    pub help: Option<String>,
+}
+
+impl Diagnostic {
+    /// An error without a place yet.
+    pub fn error(code: Code, message: impl Into<String>) -> Self {
+        Self::new(code, Severity::Error, message.into())
+    }
+
+    /// A warning without a place yet.
+    pub fn warning(code: Code, message: impl Into<String>) -> Self {
+        Self::new(code, Severity::Warning, message.into())
+    }
+
+    fn new(code: Code, severity: Severity, message: String) -> Self {
+        Self { code, severity, message, labels: Vec::new(), notes: Vec::new(), help: None }
+    }
+
+    /// Adds a place; the first one added is the primary one.
+    #[must_use]
+    pub fn at(mut self, span: Span, text: impl Into<String>) -> Self {
+        self.labels.push(Label { span, text: text.into() });
+        self
+    }
+
+    /// Adds a fact.
+    #[must_use]
+    pub fn note(mut self, note: impl Into<String>) -> Self {
+        self.notes.push(note.into());
+        self
+    }
+
+    /// Says what to write instead.
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// Whether this fault rejects the model.
+    pub fn is_error(&self) -> bool {
+        self.severity == Severity::Error
+    }
+}
+
+/// Why a model was rejected or a run stopped; at least one diagnostic is an error.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+#[error("{}", .0.iter().map(|d| format!("[{}] {}", d.code.0, d.message)).collect::<Vec<_>>().join("; "))]
+pub struct Rejected(pub Vec<Diagnostic>);

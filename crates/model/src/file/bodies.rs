@@ -1,0 +1,333 @@
+//! `[ground]` and `[bodies.…]`: mass properties, points and outlines.
+
+use bksim_expr::Expr;
+
+use super::codes;
+use super::constants::Constant;
+use super::names::{coordinate_names, sub_tables};
+use super::quantity::{Scalar, Scope};
+use super::reader::{Fields, Reader};
+use super::tree::{Node, Table, Value};
+use super::units::Quantity;
+use crate::body::{Body, Inertia, Point};
+use crate::diagnostic::{Diagnostic, Span};
+use crate::ids::{PointId, Vector};
+
+const BODY_KEYS: &[&str] =
+    &["mass", "density", "thickness", "com", "inertia", "points", "outline", "coordinates", "free"];
+
+/// What the checks of the whole model need to know of a body.
+#[derive(Debug, Default)]
+pub(super) struct BodyFacts {
+    /// Whether the author wrote `free = true`.
+    pub(super) is_free: bool,
+    /// Mass, kg.
+    pub(super) mass: Option<(f64, Span)>,
+    /// Whether the mass follows from a density.
+    pub(super) has_density: bool,
+    /// Every place of the body with a value: points, corners; m.
+    pub(super) places: Vec<Place>,
+    /// Values of the points, by their ids.
+    pub(super) points: Vec<Option<[f64; 3]>>,
+}
+
+/// A vector of the file and its value.
+#[derive(Clone, Debug)]
+pub(super) struct Place {
+    pub(super) value: [Constant; 3],
+    /// Whether a component other than zero is a bare number.
+    pub(super) is_bare: bool,
+    pub(super) span: Span,
+}
+
+impl Place {
+    /// Its numbers, for messages and warnings.
+    pub(super) fn numbers(&self) -> [f64; 3] {
+        self.value.map(Constant::look)
+    }
+}
+
+/// A vector of the file.
+#[derive(Clone, Debug)]
+pub(super) struct VectorValue {
+    pub(super) components: Vector,
+    /// Its value when it does not change with the motion.
+    pub(super) place: Option<Place>,
+    pub(super) span: Span,
+}
+
+impl Reader<'_> {
+    /// Reads the ground and all bodies, in the order of their ids.
+    pub(super) fn read_bodies(&mut self, root: &Table) -> Vec<(Option<Body>, BodyFacts)> {
+        let mut bodies = vec![self.read_ground(root)];
+        for (name, span, table) in sub_tables(root, "bodies") {
+            if name == "ground" {
+                continue;
+            }
+            let Some(table) = table else {
+                self.not_a_table("body", name, &span);
+                bodies.push((None, BodyFacts { is_free: true, ..BodyFacts::default() }));
+                continue;
+            };
+            let fields = Fields::open(self, table, format!("body `{name}`"), span, BODY_KEYS);
+            bodies.push(self.read_body(name, &fields));
+        }
+        bodies
+    }
+
+    fn read_ground(&mut self, root: &Table) -> (Option<Body>, BodyFacts) {
+        let mut facts = BodyFacts::default();
+        let mut ground = self.plain_body("ground", 0..0);
+        if let Some(entry) = root.get("ground") {
+            ground.span = entry.key_span.clone();
+            if let Some(table) = self.table(&entry.node, "`ground`") {
+                let known = &["points", "outline"];
+                let owner = "the ground".to_owned();
+                let fields = Fields::open(self, table, owner, entry.key_span.clone(), known);
+                ground.points = self.read_points(&fields, &mut facts);
+                ground.outline = self.read_outline(&fields, &mut facts).unwrap_or_default();
+            }
+        }
+        (Some(ground), facts)
+    }
+
+    fn plain_body(&self, name: &str, span: Span) -> Body {
+        let zero = [self.pool.zero(); 3];
+        Body {
+            name: name.to_owned(),
+            mass: self.pool.zero(),
+            com: zero,
+            inertia: Inertia { moments: zero, products: zero, about: None },
+            points: Vec::new(),
+            outline: Vec::new(),
+            coordinate_names: Vec::new(),
+            span,
+            mass_span: None,
+            inertia_span: None,
+        }
+    }
+
+    fn read_body(&mut self, name: &str, fields: &Fields<'_>) -> (Option<Body>, BodyFacts) {
+        let before = self.faults.len();
+        let mut facts = BodyFacts::default();
+        let mut body = self.plain_body(name, fields.span.clone());
+        facts.is_free =
+            fields.get("free").and_then(|node| self.flag(node, &fields.what("free"))) == Some(true);
+        body.points = self.read_points(fields, &mut facts);
+        let outline = self.read_outline(fields, &mut facts);
+        let excluded = ["mass", "com", "inertia"].map(|key| fields.conflict(self, key, "density"));
+        if fields.has("density") && !excluded.contains(&true) {
+            self.read_density(fields, outline.as_deref(), &mut body, &mut facts);
+        } else if !fields.has("density") {
+            self.read_mass(fields, &mut body, &mut facts);
+            let mut com = None;
+            if let Some(node) = fields.get("com") {
+                com = self.vector(node, Quantity::LENGTH, &fields.what("com"), Scope::Constant);
+                body.com = com.as_ref().map_or(body.com, |com| com.components);
+                facts.places.extend(com.as_ref().and_then(|com| com.place.clone()));
+            }
+            let com = match fields.get("com") {
+                Some(_) => com.and_then(|com| com.place).map(|place| place.numbers()),
+                None => Some([0.0; 3]),
+            };
+            self.read_inertia(fields, com, &mut body, &facts);
+        }
+        body.outline = outline.unwrap_or_default();
+        if let Some(node) = fields.get("coordinates") {
+            body.coordinate_names = self.read_coordinate_names(node, fields, &[3, 6]);
+        }
+        let good = self.faults[before..].iter().all(|fault| !fault.is_error());
+        (good.then_some(body), facts)
+    }
+
+    /// Names of coordinates, of which there must be one of the given numbers.
+    pub(super) fn read_coordinate_names(
+        &mut self,
+        node: &Node,
+        fields: &Fields<'_>,
+        counts: &[usize],
+    ) -> Vec<String> {
+        let names = coordinate_names(node, self.text);
+        let written = if let Value::Array(values) = &node.value { values.len() } else { 1 };
+        if names.len() != written || !counts.contains(&written) {
+            let expected = match counts {
+                [1] => "one name in quotes".to_owned(),
+                [n, ..] => format!("an array of {n} names"),
+                [] => "no names: the joint has no motion".to_owned(),
+            };
+            let what = fields.what(if fields.get("coordinates").is_some() {
+                "coordinates"
+            } else {
+                "coordinate"
+            });
+            let help = "for example \"phi\", or [\"x\", \"y\", \"phi\"] for a body";
+            self.wrong_kind(node, &what, &expected, &node.value, help);
+            return Vec::new();
+        }
+        names.into_iter().map(|(name, _)| name).collect()
+    }
+
+    fn read_points(&mut self, fields: &Fields<'_>, facts: &mut BodyFacts) -> Vec<Point> {
+        let Some(node) = fields.get("points") else { return Vec::new() };
+        let Some(table) = self.table(node, &fields.what("points")) else { return Vec::new() };
+        let mut points = Vec::new();
+        for entry in &table.entries {
+            let what = format!("point `{}` of {}", entry.key, fields.owner);
+            let vector = self.vector(&entry.node, Quantity::LENGTH, &what, Scope::Constant);
+            let place = vector.as_ref().and_then(|vector| vector.place.clone());
+            facts.points.push(place.as_ref().map(Place::numbers));
+            facts.places.extend(place);
+            let position = vector.map_or([self.pool.zero(); 3], |vector| vector.components);
+            points.push(Point { name: entry.key.clone(), position });
+        }
+        points
+    }
+
+    fn read_mass(&mut self, fields: &Fields<'_>, body: &mut Body, facts: &mut BodyFacts) {
+        let help = "write for example `mass = \"1 kg\"`, or `density` and `thickness` with an \
+                    `outline`";
+        let Some(node) = fields.require(self, "mass", help) else { return };
+        let what = fields.what("mass");
+        let Some(mass) = self.scalar(node, Quantity::MASS, &what, Scope::Constant) else { return };
+        body.mass = mass.expr;
+        body.mass_span = Some(mass.span.clone());
+        if let Some(value) = mass.value {
+            let is_good = self.constants.is_not_below(value, Constant::written(0.0));
+            let value = value.look();
+            if !is_good {
+                self.report(
+                    Diagnostic::error(codes::BAD_MASS, format!("{what} is {value} kg"))
+                        .at(mass.span.clone(), "must be greater than 0, or 0 for a massless link")
+                        .help(format!("write \"{} kg\", or 0 for a massless link", -value)),
+                );
+            }
+            facts.mass = Some((value, mass.span));
+        }
+    }
+
+    fn read_inertia(
+        &mut self,
+        fields: &Fields<'_>,
+        com: Option<[f64; 3]>,
+        body: &mut Body,
+        facts: &BodyFacts,
+    ) {
+        let Some(node) = fields.get("inertia") else { return };
+        let mut value_node = node;
+        if let Value::Table(table) = &node.value {
+            let owner = fields.what("inertia");
+            let inner = Fields::open(self, table, owner, node.span.clone(), &["value", "about"]);
+            let help = "write for example { value = \"0.2 kg m^2\", about = \"A\" }";
+            let Some(value) = inner.require(self, "value", help) else { return };
+            value_node = value;
+            if let Some(about) = inner.get("about") {
+                let Some(point) = self.own_point(about, fields, body) else { return };
+                body.inertia.about = Some(point);
+            }
+        }
+        let what = fields.what("inertia");
+        let components: Vec<Scalar> = match &value_node.value {
+            Value::Array(values) if [3, 6].contains(&values.len()) => values
+                .iter()
+                .filter_map(|node| self.scalar(node, Quantity::INERTIA, &what, Scope::Constant))
+                .collect(),
+            Value::Array(values) => {
+                let help = "write one moment, [ixx, iyy, izz], or [ixx, iyy, izz, ixy, iyz, izx]";
+                let message = format!("{what}: expected 1, 3 or 6 values, found {}", values.len());
+                self.report(
+                    Diagnostic::error(codes::WRONG_KIND, message)
+                        .at(value_node.span.clone(), "")
+                        .help(help),
+                );
+                return;
+            }
+            _ => self
+                .scalar(value_node, Quantity::INERTIA, &what, Scope::Constant)
+                .into_iter()
+                .collect(),
+        };
+        body.inertia_span = Some(value_node.span.clone());
+        match components.as_slice() {
+            [izz] => body.inertia.moments[2] = izz.expr,
+            [xx, yy, zz, rest @ ..] => {
+                body.inertia.moments = [xx.expr, yy.expr, zz.expr];
+                if let [xy, yz, zx] = rest {
+                    body.inertia.products = [xy.expr, yz.expr, zx.expr];
+                }
+            }
+            _ => return,
+        }
+        self.check_inertia(fields, &components, com, body, facts);
+    }
+
+    /// The point of the body itself that a text names.
+    fn own_point(&mut self, node: &Node, fields: &Fields<'_>, body: &Body) -> Option<PointId> {
+        let quoted = self.text_of(node, &format!("`about` in {}", fields.owner), "A")?;
+        let names: Vec<&str> = body.points.iter().map(|point| point.name.as_str()).collect();
+        let own = quoted.text.strip_prefix(&format!("{}.", body.name)).unwrap_or(quoted.text);
+        let found = names.iter().position(|name| *name == own).map(PointId);
+        if found.is_none() {
+            let place = quoted.place(&(0..quoted.text.len()));
+            let message = format!("{} has no point `{own}`", fields.owner);
+            let label = (place, "no point of the body has this name");
+            self.unknown(codes::UNKNOWN_POINT, message, label, (own, &names));
+        }
+        found
+    }
+
+    /// A vector of two or three components.
+    pub(super) fn vector(
+        &mut self,
+        node: &Node,
+        quantity: Quantity,
+        what: &str,
+        scope: Scope,
+    ) -> Option<VectorValue> {
+        let example = format!("[\"{0}\", \"{0}\"]", quantity.example);
+        let values = self.array(node, what, "[x, y] or [x, y, z]", &example)?;
+        if !(2..=3).contains(&values.len()) {
+            let expected = "[x, y] or [x, y, z]";
+            self.wrong_kind(node, what, expected, &node.value, &format!("for example {example}"));
+            return None;
+        }
+        let read: Vec<Option<Scalar>> =
+            values.iter().map(|node| self.scalar(node, quantity, what, scope)).collect();
+        let scalars: Vec<Scalar> = read.into_iter().collect::<Option<_>>()?;
+        let mut components = [self.pool.zero(); 3];
+        let mut value = Some([Constant::written(0.0); 3]);
+        for (idx, scalar) in scalars.iter().enumerate() {
+            components[idx] = scalar.expr;
+            value = value.zip(scalar.value).map(|(mut all, one)| {
+                all[idx] = one;
+                all
+            });
+        }
+        if !self.pool.is_zero(components[2]) && self.spatial.is_none() {
+            self.spatial = Some(scalars[2].span.clone());
+        }
+        let is_bare = scalars
+            .iter()
+            .any(|scalar| scalar.is_bare && scalar.value.is_none_or(|value| value.look() != 0.0));
+        let place = value.map(|value| Place { value, is_bare, span: node.span.clone() });
+        Some(VectorValue { components, place, span: node.span.clone() })
+    }
+
+    /// Reports an entry of a section that should be a table.
+    pub(super) fn not_a_table(&mut self, kind: &str, name: &str, span: &Span) {
+        self.report(
+            Diagnostic::error(codes::WRONG_KIND, format!("{kind} `{name}` must be a table"))
+                .at(span.clone(), "")
+                .help(format!("write its keys below a line `[{}.{name}]`", plural(kind))),
+        );
+    }
+
+    /// Sums with the pool's own folding.
+    pub(super) fn total(&self, terms: &[Expr]) -> Expr {
+        self.pool.sum(terms.iter().copied())
+    }
+}
+
+/// The section of a kind: `bodies` for `body`.
+fn plural(kind: &str) -> String {
+    if kind == "body" { "bodies".to_owned() } else { format!("{kind}s") }
+}

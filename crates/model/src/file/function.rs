@@ -1,0 +1,128 @@
+//! Function calls in expressions: what each function takes and gives.
+
+use bksim_expr::{Expr, Function};
+
+use super::codes;
+use super::constants::Constant;
+use super::lower::{Context, Kind, Lowered, PURE};
+use super::reader::{Reader, cut, suggest};
+use super::units::Dimension;
+use crate::diagnostic::{Diagnostic, Span};
+use crate::message::short;
+
+impl Reader<'_> {
+    pub(super) fn call(
+        &mut self,
+        name: &str,
+        name_span: &Span,
+        arguments: &[Option<Lowered>],
+        span: Span,
+        context: &Context<'_>,
+    ) -> Option<Lowered> {
+        let place = context.quoted.place(name_span);
+        let Some(function) = Function::from_name(name) else {
+            let names: Vec<&str> = Function::names().collect();
+            let message = format!("unknown function `{}`", cut(name));
+            self.report(
+                Diagnostic::error(codes::UNKNOWN_FUNCTION, message)
+                    .at(place, "no function has this name")
+                    .note("`bksim explain M022` lists all functions")
+                    .help(suggest(name, &names)),
+            );
+            return None;
+        };
+        if arguments.len() != function.arity() {
+            let (needs, has) = (function.arity(), arguments.len());
+            let plural = if needs == 1 { "" } else { "s" };
+            let message = format!("`{name}` takes {needs} argument{plural}, found {has}");
+            let example = ["x", "x, y", "condition, x, y"][needs.clamp(1, 3) - 1];
+            self.report(
+                Diagnostic::error(codes::EXPRESSION, message)
+                    .at(context.quoted.place(name_span), "")
+                    .help(format!("write `{name}({example})`")),
+            );
+            return None;
+        }
+        let arguments: Vec<Lowered> = arguments.iter().cloned().collect::<Option<_>>()?;
+        self.apply(function, arguments, span, context)
+    }
+
+    /// Applies a function, with what it needs and gives.
+    fn apply(
+        &mut self,
+        function: Function,
+        mut arguments: Vec<Lowered>,
+        span: Span,
+        context: &Context<'_>,
+    ) -> Option<Lowered> {
+        use Function as F;
+        let is_literal = arguments.iter().all(|argument| argument.is_literal);
+        let role = format!("the argument of `{}`", function.name());
+        let mut is_angle = matches!(function, F::Asin | F::Acos | F::Atan | F::Atan2);
+        let kind = match function {
+            F::Sin | F::Cos | F::Tan => {
+                let adopted = self.adopt_if_bare(&arguments[0], true);
+                self.pure(&adopted, &role, context)?;
+                arguments[0] = adopted;
+                PURE
+            }
+            F::Asin | F::Acos | F::Atan | F::Sinh | F::Cosh | F::Tanh | F::Exp | F::Ln => {
+                self.pure(&arguments[0], &role, context)?;
+                PURE
+            }
+            F::Sqrt => {
+                self.power_kind(&arguments[0], Some(Constant::written(0.5)), &span, context)?
+            }
+            F::Abs => {
+                is_angle = arguments[0].is_angle;
+                arguments[0].kind
+            }
+            F::Sign => PURE,
+            F::Atan2 | F::Min | F::Max | F::Lt | F::Le | F::Gt | F::Ge | F::If => {
+                let first = arguments.len() - 2;
+                let (a, b) = self.alike(&arguments[first], &arguments[first + 1], "compare")?;
+                let kept = (a.kind, a.is_angle);
+                (arguments[first], arguments[first + 1]) = (a, b);
+                if matches!(function, F::Min | F::Max | F::If) {
+                    is_angle = kept.1;
+                    kept.0
+                } else {
+                    PURE
+                }
+            }
+        };
+        let operands: Vec<Expr> = arguments.iter().map(|argument| argument.expr).collect();
+        let expr = self.pool.call(function, &operands)?;
+        let values: Option<Vec<Constant>> =
+            arguments.iter().map(|argument| argument.value).collect();
+        let value = values.map(|values| self.constants.call(function, &values));
+        if value.is_some_and(|value| value.look().is_nan()) {
+            self.no_real_value(function, &arguments, &span);
+            return None;
+        }
+        let is_literal = is_literal && kind == Kind::Bare;
+        Some(Lowered { is_angle, is_literal, ..Lowered::new(expr, kind, value, span) })
+    }
+
+    fn adopt_if_bare(&mut self, lowered: &Lowered, is_angle: bool) -> Lowered {
+        match lowered.kind {
+            Kind::Bare => self.adopt(lowered, Dimension::NONE, is_angle),
+            Kind::Known(_) => lowered.clone(),
+        }
+    }
+
+    fn no_real_value(&mut self, function: Function, arguments: &[Lowered], span: &Span) {
+        let values: Vec<String> = arguments
+            .iter()
+            .filter_map(|argument| argument.value)
+            .map(|value| short(value.look()))
+            .collect();
+        let message =
+            format!("`{}` of {} has no real value", function.name(), values.join(" and "));
+        self.report(
+            Diagnostic::error(codes::NOT_REAL, message)
+                .at(span.clone(), "")
+                .help("change the parameters it uses so that it stays in range"),
+        );
+    }
+}

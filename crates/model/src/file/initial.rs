@@ -1,0 +1,200 @@
+//! `[initial]`: stated values of the start, and guesses that may move.
+
+use std::collections::HashMap;
+
+use super::codes;
+use super::names::BODY_MOTION;
+use super::quantity::Scope;
+use super::reader::{Fields, Reader, cut};
+use super::tree::{Entry, Node, Table, Value};
+use super::units::Quantity;
+use crate::diagnostic::Diagnostic;
+use crate::ids::{BodyId, JointId};
+use crate::measure::{Initial, Measure};
+
+/// A key of an initial value, what it measures and its quantity.
+type Row = (&'static str, Measure, Quantity);
+
+/// The values read so far.
+#[derive(Default)]
+struct Stated {
+    values: Vec<Initial>,
+    /// Which of them states each measure.
+    of_measure: HashMap<Measure, usize>,
+}
+
+impl Reader<'_> {
+    /// Reads the whole table, in file order.
+    pub(super) fn read_initial(&mut self, root: &Table) -> Vec<Initial> {
+        let mut initial = Stated::default();
+        let Some(entry) = root.get("initial") else { return Vec::new() };
+        let Some(table) = self.table(&entry.node, "`initial`") else { return Vec::new() };
+        for entry in &table.entries {
+            self.read_entry(entry, &mut initial);
+        }
+        initial.values.sort_by_key(|value| value.span.start);
+        initial.values
+    }
+
+    fn read_entry(&mut self, entry: &Entry, initial: &mut Stated) {
+        let name = entry.key.as_str();
+        if let Some((measure, quantity)) = self.names.coordinate(name) {
+            self.read_coordinate(entry, measure, quantity, initial);
+            return;
+        }
+        let (owner, rows) = if let Some(joint) = self.names.joint(name) {
+            let Some(rows) = self.joint_rows(joint) else { return };
+            if rows.is_empty() {
+                let message = format!("joint `{name}` has no motion that could start");
+                self.report(
+                    Diagnostic::error(codes::WRONG_JOINT, message)
+                        .at(entry.key_span.clone(), "a joint without coordinates")
+                        .help(format!("remove `{name}` from `[initial]`")),
+                );
+                return;
+            }
+            (format!("the start of joint `{name}`"), rows)
+        } else if let Some(body) = self.names.body(name).filter(|body| body.0 > 0) {
+            (format!("the start of body `{name}`"), body_rows(body))
+        } else {
+            self.unknown_start(entry);
+            return;
+        };
+        let what = format!("`{name}` in `[initial]`");
+        let Value::Table(table) = &entry.node.value else {
+            let help = format!("write for example {{ {} = {} }}", rows[0].0, quoted(rows[0].2));
+            self.wrong_kind(&entry.node, &what, "a table", &entry.node.value, &help);
+            return;
+        };
+        let mut known: Vec<&str> = rows.iter().map(|(key, ..)| *key).collect();
+        known.push("guess");
+        let fields = Fields::open(self, table, owner.clone(), entry.key_span.clone(), &known);
+        self.read_rows(name, &fields, &rows, false, initial);
+        let Some(guess) = fields.get("guess") else { return };
+        let Value::Table(inner) = &guess.value else {
+            let help = format!("write for example {{ {} = {} }}", rows[0].0, quoted(rows[0].2));
+            self.wrong_kind(guess, &fields.what("guess"), "a table", &guess.value, &help);
+            return;
+        };
+        known.pop();
+        let owner = format!("the guess of {owner}");
+        let inner = Fields::open(self, inner, owner, guess.span.clone(), &known);
+        self.read_rows(name, &inner, &rows, true, initial);
+    }
+
+    fn read_rows(
+        &mut self,
+        name: &str,
+        fields: &Fields<'_>,
+        rows: &[Row],
+        is_guess: bool,
+        initial: &mut Stated,
+    ) {
+        for (key, measure, quantity) in rows {
+            let Some(node) = fields.get(key) else { continue };
+            let read = self.read_value(node, &fields.what(key), *quantity, |value, span| Initial {
+                measure: *measure,
+                value,
+                is_guess,
+                name: format!("{name}.{key}"),
+                span,
+            });
+            if let Some(value) = read {
+                self.push_initial(value, initial);
+            }
+        }
+    }
+
+    /// A start by the name of a coordinate: a value, or `{ guess = value }`.
+    fn read_coordinate(
+        &mut self,
+        entry: &Entry,
+        measure: Measure,
+        quantity: Quantity,
+        initial: &mut Stated,
+    ) {
+        let what = format!("the start of `{}`", entry.key);
+        let (node, is_guess) = match &entry.node.value {
+            Value::Table(table) => {
+                let span = entry.key_span.clone();
+                let fields = Fields::open(self, table, what.clone(), span, &["guess"]);
+                let help = format!("write {} or {{ guess = {0} }}", quoted(quantity));
+                let Some(node) = fields.require(self, "guess", &help) else { return };
+                (node, true)
+            }
+            _ => (&entry.node, false),
+        };
+        let read = self.read_value(node, &what, quantity, |value, span| Initial {
+            measure,
+            value,
+            is_guess,
+            name: entry.key.clone(),
+            span,
+        });
+        if let Some(value) = read {
+            self.push_initial(value, initial);
+        }
+    }
+
+    fn read_value(
+        &mut self,
+        node: &Node,
+        what: &str,
+        quantity: Quantity,
+        make: impl Fn(bksim_expr::Expr, crate::diagnostic::Span) -> Initial,
+    ) -> Option<Initial> {
+        let scalar = self.scalar(node, quantity, what, Scope::Constant)?;
+        Some(make(scalar.expr, scalar.span))
+    }
+
+    /// Adds a value unless the same thing was stated before under another name.
+    fn push_initial(&mut self, value: Initial, initial: &mut Stated) {
+        let known = *initial.of_measure.entry(value.measure).or_insert(initial.values.len());
+        let Some(first) = initial.values.get(known) else {
+            initial.values.push(value);
+            return;
+        };
+        let message = format!("the start of `{}` is given twice", value.name);
+        self.report(
+            Diagnostic::error(codes::DUPLICATE, message)
+                .at(value.span, "again here")
+                .at(first.span.clone(), format!("first given here, as `{}`", first.name))
+                .help("keep one of the two"),
+        );
+    }
+
+    fn joint_rows(&self, joint: JointId) -> Option<Vec<Row>> {
+        let freedoms = self.names.joints[joint.0].freedoms?;
+        let rows = freedoms.iter().enumerate().flat_map(|(idx, freedom)| {
+            let ([value, rate], quantities) = (freedom.words(), freedom.quantities());
+            [
+                (value, Measure::JointPosition(joint, idx), quantities[0]),
+                (rate, Measure::JointVelocity(joint, idx), quantities[1]),
+            ]
+        });
+        Some(rows.collect())
+    }
+
+    fn unknown_start(&mut self, entry: &Entry) {
+        let mut names = self.owned_names(|names| names.joint_names());
+        names.extend(self.owned_names(|names| names.body_names()).into_iter().skip(1));
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let key = entry.key.as_str();
+        let message = format!("`[initial]` refers to unknown joint or body `{}`", cut(key));
+        let label = (entry.key_span.clone(), "no joint or body has this name");
+        let code = codes::UNKNOWN_BODY;
+        self.unknown(code, message, label, (key, &names));
+    }
+}
+
+fn body_rows(body: BodyId) -> Vec<Row> {
+    BODY_MOTION
+        .iter()
+        .map(|(key, measure, quantity)| (*key, measure(body, None), *quantity))
+        .collect()
+}
+
+/// An example as it stands in a file.
+fn quoted(quantity: Quantity) -> String {
+    format!("\"{}\"", quantity.example)
+}

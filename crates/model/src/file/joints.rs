@@ -1,0 +1,244 @@
+//! `[joints.…]`: which points of which bodies are joined, and how.
+
+use bksim_expr::Expr;
+
+use super::bodies::Place;
+use super::codes;
+use super::names::{JOINT_TYPES, sub_tables};
+use super::quantity::Scope;
+use super::reader::{Fields, Reader};
+use super::tree::{Node, Table, Value};
+use super::units::Quantity;
+use crate::body::Anchor;
+use crate::diagnostic::{Diagnostic, Span};
+use crate::ids::Vector;
+use crate::joint::{Joint, JointKind};
+
+/// Keys of each type of joint, in the order of [`JOINT_TYPES`].
+const JOINT_KEYS: [&[&str]; 5] = [
+    &["type", "between", "axis", "coordinate", "cut"],
+    &["type", "between", "axis", "direction", "angle", "coordinate", "cut"],
+    &["type", "between", "angle", "cut"],
+    &["type", "between", "axis", "direction", "coordinate", "cut"],
+    &["type", "between", "length"],
+];
+
+impl Reader<'_> {
+    /// Reads all joints, in the order of their ids.
+    pub(super) fn read_joints(&mut self, root: &Table) -> Vec<Option<Joint>> {
+        let mut joints = Vec::new();
+        for (name, span, table) in sub_tables(root, "joints") {
+            if table.is_none() {
+                self.not_a_table("joint", name, &span);
+            }
+            let joint = table.and_then(|table| self.read_joint(name, table, span));
+            self.topology_unknown |= joint.is_none();
+            joints.push(joint);
+        }
+        joints
+    }
+
+    fn read_joint(&mut self, name: &str, table: &Table, span: Span) -> Option<Joint> {
+        let owner = format!("joint `{name}`");
+        let types: Vec<(&str, usize)> =
+            JOINT_TYPES.iter().enumerate().map(|(idx, (word, _))| (*word, idx)).collect();
+        let Some(kind_entry) = table.get("type") else {
+            // Without a type the other keys cannot be judged.
+            let known = JOINT_KEYS.concat();
+            let fields = Fields::open(self, table, owner, span, &known);
+            fields.require(self, "type", "write for example `type = \"revolute\"`");
+            return None;
+        };
+        let kind_idx = self.choice(&kind_entry.node, &format!("`type` of {owner}"), &types)?;
+        let fields = Fields::open(self, table, owner, span.clone(), JOINT_KEYS[kind_idx]);
+        let before = self.faults.len();
+        let ends = self.between(&fields);
+        let kind = self.joint_kind(types[kind_idx].0, &fields);
+        let axis = self.joint_axis(types[kind_idx].0, &fields);
+        let cut = fields.get("cut").and_then(|node| self.flag(node, &fields.what("cut")));
+        let mut coordinate_names = Vec::new();
+        if let Some(node) = fields.get("coordinate") {
+            let freedoms = JOINT_TYPES[kind_idx].1.len();
+            coordinate_names = self.read_coordinate_names(node, &fields, &[freedoms]);
+        }
+        let [predecessor, successor] = ends?;
+        if predecessor.body == successor.body {
+            let place = fields.get("between").map_or(span.clone(), |node| node.span.clone());
+            let body = &self.names.bodies[predecessor.body.0].name;
+            let message = format!("{} has both ends on `{body}`", fields.owner);
+            self.report(
+                Diagnostic::error(codes::SELF_JOINT, message)
+                    .at(place, "the same body twice")
+                    .help("name two different bodies, or `ground` as one of them"),
+            );
+        }
+        if self.faults[before..].iter().any(Diagnostic::is_error) {
+            return None;
+        }
+        Some(Joint {
+            name: name.to_owned(),
+            kind: kind?,
+            predecessor,
+            successor,
+            axis: axis?,
+            cut,
+            coordinate_names,
+            span,
+        })
+    }
+
+    fn joint_kind(&mut self, word: &str, fields: &Fields<'_>) -> Option<JointKind> {
+        match word {
+            "revolute" => Some(JointKind::Revolute),
+            "slot" => Some(JointKind::PinInSlot),
+            "link" => {
+                let help = "write for example `length = \"250 mm\"`";
+                let node = fields.require(self, "length", help)?;
+                let what = fields.what("length");
+                let length = self.scalar(node, Quantity::LENGTH, &what, Scope::Constant)?;
+                self.check_positive(&what, &length, Quantity::LENGTH)
+                    .then_some(JointKind::Link { length: length.expr })
+            }
+            _ => {
+                let angle = match fields.get("angle") {
+                    Some(node) => {
+                        let what = fields.what("angle");
+                        self.scalar(node, Quantity::ANGLE, &what, Scope::Constant)?.expr
+                    }
+                    None => self.pool.zero(),
+                };
+                Some(match word {
+                    "prismatic" => JointKind::Prismatic { angle },
+                    _ => JointKind::Weld { angle },
+                })
+            }
+        }
+    }
+
+    /// The unit vector of the joint, in the frame of its first body.
+    fn joint_axis(&mut self, word: &str, fields: &Fields<'_>) -> Option<Vector> {
+        let z = [self.pool.zero(), self.pool.zero(), self.pool.one()];
+        let slides = matches!(word, "prismatic" | "slot");
+        if slides && fields.conflict(self, "axis", "direction") {
+            return None;
+        }
+        if let Some(node) = fields.get("direction") {
+            let what = fields.what("direction");
+            let angle = self.scalar(node, Quantity::ANGLE, &what, Scope::Constant)?.expr;
+            return Some([self.pool.cos(angle), self.pool.sin(angle), self.pool.zero()]);
+        }
+        let Some(node) = fields.get("axis") else {
+            if slides && !fields.has("direction") {
+                let help = "write for example `axis = [1, 0]` or `direction = \"30 deg\"`";
+                fields.require(self, "axis", help)?;
+            }
+            return Some(z);
+        };
+        // A rotation axis along z is planar, whatever the length of its z part.
+        let spatial = self.spatial.clone();
+        let vector = self.vector(node, Quantity::NUMBER, &fields.what("axis"), Scope::Constant)?;
+        if !slides {
+            let [x, y, _] = vector.components;
+            let leaves_plane = !self.pool.is_zero(x) || !self.pool.is_zero(y);
+            self.spatial = spatial.or(leaves_plane.then(|| vector.span.clone()));
+        }
+        let value = vector.place.as_ref().map_or([0.0; 3], Place::numbers);
+        // Its sign, or length, is in the equations.
+        for &part in vector.place.iter().flat_map(|place| &place.value) {
+            self.constants.pinned_sign(part);
+        }
+        if value == [0.0; 3] {
+            let message =
+                format!("`axis` of {} has no direction: all its parts are 0", fields.owner);
+            self.report(
+                Diagnostic::error(codes::NO_DIRECTION, message)
+                    .at(node.span.clone(), "no direction")
+                    .help(if slides {
+                        "write for example [1, 0] for the direction of x"
+                    } else {
+                        "write for example [0, 0, 1] for the direction of z"
+                    }),
+            );
+            return None;
+        }
+        Some(self.normalised(&vector.components, &value))
+    }
+
+    /// The vector divided by its length; exact where it lies along an axis of the frame.
+    fn normalised(&self, components: &Vector, value: &[f64; 3]) -> Vector {
+        let pool = &self.pool;
+        let along: Vec<usize> = (0..3).filter(|&i| !pool.is_zero(components[i])).collect();
+        if let [axis] = along.as_slice() {
+            let mut unit = [pool.zero(); 3];
+            unit[*axis] = pool.int(if value[*axis] < 0.0 { -1 } else { 1 });
+            return unit;
+        }
+        let squares: Vec<Expr> = components.iter().map(|&c| pool.powi(c, 2)).collect();
+        let length = pool.sqrt(self.total(&squares));
+        components.map(|c| pool.div(c, length))
+    }
+
+    /// The two anchors of `between`.
+    pub(super) fn between(&mut self, fields: &Fields<'_>) -> Option<[Anchor; 2]> {
+        let help = "write for example `between = [\"ground.O\", \"crank.A\"]`";
+        let node = fields.require(self, "between", help)?;
+        let what = fields.what("between");
+        let ends: Vec<Option<Anchor>> = match &node.value {
+            Value::Array(ends) if ends.len() == 2 => {
+                ends.iter().map(|end| self.anchor(end, &what, &fields.owner)).collect()
+            }
+            other => {
+                self.wrong_kind(node, &what, "an array of two points", other, help);
+                return None;
+            }
+        };
+        match ends.as_slice() {
+            [Some(a), Some(b)] => Some([*a, *b]),
+            _ => None,
+        }
+    }
+
+    /// A body and a point, written `body.point`, or `body` for its origin.
+    pub(super) fn anchor(&mut self, node: &Node, what: &str, owner: &str) -> Option<Anchor> {
+        let quoted = self.text_of(node, what, "crank.A")?;
+        let (body_name, point_name) = match quoted.text.split_once('.') {
+            Some((body, point)) => (body, Some(point)),
+            None => (quoted.text, None),
+        };
+        let body_place = quoted.place(&(0..body_name.len()));
+        let Some(body) = self.names.body(body_name) else {
+            let names = self.owned_names(|names| names.body_names());
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            let message =
+                format!("{owner} refers to unknown body `{}`", super::reader::cut(body_name));
+            let label = (body_place, "no body has this name");
+            self.unknown(codes::UNKNOWN_BODY, message, label, (body_name, &names));
+            return None;
+        };
+        let Some(point_name) = point_name else { return Some(Anchor { body, point: None }) };
+        let point = self.names.point(body, point_name);
+        if point.is_none() {
+            let points = self.names.bodies[body.0].points.clone();
+            let points: Vec<&str> = points.iter().map(String::as_str).collect();
+            let start = body_name.len() + 1;
+            let place = quoted.place(&(start..start + point_name.len()));
+            let label = (place, "the body has no such point");
+            let shown = super::reader::cut(point_name);
+            let message = format!("{owner} refers to unknown point `{shown}` of `{body_name}`");
+            self.unknown(codes::UNKNOWN_POINT, message, label, (point_name, &points));
+            return None;
+        }
+        Some(Anchor { body, point })
+    }
+
+    /// Copies of some names, so that they can be shown while a fault is recorded.
+    pub(super) fn owned_names<'s>(
+        &'s self,
+        pick: impl Fn(&'s super::names::Names) -> Vec<&'s str>,
+    ) -> Vec<String> {
+        if self.has_seen_enough() {
+            return Vec::new();
+        }
+        pick(&self.names).into_iter().map(str::to_owned).collect()
+    }
+}

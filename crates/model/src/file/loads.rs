@@ -1,0 +1,373 @@
+//! `[loads.…]` and `[drives.…]`: what acts on the mechanism, and what motion is prescribed.
+
+use bksim_expr::Expr;
+
+use super::codes;
+use super::constants::Constant;
+use super::names::{Freedom, sub_tables};
+use super::quantity::Scope;
+use super::reader::{Fields, Reader, cut};
+use super::tree::{Node, Table};
+use super::units::Quantity;
+use crate::diagnostic::{Diagnostic, Span};
+use crate::drive::Drive;
+use crate::ids::{BodyId, GROUND, JointId, Vector};
+use crate::load::{Load, LoadKind};
+
+/// The types of load and their keys.
+const LOADS: [(&str, &[&str]); 8] = [
+    ("gravity", &["type", "acceleration"]),
+    ("force", &["type", "on", "vector", "axes", "between", "value"]),
+    ("torque", &["type", "on", "from", "joint", "value", "vector"]),
+    ("spring", &["type", "between", "stiffness", "length", "damping"]),
+    ("damper", &["type", "between", "damping"]),
+    ("torsion", &["type", "joint", "stiffness", "angle", "damping"]),
+    ("stop", &["type", "joint", "of", "min", "max", "restitution"]),
+    ("friction", &["type", "joint", "of", "force", "torque", "static"]),
+];
+
+impl Reader<'_> {
+    /// Reads all loads, in file order.
+    pub(super) fn read_loads(&mut self, root: &Table) -> Vec<Load> {
+        let mut loads = Vec::new();
+        for (name, span, table) in sub_tables(root, "loads") {
+            let Some(table) = table else {
+                self.not_a_table("load", name, &span);
+                continue;
+            };
+            self.usable_name(name, &span, "load");
+            loads.extend(self.read_load(name, table, span));
+        }
+        loads
+    }
+
+    fn read_load(&mut self, name: &str, table: &Table, span: Span) -> Option<Load> {
+        let owner = format!("load `{name}`");
+        let types: Vec<(&str, usize)> =
+            LOADS.iter().enumerate().map(|(idx, (word, _))| (*word, idx)).collect();
+        let Some(entry) = table.get("type") else {
+            let known = LOADS.map(|(_, keys)| keys).concat();
+            let fields = Fields::open(self, table, owner, span, &known);
+            fields.require(self, "type", "write for example `type = \"gravity\"`");
+            return None;
+        };
+        let kind_idx = self.choice(&entry.node, &format!("`type` of {owner}"), &types)?;
+        let (word, keys) = LOADS[kind_idx];
+        let fields = Fields::open(self, table, owner, span.clone(), keys);
+        let kind = match word {
+            "gravity" => {
+                let help = "write for example `acceleration = [0, \"-9.81 m/s^2\"]`";
+                let quantity = Quantity::ACCELERATION;
+                let acceleration = self.load_vector(&fields, "acceleration", quantity, help)?;
+                LoadKind::Gravity { acceleration }
+            }
+            "force" => self.read_force(&fields)?,
+            "torque" => self.read_torque(&fields)?,
+            "torsion" => self.read_torsion(&fields)?,
+            "stop" => self.read_stop(&fields)?,
+            "friction" => self.read_friction(&fields)?,
+            _ => self.read_spring(word, &fields)?,
+        };
+        let place = ["value", "vector", "acceleration", "stiffness", "damping", "force", "joint"]
+            .iter()
+            .find_map(|key| fields.get(key))
+            .map_or(span, |node| node.span.clone());
+        Some(Load { name: name.to_owned(), kind, span: place })
+    }
+
+    fn load_vector(
+        &mut self,
+        fields: &Fields<'_>,
+        key: &str,
+        quantity: Quantity,
+        help: &str,
+    ) -> Option<Vector> {
+        let node = fields.require(self, key, help)?;
+        Some(self.vector(node, quantity, &fields.what(key), Scope::Motion)?.components)
+    }
+
+    /// The value of a key that may change with the motion.
+    fn load_scalar(&mut self, fields: &Fields<'_>, key: &str, quantity: Quantity) -> Option<Expr> {
+        let help = format!("write for example `{key} = \"{}\"`", quantity.example);
+        let node = fields.require(self, key, &help)?;
+        Some(self.scalar(node, quantity, &fields.what(key), Scope::Motion)?.expr)
+    }
+
+    /// As [`Self::load_scalar`], with a default of zero.
+    fn load_or_zero(&mut self, fields: &Fields<'_>, key: &str, quantity: Quantity) -> Option<Expr> {
+        if fields.has(key) {
+            self.load_scalar(fields, key, quantity)
+        } else {
+            Some(self.pool.zero())
+        }
+    }
+
+    fn read_force(&mut self, fields: &Fields<'_>) -> Option<LoadKind> {
+        if fields.conflict(self, "on", "between") || fields.conflict(self, "vector", "between") {
+            return None;
+        }
+        if fields.has("between") {
+            let ends = self.between(fields);
+            let value = self.load_scalar(fields, "value", Quantity::FORCE);
+            let [a, b] = ends?;
+            return Some(LoadKind::ForceBetween { a, b, value: value? });
+        }
+        let help = "write `on = \"body.point\"`, or `between` with two points";
+        let on = fields.require(self, "on", help);
+        let on = on.and_then(|node| self.anchor(node, &fields.what("on"), &fields.owner));
+        let axes = fields.get("axes").map(|node| {
+            self.choice(node, &fields.what("axes"), &[("world", false), ("body", true)])
+        });
+        let help = "write for example `vector = [\"20 N\", 0]`";
+        let vector = self.load_vector(fields, "vector", Quantity::FORCE, help);
+        Some(LoadKind::Force {
+            on: on?,
+            vector: vector?,
+            follows_body: axes.unwrap_or(Some(false))?,
+        })
+    }
+
+    fn read_torque(&mut self, fields: &Fields<'_>) -> Option<LoadKind> {
+        if ["on", "from"].iter().any(|key| fields.conflict(self, "joint", key)) {
+            return None;
+        }
+        let (on, from) = if fields.has("joint") {
+            let node = fields.get("joint")?;
+            let joint = self.joint_named(node, fields);
+            // A joint that could not be read was reported there.
+            let ends = joint.and_then(|joint| self.joint_bodies.get(joint.0).copied().flatten());
+            (ends.map(|[_, on]| on), ends.map(|[from, _]| from))
+        } else {
+            let help = "write `on = \"body\"`, or `joint` for a torque between its bodies";
+            let on = fields.require(self, "on", help);
+            let on = on.and_then(|node| self.body_named(node, "on", fields));
+            let from = match fields.get("from") {
+                Some(node) => self.body_named(node, "from", fields),
+                None => Some(GROUND),
+            };
+            (on, from)
+        };
+        if fields.conflict(self, "value", "vector") {
+            return None;
+        }
+        let vector = if fields.has("vector") {
+            self.load_vector(fields, "vector", Quantity::TORQUE, "")
+        } else {
+            let value = self.load_scalar(fields, "value", Quantity::TORQUE);
+            value.map(|value| [self.pool.zero(), self.pool.zero(), value])
+        };
+        Some(LoadKind::Torque { on: on?, from: from?, vector: vector? })
+    }
+
+    /// Springs, and dampers as springs without stiffness.
+    fn read_spring(&mut self, word: &str, fields: &Fields<'_>) -> Option<LoadKind> {
+        let ends = self.between(fields);
+        let is_spring = word == "spring";
+        let zero = Some(self.pool.zero());
+        let (stiffness, length) = if is_spring {
+            (
+                self.load_scalar(fields, "stiffness", Quantity::STIFFNESS),
+                self.load_scalar(fields, "length", Quantity::LENGTH),
+            )
+        } else {
+            (zero, zero)
+        };
+        let damping = if is_spring && !fields.has("damping") {
+            zero
+        } else {
+            self.damping(fields, Quantity::DAMPING)
+        };
+        let [a, b] = ends?;
+        Some(LoadKind::Spring { a, b, stiffness: stiffness?, length: length?, damping: damping? })
+    }
+
+    fn read_torsion(&mut self, fields: &Fields<'_>) -> Option<LoadKind> {
+        let help = "write `joint = \"A\"` with the name of a revolute joint";
+        let joint = fields.require(self, "joint", help);
+        let joint = joint.and_then(|node| {
+            let joint = self.joint_named(node, fields)?;
+            self.freedom_of(joint, Freedom::Turn, node, fields).map(|_| joint)
+        });
+        let stiffness = if fields.has("damping") {
+            self.load_or_zero(fields, "stiffness", Quantity::TORSION)
+        } else {
+            self.load_scalar(fields, "stiffness", Quantity::TORSION)
+        };
+        let angle = self.load_or_zero(fields, "angle", Quantity::ANGLE);
+        let damping = if fields.has("damping") {
+            self.damping(fields, Quantity::TORSION_DAMPING)
+        } else {
+            Some(self.pool.zero())
+        };
+        Some(LoadKind::Torsion {
+            joint: joint?,
+            stiffness: stiffness?,
+            angle: angle?,
+            damping: damping?,
+        })
+    }
+
+    /// Damping, which takes energy out unless it is negative.
+    fn damping(&mut self, fields: &Fields<'_>, quantity: Quantity) -> Option<Expr> {
+        let help = format!("write for example `damping = \"{}\"`", quantity.example);
+        let node = fields.require(self, "damping", &help)?;
+        let damping = self.scalar(node, quantity, &fields.what("damping"), Scope::Motion)?;
+        if let Some(value) = damping.value.map(Constant::look).filter(|value| *value < 0.0) {
+            let unit = quantity.dimension();
+            let message = format!("`damping` of {} is {value} {unit}", fields.owner);
+            self.report(
+                Diagnostic::warning(codes::ADDS_ENERGY, message)
+                    .at(damping.span, "a negative damping adds energy to the motion")
+                    .help(format!("write \"{} {unit}\" if it should take energy out", -value)),
+            );
+        }
+        Some(damping.expr)
+    }
+
+    fn body_named(&mut self, node: &Node, key: &str, fields: &Fields<'_>) -> Option<BodyId> {
+        Some(self.anchor(node, &fields.what(key), &fields.owner)?.body)
+    }
+
+    /// The joint that a text names.
+    pub(super) fn joint_named(&mut self, node: &Node, fields: &Fields<'_>) -> Option<JointId> {
+        let quoted = self.text_of(node, &fields.what("joint"), "A")?;
+        let found = self.names.joint(quoted.text);
+        if found.is_none() {
+            let names = self.owned_names(|names| names.joint_names());
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            let place = quoted.place(&(0..quoted.text.len()));
+            let message =
+                format!("{} refers to unknown joint `{}`", fields.owner, cut(quoted.text));
+            let label = (place, "no joint has this name");
+            self.unknown(codes::UNKNOWN_JOINT, message, label, (quoted.text, &names));
+        }
+        found
+    }
+
+    /// The place of a freedom among those of a joint; reports a joint without it. A joint whose
+    /// type could not be read was reported before.
+    fn freedom_of(
+        &mut self,
+        joint: JointId,
+        wanted: Freedom,
+        node: &Node,
+        fields: &Fields<'_>,
+    ) -> Option<usize> {
+        let freedoms = self.names.joints[joint.0].freedoms?;
+        let found = freedoms.iter().position(|freedom| *freedom == wanted);
+        if found.is_none() {
+            let [word, _] = wanted.words();
+            self.no_such_motion(joint, word, node, fields);
+        }
+        found
+    }
+
+    fn no_such_motion(&mut self, joint: JointId, word: &str, node: &Node, fields: &Fields<'_>) {
+        let name = self.names.joints[joint.0].name.clone();
+        let message =
+            format!("{} needs the {word} of joint `{name}`, which has none", fields.owner);
+        let able: Vec<&str> = self
+            .names
+            .joints
+            .iter()
+            .filter(|joint| {
+                joint
+                    .freedoms
+                    .unwrap_or_default()
+                    .iter()
+                    .any(|freedom| word == "motion" || freedom.words().contains(&word))
+            })
+            .map(|joint| joint.name.as_str())
+            .collect();
+        let help = match able.as_slice() {
+            [] => "add a joint that has one, for example of type \"revolute\"".to_owned(),
+            names => format!("joints that have one: `{}`", names.join("`, `")),
+        };
+        self.report(
+            Diagnostic::error(codes::WRONG_JOINT, message)
+                .at(node.span.clone(), "this joint")
+                .help(help),
+        );
+    }
+
+    /// Reads all drives, in file order, and refuses two of one motion.
+    pub(super) fn read_drives(&mut self, root: &Table) -> Vec<Drive> {
+        let mut drives: Vec<Drive> = Vec::new();
+        let mut taken: Vec<(JointId, usize, Span)> = Vec::new();
+        for (name, span, table) in sub_tables(root, "drives") {
+            let Some(table) = table else {
+                self.not_a_table("drive", name, &span);
+                continue;
+            };
+            self.usable_name(name, &span, "drive");
+            let keys = &["joint", "motion", "of"];
+            let fields = Fields::open(self, table, format!("drive `{name}`"), span.clone(), keys);
+            let help = "write `joint = \"A\"` with the name of the driven joint";
+            let target = self.motion_of(&fields, help);
+            if let Some((joint, motion_idx, place)) = target.clone() {
+                let same = |(j, m, _): &&(JointId, usize, Span)| (*j, *m) == (joint, motion_idx);
+                if let Some((_, _, first)) = taken.iter().find(same).cloned() {
+                    let joint_name = &self.names.joints[joint.0].name;
+                    let message = format!("joint `{joint_name}` has two drives of one motion");
+                    self.report(
+                        Diagnostic::error(codes::TWO_DRIVES, message)
+                            .at(place.clone(), "driven again here")
+                            .at(first, "first driven here")
+                            .note("one degree of freedom can follow one drive only")
+                            .help(format!(
+                                "remove `[drives.{name}]` or let it drive another joint"
+                            )),
+                    );
+                }
+                taken.push((joint, motion_idx, place));
+            }
+            let quantity = target.as_ref().map_or(Quantity::ANGLE, |(joint, idx, _)| {
+                let freedoms = self.names.joints[joint.0].freedoms.unwrap_or_default();
+                freedoms[*idx].quantities()[0]
+            });
+            let help = "write for example `motion = \"2 rad/s * t\"`";
+            let Some(node) = fields.require(self, "motion", help) else { continue };
+            let Some((joint, motion_idx, _)) = target else { continue };
+            let what = fields.what("motion");
+            let Some(motion) = self.scalar(node, quantity, &what, Scope::Time) else { continue };
+            let span = motion.span;
+            drives.push(Drive {
+                name: name.to_owned(),
+                joint,
+                motion_idx,
+                motion: motion.expr,
+                span,
+            });
+        }
+        drives
+    }
+
+    /// The one motion of a joint that `joint` and `of` name, and the place of the joint's name.
+    pub(super) fn motion_of(
+        &mut self,
+        fields: &Fields<'_>,
+        help: &str,
+    ) -> Option<(JointId, usize, Span)> {
+        let node = fields.require(self, "joint", help)?;
+        let joint = self.joint_named(node, fields)?;
+        let choices = [("angle", Freedom::Turn), ("position", Freedom::Slide)];
+        let wanted = match fields.get("of") {
+            Some(of) => Some(self.choice(of, &fields.what("of"), &choices)?),
+            None => None,
+        };
+        let freedoms = self.names.joints[joint.0].freedoms?;
+        let motion_idx = match (wanted, freedoms) {
+            (Some(wanted), _) => self.freedom_of(joint, wanted, node, fields)?,
+            (None, [_]) => 0,
+            (None, []) => {
+                self.no_such_motion(joint, "motion", node, fields);
+                return None;
+            }
+            (None, _) => {
+                fields.require(self, "of", "write `of = \"angle\"` or `of = \"position\"`")?;
+                return None;
+            }
+        };
+        Some((joint, motion_idx, node.span.clone()))
+    }
+}

@@ -1,0 +1,474 @@
+//! Syntax tree to expression, with the dimension and, where it is constant, the value of every
+//! node.
+//!
+//! A bare number has no dimension of its own ([`Kind::Bare`]) and takes the one that is needed
+//! where it is added, or where the whole value is used; it is then in the units of the file.
+//! Multiplied, a written number counts as a pure number, except beside something that changes
+//! with the motion (`100*x`), where in an SI file it may stand for a coefficient.
+
+use bksim_expr::{BinaryOperator, Expr, Number, Pool, Syntax, SyntaxKind, UnitFactor};
+
+use super::codes;
+use super::constants::Constant;
+use super::names::Meaning;
+use super::quantity::{Scope, describe};
+use super::reader::{Reader, cut};
+use super::tree::Quoted;
+use super::units::{Dimension, Quantity, Scale};
+use super::written_unit::WrittenUnit;
+use crate::diagnostic::{Diagnostic, Span};
+use crate::message::short;
+
+/// What is known of the dimension of a value.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Kind {
+    /// Written without a unit.
+    Bare,
+    /// Of this dimension, in SI.
+    Known(Dimension),
+}
+
+/// A pure number or an angle.
+pub(super) const PURE: Kind = Kind::Known(Dimension::NONE);
+
+/// No quantity of mechanics has a higher power of a unit.
+pub(super) const MAX_UNIT_EXPONENT: i32 = 12;
+
+/// A node of an expression.
+#[derive(Clone, Debug)]
+pub(super) struct Lowered {
+    pub(super) expr: Expr,
+    pub(super) kind: Kind,
+    /// Its value at the parameters of the file, unless it depends on time or motion.
+    pub(super) value: Option<Constant>,
+    /// Whether it is an angle rather than a pure number, for wording.
+    pub(super) is_angle: bool,
+    /// Whether it is made of written numbers only.
+    pub(super) is_literal: bool,
+    /// Place in the file.
+    pub(super) span: Span,
+    /// Place of the unit, when it is a number with a unit.
+    pub(super) unit_span: Option<Span>,
+}
+
+impl Lowered {
+    /// A bare number.
+    pub(super) fn number(pool: &Pool, number: Number, span: Span) -> Self {
+        Self {
+            expr: pool.number(number),
+            kind: Kind::Bare,
+            value: Some(Constant::written(number.to_f64())),
+            is_angle: false,
+            is_literal: true,
+            span,
+            unit_span: None,
+        }
+    }
+
+    pub(super) fn new(expr: Expr, kind: Kind, value: Option<Constant>, span: Span) -> Self {
+        Self { expr, kind, value, is_angle: false, is_literal: false, span, unit_span: None }
+    }
+
+    fn varies(&self) -> bool {
+        self.value.is_none()
+    }
+}
+
+/// Whether a value is known to be zero; the values that follow from it are not finite then.
+fn is_zero(value: Option<Constant>) -> bool {
+    value.is_some_and(|value| value.look() == 0.0)
+}
+
+/// Where an expression stands and what it may use.
+pub(super) struct Context<'c> {
+    pub(super) quoted: &'c Quoted<'c>,
+    pub(super) what: &'c str,
+    pub(super) scope: Scope,
+    syntax: &'c Syntax,
+}
+
+impl Reader<'_> {
+    /// Lowers a whole expression. Every fault in it is reported; `None` when there was one, here
+    /// or in a parameter that it uses.
+    pub(super) fn lower(
+        &mut self,
+        syntax: &Syntax,
+        quoted: &Quoted<'_>,
+        what: &str,
+        scope: Scope,
+    ) -> Option<Lowered> {
+        let context = Context { quoted, what, scope, syntax };
+        let mut nodes: Vec<Option<Lowered>> = Vec::with_capacity(syntax.nodes.len());
+        for (idx, node) in syntax.nodes.iter().enumerate() {
+            if self.has_seen_enough() {
+                return None;
+            }
+            let span = quoted.place(&node.span);
+            let lowered = match &node.kind {
+                SyntaxKind::Number(number) => self.finite(*number, span, what),
+                SyntaxKind::Quantity { value, factors, .. } => {
+                    self.with_unit(*value, factors, span, &context)
+                }
+                SyntaxKind::Name(name) => self.named(name, &node.span, &context),
+                SyntaxKind::Negate(operand) => nodes[*operand].clone().map(|operand| Lowered {
+                    expr: self.pool.neg(operand.expr),
+                    value: operand.value.map(|value| self.constants.negate(value)),
+                    span,
+                    unit_span: None,
+                    ..operand
+                }),
+                SyntaxKind::Binary { operator, left, right, .. } => {
+                    let operands = (nodes[*left].clone(), nodes[*right].clone());
+                    let (Some(a), Some(b)) = operands else {
+                        nodes.push(None);
+                        continue;
+                    };
+                    self.binary(*operator, &a, &b, (span, *right), &context)
+                }
+                SyntaxKind::Call { name, name_span, arguments } => {
+                    let arguments: Vec<Option<Lowered>> =
+                        arguments.iter().map(|&at| nodes[at].clone()).collect();
+                    self.call(name, name_span, &arguments, span, &context)
+                }
+            };
+            debug_assert_eq!(nodes.len(), idx);
+            let lowered = lowered.and_then(|lowered| self.real(lowered, &context));
+            nodes.push(lowered);
+        }
+        let whole = quoted.place(&(0..quoted.text.len()));
+        let root = nodes.pop().flatten()?;
+        // The place of the whole value, with parentheses and spaces.
+        let span = if root.unit_span.is_some() { root.span.clone() } else { whole };
+        Some(Lowered { span, ..root })
+    }
+
+    fn finite(&mut self, number: Number, span: Span, what: &str) -> Option<Lowered> {
+        if number.is_finite() {
+            return Some(Lowered::number(&self.pool, number, span));
+        }
+        self.report(
+            Diagnostic::error(codes::NOT_FINITE, format!("{what} holds too large a number"))
+                .at(span, "")
+                .help("write a number below 1e308"),
+        );
+        None
+    }
+
+    /// A number with a unit.
+    fn with_unit(
+        &mut self,
+        number: Number,
+        factors: &[UnitFactor],
+        span: Span,
+        context: &Context<'_>,
+    ) -> Option<Lowered> {
+        if let Some(factor) = factors.iter().find(|f| f.exponent.abs() > MAX_UNIT_EXPONENT) {
+            let exponent = factor.exponent;
+            let message = format!("the unit `{}` has the exponent {exponent}", factor.name);
+            self.report(
+                Diagnostic::error(codes::UNKNOWN_UNIT, message)
+                    .at(context.quoted.place(&factor.span), "")
+                    .help(format!("write an exponent up to {MAX_UNIT_EXPONENT}")),
+            );
+            return None;
+        }
+        let WrittenUnit { scale, dimension, is_angle } = WrittenUnit::of(factors)?;
+        let number = self.finite(number, span.clone(), context.what)?;
+        let unit_range = factors.first()?.span.start..factors.last()?.span.end;
+        let value = number.value.map(|value| self.constants.scaled(value, scale));
+        Some(Lowered {
+            is_angle,
+            unit_span: Some(context.quoted.place(&unit_range)),
+            ..Lowered::new(self.scaled(number.expr, scale), Kind::Known(dimension), value, span)
+        })
+    }
+
+    /// Refuses constant values that are no finite numbers although their parts were.
+    fn real(&mut self, lowered: Lowered, context: &Context<'_>) -> Option<Lowered> {
+        if lowered.value.is_none_or(|value| value.look().is_finite()) {
+            return Some(lowered);
+        }
+        let value = lowered.value.map_or(f64::NAN, Constant::look);
+        let fault = if value.is_nan() { "has no real value" } else { "is too large" };
+        self.report(
+            Diagnostic::error(codes::NOT_REAL, format!("{} {fault} here", context.what))
+                .at(lowered.span, fault)
+                .help("change the parameters it uses so that it stays in range"),
+        );
+        None
+    }
+
+    fn binary(
+        &mut self,
+        operator: BinaryOperator,
+        a: &Lowered,
+        b: &Lowered,
+        (span, right): (Span, usize),
+        context: &Context<'_>,
+    ) -> Option<Lowered> {
+        let is_literal = a.is_literal && b.is_literal;
+        let both = a.value.zip(b.value);
+        let lowered = match operator {
+            BinaryOperator::Add | BinaryOperator::Subtract => {
+                let is_sum = operator == BinaryOperator::Add;
+                let (a, b) = self.alike(a, b, if is_sum { "add" } else { "subtract" })?;
+                let value = a.value.zip(b.value).map(|(a, b)| {
+                    let constants = &mut self.constants;
+                    if is_sum { constants.add(a, b) } else { constants.subtract(a, b) }
+                });
+                let expr = if is_sum {
+                    self.pool.add(a.expr, b.expr)
+                } else {
+                    self.pool.sub(a.expr, b.expr)
+                };
+                let is_angle = a.is_angle || b.is_angle;
+                Lowered { is_angle, ..Lowered::new(expr, a.kind, value, span) }
+            }
+            BinaryOperator::Multiply => {
+                let kind = self.product_kind(a, b, Dimension::times)?;
+                let expr = self.pool.mul(a.expr, b.expr);
+                let is_angle = a.is_angle != b.is_angle;
+                let value = both.map(|(a, b)| self.constants.multiply(a, b));
+                Lowered { is_angle, ..Lowered::new(expr, kind, value, span) }
+            }
+            BinaryOperator::Divide => {
+                if is_zero(b.value) {
+                    self.division_by_zero(b, right, context);
+                    return None;
+                }
+                let kind = self.product_kind(a, b, Dimension::over)?;
+                let expr = self.pool.div(a.expr, b.expr);
+                let is_angle = a.is_angle && !b.is_angle;
+                let value = both.map(|(a, b)| self.constants.divide(a, b));
+                Lowered { is_angle, ..Lowered::new(expr, kind, value, span) }
+            }
+            BinaryOperator::Power => {
+                let exponent = self.pure(b, "an exponent", context)?;
+                if is_zero(a.value) && exponent.1.is_some_and(|n| n.look() < 0.0) {
+                    self.division_by_zero(a, right, context);
+                    return None;
+                }
+                let kind = self.power_kind(a, exponent.1, &span, context)?;
+                let value = a.value.zip(exponent.1).map(|(a, n)| self.constants.power(a, n));
+                Lowered::new(self.pool.pow(a.expr, exponent.0), kind, value, span)
+            }
+        };
+        Some(Lowered { is_literal, ..lowered })
+    }
+
+    /// Both operands with one dimension, the bare one converted.
+    pub(super) fn alike(
+        &mut self,
+        a: &Lowered,
+        b: &Lowered,
+        verb: &str,
+    ) -> Option<(Lowered, Lowered)> {
+        match (a.kind, b.kind) {
+            (Kind::Known(first), Kind::Known(second)) if first != second => {
+                let unit = |d: Dimension, is_angle: bool| match d {
+                    Dimension::NONE => describe(d, is_angle),
+                    _ => d.to_string(),
+                };
+                let (first, second) = (unit(first, a.is_angle), unit(second, b.is_angle));
+                let message = match verb {
+                    "subtract" => format!("cannot subtract {second} from {first}"),
+                    _ => format!("cannot {verb} {first} and {second}"),
+                };
+                self.report(
+                    Diagnostic::error(codes::CANNOT_ADD, message)
+                        .at(a.span.clone(), first)
+                        .at(b.span.clone(), second)
+                        .help("bring both to one dimension: check each unit, and which factor is missing"),
+                );
+                None
+            }
+            (Kind::Known(d), Kind::Bare) => Some((a.clone(), self.adopt(b, d, a.is_angle))),
+            (Kind::Bare, Kind::Known(d)) => Some((self.adopt(a, d, b.is_angle), b.clone())),
+            _ => Some((a.clone(), b.clone())),
+        }
+    }
+
+    /// A bare number as a quantity of this dimension in the units of the file.
+    pub(super) fn adopt(
+        &mut self,
+        bare: &Lowered,
+        dimension: Dimension,
+        is_angle: bool,
+    ) -> Lowered {
+        let scale = match (dimension, is_angle) {
+            (Dimension::NONE, true) => self.units.scale(Quantity::ANGLE),
+            (Dimension::NONE, false) => Scale::ONE,
+            _ => self.units.scale_of(dimension),
+        };
+        Lowered {
+            expr: self.scaled(bare.expr, scale),
+            kind: Kind::Known(dimension),
+            value: bare.value.map(|value| self.constants.scaled(value, scale)),
+            ..bare.clone()
+        }
+    }
+
+    /// Dimension of a product or quotient.
+    fn product_kind(
+        &mut self,
+        a: &Lowered,
+        b: &Lowered,
+        combine: fn(Dimension, Dimension) -> Dimension,
+    ) -> Option<Kind> {
+        let kind = match (a.kind, b.kind) {
+            (Kind::Known(first), Kind::Known(second)) => Kind::Known(combine(first, second)),
+            (Kind::Bare, Kind::Known(known)) | (Kind::Known(known), Kind::Bare) => {
+                let (bare, other) = if a.kind == Kind::Bare { (a, b) } else { (b, a) };
+                if bare.is_literal && !(other.varies() && self.units.is_si()) {
+                    let (first, second) = match a.kind {
+                        Kind::Bare => (Dimension::NONE, known),
+                        Kind::Known(_) => (known, Dimension::NONE),
+                    };
+                    Kind::Known(combine(first, second))
+                } else if known == Dimension::NONE || self.units.is_si() {
+                    Kind::Bare
+                } else {
+                    self.needs_unit(bare);
+                    return None;
+                }
+            }
+            (Kind::Bare, Kind::Bare) => {
+                if !a.is_literal && !b.is_literal && !self.units.is_si() {
+                    self.needs_unit(a);
+                    return None;
+                }
+                Kind::Bare
+            }
+        };
+        Some(kind)
+    }
+
+    /// Dimension of a power.
+    pub(super) fn power_kind(
+        &mut self,
+        base: &Lowered,
+        exponent: Option<Constant>,
+        span: &Span,
+        context: &Context<'_>,
+    ) -> Option<Kind> {
+        // The dimension follows from the exponent, but for pure numbers.
+        let pinned = exponent.filter(|_| base.kind != PURE).map(|n| self.constants.pinned(n));
+        let exponent = pinned.or(exponent.map(Constant::look));
+        match (base.kind, exponent) {
+            (Kind::Bare, Some(1.0)) | (PURE, _) => Some(base.kind),
+            (Kind::Bare, _) if base.is_literal || self.units.is_si() => Some(Kind::Bare),
+            (Kind::Bare, _) => {
+                self.needs_unit(base);
+                None
+            }
+            (Kind::Known(dimension), exponent) => {
+                let power = exponent.and_then(|exponent| dimension.power(exponent));
+                if power.is_none() {
+                    let message = format!(
+                        "{} raises a quantity in {dimension} to no fixed power",
+                        context.what
+                    );
+                    self.report(
+                        Diagnostic::error(codes::WRONG_DIMENSION, message)
+                            .at(span.clone(), "the unit of this is unknown")
+                            .help("make the base a pure number, or the exponent a number such as 2 or 1/2"),
+                    );
+                }
+                power.map(Kind::Known)
+            }
+        }
+    }
+
+    /// In a file with units of its own, a bare parameter in a product could mean anything.
+    fn needs_unit(&mut self, bare: &Lowered) {
+        let known = self.parameters.iter().find(|p| p.symbol == bare.expr);
+        let (message, place, help) = match known {
+            Some(p) => (
+                format!(
+                    "`{}` = {} needs its unit",
+                    p.name,
+                    short(bare.value.map_or(0.0, Constant::look))
+                ),
+                p.span.clone(),
+                format!(
+                    "write for example `{} = \"{} N/m\"`",
+                    p.name,
+                    short(bare.value.map_or(0.0, Constant::look))
+                ),
+            ),
+            None => (
+                "a product of numbers without units".to_owned(),
+                bare.span.clone(),
+                "give the parameters in it their units".to_owned(),
+            ),
+        };
+        self.report(
+            Diagnostic::error(codes::NEEDS_UNIT, message)
+                .at(place, "no unit here, and the file has units of its own")
+                .at(bare.span.clone(), "multiplied here")
+                .help(help),
+        );
+    }
+
+    /// A value that must be a pure number, with its value.
+    pub(super) fn pure(
+        &mut self,
+        lowered: &Lowered,
+        role: &str,
+        context: &Context<'_>,
+    ) -> Option<(Expr, Option<Constant>)> {
+        match lowered.kind {
+            Kind::Known(found) if found != Dimension::NONE => {
+                let noun = describe(found, false);
+                let message =
+                    format!("{}: {role} must be a pure number, found {noun}", context.what);
+                self.report(
+                    Diagnostic::error(codes::WRONG_DIMENSION, message)
+                        .at(lowered.span.clone(), format!("in {found}"))
+                        .help(format!(
+                            "divide it by a quantity in {found}, or give a number in it its unit"
+                        )),
+                );
+                None
+            }
+            _ => Some((lowered.expr, lowered.value)),
+        }
+    }
+
+    fn division_by_zero(&mut self, divisor: &Lowered, node_idx: usize, context: &Context<'_>) {
+        // The divisor's own nodes are those inside its place; their parameters explain the zero.
+        let mut used: Vec<String> = Vec::new();
+        for node in &context.syntax.nodes[..=node_idx] {
+            let SyntaxKind::Name(name) = &node.kind else { continue };
+            let inside = context.quoted.start.is_none() || {
+                let place = context.quoted.place(&node.span);
+                place.start >= divisor.span.start && place.end <= divisor.span.end
+            };
+            let Some(Meaning::Parameter(idx)) = self.names.plain(name) else { continue };
+            let Some(known) = self.parameters[idx].result.as_ref().filter(|_| inside) else {
+                continue;
+            };
+            let unit = match known.kind {
+                Kind::Known(d) if d != Dimension::NONE => format!(" {d}"),
+                _ => String::new(),
+            };
+            let fact =
+                format!("`{name}` = {}{unit}", short(known.value.map_or(0.0, Constant::look)));
+            if !used.contains(&fact) {
+                used.push(fact);
+            }
+        }
+        let written = context.quoted.start.and_then(|_| self.text.get(divisor.span.clone()));
+        let shown = match written.filter(|text| text.parse::<f64>().is_err()) {
+            Some(text) => format!(": `{}` = 0", cut(text)),
+            None => String::new(),
+        };
+        let message = format!("division by zero in {}{shown}", context.what);
+        let mut fault =
+            Diagnostic::error(codes::DIVISION_BY_ZERO, message).at(divisor.span.clone(), "is 0");
+        if !used.is_empty() {
+            fault = fault.note(used.join(", "));
+        }
+        self.report(fault.help("change one of the values, so that the divisor is not 0"));
+    }
+}

@@ -1,0 +1,198 @@
+//! Outlines, and the mass properties of a uniform plate cut along them.
+//!
+//! With corners (x_i, y_i), c_i = x_i y_{i+1} − x_{i+1} y_i and counter-clockwise order:
+//!
+//! ```text
+//! A   = ½ Σ c_i
+//! A x = ⅙ Σ (x_i + x_{i+1}) c_i
+//! J   = 1/12 Σ (x_i² + x_i x_{i+1} + x_{i+1}² + y_i² + y_i y_{i+1} + y_{i+1}²) c_i
+//! ```
+//!
+//! J is the polar moment of area about the origin of the body frame. Source: Green's theorem;
+//! for example Steger, "On the calculation of arbitrary moments of polygons" (1996).
+
+use bksim_expr::Expr;
+
+use super::bodies::{BodyFacts, Place, VectorValue};
+use super::codes;
+use super::constants::Constant;
+use super::quantity::Scope;
+use super::reader::{Fields, Reader};
+use super::tree::{Node, Value};
+use super::units::Quantity;
+use crate::body::Body;
+use crate::diagnostic::Diagnostic;
+
+/// Closed polygons.
+pub(super) type Outline = Vec<Vec<[Expr; 2]>>;
+
+/// Area and its first and second moments about the origin of the body frame.
+struct AreaMoments {
+    area: Expr,
+    first: [Expr; 2],
+    polar: Expr,
+}
+
+impl Reader<'_> {
+    /// One polygon, or several that do not overlap.
+    pub(super) fn read_outline(
+        &mut self,
+        fields: &Fields<'_>,
+        facts: &mut BodyFacts,
+    ) -> Option<Outline> {
+        let node = fields.get("outline")?;
+        let what = fields.what("outline");
+        let example = "[[0, 0], [1, 0], [0, 1]]";
+        let values = self.array(node, &what, "an array of corners", example)?;
+        let polygons: Vec<&Node> = match values.first().map(|first| &first.value) {
+            Some(Value::Array(corner))
+                if corner.iter().all(|v| matches!(v.value, Value::Array(_))) =>
+            {
+                values.iter().collect()
+            }
+            _ => vec![node],
+        };
+        let mut outline = Vec::new();
+        for polygon in polygons {
+            outline.push(self.read_polygon(polygon, &what, facts)?);
+        }
+        Some(outline)
+    }
+
+    /// The corners of one polygon, counter-clockwise.
+    fn read_polygon(
+        &mut self,
+        node: &Node,
+        what: &str,
+        facts: &mut BodyFacts,
+    ) -> Option<Vec<[Expr; 2]>> {
+        let example = "[[0, 0], [1, 0], [0, 1]]";
+        let nodes = self.array(node, what, "an array of corners", example)?;
+        let corners: Vec<Option<VectorValue>> = nodes
+            .iter()
+            .map(|node| self.vector(node, Quantity::LENGTH, what, Scope::Constant))
+            .collect();
+        let corners: Vec<VectorValue> = corners.into_iter().collect::<Option<_>>()?;
+        facts.places.extend(corners.iter().filter_map(|corner| corner.place.clone()));
+        let places: Vec<[Constant; 3]> =
+            corners.iter().filter_map(|corner| corner.place.as_ref().map(|p| p.value)).collect();
+        let doubled = self.twice_area(&places);
+        self.constants.pinned_sign(doubled);
+        let doubled = doubled.look();
+        if corners.len() < 3 || doubled == 0.0 {
+            let message = if corners.len() < 3 {
+                format!("{what} has {} corners", corners.len())
+            } else {
+                format!("{what} encloses no area")
+            };
+            self.report(
+                Diagnostic::error(codes::BAD_OUTLINE, message)
+                    .at(node.span.clone(), "encloses nothing")
+                    .help(format!(
+                        "give at least three corners not in one line, for example {example}"
+                    )),
+            );
+            return None;
+        }
+        let mut polygon: Vec<[Expr; 2]> =
+            corners.iter().map(|corner| [corner.components[0], corner.components[1]]).collect();
+        if doubled < 0.0 {
+            polygon.reverse();
+        }
+        Some(polygon)
+    }
+
+    /// Mass, centre of mass and moment of inertia from density, thickness and outline.
+    pub(super) fn read_density(
+        &mut self,
+        fields: &Fields<'_>,
+        outline: Option<&[Vec<[Expr; 2]>]>,
+        body: &mut Body,
+        facts: &mut BodyFacts,
+    ) {
+        let help = "a density needs an `outline` and a `thickness`; or write `mass` instead";
+        let thickness = fields.require(self, "thickness", help);
+        let shape = fields.require(self, "outline", help);
+        let mut positive = |key: &str, node: Option<&Node>, quantity: Quantity| {
+            let what = fields.what(key);
+            let scalar = self.scalar(node?, quantity, &what, Scope::Constant)?;
+            self.check_positive(&what, &scalar, quantity).then_some(scalar)
+        };
+        let density = positive("density", fields.get("density"), Quantity::DENSITY);
+        let thickness = positive("thickness", thickness, Quantity::LENGTH);
+        let (Some(density), Some(thickness), Some(outline), Some(shape)) =
+            (density, thickness, outline, shape)
+        else {
+            return;
+        };
+        let pool = &self.pool;
+        let sheet = pool.mul(density.expr, thickness.expr);
+        let moments = self.area_moments(outline);
+        body.mass = pool.simplify(pool.mul(sheet, moments.area));
+        for (com, first) in body.com.iter_mut().zip(moments.first) {
+            *com = pool.simplify(pool.div(first, moments.area));
+        }
+        // Steiner: the polar moment about the origin, less that of the mass in its centre.
+        let [x, y, _] = body.com;
+        let arm = self.total(&[pool.powi(x, 2), pool.powi(y, 2)]);
+        let about_origin = pool.mul(sheet, moments.polar);
+        body.inertia.moments[2] = pool.simplify(pool.sub(about_origin, pool.mul(body.mass, arm)));
+        facts.has_density = true;
+        let corners: Vec<[f64; 3]> = facts.places.iter().map(Place::numbers).collect();
+        if let (Some(density_value), Some(height), [_]) = (density.value, thickness.value, outline)
+        {
+            let (density_value, height) = (density_value.look(), height.look());
+            let area = twice_area(&corners[corners.len() - outline[0].len()..]).abs() / 2.0;
+            facts.mass = Some((density_value * height * area, shape.span.clone()));
+        }
+    }
+
+    /// As [`twice_area`], following what varies.
+    fn twice_area(&mut self, corners: &[[Constant; 3]]) -> Constant {
+        let constants = &mut self.constants;
+        let mut doubled = Constant::written(0.0);
+        for (a, b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+            let products = [constants.multiply(a[0], b[1]), constants.multiply(b[0], a[1])];
+            let cross = constants.subtract(products[0], products[1]);
+            doubled = constants.add(doubled, cross);
+        }
+        doubled
+    }
+
+    fn area_moments(&self, outline: &[Vec<[Expr; 2]>]) -> AreaMoments {
+        let pool = &self.pool;
+        let mut area = Vec::new();
+        let mut first = [Vec::new(), Vec::new()];
+        let mut polar = Vec::new();
+        for polygon in outline {
+            let next = polygon.iter().cycle().skip(1);
+            for (a, b) in polygon.iter().zip(next) {
+                let cross = pool.sub(pool.mul(a[0], b[1]), pool.mul(b[0], a[1]));
+                area.push(cross);
+                let mut squares = Vec::new();
+                for axis in 0..2 {
+                    first[axis].push(pool.mul(pool.add(a[axis], b[axis]), cross));
+                    squares.extend([
+                        pool.powi(a[axis], 2),
+                        pool.mul(a[axis], b[axis]),
+                        pool.powi(b[axis], 2),
+                    ]);
+                }
+                polar.push(pool.mul(self.total(&squares), cross));
+            }
+        }
+        let scaled =
+            |terms: &[Expr], divisor: i64| pool.mul(pool.rational(1, divisor), self.total(terms));
+        AreaMoments {
+            area: scaled(&area, 2),
+            first: [scaled(&first[0], 6), scaled(&first[1], 6)],
+            polar: scaled(&polar, 12),
+        }
+    }
+}
+
+/// Twice the area of a polygon, positive when counter-clockwise.
+fn twice_area(corners: &[[f64; 3]]) -> f64 {
+    let next = corners.iter().cycle().skip(1);
+    corners.iter().zip(next).map(|(a, b)| a[0] * b[1] - b[0] * a[1]).sum()
+}

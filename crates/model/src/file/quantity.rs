@@ -1,0 +1,341 @@
+//! Values of the file: bare numbers, quantities and expressions, as expressions in SI.
+
+use bksim_expr::{Expr, Number, ParseError, ParseErrorKind, ParseOptions, Syntax, parse};
+
+use super::codes;
+use super::constants::Constant;
+use super::lower::{Kind, Lowered};
+use super::reader::{Reader, closest, cut, suggest};
+use super::tree::{Node, Quoted, Value};
+use super::units::{Dimension, Quantity, Scale, UNITS, find_unit};
+use crate::diagnostic::{Diagnostic, Span};
+use crate::message::short;
+
+/// What an expression may depend on besides parameters.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Scope {
+    /// Nothing: it must not change during the motion.
+    Constant,
+    /// Time.
+    Time,
+    /// Time and everything of the motion.
+    Motion,
+}
+
+/// A value of the file in SI.
+#[derive(Clone, Debug)]
+pub(super) struct Scalar {
+    pub(super) expr: Expr,
+    /// Its value, when it depends on parameters only.
+    pub(super) value: Option<Constant>,
+    /// Whether the author wrote no unit.
+    pub(super) is_bare: bool,
+    /// Place of the text without its quotes, or of the number.
+    pub(super) span: Span,
+}
+
+impl Reader<'_> {
+    /// The value that a node must be: a number, or a quantity or expression in quotes.
+    pub(super) fn scalar(
+        &mut self,
+        node: &Node,
+        quantity: Quantity,
+        what: &str,
+        scope: Scope,
+    ) -> Option<Scalar> {
+        let span = match node.text(self.text) {
+            Some(quoted) => quoted.place(&(0..quoted.text.len())),
+            None => node.span.clone(),
+        };
+        let lowered = match &node.value {
+            Value::Number { value, digits } => {
+                self.literal(*value, digits, what, quantity.example, &node.span)?
+            }
+            Value::Text(_) => {
+                let quoted = node.text(self.text)?;
+                let syntax = self.parse(&quoted, what, quantity.example)?;
+                self.lower(&syntax, &quoted, what, scope)?
+            }
+            other => {
+                let example = format!("for example \"{}\"", quantity.example);
+                self.wrong_kind(node, what, "a quantity", other, &example);
+                return None;
+            }
+        };
+        let is_bare = lowered.kind == Kind::Bare;
+        let (expr, value) = self.accept(&lowered, quantity, what)?;
+        if let Some(value) = value.filter(|_| is_bare) {
+            self.check_angle(&lowered, quantity, what, value.look());
+        }
+        Some(Scalar { expr, value, is_bare, span })
+    }
+
+    /// A number without quotes.
+    pub(super) fn literal(
+        &mut self,
+        value: f64,
+        digits: &str,
+        what: &str,
+        example: &str,
+        span: &Span,
+    ) -> Option<Lowered> {
+        let mantissa = digits.split(['e', 'E']).next().unwrap_or_default();
+        let vanished = value == 0.0 && mantissa.contains(|c: char| ('1'..='9').contains(&c));
+        if !value.is_finite() || vanished {
+            let fault = match (value.is_nan(), vanished) {
+                (true, _) => "is not a number",
+                (_, true) => "is too small a number",
+                _ => "is not a finite number",
+            };
+            self.report(
+                Diagnostic::error(codes::NOT_FINITE, format!("{what} {fault}"))
+                    .at(span.clone(), "")
+                    .help(format!("write for example \"{example}\"")),
+            );
+            return None;
+        }
+        let exact = Number::parse(digits).map_or(Number::float(value), |number| {
+            if value.is_sign_negative() { number.negated() } else { number }
+        });
+        Some(Lowered::number(&self.pool, exact, span.clone()))
+    }
+
+    /// Reads an expression into its syntax tree.
+    pub(super) fn parse(
+        &mut self,
+        quoted: &Quoted<'_>,
+        what: &str,
+        example: &str,
+    ) -> Option<Syntax> {
+        if quoted.text.trim().is_empty() {
+            self.report(
+                Diagnostic::error(codes::EXPRESSION, format!("{what} is empty"))
+                    .at(quoted.whole.clone(), "")
+                    .help(format!("write for example \"{example}\"")),
+            );
+            return None;
+        }
+        let text = join_units(quoted.text);
+        // A unit goes on after a space or `/`, so that a parameter `m` leaves `3 N/m` alone; after
+        // a written `*` a name of the model comes first, as in `3 kg*h^2`. `t` is the time always.
+        let is_name = |name: &str| {
+            let place = place_within(&text, name);
+            let before = quoted.text[..place].trim_end();
+            name == "t" || before.ends_with('*') && self.names.plain(name).is_some()
+        };
+        let options = ParseOptions {
+            max_depth: self.nesting,
+            is_unit: &|name| find_unit(name).is_some(),
+            is_name: &is_name,
+        };
+        match parse(&text, &options) {
+            Ok(syntax) => Some(syntax),
+            Err(error) => {
+                self.report_parse_error(&error, quoted, what);
+                None
+            }
+        }
+    }
+
+    fn report_parse_error(&mut self, error: &ParseError, quoted: &Quoted<'_>, what: &str) {
+        let place = quoted.place(&error.span);
+        let fault = |message: String| Diagnostic::error(codes::EXPRESSION, message);
+        let fault = match &error.kind {
+            ParseErrorKind::UnclosedParenthesis => fault("`(` is not closed".to_owned())
+                .at(place, "opened here")
+                .help("add `)` where it ends"),
+            ParseErrorKind::UnopenedParenthesis => fault("`)` closes nothing".to_owned())
+                .at(place, "never opened")
+                .help("remove it, or add `(` before it"),
+            ParseErrorKind::TooDeep { limit } => {
+                Diagnostic::error(codes::NESTING, format!("parentheses nested deeper than {limit}"))
+                    .at(place, "the first one too deep")
+                    .help("use a parameter for a part of it, or allow more with `--max-nesting`")
+            }
+            ParseErrorKind::UnknownUnit { name } => {
+                let units: Vec<&str> = UNITS.iter().map(|unit| unit.name).collect();
+                let help = if self.names.plain(name).is_some() {
+                    format!("write `*` between the number and `{name}`")
+                } else if closest(name, &units).is_some() {
+                    suggest(name, &units)
+                } else {
+                    "units: `bksim explain M030` lists them".to_owned()
+                };
+                let message = format!("unknown unit `{}`", cut(name));
+                Diagnostic::error(codes::UNKNOWN_UNIT, message).at(place, "not a unit").help(help)
+            }
+            ParseErrorKind::UnexpectedEnd { expected } => {
+                fault(format!("{what} ends where {expected} must follow"))
+                    .at(place, "ends here")
+                    .help(format!("write {expected} at the end"))
+            }
+            ParseErrorKind::UnexpectedToken { found, expected } => {
+                let help = if *expected == "an operator" {
+                    format!("write `*` before `{}` to multiply", cut(found))
+                } else {
+                    format!("write {expected} before it, or remove it")
+                };
+                fault(format!("found `{}` where {expected} must stand", cut(found)))
+                    .at(place, "not expected here")
+                    .help(help)
+            }
+            ParseErrorKind::UnexpectedCharacter { found: found @ ('=' | '!') } => {
+                fault(format!("an expression cannot contain `{found}`"))
+                    .at(place, "")
+                    .help("the comparisons are `<`, `<=`, `>` and `>=`")
+            }
+            ParseErrorKind::UnexpectedCharacter { found } => {
+                fault(format!("an expression cannot contain `{}`", found.escape_debug()))
+                    .at(place, "")
+                    .help(
+                        "use + - * / ^ ( ), numbers, units, names, functions; a point in decimals",
+                    )
+            }
+            ParseErrorKind::BadNumber { found } => fault(format!("`{}` is no number", cut(found)))
+                .at(place, "")
+                .help("write digits and one point, such as 0.5 or 1.2e-3"),
+            other => {
+                fault(format!("{what}: {other}")).at(place, "").help("see `bksim explain M020`")
+            }
+        };
+        self.report(fault);
+    }
+
+    /// The value as the quantity that is needed.
+    pub(super) fn accept(
+        &mut self,
+        lowered: &Lowered,
+        quantity: Quantity,
+        what: &str,
+    ) -> Option<(Expr, Option<Constant>)> {
+        match lowered.kind {
+            Kind::Bare => {
+                let scale = self.units.scale(quantity);
+                let value = lowered.value.map(|value| self.constants.scaled(value, scale));
+                Some((self.scaled(lowered.expr, scale), value))
+            }
+            Kind::Known(found) if found == quantity.dimension() => {
+                Some((lowered.expr, lowered.value))
+            }
+            Kind::Known(found) => {
+                let noun = describe(found, lowered.is_angle);
+                let expected = quantity.noun;
+                let place = lowered.unit_span.clone().unwrap_or_else(|| lowered.span.clone());
+                let message = format!("{what}: expected {expected}, found {noun}");
+                let label =
+                    if found == Dimension::NONE { String::new() } else { format!("in {found}") };
+                let fault = Diagnostic::error(codes::WRONG_DIMENSION, message).at(place, label);
+                self.report(fault.help(format!("write for example \"{}\"", quantity.example)));
+                None
+            }
+        }
+    }
+
+    /// The expression times a conversion factor.
+    pub(super) fn scaled(&self, expr: Expr, scale: Scale) -> Expr {
+        if scale.is_one() {
+            return expr;
+        }
+        let pool = &self.pool;
+        let factor =
+            pool.div(pool.number(Number::float(scale.up)), pool.number(Number::float(scale.down)));
+        let pi = pool.powi(pool.pi(), i64::from(scale.pi));
+        pool.product([expr, factor, pi])
+    }
+
+    /// Warns of a bare angle that is more than a turn and looks like degrees.
+    fn check_angle(&mut self, lowered: &Lowered, quantity: Quantity, what: &str, value: f64) {
+        let turn = 2.0 * std::f64::consts::PI;
+        let looks_round = (2.0 * value).fract() == 0.0;
+        if !quantity.is_angle() || self.units.angle_stated || value.abs() <= turn || !looks_round {
+            return;
+        }
+        let Some((name, place)) = self.bare_source(lowered) else { return };
+        let what = name.map_or_else(|| what.to_owned(), |name| format!("the angle `{name}`"));
+        self.report(
+            Diagnostic::warning(
+                codes::LOOKS_LIKE_DEGREES,
+                format!("{what} is {} rad = {:.1} turns", short(value), value / turn),
+            )
+            .at(place, "a number without unit is in radians")
+            .help(format!("write \"{0} deg\", or \"{0} rad\" if it is right", short(value))),
+        );
+    }
+
+    /// Where a bare number was written: here, or where the parameter that it is was defined.
+    fn bare_source(&self, lowered: &Lowered) -> Option<(Option<String>, Span)> {
+        if lowered.is_literal {
+            return Some((None, lowered.span.clone()));
+        }
+        let known = self.parameters.iter().find(|p| p.symbol == lowered.expr)?;
+        Some((Some(known.name.clone()), known.span.clone()))
+    }
+}
+
+/// Where a part of a text begins; the parser hands out parts of the text it was given.
+fn place_within(text: &str, part: &str) -> usize {
+    let place = (part.as_ptr() as usize).saturating_sub(text.as_ptr() as usize);
+    if text.is_char_boundary(place) { place } else { 0 }
+}
+
+/// What a value of a dimension is called.
+pub(super) fn describe(dimension: Dimension, is_angle: bool) -> String {
+    match dimension.noun() {
+        _ if dimension == Dimension::NONE && is_angle => "angle".to_owned(),
+        Some(noun) => noun.to_owned(),
+        None => format!("a quantity in {dimension}"),
+    }
+}
+
+/// Puts `*` for the last space between two units, so that `N m` is read as `N*m`; no place moves.
+pub(super) fn join_units(text: &str) -> String {
+    let is_word = |c: char| c.is_alphanumeric() || c == '_' || c == '.' || c == '°';
+    let mut joined = text.as_bytes().to_vec();
+    let starts = text.char_indices().filter(|&(at, c)| {
+        is_word(c) && text[..at].ends_with(' ') && !text[..at].trim_end().is_empty()
+    });
+    for (at, _) in starts {
+        let before = text[..at].trim_end();
+        let after = text[at..].split(|c| !is_word(c)).next().unwrap_or_default();
+        let is_call = text[at + after.len()..].trim_start().starts_with('(');
+        let last = &before[before
+            .rfind(|c| !is_word(c))
+            .map_or(0, |place| place + before[place..].chars().next().map_or(1, char::len_utf8))..];
+        // The exponent of a unit: `m^2 s`.
+        let power =
+            before.strip_suffix(last).and_then(|rest| rest.trim_end_matches('-').strip_suffix('^'));
+        let unit = power.map_or(last, |rest| {
+            &rest[rest.rfind(|c| !is_word(c)).map_or(0, |place| {
+                place + rest[place..].chars().next().map_or(1, char::len_utf8)
+            })..]
+        });
+        // `25mm m`: a number may touch its unit.
+        let unit = unit.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.');
+        if find_unit(unit).is_some() && find_unit(after).is_some() && !is_call {
+            joined[at - 1] = b'*';
+        }
+    }
+    String::from_utf8(joined).unwrap_or_else(|_| text.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_space_between_units_multiplies() {
+        let cases = [
+            ("0.2 kg m^2", "0.2 kg*m^2"),
+            ("5 N m/rad", "5 N*m/rad"),
+            ("3 N  s", "3 N *s"),
+            ("2 m^2 kg", "2 m^2*kg"),
+            ("25 mm", "25 mm"),
+            ("2 m + 3 s", "2 m + 3 s"),
+            ("2 N min (3)", "2 N min (3)"),
+            ("µm é ° m", "µm é °*m"),
+        ];
+        for (text, expected) in cases {
+            assert_eq!(join_units(text), expected, "{text}");
+        }
+    }
+}

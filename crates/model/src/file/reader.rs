@@ -1,0 +1,342 @@
+//! [`Reader`]: what every room of the file reader shares, and access to tables that reports
+//! unknown, missing and misplaced keys once each.
+
+use bksim_expr::Pool;
+
+use super::codes;
+use super::constants::{Constant, Constants};
+use super::names::Names;
+use super::parameters::ParameterState;
+use super::tree::{Entry, Node, Quoted, Table, Value};
+use super::units::FileUnits;
+use crate::diagnostic::{Code, Diagnostic, Span};
+use crate::ids::BodyId;
+
+/// The state of one reading.
+pub(super) struct Reader<'a> {
+    pub(super) text: &'a str,
+    pub(super) nesting: usize,
+    pub(super) pool: Pool,
+    pub(super) units: FileUnits,
+    pub(super) names: Names,
+    pub(super) parameters: Vec<ParameterState>,
+    /// Indices of the parameters, each after those it uses.
+    pub(super) parameter_order: Vec<usize>,
+    pub(super) faults: Vec<Diagnostic>,
+    /// How values follow from parameters that vary.
+    pub(super) constants: Constants,
+    /// Values of the parameters of a model that was read.
+    pub(super) recorded: Option<Vec<Constant>>,
+    /// First place with a part out of the plane z = 0.
+    pub(super) spatial: Option<Span>,
+    /// The bodies of each joint, predecessor first; `None` where the joint could not be read.
+    pub(super) joint_bodies: Vec<Option<[BodyId; 2]>>,
+    /// Whether a joint could not be read, so that the topology is not known.
+    pub(super) topology_unknown: bool,
+}
+
+impl Reader<'_> {
+    /// Records a fault.
+    pub(super) fn report(&mut self, fault: Diagnostic) {
+        self.faults.push(fault);
+    }
+
+    /// Whether so much is wrong that looking further costs time without helping anyone.
+    pub(super) fn has_seen_enough(&self) -> bool {
+        self.faults.len() > ENOUGH && self.faults.iter().any(Diagnostic::is_error)
+    }
+
+    /// The table a node must be.
+    pub(super) fn table<'n>(&mut self, node: &'n Node, what: &str) -> Option<&'n Table> {
+        match &node.value {
+            Value::Table(table) => Some(table),
+            other => {
+                self.wrong_kind(node, what, "a table", other, "write keys and values below it");
+                None
+            }
+        }
+    }
+
+    /// The elements of an array.
+    pub(super) fn array<'n>(
+        &mut self,
+        node: &'n Node,
+        what: &str,
+        expected: &str,
+        example: &str,
+    ) -> Option<&'n [Node]> {
+        match &node.value {
+            Value::Array(values) => Some(values),
+            other => {
+                self.wrong_kind(node, what, expected, other, &format!("for example {example}"));
+                None
+            }
+        }
+    }
+
+    /// A quoted text.
+    pub(super) fn text_of<'n>(
+        &mut self,
+        node: &'n Node,
+        what: &str,
+        example: &str,
+    ) -> Option<Quoted<'n>> {
+        let quoted = node.text(self.text);
+        if quoted.is_none() {
+            let help = format!("for example \"{example}\"");
+            self.wrong_kind(node, what, "a text in quotes", &node.value, &help);
+        }
+        quoted
+    }
+
+    /// `true` or `false`.
+    pub(super) fn flag(&mut self, node: &Node, what: &str) -> Option<bool> {
+        match &node.value {
+            Value::Bool(value) => Some(*value),
+            other => {
+                self.wrong_kind(node, what, "`true` or `false`", other, "write true or false");
+                None
+            }
+        }
+    }
+
+    /// One of a few words.
+    pub(super) fn choice<T: Copy>(
+        &mut self,
+        node: &Node,
+        what: &str,
+        choices: &[(&str, T)],
+    ) -> Option<T> {
+        let quoted = self.text_of(node, what, choices[0].0)?;
+        let word = quoted.text;
+        if let Some((_, value)) = choices.iter().find(|(name, _)| *name == word) {
+            return Some(*value);
+        }
+        let names: Vec<&str> = choices.iter().map(|(name, _)| *name).collect();
+        let place = quoted.place(&(0..word.len()));
+        self.report(
+            Diagnostic::error(codes::NOT_A_CHOICE, format!("{what} cannot be `{}`", cut(word)))
+                .at(place, "not one of the choices")
+                .help(suggest(word, &names)),
+        );
+        None
+    }
+
+    /// Reports a value of the wrong kind.
+    pub(super) fn wrong_kind(
+        &mut self,
+        node: &Node,
+        what: &str,
+        expected: &str,
+        found: &Value,
+        help: &str,
+    ) {
+        self.report(
+            Diagnostic::error(
+                codes::WRONG_KIND,
+                format!("{what}: expected {expected}, found {}", found.describe()),
+            )
+            .at(node.span.clone(), "")
+            .help(help),
+        );
+    }
+
+    /// Reports a name that nothing has, with the nearest that exists.
+    pub(super) fn unknown(
+        &mut self,
+        code: Code,
+        message: String,
+        (place, label): (Span, &str),
+        (word, candidates): (&str, &[&str]),
+    ) {
+        if self.has_seen_enough() {
+            return;
+        }
+        let mut fault = Diagnostic::error(code, message).at(place, label);
+        if candidates.iter().any(|known| known.eq_ignore_ascii_case(word)) {
+            fault = fault.note("names are case-sensitive");
+        }
+        self.report(fault.help(suggest(word, candidates)));
+    }
+
+    /// Checks a name that the author chose. Reports and returns `false` when it cannot be used.
+    pub(super) fn usable_name(&mut self, name: &str, place: &Span, what: &str) -> bool {
+        let letters = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        let starts_well = !name.starts_with(|c: char| c.is_ascii_digit());
+        if letters && starts_well && !name.is_empty() {
+            return true;
+        }
+        let mut better: String = name
+            .chars()
+            .map(|c| if c.is_ascii_alphanumeric() { c } else { '_' })
+            .take(30)
+            .collect();
+        if !better.starts_with(|c: char| c.is_ascii_alphabetic()) {
+            better.insert_str(0, &what[..1]);
+        }
+        self.report(
+            Diagnostic::error(codes::BAD_NAME, format!("`{}` cannot name a {what}", cut(name)))
+                .at(place.clone(), "letters a–z, digits and `_`, not starting with a digit")
+                .help(format!("rename it, for example `{better}`")),
+        );
+        false
+    }
+}
+
+/// Keys of one table of the model, for example those of body `crank`.
+pub(super) struct Fields<'t> {
+    table: &'t Table,
+    /// `body `crank``.
+    pub(super) owner: String,
+    /// Place of its name.
+    pub(super) span: Span,
+    /// Keys an unknown key was probably meant to be: they are not reported as missing.
+    excused: Vec<&'t str>,
+}
+
+impl<'t> Fields<'t> {
+    /// Opens a table whose keys must be among `known`.
+    pub(super) fn open(
+        reader: &mut Reader<'_>,
+        table: &'t Table,
+        owner: String,
+        span: Span,
+        known: &[&'t str],
+    ) -> Self {
+        let free: Vec<&'t str> =
+            known.iter().copied().filter(|known| table.get(known).is_none()).collect();
+        let mut excused = Vec::new();
+        for entry in &table.entries {
+            let key = entry.key.as_str();
+            if known.contains(&key) || reader.has_seen_enough() {
+                continue;
+            }
+            let meant = closest(key, &free);
+            excused.extend(meant);
+            reader.unknown(
+                codes::UNKNOWN_KEY,
+                format!("unknown key `{}` in {owner}", cut(key)),
+                (entry.key_span.clone(), "not a key here"),
+                (key, if meant.is_some() { &free } else { known }),
+            );
+        }
+        Self { table, owner, span, excused }
+    }
+
+    /// The value of a key.
+    pub(super) fn get(&self, key: &str) -> Option<&'t Node> {
+        self.entry(key).map(|entry| &entry.node)
+    }
+
+    /// The key with its value.
+    pub(super) fn entry(&self, key: &str) -> Option<&'t Entry> {
+        self.table.get(key)
+    }
+
+    /// Whether the key is there, or something that was probably meant to be it.
+    pub(super) fn has(&self, key: &str) -> bool {
+        self.table.get(key).is_some() || self.excused.contains(&key)
+    }
+
+    /// The value of a key that must be there.
+    pub(super) fn require(
+        &self,
+        reader: &mut Reader<'_>,
+        key: &str,
+        help: &str,
+    ) -> Option<&'t Node> {
+        let found = self.get(key);
+        if found.is_none() && !self.excused.contains(&key) {
+            reader.report(
+                Diagnostic::error(codes::MISSING_KEY, format!("{} has no `{key}`", self.owner))
+                    .at(self.span.clone(), format!("`{key}` is missing"))
+                    .help(help),
+            );
+        }
+        found
+    }
+
+    /// `stiffness` of load `s`, for messages.
+    pub(super) fn what(&self, key: &str) -> String {
+        format!("`{key}` of {}", self.owner)
+    }
+
+    /// Reports keys that exclude each other; `true` when both are there.
+    pub(super) fn conflict(&self, reader: &mut Reader<'_>, one: &str, other: &str) -> bool {
+        let (Some(first), Some(second)) = (self.entry(one), self.entry(other)) else {
+            return false;
+        };
+        let (first, second) = if first.key_span.start < second.key_span.start {
+            (first, second)
+        } else {
+            (second, first)
+        };
+        reader.report(
+            Diagnostic::error(
+                codes::KEY_CONFLICT,
+                format!("{} has both `{one}` and `{other}`", self.owner),
+            )
+            .at(second.key_span.clone(), "excludes the other")
+            .at(first.key_span.clone(), "the other")
+            .help(format!("remove `{}` or `{}`", first.key, second.key)),
+        );
+        true
+    }
+}
+
+/// The entry of a key, or one that was probably meant to be it: a misspelt key is reported once
+/// and must not make what stands below it unknown.
+pub(super) fn entry_like<'t>(table: &'t Table, key: &str) -> Option<&'t Entry> {
+    let alike = |entry: &&Entry| closest(&entry.key, &[key]).is_some();
+    table.get(key).or_else(|| table.entries.iter().find(alike))
+}
+
+/// The candidate nearest to a word: equal but for case, else within a few typing errors.
+pub(super) fn closest<'c>(word: &str, candidates: &[&'c str]) -> Option<&'c str> {
+    let same_letters = candidates.iter().find(|known| known.eq_ignore_ascii_case(word));
+    if let Some(known) = same_letters {
+        return Some(known);
+    }
+    if word.len() > MAX_WORD {
+        return None;
+    }
+    let allowed = (word.chars().count().saturating_add(1) / 3).clamp(1, 3);
+    candidates
+        .iter()
+        .filter(|known| known.len().abs_diff(word.len()) <= 4 * allowed)
+        .map(|known| (strsim::damerau_levenshtein(word, known), *known))
+        .filter(|(distance, known)| *distance <= allowed && *distance < known.chars().count())
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, known)| known)
+}
+
+/// Faults after which further ones are no longer explained; comparing names takes time.
+const ENOUGH: usize = 200;
+
+/// Longer words are not compared: comparing takes quadratic time.
+const MAX_WORD: usize = 60;
+
+/// What to write instead of an unknown word.
+pub fn suggest(word: &str, candidates: &[&str]) -> String {
+    if let Some(known) = closest(word, candidates) {
+        return format!("did you mean `{known}`?");
+    }
+    match candidates {
+        [] => "there are none yet: define one".to_owned(),
+        [one] => format!("write `{one}`"),
+        many => {
+            let shown: Vec<String> =
+                many.iter().take(12).map(|known| format!("`{known}`")).collect();
+            let more = if many.len() > 12 { ", …" } else { "" };
+            format!("one of {}{more}", shown.join(", "))
+        }
+    }
+}
+
+/// A word for a message: whole when short, cut when long.
+pub(super) fn cut(word: &str) -> String {
+    if word.chars().count() <= MAX_WORD {
+        return word.to_owned();
+    }
+    word.chars().take(MAX_WORD - 1).chain(['…']).collect()
+}

@@ -1,0 +1,38 @@
+//! Models of mechanisms: what the author wrote, from text with spans to plain data.
+//!
+//! ```
+//! use bksim_model::file::{Source, read};
+//!
+//! let text = r#"
+//! [bodies.bob]
+//! mass = "1 kg"
+//! points = { pin = [0, "0.5 m"] }
+//! [joints.pivot]
+//! type = "revolute"
+//! between = ["ground", "bob.pin"]
+//! "#;
+//! let model = read(&Source::new(text, "pendulum")).model.expect("a model without faults");
+//! assert_eq!(model.bodies[1].name, "bob");
+//! ```
+
+mod body;
+pub mod diagnostic;
+mod drive;
+pub mod file;
+mod ids;
+mod joint;
+mod load;
+mod measure;
+mod measure_names;
+pub mod message;
+mod model;
+mod solve;
+
+pub use body::{Anchor, Body, Inertia, Point};
+pub use drive::Drive;
+pub use ids::{BodyId, DriveId, GROUND, JointId, LoadId, ParameterId, PointId, Vector};
+pub use joint::{Joint, JointKind, MotionKind};
+pub use load::{Load, LoadKind};
+pub use measure::{Axis, Initial, Measure, Signal};
+pub use model::{CoordinatePolicy, Model, Parameter, Space};
+pub use solve::{Formulation, Jit, Method, Outputs, SolveOptions};

@@ -1,0 +1,104 @@
+//! Loads: forces, springs, gravity, stops and friction.
+
+use bksim_expr::Expr;
+
+use crate::body::Anchor;
+use crate::diagnostic::Span;
+use crate::ids::{BodyId, JointId, Vector};
+
+/// A force law.
+#[derive(Clone, Debug)]
+pub struct Load {
+    /// Name as written.
+    pub name: String,
+    /// What it does.
+    pub kind: LoadKind,
+    /// Place of the expression, or of the name when there is none.
+    pub span: Span,
+}
+
+/// The kinds of load. Expressions may use time, parameters and signals.
+#[derive(Clone, Debug)]
+pub enum LoadKind {
+    /// Uniform gravity on every body: the acceleration vector in world axes, m/s².
+    Gravity {
+        /// Acceleration of free fall.
+        acceleration: Vector,
+    },
+    /// A force vector at a point, N; with `reaction`, its opposite acts on that anchor's body at
+    /// the same place.
+    Force {
+        /// Where it acts.
+        on: Anchor,
+        /// Components.
+        vector: Vector,
+        /// Whether the components are along the axes of the body instead of the world's.
+        follows_body: bool,
+    },
+    /// A force along the line of two points, N; positive pushes them apart.
+    ForceBetween {
+        /// One end.
+        a: Anchor,
+        /// The other end.
+        b: Anchor,
+        /// Magnitude.
+        value: Expr,
+    },
+    /// A torque vector in world axes, N m, on `on` and its opposite on `from` (the ground for none).
+    Torque {
+        /// The body it acts on.
+        on: BodyId,
+        /// The body that bears the opposite torque.
+        from: BodyId,
+        /// Components; a planar torque is (0, 0, value).
+        vector: Vector,
+    },
+    /// A linear spring, with a damper beside it, along the line of two points.
+    Spring {
+        /// One end.
+        a: Anchor,
+        /// The other end.
+        b: Anchor,
+        /// N/m.
+        stiffness: Expr,
+        /// Unloaded length, m.
+        length: Expr,
+        /// N s/m; zero for a pure spring. A damper has zero stiffness.
+        damping: Expr,
+    },
+    /// A torsional spring, with a damper beside it, about the joint's rotation.
+    Torsion {
+        /// The joint whose rotation it resists.
+        joint: JointId,
+        /// N m/rad.
+        stiffness: Expr,
+        /// Unloaded angle, rad.
+        angle: Expr,
+        /// N m s/rad.
+        damping: Expr,
+    },
+    /// Limits of one motion of a joint; where they are reached, bodies hit and may rest.
+    Stop {
+        /// The joint whose motion is limited.
+        joint: JointId,
+        /// Which of its motions.
+        motion_idx: usize,
+        /// Smallest position, rad or m.
+        min: Option<Expr>,
+        /// Largest position, rad or m.
+        max: Option<Expr>,
+        /// Speed after a blow over the speed before, in 0 ..= 1.
+        restitution: Expr,
+    },
+    /// Dry friction in one motion of a joint.
+    Friction {
+        /// The joint whose motion it resists.
+        joint: JointId,
+        /// Which of its motions.
+        motion_idx: usize,
+        /// Friction while it slides, N or N m, not negative.
+        sliding: Expr,
+        /// Largest friction while it sticks; what is below `sliding` counts as `sliding`.
+        sticking: Expr,
+    },
+}

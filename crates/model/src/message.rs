@@ -1,0 +1,48 @@
+//! Numbers and names as messages write them.
+
+/// A number for a message: six significant digits, no trailing zeros.
+pub fn short(value: f64) -> String {
+    if value == 0.0 {
+        return "0".into();
+    }
+    let magnitude = value.abs();
+    if !(1e-4..1e7).contains(&magnitude) {
+        let text = format!("{value:.5e}");
+        let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+        let mantissa = mantissa.trim_end_matches('0').trim_end_matches('.');
+        return format!("{mantissa}e{exponent}");
+    }
+    // The value lies in 1e-4..1e7, so its exponent fits.
+    #[expect(clippy::cast_possible_truncation, reason = "the exponent is between -4 and 7")]
+    let decimals = (5 - magnitude.log10().floor() as i32).max(0);
+    let text = format!("{value:.*}", usize::try_from(decimals).unwrap_or(0));
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
+/// `a`, `b` and `c`, each in backticks.
+pub fn listed(names: &[&str]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    match quoted.as_slice() {
+        [] => String::new(),
+        [only] => only.clone(),
+        [rest @ .., last] => format!("{} and {last}", rest.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_messages_are_short() {
+        let cases = [(0.4, "0.4"), (0.399_999_999_999, "0.4"), (123_456.0, "123456"), (0.0, "0")];
+        for (value, expected) in cases {
+            assert_eq!(short(value), expected);
+        }
+        assert_eq!(short(1.25e-9), "1.25e-9");
+    }
+}

@@ -1,0 +1,45 @@
+//! What a mechanism is made of and how it can move.
+
+use bksim_model::{CoordinatePolicy, JointId, Space};
+use bksim_sim::mobility::Mobility;
+use serde_json::{Value, json};
+
+use bksim_sim::Mechanism;
+
+/// Names of all parts, the coordinates and who chose them, and the counts of mobility.
+pub fn parts(mechanism: &Mechanism, found: &Mobility) -> Value {
+    let model = &mechanism.model;
+    json!({
+        "model": model.name,
+        "space": if model.space == Space::Planar { "planar" } else { "spatial" },
+        "bodies": model.bodies.iter().skip(1).map(|b| &b.name).collect::<Vec<_>>(),
+        "joints": model.joints.iter().map(|j| &j.name).collect::<Vec<_>>(),
+        "loads": model.loads.iter().map(|l| &l.name).collect::<Vec<_>>(),
+        "drives": model.drives.iter().map(|d| &d.name).collect::<Vec<_>>(),
+        "coordinates": mechanism.compiled.coordinates.iter().map(|c| &c.name).collect::<Vec<_>>(),
+        "coordinate_policy": coordinate_policy(mechanism),
+        "coordinate_policy_chosen_by": match model.coordinates {
+            CoordinatePolicy::Auto => "bksim",
+            _ => "model",
+        },
+        "cut_joints": joint_names(mechanism, &mechanism.system.tree.cuts),
+        "constraints": found.n_constraints,
+        "rank": found.rank,
+        "gruebler": found.gruebler,
+        "mobility": found.mobility,
+        "redundant_joints": joint_names(mechanism, &found.redundant),
+    })
+}
+
+/// How its coordinates are chosen: `relative`, `absolute`.
+pub fn coordinate_policy(mechanism: &Mechanism) -> &'static str {
+    match mechanism.system.tree.policy {
+        CoordinatePolicy::Absolute => "absolute",
+        _ => "relative",
+    }
+}
+
+/// The names of joints.
+pub fn joint_names<'a>(mechanism: &'a Mechanism, joints: &[JointId]) -> Vec<&'a str> {
+    joints.iter().map(|joint| mechanism.model.joints[joint.0].name.as_str()).collect()
+}

@@ -1,0 +1,83 @@
+//! How a run went.
+
+use bksim_mbs::constraint::Source;
+use bksim_sim::run::{Integrator, Reason, Summary};
+use serde_json::{Value, json};
+
+use super::events::events;
+use bksim_sim::Mechanism;
+
+/// Its end, methods, events, work, residuals and energy balance.
+pub fn summary(mechanism: &Mechanism, summary: &Summary) -> Value {
+    let Summary { t, n_samples, stats, position_residual, velocity_residual, energy, .. } = summary;
+    let relative = if energy.scale > 0.0 { energy.worst_error / energy.scale } else { 0.0 };
+    json!({
+            "end": { "reached": summary.reached_end, "t": t },
+            "samples": n_samples,
+            "methods": summary.methods.iter().map(|change| json!({
+                "t": change.t,
+                "method": method_word(change.method),
+                "reason": reason_words(change.reason),
+            })).collect::<Vec<_>>(),
+            "singular_poses": summary.singular_poses.iter().map(|pose| json!({
+                "t": pose.t,
+                "rank": pose.rank,
+                "names": sources(mechanism, &pose.rows),
+            })).collect::<Vec<_>>(),
+            "events": events(mechanism, &summary.changes),
+            "steps": {
+                "n_step": stats.n_step, "n_accept": stats.n_accept, "n_reject": stats.n_reject,
+                "n_newton_failed": stats.n_newton_failed, "n_newton": stats.n_newton,
+                "n_residual": stats.n_residual, "n_jacobian": stats.n_jacobian,
+                "n_factor": stats.n_factor, "n_solve": stats.n_solve,
+            },
+            "residual": {
+                "position": position_residual[1], "velocity": velocity_residual[1],
+                "position_before_projection": position_residual[0],
+                "velocity_before_projection": velocity_residual[0],
+            },
+            "energy": {
+                "initial": energy.initial, "last": energy.last, "work": energy.work,
+                "blows": energy.blows,
+                "worst_error": energy.worst_error, "scale": energy.scale,
+                "relative_error": relative,
+            },
+    })
+}
+
+/// Names of the joints, drives and loads of some constraint rows, each once.
+pub fn sources<'a>(mechanism: &'a Mechanism, rows: &[usize]) -> Vec<&'a str> {
+    let Mechanism { model, system, .. } = mechanism;
+    let mut names: Vec<&str> = Vec::new();
+    for &row in rows {
+        let name = match system.constraints[row].source {
+            Source::Joint(joint) => &model.joints[joint.0].name,
+            Source::Drive(drive) => &model.drives[drive.0].name,
+            Source::Stop(load) | Source::Friction(load) => &model.loads[load.0].name,
+        };
+        if !names.contains(&name.as_str()) {
+            names.push(name);
+        }
+    }
+    names
+}
+
+/// The word of an integrator.
+pub fn method_word(method: Integrator) -> &'static str {
+    match method {
+        Integrator::Explicit => "explicit",
+        Integrator::Radau => "radau",
+    }
+}
+
+/// Why a method is used, in a few words.
+pub fn reason_words(reason: Reason) -> &'static str {
+    match reason {
+        Reason::Asked => "as asked",
+        Reason::Cheapest => "least work while the motion is not stiff",
+        Reason::Stiff => "the motion is stiff",
+        Reason::OtherFailed => "the other method cannot go on here",
+        Reason::SingularPose => "past the singular pose ahead",
+        Reason::Regular => "behind the singular pose",
+    }
+}

@@ -1,0 +1,8 @@
+//! Runs of mechanisms to logs and back: recording samples, playing a motion again at any instant, and
+//! the words in which a run is told to programs.
+
+pub mod describe;
+pub mod overview;
+pub mod playback;
+pub mod player;
+pub mod record;

@@ -1,0 +1,87 @@
+//! The motion of a run at any instant: the segment it lies in, completed by the equations.
+
+use std::sync::Arc;
+
+use bksim_sim::compiled::CompiledSystem;
+use bksim_sim::run::{Replay, Sample, Segment, Unreplayed};
+use self_cell::self_cell;
+
+/// Completes what segments hold; keeps the equations it does so with.
+#[derive(Debug)]
+pub struct Player {
+    replay: OwnedReplay,
+    /// The segment used last: instants that follow each other are near each other.
+    last_idx: usize,
+}
+
+self_cell!(
+    struct OwnedReplay {
+        owner: Arc<CompiledSystem>,
+        #[covariant]
+        dependent: Replay,
+    }
+    impl {Debug}
+);
+
+/// First and last instant of a motion, s; the last is the earlier one in a run back in time.
+pub fn span(segments: &[Segment]) -> Option<[f64; 2]> {
+    Some([segments.first()?.t0, segments.last()?.t1])
+}
+
+/// `t`, or the end of a motion that is nearer when it lies outside of the span.
+fn within(segments: &[Segment], t: f64) -> Option<f64> {
+    let [first, last] = span(segments)?;
+    Some(if t.is_nan() { first } else { t.clamp(first.min(last), first.max(last)) })
+}
+
+impl Player {
+    /// A player for runs with these values of the model's parameters.
+    pub fn new(compiled: Arc<CompiledSystem>, parameters: &[f64]) -> Self {
+        let replay = OwnedReplay::new(compiled, |compiled| Replay::new(compiled, parameters));
+        Self { replay, last_idx: 0 }
+    }
+
+    /// The sample at `t`, s, or at the end that is nearer when it lies outside of the span. At an
+    /// event, what follows it is shown. Without segments, what was shown last.
+    ///
+    /// # Errors
+    /// [`Unreplayed`] when the motion is not that of the mechanism.
+    pub fn at(&mut self, segments: &[Segment], t: f64) -> Result<&Sample, Unreplayed> {
+        if let Some(t) = within(segments, t) {
+            self.last_idx = self.segment_at(segments, t);
+            let segment = &segments[self.last_idx];
+            self.replay.with_dependent_mut(|_, replay| replay.at(segment, t).map(drop))?;
+        }
+        Ok(self.sample())
+    }
+
+    /// What [`Player::at`] has made last; work, step size and counters are zero.
+    pub fn sample(&self) -> &Sample {
+        self.replay.borrow_dependent().sample()
+    }
+
+    /// Writes q and v at `t`, s, or at the end that is nearer when it lies outside of the span, as the
+    /// integrator has them, without projection: 2 nq numbers.
+    ///
+    /// # Panics
+    /// If `state` has not as many numbers as there are at each point of the segments.
+    pub fn state_at(&self, segments: &[Segment], t: f64, state: &mut [f64]) {
+        if let Some(t) = within(segments, t) {
+            segments[self.segment_at(segments, t)].at(t, state);
+        }
+    }
+
+    fn segment_at(&self, segments: &[Segment], t: f64) -> usize {
+        let [first, last] = span(segments).unwrap_or_default();
+        let forward = if last < first { -1.0 } else { 1.0 };
+        let is_in = |idx: usize| segments.get(idx).is_some_and(|s| s.contains(t) && t != s.t1);
+        if is_in(self.last_idx) {
+            return self.last_idx;
+        }
+        if is_in(self.last_idx + 1) {
+            return self.last_idx + 1;
+        }
+        let n_before = segments.partition_point(|s| (s.t1 - t) * forward <= 0.0);
+        n_before.min(segments.len().saturating_sub(1))
+    }
+}

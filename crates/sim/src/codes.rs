@@ -1,0 +1,24 @@
+//! Codes of faults found after reading: at the start and during the run.
+
+bksim_model::codes! {
+    CANNOT_CLOSE = "S001", "a loop cannot close";
+    STATED_POSITIONS = "S002", "stated positions exclude each other";
+    STATED_VELOCITIES = "S003", "stated rates exclude each other";
+    DRIVE_AT_START = "S004", "a drive cannot move at the start";
+    NO_INERTIA = "S005", "a motion without inertia";
+    NOT_FINITE_AT_START = "S006", "no finite value at the start";
+    BEYOND_STOP = "S007", "a start beyond a stop";
+    IRREVERSIBLE = "S008", "back in time over what switches";
+    REDUNDANT = "S010", "redundant joints";
+    NO_MOBILITY = "S011", "nothing can move";
+    NO_SENSITIVITY = "S012", "a sensitivity that does not exist";
+    INPUT_ELSEWHERE = "S013", "an input that not only loads depend on";
+    DRIVE_CANNOT_PASS = "R001", "a drive cannot pass a dead centre";
+    NO_VALUE = "R002", "an expression leaves its domain";
+    STEP_TOO_SMALL = "R003", "the step size became too small";
+    TOO_MANY_STEPS = "R004", "too many steps";
+    SINGULAR = "R005", "a singular pose";
+    CHATTER = "R006", "a switch thrown forth and back";
+    NO_CONTACTS = "R007", "contacts that exclude each other";
+    DRIVE_JUMPS = "R008", "a drive that jumps";
+}

@@ -1,0 +1,164 @@
+//! [`CompiledSystem`]: the symbolic system as straight-line functions of numbers.
+//!
+//! The dynamics at a state, the constraints at a position, energies and powers, and the joint
+//! reactions; [`Evaluator`] calls them. All take the parameters at run time, so one compiled system
+//! serves every parameter value.
+
+use crate::input::{Law, input_symbols, without_inputs};
+use crate::linear::shape::Shape;
+use bksim_mbs::levels::constraint_gamma;
+use bksim_mbs::quantity::{
+    Quantity, coordinate_quantities, drive_quantities, multiplier_quantities,
+};
+use std::sync::Arc;
+
+use bksim_expr::{Expr, Pool, Runner, SymbolId, Tape, TapeError};
+
+pub use crate::evaluator::Evaluator;
+use crate::linear::unrolled::StraightLine;
+
+use crate::hybrid::{Modes, Watch};
+use crate::input::Inputs;
+use bksim_mbs::constraint::Source;
+use bksim_mbs::reaction::reactions;
+use bksim_mbs::system::SymbolicSystem;
+use bksim_model::MotionKind;
+use bksim_model::{DriveId, JointId, LoadId, Model};
+
+/// A mechanism as functions of numbers: no expressions, no text to parse, safe to share.
+#[derive(Clone, Debug)]
+pub struct CompiledSystem {
+    /// The generalised coordinates.
+    pub coordinates: Vec<Quantity>,
+    /// The multipliers.
+    pub multipliers: Vec<Quantity>,
+    /// Where each constraint row comes from.
+    pub sources: Vec<Source>,
+    /// Names of the joints, in file order; reactions follow it.
+    pub joints: Vec<String>,
+    /// The drives, each with its effort.
+    pub drives: Vec<Quantity>,
+    /// Parameters that are functions of the motion.
+    pub(crate) inputs: Inputs,
+    /// M, G, f and γ of (t, q, v, u), u the inputs.
+    pub(crate) dynamics: Runner,
+    /// v̇, λ and factors of (t, q, v, u), of small mechanisms; see [`StraightLine`].
+    pub(crate) straight_line: Option<Runner>,
+    /// G, g and ∂g/∂t of (t, q).
+    pub(crate) constraints: Runner,
+    pub(crate) shape: Shape,
+    /// T, V and the power of (t, q, v, λ, u).
+    pub(crate) energy: Runner,
+    /// The power alone; `None` where nothing acts but forces with a potential.
+    pub(crate) power: Option<Runner>,
+    /// Six numbers per joint of (t, q, v, a, λ, u).
+    pub(crate) reactions: Runner,
+    /// What decides the modes.
+    pub(crate) watch: Watch,
+    /// The model's own, without modes.
+    n_parameters: usize,
+}
+
+/// Compiles the functions of `system`.
+///
+/// # Errors
+/// [`TapeError`] names a symbol that is neither time, a parameter nor part of the state.
+pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem, TapeError> {
+    let pool = &model.pool;
+    let watch = Watch::compile(model, system)?;
+    let system = system.integrated();
+    let coordinates = system.coordinates();
+    let [q, v, a]: [Vec<SymbolId>; 3] = [
+        coordinates.iter().map(|c| c.q).collect(),
+        coordinates.iter().map(|c| c.v).collect(),
+        coordinates.iter().map(|c| c.a).collect(),
+    ];
+    let lambda: Vec<SymbolId> = system.constraints.iter().map(|c| c.lambda).collect();
+    let u = input_symbols(model);
+    let u = u.as_slice();
+    let parameters = without_inputs(model, system.parameters(model));
+    let tape = |outputs: &[Expr], inputs: &[&[SymbolId]]| {
+        let inputs: Vec<SymbolId> =
+            std::iter::once(model.time).chain(inputs.iter().copied().flatten().copied()).collect();
+        let tape = Tape::compile(pool, outputs, &inputs, &parameters)?;
+        Ok::<_, TapeError>(Runner::new(tape, model.solve.jit))
+    };
+
+    let shape = Shape::of(system);
+    let mass: Vec<Expr> = system.mass_matrix.lower().map(|(.., entry)| entry).collect();
+    let jacobian: Vec<Expr> =
+        system.constraint_jacobian.entries().map(|(.., entry)| entry).collect();
+    let forces = (0..shape.nq).map(|i| {
+        let resisting = pool.add(system.bias[i], system.potential_gradient[i]);
+        pool.sub(system.force[i], resisting)
+    });
+    let forces: Vec<Expr> = forces.collect();
+    let gammas: Vec<Expr> = (0..shape.nc).map(|row| constraint_gamma(model, system, row)).collect();
+    let dynamics = [mass.as_slice(), &jacobian, &forces, &gammas].concat();
+    let straight_line = StraightLine::of(pool, &shape, (&mass, &jacobian), (&forces, &gammas))
+        .map(|line| tape(&line.outputs(), &[&q, &v, u]))
+        .transpose()?;
+    let closed = system.constraints.iter().map(|c| c.expression);
+    let constraints: Vec<Expr> =
+        jacobian.into_iter().chain(closed).chain(system.constraint_rate.iter().copied()).collect();
+    let energy = energy_outputs(pool, system);
+    let is_powered = !pool.is_zero(energy[2]);
+    let power = is_powered.then(|| tape(&energy[2..], &[&q, &v, &lambda, u])).transpose()?;
+    let reaction_outputs: Vec<Expr> =
+        reactions(model, system).iter().flat_map(|r| [r.force, r.moment].concat()).collect();
+    Ok(CompiledSystem {
+        coordinates: coordinate_quantities(system),
+        multipliers: multiplier_quantities(model, system),
+        sources: system.constraints.iter().map(|c| c.source).collect(),
+        joints: model.joints.iter().map(|j| j.name.clone()).collect(),
+        drives: drive_quantities(model),
+        inputs: Inputs::of(model),
+        dynamics: tape(&dynamics, &[&q, &v, u])?,
+        straight_line,
+        constraints: tape(&constraints, &[&q])?,
+        shape,
+        energy: tape(&energy, &[&q, &v, &lambda, u])?,
+        power,
+        reactions: tape(&reaction_outputs, &[&q, &v, &a, &lambda, u])?,
+        watch,
+        n_parameters: model.parameters.len(),
+    })
+}
+
+impl CompiledSystem {
+    /// Number of generalised coordinates.
+    pub fn nq(&self) -> usize {
+        self.shape.nq
+    }
+
+    /// Number of constraint rows.
+    pub fn nc(&self) -> usize {
+        self.shape.nc
+    }
+
+    /// The same functions, with the values of the inputs by `law`.
+    #[must_use]
+    pub fn with_law(mut self, law: Arc<Law>) -> Self {
+        self.inputs.follow(law);
+        self
+    }
+
+    /// The functions at the given parameter values, in the order of the model's parameters; modes
+    /// may follow, else every contact is open.
+    pub fn evaluator(&self, parameters: &[f64]) -> Evaluator<'_> {
+        let has_modes = parameters.len() > self.n_parameters;
+        let idle = if has_modes { Modes::default() } else { self.watch.idle() };
+        Evaluator::new(self, &idle.behind(parameters))
+    }
+}
+
+/// T, V, and P = Q · v + λ · ∂g/∂t: constraint forces do the work −λᵀ G v = λᵀ ∂g/∂t.
+fn energy_outputs(pool: &Pool, system: &SymbolicSystem) -> [Expr; 3] {
+    let loads = system.coordinates().iter().zip(&system.force);
+    let drives = system.constraints.iter().zip(&system.constraint_rate);
+    let power = loads
+        .map(|(c, &force)| pool.mul(force, pool.symbol_expr(c.v)))
+        .chain(drives.map(|(c, &rate)| pool.mul(rate, pool.symbol_expr(c.lambda))));
+    let power = pool.sum(power.collect::<Vec<_>>());
+    [system.kinetic_energy, system.potential_energy, power]
+}

@@ -1,0 +1,237 @@
+//! The functions of one compiled system at one set of parameters, with their buffers.
+
+use bksim_expr::Workspace;
+use nalgebra::DMatrix;
+
+use crate::compiled::CompiledSystem;
+use crate::input::InputValues;
+use crate::linear::rows::SparseRows;
+use crate::linear::shape::Shape;
+
+/// The functions of one compiled system at one set of parameters, with their buffers.
+#[derive(Clone, Debug)]
+pub struct Evaluator<'a> {
+    system: &'a CompiledSystem,
+    dynamics: Workspace,
+    straight_line: Option<Workspace>,
+    constraints: Workspace,
+    energy: Workspace,
+    power: Option<Workspace>,
+    reactions: Workspace,
+    drawn: InputValues,
+    inputs: Vec<f64>,
+    outputs: Vec<f64>,
+}
+
+/// T, V and the power of everything without a potential.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Energy {
+    /// J.
+    pub kinetic: f64,
+    /// J.
+    pub potential: f64,
+    /// Power of loads and drives, W.
+    pub power: f64,
+}
+
+/// M, G, f and γ at one state: M v̇ + Gᵀ λ = f, G v̇ + γ = 0.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DynamicsAt<'a> {
+    pub(crate) shape: &'a Shape,
+    /// Values of M in the order of the shape, lower triangle.
+    pub(crate) mass: &'a [f64],
+    /// Values of G in the order of the shape.
+    pub(crate) jacobian: &'a [f64],
+    /// nq: applied, potential and Coriolis forces.
+    pub(crate) force: &'a [f64],
+    /// nc.
+    pub(crate) gamma: &'a [f64],
+}
+
+/// G, g and ∂g/∂t at one position: g = 0, G v + ∂g/∂t = 0.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ConstraintsAt<'a> {
+    pub(crate) shape: &'a Shape,
+    /// Values of G in the order of the shape.
+    pub(crate) jacobian: &'a [f64],
+    /// nc: g, m or rad.
+    pub(crate) value: &'a [f64],
+    /// nc: ∂g/∂t.
+    pub(crate) rate: &'a [f64],
+}
+
+impl<'a> Evaluator<'a> {
+    pub(crate) fn new(system: &'a CompiledSystem, parameters: &[f64]) -> Self {
+        let (nq, nc) = (system.nq(), system.nc());
+        let tapes = [&system.dynamics, &system.constraints, &system.energy, &system.reactions];
+        let tapes = tapes.into_iter().chain(&system.straight_line);
+        let n_outputs = tapes.map(|runner| runner.tape().n_outputs()).max();
+        Self {
+            system,
+            dynamics: system.dynamics.tape().workspace(parameters),
+            straight_line: system
+                .straight_line
+                .as_ref()
+                .map(|runner| runner.tape().workspace(parameters)),
+            constraints: system.constraints.tape().workspace(parameters),
+            energy: system.energy.tape().workspace(parameters),
+            power: system.power.as_ref().map(|runner| runner.tape().workspace(parameters)),
+            reactions: system.reactions.tape().workspace(parameters),
+            drawn: InputValues::new(&system.inputs),
+            inputs: Vec::with_capacity(1 + 3 * nq + nc),
+            outputs: vec![0.0; n_outputs.unwrap_or(0)],
+        }
+    }
+
+    /// Which entries of M and G there are.
+    pub(crate) fn shape(&self) -> &'a Shape {
+        &self.system.shape
+    }
+
+    /// The inputs at a state, SI.
+    pub fn inputs(&mut self, t: f64, q: &[f64], v: &[f64]) -> &[f64] {
+        self.drawn.at(t, q, v)
+    }
+
+    /// M, G, f and γ at a state.
+    pub(crate) fn dynamics(&mut self, t: f64, q: &[f64], v: &[f64]) -> DynamicsAt<'_> {
+        let Self { system, dynamics, drawn, inputs, outputs, .. } = self;
+        let outputs = &mut outputs[..system.dynamics.tape().n_outputs()];
+        gather(inputs, t, &[q, v, drawn.at(t, q, v)]);
+        system.dynamics.evaluate(dynamics, inputs, outputs);
+        let shape = &system.shape;
+        let (mass, rest) = outputs.split_at(shape.mass.len());
+        let (jacobian, rest) = rest.split_at(shape.jacobian.len());
+        let (force, gamma) = rest.split_at(shape.nq);
+        DynamicsAt { shape, mass, jacobian, force, gamma }
+    }
+
+    /// v̇, λ and the factors they come from, see [`crate::linear::unrolled::StraightLine`]; `None` for large
+    /// mechanisms.
+    pub(crate) fn straight_line(&mut self, t: f64, q: &[f64], v: &[f64]) -> Option<&[f64]> {
+        let Self { system, straight_line, drawn, inputs, outputs, .. } = self;
+        let (runner, workspace) = system.straight_line.as_ref().zip(straight_line.as_mut())?;
+        let outputs = &mut outputs[..runner.tape().n_outputs()];
+        gather(inputs, t, &[q, v, drawn.at(t, q, v)]);
+        runner.evaluate(workspace, inputs, outputs);
+        Some(outputs)
+    }
+
+    /// G, g and ∂g/∂t at a position.
+    pub(crate) fn constraints(&mut self, t: f64, q: &[f64]) -> ConstraintsAt<'_> {
+        let Self { system, constraints, inputs, outputs, .. } = self;
+        let outputs = &mut outputs[..system.constraints.tape().n_outputs()];
+        gather(inputs, t, &[q]);
+        system.constraints.evaluate(constraints, inputs, outputs);
+        let shape = &system.shape;
+        let (jacobian, rest) = outputs.split_at(shape.jacobian.len());
+        let (value, rate) = rest.split_at(shape.nc);
+        ConstraintsAt { shape, jacobian, value, rate }
+    }
+
+    /// Energies, and the power of loads and drives.
+    pub fn energy(&mut self, t: f64, q: &[f64], v: &[f64], lambda: &[f64]) -> Energy {
+        let mut outputs = [0.0; 3];
+        gather(&mut self.inputs, t, &[q, v, lambda, self.drawn.at(t, q, v)]);
+        self.system.energy.evaluate(&mut self.energy, &self.inputs, &mut outputs);
+        let [kinetic, potential, power] = outputs;
+        Energy { kinetic, potential, power }
+    }
+
+    /// The power of loads and drives, W.
+    pub(crate) fn power(&mut self, t: f64, q: &[f64], v: &[f64], lambda: &[f64]) -> f64 {
+        let (Some(runner), Some(workspace)) = (&self.system.power, &mut self.power) else {
+            return 0.0;
+        };
+        let mut power = [0.0];
+        gather(&mut self.inputs, t, &[q, v, lambda, self.drawn.at(t, q, v)]);
+        runner.evaluate(workspace, &self.inputs, &mut power);
+        power[0]
+    }
+
+    /// Joint reactions: six numbers per joint, force then moment, world axes.
+    pub fn reactions_into(
+        &mut self,
+        t: f64,
+        [q, v, a, lambda]: [&[f64]; 4],
+        out: &mut Vec<[f64; 6]>,
+    ) {
+        let outputs = &mut self.outputs[..self.system.reactions.tape().n_outputs()];
+        gather(&mut self.inputs, t, &[q, v, a, lambda, self.drawn.at(t, q, v)]);
+        self.system.reactions.evaluate(&mut self.reactions, &self.inputs, outputs);
+        out.clear();
+        out.extend(outputs.chunks_exact(6).map(|six| std::array::from_fn(|i| six[i])));
+    }
+}
+
+/// Inputs of a tape: time, then the parts of the state.
+pub(crate) fn gather(inputs: &mut Vec<f64>, t: f64, parts: &[&[f64]]) {
+    inputs.clear();
+    inputs.push(t);
+    for part in parts {
+        inputs.extend_from_slice(part);
+    }
+}
+
+impl DynamicsAt<'_> {
+    /// Whether every number is finite.
+    pub(crate) fn is_finite(&self) -> bool {
+        let parts = [self.mass, self.jacobian, self.force, self.gamma];
+        parts.into_iter().flatten().all(|value| value.is_finite())
+    }
+
+    /// M, nq × nq.
+    pub(crate) fn mass_matrix(&self) -> DMatrix<f64> {
+        let nq = self.shape.nq;
+        let mut mass = DMatrix::zeros(nq, nq);
+        for (&(i, j), &value) in self.shape.mass.iter().zip(self.mass) {
+            mass[(i, j)] = value;
+            mass[(j, i)] = value;
+        }
+        mass
+    }
+
+    /// G, nc × nq.
+    pub(crate) fn jacobian_rows(&self) -> SparseRows {
+        jacobian_rows(self.shape, self.jacobian)
+    }
+
+    /// M v̇.
+    pub(crate) fn inertia_of(&self, vdot: &[f64]) -> Vec<f64> {
+        let mut inertia = vec![0.0; self.shape.nq];
+        for (&(i, j), &m) in self.shape.mass.iter().zip(self.mass) {
+            inertia[i] += m * vdot[j];
+            if i != j {
+                inertia[j] += m * vdot[i];
+            }
+        }
+        inertia
+    }
+}
+
+impl ConstraintsAt<'_> {
+    /// G, nc × nq.
+    pub(crate) fn jacobian_rows(&self) -> SparseRows {
+        jacobian_rows(self.shape, self.jacobian)
+    }
+
+    /// Writes G v + ∂g/∂t, nc.
+    pub(crate) fn rate_into(&self, v: &[f64], out: &mut [f64]) {
+        out.copy_from_slice(self.rate);
+        for (&(row, i), &value) in self.shape.jacobian.iter().zip(self.jacobian) {
+            out[row] += value * v[i];
+        }
+    }
+
+    /// G v + ∂g/∂t, nc.
+    pub(crate) fn rate_of(&self, v: &[f64]) -> Vec<f64> {
+        let mut rate = vec![0.0; self.shape.nc];
+        self.rate_into(v, &mut rate);
+        rate
+    }
+}
+
+fn jacobian_rows(shape: &Shape, values: &[f64]) -> SparseRows {
+    let entries = shape.jacobian.iter().zip(values).map(|(&(row, i), &value)| (row, i, value));
+    SparseRows::from_entries(shape.nc, shape.nq, entries)
+}

@@ -1,0 +1,335 @@
+//! Faults of a run: a drive at its dead centre, an expression without a value, a step too small.
+
+use crate::input::input_symbols;
+use bksim_dae::{Cause, SolveError, Standstill};
+use bksim_expr::{DomainFault, Expr, Pool, SymbolId};
+use bksim_model::ParameterId;
+use nalgebra::{DMatrix, DVector};
+
+use super::switch;
+use crate::codes;
+use crate::compiled::CompiledSystem;
+use crate::formulate::MotionEquations;
+use crate::input::InputValues;
+use crate::mobility::loop_through;
+use crate::run::Failure;
+use bksim_mbs::constraint::Source;
+use bksim_mbs::signal::signal_values;
+use bksim_mbs::system::SymbolicSystem;
+use bksim_model::diagnostic::{Diagnostic, Span};
+use bksim_model::message::short;
+use bksim_model::{BodyId, DriveId, JointId, LoadKind, Model};
+
+/// A drive whose row lies this close to the span of the joints' rows (as the sine of the angle
+/// between them) has run into a pose it cannot pass. Steps shrink as the square root of the way
+/// left, so a run stops within about this distance.
+const DEAD_CENTRE: f64 = 0.2;
+
+/// Two links whose directions differ by less than this (sine) are said to be in line.
+const IN_LINE: f64 = 0.15;
+
+/// The diagnostic of a run that stopped early.
+pub fn diagnose_run(
+    model: &Model,
+    system: &SymbolicSystem,
+    compiled: &CompiledSystem,
+    equations: &MotionEquations,
+    parameters: &[f64],
+    failure: &Failure,
+) -> Diagnostic {
+    if let Some(fault) = &failure.unsettled {
+        return switch::unsettled(model, system, fault, failure.summary.t);
+    }
+    let fault = match &failure.error {
+        Some(
+            SolveError::NotFinite { at, .. }
+            | SolveError::StepTooSmall { cause: Cause::NotFinite { .. }, at }
+            | SolveError::FixedStepFailed { cause: Cause::NotFinite { .. }, at },
+        ) => no_input(model, compiled, at)
+            .or_else(|| no_value(model, system, compiled, at, parameters)),
+        Some(SolveError::StepTooSmall { .. } | SolveError::FixedStepFailed { .. }) | None => {
+            blocked_drive(model, system, compiled, parameters, failure)
+        }
+        _ => None,
+    };
+    fault.unwrap_or_else(|| stuck(model, equations, failure))
+}
+
+/// The input that has no value at the state that was tried, or within a step from there.
+fn no_input(model: &Model, compiled: &CompiledSystem, at: &Standstill) -> Option<Diagnostic> {
+    let nq = compiled.nq();
+    let (q, v) = at.y[..2 * nq].split_at(nq);
+    let mut values = InputValues::new(&compiled.inputs);
+    let (t, k) = [at.t, at.t + at.h].into_iter().find_map(|t| {
+        let k = values.at(t, q, v).iter().position(|value| !value.is_finite())?;
+        Some((t, k))
+    })?;
+    let parameter = &model.parameters[compiled.inputs.ids()[k].0];
+    let message = format!("the input `{}` has no value at t = {} s", parameter.name, short(t));
+    Some(
+        Diagnostic::error(codes::NO_VALUE, message)
+            .at(parameter.span.clone(), "a function of the motion in this run")
+            .help("let its function return a finite number at every state"),
+    )
+}
+
+/// The load or drive whose expression has no value at the state that was tried.
+fn no_value(
+    model: &Model,
+    system: &SymbolicSystem,
+    compiled: &CompiledSystem,
+    at: &Standstill,
+    parameters: &[f64],
+) -> Option<Diagnostic> {
+    let pool = &model.pool;
+    let coordinates = system.coordinates();
+    let (nq, t, y) = (coordinates.len(), at.t, &at.y);
+    let (q, v) = y[..2 * nq].split_at(nq);
+    let inputs = InputValues::new(&compiled.inputs).at(t, q, v).to_vec();
+    let value = |symbol: SymbolId| {
+        let input = input_symbols(model).iter().position(|&input| input == symbol);
+        let parameter = model.parameters.iter().position(|p| p.symbol == symbol);
+        input
+            .map(|k| inputs[k])
+            .or_else(|| parameter.map(|k| parameters[k]))
+            .or_else(|| coordinates.iter().position(|c| c.q == symbol).map(|i| y[i]))
+            .or_else(|| coordinates.iter().position(|c| c.v == symbol).map(|i| y[nq + i]))
+            .or_else(|| (symbol == model.time).then_some(t))
+    };
+    let signals = signal_values(model, &system.kinematics);
+    let laws = model.loads.iter().flat_map(|load| {
+        let named = (format!("load `{}`", load.name), &load.span);
+        expressions_of(&load.kind).into_iter().map(move |e| (named.clone(), e))
+    });
+    let motions = model.drives.iter().map(|d| ((format!("drive `{}`", d.name), &d.span), d.motion));
+    for ((owner, span), e) in laws.chain(motions) {
+        // The author's own text of the operand, beside its value in this state.
+        let resolved = pool.substitute(e, &signals);
+        if let Some(fault) = pool.domain_fault(resolved, &value) {
+            let written = written_operand(pool, e, &fault, &signals, &value);
+            return Some(domain_diagnostic(&owner, span, &fault, &written, t));
+        }
+    }
+    None
+}
+
+fn domain_diagnostic(
+    owner: &str,
+    span: &Span,
+    fault: &DomainFault,
+    written: &str,
+    t: f64,
+) -> Diagnostic {
+    let operands: Vec<String> = fault.operands.iter().map(|&v| short(v)).collect();
+    let message = format!(
+        "{owner} has no value at t = {} s: {} of {}",
+        short(t),
+        fault.operation,
+        operands.join(" and ")
+    );
+    Diagnostic::error(codes::NO_VALUE, message)
+        .at(span.clone(), "this expression leaves its domain")
+        .note(written.to_owned())
+        .help("keep the operand in its domain, for example `sqrt(max(x, 0))` instead of `sqrt(x)`")
+}
+
+/// The values of what the expression names, such as `x = 0.0499`.
+fn written_operand(
+    pool: &Pool,
+    e: Expr,
+    fault: &DomainFault,
+    signals: &[(SymbolId, Expr)],
+    value: &dyn Fn(SymbolId) -> Option<f64>,
+) -> String {
+    let named = pool.symbols_of(e).into_iter().filter_map(|symbol| {
+        let signal = signals.iter().find(|(known, _)| *known == symbol);
+        let number = match signal {
+            Some(&(_, measure)) => pool.evaluate(measure, value).ok(),
+            None => value(symbol),
+        };
+        // All digits: the operand may miss its domain by the last one.
+        number.map(|number| format!("{} = {number}", pool.symbol_name(symbol)))
+    });
+    format!("in `{}` with {}", pool.to_text(fault.expr), named.collect::<Vec<_>>().join(", "))
+}
+
+pub(super) fn expressions_of(kind: &LoadKind) -> Vec<Expr> {
+    match kind {
+        LoadKind::Gravity { acceleration } => acceleration.to_vec(),
+        LoadKind::Force { vector, .. } | LoadKind::Torque { vector, .. } => vector.to_vec(),
+        LoadKind::ForceBetween { value, .. } => vec![*value],
+        LoadKind::Spring { stiffness, length, damping, .. } => vec![*stiffness, *length, *damping],
+        LoadKind::Torsion { stiffness, angle, damping, .. } => vec![*stiffness, *angle, *damping],
+        LoadKind::Stop { min, max, restitution, .. } => {
+            [*min, *max, Some(*restitution)].into_iter().flatten().collect()
+        }
+        LoadKind::Friction { sliding, sticking, .. } => vec![*sliding, *sticking],
+    }
+}
+
+/// A drive whose joint cannot turn further: its row has become dependent on the joints' rows.
+///
+/// The dead centre itself is not reached. Near it the sine s between the row and the others falls
+/// as the square root of the way left, so s² is extrapolated to zero from the last two states.
+fn blocked_drive(
+    model: &Model,
+    system: &SymbolicSystem,
+    compiled: &CompiledSystem,
+    parameters: &[f64],
+    failure: &Failure,
+) -> Option<Diagnostic> {
+    let last = &failure.last;
+    let (nq, at) = (last.q.len(), failure.error.as_ref().and_then(SolveError::standstill));
+    let (t, q) = match at {
+        Some(at) => (at.t, &at.y[..nq]),
+        None => (last.t, &last.q[..]),
+    };
+    let mut evaluator = compiled.evaluator(parameters);
+    let mut sines = |t: f64, q: &[f64]| {
+        sines_of_drives(system, &evaluator.constraints(t, q).jacobian_rows().dense())
+    };
+    let before = sines(last.t, &last.q);
+    let here = sines(t, q);
+    let (k, &(drive_id, sine)) = here.iter().enumerate().find(|(_, (_, s))| *s < DEAD_CENTRE)?;
+    let fallen = before[k].1.powi(2) - sine.powi(2);
+    let left = if fallen > 0.0 { (t - last.t) * sine.powi(2) / fallen } else { 0.0 };
+    let t_dead = t + left.clamp(0.0, t - last.t);
+
+    let drive = &model.drives[drive_id.0];
+    let message = format!(
+        "drive `{}` cannot pass {} = about {} at t = {} s",
+        drive.name,
+        model.joints[drive.joint.0].name,
+        super::start::drive_position(model, drive, t_dead, estimate),
+        estimate(t_dead)
+    );
+    let fault = Diagnostic::error(codes::DRIVE_CANNOT_PASS, message)
+        .at(drive.span.clone(), "this motion leads into a dead centre")
+        .help("drive a link that can make the full turn, or keep the motion away from the dead centre");
+    Some(match links_in_line(model, system, drive.joint, parameters, q) {
+        Some(pair) => fault.note(pair),
+        None => fault,
+    })
+}
+
+/// Three digits: what an extrapolation is good for.
+fn estimate(value: f64) -> String {
+    format!("{value:.2e}").parse().map_or_else(|_| short(value), short)
+}
+
+/// Sine of the angle between each drive's row of G and the span of the joints' rows.
+fn sines_of_drives(system: &SymbolicSystem, jacobian: &DMatrix<f64>) -> Vec<(DriveId, f64)> {
+    let rows = system.constraints.iter().enumerate();
+    let joint_rows = rows.clone().filter(|(_, c)| matches!(c.source, Source::Joint(_)));
+    let joint_rows: Vec<usize> = joint_rows.map(|(row, _)| row).collect();
+    let span = jacobian.select_rows(&joint_rows).transpose();
+    rows.filter_map(|(row, constraint)| match constraint.source {
+        Source::Joint(_) | Source::Stop(_) | Source::Friction(_) => None,
+        Source::Drive(drive_id) => {
+            let drive_row = jacobian.row(row).transpose();
+            let (along, _) = crate::linear::dense::least_squares(&span, &drive_row);
+            let rest: DVector<f64> = &drive_row - &span * along;
+            Some((drive_id, rest.norm() / drive_row.norm()))
+        }
+    })
+    .collect()
+}
+
+/// "`coupler` and `rocker` are in line there", if two neighbouring links of the loop are.
+fn links_in_line(
+    model: &Model,
+    system: &SymbolicSystem,
+    driven: JointId,
+    parameters: &[f64],
+    q: &[f64],
+) -> Option<String> {
+    let around = loop_through(model, driven);
+    let n = around.len();
+    let mut links: Vec<(BodyId, [f64; 2])> = Vec::new();
+    for k in 0..n {
+        let ends = |j: JointId| [model.joints[j.0].predecessor, model.joints[j.0].successor];
+        let (a, b) = ends(around[k]).into_iter().find_map(|a| {
+            let partner = ends(around[(k + 1) % n]).into_iter().find(|b| b.body == a.body);
+            partner.map(|b| (a, b))
+        })?;
+        let place = |anchor| {
+            system
+                .kinematics
+                .anchor(model, anchor)
+                .map(|e| evaluate(model, system, e, parameters, q))
+        };
+        let (from, to) = (place(a), place(b));
+        links.push((a.body, [to[0] - from[0], to[1] - from[1]]));
+    }
+    let sine = |a: [f64; 2], b: [f64; 2]| {
+        let product = a[0].hypot(a[1]) * b[0].hypot(b[1]);
+        if product == 0.0 { 1.0 } else { ((a[0] * b[1] - a[1] * b[0]) / product).abs() }
+    };
+    // The driven link and the ground may be in line at any time; the dead centre is elsewhere.
+    let joint = &model.joints[driven.0];
+    let driven_bodies = [joint.predecessor.body, joint.successor.body];
+    let pairs = (0..n).map(|k| (&links[k], &links[(k + 1) % n]));
+    let (a, b) = pairs
+        .filter(|(a, b)| !driven_bodies.contains(&a.0) && !driven_bodies.contains(&b.0))
+        .find(|(a, b)| sine(a.1, b.1) < IN_LINE)?;
+    let name = |body: BodyId| &model.bodies[body.0].name;
+    Some(format!("`{}` and `{}` are in line there", name(a.0), name(b.0)))
+}
+
+fn evaluate(model: &Model, system: &SymbolicSystem, e: Expr, parameters: &[f64], q: &[f64]) -> f64 {
+    let value = |symbol: SymbolId| {
+        let coordinate = system.coordinates().iter().position(|c| c.q == symbol);
+        coordinate.map(|i| q[i]).or_else(|| {
+            model.parameters.iter().position(|p| p.symbol == symbol).map(|k| parameters[k])
+        })
+    };
+    model.pool.evaluate(e, &value).unwrap_or(f64::NAN)
+}
+
+/// The run stands still for a reason of the integrator's.
+fn stuck(model: &Model, equations: &MotionEquations, failure: &Failure) -> Diagnostic {
+    let t = failure.summary.t;
+    let (code, help) = match &failure.error {
+        Some(SolveError::TooManySteps { .. }) => (
+            codes::TOO_MANY_STEPS,
+            "loosen `rtol` or shorten `t_end`; look for a kink or a very stiff spring",
+        ),
+        Some(SolveError::StepTooSmall { cause: Cause::Singular, .. }) | None => (
+            codes::SINGULAR,
+            "the constraints lose rank in this pose: start elsewhere, or remove a redundant joint",
+        ),
+        Some(SolveError::StepTooSmall { .. } | SolveError::FixedStepFailed { .. }) => (
+            codes::STEP_TOO_SMALL,
+            "loosen `rtol`, or look for a kink, an impact or a singular pose near this time",
+        ),
+        Some(_) => (codes::STEP_TOO_SMALL, "check the options of `[solve]`"),
+    };
+    let why = match &failure.error {
+        Some(error) => error.to_string(),
+        None => "it met a singular pose that it could not cross".to_owned(),
+    };
+    let message = format!("the run stopped at t = {} s: {why}", short(t));
+    let mut fault = Diagnostic::error(code, message).help(help);
+    if let Some(at) = failure.error.as_ref().and_then(SolveError::standstill) {
+        let mut names: Vec<String> = at
+            .worst
+            .iter()
+            .map(|worst| format!("`{}`", equations.layout().name(worst.i)))
+            .collect();
+        names.dedup();
+        if !names.is_empty() {
+            fault = fault.note(format!("the worst unknowns: {}", names.join(", ")));
+        }
+    }
+    let inputs = model.inputs.iter().map(|&ParameterId(idx)| &model.parameters[idx].name);
+    let inputs: Vec<String> = inputs.map(|name| format!("`{name}`")).collect();
+    if !inputs.is_empty() {
+        let inputs = inputs.join(", ");
+        fault = fault
+            .note(format!("functions of the motion: {inputs}; where they jump, steps are small"));
+    }
+    if let Some((_, span)) = model.solve.spans.iter().find(|(key, _)| key == "t_end") {
+        fault = fault.at(span.clone(), "the run was to reach this time");
+    }
+    fault
+}

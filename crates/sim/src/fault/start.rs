@@ -1,0 +1,402 @@
+//! Faults of the start: loops that cannot close, stated values that exclude each other.
+
+use super::switch;
+use crate::codes;
+use crate::compiled::CompiledSystem;
+use crate::mobility::{Mobility, loop_through};
+use crate::start::{Conflict, StartError};
+use bksim_mbs::joint::motions;
+use bksim_mbs::system::SymbolicSystem;
+use bksim_model::MotionKind;
+use bksim_model::ParameterId;
+use bksim_model::diagnostic::Diagnostic;
+use bksim_model::message::{listed, short};
+use bksim_model::{Anchor, BodyId, Drive, GROUND, JointId, JointKind, Measure, Model};
+
+/// The diagnostic of a start that was not found.
+pub fn diagnose_start(
+    model: &Model,
+    system: &SymbolicSystem,
+    compiled: &CompiledSystem,
+    error: &StartError,
+) -> Diagnostic {
+    match error {
+        StartError::NoCoordinates => {
+            let message = "the model has no coordinates: every body is welded to the ground";
+            let fault = Diagnostic::error(codes::NO_MOBILITY, message)
+                .help("give at least one body a joint that lets it move");
+            match model.joints.first() {
+                Some(joint) => fault.at(joint.span.clone(), "this joint allows no motion"),
+                None => fault,
+            }
+        }
+        StartError::CannotClose { gaps, .. } => cannot_close(model, gaps),
+        StartError::StatedPositions { conflicts } => {
+            conflict(model, conflicts, codes::STATED_POSITIONS, "positions")
+        }
+        StartError::StatedVelocities { conflicts } => {
+            conflict(model, conflicts, codes::STATED_VELOCITIES, "rates")
+        }
+        StartError::DriveCannotMove { drive_idx } => {
+            let drive = &model.drives[*drive_idx];
+            let message = format!("drive `{}` cannot move its joint at the start", drive.name);
+            Diagnostic::error(codes::DRIVE_AT_START, message)
+                .at(drive.span.clone(), "this rate is excluded by the other constraints")
+                .note(format!("at t = {} s the joints allow no such rate", model.solve.t_start))
+                .help("start from another position, or drive another joint")
+        }
+        StartError::NoInertia { coordinates } => no_inertia(model, system, compiled, coordinates),
+        StartError::Irreversible => irreversible(model, system),
+        StartError::NotFinite => not_finite(model),
+        StartError::BeyondStop { load, by } => switch::beyond_stop(model, *load, *by),
+        StartError::Unsettled(fault) => {
+            switch::unsettled(model, system, fault, model.solve.t_start)
+        }
+        StartError::Compile(error) => {
+            Diagnostic::error(codes::NOT_FINITE_AT_START, error.to_string())
+        }
+    }
+}
+
+/// A run back in time over what switches.
+fn irreversible(model: &Model, system: &SymbolicSystem) -> Diagnostic {
+    let (from, to) = (model.solve.t_start, model.solve.t_end);
+    let message =
+        format!("the run goes back in time, from {from} s to {to} s, but something switches");
+    let fault = Diagnostic::error(codes::IRREVERSIBLE, message)
+        .note("stops, friction and kinks of expressions are passed forwards in time only")
+        .help("end the run after its start, or leave out what switches");
+    match system.contacts.first() {
+        Some(contact) => {
+            let load = &model.loads[contact.load.0];
+            fault.at(load.span.clone(), "what this does cannot be undone")
+        }
+        None => fault,
+    }
+}
+
+/// Warnings about redundant joints and about mechanisms that cannot move.
+pub fn diagnose_mobility(model: &Model, mobility: &Mobility) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    if !mobility.redundant.is_empty() {
+        let names: Vec<&str> = mobility.redundant.iter().map(|&j| name(model, j)).collect();
+        let who = match names.as_slice() {
+            [only] => format!("joint `{only}` repeats constraints of the other joints"),
+            _ => format!("joints {} repeat each other's constraints", listed(&names)),
+        };
+        let message = format!(
+            "{who}: Grübler counts {}, true mobility is {}",
+            mobility.gruebler, mobility.mobility
+        );
+        let help = match superfluous_links(model).as_slice() {
+            [] => {
+                "the run goes on with the smallest reactions; nothing needs to be done".to_owned()
+            }
+            links => format!(
+                "the run goes on with the smallest reactions; without {} they would be unique",
+                one_of(links)
+            ),
+        };
+        let first = &model.joints[mobility.redundant[0].0];
+        found.push(
+            Diagnostic::warning(codes::REDUNDANT, message)
+                .at(first.span.clone(), "one of the redundant joints")
+                .note(
+                    "the motion is unique; the reactions around the loops of these joints are not",
+                )
+                .help(help),
+        );
+    }
+    if mobility.mobility == 0 {
+        let message = format!(
+            "mobility 0: nothing can move; Grübler counts {}, and {} independent constraints hold {} \
+             coordinates",
+            mobility.gruebler, mobility.rank, mobility.rank
+        );
+        let fault = Diagnostic::warning(codes::NO_MOBILITY, message);
+        found.push(match superfluous_links(model).as_slice() {
+            [] => fault.help("remove a body that locks the mechanism, together with its joints"),
+            links => fault
+                .note(format!("{} locks a loop that could move without it", one_of(links)))
+                .help(format!("remove {} together with its joints", one_of(links))),
+        });
+    }
+    found
+}
+
+/// Bars that could go: bodies on two joints, and massless links, whose neighbours stay held by two
+/// joints each without them.
+fn superfluous_links(model: &Model) -> Vec<String> {
+    let ends = |j: &bksim_model::Joint| [j.predecessor.body, j.successor.body];
+    let joints_of = |body: BodyId| -> Vec<&bksim_model::Joint> {
+        model.joints.iter().filter(|j| ends(j).contains(&body)).collect()
+    };
+    let stays_held = |body: BodyId| body == GROUND || joints_of(body).len() > 2;
+    let bars = (1..model.bodies.len()).map(BodyId).filter(|&body| {
+        let joints = joints_of(body);
+        let neighbours = joints.iter().flat_map(|j| ends(j)).filter(|&other| other != body);
+        joints.len() == 2 && neighbours.into_iter().all(stays_held)
+    });
+    let bars = bars.map(|body| model.bodies[body.0].name.clone());
+    let is_link = |j: &&bksim_model::Joint| matches!(j.kind, JointKind::Link { .. });
+    let links = model.joints.iter().filter(is_link).filter(|j| ends(j).into_iter().all(stays_held));
+    bars.chain(links.map(|j| j.name.clone())).collect()
+}
+
+/// "`a`", or "one of `a`, `b` and `c`".
+fn one_of(names: &[String]) -> String {
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    if names.len() == 1 { listed(&names) } else { format!("one of {}", listed(&names)) }
+}
+
+fn cannot_close(model: &Model, gaps: &[(JointId, f64)]) -> Diagnostic {
+    let Some(&(worst, _)) = gaps.first() else {
+        return Diagnostic::error(codes::CANNOT_CLOSE, "the mechanism cannot be closed");
+    };
+    let around = loop_through(model, worst);
+    let lengths = link_lengths(model, &around);
+    let total: f64 = lengths.iter().map(|(_, length)| length).sum();
+    let longest = lengths
+        .iter()
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .filter(|(_, length)| lengths.len() == around.len() && *length > total - length);
+    let in_loop = |joint: &JointId| around.contains(joint);
+    // Links that are too short for the longest leave exactly the difference open; otherwise the gap
+    // is what the search for a closed position has left.
+    let gap = match longest {
+        Some((_, length)) => length - (total - length),
+        None => gaps.iter().filter(|(joint, _)| in_loop(joint)).map(|&(_, gap)| gap).sum(),
+    };
+    let joint = &model.joints[worst.0];
+    let names: Vec<&str> = around.iter().map(|&j| name(model, j)).collect();
+    let unit = if matches!(joint.kind, JointKind::Weld { .. }) { "m or rad" } else { "m" };
+    let message = format!(
+        "the loop of joints {} cannot close: the smallest gap is {} {unit} between `{}` and `{}`",
+        names.join(" → "),
+        short(gap),
+        anchor_name(model, joint.predecessor),
+        anchor_name(model, joint.successor),
+    );
+    let mut fault = Diagnostic::error(codes::CANNOT_CLOSE, message)
+        .at(joint.span.clone(), format!("joint `{}` stays open", joint.name));
+    for drive in model.drives.iter().filter(|drive| around.contains(&drive.joint)) {
+        let position = drive_position(model, drive, model.solve.t_start, short);
+        fault = fault.note(format!(
+            "drive `{}` holds `{}` at {position} at the start",
+            drive.name,
+            name(model, drive.joint)
+        ));
+    }
+    match longest {
+        Some((body, length)) => {
+            fault = fault
+                .note(format!(
+                    "`{}` is {} m between its joints, all other links together {} m",
+                    model.bodies[body.0].name,
+                    short(*length),
+                    short(total - length)
+                ))
+                .help(format!(
+                    "make `{}` shorter than {} m: the longest link must be shorter than the sum of the others",
+                    model.bodies[body.0].name,
+                    short(total - length)
+                ));
+        }
+        None => {
+            fault = fault.help(format!(
+                "check the points of {} and the axes of these joints, or give guesses nearer to the closed position",
+                listed(&bodies_of(model, &around))
+            ));
+        }
+    }
+    fault
+}
+
+fn conflict(
+    model: &Model,
+    conflicts: &[Conflict],
+    code: bksim_model::diagnostic::Code,
+    what: &str,
+) -> Diagnostic {
+    let initial = |c: &Conflict| &model.initial[c.initial_idx];
+    let unit = |c: &Conflict| unit_of(model, initial(c).measure);
+    let names: Vec<&str> = conflicts.iter().map(|c| initial(c).name.as_str()).collect();
+    let message = match conflicts {
+        [only] => format!(
+            "the stated value of `{}` = {} {} cannot be reached",
+            initial(only).name,
+            short(only.stated),
+            unit(only)
+        ),
+        _ => format!("the stated {what} of {} exclude each other", listed(&names)),
+    };
+    // The last one stated is the one to reconsider: those before it stand.
+    let mut fault = Diagnostic::error(code, message);
+    for c in conflicts.iter().rev() {
+        fault = fault.at(initial(c).span.clone(), format!("{} {}", short(c.stated), unit(c)));
+    }
+    let suggestion = conflicts.iter().rev().find_map(|c| c.consistent.map(|value| (c, value)));
+    if let Some((c, value)) = suggestion {
+        let others: Vec<String> = conflicts
+            .iter()
+            .filter(|other| other.initial_idx != c.initial_idx)
+            .map(|other| {
+                format!("`{}` = {} {}", initial(other).name, short(other.stated), unit(other))
+            })
+            .collect();
+        let given = if others.is_empty() {
+            String::new()
+        } else {
+            format!("with {}, ", others.join(" and "))
+        };
+        fault = fault
+            .note(format!("{given}`{}` would be {} {}", initial(c).name, short(value), unit(c)))
+            .help(format!(
+                "remove `{}`, or write it as a guess: `guess = {{ … }}`",
+                initial(c).name
+            ));
+    } else {
+        fault = fault.help("keep fewer stated values and write the others as `guess = { … }`");
+    }
+    fault
+}
+
+fn no_inertia(
+    model: &Model,
+    system: &SymbolicSystem,
+    compiled: &CompiledSystem,
+    coordinates: &[usize],
+) -> Diagnostic {
+    use bksim_mbs::kinematics::Owner;
+    let owner = coordinates.first().map(|&i| system.coordinates()[i].owner);
+    let (name, span) = match owner {
+        Some(Owner::Joint(joint, _)) => {
+            (format!("joint `{}`", name(model, joint)), Some(model.joints[joint.0].span.clone()))
+        }
+        Some(Owner::Body(body, _)) => (
+            format!("body `{}`", model.bodies[body.0].name),
+            Some(model.bodies[body.0].span.clone()),
+        ),
+        None => ("the mechanism".to_owned(), None),
+    };
+    let moved: Vec<&str> =
+        coordinates.iter().map(|&i| compiled.coordinates[i].name.as_str()).collect();
+    let message =
+        format!("a motion of {name} has no inertia: {} can accelerate freely", listed(&moved));
+    let fault = Diagnostic::error(codes::NO_INERTIA, message)
+        .help("give the moving body a mass or a moment of inertia, or weld it");
+    match span {
+        Some(span) => fault.at(span, "nothing resists this motion"),
+        None => fault,
+    }
+}
+
+fn not_finite(model: &Model) -> Diagnostic {
+    let message = format!("the equations have no finite value at t = {} s", model.solve.t_start);
+    let fault = Diagnostic::error(codes::NOT_FINITE_AT_START, message)
+        .help("a spring of length zero or a root of a negative number: move the start a little");
+    if let Some(&ParameterId(idx)) = model.inputs.first() {
+        let input = &model.parameters[idx];
+        return fault
+            .at(
+                input.span.clone(),
+                "a function of the motion in this run: it may have no value there",
+            )
+            .help("let inputs return finite numbers from the start on");
+    }
+    match model.loads.first() {
+        Some(load) => fault.at(load.span.clone(), "check the loads"),
+        None => fault,
+    }
+}
+
+/// Where the drive puts its joint at time `t`, such as "1.0472 rad (60°)"; `write` gives the digits.
+pub(super) fn drive_position(
+    model: &Model,
+    drive: &Drive,
+    t: f64,
+    write: fn(f64) -> String,
+) -> String {
+    let value = |symbol| {
+        let parameter = model.parameters.iter().find(|p| p.symbol == symbol).map(|p| p.value);
+        parameter.or_else(|| (symbol == model.time).then_some(t))
+    };
+    let position = model.pool.evaluate(drive.motion, &value).unwrap_or(f64::NAN);
+    match unit_of(model, Measure::JointPosition(drive.joint, drive.motion_idx)) {
+        "rad" => format!("{} rad ({}°)", write(position), write(position.to_degrees())),
+        unit => format!("{} {unit}", write(position)),
+    }
+}
+
+/// Distance between the two joint points of each body around a loop, by its joints in order.
+fn link_lengths(model: &Model, around: &[JointId]) -> Vec<(BodyId, f64)> {
+    let mut lengths = Vec::new();
+    for (k, &joint) in around.iter().enumerate() {
+        let next = around[(k + 1) % around.len()];
+        let ends = |j: JointId| [model.joints[j.0].predecessor, model.joints[j.0].successor];
+        let shared = ends(joint).into_iter().find_map(|a| {
+            ends(next).into_iter().find(|b| b.body == a.body && next != joint).map(|b| (a, b))
+        });
+        let is_revolute = |j: JointId| matches!(model.joints[j.0].kind, JointKind::Revolute);
+        if let Some((a, b)) = shared
+            && is_revolute(joint)
+            && is_revolute(next)
+        {
+            let (p, q) = (point_value(model, a), point_value(model, b));
+            let square: f64 = (0..3).map(|i| (p[i] - q[i]).powi(2)).sum();
+            lengths.push((a.body, square.sqrt()));
+        }
+    }
+    lengths
+}
+
+fn point_value(model: &Model, anchor: Anchor) -> [f64; 3] {
+    let pool = &model.pool;
+    let value = |symbol| model.parameters.iter().find(|p| p.symbol == symbol).map(|p| p.value);
+    match anchor.point {
+        None => [0.0; 3],
+        Some(point) => model.bodies[anchor.body.0].points[point.0]
+            .position
+            .map(|e| pool.evaluate(e, &value).unwrap_or(f64::NAN)),
+    }
+}
+
+fn anchor_name(model: &Model, anchor: Anchor) -> String {
+    let body = &model.bodies[anchor.body.0];
+    match anchor.point {
+        Some(point) => format!("{}.{}", body.name, body.points[point.0].name),
+        None => body.name.clone(),
+    }
+}
+
+fn bodies_of<'a>(model: &'a Model, around: &[JointId]) -> Vec<&'a str> {
+    let mut names = Vec::new();
+    for &joint in around {
+        for anchor in [model.joints[joint.0].predecessor, model.joints[joint.0].successor] {
+            let name = model.bodies[anchor.body.0].name.as_str();
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+    }
+    names
+}
+
+/// The SI unit of a measure.
+pub fn unit_of(model: &Model, measure: Measure) -> &'static str {
+    let turns = |joint: JointId, motion_idx: usize| {
+        motions(&model.pool, &model.joints[joint.0])[motion_idx].kind == MotionKind::Rotation
+    };
+    match measure {
+        Measure::JointPosition(joint, i) if turns(joint, i) => "rad",
+        Measure::JointVelocity(joint, i) if turns(joint, i) => "rad/s",
+        Measure::BodyAngle(_) => "rad",
+        Measure::BodyRate(_) => "rad/s",
+        Measure::JointPosition(..) | Measure::PointPosition(..) => "m",
+        Measure::JointVelocity(..) | Measure::PointVelocity(..) => "m/s",
+    }
+}
+
+fn name(model: &Model, joint: JointId) -> &str {
+    &model.joints[joint.0].name
+}

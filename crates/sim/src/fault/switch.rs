@@ -1,0 +1,111 @@
+//! Faults of what switches: chatter, contacts that exclude each other, drives that jump.
+
+use super::run::expressions_of;
+use crate::codes;
+use crate::hybrid::Unsettled;
+use bksim_mbs::constraint::Source;
+use bksim_mbs::modes::switches_of;
+use bksim_mbs::signal::signal_values;
+use bksim_mbs::system::SymbolicSystem;
+use bksim_model::diagnostic::{Diagnostic, Span};
+use bksim_model::message::{listed, short};
+use bksim_model::{LoadId, Model};
+
+/// The diagnostic of an instant without consistent modes.
+pub(super) fn unsettled(
+    model: &Model,
+    system: &SymbolicSystem,
+    fault: &Unsettled,
+    t: f64,
+) -> Diagnostic {
+    match fault {
+        Unsettled::Chatter { kink } => chatter(model, system, *kink, t),
+        Unsettled::Contacts { contacts } => {
+            let mut loads: Vec<LoadId> =
+                contacts.iter().map(|&k| system.contacts[k].load).collect();
+            loads.dedup();
+            contacts_exclude(model, &loads, t)
+        }
+        Unsettled::Jump { row, by } => jump(model, system, *row, *by, t),
+    }
+}
+
+/// A joint that starts where a stop does not let it be.
+pub(super) fn beyond_stop(model: &Model, load: LoadId, by: f64) -> Diagnostic {
+    let load = &model.loads[load.0];
+    let message = format!("the start is beyond stop `{}` by {}", load.name, short(by));
+    Diagnostic::error(codes::BEYOND_STOP, message)
+        .at(load.span.clone(), "this stop")
+        .help("start between its limits, or widen them")
+}
+
+fn chatter(model: &Model, system: &SymbolicSystem, kink: usize, t: f64) -> Diagnostic {
+    let function = system.switches[kink].function;
+    let owner = owner_of(model, system, kink);
+    let who = match &owner {
+        Some((name, _)) => name.clone(),
+        None => "a load".to_owned(),
+    };
+    let message = format!("{who} switches forth and back without end at t = {} s", short(t));
+    let fault = Diagnostic::error(codes::CHATTER, message)
+        .note(format!("it switches where `{}` is zero", model.pool.to_text(function)))
+        .help(
+            "for dry friction use a load of type \"friction\"; else make the expression continuous \
+             where it switches",
+        );
+    match owner {
+        Some((_, span)) => fault.at(span, "both branches lead back to the switch"),
+        None => fault,
+    }
+}
+
+/// The load or drive in whose expression a switch is, and its place.
+fn owner_of(model: &Model, system: &SymbolicSystem, kink: usize) -> Option<(String, Span)> {
+    let pool = &model.pool;
+    let function = system.switches[kink].function;
+    let signals = signal_values(model, &system.kinematics);
+    let of_loads = model.loads.iter().map(|load| {
+        let named = (format!("load `{}`", load.name), load.span.clone());
+        (named, expressions_of(&load.kind))
+    });
+    let of_drives = model.drives.iter().map(|drive| {
+        let named = (format!("drive `{}`", drive.name), drive.span.clone());
+        (named, vec![drive.motion])
+    });
+    of_loads.chain(of_drives).find_map(|(named, expressions)| {
+        let resolved: Vec<_> =
+            expressions.iter().map(|&e| pool.simplify(pool.substitute(e, &signals))).collect();
+        let (_, switches) = switches_of(model, system, &resolved);
+        let is_it = |u| u == function || u == pool.neg(function);
+        switches.iter().any(|switch| is_it(switch.function)).then_some(named)
+    })
+}
+
+fn contacts_exclude(model: &Model, loads: &[LoadId], t: f64) -> Diagnostic {
+    let names: Vec<&str> = loads.iter().map(|load| model.loads[load.0].name.as_str()).collect();
+    let message =
+        format!("no motion fits the contacts of {} at t = {} s", listed(&names), short(t));
+    let fault = Diagnostic::error(codes::NO_CONTACTS, message)
+        .help("leave room between the stops, or drive by a force instead of a motion");
+    match loads.first() {
+        Some(load) => fault.at(model.loads[load.0].span.clone(), "neither holds nor parts"),
+        None => fault,
+    }
+}
+
+fn jump(model: &Model, system: &SymbolicSystem, row: usize, by: f64, t: f64) -> Diagnostic {
+    let (who, span) = match system.constraints[row].source {
+        Source::Drive(drive) => {
+            let drive = &model.drives[drive.0];
+            (format!("drive `{}`", drive.name), drive.span.clone())
+        }
+        other => {
+            let joint = &model.joints[other.joint(model).0];
+            (format!("joint `{}`", joint.name), joint.span.clone())
+        }
+    };
+    let message = format!("{who} jumps by {} at t = {} s", short(by), short(t));
+    Diagnostic::error(codes::DRIVE_JUMPS, message)
+        .at(span, "its position is not continuous")
+        .help("let the branches meet where they switch")
+}

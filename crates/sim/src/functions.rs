@@ -1,0 +1,117 @@
+//! The compiled functions of the equations of motion, each by itself, for those who control,
+//! optimise or integrate with their own means.
+//!
+//! ```text
+//! M(q) v̇ + G(q)ᵀ λ = f(t, q, v)        nq rows, N or N m
+//! g(t, q) = 0                          nc rows, m or rad
+//! ```
+//!
+//! Matrices are dense and written row by row. Modes of stops and friction are those of open contacts.
+
+use bksim_dae::NotFinite;
+
+use crate::compiled::CompiledSystem;
+use crate::evaluator::Evaluator;
+use crate::multiplier::MultiplierSystem;
+
+/// The functions at one set of parameters, with their buffers.
+#[derive(Clone, Debug)]
+pub struct Functions<'a> {
+    evaluator: Evaluator<'a>,
+    multipliers: MultiplierSystem,
+    nq: usize,
+    nc: usize,
+    /// No velocities.
+    rest: Vec<f64>,
+}
+
+impl<'a> Functions<'a> {
+    /// The functions at these parameters; the constraint rows `dependent` follow from the others.
+    pub fn new(compiled: &'a CompiledSystem, parameters: &[f64], dependent: &[usize]) -> Self {
+        Self {
+            evaluator: compiled.evaluator(parameters),
+            multipliers: MultiplierSystem::new(&compiled.shape, dependent),
+            nq: compiled.nq(),
+            nc: compiled.nc(),
+            rest: vec![0.0; compiled.nq()],
+        }
+    }
+
+    /// Writes M(q), nq × nq.
+    ///
+    /// # Panics
+    /// If a length is not that of the mechanism; so for all that follow.
+    pub fn mass_matrix_into(&mut self, t: f64, q: &[f64], out: &mut [f64]) {
+        assert_eq!(out.len(), self.nq * self.nq, "M is nq × nq");
+        out.fill(0.0);
+        let at = self.evaluator.dynamics(t, q, &self.rest);
+        for (&(i, j), &m) in at.shape.mass.iter().zip(at.mass) {
+            (out[i * self.nq + j], out[j * self.nq + i]) = (m, m);
+        }
+    }
+
+    /// Writes f(t, q, v), nq: loads, potentials and what velocities make of inertia.
+    pub fn force_into(&mut self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
+        out.copy_from_slice(self.evaluator.dynamics(t, q, v).force);
+    }
+
+    /// Writes G, nc × nq.
+    ///
+    /// # Panics
+    /// If a length is not that of the mechanism.
+    pub fn constraint_jacobian_into(&mut self, t: f64, q: &[f64], out: &mut [f64]) {
+        assert_eq!(out.len(), self.nc * self.nq, "G is nc × nq");
+        out.fill(0.0);
+        let at = self.evaluator.constraints(t, q);
+        for (&(row, column), &g) in at.shape.jacobian.iter().zip(at.jacobian) {
+            out[row * self.nq + column] = g;
+        }
+    }
+
+    /// Writes g(t, q), nc.
+    pub fn constraints_into(&mut self, t: f64, q: &[f64], out: &mut [f64]) {
+        out.copy_from_slice(self.evaluator.constraints(t, q).value);
+    }
+
+    /// Writes M v̇ + Gᵀ λ − f, nq rows, and g, nc rows.
+    pub fn residual_into(&mut self, t: f64, [q, v, a, lambda]: [&[f64]; 4], out: &mut [f64]) {
+        let (motion, closure) = out.split_at_mut(self.nq);
+        let at = self.evaluator.dynamics(t, q, v);
+        for (row, &f) in motion.iter_mut().zip(at.force) {
+            *row = -f;
+        }
+        for (&(i, j), &m) in at.shape.mass.iter().zip(at.mass) {
+            motion[i] += m * a[j];
+            if i != j {
+                motion[j] += m * a[i];
+            }
+        }
+        for (&(row, column), &g) in at.shape.jacobian.iter().zip(at.jacobian) {
+            motion[column] += g * lambda[row];
+        }
+        self.constraints_into(t, q, closure);
+    }
+
+    /// Writes v̇, nq, and λ, nc, which keep the constraints at acceleration level; the smallest
+    /// multipliers where they are not unique.
+    ///
+    /// # Errors
+    /// [`NotFinite`] where the equations have no value; both are NaN then.
+    pub fn accelerations_into(
+        &mut self,
+        t: f64,
+        (q, v): (&[f64], &[f64]),
+        a: &mut [f64],
+        lambda: &mut [f64],
+    ) -> Result<(), NotFinite> {
+        let Self { evaluator, multipliers, .. } = self;
+        let solved = multipliers
+            .factor(&evaluator.dynamics(t, q, v))
+            .and_then(|()| multipliers.complete_into(evaluator, t, (q, v), a, lambda));
+        if solved.is_err() {
+            a.fill(f64::NAN);
+            lambda.fill(f64::NAN);
+        }
+        solved
+    }
+}

@@ -1,0 +1,23 @@
+//! Mechanisms in numbers and time: compiled functions, the consistent start, modes, the run.
+
+mod assembly;
+pub mod codes;
+pub mod compiled;
+mod evaluator;
+pub mod fault;
+pub mod formulate;
+pub mod functions;
+pub mod hybrid;
+pub mod input;
+mod linear;
+pub mod load_forces;
+pub mod measure;
+mod mechanism;
+pub mod mobility;
+mod multiplier;
+pub mod pose;
+pub mod run;
+pub mod sensitivity;
+pub mod start;
+
+pub use mechanism::{Mechanism, Motion, SensitivityMotion, SensitivityPlan};

@@ -1,0 +1,424 @@
+//! Sparse symmetric elimination in a fixed order, for the multiplier system.
+//!
+//! ```text
+//! [ M  Gᵀ ]
+//! [ G  0  ] = L D Lᵀ        M positive definite, G of full row rank
+//! ```
+//!
+//! The order is chosen once, by least degree (W. F. Tinney and J. W. Walker, Proc. IEEE 55, 1967),
+//! with one rule: a multiplier is eliminated after all coordinates of its row. Every leading block
+//! then holds rows of G of full rank over the coordinates before them and is regular, so that no
+//! pivot has to be searched for while the motion goes on. The updates are recorded as a list of
+//! places and repeated for every state: work and memory grow with the fill, not with the size.
+
+use std::cmp::Reverse;
+use std::collections::{BTreeSet, BinaryHeap};
+
+use bksim_expr::{Expr, Pool};
+
+use crate::linear::shape::Shape;
+
+/// A pivot below this part of what it was at its best, or of its own diagonal entry of M, is
+/// rounding: other means must decide.
+const SMALLEST_PIVOT: f64 = 1e-14;
+
+/// Whose pivot vanishes, has the wrong sign or is not finite.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Singular {
+    /// M is not positive definite.
+    Coordinate,
+    /// Rows of G depend on one another.
+    Multiplier,
+}
+
+/// Factors of `[M Gᵀ; G 0]`, without the rows of G that are left out.
+#[derive(Clone, Debug)]
+pub(crate) struct Elimination {
+    /// Coordinates come first, then multipliers: nodes below this are coordinates.
+    nq: usize,
+    /// The node eliminated at each position.
+    nodes: Vec<usize>,
+    /// Where the entries below the diagonal of each column start in `rows`.
+    starts: Vec<usize>,
+    /// Positions of these entries, ascending in each column.
+    rows: Vec<usize>,
+    /// Where each update goes in `values`, in the order in which it is made.
+    targets: Vec<usize>,
+    /// Where each value of M, then of G, goes in `values`.
+    slots: Vec<usize>,
+    /// The diagonal, the entries below it, and one place for what is left out.
+    values: Vec<f64>,
+    /// Largest magnitude of each pivot so far.
+    best: Vec<f64>,
+    weakness: f64,
+    x: Vec<f64>,
+}
+
+impl Elimination {
+    /// Plans the elimination; `kept` are the rows of G that take part.
+    pub(crate) fn new(shape: &Shape, kept: &[usize]) -> Self {
+        let mut node_of_row = vec![None; shape.nc];
+        kept.iter().enumerate().for_each(|(k, &row)| node_of_row[row] = Some(shape.nq + k));
+        let n = shape.nq + kept.len();
+        let mut graph = vec![BTreeSet::new(); n];
+        let mut connect = |i: usize, j: usize| {
+            if i != j {
+                graph[i].insert(j);
+                graph[j].insert(i);
+            }
+        };
+        shape.mass.iter().for_each(|&(i, j)| connect(i, j));
+        let couplings = shape.jacobian.iter();
+        couplings.for_each(|&(row, i)| {
+            if let Some(node) = node_of_row[row] {
+                connect(node, i);
+            }
+        });
+        let (nodes, columns) = least_degree_order(shape.nq, graph);
+
+        // Columns by position.
+        let mut position = vec![0; n];
+        nodes.iter().enumerate().for_each(|(k, &node)| position[node] = k);
+        let (mut starts, mut rows) = (vec![0], Vec::new());
+        for column in &columns {
+            let mut places: Vec<usize> = column.iter().map(|&node| position[node]).collect();
+            places.sort_unstable();
+            rows.extend(places);
+            starts.push(rows.len());
+        }
+
+        // Where values and updates go.
+        let place = |i: usize, j: usize| {
+            let (row, col) = (i.max(j), i.min(j));
+            if row == col {
+                return row;
+            }
+            let column = &rows[starts[col]..starts[col + 1]];
+            n + starts[col] + column.partition_point(|&r| r < row)
+        };
+        let waste = n + rows.len();
+        let of_mass = shape.mass.iter().map(|&(i, j)| place(position[i], position[j]));
+        let of_jacobian = shape.jacobian.iter().map(|&(row, i)| {
+            node_of_row[row].map_or(waste, |node| place(position[node], position[i]))
+        });
+        let slots = of_mass.chain(of_jacobian).collect();
+        let mut targets = Vec::new();
+        for k in 0..n {
+            let column = &rows[starts[k]..starts[k + 1]];
+            for (a, &j) in column.iter().enumerate() {
+                targets.extend(column[a..].iter().map(|&i| place(i, j)));
+            }
+        }
+        Self {
+            nq: shape.nq,
+            values: vec![0.0; waste + 1],
+            best: vec![0.0; n],
+            x: vec![0.0; n],
+            weakness: 1.0,
+            nodes,
+            starts,
+            rows,
+            targets,
+            slots,
+        }
+    }
+
+    /// Factors the matrix with these values of M and G, in the order of the shape.
+    ///
+    /// # Errors
+    /// [`Singular`] says whose pivot vanishes, has the wrong sign or is not finite.
+    pub(crate) fn factor(&mut self, mass: &[f64], jacobian: &[f64]) -> Result<(), Singular> {
+        let n = self.nodes.len();
+        self.values.fill(0.0);
+        for (&slot, &value) in self.slots.iter().zip(mass.iter().chain(jacobian)) {
+            self.values[slot] = value;
+        }
+        self.weakness = 1.0;
+        let (diagonal, lower) = self.values.split_at(n);
+        debug_assert_eq!(lower.len(), self.rows.len() + 1);
+        // What a coordinate's pivot is compared with is its own entry of M.
+        for k in 0..n {
+            if self.nodes[k] < self.nq {
+                self.best[k] = diagonal[k].abs();
+            }
+        }
+        let mut next = 0;
+        for k in 0..n {
+            let pivot = self.checked_pivot(k)?;
+            let (from, to) = (n + self.starts[k], n + self.starts[k + 1]);
+            for j in from..to {
+                let factor = self.values[j] / pivot;
+                for i in j..to {
+                    let update = factor * self.values[i];
+                    self.values[self.targets[next]] -= update;
+                    next += 1;
+                }
+            }
+            self.values[from..to].iter_mut().for_each(|l| *l /= pivot);
+        }
+        Ok(())
+    }
+
+    fn checked_pivot(&mut self, k: usize) -> Result<f64, Singular> {
+        let pivot = self.values[k];
+        let is_multiplier = self.nodes[k] >= self.nq;
+        let magnitude = if is_multiplier { -pivot } else { pivot };
+        if is_multiplier {
+            self.best[k] = self.best[k].max(magnitude);
+            // A row without entries has never had a pivot.
+            let part = if self.best[k] > 0.0 { magnitude / self.best[k] } else { 0.0 };
+            self.weakness = self.weakness.min(part.max(0.0));
+        }
+        // NaN fails the comparison.
+        if magnitude > SMALLEST_PIVOT * self.best[k] {
+            Ok(pivot)
+        } else if is_multiplier {
+            Err(Singular::Multiplier)
+        } else {
+            Err(Singular::Coordinate)
+        }
+    }
+
+    /// Number of multiplications and subtractions of the elimination.
+    pub(crate) fn n_updates(&self) -> usize {
+        self.targets.len()
+    }
+
+    /// The elimination and the solution for one right side, carried out with expressions: the
+    /// solution, coordinates first, and the factors for [`Elimination::adopt`].
+    pub(crate) fn with_expressions(
+        &self,
+        pool: &Pool,
+        (mass, jacobian): (&[Expr], &[Expr]),
+        right_side: Vec<Expr>,
+    ) -> (Vec<Expr>, Vec<Expr>) {
+        let n = self.nodes.len();
+        let mut values = vec![pool.zero(); self.values.len()];
+        for (&slot, &value) in self.slots.iter().zip(mass.iter().chain(jacobian)) {
+            values[slot] = value;
+        }
+        let mut next = 0;
+        let mut inverses = Vec::with_capacity(n);
+        for k in 0..n {
+            let inverse = pool.powi(values[k], -1);
+            let (from, to) = (n + self.starts[k], n + self.starts[k + 1]);
+            for j in from..to {
+                let factor = pool.mul(values[j], inverse);
+                for i in j..to {
+                    let target = self.targets[next];
+                    values[target] = pool.sub(values[target], pool.mul(factor, values[i]));
+                    next += 1;
+                }
+            }
+            values[from..to].iter_mut().for_each(|l| *l = pool.mul(*l, inverse));
+            inverses.push(inverse);
+        }
+
+        let mut x: Vec<Expr> = self.nodes.iter().map(|&node| right_side[node]).collect();
+        for k in 0..n {
+            for p in self.starts[k]..self.starts[k + 1] {
+                let row = self.rows[p];
+                x[row] = pool.sub(x[row], pool.mul(values[n + p], x[k]));
+            }
+        }
+        for k in (0..n).rev() {
+            let below = (self.starts[k]..self.starts[k + 1])
+                .map(|p| pool.mul(values[n + p], x[self.rows[p]]));
+            let below: Vec<Expr> = below.collect();
+            x[k] = pool.sub(pool.mul(x[k], inverses[k]), pool.sum(below));
+        }
+        let mut solution = right_side;
+        self.nodes.iter().zip(x).for_each(|(&node, x)| solution[node] = x);
+        values.pop();
+        (solution, values)
+    }
+
+    /// Takes factors that were computed elsewhere: the diagonal, then the entries below it, in this
+    /// order of elimination.
+    ///
+    /// # Errors
+    /// As for [`Elimination::factor`].
+    pub(crate) fn adopt(&mut self, factors: &[f64]) -> Result<(), Singular> {
+        self.values[..factors.len()].copy_from_slice(factors);
+        self.weakness = 1.0;
+        for k in 0..self.nodes.len() {
+            self.best[k] = self.best[k].max(self.values[k]);
+            self.checked_pivot(k)?;
+        }
+        Ok(())
+    }
+
+    /// The smallest pivot of a multiplier as a part of its best so far: about the square of the
+    /// smallest singular value of G, and as small near a singular pose.
+    pub(crate) fn weakness(&self) -> f64 {
+        self.weakness
+    }
+
+    /// Largest magnitude of each pivot so far.
+    pub(crate) fn best_pivots(&self) -> &[f64] {
+        &self.best
+    }
+
+    /// As [`Elimination::best_pivots`], to be overwritten.
+    pub(crate) fn best_pivots_mut(&mut self) -> &mut [f64] {
+        &mut self.best
+    }
+
+    /// Solves with the factors, in place; `x` holds coordinates, then the kept multipliers.
+    pub(crate) fn solve_in_place(&mut self, x: &mut [f64]) {
+        let n = self.nodes.len();
+        let (diagonal, lower) = self.values.split_at(n);
+        for (sorted, &node) in self.x.iter_mut().zip(&self.nodes) {
+            *sorted = x[node];
+        }
+        for k in 0..n {
+            let value = self.x[k];
+            for p in self.starts[k]..self.starts[k + 1] {
+                self.x[self.rows[p]] -= lower[p] * value;
+            }
+        }
+        for k in (0..n).rev() {
+            let mut value = self.x[k] / diagonal[k];
+            for p in self.starts[k]..self.starts[k + 1] {
+                value -= lower[p] * self.x[self.rows[p]];
+            }
+            self.x[k] = value;
+        }
+        for (&sorted, &node) in self.x.iter().zip(&self.nodes) {
+            x[node] = sorted;
+        }
+    }
+}
+
+/// The order of elimination, and for each of its nodes those left that it is then connected with.
+fn least_degree_order(
+    nq: usize,
+    mut graph: Vec<BTreeSet<usize>>,
+) -> (Vec<usize>, Vec<BTreeSet<usize>>) {
+    let n = graph.len();
+    // Coordinates that a multiplier still waits for.
+    let mut waits: Vec<usize> =
+        (0..n).map(|node| if node < nq { 0 } else { graph[node].len() }).collect();
+    let rows_of: Vec<Vec<usize>> = graph[..nq]
+        .iter()
+        .map(|near| near.iter().copied().filter(|&other| other >= nq).collect())
+        .collect();
+    let mut heap: BinaryHeap<Reverse<(usize, usize)>> = (0..n)
+        .filter(|&node| waits[node] == 0)
+        .map(|node| Reverse((graph[node].len(), node)))
+        .collect();
+    let mut is_done = vec![false; n];
+    let (mut order, mut columns) = (Vec::with_capacity(n), Vec::with_capacity(n));
+    while let Some(Reverse((degree, node))) = heap.pop() {
+        // Degrees that have changed since were pushed again.
+        if is_done[node] || degree != graph[node].len() {
+            continue;
+        }
+        is_done[node] = true;
+        let near = std::mem::take(&mut graph[node]);
+        for &a in &near {
+            graph[a].remove(&node);
+            graph[a].extend(near.iter().copied().filter(|&b| b != a));
+        }
+        let freed = rows_of.get(node).into_iter().flatten().copied().filter(|&row| {
+            waits[row] -= 1;
+            waits[row] == 0
+        });
+        let freed: Vec<usize> = freed.collect();
+        for &a in near.iter().chain(&freed) {
+            if waits[a] == 0 && !is_done[a] {
+                heap.push(Reverse((graph[a].len(), a)));
+            }
+        }
+        order.push(node);
+        columns.push(near);
+    }
+    (order, columns)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two bodies on a chain of four rows over six coordinates, M full in the first two.
+    fn shape() -> Shape {
+        Shape {
+            nq: 4,
+            nc: 3,
+            mass: vec![(0, 0), (1, 0), (1, 1), (2, 2), (3, 3)],
+            jacobian: vec![(0, 0), (0, 2), (1, 1), (1, 2), (2, 2), (2, 3)],
+        }
+    }
+
+    const MASS: [f64; 5] = [3.0, 1.0, 2.0, 5.0, 4.0];
+    const JACOBIAN: [f64; 6] = [1.0, -2.0, 0.5, 1.5, 1.0, 3.0];
+
+    fn times(x: &[f64], kept: &[usize]) -> Vec<f64> {
+        let shape = shape();
+        let mut out = vec![0.0; shape.nq + kept.len()];
+        for (&(i, j), m) in shape.mass.iter().zip(MASS) {
+            out[i] += m * x[j];
+            if i != j {
+                out[j] += m * x[i];
+            }
+        }
+        for (&(row, i), g) in shape.jacobian.iter().zip(JACOBIAN) {
+            if let Some(k) = kept.iter().position(|&r| r == row) {
+                out[shape.nq + k] += g * x[i];
+                out[i] += g * x[shape.nq + k];
+            }
+        }
+        out
+    }
+
+    #[test]
+    fn solutions_satisfy_the_system_with_and_without_rows_left_out() {
+        for kept in [vec![0, 1, 2], vec![0, 2], vec![]] {
+            let mut elimination = Elimination::new(&shape(), &kept);
+            elimination.factor(&MASS, &JACOBIAN).expect("the system is regular");
+            let rhs: Vec<f64> = (0..4 + kept.len()).map(|i| 1.0 + i as f64).collect();
+            let mut x = rhs.clone();
+            elimination.solve_in_place(&mut x);
+            for (found, wanted) in times(&x, &kept).iter().zip(&rhs) {
+                assert!((found - wanted).abs() < 1e-12, "{found} against {wanted}, rows {kept:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn dependent_rows_and_missing_inertia_are_singular() {
+        let mut elimination = Elimination::new(&shape(), &[0, 1, 2]);
+        elimination.factor(&MASS, &JACOBIAN).expect("the system is regular");
+        assert_eq!(elimination.weakness(), 1.0);
+        let mut weak = JACOBIAN;
+        weak[4..].fill(1e-3);
+        elimination.factor(&MASS, &weak).expect("weak, but regular");
+        assert!(elimination.weakness() < 1e-5, "{}", elimination.weakness());
+        weak[4..].fill(0.0);
+        assert_eq!(elimination.factor(&MASS, &weak), Err(Singular::Multiplier));
+        let mut massless = MASS;
+        massless[3] = 0.0;
+        assert_eq!(elimination.factor(&massless, &JACOBIAN), Err(Singular::Coordinate));
+    }
+
+    #[test]
+    fn the_fill_of_a_chain_grows_with_its_length() {
+        let chain = |n: usize| {
+            let mut shape = Shape { nq: 3 * n, nc: 2 * n, ..Shape::default() };
+            shape.mass = (0..3 * n).map(|i| (i, i)).collect();
+            for k in 0..n {
+                for axis in 0..2 {
+                    let row = 2 * k + axis;
+                    let ends = [3 * k + axis, 3 * k + 2].into_iter();
+                    let before = (k > 0).then(|| [3 * k - 3 + axis, 3 * k - 1]);
+                    let all = ends.chain(before.into_iter().flatten());
+                    shape.jacobian.extend(all.map(|i| (row, i)));
+                }
+            }
+            let kept: Vec<usize> = (0..2 * n).collect();
+            Elimination::new(&shape, &kept).targets.len()
+        };
+        let (short, long) = (chain(100), chain(200));
+        assert!(long < 2 * short + short / 10, "{short} updates, then {long}");
+    }
+}

@@ -1,0 +1,248 @@
+//! Which rows of a sparse matrix depend on rows before them.
+//!
+//! ```text
+//! rows freed of their parts along the rows kept before:   G Gᵀ = L D Lᵀ,   D_k = |rest of row k|²
+//! ```
+//!
+//! Gram and Schmidt's process by the factors of their products, which stay sparse where the rows
+//! freed of each other do not. One row of L at a time: T. A. Davis, *Algorithm 849: A concise sparse
+//! Cholesky factorization package*, ACM Trans. Math. Softw. 31 (2005).
+
+use crate::linear::dense::{self, DEPENDENT, Dependence, RANK_TOLERANCE};
+use crate::linear::rows::{LARGEST_DENSE, SparseRows};
+
+/// Squared part of a row below which its rest is found anew: the products hold it to half the
+/// digits only.
+const DOUBTFUL: f64 = 1e-4;
+
+/// What counts as nothing.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Smallness {
+    /// A row depends on others when less than this part of it is left.
+    pub(crate) rest: f64,
+    /// A row has no part in a dependency when it enters with less than this.
+    pub(crate) part: f64,
+}
+
+/// SparseRows of `jacobian` that depend on the others, and for each row whether it takes part in any
+/// dependency. SparseRows are scaled to unit length first, so that units do not decide.
+pub(crate) fn dependent_rows(jacobian: &SparseRows) -> Dependence {
+    if jacobian.n_columns > LARGEST_DENSE {
+        sparse_dependent_rows(jacobian, ROUNDING)
+    } else {
+        dense::dependent_rows(&jacobian.dense())
+    }
+}
+
+/// What a pose that is closed to rounding leaves of dependent rows.
+const ROUNDING: Smallness = Smallness { rest: DEPENDENT, part: 1e-6 };
+
+/// As [`dependent_rows`], by sparse elimination, with its own notion of nothing.
+pub(crate) fn sparse_dependent_rows(jacobian: &SparseRows, smallness: Smallness) -> Dependence {
+    let norms = jacobian.norms();
+    let longest = norms.iter().copied().fold(0.0, f64::max);
+    let mut basis = Basis::new(jacobian.n_columns);
+    let mut dependent = Vec::new();
+    let mut involved = vec![false; jacobian.n_rows()];
+    for (row_idx, &norm) in norms.iter().enumerate() {
+        // A row of rounding errors constrains nothing in this pose.
+        let is_row = norm > RANK_TOLERANCE * longest;
+        let row = jacobian.row(row_idx).iter().map(|&(column, g)| (column, g / norm));
+        let row: Vec<(usize, f64)> = row.filter(|_| is_row).collect();
+        if let Err(combination) = basis.add(row_idx, &row, smallness.rest) {
+            dependent.push(row_idx);
+            involved[row_idx] = true;
+            for (&kept, part) in basis.kept.iter().zip(combination) {
+                involved[kept] |= part.abs() > smallness.part;
+            }
+        }
+    }
+    let involved = (0..jacobian.n_rows()).filter(|&row| involved[row]).collect();
+    Dependence { rank: basis.kept.len(), dependent, involved }
+}
+
+/// Independent rows, and L D Lᵀ of their products.
+struct Basis {
+    /// Numbers of the rows.
+    kept: Vec<usize>,
+    rows: SparseRows,
+    /// By column of the rows: which of them have an entry there, and the entry.
+    of_column: Vec<Vec<(usize, f64)>>,
+    /// Columns of L below the diagonal.
+    lower: Vec<Vec<(usize, f64)>>,
+    diagonal: Vec<f64>,
+    /// The first entry below the diagonal in each column: the elimination tree.
+    parent: Vec<Option<usize>>,
+    /// One number for each row, zero between uses.
+    y: Vec<f64>,
+    is_reached: Vec<bool>,
+}
+
+impl Basis {
+    fn new(n_columns: usize) -> Self {
+        Self {
+            kept: Vec::new(),
+            rows: SparseRows::new(n_columns),
+            of_column: vec![Vec::new(); n_columns],
+            lower: Vec::new(),
+            diagonal: Vec::new(),
+            parent: Vec::new(),
+            y: Vec::new(),
+            is_reached: Vec::new(),
+        }
+    }
+
+    /// Adds a row, or says by which combination of the kept ones it follows from them.
+    fn add(&mut self, row_idx: usize, row: &[(usize, f64)], smallest: f64) -> Result<(), Vec<f64>> {
+        let (below, mut rest) = self.next_row(row);
+        if rest < DOUBTFUL {
+            let (combination, exact) = self.rest(row, &below);
+            if exact <= smallest {
+                return Err(combination);
+            }
+            rest = exact * exact;
+        }
+        let number = self.kept.len();
+        for (i, l) in below {
+            self.lower[i].push((number, l));
+            self.parent[i].get_or_insert(number);
+        }
+        for &(column, g) in row {
+            self.of_column[column].push((number, g));
+        }
+        self.kept.push(row_idx);
+        self.rows.push(row.iter().copied());
+        self.diagonal.push(rest);
+        self.lower.push(Vec::new());
+        self.parent.push(None);
+        self.y.push(0.0);
+        self.is_reached.push(false);
+        Ok(())
+    }
+
+    /// The row of L that belongs to a new row, and what is left of the row, squared.
+    fn next_row(&mut self, row: &[(usize, f64)]) -> (Vec<(usize, f64)>, f64) {
+        // Products with the kept rows, and everything that they change on the way up the tree.
+        let mut reached: Vec<usize> = Vec::new();
+        for &(column, g) in row {
+            for &(other, h) in &self.of_column[column] {
+                self.y[other] += g * h;
+                let mut at = Some(other);
+                while let Some(i) = at.filter(|&i| !self.is_reached[i]) {
+                    self.is_reached[i] = true;
+                    reached.push(i);
+                    at = self.parent[i];
+                }
+            }
+        }
+        // Users have larger numbers than what they use.
+        reached.sort_unstable();
+        let mut rest: f64 = row.iter().map(|(_, g)| g * g).sum();
+        let mut below = Vec::with_capacity(reached.len());
+        for i in reached {
+            let y = std::mem::take(&mut self.y[i]);
+            self.is_reached[i] = false;
+            self.lower[i].iter().for_each(|&(k, l)| self.y[k] -= l * y);
+            let l = y / self.diagonal[i];
+            rest -= l * y;
+            below.push((i, l));
+        }
+        (below, rest)
+    }
+
+    /// The combination of the kept rows that comes nearest to a row, and the length of what is left
+    /// of it; both refined.
+    fn rest(&self, row: &[(usize, f64)], below: &[(usize, f64)]) -> (Vec<f64>, f64) {
+        const REFINEMENTS: usize = 2;
+        let n = self.kept.len();
+        let mut combination = vec![0.0; n];
+        for &(i, l) in below {
+            combination[i] = l;
+        }
+        self.back_substitute(&mut combination);
+        let mut left = self.left(row, &combination);
+        for _ in 0..REFINEMENTS {
+            // L y = products with what is left, D Lᵀ x = y.
+            let mut x = self.rows.times(&left);
+            for i in 0..n {
+                let y = x[i];
+                self.lower[i].iter().for_each(|&(k, l)| x[k] -= l * y);
+            }
+            x.iter_mut().zip(&self.diagonal).for_each(|(x, d)| *x /= d);
+            self.back_substitute(&mut x);
+            combination.iter_mut().zip(&x).for_each(|(c, x)| *c += x);
+            left = self.left(row, &combination);
+        }
+        (combination, left.iter().map(|x| x * x).sum::<f64>().sqrt())
+    }
+
+    /// Solves with Lᵀ, in place.
+    fn back_substitute(&self, x: &mut [f64]) {
+        for i in (0..x.len()).rev() {
+            x[i] -= self.lower[i].iter().map(|&(k, l)| l * x[k]).sum::<f64>();
+        }
+    }
+
+    /// A row without a combination of the kept ones.
+    fn left(&self, row: &[(usize, f64)], combination: &[f64]) -> Vec<f64> {
+        let mut left = vec![0.0; self.rows.n_columns];
+        for &(column, g) in row {
+            left[column] += g;
+        }
+        for (i, &part) in combination.iter().enumerate().filter(|(_, part)| **part != 0.0) {
+            self.rows.row(i).iter().for_each(|&(column, g)| left[column] -= part * g);
+        }
+        left
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linear::rows::tests::jacobian_of_example;
+
+    fn check(jacobian: &SparseRows, what: &str) -> Dependence {
+        let found = sparse_dependent_rows(jacobian, ROUNDING);
+        assert_eq!(found, dense::dependent_rows(&jacobian.dense()), "{what}");
+        found
+    }
+
+    #[test]
+    fn sparse_and_dense_processes_find_the_same_rows() {
+        for name in ["five-link", "four-bar", "quick-return", "slider-crank"] {
+            let found = check(&jacobian_of_example(name), name);
+            assert!(found.dependent.is_empty(), "{name}");
+        }
+        let found = check(&jacobian_of_example("parallelogram"), "parallelogram");
+        assert_eq!(found.dependent.len(), 1);
+        assert!(found.involved.len() > 1, "{found:?}");
+    }
+
+    #[test]
+    fn rows_of_any_size_and_nearness_are_told_apart() {
+        let first = [(0, 0, 1e6), (0, 1, 1e6), (1, 1, 1e-3), (1, 2, 2e-3)];
+        // Row 0 and 1 once more, nearly; an empty row; one of its own.
+        let near = |apart: f64| {
+            let more = [(2, 0, 3.0), (2, 1, 5.0), (2, 2, 4.0 + apart), (4, 3, 1.0)];
+            SparseRows::from_entries(5, 4, first.into_iter().chain(more))
+        };
+        assert_eq!(check(&near(0.0), "equal").dependent, [2, 3]);
+        assert_eq!(check(&near(1e-9), "nearly equal").dependent, [2, 3]);
+        assert_eq!(check(&near(1e-4), "apart").dependent, [3]);
+    }
+
+    #[test]
+    fn the_factors_of_a_chain_grow_with_its_length() {
+        // Rows that meet their neighbours, as the pins of a chain do.
+        let fill = |n: usize| {
+            let row = |k: usize| [(k, k, 1.0), (k, k + 1, -1.0), (k, n + 1 + k, 0.5)];
+            let rows = SparseRows::from_entries(n, 2 * n + 1, (0..n).flat_map(row));
+            let mut basis = Basis::new(rows.n_columns);
+            for k in 0..n {
+                basis.add(k, rows.row(k), ROUNDING.rest).expect("independent");
+            }
+            basis.lower.iter().map(Vec::len).sum::<usize>()
+        };
+        assert_eq!((fill(50), fill(100)), (49, 99));
+    }
+}

@@ -1,0 +1,101 @@
+//! How many ways a mechanism can move: Grübler's count and the numeric rank.
+
+use crate::start::Start;
+use bksim_mbs::constraint::Source;
+use bksim_mbs::system::SymbolicSystem;
+use bksim_model::{JointId, JointKind, Model, Space};
+
+/// Degrees of freedom, counted and computed.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Mobility {
+    /// Grübler's (planar) or Kutzbach's (spatial) count, drives aside.
+    pub gruebler: i64,
+    /// nq − rank of the joints' constraints at the start, drives aside.
+    pub mobility: usize,
+    /// Number of constraint rows, drives included.
+    pub n_constraints: usize,
+    /// Number of independent ones.
+    pub rank: usize,
+    /// Joints whose constraints repeat one another; their reactions are not unique.
+    pub redundant: Vec<JointId>,
+}
+
+/// Counts the degrees of freedom of `model` at its start.
+pub fn mobility(model: &Model, system: &SymbolicSystem, start: &Start) -> Mobility {
+    let mut redundant = Vec::new();
+    for &row in start.not_unique_rows() {
+        if let Source::Joint(joint) = system.constraints[row].source
+            && !redundant.contains(&joint)
+        {
+            redundant.push(joint);
+        }
+    }
+    Mobility {
+        gruebler: gruebler(model),
+        mobility: start.mobility,
+        n_constraints: system.constraints.len(),
+        rank: start.dependence.rank,
+        redundant,
+    }
+}
+
+/// d (n − 1) − Σ u with d = 3 or 6 freedoms a body, u of which a joint takes.
+fn gruebler(model: &Model) -> i64 {
+    let freedoms: i64 = if model.space == Space::Planar { 3 } else { 6 };
+    let taken = |kind: &JointKind| match kind {
+        JointKind::Revolute | JointKind::Prismatic { .. } => freedoms - 1,
+        JointKind::Weld { .. } => freedoms,
+        JointKind::PinInSlot => freedoms - 2,
+        JointKind::Link { .. } => 1,
+    };
+    let taken: i64 = model.joints.iter().map(|joint| taken(&joint.kind)).sum();
+    let n_moving = i64::try_from(model.bodies.len() - 1).unwrap_or(i64::MAX / 8);
+    freedoms * n_moving - taken
+}
+
+/// The joints of the loop that `joint` closes, in order around it, `joint` first.
+///
+/// Follows the tree of the whole mechanism, so that joints cut elsewhere do not hide the loop.
+pub fn loop_through(model: &Model, joint: JointId) -> Vec<JointId> {
+    let other_joints = (0..model.joints.len()).map(JointId).filter(|&j| j != joint);
+    let others: Vec<JointId> = other_joints.collect();
+    let (from, to) = (model.joints[joint.0].successor.body, model.joints[joint.0].predecessor.body);
+
+    // Shortest way back from the successor to the predecessor.
+    let mut came_by: Vec<Option<JointId>> = vec![None; model.bodies.len()];
+    let mut frontier = std::collections::VecDeque::from([from]);
+    let mut seen = vec![false; model.bodies.len()];
+    seen[from.0] = true;
+    while let Some(body) = frontier.pop_front() {
+        for &id in &others {
+            let next = &model.joints[id.0];
+            let ends = [next.predecessor.body, next.successor.body];
+            let far = match ends.iter().position(|&end| end == body) {
+                Some(near) => ends[1 - near],
+                None => continue,
+            };
+            if !seen[far.0] {
+                seen[far.0] = true;
+                came_by[far.0] = Some(id);
+                frontier.push_back(far);
+            }
+        }
+    }
+    let mut path = Vec::new();
+    let mut body = to;
+    while let Some(id) = came_by[body.0] {
+        path.push(id);
+        let passed = &model.joints[id.0];
+        body = if passed.successor.body == body {
+            passed.predecessor.body
+        } else {
+            passed.successor.body
+        };
+    }
+    if body != from {
+        return vec![joint];
+    }
+    path.push(joint);
+    path.reverse();
+    path
+}

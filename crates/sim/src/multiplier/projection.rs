@@ -1,0 +1,106 @@
+//! Moving a state onto the constraints with the factors of the multiplier system.
+
+use super::{MultiplierSystem, largest};
+use crate::evaluator::{ConstraintsAt, Evaluator};
+use crate::linear::shape::Shape;
+
+/// Weaker than this, a projection would divide what integration has left open by almost nothing.
+const PROJECTED_ABOVE: f64 = 1e-4;
+
+/// Largest residuals before and after a projection.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub(crate) struct Drift {
+    /// |g|, m or rad.
+    pub(crate) position: [f64; 2],
+    /// |G v + ∂g/∂t|, m/s or rad/s.
+    pub(crate) velocity: [f64; 2],
+}
+
+impl MultiplierSystem {
+    /// Moves q, then v, onto the constraints by the least amount in the norm of M, with factors of
+    /// this state or one nearby; at most `corrections` Newton steps for q, fewer when they stop
+    /// gaining, and none near a singular pose.
+    pub(crate) fn project(
+        &mut self,
+        evaluator: &mut Evaluator,
+        t: f64,
+        (q, v): (&mut [f64], &mut [f64]),
+        corrections: usize,
+    ) -> Drift {
+        self.rows.take(&evaluator.constraints(t, q));
+        let position = largest(&self.rows.value);
+        let velocity = self.rows.rate_of(evaluator.shape(), v, &mut self.residual);
+        let mut drift = Drift { position: [position; 2], velocity: [velocity; 2] };
+        if self.weakness() < PROJECTED_ABOVE {
+            return drift;
+        }
+        for _ in 0..corrections {
+            if drift.position[1] == 0.0 {
+                break;
+            }
+            self.solve_for_step(Residual::Position);
+            for (trial, (q, step)) in self.trial.iter_mut().zip(q.iter().zip(&self.x)) {
+                *trial = q - step;
+            }
+            let at = evaluator.constraints(t, &self.trial);
+            let left = largest(at.value);
+            // Newton's steps gain until rounding; the first that does not is thrown away.
+            if left.is_nan() || left >= drift.position[1] {
+                break;
+            }
+            q.copy_from_slice(&self.trial);
+            self.rows.take(&at);
+            drift.position[1] = left;
+        }
+        self.rows.rate_of(evaluator.shape(), v, &mut self.residual);
+        self.solve_for_step(Residual::Velocity);
+        v.iter_mut().zip(&self.x).for_each(|(v, step)| *v -= step);
+        drift.velocity[1] = self.rows.rate_of(evaluator.shape(), v, &mut self.residual);
+        drift
+    }
+
+    /// The step that takes a residual of the constraints away, into the first nq of `x`.
+    fn solve_for_step(&mut self, residual: Residual) {
+        let residual = match residual {
+            Residual::Position => &self.rows.value,
+            Residual::Velocity => &self.residual,
+        };
+        let (upper, lower) = self.x.split_at_mut(self.nq);
+        upper.fill(0.0);
+        lower.iter_mut().zip(&self.kept).for_each(|(x, &row)| *x = residual[row]);
+        self.solve();
+    }
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Residual {
+    /// g.
+    Position,
+    /// G v + ∂g/∂t.
+    Velocity,
+}
+
+/// G, g and ∂g/∂t at the position that a projection has reached.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Rows {
+    jacobian: Vec<f64>,
+    value: Vec<f64>,
+    rate: Vec<f64>,
+}
+
+impl Rows {
+    fn take(&mut self, at: &ConstraintsAt) {
+        let parts = [&mut self.jacobian, &mut self.value, &mut self.rate];
+        for (own, part) in parts.into_iter().zip([at.jacobian, at.value, at.rate]) {
+            own.clear();
+            own.extend_from_slice(part);
+        }
+    }
+
+    /// Writes G v + ∂g/∂t and returns its largest magnitude.
+    fn rate_of(&self, shape: &Shape, v: &[f64], out: &mut [f64]) -> f64 {
+        let Self { jacobian, value, rate } = self;
+        ConstraintsAt { shape, jacobian, value, rate }.rate_into(v, out);
+        largest(out)
+    }
+}

@@ -1,0 +1,122 @@
+//! A run again, at any instant, from its segments: what the run itself would have handed out there.
+
+use super::observer::Segment;
+use super::recorder::settle;
+use super::{Energy, Sample};
+use crate::compiled::CompiledSystem;
+use crate::evaluator::Evaluator;
+use crate::hybrid::{Modes, Watcher};
+use crate::multiplier::MultiplierSystem;
+
+/// Completes states of segments: projection, accelerations, multipliers, reactions, energies.
+///
+/// What a run gathers on its way is not in a segment: work, step sizes and counters stay zero.
+#[derive(Clone, Debug)]
+pub struct Replay<'a> {
+    compiled: &'a CompiledSystem,
+    /// The model's own parameters.
+    own: Vec<f64>,
+    /// Modes and dependent rows that the rest is for.
+    numbers: Vec<f64>,
+    dependent: Vec<usize>,
+    modes: Modes,
+    evaluator: Evaluator<'a>,
+    watcher: Watcher<'a>,
+    multipliers: MultiplierSystem,
+    state: Vec<f64>,
+    sample: Sample,
+}
+
+/// Why a segment has no sample at some instant.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+pub enum Unreplayed {
+    /// Its sizes are not those of the mechanism.
+    #[error("the motion is that of another mechanism")]
+    OtherMechanism,
+}
+
+impl<'a> Replay<'a> {
+    /// A replay of runs with these values of the model's parameters.
+    pub fn new(compiled: &'a CompiledSystem, parameters: &[f64]) -> Self {
+        let modes = compiled.watch.idle();
+        let all = modes.behind(parameters);
+        let (nq, nc) = (compiled.nq(), compiled.nc());
+        let (zeros, n_joints) = (vec![0.0; nq], compiled.joints.len());
+        Self {
+            compiled,
+            own: parameters.to_vec(),
+            numbers: all[parameters.len()..].to_vec(),
+            dependent: Vec::new(),
+            modes,
+            evaluator: compiled.evaluator(&all),
+            watcher: compiled.watch.at(&all),
+            multipliers: MultiplierSystem::new(&compiled.shape, &[]),
+            state: vec![0.0; 2 * nq],
+            sample: Sample {
+                q: zeros.clone(),
+                v: zeros.clone(),
+                a: zeros,
+                lambda: vec![0.0; nc],
+                reactions: vec![[0.0; 6]; n_joints],
+                energy: Energy::default(),
+                ..Sample::default()
+            },
+        }
+    }
+
+    /// The sample at `t`, s; extrapolated outside of the segment. Accelerations, multipliers and what
+    /// follows from them are NaN where the equations have no value.
+    ///
+    /// # Errors
+    /// [`Unreplayed`] when the segment is not one of this mechanism.
+    pub fn at(&mut self, segment: &Segment, t: f64) -> Result<&Sample, Unreplayed> {
+        self.check(segment)?;
+        self.take_modes(segment)?;
+        segment.at(t, &mut self.state);
+        let Self { evaluator, multipliers, sample, state, .. } = self;
+        let (q, v) = state.split_at(sample.q.len());
+        sample.t = t;
+        sample.q.copy_from_slice(q);
+        sample.v.copy_from_slice(v);
+        // What has no value is NaN, and shows as such.
+        let _ = settle(evaluator, multipliers, sample);
+        let Sample { q, v, a, lambda, reactions, inputs, energy, .. } = sample;
+        inputs.clear();
+        inputs.extend_from_slice(evaluator.inputs(t, q, v));
+        *energy = evaluator.energy(t, q, v, lambda);
+        evaluator.reactions_into(t, [q, v, a, lambda], reactions);
+        self.modes.fill_friction(&mut self.watcher, (t, q, v), lambda);
+        Ok(sample)
+    }
+
+    /// The sample that [`Replay::at`] has made last.
+    pub fn sample(&self) -> &Sample {
+        &self.sample
+    }
+
+    fn check(&self, segment: &Segment) -> Result<(), Unreplayed> {
+        let n = self.state.len();
+        let is_whole = n == 0 || segment.values.len().is_multiple_of(n);
+        let are_rows = segment.dependent.iter().all(|&row| row < self.compiled.nc());
+        let are_rows = are_rows && segment.dependent.is_sorted_by(|a, b| a < b);
+        let is_there = n == 0 || !segment.values.is_empty();
+        if is_whole && is_there && are_rows { Ok(()) } else { Err(Unreplayed::OtherMechanism) }
+    }
+
+    fn take_modes(&mut self, segment: &Segment) -> Result<(), Unreplayed> {
+        let are_same = self.numbers == segment.modes && self.dependent == segment.dependent;
+        if are_same {
+            return Ok(());
+        }
+        let watch = &self.compiled.watch;
+        let modes = Modes::from_numbers(watch, &segment.modes).ok_or(Unreplayed::OtherMechanism)?;
+        let all = modes.behind(&self.own);
+        self.modes = modes;
+        self.numbers.clone_from(&segment.modes);
+        self.dependent.clone_from(&segment.dependent);
+        self.evaluator = self.compiled.evaluator(&all);
+        self.watcher = watch.at(&all);
+        self.multipliers = MultiplierSystem::new(&self.compiled.shape, &segment.dependent);
+        Ok(())
+    }
+}

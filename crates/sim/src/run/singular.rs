@@ -1,0 +1,308 @@
+//! Noticing singular poses: where the constraint rows lose rank for an instant and branches of
+//! motion meet, as at the change point of a parallelogram.
+//!
+//! The pivots of the multiplier system, which are known at every stage of an explicit step, tell
+//! where rows are weak. There the motion is searched for the weakest instant, and the singular
+//! values of G at that instant decide.
+
+use bksim_dae::{Loader, Saver, SolveError, Step};
+
+use crate::evaluator::Evaluator;
+use crate::linear::rank::{Smallness, sparse_dependent_rows};
+use crate::linear::rows::{Inverse, LARGEST_DENSE, SparseRows};
+use crate::multiplier::MultiplierSystem;
+
+/// Weakness, see [`MultiplierSystem::weakness`], below which a step of Radau's calls for a search:
+/// a third of the regular singular value. Handing over later costs digits: what Radau's equations
+/// leave of its error near the pose comes out as energy.
+const WEAK: f64 = 0.1;
+/// Weakness that only a singular pose has, as far as a motion can be foreseen.
+const VANISHING: f64 = 1e-4;
+/// How many steps ahead a pose must be to be none yet.
+const FAR: f64 = 10.0;
+/// Weakness above which a state has left a singular pose behind.
+pub(crate) const REGULAR: f64 = 3.0 * WEAK;
+/// Weakness of a stage that calls for a search. Two stages lie at most a third of a step apart, so
+/// that a step as long as a radian has one this near to a pose that it passes.
+pub(crate) const NOTICEABLE: f64 = 0.1;
+/// Part of its regular value below which a singular value is that of a singular pose; states of a
+/// run miss the pose by their tolerance.
+const SINGULAR: f64 = 1e-3;
+/// Instants of a step looked at first, and shrinkings of the bracket around the weakest.
+const SAMPLES: usize = 16;
+const SHRINKINGS: usize = 40;
+/// Rows with this part in the vanishing combination are named.
+const PART: f64 = 0.1;
+
+/// A pose in which constraint rows have lost rank.
+#[derive(Clone, PartialEq, Debug)]
+pub struct SingularPose {
+    /// s.
+    pub t: f64,
+    /// Rank of the constraints there.
+    pub rank: usize,
+    /// Rows that take part in the loss, those of the system's constraints.
+    pub rows: Vec<usize>,
+}
+
+/// Looks for singular poses in the steps of a run.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Watch {
+    /// The largest smallest singular value met.
+    regular: f64,
+    /// Smallest singular value of the pose that the motion is near to, once it is known.
+    near: Option<f64>,
+}
+
+/// What a step has shown.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) enum Sighting {
+    /// A pose not seen before.
+    New(SingularPose),
+    /// The pose seen last, met better.
+    Better(SingularPose),
+}
+
+impl SingularPose {
+    pub(crate) fn save(&self, saver: &mut Saver) {
+        saver.real(self.t);
+        saver.count(self.rank);
+        saver.indices(&self.rows);
+    }
+
+    /// A pose of a mechanism with `nc` rows.
+    pub(crate) fn load(loader: &mut Loader<'_>, nc: usize) -> Result<Self, SolveError> {
+        Ok(Self { t: loader.real()?, rank: loader.index(nc + 1)?, rows: loader.indices(nc)? })
+    }
+}
+
+impl Watch {
+    pub(crate) fn save(&self, saver: &mut Saver) {
+        saver.real(self.regular);
+        saver.option(self.near);
+    }
+
+    pub(crate) fn load(loader: &mut Loader<'_>) -> Result<Self, SolveError> {
+        Ok(Self { regular: loader.real()?, near: loader.option()? })
+    }
+
+    /// No stage of the last step was weak: the next pose is another one.
+    pub(crate) fn leave(&mut self) {
+        self.near = None;
+    }
+
+    /// The singular pose within a step, or at its end.
+    pub(crate) fn search(
+        &mut self,
+        evaluator: &mut Evaluator,
+        multipliers: &mut MultiplierSystem,
+        step: &Step<'_>,
+    ) -> Option<Sighting> {
+        let nq = evaluator.shape().nq;
+        let dip = Dip::of(evaluator, multipliers, step);
+        if dip.falls {
+            self.near = None;
+        }
+        let Some(t) = dip.t else {
+            if dip.rises {
+                self.near = None;
+            }
+            return None;
+        };
+
+        // What the singular values say, there and at the ends.
+        let mut y = vec![0.0; step.y1().len()];
+        let mut rows_at = |t: f64| {
+            step.at(t, &mut y);
+            let jacobian = evaluator.constraints(t, &y[..nq]).jacobian_rows();
+            jacobian.select(multipliers.kept())
+        };
+        if self.near.is_none() {
+            for end in [step.t0(), step.t1()] {
+                self.regular = self.regular.max(smallest_singular_value(rows_at(end)));
+            }
+        }
+        let Loss { least, rank, rows } = Loss::of(&finite(rows_at(t))?, SINGULAR * self.regular)?;
+        let kept = multipliers.kept();
+        if rank == kept.len() || self.near.is_some_and(|known| known <= least) {
+            if dip.rises {
+                self.near = None;
+            }
+            return None;
+        }
+        let is_known = self.near.is_some();
+        self.near = (!dip.rises).then_some(least);
+        let pose = SingularPose { t, rank, rows: rows.into_iter().map(|row| kept[row]).collect() };
+        Some(if is_known { Sighting::Better(pose) } else { Sighting::New(pose) })
+    }
+}
+
+/// Whether a step of Radau's, or the motion soon behind it, meets a singular pose: its own equations
+/// have no unique solution there. Explicit steps had better begin early: their accelerations carry
+/// the error of the state they start from, divided by the way that is left to the pose.
+pub(crate) fn is_ahead(
+    evaluator: &mut Evaluator,
+    multipliers: &mut MultiplierSystem,
+    step: &Step<'_>,
+) -> bool {
+    let mut weakness = |part: f64| weakness_within(evaluator, multipliers, step, part);
+    let values = [1.0 / 3.0, 2.0 / 3.0, 1.0].map(&mut weakness);
+    if !values.iter().any(|&value| value < WEAK) {
+        return false;
+    }
+    if let Dip { t: Some(t), .. } = Dip::of(evaluator, multipliers, step) {
+        let part = (t - step.t0()) / (step.t1() - step.t0());
+        if weakness_within(evaluator, multipliers, step, part) < VANISHING {
+            return true;
+        }
+    }
+    values[2] < WEAK && is_foreseen(evaluator, multipliers, step)
+}
+
+/// Whether the motion continued by its accelerations comes to a singular pose within some steps.
+fn is_foreseen(
+    evaluator: &mut Evaluator,
+    multipliers: &mut MultiplierSystem,
+    step: &Step<'_>,
+) -> bool {
+    let (nq, h) = (evaluator.shape().nq, step.t1() - step.t0());
+    let (q, v) = step.y1()[..2 * nq].split_at(nq);
+    let a = &step.ydot1()[nq..2 * nq];
+    let mut weakness = |ahead: f64| {
+        let place = |i: usize| q[i] + ahead * (v[i] + 0.5 * ahead * a[i]);
+        let rate = |i: usize| v[i] + ahead * a[i];
+        let (q, v): (Vec<f64>, Vec<f64>) = (0..nq).map(|i| (place(i), rate(i))).unzip();
+        multipliers.weakness_at(&evaluator.dynamics(step.t1() + ahead, &q, &v))
+    };
+    // Singular values fall to zero in proportion to the way left.
+    let probe = 0.1 * h;
+    let (now, next) = (weakness(0.0).sqrt(), weakness(probe).sqrt());
+    let left = probe * now / (now - next);
+    if !(left / h > 0.0 && left / h < FAR) {
+        return false;
+    }
+    let t = golden_section(0.5, 1.5, &mut |part| weakness(part * left));
+    weakness(t * left) < VANISHING
+}
+
+/// Weakness at an instant of a step.
+fn weakness_within(
+    evaluator: &mut Evaluator,
+    multipliers: &mut MultiplierSystem,
+    step: &Step<'_>,
+    part: f64,
+) -> f64 {
+    let nq = evaluator.shape().nq;
+    let t = step.t0() + part * (step.t1() - step.t0());
+    let mut y = vec![0.0; step.y1().len()];
+    step.at(t, &mut y);
+    let (q, v) = y[..2 * nq].split_at(nq);
+    multipliers.weakness_at(&evaluator.dynamics(t, q, v))
+}
+
+/// Where a step is weakest.
+struct Dip {
+    /// The instant, if the weakness may vanish there.
+    t: Option<f64>,
+    /// Whether it has been regular before that, and is again behind.
+    falls: bool,
+    rises: bool,
+}
+
+impl Dip {
+    /// The weakest of some instants, then golden sections around it.
+    fn of(evaluator: &mut Evaluator, multipliers: &mut MultiplierSystem, step: &Step<'_>) -> Self {
+        let mut weakness = |part: f64| weakness_within(evaluator, multipliers, step, part);
+        let at = |k: usize| k as f64 / SAMPLES as f64;
+        let values: Vec<f64> = (0..=SAMPLES).map(|k| weakness(at(k))).collect();
+        let least = (0..=SAMPLES).min_by(|&a, &b| values[a].total_cmp(&values[b])).unwrap_or(0);
+        let (low, high) = (at(least.saturating_sub(1)), at((least + 1).min(SAMPLES)));
+        let t = may_vanish(&values, least).then(|| {
+            let part = golden_section(low, high, &mut weakness);
+            step.t0() + part * (step.t1() - step.t0())
+        });
+        let is_regular = |values: &[f64]| values.iter().any(|&value| value >= NOTICEABLE);
+        Self { t, falls: is_regular(&values[..least]), rises: is_regular(&values[least..]) }
+    }
+}
+
+fn finite(rows: SparseRows) -> Option<SparseRows> {
+    (rows.n_rows() > 0 && rows.n_columns > 0 && rows.is_finite()).then_some(rows)
+}
+
+fn smallest_singular_value(rows: SparseRows) -> f64 {
+    let Some(rows) = finite(rows) else { return 0.0 };
+    if rows.n_columns > LARGEST_DENSE {
+        return Inverse::of(rows).map_or(0.0, |mut inverse| inverse.weakest_combination().1);
+    }
+    rows.dense().singular_values().min()
+}
+
+/// What rows have lost where they are weakest.
+struct Loss {
+    /// The smallest singular value.
+    least: f64,
+    rank: usize,
+    /// The rows that take part.
+    rows: Vec<usize>,
+}
+
+impl Loss {
+    /// Of finite rows, whose singular values below `smallest` count as lost.
+    fn of(rows: &SparseRows, smallest: f64) -> Option<Self> {
+        if rows.n_columns > LARGEST_DENSE {
+            let longest = rows.norms().into_iter().fold(0.0, f64::max);
+            let smallness = Smallness { rest: smallest / longest, part: PART };
+            let found = sparse_dependent_rows(rows, smallness);
+            let least = smallest_singular_value(rows.clone());
+            return Some(Self { least, rank: found.rank, rows: found.involved });
+        }
+        let svd = rows.dense().svd(true, false);
+        let (left, values) = (svd.u?, svd.singular_values);
+        let lost: Vec<usize> = (0..values.len()).filter(|&k| values[k] < smallest).collect();
+        let takes_part = |&row: &usize| lost.iter().any(|&k| left[(row, k)].abs() > PART);
+        Some(Self {
+            least: values.min(),
+            rank: rows.n_rows() - lost.len(),
+            rows: (0..rows.n_rows()).filter(takes_part).collect(),
+        })
+    }
+}
+
+/// Whether weakness sampled at equal distances, the `least` of its values known, may vanish in between:
+/// it falls as the square of the distance to a singular pose, so the parabola through three values
+/// tells.
+fn may_vanish(values: &[f64], least: usize) -> bool {
+    const DEEP: f64 = 0.2;
+    let middle = least.clamp(1, values.len() - 2);
+    let [left, centre, right] = [values[middle - 1], values[middle], values[middle + 1]];
+    let (slope, curvature) = (0.5 * (right - left), right - 2.0 * centre + left);
+    let low = if curvature > 0.0 {
+        // No further than to the ends of the samples.
+        let vertex = (-slope / curvature).clamp(-1.0, 1.0);
+        centre + vertex * (slope + 0.5 * vertex * curvature)
+    } else {
+        values[least]
+    };
+    low < DEEP * left.max(right)
+}
+
+/// The argument between `low` and `high` of the least value, by golden sections.
+fn golden_section(mut low: f64, mut high: f64, value: &mut dyn FnMut(f64) -> f64) -> f64 {
+    const SECTION: f64 = 0.381_966_011_250_105_15; // (3 − √5)/2
+    let mut left = low + SECTION * (high - low);
+    let mut right = high - SECTION * (high - low);
+    let (mut at_left, mut at_right) = (value(left), value(right));
+    for _ in 0..SHRINKINGS {
+        if at_left < at_right {
+            (high, right, at_right) = (right, left, at_left);
+            left = low + SECTION * (high - low);
+            at_left = value(left);
+        } else {
+            (low, left, at_left) = (left, right, at_right);
+            right = high - SECTION * (high - low);
+            at_right = value(right);
+        }
+    }
+    0.5 * (low + high)
+}

@@ -1,0 +1,73 @@
+//! Why a motion has no derivative, in the author's terms.
+
+use bksim_expr::TapeError;
+
+use super::Sensitive;
+use crate::codes;
+use bksim_model::Model;
+use bksim_model::diagnostic::Diagnostic;
+
+/// Why there are no sensitivities.
+#[derive(Clone, PartialEq, Debug)]
+#[non_exhaustive]
+pub enum SensitivityError {
+    /// Neither a parameter nor an initial value has this name.
+    Unknown(String),
+    /// The initial value of this index is a guess.
+    Guess(usize),
+    /// Something in the model switches.
+    Switches,
+    /// The model has inputs.
+    Inputs,
+    /// The constraints and stated values hold for no other value of this quantity.
+    NoNeighbour(Sensitive),
+    /// A derivative has no finite value at the start.
+    NotFinite(Sensitive),
+    /// The derivatives could not be compiled.
+    Compile(TapeError),
+}
+
+impl From<TapeError> for SensitivityError {
+    fn from(error: TapeError) -> Self {
+        Self::Compile(error)
+    }
+}
+
+/// The diagnostic of sensitivities that cannot be had.
+pub fn diagnose_sensitivity(model: &Model, error: &SensitivityError) -> Diagnostic {
+    let fault = |message: String| Diagnostic::error(codes::NO_SENSITIVITY, message);
+    match error {
+        SensitivityError::Unknown(name) => {
+            let parameters = model.parameters.iter().map(|p| p.name.as_str());
+            let stated = model.initial.iter().filter(|i| !i.is_guess).map(|i| i.name.as_str());
+            let known: Vec<&str> = parameters.chain(stated).collect();
+            fault(format!("there is no parameter or stated initial value `{name}`"))
+                .help(format!("name one of: {}", known.join(", ")))
+        }
+        SensitivityError::Guess(k) => {
+            let initial = &model.initial[*k];
+            fault(format!("`{}` is a guess: the start need not obey it", initial.name))
+                .at(initial.span.clone(), "guessed here")
+                .help("state the value instead of guessing it, if the joints leave it free")
+        }
+        SensitivityError::Switches => {
+            fault("the model has stops, dry friction or kinks: its sensitivities jump".to_owned())
+                .help("replace `abs`, `min`, `max`, `sign` and `if` by smooth functions")
+        }
+        SensitivityError::Inputs => {
+            fault("the model has inputs: nothing is known of their derivatives".to_owned())
+                .help("write what they do as expressions of the model")
+        }
+        SensitivityError::NoNeighbour(by) => {
+            let name = by.name(model);
+            fault(format!("no motion exists for any other value of `{name}` near this one"))
+                .help("define quantities that must agree through one parameter, and name that one")
+        }
+        SensitivityError::NotFinite(by) => {
+            let name = by.name(model);
+            fault(format!("the derivative by `{name}` has no finite value at the start"))
+                .help("start away from poses where a square root or a quotient has no derivative")
+        }
+        SensitivityError::Compile(error) => fault(error.to_string()),
+    }
+}

@@ -1,0 +1,165 @@
+//! Sensitivities of the consistent start, level by level, as [`crate::start`] finds it.
+//!
+//! What is stated holds exactly, or changes by one where the sensitivity is to it; the rest follows
+//! the constraints. Where these leave a choice, positions change by the least amount from the
+//! changes of the guesses, and velocities are the nearest to the guessed ones, differentiated.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::tangent::{Nearest, State, Tangents};
+use super::{Sensitive, SensitivityEquations, SensitivityError, StateSensitivity};
+use crate::assembly::is_velocity;
+use crate::compiled::CompiledSystem;
+use crate::evaluator::gather;
+use crate::linear::dense::least_squares;
+use crate::start::Start;
+use bksim_model::{Initial, Model};
+
+/// Sensitivities of the start, one per quantity.
+///
+/// # Errors
+/// [`SensitivityError`] when no start exists for other values near these, or a derivative is not
+/// finite.
+pub fn start(
+    equations: &SensitivityEquations,
+    model: &Model,
+    compiled: &CompiledSystem,
+    start: &Start,
+    parameters: &[f64],
+) -> Result<Vec<StateSensitivity>, SensitivityError> {
+    let tangents = Tangents::new(equations, compiled, parameters, start.dependent_rows());
+    let Start { t, q, v, a, lambda, .. } = start;
+    let at = State { t: *t, q, v, a, lambda };
+    let mut opening = Opening { equations, model, tangents, parameters, at };
+    (0..equations.sensitive.len()).map(|k| opening.by(k)).collect()
+}
+
+/// The start whose changes are looked for.
+struct Opening<'a> {
+    equations: &'a SensitivityEquations,
+    model: &'a Model,
+    tangents: Tangents<'a>,
+    parameters: &'a [f64],
+    at: State<'a>,
+}
+
+/// Some initial values: what they measure less what is stated, its change, the gradient of the
+/// measure, its change.
+struct Measured {
+    off: DVector<f64>,
+    change: DVector<f64>,
+    gradient: DMatrix<f64>,
+    turned: DMatrix<f64>,
+}
+
+impl Opening<'_> {
+    fn by(&mut self, k: usize) -> Result<StateSensitivity, SensitivityError> {
+        let by = self.equations.sensitive[k];
+        let dq = self.positions(k)?;
+        let dv = self.velocities(k, dq.as_slice())?;
+        self.tangents
+            .complete(self.at, k, (dq.as_slice(), dv.as_slice()))
+            .map_err(|_| SensitivityError::NotFinite(by))
+    }
+
+    fn positions(&mut self, k: usize) -> Result<DVector<f64>, SensitivityError> {
+        let (at, nq) = (self.at, self.at.q.len());
+        let zero = vec![0.0; nq];
+        let all = self.measured(k, |i| !is_velocity(i.measure), at.v, &zero);
+        let stated = self.measured(k, |i| !is_velocity(i.measure) && !i.is_guess, at.v, &zero);
+
+        // Towards everything the author said, then onto the constraints.
+        let (wished, _) = least_squares(&all.gradient, &-all.change);
+        let gap = self.tangents.of_positions(at, k, &zero).to_vec();
+        let jacobian = self.tangents.jacobian_at(at);
+        let rows = below(&jacobian, &stated.gradient);
+        let nearest = Nearest {
+            turned: DMatrix::zeros(rows.nrows(), nq),
+            residual: joined(&gap, &stated.change),
+            rows,
+        };
+        self.checked(k, &nearest, nearest.change(&DVector::zeros(nq), &wished))
+    }
+
+    fn velocities(&mut self, k: usize, dq: &[f64]) -> Result<DVector<f64>, SensitivityError> {
+        let (at, nq) = (self.at, self.at.q.len());
+        let zero = vec![0.0; nq];
+        let is_guess = |i: &Initial| is_velocity(i.measure) && i.is_guess;
+
+        // The guessed velocities are the smallest ones with the guessed rates.
+        let at_rest = self.measured(k, is_guess, &zero, dq);
+        let (guess, _) = least_squares(&at_rest.gradient, &-at_rest.off);
+        let Measured { gradient, turned, change, .. } =
+            self.measured(k, is_guess, guess.as_slice(), dq);
+        let wished = Nearest { rows: gradient, turned, residual: change };
+        let wished = wished.change(&guess, &DVector::zeros(nq));
+
+        let stated = self.measured(k, |i| is_velocity(i.measure) && !i.is_guess, at.v, dq);
+        let gap = self.tangents.of_velocities(at, k, (dq, &zero)).to_vec();
+        let jacobian = self.tangents.jacobian_at(at);
+        let nearest = Nearest {
+            rows: below(&jacobian, &stated.gradient),
+            turned: below(&self.tangents.of_jacobian(at, k, dq), &stated.turned),
+            residual: joined(&gap, &stated.change),
+        };
+        let moved = DVector::from_column_slice(at.v) - guess;
+        self.checked(k, &nearest, nearest.change(&moved, &wished))
+    }
+
+    fn checked(
+        &self,
+        k: usize,
+        nearest: &Nearest,
+        dx: DVector<f64>,
+    ) -> Result<DVector<f64>, SensitivityError> {
+        let by = self.equations.sensitive[k];
+        if dx.iter().any(|value| !value.is_finite()) {
+            return Err(SensitivityError::NotFinite(by));
+        }
+        if nearest.is_met_by(&dx) { Ok(dx) } else { Err(SensitivityError::NoNeighbour(by)) }
+    }
+
+    /// The initial values that `which` selects, at velocities `v`, along ∂q and p_k.
+    fn measured(
+        &self,
+        k: usize,
+        which: impl Fn(&Initial) -> bool,
+        v: &[f64],
+        dq: &[f64],
+    ) -> Measured {
+        let (at, nq) = (self.at, dq.len());
+        let zero = vec![0.0; nq];
+        let mut inputs = Vec::new();
+        gather(&mut inputs, at.t, &[at.q, v, dq, &zero, self.equations.direction(k)]);
+        let tape = &self.equations.closing;
+        let mut outputs = vec![0.0; tape.n_outputs()];
+        tape.evaluate(&mut tape.workspace(self.parameters), &inputs, &mut outputs);
+        let by_initial = outputs.chunks_exact(4 + 2 * nq).enumerate();
+        let chosen: Vec<(usize, &[f64])> =
+            by_initial.filter(|&(i, _)| which(&self.model.initial[i])).collect();
+        let n = chosen.len();
+        let stated_change =
+            |i: usize| f64::from(u8::from(self.equations.sensitive[k] == Sensitive::Initial(i)));
+        Measured {
+            off: DVector::from_fn(n, |row, _| chosen[row].1[0] - chosen[row].1[1]),
+            change: DVector::from_fn(n, |row, _| {
+                let (i, numbers) = chosen[row];
+                numbers[2] - numbers[3] - stated_change(i)
+            }),
+            gradient: DMatrix::from_fn(n, nq, |row, col| chosen[row].1[4 + col]),
+            turned: DMatrix::from_fn(n, nq, |row, col| chosen[row].1[4 + nq + col]),
+        }
+    }
+}
+
+fn below(above: &DMatrix<f64>, rows: &DMatrix<f64>) -> DMatrix<f64> {
+    let n = above.nrows();
+    let mut all = DMatrix::zeros(n + rows.nrows(), above.ncols());
+    all.rows_mut(0, n).copy_from(above);
+    all.rows_mut(n, rows.nrows()).copy_from(rows);
+    all
+}
+
+fn joined(above: &[f64], below: &DVector<f64>) -> DVector<f64> {
+    DVector::from_iterator(above.len() + below.len(), above.iter().chain(below.iter()).copied())
+}

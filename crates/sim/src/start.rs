@@ -1,0 +1,286 @@
+//! The consistent start: positions, velocities, then accelerations and multipliers.
+//!
+//! Positions are found by damped Gauss–Newton steps of minimum norm on the constraints together
+//! with the stated values, from the guesses; velocities are the smallest change of the guessed
+//! ones that satisfies G v + ∂g/∂t = 0 and the stated rates; accelerations and multipliers follow
+//! from the equations of motion. Each level fails with what cannot be met and by how much.
+
+use crate::assembly::Closure;
+use crate::compiled::CompiledSystem;
+use crate::evaluator::Evaluator;
+use crate::hybrid::{Bands, Instant, Modes, Settled, Unsettled, settle_smoothly};
+use crate::linear::dense::Dependence;
+use crate::linear::rank::dependent_rows;
+use crate::linear::rows::SparseRows;
+use crate::multiplier::{MultiplierSystem, largest};
+use bksim_expr::TapeError;
+use bksim_mbs::constraint::Source;
+use bksim_mbs::system::SymbolicSystem;
+use bksim_model::{JointId, LoadId, Model, SolveOptions};
+
+/// A state that satisfies the constraints at every level.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Start {
+    /// s.
+    pub t: f64,
+    /// Generalised coordinates, nq.
+    pub q: Vec<f64>,
+    /// Velocities, nq.
+    pub v: Vec<f64>,
+    /// Accelerations, nq.
+    pub a: Vec<f64>,
+    /// Multipliers, nc; the smallest ones when they are not unique.
+    pub lambda: Vec<f64>,
+    /// How far each stated or guessed value was moved.
+    pub moved: Vec<Moved>,
+    /// Largest constraint left open, m or rad.
+    pub position_residual: f64,
+    /// Largest constraint rate left open, m/s or rad/s.
+    pub velocity_residual: f64,
+    /// Rank of the rows that always hold, and which of them depend on others.
+    pub(crate) dependence: Dependence,
+    /// Rows that follow from others, and those of contacts that are open.
+    pub(crate) dependent: Vec<usize>,
+    /// What switches hold and which contacts are closed.
+    pub(crate) modes: Modes,
+    /// Degrees of freedom without the drives: nq − rank of the joints' rows.
+    pub mobility: usize,
+}
+
+impl Start {
+    /// Constraint rows that follow from rows before them, and those of contacts that are open.
+    pub fn dependent_rows(&self) -> &[usize] {
+        &self.dependent
+    }
+
+    /// Constraint rows that take part in a dependency: their multipliers are not unique.
+    pub fn not_unique_rows(&self) -> &[usize] {
+        &self.dependence.involved
+    }
+}
+
+/// One stated or guessed value and what became of it.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Moved {
+    /// As written: `A.angle`.
+    pub name: String,
+    /// What the author wrote, SI.
+    pub stated: f64,
+    /// What the start has, SI.
+    pub found: f64,
+    /// Whether it was free to move.
+    pub is_guess: bool,
+}
+
+/// Why there is no consistent start, with what a diagnostic needs.
+#[derive(Clone, PartialEq, Debug)]
+#[non_exhaustive]
+pub enum StartError {
+    /// Every body is welded to the ground.
+    NoCoordinates,
+    /// The end lies before the start, but something switches on the way.
+    Irreversible,
+    /// The joints cannot meet at all.
+    CannotClose {
+        /// Gap left at each open joint, largest first: joint, metres (or radians).
+        gaps: Vec<(JointId, f64)>,
+        /// The closest positions found.
+        q: Vec<f64>,
+    },
+    /// The joints can meet, but not at the stated values.
+    StatedPositions {
+        /// The stated values, as indices into `Model::initial`, with what the joints would allow.
+        conflicts: Vec<Conflict>,
+    },
+    /// The stated rates cannot all hold.
+    StatedVelocities {
+        /// The stated rates that exclude each other.
+        conflicts: Vec<Conflict>,
+    },
+    /// A drive prescribes a motion the joints forbid.
+    DriveCannotMove {
+        /// The drive's index.
+        drive_idx: usize,
+    },
+    /// Some motion has neither inertia nor constraint.
+    NoInertia {
+        /// Coordinates that take part in it.
+        coordinates: Vec<usize>,
+    },
+    /// A load or constraint has no finite value at the start.
+    NotFinite,
+    /// A joint starts beyond a stop.
+    BeyondStop {
+        /// The stop.
+        load: LoadId,
+        /// How far, m or rad.
+        by: f64,
+    },
+    /// No branches and contacts are consistent.
+    Unsettled(Unsettled),
+    /// The functions could not be compiled.
+    Compile(TapeError),
+}
+
+/// A stated value that the other stated values exclude.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Conflict {
+    /// Index into `Model::initial`.
+    pub initial_idx: usize,
+    /// Stated value, SI.
+    pub stated: f64,
+    /// The value that is consistent with all other stated ones; `None` when the others already
+    /// exclude each other.
+    pub consistent: Option<f64>,
+}
+
+/// What a model says about its start, compiled once for every parameter value: no expressions, safe
+/// to share.
+#[derive(Clone, Debug)]
+pub struct StartEquations {
+    closure: Closure,
+    /// Rows that always hold: those of joints and drives.
+    n_bilateral: usize,
+}
+
+impl StartEquations {
+    /// Compiles what `model` says about its start.
+    ///
+    /// # Errors
+    /// [`TapeError`] when an expression of the model cannot be compiled.
+    pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<Self, TapeError> {
+        let closure = Closure::compile(model, system)?;
+        Ok(Self { closure, n_bilateral: system.n_bilateral() })
+    }
+}
+
+/// Finds the consistent start of `model` at `model.solve.t_start`.
+///
+/// # Errors
+/// [`StartError`] says which level failed and what stands in the way.
+pub fn start(
+    model: &Model,
+    system: &SymbolicSystem,
+    compiled: &CompiledSystem,
+    parameters: &[f64],
+) -> Result<Start, StartError> {
+    let equations = StartEquations::compile(model, system).map_err(StartError::Compile)?;
+    start_at(&equations, compiled, parameters, &[], &model.solve)
+}
+
+/// As [`start`], with what was compiled before; `stated` are initial values, by their places in the
+/// model, that take these numbers in SI in place of what the model says.
+///
+/// # Errors
+/// [`StartError`] says which level failed and what stands in the way.
+pub fn start_at(
+    equations: &StartEquations,
+    compiled: &CompiledSystem,
+    parameters: &[f64],
+    stated: &[(usize, f64)],
+    options: &SolveOptions,
+) -> Result<Start, StartError> {
+    if compiled.nq() == 0 {
+        return Err(StartError::NoCoordinates);
+    }
+    let t = options.t_start;
+    if options.t_end < t && !compiled.watch.is_empty() {
+        return Err(StartError::Irreversible);
+    }
+    let mut closing = equations.closure.at(parameters, stated);
+    // Drives follow the branches that they take at this time; no contact is closed yet.
+    let nothing = vec![0.0; compiled.nq()];
+    let modes = compiled.watch.decided(parameters, t, &nothing, &nothing);
+    let mut evaluator = compiled.evaluator(&modes.behind(parameters));
+
+    let q = closing.close_positions(&mut evaluator, t)?;
+    let position_residual = largest(evaluator.constraints(t, &q).value);
+    let v = closing.fit_velocities(&mut evaluator, t, &q)?;
+    let velocity_residual = largest(&evaluator.constraints(t, &q).rate_of(&v));
+    let jacobian = regular_jacobian(&mut evaluator, t, (&q, &v), equations.n_bilateral);
+    let dependence = dependent_rows(&jacobian);
+    let is_joint_row = |row: &usize| matches!(compiled.sources[*row], Source::Joint(_));
+    let joint_rows: Vec<usize> = (0..compiled.nc()).filter(is_joint_row).collect();
+    let joint_rank = dependent_rows(&jacobian.select(&joint_rows)).rank;
+
+    let at = evaluator.dynamics(t, &q, &v);
+    if !at.is_finite() {
+        return Err(StartError::NotFinite);
+    }
+    let mut multipliers = MultiplierSystem::new(at.shape, &dependence.dependent);
+    if let Some(coordinates) = multipliers.motion_without_inertia(&at, &jacobian) {
+        return Err(StartError::NoInertia { coordinates });
+    }
+    let moved = closing.moved(t, &q, &v);
+    let mobility = q.len() - joint_rank;
+
+    let settled = if compiled.watch.is_empty() {
+        let (mut a, mut lambda) = (vec![0.0; compiled.nq()], vec![0.0; compiled.nc()]);
+        multipliers
+            .complete_into(&mut evaluator, t, (&q, &v), &mut a, &mut lambda)
+            .map_err(|_| StartError::NotFinite)?;
+        let dependent = dependence.dependent.clone();
+        Settled { modes, q, v, a, lambda, dependent, blow: 0.0, hits: Vec::new() }
+    } else {
+        settle_start(compiled, parameters, options, &modes, (t, q, v))?
+    };
+    Ok(Start {
+        t,
+        q: settled.q,
+        v: settled.v,
+        a: settled.a,
+        lambda: settled.lambda,
+        moved,
+        position_residual,
+        velocity_residual,
+        dependence,
+        dependent: settled.dependent,
+        modes: settled.modes,
+        mobility,
+    })
+}
+
+/// The first `n_rows` rows of G at the start, or, where rank is lost there for an instant, at a state
+/// a little ahead.
+fn regular_jacobian(
+    evaluator: &mut Evaluator,
+    t: f64,
+    (q, v): (&[f64], &[f64]),
+    n_rows: usize,
+) -> SparseRows {
+    /// Part of a radian, or of a metre.
+    const AHEAD: f64 = 1e-4;
+    let first: Vec<usize> = (0..n_rows).collect();
+    let jacobian = evaluator.constraints(t, q).jacobian_rows().select(&first);
+    let fastest = largest(v);
+    let is_full = dependent_rows(&jacobian).dependent.is_empty();
+    if is_full || fastest == 0.0 {
+        return jacobian;
+    }
+    let ahead = AHEAD / fastest;
+    let q: Vec<f64> = q.iter().zip(v).map(|(q, v)| q + ahead * v).collect();
+    let there = evaluator.constraints(t + ahead, &q).jacobian_rows().select(&first);
+    let ranks = [&jacobian, &there].map(|rows| dependent_rows(rows).rank);
+    if ranks[1] > ranks[0] { there } else { jacobian }
+}
+
+/// Branches and contacts of the start; bodies that run into a stop do so in the run.
+fn settle_start(
+    compiled: &CompiledSystem,
+    parameters: &[f64],
+    options: &SolveOptions,
+    before: &Modes,
+    (t, q, v): (f64, Vec<f64>, Vec<f64>),
+) -> Result<Settled, StartError> {
+    const BEYOND: f64 = 1e-9;
+    let view = compiled.watch.at(&before.behind(parameters)).view(t, &q, &v).clone();
+    let size = q.iter().fold(1.0, |size: f64, value| size.max(value.abs()));
+    for (watched, seen) in compiled.watch.contacts.iter().zip(&view.contacts) {
+        if !watched.is_friction && seen.position > BEYOND * size {
+            return Err(StartError::BeyondStop { load: watched.load, by: seen.position });
+        }
+    }
+    let bands = Bands::new(options.atol, &view, &compiled.watch);
+    settle_smoothly(Instant { compiled, parameters, t, q, v, before, fired: &[], bands })
+        .map_err(StartError::Unsettled)
+}
