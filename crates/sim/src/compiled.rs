@@ -22,8 +22,7 @@ use crate::input::Inputs;
 use bksim_mbs::constraint::Source;
 use bksim_mbs::reaction::reactions;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::MotionKind;
-use bksim_model::{DriveId, JointId, LoadId, Model};
+use bksim_model::Model;
 
 /// A mechanism as functions of numbers: no expressions, no text to parse, safe to share.
 #[derive(Clone, Debug)]

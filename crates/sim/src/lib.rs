@@ -19,5 +19,6 @@ pub mod pose;
 pub mod run;
 pub mod sensitivity;
 pub mod start;
+pub mod state;
 
 pub use mechanism::{Mechanism, Motion, SensitivityMotion, SensitivityPlan};
