@@ -65,36 +65,11 @@ impl Checkpoint {
         let counts = counts.take(n_counts).collect();
         Ok(Self { method, counts, reals: words.map(f64::from_le_bytes).collect() })
     }
-}
 
-/// Marks the end of a part that was added.
-const PART: u64 = u64::from_le_bytes(*b"bk-part\x01");
-
-impl Checkpoint {
-    /// Adds numbers behind those of the run.
+    /// Adds numbers after those of the run.
     pub(crate) fn append(&mut self, saver: Saver) {
         self.counts.extend(saver.counts);
         self.reals.extend(saver.reals);
-    }
-
-    /// Adds a part that can be taken out again by itself: its lengths and a mark come last.
-    pub(crate) fn append_part(&mut self, saver: Saver) {
-        let end = [saver.counts.len() as u64, saver.reals.len() as u64, PART];
-        self.append(saver);
-        self.counts.extend(end);
-    }
-
-    /// The part added last.
-    pub(crate) fn last_part(&self) -> Result<Self, SolveError> {
-        const MISSING: SolveError = SolveError::Checkpoint { reason: "it holds no events" };
-        let (rest, end) = self.counts.split_last_chunk::<3>().ok_or(MISSING)?;
-        let &[n_counts, n_reals, PART] = end else { return Err(MISSING) };
-        let start = |all: usize, n: u64| {
-            usize::try_from(n).ok().and_then(|n| all.checked_sub(n)).ok_or(MISSING)
-        };
-        let counts = rest[start(rest.len(), n_counts)?..].to_vec();
-        let reals = self.reals[start(self.reals.len(), n_reals)?..].to_vec();
-        Ok(Self { method: self.method, counts, reals })
     }
 }
 

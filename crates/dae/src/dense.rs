@@ -155,14 +155,6 @@ pub struct Step<'a> {
 }
 
 impl<'a> Step<'a> {
-    /// The same step, ending earlier.
-    pub(crate) fn until<'b>(&self, t1: f64, y1: &'b [f64], ydot1: &'b [f64]) -> Step<'b>
-    where
-        'a: 'b,
-    {
-        Step { t1, y1, ydot1, ..*self }
-    }
-
     /// Start of the step.
     pub fn t0(&self) -> f64 {
         match self.polynomial {

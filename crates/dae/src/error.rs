@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::{Chatter, Layout, Stats};
+use crate::{Layout, Stats};
 
 /// What ends a run before `t_end`, or keeps it from starting.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
@@ -54,16 +54,6 @@ pub enum SolveError {
         cause: Cause,
         /// Where the run stands.
         at: Box<Standstill>,
-    },
-    /// Events accumulate.
-    #[error("`{}` crosses zero again and again near t = {t}, within {:.3e}", names.join("` and `"), .chatter.interval)]
-    Chatter {
-        /// Names of the functions: one, or two that take turns.
-        names: Vec<String>,
-        /// Time of the last event.
-        t: f64,
-        /// Which function, and where the events accumulate.
-        chatter: Chatter,
     },
     /// A checkpoint does not belong to this run.
     #[error("the checkpoint cannot be used: {reason}")]
@@ -151,9 +141,6 @@ impl SolveError {
             }
             Self::TooManySteps { .. } => {
                 Some("loosen `rtol`, or look for a kink or a rapid oscillation near this time")
-            }
-            Self::Chatter { .. } => {
-                Some("let the motion stick or rest there, or smooth the switch")
             }
             Self::Stiff { .. } => Some("continue with a Radau method from this state"),
             _ => None,

@@ -18,13 +18,11 @@ mod stages;
 mod stiffness;
 #[cfg(test)]
 mod tests;
-mod variational;
 
 use self::control::PiController;
 pub(crate) use self::extension::ContinuousExtension;
 use self::stages::Stages;
 use self::stiffness::StiffnessTest;
-pub use self::variational::{Variational, VariationalOde};
 use crate::checkpoint::{Checkpoint, Loader, Method, Saver};
 use crate::dense::{Interpolant, Step};
 use crate::limits::{check_finite, check_length, next_adaptive, next_fixed, step_floor};
