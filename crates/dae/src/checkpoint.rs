@@ -1,6 +1,7 @@
 //! The state of a run as plain data: saved between two steps, it continues the run bit for bit.
 
-use crate::{SolveError, Stats};
+use crate::error::SolveError;
+use crate::stats::Stats;
 
 /// What a run needs to go on exactly as if it had never been interrupted: time, state, step size,
 /// the memory of the controllers, and for Radau the last polynomial and the Jacobian (its factors

@@ -8,8 +8,8 @@
 //!
 //! The smaller of the two is taken after an accepted step.
 
-use crate::SolveError;
 use crate::checkpoint::{Loader, Saver};
+use crate::error::SolveError;
 use crate::estimate::Filter;
 
 /// Safety factor.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::{Layout, Stats};
+use crate::stats::Stats;
 
 /// What ends a run before `t_end`, or keeps it from starting.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
@@ -228,16 +228,8 @@ pub struct Standstill {
 pub struct WorstUnknown {
     /// Which unknown, counted from zero.
     pub i: usize,
-    /// Its name in the [`Layout`].
+    /// Its name in the [`crate::Layout`].
     pub name: String,
     /// Its error or Newton correction in units of its tolerance.
     pub scaled: f64,
-}
-
-/// The three unknowns of largest magnitude, worst first.
-pub(crate) fn worst_of(layout: &Layout, scaled: impl Fn(usize) -> f64) -> Vec<WorstUnknown> {
-    let mut all: Vec<(usize, f64)> = (0..layout.n()).map(|i| (i, scaled(i))).collect();
-    all.sort_by(|a, b| b.1.total_cmp(&a.1));
-    all.truncate(3);
-    all.into_iter().map(|(i, scaled)| WorstUnknown { i, name: layout.name(i), scaled }).collect()
 }

@@ -4,7 +4,9 @@
 //! a function keeps its sign but turns back towards zero between samples, its extremum is located,
 //! so that two crossings close together are not missed.
 
-use crate::{SolveError, Start, Step};
+use crate::dense::Step;
+use crate::error::SolveError;
+use crate::run::Start;
 
 /// Directions of a crossing that count, seen along the run.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]

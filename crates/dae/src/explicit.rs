@@ -13,24 +13,22 @@
 
 mod coefficients;
 mod control;
-mod extension;
 mod stages;
 mod stiffness;
 #[cfg(test)]
 mod tests;
 
 use self::control::PiController;
-pub(crate) use self::extension::ContinuousExtension;
 use self::stages::Stages;
 use self::stiffness::StiffnessTest;
 use crate::checkpoint::{Checkpoint, Loader, Method, Saver};
-use crate::dense::{Interpolant, Step};
+use crate::dense::{ContinuousExtension, Interpolant, Step};
+use crate::error::{Cause, SolveError, Standstill};
 use crate::limits::{check_finite, check_length, next_adaptive, next_fixed, step_floor};
-use crate::system::Ode;
-use crate::{
-    Cause, Control, End, NotFinite, Outcome, Settings, SolveError, Standstill, Start, Stats,
-    StepControl,
-};
+use crate::run::{Control, End, Outcome, Start};
+use crate::settings::{Settings, StepControl};
+use crate::stats::Stats;
+use crate::system::{NotFinite, Ode};
 
 /// Integrates `y′ = f(t, y)` from `start` to `t_end`, which may lie before `start.t`, and shows every
 /// accepted step to `observer`. `start.ydot` is not read.

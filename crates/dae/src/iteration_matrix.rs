@@ -17,7 +17,9 @@ use self::complex::ComplexLu;
 use self::dense::RealLu;
 use self::elimination::{Borders, Elimination};
 use self::sparse::{SparseLu, Symbolic};
-use crate::{Cause, LinearSolver, Pattern, SolveError, System};
+use crate::error::{Cause, SolveError};
+use crate::settings::LinearSolver;
+use crate::system::{Pattern, System};
 
 /// Up to this size the dense kernel is the faster one, whatever the fill.
 const DENSE_UP_TO: usize = 48;

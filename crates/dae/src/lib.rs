@@ -92,6 +92,8 @@ mod lanes;
 mod limits;
 mod newton;
 mod order;
+mod run;
+mod scale;
 mod sensitivity;
 mod settings;
 mod solve;
@@ -105,10 +107,11 @@ pub use dense::Step;
 pub use error::{Cause, SolveError, Standstill, WorstUnknown};
 pub use events::{Crossing, Event, EventSearch, Events};
 pub use explicit::{ExplicitSolver, solve_ode};
+pub use run::{Control, End, Outcome, Start};
 pub use sensitivity::{SensitivitySolver, SensitivityStart, SensitivityStep, SensitivitySystem};
 pub use settings::{
     ErrorTest, LinearSolver, NewtonSettings, Order, Settings, Stages, StepControl, Tolerance,
 };
-pub use solve::{Control, End, Outcome, Solver, Start, solve};
+pub use solve::{Solver, solve};
 pub use stats::Stats;
 pub use system::{Index, Layout, NotFinite, Ode, Pattern, System};

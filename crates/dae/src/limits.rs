@@ -1,6 +1,6 @@
 //! What every run checks, whatever its method: its input, and how small a step may become.
 
-use crate::SolveError;
+use crate::error::SolveError;
 
 /// Steps below this do not move `t` reliably; near `t = 0` a tiny part of the run takes over.
 pub(crate) fn step_floor(t: f64, span: f64, h_min: f64) -> f64 {

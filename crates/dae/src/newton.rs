@@ -12,11 +12,13 @@
 //! frozen, so `F` may be nonlinear in `y′` too.
 
 use crate::contraction::{Contraction, Progress};
-use crate::estimate::Scale;
+use crate::error::Cause;
 use crate::iteration_matrix::IterationMatrix;
 use crate::lanes::multiply_blocks;
+use crate::scale::Scale;
+use crate::stats::Stats;
+use crate::system::System;
 use crate::tableau::Tableau;
-use crate::{Cause, Stats, System};
 
 /// Where a step starts and how far it goes.
 #[derive(Clone, Copy, Debug)]

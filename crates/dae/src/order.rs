@@ -20,7 +20,8 @@
 
 use crate::checkpoint::{Loader, Saver};
 use crate::controller::RATE_WANTED;
-use crate::{SolveError, Stages};
+use crate::error::SolveError;
+use crate::settings::Stages;
 
 /// Accepted steps between two changes of order.
 const MIN_STEPS: usize = 3;

@@ -1,6 +1,7 @@
 //! Options of a run: each with its default, its range and its effect.
 
-use crate::{Index, Layout, SolveError};
+use crate::error::SolveError;
+use crate::system::{Index, Layout};
 
 /// Options of a run. `Settings::default()` suits most problems; set `rtol` and `atol` first.
 #[derive(Clone, PartialEq, Debug)]

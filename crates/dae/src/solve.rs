@@ -4,61 +4,16 @@ mod resume;
 
 use crate::controller::Controller;
 use crate::dense::{CollocationPolynomial, Interpolant, Step};
-use crate::error::worst_of;
-use crate::estimate::{Scale, Unit};
+use crate::error::{Cause, SolveError, Standstill};
 use crate::limits::{check_finite, check_length, next_adaptive, next_fixed, step_floor};
 use crate::newton::Point;
 use crate::order::{OrderChoice, lower};
+use crate::run::{Control, End, Outcome, Start};
+use crate::scale::{Scale, Unit};
+use crate::settings::{Order, Settings, Stages, StepControl};
+use crate::stats::Stats;
 use crate::step::{Attempt, Stepper, max_iterations};
-use crate::{Cause, Order, Settings, SolveError, Stages, Standstill, Stats, StepControl, System};
-
-/// Where a run starts.
-///
-/// `y` must satisfy all constraints, those obtained by differentiation included. `ydot` starts the
-/// iterations and the choice of the first step; components without meaning (derivatives of
-/// multipliers) may be zero.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Start {
-    /// Time.
-    pub t: f64,
-    /// State, length `n`.
-    pub y: Vec<f64>,
-    /// Derivative, length `n`.
-    pub ydot: Vec<f64>,
-}
-
-/// What an observer wants to happen after a step.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Control {
-    /// Go on.
-    Continue,
-    /// End the run at the end of this step.
-    Stop,
-}
-
-/// Why a run without errors ended.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum End {
-    /// `t_end` is reached exactly.
-    Reached,
-    /// The observer asked to stop.
-    Stopped,
-}
-
-/// The end of a run without errors.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Outcome {
-    /// Why it ended.
-    pub end: End,
-    /// Time reached.
-    pub t: f64,
-    /// State at `t`.
-    pub y: Vec<f64>,
-    /// Derivative at `t`.
-    pub ydot: Vec<f64>,
-    /// Work done.
-    pub stats: Stats,
-}
+use crate::system::System;
 
 /// Integrates `system` from `start` to `t_end`, which may lie before `start.t`, and shows every
 /// accepted step to `observer`.
@@ -408,7 +363,7 @@ impl<S: System> Solver<S> {
             Cause::ErrorTest => &work.error,
             _ => &work.delta,
         };
-        let worst = worst_of(self.system.layout(), |i| work.scale.magnitude(x, i));
+        let worst = work.scale.worst(self.system.layout(), x);
         Box::new(Standstill { t: self.t, h, worst, y: work.y_stage.clone(), stats: self.stats })
     }
 

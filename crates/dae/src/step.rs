@@ -5,14 +5,16 @@
 use crate::checkpoint::{Loader, Saver};
 use crate::contraction::{Contraction, Retreat};
 use crate::dense::CollocationPolynomial;
-use crate::estimate::{Filter, Unit, error_estimate};
+use crate::error::{Cause, SolveError};
+use crate::estimate::{Filter, error_estimate};
 use crate::iteration_matrix::{IterationMatrix, Jacobian};
 use crate::newton::{NewtonWork, Point};
 use crate::order::{Gammas, Smoothness};
+use crate::scale::Unit;
+use crate::settings::{ErrorTest, Order, Settings, Stages, StepControl};
+use crate::stats::Stats;
+use crate::system::{Index, System};
 use crate::tableau::Tableau;
-use crate::{
-    Cause, ErrorTest, Index, Order, Settings, SolveError, Stages, Stats, StepControl, System,
-};
 
 /// Newton iterations allowed beyond the number of stages.
 const EXTRA_ITERATIONS: usize = 6;

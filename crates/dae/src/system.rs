@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::SolveError;
+use crate::error::SolveError;
 
 /// An implicit system of differential-algebraic equations `0 = F(t, y, y′)` with `n` equations and
 /// `n` unknowns.

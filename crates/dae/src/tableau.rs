@@ -14,7 +14,7 @@
 use faer::c64;
 use nalgebra::{Complex, DMatrix, DVector};
 
-use crate::Stages;
+use crate::settings::Stages;
 
 /// Highest degree of a Legendre polynomial that is needed.
 const MAX_DEGREE: usize = 8;

@@ -1,11 +1,12 @@
 //! One attempt at an explicit step: stages, result, error estimate, extension. No policy.
 
 use super::coefficients::{A, C, D, E3, E5, N_EXTENDED, N_STAGES, Term};
-use super::extension::ContinuousExtension;
-use crate::error::worst_of;
-use crate::estimate::{Scale, Unit};
-use crate::system::Ode;
-use crate::{Index, Layout, NotFinite, Settings, Stats, WorstUnknown};
+use crate::dense::ContinuousExtension;
+use crate::error::WorstUnknown;
+use crate::scale::{Scale, Unit};
+use crate::settings::Settings;
+use crate::stats::Stats;
+use crate::system::{Index, Layout, NotFinite, Ode};
 
 /// Buffers of one step, allocated once.
 pub(super) struct Stages {
@@ -199,7 +200,7 @@ impl Stages {
 
     /// The unknowns with the largest scaled error of order 5 in the last estimate.
     pub(super) fn worst(&self, layout: &Layout) -> Vec<WorstUnknown> {
-        worst_of(layout, |i| self.scale.magnitude(&self.error5, i))
+        self.scale.worst(layout, &self.error5)
     }
 }
 

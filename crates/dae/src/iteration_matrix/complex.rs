@@ -7,8 +7,8 @@ use faer::c64;
 use pulp::{Simd, WithSimd};
 
 use super::{DenseKernel, Scalar, Singular};
-use crate::Pattern;
 use crate::lanes::{self, ComplexChunk, LANES, chunks, subtract_complex};
+use crate::system::Pattern;
 
 /// See [`super::dense::RealLu`].
 pub(crate) struct ComplexLu {

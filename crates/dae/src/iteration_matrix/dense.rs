@@ -9,8 +9,8 @@
 use pulp::{Simd, WithSimd};
 
 use super::{DenseKernel, Singular};
-use crate::Pattern;
 use crate::lanes::{self, Chunk, LANES, chunks, subtract};
+use crate::system::Pattern;
 
 /// See the module.
 pub(crate) struct RealLu {

@@ -11,7 +11,8 @@
 //! meet which entry is worked out once.
 
 use super::{Jacobian, Scalar, Singular};
-use crate::{Pattern, SolveError};
+use crate::error::SolveError;
+use crate::system::Pattern;
 
 /// Where everything lies; the same for all matrices of a run.
 pub(super) struct Elimination {

@@ -11,7 +11,8 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Spec};
 
 use super::{Scalar, Singular};
-use crate::{Pattern, SolveError};
+use crate::error::SolveError;
+use crate::system::Pattern;
 
 fn symbolic_matrix(pattern: &Pattern) -> SymbolicSparseColMatRef<'_, usize> {
     let n = pattern.n();
