@@ -3,19 +3,19 @@
 //! Assembled from the shared Jacobian values; explicit rows are eliminated, and what remains is
 //! factored by one of two kernels, chosen once per run by its size and fill.
 
-mod complex;
 mod dense;
 mod elimination;
+mod packed;
 mod sparse;
 
-use std::ops::{Mul, SubAssign};
+use std::ops::{Mul, Sub, SubAssign};
 
 use faer::c64;
 use faer::traits::ComplexField;
 
-use self::complex::ComplexLu;
-use self::dense::RealLu;
+use self::dense::DenseLu;
 use self::elimination::{Borders, Elimination};
+use self::packed::Column;
 use self::sparse::{SparseLu, Symbolic};
 use crate::error::{Cause, SolveError};
 use crate::settings::LinearSolver;
@@ -30,13 +30,10 @@ const DENSE_FILL: f64 = 0.3;
 ///
 /// Vectors are arrays of `f64`: a complex one is its real parts, then its imaginary parts.
 pub(crate) trait Scalar:
-    'static + ComplexField + Copy + SubAssign + Mul<Output = Self> + PartialEq
+    'static + Column + ComplexField + Sub<Output = Self> + SubAssign + Mul<Output = Self> + PartialEq
 {
     const ZERO: Self;
     const ONE: Self;
-
-    /// LU for small matrices.
-    type Dense: DenseKernel<Self>;
 
     /// `shift · dydot + dy`.
     fn combine(shift: Self, dydot: f64, dy: f64) -> Self;
@@ -54,26 +51,9 @@ pub(crate) trait Scalar:
     fn store(self, x: &mut [f64], i: usize, n: usize);
 }
 
-/// Dense LU with partial pivoting in buffers that are kept.
-///
-/// For the sizes of single mechanisms this is faster than a blocked library kernel, and it sees a
-/// vanishing pivot when it meets one.
-pub(crate) trait DenseKernel<T> {
-    /// For matrices with the given pattern.
-    fn new(pattern: &Pattern) -> Self;
-
-    /// Factors the matrix whose `values` follow the entries of the pattern.
-    fn factor(&mut self, values: &[T]) -> Result<(), Singular>;
-
-    /// Only valid after a successful [`DenseKernel::factor`].
-    fn solve_in_place(&mut self, x: &mut [T]);
-}
-
 impl Scalar for f64 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
-
-    type Dense = RealLu;
 
     fn combine(shift: Self, dydot: f64, dy: f64) -> Self {
         shift * dydot + dy
@@ -99,8 +79,6 @@ impl Scalar for f64 {
 impl Scalar for c64 {
     const ZERO: Self = c64::new(0.0, 0.0);
     const ONE: Self = c64::new(1.0, 0.0);
-
-    type Dense = ComplexLu;
 
     fn combine(shift: Self, dydot: f64, dy: f64) -> Self {
         c64::new(shift.re * dydot + dy, shift.im * dydot)
@@ -187,7 +165,7 @@ struct Factor<T: Scalar> {
 /// One of two kernels.
 #[expect(clippy::large_enum_variant, reason = "a run holds at most four")]
 enum Kernel<T: Scalar> {
-    Dense(T::Dense),
+    Dense(DenseLu<T>),
     Sparse(SparseLu<T>),
 }
 
@@ -199,7 +177,7 @@ impl<T: Scalar> Factor<T> {
         symbolic: Option<&Symbolic>,
     ) -> Result<Self, SolveError> {
         let kernel = match symbolic {
-            None => Kernel::Dense(T::Dense::new(plan.remainder())),
+            None => Kernel::Dense(DenseLu::new(plan.remainder())),
             Some(symbolic) => Kernel::Sparse(SparseLu::new(symbolic, plan.remainder())?),
         };
         Ok(Self { borders: Borders::new(plan, n_entries), kernel })
