@@ -21,6 +21,7 @@ mod tests;
 use self::control::PiController;
 use self::stages::Stages;
 use self::stiffness::StiffnessTest;
+use crate::accessors::accessors;
 use crate::checkpoint::{Checkpoint, Loader, Method, Saver};
 use crate::dense::{ContinuousExtension, Interpolant, Step};
 use crate::error::{Cause, SolveError, Standstill};
@@ -145,40 +146,7 @@ impl<S: Ode> ExplicitSolver<S> {
         Ok(())
     }
 
-    /// Time reached.
-    pub fn t(&self) -> f64 {
-        self.t
-    }
-
-    /// State at [`ExplicitSolver::t`].
-    pub fn y(&self) -> &[f64] {
-        &self.y
-    }
-
-    /// Derivative at [`ExplicitSolver::t`].
-    pub fn ydot(&self) -> &[f64] {
-        &self.ydot
-    }
-
-    /// Where the run is to end.
-    pub fn t_end(&self) -> f64 {
-        self.t_end
-    }
-
-    /// Size of the next step, signed.
-    pub fn h(&self) -> f64 {
-        self.h
-    }
-
-    /// Work done so far; evaluations of `f` are counted as residuals.
-    pub fn stats(&self) -> &Stats {
-        &self.stats
-    }
-
-    /// The system being solved.
-    pub fn system_mut(&mut self) -> &mut S {
-        &mut self.system
-    }
+    accessors!(S);
 
     /// Whether stability, not accuracy, has limited the last fifteen steps (HW2 §IV.2).
     pub fn is_stiff(&self) -> bool {

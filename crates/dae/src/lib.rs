@@ -79,6 +79,7 @@
 //! Notation follows E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II*, second
 //! edition, Springer 1996, cited as HW2; `RADAU5` is their code of the same method.
 
+mod accessors;
 mod checkpoint;
 mod contraction;
 mod controller;

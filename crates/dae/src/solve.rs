@@ -2,6 +2,7 @@
 
 mod resume;
 
+use crate::accessors::accessors;
 use crate::controller::Controller;
 use crate::dense::{CollocationPolynomial, Interpolant, Step};
 use crate::error::{Cause, SolveError, Standstill};
@@ -106,35 +107,7 @@ impl<S: System> Solver<S> {
         Ok(solver)
     }
 
-    /// Time reached.
-    pub fn t(&self) -> f64 {
-        self.t
-    }
-
-    /// State at [`Solver::t`].
-    pub fn y(&self) -> &[f64] {
-        &self.y
-    }
-
-    /// Derivative at [`Solver::t`].
-    pub fn ydot(&self) -> &[f64] {
-        &self.ydot
-    }
-
-    /// Where the run is to end.
-    pub fn t_end(&self) -> f64 {
-        self.t_end
-    }
-
-    /// Work done so far.
-    pub fn stats(&self) -> &Stats {
-        &self.stats
-    }
-
-    /// The system being solved.
-    pub fn system_mut(&mut self) -> &mut S {
-        &mut self.system
-    }
+    accessors!(S);
 
     /// Replaces the state at [`Solver::t`] by a nearby one, such as its projection to constraints.
     ///
@@ -236,16 +209,12 @@ impl<S: System> Solver<S> {
         self.grid.1 += 1;
         self.n_failed = 0;
 
-        // y1 = y0 + z_s and y1′ are those of the last stage.
         let at = Point { t: self.t, h, y: &self.y, ydot: &self.ydot };
-        let Stepper { tableaus, current, work, .. } = &mut self.stepper;
-        let tableau = &tableaus[*current];
-        work.load_end(at, tableau);
-        self.last.set(at, &tableau.c, &work.z);
+        let (y1, ydot1) = self.stepper.finish(at, &mut self.last);
         self.has_last = true;
         self.t = t1;
-        self.y.copy_from_slice(&self.stepper.work.y_stage);
-        self.ydot.copy_from_slice(&self.stepper.work.ydot_stage);
+        self.y.copy_from_slice(y1);
+        self.ydot.copy_from_slice(ydot1);
         self.plan_next(h, error);
 
         Step {
@@ -262,8 +231,7 @@ impl<S: System> Solver<S> {
     fn plan_next(&mut self, h: f64, error: Option<f64>) {
         let may_keep = self.stepper.age_jacobian();
         let Some(error) = error else { return };
-        let contraction = &self.stepper.work.contraction;
-        let (iterations, rate) = (contraction.iterations(), contraction.rate());
+        let (iterations, rate) = (self.stepper.iterations(), self.stepper.rate());
         let mut proposed = self.controller.after_accept(h, error, iterations, rate, may_keep);
         let seen = self.stepper.smoothness(h, error);
         self.order.learn(self.stepper.tableau().gamma, seen);
@@ -288,8 +256,7 @@ impl<S: System> Solver<S> {
     /// The error test failed: cut the step.
     fn reject(&mut self, h: f64, error: f64) -> Result<(), SolveError> {
         self.stats.n_reject += 1;
-        let iterations = self.stepper.work.contraction.iterations();
-        let smaller = self.controller.after_reject(h, error, iterations);
+        let smaller = self.controller.after_reject(h, error, self.stepper.iterations());
         self.cut(h, smaller, Cause::ErrorTest)
     }
 
@@ -358,13 +325,9 @@ impl<S: System> Solver<S> {
 
     /// The last attempt, for the report of a failure.
     fn standstill(&self, h: f64, cause: Cause) -> Box<Standstill> {
-        let work = &self.stepper.work;
-        let x = match cause {
-            Cause::ErrorTest => &work.error,
-            _ => &work.delta,
-        };
-        let worst = work.scale.worst(self.system.layout(), x);
-        Box::new(Standstill { t: self.t, h, worst, y: work.y_stage.clone(), stats: self.stats })
+        let worst = self.stepper.worst(self.system.layout(), cause);
+        let y = self.stepper.last_tried().to_vec();
+        Box::new(Standstill { t: self.t, h, worst, y, stats: self.stats })
     }
 
     /// Signed size of the first step.

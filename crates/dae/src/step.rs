@@ -5,7 +5,7 @@
 use crate::checkpoint::{Loader, Saver};
 use crate::contraction::{Contraction, Retreat};
 use crate::dense::CollocationPolynomial;
-use crate::error::{Cause, SolveError};
+use crate::error::{Cause, SolveError, WorstUnknown};
 use crate::estimate::{Filter, error_estimate};
 use crate::iteration_matrix::{IterationMatrix, Jacobian};
 use crate::newton::{NewtonWork, Point};
@@ -13,7 +13,7 @@ use crate::order::{Gammas, Smoothness};
 use crate::scale::Unit;
 use crate::settings::{ErrorTest, Order, Settings, Stages, StepControl};
 use crate::stats::Stats;
-use crate::system::{Index, System};
+use crate::system::{Index, Layout, System};
 use crate::tableau::Tableau;
 
 /// Newton iterations allowed beyond the number of stages.
@@ -42,9 +42,9 @@ pub(crate) enum Attempt {
 /// Everything a step needs that outlives it.
 pub(crate) struct Stepper {
     /// The methods that may be used, by ascending order, and which one is.
-    pub(crate) tableaus: Vec<Tableau>,
-    pub(crate) current: usize,
-    pub(crate) work: NewtonWork,
+    tableaus: Vec<Tableau>,
+    current: usize,
+    work: NewtonWork,
     unit: Unit,
     has_error_control: bool,
     error_test: ErrorTest,
@@ -267,13 +267,48 @@ impl Stepper {
         }
     }
 
+    /// Takes over a solved step: its polynomial into `last`; returns state and derivative at its
+    /// end, which are those of the last stage, `y1 = y0 + z_s`.
+    pub(crate) fn finish(
+        &mut self,
+        at: Point<'_>,
+        last: &mut CollocationPolynomial,
+    ) -> (&[f64], &[f64]) {
+        let tableau = &self.tableaus[self.current];
+        self.work.load_end(at, tableau);
+        last.set(at, &tableau.c, &self.work.z);
+        (&self.work.y_stage, &self.work.ydot_stage)
+    }
+
+    /// Newton iterations of the last attempt.
+    pub(crate) fn iterations(&self) -> usize {
+        self.work.contraction.iterations()
+    }
+
+    /// Contraction of Newton's iteration in the last attempt, once there were two iterations.
+    pub(crate) fn rate(&self) -> Option<f64> {
+        self.work.contraction.rate()
+    }
+
+    /// The unknowns of the last attempt with the largest error, if that failed, or else with the
+    /// largest Newton correction.
+    pub(crate) fn worst(&self, layout: &Layout, cause: Cause) -> Vec<WorstUnknown> {
+        let NewtonWork { error, delta, scale, .. } = &self.work;
+        scale.worst(layout, if cause == Cause::ErrorTest { error } else { delta })
+    }
+
+    /// State at which the system was evaluated last.
+    pub(crate) fn last_tried(&self) -> &[f64] {
+        &self.work.y_stage
+    }
+
     /// Takes note that the step was accepted: the Jacobian has aged.
     ///
     /// Returns whether it is still good, which makes keeping the step size worthwhile.
     pub(crate) fn age_jacobian(&mut self) -> bool {
         self.n_failed = 0;
         // One iteration shows no rate, and needs none.
-        let rate = self.work.contraction.rate().unwrap_or(0.0);
+        let rate = self.rate().unwrap_or(0.0);
         let is_good = rate < self.keep_jacobian_below;
         self.freshness = if is_good { Freshness::Kept } else { Freshness::Expired };
         is_good
