@@ -7,6 +7,11 @@ pub(crate) use self::collocation::CollocationPolynomial;
 pub(crate) use self::extension::ContinuousExtension;
 use crate::stats::Stats;
 
+/// Stages of the explicit method, those of its dense output left out.
+pub(crate) const EXPLICIT_STAGES: usize = 12;
+/// Degree of the dense output of the explicit method.
+const EXPLICIT_DEGREE: usize = 7;
+
 /// The dense output of either method.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Interpolant<'a> {
@@ -74,7 +79,7 @@ impl<'a> Step<'a> {
     pub fn n_stages(&self) -> usize {
         match self.polynomial {
             Interpolant::Collocation(polynomial) => polynomial.n_stages(),
-            Interpolant::Explicit(_) => 12,
+            Interpolant::Explicit(_) => EXPLICIT_STAGES,
         }
     }
 
@@ -82,7 +87,7 @@ impl<'a> Step<'a> {
     pub fn degree(&self) -> usize {
         match self.polynomial {
             Interpolant::Collocation(polynomial) => polynomial.n_stages(),
-            Interpolant::Explicit(_) => 7,
+            Interpolant::Explicit(_) => EXPLICIT_DEGREE,
         }
     }
 

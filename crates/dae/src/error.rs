@@ -127,7 +127,13 @@ impl SolveError {
             | Self::Stiff { at }
             | Self::Sensitivity { at, .. }
             | Self::TooManySteps { at, .. } => Some(at),
-            _ => None,
+            Self::Checkpoint { .. }
+            | Self::WrongLength { .. }
+            | Self::InvalidStart { .. }
+            | Self::InvalidSetting { .. }
+            | Self::EntryOutside { .. }
+            | Self::ExplicitRow { .. }
+            | Self::OutOfMemory { .. } => None,
         }
     }
 

@@ -56,10 +56,15 @@ pub(crate) type Gammas = [f64; 3];
 
 const ORDERS: [Stages; 3] = [Stages::Three, Stages::Five, Stages::Seven];
 
+/// Position among [`ORDERS`].
+fn position(stages: Stages) -> usize {
+    let k = ORDERS.iter().position(|&s| s == stages);
+    k.expect("variable order uses three, five or seven stages")
+}
+
 /// The next lower number of stages that [`crate::Order::Auto`] uses.
 pub(crate) fn lower(stages: Stages) -> Option<Stages> {
-    let k = ORDERS.iter().position(|&s| s == stages)?;
-    k.checked_sub(1).map(|k| ORDERS[k])
+    position(stages).checked_sub(1).map(|k| ORDERS[k])
 }
 
 impl OrderChoice {
@@ -93,12 +98,11 @@ impl OrderChoice {
         gammas: &Gammas,
         seen: Smoothness,
     ) -> Option<(Stages, f64)> {
-        let k = ORDERS.iter().position(|&s| s == stages)?;
-        let h = seen.h.abs();
-
         if self.steps < MIN_STEPS || self.decay == 0.0 {
             return None;
         }
+        let k = position(stages);
+        let h = seen.h.abs();
 
         // Step sizes of the neighbours, and what they gain.
         let rho = (self.decay * h).min(0.9);

@@ -216,15 +216,7 @@ impl<S: System> Solver<S> {
         self.y.copy_from_slice(y1);
         self.ydot.copy_from_slice(ydot1);
         self.plan_next(h, error);
-
-        Step {
-            polynomial: Interpolant::Collocation(&self.last),
-            t1: self.t,
-            y1: &self.y,
-            ydot1: &self.ydot,
-            error,
-            stats: &self.stats,
-        }
+        Step { error, ..self.last_step() }
     }
 
     /// Chooses order and size of the next step after an accepted one of size `h`.

@@ -166,22 +166,16 @@ impl Stepper {
     /// Continues with another number of stages. The Jacobian is kept; the factors cannot be, as
     /// no two of the methods share an eigenvalue.
     pub(crate) fn set_order(&mut self, stages: Stages, settings: &Settings) {
-        if let Some(k) = self.tableaus.iter().position(|t| t.s == stages.count()) {
-            self.current = k;
-            let tableau = &self.tableaus[k];
-            self.work.set_stages(tableau.s, contraction(settings, tableau));
-            self.factored_h = None;
-        }
+        let k = self.tableaus.iter().position(|tableau| tableau.stages == stages);
+        self.current = k.expect("the order changes between the methods of this run");
+        let tableau = &self.tableaus[self.current];
+        self.work.set_stages(tableau.s, contraction(settings, tableau));
+        self.factored_h = None;
     }
 
     /// Number of stages in use.
     pub(crate) fn stages(&self) -> Stages {
-        match self.tableau().s {
-            1 => Stages::One,
-            5 => Stages::Five,
-            7 => Stages::Seven,
-            _ => Stages::Three,
-        }
+        self.tableau().stages
     }
 
     /// The method of the last accepted step, which had `s` stages, and its factors with the step
@@ -190,13 +184,17 @@ impl Stepper {
         &mut self,
         s: usize,
     ) -> (&Tableau, &mut IterationMatrix, &mut Option<f64>) {
-        let k = self.tableaus.iter().position(|tableau| tableau.s == s).unwrap_or(self.current);
+        let k = self.tableaus.iter().position(|tableau| tableau.s == s);
+        let k = k.expect("the last step was taken by a method of this run");
         (&self.tableaus[k], &mut self.matrix, &mut self.factored_h)
     }
 
-    /// The real eigenvalues of all methods in use.
+    /// The real eigenvalues of the methods that variable order chooses from.
     pub(crate) fn gammas(&self) -> Gammas {
-        std::array::from_fn(|k| self.tableaus.get(k).map_or(1.0, |tableau| tableau.gamma))
+        let [three, five, seven] = self.tableaus.as_slice() else {
+            unreachable!("variable order has three methods")
+        };
+        [three.gamma, five.gamma, seven.gamma]
     }
 
     /// What the step just accepted tells about the smoothness of the solution.
@@ -341,7 +339,7 @@ impl Stepper {
         self.current = k;
         let tableau = &self.tableaus[k];
         self.work.set_stages(s, contraction(settings, tableau));
-        self.freshness = match loader.count()? {
+        self.freshness = match loader.index(3)? {
             0 => Freshness::Current,
             1 => Freshness::Kept,
             _ => Freshness::Expired,

@@ -22,6 +22,8 @@ const MAX_DEGREE: usize = 8;
 /// The coefficients of one method. Matrices are stored by rows, `s × s`.
 #[derive(Clone, Debug)]
 pub(crate) struct Tableau {
+    /// The method.
+    pub(crate) stages: Stages,
     /// Number of stages.
     pub(crate) s: usize,
     /// Nodes, ascending, `c_s = 1`.
@@ -59,7 +61,18 @@ impl Tableau {
         let tail = legendre_tail(&a_inv, &c);
         let lambda = pairs.iter().map(|pair| c64::new(pair.re, -pair.im)).collect();
         let rows = |m: &DMatrix<f64>| m.transpose().as_slice().to_vec();
-        Self { s, c, a_inv: rows(&a_inv), t: rows(&t), t_inv: rows(&t_inv), gamma, lambda, e, tail }
+        Self {
+            stages,
+            s,
+            c,
+            a_inv: rows(&a_inv),
+            t: rows(&t),
+            t_inv: rows(&t_inv),
+            gamma,
+            lambda,
+            e,
+            tail,
+        }
     }
 }
 

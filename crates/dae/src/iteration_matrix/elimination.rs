@@ -62,26 +62,31 @@ impl Border {
     }
 }
 
-/// What a row or an unknown has become.
+/// The group that a row or an unknown belongs to, with its index there.
 #[derive(Clone, Copy)]
-enum Place {
+enum Group {
     Pivot(usize),
     Remainder(usize),
 }
 
-/// Places of all rows or all unknowns, and those that remain; `None` when one is named twice or
+/// Groups of all rows or all unknowns, and those that remain; `None` when one is named twice or
 /// lies outside.
-fn places(n: usize, pivots: impl Iterator<Item = usize>) -> Option<(Vec<Place>, Vec<usize>)> {
-    let mut places = vec![None; n];
+fn groups(n: usize, pivots: impl Iterator<Item = usize>) -> Option<(Vec<Group>, Vec<usize>)> {
+    let mut pivot_of = vec![None; n];
     for (k, i) in pivots.enumerate() {
-        let place = places.get_mut(i)?;
-        if place.replace(Place::Pivot(k)).is_some() {
+        if pivot_of.get_mut(i)?.replace(k).is_some() {
             return None;
         }
     }
-    let remaining: Vec<usize> = (0..n).filter(|&i| places[i].is_none()).collect();
-    remaining.iter().enumerate().for_each(|(k, &i)| places[i] = Some(Place::Remainder(k)));
-    Some((places.into_iter().flatten().collect(), remaining))
+    let mut remaining = Vec::with_capacity(n);
+    let mut groups = Vec::with_capacity(n);
+    for (i, pivot) in pivot_of.into_iter().enumerate() {
+        groups.push(pivot.map_or(Group::Remainder(remaining.len()), Group::Pivot));
+        if pivot.is_none() {
+            remaining.push(i);
+        }
+    }
+    Some((groups, remaining))
 }
 
 impl Elimination {
@@ -93,24 +98,25 @@ impl Elimination {
         let repeated = || {
             let outside = |&&(row, unknown): &&(usize, usize)| row >= n || unknown >= n;
             let named = explicit.iter().find(outside).or(explicit.last());
-            refuse(named.copied().unwrap_or_default(), "is named twice, or outside the system")
+            let named = named.expect("only a row that is named can be refused");
+            refuse(*named, "is named twice, or outside the system")
         };
-        let (row_places, rows) =
-            places(n, explicit.iter().map(|&(row, _)| row)).ok_or_else(repeated)?;
-        let (unknown_places, unknowns) =
-            places(n, explicit.iter().map(|&(_, unknown)| unknown)).ok_or_else(repeated)?;
+        let (row_groups, rows) =
+            groups(n, explicit.iter().map(|&(row, _)| row)).ok_or_else(repeated)?;
+        let (unknown_groups, unknowns) =
+            groups(n, explicit.iter().map(|&(_, unknown)| unknown)).ok_or_else(repeated)?;
 
         // Entries by the block in which they lie.
         let (mut b, mut c, mut r) = (Vec::new(), Vec::new(), Vec::new());
         for (entry, (row, col)) in pattern.entries().enumerate() {
-            match (row_places[row], unknown_places[col]) {
-                (Place::Pivot(k), Place::Pivot(l)) if k == l => (),
-                (Place::Pivot(k), Place::Pivot(_)) => {
+            match (row_groups[row], unknown_groups[col]) {
+                (Group::Pivot(k), Group::Pivot(l)) if k == l => (),
+                (Group::Pivot(k), Group::Pivot(_)) => {
                     return Err(refuse(explicit[k], "holds the unknown of another explicit row"));
                 }
-                (Place::Pivot(k), Place::Remainder(col)) => b.push((k, col, entry)),
-                (Place::Remainder(row), Place::Pivot(k)) => c.push((k, row, entry)),
-                (Place::Remainder(row), Place::Remainder(col)) => r.push((row, col, entry)),
+                (Group::Pivot(k), Group::Remainder(col)) => b.push((k, col, entry)),
+                (Group::Remainder(row), Group::Pivot(k)) => c.push((k, row, entry)),
+                (Group::Remainder(row), Group::Remainder(col)) => r.push((row, col, entry)),
             }
         }
         let pivot = |&(row, unknown): &(usize, usize)| {
@@ -129,7 +135,8 @@ impl Elimination {
         let fill = || (0..pivots.len()).flat_map(filled);
         let own = r.iter().map(|&(row, col, _)| (row, col));
         let remainder = Pattern::new(rows.len(), own.chain(fill()))?;
-        let position = |row, col| remainder.position(row, col).unwrap_or_default();
+        let position =
+            |row, col| remainder.position(row, col).expect("the pattern was made of these entries");
         let kept = r.iter().map(|&(row, col, entry)| (entry, position(row, col))).collect();
         let products = fill().map(|(row, col)| position(row, col)).collect();
         Ok(Self { n, pivots, rows, unknowns, remainder, kept, b, c, products })
