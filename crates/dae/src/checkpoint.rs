@@ -3,20 +3,20 @@
 use crate::error::SolveError;
 use crate::stats::Stats;
 
-/// What a run needs to go on exactly as if it had never been interrupted: time, state, step size,
-/// the memory of the controllers, and for Radau the last polynomial and the Jacobian (its factors
-/// are made again from it).
+/// State from which a run goes on exactly as if it had never been interrupted: time, state, step
+/// size, the memory of the controllers, and for Radau the last polynomial and the Jacobian (its
+/// factors are made again from it).
 ///
 /// The numbers are ordered by the solver that saved them and mean nothing to others; they may be
 /// stored in any form, or as [`Checkpoint::to_bytes`]. System, settings and `t_end` are not part of
 /// it and must be the same for the run to be the same.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Checkpoint {
-    /// Which solver saved it.
+    /// The solver that saved it.
     pub method: Method,
     /// Counters, flags and lengths.
     pub counts: Vec<u64>,
-    /// Everything else.
+    /// All other numbers.
     pub reals: Vec<f64>,
 }
 
@@ -74,7 +74,7 @@ impl Checkpoint {
     }
 }
 
-/// Collects the numbers of a checkpoint, of a solver or of what runs around one.
+/// Collects the numbers of a checkpoint, of a solver or of the run around one.
 ///
 /// ```
 /// use bksim_dae::{Loader, Method, Saver};

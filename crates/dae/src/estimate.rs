@@ -8,8 +8,8 @@ use crate::tableau::Tableau;
 
 /// Estimates the local error of a solved step into `error`; returns its weighted norm.
 ///
-/// The embedded formula of order `s` gives, in place of HW2 §IV.8 (8.19), a value `w` that stands
-/// for `y′(t0)` when the step is exact, and one Newton step turns its defect into an error:
+/// The embedded formula of order `s` gives, instead of HW2 §IV.8 (8.19), a value `w` that equals
+/// `y′(t0)` when the step is exact, and one Newton step turns its defect into an error:
 ///
 /// ```text
 /// w = −(γ/h) Σ_i e_i z_i
@@ -27,7 +27,7 @@ pub(crate) fn error_estimate<S: System>(
     filter: Filter,
     stats: &mut Stats,
 ) -> f64 {
-    // The embedded value that stands for y′(t0).
+    // w, the embedded value for y′(t0).
     let n = at.y.len();
     let NewtonWork { z, y_stage, ydot_stage, defect, error, scale, .. } = work;
     ydot_stage.fill(0.0);
@@ -54,7 +54,7 @@ pub(crate) fn error_estimate<S: System>(
         return norm;
     }
 
-    // Second filter; it looks at a point that may lie outside the domain, where the first stands.
+    // Second filter; its point may lie outside the domain, and then the first estimate holds.
     for (y, (y0, error)) in y_stage.iter_mut().zip(at.y.iter().zip(&*error)) {
         *y = y0 + error;
     }
@@ -70,7 +70,7 @@ pub(crate) fn error_estimate<S: System>(
     scale.rms_tested(error)
 }
 
-/// How often the estimate passes through the iteration matrix.
+/// Number of times that the estimate passes through the iteration matrix.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Filter {
     /// Once.

@@ -19,7 +19,7 @@ mod stiffness;
 mod tests;
 
 use self::control::PiController;
-use self::stages::Stages;
+use self::stages::StageWork;
 use self::stiffness::StiffnessTest;
 use crate::accessors::accessors;
 use crate::checkpoint::{Checkpoint, Loader, Method, Saver};
@@ -31,8 +31,8 @@ use crate::settings::{Settings, StepControl};
 use crate::stats::Stats;
 use crate::system::{NotFinite, Ode};
 
-/// Integrates `y′ = f(t, y)` from `start` to `t_end`, which may lie before `start.t`, and shows every
-/// accepted step to `observer`. `start.ydot` is not read.
+/// Integrates `y′ = f(t, y)` from `start` to `t_end`, which may lie before `start.t`, and shows
+/// every accepted step to `observer`. `start.ydot` is not read.
 ///
 /// # Errors
 /// [`SolveError`]: invalid input, or a run that cannot go on; [`SolveError::Stiff`] when a method
@@ -77,7 +77,7 @@ pub struct ExplicitSolver<S: Ode> {
     h: f64,
     /// Start of the fixed-step grid and steps taken on it.
     grid: (f64, usize),
-    stages: Stages,
+    stages: StageWork,
     last: ContinuousExtension,
     last_state: LastStep,
     controller: PiController,
@@ -85,14 +85,14 @@ pub struct ExplicitSolver<S: Ode> {
     stats: Stats,
 }
 
-/// What is known about the last step.
+/// Knowledge of the last step.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum LastStep {
-    /// There is none.
+    /// No step yet.
     Missing,
-    /// Its stages are there, its extension is not.
+    /// Its stages are known, its extension is not.
     Taken { error: Option<f64> },
-    /// Its extension is there.
+    /// Its extension is known.
     Extended { error: Option<f64> },
 }
 
@@ -115,7 +115,7 @@ impl<S: Ode> ExplicitSolver<S> {
         check_finite("t_end", &[t_end])?;
         check_finite("y", &start.y)?;
         let mut solver = Self {
-            stages: Stages::new(n, &settings),
+            stages: StageWork::new(n, &settings),
             last: ContinuousExtension::new(n),
             last_state: LastStep::Missing,
             controller: PiController::default(),
@@ -185,8 +185,8 @@ impl<S: Ode> ExplicitSolver<S> {
     /// The last accepted step, with dense output.
     ///
     /// # Errors
-    /// [`SolveError::NotFinite`] when `f` has no value inside the step; [`SolveError::InvalidStart`]
-    /// before the first step.
+    /// [`SolveError::NotFinite`] when `f` has no value inside the step;
+    /// [`SolveError::InvalidStart`] before the first step.
     pub fn last_step(&mut self) -> Result<Step<'_>, SolveError> {
         let error = match self.last_state {
             LastStep::Missing => {
@@ -230,7 +230,8 @@ impl<S: Ode> ExplicitSolver<S> {
         self.begin()
     }
 
-    /// The state of the run, between two steps. The dense output of the last step is not part of it.
+    /// The state of the run, between two steps. The dense output of the last step is not part of
+    /// it.
     pub fn save(&self) -> Checkpoint {
         let mut saver = Saver::default();
         saver.real(self.t);
@@ -347,7 +348,7 @@ impl<S: Ode> ExplicitSolver<S> {
         Err(SolveError::TooManySteps { limit, at })
     }
 
-    /// The last attempt, for the report of a failure.
+    /// The state of the run after a failed attempt.
     fn standstill(&self, h: f64, cause: Cause) -> Box<Standstill> {
         let y = match cause {
             Cause::NotFinite { .. } => self.stages.argument().to_vec(),

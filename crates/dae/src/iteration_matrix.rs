@@ -30,7 +30,7 @@ const DENSE_FILL: f64 = 0.3;
 ///
 /// Vectors are arrays of `f64`: a complex one is its real parts, then its imaginary parts.
 pub(crate) trait Scalar:
-    'static + Column + ComplexField + Sub<Output = Self> + SubAssign + Mul<Output = Self> + PartialEq
+    Column + ComplexField + Sub<Output = Self> + SubAssign + Mul<Output = Self> + PartialEq
 {
     const ZERO: Self;
     const ONE: Self;
@@ -156,7 +156,7 @@ impl Jacobian {
     }
 }
 
-/// One factored matrix: what is eliminated, and the kernel of the remainder.
+/// One factored matrix: the blocks around the eliminated rows, and the kernel of the remainder.
 struct Factor<T: Scalar> {
     borders: Borders<T>,
     kernel: Kernel<T>,
@@ -237,7 +237,7 @@ impl IterationMatrix {
         Ok(Self { real: Factor::new(&plan, n_entries, symbolic.as_ref())?, complex, plan })
     }
 
-    /// Factors `(γ/h) ∂F/∂y′ + ∂F/∂y` and its complex companions.
+    /// Factors `(γ/h) ∂F/∂y′ + ∂F/∂y` and the complex `(λ_k/h) ∂F/∂y′ + ∂F/∂y`.
     pub(crate) fn factor(
         &mut self,
         jacobian: &Jacobian,

@@ -3,11 +3,12 @@
 //! `y′ = f(t, y)`, solved by the explicit method of order 8 of Dormand and Prince as long as they
 //! are not stiff ([`ExplicitSolver`]).
 //!
-//! Both show their steps as [`Step`] with dense output, on which [`EventSearch`] finds zero crossings
-//! of functions of the state, and both can be saved and continued bit for bit ([`Checkpoint`]).
-//! Sensitivities to parameters and initial values come from [`SensitivitySolver`].
+//! Both show their steps as [`Step`] with dense output, on which [`EventSearch`] finds zero
+//! crossings of functions of the state, and both can be saved and continued bit for bit
+//! ([`Checkpoint`]). Sensitivities to parameters and initial values come from
+//! [`SensitivitySolver`].
 //!
-//! A system tells its shape ([`Layout`], [`Pattern`]), its residual and its Jacobians; [`solve`]
+//! A system gives its shape ([`Layout`], [`Pattern`]), its residual and its Jacobians; [`solve`]
 //! runs it, or [`Solver`] step by step. A pendulum in Cartesian coordinates, its constraint posed
 //! for velocities (index 2):
 //!

@@ -14,7 +14,7 @@ use crate::system::{Index, Layout};
 #[derive(Clone, Debug)]
 pub(crate) struct Scale {
     weight: Vec<f64>,
-    /// Which unknowns the error test looks at, and their number.
+    /// Unknowns that take part in the error test, and their number.
     is_tested: Vec<bool>,
     n_tested: usize,
 }
@@ -56,7 +56,7 @@ impl Scale {
         self.weight.len()
     }
 
-    /// Says which unknowns the error test looks at; if it were none, it looks at all.
+    /// Restricts the error test to some unknowns; where there are none, it takes all.
     pub(crate) fn test_only(&mut self, is_tested: impl Fn(usize) -> bool) {
         let n = self.weight.len();
         self.n_tested = (0..n).filter(|&i| is_tested(i)).count();
@@ -67,8 +67,8 @@ impl Scale {
         }
     }
 
-    /// Root mean square of the weighted entries of `x` that the error test looks at: one or more vectors of
-    /// length `n`.
+    /// Root mean square of the weighted entries of `x` that take part in the error test: one or
+    /// more vectors of length `n`.
     pub(crate) fn rms_tested(&self, x: &[f64]) -> f64 {
         let n = self.weight.len();
         if n == 0 {

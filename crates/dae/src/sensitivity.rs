@@ -56,8 +56,8 @@ pub struct SensitivityStart {
     pub sdot: Vec<Vec<f64>>,
 }
 
-/// The error left in the stage equations, as a fraction of what one step may err: `rtol` of the
-/// largest relative sensitivity.
+/// The error left in the stage equations, as a fraction of the error allowed in one step: `rtol` of
+/// the largest relative sensitivity.
 const KAPPA: f64 = 1e-3;
 /// Tolerances below this count as this: a thousandth of it is some fifty roundings, and the factors
 /// leave as much.

@@ -225,11 +225,11 @@ impl<S: System> Solver<S> {
         let Some(error) = error else { return };
         let (iterations, rate) = (self.stepper.iterations(), self.stepper.rate());
         let mut proposed = self.controller.after_accept(h, error, iterations, rate, may_keep);
-        let seen = self.stepper.smoothness(h, error);
-        self.order.learn(self.stepper.tableau().gamma, seen);
+        let smoothness = self.stepper.smoothness(h, error);
+        self.order.observe(self.stepper.tableau().gamma, smoothness);
         if self.settings.order == Order::Auto {
             let gammas = self.stepper.gammas();
-            let better = self.order.after_accept(self.stepper.stages(), &gammas, seen);
+            let better = self.order.after_accept(self.stepper.stages(), &gammas, smoothness);
             if let Some((stages, h)) = better {
                 self.set_order(stages);
                 proposed = h;

@@ -23,14 +23,14 @@ const FIXED_STEP_ITERATIONS: usize = 25;
 
 /// The Jacobian is evaluated at this part of a step, on the last polynomial continued.
 ///
-/// `RADAU5` evaluates it at the start. It stands for those of all stages, which lie closer to the
-/// end: on mechanisms, whose steps are limited by Newton's iteration, the better place makes steps
+/// `RADAU5` evaluates it at the start. It represents those of all stages, which lie closer to the
+/// end: on mechanisms, whose steps are limited by Newton's iteration, the better point makes steps
 /// longer by half. Measured from 0 to 0.7, 0.65 takes least work, 0.6 two per cent more, 0.5 five.
 const AHEAD: f64 = 0.65;
 /// After so many failures the polynomial is not trusted, and the start of the step taken.
 const FAILURES_AHEAD: usize = 2;
 
-/// How an attempt ended.
+/// Outcome of an attempt.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) enum Attempt {
     /// The stage equations are solved; `error` is the estimate, `None` without error control.
@@ -39,9 +39,9 @@ pub(crate) enum Attempt {
     Failed { cause: Cause, shrink: f64, is_stale: bool },
 }
 
-/// Everything a step needs that outlives it.
+/// State of the method between two steps, and all buffers.
 pub(crate) struct Stepper {
-    /// The methods that may be used, by ascending order, and which one is.
+    /// The methods of this run by ascending order, and the index of the one in use.
     tableaus: Vec<Tableau>,
     current: usize,
     work: NewtonWork,
@@ -61,7 +61,7 @@ pub(crate) struct Stepper {
     factored_h: Option<f64>,
 }
 
-/// How old the Jacobian is.
+/// Age of the Jacobian.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Freshness {
     /// Evaluated for the present step.
@@ -88,13 +88,13 @@ const ROUNDINGS_AT_STALL: f64 = 1e3;
 const MAX_STALL: f64 = 1e-2;
 /// Largest default of `kappa` is this over `γ²`.
 ///
-/// What Newton's iteration leaves in a constraint of index 3 enters the next error estimate times
-/// `γ²`, at any step size, and would make the error test fail for ever. HW2 §IV.8
+/// The error that Newton's iteration leaves in a constraint of index 3 enters the next error
+/// estimate times `γ²`, at any step size, and would make the error test fail for ever. HW2 §IV.8
 /// advises `10⁻¹` to `10⁻²` without the division; measured on mechanisms, the smaller value gains
 /// half a digit to a digit for a sixth more work.
 const MAX_KAPPA_GAMMA_SQUARED: f64 = 1e-2;
 
-/// Watches Newton's iteration in the norm of its scale.
+/// The monitor of Newton's iteration, with the tolerances of these settings.
 fn contraction(settings: &Settings, tableau: &Tableau) -> Contraction {
     let gamma = tableau.gamma;
     let (tolerance, lax, retreat) = match settings.step {
@@ -197,7 +197,7 @@ impl Stepper {
         [three.gamma, five.gamma, seven.gamma]
     }
 
-    /// What the step just accepted tells about the smoothness of the solution.
+    /// Smoothness of the solution, as the step just accepted shows it.
     pub(crate) fn smoothness(&mut self, h: f64, error: f64) -> Smoothness {
         let NewtonWork { z, defect, scale, contraction, .. } = &mut self.work;
         let n = scale.len();
@@ -223,6 +223,7 @@ impl Stepper {
         filter: Filter,
         stats: &mut Stats,
     ) -> Attempt {
+        // Weights of the errors and starting values of the stages.
         self.work.scale.update(&self.unit, system.layout().index(), at.y, at.h);
         self.predict(at, last);
 
@@ -379,7 +380,7 @@ impl Stepper {
         }
     }
 
-    /// Takes multipliers out of the error test, if so asked.
+    /// Takes multipliers out of the error test where the settings ask for it.
     fn choose_tested<S: System>(&mut self, system: &S) {
         if self.error_test == ErrorTest::WithoutMultipliers {
             let (index, pattern) = (system.layout().index(), system.pattern());

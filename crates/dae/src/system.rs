@@ -1,4 +1,4 @@
-//! The problem `0 = F(t, y, y′)`: what a caller implements, and what it must say about its shape.
+//! The problem `0 = F(t, y, y′)`: the trait that a caller implements, and the shape of a system.
 
 use std::ops::Range;
 

@@ -174,9 +174,9 @@ fn eigenvector(a_inv: &DMatrix<f64>, lambda: Complex<f64>) -> DVector<Complex<f6
 
 /// The coefficients `e` of the error estimate `γ₀ h y′(t₀) + Σ e_i z_i`, `γ₀ = 1/γ`.
 ///
-/// The embedded formula adds `γ₀ h y′(t₀)` to the method and is exact for polynomials of degree
-/// `s` (HW2 §IV.8, step size selection, (8.19)): `d = b̂ − b` solves `Σ d_i p(c_i) = −γ₀ p(0)` for `deg p < s`.
-/// As `h Y′ = A⁻¹ Z`, `e = A⁻ᵀ d`.
+/// The embedded formula adds `γ₀ h y′(t₀)` to the method and is exact for polynomials of degree `s`
+/// (HW2 §IV.8, step size selection, (8.19)): `d = b̂ − b` solves `Σ d_i p(c_i) = −γ₀ p(0)` for `deg
+/// p < s`. As `h Y′ = A⁻¹ Z`, `e = A⁻ᵀ d`.
 fn error_coefficients(a: &DMatrix<f64>, c: &[f64], gamma: f64) -> Vec<f64> {
     let s = c.len();
     let values_t = DMatrix::from_fn(s, s, |k, i| legendre(c[i])[k]);

@@ -11,7 +11,7 @@ use crate::checkpoint::{Loader, Saver};
 use crate::error::SolveError;
 use crate::newton::Point;
 
-/// Room for the Lagrange polynomials of the largest method.
+/// Stages of the largest method.
 const MAX_STAGES: usize = 7;
 
 /// The polynomial of the last accepted step; its buffers are allocated once.

@@ -51,7 +51,7 @@ impl ContinuousExtension {
 fn horner(theta: f64, term: impl Fn(usize) -> f64) -> (f64, f64) {
     (0..N_TERMS).rev().fold((0.0, 0.0), |(value, slope), k| {
         let inner = term(k) + value;
-        // Even terms stand behind a factor θ, odd ones behind 1 − θ.
+        // Even terms have the factor θ, odd ones the factor 1 − θ.
         if k % 2 == 0 {
             (theta * inner, inner + theta * slope)
         } else {

@@ -3,7 +3,7 @@
 use super::coefficients::{A, C, D, E3, E5, N_EXTENDED, N_STAGES, Term};
 use crate::dense::ContinuousExtension;
 
-/// A rooted tree: the subtrees of its root, each by its place in the list of all trees.
+/// A rooted tree: the subtrees of its root, each by its index in the list of all trees.
 type Tree = Vec<usize>;
 
 /// All rooted trees with up to `order` nodes, by ascending order, with their orders.
@@ -18,7 +18,7 @@ fn trees(order: usize) -> Vec<(Tree, usize)> {
     all
 }
 
-/// Every multiset of known trees, from place `from` on, with `left` nodes in all.
+/// Every multiset of known trees, from index `from` on, with `left` nodes in all.
 fn extend(
     known: &[(Tree, usize)],
     left: usize,
@@ -30,10 +30,10 @@ fn extend(
         found.push(chosen.clone());
         return;
     }
-    for place in from..known.len() {
-        if known[place].1 <= left {
-            chosen.push(place);
-            extend(known, left - known[place].1, place, chosen, found);
+    for idx in from..known.len() {
+        if known[idx].1 <= left {
+            chosen.push(idx);
+            extend(known, left - known[idx].1, idx, chosen, found);
             chosen.pop();
         }
     }

@@ -1,4 +1,4 @@
-//! Explicit rows are solved for their unknowns before anything is factored.
+//! Elimination of explicit rows, which are solved for their unknowns before anything is factored.
 //!
 //! ```text
 //! ( D  B ) (u)   (b_e)      D diagonal: row k of the first group holds one unknown of u, its own
@@ -6,15 +6,15 @@
 //! (R − C D⁻¹ B) x = b_r − C D⁻¹ b_e,     u = D⁻¹ (b_e − B x)
 //! ```
 //!
-//! In a mechanism `u` are the velocities, `D = −1`, `B = λ/h` on the positions: what remains has
-//! the size of positions and multipliers (HW2 §IV.8, equations of second order). Which products
-//! meet which entry is worked out once.
+//! In a mechanism `u` are the velocities, `D = −1`, `B = λ/h` on the positions: the remainder has
+//! the size of positions and multipliers (HW2 §IV.8, equations of second order). The entries that
+//! each product changes are found once.
 
 use super::{Jacobian, Scalar, Singular};
 use crate::error::SolveError;
 use crate::system::Pattern;
 
-/// Where everything lies; the same for all matrices of a run.
+/// The pattern of the elimination; the same for all matrices of a run.
 pub(super) struct Elimination {
     n: usize,
     pivots: Vec<Pivot>,
@@ -28,7 +28,8 @@ pub(super) struct Elimination {
     /// Entries of `B` by rows and of `C` by columns, pivot after pivot.
     b: Border,
     c: Border,
-    /// Entries of the remainder met by the products `C D⁻¹ B`: by pivot, entry of `C`, entry of `B`.
+    /// Entries of the remainder that the products `C D⁻¹ B` change: by pivot, entry of `C`, entry
+    /// of `B`.
     products: Vec<usize>,
 }
 
@@ -39,7 +40,8 @@ struct Pivot {
     entry: usize,
 }
 
-/// Entries beside the pivots: those of pivot `k` are `start[k]..start[k + 1]`.
+/// Entries in the rows (of `B`) or columns (of `C`) of the pivots: those of pivot `k` are
+/// `start[k]..start[k + 1]`.
 struct Border {
     start: Vec<usize>,
     /// Column (of `B`) or row (of `C`) within the remainder.
@@ -90,9 +92,12 @@ fn groups(n: usize, pivots: impl Iterator<Item = usize>) -> Option<(Vec<Group>, 
 }
 
 impl Elimination {
+    /// Sorts the entries of a pattern by blocks, and finds the pattern of the remainder.
+    ///
     /// # Errors
     /// [`SolveError::ExplicitRow`] when the pattern shows that a row does not give its unknown.
     pub(super) fn new(pattern: &Pattern, explicit: &[(usize, usize)]) -> Result<Self, SolveError> {
+        // Groups of rows and unknowns.
         let n = pattern.n();
         let refuse = |(row, unknown), reason| SolveError::ExplicitRow { row, unknown, reason };
         let repeated = || {
@@ -119,6 +124,7 @@ impl Elimination {
                 (Group::Remainder(row), Group::Remainder(col)) => r.push((row, col, entry)),
             }
         }
+        // Each pivot is the entry of its row at its unknown.
         let pivot = |&(row, unknown): &(usize, usize)| {
             let entry = pattern.position(row, unknown);
             let entry = entry.ok_or_else(|| refuse((row, unknown), "does not hold it"))?;
@@ -127,7 +133,7 @@ impl Elimination {
         let pivots = explicit.iter().map(pivot).collect::<Result<Vec<_>, SolveError>>()?;
         let (b, c) = (Border::new(pivots.len(), b), Border::new(pivots.len(), c));
 
-        // The remainder holds what it had and what the products add.
+        // The pattern of the remainder: its own entries and those that the products add.
         let filled = |k: usize| {
             let columns = &b.at[b.of(k)];
             c.at[c.of(k)].iter().flat_map(move |&row| columns.iter().map(move |&col| (row, col)))
@@ -147,7 +153,7 @@ impl Elimination {
     }
 }
 
-/// The numbers of one matrix.
+/// The numbers of one matrix, and buffers of its solution.
 pub(super) struct Borders<T> {
     /// `D⁻¹`, `D⁻¹ B` and `C`.
     inverse: Vec<T>,

@@ -13,7 +13,7 @@ use super::Scalar;
 use crate::lanes::{Chunk, ComplexChunk, LANES, subtract, subtract_complex};
 
 /// The chunks of a column, and arithmetic on them.
-pub(crate) trait Column: Copy {
+pub(crate) trait Column: 'static + Copy {
     /// As many numbers as fill the widest register.
     type Chunk: Copy;
     /// A chunk of zeros.
