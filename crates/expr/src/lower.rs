@@ -2,9 +2,11 @@
 
 use crate::number::Number;
 use crate::op::Function;
-use crate::parse::{ParseError, ParseErrorKind, ParseOptions, error, parse};
+use crate::parse::{ParseOptions, parse};
 use crate::pool::{Expr, Pool};
-use crate::syntax::{BinaryOperator, Syntax, SyntaxKind, SyntaxNode, UnitFactor};
+use crate::syntax::{
+    BinaryOperator, ParseError, ParseErrorKind, Syntax, SyntaxKind, SyntaxNode, UnitFactor, error,
+};
 use std::ops::Range;
 
 /// Why a syntax tree does not become an expression.

@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::dependence::Dependence;
+use super::rules::partial_derivatives;
 use crate::build::MERGE_LIMIT;
 use crate::op::{Function, Op};
 use crate::pool::{Expr, ONE, Pool, SymbolId, ZERO};
@@ -145,9 +146,7 @@ impl Pool {
         (a, da): (Expr, Expr),
         (b, db): (Expr, Expr),
     ) -> Expr {
-        match function.derivative(self, call, a, b) {
-            Some((by_a, by_b)) => self.add(self.mul(by_a, da), self.mul(by_b, db)),
-            None => ZERO,
-        }
+        let (by_a, by_b) = partial_derivatives(self, function, call, a, b);
+        self.add(self.mul(by_a, da), self.mul(by_b, db))
     }
 }

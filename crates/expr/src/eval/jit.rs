@@ -13,8 +13,8 @@
 #![expect(unsafe_code, reason = "machine code is called through raw pointers")]
 
 use super::interpreter::Workspace;
-use super::sincos::{FEW, sin_cos_few};
 use crate::op::{Function, power};
+use crate::sincos::{FEW, sin_cos_few};
 use crate::tape::{Action, Instruction, Tape};
 use cranelift_codegen::ir::condcodes::FloatCC;
 use cranelift_codegen::ir::types::{F64, I64};
