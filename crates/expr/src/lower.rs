@@ -32,7 +32,10 @@ impl Pool {
     /// Builds the expression of a syntax tree; `resolve` gives the meaning of names.
     ///
     /// # Errors
-    /// What `resolve` refuses, unknown functions, wrong numbers of arguments, any unit.
+    /// Names that `resolve` refuses, unknown functions, wrong numbers of arguments, any unit.
+    ///
+    /// # Panics
+    /// When there are no nodes, which parsing never gives.
     pub fn lower<E>(
         &self,
         syntax: &Syntax,
@@ -47,7 +50,11 @@ impl Pool {
     /// As [`Pool::lower`], with `quantity` giving the value of numbers with units.
     ///
     /// # Errors
-    /// What `resolve` and `quantity` refuse, unknown functions, wrong numbers of arguments.
+    /// Names and quantities that `resolve` and `quantity` refuse, unknown functions, wrong numbers of
+    /// arguments.
+    ///
+    /// # Panics
+    /// When there are no nodes, which parsing never gives.
     pub fn lower_quantities<E>(
         &self,
         syntax: &Syntax,
@@ -85,7 +92,7 @@ impl Pool {
             };
             values.push(value);
         }
-        Ok(values.last().copied().unwrap_or_else(|| self.zero()))
+        Ok(*values.last().expect("a parsed expression has at least one node"))
     }
 
     fn binary(&self, operator: BinaryOperator, left: Expr, right: Expr) -> Expr {

@@ -221,35 +221,39 @@ impl Parser<'_, '_> {
                 self.push(SyntaxKind::Call { name, name_span, arguments }, whole);
             }
             None => {
-                if let Some(operand) = self.operands.last_mut() {
-                    operand.1 = span.start..end.end;
-                }
+                let inside = self.operands.last_mut();
+                inside.expect("an operand was read before `)`").1 = span.start..end.end;
             }
         }
         Ok(())
     }
 
+    /// The operand of an operator, which is read before the operator is applied.
+    fn take_operand(&mut self) -> (usize, Range<usize>) {
+        self.operands.pop().expect("an operator is applied after its operands are read")
+    }
+
     /// Applies the waiting operators that hold at least as tightly as `least`.
     fn reduce(&mut self, least: u8) {
         while self.pending.last().is_some_and(|top| strength(top) >= least) {
-            let (top, right) = (self.pending.pop(), self.operands.pop());
-            let (Some(top), Some((right, right_span))) = (top, right) else { return };
+            let top = self.pending.pop().expect("it was just looked at");
+            let (right, right_span) = self.take_operand();
             match top {
                 Pending::Negate(sign) => {
                     self.push(SyntaxKind::Negate(right), sign.start..right_span.end);
                 }
                 Pending::Binary(operator, operator_span) => {
-                    let Some((left, left_span)) = self.operands.pop() else { return };
+                    let (left, left_span) = self.take_operand();
                     let kind = SyntaxKind::Binary { operator, operator_span, left, right };
                     self.push(kind, left_span.start..right_span.end);
                 }
                 Pending::Comparison(function, name_span) => {
-                    let Some((left, left_span)) = self.operands.pop() else { return };
+                    let (left, left_span) = self.take_operand();
                     let (name, arguments) = (function.to_owned(), vec![left, right]);
                     let kind = SyntaxKind::Call { name, name_span, arguments };
                     self.push(kind, left_span.start..right_span.end);
                 }
-                Pending::Open { .. } => return,
+                Pending::Open { .. } => unreachable!("parentheses hold less tightly than anything"),
             }
         }
     }
@@ -271,8 +275,8 @@ impl Parser<'_, '_> {
             self.lexer.advance()?;
             factors.push(self.unit_factor(sign)?);
         }
-        let end = factors.last().map_or(value_span.end, |factor| factor.span.end);
-        let whole = value_span.start..end;
+        let last = factors.last().expect("a unit has at least one factor");
+        let whole = value_span.start..last.span.end;
         self.push(SyntaxKind::Quantity { value, value_span, factors }, whole);
         Ok(())
     }

@@ -91,7 +91,8 @@ impl Pool {
             Op::Add => self.sum(operands.map(|(_, d)| d)),
             Op::Mul => self.product_rule(&operands.collect::<Vec<_>>()),
             Op::Pow | Op::Pair | Op::Call(_) => {
-                let (a, da) = operands.next().unwrap_or((ZERO, ZERO));
+                let (a, da) = operands.next().expect("a function has an argument");
+                // Functions of one argument have no second.
                 let (b, db) = operands.next().unwrap_or((ZERO, ZERO));
                 match step.op {
                     Op::Pow => self.power_rule(step.expr, (a, da), (b, db)),

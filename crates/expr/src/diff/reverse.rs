@@ -102,9 +102,7 @@ impl Pool {
             Op::Add => operands.for_each(|operand| give(operand, adjoint)),
             Op::Mul => self.pull_back_product(sweep, &operands.collect::<Vec<_>>(), adjoint, give),
             Op::Pow => {
-                let (Some(base), Some(exponent)) = (operands.next(), operands.next()) else {
-                    return;
-                };
+                let [base, exponent] = sweep.operand_array(step);
                 let (a, b) = (sweep.steps[base].expr, sweep.steps[exponent].expr);
                 let lowered = self.pow(a, self.sub(b, ONE));
                 give(base, self.product([adjoint, b, lowered]));
