@@ -1,21 +1,22 @@
 //! The state of a run as plain data: saved between two steps, it continues the run bit for bit.
 
-use crate::{SolveError, Stats};
+use crate::error::SolveError;
+use crate::stats::Stats;
 
-/// What a run needs to go on exactly as if it had never been interrupted: time, state, step size,
-/// the memory of the controllers, and for Radau the last polynomial and the Jacobian (its factors
-/// are made again from it).
+/// State from which a run goes on exactly as if it had never been interrupted: time, state, step
+/// size, the memory of the controllers, and for Radau the last polynomial and the Jacobian (its
+/// factors are made again from it).
 ///
 /// The numbers are ordered by the solver that saved them and mean nothing to others; they may be
 /// stored in any form, or as [`Checkpoint::to_bytes`]. System, settings and `t_end` are not part of
 /// it and must be the same for the run to be the same.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Checkpoint {
-    /// Which solver saved it.
+    /// The solver that saved it.
     pub method: Method,
     /// Counters, flags and lengths.
     pub counts: Vec<u64>,
-    /// Everything else.
+    /// All other numbers.
     pub reals: Vec<f64>,
 }
 
@@ -65,40 +66,15 @@ impl Checkpoint {
         let counts = counts.take(n_counts).collect();
         Ok(Self { method, counts, reals: words.map(f64::from_le_bytes).collect() })
     }
-}
 
-/// Marks the end of a part that was added.
-const PART: u64 = u64::from_le_bytes(*b"bk-part\x01");
-
-impl Checkpoint {
-    /// Adds numbers behind those of the run.
+    /// Adds numbers after those of the run.
     pub(crate) fn append(&mut self, saver: Saver) {
         self.counts.extend(saver.counts);
         self.reals.extend(saver.reals);
     }
-
-    /// Adds a part that can be taken out again by itself: its lengths and a mark come last.
-    pub(crate) fn append_part(&mut self, saver: Saver) {
-        let end = [saver.counts.len() as u64, saver.reals.len() as u64, PART];
-        self.append(saver);
-        self.counts.extend(end);
-    }
-
-    /// The part added last.
-    pub(crate) fn last_part(&self) -> Result<Self, SolveError> {
-        const MISSING: SolveError = SolveError::Checkpoint { reason: "it holds no events" };
-        let (rest, end) = self.counts.split_last_chunk::<3>().ok_or(MISSING)?;
-        let &[n_counts, n_reals, PART] = end else { return Err(MISSING) };
-        let start = |all: usize, n: u64| {
-            usize::try_from(n).ok().and_then(|n| all.checked_sub(n)).ok_or(MISSING)
-        };
-        let counts = rest[start(rest.len(), n_counts)?..].to_vec();
-        let reals = self.reals[start(self.reals.len(), n_reals)?..].to_vec();
-        Ok(Self { method: self.method, counts, reals })
-    }
 }
 
-/// Collects the numbers of a checkpoint, of a solver or of what runs around one.
+/// Collects the numbers of a checkpoint, of a solver or of the run around one.
 ///
 /// ```
 /// use bksim_dae::{Loader, Method, Saver};

@@ -1,4 +1,4 @@
-//! Does Newton's iteration converge, how far is it, and will it get there?
+//! Convergence of Newton's iteration: its rate, the error left, and whether it will suffice.
 //!
 //! ```text
 //! θ_k = ‖ΔW_k‖ / ‖ΔW_{k−1}‖,   error left ≈ θ/(1 − θ) ‖ΔW_k‖      HW2 §IV.8, stopping criterion
@@ -13,7 +13,7 @@ const MIN_INHERITED_ETA: f64 = 0.03;
 /// Rates at or above this count as divergence.
 const DIVERGING: f64 = 0.99;
 
-/// Judgement on one iteration.
+/// Assessment of one iteration.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) enum Progress {
     /// Another iteration is worth its cost.
@@ -27,20 +27,20 @@ pub(crate) enum Progress {
     },
 }
 
-/// What a step can do about slow convergence.
+/// Remedy of a step against slow convergence.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Retreat {
-    /// Be cut: give up as soon as the rate predicts failure.
+    /// A smaller step: give up as soon as the rate predicts failure.
     Shrink,
-    /// Nothing, its size is fixed: use up the iterations; rates are not monotone.
+    /// None, as the size is fixed: use up the iterations; rates are not monotone.
     None,
 }
 
-/// Watches the corrections of one iteration; `η = θ/(1 − θ)` survives from step to step.
+/// Monitors the corrections of one iteration; `η = θ/(1 − θ)` survives from step to step.
 #[derive(Clone, Debug)]
 pub(crate) struct Contraction {
     tolerance: f64,
-    /// Where rounding keeps the corrections from shrinking further, this is small enough.
+    /// Tolerance where rounding keeps the corrections from shrinking further.
     lax_tolerance: f64,
     max_iterations: usize,
     retreat: Retreat,
@@ -71,7 +71,7 @@ impl Contraction {
         }
     }
 
-    /// What survives from step to step.
+    /// `η`, which survives from step to step.
     pub(crate) fn eta(&self) -> f64 {
         self.eta
     }
@@ -80,12 +80,12 @@ impl Contraction {
         self.eta = eta;
     }
 
-    /// Prepares for a new iteration; `is_same_matrix` says that the last `η` still tells something
-    /// about the first correction.
+    /// Prepares for a new iteration; with `is_same_matrix` the last `η` still holds for the first
+    /// correction.
     ///
     /// HW2 §IV.8 takes `η^0.8` of it, which accepts large first corrections after a step that
-    /// happened to converge at once; what they leave in the constraints then fails every later
-    /// error test. Hence the floor.
+    /// happened to converge at once; the error they leave in the constraints then fails every
+    /// later error test. Hence the floor.
     pub(crate) fn start(&mut self, is_same_matrix: bool) {
         self.iterations = 0;
         self.rate = None;

@@ -1,4 +1,5 @@
-//! The next step size: predictive control after Gustafsson (HW2 §IV.8, step size selection; code of `RADAU5`).
+//! The next step size: predictive control after Gustafsson (HW2 §IV.8, step size selection; code of
+//! `RADAU5`).
 //!
 //! ```text
 //! h_new = fac h (1/err)^{1/(s+1)}                                            classical
@@ -8,8 +9,8 @@
 //!
 //! The smaller of the two is taken after an accepted step.
 
-use crate::SolveError;
 use crate::checkpoint::{Loader, Saver};
+use crate::error::SolveError;
 use crate::estimate::Filter;
 
 /// Safety factor.
@@ -35,7 +36,7 @@ const FORGET_FAILED: f64 = 1.05;
 /// Smaller errors of an accepted step are not trusted to predict the next.
 const MIN_REMEMBERED_ERROR: f64 = 1e-2;
 
-/// What the controller remembers from step to step.
+/// State of the controller between two steps.
 #[derive(Clone, Debug)]
 pub(crate) struct Controller {
     exponent: f64,
@@ -98,7 +99,7 @@ impl Controller {
         self.is_new_order = true;
     }
 
-    /// How the error estimate of the step to come is to be filtered.
+    /// The filter of the error estimate of the step to come.
     pub(crate) fn filter(&self) -> Filter {
         if self.accepted.is_none() || self.is_retry { Filter::Twice } else { Filter::Once }
     }

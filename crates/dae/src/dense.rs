@@ -1,140 +1,16 @@
-//! The collocation polynomial: dense output, its derivative, and starting values of the next step.
-//!
-//! ```text
-//! u(τ) = y0 + Σ_i z_i ℓ_i(τ),  τ = (t − t0)/h
-//! ```
-//!
-//! with the Lagrange polynomials `ℓ_i` on the nodes `0, c_1, …, c_s` (HW2 §IV.8). It has
-//! degree `s` and error `O(h^{s+1})` between the nodes.
+//! Dense output: an accepted step as its polynomial, of either method.
 
-use crate::checkpoint::{Loader, Saver};
-use crate::explicit::ContinuousExtension;
-use crate::newton::Point;
-use crate::{SolveError, Stats};
+mod collocation;
+mod extension;
 
-/// Room for the Lagrange polynomials of the largest method.
-const MAX_STAGES: usize = 7;
+pub(crate) use self::collocation::CollocationPolynomial;
+pub(crate) use self::extension::ContinuousExtension;
+use crate::stats::Stats;
 
-/// The polynomial of the last accepted step; its buffers are allocated once.
-#[derive(Clone, Debug)]
-pub(crate) struct CollocationPolynomial {
-    pub(crate) t0: f64,
-    pub(crate) h: f64,
-    /// State at `t0`, length `n`.
-    pub(crate) y0: Vec<f64>,
-    /// Stage increments `z_1 … z_s`, one after the other, length `s n`.
-    pub(crate) z: Vec<f64>,
-    c: Vec<f64>,
-}
-
-impl CollocationPolynomial {
-    /// With room for the nodes `c`, and thereby for any method with fewer.
-    pub(crate) fn new(n: usize, c: &[f64]) -> Self {
-        Self { t0: 0.0, h: 0.0, y0: vec![0.0; n], z: vec![0.0; n * c.len()], c: c.to_vec() }
-    }
-
-    /// Takes the step from `at` with stage increments `z` at the nodes `c`.
-    pub(crate) fn set(&mut self, at: Point<'_>, c: &[f64], z: &[f64]) {
-        self.t0 = at.t;
-        self.h = at.h;
-        self.y0.copy_from_slice(at.y);
-        self.c.clear();
-        self.c.extend_from_slice(c);
-        self.z.clear();
-        self.z.extend_from_slice(z);
-    }
-
-    pub(crate) fn save(&self, saver: &mut Saver) {
-        saver.real(self.t0);
-        saver.real(self.h);
-        saver.slice(&self.y0);
-        saver.slice(&self.c);
-        saver.slice(&self.z);
-    }
-
-    pub(crate) fn load(&mut self, loader: &mut Loader<'_>) -> Result<(), SolveError> {
-        self.t0 = loader.real()?;
-        self.h = loader.real()?;
-        loader.fill(&mut self.y0)?;
-        let (c, z) = (loader.slice()?, loader.slice()?);
-        if c.len() > MAX_STAGES || z.len() != c.len() * self.y0.len() {
-            return Err(SolveError::Checkpoint { reason: "saved for a system of another size" });
-        }
-        self.c.clear();
-        self.c.extend_from_slice(c);
-        self.z.clear();
-        self.z.extend_from_slice(z);
-        Ok(())
-    }
-
-    /// Number of stages of the method that took the step.
-    pub(crate) fn n_stages(&self) -> usize {
-        self.c.len()
-    }
-
-    /// Writes `u(τ)`.
-    pub(crate) fn value_into(&self, tau: f64, out: &mut [f64]) {
-        out.copy_from_slice(&self.y0);
-        self.add_combination(&self.lagrange(tau), out);
-    }
-
-    /// Writes `u(τ) − y0 − z_s`, the change after the end of the step.
-    pub(crate) fn change_after_end_into(&self, tau: f64, out: &mut [f64]) {
-        let mut weights = self.lagrange(tau);
-        weights[self.c.len() - 1] -= 1.0;
-        out.fill(0.0);
-        self.add_combination(&weights, out);
-    }
-
-    /// Writes `du/dt` at `τ`.
-    pub(crate) fn derivative_into(&self, tau: f64, out: &mut [f64]) {
-        out.fill(0.0);
-        self.add_combination(&self.lagrange_derivative(tau).map(|x| x / self.h), out);
-    }
-
-    fn add_combination(&self, weights: &[f64; MAX_STAGES], out: &mut [f64]) {
-        for (z, weight) in self.z.chunks_exact(out.len().max(1)).zip(weights) {
-            for (value, z) in out.iter_mut().zip(z) {
-                *value += weight * z;
-            }
-        }
-    }
-
-    /// Node `m` of `0, c_1, …, c_s`.
-    fn node(&self, m: usize) -> f64 {
-        if m == 0 { 0.0 } else { self.c[m - 1] }
-    }
-
-    /// `ℓ_1(τ) … ℓ_s(τ)`.
-    fn lagrange(&self, tau: f64) -> [f64; MAX_STAGES] {
-        let s = self.c.len();
-        let mut values = [0.0; MAX_STAGES];
-        for i in 1..=s {
-            values[i - 1] = (0..=s)
-                .filter(|&m| m != i)
-                .map(|m| (tau - self.node(m)) / (self.node(i) - self.node(m)))
-                .product();
-        }
-        values
-    }
-
-    /// `ℓ_1′(τ) … ℓ_s′(τ)`, by the product rule.
-    fn lagrange_derivative(&self, tau: f64) -> [f64; MAX_STAGES] {
-        let s = self.c.len();
-        let mut values = [0.0; MAX_STAGES];
-        for i in 1..=s {
-            let factor = |m: usize| (tau - self.node(m)) / (self.node(i) - self.node(m));
-            values[i - 1] = (0..=s)
-                .filter(|&k| k != i)
-                .map(|k| {
-                    let others: f64 = (0..=s).filter(|&m| m != i && m != k).map(factor).product();
-                    others / (self.node(i) - self.node(k))
-                })
-                .sum();
-        }
-        values
-    }
-}
+/// Stages of the explicit method, those of its dense output left out.
+pub(crate) const EXPLICIT_STAGES: usize = 12;
+/// Degree of the dense output of the explicit method.
+const EXPLICIT_DEGREE: usize = 7;
 
 /// The dense output of either method.
 #[derive(Clone, Copy, Debug)]
@@ -155,14 +31,6 @@ pub struct Step<'a> {
 }
 
 impl<'a> Step<'a> {
-    /// The same step, ending earlier.
-    pub(crate) fn until<'b>(&self, t1: f64, y1: &'b [f64], ydot1: &'b [f64]) -> Step<'b>
-    where
-        'a: 'b,
-    {
-        Step { t1, y1, ydot1, ..*self }
-    }
-
     /// Start of the step.
     pub fn t0(&self) -> f64 {
         match self.polynomial {
@@ -211,7 +79,7 @@ impl<'a> Step<'a> {
     pub fn n_stages(&self) -> usize {
         match self.polynomial {
             Interpolant::Collocation(polynomial) => polynomial.n_stages(),
-            Interpolant::Explicit(_) => 12,
+            Interpolant::Explicit(_) => EXPLICIT_STAGES,
         }
     }
 
@@ -219,7 +87,7 @@ impl<'a> Step<'a> {
     pub fn degree(&self) -> usize {
         match self.polynomial {
             Interpolant::Collocation(polynomial) => polynomial.n_stages(),
-            Interpolant::Explicit(_) => 7,
+            Interpolant::Explicit(_) => EXPLICIT_DEGREE,
         }
     }
 
@@ -249,34 +117,6 @@ impl<'a> Step<'a> {
         match self.polynomial {
             Interpolant::Collocation(polynomial) => polynomial.derivative_into(tau, ydot),
             Interpolant::Explicit(extension) => extension.derivative_into(tau, ydot),
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_polynomial_of_degree_three_is_reproduced() {
-        let u = |t: f64| 2.0 - t + 3.0 * t * t - 0.5 * t * t * t;
-        let du = |t: f64| -1.0 + 6.0 * t - 1.5 * t * t;
-        let c = [0.2, 0.7, 1.0];
-        let (t0, h) = (0.4, 0.3);
-        let mut polynomial = CollocationPolynomial::new(1, &c);
-        (polynomial.t0, polynomial.h, polynomial.y0[0]) = (t0, h, u(t0));
-        for (z, c) in polynomial.z.iter_mut().zip(c) {
-            *z = u(t0 + c * h) - u(t0);
-        }
-        for tau in [-0.5, 0.0, 0.35, 0.7, 1.0, 1.8] {
-            let t = t0 + tau * h;
-            let mut out = [0.0];
-            polynomial.value_into(tau, &mut out);
-            assert!((out[0] - u(t)).abs() < 1e-13, "value at {tau}: {} {}", out[0], u(t));
-            polynomial.derivative_into(tau, &mut out);
-            assert!((out[0] - du(t)).abs() < 1e-12, "slope at {tau}: {} {}", out[0], du(t));
-            polynomial.change_after_end_into(tau, &mut out);
-            assert!((out[0] - (u(t) - u(t0 + h))).abs() < 1e-13, "change at {tau}");
         }
     }
 }

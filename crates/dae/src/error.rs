@@ -1,27 +1,27 @@
-//! Why a run ended early, with the numbers that matter.
+//! Causes that end a run early, with the numbers that matter.
 
 use std::fmt;
 
-use crate::{Chatter, Layout, Stats};
+use crate::stats::Stats;
 
-/// What ends a run before `t_end`, or keeps it from starting.
+/// An error that ends a run before `t_end`, or keeps it from starting.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SolveError {
     /// The step size was cut until it met its floor.
     #[error("step size fell to {:.3e} at t = {}: {cause}", .at.h, .at.t)]
     StepTooSmall {
-        /// What made the last step fail.
+        /// Cause of the last failure.
         cause: Cause,
-        /// Where the run stands.
+        /// State of the run.
         at: Box<Standstill>,
     },
     /// A step of constant size failed; a smaller constant step may pass.
     #[error("step of constant size {:.3e} failed at t = {}: {cause}", .at.h, .at.t)]
     FixedStepFailed {
-        /// What made the step fail.
+        /// Cause of the failure.
         cause: Cause,
-        /// Where the run stands.
+        /// State of the run.
         at: Box<Standstill>,
     },
     /// The residual or its Jacobian has no finite value, however small the step.
@@ -29,7 +29,7 @@ pub enum SolveError {
     NotFinite {
         /// Row of `F`, counted from zero.
         row: usize,
-        /// Where the run stands; `y` is the state at which the row was evaluated.
+        /// State of the run; `y` is the state at which the row was evaluated.
         at: Box<Standstill>,
     },
     /// The allowed number of steps is used up.
@@ -37,38 +37,28 @@ pub enum SolveError {
     TooManySteps {
         /// The number allowed.
         limit: usize,
-        /// Where the run stands.
+        /// State of the run.
         at: Box<Standstill>,
     },
     /// Stability, not accuracy, limits the steps of an explicit method: a method for stiff
     /// equations needs less work.
     #[error("the equations are stiff near t = {}: step size {:.3e} is limited by stability", .at.t, .at.h)]
     Stiff {
-        /// Where the run stands.
+        /// State of the run.
         at: Box<Standstill>,
     },
     /// The linear equations of the sensitivities were not solved.
     #[error("the sensitivities cannot follow the step near t = {}: {cause}", .at.t)]
     Sensitivity {
-        /// What made the step fail.
+        /// Cause of the failure.
         cause: Cause,
-        /// Where the run stands.
+        /// State of the run.
         at: Box<Standstill>,
-    },
-    /// Events accumulate.
-    #[error("`{}` crosses zero again and again near t = {t}, within {:.3e}", names.join("` and `"), .chatter.interval)]
-    Chatter {
-        /// Names of the functions: one, or two that take turns.
-        names: Vec<String>,
-        /// Time of the last event.
-        t: f64,
-        /// Which function, and where the events accumulate.
-        chatter: Chatter,
     },
     /// A checkpoint does not belong to this run.
     #[error("the checkpoint cannot be used: {reason}")]
     Checkpoint {
-        /// What is wrong with it.
+        /// The fault found.
         reason: &'static str,
     },
     /// A vector has the wrong length.
@@ -116,7 +106,7 @@ pub enum SolveError {
         row: usize,
         /// Unknown named.
         unknown: usize,
-        /// What is wrong with the pair.
+        /// The fault of the pair.
         reason: &'static str,
     },
     /// The sparse linear solver cannot hold the factors of the system.
@@ -128,7 +118,7 @@ pub enum SolveError {
 }
 
 impl SolveError {
-    /// Where a started run stands; `None` for errors found before it started.
+    /// State of a started run; `None` for errors found before it started.
     pub fn standstill(&self) -> Option<&Standstill> {
         match self {
             Self::StepTooSmall { at, .. }
@@ -137,11 +127,17 @@ impl SolveError {
             | Self::Stiff { at }
             | Self::Sensitivity { at, .. }
             | Self::TooManySteps { at, .. } => Some(at),
-            _ => None,
+            Self::Checkpoint { .. }
+            | Self::WrongLength { .. }
+            | Self::InvalidStart { .. }
+            | Self::InvalidSetting { .. }
+            | Self::EntryOutside { .. }
+            | Self::ExplicitRow { .. }
+            | Self::OutOfMemory { .. } => None,
         }
     }
 
-    /// What may help, in one sentence; nothing for errors that already say it.
+    /// A possible remedy, in one sentence; `None` where the message is enough.
     pub fn advice(&self) -> Option<&'static str> {
         match self {
             Self::StepTooSmall { cause, .. } => Some(cause.advice()),
@@ -152,16 +148,13 @@ impl SolveError {
             Self::TooManySteps { .. } => {
                 Some("loosen `rtol`, or look for a kink or a rapid oscillation near this time")
             }
-            Self::Chatter { .. } => {
-                Some("let the motion stick or rest there, or smooth the switch")
-            }
             Self::Stiff { .. } => Some("continue with a Radau method from this state"),
             _ => None,
         }
     }
 
-    /// The message with where the run stands, the worst unknowns by name, and what may help, one
-    /// fact per line.
+    /// The message, then where the run stands, the worst unknowns by name and a possible remedy,
+    /// one fact per line.
     pub fn report(&self) -> String {
         let mut lines = vec![self.to_string()];
         if let Some(at) = self.standstill() {
@@ -180,7 +173,7 @@ impl SolveError {
     }
 }
 
-/// Why a step failed.
+/// Cause of a failed step.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum Cause {
@@ -239,18 +232,10 @@ pub struct Standstill {
 /// One unknown that keeps a step from being accepted.
 #[derive(Clone, PartialEq, Debug)]
 pub struct WorstUnknown {
-    /// Which unknown, counted from zero.
+    /// Index of the unknown, from zero.
     pub i: usize,
-    /// Its name in the [`Layout`].
+    /// Its name in the [`crate::Layout`].
     pub name: String,
     /// Its error or Newton correction in units of its tolerance.
     pub scaled: f64,
-}
-
-/// The three unknowns of largest magnitude, worst first.
-pub(crate) fn worst_of(layout: &Layout, scaled: impl Fn(usize) -> f64) -> Vec<WorstUnknown> {
-    let mut all: Vec<(usize, f64)> = (0..layout.n()).map(|i| (i, scaled(i))).collect();
-    all.sort_by(|a, b| b.1.total_cmp(&a.1));
-    all.truncate(3);
-    all.into_iter().map(|(i, scaled)| WorstUnknown { i, name: layout.name(i), scaled }).collect()
 }

@@ -1,20 +1,14 @@
-//! Events: zero crossings `g_i(t, y) = 0` along the run, what happens there, and runs with them.
+//! Events: zero crossings of functions of the state, found on the dense output of accepted steps.
 //!
-//! Every accepted step is searched on its dense output (see `search`), in the order of time. An
-//! event may go unnoticed by the solution, end the run, or change the state: then the run goes on
-//! from the changed state as from a start.
+//! The functions are sampled at nine points of a step. A change of sign brackets a crossing. Where
+//! a function keeps its sign but turns back towards zero between samples, its extremum is located,
+//! so that two crossings close together are not missed.
 
-mod chatter;
-mod search;
+use crate::dense::Step;
+use crate::error::SolveError;
+use crate::run::Start;
 
-use self::chatter::Recent;
-pub use self::search::EventSearch;
-use crate::checkpoint::{Checkpoint, Loader, Saver};
-use crate::{
-    Control, End, ExplicitSolver, Ode, Outcome, SolveError, Solver, Start, Stats, Step, System,
-};
-
-/// Which crossings of zero count, in the direction of the run.
+/// Directions of a crossing that count, seen along the run.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Crossing {
     /// From negative to positive.
@@ -29,40 +23,15 @@ pub enum Crossing {
 /// A crossing that was found.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Event {
-    /// Which function, counted from zero.
+    /// Index of the function, from zero.
     pub i: usize,
-    /// When, to a few units of rounding of `t`, on the far side of the crossing.
+    /// Time, to a few units of rounding of `t`, on the far side of the crossing.
     pub t: f64,
     /// [`Crossing::Rising`] or [`Crossing::Falling`].
     pub crossing: Crossing,
 }
 
-/// What happens at an event.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Action {
-    /// The run goes on; changes of the state are ignored.
-    Continue,
-    /// The run goes on from the state as changed by the handler.
-    Restart,
-    /// The run ends here.
-    Stop,
-}
-
-/// Events that accumulate: an impact that never comes to rest, a switch thrown forth and back, or
-/// two that throw each other.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Chatter {
-    /// Which function fired last.
-    pub i: usize,
-    /// Another one that takes turns with it.
-    pub with: Option<usize>,
-    /// Time between the last two events.
-    pub interval: f64,
-    /// Where the events accumulate, if their intervals shrink like a geometric series.
-    pub limit: Option<f64>,
-}
-
-/// The events of a run: functions of the state, and what to do when one crosses zero.
+/// Functions of the state whose zero crossings are searched for.
 pub trait Events {
     /// Number of functions.
     fn count(&self) -> usize;
@@ -72,296 +41,262 @@ pub trait Events {
         Crossing::Either
     }
 
-    /// Name of function `i` for messages.
-    fn name(&self, i: usize) -> String {
-        format!("event {i}")
-    }
-
     /// Writes the functions at a state to `out`. They should be continuous; a value that is not
     /// finite counts as no crossing.
     fn values(&mut self, t: f64, y: &[f64], out: &mut [f64]);
+}
 
-    /// What happens at `event`. The state may be changed; it must then be consistent again, `ydot`
-    /// included where the equations are implicit.
-    fn handle(&mut self, event: &Event, state: &mut Start) -> Action;
+/// Sample points of a step, closer at its ends: an extremum needs a sample on either side.
+const NODES: [f64; N_PARTS + 1] = [0.0, 0.02, 0.15, 0.325, 0.5, 0.675, 0.85, 0.98, 1.0];
+/// Parts of a step between samples.
+const N_PARTS: usize = 8;
+/// The first sample point of the first step.
+const FIRST_NODE: f64 = 0.001;
+/// Refinements of an extremum.
+const MAX_EXTREMUM: usize = 24;
+/// Refinements of a bracket; bisection alone needs 52.
+const MAX_BRACKET: usize = 120;
 
-    /// What happens when events accumulate, in place of [`Events::handle`]; a restart should have
-    /// changed the equations so that they end. `None`, the default, ends the run with
-    /// [`SolveError::Chatter`].
-    fn accumulate(&mut self, _chatter: &Chatter, _state: &mut Start) -> Option<Action> {
+/// Search for the crossings of some [`Events`] in one step after the other.
+///
+/// ```
+/// use bksim_dae::{EventSearch, Events, ExplicitSolver, Layout, NotFinite, Ode, Settings, Start};
+///
+/// /// A stone in free fall, `y = (height, velocity)`.
+/// struct Stone(Layout);
+///
+/// impl Ode for Stone {
+///     fn layout(&self) -> &Layout { &self.0 }
+///     fn derivative(&mut self, _t: f64, y: &[f64], ydot: &mut [f64]) -> Result<(), NotFinite> {
+///         ydot.copy_from_slice(&[y[1], -9.81]);
+///         Ok(())
+///     }
+/// }
+///
+/// /// The ground at height zero.
+/// struct Ground;
+///
+/// impl Events for Ground {
+///     fn count(&self) -> usize { 1 }
+///     fn values(&mut self, _t: f64, y: &[f64], out: &mut [f64]) { out[0] = y[0]; }
+/// }
+///
+/// let start = Start { t: 0.0, y: vec![1.0, 0.0], ydot: vec![0.0; 2] };
+/// let mut search = EventSearch::new(&mut Ground, &start);
+/// let layout = Layout::from_groups(&[(2, bksim_dae::Index::One)]);
+/// let mut solver = ExplicitSolver::new(Stone(layout), start, 2.0, Settings::default())?;
+/// let impact = loop {
+///     let step = solver.step()?.expect("the stone reaches the ground within two seconds");
+///     if let Some(event) = search.crossings(&mut Ground, &step).first() {
+///         break event.t;
+///     }
+/// };
+/// assert!((impact - (2.0f64 / 9.81).sqrt()).abs() < 1e-9);
+/// # Ok::<(), bksim_dae::SolveError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct EventSearch {
+    /// Samples, one row of functions after the other; the first row outlives the step.
+    samples: Vec<f64>,
+    n: usize,
+    scratch: Vec<f64>,
+    y: Vec<f64>,
+    found: Vec<Event>,
+    /// The next step is the first.
+    is_first: bool,
+}
+
+/// Two times with the values of one function, of opposite sign or around an extremum.
+#[derive(Clone, Copy)]
+struct Bracket {
+    a: (f64, f64),
+    b: (f64, f64),
+}
+
+impl EventSearch {
+    /// A search that begins at a state. A function that is zero there must move away before it can
+    /// cross.
+    pub fn new<E: Events>(events: &mut E, start: &Start) -> Self {
+        let n = events.count();
+        let mut search = Self {
+            samples: vec![0.0; (N_PARTS + 1) * n],
+            n,
+            scratch: vec![0.0; n],
+            y: vec![0.0; start.y.len()],
+            found: Vec::with_capacity(2 * n),
+            is_first: true,
+        };
+        events.values(start.t, &start.y, &mut search.samples[..n]);
+        search
+    }
+
+    /// The functions at the end of the last step, and whether there was none yet: the state of the
+    /// search between two steps.
+    pub fn remembered(&self) -> (Vec<f64>, bool) {
+        (self.samples[..self.n].to_vec(), self.is_first)
+    }
+
+    /// Goes on from what [`EventSearch::remembered`] returned.
+    ///
+    /// # Errors
+    /// [`SolveError::Checkpoint`] when there are more functions, or fewer.
+    pub fn resume(&mut self, values: &[f64], is_first: bool) -> Result<(), SolveError> {
+        if values.len() != self.n {
+            return Err(SolveError::Checkpoint { reason: "saved with other events" });
+        }
+        self.samples[..self.n].copy_from_slice(values);
+        self.is_first = is_first;
+        Ok(())
+    }
+
+    /// All crossings of a step that count, in its order of time. Each step begins where the one
+    /// before it ended.
+    pub fn crossings<E: Events>(&mut self, events: &mut E, step: &Step<'_>) -> &[Event] {
+        self.found.clear();
+        if self.n == 0 {
+            return &self.found;
+        }
+        let times: [f64; N_PARTS + 1] = std::array::from_fn(|k| self.time(step, k));
+        for (k, &t) in times.iter().enumerate().skip(1) {
+            step.at(t, &mut self.y);
+            events.values(t, &self.y, &mut self.samples[k * self.n..(k + 1) * self.n]);
+        }
+        for i in 0..self.n {
+            self.crossings_of(events, step, i, &times);
+        }
+        // Stable: functions that cross at the same instant keep their order.
+        let forward = step.h().signum();
+        self.found.sort_by(|a, b| (forward * a.t).total_cmp(&(forward * b.t)));
+
+        self.samples.copy_within(N_PARTS * self.n.., 0);
+        self.is_first = false;
+        &self.found
+    }
+
+    /// Time of sample `k`. The first one of the first step comes early: it shows on which side of
+    /// zero a function leaves that starts there.
+    fn time(&self, step: &Step<'_>, k: usize) -> f64 {
+        let part = match k {
+            0 => return step.t0(),
+            N_PARTS => return step.t1(),
+            1 if self.is_first => FIRST_NODE,
+            _ => NODES[k],
+        };
+        step.t0() + part * (step.t1() - step.t0())
+    }
+
+    fn crossings_of<E: Events>(
+        &mut self,
+        events: &mut E,
+        step: &Step<'_>,
+        i: usize,
+        times: &[f64; N_PARTS + 1],
+    ) {
+        let sample = |search: &Self, k: usize| (times[k], search.samples[k * search.n + i]);
+        for k in 1..=N_PARTS {
+            let (a, b) = (sample(self, k - 1), sample(self, k));
+            if a.1 * b.1 < 0.0 || (b.1 == 0.0 && a.1 != 0.0) {
+                self.keep(events, step, i, Bracket { a, b });
+            }
+            if k == N_PARTS {
+                continue;
+            }
+            // An extremum near the middle of three samples of one sign, the middle nearest to zero.
+            let c = sample(self, k + 1);
+            let turns = a.1 * b.1 > 0.0
+                && b.1 * c.1 > 0.0
+                && b.1.abs() <= a.1.abs()
+                && b.1.abs() <= c.1.abs();
+            if turns && let Some(m) = self.opposite(events, step, i, a, c) {
+                self.keep(events, step, i, Bracket { a, b: m });
+                self.keep(events, step, i, Bracket { a: m, b: c });
+            }
+        }
+    }
+
+    /// Searches between `a` and `c` for a value of the other sign, by golden section on the
+    /// magnitude.
+    fn opposite<E: Events>(
+        &mut self,
+        events: &mut E,
+        step: &Step<'_>,
+        i: usize,
+        a: (f64, f64),
+        c: (f64, f64),
+    ) -> Option<(f64, f64)> {
+        const GOLDEN: f64 = 0.381_966_011_250_105_2; // (3 − √5)/2
+        let sign = a.1.signum();
+        let (mut left, mut right) = (a.0, c.0);
+        let mut inner = [GOLDEN, 1.0 - GOLDEN].map(|part| left + part * (right - left));
+        let mut magnitude = inner.map(|t| sign * self.value(events, step, i, t));
+        for _ in 0..MAX_EXTREMUM {
+            for side in 0..2 {
+                if magnitude[side] < 0.0 {
+                    return Some((inner[side], sign * magnitude[side]));
+                }
+            }
+            if magnitude[0] < magnitude[1] {
+                right = inner[1];
+                (inner[1], magnitude[1]) = (inner[0], magnitude[0]);
+                inner[0] = left + GOLDEN * (right - left);
+                magnitude[0] = sign * self.value(events, step, i, inner[0]);
+            } else {
+                left = inner[0];
+                (inner[0], magnitude[0]) = (inner[1], magnitude[1]);
+                inner[1] = left + (1.0 - GOLDEN) * (right - left);
+                magnitude[1] = sign * self.value(events, step, i, inner[1]);
+            }
+        }
         None
     }
-}
 
-/// When events count as accumulating.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct ChatterSettings {
-    /// So many restarts in sequence, by one function or by several in turn. Default 10; range `≥ 2`.
-    pub count: usize,
-    /// Each within this time of the one before. Default `None`: 1e-6 of the length of the run.
-    pub interval: Option<f64>,
-}
-
-impl Default for ChatterSettings {
-    fn default() -> Self {
-        Self { count: 10, interval: None }
-    }
-}
-
-/// A method that advances a solution step by step.
-pub trait Integrator {
-    /// Takes one accepted step; `None` once the end is reached.
-    ///
-    /// # Errors
-    /// [`SolveError`] when the run cannot go on.
-    fn step(&mut self) -> Result<Option<Step<'_>>, SolveError>;
-
-    /// Goes on from another state, as from a start.
-    ///
-    /// # Errors
-    /// [`SolveError`] when the state does not fit.
-    fn restart(&mut self, state: &Start) -> Result<(), SolveError>;
-
-    /// Time, state and derivative reached.
-    fn reached(&self) -> Start;
-
-    /// Where the run is to end.
-    fn t_end(&self) -> f64;
-
-    /// Work done so far.
-    fn stats(&self) -> Stats;
-}
-
-impl<S: System> Integrator for Solver<S> {
-    fn step(&mut self) -> Result<Option<Step<'_>>, SolveError> {
-        Self::step(self)
-    }
-
-    fn restart(&mut self, state: &Start) -> Result<(), SolveError> {
-        Self::restart(self, state)
-    }
-
-    fn reached(&self) -> Start {
-        Start { t: self.t(), y: self.y().to_vec(), ydot: self.ydot().to_vec() }
-    }
-
-    fn t_end(&self) -> f64 {
-        Self::t_end(self)
-    }
-
-    fn stats(&self) -> Stats {
-        *Self::stats(self)
-    }
-}
-
-impl<S: Ode> Integrator for ExplicitSolver<S> {
-    fn step(&mut self) -> Result<Option<Step<'_>>, SolveError> {
-        Self::step(self)
-    }
-
-    fn restart(&mut self, state: &Start) -> Result<(), SolveError> {
-        Self::restart(self, state.t, &state.y)
-    }
-
-    fn reached(&self) -> Start {
-        Start { t: self.t(), y: self.y().to_vec(), ydot: self.ydot().to_vec() }
-    }
-
-    fn t_end(&self) -> f64 {
-        Self::t_end(self)
-    }
-
-    fn stats(&self) -> Stats {
-        *Self::stats(self)
-    }
-}
-
-/// The end of a run with events.
-#[derive(Clone, PartialEq, Debug)]
-pub struct EventOutcome {
-    /// Where and why it ended.
-    pub outcome: Outcome,
-    /// The event that ended it, if one did.
-    pub terminal: Option<Event>,
-    /// Events handled since the call.
-    pub n_events: usize,
-}
-
-/// What a run with events remembers between two steps, beside the state of its integrator: which
-/// functions are at zero, and the restarts that may be the beginning of chatter.
-///
-/// [`continue_events`] leaves it so that another call goes on as if there had been none in between;
-/// a [`Checkpoint`] carries it to another process. What the [`Events`] themselves remember is
-/// theirs to save.
-#[derive(Clone, PartialEq, Debug, Default)]
-pub struct EventMemory {
-    inner: Option<Memory>,
-}
-
-#[derive(Clone, PartialEq, Debug)]
-struct Memory {
-    recent: Recent,
-    /// The functions at the state reached; zero where one has just fired.
-    values: Vec<f64>,
-    is_fresh: bool,
-}
-
-impl EventMemory {
-    /// Adds what is remembered to the checkpoint of an integrator.
-    #[must_use]
-    pub fn save_with(&self, mut checkpoint: Checkpoint) -> Checkpoint {
-        let mut saver = Saver::default();
-        if let Some(Memory { recent, values, is_fresh }) = &self.inner {
-            recent.save(&mut saver);
-            saver.slice(values);
-            saver.flag(*is_fresh);
+    /// Locates a bracketed crossing and keeps it if it counts.
+    fn keep<E: Events>(&mut self, events: &mut E, step: &Step<'_>, i: usize, bracket: Bracket) {
+        let crossing = if bracket.a.1 < 0.0 { Crossing::Rising } else { Crossing::Falling };
+        let counted = events.crossing(i);
+        if counted == Crossing::Either || counted == crossing {
+            let t = self.locate(events, step, i, bracket);
+            self.found.push(Event { i, t, crossing });
         }
-        checkpoint.append_part(saver);
-        checkpoint
     }
 
-    /// What [`EventMemory::save_with`] has added.
-    ///
-    /// # Errors
-    /// [`SolveError::Checkpoint`] when nothing was.
-    pub fn of(checkpoint: &Checkpoint) -> Result<Self, SolveError> {
-        let part = checkpoint.last_part()?;
-        let mut loader = Loader::new(&part, part.method)?;
-        if part.counts.is_empty() {
-            return Ok(Self::default());
-        }
-        let recent = Recent::load(&mut loader)?;
-        let (values, is_fresh) = (loader.slice()?.to_vec(), loader.flag()?);
-        Ok(Self { inner: Some(Memory { recent, values, is_fresh }) })
-    }
-}
-
-/// Integrates to the end with events; `observer` sees every accepted step, one that an event cuts
-/// short only up to that event.
-///
-/// # Errors
-/// [`SolveError`], with [`SolveError::Chatter`] when events accumulate.
-pub fn solve_events<I: Integrator, E: Events>(
-    integrator: &mut I,
-    events: &mut E,
-    settings: ChatterSettings,
-    observer: &mut dyn FnMut(&Step<'_>) -> Control,
-) -> Result<EventOutcome, SolveError> {
-    continue_events(integrator, events, settings, &mut EventMemory::default(), observer)
-}
-
-/// As [`solve_events`], going on from what `memory` holds: after the observer had stopped the run,
-/// with the same or a resumed integrator, everything is bit for bit as if it had not. `settings`
-/// are those of the first call, the length of the run included.
-///
-/// # Errors
-/// [`SolveError`], with [`SolveError::Chatter`] when events accumulate, and
-/// [`SolveError::Checkpoint`] when the memory belongs to other events.
-pub fn continue_events<I: Integrator, E: Events>(
-    integrator: &mut I,
-    events: &mut E,
-    settings: ChatterSettings,
-    memory: &mut EventMemory,
-    observer: &mut dyn FnMut(&Step<'_>) -> Control,
-) -> Result<EventOutcome, SolveError> {
-    let mut state = integrator.reached();
-    let mut search = EventSearch::new(events, &state);
-    let mut recent = match memory.inner.take() {
-        None => {
-            let span = (integrator.t_end() - state.t).abs();
-            Recent::new(settings.count.max(2), settings.interval.unwrap_or(1e-6 * span))
-        }
-        Some(Memory { recent, values, is_fresh }) => {
-            search.resume(&values, is_fresh)?;
-            recent
-        }
-    };
-    let mut n_events = 0;
-    let mut terminal = None;
-    while let Some(step) = integrator.step()? {
-        let found = search.crossings(events, &step);
-        let Passed { action, event, n } = pass(events, &mut recent, found, &step, &mut state)?;
-        n_events += n;
-
-        // A step that ends at an event is shown up to there, as it was before the change.
-        let control = match (action, event) {
-            (Action::Continue, _) | (_, None) => observer(&step),
-            (_, Some(event)) => {
-                let before = search.state_at(&step, event.t);
-                observer(&step.until(event.t, &before.y, &before.ydot))
-            }
-        };
-        match action {
-            Action::Continue => (),
-            Action::Restart => {
-                integrator.restart(&state)?;
-                search.restart(events, &state);
-            }
-            Action::Stop => {
-                terminal = event;
+    /// Shrinks the bracket to rounding by the Illinois rule, with a bisection where that stalls;
+    /// returns the end beyond the crossing.
+    fn locate<E: Events>(
+        &mut self,
+        events: &mut E,
+        step: &Step<'_>,
+        i: usize,
+        Bracket { mut a, mut b }: Bracket,
+    ) -> f64 {
+        for iteration in 0..MAX_BRACKET {
+            let width = b.0 - a.0;
+            let rounding = 4.0 * f64::EPSILON * a.0.abs().max(b.0.abs());
+            if width.abs() <= rounding.max(1e-15 * step.h().abs()) {
                 break;
             }
-        }
-        if control == Control::Stop {
-            break;
-        }
-    }
-    let (values, is_fresh) = search.remembered();
-    memory.inner = Some(Memory { recent, values, is_fresh });
-    let is_over = terminal.is_some();
-    let Start { t, y, ydot } = if is_over { state } else { integrator.reached() };
-    let is_end = !is_over && t == integrator.t_end();
-    let end = if is_end { End::Reached } else { End::Stopped };
-    let outcome = Outcome { end, t, y, ydot, stats: integrator.stats() };
-    Ok(EventOutcome { outcome, terminal, n_events })
-}
-
-/// What the events of a step have led to.
-struct Passed {
-    action: Action,
-    /// The event that decided.
-    event: Option<Event>,
-    /// Events handled.
-    n: usize,
-}
-
-/// Handles the events of a step in their order, up to the first that changes something; others at
-/// the same instant are handled with it. `state` is left as changed.
-fn pass<E: Events>(
-    events: &mut E,
-    recent: &mut Recent,
-    found: &[Event],
-    step: &Step<'_>,
-    state: &mut Start,
-) -> Result<Passed, SolveError> {
-    let mut passed = Passed { action: Action::Continue, event: None, n: 0 };
-    for event in found {
-        match passed.event {
-            Some(first) if !search::is_same_instant(first.t, event.t) => break,
-            Some(_) => (),
-            None => {
-                state.t = event.t;
-                step.at(event.t, &mut state.y);
-                step.derivative_at(event.t, &mut state.ydot);
+            let secant = b.0 - width * b.1 / (b.1 - a.1);
+            let is_inside = (secant - a.0) * (secant - b.0) < 0.0;
+            let bisect = iteration % 3 == 2 || !is_inside;
+            let t = if bisect { a.0 + 0.5 * width } else { secant };
+            if t == a.0 || t == b.0 {
+                break;
+            }
+            let value = self.value(events, step, i, t);
+            if value * a.1 > 0.0 {
+                a = (t, value);
+                b.1 *= 0.5;
+            } else {
+                b = (t, value);
+                a.1 *= 0.5;
             }
         }
-        passed.n += 1;
-        let action = match recent.observe(event) {
-            None => events.handle(event, state),
-            Some(chatter) => events.accumulate(&chatter, state).ok_or_else(|| {
-                let names = std::iter::once(chatter.i).chain(chatter.with);
-                let names = names.map(|i| events.name(i)).collect();
-                SolveError::Chatter { names, t: event.t, chatter }
-            })?,
-        };
-        if action != Action::Continue {
-            recent.note(event);
-            passed.event = Some(passed.event.unwrap_or(*event));
-            // The strongest wish wins.
-            if passed.action != Action::Stop {
-                passed.action = action;
-            }
-        }
+        b.0
     }
-    Ok(passed)
+
+    fn value<E: Events>(&mut self, events: &mut E, step: &Step<'_>, i: usize, t: f64) -> f64 {
+        step.at(t, &mut self.y);
+        events.values(t, &self.y, &mut self.scratch);
+        self.scratch[i]
+    }
 }

@@ -13,29 +13,26 @@
 
 mod coefficients;
 mod control;
-mod extension;
 mod stages;
 mod stiffness;
 #[cfg(test)]
 mod tests;
-mod variational;
 
 use self::control::PiController;
-pub(crate) use self::extension::ContinuousExtension;
-use self::stages::Stages;
+use self::stages::StageWork;
 use self::stiffness::StiffnessTest;
-pub use self::variational::{Variational, VariationalOde};
+use crate::accessors::accessors;
 use crate::checkpoint::{Checkpoint, Loader, Method, Saver};
-use crate::dense::{Interpolant, Step};
+use crate::dense::{ContinuousExtension, Interpolant, Step};
+use crate::error::{Cause, SolveError, Standstill};
 use crate::limits::{check_finite, check_length, next_adaptive, next_fixed, step_floor};
-use crate::system::Ode;
-use crate::{
-    Cause, Control, End, NotFinite, Outcome, Settings, SolveError, Standstill, Start, Stats,
-    StepControl,
-};
+use crate::run::{Control, End, Outcome, Start};
+use crate::settings::{Settings, StepControl};
+use crate::stats::Stats;
+use crate::system::{NotFinite, Ode};
 
-/// Integrates `y′ = f(t, y)` from `start` to `t_end`, which may lie before `start.t`, and shows every
-/// accepted step to `observer`. `start.ydot` is not read.
+/// Integrates `y′ = f(t, y)` from `start` to `t_end`, which may lie before `start.t`, and shows
+/// every accepted step to `observer`. `start.ydot` is not read.
 ///
 /// # Errors
 /// [`SolveError`]: invalid input, or a run that cannot go on; [`SolveError::Stiff`] when a method
@@ -80,7 +77,7 @@ pub struct ExplicitSolver<S: Ode> {
     h: f64,
     /// Start of the fixed-step grid and steps taken on it.
     grid: (f64, usize),
-    stages: Stages,
+    stages: StageWork,
     last: ContinuousExtension,
     last_state: LastStep,
     controller: PiController,
@@ -88,14 +85,14 @@ pub struct ExplicitSolver<S: Ode> {
     stats: Stats,
 }
 
-/// What is known about the last step.
+/// Knowledge of the last step.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum LastStep {
-    /// There is none.
+    /// No step yet.
     Missing,
-    /// Its stages are there, its extension is not.
+    /// Its stages are known, its extension is not.
     Taken { error: Option<f64> },
-    /// Its extension is there.
+    /// Its extension is known.
     Extended { error: Option<f64> },
 }
 
@@ -118,7 +115,7 @@ impl<S: Ode> ExplicitSolver<S> {
         check_finite("t_end", &[t_end])?;
         check_finite("y", &start.y)?;
         let mut solver = Self {
-            stages: Stages::new(n, &settings),
+            stages: StageWork::new(n, &settings),
             last: ContinuousExtension::new(n),
             last_state: LastStep::Missing,
             controller: PiController::default(),
@@ -149,40 +146,7 @@ impl<S: Ode> ExplicitSolver<S> {
         Ok(())
     }
 
-    /// Time reached.
-    pub fn t(&self) -> f64 {
-        self.t
-    }
-
-    /// State at [`ExplicitSolver::t`].
-    pub fn y(&self) -> &[f64] {
-        &self.y
-    }
-
-    /// Derivative at [`ExplicitSolver::t`].
-    pub fn ydot(&self) -> &[f64] {
-        &self.ydot
-    }
-
-    /// Where the run is to end.
-    pub fn t_end(&self) -> f64 {
-        self.t_end
-    }
-
-    /// Size of the next step, signed.
-    pub fn h(&self) -> f64 {
-        self.h
-    }
-
-    /// Work done so far; evaluations of `f` are counted as residuals.
-    pub fn stats(&self) -> &Stats {
-        &self.stats
-    }
-
-    /// The system being solved.
-    pub fn system_mut(&mut self) -> &mut S {
-        &mut self.system
-    }
+    accessors!(S);
 
     /// Whether stability, not accuracy, has limited the last fifteen steps (HW2 §IV.2).
     pub fn is_stiff(&self) -> bool {
@@ -221,8 +185,8 @@ impl<S: Ode> ExplicitSolver<S> {
     /// The last accepted step, with dense output.
     ///
     /// # Errors
-    /// [`SolveError::NotFinite`] when `f` has no value inside the step; [`SolveError::InvalidStart`]
-    /// before the first step.
+    /// [`SolveError::NotFinite`] when `f` has no value inside the step;
+    /// [`SolveError::InvalidStart`] before the first step.
     pub fn last_step(&mut self) -> Result<Step<'_>, SolveError> {
         let error = match self.last_state {
             LastStep::Missing => {
@@ -266,7 +230,8 @@ impl<S: Ode> ExplicitSolver<S> {
         self.begin()
     }
 
-    /// The state of the run, between two steps. The dense output of the last step is not part of it.
+    /// The state of the run, between two steps. The dense output of the last step is not part of
+    /// it.
     pub fn save(&self) -> Checkpoint {
         let mut saver = Saver::default();
         saver.real(self.t);
@@ -383,7 +348,7 @@ impl<S: Ode> ExplicitSolver<S> {
         Err(SolveError::TooManySteps { limit, at })
     }
 
-    /// The last attempt, for the report of a failure.
+    /// The state of the run after a failed attempt.
     fn standstill(&self, h: f64, cause: Cause) -> Box<Standstill> {
         let y = match cause {
             Cause::NotFinite { .. } => self.stages.argument().to_vec(),

@@ -3,21 +3,23 @@
 //! Assembled from the shared Jacobian values; explicit rows are eliminated, and what remains is
 //! factored by one of two kernels, chosen once per run by its size and fill.
 
-mod complex;
 mod dense;
 mod elimination;
+mod packed;
 mod sparse;
 
-use std::ops::{Mul, SubAssign};
+use std::ops::{Mul, Sub, SubAssign};
 
 use faer::c64;
 use faer::traits::ComplexField;
 
-use self::complex::ComplexLu;
-use self::dense::RealLu;
+use self::dense::DenseLu;
 use self::elimination::{Borders, Elimination};
+use self::packed::Column;
 use self::sparse::{SparseLu, Symbolic};
-use crate::{Cause, LinearSolver, Pattern, SolveError, System};
+use crate::error::{Cause, SolveError};
+use crate::settings::LinearSolver;
+use crate::system::{Pattern, System};
 
 /// Up to this size the dense kernel is the faster one, whatever the fill.
 const DENSE_UP_TO: usize = 48;
@@ -28,13 +30,10 @@ const DENSE_FILL: f64 = 0.3;
 ///
 /// Vectors are arrays of `f64`: a complex one is its real parts, then its imaginary parts.
 pub(crate) trait Scalar:
-    'static + ComplexField + Copy + SubAssign + Mul<Output = Self> + PartialEq
+    Column + ComplexField + Sub<Output = Self> + SubAssign + Mul<Output = Self> + PartialEq
 {
     const ZERO: Self;
     const ONE: Self;
-
-    /// LU for small matrices.
-    type Dense: DenseKernel<Self>;
 
     /// `shift · dydot + dy`.
     fn combine(shift: Self, dydot: f64, dy: f64) -> Self;
@@ -52,26 +51,9 @@ pub(crate) trait Scalar:
     fn store(self, x: &mut [f64], i: usize, n: usize);
 }
 
-/// Dense LU with partial pivoting in buffers that are kept.
-///
-/// For the sizes of single mechanisms this is faster than a blocked library kernel, and it sees a
-/// vanishing pivot when it meets one.
-pub(crate) trait DenseKernel<T> {
-    /// For matrices with the given pattern.
-    fn new(pattern: &Pattern) -> Self;
-
-    /// Factors the matrix whose `values` follow the entries of the pattern.
-    fn factor(&mut self, values: &[T]) -> Result<(), Singular>;
-
-    /// Only valid after a successful [`DenseKernel::factor`].
-    fn solve_in_place(&mut self, x: &mut [T]);
-}
-
 impl Scalar for f64 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
-
-    type Dense = RealLu;
 
     fn combine(shift: Self, dydot: f64, dy: f64) -> Self {
         shift * dydot + dy
@@ -97,8 +79,6 @@ impl Scalar for f64 {
 impl Scalar for c64 {
     const ZERO: Self = c64::new(0.0, 0.0);
     const ONE: Self = c64::new(1.0, 0.0);
-
-    type Dense = ComplexLu;
 
     fn combine(shift: Self, dydot: f64, dy: f64) -> Self {
         c64::new(shift.re * dydot + dy, shift.im * dydot)
@@ -176,7 +156,7 @@ impl Jacobian {
     }
 }
 
-/// One factored matrix: what is eliminated, and the kernel of the remainder.
+/// One factored matrix: the blocks around the eliminated rows, and the kernel of the remainder.
 struct Factor<T: Scalar> {
     borders: Borders<T>,
     kernel: Kernel<T>,
@@ -185,7 +165,7 @@ struct Factor<T: Scalar> {
 /// One of two kernels.
 #[expect(clippy::large_enum_variant, reason = "a run holds at most four")]
 enum Kernel<T: Scalar> {
-    Dense(T::Dense),
+    Dense(DenseLu<T>),
     Sparse(SparseLu<T>),
 }
 
@@ -197,7 +177,7 @@ impl<T: Scalar> Factor<T> {
         symbolic: Option<&Symbolic>,
     ) -> Result<Self, SolveError> {
         let kernel = match symbolic {
-            None => Kernel::Dense(T::Dense::new(plan.remainder())),
+            None => Kernel::Dense(DenseLu::new(plan.remainder())),
             Some(symbolic) => Kernel::Sparse(SparseLu::new(symbolic, plan.remainder())?),
         };
         Ok(Self { borders: Borders::new(plan, n_entries), kernel })
@@ -257,7 +237,7 @@ impl IterationMatrix {
         Ok(Self { real: Factor::new(&plan, n_entries, symbolic.as_ref())?, complex, plan })
     }
 
-    /// Factors `(γ/h) ∂F/∂y′ + ∂F/∂y` and its complex companions.
+    /// Factors `(γ/h) ∂F/∂y′ + ∂F/∂y` and the complex `(λ_k/h) ∂F/∂y′ + ∂F/∂y`.
     pub(crate) fn factor(
         &mut self,
         jacobian: &Jacobian,

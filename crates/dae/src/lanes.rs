@@ -76,7 +76,8 @@ pub(crate) fn multiply_blocks(m: &[f64], factor: f64, n: usize, x: &[f64], out: 
         1 => run(Blocks::<1> { m, factor, n, x, out }),
         9 => run(Blocks::<3> { m, factor, n, x, out }),
         25 => run(Blocks::<5> { m, factor, n, x, out }),
-        _ => run(Blocks::<7> { m, factor, n, x, out }),
+        49 => run(Blocks::<7> { m, factor, n, x, out }),
+        entries => unreachable!("no method has a matrix of {entries} entries"),
     }
 }
 

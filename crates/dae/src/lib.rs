@@ -3,12 +3,12 @@
 //! `y′ = f(t, y)`, solved by the explicit method of order 8 of Dormand and Prince as long as they
 //! are not stiff ([`ExplicitSolver`]).
 //!
-//! Both show their steps as [`Step`] with dense output, both can be run with events
-//! ([`solve_events`]), both can be saved and continued bit for bit ([`Checkpoint`], with
-//! [`EventMemory`] for events), and both give sensitivities to parameters and initial values
-//! ([`SensitivitySolver`], [`Variational`]).
+//! Both show their steps as [`Step`] with dense output, on which [`EventSearch`] finds zero
+//! crossings of functions of the state, and both can be saved and continued bit for bit
+//! ([`Checkpoint`]). Sensitivities to parameters and initial values come from
+//! [`SensitivitySolver`].
 //!
-//! A system tells its shape ([`Layout`], [`Pattern`]), its residual and its Jacobians; [`solve`]
+//! A system gives its shape ([`Layout`], [`Pattern`]), its residual and its Jacobians; [`solve`]
 //! runs it, or [`Solver`] step by step. A pendulum in Cartesian coordinates, its constraint posed
 //! for velocities (index 2):
 //!
@@ -80,6 +80,7 @@
 //! Notation follows E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II*, second
 //! edition, Springer 1996, cited as HW2; `RADAU5` is their code of the same method.
 
+mod accessors;
 mod checkpoint;
 mod contraction;
 mod controller;
@@ -93,7 +94,8 @@ mod lanes;
 mod limits;
 mod newton;
 mod order;
-mod output;
+mod run;
+mod scale;
 mod sensitivity;
 mod settings;
 mod solve;
@@ -105,16 +107,13 @@ mod tableau;
 pub use checkpoint::{Checkpoint, Loader, Method, Saver};
 pub use dense::Step;
 pub use error::{Cause, SolveError, Standstill, WorstUnknown};
-pub use events::{
-    Action, Chatter, ChatterSettings, Crossing, Event, EventMemory, EventOutcome, EventSearch,
-    Events, Integrator, continue_events, solve_events,
-};
-pub use explicit::{ExplicitSolver, Variational, VariationalOde, solve_ode};
-pub use output::OutputTimes;
+pub use events::{Crossing, Event, EventSearch, Events};
+pub use explicit::{ExplicitSolver, solve_ode};
+pub use run::{Control, End, Outcome, Start};
 pub use sensitivity::{SensitivitySolver, SensitivityStart, SensitivityStep, SensitivitySystem};
 pub use settings::{
     ErrorTest, LinearSolver, NewtonSettings, Order, Settings, Stages, StepControl, Tolerance,
 };
-pub use solve::{Control, End, Outcome, Solver, Start, solve};
+pub use solve::{Solver, solve};
 pub use stats::Stats;
 pub use system::{Index, Layout, NotFinite, Ode, Pattern, System};

@@ -1,6 +1,6 @@
-//! What every run checks, whatever its method: its input, and how small a step may become.
+//! Checks of every run, whatever its method: its input, and the smallest step.
 
-use crate::SolveError;
+use crate::error::SolveError;
 
 /// Steps below this do not move `t` reliably; near `t = 0` a tiny part of the run takes over.
 pub(crate) fn step_floor(t: f64, span: f64, h_min: f64) -> f64 {
@@ -31,6 +31,7 @@ pub(crate) fn next_fixed(t: f64, h: f64, t_end: f64, (start, taken): (f64, usize
     if is_last { (t_end - t, t_end) } else { (h, t1) }
 }
 
+/// Refuses a vector of another length than the system has unknowns.
 pub(crate) fn check_length(
     what: &'static str,
     expected: usize,
@@ -39,6 +40,7 @@ pub(crate) fn check_length(
     if expected == found { Ok(()) } else { Err(SolveError::WrongLength { what, expected, found }) }
 }
 
+/// Refuses values that are not finite.
 pub(crate) fn check_finite(what: &'static str, values: &[f64]) -> Result<(), SolveError> {
     match values.iter().find(|x| !x.is_finite()) {
         None => Ok(()),

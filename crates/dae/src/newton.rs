@@ -6,19 +6,20 @@
 //! ((λ_k/h) ∂F/∂y′ + ∂F/∂y) ΔW_k = −(T⁻¹ F)_k                           one system per eigenvalue
 //! ```
 //!
-//! Corrections are judged as `ΔZ`: `T⁻¹` is large for seven stages, and a norm of `ΔW` would mistake
-//! rounding for divergence.
-//! Working with increments `z_i = Y_i − y` keeps rounding small (HW2 §IV.8). The Jacobian is
-//! frozen, so `F` may be nonlinear in `y′` too.
+//! Corrections are judged as `ΔZ`: `T⁻¹` is large for seven stages, and a norm of `ΔW` would
+//! mistake rounding for divergence. Working with increments `z_i = Y_i − y` keeps rounding small
+//! (HW2 §IV.8). The Jacobian is frozen, so `F` may be nonlinear in `y′` too.
 
 use crate::contraction::{Contraction, Progress};
-use crate::estimate::Scale;
+use crate::error::Cause;
 use crate::iteration_matrix::IterationMatrix;
 use crate::lanes::multiply_blocks;
+use crate::scale::Scale;
+use crate::stats::Stats;
+use crate::system::System;
 use crate::tableau::Tableau;
-use crate::{Cause, Stats, System};
 
-/// Where a step starts and how far it goes.
+/// Start and size of a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Point<'a> {
     pub(crate) t: f64,
@@ -47,7 +48,7 @@ pub(crate) struct NewtonWork {
     pub(crate) contraction: Contraction,
 }
 
-/// Why the iteration failed, and the cut of the step size that might help.
+/// Cause of a failed iteration, and the cut of the step size that might help.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct NewtonFailure {
     pub(crate) cause: Cause,
@@ -69,7 +70,7 @@ impl NewtonWork {
         }
     }
 
-    /// Makes room for `s` stages; buffers that once held more are not allocated again.
+    /// Resizes the buffers to `s` stages; those that once held more are not allocated again.
     pub(crate) fn set_stages(&mut self, s: usize, contraction: Contraction) {
         let n = self.y_stage.len();
         for buffer in [&mut self.z, &mut self.delta, &mut self.transformed, &mut self.defect] {

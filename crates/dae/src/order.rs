@@ -1,8 +1,8 @@
-//! Which of 3, 5 and 7 stages to use next: the least predicted work per unit of time.
+//! Choice among 3, 5 and 7 stages for the next step: the least predicted work per unit of time.
 //!
 //! ```text
 //! h u′(τ) = Σ_k p_k P_k(2τ − 1)                      Legendre coefficients of the last step
-//! err_s   = (2/γ_s) ‖p_s‖                            what the embedded formula sees of degree s
+//! err_s   = (2/γ_s) ‖p_s‖                            the embedded formula on a term of degree s
 //! ‖p_k‖ ≈ C ρ^k,  ρ ∝ h                              smooth solutions
 //! err_{s±2} = err_s ρ^{±2} γ_s/γ_{s±2}
 //! h_s = h err_s^{−1/(s+1)},  h_s ≤ h θ_ref/θ         error test, Newton's iteration
@@ -20,7 +20,8 @@
 
 use crate::checkpoint::{Loader, Saver};
 use crate::controller::RATE_WANTED;
-use crate::{SolveError, Stages};
+use crate::error::SolveError;
+use crate::settings::Stages;
 
 /// Accepted steps between two changes of order.
 const MIN_STEPS: usize = 3;
@@ -29,7 +30,7 @@ const WORTHWHILE: f64 = 1.15;
 /// Largest growth of the step with a change.
 const MAX_GROWTH: f64 = 4.0;
 
-/// What an accepted step tells about the solution.
+/// Smoothness of the solution, as one accepted step shows it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Smoothness {
     pub(crate) h: f64,
@@ -41,7 +42,7 @@ pub(crate) struct Smoothness {
     pub(crate) rate: Option<f64>,
 }
 
-/// Memory of the choice.
+/// State of the choice between two steps.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub(crate) struct OrderChoice {
     /// Smoothed `ρ/|h|`; zero before the first step.
@@ -55,10 +56,15 @@ pub(crate) type Gammas = [f64; 3];
 
 const ORDERS: [Stages; 3] = [Stages::Three, Stages::Five, Stages::Seven];
 
+/// Position among [`ORDERS`].
+fn position(stages: Stages) -> usize {
+    let k = ORDERS.iter().position(|&s| s == stages);
+    k.expect("variable order uses three, five or seven stages")
+}
+
 /// The next lower number of stages that [`crate::Order::Auto`] uses.
 pub(crate) fn lower(stages: Stages) -> Option<Stages> {
-    let k = ORDERS.iter().position(|&s| s == stages)?;
-    k.checked_sub(1).map(|k| ORDERS[k])
+    position(stages).checked_sub(1).map(|k| ORDERS[k])
 }
 
 impl OrderChoice {
@@ -73,12 +79,12 @@ impl OrderChoice {
     }
 
     /// Takes note of how fast the coefficients of an accepted step decay.
-    pub(crate) fn learn(&mut self, gamma: f64, seen: Smoothness) {
+    pub(crate) fn observe(&mut self, gamma: f64, smoothness: Smoothness) {
         // Two ratios of three successive coefficients, then smoothed over the steps.
-        let last = seen.error * gamma / 2.0;
-        let ratio = (last / seen.tail[0]).sqrt();
+        let last = smoothness.error * gamma / 2.0;
+        let ratio = (last / smoothness.tail[0]).sqrt();
         if ratio.is_finite() && ratio > 0.0 {
-            let decay = ratio / seen.h.abs();
+            let decay = ratio / smoothness.h.abs();
             self.decay = if self.decay > 0.0 { (self.decay * decay).sqrt() } else { decay };
         }
         self.steps += 1;
@@ -90,21 +96,20 @@ impl OrderChoice {
         &mut self,
         stages: Stages,
         gammas: &Gammas,
-        seen: Smoothness,
+        smoothness: Smoothness,
     ) -> Option<(Stages, f64)> {
-        let k = ORDERS.iter().position(|&s| s == stages)?;
-        let h = seen.h.abs();
-
         if self.steps < MIN_STEPS || self.decay == 0.0 {
             return None;
         }
+        let k = position(stages);
+        let h = smoothness.h.abs();
 
-        // Step sizes of the neighbours, and what they gain.
+        // Step sizes of the neighbours, and their gain.
         let rho = (self.decay * h).min(0.9);
-        let newton = h * RATE_WANTED / seen.rate.unwrap_or(0.0).max(0.01);
+        let newton = h * RATE_WANTED / smoothness.rate.unwrap_or(0.0).max(0.01);
         let size = |j: usize| {
             let degrees = 2.0 * (j as f64 - k as f64);
-            let error = seen.error.max(1e-10) * rho.powf(degrees) * gammas[k] / gammas[j];
+            let error = smoothness.error.max(1e-10) * rho.powf(degrees) * gammas[k] / gammas[j];
             let exponent = -1.0 / (ORDERS[j].count() as f64 + 1.0);
             (h * error.powf(exponent)).min(newton)
         };
@@ -117,7 +122,7 @@ impl OrderChoice {
             .filter(|&j| speed(j) > WORTHWHILE * speed(k))?;
         self.steps = 0;
         let next = (0.9 * size(best)).clamp(0.2 * h, MAX_GROWTH * h);
-        Some((ORDERS[best], next.copysign(seen.h)))
+        Some((ORDERS[best], next.copysign(smoothness.h)))
     }
 }
 
@@ -132,13 +137,13 @@ mod tests {
     fn choice(stages: Stages, error: f64, rho: f64, rate: f64) -> Option<Stages> {
         let gamma = GAMMAS[stages.count() / 2 - 1];
         let last = error * gamma / 2.0;
-        let seen =
+        let smoothness =
             Smoothness { h: 0.1, error, tail: [last / (rho * rho), last / rho], rate: Some(rate) };
         let mut choice = OrderChoice::default();
         for _ in 0..10 {
-            choice.learn(gamma, seen);
+            choice.observe(gamma, smoothness);
         }
-        choice.after_accept(stages, &GAMMAS, seen).map(|(stages, _)| stages)
+        choice.after_accept(stages, &GAMMAS, smoothness).map(|(stages, _)| stages)
     }
 
     #[test]
@@ -159,8 +164,8 @@ mod tests {
     #[test]
     fn a_change_is_not_followed_by_another_at_once() {
         let mut choice = OrderChoice::default();
-        let seen = Smoothness { h: 0.1, error: 0.5, tail: [1e4, 1e2], rate: None };
-        choice.learn(GAMMAS[0], seen);
-        assert_eq!(choice.after_accept(Stages::Three, &GAMMAS, seen), None);
+        let smoothness = Smoothness { h: 0.1, error: 0.5, tail: [1e4, 1e2], rate: None };
+        choice.observe(GAMMAS[0], smoothness);
+        assert_eq!(choice.after_accept(Stages::Three, &GAMMAS, smoothness), None);
     }
 }

@@ -12,15 +12,18 @@
 //! Step sizes follow the solution alone, whose steps and bits are those of a run without
 //! sensitivities. Parameters that only initial values depend on have `F_p = 0`.
 
-use crate::checkpoint::{Checkpoint, Loader, Saver};
-use crate::dense::CollocationPolynomial;
+use crate::checkpoint::{Checkpoint, Loader, Method, Saver};
+use crate::dense::{CollocationPolynomial, Step};
+use crate::error::{Cause, SolveError, Standstill};
 use crate::iteration_matrix::{IterationMatrix, Jacobian};
 use crate::lanes::multiply_blocks;
+use crate::limits::{check_finite, check_length};
 use crate::newton::{Point, solve_transformed};
+use crate::run::Start;
+use crate::settings::Settings;
+use crate::solve::Solver;
+use crate::system::{Index, NotFinite, Pattern, System};
 use crate::tableau::Tableau;
-use crate::{
-    Cause, NotFinite, Pattern, Settings, SolveError, Solver, Standstill, Start, Step, System,
-};
 
 /// A system that knows its derivatives by parameters.
 pub trait SensitivitySystem: System {
@@ -53,8 +56,8 @@ pub struct SensitivityStart {
     pub sdot: Vec<Vec<f64>>,
 }
 
-/// The error left in the stage equations, as a fraction of what one step may err: `rtol` of the
-/// largest relative sensitivity.
+/// The error left in the stage equations, as a fraction of the error allowed in one step: `rtol` of
+/// the largest relative sensitivity.
 const KAPPA: f64 = 1e-3;
 /// Tolerances below this count as this: a thousandth of it is some fifty roundings, and the factors
 /// leave as much.
@@ -137,10 +140,10 @@ impl<S: SensitivitySystem> SensitivitySolver<S> {
     ) -> Result<Self, SolveError> {
         let (n, count) = (system.layout().n(), system.n_parameters());
         for (what, given) in [("s", &sensitivities.s), ("sdot", &sensitivities.sdot)] {
-            crate::limits::check_length(what, count, given.len())?;
+            check_length(what, count, given.len())?;
             for column in given {
-                crate::limits::check_length(what, n, column.len())?;
-                crate::limits::check_finite(what, column)?;
+                check_length(what, n, column.len())?;
+                check_finite(what, column)?;
             }
         }
         let solver = Solver::new(system, start, t_end, settings)?;
@@ -252,7 +255,7 @@ impl<S: SensitivitySystem> SensitivitySolver<S> {
         settings: Settings,
     ) -> Result<Self, SolveError> {
         let (n, count) = (system.layout().n(), system.n_parameters());
-        let mut loader = Loader::new(checkpoint, crate::Method::Radau)?;
+        let mut loader = Loader::new(checkpoint, Method::Radau)?;
         let solver = Solver::load(system, &mut loader, t_end, settings)?;
         let c = solver.stepper.largest();
         let mut run = Self {
@@ -315,7 +318,7 @@ impl Work {
     }
 
     /// Notes the tolerances of the unknowns.
-    fn measure(&mut self, settings: &Settings, index: &[crate::Index], y: &[f64], h: f64) {
+    fn measure(&mut self, settings: &Settings, index: &[Index], y: &[f64], h: f64) {
         self.rtol = settings.rtol.max(SMALLEST_RTOL);
         for (i, unit) in self.unit.iter_mut().enumerate() {
             *unit =

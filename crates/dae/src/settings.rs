@@ -1,6 +1,7 @@
 //! Options of a run: each with its default, its range and its effect.
 
-use crate::{Index, Layout, SolveError};
+use crate::error::SolveError;
+use crate::system::{Index, Layout};
 
 /// Options of a run. `Settings::default()` suits most problems; set `rtol` and `atol` first.
 #[derive(Clone, PartialEq, Debug)]
@@ -13,15 +14,15 @@ pub struct Settings {
     /// Absolute tolerance. Default `Tolerance::Scalar(1e-6)`; positive, or zero where `rtol |y|`
     /// never vanishes.
     pub atol: Tolerance,
-    /// What the error of one step may take of both tolerances, so that the run as a whole reaches
-    /// them. Default `0.02`; range `0 < … ≤ 1`. [`crate::ExplicitSolver`] does not read it.
+    /// The part of both tolerances that the error of one step may take, so that the run as a whole
+    /// reaches them. Default `0.02`; range `0 < … ≤ 1`. [`crate::ExplicitSolver`] does not read it.
     ///
     /// No method knows how its errors add up. Measured on pendulum, car axis, Andrews' squeezer and
     /// slider-crank with `rtol = atol` from 1e-3 to 1e-12: with 1 the errors at the end are up to
-    /// 40 times the tolerance in velocities, with 0.02 below it in positions and velocities
-    /// and below ten times it in multipliers. The order is high, so that this costs a quarter of the
-    /// steps. Relative tolerances are
-    /// not made smaller than 1e-12 in this way (1e-10 with unknowns of index 3).
+    /// 40 times the tolerance in velocities, with 0.02 below it in positions and velocities and
+    /// below ten times it in multipliers. The order is high, so that this costs a quarter of the
+    /// steps. Relative tolerances are not made smaller than 1e-12 in this way (1e-10 with unknowns
+    /// of index 3).
     pub local_fraction: f64,
     /// Whether step sizes follow the error estimate. Default [`StepControl::Adaptive`].
     pub step: StepControl,
@@ -36,7 +37,7 @@ pub struct Settings {
     pub max_steps: usize,
     /// Order of the method. Default [`Order::Auto`].
     pub order: Order,
-    /// Which unknowns the error test looks at. Default [`ErrorTest::WithoutMultipliers`].
+    /// The unknowns in the error test. Default [`ErrorTest::WithoutMultipliers`].
     pub error_test: ErrorTest,
     /// Newton's iteration.
     pub newton: NewtonSettings,
@@ -92,7 +93,7 @@ impl Tolerance {
     }
 }
 
-/// How step sizes are chosen.
+/// The choice of step sizes.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum StepControl {
     /// By the error estimate and predictive control (HW2 §IV.8).
@@ -109,7 +110,7 @@ pub enum StepControl {
     },
 }
 
-/// Whether the order follows the solution.
+/// The choice of the order.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Order {
     /// Three, five or seven stages, whichever is predicted to need the least work per unit of time.
@@ -129,13 +130,13 @@ impl Order {
     }
 }
 
-/// Which unknowns the error test looks at.
+/// The unknowns in the error test.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ErrorTest {
     /// All, those of index 2 and 3 discounted by `h` and `h²` as in `RADAU5`.
     All,
     /// All but the multipliers of index-2 forms: unknowns of index 2 whose derivative does not
-    /// appear. Their value has no memory, and what they do to the other unknowns shows there.
+    /// appear. Their value has no memory, and their effect on the other unknowns shows there.
     /// Those of the stabilised form that should vanish hold only rounding, which fails the tests
     /// of `All` below tolerances of 1e-11. Multipliers of index 3 stay: without them Newton's
     /// iteration is stopped too early and fails three times as often.
@@ -220,6 +221,7 @@ impl Settings {
     pub(crate) fn check(&self, n: usize) -> Result<(), SolveError> {
         let positive = |x: f64| x > 0.0;
         let fraction = |x: f64| x > 0.0 && x < 1.0;
+        // Tolerances.
         check("rtol", self.rtol, "1e-14 ..= 0.1", |x| (1e-14..=0.1).contains(&x))?;
         check("local_fraction", self.local_fraction, "0 < … ≤ 1", |x| positive(x) && x <= 1.0)?;
         match &self.atol {
@@ -235,6 +237,7 @@ impl Settings {
                 values.iter().try_for_each(|&value| check_atol(value))?;
             }
         }
+        // Step sizes and their number.
         if let StepControl::Fixed { h, newton_tolerance } = self.step {
             check("step.h", h, "positive and finite", |x| positive(x) && x.is_finite())?;
             let in_range = |x| (1e-15..=0.1).contains(&x);
@@ -248,6 +251,7 @@ impl Settings {
             positive(x) && x >= self.h_min
         })?;
         check("max_steps", self.max_steps as f64, "at least 1", |x| x >= 1.0)?;
+        // Newton's iteration.
         if let Some(kappa) = self.newton.kappa {
             check("newton.kappa", kappa, "between 0 and 1", fraction)?;
         }
@@ -266,7 +270,7 @@ fn check_atol(value: f64) -> Result<(), SolveError> {
     check("atol", value, "at least 0 and finite", |x| x >= 0.0 && x.is_finite())
 }
 
-/// NaN fails every range.
+/// Refuses a value outside of its range; NaN fails every range.
 fn check(
     field: &'static str,
     value: f64,

@@ -2,63 +2,19 @@
 
 mod resume;
 
+use crate::accessors::accessors;
 use crate::controller::Controller;
 use crate::dense::{CollocationPolynomial, Interpolant, Step};
-use crate::error::worst_of;
-use crate::estimate::{Scale, Unit};
+use crate::error::{Cause, SolveError, Standstill};
 use crate::limits::{check_finite, check_length, next_adaptive, next_fixed, step_floor};
 use crate::newton::Point;
 use crate::order::{OrderChoice, lower};
+use crate::run::{Control, End, Outcome, Start};
+use crate::scale::{Scale, Unit};
+use crate::settings::{Order, Settings, Stages, StepControl};
+use crate::stats::Stats;
 use crate::step::{Attempt, Stepper, max_iterations};
-use crate::{Cause, Order, Settings, SolveError, Stages, Standstill, Stats, StepControl, System};
-
-/// Where a run starts.
-///
-/// `y` must satisfy all constraints, those obtained by differentiation included. `ydot` starts the
-/// iterations and the choice of the first step; components without meaning (derivatives of
-/// multipliers) may be zero.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Start {
-    /// Time.
-    pub t: f64,
-    /// State, length `n`.
-    pub y: Vec<f64>,
-    /// Derivative, length `n`.
-    pub ydot: Vec<f64>,
-}
-
-/// What an observer wants to happen after a step.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Control {
-    /// Go on.
-    Continue,
-    /// End the run at the end of this step.
-    Stop,
-}
-
-/// Why a run without errors ended.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum End {
-    /// `t_end` is reached exactly.
-    Reached,
-    /// The observer asked to stop.
-    Stopped,
-}
-
-/// The end of a run without errors.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Outcome {
-    /// Why it ended.
-    pub end: End,
-    /// Time reached.
-    pub t: f64,
-    /// State at `t`.
-    pub y: Vec<f64>,
-    /// Derivative at `t`.
-    pub ydot: Vec<f64>,
-    /// Work done.
-    pub stats: Stats,
-}
+use crate::system::System;
 
 /// Integrates `system` from `start` to `t_end`, which may lie before `start.t`, and shows every
 /// accepted step to `observer`.
@@ -151,35 +107,7 @@ impl<S: System> Solver<S> {
         Ok(solver)
     }
 
-    /// Time reached.
-    pub fn t(&self) -> f64 {
-        self.t
-    }
-
-    /// State at [`Solver::t`].
-    pub fn y(&self) -> &[f64] {
-        &self.y
-    }
-
-    /// Derivative at [`Solver::t`].
-    pub fn ydot(&self) -> &[f64] {
-        &self.ydot
-    }
-
-    /// Where the run is to end.
-    pub fn t_end(&self) -> f64 {
-        self.t_end
-    }
-
-    /// Work done so far.
-    pub fn stats(&self) -> &Stats {
-        &self.stats
-    }
-
-    /// The system being solved.
-    pub fn system_mut(&mut self) -> &mut S {
-        &mut self.system
-    }
+    accessors!(S);
 
     /// Replaces the state at [`Solver::t`] by a nearby one, such as its projection to constraints.
     ///
@@ -281,40 +209,27 @@ impl<S: System> Solver<S> {
         self.grid.1 += 1;
         self.n_failed = 0;
 
-        // y1 = y0 + z_s and y1′ are those of the last stage.
         let at = Point { t: self.t, h, y: &self.y, ydot: &self.ydot };
-        let Stepper { tableaus, current, work, .. } = &mut self.stepper;
-        let tableau = &tableaus[*current];
-        work.load_end(at, tableau);
-        self.last.set(at, &tableau.c, &work.z);
+        let (y1, ydot1) = self.stepper.finish(at, &mut self.last);
         self.has_last = true;
         self.t = t1;
-        self.y.copy_from_slice(&self.stepper.work.y_stage);
-        self.ydot.copy_from_slice(&self.stepper.work.ydot_stage);
+        self.y.copy_from_slice(y1);
+        self.ydot.copy_from_slice(ydot1);
         self.plan_next(h, error);
-
-        Step {
-            polynomial: Interpolant::Collocation(&self.last),
-            t1: self.t,
-            y1: &self.y,
-            ydot1: &self.ydot,
-            error,
-            stats: &self.stats,
-        }
+        Step { error, ..self.last_step() }
     }
 
     /// Chooses order and size of the next step after an accepted one of size `h`.
     fn plan_next(&mut self, h: f64, error: Option<f64>) {
         let may_keep = self.stepper.age_jacobian();
         let Some(error) = error else { return };
-        let contraction = &self.stepper.work.contraction;
-        let (iterations, rate) = (contraction.iterations(), contraction.rate());
+        let (iterations, rate) = (self.stepper.iterations(), self.stepper.rate());
         let mut proposed = self.controller.after_accept(h, error, iterations, rate, may_keep);
-        let seen = self.stepper.smoothness(h, error);
-        self.order.learn(self.stepper.tableau().gamma, seen);
+        let smoothness = self.stepper.smoothness(h, error);
+        self.order.observe(self.stepper.tableau().gamma, smoothness);
         if self.settings.order == Order::Auto {
             let gammas = self.stepper.gammas();
-            let better = self.order.after_accept(self.stepper.stages(), &gammas, seen);
+            let better = self.order.after_accept(self.stepper.stages(), &gammas, smoothness);
             if let Some((stages, h)) = better {
                 self.set_order(stages);
                 proposed = h;
@@ -333,8 +248,7 @@ impl<S: System> Solver<S> {
     /// The error test failed: cut the step.
     fn reject(&mut self, h: f64, error: f64) -> Result<(), SolveError> {
         self.stats.n_reject += 1;
-        let iterations = self.stepper.work.contraction.iterations();
-        let smaller = self.controller.after_reject(h, error, iterations);
+        let smaller = self.controller.after_reject(h, error, self.stepper.iterations());
         self.cut(h, smaller, Cause::ErrorTest)
     }
 
@@ -403,13 +317,9 @@ impl<S: System> Solver<S> {
 
     /// The last attempt, for the report of a failure.
     fn standstill(&self, h: f64, cause: Cause) -> Box<Standstill> {
-        let work = &self.stepper.work;
-        let x = match cause {
-            Cause::ErrorTest => &work.error,
-            _ => &work.delta,
-        };
-        let worst = worst_of(self.system.layout(), |i| work.scale.magnitude(x, i));
-        Box::new(Standstill { t: self.t, h, worst, y: work.y_stage.clone(), stats: self.stats })
+        let worst = self.stepper.worst(self.system.layout(), cause);
+        let y = self.stepper.last_tried().to_vec();
+        Box::new(Standstill { t: self.t, h, worst, y, stats: self.stats })
     }
 
     /// Signed size of the first step.

@@ -5,14 +5,16 @@
 use crate::checkpoint::{Loader, Saver};
 use crate::contraction::{Contraction, Retreat};
 use crate::dense::CollocationPolynomial;
-use crate::estimate::{Filter, Unit, error_estimate};
+use crate::error::{Cause, SolveError, WorstUnknown};
+use crate::estimate::{Filter, error_estimate};
 use crate::iteration_matrix::{IterationMatrix, Jacobian};
 use crate::newton::{NewtonWork, Point};
 use crate::order::{Gammas, Smoothness};
+use crate::scale::Unit;
+use crate::settings::{ErrorTest, Order, Settings, Stages, StepControl};
+use crate::stats::Stats;
+use crate::system::{Index, Layout, System};
 use crate::tableau::Tableau;
-use crate::{
-    Cause, ErrorTest, Index, Order, Settings, SolveError, Stages, Stats, StepControl, System,
-};
 
 /// Newton iterations allowed beyond the number of stages.
 const EXTRA_ITERATIONS: usize = 6;
@@ -21,14 +23,14 @@ const FIXED_STEP_ITERATIONS: usize = 25;
 
 /// The Jacobian is evaluated at this part of a step, on the last polynomial continued.
 ///
-/// `RADAU5` evaluates it at the start. It stands for those of all stages, which lie closer to the
-/// end: on mechanisms, whose steps are limited by Newton's iteration, the better place makes steps
+/// `RADAU5` evaluates it at the start. It represents those of all stages, which lie closer to the
+/// end: on mechanisms, whose steps are limited by Newton's iteration, the better point makes steps
 /// longer by half. Measured from 0 to 0.7, 0.65 takes least work, 0.6 two per cent more, 0.5 five.
 const AHEAD: f64 = 0.65;
 /// After so many failures the polynomial is not trusted, and the start of the step taken.
 const FAILURES_AHEAD: usize = 2;
 
-/// How an attempt ended.
+/// Outcome of an attempt.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) enum Attempt {
     /// The stage equations are solved; `error` is the estimate, `None` without error control.
@@ -37,12 +39,12 @@ pub(crate) enum Attempt {
     Failed { cause: Cause, shrink: f64, is_stale: bool },
 }
 
-/// Everything a step needs that outlives it.
+/// State of the method between two steps, and all buffers.
 pub(crate) struct Stepper {
-    /// The methods that may be used, by ascending order, and which one is.
-    pub(crate) tableaus: Vec<Tableau>,
-    pub(crate) current: usize,
-    pub(crate) work: NewtonWork,
+    /// The methods of this run by ascending order, and the index of the one in use.
+    tableaus: Vec<Tableau>,
+    current: usize,
+    work: NewtonWork,
     unit: Unit,
     has_error_control: bool,
     error_test: ErrorTest,
@@ -59,7 +61,7 @@ pub(crate) struct Stepper {
     factored_h: Option<f64>,
 }
 
-/// How old the Jacobian is.
+/// Age of the Jacobian.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Freshness {
     /// Evaluated for the present step.
@@ -86,13 +88,13 @@ const ROUNDINGS_AT_STALL: f64 = 1e3;
 const MAX_STALL: f64 = 1e-2;
 /// Largest default of `kappa` is this over `γ²`.
 ///
-/// What Newton's iteration leaves in a constraint of index 3 enters the next error estimate times
-/// `γ²`, at any step size, and would make the error test fail for ever. HW2 §IV.8
+/// The error that Newton's iteration leaves in a constraint of index 3 enters the next error
+/// estimate times `γ²`, at any step size, and would make the error test fail for ever. HW2 §IV.8
 /// advises `10⁻¹` to `10⁻²` without the division; measured on mechanisms, the smaller value gains
 /// half a digit to a digit for a sixth more work.
 const MAX_KAPPA_GAMMA_SQUARED: f64 = 1e-2;
 
-/// Watches Newton's iteration in the norm of its scale.
+/// The monitor of Newton's iteration, with the tolerances of these settings.
 fn contraction(settings: &Settings, tableau: &Tableau) -> Contraction {
     let gamma = tableau.gamma;
     let (tolerance, lax, retreat) = match settings.step {
@@ -164,22 +166,16 @@ impl Stepper {
     /// Continues with another number of stages. The Jacobian is kept; the factors cannot be, as
     /// no two of the methods share an eigenvalue.
     pub(crate) fn set_order(&mut self, stages: Stages, settings: &Settings) {
-        if let Some(k) = self.tableaus.iter().position(|t| t.s == stages.count()) {
-            self.current = k;
-            let tableau = &self.tableaus[k];
-            self.work.set_stages(tableau.s, contraction(settings, tableau));
-            self.factored_h = None;
-        }
+        let k = self.tableaus.iter().position(|tableau| tableau.stages == stages);
+        self.current = k.expect("the order changes between the methods of this run");
+        let tableau = &self.tableaus[self.current];
+        self.work.set_stages(tableau.s, contraction(settings, tableau));
+        self.factored_h = None;
     }
 
     /// Number of stages in use.
     pub(crate) fn stages(&self) -> Stages {
-        match self.tableau().s {
-            1 => Stages::One,
-            5 => Stages::Five,
-            7 => Stages::Seven,
-            _ => Stages::Three,
-        }
+        self.tableau().stages
     }
 
     /// The method of the last accepted step, which had `s` stages, and its factors with the step
@@ -188,16 +184,20 @@ impl Stepper {
         &mut self,
         s: usize,
     ) -> (&Tableau, &mut IterationMatrix, &mut Option<f64>) {
-        let k = self.tableaus.iter().position(|tableau| tableau.s == s).unwrap_or(self.current);
+        let k = self.tableaus.iter().position(|tableau| tableau.s == s);
+        let k = k.expect("the last step was taken by a method of this run");
         (&self.tableaus[k], &mut self.matrix, &mut self.factored_h)
     }
 
-    /// The real eigenvalues of all methods in use.
+    /// The real eigenvalues of the methods that variable order chooses from.
     pub(crate) fn gammas(&self) -> Gammas {
-        std::array::from_fn(|k| self.tableaus.get(k).map_or(1.0, |tableau| tableau.gamma))
+        let [three, five, seven] = self.tableaus.as_slice() else {
+            unreachable!("variable order has three methods")
+        };
+        [three.gamma, five.gamma, seven.gamma]
     }
 
-    /// What the step just accepted tells about the smoothness of the solution.
+    /// Smoothness of the solution, as the step just accepted shows it.
     pub(crate) fn smoothness(&mut self, h: f64, error: f64) -> Smoothness {
         let NewtonWork { z, defect, scale, contraction, .. } = &mut self.work;
         let n = scale.len();
@@ -223,6 +223,7 @@ impl Stepper {
         filter: Filter,
         stats: &mut Stats,
     ) -> Attempt {
+        // Weights of the errors and starting values of the stages.
         self.work.scale.update(&self.unit, system.layout().index(), at.y, at.h);
         self.predict(at, last);
 
@@ -265,13 +266,48 @@ impl Stepper {
         }
     }
 
+    /// Takes over a solved step: its polynomial into `last`; returns state and derivative at its
+    /// end, which are those of the last stage, `y1 = y0 + z_s`.
+    pub(crate) fn finish(
+        &mut self,
+        at: Point<'_>,
+        last: &mut CollocationPolynomial,
+    ) -> (&[f64], &[f64]) {
+        let tableau = &self.tableaus[self.current];
+        self.work.load_end(at, tableau);
+        last.set(at, &tableau.c, &self.work.z);
+        (&self.work.y_stage, &self.work.ydot_stage)
+    }
+
+    /// Newton iterations of the last attempt.
+    pub(crate) fn iterations(&self) -> usize {
+        self.work.contraction.iterations()
+    }
+
+    /// Contraction of Newton's iteration in the last attempt, once there were two iterations.
+    pub(crate) fn rate(&self) -> Option<f64> {
+        self.work.contraction.rate()
+    }
+
+    /// The unknowns of the last attempt with the largest error, if that failed, or else with the
+    /// largest Newton correction.
+    pub(crate) fn worst(&self, layout: &Layout, cause: Cause) -> Vec<WorstUnknown> {
+        let NewtonWork { error, delta, scale, .. } = &self.work;
+        scale.worst(layout, if cause == Cause::ErrorTest { error } else { delta })
+    }
+
+    /// State at which the system was evaluated last.
+    pub(crate) fn last_tried(&self) -> &[f64] {
+        &self.work.y_stage
+    }
+
     /// Takes note that the step was accepted: the Jacobian has aged.
     ///
     /// Returns whether it is still good, which makes keeping the step size worthwhile.
     pub(crate) fn age_jacobian(&mut self) -> bool {
         self.n_failed = 0;
         // One iteration shows no rate, and needs none.
-        let rate = self.work.contraction.rate().unwrap_or(0.0);
+        let rate = self.rate().unwrap_or(0.0);
         let is_good = rate < self.keep_jacobian_below;
         self.freshness = if is_good { Freshness::Kept } else { Freshness::Expired };
         is_good
@@ -304,7 +340,7 @@ impl Stepper {
         self.current = k;
         let tableau = &self.tableaus[k];
         self.work.set_stages(s, contraction(settings, tableau));
-        self.freshness = match loader.count()? {
+        self.freshness = match loader.index(3)? {
             0 => Freshness::Current,
             1 => Freshness::Kept,
             _ => Freshness::Expired,
@@ -344,7 +380,7 @@ impl Stepper {
         }
     }
 
-    /// Takes multipliers out of the error test, if so asked.
+    /// Takes multipliers out of the error test where the settings ask for it.
     fn choose_tested<S: System>(&mut self, system: &S) {
         if self.error_test == ErrorTest::WithoutMultipliers {
             let (index, pattern) = (system.layout().index(), system.pattern());

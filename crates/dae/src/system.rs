@@ -1,8 +1,8 @@
-//! The problem `0 = F(t, y, y′)`: what a caller implements, and what it must say about its shape.
+//! The problem `0 = F(t, y, y′)`: the trait that a caller implements, and the shape of a system.
 
 use std::ops::Range;
 
-use crate::SolveError;
+use crate::error::SolveError;
 
 /// An implicit system of differential-algebraic equations `0 = F(t, y, y′)` with `n` equations and
 /// `n` unknowns.

@@ -14,7 +14,7 @@
 use faer::c64;
 use nalgebra::{Complex, DMatrix, DVector};
 
-use crate::Stages;
+use crate::settings::Stages;
 
 /// Highest degree of a Legendre polynomial that is needed.
 const MAX_DEGREE: usize = 8;
@@ -22,6 +22,8 @@ const MAX_DEGREE: usize = 8;
 /// The coefficients of one method. Matrices are stored by rows, `s × s`.
 #[derive(Clone, Debug)]
 pub(crate) struct Tableau {
+    /// The method.
+    pub(crate) stages: Stages,
     /// Number of stages.
     pub(crate) s: usize,
     /// Nodes, ascending, `c_s = 1`.
@@ -59,7 +61,18 @@ impl Tableau {
         let tail = legendre_tail(&a_inv, &c);
         let lambda = pairs.iter().map(|pair| c64::new(pair.re, -pair.im)).collect();
         let rows = |m: &DMatrix<f64>| m.transpose().as_slice().to_vec();
-        Self { s, c, a_inv: rows(&a_inv), t: rows(&t), t_inv: rows(&t_inv), gamma, lambda, e, tail }
+        Self {
+            stages,
+            s,
+            c,
+            a_inv: rows(&a_inv),
+            t: rows(&t),
+            t_inv: rows(&t_inv),
+            gamma,
+            lambda,
+            e,
+            tail,
+        }
     }
 }
 
@@ -161,9 +174,9 @@ fn eigenvector(a_inv: &DMatrix<f64>, lambda: Complex<f64>) -> DVector<Complex<f6
 
 /// The coefficients `e` of the error estimate `γ₀ h y′(t₀) + Σ e_i z_i`, `γ₀ = 1/γ`.
 ///
-/// The embedded formula adds `γ₀ h y′(t₀)` to the method and is exact for polynomials of degree
-/// `s` (HW2 §IV.8, step size selection, (8.19)): `d = b̂ − b` solves `Σ d_i p(c_i) = −γ₀ p(0)` for `deg p < s`.
-/// As `h Y′ = A⁻¹ Z`, `e = A⁻ᵀ d`.
+/// The embedded formula adds `γ₀ h y′(t₀)` to the method and is exact for polynomials of degree `s`
+/// (HW2 §IV.8, step size selection, (8.19)): `d = b̂ − b` solves `Σ d_i p(c_i) = −γ₀ p(0)` for `deg
+/// p < s`. As `h Y′ = A⁻¹ Z`, `e = A⁻ᵀ d`.
 fn error_coefficients(a: &DMatrix<f64>, c: &[f64], gamma: f64) -> Vec<f64> {
     let s = c.len();
     let values_t = DMatrix::from_fn(s, s, |k, i| legendre(c[i])[k]);

@@ -156,7 +156,7 @@ fn a_root_that_turns_negative_stops_the_run_and_is_named() {
 
 #[test]
 fn values_missing_beyond_the_solution_only_shrink_steps() {
-    // Close to the end of the root's domain stages, and the place ahead where the Jacobian is
+    // Close to the end of the root's domain stages, and the point ahead where the Jacobian is
     // taken, fall outside.
     let system = Differentiated::dense(Falling);
     let t_end = 4.0 / 3.0 - 1e-4;
@@ -218,7 +218,7 @@ fn a_jacobian_without_value_is_taken_at_the_start_of_the_step_and_else_named() {
             let settings = Settings { newton, ..settings(1e-6) };
             solve(system(), start(&[1.0], &[-1.0]), t_end, settings, &mut |_| Control::Continue)
         };
-        // The last step starts before t = 1 and looks beyond it.
+        // The last step starts before t = 1 and would reach beyond it.
         let end = run(1.001).expect("a Jacobian at the start of each step is enough");
         assert!((end.y[0] - (-1.001f64).exp()).abs() < 1e-6, "{}", end.y[0]);
         let error = run(30.0).expect_err("there is none beyond");

@@ -170,6 +170,24 @@ fn a_projected_pendulum_reaches_its_reference_on_its_circle() {
 }
 
 #[test]
+fn dense_output_follows_the_solution_in_both_directions() {
+    for t_end in [3.0, -3.0f64] {
+        let mut y = [0.0; 2];
+        let end =
+            solve_ode(forced(), start(0.0, &[1.0, 1.0]), t_end, settings(1e-9), &mut |step| {
+                for part in [0.1, 0.3, 0.5, 0.7, 0.9] {
+                    let t = step.t0() + part * step.h();
+                    step.at(t, &mut y);
+                    assert!((y[0] - (t + t.cos())).abs() < 1e-7, "{} at {t}", y[0]);
+                }
+                Control::Continue
+            })
+            .expect("the run ends");
+        assert!(end.stats.n_accept > 2, "{}", end.stats);
+    }
+}
+
+#[test]
 fn dense_output_costs_three_evaluations_and_only_where_asked_for() {
     let mut solver =
         ExplicitSolver::new(forced(), start(0.0, &[1.0, 1.0]), 1.0, fixed(0.25)).expect("valid");

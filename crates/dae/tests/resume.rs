@@ -3,8 +3,8 @@
 mod common;
 
 use bksim_dae::{
-    Checkpoint, ExplicitSolver, Layout, Method, NotFinite, Ode, Order, OutputTimes, Settings,
-    SolveError, Solver, Start, Stats, System, Tolerance,
+    Checkpoint, ExplicitSolver, Layout, Method, NotFinite, Ode, Order, Settings, SolveError,
+    Solver, Start, Stats, System, Tolerance,
 };
 
 use common::mechanism::{Form, Formulated};
@@ -156,25 +156,4 @@ fn checkpoints_of_others_are_refused() {
     let mut huge = bytes.clone();
     huge[16..24].copy_from_slice(&u64::MAX.to_le_bytes());
     assert!(Checkpoint::from_bytes(&huge).is_err());
-}
-
-#[test]
-fn output_at_given_times_works_in_both_directions() {
-    for t_end in [3.0, -3.0f64] {
-        let wanted: Vec<f64> = (0..=30).map(|k| t_end * f64::from(k) / 30.0).collect();
-        let mut times = OutputTimes::new(&wanted);
-        let start = Start { t: 0.0, y: vec![0.01, 0.0], ydot: vec![0.0; 2] };
-        let settings = settings(1e-9, Order::Auto);
-        let mut solver =
-            ExplicitSolver::new(Oscillator(uniform(2)), start, t_end, settings).expect("valid");
-        let (mut seen, mut y) = (Vec::new(), [0.0; 2]);
-        while let Some(step) = solver.step().expect("no failure") {
-            for &t in times.due(step.t1(), step.h()) {
-                step.at(t, &mut y);
-                assert!((y[0] - 0.01 * t.cos()).abs() < 1e-6, "{} at {t}", y[0]);
-                seen.push(t);
-            }
-        }
-        assert_eq!(seen, wanted);
-    }
 }

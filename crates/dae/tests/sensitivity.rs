@@ -3,9 +3,8 @@
 mod common;
 
 use bksim_dae::{
-    Control, ExplicitSolver, Layout, NotFinite, Ode, Order, Pattern, SensitivitySolver,
-    SensitivityStart, SensitivitySystem, Settings, Solver, Stages, Start, StepControl, System,
-    Tolerance, Variational, VariationalOde, solve_ode,
+    Layout, NotFinite, Order, Pattern, SensitivitySolver, SensitivityStart, SensitivitySystem,
+    Settings, Solver, Stages, Start, StepControl, System, Tolerance,
 };
 
 use common::dual::{Dual, Real};
@@ -307,66 +306,4 @@ fn sensitivities_that_do_not_fit_are_refused() {
     let refused = SensitivitySolver::new(system, start, &short, 1.0, Settings::default()).err();
     let message = refused.map(|error| error.to_string()).unwrap_or_default();
     assert!(message.contains("`s` has 2 entries"), "{message}");
-}
-
-/// `θ″ = −g sin θ`: parameters `g` and the angle at the start.
-struct Angle(Layout, f64);
-
-impl Ode for Angle {
-    fn layout(&self) -> &Layout {
-        &self.0
-    }
-    fn derivative(&mut self, _t: f64, y: &[f64], ydot: &mut [f64]) -> Result<(), NotFinite> {
-        ydot.copy_from_slice(&[y[1], -self.1 * y[0].sin()]);
-        Ok(())
-    }
-}
-
-impl VariationalOde for Angle {
-    fn n_parameters(&self) -> usize {
-        2
-    }
-    fn variation(
-        &mut self,
-        _t: f64,
-        y: &[f64],
-        s: &[f64],
-        out: &mut [f64],
-    ) -> Result<(), NotFinite> {
-        for (k, (s, out)) in s.chunks_exact(2).zip(out.chunks_exact_mut(2)).enumerate() {
-            let by_parameter = if k == 0 { -y[0].sin() } else { 0.0 };
-            out.copy_from_slice(&[s[1], -self.1 * y[0].cos() * s[0] + by_parameter]);
-        }
-        Ok(())
-    }
-}
-
-#[test]
-fn variational_equations_are_the_differences_of_tight_runs() {
-    let start = |angle| Start { t: 0.0, y: vec![angle, 0.0], ydot: vec![0.0; 2] };
-    let run = |g, angle| {
-        let system = Angle(uniform(2), g);
-        let settings = settings(1e-12, Order::Auto);
-        solve_ode(system, start(angle), 3.0, settings, &mut |_| Control::Continue)
-            .expect("the run ends")
-            .y
-    };
-    let system = Variational::new(Angle(uniform(2), 9.81));
-    assert_eq!(system.layout().name(2), "∂y[0]/∂p[0]");
-    let from = Variational::<Angle>::start(&start(1.0), &[vec![0.0; 2], vec![1.0, 0.0]]);
-    let mut solver =
-        ExplicitSolver::new(system, from, 3.0, settings(1e-9, Order::Auto)).expect("valid");
-    while solver.advance().expect("no failure") {}
-    let state = solver.y().to_vec();
-
-    let h = 1e-4;
-    let runs = [(run(9.81 + h, 1.0), run(9.81 - h, 1.0)), (run(9.81, 1.0 + h), run(9.81, 1.0 - h))];
-    for (k, (plus, minus)) in runs.iter().enumerate() {
-        let found = solver.system_mut().sensitivity(&state, k).to_vec();
-        for i in 0..2 {
-            let difference = (plus[i] - minus[i]) / (2.0 * h);
-            let error = (found[i] - difference).abs();
-            assert!(error < 1e-6, "p{k}, y{i}: {} and {difference}", found[i]);
-        }
-    }
 }

@@ -1,7 +1,7 @@
 //! Text to tokens, one at a time, with byte spans.
 
 use crate::number::Number;
-use crate::parse::{ParseError, ParseErrorKind, error};
+use crate::syntax::{ParseError, ParseErrorKind, error};
 use std::ops::Range;
 
 #[derive(Clone, Copy, PartialEq, Debug)]

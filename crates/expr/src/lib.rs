@@ -60,6 +60,7 @@ mod pool;
 mod print;
 mod series;
 mod simplify;
+mod sincos;
 mod solve;
 mod substitute;
 mod sweep;
@@ -75,10 +76,12 @@ pub use eval::{JitError, MachineCode};
 pub use lower::LowerError;
 pub use number::Number;
 pub use op::Function;
-pub use parse::{ParseError, ParseErrorKind, ParseOptions, parse};
+pub use parse::{ParseOptions, parse};
 pub use pool::{Expr, Pool, SymbolId};
 pub use print::{Notation, OperationCount, Operations, Printer, SplitTerm};
 pub use simplify::{Budget, Limit, Report, Simplified};
 pub use solve::{LinearSolution, SolveError};
-pub use syntax::{BinaryOperator, Syntax, SyntaxKind, SyntaxNode, UnitFactor};
+pub use syntax::{
+    BinaryOperator, ParseError, ParseErrorKind, Syntax, SyntaxKind, SyntaxNode, UnitFactor,
+};
 pub use tape::{Tape, TapeError};

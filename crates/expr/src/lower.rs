@@ -2,9 +2,11 @@
 
 use crate::number::Number;
 use crate::op::Function;
-use crate::parse::{ParseError, ParseErrorKind, ParseOptions, error, parse};
+use crate::parse::{ParseOptions, parse};
 use crate::pool::{Expr, Pool};
-use crate::syntax::{BinaryOperator, Syntax, SyntaxKind, SyntaxNode, UnitFactor};
+use crate::syntax::{
+    BinaryOperator, ParseError, ParseErrorKind, Syntax, SyntaxKind, SyntaxNode, UnitFactor, error,
+};
 use std::ops::Range;
 
 /// Why a syntax tree does not become an expression.
@@ -30,7 +32,10 @@ impl Pool {
     /// Builds the expression of a syntax tree; `resolve` gives the meaning of names.
     ///
     /// # Errors
-    /// What `resolve` refuses, unknown functions, wrong numbers of arguments, any unit.
+    /// Names that `resolve` refuses, unknown functions, wrong numbers of arguments, any unit.
+    ///
+    /// # Panics
+    /// When there are no nodes, which parsing never gives.
     pub fn lower<E>(
         &self,
         syntax: &Syntax,
@@ -45,7 +50,11 @@ impl Pool {
     /// As [`Pool::lower`], with `quantity` giving the value of numbers with units.
     ///
     /// # Errors
-    /// What `resolve` and `quantity` refuse, unknown functions, wrong numbers of arguments.
+    /// Names and quantities that `resolve` and `quantity` refuse, unknown functions, wrong numbers of
+    /// arguments.
+    ///
+    /// # Panics
+    /// When there are no nodes, which parsing never gives.
     pub fn lower_quantities<E>(
         &self,
         syntax: &Syntax,
@@ -83,7 +92,7 @@ impl Pool {
             };
             values.push(value);
         }
-        Ok(values.last().copied().unwrap_or_else(|| self.zero()))
+        Ok(*values.last().expect("a parsed expression has at least one node"))
     }
 
     fn binary(&self, operator: BinaryOperator, left: Expr, right: Expr) -> Expr {

@@ -1,13 +1,13 @@
-//! The operator table: every operation's name, arity, value and derivative.
+//! The operator table: the name, arity and value of every function. Derivatives, which build
+//! expressions, are rows of `diff::rules`.
 //!
-//! This is the one place that calls the elementary functions of `f64`, but for sine and cosine,
-//! which `eval::sincos` computes; all evaluators and constant folding read their values from here,
-//! so they agree bit for bit.
+//! Only this module calls the elementary functions of `f64`, except for sine and cosine, which
+//! `sincos` computes; all evaluators and constant folding take their values from here, so they agree
+//! bit for bit.
 
-#![expect(clippy::disallowed_methods, reason = "the one place that may call them")]
+#![expect(clippy::disallowed_methods, reason = "the only module that may call them")]
 
-use crate::eval::sin_cos;
-use crate::pool::{Expr, Pool};
+use crate::sincos::sin_cos;
 
 /// A named function of one, two or three arguments.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
@@ -38,7 +38,7 @@ pub enum Function {
     If,
 }
 
-/// What a node does with its operands.
+/// The operation of a node on its operands.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub(crate) enum Op {
     Number,
@@ -60,19 +60,6 @@ struct Row {
     name: &'static str,
     arity: usize,
     value: fn(f64, f64) -> f64,
-    derivative: Derivative,
-}
-
-/// How a function is differentiated.
-enum Derivative {
-    /// `f'(a)`, given the argument and the value `f(a)`.
-    One(fn(&Pool, Expr, Expr) -> Expr),
-    /// `(∂f/∂a, ∂f/∂b)`.
-    Two(fn(&Pool, Expr, Expr) -> (Expr, Expr)),
-    /// Piecewise constant: zero wherever the derivative exists.
-    Zero,
-    /// Branch by branch; carried out by `diff`.
-    Branches,
 }
 
 const fn row(
@@ -80,66 +67,43 @@ const fn row(
     name: &'static str,
     arity: usize,
     value: fn(f64, f64) -> f64,
-    derivative: Derivative,
 ) -> Row {
-    Row { function, name, arity, value, derivative }
+    Row { function, name, arity, value }
 }
 
-use Derivative::{Branches, One, Two, Zero};
 use Function as F;
 
 /// The table, in the order of the variants of [`Function`].
 #[rustfmt::skip]
 const TABLE: [Row; 22] = [
-    row(F::Sin,   "sin",   1, |a, _| sin_cos(a).0, One(|p, a, _| p.cos(a))),
-    row(F::Cos,   "cos",   1, |a, _| sin_cos(a).1, One(|p, a, _| p.neg(p.sin(a)))),
-    row(F::Tan,   "tan",   1, |a, _| a.tan(),  One(|p, _, f| p.add(p.one(), p.powi(f, 2)))),
-    row(F::Asin,  "asin",  1, |a, _| a.asin(), One(|p, a, _| p.powi(p.sqrt(one_minus_square(p, a)), -1))),
-    row(F::Acos,  "acos",  1, |a, _| a.acos(), One(|p, a, _| p.neg(p.powi(p.sqrt(one_minus_square(p, a)), -1)))),
-    row(F::Atan,  "atan",  1, |a, _| a.atan(), One(|p, a, _| p.powi(p.add(p.one(), p.powi(a, 2)), -1))),
-    row(F::Sinh,  "sinh",  1, |a, _| a.sinh(), One(|p, a, _| p.cosh(a))),
-    row(F::Cosh,  "cosh",  1, |a, _| a.cosh(), One(|p, a, _| p.sinh(a))),
-    row(F::Tanh,  "tanh",  1, |a, _| a.tanh(), One(|p, _, f| one_minus_square(p, f))),
-    row(F::Exp,   "exp",   1, |a, _| a.exp(),  One(|_, _, f| f)),
-    row(F::Ln,    "ln",    1, |a, _| a.ln(),   One(|p, a, _| p.powi(a, -1))),
-    row(F::Sqrt,  "sqrt",  1, |a, _| a.sqrt(), One(|p, _, f| p.mul(p.rational(1, 2), p.powi(f, -1)))),
-    row(F::Abs,   "abs",   1, |a, _| a.abs(),  One(|p, a, _| p.sign(a))),
-    row(F::Sign,  "sign",  1, |a, _| sign(a),  Zero),
-    row(F::Atan2, "atan2", 2, f64::atan2,      Two(atan2_derivative)),
-    row(F::Min,   "min",   2, |a, b| if a <= b || a.is_nan() { a } else { b },
-        Two(|p, a, b| selected(p, p.call_two(F::Le, a, b)))),
-    row(F::Max,   "max",   2, |a, b| if a >= b || a.is_nan() { a } else { b },
-        Two(|p, a, b| selected(p, p.call_two(F::Ge, a, b)))),
-    row(F::Lt,    "lt",    2, |a, b| f64::from(a < b),  Zero),
-    row(F::Le,    "le",    2, |a, b| f64::from(a <= b), Zero),
-    row(F::Gt,    "gt",    2, |a, b| f64::from(a > b),  Zero),
-    row(F::Ge,    "ge",    2, |a, b| f64::from(a >= b), Zero),
+    row(F::Sin,   "sin",   1, |a, _| sin_cos(a).0),
+    row(F::Cos,   "cos",   1, |a, _| sin_cos(a).1),
+    row(F::Tan,   "tan",   1, |a, _| a.tan()),
+    row(F::Asin,  "asin",  1, |a, _| a.asin()),
+    row(F::Acos,  "acos",  1, |a, _| a.acos()),
+    row(F::Atan,  "atan",  1, |a, _| a.atan()),
+    row(F::Sinh,  "sinh",  1, |a, _| a.sinh()),
+    row(F::Cosh,  "cosh",  1, |a, _| a.cosh()),
+    row(F::Tanh,  "tanh",  1, |a, _| a.tanh()),
+    row(F::Exp,   "exp",   1, |a, _| a.exp()),
+    row(F::Ln,    "ln",    1, |a, _| a.ln()),
+    row(F::Sqrt,  "sqrt",  1, |a, _| a.sqrt()),
+    row(F::Abs,   "abs",   1, |a, _| a.abs()),
+    row(F::Sign,  "sign",  1, |a, _| sign(a)),
+    row(F::Atan2, "atan2", 2, f64::atan2),
+    row(F::Min,   "min",   2, |a, b| if a <= b || a.is_nan() { a } else { b }),
+    row(F::Max,   "max",   2, |a, b| if a >= b || a.is_nan() { a } else { b }),
+    row(F::Lt,    "lt",    2, |a, b| f64::from(a < b)),
+    row(F::Le,    "le",    2, |a, b| f64::from(a <= b)),
+    row(F::Gt,    "gt",    2, |a, b| f64::from(a > b)),
+    row(F::Ge,    "ge",    2, |a, b| f64::from(a >= b)),
     // Three operands: the value is computed by `select`.
-    row(F::If,    "if",    3, |_, _| f64::NAN, Branches),
+    row(F::If,    "if",    3, |_, _| f64::NAN),
 ];
 
 /// −1, 0 or 1 with the sign of `a`; zeros and NaN are returned unchanged.
 fn sign(a: f64) -> f64 {
     if a == 0.0 || a.is_nan() { a } else { a.signum() }
-}
-
-/// `1 − a²`.
-fn one_minus_square(pool: &Pool, a: Expr) -> Expr {
-    pool.sub(pool.one(), pool.powi(a, 2))
-}
-
-/// d atan2(y, x) = (x dy − y dx) / (x² + y²).
-fn atan2_derivative(pool: &Pool, y: Expr, x: Expr) -> (Expr, Expr) {
-    let scale = pool.powi(pool.add(pool.powi(x, 2), pool.powi(y, 2)), -1);
-    (pool.mul(x, scale), pool.neg(pool.mul(y, scale)))
-}
-
-/// Weights of the two operands of which `condition` takes the first where it holds.
-fn selected(pool: &Pool, condition: Expr) -> (Expr, Expr) {
-    (
-        pool.select(condition, pool.one(), pool.zero()),
-        pool.select(condition, pool.zero(), pool.one()),
-    )
 }
 
 impl Function {
@@ -173,30 +137,9 @@ impl Function {
         TABLE.iter().map(|row| row.name)
     }
 
-    /// Whether the derivative is zero wherever it exists.
-    pub(crate) fn is_piecewise_constant(self) -> bool {
-        matches!(self.row().derivative, Zero)
-    }
-
     /// Value at `a` (and `b` for two arguments), as `f64` computes it.
     pub(crate) fn value(self, a: f64, b: f64) -> f64 {
         (self.row().value)(a, b)
-    }
-
-    /// Partial derivatives with respect to the first and second argument; `None` for `if`.
-    pub(crate) fn derivative(
-        self,
-        pool: &Pool,
-        value: Expr,
-        a: Expr,
-        b: Expr,
-    ) -> Option<(Expr, Expr)> {
-        match self.row().derivative {
-            One(rule) => Some((rule(pool, a, value), pool.zero())),
-            Two(rule) => Some(rule(pool, a, b)),
-            Zero => Some((pool.zero(), pool.zero())),
-            Branches => None,
-        }
     }
 }
 

@@ -8,7 +8,9 @@
 
 use crate::lexer::{Lexer, Token, is_name_start, name_length};
 use crate::number::Number;
-use crate::syntax::{BinaryOperator, Syntax, SyntaxKind, SyntaxNode, UnitFactor};
+use crate::syntax::{
+    BinaryOperator, ParseError, ParseErrorKind, Syntax, SyntaxKind, SyntaxNode, UnitFactor, error,
+};
 use std::ops::Range;
 
 /// How text is read.
@@ -33,89 +35,6 @@ impl std::fmt::Debug for ParseOptions<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("ParseOptions").field("max_depth", &self.max_depth).finish_non_exhaustive()
     }
-}
-
-/// Why text is no expression, and where.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
-#[error("{kind}")]
-pub struct ParseError {
-    /// What is wrong.
-    pub kind: ParseErrorKind,
-    /// The offending bytes of the text; empty at its end when something is missing.
-    pub span: Range<usize>,
-}
-
-/// What is wrong with a text.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ParseErrorKind {
-    /// An opening parenthesis is never closed; the span is the opening one.
-    #[error("this parenthesis is never closed")]
-    UnclosedParenthesis,
-    /// A closing parenthesis closes nothing.
-    #[error("this parenthesis was never opened")]
-    UnopenedParenthesis,
-    /// Something stands where something else must.
-    #[error("found `{found}`, expected {expected}")]
-    UnexpectedToken {
-        /// What stands there.
-        found: String,
-        /// What could stand there.
-        expected: &'static str,
-    },
-    /// The text ends too early.
-    #[error("the expression ends here, expected {expected}")]
-    UnexpectedEnd {
-        /// What could follow.
-        expected: &'static str,
-    },
-    /// A character that no expression contains.
-    #[error("unexpected character `{found}`")]
-    UnexpectedCharacter {
-        /// The character.
-        found: char,
-    },
-    /// Parentheses nest deeper than allowed.
-    #[error("parentheses nest deeper than {limit} levels")]
-    TooDeep {
-        /// The limit.
-        limit: usize,
-    },
-    /// Something that starts like a number and is none, such as `1.2.3`.
-    #[error("`{found}` is no number")]
-    BadNumber {
-        /// What was written.
-        found: String,
-    },
-    /// The identifier after a number is no unit.
-    #[error("unknown unit `{name}`")]
-    UnknownUnit {
-        /// The identifier.
-        name: String,
-    },
-    /// A call of a function that does not exist.
-    #[error("unknown function `{name}`")]
-    UnknownFunction {
-        /// The name.
-        name: String,
-    },
-    /// A call with too few or too many arguments.
-    #[error("`{name}` takes {expected} arguments, found {found}")]
-    WrongArity {
-        /// The function.
-        name: String,
-        /// Number of arguments it takes.
-        expected: usize,
-        /// Number of arguments written.
-        found: usize,
-    },
-    /// A number with a unit where only plain numbers make sense.
-    #[error("a unit is not allowed here")]
-    UnitNotAllowed,
-}
-
-pub(crate) fn error(kind: ParseErrorKind, span: Range<usize>) -> ParseError {
-    ParseError { kind, span }
 }
 
 /// What waits on the operator stack.
@@ -302,35 +221,39 @@ impl Parser<'_, '_> {
                 self.push(SyntaxKind::Call { name, name_span, arguments }, whole);
             }
             None => {
-                if let Some(operand) = self.operands.last_mut() {
-                    operand.1 = span.start..end.end;
-                }
+                let inside = self.operands.last_mut();
+                inside.expect("an operand was read before `)`").1 = span.start..end.end;
             }
         }
         Ok(())
     }
 
+    /// The operand of an operator, which is read before the operator is applied.
+    fn take_operand(&mut self) -> (usize, Range<usize>) {
+        self.operands.pop().expect("an operator is applied after its operands are read")
+    }
+
     /// Applies the waiting operators that hold at least as tightly as `least`.
     fn reduce(&mut self, least: u8) {
         while self.pending.last().is_some_and(|top| strength(top) >= least) {
-            let (top, right) = (self.pending.pop(), self.operands.pop());
-            let (Some(top), Some((right, right_span))) = (top, right) else { return };
+            let top = self.pending.pop().expect("it was just looked at");
+            let (right, right_span) = self.take_operand();
             match top {
                 Pending::Negate(sign) => {
                     self.push(SyntaxKind::Negate(right), sign.start..right_span.end);
                 }
                 Pending::Binary(operator, operator_span) => {
-                    let Some((left, left_span)) = self.operands.pop() else { return };
+                    let (left, left_span) = self.take_operand();
                     let kind = SyntaxKind::Binary { operator, operator_span, left, right };
                     self.push(kind, left_span.start..right_span.end);
                 }
                 Pending::Comparison(function, name_span) => {
-                    let Some((left, left_span)) = self.operands.pop() else { return };
+                    let (left, left_span) = self.take_operand();
                     let (name, arguments) = (function.to_owned(), vec![left, right]);
                     let kind = SyntaxKind::Call { name, name_span, arguments };
                     self.push(kind, left_span.start..right_span.end);
                 }
-                Pending::Open { .. } => return,
+                Pending::Open { .. } => unreachable!("parentheses hold less tightly than anything"),
             }
         }
     }
@@ -352,8 +275,8 @@ impl Parser<'_, '_> {
             self.lexer.advance()?;
             factors.push(self.unit_factor(sign)?);
         }
-        let end = factors.last().map_or(value_span.end, |factor| factor.span.end);
-        let whole = value_span.start..end;
+        let last = factors.last().expect("a unit has at least one factor");
+        let whole = value_span.start..last.span.end;
         self.push(SyntaxKind::Quantity { value, value_span, factors }, whole);
         Ok(())
     }

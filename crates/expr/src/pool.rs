@@ -236,14 +236,14 @@ impl Arena {
         }
     }
 
-    /// The value of a constant node, from those of its operands.
+    /// The value of a constant node, from those of its operands, which are constants too.
     fn constant_value(&self, node: Node) -> f64 {
         let value = |e: Expr| {
             let node = self.nodes[e.0 as usize];
             match node.op {
                 Op::Number => self.numbers[node.data as usize].to_f64(),
                 Op::Pi => std::f64::consts::PI,
-                _ => self.constants.get(&e).copied().unwrap_or(f64::NAN),
+                _ => self.constants[&e],
             }
         };
         let (left, right) = (value(node.left), value(node.right));
@@ -421,6 +421,11 @@ impl Pool {
         let arena = self.arena.borrow();
         let node = arena.nodes[e.0 as usize];
         (node.op == Op::Number).then(|| arena.numbers[node.data as usize])
+    }
+
+    /// The number of a node that is one.
+    pub(crate) fn number_of(&self, e: Expr) -> Number {
+        self.as_number(e).expect("the node is a number")
     }
 
     /// Starts a sweep over handles: afterwards no handle has a position.

@@ -72,12 +72,12 @@ impl Pool {
         let symbols: Vec<SymbolId> = point.iter().map(|&(x, _)| x).collect();
         let mut parts = self.gradient(e, &symbols);
         parts.push(e);
-        let at_point = self.substitute_all(&parts, point);
-        let (value, slopes) = at_point.split_last().map_or((ZERO, &[][..]), |(v, s)| (*v, s));
+        let mut slopes = self.substitute_all(&parts, point);
+        let value = slopes.pop().expect("`e` itself is the last part");
         let rises = point
             .iter()
             .zip(slopes)
-            .map(|(&(x, at), &slope)| self.mul(slope, self.sub(self.symbol_expr(x), at)));
+            .map(|(&(x, at), slope)| self.mul(slope, self.sub(self.symbol_expr(x), at)));
         self.sum(rises.chain([value]))
     }
 }

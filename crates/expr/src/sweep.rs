@@ -44,6 +44,19 @@ impl Sweep {
     pub(crate) fn operands(&self, step: &Step) -> impl ExactSizeIterator<Item = usize> + Clone {
         self.operands[step.start as usize..step.end as usize].iter().map(|&p| p as usize)
     }
+
+    /// Positions of the operands of a step that has `N` of them.
+    pub(crate) fn operand_array<const N: usize>(&self, step: &Step) -> [usize; N] {
+        let mut operands = self.operands(step);
+        std::array::from_fn(|_| operands.next().expect("a step has the operands of its operation"))
+    }
+
+    /// Positions of the condition of an `if`, of its value where that holds and of the other one.
+    pub(crate) fn branches(&self, step: &Step) -> [usize; 3] {
+        let [condition, pair] = self.operand_array(step);
+        let [then, otherwise] = self.operand_array(&self.steps[pair]);
+        [condition, then, otherwise]
+    }
 }
 
 impl Pool {
@@ -107,11 +120,12 @@ impl Pool {
                 self.select(condition, branches.left, branches.right)
             }
             (Op::Call(function), &[a, b]) => self.call_two(function, a, b),
-            _ => step.expr,
+            (Op::Number | Op::Symbol | Op::Pi, _) => step.expr,
+            (op, operands) => unreachable!("{op:?} on {} operands", operands.len()),
         }
     }
 
-    /// Rebuilds every step from its operands' images; `leaf` gives the images known beforehand.
+    /// Rebuilds every step from its operands' images; `image_of` gives the images of some steps.
     pub(crate) fn map_sweep(
         &self,
         sweep: &Sweep,

@@ -98,3 +98,87 @@ impl Syntax {
         })
     }
 }
+
+/// Why text is no expression, and where.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("{kind}")]
+pub struct ParseError {
+    /// What is wrong.
+    pub kind: ParseErrorKind,
+    /// The offending bytes of the text; empty at its end when something is missing.
+    pub span: Range<usize>,
+}
+
+/// What is wrong with a text.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ParseErrorKind {
+    /// An opening parenthesis is never closed; the span is the opening one.
+    #[error("this parenthesis is never closed")]
+    UnclosedParenthesis,
+    /// A closing parenthesis closes nothing.
+    #[error("this parenthesis was never opened")]
+    UnopenedParenthesis,
+    /// Something stands where something else must.
+    #[error("found `{found}`, expected {expected}")]
+    UnexpectedToken {
+        /// What stands there.
+        found: String,
+        /// What could stand there.
+        expected: &'static str,
+    },
+    /// The text ends too early.
+    #[error("the expression ends here, expected {expected}")]
+    UnexpectedEnd {
+        /// What could follow.
+        expected: &'static str,
+    },
+    /// A character that no expression contains.
+    #[error("unexpected character `{found}`")]
+    UnexpectedCharacter {
+        /// The character.
+        found: char,
+    },
+    /// Parentheses nest deeper than allowed.
+    #[error("parentheses nest deeper than {limit} levels")]
+    TooDeep {
+        /// The limit.
+        limit: usize,
+    },
+    /// Something that starts like a number and is none, such as `1.2.3`.
+    #[error("`{found}` is no number")]
+    BadNumber {
+        /// What was written.
+        found: String,
+    },
+    /// The identifier after a number is no unit.
+    #[error("unknown unit `{name}`")]
+    UnknownUnit {
+        /// The identifier.
+        name: String,
+    },
+    /// A call of a function that does not exist.
+    #[error("unknown function `{name}`")]
+    UnknownFunction {
+        /// The name.
+        name: String,
+    },
+    /// A call with too few or too many arguments.
+    #[error("`{name}` takes {expected} arguments, found {found}")]
+    WrongArity {
+        /// The function.
+        name: String,
+        /// Number of arguments it takes.
+        expected: usize,
+        /// Number of arguments written.
+        found: usize,
+    },
+    /// A number with a unit where only plain numbers make sense.
+    #[error("a unit is not allowed here")]
+    UnitNotAllowed,
+}
+
+/// The error of a kind at a span.
+pub(crate) fn error(kind: ParseErrorKind, span: Range<usize>) -> ParseError {
+    ParseError { kind, span }
+}

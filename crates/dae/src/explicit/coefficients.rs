@@ -7,11 +7,13 @@
 //! and §II.6). Not to be trusted but tested: all 200 order conditions of order up to 8, those of
 //! the embedded formulas and of the extension at any `θ`.
 //!
-//! Stages count from zero. Stage 12 is the derivative at the end of the step, the first stage of the
-//! next one; stages 13 to 15 serve the extension only.
+//! Stages count from zero. Stage 12 is the derivative at the end of the step, the first stage of
+//! the next one; stages 13 to 15 serve the extension only.
+
+use crate::dense::EXPLICIT_STAGES;
 
 /// Stages of the method itself.
-pub(super) const N_STAGES: usize = 12;
+pub(super) const N_STAGES: usize = EXPLICIT_STAGES;
 /// Stages with those of the continuous extension.
 pub(super) const N_EXTENDED: usize = 16;
 

@@ -7,9 +7,9 @@
 /// Reciprocal of the order of the error estimate plus one.
 const EXPONENT: f64 = 1.0 / 8.0;
 /// Weight of the last error. `DOP853` has zero; measured on the pendulum at 1e-4 to 1e-10, 0.07
-/// leaves 0 to 3 rejected steps of 50 to 250, where zero leaves 9 to 25, and a third of a digit more
-/// for the same work. Beyond 0.1 the exponents nearly cancel and the step grows only far below the
-/// tolerance.
+/// leaves 0 to 3 rejected steps of 50 to 250, where zero leaves 9 to 25, and a third of a digit
+/// more for the same work. Beyond 0.1 the exponents nearly cancel and the step grows only far below
+/// the tolerance.
 const BETA: f64 = 0.07;
 const SAFETY: f64 = 0.9;
 /// Largest growth and strongest cut of one step.
@@ -18,7 +18,7 @@ const MAX_CUT: f64 = 1.0 / 3.0;
 /// Smaller errors are not trusted to predict the next.
 const MIN_REMEMBERED_ERROR: f64 = 1e-4;
 
-/// What the controller remembers from step to step.
+/// State of the controller between two steps.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct PiController {
     pub(super) last_error: f64,
@@ -35,9 +35,9 @@ impl Default for PiController {
 impl PiController {
     /// The size of the step after an accepted one of size `h`.
     pub(super) fn after_accept(&mut self, h: f64, error: f64) -> f64 {
-        let wanted =
+        let proposed =
             SAFETY * error.max(1e-12).powf(-(EXPONENT - 0.2 * BETA)) * self.last_error.powf(BETA);
-        let factor = wanted.clamp(MAX_CUT, if self.is_retry { 1.0 } else { MAX_GROWTH });
+        let factor = proposed.clamp(MAX_CUT, if self.is_retry { 1.0 } else { MAX_GROWTH });
         self.last_error = error.max(MIN_REMEMBERED_ERROR);
         self.is_retry = false;
         h * factor

@@ -1,14 +1,15 @@
 //! One attempt at an explicit step: stages, result, error estimate, extension. No policy.
 
 use super::coefficients::{A, C, D, E3, E5, N_EXTENDED, N_STAGES, Term};
-use super::extension::ContinuousExtension;
-use crate::error::worst_of;
-use crate::estimate::{Scale, Unit};
-use crate::system::Ode;
-use crate::{Index, Layout, NotFinite, Settings, Stats, WorstUnknown};
+use crate::dense::ContinuousExtension;
+use crate::error::WorstUnknown;
+use crate::scale::{Scale, Unit};
+use crate::settings::Settings;
+use crate::stats::Stats;
+use crate::system::{Index, Layout, NotFinite, Ode};
 
 /// Buffers of one step, allocated once.
-pub(super) struct Stages {
+pub(super) struct StageWork {
     /// `k_0 … k_15`, one after the other.
     k: Vec<f64>,
     /// Argument of the stage evaluated last.
@@ -22,11 +23,11 @@ pub(super) struct Stages {
     error3: Vec<f64>,
     scale: Scale,
     unit: Unit,
-    /// All ones: powers of `h` have no place here.
+    /// All [`Index::One`]: powers of `h` do not enter.
     index: Vec<Index>,
 }
 
-impl Stages {
+impl StageWork {
     pub(super) fn new(n: usize, settings: &Settings) -> Self {
         let zero = || vec![0.0; n];
         Self {
@@ -56,7 +57,7 @@ impl Stages {
         derivative(system, t, y, out, stats)
     }
 
-    /// Stages 1 to 11 and `y1`, from `(y, f(t, y))`.
+    /// StageWork 1 to 11 and `y1`, from `(y, f(t, y))`.
     pub(super) fn step<S: Ode>(
         &mut self,
         system: &mut S,
@@ -90,7 +91,7 @@ impl Stages {
         derivative(system, t + C[i] * h, &self.argument, &mut rest[..n], stats)
     }
 
-    /// The error estimate in units of the tolerance, and [`Stages::worst`] prepared.
+    /// The error estimate in units of the tolerance, and [`StageWork::worst`] prepared.
     pub(super) fn error(&mut self, h: f64, y: &[f64]) -> f64 {
         // The larger of both ends is the magnitude an error is relative to.
         for ((size, y), y1) in self.argument.iter_mut().zip(y).zip(&self.y1) {
@@ -125,10 +126,10 @@ impl Stages {
         for (difference, (f1, k)) in self.error5.iter_mut().zip(self.f1.iter().zip(last)) {
             *difference = f1 - k;
         }
-        for (difference, (y1, g)) in
+        for (difference, (y1, argument)) in
             self.error3.iter_mut().zip(self.y1.iter().zip(&self.last_argument))
         {
-            *difference = y1 - g;
+            *difference = y1 - argument;
         }
         let ratio = self.scale.rms(&self.error5) / self.scale.rms(&self.error3);
         if ratio.is_finite() { ratio * h.abs() } else { 0.0 }
@@ -199,7 +200,7 @@ impl Stages {
 
     /// The unknowns with the largest scaled error of order 5 in the last estimate.
     pub(super) fn worst(&self, layout: &Layout) -> Vec<WorstUnknown> {
-        worst_of(layout, |i| self.scale.magnitude(&self.error5, i))
+        self.scale.worst(layout, &self.error5)
     }
 }
 

@@ -1,10 +1,10 @@
-//! Is the step limited by stability? (HW2 §IV.2, stiffness detection.)
+//! Detection of steps that are limited by stability (HW2 §IV.2, stiffness detection).
 //!
 //! ```text
-//! h ρ ≈ |h| ‖f(g) − f(y1)‖ / ‖g − y1‖
+//! h ρ ≈ |h| ‖f(Y) − f(y1)‖ / ‖Y − y1‖
 //! ```
 //!
-//! for the argument `g` of the last stage, close to `y1` at the same time. The method is stable on
+//! for the argument `Y` of the last stage, close to `y1` at the same time. The method is stable on
 //! the negative axis up to 6.1.
 
 /// Beyond this `h ρ`, stability limits the step (code of `DOP853`).
@@ -14,6 +14,7 @@ const STIFF_AFTER: usize = 15;
 /// so many in sequence within it forget them.
 const FORGET_AFTER: usize = 6;
 
+/// Accepted steps beyond the limit, and those within it since.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) struct StiffnessTest {
     pub(super) n_beyond: usize,

@@ -1,8 +1,9 @@
 //! The coefficients against all order conditions, written as rooted trees.
 
 use super::coefficients::{A, C, D, E3, E5, N_EXTENDED, N_STAGES, Term};
+use crate::dense::ContinuousExtension;
 
-/// A rooted tree: the subtrees of its root, each by its place in the list of all trees.
+/// A rooted tree: the subtrees of its root, each by its index in the list of all trees.
 type Tree = Vec<usize>;
 
 /// All rooted trees with up to `order` nodes, by ascending order, with their orders.
@@ -17,7 +18,7 @@ fn trees(order: usize) -> Vec<(Tree, usize)> {
     all
 }
 
-/// Every multiset of known trees, from place `from` on, with `left` nodes in all.
+/// Every multiset of known trees, from index `from` on, with `left` nodes in all.
 fn extend(
     known: &[(Tree, usize)],
     left: usize,
@@ -29,10 +30,10 @@ fn extend(
         found.push(chosen.clone());
         return;
     }
-    for place in from..known.len() {
-        if known[place].1 <= left {
-            chosen.push(place);
-            extend(known, left - known[place].1, place, chosen, found);
+    for idx in from..known.len() {
+        if known[idx].1 <= left {
+            chosen.push(idx);
+            extend(known, left - known[idx].1, idx, chosen, found);
             chosen.pop();
         }
     }
@@ -113,7 +114,7 @@ fn the_extension_has_order_seven_everywhere() {
         let second = phi[0] - change;
         let mut terms = vec![change, second, change - phi[N_STAGES] - second];
         terms.extend(D.iter().map(|row| sum(row, &phi)));
-        let extension = super::ContinuousExtension { t0: 0.0, h: 1.0, y0: vec![0.0], terms };
+        let extension = ContinuousExtension { t0: 0.0, h: 1.0, y0: vec![0.0], terms };
         for theta in [0.1, 0.3, 0.5, 0.8, 1.0] {
             let (mut value, mut slope) = ([0.0], [0.0]);
             extension.value_into(theta, &mut value);

@@ -1,52 +1,54 @@
-//! Dense LU of real matrices, `P A = L U`, column after column.
+//! Dense LU of real and complex matrices, `P A = L U`, column after column.
 //!
 //! Columns are kept in chunks of a register's width; those of `L` hold zeros down to the diagonal,
 //! those of `U` from there on, so that every inner loop runs over whole chunks. Two columns are
 //! subtracted at a time, which halves the traffic of the third.
+//!
+//! For the sizes of single mechanisms this is faster than a blocked library kernel, and it sees a
+//! vanishing pivot when it meets one.
 
 #![expect(clippy::inline_always, reason = "kernels are compiled with the registers of `run`")]
 
+use std::ops::Range;
+
 use pulp::{Simd, WithSimd};
 
-use super::{DenseKernel, Singular};
-use crate::Pattern;
-use crate::lanes::{self, Chunk, LANES, chunks, subtract};
+use super::packed::{clear, swap};
+use super::{Scalar, Singular};
+use crate::lanes::{LANES, chunks, run};
+use crate::system::Pattern;
 
-/// See the module.
-pub(crate) struct RealLu {
+/// One dense matrix and its factors; the buffers are allocated once.
+pub(super) struct DenseLu<T: Scalar> {
     n: usize,
     /// Chunks of a column.
     height: usize,
-    /// Where the entries of the pattern lie.
-    places: Vec<usize>,
+    /// First chunk of the column, and the row, of the pattern's entries.
+    entries: Vec<(usize, usize)>,
     /// The matrix, then `U` above the diagonal, zero elsewhere.
-    u: Vec<Chunk>,
-    diagonal: Vec<f64>,
+    u: Vec<T::Chunk>,
+    diagonal: Vec<T>,
     /// `L` below the diagonal, zero elsewhere.
-    l: Vec<Chunk>,
+    l: Vec<T::Chunk>,
     /// Row exchanged with row `k` at elimination step `k`.
     pivot: Vec<usize>,
     /// Original row of each row of `P A`.
     row: Vec<usize>,
-    x: Vec<Chunk>,
+    x: Vec<T::Chunk>,
 }
 
-/// Where the entries of a pattern lie in columns of so many chunks.
-pub(super) fn places(pattern: &Pattern, height: usize) -> Vec<usize> {
-    pattern.entries().map(|(row, col)| col * height * LANES + row).collect()
-}
-
-impl DenseKernel<f64> for RealLu {
-    fn new(pattern: &Pattern) -> Self {
+impl<T: Scalar> DenseLu<T> {
+    /// For matrices with the given pattern.
+    pub(super) fn new(pattern: &Pattern) -> Self {
         let n = pattern.n();
         let height = chunks(n);
-        let zeros = |columns: usize| vec![[0.0; LANES]; columns * height];
+        let zeros = |columns: usize| vec![T::ZEROS; columns * height];
         Self {
             n,
             height,
-            places: places(pattern, height),
+            entries: pattern.entries().map(|(row, col)| (col * height, row)).collect(),
             u: zeros(n),
-            diagonal: vec![0.0; n],
+            diagonal: vec![T::ZERO; n],
             l: zeros(n),
             pivot: vec![0; n],
             row: vec![0; n],
@@ -54,128 +56,127 @@ impl DenseKernel<f64> for RealLu {
         }
     }
 
-    fn factor(&mut self, values: &[f64]) -> Result<(), Singular> {
-        let u = self.u.as_flattened_mut();
-        u.fill(0.0);
-        for (&place, &value) in self.places.iter().zip(values) {
-            u[place] = value;
+    /// Factors the matrix whose `values` follow the entries of the pattern.
+    pub(super) fn factor(&mut self, values: &[T]) -> Result<(), Singular> {
+        self.u.fill(T::ZEROS);
+        for (&(column, row), &value) in self.entries.iter().zip(values) {
+            value.set(&mut self.u[column..], row);
         }
         self.row.iter_mut().enumerate().for_each(|(i, row)| *row = i);
-        lanes::run(Elimination(self))
+        run(Factorisation(self))
     }
 
-    fn solve_in_place(&mut self, x: &mut [f64]) {
-        for (own, &row) in self.x.as_flattened_mut().iter_mut().zip(&self.row) {
-            *own = x[row];
+    /// Only valid after a successful [`DenseLu::factor`].
+    pub(super) fn solve_in_place(&mut self, x: &mut [T]) {
+        for (i, &row) in self.row.iter().enumerate() {
+            x[row].set(&mut self.x, i);
         }
-        lanes::run(Substitution(self));
-        x.copy_from_slice(&self.x.as_flattened()[..self.n]);
+        run(Substitution(self));
+        x.iter_mut().enumerate().for_each(|(i, x)| *x = T::get(&self.x, i));
     }
 }
 
-struct Elimination<'a>(&'a mut RealLu);
+struct Factorisation<'a, T: Scalar>(&'a mut DenseLu<T>);
 
-impl WithSimd for Elimination<'_> {
+impl<T: Scalar> WithSimd for Factorisation<'_, T> {
     type Output = Result<(), Singular>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let RealLu { n, height, u, diagonal, l, pivot, row, .. } = self.0;
+        let DenseLu { n, height, u, diagonal, l, pivot, row, .. } = self.0;
         let (n, height) = (*n, *height);
         for (k, column) in u.chunks_exact_mut(height).enumerate() {
-            // What was done to the columns before.
-            let numbers = column.as_flattened_mut();
+            // The exchanges and subtractions of the columns before.
             for (i, &p) in pivot[..k].iter().enumerate() {
-                numbers.swap(i, p);
+                if p != i {
+                    swap::<T>(column, i, p);
+                }
             }
-            forward(simd, &l[..k * height], column);
+            forward::<T, S>(simd, &l[..k * height], column);
 
-            // The largest entry becomes the pivot, its row changes places.
-            let numbers = column.as_flattened_mut();
-            let p = pivot_row(&numbers[..n], k)?;
+            // The largest entry becomes the pivot, its row changes places with row k.
+            let p = pivot_row::<T>(column, k..n)?;
             pivot[k] = p;
             if p != k {
-                numbers.swap(k, p);
+                swap::<T>(column, k, p);
                 row.swap(k, p);
-                for done in l[..k * height].chunks_exact_mut(height) {
-                    done.as_flattened_mut().swap(k, p);
-                }
+                l[..k * height].chunks_exact_mut(height).for_each(|done| swap::<T>(done, k, p));
             }
 
             // Dividing, where multiplying by the inverse is faster, eliminates equal rows exactly:
             // a repeated equation then leaves a zero, not a rounding error, to be found as pivot.
-            let divisor = numbers[k];
+            let divisor = T::get(column, k);
             diagonal[k] = divisor;
             let first = k / LANES;
             let l = &mut l[k * height..(k + 1) * height];
             for (l, value) in l[first..].iter_mut().zip(&column[first..]) {
-                *l = value.map(|x| x / divisor);
+                *l = T::divide_chunk(value, divisor);
             }
-            l.as_flattened_mut()[first * LANES..=k].fill(0.0);
-            column.as_flattened_mut()[k..].fill(0.0);
+            clear::<T>(l, first * LANES..k + 1);
+            clear::<T>(column, k..height * LANES);
         }
         Ok(())
     }
 }
 
 /// Forward and backward, on the right side in `x`.
-struct Substitution<'a>(&'a mut RealLu);
+struct Substitution<'a, T: Scalar>(&'a mut DenseLu<T>);
 
-impl WithSimd for Substitution<'_> {
+impl<T: Scalar> WithSimd for Substitution<'_, T> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let RealLu { n, height, u, diagonal, l, x, .. } = self.0;
-        forward(simd, l, x);
+        let DenseLu { n, height, u, diagonal, l, x, .. } = self.0;
+        forward::<T, S>(simd, l, x);
         let mut left = *n;
         while left >= 2 {
-            // The last two unknowns that are left, then what they do to those above.
+            // The last two unknowns that are left, then their part in those above.
             let (i, k) = (left - 2, left - 1);
             let [a, b] = [k, i].map(|k| &u[k * *height..(k + 1) * *height]);
-            let numbers = x.as_flattened_mut();
-            let second = numbers[k] / diagonal[k];
-            let first = (numbers[i] - second * a.as_flattened()[i]) / diagonal[i];
+            let second = T::get(x, k).divide(diagonal[k]);
+            let first = (T::get(x, i) - second * T::get(a, i)).divide(diagonal[i]);
             let whole = ..chunks(i);
-            subtract(simd, &mut x[whole], (&a[whole], second), (&b[whole], first));
-            let numbers = x.as_flattened_mut();
-            (numbers[i], numbers[k]) = (first, second);
+            T::subtract(simd, &mut x[whole], (&a[whole], second), (&b[whole], first));
+            first.set(x, i);
+            second.set(x, k);
             left -= 2;
         }
         if left == 1 {
-            x[0][0] /= diagonal[0];
+            T::get(x, 0).divide(diagonal[0]).set(x, 0);
         }
     }
 }
 
 /// Solves with the first columns of `L`, as many as `l` holds.
 #[inline(always)]
-fn forward<S: Simd>(simd: S, l: &[Chunk], x: &mut [Chunk]) {
+fn forward<T: Scalar, S: Simd>(simd: S, l: &[T::Chunk], x: &mut [T::Chunk]) {
     let height = x.len();
     let pairs = l.chunks_exact(2 * height);
     let rest = pairs.remainder();
     for (i, pair) in pairs.enumerate() {
         let k = 2 * i;
         let (a, b) = pair.split_at(height);
-        let numbers = x.as_flattened();
-        let f = numbers[k];
-        let g = numbers[k + 1] - f * a.as_flattened()[k + 1];
+        let f = T::get(x, k);
+        let g = T::get(x, k + 1) - f * T::get(a, k + 1);
         let whole = k / LANES..;
-        subtract(simd, &mut x[whole.clone()], (&a[whole.clone()], f), (&b[whole], g));
+        T::subtract(simd, &mut x[whole.clone()], (&a[whole.clone()], f), (&b[whole], g));
     }
     if !rest.is_empty() {
         let k = l.len() / height - 1;
         let whole = k / LANES..;
-        let f = x.as_flattened()[k];
-        subtract(simd, &mut x[whole.clone()], (&rest[whole.clone()], f), (&rest[whole], 0.0));
+        let f = T::get(x, k);
+        let rest = &rest[whole.clone()];
+        T::subtract(simd, &mut x[whole], (rest, f), (rest, T::ZERO));
     }
 }
 
-/// The row, from `k` on, of the largest entry of a column.
-fn pivot_row(column: &[f64], k: usize) -> Result<usize, Singular> {
-    let mut best = (k, 0.0);
-    for (row, value) in column.iter().enumerate().skip(k) {
-        let magnitude = value.abs();
+/// The row of the largest entry of a column among some rows.
+#[inline(always)]
+fn pivot_row<T: Scalar>(column: &[T::Chunk], rows: Range<usize>) -> Result<usize, Singular> {
+    let mut best = (rows.start, 0.0);
+    for row in rows {
+        let magnitude = T::get(column, row).magnitude();
         // Comparisons with NaN are false: it must be refused by name.
         if !magnitude.is_finite() {
             return Err(Singular);

@@ -1,4 +1,4 @@
-//! Explicit rows are solved for their unknowns before anything is factored.
+//! Elimination of explicit rows, which are solved for their unknowns before anything is factored.
 //!
 //! ```text
 //! ( D  B ) (u)   (b_e)      D diagonal: row k of the first group holds one unknown of u, its own
@@ -6,14 +6,15 @@
 //! (R − C D⁻¹ B) x = b_r − C D⁻¹ b_e,     u = D⁻¹ (b_e − B x)
 //! ```
 //!
-//! In a mechanism `u` are the velocities, `D = −1`, `B = λ/h` on the positions: what remains has
-//! the size of positions and multipliers (HW2 §IV.8, equations of second order). Which products
-//! meet which entry is worked out once.
+//! In a mechanism `u` are the velocities, `D = −1`, `B = λ/h` on the positions: the remainder has
+//! the size of positions and multipliers (HW2 §IV.8, equations of second order). The entries that
+//! each product changes are found once.
 
 use super::{Jacobian, Scalar, Singular};
-use crate::{Pattern, SolveError};
+use crate::error::SolveError;
+use crate::system::Pattern;
 
-/// Where everything lies; the same for all matrices of a run.
+/// The pattern of the elimination; the same for all matrices of a run.
 pub(super) struct Elimination {
     n: usize,
     pivots: Vec<Pivot>,
@@ -27,7 +28,8 @@ pub(super) struct Elimination {
     /// Entries of `B` by rows and of `C` by columns, pivot after pivot.
     b: Border,
     c: Border,
-    /// Entries of the remainder met by the products `C D⁻¹ B`: by pivot, entry of `C`, entry of `B`.
+    /// Entries of the remainder that the products `C D⁻¹ B` change: by pivot, entry of `C`, entry
+    /// of `B`.
     products: Vec<usize>,
 }
 
@@ -38,7 +40,8 @@ struct Pivot {
     entry: usize,
 }
 
-/// Entries beside the pivots: those of pivot `k` are `start[k]..start[k + 1]`.
+/// Entries in the rows (of `B`) or columns (of `C`) of the pivots: those of pivot `k` are
+/// `start[k]..start[k + 1]`.
 struct Border {
     start: Vec<usize>,
     /// Column (of `B`) or row (of `C`) within the remainder.
@@ -61,57 +64,67 @@ impl Border {
     }
 }
 
-/// What a row or an unknown has become.
+/// The group that a row or an unknown belongs to, with its index there.
 #[derive(Clone, Copy)]
-enum Place {
+enum Group {
     Pivot(usize),
     Remainder(usize),
 }
 
-/// Places of all rows or all unknowns, and those that remain; `None` when one is named twice or
+/// Groups of all rows or all unknowns, and those that remain; `None` when one is named twice or
 /// lies outside.
-fn places(n: usize, pivots: impl Iterator<Item = usize>) -> Option<(Vec<Place>, Vec<usize>)> {
-    let mut places = vec![None; n];
+fn groups(n: usize, pivots: impl Iterator<Item = usize>) -> Option<(Vec<Group>, Vec<usize>)> {
+    let mut pivot_of = vec![None; n];
     for (k, i) in pivots.enumerate() {
-        let place = places.get_mut(i)?;
-        if place.replace(Place::Pivot(k)).is_some() {
+        if pivot_of.get_mut(i)?.replace(k).is_some() {
             return None;
         }
     }
-    let remaining: Vec<usize> = (0..n).filter(|&i| places[i].is_none()).collect();
-    remaining.iter().enumerate().for_each(|(k, &i)| places[i] = Some(Place::Remainder(k)));
-    Some((places.into_iter().flatten().collect(), remaining))
+    let mut remaining = Vec::with_capacity(n);
+    let mut groups = Vec::with_capacity(n);
+    for (i, pivot) in pivot_of.into_iter().enumerate() {
+        groups.push(pivot.map_or(Group::Remainder(remaining.len()), Group::Pivot));
+        if pivot.is_none() {
+            remaining.push(i);
+        }
+    }
+    Some((groups, remaining))
 }
 
 impl Elimination {
+    /// Sorts the entries of a pattern by blocks, and finds the pattern of the remainder.
+    ///
     /// # Errors
     /// [`SolveError::ExplicitRow`] when the pattern shows that a row does not give its unknown.
     pub(super) fn new(pattern: &Pattern, explicit: &[(usize, usize)]) -> Result<Self, SolveError> {
+        // Groups of rows and unknowns.
         let n = pattern.n();
         let refuse = |(row, unknown), reason| SolveError::ExplicitRow { row, unknown, reason };
         let repeated = || {
             let outside = |&&(row, unknown): &&(usize, usize)| row >= n || unknown >= n;
             let named = explicit.iter().find(outside).or(explicit.last());
-            refuse(named.copied().unwrap_or_default(), "is named twice, or outside the system")
+            let named = named.expect("only a row that is named can be refused");
+            refuse(*named, "is named twice, or outside the system")
         };
-        let (row_places, rows) =
-            places(n, explicit.iter().map(|&(row, _)| row)).ok_or_else(repeated)?;
-        let (unknown_places, unknowns) =
-            places(n, explicit.iter().map(|&(_, unknown)| unknown)).ok_or_else(repeated)?;
+        let (row_groups, rows) =
+            groups(n, explicit.iter().map(|&(row, _)| row)).ok_or_else(repeated)?;
+        let (unknown_groups, unknowns) =
+            groups(n, explicit.iter().map(|&(_, unknown)| unknown)).ok_or_else(repeated)?;
 
         // Entries by the block in which they lie.
         let (mut b, mut c, mut r) = (Vec::new(), Vec::new(), Vec::new());
         for (entry, (row, col)) in pattern.entries().enumerate() {
-            match (row_places[row], unknown_places[col]) {
-                (Place::Pivot(k), Place::Pivot(l)) if k == l => (),
-                (Place::Pivot(k), Place::Pivot(_)) => {
+            match (row_groups[row], unknown_groups[col]) {
+                (Group::Pivot(k), Group::Pivot(l)) if k == l => (),
+                (Group::Pivot(k), Group::Pivot(_)) => {
                     return Err(refuse(explicit[k], "holds the unknown of another explicit row"));
                 }
-                (Place::Pivot(k), Place::Remainder(col)) => b.push((k, col, entry)),
-                (Place::Remainder(row), Place::Pivot(k)) => c.push((k, row, entry)),
-                (Place::Remainder(row), Place::Remainder(col)) => r.push((row, col, entry)),
+                (Group::Pivot(k), Group::Remainder(col)) => b.push((k, col, entry)),
+                (Group::Remainder(row), Group::Pivot(k)) => c.push((k, row, entry)),
+                (Group::Remainder(row), Group::Remainder(col)) => r.push((row, col, entry)),
             }
         }
+        // Each pivot is the entry of its row at its unknown.
         let pivot = |&(row, unknown): &(usize, usize)| {
             let entry = pattern.position(row, unknown);
             let entry = entry.ok_or_else(|| refuse((row, unknown), "does not hold it"))?;
@@ -120,7 +133,7 @@ impl Elimination {
         let pivots = explicit.iter().map(pivot).collect::<Result<Vec<_>, SolveError>>()?;
         let (b, c) = (Border::new(pivots.len(), b), Border::new(pivots.len(), c));
 
-        // The remainder holds what it had and what the products add.
+        // The pattern of the remainder: its own entries and those that the products add.
         let filled = |k: usize| {
             let columns = &b.at[b.of(k)];
             c.at[c.of(k)].iter().flat_map(move |&row| columns.iter().map(move |&col| (row, col)))
@@ -128,7 +141,8 @@ impl Elimination {
         let fill = || (0..pivots.len()).flat_map(filled);
         let own = r.iter().map(|&(row, col, _)| (row, col));
         let remainder = Pattern::new(rows.len(), own.chain(fill()))?;
-        let position = |row, col| remainder.position(row, col).unwrap_or_default();
+        let position =
+            |row, col| remainder.position(row, col).expect("the pattern was made of these entries");
         let kept = r.iter().map(|&(row, col, entry)| (entry, position(row, col))).collect();
         let products = fill().map(|(row, col)| position(row, col)).collect();
         Ok(Self { n, pivots, rows, unknowns, remainder, kept, b, c, products })
@@ -139,7 +153,7 @@ impl Elimination {
     }
 }
 
-/// The numbers of one matrix.
+/// The numbers of one matrix, and buffers of its solution.
 pub(super) struct Borders<T> {
     /// `D⁻¹`, `D⁻¹ B` and `C`.
     inverse: Vec<T>,

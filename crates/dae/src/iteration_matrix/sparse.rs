@@ -11,7 +11,8 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Spec};
 
 use super::{Scalar, Singular};
-use crate::{Pattern, SolveError};
+use crate::error::SolveError;
+use crate::system::Pattern;
 
 fn symbolic_matrix(pattern: &Pattern) -> SymbolicSparseColMatRef<'_, usize> {
     let n = pattern.n();
@@ -23,7 +24,8 @@ pub(super) type Symbolic = Arc<SymbolicLu<usize>>;
 
 /// The ordering, shared by the real and the complex factors.
 ///
-/// The supernodal kernel never paid for the patterns of mechanisms, so the simplicial one is forced.
+/// The supernodal kernel never paid for the patterns of mechanisms, so the simplicial one is
+/// forced.
 pub(super) fn analyse(pattern: &Pattern) -> Result<Symbolic, SolveError> {
     let params = LuSymbolicParams {
         supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SIMPLICIAL,
@@ -65,7 +67,7 @@ impl<T: Scalar> SparseLu<T> {
             .factorize_numeric_lu(&mut self.numeric, matrix, Par::Seq, stack, Spec::default())
             .map_err(|_| Singular)?;
 
-        // faer divides by a vanishing pivot without a word: look at a solution.
+        // faer divides by a vanishing pivot without an error: a solution shows it.
         let mut probe = std::mem::take(&mut self.probe);
         probe.fill(T::ONE);
         self.solve_in_place(&mut probe);

@@ -1,9 +1,12 @@
 //! Radau's run as a checkpoint, and back.
 
-use super::{Solver, Start};
+use super::Solver;
 use crate::checkpoint::{Checkpoint, Loader, Method, Saver};
+use crate::error::SolveError;
+use crate::run::Start;
+use crate::settings::Settings;
 use crate::step::max_iterations;
-use crate::{Settings, SolveError, System};
+use crate::system::System;
 
 impl<S: System> Solver<S> {
     /// The state of the run, between two steps.

@@ -1,5 +1,5 @@
 //! Andrews' squeezer in index-2 form as a person would write it: no allocation, every derivative
-//! taken by hand. What a run costs then is the integrator's own.
+//! taken by hand. The cost of a run then is the integrator's own.
 
 use bksim_dae::{Index, Layout, NotFinite, Pattern, System};
 

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// What the test residuals need of a number.
+/// The arithmetic that the test residuals need.
 pub trait Real:
     Copy
     + From<f64>

@@ -1,4 +1,5 @@
-//! The test problems: pendulum, car axis, Andrews' squeezer, slider-crank, a chain, stiff equations.
+//! The test problems: pendulum, car axis, Andrews' squeezer, slider-crank, a chain, stiff
+//! equations.
 
 use bksim_dae::Layout;
 

@@ -82,6 +82,7 @@ impl Pool {
             found.worst_extended = found.worst_extended.max(extended);
             if let Ok(values) = self.values(&sweep, &|symbol| Some(value(symbol))) {
                 let values: Vec<Extended> = values.into_iter().map(Extended::from).collect();
+                // Where only `f64` overflows, the extended values decide.
                 let double = difference(&values, &sweep).unwrap_or(0.0);
                 found.worst_double = found.worst_double.max(double);
             }
@@ -110,16 +111,15 @@ impl Pool {
         let nan = Extended::from(f64::NAN);
         let mut values: Vec<Extended> = Vec::with_capacity(sweep.steps.len());
         for step in &sweep.steps {
-            let mut operands = sweep.operands(step).map(|o| values[o]);
-            let mut next = || operands.next().unwrap_or(nan);
+            let operands = sweep.operands(step).map(|o| values[o]);
             let result = match step.op {
-                Op::Number => self.as_number(step.expr).map_or(nan, of_number),
+                Op::Number => of_number(self.number_of(step.expr)),
                 Op::Pi => extended::PI,
                 Op::Symbol => Extended::from(value(SymbolId(step.data))),
                 Op::Add => operands.fold(Extended::from(0.0), |sum, term| sum + term),
                 Op::Mul => operands.fold(Extended::from(1.0), |product, f| product * f),
                 Op::Pow => {
-                    let (base, exponent) = (next(), next());
+                    let [base, exponent] = sweep.operand_array(step).map(|o| values[o]);
                     match small_integer(exponent.high()) {
                         Some(n) if exponent.is_double() => base.powi(n),
                         _ => base.power(exponent),
@@ -127,18 +127,17 @@ impl Pool {
                 }
                 Op::Pair => Extended::from(0.0),
                 Op::Call(Function::If) => {
-                    let condition = next();
-                    let pair = sweep.operands(step).nth(1).map(|o| &sweep.steps[o]);
-                    let branch = usize::from(condition.high() == 0.0);
-                    let taken = pair.and_then(|pair| sweep.operands(pair).nth(branch));
-                    match taken {
-                        Some(taken) if !condition.high().is_nan() => values[taken],
-                        _ => nan,
-                    }
+                    let [condition, then, otherwise] = sweep.branches(step);
+                    let holds = values[condition].high();
+                    let taken = values[if holds == 0.0 { otherwise } else { then }];
+                    if holds.is_nan() { nan } else { taken }
+                }
+                Op::Call(function) if function.arity() == 1 => {
+                    let [a] = sweep.operand_array(step).map(|o| values[o]);
+                    a.call(function, a)
                 }
                 Op::Call(function) => {
-                    let a = next();
-                    let b = if function.arity() == 2 { next() } else { a };
+                    let [a, b] = sweep.operand_array(step).map(|o| values[o]);
                     a.call(function, b)
                 }
             };
@@ -158,7 +157,7 @@ fn of_number(number: Number) -> Extended {
 
 /// Relative difference of the two roots; `None` where one has no finite value.
 fn difference(values: &[Extended], sweep: &Sweep) -> Option<f64> {
-    let [a, b] = [values[*sweep.roots.first()?], values[*sweep.roots.get(1)?]];
+    let [a, b] = [values[sweep.roots[0]], values[sweep.roots[1]]];
     if !(a.high().is_finite() && b.high().is_finite()) {
         return None;
     }

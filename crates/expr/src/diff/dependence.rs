@@ -3,6 +3,7 @@
 //! A set holds only the words that have a bit: most parts of a large system depend on a few columns
 //! out of very many.
 
+use super::rules::is_piecewise_constant;
 use crate::op::{Function, Op};
 use crate::pool::SymbolId;
 use crate::sweep::{Step, Sweep};
@@ -145,7 +146,7 @@ impl Dependence {
 fn changing_operands<'s>(sweep: &'s Sweep, step: &'s Step) -> impl Iterator<Item = usize> + 's {
     let n_left_out = match step.op {
         Op::Call(Function::If) => 1,
-        Op::Call(function) if function.is_piecewise_constant() => usize::MAX,
+        Op::Call(function) if is_piecewise_constant(function) => usize::MAX,
         _ => 0,
     };
     sweep.operands(step).skip(n_left_out)

@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::dependence::Dependence;
+use super::rules::partial_derivatives;
 use crate::build::MERGE_LIMIT;
 use crate::op::{Function, Op};
 use crate::pool::{Expr, ONE, Pool, SymbolId, ZERO};
@@ -90,7 +91,8 @@ impl Pool {
             Op::Add => self.sum(operands.map(|(_, d)| d)),
             Op::Mul => self.product_rule(&operands.collect::<Vec<_>>()),
             Op::Pow | Op::Pair | Op::Call(_) => {
-                let (a, da) = operands.next().unwrap_or((ZERO, ZERO));
+                let (a, da) = operands.next().expect("a function has an argument");
+                // Functions of one argument have no second.
                 let (b, db) = operands.next().unwrap_or((ZERO, ZERO));
                 match step.op {
                     Op::Pow => self.power_rule(step.expr, (a, da), (b, db)),
@@ -145,9 +147,7 @@ impl Pool {
         (a, da): (Expr, Expr),
         (b, db): (Expr, Expr),
     ) -> Expr {
-        match function.derivative(self, call, a, b) {
-            Some((by_a, by_b)) => self.add(self.mul(by_a, da), self.mul(by_b, db)),
-            None => ZERO,
-        }
+        let (by_a, by_b) = partial_derivatives(self, function, call, a, b);
+        self.add(self.mul(by_a, da), self.mul(by_b, db))
     }
 }

@@ -13,6 +13,7 @@ mod dependence;
 mod forward;
 mod products;
 mod reverse;
+mod rules;
 
 use crate::build::MERGE_LIMIT;
 use crate::pool::{Expr, ONE, Pool, SymbolId, ZERO};

@@ -2,6 +2,7 @@
 
 use super::Entry;
 use super::dependence::Dependence;
+use super::rules::partial_derivatives;
 use crate::build::MERGE_LIMIT;
 use crate::op::{Function, Op};
 use crate::pool::{Expr, ONE, Pool, ZERO};
@@ -101,9 +102,7 @@ impl Pool {
             Op::Add => operands.for_each(|operand| give(operand, adjoint)),
             Op::Mul => self.pull_back_product(sweep, &operands.collect::<Vec<_>>(), adjoint, give),
             Op::Pow => {
-                let (Some(base), Some(exponent)) = (operands.next(), operands.next()) else {
-                    return;
-                };
+                let [base, exponent] = sweep.operand_array(step);
                 let (a, b) = (sweep.steps[base].expr, sweep.steps[exponent].expr);
                 let lowered = self.pow(a, self.sub(b, ONE));
                 give(base, self.product([adjoint, b, lowered]));
@@ -114,8 +113,8 @@ impl Pool {
             Op::Call(function) if function != Function::If => {
                 let (first, second) = (operands.next(), operands.next());
                 let expr = |operand: Option<usize>| operand.map_or(ZERO, |o| sweep.steps[o].expr);
-                let slopes = function.derivative(self, step.expr, expr(first), expr(second));
-                let (by_a, by_b) = slopes.unwrap_or((ZERO, ZERO));
+                let (a, b) = (expr(first), expr(second));
+                let (by_a, by_b) = partial_derivatives(self, function, step.expr, a, b);
                 for (operand, slope) in [(first, by_a), (second, by_b)] {
                     if let Some(operand) = operand {
                         give(operand, self.mul(adjoint, slope));

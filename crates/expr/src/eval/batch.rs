@@ -7,8 +7,8 @@
 
 #![expect(clippy::inline_always, reason = "the caller's instruction set must reach every loop")]
 
-use super::sincos::sin_cos_lanes;
 use crate::op::{Function, power, select};
+use crate::sincos::sin_cos_lanes;
 use crate::tape::{Action, Instruction, Tape};
 use pulp::{Arch, Simd, WithSimd};
 

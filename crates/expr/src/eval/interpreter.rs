@@ -1,7 +1,7 @@
 //! The interpreter: one instruction after the other at one point.
 
-use super::sincos::{FEW, sin_cos_few};
 use crate::op::{Function, power, select};
+use crate::sincos::{FEW, sin_cos_few};
 use crate::tape::{Action, Instruction, Tape};
 
 /// The registers of a [`Tape`] with its parameters set.

@@ -13,8 +13,8 @@
 #![expect(unsafe_code, reason = "machine code is called through raw pointers")]
 
 use super::interpreter::Workspace;
-use super::sincos::{FEW, sin_cos_few};
 use crate::op::{Function, power};
+use crate::sincos::{FEW, sin_cos_few};
 use crate::tape::{Action, Instruction, Tape};
 use cranelift_codegen::ir::condcodes::FloatCC;
 use cranelift_codegen::ir::types::{F64, I64};
@@ -168,7 +168,8 @@ extern "C" fn turn<const N: usize>(
 const TURNS: [&str; FEW] = ["turn_1", "turn_2", "turn_3", "turn_4"];
 
 extern "C" fn elementary(function: usize, a: f64, b: f64) -> f64 {
-    Function::from_index(function).map_or(f64::NAN, |function| function.value(a, b))
+    let function = Function::from_index(function);
+    function.expect("generated code passes the index of a function").value(a, b)
 }
 
 extern "C" fn general_power(base: f64, exponent: f64) -> f64 {

@@ -10,8 +10,8 @@
 //!
 //! **All evaluators of a tape agree bit for bit** at every input, where all NaN count as one: they
 //! carry out the same operations, none fuses a product into a sum, and elementary functions come
-//! from one place, [`Function::value`](crate::op::Function::value) and [`sin_cos`].
-//! `tests/evaluators.rs` holds each of them to it.
+//! from [`Function::value`](crate::op::Function::value) and [`sin_cos`](crate::sincos::sin_cos)
+//! alone. `tests/evaluators.rs` holds each of them to it.
 
 mod batch;
 mod interpreter;
@@ -19,7 +19,6 @@ mod interpreter;
 mod jit;
 mod reference;
 mod runner;
-mod sincos;
 
 pub use batch::Batch;
 pub use interpreter::Workspace;
@@ -27,4 +26,3 @@ pub use interpreter::Workspace;
 pub use jit::{JitError, MachineCode};
 pub use reference::{DomainFault, EvalError};
 pub use runner::{Jit, Runner};
-pub(crate) use sincos::sin_cos;

@@ -1,6 +1,5 @@
 //! The graph itself evaluated, operands first: every other way to compute a value is held against it.
 
-use crate::number::Number;
 use crate::op::{Function, Op, power, select};
 use crate::pool::{Expr, Pool, SymbolId};
 use crate::sweep::{Step, Sweep};
@@ -52,7 +51,8 @@ impl Pool {
         value: &dyn Fn(SymbolId) -> Option<f64>,
     ) -> Option<DomainFault> {
         let sweep = self.sweep(&[e]);
-        let values = self.values(&sweep, &|symbol| Some(value(symbol).unwrap_or(f64::NAN))).ok()?;
+        let values = self.values(&sweep, &|symbol| Some(value(symbol).unwrap_or(f64::NAN)));
+        let values = values.expect("every symbol has a value, if only NaN");
         let needed = needed_steps(&sweep, &values);
         sweep.steps.iter().zip(&values).zip(needed).find_map(|((step, result), is_needed)| {
             let operands: Vec<f64> = sweep.operands(step).map(|o| values[o]).collect();
@@ -73,10 +73,8 @@ impl Pool {
     ) -> Result<Vec<f64>, EvalError> {
         let mut values: Vec<f64> = Vec::with_capacity(sweep.steps.len());
         for step in &sweep.steps {
-            let mut operands = sweep.operands(step);
-            let mut next = || operands.next().map_or(f64::NAN, |o| values[o]);
             let result = match step.op {
-                Op::Number => self.as_number(step.expr).map_or(f64::NAN, Number::to_f64),
+                Op::Number => self.number_of(step.expr).to_f64(),
                 Op::Pi => std::f64::consts::PI,
                 Op::Symbol => {
                     let symbol = SymbolId(step.data);
@@ -86,22 +84,28 @@ impl Pool {
                     })?
                 }
                 Op::Add => {
-                    let first = next();
-                    operands.fold(first, |sum, o| sum + values[o])
+                    let terms = sweep.operands(step).map(|o| values[o]);
+                    terms.reduce(|sum, term| sum + term).expect("a sum has terms")
                 }
                 Op::Mul => product_value(sweep, step, &values),
-                Op::Pow => power(next(), next()),
+                Op::Pow => {
+                    let [base, exponent] = sweep.operand_array(step);
+                    power(values[base], values[exponent])
+                }
                 // A pair has no value of its own: `if` looks through it.
                 Op::Pair => 0.0,
                 Op::Call(Function::If) => {
-                    let condition = next();
-                    let pair = sweep.operands(step).nth(1).map(|o| &sweep.steps[o]);
-                    let mut branch = pair.into_iter().flat_map(|p| sweep.operands(p));
-                    let mut next = || branch.next().map_or(f64::NAN, |o| values[o]);
-                    select(condition, next(), next())
+                    let [condition, then, otherwise] = sweep.branches(step);
+                    select(values[condition], values[then], values[otherwise])
                 }
-                Op::Call(function) if function.arity() == 1 => function.value(next(), 0.0),
-                Op::Call(function) => function.value(next(), next()),
+                Op::Call(function) if function.arity() == 1 => {
+                    let [a] = sweep.operand_array(step);
+                    function.value(values[a], 0.0)
+                }
+                Op::Call(function) => {
+                    let [a, b] = sweep.operand_array(step);
+                    function.value(values[a], values[b])
+                }
             };
             values.push(result);
         }
@@ -127,8 +131,7 @@ fn reciprocal_base(sweep: &Sweep, position: usize, values: &[f64]) -> Option<f64
     if step.op != Op::Pow {
         return None;
     }
-    let mut operands = sweep.operands(step);
-    let (base, exponent) = (operands.next()?, operands.next()?);
+    let [base, exponent] = sweep.operand_array(step);
     (values[exponent] == -1.0 && sweep.steps[exponent].op == Op::Number).then(|| values[base])
 }
 
@@ -143,15 +146,9 @@ fn needed_steps(sweep: &Sweep, values: &[f64]) -> Vec<bool> {
             continue;
         }
         if step.op == Op::Call(Function::If) {
-            let mut operands = sweep.operands(step);
-            let (Some(condition), Some(pair)) = (operands.next(), operands.next()) else {
-                continue;
-            };
+            let [condition, then, otherwise] = sweep.branches(step);
             needed[condition] = true;
-            let branch = usize::from(values[condition] == 0.0);
-            if let Some(taken) = sweep.operands(&sweep.steps[pair]).nth(branch) {
-                needed[taken] = true;
-            }
+            needed[if values[condition] == 0.0 { otherwise } else { then }] = true;
         } else {
             sweep.operands(step).for_each(|o| needed[o] = true);
         }
@@ -169,7 +166,10 @@ fn fault(step: &Step, mut operands: Vec<f64>) -> DomainFault {
         }
         Op::Pow => "power",
         Op::Mul => "product",
-        _ => "sum",
+        Op::Add => "sum",
+        Op::Number | Op::Symbol | Op::Pi | Op::Pair => {
+            unreachable!("{:?} computes nothing from its operands", step.op)
+        }
     };
     DomainFault { expr: step.expr, operation, operands }
 }

@@ -186,6 +186,13 @@ pub(super) fn ems(mark: &Mark, names: &Names<'_>) -> f64 {
         // Both values stand above each other; counting both errs on the wide side.
         Mark::Cases(Part::Start | Part::Middle) | Mark::NotZero => 2.0,
         Mark::Cases(Part::End) => 5.0,
-        _ => 0.0,
+        // No width of their own.
+        Mark::Fraction(Part::Start | Part::Middle)
+        | Mark::Power(_)
+        | Mark::Root(Part::Middle | Part::End)
+        | Mark::Absolute(Part::Middle)
+        | Mark::Parenthesis(Part::Middle, _)
+        | Mark::Otherwise
+        | Mark::Truth(Part::Middle) => 0.0,
     }
 }

@@ -2,7 +2,7 @@
 
 use super::mark::{Mark, Names, Part};
 
-/// Appends what a mark is written as; the walk uses no other mark in this notation.
+/// Appends a mark as text.
 pub(super) fn write(mark: &Mark, names: &Names<'_>, out: &mut String) {
     match *mark {
         Mark::Number(n) => out.push_str(&n.to_string()),
@@ -20,6 +20,16 @@ pub(super) fn write(mark: &Mark, names: &Names<'_>, out: &mut String) {
         Mark::Parenthesis(Part::End, _) | Mark::Arguments(Part::End, _) => out.push(')'),
         Mark::Arguments(Part::Middle, _) => out.push_str(", "),
         Mark::Function(function, _) => out.push_str(function.name()),
-        _ => (),
+        Mark::Power(_) => (),
+        Mark::Fraction(_)
+        | Mark::Root(_)
+        | Mark::Absolute(_)
+        | Mark::Parenthesis(Part::Middle, _)
+        | Mark::Apply
+        | Mark::Cases(_)
+        | Mark::Otherwise
+        | Mark::Relation(_)
+        | Mark::NotZero
+        | Mark::Truth(_) => unreachable!("no {mark:?} within the line"),
     }
 }

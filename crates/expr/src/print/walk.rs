@@ -7,7 +7,7 @@ use super::mark::{Height, Mark, Part, relation};
 use super::order::{Reader, Term, as_fraction};
 use crate::number::Number;
 use crate::op::{Function, Op};
-use crate::pool::Expr;
+use crate::pool::{Expr, SymbolId};
 
 /// How tightly the surroundings of an expression bind; anything looser needs parentheses.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -91,11 +91,11 @@ impl Walk<'_> {
         let pool = self.reader.pool;
         let node = pool.node(e);
         let (own, pieces) = match node.op {
-            Op::Number => self.number(pool.as_number(e).unwrap_or(Number::ZERO)),
+            Op::Number => self.number(pool.number_of(e)),
             Op::Pi => (Strength::Atom, vec![Piece::Mark(Mark::Pi)]),
             Op::Symbol => {
-                let symbol = pool.symbol_id(e).map(|symbol| Piece::Mark(Mark::Symbol(symbol)));
-                (Strength::Atom, symbol.into_iter().collect())
+                let symbol = SymbolId(node.data);
+                (Strength::Atom, vec![Piece::Mark(Mark::Symbol(symbol))])
             }
             Op::Add => {
                 let terms = self.reader.ordered_terms(e);

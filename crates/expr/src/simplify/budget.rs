@@ -29,6 +29,9 @@ pub enum Limit {
     Time,
 }
 
+/// Multiplications of terms spent on one normal form of one part of an expression.
+pub(super) const FORM_BUDGET: usize = 60_000;
+
 /// Work between two looks at the clock.
 const CLOCK_INTERVAL: u64 = 4_096;
 

@@ -1,4 +1,4 @@
-//! What an expression costs to evaluate, each shared part once.
+//! The cost of evaluating an expression, each shared part once.
 
 use super::budget::Meter;
 use crate::number::Number;
@@ -14,7 +14,7 @@ pub(super) const CALL: u64 = 8;
 /// A sine, cosine or tangent.
 pub(super) const TRIGONOMETRIC: u64 = 12;
 
-/// What `simplify` minimises. Symbols come first: an expression that does not depend on a symbol
+/// The cost that `simplify` minimises. Symbols come first: an expression that does not depend on a symbol
 /// should not show it, even where the longer form takes fewer calls. (A chain's inertia does not
 /// depend on where it points; only the form without its first angle says so.)
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -33,7 +33,7 @@ impl Cost {
 }
 
 /// Weighs forms of one expression against each other.
-pub(super) struct Judge<'p> {
+pub(super) struct CostModel<'p> {
     pub(super) pool: &'p Pool,
     pub(super) meter: Meter,
     /// Atoms too large to look into again and again. Every form of an expression has the same
@@ -41,7 +41,7 @@ pub(super) struct Judge<'p> {
     opaque: ExprSet,
 }
 
-impl<'p> Judge<'p> {
+impl<'p> CostModel<'p> {
     pub(super) fn new(pool: &'p Pool, meter: Meter) -> Self {
         Self { pool, meter, opaque: ExprSet::default() }
     }
@@ -55,13 +55,13 @@ impl<'p> Judge<'p> {
     /// The cost of `e`.
     pub(super) fn cost(&self, e: Expr) -> Cost {
         let pool = self.pool;
-        pool.clear_positions();
         let mut cost = Cost::ZERO;
-        // Negative powers are divisions of their own unless all their users are products.
-        let mut lone_divisors: Vec<Expr> = Vec::new();
-        let mut pending = vec![e];
+
+        // Every reachable node once. Negative powers are divisions of their own unless all their
+        // users are products.
+        pool.clear_positions();
         pool.visit(e);
-        lone_divisors.push(e);
+        let (mut pending, mut lone_divisors) = (vec![e], vec![e]);
         let mut n_visited = 0;
         while let Some(e) = pending.pop() {
             n_visited += 1;
@@ -70,31 +70,12 @@ impl<'p> Judge<'p> {
                 cost.work += CALL;
                 continue;
             }
-            let node = pool.node(e);
-            match node.op {
-                Op::Number | Op::Pi => continue,
-                Op::Symbol => {
-                    cost.n_symbols += 1;
-                    continue;
-                }
-                Op::Mul => {
-                    let product = self.product(e);
-                    cost.work += product.0;
-                    n_visited += product.1;
-                }
-                Op::Add => cost.work += ARITHMETIC * u64::from(node.data - 1),
-                Op::Pow => match pool.split_power(e) {
-                    (base, n) if base != e => cost.work += ARITHMETIC * (n.unsigned_abs() - 1),
-                    _ => cost.work += CALL,
-                },
-                Op::Pair => (),
-                Op::Call(Function::Sin | Function::Cos | Function::Tan) => {
-                    cost.work += TRIGONOMETRIC;
-                }
-                Op::Call(_) => cost.work += CALL,
-            }
-            for operand in pool.operands_of(e) {
-                if node.op != Op::Mul && pool.split_power(operand).1 < 0 {
+            let (op, operands) = (pool.node(e).op, pool.operands_of(e));
+            cost.n_symbols += usize::from(op == Op::Symbol);
+            cost.work += self.own_work(e, &operands);
+            n_visited += if op == Op::Mul { operands.len() } else { 0 };
+            for operand in operands {
+                if op != Op::Mul && pool.split_power(operand).1 < 0 {
                     lone_divisors.push(operand);
                 }
                 if pool.visit(operand) {
@@ -102,6 +83,8 @@ impl<'p> Judge<'p> {
                 }
             }
         }
+
+        // Divisions outside of products.
         lone_divisors.sort_unstable();
         lone_divisors.dedup();
         let n_divisions = lone_divisors.iter().filter(|&&e| pool.split_power(e).1 < 0).count();
@@ -110,13 +93,26 @@ impl<'p> Judge<'p> {
         cost
     }
 
-    /// Work of one product, and its number of factors. All divisors together are one division;
-    /// signs are free.
-    fn product(&self, e: Expr) -> (u64, usize) {
+    /// Work of the node itself on its operands, divisions outside of products left out.
+    fn own_work(&self, e: Expr, operands: &[Expr]) -> u64 {
+        match self.pool.node(e).op {
+            Op::Number | Op::Pi | Op::Symbol | Op::Pair => 0,
+            Op::Add => ARITHMETIC * (operands.len() as u64 - 1),
+            Op::Mul => self.product_work(operands),
+            Op::Pow => match self.pool.split_power(e) {
+                (base, n) if base != e => ARITHMETIC * (n.unsigned_abs() - 1),
+                _ => CALL,
+            },
+            Op::Call(Function::Sin | Function::Cos | Function::Tan) => TRIGONOMETRIC,
+            Op::Call(_) => CALL,
+        }
+    }
+
+    /// Work of one product. All divisors together are one division; signs are free.
+    fn product_work(&self, factors: &[Expr]) -> u64 {
         let pool = self.pool;
         let (mut n_factors, mut n_divisors) = (0u64, 0u64);
-        let factors = pool.chain(e, Op::Mul);
-        for &factor in &factors {
+        for &factor in factors {
             if pool.split_power(factor).1 < 0 {
                 n_divisors += 1;
             } else if pool.as_number(factor) != Some(Number::MINUS_ONE) {
@@ -125,6 +121,29 @@ impl<'p> Judge<'p> {
         }
         let n_products = n_factors.saturating_sub(1) + n_divisors.saturating_sub(1);
         let division = if n_divisors > 0 { DIVISION } else { 0 };
-        (ARITHMETIC * n_products + division, factors.len())
+        ARITHMETIC * n_products + division
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::budget::Budget;
+    use super::*;
+
+    #[test]
+    fn cost_counts_shared_parts_once_and_signs_not_at_all() {
+        let pool = Pool::new();
+        for (text, expected) in [
+            ("sin(q)^2 + cos(q)^2", 27),
+            ("-sin(q1 + q2)", 13),
+            ("a*cos(q1 + q2)/(b + d)", 19),
+            ("l1^2 + l2^2 + 2*l1*l2*cos(q2)", 19),
+            ("1 + tan(q)^2", 14),
+            ("sqrt(a^2 + b^2)", 11),
+            ("a/(b*c)", 5),
+        ] {
+            let model = CostModel::new(&pool, Meter::new(&Budget::default(), 1));
+            assert_eq!(model.cost(pool.parse(text).expect(text)).work, expected, "{text}");
+        }
     }
 }

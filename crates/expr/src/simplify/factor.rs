@@ -81,7 +81,7 @@ fn content(poly: &Poly) -> Number {
     };
     let divisor = rational_gcd(poly).into_iter().chain([poly[0].coefficient.magnitude()]);
     let best = divisor.chain([Number::ONE]).min_by_key(|&d| (n_numbers(d), !d.is_one()));
-    best.unwrap_or(Number::ONE).times(sign)
+    best.expect("one is among the divisors").times(sign)
 }
 
 /// Greatest rational that divides all coefficients into integers.
@@ -256,4 +256,17 @@ fn square_root(term: &Term) -> Option<Term> {
     let coefficient = term.coefficient.exact_sqrt()?;
     let monomial = term.monomial.iter().map(|&(atom, n)| (atom, n / 2)).collect();
     Some(Term { monomial, coefficient })
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::pool::Pool;
+
+    #[test]
+    fn content_is_taken_out_only_where_it_saves() {
+        let pool = Pool::new();
+        let simplified = |text: &str| pool.to_text(pool.simplify(pool.parse(text).expect(text)));
+        assert_eq!(simplified("x/2 + y/3"), "0.5*x + 1/3*y");
+        assert_eq!(simplified("2*x + 2*y"), "2*(x + y)");
+    }
 }

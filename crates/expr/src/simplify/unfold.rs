@@ -8,7 +8,7 @@
 //! In the forces of a chain of N bodies, the left side takes N² sines in all, the right side 2 N
 //! sines and cosines and sums that neighbouring bodies have in common.
 
-use super::FORM_BUDGET;
+use super::budget::FORM_BUDGET;
 use super::factor::{Preference, factored};
 use super::poly::{Algebra, Reading};
 use crate::op::{Function, Op};

@@ -65,6 +65,11 @@ impl Chains {
         self.operands.get(&id).map(Vec::as_slice)
     }
 
+    /// The terms of a multiple.
+    pub(super) fn of_multiple(&self, id: u32) -> &[Operand] {
+        self.of(id).expect("the terms of every multiple are kept")
+    }
+
     pub(super) fn n_steps(&self) -> usize {
         self.n_steps
     }

@@ -149,9 +149,7 @@ impl Compiler {
                 Part::Step(_) => Vec::new(),
                 Part::Early(_, operands) => operands.iter().map(|o| o.id).collect(),
                 Part::Pair(_, pair) => vec![pair.a, pair.b],
-                Part::Multiple(..) => {
-                    self.chains.of(id).unwrap_or_default().iter().map(|o| o.id).collect()
-                }
+                Part::Multiple(..) => self.chains.of_multiple(id).iter().map(|o| o.id).collect(),
             };
             let waiting: Vec<u32> =
                 waiting.into_iter().filter(|&id| self.emitted(id).is_none()).collect();
@@ -187,7 +185,7 @@ impl Compiler {
             }
             Part::Multiple(factor, _) => {
                 number = Some(factor);
-                (Op::Add, self.chains.of(id).unwrap_or_default().to_vec())
+                (Op::Add, self.chains.of_multiple(id).to_vec())
             }
         };
         let part = id as usize - self.chains.n_steps();
@@ -196,9 +194,9 @@ impl Compiler {
         }
         let places: Vec<Place> = operands
             .into_iter()
-            .filter_map(|o| {
-                let place = self.emitted(o.id)?;
-                Some(Place { is_negated: place.is_negated != o.is_negated, ..place })
+            .map(|o| {
+                let place = self.emitted(o.id).expect("operands are emitted before their part");
+                Place { is_negated: place.is_negated != o.is_negated, ..place }
             })
             .collect();
         self.parts[part] = if op == Op::Add {
@@ -224,10 +222,7 @@ impl Compiler {
         let operands: Vec<usize> = sweep.operands(step).collect();
         let mut is_negated = false;
         let register = match (step.op, operands.as_slice()) {
-            (Op::Number, _) => {
-                let value = pool.as_number(step.expr).map_or(f64::NAN, Number::to_f64);
-                self.constant(value)
-            }
+            (Op::Number, _) => self.constant(pool.number_of(step.expr).to_f64()),
             (Op::Pi, _) => self.constant(std::f64::consts::PI),
             (Op::Symbol, _) => {
                 let symbol = SymbolId(step.data);
@@ -251,12 +246,8 @@ impl Compiler {
                 let number = pool.as_number(sweep.steps[exponent].expr).map(Number::to_f64);
                 self.power(base, exponent, number)
             }
-            (Op::Call(Function::If), &[condition, pair]) => {
-                let mut branches = sweep.operands(&sweep.steps[pair]);
-                let (then, otherwise) = (branches.next(), branches.next());
-                let condition = self.register(condition);
-                let then = then.map_or(condition, |p| self.register(p));
-                let otherwise = otherwise.map_or(condition, |p| self.register(p));
+            (Op::Call(Function::If), _) => {
+                let [condition, then, otherwise] = sweep.branches(step).map(|p| self.register(p));
                 self.emit(Action::Call(Function::If), condition, then, otherwise)
             }
             (Op::Call(function), &[a]) => {
@@ -267,8 +258,9 @@ impl Compiler {
                 let (a, b) = (self.register(a), self.register(b));
                 self.emit_two(Action::Call(function), a, b)
             }
-            // A pair is read by its `if`; its place is never used.
-            _ => self.constant(0.0),
+            // A pair is read by its `if`; its register is never used.
+            (Op::Pair, _) => self.constant(0.0),
+            (op, operands) => unreachable!("{op:?} on {} operands", operands.len()),
         };
         Ok(Place { register, is_negated })
     }
@@ -404,7 +396,6 @@ pub(super) fn reciprocal_base(pool: &Pool, sweep: &Sweep, position: usize) -> Op
     if step.op != Op::Pow {
         return None;
     }
-    let mut operands = sweep.operands(step);
-    let (base, exponent) = (operands.next()?, operands.next()?);
+    let [base, exponent] = sweep.operand_array(step);
     (pool.as_number(sweep.steps[exponent].expr) == Some(Number::MINUS_ONE)).then_some(base)
 }

@@ -127,7 +127,7 @@ impl Uses {
 
     /// The chains that hold `pair`, ascending; it is not offered again.
     fn take(&mut self, pair: Pair) -> Vec<u32> {
-        let mut chains = self.chains.remove(&pair).unwrap_or_default();
+        let mut chains = self.chains.remove(&pair).expect("the pair was found in chains");
         chains.sort_unstable();
         chains
     }

@@ -11,9 +11,7 @@
 //! friction sticking F₀ − |λ|
 //! ```
 
-use bksim_dae::{
-    Action, Crossing, Event, EventSearch, Events, Loader, Saver, SolveError, Start, Step,
-};
+use bksim_dae::{Crossing, Event, EventSearch, Events, Loader, Saver, SolveError, Start, Step};
 
 use super::fixed::Frozen;
 use super::indicators::{Decider, Watch, Watcher};
@@ -202,9 +200,5 @@ impl Events for Functions<'_> {
                 *value = f64::MIN_POSITIVE;
             }
         }
-    }
-
-    fn handle(&mut self, _: &Event, _: &mut Start) -> Action {
-        Action::Stop
     }
 }

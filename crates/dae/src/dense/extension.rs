@@ -20,11 +20,11 @@ pub(crate) struct ContinuousExtension {
     /// State at `t0`, length `n`.
     pub(crate) y0: Vec<f64>,
     /// `r_1 … r_7`, one after the other.
-    pub(super) terms: Vec<f64>,
+    pub(crate) terms: Vec<f64>,
 }
 
 impl ContinuousExtension {
-    pub(super) fn new(n: usize) -> Self {
+    pub(crate) fn new(n: usize) -> Self {
         Self { t0: 0.0, h: 0.0, y0: vec![0.0; n], terms: vec![0.0; N_TERMS * n] }
     }
 
@@ -51,7 +51,7 @@ impl ContinuousExtension {
 fn horner(theta: f64, term: impl Fn(usize) -> f64) -> (f64, f64) {
     (0..N_TERMS).rev().fold((0.0, 0.0), |(value, slope), k| {
         let inner = term(k) + value;
-        // Even terms stand behind a factor θ, odd ones behind 1 − θ.
+        // Even terms have the factor θ, odd ones the factor 1 − θ.
         if k % 2 == 0 {
             (theta * inner, inner + theta * slope)
         } else {
