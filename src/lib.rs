@@ -52,8 +52,9 @@ pub mod overview;
 pub mod playback;
 pub mod player;
 pub mod record;
+pub mod sweep_codes;
 
-pub use explain::explained_codes;
+pub use explain::{explain, explained_codes};
 pub use mechanism::{Mechanism, Motion, Rejected, SensitivityMotion, SensitivityPlan};
 pub use options::SolveChanges;
 
