@@ -4,7 +4,15 @@ use bksim_model::diagnostic::Page;
 use bksim_model::file;
 use bksim_sim::codes;
 
-/// Every code of models, runs and drawings, with its page.
+use crate::sweep_codes;
+
+/// Every code there is, those of models, runs and drawings first, with its page.
 pub fn explained_codes() -> impl Iterator<Item = &'static Page> {
-    file::PAGES.iter().chain(codes::PAGES).chain(bksim_cad::codes::PAGES)
+    let of_sweeps = sweep_codes::PAGES;
+    file::PAGES.iter().chain(codes::PAGES).chain(bksim_cad::codes::PAGES).chain(of_sweeps)
+}
+
+/// The page of a code such as `M012`; letters may be lower case.
+pub fn explain(code: &str) -> Option<&'static Page> {
+    explained_codes().find(|page| page.code.0.eq_ignore_ascii_case(code.trim()))
 }

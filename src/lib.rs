@@ -49,11 +49,12 @@ pub use bksim_sim as sim;
 mod drawing;
 mod explain;
 pub mod options;
+pub mod sweep_codes;
 
 pub use bksim_model::diagnostic::Rejected;
 pub use bksim_runlog::{describe, overview, playback, player, record};
 pub use bksim_sim::{Mechanism, Motion, SensitivityMotion, SensitivityPlan};
 pub use drawing::mechanism_from_drawing;
-pub use explain::explained_codes;
+pub use explain::{explain, explained_codes};
 pub use options::SolveChanges;
 pub use record::VERSION;

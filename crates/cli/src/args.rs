@@ -4,20 +4,21 @@ pub(crate) mod cad;
 pub(crate) mod draw;
 pub(crate) mod edit;
 pub(crate) mod info;
-pub(crate) mod page;
-pub(crate) mod plot;
-pub(crate) mod render;
-pub(crate) mod sweep;
-pub(crate) mod view;
+pub mod page;
+pub mod plot;
+pub mod render;
+pub mod sweep;
+pub mod view;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use bksim::model;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// A drawn mechanism becomes equations a person can read, and motion they can trust.
 #[derive(Parser, Debug)]
-#[command(name = "bksim", version, max_term_width = 100)]
+// Usage names the main command, whichever program or module reads it.
+#[command(name = "bksim", bin_name = "bksim", version, max_term_width = 100)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -73,27 +74,29 @@ pub(crate) struct New {
     pub(crate) force: bool,
 }
 
+/// A model, and how it is read.
 #[derive(Args, Debug)]
-pub(crate) struct ModelArgs {
+pub struct ModelArgs {
     /// The model file, or a drawing (DXF, DWG).
-    pub(crate) model: PathBuf,
+    pub model: PathBuf,
     /// Give a parameter another value: a number, a quantity such as "25 mm", or an expression.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
-    pub(crate) set: Vec<(String, String)>,
+    pub set: Vec<(String, String)>,
+    /// How a drawing is read.
     #[command(flatten)]
-    pub(crate) drawing: DrawingArgs,
+    pub drawing: DrawingArgs,
 }
 
 /// How a drawing is read.
 #[derive(Args, Clone, Debug, Default)]
-pub(crate) struct DrawingArgs {
+pub struct DrawingArgs {
     /// What one unit of a drawing is, such as mm or inch, unless the drawing says so.
     #[arg(long, value_name = "UNIT")]
-    pub(crate) units: Option<String>,
+    pub units: Option<String>,
     /// Points of a drawing nearer than this, in its units, are one; a ten-thousandth of its size
     /// unless given.
     #[arg(long, value_name = "LENGTH", value_parser = tolerance)]
-    pub(crate) tolerance: Option<f64>,
+    pub tolerance: Option<f64>,
 }
 
 #[derive(Args, Debug)]
@@ -175,35 +178,36 @@ pub(crate) enum Channels {
 
 /// Settings of a solution in place of the model's.
 #[derive(Args, Clone, Debug)]
-pub(crate) struct Tuning {
+pub struct Tuning {
     /// End time, s, in place of the model's.
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    pub(crate) t_end: Option<f64>,
+    pub t_end: Option<f64>,
     /// Relative tolerance, in place of the model's.
     #[arg(long, value_name = "TOL", allow_negative_numbers = true)]
-    pub(crate) rtol: Option<f64>,
+    pub rtol: Option<f64>,
     /// Absolute tolerance, in place of the model's.
     #[arg(long, value_name = "TOL", allow_negative_numbers = true)]
-    pub(crate) atol: Option<f64>,
+    pub atol: Option<f64>,
     /// Fixed steps of this size, s, without error control.
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    pub(crate) step: Option<f64>,
+    pub step: Option<f64>,
     /// Output interval, s, in place of the model's.
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    pub(crate) every: Option<f64>,
+    pub every: Option<f64>,
     /// What integrates the equations.
     #[arg(long, value_enum, value_name = "METHOD")]
-    pub(crate) method: Option<Method>,
+    pub method: Option<Method>,
     /// The form of the equations that Radau integrates.
     #[arg(long, value_enum, value_name = "FORM")]
-    pub(crate) formulation: Option<Formulation>,
+    pub formulation: Option<Formulation>,
     /// When the equations become machine code; results are the same.
     #[arg(long, value_enum, value_name = "WHEN")]
-    pub(crate) jit: Option<Jit>,
+    pub jit: Option<Jit>,
 }
 
+/// When the equations become machine code.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
-pub(crate) enum Jit {
+pub enum Jit {
     /// Once that pays.
     Auto,
     /// From the first evaluation.
@@ -212,8 +216,9 @@ pub(crate) enum Jit {
     Off,
 }
 
+/// The integrator.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
-pub(crate) enum Method {
+pub enum Method {
     /// Explicit steps as long as the motion is not stiff, then Radau.
     Auto,
     /// Radau IIA.
@@ -222,8 +227,9 @@ pub(crate) enum Method {
     Explicit,
 }
 
+/// The form of the equations that Radau integrates.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
-pub(crate) enum Formulation {
+pub enum Formulation {
     /// Stabilised index 2 (Gear, Gupta and Leimkuhler).
     Ggl,
     /// Velocity constraints only.
@@ -234,18 +240,29 @@ pub(crate) enum Formulation {
     Index1,
 }
 
+/// Channels of a log as a table.
 #[derive(Args, Debug)]
-pub(crate) struct Export {
+pub struct Export {
     /// The log.
-    pub(crate) log: PathBuf,
+    pub log: PathBuf,
     /// Channels: `state.A_angle`, a whole topic `energy`, or a pattern `reactions.*`. All if none.
-    pub(crate) channels: Vec<String>,
+    pub channels: Vec<String>,
     /// The table; its ending chooses the format (.csv, .parquet). Standard output, as CSV, if none.
     #[arg(short, long, value_name = "FILE")]
-    pub(crate) output: Option<PathBuf>,
+    pub output: Option<PathBuf>,
     /// Overwrite an existing file.
     #[arg(long)]
-    pub(crate) force: bool,
+    pub force: bool,
+}
+
+impl Export {
+    /// The table, if its ending asks for Parquet.
+    pub(crate) fn parquet(&self) -> Option<&Path> {
+        let is_parquet = |path: &&Path| {
+            path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("parquet"))
+        };
+        self.output.as_deref().filter(is_parquet)
+    }
 }
 
 /// Operations are done in the order of this list, whatever the order of the options.

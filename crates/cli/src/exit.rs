@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use bksim::model::diagnostic::Diagnostic;
-pub(crate) use bksim_input::without_number;
+pub use bksim_input::without_number;
 use bksim_input::{InputError, Text, plain_words};
 
 /// How a command ends.
@@ -15,21 +15,29 @@ use bksim_input::{InputError, Text, plain_words};
 /// | 1 | the model or input is rejected |
 /// | 2 | the command line is wrong |
 /// | 3 | the run stopped early; its log is valid |
-/// | 4 | a file cannot be read or written, or no window be opened |
+/// | 4 | a file cannot be read or written, or no window or program be started |
 /// | 130, 143 | interrupted or terminated; the log is valid |
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Status {
+pub enum Status {
+    /// Done.
     Done,
+    /// The model or input is rejected.
     Rejected,
+    /// The command line is wrong.
     Usage,
+    /// The run stopped early; its log is valid.
     StoppedEarly,
+    /// A file cannot be read or written, or no window or program be started.
     InputOutput,
+    /// Interrupted; the log is valid.
     Interrupted,
+    /// Terminated; the log is valid.
     Terminated,
 }
 
 impl Status {
-    pub(crate) fn code(self) -> u8 {
+    /// The number that the process ends with.
+    pub fn code(self) -> u8 {
         match self {
             Self::Done => 0,
             Self::Rejected => 1,
@@ -44,50 +52,84 @@ impl Status {
 
 /// Why a command could not do its work.
 #[derive(Debug)]
-pub(crate) enum Failure {
+pub enum Failure {
     /// Faults of the model text.
-    Model { source: Box<Text>, diagnostics: Vec<Diagnostic> },
-    /// A file could not be read or written; `help` says what to do.
-    File { path: PathBuf, what: String, help: Option<String> },
+    Model {
+        /// The text they are in.
+        source: Box<Text>,
+        /// The faults.
+        diagnostics: Vec<Diagnostic>,
+    },
+    /// A file could not be read or written.
+    File {
+        /// The file.
+        path: PathBuf,
+        /// The rest of a sentence that begins with the path.
+        what: String,
+        /// A way out.
+        help: Option<String>,
+    },
     /// A file can be read but is not what the command needs.
-    Input { path: PathBuf, what: String, help: Option<String> },
+    Input {
+        /// The file.
+        path: PathBuf,
+        /// The rest of a sentence that begins with the path.
+        what: String,
+        /// A way out.
+        help: Option<String>,
+    },
     /// The command line asks for something that makes no sense.
-    Usage { message: String, help: Option<String> },
-    /// There is no window to show something in.
-    Window { message: String, help: String },
+    Usage {
+        /// The fault.
+        message: String,
+        /// A way out.
+        help: Option<String>,
+    },
+    /// There is no window to show something in, or no program to do it.
+    Unavailable {
+        /// The fault.
+        message: String,
+        /// A way out.
+        help: String,
+    },
     /// Standard output was closed by whoever reads it: nothing is wrong.
     OutputClosed,
 }
 
 impl Failure {
-    pub(crate) fn status(&self) -> Status {
+    /// How the command ends.
+    pub fn status(&self) -> Status {
         match self {
             Self::Model { .. } | Self::Input { .. } => Status::Rejected,
-            Self::File { .. } | Self::Window { .. } => Status::InputOutput,
+            Self::File { .. } | Self::Unavailable { .. } => Status::InputOutput,
             Self::Usage { .. } => Status::Usage,
             Self::OutputClosed => Status::Done,
         }
     }
 
-    pub(crate) fn reading(path: &Path, error: &io::Error) -> Self {
+    /// A file that cannot be read.
+    pub fn reading(path: &Path, error: &io::Error) -> Self {
         Self::file(path, format!("cannot be read: {}", plain_words(error)), None)
     }
 
-    pub(crate) fn writing(path: &Path, error: &dyn std::fmt::Display) -> Self {
+    /// A file that cannot be written.
+    pub fn writing(path: &Path, error: &dyn std::fmt::Display) -> Self {
         let words = error.to_string();
         Self::file(path, format!("cannot be written: {}", without_number(&words)), None)
     }
 
-    pub(crate) fn usage(message: impl Into<String>, help: &str) -> Self {
+    /// A command line that makes no sense.
+    pub fn usage(message: impl Into<String>, help: &str) -> Self {
         Self::Usage { message: message.into(), help: Some(help.to_owned()) }
     }
 
-    pub(crate) fn file(path: &Path, what: String, help: Option<String>) -> Self {
+    /// A file with which something is wrong.
+    pub fn file(path: &Path, what: String, help: Option<String>) -> Self {
         Self::File { path: path.to_owned(), what, help }
     }
 
     /// Standard output failed: a closed pipe is the reader's wish, anything else is a fault.
-    pub(crate) fn stdout(error: &io::Error) -> Self {
+    pub fn stdout(error: &io::Error) -> Self {
         if error.kind() == io::ErrorKind::BrokenPipe {
             Self::OutputClosed
         } else {

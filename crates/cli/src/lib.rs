@@ -1,26 +1,86 @@
-//! The command line. Parse, dispatch, exit status; everything else has its own room.
+//! The command line: its arguments, and the commands that need no graphics, pages or sweeps.
 //!
-//! A library, so that the Python package brings the command, too.
+//! The others belong to the program `bksim-studio` of the crate `bksim-studio`, so that a model is
+//! solved without building them. Both programs have this one command line: [`run`] hands a command
+//! of the studio on to that program, [`run_with`] to a function.
 
-mod args;
-mod commands;
-mod exit;
-mod output;
-mod progress;
-mod render;
-mod source;
+pub mod args;
+pub mod commands;
+pub mod exit;
+mod handover;
+pub mod output;
+pub mod progress;
+pub mod render;
+pub mod source;
 
 use std::ffi::OsString;
+use std::path::Path;
 
 use clap::Parser;
 
-use crate::args::{Cli, Command};
+use crate::args::page::Page;
+use crate::args::plot::Plot;
+use crate::args::render::Render;
+use crate::args::sweep::Sweep;
+use crate::args::view::View;
+use crate::args::{Cli, Command, Export};
 use crate::exit::{Failure, Status};
+
+/// A command of the studio.
+#[derive(Clone, Copy, Debug)]
+pub enum StudioCommand<'a> {
+    /// Channels of a log, as Parquet to this file.
+    Export(&'a Export, &'a Path),
+    /// A run as a page of HTML.
+    Page(&'a Page),
+    /// Curves of runs.
+    Plot(&'a Plot),
+    /// A picture or a film.
+    Render(&'a Render),
+    /// One model at many parameter values.
+    Sweep(&'a Sweep),
+    /// A window.
+    View(&'a View),
+}
+
+impl StudioCommand<'_> {
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Export(..) => "export",
+            Self::Page(_) => "page",
+            Self::Plot(_) => "plot",
+            Self::Render(_) => "render",
+            Self::Sweep(_) => "sweep",
+            Self::View(_) => "view",
+        }
+    }
+}
+
+/// Options that every command has.
+#[derive(Clone, Copy, Debug)]
+pub struct Common {
+    /// Whether one JSON object is printed in place of text.
+    pub json: bool,
+    /// Levels to which tables, arrays and parentheses of a model may nest.
+    pub nesting: usize,
+}
+
+/// Does a command of the studio and gives its exit status.
+pub type Studio<'a> = &'a dyn Fn(StudioCommand<'_>, Common) -> Result<u8, Failure>;
 
 /// Does what the arguments say, the name of the program first, and gives the exit status of the
 /// process. Results go to standard output, all else to standard error. SIGINT and SIGTERM are taken
 /// over for the rest of the process by what can end early.
+///
+/// A command of the studio is done by the program `bksim-studio` in the folder of this one: on Unix
+/// that takes the place of this process, elsewhere its exit status is this one's.
 pub fn run(arguments: Vec<OsString>) -> u8 {
+    run_with(arguments.clone(), &|command, _| handover::run(command, &arguments))
+}
+
+/// As [`run`], with the commands of the studio done by `studio`.
+pub fn run_with(arguments: Vec<OsString>, studio: Studio<'_>) -> u8 {
     let wants_json = arguments.iter().any(|argument| argument == "--json");
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
@@ -36,12 +96,11 @@ pub fn run(arguments: Vec<OsString>) -> u8 {
             return status.code();
         }
     };
-    let (name, result) = dispatch(&cli);
-    let status = result.unwrap_or_else(|failure| {
+    let (name, result) = dispatch(&cli, studio);
+    result.unwrap_or_else(|failure| {
         render::failure(&failure, name, cli.json);
-        failure.status()
-    });
-    status.code()
+        failure.status().code()
+    })
 }
 
 /// What the parser has to say, without its usage lines.
@@ -52,23 +111,31 @@ fn wrong_command_line(error: &clap::Error) -> Failure {
     Failure::usage(what.join(" "), "`bksim --help` shows what can be written")
 }
 
-fn dispatch(cli: &Cli) -> (&'static str, Result<Status, Failure>) {
-    let (json, nesting) = (cli.json, cli.max_nesting);
+/// Does the command; gives its name and the exit status.
+fn dispatch(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>) {
+    let common @ Common { json, nesting } = Common { json: cli.json, nesting: cli.max_nesting };
+    let own = |name, done: Result<Status, Failure>| (name, done.map(Status::code));
+    let studio = |command: StudioCommand<'_>| (command.name(), studio(command, common));
     match &cli.command {
-        Command::New(args) => ("new", commands::new::run(args, json)),
-        Command::Check(args) => ("check", commands::check::run(args, json, nesting)),
-        Command::Equations(args) => ("equations", commands::equations::run(args, json, nesting)),
-        Command::Assemble(args) => ("assemble", commands::assemble::run(args, json, nesting)),
-        Command::Solve(args) => ("solve", commands::solve::run(args, json, nesting)),
-        Command::Sweep(args) => ("sweep", commands::sweep::run(args, json, nesting)),
-        Command::Render(args) => ("render", commands::render::run(args, json, nesting)),
-        Command::View(args) => ("view", commands::view::run(args, json, nesting)),
-        Command::Export(args) => ("export", commands::export::run(args, json)),
-        Command::Info(args) => ("info", commands::info::run(args, json)),
-        Command::Plot(args) => ("plot", commands::plot::run(args, json)),
-        Command::Page(args) => ("page", commands::page::run(args, json)),
-        Command::Expr(args) => ("expr", commands::expr::run(args, json, nesting)),
-        Command::Cad(args) => (commands::cad::name(args), commands::cad::run(args, json, nesting)),
-        Command::Explain(args) => ("explain", commands::explain::run(args, json)),
+        Command::New(args) => own("new", commands::new::run(args, json)),
+        Command::Check(args) => own("check", commands::check::run(args, json, nesting)),
+        Command::Equations(args) => own("equations", commands::equations::run(args, json, nesting)),
+        Command::Assemble(args) => own("assemble", commands::assemble::run(args, json, nesting)),
+        Command::Solve(args) => own("solve", commands::solve::run(args, json, nesting)),
+        Command::Sweep(args) => studio(StudioCommand::Sweep(args)),
+        Command::Render(args) => studio(StudioCommand::Render(args)),
+        Command::View(args) => studio(StudioCommand::View(args)),
+        Command::Export(args) => match args.parquet() {
+            Some(path) => studio(StudioCommand::Export(args, path)),
+            None => own("export", commands::export::run(args, json)),
+        },
+        Command::Info(args) => own("info", commands::info::run(args, json)),
+        Command::Plot(args) => studio(StudioCommand::Plot(args)),
+        Command::Page(args) => studio(StudioCommand::Page(args)),
+        Command::Expr(args) => own("expr", commands::expr::run(args, json, nesting)),
+        Command::Cad(args) => {
+            own(commands::cad::name(args), commands::cad::run(args, json, nesting))
+        }
+        Command::Explain(args) => own("explain", commands::explain::run(args, json)),
     }
 }

@@ -7,13 +7,13 @@ use serde_json::{Map, Value};
 use crate::exit::Failure;
 
 /// Prints text and a line end.
-pub(crate) fn text(text: &str) -> Result<(), Failure> {
+pub fn text(text: &str) -> Result<(), Failure> {
     let mut stdout = anstream::stdout().lock();
     writeln!(stdout, "{text}").and_then(|()| stdout.flush()).map_err(|e| Failure::stdout(&e))
 }
 
 /// Prints the one JSON object of a command; a body that says `ok` has the last word on it.
-pub(crate) fn json(command: &str, body: Value) -> Result<(), Failure> {
+pub fn json(command: &str, body: Value) -> Result<(), Failure> {
     let mut object = Map::new();
     object.insert("ok".into(), Value::Bool(true));
     object.insert("command".into(), command.into());
@@ -24,7 +24,7 @@ pub(crate) fn json(command: &str, body: Value) -> Result<(), Failure> {
 }
 
 /// A number for a report: nine significant digits, no trailing zeros.
-pub(crate) fn number(value: f64) -> String {
+pub fn number(value: f64) -> String {
     if value == 0.0 {
         return "0".into();
     }

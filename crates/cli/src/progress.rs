@@ -16,11 +16,11 @@ const TERMINATE: usize = 2;
 
 /// The wish to stop: an interrupt or a termination signal, remembered until the next sample.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct StopWish(Arc<AtomicUsize>);
+pub struct StopWish(Arc<AtomicUsize>);
 
 impl StopWish {
     /// Takes over both signals for the rest of the process.
-    pub(crate) fn watch() -> io::Result<Self> {
+    pub fn watch() -> io::Result<Self> {
         let wish = Self::default();
         flag::register_usize(SIGINT, Arc::clone(&wish.0), INTERRUPT)?;
         flag::register_usize(SIGTERM, Arc::clone(&wish.0), TERMINATE)?;
@@ -28,7 +28,7 @@ impl StopWish {
     }
 
     /// The status to end with, if a signal has come.
-    pub(crate) fn status(&self) -> Option<Status> {
+    pub fn status(&self) -> Option<Status> {
         match self.0.load(Ordering::Relaxed) {
             0 => None,
             TERMINATE => Some(Status::Terminated),
@@ -38,7 +38,7 @@ impl StopWish {
 }
 
 /// A bar over simulated time.
-pub(crate) struct Progress {
+pub struct Progress {
     bar: ProgressBar,
     t_start: f64,
     t_end: f64,
@@ -49,12 +49,12 @@ const PARTS: f64 = 10_000.0;
 
 impl Progress {
     /// A bar for solving from `t_start` to `t_end`, hidden unless stderr is a terminal.
-    pub(crate) fn new(t_start: f64, t_end: f64) -> Self {
+    pub fn new(t_start: f64, t_end: f64) -> Self {
         Self::of("solving", t_start, t_end)
     }
 
     /// A bar for work of this name.
-    pub(crate) fn of(work: &str, t_start: f64, t_end: f64) -> Self {
+    pub fn of(work: &str, t_start: f64, t_end: f64) -> Self {
         let bar = ProgressBar::new(10_000);
         let template = format!("  {work}  {{bar:40}}  {{msg}}  {{eta}} left");
         let style = ProgressStyle::with_template(&template);
@@ -70,7 +70,7 @@ impl Progress {
     }
 
     /// Shows that `t` is reached.
-    pub(crate) fn reached(&self, t: f64) {
+    pub fn reached(&self, t: f64) {
         if self.bar.is_hidden() {
             return;
         }
@@ -82,7 +82,7 @@ impl Progress {
 
     /// Shows that so many of all cases have ended.
     #[expect(clippy::cast_precision_loss, reason = "fewer than 2^53 cases")]
-    pub(crate) fn ended(&self, n_ended: u64, n_cases: u64) {
+    pub fn ended(&self, n_ended: u64, n_cases: u64) {
         if self.bar.is_hidden() {
             return;
         }
@@ -92,7 +92,7 @@ impl Progress {
     }
 
     /// Takes the bar away.
-    pub(crate) fn finish(&self) {
+    pub fn finish(&self) {
         self.bar.finish_and_clear();
     }
 }

@@ -6,27 +6,27 @@ use annotate_snippets::{Group, Level, Renderer};
 use anstream::adapter::strip_str;
 use bksim::model::diagnostic::Diagnostic;
 use bksim_input::{Text, WIDTH, styled, titled};
-pub(crate) use bksim_input::{json_all, plain as plain_text};
+pub use bksim_input::{json_all, plain as plain_text};
 use serde_json::{Value, json};
 
 use crate::exit::Failure;
 use crate::output;
 
 /// Prints diagnostics to stderr.
-pub(crate) fn print_all(source: &Text, faults: &[Diagnostic]) {
+pub fn print_all(source: &Text, faults: &[Diagnostic]) {
     for fault in faults {
         to_stderr(&styled(source, fault));
     }
 }
 
 /// A warning about a file that is no model, on stderr.
-pub(crate) fn warning(message: &str) {
+pub fn warning(message: &str) {
     let group = Group::with_title(Level::WARNING.primary_title(message));
     to_stderr(&Renderer::styled().term_width(WIDTH).render(&[group]));
 }
 
 /// A failure as text without styles.
-pub(crate) fn failure_text(failure: &Failure) -> String {
+pub fn failure_text(failure: &Failure) -> String {
     let about = |path: &std::path::Path, what: &str| format!("`{}` {what}", path.display());
     let unstyled =
         |message: &str, help: Option<&str>| strip_str(&titled(message, help)).to_string();
@@ -40,7 +40,7 @@ pub(crate) fn failure_text(failure: &Failure) -> String {
             unstyled(&about(path, what), help.as_deref())
         }
         Failure::Usage { message, help } => unstyled(message, help.as_deref()),
-        Failure::Window { message, help } => unstyled(message, Some(help)),
+        Failure::Unavailable { message, help } => unstyled(message, Some(help)),
     }
 }
 
@@ -70,7 +70,7 @@ pub(crate) fn failure(failure: &Failure, command: &str, as_json: bool) {
             }
             json!({ "message": message, "help": help })
         }
-        Failure::Window { message, help } => {
+        Failure::Unavailable { message, help } => {
             if !as_json {
                 untitled(message, Some(help));
                 return;
@@ -93,7 +93,7 @@ fn untitled(message: &str, help: Option<&str>) {
 }
 
 /// Prints a line of a command that goes on to stderr.
-pub(crate) fn line(text: &str) {
+pub fn line(text: &str) {
     to_stderr(text);
 }
 

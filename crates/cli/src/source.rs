@@ -1,6 +1,6 @@
 //! Models for commands: read by the library, their faults as failures of a command.
 
-pub(crate) mod logged;
+pub mod logged;
 
 use std::path::Path;
 
@@ -9,13 +9,13 @@ use bksim::cad::model::Sheet;
 use bksim::model::Model;
 use bksim::model::file::Limits;
 use bksim_input::Request;
-pub(crate) use bksim_input::{Loaded, Text};
+pub use bksim_input::{Loaded, Text};
 
 use crate::args::{DrawingArgs, ModelArgs};
 use crate::exit::Failure;
 
 /// Opens and reads a model: a model file, a drawing, or a model file beside a drawing.
-pub(crate) fn load(args: &ModelArgs, max_nesting: usize) -> Result<Loaded, Failure> {
+pub fn load(args: &ModelArgs, max_nesting: usize) -> Result<Loaded, Failure> {
     let request = Request {
         path: &args.model,
         overrides: &args.set,
@@ -51,7 +51,7 @@ pub(crate) fn parse(
 }
 
 /// Derives the equations, passing faults on with their text.
-pub(crate) fn derive(source: &Text, model: Model) -> Result<Mechanism, Failure> {
+pub fn derive(source: &Text, model: Model) -> Result<Mechanism, Failure> {
     let derived = Mechanism::derive(model, Vec::new());
     derived.map_err(|rejected| source.rejected(rejected.0).into())
 }

@@ -34,12 +34,10 @@ fn a_log_without_the_channels_of_other_programs_has_all_of_its_own() {
     );
     assert!(2 * own.len() < all.len(), "{} of {} bytes", own.len(), all.len());
 
-    // Every number is there, and everything can be shown.
+    // Every number is there.
     assert!(read("all.csv") == read("own.csv"), "the tables differ");
-    for command in ["info own.mcap", "page own.mcap -o own.html", "render own.mcap -o own.svg"] {
-        let output = place.run(command);
-        assert!(output.status.success(), "{command}: {}", text(&output.stderr));
-    }
+    let output = place.run("info own.mcap");
+    assert!(output.status.success(), "{}", text(&output.stderr));
 }
 
 #[test]

@@ -180,29 +180,3 @@ fn a_resumed_log_has_the_channels_of_its_first_part() {
     assert!(!first.contains("/tf") && first.contains("/state"), "{first:?}");
     assert_eq!(topics("long-resumed.mcap"), first);
 }
-
-#[test]
-fn a_film_that_is_interrupted_leaves_nothing_behind() {
-    let place = Scratch::new();
-    place.write("long.toml", LONG.replace("1e6 s", "100 s"));
-    let mut child = place
-        .bksim()
-        .args(["render", "long.toml", "-o", "long.gif", "--speed", "0.01", "--size", "400x400"])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("bksim starts");
-    let begun = Instant::now();
-    while !place.path().join("long.gif.part").exists() {
-        assert!(begun.elapsed() < Duration::from_mins(1), "no film is begun");
-        sleep(Duration::from_millis(20));
-    }
-    signal(&child, "-INT");
-    let status = child.wait().expect("it ends");
-    assert_eq!(status.code(), Some(130));
-    let mut left = fs::read_dir(place.path())
-        .expect("the directory")
-        .map(|entry| entry.expect("an entry").file_name().into_string().expect("a name"));
-    assert_eq!(left.next().as_deref(), Some("long.toml"));
-    assert_eq!(left.next(), None);
-}

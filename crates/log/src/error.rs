@@ -90,10 +90,14 @@ pub enum LogError {
         close: Vec<String>,
     },
 
-    /// The Parquet writer failed.
-    #[cfg(feature = "parquet")]
-    #[error("cannot write Parquet: {0}")]
-    Parquet(#[from] parquet::errors::ParquetError),
+    /// The writer of a table in another format failed.
+    #[error("cannot write {format}: {reason}")]
+    Table {
+        /// Name of the format.
+        format: &'static str,
+        /// The writer's own words.
+        reason: String,
+    },
 }
 
 impl LogError {

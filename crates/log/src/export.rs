@@ -1,12 +1,6 @@
 //! Exporting chosen channels as a table: one row per time, one column per signal.
 
-#[cfg(feature = "parquet")]
-mod parquet;
-
 use std::io::{Read, Write};
-
-#[cfg(feature = "parquet")]
-pub use parquet::to_parquet;
 
 use crate::{EndStatus, LogError, LogReader, Record, Selection, Wanted};
 

@@ -34,6 +34,10 @@ pub struct Page {
 #[macro_export]
 macro_rules! codes {
     ($($name:ident = $code:literal, $title:literal;)*) => {
+        $crate::codes! { pages "/../../docs/diagnostics/"; $($name = $code, $title;)* }
+    };
+    // The pages lie there from the manifest of the crate.
+    (pages $pages:literal; $($name:ident = $code:literal, $title:literal;)*) => {
         $(#[doc = $title] pub const $name: $crate::diagnostic::Code =
             $crate::diagnostic::Code($code);)*
 
@@ -43,7 +47,7 @@ macro_rules! codes {
             title: $title,
             text: include_str!(concat!(
                 env!("CARGO_MANIFEST_DIR"),
-                "/../../docs/diagnostics/",
+                $pages,
                 $code,
                 ".md"
             )),

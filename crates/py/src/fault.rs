@@ -120,7 +120,7 @@ fn panic_words(panic: &(dyn Any + Send)) -> String {
 /// What a code means and the way out, or `None` when there is no such code.
 #[pyfunction]
 pub(crate) fn explain(code: &str) -> Option<String> {
-    bksim_sweep::codes::explain(code).map(|page| page.text.to_owned())
+    bksim::explain(code).map(|page| page.text.to_owned())
 }
 
 /// Panics, so that tests can see what becomes of it.

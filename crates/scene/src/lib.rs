@@ -16,6 +16,7 @@ mod from_model;
 mod geometry;
 mod label;
 mod picture;
+pub mod request;
 mod rod;
 mod rule;
 mod scene;

@@ -39,7 +39,6 @@
 
 mod axis;
 mod case;
-pub mod codes;
 mod error;
 mod output;
 mod parquet;
@@ -49,6 +48,7 @@ mod run;
 mod study;
 
 pub use axis::{Axis, Spacing, Values};
+pub use bksim::sweep_codes as codes;
 pub use case::{Ending, Fault, Row};
 pub use error::SweepError;
 pub use output::{Output, Take};

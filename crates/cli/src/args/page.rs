@@ -4,17 +4,18 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+/// A run as one page of HTML.
 #[derive(Args, Debug)]
-pub(crate) struct Page {
+pub struct Page {
     /// The log.
-    pub(crate) log: PathBuf,
+    pub log: PathBuf,
     /// The page; LOG's name with the ending .html, in the working directory, unless given.
     #[arg(short, long, value_name = "FILE")]
-    pub(crate) output: Option<PathBuf>,
+    pub output: Option<PathBuf>,
     /// Heading of the page; the model's name unless given.
     #[arg(long, value_name = "TEXT")]
-    pub(crate) title: Option<String>,
+    pub title: Option<String>,
     /// Overwrite an existing file.
     #[arg(long)]
-    pub(crate) force: bool,
+    pub force: bool,
 }

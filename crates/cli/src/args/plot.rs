@@ -9,54 +9,54 @@ use super::view::seconds;
 /// Curves of runs. Names of logs and of channels may stand in any order, the first log first.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct Plot {
+pub struct Plot {
     /// Logs, and channels of them: `state.A_angle`, a whole topic `energy`, or a pattern
     /// `reactions.*.fx`. An overview if there are no channels.
     #[arg(required = true, value_name = "LOG|CHANNEL")]
-    pub(crate) what: Vec<String>,
+    pub what: Vec<String>,
     /// Draw over this channel in place of the time.
     #[arg(long, value_name = "CHANNEL")]
-    pub(crate) x: Option<String>,
+    pub x: Option<String>,
     /// Draw from this time on, s.
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    pub(crate) from: Option<f64>,
+    pub from: Option<f64>,
     /// Draw up to this time, s.
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    pub(crate) to: Option<f64>,
+    pub to: Option<f64>,
     /// The picture; its ending chooses the format (.svg, .png, .pdf). Text on standard output if
     /// none.
     #[arg(short, long, value_name = "FILE")]
-    pub(crate) output: Option<PathBuf>,
+    pub output: Option<PathBuf>,
     /// Open a window to zoom into the curves and to read values.
     #[arg(long, conflicts_with = "output")]
-    pub(crate) window: bool,
+    pub window: bool,
     /// Write a picture of the window as PNG, and close it.
     #[arg(long, value_name = "FILE", requires = "window")]
-    pub(crate) screenshot: Option<PathBuf>,
+    pub screenshot: Option<PathBuf>,
     /// Take the picture so many seconds after the first frame.
     #[arg(long, value_name = "S", default_value_t = 0.5, requires = "screenshot",
           value_parser = seconds)]
-    pub(crate) after: f64,
+    pub after: f64,
     /// Width and height: pixels of a PNG or a window, of 1/96 inch otherwise.
     #[arg(long, value_name = "WxH", value_parser = size)]
-    pub(crate) size: Option<(f64, f64)>,
+    pub size: Option<(f64, f64)>,
     /// Colours; light ones for a picture and as the system wishes for a window unless given.
     #[arg(long, value_enum)]
-    pub(crate) theme: Option<PlotTheme>,
+    pub theme: Option<PlotTheme>,
     /// Title of the picture; the model's name unless given.
     #[arg(long, value_name = "TEXT")]
-    pub(crate) title: Option<String>,
+    pub title: Option<String>,
     /// Logarithms of the ordinates; what has none is left out.
     #[arg(long)]
-    pub(crate) log_y: bool,
+    pub log_y: bool,
     /// Overwrite an existing file.
     #[arg(long)]
-    pub(crate) force: bool,
+    pub force: bool,
 }
 
 /// Colours of the picture.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
-pub(crate) enum PlotTheme {
+pub enum PlotTheme {
     /// On white.
     Light,
     /// On near black.

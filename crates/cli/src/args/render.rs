@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use bksim_view::render::{Background, DENSITIES, FACTORS, MOST_GHOSTS, SIDES};
+use bksim_scene::request::{Background, DENSITIES, FACTORS, MOST_GHOSTS, SIDES};
 use clap::{Args, ValueEnum};
 
 use super::{DrawingArgs, assignment};
@@ -10,63 +10,64 @@ use super::{DrawingArgs, assignment};
 /// Pictures show one instant; films show the motion from --from to --to.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct Render {
+pub struct Render {
     /// A log, or a model or drawing, which is solved first.
     #[arg(value_name = "LOG|MODEL")]
-    pub(crate) input: PathBuf,
+    pub input: PathBuf,
     /// The file; its ending chooses the format: .png, .svg, .gif, .mp4, .apng.
     #[arg(short, long, value_name = "FILE")]
-    pub(crate) output: PathBuf,
+    pub output: PathBuf,
     /// Overwrite an existing file.
     #[arg(long)]
-    pub(crate) force: bool,
+    pub force: bool,
     /// Give a parameter of a model another value.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
-    pub(crate) set: Vec<(String, String)>,
+    pub set: Vec<(String, String)>,
+    /// How a drawing is read.
     #[command(flatten)]
-    pub(crate) drawing: DrawingArgs,
+    pub drawing: DrawingArgs,
     /// The instant that a picture shows, s; the middle of the motion unless given.
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    pub(crate) at: Option<f64>,
+    pub at: Option<f64>,
     /// Where a film begins, s; at the start of the motion unless given.
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    pub(crate) from: Option<f64>,
+    pub from: Option<f64>,
     /// Where a film ends, s; at the end of the motion unless given.
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    pub(crate) to: Option<f64>,
+    pub to: Option<f64>,
     /// Width and height in pixels, such as 1280x720; else the mechanism chooses its shape.
     #[arg(long, value_name = "WxH", value_parser = size)]
-    pub(crate) size: Option<[u32; 2]>,
+    pub size: Option<[u32; 2]>,
     /// Pixels per point: how large lines and letters are. They grow with the picture unless given.
     #[arg(long, value_name = "FACTOR", value_parser = density)]
-    pub(crate) density: Option<f32>,
+    pub density: Option<f32>,
     /// Frames a second of a film; 30, and 25 for GIF, unless given.
     #[arg(long, value_name = "N", value_parser = positive)]
-    pub(crate) fps: Option<f64>,
+    pub fps: Option<f64>,
     /// Seconds of motion in a second of film: 0.1 is slow motion; 1 unless given.
     #[arg(long, value_name = "FACTOR", value_parser = positive)]
-    pub(crate) speed: Option<f64>,
+    pub speed: Option<f64>,
     /// What is behind the mechanism: light, dark, transparent, or a colour such as #fff8e7.
     #[arg(long, value_name = "COLOUR", default_value = "light", value_parser = background)]
-    pub(crate) background: Background,
+    pub background: Background,
     /// Draw the mechanism faintly at N earlier instants, too.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(..=i64::from(MOST_GHOSTS)))]
-    pub(crate) ghosts: u16,
+    pub ghosts: u16,
     /// How far back ghosts and trails reach, s; to the start of the motion unless given.
     #[arg(long, value_name = "S", value_parser = positive)]
-    pub(crate) past: Option<f64>,
+    pub past: Option<f64>,
     /// Write names beside joints, points and centres of mass.
     #[arg(long)]
-    pub(crate) labels: bool,
+    pub labels: bool,
     /// Draw the way of this joint, point (`crank.P`) or centre of mass (`crank`); may be repeated.
     #[arg(long, value_name = "POINT")]
-    pub(crate) trail: Vec<String>,
+    pub trail: Vec<String>,
     /// Arrows, to one scale over the whole motion.
     #[arg(long, value_enum, value_name = "KINDS", value_delimiter = ',')]
-    pub(crate) arrows: Vec<Arrows>,
+    pub arrows: Vec<Arrows>,
     /// From where a spatial mechanism is seen: azimuth and elevation in degrees.
     #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = view, allow_hyphen_values = true)]
-    pub(crate) view: Option<[f64; 2]>,
+    pub view: Option<[f64; 2]>,
 }
 
 const EXAMPLES: &str = "\
@@ -78,7 +79,7 @@ Examples:
 
 /// Which arrows are drawn.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
-pub(crate) enum Arrows {
+pub enum Arrows {
     /// Joint reactions on the second bodies.
     Reactions,
     /// Velocities of points and centres of mass.

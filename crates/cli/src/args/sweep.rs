@@ -6,45 +6,48 @@ use clap::Args;
 
 use super::{DrawingArgs, Tuning, assignment};
 
+/// One model at many values of its parameters.
 #[derive(Args, Debug)]
-pub(crate) struct Sweep {
+pub struct Sweep {
     /// The model file, or a drawing (DXF, DWG).
-    pub(crate) model: PathBuf,
+    pub model: PathBuf,
     /// Vary a parameter or a stated initial value: `l1=0.8:1.2:41` for 41 values, `l1=0.8,0.9` for
     /// these, `k=1:1000:4:log` at even ratios, `l1=0.8:1.2` for samples; or give it one value, as
     /// in `solve`. Several make a grid of all their values.
     #[arg(long = "set", value_name = "NAME=VALUES", value_parser = assignment)]
-    pub(crate) set: Vec<(String, String)>,
+    pub set: Vec<(String, String)>,
+    /// How a drawing is read.
     #[command(flatten)]
-    pub(crate) drawing: DrawingArgs,
+    pub drawing: DrawingArgs,
     /// Keep this of each run: `max(reactions.B.fx)`, `final(state.x)`, `theta@0.5`; also `min`,
     /// `mean`, `rms`. The final, smallest and largest values of all coordinates unless given.
     #[arg(long, value_name = "OUTPUT")]
-    pub(crate) keep: Vec<String>,
+    pub keep: Vec<String>,
     /// The table; NAME.parquet in the working directory unless given.
     #[arg(short, long, value_name = "FILE", alias = "output")]
-    pub(crate) out: Option<PathBuf>,
+    pub out: Option<PathBuf>,
     /// Independent samples in place of a grid.
     #[arg(long, value_name = "N", conflicts_with_all = ["lhs", "sobol"])]
-    pub(crate) random: Option<u64>,
+    pub random: Option<u64>,
     /// Samples of a Latin hypercube: one in each of N parts of every axis.
     #[arg(long, value_name = "N", conflicts_with = "sobol")]
-    pub(crate) lhs: Option<u64>,
+    pub lhs: Option<u64>,
     /// Points of Sobol's sequence, with Owen's scrambling; best a power of two.
     #[arg(long, value_name = "N")]
-    pub(crate) sobol: Option<u64>,
+    pub sobol: Option<u64>,
     /// Other samples for each seed.
     #[arg(long, value_name = "SEED", default_value_t = 0)]
-    pub(crate) seed: u64,
+    pub seed: u64,
     /// Threads; one per core unless given. The table does not depend on it.
     #[arg(short, long, value_name = "N", default_value_t = 0, hide_default_value = true)]
-    pub(crate) jobs: usize,
+    pub jobs: usize,
     /// Go on with a sweep that was interrupted.
     #[arg(long, conflicts_with = "force")]
-    pub(crate) resume: bool,
+    pub resume: bool,
     /// Overwrite an existing table, and begin anew where a sweep was interrupted.
     #[arg(long)]
-    pub(crate) force: bool,
+    pub force: bool,
+    /// Settings of every solution.
     #[command(flatten)]
-    pub(crate) tuning: Tuning,
+    pub tuning: Tuning,
 }

@@ -6,46 +6,48 @@ use clap::{ArgAction, Args};
 
 use super::{DrawingArgs, assignment};
 
+/// A model or a log moving, in a window.
 #[derive(Args, Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "each is an option that is given or not")]
-pub(crate) struct View {
+pub struct View {
     /// A log, a model file, or a drawing (DXF, DWG); it is watched, and shown anew when it changes.
     #[arg(value_name = "MODEL|LOG")]
-    pub(crate) input: PathBuf,
+    pub input: PathBuf,
     /// Give a parameter of a model another value: a number, a quantity such as "25 mm", or an
     /// expression.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
-    pub(crate) set: Vec<(String, String)>,
+    pub set: Vec<(String, String)>,
+    /// How a drawing is read.
     #[command(flatten)]
-    pub(crate) drawing: DrawingArgs,
+    pub drawing: DrawingArgs,
     /// The instant to begin at, s; that of the motion unless given.
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = instant)]
-    pub(crate) t: Option<f64>,
+    pub t: Option<f64>,
     /// Stand still at first.
     #[arg(long)]
-    pub(crate) paused: bool,
+    pub paused: bool,
     /// Width and height of the window.
     #[arg(long, value_name = "WxH", default_value = "1200x760", value_parser = size)]
-    pub(crate) size: [f32; 2],
+    pub size: [f32; 2],
     /// Light on dark; as the system wishes unless given.
     #[arg(long, conflicts_with = "light")]
-    pub(crate) dark: bool,
+    pub dark: bool,
     /// Dark on light; as the system wishes unless given.
     #[arg(long)]
-    pub(crate) light: bool,
+    pub light: bool,
     /// Write a picture of the window as PNG, and close it.
     #[arg(long, value_name = "FILE")]
-    pub(crate) screenshot: Option<PathBuf>,
+    pub screenshot: Option<PathBuf>,
     /// Take the picture so many seconds after the first frame.
     #[arg(long, value_name = "S", default_value_t = 0.5, requires = "screenshot",
           value_parser = seconds)]
-    pub(crate) after: f64,
+    pub after: f64,
     /// Overwrite an existing picture.
     #[arg(long, requires = "screenshot", action = ArgAction::SetTrue)]
-    pub(crate) force: bool,
+    pub force: bool,
     /// Close the window after so many frames, and say how fast they were.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    pub(crate) frames: Option<u32>,
+    pub frames: Option<u32>,
 }
 
 fn instant(text: &str) -> Result<f64, String> {

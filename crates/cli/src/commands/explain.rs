@@ -1,6 +1,6 @@
 //! `bksim explain CODE`: the page of a diagnostic.
 
-use bksim_sweep::codes::{explain, explained_codes};
+use bksim::{explain, explained_codes};
 use serde_json::json;
 
 use crate::args::Explain;

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Write};
 use std::path::Path;
 
-use bksim::log::export::{Exported, to_csv, to_parquet};
+use bksim::log::export::{Exported, to_csv};
 use bksim::log::{LogError, LogReader, Record, Selection};
 use serde_json::json;
 
@@ -13,7 +13,33 @@ use crate::exit::{Failure, Status};
 use crate::output;
 use crate::render;
 
+/// A log that is open.
+pub type OpenLog = LogReader<BufReader<File>>;
+
+/// A format of tables.
+#[derive(Clone, Copy, Debug)]
+pub struct TableFormat {
+    /// Its ending, lower case.
+    pub name: &'static str,
+    /// Writes the selected channels of a log.
+    pub write: fn(OpenLog, &Selection, &mut BufWriter<File>) -> Result<Exported, LogError>,
+}
+
+const CSV: TableFormat =
+    TableFormat { name: "csv", write: |log, selection, out| to_csv(log, selection, out) };
+
 pub(crate) fn run(args: &Export, as_json: bool) -> Result<Status, Failure> {
+    let Some(path) = &args.output else { return to_stdout(args, as_json) };
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    if !ending.eq_ignore_ascii_case(CSV.name) {
+        let message = format!("`{}` has no ending that names a table", path.display());
+        return Err(Failure::usage(message, "end the name with .csv or .parquet"));
+    }
+    to_file(args, path, &CSV, as_json)
+}
+
+/// The log, and the channels of it that are asked for.
+fn open(args: &Export) -> Result<(OpenLog, Selection), Failure> {
     let file = File::open(&args.log).map_err(|e| Failure::reading(&args.log, &e))?;
     let log = LogReader::open(BufReader::new(file)).map_err(|e| bad_log(&args.log, &e))?;
     let selection = if args.channels.is_empty() {
@@ -21,29 +47,38 @@ pub(crate) fn run(args: &Export, as_json: bool) -> Result<Status, Failure> {
     } else {
         Selection::new(log.header(), &args.channels).map_err(|e| bad_log(&args.log, &e))?
     };
-    let Some(path) = &args.output else {
-        if as_json {
-            return Err(Failure::usage(
-                "--json reports on a table, but there is none",
-                "add `-o FILE`",
-            ));
-        }
-        let mut stdout = Pipe { out: std::io::stdout().lock(), closed: false };
-        let exported = to_csv(log, &selection, &mut stdout).map_err(|e| match e {
-            _ if stdout.closed => Failure::OutputClosed,
-            LogError::Io(error) => Failure::stdout(&error),
-            other => bad_log(&args.log, &other),
-        })?;
-        warn_if_cut(args, &exported);
-        return Ok(Status::Done);
-    };
+    Ok((log, selection))
+}
 
-    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
-    if !["csv", "parquet"].iter().any(|known| ending.eq_ignore_ascii_case(known)) {
-        let message = format!("`{}` has no ending that names a table", path.display());
-        return Err(Failure::usage(message, "end the name with .csv or .parquet"));
+fn to_stdout(args: &Export, as_json: bool) -> Result<Status, Failure> {
+    let (log, selection) = open(args)?;
+    if as_json {
+        return Err(Failure::usage(
+            "--json reports on a table, but there is none",
+            "add `-o FILE`",
+        ));
     }
-    let is_parquet = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("parquet"));
+    let mut stdout = Pipe { out: std::io::stdout().lock(), closed: false };
+    let exported = to_csv(log, &selection, &mut stdout).map_err(|e| match e {
+        _ if stdout.closed => Failure::OutputClosed,
+        LogError::Io(error) => Failure::stdout(&error),
+        other => bad_log(&args.log, &other),
+    })?;
+    warn_if_cut(args, &exported);
+    Ok(Status::Done)
+}
+
+/// Exports to a file of this format.
+///
+/// # Errors
+/// A log that cannot be read, channels it does not have, a file that cannot be written.
+pub fn to_file(
+    args: &Export,
+    path: &Path,
+    format: &TableFormat,
+    as_json: bool,
+) -> Result<Status, Failure> {
+    let (log, selection) = open(args)?;
     if path.exists() && !args.force {
         let help = Some("add --force to overwrite it".to_owned());
         return Err(Failure::file(path, "exists already; nothing was written".to_owned(), help));
@@ -54,11 +89,7 @@ pub(crate) fn run(args: &Export, as_json: bool) -> Result<Status, Failure> {
     }
     let out = File::create(path).map_err(|e| Failure::writing(path, &e))?;
     let mut out = BufWriter::new(out);
-    let exported = if is_parquet {
-        to_parquet(log, &selection, &mut out)
-    } else {
-        to_csv(log, &selection, &mut out)
-    };
+    let exported = (format.write)(log, &selection, &mut out);
     let exported = exported.map_err(|e| bad_log(&args.log, &e))?;
     out.flush().map_err(|e| Failure::writing(path, &e))?;
     warn_if_cut(args, &exported);
@@ -69,7 +100,7 @@ pub(crate) fn run(args: &Export, as_json: bool) -> Result<Status, Failure> {
             "export",
             json!({
                 "output": path.display().to_string(),
-                "format": if is_parquet { "parquet" } else { "csv" },
+                "format": format.name,
                 "rows": exported.n_rows,
                 "complete": exported.end.is_some(),
                 "columns": columns.collect::<Vec<_>>(),

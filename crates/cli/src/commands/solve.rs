@@ -241,7 +241,7 @@ impl<W: Write> Observer for Logging<W> {
 }
 
 /// The options of the command line, checked; runs begin at `t_start`.
-pub(crate) fn changes(args: &Tuning, t_start: f64) -> Result<SolveChanges, Failure> {
+pub fn changes(args: &Tuning, t_start: f64) -> Result<SolveChanges, Failure> {
     let changes = SolveChanges {
         t_end: args.t_end,
         rtol: args.rtol,
@@ -265,7 +265,7 @@ fn output_path(args: &Solve, model_name: &str) -> PathBuf {
 }
 
 /// A file in the working directory that is called after a model.
-pub(crate) fn named_after(model_name: &str, ending: &str) -> PathBuf {
+pub fn named_after(model_name: &str, ending: &str) -> PathBuf {
     let plain = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
     PathBuf::from(format!("{}.{ending}", model_name.chars().map(plain).collect::<String>()))
 }
@@ -275,7 +275,7 @@ fn is_same_file(a: &Path, b: &Path) -> bool {
 }
 
 /// Refuses an output that exists, is the model itself, or has no directory to lie in.
-pub(crate) fn check_output(path: &Path, inputs: &[&Path], force: bool) -> Result<(), Failure> {
+pub fn check_output(path: &Path, inputs: &[&Path], force: bool) -> Result<(), Failure> {
     let nothing_solved = "nothing was solved";
     let directory = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,

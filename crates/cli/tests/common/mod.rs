@@ -1,4 +1,4 @@
-//! Running the command in a directory of its own.
+//! Running the command in a directory of its own; for the tests of `bksim-studio`, too.
 //!
 //! Each test binary uses a part of it.
 #![allow(dead_code, reason = "each test binary uses a part of this module")]
@@ -10,6 +10,13 @@ use std::{env, fs, process};
 
 /// The crate's directory.
 pub(crate) const CRATE: &str = env!("CARGO_MANIFEST_DIR");
+
+/// The program under test: that of the package which the test belongs to.
+pub(crate) const PROGRAM: &str =
+    match (option_env!("CARGO_BIN_EXE_bksim"), option_env!("CARGO_BIN_EXE_bksim-studio")) {
+        (Some(program), _) | (None, Some(program)) => program,
+        (None, None) => panic!("the package has a program"),
+    };
 
 /// A directory that goes with the test.
 pub(crate) struct Scratch(PathBuf);
@@ -33,7 +40,7 @@ impl Scratch {
 
     /// The command, in this directory, without colours.
     pub(crate) fn bksim(&self) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_bksim"));
+        let mut command = Command::new(PROGRAM);
         command.current_dir(&self.0).env("NO_COLOR", "1");
         // Without it, drivers of graphics cards complain on stderr.
         command.env("XDG_RUNTIME_DIR", &self.0);

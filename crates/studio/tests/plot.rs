@@ -1,5 +1,6 @@
-//! `bksim plot` and `bksim info`, from the model to the picture.
+//! `bksim plot`, from the model to the picture.
 
+#[path = "../../cli/tests/common/mod.rs"]
 mod common;
 
 use std::fs;
@@ -179,9 +180,6 @@ fn what_cannot_be_drawn_is_said() {
         ("plot missing.mcap", 4, "there is no such file"),
         ("plot spring-pendulum.toml", 1, "not an MCAP file"),
         ("plot spring-pendulum.mcap -o missing/a.svg", 4, "cannot be written"),
-        ("info missing.mcap", 4, "there is no such file"),
-        ("info spring-pendulum.toml", 1, "not an MCAP file"),
-        ("export spring-pendulum.mcap -o a.xlsx", 2, ".csv or .parquet"),
     ];
     for (arguments, status, words) in cases {
         let (found, message) = refused(&place, arguments);
@@ -218,31 +216,9 @@ fn logs_cut_anywhere_are_told_and_drawn_as_far_as_they_go() {
 }
 
 #[test]
-fn information_tells_what_is_there() {
-    let place = solved("spring-pendulum", "--t-end 0.5 --set k=90");
-    let words = run(&place, "info spring-pendulum.mcap");
-    for expected in [
-        "spring-pendulum",
-        "energy.kinetic",
-        "51 from t = 0 s to 0.5 s",
-        "set.k",
-        "1.5 N s/m",
-        "steps,",
-    ] {
-        assert!(words.contains(expected), "`{expected}` in\n{words}");
-    }
-    let object = json(&place, "info spring-pendulum.mcap");
-    assert_eq!((&object["complete"], &object["reached_end"]), (&true.into(), &true.into()));
-    assert_eq!(object["channels"][0]["samples"], 51);
-    assert!(object["motion"]["steps"].as_u64() > Some(0));
-
+fn logs_of_other_programs_are_refused() {
+    let place = Scratch::new();
     place.write("other.mcap", other_mcap());
-    let words = run(&place, "info other.mcap");
-    for expected in
-        ["holds no run of bksim", "ros2", "some writer", "/chatter", "demo.Chatter", "json"]
-    {
-        assert!(words.contains(expected), "`{expected}` in\n{words}");
-    }
     let (status, words) = refused(&place, "plot other.mcap");
     assert!(status == 1 && words.contains("holds no bksim run"), "{words}");
 }

@@ -9,10 +9,10 @@ use bksim::playback::{Playback, PlaybackError};
 use bksim_page::{IS_BUNDLED, Options, PageError, page};
 use serde_json::json;
 
-use crate::args::page::Page;
-use crate::exit::{Failure, Status};
-use crate::output;
-use crate::render;
+use bksim_cli::args::page::Page;
+use bksim_cli::exit::{Failure, Status};
+use bksim_cli::output;
+use bksim_cli::render;
 
 /// What a build without a page tells its user to do.
 const NO_PAGE: &str = "install Node.js 18 or later with npm, and build bksim again: the page's script is bundled then";

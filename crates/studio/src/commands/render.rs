@@ -12,11 +12,11 @@ use serde_json::{Value, json};
 
 use self::motion::Opened;
 use self::write::Replacing;
-use crate::args::ModelArgs;
-use crate::args::render::{Arrows, Render};
-use crate::exit::{Failure, Status};
-use crate::output;
-use crate::progress::{Progress, StopWish};
+use bksim_cli::args::ModelArgs;
+use bksim_cli::args::render::{Arrows, Render};
+use bksim_cli::exit::{Failure, Status};
+use bksim_cli::output;
+use bksim_cli::progress::{Progress, StopWish};
 
 pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let begun = Instant::now();

@@ -1,5 +1,6 @@
 //! `docs/json.md` lists exactly the keys that the commands print, each with its type.
 
+#[path = "../../cli/tests/common/mod.rs"]
 mod common;
 
 use std::collections::BTreeMap;

@@ -12,11 +12,11 @@ use bksim::log::{LogError, Selection};
 use bksim_plot::{Format, PlotError, Screen, Size, Theme};
 use serde_json::{Value, json};
 
-use crate::args::plot::{Plot, PlotTheme};
-use crate::exit::{Failure, Status};
-use crate::output;
-use crate::render;
-use crate::source::logged::is_log;
+use bksim_cli::args::plot::{Plot, PlotTheme};
+use bksim_cli::exit::{Failure, Status};
+use bksim_cli::output;
+use bksim_cli::render;
+use bksim_cli::source::logged::is_log;
 use choose::{Plan, Quantity};
 use compose::{Drawing, Plotted};
 use curves::{Run, Wish};

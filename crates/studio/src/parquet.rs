@@ -1,24 +1,17 @@
-//! Export as Parquet, through the column writers alone: no Arrow.
+//! Export of a log as Parquet, through the column writers alone: no Arrow.
 
-use std::{
-    io::{Read, Write},
-    sync::Arc,
-};
+use std::io::{Read, Write};
+use std::sync::Arc;
 
-use ::parquet::{
-    basic::{Compression, Repetition, Type as PhysicalType, ZstdLevel},
-    data_type::DoubleType,
-    errors::ParquetError,
-    file::{
-        metadata::KeyValue,
-        properties::WriterProperties,
-        writer::{SerializedFileWriter, SerializedRowGroupWriter},
-    },
-    schema::types::{Type, TypePtr},
-};
-
-use super::{Exported, rows};
-use crate::{LogError, LogReader, Selection};
+use ::parquet::basic::{Compression, Repetition, Type as PhysicalType, ZstdLevel};
+use ::parquet::data_type::DoubleType;
+use ::parquet::errors::ParquetError;
+use ::parquet::file::metadata::KeyValue;
+use ::parquet::file::properties::WriterProperties;
+use ::parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
+use ::parquet::schema::types::{Type, TypePtr};
+use bksim::log::export::{Exported, rows};
+use bksim::log::{LogError, LogReader, Selection};
 
 /// Cells held in memory before a row group is written: 64 MiB of doubles.
 const CELLS_PER_GROUP: usize = 8 << 20;
@@ -30,7 +23,7 @@ const CELLS_PER_GROUP: usize = 8 << 20;
 /// each signal that has a unit `unit.state.angle` and so on; `unit.t` is `s`.
 ///
 /// # Errors
-/// As [`super::to_csv`], and [`LogError::Parquet`].
+/// As [`bksim::log::export::to_csv`], and [`LogError::Table`].
 pub fn to_parquet<R: Read>(
     log: LogReader<R>,
     selection: &Selection,
@@ -42,17 +35,25 @@ pub fn to_parquet<R: Read>(
         .set_dictionary_enabled(false)
         .set_key_value_metadata(Some(key_values(&log, selection)))
         .build();
-    let mut file = SerializedFileWriter::new(out, schema(selection)?, Arc::new(properties))?;
+    let schema = schema(selection).map_err(unwritten)?;
+    let mut file =
+        SerializedFileWriter::new(out, schema, Arc::new(properties)).map_err(unwritten)?;
     let mut group = Group::new(selection.columns().len());
     let exported = rows(log, selection, |t, cells| {
         group.push(t, cells);
-        if group.t.len() >= group.n_rows_max { group.write(&mut file) } else { Ok(()) }
+        let is_full = group.t.len() >= group.n_rows_max;
+        if is_full { group.write(&mut file).map_err(unwritten) } else { Ok(()) }
     })?;
     if !group.t.is_empty() {
-        group.write(&mut file)?;
+        group.write(&mut file).map_err(unwritten)?;
     }
-    file.close()?;
+    file.close().map_err(unwritten)?;
     Ok(exported)
+}
+
+#[expect(clippy::needless_pass_by_value, reason = "it maps errors")]
+fn unwritten(error: ParquetError) -> LogError {
+    LogError::Table { format: "Parquet", reason: error.to_string() }
 }
 
 fn key_values<R: Read>(log: &LogReader<R>, selection: &Selection) -> Vec<KeyValue> {
@@ -114,7 +115,7 @@ impl Group {
     fn write<W: Write + Send>(
         &mut self,
         file: &mut SerializedFileWriter<W>,
-    ) -> Result<(), LogError> {
+    ) -> Result<(), ParquetError> {
         let mut group = file.next_row_group()?;
         write_column(&mut group, &self.t, None)?;
         self.t.clear();

@@ -11,11 +11,11 @@ use bksim_view::window::{Look, Outcome, Report, Source, WindowError, WindowOptio
 use serde_json::{Value, json};
 
 use self::motion::Motion;
-use crate::args::ModelArgs;
-use crate::args::view::View;
-use crate::exit::{Failure, Status};
-use crate::output;
-use crate::render;
+use bksim_cli::args::ModelArgs;
+use bksim_cli::args::view::View;
+use bksim_cli::exit::{Failure, Status};
+use bksim_cli::output;
+use bksim_cli::render;
 
 pub(crate) fn run(args: &View, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let started = Instant::now();
@@ -114,7 +114,7 @@ fn reporter(input: &Path, as_json: bool) -> impl FnMut(Report<'_>) + use<> {
 /// Why there is no window, and what to do about it or `instead`.
 pub(super) fn no_window(error: &WindowError, instead: &str) -> Failure {
     let help = format!("{}; {instead}", error.help());
-    Failure::Window { message: format!("no window can be opened: {error}"), help }
+    Failure::Unavailable { message: format!("no window can be opened: {error}"), help }
 }
 
 fn describe(args: &View, outcome: &Outcome) -> Value {

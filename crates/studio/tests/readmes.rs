@@ -14,6 +14,7 @@
 //! With `BKSIM_BLESS=1` the blocks are rewritten from what is printed.
 #![cfg(unix)]
 
+#[path = "../../cli/tests/common/mod.rs"]
 mod common;
 
 #[path = "../../../examples/embed/main.rs"]
@@ -21,10 +22,11 @@ mod common;
 mod embed;
 
 use std::fs;
+use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use common::{CRATE, Scratch, text};
+use common::{CRATE, PROGRAM, Scratch, text};
 
 fn root() -> PathBuf {
     Path::new(CRATE).join("../..").canonicalize().expect("the project")
@@ -80,7 +82,7 @@ fn between<'a>(text: &'a str, from: &str, to: &str) -> Option<&'a str> {
 /// Runs all blocks of a README and compares them.
 fn check(path: &Path) {
     let place = Scratch::new();
-    let link = std::os::unix::fs::symlink(root().join("examples"), place.path().join("examples"));
+    let link = symlink(root().join("examples"), place.path().join("examples"));
     link.expect("a link to the examples");
     let readme = fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let mut blessed = String::new();
@@ -114,7 +116,9 @@ fn check(path: &Path) {
 
 /// Runs the commands of a block, which must succeed; returns the block as it should be.
 fn run_block(place: &Scratch, block: &str, wrong: &mut Vec<String>) -> String {
-    let binaries = Path::new(env!("CARGO_BIN_EXE_bksim")).parent().expect("a directory");
+    // The studio has the whole command line: under that name it is the command of the READMEs.
+    let programs = Scratch::new();
+    symlink(PROGRAM, programs.path().join("bksim")).expect("a link to the program");
     let path = std::env::var("PATH").unwrap_or_default();
     let mut blessed = String::new();
     for part in block.split("$ ").filter(|part| !part.is_empty()) {
@@ -122,7 +126,7 @@ fn run_block(place: &Scratch, block: &str, wrong: &mut Vec<String>) -> String {
         let output = Command::new("sh")
             .args(["-c", command])
             .current_dir(place.path())
-            .env("PATH", format!("{}:{path}", binaries.display()))
+            .env("PATH", format!("{}:{path}", programs.path().display()))
             .env("NO_COLOR", "1")
             .output()
             .expect("a shell");

@@ -5,6 +5,7 @@
 //! page are left in `target/page-screenshots`; some are compared with the reference pictures beside the
 //! test, which `BKSIM_BLESS=1` writes anew.
 
+#[path = "../../cli/tests/common/mod.rs"]
 mod common;
 
 use std::fs::{self, File};

@@ -9,14 +9,14 @@ use bksim_sweep::{
 };
 use serde_json::{Value, json};
 
-use crate::args::ModelArgs;
-use crate::args::sweep::Sweep;
-use crate::commands::solve::{changes, check_output, named_after};
-use crate::exit::{Failure, Status, without_number};
-use crate::output;
-use crate::progress::{Progress, StopWish};
-use crate::render;
-use crate::source::{Text, load};
+use bksim_cli::args::ModelArgs;
+use bksim_cli::args::sweep::Sweep;
+use bksim_cli::commands::solve::{changes, check_output, named_after};
+use bksim_cli::exit::{Failure, Status, without_number};
+use bksim_cli::output;
+use bksim_cli::progress::{Progress, StopWish};
+use bksim_cli::render;
+use bksim_cli::source::{Text, load};
 
 pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let begun = Instant::now();

@@ -1,6 +1,7 @@
 //! The window under a virtual display with a software adapter: it opens, plays, follows its size and
 //! its file, and survives a broken model. Needs Xvfb, xdotool and a Vulkan driver.
 
+#[path = "../../cli/tests/common/mod.rs"]
 mod common;
 
 use std::io::{BufRead, BufReader};

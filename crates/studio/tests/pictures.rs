@@ -5,6 +5,7 @@
 //! pixel, since rounding differs from machine to machine. With `BKSIM_BLESS=1` they are written.
 #![cfg(unix)]
 
+#[path = "../../cli/tests/common/mod.rs"]
 mod common;
 
 use std::fs;

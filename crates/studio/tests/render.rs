@@ -1,5 +1,6 @@
 //! `bksim render`: what it writes, and what it refuses.
 
+#[path = "../../cli/tests/common/mod.rs"]
 mod common;
 
 use std::fs;

@@ -1,5 +1,6 @@
 //! `bksim sweep` as a process: what it prints, how it ends, and that it goes on where it was killed.
 
+#[path = "../../cli/tests/common/mod.rs"]
 mod common;
 
 use std::fs;

@@ -6,11 +6,11 @@ use bksim::playback::PlaybackError;
 use bksim_view::show::{Show, solve};
 use bksim_view::window::{Loaded, Task};
 
-use crate::args::ModelArgs;
-use crate::exit::Failure;
-use crate::render;
-use crate::source::logged::{is_log, playback};
-use crate::source::{Text, derive, load};
+use bksim_cli::args::ModelArgs;
+use bksim_cli::exit::Failure;
+use bksim_cli::render;
+use bksim_cli::source::logged::{is_log, playback};
+use bksim_cli::source::{Text, derive, load};
 
 /// Where a window's motion comes from.
 pub(super) struct Motion {

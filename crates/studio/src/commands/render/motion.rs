@@ -8,12 +8,12 @@ use bksim::sim::run::Unreplayed;
 use bksim_view::show::{Show, Solved, solve};
 use serde_json::{Value, json};
 
-use crate::args::ModelArgs;
-use crate::exit::Failure;
-use crate::progress::{Progress, StopWish};
-use crate::render;
-use crate::source::logged::{is_log, playback, unplayable};
-use crate::source::{derive, load};
+use bksim_cli::args::ModelArgs;
+use bksim_cli::exit::Failure;
+use bksim_cli::progress::{Progress, StopWish};
+use bksim_cli::render;
+use bksim_cli::source::logged::{is_log, playback, unplayable};
+use bksim_cli::source::{derive, load};
 
 /// A motion to draw.
 pub(super) struct Opened {

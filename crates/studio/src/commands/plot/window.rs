@@ -8,9 +8,9 @@ use bksim_view::window::{Look, WindowOptions, open_figure};
 
 use super::compose::Plotted;
 use super::refuse;
-use crate::args::plot::{Plot, PlotTheme};
 use crate::commands::view::no_window;
-use crate::exit::Failure;
+use bksim_cli::args::plot::{Plot, PlotTheme};
+use bksim_cli::exit::Failure;
 
 /// Width and height of a window, points.
 const SIZE: (f64, f64) = (1200.0, 800.0);

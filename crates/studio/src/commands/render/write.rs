@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use bksim_view::film::FilmError;
 use bksim_view::offscreen::CanvasError;
 
-use crate::args::render::Render;
-use crate::exit::Failure;
+use bksim_cli::args::render::Render;
+use bksim_cli::exit::Failure;
 
 /// A file that takes the place of another once it is whole.
 #[derive(Debug)]

@@ -1,0 +1,7 @@
+//! One file per command.
+
+pub(crate) mod page;
+pub(crate) mod plot;
+pub(crate) mod render;
+pub(crate) mod sweep;
+pub(crate) mod view;

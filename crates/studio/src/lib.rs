@@ -1,0 +1,37 @@
+//! The studio: the commands that draw, make pages, sweep and write Parquet.
+//!
+//! Graphics, fonts, films and tables take most of the time that building bksim takes. They are all
+//! here, so that the main command, `bksim`, is built without them; it starts the program of this
+//! crate, `bksim-studio`, for them. That program has the whole command line.
+
+mod commands;
+mod parquet;
+
+use std::ffi::OsString;
+
+use bksim_cli::commands::export::{TableFormat, to_file};
+use bksim_cli::exit::{Failure, Status};
+use bksim_cli::{Common, StudioCommand, run_with};
+
+pub use crate::parquet::to_parquet;
+
+const PARQUET: TableFormat =
+    TableFormat { name: "parquet", write: |log, selection, out| to_parquet(log, selection, out) };
+
+/// Does what the arguments of `bksim` say, the name of the program first, all of it in this process,
+/// and gives its exit status; the rest as [`bksim_cli::run`].
+pub fn run(arguments: Vec<OsString>) -> u8 {
+    run_with(arguments, &|command, common| studio(command, common).map(Status::code))
+}
+
+fn studio(command: StudioCommand<'_>, common: Common) -> Result<Status, Failure> {
+    let Common { json, nesting } = common;
+    match command {
+        StudioCommand::Export(args, path) => to_file(args, path, &PARQUET, json),
+        StudioCommand::Page(args) => commands::page::run(args, json),
+        StudioCommand::Plot(args) => commands::plot::run(args, json),
+        StudioCommand::Render(args) => commands::render::run(args, json, nesting),
+        StudioCommand::Sweep(args) => commands::sweep::run(args, json, nesting),
+        StudioCommand::View(args) => commands::view::run(args, json, nesting),
+    }
+}

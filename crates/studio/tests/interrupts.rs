@@ -1,0 +1,62 @@
+//! A film that is stopped from outside.
+#![cfg(unix)]
+
+#[path = "../../cli/tests/common/mod.rs"]
+mod common;
+
+use std::fs;
+use std::process::{Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use common::Scratch;
+
+/// A pendulum that swings for long.
+const LONG: &str = r#"
+[bodies.bob]
+mass = "1 kg"
+inertia = 0
+com = [0, "-1 m"]
+
+[joints.A]
+type = "revolute"
+between = ["ground", "bob"]
+
+[loads.gravity]
+type = "gravity"
+acceleration = [0, "-9.81 m/s^2"]
+
+[initial]
+A = { angle = "30 deg" }
+
+[solve]
+t_end = "100 s"
+every = "1 ms"
+"#;
+
+#[test]
+fn a_film_that_is_interrupted_leaves_nothing_behind() {
+    let place = Scratch::new();
+    place.write("long.toml", LONG);
+    let mut child = place
+        .bksim()
+        .args(["render", "long.toml", "-o", "long.gif", "--speed", "0.01", "--size", "400x400"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("bksim starts");
+    let begun = Instant::now();
+    while !place.path().join("long.gif.part").exists() {
+        assert!(begun.elapsed() < Duration::from_mins(1), "no film is begun");
+        sleep(Duration::from_millis(20));
+    }
+    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(kill.expect("kill starts").success());
+    let status = child.wait().expect("it ends");
+    assert_eq!(status.code(), Some(130));
+    let mut left = fs::read_dir(place.path())
+        .expect("the directory")
+        .map(|entry| entry.expect("an entry").file_name().into_string().expect("a name"));
+    assert_eq!(left.next().as_deref(), Some("long.toml"));
+    assert_eq!(left.next(), None);
+}
