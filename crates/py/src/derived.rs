@@ -11,7 +11,7 @@ use bksim::mbs::model::{Formulation, SolveOptions};
 use bksim::mbs::start::StartEquations;
 use bksim::record::Channels;
 use bksim::{Mechanism, Rejected};
-use bksim_input::Text;
+use bksim_load::Text;
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 

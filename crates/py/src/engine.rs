@@ -20,7 +20,7 @@ use bksim::mbs::start::{Start, start_at};
 use bksim::options::{JITS, choice};
 use bksim::record::Channels;
 use bksim::{Mechanism, Rejected};
-use bksim_input::{Loaded, Request, Text, json_all, load, parse, parse_recorded};
+use bksim_load::{Loaded, Request, Text, json_all, load, parse, parse_recorded};
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
 

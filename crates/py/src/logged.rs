@@ -11,7 +11,7 @@ use bksim::mbs::start::Start;
 use bksim::options::described;
 use bksim::playback::{LoggedInputs, RunLog, segment_of};
 use bksim::record::{Contents, INPUTS, Recorder, overrides, set_option};
-use bksim_input::Text;
+use bksim_load::Text;
 use pyo3::prelude::*;
 
 use crate::arrays::{table, transposed, vector};

@@ -6,7 +6,7 @@ use bksim::mbs::run::{Sample, Segment, Summary};
 use bksim::mbs::sensitivity::Sensitive;
 use bksim::player::Player;
 use bksim::{describe, log};
-use bksim_input::{json_all, plain};
+use bksim_load::{json_all, plain};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
 use serde_json::{Value, json};
