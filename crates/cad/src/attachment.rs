@@ -1,6 +1,6 @@
 //! [`Attachment`]: what is attached to a drawing, the same whichever way it was written.
 
-use crate::drawing::{Handle, Place};
+use crate::drawing::{Handle, Location};
 use crate::geometry::Point;
 use crate::kind::Kind;
 
@@ -11,8 +11,8 @@ pub struct Attachment {
     pub kind: &'static Kind,
     /// Number of the entity it is attached to, in [`crate::drawing::Drawing::entities`].
     pub entity_idx: usize,
-    /// What and where that entity is.
-    pub place: Place,
+    /// Type and position of that entity.
+    pub location: Location,
     /// How it is attached.
     pub way: Way,
     /// Stated values; empty ones are left out.
@@ -44,7 +44,7 @@ pub struct Value {
     /// What it says.
     pub content: Content,
     /// What it stands in.
-    pub place: Place,
+    pub location: Location,
 }
 
 /// What a value says.

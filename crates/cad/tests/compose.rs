@@ -5,7 +5,7 @@
 use bksim_cad::attach::attachments;
 use bksim_cad::compose::{ComposeOptions, Composition, Origin, compose};
 use bksim_cad::drawing::{
-    Attribute, Drawing, Entity, Handle, Insert, LengthUnit, Place, Shape, XValue,
+    Attribute, Drawing, Entity, Handle, Insert, LengthUnit, Location, Shape, XValue,
 };
 use bksim_cad::excerpt::Excerpts;
 use bksim_cad::geometry::{Curve, Path, Point, Vertex};
@@ -21,8 +21,8 @@ struct Sheet {
 impl Sheet {
     fn add(&mut self, kind: &str, layer: &str, at: Point, shape: Shape) -> &mut Entity {
         let handle = Some(Handle(0x20 + self.entities.len() as u64));
-        let place = Place { kind: kind.into(), handle, layer: layer.into(), at, lines: None };
-        self.entities.push(Entity { place, shape, xdata: Vec::new() });
+        let location = Location { kind: kind.into(), handle, layer: layer.into(), at, lines: None };
+        self.entities.push(Entity { location, shape, xdata: Vec::new() });
         self.entities.last_mut().expect("one was just added")
     }
 
@@ -59,7 +59,7 @@ impl Sheet {
     }
 
     fn insert(&mut self, block: &str, at: Point, angle: f64, values: &[(&str, &str)]) {
-        let place = |kind: &str| Place {
+        let location = |kind: &str| Location {
             kind: kind.into(),
             handle: None,
             layer: "0".into(),
@@ -69,7 +69,7 @@ impl Sheet {
         let attribute = |&(tag, value): &(&str, &str)| Attribute {
             tag: tag.into(),
             value: value.into(),
-            place: place("ATTRIB"),
+            location: location("ATTRIB"),
         };
         let attributes = values.iter().map(attribute).collect();
         let (sin, cos) = angle.sin_cos();
@@ -79,7 +79,7 @@ impl Sheet {
 
     fn compose(self, options: ComposeOptions<'_>) -> Composition {
         let mut extent = [[f64::MAX; 2], [f64::MIN; 2]];
-        for point in self.entities.iter().map(|entity| entity.place.at) {
+        for point in self.entities.iter().map(|entity| entity.location.at) {
             for axis in 0..2 {
                 extent[0][axis] = extent[0][axis].min(point[axis]);
                 extent[1][axis] = extent[1][axis].max(point[axis]);
@@ -212,10 +212,10 @@ fn a_value_of_the_file_beside_is_found_there_and_one_of_the_drawing_in_its_entit
     // A part of the value, too.
     assert_eq!(composition.origin(&(at + 1..at + 2)), Origin::Side(here + 1..here + 2));
     let joint = composition.text.find("\"crank.B\"").expect("the joint");
-    let Origin::Drawing(place) = composition.origin(&(joint..joint + 9)) else {
+    let Origin::Drawing(location) = composition.origin(&(joint..joint + 9)) else {
         panic!("a joint comes from the drawing")
     };
-    assert_eq!((place.kind.as_str(), place.at), ("CIRCLE", [80.0, 60.0]));
+    assert_eq!((location.kind.as_str(), location.at), ("CIRCLE", [80.0, 60.0]));
 }
 
 /// An arm whose hole is `offset` beside the joint with the ground.
@@ -396,7 +396,7 @@ fn two_things_of_one_name_are_shown_both() {
     sheet.insert("BK_TORQUE", [80.0, 60.0], 0.0, &[("NAME", "m"), ("VALUE", "1 N m")]);
     let composition = sheet.compose_beside(SIDE);
     assert_eq!(codes(&composition), ["D034"]);
-    // Without text there are no labels: the places stand in the notes.
+    // Without text there are no labels: the notes say where.
     assert_eq!(composition.diagnostics[0].notes.len(), 2);
 }
 

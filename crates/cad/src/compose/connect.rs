@@ -72,7 +72,7 @@ impl Composer<'_> {
             let message = format!("body `{body}` has no point `{name}`");
             let help = format!("{}; a BK_POINT makes one", suggest(name, &known));
             let fault = Diagnostic::error(codes::UNKNOWN_PARTNER, message).help(help);
-            self.fault_at(fault, &value.place, "no point has this name");
+            self.fault_at(fault, &value.location, "no point has this name");
             return false;
         }
         let at = connection.at[end_idx];
@@ -82,7 +82,7 @@ impl Composer<'_> {
         }
         let step = self.step;
         let part = &mut self.parts[body_idx];
-        connection.points[end_idx] = part.point(&connection.name, at, &attachment.place, step);
+        connection.points[end_idx] = part.point(&connection.name, at, &attachment.location, step);
         true
     }
 
@@ -157,7 +157,7 @@ impl Composer<'_> {
         };
         let fault = Diagnostic::error(codes::NO_JOINT_THERE, message)
             .help("move it onto its joint, or name the joint: `joint=…`");
-        self.fault(fault, &attachment.place);
+        self.fault(fault, &attachment.location);
         None
     }
 }

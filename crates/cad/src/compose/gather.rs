@@ -9,7 +9,7 @@ use super::Composer;
 use super::part::{Frame, NamedPoint, Part, find, text_of};
 use crate::attachment::{Attachment, Content, Value, Way};
 use crate::codes;
-use crate::drawing::{Handle, Place, Shape};
+use crate::drawing::{Handle, Location, Shape};
 use crate::geometry::{Curve, Path, Point};
 use crate::kind::{BODY_LAYER, GROUND_LAYER, Section};
 
@@ -27,13 +27,13 @@ impl Composer<'_> {
     }
 
     /// The number of the part of a name; a new one if there is none yet.
-    fn part(&mut self, name: &str, place: &Place) -> usize {
+    fn part(&mut self, name: &str, location: &Location) -> usize {
         let part_idx = self.parts.iter().position(|part| part.name == name).unwrap_or_else(|| {
             self.parts.push(Part::new(name));
             self.parts.len() - 1
         });
         let part = &mut self.parts[part_idx];
-        part.place = part.place.take().or_else(|| Some(place.clone()));
+        part.location = part.location.take().or_else(|| Some(location.clone()));
         part_idx
     }
 
@@ -47,7 +47,7 @@ impl Composer<'_> {
         let own_words: BTreeSet<usize> =
             self.attachments.iter().filter(says).map(|it| it.entity_idx).collect();
         for (entity_idx, entity) in self.drawing.entities.iter().enumerate() {
-            let layer = entity.place.layer.as_str();
+            let layer = entity.location.layer.as_str();
             let head = layer.get(..BODY_LAYER.len()).unwrap_or_default();
             if matches!(entity.shape, Shape::Insert(_)) || own_words.contains(&entity_idx) {
                 continue;
@@ -59,7 +59,7 @@ impl Composer<'_> {
                 let name = &layer[head.len()..];
                 let known = self.parts.iter().find(|part| part.name.eq_ignore_ascii_case(name));
                 let name = known.map_or(name, |part| &part.name).to_owned();
-                let part_idx = self.part(&name, &entity.place);
+                let part_idx = self.part(&name, &entity.location);
                 self.own(part_idx, entity_idx);
             }
         }
@@ -100,7 +100,7 @@ impl Composer<'_> {
                     let ground = &mut self.parts[0];
                     ground.features.extend(attachment.at);
                     if let (Some(name), Some(at)) = (text_of(attachment, "name"), attachment.at) {
-                        ground.point(name, at, &attachment.place, self.step);
+                        ground.point(name, at, &attachment.location, self.step);
                     }
                 }
                 _ => (),
@@ -115,17 +115,17 @@ impl Composer<'_> {
                 let help =
                     "what does not move is on the layer BK_GROUND, or BK_GROUND stands there";
                 let fault = Diagnostic::error(codes::NO_NAME, message).help(help);
-                return self.fault(fault, &attachment.place);
+                return self.fault(fault, &attachment.location);
             }
             Some(name) => name,
             None => return self.nameless("a body", attachment),
         };
-        let part_idx = self.part(name, &attachment.place);
+        let part_idx = self.part(name, &attachment.location);
         if attachment.way == Way::Block {
-            if let Some(twin) = self.inserts.insert(part_idx, attachment.place.clone()) {
+            if let Some(twin) = self.inserts.insert(part_idx, attachment.location.clone()) {
                 let message = format!("two bodies are called `{name}`");
                 let help = "give each BK_BODY a name of its own";
-                return self.twins(&message, help, [&attachment.place, &twin]);
+                return self.twins(&message, help, [&attachment.location, &twin]);
             }
         } else {
             self.own(part_idx, attachment.entity_idx);
@@ -154,16 +154,16 @@ impl Composer<'_> {
         if known.content != value.content {
             let message = format!("body `{}` has two values of `{}`", part.name, value.key);
             let help = "state it once; `bksim cad list` shows where everything is attached";
-            let places = [value.place.clone(), known.place.clone()];
-            self.twins(&message, help, [&places[0], &places[1]]);
+            let locations = [value.location.clone(), known.location.clone()];
+            self.twins(&message, help, [&locations[0], &locations[1]]);
         }
     }
 
     /// The keys of bodies in the file beside the drawing come before those of the drawing.
     fn gather_side(&mut self) {
         for part in self.parts.iter_mut().skip(1) {
-            let Some(place) = &part.place else { continue };
-            let mut stated = self.side.body_values(&part.name, place);
+            let Some(location) = &part.location else { continue };
+            let mut stated = self.side.body_values(&part.name, location);
             // A mass there is meant instead of a density here, and the other way round.
             let [by_mass, by_density] = ["mass", "density"].map(|key| find(&stated, key).is_some());
             let is_replaced = |key: &str| match key {
@@ -182,7 +182,7 @@ impl Composer<'_> {
 
     /// Named points, stated centres of mass and frames.
     fn gather_points(&mut self) {
-        let mut single: BTreeMap<(usize, &str), Place> = BTreeMap::new();
+        let mut single: BTreeMap<(usize, &str), Location> = BTreeMap::new();
         for attachment in self.attachments {
             let (Section::Centre | Section::Frames | Section::Points) = attachment.kind.section
             else {
@@ -190,13 +190,13 @@ impl Composer<'_> {
             };
             let Some(at) = self.point_of(attachment) else { continue };
             let Some(part_idx) = self.body_at(attachment, "body", at) else { continue };
-            let place = attachment.place.clone();
+            let location = attachment.location.clone();
             if let Section::Centre | Section::Frames = attachment.kind.section {
                 let key = (part_idx, attachment.kind.name);
-                if let Some(twin) = single.insert(key, place.clone()) {
+                if let Some(twin) = single.insert(key, location.clone()) {
                     let (name, what) = (&self.parts[part_idx].name, attachment.kind.block);
                     let message = format!("body `{name}` has two {what}");
-                    self.twins(&message, "remove one of them", [&place, &twin]);
+                    self.twins(&message, "remove one of them", [&location, &twin]);
                     continue;
                 }
                 let part = &mut self.parts[part_idx];
@@ -214,18 +214,18 @@ impl Composer<'_> {
             let part = &mut self.parts[part_idx];
             if let Some(twin) = part.points.iter().find(|point| point.name == name) {
                 let message = format!("body `{}` has two points `{name}`", part.name);
-                let places = [place, twin.place.clone()];
+                let locations = [location, twin.location.clone()];
                 let help = "give each point of a body a name of its own";
-                self.twins(&message, help, [&places[0], &places[1]]);
+                self.twins(&message, help, [&locations[0], &locations[1]]);
                 continue;
             }
-            part.points.push(NamedPoint { name: name.to_owned(), at, place });
+            part.points.push(NamedPoint { name: name.to_owned(), at, location });
         }
     }
 
     /// The body an entity belongs to.
     pub(super) fn owner(&self, handle: Handle) -> Option<usize> {
-        let known = |entity: &crate::drawing::Entity| entity.place.handle == Some(handle);
+        let known = |entity: &crate::drawing::Entity| entity.location.handle == Some(handle);
         self.owners[self.drawing.entities.iter().position(known)?]
     }
 

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! A file beside the drawing is merged over what the drawing says. Every value of the text keeps
-//! its place, so that whatever is found wrong with it later is shown where its author wrote it.
+//! its location, so that whatever is found wrong with it later is shown where its author wrote it.
 
 mod connect;
 mod draft;
@@ -30,7 +30,7 @@ pub use side::{DRAWING_KEY, named_drawing};
 
 use crate::attachment::Attachment;
 use crate::codes;
-use crate::drawing::{Drawing, Place};
+use crate::drawing::{Drawing, Location};
 use crate::excerpt::Excerpts;
 use crate::geometry::{Path, Point};
 use crate::kind::Section;
@@ -104,7 +104,7 @@ pub struct BodyReport {
     /// Its curves in world axes, drawing units.
     pub paths: Vec<Path>,
     /// Where it was first met.
-    pub place: Place,
+    pub location: Location,
 }
 
 /// Where a mass comes from.
@@ -210,7 +210,7 @@ struct Composer<'a> {
     /// The part of each entity.
     owners: Vec<Option<usize>>,
     /// Places of the inserts of `BK_BODY`, by their parts.
-    inserts: BTreeMap<usize, Place>,
+    inserts: BTreeMap<usize, Location>,
     /// Where they are.
     insert_points: BTreeMap<usize, Point>,
     connections: Vec<Connection<'a>>,
@@ -235,7 +235,7 @@ impl<'a> Composer<'a> {
                 self.side.forget(&body.name, used);
             }
             text = self.side.merged(&self.draft.document);
-            origins = Origins::new(&text, side_text, self.draft.places);
+            origins = Origins::new(&text, side_text, self.draft.locations);
         }
         Composition {
             text,
@@ -263,7 +263,7 @@ impl<'a> Composer<'a> {
                 if let Some((twin, _)) = named.iter().find(|(_, known)| known == name) {
                     let message = format!("two {} are called `{name}`", words(section));
                     let help = "give each a name of its own";
-                    self.twins(&message, help, [&attachment.place, &twin.place]);
+                    self.twins(&message, help, [&attachment.location, &twin.location]);
                     continue;
                 }
                 named.push((attachment, name.to_owned()));
@@ -283,18 +283,18 @@ impl<'a> Composer<'a> {
         named
     }
 
-    fn fault(&mut self, fault: Diagnostic, place: &Place) {
-        self.fault_at(fault, place, "");
+    fn fault(&mut self, fault: Diagnostic, location: &Location) {
+        self.fault_at(fault, location, "");
     }
 
-    fn fault_at(&mut self, fault: Diagnostic, place: &Place, words: &str) {
-        let fault = self.excerpts.at(fault, place, words);
+    fn fault_at(&mut self, fault: Diagnostic, location: &Location, words: &str) {
+        let fault = self.excerpts.at(fault, location, words);
         if !self.faults.contains(&fault) {
             self.faults.push(fault);
         }
     }
 
-    fn twins(&mut self, message: &str, help: &str, [here, there]: [&Place; 2]) {
+    fn twins(&mut self, message: &str, help: &str, [here, there]: [&Location; 2]) {
         let fault = Diagnostic::error(codes::DUPLICATE_NAME, message).help(help);
         let fault = self.excerpts.at(fault, here, "here");
         self.fault_at(fault, there, "and here");
@@ -303,7 +303,7 @@ impl<'a> Composer<'a> {
     fn nameless(&mut self, what: &str, attachment: &Attachment) {
         let fault = Diagnostic::error(codes::NO_NAME, format!("{what} has no name"))
             .help("give it one: the attribute NAME, or `name=…` in its record");
-        self.fault(fault, &attachment.place);
+        self.fault(fault, &attachment.location);
     }
 
     /// A point without what rounding left beyond the digits of the drawing.

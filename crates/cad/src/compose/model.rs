@@ -7,7 +7,7 @@ use super::part::{Frame, find, text_of};
 use super::plate::{Weight, factor};
 use super::{BodyReport, Composer, JointReport};
 use crate::attachment::{Attachment, Content};
-use crate::drawing::Place;
+use crate::drawing::Location;
 use crate::geometry::Point;
 use crate::geometry::vector::distance;
 use crate::kind::{Placement, Section};
@@ -38,7 +38,7 @@ impl Composer<'_> {
                 self.draft.document.insert(section, item);
             }
         }
-        self.draft.places.extend(later.places);
+        self.draft.locations.extend(later.locations);
         self.write_starts();
         self.write_plain(Section::Solve, "solve");
     }
@@ -51,9 +51,9 @@ impl Composer<'_> {
                 let written = written("", &value.content, unit);
                 if ["name", "coordinates"].contains(&value.key) {
                     self.draft.document.insert(value.key, written.into());
-                    self.draft.note(vec![value.key.to_owned()], &value.place);
+                    self.draft.note(vec![value.key.to_owned()], &value.location);
                 } else {
-                    self.draft.put(["units", "", value.key], written, &value.place);
+                    self.draft.put(["units", "", value.key], written, &value.location);
                 }
             }
         }
@@ -72,17 +72,17 @@ impl Composer<'_> {
                     if let Some(twin) = self.draft.place_of(&[name, parameter]) {
                         let message = format!("two parameters are called `{parameter}`");
                         let help = "give each a name of its own";
-                        self.twins(&message, help, [&value.place, &twin]);
+                        self.twins(&message, help, [&value.location, &twin]);
                         continue;
                     }
                     let written = written("value", &value.content, unit);
-                    self.draft.put([name, "", parameter], written, &value.place);
+                    self.draft.put([name, "", parameter], written, &value.location);
                 }
                 continue;
             }
             for value in &attachment.values {
                 let written = written(value.key, &value.content, unit);
-                self.draft.put([name, "", value.key], written, &value.place);
+                self.draft.put([name, "", value.key], written, &value.location);
             }
         }
     }
@@ -90,14 +90,14 @@ impl Composer<'_> {
     fn write_body(&mut self, part_idx: usize, weight: Weight) {
         let part = &self.parts[part_idx];
         let (name, frame) = (part.name.clone(), part.frame.unwrap_or_default());
-        let Some(place) = part.place.clone() else { return };
+        let Some(location) = part.location.clone() else { return };
         let values = part.values.clone();
         let unit = self.drawing.unit;
         let stated = |key: &str| find(&values, key);
-        let origin = |key: &str| stated(key).map_or(&place, |value| &value.place).clone();
+        let origin = |key: &str| stated(key).map_or(&location, |value| &value.location).clone();
         let mass_key = if stated("mass").is_some() { "mass" } else { "density" };
-        let put = |draft: &mut Draft, key: &str, value: Value, place: &Place| {
-            draft.put(["bodies", &name, key], value, place);
+        let put = |draft: &mut Draft, key: &str, value: Value, location: &Location| {
+            draft.put(["bodies", &name, key], value, location);
         };
         let mass = match stated("mass") {
             Some(value) => written("mass", &value.content, unit),
@@ -106,7 +106,7 @@ impl Composer<'_> {
         put(&mut self.draft, "mass", mass, &origin(mass_key));
         let com = self.tidy(frame.point_inward(weight.centre));
         if com != [0.0; 2] {
-            put(&mut self.draft, "com", point_value(com, unit), &place);
+            put(&mut self.draft, "com", point_value(com, unit), &location);
         }
         if let Some(value) = stated("inertia") {
             let inertia = written("inertia", &value.content, unit);
@@ -118,18 +118,18 @@ impl Composer<'_> {
                 }
                 _ => inertia,
             };
-            put(&mut self.draft, "inertia", inertia, &value.place);
+            put(&mut self.draft, "inertia", inertia, &value.location);
         } else if let Some(inertia) = &weight.inertia {
             put(&mut self.draft, "inertia", Value::from(inertia.as_str()), &origin(mass_key));
         }
         for key in ["coordinates", "free"] {
             if let Some(value) = stated(key) {
                 let written = written(key, &value.content, unit);
-                put(&mut self.draft, key, written, &value.place);
+                put(&mut self.draft, key, written, &value.location);
             }
         }
         self.write_points(part_idx, ["bodies", &name]);
-        self.write_outline(part_idx, frame, &name, &place);
+        self.write_outline(part_idx, frame, &name, &location);
         let part = &self.parts[part_idx];
         self.bodies.push(BodyReport {
             name,
@@ -139,7 +139,7 @@ impl Composer<'_> {
             area: weight.area,
             frame,
             paths: part.paths.iter().map(|(path, _)| path.clone()).collect(),
-            place,
+            location,
         });
     }
 
@@ -148,12 +148,12 @@ impl Composer<'_> {
         let frame = part.frame.unwrap_or_default();
         for point in part.points.clone() {
             let at = point_value(self.tidy(frame.point_inward(point.at)), self.drawing.unit);
-            self.draft.point(owner, &point.name, at, &point.place);
+            self.draft.point(owner, &point.name, at, &point.location);
         }
     }
 
     /// The outer outlines as polygons: for pictures only, what they weigh is stated.
-    fn write_outline(&mut self, part_idx: usize, frame: Frame, name: &str, place: &Place) {
+    fn write_outline(&mut self, part_idx: usize, frame: Frame, name: &str, location: &Location) {
         let Some(outline) = &self.parts[part_idx].outline else { return };
         let unit = self.drawing.unit;
         let polygons: Vec<Value> = outline
@@ -171,7 +171,7 @@ impl Composer<'_> {
             .collect();
         if !polygons.is_empty() {
             let value = array(polygons.into_iter());
-            self.draft.put(["bodies", name, "outline"], value, place);
+            self.draft.put(["bodies", name, "outline"], value, location);
         }
     }
 
@@ -180,39 +180,39 @@ impl Composer<'_> {
         for connection in self.connections.clone() {
             let attachment = connection.attachment;
             let name = connection.name.as_str();
-            let place = &attachment.place;
+            let location = &attachment.location;
             let between = [0, 1].map(|end_idx| {
                 let body = &self.parts[connection.bodies[end_idx]].name;
                 Value::from(format!("{body}.{}", connection.points[end_idx]))
             });
             let frames = connection.bodies.map(|body| self.parts[body].frame.unwrap_or_default());
-            let put = |draft: &mut Draft, key: &str, value: Value, place: &Place| {
-                draft.put(["joints", name, key], value, place);
+            let put = |draft: &mut Draft, key: &str, value: Value, location: &Location| {
+                draft.put(["joints", name, key], value, location);
             };
-            put(&mut self.draft, "type", Value::from(attachment.kind.name), place);
-            put(&mut self.draft, "between", array(between.into_iter()), place);
+            put(&mut self.draft, "type", Value::from(attachment.kind.name), location);
+            put(&mut self.draft, "between", array(between.into_iter()), location);
             if attachment.kind.placement == Placement::Frame {
                 let axis = frames[0].vector_inward(attachment.axis.unwrap_or([1.0, 0.0]));
                 let axis = direction(axis).map(number);
-                put(&mut self.draft, "axis", array(axis.into_iter()), place);
+                put(&mut self.draft, "axis", array(axis.into_iter()), location);
             }
             if ["prismatic", "weld"].contains(&attachment.kind.name) {
                 let angle = clean_angle(frames[1].angle - frames[0].angle);
                 if angle != 0.0 {
-                    put(&mut self.draft, "angle", quantity(angle, "rad"), place);
+                    put(&mut self.draft, "angle", quantity(angle, "rad"), location);
                 }
             }
             if attachment.kind.name == "link" && find(&attachment.values, "length").is_none() {
                 let [a, b] = connection.at;
                 let length = self.tidy([distance(a, b), 0.0])[0];
-                put(&mut self.draft, "length", quantity(length, unit.name), place);
+                put(&mut self.draft, "length", quantity(length, unit.name), location);
             }
             for value in &attachment.values {
                 let written = written(value.key, &value.content, unit);
                 if STARTS.contains(&value.key) {
-                    self.draft.start(name, value.key, written, false, &value.place);
+                    self.draft.start(name, value.key, written, false, &value.location);
                 } else if ["coordinate", "cut", "length"].contains(&value.key) {
-                    put(&mut self.draft, value.key, written, &value.place);
+                    put(&mut self.draft, value.key, written, &value.location);
                 }
             }
             self.joints.push(JointReport {
@@ -231,8 +231,8 @@ impl Composer<'_> {
                 "actuator" => "force",
                 kind => kind,
             };
-            let place = &attachment.place;
-            self.draft.put(["loads", &name, "type"], Value::from(kind), place);
+            let location = &attachment.location;
+            self.draft.put(["loads", &name, "type"], Value::from(kind), location);
             match attachment.kind.name {
                 "gravity" => self.write_gravity(attachment, &name),
                 "force" => self.write_force(attachment, &name),
@@ -245,31 +245,31 @@ impl Composer<'_> {
 
     fn write_gravity(&mut self, attachment: &Attachment, name: &str) {
         let Some(value) = find(&attachment.values, "acceleration") else { return };
-        let place = &value.place;
+        let location = &value.location;
         let acceleration = match written("acceleration", &value.content, self.drawing.unit) {
             Value::Array(vector) => Value::Array(vector),
             _ => {
                 along(&self.text(value, "m/s^2"), direction(attachment.axis.unwrap_or([0.0, -1.0])))
             }
         };
-        self.draft.put(["loads", name, "acceleration"], acceleration, place);
+        self.draft.put(["loads", name, "acceleration"], acceleration, location);
     }
 
     fn write_force(&mut self, attachment: &Attachment, name: &str) {
         let Some(at) = self.point_of(attachment) else { return };
         let Some(body) = self.body_at(attachment, "body", at) else { return };
-        let place = &attachment.place;
+        let location = &attachment.location;
         let wish = text_of(attachment, "point").unwrap_or(name).to_owned();
-        let anchor = self.anchor(body, &wish, at, place);
-        self.draft.put(["loads", name, "on"], Value::from(anchor), place);
+        let anchor = self.anchor(body, &wish, at, location);
+        self.draft.put(["loads", name, "on"], Value::from(anchor), location);
         let unit = self.drawing.unit;
         if let Some(axes) = find(&attachment.values, "axes") {
             let written = written("axes", &axes.content, unit);
-            self.draft.put(["loads", name, "axes"], written, &axes.place);
+            self.draft.put(["loads", name, "axes"], written, &axes.location);
         }
         if let Some(vector) = find(&attachment.values, "vector") {
             let written = written("vector", &vector.content, unit);
-            self.draft.put(["loads", name, "vector"], written, &vector.place);
+            self.draft.put(["loads", name, "vector"], written, &vector.location);
         } else if let Some(value) = find(&attachment.values, "value") {
             let axis = attachment.axis.unwrap_or([1.0, 0.0]);
             let axis = match text_of(attachment, "axes") {
@@ -277,7 +277,7 @@ impl Composer<'_> {
                 _ => axis,
             };
             let vector = along(&self.text(value, "N"), direction(axis));
-            self.draft.put(["loads", name, "vector"], vector, &value.place);
+            self.draft.put(["loads", name, "vector"], vector, &value.location);
         }
     }
 
@@ -288,7 +288,7 @@ impl Composer<'_> {
         let at = attachment.at.unwrap_or_default();
         let Some(body) = self.body_at(attachment, "body", at) else { return };
         let on = Value::from(self.parts[body].name.as_str());
-        self.draft.put(["loads", name, "on"], on, &attachment.place);
+        self.draft.put(["loads", name, "on"], on, &attachment.location);
         self.write_values(attachment, "loads", name, &["body"]);
     }
 
@@ -296,17 +296,17 @@ impl Composer<'_> {
         let Some(at) = self.point_of(attachment) else { return };
         let ends = [at, attachment.to.unwrap_or(at)];
         let Some(bodies) = self.partners(attachment, ends) else { return };
-        let place = &attachment.place;
+        let location = &attachment.location;
         let anchors = [0, 1].map(|end_idx| {
             let wish =
                 text_of(attachment, ["point1", "point2"][end_idx]).unwrap_or(name).to_owned();
-            Value::from(self.anchor(bodies[end_idx], &wish, ends[end_idx], place))
+            Value::from(self.anchor(bodies[end_idx], &wish, ends[end_idx], location))
         });
-        self.draft.put(["loads", name, "between"], array(anchors.into_iter()), place);
+        self.draft.put(["loads", name, "between"], array(anchors.into_iter()), location);
         if attachment.kind.name == "spring" && find(&attachment.values, "length").is_none() {
             let length = self.tidy([distance(ends[0], ends[1]), 0.0])[0];
             let length = quantity(length, self.drawing.unit.name);
-            self.draft.put(["loads", name, "length"], length, place);
+            self.draft.put(["loads", name, "length"], length, location);
         }
         self.write_values(attachment, "loads", name, &["body1", "body2", "point1", "point2"]);
     }
@@ -315,8 +315,8 @@ impl Composer<'_> {
     fn write_at_joint(&mut self, attachment: &Attachment, section: &str, name: &str) {
         let Some(joint) = self.joint_of(attachment) else { return };
         let stated = find(&attachment.values, "joint");
-        let place = stated.map_or(&attachment.place, |value| &value.place);
-        self.draft.put([section, name, "joint"], Value::from(joint), place);
+        let location = stated.map_or(&attachment.location, |value| &value.location);
+        self.draft.put([section, name, "joint"], Value::from(joint), location);
         self.write_values(attachment, section, name, &["joint"]);
     }
 
@@ -324,7 +324,7 @@ impl Composer<'_> {
         for value in &attachment.values {
             if value.key != "name" && !but.contains(&value.key) {
                 let written = written(value.key, &value.content, self.drawing.unit);
-                self.draft.put([section, name, value.key], written, &value.place);
+                self.draft.put([section, name, value.key], written, &value.location);
             }
         }
     }
@@ -336,14 +336,14 @@ impl Composer<'_> {
     }
 
     /// A body's point as a model file names it; a point of the wished name comes first.
-    fn anchor(&mut self, body: usize, wish: &str, at: Point, place: &Place) -> String {
+    fn anchor(&mut self, body: usize, wish: &str, at: Point, location: &Location) -> String {
         let step = self.step;
         let part = &mut self.parts[body];
         let known = part.points.iter().any(|point| point.name == wish);
-        let stated = if known { wish.to_owned() } else { part.point(wish, at, place, step) };
+        let stated = if known { wish.to_owned() } else { part.point(wish, at, location, step) };
         let is_there =
             part.points.iter().any(|point| point.name == stated && distance(point.at, at) <= step);
-        let point = if is_there { stated } else { part.point(wish, at, place, step) };
+        let point = if is_there { stated } else { part.point(wish, at, location, step) };
         format!("{}.{point}", part.name)
     }
 
@@ -359,7 +359,7 @@ impl Composer<'_> {
             let is_guess = written("guess", &Content::Text(guess.to_owned()), unit).as_bool();
             for value in attachment.values.iter().filter(|v| !["name", "guess"].contains(&v.key)) {
                 let written = written(value.key, &value.content, unit);
-                self.draft.start(name, value.key, written, is_guess == Some(true), &value.place);
+                self.draft.start(name, value.key, written, is_guess == Some(true), &value.location);
             }
         }
         for body in self.bodies.clone() {
@@ -369,7 +369,7 @@ impl Composer<'_> {
             let pose = pose.into_iter().chain([("angle", quantity(angle, "rad"))]);
             for (key, value) in pose {
                 if !self.draft.has_start(&body.name, key) {
-                    self.draft.start(&body.name, key, value, true, &body.place);
+                    self.draft.start(&body.name, key, value, true, &body.location);
                 }
             }
         }

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use toml_edit::{Document, Item, Key, TableLike};
 
-use crate::drawing::Place;
+use crate::drawing::Location;
 
 /// Where a range of a composed text comes from.
 #[derive(Clone, PartialEq, Debug)]
@@ -15,7 +15,7 @@ pub enum Origin {
     /// The same words in the file beside the drawing.
     Side(Range<usize>),
     /// An entity of the drawing.
-    Drawing(Place),
+    Drawing(Location),
     /// Neither: composing made it.
     Composed,
 }
@@ -28,17 +28,17 @@ struct Piece {
     span: Range<usize>,
 }
 
-/// The places of all values.
+/// The locations of all values.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Origins {
     text: Vec<Piece>,
     side: BTreeMap<(Vec<String>, bool), Range<usize>>,
-    drawing: BTreeMap<Vec<String>, Place>,
+    drawing: BTreeMap<Vec<String>, Location>,
 }
 
 impl Origins {
     /// Of a composed text, of the file beside the drawing, and of the values that the drawing gave.
-    pub(super) fn new(text: &str, side: &str, drawing: BTreeMap<Vec<String>, Place>) -> Self {
+    pub(super) fn new(text: &str, side: &str, drawing: BTreeMap<Vec<String>, Location>) -> Self {
         let side = pieces(side).into_iter().map(|p| ((p.path, p.is_key), p.span)).collect();
         Self { text: pieces(text), side, drawing }
     }
@@ -60,8 +60,8 @@ impl Origins {
         }
         let mut path = piece.path.as_slice();
         loop {
-            if let Some(place) = self.drawing.get(path) {
-                return Origin::Drawing(place.clone());
+            if let Some(location) = self.drawing.get(path) {
+                return Origin::Drawing(location.clone());
             }
             match path {
                 [] => return Origin::Composed,

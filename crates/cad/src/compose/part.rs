@@ -1,7 +1,7 @@
 //! Parts of a mechanism as they come out of a drawing: bodies with their geometry, and names.
 
 use crate::attachment::{Attachment, Content, Value};
-use crate::drawing::Place;
+use crate::drawing::Location;
 use crate::geometry::{Path, Point};
 use crate::outline::Outline;
 
@@ -11,7 +11,7 @@ pub(super) struct Part {
     /// Its name; `ground` for the first.
     pub name: String,
     /// Where it was first met.
-    pub place: Option<Place>,
+    pub location: Option<Location>,
     /// Stated values, the drawing's and those of the file beside it, which come first.
     pub values: Vec<Value>,
     /// Its curves in world axes, drawing units, each with the number of its entity.
@@ -38,7 +38,7 @@ pub(super) struct NamedPoint {
     /// In world axes, drawing units.
     pub at: Point,
     /// What says so.
-    pub place: Place,
+    pub location: Location,
 }
 
 /// A frame in world axes: origin in drawing units, angle in rad.
@@ -73,7 +73,7 @@ impl Part {
     pub(crate) fn new(name: &str) -> Self {
         Self {
             name: name.to_owned(),
-            place: None,
+            location: None,
             values: Vec::new(),
             paths: Vec::new(),
             features: Vec::new(),
@@ -90,8 +90,14 @@ impl Part {
         find(&self.values, key)
     }
 
-    /// Name of the point at a place; a new one is called `wish`, or `wish2`, ….
-    pub(crate) fn point(&mut self, wish: &str, at: Point, place: &Place, tolerance: f64) -> String {
+    /// Name of the point at a location; a new one is called `wish`, or `wish2`, ….
+    pub(crate) fn point(
+        &mut self,
+        wish: &str,
+        at: Point,
+        location: &Location,
+        tolerance: f64,
+    ) -> String {
         let near = |point: &&NamedPoint| {
             (point.at[0] - at[0]).abs() <= tolerance && (point.at[1] - at[1]).abs() <= tolerance
         };
@@ -104,7 +110,7 @@ impl Part {
             name = format!("{wish}{number}");
             number += 1;
         }
-        self.points.push(NamedPoint { name: name.clone(), at, place: place.clone() });
+        self.points.push(NamedPoint { name: name.clone(), at, location: location.clone() });
         name
     }
 }

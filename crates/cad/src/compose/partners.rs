@@ -26,7 +26,7 @@ impl Composer<'_> {
             let help =
                 "give its record `at` and a point (1011), or attach it to a circle or a point";
             let fault = Diagnostic::error(codes::NO_PLACE, message).help(help);
-            self.fault(fault, &attachment.place);
+            self.fault(fault, &attachment.location);
         }
         attachment.at
     }
@@ -54,7 +54,7 @@ impl Composer<'_> {
                 let help = format!("name the body: `{key}=…`");
                 self.fault(
                     Diagnostic::error(codes::NO_BODY_THERE, message).help(help),
-                    &attachment.place,
+                    &attachment.location,
                 );
                 None
             }
@@ -104,7 +104,7 @@ impl Composer<'_> {
             let message = format!("{} joins `{name}` to itself", title(attachment));
             let help = "name two bodies: `body1=…` and `body2=…`";
             let fault = Diagnostic::error(codes::NO_BODY_THERE, message).help(help);
-            self.fault(fault, &attachment.place);
+            self.fault(fault, &attachment.location);
             return None;
         }
         Some(pair)
@@ -179,7 +179,7 @@ impl Composer<'_> {
                     )
                 };
                 let fault = Diagnostic::error(codes::NO_BODY_THERE, message).help(help);
-                self.fault(fault, &attachment.place);
+                self.fault(fault, &attachment.location);
                 None
             }
             [one] => Some([0, *one]),
@@ -204,7 +204,7 @@ impl Composer<'_> {
                 };
                 let fault =
                     Diagnostic::error(codes::UNKNOWN_PARTNER, words).help(suggest(word, &names));
-                self.fault_at(fault, &value.place, "no body has this name");
+                self.fault_at(fault, &value.location, "no body has this name");
                 None
             }
         }
@@ -221,7 +221,7 @@ impl Composer<'_> {
             names.join(", ")
         );
         let fault = Diagnostic::error(codes::AMBIGUOUS_PARTNERS, message).help(help);
-        self.fault(fault, &attachment.place);
+        self.fault(fault, &attachment.location);
     }
 
     /// Parts with a feature at a point, in their order.
@@ -276,7 +276,7 @@ impl Composer<'_> {
             );
             self.fault(
                 Diagnostic::warning(codes::NOT_SNAPPED, message).help(help),
-                &attachment.place,
+                &attachment.location,
             );
             return;
         }
@@ -293,7 +293,7 @@ impl Composer<'_> {
             );
             self.fault(
                 Diagnostic::error(codes::AMBIGUOUS_SNAP, message).help(help),
-                &attachment.place,
+                &attachment.location,
             );
             return;
         }
@@ -308,7 +308,7 @@ impl Composer<'_> {
             let help = super::shapes::apart(away);
             self.fault(
                 Diagnostic::warning(codes::JOINT_SNAPPED, message).help(help),
-                &attachment.place,
+                &attachment.location,
             );
             self.snaps.push(snap);
         }

@@ -94,13 +94,14 @@ impl Composer<'_> {
 
     fn shapeless(&mut self, part_idx: usize, density: Option<&Value>) {
         let part = &self.parts[part_idx];
-        let place = density.map(|value| value.place.clone()).or_else(|| part.place.clone());
+        let location =
+            density.map(|value| value.location.clone()).or_else(|| part.location.clone());
         let message = format!("body `{}` has a density but no closed outline", part.name);
         let help = "close its outline (ends must meet within the tolerance), or state its mass \
                     with the attribute MASS";
         let fault = Diagnostic::error(codes::NO_MASS, message).help(help);
-        match place {
-            Some(place) => self.fault(fault, &place),
+        match location {
+            Some(location) => self.fault(fault, &location),
             None => self.faults.push(fault),
         }
     }
@@ -119,10 +120,10 @@ impl Composer<'_> {
             );
             (format!("body `{name}` has no mass"), help)
         };
-        let place = half.map(|value| value.place.clone()).or_else(|| part.place.clone());
+        let location = half.map(|value| value.location.clone()).or_else(|| part.location.clone());
         let fault = Diagnostic::error(codes::NO_MASS, message).help(help);
-        match place {
-            Some(place) => self.fault(fault, &place),
+        match location {
+            Some(location) => self.fault(fault, &location),
             None => self.faults.push(fault),
         }
     }
@@ -145,7 +146,7 @@ impl Composer<'_> {
     }
 
     /// A value as the text of a model file; a bare number is in `unit`, or what the model has in its
-    /// place.
+    /// location.
     pub(super) fn text(&self, value: &Value, unit: &str) -> String {
         let unit = &self.bare_unit(unit);
         match &value.content {

@@ -43,7 +43,7 @@ impl Composer<'_> {
             .iter()
             .enumerate()
             .filter(|(entity_idx, entity)| {
-                self.owners[*entity_idx].is_none() && !is_ours(&entity.place.layer)
+                self.owners[*entity_idx].is_none() && !is_ours(&entity.location.layer)
             })
             .flat_map(|(entity, known)| {
                 let paths: &[Path] = match &known.shape {
@@ -158,8 +158,8 @@ impl Composer<'_> {
     /// ends inside of the outline; anything else may be the outline itself, with a gap.
     fn report_gaps(&mut self, part_idx: usize, mut chains: Chains, outline: Option<&Outline>) {
         for snap in &chains.snaps {
-            let place = self.drawing.entities[snap.entities[0]].place.clone();
-            self.fault(snap.diagnostic().help(apart(snap.distance)), &place);
+            let location = self.drawing.entities[snap.entities[0]].location.clone();
+            self.fault(snap.diagnostic().help(apart(snap.distance)), &location);
         }
         chains.open.retain(|chain| {
             let is_line = matches!(chain.path.curves.as_slice(), [Curve::Segment { .. }]);
@@ -185,9 +185,10 @@ impl Composer<'_> {
             Severity::Warning => fault.note("what is open counts for nothing in the mass"),
         };
         let entities = error.entities();
-        let places: Vec<_> =
-            entities.iter().take(4).map(|&e| self.drawing.entities[e].place.clone()).collect();
-        let fault = places.iter().fold(fault, |fault, place| self.excerpts.at(fault, place, ""));
+        let locations: Vec<_> =
+            entities.iter().take(4).map(|&e| self.drawing.entities[e].location.clone()).collect();
+        let fault =
+            locations.iter().fold(fault, |fault, location| self.excerpts.at(fault, location, ""));
         self.faults.push(fault);
         self.parts[part_idx].has_bad_outline |= is_error;
     }

@@ -3,7 +3,7 @@
 use toml_edit::{DocumentMut, Item, Table, TableLike};
 
 use crate::attachment::{Content, Value};
-use crate::drawing::Place;
+use crate::drawing::Location;
 use crate::kind;
 
 /// The key that names the drawing.
@@ -28,7 +28,7 @@ impl Side {
     }
 
     /// What it states of a body, as values of the drawing's keys.
-    pub(super) fn body_values(&self, name: &str, place: &Place) -> Vec<Value> {
+    pub(super) fn body_values(&self, name: &str, location: &Location) -> Vec<Value> {
         let Some(body) = self.table(&["bodies", name]) else { return Vec::new() };
         let keys = kind::by_name("body").map_or(&[][..], |kind| kind.keys);
         let stated = |key: &&'static str| {
@@ -38,7 +38,7 @@ impl Side {
                 text = format!("{text} {}", self.unit("length").as_deref().unwrap_or("m"));
             }
             let content = Content::Text(text);
-            Some(Value { key, content, place: place.clone() })
+            Some(Value { key, content, location: location.clone() })
         };
         keys.iter().filter_map(stated).collect()
     }
@@ -94,12 +94,12 @@ fn plain(item: &Item) -> Option<String> {
 
 /// Sorts the entries of a table: those of the drawing come first, in its order.
 fn order_as(table: &mut Table, drawn: &dyn TableLike) {
-    let place = |key: &str| {
+    let location = |key: &str| {
         let found = drawn.iter().position(|(known, _)| known == key);
         found.unwrap_or(usize::MAX)
     };
     let mut keys: Vec<String> = table.iter().map(|(key, _)| key.to_owned()).collect();
-    keys.sort_by_key(|key| place(key));
+    keys.sort_by_key(|key| location(key));
     for key in keys {
         if let Some((key, item)) = table.remove_entry(&key) {
             table.insert_formatted(&key, item);
