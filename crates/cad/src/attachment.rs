@@ -2,7 +2,7 @@
 
 use crate::drawing::{Handle, Location};
 use crate::geometry::Point;
-use crate::kind::Kind;
+use crate::kind::{Kind, Section};
 
 /// One thing attached to the drawing.
 #[derive(Clone, PartialEq, Debug)]
@@ -23,6 +23,39 @@ pub struct Attachment {
     pub axis: Option<Point>,
     /// Its second point.
     pub to: Option<Point>,
+}
+
+impl Attachment {
+    /// The stated value of a key.
+    pub fn value(&self, key: &str) -> Option<&Value> {
+        find(&self.values, key)
+    }
+
+    /// The text of a key, where it has one.
+    pub fn text(&self, key: &str) -> Option<&str> {
+        match &self.value(key)?.content {
+            Content::Text(text) => Some(text),
+            _ => None,
+        }
+    }
+
+    /// Kind and name, for messages: ``joint `B` ``.
+    pub(crate) fn title(&self) -> String {
+        let kind = match self.kind.section {
+            Section::Joints => "joint",
+            Section::Points => "point",
+            _ => self.kind.name,
+        };
+        match self.text("name") {
+            Some(name) => format!("{kind} `{name}`"),
+            None => kind.to_owned(),
+        }
+    }
+}
+
+/// The value of a key in a list.
+pub(crate) fn find<'v>(values: &'v [Value], key: &str) -> Option<&'v Value> {
+    values.iter().find(|value| value.key == key)
 }
 
 /// How something is attached.

@@ -33,7 +33,7 @@ pub(crate) fn compose(
 ) -> Result<(Text, Vec<Diagnostic>), InputError> {
     let sheet = read_sheet(path, bytes, request.unit)?;
     let options = ModelOptions {
-        side: sidecar.as_ref().map(|sidecar| sidecar.text.as_str()),
+        sidecar: sidecar.as_ref().map(|sidecar| sidecar.text.as_str()),
         tolerance: request.tolerance,
         ..ModelOptions::default()
     };

@@ -122,7 +122,7 @@ impl Drawn {
             return found(File::Drawing, label.span.start - offset..label.span.end - offset);
         }
         match self.composition.origin(&label.span) {
-            Origin::Side(span) => found(File::Sidecar, span),
+            Origin::Sidecar(span) => found(File::Sidecar, span),
             Origin::Composed => found(File::Composed, label.span.clone()),
             Origin::Drawing(entity) => {
                 let entity_text = describe(&entity);

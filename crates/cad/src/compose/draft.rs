@@ -20,6 +20,18 @@ pub(super) struct Draft {
 }
 
 impl Draft {
+    /// The drafts of different sections as one, in their order.
+    pub(super) fn joined(drafts: impl IntoIterator<Item = Self>) -> Self {
+        let mut whole = Self::default();
+        for draft in drafts {
+            for (key, item) in draft.document.into_table() {
+                whole.document.insert(&key, item);
+            }
+            whole.locations.extend(draft.locations);
+        }
+        whole
+    }
+
     /// Puts a value at `section.name.key`, or at `section.key` where the name is empty.
     pub(super) fn put(
         &mut self,
@@ -97,9 +109,9 @@ impl Draft {
     }
 
     /// Where a value comes from, if there is one.
-    pub(super) fn place_of(&self, path: &[&str]) -> Option<Location> {
+    pub(super) fn location_of(&self, path: &[&str]) -> Option<&Location> {
         let path: Vec<String> = path.iter().map(|part| (*part).to_owned()).collect();
-        self.locations.get(&path).cloned()
+        self.locations.get(&path)
     }
 
     /// Whether a start states or guesses a key.
@@ -123,7 +135,7 @@ fn table_of(item: &mut Item) -> &mut Table {
     item.as_table_mut().expect("it was just made a table")
 }
 
-/// What a value of the drawing is in a model file.
+/// A value of the drawing as a value of a model file.
 pub(super) fn written(key: &str, content: &Content, unit: LengthUnit) -> Value {
     match content {
         Content::Number(number) => Value::from(*number),
