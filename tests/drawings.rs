@@ -47,8 +47,8 @@ fn drawn() -> &'static Path {
     })
 }
 
-/// The model file beside an example's drawing.
-fn beside(mechanism: &str) -> Option<String> {
+/// The model file next to an example's drawing.
+fn sidecar(mechanism: &str) -> Option<String> {
     fs::read_to_string(path("examples").join(mechanism).join("drawing.toml")).ok()
 }
 
@@ -61,8 +61,8 @@ fn read(drawing: &Path, mechanism: &str) -> Result<Mechanism, String> {
     let unit = if mechanism == "five-link" { "m" } else { "mm" };
     let unit = units::by_name(unit).filter(|_| is_r12);
     let sheet = sheet(bytes, unit).map_err(|refused| messages(&refused.diagnostics))?;
-    let side = beside(mechanism);
-    let options = ModelOptions { side: side.as_deref(), unit, ..ModelOptions::default() };
+    let sidecar = sidecar(mechanism);
+    let options = ModelOptions { sidecar: sidecar.as_deref(), unit, ..ModelOptions::default() };
     let composition = sheet.compose(options);
     // Drawn by a careful designer: nothing to complain about.
     if !composition.diagnostics.is_empty() {

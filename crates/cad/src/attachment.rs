@@ -1,8 +1,8 @@
 //! [`Attachment`]: what is attached to a drawing, the same whichever way it was written.
 
-use crate::drawing::{Handle, Place};
+use crate::drawing::{Handle, Location};
 use crate::geometry::Point;
-use crate::kind::Kind;
+use crate::kind::{Kind, Section};
 
 /// One thing attached to the drawing.
 #[derive(Clone, PartialEq, Debug)]
@@ -11,8 +11,8 @@ pub struct Attachment {
     pub kind: &'static Kind,
     /// Number of the entity it is attached to, in [`crate::drawing::Drawing::entities`].
     pub entity_idx: usize,
-    /// What and where that entity is.
-    pub place: Place,
+    /// Type and position of that entity.
+    pub location: Location,
     /// How it is attached.
     pub way: Way,
     /// Stated values; empty ones are left out.
@@ -23,6 +23,39 @@ pub struct Attachment {
     pub axis: Option<Point>,
     /// Its second point.
     pub to: Option<Point>,
+}
+
+impl Attachment {
+    /// The stated value of a key.
+    pub fn value(&self, key: &str) -> Option<&Value> {
+        find(&self.values, key)
+    }
+
+    /// The text of a key, where it has one.
+    pub fn text(&self, key: &str) -> Option<&str> {
+        match &self.value(key)?.content {
+            Content::Text(text) => Some(text),
+            _ => None,
+        }
+    }
+
+    /// Kind and name, for messages: ``joint `B` ``.
+    pub(crate) fn title(&self) -> String {
+        let kind = match self.kind.section {
+            Section::Joints => "joint",
+            Section::Points => "point",
+            _ => self.kind.name,
+        };
+        match self.text("name") {
+            Some(name) => format!("{kind} `{name}`"),
+            None => kind.to_owned(),
+        }
+    }
+}
+
+/// The value of a key in a list.
+pub(crate) fn find<'v>(values: &'v [Value], key: &str) -> Option<&'v Value> {
+    values.iter().find(|value| value.key == key)
 }
 
 /// How something is attached.
@@ -44,7 +77,7 @@ pub struct Value {
     /// What it says.
     pub content: Content,
     /// What it stands in.
-    pub place: Place,
+    pub location: Location,
 }
 
 /// What a value says.

@@ -5,7 +5,7 @@ use crate::geometry::{Path, Point};
 /// A drawing, with what is of use to a mechanism.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Drawing {
-    /// What one unit of the drawing is, in metres.
+    /// The length of one unit of the drawing.
     pub unit: LengthUnit,
     /// In file order. Inserts of blocks other than ours have the curves of the block.
     pub entities: Vec<Entity>,
@@ -29,17 +29,17 @@ pub struct Handle(pub u64);
 /// One entity.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Entity {
-    /// What and where it is, for messages.
-    pub place: Place,
+    /// Its type and position, for messages.
+    pub location: Location,
     /// Its geometry.
     pub shape: Shape,
-    /// What stands under the application name `BKSIM`, in order.
+    /// The values under the application name `BKSIM`, in order.
     pub xdata: Vec<XValue>,
 }
 
-/// What an entity is and where it stands: what a diagnostic says of it.
+/// Type and position of an entity, as diagnostics state them.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Place {
+pub struct Location {
     /// Its type in the words of the format: `CIRCLE`, `LWPOLYLINE`.
     pub kind: String,
     /// `None` in old drawings without handles.
@@ -99,8 +99,8 @@ pub struct Attribute {
     pub tag: String,
     /// As written, without surrounding spaces.
     pub value: String,
-    /// What and where it is.
-    pub place: Place,
+    /// Its type and position.
+    pub location: Location,
 }
 
 /// One value of extended entity data.

@@ -115,7 +115,7 @@ pub fn add(attachments: &[Attachment], statement: &Statement) -> Result<Plan, Di
     if !is_spread {
         check_name_is_free(attachments, statement.subject, kind, &statement.name)?;
     }
-    check_places(kind, statement)?;
+    check_geometry(kind, statement)?;
 
     // A name comes first in the keys of every kind; of a centre of mass it is the body's.
     let name = text_entry(kind.keys[0], &statement.name);
@@ -126,7 +126,7 @@ pub fn add(attachments: &[Attachment], statement: &Statement) -> Result<Plan, Di
             entries.push(text_entry(key, value));
         }
     }
-    entries.extend(places(statement));
+    entries.extend(geometry(statement));
     let record = |entity: Handle, entries: Vec<Entry>| Edit::AddRecord {
         entity,
         kind: kind.name.to_owned(),
@@ -137,8 +137,8 @@ pub fn add(attachments: &[Attachment], statement: &Statement) -> Result<Plan, Di
     Ok(Plan { edits, warnings: Vec::new() })
 }
 
-/// Changes keys where they stand: a record of extended data, or an attribute of an insert. What is
-/// stated nowhere yet goes to the first place the thing is attached to.
+/// Changes keys where they stand: a record of extended data, or an attribute of an insert. A key that
+/// is stated nowhere yet goes to the first entity the thing is attached to.
 ///
 /// # Errors
 /// `D060` when nothing of this name is attached, `D062` when it is there by its layer alone, `D064`
@@ -170,9 +170,9 @@ pub fn set(
             changes[holder].push((key.to_owned(), entry.clone()));
         }
     }
-    check_places(own[0].kind, statement)?;
-    for place in places(statement) {
-        changes[0].push((place.key().to_owned(), Some(place)));
+    check_geometry(own[0].kind, statement)?;
+    for entry in geometry(statement) {
+        changes[0].push((entry.key().to_owned(), Some(entry)));
     }
     let mut plan = Plan::default();
     for (attachment, entries) in own.into_iter().zip(changes) {
@@ -195,7 +195,7 @@ pub fn remove(
 ) -> Result<Plan, Diagnostic> {
     let has_record = |entity: &Handle| {
         let mut all = attachments.iter();
-        all.any(|it| it.place.handle == Some(*entity) && it.way != Way::Layer)
+        all.any(|it| it.location.handle == Some(*entity) && it.way != Way::Layer)
     };
     if !statement.entities.is_empty() && !statement.entities.iter().any(has_record) {
         let edits = statement.entities.iter().map(|&entity| Edit::RemoveAll { entity }).collect();
@@ -261,14 +261,14 @@ fn found<'a>(
             && kind.is_none_or(|kind| kind.name == it.kind.name)
             && name(it) == Some(&*statement.name)
             && (statement.entities.is_empty()
-                || it.place.handle.is_some_and(|handle| statement.entities.contains(&handle)))
+                || it.location.handle.is_some_and(|handle| statement.entities.contains(&handle)))
     };
     let found: Vec<&Attachment> = attachments.iter().filter(is_meant).collect();
     if found.is_empty() {
         let layer = format!("{BODY_LAYER}{}", statement.name);
         let mut entities = drawing.entities.iter();
         let is_there = statement.subject == Subject::Body
-            && entities.any(|entity| entity.place.layer.eq_ignore_ascii_case(&layer));
+            && entities.any(|entity| entity.location.layer.eq_ignore_ascii_case(&layer));
         return Err(if is_there {
             by_layer(statement, &layer)
         } else {
@@ -319,7 +319,7 @@ fn beyond_layers<'a>(
 /// The layer of what is attached by its layer.
 fn layer_of<'a>(found: &[&'a Attachment]) -> &'a str {
     let by_layer = found.iter().find(|it| it.way == Way::Layer);
-    by_layer.map_or("", |it| &it.place.layer)
+    by_layer.map_or("", |it| &it.location.layer)
 }
 
 fn by_layer(statement: &Statement, layer: &str) -> Diagnostic {
@@ -346,8 +346,8 @@ fn states(attachment: &Attachment, key: &str) -> bool {
 }
 
 fn handle(attachment: &Attachment) -> Result<Handle, Diagnostic> {
-    attachment.place.handle.ok_or_else(|| {
-        let kind = &attachment.place.kind;
+    attachment.location.handle.ok_or_else(|| {
+        let kind = &attachment.location.kind;
         Diagnostic::error(codes::NOT_THERE, format!("the {kind} has no handle to find it by"))
             .help("save the drawing in a newer version than R12, which gives every entity a handle")
     })
@@ -357,7 +357,8 @@ fn text_entry(key: &str, value: &str) -> Entry {
     Entry::Text { key: key.to_owned(), value: value.to_owned() }
 }
 
-fn places(statement: &Statement) -> impl Iterator<Item = Entry> {
+/// The entries of the points and the direction that a statement has.
+fn geometry(statement: &Statement) -> impl Iterator<Item = Entry> {
     let point = |key: &str, point: Option<Point>| {
         point.map(|point| Entry::Point { key: key.to_owned(), point })
     };
@@ -408,10 +409,10 @@ fn checked_key(kind: &'static Kind, key: &str) -> Result<&'static str, Diagnosti
     })
 }
 
-fn check_places(kind: &Kind, statement: &Statement) -> Result<(), Diagnostic> {
-    let refuse = |place: &str| {
-        let message = format!("a {} has no `{place}`", kind.name);
-        Err(Diagnostic::error(codes::NO_SUCH_KEY, message).help(format!("leave --{place} out")))
+fn check_geometry(kind: &Kind, statement: &Statement) -> Result<(), Diagnostic> {
+    let refuse = |key: &str| {
+        let message = format!("a {} has no `{key}`", kind.name);
+        Err(Diagnostic::error(codes::NO_SUCH_KEY, message).help(format!("leave --{key} out")))
     };
     match kind.placement {
         Placement::Anywhere if statement.at.is_some() => refuse("at"),
@@ -434,9 +435,10 @@ fn check_name_is_free(
     let mut same = attachments.iter().filter(|it| it.kind.section == kind.section);
     let Some(taken) = same.find(|it| name(it) == Some(wanted)) else { return Ok(()) };
     let message = format!("there is a {} `{wanted}` already", subject.word());
-    let place = &taken.place;
-    let entity = place.handle.map_or_else(String::new, |handle| format!(", handle {:X}", handle.0));
+    let location = &taken.location;
+    let entity =
+        location.handle.map_or_else(String::new, |handle| format!(", handle {:X}", handle.0));
     Err(Diagnostic::error(codes::NAME_TAKEN, message)
-        .note(format!("{}{entity}, layer {}", place.kind, place.layer))
+        .note(format!("{}{entity}, layer {}", location.kind, location.layer))
         .help("choose another name, or change it with `set`"))
 }

@@ -1,10 +1,10 @@
-//! Places in a drawing as places in its text, and in words.
+//! Locations in a drawing as lines of its text, and in words.
 
 use std::ops::Range;
 
 use bksim_model::diagnostic::Diagnostic;
 
-use crate::drawing::Place;
+use crate::drawing::Location;
 
 /// The lines of an ASCII drawing; of a binary one nothing can be shown.
 #[derive(Clone, Debug, Default)]
@@ -26,20 +26,20 @@ impl<'a> Excerpts<'a> {
         Self { text, lines }
     }
 
-    /// Bytes of the first line of a place: the type of its entity.
-    pub fn first_line(&self, place: &Place) -> Option<Range<usize>> {
-        let [first, _] = place.lines?;
+    /// Bytes of the first line of an entity: its type.
+    pub fn first_line(&self, location: &Location) -> Option<Range<usize>> {
+        let [first, _] = location.lines?;
         self.trimmed(first)
     }
 
-    /// The place narrowed to the line of it that says `value`.
+    /// The location narrowed to the line of it that says `value`.
     #[must_use]
-    pub fn narrowed(&self, place: &Place, value: &str) -> Place {
-        let found = place.lines.and_then(|[first, last]| {
+    pub fn narrowed(&self, location: &Location, value: &str) -> Location {
+        let found = location.lines.and_then(|[first, last]| {
             let mut lines = (first..=last).filter(|&line| self.words(line) == Some(value));
             lines.next()
         });
-        Place { lines: found.map(|line| [line, line]).or(place.lines), ..place.clone() }
+        Location { lines: found.map(|line| [line, line]).or(location.lines), ..location.clone() }
     }
 
     fn words(&self, line: usize) -> Option<&'a str> {
@@ -54,11 +54,11 @@ impl<'a> Excerpts<'a> {
         Some(start..start + text.trim().len())
     }
 
-    /// Adds a place to a fault: the excerpt where there is a text, a note where not.
+    /// Adds a location to a fault: an excerpt where there is a text, a note where not.
     #[must_use]
-    pub fn at(&self, fault: Diagnostic, place: &Place, words: &str) -> Diagnostic {
-        let what = describe(place);
-        match self.first_line(place) {
+    pub fn at(&self, fault: Diagnostic, location: &Location, words: &str) -> Diagnostic {
+        let what = describe(location);
+        match self.first_line(location) {
             Some(span) if words.is_empty() => fault.at(span, what),
             Some(span) => fault.at(span, format!("{words}: {what}")),
             None if words.is_empty() => fault.note(what),
@@ -68,10 +68,11 @@ impl<'a> Excerpts<'a> {
 }
 
 /// `CIRCLE, handle 2F, layer BK_JOINTS, at (120.5, 34)`.
-pub fn describe(place: &Place) -> String {
-    let handle = place.handle.map(|handle| format!(", handle {:X}", handle.0)).unwrap_or_default();
-    let [x, y] = place.at.map(short);
-    format!("{}{handle}, layer {}, at ({x}, {y})", place.kind, place.layer)
+pub fn describe(location: &Location) -> String {
+    let handle =
+        location.handle.map(|handle| format!(", handle {:X}", handle.0)).unwrap_or_default();
+    let [x, y] = location.at.map(short);
+    format!("{}{handle}, layer {}, at ({x}, {y})", location.kind, location.layer)
 }
 
 /// A coordinate in at most seven digits.

@@ -4,19 +4,13 @@
 //! A = ∫ dA    S = ∫ p dA    J = ∫ p pᵀ dA
 //! ```
 //!
-//! By Green's theorem each curve gives its share by itself: the triangle between the
-//! reference point and the chord, and the lens between the chord and the curve. Closed forms for
-//! lines, arcs and ellipses; splines by quadrature to near rounding. The reference point is first
-//! the middle of the outline and then its centroid, so that outlines far from the origin lose no
-//! digits.
+//! The moments are those of the paths, taken first about the middle of the outline and then about its
+//! centroid, so that outlines far from the origin lose no digits.
 
-mod lens;
-mod moments;
-
-use crate::geometry::vector::{norm, sub};
-use crate::geometry::{Affine, Path, Point};
+use crate::geometry::Point;
+use crate::geometry::moments::Moments;
+use crate::geometry::vector::norm;
 use crate::outline::{Outline, OutlineError};
-use moments::Moments;
 
 /// Properties of the area inside an outline, in powers of the drawing unit.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -55,8 +49,7 @@ impl AreaProperties {
     /// [`OutlineError::NoArea`] when there is none.
     pub fn of(outline: &Outline) -> Result<Self, OutlineError> {
         let about = |reference: Point| -> Moments {
-            let to_reference = Affine::translation(sub([0.0; 2], reference));
-            let parts = outline.loops.iter().map(|part| of_path(&part.path, &to_reference));
+            let parts = outline.loops.iter().map(|part| Moments::of_path(&part.path, reference));
             parts.fold(Moments::default(), Moments::plus)
         };
         let bounds = outline.bounds();
@@ -94,15 +87,4 @@ impl AreaProperties {
             inertia: per_area * self.polar * metres.powi(4),
         }
     }
-}
-
-/// The area inside a closed path, positive when it runs counter-clockwise.
-pub fn signed_area(path: &Path) -> f64 {
-    let middle = path.bounds().centre();
-    of_path(path, &Affine::translation(sub([0.0; 2], middle))).area
-}
-
-fn of_path(path: &Path, to_reference: &Affine) -> Moments {
-    let shares = path.curves.iter().map(|curve| Moments::of(&curve.transformed(to_reference)));
-    shares.fold(Moments::default(), Moments::plus)
 }

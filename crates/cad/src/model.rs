@@ -12,12 +12,12 @@ use crate::open::{OpenOptions, open};
 use crate::read::read;
 use crate::tags::excerpt_text;
 
-/// What the caller says of a drawing.
+/// Options of reading and composing a drawing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ModelOptions<'a> {
-    /// The text of the model file beside the drawing; it must be TOML.
-    pub side: Option<&'a str>,
-    /// What one unit of the drawing is, unless the drawing says so.
+    /// The text of the sidecar, the model file next to the drawing; it must be TOML.
+    pub sidecar: Option<&'a str>,
+    /// The length of one unit of a drawing that does not state it.
     pub unit: Option<LengthUnit>,
     /// The snapping tolerance, drawing units.
     pub tolerance: Option<f64>,
@@ -30,11 +30,11 @@ pub struct ModelOptions<'a> {
 pub struct Sheet {
     /// Its entities.
     pub drawing: Drawing,
-    /// What is attached to them.
+    /// The attachments of these.
     pub attachments: Vec<Attachment>,
     /// The file as text, for excerpts; empty for a binary file.
     pub text: String,
-    /// What is wrong with what is attached, and warnings of the file.
+    /// Faults of attachments, and warnings of the file.
     pub diagnostics: Vec<Diagnostic>,
 }
 
@@ -47,7 +47,7 @@ pub struct Refused {
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Reads a drawing and what is attached to it.
+/// Reads a drawing and its attachments.
 ///
 /// # Errors
 /// [`Refused`] when it is no drawing that can be read.
@@ -69,8 +69,8 @@ impl Sheet {
     /// The model of the drawing. Its diagnostics are those of the drawing and of composing.
     pub fn compose(&self, options: ModelOptions<'_>) -> Composition {
         let excerpts = Excerpts::new(&self.text);
-        let ModelOptions { side, tolerance, plate, .. } = options;
-        let options = ComposeOptions { side, tolerance, plate };
+        let ModelOptions { sidecar, tolerance, plate, .. } = options;
+        let options = ComposeOptions { sidecar, tolerance, plate };
         let mut composition = compose(&self.drawing, &self.attachments, &excerpts, options);
         let mut diagnostics = self.diagnostics.clone();
         diagnostics.append(&mut composition.diagnostics);

@@ -7,6 +7,7 @@
 //! Ends that meet within the tolerance are joined; a loop inside an odd number of others is a hole.
 //! Both work on the curves as they are, not on polygons of them.
 
+mod border;
 mod boxes;
 mod chain;
 mod contact;
@@ -17,8 +18,7 @@ pub use chain::{Chain, Chains, Snap, chain};
 pub use error::{OpenEnd, OutlineError};
 pub use nest::nest;
 
-use crate::geometry::{Bounds, Path, Point};
-use crate::mass::signed_area;
+use crate::geometry::{Bounds, Path, Point, signed_area};
 
 /// A path of the drawing and where it comes from.
 #[derive(Clone, PartialEq, Debug)]

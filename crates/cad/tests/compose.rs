@@ -1,11 +1,11 @@
-//! What comes of drawings: partners, frames, points taken as one, masses, files beside them.
+//! Models of drawings: partners, frames, points taken as one, masses, sidecars.
 //!
 //! The drawings are plain data here; reading them from files has its own tests.
 
 use bksim_cad::attach::attachments;
 use bksim_cad::compose::{ComposeOptions, Composition, Origin, compose};
 use bksim_cad::drawing::{
-    Attribute, Drawing, Entity, Handle, Insert, LengthUnit, Place, Shape, XValue,
+    Attribute, Drawing, Entity, Handle, Insert, LengthUnit, Location, Shape, XValue,
 };
 use bksim_cad::excerpt::Excerpts;
 use bksim_cad::geometry::{Curve, Path, Point, Vertex};
@@ -21,8 +21,8 @@ struct Sheet {
 impl Sheet {
     fn add(&mut self, kind: &str, layer: &str, at: Point, shape: Shape) -> &mut Entity {
         let handle = Some(Handle(0x20 + self.entities.len() as u64));
-        let place = Place { kind: kind.into(), handle, layer: layer.into(), at, lines: None };
-        self.entities.push(Entity { place, shape, xdata: Vec::new() });
+        let location = Location { kind: kind.into(), handle, layer: layer.into(), at, lines: None };
+        self.entities.push(Entity { location, shape, xdata: Vec::new() });
         self.entities.last_mut().expect("one was just added")
     }
 
@@ -48,18 +48,18 @@ impl Sheet {
         self.circle(layer, b, radius / 3.0);
         let length = (b[0] - a[0]).hypot(b[1] - a[1]);
         let n = [-(b[1] - a[1]) / length * radius, (b[0] - a[0]) / length * radius];
-        let beside = |p: Point, side: f64| [p[0] + side * n[0], p[1] + side * n[1]];
+        let across = |p: Point, side: f64| [p[0] + side * n[0], p[1] + side * n[1]];
         let corners = [
-            (beside(a, -1.0), 0.0),
-            (beside(b, -1.0), 1.0),
-            (beside(b, 1.0), 0.0),
-            (beside(a, 1.0), 1.0),
+            (across(a, -1.0), 0.0),
+            (across(b, -1.0), 1.0),
+            (across(b, 1.0), 0.0),
+            (across(a, 1.0), 1.0),
         ];
         self.polygon(layer, &corners)
     }
 
     fn insert(&mut self, block: &str, at: Point, angle: f64, values: &[(&str, &str)]) {
-        let place = |kind: &str| Place {
+        let location = |kind: &str| Location {
             kind: kind.into(),
             handle: None,
             layer: "0".into(),
@@ -69,7 +69,7 @@ impl Sheet {
         let attribute = |&(tag, value): &(&str, &str)| Attribute {
             tag: tag.into(),
             value: value.into(),
-            place: place("ATTRIB"),
+            location: location("ATTRIB"),
         };
         let attributes = values.iter().map(attribute).collect();
         let (sin, cos) = angle.sin_cos();
@@ -79,7 +79,7 @@ impl Sheet {
 
     fn compose(self, options: ComposeOptions<'_>) -> Composition {
         let mut extent = [[f64::MAX; 2], [f64::MIN; 2]];
-        for point in self.entities.iter().map(|entity| entity.place.at) {
+        for point in self.entities.iter().map(|entity| entity.location.at) {
             for axis in 0..2 {
                 extent[0][axis] = extent[0][axis].min(point[axis]);
                 extent[1][axis] = extent[1][axis].max(point[axis]);
@@ -93,8 +93,8 @@ impl Sheet {
         compose(&drawing, &attached, &excerpts, options)
     }
 
-    fn compose_beside(self, side: &str) -> Composition {
-        self.compose(ComposeOptions { side: Some(side), ..ComposeOptions::default() })
+    fn compose_with(self, sidecar: &str) -> Composition {
+        self.compose(ComposeOptions { sidecar: Some(sidecar), ..ComposeOptions::default() })
     }
 }
 
@@ -140,7 +140,7 @@ fn two_bars() -> Sheet {
     sheet
 }
 
-const SIDE: &str = "\
+const SIDECAR: &str = "\
 [bodies.crank]
 mass = \"2 kg\"
 
@@ -150,8 +150,8 @@ thickness = \"5 mm\"
 ";
 
 #[test]
-fn a_circle_where_two_bodies_meet_is_a_revolute_named_by_the_text_beside_it() {
-    let model = model_of(&two_bars().compose_beside(SIDE));
+fn a_circle_where_two_bodies_meet_is_a_revolute_named_by_the_text_next_to_it() {
+    let model = model_of(&two_bars().compose_with(SIDECAR));
     let joints: Vec<(&str, usize, usize)> = model
         .joints
         .iter()
@@ -163,7 +163,7 @@ fn a_circle_where_two_bodies_meet_is_a_revolute_named_by_the_text_beside_it() {
 
 #[test]
 fn a_frame_begins_at_the_joint_with_the_ground_and_points_to_the_next() {
-    let model = model_of(&two_bars().compose_beside(SIDE));
+    let model = model_of(&two_bars().compose_with(SIDECAR));
     let point = |body: usize, name: &str| {
         let mut points = model.bodies[body].points.iter();
         values(&model, points.find(|point| point.name == name).expect("a point").position)
@@ -190,7 +190,7 @@ fn bar_moments(l: f64, r: f64) -> (f64, f64) {
 
 #[test]
 fn a_stated_mass_comes_before_a_computed_one_and_keeps_the_shape() {
-    let model = model_of(&two_bars().compose_beside(SIDE));
+    let model = model_of(&two_bars().compose_with(SIDECAR));
     let [crank, rod] = masses(&model)[..] else { panic!("two bodies") };
     assert_eq!(crank, 2.0);
     let (area, polar) = bar_moments(100.0, 10.0);
@@ -204,44 +204,44 @@ fn a_stated_mass_comes_before_a_computed_one_and_keeps_the_shape() {
 }
 
 #[test]
-fn a_value_of_the_file_beside_is_found_there_and_one_of_the_drawing_in_its_entity() {
-    let composition = two_bars().compose_beside(SIDE);
+fn a_value_of_the_sidecar_is_found_there_and_one_of_the_drawing_in_its_entity() {
+    let composition = two_bars().compose_with(SIDECAR);
     let at = composition.text.find("\"2 kg\"").expect("the mass");
-    let here = SIDE.find("\"2 kg\"").expect("the mass");
-    assert_eq!(composition.origin(&(at..at + 6)), Origin::Side(here..here + 6));
+    let here = SIDECAR.find("\"2 kg\"").expect("the mass");
+    assert_eq!(composition.origin(&(at..at + 6)), Origin::Sidecar(here..here + 6));
     // A part of the value, too.
-    assert_eq!(composition.origin(&(at + 1..at + 2)), Origin::Side(here + 1..here + 2));
+    assert_eq!(composition.origin(&(at + 1..at + 2)), Origin::Sidecar(here + 1..here + 2));
     let joint = composition.text.find("\"crank.B\"").expect("the joint");
-    let Origin::Drawing(place) = composition.origin(&(joint..joint + 9)) else {
+    let Origin::Drawing(location) = composition.origin(&(joint..joint + 9)) else {
         panic!("a joint comes from the drawing")
     };
-    assert_eq!((place.kind.as_str(), place.at), ("CIRCLE", [80.0, 60.0]));
+    assert_eq!((location.kind.as_str(), location.at), ("CIRCLE", [80.0, 60.0]));
 }
 
-/// An arm whose hole is `offset` beside the joint with the ground.
-fn arm_beside_its_joint(offset: f64) -> Composition {
+/// An arm whose hole is `offset` away from the joint with the ground.
+fn arm_off_its_joint(offset: f64) -> Composition {
     let mut sheet = Sheet::default();
     sheet.circle("BK_GROUND", [0.0, 0.0], 5.0);
     sheet.bar("BK_BODY_arm", [offset, 0.0], [300.0, 0.0], 10.0);
     sheet.circle("BK_JOINTS", [0.0, 0.0], 4.0);
-    sheet.compose_beside("[bodies.arm]\nmass = 1\n")
+    sheet.compose_with("[bodies.arm]\nmass = 1\n")
 }
 
 #[test]
 fn points_within_the_tolerance_are_one_and_listed() {
-    let composition = arm_beside_its_joint(0.02);
+    let composition = arm_off_its_joint(0.02);
     assert_eq!(codes(&composition), ["D040"]);
     let snap = &composition.snaps[0];
     assert_eq!((snap.from, snap.to), ([0.02, 0.0], [0.0, 0.0]));
     assert_close(snap.distance, 0.02, 1e-14);
     model_of(&composition);
     // Rounding is not worth a word.
-    assert_eq!(codes(&arm_beside_its_joint(1e-12)), Vec::<&str>::new());
+    assert_eq!(codes(&arm_off_its_joint(1e-12)), Vec::<&str>::new());
 }
 
 #[test]
 fn a_hole_beyond_the_tolerance_is_not_moved_but_mentioned() {
-    let composition = arm_beside_its_joint(0.5);
+    let composition = arm_off_its_joint(0.5);
     assert_eq!(codes(&composition), ["D041"]);
     assert!(composition.snaps.is_empty());
 }
@@ -250,7 +250,7 @@ fn a_hole_beyond_the_tolerance_is_not_moved_but_mentioned() {
 fn two_points_of_a_body_within_the_tolerance_are_ambiguous() {
     let mut sheet = two_bars();
     sheet.circle("BK_BODY_rod", [80.02, 60.0], 1.0);
-    let composition = sheet.compose_beside(SIDE);
+    let composition = sheet.compose_with(SIDECAR);
     assert!(codes(&composition).contains(&"D042"), "{:#?}", composition.diagnostics);
     assert!(composition.text.is_empty());
 }
@@ -263,7 +263,7 @@ fn three_bodies_at_a_point_are_asked_about_and_naming_two_answers() {
             sheet.bar(&format!("BK_BODY_{body}"), [0.0, 0.0], end, 10.0);
         }
         sheet.insert("BK_REVOLUTE", [0.0, 0.0], 0.0, names);
-        sheet.compose_beside("bodies = { a = { mass = 1 }, b = { mass = 1 }, c = { mass = 1 } }\n")
+        sheet.compose_with("bodies = { a = { mass = 1 }, b = { mass = 1 }, c = { mass = 1 } }\n")
     };
     let asked = three(&[("NAME", "P")]);
     assert_eq!(codes(&asked), ["D038"]);
@@ -325,8 +325,8 @@ fn plate_drawn_as(lines: &[[Point; 2]]) -> Composition {
         let shape = Shape::Path(Path { curves, is_closed: false });
         sheet.add("LINE", "BK_BODY_plate", *from, shape);
     }
-    let side = "[bodies.plate]\ndensity = 1000\nthickness = \"10 mm\"\nfree = true\n";
-    sheet.compose_beside(side)
+    let sidecar = "[bodies.plate]\ndensity = 1000\nthickness = \"10 mm\"\nfree = true\n";
+    sheet.compose_with(sidecar)
 }
 
 #[test]
@@ -394,19 +394,19 @@ fn two_things_of_one_name_are_shown_both() {
     let mut sheet = two_bars();
     sheet.insert("BK_TORQUE", [0.0, 0.0], 0.0, &[("NAME", "m"), ("VALUE", "1 N m")]);
     sheet.insert("BK_TORQUE", [80.0, 60.0], 0.0, &[("NAME", "m"), ("VALUE", "1 N m")]);
-    let composition = sheet.compose_beside(SIDE);
+    let composition = sheet.compose_with(SIDECAR);
     assert_eq!(codes(&composition), ["D034"]);
-    // Without text there are no labels: the places stand in the notes.
+    // Without text there are no labels: the notes say where.
     assert_eq!(composition.diagnostics[0].notes.len(), 2);
 }
 
 #[test]
-fn the_file_beside_adds_what_the_drawing_cannot_say_and_keeps_its_comments() {
-    let side = format!(
-        "# a press\nname = \"press\"\n{SIDE}\n[loads.g]\ntype = \"gravity\"\nacceleration = [0, -10]\n\
+fn the_sidecar_adds_what_the_drawing_cannot_say_and_keeps_its_comments() {
+    let sidecar = format!(
+        "# a press\nname = \"press\"\n{SIDECAR}\n[loads.g]\ntype = \"gravity\"\nacceleration = [0, -10]\n\
          [joints.B]\ncut = true\n[initial]\ncrank = {{ angle = 0.1 }}\n"
     );
-    let composition = two_bars().compose_beside(&side);
+    let composition = two_bars().compose_with(&sidecar);
     let model = model_of(&composition);
     assert_eq!(model.name, "press");
     assert!(composition.text.starts_with("# a press\n"), "{}", composition.text);
@@ -424,7 +424,7 @@ fn what_an_entity_says_itself_comes_before_its_layer() {
     sheet.circle("BK_BODY_crank", [500.0, 0.0], 10.0).xdata =
         vec![text("body"), XValue::Open, text("name=wheel"), XValue::Close];
     let composition =
-        sheet.compose_beside(&format!("{SIDE}\n[bodies.wheel]\nmass = 1\nfree = true\n"));
+        sheet.compose_with(&format!("{SIDECAR}\n[bodies.wheel]\nmass = 1\nfree = true\n"));
     assert_eq!(codes(&composition), Vec::<&str>::new());
     let area = |name: &str| {
         let body = composition.bodies.iter().find(|body| body.name == name).expect("the body");
@@ -438,7 +438,7 @@ fn what_an_entity_says_itself_comes_before_its_layer() {
 fn layers_that_differ_in_case_are_one() {
     let mut sheet = two_bars();
     sheet.circle("bk_body_CRANK", [40.0, 30.0], 2.0);
-    let composition = sheet.compose_beside(SIDE);
+    let composition = sheet.compose_with(SIDECAR);
     assert_eq!(composition.bodies.len(), 2);
     let hole = 4.0 * std::f64::consts::PI;
     let crank = composition.bodies[0].area.expect("an outline").area;
@@ -451,7 +451,7 @@ fn two_centres_of_mass_are_one_too_many() {
     for x in [10.0, 20.0] {
         sheet.insert("BK_COM", [x, 0.0], 0.0, &[("BODY", "crank")]);
     }
-    assert_eq!(codes(&sheet.compose_beside(SIDE)), ["D034"]);
+    assert_eq!(codes(&sheet.compose_with(SIDECAR)), ["D034"]);
 }
 
 #[test]
@@ -459,8 +459,8 @@ fn bare_numbers_have_the_units_of_the_model() {
     let mut sheet = two_bars();
     sheet.insert("BK_MODEL", [0.0, 0.0], 0.0, &[("MASS", "g")]);
     sheet.insert("BK_BODY", [40.0, 30.0], 0.0, &[("NAME", "crank"), ("MASS", "2000")]);
-    let side = "[bodies.rod]\nmass = \"1 kg\"\n";
-    let model = model_of(&sheet.compose_beside(side));
+    let sidecar = "[bodies.rod]\nmass = \"1 kg\"\n";
+    let model = model_of(&sheet.compose_with(sidecar));
     assert_eq!(masses(&model), [2.0, 1.0]);
     let (area, polar) = bar_moments(100.0, 10.0);
     let inertia = values(&model, model.bodies[1].inertia.moments)[2];

@@ -4,8 +4,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use bksim::model::diagnostic::Diagnostic;
-pub use bksim_input::without_number;
-use bksim_input::{InputError, Text, plain_words};
+pub use bksim_load::without_number;
+use bksim_load::{InputError, Text, plain_words};
 
 /// How a command ends.
 ///

@@ -6,7 +6,7 @@ use std::io;
 use std::path::PathBuf;
 use std::process::Command;
 
-use bksim_input::plain_words;
+use bksim_load::plain_words;
 
 use crate::StudioCommand;
 use crate::exit::Failure;

@@ -5,8 +5,8 @@ use std::io::Write;
 use annotate_snippets::{Group, Level, Renderer};
 use anstream::adapter::strip_str;
 use bksim::model::diagnostic::Diagnostic;
-use bksim_input::{Text, WIDTH, styled, titled};
-pub use bksim_input::{json_all, plain as plain_text};
+use bksim_load::{Text, WIDTH, styled, titled};
+pub use bksim_load::{json_all, plain as plain_text};
 use serde_json::{Value, json};
 
 use crate::exit::Failure;

@@ -8,8 +8,8 @@ use bksim::Mechanism;
 use bksim::cad::model::Sheet;
 use bksim::model::Model;
 use bksim::model::file::Limits;
-use bksim_input::Request;
-pub use bksim_input::{Loaded, Text};
+use bksim_load::Request;
+pub use bksim_load::{Loaded, Text};
 
 use crate::args::{DrawingArgs, ModelArgs};
 use crate::exit::Failure;
@@ -23,12 +23,12 @@ pub fn load(args: &ModelArgs, max_nesting: usize) -> Result<Loaded, Failure> {
         tolerance: args.drawing.tolerance,
         limits: Limits { nesting: max_nesting },
     };
-    Ok(bksim_input::load(&request)?)
+    Ok(bksim_load::load(&request)?)
 }
 
 /// The bytes of a file that is small enough to be a model.
 pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, Failure> {
-    Ok(bksim_input::read_bytes(path)?)
+    Ok(bksim_load::read_bytes(path)?)
 }
 
 /// A drawing and what is attached to it.
@@ -37,7 +37,7 @@ pub(crate) fn read_sheet(
     bytes: Vec<u8>,
     args: &DrawingArgs,
 ) -> Result<Sheet, Failure> {
-    Ok(bksim_input::read_sheet(path, bytes, args.units.as_deref())?)
+    Ok(bksim_load::read_sheet(path, bytes, args.units.as_deref())?)
 }
 
 /// Reads the text of a model.
@@ -47,7 +47,7 @@ pub(crate) fn parse(
     overrides: &[(String, String)],
     max_nesting: usize,
 ) -> Result<Loaded, Failure> {
-    Ok(bksim_input::parse(source, name, overrides, Limits { nesting: max_nesting })?)
+    Ok(bksim_load::parse(source, name, overrides, Limits { nesting: max_nesting })?)
 }
 
 /// Derives the equations, passing faults on with their text.

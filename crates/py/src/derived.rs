@@ -11,7 +11,7 @@ use bksim::sim::compiled::CompiledSystem;
 use bksim::sim::formulate::MotionEquations;
 use bksim::sim::start::StartEquations;
 use bksim::{Mechanism, Rejected};
-use bksim_input::Text;
+use bksim_load::Text;
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 

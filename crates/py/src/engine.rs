@@ -21,7 +21,7 @@ use bksim::sim::measure::Measures;
 use bksim::sim::mobility::mobility;
 use bksim::sim::start::{Start, start_at};
 use bksim::{Mechanism, Rejected};
-use bksim_input::{Loaded, Request, Text, json_all, load, parse, parse_recorded};
+use bksim_load::{Loaded, Request, Text, json_all, load, parse, parse_recorded};
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
 

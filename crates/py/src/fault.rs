@@ -8,7 +8,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::laws;
 use bksim::model::diagnostic::Diagnostic;
-use bksim_input::{InputError, Text, json_all, plain};
+use bksim_load::{InputError, Text, json_all, plain};
 use pyo3::exceptions::{PyKeyError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyString;

@@ -11,7 +11,7 @@ use bksim::record::{Contents, INPUTS, Recorder, overrides, set_option};
 use bksim::sim::run::{Sample, Summary};
 use bksim::sim::sensitivity::StateSensitivity;
 use bksim::sim::start::Start;
-use bksim_input::Text;
+use bksim_load::Text;
 use pyo3::prelude::*;
 
 use crate::arrays::{table, transposed, vector};

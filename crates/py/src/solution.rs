@@ -6,7 +6,7 @@ use bksim::player::Player;
 use bksim::sim::run::{Sample, Segment, Summary};
 use bksim::sim::sensitivity::Sensitive;
 use bksim::{describe, log};
-use bksim_input::{json_all, plain};
+use bksim_load::{json_all, plain};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
 use serde_json::{Value, json};

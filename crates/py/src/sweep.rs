@@ -8,7 +8,7 @@ use std::thread;
 
 use bksim::model::file::Limits;
 use bksim::options::{FORMULATIONS, JITS, METHODS, SolveChanges};
-use bksim_input::{Text, json_all};
+use bksim_load::{Text, json_all};
 use bksim_sweep::{
     Axis, Column, Design, Existing, Monitor, Parts, Plan, Request, Row, Spacing, SweepError,
     Values, codes, is_whole, write,

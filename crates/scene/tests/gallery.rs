@@ -50,7 +50,7 @@ fn mechanisms() -> Vec<Moved> {
             let bytes = std::fs::read(folder.join("drawing.dxf")).expect("a readable file");
             let side = folder.join("drawing.toml");
             let side = side.is_file().then(|| text(&side));
-            let options = ModelOptions { side: side.as_deref(), ..ModelOptions::default() };
+            let options = ModelOptions { sidecar: side.as_deref(), ..ModelOptions::default() };
             let model = bksim::mechanism_from_drawing(bytes, options, &name);
             all.push(moved(&format!("{name}-drawn"), &model.expect("a model")));
         }

@@ -79,12 +79,15 @@ impl Axis {
     /// # Errors
     /// A diagnostic with [`codes::BAD_AXIS`].
     pub fn parse<'t>(name: &str, text: &'t str) -> Result<Option<Self>, Diagnostic> {
+        // Parts, of which there are several.
         let is_range = text.contains(':');
         let parts: Vec<&'t str> =
             text.split(if is_range { ':' } else { ',' }).map(str::trim).collect();
         if parts.len() < 2 {
             return Ok(None);
         }
+
+        // Numbers, at least one with the unit of all.
         let mut unit = "";
         let mut number = |part: &'t str| {
             let (number, own) = number_and_unit(part)?;
@@ -92,6 +95,8 @@ impl Axis {
             unit = if own.is_empty() { unit } else { own };
             (!is_other).then_some(number)
         };
+
+        // A list, or two ends with a count and a spacing.
         if !is_range {
             let list: Option<Vec<f64>> = parts.iter().map(|part| number(part)).collect();
             // `atan2(a, b)` is one value, an expression.
@@ -123,6 +128,8 @@ impl Axis {
             let help = "`bksim explain M030` lists the units";
             return Err(Diagnostic::error(codes::BAD_AXIS, message).help(help));
         }
+
+        // Values: finite, and of ranges and counts some way between two ends.
         let fault = |message: String, help: String| {
             Err(Diagnostic::error(codes::BAD_AXIS, message).help(help))
         };
@@ -169,7 +176,7 @@ impl Axis {
         }
     }
 
-    /// The value at a place of a grid.
+    /// The value with this index; the axis is no range.
     #[expect(
         clippy::cast_precision_loss,
         clippy::cast_possible_truncation,
@@ -177,7 +184,7 @@ impl Axis {
     )]
     pub(crate) fn value(&self, idx: u64) -> f64 {
         match &self.values {
-            Values::List(list) => list.get(idx as usize).copied().unwrap_or(f64::NAN),
+            Values::List(list) => list[idx as usize],
             Values::Even { from, to, n, spacing } => {
                 let last = n - 1;
                 let weights = [(last - idx) as f64 / last as f64, idx as f64 / last as f64];
@@ -191,7 +198,7 @@ impl Axis {
                     _ => from.signum() * from.abs().powf(weights[0]) * to.abs().powf(weights[1]),
                 }
             }
-            Values::Range { .. } => f64::NAN,
+            Values::Range { .. } => unreachable!("plans take samples of ranges alone"),
         }
     }
 
@@ -207,7 +214,7 @@ impl Axis {
             Values::Range { from, to, spacing: Spacing::Linear } => from + (to - from) * at,
             Values::Range { from, to, spacing: Spacing::Log } => from * (to / from).powf(at),
             _ => {
-                let n = self.n_values().unwrap_or(1);
+                let n = self.n_values().expect("values that are no range are counted");
                 self.value(((n as f64 * at) as u64).min(n - 1))
             }
         }
@@ -244,7 +251,7 @@ fn between([from, to]: [f64; 2], weights: [f64; 2]) -> f64 {
     const SHORT: f64 = 1e9;
     const FEW: f64 = 4e6;
     let whole = weights[0] + weights[1];
-    let ten = (0..=9).map(|places| 10f64.powi(places)).find(|ten| {
+    let ten = (0..=9).map(|decimals| 10f64.powi(decimals)).find(|ten| {
         let is_short = |end: f64| (end * ten).abs() < SHORT && (end * ten).round() / ten == end;
         is_short(from) && is_short(to)
     });
@@ -260,10 +267,10 @@ fn between([from, to]: [f64; 2], weights: [f64; 2]) -> f64 {
 /// `80 mm` as 80 and `mm`.
 fn number_and_unit(text: &str) -> Option<(f64, &str)> {
     let is_end = |at: usize| at == text.len() || text[at..].starts_with(char::is_whitespace);
-    let places = (1..=text.len()).rev().filter(|&at| text.is_char_boundary(at));
+    let boundaries = (1..=text.len()).rev().filter(|&at| text.is_char_boundary(at));
     // The longest start that is a number; a unit may touch it.
     let mut found = None;
-    for at in places {
+    for at in boundaries {
         if let Ok(number) = text[..at].parse::<f64>()
             && text[..at].ends_with(|c: char| c.is_ascii_digit() || c == '.')
         {

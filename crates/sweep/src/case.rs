@@ -1,4 +1,4 @@
-//! One case: its values, the start, the run, and what is kept of it.
+//! One case: its values, the start, the run, and its row.
 
 use bksim::dae::Control;
 use bksim::model::SolveOptions;
@@ -7,67 +7,12 @@ use bksim::sim::run::{Sample, run};
 use bksim::sim::start::start_at;
 use bksim::{Mechanism, Rejected};
 
+use crate::compiled::Compiled;
+use crate::input::{Quantity, overrides};
 use crate::output::Reducer;
-use crate::study::{Compiled, Of, Study};
-
-/// A case and what came of it.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Row {
-    /// Number of the case.
-    pub case: u64,
-    /// The varied quantities, SI, by axis.
-    pub inputs: Vec<f64>,
-    /// The outputs; empty unless the run reached its end.
-    pub outputs: Vec<f64>,
-    /// How it ended.
-    pub ending: Ending,
-    /// Last instant, s; the start of a case that did not start.
-    pub t: f64,
-    /// Steps of the integrator.
-    pub n_steps: u64,
-}
-
-/// How a case ended.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub enum Ending {
-    /// At the end of its run.
-    Done,
-    /// Its values are refused, as `bksim check` would.
-    Refused(Fault),
-    /// There is no consistent start.
-    NoStart(Fault),
-    /// The run stopped early.
-    StoppedEarly(Fault),
-}
-
-/// Why a case failed, as `bksim solve` says it.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub struct Fault {
-    /// Code, such as `S001`.
-    pub code: &'static str,
-    /// What is wrong.
-    pub reason: String,
-}
-
-impl Ending {
-    /// One word: `done`, `refused`, `no start` or `stopped`.
-    pub fn word(&self) -> &'static str {
-        match self {
-            Self::Done => "done",
-            Self::Refused(_) => "refused",
-            Self::NoStart(_) => "no start",
-            Self::StoppedEarly(_) => "stopped",
-        }
-    }
-
-    /// Why a case failed.
-    pub fn fault(&self) -> Option<&Fault> {
-        match self {
-            Self::Done => None,
-            Self::Refused(fault) | Self::NoStart(fault) | Self::StoppedEarly(fault) => Some(fault),
-        }
-    }
-}
+use crate::row::{Ending, Fault, Row};
+use crate::sampling::sample_for;
+use crate::study::Study;
 
 /// Runs cases one after the other with buffers of its own.
 pub(crate) struct Worker<'a> {
@@ -128,14 +73,14 @@ impl<'a> Worker<'a> {
         Some(row)
     }
 
-    /// Puts values of axes where they belong.
+    /// Sorts the values of axes into those of parameters and those of initial values.
     fn sort(&mut self, inputs: &[f64]) {
         self.varied.clear();
         self.stated.clear();
         for (input, &value) in self.study.inputs.iter().zip(inputs) {
-            match input.of {
-                Of::Parameter => self.varied.push(value),
-                Of::Initial(initial_idx) => self.stated.push((initial_idx, value)),
+            match input.quantity {
+                Quantity::Parameter => self.varied.push(value),
+                Quantity::Initial(initial_idx) => self.stated.push((initial_idx, value)),
             }
         }
     }
@@ -150,17 +95,17 @@ impl<'a> Worker<'a> {
         options.clone_from(&study.solve);
         let is_known = recording.replay(varied, recorded, parameters, options);
         study.request.changes.apply(options);
-        study.sample_for_outputs(options);
+        sample_for(&study.outputs, options);
         is_known
     }
 
     /// Reads the model at the values of the case, and derives equations of its own.
     fn read(&mut self) -> Result<Mechanism, Rejected> {
         let request = &self.study.request;
-        let overrides = request.overrides(&self.study.inputs, &self.numbers);
+        let overrides = overrides(&request.plan, &self.study.inputs, &self.numbers);
         let mut model = request.read(&overrides).map_err(Rejected)?;
         request.changes.apply(&mut model.solve);
-        self.study.sample_for_outputs(&mut model.solve);
+        sample_for(&self.study.outputs, &mut model.solve);
         self.options.clone_from(&model.solve);
         self.parameters.clear();
         self.parameters.extend(model.parameters.iter().map(|p| p.value));
@@ -184,6 +129,8 @@ impl<'a> Worker<'a> {
             };
             Fault::from(fault)
         };
+
+        // The start.
         row.t = options.t_start;
         let start = match start_at(start, system, parameters, stated, options) {
             Ok(start) => start,
@@ -192,6 +139,8 @@ impl<'a> Worker<'a> {
                 return Some(row);
             }
         };
+
+        // The run, reduced to its outputs as it goes on.
         reducer.clear();
         let mut take = |sample: &Sample| {
             reducer.take(&study.outputs, &study.channels, sample);
@@ -211,19 +160,5 @@ impl<'a> Worker<'a> {
             }
         }
         Some(row)
-    }
-}
-
-impl From<Diagnostic> for Fault {
-    fn from(fault: Diagnostic) -> Self {
-        Self { code: fault.code.0, reason: fault.message }
-    }
-}
-
-impl From<Rejected> for Fault {
-    fn from(Rejected(faults): Rejected) -> Self {
-        let error = faults.into_iter().find(Diagnostic::is_error);
-        // Whoever refuses a model has found an error.
-        error.map_or(Self { code: "", reason: "the model is refused".to_owned() }, Self::from)
     }
 }

@@ -39,20 +39,28 @@
 
 mod axis;
 mod case;
+mod compiled;
 mod error;
+mod input;
 mod output;
 mod parquet;
 mod plan;
+mod request;
 mod resume;
+mod row;
 mod run;
+mod sampling;
 mod study;
 
 pub use axis::{Axis, Spacing, Values};
 pub use bksim::sweep_codes as codes;
-pub use case::{Ending, Fault, Row};
 pub use error::SweepError;
+pub use input::si_unit;
 pub use output::{Output, Take};
+pub use parquet::Column;
 pub use plan::{Design, LARGEST, Plan};
+pub use request::Request;
 pub use resume::{Existing, FaultCount, Parts, Report, is_whole, parts_of, write};
+pub use row::{Ending, Fault, Row};
 pub use run::Monitor;
-pub use study::{Column, Request, Study, si_unit};
+pub use study::Study;

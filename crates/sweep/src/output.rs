@@ -1,4 +1,4 @@
-//! What is kept of a run: one number each of any signal.
+//! Outputs of a run: one number each of any signal.
 //!
 //! ```text
 //! final(state.x)        min(energy.total)      mean(state.x)

@@ -28,38 +28,46 @@ use ::parquet::file::properties::{EnabledStatistics, WriterProperties, WriterPro
 use ::parquet::file::reader::{FileReader, SerializedFileReader};
 use ::parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use ::parquet::schema::types::{ColumnPath, Type, TypePtr};
-use bksim::VERSION;
-use sha2::{Digest, Sha256};
 
-use crate::case::Row;
-use crate::study::{Study, hex};
+use crate::row::Row;
 
 /// Names of the columns that every sweep has.
 const OWN: [&str; 6] = ["case", "status", "code", "reason", "t_reached", "steps"];
 
-/// How the rows of a study lie in a table.
+/// A column of numbers.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Column {
+    /// Its name.
+    pub name: String,
+    /// SI unit of its values, empty for none.
+    pub unit: String,
+}
+
+/// The columns of a table and its metadata.
 #[derive(Debug)]
 pub(crate) struct Layout {
     schema: TypePtr,
-    /// Names and units of the axes, then of the outputs.
-    inputs: Vec<(String, String)>,
-    outputs: Vec<(String, String)>,
+    n_inputs: usize,
+    n_outputs: usize,
     about: Vec<KeyValue>,
 }
 
 impl Layout {
-    pub(crate) fn new(study: &Study) -> Result<Self, ParquetError> {
-        let inputs = study.input_columns().into_iter().map(|column| {
-            let is_taken = OWN.contains(&column.name.as_str());
-            let name = if is_taken { format!("set.{}", column.name) } else { column.name };
-            (name, column.unit)
-        });
-        let inputs: Vec<(String, String)> = inputs.collect();
-        let outputs = study.output_columns().into_iter().map(|column| (column.name, column.unit));
-        let outputs: Vec<(String, String)> = outputs.collect();
-        let schema = schema(&inputs, &outputs)?;
-        let about = about(study, inputs.iter().chain(&outputs));
-        Ok(Self { schema, inputs, outputs, about })
+    /// Of a sweep over `inputs` that keeps `outputs`; `about` is what its tables say about it.
+    pub(crate) fn new(
+        inputs: Vec<Column>,
+        outputs: &[Column],
+        mut about: Vec<KeyValue>,
+    ) -> Result<Self, ParquetError> {
+        let renamed = |Column { name, unit }| {
+            let is_taken = OWN.contains(&name.as_str());
+            Column { name: if is_taken { format!("set.{name}") } else { name }, unit }
+        };
+        let inputs: Vec<Column> = inputs.into_iter().map(renamed).collect();
+        let with_unit = inputs.iter().chain(outputs).filter(|column| !column.unit.is_empty());
+        about.extend(with_unit.map(|Column { name, unit }| entry(&format!("unit.{name}"), unit)));
+        let schema = schema(&inputs, outputs)?;
+        Ok(Self { schema, n_inputs: inputs.len(), n_outputs: outputs.len(), about })
     }
 
     /// A table of these rows in one row group, with some more metadata.
@@ -83,16 +91,16 @@ impl Layout {
         rows: &[Row],
         group: &mut SerializedRowGroupWriter<'_, W>,
     ) -> Result<(), ParquetError> {
-        let whole = |value: u64| i64::try_from(value).unwrap_or(i64::MAX);
+        let whole = |value: u64| i64::try_from(value).expect("cases and steps are counted to 2⁶³");
         let cases: Vec<i64> = rows.iter().map(|row| whole(row.case)).collect();
         write::<Int64Type, _>(group, &cases, None)?;
-        for idx in 0..self.inputs.len() {
+        for idx in 0..self.n_inputs {
             let values: Vec<f64> = rows.iter().map(|row| row.inputs[idx]).collect();
             write::<DoubleType, _>(group, &values, None)?;
         }
         let is_done: Vec<i16> =
             rows.iter().map(|row| row.ending.fault().is_none().into()).collect();
-        for idx in 0..self.outputs.len() {
+        for idx in 0..self.n_outputs {
             let values: Vec<f64> =
                 rows.iter().filter_map(|row| row.outputs.get(idx)).copied().collect();
             write::<DoubleType, _>(group, &values, Some(&is_done))?;
@@ -141,16 +149,6 @@ impl Layout {
     }
 }
 
-impl Study {
-    /// How its rows lie in a table; the same one whenever it is asked for.
-    pub(crate) fn layout(&self) -> Result<&Layout, ParquetError> {
-        match self.layout.get() {
-            Some(layout) => Ok(layout),
-            None => Layout::new(self).map(|layout| self.layout.get_or_init(|| layout)),
-        }
-    }
-}
-
 /// A table that is put together.
 pub(crate) struct Joined<W: Write + Send>(SerializedFileWriter<W>);
 
@@ -162,8 +160,8 @@ impl<W: Write + Send> Joined<W> {
             let mut out = self.0.next_row_group()?;
             for column in group.columns() {
                 let close = ColumnCloseResult {
-                    bytes_written: u64::try_from(column.compressed_size()).unwrap_or_default(),
-                    rows_written: u64::try_from(group.num_rows()).unwrap_or_default(),
+                    bytes_written: count(column.compressed_size())?,
+                    rows_written: count(group.num_rows())?,
                     metadata: column.clone(),
                     bloom_filter: None,
                     column_index: None,
@@ -185,40 +183,21 @@ impl<W: Write + Send> Joined<W> {
 pub(crate) fn survey(table: &File) -> Result<(u64, Vec<KeyValue>), ParquetError> {
     let reader = SerializedFileReader::new(table.try_clone()?)?;
     let metadata = reader.metadata().file_metadata();
-    let n_rows = u64::try_from(metadata.num_rows()).unwrap_or_default();
+    let n_rows = count(metadata.num_rows())?;
     Ok((n_rows, metadata.key_value_metadata().cloned().unwrap_or_default()))
+}
+
+/// A count as it stands in a file, which may be damaged.
+fn count(stated: i64) -> Result<u64, ParquetError> {
+    let negative = |_| ParquetError::General(format!("the table has a count of {stated}"));
+    u64::try_from(stated).map_err(negative)
 }
 
 pub(crate) fn entry(key: &str, value: &str) -> KeyValue {
     KeyValue::new(key.to_owned(), value.to_owned())
 }
 
-/// What a table says about itself.
-fn about<'a>(study: &Study, columns: impl Iterator<Item = &'a (String, String)>) -> Vec<KeyValue> {
-    let units = columns.filter(|(_, unit)| !unit.is_empty());
-    let units = units.map(|(name, unit)| entry(&format!("unit.{name}"), unit));
-    let fixed: Vec<String> =
-        study.request.fixed.iter().map(|(name, value)| format!("{name}={value}")).collect();
-    [
-        entry("bksim.version", VERSION),
-        entry("bksim.model_name", study.model_name()),
-        entry("bksim.model_sha256", &hex(&Sha256::digest(study.model_text().as_bytes()))),
-        entry("bksim.model", study.model_text()),
-        entry("bksim.set", &fixed.join("\n")),
-        entry("bksim.plan", &study.plan_text()),
-        entry("bksim.options", study.options_text()),
-        entry("bksim.fingerprint", &study.fingerprint()),
-        entry("unit.t_reached", "s"),
-    ]
-    .into_iter()
-    .chain(units)
-    .collect()
-}
-
-fn schema(
-    inputs: &[(String, String)],
-    outputs: &[(String, String)],
-) -> Result<TypePtr, ParquetError> {
+fn schema(inputs: &[Column], outputs: &[Column]) -> Result<TypePtr, ParquetError> {
     let column = |name: &str, kind, repetition| {
         let builder = Type::primitive_type_builder(name, kind).with_repetition(repetition);
         let is_text = kind == PhysicalType::BYTE_ARRAY;
@@ -227,10 +206,10 @@ fn schema(
     let (required, optional) = (Repetition::REQUIRED, Repetition::OPTIONAL);
     let (whole, real, text) = (PhysicalType::INT64, PhysicalType::DOUBLE, PhysicalType::BYTE_ARRAY);
     let mut fields = vec![column("case", whole, required)?];
-    for (name, _) in inputs {
+    for Column { name, .. } in inputs {
         fields.push(column(name, real, required)?);
     }
-    for (name, _) in outputs {
+    for Column { name, .. } in outputs {
         fields.push(column(name, real, optional)?);
     }
     fields.extend([

@@ -5,7 +5,7 @@ use rand::RngExt;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64;
 
-use crate::axis::Axis;
+use crate::axis::{Axis, Values};
 use crate::codes;
 
 /// How cases fill the space of the axes.
@@ -62,6 +62,7 @@ impl Plan {
     /// A diagnostic when an axis occurs twice or does not fit the design, or there are too many
     /// cases.
     pub fn new(axes: Vec<Axis>, design: Design) -> Result<Self, Diagnostic> {
+        // Axes, each once.
         for (idx, axis) in axes.iter().enumerate() {
             if axes[..idx].iter().any(|known| known.name == axis.name) {
                 let message = format!("`{}` is varied twice", axis.name);
@@ -69,6 +70,8 @@ impl Plan {
                 return Err(Diagnostic::error(codes::AXIS_TWICE, message).help(help));
             }
         }
+
+        // Cases, as many as the design has or can have.
         let n_cases = match design {
             Design::Grid => n_of_grid(&axes)?,
             Design::Random { n, .. }
@@ -93,6 +96,8 @@ impl Plan {
             let help = format!("vary up to {} quantities, or use random samples", LARGEST_SOBOL.1);
             return Err(Diagnostic::error(codes::N_CASES, message).help(help));
         }
+
+        // The order of the parts of a hypercube; all else follows from the number of a case.
         let parts = match design {
             Design::LatinHypercube { n, seed } => {
                 (0..axes.len()).map(|axis_idx| shuffled(n, seed, axis_idx)).collect()
@@ -120,7 +125,7 @@ impl Plan {
     /// Writes the numbers of a case, one per axis in its unit.
     ///
     /// # Panics
-    /// When `case` is not below [`Plan::n_cases`], or `numbers` has not one place per axis.
+    /// When `case` is not below [`Plan::n_cases`], or `numbers` is not as long as the list of axes.
     #[expect(
         clippy::cast_precision_loss,
         clippy::cast_possible_truncation,
@@ -133,7 +138,7 @@ impl Plan {
             Design::Grid => {
                 let mut rest = case;
                 for (axis, number) in self.axes.iter().zip(numbers).rev() {
-                    let n = axis.n_values().unwrap_or(1);
+                    let n = axis.n_values().expect("a plan refuses grids over ranges");
                     *number = axis.value(rest % n);
                     rest /= n;
                 }
@@ -188,7 +193,7 @@ fn uniform(seed: u64, axis_idx: usize, case: u64) -> f64 {
 #[expect(clippy::cast_possible_truncation, reason = "checked: below ten million")]
 fn shuffled(n: u64, seed: u64, axis_idx: usize) -> Vec<u32> {
     let mut parts: Vec<u32> = (0..n as u32).collect();
-    // Another stream than the places within the parts.
+    // Another stream than the positions within the parts.
     parts.shuffle(&mut generator(!seed, axis_idx));
     parts
 }
@@ -211,8 +216,7 @@ fn n_of_grid(axes: &[Axis]) -> Result<u64, Diagnostic> {
 
 /// Samples lie between ends or in lists.
 fn check_ranges(axes: &[Axis]) -> Result<(), Diagnostic> {
-    let Some(axis) = axes.iter().find(|axis| matches!(axis.values, crate::Values::Even { .. }))
-    else {
+    let Some(axis) = axes.iter().find(|axis| matches!(axis.values, Values::Even { .. })) else {
         return Ok(());
     };
     let name = &axis.name;
@@ -300,8 +304,8 @@ mod tests {
                     clippy::cast_sign_loss,
                     reason = "0 … 255"
                 )]
-                let place = (16.0 * i + j) as usize;
-                counts[place] += 1;
+                let box_idx = (16.0 * i + j) as usize;
+                counts[box_idx] += 1;
             }
             counts
         };

@@ -13,14 +13,14 @@ use std::path::{Path, PathBuf};
 use ::parquet::file::metadata::KeyValue;
 use bksim::model::diagnostic::Diagnostic;
 
-use crate::case::Row;
 use crate::codes;
 use crate::error::SweepError;
 use crate::parquet::{entry, survey};
+use crate::row::Row;
 use crate::run::Monitor;
 use crate::study::Study;
 
-/// What to do about parts of a sweep that are there already.
+/// A policy for parts of a sweep that are there already.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Existing {
     /// Refuse to go on.
@@ -55,7 +55,7 @@ pub struct FaultCount {
     pub n: u64,
     /// The first of them.
     pub first_case: u64,
-    /// What was wrong with it.
+    /// Its fault in words.
     pub reason: String,
 }
 
@@ -145,7 +145,7 @@ pub struct Parts<'a> {
 const FINGERPRINT: &str = "fingerprint";
 
 impl<'a> Parts<'a> {
-    /// Makes the directory beside `table`, or finds that of this sweep.
+    /// Makes the directory next to `table`, or finds that of this sweep.
     ///
     /// # Errors
     /// As for [`write()`].
@@ -216,7 +216,7 @@ impl<'a> Parts<'a> {
         self.directory.join(format!("{part:06}.parquet"))
     }
 
-    /// What came of a part that is there and whole.
+    /// The tally of a part that is there and whole.
     fn known(&self, part: u64) -> Option<Tally> {
         let cases = self.study.cases_of(part);
         let (n_rows, about) = survey(&File::open(self.path(part)).ok()?).ok()?;

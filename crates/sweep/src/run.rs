@@ -6,16 +6,17 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::case::{Row, Worker};
+use crate::case::Worker;
 use crate::error::SweepError;
+use crate::row::Row;
 use crate::study::Study;
 
-/// Who may stop a sweep, and who is told how far it is; both from any thread.
+/// Callbacks that stop a sweep and show how far it is; both are called from any thread.
 #[derive(Clone, Copy)]
 pub struct Monitor<'a> {
     /// Asked after every step of every case.
     pub stop: &'a (dyn Fn() -> bool + Sync),
-    /// Told after every case how many have ended.
+    /// Called after every case with the number of those that have ended.
     pub progress: &'a (dyn Fn(u64) + Sync),
 }
 
@@ -90,8 +91,8 @@ impl Study {
         self.n_cases().div_ceil(128).next_power_of_two().min(8192)
     }
 
-    /// Does parts, and makes of the rows of each what `keep` makes of them as soon as they are there;
-    /// `None` for a part that `monitor` stopped. `n_jobs` threads, or one per core for 0.
+    /// Runs the cases of parts and calls `keep` with the rows of each as soon as they are there; `None`
+    /// for a part that `monitor` stopped. `n_jobs` threads, or one per core for 0.
     ///
     /// # Errors
     /// [`SweepError::Threads`].
@@ -114,12 +115,12 @@ impl Study {
 
     /// As [`Study::rows`], on the threads that this is called from.
     fn rows_counted(&self, cases: Range<u64>, counter: &Counter<'_>) -> Option<Vec<Row>> {
-        // Indexed by place, so that rayon keeps the order and splits evenly.
-        let n = usize::try_from(cases.end - cases.start).unwrap_or(usize::MAX);
-        let place = |idx: usize| cases.start + idx as u64;
+        // Indexed, so that rayon keeps the order and splits evenly.
+        let n = usize::try_from(cases.end - cases.start).expect("a plan has at most 10⁸ cases");
+        let case = |idx: usize| cases.start + idx as u64;
         (0..n)
             .into_par_iter()
-            .map_init(|| Worker::new(self), |w, idx| counter.counted(w, place(idx)))
+            .map_init(|| Worker::new(self), |w, idx| counter.counted(w, case(idx)))
             .collect()
     }
 }

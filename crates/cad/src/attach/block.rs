@@ -9,12 +9,14 @@ impl Gathering<'_> {
     /// An insert of one of our blocks.
     pub(super) fn read_block(&mut self, entity_idx: usize, entity: &Entity) {
         let Shape::Insert(insert) = &entity.shape else { return };
-        let Some(kind) = self.kind(&insert.block, &entity.place, |kind| kind.block) else { return };
+        let Some(kind) = self.kind(&insert.block, &entity.location, |kind| kind.block) else {
+            return;
+        };
         let mut values = Vec::new();
         for attribute in insert.attributes.iter().filter(|a| !a.value.is_empty()) {
             let content = Content::Text(attribute.value.clone());
-            let place = self.excerpts.narrowed(&attribute.place, &attribute.value);
-            values.extend(self.value(kind, &attribute.tag, content, &place));
+            let location = self.excerpts.narrowed(&attribute.location, &attribute.value);
+            values.extend(self.value(kind, &attribute.tag, content, &location));
         }
         let [x, y] = [insert.x, insert.y];
         // The arrow of gravity points down where the block is not turned.
@@ -23,7 +25,7 @@ impl Gathering<'_> {
         self.attachments.push(Attachment {
             kind,
             entity_idx,
-            place: entity.place.clone(),
+            location: entity.location.clone(),
             way: Way::Block,
             values,
             at: (kind.placement != Placement::Anywhere).then_some(insert.at),

@@ -19,7 +19,7 @@ impl Gathering<'_> {
             .entities
             .iter()
             .enumerate()
-            .filter(|(_, entity)| entity.place.layer.eq_ignore_ascii_case(JOINT_LAYER))
+            .filter(|(_, entity)| entity.location.layer.eq_ignore_ascii_case(JOINT_LAYER))
             .collect();
         let texts: Vec<(&Entity, Point, &str)> = on_layer
             .iter()
@@ -41,12 +41,12 @@ impl Gathering<'_> {
             let name = named.map(|(_, label, text)| Value {
                 key: "name",
                 content: Content::Text((*text).to_owned()),
-                place: label.place.clone(),
+                location: label.location.clone(),
             });
             self.attachments.push(Attachment {
                 kind: revolute,
                 entity_idx,
-                place: entity.place.clone(),
+                location: entity.location.clone(),
                 way: Way::Layer,
                 values: name.into_iter().collect(),
                 at: Some(centre),

@@ -9,7 +9,7 @@ use bksim_model::file::suggest;
 
 use crate::attachment::{Attachment, Content, Value};
 use crate::codes;
-use crate::drawing::{Drawing, Place};
+use crate::drawing::{Drawing, Location};
 use crate::excerpt::Excerpts;
 use crate::kind::{KINDS, Kind};
 
@@ -23,7 +23,7 @@ pub fn attachments(
 ) -> (Vec<Attachment>, Vec<Diagnostic>) {
     let mut gathering = Gathering { excerpts, attachments: Vec::new(), faults: Vec::new() };
     for (entity_idx, entity) in drawing.entities.iter().enumerate() {
-        if entity.place.layer.eq_ignore_ascii_case(LEGEND_LAYER) {
+        if entity.location.layer.eq_ignore_ascii_case(LEGEND_LAYER) {
             continue;
         }
         gathering.read_xdata(entity_idx, entity);
@@ -48,15 +48,15 @@ impl Gathering<'_> {
         kind: &'static Kind,
         key: &str,
         content: Content,
-        place: &Place,
+        location: &Location,
     ) -> Option<Value> {
         if let Some(key) = kind.keys.iter().find(|known| known.eq_ignore_ascii_case(key)) {
-            return Some(Value { key, content, place: place.clone() });
+            return Some(Value { key, content, location: location.clone() });
         }
         let message = format!("{} has no key `{key}`", kind.name);
         let fault = Diagnostic::error(codes::UNKNOWN_ATTRIBUTE, message)
             .help(suggest(&key.to_ascii_lowercase(), kind.keys));
-        self.faults.push(self.excerpts.at(fault, place, "not a key"));
+        self.faults.push(self.excerpts.at(fault, location, "not a key"));
         None
     }
 
@@ -64,7 +64,7 @@ impl Gathering<'_> {
     fn kind(
         &mut self,
         name: &str,
-        place: &Place,
+        location: &Location,
         by: fn(&Kind) -> &'static str,
     ) -> Option<&'static Kind> {
         if let Some(kind) = KINDS.iter().find(|kind| by(kind).eq_ignore_ascii_case(name)) {
@@ -73,7 +73,7 @@ impl Gathering<'_> {
         let names: Vec<&str> = KINDS.iter().map(by).collect();
         let message = format!("`{name}` is nothing that can be attached");
         let fault = Diagnostic::error(codes::UNKNOWN_KIND, message).help(suggest(name, &names));
-        self.faults.push(self.excerpts.at(fault, place, ""));
+        self.faults.push(self.excerpts.at(fault, location, ""));
         None
     }
 }

@@ -35,7 +35,7 @@ impl Gathering<'_> {
             let help = "a record is its kind, `{`, its entries and `}`, for example revolute { \
                         name=A }; `bksim cad … remove` takes a broken one away";
             let fault = Diagnostic::error(codes::BROKEN_RECORD, message).help(help);
-            self.faults.push(self.excerpts.at(fault, &entity.place, ""));
+            self.faults.push(self.excerpts.at(fault, &entity.location, ""));
         }
     }
 
@@ -45,12 +45,12 @@ impl Gathering<'_> {
         name: &str,
         entries: &[XValue],
     ) -> Option<Attachment> {
-        let place = self.excerpts.narrowed(&entity.place, name);
-        let kind = self.kind(name.trim(), &place, |kind| kind.name)?;
+        let location = self.excerpts.narrowed(&entity.location, name);
+        let kind = self.kind(name.trim(), &location, |kind| kind.name)?;
         let mut attachment = Attachment {
             kind,
             entity_idx: 0,
-            place: entity.place.clone(),
+            location: entity.location.clone(),
             way: Way::Xdata(0),
             values: Vec::new(),
             at: None,
@@ -59,12 +59,12 @@ impl Gathering<'_> {
         };
         let mut rest = entries;
         while let [XValue::Text(text), after @ ..] = rest {
-            let place = self.excerpts.narrowed(&entity.place, text.trim());
+            let location = self.excerpts.narrowed(&entity.location, text.trim());
             if let Some((key, value)) = text.split_once('=') {
                 let (key, value) = (key.trim(), value.trim());
                 if !value.is_empty() {
                     let content = Content::Text(value.to_owned());
-                    attachment.values.extend(self.value(kind, key, content, &place));
+                    attachment.values.extend(self.value(kind, key, content, &location));
                 }
                 rest = after;
                 continue;
@@ -87,7 +87,7 @@ impl Gathering<'_> {
                 XValue::Handle(handle) => Content::Entity(*handle),
                 XValue::Text(_) | XValue::Layer(_) | XValue::Open | XValue::Close => break,
             };
-            attachment.values.extend(self.value(kind, key, content, &place));
+            attachment.values.extend(self.value(kind, key, content, &location));
             rest = &after[1..];
         }
         if !rest.is_empty() {
@@ -95,7 +95,7 @@ impl Gathering<'_> {
             let help = "an entry is `key=value`, or a key followed by a number, a handle, or, for \
                         `at`, `to` and `axis`, a point";
             let fault = Diagnostic::error(codes::BROKEN_RECORD, message).help(help);
-            self.faults.push(self.excerpts.at(fault, &place, ""));
+            self.faults.push(self.excerpts.at(fault, &location, ""));
             return None;
         }
         attachment.at = attachment.at.or_else(|| natural_point(&entity.shape));

@@ -1,11 +1,11 @@
-//! The text of a model under construction: values with their paths and their places.
+//! The text of a model under construction: values with their paths and their locations.
 
 use std::collections::BTreeMap;
 
 use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, Value};
 
 use crate::attachment::Content;
-use crate::drawing::{LengthUnit, Place};
+use crate::drawing::{LengthUnit, Location};
 use crate::geometry::Point;
 
 /// Keys whose bare numbers are lengths of the drawing.
@@ -16,27 +16,44 @@ const LENGTHS: [&str; 5] = ["thickness", "length", "x", "y", "position"];
 pub(super) struct Draft {
     pub(super) document: DocumentMut,
     /// Where each value comes from, by its path.
-    pub(super) places: BTreeMap<Vec<String>, Place>,
+    pub(super) locations: BTreeMap<Vec<String>, Location>,
 }
 
 impl Draft {
+    /// The drafts of different sections as one, in their order.
+    pub(super) fn joined(drafts: impl IntoIterator<Item = Self>) -> Self {
+        let mut whole = Self::default();
+        for draft in drafts {
+            for (key, item) in draft.document.into_table() {
+                whole.document.insert(&key, item);
+            }
+            whole.locations.extend(draft.locations);
+        }
+        whole
+    }
+
     /// Puts a value at `section.name.key`, or at `section.key` where the name is empty.
-    pub(super) fn put(&mut self, [section, name, key]: [&str; 3], value: Value, place: &Place) {
+    pub(super) fn put(
+        &mut self,
+        [section, name, key]: [&str; 3],
+        value: Value,
+        location: &Location,
+    ) {
         self.table([section, name]).insert(key, Item::Value(value));
         let path = [section, name, key].into_iter().filter(|part| !part.is_empty());
-        self.note(path.map(str::to_owned).collect(), place);
+        self.note(path.map(str::to_owned).collect(), location);
     }
 
     /// Notes where a value comes from; of `bodies.crank` it is where its first value comes from.
-    pub(super) fn note(&mut self, path: Vec<String>, place: &Place) {
+    pub(super) fn note(&mut self, path: Vec<String>, location: &Location) {
         for length in 2..path.len() {
-            self.places.entry(path[..length].to_vec()).or_insert_with(|| place.clone());
+            self.locations.entry(path[..length].to_vec()).or_insert_with(|| location.clone());
         }
-        self.places.insert(path, place.clone());
+        self.locations.insert(path, location.clone());
     }
 
     /// Puts a point among those of a body or of the ground.
-    pub(super) fn point(&mut self, owner: [&str; 2], name: &str, at: Value, place: &Place) {
+    pub(super) fn point(&mut self, owner: [&str; 2], name: &str, at: Value, location: &Location) {
         let [section, body] = owner;
         let table = self.table(owner);
         let points =
@@ -45,7 +62,7 @@ impl Draft {
             points.insert(name, at);
         }
         let path = [section, body, "points", name].into_iter().filter(|part| !part.is_empty());
-        self.note(path.map(str::to_owned).collect(), place);
+        self.note(path.map(str::to_owned).collect(), location);
     }
 
     fn table(&mut self, [section, name]: [&str; 2]) -> &mut Table {
@@ -68,7 +85,7 @@ impl Draft {
         key: &str,
         value: Value,
         is_guess: bool,
-        place: &Place,
+        location: &Location,
     ) {
         if key == "value" {
             // The start of a coordinate is a value by itself.
@@ -77,7 +94,7 @@ impl Draft {
             } else {
                 value
             };
-            return self.put(["initial", "", name], value, place);
+            return self.put(["initial", "", name], value, location);
         }
         let section = self.table(["initial", ""]);
         let entry = section.entry(name).or_insert_with(|| Value::from(InlineTable::new()).into());
@@ -88,13 +105,13 @@ impl Draft {
             table = guess;
         }
         table.insert(key, value);
-        self.note(vec!["initial".to_owned(), name.to_owned()], place);
+        self.note(vec!["initial".to_owned(), name.to_owned()], location);
     }
 
     /// Where a value comes from, if there is one.
-    pub(super) fn place_of(&self, path: &[&str]) -> Option<Place> {
+    pub(super) fn location_of(&self, path: &[&str]) -> Option<&Location> {
         let path: Vec<String> = path.iter().map(|part| (*part).to_owned()).collect();
-        self.places.get(&path).cloned()
+        self.locations.get(&path)
     }
 
     /// Whether a start states or guesses a key.
@@ -118,7 +135,7 @@ fn table_of(item: &mut Item) -> &mut Table {
     item.as_table_mut().expect("it was just made a table")
 }
 
-/// What a value of the drawing is in a model file.
+/// A value of the drawing as a value of a model file.
 pub(super) fn written(key: &str, content: &Content, unit: LengthUnit) -> Value {
     match content {
         Content::Number(number) => Value::from(*number),

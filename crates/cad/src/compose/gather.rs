@@ -5,260 +5,176 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use bksim_model::diagnostic::Diagnostic;
 
-use super::Composer;
-use super::part::{Frame, NamedPoint, Part, find, text_of};
-use crate::attachment::{Attachment, Content, Value, Way};
+use super::bodies::{Bodies, Body, GROUND};
+use super::enclosed::take_enclosing_outlines;
+use super::faults::Faults;
+use super::frame::Frame;
+use super::marks::marks;
+use super::outlines::close_outlines;
+use super::points::Points;
+use super::sidecar::Sidecar;
+use super::source::Source;
+use crate::attachment::{Attachment, Value, Way, find};
 use crate::codes;
-use crate::drawing::{Handle, Place, Shape};
-use crate::geometry::{Curve, Path, Point};
+use crate::drawing::{Location, Shape};
+use crate::geometry::Point;
 use crate::kind::{BODY_LAYER, GROUND_LAYER, Section};
 
-impl Composer<'_> {
-    /// Fills the parts with everything but joints and loads.
-    pub(super) fn gather(&mut self) {
-        self.gather_layers();
-        self.gather_attached();
-        self.gather_side();
-        self.gather_enclosed();
-        for part_idx in 0..self.parts.len() {
-            self.close_outline(part_idx);
-        }
-        self.gather_points();
-    }
+/// The bodies of a drawing before anything joins them.
+pub(super) struct Gathered {
+    /// With geometry, values, outlines, and what is marked on them.
+    pub(super) bodies: Bodies,
+    /// The points that are named on them.
+    pub(super) points: Points,
+}
 
-    /// The number of the part of a name; a new one if there is none yet.
-    fn part(&mut self, name: &str, place: &Place) -> usize {
-        let part_idx = self.parts.iter().position(|part| part.name == name).unwrap_or_else(|| {
-            self.parts.push(Part::new(name));
-            self.parts.len() - 1
-        });
-        let part = &mut self.parts[part_idx];
-        part.place = part.place.take().or_else(|| Some(place.clone()));
-        part_idx
+/// Gathers bodies and the ground from layers, records and inserts.
+pub(super) fn gather(source: Source<'_>, sidecar: &Sidecar, faults: &mut Faults<'_>) -> Gathered {
+    let mut bodies = Bodies::new(source.drawing.entities.len());
+    take_layers(source, &mut bodies);
+    let inserts = take_attached(source, &mut bodies, faults);
+    for body in bodies.list.iter_mut().skip(1) {
+        override_values(body, sidecar);
     }
+    take_enclosing_outlines(source, &mut bodies, &inserts);
+    close_outlines(source, &mut bodies, faults);
+    let points = marks(source, &mut bodies, faults);
+    Gathered { bodies, points }
+}
 
-    fn gather_layers(&mut self) {
-        // What an entity says itself comes before its layer.
-        let says = |attachment: &&Attachment| {
-            let section = attachment.kind.section;
-            matches!(attachment.way, Way::Xdata(_))
-                && matches!(section, Section::Bodies | Section::Ground)
-        };
-        let own_words: BTreeSet<usize> =
-            self.attachments.iter().filter(says).map(|it| it.entity_idx).collect();
-        for (entity_idx, entity) in self.drawing.entities.iter().enumerate() {
-            let layer = entity.place.layer.as_str();
-            let head = layer.get(..BODY_LAYER.len()).unwrap_or_default();
-            if matches!(entity.shape, Shape::Insert(_)) || own_words.contains(&entity_idx) {
-                continue;
-            }
-            if layer.eq_ignore_ascii_case(GROUND_LAYER) {
-                self.own(0, entity_idx);
-            } else if head.eq_ignore_ascii_case(BODY_LAYER) && layer.len() > head.len() {
-                // Layers that differ in case alone are one layer.
-                let name = &layer[head.len()..];
-                let known = self.parts.iter().find(|part| part.name.eq_ignore_ascii_case(name));
-                let name = known.map_or(name, |part| &part.name).to_owned();
-                let part_idx = self.part(&name, &entity.place);
-                self.own(part_idx, entity_idx);
-            }
-        }
-    }
+/// Gives the entities on layers of bodies and of the ground to these.
+fn take_layers(source: Source<'_>, bodies: &mut Bodies) {
+    // What an entity says itself comes before its layer.
+    let says_body = |attachment: &&Attachment| {
+        let section = attachment.kind.section;
+        matches!(attachment.way, Way::Xdata(_))
+            && matches!(section, Section::Bodies | Section::Ground)
+    };
+    let with_record: BTreeSet<usize> =
+        source.attachments.iter().filter(says_body).map(|it| it.entity_idx).collect();
 
-    /// Gives an entity with its geometry to a part.
-    pub(super) fn own(&mut self, part_idx: usize, entity_idx: usize) {
-        if self.owners[entity_idx].replace(part_idx) == Some(part_idx) {
-            return;
+    for (entity_idx, entity) in source.drawing.entities.iter().enumerate() {
+        let layer = entity.location.layer.as_str();
+        let head = layer.get(..BODY_LAYER.len()).unwrap_or_default();
+        if matches!(entity.shape, Shape::Insert(_)) || with_record.contains(&entity_idx) {
+            continue;
         }
-        let part = &mut self.parts[part_idx];
-        match &self.drawing.entities[entity_idx].shape {
-            Shape::Path(path) => {
-                part.features.extend(features(path));
-                part.paths.push((path.clone(), entity_idx));
-            }
-            Shape::Paths(paths) => {
-                part.features.extend(paths.iter().flat_map(features));
-                part.paths.extend(paths.iter().map(|path| (path.clone(), entity_idx)));
-            }
-            Shape::Hatch(paths) => {
-                part.paths.extend(paths.iter().map(|path| (path.clone(), entity_idx)));
-            }
-            Shape::Point(at) => part.features.push(*at),
-            Shape::Text { .. } | Shape::Insert(_) | Shape::Other => (),
-        }
-    }
-
-    /// Records of bodies and of the ground, and inserts of `BK_BODY` and `BK_GROUND`.
-    fn gather_attached(&mut self) {
-        for attachment in self.attachments {
-            match attachment.kind.section {
-                Section::Bodies => self.gather_body(attachment),
-                Section::Ground => {
-                    if let Way::Xdata(_) = attachment.way {
-                        self.own(0, attachment.entity_idx);
-                    }
-                    let ground = &mut self.parts[0];
-                    ground.features.extend(attachment.at);
-                    if let (Some(name), Some(at)) = (text_of(attachment, "name"), attachment.at) {
-                        ground.point(name, at, &attachment.place, self.step);
-                    }
-                }
-                _ => (),
-            }
-        }
-    }
-
-    fn gather_body(&mut self, attachment: &Attachment) {
-        let name = match text_of(attachment, "name") {
-            Some("ground") => {
-                let message = "a body cannot be called `ground`";
-                let help =
-                    "what does not move is on the layer BK_GROUND, or BK_GROUND stands there";
-                let fault = Diagnostic::error(codes::NO_NAME, message).help(help);
-                return self.fault(fault, &attachment.place);
-            }
-            Some(name) => name,
-            None => return self.nameless("a body", attachment),
-        };
-        let part_idx = self.part(name, &attachment.place);
-        if attachment.way == Way::Block {
-            if let Some(twin) = self.inserts.insert(part_idx, attachment.place.clone()) {
-                let message = format!("two bodies are called `{name}`");
-                let help = "give each BK_BODY a name of its own";
-                return self.twins(&message, help, [&attachment.place, &twin]);
-            }
-        } else {
-            self.own(part_idx, attachment.entity_idx);
-        }
-        for value in attachment.values.iter().filter(|value| value.key != "name") {
-            self.state(part_idx, value);
-        }
-        match (attachment.way, attachment.at, attachment.axis) {
-            (Way::Block, Some(at), _) => {
-                self.insert_points.insert(part_idx, at);
-            }
-            // The natural point of an outline alone says nothing of a frame.
-            (_, Some(at), Some(axis)) => {
-                self.parts[part_idx].frame = Some(Frame::along(at, axis));
-            }
-            _ => (),
-        }
-    }
-
-    fn state(&mut self, part_idx: usize, value: &Value) {
-        let part = &mut self.parts[part_idx];
-        let Some(known) = find(&part.values, value.key) else {
-            part.values.push(value.clone());
-            return;
-        };
-        if known.content != value.content {
-            let message = format!("body `{}` has two values of `{}`", part.name, value.key);
-            let help = "state it once; `bksim cad list` shows where everything is attached";
-            let places = [value.place.clone(), known.place.clone()];
-            self.twins(&message, help, [&places[0], &places[1]]);
-        }
-    }
-
-    /// The keys of bodies in the file beside the drawing come before those of the drawing.
-    fn gather_side(&mut self) {
-        for part in self.parts.iter_mut().skip(1) {
-            let Some(place) = &part.place else { continue };
-            let mut stated = self.side.body_values(&part.name, place);
-            // A mass there is meant instead of a density here, and the other way round.
-            let [by_mass, by_density] = ["mass", "density"].map(|key| find(&stated, key).is_some());
-            let is_replaced = |key: &str| match key {
-                "mass" => by_density,
-                "density" | "thickness" => by_mass && !by_density,
-                _ => false,
-            };
-            let here = part.values.drain(..);
-            let kept: Vec<Value> = here
-                .filter(|value| find(&stated, value.key).is_none() && !is_replaced(value.key))
-                .collect();
-            stated.extend(kept);
-            part.values = stated;
-        }
-    }
-
-    /// Named points, stated centres of mass and frames.
-    fn gather_points(&mut self) {
-        let mut single: BTreeMap<(usize, &str), Place> = BTreeMap::new();
-        for attachment in self.attachments {
-            let (Section::Centre | Section::Frames | Section::Points) = attachment.kind.section
-            else {
-                continue;
-            };
-            let Some(at) = self.point_of(attachment) else { continue };
-            let Some(part_idx) = self.body_at(attachment, "body", at) else { continue };
-            let place = attachment.place.clone();
-            if let Section::Centre | Section::Frames = attachment.kind.section {
-                let key = (part_idx, attachment.kind.name);
-                if let Some(twin) = single.insert(key, place.clone()) {
-                    let (name, what) = (&self.parts[part_idx].name, attachment.kind.block);
-                    let message = format!("body `{name}` has two {what}");
-                    self.twins(&message, "remove one of them", [&place, &twin]);
-                    continue;
-                }
-                let part = &mut self.parts[part_idx];
-                if attachment.kind.section == Section::Centre {
-                    part.centre = Some(at);
-                } else {
-                    part.frame = Some(Frame::along(at, attachment.axis.unwrap_or([1.0, 0.0])));
-                }
-                continue;
-            }
-            let Some(name) = text_of(attachment, "name") else {
-                self.nameless("a point", attachment);
-                continue;
-            };
-            let part = &mut self.parts[part_idx];
-            if let Some(twin) = part.points.iter().find(|point| point.name == name) {
-                let message = format!("body `{}` has two points `{name}`", part.name);
-                let places = [place, twin.place.clone()];
-                let help = "give each point of a body a name of its own";
-                self.twins(&message, help, [&places[0], &places[1]]);
-                continue;
-            }
-            part.points.push(NamedPoint { name: name.to_owned(), at, place });
-        }
-    }
-
-    /// The body an entity belongs to.
-    pub(super) fn owner(&self, handle: Handle) -> Option<usize> {
-        let known = |entity: &crate::drawing::Entity| entity.place.handle == Some(handle);
-        self.owners[self.drawing.entities.iter().position(known)?]
-    }
-
-    /// The part that a value names, or the words for one that is not there.
-    pub(super) fn named_body(&self, content: &Content) -> Result<usize, String> {
-        match content {
-            Content::Text(name) => self
-                .parts
-                .iter()
-                .position(|part| part.name == *name)
-                .ok_or_else(|| format!("there is no body `{name}`")),
-            Content::Entity(handle) => self
-                .owner(*handle)
-                .ok_or_else(|| format!("entity {:X} belongs to no body", handle.0)),
-            Content::Number(number) | Content::Length(number) => {
-                Err(format!("{number} is no body"))
-            }
+        if layer.eq_ignore_ascii_case(GROUND_LAYER) {
+            bodies.own(GROUND, entity_idx, source.drawing);
+        } else if head.eq_ignore_ascii_case(BODY_LAYER) && layer.len() > head.len() {
+            // Layers that differ in case alone are one layer.
+            let name = &layer[head.len()..];
+            let known = bodies.list.iter().find(|body| body.name.eq_ignore_ascii_case(name));
+            let name = known.map_or(name, |body| &body.name).to_owned();
+            let body_idx = bodies.named_or_new(&name, &entity.location);
+            bodies.own(body_idx, entity_idx, source.drawing);
         }
     }
 }
 
-/// Centres, corners and ends of a path.
-fn features(path: &Path) -> Vec<Point> {
-    let mut points = Vec::new();
-    for curve in &path.curves {
-        match curve {
-            Curve::Arc { centre, .. } | Curve::Ellipse { centre, .. } => points.push(*centre),
-            Curve::Segment { from, to } => points.extend([*from, *to]),
-            Curve::Spline(spline) => {
-                points.extend(spline.control.first());
-                points.extend(spline.control.last());
+/// Takes records of bodies and of the ground, and inserts of `BK_BODY`; returns where the inserts
+/// are, by body.
+fn take_attached(
+    source: Source<'_>,
+    bodies: &mut Bodies,
+    faults: &mut Faults<'_>,
+) -> BTreeMap<usize, Point> {
+    let mut inserts = Inserts::default();
+    for attachment in source.attachments {
+        match attachment.kind.section {
+            Section::Bodies => take_body(source, bodies, &mut inserts, attachment, faults),
+            Section::Ground => {
+                if let Way::Xdata(_) = attachment.way {
+                    bodies.own(GROUND, attachment.entity_idx, source.drawing);
+                }
+                bodies.list[GROUND].features.extend(attachment.at);
             }
+            _ => (),
         }
     }
-    points
+    inserts.points
+}
+
+/// The inserts of `BK_BODY`, by body.
+#[derive(Default)]
+struct Inserts {
+    /// The last one met.
+    locations: BTreeMap<usize, Location>,
+    /// Where the first one is.
+    points: BTreeMap<usize, Point>,
+}
+
+/// Takes a record or an insert that names a body.
+fn take_body(
+    source: Source<'_>,
+    bodies: &mut Bodies,
+    inserts: &mut Inserts,
+    attachment: &Attachment,
+    faults: &mut Faults<'_>,
+) {
+    let name = match attachment.text("name") {
+        Some("ground") => {
+            let message = "a body cannot be called `ground`";
+            let help = "what does not move is on the layer BK_GROUND, or BK_GROUND stands there";
+            let fault = Diagnostic::error(codes::NO_NAME, message).help(help);
+            return faults.add(fault, &attachment.location);
+        }
+        Some(name) => name,
+        None => return faults.add_nameless("a body", attachment),
+    };
+    let body_idx = bodies.named_or_new(name, &attachment.location);
+
+    // An insert marks a body, of which there is one; a record stands on any number of its entities.
+    if attachment.way == Way::Block {
+        let location = attachment.location.clone();
+        if let Some(other) = inserts.locations.insert(body_idx, location) {
+            let message = format!("two bodies are called `{name}`");
+            let help = "give each BK_BODY a name of its own";
+            return faults.add_duplicate(&message, help, [&attachment.location, &other]);
+        }
+    } else {
+        bodies.own(body_idx, attachment.entity_idx, source.drawing);
+    }
+
+    let body = &mut bodies.list[body_idx];
+    for value in attachment.values.iter().filter(|value| value.key != "name") {
+        state(body, value, faults);
+    }
+    match (attachment.way, attachment.at, attachment.axis) {
+        (Way::Block, Some(at), _) => {
+            inserts.points.insert(body_idx, at);
+        }
+        // The natural point of an outline alone says nothing of a frame.
+        (_, Some(at), Some(axis)) => body.frame = Some(Frame::along(at, axis)),
+        _ => (),
+    }
+}
+
+/// Adds a stated value to a body, unless it states another one already.
+fn state(body: &mut Body, value: &Value, faults: &mut Faults<'_>) {
+    let Some(known) = body.value(value.key) else {
+        body.values.push(value.clone());
+        return;
+    };
+    if known.content != value.content {
+        let message = format!("body `{}` has two values of `{}`", body.name, value.key);
+        let help = "state it once; `bksim cad list` shows where everything is attached";
+        faults.add_duplicate(&message, help, [&value.location, &known.location]);
+    }
+}
+
+/// Puts the keys of a body in the sidecar before those in the drawing.
+fn override_values(body: &mut Body, sidecar: &Sidecar) {
+    let mut stated = sidecar.body_values(&body.name, body.location());
+    // A mass there is meant instead of a density here, and the other way round.
+    let [by_mass, by_density] = ["mass", "density"].map(|key| find(&stated, key).is_some());
+    let is_replaced = |key: &str| match key {
+        "mass" => by_density,
+        "density" | "thickness" => by_mass && !by_density,
+        _ => false,
+    };
+    let mut kept = std::mem::take(&mut body.values);
+    kept.retain(|value| find(&stated, value.key).is_none() && !is_replaced(value.key));
+    stated.extend(kept);
+    body.values = stated;
 }

@@ -1,4 +1,4 @@
-//! Where every value of a composed text comes from: the file beside the drawing, or an entity.
+//! Where every value of a composed text comes from: the sidecar, or an entity.
 //!
 //! Values are known by their path in the text, `bodies.crank.mass`.
 
@@ -7,15 +7,15 @@ use std::ops::Range;
 
 use toml_edit::{Document, Item, Key, TableLike};
 
-use crate::drawing::Place;
+use crate::drawing::Location;
 
 /// Where a range of a composed text comes from.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Origin {
-    /// The same words in the file beside the drawing.
-    Side(Range<usize>),
+    /// The same words in the sidecar, the model file next to the drawing.
+    Sidecar(Range<usize>),
     /// An entity of the drawing.
-    Drawing(Place),
+    Drawing(Location),
     /// Neither: composing made it.
     Composed,
 }
@@ -28,19 +28,19 @@ struct Piece {
     span: Range<usize>,
 }
 
-/// The places of all values.
+/// Where every value of a text comes from.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Origins {
     text: Vec<Piece>,
-    side: BTreeMap<(Vec<String>, bool), Range<usize>>,
-    drawing: BTreeMap<Vec<String>, Place>,
+    sidecar: BTreeMap<(Vec<String>, bool), Range<usize>>,
+    drawing: BTreeMap<Vec<String>, Location>,
 }
 
 impl Origins {
-    /// Of a composed text, of the file beside the drawing, and of the values that the drawing gave.
-    pub(super) fn new(text: &str, side: &str, drawing: BTreeMap<Vec<String>, Place>) -> Self {
-        let side = pieces(side).into_iter().map(|p| ((p.path, p.is_key), p.span)).collect();
-        Self { text: pieces(text), side, drawing }
+    /// Of a composed text, of the sidecar, and of the values that the drawing gave.
+    pub(super) fn new(text: &str, sidecar: &str, drawing: BTreeMap<Vec<String>, Location>) -> Self {
+        let sidecar = pieces(sidecar).into_iter().map(|p| ((p.path, p.is_key), p.span)).collect();
+        Self { text: pieces(text), sidecar, drawing }
     }
 
     /// Where a range of the composed text comes from.
@@ -48,11 +48,11 @@ impl Origins {
         let holds = |piece: &&Piece| piece.span.start <= span.start && span.end <= piece.span.end;
         let found = self.text.iter().filter(holds).min_by_key(|piece| piece.span.len());
         let Some(piece) = found else { return Origin::Composed };
-        if let Some(known) = self.side.get(&(piece.path.clone(), piece.is_key)) {
+        if let Some(known) = self.sidecar.get(&(piece.path.clone(), piece.is_key)) {
             // The words are the same unless a table was added to; then the whole of it is meant.
             let is_same = known.len() == piece.span.len();
             let shift = |at: usize| known.start + (at - piece.span.start);
-            return Origin::Side(if is_same {
+            return Origin::Sidecar(if is_same {
                 shift(span.start)..shift(span.end)
             } else {
                 known.clone()
@@ -60,8 +60,8 @@ impl Origins {
         }
         let mut path = piece.path.as_slice();
         loop {
-            if let Some(place) = self.drawing.get(path) {
-                return Origin::Drawing(place.clone());
+            if let Some(location) = self.drawing.get(path) {
+                return Origin::Drawing(location.clone());
             }
             match path {
                 [] => return Origin::Composed,

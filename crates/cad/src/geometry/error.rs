@@ -6,6 +6,9 @@ use thiserror::Error;
 /// Coordinates beyond this are refused: their fourth powers must stay far from overflow.
 pub const COORDINATE_LIMIT: f64 = 1e30;
 
+/// The highest degree of a spline that is read; programs write 3, and at most 11.
+pub const MAX_DEGREE: usize = 25;
+
 /// A full turn with room for rounding.
 pub(super) const TURN: f64 = std::f64::consts::TAU * (1.0 + 1e-9);
 
@@ -43,7 +46,7 @@ pub enum GeometryError {
         needed: usize,
     },
     /// A degree out of range.
-    #[error("the degree of the spline is {degree}, not within 1 to {max}", max = super::MAX_DEGREE)]
+    #[error("the degree of the spline is {degree}, not within 1 to {max}", max = MAX_DEGREE)]
     Degree {
         /// As it was read.
         degree: usize,
@@ -143,7 +146,7 @@ impl Spline {
     /// The first thing wrong with them.
     pub fn check(&self) -> Result<(), GeometryError> {
         let (degree, n) = (self.degree, self.control.len());
-        if degree == 0 || degree > super::MAX_DEGREE {
+        if degree == 0 || degree > MAX_DEGREE {
             return Err(GeometryError::Degree { degree });
         }
         if n <= degree {

@@ -1,4 +1,4 @@
-//! Curves of the plane: what outlines are made of.
+//! Curves of the plane, of which outlines are made, and the areas inside of them.
 //!
 //! Coordinates are in the units of the drawing, in the axes of the world. Whatever is asked of a
 //! curve, numbers that make none ([`Curve::check`]) are answered with numbers that are none.
@@ -11,6 +11,8 @@ pub(crate) mod curve;
 mod distance;
 mod error;
 mod flatten;
+mod lens;
+pub(crate) mod moments;
 mod path;
 pub(crate) mod quadrature;
 mod spline;
@@ -19,9 +21,9 @@ mod winding;
 
 pub use affine::Affine;
 pub use bounds::Bounds;
-pub use error::{COORDINATE_LIMIT, GeometryError};
+pub use error::{COORDINATE_LIMIT, GeometryError, MAX_DEGREE};
+pub use moments::signed_area;
 pub use path::Vertex;
-pub use spline::MAX_DEGREE;
 pub(crate) use winding::Pen;
 
 /// A point or a vector of the plane.

@@ -5,12 +5,9 @@
 //! NURBS Book, chapter 5).
 
 use super::bezier::{Bezier, Homogeneous, mix, projected};
-use super::error::check_points;
+use super::error::{MAX_DEGREE, check_points};
 use super::vector::{along, distance, scaled, sub};
 use super::{GeometryError, Point, Spline};
-
-/// The highest degree that is read; programs write 3, and at most 11.
-pub const MAX_DEGREE: usize = 25;
 
 impl Spline {
     /// A spline as DXF states it; no weights mean weights of one.

@@ -1,9 +1,13 @@
 //! Chaining: open paths are joined end to end until they close.
 
 use super::boxes::BoxTree;
+use super::error::position;
 use super::{OpenEnd, OutlineError, Stroke};
+use crate::codes;
+use crate::excerpt::short;
 use crate::geometry::vector::distance;
 use crate::geometry::{Bounds, Curve, Path, Point};
+use bksim_model::diagnostic::Diagnostic;
 
 /// Gaps below this, relative to the largest coordinate, are rounding and not worth a word.
 const ROUNDING: f64 = 1e-12;
@@ -21,6 +25,19 @@ pub struct Snap {
     pub entities: [usize; 2],
 }
 
+impl Snap {
+    /// As a warning without locations: the drawing has a gap that was bridged.
+    pub fn diagnostic(&self) -> Diagnostic {
+        let message = format!(
+            "a gap of {} units from {} to {} was closed",
+            short(self.distance),
+            position(&self.from),
+            position(&self.to),
+        );
+        Diagnostic::warning(codes::SNAPPED, message)
+    }
+}
+
 /// Strokes joined to one path.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Chain {
@@ -30,7 +47,7 @@ pub struct Chain {
     pub entities: Vec<usize>,
 }
 
-/// What strokes make.
+/// The paths that strokes make.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Chains {
     /// In the order of their first strokes.

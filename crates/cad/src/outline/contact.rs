@@ -5,8 +5,8 @@
 //! side of the other loop, and its middle says on which. Loops with parts on both sides cross.
 
 use super::OutlineError;
+use super::border::Border;
 use super::boxes::BoxTree;
-use super::nest::Border;
 use crate::geometry::conic::Conic;
 use crate::geometry::vector::{along, cross, distance, dot, norm, sub};
 use crate::geometry::{Bounds, Curve, Point};

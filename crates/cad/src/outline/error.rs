@@ -1,6 +1,5 @@
 //! [`OutlineError`]: why strokes make no outline.
 
-use super::Snap;
 use crate::codes;
 use crate::excerpt::short;
 use crate::geometry::{GeometryError, Point};
@@ -25,19 +24,19 @@ pub enum OutlineError {
     /// Numbers that make no curve.
     #[error("{reason}")]
     Curve {
-        /// What is wrong with them.
+        /// The fault of the numbers.
         reason: GeometryError,
         /// Its entity.
         entity: usize,
     },
     /// Ends that meet no other.
-    #[error("the outline is open at {}", places(.ends))]
+    #[error("the outline is open at {}", positions(.ends))]
     Open {
         /// All of them, in the order of the strokes.
         ends: Vec<OpenEnd>,
     },
     /// Three or more ends that meet.
-    #[error("{n} ends meet at {}, so the outline could go on either way", place(.at), n = .entities.len())]
+    #[error("{n} ends meet at {}, so the outline could go on either way", position(.at), n = .entities.len())]
     Ambiguous {
         /// Where they meet.
         at: Point,
@@ -45,7 +44,7 @@ pub enum OutlineError {
         entities: Vec<usize>,
     },
     /// Loops that cross, or one that crosses itself.
-    #[error("outlines cross at {}", place(.at))]
+    #[error("outlines cross at {}", position(.at))]
     Crossing {
         /// A point near the crossing.
         at: Point,
@@ -53,7 +52,7 @@ pub enum OutlineError {
         entities: [usize; 2],
     },
     /// Loops on top of each other.
-    #[error("two outlines lie on each other at {}", place(.at))]
+    #[error("two outlines lie on each other at {}", position(.at))]
     Coincident {
         /// A point of both.
         at: Point,
@@ -61,7 +60,7 @@ pub enum OutlineError {
         entities: [usize; 2],
     },
     /// Loops that hold nothing.
-    #[error("the outline at {} has no area", place(.at))]
+    #[error("the outline at {} has no area", position(.at))]
     NoArea {
         /// A point of it.
         at: Point,
@@ -83,7 +82,7 @@ impl OutlineError {
         }
     }
 
-    /// The entities it is about, each once, for the places of a diagnostic.
+    /// The entities it is about, each once: a diagnostic shows where they are.
     pub fn entities(&self) -> Vec<usize> {
         let mut entities = match self {
             Self::Curve { entity, .. } => vec![*entity],
@@ -98,7 +97,7 @@ impl OutlineError {
         entities
     }
 
-    /// As a diagnostic without places: they are those of [`OutlineError::entities`].
+    /// As a diagnostic without locations: they are those of [`OutlineError::entities`].
     pub fn diagnostic(&self) -> Diagnostic {
         let fault = Diagnostic::error(self.code(), self.to_string());
         match self {
@@ -121,27 +120,15 @@ impl OutlineError {
     }
 }
 
-impl Snap {
-    /// As a warning without places: the drawing has a gap that was bridged.
-    pub fn diagnostic(&self) -> Diagnostic {
-        let message = format!(
-            "a gap of {} units from {} to {} was closed",
-            short(self.distance),
-            place(&self.from),
-            place(&self.to),
-        );
-        Diagnostic::warning(codes::SNAPPED, message)
-    }
-}
-
-fn place([x, y]: &Point) -> String {
+/// A point in words.
+pub(super) fn position([x, y]: &Point) -> String {
     format!("({}, {})", short(*x), short(*y))
 }
 
 /// The first few, and how many more there are.
-fn places(ends: &[OpenEnd]) -> String {
+fn positions(ends: &[OpenEnd]) -> String {
     const SHOWN: usize = 4;
-    let mut text: Vec<String> = ends.iter().take(SHOWN).map(|end| place(&end.at)).collect();
+    let mut text: Vec<String> = ends.iter().take(SHOWN).map(|end| position(&end.at)).collect();
     if ends.len() > SHOWN {
         text.push(format!("{} more points", ends.len() - SHOWN));
     }

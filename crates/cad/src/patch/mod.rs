@@ -5,6 +5,7 @@
 
 mod application;
 mod dwg;
+mod dxf;
 mod splice;
 mod xdata;
 
@@ -132,7 +133,7 @@ pub fn apply(bytes: Vec<u8>, edits: &[Edit]) -> Result<Patched, Vec<Diagnostic>>
     let checked = check(bytes, &options)?;
     let (mut tags, warnings) = (checked.tags, checked.warnings);
     for edit in edits {
-        let bytes = splice::edited(&tags, edit).map_err(fail)?;
+        let bytes = dxf::edited(&tags, edit).map_err(fail)?;
         let container = recognise(&bytes).map_err(fail)?;
         tags = Tags::scan(bytes, container).map_err(fail)?;
     }

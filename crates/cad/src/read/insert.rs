@@ -21,7 +21,7 @@ fn is_ours(block: &str) -> bool {
     block.get(..PREFIX.len()).is_some_and(|head| head.eq_ignore_ascii_case(PREFIX))
 }
 
-/// The places of an array of inserts, in the axes of its block; one for a plain insert.
+/// The positions of an array of inserts, in the axes of its block; one for a plain insert.
 fn cells(insert: &Insert) -> Vec<Affine> {
     let [columns, rows] = [insert.column_count.max(1), insert.row_count.max(1)];
     // Spacings are not scaled with the block.
@@ -75,11 +75,11 @@ impl Reading<'_> {
             }
         }
         for (layer_idx, (layer, paths)) in layers.into_iter().enumerate() {
-            let place = self.place("INSERT", &insert.common, map.origin);
-            let place = crate::drawing::Place { layer, ..place };
+            let location = self.location("INSERT", &insert.common, map.origin);
+            let location = crate::drawing::Location { layer, ..location };
             // The insert's own data stand with what is on its own layer.
             let xdata = if layer_idx == 0 { xdata(&insert.common) } else { Vec::new() };
-            self.entities.push(Entity { place, shape: Shape::Paths(paths), xdata });
+            self.entities.push(Entity { location, shape: Shape::Paths(paths), xdata });
         }
     }
 
@@ -95,12 +95,12 @@ impl Reading<'_> {
             y: map.y,
             attributes,
         };
-        let mut place = self.place("INSERT", &insert.common, map.origin);
+        let mut location = self.location("INSERT", &insert.common, map.origin);
         if let Some(layer) = layer {
-            layer.clone_into(&mut place.layer);
+            layer.clone_into(&mut location.layer);
         }
         let shape = Shape::Insert(ours);
-        self.entities.push(Entity { place, shape, xdata: xdata(&insert.common) });
+        self.entities.push(Entity { location, shape, xdata: xdata(&insert.common) });
     }
 
     /// From the axes of the block to those the insert stands in; `None` out of the plane.

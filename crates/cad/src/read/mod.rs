@@ -9,7 +9,7 @@ use acadrust::io::dxf::code_page::decode_legacy_escapes;
 use acadrust::xdata::XDataValue;
 use acadrust::{CadDocument, EntityType};
 
-use crate::drawing::{Attribute, Drawing, Entity, Handle, LengthUnit, Place, Shape, XValue};
+use crate::drawing::{Attribute, Drawing, Entity, Handle, LengthUnit, Location, Shape, XValue};
 use crate::geometry::{Affine, Point};
 use crate::kind::APPLICATION;
 use crate::tags::Tags;
@@ -45,14 +45,14 @@ impl Reading<'_> {
         let common = entity.common();
         let shape = shape::shape(entity);
         let kind = entity.as_entity().entity_type();
-        let place = self.place(kind, common, anchor(&shape));
-        self.entities.push(Entity { place, shape, xdata: xdata(common) });
+        let location = self.location(kind, common, anchor(&shape));
+        self.entities.push(Entity { location, shape, xdata: xdata(common) });
     }
 
-    fn place(&self, kind: &str, common: &EntityCommon, at: Point) -> Place {
+    fn location(&self, kind: &str, common: &EntityCommon, at: Point) -> Location {
         let known = Handle(common.handle.into());
         let lines = self.tags.lines_of(known);
-        Place {
+        Location {
             kind: kind.to_owned(),
             handle: self.tags.own_handle(known).filter(|handle| handle.0 != 0),
             layer: common.layer.clone(),
@@ -67,7 +67,7 @@ impl Reading<'_> {
         Attribute {
             tag: attribute.tag.trim().to_ascii_uppercase(),
             value: words(&attribute.value),
-            place: self.place("ATTRIB", &attribute.common, map.point(at)),
+            location: self.location("ATTRIB", &attribute.common, map.point(at)),
         }
     }
 }

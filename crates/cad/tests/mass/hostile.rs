@@ -2,8 +2,8 @@
 
 use crate::shapes::{Dice, TOLERANCE, rectangle, strokes};
 use bksim_cad::codes;
-use bksim_cad::geometry::{Affine, Curve, Path, Point, Spline, Vertex};
-use bksim_cad::mass::{AreaProperties, signed_area};
+use bksim_cad::geometry::{Affine, Curve, Path, Point, Spline, Vertex, signed_area};
+use bksim_cad::mass::AreaProperties;
 use bksim_cad::outline::{Chain, Loop, Outline, nest};
 
 const NUMBERS: [f64; 14] = [

@@ -68,12 +68,12 @@ fn parts(
     plate: [Option<&str>; 2],
     is_harmless: fn(&Diagnostic) -> bool,
 ) -> Result<Parts, Failure> {
-    let (drawing, side) = drawing_of(path)?;
+    let (drawing, sidecar) = drawing_of(path)?;
     let path = drawing.as_path();
     let sheet = read_sheet(path, read_bytes(path)?, args)?;
-    let side = side.as_deref();
+    let sidecar = sidecar.as_deref();
     let options =
-        ModelOptions { tolerance: args.tolerance, plate, side, ..ModelOptions::default() };
+        ModelOptions { tolerance: args.tolerance, plate, sidecar, ..ModelOptions::default() };
     let mut composition = sheet.compose(options);
     composition.diagnostics.retain(|fault| !is_harmless(fault));
     let source = Text { path: path.to_owned(), text: sheet.text.clone(), drawn: None };

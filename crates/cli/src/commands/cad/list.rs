@@ -20,15 +20,15 @@ pub(super) fn run(args: &Drawing, as_json: bool) -> Result<Status, Failure> {
     let source = Text { path: path.clone(), text: sheet.text, drawn: None };
     if as_json {
         let rows = sheet.attachments.iter().map(|attachment| {
-            let place = &attachment.place;
+            let location = &attachment.location;
             let values =
                 attachment.values.iter().map(|v| (v.key.to_owned(), words(v, unit).into()));
             json!({
                 "kind": attachment.kind.name,
                 "way": way(attachment),
-                "entity": place.kind,
-                "handle": place.handle.map(|handle| format!("{:X}", handle.0)),
-                "layer": place.layer,
+                "entity": location.kind,
+                "handle": location.handle.map(|handle| format!("{:X}", handle.0)),
+                "layer": location.layer,
                 "at": coordinates(attachment.at),
                 "to": coordinates(attachment.to),
                 "axis": coordinates(attachment.axis),
@@ -58,7 +58,7 @@ pub(super) fn run(args: &Drawing, as_json: bool) -> Result<Status, Failure> {
                         format!("({}, {})", number(x), number(y))
                     }),
                     way(attachment).to_owned(),
-                    describe(&attachment.place),
+                    describe(&attachment.location),
                     values.join(" "),
                 ]
             })

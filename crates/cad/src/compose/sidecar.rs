@@ -1,9 +1,10 @@
-//! The model file beside a drawing: its keys come before those of the drawing.
+//! The sidecar, the model file next to a drawing: its keys come before those of the drawing.
 
 use toml_edit::{DocumentMut, Item, Table, TableLike};
 
+use super::report::{BodyReport, MassSource};
 use crate::attachment::{Content, Value};
-use crate::drawing::Place;
+use crate::drawing::Location;
 use crate::kind;
 
 /// The key that names the drawing.
@@ -11,8 +12,8 @@ pub const DRAWING_KEY: &str = "drawing";
 
 /// A model file, as a tree that keeps its comments.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Side {
-    pub(super) document: DocumentMut,
+pub(super) struct Sidecar {
+    document: DocumentMut,
 }
 
 /// The drawing that a model file names; `None` when it names none or is no TOML.
@@ -21,16 +22,16 @@ pub fn named_drawing(text: &str) -> Option<String> {
     Some(document.get(DRAWING_KEY)?.as_str()?.to_owned())
 }
 
-impl Side {
-    /// Of a text that is TOML.
+impl Sidecar {
+    /// Of a text that is TOML; one that is not states nothing.
     pub(super) fn new(text: &str) -> Self {
         Self { document: text.parse().unwrap_or_default() }
     }
 
-    /// What it states of a body, as values of the drawing's keys.
-    pub(super) fn body_values(&self, name: &str, place: &Place) -> Vec<Value> {
+    /// The keys it states of a body, as values of the drawing; all have the location of the body.
+    pub(super) fn body_values(&self, name: &str, location: &Location) -> Vec<Value> {
         let Some(body) = self.table(&["bodies", name]) else { return Vec::new() };
-        let keys = kind::by_name("body").map_or(&[][..], |kind| kind.keys);
+        let keys = kind::by_name("body").expect("bodies are a kind of attachment").keys;
         let stated = |key: &&'static str| {
             let mut text = plain(body.get(key)?)?;
             // Bare lengths are in drawing units in the drawing alone.
@@ -38,7 +39,7 @@ impl Side {
                 text = format!("{text} {}", self.unit("length").as_deref().unwrap_or("m"));
             }
             let content = Content::Text(text);
-            Some(Value { key, content, place: place.clone() })
+            Some(Value { key, content, location: location.clone() })
         };
         keys.iter().filter_map(stated).collect()
     }
@@ -57,8 +58,14 @@ impl Side {
     }
 
     /// The whole model: this file, and below it what the drawing says.
-    pub(super) fn merged(mut self, drawn: &DocumentMut) -> String {
+    pub(super) fn merged(mut self, drawn: &DocumentMut, bodies: &[BodyReport]) -> String {
+        // Stated here, density and thickness were made a part of the computed mass.
+        for body in bodies.iter().filter(|body| body.source == MassSource::Computed) {
+            self.remove_body_keys(&body.name, &["density", "thickness"]);
+        }
         self.document.remove(DRAWING_KEY);
+
+        // One entry after the other: first those of the drawing, in its order.
         merge(self.document.as_table_mut(), drawn.as_table(), false);
         for section in ["bodies", "joints", "loads", "drives"] {
             let drawn = drawn.get(section).and_then(Item::as_table_like);
@@ -71,8 +78,7 @@ impl Side {
         self.document.to_string()
     }
 
-    /// Takes the keys away that the drawing has used up.
-    pub(super) fn forget(&mut self, body: &str, keys: &[&str]) {
+    fn remove_body_keys(&mut self, body: &str, keys: &[&str]) {
         let bodies = self.document.get_mut("bodies").and_then(Item::as_table_like_mut);
         let table = bodies.and_then(|t| t.get_mut(body)).and_then(Item::as_table_like_mut);
         if let Some(table) = table {
@@ -94,16 +100,15 @@ fn plain(item: &Item) -> Option<String> {
 
 /// Sorts the entries of a table: those of the drawing come first, in its order.
 fn order_as(table: &mut Table, drawn: &dyn TableLike) {
-    let place = |key: &str| {
+    let rank = |key: &str| {
         let found = drawn.iter().position(|(known, _)| known == key);
         found.unwrap_or(usize::MAX)
     };
     let mut keys: Vec<String> = table.iter().map(|(key, _)| key.to_owned()).collect();
-    keys.sort_by_key(|key| place(key));
+    keys.sort_by_key(|key| rank(key));
     for key in keys {
-        if let Some((key, item)) = table.remove_entry(&key) {
-            table.insert_formatted(&key, item);
-        }
+        let (key, item) = table.remove_entry(&key).expect("the keys are those of the table");
+        table.insert_formatted(&key, item);
     }
 }
 

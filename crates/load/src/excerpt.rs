@@ -5,8 +5,7 @@ use anstream::adapter::strip_str;
 use bksim::model::diagnostic::{Diagnostic, Label, Severity};
 use serde_json::{Value, json};
 
-use crate::drawn::Located;
-use crate::text::{Text, line_and_column};
+use crate::text::{Located, Text, line_and_column};
 
 /// Excerpts are cut around their carets to this width.
 pub const WIDTH: usize = 120;

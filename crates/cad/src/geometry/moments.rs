@@ -1,27 +1,38 @@
 //! [`Moments`]: integrals over an area of powers of the coordinates up to the second.
+//!
+//! By Green's theorem each curve gives its share by itself: the triangle between the reference point and
+//! the chord, and the lens between the chord and the curve. Closed forms for lines, arcs and ellipses;
+//! splines by quadrature to near rounding.
 
+use super::bezier::Bezier;
+use super::conic::Conic;
+use super::curve::Piece;
 use super::lens::Lens;
-use crate::geometry::bezier::Bezier;
-use crate::geometry::conic::Conic;
-use crate::geometry::curve::Piece;
-use crate::geometry::quadrature::adaptive;
-use crate::geometry::vector::{along, cross, direction, scaled};
-use crate::geometry::{Affine, Curve, Point};
+use super::quadrature::adaptive;
+use super::vector::{along, cross, direction, scaled, sub};
+use super::{Affine, Curve, Path, Point};
 
 /// Moments about the origin of the axes they are written in; negative areas are allowed.
 #[derive(Clone, Copy, PartialEq, Default, Debug)]
-pub(super) struct Moments {
+pub(crate) struct Moments {
     /// ∫ dA.
-    pub(super) area: f64,
+    pub(crate) area: f64,
     /// ∫ x dA, ∫ y dA.
-    pub(super) first: [f64; 2],
+    pub(crate) first: [f64; 2],
     /// ∫ x² dA, ∫ x y dA, ∫ y² dA.
-    pub(super) second: [f64; 3],
+    pub(crate) second: [f64; 3],
 }
 
 impl Moments {
-    /// Of what the ray from the origin sweeps along the curve, positive counter-clockwise.
-    pub(super) fn of(curve: &Curve) -> Self {
+    /// Of the area inside a closed path, about a point.
+    pub(crate) fn of_path(path: &Path, reference: Point) -> Self {
+        let to_reference = Affine::translation(sub([0.0; 2], reference));
+        let shares = path.curves.iter().map(|curve| Self::of(&curve.transformed(&to_reference)));
+        shares.fold(Self::default(), Self::plus)
+    }
+
+    /// Of the area that the ray from the origin sweeps along the curve, positive counter-clockwise.
+    fn of(curve: &Curve) -> Self {
         let shares = curve.pieces().into_iter().map(|piece| match piece {
             Piece::Line([from, to]) => Self::triangle(from, to),
             Piece::Conic(conic) => Self::sector(&conic),
@@ -30,7 +41,7 @@ impl Moments {
         shares.fold(Self::default(), Self::plus)
     }
 
-    pub(super) fn plus(self, other: Self) -> Self {
+    pub(crate) fn plus(self, other: Self) -> Self {
         Self {
             area: self.area + other.area,
             first: [0, 1].map(|k| self.first[k] + other.first[k]),
@@ -39,13 +50,13 @@ impl Moments {
     }
 
     /// `None` without a positive area.
-    pub(super) fn centroid(&self) -> Option<Point> {
+    pub(crate) fn centroid(&self) -> Option<Point> {
         let centroid = self.first.map(|s| s / self.area);
         (self.area > 0.0 && centroid.iter().all(|x| x.is_finite())).then_some(centroid)
     }
 
     /// Second moments about the centroid, by the parallel-axis theorem.
-    pub(super) fn about_centroid(&self) -> [f64; 3] {
+    pub(crate) fn about_centroid(&self) -> [f64; 3] {
         let [x, y] = self.first;
         let shift = [x * x, x * y, y * y].map(|s| s / self.area);
         [0, 1, 2].map(|k| self.second[k] - shift[k])
@@ -124,15 +135,19 @@ impl Moments {
     }
 }
 
-/// Where a vector of the plane of the unit circle goes.
+/// The area inside a closed path, positive when it runs counter-clockwise.
+pub fn signed_area(path: &Path) -> f64 {
+    Moments::of_path(path, path.bounds().centre()).area
+}
+
+/// The image of a vector of the plane of the unit circle.
 fn image(conic: &Conic, unit: Point) -> Point {
     along(scaled(conic.major, unit[0]), unit[1], conic.minor)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::Moments;
-    use crate::geometry::{Affine, Curve};
+    use super::{Affine, Curve, Moments};
 
     /// The image of the moments is the moments of the image.
     #[test]

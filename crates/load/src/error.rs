@@ -24,9 +24,9 @@ pub enum InputError {
     File {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it, behind its name.
+        /// The fault, worded to follow the file's name.
         what: String,
-        /// What to do.
+        /// A way out.
         help: Option<String>,
     },
     /// A file can be read but is no model.
@@ -34,7 +34,7 @@ pub enum InputError {
     NoModel {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it, behind its name.
+        /// The fault, worded to follow the file's name.
         what: String,
     },
     /// The unit of a drawing is none.
@@ -52,6 +52,13 @@ impl InputError {
     }
 }
 
+impl Text {
+    /// The error that this text has these faults.
+    pub fn rejected(&self, diagnostics: Vec<Diagnostic>) -> InputError {
+        InputError::Model { source_text: Box::new(self.clone()), diagnostics }
+    }
+}
+
 /// The system's words without the number that follows them.
 pub fn plain_words(error: &io::Error) -> String {
     match error.kind() {
@@ -64,5 +71,5 @@ pub fn plain_words(error: &io::Error) -> String {
 
 /// "No space left on device (os error 28)" without the part in parentheses.
 pub fn without_number(words: &str) -> &str {
-    words.split(" (os error").next().unwrap_or(words)
+    words.split_once(" (os error").map_or(words, |(text, _)| text)
 }

@@ -1,0 +1,81 @@
+//! Models that come out of drawings: a drawing alone, or with its sidecar, the model file next to it.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use bksim::cad::model::{ModelOptions, Refused, Sheet, sheet};
+use bksim::cad::units;
+use bksim::model::diagnostic::Diagnostic;
+use bksim::model::file::check_syntax;
+
+use crate::error::InputError;
+use crate::file::read_bytes;
+use crate::request::Request;
+use crate::text::{Drawn, Text, drawing_offset};
+
+/// A drawing with its attachments; `unit` is the length of one unit of a drawing that states none.
+///
+/// # Errors
+/// [`InputError`] when the unit is none, or the bytes are no drawing.
+pub fn read_sheet(path: &Path, bytes: Vec<u8>, unit: Option<&str>) -> Result<Sheet, InputError> {
+    let known = |name: &str| units::by_name(name).ok_or(InputError::Unit { name: name.to_owned() });
+    let unit = unit.map(known).transpose()?;
+    sheet(bytes, unit)
+        .map_err(|Refused { text, diagnostics }| Text::new(path, text).rejected(diagnostics))
+}
+
+/// Composes the model of a drawing; returns its text and the warnings about the drawing.
+pub(crate) fn compose(
+    path: &Path,
+    bytes: Vec<u8>,
+    sidecar: Option<Text>,
+    request: &Request<'_>,
+) -> Result<(Text, Vec<Diagnostic>), InputError> {
+    let sheet = read_sheet(path, bytes, request.unit)?;
+    let options = ModelOptions {
+        sidecar: sidecar.as_ref().map(|sidecar| sidecar.text.as_str()),
+        tolerance: request.tolerance,
+        ..ModelOptions::default()
+    };
+    let mut composition = sheet.compose(options);
+    let diagnostics = std::mem::take(&mut composition.diagnostics);
+    let text = composition.text.clone();
+    let shown = sidecar.as_ref().map_or(path, |sidecar| &sidecar.path).to_owned();
+    let drawn = Drawn {
+        drawing: path.to_owned(),
+        drawing_text: sheet.text,
+        sidecar: sidecar.map(|sidecar| (sidecar.path, sidecar.text)),
+        composition,
+    };
+    let offset = drawing_offset(&text);
+    let diagnostics: Vec<Diagnostic> =
+        diagnostics.into_iter().map(|fault| shifted(fault, offset)).collect();
+    let source = Text { path: shown, text, drawn: Some(Arc::new(drawn)) };
+    if diagnostics.iter().any(Diagnostic::is_error) {
+        return Err(source.rejected(diagnostics));
+    }
+    Ok((source, diagnostics))
+}
+
+/// Composes the model of a file that names a drawing.
+pub(crate) fn compose_named(
+    sidecar: Text,
+    drawing: &str,
+    request: &Request<'_>,
+) -> Result<(Text, Vec<Diagnostic>), InputError> {
+    let faults = check_syntax(&sidecar.text, request.limits);
+    if faults.iter().any(Diagnostic::is_error) {
+        return Err(sidecar.rejected(faults));
+    }
+    let path = sidecar.path.parent().unwrap_or(Path::new("")).join(drawing);
+    let bytes = read_bytes(&path)?;
+    compose(&path, bytes, Some(sidecar), request)
+}
+
+/// A fault with all its spans later by `offset` bytes.
+fn shifted(mut fault: Diagnostic, offset: usize) -> Diagnostic {
+    for label in &mut fault.labels {
+        label.span = label.span.start + offset..label.span.end + offset;
+    }
+    fault
+}

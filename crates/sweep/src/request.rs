@@ -1,0 +1,57 @@
+//! A sweep as it is asked for, and the model read at values of its parameters.
+
+use bksim::SolveChanges;
+use bksim::model::Model;
+use bksim::model::diagnostic::Diagnostic;
+use bksim::model::file::{Limits, Reading, Recording, Source, read_recorded};
+
+use crate::plan::Plan;
+
+/// A model, its cases and the numbers to keep of each.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// Text of the model.
+    pub model: String,
+    /// Name of the model unless the text states one.
+    pub name: String,
+    /// Limits that protect against hostile models.
+    pub limits: Limits,
+    /// Parameters with one other value, as for [`Source::overrides`].
+    pub fixed: Vec<(String, String)>,
+    /// The cases.
+    pub plan: Plan,
+    /// The outputs of each run, as for [`Output::parse`](crate::Output::parse); none for
+    /// [`Output::defaults`](crate::Output::defaults).
+    pub outputs: Vec<String>,
+    /// Settings of the solution.
+    pub changes: SolveChanges,
+}
+
+impl Request {
+    /// A model and its cases; the rest as the model says.
+    pub fn new(model: &str, name: &str, plan: Plan) -> Self {
+        Self {
+            model: model.to_owned(),
+            name: name.to_owned(),
+            limits: Limits::default(),
+            fixed: Vec::new(),
+            plan,
+            outputs: Vec::new(),
+            changes: SolveChanges::default(),
+        }
+    }
+
+    /// Reads the model with these parameters set, too.
+    pub(crate) fn read(&self, set: &[(String, String)]) -> Result<Model, Vec<Diagnostic>> {
+        let (Reading { model, diagnostics }, _) = self.read_recorded(set);
+        model.ok_or(diagnostics)
+    }
+
+    /// As [`Request::read`], with how the model follows from the parameters that are set.
+    pub(crate) fn read_recorded(&self, set: &[(String, String)]) -> (Reading, Option<Recording>) {
+        let overrides = [self.fixed.as_slice(), set].concat();
+        let (text, name, limits) = (&self.model, &self.name, self.limits);
+        let varied: Vec<String> = set.iter().map(|(name, _)| name.clone()).collect();
+        read_recorded(&Source { text, name, overrides: &overrides, limits }, &varied)
+    }
+}
