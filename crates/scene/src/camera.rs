@@ -71,11 +71,11 @@ impl Camera {
         let middle: [f64; 3] = std::array::from_fn(|i| 0.5 * (low[i] + high[i]));
         self.centre =
             std::array::from_fn(|i| (0..3).map(|axis| middle[axis] * rows[axis][i]).sum());
-        let room = |axis: usize| {
+        let scale_of = |axis: usize| {
             let extent = high[axis] - low[axis];
             self.size[axis] * (1.0 - 2.0 * margin) / extent.max(f64::MIN_POSITIVE)
         };
-        let scale = room(0).min(room(1));
+        let scale = scale_of(0).min(scale_of(1));
         self.scale = if scale.is_finite() { scale } else { 1.0 };
         self
     }

@@ -134,7 +134,7 @@ impl Sketch<'_> {
             else {
                 continue;
             };
-            let [[a, b], [c, d]] = rail.room;
+            let [[a, b], [c, d]] = rail.extent;
             let role = self.role_of(body);
             if self.is_planar() {
                 let ring = vec![[a, c], [b, c], [b, d], [a, d]];

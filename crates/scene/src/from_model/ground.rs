@@ -169,7 +169,7 @@ impl Sketch<'_> {
     fn guide(&self, rail: &Rail) -> Vec<Shape> {
         let [from, to] = rail.covered();
         let (from, to) = (from - 1.5 * self.pin, to + 1.5 * self.pin);
-        let [_, [right, left]] = rail.room;
+        let [_, [right, left]] = rail.extent;
         let lines = [([from, right], [to, right]), ([to, left], [from, left])];
         let line = |(a, b): (Point, Point)| {
             if self.is_planar() {

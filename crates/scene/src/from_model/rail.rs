@@ -20,7 +20,7 @@ pub(super) struct Rail {
     /// Smallest and largest position on it, m.
     pub(super) travel: [f64; 2],
     /// Extent of the sliding part along the rail and across, relative to its position, m.
-    pub(super) room: [[f64; 2]; 2],
+    pub(super) extent: [[f64; 2]; 2],
     /// The body that slides, if it is more than a pin.
     pub(super) slider: Option<Slider>,
 }
@@ -65,7 +65,7 @@ fn rail(
         body: from.body,
         plane: Plane { origin: from.position, u: along, v: across },
         travel,
-        room: [[-pin, pin]; 2],
+        extent: [[-pin, pin]; 2],
         slider: None,
     };
     if let Some(angle) = angle {
@@ -83,7 +83,7 @@ fn rail(
             let points = attached[at.body].iter().map(|&p| sub3(p, at.position));
             points.map(|p| length3(cross3(plane.u, p))).fold(0.0, f64::max)
         };
-        rail.room = outlined(numbers, at.body, &plane).unwrap_or_else(|| {
+        rail.extent = outlined(numbers, at.body, &plane).unwrap_or_else(|| {
             let [long, wide] = BLOCK.map(|half| half * sizes.pin);
             let fit = if reach > 0.0 { (reach / wide).clamp(0.6, 2.0) } else { 1.0 };
             [long, wide].map(|half| [-fit * half, fit * half])
@@ -100,7 +100,7 @@ impl Rail {
 
     /// Smallest and largest position that the sliding part covers over the motion.
     pub(super) fn covered(&self) -> [f64; 2] {
-        [self.travel[0] + self.room[0][0], self.travel[1] + self.room[0][1]]
+        [self.travel[0] + self.extent[0][0], self.travel[1] + self.extent[0][1]]
     }
 }
 

@@ -39,7 +39,7 @@ impl Sketch<'_> {
 
     /// A line across a rail, at the edge of the slider in its limit position.
     fn rail_stop(&self, rail: &Rail, limit: f64, sign: f64) -> Vec<Shape> {
-        let [[low, high], [right, left]] = rail.room;
+        let [[low, high], [right, left]] = rail.extent;
         let x = limit + if sign > 0.0 { high } else { low };
         let beyond = BEYOND * self.pin;
         let ends = [[x, right - beyond], [x, left + beyond]];

@@ -101,7 +101,7 @@ impl Sketch<'_> {
         let Some((rail, slider)) = rail.and_then(|rail| Some((rail, rail.slider?))) else {
             return Vec::new();
         };
-        let [_, [_, top]] = rail.room;
+        let [_, [_, top]] = rail.extent;
         // Clear of the hatching of a guide.
         let height = top + 3.2 * self.pin;
         let [from, to] = [-2.6, 1.6].map(|x| [x * self.pin, height]);
