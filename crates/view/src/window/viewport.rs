@@ -16,7 +16,8 @@ use crate::renderer::{Counts, Frame, SceneRenderer};
 use crate::show::Show;
 use crate::words::paint_words;
 
-/// Time that a frame may spend on trails and on the scale of arrows, which grow from frame to frame.
+/// Time that a frame may spend on trails and on the scale of arrows, which grow from frame to
+/// frame.
 const PATIENCE: Duration = Duration::from_millis(3);
 
 /// Enlargement per point of scrolling: a notch of the wheel is about a fifth.
@@ -115,7 +116,7 @@ impl Viewport {
         let response = ui.allocate_rect(picture, Sense::click_and_drag());
         let size = [picture.width(), picture.height()].map(f64::from);
         let Some(show) = &mut self.show else { return picture };
-        if self.eye.wants_fit(size) {
+        if self.eye.needs_fit(size) {
             self.eye.fit(size, show.points_over_run());
         } else {
             self.eye.resize(size);
