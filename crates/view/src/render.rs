@@ -47,6 +47,7 @@ impl Format {
     }
 
     /// Its file extension.
+    #[expect(clippy::missing_panics_doc, reason = "the table has a row for each format")]
     pub fn name(self) -> &'static str {
         let entry = Self::ALL.iter().find(|(_, format)| *format == self);
         entry.map(|(name, _)| *name).expect("every format is in the table")

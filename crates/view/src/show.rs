@@ -193,6 +193,7 @@ impl Show {
     ///
     /// # Errors
     /// [`Unreplayed`] when the motion is not that of the mechanism.
+    #[expect(clippy::missing_panics_doc, reason = "the scale of arrows becomes known")]
     pub fn arrow_tips_over_run(&mut self) -> Result<Vec<[f64; 3]>, Unreplayed> {
         let (t, options) = (self.t, &self.options);
         let mut tips = Vec::new();
