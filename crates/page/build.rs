@@ -4,14 +4,14 @@
 //! web/ ── npm ci ── esbuild ──→ OUT_DIR/page.js, page.css, LICENCES, and `cfg(bundled)`
 //! ```
 //!
-//! Without Node.js, or with no way to its registry, the crate is built without a page and says so
-//! when one is asked for: nothing else of bksim needs Node.js.
+//! Without Node.js, or without access to its registry, the crate is built without a page, and
+//! requests for one fail with that reason: nothing else of bksim needs Node.js.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs, io};
 
-/// What the bundle is made of.
+/// Files and folders that the bundle is made of.
 const SOURCES: [&str; 4] = ["src", "package.json", "package-lock.json", ".npmrc"];
 
 fn main() {
@@ -20,11 +20,11 @@ fn main() {
     for source in SOURCES {
         println!("cargo::rerun-if-changed=web/{source}");
     }
-    let out = PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default());
+    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR for build scripts"));
     match bundle(Path::new("web"), &out) {
         Ok(()) => println!("cargo::rustc-cfg=bundled"),
         Err(reason) => {
-            // Tried again once there is another path, or with every build if npm itself failed.
+            // Tries again when PATH changes, or with every build if npm itself failed.
             println!("cargo::rerun-if-env-changed=PATH");
             if npm().arg("--version").output().is_ok() {
                 println!("cargo::rerun-if-changed=web/never-there");
@@ -36,13 +36,13 @@ fn main() {
 
 /// Copies `web` to `out`, installs its libraries there and makes the bundle.
 fn bundle(web: &Path, out: &Path) -> Result<(), String> {
-    let place = out.join("web");
+    let folder = out.join("web");
     for source in SOURCES {
-        copy(&web.join(source), &place.join(source)).map_err(|e| format!("{source}: {e}"))?;
+        copy(&web.join(source), &folder.join(source)).map_err(|e| format!("{source}: {e}"))?;
     }
-    install(&place)?;
+    install(&folder)?;
     let mut esbuild = Command::new("node");
-    esbuild.current_dir(&place).arg("node_modules/esbuild/bin/esbuild").args([
+    esbuild.current_dir(&folder).arg("node_modules/esbuild/bin/esbuild").args([
         "src/main.js",
         "--bundle",
         "--minify",
@@ -53,20 +53,20 @@ fn bundle(web: &Path, out: &Path) -> Result<(), String> {
     ]);
     esbuild.arg(format!("--outfile={}", out.join("page.js").display()));
     succeed("esbuild", &mut esbuild)?;
-    let licence = fs::read_to_string(place.join("node_modules/uplot/LICENSE"));
+    let licence = fs::read_to_string(folder.join("node_modules/uplot/LICENSE"));
     let licence = licence.map_err(|e| format!("the licence of uPlot: {e}"))?;
     fs::write(out.join("LICENCES"), licence).map_err(|e| e.to_string())
 }
 
 /// Installs the libraries of the lock file, unless they are there.
-fn install(place: &Path) -> Result<(), String> {
-    let lock = fs::read(place.join("package-lock.json")).map_err(|e| e.to_string())?;
-    let installed = place.join("node_modules/installed-lock.json");
+fn install(folder: &Path) -> Result<(), String> {
+    let lock = fs::read(folder.join("package-lock.json")).map_err(|e| e.to_string())?;
+    let installed = folder.join("node_modules/installed-lock.json");
     if fs::read(&installed).is_ok_and(|known| known == lock) {
         return Ok(());
     }
     let mut npm = npm();
-    npm.current_dir(place).args([
+    npm.current_dir(folder).args([
         "ci",
         "--ignore-scripts",
         "--omit=dev",
@@ -81,14 +81,15 @@ fn npm() -> Command {
     Command::new(if cfg!(windows) { "npm.cmd" } else { "npm" })
 }
 
-fn succeed(what: &str, command: &mut Command) -> Result<(), String> {
-    let output = command.output().map_err(|e| format!("{what} cannot be started: {e}"))?;
+/// Runs a command; fails with the last line of its errors.
+fn succeed(name: &str, command: &mut Command) -> Result<(), String> {
+    let output = command.output().map_err(|e| format!("{name} cannot be started: {e}"))?;
     if output.status.success() {
         return Ok(());
     }
-    let words = String::from_utf8_lossy(&output.stderr);
-    let words = words.lines().next_back().unwrap_or_default();
-    Err(format!("{what} failed: {words}"))
+    let errors = String::from_utf8_lossy(&output.stderr);
+    let last = errors.lines().next_back().unwrap_or_default();
+    Err(format!("{name} failed: {last}"))
 }
 
 /// Copies a file, or a folder of files.
@@ -99,7 +100,7 @@ fn copy(from: &Path, to: &Path) -> io::Result<()> {
         }
         return fs::copy(from, to).map(drop);
     }
-    // What is no longer there goes from the copy too.
+    // Files that were removed from the original must not stay in the copy.
     if to.is_dir() {
         fs::remove_dir_all(to)?;
     }

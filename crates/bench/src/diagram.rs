@@ -1,26 +1,26 @@
 //! Diagrams with a linear and a logarithmic axis, as SVG.
 //!
-//! Colours and grey are of middle lightness, so that a diagram can be read on white and on black;
-//! the background is left open.
+//! Colours and grey are of middle lightness, so that a diagram is readable on white and on black;
+//! the background is transparent.
 
 use std::fmt;
 
 /// A curve.
 #[derive(Clone, Debug)]
 pub(crate) struct Series {
-    /// For the legend.
+    /// Name in the legend.
     pub(crate) name: String,
     /// x and y; points that are not finite are left out.
     pub(crate) points: Vec<(f64, f64)>,
 }
 
-/// A diagram; displayed, it is an SVG file.
+/// A diagram; its text form is an SVG file.
 #[derive(Clone, Debug)]
 pub(crate) struct Diagram {
     pub(crate) title: String,
-    /// Linear axis.
+    /// Label of the linear axis.
     pub(crate) x_label: String,
-    /// Logarithmic axis.
+    /// Label of the logarithmic axis.
     pub(crate) y_label: String,
     pub(crate) series: Vec<Series>,
 }
@@ -35,7 +35,7 @@ const GREY: &str = "#808790";
 const COLOURS: [&str; 7] =
     ["#1a7fe0", "#e0562a", "#2f9e63", "#8fb02a", "#9a63d6", "#c08a1e", "#c2558f"];
 
-/// Where values lie on the page.
+/// The map from values to positions in the picture.
 struct Scale {
     /// Range of x.
     x: [f64; 2],
@@ -44,7 +44,7 @@ struct Scale {
 }
 
 impl Scale {
-    /// Whole numbers and decades around all points.
+    /// The scale of ranges that end at whole numbers and decades around all points.
     fn around(series: &[Series]) -> Self {
         let points = || series.iter().flat_map(|series| finite(&series.points));
         let around = |values: &mut dyn Iterator<Item = f64>| {
@@ -109,7 +109,7 @@ impl Diagram {
         for decade in whole_numbers(scale.y) {
             let y = scale.y(decade);
             writeln!(f, "<path d=\"M{LEFT} {y:.2}H{right}\"/>")?;
-            // Halfway marks of a decade, fainter.
+            // Fainter lines at 2 and 5 times a power of ten.
             for y in [2.0f64, 5.0].map(|part| scale.y(decade + part.log10())) {
                 if y > TOP {
                     writeln!(f, "<path d=\"M{LEFT} {y:.2}H{right}\" stroke-opacity=\"0.13\"/>")?;
@@ -138,7 +138,7 @@ impl Diagram {
     }
 }
 
-/// The line with its marks, and its row of the legend.
+/// Writes a line with its marks, and its row of the legend.
 fn write_series(
     f: &mut fmt::Formatter<'_>,
     scale: &Scale,
@@ -146,9 +146,9 @@ fn write_series(
     idx: usize,
 ) -> fmt::Result {
     let colour = COLOURS[idx % COLOURS.len()];
-    let places: Vec<(f64, f64)> =
+    let positions: Vec<(f64, f64)> =
         finite(&series.points).map(|(x, y)| (scale.x(x), scale.y(y.log10()))).collect();
-    let path: Vec<String> = places.iter().map(|(x, y)| format!("{x:.2} {y:.2}")).collect();
+    let path: Vec<String> = positions.iter().map(|(x, y)| format!("{x:.2} {y:.2}")).collect();
     writeln!(f, "<g stroke=\"{colour}\" fill=\"{colour}\">")?;
     if !path.is_empty() {
         let path = path.join("L");
@@ -156,7 +156,7 @@ fn write_series(
     }
     let row = TOP + 12.0 + 22.0 * idx as f64;
     let legend = WIDTH - RIGHT + 22.0;
-    for (x, y) in places.into_iter().chain([(legend, row)]) {
+    for (x, y) in positions.into_iter().chain([(legend, row)]) {
         writeln!(f, "{}", mark(idx, x, y))?;
     }
     writeln!(f, "</g>")?;
@@ -164,7 +164,7 @@ fn write_series(
     writeln!(f, "<text x=\"{x}\" y=\"{y}\">{name}</text>")
 }
 
-/// A mark of its own for every curve: colour alone does not tell them apart for everyone.
+/// A mark of its own for every curve: not everyone can distinguish them by colour alone.
 fn mark(idx: usize, x: f64, y: f64) -> String {
     match idx % 5 {
         0 => format!("<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"4\"/>"),
@@ -187,7 +187,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn points_lie_where_the_axes_say() {
+    fn points_lie_at_their_values_on_the_axes() {
         let diagram = Diagram {
             title: "a < b".to_owned(),
             x_label: String::new(),

@@ -1,16 +1,15 @@
-//! What must be kept over long runs and through singular poses: energy and constraints of a
-//! conservative pendulum and four-bar over 1000 s; the branch of N-four-bars over 10 s, which pass
-//! poses with all links in one line several times.
+//! Invariants over long runs and through singular poses: energy and constraints of a conservative
+//! pendulum and four-bar over 1000 s; the branch of N-four-bars over 10 s, which pass poses with
+//! all links in one line several times.
 
 use bksim::Mechanism;
-use bksim::model::file::{Source, read};
 use bksim::sim::run::Sample;
 use clap::ValueEnum;
 use serde_json::{Value, json};
 
-use crate::Context;
+use crate::context::Context;
 use crate::error::BenchError;
-use crate::models::{Coordinates, Cut, four_bar, n_four_bar};
+use crate::models::{self, Coordinates, Cut, four_bar, n_four_bar};
 use crate::precision::Method;
 use crate::report::{Check, Report, Table};
 use crate::timing::cpu_time;
@@ -18,7 +17,7 @@ use crate::windows::angle;
 
 /// The suites, in the order they are run.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum, Debug)]
-pub(crate) enum Suite {
+pub(crate) enum DriftSuite {
     /// Energy and constraints over 1000 s.
     Conserved,
     /// N-four-bars through their singular poses.
@@ -26,17 +25,18 @@ pub(crate) enum Suite {
 }
 
 const PENDULUM: &str = include_str!("../models/pendulum.toml");
-/// Of the four-bar, without the solver's table.
+/// Start of the four-bar.
 const FOUR_BAR_START: &str = "[initial]\nq1 = \"60 deg\"\nq1_dot = 0\nq2 = { guess = \"-30 deg\" }\nq3 = { guess = \"100 deg\" }\n";
 
-/// A mechanism without loss: model, greatest length in m.
+/// A mechanism without dissipation.
 struct Conservative {
     name: &'static str,
     text: String,
+    /// Largest length, m.
     length: f64,
 }
 
-impl Suite {
+impl DriftSuite {
     /// Measures one suite.
     pub(crate) fn run(self, context: &Context) -> Report {
         match self {
@@ -46,7 +46,7 @@ impl Suite {
     }
 }
 
-/// What one run kept.
+/// Result of one run.
 struct Kept {
     samples: Vec<Sample>,
     /// Largest error of T + V − W over its scale.
@@ -57,7 +57,7 @@ struct Kept {
     seconds: f64,
 }
 
-/// Runs a model for `t_end` seconds.
+/// Runs a model until `t_end`, s.
 fn keep(
     text: &str,
     name: &str,
@@ -66,9 +66,7 @@ fn keep(
     t_end: f64,
 ) -> Result<Kept, BenchError> {
     let refused = |message: String| BenchError::Model { name: name.to_owned(), message };
-    let reading = read(&Source::new(text, name));
-    let first = reading.diagnostics.first().map(|d| d.message.clone()).unwrap_or_default();
-    let mut model = reading.model.ok_or_else(|| refused(first))?;
+    let mut model = models::model(text, name)?;
     method.choose(&mut model.solve);
     (model.solve.rtol, model.solve.atol) = (tolerance, tolerance);
     (model.solve.t_end, model.solve.every) = (t_end, Some(0.1));
@@ -86,6 +84,7 @@ fn keep(
     })
 }
 
+/// Measures energy and constraints over 1000 s.
 fn conserved(context: &Context) -> Report {
     let mut report = Report::new("conserved", "Energy and constraints over 1000 s");
     let t_end = if context.effort.is_quick { 10.0 } else { 1000.0 };
@@ -106,6 +105,7 @@ fn conserved(context: &Context) -> Report {
     ]);
     for Conservative { name, text, length } in &mechanisms {
         for (method, (tolerance, bound)) in runs(&[(1e-6, 2e-5), (1e-8, 1e-7)]) {
+            // A run that fails has missed its goal.
             let run = format!("{name}, {}, {tolerance:.0e}", method.name());
             let what = format!("{run}: relative energy error");
             let kept = match keep(text, name, method, tolerance, t_end) {
@@ -116,6 +116,8 @@ fn conserved(context: &Context) -> Report {
                     continue;
                 }
             };
+
+            // Its row of the table, goals and numbers.
             let [position, velocity] = kept.residuals.map(|residual| residual / length);
             let mut row = vec![(*name).to_owned(), method.name().to_owned()];
             row.push(format!("{tolerance:.0e}"));
@@ -146,6 +148,7 @@ fn runs<T: Copy>(tolerances: &[T]) -> impl Iterator<Item = (Method, T)> + use<'_
     Method::ALL.into_iter().flat_map(|method| tolerances.iter().map(move |&t| (method, t)))
 }
 
+/// Measures N-four-bars through their singular poses.
 fn singular(context: &Context) -> Report {
     let mut report = Report::new("singular", "N-four-bars through their singular poses, 10 s");
     let sizes: &[usize] = if context.effort.is_quick { &[2] } else { &[2, 10, 40] };
@@ -161,17 +164,19 @@ fn singular(context: &Context) -> Report {
     for &n in sizes {
         let text = n_four_bar(n, Coordinates::Chosen);
         for (method, tolerance) in runs(&[1e-6, 1e-8]) {
+            // A run that fails has missed its goal.
             let run = format!("N = {n}, {}, {tolerance:.0e}", method.name());
             let what = format!("{run}: energy over its scale");
             let kept = match keep(&text, "n-four-bar", method, tolerance, 10.0) {
                 Ok(kept) => kept,
                 Err(error) => {
                     report.notes.push(format!("{run}: {error}"));
-                    // A run that stops has not passed.
                     report.checks.push(Check::at_most(what, f64::INFINITY, 1e-5));
                     continue;
                 }
             };
+
+            // Its row of the table, goals and numbers.
             let error = branch_error(n, &kept.samples);
             let mut row = vec![n.to_string(), method.name().to_owned(), format!("{tolerance:.0e}")];
             row.extend([error, kept.energy].map(|x| format!("{x:.1e}")));
@@ -191,10 +196,12 @@ fn singular(context: &Context) -> Report {
     report
 }
 
-/// A run on another branch errs by radians; one on its own by what its tolerance allows, rad.
+/// Largest error of the angle on the right branch, rad; on another branch it is of the order of
+/// one.
 const BRANCH: f64 = 1e-2;
 
-/// Largest error of the first upright, whose angle is the first coordinate, turned the other way.
+/// Largest error of the angle of the first upright, which is the first coordinate with the opposite
+/// sign.
 fn branch_error(n: usize, samples: &[Sample]) -> f64 {
     let checked = samples.iter().skip(1).step_by(10);
     checked.map(|sample| (-sample.q[0] - angle(n, sample.t)).abs()).fold(0.0, f64::max)

@@ -1,10 +1,10 @@
-//! What can end a benchmark early. A missing peer does not: it is noted in the report.
+//! [`BenchError`]: faults that end a benchmark early. A missing peer is none: the report notes it.
 
 use std::path::{Path, PathBuf};
 
 use bksim_expr::{EvalError, ParseError, TapeError};
 
-/// Why a benchmark has no result.
+/// Error of a benchmark.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub(crate) enum BenchError {
@@ -13,7 +13,7 @@ pub(crate) enum BenchError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         source: std::io::Error,
     },
     /// A model of the suite was refused.
@@ -33,22 +33,22 @@ pub(crate) enum BenchError {
     /// An expression has no value.
     #[error(transparent)]
     Eval(#[from] EvalError),
-    /// A data file of the suite is not what was expected.
+    /// A data file of the suite has unexpected contents.
     #[error("benchmark data: {0}")]
     Data(&'static str),
-    /// A problem that does not exist was asked for.
+    /// A problem that does not exist was requested.
     #[error("there is no problem `{0}`")]
     UnknownProblem(String),
     /// Two programs disagree on numbers that should be equal.
     #[error("`{who}` computes {found} where {expected} is expected ({what})")]
     Disagreement {
-        /// Who is wrong.
+        /// The other program.
         who: String,
-        /// Which number.
+        /// Description of the number.
         what: String,
-        /// What it computed.
+        /// Its number.
         found: f64,
-        /// What we computed.
+        /// Our number.
         expected: f64,
     },
 }

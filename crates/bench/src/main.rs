@@ -1,4 +1,4 @@
-//! `bksim-bench`: our numbers beside those of other programs, measured in one run.
+//! `bksim-bench`: our numbers against those of other programs, measured in one run.
 //!
 //! ```text
 //! cargo run --release -p bksim-bench -- algebra [SUITE…] [--json FILE]
@@ -10,11 +10,12 @@
 //! cargo run --release -p bksim-bench -- python
 //! ```
 //!
-//! Every suite prints a table, and below it each goal with what was found. Times are CPU times and
-//! mean little by themselves; what counts is their ratio within one run. Peers (SymPy, CasADi,
+//! Every suite prints a table, and below it each goal with the number found. Times are CPU times
+//! and mean little by themselves; their ratio within one run counts. Peers (SymPy, CasADi,
 //! Symbolica, a C compiler) are optional: a missing one is named.
 
 mod algebra;
+mod context;
 mod diagram;
 mod drift;
 mod error;
@@ -34,9 +35,11 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+use crate::context::Context;
 use crate::error::BenchError;
 use crate::peers::Peers;
 use crate::report::Report;
+use crate::timing::Effort;
 
 /// Benchmarks of bksim against other programs.
 #[derive(Parser, Debug)]
@@ -52,13 +55,13 @@ enum Command {
     Algebra(AlgebraArgs),
     /// Work against precision of the integrators on published mechanisms.
     Precision(PrecisionArgs),
-    /// The five-link mechanism, model file to log, beside Exudyn, MuJoCo and Pinocchio.
+    /// The five-link mechanism, model file to log, against Exudyn, MuJoCo and Pinocchio.
     Mechanisms(MechanismsArgs),
     /// Time and memory against size.
     Scale(Options),
-    /// Cases of a sweep beside single runs, and two threads beside one.
+    /// Cases of a sweep against single runs, and two threads against one.
     Sweep(Options),
-    /// A solve from Python beside the same solve from Rust; wants `pip install ./crates/py`.
+    /// A solve from Python against the same solve from Rust; needs `pip install ./crates/py`.
     Python(Options),
     /// Energy and constraints over long runs, and through singular poses.
     Drift(DriftArgs),
@@ -71,7 +74,7 @@ enum Command {
 struct AlgebraArgs {
     /// Suites to run; all of them by default.
     #[arg(value_enum)]
-    suites: Vec<algebra::Suite>,
+    suites: Vec<algebra::AlgebraSuite>,
     #[command(flatten)]
     options: Options,
 }
@@ -89,7 +92,7 @@ struct PrecisionArgs {
 
 #[derive(clap::Args, Debug)]
 struct MechanismsArgs {
-    /// The program to time; by default that beside this one.
+    /// The program to time; by default `bksim` in the folder of this one.
     #[arg(long, value_name = "PROGRAM")]
     bksim: Option<PathBuf>,
     #[command(flatten)]
@@ -100,12 +103,12 @@ struct MechanismsArgs {
 struct DriftArgs {
     /// Suites to run; all of them by default.
     #[arg(value_enum)]
-    suites: Vec<drift::Suite>,
+    suites: Vec<drift::DriftSuite>,
     #[command(flatten)]
     options: Options,
 }
 
-/// What all benchmarks have in common.
+/// Options of all benchmarks.
 #[derive(clap::Args, Debug)]
 struct Options {
     /// Writes all numbers to FILE.
@@ -117,7 +120,7 @@ struct Options {
     /// Runs our own part alone.
     #[arg(long)]
     without_peers: bool,
-    /// Small sizes and few runs, to see that everything works; the numbers mean nothing.
+    /// Small sizes and few runs, to check that everything works; the numbers mean nothing.
     #[arg(long)]
     quick: bool,
     /// Python with the packages of requirements.txt.
@@ -132,16 +135,9 @@ impl Options {
     fn context(&self) -> Context {
         let peers =
             if self.without_peers { Peers::none() } else { Peers::new(&self.python, &self.cc) };
-        let effort = if self.quick { timing::Effort::QUICK } else { timing::Effort::FULL };
+        let effort = if self.quick { Effort::QUICK } else { Effort::FULL };
         Context { peers, effort }
     }
-}
-
-/// What a suite is given.
-#[derive(Debug)]
-struct Context {
-    peers: Peers,
-    effort: timing::Effort,
 }
 
 fn main() -> ExitCode {
@@ -159,7 +155,7 @@ fn run(cli: &Cli) -> Result<(), BenchError> {
     match &cli.command {
         Command::Algebra(args) => {
             let suites = algebra::chosen(&args.suites);
-            let run = |&suite: &algebra::Suite, context: &Context| suite.run(context);
+            let run = |&suite: &algebra::AlgebraSuite, context: &Context| suite.run(context);
             run_all(suites, run, &args.options)
         }
         Command::Precision(args) => {
@@ -184,7 +180,7 @@ fn run(cli: &Cli) -> Result<(), BenchError> {
             run_all(&["python"], |_, context| python::measure(context), options)
         }
         Command::Drift(args) => {
-            let all = <drift::Suite as clap::ValueEnum>::value_variants();
+            let all = <drift::DriftSuite as clap::ValueEnum>::value_variants();
             let suites = if args.suites.is_empty() { all } else { &args.suites };
             run_all(suites, |suite, context| Ok(suite.run(context)), &args.options)
         }

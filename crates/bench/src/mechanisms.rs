@@ -1,5 +1,5 @@
-//! The five-link mechanism of Lê and Đinh (2008) over 50 s: the whole process of `bksim solve`, from
-//! the model file to the log, beside programs that people use for mechanisms.
+//! The five-link mechanism of Lê and Đinh (2008) over 50 s: the whole process of `bksim solve`,
+//! from the model file to the log, against programs that are used for mechanisms.
 //!
 //! Error is the largest one of the four angles over 101 instants, rad, against a reference of 13
 //! digits. Each program runs at several step sizes or tolerances; the time at an error of 10⁻⁶ is
@@ -10,27 +10,29 @@ use std::process::{Command, Stdio};
 use std::time::Instant;
 
 use bksim::Mechanism;
-use bksim::model::file::{Source, read};
 use serde_json::{Value, json};
 
-use crate::Context;
+use crate::context::Context;
 use crate::error::BenchError;
+use crate::models;
 use crate::peers::Workbench;
 use crate::report::{Check, Report, Table, ratio, seconds};
 
 const MODEL: &str = include_str!("../../../examples/five-link/model.toml");
 const REFERENCE: &str = include_str!("../../../tests/data/five-link.json");
-/// The angles of links 1, 2, 4 and 5, and their places in the reference.
+/// The angles of links 1, 2, 4 and 5, and their indices in the reference.
 const ANGLES: [(&str, usize); 4] = [("ti1", 0), ("ti2", 3), ("ti4", 7), ("ti5", 8)];
-/// At this error times are compared, rad.
+/// Error at which times are compared, rad.
 const LEVEL: f64 = 1e-6;
 
-/// A peer: its script, step sizes or tolerances from coarse to fine, and how many times faster we
-/// are to be.
+/// A program to compare with.
 struct Peer {
     name: &'static str,
+    /// Its script in `peers/`.
     script: &'static str,
+    /// Step sizes, s, or tolerances, from coarse to fine.
     sizes: &'static [f64],
+    /// Goal of its time over ours.
     goal: f64,
 }
 
@@ -82,6 +84,8 @@ pub(crate) fn run(context: &Context, program: Option<&Path>) -> Result<Report, B
             Err(absent) => report.notes.push(format!("{}: {absent}", peer.name)),
         }
     }
+
+    // All runs, and the goals at one error.
     let mut table = Table::new(["program", "step or tolerance", "time", "error, rad"]);
     let own = seconds_at(&all[0].1, LEVEL);
     for (name, runs, goal) in &all {
@@ -99,6 +103,8 @@ pub(crate) fn run(context: &Context, program: Option<&Path>) -> Result<Report, B
         }
     }
     report.tables.push(table);
+
+    // Times at that error.
     let mut at_level = Table::new(["at an error of 1e-6", "time", "ratio to ours"]);
     for (name, runs, _) in &all {
         let time = seconds_at(runs, LEVEL);
@@ -123,18 +129,19 @@ fn seconds_at(runs: &[Run], error: f64) -> f64 {
     }
 }
 
+/// Reads the reference.
 fn reference() -> Result<Vec<Row>, BenchError> {
     const FAULT: BenchError = BenchError::Data("the five-link reference is not as expected");
     let data: Value = serde_json::from_str(REFERENCE).map_err(|_| FAULT)?;
     let row = |row: &Value| {
-        let angles = ANGLES.iter().map(|&(_, place)| row["q"][place].as_f64());
+        let angles = ANGLES.iter().map(|&(_, idx)| row["q"][idx].as_f64());
         Some(Row { t: row["t"].as_f64()?, angles: angles.collect::<Option<_>>()? })
     };
     let rows: Option<Vec<Row>> = data["rows"].as_array().ok_or(FAULT)?.iter().map(row).collect();
     rows.ok_or(FAULT)
 }
 
-/// Ours: errors in this process, times of whole processes with the same options.
+/// Our runs: errors from this process, times of whole processes with the same options.
 fn ours(
     rows: &[Row],
     context: &Context,
@@ -143,7 +150,7 @@ fn ours(
 ) -> Result<Vec<Run>, BenchError> {
     let bench = Workbench::new()?;
     let model = bench.write("five-link.toml", MODEL)?;
-    let program = program.map_or_else(beside_this_program, Path::to_owned);
+    let program = program.map_or_else(neighbouring_program, Path::to_owned);
     if !program.is_file() {
         let path = program.display();
         report.notes.push(format!("`{path}` is missing: cargo build --release -p bksim-cli"));
@@ -161,8 +168,8 @@ fn ours(
     tolerances.iter().map(one).collect()
 }
 
-/// `bksim` in the folder of this program.
-fn beside_this_program() -> PathBuf {
+/// `bksim` in the folder of this program, or in the current one where that is unknown.
+fn neighbouring_program() -> PathBuf {
     let this = std::env::current_exe().unwrap_or_default();
     this.with_file_name(format!("bksim{}", std::env::consts::EXE_SUFFIX))
 }
@@ -182,32 +189,31 @@ fn process(program: &Path, model: &Path, tolerance: f64, log: &Path) -> Option<f
 /// The largest error of our angles.
 fn error(rows: &[Row], tolerance: f64) -> Result<f64, BenchError> {
     let refused = |message: String| BenchError::Model { name: "five-link".to_owned(), message };
-    let reading = read(&Source::new(MODEL, "five-link"));
-    let mut model = reading.model.ok_or_else(|| refused("it cannot be read".to_owned()))?;
+    let mut model = models::model(MODEL, "five-link")?;
     (model.solve.rtol, model.solve.atol) = (tolerance, tolerance);
     model.solve.every = Some(rows[1].t);
     let mechanism = Mechanism::derive(model, Vec::new()).map_err(|e| refused(e.to_string()))?;
     let names = &mechanism.compiled.coordinates;
-    let places: Option<Vec<usize>> =
+    let indices: Option<Vec<usize>> =
         ANGLES.iter().map(|(name, _)| names.iter().position(|c| c.name == *name)).collect();
-    let places = places.ok_or_else(|| refused("an angle is missing".to_owned()))?;
+    let indices = indices.ok_or_else(|| refused("an angle is missing".to_owned()))?;
     let motion = mechanism.solve().map_err(|e| refused(e.to_string()))?;
     let mut worst = 0.0f64;
     for (sample, row) in motion.samples.iter().zip(rows) {
-        for (&place, expected) in places.iter().zip(&row.angles) {
-            worst = worst.max(turned(sample.q[place] - expected).abs());
+        for (&idx, expected) in indices.iter().zip(&row.angles) {
+            worst = worst.max(wrapped(sample.q[idx] - expected).abs());
         }
     }
     Ok(if motion.samples.len() == rows.len() { worst } else { f64::NAN })
 }
 
-/// An angle between −π and π.
-fn turned(angle: f64) -> f64 {
+/// An angle wrapped to −π … π.
+fn wrapped(angle: f64) -> f64 {
     let turn = std::f64::consts::TAU;
     angle - turn * (angle / turn).round()
 }
 
-/// One peer at all its sizes.
+/// The runs of a peer at all its sizes.
 fn theirs(
     peer: &Peer,
     rows: &[Row],

@@ -1,4 +1,4 @@
-//! The mechanisms that are measured, as model texts.
+//! The measured mechanisms, as model texts.
 
 use std::fmt::Write;
 
@@ -10,9 +10,9 @@ use crate::error::BenchError;
 /// Reads a model.
 pub(crate) fn model(text: &str, name: &str) -> Result<Model, BenchError> {
     let reading = read(&Source::new(text, name));
-    reading.model.ok_or_else(|| BenchError::Model {
-        name: name.to_owned(),
-        message: reading.diagnostics.first().map(|d| d.message.clone()).unwrap_or_default(),
+    reading.model.ok_or_else(|| {
+        let first = reading.diagnostics.first().expect("a refused model has a diagnostic");
+        BenchError::Model { name: name.to_owned(), message: first.message.clone() }
     })
 }
 
@@ -89,7 +89,7 @@ type = "gravity"
 acceleration = [0, "-g"]
 "#;
 
-/// Where the loop of the four-bar is cut.
+/// The joint at which the loop of the four-bar is cut.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Cut {
     /// Between coupler and rocker: two branches.
@@ -100,7 +100,7 @@ pub(crate) enum Cut {
 
 /// A four-bar by relative angles; every length, mass and inertia is a parameter.
 pub(crate) fn four_bar(cut: Cut) -> String {
-    // The rocker's frame begins at the joint that carries it.
+    // The origin of the rocker's frame is the joint in the spanning tree.
     let (points, carried, open) = match cut {
         Cut::Coupler => ("D = [0, 0], C = [\"l3\", 0]", FOUR_BAR_D, FOUR_BAR_C),
         Cut::Ground => ("C = [0, 0], D = [\"l3\", 0]", FOUR_BAR_C, FOUR_BAR_D),
@@ -167,12 +167,12 @@ com = ["s3", 0]
 inertia = "i3"
 "#;
 
-/// How a large mechanism is described to the solver.
+/// The coordinates of a large mechanism.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Coordinates {
     /// Three per body, every joint cut.
     Absolute,
-    /// Those that bksim chooses.
+    /// Chosen by bksim.
     Chosen,
 }
 
@@ -203,7 +203,7 @@ pub(crate) fn link_chain(n: usize, coordinates: Coordinates) -> String {
 }
 
 /// `n` square windows of homogeneous links of 1 m and 1 kg (IFToMM A02): n + 1 uprights, n beams.
-/// The uprights stand, their tops move to the right with 1 m/s.
+/// The uprights are vertical, their tops move to the right with 1 m/s.
 pub(crate) fn n_four_bar(n: usize, coordinates: Coordinates) -> String {
     let mut text = format!("coordinates = \"{}\"\n[ground]\npoints = {{ ", coordinates.key());
     let mut add = |part: String| text.push_str(&part);

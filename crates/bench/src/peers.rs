@@ -1,4 +1,4 @@
-//! Other programs: Python scripts that take and give JSON, and C programs compiled here.
+//! Other programs: Python scripts that read and write JSON, and C programs compiled here.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::error::BenchError;
 
-/// Where the scripts and the C sources lie.
+/// Folder of the scripts and the C sources.
 const HOME: &str = env!("CARGO_MANIFEST_DIR");
 
 /// The programs to compare with.
@@ -18,11 +18,11 @@ pub(crate) struct Peers {
     cc: Option<String>,
 }
 
-/// Why a peer has no numbers, for the report's notes.
+/// Reason that a peer has no numbers, for the report's notes.
 pub(crate) type Absent = String;
 
 impl Peers {
-    /// Peers found through these programs, as far as they are there.
+    /// Peers that are run by these programs, as far as they are installed.
     pub(crate) fn new(python: &str, cc: &str) -> Self {
         Self { python: Some(python.to_owned()), cc: Some(cc.to_owned()) }
     }
@@ -32,8 +32,8 @@ impl Peers {
         Self { python: None, cc: None }
     }
 
-    /// Runs `peers/<script>.py`: JSON in, JSON out. A script says `{"missing": "…"}` where the
-    /// package it needs cannot be imported.
+    /// Runs `peers/<script>.py`: JSON in, JSON out. A script prints `{"missing": "…"}` if a package
+    /// it needs cannot be imported.
     pub(crate) fn python(&self, script: &str, input: &Value) -> Result<Value, Absent> {
         let python = self.python.as_deref().ok_or("peers are switched off")?;
         let path = Path::new(HOME).join("peers").join(format!("{script}.py"));
@@ -62,10 +62,10 @@ impl Peers {
 
     /// The compiled code of a package of R.
     pub(crate) fn r_library(&self, package: &str) -> Result<PathBuf, Absent> {
-        // Whoever switches Python off wants no peers.
+        // Without Python, peers are switched off.
         self.python.as_deref().ok_or("peers are switched off")?;
-        let ask = format!("cat(system.file('libs/{package}.so', package = '{package}'))");
-        let answer = run(Command::new("Rscript").args(["-e", &ask]), "")?;
+        let query = format!("cat(system.file('libs/{package}.so', package = '{package}'))");
+        let answer = run(Command::new("Rscript").args(["-e", &query]), "")?;
         match answer.trim() {
             "" => Err(format!("R's package {package} is missing")),
             path => Ok(PathBuf::from(path)),
@@ -73,7 +73,7 @@ impl Peers {
     }
 }
 
-/// Runs a program that was compiled.
+/// Runs a compiled program.
 pub(crate) fn program(program: &Path, input: &str) -> Result<String, Absent> {
     run(&mut Command::new(program), input)
 }
@@ -110,12 +110,13 @@ impl Workbench {
 
 impl Drop for Workbench {
     fn drop(&mut self) {
-        // A folder left behind in the temporary directory does no harm.
+        // A folder that stays in the temporary directory does no harm.
         let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 
-/// Runs a command with `input` on its standard input; what it prints, or why it failed.
+/// Runs a command with `input` on its standard input; returns its output, or the reason of its
+/// failure.
 fn run(command: &mut Command, input: &str) -> Result<String, Absent> {
     let name = command.get_program().to_string_lossy().into_owned();
     let failed = |error: std::io::Error| format!("`{name}` cannot be run: {error}");
@@ -130,6 +131,6 @@ fn run(command: &mut Command, input: &str) -> Result<String, Absent> {
         return Ok(String::from_utf8_lossy(&output.stdout).into_owned());
     }
     let errors = String::from_utf8_lossy(&output.stderr);
-    let last = errors.lines().last().unwrap_or("it says nothing");
+    let last = errors.lines().last().unwrap_or("it printed no error");
     Err(format!("`{name}` failed: {last}"))
 }

@@ -1,4 +1,4 @@
-//! What a solve from Python costs beside the same solve from Rust.
+//! Cost of a solve from Python against the same solve from Rust.
 
 use bksim::Mechanism;
 use bksim::dae::Control;
@@ -9,20 +9,21 @@ use bksim::sim::sensitivity::StateSensitivity;
 use bksim::sim::start::Start;
 use serde_json::{Value, json};
 
-use crate::Context;
+use crate::context::Context;
 use crate::error::BenchError;
 use crate::report::{Check, Report, Table, ratio, seconds};
 use crate::timing::cpu_time;
 
-/// An example, its end time, s: a short run, a long one, and one with Radau IIA.
+/// Examples and their end times, s: a short run, a long one, and one with Radau IIA.
 const RUNS: [(&str, f64); 3] = [("slider-crank", 2.0), ("four-bar", 20.0), ("governor", 10.0)];
+/// Relative tolerance.
 const RTOL: f64 = 1e-8;
-/// Rounds in place of one.
+/// Rounds for each round of the other suites: the least time needs many.
 const ROUNDS: usize = 4;
 
 /// Measures the suite.
 pub(crate) fn measure(context: &Context) -> Result<Report, BenchError> {
-    let mut report = Report::new("python", "a solve from Python beside the same solve from Rust");
+    let mut report = Report::new("python", "a solve from Python against the same solve from Rust");
     let mut table = Table::new(["example", "kept", "Rust", "Python", "Python over Rust"]);
     for (name, t_end) in RUNS {
         let path = format!("{}/../../examples/{name}/model.toml", env!("CARGO_MANIFEST_DIR"));
@@ -30,11 +31,13 @@ pub(crate) fn measure(context: &Context) -> Result<Report, BenchError> {
             .map_err(|source| BenchError::io(path.as_ref(), source))?;
         let ours = Ours::new(name, &text, t_end)?;
         let runs = if context.effort.is_quick { 1 } else { 15 };
-        // Rust, Python: the least of all rounds, for two processes hardly ever meet one machine alike.
+
+        // Rust, Python: the least of all rounds, since two processes rarely find the machine
+        // equally busy.
         let mut least = [[f64::INFINITY; 2]; 2];
         for _ in 0..ROUNDS * context.effort.rounds {
-            let wanted = json!({ "model": path, "t_end": t_end, "rtol": RTOL, "runs": runs });
-            let theirs = match context.peers.python("package", &wanted) {
+            let request = json!({ "model": path, "t_end": t_end, "rtol": RTOL, "runs": runs });
+            let theirs = match context.peers.python("package", &request) {
                 Ok(found) => found,
                 Err(absent) => {
                     report.notes.push(format!("Python: {absent}"));
@@ -50,6 +53,8 @@ pub(crate) fn measure(context: &Context) -> Result<Report, BenchError> {
                 least[idx] = [least[idx][0].min(own), least[idx][1].min(their)];
             }
         }
+
+        // A row of the table and a goal for either kind of result.
         for (idx, kept) in ["samples and motion", "samples"].into_iter().enumerate() {
             let [own, their] = least[idx];
             let over = their / own;
@@ -71,11 +76,13 @@ pub(crate) fn measure(context: &Context) -> Result<Report, BenchError> {
     Ok(report)
 }
 
+/// The least of Python's times, s.
 fn least_of(times: &Value) -> f64 {
     let times = times.as_array().into_iter().flatten().filter_map(Value::as_f64);
     times.fold(f64::INFINITY, f64::min)
 }
 
+/// Whether Python's coordinates are ours, bit by bit.
 fn is_same(own: &[f64], theirs: &Value) -> bool {
     let theirs = theirs.as_array().into_iter().flatten().filter_map(Value::as_f64);
     own.iter().copied().eq(theirs)
@@ -89,7 +96,7 @@ struct Ours {
     channels: Channels,
 }
 
-/// Keeps what Python keeps.
+/// Observer that keeps the same results as Python's.
 struct Keeping<'a> {
     channels: &'a Channels,
     t: Vec<f64>,
@@ -134,12 +141,12 @@ impl Ours {
     fn least(&self, runs: usize, is_dense: bool) -> Result<(f64, Vec<f64>), BenchError> {
         let mut least = f64::INFINITY;
         let mut previous = self.keeping(is_dense);
-        // One more than in Python's list: there, too, the first is not counted.
+        // One more run than in Python's list, where the first is not counted either.
         for idx in 0..=runs {
             let begun = cpu_time();
             let mut keeping = self.keeping(is_dense);
             let ran = self.mechanism.run(&self.equations, &self.start, &mut keeping, &|| false);
-            // As in Python, where a result is freed once its name stands for the next one.
+            // As in Python, the previous result is freed when its name is bound to the next one.
             previous = keeping;
             let taken = cpu_time() - begun;
             ran.map_err(|_| BenchError::Data("an example runs to its end"))?;

@@ -1,4 +1,4 @@
-//! Results of a suite: a table, the goals beside what was found, and notes.
+//! Results of a suite: tables, goals with the numbers found, and notes.
 
 use std::fmt;
 
@@ -32,12 +32,12 @@ impl Table {
 }
 
 impl fmt::Display for Table {
-    /// The first column to the left, all others to the right.
+    /// Writes the first column aligned to the left, all others to the right.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let lines = || std::iter::once(&self.header).chain(&self.rows);
         let width = |column: usize| {
             let cells = lines().filter_map(|line| line.get(column));
-            cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+            cells.map(|cell| cell.chars().count()).max().expect("the header has every column")
         };
         let widths: Vec<usize> = (0..self.header.len()).map(width).collect();
         for (line_idx, line) in lines().enumerate() {
@@ -58,23 +58,23 @@ impl fmt::Display for Table {
     }
 }
 
-/// Which side of the goal is good.
+/// The good side of a bound.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Goal {
     AtMost,
     AtLeast,
 }
 
-/// One goal and what was found.
+/// A goal with the number found.
 #[derive(Clone, Debug)]
 pub(crate) struct Check {
-    /// What is compared.
+    /// Description of the number.
     pub(crate) what: String,
-    /// What was measured; NaN where it could not be.
+    /// The number; NaN where it could not be measured.
     pub(crate) found: f64,
-    /// Which side is good.
+    /// The good side of the bound.
     pub(crate) goal: Goal,
-    /// The goal.
+    /// The bound.
     pub(crate) bound: f64,
 }
 
@@ -89,7 +89,7 @@ impl Check {
         Self { what: what.into(), found, goal: Goal::AtLeast, bound }
     }
 
-    /// Whether the goal is met; nothing is known without a number.
+    /// Whether the goal is met; unknown without a number.
     pub(crate) fn is_met(&self) -> Option<bool> {
         (!self.found.is_nan()).then_some(match self.goal {
             Goal::AtMost => self.found <= self.bound,
@@ -114,18 +114,18 @@ impl fmt::Display for Check {
     }
 }
 
-/// What one suite found.
+/// The results of one suite.
 #[derive(Clone, Debug)]
 pub(crate) struct Report {
     /// The name on the command line.
     pub(crate) name: &'static str,
-    /// What was measured, in one line.
+    /// Title in one line.
     pub(crate) title: &'static str,
     /// The tables.
     pub(crate) tables: Vec<Table>,
     /// The goals.
     pub(crate) checks: Vec<Check>,
-    /// Missing peers, sizes left out, and whatever else a reader must know.
+    /// Missing peers, sizes left out, and other facts that a reader must know.
     pub(crate) notes: Vec<String>,
     /// All numbers, for programs.
     pub(crate) numbers: Map<String, Value>,

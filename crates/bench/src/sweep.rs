@@ -1,8 +1,8 @@
-//! What a case of a sweep costs beside its integration, and what two threads are worth.
+//! Cost of a case of a sweep against its integration, and the gain by two threads.
 //!
 //! Slider-cranks with other lengths and torques, each one a case of one sweep. The same cases are
-//! first integrated one after the other from starts found before: what a sweep adds to that is the
-//! values, the start, the outputs and the table.
+//! first integrated one after the other from starts found before: a sweep adds to that the values,
+//! the start, the outputs and the table.
 
 use std::time::Instant;
 
@@ -14,7 +14,7 @@ use bksim::sim::start::{StartEquations, start_at};
 use bksim_sweep::{Axis, Design, Existing, Monitor, Plan, Request, Study, SweepError, write};
 use serde_json::json;
 
-use crate::Context;
+use crate::context::Context;
 use crate::error::BenchError;
 use crate::report::{Check, Report, Table, ratio, seconds};
 use crate::timing::{cpu_time, median};
@@ -24,13 +24,14 @@ const MODEL: &str = include_str!("../../../examples/slider-crank/model.toml");
 /// End of each run, s.
 const T_END: f64 = 0.5;
 
-/// Values of a round, per case.
+/// Times of a round, per case.
 #[derive(Clone, Copy, Default)]
 struct Round {
     /// CPU time, s: integration alone, with the start, the sweep in memory, the sweep as a table.
     cpu: [f64; 4],
-    /// Wall time of the table with one thread and with two, s, and CPU time of the latter.
+    /// Wall time of the table with one thread and with two, s.
     wall: [f64; 2],
+    /// CPU time of the table with two threads, s.
     cpu_of_two: f64,
     /// Wall time of starts and integrations alone, with one thread and with two that share nothing, s.
     apart: [f64; 2],
@@ -38,6 +39,7 @@ struct Round {
 
 /// Measures the suite.
 pub(crate) fn measure(context: &Context) -> Result<Report, BenchError> {
+    // Rounds of all measurements.
     let side = if context.effort.is_quick { 4 } else { 100 };
     let study = study(side)?;
     let n_cases = study.n_cases();
@@ -46,11 +48,12 @@ pub(crate) fn measure(context: &Context) -> Result<Report, BenchError> {
         rounds.push(round(&study)?);
     }
 
+    // Medians of the rounds as a table.
     let mut report =
         Report::new("sweep", "sweeps: slider-cranks of other lengths and torques, 0.5 s");
     let all = |of: fn(&Round) -> f64| median(&rounds.iter().map(of).collect::<Vec<_>>());
     let alone = all(|r| r.cpu[0]);
-    let mut table = Table::new(["per case", "CPU time", "beside the integration"]);
+    let mut table = Table::new(["per case", "CPU time", "over the integration"]);
     let rows = [
         ("integration", all(|r| r.cpu[0]), 1.0),
         ("start and integration", all(|r| r.cpu[1]), all(|r| r.cpu[1] / r.cpu[0])),
@@ -62,10 +65,12 @@ pub(crate) fn measure(context: &Context) -> Result<Report, BenchError> {
             all(|r| r.cpu_of_two / r.cpu[0]),
         ),
     ];
-    for (what, time, beside) in rows {
-        table.push([what.to_owned(), seconds(time), ratio(beside)]);
+    for (what, time, relative) in rows {
+        table.push([what.to_owned(), seconds(time), ratio(relative)]);
     }
     report.tables.push(table);
+
+    // The goals: of the table, of two threads, and of two threads relative to the machine's best.
     let over = all(|r| r.cpu[3] / r.cpu[1]);
     let extra = all(|r| r.cpu_of_two / r.cpu[3]);
     let efficiency = all(|r| r.wall[0] / (2.0 * r.wall[1]));
@@ -78,10 +83,12 @@ pub(crate) fn measure(context: &Context) -> Result<Report, BenchError> {
     ));
     let machine = all(|r| r.apart[0] / (2.0 * r.apart[1]));
     report.checks.push(Check::at_least(
-        "the same beside two threads that share nothing",
+        "the same over that of two threads that share nothing",
         all(|r| r.wall[0] / r.wall[1] * r.apart[1] / r.apart[0]),
         0.9,
     ));
+
+    // Notes and numbers.
     report.notes.push(format!(
         "two threads that share nothing reach {machine:.2} of twice the speed of one on this machine"
     ));
@@ -96,6 +103,7 @@ pub(crate) fn measure(context: &Context) -> Result<Report, BenchError> {
     Ok(report)
 }
 
+/// A sweep of `side` lengths and as many torques.
 fn study(side: u64) -> Result<Study, BenchError> {
     let axis = |name: &str, text: String| Axis::parse(name, &text).map(Option::into_iter);
     let plan = axis("l1", format!("0.8:1.2:{side}")).and_then(|l1| {
@@ -117,7 +125,9 @@ fn swept(error: &SweepError) -> BenchError {
     refused(&error.to_string())
 }
 
+/// Measures one round.
 fn round(study: &Study) -> Result<Round, BenchError> {
+    // Integrations alone.
     let n_cases = study.n_cases();
     #[expect(clippy::cast_precision_loss, reason = "ten thousand")]
     let per_case = |seconds: f64| seconds / n_cases as f64;
@@ -125,6 +135,7 @@ fn round(study: &Study) -> Result<Round, BenchError> {
     [round.cpu[0], round.cpu[1]] = Alone::prepare(study)?.measure(study, 0, 1)?.map(per_case);
     round.apart = [apart(study, 1)?, apart(study, 2)?];
 
+    // The sweep in memory.
     let begun = cpu_time();
     let rows = study.rows(0..n_cases, 1, &Monitor::default()).map_err(|e| swept(&e))?;
     round.cpu[2] = per_case(cpu_time() - begun);
@@ -133,6 +144,7 @@ fn round(study: &Study) -> Result<Round, BenchError> {
         return Err(BenchError::Data("a slider-crank of the sweep does not run"));
     }
 
+    // The sweep as a table.
     let name = format!("bksim-bench-sweep-{}.parquet", std::process::id());
     let path = std::env::temp_dir().join(name);
     let mut cpu = [0.0; 2];
@@ -166,13 +178,13 @@ fn apart(study: &Study, n_threads: u64) -> Result<f64, BenchError> {
     })
 }
 
-/// A slider-crank with everything compiled, which a thread has for itself.
+/// A compiled slider-crank, which a thread has to itself.
 struct Alone {
     mechanism: Mechanism,
     equations: MotionEquations,
     starts: StartEquations,
-    /// Places of the varied parameters.
-    places: Vec<usize>,
+    /// Indices of the varied parameters.
+    varied: Vec<usize>,
 }
 
 impl Alone {
@@ -182,24 +194,25 @@ impl Alone {
         mechanism.model.solve.t_end = T_END;
         let equations = mechanism.formulate().map_err(rejected)?;
         let starts = mechanism.start_equations().map_err(rejected)?;
-        let place = |name: &str| mechanism.model.parameters.iter().position(|p| p.name == name);
-        let places = study.input_columns();
-        let places: Option<Vec<usize>> = places.iter().map(|column| place(&column.name)).collect();
-        let places = places.ok_or(BenchError::Data("a parameter of the slider-crank"))?;
-        Ok(Self { mechanism, equations, starts, places })
+        let index = |name: &str| mechanism.model.parameters.iter().position(|p| p.name == name);
+        let columns = study.input_columns();
+        let varied: Option<Vec<usize>> = columns.iter().map(|column| index(&column.name)).collect();
+        let varied = varied.ok_or(BenchError::Data("a parameter of the slider-crank"))?;
+        Ok(Self { mechanism, equations, starts, varied })
     }
 
     /// CPU time of the integrations of every `stride`-th case, and of starts and integrations.
     fn measure(&self, study: &Study, first: u64, stride: u64) -> Result<[f64; 2], BenchError> {
-        let Self { mechanism, equations, starts, places } = self;
+        let Self { mechanism, equations, starts, varied } = self;
         let (compiled, options) = (&mechanism.compiled, &mechanism.model.solve);
-        let mut numbers = vec![0.0; places.len()];
+        let mut numbers = vec![0.0; varied.len()];
         let mut parameters = mechanism.parameters.clone();
         let (mut starting, mut running) = (0.0, 0.0);
-        for case in (first..study.n_cases()).step_by(usize::try_from(stride).unwrap_or(1)) {
+        let stride = usize::try_from(stride).expect("a stride is a number of threads");
+        for case in (first..study.n_cases()).step_by(stride) {
             study.plan().case(case, &mut numbers);
-            for (&place, &number) in places.iter().zip(&numbers) {
-                parameters[place] = number;
+            for (&parameter_idx, &number) in varied.iter().zip(&numbers) {
+                parameters[parameter_idx] = number;
             }
             let begun = cpu_time();
             let start = start_at(starts, compiled, &parameters, &[], options)

@@ -1,7 +1,7 @@
 //! CPU time, repeated runs, and ratios of paired runs.
 //!
 //! A loaded machine makes some runs slower and none faster, so the minimum of several runs is the
-//! cleanest number, and the median says how noisy they were. Two programs are compared in rounds,
+//! cleanest number, and the median shows how noisy they were. Two programs are compared in rounds,
 //! one after the other, and the ratio is taken within each round:
 //!
 //! ```text
@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use rustix::time::{ClockId, clock_gettime};
 
-/// How long to measure.
+/// Amount of measuring.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Effort {
     /// Rounds in which ours and theirs alternate; full 3, quick 1.
@@ -26,7 +26,7 @@ pub(crate) struct Effort {
     /// Seconds of CPU time that one run may be expected to take; larger sizes are left out. Full
     /// 60, quick 5.
     pub(crate) longest_s: f64,
-    /// Whether sizes are reduced to see that everything works.
+    /// Whether sizes are reduced to check that everything works.
     pub(crate) is_quick: bool,
 }
 
@@ -40,7 +40,7 @@ impl Effort {
         longest_s: 60.0,
         is_quick: false,
     };
-    /// To see that everything works.
+    /// To check that everything works.
     pub(crate) const QUICK: Self =
         Self { rounds: 1, min_runs: 1, max_runs: 1, enough_s: 0.0, longest_s: 5.0, is_quick: true };
 }
@@ -48,8 +48,7 @@ impl Effort {
 /// CPU time of this process, s.
 pub(crate) fn cpu_time() -> f64 {
     let now = clock_gettime(ClockId::ProcessCPUTime);
-    let duration = Duration::try_from(now).unwrap_or_default();
-    duration.as_secs_f64()
+    Duration::try_from(now).expect("CPU time is not negative").as_secs_f64()
 }
 
 /// Times of repeated runs, s.
@@ -95,7 +94,7 @@ pub(crate) fn median(numbers: &[f64]) -> f64 {
     }
 }
 
-/// Times `work` on what `prepare` makes anew for every run; the making is not timed.
+/// Times `work` on a fresh state from `prepare` for every run; `prepare` is not timed.
 pub(crate) fn repeat<S, T>(
     effort: Effort,
     mut prepare: impl FnMut() -> S,
@@ -119,9 +118,10 @@ pub(crate) fn repeat<S, T>(
 
 /// Times a call of some nanoseconds: `work(n)` makes n calls, and a sample is the time of one.
 pub(crate) fn repeat_short(effort: Effort, mut work: impl FnMut(usize)) -> Samples {
-    /// Long against the resolution of the clock, short against the machine's disturbances, s.
+    /// Duration of a sample, s: long against the resolution of the clock, short against
+    /// disturbances.
     const SAMPLE_S: f64 = 1e-3;
-    /// Samples at least, unless the effort asks for one only.
+    /// Least number of samples, unless the effort is a single one.
     const MIN_SAMPLES: usize = 10;
     let mut n = 1;
     loop {

@@ -1,10 +1,10 @@
-//! Every suite runs by itself: no Python, no compiler, small sizes.
+//! Every suite runs without Python and a compiler, at small sizes.
 
 use std::process::Command;
 
 use serde_json::Value;
 
-/// Runs a subcommand in its quick form; all its suites, and what it printed.
+/// Runs a subcommand in its quick form; returns its suites as JSON, and its output.
 fn quick(subcommand: &str) -> Result<(Vec<Value>, String), Box<dyn std::error::Error>> {
     let name = format!("bksim-bench-smoke-{subcommand}-{}.json", std::process::id());
     let path = std::env::temp_dir().join(name);
@@ -90,7 +90,7 @@ fn all_suites_run_without_peers() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 #[test]
-fn sweeps_do_the_cases_that_single_runs_do() -> Result<(), Box<dyn std::error::Error>> {
+fn a_sweep_and_single_runs_do_the_same_cases() -> Result<(), Box<dyn std::error::Error>> {
     let (suites, text) = quick("sweep")?;
     let over = number(&suites, "sweep", "/table_over_solve");
     assert!(over > 0.5 && number(&suites, "sweep", "/integration_s") > 0.0, "{text}");

@@ -1,6 +1,7 @@
-//! [`Budget`]: how much of each part a page keeps.
+//! [`Budget`]: the sizes of a page's parts.
 
-/// Bytes of a page's parts. What does not fit is thinned or cut, and the page says so.
+/// Largest sizes of a page's parts, bytes. Parts that do not fit are thinned or cut, with a remark
+/// on the page.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Budget {
     /// The motion; 900 kB unless given.
@@ -18,7 +19,7 @@ impl Default for Budget {
     }
 }
 
-/// Numbers of `size` bytes that base64 writes in at most `bytes` bytes.
+/// Count of numbers of `size` bytes that base64 writes in at most `bytes` bytes.
 pub(crate) fn n_numbers(bytes: usize, size: usize) -> usize {
     bytes / 4 * 3 / size
 }

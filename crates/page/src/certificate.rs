@@ -1,4 +1,4 @@
-//! What is known of a run: how it was solved, how well, by what, and how it ended.
+//! The certificate of a run: its options, accuracy, versions, and how it ended.
 
 use std::collections::BTreeMap;
 
@@ -8,10 +8,10 @@ use sha2::{Digest, Sha256};
 
 use crate::escape;
 
-/// Notes of the run that are shown; more are counted.
+/// Largest number of notes of the run that are shown; of more, the page has the count.
 const MAX_NOTES: usize = 30;
 
-/// Options of the log, in the order they are told, with what they are called.
+/// Options of the log in the order of the table, with their labels.
 const OPTIONS: [(&str, &str); 8] = [
     ("method", "Method asked for"),
     ("formulation", "Formulation"),
@@ -37,12 +37,14 @@ pub(crate) fn html(playback: &Playback) -> String {
     )
 }
 
-/// Names as text, values as HTML.
+/// Rows of the table: names as text, values as HTML.
 fn rows(playback: &Playback) -> Vec<(String, String)> {
     let log = playback.log();
     let header = &log.header;
     let [first, last] = playback.span();
-    let words = |name: &str, value: String| (name.to_owned(), escape::html(&value));
+    let row = |name: &str, value: String| (name.to_owned(), escape::html(&value));
+
+    // The span and the end of the run, and its options.
     let ended = match &log.end {
         Some(end) => match end.outcome {
             Outcome::ReachedEnd => format!("at t = {} s: {}", end.t_end, end.reason),
@@ -50,41 +52,44 @@ fn rows(playback: &Playback) -> Vec<(String, String)> {
         },
         None => format!("unknown: the log was cut short at t = {last} s"),
     };
-    let mut rows =
-        vec![words("Time", format!("{first} s to {last} s")), words("How it ended", ended)];
+    let mut rows = vec![row("Time", format!("{first} s to {last} s")), row("How it ended", ended)];
     for (key, name) in OPTIONS {
-        rows.extend(header.options.get(key).map(|value| words(name, value.clone())));
+        rows.extend(header.options.get(key).map(|value| row(name, value.clone())));
     }
+
+    // Its accuracy and work, as far as the log has them.
     let empty = BTreeMap::new();
     let summary = log.end.as_ref().map_or(&empty, |end| &end.summary);
-    let told = |key: &str, name: &str, unit: &str| {
+    let accuracy = |key: &str, name: &str, unit: &str| {
         let value = summary.get(key)?;
         let value = value.parse::<f64>().map_or(value.clone(), |number| format!("{number:.1e}"));
-        Some(words(name, format!("{value}{unit}")))
+        Some(row(name, format!("{value}{unit}")))
     };
-    rows.extend(told("position_residual", "Largest constraint of any sample", " m or rad"));
-    rows.extend(told("velocity_residual", "Largest constraint rate", " m/s or rad/s"));
-    rows.extend(told("energy_error", "Energy balance kept to", " J"));
+    rows.extend(accuracy("position_residual", "Largest constraint of any sample", " m or rad"));
+    rows.extend(accuracy("velocity_residual", "Largest constraint rate", " m/s or rad/s"));
+    rows.extend(accuracy("energy_error", "Energy balance kept to", " J"));
     let n_steps = log.segments.len();
-    rows.push(words("Steps in the log", n_steps.to_string()));
-    rows.extend(summary.get("steps").map(|steps| words("Work", steps.clone())));
+    rows.push(row("Steps in the log", n_steps.to_string()));
+    rows.extend(summary.get("steps").map(|steps| row("Work", steps.clone())));
+
+    // The parameters that were set, the versions, and the hash of the model.
     let set = header.options.iter().filter_map(|(key, value)| {
         let name = key.strip_prefix("set.")?;
         Some(format!("{name} = {value}"))
     });
     let set = set.collect::<Vec<_>>();
     if !set.is_empty() {
-        rows.push(words("Set for this run", set.join(", ")));
+        rows.push(row("Set for this run", set.join(", ")));
     }
-    rows.push(words("Solved by", format!("bksim {}", header.version)));
-    rows.push(words("Page by", format!("bksim {}", bksim::VERSION)));
+    rows.push(row("Solved by", format!("bksim {}", header.version)));
+    rows.push(row("Page by", format!("bksim {}", bksim::VERSION)));
     let hash = Sha256::digest(header.model_text.as_bytes());
     let hash = hash.iter().fold(String::new(), |hash, byte| hash + &format!("{byte:02x}"));
     rows.push(("SHA-256 of the model".to_owned(), format!("<code class=\"hash\">{hash}</code>")));
     rows
 }
 
-/// Warnings and events.
+/// Warnings and events of the run, as a list.
 fn notes(playback: &Playback) -> String {
     let notes = &playback.log().notes;
     let shown = notes.iter().take(MAX_NOTES).map(|note| {

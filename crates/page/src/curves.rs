@@ -1,4 +1,4 @@
-//! Every channel of a run as a curve: at even times, and at both sides of what jumps.
+//! Every channel of a run as a curve: at even times, and at both sides of jumps.
 
 use bksim::playback::Playback;
 use bksim::sim::run::Unreplayed;
@@ -8,9 +8,9 @@ use crate::budget::n_numbers;
 use crate::escape::{doubles, singles};
 use crate::motion::Motion;
 
-/// Even times of a curve: more than a screen has columns for each chart.
+/// Number of even times of a curve: more than a chart has columns of pixels.
 const N_EVEN: u32 = 1200;
-/// Jumps that are drawn with both sides; there are rarely as many.
+/// Largest number of jumps that are drawn with both sides; there are rarely as many.
 const MAX_JUMPS: usize = 1000;
 
 /// The curves of a run.
@@ -30,18 +30,18 @@ struct Channel {
     values: Vec<f64>,
 }
 
-/// The curves of `playback` over what is kept of its motion, in at most `bytes` bytes.
+/// The curves of `playback` over the span of `motion`, in at most `bytes` bytes.
 pub(crate) fn take(
     playback: &mut Playback,
     motion: &Motion,
     bytes: usize,
 ) -> Result<Curves, Unreplayed> {
     let times = times(motion);
-    let room = n_numbers(bytes, size_of::<f32>()) / times.len().max(1);
+    let capacity = n_numbers(bytes, size_of::<f32>()) / times.len().max(1);
     let (mut signals, mut channels) = (Vec::new(), Vec::new());
     let mut n_left_out = 0;
     for (signal, name, field) in playback.channels().signals() {
-        if channels.len() == room.max(1) {
+        if channels.len() == capacity.max(1) {
             n_left_out += 1;
             continue;
         }
@@ -58,7 +58,7 @@ pub(crate) fn take(
     Ok(Curves { times, channels, n_left_out })
 }
 
-/// Even times, and the last instant before each event beside the event itself.
+/// Even times, and each event with the last instant before it.
 fn times(motion: &Motion) -> Vec<f64> {
     let [first, last] = motion.span();
     let is_forward = last >= first;
@@ -73,12 +73,12 @@ fn times(motion: &Motion) -> Vec<f64> {
 }
 
 impl Curves {
-    /// Curves that are kept, and curves of the run.
+    /// Number of curves that are kept, and of curves of the run.
     pub(crate) fn counts(&self) -> [usize; 2] {
         [self.channels.len(), self.channels.len() + self.n_left_out]
     }
 
-    /// What is left out, in a sentence.
+    /// A sentence on the curves that are left out.
     pub(crate) fn remark(&self) -> Option<String> {
         let [kept, all] = self.counts();
         (kept < all).then(|| {
@@ -88,11 +88,11 @@ impl Curves {
         })
     }
 
-    /// As the page reads them, in the order of rising time.
+    /// The curves as JSON for the page, in the order of rising time.
     pub(crate) fn write(&self) -> Value {
         let channel = |channel: &Channel| {
             let Channel { name, unit, description, values } = channel;
-            let first = values.first().copied().unwrap_or(0.0);
+            let first = *values.first().expect("a curve has a value at every time");
             let is_constant = first.is_finite() && values.iter().all(|&value| value == first);
             let (constant, values) = if is_constant {
                 (Some(first), None)

@@ -1,4 +1,4 @@
-//! The page itself: its frame, its policy, and what goes where.
+//! The document: its frame, its policy, and its sections.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -12,8 +12,10 @@ use crate::{certificate, escape, model_text};
 /// The page's script, with the library for its curves.
 #[cfg(bundled)]
 const SCRIPT: &str = include_str!(concat!(env!("OUT_DIR"), "/page.js"));
+/// The page's style, with that of the library.
 #[cfg(bundled)]
 const STYLE: &str = include_str!(concat!(env!("OUT_DIR"), "/page.css"));
+/// The licence of the library.
 #[cfg(bundled)]
 const LICENCES: &str = include_str!(concat!(env!("OUT_DIR"), "/LICENCES"));
 
@@ -24,7 +26,7 @@ const STYLE: &str = "";
 #[cfg(not(bundled))]
 const LICENCES: &str = "";
 
-/// What a page tells.
+/// The contents of a page.
 pub(crate) struct Content<'a> {
     /// Its heading.
     pub title: &'a str,
@@ -32,11 +34,11 @@ pub(crate) struct Content<'a> {
     pub playback: &'a Playback,
     /// Its equations.
     pub equations: &'a Equations,
-    /// What the page lacks.
+    /// Remarks on parts that are left out.
     pub remarks: &'a [String],
 }
 
-/// The file; `data` is the JSON that the script reads.
+/// The HTML of the page; `data` is the JSON for the script.
 pub(crate) fn write(content: &Content<'_>, data: &str) -> String {
     let title = escape::html(content.title);
     let policy = policy(SCRIPT);
@@ -63,7 +65,7 @@ pub(crate) fn write(content: &Content<'_>, data: &str) -> String {
     )
 }
 
-/// Nothing from anywhere, and no script but this one.
+/// The content security policy: nothing is loaded, and no script runs but this one.
 fn policy(script: &str) -> String {
     let hash = STANDARD.encode(Sha256::digest(script.as_bytes()));
     format!(
@@ -93,13 +95,14 @@ fn variables() -> String {
     )
 }
 
+/// Heading, facts and remarks.
 fn header(content: &Content<'_>) -> String {
     let title = escape::html(content.title);
     let model = &content.playback.mechanism().model;
     let log = content.playback.log();
     let [first, last] = content.playback.span();
     let count =
-        |n: usize, what: &str, many: &str| format!("{n}\u{a0}{}", if n == 1 { what } else { many });
+        |n: usize, one: &str, many: &str| format!("{n}\u{a0}{}", if n == 1 { one } else { many });
     let facts = [
         count(model.bodies.len().saturating_sub(1), "body", "bodies"),
         count(model.joints.len(), "joint", "joints"),
@@ -129,7 +132,7 @@ fn header(content: &Content<'_>) -> String {
     )
 }
 
-/// What the script fills: the drawing with its controls, and the curves.
+/// The parts that the script fills: the drawing with its controls, and the curves.
 const STAGE: &str = r#"<noscript><p class="notice">This page moves with JavaScript, which is switched off here.</p></noscript>
 <main>
 <section id="motion" aria-label="Motion">
@@ -166,6 +169,7 @@ const STAGE: &str = r#"<noscript><p class="notice">This page moves with JavaScri
 </section>
 </main>"#;
 
+/// A section with its heading; empty if it has no body.
 fn section(id: &str, title: &str, body: &str) -> String {
     if body.is_empty() {
         return String::new();
@@ -173,7 +177,7 @@ fn section(id: &str, title: &str, body: &str) -> String {
     format!("<section class=\"text\" id=\"{id}\">\n<h2>{title}</h2>\n{body}\n</section>")
 }
 
-/// Parts with their headings; the HTML is ours already.
+/// Parts with their headings; their bodies are HTML already.
 fn headed(parts: &[(String, String)]) -> String {
     let part = |(title, html): &(String, String)| {
         let title = escape::html(title);
@@ -188,7 +192,7 @@ fn headed(parts: &[(String, String)]) -> String {
     format!("<div class=\"parts\">\n{}\n</div>", parts.join("\n"))
 }
 
-/// Bodies, joints, parameters, and the text.
+/// Bodies, joints, parameters, and the text of the model.
 fn model(content: &Content<'_>) -> String {
     let (text, is_whole) = model_text::html(&content.playback.log().header.model_text);
     let cut = if is_whole { "" } else { "<p>The rest of the text is in the log.</p>" };

@@ -4,17 +4,17 @@ use bksim::Mechanism;
 use bksim::mbs::equations::page::{Page, Style, Subject};
 use bksim::mbs::equations::{ReadingForm, proof};
 
-/// Coordinates of a mechanism whose equations are still read on a page.
+/// Largest number of coordinates of a mechanism whose equations are readable on a page.
 const MAX_COORDINATES: usize = 60;
 
 /// The sections of the equations, and of the model.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(crate) struct Equations {
-    /// Heading and HTML of formulas and of what their names mean.
+    /// Heading and HTML of formulas and of the meanings of their names.
     pub formulas: Vec<(String, String)>,
     /// Heading and HTML of bodies, joints and parameters.
     pub tables: Vec<(String, String)>,
-    /// What is left out.
+    /// A remark on lines that are left out.
     pub remark: Option<String>,
 }
 

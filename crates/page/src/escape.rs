@@ -13,7 +13,7 @@ pub(crate) fn html(text: &str) -> String {
             '>' => escaped.push_str("&gt;"),
             '"' => escaped.push_str("&quot;"),
             '\'' => escaped.push_str("&#39;"),
-            // HTML has no place for other control characters.
+            // HTML does not allow other control characters.
             c if c.is_control() && !matches!(c, '\n' | '\t') => escaped.push('\u{fffd}'),
             c => escaped.push(c),
         }
@@ -49,7 +49,7 @@ mod tests {
         assert!(!written.contains(['<', '>', '"', '\'', '\u{1}']), "{written}");
         let embedded = json(&serde_json::to_string(hostile).expect("a string"));
         assert!(!embedded.contains('<'), "{embedded}");
-        let back: String = serde_json::from_str(&embedded).expect("JSON still");
+        let back: String = serde_json::from_str(&embedded).expect("valid JSON");
         assert_eq!(back, hostile);
     }
 

@@ -3,78 +3,57 @@
 //!
 //! ```text
 //! Playback ─┬─ motion   q, v and reactions over every step, as values at Chebyshev points
-//!           ├─ poses    the tape from q and v to where the bodies are
+//!           ├─ poses    the tape from q and v to the poses of the bodies
 //!           ├─ scene    shapes on bodies, and their paint in both themes
 //!           ├─ curves   every channel at even times and at both sides of jumps
 //!           └─ equations, certificate, model_text: HTML
 //! document: all of it with the script of `web/`, which draws any instant from the polynomials
 //! ```
 //!
-//! The page loads nothing: a policy in it forbids the network, and allows no script but its own.
+//! The page loads nothing: its policy forbids the network, and allows no script but its own.
 
 mod budget;
 mod certificate;
 mod curves;
 mod document;
 mod equations;
+mod error;
 mod escape;
 mod model_text;
 mod motion;
 mod poses;
 mod scene;
 
-use bksim::expr::{CodegenError, TapeError};
 use bksim::playback::Playback;
-use bksim::sim::run::Unreplayed;
 
 pub use budget::Budget;
+pub use error::PageError;
 pub use motion::Thinning;
 
-/// What can be chosen about a page.
+/// Options of a page.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Options {
     /// The heading; the model's name unless given.
     pub title: Option<String>,
-    /// How much of each part is kept.
+    /// Sizes of the parts.
     pub budget: Budget,
 }
 
-/// A page, and what is in it.
+/// A page, with figures on its contents.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Page {
-    /// The file.
+    /// The contents of the file.
     pub html: String,
-    /// Polynomials that the motion is kept as.
+    /// Number of polynomials of the motion.
     pub n_pieces: usize,
     /// Largest difference found between them and the equations' own motion, m, rad, m/s or rad/s.
     pub deviation: f64,
-    /// What of the motion was left out, if anything.
+    /// The thinning of the motion, if it was too long.
     pub thinning: Option<Thinning>,
-    /// Curves that are kept, and curves of the run.
+    /// Number of curves that are kept, and of curves of the run.
     pub n_channels: [usize; 2],
-    /// What the page lacks, as it says itself.
+    /// Remarks on the page about parts that are left out.
     pub remarks: Vec<String>,
-}
-
-/// Why there is no page.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum PageError {
-    /// Node.js was not there when bksim was built.
-    #[error("this build of bksim has no page: Node.js was not there when it was built")]
-    NotBundled,
-    /// The motion is not that of the mechanism.
-    #[error(transparent)]
-    Unreplayed(#[from] Unreplayed),
-    /// The poses cannot be compiled.
-    #[error(transparent)]
-    Tape(#[from] TapeError),
-    /// The poses cannot be written down.
-    #[error(transparent)]
-    Codegen(#[from] CodegenError),
-    /// A part of the page cannot be written as JSON.
-    #[error(transparent)]
-    Json(#[from] serde_json::Error),
 }
 
 /// Whether this build can make pages: whether Node.js was there.

@@ -2,10 +2,10 @@
 
 use crate::escape;
 
-/// Bytes of text that are shown.
+/// Largest number of bytes of text that are shown.
 const MAX_BYTES: usize = 200_000;
 
-/// The text within a `pre`, and whether all of it is there.
+/// The text as HTML for a `pre`, and whether it is complete.
 pub(crate) fn html(text: &str) -> (String, bool) {
     let mut end = text.len().min(MAX_BYTES);
     while !text.is_char_boundary(end) {
@@ -15,6 +15,7 @@ pub(crate) fn html(text: &str) -> (String, bool) {
     (lines.join("\n"), end == text.len())
 }
 
+/// A line with its tokens marked.
 fn line(line: &str) -> String {
     if line.trim_start().starts_with('[') && !line.contains('=') {
         let (heading, comment) = split_comment(line);
@@ -30,14 +31,14 @@ fn line(line: &str) -> String {
             c if is_name(c) => ("", rest.find(|c| !is_name(c)).unwrap_or(rest.len())),
             c => ("", c.len_utf8()),
         };
-        let (token, behind) = rest.split_at(length);
+        let (token, after) = rest.split_at(length);
         written.push_str(&marked(class, token));
-        rest = behind;
+        rest = after;
     }
     written
 }
 
-/// What stands before the sign of a comment, and the rest.
+/// The part of a line before its comment, and the comment.
 fn split_comment(line: &str) -> (&str, &str) {
     line.split_at(line.find('#').unwrap_or(line.len()))
 }
@@ -75,7 +76,7 @@ fn marked(class: &str, token: &str) -> String {
 mod tests {
     use super::*;
 
-    /// What a browser shows of it.
+    /// The text that a browser shows.
     fn shown(html: &str) -> String {
         let mut text = String::new();
         let mut is_tag = false;

@@ -5,9 +5,9 @@
 //! there, at the Chebyshev points of [`Segment`]. Between the points they are compared with the
 //! equations' own motion, and take more points until they agree to [`CLOSE`].
 //!
-//! A run of many steps has one polynomial, of degree [`THINNED_DEGREE`] or more, for two, four, eight …
-//! steps, never across an event. How far that is from the motion is measured, and said where it is
-//! more than [`NOTICED`].
+//! A run of many steps has one polynomial, of degree [`THINNED_DEGREE`] or more, for two, four,
+//! eight … steps, never across an event. Its deviation from the motion is measured, and stated on
+//! the page where it is more than [`NOTICED`].
 
 use bksim::model::Space;
 use bksim::playback::Playback;
@@ -18,23 +18,24 @@ use crate::budget::n_numbers;
 use crate::escape::doubles;
 
 /// Largest difference between polynomials and motion that needs no more points, of coordinates and
-/// rates, in their units or of their size: poses are then right to 1e-9 for any sensible lengths.
+/// rates, in their units or relative to their size: poses are then right to 1e-9 for any sensible
+/// lengths.
 const CLOSE: f64 = 1e-10;
-/// A larger difference is said on the page.
+/// Difference above which it is stated on the page.
 const NOTICED: f64 = 1e-9;
 /// The highest degree that is tried.
 const MAX_DEGREE: usize = 16;
-/// Degree over several steps together.
+/// Degree of a polynomial over several steps.
 const THINNED_DEGREE: usize = 8;
-/// A step of the coordinates or rates, of their size, that is an event and not rounding.
+/// Relative jump of the coordinates or rates that is an event and not rounding.
 const JUMP: f64 = 1e-4;
-/// Where polynomials are compared, in the interval from −1 to 1: between the points.
+/// Positions at which polynomials are compared, in the interval from −1 to 1: between the points.
 const COMPARED: [f64; 3] = [-0.83, 0.21, 0.64];
 
 /// The motion of a run.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Motion {
-    /// One after the other, without gaps; without modes.
+    /// Polynomials one after the other, without gaps; without modes.
     pub pieces: Vec<Segment>,
     /// Numbers at each point: q, v, the forces of joints.
     pub n_columns: usize,
@@ -44,16 +45,16 @@ pub(crate) struct Motion {
     pub deviation: f64,
     /// Instants of events, each of which begins a piece.
     pub events: Vec<f64>,
-    /// What is left out.
+    /// The loss by a lack of space, if there is one.
     pub thinning: Option<Thinning>,
 }
 
-/// What of a motion is left out.
+/// The loss of a motion that does not fit into its budget.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Thinning {
-    /// Steps that became one polynomial.
+    /// Number of steps that became one polynomial.
     pub n_together: usize,
-    /// Steps of the run.
+    /// Number of steps of the run.
     pub n_steps: usize,
     /// Largest difference found.
     pub deviation: f64,
@@ -62,7 +63,7 @@ pub struct Thinning {
 }
 
 impl Thinning {
-    /// In a sentence.
+    /// A sentence on the loss.
     pub(crate) fn words(&self) -> String {
         let Self { n_together, n_steps, deviation, cut_at } = self;
         let words = format!(
@@ -77,7 +78,7 @@ impl Thinning {
     }
 }
 
-/// One polynomial to come.
+/// The interval and degree of one polynomial.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Plan {
     t0: f64,
@@ -87,6 +88,7 @@ struct Plan {
 
 /// The motion of `playback` in at most `bytes` bytes.
 pub(crate) fn take(playback: &mut Playback, bytes: usize) -> Result<Motion, Unreplayed> {
+    // The columns of the polynomials: q, v and the forces of the joints.
     let model = &playback.mechanism().model;
     let n_axes = if model.space == Space::Planar { 2 } else { 3 };
     let sample = playback.sample();
@@ -100,34 +102,35 @@ pub(crate) fn take(playback: &mut Playback, bytes: usize) -> Result<Motion, Unre
         thinning: None,
     };
 
-    // Choose how many steps are taken together.
-    let room = n_numbers(bytes, size_of::<f64>()) / n_columns.max(1);
+    // Enough steps in one polynomial that all fit, or as many as there are between events.
+    let capacity = n_numbers(bytes, size_of::<f64>()) / n_columns.max(1);
     let n_points = |plans: &[Plan]| plans.iter().map(|plan| plan.degree + 1).sum::<usize>();
     let n_state = 2 * sample.q.len();
-    let stretches = stretches(&playback.log().segments, n_state);
-    motion.events = stretches.iter().skip(1).filter_map(|s| Some(s.first()?.t0)).collect();
-    let longest = stretches.iter().map(Vec::len).max().unwrap_or(0);
+    let phases = phases(&playback.log().segments, n_state);
+    motion.events = phases.iter().skip(1).filter_map(|s| Some(s.first()?.t0)).collect();
+    let longest = phases.iter().map(Vec::len).max().unwrap_or(0);
     let mut n_together = 1;
-    let mut plans = together(&stretches, n_together, n_state);
-    while n_points(&plans) > room && n_together < longest {
+    let mut plans = together(&phases, n_together, n_state);
+    while n_points(&plans) > capacity && n_together < longest {
         n_together *= 2;
-        plans = together(&stretches, n_together, n_state);
+        plans = together(&phases, n_together, n_state);
     }
+
+    // A run that ended at its start is one instant; the end of one that does not fit is cut off.
     if plans.is_empty() {
-        // A run that ended where it began.
         let [t0, t1] = playback.span();
         plans.push(Plan { t0, t1, degree: 0 });
     }
-    let n_steps = stretches.iter().map(Vec::len).sum();
+    let n_steps = phases.iter().map(Vec::len).sum();
     let mut cut_at = None;
-    let n_kept = room / (THINNED_DEGREE + 1);
-    if n_points(&plans) > room && n_kept < plans.len() {
+    let n_kept = capacity / (THINNED_DEGREE + 1);
+    if n_points(&plans) > capacity && n_kept < plans.len() {
         plans.truncate(n_kept.max(1));
         cut_at = plans.last().map(|plan| plan.t1);
     }
 
-    // Follow the equations' own motion; spare room goes where it differs.
-    let mut spare = room.saturating_sub(n_points(&plans));
+    // Polynomials through the equations' own motion; spare points go to those that differ from it.
+    let mut spare = capacity.saturating_sub(n_points(&plans));
     for plan in &plans {
         motion.add(playback, *plan, &mut spare)?;
     }
@@ -196,10 +199,10 @@ impl Motion {
     /// First and last instant, s.
     pub(crate) fn span(&self) -> [f64; 2] {
         let ends = |pieces: &[Segment]| Some([pieces.first()?.t0, pieces.last()?.t1]);
-        ends(&self.pieces).unwrap_or_default()
+        ends(&self.pieces).expect("a motion has at least one polynomial")
     }
 
-    /// As the page reads it.
+    /// The motion as JSON for the page.
     pub(crate) fn write(&self) -> Value {
         let ends = self.pieces.last().map(|piece| piece.t1);
         let degree = |piece: &Segment| (piece.values.len() / self.n_columns.max(1)).max(1) - 1;
@@ -219,8 +222,8 @@ fn columns(sample: &Sample, n_axes: usize) -> impl Iterator<Item = f64> {
     sample.q.iter().chain(&sample.v).chain(forces).copied()
 }
 
-/// Steps between events: from one to the next nothing jumps and the modes stay.
-fn stretches(segments: &[Segment], n_state: usize) -> Vec<Vec<&Segment>> {
+/// The phases of a run, each with its steps: within a phase nothing jumps and the modes stay.
+fn phases(segments: &[Segment], n_state: usize) -> Vec<Vec<&Segment>> {
     let (mut before, mut after) = (vec![0.0; n_state], vec![0.0; n_state]);
     let mut jumps = |last: &Segment, next: &Segment| {
         last.at(last.t1, &mut before);
@@ -228,20 +231,20 @@ fn stretches(segments: &[Segment], n_state: usize) -> Vec<Vec<&Segment>> {
         let differ = |(a, b): (&f64, &f64)| (a - b).abs() > JUMP * a.abs().max(1.0);
         last.modes != next.modes || before.iter().zip(&after).any(differ)
     };
-    let mut stretches: Vec<Vec<&Segment>> = Vec::new();
+    let mut phases: Vec<Vec<&Segment>> = Vec::new();
     for segment in segments.iter().filter(|segment| segment.t0 != segment.t1) {
-        match stretches.last_mut() {
+        match phases.last_mut() {
             Some(steps) if steps.last().is_some_and(|last| !jumps(last, segment)) => {
                 steps.push(segment);
             }
-            _ => stretches.push(vec![segment]),
+            _ => phases.push(vec![segment]),
         }
     }
-    stretches
+    phases
 }
 
-/// One polynomial for so many steps.
-fn together(stretches: &[Vec<&Segment>], n_together: usize, n_state: usize) -> Vec<Plan> {
+/// Plans of one polynomial for `n_together` steps each.
+fn together(phases: &[Vec<&Segment>], n_together: usize, n_state: usize) -> Vec<Plan> {
     let plan = |steps: &[&Segment]| {
         let (first, last) = (steps.first()?, steps.last()?);
         let degree = match n_together {
@@ -250,7 +253,7 @@ fn together(stretches: &[Vec<&Segment>], n_together: usize, n_state: usize) -> V
         };
         Some(Plan { t0: first.t0, t1: last.t1, degree })
     };
-    stretches.iter().flat_map(|steps| steps.chunks(n_together)).filter_map(plan).collect()
+    phases.iter().flat_map(|steps| steps.chunks(n_together)).filter_map(plan).collect()
 }
 
 #[cfg(test)]
@@ -262,13 +265,13 @@ mod tests {
     }
 
     #[test]
-    fn steps_go_together_up_to_an_event() {
+    fn steps_are_combined_up_to_an_event() {
         // Rest, three steps of which the second has another mode, and a jump of the velocity.
         let mut steps: Vec<Segment> =
             (0..6).map(|k| step(f64::from(k), f64::from(k + 1), [1.0, 0.0])).collect();
         steps[3].modes = vec![1.0];
         steps[5].values[1] = 0.5;
-        let parts = stretches(&steps, 2);
+        let parts = phases(&steps, 2);
         assert_eq!(parts.iter().map(Vec::len).collect::<Vec<_>>(), [3, 1, 1, 1]);
         let plans = together(&parts, 2, 2);
         let times: Vec<[f64; 2]> = plans.iter().map(|plan| [plan.t0, plan.t1]).collect();
@@ -281,6 +284,6 @@ mod tests {
     #[test]
     fn rounding_is_no_event() {
         let steps = [step(0.0, 1.0, [1.0, 2.0]), step(1.0, 2.0, [1.0 + 1e-9, 2.0 - 1e-9])];
-        assert_eq!(stretches(&steps, 2).len(), 1);
+        assert_eq!(phases(&steps, 2).len(), 1);
     }
 }

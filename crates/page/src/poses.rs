@@ -1,20 +1,20 @@
-//! The tape from the state to the poses, as the page evaluates it.
+//! The tape from the state to the poses, which the page evaluates.
 //!
 //! ```text
 //! {"names": [operation …], "constants": [x …], "parameters": [x …], "inputs": n,
 //!  "code": [operation, register …, operation, register …], "prologue": n, "outputs": [register …]}
 //! ```
 //!
-//! Registers are those of the tape's JSON: constants, parameters, inputs, then one for each operation.
-//! The first `prologue` operations depend on constants and parameters alone. An operation is a place
-//! in `names`, followed by the registers it reads.
+//! Registers are those of the tape's JSON: constants, parameters, inputs, then one for each
+//! operation. The first `prologue` operations depend on constants and parameters alone. An
+//! operation is an index into `names`, followed by the registers it reads.
 
 use bksim::Mechanism;
 use bksim::expr::{Quantity, Signature};
 use bksim::sim::pose::Poses;
 use serde_json::{Value, json};
 
-use crate::PageError;
+use crate::error::PageError;
 
 /// The tape of a mechanism with the values of its parameters.
 pub(crate) fn tape(mechanism: &Mechanism) -> Result<Value, PageError> {
@@ -29,22 +29,23 @@ pub(crate) fn tape(mechanism: &Mechanism) -> Result<Value, PageError> {
     };
     let whole: Value = serde_json::from_str(&tape.program(&signature)?.to_json())?;
 
-    // The same operations as numbers, of which there are many fewer characters.
+    // The same operations as numbers, which take many fewer characters.
     let mut names: Vec<&str> = Vec::new();
     let mut code: Vec<u64> = Vec::new();
-    let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
-    for operation in whole["instructions"].as_array().into_iter().flatten() {
-        let name = operation[0].as_str().unwrap_or_default();
+    for operation in list(&whole["instructions"]) {
+        let (name, registers) = list(operation).split_first().expect("an operation has a name");
+        let name = name.as_str().expect("names of operations are text");
         let known = names.iter().position(|known| *known == name);
         let number = known.unwrap_or_else(|| {
             names.push(name);
             names.len() - 1
         });
         code.push(number as u64);
-        code.extend(list(operation).iter().skip(1).filter_map(Value::as_u64));
+        let register = |value: &Value| value.as_u64().expect("registers are counted from 0");
+        code.extend(registers.iter().map(register));
     }
-    let outputs: Vec<Value> =
-        list(&whole["outputs"]).iter().map(|output| output["register"].clone()).collect();
+    let outputs: Vec<&Value> =
+        list(&whole["outputs"]).iter().map(|output| &output["register"]).collect();
     Ok(json!({
         "names": names,
         "constants": whole["constants"],
@@ -54,4 +55,9 @@ pub(crate) fn tape(mechanism: &Mechanism) -> Result<Value, PageError> {
         "prologue": whole["n_prologue"],
         "outputs": outputs,
     }))
+}
+
+/// A list in the tape's JSON.
+fn list(value: &Value) -> &[Value] {
+    value.as_array().expect("instructions, their registers and outputs are lists")
 }

@@ -1,52 +1,35 @@
-//! The scene as the page draws it: shapes with their paint in both themes.
+//! The scene for the page: shapes with their paint in both themes.
 
 use bksim::playback::Playback;
-use bksim::sim::pose::Pose;
-use bksim_scene::{Attached, Form, Marker, MarkerKind, Role, Scene, Span, Theme};
+use bksim_scene::{Attached, Form, Marker, MarkerKind, Role, Scene, Shape, Span, Theme};
 use serde_json::{Value, json};
 
-use crate::PageError;
+use crate::error::PageError;
 
-/// Lengths that a span's lines are given at; between them the page interpolates.
+/// Number of lengths at which a span's lines are given; between them the page interpolates.
 const N_LENGTHS: u32 = 9;
-/// Instants that lengths of spans are looked up at.
+/// Number of instants at which the lengths of spans are measured.
 const N_INSTANTS: u32 = 200;
 
-/// Instants from which the lengths of guides and slots come.
+/// Number of instants from which the lengths of guides and slots come.
 const N_POSES: usize = 100;
 
-/// The scene of a run.
+/// The scene of a run as JSON.
 pub(crate) fn write(playback: &mut Playback) -> Result<Value, PageError> {
     let motion = playback.poses_over_run(N_POSES);
     let mechanism = playback.mechanism();
     let scene = Scene::of_motion(&mechanism.model, &mechanism.parameters, &motion);
     let lengths = lengths(playback, &scene)?;
+
+    // Shapes, spans and markers; roles are numbered as they occur.
     let mut roles: Vec<Role> = Vec::new();
-    let shapes: Vec<Value> = scene
-        .shapes
-        .iter()
-        .map(|shape| {
-            let (kind, lines) = match &shape.form {
-                Form::Region(rings) => ("region", rings.iter().map(|ring| flat(ring)).collect()),
-                Form::Line { points, is_closed: true } => ("ring", vec![flat(points)]),
-                Form::Line { points, is_closed: false } => ("line", vec![flat(points)]),
-                Form::Rod { ends, .. } => ("rod", vec![flat(ends)]),
-            };
-            let radius = if let Form::Rod { radius, .. } = shape.form { radius } else { 0.0 };
-            let role = place_of(shape.role, &mut roles);
-            json!({
-                "body": shape.body, "role": role, "front": shape.role.is_in_front(),
-                "kind": kind, "lines": lines, "radius": radius,
-            })
-        })
-        .collect();
-    let spans: Vec<Value> = scene
-        .spans
-        .iter()
-        .zip(lengths)
-        .map(|(span, range)| spanned(span, range, scene.pin, &mut roles))
-        .collect();
+    let shapes: Vec<Value> = scene.shapes.iter().map(|shape| drawn(shape, &mut roles)).collect();
+    let spans = scene.spans.iter().zip(lengths);
+    let spans: Vec<Value> =
+        spans.map(|(span, range)| spanned(span, range, scene.pin, &mut roles)).collect();
     let markers: Vec<Value> = scene.markers.iter().map(marked).collect();
+
+    // The paint of the roles in both themes.
     let paint = |theme: Theme| {
         let paints: Vec<_> = roles.iter().map(|&role| theme.paint(role)).collect();
         json!({ "colors": theme, "paints": paints })
@@ -62,14 +45,30 @@ pub(crate) fn write(playback: &mut Playback) -> Result<Value, PageError> {
     }))
 }
 
-fn place_of(role: Role, roles: &mut Vec<Role>) -> usize {
+/// A shape as lines in the frame of its body.
+fn drawn(shape: &Shape, roles: &mut Vec<Role>) -> Value {
+    let (kind, lines) = match &shape.form {
+        Form::Region(rings) => ("region", rings.iter().map(|ring| flat(ring)).collect()),
+        Form::Line { points, is_closed: true } => ("ring", vec![flat(points)]),
+        Form::Line { points, is_closed: false } => ("line", vec![flat(points)]),
+        Form::Rod { ends, .. } => ("rod", vec![flat(ends)]),
+    };
+    let radius = if let Form::Rod { radius, .. } = shape.form { radius } else { 0.0 };
+    json!({
+        "body": shape.body, "role": index_of(shape.role, roles),
+        "front": shape.role.is_in_front(), "kind": kind, "lines": lines, "radius": radius,
+    })
+}
+
+/// The index of a role, which is added if it is new.
+fn index_of(role: Role, roles: &mut Vec<Role>) -> usize {
     roles.iter().position(|known| *known == role).unwrap_or_else(|| {
         roles.push(role);
         roles.len() - 1
     })
 }
 
-/// Points in one row; seven digits are a micrometre of ten metres.
+/// Coordinates of points in one list; their seven digits resolve a micrometre in ten metres.
 #[expect(clippy::cast_possible_truncation, reason = "see above")]
 fn flat(points: &[[f64; 3]]) -> Vec<f32> {
     points.iter().flatten().map(|&x| x as f32).collect()
@@ -102,7 +101,7 @@ fn spanned(span: &Span, [low, high]: [f64; 2], pin: f64, roles: &mut Vec<Role>) 
         })
         .collect();
     let of_lines: Vec<usize> =
-        drawn(0).into_iter().map(|(role, _)| place_of(role, roles)).collect();
+        drawn(0).into_iter().map(|(role, _)| index_of(role, roles)).collect();
     json!({
         "ends": span.ends.iter().map(attached).collect::<Vec<_>>(),
         "range": [low, high],
@@ -121,9 +120,9 @@ fn lengths(playback: &mut Playback, scene: &Scene) -> Result<Vec<[f64; 2]>, Page
     for k in 0..=N_INSTANTS {
         playback.seek(first + (last - first) * f64::from(k) / f64::from(N_INSTANTS))?;
         let poses = playback.poses();
-        let place = |at: &Attached| poses.get(at.body).map(|pose: &Pose| pose.place(at.position));
+        let position = |at: &Attached| poses[at.body].place(at.position);
         for (range, span) in lengths.iter_mut().zip(&scene.spans) {
-            let [Some(a), Some(b)] = span.ends.each_ref().map(place) else { continue };
+            let [a, b] = span.ends.each_ref().map(position);
             let length = (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
             *range = [range[0].min(length), range[1].max(length)];
         }

@@ -1,4 +1,4 @@
-//! Pages of runs, as text: what is embedded, and what is left out of long ones.
+//! Pages of runs as text: their embedded data, and the thinning of long runs.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -60,7 +60,7 @@ fn played(text: &str) -> Playback {
     Playback::open(LogReader::open(&bytes[..]).expect("a log")).expect("a playback")
 }
 
-/// What the page's script reads.
+/// The data for the page's script.
 fn embedded(html: &str) -> Value {
     let (_, rest) = html.split_once("id=\"run\">").expect("the data");
     let (json, _) = rest.split_once("</script>").expect("its end");
@@ -99,7 +99,7 @@ fn the_page_holds_motion_poses_scene_and_curves() {
 }
 
 #[test]
-fn what_does_not_fit_is_said() {
+fn a_page_has_remarks_on_parts_that_do_not_fit() {
     if is_without_bundle() {
         return;
     }
@@ -115,7 +115,7 @@ fn what_does_not_fit_is_said() {
     assert_eq!(small.remarks.len(), 3, "{:?}", small.remarks);
     assert!(small.html.contains("too many for one page"));
 
-    // The coarsest page there is says how coarse it is.
+    // The coarsest page has its deviation, too.
     let budget = Budget { motion: 400, ..Budget::default() };
     let coarse = page(&mut playback, &Options { budget, title: None }).expect("a page");
     assert_eq!(coarse.n_pieces, 1);
@@ -152,7 +152,7 @@ fn pieces(data: &Value) -> Vec<Segment> {
 }
 
 /// Largest difference of q and v, and of the reaction as a part of the largest, between the page
-/// and the equations, at instants of its pieces that the page has not looked at.
+/// and the equations, at instants of its pieces at which the page does not compare them.
 fn differences(pieces: &[Segment], playback: &mut Playback) -> [f64; 2] {
     let (mut largest, mut worst) = (0.0_f64, [0.0_f64; 2]);
     for piece in pieces {
@@ -176,7 +176,7 @@ fn a_large_run_is_thinned_and_its_reactions_with_it() {
     if is_without_bundle() {
         return;
     }
-    // Steps of its own have the run 25 000 of them: more than a page has room for.
+    // A fixed step gives the run 25 000 of them: more than fit into a page.
     let text = PENDULUM.replace("t_end = \"5 s\"", "t_end = \"5 s\"\nstep = \"0.2 ms\"");
     let mut playback = played(&text);
     let n_steps = playback.log().segments.len();
@@ -188,13 +188,13 @@ fn a_large_run_is_thinned_and_its_reactions_with_it() {
     let [motion, reaction] = differences(&pieces(&embedded(&large.html)), &mut playback);
     assert!(motion < 1e-9 && reaction < 1e-9, "{motion:.1e}, reactions {reaction:.1e}");
 
-    // With less room it is told how far they are from it, and so far they are.
+    // With less space, the stated deviation is the true one.
     let budget = Budget { motion: 4000, ..Budget::default() };
     let small = page(&mut playback, &Options { budget, title: None }).expect("a page");
-    let told = small.thinning.expect("a thinned motion").deviation;
+    let stated = small.thinning.expect("a thinned motion").deviation;
     let [motion, reaction] = differences(&pieces(&embedded(&small.html)), &mut playback);
-    assert!((0.3 * told..3.0 * told).contains(&motion), "{motion:.1e}, told {told:.1e}");
-    assert!((1e-9..1e-2).contains(&reaction), "reactions {reaction:.1e}, told {told:.1e}");
+    assert!((0.3 * stated..3.0 * stated).contains(&motion), "{motion:.1e}, stated {stated:.1e}");
+    assert!((1e-9..1e-2).contains(&reaction), "reactions {reaction:.1e}, stated {stated:.1e}");
 }
 
 #[test]

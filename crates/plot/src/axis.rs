@@ -1,29 +1,29 @@
-//! Axes: what they measure, from where to where, and where on the paper.
+//! Axes: quantity, unit, range and scale, and the map from numbers to positions in the picture.
 
 use crate::decimate::LARGEST;
 use crate::font;
 use crate::ticks::{Ticks, power_of_ten, superscript};
 
-/// What an axis measures.
+/// One axis of a panel: its quantity, unit, scale and range.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Axis {
-    /// In words.
+    /// Quantity in words.
     pub label: String,
-    /// As text, such as `rad/s^2`; may be empty.
+    /// Unit as text, such as `rad/s^2`; may be empty.
     pub unit: String,
-    /// How numbers become places.
+    /// Linear or logarithmic.
     pub scale: Scale,
     /// Its ends; those of the curves, with a margin, unless given.
     pub range: Option<[f64; 2]>,
 }
 
-/// How numbers become places.
+/// The relation between numbers and positions along an axis.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Scale {
-    /// In proportion.
+    /// Positions in proportion to numbers.
     #[default]
     Linear,
-    /// By their logarithms; numbers that have none are gaps.
+    /// Positions in proportion to logarithms; numbers that have none are gaps.
     Logarithmic,
 }
 
@@ -33,7 +33,7 @@ impl Axis {
         Self { label: label.to_owned(), unit: unit.to_owned(), scale: Scale::Linear, range: None }
     }
 
-    /// What it measures, as `angle (rad)`.
+    /// Its quantity and unit, as `angle (rad)`.
     pub fn name(&self) -> String {
         match unit_text(&self.unit).as_str() {
             "" => self.label.clone(),
@@ -41,7 +41,7 @@ impl Axis {
         }
     }
 
-    /// Its title, as `angle (rad)`, with what the labels of the ticks leave out.
+    /// Its title, as `angle (rad)`, with the offset and the power of ten that the labels leave out.
     pub(crate) fn title(&self, ticks: &Ticks) -> String {
         let mut words = self.label.clone();
         if let Some(offset) = &ticks.offset {
@@ -59,7 +59,7 @@ impl Axis {
         }
     }
 
-    /// The title, or as much of it as there is room for; the unit is the last to go.
+    /// The title, shortened to a width of `room`; the unit is the last to go.
     pub(crate) fn title_within(&self, ticks: &Ticks, size: f64, room: f64) -> String {
         let title = self.title(ticks);
         if font::width(&title, size) <= room {
@@ -76,16 +76,16 @@ impl Axis {
 
     /// Its ends for these values.
     pub(crate) fn ends(&self, values: impl Iterator<Item = f64>, margin: Margin) -> [f64; 2] {
-        let is_there = |value: &f64| match self.scale {
+        let is_drawn = |value: &f64| match self.scale {
             Scale::Linear => value.abs() <= LARGEST,
             Scale::Logarithmic => (1.0 / LARGEST..=LARGEST).contains(value),
         };
-        let given = self.range.filter(|[low, high]| low < high && is_there(low) && is_there(high));
+        let given = self.range.filter(|[low, high]| low < high && is_drawn(low) && is_drawn(high));
         if let Some(range) = given {
             return range;
         }
         let [low, high] = values
-            .filter(is_there)
+            .filter(is_drawn)
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
                 [low.min(value), high.max(value)]
             });
@@ -103,16 +103,16 @@ impl Axis {
     }
 }
 
-/// Room between the curves and the ends of an axis.
+/// Margin between the curves and the ends of an axis.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Margin {
     None,
     Narrow,
 }
 
-/// In parts of the span.
+/// A narrow margin as a fraction of the span.
 const MARGIN: f64 = 0.05;
-/// Spans smaller than this part of the values are rounding.
+/// Spans smaller than this fraction of the values are rounding errors.
 const ROUNDING: f64 = 1e-13;
 
 fn linear_ends(low: f64, high: f64, margin: Margin) -> [f64; 2] {
@@ -150,9 +150,8 @@ pub(crate) fn unit_text(unit: &str) -> String {
     while let Some(at) = rest.find('^') {
         text.push_str(&rest[..at]);
         let power = &rest[at + 1..];
-        let is_power = |(place, letter): (usize, char)| {
-            letter.is_ascii_digit() || (place == 0 && letter == '-')
-        };
+        let is_power =
+            |(at, letter): (usize, char)| letter.is_ascii_digit() || (at == 0 && letter == '-');
         let end = power.char_indices().find(|&letter| !is_power(letter));
         let (power, after) = power.split_at(end.map_or(power.len(), |(end, _)| end));
         text.push_str(&superscript(power));
@@ -162,35 +161,35 @@ pub(crate) fn unit_text(unit: &str) -> String {
     text.replace('*', "·")
 }
 
-/// From numbers to places along one direction of the paper.
+/// The map from numbers to positions along one direction of the picture.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Map {
     ends: [f64; 2],
-    places: [f64; 2],
+    positions: [f64; 2],
     scale: Scale,
 }
 
 impl Map {
-    pub(crate) fn new(ends: [f64; 2], places: [f64; 2], scale: Scale) -> Self {
+    pub(crate) fn new(ends: [f64; 2], positions: [f64; 2], scale: Scale) -> Self {
         let ends = match scale {
             Scale::Linear => ends,
             Scale::Logarithmic => ends.map(f64::log10),
         };
-        Self { ends, places, scale }
+        Self { ends, positions, scale }
     }
 
-    /// NaN for a number that has no place.
-    pub(crate) fn place(&self, value: f64) -> f64 {
+    /// The position of a number; NaN if it has none on this scale.
+    pub(crate) fn position(&self, value: f64) -> f64 {
         let value = match self.scale {
             Scale::Linear => value,
             // A tick at the smallest number may be rounded below it.
             Scale::Logarithmic if value >= 0.999_999 / LARGEST => value.log10(),
             Scale::Logarithmic => f64::NAN,
         };
-        let ([low, high], [from, to]) = (self.ends, self.places);
-        let place = from + (value - low) / (high - low) * (to - from);
-        // Far outside of the paper is far enough.
-        if place.is_nan() { place } else { place.clamp(-1e5, 1e5) }
+        let ([low, high], [from, to]) = (self.ends, self.positions);
+        let position = from + (value - low) / (high - low) * (to - from);
+        // Bounded, so that positions far outside of the picture stay valid numbers there.
+        if position.is_nan() { position } else { position.clamp(-1e5, 1e5) }
     }
 }
 
@@ -214,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn titles_say_what_the_labels_leave_out() {
+    fn titles_hold_the_offset_and_power_that_the_labels_leave_out() {
         let title = |low, high, unit| {
             let axis = Axis::new("energy", unit);
             axis.title(&axis.ticks([low, high], 5))
@@ -252,7 +251,8 @@ mod tests {
                     assert!(low < high && high.is_finite(), "{values:?}: {low} {high}");
                     let map = Map::new([low, high], [0.0, 100.0], scale);
                     assert!(
-                        (map.place(low)).abs() < 1e-9 && (map.place(high) - 100.0).abs() < 1e-9
+                        (map.position(low)).abs() < 1e-9
+                            && (map.position(high) - 100.0).abs() < 1e-9
                     );
                     assert!(!axis.ticks([low, high], 5).values.is_empty());
                 }

@@ -1,20 +1,20 @@
-//! [`Envelope`]: a curve over time in constant memory, of which no peak is lost.
+//! [`Envelope`]: a curve over time in constant memory that loses no peak.
 //!
 //! Time is cut into buckets; of each one the first, last, lowest and highest point are kept. Drawn
-//! with buckets no wider than a pixel, that is the same picture as of all points: U. Jugel,
-//! Z. Jerzak, G. Hackenbroich and V. Markl, *M4: A Visualization-Oriented Time Series Data
-//! Aggregation*, Proc. VLDB Endowment 7 (2014), section 4. How long the curve gets is not known
-//! ahead, so buckets double in width, each two becoming one, whenever there is no room left.
+//! with buckets no wider than a pixel, that is the same picture as of all points: U. Jugel, Z.
+//! Jerzak, G. Hackenbroich and V. Markl, *M4: A Visualization-Oriented Time Series Data
+//! Aggregation*, Proc. VLDB Endowment 7 (2014), section 4. The length of the curve is not known
+//! ahead, so whenever the capacity is reached, buckets double in width, each two becoming one.
 
 /// Abscissa and ordinate.
 pub type Point = [f64; 2];
 
-/// Larger numbers are drawn as gaps: differences of two of them would overflow.
+/// Largest number that is drawn; beyond are gaps, since differences of such numbers overflow.
 pub const LARGEST: f64 = 1e300;
 
-/// Points that are kept at most.
+/// Largest number of points that are kept.
 const CAPACITY: usize = 1 << 14;
-/// Buckets in the span of the curve when the first ones are made.
+/// Number of buckets in the span of the curve when it is first reduced.
 const N_BUCKETS: f64 = 2048.0;
 
 /// A curve over an abscissa that grows, or one that falls; gathered point by point.
@@ -34,7 +34,7 @@ const N_BUCKETS: f64 = 2048.0;
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Envelope {
     points: Vec<Point>,
-    /// Width of a bucket; none are made as long as all points have room.
+    /// Width of a bucket; none as long as all points are kept.
     width: Option<f64>,
 }
 
@@ -61,7 +61,7 @@ impl Envelope {
     }
 }
 
-/// Appends a point, of gaps the first; false if there was none to append.
+/// Appends a point, of consecutive gaps only the first; returns whether it did.
 pub(crate) fn put(points: &mut Vec<Point>, [x, y]: Point) -> bool {
     let is_drawn = x.abs() <= LARGEST && y.abs() <= LARGEST;
     let is_after_gap = points.last().is_none_or(|[_, last]| last.is_nan());
@@ -81,21 +81,21 @@ fn bucket(t: f64, start: f64, width: f64) -> f64 {
     ((0.5 * t - 0.5 * start).abs() / (0.5 * width)).floor()
 }
 
-/// Keeps of neighbours in one bucket the first, last, lowest and highest.
+/// Keeps the first, last, lowest and highest of consecutive points in one bucket.
 pub(crate) fn reduce(points: &mut Vec<Point>, bucket: impl Fn(f64) -> f64) {
     let (mut n_kept, mut first) = (0, 0);
     while first < points.len() {
         let own = bucket(points[first][0]);
         let same = |[t, _]: &Point| bucket(*t) == own;
         let n = points[first..].iter().position(|point| !same(point));
-        // One point at least, also where the bucket is no number.
+        // At least one point, also where the bucket is NaN, which equals no bucket.
         let end = n.map_or(points.len(), |n| first + n.max(1));
         let mut kept = extremes(&points[first..end]);
         kept.sort_unstable();
         let mut last_kept = None;
-        for place in kept {
-            if last_kept.replace(place) != Some(place) {
-                points[n_kept] = points[first + place];
+        for idx in kept {
+            if last_kept.replace(idx) != Some(idx) {
+                points[n_kept] = points[first + idx];
                 n_kept += 1;
             }
         }
@@ -104,19 +104,19 @@ pub(crate) fn reduce(points: &mut Vec<Point>, bucket: impl Fn(f64) -> f64) {
     points.truncate(n_kept);
 }
 
-/// Places of the first, last, lowest and highest; gaps are neither low nor high, but an end may be
-/// one, and then the number next to it counts, too.
+/// Indices of the first, last, lowest and highest point. Gaps are neither low nor high; where an
+/// end is a gap, the number next to it counts, too.
 fn extremes(group: &[Point]) -> [usize; 6] {
     let last = group.len() - 1;
     let numbers = || group.iter().enumerate().filter(|(_, [_, y])| !y.is_nan());
     let by_height = |a: &(usize, &Point), b: &(usize, &Point)| a.1[1].total_cmp(&b.1[1]);
-    let place = |found: Option<(usize, &Point)>| found.map_or(0, |(place, _)| place);
+    let index = |found: Option<(usize, &Point)>| found.map_or(0, |(idx, _)| idx);
     [
         0,
-        place(numbers().next()),
-        place(numbers().min_by(by_height)),
-        place(numbers().max_by(by_height)),
-        place(numbers().next_back()),
+        index(numbers().next()),
+        index(numbers().min_by(by_height)),
+        index(numbers().max_by(by_height)),
+        index(numbers().next_back()),
         last,
     ]
 }
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_is_one_gap() {
+    fn consecutive_points_that_are_not_finite_are_one_gap() {
         let mut envelope = Envelope::default();
         for y in [f64::NAN, 1.0, f64::NAN, f64::INFINITY, -1e301, 2.0] {
             envelope.push([0.0, y]);

@@ -6,31 +6,32 @@ use crate::decimate::Point;
 /// Panels under one title.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Figure {
-    /// Above all panels; may be empty.
+    /// Title above all panels; may be empty.
     pub title: String,
-    /// In reading order.
+    /// Panels in reading order.
     pub panels: Vec<Panel>,
 }
 
 /// Curves on one pair of axes.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Panel {
-    /// Towards the right.
+    /// Abscissa, towards the right.
     pub x: Axis,
-    /// Upwards.
+    /// Ordinate, upwards.
     pub y: Axis,
-    /// In the order of the legend, the first drawn first.
+    /// Curves in the order of the legend, the first drawn first.
     pub curves: Vec<Curve>,
-    /// Whether a unit is as long in both directions, as for the path of a point; of linear axes.
+    /// Whether a unit is equally long in both directions, as for the path of a point; for linear
+    /// axes.
     pub equal_scale: bool,
 }
 
 /// A line through points.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Curve {
-    /// For the legend.
+    /// Name in the legend.
     pub name: String,
-    /// A point that is no number makes a gap.
+    /// Points; one that is not finite makes a gap.
     pub points: Vec<Point>,
     /// Number of its colour in [`crate::Theme::palette`], which repeats.
     pub color: usize,
@@ -53,14 +54,14 @@ impl Figure {
         Self { title: title.to_owned(), panels }
     }
 
-    /// Panels beside one another, and rows of them.
+    /// Number of columns and of rows of the panels.
     pub fn grid(&self) -> (usize, usize) {
         let n = self.panels.len().max(1);
         let n_columns = if n <= 3 { 1 } else { 2 };
         (n_columns, n.div_ceil(n_columns))
     }
 
-    /// A size at which all panels read well.
+    /// The size at which all panels are well readable.
     pub fn natural_size(&self) -> Size {
         let (n_columns, n_rows) = self.grid();
         let is_path = self.panels.iter().any(|panel| panel.equal_scale);
@@ -77,16 +78,16 @@ impl Panel {
     /// A panel; the curves get colours by their order, and dashes when the colours repeat.
     pub fn new(x: Axis, y: Axis, mut curves: Vec<Curve>) -> Self {
         let n_colors = crate::Theme::LIGHT.palette.len();
-        for (place, curve) in curves.iter_mut().enumerate() {
-            (curve.color, curve.dash) = (place % n_colors, place / n_colors);
+        for (idx, curve) in curves.iter_mut().enumerate() {
+            (curve.color, curve.dash) = (idx % n_colors, idx / n_colors);
         }
         Self { x, y, curves, equal_scale: false }
     }
 
-    /// Coordinates of all points, of gaps too.
+    /// Coordinates of all points along an axis.
     pub(crate) fn values(&self, axis: usize) -> impl Iterator<Item = f64> {
         let points = self.curves.iter().flat_map(|curve| &curve.points);
-        // The place of a gap is none.
+        // The abscissa of a gap does not count.
         points.filter(|point| !point[1].is_nan()).map(move |point| point[axis])
     }
 }

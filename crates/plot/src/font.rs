@@ -1,38 +1,39 @@
-//! The font of all figures, and how wide its texts are.
+//! The font of all figures, and the widths of texts in it.
 
 use std::sync::OnceLock;
 
 use ttf_parser::Face;
 
-/// Its bytes: Ubuntu Light; then Hack, for the few letters that the first does not have.
+/// The font files: Ubuntu Light; then Hack, for the few letters that the first does not have.
 pub(crate) const FONTS: [&[u8]; 2] =
     [epaint_default_fonts::UBUNTU_LIGHT, epaint_default_fonts::HACK_REGULAR];
 
-/// Width of a text, in the unit of `size`; kerning, which makes it smaller, is left out.
+/// Width of a text, in the unit of `size`; without kerning, which makes it narrower.
 pub(crate) fn width(text: &str, size: f64) -> f64 {
-    // A box stands for a letter that no font has.
+    // A letter that no font has is shown as a box, about this wide.
     let advance = |letter: char| faces().iter().find_map(|face| advance(face, letter));
     size * text.chars().map(|letter| advance(letter).unwrap_or(0.6)).sum::<f64>()
 }
 
 fn faces() -> &'static [Face<'static>] {
     static FACES: OnceLock<Vec<Face<'static>>> = OnceLock::new();
-    FACES.get_or_init(|| FONTS.iter().filter_map(|bytes| Face::parse(bytes, 0).ok()).collect())
+    let face = |bytes: &&'static [u8]| Face::parse(bytes, 0).expect("the fonts built in are valid");
+    FACES.get_or_init(|| FONTS.iter().map(face).collect())
 }
 
-/// Width of a letter in a font, in its size.
+/// Width of a letter in a font, relative to the font size.
 fn advance(face: &Face<'_>, letter: char) -> Option<f64> {
     let units = face.glyph_hor_advance(face.glyph_index(letter)?)?;
     Some(f64::from(units) / f64::from(face.units_per_em()))
 }
 
-/// The text, its middle replaced by `…` if it is wider than there is room.
+/// The text, its middle replaced by `…` if it is wider than `room`.
 pub(crate) fn fitted(text: &str, size: f64, room: f64) -> String {
     if width(text, size) <= room {
         return text.to_owned();
     }
     let letters: Vec<char> = text.chars().collect();
-    // A text without end is not measured again and again.
+    // A bound on the number of measurements of a very long text.
     let mut n_kept = letters.len().min(400);
     while n_kept > 1 {
         n_kept -= 1;

@@ -1,8 +1,8 @@
-//! Where everything of a figure stands, from the widths of its texts.
+//! [`Layout`]: positions of all parts of a figure, from the widths of its texts.
 //!
 //! Panels stand in a grid; areas of one column are equally wide and those of one row equally high.
-//! The texts around an area depend on its size, which depends on them: rooms grow until all texts
-//! fit, which two or three rounds bring about.
+//! The texts around an area depend on its size, which depends on them: insets grow until all texts
+//! fit, which takes two or three rounds.
 
 use crate::axis::{Map, Margin};
 use crate::figure::{Figure, Panel, Size};
@@ -16,32 +16,34 @@ pub(crate) const TITLE_SIZE: f64 = 17.0;
 pub(crate) const AXIS_SIZE: f64 = 15.0;
 /// Size of the numbers at ticks, px.
 pub(crate) const TICK_SIZE: f64 = 14.0;
-/// Between a number and its axis, px.
+/// Gap between a number and its axis, px.
 pub(crate) const TICK_GAP: f64 = 7.0;
-/// Around the picture, px.
+/// Margin around the picture, px.
 const MARGIN: f64 = 12.0;
-/// Between columns and between rows, px.
+/// Gaps between columns and between rows, px.
 const BETWEEN: [f64; 2] = [22.0, 16.0];
-/// Height of a line of text in its size.
+/// Height of a line of text relative to its size.
 const LINE: f64 = 1.3;
-/// Pixels for each tick of an ordinate, at least, and between numbers of an abscissa.
+/// Least distance of ticks on an ordinate, px.
 const TICK_SPACE: f64 = 30.0;
+/// Least gap between numbers of an abscissa, px.
 const NUMBER_SPACE: f64 = 26.0;
+/// Largest number of rounds in which insets grow.
 const N_ROUNDS: usize = 4;
 
-/// A figure at a size.
+/// The layout of a figure at a size.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Layout {
-    /// The title, as much as fits; its baseline begins at `title_at`.
+    /// The title, shortened to fit; its baseline begins at `title_at`.
     pub(crate) title: String,
     pub(crate) title_at: [f64; 2],
-    /// One for each panel.
-    pub(crate) panels: Vec<Place>,
+    /// The panels in order.
+    pub(crate) panels: Vec<PanelLayout>,
 }
 
-/// A panel in the picture.
+/// The layout of one panel.
 #[derive(Clone, PartialEq, Debug)]
-pub(crate) struct Place {
+pub(crate) struct PanelLayout {
     pub(crate) area: Area,
     pub(crate) x: Side,
     pub(crate) y: Side,
@@ -50,7 +52,7 @@ pub(crate) struct Place {
     pub(crate) legend_at: [f64; 2],
 }
 
-/// What the axes enclose, px from the top left corner of the picture.
+/// The rectangle between the axes, px from the top left corner of the picture.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Area {
     pub(crate) left: f64,
@@ -59,7 +61,7 @@ pub(crate) struct Area {
     pub(crate) bottom: f64,
 }
 
-/// An axis in the picture.
+/// The layout of one axis.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Side {
     pub(crate) map: Map,
@@ -71,9 +73,9 @@ pub(crate) struct Side {
     pub(crate) has_texts: bool,
 }
 
-/// What texts take up: left and right of each column's areas, above each row's.
+/// Space for texts, px: left and right of each column's areas, above each row's.
 #[derive(Clone, PartialEq, Debug)]
-struct Rooms {
+struct Insets {
     left: Vec<f64>,
     right: Vec<f64>,
     above: Vec<f64>,
@@ -83,19 +85,19 @@ impl Layout {
     pub(crate) fn new(figure: &Figure, size: Size) -> Self {
         let (n_columns, n_rows) = figure.grid();
         let shared = shared_ends(figure);
-        let mut rooms = Rooms {
+        let mut insets = Insets {
             left: vec![40.0; n_columns],
             right: vec![0.0; n_columns],
             above: vec![0.0; n_rows],
         };
-        let mut panels = place_all(figure, size, &rooms, shared);
+        let mut panels = place_panels(figure, size, &insets, shared);
         for _ in 1..N_ROUNDS {
-            let wanted = rooms.grown_for(&panels, n_columns);
-            if wanted == rooms {
+            let grown = insets.grown_for(&panels, n_columns);
+            if grown == insets {
                 break;
             }
-            rooms = wanted;
-            panels = place_all(figure, size, &rooms, shared);
+            insets = grown;
+            panels = place_panels(figure, size, &insets, shared);
         }
         let title = font::fitted(&figure.title, TITLE_SIZE, size.width - 2.0 * MARGIN);
         let left = panels.first().map_or(MARGIN, |panel| panel.area.left);
@@ -105,96 +107,103 @@ impl Layout {
     }
 }
 
-impl Rooms {
-    fn grown_for(&self, panels: &[Place], n_columns: usize) -> Self {
-        let mut rooms = self.clone();
-        for (place, panel) in panels.iter().enumerate() {
-            let (column, row) = (place % n_columns, place / n_columns);
+impl Insets {
+    fn grown_for(&self, panels: &[PanelLayout], n_columns: usize) -> Self {
+        let mut insets = self.clone();
+        for (idx, panel) in panels.iter().enumerate() {
+            let (column, row) = (idx % n_columns, idx / n_columns);
             let widest = panel.y.ticks.labels.iter().map(|label| font::width(label, TICK_SIZE));
             let left = AXIS_SIZE * LINE + widest.fold(0.0, f64::max) + TICK_GAP + 4.0;
-            let [left_room, right_room] = [&mut rooms.left[column], &mut rooms.right[column]];
-            *left_room = left_room.max(left.ceil());
-            *right_room = right_room.max(panel.overhang().ceil());
-            let above = &mut rooms.above[row];
-            // The highest number of the ordinate stands half above the area.
+            let [left_inset, right_inset] = [&mut insets.left[column], &mut insets.right[column]];
+            *left_inset = left_inset.max(left.ceil());
+            *right_inset = right_inset.max(panel.overhang().ceil());
+            let above = &mut insets.above[row];
+            // Half of the highest number of the ordinate stands above the area.
             *above = above.max(legend::height(&panel.legend).max(TICK_SIZE * 0.4));
         }
-        rooms
+        insets
     }
 }
 
-impl Place {
-    /// How far numbers of the abscissa stand out on the right.
+impl PanelLayout {
+    /// Overhang of the numbers of the abscissa on the right, px.
     fn overhang(&self) -> f64 {
         let ends = self.x.ticks.values.iter().zip(&self.x.ticks.labels).map(|(value, label)| {
-            self.x.map.place(*value) + 0.5 * font::width(label, TICK_SIZE) - self.area.right
+            self.x.map.position(*value) + 0.5 * font::width(label, TICK_SIZE) - self.area.right
         });
         if self.x.has_texts { ends.fold(0.0, f64::max) } else { 0.0 }
     }
 }
 
-/// Ends of the abscissa of all panels, if it is one for all.
+/// Ends of the abscissa that all panels share, if they do.
 fn shared_ends(figure: &Figure) -> Option<[f64; 2]> {
     let first = &figure.panels.first()?.x;
-    let is_one = figure.panels.iter().all(|panel| panel.x == *first && !panel.equal_scale);
+    let is_shared = figure.panels.iter().all(|panel| panel.x == *first && !panel.equal_scale);
     let values = figure.panels.iter().flat_map(|panel| panel.values(0));
-    is_one.then(|| first.ends(values, margin_of_x(&figure.panels)))
+    is_shared.then(|| first.ends(values, margin_of_x(&figure.panels)))
 }
 
-/// Curves over time fill the width; others need room at both sides.
+/// Margin of the abscissa: curves over time fill the width, others keep off both ends.
 fn margin_of_x(panels: &[Panel]) -> Margin {
-    let goes_on = |points: &[[f64; 2]]| {
+    let is_monotonic = |points: &[[f64; 2]]| {
         let numbers = || points.iter().filter(|point| !point[1].is_nan());
         numbers().is_sorted_by(|a, b| a[0] <= b[0]) || numbers().is_sorted_by(|a, b| a[0] >= b[0])
     };
     let is_over_time =
-        panels.iter().flat_map(|panel| &panel.curves).all(|curve| goes_on(&curve.points));
+        panels.iter().flat_map(|panel| &panel.curves).all(|curve| is_monotonic(&curve.points));
     if is_over_time { Margin::None } else { Margin::Narrow }
 }
 
-fn place_all(figure: &Figure, size: Size, rooms: &Rooms, shared: Option<[f64; 2]>) -> Vec<Place> {
+fn place_panels(
+    figure: &Figure,
+    size: Size,
+    insets: &Insets,
+    shared: Option<[f64; 2]>,
+) -> Vec<PanelLayout> {
     let (n_columns, n_rows) = figure.grid();
     let n = figure.panels.len();
-    // Below the lowest panel of each column, or below each panel.
-    let has_texts = |place: usize| shared.is_none() || place + n_columns >= n;
+    // Texts of a shared abscissa stand below the lowest panel of each column, others below each.
+    let has_texts = |idx: usize| shared.is_none() || idx + n_columns >= n;
     let below = |row: usize| {
         let is_any = (row * n_columns..((row + 1) * n_columns).min(n)).any(has_texts);
         if is_any { TICK_GAP + TICK_SIZE + AXIS_SIZE * LINE + 3.0 } else { 0.0 }
     };
     let title = if figure.title.is_empty() { 0.0 } else { TITLE_SIZE * LINE + 6.0 };
-    let texts = |rooms: &[f64]| rooms.iter().sum::<f64>();
+    let texts = |insets: &[f64]| insets.iter().sum::<f64>();
     let all_below: f64 = (0..n_rows).map(below).sum();
+    // Columns share the free width equally, and rows the free height.
     let free = [
-        size.width - texts(&rooms.left) - texts(&rooms.right),
-        size.height - title - texts(&rooms.above) - all_below,
+        size.width - texts(&insets.left) - texts(&insets.right),
+        size.height - title - texts(&insets.above) - all_below,
     ];
     let [width, height] = [(free[0], n_columns, BETWEEN[0]), (free[1], n_rows, BETWEEN[1])].map(
         |(free, n, between)| ((free - 2.0 * MARGIN - between * (n - 1) as f64) / n as f64).max(1.0),
     );
-    let place = |(place, panel): (usize, &Panel)| {
-        let (column, row) = (place % n_columns, place / n_columns);
+    let panel_at = |(idx, panel): (usize, &Panel)| {
+        let (column, row) = (idx % n_columns, idx / n_columns);
         let left = MARGIN
-            + texts(&rooms.left[..=column])
-            + texts(&rooms.right[..column])
+            + texts(&insets.left[..=column])
+            + texts(&insets.right[..column])
             + column as f64 * (width + BETWEEN[0]);
         let top = MARGIN
             + title
-            + texts(&rooms.above[..=row])
+            + texts(&insets.above[..=row])
             + (0..row).map(below).sum::<f64>()
             + row as f64 * (height + BETWEEN[1]);
         let area = Area { left, top, right: left + width, bottom: top + height };
-        place_panel(panel, area, rooms.left[column], shared, has_texts(place))
+        place_panel(panel, area, insets.left[column], shared, has_texts(idx))
     };
-    figure.panels.iter().enumerate().map(place).collect()
+    figure.panels.iter().enumerate().map(panel_at).collect()
 }
 
 fn place_panel(
     panel: &Panel,
     area: Area,
-    left_room: f64,
+    left_inset: f64,
     shared: Option<[f64; 2]>,
     has_texts: bool,
-) -> Place {
+) -> PanelLayout {
+    // Ends of both axes, with one scale for both if the panel has equal scales.
     let margin = margin_of_x(std::slice::from_ref(panel));
     let mut x_ends = shared.unwrap_or_else(|| panel.x.ends(panel.values(0), margin));
     let mut y_ends = panel.y.ends(panel.values(1), Margin::Narrow);
@@ -202,9 +211,12 @@ fn place_panel(
     if panel.equal_scale && [panel.x.scale, panel.y.scale] == [Scale::Linear; 2] {
         widen(&mut x_ends, &mut y_ends, width / height);
     }
+
+    // The legend above the area.
     let legend = legend::entries(&panel.curves, width);
     let legend_at = [area.left, area.top - legend::height(&legend) + 0.5 * legend::ROW_HEIGHT];
 
+    // The abscissa, its title centred below its numbers.
     let x_ticks = abscissa_ticks(&panel.x, x_ends, width);
     let x_title = panel.x.title_within(&x_ticks, AXIS_SIZE, width);
     let baseline = area.bottom + TICK_GAP + TICK_SIZE + AXIS_SIZE * LINE;
@@ -216,22 +228,23 @@ fn place_panel(
         has_texts,
     };
 
+    // The ordinate, its title along the left.
     let y_ticks = panel.y.ticks(y_ends, count(height / TICK_SPACE, [2.0, 10.0]));
     let y_title = panel.y.title_within(&y_ticks, AXIS_SIZE, height + legend::height(&legend));
-    // A title that is longer than its axis goes up beside the legend.
+    // A title that is longer than its axis extends upwards, next to the legend.
     let length = font::width(&y_title, AXIS_SIZE);
     let middle = (0.5 * (area.top + area.bottom)).min(area.bottom - 0.5 * length);
     let y = Side {
         map: Map::new(y_ends, [area.bottom, area.top], panel.y.scale),
         ticks: y_ticks,
         title: y_title,
-        title_at: [area.left - left_room + AXIS_SIZE * 0.85, middle],
+        title_at: [area.left - left_inset + AXIS_SIZE * 0.85, middle],
         has_texts: true,
     };
-    Place { area, x, y, legend, legend_at }
+    PanelLayout { area, x, y, legend, legend_at }
 }
 
-/// As many ticks as have room for their numbers.
+/// The most ticks whose numbers fit into the width.
 fn abscissa_ticks(axis: &Axis, ends: [f64; 2], width: f64) -> Ticks {
     let fits = |ticks: &Ticks| {
         let widths = ticks.labels.iter().map(|label| font::width(label, TICK_SIZE) + NUMBER_SPACE);
@@ -247,8 +260,8 @@ fn count(value: f64, [least, most]: [f64; 2]) -> usize {
     value.clamp(least, most) as usize
 }
 
-/// Makes the narrower pair of ends wider, so that both have one scale in an area of this ratio of
-/// width to height.
+/// Widens one of two ranges, so that both have one scale in an area of this ratio of width to
+/// height.
 fn widen(x: &mut [f64; 2], y: &mut [f64; 2], ratio: f64) {
     let grow = |ends: &mut [f64; 2], span: f64| {
         let more = 0.5 * (span - (ends[1] - ends[0]));

@@ -1,4 +1,4 @@
-//! Legends: rows above the axes, where no curve can be under them.
+//! Legends: rows above the axes, where they hide no curve.
 
 use crate::Curve;
 use crate::font;
@@ -7,19 +7,21 @@ use crate::font;
 pub(crate) const TEXT_SIZE: f64 = 14.0;
 /// Height of a row, px.
 pub(crate) const ROW_HEIGHT: f64 = 21.0;
-/// Length of the piece of line before a name, and the gaps after it and after the name, px.
+/// Length of the sample of a curve before its name, px.
 pub(crate) const SAMPLE: f64 = 26.0;
+/// Gap between a sample and its name, px.
 const GAP: f64 = 6.0;
+/// Gap between a name and the next sample, px.
 const BETWEEN: f64 = 18.0;
 
 /// A name in a legend.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Entry {
-    /// Place of its curve in the panel.
+    /// Index of its curve in the panel.
     pub(crate) curve: usize,
-    /// Its name, cut to what there is room for.
+    /// Its name, shortened to the width of the legend.
     pub(crate) text: String,
-    /// Left end of the piece of line, from the left end of the legend, px.
+    /// Left end of the sample, from the left end of the legend, px.
     pub(crate) x: f64,
     /// Row, the highest first.
     pub(crate) row: usize,
@@ -32,7 +34,7 @@ impl Entry {
     }
 }
 
-/// The legend of these curves within a width, in columns when it has several rows; none for one
+/// The legend of these curves within a width, in columns where it has several rows; empty for one
 /// curve, which the axis names.
 pub(crate) fn entries(curves: &[Curve], width: f64) -> Vec<Entry> {
     if curves.len() < 2 {
@@ -45,7 +47,7 @@ pub(crate) fn entries(curves: &[Curve], width: f64) -> Vec<Entry> {
         texts.iter().map(|text| SAMPLE + GAP + font::width(text, TEXT_SIZE)).collect();
     let whole = widths.iter().sum::<f64>() + BETWEEN * (widths.len() - 1) as f64;
     let widest = widths.iter().copied().fold(0.0, f64::max);
-    // Names below one another read better than those of ragged rows.
+    // Columns read better than ragged rows.
     let n_columns = if whole <= width {
         texts.len()
     } else {
@@ -53,7 +55,7 @@ pub(crate) fn entries(curves: &[Curve], width: f64) -> Vec<Entry> {
             (1..texts.len()).rev().find(|&n| n as f64 * (widest + BETWEEN) - BETWEEN <= width);
         fit.unwrap_or(1)
     };
-    let place = |(curve, text): (usize, String)| {
+    let entry = |(curve, text): (usize, String)| {
         let (row, column) = (curve / n_columns, curve % n_columns);
         let x = if n_columns == widths.len() {
             widths[..curve].iter().map(|width| width + BETWEEN).sum()
@@ -62,7 +64,7 @@ pub(crate) fn entries(curves: &[Curve], width: f64) -> Vec<Entry> {
         };
         Entry { curve, text, x, row }
     };
-    texts.into_iter().enumerate().map(place).collect()
+    texts.into_iter().enumerate().map(entry).collect()
 }
 
 /// Height of a legend, px.
@@ -75,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_stand_beside_one_another_within_the_width() {
+    fn names_stand_next_to_one_another_within_the_width() {
         let curves: Vec<Curve> = ["theta1", "x2", "a_rather_long_name", "y2", "theta2"]
             .map(|name| Curve::new(name, vec![]))
             .into();

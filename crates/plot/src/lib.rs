@@ -17,12 +17,12 @@
 //! # Ok::<(), bksim_plot::PlotError>(())
 //! ```
 //!
-//! | room | holds |
+//! | file | contents |
 //! |---|---|
 //! | `decimate.rs`, `thin.rs` | curves of any length in constant memory: over time, in the plane |
 //! | `ticks.rs`, `axis.rs` | 1-2-5 ticks and their labels; ranges and scales |
 //! | `figure.rs`, `theme.rs` | figures as plain data; colours |
-//! | `font.rs`, `layout.rs`, `legend.rs` | widths of texts; where everything stands |
+//! | `font.rs`, `layout.rs`, `legend.rs` | widths of texts; positions of panels, axes and names |
 //! | `svg.rs`, `picture.rs` | the picture as SVG; from there to PNG and PDF |
 //! | `terminal.rs` | the picture in characters |
 //!

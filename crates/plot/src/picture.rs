@@ -1,4 +1,4 @@
-//! From SVG to pixels and pages.
+//! Figures as files: SVG, pixels as PNG, pages as PDF.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use resvg::usvg::{Options, Tree, fontdb::Database};
 
 use crate::{Figure, Size, Theme, font};
 
-/// What a file holds.
+/// File format of a figure.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Format {
     /// Lines and texts, for browsers and drawing programs.
@@ -22,42 +22,42 @@ pub enum Format {
     Pdf,
 }
 
-/// Why a figure cannot be drawn.
+/// Error of [`Figure::render`].
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlotError {
-    /// Too small, too large, or no number.
+    /// A size that is too small, too large, or not a number.
     #[error("a picture cannot be {width} by {height}: each side takes {least} to {most}")]
     Size {
-        /// As asked for.
+        /// Requested width.
         width: f64,
-        /// As asked for.
+        /// Requested height.
         height: f64,
         /// Smallest side.
         least: f64,
         /// Largest side.
         most: f64,
     },
-    /// A library refused what this crate made: a fault of this crate.
+    /// A library refused the output of this crate: a fault of this crate.
     #[error("the picture cannot be made: {what}")]
     Library {
-        /// What it says.
+        /// Message of the library.
         what: String,
     },
 }
 
 /// Smallest and largest side of a picture, px.
 const SIDES: [f64; 2] = [120.0, 10_000.0];
-/// A PNG this large has finer pixels rather than smaller texts, px.
+/// Size from which a PNG has finer pixels rather than smaller texts, px.
 const FINE_FROM: [f64; 2] = [1200.0, 700.0];
-/// Pixels of a fine PNG on one of the layout, along a side.
+/// Pixels of a fine PNG per pixel of the layout, along a side.
 const FINE: f64 = 2.0;
 /// Points of 1/72 inch in a pixel of 1/96 inch.
 const POINTS_PER_PIXEL: f64 = 72.0 / 96.0;
 
 impl Figure {
-    /// The bytes of a file. `size` counts the pixels of a PNG, and CSS pixels otherwise; without it,
-    /// the figure has its natural size, which a PNG shows with two pixels for one.
+    /// The bytes of a file. `size` counts the pixels of a PNG, and CSS pixels otherwise; without
+    /// it, the figure has its natural size, which a PNG shows with two pixels per CSS pixel.
     ///
     /// # Errors
     /// [`PlotError::Size`].
@@ -97,7 +97,7 @@ fn tree(svg: &str) -> Result<Tree, PlotError> {
         fonts.load_font_data(bytes.to_vec());
     }
     let family = fonts.faces().next().and_then(|face| face.families.first());
-    let family = family.map(|(name, _)| name.clone()).unwrap_or_default();
+    let (family, _) = family.cloned().expect("the fonts built in are valid and have names");
     fonts.set_sans_serif_family(&family);
     let options = Options { fontdb: Arc::new(fonts), font_family: family, ..Options::default() };
     Tree::from_str(svg, &options).map_err(|error| library(&error))

@@ -1,20 +1,20 @@
 //! The picture as SVG.
 //!
-//! Texts stay texts. Their widths are those of the font in the program; `textLength` makes another
-//! font, which a browser may have in its place, as wide.
+//! Texts stay texts. Their widths are those of the font in the program; `textLength` gives a
+//! browser's substitute for the font the same width.
 
 use std::fmt::Write as _;
 
 use crate::decimate::{LARGEST, Point, reduce};
 use crate::figure::{Figure, Size};
-use crate::layout::{AXIS_SIZE, Layout, Place, TICK_GAP, TICK_SIZE, TITLE_SIZE};
+use crate::layout::{AXIS_SIZE, Layout, PanelLayout, TICK_GAP, TICK_SIZE, TITLE_SIZE};
 use crate::legend::{SAMPLE, TEXT_SIZE};
 use crate::thin::thin;
 use crate::{Curve, Panel, Theme, font};
 
-/// Buckets in the width of a pixel: a vector picture is looked at closely.
+/// Buckets in the width of a pixel: vector pictures are looked at enlarged.
 const BUCKETS_PER_PIXEL: f64 = 2.0;
-/// How far the drawn line may pass a point by, px.
+/// Largest distance of the drawn line from a point of its curve, px.
 const FLATNESS: f64 = 0.05;
 /// Width of curves, px.
 const CURVE_WIDTH: f64 = 1.8;
@@ -28,10 +28,10 @@ impl Figure {
         let layout = Layout::new(self, size);
         let mut svg = Svg { out: String::new(), theme };
         svg.open(size, &self.title);
-        for (panel, place) in self.panels.iter().zip(&layout.panels) {
-            svg.axes(place);
-            svg.curves(panel, place);
-            svg.legend(&panel.curves, place);
+        for (panel, own) in self.panels.iter().zip(&layout.panels) {
+            svg.axes(own);
+            svg.curves(panel, own);
+            svg.legend(&panel.curves, own);
         }
         let [x, y] = layout.title_at;
         svg.text(&layout.title, &Font { size: TITLE_SIZE, anchor: "start", turned: false }, [x, y]);
@@ -67,18 +67,18 @@ impl Svg<'_> {
         );
     }
 
-    fn axes(&mut self, place: &Place) {
-        let area = place.area;
+    fn axes(&mut self, layout: &PanelLayout) {
+        let area = layout.area;
         // The grid; a line at zero is stronger.
         let mut grid = String::new();
         let mut zero = String::new();
-        for value in &place.x.ticks.values {
-            let x = px(place.x.map.place(*value));
+        for value in &layout.x.ticks.values {
+            let x = px(layout.x.map.position(*value));
             let _ = write!(grid, "M{x} {}V{}", px(area.top), px(area.bottom));
         }
-        for value in &place.y.ticks.values {
+        for value in &layout.y.ticks.values {
             let line = if *value == 0.0 { &mut zero } else { &mut grid };
-            let y = px(place.y.map.place(*value));
+            let y = px(layout.y.map.position(*value));
             let _ = write!(line, "M{} {y}H{}", px(area.left), px(area.right));
         }
         let colors = [self.theme.grid, self.theme.axis].map(color);
@@ -105,34 +105,34 @@ impl Svg<'_> {
             bottom = px(area.bottom),
             right = px(area.right),
         );
-        self.numbers(place);
+        self.numbers(layout);
     }
 
-    fn numbers(&mut self, place: &Place) {
-        let area = place.area;
+    fn numbers(&mut self, layout: &PanelLayout) {
+        let area = layout.area;
         let end = Font { size: TICK_SIZE, anchor: "end", turned: false };
-        for (value, label) in place.y.ticks.values.iter().zip(&place.y.ticks.labels) {
-            let y = place.y.map.place(*value) + 0.35 * TICK_SIZE;
+        for (value, label) in layout.y.ticks.values.iter().zip(&layout.y.ticks.labels) {
+            let y = layout.y.map.position(*value) + 0.35 * TICK_SIZE;
             self.text(label, &end, [area.left - TICK_GAP, y]);
         }
         let title = Font { size: AXIS_SIZE, anchor: "middle", turned: true };
-        self.text(&place.y.title, &title, place.y.title_at);
-        if place.x.has_texts {
+        self.text(&layout.y.title, &title, layout.y.title_at);
+        if layout.x.has_texts {
             let middle = Font { size: TICK_SIZE, anchor: "middle", turned: false };
-            for (value, label) in place.x.ticks.values.iter().zip(&place.x.ticks.labels) {
-                let at = [place.x.map.place(*value), area.bottom + TICK_GAP + 0.8 * TICK_SIZE];
+            for (value, label) in layout.x.ticks.values.iter().zip(&layout.x.ticks.labels) {
+                let at = [layout.x.map.position(*value), area.bottom + TICK_GAP + 0.8 * TICK_SIZE];
                 self.text(label, &middle, at);
             }
             let title = Font { turned: false, ..title };
-            self.text(&place.x.title, &title, place.x.title_at);
+            self.text(&layout.x.title, &title, layout.x.title_at);
         }
     }
 
-    fn curves(&mut self, panel: &Panel, place: &Place) {
-        // Ends that are given may cut the curves.
+    fn curves(&mut self, panel: &Panel, layout: &PanelLayout) {
+        // A given range may cut the curves.
         let is_cut = panel.x.range.is_some() || panel.y.range.is_some();
         if is_cut {
-            let area = place.area;
+            let area = layout.area;
             let [x, y] = [area.left, area.top].map(px);
             let [width, height] = [area.right - area.left, area.bottom - area.top].map(px);
             let _ = writeln!(
@@ -142,7 +142,7 @@ impl Svg<'_> {
             );
         }
         for curve in &panel.curves {
-            let path = path(&curve.points, place);
+            let path = path(&curve.points, layout);
             let _ = writeln!(
                 self.out,
                 "<g class=\"curve\"><title>{}</title><path d=\"{path}\" {}/></g>",
@@ -167,10 +167,10 @@ impl Svg<'_> {
         }
     }
 
-    fn legend(&mut self, curves: &[Curve], place: &Place) {
-        let [left, top] = place.legend_at;
+    fn legend(&mut self, curves: &[Curve], layout: &PanelLayout) {
+        let [left, top] = layout.legend_at;
         let font = Font { size: TEXT_SIZE, anchor: "start", turned: false };
-        for entry in &place.legend {
+        for entry in &layout.legend {
             let y = top + entry.row as f64 * crate::legend::ROW_HEIGHT;
             let x = left + entry.x;
             let stroke = self.stroke(&curves[entry.curve]);
@@ -190,7 +190,7 @@ impl Svg<'_> {
             return;
         }
         let [x, y, size] = [x, y, font.size].map(px);
-        let place = if font.turned {
+        let position = if font.turned {
             format!("transform=\"translate({x} {y}) rotate(-90)\"")
         } else {
             format!("x=\"{x}\" y=\"{y}\"")
@@ -205,37 +205,37 @@ impl Svg<'_> {
         };
         let _ = writeln!(
             self.out,
-            "<text {place} font-size=\"{size}\" fill=\"{}\" text-anchor=\"{}\"{length}>{text}</text>",
+            "<text {position} font-size=\"{size}\" fill=\"{}\" text-anchor=\"{}\"{length}>{text}</text>",
             color(self.theme.text),
             font.anchor,
         );
     }
 }
 
-/// A curve as path data, with as many points as can be told apart.
-fn path(points: &[Point], place: &Place) -> String {
+/// A curve as path data, with no more points than can be distinguished.
+fn path(points: &[Point], layout: &PanelLayout) -> String {
     let mut pixels: Vec<Point> = points.to_vec();
     for point in &mut pixels {
         let is_drawn = point.iter().all(|value| value.abs() <= LARGEST);
-        let [x, y] = [place.x.map.place(point[0]), place.y.map.place(point[1])];
-        // What is left of a gap is its place among the others.
+        let [x, y] = [layout.x.map.position(point[0]), layout.y.map.position(point[1])];
+        // A gap keeps only its position in the order.
         *point = [if x.is_nan() { 0.0 } else { x }, if is_drawn { y } else { f64::NAN }];
         if x.is_nan() {
             point[1] = f64::NAN;
         }
     }
     let numbers = || pixels.iter().filter(|point| !point[1].is_nan());
-    // Of curves over time, whether it runs forth or back.
+    // Curves over time, forwards or backwards, keep their extremes.
     if numbers().is_sorted_by(|a, b| a[0] <= b[0]) || numbers().is_sorted_by(|a, b| a[0] >= b[0]) {
         reduce(&mut pixels, |x| (x * BUCKETS_PER_PIXEL).floor());
     }
     thin(&mut pixels, [1.0; 2], FLATNESS);
     let mut path = String::new();
     for piece in pixels.split(|point| point[1].is_nan()) {
-        for (place, [x, y]) in piece.iter().enumerate() {
-            let _ = write!(path, "{}{} {}", if place == 0 { 'M' } else { 'L' }, px(*x), px(*y));
+        for (idx, [x, y]) in piece.iter().enumerate() {
+            let _ = write!(path, "{}{} {}", if idx == 0 { 'M' } else { 'L' }, px(*x), px(*y));
         }
-        // A point by itself is a dot.
+        // A single point is drawn as a dot.
         if piece.len() == 1 {
             path.push_str("h0");
         }
@@ -243,7 +243,7 @@ fn path(points: &[Point], place: &Place) -> String {
     path
 }
 
-/// A text with its raised letters as smaller ones that stand higher.
+/// A text with its superscripts as smaller, raised letters.
 fn raised(text: &str, size: f64) -> String {
     const RAISED: &str = "⁻⁰¹²³⁴⁵⁶⁷⁸⁹";
     const PLAIN: &str = "−0123456789";
@@ -267,12 +267,12 @@ fn raised(text: &str, size: f64) -> String {
         is_up = plain(letter).is_some();
         out.push_str(&escaped(&plain(letter).unwrap_or(letter).to_string()));
     }
-    // Open are all that are up, or that came down again.
+    // Close the spans of the last superscript, and those that lowered the text after one.
     let n_open = out.matches("<tspan").count() - out.matches("</tspan").count();
     out + &"</tspan>".repeat(n_open)
 }
 
-/// A length with two decimals, those that are zeros left out.
+/// A length with two decimals, without trailing zeros.
 fn px(value: f64) -> String {
     let text = format!("{value:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');

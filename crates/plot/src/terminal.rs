@@ -1,6 +1,6 @@
 //! The picture in characters: curves in braille dots, axes and numbers around them.
 //!
-//! A letter at the right end of each curve says which it is, so that the picture can be read without
+//! A letter at the right end of each curve identifies it, so that the picture is readable without
 //! colours, too.
 
 use std::fmt::Write as _;
@@ -16,7 +16,7 @@ use crate::axis::{Map, Margin};
 use crate::decimate::{LARGEST, Point};
 use crate::{Curve, Figure, Panel};
 
-/// What the picture is shown on.
+/// The text screen that shows the picture.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Screen {
     /// Columns.
@@ -32,8 +32,9 @@ const COLORS: [Color; 6] =
     [Color::Blue, Color::Yellow, Color::Green, Color::Magenta, Color::Red, Color::Cyan];
 /// Their codes of ISO 6429.
 const CODES: [&str; 6] = ["34", "33", "32", "35", "31", "36"];
-/// Smallest picture that can be read.
+/// Smallest readable picture: columns, rows.
 const LEAST: [u16; 2] = [30, 8];
+/// Largest picture.
 const MOST: [u16; 2] = [400, 200];
 /// Rows around the area: the ordinate's title above; the axis, numbers and title below.
 const ROWS_ABOVE: u16 = 1;
@@ -46,8 +47,8 @@ impl Figure {
         if !self.title.is_empty() {
             let _ = writeln!(text, "{}", fitted(&self.title, usize::from(screen.width)));
         }
-        for (place, panel) in self.panels.iter().enumerate() {
-            if place > 0 {
+        for (idx, panel) in self.panels.iter().enumerate() {
+            if idx > 0 {
                 text.push('\n');
             }
             text.push_str(&panel_text(panel, screen));
@@ -57,22 +58,24 @@ impl Figure {
 }
 
 fn panel_text(panel: &Panel, screen: Screen) -> String {
+    // Size of the picture, below which the legend stands.
     let width = screen.width.clamp(LEAST[0], MOST[0]);
     let legend = legend(&panel.curves, usize::from(width));
     let n_legend = u16::try_from(legend.len()).unwrap_or(u16::MAX);
     let height =
         screen.panel_height.clamp(LEAST[1], MOST[1]).saturating_sub(n_legend).max(LEAST[1]);
 
-    // Ends and numbers of both axes.
+    // Ends of both axes, and the area that the numbers of the ordinate leave.
     let x_ends = panel.x.ends(panel.values(0), Margin::None);
     let y_ends = panel.y.ends(panel.values(1), Margin::Narrow);
     let n_rows = height - ROWS_ABOVE - ROWS_BELOW;
     let y_ticks = panel.y.ticks(y_ends, usize::from(n_rows / 3).max(2));
     let numbers = y_ticks.labels.iter().map(|label| count(label)).max().unwrap_or(0);
-    let left = u16::try_from(numbers).unwrap_or(0).min(width / 3) + 1;
+    let left = u16::try_from(numbers).unwrap_or(u16::MAX).min(width / 3) + 1;
     // One column for the axis, one for the letters.
     let area = Rect::new(left + 1, ROWS_ABOVE, width - left - 3, n_rows);
 
+    // The curves, in dots: two to a column, four to a row.
     let mut buffer = Buffer::empty(Rect::new(0, 0, width, height));
     let maps = [
         Map::new(x_ends, [0.0, f64::from(area.width * 2 - 1)], panel.x.scale),
@@ -80,7 +83,7 @@ fn panel_text(panel: &Panel, screen: Screen) -> String {
     ];
     draw_curves(panel, area, maps, &mut buffer);
 
-    // The ordinate.
+    // The ordinate: title, line, ticks and numbers.
     let put = |buffer: &mut Buffer, x: u16, y: u16, text: &str| {
         buffer.set_stringn(x, y, text, usize::from(width - x), Style::new());
     };
@@ -89,22 +92,23 @@ fn panel_text(panel: &Panel, screen: Screen) -> String {
         put(&mut buffer, left, row, "│");
     }
     for (value, label) in y_ticks.values.iter().zip(&y_ticks.labels) {
-        let row = area.bottom() - 1 - cell(maps[1].place(*value), 4, area.height);
+        let row = area.bottom() - 1 - cell(maps[1].position(*value), 4, area.height);
         let label = fitted(label, usize::from(left));
-        put(&mut buffer, left - u16::try_from(count(&label)).unwrap_or(left), row, &label);
+        let n = u16::try_from(count(&label)).expect("a fitted label has at most `left` letters");
+        put(&mut buffer, left - n, row, &label);
         put(&mut buffer, left, row, "┤");
     }
 
-    // The abscissa.
+    // The abscissa: line, ticks, numbers where they do not overlap, title.
     let row = area.bottom();
     put(&mut buffer, left, row, "└");
     put(&mut buffer, left + 1, row, &"─".repeat(usize::from(area.width)));
     let x_ticks = panel.x.ticks(x_ends, usize::from(area.width / 14).max(1));
     let mut free_from = 0;
     for (value, label) in x_ticks.values.iter().zip(&x_ticks.labels) {
-        let column = area.left() + cell(maps[0].place(*value), 2, area.width);
+        let column = area.left() + cell(maps[0].position(*value), 2, area.width);
         put(&mut buffer, column, row, "┬");
-        let half = u16::try_from(count(label) / 2).unwrap_or(0);
+        let half = u16::try_from(count(label) / 2).expect("labels of ticks have few letters");
         let first = column.saturating_sub(half).min(width - half.saturating_mul(2).min(width));
         if first >= free_from {
             put(&mut buffer, first, row + 1, label);
@@ -112,9 +116,10 @@ fn panel_text(panel: &Panel, screen: Screen) -> String {
         }
     }
     let title = fitted(&panel.x.title(&x_ticks), usize::from(area.width));
-    let title_width = u16::try_from(count(&title)).unwrap_or(area.width);
+    let title_width = u16::try_from(count(&title)).expect("a fitted title is within the area");
     put(&mut buffer, area.left() + (area.width - title_width) / 2, row + 2, &title);
 
+    // The picture as text, and the legend below it.
     let mut text = lines(&buffer, screen.has_colors);
     for row in legend {
         for (curve, entry) in row {
@@ -133,7 +138,7 @@ fn panel_text(panel: &Panel, screen: Screen) -> String {
 fn draw_curves(panel: &Panel, area: Rect, maps: [Map; 2], buffer: &mut Buffer) {
     let dots = |[x, y]: Point| {
         let is_drawn = x.abs() <= LARGEST && y.abs() <= LARGEST;
-        if is_drawn { [maps[0].place(x), maps[1].place(y)] } else { [f64::NAN; 2] }
+        if is_drawn { [maps[0].position(x), maps[1].position(y)] } else { [f64::NAN; 2] }
     };
     let bounds = [f64::from(area.width * 2 - 1), f64::from(area.height * 4 - 1)];
     Canvas::default()
@@ -147,7 +152,7 @@ fn draw_curves(panel: &Panel, area: Rect, maps: [Map; 2], buffer: &mut Buffer) {
                 let color = COLORS[curve.color % COLORS.len()];
                 let mut last: Option<Point> = None;
                 for point in curve.points.iter().map(|point| dots(*point)) {
-                    if point.iter().any(|place| place.is_nan()) {
+                    if point.iter().any(|coordinate| coordinate.is_nan()) {
                         last = None;
                         continue;
                     }
@@ -164,56 +169,54 @@ fn draw_curves(panel: &Panel, area: Rect, maps: [Map; 2], buffer: &mut Buffer) {
     }
 }
 
-/// A letter beside the last point of each curve, or in the nearest row that is free.
+/// Writes a letter next to the last point of each curve, or in the nearest free row.
 fn letters(panel: &Panel, area: Rect, maps: [Map; 2], buffer: &mut Buffer) {
     let mut is_free = vec![true; usize::from(area.height)];
-    for (place, curve) in panel.curves.iter().enumerate() {
+    for (idx, curve) in panel.curves.iter().enumerate() {
         let Some(end) = curve.points.iter().rev().find(|point| !point[1].is_nan()) else {
             continue;
         };
-        let wanted = area.height - 1 - cell(maps[1].place(end[1]), 4, area.height);
-        let distance = |row: &usize| row.abs_diff(usize::from(wanted));
-        let Some(row) = (0..is_free.len()).filter(|&row| is_free[row]).min_by_key(distance) else {
-            return;
-        };
-        is_free[row] = false;
-        let row = area.top() + u16::try_from(row).unwrap_or(0);
+        let last = area.height - 1 - cell(maps[1].position(end[1]), 4, area.height);
+        let free = (0..area.height).filter(|&row| is_free[usize::from(row)]);
+        let Some(row) = free.min_by_key(|row| row.abs_diff(last)) else { return };
+        is_free[usize::from(row)] = false;
         let style = Style::new().fg(COLORS[curve.color % COLORS.len()]);
-        buffer.set_string(area.right(), row, letter(place), style);
+        buffer.set_string(area.right(), area.top() + row, letter(idx), style);
     }
 }
 
-fn letter(place: usize) -> String {
+fn letter(idx: usize) -> String {
     const LETTERS: &[u8; 26] = b"abcdefghijklmnopqrstuvwxyz";
-    char::from(LETTERS[place % LETTERS.len()]).to_string()
+    char::from(LETTERS[idx % LETTERS.len()]).to_string()
 }
 
-/// Rows of the legend: curves and their names behind their letters; none for one curve.
+/// Rows of the legend: indices of curves, with their letters and names; none for one curve.
 fn legend(curves: &[Curve], width: usize) -> Vec<Vec<(usize, String)>> {
     let mut rows: Vec<Vec<(usize, String)>> = Vec::new();
     let mut n_free = 0;
-    for (place, curve) in curves.iter().enumerate().filter(|_| curves.len() > 1) {
-        let entry = fitted(&format!("{} {}", letter(place), curve.name), width.saturating_sub(2));
+    // A single curve needs no name.
+    for (idx, curve) in curves.iter().enumerate().filter(|_| curves.len() > 1) {
+        let entry = fitted(&format!("{} {}", letter(idx), curve.name), width.saturating_sub(2));
         let n = count(&entry) + 2;
-        if n > n_free || rows.is_empty() {
-            rows.push(Vec::new());
-            n_free = width;
+        match rows.last_mut() {
+            Some(row) if n <= n_free => row.push((idx, entry)),
+            _ => {
+                rows.push(vec![(idx, entry)]);
+                n_free = width;
+            }
         }
         n_free = n_free.saturating_sub(n);
-        if let Some(row) = rows.last_mut() {
-            row.push((place, entry));
-        }
     }
     rows
 }
 
-/// The cell, of `n` in a row, of a dot; each cell has `dots` of them.
+/// The cell of a dot, among `n` cells of `dots` dots each.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and n")]
-fn cell(place: f64, dots: u16, n: u16) -> u16 {
-    (place.round() / f64::from(dots)).floor().clamp(0.0, f64::from(n.saturating_sub(1))) as u16
+fn cell(position: f64, dots: u16, n: u16) -> u16 {
+    (position.round() / f64::from(dots)).floor().clamp(0.0, f64::from(n.saturating_sub(1))) as u16
 }
 
-/// The buffer as lines, with codes for colours if they are wanted.
+/// The buffer as lines, with codes for colours if the screen has them.
 fn lines(buffer: &Buffer, has_colors: bool) -> String {
     let mut text = String::new();
     for row in 0..buffer.area.height {
@@ -242,7 +245,7 @@ fn count(text: &str) -> usize {
     text.chars().count()
 }
 
-/// As much of the text as fits, with `…` where it was cut.
+/// The text, cut to a width, with `…` where it was cut.
 fn fitted(text: &str, width: usize) -> String {
     if count(text) <= width {
         return text.to_owned();

@@ -3,7 +3,7 @@
 /// Colours on a background, as `0xrrggbb`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Theme {
-    /// Behind everything.
+    /// Background of the figure.
     pub background: u32,
     /// Words and numbers.
     pub text: u32,

@@ -1,23 +1,23 @@
-//! [`Trace`]: a curve in the plane in constant memory, of which the shape is kept.
+//! [`Trace`]: a curve in the plane in constant memory that keeps its shape.
 //!
 //! A point is dropped when the chord between the neighbours that stay passes it within a tolerance.
 //! One sweep finds those: all directions from the last point kept that pass each point since within
 //! the tolerance are a sector, which shrinks with every point; a point outside of it ends the chord
-//! at the one before. What goes over lines that are there already, as a periodic motion does, is
-//! dropped, too. J. Sklansky and V. Gonzalez, *Fast polygonal approximation of digitized
-//! curves*, Pattern Recognition 12 (1980) 327–331.
+//! at the one before. Lines over earlier lines, as a periodic motion draws them, are dropped, too.
+//! J. Sklansky and V. Gonzalez, *Fast polygonal approximation of digitized curves*, Pattern
+//! Recognition 12 (1980) 327–331.
 
 use crate::decimate::{Point, put};
 
-/// Points that are kept at most.
+/// Largest number of points that are kept.
 const CAPACITY: usize = 1 << 16;
-/// The first tolerance, in parts of the curve's width and height: a fraction of a pixel.
+/// The first tolerance, relative to the curve's width and height: a fraction of a pixel.
 const TOLERANCE: f64 = 1.0 / 8192.0;
 
 /// A curve in the plane, gathered point by point, such as a phase portrait.
 ///
-/// What is dropped lies within a fraction of a pixel of what is kept. A curve of more detail than
-/// there is room for, which would fill the picture, loses the finest.
+/// Dropped points lie within a fraction of a pixel of the lines that are kept. A curve of more
+/// detail than the capacity allows, which would fill the picture, loses the finest.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Trace {
     points: Vec<Point>,
@@ -31,7 +31,7 @@ impl Default for Trace {
 }
 
 impl Trace {
-    /// Appends a point. Coordinates that are no numbers make a gap.
+    /// Appends a point. Coordinates that are not finite make a gap.
     pub fn push(&mut self, point: Point) {
         if !put(&mut self.points, point) || self.points.len() < CAPACITY {
             return;
@@ -44,11 +44,12 @@ impl Trace {
             thin(&mut self.points, scale, self.tolerance);
         }
         if self.points.len() > CAPACITY / 2 {
-            // Gaps alone: a curve of single points, of which every second one will do.
-            let mut place = 0;
+            // Only gaps are left to drop: a curve of single points, of which every second is
+            // enough.
+            let mut idx = 0;
             self.points.retain(|_| {
-                place += 1;
-                place % 4 < 2
+                idx += 1;
+                idx % 4 < 2
             });
         }
     }
@@ -71,20 +72,20 @@ fn unit_scale(points: &[Point]) -> [f64; 2] {
     })
 }
 
-/// Cells along each side of the grid that tells what is drawn already: about one for a pixel.
+/// Cells along each side of the grid of drawn lines: about one to a pixel.
 const N_CELLS: usize = 1024;
-/// A line does not cover those that follow it at once.
+/// Number of following lines that a line does not cover: neighbours always touch.
 const N_NEIGHBOURS: usize = 16;
 
-/// Drops lines that run where others have run before, within a cell of the grid.
+/// Drops lines that run within a cell of the grid of earlier lines.
 fn drop_covered(points: &mut Vec<Point>, scale: [f64; 2]) {
     let is_new = new_lines(points, scale);
     let last = points.len() - 1;
     let outermost = outermost(points);
     let mut kept = Vec::with_capacity(points.len());
-    for (place, &[x, y]) in points.iter().enumerate() {
-        let goes_on = place == last || is_new[place];
-        let is_kept = goes_on || (place > 0 && is_new[place - 1]) || outermost.contains(&place);
+    for (idx, &[x, y]) in points.iter().enumerate() {
+        let goes_on = idx == last || is_new[idx];
+        let is_kept = goes_on || (idx > 0 && is_new[idx - 1]) || outermost.contains(&idx);
         if is_kept {
             put(&mut kept, [x, y]);
         }
@@ -95,16 +96,17 @@ fn drop_covered(points: &mut Vec<Point>, scale: [f64; 2]) {
     *points = kept;
 }
 
-/// For each line between neighbours, whether it goes where none was before; those to gaps are new.
+/// For each line between neighbours, whether it enters a cell without earlier lines; lines to gaps
+/// are new.
 fn new_lines(points: &[Point], scale: [f64; 2]) -> Vec<bool> {
     let corner = [0, 1].map(|axis| {
         let values = points.iter().filter(|point| !point[1].is_nan()).map(|point| point[axis]);
         values.fold(f64::INFINITY, f64::min)
     });
-    // A rim around the grid spares the cells at its edge a test of their neighbours.
+    // A rim around the grid spares a test of the neighbours for cells at its edge.
     let width = N_CELLS + 4;
     let mut drawn_by = vec![usize::MAX; width * width];
-    let place = |point: Point| {
+    let in_grid = |point: Point| {
         [0, 1].map(|axis| 2.0 + (point[axis] - corner[axis]) * scale[axis] * N_CELLS as f64)
     };
     let is_new = |(number, pair): (usize, &[Point])| {
@@ -113,13 +115,13 @@ fn new_lines(points: &[Point], scale: [f64; 2]) -> Vec<bool> {
             return true;
         }
         let mut is_new = false;
-        for cell in cells(place(from), place(to), width) {
+        for cell in cells(in_grid(from), in_grid(to), width) {
             let mut around = [0, 1, 2].into_iter().flat_map(|row| {
                 let first = cell + row * width - width - 1;
                 &drawn_by[first..first + 3]
             });
             is_new |= !around.any(|&by| by.saturating_add(N_NEIGHBOURS) < number);
-            // The first to come here is the one that stays.
+            // The first line in a cell is the one that stays.
             drawn_by[cell] = drawn_by[cell].min(number);
         }
         is_new
@@ -127,7 +129,7 @@ fn new_lines(points: &[Point], scale: [f64; 2]) -> Vec<bool> {
     points.windows(2).enumerate().map(is_new).collect()
 }
 
-/// Cells of a grid, row by row, that a line goes through.
+/// Cells of a grid, numbered row by row, that a line goes through.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "inside of the grid")]
 fn cells(from: Point, to: Point, width: usize) -> impl Iterator<Item = usize> {
     let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
@@ -135,23 +137,23 @@ fn cells(from: Point, to: Point, width: usize) -> impl Iterator<Item = usize> {
     (0..=n).map(move |k| {
         let part = k as f64 / n as f64;
         let [column, row] = [from[0] + part * dx, from[1] + part * dy]
-            .map(|place| place.clamp(1.0, (width - 2) as f64) as usize);
+            .map(|position| position.clamp(1.0, (width - 2) as f64) as usize);
         row * width + column
     })
 }
 
-/// Drops the points that `scale` brings within `tolerance` of the chord between those that stay.
-/// The ends and the outermost points in all four directions stay.
+/// Drops the points that, times `scale`, are within `tolerance` of the chord between those that
+/// stay. The ends and the outermost points in all four directions stay.
 pub(crate) fn thin(points: &mut Vec<Point>, scale: [f64; 2], tolerance: f64) {
     let outermost = outermost(points);
     let mut n_kept = 0;
     let mut chord: Option<Chord> = None;
-    for place in 0..points.len() {
-        let point = points[place];
+    for idx in 0..points.len() {
+        let point = points[idx];
         if point[1].is_nan() {
             // A gap ends the piece before it.
             if let Some(chord) = chord.take()
-                && place > 0
+                && idx > 0
             {
                 keep(points, &mut n_kept, chord.last);
             }
@@ -170,7 +172,7 @@ pub(crate) fn thin(points: &mut Vec<Point>, scale: [f64; 2], tolerance: f64) {
             current.passes(point, scale, tolerance);
         }
         current.last = point;
-        if outermost.contains(&place) {
+        if outermost.contains(&idx) {
             keep(points, &mut n_kept, point);
             *current = Chord::new(point);
         }
@@ -181,28 +183,28 @@ pub(crate) fn thin(points: &mut Vec<Point>, scale: [f64; 2], tolerance: f64) {
     points.truncate(n_kept);
 }
 
-/// Moves a point to the front, unless it stands there already.
+/// Appends a point to those kept at the front, unless it is the last of them.
 fn keep(points: &mut [Point], n_kept: &mut usize, point: Point) {
-    let is_there = n_kept.checked_sub(1).is_some_and(|last| points[last] == point);
-    if !is_there && *n_kept < points.len() {
+    let is_kept = n_kept.checked_sub(1).is_some_and(|last| points[last] == point);
+    if !is_kept && *n_kept < points.len() {
         points[*n_kept] = point;
         *n_kept += 1;
     }
 }
 
-/// Places of the points farthest left, right, below and above.
+/// Indices of the outermost points along x and y, on either side.
 fn outermost(points: &[Point]) -> [usize; 4] {
-    let mut places = [0; 4];
-    for (place, point) in points.iter().enumerate().filter(|(_, point)| !point[1].is_nan()) {
-        for (direction, best) in places.iter_mut().enumerate() {
+    let mut found = [0; 4];
+    for (idx, point) in points.iter().enumerate().filter(|(_, point)| !point[1].is_nan()) {
+        for (direction, best) in found.iter_mut().enumerate() {
             let sign = if direction % 2 == 0 { 1.0 } else { -1.0 };
             let height = |point: &Point| sign * point[direction / 2];
             if points[*best][1].is_nan() || height(point) > height(&points[*best]) {
-                *best = place;
+                *best = idx;
             }
         }
     }
-    places
+    found
 }
 
 /// A chord that begins at a point that is kept.
@@ -224,7 +226,7 @@ impl Chord {
     fn passes(&mut self, point: Point, scale: [f64; 2], tolerance: f64) -> bool {
         let [x, y] = [0, 1].map(|axis| (point[axis] - self.start[axis]) * scale[axis]);
         let distance = x.hypot(y);
-        // Going back would leave the farthest point out.
+        // A chord to a point that is back again would leave out the farthest one.
         if distance < self.reach - tolerance {
             return false;
         }
@@ -278,7 +280,7 @@ mod tests {
         #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, rng_seed: RngSeed::Fixed(1973), ..ProptestConfig::default() })]
 
         #[test]
-        fn dropped_points_lie_beside_the_chords(
+        fn dropped_points_lie_near_the_chords(
             steps in prop::collection::vec((-1.0..1.0_f64, -1.0..1.0_f64), 1..400),
             tolerance in 0.01..2.0_f64,
         ) {
@@ -297,7 +299,7 @@ mod tests {
             for point in all {
                 let chords = kept.windows(2).map(|pair| distance(point, pair[0], pair[1]));
                 let nearest = chords.fold(distance(point, kept[0], kept[0]), f64::min);
-                // Back along the chord by a tolerance, and beside it by one.
+                // A tolerance back along the chord, and one across it.
                 prop_assert!(nearest <= 1.5 * tolerance, "{nearest} > {tolerance}");
             }
         }

@@ -1,11 +1,11 @@
-//! Ticks at 1-2-5 numbers, and what is written beside them.
+//! Ticks at 1-2-5 numbers, and their labels.
 
 /// Ticks of an axis.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Ticks {
-    /// Where they are, ascending.
+    /// Their numbers, ascending.
     pub(crate) values: Vec<f64>,
-    /// What is written beside each; may be empty.
+    /// Label of each.
     pub(crate) labels: Vec<String>,
     /// Power of ten that the labels are to be multiplied by.
     pub(crate) exponent: i32,
@@ -13,11 +13,11 @@ pub(crate) struct Ticks {
     pub(crate) offset: Option<String>,
 }
 
-/// From this size on labels are multiples of a power of ten.
+/// Magnitude from which labels are multiples of a power of ten.
 const LARGE: f64 = 1e5;
-/// Below this size, too.
+/// Magnitude below which labels are multiples of a power of ten.
 const SMALL: f64 = 1e-2;
-/// Labels of more digits are counted from the first one.
+/// Number of digits from which labels are differences from the first tick.
 const MAX_DIGITS: usize = 7;
 
 impl Ticks {
@@ -25,7 +25,7 @@ impl Ticks {
     /// more; at least one label however narrow the axis is.
     pub(crate) fn linear(low: f64, high: f64, max_n: usize) -> Self {
         let coarse = step(high - low, max_n);
-        // A step above the span, as 5 is for two in 4.5, may miss it.
+        // A step larger than the span may have no multiple in it, as 5 for two ticks in 4.5.
         let found = [coarse, finer(coarse)].into_iter().find_map(|(mantissa, power)| {
             let counts = multiples(low, high, (mantissa, power));
             (!counts.is_empty()).then(|| Self::labelled(&counts, power))
@@ -80,9 +80,9 @@ impl Ticks {
     }
 }
 
-/// How the labels of an axis are written.
+/// Number format of the labels of an axis.
 struct Form {
-    /// The power of ten to take out.
+    /// The power of ten that is factored out.
     exponent: i32,
     /// Digits before the point of the longest label.
     n_whole: usize,
@@ -91,18 +91,18 @@ struct Form {
 }
 
 impl Form {
-    /// For `counts` times ten to `power`.
+    /// The format for `counts` times ten to `power`.
     fn of(counts: &[f64], power: i32) -> Self {
         let largest = counts.iter().fold(0.0, |largest: f64, count| largest.max(count.abs()));
         let size = times_ten_to(largest, power);
-        // Nothing but zero is written, whatever the step to its neighbours outside is.
+        // The only label is zero, whatever the step to the next tick outside.
         if size == 0.0 {
             return Self { exponent: 0, n_whole: 1, n_decimals: 0 };
         }
         let magnitude = whole(size.log10().floor());
         let is_plain = (SMALL..LARGE).contains(&size);
         let exponent = if is_plain { 0 } else { 3 * magnitude.div_euclid(3) };
-        let digits = |n: i32| usize::try_from(n).unwrap_or(0);
+        let digits = |n: i32| n.max(0).unsigned_abs() as usize;
         Self {
             exponent,
             n_whole: digits(magnitude - exponent) + 1,
@@ -113,7 +113,7 @@ impl Form {
 
 fn offset_text(count: f64, power: i32) -> String {
     let value = times_ten_to(count, power);
-    let decimals = usize::try_from(-power).unwrap_or(0);
+    let decimals = (-power).max(0).unsigned_abs() as usize;
     if decimals <= 15 && value.abs() < 1e15 {
         format!("{value:.decimals$}")
     } else {
@@ -145,10 +145,10 @@ fn finer((mantissa, power): (f64, i32)) -> (f64, i32) {
 /// The multiples of a step from `low` to `high`, in units of its power of ten.
 fn multiples(low: f64, high: f64, (mantissa, power): (f64, i32)) -> Vec<f64> {
     let size = times_ten_to(mantissa, power);
-    // Rounding of the ends must not cost a tick that stands there.
+    // Rounding of the ends must not lose a tick at an end.
     let (first, last) = ((low / size - 1e-6).ceil(), (high / size + 1e-6).floor());
     let mut counts = Vec::new();
-    // Beyond the digits of the numbers, or a step that is none.
+    // None if the counts exceed the digits of a double, or the step is zero.
     if !(first.abs().max(last.abs()) < 1e15 && last - first < 1e4) {
         return counts;
     }
@@ -195,7 +195,7 @@ pub(crate) fn superscript(text: &str) -> String {
     text.chars().map(raised).collect()
 }
 
-/// A number with the sign that is set for it.
+/// A number with a typographic minus sign, and none on zero.
 fn minus(text: &str) -> String {
     let is_zero = !text.contains(|letter: char| ('1'..='9').contains(&letter));
     text.replace('-', if is_zero { "" } else { "−" })

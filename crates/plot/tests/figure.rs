@@ -1,4 +1,4 @@
-//! Figures, seen as their readers see them: the SVG is parsed, the PNG decoded, the PDF searched.
+//! Figures from outside: the SVG is parsed, the PNG decoded, the PDF searched.
 
 use bksim_plot::{Axis, Curve, Figure, Format, Panel, Point, Scale, Screen, Size, Theme};
 use proptest::prelude::*;
@@ -32,35 +32,35 @@ fn drawn(svg: &str) -> Vec<Vec<Vec<Point>>> {
     curves.map(path).collect()
 }
 
-/// Places of the numbers beside an axis: of the ordinate if `anchor` is `end`.
+/// Numbers at an axis, with their positions: of the ordinate if `anchor` is `end`.
 fn numbers(svg: &str, anchor: &str) -> Vec<(f64, f64)> {
     let document = roxmltree::Document::parse(svg).expect("XML");
     let texts = document.descendants().filter(|node| node.has_tag_name("text"));
     let of_axis = texts.filter(|node| node.attribute("text-anchor") == Some(anchor));
-    let place = |node: roxmltree::Node<'_, '_>| {
+    let number = |node: roxmltree::Node<'_, '_>| {
         let value = node.text()?.replace('−', "-").parse().ok()?;
         let at = node.attribute(if anchor == "end" { "y" } else { "x" })?.parse().ok()?;
         Some((value, at))
     };
-    of_axis.filter_map(place).collect()
+    of_axis.filter_map(number).collect()
 }
 
-/// The straight line through two pairs: from places back to numbers.
+/// The inverse of an axis: the straight line through two pairs of number and position.
 fn inverse(numbers: &[(f64, f64)]) -> impl Fn(f64) -> f64 + use<> {
     let (first, last) = (numbers[0], numbers[numbers.len() - 1]);
-    move |place| first.0 + (place - first.1) / (last.1 - first.1) * (last.0 - first.0)
+    move |position| first.0 + (position - first.1) / (last.1 - first.1) * (last.0 - first.0)
 }
 
 #[test]
-fn points_stand_where_the_numbers_at_the_axes_say() {
+fn points_stand_at_the_numbers_of_the_axes() {
     let svg = figure(vec![Curve::new("A_angle", wave(40))]).to_svg(SIZE, &Theme::LIGHT);
     let points = &drawn(&svg)[0][0];
     let [x, y] = ["middle", "end"].map(|anchor| inverse(&numbers(&svg, anchor)));
-    // Numbers stand beside their ticks; that shifts all of them alike.
+    // Numbers are not level with their ticks; that shifts all of them alike.
     let shift = {
         let line = svg.split("class=\"zero\" d=\"M").nth(1).expect("a line at zero");
-        let place: f64 = line.split([' ', 'H']).nth(1).expect("y").parse().expect("a number");
-        y(place)
+        let position: f64 = line.split([' ', 'H']).nth(1).expect("y").parse().expect("a number");
+        y(position)
     };
     assert_eq!(points.len(), 40);
     for (point, [t, value]) in points.iter().zip(wave(40)) {
@@ -123,12 +123,12 @@ fn all_texts_lie_inside_and_none_over_another() {
             let svg = figure.to_svg(size, &Theme::DARK);
             let boxes = text_boxes(&svg);
             assert!(boxes.len() > 5);
-            for (place, (text, own)) in boxes.iter().enumerate() {
+            for (idx, (text, own)) in boxes.iter().enumerate() {
                 let [left, top, right, bottom] = *own;
                 let is_inside =
                     left >= 0.0 && top >= 0.0 && right <= size.width && bottom <= size.height;
                 assert!(is_inside, "`{text}` at {own:?} in {size:?} with {n_panels} panels");
-                for (other_text, other) in &boxes[..place] {
+                for (other_text, other) in &boxes[..idx] {
                     let apart = right <= other[0]
                         || other[2] <= left
                         || bottom <= other[1]
@@ -143,7 +143,7 @@ fn all_texts_lie_inside_and_none_over_another() {
     }
 }
 
-/// Texts with what they cover: left, top, right, bottom.
+/// Texts with their boxes: left, top, right, bottom.
 fn text_boxes(svg: &str) -> Vec<(String, [f64; 4])> {
     let document = roxmltree::Document::parse(svg).expect("XML");
     let texts = document.descendants().filter(|node| node.has_tag_name("text"));
@@ -160,7 +160,7 @@ fn text_boxes(svg: &str) -> Vec<(String, [f64; 4])> {
         let bounds = if let Some((x, y)) = number("x").zip(number("y")) {
             [x - before, y - up, x - before + length, y + down]
         } else {
-            let turned = node.attribute("transform").expect("a place");
+            let turned = node.attribute("transform").expect("a position");
             let turned = turned.trim_start_matches("translate(").split([' ', ')']);
             let at: Vec<f64> = turned.take(2).map(|n| n.parse().expect("a number")).collect();
             [at[0] - up, at[1] - before, at[0] + down, at[1] - before + length]

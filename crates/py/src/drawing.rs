@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use bksim_view::film::FilmError;
-use bksim_view::render::{Background, Format, Order, RenderError};
+use bksim_view::render::{Background, Format, RenderError, Request};
 use bksim_view::show::{Show, ShowOptions};
 use pyo3::prelude::*;
 
@@ -40,7 +40,7 @@ pub(crate) struct Wanted {
 const ARROWS: [&str; 3] = ["reactions", "velocities", "forces"];
 
 impl Wanted {
-    fn order(&self, format: Format) -> Result<Order, Fault> {
+    fn order(&self, format: Format) -> Result<Request, Fault> {
         if let Some(kind) = self.arrows.iter().find(|kind| !ARROWS.contains(&kind.as_str())) {
             let words = format!("arrows: {kind:?} is none of {}", ARROWS.join(", "));
             return Err(Fault::Value(words));
@@ -57,7 +57,7 @@ impl Wanted {
             ghosts: self.ghosts,
             ..ShowOptions::default()
         };
-        Ok(Order {
+        Ok(Request {
             at: self.at,
             from: self.span.map(|(from, _)| from),
             to: self.span.map(|(_, to)| to),
@@ -69,7 +69,7 @@ impl Wanted {
             background,
             options,
             trails: self.trails.clone(),
-            ..Order::new(format)
+            ..Request::new(format)
         })
     }
 }
@@ -113,7 +113,7 @@ pub(crate) fn render(run: &Run, rows: &Rows, path: &Path, wanted: &Wanted) -> Re
 /// The mechanism at an instant as SVG.
 pub(crate) fn picture(run: &Run, rows: &Rows, t: f64, is_dark: bool) -> Result<String, Fault> {
     let background = if is_dark { Background::Dark } else { Background::Light };
-    let order = Order { at: Some(t), background, ..Order::new(Format::Svg) };
+    let order = Request { at: Some(t), background, ..Request::new(Format::Svg) };
     let mut rendering = order.prepare(shown(run, rows)?).map_err(refused)?;
     let mut svg = Vec::new();
     rendering.write(&mut svg, &mut |_| true).map_err(refused)?;

@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-/// Looks at a point along a direction, without perspective: equal lengths stay equal.
+/// A view of a point along a direction, without perspective: equal lengths stay equal.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Camera {
-    /// What is in the middle of the picture, world, m.
+    /// Point of the world in the middle of the picture, m.
     pub centre: [f64; 3],
     /// Pixels per metre.
     pub scale: f64,
@@ -15,7 +15,7 @@ pub struct Camera {
     pub size: [f64; 2],
 }
 
-/// Rows of the view along −z, with x to the right.
+/// Rotation of the view along −z, with x to the right.
 const FROM_ABOVE: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 impl Camera {
@@ -24,8 +24,8 @@ impl Camera {
         Self { centre: [0.0; 3], scale: 1.0, r_view_from_world: FROM_ABOVE, size }
     }
 
-    /// A view of a spatial mechanism with z up: `azimuth` about z from the view along +y, `elevation`
-    /// above the horizon, rad.
+    /// A view of a spatial mechanism with z up: `azimuth` about z from the view along +y,
+    /// `elevation` above the horizon, rad.
     pub fn spatial(size: [f64; 2], azimuth: f64, elevation: f64) -> Self {
         let ((sin_a, cos_a), (sin_e, cos_e)) = (azimuth.sin_cos(), elevation.sin_cos());
         let r_view_from_world = [
@@ -71,11 +71,11 @@ impl Camera {
         let middle: [f64; 3] = std::array::from_fn(|i| 0.5 * (low[i] + high[i]));
         self.centre =
             std::array::from_fn(|i| (0..3).map(|axis| middle[axis] * rows[axis][i]).sum());
-        let room = |axis: usize| {
+        let scale_of = |axis: usize| {
             let extent = high[axis] - low[axis];
             self.size[axis] * (1.0 - 2.0 * margin) / extent.max(f64::MIN_POSITIVE)
         };
-        let scale = room(0).min(room(1));
+        let scale = scale_of(0).min(scale_of(1));
         self.scale = if scale.is_finite() { scale } else { 1.0 };
         self
     }

@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-/// A colour: red, green, blue, and opacity, sRGB, each 0 to 255, not multiplied.
+/// A colour: red, green, blue and opacity, sRGB, each 0 to 255, the colour not multiplied by the
+/// opacity.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize)]
 pub struct Color(pub [u8; 4]);
 
@@ -21,13 +22,13 @@ impl Color {
         Self([r, g, b, (opacity.clamp(0.0, 1.0) * 255.0).round() as u8])
     }
 
-    /// The opaque colour that is seen when this one lies over an opaque one.
+    /// The opaque mixture of this colour over the opaque colour `below`.
     #[must_use]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within 0 to 255")]
-    pub fn over(self, behind: Self) -> Self {
+    pub fn over(self, below: Self) -> Self {
         let part = self.opacity();
         let mixed = |i: usize| {
-            let (front, back) = (f32::from(self.0[i]), f32::from(behind.0[i]));
+            let (front, back) = (f32::from(self.0[i]), f32::from(below.0[i]));
             (part * front + (1.0 - part) * back).round() as u8
         };
         Self([mixed(0), mixed(1), mixed(2), 255])

@@ -1,4 +1,4 @@
-//! From a scene and the poses of its bodies to a picture.
+//! [`picture`]: a scene, with its bodies at given poses, as a camera sees it.
 
 use bksim_sim::pose::Pose;
 
@@ -8,26 +8,26 @@ use crate::{
     silhouette,
 };
 
-/// What is drawn beside the mechanism.
+/// Additions to the picture of a mechanism: trails, arrows, names, ghosts.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Extras {
-    /// Ways of points through the world, the oldest first, which fades.
+    /// Paths of points through the world, oldest point first; the old end fades.
     pub trails: Vec<(Color, Vec<[f64; 3]>)>,
-    /// Arrows from a point of the world along a vector of it, both m. Those shorter than a pixel are
-    /// left out.
+    /// Arrows: colour, tail and vector in the world, both m. Those shorter than a pixel are left
+    /// out.
     pub arrows: Vec<(Color, [f64; 3], [f64; 3])>,
-    /// Whether markers have their names beside them.
+    /// Whether markers are labelled with their names.
     pub has_labels: bool,
-    /// Poses at other instants, drawn faintly behind.
+    /// Poses at other instants, drawn faintly under the mechanism.
     pub ghosts: Vec<Vec<Pose>>,
 }
 
-/// How much of a ghost is seen.
+/// Opacity of a ghost.
 const GHOST: f32 = 0.22;
-/// Pieces of a trail, each more opaque than the one before.
+/// Number of pieces of a trail, each more opaque than the one before.
 const FADES: usize = 12;
 
-/// What `camera` sees of `scene` when its bodies are at `poses`.
+/// The picture that `camera` gives of `scene` with its bodies at `poses`.
 pub fn picture(
     scene: &Scene,
     poses: &[Pose],
@@ -61,11 +61,11 @@ struct Painter<'a> {
     items: Vec<Item>,
 }
 
-/// Items of one shape, and how far towards the eye it is.
+/// Depth of a shape, m towards the eye, and its items.
 type Layer = (f64, Vec<Item>);
 
 impl Painter<'_> {
-    /// The shapes and spans, those in the back first: in the order of the scene, in space by depth.
+    /// Paints shapes and spans from back to front: in the order of the scene, in space by depth.
     fn mechanism(&mut self, poses: &[Pose], opacity: f32) {
         let shapes = &self.scene.shapes;
         let drawn = |shape| self.shape(shape, poses, opacity).unwrap_or_default();
@@ -85,21 +85,24 @@ impl Painter<'_> {
     fn shape(&self, shape: &Shape, poses: &[Pose], opacity: f32) -> Option<Layer> {
         let pose = poses.get(shape.body)?;
         let paint = self.theme.paint(shape.role).faded(opacity);
-        if let Form::Rod { ends, radius } = shape.form {
-            let ends = ends.map(|end| pose.place(end));
-            let ring = silhouette(ends, radius, self.camera);
-            let (_, items) = self.layer(&[ring], true, true, paint);
-            return Some((ends.map(|end| 0.5 * self.camera.project(end)[2]).iter().sum(), items));
-        }
-        let (rings, is_closed) = match &shape.form {
-            Form::Region(rings) => (rings.as_slice(), true),
-            Form::Line { points, is_closed } => (std::slice::from_ref(points), *is_closed),
-            Form::Rod { .. } => return None,
+        let in_world = |ring: &Vec<[f64; 3]>| ring.iter().map(|&p| pose.place(p)).collect();
+        let layer = match &shape.form {
+            Form::Region(rings) => {
+                let rings: Vec<Vec<[f64; 3]>> = rings.iter().map(in_world).collect();
+                self.layer(&rings, true, true, paint)
+            }
+            Form::Line { points, is_closed } => {
+                self.layer(&[in_world(points)], *is_closed, false, paint)
+            }
+            Form::Rod { ends, radius } => {
+                let ends = ends.map(|end| pose.place(end));
+                let ring = silhouette(ends, *radius, self.camera);
+                let (_, items) = self.layer(&[ring], true, true, paint);
+                // The outline lies in a plane across the view: the depth comes from the ends.
+                (ends.map(|end| 0.5 * self.camera.project(end)[2]).iter().sum(), items)
+            }
         };
-        let placed = |ring: &Vec<[f64; 3]>| ring.iter().map(|&p| pose.place(p)).collect();
-        let rings: Vec<Vec<[f64; 3]>> = rings.iter().map(placed).collect();
-        let is_filled = matches!(shape.form, Form::Region(_));
-        Some(self.layer(&rings, is_closed, is_filled, paint))
+        Some(layer)
     }
 
     fn spans(&self, poses: &[Pose], opacity: f32, layers: &mut Vec<Layer>) {
@@ -115,7 +118,7 @@ impl Painter<'_> {
         }
     }
 
-    /// Rings in the world, as they are painted.
+    /// Items and mean depth of rings in the world.
     fn layer(&self, rings: &[Vec<[f64; 3]>], is_closed: bool, fill: bool, paint: Paint) -> Layer {
         let n = rings.iter().map(Vec::len).sum::<usize>().max(1) as f64;
         let depth = rings.iter().flatten().map(|&p| self.camera.project(p)[2] / n).sum();
@@ -132,22 +135,22 @@ impl Painter<'_> {
         (depth, items)
     }
 
-    /// A line that fades towards its old end: glazes over each other, each from a later point to the
-    /// new end. Pieces side by side would show where their round ends overlap.
+    /// Paints a line that fades towards its old end: glazes over each other, each from a later
+    /// point to the new end. Separate pieces would show where their round ends overlap.
     fn trail(&mut self, color: Color, points: &[[f64; 3]]) {
         let n = points.len().saturating_sub(1);
         let width = self.theme.sizes.trail;
         let points: Vec<[f32; 2]> = points.iter().map(|&p| self.pixel(p)).collect();
-        let mut seen = 0.0;
+        let mut reached = 0.0;
         for glaze in 0..FADES {
             let first = glaze * n / FADES;
             if first >= (glaze + 1) * n / FADES {
                 continue;
             }
-            // What is seen through a glaze of opacity a over others of s together is s + a (1 − s).
-            let wanted = color.opacity() * (glaze + 1) as f32 / FADES as f32;
-            let color = color.with_opacity(((wanted - seen) / (1.0 - seen)).clamp(0.0, 1.0));
-            seen = wanted;
+            // A glaze of opacity a over others of opacity s gives s + a (1 − s).
+            let target = color.opacity() * (glaze + 1) as f32 / FADES as f32;
+            let color = color.with_opacity(((target - reached) / (1.0 - reached)).clamp(0.0, 1.0));
+            reached = target;
             let stroke = Stroke { color, width };
             self.items.push(Item::Line {
                 points: points[first..].to_vec(),
@@ -157,7 +160,7 @@ impl Painter<'_> {
         }
     }
 
-    /// An arrow; gives some places along it.
+    /// Paints an arrow; returns some points along it, which names should leave free.
     fn arrow(&mut self, color: Color, from: [f64; 3], vector: [f64; 3]) -> Vec<[f32; 2]> {
         let tip = self.pixel(std::array::from_fn(|i| from[i] + vector[i]));
         let from = self.pixel(from);
@@ -173,7 +176,7 @@ impl Painter<'_> {
         let half = 0.36 * head;
         let neck = [tip[0] - head * ux, tip[1] - head * uy];
         let corner = |side: f32| [neck[0] - side * uy, neck[1] + side * ux];
-        // The shaft ends inside the head: no gap, and nothing beside the tip.
+        // The shaft ends inside the head: no gap, and nothing sticks out at the tip.
         let inside = [neck[0] + 0.3 * head * ux, neck[1] + 0.3 * head * uy];
         let stroke = Stroke { color, width: sizes.arrow.min(0.6 * head) };
         let shaft = Item::Line { points: vec![from, inside], is_closed: false, stroke };
@@ -184,7 +187,7 @@ impl Painter<'_> {
         (1..=16).map(at).collect()
     }
 
-    /// The names of markers.
+    /// Paints the names of markers, where they hide neither each other nor the arrows.
     fn labels(&mut self, poses: &[Pose], arrows: &[[f32; 2]]) {
         let sizes = &self.theme.sizes;
         let pin = single(self.scene.pin * self.camera.scale);
@@ -195,21 +198,21 @@ impl Painter<'_> {
             gap: (1.5 * pin).min(2.0 * sizes.text) + 0.3 * sizes.text,
             taken: arrows,
         };
-        let place = |marker: &Marker| {
+        let position = |marker: &Marker| {
             let pose = poses.get(marker.at.body)?;
             Some(self.pixel(pose.place(marker.at.position)))
         };
-        // The points that a joint connects have its name.
+        // A point that a joint connects goes by the name of the joint.
         let is_joint = |marker: &&Marker| matches!(marker.kind, MarkerKind::Joint(_));
         let joints: Vec<[f32; 2]> =
-            self.scene.markers.iter().filter(is_joint).filter_map(place).collect();
-        let is_named = |at: [f32; 2]| {
+            self.scene.markers.iter().filter(is_joint).filter_map(position).collect();
+        let is_at_joint = |at: [f32; 2]| {
             joints.iter().any(|j| (j[0] - at[0]).hypot(j[1] - at[1]) < 0.5 * pin.max(1.0))
         };
         let label = |marker: &Marker| {
-            let at = place(marker).filter(|at| at.iter().all(|x| x.is_finite()))?;
-            let is_said = marker.kind == MarkerKind::Point && is_named(at);
-            (!is_said).then(|| Label { at, text: marker.name.clone() })
+            let at = position(marker).filter(|at| at.iter().all(|x| x.is_finite()))?;
+            let is_redundant = marker.kind == MarkerKind::Point && is_at_joint(at);
+            (!is_redundant).then(|| Label { at, text: marker.name.clone() })
         };
         let names = self.scene.markers.iter().filter_map(label).collect();
         let items = labels.place(names);
@@ -222,7 +225,7 @@ impl Painter<'_> {
     }
 }
 
-/// What a pixel needs.
+/// Single precision, which is enough for pixels.
 #[expect(clippy::cast_possible_truncation, reason = "pixels")]
 fn single(x: f64) -> f32 {
     x as f32

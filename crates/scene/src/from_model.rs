@@ -1,6 +1,7 @@
 //! From a model to its scene: outlines where there are some, textbook symbols for the rest.
 //!
-//! Everything is measured in radii of a pin, which follows from the lengths of the mechanism itself.
+//! Everything is measured in radii of a pin, which follows from the lengths of the mechanism
+//! itself.
 
 mod bodies;
 mod ground;
@@ -21,12 +22,13 @@ use crate::{Attached, Form, Role, Scene, Shape};
 
 use numbers::Numbers;
 use rail::Rail;
+use sizes::SymbolSizes;
 
 impl Scene {
     /// The shapes of a model at these values of its parameters.
     ///
-    /// How far sliders go is not known: guides and slots are as long as the model's start suggests.
-    /// [`Scene::of_motion`] knows.
+    /// The travel of sliders is not known: guides and slots are as long as the model's start
+    /// suggests. [`Scene::of_motion`] takes it from a motion.
     ///
     /// # Panics
     /// If `parameters` are not as many as in the model.
@@ -34,9 +36,9 @@ impl Scene {
         Self::of_motion(model, parameters, &[])
     }
 
-    /// The shapes of a model that moves as `motion` shows: the poses of all bodies, the ground first,
-    /// at some instants, the earliest first. Guides and slots are as long as it needs, supports stand
-    /// where the links leave room.
+    /// The shapes of a model that moves as in `motion`: the poses of all bodies, the ground first,
+    /// at some instants, the earliest first. Guides and slots cover the travel of their sliders,
+    /// supports stand on the side where the links are less often.
     ///
     /// # Panics
     /// If `parameters` are not as many as in the model.
@@ -70,12 +72,12 @@ impl Scene {
     }
 }
 
-/// What is known before the first shape.
+/// Values that all shapes of a model depend on.
 struct Sketch<'a> {
     numbers: Numbers<'a>,
     /// By body: its points that something is attached to, in its frame.
     attached: Vec<Vec<[f64; 3]>>,
-    /// By joint.
+    /// By joint: its guide or slot.
     rails: Vec<Option<Rail>>,
     /// By body: the number of its colour.
     colours: Vec<u8>,
@@ -89,7 +91,7 @@ impl<'a> Sketch<'a> {
         for at in attachments(&numbers) {
             attached[at.body].push(at.position);
         }
-        let sizes = sizes::Sizes::of(&numbers, &attached);
+        let sizes = SymbolSizes::of(&numbers, &attached);
         let rails = rail::rails(&numbers, &sizes, &attached);
         let colours = colours(numbers.model);
         Self { numbers, attached, rails, colours, pin: sizes.pin }
@@ -119,7 +121,7 @@ impl<'a> Sketch<'a> {
     }
 }
 
-/// Where joints and loads hold on to bodies, in the order of the file.
+/// Points of bodies that joints and loads are attached to, in the order of the file.
 fn attachments(numbers: &Numbers) -> Vec<Attached> {
     let joints = numbers.model.joints.iter().flat_map(|j| [j.predecessor, j.successor]);
     let loads = numbers.model.loads.iter().flat_map(|load| match load.kind {
@@ -130,10 +132,10 @@ fn attachments(numbers: &Numbers) -> Vec<Attached> {
     joints.chain(loads).map(|anchor| numbers.attached(anchor)).collect()
 }
 
-/// Number of colours that are told apart.
+/// Number of different colours.
 const N_COLOURS: usize = 6;
 
-/// The colour of every body: in file order, and unlike those of its neighbours where that can be.
+/// The colour of every body: in file order, and different from those of its neighbours if possible.
 fn colours(model: &Model) -> Vec<u8> {
     let mut neighbours = vec![Vec::new(); model.bodies.len()];
     for joint in &model.joints {
@@ -145,10 +147,10 @@ fn colours(model: &Model) -> Vec<u8> {
         let is_free = |&colour: &u8| {
             !neighbours[body].iter().any(|&other| other > 0 && colours[other] == colour)
         };
-        let in_turn = (0..N_COLOURS).map(|i| (body - 1 + i) % N_COLOURS);
-        let mut in_turn = in_turn.filter_map(|number| u8::try_from(number).ok());
-        let preferred = in_turn.clone().next().unwrap_or_default();
-        colours[body] = in_turn.find(is_free).unwrap_or(preferred);
+        let in_turn = |i: usize| {
+            u8::try_from((body - 1 + i) % N_COLOURS).expect("there are fewer than 256 colours")
+        };
+        colours[body] = (0..N_COLOURS).map(in_turn).find(is_free).unwrap_or(in_turn(0));
     }
     colours
 }

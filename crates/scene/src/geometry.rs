@@ -1,11 +1,11 @@
-//! Polygons in a plane: circles, blocks, rounded hulls. And where a plane lies in space.
+//! Polygons in a plane: circles, blocks, rounded hulls; and planes in space.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// A point of a plane.
 pub(crate) type Point = [f64; 2];
 
-/// Corners of the polygon that stands for a full circle: its edges leave it by a thousandth of the
+/// Corners of the polygon that stands for a full circle: its edges deviate by a thousandth of the
 /// radius.
 const CORNERS: f64 = 64.0;
 
@@ -21,7 +21,7 @@ impl Plane {
     /// The plane z = 0, of planar mechanisms.
     pub(crate) const XY: Self = Self { origin: [0.0; 3], u: [1.0, 0.0, 0.0], v: [0.0, 1.0, 0.0] };
 
-    /// Where a point of the plane is.
+    /// A point of the plane in the frame of the body.
     pub(crate) fn lift(&self, [x, y]: Point) -> [f64; 3] {
         std::array::from_fn(|i| self.origin[i] + x * self.u[i] + y * self.v[i])
     }
@@ -32,7 +32,7 @@ impl Plane {
         [dot3(d, self.u), dot3(d, self.v)]
     }
 
-    /// Where the points of a line are.
+    /// Points of the plane in the frame of the body.
     pub(crate) fn lifted(&self, points: &[Point]) -> Vec<[f64; 3]> {
         points.iter().map(|&p| self.lift(p)).collect()
     }
@@ -173,7 +173,8 @@ pub(crate) fn hull(points: &[Point]) -> Vec<Point> {
     ring
 }
 
-/// All that is within `radius` of the convex hull: a circle around one point, a capsule around two.
+/// The outline of all points within `radius` of the convex hull: a circle around one point, a
+/// capsule around two.
 pub(crate) fn rounded_hull(points: &[Point], radius: f64) -> Vec<Point> {
     let corners = hull(points);
     let n = corners.len();

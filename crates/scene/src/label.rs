@@ -1,10 +1,10 @@
-//! Names beside what they name, where they hide neither each other nor an arrow.
+//! Positions of names around their points, where they hide neither each other nor an arrow.
 
 use crate::{Align, Color, Item};
 
-/// Width of a letter against its height, on average over what names are made of.
+/// Width of a letter against its height, on average over the letters of usual names.
 const LETTER: f32 = 0.58;
-/// With more names than this, all stand in the same place beside their points.
+/// With more names than this, all stand at the upper right of their points.
 const MANY: usize = 300;
 
 /// A box: left, top, right, bottom.
@@ -12,12 +12,12 @@ type Area = [f32; 4];
 
 /// A name to be placed.
 pub(crate) struct Label {
-    /// What it names, pixels.
+    /// The named point, pixels.
     pub(crate) at: [f32; 2],
     pub(crate) text: String,
 }
 
-/// Places names, each in the best of eight places around its point.
+/// Places names, each at the best of eight positions around its point.
 pub(crate) struct Labels<'a> {
     /// Size of the picture, pixels.
     pub(crate) size: [f32; 2],
@@ -26,7 +26,7 @@ pub(crate) struct Labels<'a> {
     pub(crate) color: Color,
     /// Distance of a name from its point, pixels.
     pub(crate) gap: f32,
-    /// What should stay free: places along arrows.
+    /// Points along arrows, which should stay free.
     pub(crate) taken: &'a [[f32; 2]],
 }
 
@@ -39,7 +39,7 @@ impl Labels<'_> {
         for label in labels {
             let n_letters = label.text.chars().count() as f32;
             let extent = [n_letters * LETTER * self.text, 1.1 * self.text];
-            let places = self.places(label.at, extent);
+            let candidates = self.candidates(label.at, extent);
             let crowding = |area: &Area| {
                 let names: f32 = placed.iter().map(|other| shared(area, other)).sum();
                 let hides = |p: &&[f32; 2]| is_inside(**p, area);
@@ -47,10 +47,10 @@ impl Labels<'_> {
                 let pins = points.iter().filter(hides).count() as f32;
                 names + self.text * (3.0 * arrows + 2.0 * pins) + 5.0 * self.lost(area)
             };
-            let mut best = places[0];
+            let mut best = candidates[0];
             if points.len() <= MANY {
                 let mut least = f32::INFINITY;
-                for area in places {
+                for area in candidates {
                     let cost = crowding(&area);
                     // The first of equally good ones, for a picture that does not flicker.
                     if cost < least - 1.0 {
@@ -71,8 +71,8 @@ impl Labels<'_> {
         items
     }
 
-    /// Upper right first, then the other corners, then the sides.
-    fn places(&self, [x, y]: [f32; 2], [width, height]: [f32; 2]) -> [Area; 8] {
+    /// Boxes around a point: upper right first, then the other corners, then the sides.
+    fn candidates(&self, [x, y]: [f32; 2], [width, height]: [f32; 2]) -> [Area; 8] {
         let (gap, side) = (0.75 * self.gap, self.gap);
         let area = |left: f32, top: f32| [left, top, left + width, top + height];
         let (middle, half) = (x - 0.5 * width, y - 0.5 * height);

@@ -2,12 +2,12 @@
 //!
 //! ```text
 //! Model → Scene            shapes in the frames of their bodies, once
-//! Scene + poses → Picture  what a camera sees at one instant: regions, lines and words in pixels
+//! Scene + poses → Picture  the view of a camera at one instant: regions, lines and words in pixels
 //! Picture → SVG
 //! ```
 //!
-//! A scene is what every way of showing a motion draws from: the window, films, pages, and the scene
-//! in a log. It knows no graphics card.
+//! The window, films, pages and the scene in a log all draw from one [`Scene`]. This crate knows no
+//! graphics card.
 
 mod camera;
 mod color;

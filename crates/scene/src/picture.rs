@@ -4,14 +4,14 @@ use serde::Serialize;
 
 use crate::Color;
 
-/// What is seen at one instant.
+/// The picture of one instant.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Picture {
     /// Width and height, pixels.
     pub size: [f32; 2],
-    /// Behind everything; transparent if none.
+    /// Colour of the background; transparent if none.
     pub background: Option<Color>,
-    /// In painter's order.
+    /// In painter's order: the last is on top.
     pub items: Vec<Item>,
 }
 
@@ -24,18 +24,18 @@ pub struct Stroke {
     pub width: f32,
 }
 
-/// Where a text lies against its place.
+/// Alignment of a text along its baseline.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 pub enum Align {
-    /// It begins there.
+    /// It begins at its position.
     Start,
-    /// It is centred there.
+    /// It is centred at its position.
     Middle,
-    /// It ends there.
+    /// It ends at its position.
     End,
 }
 
-/// One thing of a picture; places are pixels from the upper left corner.
+/// One element of a picture; positions are pixels from the upper left corner.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub enum Item {
     /// An area bounded by closed rings, filled by the even–odd rule.
@@ -51,14 +51,14 @@ pub enum Item {
         points: Vec<[f32; 2]>,
         /// Whether the last is joined to the first.
         is_closed: bool,
-        /// How it is drawn.
+        /// Its colour and width.
         stroke: Stroke,
     },
     /// A line of words.
     Text {
-        /// Where its baseline lies.
+        /// A point of its baseline.
         at: [f32; 2],
-        /// Which part of it lies there.
+        /// The part of the text that lies at that point.
         align: Align,
         /// The words.
         text: String,

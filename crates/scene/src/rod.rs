@@ -1,7 +1,7 @@
-//! Rods with round ends, and balls: what looks the same from all around.
+//! Rods with round ends, and balls: shapes that look the same from all around.
 //!
-//! Without perspective their outline is exact: all that is within the radius of the line between the
-//! ends, as these are seen.
+//! Without perspective their outline is exact: all points within the radius of the line between the
+//! projected ends.
 
 use crate::geometry::{Plane, across3, circle, cross3, rounded_hull, sub3, unit3};
 use crate::{Camera, Form};
@@ -13,8 +13,8 @@ pub fn silhouette(ends: [[f64; 3]; 2], radius: f64, camera: &Camera) -> Vec<[f64
     plane.lifted(&rounded_hull(&ends.map(|end| plane.foot(end)), radius))
 }
 
-/// A rod for those who have no camera: rings in planes across each other, in two that hold its line,
-/// and for a ball in three.
+/// A rod for renderers without a camera of ours: rings in two planes across each other that hold
+/// its line, for a ball in three.
 pub fn sheets([from, to]: [[f64; 3]; 2], radius: f64) -> Vec<Vec<[f64; 3]>> {
     let Some(along) = unit3(sub3(to, from)) else {
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -33,7 +33,7 @@ pub fn sheets([from, to]: [[f64; 3]; 2], radius: f64) -> Vec<Vec<[f64; 3]>> {
 }
 
 impl Form {
-    /// Points that it lies between, in the frame of its body, m.
+    /// Points whose hull encloses it, in the frame of its body, m.
     pub fn reach(&self) -> Vec<[f64; 3]> {
         match self {
             Self::Region(rings) => rings.concat(),
@@ -56,7 +56,7 @@ mod tests {
     use crate::geometry::distance3;
 
     #[test]
-    fn a_rod_looks_as_wide_from_everywhere_and_as_long_as_its_ends_are_apart() {
+    fn a_rod_is_as_wide_in_every_view_and_as_long_as_the_distance_of_its_ends() {
         let ends = [[0.1, -0.3, 0.2], [0.4, 0.5, 1.1]];
         for k in 0..12 {
             let camera =

@@ -1,4 +1,4 @@
-//! What tells size and direction: a bar of a round length, and the axes of the world.
+//! Size and direction of the view: a bar of a round length, and the axes of the world.
 
 use crate::{Align, Camera, Item, Stroke, Theme};
 
@@ -60,7 +60,7 @@ pub fn world_axes(camera: &Camera, theme: &Theme) -> Vec<Item> {
     items
 }
 
-/// The largest of 1, 2 and 5 times a power of ten that is no longer than this, m, and in words.
+/// The largest of 1, 2 and 5 times a power of ten that is at most `longest`, m, and its text.
 fn round_length(longest: f64) -> Option<(f64, String)> {
     let power = longest.log10().floor();
     if !(-30.0..30.0).contains(&power) {
@@ -87,7 +87,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lengths_are_round_and_said_in_a_fitting_unit() {
+    fn lengths_are_round_and_in_a_fitting_unit() {
         let words = |longest| round_length(longest).map(|(_, text)| text);
         assert_eq!(words(0.34).as_deref(), Some("200 mm"));
         assert_eq!(words(1.0).as_deref(), Some("1 m"));

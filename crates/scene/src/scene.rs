@@ -2,19 +2,19 @@
 
 use serde::Serialize;
 
-/// A mechanism as shapes. Bodies are named by their place in the model, the ground first.
+/// A mechanism as shapes. Bodies are numbered as in the model, the ground first.
 #[derive(Clone, PartialEq, Debug, Default, Serialize)]
 pub struct Scene {
     /// Whether all motion is in planes z = const.
     pub is_planar: bool,
     /// Names of the bodies.
     pub bodies: Vec<String>,
-    /// What is fixed to bodies, those in the back first. Spans lie between those that are
+    /// Shapes fixed to bodies, those in the back first. Spans lie between those that are
     /// [in front](Role::is_in_front) and the others.
     pub shapes: Vec<Shape>,
-    /// What is stretched between two bodies.
+    /// Springs, dampers and links, stretched between two bodies.
     pub spans: Vec<Span>,
-    /// Joints, named points and centres of mass: what can be labelled, trailed, or bear an arrow.
+    /// Joints, named points and centres of mass: they can be labelled, trailed, or bear an arrow.
     pub markers: Vec<Marker>,
     /// Radius of a pin, m: the measure of all symbols.
     pub pin: f64,
@@ -23,19 +23,19 @@ pub struct Scene {
 /// Something drawn on a body.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Shape {
-    /// Place of its body.
+    /// Index of its body.
     pub body: usize,
-    /// What it stands for.
+    /// The part of the mechanism that it depicts.
     pub role: Role,
-    /// What it looks like, in the frame of the body, m.
+    /// Its geometry in the frame of the body, m.
     pub form: Form,
 }
 
-/// What a shape looks like.
+/// The geometry of a shape.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub enum Form {
-    /// A plane area bounded by closed rings, filled where a line to the outside crosses an odd number
-    /// of them; its edges are drawn too.
+    /// A plane area bounded by closed rings, filled where a line to the outside crosses an odd
+    /// number of them; its edges are drawn too.
     Region(Vec<Vec<[f64; 3]>>),
     /// A line through points.
     Line {
@@ -44,7 +44,7 @@ pub enum Form {
         /// Whether the last is joined to the first.
         is_closed: bool,
     },
-    /// All that is within a distance of a line: a rod with round ends, a ball where they coincide.
+    /// All points within a distance of a line: a rod with round ends, a ball where they coincide.
     Rod {
         /// The ends of the line.
         ends: [[f64; 3]; 2],
@@ -53,12 +53,12 @@ pub enum Form {
     },
 }
 
-/// What a shape stands for, and thereby how it is painted.
+/// The part of the mechanism that a shape depicts, which decides how it is painted.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize)]
 pub enum Role {
     /// The outline of the ground.
     Ground,
-    /// The short strokes that mark what is fixed.
+    /// The short strokes that mark fixed parts.
     Hatching,
     /// A guide or slot.
     Guide,
@@ -66,7 +66,7 @@ pub enum Role {
     Body(u8),
     /// A pin, painted over the bodies it joins.
     Pin,
-    /// What holds two bodies together for good: as a pin, and solid.
+    /// A joint that lets nothing move: a square, or a ball in space, and solid.
     Weld,
     /// The sign of a drive.
     Drive,
@@ -93,9 +93,9 @@ impl Role {
 }
 
 impl Scene {
-    /// How far towards the eye each shape is painted in space, m, from how far their middles are
-    /// (`own`, by shape): signs before what they go through, and before the whole rod that they are
-    /// on, of which the middle says little.
+    /// Depths in which shapes are painted in space, m towards the eye, from the depths of their
+    /// middles (`own`, by shape): signs lie in front of their own middle, and of the whole rod that
+    /// they are on, whose middle may be far away.
     pub fn depths(&self, own: &[f64]) -> Vec<f64> {
         let mut rods = vec![f64::NEG_INFINITY; self.bodies.len()];
         for (shape, &own) in self.shapes.iter().zip(own) {
@@ -115,9 +115,9 @@ impl Scene {
 /// A point of a body.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Attached {
-    /// Place of the body.
+    /// Index of the body.
     pub body: usize,
-    /// Where it is in the frame of the body, m.
+    /// Its position in the frame of the body, m.
     pub position: [f64; 3],
 }
 
@@ -128,18 +128,18 @@ pub struct Span {
     pub name: String,
     /// Its ends.
     pub ends: [Attached; 2],
-    /// What it is.
+    /// Spring, damper or link.
     pub kind: SpanKind,
 }
 
-/// What is stretched.
+/// Kind of a span.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub enum SpanKind {
-    /// A spring; with its unloaded length, m, from which its number of turns comes.
+    /// A spring; its unloaded length decides its number of turns.
     Spring {
         /// Unloaded length, m.
         length: f64,
-        /// Whether a damper is beside it.
+        /// Whether a damper is drawn next to it.
         is_damped: bool,
     },
     /// A damper.
@@ -156,16 +156,16 @@ pub enum SpanKind {
 pub struct Marker {
     /// `A` for a joint, `crank.P` for a point, `crank` for a centre of mass.
     pub name: String,
-    /// What it is.
+    /// Joint, point or centre of mass.
     pub kind: MarkerKind,
-    /// Where it is.
+    /// Its position on its body.
     pub at: Attached,
 }
 
-/// What a marker marks.
+/// Kind of a marker.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 pub enum MarkerKind {
-    /// A joint, on its second body; its place in the model.
+    /// A joint, on its second body; with its index in the model.
     Joint(usize),
     /// A named point.
     Point,

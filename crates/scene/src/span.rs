@@ -14,41 +14,41 @@ const CYLINDER: f64 = 1.5;
 const LEAD: f64 = 3.0;
 /// Unloaded length of one turn.
 const TURN: f64 = 2.2;
-/// Distance of a spring, and of the damper beside it, from their line.
+/// Distance of a spring, and of the damper parallel to it, from their line.
 const APART: f64 = 2.2;
 
-/// A line, and what it stands for.
+/// A line, and the part that it depicts.
 type Line = (Role, Vec<[f64; 3]>);
 
 impl Span {
-    /// Its lines when its ends are at these points of the world, and what they stand for. `pin` is
-    /// the radius of a pin, m. Everything lies in the plane through the ends that faces `eye`, a unit
-    /// vector: z where the mechanism is planar, else the direction to who looks.
+    /// Its lines with its ends at these points of the world, and the parts that they depict. `pin`
+    /// is the radius of a pin, m. Everything lies in the plane through the ends that faces `eye`, a
+    /// unit vector: z where the mechanism is planar, else the direction to the viewer.
     pub fn lines(&self, ends: [[f64; 3]; 2], pin: f64, eye: [f64; 3]) -> Vec<Line> {
-        let way = Way::new(ends, pin, eye);
+        let axis = Baseline::new(ends, pin, eye);
         match self.kind {
             SpanKind::Spring { length, is_damped: false } => {
-                vec![way.line(Role::Spring, &way.spring(length, 0.0))]
+                vec![axis.line(Role::Spring, &axis.spring(length, 0.0))]
             }
             SpanKind::Spring { length, is_damped: true } => {
-                let mut lines = vec![way.line(Role::Spring, &way.spring(length, APART))];
-                lines.extend(way.damper(length, -APART));
+                let mut lines = vec![axis.line(Role::Spring, &axis.spring(length, APART))];
+                lines.extend(axis.damper(length, -APART));
                 let bar = |x: f64| [[x, APART * pin], [x, -APART * pin]];
-                let [from, to] = way.inner();
-                for (outer, inner) in [(0.0, from), (way.length, to)] {
-                    lines.push(way.line(Role::Spring, &[[outer, 0.0], [inner, 0.0]]));
-                    lines.push(way.line(Role::Spring, &bar(inner)));
+                let [from, to] = axis.inner();
+                for (outer, inner) in [(0.0, from), (axis.length, to)] {
+                    lines.push(axis.line(Role::Spring, &[[outer, 0.0], [inner, 0.0]]));
+                    lines.push(axis.line(Role::Spring, &bar(inner)));
                 }
                 lines
             }
-            SpanKind::Damper { length } => way.damper(length, 0.0),
+            SpanKind::Damper { length } => axis.damper(length, 0.0),
             SpanKind::Link => vec![(Role::Link, ends.to_vec())],
         }
     }
 }
 
-/// The way from one end to the other: lengths along it, and across.
-struct Way {
+/// The straight line from one end to the other, with coordinates along it and across.
+struct Baseline {
     ends: [[f64; 3]; 2],
     along: [f64; 3],
     across: [f64; 3],
@@ -56,7 +56,7 @@ struct Way {
     pin: f64,
 }
 
-impl Way {
+impl Baseline {
     fn new(ends: [[f64; 3]; 2], pin: f64, eye: [f64; 3]) -> Self {
         let d: [f64; 3] = std::array::from_fn(|i| ends[1][i] - ends[0][i]);
         let length = d[0].hypot(d[1]).hypot(d[2]);
@@ -68,31 +68,31 @@ impl Way {
         Self { ends, along, across, length, pin }
     }
 
-    /// Where a point is in the world, by the end that is nearer, so that both ends are met exactly.
-    fn place(&self, [x, y]: [f64; 2]) -> [f64; 3] {
+    /// A point in the world, counted from the nearer end, so that both ends are met exactly.
+    fn at(&self, [x, y]: [f64; 2]) -> [f64; 3] {
         let [from, to] = self.ends;
         let (end, x) = if 2.0 * x <= self.length { (from, x) } else { (to, x - self.length) };
         std::array::from_fn(|i| end[i] + x * self.along[i] + y * self.across[i])
     }
 
     fn line(&self, role: Role, points: &[[f64; 2]]) -> Line {
-        (role, points.iter().map(|&p| self.place(p)).collect())
+        (role, points.iter().map(|&p| self.at(p)).collect())
     }
 
-    /// Where the straight ends stop: a part of the way when that is short.
+    /// Positions where the straight ends stop: at a fifth of a short span.
     fn inner(&self) -> [f64; 2] {
         let lead = (LEAD * self.pin).min(0.2 * self.length);
         [lead, self.length - lead]
     }
 
-    /// A zigzag at this distance beside the line, radii of a pin; on the line, with its ends.
-    fn spring(&self, unloaded: f64, beside: f64) -> Vec<[f64; 2]> {
+    /// A zigzag at a distance `aside` from the line, radii of a pin; on the line, with its ends.
+    fn spring(&self, unloaded: f64, aside: f64) -> Vec<[f64; 2]> {
         let [from, to] = self.inner();
-        let (middle, half) = (beside * self.pin, COIL * self.pin);
-        let half = if beside == 0.0 { half } else { 0.7 * half };
+        let (middle, half) = (aside * self.pin, COIL * self.pin);
+        let half = if aside == 0.0 { half } else { 0.7 * half };
         let n = n_turns(unloaded / (TURN * self.pin));
         let mut points = Vec::with_capacity(2 * n + 4);
-        if beside == 0.0 {
+        if aside == 0.0 {
             points.push([0.0, 0.0]);
         }
         points.push([from, middle]);
@@ -101,16 +101,16 @@ impl Way {
             points.push([from + (to - from) * (i as f64 + 0.5) / (2 * n) as f64, middle + side]);
         }
         points.push([to, middle]);
-        if beside == 0.0 {
+        if aside == 0.0 {
             points.push([self.length, 0.0]);
         }
         points
     }
 
     /// A cylinder on the first end and a piston on the second.
-    fn damper(&self, unloaded: f64, beside: f64) -> Vec<Line> {
+    fn damper(&self, unloaded: f64, aside: f64) -> Vec<Line> {
         let [from, to] = self.inner();
-        let (middle, half) = (beside * self.pin, CYLINDER * self.pin);
+        let (middle, half) = (aside * self.pin, CYLINDER * self.pin);
         // The cylinder hangs on the first end, the rod on the second; both keep their lengths as
         // long as there is room for them, and the piston stays in the cylinder.
         let unloaded = if unloaded > 0.0 && unloaded < 1e100 { unloaded } else { self.length };
@@ -119,8 +119,8 @@ impl Way {
         // Unloaded, the piston is in the middle.
         let rod = 0.65 * unloaded - LEAD * self.pin;
         let piston = (self.length - rod).clamp(bottom + 0.12 * cylinder, bottom + 0.88 * cylinder);
-        let start = if beside == 0.0 { 0.0 } else { from };
-        let end = if beside == 0.0 { self.length } else { to };
+        let start = if aside == 0.0 { 0.0 } else { from };
+        let end = if aside == 0.0 { self.length } else { to };
         let open = bottom + cylinder;
         let shell = [
             [open, middle + half],
@@ -138,7 +138,7 @@ impl Way {
     }
 }
 
-/// Turns of a spring: three at least, so that it is one, and no more than can be told apart.
+/// Turns of a spring: at least three, so that it looks like one, and no more than can be counted.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "3 to 24")]
 fn n_turns(turns: f64) -> usize {
     if turns.is_finite() { turns.round().clamp(3.0, 24.0) as usize } else { 6 }
@@ -166,16 +166,17 @@ mod tests {
     #[test]
     fn the_ends_are_met_at_any_distance_and_in_any_direction() {
         let from = [0.3, -0.2, 0.1];
-        let ways = [[1.0, 0.5, 0.0], [0.0, 0.0, 0.4], [1e-3, 0.0, 0.0], [0.0; 3], [-9.0, 2.0, 5.0]];
+        let vectors =
+            [[1.0, 0.5, 0.0], [0.0, 0.0, 0.4], [1e-3, 0.0, 0.0], [0.0; 3], [-9.0, 2.0, 5.0]];
         for kind in KINDS {
-            for way in ways {
-                let to = std::array::from_fn(|i| from[i] + way[i]);
+            for vector in vectors {
+                let to = std::array::from_fn(|i| from[i] + vector[i]);
                 let lines = lines(kind, [from, to]);
                 let points: Vec<[f64; 3]> =
                     lines.iter().flat_map(|(_, line)| line.clone()).collect();
-                assert!(points.iter().flatten().all(|x| x.is_finite()), "{kind:?} {way:?}");
+                assert!(points.iter().flatten().all(|x| x.is_finite()), "{kind:?} {vector:?}");
                 for end in [from, to] {
-                    assert!(points.contains(&end), "{kind:?} {way:?} does not meet {end:?}");
+                    assert!(points.contains(&end), "{kind:?} {vector:?} does not meet {end:?}");
                 }
             }
         }

@@ -10,7 +10,7 @@ pub fn svg(picture: &Picture) -> String {
     Document { picture, title: None }.to_string()
 }
 
-/// Like [`svg`], with a title: what screen readers say and pointers show.
+/// Like [`svg`], with a title, which screen readers speak and pointers show.
 pub fn titled_svg(picture: &Picture, title: &str) -> String {
     Document { picture, title: Some(title) }.to_string()
 }
@@ -71,23 +71,23 @@ impl fmt::Display for Element<'_> {
     }
 }
 
-/// Points joined by lines; those that are no numbers are left out.
+/// Writes points joined by lines; points that are not finite are left out.
 fn path(f: &mut fmt::Formatter<'_>, points: &[[f32; 2]], is_closed: bool) -> fmt::Result {
     let mut command = 'M';
     for &[x, y] in points.iter().filter(|p| p.iter().all(|x| x.is_finite())) {
         write!(f, "{command}{} {}", Number(x), Number(y))?;
-        // After a first point, further ones are lines without being told.
+        // After the first point, coordinates alone mean further lines.
         command = if command == 'M' { 'L' } else { ' ' };
     }
     f.write_str(if is_closed && command != 'M' { "Z" } else { "" })
 }
 
-/// Hundredths, without zeros that say nothing.
+/// A number in hundredths, without trailing zeros.
 struct Number(f32);
 
 impl fmt::Display for Number {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // Far outside of any picture: a number that every reader can take.
+        // Far outside of any picture, a number that every reader can parse.
         let x = if self.0.is_nan() { 0.0 } else { self.0.clamp(-1e7, 1e7) };
         let text = format!("{x:.2}");
         let text = text.trim_end_matches('0').trim_end_matches('.');
@@ -121,7 +121,7 @@ fn opacity(f: &mut fmt::Formatter<'_>, of: &str, color: Color) -> fmt::Result {
     Ok(())
 }
 
-/// Text without what XML reads as its own, or does not allow at all.
+/// Text with the characters escaped that are markup in XML, and replaced that it does not allow.
 struct Escaped<'a>(&'a str);
 
 impl fmt::Display for Escaped<'_> {

@@ -1,4 +1,4 @@
-//! [`Theme`]: what colour and width everything has.
+//! [`Theme`]: colours and widths of everything that is drawn.
 
 use serde::Serialize;
 
@@ -18,11 +18,11 @@ pub struct Paint {
 pub struct Theme {
     /// Whether the background is dark.
     pub is_dark: bool,
-    /// Behind everything.
+    /// Background of the picture.
     pub background: Color,
     /// Words.
     pub text: Color,
-    /// Quiet words, axes, the grid.
+    /// Secondary words, axes, the grid.
     pub faint: Color,
     /// Areas of bodies, one after the other; curves too.
     pub palette: [Color; 6],
@@ -97,7 +97,7 @@ impl Theme {
     pub fn paint(&self, role: Role) -> Paint {
         let line =
             |color: Color, width: f32| Some(Stroke { color, width: width * self.sizes.lines });
-        // What lies over something hides it: a tint is opaque.
+        // A shape hides the ones under it: a tint is opaque.
         let tint =
             |color: Color, opacity: f32| Some(color.with_opacity(opacity).over(self.background));
         let (fill, stroke) = match role {

@@ -1,4 +1,4 @@
-//! What arrows show: forces and velocities, and how long they are drawn.
+//! Forces and velocities as arrows, and the scale of their lengths.
 
 use std::collections::HashSet;
 
@@ -61,8 +61,8 @@ pub fn velocities(scene: &Scene, poses: &[Pose]) -> Vec<VectorAt> {
     found
 }
 
-/// The applied forces, N: gravity at the centres of mass, forces at their points, springs and dampers
-/// at their ends; in the order of the loads.
+/// The applied forces, N: gravity at the centres of mass, forces at their points, springs and
+/// dampers at their ends; in the order of the loads.
 pub fn applied_forces(loads: &mut LoadForces, sample: &Sample) -> impl Iterator<Item = VectorAt> {
     let forces = loads.at(sample.t, &sample.q, &sample.v);
     forces.map(|at| VectorAt { point: at.point, vector: at.force })

@@ -1,4 +1,4 @@
-//! Signs stand where the model says: drives, torques, stops, welds; and trails fade as they should.
+//! Signs of drives, torques, stops and welds stand where the model has them; trails fade evenly.
 
 use bksim_model::Model;
 use bksim_model::file::{Source, read};
@@ -12,7 +12,7 @@ fn scene(text: &str) -> Scene {
     Scene::of(&model, &parameters)
 }
 
-/// Two cranks and a slider on the ground, and what else is told of them.
+/// Two cranks and a slider on the ground, with more sections of the model in `more`.
 fn cranks(more: &str) -> Scene {
     let crank = |name: &str| {
         format!(
@@ -37,7 +37,7 @@ fn extent(points: &[[f64; 3]], axis: usize) -> [f64; 2] {
 }
 
 #[test]
-fn what_is_not_told_is_not_drawn() {
+fn a_model_without_drives_torques_and_welds_has_no_signs_of_them() {
     let scene = cranks("");
     for role in [Role::Drive, Role::Torque, Role::Weld] {
         assert_eq!(of_role(&scene, role), [], "{role:?}");
@@ -45,7 +45,7 @@ fn what_is_not_told_is_not_drawn() {
 }
 
 #[test]
-fn a_driven_joint_has_an_arrow_about_it_and_a_driven_slide_one_beside_it() {
+fn a_driven_joint_has_an_arrow_about_it_and_a_driven_slider_one_next_to_it() {
     let scene = cranks(
         "[drives.m]\njoint = \"a_pin\"\nmotion = \"1 rad/s*t\"\n\
          [drives.n]\njoint = \"guide\"\nmotion = \"1 m/s*t\"\n",
@@ -53,7 +53,7 @@ fn a_driven_joint_has_an_arrow_about_it_and_a_driven_slide_one_beside_it() {
     let drawn = of_role(&scene, Role::Drive);
     // Motor, arc and head on the ground; shaft and head on the block.
     assert_eq!(drawn.iter().map(|(body, _)| *body).collect::<Vec<_>>(), [0, 0, 0, 3, 3]);
-    // The arrow goes to the left about the pin: its head is at its left end, and points down.
+    // The arrow runs anticlockwise about the pin: its head is at its left end, and points down.
     let [arc, head] = [&drawn[1].1, &drawn[2].1];
     assert!(arc.iter().all(|p| (p[0].hypot(p[1]) - 5.2 * scene.pin).abs() < 1e-9));
     assert!(extent(head, 0)[1] < -3.0 * scene.pin && head[0][1] < head[1][1], "{head:?}");
@@ -77,7 +77,7 @@ fn bodies_that_move_as_one_are_joined_by_a_solid_square() {
         of_role(&cranks(&format!("{model}[\"{other}\", \"c\"]\n")), Role::Weld).len()
     };
     assert_eq!(weld("a.E"), 1);
-    // What the ground holds has a wall.
+    // A weld to the ground has a wall.
     assert_eq!(weld("ground"), 0);
 }
 
@@ -95,9 +95,9 @@ fn stops_stand_where_the_edge_of_a_slider_gets_to() {
     let stop = "[loads.s]\ntype = \"stop\"\njoint = \"guide\"\nmin = -0.3\nmax = 0.5\n";
     let (scene, lines) = stop_lines(stop);
     let edge = 4.2 * scene.pin;
-    let places: Vec<[f64; 2]> = lines.iter().map(|line| extent(line, 0)).collect();
-    assert_eq!(places.len(), 2);
-    for ([low, high], x) in places.into_iter().zip([-0.3 - edge, 0.5 + edge]) {
+    let extents: Vec<[f64; 2]> = lines.iter().map(|line| extent(line, 0)).collect();
+    assert_eq!(extents.len(), 2);
+    for ([low, high], x) in extents.into_iter().zip([-0.3 - edge, 0.5 + edge]) {
         assert!((low - x).abs() < 1e-9 && (high - x).abs() < 1e-9, "{low} to {high}, not {x}");
     }
 }
@@ -123,13 +123,13 @@ fn stops_lie_along_a_crank_that_is_turned_so_far() {
 fn a_trail_fades_evenly_and_no_part_of_it_is_painted_darker() {
     let scene = cranks("");
     let theme = Theme::LIGHT;
-    let way: Vec<[f64; 3]> = (0..=120).map(|i| [f64::from(i), 0.0, 0.0]).collect();
-    let extras = Extras { trails: vec![(theme.force, way)], ..Extras::default() };
+    let path: Vec<[f64; 3]> = (0..=120).map(|i| [f64::from(i), 0.0, 0.0]).collect();
+    let extras = Extras { trails: vec![(theme.force, path)], ..Extras::default() };
     let camera = Camera { scale: 1.0, ..Camera::planar([400.0, 300.0]) };
     let drawn = picture(&scene, &[Pose::default(); 4], &extras, &camera, &theme);
     let bare = picture(&scene, &[Pose::default(); 4], &Extras::default(), &camera, &theme);
     let glazes = drawn.items.len() - bare.items.len();
-    // What is seen of the trail behind each of its points, through all lines that go on there.
+    // Opacity of the trail at each of its points: all lines that cover it, over each other.
     for i in 0..120_u8 {
         let x = 200.0 + f32::from(i) + 0.5;
         let mut clear = 1.0;
@@ -139,8 +139,9 @@ fn a_trail_fades_evenly_and_no_part_of_it_is_painted_darker() {
                 clear *= 1.0 - stroke.color.opacity();
             }
         }
-        let wanted = f32::from(i / 10 + 1) / 12.0;
-        assert!((1.0 - clear - wanted).abs() < 0.01, "{i}: {} in place of {wanted}", 1.0 - clear);
+        let expected = f32::from(i / 10 + 1) / 12.0;
+        let found = 1.0 - clear;
+        assert!((found - expected).abs() < 0.01, "{i}: {found} instead of {expected}");
     }
 }
 

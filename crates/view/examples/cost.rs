@@ -1,12 +1,14 @@
-//! What a frame of a large mechanism costs: `cargo run --release -p bksim-view --example cost -- 1000`.
+//! Cost of a frame of a large mechanism:
+//! `cargo run --release -p bksim-view --example cost -- 1000`.
 //!
-//! Double pendulums are drawn on a canvas without a window. The parts of a frame are timed one by one:
-//! the motion at its instant, what is drawn beside it, and the renderer's own work. What the adapter
-//! does is not: on a software adapter it is the processor's work, too. Of each part the median over all
-//! frames is told, which other work on the machine hardly moves. A second argument says how many of the
-//! points leave trails: `cost -- 1000 2000`; the longest of all frames tells then whether one blocked.
+//! Double pendulums are drawn on a canvas without a window. The parts of a frame are timed one by
+//! one: the motion at its instant, the additions to it, and the renderer's own work; not the
+//! adapter's, which on a software adapter is the processor's work, too. The result of each part is
+//! the median over all frames, which other work on the machine hardly affects. A second argument is
+//! the number of points that leave trails: `cost -- 1000 2000`; the longest of all frames shows
+//! then whether one blocked.
 
-#![expect(clippy::print_stdout, reason = "what a measurement is for")]
+#![expect(clippy::print_stdout, reason = "the measurement is the result")]
 
 use std::fmt::Write;
 use std::sync::Arc;
@@ -19,10 +21,10 @@ use bksim_view::offscreen::Canvas;
 use bksim_view::renderer::Frame;
 use bksim_view::show::{Show, solve};
 
-/// Frames that are measured.
+/// Number of measured frames.
 const N_FRAMES: u32 = 50;
 
-/// What a window spends on trails in a frame.
+/// Time that a window spends on trails in a frame.
 const PATIENCE: Duration = Duration::from_millis(3);
 
 /// Double pendulums in a square, `n` bodies, over a fifth of a second.
@@ -56,6 +58,7 @@ fn pendulums(n: usize) -> String {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
+    // The motion.
     let n_bodies = std::env::args().nth(1).map_or(Ok(1000), |n| n.parse())?;
     let text = pendulums(n_bodies);
     let begun = Instant::now();
@@ -63,18 +66,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let solved = solve(mechanism, &text, &|_| true)?;
     println!("{n_bodies} bodies, derived and solved in {:.2} s", begun.elapsed().as_secs_f64());
 
+    // A canvas with the scene, and the trails.
     let mut canvas = Canvas::new([1280, 720], 1.0)?;
     let mut stage = Stage::new(Show::new(solved.playback), Theme::LIGHT, None, canvas.points())?;
     canvas.scene_mut().set_scene(Arc::clone(stage.show.scene()), &stage.theme);
     let [first, last] = stage.show.span();
     let n_trails = std::env::args().nth(2).map_or(Ok(0), |n| n.parse())?;
     let moving = stage.show.scene().markers.iter().enumerate().filter(|(_, m)| m.at.body != 0);
-    let trails: Vec<usize> = moving.map(|(place, _)| place).take(n_trails).collect();
+    let trails: Vec<usize> = moving.map(|(idx, _)| idx).take(n_trails).collect();
     println!("{} trails", trails.len());
     stage.show.options.trails = trails;
     stage.show.patience = Some(PATIENCE);
 
-    let (mut seek, mut beside, mut prepare) = (Vec::new(), Vec::new(), Vec::new());
+    // Times of the parts of all frames.
+    let (mut seek, mut additions, mut prepare) = (Vec::new(), Vec::new(), Vec::new());
     let mut whole = Vec::new();
     let mut counts = bksim_view::renderer::Counts::default();
     for k in 0..N_FRAMES {
@@ -84,7 +89,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         seek.push(begun.elapsed());
         let begun = Instant::now();
         let extras = stage.show.extras()?;
-        beside.push(begun.elapsed());
+        additions.push(begun.elapsed());
         let begun = Instant::now();
         let (camera, theme) = (&stage.camera, &stage.theme);
         let poses = stage.show.poses();
@@ -100,10 +105,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         stage.shoot(&mut canvas, t)?;
         whole.push(begun.elapsed());
     }
-    tell("motion at its instant", seek);
-    tell("what is drawn beside", beside);
-    tell("renderer", prepare);
-    tell(&format!("with picture, on `{}`", canvas.adapter()), whole);
+
+    print_times("motion at its instant", seek);
+    print_times("additions", additions);
+    print_times("renderer", prepare);
+    print_times(&format!("with picture, on `{}`", canvas.adapter()), whole);
     println!(
         "{} draw calls, {} primitives, {} bytes a frame",
         counts.n_draws, counts.n_primitives, counts.n_bytes
@@ -112,9 +118,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 /// Prints the median and the longest of some times.
-fn tell(what: &str, mut times: Vec<Duration>) {
+fn print_times(name: &str, mut times: Vec<Duration>) {
     times.sort_unstable();
-    let of = |place: usize| times.get(place).map_or(0.0, |time| 1e3 * time.as_secs_f64());
-    let (median, longest) = (of(times.len() / 2), of(times.len().saturating_sub(1)));
-    println!("{what:<26}{median:8.3} ms a frame, at most {longest:.3} ms");
+    let ms = |idx: usize| times.get(idx).map_or(0.0, |time| 1e3 * time.as_secs_f64());
+    let (median, longest) = (ms(times.len() / 2), ms(times.len().saturating_sub(1)));
+    println!("{name:<26}{median:8.3} ms a frame, at most {longest:.3} ms");
 }

@@ -13,15 +13,15 @@ use crate::offscreen::Image;
 
 pub use self::apng::write_png;
 pub use self::palette::{Colors, Palette};
-pub(crate) use self::stage::shape;
+pub(crate) use self::stage::aspect_ratio;
 pub use self::stage::{ShootError, Stage};
 
-/// Which instants a film shows.
+/// The instants of a film.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Clip {
     /// First instant, s of the motion.
     pub from: f64,
-    /// Where it ends, s of the motion; before `from` in a run back in time.
+    /// Its end, s of the motion; before `from` in a run back in time.
     pub to: f64,
     /// Frames a second of the film; greater than zero.
     pub fps: f64,
@@ -30,7 +30,7 @@ pub struct Clip {
 }
 
 impl Clip {
-    /// Number of frames; each is shown for `1/fps`, so the end is where the film stops.
+    /// Number of frames; each is shown for `1/fps`, so the film stops at the end of the clip.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at least 1")]
     pub fn n_frames(&self) -> usize {
         ((self.to - self.from).abs() / self.speed * self.fps).round().max(1.0) as usize
@@ -43,10 +43,10 @@ impl Clip {
     }
 }
 
-/// What kind of file a film is.
+/// File format of a film.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum FilmFormat {
-    /// Animated PNG: every pixel as it is.
+    /// Animated PNG: lossless.
     Apng,
     /// GIF: 255 colours, opens everywhere.
     Gif,
@@ -56,7 +56,7 @@ pub enum FilmFormat {
 }
 
 impl FilmFormat {
-    /// The nearest size that the format can hold.
+    /// The nearest size that the format supports.
     pub fn fitting(self, size: [u32; 2]) -> [u32; 2] {
         match self {
             #[cfg(feature = "mp4")]
@@ -65,7 +65,7 @@ impl FilmFormat {
         }
     }
 
-    /// Frames a second that it shows best: GIF counts in hundredths of a second.
+    /// Default of the frames a second: GIF counts in hundredths of a second.
     pub fn usual_fps(self) -> f64 {
         match self {
             Self::Gif => 25.0,
@@ -74,14 +74,14 @@ impl FilmFormat {
     }
 }
 
-/// Why a film is not written.
+/// Error of writing a film.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FilmError {
     /// The file cannot be written.
     #[error(transparent)]
     Io(#[from] std::io::Error),
-    /// An encoder refuses.
+    /// An encoder refuses the frames.
     #[error("the frames cannot be encoded: {0}")]
     Encoder(String),
     /// The film has more frames than its format can count.
@@ -134,7 +134,7 @@ impl<W: Write> Film<W> {
         }
     }
 
-    /// Ends the film and gives back where it was written.
+    /// Ends the film and flushes its file.
     ///
     /// # Errors
     /// [`FilmError`].

@@ -1,10 +1,10 @@
-//! The animated view of a run: what is shown, its renderer on the graphics card, pictures and films.
+//! The animated view of a run: the renderer on the graphics card, pictures, films, and the window.
 //!
 //! ```text
-//! Playback + Scene → Show        what is shown of a run, at any instant
+//! Playback + Scene → Show        a run with its additions, at any instant
 //! Show → Frame → SceneRenderer   a few draw calls, in a window or on a canvas without one
 //! Canvas → film                  PNG, GIF and MP4, one frame after another
-//! Order → Rendering → file       pictures and films as they are asked for
+//! Request → Rendering → file     pictures and films on request
 //! ```
 //!
 //! Everything shown at an instant is computed at that instant; nothing is taken from the sample

@@ -1,5 +1,5 @@
-//! [`Canvas`]: pictures without a window, by whatever adapter there is: a graphics card, or Mesa's
-//! software one.
+//! [`Canvas`]: pictures without a window, by the best adapter there is: a graphics card, or a
+//! software adapter such as Mesa's.
 
 use bksim_scene::Color;
 use egui_wgpu::{RendererOptions, ScreenDescriptor};
@@ -12,29 +12,30 @@ use crate::words::{color32, paint_words};
 pub struct Image {
     /// Width and height, pixels.
     pub size: [u32; 2],
-    /// Red, green, blue, opacity of every pixel, row after row from the top; sRGB, not multiplied.
+    /// Red, green, blue, opacity of every pixel, row after row from the top; sRGB, colours not
+    /// multiplied by opacity.
     pub rgba: Vec<u8>,
 }
 
-/// Why there is no picture.
+/// Error of a canvas.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CanvasError {
     /// There is neither a graphics card nor a software adapter.
     #[error("there is no graphics adapter, not even a software one")]
     NoAdapter,
-    /// The adapter refuses.
+    /// The adapter gives no device.
     #[error("the graphics adapter `{name}` cannot be used: {why}")]
     NoDevice {
         /// Name of the adapter.
         name: String,
-        /// Its words.
+        /// Message of the adapter.
         why: String,
     },
     /// The picture is larger than the adapter allows.
     #[error("a picture of {}x{} pixels is larger than the adapter's {largest}x{largest}", size[0], size[1])]
     TooLarge {
-        /// What was asked for.
+        /// Requested width and height.
         size: [u32; 2],
         /// Largest width and height.
         largest: u32,
@@ -45,7 +46,7 @@ pub enum CanvasError {
 }
 
 impl CanvasError {
-    /// What to do about it.
+    /// Remedy for the error.
     pub fn help(&self) -> Option<&'static str> {
         match self {
             Self::NoAdapter | Self::NoDevice { .. } | Self::Lost(_) => Some(INSTALL),
@@ -54,7 +55,7 @@ impl CanvasError {
     }
 }
 
-/// How to get an adapter that draws without a graphics card.
+/// Instructions to install an adapter that draws without a graphics card.
 pub const INSTALL: &str = if cfg!(target_os = "windows") {
     "install the graphics driver; Windows 10 and later bring a software adapter (WARP) with DirectX 12"
 } else if cfg!(target_os = "macos") {
@@ -64,7 +65,7 @@ pub const INSTALL: &str = if cfg!(target_os = "windows") {
      `dnf install mesa-vulkan-drivers` on Fedora, `pacman -S vulkan-swrast` on Arch"
 };
 
-/// Every format that has no window to fit: the colours are written as they are.
+/// Format of the texture: the colours are stored as they are, without conversion from linear light.
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
 /// Draws pictures of one size.
@@ -85,12 +86,13 @@ impl Canvas {
     /// A canvas of `size` pixels, `pixels_per_point` of them for each pixel of a camera.
     ///
     /// # Errors
-    /// [`CanvasError`] says what to install where there is no adapter.
+    /// [`CanvasError`], with [`CanvasError::help`] on what to install.
     pub fn new(size: [u32; 2], pixels_per_point: f32) -> Result<Self, CanvasError> {
         pollster::block_on(Self::open(size.map(|n| n.max(1)), pixels_per_point))
     }
 
     async fn open(size: [u32; 2], pixels_per_point: f32) -> Result<Self, CanvasError> {
+        // The adapter, and a device with all that it allows.
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
         let adapter = adapter(&instance).await.ok_or(CanvasError::NoAdapter)?;
         let name = adapter.get_info().name;
@@ -106,6 +108,7 @@ impl Canvas {
             .await
             .map_err(|e| CanvasError::NoDevice { name: name.clone(), why: e.to_string() })?;
 
+        // The texture that is drawn on, and the buffer that its pixels are read from.
         let label = Some("canvas");
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label,
@@ -123,6 +126,8 @@ impl Canvas {
             usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
             mapped_at_creation: false,
         });
+
+        // The renderers of the scene and of the words.
         let scene = SceneRenderer::new(&device, &queue, FORMAT);
         let word_renderer = egui_wgpu::Renderer::new(&device, FORMAT, RendererOptions::PREDICTABLE);
         let words = egui::Context::default();
@@ -140,7 +145,7 @@ impl Canvas {
         })
     }
 
-    /// What draws: `llvmpipe (LLVM 15.0.6, 256 bits)`.
+    /// Name of the adapter, such as `llvmpipe (LLVM 15.0.6, 256 bits)`.
     pub fn adapter(&self) -> &str {
         &self.adapter
     }
@@ -155,7 +160,7 @@ impl Canvas {
         self.size.map(|n| f64::from(n) / f64::from(self.pixels_per_point))
     }
 
-    /// The renderer, to give it its scene.
+    /// The renderer, which takes the scene.
     pub fn scene_mut(&mut self) -> &mut SceneRenderer {
         &mut self.scene
     }
@@ -180,7 +185,7 @@ impl Canvas {
         Ok((image, counts))
     }
 
-    /// Words as triangles, with the letters they need on the graphics card.
+    /// Words as triangles; sends the letters they need to the graphics card.
     fn set_words(&mut self, encoder: &mut wgpu::CommandEncoder) -> Vec<egui::ClippedPrimitive> {
         let [width, height] = self.size.map(|n| n as f32 / self.pixels_per_point);
         let rect = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(width, height));
@@ -234,7 +239,7 @@ impl Canvas {
         self.word_renderer.render(&mut pass, words, &self.screen());
     }
 
-    /// Waits for the picture and takes it from the graphics card.
+    /// Waits for the picture and copies it from the graphics card.
     fn read(&self, mut encoder: wgpu::CommandEncoder) -> Result<Image, CanvasError> {
         let lost = |e: &dyn std::fmt::Display| CanvasError::Lost(e.to_string());
         let size = self.size;
@@ -249,10 +254,10 @@ impl Canvas {
             extent(size),
         );
         self.queue.submit([encoder.finish()]);
-        let (tell, told) = std::sync::mpsc::channel();
-        self.bytes.map_async(wgpu::MapMode::Read, .., move |result| drop(tell.send(result)));
+        let (sender, mapping) = std::sync::mpsc::channel();
+        self.bytes.map_async(wgpu::MapMode::Read, .., move |result| drop(sender.send(result)));
         self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| lost(&e))?;
-        told.recv().map_err(|e| lost(&e))?.map_err(|e| lost(&e))?;
+        mapping.recv().map_err(|e| lost(&e))?.map_err(|e| lost(&e))?;
         let mapped = self.bytes.get_mapped_range(..).map_err(|e| lost(&e))?;
         let mut rgba = Vec::with_capacity(4 * size[0] as usize * size[1] as usize);
         for row in mapped.chunks_exact(row_bytes(size) as usize) {
@@ -265,7 +270,7 @@ impl Canvas {
     }
 }
 
-/// The best adapter: a graphics card if there is one, else what calculates pictures.
+/// The best adapter: a graphics card if there is one, else a software adapter.
 async fn adapter(instance: &wgpu::Instance) -> Option<wgpu::Adapter> {
     let rank = |adapter: &wgpu::Adapter| match adapter.get_info().device_type {
         wgpu::DeviceType::DiscreteGpu => 0,
@@ -282,12 +287,12 @@ fn extent([width, height]: [u32; 2]) -> wgpu::Extent3d {
     wgpu::Extent3d { width, height, depth_or_array_layers: 1 }
 }
 
-/// Bytes of a row as the graphics card copies it.
+/// Bytes of a row in the buffer, a multiple of the alignment of copies.
 fn row_bytes([width, _]: [u32; 2]) -> u32 {
     (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
 }
 
-/// Takes the opacity out of the colour.
+/// Divides the colour of a pixel by its opacity.
 fn divide(pixel: &mut [u8; 4]) {
     let alpha = u32::from(pixel[3]);
     if alpha == 0 || alpha == 255 {
@@ -295,6 +300,7 @@ fn divide(pixel: &mut [u8; 4]) {
     }
     for channel in &mut pixel[..3] {
         let divided = (u32::from(*channel) * 255 + alpha / 2) / alpha;
+        // Rounding may leave a channel brighter than its opacity allows.
         *channel = u8::try_from(divided).unwrap_or(u8::MAX);
     }
 }

@@ -1,4 +1,5 @@
-//! Pictures and films as they are asked for: what is left open is chosen, and the file is written.
+//! Pictures and films on request: [`Request::prepare`] chooses the open options,
+//! [`Rendering::write`] writes the file.
 
 use std::io::Write;
 use std::ops::RangeInclusive;
@@ -8,27 +9,27 @@ use bksim::sim::run::Unreplayed;
 pub use bksim_scene::request::{Background, DENSITIES, FACTORS, MOST_GHOSTS, SIDES};
 
 use crate::film::{
-    Clip, Film, FilmError, FilmFormat, Palette, ShootError, Stage, shape, write_png,
+    Clip, Film, FilmError, FilmFormat, Palette, ShootError, Stage, aspect_ratio, write_png,
 };
 use crate::offscreen::{Canvas, CanvasError};
 use crate::show::{Show, ShowOptions};
 
-/// What a file is.
+/// File format of a picture or a film.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Format {
-    /// One instant, in pixels.
+    /// One instant as pixels.
     Png,
-    /// One instant, in lines; needs no graphics adapter.
+    /// One instant as lines; needs no graphics adapter.
     Svg,
     /// A part of the motion.
     Film(FilmFormat),
 }
 
-/// The longer side of a picture, points, at which lines and letters have the size that suits them.
+/// Usual length of the longer side of a picture, points, which lines and letters are sized for.
 const POINTS: f64 = 640.0;
 
 impl Format {
-    /// The endings of files.
+    /// All formats with their file extensions.
     pub const ALL: &[(&str, Self)] = &[
         ("png", Self::Png),
         ("svg", Self::Svg),
@@ -38,15 +39,17 @@ impl Format {
         ("apng", Self::Film(FilmFormat::Apng)),
     ];
 
-    /// The format of files with this ending, in whatever case.
+    /// The format of files with an extension, upper or lower case.
     pub fn of_ending(ending: &str) -> Option<Self> {
         let known = Self::ALL.iter().find(|(name, _)| ending.eq_ignore_ascii_case(name));
         known.map(|(_, format)| *format)
     }
 
-    /// Its ending.
+    /// Its file extension.
+    #[expect(clippy::missing_panics_doc, reason = "the table has a row for each format")]
     pub fn name(self) -> &'static str {
-        Self::ALL.iter().find(|(_, format)| *format == self).map_or("", |(name, _)| name)
+        let entry = Self::ALL.iter().find(|(_, format)| *format == self);
+        entry.map(|(name, _)| *name).expect("every format is in the table")
     }
 
     /// Whether it shows more than one instant.
@@ -54,7 +57,7 @@ impl Format {
         matches!(self, Self::Film(_))
     }
 
-    /// The longer side of a picture of which no size is given, pixels.
+    /// Default of the longer side, pixels.
     fn usual_length(self) -> f64 {
         match self {
             Self::Svg | Self::Film(FilmFormat::Gif) => POINTS,
@@ -62,8 +65,8 @@ impl Format {
         }
     }
 
-    /// Pixels per point when none are given: the longer side of a picture has [`POINTS`], so that a large
-    /// picture is a small one enlarged. The units of SVG are points.
+    /// Default of the pixels per point: the longer side of a picture has [`POINTS`], so that a
+    /// large picture is a small one enlarged. The units of SVG are points.
     fn usual_density(self, [width, height]: [u32; 2]) -> f32 {
         #[expect(clippy::cast_possible_truncation, reason = "pixels")]
         let per_point = (f64::from(width.max(height)) / POINTS) as f32;
@@ -74,7 +77,7 @@ impl Format {
         if let Self::Film(film) = self { film.fitting(size) } else { size }
     }
 
-    /// A size of this shape, width over height.
+    /// Default size for a ratio of width to height.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "16 to 16384")]
     fn usual_size(self, ratio: f64) -> [u32; 2] {
         let length = self.usual_length();
@@ -84,86 +87,86 @@ impl Format {
     }
 }
 
-/// Nobody waits for more frames: half a day of film.
+/// Largest number of frames: more than half a day of film.
 const MOST_FRAMES: usize = 1_000_000;
 
-/// A picture or a film that is wanted. What is `None` is chosen to suit the mechanism.
+/// A picture or a film to render. Options that are `None` are chosen to suit the mechanism.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Order {
-    /// What is written.
+pub struct Request {
+    /// The format of the file.
     pub format: Format,
-    /// The instant that a picture shows, s; the middle of the motion.
+    /// The instant of a picture, s; the middle of the motion by default.
     pub at: Option<f64>,
-    /// Where a film begins, s; at the start of the motion.
+    /// The begin of a film, s; the start of the motion by default.
     pub from: Option<f64>,
-    /// Where a film ends, s; at the end of the motion.
+    /// The end of a film, s; the end of the motion by default.
     pub to: Option<f64>,
-    /// Frames a second of a film, in [`FACTORS`].
+    /// Frames a second of a film, in [`FACTORS`]; [`FilmFormat::usual_fps`] by default.
     pub fps: Option<f64>,
-    /// Seconds of the motion in a second of film, in [`FACTORS`]; 1.
+    /// Seconds of the motion in a second of film, in [`FACTORS`]; 1 by default.
     pub speed: Option<f64>,
-    /// Width and height, pixels, in [`SIDES`].
+    /// Width and height, pixels, in [`SIDES`]; by default they fit the motion.
     pub size: Option<[u32; 2]>,
-    /// Pixels per point, in [`DENSITIES`].
+    /// Pixels per point, in [`DENSITIES`]; by default in proportion to the size.
     pub density: Option<f32>,
-    /// Azimuth and elevation, degrees, from which a spatial mechanism is seen.
+    /// Azimuth and elevation of the direction of view of a spatial mechanism, degrees.
     pub view: Option<[f64; 2]>,
-    /// What is behind the mechanism.
+    /// The background.
     pub background: Background,
-    /// What is drawn beside it; but for trails and colours, which follow from what stands here.
+    /// Additions to the mechanism; trails and colours are replaced by those of the request.
     pub options: ShowOptions,
-    /// Points that leave trails, by name: a body's is its centre of mass.
+    /// Names of points that leave trails; the name of a body means its centre of mass.
     pub trails: Vec<String>,
 }
 
-/// Why nothing can be drawn.
+/// Error of rendering.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RenderError {
-    /// Times of a film are asked of a picture.
+    /// Options of films in the request of a picture.
     #[error("a picture shows one instant: `at` chooses it")]
     FilmTimes,
-    /// An instant is asked of a film.
+    /// The instant of a picture in the request of a film.
     #[error("a film shows more than the instant `at`: choose the part of the motion that it shows")]
     PictureTime,
-    /// A number that cannot be.
+    /// A number outside of its range.
     #[error("`{option}` is not a number from {low} to {high}")]
     Range {
-        /// What it is of.
+        /// Name of the option.
         option: &'static str,
-        /// The least it can be.
+        /// Smallest value.
         low: f64,
-        /// The most it can be.
+        /// Largest value.
         high: f64,
     },
-    /// An instant that is not of the motion.
+    /// An instant outside of the motion.
     #[error("`{option}` = {t} s lies outside of the motion, {} s to {} s", span[0], span[1])]
     Outside {
-        /// What it is of.
+        /// Name of the option.
         option: &'static str,
         /// The instant, s.
         t: f64,
         /// First and last instant of the motion, s.
         span: [f64; 2],
     },
-    /// More frames than anybody waits for.
+    /// More frames than a million.
     #[error("the film would have {0} frames: show a part of the motion, or raise `speed`")]
     TooLong(usize),
-    /// A direction of view for a mechanism in a plane.
+    /// A direction of view for a planar mechanism.
     #[error("`view` is for spatial mechanisms, and this one is planar")]
     PlanarView,
-    /// A trail of nothing.
+    /// A trail of an unknown point.
     #[error("nothing that can leave a trail is called `{name}`: {}", known.join(", "))]
     UnknownPoint {
         /// The name.
         name: String,
-        /// What can leave trails.
+        /// Names of all points.
         known: Vec<String>,
     },
     /// The motion is not that of the mechanism.
     #[error(transparent)]
     Unreplayed(#[from] Unreplayed),
-    /// There is nothing to draw with.
+    /// There is no graphics adapter, or it fails.
     #[error(transparent)]
     Canvas(#[from] CanvasError),
     /// The file cannot be written.
@@ -180,8 +183,8 @@ impl From<ShootError> for RenderError {
     }
 }
 
-impl Order {
-    /// An order that leaves everything open.
+impl Request {
+    /// A request without options.
     pub fn new(format: Format) -> Self {
         Self {
             format,
@@ -199,7 +202,7 @@ impl Order {
         }
     }
 
-    /// Refuses what no motion could make good.
+    /// Checks the options that do not depend on the motion.
     ///
     /// # Errors
     /// [`RenderError`].
@@ -229,7 +232,7 @@ impl Order {
         check_range("ghosts", Some(ghosts), &(0.0..=f64::from(MOST_GHOSTS)))
     }
 
-    /// Chooses what is left open, and sets a canvas up.
+    /// Chooses the open options for a motion, and sets up a canvas.
     ///
     /// # Errors
     /// [`RenderError`].
@@ -246,7 +249,7 @@ impl Order {
         }
         let size = match self.size {
             Some(size) => size,
-            None => format.usual_size(shape(&mut show, self.view)?),
+            None => format.usual_size(aspect_ratio(&mut show, self.view)?),
         };
         let size = format.fitting(size);
         let density = self.density.unwrap_or_else(|| format.usual_density(size));
@@ -262,7 +265,7 @@ impl Order {
         Ok(Rendering { format, size, clip, stage, canvas })
     }
 
-    /// The instants that are shown.
+    /// The instants of the film; of a picture, one.
     fn clip(&self, show: &Show) -> Result<Clip, RenderError> {
         let span @ [first, last] = show.span();
         let within = |option, t: Option<f64>, usual| match t {
@@ -298,7 +301,7 @@ fn check_range(
     }
 }
 
-/// The marker of this name.
+/// The index of the marker with a name.
 fn marker(show: &Show, name: &str) -> Result<usize, RenderError> {
     let markers = &show.scene().markers;
     markers.iter().position(|marker| marker.name == name).ok_or_else(|| {
@@ -307,13 +310,13 @@ fn marker(show: &Show, name: &str) -> Result<usize, RenderError> {
     })
 }
 
-/// A picture or a film with everything chosen.
+/// A request with all options chosen, ready to be written.
 pub struct Rendering {
-    /// What is written.
+    /// The format of the file.
     pub format: Format,
     /// Width and height, pixels.
     pub size: [u32; 2],
-    /// The instants that are shown; of a picture, one.
+    /// The instants of the film; of a picture, one.
     pub clip: Clip,
     stage: Stage,
     canvas: Option<Canvas>,
@@ -325,13 +328,13 @@ impl Rendering {
         if self.format.is_film() { self.clip.n_frames() } else { 1 }
     }
 
-    /// The graphics adapter that draws, where one does.
+    /// Name of the graphics adapter, if one is needed.
     pub fn adapter(&self) -> Option<&str> {
         self.canvas.as_ref().map(Canvas::adapter)
     }
 
-    /// Writes the file; `go_on` is told each instant that is drawn, s, and says whether to go on.
-    /// `false` when it did not: what was written then is of no use.
+    /// Writes the file; `go_on` gets each instant before it is drawn, s, and returns whether to
+    /// continue. Returns `false` if it did not: then the file is incomplete and useless.
     ///
     /// # Errors
     /// [`RenderError`].
@@ -362,7 +365,7 @@ impl Rendering {
     }
 }
 
-/// A film, frame by frame.
+/// Writes a film, frame by frame; returns whether it is complete.
 fn shoot(
     out: &mut impl Write,
     format: FilmFormat,

@@ -1,9 +1,9 @@
 //! [`SceneRenderer`]: scenes on the graphics card, in a window's render pass or in one of our own.
 //!
-//! Everything is a primitive: a triangle, a segment of a line, which the vertex shader widens to
-//! a constant number of pixels, or a rod, which has as many metres from everywhere. Primitives of
-//! bodies lie in the frames of their bodies and are uploaded once per scene and theme; a frame brings
-//! one placement per body and the primitives that change (springs, trails, arrows):
+//! Everything is a primitive: a triangle, a segment of a line, which the vertex shader widens to a
+//! constant number of pixels, or a rod, which is equally many metres wide in every view. Primitives
+//! of bodies lie in the frames of their bodies and are uploaded once per scene and theme; a frame
+//! brings one placement per body and the primitives that change (springs, trails, arrows):
 //!
 //! ```text
 //! primitives: fixed | moving      storage buffers, in the order in which they are painted
@@ -11,14 +11,15 @@
 //! runs: (layer, primitives) …     one draw call each
 //! ```
 //!
-//! So a planar mechanism is painted by one call, or by three with springs between what lies behind and
-//! before them, and nothing that stays is sent twice. In space the order of painting changes with
-//! the motion: the primitives are sorted by the depth of their shapes, and that order is sent when it
-//! is another one. Translucent areas blend as they should in both. Edges are made smooth in the fragment
-//! shader: no multisampling and no depth buffer is asked of whoever owns the render pass.
+//! So a planar mechanism is painted by one call, or by three with springs between the shapes below
+//! and above them, and nothing that stays is sent twice. In space the order of painting changes
+//! with the motion: the primitives are sorted by the depth of their shapes, and that order is sent
+//! when it changes. Translucent areas blend correctly in both. Edges are made smooth in the
+//! fragment shader: the owner of the render pass needs neither multisampling nor a depth buffer.
 //!
 //! Points are `f64` until the camera's centre is subtracted, then `f32`.
 
+mod fixed;
 mod frame;
 mod gpu;
 mod line;
@@ -30,18 +31,18 @@ use std::sync::Arc;
 use bksim::sim::pose::Pose;
 use bksim_scene::{Camera, Extras, Item, Scene, Theme};
 
+use self::fixed::Fixed;
 use self::frame::Drawing;
 use self::gpu::Gpu;
-use self::primitive::Fixed;
 
-/// What is seen at one instant.
+/// The picture of one instant: poses, additions, camera and colours.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame<'a> {
-    /// Where the bodies are, the ground first.
+    /// Poses of the bodies, the ground first.
     pub poses: &'a [Pose],
-    /// What is drawn beside the mechanism; labels become [`SceneRenderer::words`].
+    /// Additions to the mechanism; labels become [`SceneRenderer::words`].
     pub extras: &'a Extras,
-    /// From where; its pixels are points, of which each has `pixels_per_point` pixels.
+    /// The camera; its pixels are points of `pixels_per_point` pixels each.
     pub camera: &'a Camera,
     /// The colours.
     pub theme: &'a Theme,
@@ -49,18 +50,18 @@ pub struct Frame<'a> {
     pub pixels_per_point: f32,
 }
 
-/// What the last frame was made of.
+/// Amount of work of a frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Counts {
-    /// Draw calls: none for an empty frame, one for a planar mechanism with nothing beside it.
+    /// Draw calls: none for an empty frame, one for a planar mechanism without additions.
     pub n_draws: usize,
-    /// Triangles and segments painted, those of ghosts too.
+    /// Triangles, segments and rods painted, those of ghosts too.
     pub n_primitives: usize,
     /// Bytes sent to the graphics card for it.
     pub n_bytes: usize,
 }
 
-/// Paints scenes. Cheap to keep, dear to make: the shader is compiled in it.
+/// Paints scenes. Cheap to keep, expensive to make: that compiles the shader.
 #[derive(Debug)]
 pub struct SceneRenderer {
     gpu: Gpu,
@@ -100,13 +101,13 @@ impl SceneRenderer {
         self.gpu.set_frame(&self.drawing)
     }
 
-    /// The words of the frame, which others set: [`crate::words::paint_words`].
+    /// The words of the frame, for [`crate::words::paint_words`].
     pub fn words(&self) -> &[Item] {
         &self.drawing.words
     }
 
-    /// Paints the frame into the viewport of `pass`, which the camera's picture fills. The background
-    /// is left to the pass.
+    /// Paints the frame into the viewport of `pass`, which the camera's picture fills. It paints no
+    /// background.
     pub fn paint(&self, pass: &mut wgpu::RenderPass<'_>) {
         self.gpu.paint(pass);
     }

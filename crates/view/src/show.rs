@@ -1,6 +1,8 @@
-//! [`Show`]: what is shown of a run, at any instant.
+//! [`Show`]: a run with its additions, at any instant.
 
 mod arrows;
+#[cfg(test)]
+mod pendulum;
 mod reach;
 mod solve;
 mod trail;
@@ -15,18 +17,20 @@ use bksim_scene::{Extras, Scene, Theme};
 
 pub use self::arrows::Scales;
 use self::arrows::{Arrow, Arrows};
+#[cfg(test)]
+pub(crate) use self::pendulum::pendulum;
 pub use self::solve::{Solved, solve};
 use self::trail::Past;
 
-/// What is drawn beside the mechanism, and how.
+/// Additions to the mechanism, and the colours.
 #[derive(Clone, PartialEq, Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a switch of the view")]
 pub struct ShowOptions {
-    /// Names beside joints, points and centres of mass.
+    /// Names at joints, points and centres of mass.
     pub labels: bool,
-    /// Places in [`Scene::markers`] of the points that leave trails.
+    /// Indices in [`Scene::markers`] of the points that leave trails.
     pub trails: Vec<usize>,
-    /// How far back trails and ghosts reach, s; to the start if infinite.
+    /// Duration of trails and ghosts, s; back to the start if infinite.
     pub past_s: f64,
     /// Arrows of joint reactions.
     pub reactions: bool,
@@ -34,7 +38,7 @@ pub struct ShowOptions {
     pub velocities: bool,
     /// Arrows of applied forces.
     pub forces: bool,
-    /// How often the mechanism is drawn faintly at earlier instants.
+    /// Number of earlier instants at which the mechanism is drawn faintly.
     pub ghosts: usize,
     /// Light on dark.
     pub dark: bool,
@@ -55,32 +59,32 @@ impl Default for ShowOptions {
     }
 }
 
-/// Instants from which the lengths of guides and slots come.
+/// Number of instants from which the lengths of guides and slots come.
 const N_POSES: usize = 100;
 
-/// What is shown of a run.
+/// A run with its additions, at the instant shown.
 #[derive(Debug)]
 pub struct Show {
-    /// What to draw; may be changed between any two frames.
+    /// Additions and colours; may be changed between any two frames.
     pub options: ShowOptions,
-    /// What one call of [`Show::extras`] may spend on other instants than the one shown; whatever it
-    /// takes if none.
+    /// Time that one call of [`Show::extras`] may spend on other instants than the one shown;
+    /// unlimited if none.
     pub patience: Option<Duration>,
     playback: Playback,
     scene: Arc<Scene>,
     /// The instant that is shown, s.
     t: f64,
     past: Past,
-    /// Found when the first arrow is asked for.
+    /// Computed when the first arrow is requested.
     arrows: Option<Arrows>,
-    /// Found when first asked for.
+    /// Outermost points over the run, computed on the first request.
     reach: Option<Vec<[f64; 3]>>,
-    /// Whether the last extras lack nothing.
+    /// Whether the last additions are complete.
     is_whole: bool,
 }
 
 impl Show {
-    /// Shows a run, at its start.
+    /// A run at its start.
     pub fn new(mut playback: Playback) -> Self {
         let motion = playback.poses_over_run(N_POSES);
         let mechanism = playback.mechanism();
@@ -127,12 +131,12 @@ impl Show {
         Ok(self.playback.sample())
     }
 
-    /// Where the bodies are at the instant shown, the ground first.
+    /// Poses of the bodies at the instant shown, the ground first.
     pub fn poses(&self) -> &[Pose] {
         self.playback.poses()
     }
 
-    /// What is drawn beside the mechanism at the instant shown, as far as [`Show::patience`] allows.
+    /// Additions to the mechanism at the instant shown, as far as [`Show::patience`] allows.
     ///
     /// # Errors
     /// [`Unreplayed`] when the motion is not that of the mechanism.
@@ -140,23 +144,24 @@ impl Show {
         let deadline = self.patience.map(|patience| Instant::now() + patience);
         let Self { options, playback, scene, t, past, .. } = self;
         let ghosts = past.ghosts(playback, *t, options.past_s, options.ghosts);
-        // Before the arrows, whose scale gets on however little time is left.
+        // Trails come before the arrows, whose scale makes progress without time left, too.
         let trails = past.trails(playback, scene, options, deadline);
         let arrows = self.arrows(deadline)?;
         self.is_whole = trails.is_whole && arrows.is_some();
         let palette = self.theme().palette;
-        let coloured = |(place, points)| (palette[(place + 1) % palette.len()], points);
+        let coloured = |(idx, points)| (palette[(idx + 1) % palette.len()], points);
         let trails = trails.points.into_iter().enumerate().map(coloured).collect();
+        // Arrows appear once their scale is known.
         let arrows = arrows.unwrap_or_default();
         Ok(Extras { trails, arrows, has_labels: self.options.labels, ghosts })
     }
 
-    /// Whether the last extras are all there is to see; others will have more.
+    /// Whether the last additions are complete; otherwise later calls give more.
     pub fn is_whole(&self) -> bool {
         self.is_whole
     }
 
-    /// The arrows that are asked for; none as long as their scale is not known.
+    /// The requested arrows; none as long as their scale is not known.
     fn arrows(&mut self, deadline: Option<Instant>) -> Result<Option<Vec<Arrow>>, Unreplayed> {
         let Self { options, playback, scene, .. } = self;
         if !(options.reactions || options.velocities || options.forces) {
@@ -172,22 +177,23 @@ impl Show {
         Ok(arrows.is_known().then(|| arrows.at(playback, scene, options, theme)))
     }
 
-    /// The lengths of arrows, once some were drawn.
+    /// The scales of arrows, once they are known.
     pub fn scales(&self) -> Option<Scales> {
         let known = self.arrows.as_ref().filter(|arrows| arrows.is_known());
         known.map(|arrows| arrows.scales(&self.options))
     }
 
-    /// Points that tell where the mechanism is over the whole run, for [`bksim_scene::Camera::fitted`].
+    /// Outermost points of the mechanism over the whole run, for [`bksim_scene::Camera::fitted`].
     pub fn points_over_run(&mut self) -> &[[f64; 3]] {
         let Self { playback, scene, .. } = self;
         self.reach.get_or_insert_with(|| reach::over_run(playback, scene))
     }
 
-    /// Where the arrows that are asked for end over the whole run.
+    /// Tips of the requested arrows over the whole run.
     ///
     /// # Errors
     /// [`Unreplayed`] when the motion is not that of the mechanism.
+    #[expect(clippy::missing_panics_doc, reason = "the scale of arrows becomes known")]
     pub fn arrow_tips_over_run(&mut self) -> Result<Vec<[f64; 3]>, Unreplayed> {
         let (t, options) = (self.t, &self.options);
         let mut tips = Vec::new();
@@ -196,7 +202,7 @@ impl Show {
         }
         for idx in 0..reach::INSTANTS {
             self.seek(reach::instant(self.span(), idx))?;
-            let arrows = self.arrows(None)?.unwrap_or_default();
+            let arrows = self.arrows(None)?.expect("without a deadline the scale becomes known");
             let tip =
                 |(_, from, along): Arrow| std::array::from_fn(|axis| from[axis] + along[axis]);
             tips.extend(arrows.into_iter().map(tip));

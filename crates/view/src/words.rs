@@ -3,13 +3,13 @@
 use bksim_scene::{Align, Color, Item};
 use egui::{Color32, FontId, Painter, Pos2, Vec2};
 
-/// Paints the words among `items`, whose places are relative to `origin`, in points.
+/// Paints the words among `items`, whose positions are relative to `origin`, in points.
 pub fn paint_words(painter: &Painter, origin: Pos2, items: &[Item]) {
     for item in items {
         let Item::Text { at, align, text, size, color } = item else { continue };
         let color = color32(*color);
         let galley = painter.layout_no_wrap(text.clone(), FontId::proportional(*size), color);
-        // The baseline of the first letter.
+        // The baseline of the first letter; a text without letters has none, and paints nothing.
         let first = galley.rows.first().and_then(|row| Some((row, row.glyphs.first()?)));
         let baseline = first.map_or(0.0, |(row, glyph)| row.pos.y + glyph.pos.y);
         let left = match align {
@@ -17,12 +17,12 @@ pub fn paint_words(painter: &Painter, origin: Pos2, items: &[Item]) {
             Align::Middle => 0.5 * galley.size().x,
             Align::End => galley.size().x,
         };
-        let place = origin + Vec2::from(*at) - Vec2::new(left, baseline);
-        painter.galley(place, galley, color);
+        let corner = origin + Vec2::from(*at) - Vec2::new(left, baseline);
+        painter.galley(corner, galley, color);
     }
 }
 
-/// A colour as egui has it.
+/// A colour in the type of egui.
 pub fn color32(Color([r, g, b, a]): Color) -> Color32 {
     Color32::from_rgba_unmultiplied(r, g, b, a)
 }

@@ -1,4 +1,4 @@
-//! Films are decoded again, and show what was put in, when it was meant to be seen.
+//! Films are decoded again, and show the right frames at the right times.
 
 use bksim_view::film::{Colors, Film, FilmFormat, Palette, write_png};
 use bksim_view::offscreen::Image;
@@ -44,7 +44,7 @@ fn an_apng_loses_nothing() {
         reader.next_frame(&mut rgba).expect("a frame");
         let shown = reader.info().frame_control().expect("its delay");
         assert_eq!((shown.delay_num, shown.delay_den), (1, 30));
-        assert!(rgba == frame(k, BACKGROUND).rgba, "frame {k} is another");
+        assert!(rgba == frame(k, BACKGROUND).rgba, "frame {k} differs");
     }
 }
 
@@ -60,7 +60,7 @@ fn a_png_is_one_picture() {
     assert_eq!(rgba, image.rgba);
 }
 
-/// The frames of a GIF as a viewer puts them together, and their delays in hundredths of a second.
+/// The frames of a GIF as a viewer composes them, and their delays in hundredths of a second.
 fn gif_frames(bytes: &[u8]) -> (Vec<Vec<[u8; 4]>>, Vec<u16>) {
     let mut options = gif::DecodeOptions::new();
     options.set_color_output(gif::ColorOutput::RGBA);
@@ -87,12 +87,12 @@ fn gif_frames(bytes: &[u8]) -> (Vec<Vec<[u8; 4]>>, Vec<u16>) {
 }
 
 #[test]
-fn a_gif_shows_every_frame_for_as_long_as_it_should() {
+fn a_gif_shows_every_frame_for_the_right_time() {
     for background in [BACKGROUND, [0; 4]] {
         let (frames, delays) = gif_frames(&film(FilmFormat::Gif, 30.0, background));
         assert_eq!(frames.len(), N_FRAMES);
         for (k, shown) in frames.iter().enumerate() {
-            assert!(shown.as_flattened() == frame(k, background).rgba, "frame {k} is another");
+            assert!(shown.as_flattened() == frame(k, background).rgba, "frame {k} differs");
         }
         // 30 a second are 3⅓ hundredths each: 7 frames last 23.
         assert_eq!(delays, [3, 4, 3, 3, 4, 3, 3]);
@@ -157,13 +157,14 @@ mod mp4 {
     }
 
     #[test]
-    fn an_mp4_shows_what_was_put_in() {
+    fn an_mp4_shows_the_frames_that_were_added() {
         let bytes = film(FilmFormat::Mp4, 30.0, BACKGROUND);
         let sizes = content(&bytes, &format!("{TABLE}/stsz"));
         let sizes: Vec<usize> = (0..N_FRAMES).map(|k| number(sizes, 12 + 4 * k) as usize).collect();
         let mut data = content(&bytes, "mdat");
 
-        // The parameter sets are beside the samples, whose parts have their lengths before them.
+        // The parameter sets are outside of the samples, whose parts have their lengths before
+        // them.
         let description = content(&content(&bytes, &format!("{TABLE}/stsd"))[8..], "avc1");
         let sets = content(&description[78..], "avcC");
         let first = usize::from(u16::from_be_bytes([sets[6], sets[7]]));
@@ -180,13 +181,13 @@ mod mp4 {
                 stream.extend(&sample[4..end]);
                 sample = &sample[end..];
             }
-            let seen = decoder.decode(&stream).expect("a frame").expect("a picture");
+            let decoded = decoder.decode(&stream).expect("a frame").expect("a picture");
             let mut rgba = vec![0; frame(0, BACKGROUND).rgba.len()];
-            seen.write_rgba8(&mut rgba);
+            decoded.write_rgba8(&mut rgba);
             stream.clear();
             let expected = frame(k, BACKGROUND).rgba;
             let off = rgba.iter().zip(&expected).filter(|(a, b)| a.abs_diff(**b) > 24).count();
-            assert!(off * 100 < rgba.len(), "frame {k}: {off} of {} bytes are others", rgba.len());
+            assert!(off * 100 < rgba.len(), "frame {k}: {off} of {} bytes differ", rgba.len());
         }
     }
 }

@@ -1,6 +1,6 @@
-//! One small picture per primitive, compared with the one that was looked at and kept.
+//! One small picture per primitive, compared with a kept one that was inspected.
 //!
-//! `BKSIM_BLESS=1 cargo test -p bksim-view --test golden` writes them anew: look at them then.
+//! `BKSIM_BLESS=1 cargo test -p bksim-view --test golden` replaces them: inspect them then.
 
 use std::fs::File;
 use std::io::{BufReader, BufWriter};
@@ -19,13 +19,13 @@ use bksim_view::renderer::Frame;
 /// Points; a canvas has twice as many pixels.
 const SIZE: [f64; 2] = [80.0, 60.0];
 
-/// A pixel that is off by more than this, of 255, is another pixel: adapters round edges differently.
+/// Largest difference of a channel, of 255, between equal pixels: adapters round edges differently.
 const LARGEST_DIFFERENCE: u8 = 48;
 
-/// Of a thousand pixels, so many may be others.
+/// Largest number of different pixels in a thousand.
 const OTHERS_PER_THOUSAND: usize = 3;
 
-/// A canvas, or what to install.
+/// A canvas; panics with the help on what to install.
 fn canvas() -> Canvas {
     let size = SIZE.map(|x| format!("{:.0}", 2.0 * x).parse().expect("a size"));
     Canvas::new(size, 2.0).unwrap_or_else(|error| {
@@ -33,7 +33,7 @@ fn canvas() -> Canvas {
     })
 }
 
-/// Part of pixels, of a thousand, that differ.
+/// Number of different pixels in a thousand.
 fn difference(a: &Image, b: &Image) -> usize {
     if a.size != b.size {
         return 1000;
@@ -44,7 +44,7 @@ fn difference(a: &Image, b: &Image) -> usize {
     (1000 * a.iter().zip(b).filter(is_other).count()).div_ceil(a.len())
 }
 
-/// The same a pixel to the right.
+/// The picture shifted by a pixel to the right.
 fn shifted(image: &Image) -> Image {
     let width = 4 * image.size[0] as usize;
     let mut rgba = image.rgba.clone();
@@ -71,7 +71,7 @@ fn save(path: &PathBuf, image: &Image) {
     write_png(BufWriter::new(file), image).expect("a picture");
 }
 
-/// Compares a picture with the kept one; what is seen instead lies in the target directory.
+/// Compares a picture with the kept one; a different one is written to the target directory.
 fn check(name: &str, image: &Image) {
     let path = kept(name);
     if std::env::var_os("BKSIM_BLESS").is_some() {
@@ -81,12 +81,12 @@ fn check(name: &str, image: &Image) {
     let expected = load(&path);
     let off = difference(&expected, image);
     if off > OTHERS_PER_THOUSAND {
-        let seen = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.png"));
-        save(&seen, image);
-        let (path, seen) = (path.display(), seen.display());
-        panic!("{off} of 1000 pixels of {path} are others than in {seen}");
+        let found = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.png"));
+        save(&found, image);
+        let (path, found) = (path.display(), found.display());
+        panic!("{off} of 1000 pixels of {path} differ from {found}");
     }
-    // The comparison is worth something: a pixel to the right is too far.
+    // The comparison is sharp enough: a shift by one pixel is too much.
     let off = difference(&expected, &shifted(image));
     assert!(off > OTHERS_PER_THOUSAND, "{name}: a shift by a pixel changes {off} of 1000 pixels");
 }
@@ -135,14 +135,15 @@ fn draw(scene: Scene, poses: &[Pose], extras: &Extras, camera: &Camera, theme: &
     canvas.scene_mut().set_scene(Arc::new(scene), theme);
     let frame = Frame { poses, extras, camera, theme, pixels_per_point: 1.0 };
     let (image, counts) = canvas.draw(&frame, Some(theme.background)).expect("a picture");
-    // Springs between what is behind and before them, and that for every ghost; then what is beside.
+    // For the mechanism and each ghost: shapes below the springs, springs, shapes above; then
+    // trails and arrows.
     let most = 3 * (1 + extras.ghosts.len()) + 2;
     assert!((1..=most).contains(&counts.n_draws), "{counts:?}");
     image
 }
 
 #[test]
-fn a_moving_planar_mechanism_is_one_call_and_sends_only_where_its_bodies_are() {
+fn a_moving_planar_mechanism_is_one_call_and_sends_only_its_placements() {
     let shapes = (0..100).map(|i| line(1 + i % 2, Role::Body(0), &circle(1.0, 64), true));
     let mut canvas = canvas();
     canvas.scene_mut().set_scene(Arc::new(scene(shapes.collect())), &Theme::LIGHT);
@@ -175,7 +176,7 @@ fn rods_in_space_are_two_primitives_each_and_stay_on_the_card_while_the_camera_t
         let frame = Frame { poses: &poses, extras: &extras, camera, theme, pixels_per_point: 2.0 };
         let counts = canvas.scene_mut().prepare(&frame);
         assert_eq!((counts.n_draws, counts.n_primitives), (1, 200));
-        // Five placements, and first of all which rod is painted after which.
+        // Five placements, and at first the order of painting.
         let n_bytes = counts.n_bytes - order;
         assert!((5 * 32..256).contains(&n_bytes), "frame {k}: {counts:?}");
     }
@@ -230,7 +231,7 @@ fn a_closed_line_has_no_gap() {
 }
 
 #[test]
-fn what_comes_later_lies_above() {
+fn later_shapes_lie_above_earlier_ones() {
     let bar = [[-3.5, -0.7], [3.5, -0.7], [3.5, 0.7], [-3.5, 0.7]];
     let pin = circle(0.5, 20);
     let shapes = vec![
@@ -245,7 +246,7 @@ fn what_comes_later_lies_above() {
 }
 
 #[test]
-fn in_space_what_is_nearer_lies_above() {
+fn in_space_nearer_shapes_lie_above() {
     let at = |z: f64, ring: Vec<[f64; 3]>| ring.into_iter().map(|[x, y, _]| [x, y, z]).collect();
     let plate = |z: f64, role, dx: f64| {
         let ring = SQUARE.map(|[x, y]| [0.6 * x + dx, 0.6 * y + dx]);
@@ -265,7 +266,7 @@ fn in_space_what_is_nearer_lies_above() {
 }
 
 #[test]
-fn from_the_other_side_what_was_behind_lies_above_and_pins_are_before_what_they_join() {
+fn from_the_other_side_the_order_is_reversed_and_pins_are_in_front_of_their_bodies() {
     let upright = |y: f64, role, size: f64| {
         let ring = SQUARE.iter().map(|[x, z]| [size * x, y, size * z]).collect();
         Shape { body: 0, role, form: Form::Region(vec![ring]) }
@@ -289,7 +290,7 @@ fn from_the_other_side_what_was_behind_lies_above_and_pins_are_before_what_they_
             assert_eq!(&middle(&shapes, azimuth), expected, "from {azimuth} rad");
         }
     }
-    // A pin within its radius of a bar is seen from both sides, one far behind it is not.
+    // A pin within its radius of a bar is visible from both sides, one far from it is not.
     let joined = upright(0.1, Role::Body(1), 0.8);
     assert_eq!(middle(&[&pin, &joined], front), white);
     assert_eq!(middle(&[&pin, &joined], back), white);
@@ -297,7 +298,7 @@ fn from_the_other_side_what_was_behind_lies_above_and_pins_are_before_what_they_
 }
 
 #[test]
-fn rods_and_balls_are_as_wide_from_everywhere() {
+fn rods_and_balls_are_equally_wide_in_every_view() {
     let rod = |body, role, ends, radius| Shape { body, role, form: Form::Rod { ends, radius } };
     let (foot, head) = ([-1.4, 0.0, -1.2], [1.2, 0.6, 1.4]);
     let shapes = vec![
@@ -317,7 +318,7 @@ fn rods_and_balls_are_as_wide_from_everywhere() {
 }
 
 #[test]
-fn in_a_plane_rods_keep_their_place_in_the_order_of_the_scene() {
+fn in_a_plane_rods_keep_their_position_in_the_order_of_the_scene() {
     let ball = |role, radius| {
         let form = Form::Rod { ends: [[0.0; 3]; 2], radius };
         Shape { body: 1, role, form }
@@ -340,13 +341,13 @@ fn in_a_plane_rods_keep_their_place_in_the_order_of_the_scene() {
     {
         assert_eq!(&middle(&shapes, &[]), expected);
     }
-    // A link lies over what is behind it and below pins.
+    // A link lies over plates and balls, and below pins.
     assert_eq!(middle(&[&plate, &ball], &[&link]), dark);
     assert_eq!(middle(&[&pin, &ball], &[&link]), white);
 }
 
 #[test]
-fn ghosts_are_faint_and_behind() {
+fn ghosts_are_faint_and_below_the_mechanism() {
     let bar = [[-0.4, -0.4], [3.2, -0.4], [3.2, 0.4], [-0.4, 0.4]];
     let shapes = vec![region(1, Role::Body(2), &[&bar])];
     let at = |angle: f64| vec![Pose::default(), turned(angle, -1.5, -1.0), Pose::default()];
@@ -368,7 +369,7 @@ fn springs_stretch_between_bodies() {
 }
 
 #[test]
-fn arrows_and_trails_and_names_are_beside() {
+fn arrows_and_trails_and_names_are_drawn() {
     let pin = circle(0.4, 20);
     let markers = vec![Marker {
         name: "crank.P".into(),
@@ -390,7 +391,7 @@ fn arrows_and_trails_and_names_are_beside() {
 }
 
 #[test]
-fn nothing_behind_stays_transparent() {
+fn a_picture_without_background_is_transparent() {
     let scene = scene(vec![region(0, Role::Pin, &[&SQUARE])]);
     let mut canvas = canvas();
     canvas.scene_mut().set_scene(Arc::new(scene), &Theme::LIGHT);
@@ -404,13 +405,13 @@ fn nothing_behind_stays_transparent() {
     let middle = pixels[pixels.len() / 2 + image.size[0] as usize / 2];
     let Color(white) = theme.background;
     assert_eq!(middle, white);
-    // The same again, to the last bit.
+    // A second picture is the same to the last bit.
     let (again, _) = canvas.draw(&frame, None).expect("a picture");
     assert_eq!(image, again);
 }
 
 #[test]
-fn far_from_the_origin_nothing_trembles() {
+fn far_from_the_origin_pictures_stay_exact() {
     // A hundred kilometres away, and a body whose outline is as far from the origin of its frame.
     let far = 1e5;
     let near = |x: f64| SQUARE.map(|[u, v]| [u + x, v]);

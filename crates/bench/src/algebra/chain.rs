@@ -1,4 +1,4 @@
-//! The chain of links in absolute angles, written down without the mechanics.
+//! The chain of links in absolute angles, from its formulas instead of a model.
 //!
 //! ```text
 //! x_b = Σ_{k<b} l_k cos θ_k + a_b cos θ_b,  y_b likewise with sines
@@ -7,8 +7,15 @@
 
 use bksim_expr::{Expr, Pool, SymbolId};
 
-use super::counts::Equations;
 use crate::error::BenchError;
+
+/// Equations with their state and parameters.
+pub(super) struct Equations<'p> {
+    pub(super) pool: &'p Pool,
+    pub(super) outputs: Vec<Expr>,
+    pub(super) state: Vec<SymbolId>,
+    pub(super) parameters: Vec<SymbolId>,
+}
 
 /// Symbols of one link.
 struct Link {
@@ -20,16 +27,16 @@ struct Link {
     rate: SymbolId,
 }
 
-/// How h is written.
+/// Form of h.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Bias {
-    /// By sines of the differences of angles.
+    /// With sines of the differences of angles.
     Folded,
-    /// By sines and cosines of the angles.
+    /// With sines and cosines of the angles.
     Unfolded,
 }
 
-/// Hands M (lower triangle), h and ∂V/∂θ of a chain of `n` links to `use_them`.
+/// Passes M (lower triangle), h and ∂V/∂θ of a chain of `n` links to `use_them`.
 pub(super) fn with_equations<T>(
     n: usize,
     bias: Bias,
@@ -62,6 +69,7 @@ pub(super) fn with_equations<T>(
     use_them(&Equations { pool: &pool, outputs, state, parameters })
 }
 
+/// M (lower triangle), h and ∂V/∂θ.
 fn outputs(
     pool: &Pool,
     links: &[Link],
@@ -73,22 +81,22 @@ fn outputs(
     let angles: Vec<SymbolId> = links.iter().map(|link| link.angle).collect();
     let rate = |i: usize| pool.symbol_expr(links[i].rate);
 
-    // Places of the centres of mass, and the potential.
-    let place = |b: usize, function: &dyn Fn(Expr) -> Expr| {
+    // Positions of the centres of mass, and the potential.
+    let position = |b: usize, function: &dyn Fn(Expr) -> Expr| {
         let along = |k: usize, reach: Expr| pool.mul(reach, function(pool.symbol_expr(angles[k])));
         let inner = (0..b).map(|k| along(k, links[k].length));
         pool.sum(inner.chain([along(b, links[b].centre)]).collect::<Vec<_>>())
     };
-    let places: Vec<[Expr; 2]> =
-        (0..n).map(|b| [place(b, &|e| pool.cos(e)), place(b, &|e| pool.sin(e))]).collect();
-    let weight = |b: usize| pool.product([gravity, links[b].mass, places[b][1]]);
+    let positions: Vec<[Expr; 2]> =
+        (0..n).map(|b| [position(b, &|e| pool.cos(e)), position(b, &|e| pool.sin(e))]).collect();
+    let weight = |b: usize| pool.product([gravity, links[b].mass, positions[b][1]]);
     let potential = pool.sum((0..n).map(weight).collect::<Vec<_>>());
 
     // M_ij = Σ_b m_b J_bi · J_bj + I_i δ_ij
     let entry = |i: usize, j: usize| {
         let body = |b: usize| {
             let [x, y] =
-                places[b].map(|c| pool.mul(pool.diff(c, angles[i]), pool.diff(c, angles[j])));
+                positions[b].map(|c| pool.mul(pool.diff(c, angles[i]), pool.diff(c, angles[j])));
             pool.mul(links[b].mass, pool.add(x, y))
         };
         let own = if i == j { links[i].inertia } else { pool.zero() };
@@ -109,6 +117,7 @@ fn outputs(
         .map(|i| pool.sub(pool.total_derivative(momenta[i], &motion), pool.diff(energy, angles[i])))
         .collect();
 
+    // All outputs, with terms in the state collected.
     let mut outputs = lower;
     let bias = pool.collect_all(&bias, state);
     outputs.extend(bias.into_iter().map(|h| match form {

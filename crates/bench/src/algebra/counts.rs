@@ -4,32 +4,24 @@
 //! formula in full, see [`work`]. Shared: operations of one tape with all these
 //! outputs, each common part once, its parameter-only prologue left out.
 
-use bksim_expr::{Expr, Pool, SymbolId, Tape};
+use bksim_expr::{Expr, Tape};
 use bksim_mbs::assemble::assemble;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::Model;
 use serde_json::json;
 
-use super::chain::{Bias, with_equations};
+use super::chain::{Bias, Equations, with_equations};
 use super::work;
-use crate::Context;
+use crate::context::Context;
 use crate::error::BenchError;
 use crate::models::{self, Cut};
 use crate::report::{Check, Report, Table};
 
-/// Equations and what they are functions of.
-pub(super) struct Equations<'p> {
-    pub(super) pool: &'p Pool,
-    pub(super) outputs: Vec<Expr>,
-    pub(super) state: Vec<SymbolId>,
-    pub(super) parameters: Vec<SymbolId>,
-}
-
-/// Operations of some equations.
+/// Numbers of operations of some equations.
 #[derive(Clone, Copy)]
-pub(super) struct Counts {
-    pub(super) printed: u64,
-    pub(super) shared: u64,
+struct Counts {
+    printed: u64,
+    shared: u64,
 }
 
 /// Counts the operations of all outputs together.
@@ -42,7 +34,7 @@ fn counts(equations: &Equations<'_>) -> Result<Counts, BenchError> {
     Ok(Counts { printed, shared: tape.operation_count() as u64 })
 }
 
-/// M, h, ∂V/∂q, g and G of a model as they are assembled.
+/// The assembled M, h, ∂V/∂q, g and G of a model.
 fn equations<'m>(model: &'m Model, system: &SymbolicSystem) -> Equations<'m> {
     let mut outputs: Vec<Expr> = system.mass_matrix.lower().map(|(.., entry)| entry).collect();
     outputs.extend(&system.bias);
@@ -55,40 +47,41 @@ fn equations<'m>(model: &'m Model, system: &SymbolicSystem) -> Equations<'m> {
     Equations { pool: &model.pool, outputs, state, parameters }
 }
 
-/// A mechanism with its goals, which any of its forms may meet.
-struct Item {
+/// A mechanism with its goals, which one of its forms must meet.
+struct Counted {
     name: &'static str,
     printed_goal: Option<u64>,
     shared_goal: u64,
     forms: Vec<Form>,
 }
 
-/// One way to write the equations of a mechanism.
+/// One form of the equations of a mechanism.
 struct Form {
     name: &'static str,
     counts: Counts,
 }
 
-/// The form that an assembled model has.
+/// The form of an assembled model.
 fn assembled(name: &'static str, text: &str) -> Result<Form, BenchError> {
     let model = models::model(text, name)?;
     let system = assemble(&model);
     Ok(Form { name, counts: counts(&equations(&model, &system))? })
 }
 
-fn items(context: &Context) -> Result<Vec<Item>, BenchError> {
+/// All mechanisms in all forms.
+fn mechanisms(context: &Context) -> Result<Vec<Counted>, BenchError> {
     let closed_at_coupler =
         assembled("pin of coupler and rocker cut", &models::four_bar(Cut::Coupler))?;
     let closed_at_ground =
         assembled("pin of rocker and ground cut", &models::four_bar(Cut::Ground))?;
-    let mut items = vec![
-        Item {
+    let mut mechanisms = vec![
+        Counted {
             name: "slider-crank",
             printed_goal: Some(65),
             shared_goal: 42,
             forms: vec![assembled("pin of the slider cut", models::SLIDER_CRANK)?],
         },
-        Item {
+        Counted {
             name: "four-bar",
             printed_goal: Some(176),
             shared_goal: 99,
@@ -110,9 +103,9 @@ fn items(context: &Context) -> Result<Vec<Item>, BenchError> {
             absolute("absolute angles", Bias::Folded)?,
             absolute("absolute angles, h unfolded", Bias::Unfolded)?,
         ];
-        items.push(Item { name, printed_goal, shared_goal, forms });
+        mechanisms.push(Counted { name, printed_goal, shared_goal, forms });
     }
-    Ok(items)
+    Ok(mechanisms)
 }
 
 /// Counts all mechanisms.
@@ -120,7 +113,7 @@ pub(crate) fn run(context: &Context) -> Result<Report, BenchError> {
     let title = "operations of M, h, dV/dq (and g, G), grouped constants precomputed";
     let mut report = Report::new("counts", title);
     let mut table = Table::new(["mechanism", "form", "printed", "goal", "shared", "goal"]);
-    for item in items(context)? {
+    for item in mechanisms(context)? {
         let mut numbers = serde_json::Map::new();
         for Form { name, counts } in &item.forms {
             table.push([
@@ -134,16 +127,16 @@ pub(crate) fn run(context: &Context) -> Result<Report, BenchError> {
             let value = json!({ "printed": counts.printed, "shared": counts.shared });
             numbers.insert((*name).to_owned(), value);
         }
-        let least =
-            |count: fn(&Counts) -> u64| item.forms.iter().map(|form| count(&form.counts)).min();
-        let found = |least: Option<u64>| least.map_or(f64::NAN, |n| n as f64);
+        let least = |count: fn(&Counts) -> u64| {
+            let counts = item.forms.iter().map(|form| count(&form.counts));
+            counts.min().expect("a mechanism has at least one form") as f64
+        };
         if let Some(bound) = item.printed_goal {
             let what = format!("{} as printed", item.name);
-            report.checks.push(Check::at_most(what, found(least(|c| c.printed)), bound as f64));
+            report.checks.push(Check::at_most(what, least(|c| c.printed), bound as f64));
         }
         let what = format!("{} shared", item.name);
-        let shared = found(least(|c| c.shared));
-        report.checks.push(Check::at_most(what, shared, item.shared_goal as f64));
+        report.checks.push(Check::at_most(what, least(|c| c.shared), item.shared_goal as f64));
         report.numbers.insert(item.name.to_owned(), numbers.into());
     }
     report.tables.push(table);

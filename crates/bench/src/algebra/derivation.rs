@@ -8,23 +8,26 @@ use std::collections::BTreeMap;
 use bksim_mbs::assemble::assemble;
 use serde_json::{Value, json};
 
-use crate::Context;
+use crate::context::Context;
 use crate::error::BenchError;
 use crate::models;
 use crate::peers::Absent;
 use crate::report::{Check, Report, Table, ratio, seconds};
 use crate::timing::{Paired, Samples, repeat};
 
+/// Numbers of links.
 const SIZES: [usize; 5] = [2, 5, 10, 20, 50];
-/// Greatest growth with N that is expected, as a power; decides which sizes are left out.
+/// Largest expected growth with N, as a power, which decides the sizes that are left out.
 const WORST_GROWTH: f64 = 4.0;
-/// Time of N = 50 over CasADi's of N = 10.
+/// Goal of the time of N = 50 over CasADi's of N = 10.
 const LARGE_RATIO_GOAL: f64 = 40.0;
 
 /// Derives all sizes.
 pub(crate) fn run(context: &Context) -> Result<Report, BenchError> {
     let mut report = Report::new("derivation", "M, h and dV/dq of an N-link chain, CPU time");
     let sizes = if context.effort.is_quick { &SIZES[..2] } else { &SIZES[..] };
+
+    // Rounds of ours and theirs; the reason of a missing peer is noted once.
     let mut paired: BTreeMap<usize, Paired> = BTreeMap::new();
     let mut large = Paired::default();
     let mut casadi = json!(null);
@@ -47,6 +50,7 @@ pub(crate) fn run(context: &Context) -> Result<Report, BenchError> {
         }
     }
 
+    // A row for each size, with the growth from the previous one.
     let mut table =
         Table::new(["N", "ours", "growth", "CasADi", "growth", "ours/CasADi", "spread"]);
     let mut last: Option<(usize, f64, f64)> = None;
@@ -74,6 +78,8 @@ pub(crate) fn run(context: &Context) -> Result<Report, BenchError> {
         report.numbers.insert(format!("N={n}"), numbers);
         last = Some((n, own, their));
     }
+
+    // Sizes left out, and the goals.
     for n in sizes.iter().filter(|n| !paired.contains_key(n)) {
         report.notes.push(format!("N = {n} was left out: it would take too long"));
     }
@@ -87,7 +93,7 @@ pub(crate) fn run(context: &Context) -> Result<Report, BenchError> {
     Ok(report)
 }
 
-/// Our times, smallest size first, as long as the next can be expected to finish.
+/// Our times, smallest size first, as long as the next size is expected to finish in time.
 fn ours(context: &Context, sizes: &[usize]) -> Result<BTreeMap<usize, Samples>, BenchError> {
     let mut found: BTreeMap<usize, Samples> = BTreeMap::new();
     for &n in sizes {
@@ -99,17 +105,19 @@ fn ours(context: &Context, sizes: &[usize]) -> Result<BTreeMap<usize, Samples>, 
         }
         let text = models::chain(n);
         models::model(&text, "chain")?;
-        let prepare = || models::model(&text, "chain").ok();
-        let samples = repeat(context.effort, prepare, |model| model.as_ref().map(assemble));
+        let prepare = || models::model(&text, "chain").expect("the same text was read before");
+        let samples = repeat(context.effort, prepare, |model| assemble(model));
         found.insert(n, samples);
     }
     Ok(found)
 }
 
+/// CasADi's times.
 fn peer(context: &Context, sizes: &[usize]) -> Result<Value, Absent> {
     context.peers.python("derivation", &json!({ "sizes": sizes, "runs": 5 }))
 }
 
+/// CasADi's times of one size.
 fn times(peer: &Value, n: usize) -> Samples {
     let list = peer["samples"][n.to_string()].as_array();
     Samples::new(list.into_iter().flatten().filter_map(Value::as_f64).collect())

@@ -1,7 +1,7 @@
 //! Evaluation of residual and Jacobian at one point: our evaluators against C and other systems.
 //!
-//! What is computed is defined in [`systems`](super::systems). All programs visit the same points
-//! in turn, and must agree on all outputs there before they are timed. Parameters are constants for
+//! The functions are defined in [`systems`](super::systems). All programs visit the same points in
+//! turn, and must agree on all outputs there before they are timed. Parameters are constants for
 //! the C programs and for Symbolica, and set once for ours.
 
 use std::path::Path;
@@ -9,40 +9,43 @@ use std::path::Path;
 use bksim_expr::Tape;
 use serde_json::{Map, Value, json};
 
-use super::systems::{Outputs, System, systems};
-use crate::Context;
+use super::andrews;
+use super::systems::{Outputs, System};
+use crate::context::Context;
 use crate::error::BenchError;
 use crate::peers::{self, Peers, Workbench, native};
 use crate::report::{Check, Report, Table, ratio, seconds};
 use crate::timing::{Effort, Samples, median, repeat, repeat_short};
 
-/// Points that single evaluations visit in turn.
+/// Number of points that single evaluations visit in turn.
 const N_POINTS: usize = 16;
-/// Points of a batch.
+/// Number of points of a batch.
 const N_BATCH: usize = 1000;
-/// Calls in one sample of a peer.
+/// Number of calls in one sample of a peer.
 const N_CALLS: usize = 20_000;
-/// Samples of a peer in one round.
+/// Number of samples of a peer in one round.
 const N_SAMPLES: usize = 10;
 /// Short rounds for each round of the other suites: nanoseconds are the noisiest.
 const ROUNDS: usize = 5;
-/// JIT over hand-written C.
+/// Goal of the time of the JIT over that of hand-written C.
 const C_RATIO_GOAL: f64 = 1.25;
-/// Throughput of batches over that of single points.
+/// Goal of the throughput of batches over that of single points.
 const BATCH_GOAL: f64 = 3.0;
-/// Relative difference allowed between programs; sums of large terms cancel in some outputs.
+/// Largest relative difference between programs; sums of large terms cancel in some outputs.
 const TOLERANCE: f64 = 1e-10;
 
 /// Our evaluators, in the order of the table.
 const OURS: [&str; 3] = ["interpreter", "batch of 1000", "JIT"];
-/// Sine and cosine called one by one: left alone, the compiler makes one call of the two.
+/// Sine and cosine called one by one: by default, the compiler combines both calls.
 const C_APART: &str = "C -O3, sin and cos apart";
 /// Sine and cosine of one angle by one call.
 const C_TOGETHER: &str = "C -O3, sin and cos together";
 /// Sines and cosines of all angles in SIMD lanes. The compiler takes its vector functions only
 /// where it may ignore errno, rounding modes and the order of sums.
 const C_VECTOR: &str = "C -O3, vector sine";
+/// C that CasADi generates.
 const CASADI: &str = "CasADi's C -O3";
+/// Machine code of Symbolica.
 const SYMBOLICA: &str = "Symbolica's JIT";
 
 /// The hand-written programs and their flags.
@@ -61,6 +64,7 @@ struct Measured {
 }
 
 impl Measured {
+    /// Adds the samples of a round.
     fn push(&mut self, program: &'static str, samples: Samples) {
         match self.times.iter_mut().find(|(name, _)| *name == program) {
             Some((_, rounds)) => rounds.push(samples),
@@ -68,6 +72,7 @@ impl Measured {
         }
     }
 
+    /// The samples of all rounds; none for a missing program.
     fn rounds(&self, program: &str) -> &[Samples] {
         self.times.iter().find(|(name, _)| *name == program).map_or(&[], |(_, rounds)| rounds)
     }
@@ -77,11 +82,36 @@ impl Measured {
         self.rounds(program).iter().map(Samples::minimum).fold(f64::NAN, f64::min)
     }
 
-    /// The ratio of the fastest runs. Samples of a millisecond find the machine undisturbed now
-    /// and then, so that no ratio within a round is as steady.
+    /// The ratio of the fastest runs, which is steadier than ratios within rounds: some samples of
+    /// a millisecond find the machine undisturbed.
     fn ratio(&self, a: &str, b: &str) -> f64 {
         self.best(a) / self.best(b)
     }
+}
+
+/// The mechanisms of the suite.
+fn systems() -> Result<Vec<System>, BenchError> {
+    let slider_crank = System::assembled(
+        "slider_crank",
+        include_str!("../../../../examples/slider-crank/model.toml"),
+        &[("theta1", 0.4), ("x2", 2.4), ("y2", 0.2), ("theta2", -0.13), ("x3", 3.9)],
+    )?;
+    let five_link = System::assembled(
+        "five_link",
+        include_str!("../../../../examples/five-link/model.toml"),
+        &[
+            ("ti1", 0.3),
+            ("x2", 73.0),
+            ("y2", 3.7),
+            ("ti2", -0.07),
+            ("x3", 123.0),
+            ("x4", 86.0),
+            ("y4", 2.0),
+            ("ti4", -9.3),
+            ("ti5", 1.6),
+        ],
+    )?;
+    Ok(vec![slider_crank, five_link, andrews::system()?])
 }
 
 /// Measures all mechanisms.
@@ -94,6 +124,7 @@ pub(crate) fn run(context: &Context) -> Result<Report, BenchError> {
         measured.push((system.name, found));
     }
 
+    // A column for each mechanism: sizes, times, ratios, and the cost of compiling.
     let names = measured.iter().map(|(name, _)| (*name).to_owned());
     let mut table = Table::new(std::iter::once(String::new()).chain(names.clone()));
     let mut row = |label: &str, cell: &dyn Fn(&Measured) -> String| {
@@ -116,6 +147,7 @@ pub(crate) fn run(context: &Context) -> Result<Report, BenchError> {
     });
     report.tables.push(table);
 
+    // The goals and numbers of each mechanism.
     for (name, found) in &measured {
         for (peer, bound) in
             [(C_APART, C_RATIO_GOAL), (C_TOGETHER, C_RATIO_GOAL), (CASADI, 1.0), (SYMBOLICA, 1.0)]
@@ -130,11 +162,13 @@ pub(crate) fn run(context: &Context) -> Result<Report, BenchError> {
         }
         report.numbers.insert((*name).to_owned(), numbers(found));
     }
+    // A missing peer is noted once.
     report.notes.sort();
     report.notes.dedup();
     Ok(report)
 }
 
+/// All numbers of a mechanism.
 fn numbers(found: &Measured) -> Value {
     let times: Map<String, Value> = found
         .times
@@ -158,6 +192,7 @@ fn measure(
     system: &System,
     notes: &mut Vec<String>,
 ) -> Result<Measured, BenchError> {
+    // The functions, their values at all points, and the time to compile them.
     let outputs = system.outputs();
     let tape = system.tape(&outputs)?;
     let points = system.points(N_POINTS);
@@ -170,6 +205,7 @@ fn measure(
         n_outputs: outputs.all.len(),
     };
 
+    // Short rounds of ours and of the C programs.
     let programs = compiled(&context.peers, bench, system, &outputs, notes)?;
     for round in 0..context.effort.rounds * ROUNDS {
         ours(short(context.effort), &tape, &expected, &mut found)?;
@@ -179,6 +215,7 @@ fn measure(
                 Err(absent) => notes.push(format!("{program}: {absent}")),
             }
         }
+        // Symbolica compiles for seconds: it takes part in every fifth round.
         if round % ROUNDS > 0 {
             continue;
         }
@@ -208,6 +245,7 @@ fn ours(
     expected: &Expected,
     found: &mut Measured,
 ) -> Result<(), BenchError> {
+    // The interpreter.
     let mut out = vec![0.0; tape.n_outputs()];
     let mut workspace = tape.workspace(&expected.parameters);
     let mut points = expected.points.chunks_exact(tape.n_inputs()).cycle();
@@ -218,6 +256,7 @@ fn ours(
     });
     found.push("interpreter", samples);
 
+    // Machine code, where the machine has a compiler.
     if let Ok(code) = tape.machine_code() {
         let mut values = Vec::new();
         for point in expected.points.chunks_exact(tape.n_inputs()) {
@@ -252,7 +291,7 @@ fn ours(
     Ok(())
 }
 
-/// The programs that could be compiled.
+/// The peers that could be compiled.
 fn compiled(
     peers: &Peers,
     bench: &Workbench,
@@ -275,7 +314,7 @@ fn compiled(
     }
     match peers.python("evaluation_casadi", &system.to_json(outputs)) {
         Ok(value) => {
-            let text = value["source"].as_str().unwrap_or_default();
+            let text = value["source"].as_str().ok_or(BenchError::Data("CasADi's source"))?;
             let path = bench.write(&format!("{}_casadi.c", system.name), text)?;
             let adapter = native("casadi_adapter.c");
             compile(CASADI, &[&path, &adapter, &harness], &["-O3"]);
@@ -285,7 +324,7 @@ fn compiled(
     Ok(programs)
 }
 
-/// The points, and what every program must compute there.
+/// The points, and the right values there.
 struct Expected {
     parameters: Vec<f64>,
     points: Vec<f64>,
@@ -320,7 +359,7 @@ impl Expected {
         text
     }
 
-    /// The samples of a program, once its outputs are found right.
+    /// The samples of a program, after a check of its outputs.
     fn checked(&self, program: &str, text: &str) -> Result<Samples, BenchError> {
         let value: Value =
             serde_json::from_str(text).map_err(|_| BenchError::Data("output of a peer"))?;
@@ -331,8 +370,8 @@ impl Expected {
         Ok(Samples::new(list("samples")))
     }
 
-    /// Compares the outputs at all points with ours. Each is measured by the largest value of the
-    /// same output at any point, because terms may cancel at one.
+    /// Compares the outputs at all points with ours, relative to the largest value of the same
+    /// output at any point, because terms may cancel at one.
     fn check(&self, program: &str, found: &[f64]) -> Result<(), BenchError> {
         if found.len() != self.values.len() {
             return Err(BenchError::Data("number of outputs of a peer"));

@@ -6,18 +6,18 @@
 use bksim_expr::{Expr, Pool, SymbolId};
 use serde_json::{Value, json};
 
-use crate::Context;
+use crate::context::Context;
 use crate::error::BenchError;
 use crate::report::{Check, Report, Table, ratio, seconds};
 use crate::timing::{Samples, median, repeat};
 
 /// The suite: inputs, ideal forms, their costs, and a point with its value.
 const SUITE: &str = include_str!("../../../expr/tests/data/identities.json");
-/// Our median time over SymPy's.
+/// Goal of our median time over SymPy's.
 const RATIO_GOAL: f64 = 1.0 / 500.0;
 
-/// One identity of the suite, and what we made of it.
-struct Item {
+/// One identity of the suite, with our result.
+struct Identity {
     id: String,
     input: String,
     ideal_cost: u64,
@@ -28,11 +28,15 @@ struct Item {
 /// Folds all identities.
 pub(crate) fn run(context: &Context) -> Result<Report, BenchError> {
     let mut report = Report::new("folding", "trigonometric identities, cost and CPU time");
+
+    // Our results.
     let suite: Value = serde_json::from_str(SUITE).map_err(|_| BenchError::Data("identities"))?;
     let list = suite["items"].as_array().ok_or(BenchError::Data("identities"))?;
     let list = if context.effort.is_quick { &list[..list.len().min(5)] } else { list };
-    let items: Vec<Item> = list.iter().map(|item| fold(context, item)).collect::<Result<_, _>>()?;
+    let items: Vec<Identity> =
+        list.iter().map(|item| fold(context, item)).collect::<Result<_, _>>()?;
 
+    // SymPy's results.
     let inputs: Vec<Value> =
         items.iter().map(|item| json!({ "id": item.id, "input": item.input })).collect();
     let theirs = match context.peers.python("folding", &json!({ "items": inputs, "runs": 3 })) {
@@ -43,6 +47,7 @@ pub(crate) fn run(context: &Context) -> Result<Report, BenchError> {
         }
     };
 
+    // A row for each identity.
     let mut table = Table::new(["item", "ideal", "ours", "SymPy", "ours", "SymPy", "ours/SymPy"]);
     let (mut own_times, mut their_times) = (Vec::new(), Vec::new());
     let mut n_theirs_folded = 0;
@@ -70,6 +75,7 @@ pub(crate) fn run(context: &Context) -> Result<Report, BenchError> {
     }
     report.tables.push(table);
 
+    // The goals, and notes on medians and extremes.
     let n_folded = items.iter().filter(|item| item.cost <= item.ideal_cost).count();
     let (own, their) = (median(&own_times), median(&their_times));
     let n = items.len() as f64;
@@ -91,7 +97,7 @@ pub(crate) fn run(context: &Context) -> Result<Report, BenchError> {
 }
 
 /// Simplifies one identity, checks its value and times it on a fresh pool.
-fn fold(context: &Context, item: &Value) -> Result<Item, BenchError> {
+fn fold(context: &Context, item: &Value) -> Result<Identity, BenchError> {
     let text = |key: &str| item[key].as_str().ok_or(BenchError::Data("identities"));
     let (id, input) = (text("id")?.to_owned(), text("input")?.to_owned());
     let pool = Pool::new();
@@ -106,12 +112,12 @@ fn fold(context: &Context, item: &Value) -> Result<Item, BenchError> {
     }
     let prepare = || {
         let pool = Pool::new();
-        let e = pool.parse(&input).unwrap_or_else(|_| pool.zero());
+        let e = pool.parse(&input).expect("the same text was parsed before");
         (pool, e)
     };
     let times = repeat(context.effort, prepare, |(pool, e)| pool.simplify(*e));
     let ideal_cost = item["cost_ideal"].as_u64().ok_or(BenchError::Data("identities"))?;
-    Ok(Item { cost: cost(&pool, simple), id, input, ideal_cost, times })
+    Ok(Identity { cost: cost(&pool, simple), id, input, ideal_cost, times })
 }
 
 /// Weighted operations on the shared graph.
@@ -125,7 +131,7 @@ fn cost(pool: &Pool, e: Expr) -> u64 {
         + 12 * n_trig
 }
 
-/// Different sines, cosines and tangents in a printed expression.
+/// Number of different sines, cosines and tangents in a printed expression.
 fn trigonometric_calls(text: &str) -> u64 {
     let mut calls = std::collections::BTreeSet::new();
     for name in ["sin(", "cos(", "tan("] {
@@ -135,12 +141,14 @@ fn trigonometric_calls(text: &str) -> u64 {
                 depth += i32::from(c == '(') - i32::from(c == ')');
                 c == ')' && depth == 0
             });
-            calls.insert(&text[at..=at + end.unwrap_or(0)]);
+            let end = at + end.expect("a printed call is closed");
+            calls.insert(&text[at..=end]);
         }
     }
     calls.len() as u64
 }
 
+/// SymPy's times.
 fn numbers(list: &Value) -> Samples {
     Samples::new(list.as_array().into_iter().flatten().filter_map(Value::as_f64).collect())
 }

@@ -3,22 +3,24 @@
 use bksim_expr::{Expr, Pool, SymbolId, Tape};
 use serde_json::{Value, json};
 
-use crate::Context;
+use crate::context::Context;
 use crate::error::BenchError;
 use crate::report::{Check, Report, Table, ratio, seconds};
 use crate::timing::{Paired, Samples, repeat};
 
+/// Number of symbols.
 const N_SYMBOLS: usize = 60;
+/// Number of terms.
 const N_TERMS: usize = 8400;
-/// Terms of a quick run.
+/// Number of terms of a quick run.
 const N_QUICK_TERMS: usize = 120;
 
-/// Which sines are equal.
+/// The weights of the sines, which decide which of them are equal.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Weights {
     /// Equal in 60 terms in a row, so that terms share sines.
     Layered,
-    /// Another one in every sine.
+    /// Different in every sine.
     Different,
 }
 
@@ -32,7 +34,7 @@ impl Weights {
 
     /// w of sine `step` in term k.
     fn weight(self, pool: &Pool, k: usize, step: usize) -> Expr {
-        let integer = |n: usize| i64::try_from(n).unwrap_or(i64::MAX);
+        let integer = |n: usize| i64::try_from(n).expect("weights are small numbers");
         match self {
             Self::Layered => pool.int(integer(2 + k / N_SYMBOLS)),
             Self::Different => pool.rational(integer(20 * k + step), 200_000),
@@ -40,7 +42,7 @@ impl Weights {
     }
 }
 
-/// Σ_k Π_s sin(x_a + w x_b x_c + x_d + x_e); which symbols follow from k and s.
+/// Σ_k Π_s sin(x_a + w x_b x_c + x_d + x_e), where a … e follow from k and s.
 ///
 /// `peers/gradient.py` builds the same.
 fn large(pool: &Pool, n_terms: usize, weights: Weights) -> (Expr, Vec<SymbolId>) {
@@ -77,6 +79,7 @@ fn differentiate(
     report: &mut Report,
     table: &mut Table,
 ) -> Result<(), BenchError> {
+    // Our gradient, its size and its values.
     let n_terms = if context.effort.is_quick { N_QUICK_TERMS } else { N_TERMS };
     let pool = Pool::new();
     let (e, ids) = large(&pool, n_terms, weights);
@@ -85,6 +88,7 @@ fn differentiate(
     let (n_function, n_gradient) = (length(&[e])?, length(&gradient)?);
     let values = values(&pool, &gradient, &ids)?;
 
+    // Rounds of ours and theirs; both gradients have the same values.
     let mut pair = Paired::default();
     let mut casadi = json!(null);
     let are_different = weights == Weights::Different;
@@ -106,6 +110,7 @@ fn differentiate(
     }
     compare(&values, &numbers(&casadi["gradient"]))?;
 
+    // The row of the table, the goal and the numbers.
     let count = |n: &Value| n.as_u64().map_or("-".to_owned(), |n| n.to_string());
     let (own, their) = (pair.ours.minimum(), pair.theirs.minimum());
     table.push([
@@ -128,7 +133,7 @@ fn differentiate(
     Ok(())
 }
 
-/// Symbol number i has the value 0.1 + i/100.
+/// Values of the gradient where symbol number i is 0.1 + i/100.
 fn values(pool: &Pool, gradient: &[Expr], ids: &[SymbolId]) -> Result<Vec<f64>, BenchError> {
     let tape = Tape::compile(pool, gradient, ids, &[])?;
     let inputs: Vec<f64> = (0..ids.len()).map(|i| 0.1 + 0.01 * i as f64).collect();
@@ -137,6 +142,7 @@ fn values(pool: &Pool, gradient: &[Expr], ids: &[SymbolId]) -> Result<Vec<f64>, 
     Ok(out)
 }
 
+/// Compares CasADi's gradient with ours.
 fn compare(ours: &[f64], theirs: &[f64]) -> Result<(), BenchError> {
     for (i, (&expected, &found)) in ours.iter().zip(theirs).enumerate() {
         if (found - expected).abs() > 1e-9 * expected.abs().max(1.0) {

@@ -12,13 +12,13 @@ mod work;
 
 use clap::ValueEnum;
 
-use crate::Context;
+use crate::context::Context;
 use crate::error::BenchError;
 use crate::report::Report;
 
 /// The suites, in the order they are run.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum, Debug)]
-pub(crate) enum Suite {
+pub(crate) enum AlgebraSuite {
     /// Trigonometric identities: cost and time of simplification.
     Folding,
     /// Operation counts of equations of motion.
@@ -31,12 +31,12 @@ pub(crate) enum Suite {
     Evaluation,
 }
 
-/// The suites asked for; all of them if none is.
-pub(crate) fn chosen(suites: &[Suite]) -> &[Suite] {
-    if suites.is_empty() { Suite::value_variants() } else { suites }
+/// The chosen suites; all of them if none is.
+pub(crate) fn chosen(suites: &[AlgebraSuite]) -> &[AlgebraSuite] {
+    if suites.is_empty() { AlgebraSuite::value_variants() } else { suites }
 }
 
-impl Suite {
+impl AlgebraSuite {
     /// Measures one suite.
     pub(crate) fn run(self, context: &Context) -> Result<Report, BenchError> {
         match self {

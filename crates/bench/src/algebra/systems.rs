@@ -5,8 +5,8 @@
 //! g(q) = 0                            nc
 //! ```
 //!
-//! Inputs are q, v, a, λ, one after the other. Outputs are r, then g, then those entries that are
-//! not identically zero of ∂r/∂q, ∂r/∂v, the lower triangle of M, and G, each row by row.
+//! Inputs are q, v, a, λ, one after the other. Outputs are r, then g, then the entries of ∂r/∂q,
+//! ∂r/∂v, the lower triangle of M, and G that are not identically zero, each row by row.
 
 use bksim_expr::{Expr, Pool, SymbolId, Tape};
 use bksim_mbs::assemble::assemble;
@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use crate::error::BenchError;
 use crate::models;
 
-/// Equations of motion, and everything the peers need to compute the same.
+/// Equations of motion, with all that the peers need to compute the same.
 #[derive(Debug)]
 pub(crate) struct System {
     /// Name of the mechanism and of its C source.
@@ -25,7 +25,7 @@ pub(crate) struct System {
     a: Vec<SymbolId>,
     lambda: Vec<SymbolId>,
     parameters: Vec<(SymbolId, f64)>,
-    /// A configuration that can be reached; points are drawn around it.
+    /// A possible configuration, around which points are drawn.
     pose: Vec<f64>,
     residual: Vec<Expr>,
     constraints: Vec<Expr>,
@@ -34,7 +34,7 @@ pub(crate) struct System {
     pool: Pool,
 }
 
-/// One block of outputs with its entries.
+/// The outputs, with the entries of their blocks.
 #[derive(Debug)]
 pub(crate) struct Outputs {
     /// All outputs in order.
@@ -43,92 +43,13 @@ pub(crate) struct Outputs {
     pub(crate) entries: [Vec<(usize, usize)>; 4],
 }
 
-/// The mechanisms of the suite.
-pub(crate) fn systems() -> Result<Vec<System>, BenchError> {
-    let slider_crank = assembled(
-        "slider_crank",
-        include_str!("../../../../examples/slider-crank/model.toml"),
-        &[("theta1", 0.4), ("x2", 2.4), ("y2", 0.2), ("theta2", -0.13), ("x3", 3.9)],
-    )?;
-    let five_link = assembled(
-        "five_link",
-        include_str!("../../../../examples/five-link/model.toml"),
-        &[
-            ("ti1", 0.3),
-            ("x2", 73.0),
-            ("y2", 3.7),
-            ("ti2", -0.07),
-            ("x3", 123.0),
-            ("x4", 86.0),
-            ("y4", 2.0),
-            ("ti4", -9.3),
-            ("ti5", 1.6),
-        ],
-    )?;
-    Ok(vec![slider_crank, five_link, super::andrews::system()?])
-}
-
-/// The equations of a model, its coordinates in the order of `pose`.
-fn assembled(name: &'static str, text: &str, pose: &[(&str, f64)]) -> Result<System, BenchError> {
-    let model = models::model(text, name)?;
-    let equations = assemble(&model);
-    let coordinates = equations.coordinates();
-    let order: Vec<usize> = pose
-        .iter()
-        .map(|(wanted, _)| coordinates.iter().position(|c| c.name == *wanted))
-        .collect::<Option<_>>()
-        .ok_or(BenchError::Data("coordinates of the model"))?;
-    let pool = &model.pool;
-    let zero = pool.zero();
-    let g = |row: usize, column: usize| {
-        equations.constraint_jacobian.get(row, order[column]).unwrap_or(zero)
-    };
-    let m = |row: usize, column: usize| {
-        equations.mass_matrix.get(order[row], order[column]).unwrap_or(zero)
-    };
-    let lambda: Vec<SymbolId> = equations.constraints.iter().map(|c| c.lambda).collect();
-    let (nq, nc) = (order.len(), lambda.len());
-    let row = |i: usize| {
-        let own = order[i];
-        let inertia = (0..nq).map(|j| {
-            let a = pool.symbol_expr(coordinates[order[j]].a);
-            pool.mul(m(i, j), a)
-        });
-        let reaction = (0..nc).map(|k| pool.mul(g(k, i), pool.symbol_expr(lambda[k])));
-        let applied = pool.neg(equations.force[own]);
-        let others = [equations.bias[own], equations.potential_gradient[own], applied];
-        pool.sum(inertia.chain(reaction).chain(others).collect::<Vec<_>>())
-    };
-    let residual = (0..nq).map(row).collect();
-    let constraints = equations.constraints.iter().map(|c| c.expression).collect();
-    let lower = (0..nq).flat_map(|i| (0..=i).map(move |j| (i, j)));
-    let mass = lower.map(|(i, j)| (i, j, m(i, j))).collect();
-    let cells = (0..nc).flat_map(|k| (0..nq).map(move |j| (k, j)));
-    let constraint_jacobian = cells.map(|(k, j)| (k, j, g(k, j))).collect();
-    let system = System {
-        name,
-        q: order.iter().map(|&i| coordinates[i].q).collect(),
-        v: order.iter().map(|&i| coordinates[i].v).collect(),
-        a: order.iter().map(|&i| coordinates[i].a).collect(),
-        parameters: model.parameters.iter().map(|p| (p.symbol, p.value)).collect(),
-        pose: pose.iter().map(|&(_, value)| value).collect(),
-        lambda,
-        residual,
-        constraints,
-        mass,
-        constraint_jacobian,
-        pool: model.pool,
-    };
-    Ok(system)
-}
-
-/// Equations in text: what [`System::parsed`] reads.
+/// Equations as text, for [`System::parsed`].
 pub(crate) struct Texts<'a> {
     /// Names of the coordinates; rates append `_v`, accelerations `_a`; multipliers are `l1`, ….
     pub(crate) coordinates: &'a [(&'a str, f64)],
     /// Names and values of the parameters.
     pub(crate) parameters: &'a [(&'a str, f64)],
-    /// Abbreviations in later texts, each of those before it.
+    /// Abbreviations in later texts; each may contain those before it.
     pub(crate) abbreviations: &'a [(&'a str, &'a str)],
     /// Lower triangle of M: row, column, entry.
     pub(crate) mass: &'a [(usize, usize, &'a str)],
@@ -139,24 +60,88 @@ pub(crate) struct Texts<'a> {
 }
 
 impl System {
+    /// The equations of a model, its coordinates in the order of `pose`.
+    pub(crate) fn assembled(
+        name: &'static str,
+        text: &str,
+        pose: &[(&str, f64)],
+    ) -> Result<Self, BenchError> {
+        // The order of our coordinates that `pose` gives.
+        let model = models::model(text, name)?;
+        let equations = assemble(&model);
+        let coordinates = equations.coordinates();
+        let order: Vec<usize> = pose
+            .iter()
+            .map(|(name, _)| coordinates.iter().position(|c| c.name == *name))
+            .collect::<Option<_>>()
+            .ok_or(BenchError::Data("coordinates of the model"))?;
+
+        // G and M in that order, and r row by row.
+        let pool = &model.pool;
+        let zero = pool.zero();
+        let g = |row: usize, column: usize| {
+            equations.constraint_jacobian.get(row, order[column]).unwrap_or(zero)
+        };
+        let m = |row: usize, column: usize| {
+            equations.mass_matrix.get(order[row], order[column]).unwrap_or(zero)
+        };
+        let lambda: Vec<SymbolId> = equations.constraints.iter().map(|c| c.lambda).collect();
+        let (nq, nc) = (order.len(), lambda.len());
+        let row = |i: usize| {
+            let own = order[i];
+            let inertia = (0..nq).map(|j| {
+                let a = pool.symbol_expr(coordinates[order[j]].a);
+                pool.mul(m(i, j), a)
+            });
+            let reaction = (0..nc).map(|k| pool.mul(g(k, i), pool.symbol_expr(lambda[k])));
+            let applied = pool.neg(equations.force[own]);
+            let others = [equations.bias[own], equations.potential_gradient[own], applied];
+            pool.sum(inertia.chain(reaction).chain(others).collect::<Vec<_>>())
+        };
+
+        // All blocks of the outputs.
+        let residual = (0..nq).map(row).collect();
+        let constraints = equations.constraints.iter().map(|c| c.expression).collect();
+        let lower = (0..nq).flat_map(|i| (0..=i).map(move |j| (i, j)));
+        let mass = lower.map(|(i, j)| (i, j, m(i, j))).collect();
+        let cells = (0..nc).flat_map(|k| (0..nq).map(move |j| (k, j)));
+        let constraint_jacobian = cells.map(|(k, j)| (k, j, g(k, j))).collect();
+        Ok(Self {
+            name,
+            q: order.iter().map(|&i| coordinates[i].q).collect(),
+            v: order.iter().map(|&i| coordinates[i].v).collect(),
+            a: order.iter().map(|&i| coordinates[i].a).collect(),
+            parameters: model.parameters.iter().map(|p| (p.symbol, p.value)).collect(),
+            pose: pose.iter().map(|&(_, value)| value).collect(),
+            lambda,
+            residual,
+            constraints,
+            mass,
+            constraint_jacobian,
+            pool: model.pool,
+        })
+    }
+
     /// A system given in text; G is differentiated from g.
     pub(crate) fn parsed(name: &'static str, texts: &Texts<'_>) -> Result<Self, BenchError> {
+        // Symbols of the state and the multipliers.
         let pool = Pool::new();
-        let named = |name: &str| pool.symbol_id(pool.symbol(name));
+        let named =
+            |name: &str| pool.symbol_id(pool.symbol(name)).expect("a symbol has an identity");
         let all = |suffix: &str| -> Vec<SymbolId> {
-            texts
-                .coordinates
-                .iter()
-                .filter_map(|(name, _)| named(&format!("{name}{suffix}")))
-                .collect()
+            let names = texts.coordinates.iter().map(|(name, _)| format!("{name}{suffix}"));
+            names.map(|name| named(&name)).collect()
         };
         let (q, v, a) = (all(""), all("_v"), all("_a"));
-        let (nq, nc) = (q.len(), texts.constraints.len());
-        let lambda: Vec<SymbolId> = (1..=nc).filter_map(|k| named(&format!("l{k}"))).collect();
+        let nc = texts.constraints.len();
+        assert_eq!(q.len(), texts.force.len(), "one force per coordinate");
+        let lambda: Vec<SymbolId> = (1..=nc).map(|k| named(&format!("l{k}"))).collect();
+
+        // Formulas without abbreviations.
         let mut known: Vec<(SymbolId, Expr)> = Vec::new();
         for (name, text) in texts.abbreviations {
             let e = pool.substitute(pool.parse(text)?, &known);
-            known.extend(named(name).map(|symbol| (symbol, e)));
+            known.push((named(name), e));
         }
         let read = |text: &&str| -> Result<Expr, BenchError> {
             Ok(pool.substitute(pool.parse(text)?, &known))
@@ -169,6 +154,8 @@ impl System {
         for (i, j, text) in texts.mass {
             mass.push((*i, *j, read(text)?));
         }
+
+        // r = M a − f + Gᵀλ, row by row.
         let mut rows: Vec<Vec<Expr>> = force.iter().map(|&f| vec![pool.neg(f)]).collect();
         for &(i, j, m) in &mass {
             rows[i].push(pool.mul(m, pool.symbol_expr(a[j])));
@@ -180,11 +167,9 @@ impl System {
             rows[j].push(pool.mul(g, pool.symbol_expr(lambda[k])));
         }
         let residual = rows.into_iter().map(|terms| pool.sum(terms)).collect();
-        let parameters =
-            texts.parameters.iter().filter_map(|&(name, value)| Some((named(name)?, value)));
+        let parameters = texts.parameters.iter().map(|&(name, value)| (named(name), value));
         let parameters = parameters.collect();
         let pose = texts.coordinates.iter().map(|&(_, value)| value).collect();
-        debug_assert_eq!(nq, force.len(), "one force per coordinate");
         Ok(Self {
             name,
             q,
@@ -201,7 +186,7 @@ impl System {
         })
     }
 
-    /// What is computed.
+    /// The outputs of the timed function.
     pub(crate) fn outputs(&self) -> Outputs {
         let pool = &self.pool;
         let nonzero = |entries: &[(usize, usize, Expr)]| -> Vec<(usize, usize, Expr)> {
@@ -252,12 +237,12 @@ impl System {
         points
     }
 
-    /// What a peer needs: sizes, the entries wanted, the parameters by name, and all outputs as
-    /// formulas of the inputs.
+    /// Input of a peer: sizes, the entries of the outputs, the parameters by name, and all outputs
+    /// as formulas of the inputs.
     pub(crate) fn to_json(&self, outputs: &Outputs) -> Value {
         let mut values: Vec<(SymbolId, Expr)> =
             self.parameters.iter().map(|&(s, value)| (s, self.pool.float(value))).collect();
-        // Plain names that no system takes for anything else.
+        // Plain names that have no other meaning in any system.
         let inputs = [&self.q[..], &self.v, &self.a, &self.lambda].concat();
         let names: Vec<String> = (0..inputs.len()).map(|i| format!("in{i}")).collect();
         values.extend(inputs.iter().zip(&names).map(|(&s, name)| (s, self.pool.symbol(name))));

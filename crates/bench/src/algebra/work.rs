@@ -1,15 +1,15 @@
-//! Operations of equations as an engineer counts them.
+//! Operation counts of equations as an engineer writes them.
 //!
 //! Products and sums of parameters alone are named once and cost nothing afterwards; all other
-//! operations count one each, whatever they are: additions, subtractions, multiplications,
-//! divisions, function calls. Signs are free, and `x^n` takes n − 1 multiplications.
+//! operations count one each: additions, subtractions, multiplications, divisions, function calls.
+//! Signs are free, and `x^n` takes n − 1 multiplications.
 
 use bksim_expr::{BinaryOperator, Expr, Number, ParseOptions, Pool, Syntax, SyntaxKind, parse};
 
 use crate::error::BenchError;
 
-/// Operations of `roots` written out in full, parameter groups named; `is_state` knows the names
-/// that are no parameters.
+/// Number of operations of `roots` written out in full, with names for groups of parameters;
+/// `is_state` is true for names that are no parameters.
 pub(crate) fn printed(
     pool: &Pool,
     roots: &[Expr],
@@ -23,14 +23,14 @@ pub(crate) fn printed(
     Ok(total)
 }
 
-/// A part of an expression while its chain of sums or products is still open.
+/// A part of an expression, whose sum or product may still get more terms or factors.
 #[derive(Clone, Copy)]
 enum Part {
     /// A number, one if it is ±1.
     Number { is_unit: bool },
     /// Parameters alone.
     Group,
-    /// Anything finished, with its operations.
+    /// A part with state in it that is complete, with its operations.
     Whole(u64),
     /// Terms with state in them, their operations, and whether a group is added.
     Sum { n_terms: u64, inner: u64, has_group: bool },
@@ -39,14 +39,14 @@ enum Part {
 }
 
 impl Part {
-    /// All operations in it.
+    /// Number of operations in it.
     fn operations(self) -> u64 {
         match self {
             Self::Number { .. } | Self::Group => 0,
             Self::Whole(operations) => operations,
             Self::Sum { n_terms, inner, has_group } => inner + n_terms + u64::from(has_group) - 1,
             Self::Product { n_factors, n_divisors, inner, has_group } => {
-                // The divisors are multiplied to one.
+                // One division by the product of all divisors.
                 let n_multiplied = n_factors + u64::from(has_group);
                 inner + n_multiplied.saturating_sub(1) + n_divisors
             }
@@ -57,67 +57,55 @@ impl Part {
         !matches!(self, Self::Number { .. } | Self::Group)
     }
 
-    fn as_sum(self) -> Self {
+    /// The part as a sum: its terms, their operations, and whether a group is added.
+    fn terms(self) -> (u64, u64, bool) {
         match self {
-            Self::Sum { .. } => self,
-            _ if self.has_state() => {
-                Self::Sum { n_terms: 1, inner: self.operations(), has_group: false }
-            }
-            _ => Self::Sum { n_terms: 0, inner: 0, has_group: true },
+            Self::Sum { n_terms, inner, has_group } => (n_terms, inner, has_group),
+            _ if self.has_state() => (1, self.operations(), false),
+            _ => (0, 0, true),
         }
     }
 
-    fn as_product(self) -> Self {
+    /// The part as a product: its factors and divisors, their operations, and whether a group
+    /// multiplies.
+    fn factors(self) -> ([u64; 2], u64, bool) {
         match self {
-            Self::Product { .. } => self,
-            _ if self.has_state() => Self::Product {
-                n_factors: 1,
-                n_divisors: 0,
-                inner: self.operations(),
-                has_group: false,
-            },
-            _ => Self::Product {
-                n_factors: 0,
-                n_divisors: 0,
-                inner: 0,
-                has_group: !matches!(self, Self::Number { is_unit: true }),
-            },
+            Self::Product { n_factors, n_divisors, inner, has_group } => {
+                ([n_factors, n_divisors], inner, has_group)
+            }
+            _ if self.has_state() => ([1, 0], self.operations(), false),
+            _ => ([0, 0], 0, !matches!(self, Self::Number { is_unit: true })),
         }
     }
 
     fn plus(self, other: Self) -> Self {
-        let (
-            Self::Sum { n_terms: a, inner: ai, has_group: ag },
-            Self::Sum { n_terms: b, inner: bi, has_group: bg },
-        ) = (self.as_sum(), other.as_sum())
-        else {
-            return self;
-        };
-        Self::Sum { n_terms: a + b, inner: ai + bi, has_group: ag || bg }
+        let (a, a_inner, a_group) = self.terms();
+        let (b, b_inner, b_group) = other.terms();
+        Self::Sum { n_terms: a + b, inner: a_inner + b_inner, has_group: a_group || b_group }
     }
 
     fn times(self, other: Self) -> Self {
-        let (
-            Self::Product { n_factors: a, n_divisors: ad, inner: ai, has_group: ag },
-            Self::Product { n_factors: b, n_divisors: bd, inner: bi, has_group: bg },
-        ) = (self.as_product(), other.as_product())
-        else {
-            return self;
-        };
-        Self::Product { n_factors: a + b, n_divisors: ad + bd, inner: ai + bi, has_group: ag || bg }
+        let ([factors, divisors], inner, group) = other.factors();
+        self.times_factors(factors, divisors, inner, group)
     }
 
-    fn inverse(self) -> Self {
-        match self {
-            Self::Product { n_factors, n_divisors, inner, has_group } => {
-                Self::Product { n_factors: n_divisors, n_divisors: n_factors, inner, has_group }
-            }
-            _ if self.has_state() => self.as_product().inverse(),
-            _ => self,
+    fn over(self, other: Self) -> Self {
+        let ([factors, divisors], inner, group) = other.factors();
+        self.times_factors(divisors, factors, inner, group)
+    }
+
+    fn times_factors(self, factors: u64, divisors: u64, inner: u64, group: bool) -> Self {
+        let ([own_factors, own_divisors], own_inner, own_group) = self.factors();
+        Self::Product {
+            n_factors: own_factors + factors,
+            n_divisors: own_divisors + divisors,
+            inner: own_inner + inner,
+            has_group: own_group || group,
         }
     }
 }
 
+/// Number of operations of an expression.
 fn of_syntax(syntax: &Syntax, is_state: &dyn Fn(&str) -> bool) -> u64 {
     // Children come before their parents.
     let mut parts: Vec<Part> = Vec::with_capacity(syntax.nodes.len());
@@ -140,9 +128,10 @@ fn of_syntax(syntax: &Syntax, is_state: &dyn Fn(&str) -> bool) -> u64 {
         };
         parts.push(part);
     }
-    parts.last().map_or(0, |part| part.operations())
+    parts.last().expect("an expression has at least one node").operations()
 }
 
+/// The part of a binary operation on two parts; `right` is the node of the second.
 fn binary(syntax: &Syntax, operator: BinaryOperator, ab: (Part, Part), right: usize) -> Part {
     let (a, b) = ab;
     if !a.has_state() && !b.has_state() {
@@ -151,7 +140,7 @@ fn binary(syntax: &Syntax, operator: BinaryOperator, ab: (Part, Part), right: us
     match operator {
         BinaryOperator::Add | BinaryOperator::Subtract => a.plus(b),
         BinaryOperator::Multiply => a.times(b),
-        BinaryOperator::Divide => a.times(b.as_product().inverse()),
+        BinaryOperator::Divide => a.over(b),
         BinaryOperator::Power => {
             let exponent = match &syntax.nodes[right].kind {
                 SyntaxKind::Number(number) => number.as_integer(),

@@ -1,5 +1,5 @@
-//! Work against precision: what one solver reached at each tolerance, and the time that it takes to
-//! reach given digits.
+//! Work against precision: digits and times of one solver at each tolerance, and the time to reach
+//! given digits.
 
 use serde_json::{Value, json};
 
@@ -11,7 +11,7 @@ pub(crate) const PARTS: [&str; 3] = ["position", "velocity", "multiplier"];
 pub(crate) struct Point {
     /// rtol = atol.
     pub(crate) tolerance: f64,
-    /// Correct digits of q, v and λ at the end; NaN where the run did not get there.
+    /// Correct digits of q, v and λ at the end; NaN if the run did not reach it.
     pub(crate) digits: [f64; 3],
     /// CPU time of the fastest run, s.
     pub(crate) seconds: f64,
@@ -41,7 +41,7 @@ pub(crate) struct Curve {
 impl Curve {
     /// CPU time to reach `digits` of one part, s: between two neighbouring runs by interpolation of
     /// the logarithm of time over digits. NaN if no run reaches them; the time of the loosest run
-    /// if that one has them already.
+    /// if it has more.
     pub(crate) fn seconds_for(&self, part: usize, digits: f64) -> f64 {
         let reached = |point: &&Point| point.digits[part].is_finite();
         let points: Vec<&Point> = self.points.iter().filter(reached).collect();
@@ -64,7 +64,7 @@ impl Curve {
         }
     }
 
-    /// All numbers.
+    /// All numbers as JSON.
     pub(crate) fn to_json(&self) -> Value {
         let one = |point: &Point| {
             let Counters { n_step, n_reject, n_residual, n_jacobian, n_factor } = point.counters;

@@ -20,17 +20,17 @@ pub(crate) use self::ours::Method;
 pub(crate) use self::problem::Definition;
 use self::problem::{PROBLEMS, Problem};
 use self::theirs::{Compiled, Solver};
-use crate::Context;
+use crate::context::Context;
 use crate::diagram::{Diagram, Series};
 use crate::error::BenchError;
 use crate::peers::Workbench;
 use crate::report::{Check, Report, Table, ratio, seconds};
 use crate::timing::Effort;
 
-/// The digits at which times are compared.
+/// Digits at which times are compared.
 const LEVELS: [f64; 4] = [4.0, 6.0, 8.0, 10.0];
 
-/// Who must be how many times faster than whom, at equal digits.
+/// Goals: a solver, another one, and how many times faster the first must be at equal digits.
 const GOALS: [(&str, &str, f64); 4] = [
     ("bksim radau", "RADAU5", 2.0),
     ("bksim auto", "DOP853", 1.5),
@@ -38,7 +38,7 @@ const GOALS: [(&str, &str, f64); 4] = [
     ("bksim auto", "IDA", 10.0),
 ];
 
-/// The problems asked for; all of them if none is.
+/// The chosen problems; all of them if none is.
 pub(crate) fn chosen(names: &[String]) -> Result<Vec<Definition>, BenchError> {
     let one = |name: &String| {
         let found = PROBLEMS.iter().find(|problem| problem.name == *name).copied();
@@ -121,7 +121,7 @@ fn measure(
     Ok(curves)
 }
 
-/// Every run of every solver.
+/// The table of all runs of all solvers.
 fn runs_table(curves: &[Curve]) -> Table {
     let mut table = Table::new([
         "solver",
@@ -159,7 +159,7 @@ fn runs_table(curves: &[Curve]) -> Table {
     table
 }
 
-/// Time to reach the digits of one part, and its ratio to ours.
+/// The table of times to reach the digits of one part, and of their ratios to ours.
 fn times_table(curves: &[Curve], part: usize) -> Table {
     let first = format!("digits in {}", PARTS[part]);
     let levels = LEVELS.map(|digits| format!("{digits}"));
@@ -176,8 +176,8 @@ fn times_table(curves: &[Curve], part: usize) -> Table {
     table
 }
 
-/// How many times faster one solver is than another at equal digits; zero where
-/// the other gets there and it does not, NaN where neither does or a solver is missing.
+/// Speed of one solver relative to another at equal digits; zero if only the other reaches them,
+/// NaN if neither does or a solver is missing.
 fn speed(curves: &[Curve], (ours, theirs): (&str, &str), part: usize, digits: f64) -> f64 {
     let times = |name: &str| {
         let curve = curves.iter().find(|curve| curve.name == name);
@@ -190,7 +190,7 @@ fn speed(curves: &[Curve], (ours, theirs): (&str, &str), part: usize, digits: f6
     }
 }
 
-/// The least ratio over all digits, of positions and of velocities.
+/// Goals of speed: the least ratio over all digits, of positions and of velocities.
 fn speed_checks(curves: &[Curve]) -> Vec<Check> {
     let one = |(ours, theirs, goal): (&str, &str, f64)| {
         [0, 1].map(|part| {
@@ -203,24 +203,27 @@ fn speed_checks(curves: &[Curve]) -> Vec<Check> {
     GOALS.into_iter().flat_map(one).collect()
 }
 
-/// Ours, from 10⁻³ on: at least the digits asked for, of the multipliers one fewer, and never fewer
-/// at a tighter tolerance.
+/// Goals of accuracy for our runs at tolerances from 10⁻³ on: at least the digits of the tolerance,
+/// of the multipliers one fewer, and never fewer at a tighter tolerance.
 fn accuracy_checks(curves: &[Curve]) -> Vec<Check> {
-    /// Digits beyond which rounding decides.
+    /// Digits beyond which rounding errors dominate.
     const ROUNDING: f64 = 12.0;
-    /// Between the first tolerance that counts and the one before.
+    /// Bound of the tolerances that count.
     const LOOSEST: f64 = 3e-3;
     let ours = |curve: &&Curve| curve.name.starts_with("bksim");
     let one = |curve: &Curve| {
+        // The least surplus of digits over the tolerance; a run that did not reach the end has no
+        // digits.
         let points = || curve.points.iter().filter(|point| point.tolerance < LOOSEST);
         let surplus = |part: usize| {
             let surplus = |point: &curve::Point| {
-                let asked = -point.tolerance.log10();
-                // A run that did not get there has none.
-                if point.digits[part].is_nan() { -asked } else { point.digits[part] - asked }
+                let expected = -point.tolerance.log10();
+                if point.digits[part].is_nan() { -expected } else { point.digits[part] - expected }
             };
             points().map(surplus).fold(f64::NAN, f64::min)
         };
+
+        // The least gain of digits from one tolerance to the next.
         let gain = |part: usize| {
             let gain = |(from, to): (&curve::Point, &curve::Point)| {
                 let [from, to] = [from, to].map(|point| point.digits[part]);
@@ -228,6 +231,7 @@ fn accuracy_checks(curves: &[Curve]) -> Vec<Check> {
             };
             points().zip(points().skip(1)).map(gain).fold(f64::NAN, f64::min)
         };
+
         let name = curve.name;
         [
             Check::at_least(
@@ -251,11 +255,11 @@ fn accuracy_checks(curves: &[Curve]) -> Vec<Check> {
     curves.iter().filter(ours).flat_map(one).collect()
 }
 
-/// Digits of the positions against time.
+/// The diagram of digits of the positions against time.
 fn diagram(problem: &Problem, curves: &[Curve]) -> Diagram {
     let series = |curve: &Curve| {
-        let place = |point: &curve::Point| (point.digits[0], 1e3 * point.seconds);
-        Series { name: curve.name.to_owned(), points: curve.points.iter().map(place).collect() }
+        let point = |point: &curve::Point| (point.digits[0], 1e3 * point.seconds);
+        Series { name: curve.name.to_owned(), points: curve.points.iter().map(point).collect() }
     };
     Diagram {
         title: problem.definition.title.to_owned(),

@@ -1,7 +1,6 @@
 //! Our own runs, through the facade: from a model file to the state at the end.
 
 use bksim::dae::Control;
-use bksim::model::file::{Source, read};
 use bksim::model::{self, Jit, Model, SolveOptions};
 use bksim::sim::run::Sample;
 use bksim::sim::start::Start;
@@ -10,6 +9,7 @@ use bksim::{Mechanism, Rejected};
 use super::curve::{Counters, Curve, Point, digits};
 use super::problem::{Definition, Problem};
 use crate::error::BenchError;
+use crate::models;
 use crate::timing::{Effort, repeat};
 
 /// One of our integrators.
@@ -25,7 +25,7 @@ impl Method {
     /// All of them.
     pub(crate) const ALL: [Self; 2] = [Self::Radau, Self::Auto];
 
-    /// For the report.
+    /// Name in the report.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Radau => "bksim radau",
@@ -33,7 +33,7 @@ impl Method {
         }
     }
 
-    /// Asks for it in the options of a run.
+    /// Sets the method in the options of a run.
     pub(crate) fn choose(self, options: &mut SolveOptions) {
         options.method = match self {
             Self::Radau => model::Method::Radau,
@@ -44,9 +44,9 @@ impl Method {
 
 /// Runs a problem at all `tolerances`.
 ///
-/// Timed is the run from the consistent start to the end. As for the others, whose compiler has
-/// been at work before, the equations are machine code from the first evaluation on, and making it
-/// is not part of the fastest run.
+/// Timed is the run from the consistent start to the end. The equations are machine code from the
+/// first evaluation on, and compiling it is not part of the fastest run: the other programs are
+/// compiled beforehand, too.
 pub(crate) fn curve(
     problem: &Problem,
     method: Method,
@@ -64,7 +64,7 @@ pub(crate) fn curve(
             let model = prepare(definition, method, tolerance)?;
             let mechanism = Mechanism::derive(model, Vec::new()).map_err(refused)?;
             let start = mechanism.start().map_err(refused)?;
-            let order = Order::new(definition, &mechanism)?;
+            let order = DataOrder::new(definition, &mechanism)?;
             order.check_start(problem, &start)?;
             point(problem, &mechanism, &start, &order, effort).map_err(refused)
         })
@@ -74,11 +74,7 @@ pub(crate) fn curve(
 
 /// The model with the options of a run: one sample, at the end.
 fn prepare(definition: &Definition, method: Method, tolerance: f64) -> Result<Model, BenchError> {
-    let reading = read(&Source::new(definition.model, definition.name));
-    let mut model = reading.model.ok_or_else(|| BenchError::Model {
-        name: definition.name.to_owned(),
-        message: reading.diagnostics.first().map(|d| d.message.clone()).unwrap_or_default(),
-    })?;
+    let mut model = models::model(definition.model, definition.name)?;
     let solve = &mut model.solve;
     (solve.rtol, solve.atol, solve.jit) = (tolerance, tolerance, Jit::On);
     solve.every = Some(solve.t_end - solve.t_start);
@@ -87,16 +83,16 @@ fn prepare(definition: &Definition, method: Method, tolerance: f64) -> Result<Mo
 }
 
 /// Our coordinates and multipliers in the order of the data.
-struct Order {
+struct DataOrder {
     coordinates: Vec<usize>,
     multipliers: &'static [(usize, f64)],
 }
 
-impl Order {
+impl DataOrder {
     fn new(definition: &Definition, mechanism: &Mechanism) -> Result<Self, BenchError> {
         let ours = &mechanism.compiled.coordinates;
-        let place = |name: &&str| ours.iter().position(|coordinate| coordinate.name == *name);
-        let coordinates: Option<Vec<_>> = definition.coordinates.iter().map(place).collect();
+        let index = |name: &&str| ours.iter().position(|coordinate| coordinate.name == *name);
+        let coordinates: Option<Vec<_>> = definition.coordinates.iter().map(index).collect();
         let coordinates =
             coordinates.ok_or(BenchError::Data("a coordinate is not in its model"))?;
         Ok(Self { coordinates, multipliers: definition.multipliers })
@@ -110,7 +106,7 @@ impl Order {
         self.multipliers.iter().map(|&(row, factor)| factor * lambda[row]).collect()
     }
 
-    /// Our start is that of the data, or everything after it would be compared in vain.
+    /// Checks that our start is that of the data; otherwise no later comparison means anything.
     fn check_start(&self, problem: &Problem, start: &Start) -> Result<(), BenchError> {
         const LIMIT: f64 = 1e-12;
         let (q, v) = (self.of(&start.q), self.of(&start.v));
@@ -129,14 +125,15 @@ impl Order {
     }
 }
 
-/// One tolerance.
+/// Runs one tolerance.
 fn point(
     problem: &Problem,
     mechanism: &Mechanism,
     start: &Start,
-    order: &Order,
+    order: &DataOrder,
     effort: Effort,
 ) -> Result<Point, Rejected> {
+    // Repeated runs; the last sample and summary are the same in all of them.
     let equations = mechanism.formulate()?;
     let mut last = Sample::default();
     let mut summary = None;
@@ -151,6 +148,8 @@ fn point(
             summary = mechanism.run(&equations, start, &mut keep, &|| false).ok();
         },
     );
+
+    // Correct digits, if the run has reached the end, and counters.
     let mut digits_found = [f64::NAN; 3];
     if summary.as_ref().is_some_and(|summary| summary.reached_end) {
         let reference = &problem.reference;

@@ -5,12 +5,12 @@ use serde_json::Value;
 
 use crate::error::BenchError;
 
-/// A problem as it is told to the solvers.
+/// A problem with its inputs for all solvers.
 #[derive(Clone, Copy)]
 pub(crate) struct Definition {
-    /// For files and the report.
+    /// Name in files and the report.
     pub(crate) name: &'static str,
-    /// For the diagrams.
+    /// Title of diagrams.
     pub(crate) title: &'static str,
     /// Our model.
     pub(crate) model: &'static str,
@@ -20,9 +20,9 @@ pub(crate) struct Definition {
     data: &'static str,
     /// Our names of the coordinates, in the order of the data.
     pub(crate) coordinates: &'static [&'static str],
-    /// Our multiplier and the factor that gives λ of the data, in its order.
+    /// Index of our multiplier and the factor that gives λ of the data, in the order of the data.
     pub(crate) multipliers: &'static [(usize, f64)],
-    /// Sign of λ of the data against that of M a = f − Gᵀλ.
+    /// Sign of λ of the data relative to M a = f − Gᵀλ.
     sign: f64,
 }
 
@@ -89,7 +89,7 @@ pub(crate) struct Instant {
 #[derive(Clone, Debug)]
 pub(crate) struct Problem {
     pub(crate) definition: Definition,
-    /// s; all start at 0.
+    /// End time, s; all start at 0.
     pub(crate) t_end: f64,
     pub(crate) start: Instant,
     pub(crate) reference: Instant,
@@ -109,7 +109,7 @@ impl Problem {
     }
 }
 
-/// The data hold numbers as text, with all their digits.
+/// A number of the data, which are text with all digits.
 fn number(value: &Value) -> Result<f64, BenchError> {
     let parsed = value.as_str().and_then(|text| text.parse().ok());
     parsed.ok_or(BenchError::Data("a number of a problem is missing"))
@@ -130,7 +130,7 @@ fn instant(value: &Value, sign: f64) -> Result<Instant, BenchError> {
     })
 }
 
-/// The start of the slider-crank: its data state the crank's angle and rate, the rest follows.
+/// The start of the slider-crank, from the crank's angle and rate in the data.
 fn cranked(data: &Value) -> Result<Instant, BenchError> {
     let initial = &data["initial"];
     let (p1, w1) = (number(&initial["crank_angle"])?, number(&initial["crank_rate"])?);

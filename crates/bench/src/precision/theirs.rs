@@ -25,7 +25,7 @@ impl Solver {
     /// All of them.
     pub(crate) const ALL: [Self; 3] = [Self::Radau5, Self::Dop853, Self::Ida];
 
-    /// For the report.
+    /// Name in the report.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Radau5 => "RADAU5",
@@ -111,7 +111,7 @@ fn input(problem: &Problem, tolerances: &[f64], effort: Effort) -> String {
     format!("{start}\n{} {}\n{tolerances}\n", effort.max_runs, effort.enough_s)
 }
 
-/// A run as a driver prints it.
+/// A run from the output of a driver.
 fn point(problem: &Problem, row: &Value) -> Point {
     let vector = |name: &str| -> Vec<f64> {
         let entries = row[name].as_array().map(Vec::as_slice).unwrap_or_default();
@@ -139,8 +139,8 @@ fn point(problem: &Problem, row: &Value) -> Point {
     }
 }
 
-/// Whether the results of a solver converge to the reference: its best run has six digits of the
-/// positions. Otherwise it solves something else, and its times mean nothing.
+/// Checks that the results of a solver converge to the reference: its best run has six digits of
+/// the positions. Otherwise it solves something else, and its times mean nothing.
 pub(crate) fn verify(problem: &Problem, curve: &Curve, effort: Effort) -> Result<(), BenchError> {
     const NEEDED: f64 = 6.0;
     // A quick run stops at loose tolerances.

@@ -1,4 +1,4 @@
-// From the world to pixels, without perspective.
+// The camera: the map from the world to pixels, without perspective.
 
 export class Camera {
   constructor(isPlanar) {
@@ -45,7 +45,7 @@ export class Camera {
     }
   }
 
-  /** Enlarges the picture about a pixel, which stays where it is. */
+  /** Enlarges the picture about a pixel, which keeps its point. */
   zoom(factor, [x, y] = this.size.map((length) => 0.5 * length)) {
     const [dx, dy] = [x - 0.5 * this.size[0], y - 0.5 * this.size[1]];
     this.pan(-dx, -dy);
@@ -53,7 +53,7 @@ export class Camera {
     this.pan(dx, dy);
   }
 
-  /** Puts all points into the picture, with a margin in pixels. */
+  /** Fits all points into the picture, with a margin in pixels. */
   fit(points, margin) {
     const low = [Infinity, Infinity, Infinity];
     const high = [-Infinity, -Infinity, -Infinity];
@@ -66,11 +66,11 @@ export class Camera {
       });
     }
     if (low[0] > high[0]) return;
-    const room = [0, 1].map((axis) => {
+    const scales = [0, 1].map((axis) => {
       const extent = Math.max(high[axis] - low[axis], 1e-9);
       return Math.max(this.size[axis] - 2 * margin, 20) / extent;
     });
-    this.scale = Math.min(...room);
+    this.scale = Math.min(...scales);
     this.centre = [0, 1, 2].map((i) =>
       [0, 1, 2].reduce((sum, axis) => sum + 0.5 * (low[axis] + high[axis]) * this.rows[axis][i], 0),
     );

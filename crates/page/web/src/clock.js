@@ -1,6 +1,6 @@
-// The time that is shown: plays, pauses, steps, loops.
+// The clock of the page: plays, pauses, steps, loops.
 
-/** Frames that a step goes on by. */
+/** Duration of a step at the speed of the motion, s. */
 const STEP_S = 1 / 60;
 
 export class Clock {
@@ -19,7 +19,7 @@ export class Clock {
     return this.end < this.start ? -1 : 1;
   }
 
-  /** How much of the run lies behind, 0 to 1. */
+  /** Fraction of the run that is past, 0 to 1. */
   get part() {
     return this.end === this.start ? 0 : (this.t - this.start) / (this.end - this.start);
   }
@@ -57,7 +57,7 @@ export class Clock {
 
   frame(now) {
     if (!this.isPlaying) return;
-    // A page that was hidden goes on where it was.
+    // A page that was hidden continues at the same instant.
     const elapsed = this.last === null ? 0 : Math.min(now - this.last, 100) / 1000;
     this.last = now;
     const t = this.t + elapsed * this.speed * this.direction;

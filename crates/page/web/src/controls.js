@@ -24,7 +24,7 @@ function setIcon(button, name) {
   button.replaceChildren(svg);
 }
 
-/** Play, pause, step, loop, speed and scrub; returns what shows the time. */
+/** Play, pause, step, loop, speed and scrub; returns a function that updates the time shown. */
 export function transport(clock) {
   const play = element('play');
   setIcon(element('back'), 'back');
@@ -85,8 +85,8 @@ export function themes(onChange) {
   set(system.matches);
 }
 
-/** A list of boxes to tick, under headings. */
-export function checklist(place, groups, onChange) {
+/** A list of checkboxes under headings. */
+export function checklist(container, groups, onChange) {
   for (const [heading, items] of groups) {
     const box = document.createElement('fieldset');
     const legend = document.createElement('legend');
@@ -102,7 +102,7 @@ export function checklist(place, groups, onChange) {
       label.title = title ?? '';
       box.append(label);
     }
-    place.append(box);
+    container.append(box);
   }
 }
 
@@ -117,7 +117,7 @@ export function view(canvas, camera, fit, redraw) {
   element('zoom-out').addEventListener('click', () => zoom(0.8));
   element('fit').addEventListener('click', fit);
   canvas.addEventListener('dblclick', fit);
-  const placeOf = (event) => {
+  const pixelOf = (event) => {
     const { left, top } = canvas.getBoundingClientRect();
     return [event.clientX - left, event.clientY - top];
   };
@@ -127,7 +127,7 @@ export function view(canvas, camera, fit, redraw) {
     (event) => {
       if (document.activeElement !== canvas && !event.ctrlKey && !event.metaKey) return;
       event.preventDefault();
-      zoom(Math.exp(-0.0015 * event.deltaY * (event.deltaMode === 1 ? 20 : 1)), placeOf(event));
+      zoom(Math.exp(-0.0015 * event.deltaY * (event.deltaMode === 1 ? 20 : 1)), pixelOf(event));
     },
     { passive: false },
   );
@@ -135,16 +135,16 @@ export function view(canvas, camera, fit, redraw) {
   const pointers = new Map();
   canvas.addEventListener('pointerdown', (event) => {
     canvas.setPointerCapture(event.pointerId);
-    pointers.set(event.pointerId, placeOf(event));
+    pointers.set(event.pointerId, pixelOf(event));
   });
   canvas.addEventListener('pointermove', (event) => {
     const before = pointers.get(event.pointerId);
     if (!before) return;
-    const now = placeOf(event);
+    const now = pixelOf(event);
     const [dx, dy] = [now[0] - before[0], now[1] - before[1]];
     const other = [...pointers].find(([id]) => id !== event.pointerId)?.[1];
     if (other) {
-      // Two fingers: what is between them stays between them.
+      // Two fingers: the part of the picture between them stays between them.
       const distance = (p) => Math.max(1, Math.hypot(p[0] - other[0], p[1] - other[1]));
       camera.pan(0.5 * dx, 0.5 * dy);
       camera.zoom(distance(now) / distance(before), [0.5 * (now[0] + other[0]), 0.5 * (now[1] + other[1])]);
@@ -172,7 +172,7 @@ export function view(canvas, camera, fit, redraw) {
   return { zoom };
 }
 
-/** Keys that work everywhere but where something is typed or chosen. */
+/** Keys that work everywhere except in elements that take keys themselves. */
 export function keys(clock, zoom, fit) {
   const actions = {
     ' ': () => clock.toggle(),

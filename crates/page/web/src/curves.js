@@ -7,17 +7,17 @@ import 'uplot/dist/uPlot.min.css';
 import { decoded } from './motion.js';
 import { css } from './scene.js';
 
-/** Dashes, so that curves differ by more than their colour once the palette is used up. */
+/** Dashes, which distinguish curves of one colour once the palette is used up. */
 const DASHES = [undefined, [8, 4], [2, 3]];
 const HEIGHT = 190;
-/** So near to the line, in pixels, it is taken and dragged. */
+/** Distance from the line, pixels, within which a drag moves it. */
 const NEAR = 12;
-/** What rounding makes of zero is smaller than this part of a curve's largest value. */
+/** Relative size of rounding errors of zero, against a curve's largest value. */
 const ROUNDING = 2 ** -23;
 
 export class Curves {
-  /** `place` gets the charts; `onSeek(t)` is called when the line is moved. */
-  constructor({ times, channels }, place, onSeek) {
+  /** `container` gets the charts; `onSeek(t)` is called when the line is moved. */
+  constructor({ times, channels }, container, onSeek) {
     this.times = decoded(times, Float64Array);
     this.channels = channels.map(({ values, constant, ...rest }) => ({
       ...rest,
@@ -26,18 +26,18 @@ export class Curves {
         : new Float32Array(this.times.length).fill(constant ?? NaN),
     }));
     for (const channel of this.channels) channel.largest = largestOf(channel.values);
-    this.place = place;
+    this.container = container;
     this.onSeek = onSeek;
     this.charts = [];
     this.chosen = overview(this.channels);
     this.now = this.times[0];
   }
 
-  /** Makes the charts anew for what is chosen. */
+  /** Replaces the charts by those of the chosen channels. */
   show(theme) {
     this.theme = theme;
     for (const { plot } of this.charts) plot.destroy();
-    this.place.replaceChildren();
+    this.container.replaceChildren();
     const byUnit = new Map();
     for (const channel of this.chosen) {
       byUnit.set(channel.unit, [...(byUnit.get(channel.unit) ?? []), channel]);
@@ -46,7 +46,7 @@ export class Curves {
     this.charts = units.map(([unit, channels], i) =>
       this.chart(unit, channels, i === units.length - 1),
     );
-    if (units.length === 0) this.place.textContent = 'No curve is chosen.';
+    if (units.length === 0) this.container.textContent = 'No curve is chosen.';
     this.seek(this.now);
   }
 
@@ -60,7 +60,7 @@ export class Curves {
     const legend = document.createElement('figcaption');
     const box = document.createElement('div');
     figure.append(legend, box);
-    this.place.append(figure);
+    this.container.append(figure);
     const values = channels.map((channel, i) => {
       const entry = document.createElement('span');
       const name = document.createElement('b');
@@ -115,7 +115,7 @@ export class Curves {
   }
 
   width() {
-    return Math.max(240, this.place.clientWidth);
+    return Math.max(240, this.container.clientWidth);
   }
 
   resize() {
@@ -126,7 +126,7 @@ export class Curves {
     this.seek(this.now);
   }
 
-  /** All charts show the same stretch of time. */
+  /** Gives all charts the same range of time. */
   zoomed(plot) {
     if (this.isZooming) return;
     const { min, max } = plot.scales.x;
@@ -138,7 +138,7 @@ export class Curves {
     this.seek(this.now);
   }
 
-  /** A click goes to its time; the line can be dragged, by finger from anywhere. */
+  /** A click moves to its time; the line can be dragged, by finger from anywhere. */
   listen(plot) {
     const { over } = plot;
     const timeAt = (event) => {
@@ -177,7 +177,7 @@ export class Curves {
     });
   }
 
-  /** Moves the line and the values beside the names. */
+  /** Moves the line, and updates the values next to the names. */
   seek(t) {
     this.now = t;
     for (const { plot, line, channels, values } of this.charts) {
@@ -191,7 +191,7 @@ export class Curves {
     }
   }
 
-  /** Value of a curve at a time, on the line between its points. */
+  /** Value of a curve at a time, interpolated between its points. */
   valueAt(values, t) {
     let [low, high] = [0, this.times.length - 1];
     while (high - low > 1) {
@@ -214,7 +214,7 @@ function largestOf(values) {
   return largest;
 }
 
-/** What is shown at first: coordinates of one unit, and the energies. */
+/** The curves at first: coordinates of one unit, and the energies. */
 function overview(channels) {
   const states = channels.filter(({ name }) => name.startsWith('state.'));
   const unit = states[0]?.unit;
@@ -223,7 +223,7 @@ function overview(channels) {
   return [...first, ...channels.filter(({ name }) => energies.includes(name))];
 }
 
-/** A number of four digits, as wide as others. */
+/** A number of four significant digits. */
 export function numberText(value) {
   if (!Number.isFinite(value)) return '–';
   const size = Math.abs(value);
@@ -237,7 +237,7 @@ function shortened(text) {
   return text.replace('e+', 'e').replaceAll('-', '−');
 }
 
-/** Ticks of one axis, all with the digits that tell them apart. */
+/** Labels of the ticks of one axis, with enough digits to differ. */
 function tickTexts(ticks) {
   const largest = Math.max(...ticks.map(Math.abs));
   const step = ticks.length > 1 ? Math.abs(ticks[1] - ticks[0]) : largest;

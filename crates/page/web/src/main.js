@@ -1,4 +1,4 @@
-// The page of a run: from what is embedded to what moves.
+// The page of a run: makes the embedded data move.
 
 import './page.css';
 import { Camera } from './camera.js';
@@ -10,9 +10,9 @@ import { Motion } from './motion.js';
 import { Poses } from './poses.js';
 import { Drawing, outline } from './scene.js';
 
-/** Instants whose poses all fit into the picture. */
+/** Number of instants whose poses all fit into the picture. */
 const N_FITTED = 60;
-/** Around what is fitted, pixels. */
+/** Margin around a fitted motion, pixels. */
 const MARGIN = 34;
 
 const data = JSON.parse(element('run').textContent);
@@ -35,11 +35,11 @@ const curves = new Curves(data.curves, document.querySelector('#curves .charts')
 });
 const showTime = transport(clock);
 let theme = scene.themes.light;
-// Until the picture is moved by hand, it fits whatever its size becomes.
+// Until the picture is moved by hand, it is fitted to every new size.
 let isFitted = true;
 let isWaiting = false;
 
-/** The run as functions of time: numbers of the bodies, and the forces of joints then. */
+/** The run as functions of time: numbers of the bodies, and the forces of joints at the same instant. */
 function playable({ motion: embedded, poses: tape, scene: shapes }) {
   const polynomials = new Motion(embedded);
   const poses = new Poses(tape);
@@ -57,6 +57,7 @@ function playable({ motion: embedded, poses: tape, scene: shapes }) {
   };
 }
 
+/** Largest extent of points along an axis. */
 function sizeOf(points) {
   const extents = [0, 1, 2].map((i) => {
     const [low, high] = points.reduce(
@@ -68,7 +69,7 @@ function sizeOf(points) {
   return Math.max(...extents);
 }
 
-/** Draws at the next chance, once; `isMoved` says that the picture was moved by hand. */
+/** Draws once, in the next frame; `isMoved` means that the picture was moved by hand. */
 function redraw(isMoved) {
   if (isMoved === true) isFitted = false;
   if (isWaiting) return;
@@ -89,7 +90,7 @@ function fit() {
   redraw();
 }
 
-/** Trails: all points but those of the ground; that of the widest way is on at first. */
+/** The list of trails, of all points but those of the ground; that of the widest path is on at first. */
 function trails() {
   const moving = scene.markers.filter(({ at }) => at.body !== 0);
   const first = extras.widest();
@@ -108,7 +109,7 @@ function trails() {
   });
 }
 
-/** Curves, by the topic before their name. */
+/** The list of curves, grouped by the topics in their names. */
 function channels() {
   const topics = new Map();
   for (const channel of curves.channels) {
@@ -126,6 +127,7 @@ function channels() {
   });
 }
 
+/** The switches of names and arrows. */
 function switches() {
   const of = { labels: 'hasNames', velocities: 'hasVelocities', reactions: 'hasReactions' };
   for (const [id, key] of Object.entries(of)) {
@@ -151,9 +153,9 @@ new ResizeObserver(() => {
   if (isFitted) camera.fit(extent, MARGIN);
   redraw();
 }).observe(canvas);
-new ResizeObserver(() => curves.resize()).observe(curves.place);
+new ResizeObserver(() => curves.resize()).observe(curves.container);
 
-// For the browser's console: the time, and where the bodies are then.
+// For the browser's console: the time, and the poses of the bodies.
 globalThis.bksim = {
   get time() {
     return clock.t;

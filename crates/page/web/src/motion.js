@@ -24,7 +24,7 @@ function chebyshev(degree) {
 }
 
 export class Motion {
-  /** From what the page embeds: times of the pieces, their degrees, and values, point by point. */
+  /** From the embedded data: times of the pieces, their degrees, and values, point by point. */
   constructor({ columns, axes, times, degrees, values }) {
     this.nColumns = columns;
     this.nAxes = axes;
@@ -46,7 +46,7 @@ export class Motion {
     return this.times.at(-1);
   }
 
-  /** Place of the piece that holds at `t`; at an event, the one behind it. */
+  /** Index of the piece at `t`; at an event, the one after it. */
   pieceAt(t) {
     const forward = this.end < this.start ? -1 : 1;
     let [low, high] = [0, this.degrees.length - 1];

@@ -1,7 +1,7 @@
-// Where the bodies are: a tape of operations from the state to 18 numbers for each body, which are its
-// origin, the rows of its rotation, its velocity and its angular velocity, in world axes.
+// Poses of the bodies: a tape of operations from the state to 18 numbers for each body, which are
+// its origin, the rows of its rotation, its velocity and its angular velocity, in world axes.
 
-/** What each operation computes of the registers it reads. */
+/** The functions of the operations. */
 const OPERATIONS = {
   add: (a, b) => a + b,
   subtract: (a, b) => a - b,
@@ -33,11 +33,11 @@ const OPERATIONS = {
   if: (a, b, c) => (Number.isNaN(a) ? a : a === 0 ? c : b),
 };
 
-/** Numbers of a body. */
+/** Count of numbers of a body. */
 const NUMBERS = 18;
 
 export class Poses {
-  /** From the tape that the page embeds. */
+  /** From the embedded tape. */
   constructor({ names, constants, parameters, inputs, code, prologue, outputs }) {
     this.operations = names.map((name) => OPERATIONS[name]);
     const first = constants.length + parameters.length;
@@ -55,7 +55,7 @@ export class Poses {
     this.registers = new Float64Array(this.firstResult + this.program.length);
     this.registers.set(constants.map(Number));
     this.registers.set(parameters, constants.length);
-    // What depends on parameters alone is computed once.
+    // Operations on constants and parameters alone run once.
     this.run(0, prologue);
     this.numbers = new Float64Array(outputs.length);
   }
@@ -68,7 +68,7 @@ export class Poses {
     }
   }
 
-  /** All numbers at the state whose q and v come first in `state`; the array is used again. */
+  /** All numbers at the q and v that `state` begins with; the next call reuses the array. */
   at(state) {
     this.registers.set(state.subarray(0, this.firstResult - this.firstInput), this.firstInput);
     this.run(this.nPrologue, this.program.length);
@@ -80,7 +80,7 @@ export class Poses {
 }
 
 /** World position of a point of a body. */
-export function placed(numbers, body, x, y, z) {
+export function positionOf(numbers, body, x, y, z) {
   const at = NUMBERS * body;
   return [0, 1, 2].map((row) => {
     const first = at + 3 + 3 * row;
@@ -91,8 +91,8 @@ export function placed(numbers, body, x, y, z) {
 /** World velocity of a point of a body: that of the origin and ω × r. */
 export function velocityOf(numbers, body, x, y, z) {
   const at = NUMBERS * body;
-  const there = placed(numbers, body, x, y, z);
-  const [rx, ry, rz] = [0, 1, 2].map((i) => there[i] - numbers[at + i]);
+  const point = positionOf(numbers, body, x, y, z);
+  const [rx, ry, rz] = [0, 1, 2].map((i) => point[i] - numbers[at + i]);
   const [vx, vy, vz, wx, wy, wz] = numbers.subarray(at + 12, at + 18);
   return [vx + wy * rz - wz * ry, vy + wz * rx - wx * rz, vz + wx * ry - wy * rx];
 }

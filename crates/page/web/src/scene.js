@@ -1,10 +1,10 @@
-// The drawing: shapes on bodies, what is stretched between them, trails, arrows and names.
+// The drawing: shapes on bodies, springs, dampers and links, trails, arrows and names.
 
-import { placed, velocityOf } from './poses.js';
+import { positionOf, velocityOf } from './poses.js';
 
 const FONT = '13px system-ui, sans-serif';
 
-/** A colour `[r, g, b, opacity]`, each 0 to 255, as CSS has it. */
+/** A colour `[r, g, b, opacity]`, each 0 to 255, in CSS. */
 export function css([r, g, b, opacity], part = 1) {
   return `rgb(${r} ${g} ${b} / ${((opacity / 255) * part).toFixed(3)})`;
 }
@@ -15,12 +15,12 @@ export class Drawing {
     this.canvas = canvas;
     this.scene = scene;
     this.camera = camera;
-    // Joints come before points, which are often in the same place.
-    const of = (wanted) => scene.markers.filter(({ kind }) => kind === wanted);
-    this.named = [...of('joint'), ...of('point')];
+    // Joints come before points, which are often at the same position.
+    const ofKind = (name) => scene.markers.filter(({ kind }) => kind === name);
+    this.named = [...ofKind('joint'), ...ofKind('point')];
   }
 
-  /** Fits the canvas to its place on the page, in the pixels of the screen. */
+  /** Fits the canvas to its size on the page, in the pixels of the screen. */
   resize() {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     const ratio = globalThis.devicePixelRatio || 1;
@@ -45,10 +45,10 @@ export class Drawing {
     this.drawScale(theme);
   }
 
-  /** What draws shapes and spans, those in the back first: in the order of the scene, in space by depth. */
+  /** Functions that draw shapes and spans from back to front: in the scene's order, in space by depth. */
   ordered(numbers, theme) {
     const { planar, shapes, spans, pin } = this.scene;
-    const near = (body, x, y, z) => this.camera.project(placed(numbers, body, x, y, z))[2];
+    const near = (body, x, y, z) => this.camera.project(positionOf(numbers, body, x, y, z))[2];
     const depthOf = (shape) => {
       const line = shape.lines[0] ?? [];
       let sum = 0;
@@ -57,7 +57,7 @@ export class Drawing {
       }
       return line.length === 0 ? 0 : (3 * sum) / line.length;
     };
-    // Signs show before what they go through, and before the whole rod that they are on.
+    // Signs lie in front of their own middle, and of the whole rod that they are on.
     const own = new Map(planar ? [] : shapes.map((shape) => [shape, depthOf(shape)]));
     const rods = new Map();
     for (const [{ body, front, kind }, depth] of own) {
@@ -81,7 +81,7 @@ export class Drawing {
     return layers.map(([, draw]) => draw);
   }
 
-  /** Fills and strokes a path as its paint says. */
+  /** Fills and strokes the current path. */
   paint({ fill, stroke }, isArea) {
     const { context } = this;
     if (fill && isArea) {
@@ -104,7 +104,7 @@ export class Drawing {
     context.beginPath();
     for (const line of shape.lines) {
       for (let i = 0; i + 2 < line.length; i += 3) {
-        const at = placed(numbers, shape.body, line[i], line[i + 1], line[i + 2]);
+        const at = positionOf(numbers, shape.body, line[i], line[i + 1], line[i + 2]);
         const [x, y] = camera.project(at);
         if (i === 0) context.moveTo(x, y);
         else context.lineTo(x, y);
@@ -114,11 +114,11 @@ export class Drawing {
     this.paint(theme.paints[shape.role], shape.kind === 'region');
   }
 
-  /** A rod or ball: all that is within its radius of the line between its ends, as they are seen. */
+  /** Draws a rod or ball: all points within its radius of the line between its projected ends. */
   drawRod(shape, numbers, theme) {
     const { context, camera } = this;
     const [line] = shape.lines;
-    const end = (i) => camera.project(placed(numbers, shape.body, ...line.slice(i, i + 3)));
+    const end = (i) => camera.project(positionOf(numbers, shape.body, ...line.slice(i, i + 3)));
     const [[ax, ay], [bx, by]] = [end(0), end(3)];
     const radius = shape.radius * camera.scale;
     const angle = Math.atan2(by - ay, bx - ax);
@@ -129,18 +129,18 @@ export class Drawing {
     this.paint(theme.paints[shape.role], true);
   }
 
-  /** A spring, damper or link: its lines at the two lengths next to its own, and between them. */
+  /** Draws a spring, damper or link: interpolates its lines at the two lengths next to its own. */
   drawSpan(span, numbers, theme) {
     const { context, camera } = this;
-    const ends = span.ends.map(({ body, position }) => placed(numbers, body, ...position));
+    const ends = span.ends.map(({ body, position }) => positionOf(numbers, body, ...position));
     const along = ends[1].map((x, i) => x - ends[0][i]);
     const length = Math.hypot(...along);
     const axis = camera.direction(along);
     const [px, py] = camera.project(ends[0]);
-    // Metres along the span and across it, as seen.
+    // Pixels of a metre along the span and across it.
     const [ux, uy] = length > 0 ? [axis[0] / length, axis[1] / length] : [camera.scale, 0];
-    const seen = Math.hypot(ux, uy) || 1;
-    const [nx, ny] = [(uy / seen) * camera.scale, (-ux / seen) * camera.scale];
+    const pixels = Math.hypot(ux, uy) || 1;
+    const [nx, ny] = [(uy / pixels) * camera.scale, (-ux / pixels) * camera.scale];
     const [low, high] = span.range;
     const n = span.lines.length - 1;
     const part = high > low ? Math.min(1, Math.max(0, (length - low) / (high - low))) * n : 0;
@@ -158,7 +158,7 @@ export class Drawing {
     });
   }
 
-  /** A way through the world; what is still to come is fainter. */
+  /** Draws a path through the world; its future part is fainter. */
   drawTrail({ points, nPast, color }) {
     const { context, camera } = this;
     const line = (from, to, opacity) => {
@@ -175,7 +175,7 @@ export class Drawing {
     line(0, nPast, 0.9);
   }
 
-  /** An arrow from a point of the world along a vector of it, m. */
+  /** Draws an arrow: its tail and vector in the world, m. */
   drawArrow({ from, vector, color }) {
     const { context, camera } = this;
     const [x, y] = camera.project(from);
@@ -199,7 +199,7 @@ export class Drawing {
     context.fill();
   }
 
-  /** Names beside their points, where there is room; of points in one place, one has its name. */
+  /** Draws names next to their points, where they do not overlap; of coinciding points, one gets its name. */
   drawNames(numbers, theme) {
     const { context, camera } = this;
     context.font = FONT;
@@ -208,7 +208,7 @@ export class Drawing {
     context.fillStyle = css(theme.colors.text);
     const [taken, named] = [[], []];
     for (const { name, at } of this.named) {
-      const [px, py] = camera.project(placed(numbers, at.body, ...at.position));
+      const [px, py] = camera.project(positionOf(numbers, at.body, ...at.position));
       if (named.some(([x, y]) => Math.hypot(x - px, y - py) < 8)) continue;
       named.push([px, py]);
       const width = context.measureText(name).width;
@@ -217,20 +217,20 @@ export class Drawing {
         x + width < camera.size[0] - 4 &&
         taken.every(([a, b, w]) => x > a + w + 3 || a > x + width + 3 || Math.abs(y - b) > 15);
       const corners = [[10, -9], [10, 19], [-10 - width, -9], [-10 - width, 19]];
-      const place = corners.map(([dx, dy]) => [px + dx, py + dy]).find(isFree);
-      if (!place) continue;
-      taken.push([...place, width]);
-      context.strokeText(name, ...place);
-      context.fillText(name, ...place);
+      const corner = corners.map(([dx, dy]) => [px + dx, py + dy]).find(isFree);
+      if (!corner) continue;
+      taken.push([...corner, width]);
+      context.strokeText(name, ...corner);
+      context.fillText(name, ...corner);
     }
   }
 
-  /** How long something is: a bar of a round length. */
+  /** Draws a scale bar of a round length. */
   drawScale(theme) {
     const { context, camera } = this;
-    const wanted = 90 / camera.scale;
-    const power = 10 ** Math.floor(Math.log10(wanted));
-    const length = power * ([5, 2, 1].find((n) => n * power <= wanted) ?? 1);
+    const longest = 90 / camera.scale;
+    const power = 10 ** Math.floor(Math.log10(longest));
+    const length = power * ([5, 2, 1].find((n) => n * power <= longest) ?? 1);
     const pixels = length * camera.scale;
     const [x, y] = [14, camera.size[1] - 14];
     context.strokeStyle = css(theme.colors.faint);
@@ -254,12 +254,12 @@ function lengthText(metres) {
   return `${Number((metres * 1000).toPrecision(3))} mm`;
 }
 
-/** Points of the world that the whole scene goes through at one instant. */
+/** Outermost points of the scene in the world at one instant. */
 export function* outline(scene, numbers) {
   for (const shape of scene.shapes) {
     for (const line of shape.lines) {
       for (let i = 0; i + 2 < line.length; i += 3) {
-        const [x, y, z] = placed(numbers, shape.body, line[i], line[i + 1], line[i + 2]);
+        const [x, y, z] = positionOf(numbers, shape.body, line[i], line[i + 1], line[i + 2]);
         yield [x, y, z];
         for (const d of shape.radius > 0 ? [-shape.radius, shape.radius] : []) {
           yield* [[x + d, y, z], [x, y + d, z], [x, y, z + d]];
@@ -268,9 +268,9 @@ export function* outline(scene, numbers) {
     }
   }
   for (const { ends } of scene.spans) {
-    for (const { body, position } of ends) yield placed(numbers, body, ...position);
+    for (const { body, position } of ends) yield positionOf(numbers, body, ...position);
   }
-  for (const { at } of scene.markers) yield placed(numbers, at.body, ...at.position);
+  for (const { at } of scene.markers) yield positionOf(numbers, at.body, ...at.position);
 }
 
 /** Velocity of a marker. */
@@ -278,7 +278,7 @@ export function markerVelocity(numbers, { at }) {
   return velocityOf(numbers, at.body, ...at.position);
 }
 
-/** Place of a marker. */
-export function markerPlace(numbers, { at }) {
-  return placed(numbers, at.body, ...at.position);
+/** World position of a marker. */
+export function markerPosition(numbers, { at }) {
+  return positionOf(numbers, at.body, ...at.position);
 }

@@ -1,4 +1,4 @@
-//! Bodies: their outlines, or links, discs and sliders in their place.
+//! Bodies: their outlines, or else links, discs and sliders.
 
 use super::Sketch;
 use super::rail::{SLOT, Slider};
@@ -29,7 +29,7 @@ impl Sketch<'_> {
         shapes
     }
 
-    /// An outline with the slots in it; a slot that is not all in it is a line on top.
+    /// An outline with the slots in it; a slot that is partly outside is a line on top.
     fn outlined(&self, body: usize, outline: &[Vec<Point>]) -> Vec<Shape> {
         let mut rings = outline.to_vec();
         let mut lines = Vec::new();
@@ -46,7 +46,7 @@ impl Sketch<'_> {
         [vec![region], lines].concat()
     }
 
-    /// What joins the points of a body.
+    /// A link through the points of a body: a plate, a rod or a star, a disc for a single point.
     fn link(&self, body: usize) -> Vec<Shape> {
         let com = self.com(body);
         let mut points = self.attached[body].clone();
@@ -54,13 +54,10 @@ impl Sketch<'_> {
         for rail in self.rails_of(body) {
             points.extend(rail.covered().map(|position| rail.at(position)));
         }
-        let Some(&held) = points.first().or(com.as_ref()) else { return Vec::new() };
-        let is_one_place =
-            |points: &[[f64; 3]]| points.iter().all(|&p| distance3(p, held) < 0.5 * self.pin);
-        let is_bob = self.is_bob(body);
+        let Some(&first) = points.first().or(com.as_ref()) else { return Vec::new() };
         points.extend(com);
-        if is_one_place(&points) {
-            return if self.is_slider(body) { Vec::new() } else { vec![self.disc(body, held)] };
+        if points.iter().all(|&p| distance3(p, first) < 0.5 * self.pin) {
+            return if self.is_slider(body) { Vec::new() } else { vec![self.disc(body, first)] };
         }
         let is_slotted = self.rails_of(body).any(|rail| rail.slider.is_none());
         let ends = self.ends_in_line(&points).filter(|_| !self.is_planar() && !is_slotted);
@@ -69,7 +66,7 @@ impl Sketch<'_> {
             (None, Some(plane)) => vec![self.plate(body, &plane, &points)],
             (None, None) => self.star(body, &points),
         };
-        if let Some(com) = com.filter(|_| is_bob) {
+        if let Some(com) = com.filter(|_| self.is_bob(body)) {
             shapes.push(self.disc(body, com));
         }
         shapes
@@ -93,7 +90,7 @@ impl Sketch<'_> {
         Shape::region(body, self.role_of(body), plane, &rings)
     }
 
-    /// Rods from the middle of points that lie in no plane.
+    /// Rods from the centroid to points that lie in no plane.
     fn star(&self, body: usize, points: &[[f64; 3]]) -> Vec<Shape> {
         let n = points.len() as f64;
         let middle: [f64; 3] =
@@ -106,7 +103,7 @@ impl Sketch<'_> {
         Shape { body, role: self.role_of(body), form }
     }
 
-    /// The two of the points that all lie between, if they lie in a line.
+    /// The outermost two of the points, if all lie on a line.
     fn ends_in_line(&self, points: &[[f64; 3]]) -> Option<[[f64; 3]; 2]> {
         let farthest = |from: [f64; 3]| {
             let far = |p: &[f64; 3]| distance3(*p, from);
@@ -115,8 +112,8 @@ impl Sketch<'_> {
         let first = farthest(*points.first()?)?;
         let last = farthest(first)?;
         let along = unit3(sub3(last, first))?;
-        let beside = |p: &[f64; 3]| length3(cross3(along, sub3(*p, first)));
-        points.iter().all(|p| beside(p) < 0.1 * self.pin).then_some([first, last])
+        let off_line = |p: &[f64; 3]| length3(cross3(along, sub3(*p, first)));
+        points.iter().all(|p| off_line(p) < 0.1 * self.pin).then_some([first, last])
     }
 
     /// A disc, in space a ball.
@@ -137,7 +134,7 @@ impl Sketch<'_> {
             else {
                 continue;
             };
-            let [[a, b], [c, d]] = rail.room;
+            let [[a, b], [c, d]] = rail.extent;
             let role = self.role_of(body);
             if self.is_planar() {
                 let ring = vec![[a, c], [b, c], [b, d], [a, d]];
@@ -187,10 +184,10 @@ impl Sketch<'_> {
         };
         let far = farthest(&|p| distance3(p, origin))?;
         let u = unit3(sub3(far, origin)).unwrap_or([1.0, 0.0, 0.0]);
-        // Points in line leave a choice: the plane that a joint turns them in.
-        let beside = |p: [f64; 3]| length3(cross3(u, sub3(p, origin)));
-        let aside = farthest(&beside).filter(|&p| beside(p) > 0.1 * self.pin);
-        let normal = aside.map_or(self.axis_of(body), |p| cross3(u, sub3(p, origin)));
+        // Points on a line leave a choice: take the plane that a joint turns them in.
+        let off_line = |p: [f64; 3]| length3(cross3(u, sub3(p, origin)));
+        let third = farthest(&off_line).filter(|&p| off_line(p) > 0.1 * self.pin);
+        let normal = third.map_or(self.axis_of(body), |p| cross3(u, sub3(p, origin)));
         let plane = Plane { origin, u, v: across3(u, normal) };
         let normal = cross3(plane.u, plane.v);
         let is_flat = |p: &[f64; 3]| dot3(sub3(*p, origin), normal).abs() < self.pin;
@@ -220,6 +217,7 @@ impl Sketch<'_> {
             && moments.all(|&moment| self.numbers.value(moment) == 0.0)
     }
 
+    /// Positions of the named points of a body, in its frame.
     fn named_points(&self, body: usize) -> impl Iterator<Item = [f64; 3]> {
         let points = self.model().bodies[body].points.iter();
         points.map(|point| self.numbers.vector(&point.position))

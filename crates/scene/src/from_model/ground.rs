@@ -1,4 +1,4 @@
-//! What does not move: supports of pins, guides, walls; hatched, as ISO 3952 draws the frame.
+//! The ground: supports of pins, guides, walls; hatched, as ISO 3952 draws the frame.
 
 use std::f64::consts::FRAC_PI_4;
 
@@ -15,11 +15,11 @@ use crate::{Attached, Form, Role, Shape};
 const TRIANGLE: [f64; 2] = [4.0, 2.6];
 /// Half length of the line under it.
 const BASE: f64 = 4.0;
-/// Length and distance of the strokes of a hatching.
+/// Length and spacing of the strokes of a hatching.
 const STROKE: [f64; 2] = [1.9, 1.35];
 
 impl Sketch<'_> {
-    /// The ground: its outline, and a symbol wherever something is held by it.
+    /// The ground: its outline, and a symbol at each point that it holds.
     pub(super) fn ground(&self) -> Vec<Shape> {
         let mut shapes = Vec::new();
         let outline = self.numbers.outline(0);
@@ -29,15 +29,15 @@ impl Sketch<'_> {
         for rail in self.rails_of(0) {
             shapes.extend(self.guide(rail));
         }
-        let mut held: Vec<[f64; 3]> = Vec::new();
+        let mut marked: Vec<[f64; 3]> = Vec::new();
         for Held { at, symbol, up, size } in self.held_by_ground() {
-            // Symbols stand where nothing is drawn, and once.
+            // One symbol a point, and none where the outline already shows the ground.
             let is_drawn = outline.iter().any(|ring| is_within(at, ring, 2.0 * self.pin));
-            let is_known = held.iter().any(|&other| distance3(other, at) < 0.5 * self.pin);
-            if is_drawn || is_known {
+            let is_marked = marked.iter().any(|&other| distance3(other, at) < 0.5 * self.pin);
+            if is_drawn || is_marked {
                 continue;
             }
-            held.push(at);
+            marked.push(at);
             shapes.extend(match symbol {
                 _ if !self.is_planar() => self.pyramid(at),
                 Symbol::Support => self.support([at[0], at[1]], up, size),
@@ -48,7 +48,7 @@ impl Sketch<'_> {
         shapes
     }
 
-    /// Where the ground holds something.
+    /// Points where the ground holds a joint or a spring.
     fn held_by_ground(&self) -> Vec<Held> {
         let mut held = Vec::new();
         let mut hold = |anchors: [_; 2], symbol| {
@@ -57,9 +57,9 @@ impl Sketch<'_> {
                 if ground.body == 0 && other.body != 0 {
                     let up = match symbol {
                         Symbol::Support => self.free_side(ground, other),
-                        Symbol::Wall => self.mean_way(ground, other),
+                        Symbol::Wall => self.mean_direction(ground, other),
                     };
-                    // A support shows beyond the outline of what it bears.
+                    // A support is large enough to show beyond the outline of its body.
                     let edge = self.numbers.edge_distance(other).unwrap_or(0.0);
                     let size = (2.0 * edge / (TRIANGLE[0] * self.pin)).clamp(1.0, 4.0);
                     held.push(Held { at: ground.position, symbol, up, size });
@@ -82,8 +82,8 @@ impl Sketch<'_> {
         held
     }
 
-    /// Up or down: the side that a body held at `ground` is on more of the time; a support stands
-    /// on the other one.
+    /// Up or down: the side where a body held at `ground` is more of the time; a support stands on
+    /// the other one.
     pub(super) fn free_side(&self, ground: Attached, other: Attached) -> Point {
         // Its far end, or its centre of mass.
         let points = self.attached[other.body].iter().copied().chain(self.com(other.body));
@@ -91,7 +91,7 @@ impl Sketch<'_> {
         let end = points.max_by(|a, b| far(a).total_cmp(&far(b))).filter(|end| far(end) > self.pin);
         let Some(position) = end else { return [0.0, 1.0] };
         let (mut n_below, mut n_above) = (0, 0);
-        for [x, y, _] in self.numbers.ways(ground, Attached { body: other.body, position }) {
+        for [x, y, _] in self.numbers.vectors(ground, Attached { body: other.body, position }) {
             let [_, slope] = unit([x, y]);
             n_below += usize::from(slope < -0.7);
             n_above += usize::from(slope > 0.7);
@@ -99,10 +99,10 @@ impl Sketch<'_> {
         [0.0, if n_below > n_above { -1.0 } else { 1.0 }]
     }
 
-    /// From one point to another on average.
-    fn mean_way(&self, from: Attached, to: Attached) -> Point {
-        let ways = self.numbers.ways(from, to).map(|[x, y, _]| unit([x, y]));
-        let [x, y] = ways.fold([0.0; 2], add);
+    /// The mean direction from one point to another over the motion.
+    fn mean_direction(&self, from: Attached, to: Attached) -> Point {
+        let directions = self.numbers.vectors(from, to).map(|[x, y, _]| unit([x, y]));
+        let [x, y] = directions.fold([0.0; 2], add);
         if x.hypot(y) > 0.0 { unit([x, y]) } else { [0.0, 1.0] }
     }
 
@@ -118,7 +118,7 @@ impl Sketch<'_> {
         shapes
     }
 
-    /// The same in space: four legs on a plate.
+    /// The support in space: four legs on a plate.
     fn pyramid(&self, at: [f64; 3]) -> Vec<Shape> {
         let [height, half] = TRIANGLE.map(|x| x * self.pin);
         let plate = Plane { origin: along3(at, -height, [0.0, 0.0, 1.0]), ..Plane::XY };
@@ -156,7 +156,7 @@ impl Sketch<'_> {
         let [cos, sin] = direction(FRAC_PI_4);
         let stroke = scaled(-length, add(scaled(sin, left(along)), scaled(cos, along)));
         let whole = distance(from, to);
-        let n = whole_number(whole / step);
+        let n = n_strokes(whole / step);
         let mut shapes = vec![Shape::line(body, Role::Guide, plane, &[from, to])];
         for i in 0..n {
             let foot = add(from, scaled(whole * (i as f64 + 0.75) / n as f64, along));
@@ -169,7 +169,7 @@ impl Sketch<'_> {
     fn guide(&self, rail: &Rail) -> Vec<Shape> {
         let [from, to] = rail.covered();
         let (from, to) = (from - 1.5 * self.pin, to + 1.5 * self.pin);
-        let [_, [right, left]] = rail.room;
+        let [_, [right, left]] = rail.extent;
         let lines = [([from, right], [to, right]), ([to, left], [from, left])];
         let line = |(a, b): (Point, Point)| {
             if self.is_planar() {
@@ -181,7 +181,7 @@ impl Sketch<'_> {
         lines.into_iter().flat_map(line).collect()
     }
 
-    /// Blocks of the ground that something else slides through.
+    /// Blocks of the ground that the rails of other bodies slide through.
     fn sleeves(&self) -> Vec<Shape> {
         let mut shapes = Vec::new();
         let sliders = self.rails.iter().flatten().filter_map(|rail| rail.slider);
@@ -198,32 +198,32 @@ impl Sketch<'_> {
     }
 }
 
-/// A place where the ground holds something.
+/// A point of the ground that holds a joint or a spring.
 struct Held {
     at: [f64; 3],
     symbol: Symbol,
-    /// Unit vector to where it is, in the plane.
+    /// Unit vector towards the body that is held, in the plane.
     up: Point,
-    /// Against the usual size.
+    /// Factor on the usual size of the symbol.
     size: f64,
 }
 
-/// How the ground holds something.
+/// Symbol of a point that the ground holds.
 #[derive(Clone, Copy)]
 enum Symbol {
-    /// By a pin.
+    /// A triangle under a pin.
     Support,
-    /// Fast.
+    /// A wall that holds fast.
     Wall,
 }
 
-/// Strokes of a hatching: two at least.
+/// Number of strokes of a hatching: at least two.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "2 to 400")]
-fn whole_number(x: f64) -> usize {
+fn n_strokes(x: f64) -> usize {
     x.round().clamp(2.0, 400.0) as usize
 }
 
-/// Whether a point is in the box around a ring, or this near.
+/// Whether a point is within `margin` of the box around a ring.
 fn is_within(p: [f64; 3], ring: &[Point], margin: f64) -> bool {
     (0..2).all(|i| {
         let range = super::numbers::range(ring.iter().map(|q| q[i]));

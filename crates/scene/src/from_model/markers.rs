@@ -1,4 +1,4 @@
-//! What has a name.
+//! Markers: the points that have a name.
 
 use super::Sketch;
 use crate::{Attached, Marker, MarkerKind};

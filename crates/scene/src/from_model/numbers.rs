@@ -23,7 +23,7 @@ impl<'a> Numbers<'a> {
         Self { model, values: symbols.zip(parameters.iter().copied()).collect(), motion }
     }
 
-    /// What depends on time or motion is zero, and so is what is not finite.
+    /// The value of an expression; zero where it depends on time or motion, or is not finite.
     pub(super) fn value(&self, e: Expr) -> f64 {
         let known = |symbol| self.values.get(&symbol).copied();
         let value = self.model.pool.evaluate(e, &known).ok();
@@ -54,7 +54,7 @@ impl<'a> Numbers<'a> {
     }
 
     /// Smallest and largest position of a joint along its axis: over the motion if that is known,
-    /// else about where it starts, as far as `reach` to both sides.
+    /// else `reach` to both sides of its start.
     pub(super) fn travel(&self, joint: usize, reach: f64) -> [f64; 2] {
         let ends = &self.model.joints[joint];
         let (from, to) = (self.attached(ends.predecessor), self.attached(ends.successor));
@@ -71,7 +71,7 @@ impl<'a> Numbers<'a> {
         })
     }
 
-    /// Where a joint starts, as far as the model says it.
+    /// Position of a joint at the start if the model states it, else zero.
     fn start(&self, joint: usize) -> f64 {
         let is_its =
             |initial: &&Initial| initial.measure == Measure::JointPosition(JointId(joint), 0);
@@ -80,7 +80,7 @@ impl<'a> Numbers<'a> {
     }
 
     /// World vectors from one point to another at the instants of the motion.
-    pub(super) fn ways(&self, from: Attached, to: Attached) -> impl Iterator<Item = [f64; 3]> {
+    pub(super) fn vectors(&self, from: Attached, to: Attached) -> impl Iterator<Item = [f64; 3]> {
         self.motion.iter().filter_map(move |poses| {
             let p = poses.get(from.body)?.place(from.position);
             let q = poses.get(to.body)?.place(to.position);
@@ -88,7 +88,7 @@ impl<'a> Numbers<'a> {
         })
     }
 
-    /// Sizes of the stated positions of the start, m.
+    /// Magnitudes of the initial positions that the model states, m.
     pub(super) fn stated_lengths(&self) -> impl Iterator<Item = f64> {
         let is_length = |initial: &&Initial| {
             matches!(initial.measure, Measure::PointPosition(_, _, Axis::X | Axis::Y | Axis::Z))

@@ -1,9 +1,9 @@
-//! [`Rail`]: the straight way of a prismatic joint or of a pin in a slot.
+//! [`Rail`]: the straight path of a prismatic joint or of a pin in a slot.
 
 use bksim_model::{Joint, JointKind, Space};
 
 use super::numbers::{Numbers, range};
-use super::sizes::Sizes;
+use super::sizes::SymbolSizes;
 use crate::geometry::{Plane, Point, across3, cross3, direction, length3, sub3, unit3};
 
 /// Half length and half width of a slider without an outline, radii of a pin.
@@ -15,28 +15,28 @@ pub(super) const SLOT: f64 = 1.15;
 pub(super) struct Rail {
     /// The body that has it.
     pub(super) body: usize,
-    /// In the frame of that body: from where positions are counted, along it and across.
+    /// In the frame of that body: the zero of positions, axes along the rail and across.
     pub(super) plane: Plane,
     /// Smallest and largest position on it, m.
     pub(super) travel: [f64; 2],
-    /// What slides on it lies within these places along and across it, against its position, m.
-    pub(super) room: [[f64; 2]; 2],
+    /// Extent of the sliding part along the rail and across, relative to its position, m.
+    pub(super) extent: [[f64; 2]; 2],
     /// The body that slides, if it is more than a pin.
     pub(super) slider: Option<Slider>,
 }
 
-/// What slides on a rail.
+/// The body that slides on a rail.
 #[derive(Clone, Copy)]
 pub(super) struct Slider {
     pub(super) body: usize,
-    /// In the frame of that body: the joint's point, along the rail and across.
+    /// In the frame of that body: the joint's point, axes along the rail and across.
     pub(super) plane: Plane,
 }
 
-/// By joint.
+/// The rails of a model, by joint.
 pub(super) fn rails(
     numbers: &Numbers,
-    sizes: &Sizes,
+    sizes: &SymbolSizes,
     attached: &[Vec<[f64; 3]>],
 ) -> Vec<Option<Rail>> {
     let joints = numbers.model.joints.iter().enumerate();
@@ -45,7 +45,7 @@ pub(super) fn rails(
 
 fn rail(
     numbers: &Numbers,
-    sizes: &Sizes,
+    sizes: &SymbolSizes,
     attached: &[Vec<[f64; 3]>],
     joint_idx: usize,
     joint: &Joint,
@@ -55,6 +55,7 @@ fn rail(
         JointKind::PinInSlot => None,
         _ => return None,
     };
+    // The guide, on the first body; at first with room for a pin alone.
     let from = numbers.attached(joint.predecessor);
     let along = unit3(numbers.vector(&joint.axis)).unwrap_or([1.0, 0.0, 0.0]);
     let across = across3(along, [0.0, 0.0, 1.0]);
@@ -64,7 +65,7 @@ fn rail(
         body: from.body,
         plane: Plane { origin: from.position, u: along, v: across },
         travel,
-        room: [[-pin, pin]; 2],
+        extent: [[-pin, pin]; 2],
         slider: None,
     };
     if let Some(angle) = angle {
@@ -74,14 +75,15 @@ fn rail(
         let at = numbers.attached(joint.successor);
         let plane = Plane { origin: at.position, u: turned(along), v: turned(across) };
         rail.slider = Some(Slider { body: at.body, plane });
+
+        // Room for its outline; in space without one, for a box as wide as the points on its sides.
         let reach = if numbers.model.space == Space::Planar {
             0.0
         } else {
             let points = attached[at.body].iter().map(|&p| sub3(p, at.position));
             points.map(|p| length3(cross3(plane.u, p))).fold(0.0, f64::max)
         };
-        rail.room = outlined(numbers, at.body, &plane).unwrap_or_else(|| {
-            // In space, a box as wide as the points on its sides, where that can be.
+        rail.extent = outlined(numbers, at.body, &plane).unwrap_or_else(|| {
             let [long, wide] = BLOCK.map(|half| half * sizes.pin);
             let fit = if reach > 0.0 { (reach / wide).clamp(0.6, 2.0) } else { 1.0 };
             [long, wide].map(|half| [-fit * half, fit * half])
@@ -96,13 +98,13 @@ impl Rail {
         self.plane.lift([position, 0.0])
     }
 
-    /// The positions that anything on it ever covers.
+    /// Smallest and largest position that the sliding part covers over the motion.
     pub(super) fn covered(&self) -> [f64; 2] {
-        [self.travel[0] + self.room[0][0], self.travel[1] + self.room[0][1]]
+        [self.travel[0] + self.extent[0][0], self.travel[1] + self.extent[0][1]]
     }
 }
 
-/// How far an outline reaches along and across.
+/// Extent of a body's outline along the axes of a plane.
 fn outlined(numbers: &Numbers, body: usize, plane: &Plane) -> Option<[[f64; 2]; 2]> {
     let rings = numbers.outline(body);
     let feet: Vec<Point> = rings.iter().flatten().map(|&[x, y]| plane.foot([x, y, 0.0])).collect();

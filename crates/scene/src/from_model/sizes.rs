@@ -1,4 +1,4 @@
-//! How large symbols are: a share of the mechanism's own lengths.
+//! [`SymbolSizes`]: symbols in proportion to the mechanism's own lengths.
 
 use bksim_model::JointKind;
 
@@ -7,34 +7,34 @@ use super::numbers::Numbers;
 /// Radius of a pin against the length of a link.
 const PIN: f64 = 0.03;
 
-/// Measures of all symbols.
-pub(super) struct Sizes {
+/// Lengths that the sizes of all symbols follow from.
+pub(super) struct SymbolSizes {
     /// Length of a typical link, m.
     pub(super) length: f64,
     /// Radius of a pin, m.
     pub(super) pin: f64,
 }
 
-impl Sizes {
-    /// From the points that something is attached to, by body, the ground first.
+impl SymbolSizes {
+    /// The sizes for a model with `attached` points of joints and loads, by body, the ground first.
     pub(super) fn of(numbers: &Numbers, attached: &[Vec<[f64; 3]>]) -> Self {
         let length = typical_length(numbers, attached);
-        // In an outline, a pin fills a part of the room around it.
+        // In an outline, a pin takes a part of the space around it.
         let edges = edge_distances(numbers).into_iter();
         let pin = match median(edges.filter(|&d| d > 0.2 * PIN * length)) {
-            Some(room) => (PIN * length).max((0.35 * room).min(2.0 * PIN * length)).min(0.6 * room),
+            Some(edge) => (PIN * length).max((0.35 * edge).min(2.0 * PIN * length)).min(0.6 * edge),
             None => PIN * length,
         };
         Self { length, pin }
     }
 }
 
+/// Whether a length is positive, and products of such lengths are finite.
 fn is_length(length: f64) -> bool {
-    // So that products of lengths are numbers.
     (1e-100..1e100).contains(&length)
 }
 
-/// Median of the lengths of links; without links, of whatever has a length.
+/// Median of the lengths of links; without links, of the next quantity of the model with a length.
 fn typical_length(numbers: &Numbers, attached: &[Vec<[f64; 3]>]) -> f64 {
     let bodies = &numbers.model.bodies;
     let links = attached.iter().skip(1).map(|points| extent(points));

@@ -6,7 +6,7 @@ use super::Sketch;
 use crate::{Span, SpanKind};
 
 impl Sketch<'_> {
-    /// What is stretched between two bodies.
+    /// The springs, dampers and links between two bodies.
     pub(super) fn spans(&self) -> Vec<Span> {
         let mut spans = Vec::new();
         let mut span = |name: &str, ends: [Anchor; 2], kind| {
@@ -32,10 +32,10 @@ impl Sketch<'_> {
         spans
     }
 
-    /// Distance of two points at the start; a few pins when it is not known.
+    /// Distance of two points at the start; 15 pin radii when the motion is not known.
     fn first_distance(&self, ends: [Anchor; 2]) -> f64 {
         let [a, b] = ends.map(|anchor| self.numbers.attached(anchor));
-        let first = self.numbers.ways(a, b).next().map(|[x, y, z]| x.hypot(y).hypot(z));
+        let first = self.numbers.vectors(a, b).next().map(|[x, y, z]| x.hypot(y).hypot(z));
         first.unwrap_or(15.0 * self.pin)
     }
 }

@@ -10,9 +10,9 @@ use crate::geometry::{Plane, Point, add, direction, left, length, scaled, sub3, 
 
 /// Where the line of a stop begins and ends, from the joint that it limits, radii of a pin.
 const REACH: [f64; 2] = [4.5, 9.5];
-/// Half width of what hits it.
+/// Half width of the link that hits it.
 const LINK: f64 = 1.8;
-/// How far the line of a stop reaches beyond what hits it.
+/// Overhang of the line of a stop over the slider that hits it.
 const BEYOND: f64 = 0.8;
 
 impl Sketch<'_> {
@@ -24,7 +24,7 @@ impl Sketch<'_> {
                 continue;
             };
             let joint = &self.model().joints[joint_id.0];
-            // Upwards the motion ends at the largest position.
+            // The side of each limit where the motion ends.
             for (limit, sign) in [(min, -1.0), (max, 1.0)] {
                 let Some(limit) = limit.map(|limit| self.numbers.value(limit)) else { continue };
                 shapes.extend(match &self.rails[joint_id.0] {
@@ -37,9 +37,9 @@ impl Sketch<'_> {
         shapes
     }
 
-    /// Across a rail, where what slides on it ends.
+    /// A line across a rail, at the edge of the slider in its limit position.
     fn rail_stop(&self, rail: &Rail, limit: f64, sign: f64) -> Vec<Shape> {
-        let [[low, high], [right, left]] = rail.room;
+        let [[low, high], [right, left]] = rail.extent;
         let x = limit + if sign > 0.0 { high } else { low };
         let beyond = BEYOND * self.pin;
         let ends = [[x, right - beyond], [x, left + beyond]];
@@ -47,17 +47,17 @@ impl Sketch<'_> {
         self.hatched_on(rail.body, &rail.plane, from, to)
     }
 
-    /// Beside the second body of a joint when it is turned so far.
+    /// A line along the edge of the second body of a joint, turned to its limit angle.
     fn turn_stop(&self, joint: &Joint, limit: f64, sign: f64) -> Vec<Shape> {
         let (at, plane) = self.holder(joint);
         let other = self.numbers.attached(joint.successor);
         // Its far end, or its centre of mass; planes of a joint lie alike in both its bodies.
         let points = self.attached[other.body].iter().copied().chain(self.com(other.body));
-        let ways = points
+        let arms = points
             .map(|p| sub3(p, other.position))
-            .map(|way| Plane { origin: [0.0; 3], ..plane }.foot(way));
-        let far = ways.max_by(|a, b| length(*a).total_cmp(&length(*b)));
-        let far = far.filter(|way| length(*way) > self.pin).unwrap_or([1.0, 0.0]);
+            .map(|arm| Plane { origin: [0.0; 3], ..plane }.foot(arm));
+        let far = arms.max_by(|a, b| length(*a).total_cmp(&length(*b)));
+        let far = far.filter(|arm| length(*arm) > self.pin).unwrap_or([1.0, 0.0]);
         let turned = |[x, y]: Point, [cos, sin]: Point| [cos * x - sin * y, sin * x + cos * y];
         let along = unit(turned(far, direction(limit)));
         let aside = scaled(sign * LINK * self.pin, left(along));

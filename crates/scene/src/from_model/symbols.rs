@@ -12,19 +12,19 @@ use crate::{Attached, Form, Role, Shape};
 
 /// Radius of the sign of a centre of mass, radii of a pin.
 const MASS: f64 = 1.0;
-/// Half width of the square that joins bodies for good.
+/// Half width of the square of a weld.
 const WELD: f64 = 0.95;
-/// Radius of the eye at the end of a spring.
+/// Radius of the eyelet at the end of a spring.
 const EYE: f64 = 0.6;
 /// Inner and outer radius of a torsion spring.
 const SPIRAL: [f64; 2] = [1.6, 4.2];
-/// Its turns.
+/// Number of its turns.
 const TURNS: f64 = 1.75;
 /// Half length of a pin in space.
 const PIN_LENGTH: f64 = 1.8;
 
 impl Sketch<'_> {
-    /// The pins of joints that turn.
+    /// The pins of joints that turn, and the eyelets of springs.
     pub(super) fn pins(&self) -> Vec<Shape> {
         let mut shapes = Vec::new();
         for joint in &self.model().joints {
@@ -42,7 +42,8 @@ impl Sketch<'_> {
         shapes
     }
 
-    /// Small circles where springs and dampers are held by bodies that move, unless a pin is there.
+    /// Small circles where springs and dampers are attached to moving bodies, unless a pin is
+    /// there.
     fn eyes(&self) -> Vec<Shape> {
         let model = self.model();
         let joints = model.joints.iter().flat_map(|joint| [joint.predecessor, joint.successor]);
@@ -59,7 +60,7 @@ impl Sketch<'_> {
         shapes
     }
 
-    /// A circle; in space, a short rod along the axis that it turns about.
+    /// A circle; in space, a short rod along the axis of rotation.
     fn pin(&self, joint: &Joint, at: Attached) -> Shape {
         if self.is_planar() || joint.kind != JointKind::Revolute {
             return self.round(at, Role::Pin, self.pin);
@@ -83,12 +84,12 @@ impl Sketch<'_> {
         Shape::region(at.body, role, &plane, &[circle([0.0; 2], radius)])
     }
 
-    /// Solid where a pin is open: bodies that move as one.
+    /// Welds between moving bodies: solid, where pins are open.
     pub(super) fn welds(&self) -> Vec<Shape> {
         let mut shapes = Vec::new();
         for joint in &self.model().joints {
             let ends = [joint.predecessor, joint.successor].map(|a| self.numbers.attached(a));
-            // What the ground holds fast has a wall.
+            // A weld to the ground has a wall.
             let is_weld = matches!(joint.kind, JointKind::Weld { .. });
             if !is_weld || ends.iter().any(|end| end.body == 0) {
                 continue;
@@ -130,7 +131,7 @@ impl Sketch<'_> {
             let Some(com) = self.com(body) else { continue };
             let attached = &self.attached[body];
             let is_hidden = attached.iter().any(|&p| distance3(p, com) < 2.0 * self.pin);
-            // A bob says as much.
+            // A bob shows its centre of mass already.
             if is_hidden || self.is_bob(body) {
                 continue;
             }
@@ -143,7 +144,7 @@ impl Sketch<'_> {
                 ring.push([0.0; 2]);
                 ring
             };
-            // Beside each other, so that no order of painting hides one.
+            // Quarters without overlap, so that no order of painting hides one.
             for (role, first) in [(Role::MassLight, FRAC_PI_2), (Role::MassDark, 0.0)] {
                 let rings = [quarter(first), quarter(first + PI)];
                 shapes.push(Shape::region(body, role, &plane, &rings));
@@ -152,12 +153,12 @@ impl Sketch<'_> {
         shapes
     }
 
-    /// Spirals around joints that a spring turns back.
+    /// Spirals around joints with a torsion spring.
     pub(super) fn torsion_springs(&self) -> Vec<Shape> {
         let mut shapes = Vec::new();
         for load in &self.model().loads {
             let LoadKind::Torsion { joint, stiffness, .. } = load.kind else { continue };
-            // A stiffness of zero is a damper in the bearing: nothing to see.
+            // A stiffness of zero is a damper in the bearing: it has no symbol.
             if self.model().pool.is_zero(stiffness) {
                 continue;
             }

@@ -1,4 +1,4 @@
-//! What turns or pushes: arrows about joints, as textbooks draw a driven crank and a torque.
+//! Drives and torques: arrows about joints, as textbooks draw a driven crank and a torque.
 //!
 //! An arrow points to where the angle or position grows, whatever the sign of its value.
 
@@ -10,7 +10,7 @@ use super::Sketch;
 use crate::geometry::{Plane, Point, add, arc, circle, direction, left, scaled, unit3};
 use crate::{Attached, Form, Role, Shape};
 
-/// Radius of the arrow about a joint that is driven, radii of a pin: outside of a torsion spring.
+/// Radius of the arrow about a driven joint, radii of a pin: outside of a torsion spring.
 const DRIVE: f64 = 5.2;
 /// Radius of the arrow of a torque.
 const TORQUE: f64 = 6.6;
@@ -22,7 +22,7 @@ const HEAD: [f64; 2] = [1.9, 0.85];
 const HALF_TURN: f64 = 0.36 * PI;
 
 impl Sketch<'_> {
-    /// The signs of what is driven.
+    /// The signs of drives.
     pub(super) fn drives(&self) -> Vec<Shape> {
         let mut shapes = Vec::new();
         for drive in &self.model().drives {
@@ -59,13 +59,13 @@ impl Sketch<'_> {
         shapes
     }
 
-    /// The plane across the axis of a joint, on its first body.
+    /// The first body of a joint, and the plane across the joint's axis there.
     pub(super) fn holder(&self, joint: &Joint) -> (Attached, Plane) {
         let at = self.numbers.attached(joint.predecessor);
         (at, self.turning_plane(joint, at))
     }
 
-    /// The joint that one body turns by against another.
+    /// The revolute joint between two bodies, if there is one.
     fn joint_between(&self, from: BodyId, on: BodyId) -> Option<&Joint> {
         self.model().joints.iter().find(|joint| {
             let ends = [joint.predecessor.body, joint.successor.body];
@@ -73,7 +73,7 @@ impl Sketch<'_> {
         })
     }
 
-    /// The angle at which no support stands.
+    /// The angle of the side on which no support stands.
     fn open_side(&self, joint: &Joint) -> f64 {
         let [at, other] =
             [joint.predecessor, joint.successor].map(|anchor| self.numbers.attached(anchor));
@@ -84,24 +84,24 @@ impl Sketch<'_> {
         up.signum() * FRAC_PI_2
     }
 
-    /// An arrow about the origin of a plane, to the left, `side` being the angle of its middle.
+    /// An arrow anticlockwise about the origin of a plane, `side` being the angle of its middle.
     fn turned(&self, body: usize, role: Role, plane: &Plane, radius: f64, side: f64) -> Vec<Shape> {
         let radius = radius * self.pin;
-        let way = arc([0.0; 2], radius, side - HALF_TURN, side + HALF_TURN);
+        let shaft = arc([0.0; 2], radius, side - HALF_TURN, side + HALF_TURN);
         // The head lies along the arc's chord over its length.
         let end = side + HALF_TURN;
         let along = left(direction(end + 0.5 * HEAD[0] * self.pin / radius));
         let foot = scaled(radius, direction(end));
-        vec![Shape::line(body, role, plane, &way), self.head(body, role, plane, foot, along)]
+        vec![Shape::line(body, role, plane, &shaft), self.head(body, role, plane, foot, along)]
     }
 
-    /// An arrow along a rail, beside what is driven on it.
+    /// An arrow along a rail, next to the slider that is driven on it.
     fn pushed(&self, joint: JointId) -> Vec<Shape> {
         let rail = self.rails[joint.0].as_ref();
         let Some((rail, slider)) = rail.and_then(|rail| Some((rail, rail.slider?))) else {
             return Vec::new();
         };
-        let [_, [_, top]] = rail.room;
+        let [_, [_, top]] = rail.extent;
         // Clear of the hatching of a guide.
         let height = top + 3.2 * self.pin;
         let [from, to] = [-2.6, 1.6].map(|x| [x * self.pin, height]);

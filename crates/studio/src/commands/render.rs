@@ -6,7 +6,7 @@ mod write;
 use std::path::Path;
 use std::time::Instant;
 
-use bksim_view::render::{Format, Order, RenderError, Rendering};
+use bksim_view::render::{Format, RenderError, Rendering, Request};
 use bksim_view::show::ShowOptions;
 use serde_json::{Value, json};
 
@@ -58,7 +58,7 @@ pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status
 }
 
 /// What the command line asks for.
-fn order(args: &Render) -> Result<Order, Failure> {
+fn order(args: &Render) -> Result<Request, Failure> {
     let has = |kind| args.arrows.contains(&kind);
     let options = ShowOptions {
         labels: args.labels,
@@ -69,7 +69,7 @@ fn order(args: &Render) -> Result<Order, Failure> {
         ghosts: usize::from(args.ghosts),
         ..ShowOptions::default()
     };
-    Ok(Order {
+    Ok(Request {
         format: format(&args.output)?,
         at: args.at,
         from: args.from,

@@ -1,4 +1,4 @@
-//! PNG: one picture, or a film that loses nothing.
+//! PNG: one picture, or a film, without loss.
 
 use std::io::Write;
 
@@ -50,7 +50,7 @@ fn encoder<'a, W: Write>(out: W, [width, height]: [u32; 2]) -> png::Encoder<'a, 
     encoder
 }
 
-/// Seconds of a frame as a fraction.
+/// Duration of a frame in seconds, as a fraction.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within its range")]
 fn delay(fps: f64) -> (u16, u16) {
     if fps.fract() == 0.0 && fps <= f64::from(u16::MAX) {

@@ -1,4 +1,4 @@
-//! GIF: 255 colours, and of every frame only the part that changes.
+//! GIF: 255 colours, and of each frame only the part that changes.
 
 use std::borrow::Cow;
 use std::io::Write;
@@ -8,7 +8,7 @@ use gif::{DisposalMethod, Encoder, Frame, Repeat};
 use super::{FilmError, Palette};
 use crate::offscreen::Image;
 
-/// A film as GIF, played again and again.
+/// A film as GIF, played in a loop.
 pub(super) struct Gif<W: Write> {
     encoder: Encoder<W>,
     palette: Palette,
@@ -16,7 +16,7 @@ pub(super) struct Gif<W: Write> {
     width: usize,
     /// Frames so far.
     n: usize,
-    /// The frame that waits for its successor, as places of the palette.
+    /// The last frame, as indices into the palette.
     last: Vec<u8>,
 }
 
@@ -35,25 +35,26 @@ impl<W: Write> Gif<W> {
     }
 
     pub(super) fn add(&mut self, image: &Image) -> Result<(), FilmError> {
-        let places = self.palette.places(image);
-        // What shows through cannot be painted over: such frames are whole and wiped away.
-        let is_clear = |places: &[u8]| places.contains(&Palette::TRANSPARENT);
-        let is_whole = self.last.is_empty() || is_clear(&places) || is_clear(&self.last);
+        let indices = self.palette.indices(image);
+        // Transparent pixels cannot replace opaque ones: such frames are whole and cleared
+        // afterwards.
+        let is_clear = |indices: &[u8]| indices.contains(&Palette::TRANSPARENT);
+        let is_whole = self.last.is_empty() || is_clear(&indices) || is_clear(&self.last);
         let [left, top, right, bottom] = if is_whole {
-            [0, 0, self.width, places.len() / self.width]
+            [0, 0, self.width, indices.len() / self.width]
         } else {
-            changed(&self.last, &places, self.width)
+            changed(&self.last, &indices, self.width)
         };
         let mut buffer = Vec::with_capacity((right - left) * (bottom - top));
         for row in top..bottom {
             for at in row * self.width + left..row * self.width + right {
-                let is_kept = !is_whole && self.last[at] == places[at];
-                buffer.push(if is_kept { Palette::TRANSPARENT } else { places[at] });
+                let is_kept = !is_whole && self.last[at] == indices[at];
+                buffer.push(if is_kept { Palette::TRANSPARENT } else { indices[at] });
             }
         }
         let dispose =
-            if is_clear(&places) { DisposalMethod::Background } else { DisposalMethod::Keep };
-        let small = |n: usize| u16::try_from(n).unwrap_or(u16::MAX);
+            if is_clear(&indices) { DisposalMethod::Background } else { DisposalMethod::Keep };
+        let small = |n: usize| u16::try_from(n).expect("sides of the film fit into 16 bits");
         let frame = Frame {
             delay: self.delay(),
             dispose,
@@ -66,11 +67,11 @@ impl<W: Write> Gif<W> {
             ..Frame::default()
         };
         self.encoder.write_frame(&frame)?;
-        (self.last, self.n) = (places, self.n + 1);
+        (self.last, self.n) = (indices, self.n + 1);
         Ok(())
     }
 
-    /// Hundredths of a second of the next frame; roundings do not add up.
+    /// Duration of the next frame, hundredths of a second; rounding errors do not add up.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
     fn delay(&self) -> u16 {
         let end = |n: usize| (100.0 * n as f64 / self.fps).round();

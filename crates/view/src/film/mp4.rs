@@ -22,11 +22,12 @@ pub(super) struct Mp4<W: Write> {
     n: usize,
 }
 
-/// Fine lines stay clean up to this quantisation.
+/// Coarsest quantisation, at which fine lines are still clean.
 const COARSEST: u8 = 24;
+/// Finest quantisation.
 const FINEST: u8 = 10;
 
-/// Bits a second for a pixel and frame, as an upper bound: still parts need none.
+/// Upper bound of the bits for a pixel of a frame; parts at rest need none.
 const BITS_PER_PIXEL: f64 = 0.2;
 
 impl<W: Write> Mp4<W> {
@@ -45,12 +46,13 @@ impl<W: Write> Mp4<W> {
             .rate_control_mode(RateControlMode::Off)
             .usage_type(UsageType::ScreenContentRealTime)
             .skip_frames(false)
-            // Neither is there for pictures of screens; asked for, it warns on stderr.
+            // Neither exists for pictures of screens: requesting them makes the encoder warn on
+            // stderr.
             .adaptive_quantization(false)
             .background_detection(false)
             .qp(QpRange::new(FINEST, COARSEST))
             .num_threads(1)
-            // Seeking lands within two seconds.
+            // A key frame every two seconds, for seeking.
             .intra_frame_period(IntraFramePeriod::from_num_frames(two_seconds))
             // The conversion below is that of BT.601.
             .vui(VuiConfig::bt709().matrix_coefficients(MatrixCoefficients::Smpte170M));

@@ -1,9 +1,9 @@
-//! [`Palette`]: the 255 colours that suit some pictures best.
+//! [`Palette`]: the best 255 colours for some pictures.
 //!
 //! Pictures of mechanisms have a few flat colours and their mixtures at edges. So the colours that
-//! fill most pixels are kept as they are, and the others are gathered by median cut: the box of colours
-//! that spreads widest is halved where half of its pixels lie (P. Heckbert, *Color image quantization
-//! for frame buffer display*, SIGGRAPH 1982).
+//! fill most pixels are kept as they are, and the others are gathered by median cut: the box of
+//! colours that spreads widest is halved at the median of its pixels (P. Heckbert, *Color image
+//! quantization for frame buffer display*, SIGGRAPH 1982).
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -12,22 +12,22 @@ use crate::offscreen::Image;
 /// Red, green, blue.
 type Rgb = [u8; 3];
 
-/// Colours of a palette; the last of 256 places is for what is transparent.
+/// Number of colours of a palette; the last of 256 entries is transparent.
 const N_COLORS: usize = 255;
 
-/// Of these, those that are kept as they are.
+/// Number of the most frequent colours, which are kept as they are.
 const N_KEPT: usize = 32;
 
-/// How many pixels of some pictures have which colour.
+/// Numbers of pixels of each colour in some pictures.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Colors {
     counts: BTreeMap<Rgb, u64>,
 }
 
 impl Colors {
-    /// Counts the pixels of another picture, apart from those that are more than half transparent.
+    /// Counts the pixels of another picture, except those that are more than half transparent.
     pub fn add(&mut self, image: &Image) {
-        // Most pixels are as those before them.
+        // Most pixels repeat the one before.
         let pixels: &[[u8; 4]] = image.rgba.as_chunks().0;
         for run in pixels.chunk_by(|a, b| a == b) {
             let [r, g, b, a] = run[0];
@@ -42,15 +42,15 @@ impl Colors {
 #[derive(Clone, Debug, Default)]
 pub struct Palette {
     colors: Vec<Rgb>,
-    /// Places of colours that were looked up.
+    /// Indices of colours that were looked up.
     known: HashMap<Rgb, u8>,
 }
 
 impl Palette {
-    /// The place of what is transparent.
+    /// The index of transparent pixels.
     pub const TRANSPARENT: u8 = 255;
 
-    /// The best colours for pictures that have these.
+    /// The best palette for pictures with these colours.
     pub fn of(colors: Colors) -> Self {
         let counts = colors.counts;
         let mut counts: Vec<(Rgb, u64)> = counts.into_iter().collect();
@@ -69,25 +69,25 @@ impl Palette {
         Self { colors, known: HashMap::new() }
     }
 
-    /// Red, green and blue of all colours, then black for what is transparent.
+    /// Red, green and blue of all colours, then black for the transparent entry.
     pub fn bytes(&self) -> Vec<u8> {
         let mut all = self.colors.clone();
         all.resize(N_COLORS + 1, [0; 3]);
         all.into_flattened()
     }
 
-    /// The places of all pixels of a picture.
-    pub fn places(&mut self, image: &Image) -> Vec<u8> {
+    /// The palette indices of all pixels of a picture.
+    pub fn indices(&mut self, image: &Image) -> Vec<u8> {
         let pixels: &[[u8; 4]] = image.rgba.as_chunks().0;
-        let mut places = Vec::with_capacity(pixels.len());
+        let mut indices = Vec::with_capacity(pixels.len());
         for run in pixels.chunk_by(|a, b| a == b) {
-            places.resize(places.len() + run.len(), self.place(run[0]));
+            indices.resize(indices.len() + run.len(), self.index(run[0]));
         }
-        places
+        indices
     }
 
-    /// The place of the nearest colour; of what is more than half transparent, the last.
-    fn place(&mut self, [r, g, b, a]: [u8; 4]) -> u8 {
+    /// The index of the nearest colour; the last for a pixel that is more than half transparent.
+    fn index(&mut self, [r, g, b, a]: [u8; 4]) -> u8 {
         if a < 128 {
             return Self::TRANSPARENT;
         }
@@ -98,26 +98,23 @@ impl Palette {
 
 fn nearest(colors: &[Rgb], color: Rgb) -> u8 {
     let distance = |other: &Rgb| -> u32 {
-        // Green counts most to the eye, blue least.
+        // The eye is most sensitive to green, least to blue.
         let weighted =
             |i: usize, weight: u32| weight * u32::from(other[i].abs_diff(color[i])).pow(2);
         weighted(0, 3) + weighted(1, 6) + weighted(2, 1)
     };
-    let best = colors.iter().enumerate().min_by_key(|(_, other)| distance(other));
-    best.map_or(0, |(place, _)| u8::try_from(place).unwrap_or(0))
+    let best = colors.iter().zip(0_u8..).min_by_key(|(other, _)| distance(other));
+    best.map(|(_, idx)| idx).expect("a palette has at least one colour")
 }
 
-/// Gathers colours in at most `n` boxes and takes the mean of each.
+/// Gathers colours in at most `n` boxes; returns the mean of each.
 fn median_cut(colors: Vec<(Rgb, u64)>, n: usize) -> Vec<Rgb> {
     let mut boxes = vec![colors];
     while boxes.len() < n {
         let spread = |colors: &Vec<(Rgb, u64)>| widest(colors).1;
-        let Some((place, _)) =
-            boxes.iter().enumerate().filter(|(_, b)| b.len() > 1).max_by_key(|(_, b)| spread(b))
-        else {
-            break;
-        };
-        let mut whole = boxes.swap_remove(place);
+        let divisible = boxes.iter().enumerate().filter(|(_, b)| b.len() > 1);
+        let Some((idx, _)) = divisible.max_by_key(|(_, b)| spread(b)) else { break };
+        let mut whole = boxes.swap_remove(idx);
         let (axis, _) = widest(&whole);
         whole.sort_by_key(|&(color, _)| (color[axis], color));
         let total: u64 = whole.iter().map(|(_, count)| count).sum();
@@ -133,20 +130,22 @@ fn median_cut(colors: Vec<(Rgb, u64)>, n: usize) -> Vec<Rgb> {
     boxes.iter().filter(|colors| !colors.is_empty()).map(|colors| mean(colors)).collect()
 }
 
-/// The channel along which colours spread widest, and how wide.
+/// The channel with the widest range of values, and that range.
 fn widest(colors: &[(Rgb, u64)]) -> (usize, u8) {
     let range = |axis: usize| {
-        let of = || colors.iter().map(|(color, _)| color[axis]);
-        of().max().unwrap_or(0) - of().min().unwrap_or(0)
+        let values = || colors.iter().map(|(color, _)| color[axis]);
+        let ends = values().max().zip(values().min());
+        ends.map_or(0, |(high, low)| high - low)
     };
-    (0..3).map(|axis| (axis, range(axis))).max_by_key(|&(_, range)| range).unwrap_or((0, 0))
+    let ranges = (0..3).map(|axis| (axis, range(axis)));
+    ranges.max_by_key(|&(_, range)| range).expect("there are three channels")
 }
 
 fn mean(colors: &[(Rgb, u64)]) -> Rgb {
     let total: u64 = colors.iter().map(|(_, count)| count).sum();
     std::array::from_fn(|axis| {
         let sum: u64 = colors.iter().map(|(color, count)| u64::from(color[axis]) * count).sum();
-        u8::try_from((sum + total / 2) / total.max(1)).unwrap_or(u8::MAX)
+        u8::try_from((sum + total / 2) / total.max(1)).expect("a mean of bytes is a byte")
     })
 }
 
@@ -167,10 +166,10 @@ mod tests {
         let mut palette = palette(&colors);
         let bytes = palette.bytes();
         for color in &colors[..2] {
-            let place = 3 * usize::from(palette.place(*color));
-            assert_eq!(bytes[place..place + 3], color[..3]);
+            let first = 3 * usize::from(palette.index(*color));
+            assert_eq!(bytes[first..first + 3], color[..3]);
         }
-        assert_eq!(palette.place(colors[2]), Palette::TRANSPARENT);
+        assert_eq!(palette.index(colors[2]), Palette::TRANSPARENT);
     }
 
     #[test]
@@ -184,11 +183,11 @@ mod tests {
         let bytes = palette.bytes();
         let mut worst = 0;
         for color in colors {
-            let place = 3 * usize::from(palette.place(color));
-            let off = (0..3).map(|i| bytes[place + i].abs_diff(color[i])).max().unwrap_or(0);
-            worst = worst.max(off);
+            let first = 3 * usize::from(palette.index(color));
+            let off = (0..3).map(|i| bytes[first + i].abs_diff(color[i])).max();
+            worst = worst.max(off.expect("three channels"));
         }
-        // 255 places for 6000 colours spread over the whole cube.
+        // 255 entries for 6000 colours spread over the whole cube.
         assert!(worst > 0 && worst < 64, "off by up to {worst}");
     }
 }

@@ -1,4 +1,4 @@
-//! [`Stage`]: a show before a camera that stands still, shot instant by instant.
+//! [`Stage`]: a show before a camera at rest, shot instant by instant.
 
 use bksim::sim::run::Unreplayed;
 use bksim_scene::{Camera, Color, Extras, Picture, Theme, picture};
@@ -8,32 +8,32 @@ use crate::offscreen::{Canvas, CanvasError, Image};
 use crate::renderer::{Counts, Frame};
 use crate::show::Show;
 
-/// Part of the picture that stays free on every side.
+/// Margin on every side, as a fraction of the picture.
 const MARGIN: f64 = 0.07;
 
-/// The same with arrows or names, which stick out.
+/// Margin with arrows or names, which extend beyond the mechanism.
 const WIDE_MARGIN: f64 = 0.12;
 
-/// Frames of a film that its palette is made of.
+/// Number of frames of a film that its palette is made from.
 const PALETTE_FRAMES: usize = 12;
 
 /// Usual direction of view of a spatial mechanism: azimuth and elevation, degrees.
 const USUAL_VIEW: [f64; 2] = [35.0, 25.0];
 
-/// A show, and how it is shot.
+/// A show with the camera and the colours it is shot in.
 #[derive(Debug)]
 pub struct Stage {
-    /// What is shown.
+    /// The run and its additions.
     pub show: Show,
-    /// From where: fitted over the whole motion.
+    /// The camera, fitted to the whole motion.
     pub camera: Camera,
     /// The colours.
     pub theme: Theme,
-    /// Whether nothing is painted behind the mechanism.
+    /// Whether the background is transparent.
     pub is_transparent: bool,
 }
 
-/// Why an instant cannot be shot.
+/// Error of [`Stage::shoot`].
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ShootError {
@@ -61,7 +61,7 @@ impl Stage {
         Ok(Self { show, camera, theme, is_transparent: false })
     }
 
-    /// The picture of an instant, on a canvas that has the scene.
+    /// The picture of an instant, from a canvas that has the scene.
     ///
     /// # Errors
     /// [`ShootError`].
@@ -81,8 +81,8 @@ impl Stage {
         let extras = self.at(t)?;
         let Self { show, camera, theme, .. } = &*self;
         let background = self.background();
-        let seen = picture(show.scene(), show.poses(), &extras, camera, theme);
-        Ok(Picture { background, ..seen })
+        let picture = picture(show.scene(), show.poses(), &extras, camera, theme);
+        Ok(Picture { background, ..picture })
     }
 
     /// The best colours for a film, from some of its frames.
@@ -100,6 +100,7 @@ impl Stage {
         Ok(Palette::of(counts))
     }
 
+    /// Brings the show to an instant; returns its additions.
     fn at(&mut self, t: f64) -> Result<Extras, Unreplayed> {
         self.show.seek(t)?;
         self.show.extras()
@@ -110,7 +111,7 @@ impl Stage {
     }
 }
 
-/// A camera in which the whole motion fits, with its arrows.
+/// A camera that shows the whole motion, with its arrows.
 fn camera(show: &mut Show, view: Option<[f64; 2]>, points: [f64; 2]) -> Result<Camera, Unreplayed> {
     let camera = if show.scene().is_planar {
         Camera::planar(points)
@@ -119,23 +120,23 @@ fn camera(show: &mut Show, view: Option<[f64; 2]>, points: [f64; 2]) -> Result<C
         Camera::spatial(points, azimuth, elevation)
     };
     let options = &show.options;
-    let sticks_out = options.labels || options.reactions || options.velocities || options.forces;
-    let margin = if sticks_out { WIDE_MARGIN } else { MARGIN };
+    let has_overhang = options.labels || options.reactions || options.velocities || options.forces;
+    let margin = if has_overhang { WIDE_MARGIN } else { MARGIN };
     Ok(camera.fitted(all_points(show)?, margin))
 }
 
-/// Points of the mechanism and ends of its arrows, over the whole motion.
+/// Points of the mechanism and tips of its arrows, over the whole motion.
 fn all_points(show: &mut Show) -> Result<Vec<[f64; 3]>, Unreplayed> {
     let mut points = show.arrow_tips_over_run()?;
     points.extend(show.points_over_run());
     Ok(points)
 }
 
-/// Width over height of the whole motion, as the camera sees it, between 1:2 and 5:2.
+/// Aspect ratio of the whole motion in the camera, width over height, between 1:2 and 5:2.
 ///
 /// # Errors
 /// [`Unreplayed`] when the motion is not that of the mechanism.
-pub(crate) fn shape(show: &mut Show, view: Option<[f64; 2]>) -> Result<f64, Unreplayed> {
+pub(crate) fn aspect_ratio(show: &mut Show, view: Option<[f64; 2]>) -> Result<f64, Unreplayed> {
     let camera = camera(show, view, [1.0; 2])?;
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for p in all_points(show)? {
@@ -151,27 +152,11 @@ pub(crate) fn shape(show: &mut Show, view: Option<[f64; 2]>) -> Result<f64, Unre
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::show::{ShowOptions, solve};
+    use crate::show::{ShowOptions, pendulum};
 
     /// A pendulum that swings through, with all of its arrows.
     fn show() -> Show {
-        let text = r#"
-            [bodies.bob]
-            mass = "2 kg"
-            com = [0, "-0.5 m"]
-            [joints.A]
-            type = "revolute"
-            between = ["ground", "bob"]
-            [loads.gravity]
-            type = "gravity"
-            acceleration = [0, "-9.81 m/s^2"]
-            [initial]
-            A = { angle = "160 deg" }
-            [solve]
-            t_end = "3 s"
-        "#;
-        let mechanism = bksim::Mechanism::from_toml(text, "pendulum").expect("a model");
-        let mut show = Show::new(solve(mechanism, text, &|_| true).expect("a motion").playback);
+        let mut show = pendulum("160 deg", "3 s");
         show.options =
             ShowOptions { reactions: true, velocities: true, forces: true, ..show.options };
         show

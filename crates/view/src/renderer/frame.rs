@@ -1,4 +1,4 @@
-//! What is painted in one frame, and in which order.
+//! [`Drawing`]: the contents of one frame, in the order of painting.
 
 use std::ops::Range;
 
@@ -7,15 +7,16 @@ use bksim_scene::{Extras, Item, Scene, Stroke, picture};
 use bytemuck::{Pod, Zeroable};
 
 use super::Frame;
-use super::primitive::{Fixed, Out, Primitive, count, middle, single};
+use super::fixed::{Builder, Fixed, middle};
+use super::primitive::{Primitive, count, single};
 
-/// From the frame of a body to pixels of the target.
+/// The map from the frame of a body to pixels of the target.
 #[derive(Clone, Copy, PartialEq, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Placement {
-    /// x in pixels: three factors of a point of the body, and the anchor's.
+    /// Row of x, pixels: three factors for a point of the body, and x of the anchor.
     x: [f32; 4],
-    /// y in pixels, downwards.
+    /// Row of y, pixels, downwards.
     y: [f32; 4],
 }
 
@@ -27,7 +28,7 @@ pub(super) struct Layer {
     opacity: f32,
 }
 
-/// What all primitives of a frame share.
+/// Values that all primitives of a frame share.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Globals {
@@ -35,9 +36,9 @@ pub(super) struct Globals {
     size: [f32; 2],
     pixels_per_point: f32,
     n_fixed: u32,
-    /// Whether places of runs are in [`Drawing::order`], and not primitives themselves.
+    /// Whether indices of runs count [`Drawing::order`], and not primitives themselves.
     is_ordered: u32,
-    /// How large radii of rods are.
+    /// Scale of the radii of rods.
     pixels_per_metre: f32,
 }
 
@@ -45,33 +46,35 @@ pub(super) struct Globals {
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Run {
     pub(super) layer: u32,
-    /// Fixed primitives, or behind them moving ones; in space, places in [`Drawing::order`].
-    pub(super) places: Range<u32>,
+    /// Indices of primitives, first all fixed and then all moving ones; in space, indices into
+    /// [`Drawing::order`].
+    pub(super) indices: Range<u32>,
 }
 
-/// What the graphics card gets for one frame. Buffers are kept from frame to frame.
+/// The data of one frame for the graphics card. Buffers are kept from frame to frame.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Drawing {
     pub(super) globals: Globals,
     pub(super) placements: Vec<Placement>,
     pub(super) layers: Vec<Layer>,
     pub(super) moving: Vec<Primitive>,
-    /// What is painted, from the back to the front.
+    /// Draw calls, from the back to the front.
     pub(super) runs: Vec<Run>,
-    /// In space, primitives by their depth; empty where the order of the scene is that of painting.
+    /// In space, primitives by their depth; empty in a plane, where the scene's order is that of
+    /// painting.
     pub(super) order: Vec<u32>,
-    /// What cannot be made of primitives: words, in points.
+    /// Words, in points: they are not made of primitives.
     pub(super) words: Vec<Item>,
     /// Parts of the mechanism, by their depth, m towards the eye.
     parts: Vec<(f64, Range<u32>)>,
-    /// The scene without its shapes: what is left of a picture of it lies beside the mechanism.
+    /// The scene without shapes and spans: a picture of it has only arrows and names.
     bare: Scene,
 }
 
 /// Vertices of a primitive: two triangles.
 pub(super) const VERTICES: u32 = 6;
 
-/// How much of a ghost is seen, as in pictures of [`bksim_scene::picture`].
+/// Opacity of a ghost, as in pictures of [`bksim_scene::picture`].
 const GHOST: f32 = 0.22;
 
 impl Drawing {
@@ -80,7 +83,7 @@ impl Drawing {
         self.bare = Scene { shapes: Vec::new(), spans: Vec::new(), ..scene.clone() };
     }
 
-    /// Puts a frame together: ghosts, trails, the mechanism, arrows, from the back to the front.
+    /// Composes a frame: ghosts, trails, the mechanism, arrows, from the back to the front.
     pub(super) fn compose(&mut self, scene: &Scene, fixed: &Fixed, frame: &Frame<'_>) {
         let size = frame.camera.size.map(|x| single(x) * frame.pixels_per_point);
         self.globals = Globals {
@@ -107,19 +110,19 @@ impl Drawing {
             let world = world(fixed, frame);
             for (color, points) in trails {
                 let stroke = Stroke { color: *color, width: frame.theme.sizes.trail };
-                let range = self.moved(world, |out| out.fading(points, stroke));
+                let range = self.moved(world, |to| to.fading(points, stroke));
                 self.paint(range, layer);
             }
         }
         self.mechanism(scene, fixed, frame, frame.poses, layer);
         if !arrows.is_empty() || *has_labels {
             let (arrows, has_labels) = (arrows.clone(), *has_labels);
-            self.beside(fixed, frame, &Extras { arrows, has_labels, ..Extras::default() }, layer);
+            self.overlay(fixed, frame, &Extras { arrows, has_labels, ..Extras::default() }, layer);
         }
     }
 
-    /// Shapes and spans, those in the back first: in the scene's order with spans below what is in
-    /// front of them, or by depth in space.
+    /// Adds shapes and spans from back to front: in the scene's order with spans below the shapes
+    /// [in front](bksim_scene::Role::is_in_front), in space by depth.
     fn mechanism(
         &mut self,
         scene: &Scene,
@@ -129,10 +132,10 @@ impl Drawing {
         layer: u32,
     ) {
         if scene.is_planar {
-            // Fixed primitives lie on the card in this order.
-            self.paint(0..fixed.n_behind, layer);
+            // The buffer of fixed primitives has this order.
+            self.paint(0..fixed.n_back, layer);
             self.spans(scene, fixed, frame, poses, |drawing, _, range| drawing.paint(range, layer));
-            self.paint(fixed.n_behind..self.globals.n_fixed, layer);
+            self.paint(fixed.n_back..self.globals.n_fixed, layer);
             return;
         }
         let depth = |p: [f64; 3]| frame.camera.project(p)[2];
@@ -153,7 +156,7 @@ impl Drawing {
         self.parts = parts;
     }
 
-    /// Adds the primitives of spans, and gives their points and places to `add`.
+    /// Adds the primitives of spans, and passes their points and indices to `add`.
     fn spans(
         &mut self,
         scene: &Scene,
@@ -171,20 +174,20 @@ impl Drawing {
             let ends = [a.place(span.ends[0].position), b.place(span.ends[1].position)];
             for (role, points) in span.lines(ends, scene.pin, eye) {
                 let Some(stroke) = frame.theme.paint(role).stroke else { continue };
-                let range = self.moved(world, |out| out.line(&points, false, stroke));
+                let range = self.moved(world, |to| to.line(&points, false, stroke));
                 add(self, &points, range);
             }
         }
     }
 
-    /// Placements of all bodies, of the world, and of the picture.
+    /// Adds a layer with placements of all bodies, of the world, and of the picture.
     fn add_layer(&mut self, fixed: &Fixed, frame: &Frame<'_>, poses: &[Pose], opacity: f32) -> u32 {
         let layer = Layer { first_placement: count(self.placements.len()), opacity };
-        let place = |(body, &anchor): (usize, &[f64; 3])| {
+        let of_body = |(body, &anchor): (usize, &[f64; 3])| {
             let pose = poses.get(body).copied().unwrap_or_default();
             placement(frame, &pose, anchor)
         };
-        self.placements.extend(fixed.anchors.iter().enumerate().map(place));
+        self.placements.extend(fixed.anchors.iter().enumerate().map(of_body));
         self.placements.push(placement(frame, &Pose::default(), frame.camera.centre));
         let density = frame.pixels_per_point;
         let picture = Placement { x: [density, 0.0, 0.0, 0.0], y: [0.0, density, 0.0, 0.0] };
@@ -193,20 +196,20 @@ impl Drawing {
         count(self.layers.len() - 1)
     }
 
-    /// Adds arrows and names, as pictures of a scene have them.
-    fn beside(&mut self, fixed: &Fixed, frame: &Frame<'_>, extras: &Extras, layer: u32) {
-        let beside = picture(&self.bare, frame.poses, extras, frame.camera, frame.theme);
+    /// Adds arrows and names, as in a picture of the scene.
+    fn overlay(&mut self, fixed: &Fixed, frame: &Frame<'_>, extras: &Extras, layer: u32) {
+        let overlay = picture(&self.bare, frame.poses, extras, frame.camera, frame.theme);
         let plane = (count(fixed.anchors.len() + 1), [0.0; 3]);
         let raised = |[x, y]: [f32; 2]| [f64::from(x), f64::from(y), 0.0];
         let ring = |points: &Vec<[f32; 2]>| points.iter().map(|&p| raised(p)).collect::<Vec<_>>();
-        for item in beside.items {
+        for item in overlay.items {
             let range = match &item {
                 Item::Region { rings, fill } => {
                     let rings: Vec<_> = rings.iter().map(ring).collect();
-                    self.moved(plane, |out| out.region(&rings, Some(*fill), None))
+                    self.moved(plane, |to| to.region(&rings, Some(*fill), None))
                 }
                 Item::Line { points, is_closed, stroke } => {
-                    self.moved(plane, |out| out.line(&ring(points), *is_closed, *stroke))
+                    self.moved(plane, |to| to.line(&ring(points), *is_closed, *stroke))
                 }
                 Item::Text { .. } => {
                     self.words.push(item);
@@ -217,46 +220,48 @@ impl Drawing {
         }
     }
 
-    /// Paints primitives next.
+    /// Appends primitives to the order of painting.
     fn paint(&mut self, primitives: Range<u32>, layer: u32) {
-        let places = if self.globals.is_ordered == 0 {
+        let indices = if self.globals.is_ordered == 0 {
             primitives
         } else {
             let first = count(self.order.len());
             self.order.extend(primitives);
             first..count(self.order.len())
         };
-        // Vertices are numbered by 32 bits: what is beyond them is left out.
-        if places.is_empty() || places.end > u32::MAX / VERTICES {
+        // Vertices have 32-bit numbers: primitives beyond those are left out.
+        if indices.is_empty() || indices.end > u32::MAX / VERTICES {
             return;
         }
         match self.runs.last_mut() {
-            Some(last) if last.layer == layer && last.places.end == places.start => {
-                last.places.end = places.end;
+            Some(last) if last.layer == layer && last.indices.end == indices.start => {
+                last.indices.end = indices.end;
             }
-            _ => self.runs.push(Run { layer, places }),
+            _ => self.runs.push(Run { layer, indices }),
         }
     }
 
-    /// Adds primitives relative to an anchor, in the world or in the picture, and gives their places.
+    /// Adds moving primitives relative to an anchor, in the world or in the picture; returns their
+    /// indices.
     fn moved(
         &mut self,
         (body, anchor): (u32, [f64; 3]),
-        draw: impl FnOnce(&mut Out<'_>),
+        draw: impl FnOnce(&mut Builder<'_>),
     ) -> Range<u32> {
-        let place = |n: usize| self.globals.n_fixed.saturating_add(count(n));
-        let first = place(self.moving.len());
-        draw(&mut Out { primitives: &mut self.moving, body, anchor });
-        first..place(self.moving.len())
+        let index = |n: usize| self.globals.n_fixed.saturating_add(count(n));
+        let first = index(self.moving.len());
+        draw(&mut Builder { primitives: &mut self.moving, body, anchor });
+        first..index(self.moving.len())
     }
 }
 
-/// The place behind those of all bodies, and what is subtracted from points of the world, m.
+/// The index of the world's placement, after those of all bodies, and the point that is subtracted
+/// from points of the world, m.
 fn world(fixed: &Fixed, frame: &Frame<'_>) -> (u32, [f64; 3]) {
     (count(fixed.anchors.len()), frame.camera.centre)
 }
 
-/// Where a body's points are in pixels.
+/// The placement of a body.
 fn placement(frame: &Frame<'_>, pose: &Pose, anchor: [f64; 3]) -> Placement {
     let camera = frame.camera;
     let density = f64::from(frame.pixels_per_point);

@@ -6,8 +6,9 @@ use bytemuck::NoUninit;
 use wgpu::{BufferBindingType, BufferUsages, ShaderStages};
 
 use super::Counts;
+use super::fixed::Fixed;
 use super::frame::{Drawing, Globals, Layer, Placement, Run, VERTICES};
-use super::primitive::{Fixed, Primitive, count};
+use super::primitive::{Primitive, count};
 
 /// The shader, one file per primitive.
 const SHADER: &str = concat!(
@@ -17,7 +18,7 @@ const SHADER: &str = concat!(
     include_str!("rod.wgsl")
 );
 
-/// Pipeline, buffers and what the last frame needs of them.
+/// Pipeline, buffers, and the draw calls of the last frame.
 #[derive(Debug)]
 pub(super) struct Gpu {
     device: wgpu::Device,
@@ -30,14 +31,14 @@ pub(super) struct Gpu {
     placements: Growing,
     layers: Growing,
     order: Growing,
-    /// What is in it.
+    /// Contents of the buffer `order`.
     last_order: Vec<u32>,
-    /// `None` when a buffer has been replaced.
+    /// `None` after a buffer has been replaced.
     bindings: Option<wgpu::BindGroup>,
     runs: Vec<Run>,
 }
 
-/// A buffer that is made anew, twice as large, when it is too small.
+/// A buffer that is replaced by one of at least twice the size when it is too small.
 #[derive(Debug)]
 struct Growing {
     buffer: wgpu::Buffer,
@@ -50,7 +51,7 @@ impl Growing {
         Self { buffer: buffer(device, usage, size as u64), usage }
     }
 
-    /// Writes items, as many as the card has room for, and says whether the buffer is another one.
+    /// Writes items, as many as the card can hold; returns whether the buffer was replaced.
     fn write<T: NoUninit>(
         &mut self,
         device: &wgpu::Device,
@@ -58,8 +59,8 @@ impl Growing {
         items: &[T],
     ) -> bool {
         let limit = device.limits().max_storage_buffer_binding_size;
-        let room = usize::try_from(limit).unwrap_or(usize::MAX) / size_of::<T>();
-        let bytes: &[u8] = bytemuck::cast_slice(&items[..items.len().min(room)]);
+        let capacity = usize::try_from(limit).unwrap_or(usize::MAX) / size_of::<T>();
+        let bytes: &[u8] = bytemuck::cast_slice(&items[..items.len().min(capacity)]);
         let n_bytes = bytes.len() as u64;
         let is_small = n_bytes > self.buffer.size();
         if is_small {
@@ -103,17 +104,17 @@ impl Gpu {
         }
     }
 
-    /// Sends the primitives on bodies; those that the card has no room for are left out.
+    /// Sends the primitives on bodies; those that the card cannot hold are left out.
     pub(super) fn set_fixed(&mut self, fixed: &mut Fixed) {
         let limit = self.device.limits().max_storage_buffer_binding_size;
-        let room = usize::try_from(limit).unwrap_or(usize::MAX) / size_of::<Primitive>();
-        if fixed.primitives.len() > room {
-            fixed.primitives.truncate(room);
+        let capacity = usize::try_from(limit).unwrap_or(usize::MAX) / size_of::<Primitive>();
+        if fixed.primitives.len() > capacity {
+            fixed.primitives.truncate(capacity);
             for range in &mut fixed.ranges {
-                range.end = range.end.min(count(room));
+                range.end = range.end.min(count(capacity));
                 range.start = range.start.min(range.end);
             }
-            fixed.n_behind = fixed.n_behind.min(count(room));
+            fixed.n_back = fixed.n_back.min(count(capacity));
         }
         if self.fixed.write(&self.device, &self.queue, &fixed.primitives) {
             self.bindings = None;
@@ -121,11 +122,11 @@ impl Gpu {
         self.runs.clear();
     }
 
-    /// Sends what changes from frame to frame.
+    /// Sends the data that changes from frame to frame.
     pub(super) fn set_frame(&mut self, drawing: &Drawing) -> Counts {
         let Drawing { globals, placements, layers, moving, order, runs, .. } = drawing;
         let (device, queue) = (&self.device, &self.queue);
-        // Neighbours in depth mostly stay neighbours from frame to frame.
+        // The order of depths mostly stays the same from frame to frame.
         let is_reordered = *order != self.last_order;
         let is_new = [
             self.globals.write(device, queue, &[*globals]),
@@ -146,7 +147,7 @@ impl Gpu {
             + size_of_val(&layers[..])
             + size_of_val(&moving[..])
             + if is_reordered { size_of_val(&order[..]) } else { 0 };
-        let n_primitives = runs.iter().map(|run| run.places.len()).sum();
+        let n_primitives = runs.iter().map(|run| run.indices.len()).sum();
         Counts { n_draws: runs.len(), n_primitives, n_bytes }
     }
 
@@ -156,8 +157,8 @@ impl Gpu {
         let entries: Vec<wgpu::BindGroupEntry<'_>> = buffers
             .iter()
             .enumerate()
-            .map(|(place, growing)| wgpu::BindGroupEntry {
-                binding: count(place),
+            .map(|(idx, growing)| wgpu::BindGroupEntry {
+                binding: count(idx),
                 resource: growing.buffer.as_entire_binding(),
             })
             .collect();
@@ -174,22 +175,22 @@ impl Gpu {
         let Some(bindings) = &self.bindings else { return };
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, bindings, &[]);
-        for Run { layer, places } in &self.runs {
-            // Few vertices as many instances would leave most of a graphics card idle.
-            pass.draw(VERTICES * places.start..VERTICES * places.end, *layer..layer + 1);
+        for Run { layer, indices } in &self.runs {
+            // Not an instance per primitive: few vertices each leave most of a graphics card idle.
+            pass.draw(VERTICES * indices.start..VERTICES * indices.end, *layer..layer + 1);
         }
     }
 }
 
-/// Six buffers: what all primitives share, the fixed and the moving ones, placements, layers, order.
+/// Six buffers: globals, fixed primitives, moving primitives, placements, layers, order.
 fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     let storage = BufferBindingType::Storage { read_only: true };
     let types = [BufferBindingType::Uniform, storage, storage, storage, storage, storage];
     let entries: Vec<wgpu::BindGroupLayoutEntry> = types
         .into_iter()
         .enumerate()
-        .map(|(place, ty)| wgpu::BindGroupLayoutEntry {
-            binding: count(place),
+        .map(|(idx, ty)| wgpu::BindGroupLayoutEntry {
+            binding: count(idx),
             visibility: ShaderStages::VERTEX,
             ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
             count: None,
@@ -199,11 +200,13 @@ fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries: &entries })
 }
 
+/// The render pipeline of all primitives, for targets of a format.
 fn pipeline(
     device: &wgpu::Device,
     layout: &wgpu::BindGroupLayout,
     format: wgpu::TextureFormat,
 ) -> wgpu::RenderPipeline {
+    // The shader and its buffers.
     let label = Some("scene");
     let source = wgpu::ShaderSource::Wgsl(Cow::Borrowed(SHADER));
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label, source });
@@ -212,6 +215,8 @@ fn pipeline(
         bind_group_layouts: &[Some(layout)],
         immediate_size: 0,
     });
+
+    // Linear light for targets that convert to sRGB themselves, premultiplied blending.
     let constants = [("is_linear", f64::from(u8::from(format.is_srgb())))];
     let options = wgpu::PipelineCompilationOptions {
         constants: &constants,
@@ -222,6 +227,8 @@ fn pipeline(
         blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
         write_mask: wgpu::ColorWrites::ALL,
     };
+
+    // Vertices come from storage buffers alone.
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label,
         layout: Some(&layout),

@@ -1,9 +1,9 @@
 //! Lines as segments that know their neighbours.
 
-use super::primitive::{HAS_BEFORE, HAS_BEHIND, Primitive, SEGMENT};
+use super::primitive::{Kind, Primitive};
 
-/// The segments of a line through points; points that repeat the one before are passed over, and
-/// points that are not finite cut the line. A line of one point is a dot.
+/// The segments of a line through points; repeated points are skipped, and points that are not
+/// finite cut the line. A line of one point is a dot.
 pub(super) fn segments(points: &[[f32; 3]], is_closed: bool) -> Vec<Primitive> {
     let is_finite = |p: &[f32; 3]| p.iter().all(|x| x.is_finite());
     let is_whole = points.iter().all(is_finite);
@@ -18,17 +18,15 @@ fn piece_segments(points: &[[f32; 3]], is_closed: bool) -> Vec<Primitive> {
         points.pop();
     }
     let n = points.len();
-    // Two points are joined once: a closed line needs a third.
+    // Two points are joined only once: a closed line needs a third.
     let is_closed = is_closed && n > 2;
     let n_segments = if is_closed || n == 1 { n } else { n - 1 };
     let segment = |i: usize| {
-        let (has_before, has_behind) = (is_closed || i > 0, is_closed || i + 2 < n);
-        let (before, behind) = (points[(i + n - 1) % n], points[(i + 2) % n]);
+        let (has_before, has_after) = (is_closed || i > 0, is_closed || i + 2 < n);
+        let (before, after) = (points[(i + n - 1) % n], points[(i + 2) % n]);
         let (a, b) = (points[i], points[(i + 1) % n]);
-        let kind = SEGMENT
-            | if has_before { HAS_BEFORE } else { 0 }
-            | if has_behind { HAS_BEHIND } else { 0 };
-        Primitive { a, b, before, behind, kind, ..Primitive::default() }
+        let kind = Kind::Segment { has_before, has_after }.bits();
+        Primitive { a, b, before, after, kind, ..Primitive::default() }
     };
     (0..n_segments).map(segment).collect()
 }
@@ -43,15 +41,16 @@ mod tests {
     fn a_closed_line_has_a_neighbour_on_every_side_and_an_open_one_has_ends() {
         let closed = segments(&SQUARE, true);
         assert_eq!(closed.len(), 4);
-        assert!(closed.iter().all(|s| s.kind == SEGMENT | HAS_BEFORE | HAS_BEHIND));
-        assert_eq!((closed[3].b, closed[3].behind), (SQUARE[0], SQUARE[1]));
+        let kind = |has_before, has_after| Kind::Segment { has_before, has_after }.bits();
+        assert!(closed.iter().all(|s| s.kind == kind(true, true)));
+        assert_eq!((closed[3].b, closed[3].after), (SQUARE[0], SQUARE[1]));
         let open = segments(&SQUARE, false);
-        let kinds: Vec<u32> = open.iter().map(|s| s.kind - SEGMENT).collect();
-        assert_eq!(kinds, [HAS_BEHIND, HAS_BEFORE | HAS_BEHIND, HAS_BEFORE]);
+        let kinds: Vec<u32> = open.iter().map(|s| s.kind).collect();
+        assert_eq!(kinds, [kind(false, true), kind(true, true), kind(true, false)]);
     }
 
     #[test]
-    fn repeated_points_fall_out_and_bad_ones_cut() {
+    fn repeated_points_are_skipped_and_bad_ones_cut() {
         let [a, b, c, d] = SQUARE;
         assert_eq!(segments(&[a, a, b, b, a], true).len(), 1);
         assert_eq!(segments(&[a], true).len(), 1);

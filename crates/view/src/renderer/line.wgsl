@@ -13,13 +13,13 @@ fn segment_corner(a: vec2f, b: vec2f, half_width: f32, corner: u32) -> vec2f {
 }
 
 // The part of a pixel that a segment paints. Of two neighbours the nearer one paints a pixel, the
-// earlier one if both are as near: so a joint is round, and nothing is painted twice.
+// earlier one if both are equally near: so a joint is round, and nothing is painted twice.
 fn segment_coverage(pixel: vec2f, in: Painted) -> f32 {
     let own = distance_to(pixel, in.ends.xy, in.ends.zw);
     if (in.kind & HAS_BEFORE) != 0u && distance_to(pixel, in.neighbours.xy, in.ends.xy) <= own {
         return 0.0;
     }
-    if (in.kind & HAS_BEHIND) != 0u && distance_to(pixel, in.ends.zw, in.neighbours.zw) < own {
+    if (in.kind & HAS_AFTER) != 0u && distance_to(pixel, in.ends.zw, in.neighbours.zw) < own {
         return 0.0;
     }
     return covered(own, in.half_width);
@@ -32,7 +32,7 @@ fn covered(distance: f32, half_width: f32) -> f32 {
     return within * clamp(2.0 * half_width, 0.0, 1.0);
 }
 
-// Distance from a point to a segment; at its ends it is exactly that to the end.
+// Distance from a point to a segment; beyond its ends it is exactly the distance to the end.
 fn distance_to(p: vec2f, a: vec2f, b: vec2f) -> f32 {
     let along = b - a;
     let reach = dot(p - a, along);

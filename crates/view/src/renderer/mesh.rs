@@ -8,7 +8,7 @@ use lyon_tessellation::{
 
 use super::primitive::single;
 
-/// Half of the size that areas are tessellated at: the tessellator's thresholds are absolute.
+/// Half of the size that areas are scaled to: the tessellator's thresholds are absolute.
 const HALF_SIZE: f64 = 512.0;
 
 /// The triangles of an area bounded by closed rings in one plane; none if it has no area.
@@ -32,6 +32,7 @@ pub(super) fn triangles(rings: &[Vec<[f64; 3]>]) -> Vec<[[f64; 3]; 3]> {
         &options,
         &mut BuffersBuilder::new(&mut buffers, vertex),
     );
+    // An area that the tessellator refuses keeps its edges at least.
     if filled.is_err() {
         return Vec::new();
     }
@@ -45,7 +46,7 @@ struct Plane {
     middle: [f64; 3],
     u: [f64; 3],
     v: [f64; 3],
-    /// From metres to the tessellator's units.
+    /// Units of the tessellator per metre.
     scale: f64,
 }
 
@@ -136,7 +137,7 @@ mod tests {
         close(area(&[square(1.0, [0.0; 3]), square(0.5, [0.0; 3])]), 3.0);
         let notched = [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [2.0, 1.0], [0.0, 3.0]];
         close(area(&[notched.map(|[x, y]| [x, y, 0.0]).to_vec()]), 8.0);
-        // A micrometre wide, a kilometre away.
+        // A micrometre wide, a kilometre from the origin.
         close(area(&[square(1e-6, [1e3, 0.0, 0.0])]), 4e-12);
         // On edge.
         let upright = square(1.0, [0.0; 3]).iter().map(|&[x, y, _]| [0.3, x, y]).collect();
@@ -144,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_area_has_no_triangles() {
+    fn rings_without_area_have_no_triangles() {
         let line = vec![[0.0; 3], [1.0, 1.0, 0.0], [2.0, 2.0, 0.0]];
         for rings in [vec![], vec![vec![]], vec![vec![[1.0; 3]]], vec![line]] {
             assert!(triangles(&rings).is_empty());

@@ -1,4 +1,4 @@
-// Rods with round ends, and balls: without perspective they look as wide from everywhere.
+// Rods with round ends, and balls: without perspective they are equally wide in every view.
 
 // The part of a pixel that a rod or its rim paints.
 fn rod_coverage(pixel: vec2f, in: Painted) -> f32 {

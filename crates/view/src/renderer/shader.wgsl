@@ -1,4 +1,4 @@
-// Everything that is painted: triangles, segments of lines and rods, in their order.
+// All primitives, in their order: triangles, segments of lines and rods.
 
 struct Globals {
     size: vec2f,
@@ -15,7 +15,7 @@ struct Primitive {
     half_width: f32,
     before: vec3f,
     color: u32,
-    behind: vec3f,
+    after: vec3f,
     kind: u32,
 }
 
@@ -37,12 +37,12 @@ struct Layer {
 @group(0) @binding(4) var<storage, read> layers: array<Layer>;
 @group(0) @binding(5) var<storage, read> order: array<u32>;
 
-// Whether the target takes linear light in place of sRGB.
+// Whether the target takes linear light instead of sRGB.
 override is_linear: bool = false;
 
 const TRIANGLE = 0u;
 const HAS_BEFORE = 2u;
-const HAS_BEHIND = 4u;
+const HAS_AFTER = 4u;
 const ROD = 8u;
 const RIM = 9u;
 
@@ -58,37 +58,37 @@ struct Painted {
 
 @vertex
 fn vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) layer_idx: u32) -> Painted {
-    var place = vertex / 6u;
+    var idx = vertex / 6u;
     if globals.is_ordered != 0u {
-        place = order[place];
+        idx = order[idx];
     }
     // Two triangles: corners 0, 1, 2 and 2, 1, 3, from the lowest digit.
     let corner = (0x312210u >> (4u * (vertex % 6u))) & 3u;
     var primitive: Primitive;
-    if place < globals.n_fixed {
-        primitive = fixed_primitives[place];
+    if idx < globals.n_fixed {
+        primitive = fixed_primitives[idx];
     } else {
-        primitive = moving_primitives[place - globals.n_fixed];
+        primitive = moving_primitives[idx - globals.n_fixed];
     }
     let layer = layers[layer_idx];
-    let at = placements[layer.first_placement + primitive.body];
-    let a = placed(at, primitive.a);
-    let b = placed(at, primitive.b);
-    let before = placed(at, primitive.before);
-    let behind = placed(at, primitive.behind);
+    let placement = placements[layer.first_placement + primitive.body];
+    let a = in_pixels(placement, primitive.a);
+    let b = in_pixels(placement, primitive.b);
+    let before = in_pixels(placement, primitive.before);
+    let after = in_pixels(placement, primitive.after);
 
     var out: Painted;
     let color = unpack4x8unorm(primitive.color);
     out.color = vec4f(color.rgb, color.a * layer.opacity);
     out.ends = vec4f(a, b);
-    out.neighbours = vec4f(before, behind);
+    out.neighbours = vec4f(before, after);
     out.half_width = primitive.half_width * globals.pixels_per_point;
     out.kind = primitive.kind;
     if primitive.kind == TRIANGLE {
         out.pixel = triangle_corner(a, b, before, corner);
     } else {
         if primitive.kind >= ROD {
-            // In place of neighbours, how far from the line a rim begins.
+            // A rod has no neighbours: in their stead, the distance from the line where a rim begins.
             let radius = primitive.before.x * globals.pixels_per_metre;
             out.neighbours = vec4f(radius - out.half_width, 0.0, 0.0, 0.0);
             out.half_width += radius;
@@ -107,7 +107,7 @@ fn fragment(in: Painted) -> @location(0) vec4f {
         coverage = rod_coverage(in.pixel, in);
     } else if in.kind != TRIANGLE {
         // The middle of the pixel in the viewport, the same to the last bit for all segments there:
-        // neighbours have to agree on which of them paints it.
+        // neighbours have to agree which of them paints it.
         let viewport = round(in.position.xy - in.pixel);
         coverage = segment_coverage(in.position.xy - viewport, in);
     }
@@ -119,8 +119,10 @@ fn fragment(in: Painted) -> @location(0) vec4f {
     return vec4f(rgb * alpha, alpha);
 }
 
-fn placed(at: Placement, p: vec3f) -> vec2f {
-    return vec2f(dot(at.x.xyz, p) + at.x.w, dot(at.y.xyz, p) + at.y.w);
+fn in_pixels(placement: Placement, p: vec3f) -> vec2f {
+    let x = placement.x;
+    let y = placement.y;
+    return vec2f(dot(x.xyz, p) + x.w, dot(y.xyz, p) + y.w);
 }
 
 fn linear_from_srgb(c: vec3f) -> vec3f {

@@ -1,4 +1,4 @@
-//! Arrows of reactions, velocities and forces, to scale over the whole run.
+//! Arrows of reactions, velocities and forces, with one scale for the whole run.
 
 use std::time::Instant;
 
@@ -14,7 +14,7 @@ use super::reach::{INSTANTS, instant};
 /// A colour, a point of the world and a vector from it, m.
 pub(super) type Arrow = (Color, [f64; 3], [f64; 3]);
 
-/// Lengths of arrows.
+/// Scales of arrows.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Scales {
     /// Metres per newton.
@@ -23,24 +23,25 @@ pub struct Scales {
     pub velocity: f64,
 }
 
-/// What arrows are made from.
+/// The largest vectors of a run, which decide the scales of its arrows.
 #[derive(Debug)]
 pub(super) struct Arrows {
     /// The forces of the loads; `None` if they have none that can be computed.
     loads: Option<LoadForces>,
-    /// Largest reaction and applied force over the run, N.
+    /// Largest reaction over the run, N.
     reaction: f64,
+    /// Largest applied force over the run, N.
     applied: f64,
-    /// Largest velocity, m/s.
+    /// Largest velocity over the run, m/s.
     velocity: f64,
     /// Diagonal of the box that the mechanism moves in, m.
     extent: f64,
-    /// Instants that the largest are known of.
+    /// Number of instants that the largest vectors are from so far.
     n_seen: usize,
 }
 
 impl Arrows {
-    /// Knows no vectors yet; `reach` are the points that the mechanism gets to.
+    /// No vectors yet; `reach` are the outermost points of the mechanism over the run.
     pub(super) fn new(playback: &Playback, reach: &[[f64; 3]]) -> Self {
         let mechanism = playback.mechanism();
         let (model, parameters) = (&mechanism.model, &mechanism.parameters);
@@ -50,13 +51,13 @@ impl Arrows {
         Self { loads, reaction: 0.0, applied: 0.0, velocity: 0.0, extent, n_seen: 0 }
     }
 
-    /// Whether the largest vectors of the run are known, and with them how long all are drawn.
+    /// Whether the largest vectors of the run are known, and with them the scales.
     pub(super) fn is_known(&self) -> bool {
         self.n_seen == INSTANTS
     }
 
-    /// Looks for the largest vectors of the run until the deadline, but gets on in any case. The
-    /// playback is at another instant afterwards.
+    /// Looks for the largest vectors of the run until the deadline, at one more instant in any
+    /// case. The playback is at another instant afterwards.
     pub(super) fn go_on(
         &mut self,
         playback: &mut Playback,
@@ -79,17 +80,18 @@ impl Arrows {
         Ok(())
     }
 
-    /// Lengths that suit what is shown: reactions and forces have one scale, so that they compare.
+    /// Scales for the arrows shown: reactions and forces share one, so that they can be compared.
     pub(super) fn scales(&self, options: &ShowOptions) -> Scales {
-        let of = |is_shown: bool, largest: f64| if is_shown { largest } else { 0.0 };
-        let force = of(options.reactions, self.reaction).max(of(options.forces, self.applied));
+        let if_shown = |is_shown: bool, largest: f64| if is_shown { largest } else { 0.0 };
+        let reaction = if_shown(options.reactions, self.reaction);
+        let force = reaction.max(if_shown(options.forces, self.applied));
         Scales {
             force: arrow_scale(force, self.extent),
             velocity: arrow_scale(self.velocity, self.extent),
         }
     }
 
-    /// The arrows that are asked for, where the playback is.
+    /// The requested arrows at the playback's instant.
     pub(super) fn at(
         &mut self,
         playback: &Playback,
@@ -113,6 +115,7 @@ impl Arrows {
     }
 }
 
+/// The largest magnitude of some vectors, or `so_far` if that is larger.
 fn largest(vectors: impl IntoIterator<Item = VectorAt>, so_far: f64) -> f64 {
     vectors.into_iter().map(|at| at.size()).fold(so_far, f64::max)
 }

@@ -1,12 +1,12 @@
-//! Where a mechanism gets to over a run.
+//! Outermost points of a mechanism over a run.
 
 use bksim::playback::Playback;
 use bksim_scene::Scene;
 
-/// Instants at which a run is looked at, the ends among them.
+/// Number of instants of a run that are examined, both ends included.
 pub(super) const INSTANTS: usize = 61;
 
-/// The instant of this number, s.
+/// The instant of an index, s.
 pub(super) fn instant([first, last]: [f64; 2], idx: usize) -> f64 {
     first + (last - first) * idx as f64 / (INSTANTS - 1) as f64
 }
@@ -38,8 +38,8 @@ fn outermost(scene: &Scene) -> Vec<Vec<[f64; 3]>> {
     of_body.iter().map(|points| farthest(points)).collect()
 }
 
-/// Those of the points that lie farthest in one of the directions to the middles, edges and corners
-/// of a cube, or in a 16th of a turn between them in the plane.
+/// The farthest points in the directions to the middles, edges and corners of a cube, and in those
+/// halfway between them in the plane.
 fn farthest(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let steps = [-1.0, 0.0, 1.0];
     let cube = steps.iter().flat_map(|&x| steps.iter().map(move |&y| (x, y)));

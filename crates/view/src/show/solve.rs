@@ -1,4 +1,4 @@
-//! From a mechanism to its motion in memory, without a log.
+//! [`solve`]: the motion of a mechanism in memory, without a log.
 
 use std::cell::Cell;
 
@@ -16,12 +16,12 @@ use bksim::sim::sensitivity::StateSensitivity;
 pub struct Solved {
     /// The motion, as far as it went.
     pub playback: Playback,
-    /// Why it went no farther, if it did not reach its end.
+    /// The fault that stopped it, if it did not reach its end.
     pub fault: Option<Diagnostic>,
 }
 
-/// Solves a mechanism and keeps its motion; `text` is the model's, `go_on` is told every
-/// instant that is reached, s, and says whether to go on.
+/// Solves a mechanism and keeps its motion; `text` is the model's, `go_on` gets every instant that
+/// is reached, s, and returns whether to continue.
 ///
 /// # Errors
 /// [`PlaybackError`] when there is no consistent start, or not even one step.
@@ -46,10 +46,10 @@ pub fn solve(
     Ok(Solved { playback: Playback::new(log, mechanism)?, fault })
 }
 
-/// Keeps the motion between samples.
+/// Observer that keeps the motion between samples.
 struct Segments<'a> {
     segments: Vec<Segment>,
-    /// The end of the last one, s.
+    /// The end of the last segment, s.
     reached: &'a Cell<f64>,
 }
 

@@ -11,20 +11,21 @@ use bksim_scene::Scene;
 
 use super::ShowOptions;
 
-/// Points of a trail in one step of the integrator, which goes over it by a polynomial …
+/// Points of a trail in one step of the integrator, where the motion is a polynomial.
 const PARTS: usize = 8;
 
-/// … and those that are enough where there are many trails, which are small then.
+/// Points of a trail in one step that are enough for many trails, which are small on the screen.
 const FEW_PARTS: usize = 2;
 
-/// About the largest number of points of a trail, and of all trails together.
+/// About the largest number of points of a trail.
 const LARGEST: usize = 3000;
+/// About the largest number of points of all trails together.
 const LARGEST_TOGETHER: usize = 40_000;
 
-/// Points that a trail has among however many.
+/// Least number of points of a trail, among any number of trails.
 const FEWEST: usize = 16;
 
-/// Earlier instants that were computed already.
+/// Positions and poses at earlier instants, kept from frame to frame.
 #[derive(Debug)]
 pub(super) struct Past {
     /// Begin and end of every step, s.
@@ -32,21 +33,22 @@ pub(super) struct Past {
     n_markers: usize,
     /// Markers that leave trails.
     chosen: Vec<usize>,
-    /// By instant, where they are. An instant is a step and one of its parts.
+    /// By instant, their positions. Instants are numbered by step and part of the step.
     known: BTreeMap<usize, Vec<[f64; 3]>>,
     ghosts: Ghosts,
 }
 
-/// The last ghosts.
+/// The ghosts of the last frame.
 #[derive(Debug, Default)]
 struct Ghosts {
     times: Vec<f64>,
     poses: Vec<Vec<Pose>>,
 }
 
-/// Ways of points, and whether they are as long as they are to be.
+/// Paths of points.
 pub(super) struct Trails {
     pub(super) points: Vec<Vec<[f64; 3]>>,
+    /// Whether they reach back as far as requested.
     pub(super) is_whole: bool,
 }
 
@@ -64,8 +66,8 @@ impl Past {
         if last < first { (t + past_s).min(first) } else { (t - past_s).max(first) }
     }
 
-    /// The way of every chosen marker up to where it is now, the oldest point first. What cannot be
-    /// computed before the deadline is missing at the old end.
+    /// The path of every chosen marker up to its current position, the oldest point first. Points
+    /// that are not computed before the deadline are missing at the old end.
     pub(super) fn trails(
         &mut self,
         playback: &mut Playback,
@@ -73,6 +75,7 @@ impl Past {
         options: &ShowOptions,
         deadline: Option<Instant>,
     ) -> Trails {
+        // Known positions are those of the chosen markers.
         let chosen = options.trails.iter().filter(|&&marker| marker < self.n_markers);
         let chosen: Vec<usize> = chosen.copied().collect();
         if chosen != self.chosen {
@@ -82,44 +85,51 @@ impl Past {
         if chosen.is_empty() {
             return Trails { points: Vec::new(), is_whole: true };
         }
+
+        // The instants of the trails, without those that are too many at the old end.
         let t = playback.sample().t;
         let Spacing { stride, most } = self.spacing(options.past_s, chosen.len());
         let begin = self.begin(t, options.past_s);
-        let wanted = self.instant_after(begin)..self.instant_after(t);
-        let mut wanted: Vec<usize> = multiples(stride, wanted).collect();
-        let is_cut = wanted.len() > most;
-        wanted.drain(..wanted.len().saturating_sub(most));
-        // What lies far off is forgotten.
-        if let (Some(first), Some(last)) = (wanted.first(), wanted.last()) {
-            let kept = most * stride;
-            let reach = first.saturating_sub(kept)..last.saturating_add(kept);
-            self.known.retain(|instant, _| reach.contains(instant));
-        }
+        let instants = self.instant_after(begin)..self.instant_after(t);
+        let mut instants: Vec<usize> = multiples(stride, instants).collect();
+        let is_cut = instants.len() > most;
+        instants.drain(..instants.len().saturating_sub(most));
+        self.forget(&instants, most * stride);
 
-        // From the newest to the oldest, as far as time allows.
+        // Positions from the newest to the oldest, as far as time allows.
         let mut n_missing = 0;
-        for (place, &instant) in wanted.iter().enumerate().rev() {
+        for (idx, &instant) in instants.iter().enumerate().rev() {
             if self.known.contains_key(&instant) {
                 continue;
             }
             if deadline.is_some_and(|deadline| Instant::now() >= deadline) {
-                n_missing = place + 1;
+                n_missing = idx + 1;
                 break;
             }
             let poses = playback.poses_at(self.time(instant));
-            self.known.insert(instant, places(scene, &chosen, &poses));
+            self.known.insert(instant, positions(scene, &chosen, &poses));
         }
+
+        // From the begin, unless points are missing there, through the instants to the present.
         let is_whole = n_missing == 0;
-        let mut trails = vec![Vec::with_capacity(wanted.len() + 2); chosen.len()];
+        let mut trails = vec![Vec::with_capacity(instants.len() + 2); chosen.len()];
         let mut extend = |points: &[[f64; 3]]| {
             trails.iter_mut().zip(points).for_each(|(trail, &point)| trail.push(point));
         };
         if is_whole && !is_cut {
-            extend(&places(scene, &chosen, &playback.poses_at(begin)));
+            extend(&positions(scene, &chosen, &playback.poses_at(begin)));
         }
-        wanted[n_missing..].iter().for_each(|instant| extend(&self.known[instant]));
-        extend(&places(scene, &chosen, playback.poses()));
+        instants[n_missing..].iter().for_each(|instant| extend(&self.known[instant]));
+        extend(&positions(scene, &chosen, playback.poses()));
         Trails { points: trails, is_whole }
+    }
+
+    /// Drops positions at instants farther than `reach` from those of the trails.
+    fn forget(&mut self, instants: &[usize], reach: usize) {
+        if let (Some(first), Some(last)) = (instants.first(), instants.last()) {
+            let kept = first.saturating_sub(reach)..last.saturating_add(reach);
+            self.known.retain(|instant, _| kept.contains(instant));
+        }
     }
 
     /// The poses at `n` instants before `t`, evenly spaced, the oldest first.
@@ -140,7 +150,7 @@ impl Past {
         self.ghosts.poses.clone()
     }
 
-    /// How far apart the points of `n` trails are, and how many, so that there are not too many.
+    /// Distance and largest number of the points of `n` trails.
     fn spacing(&self, past_s: f64, n: usize) -> Spacing {
         let n_instants = PARTS * self.steps.len();
         let run_s = match (self.steps.first(), self.steps.last()) {
@@ -155,7 +165,8 @@ impl Past {
         )]
         let n_points = (part * n_instants as f64) as usize;
         let most = (LARGEST_TOGETHER / n).clamp(FEWEST, LARGEST);
-        // One trail reaches back however far, with wider steps; many rather become shorter.
+        // A single trail gets wider steps and reaches back to the begin; many trails become shorter
+        // instead.
         let widest = n_points.div_ceil(LARGEST).max(PARTS / FEW_PARTS);
         Spacing { stride: n_points.div_ceil(most).clamp(1, widest), most: most + 1 }
     }
@@ -170,25 +181,28 @@ impl Past {
         PARTS * step + parts.count()
     }
 
+    /// The time of an instant, s.
     fn time(&self, instant: usize) -> f64 {
         let [begin, end] = self.steps[instant / PARTS];
         begin + (end - begin) * (instant % PARTS) as f64 / PARTS as f64
     }
 }
 
-/// Instants from one point of a trail to the next, and how many points it has at most.
+/// Spacing of the points of a trail.
 struct Spacing {
+    /// Instants from one point to the next.
     stride: usize,
+    /// Largest number of points.
     most: usize,
 }
 
+/// The multiples of a number in a range.
 fn multiples(stride: usize, range: Range<usize>) -> impl Iterator<Item = usize> {
     (range.start.next_multiple_of(stride)..range.end).step_by(stride)
 }
 
-/// Where these markers are.
-fn places(scene: &Scene, markers: &[usize], poses: &[Pose]) -> Vec<[f64; 3]> {
-    let place = |body: usize, p| poses.get(body).copied().unwrap_or_default().place(p);
+/// Positions of some markers in the world.
+fn positions(scene: &Scene, markers: &[usize], poses: &[Pose]) -> Vec<[f64; 3]> {
     let at = |&marker: &usize| scene.markers[marker].at;
-    markers.iter().map(at).map(|at| place(at.body, at.position)).collect()
+    markers.iter().map(at).map(|at| poses[at.body].place(at.position)).collect()
 }

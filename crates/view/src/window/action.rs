@@ -1,63 +1,64 @@
-//! [`Action`]: what keys and buttons do, and the table of keys, from which the help is made too.
+//! [`Action`]: the actions of keys and buttons; and the table of keys, which the help is made from,
+//! too.
 
 use egui::{Key, Modifiers};
 
-/// Something that keys and buttons do.
+/// An action of a key or a button.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Action {
-    /// Plays, or stops.
+    /// Plays, or pauses.
     Play,
-    /// Goes by so many frames.
+    /// Moves by a number of frames.
     Frame(i32),
-    /// Goes to the next end of a step of the integrator, or to the one before.
+    /// Moves to an end of a step of the integrator.
     LogStep {
-        /// To the next one.
+        /// To the next end rather than the previous one.
         is_onward: bool,
     },
-    /// Goes to the first instant.
+    /// Moves to the first instant.
     Start,
-    /// Goes to the last instant.
+    /// Moves to the last instant.
     End,
-    /// Goes so many places through the speeds.
+    /// Moves by a number of steps through the list of speeds.
     Speed(isize),
-    /// Goes back to the speed of the motion itself.
+    /// Returns to the speed of the motion itself.
     RealSpeed,
-    /// Goes round and round, or stops at the end.
+    /// Plays in a loop, or stops at the end.
     Loop,
-    /// Puts the whole motion into the picture.
+    /// Fits the whole motion into the picture.
     Fit,
-    /// Names beside joints and points.
+    /// Shows or hides the names of joints and points.
     Labels,
-    /// Trails of all points, or of none.
+    /// Shows the trails of all points, or hides all trails.
     Trails,
-    /// Arrows of joint reactions.
+    /// Shows or hides the arrows of joint reactions.
     Reactions,
-    /// Arrows of velocities.
+    /// Shows or hides the arrows of velocities.
     Velocities,
-    /// Arrows of applied forces.
+    /// Shows or hides the arrows of applied forces.
     Forces,
-    /// Light or dark.
+    /// Switches between light and dark.
     Theme,
-    /// The curves.
+    /// Shows or hides the curves.
     Panel,
-    /// The list of keys.
+    /// Shows or hides the list of keys.
     Help,
-    /// Puts away what lies over the picture.
+    /// Closes the list of keys.
     Dismiss,
     /// Closes the window.
     Quit,
 }
 
-/// A key, what it does, and the words for it.
+/// A key with its action, and its row in the help.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Binding {
     /// The key.
     pub(super) key: Key,
-    /// What is held down with it.
+    /// Keys held down with it.
     pub(super) modifiers: Modifiers,
-    /// What it does.
+    /// Its action.
     pub(super) action: Action,
-    /// The key as it is called, and what it does; none where another row says it.
+    /// Name of the key and its action in words; none if another row has them.
     pub(super) help: Option<(&'static str, &'static str)>,
 }
 
@@ -69,7 +70,7 @@ const fn also(key: Key, modifiers: Modifiers, action: Action) -> Binding {
     Binding { key, modifiers, action, help: None }
 }
 
-/// All keys. Those with more held down come first: the first that fits is taken.
+/// All keys. Those with modifiers come first: the first that fits is taken.
 pub(super) const BINDINGS: [Binding; 28] = [
     key(Key::Space, Action::Play, "Space", "play, pause"),
     Binding {
@@ -111,7 +112,7 @@ pub(super) const BINDINGS: [Binding; 28] = [
     },
 ];
 
-/// What the mouse does, for the list of keys.
+/// Actions of the mouse, for the list of keys.
 pub(super) const MOUSE: [(&str, &str); 4] = [
     ("drag", "move the picture"),
     ("right drag", "turn a spatial mechanism"),
@@ -143,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn every_key_does_what_its_row_says_and_nothing_else() {
+    fn every_key_has_the_action_of_its_row_and_no_other() {
         for binding in &BINDINGS {
             assert_eq!(press(binding.key, binding.modifiers), [binding.action], "{binding:?}");
         }
@@ -156,9 +157,9 @@ mod tests {
             let same = |other: &&Binding| {
                 std::mem::discriminant(&other.action) == std::mem::discriminant(&binding.action)
             };
-            let is_told = BINDINGS.iter().filter(same).any(|other| other.help.is_some());
-            let is_plain = matches!(binding.action, Action::Dismiss | Action::End);
-            assert!(is_told || is_plain, "{binding:?}");
+            let is_listed = BINDINGS.iter().filter(same).any(|other| other.help.is_some());
+            let is_obvious = matches!(binding.action, Action::Dismiss | Action::End);
+            assert!(is_listed || is_obvious, "{binding:?}");
         }
     }
 }

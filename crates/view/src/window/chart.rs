@@ -2,13 +2,13 @@
 //!
 //! ```text
 //! Figure → Graph     its curves as unbroken pieces, made once
-//! View               from where to where a panel goes; over time all panels together
-//! seen               what of a curve lies in there, no finer than pixels
+//! View               chosen ranges of a panel's axes; over time all panels together
+//! clip               the visible part of a curve, no finer than pixels
 //! ```
 
+mod clip;
 mod graph;
 mod panel;
-mod seen;
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -20,19 +20,20 @@ use self::graph::Graph;
 use self::panel::View;
 use super::icon::{self, Icon};
 use super::measure::Measure;
-use super::{Outcome, WindowError, WindowOptions, number, run, style};
+use super::options::WindowOptions;
+use super::report::{Outcome, WindowError};
+use super::{number, run, style};
 
 /// Space around panels, points.
 const GAP: f32 = 10.0;
 
-/// Opens a window with a figure, and returns when it is closed. Where a motion begins does not matter
-/// to it, and nothing is reported.
+/// Opens a window with a figure, and returns when it is closed. The start of a motion in the
+/// options has no effect, and nothing is reported.
 ///
 /// # Errors
 /// [`WindowError`] when it cannot be opened.
 pub fn open_figure(figure: &Figure, options: &WindowOptions) -> Result<Outcome, WindowError> {
     let outcome = Rc::new(RefCell::new(Outcome::default()));
-    let left = Rc::clone(&outcome);
     let chart = Chart {
         title: figure.title.clone(),
         n_columns: figure.grid().0,
@@ -41,7 +42,7 @@ pub fn open_figure(figure: &Figure, options: &WindowOptions) -> Result<Outcome, 
         cursor: None,
         is_help_open: false,
         measure: Measure::new(options),
-        outcome: left,
+        outcome: Rc::clone(&outcome),
     };
     let look = options.look;
     run(&figure.title, options, move |created| {
@@ -51,13 +52,13 @@ pub fn open_figure(figure: &Figure, options: &WindowOptions) -> Result<Outcome, 
     Ok(outcome.take())
 }
 
-/// What the window is made of.
+/// The state of the window.
 struct Chart {
     title: String,
     n_columns: usize,
     graphs: Vec<Graph>,
     views: Vec<View>,
-    /// Where the pointer is on the common axis of all panels.
+    /// Position of the pointer on the common axis of all panels.
     cursor: Option<f64>,
     is_help_open: bool,
     measure: Measure,
@@ -65,7 +66,7 @@ struct Chart {
 }
 
 impl Chart {
-    /// The title, and what can be done.
+    /// The title, the instant at the pointer, and the buttons.
     fn head(&mut self, ui: &mut Ui) {
         ui.horizontal(|ui| {
             ui.label(RichText::new(&self.title).heading());
@@ -85,7 +86,7 @@ impl Chart {
                 let is_dark = ui.visuals().dark_mode;
                 let words = if is_dark { "Light" } else { "Dark" };
                 if ui.button(words).on_hover_text("light, dark (D)").clicked() {
-                    super::app::toggle_theme(ui.ctx());
+                    style::toggle_theme(ui.ctx());
                 }
             });
         });
@@ -97,19 +98,19 @@ impl Chart {
         let all = ui.available_rect_before_wrap();
         let size = vec2(all.width() / self.n_columns as f32, all.height() / n_rows as f32);
         let mut cursor = None;
-        for (place, graph) in self.graphs.iter_mut().enumerate() {
-            let (row, column) = (place / self.n_columns, place % self.n_columns);
+        for (idx, graph) in self.graphs.iter_mut().enumerate() {
+            let (row, column) = (idx / self.n_columns, idx % self.n_columns);
             let corner = pos2(all.left() + column as f32 * size.x, all.top() + row as f32 * size.y);
             let rect = Rect::from_min_size(corner, size).shrink(0.5 * GAP);
-            let builder = UiBuilder::new().id_salt(place).max_rect(rect);
-            let read = ui.scope_builder(builder, |ui| {
-                panel::show(ui, graph, &mut self.views[place], self.cursor, theme)
+            let builder = UiBuilder::new().id_salt(idx).max_rect(rect);
+            let input = ui.scope_builder(builder, |ui| {
+                panel::show(ui, graph, &mut self.views[idx], self.cursor, theme)
             });
-            let panel::Read { cursor: at, is_moved } = read.inner;
+            let panel::PointerInput { cursor: at, is_moved } = input.inner;
             cursor = cursor.or(at);
-            // What is over the same axis goes along.
+            // Panels over time share their axis.
             if is_moved && graph.is_over_time {
-                let x = self.views[place].x;
+                let x = self.views[idx].x;
                 self.views.iter_mut().for_each(|view| view.x = x);
             }
         }
@@ -119,13 +120,14 @@ impl Chart {
         }
     }
 
+    /// Does the actions of the keys that are pressed.
     fn keys(&mut self, context: &Context) {
         let pressed = |key| context.input(|input| input.key_pressed(key));
         if pressed(Key::F) || pressed(Key::Home) {
             self.views.fill(View::default());
         }
         if pressed(Key::D) {
-            super::app::toggle_theme(context);
+            style::toggle_theme(context);
         }
         if pressed(Key::Questionmark) || pressed(Key::H) {
             self.is_help_open = !self.is_help_open;
@@ -137,7 +139,7 @@ impl Chart {
     }
 }
 
-/// What keys and the mouse do.
+/// Actions of keys and the mouse.
 const HELP: [(&str, &str); 9] = [
     ("pointer", "values at that instant"),
     ("wheel, pinch", "zoom at the pointer"),
@@ -174,7 +176,7 @@ impl eframe::App for Chart {
     fn ui(&mut self, ui: &mut Ui, frame: &mut eframe::Frame) {
         let context = ui.ctx().clone();
         self.measure.begin_frame(frame.info().cpu_usage);
-        self.measure.settle();
+        self.measure.mark_loaded();
         self.keys(&context);
         let is_dark = ui.visuals().dark_mode;
         let theme = if is_dark { &Theme::DARK } else { &Theme::LIGHT };

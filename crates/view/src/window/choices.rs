@@ -1,5 +1,5 @@
-//! [`Choices`]: what is shown beside the mechanism; kept by name, so that another motion of the same
-//! model finds them again.
+//! [`Choices`]: the chosen additions to the mechanism; kept by name, so that they apply to another
+//! motion of the same model, too.
 
 use std::collections::BTreeSet;
 
@@ -8,11 +8,11 @@ use bksim_scene::Scene;
 use super::action::Action;
 use crate::show::{Show, ShowOptions};
 
-/// What is shown beside the mechanism.
+/// The chosen additions to the mechanism.
 #[derive(Clone, PartialEq, Debug, Default)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a switch of the view")]
 pub(super) struct Choices {
-    /// Names beside joints and points.
+    /// Names of joints and points.
     pub(super) labels: bool,
     /// Arrows of joint reactions.
     pub(super) reactions: bool,
@@ -25,7 +25,7 @@ pub(super) struct Choices {
 }
 
 impl Choices {
-    /// Does what concerns it; says whether it did.
+    /// Does an action on additions; returns whether it was one.
     pub(super) fn apply(&mut self, action: Action, scene: &Scene) -> bool {
         let switch = match action {
             Action::Labels => &mut self.labels,
@@ -46,16 +46,16 @@ impl Choices {
         true
     }
 
-    /// Gives a point a trail, or takes it away.
+    /// Shows or hides the trail of a point.
     pub(super) fn toggle_trail(&mut self, name: &str) {
         if !self.trails.remove(name) {
             self.trails.insert(name.to_owned());
         }
     }
 
-    /// Puts the choices into a show; points that it does not have are passed over.
+    /// Sets the options of a show; points that it does not have are skipped.
     pub(super) fn put_into(&self, show: &mut Show, is_dark: bool) {
-        let trails = self.trail_places(show.scene());
+        let trails = self.trail_indices(show.scene());
         let Self { labels, reactions, velocities, forces, .. } = *self;
         show.options = ShowOptions {
             labels,
@@ -68,13 +68,13 @@ impl Choices {
         };
     }
 
-    /// Places of the trailing points among the markers.
-    fn trail_places(&self, scene: &Scene) -> Vec<usize> {
+    /// Indices of the markers that leave trails.
+    fn trail_indices(&self, scene: &Scene) -> Vec<usize> {
         if self.trails.is_empty() {
             return Vec::new();
         }
         let markers = scene.markers.iter().enumerate();
-        markers.filter(|(_, m)| self.trails.contains(&m.name)).map(|(place, _)| place).collect()
+        markers.filter(|(_, m)| self.trails.contains(&m.name)).map(|(idx, _)| idx).collect()
     }
 }
 
@@ -100,12 +100,12 @@ mod tests {
     }
 
     #[test]
-    fn trails_are_of_all_that_moves_or_of_none() {
+    fn trails_are_of_all_moving_points_or_of_none() {
         let (scene, mut choices) = (scene(), Choices::default());
         assert!(choices.apply(Action::Trails, &scene));
-        assert_eq!(choices.trail_places(&scene), [1, 2]);
+        assert_eq!(choices.trail_indices(&scene), [1, 2]);
         choices.toggle_trail("crank.P");
-        assert_eq!(choices.trail_places(&scene), [2]);
+        assert_eq!(choices.trail_indices(&scene), [2]);
         choices.apply(Action::Trails, &scene);
         assert!(choices.trails.is_empty());
     }
@@ -116,7 +116,7 @@ mod tests {
         choices.toggle_trail("rod.P");
         choices.toggle_trail("gone");
         scene.markers.swap(0, 2);
-        assert_eq!(choices.trail_places(&scene), [0]);
+        assert_eq!(choices.trail_indices(&scene), [0]);
     }
 
     #[test]

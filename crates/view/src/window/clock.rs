@@ -1,6 +1,6 @@
-//! [`Clock`]: which instant of a motion is shown, and how it goes on.
+//! [`Clock`]: the instant of a motion that is shown, and how it advances.
 
-/// Factors of the speed, one after the other.
+/// The speeds, ascending.
 pub(super) const SPEEDS: [f64; 13] =
     [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
 
@@ -13,15 +13,15 @@ pub(super) struct Clock {
     /// First and last instant, s; the last is the earlier one in a run back in time.
     span: [f64; 2],
     t: f64,
-    /// Place in [`SPEEDS`].
+    /// Index in [`SPEEDS`].
     speed_idx: usize,
     is_playing: bool,
-    /// Whether the start follows the end.
+    /// Whether it continues at the start after the end.
     pub(super) is_looping: bool,
 }
 
 impl Default for Clock {
-    /// At rest at zero, at the speed of the motion itself, round and round.
+    /// Paused at zero, at the speed of the motion itself, in a loop.
     fn default() -> Self {
         Self { span: [0.0; 2], t: 0.0, speed_idx: 6, is_playing: false, is_looping: true }
     }
@@ -38,7 +38,7 @@ impl Clock {
         self.span
     }
 
-    /// Whether time goes on by itself.
+    /// Whether time advances by itself.
     pub(super) fn is_playing(&self) -> bool {
         self.is_playing
     }
@@ -48,31 +48,31 @@ impl Clock {
         SPEEDS[self.speed_idx]
     }
 
-    /// Takes another motion; the instant stays, or moves to the end that is nearer.
+    /// Takes the span of another motion; the instant stays, or moves to the nearer end.
     pub(super) fn set_span(&mut self, span: [f64; 2]) {
         self.span = span;
         self.seek(self.t);
     }
 
-    /// Shows `t`, s, or the end that is nearer.
+    /// Moves to `t`, s, or to the nearer end.
     pub(super) fn seek(&mut self, t: f64) {
         let [first, last] = self.span;
         self.t = if t.is_nan() { first } else { t.clamp(first.min(last), first.max(last)) };
     }
 
-    /// Shows what lies at this part of the way from the first to the last instant.
+    /// Moves to a fraction of the span, 0 to 1.
     pub(super) fn seek_part(&mut self, part: f64) {
         let [first, last] = self.span;
         self.seek(first + part * (last - first));
     }
 
-    /// The part of the way that lies behind, 0 to 1.
+    /// The fraction of the span that is past, 0 to 1.
     pub(super) fn part(&self) -> f64 {
         let [first, last] = self.span;
         if first == last { 0.0 } else { (self.t - first) / (last - first) }
     }
 
-    /// Starts, or stops; at the end it starts anew.
+    /// Starts, or pauses; at the end it starts again.
     pub(super) fn toggle(&mut self) {
         self.is_playing = !self.is_playing && self.span[0] != self.span[1];
         if self.is_playing && self.t == self.span[1] {
@@ -80,12 +80,12 @@ impl Clock {
         }
     }
 
-    /// Stops.
+    /// Pauses.
     pub(super) fn pause(&mut self) {
         self.is_playing = false;
     }
 
-    /// Lets `elapsed` seconds of the window go by.
+    /// Advances by `elapsed` seconds of the window.
     pub(super) fn advance(&mut self, elapsed: f64) {
         if !self.is_playing {
             return;
@@ -93,7 +93,7 @@ impl Clock {
         let [first, last] = self.span;
         let length = (last - first).abs();
         let part = self.part() * length + elapsed * self.speed();
-        // From the end it goes on at the start, by what is left of the step.
+        // A loop continues at the start by the rest of the step.
         let part = if part <= length {
             part
         } else if self.is_looping && length > 0.0 {
@@ -105,15 +105,15 @@ impl Clock {
         self.seek_part(if length > 0.0 { part / length } else { 0.0 });
     }
 
-    /// Stops, and goes by so many frames at the present speed.
+    /// Pauses, and moves by a number of frames at the present speed.
     pub(super) fn step_frame(&mut self, n: i32) {
         self.pause();
         let forward = if self.span[1] < self.span[0] { -1.0 } else { 1.0 };
         self.seek(self.t + forward * f64::from(n) * self.speed() / FRAME_RATE);
     }
 
-    /// Stops, and goes to the next of these instants, or to the one before; they follow each other as
-    /// the run does.
+    /// Pauses, and moves to the next or the previous one of some instants, which are in the order
+    /// of the run.
     pub(super) fn step_to(
         &mut self,
         is_onward: bool,
@@ -122,25 +122,25 @@ impl Clock {
         self.pause();
         let [first, last] = self.span;
         let forward = if last < first { -1.0 } else { 1.0 };
-        // An instant that is reached is not reached again by rounding.
+        // Rounding must not find the present instant again.
         let slack = 1e-12 * (last - first).abs();
-        let ahead = |t: &f64| (t - self.t) * forward > slack;
-        let behind = |t: &f64| (self.t - t) * forward > slack;
+        let is_later = |t: &f64| (t - self.t) * forward > slack;
+        let is_earlier = |t: &f64| (self.t - t) * forward > slack;
         let mut instants = instants;
-        let found = if is_onward { instants.find(ahead) } else { instants.rfind(behind) };
+        let found = if is_onward { instants.find(is_later) } else { instants.rfind(is_earlier) };
         self.seek(found.unwrap_or(if is_onward { last } else { first }));
     }
 
-    /// Goes so many places through [`SPEEDS`].
-    pub(super) fn change_speed(&mut self, places: isize) {
-        self.speed_idx = self.speed_idx.saturating_add_signed(places).min(SPEEDS.len() - 1);
+    /// Moves by a number of steps through [`SPEEDS`].
+    pub(super) fn change_speed(&mut self, steps: isize) {
+        self.speed_idx = self.speed_idx.saturating_add_signed(steps).min(SPEEDS.len() - 1);
     }
 
-    /// Takes the speed nearest to this one.
+    /// Takes the nearest of [`SPEEDS`].
     pub(super) fn set_speed(&mut self, speed: f64) {
         let distance = |&idx: &usize| (SPEEDS[idx] / speed).ln().abs();
         let nearest = (0..SPEEDS.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        self.speed_idx = nearest.unwrap_or(self.speed_idx);
+        self.speed_idx = nearest.expect("there are speeds");
     }
 }
 
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn it_goes_round_or_stops_at_the_end_and_starts_anew() {
+    fn it_plays_in_a_loop_or_stops_at_the_end_and_starts_again() {
         let mut clock = clock([1.0, 3.0]);
         clock.advance(0.5);
         assert_eq!(clock.t(), 1.0, "at rest");
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn speed_stays_among_the_factors_and_scales_what_goes_by() {
+    fn speed_is_one_of_the_list_and_scales_the_elapsed_time() {
         let mut clock = clock([0.0, 1000.0]);
         clock.change_speed(100);
         assert_eq!(clock.speed(), 100.0);
@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn another_motion_keeps_the_instant_where_it_can() {
+    fn another_motion_keeps_the_instant_if_it_contains_it() {
         let mut clock = clock([0.0, 10.0]);
         clock.seek(4.0);
         clock.set_span([0.0, 20.0]);

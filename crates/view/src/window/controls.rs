@@ -1,4 +1,4 @@
-//! The bar at the bottom: the way through time, and the buttons.
+//! The bar at the bottom: the slider of time, and the buttons.
 
 use egui::{Align, Layout, Rect, RichText, Sense, Ui, pos2, vec2};
 
@@ -9,13 +9,13 @@ use super::icon::{self, Icon};
 use super::{number, style};
 use bksim_scene::Scene;
 
-/// Height of the bar in which the way through time lies.
+/// Height of the slider of time, points.
 const SCRUB: f32 = 20.0;
 
-/// Below this width the buttons take two rows.
+/// Width below which the buttons take two rows, points.
 const WIDE: f32 = 640.0;
 
-/// Shows the bar; what its buttons ask for is added to `actions`.
+/// Shows the bar; the actions of its buttons are added to `actions`.
 pub(super) fn show(
     ui: &mut Ui,
     clock: &mut Clock,
@@ -46,7 +46,7 @@ pub(super) fn show(
     }
 }
 
-/// The way from the first to the last instant; a click or a drag goes there.
+/// The slider from the first to the last instant; a click or a drag moves the clock.
 fn scrub_bar(ui: &mut Ui, clock: &mut Clock) {
     let (rect, response) =
         ui.allocate_exact_size(vec2(ui.available_width(), SCRUB), Sense::click_and_drag());
@@ -75,7 +75,7 @@ fn scrub_bar(ui: &mut Ui, clock: &mut Clock) {
     }
 }
 
-/// Play and steps.
+/// Buttons to play and to step.
 fn transport(ui: &mut Ui, clock: &Clock, actions: &mut Vec<Action>) {
     ui.spacing_mut().item_spacing.x = 2.0;
     let (play, words) = if clock.is_playing() {
@@ -102,12 +102,12 @@ fn time(ui: &mut Ui, clock: &Clock) {
     let decimals = number::decimals(clock.span());
     let [_, last] = clock.span();
     let last = format!("{last:.decimals$}");
-    // As wide as the last one, so that nothing moves beside it.
+    // As wide as the last instant, so that nothing next to it moves.
     let text = format!("{:>width$.decimals$} / {last} s", clock.t(), width = last.len());
     ui.label(RichText::new(text).monospace());
 }
 
-/// Everything else, from the right to the left.
+/// All other buttons, from the right to the left.
 fn tools(
     ui: &mut Ui,
     clock: &mut Clock,
@@ -141,7 +141,7 @@ fn tools(
     .on_hover_text("speed (Up, Down)");
 }
 
-/// Switches, and the points that can leave trails.
+/// The menu of additions, and of the points that can leave trails.
 fn show_menu(ui: &mut Ui, choices: &mut Choices, scene: Option<&Scene>, actions: &mut Vec<Action>) {
     ui.set_width(200.0);
     let switches = [

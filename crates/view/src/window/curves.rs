@@ -9,13 +9,13 @@ use egui_plot::PlotPoint;
 
 use crate::show::Show;
 
-/// Instants of a curve: more than a panel has pixels.
+/// Number of instants of a curve: more than a panel has pixels.
 const INSTANTS: usize = 800;
 
-/// What a frame may spend on curves.
+/// Time that a frame may spend on curves.
 const BUDGET: Duration = Duration::from_millis(4);
 
-/// Coordinates chosen at first.
+/// Number of coordinates chosen at first.
 const FIRST: usize = 3;
 
 /// A channel over the motion.
@@ -30,7 +30,7 @@ pub(super) struct Curve {
 }
 
 impl Curve {
-    /// What is known of it so far, in the order of the run.
+    /// Its points so far, in the order of the run.
     pub(super) fn points(&self) -> &[PlotPoint] {
         &self.points
     }
@@ -46,13 +46,15 @@ impl Curve {
 pub(super) struct Curves {
     /// Names of the channels, in the order they were chosen; kept when the motion lacks them.
     chosen: Vec<String>,
+    /// Whether the user has chosen; then another motion keeps the choice.
     is_chosen_by_hand: bool,
     all: Vec<Curve>,
+    /// Number of points of each curve so far.
     n_known: usize,
 }
 
 impl Curves {
-    /// Takes another motion, and the channels chosen that it has.
+    /// Takes another motion, with those of the chosen channels that it has.
     pub(super) fn set_motion(&mut self, playback: &Playback) {
         if !self.is_chosen_by_hand {
             self.chosen = overview(playback);
@@ -60,11 +62,11 @@ impl Curves {
         self.find(playback);
     }
 
-    /// Adds a channel, or takes it away.
+    /// Adds or removes a channel.
     pub(super) fn toggle(&mut self, name: &str, playback: &Playback) {
         self.is_chosen_by_hand = true;
         match self.chosen.iter().position(|known| known == name) {
-            Some(place) => drop(self.chosen.remove(place)),
+            Some(idx) => drop(self.chosen.remove(idx)),
             None => self.chosen.push(name.to_owned()),
         }
         self.find(playback);
@@ -78,21 +80,21 @@ impl Curves {
     /// The curves in groups of one unit, in the order they were chosen.
     pub(super) fn groups(&self) -> Vec<Vec<(usize, &Curve)>> {
         let mut groups: Vec<Vec<(usize, &Curve)>> = Vec::new();
-        for (place, curve) in self.all.iter().enumerate() {
+        for (idx, curve) in self.all.iter().enumerate() {
             match groups.iter_mut().find(|group| group[0].1.unit == curve.unit) {
-                Some(group) => group.push((place, curve)),
-                None => groups.push(vec![(place, curve)]),
+                Some(group) => group.push((idx, curve)),
+                None => groups.push(vec![(idx, curve)]),
             }
         }
         groups
     }
 
-    /// Whether there is something left to compute.
+    /// Whether points are left to compute.
     pub(super) fn is_unfinished(&self) -> bool {
         !self.all.is_empty() && self.n_known < INSTANTS
     }
 
-    /// Computes a little. The show is at another instant afterwards.
+    /// Computes more points, within the time of a frame. The show is at another instant afterwards.
     ///
     /// # Errors
     /// [`Unreplayed`] when the motion is not that of the mechanism.
@@ -111,6 +113,7 @@ impl Curves {
         Ok(())
     }
 
+    /// Starts the curves of the chosen channels, those that the motion has.
     fn find(&mut self, playback: &Playback) {
         self.n_known = 0;
         let found = self.chosen.iter().filter_map(|name| {
@@ -122,7 +125,7 @@ impl Curves {
     }
 }
 
-/// What tells most of a motion: its first coordinates and its energies.
+/// The channels chosen at first: some coordinates and the energies.
 fn overview(playback: &Playback) -> Vec<String> {
     let names = || playback.channels().signals().map(|(_, name, _)| name);
     let is_coordinate = |name: &String| name.starts_with("state.") && !name.ends_with("_dot");
@@ -134,27 +137,11 @@ fn overview(playback: &Playback) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::show::pendulum;
 
     /// A pendulum of one second.
     fn show() -> Show {
-        let text = r#"
-            [bodies.bob]
-            mass = "2 kg"
-            com = [0, "-0.5 m"]
-            [joints.A]
-            type = "revolute"
-            between = ["ground", "bob"]
-            [loads.gravity]
-            type = "gravity"
-            acceleration = [0, "-9.81 m/s^2"]
-            [initial]
-            A = { angle = "30 deg" }
-            [solve]
-            t_end = "1 s"
-        "#;
-        let mechanism = bksim::Mechanism::from_toml(text, "pendulum").expect("a model");
-        let solved = crate::show::solve(mechanism, text, &|_| true).expect("a motion");
-        Show::new(solved.playback)
+        pendulum("30 deg", "1 s")
     }
 
     #[test]

@@ -1,43 +1,44 @@
-//! [`Eye`]: from where the mechanism is seen, through fits, drags and turns of the wheel.
+//! [`Eye`]: the camera of the window, moved by fits, drags and turns of the wheel.
 
 use bksim_scene::Camera;
 
-/// The part of a picture that is left free on each side of what is fitted.
+/// Margin on each side of a fitted motion, as a fraction of the picture.
 const MARGIN: f64 = 0.1;
 
-/// Angles from which a spatial mechanism is seen first, rad.
+/// First azimuth of the view of a spatial mechanism, rad.
 const AZIMUTH: f64 = -0.6;
+/// First elevation of the view of a spatial mechanism, rad.
 const ELEVATION: f64 = 0.45;
 
-/// From where the mechanism is seen; the size of the picture may change at any time.
+/// The camera of the window; the size of the picture may change at any time.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Eye {
     is_planar: bool,
     azimuth: f64,
     elevation: f64,
     camera: Camera,
-    /// Whether nobody has moved it since it was fitted: then it is fitted to every new size.
+    /// Whether it was not moved since it was fitted: then it is fitted to every new size.
     is_fitted: bool,
 }
 
 impl Eye {
-    /// An eye that is yet to be fitted.
+    /// A camera that is not fitted yet.
     pub(super) fn new(is_planar: bool) -> Self {
         let camera = Camera::planar([1.0; 2]);
         Self { is_planar, azimuth: AZIMUTH, elevation: ELEVATION, camera, is_fitted: true }
     }
 
-    /// What it sees.
+    /// The camera for the renderer.
     pub(super) fn camera(&self) -> &Camera {
         &self.camera
     }
 
-    /// Whether it waits to be fitted to a picture of this size.
-    pub(super) fn wants_fit(&self, size: [f64; 2]) -> bool {
+    /// Whether it should be fitted to a picture of this size.
+    pub(super) fn needs_fit(&self, size: [f64; 2]) -> bool {
         self.is_fitted && self.camera.size != size
     }
 
-    /// Sees all points.
+    /// Fits all points into a picture of this size.
     pub(super) fn fit(&mut self, size: [f64; 2], points: &[[f64; 3]]) {
         self.resize(size);
         self.turn();
@@ -45,7 +46,7 @@ impl Eye {
         self.is_fitted = true;
     }
 
-    /// Takes another size of the picture; what is in its middle stays there.
+    /// Takes another size of the picture; the point in its middle stays there.
     pub(super) fn resize(&mut self, size: [f64; 2]) {
         self.camera.size = size;
     }
@@ -57,7 +58,7 @@ impl Eye {
         self.is_fitted = false;
     }
 
-    /// Enlarges the picture; what is at the pixel `at` stays there.
+    /// Enlarges the picture; the point at the pixel `at` stays there.
     pub(super) fn zoom(&mut self, factor: f64, at: [f64; 2]) {
         let scale = self.camera.scale * factor;
         if !(scale.is_normal() && (1e-9..1e12).contains(&scale)) {
@@ -72,7 +73,8 @@ impl Eye {
         self.is_fitted = false;
     }
 
-    /// Goes around what is in the middle by these angles, rad. A planar mechanism is seen from in front.
+    /// Turns about the point in the middle by these angles, rad. The view of a planar mechanism
+    /// does not turn.
     pub(super) fn orbit(&mut self, right: f64, up: f64) {
         if self.is_planar {
             return;
@@ -84,7 +86,7 @@ impl Eye {
         self.is_fitted = false;
     }
 
-    /// Gives the camera the direction of the angles.
+    /// Sets the direction of the camera to the angles.
     fn turn(&mut self) {
         let Camera { centre, scale, size, .. } = self.camera;
         let camera = if self.is_planar {
@@ -103,7 +105,7 @@ mod tests {
     const CUBE: [[f64; 3]; 2] = [[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]];
 
     #[test]
-    fn zoom_keeps_what_is_under_the_pointer() {
+    fn zoom_keeps_the_point_under_the_pointer() {
         for is_planar in [true, false] {
             let mut eye = Eye::new(is_planar);
             eye.fit([400.0, 300.0], &CUBE);
@@ -131,13 +133,13 @@ mod tests {
     }
 
     #[test]
-    fn it_is_fitted_to_new_sizes_until_somebody_moves_it() {
+    fn it_is_fitted_to_new_sizes_until_it_is_moved() {
         let mut eye = Eye::new(true);
-        assert!(eye.wants_fit([400.0, 300.0]));
+        assert!(eye.needs_fit([400.0, 300.0]));
         eye.fit([400.0, 300.0], &CUBE);
-        assert!(!eye.wants_fit([400.0, 300.0]) && eye.wants_fit([500.0, 300.0]));
+        assert!(!eye.needs_fit([400.0, 300.0]) && eye.needs_fit([500.0, 300.0]));
         eye.pan([1.0, 0.0]);
-        assert!(!eye.wants_fit([500.0, 300.0]));
+        assert!(!eye.needs_fit([500.0, 300.0]));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Buttons with signs instead of words, drawn as shapes: no font has all of them.
+//! Buttons with signs, drawn as shapes: no font has all of them.
 
 use egui::{Painter, Pos2, Rect, Response, Sense, Shape, Stroke, Ui, Vec2, pos2, vec2};
 
@@ -42,6 +42,7 @@ pub(super) fn button(ui: &mut Ui, icon: Icon, is_on: bool, words: &str) -> Respo
 impl Icon {
     /// Paints the sign into a square.
     fn paint(self, painter: &Painter, square: Rect, stroke: Stroke) {
+        // Brushes, in coordinates from 0 to 1.
         let at = |x: f32, y: f32| square.lerp_inside(vec2(x, y));
         let color = stroke.color;
         let triangle = |points: [Pos2; 3]| {
@@ -54,6 +55,8 @@ impl Icon {
         let line = |points: &[Pos2]| {
             painter.add(Shape::line(points.to_vec(), stroke));
         };
+
+        // The signs.
         match self {
             Self::Play => triangle([at(0.16, 0.02), at(0.96, 0.5), at(0.16, 0.98)]),
             Self::Pause => {
@@ -75,7 +78,7 @@ impl Icon {
             Self::Loop => {
                 let (centre, radius) = (square.center(), 0.42 * square.width());
                 let point = |angle: f32| centre + radius * Vec2::angled(angle);
-                // An arc that is open where its arrow is.
+                // An arc that is open at its arrow.
                 let arc: Vec<Pos2> = (0..=28).map(|i| point(0.1 + 0.19 * i as f32)).collect();
                 line(&arc);
                 let tip = point(0.1 + 0.19 * 28.0);

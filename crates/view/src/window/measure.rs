@@ -1,31 +1,36 @@
-//! [`Measure`]: how fast a window is, and pictures of itself.
+//! [`Measure`]: the speed of a window, and a picture of it.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use egui::{ColorImage, Context};
 
-use super::{Figures, Outcome, WindowOptions};
+use super::options::WindowOptions;
+use super::report::{Figures, Outcome};
 use crate::renderer::Counts;
 
-/// How fast a window is, and pictures of itself.
+/// Measures the speed of a window, and takes a picture of it.
 pub(super) struct Measure {
     started: Instant,
     shot_after: Option<Duration>,
-    n_wanted: Option<usize>,
-    /// When the files had been read for the first time.
-    settled: Option<Instant>,
+    /// Number of frames to count, if requested.
+    n_requested: Option<usize>,
+    /// Instant at which the files had been read for the first time.
+    loaded_at: Option<Instant>,
     /// Whether a frame with a motion has been laid out.
     has_motion: bool,
     first_frame: Option<Duration>,
-    /// When the first of the counted frames was there.
+    /// Instant of the first of the counted frames.
     counted_from: Option<Instant>,
     n_frames: usize,
+    /// Duration of the counted frames, s.
     seconds: f64,
+    /// Work of the window's thread on the counted frames, s.
     cpu_seconds: f64,
     counts: Counts,
+    /// The picture, from the thread that takes it.
     shot: Arc<Mutex<Option<Arc<ColorImage>>>>,
-    is_shot_asked: bool,
+    is_shot_requested: bool,
     png: Option<Vec<u8>>,
 }
 
@@ -34,8 +39,8 @@ impl Measure {
         Self {
             started: options.started,
             shot_after: options.shot_after,
-            n_wanted: options.n_frames,
-            settled: None,
+            n_requested: options.n_frames,
+            loaded_at: None,
             has_motion: false,
             first_frame: None,
             counted_from: None,
@@ -44,20 +49,20 @@ impl Measure {
             cpu_seconds: 0.0,
             counts: Counts::default(),
             shot: Arc::default(),
-            is_shot_asked: false,
+            is_shot_requested: false,
             png: None,
         }
     }
 
-    /// Tells that the files have been read.
-    pub(super) fn settle(&mut self) {
-        self.settled.get_or_insert_with(Instant::now);
+    /// Notes that the files have been read.
+    pub(super) fn mark_loaded(&mut self) {
+        self.loaded_at.get_or_insert_with(Instant::now);
     }
 
-    /// Takes the cost of the frame before, s.
+    /// Takes the cost of the previous frame, s.
     pub(super) fn begin_frame(&mut self, cpu_usage: Option<f32>) {
         let Some(from) = self.counted_from else { return };
-        if self.n_wanted.is_some_and(|n| self.n_frames >= n) {
+        if self.n_requested.is_some_and(|n| self.n_frames >= n) {
             return;
         }
         self.n_frames += 1;
@@ -65,15 +70,15 @@ impl Measure {
         self.cpu_seconds += f64::from(cpu_usage.unwrap_or_default());
     }
 
-    /// Takes what the graphics card got.
+    /// Takes the renderer's counts of a frame.
     pub(super) fn count(&mut self, counts: Counts) {
         self.counts = counts;
     }
 
-    /// Notes that a frame was laid out and asks for what is missing; true when the frame before was the
-    /// first that showed a motion.
+    /// Notes that a frame was laid out, and requests repaints for the measurements that are
+    /// missing; returns whether the previous frame was the first that showed a motion.
     pub(super) fn end_frame(&mut self, context: &Context, has_motion: bool) -> bool {
-        // A frame is there when the next one begins.
+        // A frame is visible when the next one begins.
         let is_first = self.has_motion && self.first_frame.is_none();
         if is_first {
             self.first_frame = Some(self.started.elapsed());
@@ -82,9 +87,9 @@ impl Measure {
             context.request_repaint();
         }
         self.has_motion |= has_motion;
-        if self.n_wanted.is_some() {
+        if self.n_requested.is_some() {
             context.request_repaint();
-            if self.settled.is_some() {
+            if self.loaded_at.is_some() {
                 self.counted_from.get_or_insert_with(Instant::now);
             }
         }
@@ -92,14 +97,14 @@ impl Measure {
         is_first
     }
 
-    /// Whether everything that was asked for is there.
+    /// Whether there was a request, and all requests are done.
     pub(super) fn is_done(&self) -> bool {
         let has_shot = self.shot_after.is_none() || self.png.is_some();
-        let has_frames = self.n_wanted.is_none_or(|n| self.n_frames >= n);
-        (self.shot_after.is_some() || self.n_wanted.is_some()) && has_shot && has_frames
+        let has_frames = self.n_requested.is_none_or(|n| self.n_frames >= n);
+        (self.shot_after.is_some() || self.n_requested.is_some()) && has_shot && has_frames
     }
 
-    /// Writes down what is known so far.
+    /// Writes the measurements so far into the outcome.
     pub(super) fn write_into(&mut self, outcome: &mut Outcome) {
         let n = self.n_frames as f64;
         let per_frame = |sum: f64| if n > 0.0 { Some(sum / n) } else { None };
@@ -117,13 +122,14 @@ impl Measure {
         }
     }
 
+    /// Requests the picture when it is time, and takes it when it is there.
     fn take_shot(&mut self, context: &Context) {
-        let (Some(after), Some(settled)) = (self.shot_after, self.settled) else { return };
-        let waited = settled.elapsed();
+        let (Some(after), Some(loaded_at)) = (self.shot_after, self.loaded_at) else { return };
+        let waited = loaded_at.elapsed();
         if waited < after {
             context.request_repaint_after(after.saturating_sub(waited));
-        } else if !self.is_shot_asked {
-            self.is_shot_asked = true;
+        } else if !self.is_shot_requested {
+            self.is_shot_requested = true;
             let (shot, waking) = (Arc::clone(&self.shot), context.clone());
             context.request_screenshot(move |image| {
                 *shot.lock().unwrap_or_else(PoisonError::into_inner) = Some(image);
@@ -139,7 +145,8 @@ impl Measure {
 
 /// A picture as PNG.
 fn encoded(image: &ColorImage) -> Option<Vec<u8>> {
-    let [width, height] = image.size.map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+    let side = |n: usize| u32::try_from(n).expect("a window has fewer than 2^32 pixels a side");
+    let [width, height] = image.size.map(side);
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(png::ColorType::Rgba);

@@ -1,9 +1,9 @@
-//! Numbers as a window shows them: few digits, and always as wide.
+//! Numbers in a window: few digits, and of constant width.
 
-/// Digits of a value beside a curve.
+/// Significant digits of a value.
 const DIGITS: i32 = 5;
 
-/// Decimals of an instant so that a thousandth of the span is told.
+/// Decimals of an instant, which resolve a thousandth of the span.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 9")]
 pub(super) fn decimals(span: [f64; 2]) -> usize {
     let length = (span[1] - span[0]).abs();
@@ -20,7 +20,7 @@ pub(super) fn value(x: f64) -> String {
     }
     #[expect(clippy::cast_possible_truncation, reason = "-4 to 6")]
     let magnitude = x.abs().log10().floor() as i32;
-    let decimals = usize::try_from(DIGITS - 1 - magnitude).unwrap_or(0);
+    let decimals = (DIGITS - 1 - magnitude).max(0).unsigned_abs() as usize;
     format!("{x:.decimals$}")
 }
 
@@ -29,7 +29,7 @@ pub(super) fn speed(factor: f64) -> String {
     format!("{factor}×")
 }
 
-/// The largest of 1, 2, 5, 10, 20, … (and tenths of them) that is not above `x`.
+/// The largest of 1, 2 and 5 times a power of ten that is at most `x`.
 pub(super) fn round_below(x: f64) -> f64 {
     if !(x.is_finite() && x > 0.0) {
         return 0.0;
@@ -48,7 +48,7 @@ pub(super) fn quantity(x: f64, unit: &str) -> String {
         .into_iter()
         .find(|(factor, _)| x.abs() >= factor * (1.0 - 1e-9))
         .unwrap_or((1e-9, "n"));
-    // Rounding away what division left behind: 0.3 of 1e-3 is 300.00000000000006.
+    // Rounds away errors of the division: 0.3 of 1e-3 is 300.00000000000006.
     let number = (x / factor * 1e6).round() / 1e6;
     format!("{number} {prefix}{unit}")
 }

@@ -1,4 +1,4 @@
-//! What lies over the picture: faults, progress, scales, and the list of keys.
+//! Overlays of the picture: faults, progress, scales, and the list of keys.
 
 use bksim_scene::{Camera, Scene, Theme};
 use egui::{Align2, Color32, FontId, Margin, Painter, Rect, RichText, Stroke, Ui, pos2, vec2};
@@ -7,13 +7,13 @@ use super::action::{BINDINGS, MOUSE};
 use super::{number, style};
 use bksim::sim::pose::Pose;
 
-/// Distance of everything from the edges of the picture.
+/// Distance of overlays from the edges of the picture, points.
 const EDGE: f32 = 14.0;
 
-/// How near the pointer must be to a point.
+/// Largest distance of the pointer from a point that it selects, points.
 const REACH: f64 = 10.0;
 
-/// A surface over the picture.
+/// The frame of an overlay.
 fn frame(ui: &Ui) -> egui::Frame {
     let visuals = ui.visuals();
     egui::Frame::new()
@@ -23,7 +23,7 @@ fn frame(ui: &Ui) -> egui::Frame {
         .inner_margin(Margin::same(12))
 }
 
-/// What is wrong, over the upper part of the picture.
+/// A fault, over the upper part of the picture.
 pub(super) fn fault(ui: &Ui, picture: Rect, text: &str, has_motion: bool) {
     let width = picture.width() - 2.0 * EDGE;
     let area = egui::Area::new(ui.scope_id().with("fault"))
@@ -41,7 +41,7 @@ pub(super) fn fault(ui: &Ui, picture: Rect, text: &str, has_motion: bool) {
             };
             ui.label(RichText::new(title).strong().color(red));
             ui.add_space(2.0);
-            // The last good motion is to be seen below it.
+            // The last good motion stays visible below it.
             let part = if has_motion { 0.28 } else { 0.8 };
             let area = egui::ScrollArea::both().max_height(part * picture.height());
             area.auto_shrink([false, true]).show(ui, |ui| {
@@ -52,7 +52,7 @@ pub(super) fn fault(ui: &Ui, picture: Rect, text: &str, has_motion: bool) {
     });
 }
 
-/// How far the work in the background is, in the lower right corner.
+/// Progress of the work in the background, in the lower right corner.
 pub(super) fn progress(ui: &Ui, picture: Rect, part: f64, words: &str) {
     let theme = style::theme(ui.visuals().dark_mode);
     let painter = ui.painter_at(picture);
@@ -71,25 +71,26 @@ pub(super) fn progress(ui: &Ui, picture: Rect, part: f64, words: &str) {
     painter.rect_filled(done, 1.0, style::accent(theme));
 }
 
-/// The moving marker at a pixel of the picture, and its place there.
+/// The nearest moving marker at a pixel of the picture, and its own pixel.
 pub(super) fn marker_at(
     camera: &Camera,
     scene: &Scene,
     poses: &[Pose],
     [x, y]: [f64; 2],
 ) -> Option<(usize, [f64; 2])> {
-    let place = |(idx, marker): (usize, &bksim_scene::Marker)| {
+    let distance = |(idx, marker): (usize, &bksim_scene::Marker)| {
         let pose = poses.get(marker.at.body).filter(|_| marker.at.body != 0)?;
         let [px, py, _] = camera.project(pose.place(marker.at.position));
         Some(((px - x).hypot(py - y), idx, [px, py]))
     };
-    let near = scene.markers.iter().enumerate().filter_map(place).filter(|near| near.0 <= REACH);
+    let markers = scene.markers.iter().enumerate().filter_map(distance);
+    let near = markers.filter(|(distance, ..)| *distance <= REACH);
     let nearest = near.min_by(|a, b| a.0.total_cmp(&b.0));
     nearest.map(|(_, idx, at)| (idx, at))
 }
 
-/// A length to measure by, and one for each kind of arrow that is shown: its colour, metres per unit of
-/// it, and its unit.
+/// Scale bars of lengths, and of each kind of arrow that is shown, given by its colour, metres per
+/// unit, and unit.
 pub(super) fn scales(
     painter: &Painter,
     picture: Rect,
@@ -98,9 +99,9 @@ pub(super) fn scales(
     theme: &Theme,
 ) {
     let faint = style::color32(theme.faint);
-    let length = std::iter::once((faint, 1.0, "m")).chain(arrows.iter().copied());
+    let scales = std::iter::once((faint, 1.0, "m")).chain(arrows.iter().copied());
     let mut y = picture.bottom() - EDGE;
-    for (place, (color, metres, unit)) in length.enumerate() {
+    for (idx, (color, metres, unit)) in scales.enumerate() {
         let pixels = scale * metres;
         let round = number::round_below(110.0 / pixels);
         if round <= 0.0 || picture.width() < 260.0 {
@@ -110,7 +111,7 @@ pub(super) fn scales(
         let width = (round * pixels) as f32;
         let left = pos2(picture.left() + EDGE, y - 4.0);
         let stroke = Stroke::new(1.6, color);
-        if place == 0 {
+        if idx == 0 {
             let right = left + vec2(width, 0.0);
             painter.line_segment([left, right], stroke);
             for end in [left, right] {

@@ -9,46 +9,61 @@ use super::curves::{Curve, Curves};
 use super::{number, style};
 use crate::show::Show;
 
-/// A plot is not made lower than this; the panel scrolls instead.
+/// Least height of a plot, points; the panel scrolls if they do not all fit.
 const LOWEST: f32 = 120.0;
 
-/// Height of a row of a legend.
+/// Height of a row of a legend, points.
 const ROW: f32 = 18.0;
 
-/// Shows the panel; a drag in a plot moves the clock.
-pub(super) fn show(
-    ui: &mut Ui,
-    curves: &mut Curves,
-    search: &mut String,
-    show: &Show,
-    clock: &mut Clock,
-) {
-    ui.horizontal(|ui| {
-        ui.label(RichText::new("Curves").strong());
-        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-            ui.menu_button("Channels", |ui| channels(ui, curves, search, show));
-        });
-    });
-    let groups = curves.groups();
-    if groups.is_empty() {
-        ui.add_space(8.0);
-        ui.weak("Choose channels to see them over time.");
-        return;
+/// The panel of curves.
+pub(super) struct CurvePanel {
+    /// The chosen channels.
+    pub(super) curves: Curves,
+    /// Whether the panel is shown.
+    pub(super) is_open: bool,
+    /// Text in the search field of the channels.
+    search: String,
+}
+
+impl CurvePanel {
+    /// A panel without curves.
+    pub(super) fn new(is_open: bool) -> Self {
+        Self { curves: Curves::default(), is_open, search: String::new() }
     }
-    ui.spacing_mut().interact_size.y = ROW;
-    ui.spacing_mut().item_spacing.y = 3.0;
-    let rows: usize = groups.iter().map(Vec::len).sum();
-    let room = ui.available_height() - (ROW + 3.0) * rows as f32 - 16.0 * groups.len() as f32;
-    let height = (room / groups.len() as f32).max(LOWEST);
-    egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        for (place, group) in groups.iter().enumerate() {
-            for (curve_idx, curve) in group {
-                legend(ui, color(*curve_idx, style::theme(ui.visuals().dark_mode)), curve, show);
-            }
-            plot(ui, place, group, height, clock);
-            ui.add_space(6.0);
+
+    /// Shows the panel; a drag in a plot moves the clock.
+    pub(super) fn ui(&mut self, ui: &mut Ui, show: &Show, clock: &mut Clock) {
+        let Self { curves, search, .. } = self;
+        ui.horizontal(|ui| {
+            ui.label(RichText::new("Curves").strong());
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                ui.menu_button("Channels", |ui| channels(ui, curves, search, show));
+            });
+        });
+        let groups = curves.groups();
+        if groups.is_empty() {
+            ui.add_space(8.0);
+            ui.weak("Choose channels to see them over time.");
+            return;
         }
-    });
+        ui.spacing_mut().interact_size.y = ROW;
+        ui.spacing_mut().item_spacing.y = 3.0;
+        // Plots share the height that the legends leave.
+        let rows: usize = groups.iter().map(Vec::len).sum();
+        let legends = (ROW + 3.0) * rows as f32;
+        let free = ui.available_height() - legends - 16.0 * groups.len() as f32;
+        let height = (free / groups.len() as f32).max(LOWEST);
+        egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            for (group_idx, group) in groups.iter().enumerate() {
+                let theme = style::theme(ui.visuals().dark_mode);
+                for (curve_idx, curve) in group {
+                    legend(ui, color(*curve_idx, theme), curve, show);
+                }
+                plot(ui, group_idx, group, height, clock);
+                ui.add_space(6.0);
+            }
+        });
+    }
 }
 
 /// Colour of a curve.
@@ -73,13 +88,13 @@ fn legend(ui: &mut Ui, color: Color32, curve: &Curve, show: &Show) {
 }
 
 /// Curves of one unit.
-fn plot(ui: &mut Ui, place: usize, group: &[(usize, &Curve)], height: f32, clock: &mut Clock) {
+fn plot(ui: &mut Ui, group_idx: usize, group: &[(usize, &Curve)], height: f32, clock: &mut Clock) {
     let theme = style::theme(ui.visuals().dark_mode);
     let [first, last] = clock.span();
     let (low, high) = (first.min(last), first.max(last));
     let t = clock.t();
     let cursor = style::color32(theme.text.with_opacity(0.6));
-    let plot = Plot::new(("curves", place))
+    let plot = Plot::new(("curves", group_idx))
         .height(height)
         .allow_drag(false)
         .allow_zoom(false)
@@ -118,11 +133,11 @@ fn channels(ui: &mut Ui, curves: &mut Curves, search: &mut String, show: &Show) 
     let field = egui::TextEdit::singleline(search).hint_text("search");
     ui.add(field.desired_width(f32::INFINITY));
     let playback = show.playback();
-    let wanted = search.to_lowercase();
+    let searched = search.to_lowercase();
     let names: Vec<(String, String)> = playback
         .channels()
         .signals()
-        .filter(|(_, name, _)| name.to_lowercase().contains(&wanted))
+        .filter(|(_, name, _)| name.to_lowercase().contains(&searched))
         .map(|(_, name, field)| (name, field.description.clone()))
         .collect();
     if names.is_empty() {

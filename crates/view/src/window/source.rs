@@ -1,5 +1,5 @@
-//! [`Source`]: where a window gets its motion from, without knowing files; and [`Loader`], which asks
-//! it off the window's thread, at first and whenever one of its files changes.
+//! [`Source`]: the origin of a window's motion; and [`Loader`], which reads it on a thread of its
+//! own, at first and whenever one of its files changes.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -11,56 +11,57 @@ use std::time::{Duration, Instant};
 use super::watch::Watch;
 use crate::show::Show;
 
-/// A file that changes is read again when it has been left alone for so long …
+/// Time without further changes after which a changed file is read again.
 const QUIET: Duration = Duration::from_millis(120);
 
-/// … or, if it is never left alone, after this time: a log that is being written.
+/// Time after which a file that never stops changing is read again, such as a log that is being
+/// written.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Where a window gets its motion from.
+/// The origin of a window's motion.
 pub struct Source {
-    /// What the window is called after.
+    /// Path or name in the window's title.
     pub name: String,
     /// The files to watch from the beginning.
     pub files: Vec<PathBuf>,
-    /// Reads the files, and solves if there is something to solve; called on a thread of its own.
+    /// Reads the files, and solves a model; called on a thread of its own.
     pub load: Box<dyn FnMut(&Task) -> Loaded + Send>,
 }
 
-/// What comes of reading the files once.
+/// The result of reading the files once.
 #[derive(Debug, Default)]
 pub struct Loaded {
     /// The motion, as far as there is one.
     pub show: Option<Box<Show>>,
-    /// What is wrong, as text of several lines; with a motion too when that stops early.
+    /// The fault, as text of several lines; a motion that stops early has one, too.
     pub fault: Option<String>,
-    /// The files it came from, and must be read again if one of them changes.
+    /// The files that were read; a change of any of them starts another reading.
     pub files: Vec<PathBuf>,
-    /// Whether it was given up because [`Task::is_stopped`]: there is nothing to show then.
+    /// Whether it was given up because of [`Task::is_stopped`]: there is nothing to show then.
     pub is_abandoned: bool,
 }
 
-/// Work in the background: how far it is, and whether it is still wanted.
+/// Work in the background: its progress, and whether it should stop.
 #[derive(Debug, Default)]
 pub struct Task {
     is_stopped: AtomicBool,
     is_busy: AtomicBool,
-    /// Bits of the part that is done.
+    /// Fraction of the work that is done, as the bits of an `f64`.
     part: AtomicU64,
 }
 
 impl Task {
-    /// Whether a file has changed, or the window was closed: what is being done is of no use.
+    /// Whether the work has become useless: a file has changed, or the window was closed.
     pub fn is_stopped(&self) -> bool {
         self.is_stopped.load(Ordering::Relaxed)
     }
 
-    /// Tells which part of the work is done, 0 to 1.
+    /// Sets the fraction of the work that is done, 0 to 1.
     pub fn set_part(&self, part: f64) {
         self.part.store(part.to_bits(), Ordering::Relaxed);
     }
 
-    /// The part that is done, while there is work.
+    /// The fraction of the work that is done, 0 to 1, while there is work.
     pub(super) fn part(&self) -> Option<f64> {
         let is_busy = self.is_busy.load(Ordering::Relaxed);
         is_busy.then(|| f64::from_bits(self.part.load(Ordering::Relaxed)))
@@ -86,7 +87,7 @@ impl Task {
 pub(super) enum News {
     /// The files have been read, which took so many seconds.
     Loaded(Loaded, f64),
-    /// Changes of the files will not be noticed, and why.
+    /// Changes of the files will not be noticed, for this reason.
     Unwatched(String),
 }
 
@@ -108,7 +109,7 @@ impl Loader {
         Self { task, news }
     }
 
-    /// What has happened since it was last asked.
+    /// The news since the last call.
     pub(super) fn news(&self) -> impl Iterator<Item = News> {
         self.news.try_iter()
     }
@@ -124,7 +125,7 @@ impl Drop for Loader {
 fn keep_loading(mut source: Source, task: &Arc<Task>, news: &Sender<News>, wake: &dyn Fn()) {
     let (changed, changes) = channel();
     let stopped = Arc::clone(task);
-    // What is being loaded is out of date as soon as a file changes.
+    // A change of a file makes the reading under way useless.
     let watch = Watch::new(move || {
         stopped.stop();
         let _ = changed.send(());
@@ -157,12 +158,12 @@ fn keep_loading(mut source: Source, task: &Arc<Task>, news: &Sender<News>, wake:
         if changes.recv().is_err() {
             return;
         }
-        settle(&changes);
+        wait_for_quiet(&changes);
     }
 }
 
-/// Waits until changes come to rest.
-fn settle(changes: &Receiver<()>) {
+/// Waits until no more changes come, or patience is over.
+fn wait_for_quiet(changes: &Receiver<()>) {
     let begun = Instant::now();
     while begun.elapsed() < PATIENCE && changes.recv_timeout(QUIET).is_ok() {}
 }
@@ -174,10 +175,10 @@ mod tests {
 
     use super::*;
 
-    /// A directory that goes with the test.
-    struct Place(PathBuf);
+    /// A directory that is removed after the test.
+    struct TestDirectory(PathBuf);
 
-    impl Drop for Place {
+    impl Drop for TestDirectory {
         fn drop(&mut self) {
             let _ = fs::remove_dir_all(&self.0);
         }
@@ -193,10 +194,11 @@ mod tests {
     }
 
     #[test]
-    fn every_way_of_saving_loads_again_and_stops_what_is_under_way() {
-        let place = Place(env::temp_dir().join(format!("bksim-view-watch-{}", process::id())));
-        fs::create_dir_all(&place.0).expect("a directory");
-        let file = place.0.join("model.toml");
+    fn every_way_of_saving_loads_again_and_stops_a_reading_under_way() {
+        let name = format!("bksim-view-watch-{}", process::id());
+        let directory = TestDirectory(env::temp_dir().join(name));
+        fs::create_dir_all(&directory.0).expect("a directory");
+        let file = directory.0.join("model.toml");
         fs::write(&file, "one").expect("written");
         let stops = Arc::new(Mutex::new(0));
         let (counted, read) = (Arc::clone(&stops), file.clone());
@@ -217,12 +219,12 @@ mod tests {
 
         fs::write(&file, "two").expect("written in place");
         assert_eq!(next(&loader), "two");
-        let beside = place.0.join(".model.toml.swp");
-        fs::write(&beside, "three").expect("written beside it");
-        fs::rename(&beside, &file).expect("moved over it");
+        let temporary = directory.0.join(".model.toml.swp");
+        fs::write(&temporary, "three").expect("written next to it");
+        fs::rename(&temporary, &file).expect("moved over it");
         assert_eq!(next(&loader), "three");
-        fs::rename(&file, place.0.join("model.toml~")).expect("kept");
-        fs::write(&file, "slow").expect("written anew");
+        fs::rename(&file, directory.0.join("model.toml~")).expect("kept");
+        fs::write(&file, "slow").expect("written again");
         while loader.task.part().is_none() {
             thread::sleep(Duration::from_millis(2));
         }

@@ -1,17 +1,17 @@
-//! Colours and spacing of what lies around the picture, made from the theme of the picture.
+//! Colours and spacing of the window around the picture, made from the theme of the picture.
 
 use bksim_scene::Theme;
 use egui::{Color32, CornerRadius, FontFamily, FontId, Stroke, TextStyle, Visuals};
 
-use super::Look;
+use super::options::Look;
 pub(super) use crate::words::color32;
 
-/// The theme of the picture that goes with the look of the window.
+/// The theme of the picture in a light or dark window.
 pub(super) fn theme(is_dark: bool) -> &'static Theme {
     if is_dark { &Theme::DARK } else { &Theme::LIGHT }
 }
 
-/// What is chosen, plays or is under the pointer.
+/// Colour of controls that are on, of the playing position, and of the point under the pointer.
 pub(super) fn accent(theme: &Theme) -> Color32 {
     color32(theme.palette[0])
 }
@@ -43,11 +43,18 @@ pub(super) fn set(context: &egui::Context, look: Look) {
     });
 }
 
+/// Switches between light and dark.
+pub(super) fn toggle_theme(context: &egui::Context) {
+    let is_dark = context.theme() == egui::Theme::Dark;
+    context.set_theme(if is_dark { egui::Theme::Light } else { egui::Theme::Dark });
+}
+
+/// The colours of the window around a picture with this theme.
 fn visuals(theme: &Theme) -> Visuals {
     let mut visuals = if theme.is_dark { Visuals::dark() } else { Visuals::light() };
     let (text, faint) = (color32(theme.text), color32(theme.faint));
     let tint = |opacity: f32| color32(theme.text.with_opacity(opacity));
-    // Panels are a shade off the picture, so that it has the light.
+    // Panels are a shade off the picture, so that it stands out.
     let panel = if theme.is_dark {
         Color32::from_rgb(0x1d, 0x21, 0x27)
     } else {
@@ -66,6 +73,7 @@ fn visuals(theme: &Theme) -> Visuals {
     visuals.weak_text_color = Some(faint);
     visuals.slider_trailing_fill = true;
 
+    // Widgets are tints of the text.
     let widgets = &mut visuals.widgets;
     widgets.noninteractive.fg_stroke = Stroke::new(1.0, text);
     widgets.noninteractive.bg_stroke = Stroke::new(1.0, tint(0.12));

@@ -1,4 +1,4 @@
-//! [`Watch`]: notices when files change, however an editor saves them.
+//! [`Watch`]: notices changes of files, however an editor saves them.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -6,7 +6,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use notify::{Event, EventKind, RecommendedWatcher, RecursiveMode, Watcher};
 
-/// Watches the directories of files: one that is replaced by another of its name is still noticed.
+/// Watches the directories of files, so that a file replaced by another of its name is noticed,
+/// too.
 pub(super) struct Watch {
     watcher: RecommendedWatcher,
     files: Arc<Mutex<BTreeSet<PathBuf>>>,
@@ -14,26 +15,26 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    /// Watches nothing yet; `on_change` is called on a thread of its own.
+    /// A watch without files; `on_change` is called on a thread of its own.
     pub(super) fn new(on_change: impl Fn() + Send + 'static) -> notify::Result<Self> {
         let files: Arc<Mutex<BTreeSet<PathBuf>>> = Arc::default();
-        let wanted = Arc::clone(&files);
+        let watched = Arc::clone(&files);
         let watcher = notify::recommended_watcher(move |event: notify::Result<Event>| {
             let Ok(event) = event else { return };
-            let wanted = wanted.lock().unwrap_or_else(PoisonError::into_inner);
-            if is_change(event.kind) && event.paths.iter().any(|path| wanted.contains(path)) {
+            let watched = watched.lock().unwrap_or_else(PoisonError::into_inner);
+            if is_change(event.kind) && event.paths.iter().any(|path| watched.contains(path)) {
                 on_change();
             }
         })?;
         Ok(Self { watcher, files, directories: BTreeSet::new() })
     }
 
-    /// Watches these files and no others. What cannot be watched is passed over.
+    /// Watches these files and no others. Files that cannot be watched are skipped.
     pub(super) fn set_files(&mut self, files: &[PathBuf]) {
-        let places: BTreeSet<PathBuf> = files.iter().flat_map(|file| places(file)).collect();
-        let parents = places.iter().filter_map(|place| place.parent()).map(Path::to_owned);
+        let paths: BTreeSet<PathBuf> = files.iter().flat_map(|file| absolute_paths(file)).collect();
+        let parents = paths.iter().filter_map(|path| path.parent()).map(Path::to_owned);
         let parents: BTreeSet<PathBuf> = parents.collect();
-        *self.files.lock().unwrap_or_else(PoisonError::into_inner) = places;
+        *self.files.lock().unwrap_or_else(PoisonError::into_inner) = paths;
         for gone in self.directories.difference(&parents) {
             let _ = self.watcher.unwatch(gone);
         }
@@ -44,8 +45,8 @@ impl Watch {
     }
 }
 
-/// Where a file is: under its own name, and where that leads to if it is a link.
-fn places(file: &Path) -> Vec<PathBuf> {
+/// Absolute paths of a file: under its own name, and of its target if it is a link.
+fn absolute_paths(file: &Path) -> Vec<PathBuf> {
     let directory = match file.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -55,7 +56,7 @@ fn places(file: &Path) -> Vec<PathBuf> {
     named.into_iter().chain(file.canonicalize()).collect()
 }
 
-/// Whether something else may be in the file afterwards; reading it is no change.
+/// Whether the file may have other contents afterwards; reading it is no change.
 fn is_change(kind: EventKind) -> bool {
     matches!(
         kind,

@@ -1,35 +1,36 @@
-//! [`Graph`]: a panel of a figure, made ready to be shown again and again.
+//! [`Graph`]: a panel of a figure, prepared to be shown in every frame.
 
 use std::collections::BTreeSet;
 
 use bksim_plot::{Axis, Panel, Point, Scale};
 use egui_plot::PlotPoint;
 
-/// A panel of a figure. Places on a logarithmic axis are logarithms to the base of ten.
+/// A panel of a figure. Positions on a logarithmic axis are logarithms to the base of ten.
 pub(super) struct Graph {
     pub(super) x: Measured,
     pub(super) y: Measured,
     pub(super) lines: Vec<Line>,
-    /// Whether a unit is as long in both directions.
+    /// Whether a unit is equally long in both directions.
     pub(super) is_equal: bool,
     /// Whether every curve has one value at each abscissa, as over time.
     pub(super) is_over_time: bool,
-    /// Places of the curves that are not shown.
+    /// Indices of the curves that are not shown.
     pub(super) hidden: BTreeSet<usize>,
 }
 
-/// What an axis measures.
+/// An axis of a panel.
 pub(super) struct Measured {
-    /// Such as `angle (rad)`.
+    /// Quantity and unit, such as `angle (rad)`.
     pub(super) name: String,
     pub(super) is_logarithmic: bool,
 }
 
-/// A curve in pieces, between its gaps.
+/// A curve as pieces between its gaps.
 pub(super) struct Line {
     pub(super) name: String,
-    /// Numbers of its colour and its dashes.
+    /// Number of its colour.
     pub(super) color: usize,
+    /// Number of its dashes.
     pub(super) dash: usize,
     pub(super) pieces: Vec<Vec<PlotPoint>>,
 }
@@ -39,13 +40,13 @@ impl Measured {
         Self { name: axis.name(), is_logarithmic: axis.scale == Scale::Logarithmic }
     }
 
-    /// The number at a place of the axis.
-    pub(super) fn value(&self, place: f64) -> f64 {
-        if self.is_logarithmic { 10f64.powf(place) } else { place }
+    /// The number at a position on the axis.
+    pub(super) fn value(&self, position: f64) -> f64 {
+        if self.is_logarithmic { 10f64.powf(position) } else { position }
     }
 
-    /// Where a number is on the axis; not finite if it is nowhere.
-    fn place(&self, value: f64) -> f64 {
+    /// The position of a number on the axis; not finite if it has none.
+    fn position(&self, value: f64) -> f64 {
         if self.is_logarithmic { value.log10() } else { value }
     }
 }
@@ -55,18 +56,24 @@ impl Graph {
         let (x, y) = (Measured::new(&panel.x), Measured::new(&panel.y));
         let mut lines = Vec::new();
         for curve in &panel.curves {
-            let places = curve.points.iter().map(|&[a, b]| [x.place(a), y.place(b)]);
+            let positions = curve.points.iter().map(|&[a, b]| [x.position(a), y.position(b)]);
             lines.push(Line {
                 name: curve.name.clone(),
                 color: curve.color,
                 dash: curve.dash,
-                pieces: pieces(places),
+                pieces: pieces(positions),
             });
         }
         let all = || lines.iter().flat_map(|line| &line.pieces);
         let is_over_time = all().all(|piece| piece.is_sorted_by(|a, b| a.x <= b.x));
         let is_equal = panel.equal_scale;
         Self { x, y, lines, is_equal, is_over_time, hidden: BTreeSet::new() }
+    }
+
+    /// The curves that are not hidden.
+    pub(super) fn shown(&self) -> impl Iterator<Item = &Line> {
+        let lines = self.lines.iter().enumerate();
+        lines.filter(|(idx, _)| !self.hidden.contains(idx)).map(|(_, line)| line)
     }
 
     /// The smallest and the largest abscissa.
@@ -77,8 +84,7 @@ impl Graph {
 }
 
 impl Line {
-    /// The value at an abscissa, in a line between the points beside it; none in gaps. Of a curve with
-    /// one value at each.
+    /// The value of a curve over time at an abscissa, interpolated linearly; none in gaps.
     pub(super) fn at(&self, x: f64) -> Option<f64> {
         let is_over = |piece: &&Vec<PlotPoint>| {
             piece.first().is_some_and(|a| a.x <= x) && piece.last().is_some_and(|b| x <= b.x)
@@ -99,14 +105,14 @@ pub(super) fn ends(numbers: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     })
 }
 
-/// Points between gaps, each run of them in the direction of growing abscissae if it has one.
+/// The pieces of points between gaps, those with falling abscissae reversed.
 fn pieces(points: impl Iterator<Item = Point>) -> Vec<Vec<PlotPoint>> {
     let mut pieces = vec![Vec::new()];
     for [x, y] in points {
-        // Differences of larger numbers overflow.
-        let is_there = x.abs() <= bksim_plot::LARGEST && y.abs() <= bksim_plot::LARGEST;
+        // Differences of larger numbers would overflow.
+        let is_drawn = x.abs() <= bksim_plot::LARGEST && y.abs() <= bksim_plot::LARGEST;
         match pieces.last_mut() {
-            Some(piece) if is_there => piece.push(PlotPoint::new(x, y)),
+            Some(piece) if is_drawn => piece.push(PlotPoint::new(x, y)),
             Some(piece) if piece.is_empty() => (),
             _ => pieces.push(Vec::new()),
         }
@@ -146,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn runs_back_in_time_are_turned_and_closed_curves_are_not_over_time() {
+    fn runs_back_in_time_are_reversed_and_closed_curves_are_not_over_time() {
         let back = graph(&[[2.0, 0.0], [1.0, 4.0], [0.0, 4.0]], Scale::Linear);
         assert!(back.is_over_time);
         assert_eq!(back.lines[0].at(1.5), Some(2.0));
@@ -157,10 +163,10 @@ mod tests {
     #[test]
     fn logarithms_leave_gaps_where_there_are_none() {
         let of = graph(&[[0.0, 10.0], [1.0, -1.0], [2.0, 1000.0]], Scale::Logarithmic);
-        let places: Vec<f64> = of.lines[0].pieces.iter().flatten().map(|p| p.y).collect();
-        assert_eq!(places.len(), 2);
-        assert!((places[0] - 1.0).abs() < 1e-12 && (places[1] - 3.0).abs() < 1e-12);
-        assert!((of.y.value(places[1]) - 1000.0).abs() < 1e-9);
+        let positions: Vec<f64> = of.lines[0].pieces.iter().flatten().map(|p| p.y).collect();
+        assert_eq!(positions.len(), 2);
+        assert!((positions[0] - 1.0).abs() < 1e-12 && (positions[1] - 3.0).abs() < 1e-12);
+        assert!((of.y.value(positions[1]) - 1000.0).abs() < 1e-9);
         assert_eq!(of.y.name, "force (N)");
         let empty = graph(&[[0.0, f64::NAN]], Scale::Linear);
         assert_eq!((empty.x_ends(), empty.lines[0].at(0.0)), (None, None));

@@ -1,24 +1,23 @@
-//! What of a curve lies in a rectangle, no finer than pixels.
+//! The visible part of a curve, no finer than pixels.
 
 use egui_plot::PlotPoint;
 
-/// A rectangle on the axes.
+/// A rectangle in the coordinates of a panel's axes.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Window {
+pub(super) struct Bounds {
     pub(super) x: [f64; 2],
     pub(super) y: [f64; 2],
 }
 
-/// Points of a piece from one end of `x` to the other, with a neighbour at each side; the piece is over
-/// time.
+/// Points of a piece over time within a range, with a neighbour at each side.
 pub(super) fn between(piece: &[PlotPoint], [low, high]: [f64; 2]) -> &[PlotPoint] {
     let first = piece.partition_point(|point| point.x < low).saturating_sub(1);
-    let behind = piece.partition_point(|point| point.x <= high).saturating_add(1);
-    &piece[first..behind.min(piece.len()).max(first)]
+    let end = piece.partition_point(|point| point.x <= high).saturating_add(1);
+    &piece[first..end.min(piece.len()).max(first)]
 }
 
-/// The first, lowest, highest and last point of each of `n` columns: drawn in columns no wider than a
-/// pixel, they look like all.
+/// The first, lowest, highest and last point of each of `n` columns: in columns no wider than a
+/// pixel, they look like all points.
 pub(super) fn thinned(piece: &[PlotPoint], [low, high]: [f64; 2], n: usize) -> Vec<PlotPoint> {
     if piece.len() <= 4 * n.max(1) {
         return piece.to_vec();
@@ -28,36 +27,36 @@ pub(super) fn thinned(piece: &[PlotPoint], [low, high]: [f64; 2], n: usize) -> V
     let mut kept = Vec::with_capacity(4 * n + 8);
     for chunk in piece.chunk_by(|a, b| column(a) == column(b)) {
         let (mut lowest, mut highest) = (0, 0);
-        for (place, point) in chunk.iter().enumerate() {
+        for (idx, point) in chunk.iter().enumerate() {
             if point.y < chunk[lowest].y {
-                lowest = place;
+                lowest = idx;
             }
             if point.y > chunk[highest].y {
-                highest = place;
+                highest = idx;
             }
         }
-        let mut places = [0, lowest, highest, chunk.len() - 1];
-        places.sort_unstable();
-        kept.extend(places.iter().enumerate().filter_map(|(k, &place)| {
-            let is_new = k == 0 || places[k - 1] != place;
-            is_new.then(|| chunk[place])
+        let mut kept_idx = [0, lowest, highest, chunk.len() - 1];
+        kept_idx.sort_unstable();
+        kept.extend(kept_idx.iter().enumerate().filter_map(|(k, &idx)| {
+            let is_new = k == 0 || kept_idx[k - 1] != idx;
+            is_new.then(|| chunk[idx])
         }));
     }
     kept
 }
 
-/// The parts of a line in a rectangle. What lies outside is not handed on: a dashed line a million
-/// pixels long has as many dashes.
-pub(super) fn clipped(line: &[PlotPoint], window: Window) -> Vec<Vec<PlotPoint>> {
+/// The parts of a line in a rectangle. The rest is cut off, since a dashed line a million pixels
+/// long would have as many dashes.
+pub(super) fn clipped(line: &[PlotPoint], bounds: Bounds) -> Vec<Vec<PlotPoint>> {
     if let [point] = line {
         let is_in = |x: f64, [low, high]: [f64; 2]| (low..=high).contains(&x);
-        let is_seen = is_in(point.x, window.x) && is_in(point.y, window.y);
+        let is_seen = is_in(point.x, bounds.x) && is_in(point.y, bounds.y);
         return if is_seen { vec![vec![*point]] } else { Vec::new() };
     }
     let mut parts: Vec<Vec<PlotPoint>> = Vec::new();
     let mut end = None;
     for pair in line.windows(2) {
-        let Some([a, b]) = clipped_segment(pair[0], pair[1], window) else {
+        let Some([a, b]) = clipped_segment(pair[0], pair[1], bounds) else {
             end = None;
             continue;
         };
@@ -70,24 +69,24 @@ pub(super) fn clipped(line: &[PlotPoint], window: Window) -> Vec<Vec<PlotPoint>>
     parts
 }
 
-/// The part of a segment in a rectangle, by the parameters at which it crosses the edges: Y.-D. Liang
-/// and B. A. Barsky, *A new concept and method for line clipping*, ACM TOG 3 (1984) 1–22.
-fn clipped_segment(a: PlotPoint, b: PlotPoint, window: Window) -> Option<[PlotPoint; 2]> {
+/// The part of a segment in a rectangle, by the parameters at which it crosses the edges: Y.-D.
+/// Liang and B. A. Barsky, *A new concept and method for line clipping*, ACM TOG 3 (1984) 1–22.
+fn clipped_segment(a: PlotPoint, b: PlotPoint, bounds: Bounds) -> Option<[PlotPoint; 2]> {
     let (dx, dy) = (b.x - a.x, b.y - a.y);
     let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
-    let [left, right] = window.x;
-    let [bottom, top] = window.y;
-    for (along, room) in
+    let [left, right] = bounds.x;
+    let [bottom, top] = bounds.y;
+    for (along, distance) in
         [(-dx, a.x - left), (dx, right - a.x), (-dy, a.y - bottom), (dy, top - a.y)]
     {
         if along == 0.0 {
-            if room < 0.0 {
+            if distance < 0.0 {
                 return None;
             }
         } else if along < 0.0 {
-            enter = enter.max(room / along);
+            enter = enter.max(distance / along);
         } else {
-            leave = leave.min(room / along);
+            leave = leave.min(distance / along);
         }
     }
     if enter > leave {
@@ -110,7 +109,7 @@ mod tests {
         xy.iter().map(|&[x, y]| PlotPoint::new(x, y)).collect()
     }
 
-    const SQUARE: Window = Window { x: [0.0, 1.0], y: [0.0, 1.0] };
+    const SQUARE: Bounds = Bounds { x: [0.0, 1.0], y: [0.0, 1.0] };
 
     #[test]
     fn a_line_is_cut_where_it_leaves_and_comes_back() {
@@ -125,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn the_neighbours_of_what_is_seen_come_along() {
+    fn visible_points_come_with_their_neighbours() {
         let line = points(&[[0.0, 0.0], [1.0, 1.0], [2.0, 2.0], [3.0, 3.0], [4.0, 4.0]]);
         let xs = |range| between(&line, range).iter().map(|p| p.x).collect::<Vec<_>>();
         assert_eq!(xs([1.5, 2.5]), [1.0, 2.0, 3.0]);
@@ -143,8 +142,8 @@ mod tests {
         line[8765].y = -7.0;
         let kept = thinned(&line, [0.0, 9_999.0], 100);
         assert!(kept.len() <= 4 * 101, "{}", kept.len());
-        for place in [0, 1234, 8765, 9_999] {
-            assert!(kept.contains(&line[place]), "{place}");
+        for idx in [0, 1234, 8765, 9_999] {
+            assert!(kept.contains(&line[idx]), "{idx}");
         }
         assert!(kept.is_sorted_by(|a, b| a.x <= b.x));
         assert_eq!(thinned(&line[..50], [0.0, 50.0], 100), line[..50]);

@@ -1,0 +1,226 @@
+//! [`Viewport`]: the mechanism at the clock's instant, and a camera that the mouse moves.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use bksim::sim::run::Unreplayed;
+use bksim_scene::Extras;
+use eframe::egui_wgpu;
+use egui::{Color32, Painter, PointerButton, Rect, Response, Sense, Ui, vec2};
+
+use super::choices::Choices;
+use super::eye::Eye;
+use super::measure::Measure;
+use super::{overlay, style};
+use crate::renderer::{Counts, Frame, SceneRenderer};
+use crate::show::Show;
+use crate::words::paint_words;
+
+/// Time that a frame may spend on trails and on the scale of arrows, which grow from frame to
+/// frame.
+const PATIENCE: Duration = Duration::from_millis(3);
+
+/// Enlargement per point of scrolling: a notch of the wheel is about a fifth.
+const PER_POINT: f64 = 0.004;
+
+/// Angle per point of dragging, rad.
+const TURN: f64 = 0.008;
+
+/// A renderer that the window's render pass shares.
+type SharedRenderer = Arc<Mutex<SceneRenderer>>;
+
+/// The mechanism in the window: its motion, the camera, and the additions that are chosen.
+pub(super) struct Viewport {
+    /// The motion, once there is one.
+    pub(super) show: Option<Box<Show>>,
+    /// Additions that the user has chosen.
+    pub(super) choices: Choices,
+    eye: Eye,
+    renderer: SharedRenderer,
+    /// Additions to the mechanism at the instant shown.
+    extras: Extras,
+    /// The instant of `extras`; none if they are incomplete or out of date.
+    extras_t: Option<f64>,
+    /// The choices and the look that the show has.
+    applied: Option<(Choices, bool)>,
+}
+
+impl Viewport {
+    /// A viewport without a motion.
+    pub(super) fn new(renderer: SceneRenderer) -> Self {
+        Self {
+            show: None,
+            choices: Choices::default(),
+            eye: Eye::new(true),
+            renderer: Arc::new(Mutex::new(renderer)),
+            extras: Extras::default(),
+            extras_t: None,
+            applied: None,
+        }
+    }
+
+    /// Takes another motion; the camera stays if it still fits, the choices in any case.
+    pub(super) fn set_show(&mut self, mut show: Box<Show>) {
+        show.patience = Some(PATIENCE);
+        let is_planar = show.scene().is_planar;
+        if self.show.as_ref().map(|known| known.scene().is_planar) != Some(is_planar) {
+            self.eye = Eye::new(is_planar);
+        }
+        lock(&self.renderer).set_scene(Arc::clone(show.scene()), show.theme());
+        (self.applied, self.extras_t) = (None, None);
+        self.show = Some(show);
+    }
+
+    /// Gives the show the choices and the look, if they have changed.
+    pub(super) fn apply_choices(&mut self, is_dark: bool) {
+        let Some(show) = &mut self.show else { return };
+        let current = (&self.choices, is_dark);
+        if self.applied.as_ref().map(|(choices, dark)| (choices, *dark)) != Some(current) {
+            self.choices.put_into(show, is_dark);
+            self.applied = Some((self.choices.clone(), is_dark));
+            self.extras_t = None;
+        }
+    }
+
+    /// Brings the show to an instant, with its additions.
+    ///
+    /// # Errors
+    /// [`Unreplayed`] when the motion is not that of the mechanism.
+    pub(super) fn seek(&mut self, t: f64) -> Result<(), Unreplayed> {
+        let Some(show) = &mut self.show else { return Ok(()) };
+        if show.t() != t {
+            show.seek(t)?;
+        }
+        if self.extras_t != Some(t) {
+            self.extras = show.extras()?;
+            self.extras_t = show.is_whole().then_some(t);
+        }
+        Ok(())
+    }
+
+    /// Whether the picture of instant `t` is not complete yet.
+    pub(super) fn is_unfinished(&self, t: f64) -> bool {
+        self.show.as_ref().is_some_and(|show| show.t() != t || !show.is_whole())
+    }
+
+    /// Fits the whole motion into the picture.
+    pub(super) fn fit(&mut self) {
+        let Some(show) = &mut self.show else { return };
+        let size = self.eye.camera().size;
+        self.eye.fit(size, show.points_over_run());
+    }
+
+    /// Shows the picture in all the space that is left; returns its rectangle.
+    pub(super) fn ui(&mut self, ui: &mut Ui, measure: &mut Measure) -> Rect {
+        let picture = ui.max_rect();
+        let response = ui.allocate_rect(picture, Sense::click_and_drag());
+        let size = [picture.width(), picture.height()].map(f64::from);
+        let Some(show) = &mut self.show else { return picture };
+        if self.eye.needs_fit(size) {
+            self.eye.fit(size, show.points_over_run());
+        } else {
+            self.eye.resize(size);
+        }
+        move_eye(ui, &response, picture, &mut self.eye);
+
+        let painter = ui.painter_at(picture);
+        if let Some(show) = &self.show {
+            measure.count(self.paint(show, &painter, picture));
+            let scale = self.eye.camera().scale;
+            overlay::scales(&painter, picture, scale, &self.arrow_scales(show), show.theme());
+        }
+        self.point(ui, response, &painter, picture);
+        picture
+    }
+
+    /// Paints the mechanism with its additions and words.
+    fn paint(&self, show: &Show, painter: &Painter, picture: Rect) -> Counts {
+        let frame = Frame {
+            poses: show.poses(),
+            extras: &self.extras,
+            camera: self.eye.camera(),
+            theme: show.theme(),
+            pixels_per_point: painter.ctx().pixels_per_point(),
+        };
+        let callback = PaintScene(Arc::clone(&self.renderer));
+        painter.add(egui_wgpu::Callback::new_paint_callback(picture, callback));
+        let mut renderer = lock(&self.renderer);
+        let counts = renderer.prepare(&frame);
+        paint_words(painter, picture.min, renderer.words());
+        counts
+    }
+
+    /// Colour, metres per unit and unit of each kind of arrow that is shown.
+    fn arrow_scales(&self, show: &Show) -> Vec<(Color32, f64, &'static str)> {
+        let (mut arrows, theme) = (Vec::new(), show.theme());
+        if let Some(scales) = show.scales() {
+            if self.choices.reactions || self.choices.forces {
+                arrows.push((style::color32(theme.force), scales.force, "N"));
+            }
+            if self.choices.velocities {
+                arrows.push((style::color32(theme.velocity), scales.velocity, "m/s"));
+            }
+        }
+        arrows
+    }
+
+    /// Names the point under the pointer; a click switches its trail.
+    fn point(&mut self, ui: &Ui, response: Response, painter: &Painter, picture: Rect) {
+        let Some(show) = &self.show else { return };
+        let Some(pointer) = response.hover_pos().map(|at| at - picture.min) else { return };
+        let at = [pointer.x, pointer.y].map(f64::from);
+        let marker = overlay::marker_at(self.eye.camera(), show.scene(), show.poses(), at);
+        let Some((marker_idx, [x, y])) = marker else { return };
+        let name = &show.scene().markers[marker_idx].name;
+        #[expect(clippy::cast_possible_truncation, reason = "pixels")]
+        let centre = picture.min + vec2(x as f32, y as f32);
+        let stroke = egui::Stroke::new(2.0, style::accent(show.theme()));
+        painter.circle_stroke(centre, 9.0, stroke);
+        if response.clicked() {
+            self.choices.toggle_trail(name);
+            ui.ctx().request_repaint();
+        }
+        response.on_hover_cursor(egui::CursorIcon::PointingHand).on_hover_text_at_pointer(name);
+    }
+}
+
+/// Pans, turns and zooms.
+fn move_eye(ui: &Ui, response: &Response, picture: Rect, eye: &mut Eye) {
+    let drag = response.drag_delta();
+    let [dx, dy] = [drag.x, drag.y].map(f64::from);
+    if drag != egui::Vec2::ZERO {
+        let middle = PointerButton::Middle;
+        if response.dragged_by(PointerButton::Primary) || response.dragged_by(middle) {
+            eye.pan([dx, dy]);
+        } else if response.dragged_by(PointerButton::Secondary) {
+            eye.orbit(-TURN * dx, TURN * dy);
+        }
+    }
+    let Some(pointer) = response.hover_pos() else { return };
+    let (scroll, pinch) =
+        ui.input(|input| (f64::from(input.smooth_scroll_delta().y), input.zoom_delta()));
+    let factor = f64::from(pinch) * (PER_POINT * scroll).exp();
+    if factor != 1.0 {
+        let at = pointer - picture.min;
+        eye.zoom(factor, [at.x, at.y].map(f64::from));
+    }
+}
+
+/// The renderer; a panic elsewhere while it was held leaves nothing half done that matters.
+fn lock(renderer: &SharedRenderer) -> MutexGuard<'_, SceneRenderer> {
+    renderer.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Paints the scene in the window's render pass.
+struct PaintScene(SharedRenderer);
+
+impl egui_wgpu::CallbackTrait for PaintScene {
+    fn paint(
+        &self,
+        _info: egui::PaintCallbackInfo,
+        pass: &mut wgpu::RenderPass<'static>,
+        _resources: &egui_wgpu::CallbackResources,
+    ) {
+        lock(&self.0).paint(pass);
+    }
+}
