@@ -91,11 +91,11 @@ pub fn choose(
     match (given, stated.unit()) {
         (Some(given), Some((own, variable))) if own != given && variable == "$INSUNITS" => {
             let message = format!(
-                "lengths are taken in {}, though the drawing says {}",
+                "lengths are taken in `{}`, though the drawing says `{}`",
                 given.name, own.name
             );
             let warning = Diagnostic::warning(codes::OTHER_UNITS, message)
-                .note(format!("`$INSUNITS` of the drawing stands for {}", own.name))
+                .note(format!("`$INSUNITS` of the drawing stands for `{}`", own.name))
                 .help("leave `--units` out to take the drawing's own");
             Ok((given, Some(warning)))
         }

@@ -120,7 +120,7 @@ impl Reader<'_> {
         );
         self.report(
             Diagnostic::warning(codes::INERTIA_ABOUT_PIN, message)
-                .at(span, format!("less than m s^2 = {} kg m^2", short(steiner)))
+                .at(span, format!("less than m d^2 = {} kg m^2", short(steiner)))
                 .note(format!(
                     "stated {} kg m^2 about `{pin}`; mass {} kg at {} m from it",
                     short(stated),

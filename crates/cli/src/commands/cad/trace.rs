@@ -155,8 +155,9 @@ fn points(args: &Trace, course: &Course, mechanism: &Mechanism) -> Result<Vec<Tr
         let at = position(&model.bodies[body_idx], point)?;
         traced(body_idx, name.clone(), at)
     });
-    let found =
-        found.zip(&args.points).map(|(found, name)| found.ok_or_else(|| no_point(name, model)));
+    let found = found
+        .zip(&args.points)
+        .map(|(found, name)| found.ok_or_else(|| no_point(args, name, model)));
     found.collect()
 }
 
@@ -167,11 +168,14 @@ fn position(body: &Body, point: Option<&str>) -> Option<bksim::model::Vector> {
     }
 }
 
-fn no_point(name: &str, model: &Model) -> Failure {
+fn no_point(args: &Trace, name: &str, model: &Model) -> Failure {
     let all = model.bodies.iter().skip(1);
     let all = all.flat_map(|b| b.points.iter().map(move |p| format!("{}.{}", b.name, p.name)));
     let help = format!("one of {}", all.collect::<Vec<_>>().join(", "));
-    Failure::usage(format!("[{}] the run has no point `{name}`", codes::UNKNOWN_POINT.0), &help)
+    let message = format!("the run has no point `{name}`");
+    let fault = Diagnostic::error(codes::UNKNOWN_POINT, message).help(help);
+    let source = Text { path: args.log.clone(), text: String::new(), drawn: None };
+    Failure::Model { source: Box::new(source), diagnostics: vec![fault] }
 }
 
 /// Whether a point goes anywhere.
