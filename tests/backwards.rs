@@ -30,13 +30,13 @@ fn forwards_and_backwards_returns_to_the_start() {
         start.lambda.clone_from(&there.lambda);
         let solve = &mut mechanism.model.solve;
         (solve.t_start, solve.t_end) = (solve.t_end, solve.t_start);
-        let equations = mechanism.formulate().expect("equations");
+        let simulation = mechanism.simulation().expect("equations");
         let mut back: Vec<Sample> = Vec::new();
         let mut keep = |sample: &Sample| {
             back.push(sample.clone());
             Control::Continue
         };
-        let summary = mechanism.run(&equations, &start, &mut keep, &|| false).expect("a run");
+        let summary = simulation.run(&start, &mut keep, &|| false).expect("a run");
         assert!(summary.reached_end, "{method:?}");
         assert_eq!(back.len(), motion.samples.len(), "{method:?}");
         let moved = (there.q[0] - motion.samples[0].q[0]).abs();

@@ -40,8 +40,8 @@ fn logged(mechanism: &Mechanism, text: &str) -> (Vec<Sample>, Vec<u8>) {
     let start = mechanism.start().expect("a start");
     let recorder = Recorder::create(Vec::new(), mechanism, text, &start, &[]).expect("a log");
     let mut kept = Kept { samples: Vec::new(), recorder };
-    let equations = mechanism.formulate().expect("equations");
-    let summary = mechanism.run(&equations, &start, &mut kept, &|| false).expect("a run");
+    let simulation = mechanism.simulation().expect("equations");
+    let summary = simulation.run(&start, &mut kept, &|| false).expect("a run");
     let bytes =
         kept.recorder.finish(mechanism, &summary, Outcome::ReachedEnd, "done").expect("written");
     (kept.samples, bytes)

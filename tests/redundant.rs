@@ -124,18 +124,18 @@ fn a_run_that_cannot_pass_a_change_point_says_so_and_keeps_what_it_has() {
     for rate in [9.0, 20.0] {
         let mechanism = thrown(two_cranks().model, rate, 1e-9);
         let start = mechanism.start().unwrap_or_else(|e| panic!("{e}"));
-        let equations = mechanism.formulate().unwrap_or_else(|e| panic!("{e}"));
+        let simulation = mechanism.simulation().unwrap_or_else(|e| panic!("{e}"));
         let mut kept = Vec::new();
         let mut keep = |sample: &bksim::sim::run::Sample| {
             kept.push(sample.clone());
             Control::Continue
         };
-        let outcome = mechanism.run(&equations, &start, &mut keep, &|| false);
+        let outcome = simulation.run(&start, &mut keep, &|| false);
         assert!(kept.iter().all(|s| s.q.iter().all(|x| x.is_finite())), "{rate} rad/s");
         match outcome {
             Ok(summary) => assert!(summary.reached_end && kept.len() == 301, "{rate} rad/s"),
             Err(failure) => {
-                let diagnostic = mechanism.diagnose(&equations, &failure);
+                let diagnostic = simulation.diagnose(&failure);
                 let code = diagnostic.code.0;
                 assert!(
                     ["R003", "R005"].contains(&code),

@@ -40,7 +40,7 @@ fn run_in_parts(
     period: usize,
     steps: usize,
 ) -> (Vec<Vec<u64>>, Summary, usize) {
-    let equations = mechanism.formulate().expect("equations");
+    let simulation = mechanism.simulation().expect("equations");
     let start = mechanism.start().expect("a start");
     let mut samples: Vec<Vec<u64>> = Vec::new();
     let mut checkpoint: Option<RunCheckpoint> = None;
@@ -59,10 +59,8 @@ fn run_in_parts(
             if n_seen == period { Control::Stop } else { Control::Continue }
         };
         let summary = match &checkpoint {
-            None => mechanism.run(&equations, &start, &mut keep, &stop).expect("a run"),
-            Some(from) => {
-                mechanism.resume(&equations, &start, from, &mut keep, &stop).expect("a run")
-            }
+            None => simulation.run(&start, &mut keep, &stop).expect("a run"),
+            Some(from) => simulation.resume(&start, from, &mut keep, &stop).expect("a run"),
         };
         let Some(saved) = &summary.checkpoint else { return (samples, summary, n_parts) };
         assert!(!summary.reached_end);
@@ -161,19 +159,19 @@ fn outputs_at_steps_and_at_given_times_go_on_too() {
 fn another_model_and_other_options_are_refused() {
     let stopped = |text: &str| {
         let mechanism = derive(model(text));
-        let (equations, start) = (mechanism.formulate().expect("equations"), mechanism.start());
-        let start = start.expect("a start");
+        let simulation = mechanism.simulation().expect("equations");
+        let start = simulation.start().expect("a start");
         let mut stop = |_: &Sample| Control::Stop;
-        let summary = mechanism.run(&equations, &start, &mut stop, &|| false).expect("a run");
+        let summary = simulation.run(&start, &mut stop, &|| false).expect("a run");
         summary.checkpoint.expect("a checkpoint")
     };
     let saved = stopped(BOUNCING);
     let refusal = |text: &str, saved: &RunCheckpoint| {
         let mechanism = derive(model(text));
-        let (equations, start) = (mechanism.formulate().expect("equations"), mechanism.start());
-        let start = start.expect("a start");
+        let simulation = mechanism.simulation().expect("equations");
+        let start = simulation.start().expect("a start");
         let mut observer = |_: &Sample| Control::Continue;
-        match mechanism.resume(&equations, &start, saved, &mut observer, &|| false) {
+        match simulation.resume(&start, saved, &mut observer, &|| false) {
             Err(Unresumed::Unfit(unfit)) => unfit.to_string(),
             other => panic!("{other:?}"),
         }
@@ -198,7 +196,7 @@ fn another_model_and_other_options_are_refused() {
         assert!(RunCheckpoint::from_bytes(&bytes[..n]).is_err(), "{n} bytes");
     }
     let mechanism = derive(model(BOUNCING));
-    let equations = mechanism.formulate().expect("equations");
+    let simulation = mechanism.simulation().expect("equations");
     let start = mechanism.start().expect("a start");
     let mut n_refused = 0;
     for k in (8 * 14..bytes.len()).step_by(8) {
@@ -209,7 +207,7 @@ fn another_model_and_other_options_are_refused() {
             Err(unfit) => assert!(matches!(unfit, Unfit::Damaged(_))),
             Ok(read) => {
                 let mut once = |_: &Sample| Control::Stop;
-                let resumed = mechanism.resume(&equations, &start, &read, &mut once, &|| true);
+                let resumed = simulation.resume(&start, &read, &mut once, &|| true);
                 n_refused += usize::from(resumed.is_err());
             }
         }

@@ -23,13 +23,13 @@ fn mechanism(text: &str, t_end: f64, rtol: f64) -> Mechanism {
 /// Nodes of the pool with everything derived, entries of M, of G, and of the iteration matrix.
 fn sizes(text: &str) -> [usize; 4] {
     let mechanism = derive(model(text));
-    let equations = mechanism.formulate().unwrap_or_else(|e| panic!("{e}"));
+    let simulation = mechanism.simulation().unwrap_or_else(|e| panic!("{e}"));
     let system = &mechanism.system;
     [
         mechanism.model.pool.len(),
         system.mass_matrix.entries().count(),
         system.constraint_jacobian.entries().count(),
-        equations.at(&mechanism.parameters, &[]).pattern().n_entries(),
+        simulation.equations().at(&mechanism.parameters, &[]).pattern().n_entries(),
     ]
 }
 

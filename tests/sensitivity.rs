@@ -35,7 +35,7 @@ fn mechanism(text: &str, set: Setting) -> Mechanism {
 fn sensitivities(text: &str, names: &[&str], set: Setting) -> Result<SensitivityMotion, Rejected> {
     let mechanism = mechanism(text, set);
     let by: Result<Vec<_>, _> = names.iter().map(|name| mechanism.sensitive(name)).collect();
-    mechanism.sensitivities(&by?)
+    mechanism.simulation().expect("a simulation").sensitivities(&by?)
 }
 
 fn found(text: &str, names: &[&str], set: Setting) -> SensitivityMotion {
@@ -243,7 +243,11 @@ fn at_end(set: Setting, step: Option<f64>) -> Vec<f64> {
     mechanism.model.solve.step = step;
     mechanism.model.solve.newton_tolerance = 1e-13;
     let by = ["l1", "A.rate"].map(|name| mechanism.sensitive(name).expect("it is there"));
-    let motion = mechanism.sensitivities(&by).unwrap_or_else(|e| panic!("{e}"));
+    let motion = mechanism
+        .simulation()
+        .expect("a simulation")
+        .sensitivities(&by)
+        .unwrap_or_else(|e| panic!("{e}"));
     let last = motion.sensitivities.last().expect("an end");
     last.iter().flat_map(|by| [&by.q[..], &by.v].concat()).collect()
 }
@@ -280,7 +284,11 @@ fn the_log_holds_a_channel_for_each_quantity() {
     (model.solve.t_end, model.solve.every) = (0.1, Some(0.05));
     let mechanism = derive(model);
     let by = ["m3", "A.rate"].map(|name| mechanism.sensitive(name).expect("it is there"));
-    let motion = mechanism.sensitivities(&by).unwrap_or_else(|e| panic!("{e}"));
+    let motion = mechanism
+        .simulation()
+        .expect("a simulation")
+        .sensitivities(&by)
+        .unwrap_or_else(|e| panic!("{e}"));
     let start = &motion.motion.start;
     let contents = Contents { sensitive: &by, ..Contents::default() };
     let mut log = Recorder::create_with(Vec::new(), &mechanism, "", start, &contents)

@@ -41,8 +41,8 @@ fn logged(mechanism: &Mechanism, text: &str) -> Vec<u8> {
     let recorder = Recorder::create(Vec::new(), mechanism, text, &start, &[]).expect("a log");
     let mut logged = Logged(recorder);
     logged.0.note(Level::Warning, start.t, "first").expect("written");
-    let equations = mechanism.formulate().expect("equations");
-    let summary = mechanism.run(&equations, &start, &mut logged, &|| false).expect("a run");
+    let simulation = mechanism.simulation().expect("equations");
+    let summary = simulation.run(&start, &mut logged, &|| false).expect("a run");
     logged.0.note(Level::Info, summary.t, "last").expect("written");
     logged.0.finish(mechanism, &summary, Outcome::ReachedEnd, "done").expect("written")
 }
@@ -227,8 +227,8 @@ fn equal_runs_leave_equal_files_with_what_viewers_are_shown() {
 fn a_resumed_run_shows_the_same() {
     let name = "spring-pendulum";
     let (text, mechanism) = (example_text(name), derive(example(name)));
-    let (equations, start) =
-        (mechanism.formulate().expect("equations"), mechanism.start().expect("a start"));
+    let simulation = mechanism.simulation().expect("equations");
+    let start = simulation.start().expect("a start");
     let log = || Logged(Recorder::create(Vec::new(), &mechanism, &text, &start, &[]).expect("log"));
 
     // Until its thirtieth step, then on from the log of that.
@@ -238,18 +238,18 @@ fn a_resumed_run_shows_the_same() {
         steps.get() == 0
     };
     let mut first = log();
-    let summary = mechanism.run(&equations, &start, &mut first, &stop).expect("a run");
+    let summary = simulation.run(&start, &mut first, &stop).expect("a run");
     let checkpoint = summary.checkpoint.clone().expect("stopped");
     let first = first.0.finish(&mechanism, &summary, Outcome::Stopped, "stopped").expect("written");
     let mut second = log();
     let mut reader = LogReader::open(&first[..]).expect("a log");
     assert!(second.0.copy(&mut reader, &checkpoint).expect("copied"));
-    let summary = mechanism.resume(&equations, &start, &checkpoint, &mut second, &|| false);
+    let summary = simulation.resume(&start, &checkpoint, &mut second, &|| false);
     let summary = summary.expect("a run");
     let second =
         second.0.finish(&mechanism, &summary, Outcome::ReachedEnd, "done").expect("written");
     let mut whole = log();
-    let summary = mechanism.run(&equations, &start, &mut whole, &|| false).expect("a run");
+    let summary = simulation.run(&start, &mut whole, &|| false).expect("a run");
     let whole = whole.0.finish(&mechanism, &summary, Outcome::ReachedEnd, "done").expect("written");
 
     let parts = [("first", first), ("second", second), ("whole", whole)];

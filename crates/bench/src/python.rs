@@ -1,12 +1,11 @@
 //! Cost of a solve from Python against the same solve from Rust.
 
-use bksim::Mechanism;
 use bksim::dae::Control;
 use bksim::record::Channels;
-use bksim::sim::formulate::MotionEquations;
 use bksim::sim::run::{Observer, Sample, Segment};
 use bksim::sim::sensitivity::StateSensitivity;
 use bksim::sim::start::Start;
+use bksim::{Mechanism, Simulation};
 use serde_json::{Value, json};
 
 use crate::context::Context;
@@ -90,8 +89,7 @@ fn is_same(own: &[f64], theirs: &Value) -> bool {
 
 /// A mechanism ready to run.
 struct Ours {
-    mechanism: Mechanism,
-    equations: MotionEquations,
+    simulation: Simulation,
     start: Start,
     channels: Channels,
 }
@@ -131,10 +129,10 @@ impl Ours {
         };
         let mut mechanism = Mechanism::from_toml(text, name).map_err(refused)?;
         (mechanism.model.solve.t_end, mechanism.model.solve.rtol) = (t_end, RTOL);
-        let equations = mechanism.formulate().map_err(refused)?;
+        let simulation = mechanism.simulation().map_err(refused)?;
         let start = mechanism.start().map_err(refused)?;
         let channels = Channels::new(&mechanism);
-        Ok(Self { mechanism, equations, start, channels })
+        Ok(Self { simulation, start, channels })
     }
 
     /// The least CPU time of some runs, s, and the last coordinates.
@@ -145,7 +143,7 @@ impl Ours {
         for idx in 0..=runs {
             let begun = cpu_time();
             let mut keeping = self.keeping(is_dense);
-            let ran = self.mechanism.run(&self.equations, &self.start, &mut keeping, &|| false);
+            let ran = self.simulation.run(&self.start, &mut keeping, &|| false);
             // As in Python, the previous result is freed when its name is bound to the next one.
             previous = keeping;
             let taken = cpu_time() - begun;

@@ -72,7 +72,7 @@ pub(crate) fn measure(size: Size) -> Result<(), BenchError> {
     let stop = |error: bksim::Rejected| refused(size, error.to_string());
     let mut times = vec![cpu_time()];
     let mechanism = Mechanism::derive(size.model()?, Vec::new()).map_err(stop)?;
-    let equations = mechanism.formulate().map_err(stop)?;
+    let simulation = mechanism.simulation().map_err(stop)?;
     times.push(cpu_time());
     let start = mechanism.start().map_err(stop)?;
     times.push(cpu_time());
@@ -81,9 +81,9 @@ pub(crate) fn measure(size: Size) -> Result<(), BenchError> {
         first = sample.q[0];
         Control::Continue
     };
-    let summary = mechanism
-        .run(&equations, &start, &mut observe, &|| false)
-        .map_err(|failure| refused(size, mechanism.diagnose(&equations, &failure).message))?;
+    let summary = simulation
+        .run(&start, &mut observe, &|| false)
+        .map_err(|failure| refused(size, simulation.diagnose(&failure).message))?;
     times.push(cpu_time());
     let spans: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     println!(

@@ -6,11 +6,9 @@
 
 use std::time::Instant;
 
-use bksim::Mechanism;
 use bksim::dae::Control;
-use bksim::sim::formulate::MotionEquations;
-use bksim::sim::run::{Sample, run};
-use bksim::sim::start::{StartEquations, start_at};
+use bksim::sim::run::Sample;
+use bksim::{Mechanism, Simulation};
 use bksim_sweep::{Axis, Design, Existing, Monitor, Plan, Request, Study, SweepError, write};
 use serde_json::json;
 
@@ -180,9 +178,7 @@ fn apart(study: &Study, n_threads: u64) -> Result<f64, BenchError> {
 
 /// A compiled slider-crank, which a thread has to itself.
 struct Alone {
-    mechanism: Mechanism,
-    equations: MotionEquations,
-    starts: StartEquations,
+    simulation: Simulation,
     /// Indices of the varied parameters.
     varied: Vec<usize>,
 }
@@ -192,21 +188,20 @@ impl Alone {
         let rejected = |rejected: bksim::Rejected| refused(&rejected.to_string());
         let mut mechanism = Mechanism::from_toml(MODEL, "slider-crank").map_err(rejected)?;
         mechanism.model.solve.t_end = T_END;
-        let equations = mechanism.formulate().map_err(rejected)?;
-        let starts = mechanism.start_equations().map_err(rejected)?;
+        let simulation = mechanism.simulation().map_err(rejected)?;
         let index = |name: &str| mechanism.model.parameters.iter().position(|p| p.name == name);
         let columns = study.input_columns();
         let varied: Option<Vec<usize>> = columns.iter().map(|column| index(&column.name)).collect();
         let varied = varied.ok_or(BenchError::Data("a parameter of the slider-crank"))?;
-        Ok(Self { mechanism, equations, starts, varied })
+        Ok(Self { simulation, varied })
     }
 
     /// CPU time of the integrations of every `stride`-th case, and of starts and integrations.
     fn measure(&self, study: &Study, first: u64, stride: u64) -> Result<[f64; 2], BenchError> {
-        let Self { mechanism, equations, starts, varied } = self;
-        let (compiled, options) = (&mechanism.compiled, &mechanism.model.solve);
+        let Self { simulation, varied } = self;
+        let mut simulation = simulation.clone();
         let mut numbers = vec![0.0; varied.len()];
-        let mut parameters = mechanism.parameters.clone();
+        let mut parameters = simulation.parameters().to_vec();
         let (mut starting, mut running) = (0.0, 0.0);
         let stride = usize::try_from(stride).expect("a stride is a number of threads");
         for case in (first..study.n_cases()).step_by(stride) {
@@ -215,11 +210,14 @@ impl Alone {
                 parameters[parameter_idx] = number;
             }
             let begun = cpu_time();
-            let start = start_at(starts, compiled, &parameters, &[], options)
+            simulation.set_parameters(&parameters);
+            let start = simulation
+                .start()
                 .map_err(|_| BenchError::Data("a slider-crank does not start"))?;
             let started = cpu_time();
             let mut nobody = |_: &Sample| Control::Continue;
-            run(compiled, equations, &start, &parameters, options, &mut nobody, &|| false)
+            simulation
+                .run(&start, &mut nobody, &|| false)
                 .map_err(|_| BenchError::Data("a slider-crank does not run"))?;
             starting += started - begun;
             running += cpu_time() - started;

@@ -77,7 +77,7 @@ pub use lower::LowerError;
 pub use number::Number;
 pub use op::Function;
 pub use parse::{ParseOptions, parse};
-pub use pool::{Expr, Pool, SymbolId};
+pub use pool::{Expr, Pool, PoolSnapshot, SymbolId};
 pub use print::{Notation, OperationCount, Operations, Printer, SplitTerm};
 pub use simplify::{Budget, Limit, Report, Simplified};
 pub use solve::{LinearSolution, SolveError};

@@ -90,6 +90,28 @@ pub struct Pool {
     arena: RefCell<Arena>,
 }
 
+/// The expressions of a [`Pool`] at one moment, to be shared between threads: every handle of that pool
+/// means the same in a pool that is made from them.
+#[derive(Clone)]
+pub struct PoolSnapshot {
+    arena: Arena,
+}
+
+impl std::fmt::Debug for PoolSnapshot {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("PoolSnapshot").field("len", &self.arena.nodes.len()).finish_non_exhaustive()
+    }
+}
+
+impl PoolSnapshot {
+    /// A pool of its own with these expressions.
+    pub fn to_pool(&self) -> Pool {
+        let mut arena = self.arena.clone();
+        arena.reindex();
+        Pool { arena: RefCell::new(arena) }
+    }
+}
+
 impl Default for Pool {
     fn default() -> Self {
         Self::new()
@@ -102,7 +124,7 @@ impl std::fmt::Debug for Pool {
     }
 }
 
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Arena {
     nodes: Vec<Node>,
     hashes: Vec<u64>,
@@ -199,7 +221,16 @@ impl Arena {
     }
 
     fn grow(&mut self) {
-        let mask = (self.slots.len() * 2).max(1024) - 1;
+        self.rehash((self.slots.len() * 2).max(1024));
+    }
+
+    /// Makes the table of handles for as many nodes as there are.
+    fn reindex(&mut self) {
+        self.rehash((2 * (self.nodes.len() + 1)).next_power_of_two().max(1024));
+    }
+
+    fn rehash(&mut self, n_slots: usize) {
+        let mask = n_slots - 1;
         self.slots = vec![EMPTY; mask + 1];
         for (index, &hash) in (0u32..).zip(&self.hashes) {
             #[expect(clippy::cast_possible_truncation, reason = "only the low bits are wanted")]
@@ -321,6 +352,27 @@ impl Pool {
         }
         pool.intern(Op::Pi, ZERO, ZERO, 0);
         pool
+    }
+
+    /// The expressions of this pool as they are now; what is added later is not among them.
+    pub fn snapshot(&self) -> PoolSnapshot {
+        let arena = &*self.arena.borrow();
+        // The table of handles and the scratch space of sweeps are made anew where they are needed.
+        PoolSnapshot {
+            arena: Arena {
+                nodes: arena.nodes.clone(),
+                hashes: arena.hashes.clone(),
+                facts: arena.facts.clone(),
+                numbers: arena.numbers.clone(),
+                number_index: arena.number_index.clone(),
+                constants: arena.constants.clone(),
+                symbols: arena.symbols.clone(),
+                symbol_index: arena.symbol_index.clone(),
+                slots: Vec::new(),
+                position: Vec::new(),
+                epoch: 0,
+            },
+        }
     }
 
     /// Number of nodes ever interned.
@@ -459,5 +511,24 @@ impl Pool {
     /// The position last given to `e` in this sweep.
     pub(crate) fn position(&self, e: Expr) -> u32 {
         self.arena.borrow().position[e.0 as usize].1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn handles_mean_the_same_in_a_pool_from_a_snapshot() {
+        let pool = Pool::new();
+        let e = pool.parse("sin(a)^2 + 3*b/7 - sqrt(2)").expect("an expression");
+        let snapshot = pool.snapshot();
+        // What comes later is not among them.
+        pool.symbol("later");
+        let thawed = std::thread::spawn(move || snapshot.to_pool()).join().expect("a thread");
+        assert_eq!(thawed.to_text(e), pool.to_text(e));
+        assert_eq!(thawed.find_symbol("later"), None);
+        let again = thawed.parse("sin(a)^2 + 3*b/7 - sqrt(2)").expect("an expression");
+        assert_eq!(again, e, "known nodes are found again");
     }
 }

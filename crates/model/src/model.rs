@@ -6,7 +6,7 @@
 //!
 //! Geometry is three-dimensional throughout; a planar model has z = 0 and all axes along ±z.
 
-use bksim_expr::{Expr, Pool, SymbolId};
+use bksim_expr::{Expr, Pool, PoolSnapshot, SymbolId};
 
 use crate::body::Body;
 use crate::diagnostic::Span;
@@ -17,13 +17,13 @@ use crate::load::Load;
 use crate::measure::{Initial, Signal};
 use crate::solve::SolveOptions;
 
-/// A whole mechanism as its author stated it.
+/// A whole mechanism as its author stated it; `Model<PoolSnapshot>` is the same for all threads at once.
 #[derive(Debug)]
-pub struct Model {
+pub struct Model<P = Pool> {
     /// Name of the mechanism; the file name without extension unless stated.
     pub name: String,
     /// Owns every expression of the model.
-    pub pool: Pool,
+    pub pool: P,
     /// The time symbol `t`.
     pub time: SymbolId,
     /// In file order, except that each comes after those its definition uses.
@@ -49,6 +49,42 @@ pub struct Model {
     /// Parameters that are functions of the motion, with a law that the run is given: none in a model
     /// that was read.
     pub inputs: Vec<ParameterId>,
+}
+
+impl<P> Model<P> {
+    /// The same model, its expressions kept otherwise.
+    fn with_pool<Q>(&self, pool: Q) -> Model<Q> {
+        Model {
+            pool,
+            name: self.name.clone(),
+            time: self.time,
+            parameters: self.parameters.clone(),
+            space: self.space,
+            coordinates: self.coordinates,
+            bodies: self.bodies.clone(),
+            joints: self.joints.clone(),
+            loads: self.loads.clone(),
+            drives: self.drives.clone(),
+            signals: self.signals.clone(),
+            initial: self.initial.clone(),
+            solve: self.solve.clone(),
+            inputs: self.inputs.clone(),
+        }
+    }
+}
+
+impl Model {
+    /// A copy that threads can share.
+    pub fn snapshot(&self) -> Model<PoolSnapshot> {
+        self.with_pool(self.pool.snapshot())
+    }
+}
+
+impl Model<PoolSnapshot> {
+    /// A model of its own, with which expressions can be made.
+    pub fn to_model(&self) -> Model {
+        self.with_pool(self.pool.to_pool())
+    }
 }
 
 /// A named number.

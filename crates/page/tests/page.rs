@@ -34,10 +34,10 @@ impl Observer for Logging {
 fn played(text: &str) -> Playback {
     let mechanism = Mechanism::from_toml(text, "pendulum").expect("a model");
     let start = mechanism.start().expect("a start");
-    let equations = mechanism.formulate().expect("equations");
+    let simulation = mechanism.simulation().expect("equations");
     let log = Recorder::create(Vec::new(), &mechanism, text, &start, &[]).expect("a log");
     let mut log = Logging(log);
-    let summary = mechanism.run(&equations, &start, &mut log, &|| false).expect("a run");
+    let summary = simulation.run(&start, &mut log, &|| false).expect("a run");
     let bytes =
         log.0.finish(&mechanism, &summary, Outcome::ReachedEnd, "end time reached").expect("a log");
     Playback::open(LogReader::open(&bytes[..]).expect("a log")).expect("a playback")

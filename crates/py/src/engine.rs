@@ -1,26 +1,25 @@
 //! A model with its equations, at one set of values.
 
 use std::path::PathBuf;
-use std::sync::{Arc, MutexGuard, OnceLock};
+use std::sync::{Arc, OnceLock};
 
 use bksim::describe;
 use bksim::log::Field;
 use bksim::mbs::equations::page::{Page, Style, Subject};
 use bksim::mbs::equations::{Equations, Notation, ReadingForm, proof};
 use bksim::mbs::quantity::Quantity;
+use bksim::model::Measure;
 use bksim::model::diagnostic::Diagnostic;
 use bksim::model::file::{Limits, Recording};
-use bksim::model::{Formulation, Measure, SolveOptions};
 use bksim::options::{JITS, choice};
 use bksim::record::Channels;
 use bksim::sim::compiled::CompiledSystem;
 use bksim::sim::fault::diagnose_mobility;
-use bksim::sim::formulate::MotionEquations;
 use bksim::sim::input::find_inputs;
 use bksim::sim::measure::Measures;
 use bksim::sim::mobility::mobility;
-use bksim::sim::start::{Start, start_at};
-use bksim::{Mechanism, Rejected};
+use bksim::sim::start::Start;
+use bksim::{Mechanism, Rejected, Simulation};
 use bksim_load::{Loaded, Request, Text, json_all, load, parse, parse_recorded};
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -38,10 +37,8 @@ use crate::solving::{self, Wanted};
 pub(crate) struct Engine {
     pub(crate) derived: Arc<Derived>,
     pub(crate) overrides: Vec<(String, String)>,
-    /// Values of the parameters, SI.
-    pub(crate) parameters: Vec<f64>,
-    /// Settings of the model.
-    pub(crate) options: SolveOptions,
+    /// The equations, with the values and settings of this model.
+    pub(crate) simulation: Simulation,
     /// Whether the equations were derived with other values.
     is_replayed: bool,
     start: OnceLock<Start>,
@@ -68,19 +65,20 @@ type Described = (String, String, String);
 impl Engine {
     pub(crate) fn new(
         source: Text,
-        mechanism: Mechanism,
+        mechanism: &Mechanism,
         overrides: Vec<(String, String)>,
         warnings: Vec<Diagnostic>,
         recording: Option<Recording>,
-    ) -> Self {
-        Self {
+    ) -> Result<Self, Fault> {
+        let simulation = mechanism.simulation();
+        let simulation = simulation.map_err(|Rejected(faults)| Fault::model(&source, &faults))?;
+        Ok(Self {
             overrides,
-            parameters: mechanism.parameters.clone(),
-            options: mechanism.model.solve.clone(),
+            simulation,
             derived: Arc::new(Derived::new(source, mechanism, warnings, recording)),
             is_replayed: false,
             start: OnceLock::new(),
-        }
+        })
     }
 
     fn derived(
@@ -104,7 +102,7 @@ impl Engine {
         let law = (!inputs.is_empty()).then(|| law(inputs));
         let mechanism = Mechanism::derive_with(model, law, Vec::new())
             .map_err(|Rejected(faults)| Fault::model(&source, &faults))?;
-        Ok(Self::new(source, mechanism, overrides, warnings, recording))
+        Self::new(source, &mechanism, overrides, warnings, recording)
     }
 
     pub(crate) fn source(&self) -> &Text {
@@ -112,16 +110,16 @@ impl Engine {
     }
 
     pub(crate) fn compiled(&self) -> &Arc<CompiledSystem> {
-        &self.derived.compiled
+        self.simulation.compiled()
     }
 
     pub(crate) fn channels(&self) -> &Channels {
         &self.derived.channels
     }
 
-    /// The mechanism, for this thread alone.
-    pub(crate) fn mechanism(&self) -> MutexGuard<'_, Mechanism> {
-        self.derived.mechanism(&self.parameters, &self.options)
+    /// The mechanism with the values of this model, its expressions made anew.
+    pub(crate) fn mechanism(&self) -> Mechanism {
+        self.simulation.mechanism()
     }
 
     pub(crate) fn start(&self) -> Result<&Start, Fault> {
@@ -129,17 +127,8 @@ impl Engine {
             return Ok(start);
         }
         let refused = |Rejected(faults)| Fault::assembly(self.source(), &faults);
-        let equations = self.derived.start(|| self.mechanism()).map_err(refused)?;
-        let start = start_at(equations, self.compiled(), &self.parameters, &[], &self.options);
-        let start = start.map_err(|error| {
-            let fault = self.mechanism().diagnose_start(&error);
-            refused(Rejected(vec![fault]))
-        })?;
+        let start = self.simulation.start().map_err(refused)?;
         Ok(self.start.get_or_init(|| start))
-    }
-
-    pub(crate) fn equations(&self, form: Formulation) -> Result<Arc<MotionEquations>, Fault> {
-        self.derived.equations(form, || self.mechanism())
     }
 
     /// Warnings about its values.
@@ -169,13 +158,18 @@ impl Engine {
     /// make another model, or one that is refused.
     fn at(&self, values: Vec<f64>, overrides: Vec<(String, String)>) -> Option<Self> {
         let recording = self.derived.recording.as_ref()?;
-        let (mut parameters, mut options) = (self.parameters.clone(), self.options.clone());
-        let is_known = recording.replay(&values, &mut Vec::new(), &mut parameters, &mut options);
-        is_known.then(|| Self {
+        let mut simulation = self.simulation.clone();
+        let mut parameters = simulation.parameters().to_vec();
+        let mut options = simulation.options().clone();
+        if !recording.replay(&values, &mut Vec::new(), &mut parameters, &mut options) {
+            return None;
+        }
+        simulation.set_parameters(&parameters);
+        simulation.set_options(&options).ok()?;
+        Some(Self {
             derived: self.derived.clone(),
             overrides,
-            parameters,
-            options,
+            simulation,
             is_replayed: true,
             start: OnceLock::new(),
         })
@@ -222,7 +216,7 @@ impl Engine {
     /// Parameters: name, value in SI, unit.
     fn parameters(&self) -> Vec<(String, f64, String)> {
         let units = self.derived.units.iter();
-        let values = units.zip(&self.parameters);
+        let values = units.zip(self.simulation.parameters());
         values.map(|((name, unit), &value)| (name.clone(), value, unit.clone())).collect()
     }
 
@@ -241,7 +235,7 @@ impl Engine {
 
     /// Options of the model: start, end, interval of the output, tolerances.
     fn options(&self) -> (f64, f64, f64, f64, f64) {
-        let solve = &self.options;
+        let solve = self.simulation.options();
         (solve.t_start, solve.t_end, solve.interval(), solve.rtol, solve.atol)
     }
 
@@ -276,7 +270,7 @@ impl Engine {
     fn equations_json(&self, py: Python<'_>) -> PyResult<String> {
         guard(py, || {
             let mechanism = self.mechanism();
-            let Mechanism { model, system, .. } = &*mechanism;
+            let Mechanism { model, system, .. } = &mechanism;
             let form = ReadingForm::grouped(model, system);
             let proof = proof(model, system, &form);
             Ok(describe::equations(&mechanism, &form, &proof).to_string())
@@ -304,7 +298,7 @@ impl Engine {
                 }
             };
             let mechanism = self.mechanism();
-            let Mechanism { model, system, compiled, .. } = &*mechanism;
+            let Mechanism { model, system, compiled, .. } = &mechanism;
             let form = if has_groups {
                 ReadingForm::grouped(model, system)
             } else {
@@ -323,7 +317,7 @@ impl Engine {
     fn latex(&self, py: Python<'_>) -> PyResult<(String, String, Vec<String>, Vec<String>)> {
         guard(py, || {
             let mechanism = self.mechanism();
-            let Mechanism { model, system, .. } = &*mechanism;
+            let Mechanism { model, system, .. } = &mechanism;
             let formulas = ReadingForm::plain(model, system).write(model, Notation::Latex);
             let Equations { kinetic_energy, potential_energy, equations, constraints } = formulas;
             Ok((kinetic_energy, potential_energy, equations, constraints))
@@ -347,7 +341,7 @@ impl Engine {
         let (q, v) = (q.as_array(), v.as_array());
         let values = guard(py, || {
             let mechanism = self.mechanism();
-            let Mechanism { model, system, parameters, .. } = &*mechanism;
+            let Mechanism { model, system, parameters, .. } = &mechanism;
             let found = |name: &String| {
                 Measure::named(model, name)
                     .ok_or_else(|| Fault::Name(format!("nothing is called `{name}`")))
@@ -355,7 +349,6 @@ impl Engine {
             let measures = names.iter().map(found).collect::<Result<Vec<_>, _>>()?;
             let mut measures = Measures::compile(model, system, &measures, parameters)
                 .map_err(|e| Fault::Value(e.to_string()))?;
-            drop(mechanism);
             let n_samples = q.ncols();
             let mut values = vec![0.0; n_samples * names.len()];
             for (k, out) in values.chunks_exact_mut(names.len().max(1)).enumerate() {

@@ -26,8 +26,9 @@ type Answer<'py> = PyResult<Bound<'py, PyArray2<f64>>>;
 
 impl Functions {
     pub(crate) fn new(engine: Py<Engine>, dependent: Vec<usize>) -> Self {
+        let simulation = &engine.get().simulation;
         let (compiled, parameters) =
-            (engine.get().compiled().clone(), engine.get().parameters.clone());
+            (simulation.compiled().clone(), simulation.parameters().to_vec());
         Self { engine, compiled, parameters, dependent }
     }
 

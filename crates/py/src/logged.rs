@@ -41,9 +41,7 @@ fn write<W: Write>(run: &Run, rows: &Rows, start: &Start, out: W) -> Result<W, L
     words.extend(engine.overrides.iter().map(|(name, value)| set_option(name, value)));
     let contents = Contents { options: &words, sensitive, ..Contents::default() };
     let text = &engine.source().text;
-    let recorder = Recorder::create_with(out, &mechanism, text, start, &contents);
-    drop(mechanism);
-    let mut recorder = recorder?;
+    let mut recorder = Recorder::create_with(out, &mechanism, text, start, &contents)?;
 
     let n_own = rows.n_columns - run.kept.derivatives.len();
     // A segment comes ahead of the samples in it.
@@ -69,7 +67,7 @@ fn write<W: Write>(run: &Run, rows: &Rows, start: &Start, out: W) -> Result<W, L
             (Outcome::Stopped, format!("[{}] {}", fault.code.0, fault.message))
         }
     };
-    recorder.finish(&engine.mechanism(), summary, outcome, &reason)
+    recorder.finish(&mechanism, summary, outcome, &reason)
 }
 
 /// Derivatives of a sample from its row.
@@ -147,7 +145,7 @@ fn opened(path: &Path) -> Result<Opened, Fault> {
     let header = run_log.header;
     let source = Text::new(path, header.model_text);
     let options = mechanism.model.solve.clone();
-    let engine = Engine::new(source, mechanism, overrides(&header.options), Vec::new(), None);
+    let engine = Engine::new(source, &mechanism, overrides(&header.options), Vec::new(), None)?;
     let end: Option<EndStatus> = log.end().cloned();
     let ending = match &end {
         Some(end) if end.outcome == Outcome::ReachedEnd => Ending::Reached,

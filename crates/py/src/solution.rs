@@ -183,7 +183,7 @@ impl Run {
         let engine = self.engine.get();
         let n_columns = self.columns().len();
         let values = guard(py, || {
-            let mut player = Player::new(engine.compiled().clone(), &engine.parameters);
+            let mut player = Player::new(engine.compiled().clone(), engine.simulation.parameters());
             let is_lasting: Vec<bool> = engine.channels().are_lasting().collect();
             let mut values = Vec::with_capacity(times.len() * n_columns);
             for &t in &times {

@@ -8,10 +8,10 @@ use bksim::log::Field;
 use bksim::model::{Outputs, SolveOptions};
 use bksim::options::{BadOption, FORMULATIONS, METHODS, SolveChanges, choice};
 use bksim::record::{Channels, sensitivity_columns, sensitivity_row};
-use bksim::sim::run::{self, Failure, Observer, Sample, Segment};
-use bksim::sim::sensitivity::{Sensitive, StateSensitivity, run_with_sensitivities};
+use bksim::sim::run::{Failure, Observer, Sample, Segment};
+use bksim::sim::sensitivity::{Sensitive, StateSensitivity};
 use bksim::sim::start::Start;
-use bksim::{Rejected, SensitivityPlan};
+use bksim::{Rejected, SensitivityPlan, Simulation};
 use pyo3::prelude::*;
 
 use crate::arrays::{table, transposed, vector};
@@ -166,7 +166,8 @@ pub(crate) fn solve(py: Python<'_>, engine: Py<Engine>, wanted: Wanted) -> PyRes
 type Ran = (Vec<f64>, numpy::ndarray::Array2<f64>, Kept);
 
 fn ran(engine: &Engine, wanted: &Wanted) -> Result<Ran, Fault> {
-    let mut options = engine.options.clone();
+    let mut simulation = engine.simulation.clone();
+    let mut options = simulation.options().clone();
     let changes = wanted.changes()?;
     changes.check(options.t_start).map_err(|bad: BadOption| Fault::Value(bad.to_string()))?;
     changes.apply(&mut options);
@@ -185,8 +186,9 @@ fn ran(engine: &Engine, wanted: &Wanted) -> Result<Ran, Fault> {
         return Err(Fault::Value(words.to_owned()));
     }
     let start = engine.start()?;
-    let equations = engine.equations(options.formulation)?;
-    let (sensitive, derivatives, plan) = planned(engine, start, &options, &wanted.sensitivity)?;
+    let refused = |Rejected(faults)| Fault::model(engine.source(), &faults);
+    simulation.set_options(&options).map_err(refused)?;
+    let (sensitive, derivatives, plan) = planned(engine, &simulation, start, &wanted.sensitivity)?;
 
     let reached = Cell::new(start.t);
     let pace = Pace::begin();
@@ -221,19 +223,10 @@ fn ran(engine: &Engine, wanted: &Wanted) -> Result<Ran, Fault> {
         most_bytes: wanted.most_bytes,
         is_stop_wished: &is_stop_wished,
     };
-    let (compiled, parameters, stop) = (engine.compiled(), &engine.parameters, &is_stop_wished);
+    let stop = &is_stop_wished;
     let outcome = match &plan {
-        None => run::run(compiled, &equations, start, parameters, &options, &mut keeping, stop),
-        Some(SensitivityPlan { equations: by, start: at_start }) => run_with_sensitivities(
-            compiled,
-            &equations,
-            by,
-            (start, at_start.as_slice()),
-            parameters,
-            &options,
-            &mut keeping,
-            stop,
-        ),
+        None => simulation.run(start, &mut keeping, stop),
+        Some(plan) => simulation.run_with_sensitivities(start, plan, &mut keeping, stop),
     };
     let is_full = keeping.is_full();
     let error = laws::raised().or_else(|| raised.take());
@@ -246,7 +239,7 @@ fn ran(engine: &Engine, wanted: &Wanted) -> Result<Ran, Fault> {
         (Ok(summary), None) if is_full => (summary, Ending::Full),
         (Ok(summary), None) => (summary, Ending::Stopped(None)),
         (Err(failure), None) => {
-            let fault = engine.mechanism().diagnose(&equations, &failure);
+            let fault = simulation.diagnose(&failure);
             let Failure { summary, .. } = *failure;
             (summary, Ending::Failed(fault))
         }
@@ -284,18 +277,17 @@ type Planned = (Vec<Sensitive>, Vec<(String, Field)>, Option<SensitivityPlan>);
 
 fn planned(
     engine: &Engine,
+    simulation: &Simulation,
     start: &Start,
-    options: &SolveOptions,
     names: &[String],
 ) -> Result<Planned, Fault> {
     if names.is_empty() {
         return Ok((Vec::new(), Vec::new(), None));
     }
     let refused = |Rejected(faults)| Fault::model(engine.source(), &faults);
-    let mut mechanism = engine.mechanism();
+    let mechanism = simulation.mechanism();
     let sensitive = mechanism.all_sensitive(names).map_err(refused)?;
-    mechanism.model.solve = options.clone();
-    let plan = mechanism.plan_sensitivities(start, &sensitive);
+    let plan = simulation.plan_sensitivities(start, &sensitive);
     let derivatives = sensitivity_columns(&mechanism, &sensitive);
     Ok((sensitive, derivatives, Some(plan.map_err(refused)?)))
 }

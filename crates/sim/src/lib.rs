@@ -18,7 +18,9 @@ mod multiplier;
 pub mod pose;
 pub mod run;
 pub mod sensitivity;
+mod simulation;
 pub mod start;
 pub mod state;
 
-pub use mechanism::{Mechanism, Motion, SensitivityMotion, SensitivityPlan};
+pub use mechanism::Mechanism;
+pub use simulation::{Motion, SensitivityMotion, SensitivityPlan, Simulation};

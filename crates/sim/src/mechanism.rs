@@ -3,18 +3,10 @@
 use std::sync::Arc;
 
 use crate::compiled::{CompiledSystem, compile};
-use crate::fault::{diagnose_run, diagnose_start};
-use crate::formulate::{MotionEquations, formulate};
+use crate::fault::diagnose_start;
 use crate::input::{Law, check_inputs};
-use crate::run::{
-    Failure, Observer, RunCheckpoint, Sample, Summary, Unresumed, WithSensitivities, resume, run,
-};
-use crate::sensitivity::{
-    self, Sensitive, SensitivityEquations, SensitivityError, StateSensitivity, differentiate,
-    run_with_sensitivities,
-};
-use crate::start::{Start, StartEquations, StartError, start};
-use bksim_dae::Control;
+use crate::sensitivity::{self, Sensitive, SensitivityError};
+use crate::start::{Start, start};
 use bksim_mbs::assemble::assemble;
 use bksim_mbs::equations::{Equations, Notation, equations};
 use bksim_mbs::system::SymbolicSystem;
@@ -35,35 +27,6 @@ pub struct Mechanism {
     pub parameters: Vec<f64>,
     /// Warnings found on the way.
     pub warnings: Vec<Diagnostic>,
-}
-
-/// A motion from the start to the end time.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Motion {
-    /// The consistent start.
-    pub start: Start,
-    /// One sample per output time.
-    pub samples: Vec<Sample>,
-    /// How the run went.
-    pub summary: Summary,
-}
-
-/// A motion with its derivatives by some quantities.
-#[derive(Clone, PartialEq, Debug)]
-pub struct SensitivityMotion {
-    /// The motion itself.
-    pub motion: Motion,
-    /// By output time, then by quantity.
-    pub sensitivities: Vec<Vec<StateSensitivity>>,
-}
-
-/// What a run with sensitivities starts from.
-#[derive(Clone, Debug)]
-pub struct SensitivityPlan {
-    /// The derivatives of the equations, compiled.
-    pub equations: SensitivityEquations,
-    /// Sensitivities of the start, one per quantity.
-    pub start: Vec<StateSensitivity>,
 }
 
 impl Mechanism {
@@ -122,96 +85,9 @@ impl Mechanism {
     /// # Errors
     /// [`Rejected`] says which loop cannot close or which stated values exclude each other.
     pub fn start(&self) -> Result<Start, Rejected> {
-        start(&self.model, &self.system, &self.compiled, &self.parameters)
-            .map_err(|error| Rejected(vec![self.diagnose_start(&error)]))
-    }
-
-    /// What the model says about its start, compiled for every parameter value.
-    ///
-    /// # Errors
-    /// [`Rejected`] when an expression of the model cannot be compiled.
-    pub fn start_equations(&self) -> Result<StartEquations, Rejected> {
-        StartEquations::compile(&self.model, &self.system).map_err(|e| uncompiled(&e))
-    }
-
-    /// A start that was not found in the author's terms.
-    pub fn diagnose_start(&self, error: &StartError) -> Diagnostic {
-        diagnose_start(&self.model, &self.system, &self.compiled, error)
-    }
-
-    /// The compiled residual and Jacobian of the formulation the model asks for.
-    ///
-    /// # Errors
-    /// [`Rejected`] when an expression of the model cannot be compiled.
-    pub fn formulate(&self) -> Result<MotionEquations, Rejected> {
-        let equations = formulate(&self.model, &self.system, self.model.solve.formulation);
-        let equations = equations.map_err(|e| uncompiled(&e))?;
-        Ok(equations.with_inputs(&self.compiled.inputs))
-    }
-
-    /// Runs from `start` and hands every sample to `observer`, which may stop the run; `stop` is
-    /// asked after every step.
-    ///
-    /// # Errors
-    /// [`Failure`] when the integrator cannot go on; see [`Mechanism::diagnose`].
-    pub fn run(
-        &self,
-        equations: &MotionEquations,
-        start: &Start,
-        observer: &mut dyn Observer,
-        stop: &dyn Fn() -> bool,
-    ) -> Result<Summary, Box<Failure>> {
-        let options = &self.model.solve;
-        run(&self.compiled, equations, start, &self.parameters, options, observer, stop)
-    }
-
-    /// Continues a run that was stopped, as if it had not been; `start` is where it began. See
-    /// [`crate::run::resume`].
-    ///
-    /// # Errors
-    /// [`Unresumed`] when the checkpoint belongs to another run, or the integrator cannot go on.
-    pub fn resume(
-        &self,
-        equations: &MotionEquations,
-        start: &Start,
-        checkpoint: &RunCheckpoint,
-        observer: &mut dyn Observer,
-        stop: &dyn Fn() -> bool,
-    ) -> Result<Summary, Unresumed> {
-        let (parameters, options) = (&self.parameters, &self.model.solve);
-        let from = (start, checkpoint);
-        resume(&self.compiled, equations, from, parameters, options, observer, stop)
-    }
-
-    /// A failed run in the author's terms.
-    pub fn diagnose(&self, equations: &MotionEquations, failure: &Failure) -> Diagnostic {
-        diagnose_run(
-            &self.model,
-            &self.system,
-            &self.compiled,
-            equations,
-            &self.parameters,
-            failure,
-        )
-    }
-
-    /// Finds the start, runs to the end and keeps every sample.
-    ///
-    /// # Errors
-    /// [`Rejected`] when there is no consistent start or the run stops early.
-    pub fn solve(&self) -> Result<Motion, Rejected> {
-        let start = self.start()?;
-        let equations = self.formulate()?;
-        let mut samples = Vec::new();
-        let mut keep = |sample: &Sample| {
-            samples.push(sample.clone());
-            Control::Continue
-        };
-        let summary = self.run(&equations, &start, &mut keep, &|| false);
-        match summary {
-            Ok(summary) => Ok(Motion { start, samples, summary }),
-            Err(failure) => Err(Rejected(vec![self.diagnose(&equations, &failure)])),
-        }
+        let Self { model, system, compiled, parameters, .. } = self;
+        start(model, system, compiled, parameters)
+            .map_err(|error| Rejected(vec![diagnose_start(model, system, compiled, &error)]))
     }
 
     /// The parameter or stated initial value of this name: `l1`, `A.rate`.
@@ -219,7 +95,7 @@ impl Mechanism {
     /// # Errors
     /// [`Rejected`] when there is none, or it is a guess.
     pub fn sensitive(&self, name: &str) -> Result<Sensitive, Rejected> {
-        Sensitive::find(&self.model, name).map_err(|error| self.insensitive(&error))
+        Sensitive::find(&self.model, name).map_err(|error| insensitive(&self.model, &error))
     }
 
     /// What [`Mechanism::sensitive`] says of some names, each once.
@@ -236,75 +112,15 @@ impl Mechanism {
         }
         Ok(all)
     }
-
-    /// The differentiated equations, and the sensitivities of the start.
-    ///
-    /// # Errors
-    /// [`Rejected`] when the model switches, or has no motion for other values near these.
-    pub fn plan_sensitivities(
-        &self,
-        start: &Start,
-        sensitive: &[Sensitive],
-    ) -> Result<SensitivityPlan, Rejected> {
-        let Self { model, system, compiled, parameters, .. } = self;
-        let form = model.solve.formulation;
-        let plan = || {
-            let equations = differentiate(model, system, compiled, form, sensitive, parameters)?;
-            let start = sensitivity::start(&equations, model, compiled, start, parameters)?;
-            Ok(SensitivityPlan { equations, start })
-        };
-        plan().map_err(|error| self.insensitive(&error))
-    }
-
-    /// As [`Mechanism::run`], with Radau IIA throughout and every sample with its sensitivities.
-    ///
-    /// # Errors
-    /// [`Failure`] when the integrator cannot go on; see [`Mechanism::diagnose`].
-    pub fn run_with_sensitivities(
-        &self,
-        equations: &MotionEquations,
-        start: &Start,
-        plan: &SensitivityPlan,
-        observer: &mut dyn Observer,
-        stop: &dyn Fn() -> bool,
-    ) -> Result<Summary, Box<Failure>> {
-        let options = &self.model.solve;
-        let from = (start, plan.start.as_slice());
-        let (compiled, parameters) = (&self.compiled, &self.parameters);
-        let by = &plan.equations;
-        run_with_sensitivities(compiled, equations, by, from, parameters, options, observer, stop)
-    }
-
-    /// Finds the start, runs to the end with Radau IIA and keeps every sample with its derivatives by
-    /// `sensitive`.
-    ///
-    /// # Errors
-    /// [`Rejected`] when there is no consistent start, none near it, or the run stops early.
-    pub fn sensitivities(&self, sensitive: &[Sensitive]) -> Result<SensitivityMotion, Rejected> {
-        let start = self.start()?;
-        let equations = self.formulate()?;
-        let plan = self.plan_sensitivities(&start, sensitive)?;
-        let (mut samples, mut sensitivities) = (Vec::new(), Vec::new());
-        let mut keep = WithSensitivities(|sample: &Sample, by: &[StateSensitivity]| {
-            samples.push(sample.clone());
-            sensitivities.push(by.to_vec());
-            Control::Continue
-        });
-        match self.run_with_sensitivities(&equations, &start, &plan, &mut keep, &|| false) {
-            Ok(summary) => {
-                let motion = Motion { start, samples, summary };
-                Ok(SensitivityMotion { motion, sensitivities })
-            }
-            Err(failure) => Err(Rejected(vec![self.diagnose(&equations, &failure)])),
-        }
-    }
-
-    fn insensitive(&self, error: &SensitivityError) -> Rejected {
-        Rejected(vec![sensitivity::diagnose_sensitivity(&self.model, error)])
-    }
 }
 
-fn uncompiled(error: &bksim_expr::TapeError) -> Rejected {
+/// A quantity that the motion cannot be differentiated by, in the author's terms.
+pub(crate) fn insensitive(model: &Model, error: &SensitivityError) -> Rejected {
+    Rejected(vec![sensitivity::diagnose_sensitivity(model, error)])
+}
+
+/// A model with an expression that cannot be compiled, in the author's terms.
+pub(crate) fn uncompiled(error: &bksim_expr::TapeError) -> Rejected {
     let code = crate::codes::NOT_FINITE_AT_START;
     Rejected(vec![Diagnostic::error(code, error.to_string())])
 }

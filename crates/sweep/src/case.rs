@@ -2,21 +2,20 @@
 
 use bksim::dae::Control;
 use bksim::model::SolveOptions;
-use bksim::model::diagnostic::Diagnostic;
-use bksim::sim::run::{Sample, run};
-use bksim::sim::start::start_at;
-use bksim::{Mechanism, Rejected};
+use bksim::sim::run::Sample;
+use bksim::{Mechanism, Rejected, Simulation};
 
-use crate::compiled::Compiled;
 use crate::input::{Quantity, overrides};
 use crate::output::Reducer;
-use crate::row::{Ending, Fault, Row};
+use crate::row::{Ending, Row};
 use crate::sampling::sample_for;
 use crate::study::Study;
 
 /// Runs cases one after the other with buffers of its own.
 pub(crate) struct Worker<'a> {
     study: &'a Study,
+    /// The equations that all cases share, with the values of this one.
+    shared: Simulation,
     /// By axis: in its unit, and of parameters in SI.
     numbers: Vec<f64>,
     varied: Vec<f64>,
@@ -32,9 +31,10 @@ impl<'a> Worker<'a> {
     pub(crate) fn new(study: &'a Study) -> Self {
         Self {
             study,
+            shared: study.simulation.clone(),
             numbers: vec![0.0; study.inputs.len()],
             varied: Vec::new(),
-            parameters: vec![0.0; study.n_parameters],
+            parameters: study.simulation.parameters().to_vec(),
             options: study.options.clone(),
             stated: Vec::new(),
             recorded: Vec::new(),
@@ -51,26 +51,27 @@ impl<'a> Worker<'a> {
         self.sort(&inputs);
         let mut row =
             Row { case, inputs, outputs: Vec::new(), ending: Ending::Done, t: 0.0, n_steps: 0 };
-        if self.replay() {
-            return self.run(row, &study.shared, None, stop);
-        }
-        // The values are refused, or the model is another one with them.
-        match self.read() {
-            Ok(mechanism) => {
-                let compiled = Compiled::of(&mechanism);
-                match compiled {
-                    Ok(compiled) => {
-                        let row = self.run(row, &compiled, Some(&mechanism), stop);
-                        // The next case begins with the settings that are shared.
-                        self.options.clone_from(&study.options);
-                        return row;
-                    }
-                    Err(rejected) => row.ending = Ending::Refused(rejected.into()),
-                }
-            }
+        // Where the values make another model, it has equations of its own.
+        let own = if self.replay() { Ok(None) } else { self.derive().map(Some) };
+        match own.and_then(|own| self.simulation(own)) {
+            Ok(simulation) => return self.run(row, &simulation, stop),
             Err(rejected) => row.ending = Ending::Refused(rejected.into()),
         }
         Some(row)
+    }
+
+    /// The simulation of this case: the shared equations with its values, or its `own`.
+    fn simulation(&mut self, own: Option<Simulation>) -> Result<Simulation, Rejected> {
+        let mut simulation = match own {
+            Some(own) => own,
+            None => {
+                self.shared.set_parameters(&self.parameters);
+                self.shared.set_options(&self.options)?;
+                self.shared.clone()
+            }
+        };
+        simulation.set_initial(&self.stated);
+        Ok(simulation)
     }
 
     /// Sorts the values of axes into those of parameters and those of initial values.
@@ -100,42 +101,30 @@ impl<'a> Worker<'a> {
     }
 
     /// Reads the model at the values of the case, and derives equations of its own.
-    fn read(&mut self) -> Result<Mechanism, Rejected> {
+    fn derive(&self) -> Result<Simulation, Rejected> {
         let request = &self.study.request;
         let overrides = overrides(&request.plan, &self.study.inputs, &self.numbers);
         let mut model = request.read(&overrides).map_err(Rejected)?;
         request.changes.apply(&mut model.solve);
         sample_for(&self.study.outputs, &mut model.solve);
-        self.options.clone_from(&model.solve);
-        self.parameters.clear();
-        self.parameters.extend(model.parameters.iter().map(|p| p.value));
-        Mechanism::derive(model, Vec::new())
+        Mechanism::derive(model, Vec::new())?.simulation()
     }
 
-    /// Finds the start and runs; faults are explained with `own`, or what is shared.
+    /// Finds the start and runs.
     fn run(
         &mut self,
         mut row: Row,
-        compiled: &Compiled,
-        own: Option<&Mechanism>,
+        simulation: &Simulation,
         stop: &dyn Fn() -> bool,
     ) -> Option<Row> {
-        let Self { study, parameters, options, stated, reducer, .. } = self;
-        let Compiled { system, equations, start } = compiled;
-        let explain = |explain: &dyn Fn(&Mechanism) -> Diagnostic| {
-            let fault = match own {
-                Some(own) => explain(own),
-                None => study.explain(parameters, options, explain),
-            };
-            Fault::from(fault)
-        };
+        let Self { study, reducer, .. } = self;
 
         // The start.
-        row.t = options.t_start;
-        let start = match start_at(start, system, parameters, stated, options) {
+        row.t = simulation.options().t_start;
+        let start = match simulation.start() {
             Ok(start) => start,
-            Err(error) => {
-                row.ending = Ending::NoStart(explain(&|m| m.diagnose_start(&error)));
+            Err(rejected) => {
+                row.ending = Ending::NoStart(rejected.into());
                 return Some(row);
             }
         };
@@ -146,7 +135,7 @@ impl<'a> Worker<'a> {
             reducer.take(&study.outputs, &study.channels, sample);
             Control::Continue
         };
-        match run(system, equations, &start, parameters, options, &mut take, stop) {
+        match simulation.run(&start, &mut take, stop) {
             Ok(summary) if !summary.reached_end => return None,
             Ok(summary) => {
                 reducer.finish(&study.outputs, &mut row.outputs);
@@ -155,8 +144,7 @@ impl<'a> Worker<'a> {
             Err(failure) => {
                 let summary = &failure.summary;
                 (row.t, row.n_steps) = (summary.t, summary.stats.n_step as u64);
-                let fault = explain(&|m| m.diagnose(equations, &failure));
-                row.ending = Ending::StoppedEarly(fault);
+                row.ending = Ending::StoppedEarly(simulation.diagnose(&failure).into());
             }
         }
         Some(row)

@@ -39,7 +39,6 @@
 
 mod axis;
 mod case;
-mod compiled;
 mod error;
 mod input;
 mod output;

@@ -1,7 +1,7 @@
 //! [`Study`]: all that the cases of a sweep share, the plan and the equations, derived and compiled once.
 
 use std::fmt::Write as _;
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::OnceLock;
 
 use ::parquet::errors::ParquetError;
 use ::parquet::file::metadata::KeyValue;
@@ -9,12 +9,11 @@ use bksim::model::diagnostic::Diagnostic;
 use bksim::model::file::{Reading, Recording};
 use bksim::model::{Model, SolveOptions};
 use bksim::record::Channels;
-use bksim::{Mechanism, Rejected, VERSION};
+use bksim::{Mechanism, Rejected, Simulation, VERSION};
 use sha2::{Digest, Sha256};
 
 use crate::axis::Axis;
 use crate::codes;
-use crate::compiled::Compiled;
 use crate::input::{Input, inputs, overrides};
 use crate::output::Output;
 use crate::parquet::{Column, Layout, entry};
@@ -30,16 +29,14 @@ pub struct Study {
     pub(crate) inputs: Vec<Input>,
     pub(crate) outputs: Vec<Output>,
     pub(crate) channels: Channels,
-    pub(crate) shared: Compiled,
+    /// The equations, derived once, with the values of one case.
+    pub(crate) simulation: Simulation,
     /// How parameters and settings of a case follow from its values.
     pub(crate) recording: Recording,
-    pub(crate) n_parameters: usize,
     /// Settings as the model has them.
     pub(crate) solve: SolveOptions,
     /// Settings of cases where no axis changes them, with the samples that outputs need.
     pub(crate) options: SolveOptions,
-    /// Its expressions cannot be shared; only faults are explained with them.
-    mechanism: Mutex<Mechanism>,
     model_name: String,
     warnings: Vec<Diagnostic>,
     options_text: String,
@@ -93,15 +90,13 @@ impl Study {
             inputs,
             outputs,
             channels,
-            shared: Compiled::of(&mechanism)?,
+            simulation: mechanism.simulation()?,
             recording,
-            n_parameters: mechanism.parameters.len(),
             solve,
             options,
             options_text,
             model_name,
             warnings,
-            mechanism: Mutex::new(mechanism),
             layout: OnceLock::new(),
             request,
         })
@@ -209,22 +204,6 @@ impl Study {
             entry("bksim.fingerprint", &self.fingerprint()),
             entry("unit.t_reached", "s"),
         ]
-    }
-
-    /// Explains something with the model at these values.
-    pub(crate) fn explain(
-        &self,
-        parameters: &[f64],
-        options: &SolveOptions,
-        explain: &dyn Fn(&Mechanism) -> Diagnostic,
-    ) -> Diagnostic {
-        let mut mechanism = self.mechanism.lock().unwrap_or_else(PoisonError::into_inner);
-        mechanism.parameters.copy_from_slice(parameters);
-        for (known, value) in mechanism.model.parameters.iter_mut().zip(parameters) {
-            known.value = *value;
-        }
-        mechanism.model.solve.clone_from(options);
-        explain(&mechanism)
     }
 }
 

@@ -20,15 +20,15 @@ fn solve(text: &str, set: &[(String, String)]) -> Result<(Mechanism, Vec<Sample>
     };
     let mechanism = Mechanism::derive(model, Vec::new()).expect("equations");
     let start = mechanism.start().map_err(|rejected| rejected.0[0].code.0)?;
-    let equations = mechanism.formulate().expect("equations");
+    let simulation = mechanism.simulation().expect("equations");
     let mut samples = Vec::new();
     let mut keep = |sample: &Sample| {
         samples.push(sample.clone());
         Control::Continue
     };
-    match mechanism.run(&equations, &start, &mut keep, &|| false) {
+    match simulation.run(&start, &mut keep, &|| false) {
         Ok(_) => Ok((mechanism, samples)),
-        Err(failure) => Err(mechanism.diagnose(&equations, &failure).code.0),
+        Err(failure) => Err(simulation.diagnose(&failure).code.0),
     }
 }
 

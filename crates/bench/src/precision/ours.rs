@@ -134,7 +134,7 @@ fn point(
     effort: Effort,
 ) -> Result<Point, Rejected> {
     // Repeated runs; the last sample and summary are the same in all of them.
-    let equations = mechanism.formulate()?;
+    let simulation = mechanism.simulation()?;
     let mut last = Sample::default();
     let mut summary = None;
     let samples = repeat(
@@ -145,7 +145,7 @@ fn point(
                 last.clone_from(sample);
                 Control::Continue
             };
-            summary = mechanism.run(&equations, start, &mut keep, &|| false).ok();
+            summary = simulation.run(start, &mut keep, &|| false).ok();
         },
     );
 

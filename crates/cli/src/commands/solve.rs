@@ -1,38 +1,103 @@
 //! `bksim solve`: from the model file to the log.
 
 mod events;
+mod files;
 mod report;
 mod resume;
 
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use bksim::dae::Control;
 use bksim::log::{Level, LogError, Outcome};
+use bksim::model::diagnostic::Diagnostic;
 use bksim::options::{BadOption, SolveChanges, described, in_words};
 use bksim::record::{Contents, Recorder, set_option};
 use bksim::sim::fault::diagnose_mobility;
 use bksim::sim::mobility::mobility;
-use bksim::sim::run::{Observer, Sample, Segment, Unresumed};
-use bksim::sim::sensitivity::StateSensitivity;
+use bksim::sim::run::{self, Observer, Sample, Segment, Summary, Unresumed};
+use bksim::sim::sensitivity::{Sensitive, StateSensitivity};
+use bksim::sim::start::Start;
+use bksim::{Mechanism, Rejected, SensitivityPlan, Simulation};
 
+use self::files::is_same_file;
+pub use self::files::{check_output, named_after};
 use self::report::{Report, Times};
+use self::resume::FirstPart;
 use crate::args::{self, Solve, Tuning};
 use crate::exit::{Failure, Status, without_number};
 use crate::output;
 use crate::progress::{Progress, StopWish};
 use crate::render;
-use crate::source::{derive, load};
+use crate::source::{Text, derive, load};
 
 /// The option of a log without the channels of other programs.
 const OWN_CHANNELS: [&str; 2] = ["channels", "own"];
 
+/// A run that is ready: the mechanism, its start, and where the log goes.
+struct Prepared {
+    source: Text,
+    mechanism: Mechanism,
+    simulation: Simulation,
+    start: Start,
+    /// Quantities that the motion is differentiated by, with the plan for it.
+    sensitive: Vec<Sensitive>,
+    plan: Option<SensitivityPlan>,
+    warnings: Vec<Diagnostic>,
+    /// The run that is continued, if one is.
+    first: Option<FirstPart>,
+    /// The log to be, and the file that is written until it is whole.
+    path: PathBuf,
+    written: PathBuf,
+}
+
+/// The end of a run, in the log and in the exit status.
+struct Conclusion {
+    summary: Summary,
+    status: Status,
+    reason: String,
+}
+
 pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let mut times = Times::default();
-    let mut clock = Instant::now();
-    let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed();
+    let mut prepared = prepare(args, nesting, &mut times)?;
+    if !as_json {
+        render::print_all(&prepared.source, &prepared.warnings);
+    }
+
+    // The log is opened only now: a rejected model touches no file.
+    let mut clock = Clock::begin();
+    let log = open_log(&prepared, args)?;
+    let stop = StopWish::watch().map_err(|e| {
+        Failure::file(&prepared.path, format!("is empty: signals cannot be handled: {e}"), None)
+    })?;
+    times.log = clock.lap();
+    let (log, outcome, in_log) = integrate(&prepared, log, &stop)?;
+    times.integrate = clock.lap().saturating_sub(in_log);
+    times.log += in_log;
+
+    let Conclusion { summary, status, reason } = conclude(&mut prepared, outcome, &stop, as_json);
+    close_log(&prepared, log, &summary, status, &reason)?;
+    times.log += clock.lap();
+
+    let Prepared { source, mechanism, sensitive, warnings, path, .. } = &prepared;
+    let report =
+        Report { source, path, summary: &summary, times: &times, status, mechanism, sensitive };
+    if as_json {
+        let mut body = report.describe();
+        body["diagnostics"] = render::json_all(source, warnings);
+        output::json("solve", body)?;
+    } else {
+        output::text(&report.text())?;
+    }
+    Ok(status)
+}
+
+/// Reads the model, derives its equations and finds the start.
+fn prepare(args: &Solve, nesting: usize, times: &mut Times) -> Result<Prepared, Failure> {
+    let mut clock = Clock::begin();
 
     // Read, and refuse an output that cannot be written before any work is done.
     let (mut loaded, first) = if args.resume {
@@ -43,10 +108,9 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
     };
     let solve = &mut loaded.model.solve;
     changes(&args.tuning, solve.t_start)?.apply(solve);
-    let set = first.as_ref().map_or(&args.model.set, |first| &first.set);
     let path = match first {
         Some(_) => resume::output_path(args),
-        None => output_path(args, &loaded.model.name),
+        None => args.output.clone().unwrap_or_else(|| named_after(&loaded.model.name, "mcap")),
     };
     let is_same = first.is_some() && is_same_file(&path, &args.model.model);
     if !(is_same && args.force) {
@@ -56,143 +120,172 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
     }
     // The log that is read is replaced only when all of it, and more, has been written.
     let written = if is_same { resume::beside(&path) } else { path.clone() };
-    times.parse = lap();
+    times.parse = clock.lap();
 
-    let mechanism = derive(&loaded.source, loaded.model)?;
-    times.derive = lap();
-    let source = &loaded.source;
-    let equations = mechanism.formulate().map_err(|rejected| source.rejected(rejected.0))?;
-    times.compile = lap();
-    let start = mechanism.start().map_err(|rejected| source.rejected(rejected.0))?;
-    let sensitive = mechanism
-        .all_sensitive(&args.sensitivity)
-        .map_err(|rejected| source.rejected(rejected.0))?;
-    let plan = (!sensitive.is_empty()).then(|| mechanism.plan_sensitivities(&start, &sensitive));
-    let plan = plan.transpose().map_err(|rejected| source.rejected(rejected.0))?;
+    // Derive and compile.
+    let source = loaded.source;
+    let rejected = |Rejected(faults): Rejected| source.rejected(faults);
+    let mechanism = derive(&source, loaded.model)?;
+    times.derive = clock.lap();
+    let simulation = mechanism.simulation().map_err(rejected)?;
+    times.compile = clock.lap();
+
+    // The start, and what is known about it.
+    let start = simulation.start().map_err(rejected)?;
+    let sensitive = mechanism.all_sensitive(&args.sensitivity).map_err(rejected)?;
+    let plan = (!sensitive.is_empty()).then(|| simulation.plan_sensitivities(&start, &sensitive));
+    let plan = plan.transpose().map_err(rejected)?;
     let found = mobility(&mechanism.model, &mechanism.system, &start);
     let mut warnings = loaded.warnings;
     warnings.extend(diagnose_mobility(&mechanism.model, &found));
-    times.assemble = lap();
-    if !as_json {
-        render::print_all(source, &warnings);
-    }
+    times.assemble = clock.lap();
+    Ok(Prepared {
+        source,
+        mechanism,
+        simulation,
+        start,
+        sensitive,
+        plan,
+        warnings,
+        first,
+        path,
+        written,
+    })
+}
 
-    // The log is opened only now: a rejected model touches no file.
-    let file = File::create(&written).map_err(|e| Failure::writing(&written, &e))?;
-    let mut options = described(&mechanism.model, &sensitive);
+/// A log with everything ahead of the samples; of a run that is continued, with its first part.
+fn open_log(prepared: &Prepared, args: &Solve) -> Result<Log, Failure> {
+    let Prepared { mechanism, start, sensitive, first, path, written, .. } = prepared;
+    let unwritten = |error: LogError| Failure::writing(path, &error);
+
+    // The options of the run and the channels, as the log has them.
+    let mut options = described(&mechanism.model, sensitive);
+    let set = first.as_ref().map_or(&args.model.set, |first| &first.set);
     options.extend(set.iter().map(|(name, value)| set_option(name, value)));
-    let channels = match &first {
-        Some(first) => first.channels,
-        None => args.channels,
-    };
+    let channels = first.as_ref().map_or(args.channels, |first| first.channels);
     if channels == args::Channels::Own {
         options.push(OWN_CHANNELS.map(str::to_owned).into());
     }
     let has_viewers = channels == args::Channels::All;
-    let contents = Contents { options: &options, sensitive: &sensitive, has_viewers };
-    let out = BufWriter::new(file);
-    let text = &source.text;
-    let mut log = Recorder::create_with(out, &mechanism, text, &start, &contents)
-        .map_err(|e| Failure::writing(&path, &e))?;
-    if let Some(first) = &first {
-        first.copy_into(&mut log, &path)?;
-    }
-    for warning in warnings.iter().filter(|_| first.is_none()) {
-        let text = format!("[{}] {}", warning.code.0, warning.message);
-        log.note(Level::Warning, start.t, &text).map_err(|e| Failure::writing(&path, &e))?;
-    }
-    times.log = lap();
+    let contents = Contents { options: &options, sensitive, has_viewers };
 
-    let stop = StopWish::watch().map_err(|e| {
-        Failure::file(&path, format!("is empty: signals cannot be handled: {e}"), None)
-    })?;
-    let progress = Progress::new(start.t, mechanism.model.solve.t_end);
+    // The file, with the warnings, or with what the first part holds.
+    let file = File::create(written).map_err(|e| Failure::writing(written, &e))?;
+    let text = &prepared.source.text;
+    let mut log = Recorder::create_with(BufWriter::new(file), mechanism, text, start, &contents)
+        .map_err(unwritten)?;
+    if let Some(first) = first {
+        first.copy_into(&mut log, path)?;
+        return Ok(log);
+    }
+    for warning in &prepared.warnings {
+        let text = format!("[{}] {}", warning.code.0, warning.message);
+        log.note(Level::Warning, start.t, &text).map_err(unwritten)?;
+    }
+    Ok(log)
+}
+
+/// Runs to the end, or until `stop` is wished, and writes samples to `log`; says how long that took.
+fn integrate(
+    prepared: &Prepared,
+    log: Log,
+    stop: &StopWish,
+) -> Result<(Log, Result<Summary, Box<run::Failure>>, Duration), Failure> {
+    let Prepared { simulation, start, plan, first, path, written, .. } = prepared;
+    let progress = Progress::new(start.t, simulation.options().t_end);
     let reached = first.as_ref().map_or(start.t, |first| first.checkpoint.t());
     let mut logging = Logging { log, progress, reached, fault: None, taken: Duration::ZERO };
     let is_stop_wished = || stop.status().is_some();
-    let result = match (&plan, &first) {
-        (Some(plan), _) => mechanism.run_with_sensitivities(
-            &equations,
-            &start,
-            plan,
-            &mut logging,
-            &is_stop_wished,
-        ),
-        (None, None) => mechanism.run(&equations, &start, &mut logging, &is_stop_wished),
+    let outcome = match (plan, first) {
+        (Some(plan), _) => {
+            simulation.run_with_sensitivities(start, plan, &mut logging, &is_stop_wished)
+        }
+        (None, None) => simulation.run(start, &mut logging, &is_stop_wished),
         (None, Some(first)) => {
-            let from = &first.checkpoint;
-            match mechanism.resume(&equations, &start, from, &mut logging, &is_stop_wished) {
+            match simulation.resume(start, &first.checkpoint, &mut logging, &is_stop_wished) {
+                Ok(summary) => Ok(summary),
+                Err(Unresumed::Failed(failure)) => Err(failure),
                 Err(Unresumed::Unfit(unfit)) => {
                     drop(logging);
                     // Nothing but a copy is lost.
-                    let _ = fs::remove_file(&written);
-                    return Err(resume::unfit(&args.model.model, &unfit));
+                    let _ = fs::remove_file(written);
+                    return Err(resume::unfit(&first.path, &unfit));
                 }
-                Err(Unresumed::Failed(failure)) => Err(failure),
-                Ok(summary) => Ok(summary),
             }
         }
     };
-    let Logging { mut log, progress, fault, taken, .. } = logging;
+    let Logging { log, progress, fault, taken, .. } = logging;
     progress.finish();
-    times.integrate = lap().saturating_sub(taken);
-    times.log += taken;
     if let Some((t, error)) = fault {
         let error = error.to_string();
         let what = format!("cannot be written beyond t = {t} s: {}", without_number(&error));
         let help = "everything up to there is in the log".to_owned();
-        return Err(Failure::file(&path, what, Some(help)));
+        return Err(Failure::file(path, what, Some(help)));
     }
+    Ok((log, outcome, taken))
+}
 
-    // How it ended, in the log and in the exit status.
-    let (summary, status, reason) = match result {
+/// How a run ended; the fault of one that failed is said, and is a warning of the report.
+fn conclude(
+    prepared: &mut Prepared,
+    outcome: Result<Summary, Box<run::Failure>>,
+    stop: &StopWish,
+    as_json: bool,
+) -> Conclusion {
+    match outcome {
         Ok(summary) if summary.reached_end => {
-            (summary, Status::Done, "end time reached".to_owned())
+            Conclusion { summary, status: Status::Done, reason: "end time reached".to_owned() }
         }
         Ok(summary) => {
             let status = stop.status().unwrap_or(Status::Interrupted);
             let how = if status == Status::Terminated { "terminated" } else { "interrupted" };
-            (summary, status, how.to_owned())
+            Conclusion { summary, status, reason: how.to_owned() }
         }
         Err(failure) => {
-            let fault = mechanism.diagnose(&equations, &failure);
+            let fault = prepared.simulation.diagnose(&failure);
             let reason = format!("[{}] {}", fault.code.0, fault.message);
             if !as_json {
-                render::print_all(source, std::slice::from_ref(&fault));
+                render::print_all(&prepared.source, std::slice::from_ref(&fault));
             }
-            warnings.push(fault);
-            (failure.summary, Status::StoppedEarly, reason)
+            prepared.warnings.push(fault);
+            Conclusion { summary: failure.summary, status: Status::StoppedEarly, reason }
         }
-    };
+    }
+}
+
+/// Ends the log, and puts it in the place of the one that it continues.
+fn close_log(
+    prepared: &Prepared,
+    mut log: Log,
+    summary: &Summary,
+    status: Status,
+    reason: &str,
+) -> Result<(), Failure> {
+    let Prepared { mechanism, path, written, .. } = prepared;
+    let unwritten = |error: LogError| Failure::writing(path, &error);
     let outcome = if status == Status::Done { Outcome::ReachedEnd } else { Outcome::Stopped };
     if status != Status::Done {
-        log.note(Level::Error, summary.t, &reason).map_err(|e| Failure::writing(&path, &e))?;
+        log.note(Level::Error, summary.t, reason).map_err(unwritten)?;
     }
-    let out = log.finish(&mechanism, &summary, outcome, &reason);
-    let out = out.map_err(|e| Failure::writing(&path, &e))?;
-    let file = out.into_inner().map_err(|e| Failure::writing(&path, e.error()))?;
-    if is_same {
-        resume::replace(&file, &written, &path)?;
-    }
-    times.log += lap();
+    let out = log.finish(mechanism, summary, outcome, reason).map_err(unwritten)?;
+    let file = out.into_inner().map_err(|e| Failure::writing(path, e.error()))?;
+    if written == path { Ok(()) } else { resume::replace(&file, written, path) }
+}
 
-    let report = Report {
-        source,
-        path: &path,
-        summary: &summary,
-        times: &times,
-        status,
-        mechanism: &mechanism,
-        sensitive: &sensitive,
-    };
-    if as_json {
-        let mut body = report.describe();
-        body["diagnostics"] = render::json_all(source, &warnings);
-        output::json("solve", body)?;
-    } else {
-        output::text(&report.text())?;
+/// A log in the making.
+type Log = Recorder<BufWriter<File>>;
+
+/// The time since it was asked last.
+struct Clock(Instant);
+
+impl Clock {
+    fn begin() -> Self {
+        Self(Instant::now())
     }
-    Ok(status)
+
+    fn lap(&mut self) -> Duration {
+        std::mem::replace(&mut self.0, Instant::now()).elapsed()
+    }
 }
 
 /// Writes a run to its log as it goes on.
@@ -258,52 +351,4 @@ pub fn changes(args: &Tuning, t_start: f64) -> Result<SolveChanges, Failure> {
         Failure::usage(message, &format!("give {flag} a value {range}"))
     })?;
     Ok(changes)
-}
-
-fn output_path(args: &Solve, model_name: &str) -> PathBuf {
-    args.output.clone().unwrap_or_else(|| named_after(model_name, "mcap"))
-}
-
-/// A file in the working directory that is called after a model.
-pub fn named_after(model_name: &str, ending: &str) -> PathBuf {
-    let plain = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
-    PathBuf::from(format!("{}.{ending}", model_name.chars().map(plain).collect::<String>()))
-}
-
-fn is_same_file(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
-}
-
-/// Refuses an output that exists, is the model itself, or has no directory to lie in.
-pub fn check_output(path: &Path, inputs: &[&Path], force: bool) -> Result<(), Failure> {
-    let nothing_solved = "nothing was solved";
-    let directory = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    if !directory.is_dir() {
-        let there = directory.display();
-        let what = format!("cannot be written: there is no directory `{there}`; {nothing_solved}");
-        let help = format!("make it with `mkdir -p {}`", directory.display());
-        return Err(Failure::file(path, what, Some(help)));
-    }
-    if inputs.iter().any(|input| is_same_file(path, input)) {
-        let what = format!("is the model itself and would be overwritten; {nothing_solved}");
-        return Err(Failure::file(path, what, Some("name another file with -o".to_owned())));
-    }
-    if let Ok(known) = fs::metadata(path) {
-        if known.is_dir() {
-            let what = format!("is a directory; {nothing_solved}");
-            return Err(Failure::file(path, what, Some("name a file in it".to_owned())));
-        }
-        if !force {
-            let written = known.modified().ok().map_or_else(String::new, |time| {
-                format!(", written {}", humantime::format_rfc3339_seconds(time))
-            });
-            let what = format!("exists ({} bytes{written}); {nothing_solved}", known.len());
-            let help = "add --force to overwrite it, or name another file with -o".to_owned();
-            return Err(Failure::file(path, what, Some(help)));
-        }
-    }
-    Ok(())
 }

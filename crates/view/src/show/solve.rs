@@ -30,13 +30,13 @@ pub fn solve(
     text: &str,
     go_on: &dyn Fn(f64) -> bool,
 ) -> Result<Solved, PlaybackError> {
-    let start = mechanism.start()?;
-    let equations = mechanism.formulate()?;
+    let simulation = mechanism.simulation()?;
+    let start = simulation.start()?;
     let reached = Cell::new(start.t);
     let mut segments = Segments { segments: Vec::new(), reached: &reached };
     let stop = || !go_on(reached.get());
-    let ran = mechanism.run(&equations, &start, &mut segments, &stop);
-    let fault = ran.err().map(|failure| mechanism.diagnose(&equations, &failure));
+    let ran = simulation.run(&start, &mut segments, &stop);
+    let fault = ran.err().map(|failure| simulation.diagnose(&failure));
     if let (Some(fault), true) = (&fault, segments.segments.is_empty()) {
         return Err(Rejected(vec![fault.clone()]).into());
     }

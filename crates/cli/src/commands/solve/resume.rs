@@ -17,7 +17,7 @@ use crate::source::{Loaded, Text, parse};
 
 /// The first part of a run.
 pub(super) struct FirstPart {
-    path: PathBuf,
+    pub(super) path: PathBuf,
     /// Parameters given on the command line.
     pub(super) set: Vec<(String, String)>,
     /// Which channels the log has.

@@ -42,6 +42,7 @@
 //! With `BKSIM_BLESS=1` the outputs are rewritten from what is printed.
 #![cfg(unix)]
 
+#[path = "../../cli/tests/common/mod.rs"]
 mod common;
 
 #[path = "diagnostics/drawing.rs"]
@@ -54,7 +55,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use bksim_sweep::codes::explained_codes;
+use bksim::explained_codes;
 use common::{CRATE, Scratch, text};
 use page::{Block, Example, Page, Shown, patched};
 

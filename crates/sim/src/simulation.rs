@@ -1,0 +1,385 @@
+//! [`Simulation`]: a mechanism that is ready to run.
+
+use std::sync::{Arc, OnceLock};
+
+use bksim_dae::Control;
+use bksim_expr::PoolSnapshot;
+use bksim_mbs::system::SymbolicSystem;
+use bksim_model::diagnostic::{Diagnostic, Rejected};
+use bksim_model::{Formulation, Model, SolveOptions};
+
+use crate::compiled::CompiledSystem;
+use crate::fault::{diagnose_run, diagnose_start};
+use crate::formulate::{MotionEquations, formulate};
+use crate::input::Law;
+use crate::mechanism::{Mechanism, insensitive, uncompiled};
+use crate::run::{
+    Failure, Observer, RunCheckpoint, Sample, Summary, Unresumed, WithSensitivities, resume, run,
+};
+use crate::sensitivity::{
+    self, Sensitive, SensitivityEquations, StateSensitivity, differentiate, run_with_sensitivities,
+};
+use crate::start::{Start, StartEquations, StartError, start_at};
+
+/// A compiled mechanism with the values, options and initial values of a run.
+///
+/// It holds no expressions that could change, so threads share it, and a copy costs a few small vectors:
+/// the functions, and what faults are explained with, are common to all copies.
+///
+/// ```
+/// use bksim_sim::Mechanism;
+///
+/// let pendulum = Mechanism::from_toml(
+///     r#"
+///     [parameters]
+///     l = "0.5 m"
+///     [bodies.bob]
+///     mass = "2 kg"
+///     com = [0, "-l"]
+///     [joints.A]
+///     type = "revolute"
+///     between = ["ground", "bob"]
+///     [loads.gravity]
+///     type = "gravity"
+///     acceleration = [0, "-9.81 m/s^2"]
+///     [initial]
+///     A = { angle = "30 deg" }
+///     [solve]
+///     t_end = "1 s"
+///     "#,
+///     "pendulum",
+/// )?;
+/// let short = pendulum.simulation()?;
+/// let mut long = short.clone();
+/// long.set_parameters(&[0.7]);
+/// let [short, long] = [short.solve()?, long.solve()?];
+/// assert!(long.samples[100].q[0] > short.samples[100].q[0], "a longer pendulum swings slower");
+/// # Ok::<(), bksim_model::diagnostic::Rejected>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Simulation {
+    derivation: Arc<Derivation>,
+    compiled: Arc<CompiledSystem>,
+    /// In the formulation of the options.
+    equations: Arc<MotionEquations>,
+    parameters: Vec<f64>,
+    /// Initial values that replace those of the model, by their index there, SI.
+    initial: Vec<(usize, f64)>,
+    options: SolveOptions,
+}
+
+/// Everything that does not depend on values: common to all copies of a simulation.
+#[derive(Debug)]
+struct Derivation {
+    model: Model<PoolSnapshot>,
+    system: SymbolicSystem,
+    start: StartEquations,
+    /// The equations of motion in each formulation that has been asked for.
+    equations: [OnceLock<Arc<MotionEquations>>; 4],
+}
+
+/// A motion from the start to the end time.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Motion {
+    /// The consistent start.
+    pub start: Start,
+    /// One sample per output time.
+    pub samples: Vec<Sample>,
+    /// How the run went.
+    pub summary: Summary,
+}
+
+/// A motion with its derivatives by some quantities.
+#[derive(Clone, PartialEq, Debug)]
+pub struct SensitivityMotion {
+    /// The motion itself.
+    pub motion: Motion,
+    /// By output time, then by quantity.
+    pub sensitivities: Vec<Vec<StateSensitivity>>,
+}
+
+/// What a run with sensitivities starts from.
+#[derive(Clone, Debug)]
+pub struct SensitivityPlan {
+    /// The derivatives of the equations, compiled.
+    pub equations: SensitivityEquations,
+    /// Sensitivities of the start, one per quantity.
+    pub start: Vec<StateSensitivity>,
+}
+
+impl Mechanism {
+    /// This mechanism ready to run, with the values and options that it has now.
+    ///
+    /// # Errors
+    /// [`Rejected`] when an expression of the model cannot be compiled.
+    pub fn simulation(&self) -> Result<Simulation, Rejected> {
+        Simulation::of(self)
+    }
+
+    /// Finds the start, runs to the end and keeps every sample.
+    ///
+    /// # Errors
+    /// [`Rejected`] when there is no consistent start or the run stops early.
+    pub fn solve(&self) -> Result<Motion, Rejected> {
+        self.simulation()?.solve()
+    }
+}
+
+impl Simulation {
+    /// The simulation of `mechanism` with the values and options that it has now.
+    ///
+    /// # Errors
+    /// [`Rejected`] when an expression of the model cannot be compiled.
+    pub fn of(mechanism: &Mechanism) -> Result<Self, Rejected> {
+        let Mechanism { model, system, compiled, parameters, .. } = mechanism;
+        let start = StartEquations::compile(model, system).map_err(|e| uncompiled(&e))?;
+        let derivation = Derivation {
+            model: model.snapshot(),
+            system: system.clone(),
+            start,
+            equations: Default::default(),
+        };
+        let equations = formulate(model, system, model.solve.formulation);
+        let equations = Arc::new(equations.map_err(|e| uncompiled(&e))?);
+        let known = &derivation.equations[model.solve.formulation as usize];
+        known.get_or_init(|| equations.clone());
+        let mut simulation = Self {
+            derivation: Arc::new(derivation),
+            compiled: compiled.clone(),
+            equations,
+            parameters: parameters.clone(),
+            initial: Vec::new(),
+            options: model.solve.clone(),
+        };
+        simulation.bind_inputs();
+        Ok(simulation)
+    }
+
+    /// The equations as functions of numbers.
+    pub fn compiled(&self) -> &Arc<CompiledSystem> {
+        &self.compiled
+    }
+
+    /// Values of the parameters, in the order of the model's parameters, SI.
+    pub fn parameters(&self) -> &[f64] {
+        &self.parameters
+    }
+
+    /// The options of the run.
+    pub fn options(&self) -> &SolveOptions {
+        &self.options
+    }
+
+    /// Takes other values of the parameters, in the order of the model's, SI. Each is taken as it is: a
+    /// parameter that the model defines by others does not follow them.
+    ///
+    /// # Panics
+    /// If they are not as many as in the model.
+    pub fn set_parameters(&mut self, values: &[f64]) {
+        self.parameters.copy_from_slice(values);
+    }
+
+    /// Takes initial values in place of the model's, by their index in [`Model::initial`], SI.
+    pub fn set_initial(&mut self, values: &[(usize, f64)]) {
+        values.clone_into(&mut self.initial);
+    }
+
+    /// Takes other options.
+    ///
+    /// # Errors
+    /// [`Rejected`] when the equations cannot be compiled in the formulation that they ask for.
+    pub fn set_options(&mut self, options: &SolveOptions) -> Result<(), Rejected> {
+        if options.formulation != self.options.formulation {
+            self.equations = self.derivation.equations(options.formulation)?;
+            self.bind_inputs();
+        }
+        self.options.clone_from(options);
+        Ok(())
+    }
+
+    /// Gives the inputs of the model their values by `law`.
+    pub fn set_law(&mut self, law: Arc<Law>) {
+        let compiled = CompiledSystem::clone(&self.compiled).with_law(law);
+        self.compiled = Arc::new(compiled);
+        self.bind_inputs();
+    }
+
+    /// Lets the equations of motion take the values of inputs from where the compiled system does.
+    fn bind_inputs(&mut self) {
+        if !self.compiled.inputs.is_empty() {
+            let equations = MotionEquations::clone(&self.equations);
+            self.equations = Arc::new(equations.with_inputs(&self.compiled.inputs));
+        }
+    }
+
+    /// The mechanism with the values and options of this simulation, its expressions made anew.
+    pub fn mechanism(&self) -> Mechanism {
+        let mut model = self.derivation.model.to_model();
+        for (parameter, &value) in model.parameters.iter_mut().zip(&self.parameters) {
+            parameter.value = value;
+        }
+        model.solve = self.options.clone();
+        Mechanism {
+            model,
+            system: self.derivation.system.clone(),
+            compiled: self.compiled.clone(),
+            parameters: self.parameters.clone(),
+            warnings: Vec::new(),
+        }
+    }
+
+    /// The residual and Jacobian in the formulation of the options.
+    pub fn equations(&self) -> &Arc<MotionEquations> {
+        &self.equations
+    }
+
+    /// The consistent start.
+    ///
+    /// # Errors
+    /// [`Rejected`] says which loop cannot close or which stated values exclude each other.
+    pub fn start(&self) -> Result<Start, Rejected> {
+        let Self { derivation, compiled, parameters, initial, options, .. } = self;
+        start_at(&derivation.start, compiled, parameters, initial, options)
+            .map_err(|error| Rejected(vec![self.diagnose_start(&error)]))
+    }
+
+    /// Runs from `start` and hands every sample to `observer`, which may stop the run; `stop` is
+    /// asked after every step.
+    ///
+    /// # Errors
+    /// [`Failure`] when the integrator cannot go on; see [`Simulation::diagnose`].
+    pub fn run(
+        &self,
+        start: &Start,
+        observer: &mut dyn Observer,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Summary, Box<Failure>> {
+        let Self { compiled, equations, parameters, options, .. } = self;
+        run(compiled, equations, start, parameters, options, observer, stop)
+    }
+
+    /// Continues a run that was stopped, as if it had not been; `start` is where it began. See
+    /// [`resume`].
+    ///
+    /// # Errors
+    /// [`Unresumed`] when the checkpoint belongs to another run, or the integrator cannot go on.
+    pub fn resume(
+        &self,
+        start: &Start,
+        checkpoint: &RunCheckpoint,
+        observer: &mut dyn Observer,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Summary, Unresumed> {
+        let Self { compiled, equations, parameters, options, .. } = self;
+        let from = (start, checkpoint);
+        resume(compiled, equations, from, parameters, options, observer, stop)
+    }
+
+    /// As [`Simulation::run`], with Radau IIA throughout and every sample with its sensitivities.
+    ///
+    /// # Errors
+    /// [`Failure`] when the integrator cannot go on; see [`Simulation::diagnose`].
+    pub fn run_with_sensitivities(
+        &self,
+        start: &Start,
+        plan: &SensitivityPlan,
+        observer: &mut dyn Observer,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Summary, Box<Failure>> {
+        let Self { compiled, equations, parameters, options, .. } = self;
+        let (by, from) = (&plan.equations, (start, plan.start.as_slice()));
+        run_with_sensitivities(compiled, equations, by, from, parameters, options, observer, stop)
+    }
+
+    /// The differentiated equations, and the sensitivities of the start.
+    ///
+    /// # Errors
+    /// [`Rejected`] when the model switches, or has no motion for other values near these.
+    pub fn plan_sensitivities(
+        &self,
+        start: &Start,
+        sensitive: &[Sensitive],
+    ) -> Result<SensitivityPlan, Rejected> {
+        let Mechanism { model, system, compiled, parameters, .. } = &self.mechanism();
+        let form = self.options.formulation;
+        let plan = || {
+            let equations = differentiate(model, system, compiled, form, sensitive, parameters)?;
+            let start = sensitivity::start(&equations, model, compiled, start, parameters)?;
+            Ok(SensitivityPlan { equations, start })
+        };
+        plan().map_err(|error| insensitive(model, &error))
+    }
+
+    /// Finds the start, runs to the end and keeps every sample.
+    ///
+    /// # Errors
+    /// [`Rejected`] when there is no consistent start or the run stops early.
+    pub fn solve(&self) -> Result<Motion, Rejected> {
+        let start = self.start()?;
+        let mut samples = Vec::new();
+        let mut keep = |sample: &Sample| {
+            samples.push(sample.clone());
+            Control::Continue
+        };
+        let summary = self
+            .run(&start, &mut keep, &|| false)
+            .map_err(|failure| Rejected(vec![self.diagnose(&failure)]))?;
+        Ok(Motion { start, samples, summary })
+    }
+
+    /// Finds the start, runs to the end with Radau IIA and keeps every sample with its derivatives by
+    /// `sensitive`.
+    ///
+    /// # Errors
+    /// [`Rejected`] when there is no consistent start, none near it, or the run stops early.
+    pub fn sensitivities(&self, sensitive: &[Sensitive]) -> Result<SensitivityMotion, Rejected> {
+        let start = self.start()?;
+        let plan = self.plan_sensitivities(&start, sensitive)?;
+        let (mut samples, mut sensitivities) = (Vec::new(), Vec::new());
+        let mut keep = WithSensitivities(|sample: &Sample, by: &[StateSensitivity]| {
+            samples.push(sample.clone());
+            sensitivities.push(by.to_vec());
+            Control::Continue
+        });
+        let summary = self
+            .run_with_sensitivities(&start, &plan, &mut keep, &|| false)
+            .map_err(|failure| Rejected(vec![self.diagnose(&failure)]))?;
+        Ok(SensitivityMotion { motion: Motion { start, samples, summary }, sensitivities })
+    }
+
+    /// A start that was not found, in the author's terms.
+    pub fn diagnose_start(&self, error: &StartError) -> Diagnostic {
+        let Mechanism { model, system, compiled, .. } = &self.mechanism();
+        diagnose_start(model, system, compiled, error)
+    }
+
+    /// A failed run in the author's terms.
+    pub fn diagnose(&self, failure: &Failure) -> Diagnostic {
+        let Mechanism { model, system, compiled, parameters, .. } = &self.mechanism();
+        diagnose_run(model, system, compiled, &self.equations, parameters, failure)
+    }
+}
+
+impl Derivation {
+    /// The equations of motion in a formulation, compiled when they are asked for first.
+    fn equations(&self, formulation: Formulation) -> Result<Arc<MotionEquations>, Rejected> {
+        let known = &self.equations[formulation as usize];
+        if let Some(equations) = known.get() {
+            return Ok(equations.clone());
+        }
+        let equations = formulate(&self.model.to_model(), &self.system, formulation);
+        let equations = equations.map_err(|e| uncompiled(&e))?;
+        Ok(known.get_or_init(|| Arc::new(equations)).clone())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn threads_share_simulations() {
+        fn assert_shared<T: Send + Sync + Clone>() {}
+        assert_shared::<Simulation>();
+    }
+}
