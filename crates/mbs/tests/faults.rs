@@ -185,19 +185,3 @@ fn damaged_models_are_read_without_panic() {
         }
     }
 }
-
-/// The example of every page shows the fault of that page, and no error besides.
-#[test]
-fn examples_of_pages_show_their_fault() {
-    for page in bksim_mbs::file::PAGES {
-        let Some(example) = page.text.split("```toml\n").nth(1) else {
-            assert_eq!(page.code.0, "M001", "only bytes cannot be shown");
-            continue;
-        };
-        let text = example.split("```").next().unwrap_or_default();
-        let overrides = overrides(text);
-        let reading = read(&Source { overrides: &overrides, ..Source::new(text, "example") });
-        let codes: Vec<&str> = reading.diagnostics.iter().map(|fault| fault.code.0).collect();
-        assert_eq!(codes, [page.code.0], "{:?}", reading.diagnostics);
-    }
-}
