@@ -156,52 +156,7 @@ fn the_body_frame_does_not_matter() {
 }
 
 /// A four-bar that swings under gravity, in the plane.
-const SWINGING: &str = r#"
-[ground]
-points = { A = [0, 0], D = ["0.3 m", 0] }
-
-[bodies.crank]
-mass = "0.5 kg"
-com = ["0.05 m", "0.01 m"]
-inertia = "0.002 kg m^2"
-points = { A = [0, 0], B = ["0.1 m", 0] }
-
-[bodies.coupler]
-mass = "0.8 kg"
-com = ["0.15 m", 0]
-inertia = "0.006 kg m^2"
-points = { B = [0, 0], C = ["0.3 m", 0] }
-
-[bodies.rocker]
-mass = "0.7 kg"
-com = ["0.125 m", 0]
-inertia = "0.004 kg m^2"
-points = { D = [0, 0], C = ["0.25 m", 0] }
-
-[joints.A]
-type = "revolute"
-between = ["ground.A", "crank.A"]
-
-[joints.B]
-type = "revolute"
-between = ["crank.B", "coupler.B"]
-
-[joints.C]
-type = "revolute"
-between = ["coupler.C", "rocker.C"]
-
-[joints.D]
-type = "revolute"
-between = ["ground.D", "rocker.D"]
-
-[loads.gravity]
-type = "gravity"
-acceleration = [0, "-9.81 m/s^2"]
-
-[initial]
-A = { angle = "60 deg", rate = "1 rad/s" }
-D = { guess = { angle = "100 deg" } }
-"#;
+const SWINGING: &str = include_str!("fixtures/swinging-four-bar.toml");
 
 /// The same with three equal moments of inertia each, so that the model is a spatial one.
 fn spatial(text: &str) -> String {

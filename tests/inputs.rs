@@ -12,52 +12,14 @@ use bksim::{Mechanism, Rejected};
 
 use support::at;
 
-/// A double pendulum with a motor and a damper at its elbow; `MOTOR` and `DAMPING` are what they do.
-const ARM: &str = r#"
-    [parameters]
-    u = "0 N m"
-    c = "0 N m s"
-    k = "20 N m"
-    l = "0.5 m"
+/// A double pendulum with a motor at its shoulder and a damper at its elbow.
+const ARM: &str = include_str!("fixtures/driven-double-pendulum.toml");
 
-    [bodies.upper]
-    mass = "2 kg"
-    com = ["l/2", 0]
-    inertia = "0.05 kg m^2"
-    points = { elbow = ["l", 0] }
-
-    [bodies.lower]
-    mass = "1 kg"
-    com = ["l/2", 0]
-    inertia = "0.02 kg m^2"
-
-    [joints.A]
-    type = "revolute"
-    between = ["ground", "upper"]
-    coordinate = "a"
-
-    [joints.B]
-    type = "revolute"
-    between = ["upper.elbow", "lower"]
-    coordinate = "b"
-    cut = true
-
-    [loads]
-    gravity = { type = "gravity", acceleration = [0, "-9.81 m/s^2"] }
-    motor = { type = "torque", on = "upper", value = "MOTOR" }
-    elbow = { type = "torsion", joint = "B", stiffness = "k", damping = "DAMPING" }
-
-    [initial]
-    a = "0.3 rad"
-
-    [solve]
-    t_end = "1 s"
-    rtol = 1e-10
-    atol = 1e-12
-"#;
-
+/// The same with these laws of the motor and the damper.
 fn arm(motor: &str, damping: &str) -> String {
-    ARM.replace("MOTOR", motor).replace("DAMPING", damping)
+    let motor = format!("value = \"{motor}\"");
+    let damping = format!("damping = \"{damping}\"");
+    ARM.replace("value = \"u\"", &motor).replace("damping = \"c\"", &damping)
 }
 
 fn with_inputs(text: &str, names: &[&str], law: Arc<Law>) -> Result<Mechanism, Rejected> {

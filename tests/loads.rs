@@ -15,48 +15,10 @@ struct Case {
 }
 
 /// A flywheel of 0.5 kg m² on the ground, and a second of 0.2 kg m² on the first.
-const WHEELS: &str = r#"
-[bodies.one]
-mass = "1 kg"
-inertia = "0.5 kg m^2"
-points = { P = ["0.4 m", 0] }
-
-[bodies.two]
-mass = "1 kg"
-inertia = "0.2 kg m^2"
-
-[joints.A]
-type = "revolute"
-between = ["ground", "one"]
-
-[joints.B]
-type = "revolute"
-between = ["one", "two"]
-"#;
+const WHEELS: &str = include_str!("fixtures/two-wheels.toml");
 
 /// Two sliders of 2 kg and 3 kg on one line, 1 m apart.
-const SLIDERS: &str = r#"
-[bodies.one]
-mass = "2 kg"
-inertia = 0
-
-[bodies.two]
-mass = "3 kg"
-inertia = 0
-
-[joints.A]
-type = "prismatic"
-between = ["ground", "one"]
-axis = [1, 0]
-
-[joints.B]
-type = "prismatic"
-between = ["ground", "two"]
-axis = [1, 0]
-
-[initial]
-B = { position = "1 m" }
-"#;
+const SLIDERS: &str = include_str!("fixtures/two-sliders.toml");
 
 const CASES: [Case; 10] = [
     Case {

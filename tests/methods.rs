@@ -8,38 +8,7 @@ use support::{Within, all_close, brief, derive, example, model, solve, weighted_
 
 /// A mass of 1 kg behind a damper of 10 kN s/m and a spring of 100 N/m: it creeps back with a time
 /// constant of 100 s, the damper acts within 0.1 ms.
-const CREEP: &str = r#"
-[bodies.slider]
-mass = "1 kg"
-inertia = "0.01 kg m^2"
-points = { P = [0, 0] }
-
-[ground]
-points = { W = ["-1 m", 0] }
-
-[joints.rail]
-type = "prismatic"
-between = ["ground", "slider"]
-axis = [1, 0]
-
-[loads.spring]
-type = "spring"
-between = ["ground.W", "slider.P"]
-stiffness = "100 N/m"
-length = "1 m"
-
-[loads.damper]
-type = "damper"
-between = ["ground.W", "slider.P"]
-damping = "10000 N s/m"
-
-[initial]
-rail = { position = "0.5 m", velocity = 0 }
-
-[solve]
-t_end = "100 s"
-every = "10 s"
-"#;
+const CREEP: &str = include_str!("fixtures/creep.toml");
 
 #[test]
 fn a_motion_that_turns_stiff_goes_on_with_radau() {

@@ -112,32 +112,7 @@ fn between_its_samples_a_playback_is_a_run_with_more_samples() {
 
 #[test]
 fn contacts_and_friction_are_played_in_the_modes_they_had() {
-    let text = r#"
-[bodies.block]
-mass = "2 kg"
-[joints.S]
-type = "prismatic"
-between = ["ground", "block"]
-axis = [1, 0]
-coordinate = "x"
-[loads.push]
-type = "force"
-on = "block"
-vector = ["20*sin(3*t)", 0]
-[loads.rub]
-type = "friction"
-joint = "S"
-force = "5 N"
-[loads.wall]
-type = "stop"
-joint = "S"
-max = "0.6 m"
-restitution = 0.5
-[initial]
-x_dot = "2 m/s"
-[solve]
-t_end = "6 s"
-"#;
+    let text = include_str!("fixtures/stop-and-friction.toml");
     let mechanism = derive(model(text));
     let (samples, bytes) = logged(&mechanism, text);
     let mut playback = played(&bytes);

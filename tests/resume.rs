@@ -15,34 +15,7 @@ use large::{Coordinates, windows};
 use support::{derive, model};
 
 /// A ball on a guide that falls onto a stop, a spring behind a gap, and a drive on the way.
-const BOUNCING: &str = r#"
-[bodies.ball]
-mass = "1 kg"
-
-[joints.S]
-type = "prismatic"
-between = ["ground", "ball"]
-axis = [0, 1]
-coordinate = "y"
-
-[loads.floor]
-type = "stop"
-joint = "S"
-min = 0
-restitution = 0.7
-
-[loads.field]
-type = "force"
-on = "ball"
-vector = [0, "-9.81 N - 0.3 N s/m*S.velocity - 2 N*sin(20 rad/s*t) - 3 N/m*max(S.position - 0.3 m, 0 m)"]
-
-[initial]
-S = { position = "0.5 m" }
-
-[solve]
-t_end = "1.5 s"
-every = "10 ms"
-"#;
+const BOUNCING: &str = include_str!("fixtures/bouncing-ball.toml");
 
 /// The bits of everything that a sample says.
 fn bits(sample: &Sample) -> Vec<u64> {

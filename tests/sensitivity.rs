@@ -92,27 +92,7 @@ fn agree(text: &str, name: &str, line: &Line, set: Setting, relative: f64) {
     }
 }
 
-const PENDULUM: &str = r#"
-[parameters]
-l = "0.7 m"
-start = "1e-4 rad"
-
-[bodies.bob]
-mass = "2 kg"
-inertia = 0
-com = [0, "-l"]
-
-[joints.A]
-type = "revolute"
-between = ["ground", "bob"]
-
-[loads.gravity]
-type = "gravity"
-acceleration = [0, "-9.81 m/s^2"]
-
-[initial]
-A = { angle = "start", rate = 0 }
-"#;
+const PENDULUM: &str = include_str!("fixtures/small-swing.toml");
 
 /// φ = φ₀ cos ωt + φ̇₀/ω sin ωt with ω² = g/l, so ∂ω/∂l = −ω/(2l); exact up to φ₀².
 #[test]
@@ -217,40 +197,7 @@ fn redundant_joints_have_sensitivities_where_lengths_agree() {
 }
 
 /// Two pendulums in a chain; one number is stated about two rates.
-const CHAIN: &str = r#"
-[parameters]
-l1 = "1 m"
-l2 = "1.5*l1"
-
-[bodies.upper]
-mass = "2 kg"
-inertia = "0.3 kg m^2"
-com = [0, "-l1/2"]
-points = { O = [0, 0], P = [0, "-l1"] }
-
-[bodies.lower]
-mass = "1 kg"
-inertia = "0.2 kg m^2"
-com = [0, "-l2/2"]
-points = { P = [0, 0] }
-
-[joints.O]
-type = "revolute"
-between = ["ground", "upper.O"]
-
-[joints.P]
-type = "revolute"
-between = ["upper.P", "lower.P"]
-
-[loads.gravity]
-type = "gravity"
-acceleration = [0, "-9.81 m/s^2"]
-
-[initial]
-O = { angle = "30 deg" }
-P = { angle = "-70 deg" }
-lower = { vx = "0.4 m/s", guess = { vy = "0.3*l2*1 s^-1" } }
-"#;
+const CHAIN: &str = include_str!("fixtures/pendulum-chain.toml");
 
 /// Velocities are the nearest to the guessed ones, and change as these do; l₂ follows l₁.
 #[test]

@@ -177,35 +177,7 @@ fn friction_takes_the_same_from_every_swing_until_the_spring_cannot_move() {
 
 #[test]
 fn a_block_on_a_belt_sticks_and_slips_with_the_period_of_the_closed_form() {
-    let text = r#"
-[ground]
-points = { O = ["-1 m", 0] }
-[bodies.belt]
-mass = "5 kg"
-[bodies.block]
-mass = "2 kg"
-[joints.D]
-type = "prismatic"
-between = ["ground", "belt"]
-axis = [1, 0]
-[joints.S]
-type = "prismatic"
-between = ["belt", "block"]
-axis = [1, 0]
-[drives.motor]
-joint = "D"
-motion = "0.1 m/s*t"
-[loads.spring]
-type = "spring"
-between = ["ground.O", "block"]
-stiffness = "50 N/m"
-length = "1 m"
-[loads.dry]
-type = "friction"
-joint = "S"
-force = "3 N"
-static = "5 N"
-"#;
+    let text = include_str!("fixtures/block-on-belt.toml");
     let (_, motion) = run(text, 20.0, 1e-9);
     let (v, omega, a) = (0.1, 5.0, 2.0 / 50.0);
     let slip = (std::f64::consts::TAU - 2.0 * f64::atan(a * omega / v)) / omega;
