@@ -12,27 +12,7 @@ use std::time::{Duration, Instant};
 use common::{Scratch, text};
 
 /// A pendulum that swings for days, and is sampled every millisecond.
-const LONG: &str = r#"
-[bodies.bob]
-mass = "1 kg"
-inertia = 0
-com = [0, "-1 m"]
-
-[joints.A]
-type = "revolute"
-between = ["ground", "bob"]
-
-[loads.gravity]
-type = "gravity"
-acceleration = [0, "-9.81 m/s^2"]
-
-[initial]
-A = { angle = "30 deg" }
-
-[solve]
-t_end = "1e6 s"
-every = "1 ms"
-"#;
+const LONG: &str = include_str!("../../../tests/fixtures/long-pendulum.toml");
 
 /// Starts the run and waits until its log grows.
 fn started(place: &Scratch) -> Child {

@@ -62,30 +62,7 @@ fn collect(value: &Value, path: &str, keys: &mut Keys) {
 }
 
 /// A block that runs against a stop, with friction and a spring with a kink.
-const CONTACTS: &str = r#"
-[bodies.block]
-mass = "2 kg"
-[joints.S]
-type = "prismatic"
-between = ["ground", "block"]
-axis = [1, 0]
-[loads.wall]
-type = "stop"
-joint = "S"
-max = "0.2 m"
-restitution = 0.5
-[loads.dry]
-type = "friction"
-joint = "S"
-force = "1 N"
-static = "2 N"
-[loads.spring]
-type = "force"
-on = "block"
-vector = ["-40 N/m*abs(S.position)", 0]
-[initial]
-S = { position = "-0.1 m", velocity = "3 m/s" }
-"#;
+const CONTACTS: &str = include_str!("../../../tests/fixtures/contacts.toml");
 
 #[test]
 fn the_page_lists_the_keys_that_are_printed() {

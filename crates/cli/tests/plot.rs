@@ -11,27 +11,7 @@ const EXAMPLES: [&str; 6] =
     ["five-link", "four-bar", "parallelogram", "quick-return", "slider-crank", "spring-pendulum"];
 
 /// A ball that falls onto a stop and bounces.
-const BALL: &str = r#"
-[bodies.ball]
-mass = "1 kg"
-[joints.S]
-type = "prismatic"
-between = ["ground", "ball"]
-axis = [0, 1]
-[loads.gravity]
-type = "gravity"
-acceleration = [0, "-10 m/s^2"]
-[loads.floor]
-type = "stop"
-joint = "S"
-min = 0
-restitution = 1
-[initial]
-S = { position = "5 m", velocity = 0 }
-[solve]
-t_end = "3 s"
-every = "1 s"
-"#;
+const BALL: &str = include_str!("../../../tests/fixtures/falling-ball.toml");
 
 fn run(place: &Scratch, arguments: &str) -> String {
     let output = place.run(arguments);

@@ -7,30 +7,7 @@ use std::time::{Duration, Instant};
 
 use common::{Scratch, text};
 
-const PENDULUM: &str = r#"
-[parameters]
-l = "1 m"
-m = "1 kg"
-
-[bodies.bob]
-mass = "m"
-com = [0, "-l"]
-
-[joints.A]
-type = "revolute"
-between = ["ground", "bob"]
-coordinate = "phi"
-
-[loads.gravity]
-type = "gravity"
-acceleration = [0, "-9.81 m/s^2"]
-
-[initial]
-phi = "30 deg"
-
-[solve]
-t_end = "1 s"
-"#;
+const PENDULUM: &str = include_str!("../../../tests/fixtures/swept-pendulum.toml");
 
 fn place(model: &str) -> Scratch {
     let place = Scratch::new();
