@@ -11,24 +11,7 @@ use bksim::{Mechanism, dae::Control};
 use bksim_page::{Budget, IS_BUNDLED, Options, PageError, page};
 use serde_json::Value;
 
-const PENDULUM: &str = r#"
-[parameters]
-l = "0.5 m"
-[bodies.bob]
-mass = "2 kg"
-points = { P = [0, "-l"] }
-com = [0, "-l"]
-[joints.A]
-type = "revolute"
-between = ["ground", "bob"]
-[loads.gravity]
-type = "gravity"
-acceleration = [0, "-9.81 m/s^2"]
-[initial]
-A = { angle = "60 deg" }
-[solve]
-t_end = "5 s"
-"#;
+const PENDULUM: &str = include_str!("../../../tests/fixtures/shown-pendulum.toml");
 
 struct Logging(Recorder<Vec<u8>>);
 
