@@ -7,44 +7,7 @@ use bksim_mbs::model::Model;
 use bksim_mbs::pose::Pose;
 use bksim_scene::{Camera, Extras, Scene, Theme, picture, svg};
 
-const SLIDER: &str = r#"
-    [parameters]
-    l = "1 m"
-    [ground]
-    points = { O = [0, 0], G = ["2*l", 0] }
-    [bodies.crank]
-    mass = 1
-    inertia = 1
-    com = ["l/2", 0]
-    points = { A = [0, 0], B = ["l", 0] }
-    [bodies.rod]
-    mass = 1
-    inertia = 1
-    points = { B = [0, 0], C = ["3*l", 0] }
-    outline = [[0, "-l"], ["3*l", 0], [0, "l"]]
-    [bodies.block]
-    mass = 1
-    inertia = 0
-    [joints.A]
-    type = "revolute"
-    between = ["ground.O", "crank.A"]
-    [joints.B]
-    type = "revolute"
-    between = ["crank.B", "rod.B"]
-    [joints.C]
-    type = "revolute"
-    between = ["rod.C", "block"]
-    [joints.G]
-    type = "prismatic"
-    between = ["ground.G", "block"]
-    axis = [1, 1]
-    [loads.spring]
-    type = "spring"
-    between = ["ground.G", "crank.B"]
-    stiffness = 5
-    length = "l"
-    damping = 1
-"#;
+const SLIDER: &str = include_str!("../../../tests/fixtures/oblique-slider.toml");
 
 fn model(text: &str) -> Model {
     let reading = read(&Source::new(text, "test"));
