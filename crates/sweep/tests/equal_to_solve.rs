@@ -134,74 +134,12 @@ fn loops_that_cannot_close_are_rows_with_their_code() {
 
 #[test]
 fn what_reverses_an_outline_has_equations_of_its_own() {
-    let text = r#"
-        [parameters]
-        w = 0.2
-        [bodies.plate]
-        density = 1000
-        thickness = 0.01
-        outline = [[0, 0], ["w", 0], ["w", 0.1], [0, 0.1]]
-        [joints.rod]
-        type = "revolute"
-        between = ["ground", "plate"]
-        coordinate = "theta"
-        [bodies.block]
-        mass = 1
-        [joints.guide]
-        type = "prismatic"
-        between = ["ground", "block"]
-        axis = ["w", 0]
-        coordinate = "x"
-        [loads.gravity]
-        type = "gravity"
-        acceleration = [0.1, -9.81]
-        [solve]
-        t_end = 1
-        every = 0.02
-    "#;
+    let text = include_str!("../../../tests/fixtures/plate-and-block.toml");
     assert_eq!(check(text, &[("w", "-0.3,-0.1,0,0.1,0.3")]), 1);
 }
 
 #[test]
 fn kinks_stops_and_friction_follow_the_values() {
-    let text = r#"
-        [parameters]
-        gap = 0.2
-        mu = 0.3
-        m = 1
-        [bodies.bob]
-        mass = "m"
-        com = [0.5, 0]
-        [joints.rod]
-        type = "revolute"
-        between = ["ground", "bob"]
-        coordinate = "theta"
-        [bodies.block]
-        mass = 1
-        [joints.guide]
-        type = "prismatic"
-        between = ["ground", "block"]
-        axis = [1, 0]
-        coordinate = "x"
-        [loads.gravity]
-        type = "gravity"
-        acceleration = [0, -9.81]
-        [loads.push]
-        type = "force"
-        on = "block"
-        vector = ["max(1 - t, 0)*m", 0]
-        [loads.stop]
-        type = "stop"
-        joint = "guide"
-        max = "gap"
-        restitution = 0.5
-        [loads.friction]
-        type = "friction"
-        joint = "rod"
-        torque = "mu"
-        [solve]
-        t_end = 1
-        every = 0.02
-    "#;
+    let text = include_str!("../../../tests/fixtures/kinks-and-contacts.toml");
     assert_eq!(check(text, &[("gap", "0.1,0.2"), ("mu", "-0.1,0,0.3"), ("m", "1,2")]), 4);
 }
