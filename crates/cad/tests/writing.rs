@@ -162,40 +162,7 @@ fn frames_are_drawn_where_the_start_has_them() {
 
 #[test]
 fn values_keep_the_words_of_the_file_and_bare_numbers_get_their_unit() {
-    let text = r#"
-        name = "press"
-        [units]
-        length = "mm"
-        angle = "deg"
-        [parameters]
-        k = "2 N/mm"   # stiff
-        [bodies.ram]
-        mass = 3
-        points = { T = [0, 20] }
-        [joints.guide]
-        type = "prismatic"
-        between = ["ground", "ram"]
-        direction = 90
-        [loads.spring]
-        type = "spring"
-        between = ["ground", "ram.T"]
-        stiffness = "k"
-        length = 30
-        [loads.bumper]
-        type = "stop"
-        joint = "guide"
-        max = 80
-        [loads.push]
-        type = "force"
-        on = "ram.T"
-        vector = [0, "5 N*sin(2 rad/s*t)"]
-        [initial]
-        guide = { position = 12, velocity = "1 m/s" }
-        [solve]
-        t_end = 2
-        times = [0.5,
-          1.0]
-    "#;
+    let text = include_str!("../../../tests/fixtures/press-in-millimetres.toml");
     let (model, poses) = started(text, "press");
     let drawn = Drawn { text, model: &model, poses: &poses, release: Release::R2018, unit: "mm" };
     let facts = judged("press.dxf", &from_model(&drawn).expect("a drawing"));
