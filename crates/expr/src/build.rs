@@ -18,7 +18,7 @@ use crate::pool::{Expr, MINUS_ONE, ONE, PI, Pool, ZERO, fact};
 /// operand, which keeps building a chain of a million terms linear.
 pub(crate) const MERGE_LIMIT: u32 = 32;
 
-/// A sum as pairs of coefficient-free term and coefficient; [`ONE`] carries the constant.
+/// A sum as pairs of coefficient-free term and coefficient; that of [`ONE`] is the constant.
 pub(crate) type Terms = Vec<(Expr, Number)>;
 
 // Numbers.
@@ -123,7 +123,7 @@ impl Pool {
             if !self.has_fact(monic, fact::POISONED) {
                 return ZERO;
             }
-            // Only what has no value is kept: 0 · x · (1/0) is 0 · (1/0).
+            // Only factors without a value are kept: 0 · x · (1/0) is 0 · (1/0).
             let node = self.node(monic);
             if node.op == Op::Mul && node.data <= MERGE_LIMIT {
                 let factors = self.chain(monic, Op::Mul).into_iter();
@@ -254,7 +254,7 @@ impl Pool {
         is_negative != coefficient.is_negative()
     }
 
-    /// A name to order short expressions by: the first symbol met on the way down.
+    /// A name to order short expressions by: the first symbol on the way down.
     fn reading_name(&self, mut e: Expr) -> String {
         for _ in 0..MERGE_LIMIT {
             let node = self.node(e);
@@ -306,7 +306,8 @@ impl Pool {
         if coefficient.is_zero() {
             bases.retain(|&(base, _)| base == ZERO || self.has_fact(base, fact::POISONED));
         }
-        // The sign of each sum moves into the coefficient, so that (a − b) c and (b − a) c meet.
+        // The sign of each sum moves into the coefficient, so that (a − b) c and (b − a) c are
+        // alike.
         if bases.len() > 1 || !coefficient.magnitude().is_one() {
             for base in &mut bases {
                 if self.node(base.0).op == Op::Add && self.looks_negative(base.0) {
@@ -322,7 +323,7 @@ impl Pool {
     pub(crate) fn scaled_product(&self, mut coefficient: Number, bases: Vec<(Expr, i64)>) -> Expr {
         let mut merged = self.merged_powers(bases);
         let mut factors = Vec::with_capacity(merged.len());
-        // A power may fold to a product again, |a|³ = a² |a|, and these factors meet the others.
+        // A power may fold to a product again, |a|³ = a² |a|, and its factors join the others.
         loop {
             let mut has_folded = false;
             let mut folded = Vec::new();
@@ -351,6 +352,8 @@ impl Pool {
             }
             merged = self.merged_powers(folded);
         }
+
+        // The left-leaning chain in canonical order.
         factors.sort_by(|a, b| self.canonical_order(*a, *b));
         let mut factors = factors.into_iter();
         let Some(first) = factors.next() else { return self.number(coefficient) };
@@ -422,6 +425,8 @@ impl Pool {
         // All negative powers of zero are one infinity.
         let n = if a == ZERO && n < 0 { -1 } else { n };
         let plain = || self.intern(Op::Pow, a, self.int(n), 0);
+
+        // Numbers are computed, other powers folded by their base.
         if let Some(number) = self.as_number(a) {
             let value = number.power(n);
             return if value.is_finite() && number.is_finite() {

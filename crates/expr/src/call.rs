@@ -284,7 +284,7 @@ impl Pool {
     }
 
     /// Writes `a` as `angle + quarters · π/2` with quarters in 0..4 and the multiple of π left in
-    /// `angle` within (−π/4, π/4]; scaled sums are multiplied out, so that like terms meet.
+    /// `angle` within (−π/4, π/4]; scaled sums are multiplied out, so that like terms merge.
     fn reduce_angle(&self, a: Expr) -> (i128, Expr) {
         let mut terms = self.linear_form(a);
         let turns = |n: &Number| n.as_rational();

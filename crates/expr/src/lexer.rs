@@ -4,12 +4,13 @@ use crate::number::Number;
 use crate::syntax::{ParseError, ParseErrorKind, error};
 use std::ops::Range;
 
+/// One token of a text.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) enum Token {
     Number(Number),
     Name,
     Sign(char),
-    /// A comparison sign, as the function it stands for: `<` is `lt`.
+    /// A comparison sign, as the name of its function: `<` is `lt`.
     Comparison(&'static str),
     End,
 }
@@ -32,7 +33,7 @@ impl<'t> Lexer<'t> {
         &self.text[self.span.clone()]
     }
 
-    /// Moves to the next token and returns the span of the one left behind.
+    /// Moves to the next token and returns the span of the one before.
     pub(crate) fn advance(&mut self) -> Result<Range<usize>, ParseError> {
         let left = self.span.clone();
         let rest = self.text[self.span.end..].trim_start();

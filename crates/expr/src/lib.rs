@@ -27,7 +27,7 @@
 //! let near = pool.linearise(slope, &[(q, pool.zero()), (p, pool.zero())]);
 //! assert_eq!(pool.to_text(near), "-l*p*w - l*q*w");
 //!
-//! // A tape computes many outputs at once; what depends on parameters only is computed ahead.
+//! // A tape computes many outputs at once; parts that depend on parameters only are computed ahead.
 //! let ids = ["q", "p", "w", "l"].map(|name| pool.find_symbol(name).expect("was parsed"));
 //! let tape = Tape::compile(&pool, &[simple, slope], &ids[..3], &ids[3..])?;
 //! let mut workspace = tape.workspace(&[2.0]);

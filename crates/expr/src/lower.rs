@@ -9,7 +9,7 @@ use crate::syntax::{
 };
 use std::ops::Range;
 
-/// Why a syntax tree does not become an expression.
+/// Reason why a syntax tree does not become an expression.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum LowerError<E> {
     /// An unknown function, a wrong number of arguments, or a unit where none is allowed.
@@ -50,8 +50,8 @@ impl Pool {
     /// As [`Pool::lower`], with `quantity` giving the value of numbers with units.
     ///
     /// # Errors
-    /// Names and quantities that `resolve` and `quantity` refuse, unknown functions, wrong numbers of
-    /// arguments.
+    /// Names and quantities that `resolve` and `quantity` refuse, unknown functions, wrong numbers
+    /// of arguments.
     ///
     /// # Panics
     /// When there are no nodes, which parsing never gives.
@@ -118,7 +118,7 @@ impl Pool {
     /// Reads an expression; names become symbols, except that `pi` is the constant.
     ///
     /// # Errors
-    /// A [`ParseError`] says what is wrong first, and where.
+    /// A [`ParseError`] names the first fault and its span.
     pub fn parse(&self, text: &str) -> Result<Expr, ParseError> {
         let syntax = parse(text, &ParseOptions::default())?;
         let mut resolve = |name: &str, _: Range<usize>| {

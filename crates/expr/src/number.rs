@@ -1,8 +1,8 @@
-//! Exact rational numbers beside floats.
+//! Exact rational numbers, and floats where they would be too long.
 //!
-//! Coefficients stay exact as long as numerator and denominator have at most 19 digits; an operation
-//! that would need more gives the nearest float instead, which a person can still read. A decimal
-//! literal is a rational.
+//! Coefficients stay exact as long as numerator and denominator have at most 19 digits; an
+//! operation that would need more gives the nearest float instead, which a person can still read. A
+//! decimal literal is a rational.
 
 use num_rational::Ratio;
 use num_traits::{CheckedAdd, CheckedMul, Signed, Zero};
@@ -260,20 +260,20 @@ impl Number {
         }
     }
 
-    /// Digits of a terminating decimal of at most [`DECIMALS`] places, or of more where the fraction
-    /// would be no shorter; otherwise `None`.
+    /// Digits of a terminating decimal of at most [`DECIMALS`] decimals, or of more where the
+    /// fraction would be no shorter; otherwise `None`.
     fn decimal(self) -> Option<String> {
         let r = self.as_rational()?;
         let is_long = r.numer().unsigned_abs() >= 10u128.pow(DECIMALS);
         let most = if is_long { 2 * DECIMALS } else { DECIMALS };
-        let places = (0..=most).find(|&n| 10i128.pow(n) % *r.denom() == 0)?;
-        let scaled = r.numer().checked_mul(&(10i128.pow(places) / *r.denom()))?;
-        if places == 0 {
+        let n_decimals = (0..=most).find(|&n| 10i128.pow(n) % *r.denom() == 0)?;
+        let scaled = r.numer().checked_mul(&(10i128.pow(n_decimals) / *r.denom()))?;
+        if n_decimals == 0 {
             return Some(scaled.to_string());
         }
-        let width = places as usize + 1;
+        let width = n_decimals as usize + 1;
         let digits = format!("{:0>width$}", scaled.unsigned_abs());
-        let (whole, fraction) = digits.split_at(digits.len() - places as usize);
+        let (whole, fraction) = digits.split_at(digits.len() - n_decimals as usize);
         Some(format!("{}{whole}.{fraction}", if scaled < 0 { "-" } else { "" }))
     }
 }
@@ -317,7 +317,7 @@ fn nearest(numer: i128, denom: i128) -> f64 {
     if n <= EXACT && d <= EXACT {
         return numer as f64 / denom as f64;
     }
-    // Long division, bit by bit, until there are enough; what is left over makes the last bit odd, so
+    // Long division, bit by bit, until there are enough; a remainder makes the last bit odd, so
     // that a tie is one only if it is.
     let (mut quotient, mut rest, mut shift) = (n / d, n % d, 0);
     while quotient < ENOUGH && n != 0 {
@@ -387,7 +387,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_with_all_digits_is_the_float_it_came_from() {
+    fn a_float_written_with_all_digits_reads_back_as_itself() {
         let mut bits = 1u64;
         for _ in 0..20_000 {
             // Xorshift: G. Marsaglia, J. Stat. Softw. 8 (2003).

@@ -2,8 +2,8 @@
 //! expressions, are rows of `diff::rules`.
 //!
 //! Only this module calls the elementary functions of `f64`, except for sine and cosine, which
-//! `sincos` computes; all evaluators and constant folding take their values from here, so they agree
-//! bit for bit.
+//! `sincos` computes; all evaluators and constant folding take their values from here, so they
+//! agree bit for bit.
 
 #![expect(clippy::disallowed_methods, reason = "the only module that may call them")]
 

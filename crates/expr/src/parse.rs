@@ -13,7 +13,7 @@ use crate::syntax::{
 };
 use std::ops::Range;
 
-/// How text is read.
+/// Options of reading text.
 #[derive(Clone, Copy)]
 pub struct ParseOptions<'a> {
     /// How deep parentheses may nest; default 64.
@@ -37,7 +37,7 @@ impl std::fmt::Debug for ParseOptions<'_> {
     }
 }
 
-/// What waits on the operator stack.
+/// An entry of the operator stack.
 enum Pending {
     Binary(BinaryOperator, Range<usize>),
     /// `left < right` and its kin: a call of the function named, without parentheses.
@@ -57,7 +57,7 @@ struct Call {
     floor: usize,
 }
 
-/// How tightly an operator holds its right operand.
+/// Binding strength of an operator on its right operand.
 fn strength(pending: &Pending) -> u8 {
     match pending {
         Pending::Open { .. } => 0,
@@ -82,7 +82,7 @@ struct Parser<'t, 'o> {
 /// Reads text into a syntax tree.
 ///
 /// # Errors
-/// A [`ParseError`] says what is wrong first, and where.
+/// A [`ParseError`] names the first fault and its span.
 pub fn parse(text: &str, options: &ParseOptions<'_>) -> Result<Syntax, ParseError> {
     let mut parser = Parser {
         lexer: Lexer::new(text)?,
@@ -127,7 +127,7 @@ impl Parser<'_, '_> {
                     let span = self.lexer.advance()?;
                     let floor = self.operands.len();
                     self.open(span, Some(Call { name, name_span, floor }))?;
-                    // A call without arguments is an operand as it stands.
+                    // A call without arguments is an operand already.
                     if self.lexer.token == Token::Sign(')') {
                         let end = self.lexer.advance()?;
                         self.close(&end)?;
@@ -183,7 +183,7 @@ impl Parser<'_, '_> {
                 }
                 _ => return Err(self.lexer.unexpected(EXPECTED_OPERATOR)),
             };
-            // Powers wait for what follows on their right, all others bind to the left first.
+            // Powers wait for their right side, all others bind to the left first.
             let pending = Pending::Binary(operator, self.lexer.span.clone());
             let is_power = operator == BinaryOperator::Power;
             self.reduce(strength(&pending) + u8::from(is_power));
@@ -319,7 +319,7 @@ impl Parser<'_, '_> {
         Ok(UnitFactor { name, span, exponent })
     }
 
-    /// At the end of the text: the innermost open parenthesis is at fault, or what is missing.
+    /// The fault at the end of the text: the innermost open parenthesis, or the missing part.
     fn unclosed_or(&self, expected: &'static str) -> ParseError {
         let is_dangling =
             matches!(self.pending.last(), Some(Pending::Binary(..) | Pending::Negate(_)));
@@ -333,7 +333,7 @@ impl Parser<'_, '_> {
         }
     }
 
-    /// A sign where an operand must stand; `)` is named as such when it has a partner.
+    /// The fault of a sign in place of an operand; `)` is named as such when it has a partner.
     fn unexpected_operand(&self) -> ParseError {
         if self.lexer.token == Token::Sign(')') && self.depth > 0 {
             let found = ")".to_owned();

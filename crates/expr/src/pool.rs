@@ -2,7 +2,7 @@
 //!
 //! A node is sixteen bytes: an operation, two operands and a payload; numbers and symbol names
 //! live in side tables. A node is interned after its operands, so operands always carry smaller
-//! handles and one forward sweep meets every operand before its user. Nothing points backwards,
+//! handles and one forward sweep reaches every operand before its user. Nothing points backwards,
 //! so dropping a pool drops a few vectors.
 //!
 //! Every node has a structural hash made of names and values, never of handles. Canonical operand
@@ -32,7 +32,7 @@ pub(crate) struct Node {
     pub(crate) data: u32,
 }
 
-/// What is known about a node's value, found when it is interned.
+/// Facts about a node's value, found when it is interned.
 pub(crate) mod fact {
     /// The value is never below zero (it may be NaN).
     pub(crate) const NOT_NEGATIVE: u8 = 1;
@@ -187,7 +187,7 @@ fn op_code(op: Op) -> u64 {
     }
 }
 
-/// Numbers are told apart by numerator and denominator; floats by their bits over 0.
+/// Key that distinguishes numbers: numerator and denominator, or the bits of a float over 0.
 fn number_key(number: Number) -> (i128, i128) {
     match number {
         Number::Rational(r) => (*r.numer(), *r.denom()),
@@ -201,7 +201,7 @@ impl Arena {
             self.grow();
         }
         let mask = self.slots.len() - 1;
-        #[expect(clippy::cast_possible_truncation, reason = "only the low bits are wanted")]
+        #[expect(clippy::cast_possible_truncation, reason = "only the low bits are used")]
         let mut slot = hash as usize & mask;
         while self.slots[slot] != EMPTY {
             let known = self.slots[slot] as usize;
@@ -233,7 +233,7 @@ impl Arena {
         let mask = n_slots - 1;
         self.slots = vec![EMPTY; mask + 1];
         for (index, &hash) in (0u32..).zip(&self.hashes) {
-            #[expect(clippy::cast_possible_truncation, reason = "only the low bits are wanted")]
+            #[expect(clippy::cast_possible_truncation, reason = "only the low bits are used")]
             let mut slot = hash as usize & mask;
             while self.slots[slot] != EMPTY {
                 slot = (slot + 1) & mask;

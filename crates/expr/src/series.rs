@@ -10,8 +10,8 @@ impl Pool {
     /// ```
     ///
     /// The point may be any expression, and other symbols stay. Coefficients are derivatives at
-    /// the point: where `e` has none there, as `sqrt(x)` at 0, they are infinite or NaN, and
-    /// [`Pool::is_singular`] tells.
+    /// the point: where `e` has none there, as `sqrt(x)` at 0, they are infinite or NaN; see
+    /// [`Pool::is_singular`].
     ///
     /// ```
     /// let pool = bksim_expr::Pool::new();

@@ -1,19 +1,19 @@
 //! Sine and cosine of one angle together, of several angles in SIMD lanes.
 //!
 //! ```text
-//! x = k π/2 + y − e        |y| ≤ π/4, k an integer, e what rounding added to y
+//! x = k π/2 + y − e        |y| ≤ π/4, k an integer, e the rounding error of y
 //! sin x, cos x             ± sin(y − e) or ± cos(y − e), by k modulo 4
 //! ```
 //!
 //! The angle is reduced with π/2 in three parts (W. J. Cody and W. Waite, *Software manual for the
 //! elementary functions*, 1980, ch. 8); the polynomials are the minimax polynomials of fdlibm
 //! (K. C. Ng, Sun Microsystems, 1993: errors below 2⁻⁵⁸ on |y| ≤ π/4). Results are within 0.8
-//! units in the last place, also beside multiples of π/2. Every lane goes through the same
+//! units in the last place, also near multiples of π/2. Every lane goes through the same
 //! operations, none of them fused, so that neither the number of lanes nor the instruction set
 //! changes a bit of any result. Lanes beyond [`LARGEST`], infinite or NaN are left to `std`.
 //!
-//! Measured beside `wide` 1.7 and `std` at four angles with SSE2: about 5, 8 and 8 ns per angle, and
-//! 3 ns with AVX2. `wide` is off by 1.5 units, near multiples of π/2 by a thousand.
+//! Measured against `wide` 1.7 and `std` at four angles with SSE2: about 5, 8 and 8 ns per angle,
+//! and 3 ns with AVX2. `wide` is off by 1.5 units, near multiples of π/2 by a thousand.
 
 #![expect(clippy::disallowed_methods, reason = "large angles are left to `std`")]
 #![expect(clippy::inline_always, reason = "the caller's instruction set must reach every loop")]

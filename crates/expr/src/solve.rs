@@ -1,9 +1,10 @@
 //! Exact solution of linear equations, with the conditions under which it holds.
 //!
 //! Gaussian elimination on expressions, without quotients: a row is multiplied by the pivot before
-//! the multiple of the pivot's row is subtracted, so that what cancels does so when multiplied
-//! out. A pivot that is a number is certain; any other one may be zero somewhere, so the solution
-//! states it as a condition. Numbers are preferred as pivots, then short rows and expressions.
+//! the multiple of the pivot's row is subtracted, so that terms cancel as soon as they are
+//! multiplied out. A pivot that is a number is certain; any other one may be zero somewhere, so the
+//! solution states it as a condition. Numbers are preferred as pivots, then short rows and
+//! expressions.
 
 use crate::pool::{Expr, Pool, SymbolId, ZERO};
 
@@ -16,7 +17,7 @@ pub struct LinearSolution {
     pub nonzero: Vec<Expr>,
 }
 
-/// Why equations have no solution of the kind wanted.
+/// Reason why equations have no unique solution.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SolveError {
@@ -45,7 +46,7 @@ pub enum SolveError {
     Conditional {
         /// Index of the equation, from 0.
         equation: usize,
-        /// What must be zero.
+        /// The expression that must be zero.
         remainder: Expr,
     },
     /// The same symbol is asked for twice.
@@ -81,8 +82,8 @@ impl Pool {
     /// ```
     ///
     /// # Errors
-    /// [`SolveError`] tells equations that are not linear, leave an unknown free, or contradict
-    /// each other; more equations than unknowns are allowed if they agree.
+    /// [`SolveError`] for equations that are not linear, leave an unknown free, or contradict each
+    /// other; more equations than unknowns are allowed if they agree.
     pub fn solve_linear(
         &self,
         equations: &[Expr],
@@ -151,9 +152,9 @@ impl Pool {
 
     /// The best coefficient to divide by: a number, otherwise the shortest expression.
     fn pivot(&self, rows: &[Row], free: &[usize]) -> Option<(usize, usize)> {
-        let places =
+        let entries =
             rows.iter().enumerate().flat_map(|(i, row)| free.iter().map(move |&j| (i, j, row)));
-        let nonzero = places.filter(|&(_, j, row)| !self.is_zero(row.coefficients[j]));
+        let nonzero = entries.filter(|&(_, j, row)| !self.is_zero(row.coefficients[j]));
         nonzero
             .min_by_key(|&(_, j, row)| {
                 let e = row.coefficients[j];

@@ -27,8 +27,8 @@ impl Pool {
         sweep.roots.iter().map(|&root| images[root]).collect()
     }
 
-    /// Rewrites function calls, operands before users: `image` sees each call with its operands as
-    /// they have become, and may put something else in its place.
+    /// Rewrites function calls, operands before users: `image` gets each call with its operands
+    /// already rewritten, and may return another expression for it.
     ///
     /// ```
     /// use bksim_expr::{Function, Pool};

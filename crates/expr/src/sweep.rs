@@ -24,7 +24,7 @@ impl Step {
     }
 }
 
-/// What is left to do in a depth-first walk.
+/// A task left in a depth-first walk.
 enum Visit {
     Enter(Expr),
     Leave(Expr),
@@ -71,8 +71,8 @@ impl Pool {
         }
     }
 
-    /// Collects everything reachable from `roots`: depth first, operands in canonical order, so that
-    /// the steps stand in the same order in every pool.
+    /// Collects everything reachable from `roots`: depth first, operands in canonical order, so
+    /// that the order of the steps is the same in every pool.
     pub(crate) fn sweep(&self, roots: &[Expr]) -> Sweep {
         self.clear_positions();
         let index = |n: usize| u32::try_from(n).expect("fewer than 2^32 operands in a sweep");

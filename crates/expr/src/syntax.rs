@@ -3,7 +3,7 @@
 use crate::number::Number;
 use std::ops::Range;
 
-/// What was written, as nodes in post-order: children come before their parent, the root is last.
+/// A syntax tree as nodes in post-order: children come before their parent, the root is last.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Syntax {
     /// All nodes; the last one is the whole expression.
@@ -13,7 +13,7 @@ pub struct Syntax {
 /// One node of a [`Syntax`].
 #[derive(Clone, PartialEq, Debug)]
 pub struct SyntaxNode {
-    /// What it is.
+    /// The kind of node, with its parts.
     pub kind: SyntaxKind,
     /// Bytes of the source it covers, enclosing parentheses left out.
     pub span: Range<usize>,
@@ -28,7 +28,7 @@ pub enum SyntaxKind {
     Quantity {
         /// The number.
         value: Number,
-        /// Where the number stands.
+        /// Bytes of the number.
         value_span: Range<usize>,
         /// The unit's factors in the order written, exponents of divisors negated.
         factors: Vec<UnitFactor>,
@@ -39,7 +39,7 @@ pub enum SyntaxKind {
     Call {
         /// Name of the function.
         name: String,
-        /// Where the name stands.
+        /// Bytes of the name.
         name_span: Range<usize>,
         /// The arguments.
         arguments: Vec<usize>,
@@ -48,9 +48,9 @@ pub enum SyntaxKind {
     Negate(usize),
     /// `left operator right`
     Binary {
-        /// Which operation.
+        /// The operation.
         operator: BinaryOperator,
-        /// Where its sign stands.
+        /// Bytes of its sign.
         operator_span: Range<usize>,
         /// The left operand.
         left: usize,
@@ -61,7 +61,7 @@ pub enum SyntaxKind {
 
 /// The operators between two operands.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[expect(missing_docs, reason = "the names say it")]
+#[expect(missing_docs, reason = "each variant is the operation of its name")]
 pub enum BinaryOperator {
     Add,
     Subtract,
@@ -75,7 +75,7 @@ pub enum BinaryOperator {
 pub struct UnitFactor {
     /// The unit's name as written.
     pub name: String,
-    /// Where the factor stands, with its exponent.
+    /// Bytes of the factor, with its exponent.
     pub span: Range<usize>,
     /// The exponent; negative for a divisor.
     pub exponent: i32,
@@ -99,17 +99,17 @@ impl Syntax {
     }
 }
 
-/// Why text is no expression, and where.
+/// Reason why text is no expression, and its span.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("{kind}")]
 pub struct ParseError {
-    /// What is wrong.
+    /// The kind of fault.
     pub kind: ParseErrorKind,
     /// The offending bytes of the text; empty at its end when something is missing.
     pub span: Range<usize>,
 }
 
-/// What is wrong with a text.
+/// The fault of a text.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ParseErrorKind {
@@ -119,18 +119,18 @@ pub enum ParseErrorKind {
     /// A closing parenthesis closes nothing.
     #[error("this parenthesis was never opened")]
     UnopenedParenthesis,
-    /// Something stands where something else must.
+    /// A token where another one must be.
     #[error("found `{found}`, expected {expected}")]
     UnexpectedToken {
-        /// What stands there.
+        /// The token found.
         found: String,
-        /// What could stand there.
+        /// The tokens that could be there.
         expected: &'static str,
     },
     /// The text ends too early.
     #[error("the expression ends here, expected {expected}")]
     UnexpectedEnd {
-        /// What could follow.
+        /// The tokens that could follow.
         expected: &'static str,
     },
     /// A character that no expression contains.
@@ -148,7 +148,7 @@ pub enum ParseErrorKind {
     /// Something that starts like a number and is none, such as `1.2.3`.
     #[error("`{found}` is no number")]
     BadNumber {
-        /// What was written.
+        /// The text of the number.
         found: String,
     },
     /// The identifier after a number is no unit.

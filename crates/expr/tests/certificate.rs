@@ -1,4 +1,4 @@
-//! Certificates tell equal expressions from different ones.
+//! Certificates distinguish equal expressions from different ones.
 
 use bksim_expr::{Certificate, Pool};
 

@@ -41,7 +41,7 @@ fn folder(name: &str) -> PathBuf {
     path
 }
 
-/// Runs a command; `None`, said aloud, where the tool is missing.
+/// Runs a command; `None`, with a message, where the tool is missing.
 fn run(command: &mut Command) -> Option<Output> {
     match command.output() {
         Ok(output) => Some(output),

@@ -24,7 +24,7 @@ fn texts(pool: &Pool, e: Expr) -> Vec<String> {
 fn check_recipe(recipe: &Recipe, seed: u64) -> Result<(), TestCaseError> {
     let pool = Pool::new();
     let e = recipe.build(&pool);
-    // What remains of constants without a value (1/0, 0/0, ln(-1)) may depend on the order.
+    // The rest of constants without a value (1/0, 0/0, ln(-1)) may depend on the order.
     let has_value =
         [0.7, 1.3].map(|x| value_at(&pool, e, &[x, 1.1 * x, 0.3, x * x, 0.9]).is_finite());
     if !has_value.contains(&true) || pool.to_text(e).replace("/0.", "").contains("/0") {

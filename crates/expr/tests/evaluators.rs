@@ -238,7 +238,7 @@ fn sine_and_cosine_are_neighbours_of_the_standard_ones() {
     let values = check_agreement(&compile(&pool, &outputs), &[0.0; 2], &points);
     for (x, values) in angles.iter().zip(values) {
         for (found, expected) in values.into_iter().zip([x.sin(), x.cos()]) {
-            assert!(ulps(found, expected) <= 1, "at {x:?}: {found:?} beside {expected:?}");
+            assert!(ulps(found, expected) <= 1, "at {x:?}: {found:?} instead of {expected:?}");
         }
     }
 }
@@ -300,7 +300,7 @@ fn outputs_may_be_anything_anywhere() {
     check_agreement(&tape, &[], &[]);
 }
 
-/// What one evaluation leaves behind does not reach the next, nor another workspace.
+/// Numbers of one evaluation do not reach the next, nor another workspace.
 #[test]
 fn workspaces_are_independent() {
     let pool = Pool::new();

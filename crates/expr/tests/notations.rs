@@ -1,4 +1,4 @@
-//! The notations beside text: what is written, and that it can be typeset.
+//! The notations other than text: their marks, and that they can be typeset.
 
 use bksim_expr::{Expr, Notation, Pool, Printer};
 use proptest::prelude::*;
@@ -75,7 +75,7 @@ fn lines_break_at_signs_and_keep_to_the_width() {
     assert_eq!(lines(38.0), ["a1*x1 - a2*x2", "+ c*(b1 + b2 + b3 + b4 - b5) + a3"]);
     // A sum in parentheses breaks when it is too long by itself.
     assert_eq!(lines(18.0), ["a1*x1 - a2*x2", "+ c*(b1 + b2 + b3", "+ b4 - b5) + a3"]);
-    // What cannot break stays.
+    // A line that cannot break stays.
     assert_eq!(lines(3.0).concat().replace(' ', ""), lines(80.0).concat().replace(' ', ""));
     // The halves of a split pair of parentheses do not wait for each other.
     let latex = Printer::new(&pool, Notation::Latex).lines(&terms, 9.0);

@@ -1,4 +1,4 @@
-//! What simplification must and must not do, beyond the folding suite.
+//! Rules of simplification beyond the folding suite.
 
 use bksim_expr::{Expr, Pool, SymbolId};
 

@@ -1,6 +1,8 @@
-//! Text in, text out, and faults with their place.
+//! Text in, text out, and faults with their span.
 
 use bksim_expr::{ParseErrorKind, ParseOptions, Pool, SyntaxKind, parse};
+use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 
 fn check_text(text: &str, expected: &str) {
     let pool = Pool::new();
@@ -73,7 +75,7 @@ fn check_fault(text: &str, kind: ParseErrorKind, span: std::ops::Range<usize>) {
 }
 
 #[test]
-fn faults_point_at_the_place() {
+fn faults_point_at_their_span() {
     use ParseErrorKind as K;
     let operand = "a number, a name or `(`";
     check_fault("2*(a + b", K::UnclosedParenthesis, 2..3);
@@ -143,4 +145,32 @@ fn long_texts_do_not_overflow_the_stack() {
     let tower = vec!["x"; 20_001].join("^");
     let e = pool.parse(&tower).expect("valid");
     assert_eq!(pool.to_text(e).matches('x').count(), 20_001);
+}
+
+/// Pieces of text that mean something to the parser.
+const PIECES: [&str; 24] = [
+    "x", "q1.y", "2", "0.5e3", "m", "sin", "if", "(", "(", ")", ")", ",", "+", "-", "*", "/", "^",
+    "<", ">=", " ", "sin(", "m^", "1 m", "?",
+];
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 4000, failure_persistence: None, rng_seed: RngSeed::Fixed(1679), ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_text_is_an_expression_or_has_a_fault_within_it(
+        pieces in prop::collection::vec(prop::sample::select(PIECES.to_vec()), 0..12),
+    ) {
+        let text = pieces.concat();
+        let options = ParseOptions { is_unit: &|name| name == "m", ..ParseOptions::default() };
+        match parse(&text, &options) {
+            Ok(syntax) => {
+                prop_assert!(syntax.root().span.end <= text.len(), "{text}: {syntax:?}");
+                let pool = Pool::new();
+                let mut resolve = |name: &str, _| Ok::<_, ()>(pool.symbol(name));
+                // Functions and units are checked here, which must not panic either.
+                let _ = pool.lower(&syntax, &mut resolve);
+            }
+            Err(fault) => prop_assert!(fault.span.end <= text.len(), "{text}: {fault:?}"),
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! Whatever is done to an expression, its value stays: generated expressions over every operator
 //! and function, with shared parts, at points in general position, at poles, on branch cuts, at ±0
-//! and at multiples of π/2. What a value may be there is said by [`Expected::allows`].
+//! and at multiples of π/2. The values allowed there are those of [`Expected::allows`].
 
 mod common;
 
@@ -102,7 +102,7 @@ proptest! {
         check(&pool, replaced, &point, &whole.expected(&point), "substituted")?;
     }
 
-    /// What is left over falls with the power of the distance that follows the order.
+    /// The remainder falls with the power of the distance that follows the order.
     #[test]
     fn series_are_close_to_their_order(
         recipe in recipes(vec![Function::Sin, Function::Cos, Function::Exp, Function::Sqrt], 6),

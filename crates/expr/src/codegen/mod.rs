@@ -1,9 +1,9 @@
 //! Code that travels: a tape as a function in C, Rust or Python, or as JSON.
 //!
 //! Every form takes inputs and parameters in the order they were compiled, names them with their
-//! units, and carries points to test itself at: inputs with the outputs that our own evaluation
-//! gives there. The statements are those of the tape, one per instruction, so that all forms
-//! compute the same operations in the same order; only the libraries' elementary functions differ.
+//! units, and contains points to test itself at: inputs with the outputs of our own evaluation. The
+//! statements are those of the tape, one per instruction, so that all forms compute the same
+//! operations in the same order; only the libraries' elementary functions differ.
 
 mod c;
 mod json;
@@ -33,7 +33,7 @@ impl Quantity {
     }
 }
 
-/// What a generated function is called, and what goes in and comes out, in the tape's order.
+/// Name, inputs, parameters and outputs of a generated function, in the tape's order.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Signature {
     /// The function's name; characters that no identifier may have become underscores.
@@ -46,7 +46,7 @@ pub struct Signature {
     pub outputs: Vec<Quantity>,
 }
 
-/// Why no code can be written.
+/// Reason why no code can be written.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CodegenError {
@@ -111,7 +111,7 @@ const N_POINTS: usize = 3;
 const TOLERANCE: &str = "1e-14";
 
 impl Tape {
-    /// Names what the tape takes and gives, to write it as code.
+    /// Names inputs, parameters and outputs of the tape, to write it as code.
     ///
     /// # Errors
     /// [`CodegenError::WrongCount`] when the signature has more or fewer names than the tape.
@@ -160,7 +160,7 @@ fn test_points(tape: &Tape) -> Vec<TestPoint> {
     points
 }
 
-/// How one language writes values and calls.
+/// Values and calls in one language.
 trait Dialect {
     /// A number.
     fn literal(&self, value: f64) -> String;
@@ -184,7 +184,7 @@ impl Program<'_> {
         self.tape.operations().filter(move |&(register, _)| is_read[register])
     }
 
-    /// What stands for a register in an expression.
+    /// A register in an expression: its value or its name.
     fn operand(&self, dialect: &dyn Dialect, register: u32) -> String {
         let register = register as usize;
         let tape = self.tape;
@@ -257,7 +257,7 @@ impl Program<'_> {
         self.tape.outputs.iter().map(|&register| self.operand(dialect, register)).collect()
     }
 
-    /// Lines that say what each argument is.
+    /// Lines that document each argument.
     fn legend(&self) -> Vec<String> {
         let signature = &self.signature;
         let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });

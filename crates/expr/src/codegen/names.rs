@@ -4,7 +4,7 @@ use super::{Quantity, Signature};
 use std::collections::HashSet;
 
 /// Words that no variable may be called: keywords of the three languages, macros of `math.h`, and
-/// what generated code itself mentions.
+/// names in generated code itself.
 #[rustfmt::skip]
 const RESERVED: &[&str] = &[
     "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum",

@@ -57,6 +57,7 @@ impl Program<'_> {
     /// `inputs` and `parameters` are sequences of numbers or arrays, or arrays whose first axis
     /// counts the quantities; the outputs have the shape to which all of them broadcast.
     pub fn to_python(&self) -> String {
+        // The legend, and the function up to its statements.
         let name = &self.names.function;
         let mut code: String = self
             .legend()
@@ -75,8 +76,8 @@ impl Program<'_> {
         for statement in self.statements(&Python) {
             let _ = writeln!(code, "        {statement}");
         }
+        // The outputs, and the points of the test; a tuple of one needs its comma.
         let mut results = self.results(&Python).join(", ");
-        // A tuple of one needs its comma.
         if self.tape.n_outputs() == 1 {
             results.push(',');
         }

@@ -1,4 +1,4 @@
-//! Which symbols the value of each step changes with, as sets of bits.
+//! The symbols that the value of each step changes with, as sets of bits.
 //!
 //! A set holds only the words that have a bit: most parts of a large system depend on a few columns
 //! out of very many.
@@ -42,7 +42,7 @@ impl Dependence {
         groups
     }
 
-    /// Tells only whether a step depends on any column, however many: all are one bit.
+    /// The dependence on any of the columns, however many: all are one bit.
     pub(super) fn on_any(sweep: &Sweep, columns: &[SymbolId]) -> Self {
         Self::within(sweep, columns, 1, usize::MAX).expect("there is no limit")
     }

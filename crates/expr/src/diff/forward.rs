@@ -23,23 +23,23 @@ impl Pool {
         found.into_iter().map(at_row).collect()
     }
 
-    /// The derivatives of the steps at `wanted`, each with its index there, by every column.
+    /// The derivatives of the steps at `targets`, each with its index there, by every column.
     pub(super) fn forward_steps(
         &self,
         sweep: &Sweep,
         dependence: &Dependence,
-        wanted: &[usize],
+        targets: &[usize],
     ) -> Vec<Entry> {
         let mut changing = vec![Vec::new(); dependence.n_columns];
-        for position in dependence.reach(sweep, wanted).into_iter().rev() {
+        for position in dependence.reach(sweep, targets).into_iter().rev() {
             for column in dependence.columns(position) {
                 changing[column].push(position);
             }
         }
-        let mut wanted_by = vec![Vec::new(); dependence.n_columns];
-        for (index, &position) in wanted.iter().enumerate() {
+        let mut targets_of = vec![Vec::new(); dependence.n_columns];
+        for (index, &position) in targets.iter().enumerate() {
             for column in dependence.columns(position) {
-                wanted_by[column].push((index, position));
+                targets_of[column].push((index, position));
             }
         }
         let mut tangents = vec![ZERO; sweep.steps.len()];
@@ -47,14 +47,14 @@ impl Pool {
         for (column, positions) in changing.iter().enumerate() {
             for &position in positions {
                 let step = &sweep.steps[position];
-                let rests = sweep.operands(step).all(|o| tangents[o] == ZERO);
+                let is_constant = sweep.operands(step).all(|o| tangents[o] == ZERO);
                 tangents[position] = match step.op {
                     Op::Symbol => ONE,
-                    _ if rests => ZERO,
+                    _ if is_constant => ZERO,
                     _ => self.tangent(sweep, step, &tangents),
                 };
             }
-            let derivatives = wanted_by[column].iter().map(|&(i, p)| (i, column, tangents[p]));
+            let derivatives = targets_of[column].iter().map(|&(i, p)| (i, column, tangents[p]));
             entries.extend(derivatives.filter(|entry| entry.2 != ZERO));
             for &position in positions {
                 tangents[position] = ZERO;
@@ -72,10 +72,10 @@ impl Pool {
         }
         let mut tangents: Vec<Expr> = Vec::with_capacity(sweep.steps.len());
         for step in &sweep.steps {
-            let rests = sweep.operands(step).all(|o| tangents[o] == ZERO);
+            let is_constant = sweep.operands(step).all(|o| tangents[o] == ZERO);
             let tangent = match step.symbol() {
                 Some(symbol) => rate_of.get(&symbol).copied().unwrap_or(ZERO),
-                None if rests => ZERO,
+                None if is_constant => ZERO,
                 None => self.tangent(sweep, step, &tangents),
             };
             tangents.push(tangent);

@@ -34,12 +34,12 @@ pub struct SparseJacobian {
 /// One entry of a matrix of derivatives: row, column, derivative.
 type Entry = (usize, usize, Expr);
 
-/// What one step costs backward, in forward steps for one symbol. Above the ratio of the work
+/// Cost of one step backward, in forward steps for one symbol. Above the ratio of the work
 /// itself, about two, because forward derivatives stay factored: (√u)˙ = u̇/(2√u) has one quotient,
 /// while backward every term of u is divided. Equations to be read have few symbols and go forward.
 const REVERSE_COST: usize = 4;
 
-/// Symbols above which a gradient is taken backward without asking what is cheaper.
+/// Symbols above which a gradient is taken backward without comparing costs.
 const MANY_COLUMNS: usize = 1 << 12;
 
 impl Pool {
@@ -112,7 +112,7 @@ impl Plan {
         let roots: Vec<usize> = forward.iter().map(|&row| sweep.roots[row]).collect();
         dependence.reach(sweep, &roots).into_iter().for_each(|p| is_shared[p] = true);
 
-        // Choosing must not cost more than what is chosen from.
+        // Choosing must not cost more than the sweeps to choose from.
         let mut budget: usize = (0..sweep.steps.len()).map(|p| dependence.count(p)).sum();
         let mut n_users = vec![0usize; sweep.steps.len()];
         let mut reaches = Vec::new();

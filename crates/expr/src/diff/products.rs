@@ -1,7 +1,7 @@
 //! Derivatives along a direction, along weights, along time, and twice.
 //!
 //! ```text
-//! J d     how the functions f change along a direction d of the symbols     one forward sweep
+//! J d     change of the functions f along a direction d of the symbols      one forward sweep
 //! Jᵀ w    the gradient of w·f, with the weights w held                      one backward sweep
 //! ḟ       J d for the rates of the symbols
 //! H       ∂²f/∂xᵢ∂xⱼ
@@ -15,7 +15,8 @@ use crate::op::{Function, Op};
 use crate::pool::{Expr, Pool, SymbolId, ZERO};
 
 impl Pool {
-    /// The rate of `e` when each symbol changes at its rate and all others rest: Σ ∂e/∂xᵢ · rateᵢ.
+    /// The rate of `e` when each symbol changes at its rate and all others are constant:
+    /// Σ ∂e/∂xᵢ · rateᵢ.
     ///
     /// With the velocities as the rates of the coordinates this is d/dt; with the accelerations as
     /// those of the velocities it can be taken again.
@@ -45,8 +46,8 @@ impl Pool {
     /// The Jacobian times a vector: Σⱼ ∂fᵢ/∂xⱼ · dⱼ, one entry for each output.
     ///
     /// One forward sweep, whatever the number of symbols. The direction has one entry for each
-    /// symbol of `wrt`; symbols without an entry rest. It may depend on the symbols: it is not
-    /// differentiated.
+    /// symbol of `wrt`; symbols without an entry are constant. It may depend on the symbols: it is
+    /// not differentiated.
     ///
     /// ```
     /// let pool = bksim_expr::Pool::new();

@@ -27,9 +27,11 @@ impl Pool {
         entries
     }
 
-    /// One backward sweep over the positions in reach, users before operands: the derivative by
-    /// each column met, columns ascending, of Σ wᵢ uᵢ, with the weights wᵢ of steps uᵢ given as their first `shares` (what
-    /// the users of each step have contributed to its adjoint so far). Takes all shares again.
+    /// One backward sweep over the positions in reach, users before operands: the derivative of
+    /// Σ wᵢ uᵢ by each column found, columns ascending.
+    ///
+    /// The weights wᵢ of the steps uᵢ are given as the first of their `shares`, the contributions
+    /// of the users of each step to its adjoint so far; all shares are taken out again.
     pub(super) fn reverse(
         &self,
         sweep: &Sweep,

@@ -1,6 +1,6 @@
-//! The interpreter over many points: each instruction is carried out for [`WIDTH`] of them.
+//! The interpreter over many points: each instruction is executed for [`WIDTH`] of them.
 //!
-//! Reading an instruction costs more than carrying it out, so it is read once for many points; the
+//! Reading an instruction costs more than executing it, so it is read once for many points; the
 //! arithmetic between is plain loops that compile to the widest vectors the machine has.
 //! Registers are used again once nothing reads them any more: all of them together stay in the
 //! fastest cache.
@@ -50,14 +50,14 @@ impl Wide {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Batch {
-    steps: Vec<Step>,
+    steps: Vec<SlotInstruction>,
     /// Registers of the inputs.
     inputs: Vec<u32>,
     outputs: Vec<Output>,
     registers: Vec<Wide>,
 }
 
-/// Where the values of an output come from.
+/// Source of the values of an output.
 #[derive(Clone, Copy, Debug)]
 enum Output {
     /// The same at all points.
@@ -68,7 +68,7 @@ enum Output {
 
 /// One instruction, or one angle of a turn, on registers that are used again.
 #[derive(Clone, Copy, Debug)]
-struct Step {
+struct SlotInstruction {
     action: Action,
     a: u32,
     b: u32,
@@ -85,7 +85,7 @@ impl Tape {
     pub fn batch(&self, parameters: &[f64]) -> Batch {
         let known = self.workspace(parameters).registers;
         let mut packing = Packing::new(self);
-        let inputs = self.input_registers().map(|register| packing.place(register)).collect();
+        let inputs = self.input_registers().map(|register| packing.slot(register)).collect();
         let mut steps = Vec::with_capacity(self.body.len());
         let mut next = self.first_body;
         for (time, instruction) in self.body.iter().enumerate() {
@@ -96,26 +96,26 @@ impl Tape {
             |register| register < self.first_body && !self.input_registers().contains(&register);
         let output = |&register: &u32| match register as usize {
             register if is_known(register) => Output::Known(known[register]),
-            register => Output::Varying(packing.place(register)),
+            register => Output::Varying(packing.slot(register)),
         };
         let outputs = self.outputs.iter().map(output).collect();
-        let mut registers = vec![Wide::splat(0.0); packing.n_places as usize];
-        for (value, place) in known.iter().zip(&packing.places).take(self.first_body) {
-            if let Some(place) = place {
-                registers[*place as usize] = Wide::splat(*value);
+        let mut registers = vec![Wide::splat(0.0); packing.n_slots as usize];
+        for (value, slot) in known.iter().zip(&packing.slots).take(self.first_body) {
+            if let Some(slot) = slot {
+                registers[*slot as usize] = Wide::splat(*value);
             }
         }
         Batch { steps, inputs, outputs, registers }
     }
 }
 
-/// Gives every register of a tape a place that no other needs at the same time.
+/// Allocation of slots: every register of a tape has one that no other needs at the same time.
 struct Packing {
-    places: Vec<Option<u32>>,
-    n_places: u32,
+    slots: Vec<Option<u32>>,
+    n_slots: u32,
     free: Vec<u32>,
     /// Position in the body of the last instruction that reads each register; those read by
-    /// outputs, and those before the body, are never given up.
+    /// outputs, and those before the body, are never released.
     last_read: Vec<usize>,
 }
 
@@ -127,12 +127,12 @@ impl Packing {
         }
         last_read[..tape.first_body].fill(usize::MAX);
         tape.outputs.iter().for_each(|&register| last_read[register as usize] = usize::MAX);
-        let places = vec![None; tape.n_registers];
-        let mut packing = Self { places, n_places: 0, free: Vec::new(), last_read };
-        // What is known beforehand must not take a place that was in use before.
+        let slots = vec![None; tape.n_registers];
+        let mut packing = Self { slots, n_slots: 0, free: Vec::new(), last_read };
+        // A value known beforehand must not take a slot that was in use before.
         let mut known = |register: usize| {
             if register < tape.first_body {
-                packing.place(register);
+                packing.slot(register);
             }
         };
         tape.body.iter().for_each(|instruction| operands(tape, instruction, &mut known));
@@ -140,17 +140,17 @@ impl Packing {
         packing
     }
 
-    /// The place of a register, given to it now if it has none.
-    fn place(&mut self, register: usize) -> u32 {
-        if let Some(place) = self.places[register] {
-            return place;
+    /// The slot of a register, given to it now if it has none.
+    fn slot(&mut self, register: usize) -> u32 {
+        if let Some(slot) = self.slots[register] {
+            return slot;
         }
-        let place = self.free.pop().unwrap_or_else(|| {
-            self.n_places += 1;
-            self.n_places - 1
+        let slot = self.free.pop().unwrap_or_else(|| {
+            self.n_slots += 1;
+            self.n_slots - 1
         });
-        self.places[register] = Some(place);
-        place
+        self.slots[register] = Some(slot);
+        slot
     }
 
     /// Appends the steps of an instruction whose first result is the register `result`.
@@ -160,33 +160,33 @@ impl Packing {
         time: usize,
         instruction: &Instruction,
         result: usize,
-        steps: &mut Vec<Step>,
+        steps: &mut Vec<SlotInstruction>,
     ) {
         let &Instruction { action, a, b, c } = instruction;
         if action == Action::Turn {
             let angles = tape.angles_of(instruction);
             for (sine, &angle) in (result..).zip(angles) {
-                let a = self.place(angle as usize);
-                let out = self.place(sine);
-                let c = self.place(sine + angles.len());
-                steps.push(Step { action, a, b: a, c, out });
+                let a = self.slot(angle as usize);
+                let out = self.slot(sine);
+                let c = self.slot(sine + angles.len());
+                steps.push(SlotInstruction { action, a, b: a, c, out });
             }
-            self.give_up(tape, time, instruction);
+            self.release(tape, time, instruction);
         } else {
-            let [a, b, c] = [a, b, c].map(|register| self.place(register as usize));
-            // A result may take the place of an operand: lanes are read before they are written.
-            self.give_up(tape, time, instruction);
-            let out = self.place(result);
-            steps.push(Step { action, a, b, c, out });
+            let [a, b, c] = [a, b, c].map(|register| self.slot(register as usize));
+            // A result may take the slot of an operand: lanes are read before they are written.
+            self.release(tape, time, instruction);
+            let out = self.slot(result);
+            steps.push(SlotInstruction { action, a, b, c, out });
         }
     }
 
-    /// Frees the places of operands that are read for the last time.
-    fn give_up(&mut self, tape: &Tape, time: usize, instruction: &Instruction) {
-        let Self { places, free, last_read, .. } = self;
+    /// Frees the slots of operands that are read for the last time.
+    fn release(&mut self, tape: &Tape, time: usize, instruction: &Instruction) {
+        let Self { slots, free, last_read, .. } = self;
         operands(tape, instruction, |register| {
             if last_read[register] == time {
-                free.extend(places[register].take());
+                free.extend(slots[register].take());
             }
         });
     }
@@ -242,7 +242,7 @@ impl WithSimd for Run<'_> {
                 load(&values[first..], &mut registers[register as usize]);
             }
             for step in &*steps {
-                carry_out(step, registers);
+                execute(step, registers);
             }
             for (values, output) in self.out.chunks_exact_mut(n_points).zip(&*outputs) {
                 if let &Output::Varying(register) = output {
@@ -290,7 +290,7 @@ fn copy(from: &[[f64; LANES]; BLOCKS], to: &mut [[f64; LANES]; BLOCKS]) {
 }
 
 #[inline(always)]
-fn carry_out(step: &Step, registers: &mut [Wide]) {
+fn execute(step: &SlotInstruction, registers: &mut [Wide]) {
     match step.action {
         Action::Add => each(step, registers, |a, b| a + b),
         Action::Subtract => each(step, registers, |a, b| a - b),
@@ -316,7 +316,7 @@ fn carry_out(step: &Step, registers: &mut [Wide]) {
 
 /// Applies an operation to two operands at all points.
 #[inline(always)]
-fn each(step: &Step, registers: &mut [Wide], operation: impl Fn(f64, f64) -> f64) {
+fn each(step: &SlotInstruction, registers: &mut [Wide], operation: impl Fn(f64, f64) -> f64) {
     for block in 0..BLOCKS {
         let (a, b) = (registers[step.a as usize].0[block], registers[step.b as usize].0[block]);
         let lane = |lane| operation(a[lane], b[lane]);
@@ -325,7 +325,7 @@ fn each(step: &Step, registers: &mut [Wide], operation: impl Fn(f64, f64) -> f64
 }
 
 #[inline(always)]
-fn turn(step: &Step, registers: &mut [Wide]) {
+fn turn(step: &SlotInstruction, registers: &mut [Wide]) {
     for block in 0..BLOCKS {
         let (sines, cosines) = sin_cos_lanes(registers[step.a as usize].0[block]);
         registers[step.out as usize].0[block] = sines;

@@ -38,7 +38,7 @@ impl Tape {
         }
     }
 
-    /// Refuses what does not fit the tape.
+    /// Refuses arrays and workspaces that do not fit the tape.
     pub(super) fn check(&self, ws: &Workspace, inputs: &[f64], out: &[f64]) {
         assert_eq!(inputs.len(), self.n_inputs, "number of inputs");
         assert_eq!(out.len(), self.outputs.len(), "number of outputs");
@@ -63,7 +63,7 @@ impl Tape {
                 Action::Power => power(a, b),
                 Action::Call(Function::If) => select(a, b, registers[instruction.c as usize]),
                 Action::Call(function) => function.value(a, b),
-                Action::Turn => unreachable!("turns are carried out above"),
+                Action::Turn => unreachable!("turns are executed above"),
             };
             next += 1;
         }

@@ -4,8 +4,8 @@
 //! f(registers, inputs, outputs)
 //! ```
 //!
-//! What the workspace holds (constants, parameters, the prologue's results, sines and cosines) and
-//! the inputs are read where they lie, each time they are used: an operand in memory costs nothing,
+//! Numbers in the workspace (constants, parameters, the prologue's results, sines and cosines) and
+//! inputs are read from memory each time they are used: an operand in memory costs nothing,
 //! a register kept alive may cost a spill. Outputs are stored as soon as they are known. Nothing is
 //! reordered or fused, and elementary functions are calls back into this crate, so results equal
 //! the interpreter's bit for bit.
@@ -25,7 +25,7 @@ use cranelift_jit::{JITBuilder, JITModule};
 use cranelift_module::{FuncId, Linkage, Module, ModuleError, default_libcall_names};
 use std::sync::Mutex;
 
-/// Why a tape is not compiled to machine code; the interpreter takes any tape.
+/// Reason why a tape is not compiled to machine code; the interpreter takes any tape.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum JitError {
@@ -40,7 +40,7 @@ pub enum JitError {
     /// There is no code generator for this processor.
     #[error("no machine code for this processor: {reason}")]
     Host {
-        /// What the code generator says.
+        /// Message of the code generator.
         reason: &'static str,
     },
     /// The code generator failed.
@@ -253,9 +253,9 @@ struct Callees {
     power: FuncRef,
 }
 
-/// Where generated code finds a register of the tape.
+/// Location of a register of the tape in generated code.
 #[derive(Clone, Copy)]
-enum Place {
+enum Location {
     Memory { base: Value, offset: i32 },
     Value(Value),
 }
@@ -267,8 +267,8 @@ struct Emitter<'a> {
     callees: Callees,
     registers: Value,
     out: Value,
-    /// Places of the registers so far.
-    places: Vec<Place>,
+    /// Locations of the registers so far.
+    locations: Vec<Location>,
     /// Outputs by the register that holds them, in ascending order.
     outputs: Vec<(usize, usize)>,
 }
@@ -287,25 +287,25 @@ impl<'a> Emitter<'a> {
         let &[registers, inputs, out] = builder.block_params(block) else {
             unreachable!("the signature has three parameters")
         };
-        let memory = |base| move |n| Place::Memory { base, offset: offset(n) };
-        let mut places: Vec<Place> = (0..tape.first_body).map(memory(registers)).collect();
-        places.splice(tape.input_registers(), (0..tape.n_inputs).map(memory(inputs)));
+        let memory = |base| move |n| Location::Memory { base, offset: offset(n) };
+        let mut locations: Vec<Location> = (0..tape.first_body).map(memory(registers)).collect();
+        locations.splice(tape.input_registers(), (0..tape.n_inputs).map(memory(inputs)));
         let mut outputs: Vec<(usize, usize)> =
             tape.outputs.iter().map(|&register| register as usize).zip(0..).collect();
         outputs.sort_unstable();
-        Self { tape, builder, callees, registers, out, places, outputs }
+        Self { tape, builder, callees, registers, out, locations, outputs }
     }
 
     /// The whole body; outputs are stored as soon as they are known.
     fn emit_body(&mut self) {
         self.store_outputs(0);
         for instruction in &self.tape.body {
-            let first = self.places.len();
+            let first = self.locations.len();
             if instruction.action == Action::Turn {
                 self.turn(instruction);
             } else {
                 let value = self.value(instruction);
-                self.places.push(Place::Value(value));
+                self.locations.push(Location::Value(value));
             }
             self.store_outputs(first);
         }
@@ -314,7 +314,7 @@ impl<'a> Emitter<'a> {
     /// Stores the outputs that are held by registers from `first` on.
     fn store_outputs(&mut self, first: usize) {
         let start = self.outputs.partition_point(|&(register, _)| register < first);
-        let end = self.outputs.partition_point(|&(register, _)| register < self.places.len());
+        let end = self.outputs.partition_point(|&(register, _)| register < self.locations.len());
         for i in start..end {
             let (register, position) = self.outputs[i];
             let value = self.read(register);
@@ -323,16 +323,18 @@ impl<'a> Emitter<'a> {
     }
 
     fn read(&mut self, register: usize) -> Value {
-        match self.places[register] {
-            Place::Value(value) => value,
-            Place::Memory { base, offset } => self.builder.ins().load(F64, TRUSTED, base, offset),
+        match self.locations[register] {
+            Location::Value(value) => value,
+            Location::Memory { base, offset } => {
+                self.builder.ins().load(F64, TRUSTED, base, offset)
+            }
         }
     }
 
     /// Hands over a few angles at a time; the results lie in the workspace's own registers.
     fn turn(&mut self, instruction: &Instruction) {
         let angles = self.tape.angles_of(instruction);
-        let first = self.places.len();
+        let first = self.locations.len();
         for (chunk, angles_here) in angles.chunks(FEW).enumerate() {
             let angle = |lane| *angles_here.get(lane).unwrap_or(&angles_here[0]) as usize;
             let sines = first + chunk * FEW;
@@ -345,7 +347,7 @@ impl<'a> Emitter<'a> {
         }
         let base = self.registers;
         let results = first..first + 2 * angles.len();
-        self.places.extend(results.map(|n| Place::Memory { base, offset: offset(n) }));
+        self.locations.extend(results.map(|n| Location::Memory { base, offset: offset(n) }));
     }
 
     fn value(&mut self, instruction: &Instruction) -> Value {

@@ -1,10 +1,10 @@
-//! The graph itself evaluated, operands first: every other way to compute a value is held against it.
+//! Evaluation of the graph itself, operands first: the reference for every other evaluator.
 
 use crate::op::{Function, Op, power, select};
 use crate::pool::{Expr, Pool, SymbolId};
 use crate::sweep::{Step, Sweep};
 
-/// Why an expression has no value.
+/// Reason why an expression has no value.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EvalError {
@@ -23,7 +23,7 @@ pub enum EvalError {
 pub struct DomainFault {
     /// The operation with its operands.
     pub expr: Expr,
-    /// What it does: a function's name, `division`, `power`, `sum` or `product`.
+    /// Kind of the operation: a function's name, `division`, `power`, `sum` or `product`.
     pub operation: &'static str,
     /// The finite operand values that made the result infinite or NaN.
     pub operands: Vec<f64>,
@@ -74,6 +74,7 @@ impl Pool {
         let mut values: Vec<f64> = Vec::with_capacity(sweep.steps.len());
         for step in &sweep.steps {
             let result = match step.op {
+                // Leaves.
                 Op::Number => self.number_of(step.expr).to_f64(),
                 Op::Pi => std::f64::consts::PI,
                 Op::Symbol => {
@@ -83,6 +84,7 @@ impl Pool {
                         name: self.symbol_name(symbol),
                     })?
                 }
+                // Arithmetic.
                 Op::Add => {
                     let terms = sweep.operands(step).map(|o| values[o]);
                     terms.reduce(|sum, term| sum + term).expect("a sum has terms")
@@ -92,7 +94,7 @@ impl Pool {
                     let [base, exponent] = sweep.operand_array(step);
                     power(values[base], values[exponent])
                 }
-                // A pair has no value of its own: `if` looks through it.
+                // Functions; a pair has no value of its own, as `if` takes those of its branches.
                 Op::Pair => 0.0,
                 Op::Call(Function::If) => {
                     let [condition, then, otherwise] = sweep.branches(step);

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 #[cfg(feature = "jit")]
 use std::sync::{Arc, OnceLock};
 
-/// When a tape is compiled to machine code.
+/// The time at which a tape is compiled to machine code.
 ///
 /// Results do not depend on it: interpreter and machine code agree bit for bit.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -120,7 +120,7 @@ impl Runner {
             // Evaluations are counted, not time: runs can be repeated exactly.
             Jit::Auto => EVALUATIONS_PER_COMPILATION,
         };
-        // Exactly one evaluation meets the count: other threads go on interpreting meanwhile.
+        // Exactly one evaluation reaches the count: other threads go on interpreting meanwhile.
         if self.code.n_interpreted.fetch_add(1, Relaxed) != n_paid {
             return None;
         }

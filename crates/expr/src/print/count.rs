@@ -1,4 +1,4 @@
-//! How much work an expression is, on the shared graph and as printed.
+//! Operations of an expression, on the shared graph and as printed.
 
 use crate::number::Number;
 use crate::op::Op;

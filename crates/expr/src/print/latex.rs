@@ -1,6 +1,6 @@
 //! LaTeX, as it would be typeset in a paper.
 
-use super::mark::{Height, Mark, Names, Part, digits, function_name, relation};
+use super::mark::{Height, Mark, Part, SymbolNames, digits, function_name, relation};
 use super::name::{Name, Word};
 use crate::op::Function;
 
@@ -10,9 +10,10 @@ const COMMANDS: [&str; 13] = [
     "max",
 ];
 
-/// Appends what a mark is written as.
-pub(super) fn write(mark: &Mark, names: &Names<'_>, out: &mut String) {
+/// Appends a mark as LaTeX.
+pub(super) fn write(mark: &Mark, names: &SymbolNames<'_>, out: &mut String) {
     let fixed = match *mark {
+        // Marks with a number or a name in them.
         Mark::Number(n) => {
             let (mantissa, exponent) = digits(n);
             out.push_str(&mantissa);
@@ -39,12 +40,14 @@ pub(super) fn write(mark: &Mark, names: &Names<'_>, out: &mut String) {
             Some('>') => " > ",
             _ => " < ",
         },
+        // Signs.
         Mark::Pi => r"\pi",
         Mark::Plus => " + ",
         Mark::Minus => " - ",
         Mark::Sign => "-",
         Mark::Times => r" \, ",
         Mark::Over => "/",
+        // Fractions, powers, roots, bars and parentheses around others.
         Mark::Fraction(Part::Start) => r"\frac{",
         Mark::Fraction(Part::Middle) => "}{",
         Mark::Power(Part::Start) => "",
@@ -62,6 +65,7 @@ pub(super) fn write(mark: &Mark, names: &Names<'_>, out: &mut String) {
             (Part::End, Height::Tall) => r" \right)",
             (Part::End, Height::Split) => r" \bigr)",
         },
+        // Functions and conditions.
         Mark::Apply => " ",
         Mark::Cases(Part::Start) => r"\begin{cases} ",
         Mark::Cases(Part::Middle) => r" & \text{if } ",

@@ -1,14 +1,14 @@
 //! Long sums in lines: before which `+` or `−` a line ends, and how wide marks are.
 
-use super::mark::{Height, Mark, Names, Part, digits, function_name};
+use super::mark::{Height, Mark, Part, SymbolNames, digits, function_name};
 use super::name::Name;
 
 /// A line that is at least this full may end at an outer sign even if more would fit.
 const FULL_ENOUGH: f64 = 0.3;
 
-/// Where a line may end.
+/// A sign before which a line may end.
 #[derive(Clone, Copy)]
-struct Place {
+struct Break {
     /// Index of the sign that begins the next line.
     mark: usize,
     /// Width from the beginning of the formula.
@@ -27,22 +27,22 @@ pub(super) fn broken(
     measure: &dyn Fn(&Mark) -> f64,
     width: f64,
 ) -> Vec<Vec<Mark>> {
-    let (places, total) = places(&marks, is_linear, measure);
+    let (breaks, total) = breaks(&marks, is_linear, measure);
     let mut cuts: Vec<usize> = Vec::new();
     let (mut start, mut next) = (0.0, 0);
-    while total - start > width && next < places.len() {
-        let ahead = &places[next..];
-        let fits = ahead.iter().take_while(|place| place.at - start <= width).count();
+    while total - start > width && next < breaks.len() {
+        let ahead = &breaks[next..];
+        let fits = ahead.iter().take_while(|candidate| candidate.at - start <= width).count();
         let within = &ahead[..fits.max(1)];
-        let full = within.iter().filter(|place| place.at - start >= FULL_ENOUGH * width);
-        let outermost = |a: &&Place, b: &&Place| b.depth.cmp(&a.depth).then(a.at.total_cmp(&b.at));
+        let full = within.iter().filter(|candidate| candidate.at - start >= FULL_ENOUGH * width);
+        let outermost = |a: &&Break, b: &&Break| b.depth.cmp(&a.depth).then(a.at.total_cmp(&b.at));
         let chosen = full.max_by(outermost).or(within.last());
-        let Some(&Place { mark, at, .. }) = chosen else { break };
+        let Some(&Break { mark, at, .. }) = chosen else { break };
         cuts.push(mark);
         start = at;
-        next += ahead.iter().take_while(|place| place.mark <= mark).count();
+        next += ahead.iter().take_while(|candidate| candidate.mark <= mark).count();
     }
-    loosen(&mut marks, &cuts);
+    split_parentheses(&mut marks, &cuts);
     let mut lines = Vec::with_capacity(cuts.len() + 1);
     for &cut in cuts.iter().rev() {
         lines.push(marks.split_off(cut));
@@ -52,15 +52,15 @@ pub(super) fn broken(
     lines
 }
 
-/// All places where a line may end, and the width of the whole.
-fn places(marks: &[Mark], is_linear: bool, measure: &dyn Fn(&Mark) -> f64) -> (Vec<Place>, f64) {
-    let mut places = Vec::new();
+/// All signs before which a line may end, and the width of the whole.
+fn breaks(marks: &[Mark], is_linear: bool, measure: &dyn Fn(&Mark) -> f64) -> (Vec<Break>, f64) {
+    let mut breaks = Vec::new();
     let (mut depth, mut closed) = (0usize, 0usize);
-    let mut meter = Meter::default();
+    let mut meter = WidthMeter::default();
     for (index, mark) in marks.iter().enumerate() {
         match mark {
             Mark::Plus | Mark::Minus if closed == 0 => {
-                places.push(Place { mark: index, at: meter.width(), depth });
+                breaks.push(Break { mark: index, at: meter.width(), depth });
             }
             Mark::Parenthesis(Part::Start, _) => depth += 1,
             Mark::Parenthesis(Part::End, _) => depth = depth.saturating_sub(1),
@@ -73,7 +73,7 @@ fn places(marks: &[Mark], is_linear: bool, measure: &dyn Fn(&Mark) -> f64) -> (V
         }
         meter.add(mark, measure(mark));
     }
-    (places, meter.width())
+    (breaks, meter.width())
 }
 
 /// Marks between whose start and end no line ends.
@@ -91,8 +91,8 @@ fn enclosing(mark: &Mark) -> Option<Part> {
     }
 }
 
-/// Parentheses whose partner stands in another line.
-fn loosen(marks: &mut [Mark], cuts: &[usize]) {
+/// Marks parentheses whose partner is in another line.
+fn split_parentheses(marks: &mut [Mark], cuts: &[usize]) {
     let mut open: Vec<usize> = Vec::new();
     let line_of = |index: usize| cuts.partition_point(|&cut| cut <= index);
     for index in 0..marks.len() {
@@ -113,7 +113,7 @@ fn loosen(marks: &mut [Mark], cuts: &[usize]) {
 
 /// Adds up widths; a fraction is as wide as the wider of its parts, an exponent is small.
 #[derive(Default)]
-struct Meter {
+struct WidthMeter {
     /// Width so far at each level of fractions, and of the numerator once it is complete.
     levels: Vec<(f64, f64)>,
     width: f64,
@@ -123,7 +123,7 @@ struct Meter {
 /// Size of an exponent against its base.
 const SMALL: f64 = 0.7;
 
-impl Meter {
+impl WidthMeter {
     fn width(&self) -> f64 {
         self.width + self.levels.iter().map(|level| level.0).sum::<f64>()
     }
@@ -154,7 +154,7 @@ impl Meter {
 }
 
 /// Width of a mark in ems of a usual mathematics font; of a fraction's end the space around it.
-pub(super) fn ems(mark: &Mark, names: &Names<'_>) -> f64 {
+pub(super) fn ems(mark: &Mark, names: &SymbolNames<'_>) -> f64 {
     let letters = |text: &str| 0.5 * text.chars().count() as f64;
     let of_symbol = |symbol| {
         let name = names.of(symbol);
@@ -183,7 +183,7 @@ pub(super) fn ems(mark: &Mark, names: &Names<'_>) -> f64 {
         Mark::Function(function, n) => {
             letters(function_name(function)) + 0.17 + if n == 1 { 0.0 } else { 0.5 }
         }
-        // Both values stand above each other; counting both errs on the wide side.
+        // Both values are above each other; counting both errs on the wide side.
         Mark::Cases(Part::Start | Part::Middle) | Mark::NotZero => 2.0,
         Mark::Cases(Part::End) => 5.0,
         // No width of their own.

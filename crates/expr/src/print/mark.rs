@@ -1,4 +1,4 @@
-//! The marks a formula is made of; every notation is a table from marks to what is written.
+//! The marks a formula is made of; every notation is a table from marks to text.
 
 use crate::number::Number;
 use crate::op::Function;
@@ -63,18 +63,18 @@ pub(super) enum Mark {
 pub(super) enum Height {
     /// As high as a line.
     Line,
-    /// As high as what they enclose.
+    /// As high as their content.
     Tall,
-    /// The partner stands in another line.
+    /// The partner is in another line.
     Split,
 }
 
-/// Where the names of symbols are.
-pub(super) struct Names<'p> {
+/// The names of symbols.
+pub(super) struct SymbolNames<'p> {
     pub(super) pool: &'p Pool,
 }
 
-impl Names<'_> {
+impl SymbolNames<'_> {
     pub(super) fn of(&self, symbol: SymbolId) -> String {
         self.pool.symbol_name(symbol)
     }

@@ -1,14 +1,15 @@
-//! Presentation MathML: what stands inside a `<math>` element.
+//! Presentation MathML: the content of a `<math>` element.
 
-use super::mark::{Height, Mark, Names, Part, digits, function_name, relation};
+use super::mark::{Height, Mark, Part, SymbolNames, digits, function_name, relation};
 use super::name::{Name, Word};
 
 /// Between a function's name and its argument.
 const APPLY: &str = "<mo>&#x2061;</mo>";
 
-/// Appends what a mark is written as.
-pub(super) fn write(mark: &Mark, names: &Names<'_>, out: &mut String) {
+/// Appends a mark as MathML.
+pub(super) fn write(mark: &Mark, names: &SymbolNames<'_>, out: &mut String) {
     let fixed = match *mark {
+        // Marks with a number or a name in them.
         Mark::Number(n) => {
             let (mantissa, exponent) = digits(n);
             out.extend(["<mn>", &mantissa, "</mn>"]);
@@ -36,12 +37,14 @@ pub(super) fn write(mark: &Mark, names: &Names<'_>, out: &mut String) {
             Some('>') => "<mo>&gt;</mo>",
             _ => "<mo>&lt;</mo>",
         },
+        // Signs.
         Mark::Pi => "<mi>π</mi>",
         Mark::Plus => "<mo form=\"infix\">+</mo>",
         Mark::Minus => "<mo form=\"infix\">−</mo>",
         Mark::Sign => "<mo form=\"prefix\">−</mo>",
         Mark::Times => "<mo lspace=\"0\" rspace=\"0.17em\">&#x2062;</mo>",
         Mark::Over => "<mo>/</mo>",
+        // Fractions, powers, roots, bars and parentheses around others.
         Mark::Fraction(Part::Start) => "<mfrac><mrow>",
         Mark::Fraction(Part::Middle) | Mark::Power(Part::Middle) => "</mrow><mrow>",
         Mark::Fraction(Part::End) => "</mrow></mfrac>",
@@ -61,6 +64,7 @@ pub(super) fn write(mark: &Mark, names: &Names<'_>, out: &mut String) {
             (Part::Middle, _) => "<mo separator=\"true\">,</mo>",
             (Part::End, _) => "<mo form=\"postfix\">)</mo></mrow>",
         },
+        // Functions and conditions.
         Mark::Apply => "<mspace width=\"0.17em\"/>",
         Mark::Cases(Part::Start) => "<mrow><mo form=\"prefix\">{</mo><mtable><mtr><mtd>",
         Mark::Cases(Part::Middle) => "</mtd><mtd><mtext>if&#xa0;</mtext>",

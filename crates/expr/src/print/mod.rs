@@ -10,7 +10,7 @@
 //!
 //! The canonical order of the pool is blind to names; [`order`] puts terms and factors into the
 //! order a person would write. [`walk`] decides on signs, fractions, powers and parentheses and
-//! emits [`mark`]s; a notation says what each mark is written as. [`lines`] breaks long sums.
+//! emits [`mark`]s; a notation writes each mark. [`lines`] breaks long sums.
 
 mod count;
 mod latex;
@@ -29,7 +29,7 @@ pub use count::{OperationCount, Operations};
 pub use split::SplitTerm;
 
 use crate::pool::{Expr, Pool, SymbolId};
-use mark::{Mark, Names};
+use mark::{Mark, SymbolNames};
 use order::Reader;
 use walk::Sum;
 
@@ -44,7 +44,7 @@ pub enum Notation {
     Latex,
     /// Typst, for mathematics mode.
     Typst,
-    /// Presentation MathML: what stands inside a `<math>` element.
+    /// Presentation MathML: the content of a `<math>` element.
     MathMl,
 }
 
@@ -54,8 +54,8 @@ impl Notation {
         matches!(self, Self::Text | Self::Unicode)
     }
 
-    /// Appends what a mark is written as.
-    fn write(self, mark: &Mark, names: &Names<'_>, out: &mut String) {
+    /// Appends a mark.
+    fn write(self, mark: &Mark, names: &SymbolNames<'_>, out: &mut String) {
         match self {
             Self::Text => text::write(mark, names, out),
             Self::Unicode => unicode::write(mark, names, out),
@@ -70,7 +70,7 @@ impl Notation {
         unicode::columns(text)
     }
 
-    /// An identifier as it stands in formulas: `theta1_dot` is `\dot{\theta}_{1}` in LaTeX.
+    /// An identifier as it is written in formulas: `theta1_dot` is `\dot{\theta}_{1}` in LaTeX.
     pub fn name(self, name: &str) -> String {
         match self {
             Self::Text => name.to_owned(),
@@ -120,8 +120,8 @@ impl<'a> Printer<'a> {
         Self { trailing: symbols, ..self }
     }
 
-    /// One expression. Shared parts are written out each time; [`Pool::operation_count`] tells how
-    /// long that is.
+    /// One expression. Shared parts are written out each time; [`Pool::operation_count`] gives
+    /// the length.
     pub fn expr(&self, e: Expr) -> String {
         let reader = Reader::new(self.pool, &[e], self.trailing);
         let mut out = String::new();
@@ -152,7 +152,7 @@ impl<'a> Printer<'a> {
     fn broken_lines(&self, terms: &[Expr], sum: Sum, width: f64) -> Vec<String> {
         let mut marks = Vec::new();
         self.walk_terms(terms, sum, &mut |mark| marks.push(mark));
-        let names = Names { pool: self.pool };
+        let names = SymbolNames { pool: self.pool };
         let measure = |mark: &Mark| match self.notation {
             Notation::Text | Notation::Unicode => {
                 let mut out = String::new();
@@ -180,7 +180,7 @@ impl<'a> Printer<'a> {
     }
 
     fn emit(&self, mark: &Mark, out: &mut String) {
-        self.notation.write(mark, &Names { pool: self.pool }, out);
+        self.notation.write(mark, &SymbolNames { pool: self.pool }, out);
     }
 
     fn walk_terms(&self, terms: &[Expr], sum: Sum, emit: &mut dyn FnMut(Mark)) {
@@ -198,7 +198,8 @@ impl<'a> Printer<'a> {
 }
 
 impl Pool {
-    /// Infix text: `+ - * / ^`, function names and plain identifiers; [`Pool::parse`] reads it back.
+    /// Infix text: `+ - * / ^`, function names and plain identifiers; [`Pool::parse`] reads it
+    /// back.
     pub fn to_text(&self, e: Expr) -> String {
         Printer::new(self, Notation::Text).expr(e)
     }

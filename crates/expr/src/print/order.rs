@@ -24,14 +24,14 @@ pub(super) struct Reader<'p> {
     sizes: HashMap<Expr, u32>,
     /// Expressions that are higher than a line when fractions are.
     tall: HashMap<Expr, bool>,
-    /// Place among the symbols that come last.
+    /// Position among the symbols that come last.
     trailing: HashMap<Expr, u32>,
 }
 
 const NO_SYMBOL: u32 = u32::MAX;
 
-/// Place of a factor within a product or of a term within a sum: class, first symbol, size.
-type Key = (u8, u32, u32);
+/// Sort key of a factor within a product or of a term within a sum: class, first symbol, size.
+type ReadingKey = (u8, u32, u32);
 
 impl<'p> Reader<'p> {
     pub(super) fn new(pool: &'p Pool, roots: &[Expr], trailing: &[SymbolId]) -> Self {
@@ -79,10 +79,10 @@ impl<'p> Reader<'p> {
     }
 
     /// Symbols and their powers come first, then sums, then calls, then the trailing symbols.
-    fn factor_key(&self, e: Expr) -> Key {
+    fn factor_key(&self, e: Expr) -> ReadingKey {
         let (base, _) = self.pool.split_power(e);
-        if let Some(&place) = self.trailing.get(&base) {
-            return (3, place, 0);
+        if let Some(&position) = self.trailing.get(&base) {
+            return (3, position, 0);
         }
         let class = match self.pool.node(base).op {
             Op::Number | Op::Pi | Op::Symbol => 0,
@@ -116,7 +116,7 @@ impl<'p> Reader<'p> {
         Term { is_negative, coefficient: coefficient.magnitude(), numerator, denominator }
     }
 
-    /// The given terms with the terms of a sum among them in its place: it needs no parentheses.
+    /// The given terms, with a sum among them replaced by its terms: it needs no parentheses.
     pub(super) fn in_line(&self, terms: &[Expr]) -> Vec<Expr> {
         let is_sum = |e| self.pool.node(e).op == Op::Add;
         let opened =
@@ -127,7 +127,7 @@ impl<'p> Reader<'p> {
     /// The terms of a sum in reading order; a positive one leads if there is any.
     pub(super) fn ordered_terms(&self, sum: Expr) -> Vec<Expr> {
         let pool = self.pool;
-        let mut keyed: Vec<(Vec<Key>, Expr)> = pool
+        let mut keyed: Vec<(Vec<ReadingKey>, Expr)> = pool
             .chain(sum, Op::Add)
             .into_iter()
             .map(|term| {
@@ -137,7 +137,7 @@ impl<'p> Reader<'p> {
             })
             .collect();
         // The constant has no factors and comes last.
-        let order = |a: &(Vec<Key>, Expr), b: &(Vec<Key>, Expr)| {
+        let order = |a: &(Vec<ReadingKey>, Expr), b: &(Vec<ReadingKey>, Expr)| {
             (a.0.is_empty(), &a.0)
                 .cmp(&(b.0.is_empty(), &b.0))
                 .then_with(|| pool.canonical_order(a.1, b.1))
@@ -152,7 +152,7 @@ impl<'p> Reader<'p> {
     }
 }
 
-/// Fractions and cases are higher than a line, and so is what contains them; a root holds them.
+/// Fractions, cases and roots are higher than a line, and so are expressions that contain them.
 fn is_tall(pool: &Pool, sweep: &Sweep, step: &Step, tall: &[bool]) -> bool {
     let is_below = || sweep.operands(step).any(|o| tall[o]);
     match step.op {
@@ -166,7 +166,7 @@ fn is_tall(pool: &Pool, sweep: &Sweep, step: &Step, tall: &[bool]) -> bool {
     }
 }
 
-/// Denominators below this are set as fractions, which says 1/3 and 2/15 exactly.
+/// Denominators below this are set as fractions, so that 1/3 and 2/15 are exact.
 const LARGEST_DENOMINATOR: i128 = 1000;
 
 /// Numerator and denominator of a positive number that is better read as a fraction: 1/2 and 1/3,

@@ -1,4 +1,4 @@
-//! Expressions taken apart into constants and what changes: the first step to naming constants.
+//! Expressions split into constant and varying parts: the first step to naming constants.
 
 use crate::op::{Function, Op};
 use crate::pool::{Expr, ONE, Pool, SymbolId};
@@ -15,8 +15,8 @@ pub struct SplitTerm {
 }
 
 impl Pool {
-    /// Multiplies `e` out and collects it by what depends on more than `constants`: no two terms
-    /// have the same varying part. Terms come in reading order.
+    /// Multiplies `e` out and collects it by the parts that depend on more than `constants`: no two
+    /// terms have the same varying part. Terms come in reading order.
     ///
     /// ```
     /// let pool = bksim_expr::Pool::new();
@@ -34,7 +34,7 @@ impl Pool {
         let steps = sweep.steps.iter().zip(flags).filter(|(_, flag)| *flag);
         let known: HashSet<Expr> = steps.map(|(step, _)| step.expr).collect();
 
-        let mut place: HashMap<Expr, usize> = HashMap::new();
+        let mut index_of: HashMap<Expr, usize> = HashMap::new();
         let mut collected: Vec<(Expr, Vec<Expr>)> = Vec::new();
         for term in self.chain(expanded, Op::Add) {
             let (number, monic) = self.split_coefficient(term);
@@ -42,7 +42,7 @@ impl Pool {
                 self.chain(monic, Op::Mul).into_iter().partition(|factor| known.contains(factor));
             let constant = self.product(constant.into_iter().chain([self.number(number)]));
             let varying = self.product(varying);
-            let index = *place.entry(varying).or_insert(collected.len());
+            let index = *index_of.entry(varying).or_insert(collected.len());
             if index == collected.len() {
                 collected.push((varying, Vec::new()));
             }
@@ -57,11 +57,12 @@ impl Pool {
         terms
     }
 
+    /// Sorts terms as the sum of their varying parts is read; the constant term comes last.
     fn sort_for_reading(&self, terms: &mut [SplitTerm]) {
         let sum = self.sum(terms.iter().map(|term| term.varying).filter(|&e| e != ONE));
         let order = super::Reader::new(self, &[sum], &[]).ordered_terms(sum);
-        let place: HashMap<Expr, usize> = order.into_iter().zip(0..).collect();
-        terms.sort_by_key(|term| place.get(&term.varying).copied().unwrap_or(usize::MAX));
+        let position: HashMap<Expr, usize> = order.into_iter().zip(0..).collect();
+        terms.sort_by_key(|term| position.get(&term.varying).copied().unwrap_or(usize::MAX));
     }
 
     /// Replaces every largest part that depends on `constants` only, also where it is a part of a
@@ -85,9 +86,13 @@ impl Pool {
         constants: &[SymbolId],
         image_of: &mut dyn FnMut(Expr) -> Expr,
     ) -> Vec<Expr> {
+        // The steps that are constant, and those that are reached through others than these.
         let sweep = self.sweep(roots);
         let is_constant = constant_flags(&sweep, constants);
         let is_needed = needed_flags(&sweep, &is_constant);
+
+        // The images of all other steps, operands first: the constant operands of a sum or product
+        // are replaced together.
         let mut images: Vec<Expr> = Vec::with_capacity(sweep.steps.len());
         for (position, step) in sweep.steps.iter().enumerate() {
             if !is_needed[position] || is_constant[position] {
@@ -116,6 +121,8 @@ impl Pool {
             };
             images.push(image);
         }
+
+        // A root that is constant is a largest part itself.
         let root = |&root: &usize| {
             if is_constant[root] { image_of(sweep.steps[root].expr) } else { images[root] }
         };
@@ -185,8 +192,8 @@ fn needed_flags(sweep: &Sweep, is_constant: &[bool]) -> Vec<bool> {
     needed
 }
 
-/// The operands of a step; a coefficient and the factors of the product it stands before are those
-/// of one product.
+/// The operands of a step; a coefficient and the factors of the product after it are those of one
+/// product.
 fn factors_of(sweep: &Sweep, step: &Step) -> Vec<usize> {
     let mut operands = Vec::new();
     for operand in sweep.operands(step) {

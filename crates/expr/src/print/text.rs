@@ -1,9 +1,9 @@
 //! Infix text that this crate and others can parse.
 
-use super::mark::{Mark, Names, Part};
+use super::mark::{Mark, Part, SymbolNames};
 
 /// Appends a mark as text.
-pub(super) fn write(mark: &Mark, names: &Names<'_>, out: &mut String) {
+pub(super) fn write(mark: &Mark, names: &SymbolNames<'_>, out: &mut String) {
     match *mark {
         Mark::Number(n) => out.push_str(&n.to_string()),
         Mark::Pi => out.push_str("pi"),

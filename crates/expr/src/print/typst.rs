@@ -1,6 +1,6 @@
 //! Typst, for mathematics mode.
 
-use super::mark::{Height, Mark, Names, Part, digits, function_name, relation};
+use super::mark::{Height, Mark, Part, SymbolNames, digits, function_name, relation};
 use super::name::{Name, Word};
 use crate::op::Function;
 
@@ -13,9 +13,10 @@ const OPERATORS: [&str; 13] = [
 /// Between the arguments of a function of Typst.
 const COMMA: &str = ", ";
 
-/// Appends what a mark is written as.
-pub(super) fn write(mark: &Mark, names: &Names<'_>, out: &mut String) {
+/// Appends a mark as Typst.
+pub(super) fn write(mark: &Mark, names: &SymbolNames<'_>, out: &mut String) {
     let fixed = match *mark {
+        // Marks with a number or a name in them.
         Mark::Number(n) => {
             let (mantissa, exponent) = digits(n);
             out.push_str(&mantissa);
@@ -42,12 +43,14 @@ pub(super) fn write(mark: &Mark, names: &Names<'_>, out: &mut String) {
             Some('>') => " > ",
             _ => " < ",
         },
+        // Signs.
         Mark::Pi => "pi",
         Mark::Plus => " + ",
         Mark::Minus => " - ",
         Mark::Sign => "-",
         Mark::Times => " thin ",
         Mark::Over => r"\/",
+        // Fractions, powers, roots, bars and parentheses around others.
         Mark::Fraction(Part::Start) => "frac(",
         Mark::Fraction(Part::Middle) | Mark::Otherwise => COMMA,
         Mark::Power(Part::Start) => "",
@@ -62,6 +65,7 @@ pub(super) fn write(mark: &Mark, names: &Names<'_>, out: &mut String) {
             (Part::Middle, _) => COMMA,
             (Part::End, _) => ")",
         },
+        // Functions and conditions.
         Mark::Apply => " ",
         Mark::Cases(Part::Start) => "cases(",
         Mark::Cases(Part::Middle) => r#" & "if " "#,

@@ -1,6 +1,6 @@
 //! The text notation with the letters that a terminal has: `½·m·ẋ₂²` instead of `0.5*m*x2_dot^2`.
 
-use super::mark::{Mark, Names, Part};
+use super::mark::{Mark, Part, SymbolNames};
 use super::name::{Name, Word};
 use super::text;
 
@@ -9,8 +9,8 @@ const DOTS: [char; 2] = ['\u{307}', '\u{308}'];
 const SUBSCRIPTS: [char; 10] = ['₀', '₁', '₂', '₃', '₄', '₅', '₆', '₇', '₈', '₉'];
 const SUPERSCRIPTS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
 
-/// Appends what a mark is written as.
-pub(super) fn write(mark: &Mark, names: &Names<'_>, out: &mut String) {
+/// Appends a mark as text with Unicode letters.
+pub(super) fn write(mark: &Mark, names: &SymbolNames<'_>, out: &mut String) {
     match *mark {
         Mark::Pi => out.push('π'),
         Mark::Symbol(symbol) => out.push_str(&name(&names.of(symbol))),

@@ -9,7 +9,7 @@ use crate::number::Number;
 use crate::op::{Function, Op};
 use crate::pool::{Expr, SymbolId};
 
-/// How tightly the surroundings of an expression bind; anything looser needs parentheses.
+/// Binding strength of the surroundings of an expression; anything looser needs parentheses.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(super) enum Strength {
     Sum,
@@ -279,7 +279,7 @@ fn quotient(reader: &Reader<'_>, is_linear: bool, term: &Term) -> Vec<Piece> {
     if term.denominator.is_empty() {
         return factors(magnitude(term.coefficient, false), term, &term.numerator);
     }
-    // The numbers join the fraction they stand before.
+    // The numbers join the fraction after them.
     let (above, below) = match as_fraction(term.coefficient) {
         Some((n, d)) => (Number::integer(n), Some(Number::integer(d))),
         None => (term.coefficient, None),
@@ -295,7 +295,7 @@ fn quotient(reader: &Reader<'_>, is_linear: bool, term: &Term) -> Vec<Piece> {
     fraction(alone(number(Some(above)), &term.numerator), alone(number(below), &term.denominator))
 }
 
-/// Factors side by side; a coefficient of one is left out unless it stands alone.
+/// Factors in a row; a coefficient of one is left out unless it is alone.
 fn factors(coefficient: Vec<Piece>, term: &Term, list: &[Expr]) -> Vec<Piece> {
     let is_silent = term.coefficient.is_one() && !list.is_empty();
     match (is_silent, list) {

@@ -1,4 +1,4 @@
-//! How much work a simplification may take, and the meter that counts it.
+//! The work that a simplification may take, and the meter that counts it.
 
 use std::cell::Cell;
 use std::time::{Duration, Instant};
@@ -57,7 +57,7 @@ impl Meter {
         }
     }
 
-    /// Takes `work` off what is left.
+    /// Counts some work.
     pub(super) fn spend(&self, work: usize) {
         let Some(left) = self.left.get().checked_sub(work as u64) else {
             self.left.set(0);
@@ -88,12 +88,12 @@ impl Meter {
         self.ended_by.get().is_some()
     }
 
-    /// What is left, as a bound for a single form.
+    /// Work left, as a bound for a single form.
     pub(super) fn left(&self) -> usize {
         usize::try_from(self.left.get()).unwrap_or(usize::MAX)
     }
 
-    /// What was spent.
+    /// Work spent.
     pub(super) fn spent(&self) -> u64 {
         self.granted - self.left.get()
     }

@@ -5,8 +5,8 @@
 //! ```
 //!
 //! Each product of state functions occurs once and carries all its parameters as one factored
-//! coefficient, which a tape computes ahead of every evaluation. What multiplies one coefficient
-//! and one sine or cosine is a bracket of its own: `c*sin(q2)*(v1^2 - (v1 + v2)^2)`.
+//! coefficient, which a tape computes ahead of every evaluation. The cofactors of one coefficient
+//! and one sine or cosine are a bracket of their own: `c*sin(q2)*(v1^2 - (v1 + v2)^2)`.
 
 use super::cost::{CALL, TRIGONOMETRIC};
 use super::factor::{Preference, factored};
@@ -30,7 +30,7 @@ impl Pool {
         self.collect_all(&[e], state)[0]
     }
 
-    /// Collects several expressions; what is found about their parts is shared.
+    /// Collects several expressions; knowledge of their parts is shared.
     pub fn collect_all(&self, roots: &[Expr], state: &[SymbolId]) -> Vec<Expr> {
         let mut collector = Collector {
             pool: self,
@@ -62,7 +62,7 @@ struct Collector<'p> {
 type Groups = Vec<(Monomial, Poly)>;
 
 /// The form with the least work so far.
-struct Best {
+struct LeastWork {
     work: u64,
     e: Expr,
 }
@@ -73,7 +73,7 @@ impl Collector<'_> {
         let products =
             Reading { is_fourier: false, keeps_plain_sums: true, splits_tangents: false };
         let sums = Reading { is_fourier: true, ..products };
-        let mut best = Best { work: self.state_work(e), e };
+        let mut best = LeastWork { work: self.state_work(e), e };
         let Some(plain) = self.groups(e, products) else { return e };
         // Nothing to fold where no term has two sines or cosines.
         let is_folded = plain.iter().all(|(monomial, _)| is_folded(pool, monomial));
@@ -93,10 +93,10 @@ impl Collector<'_> {
     }
 
     /// Takes a form of less work; at equal work the later form, which reads better.
-    fn consider(&mut self, e: Expr, best: &mut Best) -> u64 {
+    fn consider(&mut self, e: Expr, best: &mut LeastWork) -> u64 {
         let work = self.state_work(e);
         if work <= best.work {
-            *best = Best { work, e };
+            *best = LeastWork { work, e };
         }
         work
     }

@@ -14,9 +14,9 @@ pub(super) const CALL: u64 = 8;
 /// A sine, cosine or tangent.
 pub(super) const TRIGONOMETRIC: u64 = 12;
 
-/// The cost that `simplify` minimises. Symbols come first: an expression that does not depend on a symbol
-/// should not show it, even where the longer form takes fewer calls. (A chain's inertia does not
-/// depend on where it points; only the form without its first angle says so.)
+/// The cost that `simplify` minimises. Symbols come first: an expression that does not depend on a
+/// symbol should not show it, even where the longer form takes fewer calls. (A chain's inertia does
+/// not depend on where it points; only the form without its first angle says so.)
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(super) struct Cost {
     /// Number of symbols that occur; a large atom counts as one symbol.
@@ -32,7 +32,7 @@ impl Cost {
     pub(super) const ZERO: Self = Self { n_symbols: 0, work: 0 };
 }
 
-/// Weighs forms of one expression against each other.
+/// Compares the forms of one expression by their cost.
 pub(super) struct CostModel<'p> {
     pub(super) pool: &'p Pool,
     pub(super) meter: Meter,

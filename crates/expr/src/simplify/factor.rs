@@ -9,7 +9,7 @@ use crate::op::Op;
 use crate::pool::{Expr, ExprMap, Pool};
 use num_traits::{Signed, Zero};
 
-/// Which atom is factored out first.
+/// The atom to be factored out first.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Preference {
     /// The one that occurs in most terms.
@@ -45,7 +45,7 @@ fn factor_out(pool: &Pool, mut poly: Poly, preference: Preference) -> Expr {
     pool.mul(common, rest)
 }
 
-/// Takes out what all terms share: powers of atoms and the numeric content.
+/// Takes out the factors of all terms: powers of atoms and the numeric content.
 fn take_common(pool: &Pool, poly: &mut Poly) -> Expr {
     let mut shared = poly[0].monomial.clone();
     for term in &poly[1..] {
@@ -191,7 +191,7 @@ fn grouped(pool: &Pool, summands: &[Expr]) -> Expr {
     }))
 }
 
-/// Finds a² + b² + … + 2ab + … among the terms: the square of the sum, and what remains.
+/// Finds a² + b² + … + 2ab + … among the terms: the square of the sum, and the terms that remain.
 fn take_square(pool: &Pool, poly: &Poly) -> Option<(Expr, Poly)> {
     if poly.len() < 3 || poly.len() > MAX_SQUARE_TERMS {
         return None;

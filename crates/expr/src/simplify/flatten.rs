@@ -1,7 +1,7 @@
 //! Long sums and products in one piece.
 //!
 //! Constructors merge chains up to a limit only, so that building a million terms one by one stays
-//! linear. What is longer is a chain of pieces, and which pieces depends on the order of building;
+//! linear. A longer one is a chain of pieces, and which pieces depends on the order of building;
 //! here they become one chain in canonical order.
 
 use crate::number::Number;

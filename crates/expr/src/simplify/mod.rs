@@ -8,8 +8,8 @@
 //! ```
 //!
 //! The value never changes where the expression has one; removable singularities of quotients of
-//! sines and cosines are filled. Work is bounded by a [`Budget`]: parts that are not reached stay as
-//! they are. The result depends on the expression alone, not on the order it was built in.
+//! sines and cosines are filled. Work is bounded by a [`Budget`]: parts that are not reached stay
+//! as they are. The result depends on the expression alone, not on the order it was built in.
 
 mod best;
 mod budget;

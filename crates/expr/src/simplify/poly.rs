@@ -1,9 +1,9 @@
 //! Polynomials over atoms with exact coefficients, plain or with trigonometric products as sums.
 //!
 //! An atom is anything that is no sum, product or small integer power. In *Fourier form* every
-//! term carries at most one sine or cosine, because products are rewritten by the rows of
-//! [`PRODUCTS`]. The angles are linear forms with canonical sign, so equal expressions get equal terms: that is
-//! what makes cos a cos b − sin a sin b, sin² a + cos² a and their relatives collapse by themselves.
+//! term has at most one sine or cosine, because products are rewritten by the rows of [`PRODUCTS`].
+//! The angles are linear forms with canonical sign, so equal expressions get equal terms: therefore
+//! cos a cos b − sin a sin b, sin² a + cos² a and their relatives collapse by themselves.
 
 use super::rules::{PRODUCTS, Product};
 use crate::number::Number;
@@ -26,7 +26,7 @@ pub(super) struct Term {
 /// Terms with distinct monomials in canonical order; none is zero.
 pub(super) type Poly = Vec<Term>;
 
-/// How an expression is turned into a polynomial.
+/// The way in which an expression becomes a polynomial.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub(super) struct Reading {
     /// Products of sines and cosines become sums.

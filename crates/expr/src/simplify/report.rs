@@ -1,11 +1,11 @@
-//! What a simplification did, in numbers.
+//! The outcome of a simplification, in numbers.
 
 use super::budget::Limit;
 use crate::certificate::Certificate;
 use crate::pool::{Expr, Pool};
 use crate::print::Operations;
 
-/// What [`Pool::simplify_within`] found, and what it took.
+/// The outcome of [`Pool::simplify_within`].
 #[derive(Clone, PartialEq, Debug)]
 pub struct Simplified {
     /// One expression for each one given, with the same values.

@@ -2,7 +2,7 @@
 //!
 //! | table | left | right | used where |
 //! | --- | --- | --- | --- |
-//! | [`PRODUCTS`] | f a · g b | ½ (±h(a − b) ± h(a + b)) | two calls meet in a term of a Fourier form |
+//! | [`PRODUCTS`] | f a · g b | ½ (±h(a − b) ± h(a + b)) | a term of a Fourier form has two calls |
 //! | [`SUMS`] | f x ± f y | ±2 g ½(x + y) · h ½(x − y) | the halves have no larger denominators |
 //! | [`HALVINGS`] | cos 2a, sin 2a | squares and products of sin a, cos a | 2a is twice a simpler angle |
 //!

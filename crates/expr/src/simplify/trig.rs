@@ -1,6 +1,6 @@
 //! From Fourier form back to products and squares, where that is shorter.
 //!
-//! The identities are rows of [`rules`](super::rules); here they meet the terms of a polynomial.
+//! The identities are rows of [`rules`](super::rules); here they are applied to polynomials.
 
 use super::poly::{Monomial, Poly, Term, collect, is_trigonometric, multiply_monomials};
 use super::rules::{Halving, SUMS};
@@ -146,7 +146,7 @@ fn split_phase(pool: &Pool, call: Expr) -> Option<[(Expr, Expr); 2]> {
 }
 
 /// Two terms of one cofactor that merge into a product of two calls.
-struct Pair {
+struct MergingPair {
     terms: (usize, usize),
     calls: (Expr, Expr),
     product: Term,
@@ -178,7 +178,12 @@ pub(super) fn products(pool: &Pool, poly: &Poly) -> Poly {
 }
 
 /// The call that most remaining products share.
-fn most_frequent_call(pool: &Pool, poly: &Poly, pairs: &[Pair], is_used: &[bool]) -> Option<Expr> {
+fn most_frequent_call(
+    pool: &Pool,
+    poly: &Poly,
+    pairs: &[MergingPair],
+    is_used: &[bool],
+) -> Option<Expr> {
     let mut counts: BTreeMap<Expr, usize> = BTreeMap::new();
     for pair in pairs {
         let (a, b) = pair.calls;
@@ -187,7 +192,7 @@ fn most_frequent_call(pool: &Pool, poly: &Poly, pairs: &[Pair], is_used: &[bool]
             *counts.entry(b).or_default() += 2;
         }
     }
-    // A call that stands alone in some term costs nothing more.
+    // A call that is alone in some term costs nothing more.
     for (term, _) in poly.iter().zip(is_used).filter(|(_, used)| !**used) {
         for (atom, _) in &term.monomial {
             if let Some(count) = counts.get_mut(atom) {
@@ -202,7 +207,7 @@ fn most_frequent_call(pool: &Pool, poly: &Poly, pairs: &[Pair], is_used: &[bool]
 }
 
 /// All pairs of terms with equal cofactor and equal or opposite coefficient.
-fn all_pairs(pool: &Pool, poly: &Poly) -> Vec<Pair> {
+fn all_pairs(pool: &Pool, poly: &Poly) -> Vec<MergingPair> {
     let mut groups: Vec<(Monomial, Vec<(usize, Expr)>)> = Vec::new();
     let mut known: HashMap<Monomial, usize> = HashMap::new();
     for (index, term) in poly.iter().enumerate() {
@@ -224,7 +229,11 @@ fn all_pairs(pool: &Pool, poly: &Poly) -> Vec<Pair> {
                     pairs.extend(product.map(|(calls, coefficient)| {
                         let factors = multiply_monomials(pool, &[(calls.0, 1)], &[(calls.1, 1)]);
                         let monomial = multiply_monomials(pool, &cofactor, &factors);
-                        Pair { terms: (i, j), calls, product: Term { monomial, coefficient } }
+                        MergingPair {
+                            terms: (i, j),
+                            calls,
+                            product: Term { monomial, coefficient },
+                        }
                     }));
                 }
             }

@@ -1,5 +1,5 @@
-//! Sines and cosines of sums by those of the terms: more operations in one expression, fewer in many
-//! that share them.
+//! Sines and cosines of sums by those of the terms: more operations in one expression, fewer in
+//! many that share them.
 //!
 //! ```text
 //! Σ_l c_l sin(a − b_l) = sin a (Σ_l c_l cos b_l) − cos a (Σ_l c_l sin b_l)
@@ -55,7 +55,7 @@ mod tests {
     use crate::pool::Pool;
 
     #[test]
-    fn what_sines_have_in_common_is_taken_out() {
+    fn common_sines_and_cosines_are_taken_out() {
         let pool = Pool::new();
         let e = pool.parse("k*sin(a - b) + m*sin(a - c)").expect("valid");
         let unfolded = pool.unfold_angles(e);

@@ -8,7 +8,7 @@ use crate::pool::{Pool, SymbolId};
 use crate::sweep::{Step, Sweep};
 use std::collections::{HashMap, HashSet};
 
-/// What an operand of a chain is.
+/// An operand of a chain.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub(super) enum Part {
     /// The step at this position.
@@ -32,7 +32,7 @@ pub(super) struct Chains {
 
 impl Chains {
     pub(super) fn new(pool: &Pool, sweep: &Sweep, inputs: &[SymbolId]) -> Self {
-        let mut reader = Reader::new(pool, sweep, inputs);
+        let mut reader = ChainReader::new(pool, sweep, inputs);
         let (mut sums, mut products) = (Vec::new(), Vec::new());
         for (position, step) in sweep.steps.iter().enumerate() {
             if reader.is_early[position] || !matches!(step.op, Op::Add | Op::Mul) {
@@ -85,18 +85,18 @@ impl Chains {
     }
 }
 
-struct Reader<'s> {
+struct ChainReader<'s> {
     pool: &'s Pool,
     sweep: &'s Sweep,
     /// Steps that depend on parameters only.
     is_early: Vec<bool>,
-    /// What each step is but for its sign.
+    /// Each step but for its sign.
     unsigned: Vec<Operand>,
     known: HashMap<Part, u32>,
     parts: Vec<Part>,
 }
 
-impl<'s> Reader<'s> {
+impl<'s> ChainReader<'s> {
     fn new(pool: &'s Pool, sweep: &'s Sweep, inputs: &[SymbolId]) -> Self {
         let inputs: HashSet<SymbolId> = inputs.iter().copied().collect();
         let mut is_early: Vec<bool> = Vec::with_capacity(sweep.steps.len());

@@ -1,4 +1,4 @@
-//! From expressions to a tape: which instructions there are, before their order is known.
+//! From expressions to a tape: its instructions, before their order is known.
 
 use super::chains::{Chains, Part};
 use super::schedule::Section;
@@ -26,8 +26,8 @@ impl Tape {
         compiler.chains = Chains::new(pool, &sweep, inputs);
         compiler.parts = vec![None; compiler.chains.n_parts()];
         for (position, step) in sweep.steps.iter().enumerate() {
-            let place = compiler.place(pool, &sweep, (position, step))?;
-            compiler.places.push(place);
+            let value = compiler.emit_step(pool, &sweep, (position, step))?;
+            compiler.values.push(value);
         }
         let roots: Vec<Register> =
             sweep.roots.iter().map(|&root| compiler.register(root)).collect();
@@ -52,9 +52,9 @@ impl Register {
     }
 }
 
-/// Where the value of a step is found.
+/// The register of a step's value, but for its sign.
 #[derive(Clone, Copy, Debug)]
-struct Place {
+struct SignedRegister {
     register: Register,
     /// The value is minus the register's: sums subtract it instead of negating first.
     is_negated: bool,
@@ -70,7 +70,8 @@ struct Compiler {
     prologue: Vec<Key>,
     body: Vec<Key>,
     known: HashMap<Key, Register>,
-    places: Vec<Place>,
+    /// Values of the steps so far.
+    values: Vec<SignedRegister>,
     chains: Chains,
     /// Registers of the chains' parts beyond the steps, once they are emitted.
     parts: Vec<Option<Register>>,
@@ -94,7 +95,7 @@ impl Compiler {
             prologue: Vec::new(),
             body: Vec::new(),
             known: HashMap::new(),
-            places: Vec::new(),
+            values: Vec::new(),
             chains: Chains::default(),
             parts: Vec::new(),
         }
@@ -131,18 +132,18 @@ impl Compiler {
 
     /// The register with the value of a step, negated into one of its own if need be.
     fn register(&mut self, position: usize) -> Register {
-        self.plain(self.places[position])
+        self.plain(self.values[position])
     }
 
-    fn plain(&mut self, place: Place) -> Register {
-        if !place.is_negated {
-            return place.register;
+    fn plain(&mut self, value: SignedRegister) -> Register {
+        if !value.is_negated {
+            return value.register;
         }
-        self.emit_two(Action::Negate, place.register, place.register)
+        self.emit_two(Action::Negate, value.register, value.register)
     }
 
     /// The value of an operand of a chain; parts are emitted when first asked for.
-    fn operand(&mut self, operand: Operand) -> Place {
+    fn operand(&mut self, operand: Operand) -> SignedRegister {
         let mut path = vec![operand.id];
         while let Some(&id) = path.last() {
             let waiting: Vec<u32> = match self.chains.part(id) {
@@ -160,16 +161,18 @@ impl Compiler {
                 path.extend(waiting);
             }
         }
-        let place = self.emitted(operand.id).expect("the part was just emitted");
-        Place { is_negated: place.is_negated != operand.is_negated, ..place }
+        let value = self.emitted(operand.id).expect("the part was just emitted");
+        SignedRegister { is_negated: value.is_negated != operand.is_negated, ..value }
     }
 
     /// The value of a step or part, if it is emitted.
-    fn emitted(&self, id: u32) -> Option<Place> {
+    fn emitted(&self, id: u32) -> Option<SignedRegister> {
         let n_steps = self.chains.n_steps();
         match (id as usize).checked_sub(n_steps) {
-            None => self.places.get(id as usize).copied(),
-            Some(part) => self.parts[part].map(|register| Place { register, is_negated: false }),
+            None => self.values.get(id as usize).copied(),
+            Some(part) => {
+                self.parts[part].map(|register| SignedRegister { register, is_negated: false })
+            }
         }
     }
 
@@ -192,32 +195,32 @@ impl Compiler {
         if self.parts[part].is_some() {
             return;
         }
-        let places: Vec<Place> = operands
+        let values: Vec<SignedRegister> = operands
             .into_iter()
             .map(|o| {
-                let place = self.emitted(o.id).expect("operands are emitted before their part");
-                Place { is_negated: place.is_negated != o.is_negated, ..place }
+                let value = self.emitted(o.id).expect("operands are emitted before their part");
+                SignedRegister { is_negated: value.is_negated != o.is_negated, ..value }
             })
             .collect();
         self.parts[part] = if op == Op::Add {
-            let sum = self.sum(places);
+            let sum = self.sum(values);
             let number = number.map(|number| self.register(number as usize));
             Some(number.map_or(sum, |n| self.emit_two(Action::Multiply, n, sum)))
         } else {
-            let factors = places.into_iter().map(|place| self.plain(place)).collect();
+            let factors = values.into_iter().map(|value| self.plain(value)).collect();
             self.multiply_all(factors)
         };
     }
 
     /// Emits one step.
-    fn place(
+    fn emit_step(
         &mut self,
         pool: &Pool,
         sweep: &Sweep,
         (position, step): (usize, &Step),
-    ) -> Result<Place, TapeError> {
+    ) -> Result<SignedRegister, TapeError> {
         let chain = self.chains.of(index(position)).map(<[Operand]>::to_vec);
-        let chain: Option<Vec<Place>> =
+        let chain: Option<Vec<SignedRegister>> =
             chain.map(|chain| chain.into_iter().map(|operand| self.operand(operand)).collect());
         let operands: Vec<usize> = sweep.operands(step).collect();
         let mut is_negated = false;
@@ -231,15 +234,15 @@ impl Compiler {
             }
             (Op::Add, terms) => {
                 let terms =
-                    chain.unwrap_or_else(|| terms.iter().map(|&t| self.places[t]).collect());
+                    chain.unwrap_or_else(|| terms.iter().map(|&t| self.values[t]).collect());
                 self.sum(terms)
             }
             (Op::Mul, &[a, b])
                 if pool.as_number(sweep.steps[a].expr) == Some(Number::MINUS_ONE) =>
             {
-                let place = self.places[b];
-                is_negated = !place.is_negated;
-                place.register
+                let value = self.values[b];
+                is_negated = !value.is_negated;
+                value.register
             }
             (Op::Mul, factors) => self.product(pool, sweep, factors, chain),
             (Op::Pow, &[base, exponent]) => {
@@ -262,28 +265,28 @@ impl Compiler {
             (Op::Pair, _) => self.constant(0.0),
             (op, operands) => unreachable!("{op:?} on {} operands", operands.len()),
         };
-        Ok(Place { register, is_negated })
+        Ok(SignedRegister { register, is_negated })
     }
 
     /// Early terms first, so that they are summed once; positive terms lead.
-    fn sum(&mut self, mut places: Vec<Place>) -> Register {
-        places.sort_by_key(|place| (!place.register.is_early(), place.is_negated));
-        let first = places[0];
+    fn sum(&mut self, mut values: Vec<SignedRegister>) -> Register {
+        values.sort_by_key(|value| (!value.register.is_early(), value.is_negated));
+        let first = values[0];
         let mut sum = first.register;
         if first.is_negated {
             // Minus leads: −a + b is b − a if any positive term exists.
-            match places.iter().position(|place| !place.is_negated) {
+            match values.iter().position(|value| !value.is_negated) {
                 Some(positive) => {
-                    let lead = places.remove(positive);
-                    places.insert(0, lead);
+                    let lead = values.remove(positive);
+                    values.insert(0, lead);
                     sum = lead.register;
                 }
                 None => sum = self.emit_two(Action::Negate, sum, sum),
             }
         }
-        for place in &places[1..] {
-            let action = if place.is_negated { Action::Subtract } else { Action::Add };
-            sum = self.emit_two(action, sum, place.register);
+        for value in &values[1..] {
+            let action = if value.is_negated { Action::Subtract } else { Action::Add };
+            sum = self.emit_two(action, sum, value.register);
         }
         sum
     }
@@ -294,7 +297,7 @@ impl Compiler {
         pool: &Pool,
         sweep: &Sweep,
         factors: &[usize],
-        chain: Option<Vec<Place>>,
+        chain: Option<Vec<SignedRegister>>,
     ) -> Register {
         let (mut numerator, mut denominator) = (Vec::new(), Vec::new());
         for &factor in factors {
@@ -304,8 +307,8 @@ impl Compiler {
                 None => (),
             }
         }
-        for place in chain.into_iter().flatten() {
-            numerator.push(self.plain(place));
+        for value in chain.into_iter().flatten() {
+            numerator.push(self.plain(value));
         }
         let one = self.constant(1.0);
         let numerator = self.multiply_all(numerator).unwrap_or(one);
@@ -347,7 +350,7 @@ impl Compiler {
         if n < 0 { self.emit_two(Action::Divide, one, result) } else { result }
     }
 
-    /// Orders what the outputs need and numbers the registers.
+    /// Orders the instructions that the outputs need and numbers the registers.
     fn finish(self, roots: &[Register], n_parameters: usize, n_inputs: usize) -> Tape {
         let in_prologue = |register| match register {
             Register::Prologue(i) => Some(i as usize),

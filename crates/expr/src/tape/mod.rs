@@ -18,7 +18,7 @@ mod share;
 use crate::op::Function;
 use crate::pool::SymbolId;
 
-/// Why outputs cannot be compiled.
+/// Reason why outputs cannot be compiled.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TapeError {
@@ -32,7 +32,7 @@ pub enum TapeError {
     },
 }
 
-/// What one instruction computes from its registers.
+/// The computation of one instruction on its registers.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub(crate) enum Action {
     Add,
@@ -41,7 +41,7 @@ pub(crate) enum Action {
     Divide,
     Negate,
     Power,
-    /// Sines and cosines of the `b` angles that stand in [`Tape::angles`] from `a` on.
+    /// Sines and cosines of the `b` angles in [`Tape::angles`] from `a` on.
     Turn,
     /// Any function; in a finished tape neither sine nor cosine, which are turns.
     Call(Function),

@@ -1,11 +1,11 @@
-//! The order of instructions: what the outputs need, operands first, angles gathered.
+//! The order of instructions: those that the outputs need, operands first, angles gathered.
 //!
 //! A sine or cosine whose angle holds no other sine or cosine has level 1, one of an angle that
 //! holds level n has level n + 1. All angles of one level are known at the same time, so they make
 //! one turn:
 //!
 //! ```text
-//! what angles of level 1 need | turn 1 | what else angles of level 2 need | turn 2 | … | the rest
+//! operands of level 1 | turn 1 | further operands of level 2 | turn 2 | … | all others
 //! ```
 //!
 //! Within each part, operands come right before their first user: few values are alive at a time.
@@ -35,7 +35,7 @@ enum Entry {
 struct Turn {
     angles: Vec<Register>,
     /// Positions of keys, with the position of their result among those of the turn; that of a
-    /// cosine is counted behind the sines.
+    /// cosine is counted after the sines.
     sines: Vec<(usize, usize)>,
     cosines: Vec<(usize, usize)>,
 }
@@ -45,12 +45,13 @@ fn is_turned((action, ..): &Key) -> bool {
 }
 
 impl<'k> Section<'k> {
-    /// Orders what `roots` need of `keys`; `own` gives the position of a register of this section.
+    /// Orders the `keys` that `roots` need; `own` gives the position of a register of this section.
     pub(super) fn new(
         keys: &'k [Key],
         own: impl Fn(Register) -> Option<usize>,
         roots: &[Register],
     ) -> Self {
+        // The keys that the roots need, users before operands.
         let operands = |&(_, a, b, c): &Key| [a, b, c].map(&own).into_iter().flatten();
         let mut is_needed = vec![false; keys.len()];
         roots.iter().copied().filter_map(&own).for_each(|root| is_needed[root] = true);
@@ -62,10 +63,11 @@ impl<'k> Section<'k> {
             }
         }
 
+        // Orders a key after its operands: depth first without recursion, a position is left once
+        // its operands are ordered.
         let mut order = Vec::new();
         let mut is_ordered = vec![false; keys.len()];
         let mut demand = |root: Register, order: &mut Vec<Entry>| {
-            // Depth first without recursion: a position is left once its operands are ordered.
             let mut path: Vec<usize> = own(root).into_iter().collect();
             while let Some(&position) = path.last() {
                 let missing = operands(&keys[position]).find(|&o| !is_ordered[o]);
@@ -83,6 +85,7 @@ impl<'k> Section<'k> {
                 }
             }
         };
+        // Level by level, then the roots.
         for turn in turns(keys, &is_needed, &operands) {
             for &angle in &turn.angles {
                 demand(angle, &mut order);
@@ -182,13 +185,13 @@ fn turns<I: Iterator<Item = usize>>(
         }
         let turn = &mut turns[level];
         let &(action, angle, ..) = key;
-        let place = *positions.entry(angle).or_insert_with(|| {
+        let angle_idx = *positions.entry(angle).or_insert_with(|| {
             turn.angles.push(angle);
             turn.angles.len() - 1
         });
         let is_sine = action == Action::Call(Function::Sin);
         let results = if is_sine { &mut turn.sines } else { &mut turn.cosines };
-        results.push((position, place));
+        results.push((position, angle_idx));
     }
     turns
 }

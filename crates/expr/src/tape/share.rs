@@ -3,8 +3,8 @@
 //! Sums and products come as chains of operands, and which two operands are combined first is
 //! free. The pair that occurs in most chains is taken out and becomes an operand itself, again and
 //! again until no pair occurs twice: greedy, as M. A. Breuer, *Generation of optimal code for
-//! expressions via factorization*, Commun. ACM 12 (1969). What depends on parameters only is
-//! combined beforehand and counts as one operand, for it costs nothing at evaluation.
+//! expressions via factorization*, Commun. ACM 12 (1969). Operands that depend on parameters only
+//! are combined beforehand and count as one, for they cost nothing at evaluation.
 
 use std::collections::{BinaryHeap, HashMap};
 

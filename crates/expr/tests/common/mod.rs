@@ -189,18 +189,18 @@ impl Recipe {
     pub(crate) fn with_symbol_replaced(&self, symbol: usize, inner: &Self) -> Self {
         let mut steps = inner.steps.clone();
         let (offset, result) = (steps.len(), steps.len() - 1);
-        let place = |i: usize| match self.steps[i] {
+        let position = |i: usize| match self.steps[i] {
             Step::Symbol(found) if found == symbol => result,
             _ => offset + i,
         };
         steps.extend(self.steps.iter().map(|step| match step {
             Step::Symbol(_) | Step::Rational(..) | Step::Pi => step.clone(),
-            Step::Sum(terms) => Step::Sum(terms.iter().map(|t| (place(t.0), t.1)).collect()),
-            Step::Product(factors) => Step::Product(factors.iter().map(|&f| place(f)).collect()),
-            Step::Quotient(a, b) => Step::Quotient(place(*a), place(*b)),
-            Step::IntegerPower(a, n) => Step::IntegerPower(place(*a), *n),
-            Step::Power(a, b) => Step::Power(place(*a), place(*b)),
-            Step::Call(f, operands) => Step::Call(*f, operands.map(place)),
+            Step::Sum(terms) => Step::Sum(terms.iter().map(|t| (position(t.0), t.1)).collect()),
+            Step::Product(factors) => Step::Product(factors.iter().map(|&f| position(f)).collect()),
+            Step::Quotient(a, b) => Step::Quotient(position(*a), position(*b)),
+            Step::IntegerPower(a, n) => Step::IntegerPower(position(*a), *n),
+            Step::Power(a, b) => Step::Power(position(*a), position(*b)),
+            Step::Call(f, operands) => Step::Call(*f, operands.map(position)),
         }));
         Self { steps }
     }
@@ -264,7 +264,7 @@ impl Recipe {
         })
     }
 
-    /// What the result may be at a point.
+    /// The results allowed at a point.
     pub(crate) fn expected(&self, point: &Point) -> Expected {
         let used = self.used();
         let scale_of = |values: &[f64]| {
@@ -362,7 +362,7 @@ fn call(function: Function, a: f64, b: f64, c: f64) -> f64 {
     }
 }
 
-/// What an expression that equals a recipe may give at a point.
+/// The values that an expression equal to a recipe may have at a point.
 #[derive(Clone, Debug)]
 pub(crate) struct Expected {
     /// The value of the recipe there.
