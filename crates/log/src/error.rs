@@ -1,4 +1,4 @@
-//! What can go wrong with a log.
+//! [`LogError`]: why a log cannot be written, read or exported.
 
 use std::io;
 
@@ -24,7 +24,7 @@ pub enum LogError {
     /// The bytes contradict themselves: a checksum, a length or a reference is wrong.
     #[error("log is damaged: {reason}")]
     Damaged {
-        /// What was found.
+        /// The contradiction.
         reason: String,
     },
 

@@ -2,9 +2,9 @@
 
 use std::io::{Read, Write};
 
-use crate::{EndStatus, LogError, LogReader, Record, Selection, Wanted};
+use crate::{EndStatus, LogError, LogReader, Record, Request, Selection};
 
-/// What an export came to.
+/// The result of an export.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Exported {
     /// Rows written, the heading not counted.
@@ -57,18 +57,18 @@ pub fn rows<R: Read>(
     selection: &Selection,
     mut put: impl FnMut(f64, &[Option<f64>]) -> Result<(), LogError>,
 ) -> Result<Exported, LogError> {
-    // The columns of each topic: place in the sample, place in the row.
+    // The columns of each topic: index in the sample, index in the row.
     let mut columns_of = vec![Vec::new(); log.header().topics.len()];
     for (column_idx, column) in selection.columns().iter().enumerate() {
         columns_of[column.topic.0].push((column.field_idx, column_idx));
     }
-    let mut wanted = Wanted::default();
+    let mut request = Request::default();
     for column in selection.columns() {
-        if !wanted.topics.contains(&column.topic) {
-            wanted.topics.push(column.topic);
+        if !request.topics.contains(&column.topic) {
+            request.topics.push(column.topic);
         }
     }
-    let mut log = log.only(&wanted);
+    let mut log = log.only(&request);
     let mut cells = vec![None; selection.columns().len()];
     let mut row_t: Option<f64> = None;
     let mut n_rows = 0;

@@ -98,8 +98,8 @@ impl<R: Read> Frames<R> {
         self.records.clear();
         while let Some(event) = self.linear.next_event() {
             match event {
-                Ok(LinearReadEvent::ReadRequest(wanted)) => {
-                    let space = self.linear.insert(wanted.min(READ_SIZE));
+                Ok(LinearReadEvent::ReadRequest(n_bytes)) => {
+                    let space = self.linear.insert(n_bytes.min(READ_SIZE));
                     let n_read = read_some(&mut self.source, space)?;
                     self.linear.notify_read(n_read);
                 }

@@ -1,14 +1,7 @@
-//! What a log tells about its run, apart from the samples: plain data, and the rules for names.
+//! The content of a log apart from its samples, as plain data: how the run begins and ends, the notes
+//! and the motion between samples.
 
-use std::collections::{BTreeMap, BTreeSet};
-
-use crate::{LogError, schema, viewer};
-
-/// Topic of the [`Note`]s; every log has it, and no [`Topic`] may take its name.
-pub const LOG_TOPIC: &str = "/log";
-
-/// Topic of the [`Segment`]s; every log has it, and no [`Topic`] may take its name.
-pub const MOTION_TOPIC: &str = "/motion";
+use std::collections::BTreeMap;
 
 /// One signal of a topic.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -54,12 +47,12 @@ pub(crate) fn dotted(topic_name: &str) -> String {
     topic_name.trim_start_matches('/').replace('/', ".")
 }
 
-/// Handle to one topic of a [`Header`]: its place in [`Header::topics`].
+/// Handle to one topic of a [`Header`]: its index in [`Header::topics`].
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct TopicId(pub(crate) usize);
 
 impl TopicId {
-    /// Its place in [`Header::topics`].
+    /// Its index in [`Header::topics`].
     pub fn index(self) -> usize {
         self.0
     }
@@ -134,62 +127,10 @@ impl Header {
         if self.t_end < self.t_start { -1.0 } else { 1.0 }
     }
 
-    /// The time, s, that lies so many nanoseconds behind the start.
+    /// The time, s, so many nanoseconds after the start.
     pub(crate) fn time(&self, nanoseconds: u64) -> f64 {
         self.t_start + self.direction() * (nanoseconds as f64 / 1e9)
     }
-
-    /// Checks that every name can be written and found again.
-    pub(crate) fn check_names(&self) -> Result<(), LogError> {
-        if !is_identifier(&self.model_format) {
-            return Err(bad_name("model format", &self.model_format));
-        }
-        // Different topics may still share one message name: `/a_b` and `/a/b` are both `AB`.
-        let mut messages = BTreeSet::new();
-        for topic in &self.topics {
-            let Some(segments) = topic.name.strip_prefix('/') else {
-                return Err(bad_name("topic", &topic.name));
-            };
-            if !segments.split('/').all(is_identifier) {
-                return Err(bad_name("topic", &topic.name));
-            }
-            if [LOG_TOPIC, MOTION_TOPIC].contains(&topic.name.as_str())
-                || viewer::is_taken(&topic.name)
-                || !messages.insert(schema::message_name(&topic.name))
-            {
-                return Err(duplicate("topic", &topic.name));
-            }
-            check_field_names(topic)?;
-        }
-        Ok(())
-    }
-}
-
-fn check_field_names(topic: &Topic) -> Result<(), LogError> {
-    let mut names = BTreeSet::from(["t"]);
-    for field in &topic.fields {
-        if !is_identifier(&field.name) {
-            return Err(bad_name("field", &field.name));
-        }
-        if !names.insert(&field.name) {
-            return Err(duplicate("field", &topic.column_name(field)));
-        }
-    }
-    Ok(())
-}
-
-/// Protobuf allows ASCII letters, digits and `_` in names, and no digit in front.
-fn is_identifier(name: &str) -> bool {
-    name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
-        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
-}
-
-fn bad_name(what: &'static str, name: &str) -> LogError {
-    LogError::BadName { what, name: name.into() }
-}
-
-fn duplicate(what: &'static str, name: &str) -> LogError {
-    LogError::DuplicateName { what, name: name.into() }
 }
 
 /// Whether a run came to its end time.
@@ -212,7 +153,7 @@ pub struct EndStatus {
     pub reason: String,
     /// Counters, residuals and other results, by name.
     pub summary: BTreeMap<String, String>,
-    /// All that is told of the run, as JSON; may be empty.
+    /// The report of the run as JSON; may be empty.
     pub details: String,
 }
 
@@ -263,6 +204,6 @@ pub struct Note {
     pub level: Level,
     /// Time, s.
     pub t: f64,
-    /// What happened.
+    /// The event in words.
     pub text: String,
 }

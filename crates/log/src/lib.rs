@@ -20,7 +20,7 @@
 //!
 //! # The file
 //!
-//! In the order of the file, so that a run killed half-way still tells what it was:
+//! In the order of the file, so that a run killed half-way still has its description:
 //!
 //! | record | holds |
 //! |---|---|
@@ -31,9 +31,9 @@
 //! | one schema and channel per topic | protobuf message `bksim.State` for topic `/state` and so on: field 1 is `t` in seconds, then one double per signal; units and descriptions are channel metadata `angle.unit`, `angle.description` |
 //! | channel `/log` | warnings and events, schema `foxglove.Log` |
 //! | channel `/motion` | the motion between samples, one message per step of the integrator: schema `bksim.Motion`, see [`Segment`] |
-//! | channels `/tf`, `/scene`, `/spans`, `/joint_states`, `/outlines/…` | what programs show that know nothing of bksim, in schemas that Foxglove has published: see [`Stage`]; this crate's reader passes them over, as it does all whose schema is not in package `bksim` |
+//! | channels `/tf`, `/scene`, `/spans`, `/joint_states`, `/outlines/…` | the scene and the motion for programs that know nothing of bksim, in schemas that Foxglove has published: see [`Stage`]; this crate's reader passes them over, as it does all whose schema is not in package `bksim` |
 //! | chunks of messages | the samples, zstd, each chunk with its CRC |
-//! | attachment `bksim.checkpoint` | what the run goes on from, if it was stopped; bytes of its solver |
+//! | attachment `bksim.checkpoint` | the state from which a stopped run goes on; bytes of its solver |
 //! | metadata `bksim.end` | how the run ended; `details`: its events, methods, work, residuals and energies as JSON; a log without it was cut short |
 //!
 //! `log_time` is the distance from the start time in nanoseconds: it starts at 0 however early the
@@ -52,21 +52,23 @@ pub mod export;
 mod frames;
 mod header;
 mod meta;
+mod names;
 mod read;
 mod schema;
 mod select;
+mod topics;
 mod viewer;
 mod wire;
 mod write;
 
 pub use error::LogError;
 pub use header::{
-    EndStatus, Field, Header, LOG_TOPIC, Level, MOTION_TOPIC, Note, Outcome, Quantity, Segment,
-    Topic, TopicId,
+    EndStatus, Field, Header, Level, Note, Outcome, Quantity, Segment, Topic, TopicId,
 };
 pub use read::{
-    Contents, ForeignTopic, Log, LogReader, Record, Series, Survey, TopicCount, Wanted,
+    Contents, ForeignTopic, Log, LogReader, Record, Request, Series, Survey, TopicCount,
 };
 pub use select::{Column, Selection};
+pub use topics::{LOG_TOPIC, MOTION_TOPIC};
 pub use viewer::{Area, Entity, Joint, JointState, Line, Moment, Placement, Stage, Viewers};
 pub use write::LogWriter;

@@ -11,7 +11,7 @@ pub(crate) const RUN: &str = "bksim.run";
 pub(crate) const PARAMETERS: &str = "bksim.parameters";
 pub(crate) const OPTIONS: &str = "bksim.options";
 pub(crate) const END: &str = "bksim.end";
-/// Name of the attachment that holds it.
+/// Name of the attachment with the state of a stopped run.
 pub(crate) const CHECKPOINT: &str = "bksim.checkpoint";
 
 const DIGEST: &str = "digest";
@@ -23,7 +23,7 @@ pub(crate) fn sha256(bytes: &[u8]) -> String {
 }
 
 fn hex(bytes: &[u8]) -> String {
-    let digit = |nibble: u8| char::from_digit(nibble.into(), 16).unwrap_or_default();
+    let digit = |nibble: u8| char::from_digit(nibble.into(), 16).expect("four bits are a digit");
     bytes.iter().flat_map(|byte| [digit(byte >> 4), digit(byte & 15)]).collect()
 }
 

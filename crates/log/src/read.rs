@@ -35,9 +35,9 @@ pub enum Record<'a> {
     Segment(&'a Segment),
 }
 
-/// Which records a reader makes: see [`LogReader::only`].
+/// The records that a reader makes: see [`LogReader::only`].
 #[derive(Clone, PartialEq, Eq, Default, Debug)]
-pub struct Wanted {
+pub struct Request {
     /// Samples of these topics.
     pub topics: Vec<TopicId>,
     /// Lines of the topic `/log`.
@@ -46,9 +46,9 @@ pub struct Wanted {
     pub motion: bool,
 }
 
-impl Wanted {
+impl Request {
     /// Segments of the motion alone.
-    pub const MOTION: Wanted = Wanted { topics: Vec::new(), notes: false, motion: true };
+    pub const MOTION: Request = Request { topics: Vec::new(), notes: false, motion: true };
 }
 
 /// Reads a log from any stream of bytes with bounded memory, checking every checksum.
@@ -66,7 +66,7 @@ pub struct LogReader<R> {
     end: Option<EndStatus>,
 }
 
-/// What the messages of one channel mean.
+/// The meaning of the messages of one channel.
 enum Decoder {
     Sample {
         topic: TopicId,
@@ -107,7 +107,7 @@ impl<R: Read> LogReader<R> {
         prologue.into_reader(frames)
     }
 
-    /// What the log tells about its run.
+    /// The description of the run.
     pub fn header(&self) -> &Header {
         &self.header
     }
@@ -123,32 +123,32 @@ impl<R: Read> LogReader<R> {
         self.end.as_ref().filter(|_| self.frames.state() == State::Complete)
     }
 
-    /// What a run that was stopped goes on from: known when [`LogReader::end`] is, with the checksum
+    /// The state from which a stopped run goes on: known when [`LogReader::end`] is, with the checksum
     /// of the whole verified.
     pub fn checkpoint(&self) -> Option<&[u8]> {
         self.checkpoint.as_deref().filter(|_| self.frames.state() == State::Complete)
     }
 
-    /// The same reader, passing over everything that is not wanted: its bytes are checked, but not
+    /// The same reader, passing over everything that is not asked for: its bytes are checked, but not
     /// made into records. The end and the checkpoint are known all the same.
     ///
     /// ```
-    /// # use bksim_log::{EndStatus, Field, Header, LogReader, LogWriter, Outcome, Topic, Wanted};
+    /// # use bksim_log::{EndStatus, Field, Header, LogReader, LogWriter, Outcome, Request, Topic};
     /// # let mut header = Header::new("pendulum", "toml", "", "0.1.0");
     /// # let state = header.add_topic(Topic::new("/state", [Field::new("angle", "rad", "")]));
     /// # let mut writer = LogWriter::create(Vec::new(), &header)?;
     /// # writer.write(state, 0.0, &[0.5])?;
     /// # let bytes = writer.finish(&EndStatus::new(Outcome::ReachedEnd, 0.1, ""))?;
-    /// let mut motion = LogReader::open(&bytes[..])?.only(&Wanted::MOTION);
+    /// let mut motion = LogReader::open(&bytes[..])?.only(&Request::MOTION);
     /// assert_eq!(motion.next_record()?, None);
     /// # Ok::<(), bksim_log::LogError>(())
     /// ```
     #[must_use]
-    pub fn only(mut self, wanted: &Wanted) -> LogReader<R> {
+    pub fn only(mut self, request: &Request) -> LogReader<R> {
         self.decoders.retain(|_, decoder| match decoder {
-            Decoder::Sample { topic, .. } => wanted.topics.contains(topic),
-            Decoder::Note => wanted.notes,
-            Decoder::Segment => wanted.motion,
+            Decoder::Sample { topic, .. } => request.topics.contains(topic),
+            Decoder::Note => request.notes,
+            Decoder::Segment => request.motion,
             Decoder::Foreign => false,
         });
         self
@@ -157,8 +157,8 @@ impl<R: Read> LogReader<R> {
     /// The next sample or note, in the order they were written; `None` at the end of the data.
     ///
     /// # Errors
-    /// [`LogError::Damaged`], [`LogError::TooLarge`] and [`LogError::Io`]. What was returned before
-    /// had the right checksum.
+    /// [`LogError::Damaged`], [`LogError::TooLarge`] and [`LogError::Io`]. Records returned before had
+    /// the right checksum.
     pub fn next_record(&mut self) -> Result<Option<Record<'_>>, LogError> {
         while let Some((opcode, body)) = self.frames.next()? {
             match opcode {
@@ -208,8 +208,8 @@ fn metadata(body: &[u8]) -> Result<Metadata, LogError> {
     }
 }
 
-/// Channel, log time and data of a message. In between are its number (u32) and, behind the log time,
-/// the time of publication (u64).
+/// Channel, log time and data of a message. In between are its number (u32) and, after the log time, the
+/// time of publication (u64).
 fn message(body: &[u8]) -> Result<(u16, u64, &[u8]), LogError> {
     let parts = || {
         let (channel_id, rest) = body.split_first_chunk::<2>()?;
@@ -316,7 +316,7 @@ fn bad_message(_: Malformed) -> LogError {
 /// A whole log in memory: samples take 8 bytes per value.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Log {
-    /// What the log tells about its run.
+    /// The description of the run.
     pub header: Header,
     /// SHA-256 of the model text, hexadecimal; verified.
     pub model_sha256: String,

@@ -39,10 +39,12 @@ pub(crate) mod motion_number {
     pub(crate) const DEPENDENT: u32 = 5;
 }
 
-/// Protobuf field number of a signal by its place; 19000 to 19999 belong to protobuf itself.
+/// Protobuf field number of a signal by its index; 19000 to 19999 belong to protobuf itself.
 pub(crate) fn field_number(field_idx: usize) -> u32 {
-    let number = u32::try_from(field_idx).unwrap_or(u32::MAX).saturating_add(T_NUMBER + 1);
-    if number < 19_000 { number } else { number.saturating_add(1_000) }
+    let field_idx =
+        u32::try_from(field_idx).expect("a topic that fits into a record has few fields");
+    let number = field_idx + T_NUMBER + 1;
+    if number < 19_000 { number } else { number + 1_000 }
 }
 
 /// The message name of a topic, in camel case: `/solver_steps` gives `SolverSteps`.
@@ -119,14 +121,16 @@ fn scalar(name: &str, number: u32, r#type: Type) -> FieldDescriptorProto {
         name: Some(name.into()),
         // Spelled out: derived JSON names of `a_b` and `aB` would collide.
         json_name: Some(name.into()),
-        number: Some(i32::try_from(number).unwrap_or(i32::MAX)),
+        number: Some(
+            i32::try_from(number).expect("a topic that fits into a record has few fields"),
+        ),
         label: Some(Label::Optional as i32),
         r#type: Some(r#type as i32),
         ..FieldDescriptorProto::default()
     }
 }
 
-/// The doubles of one message: the number that `t` has, then name and number of each signal.
+/// The doubles of one message: the field number of `t`, then name and number of each signal.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct Layout {
     pub(crate) t_number: Option<u64>,
@@ -145,14 +149,14 @@ pub(crate) fn layout(set: &[u8], schema_name: &str) -> Result<Option<Layout>, Ma
         for message in messages(file, 4) {
             let message = message?;
             let name = text(message, 1)?;
-            let is_wanted = match package {
+            let is_meant = match package {
                 "" => name == schema_name,
                 _ => schema_name.split_once('.').is_some_and(|_| {
                     schema_name.strip_prefix(package).and_then(|rest| rest.strip_prefix('.'))
                         == Some(name)
                 }),
             };
-            if is_wanted {
+            if is_meant {
                 return message_layout(message).map(Some);
             }
         }
@@ -177,25 +181,25 @@ fn message_layout(message: &[u8]) -> Result<Layout, Malformed> {
     Ok(layout)
 }
 
-fn messages(bytes: &[u8], wanted: u64) -> impl Iterator<Item = Result<&[u8], Malformed>> {
+fn messages(bytes: &[u8], field_number: u64) -> impl Iterator<Item = Result<&[u8], Malformed>> {
     Fields::new(bytes).filter_map(move |field| match field {
-        Ok((number, Value::Bytes(message))) if number == wanted => Some(Ok(message)),
+        Ok((number, Value::Bytes(message))) if number == field_number => Some(Ok(message)),
         Ok(_) => None,
         Err(error) => Some(Err(error)),
     })
 }
 
-fn text(bytes: &[u8], wanted: u64) -> Result<&str, Malformed> {
-    match messages(bytes, wanted).next() {
+fn text(bytes: &[u8], field_number: u64) -> Result<&str, Malformed> {
+    match messages(bytes, field_number).next() {
         Some(text) => std::str::from_utf8(text?).map_err(|_| Malformed),
         None => Ok(""),
     }
 }
 
-fn integer(bytes: &[u8], wanted: u64) -> Result<Option<u64>, Malformed> {
+fn integer(bytes: &[u8], field_number: u64) -> Result<Option<u64>, Malformed> {
     for field in Fields::new(bytes) {
         match field? {
-            (number, Value::Varint(value)) if number == wanted => return Ok(Some(value)),
+            (number, Value::Varint(value)) if number == field_number => return Ok(Some(value)),
             _ => (),
         }
     }

@@ -11,7 +11,7 @@ pub struct Column {
     pub unit: String,
     /// The topic.
     pub topic: TopicId,
-    /// Place of the signal among the fields of its topic.
+    /// Index of the signal among the fields of its topic.
     pub field_idx: usize,
 }
 
@@ -88,7 +88,7 @@ fn matches(pattern: &str, name: &str) -> bool {
 /// Greedy matching that goes back to the last star only, so that it never recurses.
 fn glob(pattern: &[u8], name: &[u8]) -> bool {
     let (mut p, mut n) = (0, 0);
-    // Places after the last star, in the pattern and in the name it has swallowed so far.
+    // Positions after the last star, in the pattern and in the name it has swallowed so far.
     let mut star = None;
     while n < name.len() {
         match pattern.get(p) {

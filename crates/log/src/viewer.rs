@@ -1,12 +1,12 @@
-//! What programs that know nothing of bksim show: messages that Foxglove has published, filled from
+//! Channels for programs that know nothing of bksim: messages that Foxglove has published, filled from
 //! plain data.
 //!
 //! | topic | schema | holds |
 //! |---|---|---|
 //! | `/tf` | `foxglove.FrameTransforms` | where every frame is in the root frame, once per sample |
-//! | `/scene` | `foxglove.SceneUpdate` | what is fixed to the frames, once, at the start |
+//! | `/scene` | `foxglove.SceneUpdate` | the entities that are fixed to frames, once, at the start |
 //! | `/outlines/crank` … | `foxglove.PointCloud` | points along its lines, a topic per frame, once: Rerun draws no scenes |
-//! | `/spans` | `foxglove.SceneUpdate` | what changes its shape, once per sample |
+//! | `/spans` | `foxglove.SceneUpdate` | the entities that change their shape, once per sample |
 //! | `/joint_states` | `foxglove.JointStates` | joints, once per sample |
 //!
 //! Schemas: <https://docs.foxglove.dev/docs/visualization/message-schemas/introduction>; the
@@ -22,17 +22,18 @@ use foxglove::messages::{
 };
 use prost::Message as _;
 
+use crate::topics::{JOINT_STATES, OUTLINES, SCENE, SPANS, TRANSFORMS};
 use crate::write::{Channel, check_size};
 use crate::{LogError, LogWriter};
 
-/// What is shown: told once, before the first sample.
+/// The scene that is shown, written once before the first sample.
 #[derive(Clone, PartialEq, Default, Debug)]
 pub struct Stage {
     /// Name of the frame that rests.
     pub root: String,
     /// Names of the frames that move in it.
     pub frames: Vec<String>,
-    /// What is fixed to frames.
+    /// The entities that are fixed to frames.
     pub entities: Vec<Entity>,
     /// Whether something is drawn anew for every sample.
     pub has_spans: bool,
@@ -58,7 +59,7 @@ pub struct Entity {
 pub struct Area {
     /// Their corners, m.
     pub points: Vec<[f64; 3]>,
-    /// Three places in `points` for each.
+    /// Three indices in `points` for each.
     pub triangles: Vec<[u32; 3]>,
     /// Red, green, blue, opacity: 0 to 1.
     pub color: [f64; 4],
@@ -102,7 +103,7 @@ impl Default for Placement {
     }
 }
 
-/// What a joint does; SI.
+/// The motion of a joint; SI.
 #[derive(Clone, Copy, PartialEq, Default, Debug)]
 pub struct JointState {
     /// rad or m.
@@ -115,14 +116,15 @@ pub struct JointState {
     pub effort: Option<f64>,
 }
 
-/// What viewers are shown beside a sample.
+/// The state of a scene at a sample.
 #[derive(Clone, PartialEq, Default, Debug)]
 pub struct Moment {
     /// One placement per frame.
     pub frames: Vec<Placement>,
     /// One state per joint.
     pub joints: Vec<JointState>,
-    /// What changes its shape, in the root frame; nothing unless the stage says that there is some.
+    /// The entities that change their shape, in the root frame; none unless the stage says that there are
+    /// some.
     pub spans: Vec<Entity>,
 }
 
@@ -137,28 +139,13 @@ pub struct Viewers {
     joints: JointStates,
 }
 
-/// Topic of the transforms.
-const TF: &str = "/tf";
-/// Topic of the scene.
-const SCENE: &str = "/scene";
-/// Topic of what changes its shape.
-const SPANS: &str = "/spans";
-/// Topic of the joints.
-const JOINT_STATES: &str = "/joint_states";
-/// Topics of the points of frames begin so.
-const OUTLINES: &str = "/outlines/";
-
-/// Whether no topic of samples may have this name.
-pub(crate) fn is_taken(topic_name: &str) -> bool {
-    [TF, SCENE, SPANS, JOINT_STATES].contains(&topic_name) || topic_name.starts_with(OUTLINES)
-}
-
 impl<W: Write> LogWriter<W> {
-    /// Adds the channels of other programs and tells the scene; to be called before the first sample.
+    /// Adds the channels of other programs and writes the scene; to be called before the first sample.
     ///
     /// # Errors
     /// [`LogError::TooLarge`] (nothing was written then), [`LogError::Io`].
     pub fn add_viewers(&mut self, stage: &Stage) -> Result<Viewers, LogError> {
+        // Messages, none of which may be too large for a reader.
         let start = self.timestamp(self.t_start());
         let scenes = scene::updates(&stage.entities, start)?;
         let outlines = scene::outlines(&stage.entities, start);
@@ -171,12 +158,13 @@ impl<W: Write> LogWriter<W> {
         let names = stage.joints.iter().map(|joint| joint.name.len() + joint.unit.len());
         check_size("the joints", names.sum::<usize>() + (MOVED + 16) * joints.joints.len())?;
 
+        // Channels with the units of their numbers.
         let unit = |name: &str, unit: &str| (format!("{name}.unit"), unit.to_owned());
         let lengths = BTreeMap::from([unit("translation", "m")]);
         let positions = stage.joints.iter().map(|joint| unit(&joint.name, &joint.unit));
         let points = BTreeMap::from([unit("points", "m")]);
         let viewers = Viewers {
-            tf: self.add_published::<FrameTransforms>(TF, &lengths)?,
+            tf: self.add_published::<FrameTransforms>(TRANSFORMS, &lengths)?,
             joint_states: self.add_published::<JointStates>(JOINT_STATES, &positions.collect())?,
             spans: if stage.has_spans {
                 Some(self.add_published::<SceneUpdate>(SPANS, &points)?)
@@ -202,14 +190,14 @@ impl<W: Write> LogWriter<W> {
         Ok(viewers)
     }
 
-    /// Appends what viewers are shown at time `t`, s, which follows the rule of [`LogWriter::write`].
+    /// Appends the state of the scene at time `t`, s, which follows the rule of [`LogWriter::write`].
     ///
     /// # Errors
     /// [`LogError::WrongLength`], [`LogError::BadTime`], [`LogError::TooLarge`] (nothing was written
     /// then), [`LogError::Io`].
     pub fn show(&mut self, viewers: &mut Viewers, t: f64, moment: &Moment) -> Result<(), LogError> {
         let Viewers { tf, joint_states, spans, transforms, joints } = viewers;
-        check_length(TF, transforms.transforms.len(), moment.frames.len())?;
+        check_length(TRANSFORMS, transforms.transforms.len(), moment.frames.len())?;
         check_length(JOINT_STATES, joints.joints.len(), moment.joints.len())?;
         self.advance(t)?;
         let now = Some(self.timestamp(t));

@@ -5,7 +5,7 @@
 //! keeps memory in proportion to the bytes read, whatever they claim.
 //! Source: protobuf documentation, "Encoding".
 
-/// A field value as the wire type tells it; its meaning depends on the schema.
+/// A field value by its wire type; its meaning depends on the schema.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) enum Value<'a> {
     /// Integers, booleans, enumerations.

@@ -13,7 +13,7 @@ use mcap::{Attachment, McapResult, WriteOptions, Writer, records::MessageHeader,
 use crate::{
     EndStatus, Header, LOG_TOPIC, Level, LogError, MOTION_TOPIC, Segment, Topic, TopicId,
     frames::RECORD_LIMIT,
-    meta,
+    meta, names,
     schema::{self, field_number, motion_number},
     wire,
 };
@@ -58,17 +58,19 @@ pub(crate) struct Channel {
 }
 
 impl<W: Write> LogWriter<W> {
-    /// Writes everything that `header` tells and flushes it.
+    /// Writes the header and flushes it.
     ///
     /// # Errors
     /// [`LogError::BadName`], [`LogError::DuplicateName`], [`LogError::BadTime`] (a start time that
     /// is not finite), [`LogError::TooLarge`] and [`LogError::Io`].
     pub fn create(out: W, header: &Header) -> Result<LogWriter<W>, LogError> {
-        header.check_names()?;
+        names::check(header)?;
         if !header.t_start.is_finite() {
             return Err(LogError::BadTime { t: header.t_start, previous: header.t_start });
         }
         check_sizes(header)?;
+
+        // Model and metadata.
         let mut writer = write_options(&header.version).create(NoSeek::new(out))?;
         writer.attach(&Attachment {
             log_time: 0,
@@ -80,6 +82,8 @@ impl<W: Write> LogWriter<W> {
         for record in &meta::header_records(header) {
             writer.write_metadata(record)?;
         }
+
+        // Channels: samples, notes, the motion.
         let channels = header.topics.iter().map(|topic| add_topic(&mut writer, topic));
         let channels = channels.collect::<Result<_, _>>()?;
         let notes = add_published::<messages::Log, W>(&mut writer, LOG_TOPIC, &BTreeMap::new())?;
@@ -188,7 +192,7 @@ impl<W: Write> LogWriter<W> {
         self.put(header)
     }
 
-    /// Adds what a run goes on from that was stopped: bytes that mean nothing to this crate. Readers
+    /// Adds the state from which a stopped run goes on: bytes that mean nothing to this crate. Readers
     /// keep the last ones.
     ///
     /// # Errors
@@ -268,12 +272,12 @@ impl<W: Write> LogWriter<W> {
     /// The log time of `t` as Foxglove's messages have it; saturates after 136 years.
     pub(crate) fn timestamp(&self, t: f64) -> messages::Timestamp {
         let log_time = self.log_time(t);
-        let nanoseconds = u32::try_from(log_time % NANOSECONDS).unwrap_or_default();
+        let nanoseconds = u32::try_from(log_time % NANOSECONDS).expect("2³² ns are 4 s");
         let seconds = u32::try_from(log_time / NANOSECONDS).unwrap_or(u32::MAX);
         messages::Timestamp::new(seconds, nanoseconds)
     }
 
-    /// Moves on to `t`, unless it lies behind.
+    /// Moves on to `t`, unless that is in the past of the run.
     pub(crate) fn advance(&mut self, t: f64) -> Result<(), LogError> {
         // Also false for a time that is not a number.
         let is_ahead = (t - self.last_t) * self.direction >= 0.0;
@@ -303,7 +307,7 @@ impl<W: Write> LogWriter<W> {
         if self.last_flush.elapsed() >= self.flush_interval { self.flush() } else { Ok(()) }
     }
 
-    /// Runs one write; after a failure nothing more is written behind the torn bytes.
+    /// Runs one write; after a failure nothing more is written after the torn bytes.
     fn attempt(
         &mut self,
         write: impl FnOnce(&mut Writer<NoSeek<W>>) -> McapResult<()>,

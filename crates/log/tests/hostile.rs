@@ -25,9 +25,9 @@ fn bare_records(log: &[u8]) -> Vec<u8> {
     let mut records = Vec::new();
     while let Some(event) = reader.next_event() {
         match event.expect("an honest log") {
-            LinearReadEvent::ReadRequest(wanted) => {
-                let n_read = wanted.min(rest.len());
-                reader.insert(wanted)[..n_read].copy_from_slice(&rest[..n_read]);
+            LinearReadEvent::ReadRequest(n_bytes) => {
+                let n_read = n_bytes.min(rest.len());
+                reader.insert(n_bytes)[..n_read].copy_from_slice(&rest[..n_read]);
                 reader.notify_read(n_read);
                 rest = &rest[n_read..];
             }
@@ -128,7 +128,7 @@ fn mutated_logs_are_read_or_refused() -> Result<(), LogError> {
     Ok(())
 }
 
-/// Most memory this process ever had in use, bytes, where the system tells.
+/// Most memory this process ever had in use, bytes, where the system knows.
 fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
@@ -179,7 +179,7 @@ fn other_files_are_called_by_their_name() {
     assert_refused(b"", "holds no bksim run");
 }
 
-/// What MCAP calls a schema and a channel, as bytes.
+/// A schema and a channel of MCAP, as bytes.
 fn schema(id: u16, name: &str, encoding: &str, data: &[u8]) -> Vec<u8> {
     let text = |text: &str| prefixed(text.as_bytes());
     let body = [&id.to_le_bytes()[..], &text(name), &text(encoding), &prefixed(data)].concat();
@@ -203,12 +203,12 @@ fn channels_of_other_programs_are_passed_over() -> Result<(), LogError> {
     let honest = honest()?;
     let bare = bare_records(&honest);
     // Before the first message, as bksim's own channels are.
-    let mut place = 0;
-    while bare[place] != mcap::records::op::MESSAGE {
-        let length = bare[place + 1..].first_chunk::<8>().expect("a whole record");
-        place += 9 + usize::try_from(u64::from_le_bytes(*length)).expect("a length");
+    let mut offset = 0;
+    while bare[offset] != mcap::records::op::MESSAGE {
+        let length = bare[offset + 1..].first_chunk::<8>().expect("a whole record");
+        offset += 9 + usize::try_from(u64::from_le_bytes(*length)).expect("a length");
     }
-    let with = |records: &[u8]| [MAGIC, &bare[..place], records, &bare[place..]].concat();
+    let with = |records: &[u8]| [MAGIC, &bare[..offset], records, &bare[offset..]].concat();
     // A message is its channel, a number, two times and bytes that are nobody's protobuf.
     let message = |id: u16| {
         record(mcap::records::op::MESSAGE, &[&id.to_le_bytes()[..], &[0; 20], &[0xff; 7]].concat())

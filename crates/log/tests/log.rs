@@ -1,4 +1,4 @@
-//! What is written comes back; what is lost or damaged is said.
+//! Logs come back as they were written; readers report losses and damage.
 
 mod common;
 
@@ -98,7 +98,7 @@ fn a_cut_log_keeps_what_is_whole_and_has_no_end() -> Result<(), LogError> {
         assert_is_beginning_of_the_run(&log);
         counts.push((log.series(topic).t.len(), log.end.is_some()));
     }
-    // The summary behind the data takes the rest of the file.
+    // The summary after the data takes the rest of the file.
     let n_ended = counts.iter().filter(|(_, has_end)| *has_end).count();
     assert!(counts.is_sorted() && counts[2].0 < counts[9].0, "{counts:?}");
     assert!(n_ended < 10, "{counts:?}");
@@ -117,7 +117,7 @@ fn a_flipped_byte_never_changes_a_number() -> Result<(), LogError> {
             Err(_) => n_refused += 1,
             Ok(log) => {
                 assert_is_beginning_of_the_run(&log);
-                // Either all is there, or the loss is told.
+                // Either all is there, or the loss is reported.
                 let (_, topic, _) = header();
                 let is_whole = log.series(topic).t.len() == N_SAMPLES as usize;
                 assert!(is_whole && log.end == Some(end()) || log.end.is_none(), "{position}");
@@ -145,7 +145,7 @@ fn a_killed_run_keeps_all_that_was_written_an_interval_ago() -> Result<(), LogEr
             break last;
         }
     };
-    // The writer is alive and has not been told of its end.
+    // The writer is alive and knows of no end.
     let log = Log::read(&disk.bytes.borrow()[..])?;
     let n_old = written.iter().filter(|&&time| time + interval < last).count();
     let n_kept = log.series(topic).t.len();
@@ -267,13 +267,13 @@ fn a_checkpoint_comes_back_with_the_end_of_the_log() -> Result<(), LogError> {
     while reader.next_record()?.is_some() {}
     assert_eq!(reader.checkpoint(), Some(&saved[..]));
 
-    // Not from a log that was cut behind it, nor one with another bit in it.
-    let place = bytes.windows(saved.len()).position(|part| part == saved).expect("its bytes");
-    let mut cut = LogReader::open(&bytes[..place + saved.len() + 4])?;
+    // Not from a log that was cut after it, nor one with another bit in it.
+    let offset = bytes.windows(saved.len()).position(|part| part == saved).expect("its bytes");
+    let mut cut = LogReader::open(&bytes[..offset + saved.len() + 4])?;
     while cut.next_record()?.is_some() {}
     assert_eq!(cut.checkpoint(), None);
     let mut flipped = bytes.clone();
-    flipped[place + 100] ^= 1;
+    flipped[offset + 100] ^= 1;
     let mut reader = LogReader::open(&flipped[..])?;
     let read = loop {
         match reader.next_record() {
@@ -307,8 +307,8 @@ fn a_survey_counts_what_a_reader_reads() -> Result<(), LogError> {
 fn what_is_not_wanted_is_passed_over() -> Result<(), LogError> {
     let bytes = common::run()?;
     let (_, state, energy) = header();
-    let wanted = bksim_log::Wanted { topics: vec![energy], ..bksim_log::Wanted::default() };
-    let mut log = LogReader::open(&bytes[..])?.only(&wanted);
+    let request = bksim_log::Request { topics: vec![energy], ..bksim_log::Request::default() };
+    let mut log = LogReader::open(&bytes[..])?.only(&request);
     let mut n_samples = 0;
     while let Some(record) = log.next_record()? {
         let Record::Sample { topic, .. } = record else { panic!("{record:?}") };

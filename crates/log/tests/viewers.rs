@@ -1,4 +1,4 @@
-//! What other programs are shown: written by rules, and no business of this reader.
+//! Channels for other programs: written by rules, and passed over by this reader.
 
 mod common;
 

@@ -8,11 +8,11 @@ use super::{Decoder, LogReader, metadata};
 use crate::{
     Field, Header, LOG_TOPIC, LogError, MOTION_TOPIC, Segment, Topic,
     frames::{self, Frames, RECORD_LIMIT},
-    meta,
+    meta, names,
     schema::{self, Layout},
 };
 
-/// What is gathered before the first message.
+/// The records before the first message.
 #[derive(Default)]
 pub(super) struct Prologue {
     model_text: Option<Vec<u8>>,
@@ -70,6 +70,7 @@ impl Prologue {
     }
 
     pub(super) fn into_reader<R>(self, frames: Frames<R>) -> Result<LogReader<R>, LogError> {
+        // The model and the metadata of the run, each with its checksum.
         let missing = |missing| LogError::NotARun { missing };
         let model_text = self.model_text.ok_or(missing("the model"))?;
         let model_sha256 = meta::sha256(&model_text);
@@ -84,6 +85,7 @@ impl Prologue {
             return Err(LogError::damaged("the SHA-256 of the model is wrong"));
         }
 
+        // The channels: notes, the motion, samples, and those of other programs.
         let mut decoders = BTreeMap::new();
         for channel in self.channels {
             let (schema_name, schema) = match self.schemas.get(&channel.schema_id) {
@@ -120,7 +122,7 @@ impl Prologue {
                 return Err(LogError::damaged(format!("channel {id} is there twice")));
             }
         }
-        header.check_names()?;
+        names::check(&header)?;
         Ok(LogReader {
             frames,
             header,

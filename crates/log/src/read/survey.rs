@@ -1,4 +1,4 @@
-//! What a file holds, counted without making its messages into samples.
+//! The contents of a file, counted without making its messages into samples.
 
 use std::{collections::BTreeMap, io::Read};
 
@@ -15,7 +15,7 @@ use crate::{
 /// A log in numbers.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Survey {
-    /// What the log tells about its run.
+    /// The description of the run.
     pub header: Header,
     /// SHA-256 of the model text, hexadecimal; verified.
     pub model_sha256: String,
@@ -33,7 +33,7 @@ pub struct Survey {
     pub n_notes: u64,
     /// Messages of channels that some other program added.
     pub n_foreign: u64,
-    /// Bytes of what a stopped run goes on from.
+    /// Bytes of the state from which a stopped run goes on.
     pub checkpoint_bytes: Option<usize>,
     /// How the run ended; `None` if the log was cut short.
     pub end: Option<EndStatus>,
@@ -48,7 +48,7 @@ pub struct TopicCount {
     pub bytes: u64,
 }
 
-/// More notes than anyone reads; what is kept of them stays small.
+/// More notes than anyone reads; those that are kept stay small.
 const MAX_NOTES: usize = 10_000;
 
 impl Survey {
@@ -71,6 +71,7 @@ impl Survey {
             checkpoint_bytes: None,
             end: None,
         };
+        // Every record after the header.
         while let Some((opcode, body)) = log.frames.next()? {
             match opcode {
                 op::METADATA => {
@@ -93,6 +94,7 @@ impl Survey {
                 _ => (),
             }
         }
+        // Without the checksum of the whole, its end is not to be trusted.
         if log.frames.state() != State::Complete {
             (survey.end, survey.checkpoint_bytes) = (None, None);
         }
@@ -138,10 +140,10 @@ fn time(message: &[u8], t_number: u64) -> Result<f64, LogError> {
     Ok(0.0)
 }
 
-/// What an MCAP file holds that bksim did not write.
+/// The contents of an MCAP file that bksim did not write.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Contents {
-    /// What kind of file it says it is; may be empty.
+    /// The kind of file it says it is; may be empty.
     pub profile: String,
     /// The program that wrote it; may be empty.
     pub library: String,
@@ -178,6 +180,7 @@ impl Contents {
         // Hostile files could add names without end.
         let mut n_bytes = 0;
         while let Some((opcode, body)) = frames.next()? {
+            // Messages are counted alone.
             match opcode {
                 op::HEADER | op::SCHEMA | op::CHANNEL => n_bytes += body.len(),
                 op::MESSAGE => {
@@ -193,6 +196,7 @@ impl Contents {
                 let (bytes, limit) = (n_bytes as u64, RECORD_LIMIT as u64);
                 return Err(LogError::TooLarge { what: "the list of topics", bytes, limit });
             }
+            // Names of the file, its schemas and its channels.
             match mcap::parse_record(opcode, body)? {
                 records::Record::Header(header) => {
                     (contents.profile, contents.library) = (header.profile, header.library);

@@ -10,7 +10,7 @@ use prost::Message as _;
 use super::{Area, Entity, Line};
 use crate::{LogError, write::check_size};
 
-/// Scenes are told in messages of at most this size, bytes, or of one entity.
+/// Scenes are written in messages of at most this size, bytes, or of one entity.
 const UPDATE_SIZE: usize = 1 << 20;
 /// Points are set along a line this many to its frame's size.
 const POINTS_PER_SIZE: f64 = 80.0;
@@ -25,7 +25,7 @@ pub(super) fn quaternion([x, y, z, w]: [f64; 4]) -> Quaternion {
     Quaternion { x, y, z, w }
 }
 
-/// Where a frame's own origin is.
+/// The pose of a frame in itself.
 fn identity() -> Pose {
     let (position, orientation) = (vector([0.0; 3]), quaternion([0.0, 0.0, 0.0, 1.0]));
     Pose { position: Some(position), orientation: Some(orientation) }
@@ -104,19 +104,20 @@ fn color([r, g, b, a]: [f64; 4]) -> Color {
 /// The lines of each frame that has some as points, in the order in which the frames appear.
 pub(super) fn outlines(entities: &[Entity], now: Timestamp) -> Vec<PointCloud> {
     let mut frames: Vec<(&str, Vec<&Line>)> = Vec::new();
-    let mut places = std::collections::BTreeMap::new();
+    let mut indices = std::collections::BTreeMap::new();
     for entity in entities.iter().filter(|entity| !entity.lines.is_empty()) {
         let frame = entity.frame.as_str();
-        let place = *places.entry(frame).or_insert_with(|| {
+        let frame_idx = *indices.entry(frame).or_insert_with(|| {
             frames.push((frame, Vec::new()));
             frames.len() - 1
         });
-        frames[place].1.extend(&entity.lines);
+        frames[frame_idx].1.extend(&entity.lines);
     }
     frames.into_iter().map(|(frame, lines)| cloud(frame, &lines, now)).collect()
 }
 
 fn cloud(frame: &str, lines: &[&Line], now: Timestamp) -> PointCloud {
+    // The spacing of points, from the size and the length of all lines.
     let corners = lines.iter().flat_map(|line| &line.points);
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for corner in corners {
@@ -129,6 +130,7 @@ fn cloud(frame: &str, lines: &[&Line], now: Timestamp) -> PointCloud {
     let length: f64 = lines.iter().flat_map(|line| edges(line)).map(|[a, b]| distance(a, b)).sum();
     let spacing = (size / POINTS_PER_SIZE).max(length / MOST_POINTS).max(f64::MIN_POSITIVE);
 
+    // Points along every line.
     let mut data = Vec::new();
     for line in lines {
         if let Some(&first) = line.points.first() {
@@ -151,21 +153,23 @@ fn cloud(frame: &str, lines: &[&Line], now: Timestamp) -> PointCloud {
             }
         }
     }
+
+    // Three floats for the position, four bytes for the colour.
     let number = |name: &str, offset: u32, r#type: NumericType| PackedElementField {
         name: name.into(),
         offset,
         r#type: r#type.into(),
     };
-    let places = ["x", "y", "z"].into_iter().zip([0, 4, 8]);
+    let position = ["x", "y", "z"].into_iter().zip([0, 4, 8]);
     let colors = ["red", "green", "blue", "alpha"].into_iter().zip(12..);
-    let places = places.map(|(name, offset)| number(name, offset, NumericType::Float32));
+    let position = position.map(|(name, offset)| number(name, offset, NumericType::Float32));
     let colors = colors.map(|(name, offset)| number(name, offset, NumericType::Uint8));
     PointCloud {
         timestamp: Some(now),
         frame_id: frame.into(),
         pose: Some(identity()),
         point_stride: 16,
-        fields: places.chain(colors).collect(),
+        fields: position.chain(colors).collect(),
         data: data.into(),
     }
 }
@@ -186,7 +190,7 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
 
 /// Three floats and four bytes.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within 0 to 255")]
-fn put_point(data: &mut Vec<u8>, place: [f64; 3], color: [f64; 4]) {
-    data.extend(place.map(|x| (x as f32).to_le_bytes()).as_flattened());
+fn put_point(data: &mut Vec<u8>, point: [f64; 3], color: [f64; 4]) {
+    data.extend(point.map(|x| (x as f32).to_le_bytes()).as_flattened());
     data.extend(color.map(|part| (part.clamp(0.0, 1.0) * 255.0).round() as u8));
 }

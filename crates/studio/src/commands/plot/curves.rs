@@ -9,7 +9,7 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use bksim::log::export::rows;
-use bksim::log::{Header, LogError, LogReader, Record, Selection, Wanted};
+use bksim::log::{Header, LogError, LogReader, Record, Selection};
 use bksim::playback::RunLog;
 use bksim::record::{Channels, INPUTS, Signal};
 use bksim::sim::run::{Replay, Sample, Segment};
@@ -192,7 +192,8 @@ impl Run {
         let states = [vec![0.0; n_state], vec![0.0; n_state]];
         let span = [first, last];
         let mut player = Player { replay, draw, span, n_instants, next: 0, last: None, states };
-        let mut reader = open(&self.path).map_err(|e| e.to_string())?.only(&Wanted::MOTION);
+        let mut reader =
+            open(&self.path).map_err(|e| e.to_string())?.only(&bksim::log::Request::MOTION);
         while let Some(record) = reader.next_record().map_err(|e| e.to_string())? {
             if let Record::Segment(segment) = record {
                 player.play(segment)?;
