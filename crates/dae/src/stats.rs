@@ -1,8 +1,9 @@
 //! Counters of the work done, in Hairer's sense (header of `RADAU5`).
 
 use std::fmt;
+use std::ops::AddAssign;
 
-/// How much work a run has taken.
+/// Work of a run, or of a part of it: parts add up.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Stats {
     /// Steps tried: accepted, rejected by the error test, and failed in Newton's method.
@@ -26,6 +27,32 @@ pub struct Stats {
     pub n_solve: usize,
 }
 
+impl AddAssign for Stats {
+    fn add_assign(&mut self, other: Self) {
+        // Taken apart, so that no counter can be forgotten.
+        let Self {
+            n_step,
+            n_accept,
+            n_reject,
+            n_newton_failed,
+            n_newton,
+            n_residual,
+            n_jacobian,
+            n_factor,
+            n_solve,
+        } = other;
+        self.n_step += n_step;
+        self.n_accept += n_accept;
+        self.n_reject += n_reject;
+        self.n_newton_failed += n_newton_failed;
+        self.n_newton += n_newton;
+        self.n_residual += n_residual;
+        self.n_jacobian += n_jacobian;
+        self.n_factor += n_factor;
+        self.n_solve += n_solve;
+    }
+}
+
 impl fmt::Display for Stats {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
@@ -42,5 +69,33 @@ impl fmt::Display for Stats {
             self.n_factor,
             self.n_solve
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Counters that are all different: `first`, `first + step`, ….
+    fn counters(first: usize, step: usize) -> Stats {
+        let [a, b, c, d, e, f, g, h, i] = std::array::from_fn(|k| first + k * step);
+        Stats {
+            n_step: a,
+            n_accept: b,
+            n_reject: c,
+            n_newton_failed: d,
+            n_newton: e,
+            n_residual: f,
+            n_jacobian: g,
+            n_factor: h,
+            n_solve: i,
+        }
+    }
+
+    #[test]
+    fn every_counter_adds_to_its_own() {
+        let mut sum = counters(1, 1);
+        sum += counters(100, 10);
+        assert_eq!(sum, counters(101, 11));
     }
 }
