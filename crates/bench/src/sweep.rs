@@ -9,7 +9,7 @@ use std::time::Instant;
 use bksim::Mechanism;
 use bksim::dae::Control;
 use bksim::sim::formulate::MotionEquations;
-use bksim::sim::run::{Sample, run};
+use bksim::sim::run::{Problem, Sample, run};
 use bksim::sim::start::{StartEquations, start_at};
 use bksim_sweep::{Axis, Design, Existing, Monitor, Plan, Request, Study, SweepError, write};
 use serde_json::json;
@@ -206,7 +206,9 @@ impl Alone {
                 .map_err(|_| BenchError::Data("a slider-crank does not start"))?;
             let started = cpu_time();
             let mut nobody = |_: &Sample| Control::Continue;
-            run(compiled, equations, &start, &parameters, options, &mut nobody, &|| false)
+            let start = &start;
+            let problem = Problem { compiled, equations, start, parameters: &parameters, options };
+            run(problem, &mut nobody, &|| false)
                 .map_err(|_| BenchError::Data("a slider-crank does not run"))?;
             starting += started - begun;
             running += cpu_time() - started;

@@ -8,7 +8,7 @@ use bksim::log::Field;
 use bksim::model::{Outputs, SolveOptions};
 use bksim::options::{BadOption, FORMULATIONS, METHODS, SolveChanges, choice};
 use bksim::record::{Channels, sensitivity_columns, sensitivity_row};
-use bksim::sim::run::{self, Failure, Observer, Sample, Segment};
+use bksim::sim::run::{self, Failure, Observer, Problem, Sample, Segment};
 use bksim::sim::sensitivity::{Sensitive, StateSensitivity, run_with_sensitivities};
 use bksim::sim::start::Start;
 use bksim::{Rejected, SensitivityPlan};
@@ -221,19 +221,16 @@ fn ran(engine: &Engine, wanted: &Wanted) -> Result<Ran, Fault> {
         most_bytes: wanted.most_bytes,
         is_stop_wished: &is_stop_wished,
     };
-    let (compiled, parameters, stop) = (engine.compiled(), &engine.parameters, &is_stop_wished);
+    let problem = Problem {
+        compiled: engine.compiled(),
+        equations: &equations,
+        start,
+        parameters: &engine.parameters,
+        options: &options,
+    };
     let outcome = match &plan {
-        None => run::run(compiled, &equations, start, parameters, &options, &mut keeping, stop),
-        Some(SensitivityPlan { equations: by, start: at_start }) => run_with_sensitivities(
-            compiled,
-            &equations,
-            by,
-            (start, at_start.as_slice()),
-            parameters,
-            &options,
-            &mut keeping,
-            stop,
-        ),
+        None => run::run(problem, &mut keeping, &is_stop_wished),
+        Some(plan) => run_with_sensitivities(problem, plan, &mut keeping, &is_stop_wished),
     };
     let is_full = keeping.is_full();
     let error = laws::raised().or_else(|| raised.take());

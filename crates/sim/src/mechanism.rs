@@ -7,11 +7,12 @@ use crate::fault::{diagnose_run, diagnose_start};
 use crate::formulate::{MotionEquations, formulate};
 use crate::input::{Law, check_inputs};
 use crate::run::{
-    Failure, Observer, RunCheckpoint, Sample, Summary, Unresumed, WithSensitivities, resume, run,
+    Failure, Observer, Problem, RunCheckpoint, Sample, Summary, Unresumed, WithSensitivities,
+    resume, run,
 };
+pub use crate::sensitivity::SensitivityPlan;
 use crate::sensitivity::{
-    self, Sensitive, SensitivityEquations, SensitivityError, StateSensitivity, differentiate,
-    run_with_sensitivities,
+    self, Sensitive, SensitivityError, StateSensitivity, differentiate, run_with_sensitivities,
 };
 use crate::start::{Start, StartEquations, StartError, start};
 use bksim_dae::Control;
@@ -55,15 +56,6 @@ pub struct SensitivityMotion {
     pub motion: Motion,
     /// By output time, then by quantity.
     pub sensitivities: Vec<Vec<StateSensitivity>>,
-}
-
-/// What a run with sensitivities starts from.
-#[derive(Clone, Debug)]
-pub struct SensitivityPlan {
-    /// The derivatives of the equations, compiled.
-    pub equations: SensitivityEquations,
-    /// Sensitivities of the start, one per quantity.
-    pub start: Vec<StateSensitivity>,
 }
 
 impl Mechanism {
@@ -149,6 +141,12 @@ impl Mechanism {
         Ok(equations.with_inputs(&self.compiled.inputs))
     }
 
+    /// The motion from `start` with the parameters and options of the model.
+    pub fn problem<'a>(&'a self, equations: &'a MotionEquations, start: &'a Start) -> Problem<'a> {
+        let Self { model, compiled, parameters, .. } = self;
+        Problem { compiled, equations, start, parameters, options: &model.solve }
+    }
+
     /// Runs from `start` and hands every sample to `observer`, which may stop the run; `stop` is
     /// asked after every step.
     ///
@@ -161,8 +159,7 @@ impl Mechanism {
         observer: &mut dyn Observer,
         stop: &dyn Fn() -> bool,
     ) -> Result<Summary, Box<Failure>> {
-        let options = &self.model.solve;
-        run(&self.compiled, equations, start, &self.parameters, options, observer, stop)
+        run(self.problem(equations, start), observer, stop)
     }
 
     /// Continues a run that was stopped, as if it had not been; `start` is where it began. See
@@ -178,9 +175,7 @@ impl Mechanism {
         observer: &mut dyn Observer,
         stop: &dyn Fn() -> bool,
     ) -> Result<Summary, Unresumed> {
-        let (parameters, options) = (&self.parameters, &self.model.solve);
-        let from = (start, checkpoint);
-        resume(&self.compiled, equations, from, parameters, options, observer, stop)
+        resume(self.problem(equations, start), checkpoint, observer, stop)
     }
 
     /// A failed run in the author's terms.
@@ -268,11 +263,7 @@ impl Mechanism {
         observer: &mut dyn Observer,
         stop: &dyn Fn() -> bool,
     ) -> Result<Summary, Box<Failure>> {
-        let options = &self.model.solve;
-        let from = (start, plan.start.as_slice());
-        let (compiled, parameters) = (&self.compiled, &self.parameters);
-        let by = &plan.equations;
-        run_with_sensitivities(compiled, equations, by, from, parameters, options, observer, stop)
+        run_with_sensitivities(self.problem(equations, start), plan, observer, stop)
     }
 
     /// Finds the start, runs to the end with Radau IIA and keeps every sample with its derivatives by

@@ -3,7 +3,7 @@
 use bksim::dae::Control;
 use bksim::model::SolveOptions;
 use bksim::model::diagnostic::Diagnostic;
-use bksim::sim::run::{Sample, run};
+use bksim::sim::run::{Problem, Sample, run};
 use bksim::sim::start::start_at;
 use bksim::{Mechanism, Rejected};
 
@@ -197,7 +197,8 @@ impl<'a> Worker<'a> {
             reducer.take(&study.outputs, &study.channels, sample);
             Control::Continue
         };
-        match run(system, equations, &start, parameters, options, &mut take, stop) {
+        let problem = Problem { compiled: system, equations, start: &start, parameters, options };
+        match run(problem, &mut take, stop) {
             Ok(summary) if !summary.reached_end => return None,
             Ok(summary) => {
                 reducer.finish(&study.outputs, &mut row.outputs);
