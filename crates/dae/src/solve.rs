@@ -173,8 +173,8 @@ impl<S: System> Solver<S> {
         }
     }
 
-    /// The last accepted step again, without its error.
-    pub(crate) fn last_step(&self) -> Step<'_> {
+    /// The last accepted step again, without its error; before the first one it has no extent.
+    pub fn last_step(&self) -> Step<'_> {
         Step {
             polynomial: Interpolant::Collocation(&self.last),
             t1: self.t,

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use bksim::sim::compiled::CompiledSystem;
 use bksim::sim::functions::Functions as Evaluated;
+use bksim::sim::state::{AccelerationRef, StateRef};
 use numpy::ndarray::{Array2, ArrayView1, ArrayView2};
 use numpy::{PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -135,7 +136,7 @@ impl Functions {
         self.over(py, &t.as_array(), states, nq + nc, |f, t, [q, v], out| {
             let (a, lambda) = out.split_at_mut(nq);
             // Where there are none, they are NaN.
-            let _ = f.accelerations_into(t, (q, v), a, lambda);
+            let _ = f.accelerations_into(StateRef { t, q, v }, a, lambda);
         })
     }
 
@@ -151,7 +152,7 @@ impl Functions {
         let n = self.compiled.nq() + self.compiled.nc();
         let states = [&q.as_array(), &v.as_array(), &a.as_array(), &lambda.as_array()];
         self.over(py, &t.as_array(), states, n, |f, t, [q, v, a, lambda], out| {
-            f.residual_into(t, [q, v, a, lambda], out);
+            f.residual_into(StateRef { t, q, v }, AccelerationRef { a, lambda }, out);
         })
     }
 }

@@ -15,7 +15,7 @@ use bksim_model::file::{Source, read};
 use bksim_model::{Method, SolveOptions};
 use bksim_sim::compiled::compile;
 use bksim_sim::formulate::formulate;
-use bksim_sim::run::run;
+use bksim_sim::run::{Problem, run};
 use bksim_sim::start::start;
 use large::{Coordinates, chain, windows};
 
@@ -55,7 +55,9 @@ fn measure(text: &str, n: usize, method: Method) {
     model.solve = SolveOptions { t_end, every: Some(t_end), method, ..model.solve };
     let observer = &mut |_: &_| Control::Continue;
     let options = &model.solve;
-    let summary = run(&compiled, &equations, &begin, &parameters, options, observer, &|| false);
+    let (compiled, equations, start) = (&compiled, &equations, &begin);
+    let problem = Problem { compiled, equations, start, parameters: &parameters, options };
+    let summary = run(problem, observer, &|| false);
     clock.lap("run");
     let summary = summary.unwrap_or_else(|failure| {
         println!("the run ended at {} s", failure.summary.t);

@@ -7,6 +7,7 @@ use crate::compiled::CompiledSystem;
 use crate::input::InputValues;
 use crate::linear::rows::SparseRows;
 use crate::linear::shape::Shape;
+use crate::state::{AccelerationRef, StateRef};
 
 /// The functions of one compiled system at one set of parameters, with their buffers.
 #[derive(Clone, Debug)]
@@ -79,7 +80,7 @@ impl<'a> Evaluator<'a> {
             reactions: system.reactions.tape().workspace(parameters),
             drawn: InputValues::new(&system.inputs),
             inputs: Vec::with_capacity(1 + 3 * nq + nc),
-            outputs: vec![0.0; n_outputs.unwrap_or(0)],
+            outputs: vec![0.0; n_outputs.expect("there are four tapes at least")],
         }
     }
 
@@ -152,8 +153,8 @@ impl<'a> Evaluator<'a> {
     /// Joint reactions: six numbers per joint, force then moment, world axes.
     pub fn reactions_into(
         &mut self,
-        t: f64,
-        [q, v, a, lambda]: [&[f64]; 4],
+        StateRef { t, q, v }: StateRef<'_>,
+        AccelerationRef { a, lambda }: AccelerationRef<'_>,
         out: &mut Vec<[f64; 6]>,
     ) {
         let outputs = &mut self.outputs[..self.system.reactions.tape().n_outputs()];

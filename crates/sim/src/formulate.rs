@@ -17,11 +17,12 @@
 use crate::input::{input_symbols, without_inputs};
 use std::collections::BTreeMap;
 
-use bksim_dae::{Index, Layout, NotFinite, Pattern, System, Tolerance};
+use bksim_dae::{Index, Layout, NotFinite, Pattern, Start, System, Tolerance};
 use bksim_expr::{Expr, Runner, SparseJacobian, SymbolId, Tape, TapeError, Workspace};
 
 use crate::evaluator::gather;
 use crate::input::{InputValues, Inputs};
+use crate::state::{AccelerationRef, StateRef};
 use bksim_mbs::levels::{constraint_acceleration, constraint_velocity};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{Formulation, Model};
@@ -46,8 +47,8 @@ pub struct MotionEquations {
 
 /// [`MotionEquations`] at one set of parameters, as the integrator takes them.
 ///
-/// Constraint rows that depend on others are replaced by λ = 0 (and μ = 0), which leaves the
-/// motion as it is and the iteration matrix regular.
+/// Inactive constraint rows, which depend on others or belong to open contacts, are replaced by
+/// λ = 0 (and μ = 0): this leaves the motion as it is and the iteration matrix regular.
 #[derive(Clone, Debug)]
 pub struct Motion<'a> {
     equations: &'a MotionEquations,
@@ -56,7 +57,7 @@ pub struct Motion<'a> {
     drawn: InputValues,
     inputs: Vec<f64>,
     values: Vec<f64>,
-    /// Unknowns held at zero: multipliers of dependent rows; also the rows that say so.
+    /// Unknowns held at zero: multipliers of inactive rows; also the rows of F that hold them there.
     held: Vec<usize>,
 }
 
@@ -182,13 +183,17 @@ impl MotionEquations {
         Tolerance::PerUnknown(tolerances)
     }
 
-    /// y and y′ of a consistent state.
-    pub fn state(&self, q: &[f64], v: &[f64], a: &[f64], lambda: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    /// A consistent state as the integrator takes it: t, y and y′.
+    pub fn unknowns(
+        &self,
+        StateRef { t, q, v }: StateRef<'_>,
+        AccelerationRef { a, lambda }: AccelerationRef<'_>,
+    ) -> Start {
         let mut y = [q, v, lambda].concat();
         let mut ydot = [v, a].concat();
         y.resize(self.n(), 0.0);
         ydot.resize(self.n(), 0.0);
-        (y, ydot)
+        Start { t, y, ydot }
     }
 }
 
@@ -403,7 +408,7 @@ impl Unknowns {
             Formulation::Ggl => vec![(2 * nq, Index::One), (2 * nc, Index::Two)],
             Formulation::Index1 => vec![(2 * nq + nc, Index::One)],
         };
-        // A stabilising multiplier bears the name of the constraint's own, which people know.
+        // The μ of a constraint is named like its λ: messages name multipliers that the author knows.
         let n_named = self.y.len() - self.mu.len();
         let known = self.y[..n_named].iter().chain(&self.y[n_named - self.mu.len()..n_named]);
         let names = known.map(|&symbol| model.pool.symbol_name(symbol)).collect();

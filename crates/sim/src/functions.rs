@@ -13,6 +13,7 @@ use bksim_dae::NotFinite;
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
 use crate::multiplier::MultiplierSystem;
+use crate::state::{AccelerationRef, StateRef};
 
 /// The functions at one set of parameters, with their buffers.
 #[derive(Clone, Debug)]
@@ -74,7 +75,12 @@ impl<'a> Functions<'a> {
     }
 
     /// Writes M v̇ + Gᵀ λ − f, nq rows, and g, nc rows.
-    pub fn residual_into(&mut self, t: f64, [q, v, a, lambda]: [&[f64]; 4], out: &mut [f64]) {
+    pub fn residual_into(
+        &mut self,
+        StateRef { t, q, v }: StateRef<'_>,
+        AccelerationRef { a, lambda }: AccelerationRef<'_>,
+        out: &mut [f64],
+    ) {
         let (motion, closure) = out.split_at_mut(self.nq);
         let at = self.evaluator.dynamics(t, q, v);
         for (row, &f) in motion.iter_mut().zip(at.force) {
@@ -99,8 +105,7 @@ impl<'a> Functions<'a> {
     /// [`NotFinite`] where the equations have no value; both are NaN then.
     pub fn accelerations_into(
         &mut self,
-        t: f64,
-        (q, v): (&[f64], &[f64]),
+        StateRef { t, q, v }: StateRef<'_>,
         a: &mut [f64],
         lambda: &mut [f64],
     ) -> Result<(), NotFinite> {

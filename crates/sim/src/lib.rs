@@ -23,4 +23,5 @@ pub mod start;
 pub mod state;
 
 pub use mechanism::Mechanism;
-pub use simulation::{Motion, SensitivityMotion, SensitivityPlan, Simulation};
+pub use sensitivity::SensitivityPlan;
+pub use simulation::{Motion, SensitivityMotion, Simulation};

@@ -14,10 +14,11 @@ use crate::formulate::{MotionEquations, formulate};
 use crate::input::Law;
 use crate::mechanism::{Mechanism, insensitive, uncompiled};
 use crate::run::{
-    Failure, Observer, RunCheckpoint, Sample, Summary, Unresumed, WithSensitivities, resume, run,
+    Failure, Observer, Problem, RunCheckpoint, Sample, Summary, Unresumed, WithSensitivities,
+    resume, run,
 };
 use crate::sensitivity::{
-    self, Sensitive, SensitivityEquations, StateSensitivity, differentiate, run_with_sensitivities,
+    self, Sensitive, SensitivityPlan, StateSensitivity, differentiate, run_with_sensitivities,
 };
 use crate::start::{Start, StartEquations, StartError, start_at};
 
@@ -96,15 +97,6 @@ pub struct SensitivityMotion {
     pub motion: Motion,
     /// By output time, then by quantity.
     pub sensitivities: Vec<Vec<StateSensitivity>>,
-}
-
-/// What a run with sensitivities starts from.
-#[derive(Clone, Debug)]
-pub struct SensitivityPlan {
-    /// The derivatives of the equations, compiled.
-    pub equations: SensitivityEquations,
-    /// Sensitivities of the start, one per quantity.
-    pub start: Vec<StateSensitivity>,
 }
 
 impl Mechanism {
@@ -243,6 +235,12 @@ impl Simulation {
             .map_err(|error| Rejected(vec![self.diagnose_start(&error)]))
     }
 
+    /// Everything that the motion from `start` follows from.
+    pub fn problem<'a>(&'a self, start: &'a Start) -> Problem<'a> {
+        let Self { compiled, equations, parameters, options, .. } = self;
+        Problem { compiled, equations, start, parameters, options }
+    }
+
     /// Runs from `start` and hands every sample to `observer`, which may stop the run; `stop` is
     /// asked after every step.
     ///
@@ -254,8 +252,7 @@ impl Simulation {
         observer: &mut dyn Observer,
         stop: &dyn Fn() -> bool,
     ) -> Result<Summary, Box<Failure>> {
-        let Self { compiled, equations, parameters, options, .. } = self;
-        run(compiled, equations, start, parameters, options, observer, stop)
+        run(self.problem(start), observer, stop)
     }
 
     /// Continues a run that was stopped, as if it had not been; `start` is where it began. See
@@ -270,9 +267,7 @@ impl Simulation {
         observer: &mut dyn Observer,
         stop: &dyn Fn() -> bool,
     ) -> Result<Summary, Unresumed> {
-        let Self { compiled, equations, parameters, options, .. } = self;
-        let from = (start, checkpoint);
-        resume(compiled, equations, from, parameters, options, observer, stop)
+        resume(self.problem(start), checkpoint, observer, stop)
     }
 
     /// As [`Simulation::run`], with Radau IIA throughout and every sample with its sensitivities.
@@ -286,9 +281,7 @@ impl Simulation {
         observer: &mut dyn Observer,
         stop: &dyn Fn() -> bool,
     ) -> Result<Summary, Box<Failure>> {
-        let Self { compiled, equations, parameters, options, .. } = self;
-        let (by, from) = (&plan.equations, (start, plan.start.as_slice()));
-        run_with_sensitivities(compiled, equations, by, from, parameters, options, observer, stop)
+        run_with_sensitivities(self.problem(start), plan, observer, stop)
     }
 
     /// The differentiated equations, and the sensitivities of the start.

@@ -31,6 +31,15 @@ pub struct Acceleration {
     pub lambda: Vec<f64>,
 }
 
+/// A borrowed [`Acceleration`].
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct AccelerationRef<'a> {
+    /// Accelerations, nq, rad/s² or m/s².
+    pub a: &'a [f64],
+    /// Multipliers, nc, N or N m.
+    pub lambda: &'a [f64],
+}
+
 impl State {
     /// The same numbers, borrowed.
     pub fn as_ref(&self) -> StateRef<'_> {
@@ -49,5 +58,10 @@ impl Acceleration {
     /// Room for the accelerations and multipliers of a mechanism.
     pub fn zeros(nq: usize, nc: usize) -> Self {
         Self { a: vec![0.0; nq], lambda: vec![0.0; nc] }
+    }
+
+    /// The same numbers, borrowed.
+    pub fn as_ref(&self) -> AccelerationRef<'_> {
+        AccelerationRef { a: &self.a, lambda: &self.lambda }
     }
 }

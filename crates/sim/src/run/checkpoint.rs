@@ -3,20 +3,12 @@
 //! Nothing of the model is stored but its fingerprint: the equations, parameters, start and options
 //! with which a run goes on must be those with which it began.
 
-use bksim_dae::{Checkpoint, Loader, Method, Saver, SolveError};
+use bksim_dae::{Checkpoint, SolveError};
 
-use super::legs::Run;
-use super::recorder::Recorder;
-use super::singular::{SingularPose, Watch};
-use super::{EnergyBalance, Integrator, MethodChange, Reason, Sample, Summary};
-use crate::compiled::CompiledSystem;
-use crate::evaluator::Energy;
-use crate::hybrid::Change;
-use crate::multiplier::MultiplierSystem;
-use crate::start::Start;
-use bksim_model::{Outputs, SolveOptions};
+use super::problem::Problem;
+use bksim_model::Outputs;
 
-/// What a stopped run goes on from.
+/// State between two steps from which a stopped run goes on.
 #[derive(Clone, PartialEq, Debug)]
 pub struct RunCheckpoint {
     fingerprint: Fingerprint,
@@ -58,7 +50,7 @@ pub enum Unfit {
 const MAGIC: [u8; 8] = *b"bkrun\0\0\x01";
 
 impl RunCheckpoint {
-    /// Numbers with the fingerprint of what they belong to.
+    /// Numbers with the fingerprint of the run that they belong to.
     pub(super) fn new(fingerprint: Fingerprint, numbers: Checkpoint) -> Self {
         Self { fingerprint, numbers }
     }
@@ -114,17 +106,17 @@ impl RunCheckpoint {
     }
 }
 
-/// What a run must have in common with the one that goes on from its checkpoint.
+/// Traits that a run must have in common with the one that goes on from its checkpoint.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Fingerprint([u64; TRAITS.len()]);
 
-/// What a word of a fingerprint is.
+/// Meaning of a word of a fingerprint.
 enum Kind {
     /// A hash.
     Model,
     /// The bits of a number.
     Number,
-    /// The place of a word in its list.
+    /// The position of a word in its list.
     Choice,
 }
 
@@ -146,12 +138,8 @@ const TRAITS: [(&str, Kind); 13] = [
 
 impl Fingerprint {
     /// Equations are compared by their values at the start.
-    pub(super) fn of(
-        compiled: &CompiledSystem,
-        start: &Start,
-        parameters: &[f64],
-        options: &SolveOptions,
-    ) -> Self {
+    pub(super) fn of(problem: Problem<'_>) -> Self {
+        let Problem { compiled, start, parameters, options, .. } = problem;
         let quantities = compiled.coordinates.iter().chain(&compiled.multipliers);
         let names = quantities.flat_map(|quantity| quantity.name.bytes().chain([0]));
         let mut evaluator = compiled.evaluator(&start.modes.behind(parameters));
@@ -189,204 +177,4 @@ fn hash(bytes: impl Iterator<Item = u8>) -> u64 {
     const OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
     const PRIME: u64 = 0x0100_0000_01b3;
     bytes.fold(OFFSET, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(PRIME))
-}
-
-impl<'a> Run<'a, '_> {
-    /// The run between two steps.
-    pub(super) fn save(&self) -> Checkpoint {
-        let mut saver = Saver::default();
-        // These two come first, to be read by themselves.
-        saver.count(self.recorder.summary.n_samples);
-        saver.real(self.reached.t);
-        saver.indices(&self.dependent);
-        self.recorder.save(&mut saver);
-        saver.slice(&self.reached.q);
-        saver.slice(&self.reached.v);
-        self.multipliers.save(&mut saver);
-        self.watch.save(&mut saver);
-        saver.option(self.passing);
-        saver.option(self.failed_at);
-        saver.stats(&self.before);
-        saver.flag(self.leg.is_some());
-        if let Some(leg) = &self.leg {
-            saver.checkpoint(leg);
-        }
-        saver.finish(match self.method {
-            Integrator::Radau => Method::Radau,
-            Integrator::Explicit => Method::Explicit,
-        })
-    }
-
-    /// Goes on from what was saved by a run with the same fingerprint.
-    pub(super) fn load(
-        &mut self,
-        numbers: &Checkpoint,
-        compiled: &'a CompiledSystem,
-    ) -> Result<(), SolveError> {
-        const MORE: SolveError = SolveError::Checkpoint { reason: "it holds too many numbers" };
-        let mut loader = Loader::new(numbers, numbers.method)?;
-        self.method = match numbers.method {
-            Method::Radau => Integrator::Radau,
-            Method::Explicit => Integrator::Explicit,
-        };
-        loader.count()?;
-        self.reached.t = loader.real()?;
-        self.dependent = loader.indices(compiled.nc())?;
-        self.recorder.load(&mut loader, compiled, &self.dependent)?;
-        loader.fill(&mut self.reached.q)?;
-        loader.fill(&mut self.reached.v)?;
-        self.multipliers = MultiplierSystem::new(&compiled.shape, &self.dependent);
-        self.multipliers.load(&compiled.shape, &mut loader)?;
-        self.watch = Watch::load(&mut loader)?;
-        self.passing = loader.option()?;
-        self.failed_at = loader.option()?;
-        self.before = loader.stats()?;
-        self.leg = if loader.flag()? { Some(loader.checkpoint()?) } else { None };
-        if loader.is_empty() { Ok(()) } else { Err(MORE) }
-    }
-}
-
-impl Recorder<'_> {
-    /// Whether every sample up to the end time has been handed out.
-    pub(super) fn is_complete(&self, t_end: f64) -> bool {
-        self.summary.t == t_end && self.pending.is_empty()
-    }
-}
-
-impl Sample {
-    pub(super) fn save(&self, saver: &mut Saver) {
-        let Self { t, q, v, a, lambda, inputs, reactions, energy, work, step_size, stats, .. } =
-            self;
-        let Energy { kinetic, potential, power } = *energy;
-        for part in [q, v, a, lambda, inputs] {
-            saver.slice(part);
-        }
-        saver.slice(reactions.as_flattened());
-        saver.slice(&[*t, *work, *step_size, kinetic, potential, power]);
-        saver.slice(&[self.position_residual, self.velocity_residual].concat());
-        saver.stats(stats);
-    }
-
-    pub(super) fn load(
-        loader: &mut Loader<'_>,
-        compiled: &CompiledSystem,
-    ) -> Result<Self, SolveError> {
-        let (nq, nc) = (compiled.nq(), compiled.nc());
-        let mut sample = Self {
-            q: vec![0.0; nq],
-            v: vec![0.0; nq],
-            a: vec![0.0; nq],
-            lambda: vec![0.0; nc],
-            inputs: vec![0.0; compiled.inputs.ids().len()],
-            reactions: vec![[0.0; 6]; compiled.joints.len()],
-            ..Self::default()
-        };
-        let Self { q, v, a, lambda, inputs, reactions, .. } = &mut sample;
-        for part in [q, v, a, lambda, inputs] {
-            loader.fill(part)?;
-        }
-        loader.fill(reactions.as_flattened_mut())?;
-        let mut numbers = [0.0; 6];
-        loader.fill(&mut numbers)?;
-        let [t, work, step_size, kinetic, potential, power] = numbers;
-        let residuals = residuals(loader)?;
-        Ok(Self {
-            t,
-            work,
-            step_size,
-            energy: Energy { kinetic, potential, power },
-            position_residual: residuals[0],
-            velocity_residual: residuals[1],
-            stats: loader.stats()?,
-            ..sample
-        })
-    }
-}
-
-fn residuals(loader: &mut Loader<'_>) -> Result<[[f64; 2]; 2], SolveError> {
-    let mut residuals = [[0.0; 2]; 2];
-    loader.fill(residuals.as_flattened_mut())?;
-    Ok(residuals)
-}
-
-impl Summary {
-    pub(super) fn save(&self, saver: &mut Saver) {
-        let EnergyBalance { initial, last, work, blows, worst_error, scale } = self.energy;
-        saver.real(self.t);
-        saver.count(self.n_samples);
-        saver.stats(&self.stats);
-        saver.slice(&[self.position_residual, self.velocity_residual].concat());
-        saver.slice(&[initial, last, work, blows, worst_error, scale]);
-        saver.count(self.singular_poses.len());
-        for pose in &self.singular_poses {
-            pose.save(saver);
-        }
-        saver.count(self.methods.len());
-        for change in &self.methods {
-            change.save(saver);
-        }
-        saver.count(self.changes.len());
-        for change in &self.changes {
-            change.save(saver);
-        }
-    }
-
-    pub(super) fn load(
-        loader: &mut Loader<'_>,
-        compiled: &CompiledSystem,
-    ) -> Result<Self, SolveError> {
-        let (t, n_samples, stats) = (loader.real()?, loader.count()?, loader.stats()?);
-        let [position_residual, velocity_residual] = residuals(loader)?;
-        let mut numbers = [0.0; 6];
-        loader.fill(&mut numbers)?;
-        let [initial, last, work, blows, worst_error, scale] = numbers;
-        let nc = compiled.nc();
-        // A length that is too large fails at the first number that is missing.
-        let poses = 0..loader.count()?;
-        let singular_poses =
-            poses.map(|_| SingularPose::load(loader, nc)).collect::<Result<_, _>>()?;
-        let methods = 0..loader.count()?;
-        let methods = methods.map(|_| MethodChange::load(loader)).collect::<Result<_, _>>()?;
-        let changes = 0..loader.count()?;
-        let changes = changes.map(|_| Change::load(loader, compiled)).collect::<Result<_, _>>()?;
-        Ok(Self {
-            reached_end: false,
-            t,
-            n_samples,
-            stats,
-            position_residual,
-            velocity_residual,
-            energy: EnergyBalance { initial, last, work, blows, worst_error, scale },
-            singular_poses,
-            methods,
-            changes,
-            checkpoint: None,
-        })
-    }
-}
-
-const INTEGRATORS: [Integrator; 2] = [Integrator::Explicit, Integrator::Radau];
-const REASONS: [Reason; 6] = [
-    Reason::Asked,
-    Reason::Cheapest,
-    Reason::Stiff,
-    Reason::OtherFailed,
-    Reason::SingularPose,
-    Reason::Regular,
-];
-
-impl MethodChange {
-    fn save(&self, saver: &mut Saver) {
-        saver.real(self.t);
-        // Both lists are in the order of their kinds.
-        saver.indices(&[self.method as usize, self.reason as usize]);
-    }
-
-    fn load(loader: &mut Loader<'_>) -> Result<Self, SolveError> {
-        const OTHER: SolveError = SolveError::Checkpoint { reason: "it names an unknown method" };
-        let (t, kinds) = (loader.real()?, loader.indices(REASONS.len())?);
-        let &[method, reason] = &kinds[..] else { return Err(OTHER) };
-        let method = *INTEGRATORS.get(method).ok_or(OTHER)?;
-        Ok(Self { t, method, reason: REASONS[reason] })
-    }
 }

@@ -11,17 +11,21 @@
 //! J. Numer. Anal. 30 (1993).
 
 use bksim_dae::{
-    Checkpoint, Control, ExplicitSolver, Index, Layout, Loader, Method, NotFinite, Ode, Saver,
-    Settings, SolveError, Start as From, StepControl, Tolerance,
+    Checkpoint, ExplicitSolver, Index, Layout, Loader, Method, NotFinite, Ode, Saver, Settings,
+    SolveError, Start as From, Stats, Step, StepControl, Tolerance,
 };
 
-use super::legs::{LegEnd, Run, State, sum};
-use super::recorder::Stretch;
-use super::singular::{NOTICEABLE, REGULAR, Sighting};
+use super::dense::DenseOutput;
+use super::mechanism::PhaseMechanism;
+use super::phase::PhaseEnd;
+use super::problem::Problem;
+use super::singular::{NOTICEABLE, REGULAR, Sighting, SingularMonitor};
+use super::stepper::Stepper;
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
 use crate::hybrid::Lookout;
 use crate::multiplier::MultiplierSystem;
+use crate::state::State;
 use bksim_model::{self, SolveOptions};
 
 /// A mechanism as y′ = f(t, y).
@@ -93,7 +97,7 @@ impl Ode for ExplicitMotion<'_> {
     }
 
     fn project(&mut self, t: f64, y: &mut [f64]) -> Result<(), NotFinite> {
-        // What a step leaves open is so small that one Newton step with the factors of the last
+        // The gap that a step leaves is so small that one Newton step with the factors of the last
         // stage closes it to rounding, but for long steps.
         const CLOSED: f64 = 1e-11;
         const MAX_PASSES: usize = 3;
@@ -115,152 +119,153 @@ impl Ode for ExplicitMotion<'_> {
     }
 }
 
-impl<'a> Run<'a, '_> {
-    /// Integrates with explicit steps.
-    pub(super) fn explicit_leg(&mut self, compiled: &'a CompiledSystem) -> LegEnd {
-        let mut lookout = self.lookout();
-        let mut solver = match self.explicit_solver(compiled, lookout.as_mut()) {
-            Ok(solver) => solver,
-            Err(error) => return LegEnd::Failed(Some(error)),
-        };
-        let may_switch = self.options.method == bksim_model::Method::Auto && self.passing.is_none();
-        let end = loop {
-            match solver.advance() {
-                Ok(true) => (),
-                Ok(false) => break LegEnd::Reached,
-                Err(error) => break self.failed(error),
-            }
-            if let Some(lookout) = &mut lookout {
-                let step = match solver.last_step() {
-                    Ok(step) => step,
-                    Err(error) => break self.failed(error),
-                };
-                if let Some(end) = self.until_event(lookout, &step, true) {
-                    break end;
-                }
-            }
-            let motion = solver.system_mut();
-            let weakness = motion.multipliers.weakness();
-            let weakest = std::mem::replace(&mut motion.weakest, weakness);
-            if self.is_off_branch(solver.t(), solver.y()) {
-                break LegEnd::Failed(None);
-            }
-            if weakest >= NOTICEABLE {
-                self.watch.leave();
-            } else if let Err(error) = self.search_singular_pose(&mut solver) {
-                break self.failed(error);
-            }
-            let is_stopping = match self.pass_explicit_step(&mut solver) {
-                Ok(is_stopping) => is_stopping,
-                Err(error) => break self.failed(error),
-            };
-            let is_past = |until: f64| (solver.t() - until) * solver.h().signum() >= 0.0;
-            if weakness > REGULAR && self.passing.is_some_and(is_past) {
-                break LegEnd::Regular;
-            }
-            if may_switch && solver.is_stiff() {
-                break LegEnd::Stiff;
-            }
-            if is_stopping {
-                self.leg = Some(keep(&mut solver, lookout.as_ref()));
-                break LegEnd::Stopped;
-            }
-        };
-        self.multipliers.clone_from(&solver.system_mut().multipliers);
-        end
-    }
+/// Explicit steps of a run.
+pub(super) struct ExplicitStepper<'a> {
+    solver: ExplicitSolver<ExplicitMotion<'a>>,
+    /// Weakness at the end of the last step, and the least of its stages.
+    weakness: f64,
+    weakest: f64,
+    /// Until when steps are explicit only to pass a singular pose.
+    passing: Option<f64>,
+    /// Whether Radau takes over where the motion turns stiff.
+    yields_to_radau: bool,
+}
 
-    /// The solver of a leg, from its start or from where it was stopped.
-    fn explicit_solver(
-        &mut self,
-        compiled: &'a CompiledSystem,
-        lookout: Option<&mut Lookout<'_>>,
-    ) -> Result<ExplicitSolver<ExplicitMotion<'a>>, SolveError> {
-        let State { t, q, v } = &self.reached;
-        let parameters = &self.recorder.switching.parameters;
-        let motion = ExplicitMotion::new(compiled, parameters, self.multipliers.clone());
-        let y = [q.as_slice(), v, &[self.recorder.summary.energy.work]].concat();
+/// The state that a phase of explicit steps begins with.
+pub(super) struct ExplicitStart<'s> {
+    pub(super) state: &'s State,
+    /// Work of loads and drives so far, J.
+    pub(super) work: f64,
+    pub(super) multipliers: &'s MultiplierSystem,
+    /// Until when steps are explicit only to pass a singular pose.
+    pub(super) passing: Option<f64>,
+}
+
+impl<'a> ExplicitStepper<'a> {
+    /// From the start of a phase, or from where it was `saved`, with its monitor of events.
+    ///
+    /// # Errors
+    /// [`SolveError`] when the accelerations have no value there, or what was saved does not fit.
+    pub(super) fn new(
+        Problem { options, .. }: Problem<'a>,
+        start: &ExplicitStart<'_>,
+        mechanism: &PhaseMechanism<'a>,
+        saved: Option<&Checkpoint>,
+        monitor: Option<&mut Lookout<'a>>,
+    ) -> Result<Self, SolveError> {
+        let ExplicitStart { state: State { t, q, v }, work, multipliers, passing } = *start;
+        let (parameters, shape) = (mechanism.parameters(), &mechanism.compiled().shape);
+        let motion = ExplicitMotion::new(mechanism.compiled(), parameters, multipliers.clone());
+        let y = [q.as_slice(), v, &[work]].concat();
         let from = From { t: *t, ydot: vec![0.0; y.len()], y };
-        let settings = ExplicitMotion::settings(self.options, q.len());
-        let t_end = self.options.t_end;
-        let Some(leg) = self.leg.take() else {
-            self.watch.leave();
-            return ExplicitSolver::new(motion, from, t_end, settings);
-        };
-        let mut loader = Loader::new(&leg, Method::Explicit)?;
-        let mut solver = ExplicitSolver::resume(motion, &loader.checkpoint()?, t_end, settings)?;
-        let motion = solver.system_mut();
-        let shape = motion.evaluator.shape();
-        motion.multipliers.load(shape, &mut loader)?;
-        motion.weakest = loader.real()?;
-        if let Some(lookout) = lookout {
-            lookout.load(&mut loader, &from)?;
-        }
-        Ok(solver)
-    }
-
-    /// Outputs of an explicit step; its dense output is made only when it is needed.
-    fn pass_explicit_step(
-        &mut self,
-        solver: &mut ExplicitSolver<ExplicitMotion<'_>>,
-    ) -> Result<bool, SolveError> {
-        let (t0, t1, nq) = (self.reached.t, solver.t(), self.reached.q.len());
-        let mut control = Control::Continue;
-        if self.recorder.due(t1).is_some() || self.observer.wants_segments() {
-            let step = solver.last_step()?;
-            let n = step.y1().len();
-            let at = |t: f64, y: &mut [f64]| step.at(t, &mut y[..n]);
-            let stats = sum(&self.before, step.stats());
-            let stretch = Stretch {
-                t0,
-                t1,
-                at: &at,
-                degree: step.degree(),
-                has_work: true,
-                h: t1 - t0,
-                stats,
-            };
-            control = self.recorder.pass(&stretch, self.observer);
-        }
-        self.recorder.summary.energy.work = solver.y()[2 * nq];
-        self.recorder.summary.stats = sum(&self.before, solver.stats());
-        self.reached.take(t1, solver.y());
-        Ok(self.or_stop(control))
-    }
-
-    /// Looks for a singular pose in a step with a weak stage.
-    fn search_singular_pose(
-        &mut self,
-        solver: &mut ExplicitSolver<ExplicitMotion<'_>>,
-    ) -> Result<(), SolveError> {
-        self.multipliers.clone_from(&solver.system_mut().multipliers);
-        let step = solver.last_step()?;
-        let evaluator = &mut self.recorder.evaluator;
-        let poses = &mut self.recorder.summary.singular_poses;
-        match self.watch.search(evaluator, &mut self.multipliers, &step) {
-            Some(Sighting::New(pose)) => poses.push(pose),
-            Some(Sighting::Better(pose)) => {
-                poses.pop();
-                poses.push(pose);
+        let (settings, t_end) = (ExplicitMotion::settings(options, q.len()), options.t_end);
+        let solver = match saved {
+            None => ExplicitSolver::new(motion, from, t_end, settings)?,
+            Some(saved) => {
+                let mut loader = Loader::new(saved, Method::Explicit)?;
+                let numbers = loader.checkpoint()?;
+                let mut solver = ExplicitSolver::resume(motion, &numbers, t_end, settings)?;
+                let motion = solver.system_mut();
+                motion.multipliers.load(shape, &mut loader)?;
+                motion.weakest = loader.real()?;
+                if let Some(monitor) = monitor {
+                    monitor.load(&mut loader, &from)?;
+                }
+                solver
             }
-            None => (),
-        }
-        Ok(())
+        };
+        Ok(Self {
+            solver,
+            weakness: 1.0,
+            weakest: 1.0,
+            passing,
+            yields_to_radau: options.method == bksim_model::Method::Auto && passing.is_none(),
+        })
     }
 }
 
-/// A leg in progress, for a run that goes on from here.
-fn keep(
-    solver: &mut ExplicitSolver<ExplicitMotion<'_>>,
-    lookout: Option<&Lookout<'_>>,
-) -> Checkpoint {
-    let mut saver = Saver::default();
-    saver.checkpoint(&solver.save());
-    let motion = solver.system_mut();
-    motion.multipliers.save(&mut saver);
-    saver.real(motion.weakest);
-    if let Some(lookout) = lookout {
-        lookout.save(&mut saver);
+impl Stepper for ExplicitStepper<'_> {
+    fn advance(&mut self) -> Result<bool, SolveError> {
+        self.solver.advance()
     }
-    saver.finish(Method::Explicit)
+
+    fn last_step(&mut self) -> Result<Step<'_>, SolveError> {
+        self.solver.last_step()
+    }
+
+    /// Never: the accelerations have a limit in a singular pose. Notes how weak the stages were,
+    /// before dense output adds stages of its own.
+    fn is_singular_ahead(&mut self, _: &mut Evaluator<'_>) -> bool {
+        let motion = self.solver.system_mut();
+        self.weakness = motion.multipliers.weakness();
+        self.weakest = std::mem::replace(&mut motion.weakest, self.weakness);
+        false
+    }
+
+    fn crossed_singular_pose(
+        &mut self,
+        evaluator: &mut Evaluator<'_>,
+        monitor: &mut SingularMonitor,
+    ) -> Result<Option<Sighting>, SolveError> {
+        if self.weakest >= NOTICEABLE {
+            monitor.leave();
+            return Ok(None);
+        }
+        // A copy: the search must leave the factors and pivots of the motion alone.
+        let mut multipliers = self.solver.system_mut().multipliers.clone();
+        let step = self.solver.last_step()?;
+        Ok(monitor.search(evaluator, &mut multipliers, &step))
+    }
+
+    fn dense_output(&mut self) -> Result<DenseOutput<'_>, SolveError> {
+        let mut dense = DenseOutput::from(self.solver.last_step()?);
+        dense.h = dense.t1 - dense.t0;
+        dense.has_work = true;
+        Ok(dense)
+    }
+
+    /// Nothing to do: the solver has projected the state.
+    fn correct(&mut self, _: &mut Evaluator<'_>, _: &mut State) -> Result<(), SolveError> {
+        Ok(())
+    }
+
+    fn succession(&mut self) -> Option<PhaseEnd> {
+        let Self { solver, weakness, passing, .. } = self;
+        let is_past = |until: f64| (solver.t() - until) * solver.h().signum() >= 0.0;
+        if *weakness > REGULAR && passing.is_some_and(is_past) {
+            return Some(PhaseEnd::Regular);
+        }
+        (self.yields_to_radau && solver.is_stiff()).then_some(PhaseEnd::Stiff)
+    }
+
+    fn t(&self) -> f64 {
+        self.solver.t()
+    }
+
+    fn y(&self) -> &[f64] {
+        self.solver.y()
+    }
+
+    fn work(&self) -> Option<f64> {
+        self.solver.y().last().copied()
+    }
+
+    fn stats(&self) -> &Stats {
+        self.solver.stats()
+    }
+
+    fn multipliers(&mut self) -> &MultiplierSystem {
+        &self.solver.system_mut().multipliers
+    }
+
+    fn method(&self) -> Method {
+        Method::Explicit
+    }
+
+    fn save(&mut self, saver: &mut Saver) {
+        saver.checkpoint(&self.solver.save());
+        let motion = self.solver.system_mut();
+        motion.multipliers.save(saver);
+        saver.real(motion.weakest);
+    }
 }

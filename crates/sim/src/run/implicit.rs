@@ -1,15 +1,21 @@
-//! Legs of Radau's: the equations of motion as they are formulated.
+//! Steps of Radau IIA: the equations of motion as they are formulated.
 
 use bksim_dae::{
-    Checkpoint, Loader, Method, Saver, Settings, SolveError, Solver, Start as From, Step,
-    StepControl, System,
+    Checkpoint, Loader, Method, Saver, Settings, SolveError, Solver, Start as From, Stats, Step,
+    StepControl,
 };
 
-use super::legs::{LegEnd, Run, State, sum};
-use super::recorder::Stretch;
-use super::singular::is_ahead;
+use super::dense::DenseOutput;
+use super::mechanism::PhaseMechanism;
+use super::phase::PhaseEnd;
+use super::problem::Problem;
+use super::singular::{Sighting, SingularMonitor, is_ahead};
+use super::stepper::Stepper;
+use crate::evaluator::Evaluator;
 use crate::formulate::{Motion, MotionEquations};
 use crate::hybrid::Lookout;
+use crate::multiplier::MultiplierSystem;
+use crate::state::{Acceleration, State};
 use bksim_model::{Formulation, SolveOptions};
 
 /// The integrator's settings for a model's options.
@@ -25,120 +31,148 @@ pub(crate) fn settings(options: &SolveOptions, equations: &MotionEquations) -> S
     }
 }
 
-impl Run<'_, '_> {
-    /// Integrates with Radau IIA.
-    pub(super) fn radau_leg(&mut self, equations: &MotionEquations) -> LegEnd {
-        let is_watching = self.options.step.is_none();
-        let mut lookout = self.lookout();
-        let mut solver = match self.radau_solver(equations, lookout.as_mut()) {
-            Ok(solver) => solver,
-            Err(error) => return LegEnd::Failed(Some(error)),
+/// Radau's steps of a run.
+pub(super) struct RadauStepper<'a> {
+    solver: Solver<Motion<'a>>,
+    equations: &'a MotionEquations,
+    multipliers: MultiplierSystem,
+    /// Constant steps go on as long as they can.
+    looks_ahead: bool,
+    drifts: bool,
+}
+
+/// The state that a phase of Radau's begins with.
+pub(super) struct RadauStart<'s> {
+    pub(super) state: &'s State,
+    /// Takes note of the pivots at the state.
+    pub(super) multipliers: &'s mut MultiplierSystem,
+}
+
+impl<'a> RadauStepper<'a> {
+    /// From the start of a phase, or from where it was `saved`, with its monitor of events.
+    ///
+    /// # Errors
+    /// [`SolveError`] when the state does not fit, or what was saved.
+    pub(super) fn new(
+        Problem { equations, options, .. }: Problem<'a>,
+        start: RadauStart<'_>,
+        mechanism: &mut PhaseMechanism<'a>,
+        saved: Option<&Checkpoint>,
+        monitor: Option<&mut Lookout<'_>>,
+    ) -> Result<Self, SolveError> {
+        let RadauStart { state, multipliers } = start;
+        let State { t, q, v } = state;
+        let motion = equations.at(mechanism.parameters(), &mechanism.inactive);
+        let (settings, t_end) = (settings(options, equations), options.t_end);
+        let solver = match saved {
+            None => {
+                let nc = mechanism.compiled().nc();
+                let mut begin = Acceleration::zeros(q.len(), nc);
+                let at = mechanism.evaluator.dynamics(*t, q, v);
+                // Numbers that are not finite are found, and named, by the first step.
+                let _ = multipliers.accelerations_into(&at, &mut begin.a, &mut begin.lambda);
+                let from = equations.unknowns(state.as_ref(), begin.as_ref());
+                Solver::new(motion, from, t_end, settings)?
+            }
+            Some(saved) => {
+                let mut loader = Loader::new(saved, Method::Radau)?;
+                let solver = Solver::resume(motion, &loader.checkpoint()?, t_end, settings)?;
+                if let Some(monitor) = monitor {
+                    let (y, ydot) = (solver.y().to_vec(), solver.ydot().to_vec());
+                    monitor.load(&mut loader, &From { t: *t, y, ydot })?;
+                }
+                solver
+            }
         };
-        loop {
-            let step = match solver.step() {
-                Ok(Some(step)) => step,
-                Ok(None) => return LegEnd::Reached,
-                Err(error) => return self.failed(error),
-            };
-            if let Some(lookout) = &mut lookout
-                && let Some(end) = self.until_event(lookout, &step, false)
-            {
-                return end;
-            }
-            let evaluator = &mut self.recorder.evaluator;
-            if is_watching && is_ahead(evaluator, &mut self.multipliers, &step) {
-                self.recorder.summary.stats = sum(&self.before, step.stats());
-                return LegEnd::SingularAhead(step.t1());
-            }
-            if self.is_off_branch(step.t1(), step.y1()) {
-                return LegEnd::Failed(None);
-            }
-            let is_stopping = self.pass_radau_step(&step);
-            if self.options.formulation == Formulation::Index1
-                && let Err(error) = self.project(&mut solver, equations)
-            {
-                return self.failed(error);
-            }
-            if is_stopping {
-                self.leg = Some(keep(&solver, lookout.as_ref()));
-                return LegEnd::Stopped;
-            }
-        }
-    }
-
-    /// The solver of a leg, from its start or from where it was stopped.
-    fn radau_solver<'e>(
-        &mut self,
-        equations: &'e MotionEquations,
-        lookout: Option<&mut Lookout<'_>>,
-    ) -> Result<Solver<Motion<'e>>, SolveError> {
-        let State { t, q, v } = &self.reached;
-        let motion = equations.at(&self.recorder.switching.parameters, &self.dependent);
-        let (settings, t_end) = (settings(self.options, equations), self.options.t_end);
-        if let Some(leg) = self.leg.take() {
-            let mut loader = Loader::new(&leg, Method::Radau)?;
-            let solver = Solver::resume(motion, &loader.checkpoint()?, t_end, settings)?;
-            if let Some(lookout) = lookout {
-                let (y, ydot) = (solver.y().to_vec(), solver.ydot().to_vec());
-                lookout.load(&mut loader, &From { t: *t, y, ydot })?;
-            }
-            return Ok(solver);
-        }
-        let (mut a, mut lambda) =
-            (vec![0.0; q.len()], vec![0.0; self.recorder.sample.lambda.len()]);
-        let at = self.recorder.evaluator.dynamics(*t, q, v);
-        // What is not finite here is found, and named, by the first step.
-        let _ = self.multipliers.accelerations_into(&at, &mut a, &mut lambda);
-        let (y, ydot) = equations.state(q, v, &a, &lambda);
-        Solver::new(motion, From { t: *t, y, ydot }, t_end, settings)
-    }
-
-    fn pass_radau_step(&mut self, step: &Step<'_>) -> bool {
-        let n = step.y1().len();
-        let at = |t: f64, y: &mut [f64]| step.at(t, &mut y[..n]);
-        let stats = sum(&self.before, step.stats());
-        let stretch = Stretch {
-            t0: step.t0(),
-            t1: step.t1(),
-            at: &at,
-            degree: step.degree(),
-            has_work: false,
-            h: step.h(),
-            stats,
-        };
-        let control = self.recorder.pass(&stretch, self.observer);
-        self.recorder.summary.stats = stats;
-        self.reached.take(step.t1(), step.y1());
-        self.or_stop(control)
-    }
-
-    /// Puts the end of a step of index 1 back onto the constraints, from which it drifts.
-    fn project<S: System>(
-        &mut self,
-        solver: &mut Solver<S>,
-        equations: &MotionEquations,
-    ) -> Result<(), SolveError> {
-        const CORRECTIONS: usize = 2;
-        let State { t, q, v } = &mut self.reached;
-        let evaluator = &mut self.recorder.evaluator;
-        let (mut a, mut lambda) =
-            (vec![0.0; q.len()], vec![0.0; self.recorder.sample.lambda.len()]);
-        // The factors of the state before the projection; what is not finite shows in the next step.
-        let _ = self.multipliers.factor(&evaluator.dynamics(*t, q, v));
-        self.multipliers.project(evaluator, *t, (&mut *q, &mut *v), CORRECTIONS);
-        let at = evaluator.dynamics(*t, q, v);
-        let _ = self.multipliers.accelerations_into(&at, &mut a, &mut lambda);
-        let (y, ydot) = equations.state(q, v, &a, &lambda);
-        solver.correct_state(&y, &ydot)
+        Ok(Self {
+            solver,
+            equations,
+            multipliers: multipliers.clone(),
+            looks_ahead: options.step.is_none(),
+            drifts: options.formulation == Formulation::Index1,
+        })
     }
 }
 
-/// A leg in progress, for a run that goes on from here.
-fn keep<S: System>(solver: &Solver<S>, lookout: Option<&Lookout<'_>>) -> Checkpoint {
-    let mut saver = Saver::default();
-    saver.checkpoint(&solver.save());
-    if let Some(lookout) = lookout {
-        lookout.save(&mut saver);
+impl Stepper for RadauStepper<'_> {
+    fn advance(&mut self) -> Result<bool, SolveError> {
+        Ok(self.solver.step()?.is_some())
     }
-    saver.finish(Method::Radau)
+
+    fn last_step(&mut self) -> Result<Step<'_>, SolveError> {
+        Ok(self.solver.last_step())
+    }
+
+    fn is_singular_ahead(&mut self, evaluator: &mut Evaluator<'_>) -> bool {
+        self.looks_ahead && is_ahead(evaluator, &mut self.multipliers, &self.solver.last_step())
+    }
+
+    /// Never: the phase ends before it.
+    fn crossed_singular_pose(
+        &mut self,
+        _: &mut Evaluator<'_>,
+        _: &mut SingularMonitor,
+    ) -> Result<Option<Sighting>, SolveError> {
+        Ok(None)
+    }
+
+    fn dense_output(&mut self) -> Result<DenseOutput<'_>, SolveError> {
+        Ok(self.solver.last_step().into())
+    }
+
+    /// Projects the end of a step of index 1, whose equations know nothing of g and its rate.
+    fn correct(
+        &mut self,
+        evaluator: &mut Evaluator<'_>,
+        reached: &mut State,
+    ) -> Result<(), SolveError> {
+        const CORRECTIONS: usize = 2;
+        if !self.drifts {
+            return Ok(());
+        }
+        let State { t, q, v } = reached;
+        let nc = evaluator.shape().nc;
+        let mut end = Acceleration::zeros(q.len(), nc);
+        // The factors are of the state before the projection. Numbers that are not finite show in the
+        // next step.
+        let _ = self.multipliers.factor(&evaluator.dynamics(*t, q, v));
+        self.multipliers.project(evaluator, *t, (&mut *q, &mut *v), CORRECTIONS);
+        let at = evaluator.dynamics(*t, q, v);
+        let _ = self.multipliers.accelerations_into(&at, &mut end.a, &mut end.lambda);
+        let From { y, ydot, .. } = self.equations.unknowns(reached.as_ref(), end.as_ref());
+        self.solver.correct_state(&y, &ydot)
+    }
+
+    /// None: implicit steps are never the wrong ones, only dearer than need be.
+    fn succession(&mut self) -> Option<PhaseEnd> {
+        None
+    }
+
+    fn t(&self) -> f64 {
+        self.solver.t()
+    }
+
+    fn y(&self) -> &[f64] {
+        self.solver.y()
+    }
+
+    fn work(&self) -> Option<f64> {
+        None
+    }
+
+    fn stats(&self) -> &Stats {
+        self.solver.stats()
+    }
+
+    fn multipliers(&mut self) -> &MultiplierSystem {
+        &self.multipliers
+    }
+
+    fn method(&self) -> Method {
+        Method::Radau
+    }
+
+    fn save(&mut self, saver: &mut Saver) {
+        saver.checkpoint(&self.solver.save());
+    }
 }

@@ -1,4 +1,4 @@
-//! Who is told of a run as it goes on, and the motion between samples as polynomials.
+//! Observers of a run as it goes on, and the motion between samples as polynomials.
 //!
 //! A [`Segment`] holds q and v over one step of the integrator, not projected. Whatever polynomial
 //! the method has over a step, it has a degree d, so its values at the d + 1 Chebyshev points of the
@@ -16,11 +16,9 @@ use std::f64::consts::PI;
 
 use bksim_dae::Control;
 
-use super::Sample;
-use super::recorder::Stretch;
-use crate::sensitivity::StateSensitivity;
+use super::sample::{Sample, StateSensitivity};
 
-/// Who is told of a run as it goes on. Closures that take a sample are observers.
+/// Receiver of the samples of a run as it goes on. Closures that take a sample are observers.
 pub trait Observer {
     /// Takes a sample and says whether to go on; `by` holds one derivative per quantity in a run with
     /// sensitivities and nothing in others.
@@ -68,14 +66,19 @@ pub struct Segment {
 }
 
 impl Segment {
-    /// Takes the motion of a step.
-    pub(super) fn take(&mut self, stretch: &Stretch<'_>, nq: usize, y: &mut [f64]) {
-        (self.t0, self.t1) = (stretch.t0, stretch.t1);
-        self.values.clear();
-        for k in 0..=stretch.degree {
-            let t = 0.5 * (self.t0 + self.t1) + 0.5 * node(k, stretch.degree) * (self.t1 - self.t0);
-            (stretch.at)(t, y);
-            self.values.extend_from_slice(&y[..2 * nq]);
+    /// Takes the motion of a step from `t0` to `t1`, a polynomial of this degree in `n` numbers that
+    /// `at` writes.
+    pub(super) fn take(
+        &mut self,
+        [t0, t1]: [f64; 2],
+        degree: usize,
+        n: usize,
+        at: &mut dyn FnMut(f64, &mut [f64]),
+    ) {
+        (self.t0, self.t1) = (t0, t1);
+        self.values.resize(n * (degree + 1), 0.0);
+        for (k, values) in self.values.chunks_exact_mut(n.max(1)).enumerate() {
+            at(0.5 * (t0 + t1) + 0.5 * node(k, degree) * (t1 - t0), values);
         }
     }
 
@@ -139,19 +142,11 @@ mod tests {
     fn a_polynomial_of_each_degree_is_itself() {
         for degree in 0..=7_i32 {
             let u = |t: f64| (0..=degree).map(|k| (t - 0.3).powi(k)).sum::<f64>();
-            let at = |t: f64, y: &mut [f64]| (y[0], y[1]) = (u(t), -2.0 * u(t));
-            let stretch = Stretch {
-                t0: 2.0,
-                t1: 0.5,
-                at: &at,
-                degree: degree.unsigned_abs() as usize,
-                has_work: false,
-                h: -1.5,
-                stats: bksim_dae::Stats::default(),
-            };
+            let mut at = |t: f64, y: &mut [f64]| (y[0], y[1]) = (u(t), -2.0 * u(t));
             let mut segment = Segment::default();
-            segment.take(&stretch, 1, &mut [0.0; 2]);
-            assert_eq!(segment.values.len(), 2 * (stretch.degree + 1));
+            let n_points = degree.unsigned_abs() as usize + 1;
+            segment.take([2.0, 0.5], n_points - 1, 2, &mut at);
+            assert_eq!(segment.values.len(), 2 * n_points);
             for t in [2.0, 1.7, 1.25, 0.9, 0.5] {
                 let mut state = [0.0; 2];
                 segment.at(t, &mut state);

@@ -1,8 +1,9 @@
-//! A run again, at any instant, from its segments: what the run itself would have handed out there.
+//! A run again, at any instant, from its segments: the samples that the run itself would have handed
+//! out there.
 
 use super::observer::Segment;
-use super::recorder::settle;
-use super::{Energy, Sample};
+use super::sample::{Energy, Sample};
+use super::sampler::{complete, project};
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
 use crate::hybrid::{Modes, Watcher};
@@ -10,7 +11,7 @@ use crate::multiplier::MultiplierSystem;
 
 /// Completes states of segments: projection, accelerations, multipliers, reactions, energies.
 ///
-/// What a run gathers on its way is not in a segment: work, step sizes and counters stay zero.
+/// Sums over a run are not in a segment: work, step sizes and counters stay zero.
 #[derive(Clone, Debug)]
 pub struct Replay<'a> {
     compiled: &'a CompiledSystem,
@@ -78,13 +79,10 @@ impl<'a> Replay<'a> {
         sample.t = t;
         sample.q.copy_from_slice(q);
         sample.v.copy_from_slice(v);
-        // What has no value is NaN, and shows as such.
-        let _ = settle(evaluator, multipliers, sample);
-        let Sample { q, v, a, lambda, reactions, inputs, energy, .. } = sample;
-        inputs.clear();
-        inputs.extend_from_slice(evaluator.inputs(t, q, v));
-        *energy = evaluator.energy(t, q, v, lambda);
-        evaluator.reactions_into(t, [q, v, a, lambda], reactions);
+        // Numbers without a value are NaN, and show as such.
+        let _ = project(evaluator, multipliers, sample);
+        complete(evaluator, sample);
+        let Sample { q, v, lambda, .. } = sample;
         self.modes.fill_friction(&mut self.watcher, (t, q, v), lambda);
         Ok(sample)
     }

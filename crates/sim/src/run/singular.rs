@@ -1,12 +1,13 @@
 //! Noticing singular poses: where the constraint rows lose rank for an instant and branches of
 //! motion meet, as at the change point of a parallelogram.
 //!
-//! The pivots of the multiplier system, which are known at every stage of an explicit step, tell
+//! The pivots of the multiplier system, which are known at every stage of an explicit step, show
 //! where rows are weak. There the motion is searched for the weakest instant, and the singular
 //! values of G at that instant decide.
 
 use bksim_dae::{Loader, Saver, SolveError, Step};
 
+use super::summary::SingularPose;
 use crate::evaluator::Evaluator;
 use crate::linear::rank::{Smallness, sparse_dependent_rows};
 use crate::linear::rows::{Inverse, LARGEST_DENSE, SparseRows};
@@ -34,49 +35,25 @@ const SHRINKINGS: usize = 40;
 /// Rows with this part in the vanishing combination are named.
 const PART: f64 = 0.1;
 
-/// A pose in which constraint rows have lost rank.
-#[derive(Clone, PartialEq, Debug)]
-pub struct SingularPose {
-    /// s.
-    pub t: f64,
-    /// Rank of the constraints there.
-    pub rank: usize,
-    /// Rows that take part in the loss, those of the system's constraints.
-    pub rows: Vec<usize>,
-}
-
-/// Looks for singular poses in the steps of a run.
+/// Search for singular poses in the steps of a run.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Watch {
+pub(crate) struct SingularMonitor {
     /// The largest smallest singular value met.
     regular: f64,
     /// Smallest singular value of the pose that the motion is near to, once it is known.
     near: Option<f64>,
 }
 
-/// What a step has shown.
+/// Singular pose found in a step.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) enum Sighting {
     /// A pose not seen before.
     New(SingularPose),
-    /// The pose seen last, met better.
+    /// The pose found last, met more closely: replaces it.
     Better(SingularPose),
 }
 
-impl SingularPose {
-    pub(crate) fn save(&self, saver: &mut Saver) {
-        saver.real(self.t);
-        saver.count(self.rank);
-        saver.indices(&self.rows);
-    }
-
-    /// A pose of a mechanism with `nc` rows.
-    pub(crate) fn load(loader: &mut Loader<'_>, nc: usize) -> Result<Self, SolveError> {
-        Ok(Self { t: loader.real()?, rank: loader.index(nc + 1)?, rows: loader.indices(nc)? })
-    }
-}
-
-impl Watch {
+impl SingularMonitor {
     pub(crate) fn save(&self, saver: &mut Saver) {
         saver.real(self.regular);
         saver.option(self.near);
@@ -110,7 +87,7 @@ impl Watch {
             return None;
         };
 
-        // What the singular values say, there and at the ends.
+        // Singular values there and at the ends decide.
         let mut y = vec![0.0; step.y1().len()];
         let mut rows_at = |t: f64| {
             step.at(t, &mut y);
@@ -169,9 +146,9 @@ fn is_foreseen(
     let (q, v) = step.y1()[..2 * nq].split_at(nq);
     let a = &step.ydot1()[nq..2 * nq];
     let mut weakness = |ahead: f64| {
-        let place = |i: usize| q[i] + ahead * (v[i] + 0.5 * ahead * a[i]);
+        let position = |i: usize| q[i] + ahead * (v[i] + 0.5 * ahead * a[i]);
         let rate = |i: usize| v[i] + ahead * a[i];
-        let (q, v): (Vec<f64>, Vec<f64>) = (0..nq).map(|i| (place(i), rate(i))).unzip();
+        let (q, v): (Vec<f64>, Vec<f64>) = (0..nq).map(|i| (position(i), rate(i))).unzip();
         multipliers.weakness_at(&evaluator.dynamics(step.t1() + ahead, &q, &v))
     };
     // Singular values fall to zero in proportion to the way left.
@@ -185,7 +162,7 @@ fn is_foreseen(
     weakness(t * left) < VANISHING
 }
 
-/// Weakness at an instant of a step.
+/// Weakness at a part of a step.
 fn weakness_within(
     evaluator: &mut Evaluator,
     multipliers: &mut MultiplierSystem,
@@ -215,7 +192,8 @@ impl Dip {
         let mut weakness = |part: f64| weakness_within(evaluator, multipliers, step, part);
         let at = |k: usize| k as f64 / SAMPLES as f64;
         let values: Vec<f64> = (0..=SAMPLES).map(|k| weakness(at(k))).collect();
-        let least = (0..=SAMPLES).min_by(|&a, &b| values[a].total_cmp(&values[b])).unwrap_or(0);
+        let least = (0..=SAMPLES).min_by(|&a, &b| values[a].total_cmp(&values[b]));
+        let least = least.expect("a step has samples");
         let (low, high) = (at(least.saturating_sub(1)), at((least + 1).min(SAMPLES)));
         let t = may_vanish(&values, least).then(|| {
             let part = golden_section(low, high, &mut weakness);
@@ -238,7 +216,7 @@ fn smallest_singular_value(rows: SparseRows) -> f64 {
     rows.dense().singular_values().min()
 }
 
-/// What rows have lost where they are weakest.
+/// Loss of rank where rows are weakest.
 struct Loss {
     /// The smallest singular value.
     least: f64,
@@ -271,7 +249,7 @@ impl Loss {
 
 /// Whether weakness sampled at equal distances, the `least` of its values known, may vanish in between:
 /// it falls as the square of the distance to a singular pose, so the parabola through three values
-/// tells.
+/// decides.
 fn may_vanish(values: &[f64], least: usize) -> bool {
     const DEEP: f64 = 0.2;
     let middle = least.clamp(1, values.len() - 2);

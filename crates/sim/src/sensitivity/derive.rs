@@ -24,7 +24,7 @@ pub struct SensitivityEquations {
     /// Changes of the entries of G, of (t, q) and ∂(q, P).
     pub(super) jacobian: Runner,
     /// Row and coordinate of each of these entries.
-    pub(super) places: Vec<(usize, usize)>,
+    pub(super) cells: Vec<(usize, usize)>,
     /// By initial value: see [`super::start`].
     pub(super) closing: Tape,
     /// ∂P/∂p: all parameters of the model, one direction after the other.
@@ -59,13 +59,13 @@ pub fn differentiate(
         tape.evaluate(&mut tape.workspace(parameters), &[], &mut out);
         Ok(out)
     };
-    let (jacobian, places) = derivation.jacobian()?;
+    let (jacobian, cells) = derivation.jacobian()?;
     Ok(SensitivityEquations {
         sensitive: sensitive.to_vec(),
         columns: parameter_columns(model, system, formulation, &derivation.own, &directions)?,
         levels: derivation.levels()?,
         jacobian,
-        places,
+        cells,
         closing: derivation.closing()?,
         directions: evaluated(&directions.concat())?,
         n_parameters: model.parameters.len(),
@@ -73,7 +73,7 @@ pub fn differentiate(
 }
 
 impl SensitivityEquations {
-    /// What the motion is differentiated by.
+    /// Quantities that the motion is differentiated by.
     pub fn sensitive(&self) -> &[Sensitive] {
         &self.sensitive
     }
@@ -158,14 +158,14 @@ impl<'a> Derivation<'a> {
         Ok(Runner::new(tape, model.solve.jit))
     }
 
-    /// Changes of the entries of G, and the place of each.
+    /// Changes of the entries of G, and the row and column of each.
     fn jacobian(&self) -> Result<(Runner, Vec<(usize, usize)>), TapeError> {
         let rows: Vec<Expr> = self.system.constraints.iter().map(|c| c.expression).collect();
         let entries = self.model.pool.jacobian(&rows, &self.q).entries;
-        let (places, entries): (Vec<(usize, usize)>, Vec<Expr>) =
+        let (cells, entries): (Vec<(usize, usize)>, Vec<Expr>) =
             entries.into_iter().map(|(row, i, entry)| ((row, i), entry)).unzip();
         let tape = self.compile(&self.along(&entries), &[&self.q, &self.dq, &self.dp])?;
-        Ok((Runner::new(tape, self.model.solve.jit), places))
+        Ok((Runner::new(tape, self.model.solve.jit), cells))
     }
 
     /// By initial value: measure m, stated value, their changes, gradient of m by q (positions) or

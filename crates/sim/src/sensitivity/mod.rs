@@ -24,12 +24,13 @@ mod tangent;
 
 use bksim_model::{Measure, Model};
 
+pub use crate::run::StateSensitivity;
 pub use derive::{SensitivityEquations, differentiate};
 pub use fault::{SensitivityError, diagnose_sensitivity};
 pub use run::run_with_sensitivities;
 pub use start::start;
 
-/// What a motion is differentiated by.
+/// Quantity that a motion is differentiated by.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Sensitive {
     /// Index into `Model::parameters`; parameters defined through it change with it.
@@ -38,17 +39,13 @@ pub enum Sensitive {
     Initial(usize),
 }
 
-/// Derivatives of one instant by one quantity, in the units of each over the unit of the quantity.
-#[derive(Clone, PartialEq, Debug)]
-pub struct StateSensitivity {
-    /// Of the coordinates, nq.
-    pub q: Vec<f64>,
-    /// Of the velocities, nq.
-    pub v: Vec<f64>,
-    /// Of the accelerations, nq.
-    pub a: Vec<f64>,
-    /// Of the multipliers, nc; of the smallest ones when they are not unique.
-    pub lambda: Vec<f64>,
+/// Derivatives that a run with sensitivities needs.
+#[derive(Clone, Debug)]
+pub struct SensitivityPlan {
+    /// The derivatives of the equations, compiled.
+    pub equations: SensitivityEquations,
+    /// Sensitivities of the start, one per quantity.
+    pub start: Vec<StateSensitivity>,
 }
 
 impl Sensitive {

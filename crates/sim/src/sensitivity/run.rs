@@ -2,23 +2,25 @@
 
 use bksim_dae::{
     Control, Layout, NotFinite, Pattern, SensitivitySolver, SensitivityStart, SensitivityStep,
-    SensitivitySystem, SolveError, Start as From, System,
+    SensitivitySystem, SolveError, System,
 };
 use bksim_expr::Workspace;
 
-use super::tangent::{State, Tangents};
-use super::{SensitivityEquations, StateSensitivity};
-use crate::compiled::CompiledSystem;
+use super::tangent::{Instant, Tangents};
+use super::{SensitivityEquations, SensitivityPlan};
 use crate::evaluator::gather;
-use crate::formulate::{Motion, MotionEquations};
+use crate::formulate::Motion;
+use crate::run::dense::DenseOutput;
 use crate::run::implicit::settings;
-use crate::run::recorder::{Recorder, Stretch};
+use crate::run::mechanism::PhaseMechanism;
+use crate::run::sample::StateSensitivity;
+use crate::run::sampler::Sampler;
 use crate::run::singular::is_ahead;
 use crate::run::{
-    Failure, Integrator, MethodChange, Observer, Reason, Sample, Segment, Summary, undefined,
+    Failure, Integrator, MethodChange, Observer, Problem, Reason, Sample, Segment, Summary,
 };
 use crate::start::Start;
-use bksim_model::SolveOptions;
+use crate::state::{AccelerationRef, StateRef};
 
 /// Why a run with sensitivities ended.
 enum End {
@@ -29,38 +31,43 @@ enum End {
     Failed(Option<SolveError>),
 }
 
-/// Integrates from `start`, whose sensitivities are `begin`, with Radau IIA, and hands every sample
-/// with its sensitivities to `observer`, which may stop the run; `stop` is asked after every step.
+/// Integrates from the start, whose sensitivities `plan` knows, with Radau IIA, and hands every
+/// sample with its sensitivities to `observer`, which may stop the run; `stop` is asked after every
+/// step.
 ///
 /// # Errors
 /// [`Failure`] when the integrator cannot go on, or comes to a singular pose, where sensitivities
 /// may have no bound.
-#[expect(clippy::too_many_arguments, reason = "those of `run`, and the sensitivities")]
 pub fn run_with_sensitivities(
-    compiled: &CompiledSystem,
-    motion: &MotionEquations,
-    equations: &SensitivityEquations,
-    (start, begin): (&Start, &[StateSensitivity]),
-    parameters: &[f64],
-    options: &SolveOptions,
+    problem: Problem<'_>,
+    plan: &SensitivityPlan,
     observer: &mut dyn Observer,
     stop: &dyn Fn() -> bool,
 ) -> Result<Summary, Box<Failure>> {
-    let mut recorder = Recorder::new(compiled, start, parameters, options, motion.n());
-    let first = &mut |sample: &Sample| observer.sample(sample, begin);
-    if recorder.record_start(start, first) == Control::Stop {
-        return Ok(recorder.summary);
+    let Problem { compiled, start, parameters, options, .. } = problem;
+    let mut mechanism = PhaseMechanism::new(problem);
+    let mut sampler = Sampler::new(problem, &mechanism);
+    let mut summary = Summary::default();
+
+    // The start.
+    let first = &mut |sample: &Sample| observer.sample(sample, &plan.start);
+    if sampler.begin(start, &mut mechanism, &mut summary, first) == Control::Stop {
+        return Ok(summary);
     }
     let method = MethodChange { t: start.t, method: Integrator::Radau, reason: Reason::Asked };
-    recorder.summary.methods.push(method);
-    let tangents = Tangents::new(equations, compiled, parameters, start.dependent_rows());
-    let mut run = Run { recorder, tangents, observer, stop, n_sensitive: begin.len() };
-    let end = run.integrate(motion, equations, (start, begin), options);
-    let recorder = run.recorder;
-    if recorder.is_undefined {
-        return Err(Box::new(undefined(recorder)));
+    summary.methods.push(method);
+
+    // The steps.
+    let tangents = Tangents::new(&plan.equations, compiled, parameters, start.dependent_rows());
+    let mut run = SensitiveRun { mechanism, sampler, summary, tangents, plan };
+    let end = run.integrate(problem, observer, stop);
+
+    // The end.
+    let SensitiveRun { sampler, mut summary, .. } = run;
+    let last = sampler.sample;
+    if sampler.is_undefined {
+        return Err(Box::new(Failure::undefined(summary, last)));
     }
-    let Recorder { mut summary, sample: last, .. } = recorder;
     match end {
         End::Reached | End::Stopped => {
             summary.reached_end = summary.t == options.t_end;
@@ -70,82 +77,91 @@ pub fn run_with_sensitivities(
     }
 }
 
-struct Run<'a, 'b> {
-    recorder: Recorder<'a>,
+struct SensitiveRun<'a> {
+    mechanism: PhaseMechanism<'a>,
+    sampler: Sampler,
+    summary: Summary,
     tangents: Tangents<'a>,
-    observer: &'b mut dyn Observer,
-    stop: &'b dyn Fn() -> bool,
-    n_sensitive: usize,
+    plan: &'a SensitivityPlan,
 }
 
-impl Run<'_, '_> {
+impl SensitiveRun<'_> {
     fn integrate(
         &mut self,
-        motion: &MotionEquations,
-        equations: &SensitivityEquations,
-        (start, begin): (&Start, &[StateSensitivity]),
-        options: &SolveOptions,
+        problem: Problem<'_>,
+        observer: &mut dyn Observer,
+        stop: &dyn Fn() -> bool,
     ) -> End {
-        let parameters = self.recorder.switching.parameters.clone();
-        let system = SensitiveMotion {
-            motion: motion.at(&parameters, start.dependent_rows()),
-            equations,
-            workspace: equations.columns.tape().workspace(&parameters),
-            inputs: Vec::new(),
-        };
-        let (y, ydot) = motion.state(&start.q, &start.v, &start.a, &start.lambda);
-        let from = From { t: start.t, y, ydot };
-        let of_start = |s: &StateSensitivity| motion.state(&s.q, &s.v, &s.a, &s.lambda);
-        let (s, sdot) = begin.iter().map(of_start).unzip();
-        let begin = SensitivityStart { s, sdot };
-        let settings = settings(options, motion);
-        let solver = SensitivitySolver::new(system, from, &begin, options.t_end, settings);
-        let mut solver = match solver {
+        let mut solver = match self.solver(problem, self.plan) {
             Ok(solver) => solver,
             Err(error) => return End::Failed(Some(error)),
         };
         loop {
+            // Take an accepted step.
             let step = match solver.step() {
                 Ok(Some(step)) => step,
                 Ok(None) => return End::Reached,
                 Err(error) => return End::Failed(Some(error)),
             };
-            let Recorder { evaluator, multipliers, .. } = &mut self.recorder;
-            if options.step.is_none() && is_ahead(evaluator, multipliers, &step.step) {
+
+            // Throw it away where the equations lose their unique solution.
+            let evaluator = &mut self.mechanism.evaluator;
+            let multipliers = &mut self.sampler.multipliers;
+            if problem.options.step.is_none() && is_ahead(evaluator, multipliers, &step.step) {
                 return End::Failed(None);
             }
-            if self.pass(&step) == Control::Stop || (self.stop)() {
+
+            // Hand out its samples.
+            if self.pass(&step, observer) == Control::Stop || stop() {
                 return End::Stopped;
             }
         }
     }
 
-    /// Samples the output times of a step.
-    fn pass(&mut self, step: &SensitivityStep<'_>) -> Control {
-        let Self { recorder, tangents, observer, n_sensitive, .. } = self;
-        let whole = &step.step;
-        let n = whole.y1().len();
-        let at = |t: f64, y: &mut [f64]| whole.at(t, &mut y[..n]);
-        let stretch = Stretch {
-            t0: whole.t0(),
-            t1: whole.t1(),
-            at: &at,
-            degree: whole.degree(),
-            has_work: false,
-            h: whole.h(),
-            stats: *whole.stats(),
+    /// The solver at the start.
+    ///
+    /// # Errors
+    /// [`SolveError`] when the start is not finite.
+    fn solver<'e>(
+        &self,
+        problem: Problem<'e>,
+        plan: &'e SensitivityPlan,
+    ) -> Result<SensitivitySolver<SensitiveMotion<'e>>, SolveError> {
+        let Problem { equations, start, options, .. } = problem;
+        let parameters = self.mechanism.parameters();
+        let system = SensitiveMotion {
+            motion: equations.at(parameters, start.dependent_rows()),
+            equations: &plan.equations,
+            workspace: plan.equations.columns.tape().workspace(parameters),
+            inputs: Vec::new(),
         };
+        let Start { t, q, v, a, lambda, .. } = start;
+        let unknowns = |q: &[f64], v: &[f64], a: &[f64], lambda: &[f64]| {
+            equations.unknowns(StateRef { t: *t, q, v }, AccelerationRef { a, lambda })
+        };
+        let from = unknowns(q, v, a, lambda);
+        let of_start = |s: &StateSensitivity| unknowns(&s.q, &s.v, &s.a, &s.lambda);
+        let (s, sdot) = plan.start.iter().map(of_start).map(|s| (s.y, s.ydot)).unzip();
+        let begin = SensitivityStart { s, sdot };
+        let settings = settings(options, equations);
+        SensitivitySolver::new(system, from, &begin, options.t_end, settings)
+    }
+
+    /// Samples the output times of a step.
+    fn pass(&mut self, step: &SensitivityStep<'_>, observer: &mut dyn Observer) -> Control {
         let mut completing = Completing {
             step,
-            tangents,
-            n_sensitive: *n_sensitive,
-            s: vec![0.0; n],
+            tangents: &mut self.tangents,
+            n_sensitive: self.plan.start.len(),
+            s: vec![0.0; step.step.y1().len()],
             is_finite: true,
-            observer: &mut **observer,
+            observer,
         };
-        let control = recorder.pass(&stretch, &mut completing);
-        recorder.is_undefined |= !completing.is_finite;
-        recorder.summary.stats = *whole.stats();
+        let dense = DenseOutput::from(step.step);
+        let Self { sampler, mechanism, summary, .. } = self;
+        let control = sampler.pass(&dense, mechanism, summary, &mut completing);
+        sampler.is_undefined |= !completing.is_finite;
+        summary.stats = dense.stats;
         control
     }
 }
@@ -165,7 +181,8 @@ impl Observer for Completing<'_, '_, '_> {
     fn sample(&mut self, sample: &Sample, _: &[StateSensitivity]) -> Control {
         let Self { step, tangents, n_sensitive, s, .. } = self;
         let Sample { t, q, v, a, lambda, .. } = sample;
-        let at = State { t: *t, q, v, a, lambda };
+        let state = StateRef { t: *t, q, v };
+        let at = Instant { state, acceleration: AccelerationRef { a, lambda } };
         let mut by = |k: usize| {
             step.s_at(k, *t, s);
             let (dq, dv) = s[..2 * q.len()].split_at(q.len());

@@ -1,18 +1,20 @@
 //! Sensitivities of the consistent start, level by level, as [`crate::start`] finds it.
 //!
-//! What is stated holds exactly, or changes by one where the sensitivity is to it; the rest follows
+//! Stated values hold exactly, or change by one where the sensitivity is to them; the rest follows
 //! the constraints. Where these leave a choice, positions change by the least amount from the
 //! changes of the guesses, and velocities are the nearest to the guessed ones, differentiated.
 
 use nalgebra::{DMatrix, DVector};
 
-use super::tangent::{Nearest, State, Tangents};
-use super::{Sensitive, SensitivityEquations, SensitivityError, StateSensitivity};
+use super::tangent::{Instant, Nearest, Tangents};
+use super::{Sensitive, SensitivityEquations, SensitivityError};
 use crate::assembly::is_velocity;
 use crate::compiled::CompiledSystem;
 use crate::evaluator::gather;
 use crate::linear::dense::least_squares;
+use crate::run::StateSensitivity;
 use crate::start::Start;
+use crate::state::{AccelerationRef, StateRef};
 use bksim_model::{Initial, Model};
 
 /// Sensitivities of the start, one per quantity.
@@ -29,7 +31,8 @@ pub fn start(
 ) -> Result<Vec<StateSensitivity>, SensitivityError> {
     let tangents = Tangents::new(equations, compiled, parameters, start.dependent_rows());
     let Start { t, q, v, a, lambda, .. } = start;
-    let at = State { t: *t, q, v, a, lambda };
+    let state = StateRef { t: *t, q, v };
+    let at = Instant { state, acceleration: AccelerationRef { a, lambda } };
     let mut opening = Opening { equations, model, tangents, parameters, at };
     (0..equations.sensitive.len()).map(|k| opening.by(k)).collect()
 }
@@ -40,7 +43,7 @@ struct Opening<'a> {
     model: &'a Model,
     tangents: Tangents<'a>,
     parameters: &'a [f64],
-    at: State<'a>,
+    at: Instant<'a>,
 }
 
 /// Some initial values: what they measure less what is stated, its change, the gradient of the
@@ -63,13 +66,14 @@ impl Opening<'_> {
     }
 
     fn positions(&mut self, k: usize) -> Result<DVector<f64>, SensitivityError> {
-        let (at, nq) = (self.at, self.at.q.len());
+        let (at, nq) = (self.at, self.at.state.q.len());
         let zero = vec![0.0; nq];
-        let all = self.measured(k, |i| !is_velocity(i.measure), at.v, &zero);
-        let stated = self.measured(k, |i| !is_velocity(i.measure) && !i.is_guess, at.v, &zero);
+        let all = self.measured(k, |i| !is_velocity(i.measure), at.state.v, &zero);
+        let stated =
+            self.measured(k, |i| !is_velocity(i.measure) && !i.is_guess, at.state.v, &zero);
 
-        // Towards everything the author said, then onto the constraints.
-        let (wished, _) = least_squares(&all.gradient, &-all.change);
+        // Towards all stated and guessed values, then onto the constraints.
+        let (target, _) = least_squares(&all.gradient, &-all.change);
         let gap = self.tangents.of_positions(at, k, &zero).to_vec();
         let jacobian = self.tangents.jacobian_at(at);
         let rows = below(&jacobian, &stated.gradient);
@@ -78,11 +82,11 @@ impl Opening<'_> {
             residual: joined(&gap, &stated.change),
             rows,
         };
-        self.checked(k, &nearest, nearest.change(&DVector::zeros(nq), &wished))
+        self.checked(k, &nearest, nearest.change(&DVector::zeros(nq), &target))
     }
 
     fn velocities(&mut self, k: usize, dq: &[f64]) -> Result<DVector<f64>, SensitivityError> {
-        let (at, nq) = (self.at, self.at.q.len());
+        let (at, nq) = (self.at, self.at.state.q.len());
         let zero = vec![0.0; nq];
         let is_guess = |i: &Initial| is_velocity(i.measure) && i.is_guess;
 
@@ -91,10 +95,10 @@ impl Opening<'_> {
         let (guess, _) = least_squares(&at_rest.gradient, &-at_rest.off);
         let Measured { gradient, turned, change, .. } =
             self.measured(k, is_guess, guess.as_slice(), dq);
-        let wished = Nearest { rows: gradient, turned, residual: change };
-        let wished = wished.change(&guess, &DVector::zeros(nq));
+        let target = Nearest { rows: gradient, turned, residual: change };
+        let target = target.change(&guess, &DVector::zeros(nq));
 
-        let stated = self.measured(k, |i| is_velocity(i.measure) && !i.is_guess, at.v, dq);
+        let stated = self.measured(k, |i| is_velocity(i.measure) && !i.is_guess, at.state.v, dq);
         let gap = self.tangents.of_velocities(at, k, (dq, &zero)).to_vec();
         let jacobian = self.tangents.jacobian_at(at);
         let nearest = Nearest {
@@ -102,8 +106,8 @@ impl Opening<'_> {
             turned: below(&self.tangents.of_jacobian(at, k, dq), &stated.turned),
             residual: joined(&gap, &stated.change),
         };
-        let moved = DVector::from_column_slice(at.v) - guess;
-        self.checked(k, &nearest, nearest.change(&moved, &wished))
+        let moved = DVector::from_column_slice(at.state.v) - guess;
+        self.checked(k, &nearest, nearest.change(&moved, &target))
     }
 
     fn checked(
@@ -130,7 +134,7 @@ impl Opening<'_> {
         let (at, nq) = (self.at, dq.len());
         let zero = vec![0.0; nq];
         let mut inputs = Vec::new();
-        gather(&mut inputs, at.t, &[at.q, v, dq, &zero, self.equations.direction(k)]);
+        gather(&mut inputs, at.state.t, &[at.state.q, v, dq, &zero, self.equations.direction(k)]);
         let tape = &self.equations.closing;
         let mut outputs = vec![0.0; tape.n_outputs()];
         tape.evaluate(&mut tape.workspace(self.parameters), &inputs, &mut outputs);

@@ -4,20 +4,19 @@ use bksim_dae::NotFinite;
 use bksim_expr::Workspace;
 use nalgebra::{DMatrix, DVector};
 
-use super::{SensitivityEquations, StateSensitivity};
+use super::SensitivityEquations;
 use crate::compiled::CompiledSystem;
 use crate::evaluator::{ConstraintsAt, DynamicsAt, Evaluator, gather};
 use crate::linear::dense::least_squares;
 use crate::multiplier::MultiplierSystem;
+use crate::run::StateSensitivity;
+use crate::state::{AccelerationRef, StateRef};
 
-/// A state at which equations are differentiated.
+/// State, accelerations and multipliers at which equations are differentiated.
 #[derive(Clone, Copy)]
-pub(super) struct State<'a> {
-    pub(super) t: f64,
-    pub(super) q: &'a [f64],
-    pub(super) v: &'a [f64],
-    pub(super) a: &'a [f64],
-    pub(super) lambda: &'a [f64],
+pub(super) struct Instant<'a> {
+    pub(super) state: StateRef<'a>,
+    pub(super) acceleration: AccelerationRef<'a>,
 }
 
 /// The differentiated equations at one set of parameters, with their buffers.
@@ -51,43 +50,45 @@ impl<'a> Tangents<'a> {
     }
 
     /// Change of g along ∂q and p_k.
-    pub(super) fn of_positions(&mut self, at: State<'_>, k: usize, dq: &[f64]) -> &[f64] {
+    pub(super) fn of_positions(&mut self, at: Instant<'_>, k: usize, dq: &[f64]) -> &[f64] {
         let zero = vec![0.0; dq.len()];
         self.evaluate(at, k, dq, &zero);
-        &self.changes[..at.lambda.len()]
+        &self.changes[..at.acceleration.lambda.len()]
     }
 
     /// Change of G v + ∂g/∂t along ∂q, ∂v and p_k.
     pub(super) fn of_velocities(
         &mut self,
-        at: State<'_>,
+        at: Instant<'_>,
         k: usize,
         (dq, dv): (&[f64], &[f64]),
     ) -> &[f64] {
         self.evaluate(at, k, dq, dv);
-        let nc = at.lambda.len();
+        let nc = at.acceleration.lambda.len();
         &self.changes[nc..2 * nc]
     }
 
-    fn evaluate(&mut self, at: State<'_>, k: usize, dq: &[f64], dv: &[f64]) {
-        let State { t, q, v, a, lambda } = at;
+    fn evaluate(&mut self, at: Instant<'_>, k: usize, dq: &[f64], dv: &[f64]) {
+        let StateRef { t, q, v } = at.state;
+        let AccelerationRef { a, lambda } = at.acceleration;
         let direction = self.equations.direction(k);
         gather(&mut self.inputs, t, &[q, v, a, lambda, dq, dv, direction]);
         self.equations.levels.evaluate(&mut self.levels, &self.inputs, &mut self.changes);
     }
 
     /// Change of G along ∂q and p_k.
-    pub(super) fn of_jacobian(&mut self, at: State<'_>, k: usize, dq: &[f64]) -> DMatrix<f64> {
-        let SensitivityEquations { jacobian, places, .. } = self.equations;
-        gather(&mut self.inputs, at.t, &[at.q, dq, self.equations.direction(k)]);
-        let mut values = vec![0.0; places.len()];
+    pub(super) fn of_jacobian(&mut self, at: Instant<'_>, k: usize, dq: &[f64]) -> DMatrix<f64> {
+        let SensitivityEquations { jacobian, cells, .. } = self.equations;
+        gather(&mut self.inputs, at.state.t, &[at.state.q, dq, self.equations.direction(k)]);
+        let mut values = vec![0.0; cells.len()];
         jacobian.evaluate(&mut self.jacobian, &self.inputs, &mut values);
-        dense((at.lambda.len(), dq.len()), places, &values)
+        dense((at.acceleration.lambda.len(), dq.len()), cells, &values)
     }
 
     /// G at a state.
-    pub(super) fn jacobian_at(&mut self, at: State<'_>) -> DMatrix<f64> {
-        let ConstraintsAt { shape, jacobian, .. } = self.evaluator.constraints(at.t, at.q);
+    pub(super) fn jacobian_at(&mut self, at: Instant<'_>) -> DMatrix<f64> {
+        let ConstraintsAt { shape, jacobian, .. } =
+            self.evaluator.constraints(at.state.t, at.state.q);
         dense((shape.nc, shape.nq), &shape.jacobian, jacobian)
     }
 
@@ -98,11 +99,11 @@ impl<'a> Tangents<'a> {
     /// [`NotFinite`] when a derivative has no finite value.
     pub(super) fn complete(
         &mut self,
-        at: State<'_>,
+        at: Instant<'_>,
         k: usize,
         (dq, dv): (&[f64], &[f64]),
     ) -> Result<StateSensitivity, NotFinite> {
-        let (nq, nc) = (dq.len(), at.lambda.len());
+        let (nq, nc) = (dq.len(), at.acceleration.lambda.len());
         let (mut q, mut v) = (dq.to_vec(), dv.to_vec());
         let (force, mut step) = (vec![0.0; nq], vec![0.0; nq]);
 
@@ -129,11 +130,11 @@ impl<'a> Tangents<'a> {
     /// Solves M x + Gᵀ μ = force, G x = −gap at a state; returns μ.
     fn solve(
         &mut self,
-        at: State<'_>,
+        at: Instant<'_>,
         (force, gap): (&[f64], &[f64]),
         x: &mut [f64],
     ) -> Result<Vec<f64>, NotFinite> {
-        let dynamics = self.evaluator.dynamics(at.t, at.q, at.v);
+        let dynamics = self.evaluator.dynamics(at.state.t, at.state.q, at.state.v);
         let system = DynamicsAt { force, gamma: gap, ..dynamics };
         let mut multipliers = vec![0.0; gap.len()];
         self.multipliers.accelerations_into(&system, x, &mut multipliers)?;
@@ -143,7 +144,7 @@ impl<'a> Tangents<'a> {
     /// Change of the smallest λ with Gᵀ λ = f − M a.
     fn smallest_multipliers(
         &mut self,
-        at: State<'_>,
+        at: Instant<'_>,
         k: usize,
         dq: &[f64],
         resisting: &[f64],
@@ -151,18 +152,18 @@ impl<'a> Tangents<'a> {
     ) -> Vec<f64> {
         let rows = self.jacobian_at(at).transpose();
         let turned = self.of_jacobian(at, k, dq).transpose();
-        let dynamics = self.evaluator.dynamics(at.t, at.q, at.v);
+        let dynamics = self.evaluator.dynamics(at.state.t, at.state.q, at.state.v);
         let inertia = dynamics.mass_matrix() * DVector::from_column_slice(da);
         let nearest =
             Nearest { rows, turned, residual: DVector::from_column_slice(resisting) + inertia };
-        let lambda = DVector::from_column_slice(at.lambda);
+        let lambda = DVector::from_column_slice(at.acceleration.lambda);
         nearest.change(&lambda, &DVector::zeros(lambda.len())).as_slice().to_vec()
     }
 }
 
-fn dense(size: (usize, usize), places: &[(usize, usize)], values: &[f64]) -> DMatrix<f64> {
+fn dense(size: (usize, usize), entries: &[(usize, usize)], values: &[f64]) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(size.0, size.1);
-    places.iter().zip(values).for_each(|(&place, &value)| matrix[place] = value);
+    entries.iter().zip(values).for_each(|(&entry, &value)| matrix[entry] = value);
     matrix
 }
 

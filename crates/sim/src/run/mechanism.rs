@@ -1,0 +1,118 @@
+//! [`PhaseMechanism`]: the mechanism in the modes of the present phase.
+
+use bksim_dae::{Loader, Saver, SolveError};
+
+use super::problem::Problem;
+use crate::compiled::CompiledSystem;
+use crate::evaluator::Evaluator;
+use crate::hybrid::{Change, Crossed, Lookout, Settled, Switching, Unsettled};
+use crate::multiplier::{MultiplierSystem, largest};
+use crate::state::State;
+
+/// The mechanism in the modes of the present phase: its functions, and the constraint rows that
+/// hold.
+pub(crate) struct PhaseMechanism<'a> {
+    compiled: &'a CompiledSystem,
+    switching: Switching<'a>,
+    pub(crate) evaluator: Evaluator<'a>,
+    /// Constraint rows that follow from the others, and those of contacts that are open.
+    pub(crate) inactive: Vec<usize>,
+}
+
+/// Inactive rows count as broken beyond this part of the mechanism's size.
+const BRANCH_TOLERANCE: f64 = 1e-6;
+
+impl<'a> PhaseMechanism<'a> {
+    /// In the modes of the start.
+    pub(crate) fn new(problem: Problem<'a>) -> Self {
+        let Problem { compiled, start, parameters, options, .. } = problem;
+        let switching = Switching::new(compiled, parameters, options, start);
+        Self {
+            compiled,
+            evaluator: compiled.evaluator(&switching.parameters),
+            switching,
+            inactive: start.dependent_rows().to_vec(),
+        }
+    }
+
+    pub(crate) fn compiled(&self) -> &'a CompiledSystem {
+        self.compiled
+    }
+
+    /// Values of the model's parameters, followed by the modes.
+    pub(crate) fn parameters(&self) -> &[f64] {
+        &self.switching.parameters
+    }
+
+    /// The modes alone.
+    pub(crate) fn modes(&self) -> &[f64] {
+        self.switching.modes()
+    }
+
+    /// A multiplier system of the active rows.
+    pub(crate) fn multipliers(&self) -> MultiplierSystem {
+        MultiplierSystem::new(&self.compiled.shape, &self.inactive)
+    }
+
+    /// Friction that slides is a load in the equations; its multiplier is filled in.
+    pub(crate) fn fill_friction(&mut self, t: f64, q: &[f64], v: &[f64], lambda: &mut [f64]) {
+        self.switching.fill_friction(t, q, v, lambda);
+    }
+
+    /// Whether inactive rows are broken at (t, q): a step has jumped over a singular pose onto a
+    /// branch that only the active rows allow.
+    pub(super) fn is_off_branch(&mut self, t: f64, q: &[f64]) -> bool {
+        if self.inactive.is_empty() {
+            return false;
+        }
+        let size = q.iter().fold(1.0, |size: f64, value| size.max(value.abs()));
+        let gap = largest(self.evaluator.constraints(t, q).value);
+        gap.is_nan() || gap > BRANCH_TOLERANCE * size
+    }
+
+    /// Monitor of the events that end a phase which begins at `state`; `None` when nothing ever
+    /// switches.
+    pub(super) fn monitor(&self, state: &State) -> Option<Lookout<'a>> {
+        self.switching.lookout(&self.inactive, (state.t, &state.q, &state.v))
+    }
+
+    /// The kink that a motion without a value ahead is about to reach; `state` moves there.
+    pub(super) fn kink_ahead(&mut self, state: &mut State) -> Option<Crossed> {
+        let State { t, q, v } = state;
+        self.switching.kink_ahead(t, q, v, &self.inactive)
+    }
+
+    /// Changes the modes where something has switched at `state`; `changes` gains what happened.
+    ///
+    /// # Errors
+    /// [`Unsettled`] when no modes are consistent.
+    pub(super) fn switch(
+        &mut self,
+        crossed: &Crossed,
+        state: State,
+        changes: &mut Vec<Change>,
+    ) -> Result<Settled, Unsettled> {
+        let State { t, q, v } = state;
+        let settled = self.switching.pass(&crossed.fired, (t, q, v), changes)?;
+        self.evaluator = self.compiled.evaluator(&self.switching.parameters);
+        self.inactive.clone_from(&settled.dependent);
+        Ok(settled)
+    }
+
+    /// Saves the modes; the inactive rows are saved elsewhere.
+    pub(super) fn save(&self, saver: &mut Saver) {
+        self.switching.save(saver);
+    }
+
+    /// Goes on in the modes that were saved, with these rows inactive.
+    pub(super) fn load(
+        &mut self,
+        loader: &mut Loader<'_>,
+        inactive: Vec<usize>,
+    ) -> Result<(), SolveError> {
+        self.switching.load(loader)?;
+        self.evaluator = self.compiled.evaluator(&self.switching.parameters);
+        self.inactive = inactive;
+        Ok(())
+    }
+}

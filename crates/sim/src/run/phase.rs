@@ -1,0 +1,156 @@
+//! A phase of a run: steps of one method in one set of modes, and the loop over them.
+
+use bksim_dae::{Checkpoint, Control, Saver, SolveError};
+
+use super::dense::DenseOutput;
+use super::observer::Observer;
+use super::progress::Run;
+use super::singular::Sighting;
+use super::stepper::Stepper;
+use crate::hybrid::{Crossed, Lookout};
+
+/// A phase in progress.
+pub(super) struct Phase<'a> {
+    pub(super) stepper: Box<dyn Stepper + 'a>,
+    /// Events that end it; `None` when nothing ever switches.
+    pub(super) monitor: Option<Lookout<'a>>,
+}
+
+/// Why a phase ended.
+pub(super) enum PhaseEnd {
+    /// The end time is reached.
+    Reached,
+    /// Stability limits explicit steps.
+    Stiff,
+    /// A step of Radau's, up to this time, came near a singular pose; it is not part of the run.
+    SingularAhead(f64),
+    /// Explicit steps have passed it.
+    Regular,
+    /// Something switched where the run stands now.
+    Switched(Crossed),
+    /// The integrator cannot go on; `None` when the motion left its branch.
+    Failed(Option<SolveError>),
+}
+
+impl Phase<'_> {
+    /// As numbers, for a run that goes on from here.
+    pub(super) fn save(&mut self) -> Checkpoint {
+        let mut saver = Saver::default();
+        self.stepper.save(&mut saver);
+        if let Some(monitor) = &self.monitor {
+            monitor.save(&mut saver);
+        }
+        saver.finish(self.stepper.method())
+    }
+}
+
+impl<'a> Run<'a> {
+    /// Takes one step of a phase; returns why the phase ends with it, if it does.
+    ///
+    /// # Errors
+    /// [`SolveError`] when the integrator cannot go on.
+    pub(super) fn step_in(
+        &mut self,
+        phase: &mut Phase<'a>,
+        observer: &mut dyn Observer,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Option<PhaseEnd>, SolveError> {
+        let Phase { stepper, monitor } = phase;
+
+        // Take an accepted step.
+        if !stepper.advance()? {
+            return Ok(Some(PhaseEnd::Reached));
+        }
+
+        // Keep only the part of it before the first event.
+        if let Some(monitor) = monitor
+            && let Some(crossed) = monitor.first_in(&stepper.last_step()?)
+        {
+            let control = self.pass_until(crossed.t, stepper.as_mut(), observer)?;
+            self.note_stop(control, stop);
+            return Ok(Some(PhaseEnd::Switched(crossed)));
+        }
+
+        // Throw it away where the equations lose their unique solution, or another branch begins.
+        if stepper.is_singular_ahead(&mut self.mechanism.evaluator) {
+            self.summary.stats = *stepper.stats();
+            self.summary.stats += self.before;
+            return Ok(Some(PhaseEnd::SingularAhead(stepper.t())));
+        }
+        if self.mechanism.is_off_branch(stepper.t(), &stepper.y()[..self.reached.q.len()]) {
+            return Ok(Some(PhaseEnd::Failed(None)));
+        }
+
+        // Note the singular pose that it has crossed.
+        let evaluator = &mut self.mechanism.evaluator;
+        let poses = &mut self.summary.singular_poses;
+        match stepper.crossed_singular_pose(evaluator, &mut self.singular_monitor)? {
+            Some(Sighting::New(pose)) => poses.push(pose),
+            Some(Sighting::Better(pose)) => {
+                poses.pop();
+                poses.push(pose);
+            }
+            None => (),
+        }
+
+        // Hand out its samples, and stand at its end.
+        let control = self.pass(stepper.as_mut(), observer)?;
+        self.note_stop(control, stop);
+
+        // Stay on the constraints.
+        stepper.correct(&mut self.mechanism.evaluator, &mut self.reached)?;
+
+        // Leave the rest to another method where that does better.
+        Ok(stepper.succession())
+    }
+
+    /// Outputs of a whole step; its dense output is made only when it is needed.
+    fn pass(
+        &mut self,
+        stepper: &mut dyn Stepper,
+        observer: &mut dyn Observer,
+    ) -> Result<Control, SolveError> {
+        let mut control = Control::Continue;
+        let is_sampled = self.sampler.is_due(stepper.t()) || observer.wants_segments();
+        if is_sampled || stepper.work().is_none() {
+            let mut dense = stepper.dense_output()?;
+            dense.stats += self.before;
+            control = self.sampler.pass(&dense, &mut self.mechanism, &mut self.summary, observer);
+        }
+        if let Some(work) = stepper.work() {
+            self.summary.energy.work = work;
+        }
+        self.summary.stats = *stepper.stats();
+        self.summary.stats += self.before;
+        self.reached.take(stepper.t(), stepper.y());
+        Ok(control)
+    }
+
+    /// Outputs of a step up to an event at `t`.
+    fn pass_until(
+        &mut self,
+        t: f64,
+        stepper: &mut dyn Stepper,
+        observer: &mut dyn Observer,
+    ) -> Result<Control, SolveError> {
+        let (has_work, n) = (stepper.work().is_some(), stepper.y().len());
+        let mut dense = DenseOutput::from(stepper.last_step()?);
+        (dense.t1, dense.has_work) = (t, has_work);
+        dense.stats += self.before;
+        let control = self.sampler.pass(&dense, &mut self.mechanism, &mut self.summary, observer);
+        let mut y = vec![0.0; n];
+        dense.at(t, &mut y);
+        if has_work {
+            // The last of the unknowns.
+            self.summary.energy.work = y[n - 1];
+        }
+        self.summary.stats = dense.stats;
+        self.reached.take(t, &y);
+        Ok(control)
+    }
+
+    /// Takes note that the observer or the caller asks to stop.
+    fn note_stop(&mut self, control: Control, stop: &dyn Fn() -> bool) {
+        self.is_stopping = control == Control::Stop || stop();
+    }
+}

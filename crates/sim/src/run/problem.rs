@@ -1,0 +1,22 @@
+//! [`Problem`]: everything that a motion follows from.
+
+use crate::compiled::CompiledSystem;
+use crate::formulate::MotionEquations;
+use crate::start::Start;
+use bksim_model::SolveOptions;
+
+/// Everything that a motion follows from: the mechanism as functions, where it begins, and how to
+/// integrate.
+#[derive(Clone, Copy, Debug)]
+pub struct Problem<'a> {
+    /// The mechanism as functions of numbers.
+    pub compiled: &'a CompiledSystem,
+    /// Its equations of motion in the formulation that `options` ask for.
+    pub equations: &'a MotionEquations,
+    /// The consistent start.
+    pub start: &'a Start,
+    /// Values of the model's parameters, in their order and without modes.
+    pub parameters: &'a [f64],
+    /// End, outputs, tolerances and method.
+    pub options: &'a SolveOptions,
+}

@@ -1,0 +1,411 @@
+//! [`Run`]: a run in progress, step by step, from phase to phase.
+//!
+//! ```text
+//! auto       explicit ──stiff──▶ radau ──singular pose ahead──▶ explicit ──regular──▶ radau
+//! radau                          radau ──singular pose ahead──▶ explicit ──regular──▶ radau
+//! explicit   explicit
+//! ```
+//!
+//! A phase also ends where something switches (see [`crate::hybrid`]); the next one has the same
+//! method and other modes.
+//!
+//! Through a singular pose the motion is smooth, only the implicit equations have no unique
+//! solution. The accelerations have a limit there, explicit steps go on along the tangent, and
+//! their error test keeps them on the branch.
+
+use bksim_dae::{Cause, Checkpoint, Control, SolveError, Stats};
+
+use super::checkpoint::{Fingerprint, RunCheckpoint, Unfit};
+use super::dense::DenseOutput;
+use super::explicit::{ExplicitStart, ExplicitStepper};
+use super::implicit::{RadauStart, RadauStepper};
+use super::mechanism::PhaseMechanism;
+use super::observer::Observer;
+use super::phase::{Phase, PhaseEnd};
+use super::problem::Problem;
+use super::sample::Sample;
+use super::sampler::Sampler;
+use super::singular::{REGULAR, SingularMonitor};
+use super::stepper::Stepper;
+use super::summary::{Failure, Integrator, MethodChange, Reason, Summary};
+use crate::hybrid::{Crossed, Unsettled};
+use crate::multiplier::MultiplierSystem;
+use crate::state::State;
+use bksim_model::Method;
+
+/// A run in progress: [`crate::run::run`] takes it to the end, [`Run::step`] by single steps.
+pub struct Run<'a> {
+    pub(super) problem: Problem<'a>,
+    /// The mechanism in the modes of this phase.
+    pub(super) mechanism: PhaseMechanism<'a>,
+    pub(super) sampler: Sampler,
+    /// The run so far.
+    pub(super) summary: Summary,
+    /// End of the last accepted step.
+    pub(super) reached: State,
+    /// Method of this phase.
+    pub(super) method: Integrator,
+    /// Multiplier system of the last phase; this one's stepper has its own.
+    pub(super) multipliers: MultiplierSystem,
+    pub(super) singular_monitor: SingularMonitor,
+    /// Until when explicit steps pass a singular pose in Radau's place.
+    pub(super) passing: Option<f64>,
+    /// Where a phase failed last.
+    pub(super) failed_at: Option<f64>,
+    /// Counters of the phases before this one.
+    pub(super) before: Stats,
+    pub(super) progress: Progress<'a>,
+    /// The observer or the caller has asked to stop.
+    pub(super) is_stopping: bool,
+}
+
+/// Where a run stands with its phase.
+pub(super) enum Progress<'a> {
+    /// The next phase has not begun.
+    Between,
+    /// A phase goes on from where it was saved.
+    Saved(Checkpoint),
+    /// A phase is in progress.
+    Within(Phase<'a>),
+}
+
+/// Where a step has led.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum StepOutcome {
+    /// The run can go on.
+    Ongoing,
+    /// The end time is reached.
+    Reached,
+    /// The observer or the caller asked to stop.
+    Stopped,
+}
+
+/// Why a run cannot go on; nothing stated when the motion left its branch.
+#[derive(Debug, Default)]
+struct Halt {
+    /// The integrator's reason.
+    error: Option<SolveError>,
+    /// Contacts or kinks without consistent modes.
+    unsettled: Option<Unsettled>,
+}
+
+impl State {
+    /// Takes the first of an integrator's unknowns.
+    pub(super) fn take(&mut self, t: f64, y: &[f64]) {
+        let nq = self.q.len();
+        self.t = t;
+        self.q.copy_from_slice(&y[..nq]);
+        self.v.copy_from_slice(&y[nq..2 * nq]);
+    }
+}
+
+impl<'a> Run<'a> {
+    /// A run at its start, which is the first sample.
+    pub fn begin(problem: Problem<'a>, observer: &mut dyn Observer) -> Self {
+        let mut run = Self::new(problem);
+        let Self { sampler, mechanism, summary, .. } = &mut run;
+        let control = sampler.begin(problem.start, mechanism, summary, observer);
+        let options = problem.options;
+        let is_choice = options.method == Method::Auto && options.step.is_none();
+        run.note(if is_choice { Reason::Cheapest } else { Reason::Asked });
+        run.is_stopping = control == Control::Stop;
+        run
+    }
+
+    /// A run where it was stopped; samples kept back then are handed out now. Everything but the
+    /// observer must be as it was when the run began.
+    ///
+    /// # Errors
+    /// [`Unfit`] when the checkpoint belongs to another run.
+    pub fn resume(
+        problem: Problem<'a>,
+        checkpoint: &RunCheckpoint,
+        observer: &mut dyn Observer,
+    ) -> Result<Self, Unfit> {
+        checkpoint.check(&Fingerprint::of(problem))?;
+        let mut run = Self::new(problem);
+        run.load(&checkpoint.numbers).map_err(Unfit::Damaged)?;
+        let control = run.sampler.hand_out_pending(&mut run.summary, observer);
+        run.is_stopping = control == Control::Stop;
+        Ok(run)
+    }
+
+    fn new(problem: Problem<'a>) -> Self {
+        let Problem { start, options, .. } = problem;
+        let mechanism = PhaseMechanism::new(problem);
+        let method = match options.method {
+            // Fixed steps are Radau's unless the others are asked for.
+            Method::Auto if options.step.is_none() => Integrator::Explicit,
+            Method::Auto | Method::Radau => Integrator::Radau,
+            Method::Explicit => Integrator::Explicit,
+        };
+        Self {
+            problem,
+            sampler: Sampler::new(problem, &mechanism),
+            summary: Summary::default(),
+            reached: State { t: start.t, q: start.q.clone(), v: start.v.clone() },
+            method,
+            multipliers: mechanism.multipliers(),
+            mechanism,
+            singular_monitor: SingularMonitor::default(),
+            passing: None,
+            failed_at: None,
+            before: Stats::default(),
+            progress: Progress::Between,
+            is_stopping: false,
+        }
+    }
+
+    /// Positions and velocities at the end of the last step, as the integrator has them.
+    pub fn reached(&self) -> &State {
+        &self.reached
+    }
+
+    /// The run so far.
+    pub fn summary(&self) -> &Summary {
+        &self.summary
+    }
+
+    /// Takes one step of the integrator, hands out its samples, and passes the event or changes the
+    /// method at its end. `stop` is asked once.
+    ///
+    /// # Errors
+    /// [`Failure`] when the integrator cannot go on; the end of its last step has been handed out.
+    pub fn step(
+        &mut self,
+        observer: &mut dyn Observer,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<StepOutcome, Box<Failure>> {
+        if self.is_stopping {
+            return Ok(StepOutcome::Stopped);
+        }
+        let outcome = self.step_or_halt(observer, stop);
+        if outcome.is_err() {
+            self.hand_out_last(observer);
+        }
+        if self.sampler.is_undefined {
+            let last = self.sampler.sample.clone();
+            return Err(Box::new(Failure::undefined(self.summary.clone(), last)));
+        }
+        outcome.map_err(|Halt { error, unsettled }| {
+            let (summary, last) = (self.summary.clone(), self.sampler.sample.clone());
+            Box::new(Failure { error, unsettled, summary, last })
+        })
+    }
+
+    /// Takes steps until one ends at or behind `t`.
+    ///
+    /// # Errors
+    /// [`Failure`] as [`Run::step`].
+    pub fn advance_until(
+        &mut self,
+        t: f64,
+        observer: &mut dyn Observer,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<StepOutcome, Box<Failure>> {
+        let Problem { start, options, .. } = self.problem;
+        let forward = (options.t_end - start.t).signum();
+        let mut outcome = StepOutcome::Ongoing;
+        while outcome == StepOutcome::Ongoing && (t - self.reached.t) * forward > 0.0 {
+            outcome = self.step(observer, stop)?;
+        }
+        Ok(outcome)
+    }
+
+    /// Ends the run. One that has been stopped hands out one more sample, at the end of its last
+    /// step, and goes on from [`Summary::checkpoint`].
+    pub fn finish(mut self, observer: &mut dyn Observer) -> Summary {
+        let t_end = self.problem.options.t_end;
+        if self.sampler.is_complete(&self.summary, t_end) {
+            self.summary.reached_end = true;
+            return self.summary;
+        }
+        let numbers = self.save();
+        self.hand_out_last(observer);
+        self.summary.reached_end = self.sampler.is_complete(&self.summary, t_end);
+        if !self.summary.reached_end && !self.sampler.is_cut {
+            let fingerprint = Fingerprint::of(self.problem);
+            self.summary.checkpoint = Some(RunCheckpoint::new(fingerprint, numbers));
+        }
+        self.summary
+    }
+
+    /// State between two steps from which a run goes on; `None` when samples of the last one have
+    /// been lost.
+    pub fn checkpoint(&mut self) -> Option<RunCheckpoint> {
+        let numbers = self.save();
+        let is_whole = !self.sampler.is_cut;
+        is_whole.then(|| RunCheckpoint::new(Fingerprint::of(self.problem), numbers))
+    }
+
+    fn step_or_halt(
+        &mut self,
+        observer: &mut dyn Observer,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<StepOutcome, Halt> {
+        // Take a step in the present phase, or begin one.
+        let end = match self.phase() {
+            Err(error) => PhaseEnd::Failed(Some(error)),
+            Ok(mut phase) => {
+                let end = self.step_in(&mut phase, observer, stop);
+                let end = end.unwrap_or_else(|error| Some(self.failed(error)));
+                let Some(end) = end else {
+                    self.progress = Progress::Within(phase);
+                    let is_stopping = self.is_stopping;
+                    return Ok(if is_stopping {
+                        StepOutcome::Stopped
+                    } else {
+                        StepOutcome::Ongoing
+                    });
+                };
+                self.multipliers.clone_from(phase.stepper.multipliers());
+                end
+            }
+        };
+        if matches!(end, PhaseEnd::Reached) {
+            return Ok(StepOutcome::Reached);
+        }
+
+        // Pass to the next phase.
+        self.before = self.summary.stats;
+        match self.or_switched(end) {
+            PhaseEnd::Switched(crossed) => self.pass_event(&crossed)?,
+            end => self.change_method(end)?,
+        }
+        Ok(if self.is_stopping { StepOutcome::Stopped } else { StepOutcome::Ongoing })
+    }
+
+    /// The phase in progress, taken out; a new one where there is none.
+    ///
+    /// # Errors
+    /// [`SolveError`] when its integrator cannot begin.
+    fn phase(&mut self) -> Result<Phase<'a>, SolveError> {
+        let saved = match std::mem::replace(&mut self.progress, Progress::Between) {
+            Progress::Within(phase) => return Ok(phase),
+            Progress::Saved(saved) => Some(saved),
+            Progress::Between => None,
+        };
+        let Self { problem, mechanism, reached, .. } = self;
+        let mut monitor = mechanism.monitor(reached);
+        let stepper: Box<dyn Stepper + 'a> = match self.method {
+            Integrator::Explicit => {
+                if saved.is_none() {
+                    self.singular_monitor.leave();
+                }
+                let start = ExplicitStart {
+                    state: reached,
+                    work: self.summary.energy.work,
+                    multipliers: &self.multipliers,
+                    passing: self.passing,
+                };
+                let (saved, monitor) = (saved.as_ref(), monitor.as_mut());
+                Box::new(ExplicitStepper::new(*problem, &start, mechanism, saved, monitor)?)
+            }
+            Integrator::Radau => {
+                let start = RadauStart { state: reached, multipliers: &mut self.multipliers };
+                let (saved, monitor) = (saved.as_ref(), monitor.as_mut());
+                Box::new(RadauStepper::new(*problem, start, mechanism, saved, monitor)?)
+            }
+        };
+        Ok(Phase { stepper, monitor })
+    }
+
+    /// Goes on with another method from where a phase has ended.
+    fn change_method(&mut self, end: PhaseEnd) -> Result<(), Halt> {
+        self.passing = None;
+        let (method, reason) = match end {
+            PhaseEnd::Stiff => (Integrator::Radau, Reason::Stiff),
+            PhaseEnd::SingularAhead(t) => {
+                self.passing = Some(t);
+                (Integrator::Explicit, Reason::SingularPose)
+            }
+            PhaseEnd::Failed(error) => match self.after_failure(error.as_ref()) {
+                Some(next) => next,
+                None => return Err(Halt { error, unsettled: None }),
+            },
+            PhaseEnd::Regular | PhaseEnd::Reached | PhaseEnd::Switched(_) => {
+                (Integrator::Radau, Reason::Regular)
+            }
+        };
+        self.method = method;
+        self.note(reason);
+        Ok(())
+    }
+
+    /// Method to try where one has failed.
+    fn after_failure(&mut self, error: Option<&SolveError>) -> Option<(Integrator, Reason)> {
+        let t = self.reached.t;
+        let is_stuck = self.failed_at.replace(t) == Some(t);
+        let is_refused = matches!(error, Some(SolveError::Checkpoint { .. }));
+        let options = self.problem.options;
+        if is_stuck || is_refused || options.step.is_some() {
+            return None;
+        }
+        match (options.method, self.method) {
+            (Method::Auto, Integrator::Explicit) => Some((Integrator::Radau, Reason::OtherFailed)),
+            (Method::Auto | Method::Radau, Integrator::Radau) if self.weakness() < REGULAR => {
+                self.passing = Some(t);
+                Some((Integrator::Explicit, Reason::SingularPose))
+            }
+            _ => None,
+        }
+    }
+
+    /// A phase that failed short of a switch has reached it: beyond a kink, the branch on this side
+    /// need have no value.
+    fn or_switched(&mut self, end: PhaseEnd) -> PhaseEnd {
+        let PhaseEnd::Failed(Some(
+            SolveError::NotFinite { .. }
+            | SolveError::StepTooSmall { cause: Cause::NotFinite { .. }, .. },
+        )) = end
+        else {
+            return end;
+        };
+        match self.mechanism.kink_ahead(&mut self.reached) {
+            Some(crossed) => PhaseEnd::Switched(crossed),
+            None => end,
+        }
+    }
+
+    /// Goes on in other modes where something has switched.
+    fn pass_event(&mut self, crossed: &Crossed) -> Result<(), Halt> {
+        let changes = &mut self.summary.changes;
+        let settled = self.mechanism.switch(crossed, self.reached.clone(), changes);
+        let settled =
+            settled.map_err(|unsettled| Halt { error: None, unsettled: Some(unsettled) })?;
+        self.summary.energy.work += settled.blow;
+        self.summary.energy.blows += settled.blow;
+        (self.reached.q, self.reached.v) = (settled.q, settled.v);
+        self.sampler.enter(&self.mechanism);
+        self.multipliers = self.mechanism.multipliers();
+        self.singular_monitor = SingularMonitor::default();
+        Ok(())
+    }
+
+    fn note(&mut self, reason: Reason) {
+        let method = self.method;
+        self.summary.methods.push(MethodChange { t: self.reached.t, method, reason });
+    }
+
+    /// Weakness of the constraints at the end of the last step.
+    fn weakness(&mut self) -> f64 {
+        let State { t, q, v } = &self.reached;
+        self.multipliers.weakness_at(&self.mechanism.evaluator.dynamics(*t, q, v))
+    }
+
+    fn failed(&mut self, error: SolveError) -> PhaseEnd {
+        if let Some(stats) = error.stats() {
+            self.summary.stats = *stats;
+            self.summary.stats += self.before;
+        }
+        PhaseEnd::Failed(Some(error))
+    }
+
+    /// Hands out the end of the last step of a run that ends early.
+    fn hand_out_last(&mut self, observer: &mut dyn Observer) {
+        let Self { sampler, mechanism, summary, reached, .. } = self;
+        let Sample { step_size, .. } = sampler.sample;
+        let dense = DenseOutput::instant(reached.as_ref(), step_size, summary.stats);
+        sampler.take_last(&dense, mechanism, summary, observer);
+    }
+}

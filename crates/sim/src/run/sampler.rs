@@ -1,0 +1,316 @@
+//! [`Sampler`]: from dense output to samples, by projection, accelerations, reactions, energies.
+
+use bksim_dae::{Control, Loader, NotFinite, Saver, SolveError};
+
+use super::dense::DenseOutput;
+use super::mechanism::PhaseMechanism;
+use super::observer::{Observer, Segment};
+use super::problem::Problem;
+use super::sample::Sample;
+use super::schedule::Schedule;
+use super::summary::Summary;
+use crate::compiled::CompiledSystem;
+use crate::evaluator::Evaluator;
+use crate::multiplier::MultiplierSystem;
+use crate::start::Start;
+use crate::state::{AccelerationRef, StateRef};
+
+/// Samples that are kept of a step in which a run was stopped.
+const MAX_PENDING: usize = 10_000;
+
+/// Turns the dense output of steps into samples.
+pub(crate) struct Sampler {
+    schedule: Schedule,
+    /// Factors of its own: those of the integrator must not depend on output times.
+    pub(crate) multipliers: MultiplierSystem,
+    is_powered: bool,
+    /// The equations had no value at the last output time; that sample was not handed out.
+    pub(crate) is_undefined: bool,
+    pub(crate) sample: Sample,
+    /// Samples of the last step that were not handed out: the observer had asked to stop.
+    pending: Vec<Sample>,
+    /// There were too many of those: the run cannot go on.
+    pub(crate) is_cut: bool,
+    y: Vec<f64>,
+    segment: Segment,
+    potential_start: f64,
+}
+
+impl Sampler {
+    pub(crate) fn new(problem: Problem<'_>, mechanism: &PhaseMechanism<'_>) -> Self {
+        let Problem { compiled, equations, start, options, .. } = problem;
+        Self {
+            schedule: Schedule::new(start.t, options),
+            multipliers: mechanism.multipliers(),
+            is_powered: compiled.power.is_some(),
+            is_undefined: false,
+            sample: Sample::default(),
+            pending: Vec::new(),
+            is_cut: false,
+            y: vec![0.0; equations.n().max(2 * compiled.nq() + 1)],
+            segment: Segment::default(),
+            potential_start: 0.0,
+        }
+    }
+
+    /// Hands out the start.
+    pub(crate) fn begin(
+        &mut self,
+        start: &Start,
+        mechanism: &mut PhaseMechanism<'_>,
+        summary: &mut Summary,
+        observer: &mut dyn Observer,
+    ) -> Control {
+        let sample = &mut self.sample;
+        sample.t = start.t;
+        sample.q.clone_from(&start.q);
+        sample.v.clone_from(&start.v);
+        sample.a.clone_from(&start.a);
+        sample.lambda.clone_from(&start.lambda);
+        sample.position_residual = [start.position_residual; 2];
+        sample.velocity_residual = [start.velocity_residual; 2];
+        self.complete(mechanism);
+        self.potential_start = self.sample.energy.potential;
+        summary.energy.initial = self.sample.energy.kinetic + self.sample.energy.potential;
+        self.hand_out(summary, observer)
+    }
+
+    /// Goes on in other modes.
+    pub(super) fn enter(&mut self, mechanism: &PhaseMechanism<'_>) {
+        self.multipliers = mechanism.multipliers();
+    }
+
+    /// Whether a sample is due between the last one and `t`.
+    pub(super) fn is_due(&self, t: f64) -> bool {
+        self.due(t).is_some()
+    }
+
+    /// Whether every sample up to `t_end` has been handed out.
+    pub(super) fn is_complete(&self, summary: &Summary, t_end: f64) -> bool {
+        summary.t == t_end && self.pending.is_empty()
+    }
+
+    /// Hands out the samples that a run had kept back when it was stopped.
+    pub(super) fn hand_out_pending(
+        &mut self,
+        summary: &mut Summary,
+        observer: &mut dyn Observer,
+    ) -> Control {
+        let mut control = Control::Continue;
+        let mut pending = std::mem::take(&mut self.pending).into_iter();
+        for sample in pending.by_ref() {
+            self.sample = sample;
+            control = self.hand_out(summary, observer);
+            if control == Control::Stop {
+                break;
+            }
+        }
+        self.pending = pending.collect();
+        control
+    }
+
+    /// Samples the output times of a step, and follows the work over it.
+    pub(crate) fn pass(
+        &mut self,
+        dense: &DenseOutput<'_>,
+        mechanism: &mut PhaseMechanism<'_>,
+        summary: &mut Summary,
+        observer: &mut dyn Observer,
+    ) -> Control {
+        // The motion itself comes before its samples.
+        if observer.wants_segments() && dense.t1 != dense.t0 {
+            self.take_segment(dense, mechanism);
+            observer.segment(&self.segment);
+        }
+
+        let (mut from, mut control) = (dense.t0, Control::Continue);
+        while let Some(t) = self.due(dense.t1) {
+            self.schedule.next_idx += 1;
+            self.work_until(dense, [from, t], mechanism, summary);
+            from = t;
+            self.take(dense, t, mechanism, summary);
+            if self.is_undefined {
+                return Control::Stop;
+            }
+            if control == Control::Stop {
+                // A run that goes on from here has lost the step by then.
+                self.is_cut = self.pending.len() == MAX_PENDING;
+                if self.is_cut {
+                    return control;
+                }
+                self.pending.push(self.sample.clone());
+            } else {
+                control = self.hand_out(summary, observer);
+            }
+        }
+        self.work_until(dense, [from, dense.t1], mechanism, summary);
+        control
+    }
+
+    /// Samples the one instant of `dense` if it lies beyond the last sample.
+    pub(super) fn take_last(
+        &mut self,
+        dense: &DenseOutput<'_>,
+        mechanism: &mut PhaseMechanism<'_>,
+        summary: &mut Summary,
+        observer: &mut dyn Observer,
+    ) {
+        if !self.is_undefined && self.schedule.is_after(dense.t1, summary.t) {
+            self.take(dense, dense.t1, mechanism, summary);
+            if !self.is_undefined {
+                // The run has ended: there is nothing left to stop.
+                let _ = self.hand_out(summary, observer);
+            }
+        }
+    }
+
+    fn due(&self, t: f64) -> Option<f64> {
+        self.schedule.due(t, self.sample.t)
+    }
+
+    fn take_segment(&mut self, dense: &DenseOutput<'_>, mechanism: &PhaseMechanism<'_>) {
+        let Self { segment, y, sample, .. } = self;
+        let mut at = |t: f64, state: &mut [f64]| {
+            dense.at(t, y);
+            state.copy_from_slice(&y[..state.len()]);
+        };
+        segment.take([dense.t0, dense.t1], dense.degree(), 2 * sample.q.len(), &mut at);
+        segment.modes.clear();
+        segment.modes.extend_from_slice(mechanism.modes());
+        segment.dependent.clone_from(&mechanism.inactive);
+    }
+
+    /// Follows the work of loads and drives: ∫ P dt by Gauss quadrature of order 6, unless the
+    /// dense output knows it.
+    fn work_until(
+        &mut self,
+        dense: &DenseOutput<'_>,
+        [from, to]: [f64; 2],
+        mechanism: &mut PhaseMechanism<'_>,
+        summary: &mut Summary,
+    ) {
+        const OFFSET: f64 = 0.774_596_669_241_483_4; // √(3/5)
+        const NODES: [(f64, f64); 3] =
+            [(-OFFSET, 5.0 / 18.0), (0.0, 8.0 / 18.0), (OFFSET, 5.0 / 18.0)];
+        let nq = self.sample.q.len();
+        if dense.has_work {
+            dense.at(to, &mut self.y);
+            summary.energy.work = self.y[2 * nq];
+            return;
+        }
+        if !self.is_powered {
+            return;
+        }
+        let (mut vdot, mut lambda) = (vec![0.0; nq], vec![0.0; self.sample.lambda.len()]);
+        for (node, weight) in NODES {
+            let t = 0.5 * (from + to) + 0.5 * node * (to - from);
+            dense.at(t, &mut self.y);
+            let (q, v) = self.y[..2 * nq].split_at(nq);
+            let at = mechanism.evaluator.dynamics(t, q, v);
+            if self.multipliers.accelerations_into(&at, &mut vdot, &mut lambda).is_ok() {
+                let power = mechanism.evaluator.power(t, q, v, &lambda);
+                summary.energy.work += weight * (to - from) * power;
+            }
+        }
+    }
+
+    /// Samples the dense output at `t`.
+    fn take(
+        &mut self,
+        dense: &DenseOutput<'_>,
+        t: f64,
+        mechanism: &mut PhaseMechanism<'_>,
+        summary: &Summary,
+    ) {
+        let nq = self.sample.q.len();
+        dense.at(t, &mut self.y);
+        let Self { multipliers, sample, .. } = self;
+        sample.t = t;
+        sample.q.copy_from_slice(&self.y[..nq]);
+        sample.v.copy_from_slice(&self.y[nq..2 * nq]);
+        sample.step_size = dense.h;
+        sample.stats = dense.stats;
+        sample.work = summary.energy.work;
+        self.is_undefined = project(&mut mechanism.evaluator, multipliers, sample).is_err();
+        self.complete(mechanism);
+    }
+
+    /// Energies and reactions of the sample's state.
+    fn complete(&mut self, mechanism: &mut PhaseMechanism<'_>) {
+        complete(&mut mechanism.evaluator, &mut self.sample);
+        let Sample { t, q, v, lambda, .. } = &mut self.sample;
+        mechanism.fill_friction(*t, q, v, lambda);
+    }
+
+    fn hand_out(&mut self, summary: &mut Summary, observer: &mut dyn Observer) -> Control {
+        summary.take(&self.sample, self.potential_start);
+        observer.sample(&self.sample, &[])
+    }
+
+    /// Saves the sampler, and the summary between its numbers, which is their order in checkpoints.
+    pub(super) fn save(&self, saver: &mut Saver, summary: &Summary) {
+        self.multipliers.save(saver);
+        saver.count(self.schedule.next_idx);
+        self.sample.save(saver);
+        saver.count(self.pending.len());
+        for sample in &self.pending {
+            sample.save(saver);
+        }
+        summary.save(saver);
+        saver.real(self.potential_start);
+    }
+
+    /// Goes on with what was saved by a run of the same mechanism in the modes that it has now;
+    /// returns the summary.
+    pub(super) fn load(
+        &mut self,
+        loader: &mut Loader<'_>,
+        mechanism: &PhaseMechanism<'_>,
+    ) -> Result<Summary, SolveError> {
+        let compiled: &CompiledSystem = mechanism.compiled();
+        self.multipliers = mechanism.multipliers();
+        self.multipliers.load(&compiled.shape, loader)?;
+        self.schedule.next_idx = loader.index(usize::MAX)?.max(1);
+        self.sample = Sample::load(loader, compiled)?;
+        let n_pending = loader.count()?;
+        self.pending =
+            (0..n_pending).map(|_| Sample::load(loader, compiled)).collect::<Result<_, _>>()?;
+        let summary = Summary::load(loader, compiled)?;
+        self.potential_start = loader.real()?;
+        Ok(summary)
+    }
+}
+
+/// Projects a state of an integrator onto the constraints and gives it accelerations and
+/// multipliers; they are NaN where the equations have no value.
+pub(super) fn project(
+    evaluator: &mut Evaluator<'_>,
+    multipliers: &mut MultiplierSystem,
+    sample: &mut Sample,
+) -> Result<(), NotFinite> {
+    const MAX_CORRECTIONS: usize = 4;
+    let Sample { t, q, v, a, lambda, .. } = sample;
+    // A step may straddle a pole of a drive; an output time may hit it.
+    let factored = multipliers.factor(&evaluator.dynamics(*t, q, v));
+    let drift = multipliers.project(evaluator, *t, (&mut *q, &mut *v), MAX_CORRECTIONS);
+    let solved =
+        factored.and_then(|()| multipliers.complete_into(evaluator, *t, (q, v), a, lambda));
+    if solved.is_err() {
+        a.fill(f64::NAN);
+        lambda.fill(f64::NAN);
+    }
+    sample.position_residual = drift.position;
+    sample.velocity_residual = drift.velocity;
+    solved
+}
+
+/// Completes a sample by what follows from its state, accelerations and multipliers: inputs,
+/// energies, reactions.
+pub(super) fn complete(evaluator: &mut Evaluator<'_>, sample: &mut Sample) {
+    let Sample { t, q, v, a, lambda, reactions, inputs, energy, .. } = sample;
+    inputs.clear();
+    inputs.extend_from_slice(evaluator.inputs(*t, q, v));
+    *energy = evaluator.energy(*t, q, v, lambda);
+    let state = StateRef { t: *t, q, v };
+    evaluator.reactions_into(state, AccelerationRef { a, lambda }, reactions);
+}

@@ -1,0 +1,155 @@
+//! [`Summary`]: how a run went, and [`Failure`]: why it stopped early.
+
+use bksim_dae::{SolveError, Standstill, Stats};
+
+use super::checkpoint::RunCheckpoint;
+use super::sample::Sample;
+use crate::hybrid::{Change, Unsettled};
+
+/// How a run ended and how good it was.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Summary {
+    /// Whether the end time was reached.
+    pub reached_end: bool,
+    /// Last instant, s.
+    pub t: f64,
+    /// Number of samples, the start included.
+    pub n_samples: usize,
+    /// Work of the integrator.
+    pub stats: Stats,
+    /// Worst of [`Sample::position_residual`].
+    pub position_residual: [f64; 2],
+    /// Worst of [`Sample::velocity_residual`].
+    pub velocity_residual: [f64; 2],
+    /// The energy balance.
+    pub energy: EnergyBalance,
+    /// The singular poses that were passed.
+    pub singular_poses: Vec<SingularPose>,
+    /// The methods that were used, the first from the start.
+    pub methods: Vec<MethodChange>,
+    /// The switches of modes, in order.
+    pub changes: Vec<Change>,
+    /// State from which a run that was stopped goes on; see [`crate::run::resume`].
+    pub checkpoint: Option<RunCheckpoint>,
+}
+
+/// A method, from when it was used, and why.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct MethodChange {
+    /// s.
+    pub t: f64,
+    /// The method used from there on.
+    pub method: Integrator,
+    /// Why.
+    pub reason: Reason,
+}
+
+/// Method that integrates the equations of motion.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Integrator {
+    /// Dormand–Prince 8(5,3) on the accelerations, with projection.
+    Explicit,
+    /// Radau IIA on the formulation asked for.
+    Radau,
+}
+
+/// Why a method is used.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Reason {
+    /// The model asks for it.
+    Asked,
+    /// It needs the least work as long as the motion is not stiff.
+    Cheapest,
+    /// The motion has turned stiff.
+    Stiff,
+    /// The other method failed here.
+    OtherFailed,
+    /// Explicit steps pass the singular pose ahead.
+    SingularPose,
+    /// The singular pose lies behind.
+    Regular,
+}
+
+/// A pose in which constraint rows have lost rank.
+#[derive(Clone, PartialEq, Debug)]
+pub struct SingularPose {
+    /// s.
+    pub t: f64,
+    /// Rank of the constraints there.
+    pub rank: usize,
+    /// Rows that take part in the loss, those of the system's constraints.
+    pub rows: Vec<usize>,
+}
+
+/// T + V − W against its value at the start.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct EnergyBalance {
+    /// T + V at the start, J.
+    pub initial: f64,
+    /// T + V at the end, J.
+    pub last: f64,
+    /// Work of loads and drives, that of blows included, J.
+    pub work: f64,
+    /// Work of blows, J: what stops and kinks of drives have done to T at once.
+    pub blows: f64,
+    /// Largest |T + V − W − (T₀ + V₀)| over the samples, J.
+    pub worst_error: f64,
+    /// Largest |T| + |V − V₀| + |W| over the samples, J: what the error is relative to.
+    pub scale: f64,
+}
+
+impl EnergyBalance {
+    /// Takes account of a sample; `potential_start` is V₀.
+    pub(crate) fn take(&mut self, sample: &Sample, potential_start: f64) {
+        let energy = sample.energy;
+        self.last = energy.kinetic + energy.potential;
+        let error = (self.last - sample.work - self.initial).abs();
+        self.worst_error = self.worst_error.max(error);
+        let moved = (energy.potential - potential_start).abs();
+        self.scale = self.scale.max(energy.kinetic.abs() + moved + sample.work.abs());
+    }
+}
+
+impl Summary {
+    /// Takes account of a sample that is handed out; `potential_start` is V₀.
+    pub(crate) fn take(&mut self, sample: &Sample, potential_start: f64) {
+        self.energy.take(sample, potential_start);
+        for side in 0..2 {
+            let [position, velocity] =
+                [sample.position_residual[side], sample.velocity_residual[side]];
+            self.position_residual[side] = self.position_residual[side].max(position);
+            self.velocity_residual[side] = self.velocity_residual[side].max(velocity);
+        }
+        self.t = sample.t;
+        self.n_samples += 1;
+        self.stats = sample.stats;
+    }
+}
+
+/// Why a run stopped early, with what was reached.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Failure {
+    /// The integrator's reason; `None` when the run met a singular pose that it could not cross.
+    pub error: Option<SolveError>,
+    /// Contacts or kinks without consistent modes.
+    pub unsettled: Option<Unsettled>,
+    /// The run so far.
+    pub summary: Summary,
+    /// The last state that was reached.
+    pub last: Sample,
+}
+
+impl Failure {
+    /// The failure of a run whose equations have no value at an output time.
+    pub(crate) fn undefined(summary: Summary, last: Sample) -> Self {
+        let at = Standstill {
+            t: last.t,
+            h: last.step_size,
+            worst: Vec::new(),
+            y: [last.q.as_slice(), &last.v].concat(),
+            stats: summary.stats,
+        };
+        let error = Some(SolveError::NotFinite { row: 0, at: Box::new(at) });
+        Self { error, unsettled: None, summary, last }
+    }
+}
