@@ -136,7 +136,7 @@ fn constraints(
         .map(|p| p.name.clone())
         .chain(kinematics.coordinates.iter().flat_map(of_coordinate))
         .collect();
-    let mut add = |expression, source, direction, force, moment| {
+    let mut add = |expression, source, direction, wrench| {
         let mut name = format!("ld{}", constraints.len() + 1);
         while taken.contains(&name) {
             name.push('_');
@@ -144,24 +144,24 @@ fn constraints(
         let lambda = pool.symbol(&name);
         let lambda = pool.symbol_id(lambda).expect("a symbol was just made");
         let expression = pool.simplify(expression);
-        constraints.push(Constraint { expression, lambda, source, direction, force, moment });
+        constraints.push(Constraint { expression, lambda, source, direction, wrench });
     };
     for &joint_id in &tree.cuts {
         let joint = &model.joints[joint_id.0];
-        for row in joint::constraints(pool, joint, &kinematics.sides(model, joint)) {
-            add(row.constraint, Source::Joint(joint_id), row.direction, row.force, row.moment);
+        for row in joint::constraint_rows(pool, joint, &kinematics.sides(model, joint)) {
+            add(row.expression, Source::Joint(joint_id), row.direction, row.wrench);
         }
     }
     for (drive_idx, drive) in model.drives.iter().enumerate() {
         let joint = &model.joints[drive.joint.0];
         let motion = joint::motions(pool, joint)[drive.motion_idx];
         let position = kinematics.joint_positions(model, drive.joint)[drive.motion_idx];
-        let (force, moment) = joint::effort(pool, motion, &kinematics.sides(model, joint));
+        let wrench = joint::effort(pool, motion, &kinematics.sides(model, joint));
         let expression = pool.sub(drive.motion, position);
-        add(expression, Source::Drive(DriveId(drive_idx)), "motion", force, moment);
+        add(expression, Source::Drive(DriveId(drive_idx)), "motion", wrench);
     }
     for row in contacts {
-        add(row.expression, row.source, row.direction, row.force, row.moment);
+        add(row.expression, row.source, row.direction, row.wrench);
     }
     constraints
 }

@@ -4,10 +4,9 @@ use bksim_expr::{Expr, SymbolId};
 
 use crate::constraint::{Constraint, Source};
 use crate::force::Wrench;
-use crate::joint;
+use crate::joint::{self, JointWrench};
 use crate::kinematics::Kinematics;
-use crate::spatial;
-use bksim_model::{JointId, LoadId, LoadKind, Model, Vector};
+use bksim_model::{JointId, LoadId, LoadKind, Model};
 
 /// A constraint row that opens and closes.
 #[derive(Clone, Debug)]
@@ -60,8 +59,7 @@ pub(crate) struct ContactRow {
     pub(crate) source: Source,
     pub(crate) direction: &'static str,
     /// On the joint's successor for λ = 1.
-    pub(crate) force: Vector,
-    pub(crate) moment: Vector,
+    pub(crate) wrench: JointWrench,
 }
 
 /// The rows of all stops and frictions, in file order.
@@ -83,8 +81,8 @@ pub(crate) fn contact_rows(
         let of = &model.joints[joint.0];
         let motion = joint::motions(pool, of)[motion_idx];
         let up = joint::effort(pool, motion, &kinematics.sides(model, of));
-        let down = (spatial::neg(pool, &up.0), spatial::neg(pool, &up.1));
-        let mut add = |expression, source, direction, (force, moment), law| {
+        let down = up.reversed(pool);
+        let mut add = |expression, source, direction, wrench, law| {
             rows.push(ContactRow {
                 load: load_id,
                 joint,
@@ -93,8 +91,7 @@ pub(crate) fn contact_rows(
                 expression,
                 source,
                 direction,
-                force,
-                moment,
+                wrench,
             });
         };
         match load.kind {
@@ -155,10 +152,9 @@ pub(crate) fn slip_wrenches(
         let joint = &model.joints[contact.joint.0];
         let at = kinematics.anchor(model, joint.successor);
         let effort = pool.neg(pool.mul(pool.symbol_expr(slip), sliding));
-        let [force, moment] = [row.force, row.moment].map(|v| spatial::scale(pool, effort, &v));
-        let back = [force, moment].map(|v| spatial::neg(pool, &v));
-        wrenches.push(Wrench { body: joint.successor.body, force, at, moment });
-        wrenches.push(Wrench { body: joint.predecessor.body, force: back[0], at, moment: back[1] });
+        let wrench = row.wrench.scaled(pool, effort);
+        wrenches.push(Wrench::at_joint(joint.successor.body, at, &wrench));
+        wrenches.push(Wrench::at_joint(joint.predecessor.body, at, &wrench.reversed(pool)));
     }
     wrenches
 }

@@ -87,17 +87,17 @@ impl Kinematics {
     }
 
     /// The world position of a body's point; `None` is its centre of mass.
-    pub fn place(&self, model: &Model, body: BodyId, point: Option<PointId>) -> Vector {
+    pub fn position(&self, model: &Model, body: BodyId, point: Option<PointId>) -> Vector {
         let p_body = match point {
             Some(point) => model.bodies[body.0].points[point.0].position,
             None => model.bodies[body.0].com,
         };
-        self.poses[body.0].place(&model.pool, &p_body)
+        self.poses[body.0].position(&model.pool, &p_body)
     }
 
     /// The world position of an anchor; without a point, the origin of the body frame.
     pub fn anchor(&self, model: &Model, anchor: Anchor) -> Vector {
-        self.poses[anchor.body.0].place(&model.pool, &anchor_in_body(model, anchor))
+        self.poses[anchor.body.0].position(&model.pool, &anchor_in_body(model, anchor))
     }
 
     /// The two sides of a joint.
@@ -157,7 +157,7 @@ impl Kinematics {
                 self.joint_positions(model, joint)[motion_idx]
             }
             Measure::PointPosition(body, point, axis) => {
-                self.place(model, body, point)[axis_idx(axis)]
+                self.position(model, body, point)[axis_idx(axis)]
             }
             Measure::BodyAngle(body) => {
                 let rotation = &self.poses[body.0].rotation;
@@ -246,7 +246,7 @@ impl Kinematics {
         } else {
             (joint.predecessor, joint.successor)
         };
-        let p_world_near = parent_pose.place(pool, &anchor_in_body(model, near));
+        let p_world_near = parent_pose.position(pool, &anchor_in_body(model, near));
         let r_world_from_body = if reversed {
             parent_pose.rotation.then(pool, &rotation.inverse(pool))
         } else {

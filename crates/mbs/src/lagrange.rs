@@ -97,7 +97,7 @@ impl Derivation<'_> {
         let pool = self.pool();
         let n_bodies = self.model.bodies.len();
         let places: Vec<Expr> = (1..n_bodies)
-            .flat_map(|b| self.kinematics.place(self.model, BodyId(b), None))
+            .flat_map(|b| self.kinematics.position(self.model, BodyId(b), None))
             .collect();
         let jacobian = pool.jacobian(&self.intermediates.enter(&places), &self.symbols);
         let mut columns: Vec<BTreeMap<usize, Vector>> = vec![BTreeMap::new(); n_bodies];

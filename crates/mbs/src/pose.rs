@@ -20,7 +20,7 @@ pub struct Pose {
 
 impl Pose {
     /// Where a point of the body is in the world.
-    pub fn place(&self, pool: &Pool, p_body: &Vector) -> Vector {
+    pub fn position(&self, pool: &Pool, p_body: &Vector) -> Vector {
         let arm = spatial::sub(pool, p_body, &self.anchor_body);
         spatial::add(pool, &self.anchor_world, &self.rotation.apply(pool, &arm))
     }

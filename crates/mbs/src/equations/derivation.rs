@@ -68,8 +68,9 @@ fn kinetic_energy(model: &Model, system: &SymbolicSystem) -> Expr {
     let kinematics = &system.kinematics;
     let of_body = |body_idx: usize| {
         let body = BodyId(body_idx);
-        let velocity =
-            kinematics.place(model, body, None).map(|component| kinematics.rate(model, component));
+        let velocity = kinematics
+            .position(model, body, None)
+            .map(|component| kinematics.rate(model, component));
         let pose = &kinematics.poses[body_idx];
         let omega = pose.rotation.apply_inverse(pool, &pose.omega);
         let momentum = central_inertia(model, body).map(|row| spatial::dot(pool, &row, &omega));
@@ -111,8 +112,8 @@ fn constraints(model: &Model, system: &SymbolicSystem) -> Vec<Expr> {
     let mut constraints = Vec::new();
     for &joint_id in &system.tree.cuts {
         let joint = &model.joints[joint_id.0];
-        let rows = joint::constraints(pool, joint, &kinematics.sides(model, joint));
-        constraints.extend(rows.iter().map(|row| row.constraint));
+        let rows = joint::constraint_rows(pool, joint, &kinematics.sides(model, joint));
+        constraints.extend(rows.iter().map(|row| row.expression));
     }
     for constraint in &system.constraints {
         if let Source::Drive(drive) = constraint.source {

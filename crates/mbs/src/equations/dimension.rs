@@ -108,7 +108,7 @@ impl Units {
         }
         for constraint in &system.constraints {
             let is_zero = |&component: &Expr| model.pool.is_zero(component);
-            let is_moment = constraint.force.iter().all(is_zero);
+            let is_moment = constraint.wrench.force.iter().all(is_zero);
             of_symbol.insert(constraint.lambda, if is_moment { MOMENT } else { FORCE });
         }
         Self { of_symbol }
