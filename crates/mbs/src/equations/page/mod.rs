@@ -1,4 +1,4 @@
-//! The equations with everything a reader needs beside them, as sections of a page.
+//! The equations with everything that a reader needs to understand them, as sections of a page.
 //!
 //! [`Page::new`] gathers tables and formulas once, in one notation; each format then only says how
 //! headings, tables and broken formulas are written. A page is printed as a whole document, which
@@ -8,6 +8,7 @@ mod aligned;
 mod content;
 mod html;
 mod latex;
+mod layout;
 mod text;
 mod typst;
 
