@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! T = ½ q̇ᵀ M q̇,  M = Σ (J_Tᵀ m J_T + J_Rᵀ A I′ Aᵀ J_R)                        (1.1)
-//! d/dt ∂T/∂q̇ − ∂T/∂q = −∂Π/∂q + Q − Σ λ_j ∂f_j/∂q,   f_j(t, q) = 0             (1.3)
+//! d/dt ∂T/∂q̇ − ∂T/∂q = −∂V/∂q + Q − Σ λ_j ∂g_j/∂q,   g_j(t, q) = 0             (1.3)
 //! ```
 //!
 //! Source: Lê Hồng Lam and Đinh Văn Phong (2008), equations (1.1) to (1.3). The left side of (1.3)
@@ -44,10 +44,10 @@ pub fn assemble(model: &Model) -> SymbolicSystem {
         wrenches.extend(action.conservative);
     }
     let left = left_side(model, &kinematics, pool.sum(potentials));
-    let force = generalised_force(model, &kinematics, &applied);
+    let applied_force = generalised_force(model, &kinematics, &applied);
     wrenches.extend(applied);
 
-    // Constraints, and what they are differentiated to.
+    // Constraints, then G and ∂g/∂t.
     let rows = contact::contact_rows(model, &kinematics, &signals);
     let constraints = constraints(model, &tree, &kinematics, &rows);
     let contacts = contact::contacts(model, &rows, &constraints);
@@ -62,7 +62,7 @@ pub fn assemble(model: &Model) -> SymbolicSystem {
         bias: left.bias,
         potential_gradient: left.potential_gradient,
         tree,
-        force,
+        applied_force,
         constraints,
         constraint_jacobian,
         constraint_rate,
@@ -98,7 +98,7 @@ fn generalised_force(model: &Model, kinematics: &Kinematics, wrenches: &[Wrench]
     powers.into_iter().map(|power| pool.simplify(pool.sum(power))).collect()
 }
 
-/// ∂f/∂q.
+/// G = ∂g/∂q.
 fn constraint_jacobian(
     model: &Model,
     kinematics: &Kinematics,

@@ -20,7 +20,8 @@ pub(crate) fn with_modes(model: &Model, system: &SymbolicSystem) -> Option<Symbo
             let effort = pool.mul(pool.symbol_expr(slip), sliding);
             // The row holds −∂p/∂q.
             for &(i, g) in system.constraint_jacobian.row(row) {
-                integrated.force[i] = pool.add(integrated.force[i], pool.mul(effort, g));
+                integrated.applied_force[i] =
+                    pool.add(integrated.applied_force[i], pool.mul(effort, g));
             }
         }
         let closed = pool.symbol_expr(contact.closed);
@@ -39,7 +40,7 @@ pub(crate) fn with_modes(model: &Model, system: &SymbolicSystem) -> Option<Symbo
     // Every expression that a load or a drive has gone into.
     let mut roots: Vec<&mut Expr> = vec![&mut integrated.potential_energy];
     roots.extend(&mut integrated.potential_gradient);
-    roots.extend(&mut integrated.force);
+    roots.extend(&mut integrated.applied_force);
     roots.extend(integrated.constraints.iter_mut().map(|c| &mut c.expression));
     roots.extend(integrated.constraint_jacobian.entries_mut());
     roots.extend(&mut integrated.constraint_rate);
@@ -159,13 +160,13 @@ mod tests {
             let (model, system) = system(&written);
             let integrated = system.integrated();
             assert_eq!(integrated.switches.len(), n, "{written}");
-            let text = model.pool.to_text(integrated.force[0]);
+            let text = model.pool.to_text(integrated.applied_force[0]);
             assert!(expected.is_empty() || text == expected, "{written}: {text}");
             for word in ["abs", "sign", "min", "max"] {
                 assert!(!text.contains(&format!("{word}(")), "{written}: {text}");
             }
             // What people read is what was written.
-            assert!(model.pool.to_text(system.force[0]).contains('('), "{written}");
+            assert!(model.pool.to_text(system.applied_force[0]).contains('('), "{written}");
         }
     }
 

@@ -1,7 +1,7 @@
 //! Lagrange's equations in the order of the book, part by part.
 //!
 //! ```text
-//! Σ_j M_ij q̈_j  +  h_i(q, q̇)  +  ∂V/∂q_i  −  Q_i  +  Σ_k λ_k ∂f_k/∂q_i  =  0
+//! Σ_j M_ij q̈_j  +  h_i(q, q̇)  +  ∂V/∂q_i  −  Q_i  +  Σ_k λ_k ∂g_k/∂q_i  =  0
 //! ```
 
 use bksim_expr::{Expr, Pool};
@@ -71,7 +71,7 @@ pub(super) fn lagrange_parts(model: &Model, system: &SymbolicSystem, i: usize) -
     let others = [
         part(Kind::Velocity, pool.one(), system.bias[i]),
         part(Kind::Potential, pool.one(), system.potential_gradient[i]),
-        part(Kind::Load, pool.one(), pool.neg(system.force[i])),
+        part(Kind::Load, pool.one(), pool.neg(system.applied_force[i])),
     ];
     let multiplier = |k: usize| pool.symbol_expr(system.constraints[k].lambda);
     let forces = system.constraint_jacobian.column(i);

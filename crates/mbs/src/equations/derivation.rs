@@ -1,7 +1,7 @@
 //! The equations of motion once more, from first principles and as long as they come.
 //!
 //! ```text
-//! T = Σ ½ m ṙ·ṙ + ½ ω·I′ω          d/dt ∂T/∂q̇ − ∂T/∂q + ∂V/∂q − Q + Σ λ_k ∂f_k/∂q = 0
+//! T = Σ ½ m ṙ·ṙ + ½ ω·I′ω          d/dt ∂T/∂q̇ − ∂T/∂q + ∂V/∂q − Q + Σ λ_k ∂g_k/∂q = 0
 //! ```
 //!
 //! Nothing is shared with the equations that are solved but the places and turning rates of the
@@ -45,7 +45,7 @@ pub(super) fn derive(model: &Model, system: &SymbolicSystem) -> Derivation {
     let work: Vec<Expr> = constraints
         .iter()
         .zip(&system.constraints)
-        .map(|(&f, c)| pool.mul(pool.symbol_expr(c.lambda), f))
+        .map(|(&g, c)| pool.mul(pool.symbol_expr(c.lambda), g))
         .collect();
     let constraint_forces = pool.gradient(pool.sum(work), &q);
     let left_side = |i: usize| {
