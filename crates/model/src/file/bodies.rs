@@ -3,12 +3,12 @@
 use bksim_expr::Expr;
 
 use super::codes;
-use super::constants::Constant;
-use super::names::{coordinate_names, sub_tables};
-use super::quantity::{Scalar, Scope};
+use super::gather::{coordinate_names, sub_tables};
 use super::reader::{Fields, Reader};
+use super::replay::Constant;
 use super::tree::{Node, Table, Value};
 use super::units::Quantity;
+use super::value::{Scalar, Scope};
 use crate::body::{Body, Inertia, Point};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::{PointId, Vector};

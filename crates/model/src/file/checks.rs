@@ -2,10 +2,10 @@
 
 use super::bodies::{BodyFacts, Place};
 use super::codes;
-use super::constants::Constant;
-use super::quantity::Scalar;
 use super::reader::{Fields, Reader};
+use super::replay::Constant;
 use super::units::Quantity;
+use super::value::Scalar;
 use crate::body::Body;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::{BodyId, GROUND};

@@ -3,10 +3,12 @@
 use bksim_expr::{Expr, Function};
 
 use super::codes;
-use super::constants::Constant;
-use super::lower::{Context, Kind, Lowered, PURE};
-use super::reader::{Reader, cut, suggest};
+use super::lower::Context;
+use super::reader::Reader;
+use super::replay::Constant;
 use super::units::Dimension;
+use super::value::{Kind, Lowered, PURE};
+use super::words::{cut, suggest};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::message::short;
 

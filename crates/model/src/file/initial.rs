@@ -4,10 +4,11 @@ use std::collections::HashMap;
 
 use super::codes;
 use super::names::BODY_MOTION;
-use super::quantity::Scope;
-use super::reader::{Fields, Reader, cut};
+use super::reader::{Fields, Reader};
 use super::tree::{Entry, Node, Table, Value};
 use super::units::Quantity;
+use super::value::Scope;
+use super::words::cut;
 use crate::diagnostic::Diagnostic;
 use crate::ids::{BodyId, JointId};
 use crate::measure::{Initial, Measure};

@@ -3,12 +3,14 @@
 use bksim_expr::Expr;
 
 use super::codes;
-use super::constants::Constant;
-use super::names::{Freedom, sub_tables};
-use super::quantity::Scope;
-use super::reader::{Fields, Reader, cut};
+use super::gather::sub_tables;
+use super::names::Freedom;
+use super::reader::{Fields, Reader};
+use super::replay::Constant;
 use super::tree::{Node, Table};
 use super::units::Quantity;
+use super::value::Scope;
+use super::words::cut;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::drive::Drive;
 use crate::ids::{BodyId, GROUND, JointId, Vector};

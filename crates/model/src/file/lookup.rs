@@ -1,12 +1,14 @@
 //! The meaning of a name in an expression, and what to say of a name without one.
 
 use super::codes;
-use super::constants::Constant;
-use super::lower::{Context, Kind, Lowered, PURE};
+use super::lower::Context;
 use super::names::{BODY_MOTION, Meaning, POINT_MOTIONS};
-use super::quantity::Scope;
-use super::reader::{Reader, cut};
+use super::reader::Reader;
+use super::replay::Constant;
 use super::units::{Quantity, find_unit};
+use super::value::Scope;
+use super::value::{Kind, Lowered, PURE};
+use super::words::cut;
 use crate::diagnostic::{Diagnostic, Span};
 
 impl Reader<'_> {

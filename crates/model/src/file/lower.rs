@@ -6,73 +6,19 @@
 //! Multiplied, a written number counts as a pure number, except beside something that changes
 //! with the motion (`100*x`), where in an SI file it may stand for a coefficient.
 
-use bksim_expr::{BinaryOperator, Expr, Number, Pool, Syntax, SyntaxKind, UnitFactor};
+use bksim_expr::{BinaryOperator, Expr, Number, Syntax, SyntaxKind, UnitFactor};
 
 use super::codes;
-use super::constants::Constant;
 use super::names::Meaning;
-use super::quantity::{Scope, describe};
-use super::reader::{Reader, cut};
+use super::reader::Reader;
+use super::replay::Constant;
 use super::tree::Quoted;
 use super::units::{Dimension, Quantity, Scale};
-use super::written_unit::WrittenUnit;
+use super::value::{Kind, Lowered, PURE, Scope, describe};
+use super::words::cut;
+use super::written_unit::{MAX_UNIT_EXPONENT, WrittenUnit};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::message::short;
-
-/// What is known of the dimension of a value.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Kind {
-    /// Written without a unit.
-    Bare,
-    /// Of this dimension, in SI.
-    Known(Dimension),
-}
-
-/// A pure number or an angle.
-pub(super) const PURE: Kind = Kind::Known(Dimension::NONE);
-
-/// No quantity of mechanics has a higher power of a unit.
-pub(super) const MAX_UNIT_EXPONENT: i32 = 12;
-
-/// A node of an expression.
-#[derive(Clone, Debug)]
-pub(super) struct Lowered {
-    pub(super) expr: Expr,
-    pub(super) kind: Kind,
-    /// Its value at the parameters of the file, unless it depends on time or motion.
-    pub(super) value: Option<Constant>,
-    /// Whether it is an angle rather than a pure number, for wording.
-    pub(super) is_angle: bool,
-    /// Whether it is made of written numbers only.
-    pub(super) is_literal: bool,
-    /// Place in the file.
-    pub(super) span: Span,
-    /// Place of the unit, when it is a number with a unit.
-    pub(super) unit_span: Option<Span>,
-}
-
-impl Lowered {
-    /// A bare number.
-    pub(super) fn number(pool: &Pool, number: Number, span: Span) -> Self {
-        Self {
-            expr: pool.number(number),
-            kind: Kind::Bare,
-            value: Some(Constant::written(number.to_f64())),
-            is_angle: false,
-            is_literal: true,
-            span,
-            unit_span: None,
-        }
-    }
-
-    pub(super) fn new(expr: Expr, kind: Kind, value: Option<Constant>, span: Span) -> Self {
-        Self { expr, kind, value, is_angle: false, is_literal: false, span, unit_span: None }
-    }
-
-    fn varies(&self) -> bool {
-        self.value.is_none()
-    }
-}
 
 /// Whether a value is known to be zero; the values that follow from it are not finite then.
 fn is_zero(value: Option<Constant>) -> bool {

@@ -1,11 +1,11 @@
 //! `[solve]`: time span, output interval, tolerances and method.
 
 use super::codes;
-use super::constants::{Constant, Setting};
-use super::quantity::Scope;
 use super::reader::{Fields, Reader};
+use super::replay::{Constant, Setting};
 use super::tree::{Node, Table, Value};
 use super::units::Quantity;
+use super::value::Scope;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::solve::{Formulation, Jit, Method, Outputs, SolveOptions};
 
