@@ -23,7 +23,7 @@ pub struct Contact {
     pub row: usize,
     /// Symbol of κ: 1 while the row holds, else 0.
     pub closed: SymbolId,
-    /// When it opens and closes.
+    /// The law by which it opens and closes.
     pub law: Law,
 }
 
@@ -32,7 +32,7 @@ pub struct Contact {
 pub enum Law {
     /// The row is the penetration φ ≤ 0, its multiplier the force λ ≥ 0 that keeps the bodies apart.
     Stop {
-        /// Speed after a blow over the speed before.
+        /// Speed after an impact over the speed before.
         restitution: Expr,
     },
     /// The row is p₀ − p, its multiplier the friction along p, |λ| no greater than `sticking`.
@@ -43,7 +43,7 @@ pub enum Law {
         sticking: Expr,
         /// Symbol of ς: the sign of p′ while it slides, else 0.
         slip: SymbolId,
-        /// Symbol of p₀: where it sticks.
+        /// Symbol of p₀, the position at which it sticks.
         place: SymbolId,
     },
 }
@@ -120,7 +120,7 @@ pub(crate) fn contact_rows(
     rows
 }
 
-/// The contacts behind the last of `constraints`, which are those of `rows`.
+/// The contacts of the last of `constraints`, which come from `rows`.
 pub(crate) fn contacts(
     model: &Model,
     rows: &[ContactRow],
@@ -136,7 +136,7 @@ pub(crate) fn contacts(
     rows.iter().enumerate().filter_map(contact).collect()
 }
 
-/// What friction does while it slides: −ς F on the successor along the motion, and the opposite on
+/// Wrenches of friction while it slides: −ς F on the successor along the motion, and the opposite on
 /// the predecessor.
 pub(crate) fn slip_wrenches(
     model: &Model,

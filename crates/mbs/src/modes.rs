@@ -37,7 +37,7 @@ pub(crate) fn with_modes(model: &Model, system: &SymbolicSystem) -> Option<Symbo
         &system.constraints,
     ));
 
-    // Every expression that a load or a drive has gone into.
+    // Every expression that depends on a load or a drive.
     let mut roots: Vec<&mut Expr> = vec![&mut integrated.potential_energy];
     roots.extend(&mut integrated.potential_gradient);
     roots.extend(&mut integrated.applied_force);
@@ -63,7 +63,7 @@ pub(crate) fn with_modes(model: &Model, system: &SymbolicSystem) -> Option<Symbo
     (!is_smooth).then_some(integrated)
 }
 
-/// Replaces the kinks of some expressions of t, q and v, and says what decides them.
+/// Replaces the kinks of some expressions of t, q and v; the switches decide them.
 pub fn switches_of(
     model: &Model,
     system: &SymbolicSystem,
@@ -165,7 +165,7 @@ mod tests {
             for word in ["abs", "sign", "min", "max"] {
                 assert!(!text.contains(&format!("{word}(")), "{written}: {text}");
             }
-            // What people read is what was written.
+            // The equations that people read keep the functions as written.
             assert!(model.pool.to_text(system.applied_force[0]).contains('('), "{written}");
         }
     }

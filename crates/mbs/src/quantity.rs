@@ -13,7 +13,7 @@ pub struct Quantity {
     pub name: String,
     /// SI unit of the value; rates append `/s`.
     pub unit: &'static str,
-    /// What it is, in a few words.
+    /// Meaning in a few words.
     pub description: String,
 }
 

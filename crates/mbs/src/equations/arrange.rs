@@ -9,7 +9,7 @@ use bksim_expr::{Expr, Pool};
 use crate::system::SymbolicSystem;
 use bksim_model::Model;
 
-/// What a part of a Lagrange equation stands for, in the order in which parts are written.
+/// The kind of a part of a Lagrange equation, in the order in which parts are written.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum Kind {
     /// M q̈.
@@ -28,7 +28,7 @@ impl Kind {
     /// Characters of the longest title.
     pub(super) const LONGEST_TITLE: usize = 19;
 
-    /// What the part is called.
+    /// The name of the kind.
     pub fn title(self) -> &'static str {
         match self {
             Self::Inertia => "inertia",
@@ -43,7 +43,7 @@ impl Kind {
 /// A sum multiplied by one acceleration or multiplier, or by 1.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Part {
-    /// What it stands for.
+    /// The kind of its terms.
     pub kind: Kind,
     /// q̈_j, λ_k or 1.
     pub factor: Expr,

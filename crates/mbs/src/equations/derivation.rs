@@ -4,7 +4,7 @@
 //! T = Σ ½ m ṙ·ṙ + ½ ω·I′ω          d/dt ∂T/∂q̇ − ∂T/∂q + ∂V/∂q − Q + Σ λ_k ∂g_k/∂q = 0
 //! ```
 //!
-//! Nothing is shared with the equations that are solved but the places and turning rates of the
+//! Nothing is shared with the equations that are solved but the positions and turning rates of the
 //! bodies: no mass matrix, no Christoffel sums, no simplification. Source: Lê Hồng Lam and Đinh Văn
 //! Phong (2008), equation (1.3).
 
@@ -19,7 +19,7 @@ use crate::spatial;
 use crate::system::SymbolicSystem;
 use bksim_model::{BodyId, Model};
 
-/// What is compared with the equations that are solved.
+/// The equations in the form that is compared with those that are solved.
 pub(super) struct Derivation {
     pub(super) kinetic_energy: Expr,
     pub(super) potential_energy: Expr,

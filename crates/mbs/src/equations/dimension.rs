@@ -2,7 +2,7 @@
 //!
 //! A number in a model may carry a unit that its formula no longer shows (`"0.5 kg"` is ½), so the
 //! unit of a constant is not that of its parameters. It is the unit of the equation over that of
-//! the factors beside the constant, which are coordinates, rates, multipliers and angles.
+//! the other factors of the term, which are coordinates, rates, multipliers and angles.
 
 use std::collections::HashMap;
 use std::fmt;

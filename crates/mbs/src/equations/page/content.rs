@@ -1,4 +1,4 @@
-//! What stands on a page, in order.
+//! The sections of a page, in order.
 
 use bksim_expr::{Certificate, Expr, Operations, SymbolId};
 
