@@ -16,7 +16,7 @@ use crate::ids::{PointId, Vector};
 const BODY_KEYS: &[&str] =
     &["mass", "density", "thickness", "com", "inertia", "points", "outline", "coordinates", "free"];
 
-/// What the checks of the whole model need to know of a body.
+/// The facts of a body for the checks of the whole model.
 #[derive(Debug, Default)]
 pub(super) struct BodyFacts {
     /// Whether the author wrote `free = true`.
@@ -25,7 +25,7 @@ pub(super) struct BodyFacts {
     pub(super) mass: Option<(f64, Span)>,
     /// Whether the mass follows from a density.
     pub(super) has_density: bool,
-    /// Every place of the body with a value: points, corners; m.
+    /// Every position of the body with a value: points, corners; m.
     pub(super) places: Vec<Place>,
     /// Values of the points, by their ids.
     pub(super) points: Vec<Option<[f64; 3]>>,

@@ -275,7 +275,7 @@ fn connected_groups(n_bodies: usize, joints: &[[BodyId; 2]]) -> Vec<Vec<usize>> 
     groups
 }
 
-/// Diagonal of the box around some places and the origin of their frame.
+/// Diagonal of the box around some points and the origin of their frame.
 fn extent(places: &[&Place]) -> f64 {
     let mut corners = [[0.0_f64; 3]; 2];
     for place in places {

@@ -14,7 +14,7 @@ pub(super) struct ParameterState {
     /// Position of its value in the text.
     pub(super) span: Span,
     pub(super) definition: Definition,
-    /// How it is used: its symbol, value and dimension. `None` until it is read, and for ever
+    /// The form in which it is used: its symbol, value and dimension. `None` until it is read, and for ever
     /// when it is faulty.
     pub(super) result: Option<Lowered>,
     /// The expression it is equal to.

@@ -145,7 +145,7 @@ impl Reader<'_> {
     }
 }
 
-/// Names in a text or an array of texts, with their places.
+/// Names in a text or an array of texts, with their positions.
 pub(super) fn coordinate_names(node: &Node, source: &str) -> Vec<(String, Span)> {
     let nodes = match &node.value {
         Value::Array(values) => values.iter().collect(),
@@ -158,7 +158,7 @@ pub(super) fn coordinate_names(node: &Node, source: &str) -> Vec<(String, Span)>
         .collect()
 }
 
-/// The tables below a section, in file order: name, place of the name, table if it is one.
+/// The tables below a section, in file order: name, position of the name, table if it is one.
 pub(super) fn sub_tables<'t>(
     root: &'t Table,
     section: &str,

@@ -246,7 +246,7 @@ impl Reader<'_> {
         found
     }
 
-    /// The place of a freedom among those of a joint; reports a joint without it. A joint whose
+    /// The position of a freedom among those of a joint; reports a joint without it. A joint whose
     /// type could not be read was reported before.
     fn freedom_of(
         &mut self,
@@ -344,7 +344,7 @@ impl Reader<'_> {
         drives
     }
 
-    /// The one motion of a joint that `joint` and `of` name, and the place of the joint's name.
+    /// The one motion of a joint that `joint` and `of` name, and the position of the joint's name.
     pub(super) fn motion_of(
         &mut self,
         fields: &Fields<'_>,

@@ -3,7 +3,7 @@
 //!
 //! A bare number has no dimension of its own ([`Kind::Bare`]) and takes the one that is needed
 //! where it is added, or where the whole value is used; it is then in the units of the file.
-//! Multiplied, a written number counts as a pure number, except beside something that changes
+//! Multiplied, a written number counts as a pure number, except times a factor that changes
 //! with the motion (`100*x`), where in an SI file it may stand for a coefficient.
 
 use bksim_expr::{BinaryOperator, Expr, Number, Syntax, SyntaxKind, UnitFactor};
@@ -25,7 +25,7 @@ fn is_zero(value: Option<Constant>) -> bool {
     value.is_some_and(|value| value.look() == 0.0)
 }
 
-/// Where an expression stands and what it may use.
+/// The position of an expression and the symbols it may use.
 pub(super) struct Context<'c> {
     pub(super) quoted: &'c Quoted<'c>,
     pub(super) what: &'c str,
@@ -83,7 +83,7 @@ impl Reader<'_> {
         }
         let whole = quoted.place(&(0..quoted.text.len()));
         let root = nodes.pop().flatten()?;
-        // The place of the whole value, with parentheses and spaces.
+        // The position of the whole value, with parentheses and spaces.
         let span = if root.unit_span.is_some() { root.span.clone() } else { whole };
         Some(Lowered { span, ..root })
     }
@@ -382,7 +382,7 @@ impl Reader<'_> {
     }
 
     fn division_by_zero(&mut self, divisor: &Lowered, node_idx: usize, context: &Context<'_>) {
-        // The divisor's own nodes are those inside its place; their parameters explain the zero.
+        // The divisor's own nodes are those inside its position; their parameters explain the zero.
         let mut used: Vec<String> = Vec::new();
         for node in &context.syntax.nodes[..=node_idx] {
             let SyntaxKind::Name(name) = &node.kind else { continue };

@@ -74,7 +74,7 @@ pub(super) const BODY_MOTION: [BodyMotion; 8] = [
     ("rate", |b, _| Measure::BodyRate(b), Quantity::RATE),
 ];
 
-/// How many rows of [`BODY_MOTION`] a point has.
+/// Number of rows of [`BODY_MOTION`] that a point has.
 pub(super) const POINT_MOTIONS: usize = 6;
 
 /// A body's name and its points.
@@ -152,12 +152,12 @@ impl Names {
         self.plain.keys().map(String::as_str).collect()
     }
 
-    /// What a name without dots means.
+    /// The meaning of a name without dots.
     pub(super) fn plain(&self, name: &str) -> Option<Meaning> {
         self.plain.get(name).map(|(meaning, _)| *meaning)
     }
 
-    /// What a named coordinate measures.
+    /// The measure and quantity of a named coordinate.
     pub(super) fn coordinate(&self, name: &str) -> Option<(Measure, Quantity)> {
         match (self.plain(name)?, self.quantities.get(name)) {
             (Meaning::Measure(measure), Some(&quantity)) => Some((measure, quantity)),
@@ -165,7 +165,7 @@ impl Names {
         }
     }
 
-    /// What `body.x`, `body.point.vy`, `joint.angle` measure.
+    /// The measure of `body.x`, `body.point.vy`, `joint.angle`.
     pub(super) fn measure(&self, owner: &str, parts: &[&str]) -> Option<(Measure, Quantity)> {
         if let ([word], Some(joint)) = (parts, self.joint(owner)) {
             let freedoms = self.joints[joint.0].freedoms?;

@@ -13,7 +13,7 @@ use super::words::cut;
 use crate::diagnostic::Diagnostic;
 use crate::model::Parameter;
 
-/// How far the search for an order has come with a parameter.
+/// State of a parameter in the search for an order.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Visit {
     New,
@@ -127,7 +127,7 @@ impl Reader<'_> {
         tree
     }
 
-    /// Shows a text in the faults since `before` when its own places are not in the file: it came
+    /// Shows a text in the faults since `before` when its own positions are not in the file: it came
     /// from outside, or holds escapes.
     fn note_text(&mut self, before: usize, quoted: &Quoted<'_>) {
         if quoted.start.is_none() {

@@ -241,7 +241,7 @@ impl Reader<'_> {
         );
     }
 
-    /// Where a bare number was written: here, or where the parameter that it is was defined.
+    /// Position of a bare number: here, or in the definition of the parameter that it is.
     fn bare_source(&self, lowered: &Lowered) -> Option<(Option<String>, Span)> {
         if lowered.is_literal {
             return Some((None, lowered.span.clone()));
@@ -251,7 +251,7 @@ impl Reader<'_> {
     }
 }
 
-/// Where a part of a text begins; the parser hands out parts of the text it was given.
+/// Start of a part of a text; the parser hands out parts of the text it was given.
 fn place_within(text: &str, part: &str) -> usize {
     let place = (part.as_ptr() as usize).saturating_sub(text.as_ptr() as usize);
     if text.is_char_boundary(place) { place } else { 0 }

@@ -31,7 +31,7 @@ pub(super) struct Reader<'a> {
     pub(super) constants: Constants,
     /// Values of the parameters of a model that was read.
     pub(super) recorded: Option<Vec<Constant>>,
-    /// First place with a part out of the plane z = 0.
+    /// First position with a part out of the plane z = 0.
     pub(super) spatial: Option<Span>,
     /// The bodies of each joint, predecessor first; `None` where the joint could not be read.
     pub(super) joint_bodies: Vec<Option<[BodyId; 2]>>,
@@ -192,7 +192,7 @@ pub(super) struct Fields<'t> {
     table: &'t Table,
     /// `body `crank``.
     pub(super) owner: String,
-    /// Place of its name.
+    /// Position of its name.
     pub(super) span: Span,
     /// Keys an unknown key was probably meant to be: they are not reported as missing.
     excused: Vec<&'t str>,

@@ -62,7 +62,7 @@ pub(super) struct Constants {
     settings: Vec<(Setting, Constant)>,
 }
 
-/// How parameters and settings of a model follow from some of its parameters; see
+/// Parameters and settings of a model as functions of some of its parameters; see
 /// [`read_recorded`](super::read_recorded).
 #[derive(Clone, Debug)]
 pub struct Recording {
@@ -262,7 +262,7 @@ impl Recording {
     }
 
     /// Writes what a reading with these values of the varied parameters, SI, would give: the values
-    /// of all parameters, and the settings. False when only a reading of its own can tell: the values
+    /// of all parameters, and the settings. False when only a reading of its own can decide: the values
     /// may be refused, or the model be another one.
     ///
     /// # Panics

@@ -57,7 +57,7 @@ fn start(text: &str, error: &Error) -> usize {
     error.span().map_or(text.len(), |span| span.start)
 }
 
-/// Place of the first bracket that is nested deeper than allowed; brackets in texts and comments
+/// Position of the first bracket that is nested deeper than allowed; brackets in texts and comments
 /// do not count.
 fn too_deep(text: &str, limit: usize) -> Option<usize> {
     let mut depth = 0_usize;
@@ -246,7 +246,7 @@ fn unclosed_bracket(text: &str, said: &str, span: &Span) -> Option<usize> {
     (at_end || line_of(text, innermost) != line_of(text, span.start)).then_some(innermost)
 }
 
-/// The line around a place, without its end.
+/// The line around a position, without its end.
 fn line_of(text: &str, place: usize) -> Span {
     let place = place.min(text.len());
     let start = text[..place].rfind('\n').map_or(0, |at| at + 1);
@@ -254,7 +254,7 @@ fn line_of(text: &str, place: usize) -> Span {
     start..end
 }
 
-/// Reports each name that is defined again, with the place of the first definition.
+/// Reports each name that is defined again, with the position of the first definition.
 fn report_duplicates(text: &str, errors: &[Error], faults: &mut Vec<Diagnostic>) {
     let mut repeated_table: Option<Span> = None;
     for span in errors.iter().filter_map(Error::span).take(MAX_DUPLICATES) {
@@ -282,7 +282,7 @@ fn report_duplicates(text: &str, errors: &[Error], faults: &mut Vec<Diagnostic>)
     }
 }
 
-/// Where the key at `span` was defined before: the same path looked up in the text above it.
+/// Earlier definition of the key at `span`: the same path in the text above it.
 fn first_definition(text: &str, span: &Span) -> Option<Span> {
     let line = line_of(text, span.start);
     let is_header = text[line.clone()].trim_start().starts_with('[');

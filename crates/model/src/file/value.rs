@@ -25,7 +25,7 @@ pub(super) struct Scalar {
     pub(super) value: Option<Constant>,
     /// Whether the author wrote no unit.
     pub(super) is_bare: bool,
-    /// Place of the text without its quotes, or of the number.
+    /// Position of the text without its quotes, or of the number.
     pub(super) span: Span,
 }
 
@@ -52,9 +52,9 @@ pub(super) struct Lowered {
     pub(super) is_angle: bool,
     /// Whether it is made of written numbers only.
     pub(super) is_literal: bool,
-    /// Place in the file.
+    /// Position in the file.
     pub(super) span: Span,
-    /// Place of the unit, when it is a number with a unit.
+    /// Position of the unit, when it is a number with a unit.
     pub(super) unit_span: Option<Span>,
 }
 
