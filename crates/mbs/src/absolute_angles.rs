@@ -112,7 +112,8 @@ impl<'m> AbsoluteAngles<'m> {
         moving.sort_unstable();
         let symbols: Vec<SymbolId> = moving.iter().map(|&i| self.coordinates[i].q).collect();
         let slopes = self.pool.jacobian(&[angle], &symbols).entries.into_iter();
-        slopes.filter_map(|(_, i, slope)| Some((moving[i], self.pool.as_number(slope)?))).collect()
+        let number = |slope| self.pool.as_number(slope).expect("angles are linear in q");
+        slopes.map(|(_, i, slope)| (moving[i], number(slope))).collect()
     }
 
     /// Expressions of q in terms of the absolute angles.

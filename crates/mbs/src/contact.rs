@@ -77,6 +77,7 @@ pub(crate) fn contact_rows(
         else {
             continue;
         };
+        // The position of the motion, and the wrenches of a unit effort along and against it.
         let position = kinematics.joint_positions(model, joint)[motion_idx];
         let of = &model.joints[joint.0];
         let motion = joint::motions(pool, of)[motion_idx];
@@ -94,6 +95,8 @@ pub(crate) fn contact_rows(
                 wrench,
             });
         };
+
+        // A row for each limit of a stop, one for the friction.
         match load.kind {
             LoadKind::Stop { min, max, restitution, .. } => {
                 let law = Law::Stop { restitution };
@@ -106,9 +109,10 @@ pub(crate) fn contact_rows(
                 }
             }
             LoadKind::Friction { sliding, sticking, .. } => {
-                let id = |name: String| pool.symbol_id(pool.symbol(&name));
-                let names = ["slip", "place"].map(|word| id(format!("'{word}{load_idx}")));
-                let [Some(slip), Some(place)] = names else { continue };
+                let id = |name: String| {
+                    pool.symbol_id(pool.symbol(&name)).expect("a symbol was just made")
+                };
+                let [slip, place] = ["slip", "place"].map(|word| id(format!("'{word}{load_idx}")));
                 let [sliding, sticking] = [sliding, sticking].map(|e| pool.substitute(e, signals));
                 let law = Law::Friction { sliding, sticking, slip, place };
                 let expression = pool.sub(pool.symbol_expr(place), position);
@@ -129,11 +133,12 @@ pub(crate) fn contacts(
     let pool = &model.pool;
     let first = constraints.len() - rows.len();
     let contact = |(k, row): (usize, &ContactRow)| {
-        let closed = pool.symbol_id(pool.symbol(&format!("'closed{k}")))?;
+        let closed = pool.symbol(&format!("'closed{k}"));
+        let closed = pool.symbol_id(closed).expect("a symbol was just made");
         let ContactRow { load, joint, position, expression, law, .. } = *row;
-        Some(Contact { load, joint, position, expression, row: first + k, closed, law })
+        Contact { load, joint, position, expression, row: first + k, closed, law }
     };
-    rows.iter().enumerate().filter_map(contact).collect()
+    rows.iter().enumerate().map(contact).collect()
 }
 
 /// Wrenches of friction while it slides: −ς F on the successor along the motion, and the opposite on

@@ -121,8 +121,8 @@ impl Kinks<'_> {
         }
         // Not an identifier, so that no name of the model can meet it.
         let mode = pool.symbol(&format!("'mode{}", self.switches.len()));
-        let switch = Switch { function: u, mode: pool.symbol_id(mode)?, is_timed: !moves };
-        self.switches.push(switch);
+        let symbol = pool.symbol_id(mode).expect("a symbol was just made");
+        self.switches.push(Switch { function: u, mode: symbol, is_timed: !moves });
         Some(mode)
     }
 }
@@ -139,8 +139,8 @@ mod tests {
              [loads.F]\ntype = \"force\"\non = \"block\"\nvector = [\"{value}\", 0]\n"
         );
         let reading = read(&Source::new(&text, "block"));
-        let said = reading.diagnostics;
-        let model = reading.model.unwrap_or_else(|| panic!("{said:?}"));
+        let faults = reading.diagnostics;
+        let model = reading.model.unwrap_or_else(|| panic!("{faults:?}"));
         let system = assemble(&model);
         (model, system)
     }

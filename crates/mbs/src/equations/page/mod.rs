@@ -330,7 +330,7 @@ fn number(value: f64) -> String {
     if !(1e-4..1e9).contains(&value.abs()) {
         return format!("{value:.3e}");
     }
-    let rounded: f64 = format!("{value:.8e}").parse().unwrap_or(value);
+    let rounded: f64 = format!("{value:.8e}").parse().expect("digits of a finite number");
     rounded.to_string()
 }
 
