@@ -55,6 +55,7 @@ pub fn assemble(model: &Model) -> SymbolicSystem {
     let constraint_rate =
         constraints.iter().map(|c| pool.simplify(pool.diff(c.expression, model.time))).collect();
 
+    // The system, and once more with modes in place of everything that switches.
     let mut system = SymbolicSystem {
         kinetic_energy: left.kinetic_energy,
         potential_energy: left.potential_energy,
@@ -146,6 +147,7 @@ fn constraints(
         let expression = pool.simplify(expression);
         constraints.push(Constraint { expression, lambda, source, direction, wrench });
     };
+    // Cut joints, drives, contacts.
     for &joint_id in &tree.cuts {
         let joint = &model.joints[joint_id.0];
         for row in joint::constraint_rows(pool, joint, &kinematics.sides(model, joint)) {

@@ -212,6 +212,7 @@ impl Reader<'_> {
         body: &mut Body,
         facts: &BodyFacts,
     ) {
+        // The value, and the point it is about.
         let Some(node) = fields.get("inertia") else { return };
         let mut value_node = node;
         if let Value::Table(table) = &node.value {
@@ -226,6 +227,7 @@ impl Reader<'_> {
             }
         }
         let what = fields.what("inertia");
+        // One, three or six components.
         let components: Vec<Scalar> = match &value_node.value {
             Value::Array(values) if [3, 6].contains(&values.len()) => values
                 .iter()
@@ -246,6 +248,7 @@ impl Reader<'_> {
                 .into_iter()
                 .collect(),
         };
+        // Into the body, once they are plausible.
         body.inertia_span = Some(value_node.span.clone());
         match components.as_slice() {
             [izz] => body.inertia.moments[2] = izz.expr,

@@ -58,6 +58,7 @@ impl Reader<'_> {
         context: &Context<'_>,
     ) -> Option<Lowered> {
         use Function as F;
+        // The dimension of the value, from those of the arguments.
         let is_literal = arguments.iter().all(|argument| argument.is_literal);
         let role = format!("the argument of `{}`", function.name());
         let mut is_angle = matches!(function, F::Asin | F::Acos | F::Atan | F::Atan2);
@@ -93,6 +94,7 @@ impl Reader<'_> {
                 }
             }
         };
+        // The expression and, where it is constant, its value.
         let operands: Vec<Expr> = arguments.iter().map(|argument| argument.expr).collect();
         let expr = self.pool.call(function, &operands)?;
         let values: Option<Vec<Constant>> =

@@ -43,6 +43,7 @@ impl Reader<'_> {
             self.read_coordinate(entry, measure, quantity, initial);
             return;
         }
+        // A joint or a body, with the measures that its keys name.
         let (owner, rows) = if let Some(joint) = self.names.joint(name) {
             let Some(rows) = self.joint_rows(joint) else { return };
             if rows.is_empty() {
@@ -61,6 +62,7 @@ impl Reader<'_> {
             self.unknown_start(entry);
             return;
         };
+        // The stated values.
         let what = format!("`{name}` in `[initial]`");
         let Value::Table(table) = &entry.node.value else {
             let help = format!("write for example {{ {} = {} }}", rows[0].0, quoted(rows[0].2));
@@ -71,6 +73,7 @@ impl Reader<'_> {
         known.push("guess");
         let fields = Fields::open(self, table, owner.clone(), entry.key_span.clone(), &known);
         self.read_rows(name, &fields, &rows, false, initial);
+        // The guesses, one table deeper.
         let Some(guess) = fields.get("guess") else { return };
         let Value::Table(inner) = &guess.value else {
             let help = format!("write for example {{ {} = {} }}", rows[0].0, quoted(rows[0].2));

@@ -306,6 +306,7 @@ impl Reader<'_> {
             let fields = Fields::open(self, table, format!("drive `{name}`"), span.clone(), keys);
             let help = "write `joint = \"A\"` with the name of the driven joint";
             let target = self.motion_of(&fields, help);
+            // A motion follows one drive only.
             if let Some((joint, motion_idx, place)) = target.clone() {
                 let same = |(j, m, _): &&(JointId, usize, Span)| (*j, *m) == (joint, motion_idx);
                 if let Some((_, _, first)) = taken.iter().find(same).cloned() {
@@ -323,6 +324,7 @@ impl Reader<'_> {
                 }
                 taken.push((joint, motion_idx, place));
             }
+            // The motion as a function of time, in the quantity of the joint.
             let quantity = target.as_ref().map_or(Quantity::ANGLE, |(joint, idx, _)| {
                 let freedoms = self.names.joints[joint.0].freedoms.unwrap_or_default();
                 freedoms[*idx].quantities()[0]

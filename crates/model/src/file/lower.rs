@@ -157,6 +157,7 @@ impl Reader<'_> {
         let lowered = match operator {
             BinaryOperator::Add | BinaryOperator::Subtract => {
                 let is_sum = operator == BinaryOperator::Add;
+                // Terms have one dimension.
                 let (a, b) = self.alike(a, b, if is_sum { "add" } else { "subtract" })?;
                 let value = a.value.zip(b.value).map(|(a, b)| {
                     let constants = &mut self.constants;
@@ -171,6 +172,7 @@ impl Reader<'_> {
                 Lowered { is_angle, ..Lowered::new(expr, a.kind, value, span) }
             }
             BinaryOperator::Multiply => {
+                // Dimensions multiply with the factors.
                 let kind = self.product_kind(a, b, Dimension::times)?;
                 let expr = self.pool.mul(a.expr, b.expr);
                 let is_angle = a.is_angle != b.is_angle;
@@ -189,6 +191,7 @@ impl Reader<'_> {
                 Lowered { is_angle, ..Lowered::new(expr, kind, value, span) }
             }
             BinaryOperator::Power => {
+                // The exponent is a pure number, known if the base has a dimension.
                 let exponent = self.pure(b, "an exponent", context)?;
                 if is_zero(a.value) && exponent.1.is_some_and(|n| n.look() < 0.0) {
                     self.division_by_zero(a, right, context);

@@ -120,6 +120,7 @@ impl Reader<'_> {
         let place = quoted.place(&error.span);
         let fault = |message: String| Diagnostic::error(codes::EXPRESSION, message);
         let fault = match &error.kind {
+            // Parentheses.
             ParseErrorKind::UnclosedParenthesis => fault("`(` is not closed".to_owned())
                 .at(place, "opened here")
                 .help("add `)` where it ends"),
@@ -131,6 +132,7 @@ impl Reader<'_> {
                     .at(place, "the first one too deep")
                     .help("use a parameter for a part of it, or allow more with `--max-nesting`")
             }
+            // Words and their order.
             ParseErrorKind::UnknownUnit { name } => {
                 let units: Vec<&str> = UNITS.iter().map(|unit| unit.name).collect();
                 let help = if self.names.plain(name).is_some() {
@@ -158,6 +160,7 @@ impl Reader<'_> {
                     .at(place, "not expected here")
                     .help(help)
             }
+            // Characters and digits.
             ParseErrorKind::UnexpectedCharacter { found: found @ ('=' | '!') } => {
                 fault(format!("an expression cannot contain `{found}`"))
                     .at(place, "")

@@ -41,6 +41,7 @@ impl Reader<'_> {
             self.topology_unknown = true;
             return None;
         }
+        // Units, names and parameters, on which everything depends.
         self.read_units(root);
         self.gather_names(root);
         let time = self.define_time();
@@ -48,6 +49,7 @@ impl Reader<'_> {
         self.gather_coordinates(root);
         self.read_parameters();
 
+        // The sections, in the order in which they refer to each other.
         let bodies = self.read_bodies(root);
         let joints = self.read_joints(root);
         self.joint_bodies = joints
@@ -61,6 +63,7 @@ impl Reader<'_> {
         let space = self.read_space(&top);
         let coordinates = self.read_policy(&top);
         let name = self.read_name(&top).unwrap_or_else(|| source.name.to_owned());
+        // Checks of the whole; a model only where there was no error.
         self.check_whole(&bodies);
         self.sort_faults();
 

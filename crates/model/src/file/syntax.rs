@@ -124,6 +124,7 @@ fn explain_syntax(text: &str, error: &Error) -> Diagnostic {
     let span = error.span().unwrap_or(text.len()..text.len());
     let said = error.message();
     let line = line_of(text, span.start);
+    // Faults about which the message is enough.
     if said.contains("string, expected `") && said.starts_with("invalid") && span.is_empty() {
         return unclosed_text(text, &span, said);
     }
@@ -133,6 +134,7 @@ fn explain_syntax(text: &str, error: &Error) -> Diagnostic {
             .at(line.start..line.start, "the name in this line")
             .help("names of this model have at most three parts, such as `bodies.crank.mass`");
     }
+    // Values and keys.
     let token = text.get(span.clone()).unwrap_or_default();
     let fault = |message: &str| Diagnostic::error(codes::SYNTAX, message);
     if said.starts_with("string values must be quoted") {
@@ -150,6 +152,7 @@ fn explain_syntax(text: &str, error: &Error) -> Diagnostic {
             .at(line.start..line.end, "a key and its value are joined by `=`")
             .help("write `key = value`, a table as `[bodies.name]`, or a comment after `#`");
     }
+    // Brackets and commas.
     if said.starts_with("unclosed table") {
         return fault("`[` of the table is not closed")
             .at(line.clone(), "no `]` in this line")
@@ -165,6 +168,7 @@ fn explain_syntax(text: &str, error: &Error) -> Diagnostic {
     if said.starts_with("missing comma") {
         return fault("a comma is missing").at(span, "before this").help("add `,` here");
     }
+    // Tokens that are no value, number or name.
     if said.starts_with("cannot extend value") {
         return fault(&format!("`{token}` already has a value and cannot be a table"))
             .at(span, "used as a table here")
