@@ -9,7 +9,7 @@
 use bksim_expr::{Function, Number, Pool};
 
 use super::units::Scale;
-use crate::solve::SolveOptions;
+use crate::SolveOptions;
 
 /// A value of the file, and its index in the recording if it depends on a varied parameter.
 #[derive(Clone, Copy, PartialEq, Debug)]
