@@ -1,8 +1,8 @@
-//! Angles of bodies as intermediate coordinates.
+//! Absolute angles of bodies as coordinates of the derivation.
 //!
 //! In relative coordinates the angle of a body is a sum, θ = Σ S_i q_i + const. Positions and
 //! kinetic energy are short in terms of θ and long in terms of q, so Lagrange's equations are
-//! derived in θ and carried over. Their left side is covariant under linear maps of the
+//! derived in θ and pulled back to q. Their left side is covariant under linear maps of the
 //! coordinates (by the chain rule), also when there are more θ than q:
 //!
 //! ```text
@@ -17,56 +17,57 @@ use crate::kinematics::{Coordinate, Kinematics};
 use crate::spatial::{self, Rotation};
 use bksim_model::{Model, Vector};
 
-/// An intermediate coordinate and its rate.
+/// A coordinate of the derivation and its rate.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Intermediate {
+pub(crate) struct Variable {
     pub(crate) q: SymbolId,
     pub(crate) v: SymbolId,
 }
 
-/// The generalised coordinates themselves, then the sums that occur as angles.
-pub(crate) struct Intermediates<'m> {
+/// The coordinates of the derivation: the generalised ones, then the sums that occur as angles.
+pub(crate) struct AbsoluteAngles<'m> {
     pool: &'m Pool,
-    pub(crate) coordinates: Vec<Intermediate>,
+    pub(crate) coordinates: Vec<Variable>,
     n_generalised: usize,
     /// Rows of S, those of the angle sums only.
     rows: Vec<Vec<(usize, Number)>>,
-    /// Position of each angle sum among the coordinates.
+    /// Index of each angle sum among the coordinates.
     known: HashMap<Expr, usize>,
-    /// Number of the generalised coordinate that each symbol is the value of.
+    /// Index of the generalised coordinate whose value each symbol is.
     generalised: HashMap<SymbolId, usize>,
     /// Sines and cosines of the sums, and those of their symbols.
-    entering: Vec<(Expr, Expr)>,
-    leaving: Vec<(SymbolId, Expr)>,
+    to_angles: Vec<(Expr, Expr)>,
+    /// The symbols of the sums and of their rates, and what they abbreviate in q and v.
+    from_angles: Vec<(SymbolId, Expr)>,
 }
 
-/// How a column of S follows from another one: `S_i = S_base + Σ factor e_k`.
+/// A column of S as the sum of another one and a rest: `S_i = S_base + Σ factor e_k`.
 struct Column {
     generalised: usize,
     base: Option<usize>,
     added: Vec<(usize, Number)>,
 }
 
-impl<'m> Intermediates<'m> {
+impl<'m> AbsoluteAngles<'m> {
     /// The angles of all poses.
     pub(crate) fn of(model: &'m Model, kinematics: &Kinematics) -> Self {
-        let own = |c: &Coordinate| Intermediate { q: c.q, v: c.v };
-        let mut intermediates = Self {
+        let own = |c: &Coordinate| Variable { q: c.q, v: c.v };
+        let mut angles = Self {
             pool: &model.pool,
             coordinates: kinematics.coordinates.iter().map(own).collect(),
             n_generalised: kinematics.coordinates.len(),
             rows: Vec::new(),
             known: HashMap::new(),
             generalised: kinematics.coordinates.iter().map(|c| c.q).zip(0..).collect(),
-            entering: Vec::new(),
-            leaving: Vec::new(),
+            to_angles: Vec::new(),
+            from_angles: Vec::new(),
         };
         for pose in &kinematics.poses {
             for turn in pose.rotation.turns() {
-                intermediates.add(turn.angle);
+                angles.add(turn.angle);
             }
         }
-        intermediates
+        angles
     }
 
     fn add(&mut self, angle: Expr) {
@@ -88,15 +89,15 @@ impl<'m> Intermediates<'m> {
         let id = |e| pool.symbol_id(e).expect("a symbol was just made");
         for (whole, short) in [(pool.sin(angle), pool.sin(q)), (pool.cos(angle), pool.cos(q))] {
             // One of the two is the call itself; the other is minus the call.
-            self.entering.extend([(whole, short), (pool.neg(whole), pool.neg(short))]);
+            self.to_angles.extend([(whole, short), (pool.neg(whole), pool.neg(short))]);
         }
         let rate = row.iter().map(|&(i, factor)| {
             pool.mul(pool.number(factor), pool.symbol_expr(self.coordinates[i].v))
         });
         let rate = pool.sum(rate.collect::<Vec<_>>());
-        self.leaving.extend([(id(q), angle), (id(v), rate)]);
+        self.from_angles.extend([(id(q), angle), (id(v), rate)]);
         self.known.insert(angle, self.coordinates.len());
-        self.coordinates.push(Intermediate { q: id(q), v: id(v) });
+        self.coordinates.push(Variable { q: id(q), v: id(v) });
         self.rows.push(row);
     }
 
@@ -111,20 +112,21 @@ impl<'m> Intermediates<'m> {
         moving.sort_unstable();
         let symbols: Vec<SymbolId> = moving.iter().map(|&i| self.coordinates[i].q).collect();
         let slopes = self.pool.jacobian(&[angle], &symbols).entries.into_iter();
-        slopes.filter_map(|(_, i, slope)| Some((moving[i], self.pool.as_number(slope)?))).collect()
+        let number = |slope| self.pool.as_number(slope).expect("angles are linear in q");
+        slopes.map(|(_, i, slope)| (moving[i], number(slope))).collect()
     }
 
-    /// An expression of q in terms of the intermediate coordinates.
-    pub(crate) fn enter(&self, roots: &[Expr]) -> Vec<Expr> {
-        self.pool.replace_all(roots, &self.entering)
+    /// Expressions of q in terms of the absolute angles.
+    pub(crate) fn to_angles(&self, roots: &[Expr]) -> Vec<Expr> {
+        self.pool.replace_all(roots, &self.to_angles)
     }
 
-    /// Back to q and v.
-    pub(crate) fn leave(&self, roots: &[Expr]) -> Vec<Expr> {
-        self.pool.substitute_all(roots, &self.leaving)
+    /// Expressions of the absolute angles and their rates in terms of q and v.
+    pub(crate) fn from_angles(&self, roots: &[Expr]) -> Vec<Expr> {
+        self.pool.substitute_all(roots, &self.from_angles)
     }
 
-    /// All symbols of the intermediate coordinates, then of their rates.
+    /// All symbols of the coordinates of the derivation, then of their rates.
     pub(crate) fn state(&self) -> Vec<SymbolId> {
         let (q, v) = (self.coordinates.iter().map(|c| c.q), self.coordinates.iter().map(|c| c.v));
         q.chain(v).collect()
@@ -138,9 +140,10 @@ impl<'m> Intermediates<'m> {
         let columns: Vec<_> = rotations.map(|rotation| self.turning_of(rotation)).collect();
         let components: Vec<Expr> =
             columns.iter().flatten().flat_map(|(_, column)| *column).collect();
-        let mut entered = self.enter(&components).into_iter();
+        let mut images = self.to_angles(&components).into_iter();
         let mut next = |(k, column): (usize, Vector)| {
-            (k, column.map(|component| entered.next().unwrap_or(component)))
+            let image = |_| images.next().expect("one image for each component");
+            (k, column.map(image))
         };
         columns.into_iter().map(|columns| columns.into_iter().map(&mut next).collect()).collect()
     }
@@ -206,7 +209,7 @@ impl<'m> Intermediates<'m> {
         half.into_iter().flat_map(below).collect()
     }
 
-    /// How many intermediate coordinates each generalised coordinate moves.
+    /// Number of coordinates of the derivation that each generalised coordinate moves.
     pub(crate) fn spreads(&self) -> Vec<usize> {
         let mut spreads = vec![1; self.n_generalised];
         for &(i, _) in self.rows.iter().flatten() {

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! T = ½ q̇ᵀ M q̇,  M = Σ (J_Tᵀ m J_T + J_Rᵀ A I′ Aᵀ J_R)                        (1.1)
-//! d/dt ∂T/∂q̇ − ∂T/∂q = −∂Π/∂q + Q − Σ λ_j ∂f_j/∂q,   f_j(t, q) = 0             (1.3)
+//! d/dt ∂T/∂q̇ − ∂T/∂q = −∂V/∂q + Q − Σ λ_j ∂g_j/∂q,   g_j(t, q) = 0             (1.3)
 //! ```
 //!
 //! Source: Lê Hồng Lam and Đinh Văn Phong (2008), equations (1.1) to (1.3). The left side of (1.3)
@@ -44,10 +44,10 @@ pub fn assemble(model: &Model) -> SymbolicSystem {
         wrenches.extend(action.conservative);
     }
     let left = left_side(model, &kinematics, pool.sum(potentials));
-    let force = generalised_force(model, &kinematics, &applied);
+    let applied_force = generalised_force(model, &kinematics, &applied);
     wrenches.extend(applied);
 
-    // Constraints, and what they are differentiated to.
+    // Constraints, then G and ∂g/∂t.
     let rows = contact::contact_rows(model, &kinematics, &signals);
     let constraints = constraints(model, &tree, &kinematics, &rows);
     let contacts = contact::contacts(model, &rows, &constraints);
@@ -55,6 +55,7 @@ pub fn assemble(model: &Model) -> SymbolicSystem {
     let constraint_rate =
         constraints.iter().map(|c| pool.simplify(pool.diff(c.expression, model.time))).collect();
 
+    // The system, and once more with modes in place of everything that switches.
     let mut system = SymbolicSystem {
         kinetic_energy: left.kinetic_energy,
         potential_energy: left.potential_energy,
@@ -62,7 +63,7 @@ pub fn assemble(model: &Model) -> SymbolicSystem {
         bias: left.bias,
         potential_gradient: left.potential_gradient,
         tree,
-        force,
+        applied_force,
         constraints,
         constraint_jacobian,
         constraint_rate,
@@ -98,7 +99,7 @@ fn generalised_force(model: &Model, kinematics: &Kinematics, wrenches: &[Wrench]
     powers.into_iter().map(|power| pool.simplify(pool.sum(power))).collect()
 }
 
-/// ∂f/∂q.
+/// G = ∂g/∂q.
 fn constraint_jacobian(
     model: &Model,
     kinematics: &Kinematics,
@@ -136,7 +137,7 @@ fn constraints(
         .map(|p| p.name.clone())
         .chain(kinematics.coordinates.iter().flat_map(of_coordinate))
         .collect();
-    let mut add = |expression, source, direction, force, moment| {
+    let mut add = |expression, source, direction, wrench| {
         let mut name = format!("ld{}", constraints.len() + 1);
         while taken.contains(&name) {
             name.push('_');
@@ -144,24 +145,25 @@ fn constraints(
         let lambda = pool.symbol(&name);
         let lambda = pool.symbol_id(lambda).expect("a symbol was just made");
         let expression = pool.simplify(expression);
-        constraints.push(Constraint { expression, lambda, source, direction, force, moment });
+        constraints.push(Constraint { expression, lambda, source, direction, wrench });
     };
+    // Cut joints, drives, contacts.
     for &joint_id in &tree.cuts {
         let joint = &model.joints[joint_id.0];
-        for row in joint::constraints(pool, joint, &kinematics.sides(model, joint)) {
-            add(row.constraint, Source::Joint(joint_id), row.direction, row.force, row.moment);
+        for row in joint::constraint_rows(pool, joint, &kinematics.sides(model, joint)) {
+            add(row.expression, Source::Joint(joint_id), row.direction, row.wrench);
         }
     }
     for (drive_idx, drive) in model.drives.iter().enumerate() {
         let joint = &model.joints[drive.joint.0];
         let motion = joint::motions(pool, joint)[drive.motion_idx];
         let position = kinematics.joint_positions(model, drive.joint)[drive.motion_idx];
-        let (force, moment) = joint::effort(pool, motion, &kinematics.sides(model, joint));
+        let wrench = joint::effort(pool, motion, &kinematics.sides(model, joint));
         let expression = pool.sub(drive.motion, position);
-        add(expression, Source::Drive(DriveId(drive_idx)), "motion", force, moment);
+        add(expression, Source::Drive(DriveId(drive_idx)), "motion", wrench);
     }
     for row in contacts {
-        add(row.expression, row.source, row.direction, row.force, row.moment);
+        add(row.expression, row.source, row.direction, row.wrench);
     }
     constraints
 }

@@ -1,9 +1,11 @@
 //! Constraint rows and where they come from.
 
 use bksim_expr::{Expr, SymbolId};
-use bksim_model::{DriveId, JointId, LoadId, LoadKind, Model, Vector};
+use bksim_model::{DriveId, JointId, LoadId, LoadKind, Model};
 
-/// Where a constraint row comes from.
+use crate::joint::JointWrench;
+
+/// The part of the model that a constraint row comes from.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Source {
     /// A joint that was cut.
@@ -35,19 +37,17 @@ impl Source {
     }
 }
 
-/// One constraint row f(t, q) = 0 with its multiplier.
+/// One constraint row g(t, q) = 0 with its multiplier.
 #[derive(Clone, Debug)]
 pub struct Constraint {
-    /// f, m or rad.
+    /// g, m or rad.
     pub expression: Expr,
     /// Symbol of λ.
     pub lambda: SymbolId,
-    /// The joint or drive it comes from.
+    /// The joint, drive or contact it comes from.
     pub source: Source,
     /// `x`, `y`, `z`, `normal`, `angle`, `length`, `motion`, `min`, `max` or `friction`.
     pub direction: &'static str,
-    /// Force on the joint's successor at its joint point for λ = 1.
-    pub force: Vector,
-    /// Moment on the joint's successor about its joint point for λ = 1.
-    pub moment: Vector,
+    /// Wrench on the joint's successor for λ = 1.
+    pub wrench: JointWrench,
 }

@@ -4,10 +4,9 @@ use bksim_expr::{Expr, SymbolId};
 
 use crate::constraint::{Constraint, Source};
 use crate::force::Wrench;
-use crate::joint;
+use crate::joint::{self, JointWrench};
 use crate::kinematics::Kinematics;
-use crate::spatial;
-use bksim_model::{JointId, LoadId, LoadKind, Model, Vector};
+use bksim_model::{JointId, LoadId, LoadKind, Model};
 
 /// A constraint row that opens and closes.
 #[derive(Clone, Debug)]
@@ -24,7 +23,7 @@ pub struct Contact {
     pub row: usize,
     /// Symbol of κ: 1 while the row holds, else 0.
     pub closed: SymbolId,
-    /// When it opens and closes.
+    /// The law by which it opens and closes.
     pub law: Law,
 }
 
@@ -33,7 +32,7 @@ pub struct Contact {
 pub enum Law {
     /// The row is the penetration φ ≤ 0, its multiplier the force λ ≥ 0 that keeps the bodies apart.
     Stop {
-        /// Speed after a blow over the speed before.
+        /// Speed after an impact over the speed before.
         restitution: Expr,
     },
     /// The row is p₀ − p, its multiplier the friction along p, |λ| no greater than `sticking`.
@@ -44,7 +43,7 @@ pub enum Law {
         sticking: Expr,
         /// Symbol of ς: the sign of p′ while it slides, else 0.
         slip: SymbolId,
-        /// Symbol of p₀: where it sticks.
+        /// Symbol of p₀, the position at which it sticks.
         place: SymbolId,
     },
 }
@@ -60,8 +59,7 @@ pub(crate) struct ContactRow {
     pub(crate) source: Source,
     pub(crate) direction: &'static str,
     /// On the joint's successor for λ = 1.
-    pub(crate) force: Vector,
-    pub(crate) moment: Vector,
+    pub(crate) wrench: JointWrench,
 }
 
 /// The rows of all stops and frictions, in file order.
@@ -79,12 +77,13 @@ pub(crate) fn contact_rows(
         else {
             continue;
         };
+        // The position of the motion, and the wrenches of a unit effort along and against it.
         let position = kinematics.joint_positions(model, joint)[motion_idx];
         let of = &model.joints[joint.0];
         let motion = joint::motions(pool, of)[motion_idx];
         let up = joint::effort(pool, motion, &kinematics.sides(model, of));
-        let down = (spatial::neg(pool, &up.0), spatial::neg(pool, &up.1));
-        let mut add = |expression, source, direction, (force, moment), law| {
+        let down = up.reversed(pool);
+        let mut add = |expression, source, direction, wrench, law| {
             rows.push(ContactRow {
                 load: load_id,
                 joint,
@@ -93,10 +92,11 @@ pub(crate) fn contact_rows(
                 expression,
                 source,
                 direction,
-                force,
-                moment,
+                wrench,
             });
         };
+
+        // A row for each limit of a stop, one for the friction.
         match load.kind {
             LoadKind::Stop { min, max, restitution, .. } => {
                 let law = Law::Stop { restitution };
@@ -109,9 +109,10 @@ pub(crate) fn contact_rows(
                 }
             }
             LoadKind::Friction { sliding, sticking, .. } => {
-                let id = |name: String| pool.symbol_id(pool.symbol(&name));
-                let names = ["slip", "place"].map(|word| id(format!("'{word}{load_idx}")));
-                let [Some(slip), Some(place)] = names else { continue };
+                let id = |name: String| {
+                    pool.symbol_id(pool.symbol(&name)).expect("a symbol was just made")
+                };
+                let [slip, place] = ["slip", "place"].map(|word| id(format!("'{word}{load_idx}")));
                 let [sliding, sticking] = [sliding, sticking].map(|e| pool.substitute(e, signals));
                 let law = Law::Friction { sliding, sticking, slip, place };
                 let expression = pool.sub(pool.symbol_expr(place), position);
@@ -123,7 +124,7 @@ pub(crate) fn contact_rows(
     rows
 }
 
-/// The contacts behind the last of `constraints`, which are those of `rows`.
+/// The contacts of the last of `constraints`, which come from `rows`.
 pub(crate) fn contacts(
     model: &Model,
     rows: &[ContactRow],
@@ -132,14 +133,15 @@ pub(crate) fn contacts(
     let pool = &model.pool;
     let first = constraints.len() - rows.len();
     let contact = |(k, row): (usize, &ContactRow)| {
-        let closed = pool.symbol_id(pool.symbol(&format!("'closed{k}")))?;
+        let closed = pool.symbol(&format!("'closed{k}"));
+        let closed = pool.symbol_id(closed).expect("a symbol was just made");
         let ContactRow { load, joint, position, expression, law, .. } = *row;
-        Some(Contact { load, joint, position, expression, row: first + k, closed, law })
+        Contact { load, joint, position, expression, row: first + k, closed, law }
     };
-    rows.iter().enumerate().filter_map(contact).collect()
+    rows.iter().enumerate().map(contact).collect()
 }
 
-/// What friction does while it slides: −ς F on the successor along the motion, and the opposite on
+/// Wrenches of friction while it slides: −ς F on the successor along the motion, and the opposite on
 /// the predecessor.
 pub(crate) fn slip_wrenches(
     model: &Model,
@@ -155,10 +157,9 @@ pub(crate) fn slip_wrenches(
         let joint = &model.joints[contact.joint.0];
         let at = kinematics.anchor(model, joint.successor);
         let effort = pool.neg(pool.mul(pool.symbol_expr(slip), sliding));
-        let [force, moment] = [row.force, row.moment].map(|v| spatial::scale(pool, effort, &v));
-        let back = [force, moment].map(|v| spatial::neg(pool, &v));
-        wrenches.push(Wrench { body: joint.successor.body, force, at, moment });
-        wrenches.push(Wrench { body: joint.predecessor.body, force: back[0], at, moment: back[1] });
+        let wrench = row.wrench.scaled(pool, effort);
+        wrenches.push(Wrench::at_joint(joint.successor.body, at, &wrench));
+        wrenches.push(Wrench::at_joint(joint.predecessor.body, at, &wrench.reversed(pool)));
     }
     wrenches
 }

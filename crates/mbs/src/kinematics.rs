@@ -1,7 +1,7 @@
-//! Where every body is as a function of the generalised coordinates, along the spanning tree.
+//! Poses of all bodies as functions of the generalised coordinates, along the spanning tree.
 //!
 //! Source: Lê Hồng Lam and Đinh Văn Phong (2008), eq. (1.2): positions and rotation matrices are
-//! chained from the ground outwards. Frames in names: `p_world_com` is a place in world axes.
+//! chained from the ground outwards. Frames in names: `p_world_com` is a position in world axes.
 
 use std::collections::{HashMap, HashSet};
 
@@ -14,7 +14,7 @@ use crate::tree::{Branch, Tree};
 use bksim_model::MotionKind;
 use bksim_model::{Anchor, Axis, BodyId, Joint, JointId, Measure, Model, PointId, Space, Vector};
 
-/// Whose motion a coordinate is.
+/// The part of the model whose motion a coordinate is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Owner {
     /// The given motion of a tree joint.
@@ -36,7 +36,7 @@ pub struct Coordinate {
     pub a: SymbolId,
     /// Turning or sliding.
     pub kind: MotionKind,
-    /// Whose motion it is.
+    /// The joint or body whose motion it is.
     pub owner: Owner,
 }
 
@@ -47,7 +47,7 @@ pub struct Kinematics {
     pub coordinates: Vec<Coordinate>,
     /// By body, the ground first.
     pub poses: Vec<Pose>,
-    /// Position of the coordinate that each symbol of a value, or of a velocity, belongs to.
+    /// Index of the coordinate that each symbol of a value, or of a velocity, belongs to.
     of_value: HashMap<SymbolId, usize>,
     of_velocity: HashMap<SymbolId, usize>,
     /// Number of the first coordinate of each joint that has some.
@@ -78,7 +78,7 @@ impl Kinematics {
             let pose = match branch {
                 Branch::Free => kinematics.free_pose(model, body),
                 Branch::Joint { joint, parent, reversed } => {
-                    kinematics.hanging_pose(model, body, joint, parent, reversed)
+                    kinematics.tree_pose(model, body, joint, parent, reversed)
                 }
             };
             kinematics.poses[body.0] = pose;
@@ -87,17 +87,17 @@ impl Kinematics {
     }
 
     /// The world position of a body's point; `None` is its centre of mass.
-    pub fn place(&self, model: &Model, body: BodyId, point: Option<PointId>) -> Vector {
+    pub fn position(&self, model: &Model, body: BodyId, point: Option<PointId>) -> Vector {
         let p_body = match point {
             Some(point) => model.bodies[body.0].points[point.0].position,
             None => model.bodies[body.0].com,
         };
-        self.poses[body.0].place(&model.pool, &p_body)
+        self.poses[body.0].position(&model.pool, &p_body)
     }
 
     /// The world position of an anchor; without a point, the origin of the body frame.
     pub fn anchor(&self, model: &Model, anchor: Anchor) -> Vector {
-        self.poses[anchor.body.0].place(&model.pool, &anchor_in_body(model, anchor))
+        self.poses[anchor.body.0].position(&model.pool, &anchor_in_body(model, anchor))
     }
 
     /// The two sides of a joint.
@@ -157,7 +157,7 @@ impl Kinematics {
                 self.joint_positions(model, joint)[motion_idx]
             }
             Measure::PointPosition(body, point, axis) => {
-                self.place(model, body, point)[axis_idx(axis)]
+                self.position(model, body, point)[axis_idx(axis)]
             }
             Measure::BodyAngle(body) => {
                 let rotation = &self.poses[body.0].rotation;
@@ -200,7 +200,7 @@ impl Kinematics {
             let mut axis = spatial::zero(pool);
             let axis_idx = if names.len() == 3 { 2 } else { motion_idx - n_translations };
             axis[axis_idx] = pool.one();
-            // The turn is about the axis as the turns before it have placed it.
+            // The turn is about the axis as the turns before it have turned it.
             let axis_world = rotation.apply(pool, &axis);
             omega = spatial::add(pool, &omega, &spatial::scale(pool, v, &axis_world));
             rotation = rotation.then(pool, &Rotation::about(pool, &axis, q));
@@ -208,8 +208,8 @@ impl Kinematics {
         Pose { anchor_body: model.bodies[body.0].com, anchor_world, rotation, omega }
     }
 
-    /// Pose of a body that hangs on `parent` by a joint whose motions become coordinates.
-    fn hanging_pose(
+    /// Pose of a body on `parent` in the tree, by a joint whose motions become coordinates.
+    fn tree_pose(
         &mut self,
         model: &Model,
         body: BodyId,
@@ -218,6 +218,7 @@ impl Kinematics {
         reversed: bool,
     ) -> Pose {
         let pool = &model.pool;
+        // The motion of the successor against the predecessor, one coordinate after the other.
         let joint = &model.joints[joint_id.0];
         let mut rotation = joint::fixed_turn(pool, joint);
         let mut offset = spatial::zero(pool);
@@ -246,7 +247,7 @@ impl Kinematics {
         } else {
             (joint.predecessor, joint.successor)
         };
-        let p_world_near = parent_pose.place(pool, &anchor_in_body(model, near));
+        let p_world_near = parent_pose.position(pool, &anchor_in_body(model, near));
         let r_world_from_body = if reversed {
             parent_pose.rotation.then(pool, &rotation.inverse(pool))
         } else {
@@ -307,14 +308,14 @@ pub fn free_motion_names(space: Space) -> &'static [&'static str] {
     }
 }
 
-/// The identifier of a joint coordinate: the author's, else the joint's name and what it measures.
+/// The identifier of a joint coordinate: the author's, else the joint's name and `angle` or `position`.
 pub fn joint_coordinate_name(joint: &Joint, motions: &[Motion], motion_idx: usize) -> String {
     joint.coordinate_names.get(motion_idx).cloned().unwrap_or_else(|| {
-        let what = match motions[motion_idx].kind {
+        let word = match motions[motion_idx].kind {
             MotionKind::Rotation => "angle",
             MotionKind::Translation => "position",
         };
-        format!("{}_{what}", joint.name)
+        format!("{}_{word}", joint.name)
     })
 }
 

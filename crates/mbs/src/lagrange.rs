@@ -6,21 +6,21 @@
 //! ```
 //!
 //! Source: Lê Hồng Lam and Đinh Văn Phong (2008), equation (1.1), and the Christoffel sums of M for
-//! d/dt ∂T/∂q̇ − ∂T/∂q = M q̈ + h. Everything is derived in the [intermediate
-//! coordinates](crate::absolute_angles) and carried over to the generalised ones.
+//! d/dt ∂T/∂q̇ − ∂T/∂q = M q̈ + h. Everything is derived in the [absolute
+//! angles](crate::absolute_angles) of the bodies and pulled back to the generalised coordinates.
 
 use std::collections::BTreeMap;
 
 use bksim_expr::{Expr, Pool, SymbolId};
 
-use crate::absolute_angles::Intermediates;
+use crate::absolute_angles::AbsoluteAngles;
 use crate::inertia::central_inertia;
 use crate::kinematics::Kinematics;
 use crate::sparse::SparseMatrix;
 use crate::spatial;
 use bksim_model::{BodyId, Model, Vector};
 
-/// Terms up to which a sum that was carried over is collected anew.
+/// Number of terms up to which a sum that was pulled back is collected anew.
 const MAX_COLLECTED_TERMS: usize = 64;
 
 /// The left side of Lagrange's equations without loads and constraints.
@@ -40,41 +40,41 @@ pub(crate) struct LeftSide {
 /// Derives the left side for the bodies of `model` in the potential V(q).
 pub(crate) fn left_side(model: &Model, kinematics: &Kinematics, potential: Expr) -> LeftSide {
     let pool = &model.pool;
-    let intermediates = Intermediates::of(model, kinematics);
-    let derivation = Derivation {
+    let angles = AbsoluteAngles::of(model, kinematics);
+    let derivation = AngleDerivation {
         model,
         kinematics,
-        state: [intermediates.state(), vec![model.time]].concat(),
-        symbols: intermediates.coordinates.iter().map(|c| c.q).collect(),
-        intermediates,
+        state: [angles.state(), vec![model.time]].concat(),
+        symbols: angles.coordinates.iter().map(|c| c.q).collect(),
+        angles,
     };
     let lower = derivation.mass_matrix();
     let bias = derivation.bias(&lower);
-    let [potential] = derivation.intermediates.enter(&[potential])[..] else {
+    let [potential] = derivation.angles.to_angles(&[potential])[..] else {
         unreachable!("one expression in, one out")
     };
     let potential = pool.collect(potential, &derivation.state);
     let gradient = pool.jacobian(&[potential], &derivation.symbols).entries;
     let gradient = gradient.into_iter().map(|(_, k, slope)| (k, slope)).collect();
 
-    let energies = derivation.intermediates.leave(&[derivation.kinetic_energy(&lower), potential]);
+    let energies = derivation.angles.from_angles(&[derivation.kinetic_energy(&lower), potential]);
     LeftSide {
         kinetic_energy: energies[0],
         potential_energy: energies[1],
-        mass_matrix: derivation.carried_matrix(lower),
-        bias: derivation.carried(bias),
-        potential_gradient: derivation.carried(gradient),
+        mass_matrix: derivation.pulled_back_matrix(lower),
+        bias: derivation.pulled_back(bias),
+        potential_gradient: derivation.pulled_back(gradient),
     }
 }
 
 /// The lower triangle of a symmetric matrix, without entries that are zero.
 type Lower = BTreeMap<(usize, usize), Expr>;
 
-struct Derivation<'m> {
+struct AngleDerivation<'m> {
     model: &'m Model,
     kinematics: &'m Kinematics,
-    intermediates: Intermediates<'m>,
-    /// Intermediate coordinates, rates and time: what is no parameter.
+    angles: AbsoluteAngles<'m>,
+    /// Coordinates of the derivation, their rates and time: all symbols but the parameters.
     state: Vec<SymbolId>,
     symbols: Vec<SymbolId>,
 }
@@ -82,33 +82,35 @@ struct Derivation<'m> {
 /// One body's share of an entry of M: a mass times the product of two columns of J_T. Bodies with
 /// equal columns share one product.
 #[derive(Default)]
-struct Entry {
+struct MassEntry {
     translation: Vec<((Vector, Vector), Vec<Expr>)>,
     rotation: Vec<Expr>,
 }
 
-impl Derivation<'_> {
+impl AngleDerivation<'_> {
     fn pool(&self) -> &Pool {
         &self.model.pool
     }
 
     /// M by (1.1): J_T = ∂r_c/∂q in world axes; J_R = ∂ω/∂q̇ in body axes, where I′ is constant.
     fn mass_matrix(&self) -> Lower {
+        // Columns of J_T, body by body.
         let pool = self.pool();
         let n_bodies = self.model.bodies.len();
-        let places: Vec<Expr> = (1..n_bodies)
-            .flat_map(|b| self.kinematics.place(self.model, BodyId(b), None))
+        let positions: Vec<Expr> = (1..n_bodies)
+            .flat_map(|b| self.kinematics.position(self.model, BodyId(b), None))
             .collect();
-        let jacobian = pool.jacobian(&self.intermediates.enter(&places), &self.symbols);
+        let jacobian = pool.jacobian(&self.angles.to_angles(&positions), &self.symbols);
         let mut columns: Vec<BTreeMap<usize, Vector>> = vec![BTreeMap::new(); n_bodies];
         for (row, k, slope) in jacobian.entries {
             let column = columns[1 + row / 3].entry(k).or_insert_with(|| spatial::zero(pool));
             column[row % 3] = slope;
         }
 
+        // Each body adds m J_Tᵀ J_T and J_Rᵀ I′ J_R.
         let rotations = self.kinematics.poses.iter().map(|pose| &pose.rotation);
-        let turning = self.intermediates.turning(rotations);
-        let mut entries: BTreeMap<(usize, usize), Entry> = BTreeMap::new();
+        let turning = self.angles.turning(rotations);
+        let mut entries: BTreeMap<(usize, usize), MassEntry> = BTreeMap::new();
         for (body_idx, columns) in columns.iter().enumerate().skip(1) {
             let body = &self.model.bodies[body_idx];
             if !pool.is_zero(body.mass) {
@@ -134,13 +136,14 @@ impl Derivation<'_> {
             }
         }
 
-        let (places, sums): (Vec<_>, Vec<_>) =
+        // Entries by functions of the state, so that each coefficient is a group of parameters.
+        let (indices, sums): (Vec<_>, Vec<_>) =
             entries.into_iter().map(|(at, entry)| (at, self.entry_sum(entry))).unzip();
         let collected = pool.collect_all(&sums, &self.state);
-        places.into_iter().zip(collected).filter(|&(_, e)| !pool.is_zero(e)).collect()
+        indices.into_iter().zip(collected).filter(|&(_, e)| !pool.is_zero(e)).collect()
     }
 
-    fn entry_sum(&self, entry: Entry) -> Expr {
+    fn entry_sum(&self, entry: MassEntry) -> Expr {
         let pool = self.pool();
         let translation = entry
             .translation
@@ -150,7 +153,7 @@ impl Derivation<'_> {
     }
 
     fn rate(&self, k: usize) -> Expr {
-        self.pool().symbol_expr(self.intermediates.coordinates[k].v)
+        self.pool().symbol_expr(self.angles.coordinates[k].v)
     }
 
     /// ½ vᵀ M v, each product of rates once.
@@ -166,14 +169,14 @@ impl Derivation<'_> {
     /// The Christoffel sums, from the slopes ∂M_kl/∂q_m that are not zero.
     fn bias(&self, lower: &Lower) -> BTreeMap<usize, Expr> {
         let pool = self.pool();
-        let places: Vec<(usize, usize)> = lower.keys().copied().collect();
+        let indices: Vec<(usize, usize)> = lower.keys().copied().collect();
         let entries: Vec<Expr> = lower.values().copied().collect();
         let mut terms: BTreeMap<usize, Vec<Expr>> = BTreeMap::new();
         let mut add = |k: usize, factors: [Expr; 4]| {
             terms.entry(k).or_default().push(pool.product(factors));
         };
         for (row, m, slope) in pool.jacobian(&entries, &self.symbols).entries {
-            let (k, l) = places[row];
+            let (k, l) = indices[row];
             let [v_k, v_l, v_m] = [k, l, m].map(|i| self.rate(i));
             add(k, [slope, v_l, v_m, pool.one()]);
             if k == l {
@@ -187,33 +190,37 @@ impl Derivation<'_> {
     }
 
     /// Sᵀ x in terms of q and v.
-    fn carried(&self, x: BTreeMap<usize, Expr>) -> Vec<Expr> {
+    fn pulled_back(&self, x: BTreeMap<usize, Expr>) -> Vec<Expr> {
         let n_terms = self.symbols.len();
         let sizes: Vec<usize> =
-            self.intermediates.spreads().into_iter().map(|spread| spread * n_terms).collect();
+            self.angles.spreads().into_iter().map(|spread| spread * n_terms).collect();
         let mut sums = vec![self.pool().zero(); sizes.len()];
-        for (i, sum) in self.intermediates.pull_back(&self.left(x)) {
+        for (i, sum) in self.angles.pull_back(&self.from_angles(x)) {
             sums[i] = sum;
         }
         self.collected(sums, &sizes)
     }
 
     /// Sᵀ X S in terms of q and v.
-    fn carried_matrix(&self, lower: Lower) -> SparseMatrix {
-        let spreads = self.intermediates.spreads();
-        let lower = self.intermediates.congruent(&self.left(lower));
-        let (places, entries): (Vec<_>, Vec<_>) = lower.into_iter().unzip();
-        let sizes: Vec<usize> = places.iter().map(|&(i, j)| spreads[i] * spreads[j]).collect();
-        let entries = places.into_iter().zip(self.collected(entries, &sizes));
+    fn pulled_back_matrix(&self, lower: Lower) -> SparseMatrix {
+        let spreads = self.angles.spreads();
+        let lower = self.angles.congruent(&self.from_angles(lower));
+        let (indices, entries): (Vec<_>, Vec<_>) = lower.into_iter().unzip();
+        let sizes: Vec<usize> = indices.iter().map(|&(i, j)| spreads[i] * spreads[j]).collect();
+        let entries = indices.into_iter().zip(self.collected(entries, &sizes));
         let entries = entries.filter(|&(_, e)| !self.pool().is_zero(e)).flat_map(|((i, j), e)| {
             [Some((i, j, e)), (i != j).then_some((j, i, e))].into_iter().flatten()
         });
         SparseMatrix::new(spreads.len(), spreads.len(), entries)
     }
 
-    fn left<K: Ord>(&self, entries: impl IntoIterator<Item = (K, Expr)>) -> BTreeMap<K, Expr> {
-        let (places, values): (Vec<K>, Vec<Expr>) = entries.into_iter().unzip();
-        places.into_iter().zip(self.intermediates.leave(&values)).collect()
+    /// Entries in terms of q and v.
+    fn from_angles<K: Ord>(
+        &self,
+        entries: impl IntoIterator<Item = (K, Expr)>,
+    ) -> BTreeMap<K, Expr> {
+        let (keys, values): (Vec<K>, Vec<Expr>) = entries.into_iter().unzip();
+        keys.into_iter().zip(self.angles.from_angles(&values)).collect()
     }
 
     /// Short sums are collected once more: terms of different bodies may have met.

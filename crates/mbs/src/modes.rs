@@ -20,7 +20,8 @@ pub(crate) fn with_modes(model: &Model, system: &SymbolicSystem) -> Option<Symbo
             let effort = pool.mul(pool.symbol_expr(slip), sliding);
             // The row holds −∂p/∂q.
             for &(i, g) in system.constraint_jacobian.row(row) {
-                integrated.force[i] = pool.add(integrated.force[i], pool.mul(effort, g));
+                integrated.applied_force[i] =
+                    pool.add(integrated.applied_force[i], pool.mul(effort, g));
             }
         }
         let closed = pool.symbol_expr(contact.closed);
@@ -36,10 +37,10 @@ pub(crate) fn with_modes(model: &Model, system: &SymbolicSystem) -> Option<Symbo
         &system.constraints,
     ));
 
-    // Every expression that a load or a drive has gone into.
+    // Every expression that depends on a load or a drive.
     let mut roots: Vec<&mut Expr> = vec![&mut integrated.potential_energy];
     roots.extend(&mut integrated.potential_gradient);
-    roots.extend(&mut integrated.force);
+    roots.extend(&mut integrated.applied_force);
     roots.extend(integrated.constraints.iter_mut().map(|c| &mut c.expression));
     roots.extend(integrated.constraint_jacobian.entries_mut());
     roots.extend(&mut integrated.constraint_rate);
@@ -62,7 +63,7 @@ pub(crate) fn with_modes(model: &Model, system: &SymbolicSystem) -> Option<Symbo
     (!is_smooth).then_some(integrated)
 }
 
-/// Replaces the kinks of some expressions of t, q and v, and says what decides them.
+/// Replaces the kinks of some expressions of t, q and v; the switches decide them.
 pub fn switches_of(
     model: &Model,
     system: &SymbolicSystem,
@@ -120,8 +121,8 @@ impl Kinks<'_> {
         }
         // Not an identifier, so that no name of the model can meet it.
         let mode = pool.symbol(&format!("'mode{}", self.switches.len()));
-        let switch = Switch { function: u, mode: pool.symbol_id(mode)?, is_timed: !moves };
-        self.switches.push(switch);
+        let symbol = pool.symbol_id(mode).expect("a symbol was just made");
+        self.switches.push(Switch { function: u, mode: symbol, is_timed: !moves });
         Some(mode)
     }
 }
@@ -138,8 +139,8 @@ mod tests {
              [loads.F]\ntype = \"force\"\non = \"block\"\nvector = [\"{value}\", 0]\n"
         );
         let reading = read(&Source::new(&text, "block"));
-        let said = reading.diagnostics;
-        let model = reading.model.unwrap_or_else(|| panic!("{said:?}"));
+        let faults = reading.diagnostics;
+        let model = reading.model.unwrap_or_else(|| panic!("{faults:?}"));
         let system = assemble(&model);
         (model, system)
     }
@@ -159,13 +160,13 @@ mod tests {
             let (model, system) = system(&written);
             let integrated = system.integrated();
             assert_eq!(integrated.switches.len(), n, "{written}");
-            let text = model.pool.to_text(integrated.force[0]);
+            let text = model.pool.to_text(integrated.applied_force[0]);
             assert!(expected.is_empty() || text == expected, "{written}: {text}");
             for word in ["abs", "sign", "min", "max"] {
                 assert!(!text.contains(&format!("{word}(")), "{written}: {text}");
             }
-            // What people read is what was written.
-            assert!(model.pool.to_text(system.force[0]).contains('('), "{written}");
+            // The equations that people read keep the functions as written.
+            assert!(model.pool.to_text(system.applied_force[0]).contains('('), "{written}");
         }
     }
 

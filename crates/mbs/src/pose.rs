@@ -1,16 +1,16 @@
-//! [`Pose`]: where a body is, as expressions of the coordinates.
+//! [`Pose`]: position and rotation of a body, as expressions of the coordinates.
 
 use bksim_expr::Pool;
 use bksim_model::Vector;
 
 use crate::spatial::{self, Rotation};
 
-/// A body's place: the world position of one of its points, and its rotation.
+/// The pose of a body: the world position of one of its points, and its rotation.
 #[derive(Clone, Debug)]
 pub struct Pose {
     /// The point, body frame.
     pub anchor_body: Vector,
-    /// Where it is, world frame.
+    /// Its position, world frame.
     pub anchor_world: Vector,
     /// r_world_from_body.
     pub rotation: Rotation,
@@ -19,8 +19,8 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// Where a point of the body is in the world.
-    pub fn place(&self, pool: &Pool, p_body: &Vector) -> Vector {
+    /// The world position of a point of the body.
+    pub fn position(&self, pool: &Pool, p_body: &Vector) -> Vector {
         let arm = spatial::sub(pool, p_body, &self.anchor_body);
         spatial::add(pool, &self.anchor_world, &self.rotation.apply(pool, &arm))
     }

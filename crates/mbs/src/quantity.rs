@@ -13,7 +13,7 @@ pub struct Quantity {
     pub name: String,
     /// SI unit of the value; rates append `/s`.
     pub unit: &'static str,
-    /// What it is, in a few words.
+    /// Meaning in a few words.
     pub description: String,
 }
 
@@ -32,7 +32,7 @@ pub fn coordinate_quantities(system: &SymbolicSystem) -> Vec<Quantity> {
 /// The multipliers, each with the joint, drive or load that it belongs to.
 pub fn multiplier_quantities(model: &Model, system: &SymbolicSystem) -> Vec<Quantity> {
     let quantity = |c: &Constraint| {
-        let is_force = c.force.iter().any(|&component| !model.pool.is_zero(component));
+        let is_force = c.wrench.force.iter().any(|&component| !model.pool.is_zero(component));
         let owner = match c.source {
             Source::Joint(JointId(j)) => format!("joint `{}`", model.joints[j].name),
             Source::Drive(DriveId(d)) => format!("drive `{}`", model.drives[d].name),

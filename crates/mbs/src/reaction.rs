@@ -1,4 +1,4 @@
-//! Joint reactions by Newton and Euler: what each joint's predecessor puts on its successor.
+//! Joint reactions by Newton and Euler: the wrench of each joint's predecessor on its successor.
 //!
 //! A cut joint's reaction is read off its multipliers. A tree joint carries what its body needs
 //! beyond all other wrenches on it, found from the leaves of the tree inwards:
@@ -12,9 +12,10 @@
 
 use bksim_expr::Pool;
 
-use crate::constraint::{Constraint, Source};
+use crate::constraint::Source;
 use crate::force::Wrench;
 use crate::inertia::central_inertia;
+use crate::joint::JointWrench;
 use crate::spatial;
 use crate::system::SymbolicSystem;
 use crate::tree::Branch;
@@ -42,26 +43,26 @@ pub fn reactions(model: &Model, system: &SymbolicSystem) -> Vec<Reaction> {
     };
     let mut reactions: Vec<Reaction> = (0..model.joints.len()).map(nothing).collect();
 
-    // Cut joints, drives and contacts: the multipliers say it.
+    // Cut joints, drives and contacts: each row's wrench times its multiplier.
     for constraint in &system.constraints {
         let joint = constraint.source.joint(model);
-        let (force, moment) = multiplied(pool, constraint);
+        let wrench = constraint.wrench.scaled(pool, pool.symbol_expr(constraint.lambda));
         if let Source::Joint(_) = constraint.source {
             let reaction = &mut reactions[joint.0];
-            reaction.force = spatial::add(pool, &reaction.force, &force);
-            reaction.moment = spatial::add(pool, &reaction.moment, &moment);
+            reaction.force = spatial::add(pool, &reaction.force, &wrench.force);
+            reaction.moment = spatial::add(pool, &reaction.moment, &wrench.moment);
         }
-        balance.pass_through(joint, &force, &moment);
+        balance.pass_through(joint, &wrench);
     }
 
     // Tree joints, leaves first.
     for &(body, branch) in system.tree.branches.iter().rev() {
         if let Branch::Joint { joint, reversed, .. } = branch {
-            let (force, moment) = balance.missing_wrench(body, joint);
+            let missing = balance.missing_wrench(body, joint);
             // The body is the successor unless the joint is passed backwards.
-            let sign = |v: &Vector| if reversed { spatial::neg(pool, v) } else { *v };
-            let (force, moment) = (sign(&force), sign(&moment));
-            balance.pass_through(joint, &force, &moment);
+            let wrench = if reversed { missing.reversed(pool) } else { missing };
+            balance.pass_through(joint, &wrench);
+            let JointWrench { force, moment } = wrench;
             reactions[joint.0] = Reaction { joint, force, moment };
         }
     }
@@ -78,22 +79,20 @@ struct Balance<'a> {
 impl Balance<'_> {
     /// Adds a wrench through a joint: on its successor, and its opposite on the predecessor, both
     /// at the successor's joint point.
-    fn pass_through(&mut self, joint: JointId, force: &Vector, moment: &Vector) {
+    fn pass_through(&mut self, joint: JointId, wrench: &JointWrench) {
         let joint = &self.model.joints[joint.0];
         let at = self.system.kinematics.anchor(self.model, joint.successor);
-        let pool = self.pool;
-        let mut put = |body: BodyId, force: Vector, moment: Vector| {
-            self.wrenches[body.0].push(Wrench { body, force, at, moment });
+        let mut put = |body: BodyId, wrench: &JointWrench| {
+            self.wrenches[body.0].push(Wrench::at_joint(body, at, wrench));
         };
-        put(joint.successor.body, *force, *moment);
-        let (force, moment) = (spatial::neg(pool, force), spatial::neg(pool, moment));
-        put(joint.predecessor.body, force, moment);
+        put(joint.successor.body, wrench);
+        put(joint.predecessor.body, &wrench.reversed(self.pool));
     }
 
     /// The wrench at the successor's point of `joint` that `body` still needs.
-    fn missing_wrench(&self, body: BodyId, joint: JointId) -> (Vector, Vector) {
+    fn missing_wrench(&self, body: BodyId, joint: JointId) -> JointWrench {
         let (model, pool, kinematics) = (self.model, self.pool, &self.system.kinematics);
-        let p_com = kinematics.place(model, body, None);
+        let p_com = kinematics.position(model, body, None);
         let twice = |e| kinematics.second_rate(model, kinematics.rate(model, e));
         let acceleration = p_com.map(twice);
         let mut force = spatial::scale(pool, model.bodies[body.0].mass, &acceleration);
@@ -108,7 +107,7 @@ impl Balance<'_> {
         let p_joint = kinematics.anchor(model, model.joints[joint.0].successor);
         let arm = spatial::sub(pool, &p_joint, &p_com);
         let moment = spatial::sub(pool, &moment, &spatial::cross(pool, &arm, &force));
-        (force, moment)
+        JointWrench { force, moment }
     }
 
     /// A I′ Aᵀ ω about the centre of mass.
@@ -128,10 +127,4 @@ fn wrenches_by_body(model: &Model, system: &SymbolicSystem) -> Vec<Vec<Wrench>> 
         by_body[wrench.body.0].push(wrench.clone());
     }
     by_body
-}
-
-fn multiplied(pool: &Pool, constraint: &Constraint) -> (Vector, Vector) {
-    let lambda = pool.symbol_expr(constraint.lambda);
-    let times = |v: &Vector| spatial::scale(pool, lambda, v);
-    (times(&constraint.force), times(&constraint.moment))
 }

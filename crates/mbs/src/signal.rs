@@ -5,7 +5,7 @@ use bksim_model::{Model, Signal};
 
 use crate::kinematics::Kinematics;
 
-/// What each signal symbol stands for.
+/// Each signal symbol with the measure it stands for, as an expression.
 pub fn signal_values(model: &Model, kinematics: &Kinematics) -> Vec<(SymbolId, Expr)> {
     let value = |signal: &Signal| {
         (signal.symbol, model.pool.simplify(kinematics.measure(model, signal.measure)))

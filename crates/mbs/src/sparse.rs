@@ -14,10 +14,10 @@ pub struct SparseMatrix {
 }
 
 impl SparseMatrix {
-    /// The matrix with the given `(row, column, entry)`, each place once, in any order.
+    /// The matrix with the given `(row, column, entry)`, each position once, in any order.
     ///
     /// # Panics
-    /// If a place lies outside the matrix or is named twice.
+    /// If a position lies outside the matrix or is named twice.
     pub fn new(
         n_rows: usize,
         n_columns: usize,
@@ -25,12 +25,12 @@ impl SparseMatrix {
     ) -> Self {
         let mut rows = vec![Vec::new(); n_rows];
         for (row, column, entry) in entries {
-            assert!(row < n_rows && column < n_columns, "({row}, {column}) is no place");
+            assert!(row < n_rows && column < n_columns, "({row}, {column}) lies outside");
             rows[row].push((column, entry));
         }
         for row in &mut rows {
             row.sort_unstable_by_key(|&(column, _)| column);
-            assert!(row.windows(2).all(|pair| pair[0].0 < pair[1].0), "a place is named twice");
+            assert!(row.windows(2).all(|pair| pair[0].0 < pair[1].0), "a position is named twice");
         }
         Self { n_columns, rows }
     }
@@ -55,7 +55,7 @@ impl SparseMatrix {
         (0..self.n_rows()).filter_map(move |row| Some((row, self.get(row, column)?)))
     }
 
-    /// The entry at a place; `None` is zero.
+    /// The entry at a position; `None` is zero.
     pub fn get(&self, row: usize, column: usize) -> Option<Expr> {
         let entries = &self.rows[row];
         let at = entries.binary_search_by_key(&column, |&(column, _)| column).ok()?;

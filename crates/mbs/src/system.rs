@@ -28,12 +28,12 @@ pub struct SymbolicSystem {
     /// ∂V/∂q, nq.
     pub potential_gradient: Vec<Expr>,
     /// Q(t, q, v), nq: generalised forces without a potential.
-    pub force: Vec<Expr>,
-    /// f(t, q) with multipliers, cut joints in file order, then drives, then contacts.
+    pub applied_force: Vec<Expr>,
+    /// g(t, q) with multipliers, cut joints in file order, then drives, then contacts.
     pub constraints: Vec<Constraint>,
-    /// G = ∂f/∂q, nc × nq.
+    /// G = ∂g/∂q, nc × nq.
     pub constraint_jacobian: SparseMatrix,
-    /// ∂f/∂t, nc.
+    /// ∂g/∂t, nc.
     pub constraint_rate: Vec<Expr>,
     /// Every wrench on a body: loads with and without potential.
     pub wrenches: Vec<Wrench>,
@@ -51,7 +51,8 @@ impl SymbolicSystem {
         &self.kinematics.coordinates
     }
 
-    /// The equations that are integrated: with [modes](bksim_sim::hybrid) in place of what switches.
+    /// The equations that are integrated: with [modes](crate::modes) in place of everything that
+    /// switches.
     pub fn integrated(&self) -> &Self {
         self.integrated.as_deref().unwrap_or(self)
     }
@@ -62,7 +63,7 @@ impl SymbolicSystem {
     }
 
     /// Parameters of everything that is compiled: the model's own, then the modes: σ of every
-    /// switch, then κ of every contact, behind κ of friction its ς and p₀.
+    /// switch, then κ of every contact, after κ of friction its ς and p₀.
     pub fn parameters(&self, model: &Model) -> Vec<SymbolId> {
         let own = model.parameters.iter().map(|p| p.symbol);
         let kinks = self.switches.iter().map(|switch| switch.mode);

@@ -1,6 +1,6 @@
 //! The spanning tree of a mechanism and the joints that are cut to get it.
 //!
-//! A body hangs on its parent by a joint, or moves freely against the ground; every joint that is
+//! A joint connects a body to its parent, or the body moves freely against the ground; every joint that is
 //! not in the tree becomes constraint equations.
 
 use std::collections::VecDeque;
@@ -11,14 +11,14 @@ use bksim_model::{BodyId, CoordinatePolicy, GROUND, JointId, JointKind, Model};
 /// N relative angles grow as N³, those of absolute coordinates as N.
 const DEEPEST_RELATIVE_CHAIN: usize = 10;
 
-/// How a body hangs in the tree.
+/// The connection of a body to the tree.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Branch {
     /// By a joint on `parent`; `reversed` when the body is the joint's predecessor.
     Joint {
         /// The joint.
         joint: JointId,
-        /// The body it hangs on.
+        /// The parent in the tree.
         parent: BodyId,
         /// Whether the joint is passed from successor to predecessor.
         reversed: bool,
@@ -71,6 +71,7 @@ impl Tree {
     }
 
     fn grow(model: &Model, policy: CoordinatePolicy, may_carry: &dyn Fn(JointId) -> bool) -> Self {
+        // The joints of each body that may be in the tree.
         let mut incident = vec![Vec::new(); model.bodies.len()];
         for (joint_idx, joint) in model.joints.iter().enumerate() {
             if may_carry(JointId(joint_idx)) {
@@ -79,13 +80,14 @@ impl Tree {
             }
         }
 
+        // Breadth first from the ground, then from every body that is not reached.
         let mut branches = Vec::new();
         let mut reached = vec![false; model.bodies.len()];
         let mut in_tree = vec![false; model.joints.len()];
         let mut frontier = VecDeque::from([GROUND]);
         reached[GROUND.0] = true;
         for seed in 0..model.bodies.len() {
-            // A body that no tree joint reaches moves freely, and carries what hangs on it.
+            // A body that no tree joint reaches moves freely, and carries its own branches.
             if !reached[seed] {
                 reached[seed] = true;
                 branches.push((BodyId(seed), Branch::Free));

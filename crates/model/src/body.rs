@@ -22,11 +22,11 @@ pub struct Body {
     pub outline: Vec<Vec<[Expr; 2]>>,
     /// Names the author gave to this body's own coordinates: x, y, angle (planar).
     pub coordinate_names: Vec<String>,
-    /// Place of the name.
+    /// Position of the name.
     pub span: Span,
-    /// Place of the mass, when stated.
+    /// Position of the mass, when stated.
     pub mass_span: Option<Span>,
-    /// Place of the inertia, when stated.
+    /// Position of the inertia, when stated.
     pub inertia_span: Option<Span>,
 }
 
@@ -46,7 +46,7 @@ pub struct Inertia {
 pub struct Point {
     /// Name as written.
     pub name: String,
-    /// Place in the body frame, m.
+    /// Position in the body frame, m.
     pub position: Vector,
 }
 

@@ -1,11 +1,11 @@
-//! What is wrong with a model, as data: a stable code, a message, the places, and what to write.
+//! Faults of a model as data: a stable code, a message, the positions, and the help.
 //!
 //! Nothing here renders or prints; the command line draws the excerpts and `--json` passes the
 //! fields on unchanged.
 
 use std::ops::Range;
 
-/// How much a fault matters.
+/// The weight of a fault.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Severity {
     /// The model is rejected.
@@ -14,7 +14,7 @@ pub enum Severity {
     Warning,
 }
 
-/// A stable diagnostic code such as `M012`; every code has a page behind `bksim explain`.
+/// A stable diagnostic code such as `M012`; every code has a page, which `bksim explain` shows.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct Code(pub &'static str);
 
@@ -23,7 +23,7 @@ pub struct Code(pub &'static str);
 pub struct Page {
     /// The stable code.
     pub code: Code,
-    /// What it is about, in a few words.
+    /// The subject in a few words.
     pub title: &'static str,
     /// The page in Markdown: meaning, an example, the way out.
     pub text: &'static str,
@@ -58,12 +58,12 @@ macro_rules! codes {
 /// Byte range in the model text.
 pub type Span = Range<usize>;
 
-/// A place in the model text and what is there.
+/// A position in the model text with a remark.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Label {
-    /// Where, in bytes of the model text.
+    /// Position in bytes of the model text.
     pub span: Span,
-    /// What is there, in a few lower-case words; may be empty.
+    /// A remark on it in a few lower-case words; may be empty.
     pub text: String,
 }
 
@@ -74,24 +74,24 @@ pub struct Diagnostic {
     pub code: Code,
     /// Error or warning.
     pub severity: Severity,
-    /// What is wrong: lower case, no full stop, names in backticks, numbers with units.
+    /// The message: lower case, no full stop, names in backticks, numbers with units.
     pub message: String,
-    /// The offending token; the first label is the place shown in `file:line:column`.
+    /// The offending token; the first label is the position shown in `file:line:column`.
     /// Empty only for a fault of the whole model, whose message then names the parts.
     pub labels: Vec<Label>,
     /// Further facts, one line each.
     pub notes: Vec<String>,
-    /// What to write instead; works when applied literally.
+    /// The text to write instead; works when applied literally.
     pub help: Option<String>,
 }
 
 impl Diagnostic {
-    /// An error without a place yet.
+    /// An error without a position yet.
     pub fn error(code: Code, message: impl Into<String>) -> Self {
         Self::new(code, Severity::Error, message.into())
     }
 
-    /// A warning without a place yet.
+    /// A warning without a position yet.
     pub fn warning(code: Code, message: impl Into<String>) -> Self {
         Self::new(code, Severity::Warning, message.into())
     }
@@ -100,7 +100,7 @@ impl Diagnostic {
         Self { code, severity, message, labels: Vec::new(), notes: Vec::new(), help: None }
     }
 
-    /// Adds a place; the first one added is the primary one.
+    /// Adds a position; the first one added is the primary one.
     #[must_use]
     pub fn at(mut self, span: Span, text: impl Into<String>) -> Self {
         self.labels.push(Label { span, text: text.into() });

@@ -16,6 +16,6 @@ pub struct Drive {
     pub motion_idx: usize,
     /// Prescribed position of the joint as a function of time and parameters, rad or m.
     pub motion: Expr,
-    /// Place of the motion.
+    /// Position of the motion.
     pub span: Span,
 }

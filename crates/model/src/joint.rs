@@ -13,7 +13,7 @@ use crate::ids::Vector;
 pub struct Joint {
     /// Name as written.
     pub name: String,
-    /// What it allows.
+    /// The kind, which fixes its motions.
     pub kind: JointKind,
     /// The first body named.
     pub predecessor: Anchor,
@@ -26,7 +26,7 @@ pub struct Joint {
     pub cut: Option<bool>,
     /// Names the author gave to its coordinates, in the order of its motion.
     pub coordinate_names: Vec<String>,
-    /// Place of the name.
+    /// Position of the name.
     pub span: Span,
 }
 

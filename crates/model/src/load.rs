@@ -11,9 +11,9 @@ use crate::ids::{BodyId, JointId, Vector};
 pub struct Load {
     /// Name as written.
     pub name: String,
-    /// What it does.
+    /// The kind, with its numbers.
     pub kind: LoadKind,
-    /// Place of the expression, or of the name when there is none.
+    /// Position of the expression, or of the name when there is none.
     pub span: Span,
 }
 
@@ -28,7 +28,7 @@ pub enum LoadKind {
     /// A force vector at a point, N; with `reaction`, its opposite acts on that anchor's body at
     /// the same place.
     Force {
-        /// Where it acts.
+        /// The point at which it acts.
         on: Anchor,
         /// Components.
         vector: Vector,
@@ -53,7 +53,7 @@ pub enum LoadKind {
         /// Components; a planar torque is (0, 0, value).
         vector: Vector,
     },
-    /// A linear spring, with a damper beside it, along the line of two points.
+    /// A linear spring with a damper in parallel, along the line of two points.
     Spring {
         /// One end.
         a: Anchor,
@@ -66,7 +66,7 @@ pub enum LoadKind {
         /// N s/m; zero for a pure spring. A damper has zero stiffness.
         damping: Expr,
     },
-    /// A torsional spring, with a damper beside it, about the joint's rotation.
+    /// A torsional spring with a damper in parallel, about the joint's rotation.
     Torsion {
         /// The joint whose rotation it resists.
         joint: JointId,

@@ -19,7 +19,7 @@ pub enum Axis {
 /// Something of the motion that has a value at every instant.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Measure {
-    /// A coordinate of a joint, rad or m; the second is its place in the joint's motion.
+    /// A coordinate of a joint, rad or m; the second is its position in the joint's motion.
     JointPosition(JointId, usize),
     /// Its rate.
     JointVelocity(JointId, usize),
@@ -38,14 +38,14 @@ pub enum Measure {
 pub struct Signal {
     /// The symbol used in expressions.
     pub symbol: SymbolId,
-    /// What it measures.
+    /// The measure it stands for.
     pub measure: Measure,
 }
 
 /// One stated or guessed value of the start.
 #[derive(Clone, Debug)]
 pub struct Initial {
-    /// What is stated.
+    /// The measure whose value is stated.
     pub measure: Measure,
     /// Its value in SI, an expression of parameters.
     pub value: Expr,
@@ -53,6 +53,6 @@ pub struct Initial {
     pub is_guess: bool,
     /// Name as written, for messages: `A.angle`.
     pub name: String,
-    /// Place of the value.
+    /// Position of the value.
     pub span: Span,
 }

@@ -9,7 +9,7 @@ use crate::model::Model;
 const WORDS: [&str; 8] = ["x", "y", "z", "vx", "vy", "vz", "angle", "rate"];
 
 impl Measure {
-    /// What `A.angle`, `rod.vx` or `rod.B.y` measure, as in the expressions of a model file; `None`
+    /// The measure of `A.angle`, `rod.vx` or `rod.B.y`, as in the expressions of a model file; `None`
     /// when the model has nothing of this name.
     pub fn named(model: &Model, name: &str) -> Option<Self> {
         let parts: Vec<&str> = name.split('.').collect();

@@ -44,7 +44,7 @@ pub struct Model<P = Pool> {
     pub signals: Vec<Signal>,
     /// Stated and guessed values of the start.
     pub initial: Vec<Initial>,
-    /// How to solve.
+    /// Settings of the solution.
     pub solve: SolveOptions,
     /// Parameters that are functions of the motion, with a law that the run is given: none in a model
     /// that was read.
@@ -100,7 +100,7 @@ pub struct Parameter {
     pub value: f64,
     /// SI unit as text (`"m/s^2"`), empty when the author gave none.
     pub unit: String,
-    /// Place of the value in the model text.
+    /// Position of the value in the model text.
     pub span: Span,
 }
 
@@ -113,7 +113,7 @@ pub enum Space {
     Spatial,
 }
 
-/// Where the mechanism is cut into a tree.
+/// The choice of the joints that are cut.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum CoordinatePolicy {
     /// bksim chooses and reports.

@@ -13,7 +13,7 @@ pub struct SolveOptions {
     pub t_end: f64,
     /// Output interval, s, where outputs are even. Default: a five-hundredth of the span.
     pub every: Option<f64>,
-    /// When samples are taken. Default: evenly.
+    /// Times of the samples. Default: evenly.
     pub outputs: Outputs,
     /// Relative tolerance. Default 1e-6.
     pub rtol: f64,
@@ -23,13 +23,13 @@ pub struct SolveOptions {
     pub step: Option<f64>,
     /// In fixed-step mode, Newton's iteration ends below this error. Default 1e-10.
     pub newton_tolerance: f64,
-    /// What integrates the equations.
+    /// The integrator.
     pub method: Method,
     /// Which equations Radau integrates.
     pub formulation: Formulation,
-    /// When the equations become machine code; no result depends on it. Default: when it pays.
+    /// Use of machine code; no result depends on it. Default: when it pays.
     pub jit: Jit,
-    /// Place of each stated key, for messages that arise later.
+    /// Position of each stated key, for messages that arise later.
     pub spans: Vec<(String, Span)>,
 }
 
@@ -40,7 +40,7 @@ impl SolveOptions {
     }
 }
 
-/// When samples are taken, beside the start and the end.
+/// Times of the samples between the start and the end.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub enum Outputs {
     /// At even intervals.
@@ -52,7 +52,7 @@ pub enum Outputs {
     Times(Vec<f64>),
 }
 
-/// What integrates the equations of motion.
+/// The integrator of the equations of motion.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Method {
     /// Explicit steps as long as the motion is not stiff, then Radau IIA. Radau IIA with a fixed

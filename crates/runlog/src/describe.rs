@@ -1,4 +1,4 @@
-//! What is known of a mechanism and its runs, as data for programs: the objects of `--json`, which
+//! Descriptions of a mechanism and its runs as data for programs: the objects of `--json`, which
 //! the Python package hands out, too.
 
 mod equations;

@@ -1,5 +1,5 @@
 //! Runs of mechanisms to logs and back: recording samples, playing a motion again at any instant, and
-//! the words in which a run is told to programs.
+//! the words in which programs read of a run.
 
 pub mod describe;
 pub mod overview;

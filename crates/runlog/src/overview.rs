@@ -15,7 +15,7 @@ pub struct Quantity {
 /// Quantities of one unit, to be drawn together.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Group {
-    /// What they are, if something better than the unit's usual word is known.
+    /// A word for them, if there is a better one than the unit's usual word.
     pub label: Option<&'static str>,
     /// SI.
     pub unit: String,

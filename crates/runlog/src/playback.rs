@@ -1,4 +1,4 @@
-//! A logged run again, at any instant: what is drawn, from the motion between its samples.
+//! A logged run again, at any instant, from the motion between its samples.
 //!
 //! A log holds the model and the integrator's polynomial over every step. So whatever has a value
 //! along the motion is computed at the instant that is asked for, by the equations themselves, and
@@ -28,14 +28,14 @@ pub struct Playback {
     at: Vec<Pose>,
 }
 
-/// What a log tells apart from its samples.
+/// The contents of a log other than its samples.
 #[derive(Clone, PartialEq, Debug)]
 pub struct RunLog {
-    /// What the log tells about its run.
+    /// The header: model, parameters, options and topics.
     pub header: Header,
     /// Warnings and events.
     pub notes: Vec<Note>,
-    /// How the run ended; `None` if the log was cut short.
+    /// The end of the run; `None` if the log was cut short.
     pub end: Option<EndStatus>,
     /// The motion, in the order of the run.
     pub segments: Vec<Segment>,
@@ -126,7 +126,7 @@ impl RunLog {
     }
 }
 
-/// The topic of the inputs, with its place.
+/// The topic of the inputs, with its index.
 fn inputs_of(header: &Header) -> Option<(usize, &Topic)> {
     header.topics.iter().enumerate().find(|(_, topic)| topic.name == INPUTS)
 }
@@ -173,7 +173,7 @@ impl Playback {
         &self.mechanism
     }
 
-    /// What the log tells apart from its samples.
+    /// The contents of the log other than its samples.
     pub fn log(&self) -> &RunLog {
         &self.log
     }
@@ -199,13 +199,13 @@ impl Playback {
         self.player.sample()
     }
 
-    /// Where the bodies are there, the ground first.
+    /// The poses of the bodies there, the ground first.
     pub fn poses(&self) -> &[Pose] {
         &self.at
     }
 
-    /// Where the bodies are at `t`, s, the ground first: as the integrator has them, without projection
-    /// and without what else a sample tells, which takes a small part of the time of
+    /// The poses of the bodies at `t`, s, the ground first: as the integrator has them, without projection
+    /// and without the rest of a sample, which takes a small part of the time of
     /// [`Playback::seek`]. That one's sample stays. For trails, sizes and extents.
     pub fn poses_at(&mut self, t: f64) -> Vec<Pose> {
         let nq = self.sample().q.len();

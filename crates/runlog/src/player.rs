@@ -55,7 +55,7 @@ impl Player {
         Ok(self.sample())
     }
 
-    /// What [`Player::at`] has made last; work, step size and counters are zero.
+    /// The sample that [`Player::at`] made last; work, step size and counters are zero.
     pub fn sample(&self) -> &Sample {
         self.replay.borrow_dependent().sample()
     }

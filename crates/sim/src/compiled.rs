@@ -89,7 +89,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         system.constraint_jacobian.entries().map(|(.., entry)| entry).collect();
     let forces = (0..shape.nq).map(|i| {
         let resisting = pool.add(system.bias[i], system.potential_gradient[i]);
-        pool.sub(system.force[i], resisting)
+        pool.sub(system.applied_force[i], resisting)
     });
     let forces: Vec<Expr> = forces.collect();
     let gammas: Vec<Expr> = (0..shape.nc).map(|row| constraint_gamma(model, system, row)).collect();
@@ -153,7 +153,7 @@ impl CompiledSystem {
 
 /// T, V, and P = Q · v + λ · ∂g/∂t: constraint forces do the work −λᵀ G v = λᵀ ∂g/∂t.
 fn energy_outputs(pool: &Pool, system: &SymbolicSystem) -> [Expr; 3] {
-    let loads = system.coordinates().iter().zip(&system.force);
+    let loads = system.coordinates().iter().zip(&system.applied_force);
     let drives = system.constraints.iter().zip(&system.constraint_rate);
     let power = loads
         .map(|(c, &force)| pool.mul(force, pool.symbol_expr(c.v)))

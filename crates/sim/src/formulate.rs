@@ -379,7 +379,7 @@ impl Unknowns {
             let mut terms: Vec<Expr> = inertia.collect();
             let resisting = [system.bias[i], system.potential_gradient[i]];
             terms.extend(resisting);
-            terms.push(pool.neg(system.force[i]));
+            terms.push(pool.neg(system.applied_force[i]));
             terms.extend(transposed(i, &lambda));
             pool.sum(terms)
         };

@@ -2,7 +2,7 @@
 //! optimise or integrate with their own means.
 //!
 //! ```text
-//! M(q) v̇ + G(q)ᵀ λ = f(t, q, v)        nq rows, N or N m
+//! M(q) v̇ + G(t, q)ᵀ λ = f(t, q, v)     nq rows, N or N m
 //! g(t, q) = 0                          nc rows, m or rad
 //! ```
 //!

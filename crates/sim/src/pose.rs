@@ -111,7 +111,7 @@ impl Poses {
         let unit = |axis: usize| std::array::from_fn(|i| pool.int(i64::from(i == axis)));
         let mut outputs: Vec<Expr> = Vec::with_capacity(NUMBERS * model.bodies.len());
         for pose in &kinematics.poses {
-            let origin = pose.place(pool, &spatial::zero(pool));
+            let origin = pose.position(pool, &spatial::zero(pool));
             let columns = [0, 1, 2].map(|axis| pose.rotation.apply(pool, &unit(axis)));
             outputs.extend(origin);
             outputs.extend((0..3).flat_map(|row| columns.map(|column| column[row])));

@@ -94,7 +94,7 @@ impl System {
                 pool.mul(m(i, j), a)
             });
             let reaction = (0..nc).map(|k| pool.mul(g(k, i), pool.symbol_expr(lambda[k])));
-            let applied = pool.neg(equations.force[own]);
+            let applied = pool.neg(equations.applied_force[own]);
             let others = [equations.bias[own], equations.potential_gradient[own], applied];
             pool.sum(inertia.chain(reaction).chain(others).collect::<Vec<_>>())
         };

@@ -1,7 +1,7 @@
 //! Lagrange's equations in the order of the book, part by part.
 //!
 //! ```text
-//! Σ_j M_ij q̈_j  +  h_i(q, q̇)  +  ∂V/∂q_i  −  Q_i  +  Σ_k λ_k ∂f_k/∂q_i  =  0
+//! Σ_j M_ij q̈_j  +  h_i(q, q̇)  +  ∂V/∂q_i  −  Q_i  +  Σ_k λ_k ∂g_k/∂q_i  =  0
 //! ```
 
 use bksim_expr::{Expr, Pool};
@@ -9,7 +9,7 @@ use bksim_expr::{Expr, Pool};
 use crate::system::SymbolicSystem;
 use bksim_model::Model;
 
-/// What a part of a Lagrange equation stands for, in the order in which parts are written.
+/// The kind of a part of a Lagrange equation, in the order in which parts are written.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum Kind {
     /// M q̈.
@@ -28,7 +28,7 @@ impl Kind {
     /// Characters of the longest title.
     pub(super) const LONGEST_TITLE: usize = 19;
 
-    /// What the part is called.
+    /// The name of the kind.
     pub fn title(self) -> &'static str {
         match self {
             Self::Inertia => "inertia",
@@ -43,7 +43,7 @@ impl Kind {
 /// A sum multiplied by one acceleration or multiplier, or by 1.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Part {
-    /// What it stands for.
+    /// The kind of its terms.
     pub kind: Kind,
     /// q̈_j, λ_k or 1.
     pub factor: Expr,
@@ -71,7 +71,7 @@ pub(super) fn lagrange_parts(model: &Model, system: &SymbolicSystem, i: usize) -
     let others = [
         part(Kind::Velocity, pool.one(), system.bias[i]),
         part(Kind::Potential, pool.one(), system.potential_gradient[i]),
-        part(Kind::Load, pool.one(), pool.neg(system.force[i])),
+        part(Kind::Load, pool.one(), pool.neg(system.applied_force[i])),
     ];
     let multiplier = |k: usize| pool.symbol_expr(system.constraints[k].lambda);
     let forces = system.constraint_jacobian.column(i);

@@ -23,7 +23,7 @@ use bksim_model::Model;
 pub struct Group {
     /// Its name.
     pub symbol: SymbolId,
-    /// What it stands for: the terms of a sum in the order of the links, or one product.
+    /// Its definition: the terms of a sum in the order of the links, or one product.
     pub terms: Vec<Expr>,
     /// SI unit as text (`"kg m^2"`); empty when it is a number or not known.
     pub unit: String,
@@ -32,7 +32,7 @@ pub struct Group {
 }
 
 impl Group {
-    /// What it stands for.
+    /// Its definition.
     pub fn definition(&self, pool: &Pool) -> Expr {
         pool.sum(self.terms.iter().copied())
     }
@@ -40,7 +40,7 @@ impl Group {
 
 /// Multiples of a stand-in's base that are written as a number before its name: `2*J1`, `3*J1`.
 const LARGEST_MULTIPLE: i64 = 4;
-/// Operations above which a constant is worth a name.
+/// Number of operations above which a constant gets a name.
 const WORTH_A_NAME: u64 = 2;
 
 /// A constant part up to a number.

@@ -1,4 +1,4 @@
-//! Stops and friction as a person reads them: a law beside each multiplier.
+//! Stops and friction as a person reads them: the law of each multiplier.
 
 use bksim_expr::Printer;
 

@@ -1,10 +1,10 @@
 //! The equations of motion once more, from first principles and as long as they come.
 //!
 //! ```text
-//! T = Σ ½ m ṙ·ṙ + ½ ω·I′ω          d/dt ∂T/∂q̇ − ∂T/∂q + ∂V/∂q − Q + Σ λ_k ∂f_k/∂q = 0
+//! T = Σ ½ m ṙ·ṙ + ½ ω·I′ω          d/dt ∂T/∂q̇ − ∂T/∂q + ∂V/∂q − Q + Σ λ_k ∂g_k/∂q = 0
 //! ```
 //!
-//! Nothing is shared with the equations that are solved but the places and turning rates of the
+//! Nothing is shared with the equations that are solved but the positions and turning rates of the
 //! bodies: no mass matrix, no Christoffel sums, no simplification. Source: Lê Hồng Lam and Đinh Văn
 //! Phong (2008), equation (1.3).
 
@@ -19,7 +19,7 @@ use crate::spatial;
 use crate::system::SymbolicSystem;
 use bksim_model::{BodyId, Model};
 
-/// What is compared with the equations that are solved.
+/// The equations in the form that is compared with those that are solved.
 pub(super) struct Derivation {
     pub(super) kinetic_energy: Expr,
     pub(super) potential_energy: Expr,
@@ -45,7 +45,7 @@ pub(super) fn derive(model: &Model, system: &SymbolicSystem) -> Derivation {
     let work: Vec<Expr> = constraints
         .iter()
         .zip(&system.constraints)
-        .map(|(&f, c)| pool.mul(pool.symbol_expr(c.lambda), f))
+        .map(|(&g, c)| pool.mul(pool.symbol_expr(c.lambda), g))
         .collect();
     let constraint_forces = pool.gradient(pool.sum(work), &q);
     let left_side = |i: usize| {
@@ -68,8 +68,9 @@ fn kinetic_energy(model: &Model, system: &SymbolicSystem) -> Expr {
     let kinematics = &system.kinematics;
     let of_body = |body_idx: usize| {
         let body = BodyId(body_idx);
-        let velocity =
-            kinematics.place(model, body, None).map(|component| kinematics.rate(model, component));
+        let velocity = kinematics
+            .position(model, body, None)
+            .map(|component| kinematics.rate(model, component));
         let pose = &kinematics.poses[body_idx];
         let omega = pose.rotation.apply_inverse(pool, &pose.omega);
         let momentum = central_inertia(model, body).map(|row| spatial::dot(pool, &row, &omega));
@@ -111,8 +112,8 @@ fn constraints(model: &Model, system: &SymbolicSystem) -> Vec<Expr> {
     let mut constraints = Vec::new();
     for &joint_id in &system.tree.cuts {
         let joint = &model.joints[joint_id.0];
-        let rows = joint::constraints(pool, joint, &kinematics.sides(model, joint));
-        constraints.extend(rows.iter().map(|row| row.constraint));
+        let rows = joint::constraint_rows(pool, joint, &kinematics.sides(model, joint));
+        constraints.extend(rows.iter().map(|row| row.expression));
     }
     for constraint in &system.constraints {
         if let Source::Drive(drive) = constraint.source {

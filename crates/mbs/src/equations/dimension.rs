@@ -2,7 +2,7 @@
 //!
 //! A number in a model may carry a unit that its formula no longer shows (`"0.5 kg"` is ½), so the
 //! unit of a constant is not that of its parameters. It is the unit of the equation over that of
-//! the factors beside the constant, which are coordinates, rates, multipliers and angles.
+//! the other factors of the term, which are coordinates, rates, multipliers and angles.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -108,7 +108,7 @@ impl Units {
         }
         for constraint in &system.constraints {
             let is_zero = |&component: &Expr| model.pool.is_zero(component);
-            let is_moment = constraint.force.iter().all(is_zero);
+            let is_moment = constraint.wrench.force.iter().all(is_zero);
             of_symbol.insert(constraint.lambda, if is_moment { MOMENT } else { FORCE });
         }
         Self { of_symbol }

@@ -11,7 +11,7 @@ use super::reading::ReadingForm;
 use crate::system::SymbolicSystem;
 use bksim_model::Model;
 
-/// What was compared, and what the forms cost.
+/// The comparisons of the forms, and their costs.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Proof {
     /// The simplified equations against a derivation of their own, unsimplified.
@@ -70,7 +70,7 @@ pub fn proof(model: &Model, system: &SymbolicSystem, shown: &ReadingForm) -> Pro
     let everything = |rows: &[Expr], energies: [Expr; 2]| -> Vec<Expr> {
         rows.iter().copied().chain(energies).collect()
     };
-    // Constants and named roots are computed beside the equations; roots change with the motion.
+    // Constants and named roots are computed apart from the equations; roots change with the motion.
     let mut shown_rows = rows(shown);
     let motion = shown.groups.iter().filter(|group| !group.is_constant);
     shown_rows.extend(motion.map(|group| group.definition(pool)));

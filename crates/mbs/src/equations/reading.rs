@@ -269,7 +269,7 @@ impl<'a> Roots<'a> {
         self.pool.replace_all(exprs, &map)
     }
 
-    /// What the k-th root is taken of, with names for the roots inside.
+    /// The argument of the k-th root, with names for the roots inside.
     fn radicand(&self, k: usize) -> Expr {
         let call = self.list[k].0;
         let argument = self.pool.called_function(call).and_then(|call| call.1.first().copied());

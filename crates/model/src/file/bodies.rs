@@ -3,12 +3,12 @@
 use bksim_expr::Expr;
 
 use super::codes;
-use super::constants::Constant;
-use super::names::{coordinate_names, sub_tables};
-use super::quantity::{Scalar, Scope};
+use super::gather::{coordinate_names, sub_tables};
 use super::reader::{Fields, Reader};
+use super::replay::Constant;
 use super::tree::{Node, Table, Value};
 use super::units::Quantity;
+use super::value::{Scalar, Scope};
 use crate::body::{Body, Inertia, Point};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::{PointId, Vector};
@@ -16,7 +16,7 @@ use crate::ids::{PointId, Vector};
 const BODY_KEYS: &[&str] =
     &["mass", "density", "thickness", "com", "inertia", "points", "outline", "coordinates", "free"];
 
-/// What the checks of the whole model need to know of a body.
+/// The facts of a body for the checks of the whole model.
 #[derive(Debug, Default)]
 pub(super) struct BodyFacts {
     /// Whether the author wrote `free = true`.
@@ -25,7 +25,7 @@ pub(super) struct BodyFacts {
     pub(super) mass: Option<(f64, Span)>,
     /// Whether the mass follows from a density.
     pub(super) has_density: bool,
-    /// Every place of the body with a value: points, corners; m.
+    /// Every position of the body with a value: points, corners; m.
     pub(super) places: Vec<Place>,
     /// Values of the points, by their ids.
     pub(super) points: Vec<Option<[f64; 3]>>,
@@ -212,6 +212,7 @@ impl Reader<'_> {
         body: &mut Body,
         facts: &BodyFacts,
     ) {
+        // The value, and the point it is about.
         let Some(node) = fields.get("inertia") else { return };
         let mut value_node = node;
         if let Value::Table(table) = &node.value {
@@ -226,6 +227,7 @@ impl Reader<'_> {
             }
         }
         let what = fields.what("inertia");
+        // One, three or six components.
         let components: Vec<Scalar> = match &value_node.value {
             Value::Array(values) if [3, 6].contains(&values.len()) => values
                 .iter()
@@ -246,6 +248,7 @@ impl Reader<'_> {
                 .into_iter()
                 .collect(),
         };
+        // Into the body, once they are plausible.
         body.inertia_span = Some(value_node.span.clone());
         match components.as_slice() {
             [izz] => body.inertia.moments[2] = izz.expr,

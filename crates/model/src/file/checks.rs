@@ -2,10 +2,10 @@
 
 use super::bodies::{BodyFacts, Place};
 use super::codes;
-use super::constants::Constant;
-use super::quantity::Scalar;
 use super::reader::{Fields, Reader};
+use super::replay::Constant;
 use super::units::Quantity;
+use super::value::Scalar;
 use crate::body::Body;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::{BodyId, GROUND};
@@ -50,6 +50,7 @@ impl Reader<'_> {
         body: &Body,
         facts: &BodyFacts,
     ) {
+        // One moment may vary if it keeps its sign; several are pinned.
         let values: Option<Vec<Constant>> = components.iter().map(|scalar| scalar.value).collect();
         let Some(values) = values else { return };
         let values = &values[..values.len().min(3)];
@@ -63,6 +64,7 @@ impl Reader<'_> {
         };
         let moments = moments.as_slice();
         let what = fields.what("inertia");
+        // No moment is negative.
         if let Some(idx) = moments.iter().position(|value| *value < 0.0) {
             self.report(
                 Diagnostic::error(codes::BAD_INERTIA, format!("{what} is {} kg m^2", moments[idx]))
@@ -71,6 +73,7 @@ impl Reader<'_> {
             );
             return;
         }
+        // The triangle inequality of the principal moments.
         if let [xx, yy, zz] = *moments {
             let largest = xx.max(yy).max(zz);
             let others = xx + yy + zz - largest;
@@ -203,6 +206,7 @@ impl Reader<'_> {
 
     /// Warns when bare numbers look like another unit.
     pub(super) fn check_size(&mut self, bodies: &[(Option<Body>, BodyFacts)]) {
+        // The largest body by bare numbers, and the heaviest.
         let sizes = bodies.iter().filter_map(|(_, facts)| {
             let bare: Vec<&Place> = facts.places.iter().filter(|place| place.is_bare).collect();
             let far = |place: &&&Place| length(place.numbers(), [0.0; 3]);
@@ -217,6 +221,7 @@ impl Reader<'_> {
             .filter(|(mass, _)| *mass > HEAVY_KG);
         let has_density = bodies.iter().any(|(_, facts)| facts.has_density);
         let size = size.filter(|(size, _)| *size > LARGE_M && !self.units.length_stated);
+        // One warning for both.
         let fault = match (size, mass) {
             (Some((size, span)), mass) => {
                 let heavy = mass.as_ref().map_or(String::new(), |(mass, _)| {
@@ -275,7 +280,7 @@ fn connected_groups(n_bodies: usize, joints: &[[BodyId; 2]]) -> Vec<Vec<usize>> 
     groups
 }
 
-/// Diagonal of the box around some places and the origin of their frame.
+/// Diagonal of the box around some points and the origin of their frame.
 fn extent(places: &[&Place]) -> f64 {
     let mut corners = [[0.0_f64; 3]; 2];
     for place in places {

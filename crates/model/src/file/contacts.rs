@@ -1,11 +1,11 @@
 //! `[loads.…]` of type `stop` and `friction`: what happens in one motion of a joint.
 
 use super::codes;
-use super::constants::Constant;
 use super::names::Freedom;
-use super::quantity::{Scalar, Scope};
 use super::reader::{Fields, Reader};
+use super::replay::Constant;
 use super::units::Quantity;
+use super::value::{Scalar, Scope};
 use crate::diagnostic::Diagnostic;
 use crate::ids::JointId;
 use crate::load::LoadKind;

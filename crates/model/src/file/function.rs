@@ -3,10 +3,12 @@
 use bksim_expr::{Expr, Function};
 
 use super::codes;
-use super::constants::Constant;
-use super::lower::{Context, Kind, Lowered, PURE};
-use super::reader::{Reader, cut, suggest};
+use super::lower::Context;
+use super::reader::Reader;
+use super::replay::Constant;
 use super::units::Dimension;
+use super::value::{Kind, Lowered, PURE};
+use super::words::{cut, suggest};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::message::short;
 
@@ -56,6 +58,7 @@ impl Reader<'_> {
         context: &Context<'_>,
     ) -> Option<Lowered> {
         use Function as F;
+        // The dimension of the value, from those of the arguments.
         let is_literal = arguments.iter().all(|argument| argument.is_literal);
         let role = format!("the argument of `{}`", function.name());
         let mut is_angle = matches!(function, F::Asin | F::Acos | F::Atan | F::Atan2);
@@ -91,6 +94,7 @@ impl Reader<'_> {
                 }
             }
         };
+        // The expression and, where it is constant, its value.
         let operands: Vec<Expr> = arguments.iter().map(|argument| argument.expr).collect();
         let expr = self.pool.call(function, &operands)?;
         let values: Option<Vec<Constant>> =

@@ -4,10 +4,11 @@ use std::collections::HashMap;
 
 use super::codes;
 use super::names::BODY_MOTION;
-use super::quantity::Scope;
-use super::reader::{Fields, Reader, cut};
+use super::reader::{Fields, Reader};
 use super::tree::{Entry, Node, Table, Value};
 use super::units::Quantity;
+use super::value::Scope;
+use super::words::cut;
 use crate::diagnostic::Diagnostic;
 use crate::ids::{BodyId, JointId};
 use crate::measure::{Initial, Measure};
@@ -42,6 +43,7 @@ impl Reader<'_> {
             self.read_coordinate(entry, measure, quantity, initial);
             return;
         }
+        // A joint or a body, with the measures that its keys name.
         let (owner, rows) = if let Some(joint) = self.names.joint(name) {
             let Some(rows) = self.joint_rows(joint) else { return };
             if rows.is_empty() {
@@ -60,6 +62,7 @@ impl Reader<'_> {
             self.unknown_start(entry);
             return;
         };
+        // The stated values.
         let what = format!("`{name}` in `[initial]`");
         let Value::Table(table) = &entry.node.value else {
             let help = format!("write for example {{ {} = {} }}", rows[0].0, quoted(rows[0].2));
@@ -70,6 +73,7 @@ impl Reader<'_> {
         known.push("guess");
         let fields = Fields::open(self, table, owner.clone(), entry.key_span.clone(), &known);
         self.read_rows(name, &fields, &rows, false, initial);
+        // The guesses, one table deeper.
         let Some(guess) = fields.get("guess") else { return };
         let Value::Table(inner) = &guess.value else {
             let help = format!("write for example {{ {} = {} }}", rows[0].0, quoted(rows[0].2));

@@ -4,11 +4,12 @@ use bksim_expr::Expr;
 
 use super::bodies::Place;
 use super::codes;
-use super::names::{JOINT_TYPES, sub_tables};
-use super::quantity::Scope;
+use super::gather::sub_tables;
+use super::names::JOINT_TYPES;
 use super::reader::{Fields, Reader};
 use super::tree::{Node, Table, Value};
 use super::units::Quantity;
+use super::value::Scope;
 use crate::body::Anchor;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::Vector;
@@ -210,7 +211,7 @@ impl Reader<'_> {
             let names = self.owned_names(|names| names.body_names());
             let names: Vec<&str> = names.iter().map(String::as_str).collect();
             let message =
-                format!("{owner} refers to unknown body `{}`", super::reader::cut(body_name));
+                format!("{owner} refers to unknown body `{}`", super::words::cut(body_name));
             let label = (body_place, "no body has this name");
             self.unknown(codes::UNKNOWN_BODY, message, label, (body_name, &names));
             return None;
@@ -223,7 +224,7 @@ impl Reader<'_> {
             let start = body_name.len() + 1;
             let place = quoted.place(&(start..start + point_name.len()));
             let label = (place, "the body has no such point");
-            let shown = super::reader::cut(point_name);
+            let shown = super::words::cut(point_name);
             let message = format!("{owner} refers to unknown point `{shown}` of `{body_name}`");
             self.unknown(codes::UNKNOWN_POINT, message, label, (point_name, &points));
             return None;

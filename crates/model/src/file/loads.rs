@@ -3,12 +3,14 @@
 use bksim_expr::Expr;
 
 use super::codes;
-use super::constants::Constant;
-use super::names::{Freedom, sub_tables};
-use super::quantity::Scope;
-use super::reader::{Fields, Reader, cut};
+use super::gather::sub_tables;
+use super::names::Freedom;
+use super::reader::{Fields, Reader};
+use super::replay::Constant;
 use super::tree::{Node, Table};
 use super::units::Quantity;
+use super::value::Scope;
+use super::words::cut;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::drive::Drive;
 use crate::ids::{BodyId, GROUND, JointId, Vector};
@@ -244,7 +246,7 @@ impl Reader<'_> {
         found
     }
 
-    /// The place of a freedom among those of a joint; reports a joint without it. A joint whose
+    /// The position of a freedom among those of a joint; reports a joint without it. A joint whose
     /// type could not be read was reported before.
     fn freedom_of(
         &mut self,
@@ -304,6 +306,7 @@ impl Reader<'_> {
             let fields = Fields::open(self, table, format!("drive `{name}`"), span.clone(), keys);
             let help = "write `joint = \"A\"` with the name of the driven joint";
             let target = self.motion_of(&fields, help);
+            // A motion follows one drive only.
             if let Some((joint, motion_idx, place)) = target.clone() {
                 let same = |(j, m, _): &&(JointId, usize, Span)| (*j, *m) == (joint, motion_idx);
                 if let Some((_, _, first)) = taken.iter().find(same).cloned() {
@@ -321,6 +324,7 @@ impl Reader<'_> {
                 }
                 taken.push((joint, motion_idx, place));
             }
+            // The motion as a function of time, in the quantity of the joint.
             let quantity = target.as_ref().map_or(Quantity::ANGLE, |(joint, idx, _)| {
                 let freedoms = self.names.joints[joint.0].freedoms.unwrap_or_default();
                 freedoms[*idx].quantities()[0]
@@ -342,7 +346,7 @@ impl Reader<'_> {
         drives
     }
 
-    /// The one motion of a joint that `joint` and `of` name, and the place of the joint's name.
+    /// The one motion of a joint that `joint` and `of` name, and the position of the joint's name.
     pub(super) fn motion_of(
         &mut self,
         fields: &Fields<'_>,

@@ -1,12 +1,14 @@
 //! The meaning of a name in an expression, and what to say of a name without one.
 
 use super::codes;
-use super::constants::Constant;
-use super::lower::{Context, Kind, Lowered, PURE};
+use super::lower::Context;
 use super::names::{BODY_MOTION, Meaning, POINT_MOTIONS};
-use super::quantity::Scope;
-use super::reader::{Reader, cut};
+use super::reader::Reader;
+use super::replay::Constant;
 use super::units::{Quantity, find_unit};
+use super::value::Scope;
+use super::value::{Kind, Lowered, PURE};
+use super::words::cut;
 use crate::diagnostic::{Diagnostic, Span};
 
 impl Reader<'_> {
@@ -18,6 +20,7 @@ impl Reader<'_> {
         context: &Context<'_>,
     ) -> Option<Lowered> {
         let span = context.quoted.place(range);
+        // Constants, parameters and the time.
         if name == "pi" {
             let value = Some(Constant::written(std::f64::consts::PI));
             return Some(Lowered::new(self.pool.pi(), PURE, value, span));
@@ -47,6 +50,7 @@ impl Reader<'_> {
             }
             _ => return None,
         };
+        // Everything else is of the motion: a signal stands for it.
         if context.scope != Scope::Motion {
             self.not_constant(name, span, context);
             return None;
@@ -73,6 +77,7 @@ impl Reader<'_> {
 
     /// A name without meaning: says which part of it is at fault.
     fn unknown_name(&mut self, parts: &[&str], range: &Span, context: &Context<'_>) {
+        // The part at fault, and the names that could stand there.
         let owner = parts[0];
         let joint = self.names.joint(owner).map(|joint| self.names.joints[joint.0].freedoms);
         if joint == Some(None) {
@@ -100,6 +105,7 @@ impl Reader<'_> {
             names.extend(self.owned_names(|names| names.body_names()));
             (0, names)
         };
+        // A name that is too short needs a further part.
         let candidates: Vec<&str> = candidates.iter().map(String::as_str).collect();
         let name = parts.join(".");
         let message = format!("undefined `{}` in {}", cut(&name), context.what);
@@ -112,6 +118,7 @@ impl Reader<'_> {
             );
             return;
         };
+        // A unit without a number, or a name that nothing has.
         let start = range.start + parts[..part].iter().map(|p| p.len() + 1).sum::<usize>();
         let place = context.quoted.place(&(start..start + word.len()));
         if part == 0 && find_unit(word).is_some() {

@@ -3,83 +3,29 @@
 //!
 //! A bare number has no dimension of its own ([`Kind::Bare`]) and takes the one that is needed
 //! where it is added, or where the whole value is used; it is then in the units of the file.
-//! Multiplied, a written number counts as a pure number, except beside something that changes
+//! Multiplied, a written number counts as a pure number, except times a factor that changes
 //! with the motion (`100*x`), where in an SI file it may stand for a coefficient.
 
-use bksim_expr::{BinaryOperator, Expr, Number, Pool, Syntax, SyntaxKind, UnitFactor};
+use bksim_expr::{BinaryOperator, Expr, Number, Syntax, SyntaxKind, UnitFactor};
 
 use super::codes;
-use super::constants::Constant;
 use super::names::Meaning;
-use super::quantity::{Scope, describe};
-use super::reader::{Reader, cut};
+use super::reader::Reader;
+use super::replay::Constant;
 use super::tree::Quoted;
 use super::units::{Dimension, Quantity, Scale};
-use super::written_unit::WrittenUnit;
+use super::value::{Kind, Lowered, PURE, Scope, describe};
+use super::words::cut;
+use super::written_unit::{MAX_UNIT_EXPONENT, WrittenUnit};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::message::short;
-
-/// What is known of the dimension of a value.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Kind {
-    /// Written without a unit.
-    Bare,
-    /// Of this dimension, in SI.
-    Known(Dimension),
-}
-
-/// A pure number or an angle.
-pub(super) const PURE: Kind = Kind::Known(Dimension::NONE);
-
-/// No quantity of mechanics has a higher power of a unit.
-pub(super) const MAX_UNIT_EXPONENT: i32 = 12;
-
-/// A node of an expression.
-#[derive(Clone, Debug)]
-pub(super) struct Lowered {
-    pub(super) expr: Expr,
-    pub(super) kind: Kind,
-    /// Its value at the parameters of the file, unless it depends on time or motion.
-    pub(super) value: Option<Constant>,
-    /// Whether it is an angle rather than a pure number, for wording.
-    pub(super) is_angle: bool,
-    /// Whether it is made of written numbers only.
-    pub(super) is_literal: bool,
-    /// Place in the file.
-    pub(super) span: Span,
-    /// Place of the unit, when it is a number with a unit.
-    pub(super) unit_span: Option<Span>,
-}
-
-impl Lowered {
-    /// A bare number.
-    pub(super) fn number(pool: &Pool, number: Number, span: Span) -> Self {
-        Self {
-            expr: pool.number(number),
-            kind: Kind::Bare,
-            value: Some(Constant::written(number.to_f64())),
-            is_angle: false,
-            is_literal: true,
-            span,
-            unit_span: None,
-        }
-    }
-
-    pub(super) fn new(expr: Expr, kind: Kind, value: Option<Constant>, span: Span) -> Self {
-        Self { expr, kind, value, is_angle: false, is_literal: false, span, unit_span: None }
-    }
-
-    fn varies(&self) -> bool {
-        self.value.is_none()
-    }
-}
 
 /// Whether a value is known to be zero; the values that follow from it are not finite then.
 fn is_zero(value: Option<Constant>) -> bool {
     value.is_some_and(|value| value.look() == 0.0)
 }
 
-/// Where an expression stands and what it may use.
+/// The position of an expression and the symbols it may use.
 pub(super) struct Context<'c> {
     pub(super) quoted: &'c Quoted<'c>,
     pub(super) what: &'c str,
@@ -137,7 +83,7 @@ impl Reader<'_> {
         }
         let whole = quoted.place(&(0..quoted.text.len()));
         let root = nodes.pop().flatten()?;
-        // The place of the whole value, with parentheses and spaces.
+        // The position of the whole value, with parentheses and spaces.
         let span = if root.unit_span.is_some() { root.span.clone() } else { whole };
         Some(Lowered { span, ..root })
     }
@@ -211,6 +157,7 @@ impl Reader<'_> {
         let lowered = match operator {
             BinaryOperator::Add | BinaryOperator::Subtract => {
                 let is_sum = operator == BinaryOperator::Add;
+                // Terms have one dimension.
                 let (a, b) = self.alike(a, b, if is_sum { "add" } else { "subtract" })?;
                 let value = a.value.zip(b.value).map(|(a, b)| {
                     let constants = &mut self.constants;
@@ -225,6 +172,7 @@ impl Reader<'_> {
                 Lowered { is_angle, ..Lowered::new(expr, a.kind, value, span) }
             }
             BinaryOperator::Multiply => {
+                // Dimensions multiply with the factors.
                 let kind = self.product_kind(a, b, Dimension::times)?;
                 let expr = self.pool.mul(a.expr, b.expr);
                 let is_angle = a.is_angle != b.is_angle;
@@ -243,6 +191,7 @@ impl Reader<'_> {
                 Lowered { is_angle, ..Lowered::new(expr, kind, value, span) }
             }
             BinaryOperator::Power => {
+                // The exponent is a pure number, known if the base has a dimension.
                 let exponent = self.pure(b, "an exponent", context)?;
                 if is_zero(a.value) && exponent.1.is_some_and(|n| n.look() < 0.0) {
                     self.division_by_zero(a, right, context);
@@ -436,7 +385,7 @@ impl Reader<'_> {
     }
 
     fn division_by_zero(&mut self, divisor: &Lowered, node_idx: usize, context: &Context<'_>) {
-        // The divisor's own nodes are those inside its place; their parameters explain the zero.
+        // The divisor's own nodes are those inside its position; their parameters explain the zero.
         let mut used: Vec<String> = Vec::new();
         for node in &context.syntax.nodes[..=node_idx] {
             let SyntaxKind::Name(name) = &node.kind else { continue };

@@ -1,19 +1,15 @@
-//! Every name of the model, gathered before any value is read, so that the order of the tables in
-//! the file does not matter.
+//! [`Names`]: every name of the model and its meaning.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use bksim_expr::{Function, Pool};
+use bksim_expr::Pool;
 
-use super::codes;
-use super::reader::{Reader, entry_like};
-use super::tree::{Node, Table, Value};
 use super::units::Quantity;
-use crate::diagnostic::{Diagnostic, Span};
+use crate::diagnostic::Span;
 use crate::ids::{BodyId, JointId, PointId};
 use crate::measure::{Axis, Measure, Signal};
 
-/// What an expression may be made of.
+/// The meaning of a name in an expression.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Meaning {
     /// The time.
@@ -44,7 +40,7 @@ impl Freedom {
         }
     }
 
-    /// What its value and its rate measure.
+    /// The quantities of its value and its rate.
     pub(super) fn quantities(self) -> [Quantity; 2] {
         match self {
             Self::Turn => [Quantity::ANGLE, Quantity::RATE],
@@ -53,7 +49,7 @@ impl Freedom {
     }
 }
 
-/// The types of joint and what they leave free.
+/// The types of joint and their freedoms.
 pub(super) const JOINT_TYPES: [(&str, &[Freedom]); 5] = [
     ("revolute", &[Freedom::Turn]),
     ("prismatic", &[Freedom::Slide]),
@@ -78,7 +74,7 @@ pub(super) const BODY_MOTION: [BodyMotion; 8] = [
     ("rate", |b, _| Measure::BodyRate(b), Quantity::RATE),
 ];
 
-/// How many rows of [`BODY_MOTION`] a point has.
+/// Number of rows of [`BODY_MOTION`] that a point has.
 pub(super) const POINT_MOTIONS: usize = 6;
 
 /// A body's name and its points.
@@ -108,9 +104,9 @@ pub(super) struct Names {
     point_ids: Vec<BTreeMap<String, PointId>>,
     joint_ids: BTreeMap<String, JointId>,
     /// Parameters, coordinates and the time.
-    plain: BTreeMap<String, (Meaning, Option<Span>)>,
+    pub(super) plain: BTreeMap<String, (Meaning, Option<Span>)>,
     /// Quantities of the named coordinates.
-    quantities: BTreeMap<String, Quantity>,
+    pub(super) quantities: BTreeMap<String, Quantity>,
     /// Signals in use.
     pub(super) signals: Vec<Signal>,
     /// Their names.
@@ -118,7 +114,7 @@ pub(super) struct Names {
 }
 
 impl Names {
-    fn add_body(&mut self, body: BodyName) {
+    pub(super) fn add_body(&mut self, body: BodyName) {
         self.body_ids.insert(body.name.clone(), BodyId(self.bodies.len()));
         // Backwards, so that of two equal names the first counts.
         let points = body.points.iter().enumerate().rev();
@@ -126,7 +122,7 @@ impl Names {
         self.bodies.push(body);
     }
 
-    fn add_joint(&mut self, joint: JointName) {
+    pub(super) fn add_joint(&mut self, joint: JointName) {
         self.joint_ids.insert(joint.name.clone(), JointId(self.joints.len()));
         self.joints.push(joint);
     }
@@ -156,12 +152,12 @@ impl Names {
         self.plain.keys().map(String::as_str).collect()
     }
 
-    /// What a name without dots means.
+    /// The meaning of a name without dots.
     pub(super) fn plain(&self, name: &str) -> Option<Meaning> {
         self.plain.get(name).map(|(meaning, _)| *meaning)
     }
 
-    /// What a named coordinate measures.
+    /// The measure and quantity of a named coordinate.
     pub(super) fn coordinate(&self, name: &str) -> Option<(Measure, Quantity)> {
         match (self.plain(name)?, self.quantities.get(name)) {
             (Meaning::Measure(measure), Some(&quantity)) => Some((measure, quantity)),
@@ -169,7 +165,7 @@ impl Names {
         }
     }
 
-    /// What `body.x`, `body.point.vy`, `joint.angle` measure.
+    /// The measure of `body.x`, `body.point.vy`, `joint.angle`.
     pub(super) fn measure(&self, owner: &str, parts: &[&str]) -> Option<(Measure, Quantity)> {
         if let ([word], Some(joint)) = (parts, self.joint(owner)) {
             let freedoms = self.joints[joint.0].freedoms?;
@@ -213,168 +209,4 @@ impl Names {
         self.symbols.insert(name);
         expr
     }
-}
-
-impl Reader<'_> {
-    /// Gathers the names of all bodies, points and joints.
-    pub(super) fn gather_names(&mut self, root: &Table) {
-        let ground_points = root.get("ground").and_then(|entry| match &entry.node.value {
-            Value::Table(ground) => entry_like(ground, "points"),
-            _ => None,
-        });
-        let points = self.gather_points(ground_points.map(|entry| &entry.node));
-        self.names.add_body(BodyName { name: "ground".to_owned(), points, span: 0..0 });
-        for (name, span, table) in sub_tables(root, "bodies") {
-            if name == "ground" {
-                self.report(
-                    Diagnostic::error(codes::BAD_NAME, "a body cannot be named `ground`")
-                        .at(span, "the ground is given and does not move")
-                        .help("write its points under `[ground]`, or rename the body"),
-                );
-                continue;
-            }
-            self.usable_name(name, &span, "body");
-            let points =
-                table.and_then(|table| entry_like(table, "points")).map(|entry| &entry.node);
-            let points = self.gather_points(points);
-            self.names.add_body(BodyName { name: name.to_owned(), points, span });
-        }
-        for (name, span, table) in sub_tables(root, "joints") {
-            self.usable_name(name, &span, "joint");
-            self.check_joint_name(name, &span);
-            let freedoms = table.and_then(|table| table.get("type")).and_then(|entry| {
-                let Value::Text(kind) = &entry.node.value else { return None };
-                JOINT_TYPES.iter().find(|(known, _)| known == kind).map(|(_, freedoms)| *freedoms)
-            });
-            self.names.add_joint(JointName { name: name.to_owned(), freedoms });
-        }
-    }
-
-    fn gather_points(&mut self, node: Option<&Node>) -> Vec<String> {
-        let Some(Node { value: Value::Table(points), .. }) = node else { return Vec::new() };
-        for entry in &points.entries {
-            self.usable_name(&entry.key, &entry.key_span, "point");
-        }
-        points.entries.iter().map(|entry| entry.key.clone()).collect()
-    }
-
-    /// Joints and bodies share one namespace: `A.angle` must have one meaning.
-    fn check_joint_name(&mut self, name: &str, span: &Span) {
-        let Some(body) = self.names.body(name) else { return };
-        let fault = Diagnostic::error(
-            codes::NAME_CLASH,
-            format!("`{name}` is the name of a joint and of a body"),
-        )
-        .at(span.clone(), "the joint");
-        let fault = match self.names.bodies[body.0].span.clone() {
-            ground if ground.is_empty() => fault.note("`ground` is always a body"),
-            body => fault.at(body, "the body"),
-        };
-        self.report(
-            fault.help(format!("rename one of them, for example the joint to `{name}_joint`")),
-        );
-    }
-
-    /// Gives a plain name its meaning, or reports that it already has one.
-    pub(super) fn define(&mut self, name: &str, meaning: Meaning, span: Option<Span>) -> bool {
-        if name == "pi" || Function::from_name(name).is_some() {
-            let what = if name == "pi" { "the number 3.14159…" } else { "a function" };
-            self.report(
-                Diagnostic::error(codes::NAME_CLASH, format!("the name `{name}` is already taken"))
-                    .at(span.unwrap_or(0..0), "this needs a name of its own")
-                    .note(format!("`{name}` is {what}"))
-                    .help(format!("rename it, for example `{name}_1`")),
-            );
-            return false;
-        }
-        let Some((_, before)) = self.names.plain.get(name) else {
-            self.names.plain.insert(name.to_owned(), (meaning, span));
-            return true;
-        };
-        let fault =
-            Diagnostic::error(codes::NAME_CLASH, format!("the name `{name}` is already taken"));
-        let fault = fault.at(span.unwrap_or(0..0), "this needs a name of its own");
-        let fault = match before.clone() {
-            Some(place) => fault.at(place, "taken here"),
-            None => fault.note(format!("`{name}` is the time")),
-        };
-        self.report(fault.help(format!("rename one of them, for example this to `{name}_1`")));
-        false
-    }
-
-    /// Gathers the names that the author gave to coordinates.
-    pub(super) fn gather_coordinates(&mut self, root: &Table) {
-        for (idx, (_, _, table)) in sub_tables(root, "joints").into_iter().enumerate() {
-            let Some(entry) = table.and_then(|table| table.get("coordinate")) else { continue };
-            let freedoms = self.names.joints[idx].freedoms.unwrap_or_default();
-            let joint = JointId(idx);
-            let measures = freedoms.iter().enumerate().map(|(at, freedom)| {
-                let [value, rate] = freedom.quantities();
-                [
-                    (Measure::JointPosition(joint, at), value),
-                    (Measure::JointVelocity(joint, at), rate),
-                ]
-            });
-            self.define_coordinates(&entry.node, &measures.collect::<Vec<_>>());
-        }
-        for (name, _, table) in sub_tables(root, "bodies") {
-            let Some(entry) = table.and_then(|table| table.get("coordinates")) else { continue };
-            let Some(body) = self.names.body(name) else { continue };
-            let row = |at: usize| (BODY_MOTION[at].1(body, None), BODY_MOTION[at].2);
-            let measures = [[row(0), row(3)], [row(1), row(4)], [row(6), row(7)]];
-            self.define_coordinates(&entry.node, &measures);
-        }
-    }
-
-    fn define_coordinates(&mut self, node: &Node, measures: &[[(Measure, Quantity); 2]]) {
-        for (idx, (name, span)) in coordinate_names(node, self.text).into_iter().enumerate() {
-            if !self.usable_name(&name, &span, "coordinate") {
-                continue;
-            }
-            for (at, suffix) in ["", "_dot"].into_iter().enumerate() {
-                let full = format!("{name}{suffix}");
-                // A name too many is reported with its table; here it only must not be unknown.
-                let known = measures.get(idx).map(|pair| pair[at]);
-                let meaning =
-                    known.map_or(Meaning::Faulty, |(measure, _)| Meaning::Measure(measure));
-                if !self.define(&full, meaning, Some(span.clone())) {
-                    break;
-                }
-                if let Some((_, quantity)) = known {
-                    self.names.quantities.insert(full, quantity);
-                }
-            }
-        }
-    }
-}
-
-/// Names in a text or an array of texts, with their places.
-pub(super) fn coordinate_names(node: &Node, source: &str) -> Vec<(String, Span)> {
-    let nodes = match &node.value {
-        Value::Array(values) => values.iter().collect(),
-        _ => vec![node],
-    };
-    nodes
-        .into_iter()
-        .filter_map(|node| node.text(source))
-        .map(|quoted| (quoted.text.to_owned(), quoted.place(&(0..quoted.text.len()))))
-        .collect()
-}
-
-/// The tables below a section, in file order: name, place of the name, table if it is one.
-pub(super) fn sub_tables<'t>(
-    root: &'t Table,
-    section: &str,
-) -> Vec<(&'t str, Span, Option<&'t Table>)> {
-    let Some(entry) = root.get(section) else { return Vec::new() };
-    let Value::Table(table) = &entry.node.value else { return Vec::new() };
-    let as_table = |node: &'t Node| match &node.value {
-        Value::Table(table) => Some(table),
-        _ => None,
-    };
-    table
-        .entries
-        .iter()
-        .map(|entry| (entry.key.as_str(), entry.key_span.clone(), as_table(&entry.node)))
-        .collect()
 }

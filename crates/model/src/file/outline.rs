@@ -15,11 +15,11 @@ use bksim_expr::Expr;
 
 use super::bodies::{BodyFacts, Place, VectorValue};
 use super::codes;
-use super::constants::Constant;
-use super::quantity::Scope;
 use super::reader::{Fields, Reader};
+use super::replay::Constant;
 use super::tree::{Node, Value};
 use super::units::Quantity;
+use super::value::Scope;
 use crate::body::Body;
 use crate::diagnostic::Diagnostic;
 

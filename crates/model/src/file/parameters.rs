@@ -1,42 +1,19 @@
 //! `[parameters]`: named numbers that may be defined through each other, in any order.
 
-use bksim_expr::{Expr, Syntax};
+use bksim_expr::Syntax;
 
 use super::codes;
-use super::constants::Constant;
-use super::lower::{Kind, Lowered};
+use super::definition::{Definition, ParameterState};
 use super::names::Meaning;
-use super::quantity::Scope;
-use super::reader::{Reader, cut};
+use super::reader::Reader;
+use super::replay::Constant;
 use super::tree::{Entry, Quoted, Table, Value};
-use crate::diagnostic::{Diagnostic, Span};
+use super::value::{Kind, Lowered, Scope};
+use super::words::cut;
+use crate::diagnostic::Diagnostic;
 use crate::model::Parameter;
 
-/// A parameter on its way from text to value.
-#[derive(Debug)]
-pub(super) struct ParameterState {
-    pub(super) name: String,
-    /// Its symbol.
-    pub(super) symbol: Expr,
-    /// Place of its value.
-    pub(super) span: Span,
-    definition: Definition,
-    /// How it is used: its symbol, value and dimension. `None` until it is read, and for ever
-    /// when it is faulty.
-    pub(super) result: Option<Lowered>,
-    /// What it is equal to.
-    expr: Option<Expr>,
-}
-
-/// What the author wrote.
-#[derive(Debug)]
-enum Definition {
-    Number { value: f64, digits: String },
-    Text { text: String, start: Option<usize>, whole: Span },
-    Faulty,
-}
-
-/// How far the search for an order has come with a parameter.
+/// State of a parameter in the search for an order.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Visit {
     New,
@@ -108,7 +85,7 @@ impl Reader<'_> {
             let message =
                 format!("`{}` is set from outside, but the model has no such parameter", cut(name));
             let fault = Diagnostic::error(codes::UNKNOWN_OVERRIDE, message);
-            self.report(fault.help(super::reader::suggest(name, &names)));
+            self.report(fault.help(super::words::suggest(name, &names)));
             return;
         };
         let whole = known.span.clone();
@@ -150,7 +127,7 @@ impl Reader<'_> {
         tree
     }
 
-    /// Shows a text in the faults since `before` when its own places are not in the file: it came
+    /// Shows a text in the faults since `before` when its own positions are not in the file: it came
     /// from outside, or holds escapes.
     fn note_text(&mut self, before: usize, quoted: &Quoted<'_>) {
         if quoted.start.is_none() {

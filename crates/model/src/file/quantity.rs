@@ -3,36 +3,15 @@
 use bksim_expr::{Expr, Number, ParseError, ParseErrorKind, ParseOptions, Syntax, parse};
 
 use super::codes;
-use super::constants::Constant;
-use super::lower::{Kind, Lowered};
-use super::reader::{Reader, closest, cut, suggest};
+use super::reader::Reader;
+use super::replay::Constant;
 use super::tree::{Node, Quoted, Value};
 use super::units::{Dimension, Quantity, Scale, UNITS, find_unit};
+use super::value::{Kind, Lowered, Scalar, Scope, describe};
+use super::words::{closest, cut, suggest};
+use super::written_unit::join_units;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::message::short;
-
-/// What an expression may depend on besides parameters.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Scope {
-    /// Nothing: it must not change during the motion.
-    Constant,
-    /// Time.
-    Time,
-    /// Time and everything of the motion.
-    Motion,
-}
-
-/// A value of the file in SI.
-#[derive(Clone, Debug)]
-pub(super) struct Scalar {
-    pub(super) expr: Expr,
-    /// Its value, when it depends on parameters only.
-    pub(super) value: Option<Constant>,
-    /// Whether the author wrote no unit.
-    pub(super) is_bare: bool,
-    /// Place of the text without its quotes, or of the number.
-    pub(super) span: Span,
-}
 
 impl Reader<'_> {
     /// The value that a node must be: a number, or a quantity or expression in quotes.
@@ -141,6 +120,7 @@ impl Reader<'_> {
         let place = quoted.place(&error.span);
         let fault = |message: String| Diagnostic::error(codes::EXPRESSION, message);
         let fault = match &error.kind {
+            // Parentheses.
             ParseErrorKind::UnclosedParenthesis => fault("`(` is not closed".to_owned())
                 .at(place, "opened here")
                 .help("add `)` where it ends"),
@@ -152,6 +132,7 @@ impl Reader<'_> {
                     .at(place, "the first one too deep")
                     .help("use a parameter for a part of it, or allow more with `--max-nesting`")
             }
+            // Words and their order.
             ParseErrorKind::UnknownUnit { name } => {
                 let units: Vec<&str> = UNITS.iter().map(|unit| unit.name).collect();
                 let help = if self.names.plain(name).is_some() {
@@ -179,6 +160,7 @@ impl Reader<'_> {
                     .at(place, "not expected here")
                     .help(help)
             }
+            // Characters and digits.
             ParseErrorKind::UnexpectedCharacter { found: found @ ('=' | '!') } => {
                 fault(format!("an expression cannot contain `{found}`"))
                     .at(place, "")
@@ -262,7 +244,7 @@ impl Reader<'_> {
         );
     }
 
-    /// Where a bare number was written: here, or where the parameter that it is was defined.
+    /// Position of a bare number: here, or in the definition of the parameter that it is.
     fn bare_source(&self, lowered: &Lowered) -> Option<(Option<String>, Span)> {
         if lowered.is_literal {
             return Some((None, lowered.span.clone()));
@@ -272,70 +254,8 @@ impl Reader<'_> {
     }
 }
 
-/// Where a part of a text begins; the parser hands out parts of the text it was given.
+/// Start of a part of a text; the parser hands out parts of the text it was given.
 fn place_within(text: &str, part: &str) -> usize {
     let place = (part.as_ptr() as usize).saturating_sub(text.as_ptr() as usize);
     if text.is_char_boundary(place) { place } else { 0 }
-}
-
-/// What a value of a dimension is called.
-pub(super) fn describe(dimension: Dimension, is_angle: bool) -> String {
-    match dimension.noun() {
-        _ if dimension == Dimension::NONE && is_angle => "angle".to_owned(),
-        Some(noun) => noun.to_owned(),
-        None => format!("a quantity in {dimension}"),
-    }
-}
-
-/// Puts `*` for the last space between two units, so that `N m` is read as `N*m`; no place moves.
-pub(super) fn join_units(text: &str) -> String {
-    let is_word = |c: char| c.is_alphanumeric() || c == '_' || c == '.' || c == '°';
-    let mut joined = text.as_bytes().to_vec();
-    let starts = text.char_indices().filter(|&(at, c)| {
-        is_word(c) && text[..at].ends_with(' ') && !text[..at].trim_end().is_empty()
-    });
-    for (at, _) in starts {
-        let before = text[..at].trim_end();
-        let after = text[at..].split(|c| !is_word(c)).next().unwrap_or_default();
-        let is_call = text[at + after.len()..].trim_start().starts_with('(');
-        let last = &before[before
-            .rfind(|c| !is_word(c))
-            .map_or(0, |place| place + before[place..].chars().next().map_or(1, char::len_utf8))..];
-        // The exponent of a unit: `m^2 s`.
-        let power =
-            before.strip_suffix(last).and_then(|rest| rest.trim_end_matches('-').strip_suffix('^'));
-        let unit = power.map_or(last, |rest| {
-            &rest[rest.rfind(|c| !is_word(c)).map_or(0, |place| {
-                place + rest[place..].chars().next().map_or(1, char::len_utf8)
-            })..]
-        });
-        // `25mm m`: a number may touch its unit.
-        let unit = unit.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.');
-        if find_unit(unit).is_some() && find_unit(after).is_some() && !is_call {
-            joined[at - 1] = b'*';
-        }
-    }
-    String::from_utf8(joined).unwrap_or_else(|_| text.to_owned())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_space_between_units_multiplies() {
-        let cases = [
-            ("0.2 kg m^2", "0.2 kg*m^2"),
-            ("5 N m/rad", "5 N*m/rad"),
-            ("3 N  s", "3 N *s"),
-            ("2 m^2 kg", "2 m^2*kg"),
-            ("25 mm", "25 mm"),
-            ("2 m + 3 s", "2 m + 3 s"),
-            ("2 N min (3)", "2 N min (3)"),
-            ("µm é ° m", "µm é °*m"),
-        ];
-        for (text, expected) in cases {
-            assert_eq!(join_units(text), expected, "{text}");
-        }
-    }
 }

@@ -1,16 +1,20 @@
-//! [`Reader`]: what every room of the file reader shares, and access to tables that reports
+//! [`Reader`]: the state that all parts of the file reader share, and access to tables that reports
 //! unknown, missing and misplaced keys once each.
 
 use bksim_expr::Pool;
 
 use super::codes;
-use super::constants::{Constant, Constants};
+use super::definition::ParameterState;
 use super::names::Names;
-use super::parameters::ParameterState;
+use super::replay::{Constant, Constants};
 use super::tree::{Entry, Node, Quoted, Table, Value};
 use super::units::FileUnits;
+use super::words::{closest, cut, suggest};
 use crate::diagnostic::{Code, Diagnostic, Span};
 use crate::ids::BodyId;
+
+/// Faults after which further ones are no longer explained; comparing names takes time.
+const ENOUGH: usize = 200;
 
 /// The state of one reading.
 pub(super) struct Reader<'a> {
@@ -27,7 +31,7 @@ pub(super) struct Reader<'a> {
     pub(super) constants: Constants,
     /// Values of the parameters of a model that was read.
     pub(super) recorded: Option<Vec<Constant>>,
-    /// First place with a part out of the plane z = 0.
+    /// First position with a part out of the plane z = 0.
     pub(super) spatial: Option<Span>,
     /// The bodies of each joint, predecessor first; `None` where the joint could not be read.
     pub(super) joint_bodies: Vec<Option<[BodyId; 2]>>,
@@ -188,7 +192,7 @@ pub(super) struct Fields<'t> {
     table: &'t Table,
     /// `body `crank``.
     pub(super) owner: String,
-    /// Place of its name.
+    /// Position of its name.
     pub(super) span: Span,
     /// Keys an unknown key was probably meant to be: they are not reported as missing.
     excused: Vec<&'t str>,
@@ -289,54 +293,4 @@ impl<'t> Fields<'t> {
 pub(super) fn entry_like<'t>(table: &'t Table, key: &str) -> Option<&'t Entry> {
     let alike = |entry: &&Entry| closest(&entry.key, &[key]).is_some();
     table.get(key).or_else(|| table.entries.iter().find(alike))
-}
-
-/// The candidate nearest to a word: equal but for case, else within a few typing errors.
-pub(super) fn closest<'c>(word: &str, candidates: &[&'c str]) -> Option<&'c str> {
-    let same_letters = candidates.iter().find(|known| known.eq_ignore_ascii_case(word));
-    if let Some(known) = same_letters {
-        return Some(known);
-    }
-    if word.len() > MAX_WORD {
-        return None;
-    }
-    let allowed = (word.chars().count().saturating_add(1) / 3).clamp(1, 3);
-    candidates
-        .iter()
-        .filter(|known| known.len().abs_diff(word.len()) <= 4 * allowed)
-        .map(|known| (strsim::damerau_levenshtein(word, known), *known))
-        .filter(|(distance, known)| *distance <= allowed && *distance < known.chars().count())
-        .min_by_key(|(distance, _)| *distance)
-        .map(|(_, known)| known)
-}
-
-/// Faults after which further ones are no longer explained; comparing names takes time.
-const ENOUGH: usize = 200;
-
-/// Longer words are not compared: comparing takes quadratic time.
-const MAX_WORD: usize = 60;
-
-/// What to write instead of an unknown word.
-pub fn suggest(word: &str, candidates: &[&str]) -> String {
-    if let Some(known) = closest(word, candidates) {
-        return format!("did you mean `{known}`?");
-    }
-    match candidates {
-        [] => "there are none yet: define one".to_owned(),
-        [one] => format!("write `{one}`"),
-        many => {
-            let shown: Vec<String> =
-                many.iter().take(12).map(|known| format!("`{known}`")).collect();
-            let more = if many.len() > 12 { ", …" } else { "" };
-            format!("one of {}{more}", shown.join(", "))
-        }
-    }
-}
-
-/// A word for a message: whole when short, cut when long.
-pub(super) fn cut(word: &str) -> String {
-    if word.chars().count() <= MAX_WORD {
-        return word.to_owned();
-    }
-    word.chars().take(MAX_WORD - 1).chain(['…']).collect()
 }

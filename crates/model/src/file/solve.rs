@@ -1,11 +1,11 @@
 //! `[solve]`: time span, output interval, tolerances and method.
 
 use super::codes;
-use super::constants::{Constant, Setting};
-use super::quantity::Scope;
 use super::reader::{Fields, Reader};
+use super::replay::{Constant, Setting};
 use super::tree::{Node, Table, Value};
 use super::units::Quantity;
+use super::value::Scope;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::solve::{Formulation, Jit, Method, Outputs, SolveOptions};
 
@@ -29,6 +29,7 @@ const SMALLEST_RTOL: f64 = 1e-13;
 impl Reader<'_> {
     /// Reads the options; what is not stated keeps its default.
     pub(super) fn read_solve(&mut self, root: &Table) -> SolveOptions {
+        // The defaults, which stand for what is not written.
         let mut solve = SolveOptions {
             t_start: 0.0,
             t_end: 10.0,
@@ -50,6 +51,7 @@ impl Reader<'_> {
         for entry in &table.entries {
             solve.spans.push((entry.key.clone(), entry.node.span.clone()));
         }
+        // Times and tolerances.
         self.read_times(&fields, &mut solve);
         if let Some((rtol, span)) = self.option(&fields, "rtol", Quantity::NUMBER) {
             let rtol = self.constants.pinned(rtol);
@@ -63,6 +65,7 @@ impl Reader<'_> {
         if let Some((tolerance, _)) = tolerance {
             solve.newton_tolerance = self.constants.pinned(tolerance);
         }
+        // Choices among a few words.
         let formulations = [
             ("ggl", Formulation::Ggl),
             ("index2", Formulation::Index2),

@@ -57,7 +57,7 @@ fn start(text: &str, error: &Error) -> usize {
     error.span().map_or(text.len(), |span| span.start)
 }
 
-/// Place of the first bracket that is nested deeper than allowed; brackets in texts and comments
+/// Position of the first bracket that is nested deeper than allowed; brackets in texts and comments
 /// do not count.
 fn too_deep(text: &str, limit: usize) -> Option<usize> {
     let mut depth = 0_usize;
@@ -124,6 +124,7 @@ fn explain_syntax(text: &str, error: &Error) -> Diagnostic {
     let span = error.span().unwrap_or(text.len()..text.len());
     let said = error.message();
     let line = line_of(text, span.start);
+    // Faults about which the message is enough.
     if said.contains("string, expected `") && said.starts_with("invalid") && span.is_empty() {
         return unclosed_text(text, &span, said);
     }
@@ -133,6 +134,7 @@ fn explain_syntax(text: &str, error: &Error) -> Diagnostic {
             .at(line.start..line.start, "the name in this line")
             .help("names of this model have at most three parts, such as `bodies.crank.mass`");
     }
+    // Values and keys.
     let token = text.get(span.clone()).unwrap_or_default();
     let fault = |message: &str| Diagnostic::error(codes::SYNTAX, message);
     if said.starts_with("string values must be quoted") {
@@ -150,6 +152,7 @@ fn explain_syntax(text: &str, error: &Error) -> Diagnostic {
             .at(line.start..line.end, "a key and its value are joined by `=`")
             .help("write `key = value`, a table as `[bodies.name]`, or a comment after `#`");
     }
+    // Brackets and commas.
     if said.starts_with("unclosed table") {
         return fault("`[` of the table is not closed")
             .at(line.clone(), "no `]` in this line")
@@ -165,6 +168,7 @@ fn explain_syntax(text: &str, error: &Error) -> Diagnostic {
     if said.starts_with("missing comma") {
         return fault("a comma is missing").at(span, "before this").help("add `,` here");
     }
+    // Tokens that are no value, number or name.
     if said.starts_with("cannot extend value") {
         return fault(&format!("`{token}` already has a value and cannot be a table"))
             .at(span, "used as a table here")
@@ -246,7 +250,7 @@ fn unclosed_bracket(text: &str, said: &str, span: &Span) -> Option<usize> {
     (at_end || line_of(text, innermost) != line_of(text, span.start)).then_some(innermost)
 }
 
-/// The line around a place, without its end.
+/// The line around a position, without its end.
 fn line_of(text: &str, place: usize) -> Span {
     let place = place.min(text.len());
     let start = text[..place].rfind('\n').map_or(0, |at| at + 1);
@@ -254,7 +258,7 @@ fn line_of(text: &str, place: usize) -> Span {
     start..end
 }
 
-/// Reports each name that is defined again, with the place of the first definition.
+/// Reports each name that is defined again, with the position of the first definition.
 fn report_duplicates(text: &str, errors: &[Error], faults: &mut Vec<Diagnostic>) {
     let mut repeated_table: Option<Span> = None;
     for span in errors.iter().filter_map(Error::span).take(MAX_DUPLICATES) {
@@ -282,7 +286,7 @@ fn report_duplicates(text: &str, errors: &[Error], faults: &mut Vec<Diagnostic>)
     }
 }
 
-/// Where the key at `span` was defined before: the same path looked up in the text above it.
+/// Earlier definition of the key at `span`: the same path in the text above it.
 fn first_definition(text: &str, span: &Span) -> Option<Span> {
     let line = line_of(text, span.start);
     let is_header = text[line.clone()].trim_start().starts_with('[');

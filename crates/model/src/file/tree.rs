@@ -1,4 +1,4 @@
-//! The model text as a tree of values with their places, in file order.
+//! The model text as a tree of values with their positions, in file order.
 //!
 //! TOML tables arrive sorted by key; [`Table`] restores the order of the text, because messages,
 //! coordinates and equations follow the author's order.
@@ -7,15 +7,15 @@ use toml::de::{DeTable, DeValue};
 
 use crate::diagnostic::Span;
 
-/// A value and its place.
+/// A value and its position.
 #[derive(Debug)]
 pub(super) struct Node {
-    /// Place of the value, with its quotes or brackets.
+    /// Position of the value, with its quotes or brackets.
     pub(super) span: Span,
     pub(super) value: Value,
 }
 
-/// What a value may be.
+/// A value of any kind.
 #[derive(Debug)]
 pub(super) enum Value {
     Text(String),
@@ -90,7 +90,7 @@ impl Value {
         Self::Number { value, digits: if is_decimal { digits.to_owned() } else { String::new() } }
     }
 
-    /// What it is, for messages: `an array of 2`.
+    /// Its description for messages: `an array of 2`.
     pub(super) fn describe(&self) -> String {
         match self {
             Self::Text(text) if text.is_empty() => "an empty text".to_owned(),
@@ -116,7 +116,7 @@ fn integer(digits: &str, radix: u32) -> f64 {
 }
 
 impl Node {
-    /// The text and the place of its first character when escapes do not shift the rest.
+    /// The text and the position of its first character when escapes do not shift the rest.
     pub(super) fn text<'n>(&'n self, source: &str) -> Option<Quoted<'n>> {
         let Value::Text(text) = &self.value else { return None };
         let raw = source.get(self.span.clone()).unwrap_or_default();
@@ -134,12 +134,12 @@ pub(super) struct Quoted<'n> {
     pub(super) text: &'n str,
     /// The value with its quotes.
     pub(super) whole: Span,
-    /// Place of the first character; `None` where escapes make places inside unknown.
+    /// Position of the first character; `None` where escapes make positions inside unknown.
     pub(super) start: Option<usize>,
 }
 
 impl Quoted<'_> {
-    /// Place in the file of a range of the text.
+    /// Position in the file of a range of the text.
     pub(super) fn place(&self, range: &Span) -> Span {
         match self.start {
             Some(start) => start + range.start..start + range.end,

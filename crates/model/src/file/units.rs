@@ -55,7 +55,7 @@ impl Dimension {
         }
     }
 
-    /// What such a quantity is called, when it has a name: `mass`.
+    /// The noun for such a quantity, when there is one: `mass`.
     pub(super) fn noun(self) -> Option<&'static str> {
         NOUNS.iter().find(|(dimension, ..)| *dimension == self).map(|&(_, noun, _)| noun)
     }
@@ -234,14 +234,14 @@ pub(super) fn find_unit(name: &str) -> Option<&'static Unit> {
     UNITS.iter().find(|unit| unit.name == name)
 }
 
-/// What a value of the model must be, and how a bare number for it is read.
+/// The quantity that a value of the model must be, and the reading of a bare number for it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Quantity {
     /// In messages: `length`.
     pub(super) noun: &'static str,
     /// Exponents of the file's units of length, mass, time, angle and force.
     exponents: [i32; 5],
-    /// How an author would write one.
+    /// An example as an author would write it.
     pub(super) example: &'static str,
 }
 
@@ -281,7 +281,7 @@ impl Quantity {
     }
 }
 
-/// What bare numbers mean in one file.
+/// The units of bare numbers in one file.
 #[derive(Clone, Debug)]
 pub(super) struct FileUnits {
     /// Scales of length, mass, time, angle and force.

@@ -1,10 +1,11 @@
-//! A unit as it stands behind a number: `mm`, `N m/rad`.
+//! A unit as it stands after a number: `mm`, `N m/rad`.
 
 use bksim_expr::{ParseOptions, SyntaxKind, UnitFactor, parse};
 
-use super::lower::MAX_UNIT_EXPONENT;
-use super::quantity::join_units;
 use super::units::{Dimension, Scale, find_unit};
+
+/// No quantity of mechanics has a higher power of a unit.
+pub(super) const MAX_UNIT_EXPONENT: i32 = 12;
 
 /// A product of powers of units.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -18,7 +19,7 @@ impl WrittenUnit {
     /// The unit of this text; `None` when it is none.
     ///
     /// ```
-    /// use crate::file::WrittenUnit;
+    /// use bksim_model::file::WrittenUnit;
     ///
     /// let unit = WrittenUnit::parse("N mm").expect("a unit");
     /// assert_eq!(unit.to_si(250.0), 0.25);
@@ -64,5 +65,58 @@ impl WrittenUnit {
     pub fn si(&self) -> String {
         let unit = self.dimension.to_string();
         if unit.is_empty() && self.is_angle { "rad".to_owned() } else { unit }
+    }
+}
+
+/// Puts `*` for the last space between two units, so that `N m` is read as `N*m`; no character moves.
+pub(super) fn join_units(text: &str) -> String {
+    let is_word = |c: char| c.is_alphanumeric() || c == '_' || c == '.' || c == '°';
+    let mut joined = text.as_bytes().to_vec();
+    let starts = text.char_indices().filter(|&(at, c)| {
+        is_word(c) && text[..at].ends_with(' ') && !text[..at].trim_end().is_empty()
+    });
+    for (at, _) in starts {
+        let before = text[..at].trim_end();
+        let after = text[at..].split(|c| !is_word(c)).next().unwrap_or_default();
+        let is_call = text[at + after.len()..].trim_start().starts_with('(');
+        let last = &before[before
+            .rfind(|c| !is_word(c))
+            .map_or(0, |place| place + before[place..].chars().next().map_or(1, char::len_utf8))..];
+        // The exponent of a unit: `m^2 s`.
+        let power =
+            before.strip_suffix(last).and_then(|rest| rest.trim_end_matches('-').strip_suffix('^'));
+        let unit = power.map_or(last, |rest| {
+            &rest[rest.rfind(|c| !is_word(c)).map_or(0, |place| {
+                place + rest[place..].chars().next().map_or(1, char::len_utf8)
+            })..]
+        });
+        // `25mm m`: a number may touch its unit.
+        let unit = unit.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.');
+        if find_unit(unit).is_some() && find_unit(after).is_some() && !is_call {
+            joined[at - 1] = b'*';
+        }
+    }
+    String::from_utf8(joined).expect("ASCII was put for ASCII")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_space_between_units_multiplies() {
+        let cases = [
+            ("0.2 kg m^2", "0.2 kg*m^2"),
+            ("5 N m/rad", "5 N*m/rad"),
+            ("3 N  s", "3 N *s"),
+            ("2 m^2 kg", "2 m^2*kg"),
+            ("25 mm", "25 mm"),
+            ("2 m + 3 s", "2 m + 3 s"),
+            ("2 N min (3)", "2 N min (3)"),
+            ("µm é ° m", "µm é °*m"),
+        ];
+        for (text, expected) in cases {
+            assert_eq!(join_units(text), expected, "{text}");
+        }
     }
 }

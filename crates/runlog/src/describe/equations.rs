@@ -13,6 +13,7 @@ use bksim_sim::Mechanism;
 pub fn equations(mechanism: &Mechanism, form: &ReadingForm, proof: &Proof) -> Value {
     let Mechanism { model, system, compiled, .. } = mechanism;
     let plain = ReadingForm::plain(model, system).write(model, Notation::Text);
+    // The parts: names of the motion, multipliers, parameters.
     let coordinate = |c: &Quantity| {
         json!({
             "name": c.name,
@@ -29,6 +30,7 @@ pub fn equations(mechanism: &Mechanism, form: &ReadingForm, proof: &Proof) -> Va
         .iter()
         .map(|p| (p.name.clone(), json!({ "value": p.value, "unit": p.unit })))
         .collect();
+    // The laws of contacts, in the symbols of the formulas.
     let printer = form.printer(model, Notation::Text);
     let multipliers: Vec<String> = compiled.multipliers.iter().map(|m| m.name.clone()).collect();
     let contact = |c: ContactText| {
@@ -42,6 +44,7 @@ pub fn equations(mechanism: &Mechanism, form: &ReadingForm, proof: &Proof) -> Va
         })
     };
     let contacts = contact_texts(model, system, &printer, &multipliers);
+    // The object, formulas first.
     let mut body = formulas(&plain);
     body.extend([
         ("model".to_owned(), json!(model.name)),

@@ -1,4 +1,4 @@
-//! What switched during a run.
+//! The switching events of a run.
 
 use bksim_model::LoadId;
 use bksim_sim::hybrid::{Change, ChangeKind};

@@ -1,4 +1,4 @@
-//! What a mechanism is made of and how it can move.
+//! The parts of a mechanism and its mobility.
 
 use bksim_model::{CoordinatePolicy, JointId, Space};
 use bksim_sim::mobility::Mobility;
@@ -31,7 +31,7 @@ pub fn parts(mechanism: &Mechanism, found: &Mobility) -> Value {
     })
 }
 
-/// How its coordinates are chosen: `relative`, `absolute`.
+/// The choice of its coordinates: `relative`, `absolute`.
 pub fn coordinate_policy(mechanism: &Mechanism) -> &'static str {
     match mechanism.system.tree.policy {
         CoordinatePolicy::Absolute => "absolute",

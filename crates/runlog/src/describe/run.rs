@@ -1,4 +1,4 @@
-//! How a run went.
+//! The course of a run: its end, methods, events, work and residuals.
 
 use bksim_mbs::constraint::Source;
 use bksim_sim::run::{Integrator, Reason, Summary};

@@ -1,4 +1,4 @@
-//! What viewers are shown of a run: where its bodies are, what its joints do.
+//! The channels of viewers: poses of the bodies, motions of the joints, moving shapes.
 
 use std::io::Write;
 
@@ -10,11 +10,11 @@ use bksim_model::MotionKind;
 use bksim_scene::{Scene, Span};
 use bksim_sim::pose::{Pose, PoseRunner, Poses};
 
-use super::Of;
+use super::channels::TopicKind;
 use super::stage;
 use bksim_sim::Mechanism;
 
-/// Points of spans are told to at least this part of a pin's radius.
+/// Points of spans are written to at least this part of a pin's radius.
 const PARTS_OF_A_PIN: f64 = 256.0;
 
 /// Where springs and dampers are seen best from, there being no camera: they lie in planes that hold
@@ -28,7 +28,7 @@ pub(super) struct Shown {
     poses: PoseRunner,
     scene: Scene,
     root: String,
-    /// For each coordinate the place of its drive, if it has one.
+    /// For each coordinate the index of its drive, if it has one.
     drives: Vec<Option<usize>>,
     /// The values of three topics.
     state: Vec<f64>,
@@ -39,8 +39,8 @@ pub(super) struct Shown {
 }
 
 impl Shown {
-    /// Adds the channels to a log. `None` when the mechanism is so large that its scene cannot be
-    /// told in messages that readers take: then the log does without.
+    /// Adds the channels to a log. `None` when the mechanism is so large that its scene does
+    /// not fit in messages that readers take: then the log does without.
     pub(super) fn add<W: Write>(
         writer: &mut LogWriter<W>,
         mechanism: &Mechanism,
@@ -71,11 +71,11 @@ impl Shown {
     }
 
     /// Takes note of the values of a topic.
-    pub(super) fn learn(&mut self, of: Of, values: &[f64]) {
+    pub(super) fn learn(&mut self, of: TopicKind, values: &[f64]) {
         let known = match of {
-            Of::State => &mut self.state,
-            Of::Acceleration => &mut self.accelerations,
-            Of::Drives => &mut self.efforts,
+            TopicKind::State => &mut self.state,
+            TopicKind::Acceleration => &mut self.accelerations,
+            TopicKind::Drives => &mut self.efforts,
             _ => return,
         };
         known.clear();
@@ -102,7 +102,7 @@ impl Shown {
             position: q[i],
             velocity: v[i],
             acceleration: self.accelerations[i],
-            effort: drive.and_then(|place| self.efforts.get(place).copied()),
+            effort: drive.and_then(|idx| self.efforts.get(idx).copied()),
         }));
         moment.spans.clear();
         let (scene, root) = (&self.scene, &self.root);
@@ -128,7 +128,7 @@ fn stage(mechanism: &Mechanism, scene: &Scene) -> Stage {
     }
 }
 
-/// For each coordinate the place of its drive among the drives.
+/// For each coordinate the index of its drive among the drives.
 fn drives(mechanism: &Mechanism) -> Vec<Option<usize>> {
     let drive_of = |owner: Owner| match owner {
         Owner::Joint(joint, motion_idx) => {
@@ -148,7 +148,7 @@ fn entity(scene: &Scene, root: &str, span: &Span, at: &[Pose]) -> Entity {
         .into_iter()
         .filter_map(|(role, points)| stage::line(role, points, false))
         .collect();
-    // Told anew for every sample: numbers of few digits take less room, and nobody sees it.
+    // Written anew for every sample: numbers of few digits take less room, and nobody sees it.
     let grid = (scene.pin / PARTS_OF_A_PIN).log2().floor().exp2();
     if grid > 0.0 {
         let numbers = lines.iter_mut().flat_map(|line| line.points.as_flattened_mut());

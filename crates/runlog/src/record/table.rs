@@ -3,7 +3,7 @@
 use bksim_log::Field;
 use bksim_sim::run::Sample;
 
-use super::{Channels, N_MADE, Of};
+use super::channels::{Channels, N_MADE, TopicKind};
 
 impl Channels {
     /// Names and fields of all values of a sample: `state.theta1`, `energy.total`.
@@ -13,7 +13,7 @@ impl Channels {
             .flat_map(|(topic, _)| topic.fields.iter().map(|f| (topic.column_name(f), f)))
     }
 
-    /// How many [`Channels::columns`] there are.
+    /// The number of [`Channels::columns`].
     pub fn n_columns(&self) -> usize {
         self.topics.iter().map(|(topic, _)| topic.fields.len()).sum()
     }
@@ -23,7 +23,7 @@ impl Channels {
         self.topics.iter().flat_map(|(topic, of)| topic.fields.iter().map(|f| of.is_lasting(f)))
     }
 
-    /// Puts the values of a sample behind those of `row`.
+    /// Appends the values of a sample to `row`.
     pub fn append_row(&self, sample: &Sample, row: &mut Vec<f64>) {
         let mut made = [0.0; N_MADE];
         for &(_, of) in &self.topics {
@@ -47,28 +47,28 @@ impl Channels {
     }
 }
 
-fn put(sample: &mut Sample, of: Of, values: &[f64]) {
+fn put(sample: &mut Sample, of: TopicKind, values: &[f64]) {
     match of {
-        Of::State => {
+        TopicKind::State => {
             let (q, v) = values.split_at(values.len() / 2);
             (sample.q, sample.v) = (q.to_vec(), v.to_vec());
         }
-        Of::Acceleration => sample.a = values.to_vec(),
-        Of::Multipliers => sample.lambda = values.to_vec(),
-        Of::Reaction(joint) => {
+        TopicKind::Acceleration => sample.a = values.to_vec(),
+        TopicKind::Multipliers => sample.lambda = values.to_vec(),
+        TopicKind::Reaction(joint) => {
             let n_joints = sample.reactions.len().max(joint + 1);
             sample.reactions.resize(n_joints, [0.0; 6]);
             sample.reactions[joint].copy_from_slice(values);
         }
         // They are among the multipliers.
-        Of::Drives => (),
-        Of::Inputs => sample.inputs = values.to_vec(),
-        Of::Energy => {
+        TopicKind::Drives => (),
+        TopicKind::Inputs => sample.inputs = values.to_vec(),
+        TopicKind::Energy => {
             let energy = &mut sample.energy;
             (energy.kinetic, energy.potential) = (values[0], values[1]);
             (sample.work, energy.power) = (values[3], values[4]);
         }
-        Of::Solver => {
+        TopicKind::Solver => {
             sample.step_size = values[0];
             sample.position_residual = [values[3], values[1]];
             sample.velocity_residual = [values[4], values[2]];

@@ -1,4 +1,4 @@
-//! What stands on a page, in order.
+//! The sections of a page, in order.
 
 use bksim_expr::{Certificate, Expr, Operations, SymbolId};
 
@@ -33,6 +33,7 @@ fn multiplier_names(subject: &Subject<'_>) -> Vec<(SymbolId, Expr)> {
 
 /// All sections of a page; those that would be empty are left out.
 pub(super) fn sections(writer: &Writer<'_>) -> Vec<Section> {
+    // The mechanism, its constants, its equations, then their proof.
     let model = writer.subject.model;
     let mut sections = vec![
         table(
@@ -72,6 +73,7 @@ pub(super) fn sections(writer: &Writer<'_>) -> Vec<Section> {
         ),
         Section { title: "certificate", body: Body::Words(certificates(&writer.subject)) },
     ];
+    // Sections without content.
     if model.parameters.is_empty() {
         sections.retain(|section| section.title != "parameters");
     }

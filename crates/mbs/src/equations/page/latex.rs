@@ -1,6 +1,7 @@
 //! LaTeX: an article with amsmath, booktabs and longtable, or its formulas alone.
 
-use super::{Body, Cell, Formula, Label, Page, Section};
+use super::layout::Markup;
+use super::{Cell, Page};
 
 const PREAMBLE: &str = r"\documentclass[a4paper,11pt,fleqn]{article}
 \usepackage[utf8]{inputenc}
@@ -22,64 +23,41 @@ const GAP: f64 = 1.2;
 /// A complete document.
 pub(super) fn document(page: &Page) -> String {
     let title = format!("Equations of motion: {}", escaped(&page.title));
-    let body: Vec<String> = page.sections.iter().map(section).collect();
     format!(
         "{PREAMBLE}\\title{{{title}}}\n\\author{{}}\n\\date{{}}\n\n\
          \\begin{{document}}\n\\maketitle\n\n{}\n\\end{{document}}",
-        body.join("\n")
+        MARKUP.sections(page)
     )
 }
 
-/// The formulas, one block for each section.
+/// The formulas, one `align*` for each section.
 pub(super) fn formulas(page: &Page) -> String {
-    let block = |(title, formulas): (&str, &[Formula])| format!("% {title}\n{}", align(formulas));
-    page.formula_sections().map(block).collect::<Vec<_>>().join("\n")
+    MARKUP.formulas(page)
 }
 
-fn section(section: &Section) -> String {
-    let heading = format!("\\section*{{{}}}", super::capitalised(section.title));
-    let body = match &section.body {
-        Body::Formulas(formulas) => align(formulas),
-        Body::Table { header, rows } => table(header, rows),
-        Body::Words(words) => words
-            .iter()
-            .map(|w| format!("{}.", escaped(&super::capitalised(w))))
-            .collect::<Vec<_>>()
-            .join("\n\n"),
-    };
-    format!("{heading}\n{body}\n")
+const MARKUP: Markup = Markup {
+    comment: "% ",
+    heading: ["\\section*{", "}"],
+    group: ["\\begin{align*}", "\\end{align*}"],
+    next_line: " \\\\\n  ",
+    after_name: "\\colon\\quad",
+    indent: "\\quad {}",
+    remark,
+    first_line,
+    escaped,
+    table,
+};
+
+fn remark(text: &str) -> String {
+    format!(" \\quad \\text{{({})}}", escaped(text))
 }
 
-fn align(formulas: &[Formula]) -> String {
-    let rows: Vec<String> = formulas.iter().flat_map(rows).collect();
-    format!("\\begin{{align*}}\n  {}\n\\end{{align*}}", rows.join(" \\\\\n  "))
-}
-
-/// The lines of a formula, the first with its label.
-fn rows(formula: &Formula) -> Vec<String> {
-    let n = formula.lines.len();
-    let row = |(at, line): (usize, &super::Line)| {
-        let (label, relation) = match &formula.label {
-            Label::Left(left) => (left.clone(), "= "),
-            Label::Zero(name) => (format!("{name}\\colon\\quad"), ""),
-        };
-        let (label, indent) = match at {
-            0 => (label.as_str(), relation),
-            _ => ("", "\\quad {}"),
-        };
-        let end = match (&formula.label, at + 1 == n, formula.remark.as_str()) {
-            (_, false, _) | (Label::Left(_), true, "") => String::new(),
-            (Label::Left(_), true, remark) => format!(" \\quad \\text{{({})}}", escaped(remark)),
-            (Label::Zero(_), true, _) => " = 0".to_owned(),
-        };
-        // Behind `&` a sign would be one between terms.
-        let formula = match line.formula.strip_prefix('-').filter(|_| at == 0) {
-            Some(rest) => format!("{{-}}{rest}"),
-            None => line.formula.clone(),
-        };
-        format!("{label} & {indent}{formula}{end}")
-    };
-    formula.lines.iter().enumerate().map(row).collect()
+/// After `&` a minus would stand between terms: braces make it a sign.
+fn first_line(formula: &str) -> String {
+    match formula.strip_prefix('-') {
+        Some(rest) => format!("{{-}}{rest}"),
+        None => formula.to_owned(),
+    }
 }
 
 /// A table that may run over pages; columns that would be too wide are set in paragraphs.

@@ -1,4 +1,4 @@
-//! The equations with everything a reader needs beside them, as sections of a page.
+//! The equations with everything that a reader needs to understand them, as sections of a page.
 //!
 //! [`Page::new`] gathers tables and formulas once, in one notation; each format then only says how
 //! headings, tables and broken formulas are written. A page is printed as a whole document, which
@@ -8,6 +8,7 @@ mod aligned;
 mod content;
 mod html;
 mod latex;
+mod layout;
 mod text;
 mod typst;
 
@@ -19,7 +20,7 @@ use crate::quantity::Quantity;
 use crate::system::SymbolicSystem;
 use bksim_model::Model;
 
-/// What a page is about.
+/// The subject of a page: a model with its equations.
 #[derive(Clone, Copy, Debug)]
 pub struct Subject<'a> {
     /// The model.
@@ -32,11 +33,11 @@ pub struct Subject<'a> {
     pub multipliers: &'a [Quantity],
     /// The equations as they are shown.
     pub form: &'a ReadingForm,
-    /// What is known of them.
+    /// The proof that they are right.
     pub proof: &'a Proof,
 }
 
-/// How a page is written.
+/// The notation and layout of a page.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Style {
     /// Plain text, one line for each formula; formulas read back.
@@ -67,7 +68,7 @@ impl Style {
         }
     }
 
-    /// Width of a line of formula, characters or ems: what is left of the text width beside a
+    /// Width of a line of formula, characters or ems: the text width without a
     /// label of some characters, the indent and the `= 0`.
     fn line_width(self, n_label: usize) -> f64 {
         match self {
@@ -94,14 +95,14 @@ enum Cell {
 /// A formula in lines.
 #[derive(Clone, PartialEq, Eq, Debug)]
 struct Formula {
-    /// What stands before: `T =`, or the coordinate of an equation.
+    /// The text before it: `T =`, or the coordinate of an equation.
     label: Label,
     lines: Vec<Line>,
-    /// What stands behind the last line: value and unit of a definition.
+    /// The text after the last line: value and unit of a definition.
     remark: String,
 }
 
-/// What stands before a formula.
+/// The text before a formula.
 #[derive(Clone, PartialEq, Eq, Debug)]
 enum Label {
     /// The left side of an equation.
@@ -114,7 +115,7 @@ enum Label {
 #[derive(Clone, PartialEq, Eq, Debug)]
 struct Line {
     formula: String,
-    /// What the line stands for, where lines are sorted by it.
+    /// The kind of its terms, where lines are sorted by it.
     kind: Option<Kind>,
 }
 
@@ -241,9 +242,9 @@ impl Writer<'_> {
             let n = parts.iter().take_while(|part| part.kind == kind).count();
             let (these, rest) = parts.split_at(n);
             parts = rest;
-            // Beside the lines of a terminal stands what they are.
-            let n_beside = if has_kinds { Kind::LONGEST_TITLE + 2 } else { 0 };
-            let width = self.style.line_width(self.n_label + n_beside);
+            // On a terminal, a column after the lines names their kind.
+            let n_title = if has_kinds { Kind::LONGEST_TITLE + 2 } else { 0 };
+            let width = self.style.line_width(self.n_label + n_title);
             let written = |parts: &[Part], is_first: bool| {
                 let terms: Vec<Expr> = parts.iter().flat_map(|part| part.terms(pool)).collect();
                 if is_first {
@@ -271,7 +272,7 @@ impl Writer<'_> {
         self.style.notation().name(name)
     }
 
-    /// What stands between formulas in one cell.
+    /// The separator of formulas in one cell.
     fn comma(&self) -> &'static str {
         match self.style {
             Style::Latex => ",\\; ",
@@ -329,7 +330,7 @@ fn number(value: f64) -> String {
     if !(1e-4..1e9).contains(&value.abs()) {
         return format!("{value:.3e}");
     }
-    let rounded: f64 = format!("{value:.8e}").parse().unwrap_or(value);
+    let rounded: f64 = format!("{value:.8e}").parse().expect("digits of a finite number");
     rounded.to_string()
 }
 

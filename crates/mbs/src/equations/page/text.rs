@@ -2,8 +2,9 @@
 
 use super::{Body, Cell, Formula, Label, Page, Section, aligned};
 
-/// Sections that explain the names in formulas, after them.
-const BEHIND: [&str; 5] = ["contacts", "multipliers", "parameters", "operations", "certificate"];
+/// Sections that explain the names in formulas; they follow the formulas.
+const EXPLANATIONS: [&str; 5] =
+    ["contacts", "multipliers", "parameters", "operations", "certificate"];
 
 /// The formulas, then what their names mean.
 pub(super) fn formulas(page: &Page) -> String {
@@ -21,8 +22,9 @@ pub(super) fn document(page: &Page) -> String {
 /// Formulas by the given layout, then the tables that belong to them.
 pub(super) fn written(page: &Page, layout: fn(&Formula, usize) -> Vec<String>) -> String {
     let is_formula = |s: &&Section| matches!(s.body, Body::Formulas(_));
-    let behind = BEHIND.iter().filter_map(|title| page.sections.iter().find(|s| s.title == *title));
-    let all = page.sections.iter().filter(is_formula).chain(behind);
+    let explanations =
+        EXPLANATIONS.iter().filter_map(|title| page.sections.iter().find(|s| s.title == *title));
+    let all = page.sections.iter().filter(is_formula).chain(explanations);
     all.map(|s| section(s, layout)).collect::<Vec<_>>().join("\n").trim_end().to_owned()
 }
 

@@ -1,6 +1,7 @@
 //! Typst: a document without packages, or its formulas alone.
 
-use super::{Body, Cell, Formula, Label, Page, Section};
+use super::layout::Markup;
+use super::{Cell, Page};
 
 const PREAMBLE: &str = r#"#set page(paper: "a4", margin: 25mm, numbering: "1")
 #set text(font: "New Computer Modern", size: 11pt)
@@ -16,62 +17,32 @@ const LONGEST_UNBROKEN_TABLE: usize = 12;
 /// A complete document.
 pub(super) fn document(page: &Page) -> String {
     let title = format!("Equations of motion: {}", escaped(&page.title));
-    let body: Vec<String> = page.sections.iter().map(section).collect();
     format!(
         "#set document(title: \"{}\")\n{PREAMBLE}\n\
          #align(center, text(size: 16pt)[{title}])\n\n{}",
         page.title.replace('\\', "\\\\").replace('"', "\\\""),
-        body.join("\n")
+        MARKUP.sections(page)
     )
 }
 
 /// The formulas, one block for each section.
 pub(super) fn formulas(page: &Page) -> String {
-    let block = |(title, formulas): (&str, &[Formula])| format!("// {title}\n{}", block(formulas));
-    page.formula_sections().map(block).collect::<Vec<_>>().join("\n")
+    MARKUP.formulas(page)
 }
 
-fn section(section: &Section) -> String {
-    let heading = format!("= {}", super::capitalised(section.title));
-    let body = match &section.body {
-        Body::Formulas(formulas) => block(formulas),
-        Body::Table { header, rows } => table(header, rows),
-        Body::Words(words) => words
-            .iter()
-            .map(|w| format!("{}.", escaped(&super::capitalised(w))))
-            .collect::<Vec<_>>()
-            .join("\n\n"),
-    };
-    format!("{heading}\n{body}\n")
-}
-
-fn block(formulas: &[Formula]) -> String {
-    let rows: Vec<String> = formulas.iter().flat_map(rows).collect();
-    format!("$\n  {}\n$", rows.join(" \\\n  "))
-}
-
-/// The lines of a formula, the first with its label.
-fn rows(formula: &Formula) -> Vec<String> {
-    let n = formula.lines.len();
-    let row = |(at, line): (usize, &super::Line)| {
-        let (label, relation) = match &formula.label {
-            Label::Left(left) => (left.clone(), "= "),
-            Label::Zero(name) => (format!("{name} : quad"), ""),
-        };
-        let (label, indent) = match at {
-            0 => (label.as_str(), relation),
-            // An empty text before a sign makes it one between terms.
-            _ => ("", "quad \"\" "),
-        };
-        let end = match (&formula.label, at + 1 == n, formula.remark.as_str()) {
-            (_, false, _) | (Label::Left(_), true, "") => String::new(),
-            (Label::Left(_), true, remark) => format!(" quad \"({remark})\""),
-            (Label::Zero(_), true, _) => " = 0".to_owned(),
-        };
-        format!("{label} & {indent}{}{end}", line.formula)
-    };
-    formula.lines.iter().enumerate().map(row).collect()
-}
+const MARKUP: Markup = Markup {
+    comment: "// ",
+    heading: ["= ", ""],
+    group: ["$", "$"],
+    next_line: " \\\n  ",
+    after_name: " : quad",
+    // An empty text before a sign makes it one between terms.
+    indent: "quad \"\" ",
+    remark: |text| format!(" quad \"({text})\""),
+    first_line: str::to_owned,
+    escaped,
+    table,
+};
 
 fn table(header: &[&'static str], rows: &[Vec<Cell>]) -> String {
     let align = |c: usize| {

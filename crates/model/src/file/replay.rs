@@ -1,5 +1,6 @@
-//! Values of a file that depend on parameters only, with how they came about: other values of some
-//! parameters then give theirs, and the checks on them, without reading the file again.
+//! The replay of values: those of a file that depend on parameters only, with the steps that led to
+//! them. Other values of some parameters then give theirs, and the checks on them, without reading
+//! the file again.
 //!
 //! A [`Constant`] that depends on no varied parameter is a number and nothing else, so a reading that
 //! records nothing costs nothing. A number may be looked at for messages and warnings; whatever the
@@ -8,16 +9,16 @@
 use bksim_expr::{Function, Number, Pool};
 
 use super::units::Scale;
-use crate::solve::SolveOptions;
+use crate::SolveOptions;
 
-/// A value of the file, and its place in the recording if it depends on a varied parameter.
+/// A value of the file, and its index in the recording if it depends on a varied parameter.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Constant {
     value: f64,
     slot: Option<usize>,
 }
 
-/// How a value that varies comes about.
+/// One step of the arithmetic of a value that varies.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Step {
     /// A varied parameter, SI.
@@ -32,13 +33,13 @@ enum Step {
     Call(Function, [Constant; 3]),
 }
 
-/// What must hold for the model to stay what it is.
+/// A condition under which the model stays the same but for its numbers.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Guard {
     Above(Constant, Constant),
     NotBelow(Constant, Constant),
     Differ(Constant, Constant),
-    /// Its value is what it was.
+    /// The value is unchanged.
     Pinned(Constant),
 }
 
@@ -51,7 +52,7 @@ pub(super) enum Setting {
     Step,
 }
 
-/// What is recorded while a file is read.
+/// The recording while a file is read.
 #[derive(Debug, Default)]
 pub(super) struct Constants {
     /// Parameters that vary.
@@ -61,7 +62,7 @@ pub(super) struct Constants {
     settings: Vec<(Setting, Constant)>,
 }
 
-/// How parameters and settings of a model follow from some of its parameters; see
+/// Parameters and settings of a model as functions of some of its parameters; see
 /// [`read_recorded`](super::read_recorded).
 #[derive(Clone, Debug)]
 pub struct Recording {
@@ -261,7 +262,7 @@ impl Recording {
     }
 
     /// Writes what a reading with these values of the varied parameters, SI, would give: the values
-    /// of all parameters, and the settings. False when only a reading of its own can tell: the values
+    /// of all parameters, and the settings. False when only a reading of its own can decide: the values
     /// may be refused, or the model be another one.
     ///
     /// # Panics

@@ -1,0 +1,65 @@
+//! The mechanism as a force law sees it, and the expressions that several laws share.
+
+use bksim_expr::{Expr, Pool, SymbolId};
+
+use super::Wrench;
+use crate::kinematics::Kinematics;
+use crate::spatial;
+use bksim_model::{Anchor, Model, Vector};
+
+/// The mechanism that a load acts on.
+pub(super) struct Context<'a> {
+    pub(super) model: &'a Model,
+    pub(super) pool: &'a Pool,
+    pub(super) kinematics: &'a Kinematics,
+    /// The expression that each signal symbol stands for.
+    pub(super) signals: &'a [(SymbolId, Expr)],
+}
+
+impl Context<'_> {
+    /// Distance of two points and the unit vector from the first to the second.
+    pub(super) fn line(&self, [a, b]: [Anchor; 2]) -> (Expr, Vector) {
+        let pool = self.pool;
+        let p_a = self.kinematics.anchor(self.model, a);
+        let p_b = self.kinematics.anchor(self.model, b);
+        let d = spatial::sub(pool, &p_b, &p_a);
+        let distance = pool.sqrt(pool.simplify(spatial::dot(pool, &d, &d)));
+        (distance, spatial::scale(pool, pool.div(pool.one(), distance), &d))
+    }
+
+    /// The force `value` on the second point along `direction`, and its opposite on the first.
+    pub(super) fn push_apart(
+        &self,
+        [a, b]: [Anchor; 2],
+        value: Expr,
+        direction: &Vector,
+    ) -> Vec<Wrench> {
+        let pool = self.pool;
+        let end = |anchor: Anchor, force| Wrench {
+            body: anchor.body,
+            force,
+            at: self.kinematics.anchor(self.model, anchor),
+            moment: spatial::zero(pool),
+        };
+        let force = spatial::scale(pool, value, direction);
+        vec![end(a, spatial::neg(pool, &force)), end(b, force)]
+    }
+
+    /// ½ k e².
+    pub(super) fn half_square(&self, k: Expr, e: Expr) -> Expr {
+        let pool = self.pool;
+        pool.product([pool.rational(1, 2), k, pool.powi(e, 2)])
+    }
+
+    /// The expression with its signals replaced by the measures they stand for.
+    pub(super) fn resolved(&self, e: Expr) -> Expr {
+        self.pool.substitute(e, self.signals)
+    }
+
+    /// Depends on parameters only: neither on time nor on a signal.
+    pub(super) fn is_constant(&self, e: Expr) -> bool {
+        let pool = self.pool;
+        !pool.depends_on(e, self.model.time)
+            && !self.model.signals.iter().any(|signal| pool.depends_on(e, signal.symbol))
+    }
+}

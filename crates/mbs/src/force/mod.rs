@@ -1,0 +1,94 @@
+//! Force laws: every load as the wrenches it puts on bodies and, when conservative, its potential.
+//!
+//! A load is conservative here when its law depends on parameters and positions alone in the way
+//! the law itself says (gravity, springs). Everything else enters as generalised force.
+//!
+//! Each law has a file with one function, `action`; the table [`action`] leads from a load to it.
+
+mod context;
+mod force_between;
+mod gravity;
+mod point_force;
+mod spring;
+mod torque;
+mod torsion;
+
+use bksim_expr::{Expr, SymbolId};
+
+use crate::joint::JointWrench;
+use crate::kinematics::Kinematics;
+use bksim_model::{BodyId, LoadKind, Model, Vector};
+
+use context::Context;
+
+/// A force and a moment on one body, world axes.
+#[derive(Clone, Debug)]
+pub struct Wrench {
+    /// The body that it acts on.
+    pub body: BodyId,
+    /// N.
+    pub force: Vector,
+    /// World position of the point at which the force acts, m.
+    pub at: Vector,
+    /// N m, in addition to the moment of the force.
+    pub moment: Vector,
+}
+
+impl Wrench {
+    /// The wrench of a joint whose joint point is `at`, on one of its bodies.
+    pub(crate) fn at_joint(body: BodyId, at: Vector, wrench: &JointWrench) -> Self {
+        Self { body, force: wrench.force, at, moment: wrench.moment }
+    }
+}
+
+/// The effect of one load.
+#[derive(Clone, Debug, Default)]
+pub struct Action {
+    /// V, J, when the load has one.
+    pub potential: Option<Expr>,
+    /// The wrenches that −∂V/∂q already stands for in the equations of motion.
+    pub conservative: Vec<Wrench>,
+    /// All other wrenches; they enter as generalised forces.
+    pub applied: Vec<Wrench>,
+}
+
+impl Action {
+    /// A load without a potential.
+    fn of_applied(applied: Vec<Wrench>) -> Self {
+        Self { applied, ..Self::default() }
+    }
+
+    /// An elastic part, which has the potential if there is one, and a viscous part.
+    fn of_parts(potential: Option<Expr>, elastic: Vec<Wrench>, viscous: Vec<Wrench>) -> Self {
+        match potential {
+            Some(_) => Self { potential, conservative: elastic, applied: viscous },
+            None => Self::of_applied([elastic, viscous].concat()),
+        }
+    }
+}
+
+/// The action of one load; `signals` holds the expression that each signal symbol stands for.
+pub fn action(
+    model: &Model,
+    kinematics: &Kinematics,
+    signals: &[(SymbolId, Expr)],
+    kind: &LoadKind,
+) -> Action {
+    let context = &Context { model, pool: &model.pool, kinematics, signals };
+    match kind {
+        LoadKind::Gravity { acceleration } => gravity::action(context, acceleration),
+        LoadKind::Force { on, vector, follows_body } => {
+            point_force::action(context, *on, vector, *follows_body)
+        }
+        LoadKind::ForceBetween { a, b, value } => force_between::action(context, *a, *b, *value),
+        LoadKind::Torque { on, from, vector } => torque::action(context, *on, *from, vector),
+        LoadKind::Spring { a, b, stiffness, length, damping } => {
+            spring::action(context, [*a, *b], *stiffness, *length, *damping)
+        }
+        LoadKind::Torsion { joint, stiffness, angle, damping } => {
+            torsion::action(context, *joint, *stiffness, *angle, *damping)
+        }
+        // Rows with multipliers of their own: see `contact`.
+        LoadKind::Stop { .. } | LoadKind::Friction { .. } => Action::default(),
+    }
+}

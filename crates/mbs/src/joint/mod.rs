@@ -1,0 +1,185 @@
+//! Mechanics of the joints: the motions that each kind allows, and its constraint rows when it is cut.
+//!
+//! A joint is a list of elementary motions of the successor relative to the predecessor, after a
+//! fixed turn. In the tree, each motion is a generalised coordinate. Cut, the joint forbids every
+//! other relative motion by constraint rows g = 0, *predecessor minus successor*. Each row carries
+//! the wrench that a unit multiplier puts on the successor, so that −Gᵀλ and the joint reaction are
+//! the same force by construction. In a plane, the rows of the third dimension fold to 0 = 0 and
+//! are dropped.
+//!
+//! Each kind has a file with the same functions in the same order: `motions`, `fixed_turn`,
+//! `constraint_rows`. The table [`Mechanics::of`] leads from a kind to them.
+
+mod link;
+mod pin_in_slot;
+mod prismatic;
+mod revolute;
+mod rows;
+mod weld;
+
+use bksim_expr::{Expr, Pool};
+
+use crate::pose::Pose;
+use crate::spatial::{self, Rotation};
+use bksim_model::{Joint, JointKind, MotionKind, Vector};
+
+/// One elementary motion, with its axis in the frame it starts from.
+#[derive(Clone, Copy, Debug)]
+pub struct Motion {
+    /// Turning or sliding.
+    pub kind: MotionKind,
+    /// Unit vector.
+    pub axis: Vector,
+}
+
+impl Motion {
+    fn rotation(axis: Vector) -> Self {
+        Self { kind: MotionKind::Rotation, axis }
+    }
+
+    fn translation(axis: Vector) -> Self {
+        Self { kind: MotionKind::Translation, axis }
+    }
+}
+
+/// A force and a moment on the successor of a joint, both at its joint point.
+#[derive(Clone, Copy, Debug)]
+pub struct JointWrench {
+    /// N, world axes.
+    pub force: Vector,
+    /// N m about the joint point, world axes.
+    pub moment: Vector,
+}
+
+impl JointWrench {
+    /// A force through the joint point.
+    pub(crate) fn of_force(pool: &Pool, force: Vector) -> Self {
+        Self { force, moment: spatial::zero(pool) }
+    }
+
+    /// A moment without a force.
+    pub(crate) fn of_moment(pool: &Pool, moment: Vector) -> Self {
+        Self { force: spatial::zero(pool), moment }
+    }
+
+    /// `factor` times the wrench.
+    pub(crate) fn scaled(&self, pool: &Pool, factor: Expr) -> Self {
+        self.map(|part| spatial::scale(pool, factor, part))
+    }
+
+    /// The wrench with the opposite sign.
+    pub(crate) fn reversed(&self, pool: &Pool) -> Self {
+        self.map(|part| spatial::neg(pool, part))
+    }
+
+    fn map(&self, image: impl Fn(&Vector) -> Vector) -> Self {
+        Self { force: image(&self.force), moment: image(&self.moment) }
+    }
+}
+
+/// One constraint row of a cut joint.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// g, zero when the joint holds.
+    pub expression: Expr,
+    /// `x`, `y`, `z` in world axes; `normal` to a slot; `angle`, `length`.
+    pub direction: &'static str,
+    /// Wrench on the successor for λ = 1.
+    pub wrench: JointWrench,
+}
+
+/// The two sides of a joint in the world: the poses of its bodies and the positions of its points.
+pub struct Sides<'a> {
+    /// Pose of the first body.
+    pub predecessor: &'a Pose,
+    /// Pose of the second body.
+    pub successor: &'a Pose,
+    /// Joint point on the first body, world axes.
+    pub p_world_predecessor: Vector,
+    /// Joint point on the second body, world axes.
+    pub p_world_successor: Vector,
+}
+
+/// The functions of one kind of joint.
+struct Mechanics {
+    /// The motions it allows, in the order of its coordinates.
+    motions: fn(&Pool, &Joint) -> Vec<Motion>,
+    /// The fixed turn of the successor against the predecessor, before any motion.
+    fixed_turn: fn(&Pool, &Joint) -> Rotation,
+    /// Its constraint rows when it is cut, those that fold to 0 = 0 among them.
+    constraint_rows: fn(&Pool, &Joint, &Sides) -> Vec<Row>,
+}
+
+impl Mechanics {
+    /// The table of all kinds.
+    fn of(joint: &Joint) -> Self {
+        /// A row of the table: the functions of one file.
+        macro_rules! functions {
+            ($kind:ident) => {
+                Self {
+                    motions: $kind::motions,
+                    fixed_turn: $kind::fixed_turn,
+                    constraint_rows: $kind::constraint_rows,
+                }
+            };
+        }
+        match joint.kind {
+            JointKind::Revolute => functions!(revolute),
+            JointKind::Prismatic { .. } => functions!(prismatic),
+            JointKind::PinInSlot => functions!(pin_in_slot),
+            JointKind::Weld { .. } => functions!(weld),
+            JointKind::Link { .. } => functions!(link),
+        }
+    }
+}
+
+/// The motions that `joint` allows, in the order of its coordinates.
+pub fn motions(pool: &Pool, joint: &Joint) -> Vec<Motion> {
+    (Mechanics::of(joint).motions)(pool, joint)
+}
+
+/// The fixed turn of the successor against the predecessor, before any motion.
+pub fn fixed_turn(pool: &Pool, joint: &Joint) -> Rotation {
+    (Mechanics::of(joint).fixed_turn)(pool, joint)
+}
+
+/// The constraint rows of `joint` when it is cut.
+pub fn constraint_rows(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Row> {
+    let mut rows = (Mechanics::of(joint).constraint_rows)(pool, joint, sides);
+    rows.retain(|row| !pool.is_zero(pool.simplify(row.expression)));
+    rows
+}
+
+/// The position of each motion of a joint as the two poses show it, whether or not it is cut.
+pub fn positions(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Expr> {
+    let offset = spatial::sub(pool, &sides.p_world_successor, &sides.p_world_predecessor);
+    let relative = relative_rotation(pool, joint, sides);
+    let position = |motion: Motion| match motion.kind {
+        MotionKind::Translation => {
+            let along = sides.predecessor.rotation.apply(pool, &motion.axis);
+            spatial::dot(pool, &along, &offset)
+        }
+        MotionKind::Rotation => relative.angle_about(pool, &motion.axis).unwrap_or_else(|| {
+            // Not one turn about the axis by form alone: measure how a normal of it has turned.
+            let [e1, e2] = spatial::perpendicular(pool, &motion.axis);
+            let turned = relative.apply(pool, &e1);
+            pool.atan2(spatial::dot(pool, &e2, &turned), spatial::dot(pool, &e1, &turned))
+        }),
+    };
+    motions(pool, joint).into_iter().map(position).collect()
+}
+
+/// Wrench on the successor of a unit effort in the given motion.
+pub fn effort(pool: &Pool, motion: Motion, sides: &Sides) -> JointWrench {
+    let axis_world = sides.predecessor.rotation.apply(pool, &motion.axis);
+    match motion.kind {
+        MotionKind::Translation => JointWrench::of_force(pool, axis_world),
+        MotionKind::Rotation => JointWrench::of_moment(pool, axis_world),
+    }
+}
+
+/// r_P-frame-after-the-fixed-turn from r_Q: the rotation that the motions make up.
+fn relative_rotation(pool: &Pool, joint: &Joint, sides: &Sides) -> Rotation {
+    let undo = sides.predecessor.rotation.then(pool, &fixed_turn(pool, joint)).inverse(pool);
+    undo.then(pool, &sides.successor.rotation)
+}

@@ -1,0 +1,83 @@
+//! Constraint rows that several kinds of joints share.
+
+use bksim_expr::{Expr, Pool};
+
+use super::{JointWrench, Row, Sides, fixed_turn, relative_rotation};
+use crate::spatial;
+use bksim_model::{Joint, Vector};
+
+/// r_P − r_Q = 0 along the world axes.
+pub(super) fn points_together(pool: &Pool, sides: &Sides) -> Vec<Row> {
+    let gap = spatial::sub(pool, &sides.p_world_predecessor, &sides.p_world_successor);
+    let unit = |i: usize| {
+        let mut axis = spatial::zero(pool);
+        axis[i] = pool.one();
+        axis
+    };
+    let row = |i: usize| Row {
+        expression: gap[i],
+        direction: ["x", "y", "z"][i],
+        wrench: JointWrench::of_force(pool, unit(i)),
+    };
+    (0..3).map(row).collect()
+}
+
+/// e · (r_P − r_Q) = 0 for the normals e of a line fixed in the predecessor.
+///
+/// The force acts at the pin, so its moment on the predecessor is about that point.
+pub(super) fn point_on_line(pool: &Pool, axis: &Vector, sides: &Sides) -> Vec<Row> {
+    let gap = spatial::sub(pool, &sides.p_world_predecessor, &sides.p_world_successor);
+    let row = |normal: Vector| {
+        let normal_world = sides.predecessor.rotation.apply(pool, &normal);
+        Row {
+            expression: spatial::dot(pool, &normal_world, &gap),
+            direction: "normal",
+            wrench: JointWrench::of_force(pool, normal_world),
+        }
+    };
+    spatial::perpendicular(pool, axis).into_iter().map(row).collect()
+}
+
+/// e · n = 0 for the normals e of the axis in the predecessor and the axis n in the successor.
+pub(super) fn axes_parallel(pool: &Pool, axis: &Vector, sides: &Sides) -> Vec<Row> {
+    let n_world = sides.successor.rotation.apply(pool, axis);
+    let row = |normal: Vector| {
+        let normal_world = sides.predecessor.rotation.apply(pool, &normal);
+        perpendicular_row(pool, &normal_world, &n_world)
+    };
+    spatial::perpendicular(pool, axis).into_iter().map(row).collect()
+}
+
+/// No relative rotation: one angle where the axes are parallel by form, else three right angles
+/// between unlike axes of the two frames.
+pub(super) fn frames_locked(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Row> {
+    let relative = relative_rotation(pool, joint, sides);
+    match relative.turns() {
+        [] => Vec::new(),
+        [turn] => {
+            let axis_world = sides.predecessor.rotation.apply(pool, &turn.axis);
+            vec![angle_row(pool, pool.neg(turn.angle), axis_world)]
+        }
+        _ => {
+            let [zero, one] = [pool.zero(), pool.one()];
+            let axes = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
+            let fixed = fixed_turn(pool, joint);
+            let frame = sides.predecessor.rotation.then(pool, &fixed);
+            let right_angle = |i: usize| {
+                let ours = frame.apply(pool, &axes[i]);
+                let theirs = sides.successor.rotation.apply(pool, &axes[(i + 1) % 3]);
+                perpendicular_row(pool, &ours, &theirs)
+            };
+            (0..3).map(right_angle).collect()
+        }
+    }
+}
+
+/// a · b = 0 with a in the predecessor, b in the successor: δ(a·b) = (ω_P − ω_Q)·(a × b).
+fn perpendicular_row(pool: &Pool, a: &Vector, b: &Vector) -> Row {
+    angle_row(pool, spatial::dot(pool, a, b), spatial::cross(pool, a, b))
+}
+
+fn angle_row(pool: &Pool, expression: Expr, moment: Vector) -> Row {
+    Row { expression, direction: "angle", wrench: JointWrench::of_moment(pool, moment) }
+}

@@ -1,0 +1,177 @@
+//! The names of a file, gathered before any value is read, so that the order of the tables in the
+//! file does not matter.
+
+use bksim_expr::Function;
+
+use super::codes;
+use super::names::{BODY_MOTION, BodyName, JOINT_TYPES, JointName, Meaning};
+use super::reader::{Reader, entry_like};
+use super::tree::{Node, Table, Value};
+use super::units::Quantity;
+use crate::diagnostic::{Diagnostic, Span};
+use crate::ids::JointId;
+use crate::measure::Measure;
+
+impl Reader<'_> {
+    /// Gathers the names of all bodies, points and joints.
+    pub(super) fn gather_names(&mut self, root: &Table) {
+        let ground_points = root.get("ground").and_then(|entry| match &entry.node.value {
+            Value::Table(ground) => entry_like(ground, "points"),
+            _ => None,
+        });
+        let points = self.gather_points(ground_points.map(|entry| &entry.node));
+        self.names.add_body(BodyName { name: "ground".to_owned(), points, span: 0..0 });
+        for (name, span, table) in sub_tables(root, "bodies") {
+            if name == "ground" {
+                self.report(
+                    Diagnostic::error(codes::BAD_NAME, "a body cannot be named `ground`")
+                        .at(span, "the ground is given and does not move")
+                        .help("write its points under `[ground]`, or rename the body"),
+                );
+                continue;
+            }
+            self.usable_name(name, &span, "body");
+            let points =
+                table.and_then(|table| entry_like(table, "points")).map(|entry| &entry.node);
+            let points = self.gather_points(points);
+            self.names.add_body(BodyName { name: name.to_owned(), points, span });
+        }
+        for (name, span, table) in sub_tables(root, "joints") {
+            self.usable_name(name, &span, "joint");
+            self.check_joint_name(name, &span);
+            let freedoms = table.and_then(|table| table.get("type")).and_then(|entry| {
+                let Value::Text(kind) = &entry.node.value else { return None };
+                JOINT_TYPES.iter().find(|(known, _)| known == kind).map(|(_, freedoms)| *freedoms)
+            });
+            self.names.add_joint(JointName { name: name.to_owned(), freedoms });
+        }
+    }
+
+    fn gather_points(&mut self, node: Option<&Node>) -> Vec<String> {
+        let Some(Node { value: Value::Table(points), .. }) = node else { return Vec::new() };
+        for entry in &points.entries {
+            self.usable_name(&entry.key, &entry.key_span, "point");
+        }
+        points.entries.iter().map(|entry| entry.key.clone()).collect()
+    }
+
+    /// Joints and bodies share one namespace: `A.angle` must have one meaning.
+    fn check_joint_name(&mut self, name: &str, span: &Span) {
+        let Some(body) = self.names.body(name) else { return };
+        let fault = Diagnostic::error(
+            codes::NAME_CLASH,
+            format!("`{name}` is the name of a joint and of a body"),
+        )
+        .at(span.clone(), "the joint");
+        let fault = match self.names.bodies[body.0].span.clone() {
+            ground if ground.is_empty() => fault.note("`ground` is always a body"),
+            body => fault.at(body, "the body"),
+        };
+        self.report(
+            fault.help(format!("rename one of them, for example the joint to `{name}_joint`")),
+        );
+    }
+
+    /// Gives a plain name its meaning, or reports that it already has one.
+    pub(super) fn define(&mut self, name: &str, meaning: Meaning, span: Option<Span>) -> bool {
+        if name == "pi" || Function::from_name(name).is_some() {
+            let what = if name == "pi" { "the number 3.14159…" } else { "a function" };
+            self.report(
+                Diagnostic::error(codes::NAME_CLASH, format!("the name `{name}` is already taken"))
+                    .at(span.unwrap_or(0..0), "this needs a name of its own")
+                    .note(format!("`{name}` is {what}"))
+                    .help(format!("rename it, for example `{name}_1`")),
+            );
+            return false;
+        }
+        let Some((_, before)) = self.names.plain.get(name) else {
+            self.names.plain.insert(name.to_owned(), (meaning, span));
+            return true;
+        };
+        let fault =
+            Diagnostic::error(codes::NAME_CLASH, format!("the name `{name}` is already taken"));
+        let fault = fault.at(span.unwrap_or(0..0), "this needs a name of its own");
+        let fault = match before.clone() {
+            Some(place) => fault.at(place, "taken here"),
+            None => fault.note(format!("`{name}` is the time")),
+        };
+        self.report(fault.help(format!("rename one of them, for example this to `{name}_1`")));
+        false
+    }
+
+    /// Gathers the names that the author gave to coordinates.
+    pub(super) fn gather_coordinates(&mut self, root: &Table) {
+        for (idx, (_, _, table)) in sub_tables(root, "joints").into_iter().enumerate() {
+            let Some(entry) = table.and_then(|table| table.get("coordinate")) else { continue };
+            let freedoms = self.names.joints[idx].freedoms.unwrap_or_default();
+            let joint = JointId(idx);
+            let measures = freedoms.iter().enumerate().map(|(at, freedom)| {
+                let [value, rate] = freedom.quantities();
+                [
+                    (Measure::JointPosition(joint, at), value),
+                    (Measure::JointVelocity(joint, at), rate),
+                ]
+            });
+            self.define_coordinates(&entry.node, &measures.collect::<Vec<_>>());
+        }
+        for (name, _, table) in sub_tables(root, "bodies") {
+            let Some(entry) = table.and_then(|table| table.get("coordinates")) else { continue };
+            let Some(body) = self.names.body(name) else { continue };
+            let row = |at: usize| (BODY_MOTION[at].1(body, None), BODY_MOTION[at].2);
+            let measures = [[row(0), row(3)], [row(1), row(4)], [row(6), row(7)]];
+            self.define_coordinates(&entry.node, &measures);
+        }
+    }
+
+    fn define_coordinates(&mut self, node: &Node, measures: &[[(Measure, Quantity); 2]]) {
+        for (idx, (name, span)) in coordinate_names(node, self.text).into_iter().enumerate() {
+            if !self.usable_name(&name, &span, "coordinate") {
+                continue;
+            }
+            for (at, suffix) in ["", "_dot"].into_iter().enumerate() {
+                let full = format!("{name}{suffix}");
+                // A name too many is reported with its table; here it only must not be unknown.
+                let known = measures.get(idx).map(|pair| pair[at]);
+                let meaning =
+                    known.map_or(Meaning::Faulty, |(measure, _)| Meaning::Measure(measure));
+                if !self.define(&full, meaning, Some(span.clone())) {
+                    break;
+                }
+                if let Some((_, quantity)) = known {
+                    self.names.quantities.insert(full, quantity);
+                }
+            }
+        }
+    }
+}
+
+/// Names in a text or an array of texts, with their positions.
+pub(super) fn coordinate_names(node: &Node, source: &str) -> Vec<(String, Span)> {
+    let nodes = match &node.value {
+        Value::Array(values) => values.iter().collect(),
+        _ => vec![node],
+    };
+    nodes
+        .into_iter()
+        .filter_map(|node| node.text(source))
+        .map(|quoted| (quoted.text.to_owned(), quoted.place(&(0..quoted.text.len()))))
+        .collect()
+}
+
+/// The tables below a section, in file order: name, position of the name, table if it is one.
+pub(super) fn sub_tables<'t>(
+    root: &'t Table,
+    section: &str,
+) -> Vec<(&'t str, Span, Option<&'t Table>)> {
+    let Some(entry) = root.get(section) else { return Vec::new() };
+    let Value::Table(table) = &entry.node.value else { return Vec::new() };
+    let as_table = |node: &'t Node| match &node.value {
+        Value::Table(table) => Some(table),
+        _ => None,
+    };
+    table
+        .entries
+        .iter()
+        .map(|entry| (entry.key.as_str(), entry.key_span.clone(), as_table(&entry.node)))
+        .collect()
+}

@@ -1,0 +1,215 @@
+//! The way through a file, section by section, and the keys at its top.
+
+use super::bodies::BodyFacts;
+use super::reader::{Fields, Reader};
+use super::tree::{Table, Value};
+use super::units::{self, FileUnits, find_unit};
+use super::words::closest;
+use super::{MAX_DIAGNOSTICS, Source, codes};
+use crate::body::Body;
+use crate::diagnostic::Diagnostic;
+use crate::joint::Joint;
+use crate::model::{CoordinatePolicy, Model, Space};
+
+/// The tables of a model file.
+const SECTIONS: &[&str] = &[
+    "name",
+    "drawing",
+    "space",
+    "coordinates",
+    "units",
+    "parameters",
+    "ground",
+    "bodies",
+    "joints",
+    "loads",
+    "drives",
+    "initial",
+    "solve",
+];
+
+impl Reader<'_> {
+    /// The way through the file: one section per line.
+    pub(super) fn read_model(&mut self, root: &Table, source: &Source<'_>) -> Option<Model> {
+        let top = Fields::open(self, root, "the model".to_owned(), 0..0, SECTIONS);
+        if let Some(node) = top.get("drawing") {
+            self.report(
+                Diagnostic::error(codes::DRAWING_ALONE, "the drawing that this model names was not read")
+                    .at(node.span.clone(), "a file, in quotes")
+                    .help("give the name of a file, such as `drawing = \"press.dxf\"`, and open the model with `bksim`"),
+            );
+            self.topology_unknown = true;
+            return None;
+        }
+        // Units, names and parameters, on which everything depends.
+        self.read_units(root);
+        self.gather_names(root);
+        let time = self.define_time();
+        self.gather_parameters(root, source.overrides);
+        self.gather_coordinates(root);
+        self.read_parameters();
+
+        // The sections, in the order in which they refer to each other.
+        let bodies = self.read_bodies(root);
+        let joints = self.read_joints(root);
+        self.joint_bodies = joints
+            .iter()
+            .map(|joint| joint.as_ref().map(|j| [j.predecessor.body, j.successor.body]))
+            .collect();
+        let loads = self.read_loads(root);
+        let drives = self.read_drives(root);
+        let initial = self.read_initial(root);
+        let solve = self.read_solve(root);
+        let space = self.read_space(&top);
+        let coordinates = self.read_policy(&top);
+        let name = self.read_name(&top).unwrap_or_else(|| source.name.to_owned());
+        // Checks of the whole; a model only where there was no error.
+        self.check_whole(&bodies);
+        self.sort_faults();
+
+        if self.faults.iter().any(Diagnostic::is_error) {
+            return None;
+        }
+        self.recorded = Some(self.parameter_values());
+        let bodies: Option<Vec<Body>> = bodies.into_iter().map(|(body, _)| body).collect();
+        let joints: Option<Vec<Joint>> = joints.into_iter().collect();
+        Some(Model {
+            name,
+            time,
+            parameters: self.take_parameters(),
+            space,
+            coordinates,
+            bodies: bodies?,
+            joints: joints?,
+            loads,
+            drives,
+            signals: std::mem::take(&mut self.names.signals),
+            initial,
+            solve,
+            inputs: Vec::new(),
+            pool: std::mem::take(&mut self.pool),
+        })
+    }
+
+    /// Reports misspelt sections, and reads each as the one it was meant to be; sections that hold
+    /// named tables must be tables.
+    pub(super) fn check_sections(&mut self, root: &mut Table) {
+        Fields::open(self, root, "the model".to_owned(), 0..0, SECTIONS);
+        let mut free: Vec<&str> =
+            SECTIONS.iter().copied().filter(|section| root.get(section).is_none()).collect();
+        for entry in &mut root.entries {
+            if SECTIONS.contains(&entry.key.as_str()) {
+                continue;
+            }
+            self.topology_unknown = true;
+            if let Some(meant) = closest(&entry.key, &free) {
+                free.retain(|section| *section != meant);
+                meant.clone_into(&mut entry.key);
+            }
+        }
+        root.entries.retain(|entry| SECTIONS.contains(&entry.key.as_str()));
+        let examples =
+            [("bodies", "crank"), ("joints", "A"), ("loads", "gravity"), ("drives", "motor")];
+        for (section, name) in examples {
+            let Some(entry) = root.get(section) else { continue };
+            if !matches!(entry.node.value, Value::Table(_)) {
+                let help = format!("write a table for each, such as `[{section}.{name}]`");
+                let what = format!("`{section}`");
+                self.wrong_kind(&entry.node, &what, "a table", &entry.node.value, &help);
+                self.topology_unknown = true;
+            }
+        }
+    }
+
+    fn read_units(&mut self, root: &Table) {
+        let Some(entry) = root.get("units") else { return };
+        let Some(table) = self.table(&entry.node, "`units`") else { return };
+        let keys = FileUnits::KEYS.map(|(key, _)| key);
+        let span = entry.key_span.clone();
+        let fields = Fields::open(self, table, "`[units]`".to_owned(), span, &keys);
+        for (idx, (key, quantity)) in FileUnits::KEYS.iter().enumerate() {
+            let Some(node) = fields.get(key) else { continue };
+            let fitting: Vec<(&str, &units::Unit)> = units::UNITS
+                .iter()
+                .filter(|unit| {
+                    unit.dimension == quantity.dimension() && unit.is_angle == quantity.is_angle()
+                })
+                .map(|unit| (unit.name, unit))
+                .collect();
+            if let Some(unit) = self.choice(node, &fields.what(key), &fitting) {
+                self.units.set(idx, unit);
+            } else {
+                // The author meant some unit: do not warn about bare numbers on top.
+                self.units.set(idx, find_unit(fitting[0].0).unwrap_or(fitting[0].1));
+            }
+        }
+    }
+
+    fn read_name(&mut self, top: &Fields<'_>) -> Option<String> {
+        let node = top.get("name")?;
+        Some(self.text_of(node, "`name`", "slider-crank")?.text.to_owned())
+    }
+
+    fn read_space(&mut self, top: &Fields<'_>) -> Space {
+        let choices = [("planar", Space::Planar), ("spatial", Space::Spatial)];
+        let stated = top.get("space").and_then(|node| self.choice(node, "`space`", &choices));
+        match (stated, self.spatial.clone()) {
+            (Some(Space::Planar), Some(place)) => {
+                self.report(
+                    Diagnostic::error(
+                        codes::NOT_PLANAR,
+                        "a planar model has a part that leaves the plane",
+                    )
+                    .at(place, "not in the plane z = 0, or an axis not along z")
+                    .help("remove the z part, or write `space = \"spatial\"`"),
+                );
+                Space::Planar
+            }
+            (Some(space), _) => space,
+            (None, Some(_)) => Space::Spatial,
+            (None, None) => Space::Planar,
+        }
+    }
+
+    fn read_policy(&mut self, top: &Fields<'_>) -> CoordinatePolicy {
+        let choices = [
+            ("auto", CoordinatePolicy::Auto),
+            ("relative", CoordinatePolicy::Relative),
+            ("absolute", CoordinatePolicy::Absolute),
+        ];
+        top.get("coordinates")
+            .and_then(|node| self.choice(node, "`coordinates`", &choices))
+            .unwrap_or_default()
+    }
+
+    fn check_whole(&mut self, bodies: &[(Option<Body>, BodyFacts)]) {
+        let ends: Vec<_> = self.joint_bodies.iter().copied().flatten().collect();
+        self.check_topology(bodies, &ends);
+        self.check_size(bodies);
+    }
+
+    /// File order, each fault once; faults of the whole model come last.
+    fn sort_faults(&mut self) {
+        let place =
+            |fault: &Diagnostic| fault.labels.first().map_or(usize::MAX, |label| label.span.start);
+        self.faults.sort_by_key(place);
+        let mut kept: Vec<Diagnostic> = Vec::new();
+        let mut n_hidden = 0;
+        for fault in self.faults.drain(..) {
+            if kept.iter().rev().take(8).any(|known| *known == fault) {
+                continue;
+            }
+            // An error must stay visible, or the model would be missing without a reason.
+            let is_needed = fault.is_error() && !kept.iter().any(Diagnostic::is_error);
+            if kept.len() < MAX_DIAGNOSTICS || is_needed {
+                kept.push(fault);
+            } else {
+                n_hidden += 1;
+            }
+        }
+        if let (true, Some(last)) = (n_hidden > 0, kept.last_mut()) {
+            last.notes.push(format!("{n_hidden} more faults follow"));
+        }
+        self.faults = kept;
+    }
+}

@@ -1,0 +1,210 @@
+//! The channels of a run: its topics with their fields, and the values of a sample in them.
+
+use std::ops::Range;
+
+use bksim_log::{Field, Topic};
+use bksim_model::ParameterId;
+use bksim_sim::Mechanism;
+use bksim_sim::run::Sample;
+
+/// The topic of the [inputs](bksim_sim::input).
+pub const INPUTS: &str = "/inputs";
+
+/// The topics of a log, and the part of a sample that fills each.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Channels {
+    pub(super) topics: Vec<(Topic, TopicKind)>,
+    /// Rows of the drives.
+    drives: Range<usize>,
+}
+
+/// The largest number of values of a topic that do not lie in the sample as they are.
+pub(super) const N_MADE: usize = 10;
+
+/// The part of a sample that fills a topic.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum TopicKind {
+    State,
+    Acceleration,
+    Multipliers,
+    Reaction(usize),
+    Drives,
+    Inputs,
+    Energy,
+    Solver,
+}
+
+/// A value of a sample: a topic of [`Channels`] and a field of it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Signal {
+    topic_idx: usize,
+    field_idx: usize,
+}
+
+impl Channels {
+    /// The channels of a mechanism's runs.
+    pub fn new(mechanism: &Mechanism) -> Self {
+        // Rows of joints come first, then those of drives, then those of stops and friction.
+        let end = mechanism.system.n_bilateral();
+        let drives = end - mechanism.compiled.drives.len()..end;
+        Self { topics: topics(mechanism), drives }
+    }
+
+    /// The signals that have a value at every instant, with their names and fields: all but what a
+    /// run gathers on its way.
+    pub fn signals(&self) -> impl Iterator<Item = (Signal, String, &Field)> {
+        self.topics.iter().enumerate().flat_map(|(topic_idx, (topic, of))| {
+            let fields = topic.fields.iter().enumerate();
+            let lasting = fields.filter(|(_, field)| of.is_lasting(field));
+            lasting.map(move |(field_idx, field)| {
+                (Signal { topic_idx, field_idx }, topic.column_name(field), field)
+            })
+        })
+    }
+
+    /// The signal of this name, such as `state.A_angle`, if it has a value at every instant.
+    pub fn signal(&self, name: &str) -> Option<Signal> {
+        self.signals().find(|(_, known, _)| known == name).map(|(signal, ..)| signal)
+    }
+
+    /// Its value in a sample; NaN in a sample that was not filled yet.
+    pub fn value(&self, signal: Signal, sample: &Sample) -> f64 {
+        let mut made = [0.0; N_MADE];
+        let [first, second] = self.values(self.topics[signal.topic_idx].1, sample, &mut made);
+        let in_second = signal.field_idx.checked_sub(first.len());
+        let value = in_second.map_or_else(|| first.get(signal.field_idx), |idx| second.get(idx));
+        value.copied().unwrap_or(f64::NAN)
+    }
+
+    /// The values of a topic, in two parts: as they lie in the sample, or made from it.
+    pub(super) fn values<'a>(
+        &self,
+        of: TopicKind,
+        sample: &'a Sample,
+        made: &'a mut [f64; N_MADE],
+    ) -> [&'a [f64]; 2] {
+        let Sample { q, v, a, lambda, reactions, inputs, energy, stats, .. } = sample;
+        match of {
+            TopicKind::State => [q, v],
+            TopicKind::Acceleration => [a, &[]],
+            TopicKind::Multipliers => [lambda, &[]],
+            TopicKind::Reaction(joint) => [&reactions[joint], &[]],
+            // The multipliers of the drives' rows are the efforts.
+            TopicKind::Drives => [&lambda[self.drives.clone()], &[]],
+            TopicKind::Inputs => [inputs, &[]],
+            TopicKind::Energy => {
+                let total = energy.kinetic + energy.potential;
+                let five = [energy.kinetic, energy.potential, total, sample.work, energy.power];
+                made[..5].copy_from_slice(&five);
+                [&made[..5], &[]]
+            }
+            #[expect(clippy::cast_precision_loss, reason = "counters stay far below 2^53")]
+            TopicKind::Solver => {
+                *made = [
+                    sample.step_size,
+                    sample.position_residual[1],
+                    sample.velocity_residual[1],
+                    sample.position_residual[0],
+                    sample.velocity_residual[0],
+                    stats.n_step as f64,
+                    stats.n_reject as f64,
+                    stats.n_newton as f64,
+                    stats.n_jacobian as f64,
+                    stats.n_factor as f64,
+                ];
+                [made, &[]]
+            }
+        }
+    }
+}
+
+impl TopicKind {
+    /// Whether a field has a value at every instant.
+    pub(super) fn is_lasting(self, field: &Field) -> bool {
+        match self {
+            Self::Energy => field.name != "work",
+            Self::Solver => false,
+            _ => true,
+        }
+    }
+}
+
+/// The topics in the order of the log; those of parts that the mechanism has not are left out.
+fn topics(mechanism: &Mechanism) -> Vec<(Topic, TopicKind)> {
+    // Fields of the motion, of the multipliers and of the efforts.
+    let compiled = &mechanism.compiled;
+    let coordinates = &compiled.coordinates;
+    let values = coordinates.iter().map(|c| Field::new(&c.name, c.unit, &c.description));
+    let rates = coordinates.iter().map(|c| {
+        Field::new(&format!("{}_dot", c.name), &format!("{}/s", c.unit), "rate of the coordinate")
+    });
+    let accelerations = coordinates.iter().map(|c| {
+        let (name, unit) = (format!("{}_ddot", c.name), format!("{}/s^2", c.unit));
+        Field::new(&name, &unit, "second rate of the coordinate")
+    });
+    let multipliers =
+        compiled.multipliers.iter().map(|m| Field::new(&m.name, m.unit, &m.description));
+    let efforts = compiled.drives.iter().map(|d| Field::new(&d.name, d.unit, &d.description));
+
+    // Six components for each joint.
+    let wrench =
+        [("fx", "N"), ("fy", "N"), ("fz", "N"), ("mx", "N*m"), ("my", "N*m"), ("mz", "N*m")];
+    let reaction_fields =
+        wrench.map(|(name, unit)| Field::new(name, unit, "on the joint's second body, world axes"));
+    let reaction = |(joint_idx, joint): (usize, &String)| {
+        let name = format!("/reactions/{joint}");
+        (Topic::new(&name, reaction_fields.clone()), TopicKind::Reaction(joint_idx))
+    };
+
+    // Inputs, with the unit as those of all other channels are written.
+    let inputs = mechanism.model.inputs.iter().map(|&ParameterId(idx)| {
+        let parameter = &mechanism.model.parameters[idx];
+        let unit = parameter.unit.replace(' ', "*");
+        Field::new(&parameter.name, &unit, "a function of the motion")
+    });
+
+    // One topic for each part of a sample.
+    let mut topics = vec![
+        (Topic::new("/state", values.chain(rates)), TopicKind::State),
+        (Topic::new("/acceleration", accelerations), TopicKind::Acceleration),
+        (Topic::new("/multipliers", multipliers), TopicKind::Multipliers),
+    ];
+    topics.extend(compiled.joints.iter().enumerate().map(reaction));
+    topics.extend([
+        (Topic::new("/drives", efforts), TopicKind::Drives),
+        (Topic::new(INPUTS, inputs), TopicKind::Inputs),
+        (Topic::new("/energy", energy_fields()), TopicKind::Energy),
+        (Topic::new("/solver", solver_fields()), TopicKind::Solver),
+    ]);
+    let is_optional = |of: &TopicKind| {
+        matches!(of, TopicKind::Multipliers | TopicKind::Drives | TopicKind::Inputs)
+    };
+    topics.retain(|(topic, of)| !(is_optional(of) && topic.fields.is_empty()));
+    topics
+}
+
+fn energy_fields() -> [Field; 5] {
+    [
+        Field::new("kinetic", "J", "kinetic energy"),
+        Field::new("potential", "J", "potential energy"),
+        Field::new("total", "J", "kinetic and potential energy"),
+        Field::new("work", "J", "work of loads and drives since the start"),
+        Field::new("power", "W", "power of loads and drives"),
+    ]
+}
+
+fn solver_fields() -> [Field; 10] {
+    let counter = |name| Field::new(name, "", "counter since the start");
+    [
+        Field::new("step_size", "s", "size of the step this sample lies in"),
+        Field::new("position_residual", "", "largest constraint of the sample, m or rad"),
+        Field::new("velocity_residual", "", "largest constraint rate of the sample"),
+        Field::new("position_drift", "", "largest constraint before projection"),
+        Field::new("velocity_drift", "", "largest constraint rate before projection"),
+        counter("n_step"),
+        counter("n_reject"),
+        counter("n_newton"),
+        counter("n_jacobian"),
+        counter("n_factor"),
+    ]
+}

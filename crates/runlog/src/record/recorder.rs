@@ -1,0 +1,231 @@
+//! [`Recorder`]: the samples of a run on their way to a log.
+
+use std::io::{Read, Write};
+
+use bksim_log::{
+    EndStatus, Header, Level, LogError, LogReader, LogWriter, Outcome, Quantity, Record, TopicId,
+};
+use bksim_sim::Mechanism;
+use bksim_sim::run::{RunCheckpoint, Sample, Segment, Summary};
+use bksim_sim::sensitivity::StateSensitivity;
+use bksim_sim::start::Start;
+
+use super::VERSION;
+use super::channels::{Channels, N_MADE};
+use super::contents::Contents;
+use super::sensitivities::{sensitivity_row, sensitivity_topic};
+use super::shown::Shown;
+
+/// Writes samples to a log.
+pub struct Recorder<W: Write> {
+    writer: LogWriter<W>,
+    header: Header,
+    channels: Channels,
+    /// One for each topic of the channels.
+    topics: Vec<TopicId>,
+    sensitivities: Vec<TopicId>,
+    /// The channels of programs that know nothing of bksim, where they are wanted.
+    shown: Option<Shown>,
+    values: Vec<f64>,
+    segment: bksim_log::Segment,
+}
+
+/// The largest size of the details at the end of a log, bytes.
+const MOST_DETAILS: usize = 8 << 20;
+
+impl<W: Write> Recorder<W> {
+    /// Opens a log of `mechanism`; `format` is the ending of the model's file name, `options` are
+    /// the settings to keep with the model's own.
+    ///
+    /// # Errors
+    /// [`LogError`] when the start of the log cannot be written.
+    pub fn create(
+        out: W,
+        mechanism: &Mechanism,
+        model_text: &str,
+        start: &Start,
+        options: &[(String, String)],
+    ) -> Result<Self, LogError> {
+        let contents = Contents { options, ..Contents::default() };
+        Self::create_with(out, mechanism, model_text, start, &contents)
+    }
+
+    /// As [`Recorder::create`], with further contents.
+    ///
+    /// # Errors
+    /// [`LogError`] when the start of the log cannot be written.
+    pub fn create_with(
+        out: W,
+        mechanism: &Mechanism,
+        model_text: &str,
+        start: &Start,
+        contents: &Contents<'_>,
+    ) -> Result<Self, LogError> {
+        // The header: model, options, parameters and topics.
+        let &Contents { options, sensitive, has_viewers } = contents;
+        let mut header = Header::new(&mechanism.model.name, "toml", model_text, VERSION);
+        (header.t_start, header.t_end) = (start.t, mechanism.model.solve.t_end);
+        header.options = options.iter().cloned().collect();
+        for parameter in &mechanism.model.parameters {
+            let quantity = Quantity { value: parameter.value, unit: parameter.unit.clone() };
+            header.parameters.insert(parameter.name.clone(), quantity);
+        }
+        let channels = Channels::new(mechanism);
+        let topics = channels.topics.iter().map(|(topic, _)| header.add_topic(topic.clone()));
+        let topics = topics.collect();
+        let sensitivities =
+            sensitive.iter().map(|&by| header.add_topic(sensitivity_topic(mechanism, by)));
+        let sensitivities = sensitivities.collect();
+
+        // The log itself, and the channels of other programs.
+        let mut writer = LogWriter::create(out, &header)?;
+        let shown = if has_viewers { Shown::add(&mut writer, mechanism)? } else { None };
+        let (values, segment) = (Vec::new(), bksim_log::Segment::default());
+        Ok(Self { writer, header, channels, topics, sensitivities, shown, values, segment })
+    }
+
+    /// Writes one sample to every channel.
+    ///
+    /// # Errors
+    /// [`LogError`] when the log cannot be written.
+    pub fn write(&mut self, sample: &Sample) -> Result<(), LogError> {
+        let mut values = std::mem::take(&mut self.values);
+        for topic_idx in 0..self.topics.len() {
+            values.clear();
+            let mut made = [0.0; N_MADE];
+            let parts = self.channels.values(self.channels.topics[topic_idx].1, sample, &mut made);
+            values.extend(parts.into_iter().flatten());
+            self.put(topic_idx, sample.t, &values)?;
+        }
+        self.values = values;
+        Ok(())
+    }
+
+    /// Writes the values of one topic, and after the last one of a sample the channels of viewers.
+    fn put(&mut self, topic_idx: usize, t: f64, values: &[f64]) -> Result<(), LogError> {
+        self.writer.write(self.topics[topic_idx], t, values)?;
+        let Some(shown) = &mut self.shown else { return Ok(()) };
+        shown.learn(self.channels.topics[topic_idx].1, values);
+        let is_last = topic_idx + 1 == self.topics.len();
+        if is_last { shown.write(&mut self.writer, t) } else { Ok(()) }
+    }
+
+    /// Writes the motion over a step, ahead of the samples in it.
+    ///
+    /// # Errors
+    /// [`LogError`] when the log cannot be written.
+    pub fn segment(&mut self, segment: &Segment) -> Result<(), LogError> {
+        let Segment { t0, t1, values, modes, dependent } = segment;
+        let message = &mut self.segment;
+        (message.t, message.t_end) = (*t0, *t1);
+        message.values.clone_from(values);
+        message.modes.clone_from(modes);
+        message.dependent.clear();
+        let rows = dependent
+            .iter()
+            .map(|&row| u32::try_from(row).expect("a system has fewer than 2^32 rows"));
+        message.dependent.extend(rows);
+        self.writer.segment(message)
+    }
+
+    /// Writes the sensitivities of a sample, one per quantity.
+    ///
+    /// # Errors
+    /// [`LogError`] when the log cannot be written.
+    pub fn write_sensitivities(&mut self, t: f64, by: &[StateSensitivity]) -> Result<(), LogError> {
+        for (&topic, by) in self.sensitivities.iter().zip(by) {
+            self.values.clear();
+            self.values.extend(sensitivity_row(by));
+            self.writer.write(topic, t, &self.values)?;
+        }
+        Ok(())
+    }
+
+    /// Copies what belongs to the run out of the log of its first part: the samples before
+    /// `checkpoint` and the warnings. False, with nothing written, when that log is of another run.
+    ///
+    /// # Errors
+    /// [`LogError`] when either log fails.
+    pub fn copy<R: Read>(
+        &mut self,
+        first: &mut LogReader<R>,
+        checkpoint: &RunCheckpoint,
+    ) -> Result<bool, LogError> {
+        if *first.header() != self.header {
+            return Ok(false);
+        }
+        let mut n_written = vec![0; self.header.topics.len()];
+        while let Some(record) = first.next_record()? {
+            match record {
+                Record::Sample { topic, t, values } => {
+                    let topic_idx = topic.index();
+                    if n_written[topic_idx] < checkpoint.n_samples() {
+                        n_written[topic_idx] += 1;
+                        if topic_idx < self.topics.len() {
+                            self.put(topic_idx, t, values)?;
+                        } else {
+                            self.writer.write(topic, t, values)?;
+                        }
+                    }
+                }
+                Record::Note(note) if note.level < Level::Error => {
+                    self.writer.note(note.level, note.t, &note.text)?;
+                }
+                Record::Segment(segment) => self.writer.segment(segment)?,
+                // How the first part ended.
+                Record::Note(_) => (),
+            }
+        }
+        Ok(true)
+    }
+
+    /// A line for people in the log itself.
+    ///
+    /// # Errors
+    /// [`LogError`] when the log cannot be written.
+    pub fn note(&mut self, level: Level, t: f64, text: &str) -> Result<(), LogError> {
+        self.writer.note(level, t, text)
+    }
+
+    /// Closes the log with the end of the run, and with the checkpoint of a run that was stopped.
+    ///
+    /// # Errors
+    /// [`LogError`] when the end of the log cannot be written.
+    pub fn finish(
+        mut self,
+        mechanism: &Mechanism,
+        summary: &Summary,
+        outcome: Outcome,
+        reason: &str,
+    ) -> Result<W, LogError> {
+        // The state that a stopped run goes on from.
+        if let Some(checkpoint) = &summary.checkpoint {
+            match self.writer.checkpoint(&checkpoint.to_bytes()) {
+                // The log is worth more than that.
+                Err(LogError::TooLarge { .. }) => {
+                    let text = "the state of the run is too large to be kept: it cannot be resumed";
+                    self.writer.note(Level::Warning, summary.t, text)?;
+                }
+                written => written?,
+            }
+        }
+
+        // The end in words, and the objects of `--json`.
+        let mut end = EndStatus::new(outcome, summary.t, reason);
+        end.summary = [
+            ("steps", summary.stats.to_string()),
+            ("position_residual", summary.position_residual[1].to_string()),
+            ("velocity_residual", summary.velocity_residual[1].to_string()),
+            ("energy_error", summary.energy.worst_error.to_string()),
+        ]
+        .into_iter()
+        .map(|(key, value)| (key.to_owned(), value))
+        .collect();
+        end.details = crate::describe::summary(mechanism, summary).to_string();
+        if end.details.len() > MOST_DETAILS {
+            // Millions of events: the log is worth more than that.
+            end.details.clear();
+        }
+        self.writer.finish(&end)
+    }
+}

@@ -1,0 +1,43 @@
+//! Channels of the derivatives of a run by parameters and stated values.
+
+use bksim_log::{Field, Topic};
+use bksim_sim::Mechanism;
+use bksim_sim::sensitivity::{Sensitive, StateSensitivity};
+
+/// Names and fields of the derivatives of a sample by some quantities, in the order of
+/// [`sensitivity_row`]: `sensitivity.l1.theta1`.
+pub fn sensitivity_columns(mechanism: &Mechanism, by: &[Sensitive]) -> Vec<(String, Field)> {
+    let topics = by.iter().map(|&by| sensitivity_topic(mechanism, by));
+    let columns = topics.flat_map(|topic| {
+        let named = |field: &Field| (topic.column_name(field), field.clone());
+        topic.fields.iter().map(named).collect::<Vec<_>>()
+    });
+    columns.collect()
+}
+
+/// The derivatives of a sample by one quantity.
+pub fn sensitivity_row(by: &StateSensitivity) -> impl Iterator<Item = f64> {
+    [&by.q, &by.v, &by.a, &by.lambda].into_iter().flatten().copied()
+}
+
+/// Derivatives of coordinates, rates, second rates and multipliers by one quantity.
+pub(super) fn sensitivity_topic(mechanism: &Mechanism, by: Sensitive) -> Topic {
+    let (model, compiled) = (&mechanism.model, &mechanism.compiled);
+    let (name, of) = (by.name(model), by.unit(model));
+    let field = |name: String, unit: String| {
+        let unit = match of.as_str() {
+            "" => unit,
+            of if of.contains(['/', '*', ' ']) => format!("{unit}/({of})"),
+            of => format!("{unit}/{of}"),
+        };
+        Field::new(&name, &unit, &format!("derivative by {}", by.name(model)))
+    };
+    let rates = [("", ""), ("_dot", "/s"), ("_ddot", "/s^2")];
+    let motion = rates.iter().flat_map(|(suffix, per)| {
+        let coordinates = compiled.coordinates.iter();
+        coordinates.map(move |c| (format!("{}{suffix}", c.name), format!("{}{per}", c.unit)))
+    });
+    let multipliers = compiled.multipliers.iter().map(|m| (m.name.clone(), m.unit.to_owned()));
+    let fields = motion.chain(multipliers).map(|(name, unit)| field(name, unit));
+    Topic::new(&format!("/sensitivity/{}", name.replace('.', "/")), fields)
+}
