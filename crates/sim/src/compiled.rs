@@ -15,7 +15,7 @@ use std::sync::Arc;
 use bksim_expr::{Expr, Pool, Runner, SymbolId, Tape, TapeError};
 
 pub use crate::evaluator::Evaluator;
-use crate::linear::unrolled::StraightLine;
+use crate::linear::unrolled::UnrolledSolve;
 
 use crate::hybrid::{Modes, Watch};
 use crate::input::Inputs;
@@ -41,8 +41,8 @@ pub struct CompiledSystem {
     pub(crate) inputs: Inputs,
     /// M, G, f and γ of (t, q, v, u), u the inputs.
     pub(crate) dynamics: Runner,
-    /// v̇, λ and factors of (t, q, v, u), of small mechanisms; see [`StraightLine`].
-    pub(crate) straight_line: Option<Runner>,
+    /// v̇, λ and factors of (t, q, v, u), of small mechanisms; see [`UnrolledSolve`].
+    pub(crate) unrolled: Option<Runner>,
     /// G, g and ∂g/∂t of (t, q).
     pub(crate) constraints: Runner,
     pub(crate) shape: Shape,
@@ -94,7 +94,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     let forces: Vec<Expr> = forces.collect();
     let gammas: Vec<Expr> = (0..shape.nc).map(|row| constraint_gamma(model, system, row)).collect();
     let dynamics = [mass.as_slice(), &jacobian, &forces, &gammas].concat();
-    let straight_line = StraightLine::of(pool, &shape, (&mass, &jacobian), (&forces, &gammas))
+    let unrolled = UnrolledSolve::of(pool, &shape, (&mass, &jacobian), (&forces, &gammas))
         .map(|line| tape(&line.outputs(), &[&q, &v, u]))
         .transpose()?;
     let closed = system.constraints.iter().map(|c| c.expression);
@@ -113,7 +113,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         drives: drive_quantities(model),
         inputs: Inputs::of(model),
         dynamics: tape(&dynamics, &[&q, &v, u])?,
-        straight_line,
+        unrolled,
         constraints: tape(&constraints, &[&q])?,
         shape,
         energy: tape(&energy, &[&q, &v, &lambda, u])?,

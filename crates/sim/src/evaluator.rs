@@ -13,7 +13,7 @@ use crate::linear::shape::Shape;
 pub struct Evaluator<'a> {
     system: &'a CompiledSystem,
     dynamics: Workspace,
-    straight_line: Option<Workspace>,
+    unrolled: Option<Workspace>,
     constraints: Workspace,
     energy: Workspace,
     power: Option<Workspace>,
@@ -64,15 +64,12 @@ impl<'a> Evaluator<'a> {
     pub(crate) fn new(system: &'a CompiledSystem, parameters: &[f64]) -> Self {
         let (nq, nc) = (system.nq(), system.nc());
         let tapes = [&system.dynamics, &system.constraints, &system.energy, &system.reactions];
-        let tapes = tapes.into_iter().chain(&system.straight_line);
+        let tapes = tapes.into_iter().chain(&system.unrolled);
         let n_outputs = tapes.map(|runner| runner.tape().n_outputs()).max();
         Self {
             system,
             dynamics: system.dynamics.tape().workspace(parameters),
-            straight_line: system
-                .straight_line
-                .as_ref()
-                .map(|runner| runner.tape().workspace(parameters)),
+            unrolled: system.unrolled.as_ref().map(|runner| runner.tape().workspace(parameters)),
             constraints: system.constraints.tape().workspace(parameters),
             energy: system.energy.tape().workspace(parameters),
             power: system.power.as_ref().map(|runner| runner.tape().workspace(parameters)),
@@ -106,11 +103,11 @@ impl<'a> Evaluator<'a> {
         DynamicsAt { shape, mass, jacobian, force, gamma }
     }
 
-    /// v̇, λ and the factors they come from, see [`crate::linear::unrolled::StraightLine`]; `None` for large
-    /// mechanisms.
-    pub(crate) fn straight_line(&mut self, t: f64, q: &[f64], v: &[f64]) -> Option<&[f64]> {
-        let Self { system, straight_line, drawn, inputs, outputs, .. } = self;
-        let (runner, workspace) = system.straight_line.as_ref().zip(straight_line.as_mut())?;
+    /// v̇, λ and the factors they come from, see [`crate::linear::unrolled::UnrolledSolve`]; `None` for
+    /// large mechanisms.
+    pub(crate) fn unrolled(&mut self, t: f64, q: &[f64], v: &[f64]) -> Option<&[f64]> {
+        let Self { system, unrolled, drawn, inputs, outputs, .. } = self;
+        let (runner, workspace) = system.unrolled.as_ref().zip(unrolled.as_mut())?;
         let outputs = &mut outputs[..runner.tape().n_outputs()];
         gather(inputs, t, &[q, v, drawn.at(t, q, v)]);
         runner.evaluate(workspace, inputs, outputs);

@@ -87,7 +87,7 @@ impl Ode for ExplicitMotion<'_> {
         qdot.copy_from_slice(v);
         let solved = multipliers.limit_into(evaluator, t, (q, v), vdot, lambda);
         solved.map_err(|NotFinite { row }| NotFinite { row: nq + row.min(nq) })?;
-        *weakest = weakest.min(multipliers.weakness());
+        *weakest = weakest.min(multipliers.rank_margin());
         power[0] = evaluator.power(t, q, v, lambda);
         Ok(())
     }
@@ -140,7 +140,7 @@ impl<'a> Run<'a, '_> {
                 }
             }
             let motion = solver.system_mut();
-            let weakness = motion.multipliers.weakness();
+            let weakness = motion.multipliers.rank_margin();
             let weakest = std::mem::replace(&mut motion.weakest, weakness);
             if self.is_off_branch(solver.t(), solver.y()) {
                 break LegEnd::Failed(None);

@@ -308,7 +308,7 @@ impl<'a, 'b> Run<'a, 'b> {
     /// Weakness of the constraints where the run stands.
     pub(super) fn weakness(&mut self) -> f64 {
         let State { t, q, v } = &self.reached;
-        self.multipliers.weakness_at(&self.recorder.evaluator.dynamics(*t, q, v))
+        self.multipliers.rank_margin_at(&self.recorder.evaluator.dynamics(*t, q, v))
     }
 
     /// Whether rows that used to follow from the others are broken at the end of a step: it has
