@@ -33,7 +33,7 @@ pub struct Contact {
 pub enum Law {
     /// The row is the penetration φ ≤ 0, its multiplier the force λ ≥ 0 that keeps the bodies apart.
     Stop {
-        /// Speed after a blow over the speed before.
+        /// Speed after an impact over the speed before.
         restitution: Expr,
     },
     /// The row is p₀ − p, its multiplier the friction along p, |λ| no greater than `sticking`.

@@ -132,10 +132,10 @@ pub struct EnergyBalance {
     pub initial: f64,
     /// T + V at the end, J.
     pub last: f64,
-    /// Work of loads and drives, that of blows included, J.
+    /// Work of loads and drives, that of impacts included, J.
     pub work: f64,
-    /// Work of blows, J: what stops and kinks of drives have done to T at once.
-    pub blows: f64,
+    /// Work of impacts, J: the change of T at once by stops and kinks of drives.
+    pub impacts: f64,
     /// Largest |T + V − W − (T₀ + V₀)| over the samples, J.
     pub worst_error: f64,
     /// Largest |T| + |V − V₀| + |W| over the samples, J: what the error is relative to.

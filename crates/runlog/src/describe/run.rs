@@ -38,7 +38,7 @@ pub fn summary(mechanism: &Mechanism, summary: &Summary) -> Value {
             },
             "energy": {
                 "initial": energy.initial, "last": energy.last, "work": energy.work,
-                "blows": energy.blows,
+                "impacts": energy.impacts,
                 "worst_error": energy.worst_error, "scale": energy.scale,
                 "relative_error": relative,
             },

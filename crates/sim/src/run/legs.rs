@@ -245,7 +245,7 @@ impl<'a, 'b> Run<'a, 'b> {
         let settled =
             settled.map_err(|unsettled| Halt { error: None, unsettled: Some(unsettled) })?;
         recorder.summary.energy.work += settled.blow;
-        recorder.summary.energy.blows += settled.blow;
+        recorder.summary.energy.impacts += settled.blow;
         recorder.evaluator = compiled.evaluator(&recorder.switching.parameters);
         recorder.multipliers = MultiplierSystem::new(&compiled.shape, &settled.dependent);
         recorder.dependent.clone_from(&settled.dependent);
