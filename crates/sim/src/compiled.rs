@@ -17,8 +17,9 @@ use bksim_expr::{Expr, Pool, Runner, SymbolId, Tape, TapeError};
 pub use crate::evaluator::Evaluator;
 use crate::linear::unrolled::UnrolledSolve;
 
-use crate::hybrid::{Modes, Watch};
 use crate::input::Inputs;
+use crate::modes::Modes;
+use crate::modes::indicators::EventIndicators;
 use bksim_mbs::constraint::Source;
 use bksim_mbs::reaction::reactions;
 use bksim_mbs::system::SymbolicSystem;
@@ -52,8 +53,8 @@ pub struct CompiledSystem {
     pub(crate) power: Option<Runner>,
     /// Six numbers per joint of (t, q, v, a, λ, u).
     pub(crate) reactions: Runner,
-    /// What decides the modes.
-    pub(crate) watch: Watch,
+    /// The functions that decide the modes.
+    pub(crate) indicators: EventIndicators,
     /// The model's own, without modes.
     n_parameters: usize,
 }
@@ -64,7 +65,7 @@ pub struct CompiledSystem {
 /// [`TapeError`] names a symbol that is neither time, a parameter nor part of the state.
 pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem, TapeError> {
     let pool = &model.pool;
-    let watch = Watch::compile(model, system)?;
+    let indicators = EventIndicators::compile(model, system)?;
     let system = system.integrated();
     let coordinates = system.coordinates();
     let [q, v, a]: [Vec<SymbolId>; 3] = [
@@ -119,7 +120,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         energy: tape(&energy, &[&q, &v, &lambda, u])?,
         power,
         reactions: tape(&reaction_outputs, &[&q, &v, &a, &lambda, u])?,
-        watch,
+        indicators,
         n_parameters: model.parameters.len(),
     })
 }
@@ -146,8 +147,8 @@ impl CompiledSystem {
     /// may follow, else every contact is open.
     pub fn evaluator(&self, parameters: &[f64]) -> Evaluator<'_> {
         let has_modes = parameters.len() > self.n_parameters;
-        let idle = if has_modes { Modes::default() } else { self.watch.idle() };
-        Evaluator::new(self, &idle.behind(parameters))
+        let idle = if has_modes { Modes::default() } else { self.indicators.idle() };
+        Evaluator::new(self, &idle.parameters_with_modes(parameters))
     }
 }
 

@@ -5,8 +5,10 @@ use nalgebra::DMatrix;
 
 use crate::compiled::CompiledSystem;
 use crate::input::InputValues;
-use crate::linear::rows::SparseRows;
+use crate::linear::matrix::Matrix;
+use crate::linear::rows::{LARGEST_DENSE, SparseRows};
 use crate::linear::shape::Shape;
+pub(crate) use crate::state::gather;
 
 /// The functions of one compiled system at one set of parameters, with their buffers.
 #[derive(Clone, Debug)]
@@ -161,15 +163,6 @@ impl<'a> Evaluator<'a> {
     }
 }
 
-/// Inputs of a tape: time, then the parts of the state.
-pub(crate) fn gather(inputs: &mut Vec<f64>, t: f64, parts: &[&[f64]]) {
-    inputs.clear();
-    inputs.push(t);
-    for part in parts {
-        inputs.extend_from_slice(part);
-    }
-}
-
 impl DynamicsAt<'_> {
     /// Whether every number is finite.
     pub(crate) fn is_finite(&self) -> bool {
@@ -188,9 +181,29 @@ impl DynamicsAt<'_> {
         mass
     }
 
+    /// M, nq × nq: dense for a small mechanism, else its entries alone.
+    pub(crate) fn mass(&self) -> Matrix {
+        let nq = self.shape.nq;
+        if nq <= LARGEST_DENSE {
+            return Matrix::Dense(self.mass_matrix());
+        }
+        let lower = self.shape.mass.iter().zip(self.mass).map(|(&(i, j), &m)| (i, j, m));
+        let upper = lower.clone().filter(|&(i, j, _)| i != j).map(|(i, j, m)| (j, i, m));
+        Matrix::Sparse(SparseRows::from_entries(nq, nq, lower.chain(upper)))
+    }
+
     /// G, nc × nq.
     pub(crate) fn jacobian_rows(&self) -> SparseRows {
         jacobian_rows(self.shape, self.jacobian)
+    }
+
+    /// Writes G v̇ + γ, nc.
+    pub(crate) fn acceleration_residual_into(&self, vdot: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+        for (&(row, i), &g) in self.shape.jacobian.iter().zip(self.jacobian) {
+            out[row] += g * vdot[i];
+        }
+        out.iter_mut().zip(self.gamma).for_each(|(out, gamma)| *out += gamma);
     }
 
     /// M v̇.

@@ -26,7 +26,7 @@ pub use self::singular::SingularPose;
 use crate::compiled::CompiledSystem;
 pub use crate::evaluator::Energy;
 use crate::formulate::MotionEquations;
-use crate::hybrid::{Change, Unsettled};
+use crate::hybrid::{Change, NoConsistentModes};
 use crate::start::Start;
 use bksim_model::SolveOptions;
 
@@ -148,7 +148,7 @@ pub struct Failure {
     /// The integrator's reason; `None` when the run met a singular pose that it could not cross.
     pub error: Option<SolveError>,
     /// What could not go on where something switched.
-    pub unsettled: Option<Unsettled>,
+    pub unsettled: Option<NoConsistentModes>,
     /// The run so far.
     pub summary: Summary,
     /// The last state that was reached.

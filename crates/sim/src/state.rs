@@ -51,3 +51,12 @@ impl Acceleration {
         Self { a: vec![0.0; nq], lambda: vec![0.0; nc] }
     }
 }
+
+/// Gathers the inputs of a compiled function: time, then the parts of the state.
+pub(crate) fn gather(inputs: &mut Vec<f64>, t: f64, parts: &[&[f64]]) {
+    inputs.clear();
+    inputs.push(t);
+    for part in parts {
+        inputs.extend_from_slice(part);
+    }
+}

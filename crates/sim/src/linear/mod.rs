@@ -13,6 +13,7 @@
 //! | [`shape`] | which entries do M and G have? | `Shape` |
 //! | [`rows`] | which x nearest to G x = r is the shortest? | `SparseRows`, `shortest_solution`, `Inverse` |
 //! | [`dense`] | the same, and the rank, of small matrices | `least_squares`, `dependent_rows` |
+//! | [`matrix`] | dense or sparse, as the size of the mechanism asks for? | `Matrix` |
 //! | [`rank`] | which rows of G depend on rows before them? | `dependent_rows` |
 //! | [`elimination`] | x and λ, M positive definite; how far is G from a loss of rank? | `Elimination` |
 //! | [`augmented`] | the same with coordinates that have no inertia of their own | `Augmented` |
@@ -23,6 +24,7 @@
 pub(crate) mod augmented;
 pub(crate) mod dense;
 pub(crate) mod elimination;
+pub(crate) mod matrix;
 pub(crate) mod rank;
 pub(crate) mod rows;
 pub(crate) mod shape;

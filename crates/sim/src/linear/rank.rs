@@ -51,6 +51,12 @@ pub(crate) fn sparse_dependent_rows(jacobian: &SparseRows, smallness: Smallness)
         let is_row = norm > RANK_TOLERANCE * longest;
         let row = jacobian.row(row_idx).iter().map(|&(column, g)| (column, g / norm));
         let row: Vec<(usize, f64)> = row.filter(|_| is_row).collect();
+        // Rows of open contacts are rows of zeros: they follow from any others, and take no part.
+        if row.is_empty() {
+            dependent.push(row_idx);
+            involved[row_idx] = true;
+            continue;
+        }
         if let Err(combination) = basis.add(row_idx, &row, smallness.rest) {
             dependent.push(row_idx);
             involved[row_idx] = true;

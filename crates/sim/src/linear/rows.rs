@@ -79,6 +79,17 @@ impl SparseRows {
         (0..self.n_rows()).flat_map(with_row)
     }
 
+    /// The same matrix with some rows emptied.
+    pub(crate) fn without(&self, rows: &[usize]) -> Self {
+        let mut is_emptied = vec![false; self.n_rows()];
+        rows.iter().for_each(|&row| is_emptied[row] = true);
+        let mut left = Self::new(self.n_columns);
+        for (row, &is_emptied) in is_emptied.iter().enumerate() {
+            left.push(self.row(row).iter().copied().filter(|_| !is_emptied));
+        }
+        left
+    }
+
     /// Some of the rows.
     pub(crate) fn select(&self, rows: &[usize]) -> Self {
         let mut selected = Self::new(self.n_columns);

@@ -20,7 +20,7 @@ use super::recorder::Stretch;
 use super::singular::{NOTICEABLE, REGULAR, Sighting};
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
-use crate::hybrid::Lookout;
+use crate::hybrid::EventMonitor;
 use crate::multiplier::MultiplierSystem;
 use bksim_model::{self, SolveOptions};
 
@@ -174,7 +174,7 @@ impl<'a> Run<'a, '_> {
     fn explicit_solver(
         &mut self,
         compiled: &'a CompiledSystem,
-        lookout: Option<&mut Lookout<'_>>,
+        lookout: Option<&mut EventMonitor<'_>>,
     ) -> Result<ExplicitSolver<ExplicitMotion<'a>>, SolveError> {
         let State { t, q, v } = &self.reached;
         let parameters = &self.recorder.switching.parameters;
@@ -252,7 +252,7 @@ impl<'a> Run<'a, '_> {
 /// A leg in progress, for a run that goes on from here.
 fn keep(
     solver: &mut ExplicitSolver<ExplicitMotion<'_>>,
-    lookout: Option<&Lookout<'_>>,
+    lookout: Option<&EventMonitor<'_>>,
 ) -> Checkpoint {
     let mut saver = Saver::default();
     saver.checkpoint(&solver.save());

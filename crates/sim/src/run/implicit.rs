@@ -9,7 +9,7 @@ use super::legs::{LegEnd, Run, State, sum};
 use super::recorder::Stretch;
 use super::singular::is_ahead;
 use crate::formulate::{Motion, MotionEquations};
-use crate::hybrid::Lookout;
+use crate::hybrid::EventMonitor;
 use bksim_model::{Formulation, SolveOptions};
 
 /// The integrator's settings for a model's options.
@@ -70,7 +70,7 @@ impl Run<'_, '_> {
     fn radau_solver<'e>(
         &mut self,
         equations: &'e MotionEquations,
-        lookout: Option<&mut Lookout<'_>>,
+        lookout: Option<&mut EventMonitor<'_>>,
     ) -> Result<Solver<Motion<'e>>, SolveError> {
         let State { t, q, v } = &self.reached;
         let motion = equations.at(&self.recorder.switching.parameters, &self.dependent);
@@ -134,7 +134,7 @@ impl Run<'_, '_> {
 }
 
 /// A leg in progress, for a run that goes on from here.
-fn keep<S: System>(solver: &Solver<S>, lookout: Option<&Lookout<'_>>) -> Checkpoint {
+fn keep<S: System>(solver: &Solver<S>, lookout: Option<&EventMonitor<'_>>) -> Checkpoint {
     let mut saver = Saver::default();
     saver.checkpoint(&solver.save());
     if let Some(lookout) = lookout {

@@ -20,7 +20,7 @@ use super::singular::{REGULAR, Watch};
 use super::{Integrator, MethodChange, Observer, Reason};
 use crate::compiled::CompiledSystem;
 use crate::formulate::MotionEquations;
-use crate::hybrid::{Crossed, Lookout, Unsettled};
+use crate::hybrid::{Crossed, EventMonitor, NoConsistentModes};
 use crate::multiplier::{MultiplierSystem, largest};
 use crate::start::Start;
 use bksim_model::{Method, SolveOptions};
@@ -92,7 +92,7 @@ pub(crate) struct Halt {
     /// The integrator's reason.
     pub(crate) error: Option<SolveError>,
     /// What has no consistent modes.
-    pub(crate) unsettled: Option<Unsettled>,
+    pub(crate) unsettled: Option<NoConsistentModes>,
 }
 
 /// Dependent rows count as broken beyond this part of the mechanism's size.
@@ -117,7 +117,7 @@ impl<'a, 'b> Run<'a, 'b> {
         };
         Self {
             method,
-            dependent: start.dependent_rows().to_vec(),
+            dependent: start.inactive_rows().to_vec(),
             recorder,
             options,
             observer,
@@ -244,28 +244,28 @@ impl<'a, 'b> Run<'a, 'b> {
         let settled = recorder.switching.pass(&crossed.fired, state, changes);
         let settled =
             settled.map_err(|unsettled| Halt { error: None, unsettled: Some(unsettled) })?;
-        recorder.summary.energy.work += settled.blow;
-        recorder.summary.energy.impacts += settled.blow;
+        recorder.summary.energy.work += settled.impact_work;
+        recorder.summary.energy.impacts += settled.impact_work;
         recorder.evaluator = compiled.evaluator(&recorder.switching.parameters);
-        recorder.multipliers = MultiplierSystem::new(&compiled.shape, &settled.dependent);
-        recorder.dependent.clone_from(&settled.dependent);
+        recorder.multipliers = MultiplierSystem::new(&compiled.shape, &settled.inactive);
+        recorder.dependent.clone_from(&settled.inactive);
         self.multipliers = recorder.multipliers.clone();
         self.watch = Watch::default();
-        self.dependent = settled.dependent;
+        self.dependent = settled.inactive;
         (self.reached.q, self.reached.v) = (settled.q, settled.v);
         Ok(())
     }
 
     /// What would end a leg from here; `None` when nothing ever switches.
-    pub(super) fn lookout(&self) -> Option<Lookout<'a>> {
+    pub(super) fn lookout(&self) -> Option<EventMonitor<'a>> {
         let State { t, q, v } = &self.reached;
-        self.recorder.switching.lookout(&self.dependent, (*t, q, v))
+        self.recorder.switching.monitor(&self.dependent, (*t, q, v))
     }
 
     /// Takes a step up to where something switches in it; `None` when nothing does.
     pub(super) fn until_event(
         &mut self,
-        lookout: &mut Lookout<'_>,
+        lookout: &mut EventMonitor<'_>,
         step: &Step<'_>,
         has_work: bool,
     ) -> Option<LegEnd> {

@@ -64,11 +64,17 @@ impl<'a> Recorder<'a> {
         n_unknowns: usize,
     ) -> Self {
         let n = n_unknowns.max(2 * compiled.nq() + 1);
-        let switching = Switching::new(compiled, parameters, options, start);
+        let switching = Switching::new(
+            compiled,
+            parameters,
+            options,
+            &start.modes,
+            (start.t, &start.q, &start.v),
+        );
         Self {
             evaluator: compiled.evaluator(&switching.parameters),
             switching,
-            multipliers: MultiplierSystem::new(&compiled.shape, start.dependent_rows()),
+            multipliers: MultiplierSystem::new(&compiled.shape, start.inactive_rows()),
             is_powered: compiled.power.is_some(),
             t_start: start.t,
             t_end: options.t_end,
@@ -81,7 +87,7 @@ impl<'a> Recorder<'a> {
             is_cut: false,
             y: vec![0.0; n],
             segment: Segment::default(),
-            dependent: start.dependent_rows().to_vec(),
+            dependent: start.inactive_rows().to_vec(),
             summary: Summary::default(),
             potential_start: 0.0,
         }
@@ -272,7 +278,7 @@ impl<'a> Recorder<'a> {
         inputs.extend_from_slice(self.evaluator.inputs(*t, q, v));
         *energy = self.evaluator.energy(*t, q, v, lambda);
         self.evaluator.reactions_into(*t, [q, v, a, lambda], reactions);
-        self.switching.fill_friction(*t, q, v, lambda);
+        self.switching.fill_slip_friction(*t, q, v, lambda);
     }
 
     fn hand_out(&mut self, observer: &mut dyn Observer) -> Control {

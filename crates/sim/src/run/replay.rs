@@ -5,7 +5,8 @@ use super::recorder::settle;
 use super::{Energy, Sample};
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
-use crate::hybrid::{Modes, Watcher};
+use crate::modes::Modes;
+use crate::modes::indicators::IndicatorEvaluator;
 use crate::multiplier::MultiplierSystem;
 
 /// Completes states of segments: projection, accelerations, multipliers, reactions, energies.
@@ -21,7 +22,7 @@ pub struct Replay<'a> {
     dependent: Vec<usize>,
     modes: Modes,
     evaluator: Evaluator<'a>,
-    watcher: Watcher<'a>,
+    watcher: IndicatorEvaluator<'a>,
     multipliers: MultiplierSystem,
     state: Vec<f64>,
     sample: Sample,
@@ -38,8 +39,8 @@ pub enum Unreplayed {
 impl<'a> Replay<'a> {
     /// A replay of runs with these values of the model's parameters.
     pub fn new(compiled: &'a CompiledSystem, parameters: &[f64]) -> Self {
-        let modes = compiled.watch.idle();
-        let all = modes.behind(parameters);
+        let modes = compiled.indicators.idle();
+        let all = modes.parameters_with_modes(parameters);
         let (nq, nc) = (compiled.nq(), compiled.nc());
         let (zeros, n_joints) = (vec![0.0; nq], compiled.joints.len());
         Self {
@@ -49,7 +50,7 @@ impl<'a> Replay<'a> {
             dependent: Vec::new(),
             modes,
             evaluator: compiled.evaluator(&all),
-            watcher: compiled.watch.at(&all),
+            watcher: compiled.indicators.at(&all),
             multipliers: MultiplierSystem::new(&compiled.shape, &[]),
             state: vec![0.0; 2 * nq],
             sample: Sample {
@@ -85,7 +86,7 @@ impl<'a> Replay<'a> {
         inputs.extend_from_slice(evaluator.inputs(t, q, v));
         *energy = evaluator.energy(t, q, v, lambda);
         evaluator.reactions_into(t, [q, v, a, lambda], reactions);
-        self.modes.fill_friction(&mut self.watcher, (t, q, v), lambda);
+        self.watcher.fill_slip_friction(&self.modes, (t, q, v), lambda);
         Ok(sample)
     }
 
@@ -108,14 +109,15 @@ impl<'a> Replay<'a> {
         if are_same {
             return Ok(());
         }
-        let watch = &self.compiled.watch;
-        let modes = Modes::from_numbers(watch, &segment.modes).ok_or(Unreplayed::OtherMechanism)?;
-        let all = modes.behind(&self.own);
+        let indicators = &self.compiled.indicators;
+        let modes =
+            indicators.modes_from_numbers(&segment.modes).ok_or(Unreplayed::OtherMechanism)?;
+        let all = modes.parameters_with_modes(&self.own);
         self.modes = modes;
         self.numbers.clone_from(&segment.modes);
         self.dependent.clone_from(&segment.dependent);
         self.evaluator = self.compiled.evaluator(&all);
-        self.watcher = watch.at(&all);
+        self.watcher = indicators.at(&all);
         self.multipliers = MultiplierSystem::new(&self.compiled.shape, &segment.dependent);
         Ok(())
     }

@@ -53,7 +53,7 @@ pub fn run_with_sensitivities(
     }
     let method = MethodChange { t: start.t, method: Integrator::Radau, reason: Reason::Asked };
     recorder.summary.methods.push(method);
-    let tangents = Tangents::new(equations, compiled, parameters, start.dependent_rows());
+    let tangents = Tangents::new(equations, compiled, parameters, start.inactive_rows());
     let mut run = Run { recorder, tangents, observer, stop, n_sensitive: begin.len() };
     let end = run.integrate(motion, equations, (start, begin), options);
     let recorder = run.recorder;
@@ -88,7 +88,7 @@ impl Run<'_, '_> {
     ) -> End {
         let parameters = self.recorder.switching.parameters.clone();
         let system = SensitiveMotion {
-            motion: motion.at(&parameters, start.dependent_rows()),
+            motion: motion.at(&parameters, start.inactive_rows()),
             equations,
             workspace: equations.columns.tape().workspace(&parameters),
             inputs: Vec::new(),

@@ -27,7 +27,7 @@ pub fn start(
     start: &Start,
     parameters: &[f64],
 ) -> Result<Vec<StateSensitivity>, SensitivityError> {
-    let tangents = Tangents::new(equations, compiled, parameters, start.dependent_rows());
+    let tangents = Tangents::new(equations, compiled, parameters, start.inactive_rows());
     let Start { t, q, v, a, lambda, .. } = start;
     let at = State { t: *t, q, v, a, lambda };
     let mut opening = Opening { equations, model, tangents, parameters, at };
