@@ -8,7 +8,7 @@
 //! ```
 //!
 //! Where φ, p′ or u is zero, its next derivative that is not decides: φ″ ≤ 0 apart, ς p″ ≥ 0 slipping,
-//! σ u′ ≥ 0 behind a kink; in an impact the rates do, see [`super::impact`]. Every condition allows for
+//! σ u′ ≥ 0 past a kink; in an impact the rates do, see [`super::impact`]. Every condition allows for
 //! rounding of the stated size. Source: Glocker and Pfeiffer (1996), §5.2 and §5.3.
 
 /// λ ≥ 0: a stop in contact pushes.

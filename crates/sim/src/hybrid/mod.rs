@@ -28,7 +28,8 @@
 //! | `impact` | velocities after an impact |
 //! | `mode_sets` | all combinations of some choices, in order |
 //! | `bands` | the sizes of rounding about zero |
-//! | `mode_search` | the modes that are consistent at one instant |
+//! | `consistent` | an instant at which modes are chosen, and the modes that are consistent |
+//! | `mode_search` | the search for them |
 //! | `monitor` | the indicators of one phase, as events of the integrator |
 //! | `switching` | the modes of a run, from event to event |
 //!
@@ -38,6 +39,7 @@
 
 mod bands;
 mod complementarity;
+mod consistent;
 mod fixed;
 mod impact;
 mod mode_search;
@@ -46,8 +48,9 @@ mod monitor;
 mod switching;
 
 pub(crate) use bands::Bands;
-pub use mode_search::NoConsistentModes;
-pub(crate) use mode_search::{ConsistentModes, Instant, consistent_modes_without_impact};
+pub use consistent::NoConsistentModes;
+pub(crate) use consistent::{ConsistentModes, Instant};
+pub(crate) use mode_search::consistent_modes_without_impact;
 pub(crate) use monitor::{Crossed, EventMonitor};
 pub(crate) use switching::Switching;
 pub use switching::{Change, ChangeKind};

@@ -13,14 +13,13 @@
 
 use nalgebra::DVector;
 
-use super::bands::Bands;
 use super::complementarity::{
     holds, leaves_to_its_side, pushes, slips_against_friction, stays_apart,
 };
+use super::consistent::{ConsistentModes, Hit, Instant, NoConsistentModes};
 use super::fixed::FixedModes;
 use super::impact::ImpactEquations;
 use super::mode_sets::ModeSets;
-use crate::compiled::CompiledSystem;
 use crate::linear::matrix::Matrix;
 use crate::linear::rank::dependent_rows;
 use crate::linear::rows::SparseRows;
@@ -36,67 +35,6 @@ const JUMP: f64 = 1e-6;
 const HIDDEN: f64 = 1e3;
 /// Impacts that may follow one another at one instant.
 const MAX_IMPACTS: usize = 8;
-
-/// An instant at which modes are to be chosen.
-pub(crate) struct Instant<'a> {
-    pub(crate) compiled: &'a CompiledSystem,
-    /// The model's own.
-    pub(crate) parameters: &'a [f64],
-    /// s.
-    pub(crate) t: f64,
-    pub(crate) q: Vec<f64>,
-    pub(crate) v: Vec<f64>,
-    /// The modes until now.
-    pub(crate) before: &'a Modes,
-    /// Indicators that have just crossed zero.
-    pub(crate) fired: &'a [Indicator],
-    pub(crate) bands: Bands,
-}
-
-/// Consistent modes with the state they start from.
-#[derive(Clone, PartialEq, Debug)]
-pub(crate) struct ConsistentModes {
-    pub(crate) modes: Modes,
-    pub(crate) q: Vec<f64>,
-    pub(crate) v: Vec<f64>,
-    pub(crate) a: Vec<f64>,
-    pub(crate) lambda: Vec<f64>,
-    /// Rows of open contacts, and rows that follow from others.
-    pub(crate) inactive: Vec<usize>,
-    /// Change of the kinetic energy by impacts, J.
-    pub(crate) impact_work: f64,
-    pub(crate) hits: Vec<Hit>,
-}
-
-/// A stop that bodies have run into.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) struct Hit {
-    pub(crate) contact: usize,
-    /// Of approach, m/s or rad/s.
-    pub(crate) speed: f64,
-}
-
-/// Why no modes are consistent.
-#[derive(Clone, PartialEq, Debug)]
-pub enum NoConsistentModes {
-    /// Whichever branch is taken leads back to the switch.
-    Chatter {
-        /// The switch.
-        kink: usize,
-    },
-    /// No set of contacts is consistent.
-    Contacts {
-        /// The contacts in question.
-        contacts: Vec<usize>,
-    },
-    /// A prescribed position jumps.
-    Jump {
-        /// The constraint row.
-        row: usize,
-        /// By how much, m or rad.
-        by: f64,
-    },
-}
 
 /// A mode that the state alone does not decide, with its choices in order of preference.
 enum Undecided {

@@ -3,8 +3,9 @@
 use bksim_dae::{Loader, Saver, SolveError};
 
 use super::bands::Bands;
+use super::consistent::{ConsistentModes, Hit, Instant, NoConsistentModes};
 use super::fixed::FixedModes;
-use super::mode_search::{ConsistentModes, Hit, Instant, NoConsistentModes, consistent_modes};
+use super::mode_search::consistent_modes;
 use super::monitor::{Crossed, EventMonitor};
 use crate::compiled::CompiledSystem;
 use crate::modes::indicators::{Indicator, IndicatorEvaluator};

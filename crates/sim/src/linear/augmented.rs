@@ -33,6 +33,7 @@ pub(crate) struct Augmented {
 impl Augmented {
     /// Plans the elimination; `active` are the rows of G that take part.
     pub(crate) fn new(shape: &Shape, active: &[usize]) -> Self {
+        // Values of G in active rows, and the same by row.
         let mut number_of_row = vec![None; shape.nc];
         active.iter().enumerate().for_each(|(k, &row)| number_of_row[row] = Some(k));
         let couplings: Vec<(usize, usize, usize)> = shape

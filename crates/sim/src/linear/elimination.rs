@@ -59,6 +59,7 @@ pub(crate) struct Elimination {
 impl Elimination {
     /// Plans the elimination; `active` are the rows of G that take part.
     pub(crate) fn new(shape: &Shape, active: &[usize]) -> Self {
+        // Who is connected with whom by an entry.
         let mut node_of_row = vec![None; shape.nc];
         active.iter().enumerate().for_each(|(k, &row)| node_of_row[row] = Some(shape.nq + k));
         let n = shape.nq + active.len();
@@ -194,6 +195,7 @@ impl Elimination {
         (mass, jacobian): (&[Expr], &[Expr]),
         right_side: Vec<Expr>,
     ) -> (Vec<Expr>, Vec<Expr>) {
+        // The factors.
         let n = self.nodes.len();
         let mut values = vec![pool.zero(); self.values.len()];
         for (&slot, &value) in self.slots.iter().zip(mass.iter().chain(jacobian)) {
@@ -216,6 +218,7 @@ impl Elimination {
             inverses.push(inverse);
         }
 
+        // Solutions with L, then with D Lᵀ.
         let mut x: Vec<Expr> = self.nodes.iter().map(|&node| right_side[node]).collect();
         for k in 0..n {
             for p in self.starts[k]..self.starts[k + 1] {
@@ -309,6 +312,7 @@ fn least_degree_order(
         .filter(|&node| waits[node] == 0)
         .map(|node| Reverse((graph[node].len(), node)))
         .collect();
+    // The node of least degree next, among those that wait for none.
     let mut is_done = vec![false; n];
     let (mut order, mut columns) = (Vec::with_capacity(n), Vec::with_capacity(n));
     while let Some(Reverse((degree, node))) = heap.pop() {
@@ -316,12 +320,14 @@ fn least_degree_order(
         if is_done[node] || degree != graph[node].len() {
             continue;
         }
+        // Its neighbours become neighbours of each other.
         is_done[node] = true;
         let near = std::mem::take(&mut graph[node]);
         for &a in &near {
             graph[a].remove(&node);
             graph[a].extend(near.iter().copied().filter(|&b| b != a));
         }
+        // Multipliers whose last coordinate this was wait no more.
         let freed = rows_of.get(node).into_iter().flatten().copied().filter(|&row| {
             waits[row] -= 1;
             waits[row] == 0
