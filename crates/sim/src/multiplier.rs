@@ -300,7 +300,7 @@ impl MultiplierSystem {
         if solution == Solution::Regular {
             self.refine(&at, vdot, lambda);
         }
-        if solution == Solution::Limit || self.active.len() < lambda.len() {
+        if solution == Solution::Limit || !self.is_unique(&at) {
             let inertia = at.inertia_of(vdot);
             let constraint_force: Vec<f64> =
                 at.force.iter().zip(&inertia).map(|(force, inertia)| force - inertia).collect();
@@ -308,6 +308,20 @@ impl MultiplierSystem {
             lambda.copy_from_slice(&shortest_solution(&columns, &constraint_force));
         }
         Ok(())
+    }
+
+    /// Whether the multipliers are unique: every row takes part, or is empty as those of open contacts
+    /// are. Small mechanisms take the smallest multipliers wherever a row is inactive, which is the
+    /// same but for rounding.
+    fn is_unique(&self, at: &DynamicsAt) -> bool {
+        let nc = at.shape.nc;
+        if self.active.len() == nc || self.nq <= LARGEST_DENSE {
+            return self.active.len() == nc;
+        }
+        let mut takes_part = vec![false; nc];
+        self.active.iter().for_each(|&row| takes_part[row] = true);
+        let mut entries = at.shape.jacobian.iter().zip(at.jacobian);
+        entries.all(|(&(row, _), &g)| takes_part[row] || g == 0.0)
     }
 
     /// One step of iterative refinement of the accelerations and multipliers just found: reactions
