@@ -100,7 +100,7 @@ fn a_ball_bounces_as_a_geometric_series_and_comes_to_rest() {
         let within = Within { relative: 1e-12, absolute: 0.0 };
         close("force of the floor", last.lambda[row], 2.0 * G, within);
         let within = Within { relative: 1e-9, absolute: 0.0 };
-        close("loss by blows", motion.summary.energy.blows, -2.0 * G * h, within);
+        close("loss by impacts", motion.summary.energy.impacts, -2.0 * G * h, within);
         balanced("bounces", &motion, 1e-9);
     }
 }
@@ -118,7 +118,7 @@ fn between_two_stops_nothing_is_lost_without_loss() {
     for (n, &hit) in hits.iter().enumerate() {
         close("hit", hit, 0.25 + n as f64 / 3.0, Within { relative: 1e-10, absolute: 0.0 });
     }
-    assert!(motion.summary.energy.blows.abs() < 1e-12);
+    assert!(motion.summary.energy.impacts.abs() < 1e-12);
     assert!(motion.summary.stats.n_step < 400, "{} steps", motion.summary.stats.n_step);
 }
 
@@ -276,12 +276,12 @@ fn the_branch_not_taken_may_have_no_value() {
 }
 
 #[test]
-fn a_drive_with_a_kink_gives_a_blow() {
+fn a_drive_with_a_kink_gives_an_impact() {
     let text = block("[drives.motor]\njoint = \"S\"\nmotion = \"3 m/s*max(0, t - 1)\"\n");
     let (_, motion) = run(&text, 2.0, 1e-8);
     let last = motion.samples.last().expect("samples");
     close("position", last.q[0], 3.0, Within { relative: 1e-12, absolute: 0.0 });
-    close("work", motion.summary.energy.blows, 9.0, Within { relative: 1e-9, absolute: 0.0 });
+    close("work", motion.summary.energy.impacts, 9.0, Within { relative: 1e-9, absolute: 0.0 });
     balanced("kinked drive", &motion, 1e-9);
 }
 

@@ -87,7 +87,7 @@ pub enum LoadKind {
         min: Option<Expr>,
         /// Largest position, rad or m.
         max: Option<Expr>,
-        /// Speed after a blow over the speed before, in 0 ..= 1.
+        /// Speed after an impact over the speed before, in 0 ..= 1.
         restitution: Expr,
     },
     /// Dry friction in one motion of a joint.

@@ -364,7 +364,7 @@ impl Engine {
     fn functions(slf: Py<Self>, py: Python<'_>) -> PyResult<Functions> {
         let dependent = {
             let engine = slf.get();
-            guard(py, || Ok(engine.start()?.dependent_rows().to_vec()))?
+            guard(py, || Ok(engine.start()?.inactive_rows().to_vec()))?
         };
         Ok(Functions::new(slf, dependent))
     }

@@ -53,9 +53,8 @@ impl Logged {
     /// How the run went, as its end tells, with the reason of that and the lines of the log; `null`
     /// for the end of a log that was cut short.
     fn summary(&self) -> Value {
-        let details = self.end.as_ref().and_then(|end| serde_json::from_str(&end.details).ok());
-        let details = details.filter(Value::is_object);
-        let mut summary: Value = details.unwrap_or_else(|| json!({}));
+        let details = self.end.as_ref().and_then(|end| describe::logged_summary(&end.details));
+        let mut summary = details.unwrap_or_else(|| json!({}));
         summary["end"] = self.end.as_ref().map_or(Value::Null, |end| {
             json!({ "reached": end.outcome == log::Outcome::ReachedEnd, "t": end.t_end,
                     "reason": end.reason })

@@ -10,5 +10,5 @@ mod start;
 pub use equations::equations;
 pub use events::{event_words, events};
 pub use parts::{coordinate_policy, joint_names, parts};
-pub use run::{method_word, reason_words, sources, summary};
+pub use run::{logged_summary, method_word, reason_words, sources, summary};
 pub use start::start;

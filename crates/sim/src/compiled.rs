@@ -15,10 +15,11 @@ use std::sync::Arc;
 use bksim_expr::{Expr, Pool, Runner, SymbolId, Tape, TapeError};
 
 pub use crate::evaluator::Evaluator;
-use crate::linear::unrolled::StraightLine;
+use crate::linear::unrolled::UnrolledSolve;
 
-use crate::hybrid::{Modes, Watch};
 use crate::input::Inputs;
+use crate::modes::Modes;
+use crate::modes::indicators::EventIndicators;
 use bksim_mbs::constraint::Source;
 use bksim_mbs::reaction::reactions;
 use bksim_mbs::system::SymbolicSystem;
@@ -41,8 +42,8 @@ pub struct CompiledSystem {
     pub(crate) inputs: Inputs,
     /// M, G, f and γ of (t, q, v, u), u the inputs.
     pub(crate) dynamics: Runner,
-    /// v̇, λ and factors of (t, q, v, u), of small mechanisms; see [`StraightLine`].
-    pub(crate) straight_line: Option<Runner>,
+    /// v̇, λ and factors of (t, q, v, u), of small mechanisms; see [`UnrolledSolve`].
+    pub(crate) unrolled: Option<Runner>,
     /// G, g and ∂g/∂t of (t, q).
     pub(crate) constraints: Runner,
     pub(crate) shape: Shape,
@@ -52,8 +53,8 @@ pub struct CompiledSystem {
     pub(crate) power: Option<Runner>,
     /// Six numbers per joint of (t, q, v, a, λ, u).
     pub(crate) reactions: Runner,
-    /// What decides the modes.
-    pub(crate) watch: Watch,
+    /// The functions that decide the modes.
+    pub(crate) indicators: EventIndicators,
     /// The model's own, without modes.
     n_parameters: usize,
 }
@@ -64,7 +65,7 @@ pub struct CompiledSystem {
 /// [`TapeError`] names a symbol that is neither time, a parameter nor part of the state.
 pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem, TapeError> {
     let pool = &model.pool;
-    let watch = Watch::compile(model, system)?;
+    let indicators = EventIndicators::compile(model, system)?;
     let system = system.integrated();
     let coordinates = system.coordinates();
     let [q, v, a]: [Vec<SymbolId>; 3] = [
@@ -94,7 +95,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     let forces: Vec<Expr> = forces.collect();
     let gammas: Vec<Expr> = (0..shape.nc).map(|row| constraint_gamma(model, system, row)).collect();
     let dynamics = [mass.as_slice(), &jacobian, &forces, &gammas].concat();
-    let straight_line = StraightLine::of(pool, &shape, (&mass, &jacobian), (&forces, &gammas))
+    let unrolled = UnrolledSolve::of(pool, &shape, (&mass, &jacobian), (&forces, &gammas))
         .map(|line| tape(&line.outputs(), &[&q, &v, u]))
         .transpose()?;
     let closed = system.constraints.iter().map(|c| c.expression);
@@ -113,13 +114,13 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         drives: drive_quantities(model),
         inputs: Inputs::of(model),
         dynamics: tape(&dynamics, &[&q, &v, u])?,
-        straight_line,
+        unrolled,
         constraints: tape(&constraints, &[&q])?,
         shape,
         energy: tape(&energy, &[&q, &v, &lambda, u])?,
         power,
         reactions: tape(&reaction_outputs, &[&q, &v, &a, &lambda, u])?,
-        watch,
+        indicators,
         n_parameters: model.parameters.len(),
     })
 }
@@ -146,8 +147,8 @@ impl CompiledSystem {
     /// may follow, else every contact is open.
     pub fn evaluator(&self, parameters: &[f64]) -> Evaluator<'_> {
         let has_modes = parameters.len() > self.n_parameters;
-        let idle = if has_modes { Modes::default() } else { self.watch.idle() };
-        Evaluator::new(self, &idle.behind(parameters))
+        let idle = if has_modes { Modes::default() } else { self.indicators.idle() };
+        Evaluator::new(self, &idle.parameters_with_modes(parameters))
     }
 }
 

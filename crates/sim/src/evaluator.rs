@@ -5,8 +5,10 @@ use nalgebra::DMatrix;
 
 use crate::compiled::CompiledSystem;
 use crate::input::InputValues;
-use crate::linear::rows::SparseRows;
+use crate::linear::matrix::Matrix;
+use crate::linear::rows::{LARGEST_DENSE, SparseRows};
 use crate::linear::shape::Shape;
+pub(crate) use crate::state::gather;
 use crate::state::{AccelerationRef, StateRef};
 
 /// The functions of one compiled system at one set of parameters, with their buffers.
@@ -14,7 +16,7 @@ use crate::state::{AccelerationRef, StateRef};
 pub struct Evaluator<'a> {
     system: &'a CompiledSystem,
     dynamics: Workspace,
-    straight_line: Option<Workspace>,
+    unrolled: Option<Workspace>,
     constraints: Workspace,
     energy: Workspace,
     power: Option<Workspace>,
@@ -65,15 +67,12 @@ impl<'a> Evaluator<'a> {
     pub(crate) fn new(system: &'a CompiledSystem, parameters: &[f64]) -> Self {
         let (nq, nc) = (system.nq(), system.nc());
         let tapes = [&system.dynamics, &system.constraints, &system.energy, &system.reactions];
-        let tapes = tapes.into_iter().chain(&system.straight_line);
+        let tapes = tapes.into_iter().chain(&system.unrolled);
         let n_outputs = tapes.map(|runner| runner.tape().n_outputs()).max();
         Self {
             system,
             dynamics: system.dynamics.tape().workspace(parameters),
-            straight_line: system
-                .straight_line
-                .as_ref()
-                .map(|runner| runner.tape().workspace(parameters)),
+            unrolled: system.unrolled.as_ref().map(|runner| runner.tape().workspace(parameters)),
             constraints: system.constraints.tape().workspace(parameters),
             energy: system.energy.tape().workspace(parameters),
             power: system.power.as_ref().map(|runner| runner.tape().workspace(parameters)),
@@ -107,11 +106,11 @@ impl<'a> Evaluator<'a> {
         DynamicsAt { shape, mass, jacobian, force, gamma }
     }
 
-    /// v̇, λ and the factors they come from, see [`crate::linear::unrolled::StraightLine`]; `None` for large
+    /// v̇, λ and the factors they come from, see [`crate::linear::unrolled::UnrolledSolve`]; `None` for large
     /// mechanisms.
-    pub(crate) fn straight_line(&mut self, t: f64, q: &[f64], v: &[f64]) -> Option<&[f64]> {
-        let Self { system, straight_line, drawn, inputs, outputs, .. } = self;
-        let (runner, workspace) = system.straight_line.as_ref().zip(straight_line.as_mut())?;
+    pub(crate) fn unrolled(&mut self, t: f64, q: &[f64], v: &[f64]) -> Option<&[f64]> {
+        let Self { system, unrolled, drawn, inputs, outputs, .. } = self;
+        let (runner, workspace) = system.unrolled.as_ref().zip(unrolled.as_mut())?;
         let outputs = &mut outputs[..runner.tape().n_outputs()];
         gather(inputs, t, &[q, v, drawn.at(t, q, v)]);
         runner.evaluate(workspace, inputs, outputs);
@@ -165,15 +164,6 @@ impl<'a> Evaluator<'a> {
     }
 }
 
-/// Inputs of a tape: time, then the parts of the state.
-pub(crate) fn gather(inputs: &mut Vec<f64>, t: f64, parts: &[&[f64]]) {
-    inputs.clear();
-    inputs.push(t);
-    for part in parts {
-        inputs.extend_from_slice(part);
-    }
-}
-
 impl DynamicsAt<'_> {
     /// Whether every number is finite.
     pub(crate) fn is_finite(&self) -> bool {
@@ -190,6 +180,26 @@ impl DynamicsAt<'_> {
             mass[(j, i)] = value;
         }
         mass
+    }
+
+    /// M, nq × nq: dense for a small mechanism, else its entries alone.
+    pub(crate) fn mass(&self) -> Matrix {
+        let nq = self.shape.nq;
+        if nq <= LARGEST_DENSE {
+            return Matrix::Dense(self.mass_matrix());
+        }
+        let lower = self.shape.mass.iter().zip(self.mass).map(|(&(i, j), &m)| (i, j, m));
+        let upper = lower.clone().filter(|&(i, j, _)| i != j).map(|(i, j, m)| (j, i, m));
+        Matrix::Sparse(SparseRows::from_entries(nq, nq, lower.chain(upper)))
+    }
+
+    /// Writes G v̇ + γ, nc.
+    pub(crate) fn acceleration_residual_into(&self, vdot: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+        for (&(row, i), &g) in self.shape.jacobian.iter().zip(self.jacobian) {
+            out[row] += g * vdot[i];
+        }
+        out.iter_mut().zip(self.gamma).for_each(|(out, gamma)| *out += gamma);
     }
 
     /// G, nc × nq.

@@ -14,6 +14,7 @@ pub mod load_forces;
 pub mod measure;
 mod mechanism;
 pub mod mobility;
+mod modes;
 mod multiplier;
 pub mod pose;
 pub mod run;

@@ -8,7 +8,7 @@
 //! [ G  0  ] [ μ ] = [ r ]
 //! ```
 //!
-//! Rows of G that depend on others are left out. The recorded elimination serves wherever M is
+//! Inactive rows of G, which depend on others or belong to open contacts, are left out. The recorded elimination serves wherever M is
 //! positive definite and G of full rank; elsewhere dense factors with pivots do, and in a singular
 //! pose the smallest solution of the equations without their weakest directions.
 
@@ -32,12 +32,12 @@ use crate::linear::shape::Shape;
 pub(crate) struct MultiplierSystem {
     nq: usize,
     /// Rows of G that take part.
-    kept: Vec<usize>,
+    active: Vec<usize>,
     elimination: Elimination,
     /// In the place of `elimination` once a coordinate has turned out to have no inertia.
     augmented: Option<Box<Augmented>>,
     factors: Factors,
-    /// Right side, then solution: nq coordinates, then the kept multipliers.
+    /// Right side, then solution: nq coordinates, then the active multipliers.
     x: Vec<f64>,
     /// Values of G that were factored.
     jacobian: Vec<f64>,
@@ -61,29 +61,29 @@ const WELL_CONDITIONED: f64 = 1e-14;
 /// The elimination loses as many digits as its weakest pivot; below this, refinement gets them back.
 const REFINED_BELOW: f64 = 1e-5;
 impl MultiplierSystem {
-    /// Plans the solution of systems of this shape without the `dependent` rows.
-    pub(crate) fn new(shape: &Shape, dependent: &[usize]) -> Self {
+    /// Plans the solution of systems of this shape without the `inactive` rows.
+    pub(crate) fn new(shape: &Shape, inactive: &[usize]) -> Self {
         let (nq, nc) = (shape.nq, shape.nc);
         let mut takes_part = vec![true; nc];
-        for &row in dependent {
+        for &row in inactive {
             takes_part[row] = false;
         }
-        let kept: Vec<usize> = (0..nc).filter(|&row| takes_part[row]).collect();
+        let active: Vec<usize> = (0..nc).filter(|&row| takes_part[row]).collect();
         Self {
             nq,
-            elimination: Elimination::new(shape, &kept),
+            elimination: Elimination::new(shape, &active),
             augmented: None,
             factors: Factors::Recorded,
-            x: vec![0.0; nq + kept.len()],
+            x: vec![0.0; nq + active.len()],
             jacobian: vec![0.0; shape.jacobian.len()],
             residual: vec![0.0; nc],
             trial: vec![0.0; nq],
             rows: Rows::default(),
-            kept,
+            active,
         }
     }
 
-    /// What outlives a state: the best pivots, which weakness is measured by.
+    /// Saves the numbers that outlive a state: the best pivots, by which the rank margin is measured.
     pub(crate) fn save(&self, saver: &mut Saver) {
         saver.flag(self.augmented.is_some());
         saver.slice(match &self.augmented {
@@ -101,39 +101,39 @@ impl MultiplierSystem {
         if !loader.flag()? {
             return loader.fill(self.elimination.best_pivots_mut());
         }
-        let mut augmented = Augmented::new(shape, &self.kept);
+        let mut augmented = Augmented::new(shape, &self.active);
         loader.fill(augmented.best_pivots_mut())?;
         self.augmented = Some(Box::new(augmented));
         Ok(())
     }
 
     /// Rows of G that take part.
-    pub(crate) fn kept(&self) -> &[usize] {
-        &self.kept
+    pub(crate) fn active_rows(&self) -> &[usize] {
+        &self.active
     }
 
-    /// How near the factored state is to a singular pose: about the square of the smallest singular
+    /// Distance of the factored state from a singular pose: about the square of the smallest singular
     /// value of G, as a part of the largest met so far.
-    pub(crate) fn weakness(&self) -> f64 {
+    pub(crate) fn rank_margin(&self) -> f64 {
         match self.factors {
-            Factors::Recorded => self.recorded_weakness(),
-            _ => self.recorded_weakness().min(WELL_CONDITIONED),
+            Factors::Recorded => self.recorded_rank_margin(),
+            _ => self.recorded_rank_margin().min(WELL_CONDITIONED),
         }
     }
 
-    fn recorded_weakness(&self) -> f64 {
+    fn recorded_rank_margin(&self) -> f64 {
         match &self.augmented {
-            Some(augmented) => augmented.weakness(),
-            None => self.elimination.weakness(),
+            Some(augmented) => augmented.rank_margin(),
+            None => self.elimination.rank_margin(),
         }
     }
 
-    /// The weakness at a state, without factors that serve where there is none; NaN where the
-    /// state has no finite values.
-    pub(crate) fn weakness_at(&mut self, at: &DynamicsAt) -> f64 {
-        // What is singular has a vanishing pivot and says so.
+    /// The rank margin at a state, without factors that serve where there is none; NaN where the state
+    /// has no finite values.
+    pub(crate) fn rank_margin_at(&mut self, at: &DynamicsAt) -> f64 {
+        // A singular state leaves a vanishing pivot, and the margin says so.
         let _ = self.eliminate(at);
-        if at.is_finite() { self.recorded_weakness() } else { f64::NAN }
+        if at.is_finite() { self.recorded_rank_margin() } else { f64::NAN }
     }
 
     /// The recorded elimination, with coordinates without inertia allowed for once there are some.
@@ -141,7 +141,7 @@ impl MultiplierSystem {
         if self.augmented.is_none() {
             match self.elimination.factor(at.mass, at.jacobian) {
                 Err(Singular::Coordinate) if at.is_finite() => {
-                    self.augmented = Some(Box::new(Augmented::new(at.shape, &self.kept)));
+                    self.augmented = Some(Box::new(Augmented::new(at.shape, &self.active)));
                 }
                 outcome => return outcome,
             }
@@ -183,8 +183,8 @@ impl MultiplierSystem {
         if let Some((row, _)) = entries.chain(couplings).find(|(_, value)| !value.is_finite()) {
             return Err(NotFinite { row });
         }
-        let kept = at.jacobian_rows().select(&self.kept);
-        let couplings = kept.entries().map(|(k, i, g)| (self.nq + k, i, g));
+        let active = at.jacobian_rows().select(&self.active);
+        let couplings = active.entries().map(|(k, i, g)| (self.nq + k, i, g));
         let lower = at.shape.mass.iter().zip(at.mass).map(|(&(i, j), &m)| (i, j, m));
         let lower: Vec<_> = lower.chain(couplings).collect();
         let upper = lower.iter().filter(|entry| entry.0 != entry.1).map(|&(i, j, e)| (j, i, e));
@@ -245,7 +245,7 @@ impl MultiplierSystem {
         }
     }
 
-    /// Factors the system at a state and solves it for the accelerations and the kept multipliers;
+    /// Factors the system at a state and solves it for the accelerations and the active multipliers;
     /// the others are set to zero.
     ///
     /// # Errors
@@ -258,12 +258,12 @@ impl MultiplierSystem {
     ) -> Result<(), NotFinite> {
         self.factor(at)?;
         self.x[..self.nq].copy_from_slice(at.force);
-        for (x, &row) in self.x[self.nq..].iter_mut().zip(&self.kept) {
+        for (x, &row) in self.x[self.nq..].iter_mut().zip(&self.active) {
             *x = -at.gamma[row];
         }
         self.solve();
         self.spread(vdot, lambda);
-        if self.weakness() < REFINED_BELOW {
+        if self.rank_margin() < REFINED_BELOW {
             self.refine(at, vdot, lambda);
         }
         let row = vdot.iter().chain(&*lambda).position(|value| !value.is_finite());
@@ -273,8 +273,8 @@ impl MultiplierSystem {
     /// Takes solution and factors from straight-line code; false where they need a closer look.
     fn adopt_into(&mut self, line: &[f64], vdot: &mut [f64], lambda: &mut [f64]) -> bool {
         let (solution, factors) = line.split_at(vdot.len() + lambda.len());
-        let is_regular =
-            self.elimination.adopt(factors).is_ok() && self.elimination.weakness() > REFINED_BELOW;
+        let is_regular = self.elimination.adopt(factors).is_ok()
+            && self.elimination.rank_margin() > REFINED_BELOW;
         self.factors = Factors::Recorded;
         let (a, multipliers) = solution.split_at(vdot.len());
         vdot.copy_from_slice(a);
@@ -300,7 +300,7 @@ impl MultiplierSystem {
         if solution == Solution::Regular {
             self.refine(&at, vdot, lambda);
         }
-        if solution == Solution::Limit || self.kept.len() < lambda.len() {
+        if solution == Solution::Limit || !self.is_unique(&at) {
             let inertia = at.inertia_of(vdot);
             let constraint_force: Vec<f64> =
                 at.force.iter().zip(&inertia).map(|(force, inertia)| force - inertia).collect();
@@ -308,6 +308,20 @@ impl MultiplierSystem {
             lambda.copy_from_slice(&shortest_solution(&columns, &constraint_force));
         }
         Ok(())
+    }
+
+    /// Whether the multipliers are unique: every row takes part, or is empty as those of open contacts
+    /// are. Small mechanisms take the smallest multipliers wherever a row is inactive, which is the
+    /// same but for rounding.
+    fn is_unique(&self, at: &DynamicsAt) -> bool {
+        let nc = at.shape.nc;
+        if self.active.len() == nc || self.nq <= LARGEST_DENSE {
+            return self.active.len() == nc;
+        }
+        let mut takes_part = vec![false; nc];
+        self.active.iter().for_each(|&row| takes_part[row] = true);
+        let mut entries = at.shape.jacobian.iter().zip(at.jacobian);
+        entries.all(|(&(row, _), &g)| takes_part[row] || g == 0.0)
     }
 
     /// One step of iterative refinement of the accelerations and multipliers just found: reactions
@@ -329,17 +343,17 @@ impl MultiplierSystem {
             upper[i] -= g * lambda[row];
             self.residual[row] -= g * vdot[i];
         }
-        lower.iter_mut().zip(&self.kept).for_each(|(x, &row)| *x = self.residual[row]);
+        lower.iter_mut().zip(&self.active).for_each(|(x, &row)| *x = self.residual[row]);
         self.solve();
         vdot.iter_mut().zip(&self.x).for_each(|(a, change)| *a += change);
-        let changes = self.x[self.nq..].iter().zip(&self.kept);
+        let changes = self.x[self.nq..].iter().zip(&self.active);
         changes.for_each(|(change, &row)| lambda[row] += change);
     }
 
     fn spread(&self, vdot: &mut [f64], lambda: &mut [f64]) {
         vdot.copy_from_slice(&self.x[..self.nq]);
         lambda.fill(0.0);
-        let values = self.x[self.nq..].iter().zip(&self.kept);
+        let values = self.x[self.nq..].iter().zip(&self.active);
         values.for_each(|(&value, &row)| lambda[row] = value);
     }
 }

@@ -8,10 +8,14 @@
 use crate::assembly::Closure;
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
-use crate::hybrid::{Bands, Instant, Modes, Settled, Unsettled, settle_smoothly};
+use crate::hybrid::{
+    Bands, ConsistentModes, Instant, NoConsistentModes, consistent_modes_without_impact,
+};
 use crate::linear::dense::Dependence;
 use crate::linear::rank::dependent_rows;
 use crate::linear::rows::SparseRows;
+use crate::modes::Modes;
+use crate::modes::indicators::ContactState;
 use crate::multiplier::{MultiplierSystem, largest};
 use bksim_expr::TapeError;
 use bksim_mbs::constraint::Source;
@@ -39,18 +43,18 @@ pub struct Start {
     pub velocity_residual: f64,
     /// Rank of the rows that always hold, and which of them depend on others.
     pub(crate) dependence: Dependence,
-    /// Rows that follow from others, and those of contacts that are open.
-    pub(crate) dependent: Vec<usize>,
-    /// What switches hold and which contacts are closed.
+    /// Rows of open contacts, and rows that follow from others.
+    pub(crate) inactive: Vec<usize>,
+    /// The branches that hold and the contacts that are closed.
     pub(crate) modes: Modes,
     /// Degrees of freedom without the drives: nq − rank of the joints' rows.
     pub mobility: usize,
 }
 
 impl Start {
-    /// Constraint rows that follow from rows before them, and those of contacts that are open.
-    pub fn dependent_rows(&self) -> &[usize] {
-        &self.dependent
+    /// Constraint rows that take no part: those of open contacts, and those that follow from others.
+    pub fn inactive_rows(&self) -> &[usize] {
+        &self.inactive
     }
 
     /// Constraint rows that take part in a dependency: their multipliers are not unique.
@@ -117,7 +121,7 @@ pub enum StartError {
         by: f64,
     },
     /// No branches and contacts are consistent.
-    Unsettled(Unsettled),
+    NoConsistentModes(NoConsistentModes),
     /// The functions could not be compiled.
     Compile(TapeError),
 }
@@ -184,14 +188,14 @@ pub fn start_at(
         return Err(StartError::NoCoordinates);
     }
     let t = options.t_start;
-    if options.t_end < t && !compiled.watch.is_empty() {
+    if options.t_end < t && !compiled.indicators.is_empty() {
         return Err(StartError::Irreversible);
     }
     let mut closing = equations.closure.at(parameters, stated);
     // Drives follow the branches that they take at this time; no contact is closed yet.
     let nothing = vec![0.0; compiled.nq()];
-    let modes = compiled.watch.decided(parameters, t, &nothing, &nothing);
-    let mut evaluator = compiled.evaluator(&modes.behind(parameters));
+    let modes = compiled.indicators.decided(parameters, t, &nothing, &nothing);
+    let mut evaluator = compiled.evaluator(&modes.parameters_with_modes(parameters));
 
     let q = closing.close_positions(&mut evaluator, t)?;
     let position_residual = largest(evaluator.constraints(t, &q).value);
@@ -214,28 +218,28 @@ pub fn start_at(
     let moved = closing.moved(t, &q, &v);
     let mobility = q.len() - joint_rank;
 
-    let settled = if compiled.watch.is_empty() {
+    let found = if compiled.indicators.is_empty() {
         let (mut a, mut lambda) = (vec![0.0; compiled.nq()], vec![0.0; compiled.nc()]);
         multipliers
             .complete_into(&mut evaluator, t, (&q, &v), &mut a, &mut lambda)
             .map_err(|_| StartError::NotFinite)?;
-        let dependent = dependence.dependent.clone();
-        Settled { modes, q, v, a, lambda, dependent, blow: 0.0, hits: Vec::new() }
+        let inactive = dependence.dependent.clone();
+        ConsistentModes { modes, q, v, a, lambda, inactive, impact_work: 0.0, hits: Vec::new() }
     } else {
-        settle_start(compiled, parameters, options, &modes, (t, q, v))?
+        modes_of_start(compiled, parameters, options, &modes, (t, q, v))?
     };
     Ok(Start {
         t,
-        q: settled.q,
-        v: settled.v,
-        a: settled.a,
-        lambda: settled.lambda,
+        q: found.q,
+        v: found.v,
+        a: found.a,
+        lambda: found.lambda,
         moved,
         position_residual,
         velocity_residual,
         dependence,
-        dependent: settled.dependent,
-        modes: settled.modes,
+        inactive: found.inactive,
+        modes: found.modes,
         mobility,
     })
 }
@@ -265,22 +269,25 @@ fn regular_jacobian(
 }
 
 /// Branches and contacts of the start; bodies that run into a stop do so in the run.
-fn settle_start(
+fn modes_of_start(
     compiled: &CompiledSystem,
     parameters: &[f64],
     options: &SolveOptions,
     before: &Modes,
     (t, q, v): (f64, Vec<f64>, Vec<f64>),
-) -> Result<Settled, StartError> {
+) -> Result<ConsistentModes, StartError> {
     const BEYOND: f64 = 1e-9;
-    let view = compiled.watch.at(&before.behind(parameters)).view(t, &q, &v).clone();
+    let values =
+        compiled.indicators.at(&before.parameters_with_modes(parameters)).values(t, &q, &v).clone();
     let size = q.iter().fold(1.0, |size: f64, value| size.max(value.abs()));
-    for (watched, seen) in compiled.watch.contacts.iter().zip(&view.contacts) {
-        if !watched.is_friction && seen.position > BEYOND * size {
-            return Err(StartError::BeyondStop { load: watched.load, by: seen.position });
+    for (contact, state) in compiled.indicators.contacts.iter().zip(&values.contacts) {
+        if let ContactState::Stop { penetration, .. } = *state
+            && penetration > BEYOND * size
+        {
+            return Err(StartError::BeyondStop { load: contact.load, by: penetration });
         }
     }
-    let bands = Bands::new(options.atol, &view, &compiled.watch);
-    settle_smoothly(Instant { compiled, parameters, t, q, v, before, fired: &[], bands })
-        .map_err(StartError::Unsettled)
+    let bands = Bands::new(options.atol, &values, &compiled.indicators);
+    let instant = Instant { compiled, parameters, t, q, v, before, fired: &[], bands };
+    consistent_modes_without_impact(instant).map_err(StartError::NoConsistentModes)
 }

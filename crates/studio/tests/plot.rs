@@ -96,7 +96,7 @@ fn few_samples_make_a_curve_as_smooth_as_many() {
 }
 
 #[test]
-fn a_blow_is_an_upright_line() {
+fn an_impact_is_an_upright_line() {
     let place = Scratch::new();
     place.write("ball.toml", BALL);
     run(&place, "solve ball.toml");

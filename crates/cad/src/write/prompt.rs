@@ -45,7 +45,7 @@ const PROMPTS: &[(&str, &str, &str)] = &[
     ("", "of", "angle or position; empty unless the joint is a slot"),
     ("", "min", "Smallest position, e.g. -30 deg"),
     ("", "max", "Largest position, e.g. 30 deg"),
-    ("", "restitution", "Speed after a blow over the speed before, 0 to 1"),
+    ("", "restitution", "Speed after an impact over the speed before, 0 to 1"),
     ("", "force", "Friction force, e.g. 5 N"),
     ("", "torque", "Friction torque, e.g. 0.2 N m"),
     ("", "static", "Largest friction while it sticks, e.g. 8 N"),

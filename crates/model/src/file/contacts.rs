@@ -136,7 +136,7 @@ impl Reader<'_> {
         self.report(
             Diagnostic::error(codes::BAD_RESTITUTION, format!("{what} is {value}"))
                 .at(restitution.span.clone(), "must lie between 0 and 1")
-                .help("write 0 for bodies that stay together, 1 for a blow without loss"),
+                .help("write 0 for bodies that stay together, 1 for an impact without loss"),
         );
     }
 }

@@ -38,11 +38,24 @@ pub fn summary(mechanism: &Mechanism, summary: &Summary) -> Value {
             },
             "energy": {
                 "initial": energy.initial, "last": energy.last, "work": energy.work,
-                "blows": energy.blows,
+                "impacts": energy.impacts,
                 "worst_error": energy.worst_error, "scale": energy.scale,
                 "relative_error": relative,
             },
     })
+}
+
+/// The summary of a run that its log holds as text; `None` where there is none.
+///
+/// Logs of earlier versions call the work of impacts `blows`; it is handed out by today's name.
+pub fn logged_summary(details: &str) -> Option<Value> {
+    let mut summary: Value = serde_json::from_str(details).ok().filter(Value::is_object)?;
+    if let Some(energy) = summary.get_mut("energy").and_then(Value::as_object_mut)
+        && let Some(work) = energy.remove("blows")
+    {
+        energy.insert("impacts".to_owned(), work);
+    }
+    Some(summary)
 }
 
 /// Names of the joints, drives and loads of some constraint rows, each once.
@@ -79,5 +92,22 @@ pub fn reason_words(reason: Reason) -> &'static str {
         Reason::OtherFailed => "the other method cannot go on here",
         Reason::SingularPose => "past the singular pose ahead",
         Reason::Regular => "behind the singular pose",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn logs_of_any_version_name_the_work_of_impacts_alike() {
+        for word in ["blows", "impacts"] {
+            let text = format!(r#"{{"energy": {{"work": 1.0, "{word}": -2.5}}}}"#);
+            let expected = json!({ "energy": { "work": 1.0, "impacts": -2.5 } });
+            assert_eq!(logged_summary(&text), Some(expected), "{word}");
+        }
+        assert_eq!(logged_summary(r#"{"events": []}"#), Some(json!({ "events": [] })));
+        assert_eq!(logged_summary("[1]"), None);
+        assert_eq!(logged_summary(""), None);
     }
 }

@@ -38,7 +38,7 @@ pub fn diagnose_run(
     failure: &Failure,
 ) -> Diagnostic {
     if let Some(fault) = &failure.unsettled {
-        return switch::unsettled(model, system, fault, failure.summary.t);
+        return switch::no_consistent_modes(model, system, fault, failure.summary.t);
     }
     let fault = match &failure.error {
         Some(

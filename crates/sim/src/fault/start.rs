@@ -49,8 +49,8 @@ pub fn diagnose_start(
         StartError::Irreversible => irreversible(model, system),
         StartError::NotFinite => not_finite(model),
         StartError::BeyondStop { load, by } => switch::beyond_stop(model, *load, *by),
-        StartError::Unsettled(fault) => {
-            switch::unsettled(model, system, fault, model.solve.t_start)
+        StartError::NoConsistentModes(fault) => {
+            switch::no_consistent_modes(model, system, fault, model.solve.t_start)
         }
         StartError::Compile(error) => {
             Diagnostic::error(codes::NOT_FINITE_AT_START, error.to_string())

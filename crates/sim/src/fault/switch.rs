@@ -2,7 +2,7 @@
 
 use super::run::expressions_of;
 use crate::codes;
-use crate::hybrid::Unsettled;
+use crate::hybrid::NoConsistentModes;
 use bksim_mbs::constraint::Source;
 use bksim_mbs::modes::switches_of;
 use bksim_mbs::signal::signal_values;
@@ -12,21 +12,21 @@ use bksim_model::message::{listed, short};
 use bksim_model::{LoadId, Model};
 
 /// The diagnostic of an instant without consistent modes.
-pub(super) fn unsettled(
+pub(super) fn no_consistent_modes(
     model: &Model,
     system: &SymbolicSystem,
-    fault: &Unsettled,
+    fault: &NoConsistentModes,
     t: f64,
 ) -> Diagnostic {
     match fault {
-        Unsettled::Chatter { kink } => chatter(model, system, *kink, t),
-        Unsettled::Contacts { contacts } => {
+        NoConsistentModes::Chatter { kink } => chatter(model, system, *kink, t),
+        NoConsistentModes::Contacts { contacts } => {
             let mut loads: Vec<LoadId> =
                 contacts.iter().map(|&k| system.contacts[k].load).collect();
             loads.dedup();
             contacts_exclude(model, &loads, t)
         }
-        Unsettled::Jump { row, by } => jump(model, system, *row, *by, t),
+        NoConsistentModes::Jump { row, by } => jump(model, system, *row, *by, t),
     }
 }
 

@@ -1,31 +1,43 @@
-//! A mechanism in one set of modes, at one state after the other, as dense matrices.
+//! [`FixedModes`]: a mechanism in one set of modes, at one state after the other.
+//!
+//! ```text
+//! M v̇ + Gᵀ λ = f        G v̇ + γ = 0        active rows of G alone
+//! ```
 
 use bksim_dae::{Loader, Saver, SolveError};
-use nalgebra::{DMatrix, DVector};
 
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
-use crate::linear::dense::dependent_rows;
-use crate::multiplier::MultiplierSystem;
-pub(super) use crate::multiplier::largest;
+use crate::linear::matrix::Matrix;
+use crate::linear::rank::dependent_rows;
+use crate::linear::rows::SparseRows;
+use crate::multiplier::{MultiplierSystem, largest};
+use crate::state::Acceleration;
 
-/// A mechanism whose modes do not change.
-pub(crate) struct Frozen<'a> {
+/// A mechanism whose modes do not change, with its buffers.
+pub(crate) struct FixedModes<'a> {
     evaluator: Evaluator<'a>,
-    /// The multiplier system without some rows, once it has been asked for.
-    planned: Option<(Vec<usize>, MultiplierSystem)>,
+    /// The multiplier system without its inactive rows, once it has been asked for.
+    solver: Option<ActiveRows>,
+    acceleration: Acceleration,
+    /// G v̇ + γ of every row.
+    residual: Vec<f64>,
 }
 
-/// M, G, g and ∂g/∂t at one state.
+/// The multiplier system of some rows.
+struct ActiveRows {
+    inactive: Vec<usize>,
+    multipliers: MultiplierSystem,
+}
+
+/// M, G and ∂g/∂t at one state.
 pub(crate) struct Matrices {
     /// nq × nq.
-    pub(crate) mass: DMatrix<f64>,
+    pub(crate) mass: Matrix,
     /// nc × nq.
-    pub(crate) jacobian: DMatrix<f64>,
-    /// nc.
-    pub(crate) constraint: DVector<f64>,
-    /// nc.
-    pub(crate) rate: DVector<f64>,
+    pub(crate) jacobian: SparseRows,
+    /// ∂g/∂t, nc.
+    pub(crate) rate: Vec<f64>,
 }
 
 /// Rows that follow from others must agree with them in acceleration to this part of its size.
@@ -33,90 +45,98 @@ const AGREEMENT: f64 = 1e-6;
 /// Newton steps of a projection.
 const CORRECTIONS: usize = 4;
 
-impl<'a> Frozen<'a> {
+impl<'a> FixedModes<'a> {
     /// `parameters` end with the modes.
     pub(crate) fn new(compiled: &'a CompiledSystem, parameters: &[f64]) -> Self {
-        Self { evaluator: compiled.evaluator(parameters), planned: None }
+        Self {
+            evaluator: compiled.evaluator(parameters),
+            solver: None,
+            acceleration: Acceleration::zeros(compiled.nq(), compiled.nc()),
+            residual: vec![0.0; compiled.nc()],
+        }
     }
 
-    /// What outlives a state.
+    /// Saves the numbers that outlive a state.
     pub(crate) fn save(&self, saver: &mut Saver) {
-        saver.flag(self.planned.is_some());
-        if let Some((_, multipliers)) = &self.planned {
+        saver.flag(self.solver.is_some());
+        if let Some(ActiveRows { multipliers, .. }) = &self.solver {
             multipliers.save(saver);
         }
     }
 
-    /// Takes over what was saved in the same modes, without these rows.
+    /// Takes over the numbers that were saved in the same modes, without these rows.
     pub(crate) fn load(
         &mut self,
         loader: &mut Loader<'_>,
-        dependent: &[usize],
+        inactive: &[usize],
     ) -> Result<(), SolveError> {
-        self.planned = None;
+        self.solver = None;
         if loader.flag()? {
             let shape = self.evaluator.shape();
-            plan(&mut self.planned, &self.evaluator, dependent).load(shape, loader)?;
+            solver_without(inactive, &mut self.solver, &self.evaluator).load(shape, loader)?;
         }
         Ok(())
     }
 
-    /// M, G, g and ∂g/∂t.
+    /// M, G and ∂g/∂t at a state.
     pub(crate) fn matrices(&mut self, t: f64, q: &[f64], v: &[f64]) -> Matrices {
-        let mass = self.evaluator.dynamics(t, q, v).mass_matrix();
-        let at = self.evaluator.constraints(t, q);
-        Matrices {
-            mass,
-            jacobian: at.jacobian_rows().dense(),
-            constraint: DVector::from_column_slice(at.value),
-            rate: DVector::from_column_slice(at.rate),
-        }
+        let mass = self.evaluator.dynamics(t, q, v).mass();
+        let constraints = self.evaluator.constraints(t, q);
+        let (jacobian, rate) = (constraints.jacobian_rows(), constraints.rate.to_vec());
+        Matrices { mass, jacobian, rate }
     }
 
-    /// Rows that are open or follow from others.
-    pub(crate) fn dependent(&mut self, t: f64, q: &[f64]) -> Vec<usize> {
-        dependent_rows(&self.evaluator.constraints(t, q).jacobian_rows().dense()).dependent
+    /// g at a position: how far each row is from being satisfied, m or rad.
+    pub(crate) fn gaps(&mut self, t: f64, q: &[f64]) -> &[f64] {
+        self.evaluator.constraints(t, q).value
+    }
+
+    /// Rows of open contacts, and rows that follow from others.
+    pub(crate) fn inactive_rows(&mut self, t: f64, q: &[f64]) -> Vec<usize> {
+        dependent_rows(&self.evaluator.constraints(t, q).jacobian_rows()).dependent
     }
 
     /// v̇ and λ, the smallest where they are not unique; `None` where there are none, as for rows
     /// that follow from others but ask for another motion.
-    pub(crate) fn accelerations(
+    pub(crate) fn acceleration(
         &mut self,
         (t, q, v): (f64, &[f64], &[f64]),
-        dependent: &[usize],
-    ) -> Option<(Vec<f64>, Vec<f64>)> {
-        let Self { evaluator, planned } = self;
-        let multipliers = plan(planned, evaluator, dependent);
-        let shape = evaluator.shape();
-        let (mut a, mut lambda) = (vec![0.0; shape.nq], vec![0.0; shape.nc]);
-        multipliers.complete_into(evaluator, t, (q, v), &mut a, &mut lambda).ok()?;
+        inactive: &[usize],
+    ) -> Option<&Acceleration> {
+        let Self { evaluator, solver, acceleration, residual } = self;
+        let Acceleration { a, lambda } = acceleration;
+        let multipliers = solver_without(inactive, solver, evaluator);
+        multipliers.complete_into(evaluator, t, (q, v), a, lambda).ok()?;
         let at = evaluator.dynamics(t, q, v);
-        let acceleration = DVector::from_column_slice(&a);
-        let left =
-            at.jacobian_rows().dense() * &acceleration + DVector::from_column_slice(at.gamma);
-        let agree = largest(left.as_slice()) <= AGREEMENT * (1.0 + largest(&a) + largest(at.gamma));
-        agree.then_some((a, lambda))
+        at.acceleration_residual_into(a, residual);
+        let size = 1.0 + largest(a) + largest(at.gamma);
+        let agree = largest(residual) <= AGREEMENT * size;
+        agree.then_some(&self.acceleration)
     }
 
-    /// Moves q, then v, onto the rows that hold.
-    pub(crate) fn project(&mut self, t: f64, q: &mut [f64], v: &mut [f64], dependent: &[usize]) {
-        let Self { evaluator, planned } = self;
-        let multipliers = plan(planned, evaluator, dependent);
-        // What is not finite here shows in the accelerations.
+    /// Moves q, then v, onto the active rows.
+    pub(crate) fn project(&mut self, t: f64, q: &mut [f64], v: &mut [f64], inactive: &[usize]) {
+        let Self { evaluator, solver, .. } = self;
+        let multipliers = solver_without(inactive, solver, evaluator);
+        // A state that is not finite here shows in the accelerations.
         if multipliers.factor(&evaluator.dynamics(t, q, v)).is_ok() {
             multipliers.project(evaluator, t, (q, v), CORRECTIONS);
         }
     }
 }
 
-fn plan<'p>(
-    planned: &'p mut Option<(Vec<usize>, MultiplierSystem)>,
+/// The multiplier system without the `inactive` rows: the one there is, if it is that.
+fn solver_without<'s>(
+    inactive: &[usize],
+    solver: &'s mut Option<ActiveRows>,
     evaluator: &Evaluator<'_>,
-    dependent: &[usize],
-) -> &'p mut MultiplierSystem {
-    if planned.as_ref().is_none_or(|(without, _)| without != dependent) {
-        *planned = None;
+) -> &'s mut MultiplierSystem {
+    if solver.as_ref().is_none_or(|known| known.inactive != inactive) {
+        *solver = None;
     }
-    let new = || (dependent.to_vec(), MultiplierSystem::new(evaluator.shape(), dependent));
-    &mut planned.get_or_insert_with(new).1
+    let new = || ActiveRows {
+        inactive: inactive.to_vec(),
+        multipliers: MultiplierSystem::new(evaluator.shape(), inactive),
+    };
+    &mut solver.get_or_insert_with(new).multipliers
 }

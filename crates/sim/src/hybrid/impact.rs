@@ -1,4 +1,4 @@
-//! Velocities after a blow: Newton's law of restitution on the mechanism as a whole.
+//! Velocities after an impact: Newton's law of restitution on the mechanism as a whole.
 //!
 //! ```text
 //! M (v⁺ − v⁻) + Gᵀ Λ + Jᵀ P = 0         G v⁺ + ∂g/∂t = 0
@@ -6,12 +6,29 @@
 //! ```
 //!
 //! J v is the rate of penetration, positive on approach. A stop that takes an impulse P > 0 parts
-//! with ε times the speed of approach; one that parts faster by itself takes none. Source: Glocker
-//! and Pfeiffer (1996), §8.2, with J. J. Moreau's form of Newton's law.
+//! with ε times the speed of approach; one that parts faster by itself takes none. So the stops that
+//! take an impulse are found by trying sets of them, and each set is a linear system:
+//!
+//! ```text
+//! [ M  Gᵀ  Jᵀ ] [ v⁺ ]   [  M v⁻   ]
+//! [ G  0   0  ] [ Λ  ] = [ −∂g/∂t  ]        J: the rows of these stops alone
+//! [ J  0   0  ] [ P  ]   [ −ε J v⁻ ]
+//! ```
+//!
+//! Source: Glocker and Pfeiffer (1996), §8.2, with J. J. Moreau's form of Newton's law.
 
 use nalgebra::{DMatrix, DVector};
 
-/// What a blow does.
+use super::complementarity::{pushes, stays_apart};
+use super::mode_sets::ModeSets;
+use crate::linear::augmented::Augmented;
+use crate::linear::elimination::{Elimination, Singular};
+use crate::linear::matrix::Matrix;
+use crate::linear::rank::dependent_rows;
+use crate::linear::rows::SparseRows;
+use crate::linear::shape::Shape;
+
+/// Outcome of an impact.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Impact {
     /// v⁺.
@@ -20,105 +37,193 @@ pub(crate) struct Impact {
     pub(crate) impulses: DVector<f64>,
 }
 
-/// The stops that may take part in one blow.
-pub(crate) struct Stops<'a> {
-    /// J, one row per stop.
-    pub(crate) jacobian: &'a DMatrix<f64>,
+/// The equations of an impact.
+pub(crate) struct ImpactEquations<'a> {
+    pub(crate) mass: &'a Matrix,
+    /// G: the independent rows that hold throughout.
+    pub(crate) g: &'a SparseRows,
+    /// ∂g/∂t after the impact.
+    pub(crate) g_rate: &'a [f64],
+    /// J: one row for each stop that may take part.
+    pub(crate) stops: &'a SparseRows,
     /// ε of each.
     pub(crate) restitution: &'a [f64],
 }
 
-/// Sets of stops that are tried before the search is given up.
-const MAX_SETS: u32 = 1 << 12;
-/// Relative size of what counts as rounding in a sign.
+/// Relative size of rounding in a sign.
 const ROUNDING: f64 = 1e-9;
 /// A pivot below this part of its row is none: such stops cannot both take an impulse.
 const SMALLEST_PIVOT: f64 = 1e-11;
 
-/// The velocities after a blow on `stops`, where `g` holds the independent rows that always hold
-/// and `g_rate` is ∂g/∂t behind the blow; `None` when no set of stops is consistent.
-///
-/// Sets are tried in a fixed order, all stops first.
-pub(crate) fn impact(
-    mass: &DMatrix<f64>,
-    g: &DMatrix<f64>,
-    g_rate: &DVector<f64>,
-    stops: &Stops<'_>,
-    v: &DVector<f64>,
-) -> Option<Impact> {
-    let n = stops.restitution.len();
-    let approach = stops.jacobian * v;
-    // What each stop asks of its own speed if it takes part.
-    let parting =
-        DVector::from_iterator(n, approach.iter().zip(stops.restitution).map(|(u, e)| -e * u));
-    let n_sets = 1u32.checked_shl(u32::try_from(n).ok()?).unwrap_or(u32::MAX).min(MAX_SETS);
-    (0..n_sets).find_map(|left_out| {
-        let active: Vec<usize> = (0..n).filter(|k| left_out >> k & 1 == 0).collect();
-        let rows = stops.jacobian.select_rows(&active);
-        let (after, impulse) = blow(mass, g, g_rate, &rows, &parting.select_rows(&active), v)?;
-        let excess = stops.jacobian * &after - &parting;
-        let speed = approach.amax().max((stops.jacobian * &after).amax());
-        let is_parting = excess.iter().all(|xi| *xi <= ROUNDING * speed);
-        let least = -ROUNDING * if impulse.is_empty() { 0.0 } else { impulse.amax() };
-        let is_pushing = impulse.iter().all(|p| *p >= least);
-        if !is_parting || !is_pushing {
+impl ImpactEquations<'_> {
+    /// The velocities after an impact at the velocities `v`; `None` when no set of stops is
+    /// consistent.
+    ///
+    /// Sets are tried in a fixed order, all stops first.
+    pub(crate) fn solve(&self, v: &DVector<f64>) -> Option<Impact> {
+        let n = self.restitution.len();
+        let rates = Matrix::of(self.stops.clone());
+        let approach = rates.times(v);
+        // Speeds that the stops demand of themselves if they take part: ξ = 0.
+        let parting =
+            DVector::from_iterator(n, approach.iter().zip(self.restitution).map(|(u, e)| -e * u));
+
+        ModeSets::new(vec![2; n]).find_map(|left_out| {
+            let active: Vec<usize> = (0..n).filter(|&k| left_out[k] == 0).collect();
+            let rows = self.stops.select(&active);
+            let (after, impulse) = self.with_active(&rows, &parting.select_rows(&active), v)?;
+
+            // ξ ≤ 0 of every stop, P ≥ 0 of those that take part.
+            let reached = rates.times(&after);
+            let excess = &reached - &parting;
+            let speed = approach.amax().max(reached.amax());
+            let largest = if impulse.is_empty() { 0.0 } else { impulse.amax() };
+            let is_parting = excess.iter().all(|&xi| stays_apart(xi, ROUNDING * speed));
+            let is_pushing = impulse.iter().all(|&p| pushes(p, ROUNDING * largest));
+            if !is_parting || !is_pushing {
+                return None;
+            }
+            let mut impulses = DVector::zeros(n);
+            for (k, p) in active.iter().zip(impulse.iter()) {
+                impulses[*k] = p.max(0.0);
+            }
+            Some(Impact { v: after, impulses })
+        })
+    }
+
+    /// v⁺ and P when all of `rows` end at the speeds `parting`; `None` when rows are dependent.
+    fn with_active(
+        &self,
+        rows: &SparseRows,
+        parting: &DVector<f64>,
+        v: &DVector<f64>,
+    ) -> Option<(DVector<f64>, DVector<f64>)> {
+        let momentum = self.mass.times(v);
+        let x = match self.mass {
+            Matrix::Dense(mass) => self.solve_dense(mass, rows, parting, &momentum),
+            Matrix::Sparse(mass) => self.solve_sparse(mass, rows, parting, &momentum),
+        }?;
+        let (nq, first_stop) = (v.len(), v.len() + self.g.n_rows());
+        let is_finite = x.iter().all(|value| value.is_finite());
+        is_finite.then(|| {
+            let impulse = x.rows(first_stop, rows.n_rows()).into_owned();
+            (x.rows(0, nq).into_owned(), impulse)
+        })
+    }
+
+    /// (v⁺, Λ, P) by dense factors with pivots.
+    fn solve_dense(
+        &self,
+        mass: &DMatrix<f64>,
+        rows: &SparseRows,
+        parting: &DVector<f64>,
+        momentum: &DVector<f64>,
+    ) -> Option<DVector<f64>> {
+        let (nq, ng) = (mass.nrows(), self.g.n_rows());
+        let n = nq + ng + rows.n_rows();
+        let mut matrix = DMatrix::zeros(n, n);
+        let mut rhs = DVector::zeros(n);
+        matrix.view_mut((0, 0), (nq, nq)).copy_from(mass);
+        rhs.rows_mut(0, nq).copy_from(momentum);
+        let g_target = -DVector::from_column_slice(self.g_rate);
+        for (first, block, target) in [(nq, self.g, &g_target), (nq + ng, rows, parting)] {
+            let (block, count) = (block.dense(), block.n_rows());
+            matrix.view_mut((first, 0), (count, nq)).copy_from(&block);
+            matrix.view_mut((0, first), (nq, count)).copy_from(&block.transpose());
+            rhs.rows_mut(first, count).copy_from(target);
+        }
+        // Rows of unit size, so that a small pivot means dependence and not small units.
+        for i in 0..n {
+            let size = matrix.row(i).amax();
+            if size > 0.0 {
+                matrix.row_mut(i).unscale_mut(size);
+                rhs[i] /= size;
+            }
+        }
+        let lu = matrix.lu();
+        let pivots = lu.u().diagonal().map(f64::abs);
+        if n > 0 && pivots.min() <= SMALLEST_PIVOT * pivots.max() {
             return None;
         }
-        let mut impulses = DVector::zeros(n);
-        for (k, p) in active.iter().zip(impulse.iter()) {
-            impulses[*k] = p.max(0.0);
-        }
-        Some(Impact { v: after, impulses })
-    })
-}
+        lu.solve(&rhs)
+    }
 
-/// v⁺ and P when all of `rows` end at the speeds `parting`; `None` when the rows are dependent.
-fn blow(
-    mass: &DMatrix<f64>,
-    g: &DMatrix<f64>,
-    g_rate: &DVector<f64>,
-    rows: &DMatrix<f64>,
-    parting: &DVector<f64>,
-    v: &DVector<f64>,
-) -> Option<(DVector<f64>, DVector<f64>)> {
-    let (nq, ng, nj) = (v.len(), g.nrows(), rows.nrows());
-    let n = nq + ng + nj;
-    let mut matrix = DMatrix::zeros(n, n);
-    let mut rhs = DVector::zeros(n);
-    matrix.view_mut((0, 0), (nq, nq)).copy_from(mass);
-    rhs.rows_mut(0, nq).copy_from(&(mass * v));
-    for (first, block, target) in [(nq, g, -g_rate), (nq + ng, rows, parting.clone())] {
-        let count = block.nrows();
-        matrix.view_mut((first, 0), (count, nq)).copy_from(block);
-        matrix.view_mut((0, first), (nq, count)).copy_from(&block.transpose());
-        rhs.rows_mut(first, count).copy_from(&target);
-    }
-    // Rows of unit size, so that a small pivot means dependence and not small units.
-    for i in 0..n {
-        let size = matrix.row(i).amax();
-        if size > 0.0 {
-            matrix.row_mut(i).unscale_mut(size);
-            rhs[i] /= size;
+    /// (v⁺, Λ, P) by sparse elimination, which needs to know first that the rows are independent.
+    fn solve_sparse(
+        &self,
+        mass: &SparseRows,
+        rows: &SparseRows,
+        parting: &DVector<f64>,
+        momentum: &DVector<f64>,
+    ) -> Option<DVector<f64>> {
+        let nq = mass.n_columns;
+        let mut active = self.g.clone();
+        (0..rows.n_rows()).for_each(|k| active.push(rows.row(k).iter().copied()));
+        if !dependent_rows(&active).dependent.is_empty() {
+            return None;
         }
+
+        // The multiplier system of these rows.
+        let lower = mass.entries().filter(|&(i, j, _)| j <= i);
+        let (entries, mass): (Vec<_>, Vec<f64>) = lower.map(|(i, j, m)| ((i, j), m)).unzip();
+        let (couplings, jacobian): (Vec<_>, Vec<f64>) =
+            active.entries().map(|(k, i, g)| ((k, i), g)).unzip();
+        let shape = Shape { nq, nc: active.n_rows(), mass: entries, jacobian: couplings };
+        let all: Vec<usize> = (0..shape.nc).collect();
+        let resisting = self.g_rate.iter().map(|rate| -rate);
+        let mut x: Vec<f64> =
+            momentum.iter().copied().chain(resisting).chain(parting.iter().copied()).collect();
+
+        let mut elimination = Elimination::new(&shape, &all);
+        match elimination.factor(&mass, &jacobian) {
+            Ok(()) => elimination.solve_in_place(&mut x),
+            Err(Singular::Multiplier) => return None,
+            Err(Singular::Coordinate) => {
+                let mut augmented = Augmented::new(&shape, &all);
+                augmented.factor(&mass, &jacobian).ok()?;
+                augmented.solve_in_place(&jacobian, &mut x);
+            }
+        }
+        Some(DVector::from_vec(x))
     }
-    let lu = matrix.lu();
-    let pivots = lu.u().diagonal().map(f64::abs);
-    if n > 0 && pivots.min() <= SMALLEST_PIVOT * pivots.max() {
-        return None;
-    }
-    let x = lu.solve(&rhs)?;
-    let is_finite = x.iter().all(|value| value.is_finite());
-    is_finite.then(|| (x.rows(0, nq).into_owned(), x.rows(nq + ng, nj).into_owned()))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// The entries of a matrix that are not zero.
+    fn sparse(matrix: &DMatrix<f64>) -> SparseRows {
+        let all = (0..matrix.nrows()).flat_map(|i| (0..matrix.ncols()).map(move |j| (i, j)));
+        let entries = all.map(|(i, j)| (i, j, matrix[(i, j)])).filter(|entry| entry.2 != 0.0);
+        SparseRows::from_entries(matrix.nrows(), matrix.ncols(), entries)
+    }
+
+    /// The outcome by dense factors, which sparse elimination confirms.
+    fn outcome(
+        mass: &DMatrix<f64>,
+        (g, g_rate): (&DMatrix<f64>, &[f64]),
+        (stops, restitution): (&DMatrix<f64>, &[f64]),
+        v: &[f64],
+    ) -> Option<Impact> {
+        let (g, stops) = (sparse(g), sparse(stops));
+        let v = DVector::from_column_slice(v);
+        let forms = [Matrix::Dense(mass.clone()), Matrix::Sparse(sparse(mass))];
+        let [dense, sparse] = forms.map(|mass| {
+            let (g, stops) = (&g, &stops);
+            ImpactEquations { mass: &mass, g, g_rate, stops, restitution }.solve(&v)
+        });
+        assert_eq!(dense.is_some(), sparse.is_some(), "{dense:?} and {sparse:?}");
+        if let (Some(dense), Some(sparse)) = (&dense, &sparse) {
+            let apart =
+                (&dense.v - &sparse.v).amax().max((&dense.impulses - &sparse.impulses).amax());
+            assert!(apart < 1e-13, "dense {dense:?}, sparse {sparse:?}");
+        }
+        dense
+    }
+
     fn free(mass: &DMatrix<f64>, j: &DMatrix<f64>, e: &[f64], v: &[f64]) -> Option<Impact> {
-        let none = DMatrix::zeros(0, v.len());
-        let stops = Stops { jacobian: j, restitution: e };
-        impact(mass, &none, &DVector::zeros(0), &stops, &DVector::from_column_slice(v))
+        outcome(mass, (&DMatrix::zeros(0, v.len()), &[]), (j, e), v)
     }
 
     #[test]
@@ -127,7 +232,7 @@ mod tests {
         let mass = DMatrix::from_diagonal(&DVector::from_vec(vec![2.0, 1.0]));
         let j = DMatrix::from_row_slice(1, 2, &[1.0, -1.0]);
         for e in [0.0, 0.4, 1.0] {
-            let found = free(&mass, &j, &[e], &[3.0, 0.0]).expect("a blow");
+            let found = free(&mass, &j, &[e], &[3.0, 0.0]).expect("an impact");
             let parting = found.v[1] - found.v[0];
             let momentum = 2.0 * found.v[0] + found.v[1];
             assert!((parting - 3.0 * e).abs() < 1e-13, "e = {e}: parting with {parting}");
@@ -143,16 +248,16 @@ mod tests {
         // Height of the middle and angle; supports at ±1 m, a rod of 1 kg and 1/3 kg m².
         let mass = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 1.0 / 3.0]));
         let j = DMatrix::from_row_slice(2, 2, &[-1.0, 1.0, -1.0, -1.0]);
-        let flat = free(&mass, &j, &[0.0, 0.0], &[-1.0, 0.0]).expect("a blow");
+        let flat = free(&mass, &j, &[0.0, 0.0], &[-1.0, 0.0]).expect("an impact");
         assert!(flat.v.amax() < 1e-14, "{}", flat.v);
         assert!((flat.impulses[0] - 0.5).abs() < 1e-14 && (flat.impulses[1] - 0.5).abs() < 1e-14);
 
         // One end hits while the other is in touch but at rest. With 1/3 kg m² the other is pressed
         // down and takes an impulse too; with weights at the ends, 4 kg m², it is thrown up.
-        let tilting = free(&mass, &j, &[0.0, 0.0], &[-0.5, -0.5]).expect("a blow");
+        let tilting = free(&mass, &j, &[0.0, 0.0], &[-0.5, -0.5]).expect("an impact");
         assert!(tilting.v.amax() < 1e-14 && tilting.impulses.min() > 0.1, "{}", tilting.v);
         let mass = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 4.0]));
-        let tilting = free(&mass, &j, &[0.0, 0.0], &[-0.5, -0.5]).expect("a blow");
+        let tilting = free(&mass, &j, &[0.0, 0.0], &[-0.5, -0.5]).expect("an impact");
         assert_eq!(tilting.impulses[0], 0.0, "{}", tilting.impulses);
         assert!(tilting.impulses[1] > 0.0, "{}", tilting.impulses);
         let rates = &j * &tilting.v;
@@ -160,14 +265,12 @@ mod tests {
     }
 
     #[test]
-    fn a_blow_passes_through_the_joints() {
+    fn an_impact_passes_through_the_joints() {
         // A lever of two carts tied together, x₁ = x₂: both stop as one body of 3 kg.
         let mass = DMatrix::from_diagonal(&DVector::from_vec(vec![2.0, 1.0]));
         let g = DMatrix::from_row_slice(1, 2, &[1.0, -1.0]);
         let j = DMatrix::from_row_slice(1, 2, &[1.0, 0.0]);
-        let stops = Stops { jacobian: &j, restitution: &[0.5] };
-        let v = DVector::from_vec(vec![2.0, 2.0]);
-        let found = impact(&mass, &g, &DVector::zeros(1), &stops, &v).expect("a blow");
+        let found = outcome(&mass, (&g, &[0.0]), (&j, &[0.5]), &[2.0, 2.0]).expect("an impact");
         assert!((found.v - DVector::from_element(2, -1.0)).amax() < 1e-14);
         assert!((found.impulses[0] - 9.0).abs() < 1e-13);
     }
@@ -176,9 +279,17 @@ mod tests {
     fn a_stop_against_a_driven_joint_has_no_answer() {
         let mass = DMatrix::from_element(1, 1, 1.0);
         let one = DMatrix::from_element(1, 1, 1.0);
-        let stops = Stops { jacobian: &one, restitution: &[0.0] };
-        let rate = DVector::from_element(1, -2.0);
-        let found = impact(&mass, &one, &rate, &stops, &DVector::from_element(1, 2.0));
+        let found = outcome(&mass, (&one, &[-2.0]), (&one, &[0.0]), &[2.0]);
         assert_eq!(found, None);
+    }
+
+    #[test]
+    fn more_stops_than_bits_are_hit_at_once() {
+        // Forty carts of 1 kg, each against its own wall.
+        const N: usize = 40;
+        let one = DMatrix::identity(N, N);
+        let found = free(&one, &one, &[0.5; N], &[2.0; N]).expect("an impact");
+        assert!((found.v - DVector::from_element(N, -1.0)).amax() < 1e-14);
+        assert!((found.impulses - DVector::from_element(N, 3.0)).amax() < 1e-14);
     }
 }

@@ -1,4 +1,4 @@
-//! What switches: kinks of the author's expressions, stops, and dry friction.
+//! Everything that switches: kinks of the author's expressions, stops, and dry friction.
 //!
 //! Between two events the equations are smooth, because whatever could switch is a *mode*, a
 //! parameter that stays as it is until the next event:
@@ -8,42 +8,49 @@
 //! sign(u)          σ
 //! min, max, if     the branch that σ selects      u = a − b of the two that are compared
 //! stop             κ φ(t, q) = 0                  κ = 1 in contact, else 0;  φ ≤ 0, λ ≥ 0, λ φ = 0
-//! friction         −ς F on the joint's motion p   ς = sign p′ while it slides
+//! friction         −ς F on the joint's motion p   ς = sign p′ while it slips
 //!                  κ (p₀ − p) = 0, |λ| ≤ F₀       κ = 1 while it sticks at p₀
 //! ```
 //!
-//! A function that decides a mode is watched; where it changes its sign the run is interrupted,
-//! the modes are chosen anew, and the run goes on from there as from a start. So no step ever
-//! contains a kink. Rows of contacts that are open are rows of zeros.
+//! Event indicators, functions that decide a mode, are monitored; where one changes its sign the run
+//! is interrupted, consistent modes are found anew, and the run goes on from there as from a start.
+//! So no step ever contains a kink. Rows of open contacts are rows of zeros.
 //!
-//! | file | what |
+//! Where the mathematics lies, from the bottom up:
+//!
+//! | module | holds |
 //! | --- | --- |
-//! | `contact` | stops and friction as constraint rows with their laws |
-//! | `freeze` | the equations with modes in place of everything that switches |
-//! | `modes` | the values of the modes |
-//! | `frozen` | the mechanism in one set of modes, as matrices |
-//! | `watch` | the functions that decide, compiled |
-//! | `impact` | velocities after a blow |
-//! | `settle` | the modes that are consistent at one instant |
-//! | `lookout` | what is watched during a leg, as events of the integrator |
+//! | `bksim_mbs::contact` | stops and friction as constraint rows with their laws |
+//! | `bksim_mbs::modes` | the equations with modes in place of everything that switches |
+//! | [`crate::modes`] | the modes as numbers, and their indicators |
+//! | `fixed` | the mechanism in fixed modes: inactive rows, accelerations, projection |
+//! | `complementarity` | the conditions on contacts and kinks, one function each |
+//! | `impact` | velocities after an impact |
+//! | `mode_sets` | all combinations of some choices, in order |
+//! | `bands` | the sizes of rounding about zero |
+//! | `consistent` | an instant at which modes are chosen, and the modes that are consistent |
+//! | `mode_search` | the search for them |
+//! | `monitor` | the indicators of one phase, as events of the integrator |
 //! | `switching` | the modes of a run, from event to event |
 //!
 //! Sources: C. Glocker and F. Pfeiffer, *Multibody Dynamics with Unilateral Contacts*, Wiley 1996,
 //! ch. 5 (complementarity of contacts) and 8 (impacts); A. F. Filippov, *Differential Equations
 //! with Discontinuous Righthand Sides*, Kluwer 1988, §4 (sliding along a switching surface).
 
+mod bands;
+mod complementarity;
+mod consistent;
 mod fixed;
 mod impact;
-mod indicators;
 mod mode_search;
-mod modes;
+mod mode_sets;
 mod monitor;
 mod switching;
 
-pub(crate) use indicators::{Watch, Watcher};
-pub use mode_search::Unsettled;
-pub(crate) use mode_search::{Bands, Instant, Settled, settle_smoothly};
-pub(crate) use modes::Modes;
-pub(crate) use monitor::{Crossed, Lookout};
+pub(crate) use bands::Bands;
+pub use consistent::NoConsistentModes;
+pub(crate) use consistent::{ConsistentModes, Instant};
+pub(crate) use mode_search::consistent_modes_without_impact;
+pub(crate) use monitor::{Crossed, EventMonitor};
 pub(crate) use switching::Switching;
 pub use switching::{Change, ChangeKind};

@@ -1,470 +1,436 @@
-//! The modes that are consistent at one instant, and the blow that leads to them.
+//! Consistent modes at one instant, and the impact that leads to them.
 //!
-//! Signs and contacts that are clearly on one side follow from the state. The rest — functions that
-//! are zero, stops in touch, friction at rest — must agree with what the accelerations then do:
+//! Signs and contacts that are clearly on one side follow from the state. The rest — indicators that
+//! are zero, closed stops, friction at rest — must agree with the accelerations that follow:
 //!
 //! ```text
 //! kink      σ u′ ≥ 0
-//! stop      λ ≥ 0 at rest,            φ″ ≤ 0 apart
-//! friction  |λ| ≤ F₀ sticking,        ς p″ ≥ 0 sliding
+//! stop      λ ≥ 0 in contact,         φ″ ≤ 0 apart
+//! friction  |λ| ≤ F₀ sticking,        ς p″ ≥ 0 slipping
 //! ```
 //!
 //! All combinations are tried in a fixed order, contacts closed first, until one is consistent.
 
 use nalgebra::DVector;
 
-use super::fixed::{Frozen, Matrices, largest};
-use super::impact::{Stops, impact};
-use super::indicators::{Decider, View, Watch};
-use super::modes::{Modes, Touch};
-use crate::compiled::CompiledSystem;
-use crate::linear::dense::dependent_rows;
+use super::complementarity::{
+    holds, leaves_to_its_side, pushes, slips_against_friction, stays_apart,
+};
+use super::consistent::{ConsistentModes, Hit, Instant, NoConsistentModes};
+use super::fixed::FixedModes;
+use super::impact::ImpactEquations;
+use super::mode_sets::ModeSets;
+use crate::linear::matrix::Matrix;
+use crate::linear::rank::dependent_rows;
+use crate::linear::rows::SparseRows;
+use crate::modes::indicators::{CompiledContact, ContactState, Indicator, IndicatorValues};
+use crate::modes::{ContactMode, Modes};
+use crate::multiplier::largest;
 
-/// Combinations of undecided modes that are tried before the search is given up.
-const MAX_COMBINATIONS: usize = 4096;
-/// Relative size of what counts as rounding in forces and accelerations.
+/// Relative size of rounding in forces and accelerations.
 const ROUNDING: f64 = 1e-9;
 /// A drive may jump by this part of the size of the state before it counts as a jump.
 const JUMP: f64 = 1e-6;
-/// An event is located where its function has passed the band; bands this much wider hold what is
-/// zero there.
-const SLACK: f64 = 4.0;
-/// Bounces no higher than this many bands come to rest.
+/// Bounces no higher than this many bands of rounding come to rest.
 const HIDDEN: f64 = 1e3;
-/// Blows that may follow one another at one instant.
-const MAX_BLOWS: usize = 8;
+/// Impacts that may follow one another at one instant.
+const MAX_IMPACTS: usize = 8;
 
-/// What is known before the modes are chosen.
-pub(crate) struct Instant<'a> {
-    pub(crate) compiled: &'a CompiledSystem,
-    /// The model's own.
-    pub(crate) parameters: &'a [f64],
-    /// s.
-    pub(crate) t: f64,
-    pub(crate) q: Vec<f64>,
-    pub(crate) v: Vec<f64>,
-    /// The modes until now.
-    pub(crate) before: &'a Modes,
-    /// What has just crossed zero.
-    pub(crate) fired: &'a [Decider],
-    pub(crate) bands: Bands,
+/// A mode that the state alone does not decide, with its choices in order of preference.
+enum Undecided {
+    Kink { kink: usize, signs: [f64; 2] },
+    Contact { contact: usize, modes: Vec<ContactMode> },
 }
 
-/// How near to zero counts as zero.
-#[derive(Clone, PartialEq, Debug)]
-pub(crate) struct Bands {
-    /// By switch, in the unit of its function.
-    pub(crate) kinks: Vec<f64>,
-    /// m or rad: of rounding.
-    pub(crate) position: f64,
-    /// m/s or rad/s.
-    pub(crate) rate: f64,
-    /// Bounces no higher, m or rad, and no faster, m/s or rad/s, come to rest.
-    pub(crate) rest: [f64; 2],
-}
-
-/// Consistent modes with the state they start from.
-#[derive(Clone, PartialEq, Debug)]
-pub(crate) struct Settled {
-    pub(crate) modes: Modes,
-    pub(crate) q: Vec<f64>,
-    pub(crate) v: Vec<f64>,
-    pub(crate) a: Vec<f64>,
-    pub(crate) lambda: Vec<f64>,
-    /// Rows that are open or follow from others.
-    pub(crate) dependent: Vec<usize>,
-    /// Change of the kinetic energy by blows, J.
-    pub(crate) blow: f64,
-    /// Contacts that were hit, each with its speed of approach.
-    pub(crate) hits: Vec<(usize, f64)>,
-}
-
-/// Why no modes are consistent.
-#[derive(Clone, PartialEq, Debug)]
-pub enum Unsettled {
-    /// Whichever branch is taken leads back to the switch.
-    Chatter {
-        /// The switch.
-        kink: usize,
-    },
-    /// No set of contacts is consistent.
-    Contacts {
-        /// The contacts in question.
-        contacts: Vec<usize>,
-    },
-    /// A prescribed position jumps.
-    Jump {
-        /// The constraint row.
-        row: usize,
-        /// By how much, m or rad.
-        by: f64,
-    },
-}
-
-/// One mode that the state alone does not decide, and what it may be, in order of preference.
-struct Open {
-    decider: Decider,
-    choices: Vec<Choice>,
-}
-
-#[derive(Clone, Copy)]
-enum Choice {
-    Sign(f64),
-    Touch(Touch),
-}
-
-/// Chooses the modes at an instant.
+/// Finds consistent modes at an instant: impacts first, then the contacts that stay.
 ///
 /// # Errors
-/// [`Unsettled`] when there are none.
-pub(crate) fn settle(instant: Instant<'_>) -> Result<Settled, Unsettled> {
-    let mut work = Work::of(instant);
-    work.decide();
-    for _ in 0..MAX_BLOWS {
-        if !work.blow()? {
+/// [`NoConsistentModes`] says why there are none.
+pub(crate) fn consistent_modes(instant: Instant<'_>) -> Result<ConsistentModes, NoConsistentModes> {
+    let mut search = ModeSearch::new(instant);
+    search.decide();
+    for _ in 0..MAX_IMPACTS {
+        if !search.pass_impact()? {
             break;
         }
-        work.decide();
+        search.decide();
     }
-    let open = work.undecided();
-    work.choose(&open)
+    let undecided = search.undecided();
+    search.choose(&undecided)
 }
 
-/// As [`settle`], without blows: bodies that run into a stop are left to do so.
+/// As [`consistent_modes`], but bodies that run into a stop are left to do so.
 ///
 /// # Errors
-/// [`Unsettled`] when there are no consistent modes.
-pub(crate) fn settle_smoothly(instant: Instant<'_>) -> Result<Settled, Unsettled> {
-    let mut work = Work::of(instant);
-    work.decide();
-    let open = work.undecided();
-    work.choose(&open)
+/// [`NoConsistentModes`] says why there are none.
+pub(crate) fn consistent_modes_without_impact(
+    instant: Instant<'_>,
+) -> Result<ConsistentModes, NoConsistentModes> {
+    let mut search = ModeSearch::new(instant);
+    search.decide();
+    let undecided = search.undecided();
+    search.choose(&undecided)
 }
 
-impl Bands {
-    /// The bands for an absolute tolerance, with rounding of what the switches have been so far.
-    pub(crate) fn new(atol: f64, view: &View, watch: &Watch) -> Self {
-        const PART: f64 = 1e-3;
-        const ROUNDING: f64 = 1e-12;
-        // A body that falls through the band gains speed; this is all that is needed.
-        const ROUNDING_OF_POSITION: f64 = 64.0 * f64::EPSILON;
-        let band = |(u, &timed): (&f64, &bool)| {
-            if timed { 0.0 } else { PART * atol + ROUNDING * u.abs() }
-        };
-        Self {
-            kinks: view.kinks.iter().zip(&watch.timed).map(band).collect(),
-            position: ROUNDING_OF_POSITION,
-            rate: PART * atol,
-            rest: [atol; 2],
-        }
-    }
-}
-
-struct Work<'a> {
+/// The search at one instant, with the modes that are decided so far.
+struct ModeSearch<'a> {
     at: Instant<'a>,
     modes: Modes,
-    blow: f64,
-    hits: Vec<(usize, f64)>,
+    impact_work: f64,
+    hits: Vec<Hit>,
 }
 
-impl<'a> Work<'a> {
-    fn of(at: Instant<'a>) -> Self {
-        Self { modes: at.before.clone(), at, blow: 0.0, hits: Vec::new() }
+/// Accelerations in one set of modes, and the rates that follow from them.
+struct Motion {
+    a: Vec<f64>,
+    lambda: Vec<f64>,
+    /// u′ of every switch.
+    kink_rates: Vec<f64>,
+    /// φ″ or p″ of every contact.
+    contact_accelerations: Vec<f64>,
+    /// Size of velocities and accelerations.
+    scale: f64,
+}
+
+impl<'a> ModeSearch<'a> {
+    fn new(at: Instant<'a>) -> Self {
+        Self { modes: at.before.clone(), at, impact_work: 0.0, hits: Vec::new() }
     }
 
-    fn frozen(&self, modes: &Modes) -> Frozen<'a> {
-        Frozen::new(self.at.compiled, &modes.behind(self.at.parameters))
+    fn fixed(&self, modes: &Modes) -> FixedModes<'a> {
+        FixedModes::new(self.at.compiled, &modes.parameters_with_modes(self.at.parameters))
     }
 
-    fn view(&self, modes: &Modes) -> View {
-        let Instant { t, q, v, .. } = &self.at;
-        self.at.compiled.watch.at(&modes.behind(self.at.parameters)).view(*t, q, v).clone()
+    fn indicators(&self, modes: &Modes) -> IndicatorValues {
+        let Instant { t, q, v, compiled, parameters, .. } = &self.at;
+        let parameters = modes.parameters_with_modes(parameters);
+        compiled.indicators.at(&parameters).values(*t, q, v).clone()
     }
 
-    fn has_fired(&self, decider: Decider) -> bool {
-        self.at.fired.contains(&decider)
+    fn contacts(&self) -> &'a [CompiledContact] {
+        &self.at.compiled.indicators.contacts
     }
 
-    /// Every mode that the state decides. A kink inside another is decided first, and another view
-    /// taken: the outer function has a mode of the inner one in it.
+    fn has_fired(&self, indicator: Indicator) -> bool {
+        self.at.fired.contains(&indicator)
+    }
+
+    /// Decides every mode that the state decides. A kink inside another is decided first, and the
+    /// indicators are taken anew: the outer function has a mode of the inner one in it.
     fn decide(&mut self) {
         for _ in 0..=self.modes.signs.len() {
-            let view = self.view(&self.modes);
+            let values = self.indicators(&self.modes);
             let before = self.modes.clone();
-            for (k, &u) in view.kinks.iter().enumerate() {
-                if u.abs() > self.at.bands.kinks[k] {
-                    self.modes.signs[k] = u.signum();
-                } else if self.has_fired(Decider::Kink(k)) {
-                    self.modes.signs[k] = -self.at.before.signs[k];
-                }
-            }
-            for (k, seen) in view.contacts.iter().enumerate() {
-                let watched = &self.at.compiled.watch.contacts[k];
-                if watched.is_friction {
-                    if !self.is_at_rest(seen.rate) {
-                        self.modes.touches[k] = Touch::Sliding(seen.rate.signum());
-                    }
-                } else if !self.is_touching(k, seen.position)
-                    || seen.rate < 0.0 && !self.is_at_rest(seen.rate)
-                {
-                    self.modes.touches[k] = Touch::Apart;
-                }
-            }
+            self.decide_kinks(&values.kinks);
+            self.decide_contacts(&values.contacts);
             if self.modes == before {
                 break;
             }
         }
     }
 
-    /// Contacts that hold are in touch; the run keeps them so.
-    fn is_touching(&self, k: usize, penetration: f64) -> bool {
-        self.modes.touches[k].is_closed() || penetration >= -SLACK * self.at.bands.position
+    /// σ = sign u; a function that has just crossed zero has changed its sign.
+    fn decide_kinks(&mut self, functions: &[f64]) {
+        for (k, &u) in functions.iter().enumerate() {
+            if u.abs() > self.at.bands.kinks[k] {
+                self.modes.signs[k] = u.signum();
+            } else if self.has_fired(Indicator::Kink(k)) {
+                self.modes.signs[k] = -self.at.before.signs[k];
+            }
+        }
     }
 
-    fn is_at_rest(&self, rate: f64) -> bool {
-        rate.abs() <= SLACK * self.at.bands.rate
+    /// φ < 0, or φ = 0 and φ′ < 0: open. p′ ≠ 0: slipping.
+    fn decide_contacts(&mut self, contacts: &[ContactState]) {
+        for (k, &state) in contacts.iter().enumerate() {
+            let is_at_rest = self.at.bands.is_at_rest(state.rate());
+            match state {
+                ContactState::Friction { rate, .. } if !is_at_rest => {
+                    self.modes.contacts[k] = ContactMode::Slip(rate.signum());
+                }
+                ContactState::Stop { penetration, rate, .. }
+                    if !self.is_closed(k, penetration) || rate < 0.0 && !is_at_rest =>
+                {
+                    self.modes.contacts[k] = ContactMode::Open;
+                }
+                _ => (),
+            }
+        }
     }
 
-    /// Stops in touch, whether or not they are about to part.
-    fn touching(&self, view: &View) -> Vec<usize> {
-        let contacts = view.contacts.iter().enumerate();
-        let is_stop = |k: usize| !self.at.compiled.watch.contacts[k].is_friction;
-        let touching =
-            contacts.filter(|(k, seen)| is_stop(*k) && self.is_touching(*k, seen.position));
-        touching.map(|(k, _)| k).collect()
+    /// Whether a stop is closed; one that was held until now is, since the run keeps it so.
+    fn is_closed(&self, k: usize, penetration: f64) -> bool {
+        self.modes.contacts[k].is_active() || self.at.bands.is_closed(penetration)
     }
 
-    /// Stops that bodies run into, and prescribed rates that jump, change the velocities at once.
-    /// False when there is neither.
-    fn blow(&mut self) -> Result<bool, Unsettled> {
-        let view = self.view(&self.modes);
-        let touching = self.touching(&view);
+    /// Closed stops, whether or not they are about to part.
+    fn closed_stops(&self, values: &IndicatorValues) -> Vec<usize> {
+        let contacts = values.contacts.iter().enumerate();
+        let closed = contacts.filter(|&(k, &state)| match state {
+            ContactState::Stop { penetration, .. } => self.is_closed(k, penetration),
+            ContactState::Friction { .. } => false,
+        });
+        closed.map(|(k, _)| k).collect()
+    }
+
+    /// Passes an impact where bodies run into stops, or a prescribed rate jumps: velocities change at
+    /// once. False when there is neither.
+    fn pass_impact(&mut self) -> Result<bool, NoConsistentModes> {
+        let values = self.indicators(&self.modes);
+        let closed = self.closed_stops(&values);
         let (t, bands) = (self.at.t, &self.at.bands);
-        let is_hit = |k: &usize| view.contacts[*k].rate > SLACK * bands.rate;
-        let hits: Vec<usize> = touching.iter().copied().filter(is_hit).collect();
-        let mut frozen = self.frozen(&self.modes_of_blow(&touching));
+        let approaching = |k: &usize| bands.is_approaching(values.contacts[*k].rate());
+        let hit: Vec<usize> = closed.iter().copied().filter(approaching).collect();
+        let mut fixed = self.fixed(&self.modes_of_impact(&closed));
 
         // Onto the stops themselves, which the event has passed by rounding.
-        let furthest = JUMP;
-        onto_rows(&mut frozen, t, &mut self.at.q, &self.at.v, furthest)?;
+        onto_rows(&mut fixed, t, &mut self.at.q, &self.at.v)?;
 
-        let rows: Vec<usize> =
-            touching.iter().map(|&k| self.at.compiled.watch.contacts[k].row).collect();
-        let at = frozen.matrices(t, &self.at.q, &self.at.v);
-        let held = beside(&at, &rows);
-        let (g, g_rate) = (at.jacobian.select_rows(&held), at.rate.select_rows(&held));
+        // The rows that hold throughout, and whether the velocities break them.
+        let rows: Vec<usize> = closed.iter().map(|&k| self.contacts()[k].row).collect();
+        let at = fixed.matrices(t, &self.at.q, &self.at.v);
+        let held = independent_without(&at.jacobian, &rows);
+        let g = at.jacobian.select(&held);
+        let g_rate: Vec<f64> = held.iter().map(|&row| at.rate[row]).collect();
         let velocity = DVector::from_column_slice(&self.at.v);
-        let jump = largest((&g * &velocity + &g_rate).as_slice());
-        let has_jumped = jump > 10.0 * JUMP * (1.0 + largest(&self.at.v));
-        if hits.is_empty() && !has_jumped {
+        let broken = Matrix::of(g.clone()).times(&velocity) + DVector::from_column_slice(&g_rate);
+        let has_jumped = largest(broken.as_slice()) > 10.0 * JUMP * (1.0 + largest(&self.at.v));
+        if hit.is_empty() && !has_jumped {
             return Ok(false);
         }
-        let jacobian = at.jacobian.select_rows(&rows);
-        let restitution = self.restitutions(&touching, &view);
-        let stops = Stops { jacobian: &jacobian, restitution: &restitution };
-        let found = impact(&at.mass, &g, &g_rate, &stops, &velocity)
-            .ok_or(Unsettled::Contacts { contacts: touching })?;
-        let energy = |v: &DVector<f64>| 0.5 * (&at.mass * v).dot(v);
-        self.blow += energy(&found.v) - energy(&velocity);
-        self.hits.extend(hits.iter().map(|&k| (k, view.contacts[k].rate)));
-        self.at.v = found.v.as_slice().to_vec();
+
+        // The impact itself, on all closed stops.
+        let stops = at.jacobian.select(&rows);
+        let restitution = self.restitutions(&closed, &values);
+        let equations = ImpactEquations {
+            mass: &at.mass,
+            g: &g,
+            g_rate: &g_rate,
+            stops: &stops,
+            restitution: &restitution,
+        };
+        let impact =
+            equations.solve(&velocity).ok_or(NoConsistentModes::Contacts { contacts: closed })?;
+        let energy = |v: &DVector<f64>| 0.5 * at.mass.times(v).dot(v);
+        self.impact_work += energy(&impact.v) - energy(&velocity);
+        let hits = hit.iter().map(|&k| Hit { contact: k, speed: values.contacts[k].rate() });
+        self.hits.extend(hits);
+        self.at.v = impact.v.as_slice().to_vec();
         Ok(true)
     }
 
-    /// All stops in touch hold; friction is bounded, so that it gives no impulse.
-    fn modes_of_blow(&self, touching: &[usize]) -> Modes {
+    /// All closed stops hold; friction is bounded, so that it gives no impulse.
+    fn modes_of_impact(&self, closed: &[usize]) -> Modes {
         let mut modes = self.modes.clone();
-        for &k in touching {
-            modes.touches[k] = Touch::Resting;
+        for &k in closed {
+            modes.contacts[k] = ContactMode::Closed;
         }
-        for touch in &mut modes.touches {
-            if let Touch::Sticking(_) = touch {
-                *touch = Touch::Sliding(0.0);
+        for mode in &mut modes.contacts {
+            if let ContactMode::Stick(_) = mode {
+                *mode = ContactMode::Slip(0.0);
             }
         }
         modes
     }
 
-    /// Restitution of each stop in touch; none where the bounces to come are too small to be seen.
-    fn restitutions(&self, touching: &[usize], view: &View) -> Vec<f64> {
+    /// ε of each closed stop; none where the bounces to come are too small to be seen.
+    ///
+    /// Left alone, the bodies come back with φ″ > 0 after a flight of height (ε u)²/2φ″.
+    fn restitutions(&self, closed: &[usize], values: &IndicatorValues) -> Vec<f64> {
         let mut free = self.modes.clone();
-        for &k in touching {
-            free.touches[k] = Touch::Apart;
+        for &k in closed {
+            free.contacts[k] = ContactMode::Open;
         }
-        let pressing = self.accelerate(&free).map(|found| found.rates);
-        let n_kinks = self.modes.signs.len();
-        let [height, rate] = self.at.bands.rest;
+        let pressing = self.motion_in(&free).map(|motion| motion.contact_accelerations);
+        let [height, speed] = self.at.bands.rest;
         // Such bounces would be of rounding.
         let hidden = HIDDEN * self.at.bands.position;
-        let restitution = |&k: &usize| {
-            let seen = view.contacts[k];
-            let speed = seen.first * seen.rate;
-            // Left alone, the bodies come back with φ″ > 0 after a flight of height u²/2φ″.
-            let pressing = pressing.as_ref().map_or(0.0, |rates| rates[n_kinks + k]);
-            let square = speed * speed;
-            let is_small = seen.rate <= rate && square <= 2.0 * pressing * height;
+        let of_stop = |&k: &usize| {
+            let ContactState::Stop { rate, restitution, .. } = values.contacts[k] else {
+                unreachable!("friction is never among the closed stops")
+            };
+            let parting = restitution * rate;
+            let pressing = pressing.as_ref().map_or(0.0, |accelerations| accelerations[k]);
+            let square = parting * parting;
+            let is_small = rate <= speed && square <= 2.0 * pressing * height;
             let is_hidden = square <= 2.0 * pressing * hidden;
-            if is_small || is_hidden { 0.0 } else { seen.first }
+            if is_small || is_hidden { 0.0 } else { restitution }
         };
-        touching.iter().map(restitution).collect()
+        closed.iter().map(of_stop).collect()
     }
 
-    /// What the state leaves open, with the choices in order of preference.
-    fn undecided(&self) -> Vec<Open> {
-        let view = self.view(&self.modes);
-        let mut open = Vec::new();
-        for (k, &u) in view.kinks.iter().enumerate() {
-            let decider = Decider::Kink(k);
-            if u.abs() <= self.at.bands.kinks[k] || self.has_fired(decider) {
-                let sign = self.modes.signs[k];
-                let choices = vec![Choice::Sign(sign), Choice::Sign(-sign)];
-                open.push(Open { decider, choices });
+    /// The modes that the state leaves open, with their choices.
+    fn undecided(&self) -> Vec<Undecided> {
+        let values = self.indicators(&self.modes);
+        let mut undecided = Vec::new();
+        for (kink, &u) in values.kinks.iter().enumerate() {
+            if u.abs() <= self.at.bands.kinks[kink] || self.has_fired(Indicator::Kink(kink)) {
+                let sign = self.modes.signs[kink];
+                undecided.push(Undecided::Kink { kink, signs: [sign, -sign] });
             }
         }
-        for (k, seen) in view.contacts.iter().enumerate() {
-            let watched = &self.at.compiled.watch.contacts[k];
-            let decider = Decider::Contact(k);
-            let before = self.at.before.touches[k];
-            if !self.is_at_rest(seen.rate) {
-                continue;
+        for (contact, state) in values.contacts.iter().enumerate() {
+            if self.at.bands.is_at_rest(state.rate())
+                && let Some(modes) = self.choices(contact, *state)
+            {
+                undecided.push(Undecided::Contact { contact, modes });
             }
-            let mut touches = match before {
-                _ if watched.is_friction => {
-                    let place = match before {
-                        Touch::Sticking(place) => place,
-                        _ => seen.position,
-                    };
-                    vec![Touch::Sticking(place), Touch::Sliding(1.0), Touch::Sliding(-1.0)]
-                }
-                _ if self.is_touching(k, seen.position) => vec![Touch::Resting, Touch::Apart],
-                _ => continue,
-            };
-            // What has just let go does not hold.
-            if self.has_fired(decider) && before.is_closed() {
-                touches.retain(|touch| !touch.is_closed());
-            }
-            open.push(Open { decider, choices: touches.into_iter().map(Choice::Touch).collect() });
         }
-        open
+        undecided
+    }
+
+    /// The modes that a contact at rest may have, held first; `None` for a stop that is open.
+    fn choices(&self, contact: usize, state: ContactState) -> Option<Vec<ContactMode>> {
+        let before = self.at.before.contacts[contact];
+        let mut modes = match state {
+            ContactState::Friction { position, .. } => {
+                let position = match before {
+                    ContactMode::Stick(held) => held,
+                    _ => position,
+                };
+                vec![ContactMode::Stick(position), ContactMode::Slip(1.0), ContactMode::Slip(-1.0)]
+            }
+            ContactState::Stop { penetration, .. } if self.is_closed(contact, penetration) => {
+                vec![ContactMode::Closed, ContactMode::Open]
+            }
+            ContactState::Stop { .. } => return None,
+        };
+        // A contact that has just let go does not hold.
+        if self.has_fired(Indicator::Contact(contact)) && before.is_active() {
+            modes.retain(|mode| !mode.is_active());
+        }
+        Some(modes)
     }
 
     /// The first consistent combination of choices.
-    fn choose(self, open: &[Open]) -> Result<Settled, Unsettled> {
-        let n_combinations = open
-            .iter()
-            .try_fold(1usize, |n, open| n.checked_mul(open.choices.len()))
-            .unwrap_or(usize::MAX);
-        for combination in 0..n_combinations.min(MAX_COMBINATIONS) {
+    fn choose(self, undecided: &[Undecided]) -> Result<ConsistentModes, NoConsistentModes> {
+        for set in ModeSets::new(undecided.iter().map(Undecided::n_choices).collect()) {
             let mut modes = self.modes.clone();
-            let mut rest = combination;
-            for Open { decider, choices } in open {
-                match (decider, choices[rest % choices.len()]) {
-                    (&Decider::Kink(k), Choice::Sign(sign)) => modes.signs[k] = sign,
-                    (&Decider::Contact(k), Choice::Touch(touch)) => modes.touches[k] = touch,
-                    _ => (),
-                }
-                rest /= choices.len();
+            for (undecided, choice) in undecided.iter().zip(set) {
+                undecided.take(choice, &mut modes);
             }
-            let Some(found) = self.accelerate(&modes) else { continue };
-            if self.is_consistent(open, &modes, &found) {
-                return Ok(self.landed(modes));
+            let Some(motion) = self.motion_in(&modes) else { continue };
+            if self.is_consistent(undecided, &modes, &motion) {
+                return Ok(self.start_in(modes));
             }
         }
-        let kink = open.iter().find_map(|open| match open.decider {
-            Decider::Kink(kink) => Some(kink),
-            Decider::Contact(_) => None,
-        });
-        let contacts = open.iter().filter_map(|open| match open.decider {
-            Decider::Contact(contact) => Some(contact),
-            Decider::Kink(_) => None,
-        });
-        Err(match kink {
-            Some(kink) => Unsettled::Chatter { kink },
-            None => Unsettled::Contacts { contacts: contacts.collect() },
-        })
+        Err(none_consistent(undecided))
     }
 
-    fn is_consistent(&self, open: &[Open], modes: &Modes, found: &Motion) -> bool {
-        let view = self.view(modes);
-        let n_kinks = modes.signs.len();
-        let (a, lambda) = (largest(&found.a), largest(&found.lambda));
+    /// Whether every mode that was chosen agrees with the motion that follows.
+    fn is_consistent(&self, undecided: &[Undecided], modes: &Modes, motion: &Motion) -> bool {
+        let values = self.indicators(modes);
+        let (a, lambda) = (largest(&motion.a), largest(&motion.lambda));
         let small = ROUNDING * a + f64::MIN_POSITIVE;
-        open.iter().all(|open| match open.decider {
-            Decider::Kink(k) => {
-                let rate = found.rates[k];
-                modes.signs[k] * rate >= -ROUNDING * rate.abs().max(found.scale)
+        undecided.iter().all(|undecided| match *undecided {
+            Undecided::Kink { kink, .. } => {
+                let rate = motion.kink_rates[kink];
+                leaves_to_its_side(modes.signs[kink], rate, ROUNDING * rate.abs().max(motion.scale))
             }
-            Decider::Contact(k) => {
-                let acceleration = found.rates[n_kinks + k];
-                let force = found.lambda[self.at.compiled.watch.contacts[k].row];
-                let limit = view.contacts[k].limit;
-                match modes.touches[k] {
-                    Touch::Resting => force >= -ROUNDING * lambda,
-                    Touch::Apart => acceleration <= small,
-                    Touch::Sticking(_) => force.abs() <= limit + ROUNDING * limit.max(lambda),
-                    Touch::Sliding(sign) => sign * acceleration >= -small,
+            Undecided::Contact { contact, .. } => {
+                let acceleration = motion.contact_accelerations[contact];
+                let force = motion.lambda[self.contacts()[contact].row];
+                match (modes.contacts[contact], values.contacts[contact]) {
+                    (ContactMode::Closed, _) => pushes(force, ROUNDING * lambda),
+                    (ContactMode::Open, _) => stays_apart(acceleration, small),
+                    (ContactMode::Stick(_), ContactState::Friction { sticking, .. }) => {
+                        holds(force, sticking, ROUNDING * sticking.max(lambda))
+                    }
+                    (ContactMode::Slip(sign), _) => {
+                        slips_against_friction(sign, acceleration, small)
+                    }
+                    (ContactMode::Stick(_), ContactState::Stop { .. }) => {
+                        unreachable!("stops do not stick")
+                    }
                 }
             }
         })
     }
 
-    fn accelerate(&self, modes: &Modes) -> Option<Motion> {
+    /// The accelerations in a set of modes; `None` where there are none.
+    fn motion_in(&self, modes: &Modes) -> Option<Motion> {
         let Instant { t, q, v, compiled, parameters, .. } = &self.at;
-        let parameters = modes.behind(parameters);
-        let mut frozen = Frozen::new(compiled, &parameters);
-        let dependent = frozen.dependent(*t, q);
-        let (a, lambda) = frozen.accelerations((*t, q, v), &dependent)?;
-        let rates = compiled.watch.at(&parameters).rates(*t, q, v, &a).to_vec();
-        let scale = largest(&a) + largest(v);
-        Some(Motion { a, lambda, rates, scale })
+        let parameters = modes.parameters_with_modes(parameters);
+        let mut fixed = FixedModes::new(compiled, &parameters);
+        let inactive = fixed.inactive_rows(*t, q);
+        let found = fixed.acceleration((*t, q, v), &inactive)?.clone();
+        let mut evaluator = compiled.indicators.at(&parameters);
+        let rates = evaluator.rates(*t, q, v, &found.a);
+        Some(Motion {
+            kink_rates: rates.kinks.to_vec(),
+            contact_accelerations: rates.contacts.to_vec(),
+            scale: largest(&found.a) + largest(v),
+            a: found.a,
+            lambda: found.lambda,
+        })
     }
 
-    /// The state on all rows that hold.
-    fn landed(self, modes: Modes) -> Settled {
-        let mut frozen = self.frozen(&modes);
-        let Instant { t, mut q, mut v, .. } = self.at;
-        let dependent = frozen.dependent(t, &q);
-        frozen.project(t, &mut q, &mut v, &dependent);
-        let none = || (vec![f64::NAN; q.len()], vec![f64::NAN; dependent.len()]);
-        let (a, lambda) = frozen.accelerations((t, &q, &v), &dependent).unwrap_or_else(none);
-        Settled { modes, q, v, a, lambda, dependent, blow: self.blow, hits: self.hits }
+    /// The state on all active rows, from which the motion goes on.
+    fn start_in(self, modes: Modes) -> ConsistentModes {
+        let mut fixed = self.fixed(&modes);
+        let Instant { t, mut q, mut v, compiled, .. } = self.at;
+        let inactive = fixed.inactive_rows(t, &q);
+        fixed.project(t, &mut q, &mut v, &inactive);
+        let found = fixed.acceleration((t, &q, &v), &inactive);
+        let (a, lambda) = match found {
+            Some(found) => (found.a.clone(), found.lambda.clone()),
+            None => (vec![f64::NAN; q.len()], vec![f64::NAN; compiled.nc()]),
+        };
+        let Self { impact_work, hits, .. } = self;
+        ConsistentModes { modes, q, v, a, lambda, inactive, impact_work, hits }
     }
 }
 
-/// Moves q onto all rows that hold, which must be near.
+impl Undecided {
+    fn n_choices(&self) -> usize {
+        match self {
+            Self::Kink { signs, .. } => signs.len(),
+            Self::Contact { modes, .. } => modes.len(),
+        }
+    }
+
+    /// Takes the choice of this index.
+    fn take(&self, choice: usize, modes: &mut Modes) {
+        match self {
+            Self::Kink { kink, signs } => modes.signs[*kink] = signs[choice],
+            Self::Contact { contact, modes: choices } => modes.contacts[*contact] = choices[choice],
+        }
+    }
+}
+
+/// The fault where no combination is consistent: a kink where there is one, else the contacts.
+fn none_consistent(undecided: &[Undecided]) -> NoConsistentModes {
+    let mut contacts = Vec::new();
+    for undecided in undecided {
+        match *undecided {
+            Undecided::Kink { kink, .. } => return NoConsistentModes::Chatter { kink },
+            Undecided::Contact { contact, .. } => contacts.push(contact),
+        }
+    }
+    NoConsistentModes::Contacts { contacts }
+}
+
+/// Moves q onto all active rows, which must be near.
 fn onto_rows(
-    frozen: &mut Frozen<'_>,
+    fixed: &mut FixedModes<'_>,
     t: f64,
     q: &mut [f64],
     v: &[f64],
-    furthest: f64,
-) -> Result<(), Unsettled> {
-    let gaps = frozen.matrices(t, q, v).constraint;
-    let worst = gaps.iter().map(|g| g.abs()).enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
-    if let Some((row, by)) = worst.filter(|(_, by)| *by > furthest * largest(q).max(1.0)) {
-        return Err(Unsettled::Jump { row, by });
+) -> Result<(), NoConsistentModes> {
+    let gaps = fixed.gaps(t, q).iter().map(|g| g.abs()).enumerate();
+    let worst = gaps.max_by(|a, b| a.1.total_cmp(&b.1));
+    if let Some((row, by)) = worst.filter(|(_, by)| *by > JUMP * largest(q).max(1.0)) {
+        return Err(NoConsistentModes::Jump { row, by });
     }
-    let dependent = frozen.dependent(t, q);
-    frozen.project(t, q, &mut v.to_vec(), &dependent);
+    let inactive = fixed.inactive_rows(t, q);
+    fixed.project(t, q, &mut v.to_vec(), &inactive);
     Ok(())
 }
 
-/// The independent rows beside the stops; which these are must not depend on the stops.
-fn beside(at: &Matrices, stops: &[usize]) -> Vec<usize> {
-    let mut joints = at.jacobian.clone();
-    for &row in stops {
-        joints.row_mut(row).fill(0.0);
-    }
-    let dependent = dependent_rows(&joints).dependent;
-    (0..joints.nrows()).filter(|row| !dependent.contains(row)).collect()
-}
-
-/// Accelerations and what follows from them.
-struct Motion {
-    a: Vec<f64>,
-    lambda: Vec<f64>,
-    /// Rates of the switches, then accelerations of the contacts.
-    rates: Vec<f64>,
-    /// Size of velocities and accelerations.
-    scale: f64,
+/// The independent rows besides those of stops; which these are must not depend on the stops.
+fn independent_without(jacobian: &SparseRows, stops: &[usize]) -> Vec<usize> {
+    let dependent = dependent_rows(&jacobian.without(stops)).dependent;
+    let mut is_dependent = vec![false; jacobian.n_rows()];
+    dependent.into_iter().for_each(|row| is_dependent[row] = true);
+    (0..jacobian.n_rows()).filter(|&row| !is_dependent[row]).collect()
 }

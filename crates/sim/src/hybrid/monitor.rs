@@ -1,187 +1,195 @@
-//! What is watched during one leg of a run, where nothing switches.
+//! [`EventMonitor`]: the indicators of one phase of a run, in which nothing switches.
 //!
-//! Every function is signed so that it is positive in the leg, and shifted by a band of the size of
+//! Every indicator is signed so that it is positive in the phase, and raised by a band of the size of
 //! rounding, so that rounding about zero is no event:
 //!
 //! ```text
-//! kink              σ u
-//! stop apart        −φ
-//! stop at rest      λ
-//! friction sliding  ς p′
-//! friction sticking F₀ − |λ|
+//! kink       σ u
+//! stop       −φ apart              λ in contact
+//! friction   ς p′ slipping         F₀ − |λ| sticking
 //! ```
 
 use bksim_dae::{Crossing, Event, EventSearch, Events, Loader, Saver, SolveError, Start, Step};
 
-use super::fixed::Frozen;
-use super::indicators::{Decider, Watch, Watcher};
-use super::mode_search::Bands;
-use super::modes::{Modes, Touch};
+use super::bands::Bands;
+use super::fixed::FixedModes;
 use crate::compiled::CompiledSystem;
+use crate::modes::indicators::{CompiledContact, ContactState, Indicator, IndicatorEvaluator};
+use crate::modes::{ContactMode, Modes};
 
 /// Forces within this part of the largest are rounding.
 const FORCE_BAND: f64 = 1e-9;
 
-/// What switched, and when.
+/// The indicators that first crossed zero, and when.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Crossed {
     /// s.
     pub(crate) t: f64,
-    pub(crate) fired: Vec<Decider>,
+    pub(crate) fired: Vec<Indicator>,
 }
 
-/// The functions of one leg and the search for their crossings.
-pub(crate) struct Lookout<'a> {
-    functions: Functions<'a>,
+/// The signed indicators of one phase and the search for their crossings.
+pub(crate) struct EventMonitor<'a> {
+    indicators: SignedIndicators<'a>,
     /// Made with the first step.
     search: Option<EventSearch>,
 }
 
-impl<'a> Lookout<'a> {
-    /// The functions of a leg that starts at (t, q, v); `parameters` end with the modes.
+impl<'a> EventMonitor<'a> {
+    /// The monitor of a phase that starts at (t, q, v); `parameters` end with the modes.
     pub(crate) fn new(
         compiled: &'a CompiledSystem,
         parameters: &[f64],
         modes: &Modes,
-        dependent: &[usize],
+        inactive: &[usize],
         bands: &Bands,
         (t, q, v): (f64, &[f64], &[f64]),
     ) -> Self {
-        let functions = Functions::new(compiled, parameters, modes, dependent, bands, (t, q, v));
-        Self { functions, search: None }
+        let mut indicators = SignedIndicators {
+            evaluator: compiled.indicators.at(parameters),
+            contacts: &compiled.indicators.contacts,
+            fixed: FixedModes::new(compiled, parameters),
+            nq: q.len(),
+            modes: modes.clone(),
+            inactive: inactive.to_vec(),
+            bands: vec![0.0; modes.signs.len() + modes.contacts.len()],
+        };
+        indicators.raise(bands, (t, q, v));
+        Self { indicators, search: None }
     }
 
-    /// What the leg has come to.
+    /// Saves how far the phase has come.
     pub(crate) fn save(&self, saver: &mut Saver) {
-        let Self { functions, search } = self;
-        saver.slice(&functions.bands);
+        let Self { indicators, search } = self;
+        saver.slice(&indicators.bands);
         saver.flag(search.is_some());
         if let Some(search) = search {
             let (values, is_fresh) = search.remembered();
             saver.slice(&values);
             saver.flag(is_fresh);
         }
-        functions.frozen.save(saver);
+        indicators.fixed.save(saver);
     }
 
-    /// Goes on with what was saved where the leg has come to; `state` is the integrator's.
+    /// Goes on with the numbers saved where the phase has come to; `state` is the integrator's.
     pub(crate) fn load(
         &mut self,
         loader: &mut Loader<'_>,
         state: &Start,
     ) -> Result<(), SolveError> {
-        let Self { functions, search } = self;
-        loader.fill(&mut functions.bands)?;
+        let Self { indicators, search } = self;
+        loader.fill(&mut indicators.bands)?;
         if loader.flag()? {
-            let mut resumed = EventSearch::new(functions, state);
+            let mut resumed = EventSearch::new(indicators, state);
             resumed.resume(loader.slice()?, loader.flag()?)?;
             *search = Some(resumed);
         }
-        let Functions { frozen, dependent, .. } = functions;
-        frozen.load(loader, dependent)
+        let SignedIndicators { fixed, inactive, .. } = indicators;
+        fixed.load(loader, inactive)
     }
 
-    /// What first crosses zero in a step.
+    /// The indicators that first cross zero in a step.
     pub(crate) fn first_in(&mut self, step: &Step<'_>) -> Option<Crossed> {
-        let Self { functions, search } = self;
+        let Self { indicators, search } = self;
         let search = search.get_or_insert_with(|| {
             let (y, ydot) = (step.y0().to_vec(), step.ydot1().to_vec());
-            EventSearch::new(functions, &Start { t: step.t0(), y, ydot })
+            EventSearch::new(indicators, &Start { t: step.t0(), y, ydot })
         });
-        let found = search.crossings(functions, step);
+        let found = search.crossings(indicators, step);
         let t = found.first()?.t;
         let is_now = |event: &&Event| (event.t - t).abs() <= SAME_INSTANT * t.abs();
         let events = found.iter().take_while(is_now);
-        Some(Crossed { t, fired: events.map(|event| functions.decider(event.i)).collect() })
+        Some(Crossed { t, fired: events.map(|event| indicators.indicator(event.i)).collect() })
     }
 }
 
 /// Events this near to one another, as a part of t, are one.
 const SAME_INSTANT: f64 = 16.0 * f64::EPSILON;
 
-struct Functions<'a> {
-    watch: &'a Watch,
-    watcher: Watcher<'a>,
-    frozen: Frozen<'a>,
+/// The indicators of fixed modes as functions that are positive while the modes last.
+struct SignedIndicators<'a> {
+    evaluator: IndicatorEvaluator<'a>,
+    contacts: &'a [CompiledContact],
+    fixed: FixedModes<'a>,
     nq: usize,
     modes: Modes,
-    /// Rows that are open or follow from others.
-    dependent: Vec<usize>,
-    /// What each function is raised by.
+    /// Rows of open contacts, and rows that follow from others.
+    inactive: Vec<usize>,
+    /// The amount that each indicator is raised by.
     bands: Vec<f64>,
 }
 
-impl<'a> Functions<'a> {
-    fn new(
-        compiled: &'a CompiledSystem,
-        parameters: &[f64],
-        modes: &Modes,
-        dependent: &[usize],
-        bands: &Bands,
-        (t, q, v): (f64, &[f64], &[f64]),
-    ) -> Self {
-        let watch = &compiled.watch;
-        let mut functions = Self {
-            watch,
-            watcher: watch.at(parameters),
-            frozen: Frozen::new(compiled, parameters),
-            nq: q.len(),
-            modes: modes.clone(),
-            dependent: dependent.to_vec(),
-            bands: vec![0.0; modes.signs.len() + modes.touches.len()],
+impl SignedIndicators<'_> {
+    /// Raises every indicator by its band, and by what it lacks to zero at the start of the phase:
+    /// that is on the right side whatever rounding says.
+    fn raise(&mut self, bands: &Bands, (t, q, v): (f64, &[f64], &[f64])) {
+        let mut start = vec![0.0; self.bands.len()];
+        let force = self.signed_into(t, q, v, &mut start);
+        let of_contact = |mode: &ContactMode| match mode {
+            ContactMode::Open => bands.position,
+            ContactMode::Slip(_) => bands.rate,
+            ContactMode::Closed | ContactMode::Stick(_) => FORCE_BAND * force,
         };
-        let mut start = vec![0.0; functions.bands.len()];
-        let force = functions.signed_into(t, q, v, &mut start);
-        let of_touch = |touch: &Touch| match touch {
-            Touch::Apart => bands.position,
-            Touch::Sliding(_) => bands.rate,
-            Touch::Resting | Touch::Sticking(_) => FORCE_BAND * force,
-        };
-        let all = bands.kinks.iter().copied().chain(modes.touches.iter().map(of_touch));
-        // A leg starts on the right side whatever rounding says.
+        let of_contacts = self.modes.contacts.iter().map(of_contact);
+        let all = bands.kinks.iter().copied().chain(of_contacts);
         let raised = all.zip(&start).map(|(band, &value)| band + (-value).max(0.0));
-        functions.bands = raised.collect();
-        functions
+        self.bands = raised.collect();
     }
 
-    fn decider(&self, i: usize) -> Decider {
+    fn indicator(&self, i: usize) -> Indicator {
         match i.checked_sub(self.modes.signs.len()) {
-            None => Decider::Kink(i),
-            Some(contact) => Decider::Contact(contact),
+            None => Indicator::Kink(i),
+            Some(contact) => Indicator::Contact(contact),
         }
     }
 
-    /// Writes the signed functions; returns the size of the forces in contact.
+    /// Writes the signed indicators; returns the size of the forces in active contacts.
+    ///
+    /// Multipliers are NaN, which is no crossing, where the motion has none.
     fn signed_into(&mut self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) -> f64 {
-        let holds = self.modes.touches.iter().any(|touch| touch.is_closed());
-        let found =
-            if holds { self.frozen.accelerations((t, q, v), &self.dependent) } else { None };
-        let view = self.watcher.view(t, q, v);
-        let (kinks, contacts) = out.split_at_mut(view.kinks.len());
-        for ((value, u), sign) in kinks.iter_mut().zip(&view.kinks).zip(&self.modes.signs) {
+        let Self { evaluator, contacts, fixed, modes, inactive, .. } = self;
+        let has_active = modes.contacts.iter().any(|mode| mode.is_active());
+        let found = if has_active { fixed.acceleration((t, q, v), inactive) } else { None };
+        let values = evaluator.values(t, q, v);
+
+        let (kinks, of_contacts) = out.split_at_mut(values.kinks.len());
+        for ((value, u), sign) in kinks.iter_mut().zip(&values.kinks).zip(&modes.signs) {
             *value = sign * u;
         }
         let mut size: f64 = 0.0;
-        for (k, value) in contacts.iter_mut().enumerate() {
-            let seen = view.contacts[k];
-            let force = || {
-                found.as_ref().map_or(f64::NAN, |(_, lambda)| lambda[self.watch.contacts[k].row])
-            };
-            *value = match self.modes.touches[k] {
-                Touch::Apart => -seen.position,
-                Touch::Resting => force(),
-                Touch::Sliding(sign) => sign * seen.rate,
-                Touch::Sticking(_) => seen.limit - force().abs(),
-            };
-            if self.modes.touches[k].is_closed() {
-                size = size.max(force().abs()).max(seen.limit);
+        for (k, value) in of_contacts.iter_mut().enumerate() {
+            let (mode, state) = (modes.contacts[k], values.contacts[k]);
+            let force = found.map_or(f64::NAN, |found| found.lambda[contacts[k].row]);
+            *value = signed(mode, state, force);
+            if mode.is_active() {
+                size = size.max(force.abs()).max(largest_force(state));
             }
         }
         size
     }
 }
 
-impl Events for Functions<'_> {
+/// The indicator of a contact, positive while its mode lasts.
+fn signed(mode: ContactMode, state: ContactState, force: f64) -> f64 {
+    match (mode, state) {
+        (ContactMode::Open, ContactState::Stop { penetration, .. }) => -penetration,
+        (ContactMode::Closed, ContactState::Stop { .. }) => force,
+        (ContactMode::Slip(sign), ContactState::Friction { rate, .. }) => sign * rate,
+        (ContactMode::Stick(_), ContactState::Friction { sticking, .. }) => sticking - force.abs(),
+        _ => unreachable!("stops are open or closed, friction slips or sticks"),
+    }
+}
+
+/// A force that an active contact may reach, by which rounding is measured besides its own.
+fn largest_force(state: ContactState) -> f64 {
+    match state {
+        // A number without unit: kept, since it moves the last digits of events.
+        ContactState::Stop { restitution, .. } => restitution.max(0.0),
+        ContactState::Friction { sticking, .. } => sticking,
+    }
+}
+
+impl Events for SignedIndicators<'_> {
     fn count(&self) -> usize {
         self.bands.len()
     }

@@ -2,13 +2,14 @@
 
 use bksim_dae::{Loader, Saver, SolveError};
 
-use super::fixed::Frozen;
-use super::indicators::{Decider, Watcher};
-use super::mode_search::{Bands, Instant, Settled, Unsettled, settle};
-use super::modes::{Modes, Touch};
-use super::monitor::{Crossed, Lookout};
+use super::bands::Bands;
+use super::consistent::{ConsistentModes, Hit, Instant, NoConsistentModes};
+use super::fixed::FixedModes;
+use super::mode_search::consistent_modes;
+use super::monitor::{Crossed, EventMonitor};
 use crate::compiled::CompiledSystem;
-use crate::start::Start;
+use crate::modes::indicators::{Indicator, IndicatorEvaluator};
+use crate::modes::{ContactMode, Modes};
 use bksim_model::{LoadId, SolveOptions};
 
 /// Something that switched during a run.
@@ -16,14 +17,14 @@ use bksim_model::{LoadId, SolveOptions};
 pub struct Change {
     /// When, s.
     pub t: f64,
-    /// What.
+    /// The switch or contact, and how it changed.
     pub kind: ChangeKind,
 }
 
-/// What can switch.
+/// A switch or contact, and how it changed.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum ChangeKind {
-    /// An expression went over a kink or a jump: the switch of this place.
+    /// An expression went over a kink or a jump: the switch of this index.
     Kink(usize),
     /// Bodies hit a stop at this speed of approach, m/s or rad/s.
     Hit(LoadId, f64),
@@ -37,13 +38,13 @@ pub enum ChangeKind {
     Slide(LoadId),
 }
 
-/// The modes of a run and what is remembered of its events.
+/// The modes of a run, with a memory of its events.
 #[derive(Clone, Debug)]
 pub(crate) struct Switching<'a> {
     compiled: &'a CompiledSystem,
     /// The model's own parameters.
     own: Vec<f64>,
-    /// The model's own parameters with the modes behind them.
+    /// The model's own parameters, then the numbers of the modes.
     pub(crate) parameters: Vec<f64>,
     modes: Modes,
     bands: Bands,
@@ -57,7 +58,7 @@ pub(crate) struct Switching<'a> {
     reach: f64,
     last_event: f64,
     n_short: usize,
-    watcher: Watcher<'a>,
+    evaluator: IndicatorEvaluator<'a>,
 }
 
 impl Change {
@@ -86,8 +87,8 @@ impl Change {
         let speed = loader.real()?;
         let load = LoadId(of);
         let is_known = match kind {
-            0 => of < compiled.watch.timed.len(),
-            _ => compiled.watch.contacts.iter().any(|contact| contact.load == load),
+            0 => of < compiled.indicators.timed.len(),
+            _ => compiled.indicators.contacts.iter().any(|contact| contact.load == load),
         };
         let kind = match kind {
             0 => ChangeKind::Kink(of),
@@ -111,34 +112,36 @@ const NO_PROGRESS: f64 = 1e-10;
 const REACH: f64 = 1e-6;
 
 impl<'a> Switching<'a> {
+    /// The modes of a run that starts at (t, q, v) in `modes`.
     pub(crate) fn new(
         compiled: &'a CompiledSystem,
         own: &[f64],
         options: &SolveOptions,
-        start: &Start,
+        modes: &Modes,
+        (t, q, v): (f64, &[f64], &[f64]),
     ) -> Self {
-        let modes = start.modes.clone();
-        let parameters = modes.behind(own);
-        let mut watcher = compiled.watch.at(&parameters);
-        let view = watcher.view(start.t, &start.q, &start.v).clone();
+        let parameters = modes.parameters_with_modes(own);
+        let mut evaluator = compiled.indicators.at(&parameters);
+        let bands = Bands::new(options.atol, evaluator.values(t, q, v), &compiled.indicators);
+        let length = (options.t_end - t).abs();
         Self {
             compiled,
             own: own.to_vec(),
             parameters,
-            modes,
-            bands: Bands::new(options.atol, &view, &compiled.watch),
+            modes: modes.clone(),
+            bands,
             atol: options.atol,
             rtol: options.rtol,
             fastest: 0.0,
-            shortest: NO_PROGRESS * (options.t_end - start.t).abs(),
-            reach: REACH * (options.t_end - start.t).abs(),
+            shortest: NO_PROGRESS * length,
+            reach: REACH * length,
             last_event: f64::NEG_INFINITY,
             n_short: 0,
-            watcher,
+            evaluator,
         }
     }
 
-    /// The modes and what is remembered.
+    /// Saves the modes and the memory of events.
     pub(crate) fn save(&self, saver: &mut Saver) {
         self.modes.save(saver);
         let Bands { kinks, position, rate, rest } = &self.bands;
@@ -147,7 +150,7 @@ impl<'a> Switching<'a> {
         saver.count(self.n_short);
     }
 
-    /// Goes on with what was saved in another run of the same mechanism.
+    /// Goes on with the numbers saved in another run of the same mechanism.
     pub(crate) fn load(&mut self, loader: &mut Loader<'_>) -> Result<(), SolveError> {
         self.modes.load(loader)?;
         loader.fill(&mut self.bands.kinks)?;
@@ -158,20 +161,19 @@ impl<'a> Switching<'a> {
         self.bands.rest = [height, speed];
         (self.fastest, self.last_event) = (fastest, last_event);
         self.n_short = loader.count()?;
-        self.parameters = self.modes.behind(&self.own);
-        self.watcher = self.compiled.watch.at(&self.parameters);
+        self.rebind();
         Ok(())
     }
 
-    /// What ends a leg that starts at (t, q, v); `None` when nothing ever switches.
-    pub(crate) fn lookout(
+    /// The monitor of a phase that starts at (t, q, v); `None` when nothing ever switches.
+    pub(crate) fn monitor(
         &self,
-        dependent: &[usize],
+        inactive: &[usize],
         at: (f64, &[f64], &[f64]),
-    ) -> Option<Lookout<'a>> {
+    ) -> Option<EventMonitor<'a>> {
         let Self { compiled, parameters, modes, bands, .. } = self;
-        let is_needed = !compiled.watch.is_empty();
-        is_needed.then(|| Lookout::new(compiled, parameters, modes, dependent, bands, at))
+        let is_needed = !compiled.indicators.is_empty();
+        is_needed.then(|| EventMonitor::new(compiled, parameters, modes, inactive, bands, at))
     }
 
     /// The kink that a motion without a value ahead is about to reach, and the state there.
@@ -180,15 +182,16 @@ impl<'a> Switching<'a> {
         t: &mut f64,
         q: &mut [f64],
         v: &mut [f64],
-        dependent: &[usize],
+        inactive: &[usize],
     ) -> Option<Crossed> {
         if self.modes.signs.is_empty() {
             return None;
         }
-        let mut frozen = Frozen::new(self.compiled, &self.parameters);
-        let (a, _) = frozen.accelerations((*t, q, v), dependent)?;
-        let kinks = self.watcher.view(*t, q, v).kinks.clone();
-        let rates = self.watcher.rates(*t, q, v, &a);
+        // u + dt u′ = 0, in the modes and with the accelerations of this state.
+        let mut fixed = FixedModes::new(self.compiled, &self.parameters);
+        let a = &fixed.acceleration((*t, q, v), inactive)?.a;
+        let kinks = self.evaluator.values(*t, q, v).kinks.clone();
+        let rates = self.evaluator.rates(*t, q, v, a).kinks;
         let times = kinks.iter().zip(rates).map(|(u, rate)| -u / rate).enumerate();
         let ahead = times.filter(|(_, dt)| (0.0..=self.reach).contains(dt));
         let (kink, dt) = ahead.min_by(|a, b| a.1.total_cmp(&b.1))?;
@@ -197,27 +200,31 @@ impl<'a> Switching<'a> {
             q[i] += dt * (v[i] + 0.5 * dt * a[i]);
             v[i] += dt * a[i];
         }
-        Some(Crossed { t: *t, fired: vec![Decider::Kink(kink)] })
+        Some(Crossed { t: *t, fired: vec![Indicator::Kink(kink)] })
     }
 
-    /// Passes the event that ended a leg at (t, q, v); `changes` gains what happened.
+    /// Passes the event that ended a phase at (t, q, v); `changes` gains what happened.
     ///
     /// # Errors
-    /// [`Unsettled`] when the motion cannot go on.
+    /// [`NoConsistentModes`] when the motion cannot go on.
     pub(crate) fn pass(
         &mut self,
-        fired: &[Decider],
+        fired: &[Indicator],
         (t, q, v): (f64, Vec<f64>, Vec<f64>),
         changes: &mut Vec<Change>,
-    ) -> Result<Settled, Unsettled> {
+    ) -> Result<ConsistentModes, NoConsistentModes> {
         self.check_progress(fired, t)?;
-        let view = self.watcher.view(t, &q, &v).clone();
-        let wider = Bands::new(self.atol, &view, &self.compiled.watch);
+
+        // Bands follow the largest values of the switches so far.
+        let values = self.evaluator.values(t, &q, &v);
+        let wider = Bands::new(self.atol, values, &self.compiled.indicators);
         for (band, now) in self.bands.kinks.iter_mut().zip(wider.kinks) {
             *band = band.max(now);
         }
         // Bounces that the tolerances cannot tell from rest.
         self.bands.rest = [self.atol, self.atol.max(self.rtol * self.fastest)];
+
+        // The modes from here on.
         let instant = Instant {
             compiled: self.compiled,
             parameters: &self.own,
@@ -228,28 +235,34 @@ impl<'a> Switching<'a> {
             fired,
             bands: self.bands.clone(),
         };
-        let settled = settle(instant)?;
-        for &(_, speed) in &settled.hits {
-            self.fastest = self.fastest.max(speed);
+        let found = consistent_modes(instant)?;
+        for hit in &found.hits {
+            self.fastest = self.fastest.max(hit.speed);
         }
-        self.note(t, fired, &settled, changes);
-        self.modes.clone_from(&settled.modes);
-        self.parameters = self.modes.behind(&self.own);
-        self.watcher = self.compiled.watch.at(&self.parameters);
-        Ok(settled)
+        self.note(t, fired, &found, changes);
+        self.modes.clone_from(&found.modes);
+        self.rebind();
+        Ok(found)
     }
 
-    /// Friction that slides shows as its multiplier, which it has not in the equations.
-    pub(crate) fn fill_friction(&mut self, t: f64, q: &[f64], v: &[f64], lambda: &mut [f64]) {
-        self.modes.fill_friction(&mut self.watcher, (t, q, v), lambda);
+    /// Binds the indicators to the modes.
+    fn rebind(&mut self) {
+        self.parameters = self.modes.parameters_with_modes(&self.own);
+        self.evaluator = self.compiled.indicators.at(&self.parameters);
     }
 
-    /// The modes as they stand behind the model's own parameters.
+    /// Writes the multipliers of friction that slips, which is a load in the equations.
+    pub(crate) fn fill_slip_friction(&mut self, t: f64, q: &[f64], v: &[f64], lambda: &mut [f64]) {
+        self.evaluator.fill_slip_friction(&self.modes, (t, q, v), lambda);
+    }
+
+    /// The numbers of the modes.
     pub(crate) fn modes(&self) -> &[f64] {
         &self.parameters[self.own.len()..]
     }
 
-    fn check_progress(&mut self, fired: &[Decider], t: f64) -> Result<(), Unsettled> {
+    /// Counts events in quick succession: a run that makes no progress is given up.
+    fn check_progress(&mut self, fired: &[Indicator], t: f64) -> Result<(), NoConsistentModes> {
         let is_short = (t - self.last_event).abs() <= self.shortest;
         self.n_short = if is_short { self.n_short + 1 } else { 0 };
         self.last_event = t;
@@ -257,31 +270,40 @@ impl<'a> Switching<'a> {
             return Ok(());
         }
         Err(match fired.first() {
-            Some(&Decider::Kink(kink)) => Unsettled::Chatter { kink },
-            Some(&Decider::Contact(contact)) => Unsettled::Contacts { contacts: vec![contact] },
-            None => Unsettled::Contacts { contacts: Vec::new() },
+            Some(&Indicator::Kink(kink)) => NoConsistentModes::Chatter { kink },
+            Some(&Indicator::Contact(contact)) => {
+                NoConsistentModes::Contacts { contacts: vec![contact] }
+            }
+            None => NoConsistentModes::Contacts { contacts: Vec::new() },
         })
     }
 
-    fn note(&self, t: f64, fired: &[Decider], settled: &Settled, changes: &mut Vec<Change>) {
-        let contacts = &self.compiled.watch.contacts;
+    /// Notes kinks, hits, and contacts that have changed their mode.
+    fn note(
+        &self,
+        t: f64,
+        fired: &[Indicator],
+        found: &ConsistentModes,
+        changes: &mut Vec<Change>,
+    ) {
+        let contacts = &self.compiled.indicators.contacts;
         let mut add = |kind| changes.push(Change { t, kind });
-        for decider in fired {
-            if let Decider::Kink(kink) = decider {
+        for indicator in fired {
+            if let Indicator::Kink(kink) = indicator {
                 add(ChangeKind::Kink(*kink));
             }
         }
-        for &(k, speed) in &settled.hits {
-            add(ChangeKind::Hit(contacts[k].load, speed));
+        for &Hit { contact, speed } in &found.hits {
+            add(ChangeKind::Hit(contacts[contact].load, speed));
         }
-        let touches = self.modes.touches.iter().zip(&settled.modes.touches);
-        for (contact, (before, after)) in contacts.iter().zip(touches) {
+        let modes = self.modes.contacts.iter().zip(&found.modes.contacts);
+        for (contact, (before, after)) in contacts.iter().zip(modes) {
             let load = contact.load;
             match (before, after) {
-                (Touch::Apart, Touch::Resting) => add(ChangeKind::Rest(load)),
-                (Touch::Resting, Touch::Apart) => add(ChangeKind::Part(load)),
-                (Touch::Sliding(_), Touch::Sticking(_)) => add(ChangeKind::Stick(load)),
-                (Touch::Sticking(_), Touch::Sliding(_)) => add(ChangeKind::Slide(load)),
+                (ContactMode::Open, ContactMode::Closed) => add(ChangeKind::Rest(load)),
+                (ContactMode::Closed, ContactMode::Open) => add(ChangeKind::Part(load)),
+                (ContactMode::Slip(_), ContactMode::Stick(_)) => add(ChangeKind::Stick(load)),
+                (ContactMode::Stick(_), ContactMode::Slip(_)) => add(ChangeKind::Slide(load)),
                 _ => (),
             }
         }

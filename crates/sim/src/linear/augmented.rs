@@ -18,55 +18,56 @@ use crate::linear::shape::Shape;
 #[derive(Clone, Debug)]
 pub(crate) struct Augmented {
     elimination: Elimination,
-    /// Where the values of M go among those of M + w GᵀG.
+    /// Index of each value of M among those of M + w GᵀG.
     of_mass: Vec<usize>,
-    /// Two values of G and where their product goes.
+    /// Two values of G, and the index of the entry that their product adds to.
     products: Vec<(usize, usize, usize)>,
     /// Values of M + w GᵀG.
     mass: Vec<f64>,
     weight: f64,
-    /// (value of G, place of its row in the kept rows, coordinate).
+    /// (value of G, number of its row among the active ones, coordinate).
     couplings: Vec<(usize, usize, usize)>,
     nq: usize,
 }
 
 impl Augmented {
-    /// Plans the elimination; `kept` are the rows of G that take part.
-    pub(crate) fn new(shape: &Shape, kept: &[usize]) -> Self {
-        let mut place_of_row = vec![None; shape.nc];
-        kept.iter().enumerate().for_each(|(k, &row)| place_of_row[row] = Some(k));
+    /// Plans the elimination; `active` are the rows of G that take part.
+    pub(crate) fn new(shape: &Shape, active: &[usize]) -> Self {
+        // Values of G in active rows, and the same by row.
+        let mut number_of_row = vec![None; shape.nc];
+        active.iter().enumerate().for_each(|(k, &row)| number_of_row[row] = Some(k));
         let couplings: Vec<(usize, usize, usize)> = shape
             .jacobian
             .iter()
             .enumerate()
-            .filter_map(|(value, &(row, i))| place_of_row[row].map(|k| (value, k, i)))
+            .filter_map(|(value, &(row, i))| number_of_row[row].map(|k| (value, k, i)))
             .collect();
-        let mut by_row: Vec<Vec<(usize, usize)>> = vec![Vec::new(); kept.len()];
+        let mut by_row: Vec<Vec<(usize, usize)>> = vec![Vec::new(); active.len()];
         for &(value, k, i) in &couplings {
             by_row[k].push((value, i));
         }
 
         // Entries of M, then those that the rows add.
-        let mut places: BTreeMap<(usize, usize), usize> = BTreeMap::new();
+        let mut indices: BTreeMap<(usize, usize), usize> = BTreeMap::new();
         let mut mass = Vec::new();
-        let mut place = |i: usize, j: usize| {
+        let mut index = |i: usize, j: usize| {
             let entry = (i.max(j), i.min(j));
-            *places.entry(entry).or_insert_with(|| {
+            *indices.entry(entry).or_insert_with(|| {
                 mass.push(entry);
                 mass.len() - 1
             })
         };
-        let of_mass = shape.mass.iter().map(|&(i, j)| place(i, j)).collect();
+        let of_mass = shape.mass.iter().map(|&(i, j)| index(i, j)).collect();
         let mut products = Vec::new();
         for row in &by_row {
             for (a, &(value, i)) in row.iter().enumerate() {
-                products.extend(row[a..].iter().map(|&(other, j)| (value, other, place(i, j))));
+                products.extend(row[a..].iter().map(|&(other, j)| (value, other, index(i, j))));
             }
         }
         let n_entries = mass.len();
         let shape = Shape { mass, ..shape.clone() };
         Self {
-            elimination: Elimination::new(&shape, kept),
+            elimination: Elimination::new(&shape, active),
             of_mass,
             products,
             mass: vec![0.0; n_entries],
@@ -85,18 +86,18 @@ impl Augmented {
         let weight = largest(mass) / largest(jacobian).powi(2);
         self.weight = if weight > 0.0 && weight.is_finite() { weight } else { 1.0 };
         self.mass.fill(0.0);
-        for (&place, value) in self.of_mass.iter().zip(mass) {
-            self.mass[place] += value;
+        for (&index, value) in self.of_mass.iter().zip(mass) {
+            self.mass[index] += value;
         }
-        for &(a, b, place) in &self.products {
-            self.mass[place] += self.weight * jacobian[a] * jacobian[b];
+        for &(a, b, index) in &self.products {
+            self.mass[index] += self.weight * jacobian[a] * jacobian[b];
         }
         self.elimination.factor(&self.mass, jacobian)
     }
 
-    /// As [`Elimination::weakness`].
-    pub(crate) fn weakness(&self) -> f64 {
-        self.elimination.weakness()
+    /// As [`Elimination::rank_margin`].
+    pub(crate) fn rank_margin(&self) -> f64 {
+        self.elimination.rank_margin()
     }
 
     /// As [`Elimination::best_pivots`].

@@ -35,8 +35,9 @@ pub(crate) fn truncated_inverse(matrix: DMatrix<f64>) -> DMatrix<f64> {
     svd.pseudo_inverse(threshold).unwrap_or_else(|_| DMatrix::zeros(columns, rows))
 }
 
-/// Rows of `jacobian` that depend on the others, and for each row whether it takes part in any
-/// dependency. Rows are scaled to unit length first, so that units do not decide.
+/// Rows of `jacobian` that depend on rows before them, and all rows that take part in a dependency.
+///
+/// Rows are scaled to unit length first, so that units do not decide.
 pub(crate) fn dependent_rows(jacobian: &DMatrix<f64>) -> Dependence {
     let nc = jacobian.nrows();
     let mut scaled = jacobian.clone();
@@ -46,7 +47,7 @@ pub(crate) fn dependent_rows(jacobian: &DMatrix<f64>) -> Dependence {
         // A row of rounding errors constrains nothing in this pose.
         row /= if norm > RANK_TOLERANCE * longest { norm } else { f64::INFINITY };
     }
-    // Rows are taken one by one in file order, each freed of its part along those kept before.
+    // Rows are taken one by one in file order, each freed of its part along the independent ones before it.
     let mut basis: Vec<DVector<f64>> = Vec::new();
     let mut dependent = Vec::new();
     for row_idx in 0..nc {

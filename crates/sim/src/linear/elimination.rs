@@ -9,7 +9,7 @@
 //! with one rule: a multiplier is eliminated after all coordinates of its row. Every leading block
 //! then holds rows of G of full rank over the coordinates before them and is regular, so that no
 //! pivot has to be searched for while the motion goes on. The updates are recorded as a list of
-//! places and repeated for every state: work and memory grow with the fill, not with the size.
+//! positions and repeated for every state: work and memory grow with the fill, not with the size.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
@@ -42,24 +42,27 @@ pub(crate) struct Elimination {
     starts: Vec<usize>,
     /// Positions of these entries, ascending in each column.
     rows: Vec<usize>,
-    /// Where each update goes in `values`, in the order in which it is made.
+    /// Index in `values` that each update changes, in the order of the updates.
     targets: Vec<usize>,
-    /// Where each value of M, then of G, goes in `values`.
+    /// Index in `values` of each value of M, then of G.
     slots: Vec<usize>,
-    /// The diagonal, the entries below it, and one place for what is left out.
+    /// The diagonal, the entries below it, and one number for the rows that are left out.
     values: Vec<f64>,
     /// Largest magnitude of each pivot so far.
     best: Vec<f64>,
-    weakness: f64,
+    /// Smallest pivot of a multiplier, as a part of its best.
+    rank_margin: f64,
+    /// Right side, then solution, in the order of elimination.
     x: Vec<f64>,
 }
 
 impl Elimination {
-    /// Plans the elimination; `kept` are the rows of G that take part.
-    pub(crate) fn new(shape: &Shape, kept: &[usize]) -> Self {
+    /// Plans the elimination; `active` are the rows of G that take part.
+    pub(crate) fn new(shape: &Shape, active: &[usize]) -> Self {
+        // Who is connected with whom by an entry.
         let mut node_of_row = vec![None; shape.nc];
-        kept.iter().enumerate().for_each(|(k, &row)| node_of_row[row] = Some(shape.nq + k));
-        let n = shape.nq + kept.len();
+        active.iter().enumerate().for_each(|(k, &row)| node_of_row[row] = Some(shape.nq + k));
+        let n = shape.nq + active.len();
         let mut graph = vec![BTreeSet::new(); n];
         let mut connect = |i: usize, j: usize| {
             if i != j {
@@ -81,14 +84,14 @@ impl Elimination {
         nodes.iter().enumerate().for_each(|(k, &node)| position[node] = k);
         let (mut starts, mut rows) = (vec![0], Vec::new());
         for column in &columns {
-            let mut places: Vec<usize> = column.iter().map(|&node| position[node]).collect();
-            places.sort_unstable();
-            rows.extend(places);
+            let mut below: Vec<usize> = column.iter().map(|&node| position[node]).collect();
+            below.sort_unstable();
+            rows.extend(below);
             starts.push(rows.len());
         }
 
-        // Where values and updates go.
-        let place = |i: usize, j: usize| {
+        // Indices of the values and of the updates.
+        let index = |i: usize, j: usize| {
             let (row, col) = (i.max(j), i.min(j));
             if row == col {
                 return row;
@@ -97,16 +100,16 @@ impl Elimination {
             n + starts[col] + column.partition_point(|&r| r < row)
         };
         let waste = n + rows.len();
-        let of_mass = shape.mass.iter().map(|&(i, j)| place(position[i], position[j]));
+        let of_mass = shape.mass.iter().map(|&(i, j)| index(position[i], position[j]));
         let of_jacobian = shape.jacobian.iter().map(|&(row, i)| {
-            node_of_row[row].map_or(waste, |node| place(position[node], position[i]))
+            node_of_row[row].map_or(waste, |node| index(position[node], position[i]))
         });
         let slots = of_mass.chain(of_jacobian).collect();
         let mut targets = Vec::new();
         for k in 0..n {
             let column = &rows[starts[k]..starts[k + 1]];
             for (a, &j) in column.iter().enumerate() {
-                targets.extend(column[a..].iter().map(|&i| place(i, j)));
+                targets.extend(column[a..].iter().map(|&i| index(i, j)));
             }
         }
         Self {
@@ -114,7 +117,7 @@ impl Elimination {
             values: vec![0.0; waste + 1],
             best: vec![0.0; n],
             x: vec![0.0; n],
-            weakness: 1.0,
+            rank_margin: 1.0,
             nodes,
             starts,
             rows,
@@ -133,10 +136,10 @@ impl Elimination {
         for (&slot, &value) in self.slots.iter().zip(mass.iter().chain(jacobian)) {
             self.values[slot] = value;
         }
-        self.weakness = 1.0;
+        self.rank_margin = 1.0;
         let (diagonal, lower) = self.values.split_at(n);
         debug_assert_eq!(lower.len(), self.rows.len() + 1);
-        // What a coordinate's pivot is compared with is its own entry of M.
+        // A coordinate's pivot is compared with its own entry of M.
         for k in 0..n {
             if self.nodes[k] < self.nq {
                 self.best[k] = diagonal[k].abs();
@@ -167,7 +170,7 @@ impl Elimination {
             self.best[k] = self.best[k].max(magnitude);
             // A row without entries has never had a pivot.
             let part = if self.best[k] > 0.0 { magnitude / self.best[k] } else { 0.0 };
-            self.weakness = self.weakness.min(part.max(0.0));
+            self.rank_margin = self.rank_margin.min(part.max(0.0));
         }
         // NaN fails the comparison.
         if magnitude > SMALLEST_PIVOT * self.best[k] {
@@ -192,6 +195,7 @@ impl Elimination {
         (mass, jacobian): (&[Expr], &[Expr]),
         right_side: Vec<Expr>,
     ) -> (Vec<Expr>, Vec<Expr>) {
+        // The factors.
         let n = self.nodes.len();
         let mut values = vec![pool.zero(); self.values.len()];
         for (&slot, &value) in self.slots.iter().zip(mass.iter().chain(jacobian)) {
@@ -214,6 +218,7 @@ impl Elimination {
             inverses.push(inverse);
         }
 
+        // Solutions with L, then with D Lᵀ.
         let mut x: Vec<Expr> = self.nodes.iter().map(|&node| right_side[node]).collect();
         for k in 0..n {
             for p in self.starts[k]..self.starts[k + 1] {
@@ -240,7 +245,7 @@ impl Elimination {
     /// As for [`Elimination::factor`].
     pub(crate) fn adopt(&mut self, factors: &[f64]) -> Result<(), Singular> {
         self.values[..factors.len()].copy_from_slice(factors);
-        self.weakness = 1.0;
+        self.rank_margin = 1.0;
         for k in 0..self.nodes.len() {
             self.best[k] = self.best[k].max(self.values[k]);
             self.checked_pivot(k)?;
@@ -248,10 +253,10 @@ impl Elimination {
         Ok(())
     }
 
-    /// The smallest pivot of a multiplier as a part of its best so far: about the square of the
-    /// smallest singular value of G, and as small near a singular pose.
-    pub(crate) fn weakness(&self) -> f64 {
-        self.weakness
+    /// Distance of G from a loss of rank: the smallest pivot of a multiplier as a part of its best so
+    /// far, about the square of the smallest singular value of G; 0 in a singular pose.
+    pub(crate) fn rank_margin(&self) -> f64 {
+        self.rank_margin
     }
 
     /// Largest magnitude of each pivot so far.
@@ -264,7 +269,7 @@ impl Elimination {
         &mut self.best
     }
 
-    /// Solves with the factors, in place; `x` holds coordinates, then the kept multipliers.
+    /// Solves with the factors, in place; `x` holds coordinates, then the active multipliers.
     pub(crate) fn solve_in_place(&mut self, x: &mut [f64]) {
         let n = self.nodes.len();
         let (diagonal, lower) = self.values.split_at(n);
@@ -307,6 +312,7 @@ fn least_degree_order(
         .filter(|&node| waits[node] == 0)
         .map(|node| Reverse((graph[node].len(), node)))
         .collect();
+    // The node of least degree next, among those that wait for none.
     let mut is_done = vec![false; n];
     let (mut order, mut columns) = (Vec::with_capacity(n), Vec::with_capacity(n));
     while let Some(Reverse((degree, node))) = heap.pop() {
@@ -314,12 +320,14 @@ fn least_degree_order(
         if is_done[node] || degree != graph[node].len() {
             continue;
         }
+        // Its neighbours become neighbours of each other.
         is_done[node] = true;
         let near = std::mem::take(&mut graph[node]);
         for &a in &near {
             graph[a].remove(&node);
             graph[a].extend(near.iter().copied().filter(|&b| b != a));
         }
+        // Multipliers whose last coordinate this was wait no more.
         let freed = rows_of.get(node).into_iter().flatten().copied().filter(|&row| {
             waits[row] -= 1;
             waits[row] == 0
@@ -353,9 +361,9 @@ mod tests {
     const MASS: [f64; 5] = [3.0, 1.0, 2.0, 5.0, 4.0];
     const JACOBIAN: [f64; 6] = [1.0, -2.0, 0.5, 1.5, 1.0, 3.0];
 
-    fn times(x: &[f64], kept: &[usize]) -> Vec<f64> {
+    fn times(x: &[f64], active: &[usize]) -> Vec<f64> {
         let shape = shape();
-        let mut out = vec![0.0; shape.nq + kept.len()];
+        let mut out = vec![0.0; shape.nq + active.len()];
         for (&(i, j), m) in shape.mass.iter().zip(MASS) {
             out[i] += m * x[j];
             if i != j {
@@ -363,7 +371,7 @@ mod tests {
             }
         }
         for (&(row, i), g) in shape.jacobian.iter().zip(JACOBIAN) {
-            if let Some(k) = kept.iter().position(|&r| r == row) {
+            if let Some(k) = active.iter().position(|&r| r == row) {
                 out[shape.nq + k] += g * x[i];
                 out[i] += g * x[shape.nq + k];
             }
@@ -373,14 +381,17 @@ mod tests {
 
     #[test]
     fn solutions_satisfy_the_system_with_and_without_rows_left_out() {
-        for kept in [vec![0, 1, 2], vec![0, 2], vec![]] {
-            let mut elimination = Elimination::new(&shape(), &kept);
+        for active in [vec![0, 1, 2], vec![0, 2], vec![]] {
+            let mut elimination = Elimination::new(&shape(), &active);
             elimination.factor(&MASS, &JACOBIAN).expect("the system is regular");
-            let rhs: Vec<f64> = (0..4 + kept.len()).map(|i| 1.0 + i as f64).collect();
+            let rhs: Vec<f64> = (0..4 + active.len()).map(|i| 1.0 + i as f64).collect();
             let mut x = rhs.clone();
             elimination.solve_in_place(&mut x);
-            for (found, wanted) in times(&x, &kept).iter().zip(&rhs) {
-                assert!((found - wanted).abs() < 1e-12, "{found} against {wanted}, rows {kept:?}");
+            for (found, wanted) in times(&x, &active).iter().zip(&rhs) {
+                assert!(
+                    (found - wanted).abs() < 1e-12,
+                    "{found} against {wanted}, rows {active:?}"
+                );
             }
         }
     }
@@ -389,11 +400,11 @@ mod tests {
     fn dependent_rows_and_missing_inertia_are_singular() {
         let mut elimination = Elimination::new(&shape(), &[0, 1, 2]);
         elimination.factor(&MASS, &JACOBIAN).expect("the system is regular");
-        assert_eq!(elimination.weakness(), 1.0);
+        assert_eq!(elimination.rank_margin(), 1.0);
         let mut weak = JACOBIAN;
         weak[4..].fill(1e-3);
         elimination.factor(&MASS, &weak).expect("weak, but regular");
-        assert!(elimination.weakness() < 1e-5, "{}", elimination.weakness());
+        assert!(elimination.rank_margin() < 1e-5, "{}", elimination.rank_margin());
         weak[4..].fill(0.0);
         assert_eq!(elimination.factor(&MASS, &weak), Err(Singular::Multiplier));
         let mut massless = MASS;
@@ -415,8 +426,8 @@ mod tests {
                     shape.jacobian.extend(all.map(|i| (row, i)));
                 }
             }
-            let kept: Vec<usize> = (0..2 * n).collect();
-            Elimination::new(&shape, &kept).targets.len()
+            let active: Vec<usize> = (0..2 * n).collect();
+            Elimination::new(&shape, &active).targets.len()
         };
         let (short, long) = (chain(100), chain(200));
         assert!(long < 2 * short + short / 10, "{short} updates, then {long}");

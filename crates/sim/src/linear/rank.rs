@@ -1,7 +1,7 @@
 //! Which rows of a sparse matrix depend on rows before them.
 //!
 //! ```text
-//! rows freed of their parts along the rows kept before:   G Gᵀ = L D Lᵀ,   D_k = |rest of row k|²
+//! rows freed of their parts along the independent rows before:   G Gᵀ = L D Lᵀ,   D_k = |rest of row k|²
 //! ```
 //!
 //! Gram and Schmidt's process by the factors of their products, which stay sparse where the rows
@@ -15,7 +15,7 @@ use crate::linear::rows::{LARGEST_DENSE, SparseRows};
 /// digits only.
 const DOUBTFUL: f64 = 1e-4;
 
-/// What counts as nothing.
+/// Parts of a row that count as nothing.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Smallness {
     /// A row depends on others when less than this part of it is left.
@@ -24,8 +24,10 @@ pub(crate) struct Smallness {
     pub(crate) part: f64,
 }
 
-/// SparseRows of `jacobian` that depend on the others, and for each row whether it takes part in any
-/// dependency. SparseRows are scaled to unit length first, so that units do not decide.
+/// Rows of `jacobian` that depend on rows before them, and all rows that take part in a dependency.
+///
+/// Rows are scaled to unit length first, so that units do not decide. Small matrices are dense: that
+/// process tells weak rows from dependent ones more finely.
 pub(crate) fn dependent_rows(jacobian: &SparseRows) -> Dependence {
     if jacobian.n_columns > LARGEST_DENSE {
         sparse_dependent_rows(jacobian, ROUNDING)
@@ -34,7 +36,7 @@ pub(crate) fn dependent_rows(jacobian: &SparseRows) -> Dependence {
     }
 }
 
-/// What a pose that is closed to rounding leaves of dependent rows.
+/// Remainders of dependent rows in a pose that is closed to rounding.
 const ROUNDING: Smallness = Smallness { rest: DEPENDENT, part: 1e-6 };
 
 /// As [`dependent_rows`], by sparse elimination, with its own notion of nothing.
@@ -49,22 +51,28 @@ pub(crate) fn sparse_dependent_rows(jacobian: &SparseRows, smallness: Smallness)
         let is_row = norm > RANK_TOLERANCE * longest;
         let row = jacobian.row(row_idx).iter().map(|&(column, g)| (column, g / norm));
         let row: Vec<(usize, f64)> = row.filter(|_| is_row).collect();
+        // Rows of open contacts are rows of zeros: they follow from any others, and take no part.
+        if row.is_empty() {
+            dependent.push(row_idx);
+            involved[row_idx] = true;
+            continue;
+        }
         if let Err(combination) = basis.add(row_idx, &row, smallness.rest) {
             dependent.push(row_idx);
             involved[row_idx] = true;
-            for (&kept, part) in basis.kept.iter().zip(combination) {
-                involved[kept] |= part.abs() > smallness.part;
+            for (&partner, part) in basis.independent.iter().zip(combination) {
+                involved[partner] |= part.abs() > smallness.part;
             }
         }
     }
     let involved = (0..jacobian.n_rows()).filter(|&row| involved[row]).collect();
-    Dependence { rank: basis.kept.len(), dependent, involved }
+    Dependence { rank: basis.independent.len(), dependent, involved }
 }
 
 /// Independent rows, and L D Lᵀ of their products.
 struct Basis {
     /// Numbers of the rows.
-    kept: Vec<usize>,
+    independent: Vec<usize>,
     rows: SparseRows,
     /// By column of the rows: which of them have an entry there, and the entry.
     of_column: Vec<Vec<(usize, f64)>>,
@@ -81,7 +89,7 @@ struct Basis {
 impl Basis {
     fn new(n_columns: usize) -> Self {
         Self {
-            kept: Vec::new(),
+            independent: Vec::new(),
             rows: SparseRows::new(n_columns),
             of_column: vec![Vec::new(); n_columns],
             lower: Vec::new(),
@@ -92,7 +100,7 @@ impl Basis {
         }
     }
 
-    /// Adds a row, or says by which combination of the kept ones it follows from them.
+    /// Adds a row, or says by which combination of the independent ones it follows from them.
     fn add(&mut self, row_idx: usize, row: &[(usize, f64)], smallest: f64) -> Result<(), Vec<f64>> {
         let (below, mut rest) = self.next_row(row);
         if rest < DOUBTFUL {
@@ -102,7 +110,7 @@ impl Basis {
             }
             rest = exact * exact;
         }
-        let number = self.kept.len();
+        let number = self.independent.len();
         for (i, l) in below {
             self.lower[i].push((number, l));
             self.parent[i].get_or_insert(number);
@@ -110,7 +118,7 @@ impl Basis {
         for &(column, g) in row {
             self.of_column[column].push((number, g));
         }
-        self.kept.push(row_idx);
+        self.independent.push(row_idx);
         self.rows.push(row.iter().copied());
         self.diagonal.push(rest);
         self.lower.push(Vec::new());
@@ -122,7 +130,7 @@ impl Basis {
 
     /// The row of L that belongs to a new row, and what is left of the row, squared.
     fn next_row(&mut self, row: &[(usize, f64)]) -> (Vec<(usize, f64)>, f64) {
-        // Products with the kept rows, and everything that they change on the way up the tree.
+        // Products with the independent rows, and everything that they change on the way up the tree.
         let mut reached: Vec<usize> = Vec::new();
         for &(column, g) in row {
             for &(other, h) in &self.of_column[column] {
@@ -150,11 +158,11 @@ impl Basis {
         (below, rest)
     }
 
-    /// The combination of the kept rows that comes nearest to a row, and the length of what is left
+    /// The combination of the independent rows that comes nearest to a row, and the length of what is left
     /// of it; both refined.
     fn rest(&self, row: &[(usize, f64)], below: &[(usize, f64)]) -> (Vec<f64>, f64) {
         const REFINEMENTS: usize = 2;
-        let n = self.kept.len();
+        let n = self.independent.len();
         let mut combination = vec![0.0; n];
         for &(i, l) in below {
             combination[i] = l;
@@ -183,7 +191,7 @@ impl Basis {
         }
     }
 
-    /// A row without a combination of the kept ones.
+    /// A row without a combination of the independent ones.
     fn left(&self, row: &[(usize, f64)], combination: &[f64]) -> Vec<f64> {
         let mut left = vec![0.0; self.rows.n_columns];
         for &(column, g) in row {
@@ -219,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_of_any_size_and_nearness_are_told_apart() {
+    fn rows_of_any_size_and_nearness_are_distinguished() {
         let first = [(0, 0, 1e6), (0, 1, 1e6), (1, 1, 1e-3), (1, 2, 2e-3)];
         // Row 0 and 1 once more, nearly; an empty row; one of its own.
         let near = |apart: f64| {

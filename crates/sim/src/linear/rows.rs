@@ -41,7 +41,7 @@ impl SparseRows {
         Self { n_columns, starts: vec![0], entries: Vec::new() }
     }
 
-    /// SparseRows from their entries.
+    /// Sparse rows from their entries, in any order.
     pub(crate) fn from_entries(
         n_rows: usize,
         n_columns: usize,
@@ -77,6 +77,17 @@ impl SparseRows {
     pub(crate) fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> {
         let with_row = |row| self.row(row).iter().map(move |&(column, value)| (row, column, value));
         (0..self.n_rows()).flat_map(with_row)
+    }
+
+    /// The same matrix with some rows emptied.
+    pub(crate) fn without(&self, rows: &[usize]) -> Self {
+        let mut is_emptied = vec![false; self.n_rows()];
+        rows.iter().for_each(|&row| is_emptied[row] = true);
+        let mut left = Self::new(self.n_columns);
+        for (row, &is_emptied) in is_emptied.iter().enumerate() {
+            left.push(self.row(row).iter().copied().filter(|_| !is_emptied));
+        }
+        left
     }
 
     /// Some of the rows.
@@ -132,8 +143,8 @@ impl SparseRows {
         if length(&left) <= CONSISTENT * length(r) {
             return x;
         }
-        // SparseRows contradict each other: first the nearest right side that they can have. The smallest
-        // z with Gᵀ z = Gᵀ r is that.
+        // The rows contradict each other: first the nearest right side that they can have. The
+        // smallest z with Gᵀ z = Gᵀ r is that.
         let transposed = self.transposed();
         let right_side = transposed.times(r);
         let Some(mut inverse_of_transposed) = Inverse::of(transposed) else { return x };
@@ -160,12 +171,12 @@ impl Inverse {
         let with_slack = |row: usize| {
             rows.row(row).iter().copied().chain([(n + row, slack)]).map(move |e| (row, e))
         };
-        let (places, values): (Vec<_>, Vec<f64>) = (0..m)
+        let (positions, values): (Vec<_>, Vec<f64>) = (0..m)
             .flat_map(with_slack)
             .map(|(row, (column, value))| ((row, column), value))
             .unzip();
         let mass = (0..n + m).map(|i| (i, i)).collect();
-        let shape = Shape { nq: n + m, nc: m, mass, jacobian: places };
+        let shape = Shape { nq: n + m, nc: m, mass, jacobian: positions };
         let mut elimination = Elimination::new(&shape, &(0..m).collect::<Vec<_>>());
         let is_regular = elimination.factor(&vec![1.0; n + m], &values).is_ok();
         (is_regular && rows.is_finite()).then_some(Self { rows, elimination })

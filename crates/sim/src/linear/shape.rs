@@ -16,12 +16,12 @@ pub(crate) struct Shape {
 
 impl Shape {
     pub(crate) fn of(system: &SymbolicSystem) -> Self {
-        let place = |(row, col, _): (usize, usize, Expr)| (row, col);
+        let position = |(row, col, _): (usize, usize, Expr)| (row, col);
         Self {
             nq: system.coordinates().len(),
             nc: system.constraints.len(),
-            mass: system.mass_matrix.lower().map(place).collect(),
-            jacobian: system.constraint_jacobian.entries().map(place).collect(),
+            mass: system.mass_matrix.lower().map(position).collect(),
+            jacobian: system.constraint_jacobian.entries().map(position).collect(),
         }
     }
 }

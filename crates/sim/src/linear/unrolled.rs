@@ -1,9 +1,9 @@
-//! [`StraightLine`]: accelerations and multipliers of a small mechanism as one piece of
+//! [`UnrolledSolve`]: accelerations and multipliers of a small mechanism as one piece of
 //! straight-line code, from (t, q, v) to v̇ and λ.
 //!
-//! The recorded elimination is carried out once with expressions in the place of numbers. What
-//! remains of it has no indices, no loops and no zeros, is simplified and shared with the equations
-//! it follows, and becomes machine code with them.
+//! The recorded elimination is carried out once with expressions in place of numbers. Its unrolled
+//! steps have no indices, no loops and no zeros, are simplified and shared with the equations they
+//! follow, and become machine code with them.
 
 use bksim_expr::{Expr, Pool};
 
@@ -14,16 +14,16 @@ use crate::linear::shape::Shape;
 /// longer than runs do, and loops over numbers are as fast.
 const LARGEST: usize = 1000;
 
-/// Everything that is computed, as expressions of (t, q, v).
+/// Outputs of the unrolled solution, as expressions of (t, q, v).
 #[derive(Clone, Debug)]
-pub(crate) struct StraightLine {
+pub(crate) struct UnrolledSolve {
     /// v̇, nq, then λ, nc.
     pub(crate) solution: Vec<Expr>,
     /// The factors, see [`Elimination::adopt`].
     pub(crate) factors: Vec<Expr>,
 }
 
-impl StraightLine {
+impl UnrolledSolve {
     /// Solves M v̇ + Gᵀ λ = f, G v̇ = −γ; `None` for a mechanism that is too large, or has a
     /// coordinate without inertia of its own.
     pub(crate) fn of(

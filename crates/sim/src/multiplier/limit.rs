@@ -11,7 +11,7 @@ const LIMIT_BELOW: f64 = 1e-10;
 /// How far around a singular pose its limit is looked for, as a part of the size of the state.
 const ASIDE: f64 = 1e-3;
 
-/// What accelerations are.
+/// Kind of the accelerations that were found.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Solution {
     /// The solution at the state.
@@ -43,16 +43,16 @@ impl MultiplierSystem {
         lambda: &mut [f64],
     ) -> Result<Solution, NotFinite> {
         const PASSES: usize = 3;
-        if self.kept.len() == lambda.len()
+        if self.active.len() == lambda.len()
             && self.augmented.is_none()
-            && let Some(line) = evaluator.straight_line(t, q, v)
+            && let Some(line) = evaluator.unrolled(t, q, v)
             && self.adopt_into(line, vdot, lambda)
         {
             return Ok(Solution::Regular);
         }
         self.accelerations_into(&evaluator.dynamics(t, q, v), vdot, lambda)?;
         let fastest = largest(v);
-        if self.weakness() > LIMIT_BELOW {
+        if self.rank_margin() > LIMIT_BELOW {
             return Ok(Solution::Regular);
         }
         if fastest == 0.0 {
@@ -69,12 +69,13 @@ impl MultiplierSystem {
             {
                 let ds = k * s;
                 let rate = |i: usize| v[i] + ds * (a[i] + 0.5 * ds * jerk[i]);
-                let place = |i: usize| q[i] + ds * (v[i] + 0.5 * ds * (a[i] + ds / 3.0 * jerk[i]));
-                let (q, v): (Vec<f64>, Vec<f64>) = (0..n).map(|i| (place(i), rate(i))).unzip();
+                let position =
+                    |i: usize| q[i] + ds * (v[i] + 0.5 * ds * (a[i] + ds / 3.0 * jerk[i]));
+                let (q, v): (Vec<f64>, Vec<f64>) = (0..n).map(|i| (position(i), rate(i))).unzip();
                 let at = evaluator.dynamics(t + ds, &q, &v);
                 self.accelerations_into(&at, &mut side, &mut unused)?;
-                // What is singular on both sides too has no better answer than the smallest one.
-                if self.weakness() <= LIMIT_BELOW {
+                // A motion that is singular on both sides too has no better answer than the smallest one.
+                if self.rank_margin() <= LIMIT_BELOW {
                     return Ok(Solution::Limit);
                 }
                 for i in 0..n {

@@ -31,7 +31,7 @@ impl MultiplierSystem {
         let position = largest(&self.rows.value);
         let velocity = self.rows.rate_of(evaluator.shape(), v, &mut self.residual);
         let mut drift = Drift { position: [position; 2], velocity: [velocity; 2] };
-        if self.weakness() < PROJECTED_ABOVE {
+        if self.rank_margin() < PROJECTED_ABOVE {
             return drift;
         }
         for _ in 0..corrections {
@@ -67,7 +67,7 @@ impl MultiplierSystem {
         };
         let (upper, lower) = self.x.split_at_mut(self.nq);
         upper.fill(0.0);
-        lower.iter_mut().zip(&self.kept).for_each(|(x, &row)| *x = residual[row]);
+        lower.iter_mut().zip(&self.active).for_each(|(x, &row)| *x = residual[row]);
         self.solve();
     }
 }

@@ -142,7 +142,7 @@ impl Fingerprint {
         let Problem { compiled, start, parameters, options, .. } = problem;
         let quantities = compiled.coordinates.iter().chain(&compiled.multipliers);
         let names = quantities.flat_map(|quantity| quantity.name.bytes().chain([0]));
-        let mut evaluator = compiled.evaluator(&start.modes.behind(parameters));
+        let mut evaluator = compiled.evaluator(&start.modes.parameters_with_modes(parameters));
         let at = evaluator.dynamics(start.t, &start.q, &start.v);
         let values = [at.mass, at.jacobian, at.force, at.gamma].concat();
         let or_nan = |value: Option<f64>| value.unwrap_or(f64::NAN).to_bits();

@@ -23,7 +23,7 @@ use super::singular::{NOTICEABLE, REGULAR, Sighting, SingularMonitor};
 use super::stepper::Stepper;
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
-use crate::hybrid::Lookout;
+use crate::hybrid::EventMonitor;
 use crate::multiplier::MultiplierSystem;
 use crate::state::State;
 use bksim_model::{self, SolveOptions};
@@ -91,7 +91,7 @@ impl Ode for ExplicitMotion<'_> {
         qdot.copy_from_slice(v);
         let solved = multipliers.limit_into(evaluator, t, (q, v), vdot, lambda);
         solved.map_err(|NotFinite { row }| NotFinite { row: nq + row.min(nq) })?;
-        *weakest = weakest.min(multipliers.weakness());
+        *weakest = weakest.min(multipliers.rank_margin());
         power[0] = evaluator.power(t, q, v, lambda);
         Ok(())
     }
@@ -151,7 +151,7 @@ impl<'a> ExplicitStepper<'a> {
         start: &ExplicitStart<'_>,
         mechanism: &PhaseMechanism<'a>,
         saved: Option<&Checkpoint>,
-        monitor: Option<&mut Lookout<'a>>,
+        monitor: Option<&mut EventMonitor<'a>>,
     ) -> Result<Self, SolveError> {
         let ExplicitStart { state: State { t, q, v }, work, multipliers, passing } = *start;
         let (parameters, shape) = (mechanism.parameters(), &mechanism.compiled().shape);
@@ -197,7 +197,7 @@ impl Stepper for ExplicitStepper<'_> {
     /// before dense output adds stages of its own.
     fn is_singular_ahead(&mut self, _: &mut Evaluator<'_>) -> bool {
         let motion = self.solver.system_mut();
-        self.weakness = motion.multipliers.weakness();
+        self.weakness = motion.multipliers.rank_margin();
         self.weakest = std::mem::replace(&mut motion.weakest, self.weakness);
         false
     }

@@ -13,7 +13,7 @@ use super::singular::{Sighting, SingularMonitor, is_ahead};
 use super::stepper::Stepper;
 use crate::evaluator::Evaluator;
 use crate::formulate::{Motion, MotionEquations};
-use crate::hybrid::Lookout;
+use crate::hybrid::EventMonitor;
 use crate::multiplier::MultiplierSystem;
 use crate::state::{Acceleration, State};
 use bksim_model::{Formulation, SolveOptions};
@@ -58,7 +58,7 @@ impl<'a> RadauStepper<'a> {
         start: RadauStart<'_>,
         mechanism: &mut PhaseMechanism<'a>,
         saved: Option<&Checkpoint>,
-        monitor: Option<&mut Lookout<'_>>,
+        monitor: Option<&mut EventMonitor<'_>>,
     ) -> Result<Self, SolveError> {
         let RadauStart { state, multipliers } = start;
         let State { t, q, v } = state;

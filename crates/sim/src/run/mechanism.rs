@@ -5,7 +5,7 @@ use bksim_dae::{Loader, Saver, SolveError};
 use super::problem::Problem;
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
-use crate::hybrid::{Change, Crossed, Lookout, Settled, Switching, Unsettled};
+use crate::hybrid::{Change, ConsistentModes, Crossed, EventMonitor, NoConsistentModes, Switching};
 use crate::multiplier::{MultiplierSystem, largest};
 use crate::state::State;
 
@@ -26,12 +26,18 @@ impl<'a> PhaseMechanism<'a> {
     /// In the modes of the start.
     pub(crate) fn new(problem: Problem<'a>) -> Self {
         let Problem { compiled, start, parameters, options, .. } = problem;
-        let switching = Switching::new(compiled, parameters, options, start);
+        let switching = Switching::new(
+            compiled,
+            parameters,
+            options,
+            &start.modes,
+            (start.t, &start.q, &start.v),
+        );
         Self {
             compiled,
             evaluator: compiled.evaluator(&switching.parameters),
             switching,
-            inactive: start.dependent_rows().to_vec(),
+            inactive: start.inactive_rows().to_vec(),
         }
     }
 
@@ -55,8 +61,8 @@ impl<'a> PhaseMechanism<'a> {
     }
 
     /// Friction that slides is a load in the equations; its multiplier is filled in.
-    pub(crate) fn fill_friction(&mut self, t: f64, q: &[f64], v: &[f64], lambda: &mut [f64]) {
-        self.switching.fill_friction(t, q, v, lambda);
+    pub(crate) fn fill_slip_friction(&mut self, t: f64, q: &[f64], v: &[f64], lambda: &mut [f64]) {
+        self.switching.fill_slip_friction(t, q, v, lambda);
     }
 
     /// Whether inactive rows are broken at (t, q): a step has jumped over a singular pose onto a
@@ -72,8 +78,8 @@ impl<'a> PhaseMechanism<'a> {
 
     /// Monitor of the events that end a phase which begins at `state`; `None` when nothing ever
     /// switches.
-    pub(super) fn monitor(&self, state: &State) -> Option<Lookout<'a>> {
-        self.switching.lookout(&self.inactive, (state.t, &state.q, &state.v))
+    pub(super) fn monitor(&self, state: &State) -> Option<EventMonitor<'a>> {
+        self.switching.monitor(&self.inactive, (state.t, &state.q, &state.v))
     }
 
     /// The kink that a motion without a value ahead is about to reach; `state` moves there.
@@ -85,17 +91,17 @@ impl<'a> PhaseMechanism<'a> {
     /// Changes the modes where something has switched at `state`; `changes` gains what happened.
     ///
     /// # Errors
-    /// [`Unsettled`] when no modes are consistent.
+    /// [`NoConsistentModes`] when no modes are consistent.
     pub(super) fn switch(
         &mut self,
         crossed: &Crossed,
         state: State,
         changes: &mut Vec<Change>,
-    ) -> Result<Settled, Unsettled> {
+    ) -> Result<ConsistentModes, NoConsistentModes> {
         let State { t, q, v } = state;
         let settled = self.switching.pass(&crossed.fired, (t, q, v), changes)?;
         self.evaluator = self.compiled.evaluator(&self.switching.parameters);
-        self.inactive.clone_from(&settled.dependent);
+        self.inactive.clone_from(&settled.inactive);
         Ok(settled)
     }
 

@@ -7,13 +7,13 @@ use super::observer::Observer;
 use super::progress::Run;
 use super::singular::Sighting;
 use super::stepper::Stepper;
-use crate::hybrid::{Crossed, Lookout};
+use crate::hybrid::{Crossed, EventMonitor};
 
 /// A phase in progress.
 pub(super) struct Phase<'a> {
     pub(super) stepper: Box<dyn Stepper + 'a>,
     /// Events that end it; `None` when nothing ever switches.
-    pub(super) monitor: Option<Lookout<'a>>,
+    pub(super) monitor: Option<EventMonitor<'a>>,
 }
 
 /// Why a phase ended.

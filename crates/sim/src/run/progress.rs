@@ -28,7 +28,7 @@ use super::sampler::Sampler;
 use super::singular::{REGULAR, SingularMonitor};
 use super::stepper::Stepper;
 use super::summary::{Failure, Integrator, MethodChange, Reason, Summary};
-use crate::hybrid::{Crossed, Unsettled};
+use crate::hybrid::{Crossed, NoConsistentModes};
 use crate::multiplier::MultiplierSystem;
 use crate::state::State;
 use bksim_model::Method;
@@ -86,7 +86,7 @@ struct Halt {
     /// The integrator's reason.
     error: Option<SolveError>,
     /// Contacts or kinks without consistent modes.
-    unsettled: Option<Unsettled>,
+    unsettled: Option<NoConsistentModes>,
 }
 
 impl State {
@@ -343,7 +343,7 @@ impl<'a> Run<'a> {
         }
         match (options.method, self.method) {
             (Method::Auto, Integrator::Explicit) => Some((Integrator::Radau, Reason::OtherFailed)),
-            (Method::Auto | Method::Radau, Integrator::Radau) if self.weakness() < REGULAR => {
+            (Method::Auto | Method::Radau, Integrator::Radau) if self.rank_margin() < REGULAR => {
                 self.passing = Some(t);
                 Some((Integrator::Explicit, Reason::SingularPose))
             }
@@ -373,8 +373,8 @@ impl<'a> Run<'a> {
         let settled = self.mechanism.switch(crossed, self.reached.clone(), changes);
         let settled =
             settled.map_err(|unsettled| Halt { error: None, unsettled: Some(unsettled) })?;
-        self.summary.energy.work += settled.blow;
-        self.summary.energy.blows += settled.blow;
+        self.summary.energy.work += settled.impact_work;
+        self.summary.energy.impacts += settled.impact_work;
         (self.reached.q, self.reached.v) = (settled.q, settled.v);
         self.sampler.enter(&self.mechanism);
         self.multipliers = self.mechanism.multipliers();
@@ -388,9 +388,9 @@ impl<'a> Run<'a> {
     }
 
     /// Weakness of the constraints at the end of the last step.
-    fn weakness(&mut self) -> f64 {
+    fn rank_margin(&mut self) -> f64 {
         let State { t, q, v } = &self.reached;
-        self.multipliers.weakness_at(&self.mechanism.evaluator.dynamics(*t, q, v))
+        self.multipliers.rank_margin_at(&self.mechanism.evaluator.dynamics(*t, q, v))
     }
 
     fn failed(&mut self, error: SolveError) -> PhaseEnd {

@@ -6,7 +6,8 @@ use super::sample::{Energy, Sample};
 use super::sampler::{complete, project};
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
-use crate::hybrid::{Modes, Watcher};
+use crate::modes::Modes;
+use crate::modes::indicators::IndicatorEvaluator;
 use crate::multiplier::MultiplierSystem;
 
 /// Completes states of segments: projection, accelerations, multipliers, reactions, energies.
@@ -22,7 +23,7 @@ pub struct Replay<'a> {
     dependent: Vec<usize>,
     modes: Modes,
     evaluator: Evaluator<'a>,
-    watcher: Watcher<'a>,
+    watcher: IndicatorEvaluator<'a>,
     multipliers: MultiplierSystem,
     state: Vec<f64>,
     sample: Sample,
@@ -39,8 +40,8 @@ pub enum Unreplayed {
 impl<'a> Replay<'a> {
     /// A replay of runs with these values of the model's parameters.
     pub fn new(compiled: &'a CompiledSystem, parameters: &[f64]) -> Self {
-        let modes = compiled.watch.idle();
-        let all = modes.behind(parameters);
+        let modes = compiled.indicators.idle();
+        let all = modes.parameters_with_modes(parameters);
         let (nq, nc) = (compiled.nq(), compiled.nc());
         let (zeros, n_joints) = (vec![0.0; nq], compiled.joints.len());
         Self {
@@ -50,7 +51,7 @@ impl<'a> Replay<'a> {
             dependent: Vec::new(),
             modes,
             evaluator: compiled.evaluator(&all),
-            watcher: compiled.watch.at(&all),
+            watcher: compiled.indicators.at(&all),
             multipliers: MultiplierSystem::new(&compiled.shape, &[]),
             state: vec![0.0; 2 * nq],
             sample: Sample {
@@ -83,7 +84,7 @@ impl<'a> Replay<'a> {
         let _ = project(evaluator, multipliers, sample);
         complete(evaluator, sample);
         let Sample { q, v, lambda, .. } = sample;
-        self.modes.fill_friction(&mut self.watcher, (t, q, v), lambda);
+        self.watcher.fill_slip_friction(&self.modes, (t, q, v), lambda);
         Ok(sample)
     }
 
@@ -106,9 +107,9 @@ impl<'a> Replay<'a> {
         if are_same {
             return Ok(());
         }
-        let watch = &self.compiled.watch;
-        let modes = Modes::from_numbers(watch, &segment.modes).ok_or(Unreplayed::OtherMechanism)?;
-        let all = modes.behind(&self.own);
+        let watch = &self.compiled.indicators;
+        let modes = watch.modes_from_numbers(&segment.modes).ok_or(Unreplayed::OtherMechanism)?;
+        let all = modes.parameters_with_modes(&self.own);
         self.modes = modes;
         self.numbers.clone_from(&segment.modes);
         self.dependent.clone_from(&segment.dependent);

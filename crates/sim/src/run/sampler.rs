@@ -239,7 +239,7 @@ impl Sampler {
     fn complete(&mut self, mechanism: &mut PhaseMechanism<'_>) {
         complete(&mut mechanism.evaluator, &mut self.sample);
         let Sample { t, q, v, lambda, .. } = &mut self.sample;
-        mechanism.fill_friction(*t, q, v, lambda);
+        mechanism.fill_slip_friction(*t, q, v, lambda);
     }
 
     fn hand_out(&mut self, summary: &mut Summary, observer: &mut dyn Observer) -> Control {

@@ -13,7 +13,7 @@ use crate::linear::rank::{Smallness, sparse_dependent_rows};
 use crate::linear::rows::{Inverse, LARGEST_DENSE, SparseRows};
 use crate::multiplier::MultiplierSystem;
 
-/// Weakness, see [`MultiplierSystem::weakness`], below which a step of Radau's calls for a search:
+/// Weakness, see [`MultiplierSystem::rank_margin`], below which a step of Radau's calls for a search:
 /// a third of the regular singular value. Handing over later costs digits: what Radau's equations
 /// leave of its error near the pose comes out as energy.
 const WEAK: f64 = 0.1;
@@ -92,7 +92,7 @@ impl SingularMonitor {
         let mut rows_at = |t: f64| {
             step.at(t, &mut y);
             let jacobian = evaluator.constraints(t, &y[..nq]).jacobian_rows();
-            jacobian.select(multipliers.kept())
+            jacobian.select(multipliers.active_rows())
         };
         if self.near.is_none() {
             for end in [step.t0(), step.t1()] {
@@ -100,7 +100,7 @@ impl SingularMonitor {
             }
         }
         let Loss { least, rank, rows } = Loss::of(&finite(rows_at(t))?, SINGULAR * self.regular)?;
-        let kept = multipliers.kept();
+        let kept = multipliers.active_rows();
         if rank == kept.len() || self.near.is_some_and(|known| known <= least) {
             if dip.rises {
                 self.near = None;
@@ -149,7 +149,7 @@ fn is_foreseen(
         let position = |i: usize| q[i] + ahead * (v[i] + 0.5 * ahead * a[i]);
         let rate = |i: usize| v[i] + ahead * a[i];
         let (q, v): (Vec<f64>, Vec<f64>) = (0..nq).map(|i| (position(i), rate(i))).unzip();
-        multipliers.weakness_at(&evaluator.dynamics(step.t1() + ahead, &q, &v))
+        multipliers.rank_margin_at(&evaluator.dynamics(step.t1() + ahead, &q, &v))
     };
     // Singular values fall to zero in proportion to the way left.
     let probe = 0.1 * h;
@@ -174,7 +174,7 @@ fn weakness_within(
     let mut y = vec![0.0; step.y1().len()];
     step.at(t, &mut y);
     let (q, v) = y[..2 * nq].split_at(nq);
-    multipliers.weakness_at(&evaluator.dynamics(t, q, v))
+    multipliers.rank_margin_at(&evaluator.dynamics(t, q, v))
 }
 
 /// Where a step is weakest.

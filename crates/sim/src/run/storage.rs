@@ -131,12 +131,12 @@ fn residuals(loader: &mut Loader<'_>) -> Result<[[f64; 2]; 2], SolveError> {
 
 impl Summary {
     pub(super) fn save(&self, saver: &mut Saver) {
-        let EnergyBalance { initial, last, work, blows, worst_error, scale } = self.energy;
+        let EnergyBalance { initial, last, work, impacts, worst_error, scale } = self.energy;
         saver.real(self.t);
         saver.count(self.n_samples);
         saver.stats(&self.stats);
         saver.slice(&[self.position_residual, self.velocity_residual].concat());
-        saver.slice(&[initial, last, work, blows, worst_error, scale]);
+        saver.slice(&[initial, last, work, impacts, worst_error, scale]);
         saver.count(self.singular_poses.len());
         for pose in &self.singular_poses {
             pose.save(saver);
@@ -159,7 +159,7 @@ impl Summary {
         let [position_residual, velocity_residual] = residuals(loader)?;
         let mut numbers = [0.0; 6];
         loader.fill(&mut numbers)?;
-        let [initial, last, work, blows, worst_error, scale] = numbers;
+        let [initial, last, work, impacts, worst_error, scale] = numbers;
         let nc = compiled.nc();
         // A length that is too large fails at the first number that is missing.
         let poses = 0..loader.count()?;
@@ -176,7 +176,7 @@ impl Summary {
             stats,
             position_residual,
             velocity_residual,
-            energy: EnergyBalance { initial, last, work, blows, worst_error, scale },
+            energy: EnergyBalance { initial, last, work, impacts, worst_error, scale },
             singular_poses,
             methods,
             changes,

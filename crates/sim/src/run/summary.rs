@@ -4,7 +4,7 @@ use bksim_dae::{SolveError, Standstill, Stats};
 
 use super::checkpoint::RunCheckpoint;
 use super::sample::Sample;
-use crate::hybrid::{Change, Unsettled};
+use crate::hybrid::{Change, NoConsistentModes};
 
 /// How a run ended and how good it was.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -88,10 +88,10 @@ pub struct EnergyBalance {
     pub initial: f64,
     /// T + V at the end, J.
     pub last: f64,
-    /// Work of loads and drives, that of blows included, J.
+    /// Work of loads and drives, that of impacts included, J.
     pub work: f64,
-    /// Work of blows, J: what stops and kinks of drives have done to T at once.
-    pub blows: f64,
+    /// Work of impacts, J: what stops and kinks of drives have done to T at once.
+    pub impacts: f64,
     /// Largest |T + V − W − (T₀ + V₀)| over the samples, J.
     pub worst_error: f64,
     /// Largest |T| + |V − V₀| + |W| over the samples, J: what the error is relative to.
@@ -132,7 +132,7 @@ pub struct Failure {
     /// The integrator's reason; `None` when the run met a singular pose that it could not cross.
     pub error: Option<SolveError>,
     /// Contacts or kinks without consistent modes.
-    pub unsettled: Option<Unsettled>,
+    pub unsettled: Option<NoConsistentModes>,
     /// The run so far.
     pub summary: Summary,
     /// The last state that was reached.

@@ -44,7 +44,7 @@ pub fn differentiate(
     sensitive: &[Sensitive],
     parameters: &[f64],
 ) -> Result<SensitivityEquations, SensitivityError> {
-    if !compiled.watch.is_empty() {
+    if !compiled.indicators.is_empty() {
         return Err(SensitivityError::Switches);
     }
     if !model.inputs.is_empty() {

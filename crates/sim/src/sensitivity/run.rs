@@ -58,7 +58,7 @@ pub fn run_with_sensitivities(
     summary.methods.push(method);
 
     // The steps.
-    let tangents = Tangents::new(&plan.equations, compiled, parameters, start.dependent_rows());
+    let tangents = Tangents::new(&plan.equations, compiled, parameters, start.inactive_rows());
     let mut run = SensitiveRun { mechanism, sampler, summary, tangents, plan };
     let end = run.integrate(problem, observer, stop);
 
@@ -130,7 +130,7 @@ impl SensitiveRun<'_> {
         let Problem { equations, start, options, .. } = problem;
         let parameters = self.mechanism.parameters();
         let system = SensitiveMotion {
-            motion: equations.at(parameters, start.dependent_rows()),
+            motion: equations.at(parameters, start.inactive_rows()),
             equations: &plan.equations,
             workspace: plan.equations.columns.tape().workspace(parameters),
             inputs: Vec::new(),

@@ -29,7 +29,7 @@ pub fn start(
     start: &Start,
     parameters: &[f64],
 ) -> Result<Vec<StateSensitivity>, SensitivityError> {
-    let tangents = Tangents::new(equations, compiled, parameters, start.dependent_rows());
+    let tangents = Tangents::new(equations, compiled, parameters, start.inactive_rows());
     let Start { t, q, v, a, lambda, .. } = start;
     let state = StateRef { t: *t, q, v };
     let at = Instant { state, acceleration: AccelerationRef { a, lambda } };

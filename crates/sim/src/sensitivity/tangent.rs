@@ -121,7 +121,7 @@ impl<'a> Tangents<'a> {
         let force: Vec<f64> = resisting.iter().map(|change| -change).collect();
         let mut a = step;
         let mut lambda = self.solve(at, (&force, &gamma), &mut a)?;
-        if self.multipliers.kept().len() < nc {
+        if self.multipliers.active_rows().len() < nc {
             lambda = self.smallest_multipliers(at, k, &q, &resisting, &a);
         }
         Ok(StateSensitivity { q, v, a, lambda })

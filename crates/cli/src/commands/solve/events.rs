@@ -11,7 +11,7 @@ use crate::output::number;
 const LOADS_TOLD: usize = 6;
 
 /// How often what happened; `None` when nothing switched.
-pub(super) fn told(mechanism: &Mechanism, changes: &[Change], blows: f64) -> Option<String> {
+pub(super) fn told(mechanism: &Mechanism, changes: &[Change], impacts: f64) -> Option<String> {
     let mut counts: Vec<(Option<LoadId>, &str, usize)> = Vec::new();
     for change in changes {
         let (load, word) = words(change.kind);
@@ -31,8 +31,8 @@ pub(super) fn told(mechanism: &Mechanism, changes: &[Change], blows: f64) -> Opt
     if counts.len() > LOADS_TOLD {
         parts.push(format!("and {} more kinds", counts.len() - LOADS_TOLD));
     }
-    if blows != 0.0 {
-        parts.push(format!("work of blows {} J", number(blows)));
+    if impacts != 0.0 {
+        parts.push(format!("work of impacts {} J", number(impacts)));
     }
     Some(parts.join(", "))
 }

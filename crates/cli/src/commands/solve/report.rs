@@ -89,7 +89,7 @@ impl Report<'_> {
             rows.push(("constraints", both.join(", ")));
         }
         rows.extend(self.singular_poses().map(|told| ("singular", told)));
-        let events = super::events::told(self.mechanism, &self.summary.changes, energy.blows);
+        let events = super::events::told(self.mechanism, &self.summary.changes, energy.impacts);
         rows.extend(events.map(|told| ("events", told)));
         rows.extend([
             (

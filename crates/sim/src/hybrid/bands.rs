@@ -1,0 +1,58 @@
+//! [`Bands`]: how near to zero an indicator counts as zero.
+
+use crate::modes::indicators::{EventIndicators, IndicatorValues};
+
+/// Sizes below which indicators are zero, at one tolerance.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct Bands {
+    /// By switch, in the unit of its function.
+    pub(crate) kinks: Vec<f64>,
+    /// Of rounding, m or rad.
+    pub(crate) position: f64,
+    /// m/s or rad/s.
+    pub(crate) rate: f64,
+    /// Bounces no higher, m or rad, and no faster, m/s or rad/s, come to rest.
+    pub(crate) rest: [f64; 2],
+}
+
+/// Part of the absolute tolerance that functions and rates are known to.
+const PART: f64 = 1e-3;
+/// Part of a function that is rounding.
+const ROUNDING: f64 = 1e-12;
+/// A body that falls through the band gains speed; no more than rounding is needed.
+const ROUNDING_OF_POSITION: f64 = 64.0 * f64::EPSILON;
+/// An event is located where its function has passed the band; bands this much wider hold all that is
+/// zero there.
+const SLACK: f64 = 4.0;
+
+impl Bands {
+    /// The bands for an absolute tolerance, with the rounding of these values of the switches.
+    ///
+    /// Switches that depend on time alone have none: their instants are known exactly.
+    pub(crate) fn new(atol: f64, values: &IndicatorValues, indicators: &EventIndicators) -> Self {
+        let band = |(u, &timed): (&f64, &bool)| {
+            if timed { 0.0 } else { PART * atol + ROUNDING * u.abs() }
+        };
+        Self {
+            kinks: values.kinks.iter().zip(&indicators.timed).map(band).collect(),
+            position: ROUNDING_OF_POSITION,
+            rate: PART * atol,
+            rest: [atol; 2],
+        }
+    }
+
+    /// φ ≥ 0 up to rounding: the gap of a stop is closed.
+    pub(super) fn is_closed(&self, penetration: f64) -> bool {
+        penetration >= -SLACK * self.position
+    }
+
+    /// φ′ > 0 beyond rounding: bodies run into a stop.
+    pub(super) fn is_approaching(&self, rate: f64) -> bool {
+        rate > SLACK * self.rate
+    }
+
+    /// φ′ = 0 or p′ = 0 up to rounding.
+    pub(super) fn is_at_rest(&self, rate: f64) -> bool {
+        rate.abs() <= SLACK * self.rate
+    }
+}

@@ -1,0 +1,317 @@
+//! Event indicators: the functions of the motion whose signs decide the modes, compiled.
+//!
+//! ```text
+//! switch     u                 u′
+//! stop       φ, φ′, ε          φ″
+//! friction   p, p′, F, F₀      p″
+//! ```
+//!
+//! The left column is a function of (t, q, v), the right one of the accelerations too.
+
+use bksim_expr::{Expr, Runner, SymbolId, Tape, TapeError, Workspace};
+
+use super::{ContactMode, Modes};
+use crate::state::gather;
+use bksim_mbs::contact::Law;
+use bksim_mbs::system::SymbolicSystem;
+use bksim_model::{LoadId, Model};
+
+/// The indicators of one mechanism.
+#[derive(Clone, Debug)]
+pub(crate) struct EventIndicators {
+    /// u of every switch, then four numbers per contact, see [`ContactState::of`].
+    functions: Runner,
+    /// u′ of every switch, then the acceleration of every contact.
+    rates: Runner,
+    /// Whether each switch depends on time alone.
+    pub(crate) timed: Vec<bool>,
+    pub(crate) contacts: Vec<CompiledContact>,
+}
+
+/// A contact without its expressions.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct CompiledContact {
+    pub(crate) load: LoadId,
+    /// Its constraint row.
+    pub(crate) row: usize,
+    pub(crate) law: ContactLaw,
+}
+
+/// The law of a contact.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum ContactLaw {
+    Stop,
+    Friction,
+}
+
+/// One indicator.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Indicator {
+    /// That of the switch of this index.
+    Kink(usize),
+    /// That of the contact of this index.
+    Contact(usize),
+}
+
+/// The state of one contact, whatever its mode.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) enum ContactState {
+    /// A stop.
+    Stop {
+        /// φ, m or rad: negative while there is a gap.
+        penetration: f64,
+        /// φ′.
+        rate: f64,
+        /// ε.
+        restitution: f64,
+    },
+    /// Dry friction on a motion.
+    Friction {
+        /// p, m or rad.
+        position: f64,
+        /// p′.
+        rate: f64,
+        /// F, N or N m.
+        sliding: f64,
+        /// F₀, no less than F.
+        sticking: f64,
+    },
+}
+
+/// All indicators at one instant.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub(crate) struct IndicatorValues {
+    /// u of every switch.
+    pub(crate) kinks: Vec<f64>,
+    pub(crate) contacts: Vec<ContactState>,
+}
+
+/// How the indicators change at one instant.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct IndicatorRates<'a> {
+    /// u′ of every switch.
+    pub(crate) kinks: &'a [f64],
+    /// φ″ or p″ of every contact.
+    pub(crate) contacts: &'a [f64],
+}
+
+impl ContactState {
+    /// Outputs per contact of the compiled functions.
+    const N_OUTPUTS: usize = 4;
+
+    /// From φ, φ′, ε and a number without meaning, or from p, p′, F and F₀.
+    fn of(law: ContactLaw, outputs: &[f64]) -> Self {
+        let [position, rate, first, second] = *outputs else {
+            unreachable!("every contact has four outputs")
+        };
+        match law {
+            ContactLaw::Stop => Self::Stop { penetration: position, rate, restitution: first },
+            ContactLaw::Friction => {
+                let sticking = second.max(first).max(0.0);
+                Self::Friction { position, rate, sliding: first, sticking }
+            }
+        }
+    }
+
+    /// φ′ or p′.
+    pub(crate) fn rate(&self) -> f64 {
+        match *self {
+            Self::Stop { rate, .. } | Self::Friction { rate, .. } => rate,
+        }
+    }
+}
+
+impl EventIndicators {
+    /// Compiles the indicators of `system`.
+    ///
+    /// # Errors
+    /// [`TapeError`] names a symbol that is neither time, a parameter nor part of the state.
+    pub(crate) fn compile(model: &Model, system: &SymbolicSystem) -> Result<Self, TapeError> {
+        let system = system.integrated();
+        let (pool, kinematics) = (&model.pool, &system.kinematics);
+
+        // Switches, then contacts: functions and rates.
+        let mut functions: Vec<Expr> = system.switches.iter().map(|s| s.function).collect();
+        let mut rates: Vec<Expr> =
+            functions.iter().map(|&u| kinematics.second_rate(model, u)).collect();
+        let mut contacts = Vec::new();
+        for contact in &system.contacts {
+            let (law, position, numbers) = match contact.law {
+                Law::Stop { restitution } => {
+                    (ContactLaw::Stop, contact.expression, [restitution, pool.zero()])
+                }
+                Law::Friction { sliding, sticking, .. } => {
+                    (ContactLaw::Friction, contact.position, [sliding, sticking])
+                }
+            };
+            let rate = kinematics.rate(model, position);
+            functions.extend([position, rate]);
+            functions.extend(numbers);
+            rates.push(kinematics.second_rate(model, rate));
+            contacts.push(CompiledContact { load: contact.load, row: contact.row, law });
+        }
+
+        // Functions of time and the state, rates of the accelerations too.
+        let coordinates = system.coordinates();
+        let parameters = system.parameters(model);
+        let runner =
+            |outputs: &[Expr], parts: &[fn(&bksim_mbs::kinematics::Coordinate) -> SymbolId]| {
+                let state = parts.iter().flat_map(|part| coordinates.iter().map(part));
+                let inputs: Vec<SymbolId> = std::iter::once(model.time).chain(state).collect();
+                let tape = Tape::compile(pool, outputs, &inputs, &parameters)?;
+                Ok::<_, TapeError>(Runner::new(tape, model.solve.jit))
+            };
+        Ok(Self {
+            functions: runner(&functions, &[|c| c.q, |c| c.v])?,
+            rates: runner(&rates, &[|c| c.q, |c| c.v, |c| c.a])?,
+            timed: system.switches.iter().map(|switch| switch.is_timed).collect(),
+            contacts,
+        })
+    }
+
+    /// Whether nothing ever switches.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.timed.is_empty() && self.contacts.is_empty()
+    }
+
+    /// The modes before anything is known: stops open, friction without force, every σ positive.
+    pub(crate) fn idle(&self) -> Modes {
+        let idle = |contact: &CompiledContact| match contact.law {
+            ContactLaw::Stop => ContactMode::Open,
+            ContactLaw::Friction => ContactMode::Slip(0.0),
+        };
+        Modes {
+            signs: vec![1.0; self.timed.len()],
+            contacts: self.contacts.iter().map(idle).collect(),
+        }
+    }
+
+    /// The modes with the signs that the switches have at a state, all contacts idle.
+    pub(crate) fn decided(&self, parameters: &[f64], t: f64, q: &[f64], v: &[f64]) -> Modes {
+        let mut modes = self.idle();
+        // A function may have the mode of one before it in it.
+        for _ in 0..=modes.signs.len() {
+            let values = self.at(&modes.parameters_with_modes(parameters)).values(t, q, v).clone();
+            let signs = values.kinks.iter().map(|&u| if u < 0.0 { -1.0 } else { 1.0 }).collect();
+            if modes.signs == signs {
+                break;
+            }
+            modes.signs = signs;
+        }
+        modes
+    }
+
+    /// The modes whose numbers follow the parameters in [`Modes::parameters_with_modes`]; `None` when
+    /// their count is not that of these switches and contacts.
+    pub(crate) fn modes_from_numbers(&self, numbers: &[f64]) -> Option<Modes> {
+        let (signs, mut rest) = numbers.split_at_checked(self.timed.len())?;
+        let mut contacts = Vec::with_capacity(self.contacts.len());
+        for contact in &self.contacts {
+            let (mode, after) = match (contact.law, rest) {
+                (ContactLaw::Stop, [active, after @ ..]) if *active == 0.0 => {
+                    (ContactMode::Open, after)
+                }
+                (ContactLaw::Stop, [_, after @ ..]) => (ContactMode::Closed, after),
+                (ContactLaw::Friction, [active, sign, _, after @ ..]) if *active == 0.0 => {
+                    (ContactMode::Slip(*sign), after)
+                }
+                (ContactLaw::Friction, [_, _, position, after @ ..]) => {
+                    (ContactMode::Stick(*position), after)
+                }
+                _ => return None,
+            };
+            contacts.push(mode);
+            rest = after;
+        }
+        rest.is_empty().then(|| Modes { signs: signs.to_vec(), contacts })
+    }
+
+    /// The indicators at the given parameters, which end with the modes.
+    pub(crate) fn at(&self, parameters: &[f64]) -> IndicatorEvaluator<'_> {
+        let tapes = [self.functions.tape(), self.rates.tape()];
+        let n_outputs = tapes[0].n_outputs().max(tapes[1].n_outputs());
+        IndicatorEvaluator {
+            indicators: self,
+            functions: tapes[0].workspace(parameters),
+            rates: tapes[1].workspace(parameters),
+            inputs: Vec::new(),
+            out: vec![0.0; n_outputs],
+            values: IndicatorValues::default(),
+        }
+    }
+}
+
+/// [`EventIndicators`] at one set of parameters, with their buffers.
+#[derive(Clone, Debug)]
+pub(crate) struct IndicatorEvaluator<'a> {
+    indicators: &'a EventIndicators,
+    functions: Workspace,
+    rates: Workspace,
+    inputs: Vec<f64>,
+    out: Vec<f64>,
+    values: IndicatorValues,
+}
+
+impl IndicatorEvaluator<'_> {
+    /// The indicators at a state.
+    pub(crate) fn values(&mut self, t: f64, q: &[f64], v: &[f64]) -> &IndicatorValues {
+        gather(&mut self.inputs, t, &[q, v]);
+        let EventIndicators { functions, timed, contacts, .. } = self.indicators;
+        let out = &mut self.out[..functions.tape().n_outputs()];
+        functions.evaluate(&mut self.functions, &self.inputs, out);
+        let (kinks, outputs) = out.split_at(timed.len());
+        self.values.kinks.clear();
+        self.values.kinks.extend_from_slice(kinks);
+        let outputs = outputs.chunks_exact(ContactState::N_OUTPUTS);
+        let states = contacts.iter().zip(outputs);
+        self.values.contacts.clear();
+        self.values
+            .contacts
+            .extend(states.map(|(contact, four)| ContactState::of(contact.law, four)));
+        &self.values
+    }
+
+    /// How the indicators change at a state with these accelerations.
+    pub(crate) fn rates(&mut self, t: f64, q: &[f64], v: &[f64], a: &[f64]) -> IndicatorRates<'_> {
+        gather(&mut self.inputs, t, &[q, v, a]);
+        let EventIndicators { rates, timed, .. } = self.indicators;
+        let out = &mut self.out[..rates.tape().n_outputs()];
+        rates.evaluate(&mut self.rates, &self.inputs, out);
+        let (kinks, contacts) = out.split_at(timed.len());
+        IndicatorRates { kinks, contacts }
+    }
+
+    /// Writes λ = −ς F of friction that slips: a load in the equations, but a multiplier for those
+    /// who read the motion.
+    pub(crate) fn fill_slip_friction(
+        &mut self,
+        modes: &Modes,
+        (t, q, v): (f64, &[f64], &[f64]),
+        lambda: &mut [f64],
+    ) {
+        if modes.contacts.iter().all(|mode| !matches!(mode, ContactMode::Slip(_))) {
+            return;
+        }
+        let contacts = &self.indicators.contacts;
+        let values = self.values(t, q, v);
+        for ((contact, state), mode) in contacts.iter().zip(&values.contacts).zip(&modes.contacts) {
+            if let (ContactMode::Slip(sign), ContactState::Friction { sliding, .. }) = (mode, state)
+            {
+                lambda[contact.row] = -sign * sliding;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn friction_sticks_with_no_less_than_it_slides() {
+        let state = ContactState::of(ContactLaw::Friction, &[0.1, 0.2, 3.0, 2.0]);
+        let expected =
+            ContactState::Friction { position: 0.1, rate: 0.2, sliding: 3.0, sticking: 3.0 };
+        assert_eq!(state, expected);
+    }
+}
