@@ -73,7 +73,7 @@ pub(super) fn styles(kind: &Kind, size: f64) -> Vec<AttributeStyle> {
     kind.keys.iter().map(&mut style).collect()
 }
 
-/// Where the name of a kind begins, in sizes of a symbol: next to the shapes it is most often drawn with.
+/// Where the name of a kind begins, in sizes of a symbol: next to its most usual surroundings.
 fn anchor(kind: &Kind) -> Point {
     match kind.name {
         "body" => [0.35, 0.2],
