@@ -1,4 +1,4 @@
-//! [`Attachment`]: what is attached to a drawing, the same whichever way it was written.
+//! [`Attachment`]: one thing attached to a drawing, the same whichever way it was written.
 
 use crate::drawing::{Handle, Location};
 use crate::geometry::Point;
@@ -7,9 +7,9 @@ use crate::kind::{Kind, Section};
 /// One thing attached to the drawing.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Attachment {
-    /// What it is.
+    /// Its kind.
     pub kind: &'static Kind,
-    /// Number of the entity it is attached to, in [`crate::drawing::Drawing::entities`].
+    /// Index of the entity it is attached to, in [`crate::drawing::Drawing::entities`].
     pub entity_idx: usize,
     /// Type and position of that entity.
     pub location: Location,
@@ -74,13 +74,13 @@ pub enum Way {
 pub struct Value {
     /// As in [`Kind::keys`].
     pub key: &'static str,
-    /// What it says.
+    /// The value.
     pub content: Content,
-    /// What it stands in.
+    /// Where it is stated.
     pub location: Location,
 }
 
-/// What a value says.
+/// The content of a value.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Content {
     /// As written: a name, a quantity or an expression.

@@ -19,7 +19,7 @@ bksim_model::codes! {
     NO_AREA = "D024", "an outline without area";
     NO_CURVE = "D025", "numbers that make no curve";
     SNAPPED = "D026", "a gap that was closed";
-    // What is attached.
+    // Attachments.
     UNKNOWN_KIND = "D030", "nothing that can be attached";
     UNKNOWN_ATTRIBUTE = "D031", "an unknown key of an attachment";
     BROKEN_RECORD = "D032", "a broken record";

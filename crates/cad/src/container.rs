@@ -1,4 +1,4 @@
-//! What the bytes of a file are, before anything is read.
+//! The format of a file, recognised by its first bytes.
 
 use bksim_model::diagnostic::Diagnostic;
 
@@ -11,12 +11,12 @@ const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 const SAVE_AS_DXF: &str = "open it in a CAD program and save it as DXF, any version from R12 on";
 
-/// What a drawing is written in.
+/// The format of a drawing.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Container {
     /// DXF as lines of text.
     Text {
-        /// The byte of the first line, behind a byte order mark.
+        /// The byte of the first line, after a byte order mark.
         start: usize,
     },
     /// Binary DXF.
@@ -41,7 +41,7 @@ const DWG_VERSIONS: &[(&[u8], &str)] = &[
     (b"AC1032", "R2018"),
 ];
 
-/// What other files begin with, and what to call them.
+/// The first bytes of other files, and names for these.
 const OTHER_FILES: &[(&[u8], &str)] = &[
     (b"%PDF", "a PDF document"),
     (b"PK\x03\x04", "a ZIP archive"),
@@ -58,10 +58,10 @@ const OTHER_FILES: &[(&[u8], &str)] = &[
     (b"\x1f\x8b", "a gzip archive"),
 ];
 
-/// Tells what `bytes` are.
+/// Recognises the format of a drawing.
 ///
 /// # Errors
-/// `D001` with what the file looks like and what to do.
+/// `D001` with the format that the file seems to have and a way out.
 pub fn recognise(bytes: &[u8]) -> Result<Container, Diagnostic> {
     if bytes.starts_with(SENTINEL) {
         // The first code is 0, in one or two bytes, and SECTION or a comment follows.

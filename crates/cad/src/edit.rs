@@ -1,5 +1,5 @@
-//! The old commands on bodies, joints, loads and drives: what is asked for becomes edits of the
-//! drawing, whichever way a thing is attached.
+//! Commands on bodies, joints, loads and drives as plans of edits, whichever way a thing is attached to
+//! the drawing.
 
 use bksim_model::diagnostic::Diagnostic;
 
@@ -10,10 +10,10 @@ use crate::geometry::Point;
 use crate::kind::{BODY_LAYER, KINDS, Kind, Placement, Section, by_name};
 use crate::patch::{Edit, Entry};
 
-/// What a command is about.
+/// The things that a command changes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Subject {
-    /// Bodies, and what belongs to them: the ground, points, centres of mass.
+    /// Bodies and their parts: the ground, points, centres of mass.
     Body,
     /// Joints.
     Joint,
@@ -60,10 +60,10 @@ impl Subject {
     }
 }
 
-/// What a command says.
+/// A thing to attach, to change or to remove.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Statement {
-    /// What it is about.
+    /// Its group of things.
     pub subject: Subject,
     /// The name of the body, joint, load or drive.
     pub name: String,
@@ -86,7 +86,7 @@ pub struct Statement {
 pub struct Plan {
     /// In the order in which they have to be applied.
     pub edits: Vec<Edit>,
-    /// What the author should know.
+    /// Warnings for the author.
     pub warnings: Vec<Diagnostic>,
 }
 
@@ -249,7 +249,7 @@ fn set_one(
     entries.into_iter().map(attribute).collect()
 }
 
-/// What is attached under the name, on the entities if some are named.
+/// The attachments of this name, on the entities if some are named.
 fn found<'a>(
     drawing: &Drawing,
     attachments: &'a [Attachment],
@@ -427,14 +427,14 @@ fn check_name_is_free(
     attachments: &[Attachment],
     subject: Subject,
     kind: &Kind,
-    wanted: &str,
+    new_name: &str,
 ) -> Result<(), Diagnostic> {
     if matches!(kind.section, Section::Points | Section::Centre) {
         return Ok(());
     }
     let mut same = attachments.iter().filter(|it| it.kind.section == kind.section);
-    let Some(taken) = same.find(|it| name(it) == Some(wanted)) else { return Ok(()) };
-    let message = format!("there is a {} `{wanted}` already", subject.word());
+    let Some(taken) = same.find(|it| name(it) == Some(new_name)) else { return Ok(()) };
+    let message = format!("there is a {} `{new_name}` already", subject.word());
     let location = &taken.location;
     let entity =
         location.handle.map_or_else(String::new, |handle| format!(", handle {:X}", handle.0));

@@ -77,6 +77,6 @@ pub fn describe(location: &Location) -> String {
 
 /// A coordinate in at most seven digits.
 pub(crate) fn short(x: f64) -> String {
-    let rounded: f64 = format!("{x:.6e}").parse().unwrap_or(x);
+    let rounded: f64 = format!("{x:.6e}").parse().expect("a printed number can be read");
     format!("{rounded}")
 }

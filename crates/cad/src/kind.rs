@@ -1,9 +1,9 @@
-//! What can be attached to a drawing: one row per kind, with its block and its keys.
+//! Kinds of attachments to a drawing: one row per kind, with its block and its keys.
 //!
 //! A kind is written in three ways that mean the same: extended data `revolute { name=A … }`, an
 //! insert of the block `BK_REVOLUTE` with the attributes `NAME`, …, or a layer.
 
-/// Where what is attached goes in the model.
+/// The section of the model that an attachment goes to.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Section {
     /// `[ground]`.
@@ -28,11 +28,11 @@ pub enum Section {
     Initial,
     /// `[solve]`.
     Solve,
-    /// The top level: name and coordinates; `[units]`, what bare numbers mean.
+    /// The top level: name and coordinates; `[units]`, the units of bare numbers.
     Model,
 }
 
-/// What the place of an attachment means.
+/// The meaning of where an attachment stands.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Placement {
     /// Nothing: it may stand anywhere.
@@ -52,9 +52,9 @@ pub struct Kind {
     pub name: &'static str,
     /// Name of the block.
     pub block: &'static str,
-    /// Where it goes in the model.
+    /// Its section of the model.
     pub section: Section,
-    /// What its place means.
+    /// The meaning of where it stands.
     pub placement: Placement,
     /// Its keys as in extended data; attributes have the same in upper case. A `name` comes first.
     pub keys: &'static [&'static str],

@@ -8,8 +8,8 @@
 //! new drawings:   templates, models, traces of runs → bytes               write
 //! ```
 //!
-//! A drawing says the same as a model file: what comes of it is the text of a model, with the place
-//! in the drawing of every value, and from there on nothing knows of drawings.
+//! A drawing says the same as a model file: it becomes the text of a model, with the location of every
+//! value in the drawing, and from there on nothing knows of drawings.
 
 pub mod attach;
 pub mod attachment;

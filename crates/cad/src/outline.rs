@@ -51,7 +51,7 @@ impl Outline {
     /// The outline that all strokes together make, and what was snapped for it.
     ///
     /// # Errors
-    /// What [`chain`] and [`nest`] find, and [`OutlineError::Open`] for ends that meet no other.
+    /// Those of [`chain`] and [`nest`], and [`OutlineError::Open`] for ends that meet no other.
     pub fn of(strokes: &[Stroke], tolerance: f64) -> Result<(Self, Vec<Snap>), OutlineError> {
         let chains = chain(strokes, tolerance)?;
         if let Some(open) = chains.open_error() {
@@ -64,7 +64,7 @@ impl Outline {
     /// inside that as holes; `None` when no chain contains the point.
     ///
     /// # Errors
-    /// What [`nest`] finds among these chains.
+    /// Those of [`nest`] among these chains.
     pub fn around(
         closed: &[Chain],
         point: Point,
@@ -78,7 +78,7 @@ impl Outline {
     /// holes.
     ///
     /// # Errors
-    /// What [`nest`] finds among these chains.
+    /// Those of [`nest`] among these chains.
     pub fn inside(closed: &[Chain], outer: usize, tolerance: f64) -> Result<Self, OutlineError> {
         let border = &closed[outer];
         let inside = closed.iter().enumerate().filter(|&(chain_idx, chain)| {

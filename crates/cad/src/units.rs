@@ -1,4 +1,4 @@
-//! What one unit of a drawing is: `$INSUNITS`, else `$MEASUREMENT`, else what the caller says.
+//! The unit of lengths of a drawing: that of `$INSUNITS`, else of `$MEASUREMENT`, else of the caller.
 
 use bksim_model::diagnostic::Diagnostic;
 
@@ -54,7 +54,7 @@ pub fn by_name(name: &str) -> Option<LengthUnit> {
     INSUNITS.into_iter().find(|unit| unit.name == usual)
 }
 
-/// What the header of a drawing says of its units.
+/// The variables of a drawing's header that state its unit.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Stated {
     /// `$INSUNITS`, if there is one.
@@ -126,7 +126,7 @@ fn no_units(stated: Stated, [width, height]: [f64; 2]) -> Diagnostic {
 
 /// Four significant digits.
 fn plain(value: f64) -> String {
-    let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
+    let rounded: f64 = format!("{value:.3e}").parse().expect("a printed number can be read");
     rounded.to_string()
 }
 

@@ -28,8 +28,8 @@ def judge(path):
         if entity.dxftype() == "INSERT":
             values = [f"{a.dxf.tag}={a.dxf.text}" for a in entity.attribs if a.dxf.text]
             x, y, _ = entity.dxf.insert
-            place = f"at={x!r},{y!r},{entity.dxf.rotation!r}"
-            print("insert", entity.dxf.layer, entity.dxf.name, *values, place, sep="|")
+            frame = f"at={x!r},{y!r},{entity.dxf.rotation!r}"
+            print("insert", entity.dxf.layer, entity.dxf.name, *values, frame, sep="|")
         else:
             print("entity", entity.dxf.layer, entity.dxftype())
 

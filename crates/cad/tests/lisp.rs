@@ -4,7 +4,7 @@ use bksim_cad::kind::by_name;
 
 const LISP: &str = include_str!("../../../lisp/bksim.lsp");
 
-/// The text without comments, strings in place of which stands `""`.
+/// The text without comments, with `""` for every string.
 fn code_and_strings(text: &str) -> (String, Vec<String>) {
     let (mut code, mut strings) = (String::new(), Vec::new());
     let mut letters = text.chars();

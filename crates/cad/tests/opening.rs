@@ -44,14 +44,14 @@ fn contents(document: &CadDocument) -> Vec<String> {
     for block in document.block_records.iter().filter(|block| block.name != "*Paper_Space") {
         for handle in &block.entity_handles {
             let entity = document.get_entity(*handle).expect("an entity of its block");
-            let place = format!("{} {:X} {}", block.name, handle.value(), entity.common().layer);
-            lines.push(format!("{place} {}", geometry(entity)));
+            let head = format!("{} {:X} {}", block.name, handle.value(), entity.common().layer);
+            lines.push(format!("{head} {}", geometry(entity)));
         }
     }
     lines
 }
 
-/// The fields of an entity behind those all entities have; those of other kinds by their name.
+/// The fields of an entity after those all entities have; those of other kinds by their name.
 fn geometry(entity: &EntityType) -> String {
     let all = format!("{entity:?}");
     let name = all.split('(').next().unwrap_or_default().to_owned();
@@ -68,7 +68,7 @@ fn geometry(entity: &EntityType) -> String {
         }
         _ => {
             let own = all.split_once("raw_record: None }").map_or("", |(_, own)| own);
-            // What follows are bits of the DWG format.
+            // The rest are bits of the DWG format.
             format!("{name}{}", own.split(", dwg_flags").next().unwrap_or_default())
         }
     }
@@ -173,7 +173,7 @@ fn a_cut_drawing_says_at_which_line_and_what_was_read() {
     assert!(lines.iter().any(|line| faults[0].message.ends_with(line)), "{}", faults[0].message);
     assert!(faults[0].notes[0].starts_with("2 entities were read"), "{:?}", faults[0].notes);
 
-    // Behind the entities, nothing of use is missing.
+    // After the entities, nothing of use is missing.
     let end = whole.rfind("ENDSEC").expect("the end of the objects");
     let read = opened(whole.as_bytes()[..end].to_vec());
     assert_eq!(read.warnings.iter().map(|it| it.code).collect::<Vec<_>>(), [codes::CUT]);
@@ -267,7 +267,7 @@ fn a_drawn_mechanism_is_the_same_as_dwg_and_dxf() {
         let dwg = DwgWriter::write_to_vec(&document.expect("a drawing")).expect("a DWG");
         let [from_dxf, from_dwg] = [dxf, dwg].map(|bytes| {
             let sheet = sheet(bytes, None).unwrap_or_else(|refused| panic!("{refused:?}"));
-            // Some state their masses in a file beside the drawing.
+            // Some state their masses in a sidecar.
             let plate = [Some("1 kg/m^3"), Some("1 m")];
             sheet.compose(ModelOptions { plate, ..ModelOptions::default() }).text
         });

@@ -84,7 +84,7 @@ fn edits(tags: &Tags) -> Vec<(&'static str, Edit)> {
     ]
 }
 
-/// What ezdxf says of each pair of files: lines by the name of the second one.
+/// Differences that ezdxf finds in each pair of files: lines by the name of the second one.
 fn judged(pairs: &[(String, Vec<u8>, Vec<u8>)], scratch: &str) -> Vec<(String, Vec<String>)> {
     let folder_of = Path::new(env!("CARGO_TARGET_TMPDIR")).join(scratch);
     fs::create_dir_all(&folder_of).expect("a folder for drawings");
@@ -151,7 +151,7 @@ fn each_edit_touches_its_own_entity_alone() {
             _ => expected.push(B.to_owned()),
         }
         assert_eq!(gist(&lines), expected, "{name}:\n{}", lines.join("\n"));
-        // What is only added to is still there in front.
+        // Records that are only added to are still there in front.
         if name.starts_with("add") {
             assert!(lines[1][1..].starts_with(&lines[0][1..]), "{name}:\n{}", lines.join("\n"));
         }

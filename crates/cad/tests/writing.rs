@@ -1,4 +1,4 @@
-//! What is written, judged by an independent reader.
+//! Written drawings, judged by an independent reader.
 
 #[path = "common/python.rs"]
 mod python;
@@ -147,16 +147,16 @@ fn frames_are_drawn_where_the_start_has_them() {
     let (name, unit, text) = EXAMPLES[1];
     let (model, poses) = started(text, name);
     let drawn = Drawn { text, model: &model, poses: &poses, release: Release::R2010, unit };
-    let facts = judged("four-bar-places.dxf", &from_model(&drawn).expect("a drawing"));
-    let places = values(&facts, "BK_FRAME", "at=");
-    assert_eq!(places.len(), 3);
-    for (place, pose) in places.iter().zip(&poses[1..]) {
-        let numbers: Vec<f64> = place.split(',').map(|n| n.parse().expect("a number")).collect();
-        assert_eq!(numbers[..2], pose.origin.map(|x| 1000.0 * x), "{place}");
+    let facts = judged("four-bar-frames.dxf", &from_model(&drawn).expect("a drawing"));
+    let frames = values(&facts, "BK_FRAME", "at=");
+    assert_eq!(frames.len(), 3);
+    for (frame, pose) in frames.iter().zip(&poses[1..]) {
+        let numbers: Vec<f64> = frame.split(',').map(|n| n.parse().expect("a number")).collect();
+        assert_eq!(numbers[..2], pose.origin.map(|x| 1000.0 * x), "{frame}");
         let turned = (numbers[2].to_radians() - pose.angle).rem_euclid(std::f64::consts::TAU);
         let off = turned.min(std::f64::consts::TAU - turned);
         // The writer of the format rounds degrees to the twelfth decimal.
-        assert!(off < 2e-14, "{place} is off by {off} rad");
+        assert!(off < 2e-14, "{frame} is off by {off} rad");
     }
 }
 
@@ -193,11 +193,11 @@ fn values_keep_the_words_of_the_file_and_bare_numbers_get_their_unit() {
 fn what_has_no_place_in_a_drawing_is_refused_by_name() {
     let turned = "[bodies.a]\nmass = 1\n[joints.A]\ntype = \"revolute\"\n\
                   between = [\"ground\", \"a\"]\naxis = [0, 0, -1]\n";
-    let twins = "[bodies.a]\nmass = 1\n[bodies.A]\nmass = 1\n[joints.J]\ntype = \"revolute\"\n\
+    let alike = "[bodies.a]\nmass = 1\n[bodies.A]\nmass = 1\n[joints.J]\ntype = \"revolute\"\n\
                  between = [\"ground\", \"a\"]\n[joints.K]\ntype = \"revolute\"\n\
                  between = [\"a\", \"A\"]\n";
     let spatial = format!("space = \"spatial\"\n{}", turned.replace("-1", "1"));
-    for (text, code) in [(turned, "D071"), (twins, "D072"), (&spatial, "D070")] {
+    for (text, code) in [(turned, "D071"), (alike, "D072"), (&spatial, "D070")] {
         let reading = read(&Source::new(text, "m"));
         let model = reading.model.unwrap_or_else(|| panic!("{:?}", reading.diagnostics));
         let poses = vec![PlanarPose::default(); model.bodies.len()];
@@ -332,7 +332,7 @@ fn a_trace_adds_to_a_drawing_and_changes_nothing_else() {
             [saved(&format!("{name}-before.dxf"), &bytes), saved(&format!("{name}.dxf"), &traced)];
         let [before, after] = judged_all(&paths).try_into().expect("two drawings");
         assert_faultless(&name, &after);
-        // What was there is there in the same order; what is new is on the layers of traces.
+        // Old entities are there in the same order; new ones are on the layers of traces.
         let is_new = |fact: &&String| fact.contains("BK_TRACE_");
         let old: Vec<&String> = after.iter().filter(|fact| !is_new(fact)).collect();
         assert_eq!(old, before.iter().collect::<Vec<_>>(), "{name}");

@@ -123,8 +123,7 @@ pub struct Moment {
     pub frames: Vec<Placement>,
     /// One state per joint.
     pub joints: Vec<JointState>,
-    /// The entities that change their shape, in the root frame; none unless the stage says that there are
-    /// some.
+    /// The entities that change their shape, in the root frame; none unless the stage says so.
     pub spans: Vec<Entity>,
 }
 

@@ -1,4 +1,4 @@
-//! [`Study`]: all that the cases of a sweep share, the plan and the equations, derived and compiled once.
+//! [`Study`]: all that the cases of a sweep share: the plan, and equations derived and compiled once.
 
 use std::fmt::Write as _;
 use std::sync::OnceLock;

@@ -10,7 +10,7 @@ use bksim_sweep::{Ending, Monitor, Request, Row, Study};
 
 use common::{plan, press};
 
-/// What solving the model by itself gives: values of parameters, and start and samples or the code of
+/// The solution of the model by itself: values of parameters, and start and samples or the code of
 /// its fault.
 fn solve(text: &str, set: &[(String, String)]) -> Result<(Mechanism, Vec<Sample>), &'static str> {
     let reading = read(&Source { overrides: set, ..Source::new(text, "press") });
@@ -63,7 +63,7 @@ fn check(text: &str, axes: &[(&str, &str)]) -> usize {
             let parameter = model.parameters.iter().find(|p| p.name == *name).expect("it is set");
             assert_eq!(parameter.value.to_bits(), value.to_bits(), "{name} in {set:?}");
         }
-        let place = |name: &str| {
+        let index_of = |name: &str| {
             mechanism.compiled.coordinates.iter().position(|c| c.name == name).expect("a name")
         };
         let joint = mechanism.compiled.joints.iter().position(|j| j == "rod").expect("a joint");
@@ -71,10 +71,10 @@ fn check(text: &str, axes: &[(&str, &str)]) -> usize {
         let total = |s: &Sample| s.energy.kinetic + s.energy.potential;
         let at = samples.iter().find(|s| s.t == 0.1).expect("a sample at 0.1 s");
         let expected = [
-            last.q[place("x")],
+            last.q[index_of("x")],
             samples.iter().map(total).fold(f64::NEG_INFINITY, f64::max),
             samples.iter().map(|s| s.reactions[joint][0]).fold(f64::INFINITY, f64::min),
-            at.q[place("theta")],
+            at.q[index_of("theta")],
         ];
         assert_eq!(row.outputs.len(), expected.len());
         for (found, expected) in row.outputs.iter().zip(expected) {

@@ -52,8 +52,8 @@ fn sweep(study: &Study, table: &Path, existing: Existing, n_jobs: usize) -> Repo
 
 #[test]
 fn the_table_has_a_row_for_every_case_and_says_what_it_is_of() {
-    let place = Scratch::new("rows");
-    let (study, table) = (study(), place.table("t.parquet"));
+    let scratch = Scratch::new("rows");
+    let (study, table) = (study(), scratch.table("t.parquet"));
     let report = sweep(&study, &table, Existing::Refuse, 2);
     assert_eq!((report.n_cases, report.n_done, report.n_failed), (60, 50, 10));
     assert_eq!(report.faults.len(), 1);
@@ -107,9 +107,9 @@ fn the_table_has_a_row_for_every_case_and_says_what_it_is_of() {
 
 #[test]
 fn threads_and_interruptions_change_no_byte() {
-    let place = Scratch::new("bytes");
+    let scratch = Scratch::new("bytes");
     let study = study();
-    let [one, three, parted] = ["one", "three", "parted"].map(|name| place.table(name));
+    let [one, three, parted] = ["one", "three", "parted"].map(|name| scratch.table(name));
     sweep(&study, &one, Existing::Refuse, 1);
     sweep(&study, &three, Existing::Refuse, 3);
     let whole = fs::read(&one).expect("a table");
@@ -150,8 +150,8 @@ fn threads_and_interruptions_change_no_byte() {
 
 #[test]
 fn parts_of_another_sweep_are_not_touched() {
-    let place = Scratch::new("other");
-    let table = place.table("t.parquet");
+    let scratch = Scratch::new("other");
+    let table = scratch.table("t.parquet");
     let monitor = Monitor { stop: &|| true, ..Monitor::default() };
     assert!(write(&study(), &table, Existing::Refuse, 1, &monitor).expect("parts").is_stopped);
 
@@ -210,7 +210,7 @@ fn what_makes_no_sense_is_refused_with_the_nearest_name() {
         assert_eq!(code(&good, &[output]).0, codes::UNKNOWN_OUTPUT, "{output}");
     }
     assert_eq!(code(&[("theta", "0,1")], &[]).0, codes::BAD_AXIS, "without a unit");
-    // All cases are refused: the model's own fault is told.
+    // All cases are refused: the model's own fault is reported.
     assert_eq!(code(&[("m1", "-1,-2")], &[]).0.0, "M040");
 }
 

@@ -1,4 +1,4 @@
-//! Circles on the layer of joints, named by the texts beside them.
+//! Circles on the layer of joints, named by the texts next to them.
 
 use super::Gathering;
 use crate::attachment::{Attachment, Content, Value, Way};
@@ -14,7 +14,9 @@ impl Gathering<'_> {
     /// Every circle of the layer is a revolute. Circles with extended data say themselves what they
     /// are.
     pub(super) fn read_joint_layer(&mut self, drawing: &Drawing) {
-        let Some(revolute) = kind::by_name("revolute") else { return };
+        let revolute = kind::by_name("revolute").expect("revolutes are a kind of attachment");
+
+        // Entities of the layer, and the texts among them.
         let on_layer: Vec<(usize, &Entity)> = drawing
             .entities
             .iter()
@@ -29,6 +31,8 @@ impl Gathering<'_> {
             })
             .filter(|(_, _, text)| !text.is_empty())
             .collect();
+
+        // Circles, each with the nearest text for its name.
         for (entity_idx, entity) in on_layer {
             let (Some((centre, radius)), true) = (circle(entity), entity.xdata.is_empty()) else {
                 continue;

@@ -1,4 +1,4 @@
-//! What is attached to a drawing, in each of the three ways.
+//! Attachments of a drawing, in each of the three ways.
 
 mod block;
 mod layer;
@@ -16,7 +16,7 @@ use crate::kind::{KINDS, Kind};
 /// Inserts on this layer are a legend, not a part of the mechanism.
 pub const LEGEND_LAYER: &str = "BK_LEGEND";
 
-/// Everything attached, in the order of the drawing, and what is wrong with it.
+/// All attachments, in the order of the drawing, and their faults.
 pub fn attachments(
     drawing: &Drawing,
     excerpts: &Excerpts<'_>,
@@ -34,7 +34,7 @@ pub fn attachments(
     (gathering.attachments, gathering.faults)
 }
 
-/// The way through a drawing.
+/// The attachments and faults that were found so far.
 struct Gathering<'a> {
     excerpts: &'a Excerpts<'a>,
     attachments: Vec<Attachment>,

@@ -57,6 +57,8 @@ impl Gathering<'_> {
             axis: None,
             to: None,
         };
+
+        // Entries: `key=value` in one text, or a key and the value after it.
         let mut rest = entries;
         while let [XValue::Text(text), after @ ..] = rest {
             let location = self.excerpts.narrowed(&entity.location, text.trim());
@@ -90,6 +92,8 @@ impl Gathering<'_> {
             attachment.values.extend(self.value(kind, key, content, &location));
             rest = &after[1..];
         }
+
+        // An entry that is neither breaks the record.
         if !rest.is_empty() {
             let message = format!("a record `{name}` of `BKSIM` has an entry that says nothing");
             let help = "an entry is `key=value`, or a key followed by a number, a handle, or, for \

@@ -204,3 +204,29 @@ pub(super) fn point_value(point: Point, unit: LengthUnit) -> Value {
 pub(super) fn array(values: impl Iterator<Item = Value>) -> Value {
     Value::from(values.collect::<Array>())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sections_keep_the_order_of_their_drafts_and_values_their_locations() {
+        let location = |layer: &str| {
+            let (kind, layer) = ("INSERT".to_owned(), layer.to_owned());
+            Location { kind, handle: None, layer, at: [0.0; 2], lines: None }
+        };
+        let draft = |section: &str| {
+            let mut draft = Draft::default();
+            draft.put([section, "a", "key"], Value::from(1), &location(section));
+            draft
+        };
+        // Loads are written before bodies, which come first in a model file.
+        let [loads, bodies] = ["loads", "bodies"].map(draft);
+        let whole = Draft::joined([bodies, loads]);
+        assert_eq!(whole.document.to_string(), "[bodies.a]\nkey = 1\n\n[loads.a]\nkey = 1\n");
+        let layer = |path: &[&str]| whole.location_of(path).map(|at| at.layer.as_str());
+        assert_eq!(layer(&["loads", "a", "key"]), Some("loads"));
+        assert_eq!(layer(&["bodies", "a"]), Some("bodies"), "of its first value");
+        assert_eq!(layer(&["joints", "a"]), None);
+    }
+}

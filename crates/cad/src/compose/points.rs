@@ -82,3 +82,36 @@ impl Points {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn location() -> Location {
+        let (kind, layer) = ("POINT".to_owned(), "0".to_owned());
+        Location { kind, handle: None, layer, at: [0.0; 2], lines: None }
+    }
+
+    #[test]
+    fn a_position_has_one_name_and_a_name_one_position() {
+        let mut points = Points::new(2, 1e-9);
+        assert_eq!(points.name_at(1, "A", [3.0, 4.0], &location()), "A");
+        // The same point but for rounding, then another that would have its name.
+        assert_eq!(points.name_at(1, "B", [3.0, 4.0 + 1e-10], &location()), "A");
+        assert_eq!(points.name_at(1, "A", [5.0, 4.0], &location()), "A2");
+        assert_eq!(points.of(1).len(), 2, "{points:?}");
+        assert_eq!(points.name_at(0, "A", [3.0, 4.0], &location()), "A", "another body");
+    }
+
+    #[test]
+    fn a_load_takes_its_named_point_only_where_that_is() {
+        let mut points = Points::new(1, 1e-9);
+        for (name, at) in [("P", [0.0, 0.0]), ("Q", [0.0, 0.0])] {
+            points.add(0, NamedPoint { name: name.to_owned(), at, location: location() });
+        }
+        // Of two points at one position the named one; elsewhere a new one.
+        assert_eq!(points.name_of(0, "Q", [0.0, 0.0], &location()), "Q");
+        assert_eq!(points.name_of(0, "R", [0.0, 0.0], &location()), "P");
+        assert_eq!(points.name_of(0, "Q", [1.0, 0.0], &location()), "Q2");
+    }
+}

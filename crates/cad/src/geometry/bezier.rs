@@ -99,10 +99,10 @@ impl Bezier {
     }
 }
 
-/// What counts as rounding, relative to the coordinates.
+/// The size of rounding, relative to the coordinates.
 pub(crate) const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Ends the search on pieces too small for their coordinates to tell apart.
+/// Ends the search on pieces too small for their coordinates to differ.
 pub(crate) const MAX_HALVINGS: usize = 4096;
 
 fn shrink(row: &mut Vec<Homogeneous>, t: f64) {

@@ -1,4 +1,4 @@
-//! What can be asked of every [`Curve`].
+//! Ends, points, lengths and other properties of every [`Curve`].
 
 use super::bezier::Bezier;
 use super::conic::Conic;

@@ -61,7 +61,7 @@ fn search(p: Point, at: impl Fn(f64) -> Point) -> f64 {
             least = least.min(golden(&away, t(i - 1), t(i + 1)));
         }
     }
-    // The nearest point may be between an end and the sample beside it.
+    // The nearest point may be between an end and the sample next to it.
     least.min(golden(&away, 0.0, t(1))).min(golden(&away, t(SAMPLES - 1), 1.0))
 }
 

@@ -160,10 +160,12 @@ fn slopes(fit: &[Point], chords: &[f64], tangents: [Option<Point>; 2]) -> Vec<Po
     for i in 0..=last {
         let secant = |k: usize| scaled(sub(fit[k + 1], fit[k]), 3.0 / chords[k]);
         let end = if i == 0 { Some(0) } else { (i == last).then_some(1) };
-        match end {
-            Some(end) if tangents[end].is_some() => m[i] = tangents[end].unwrap_or_default(),
-            Some(0) => (diagonal[0], upper[0], m[0]) = (2.0, 1.0, secant(0)),
-            Some(_) => (diagonal[last], lower[last], m[last]) = (2.0, 1.0, secant(last - 1)),
+        match end.map(|end| (end, tangents[end])) {
+            Some((_, Some(tangent))) => m[i] = tangent,
+            Some((0, None)) => (diagonal[0], upper[0], m[0]) = (2.0, 1.0, secant(0)),
+            Some((_, None)) => {
+                (diagonal[last], lower[last], m[last]) = (2.0, 1.0, secant(last - 1));
+            }
             None => {
                 let (a, b) = (1.0 / chords[i - 1], 1.0 / chords[i]);
                 (lower[i], diagonal[i], upper[i]) = (a, 2.0 * (a + b), b);

@@ -2,8 +2,8 @@
 //!
 //! A drawing holds far more than a mechanism needs: objects, plot settings, previews, solids in
 //! foreign formats. Only what is of use goes on: the names of layers and blocks, plane geometry,
-//! texts, inserts and our own extended data; of any other entity what it is, its handle and layer.
-//! What is not read can neither fail nor exhaust the memory.
+//! texts, inserts and our own extended data; of any other entity its type, handle and layer.
+//! The rest can neither fail nor exhaust the memory.
 
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! What is checked before a drawing is interpreted: ends, values, counts, sizes.
+//! Checks of a drawing before it is interpreted: ends, values, counts, sizes.
 
 use std::ops::Range;
 
@@ -25,7 +25,7 @@ const COUNTS: &[(&str, &[i16])] = &[
 /// Faults of one kind are all alike: this many are shown.
 const SHOWN: usize = 20;
 
-/// What a record is and where: `CIRCLE, handle 2F, layer BK_JOINTS, at (120.5, 34)`.
+/// Type and position of a record: `CIRCLE, handle 2F, layer BK_JOINTS, at (120.5, 34)`.
 pub fn describe(tags: &Tags, record: Range<usize>) -> String {
     let mut words = vec![tags.text(record.start).trim().to_owned()];
     if let Some(handle) = tags.handle_of(record.clone()) {
@@ -43,7 +43,7 @@ pub fn describe(tags: &Tags, record: Range<usize>) -> String {
     words.join(", ")
 }
 
-/// Adds the place of a value to a fault, in files that have lines.
+/// Adds the span of a value to a fault, in files that have lines.
 pub(super) fn at_value(fault: Diagnostic, tags: &Tags, idx: usize, words: &str) -> Diagnostic {
     match tags.container() {
         Container::Text { .. } => fault.at(tags.value_span(idx), words),
@@ -107,14 +107,14 @@ pub(super) fn values(tags: &Tags, records: &[Record]) -> Vec<Diagnostic> {
 
 fn value_fault(tags: &Tags, idx: usize) -> Option<Diagnostic> {
     let code = tags.code(idx);
-    let place = || match tags.line(idx) {
+    let position = || match tags.line(idx) {
         Some(line) => format!("on line {}", line + 1),
         None => format!("at byte {}", tags.value_span(idx).start),
     };
     let damaged = |what: &str| {
         let words = tags.text(idx).chars().take(40).collect::<String>();
         let message =
-            format!("group {code} {} is `{}`, not {what}", place(), words.trim().escape_debug());
+            format!("group {code} {} is {what}, but `{}`", position(), words.trim().escape_debug());
         Some(Diagnostic::error(codes::DAMAGED, message).help("mend or delete the entity"))
     };
     match ValueType::of(code) {
@@ -123,7 +123,7 @@ fn value_fault(tags: &Tags, idx: usize) -> Option<Diagnostic> {
             None => damaged("a number"),
             Some(number) if number.abs() <= LARGEST_NUMBER => None,
             Some(number) => {
-                let message = format!("group {code} {} is {number}", place());
+                let message = format!("group {code} {} is {number}", position());
                 let fault = Diagnostic::error(codes::ABSURD_NUMBER, message)
                     .note(format!("numbers of a drawing are finite and at most {LARGEST_NUMBER:e}"))
                     .help("mend or delete the entity");
@@ -144,7 +144,7 @@ pub(super) fn counts(tags: &Tags, records: &[Record]) -> Vec<Diagnostic> {
     for record in records {
         let own = COUNTS.iter().find(|(name, _)| tags.is_word(record.tags.start, name));
         let Some((_, codes)) = own else { continue };
-        let mut left = i64::try_from(record.tags.len()).unwrap_or(i64::MAX);
+        let mut left = i64::try_from(record.tags.len()).expect("groups are counted to 2⁶³");
         let counts = kept(tags, record).into_iter().filter(|&idx| codes.contains(&tags.code(idx)));
         for idx in counts {
             let count = tags.integer(idx).unwrap_or(0);

@@ -23,10 +23,10 @@ use crate::units::{self, Stated};
 
 pub use guard::describe;
 
-/// What the caller says of a drawing.
+/// Options of opening a drawing.
 #[derive(Clone, PartialEq, Debug)]
 pub struct OpenOptions {
-    /// What one unit of the drawing is; the drawing's own statement unless given.
+    /// The length of one unit of the drawing; the drawing's own statement unless given.
     pub unit: Option<LengthUnit>,
     /// Larger files are refused; bytes. 128 MiB by default.
     pub largest_file: usize,
@@ -44,26 +44,26 @@ pub struct Opened {
     /// Layers, blocks and the entities of blocks and of the model space, interpreted.
     ///
     /// Every entity has a handle; [`Tags::known_record`] leads from it to the file, and
-    /// [`Tags::own_handle`] tells whether it stands in the file.
+    /// [`Tags::own_handle`] says whether it stands in the file.
     pub document: CadDocument,
     /// The groups of the file; those of a DWG as it would be in binary DXF.
     pub tags: Tags,
-    /// What the file is written in.
+    /// The format of the file.
     pub container: Container,
-    /// What one unit is.
+    /// The length of one unit.
     pub unit: LengthUnit,
-    /// What the author should know.
+    /// Warnings for the author.
     pub warnings: Vec<Diagnostic>,
 }
 
-/// A drawing that was checked, but not interpreted: what edits work on.
+/// A drawing that was checked, but not interpreted, for edits.
 #[derive(Debug)]
 pub struct Checked {
     /// The groups of the file; those of a DWG as it would be in binary DXF.
     pub tags: Tags,
-    /// What the file is written in.
+    /// The format of the file.
     pub container: Container,
-    /// What the author should know.
+    /// Warnings for the author.
     pub warnings: Vec<Diagnostic>,
     /// Width and height of the box around the defining points.
     size: [f64; 2],
@@ -72,7 +72,7 @@ pub struct Checked {
 /// Opens a drawing.
 ///
 /// # Errors
-/// Every fault that was found, as diagnostics with the codes `D001` to `D019`; the place of a fault
+/// Every fault that was found, as diagnostics with the codes `D001` to `D019`; the span of a fault
 /// is a range of [`crate::tags::excerpt_text`] of the same bytes.
 pub fn open(bytes: Vec<u8>, options: &OpenOptions) -> Result<Opened, Vec<Diagnostic>> {
     let Checked { tags, container, mut warnings, size } = check(bytes, options)?;
@@ -161,7 +161,7 @@ fn unreadable(what: &str) -> Diagnostic {
 /// # Errors
 /// `D008` for a damaged one.
 pub fn read_dwg(bytes: Vec<u8>, release: &str) -> Result<CadDocument, Diagnostic> {
-    /// What a DWG may unpack to; bytes.
+    /// The most that a DWG may unpack to; bytes.
     const MOST_UNPACKED: usize = 192 << 20;
     let options = DwgReadOptions::default().with_max_decompressed_bytes(MOST_UNPACKED);
     let read = || DwgReader::from_stream_with_options(Cursor::new(bytes), options).read();

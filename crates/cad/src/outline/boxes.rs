@@ -101,7 +101,7 @@ impl BoxTree {
     }
 }
 
-/// What [`BoxTree::descend`] meets.
+/// A box, or a row of boxes, that [`BoxTree::descend`] meets.
 pub(super) enum Part {
     /// A box that was entered.
     Leaf(usize),

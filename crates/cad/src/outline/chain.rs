@@ -122,7 +122,7 @@ pub fn chain(strokes: &[Stroke], tolerance: f64) -> Result<Chains, OutlineError>
         for &i in &steps {
             is_used[i] = true;
         }
-        let rank = steps.into_iter().min().unwrap_or(first / 2);
+        let rank = steps.into_iter().fold(first / 2, usize::min);
         found.push((rank, chain.path.is_closed, chain));
         snaps.push((rank, bridged));
     }

@@ -1,4 +1,4 @@
-//! Contacts: loops that touch are told apart from loops that cross.
+//! Contacts: loops that touch are distinguished from loops that cross.
 //!
 //! Pieces of two loops near each other are cut wherever they could cross: at the lines and circles
 //! the other pieces are part of, and abeam of their ends. Each part between two cuts is then on one
@@ -114,7 +114,7 @@ pub(super) fn contacts(borders: &[Border], tolerance: f64) -> Result<Contacts, M
     decided(borders, &sides, tolerance)
 }
 
-/// Where parts of one loop were seen, beside another.
+/// Where parts of one loop were seen, on the two sides of another.
 #[derive(Default)]
 struct Sides {
     inside: Option<Point>,

@@ -75,7 +75,7 @@ fn depths(borders: &[Border], contacts: &Contacts) -> Vec<usize> {
     let depth = |i: usize| {
         let mut depth = 0;
         tree.meeting(&boxes[i], |k| {
-            // Loops that touch have been told apart where they do not.
+            // Of loops that touch, the contacts know which is inside.
             let is_inside = || match contacts.is_inside(i, k) {
                 Some(is_inside) => is_inside,
                 None => borders[k].contains(borders[i].start()),

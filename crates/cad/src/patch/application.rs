@@ -7,7 +7,7 @@ use crate::drawing::Handle;
 use crate::kind::APPLICATION;
 use crate::tags::{Tags, Value, Version, Writer};
 
-/// What has to be changed so that the application is registered: nothing if it is.
+/// The splices that register the application: none if it is registered.
 pub(super) fn register(tags: &Tags) -> Vec<Splice> {
     let Some(table) = table(tags) else { return with_new_table(tags) };
     let records: Vec<Range<usize>> = tags.records(table.clone()).collect();

@@ -46,17 +46,9 @@ fn change(document: &mut CadDocument, edit: &Edit) -> Result<(), Diagnostic> {
             let none = || no_record(*entity, *record_idx);
             for (key, entry) in entries {
                 let (start, end) = nth_record(&values, *record_idx).ok_or_else(none)?;
-                let mut new = entry.as_ref().map_or(Ok(Vec::new()), entry_values)?;
-                let mut inner = Vec::new();
-                for old in split_entries(&values[start + 2..end - 1]) {
-                    if has_key(old, key) {
-                        inner.append(&mut new);
-                    } else {
-                        inner.extend_from_slice(old);
-                    }
-                }
-                inner.append(&mut new);
-                values.splice(start + 2..end - 1, inner);
+                let inner = start + 2..end - 1;
+                let changed = with_entry(&values[inner.clone()], key, entry.as_ref())?;
+                values.splice(inner, changed);
             }
             store(document, *entity, values)
         }
@@ -74,6 +66,26 @@ fn change(document: &mut CadDocument, edit: &Edit) -> Result<(), Diagnostic> {
         Edit::SetAttribute { insert, tag, value } => set_attribute(document, *insert, tag, value),
         Edit::RemoveInsert { insert } => remove_insert(document, *insert),
     }
+}
+
+/// The entries of a record with one changed or removed; one that was not there comes last.
+fn with_entry(
+    entries: &[XDataValue],
+    key: &str,
+    entry: Option<&Entry>,
+) -> Result<Vec<XDataValue>, Diagnostic> {
+    let mut new = entry.map_or(Ok(Vec::new()), entry_values)?;
+    let mut all = Vec::new();
+    for old in split_entries(entries) {
+        // An entry that stands there twice is one afterwards.
+        if has_key(old, key) {
+            all.append(&mut new);
+        } else {
+            all.extend_from_slice(old);
+        }
+    }
+    all.append(&mut new);
+    Ok(all)
 }
 
 fn key(handle: Handle) -> Key {
@@ -107,7 +119,7 @@ fn store(
 ) -> Result<(), Diagnostic> {
     let application = document.app_ids.get(APPLICATION).map(|it| it.handle.value());
     let data = &mut entity(document, handle)?.common_mut().extended_data;
-    // What was read is kept as bytes too, and those would win.
+    // The data that were read are kept as bytes too, and those would win.
     data.raw_dwg_eed.retain(|(owner, _)| Some(*owner) != application);
     let others: Vec<ExtendedDataRecord> =
         data.records().iter().filter(|it| it.application_name != APPLICATION).cloned().collect();

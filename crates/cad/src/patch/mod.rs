@@ -36,7 +36,7 @@ pub enum Edit {
         entity: Handle,
         /// The number of the record on the entity, from zero.
         record_idx: usize,
-        /// What is to be changed; `None` removes an entry.
+        /// The entries to be changed; `None` removes one.
         entries: Vec<(String, Option<Entry>)>,
     },
     /// Removes a record; with the last one, all of our extended data.
@@ -107,7 +107,7 @@ impl Entry {
 pub struct Patched {
     /// The file.
     pub bytes: Vec<u8>,
-    /// What the author should know.
+    /// Warnings for the author.
     pub warnings: Vec<Diagnostic>,
 }
 
@@ -117,8 +117,8 @@ pub struct Patched {
 /// from the last to the first.
 ///
 /// # Errors
-/// Those of [`check`]; `D060` for an entity, record or attribute that is not there, `D061` for what
-/// the file cannot hold.
+/// Those of [`check`]; `D060` for an entity, record or attribute that is not there, `D061` for
+/// values that the file cannot hold.
 pub fn apply(bytes: Vec<u8>, edits: &[Edit]) -> Result<Patched, Vec<Diagnostic>> {
     let fail = |fault: Diagnostic| vec![fault];
     let options = OpenOptions::default();

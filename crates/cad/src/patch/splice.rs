@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::tags::Tags;
 
-/// Bytes that take the place of others.
+/// Bytes that replace others.
 #[derive(Debug)]
 pub(super) struct Splice {
     pub(super) range: Range<usize>,

@@ -50,7 +50,7 @@ impl Reading<'_> {
             cells.map(|cell| (insert.clone(), cell, insert.common.layer.clone(), 0)).collect();
         'blocks: while let Some((insert, map, layer, depth)) = waiting.pop() {
             for entity in self.document.entities_in_block(&insert.block_name) {
-                // Inserts of inserts may grow without bound: what is beyond the budget is not drawn.
+                // Inserts of inserts may grow without bound: those beyond the budget are not drawn.
                 if self.budget == 0 {
                     break 'blocks;
                 }
@@ -74,10 +74,12 @@ impl Reading<'_> {
                 }
             }
         }
+
+        // One entity for each layer.
         for (layer_idx, (layer, paths)) in layers.into_iter().enumerate() {
             let location = self.location("INSERT", &insert.common, map.origin);
             let location = crate::drawing::Location { layer, ..location };
-            // The insert's own data stand with what is on its own layer.
+            // The insert's own data belong to the curves of its own layer.
             let xdata = if layer_idx == 0 { xdata(&insert.common) } else { Vec::new() };
             self.entities.push(Entity { location, shape: Shape::Paths(paths), xdata });
         }

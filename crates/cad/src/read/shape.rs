@@ -47,7 +47,7 @@ pub(super) fn shape(entity: &EntityType) -> Shape {
         }
         _ => None,
     };
-    // What encloses nothing and leads nowhere is no geometry; neither are numbers that are none.
+    // A path without curves is no geometry; neither are numbers that are none.
     match path {
         Some(path) if !path.curves.is_empty() && path.check().is_ok() => Shape::Path(path),
         _ => Shape::Other,
@@ -137,7 +137,7 @@ fn lwpolyline_path(polyline: &LwPolyline) -> Option<Path> {
 }
 
 fn polyline_path(polyline: &Polyline2D) -> Option<Path> {
-    // Control points of a spline-fit polyline lie beside the curve.
+    // Control points of a spline-fit polyline do not lie on the curve.
     let is_control = |flags: VertexFlags| flags.bits() & VertexFlags::SPLINE_CONTROL.bits() != 0;
     let corners: Vec<Vertex> = polyline
         .vertices
@@ -170,11 +170,8 @@ fn boundary_path(boundary: &BoundaryPath) -> Option<Path> {
                 curves.push(Curve::Segment { from: flat2(line.start), to: flat2(line.end) });
             }
             BoundaryEdge::CircularArc(arc) => {
-                let way = if arc.counter_clockwise { 1.0 } else { -1.0 };
-                // Clockwise edges are written with the angles of their mirror image.
-                let [start, end] = [arc.start_angle * way, arc.end_angle * way];
-                let sweep =
-                    if arc.counter_clockwise { sweep(start, end) } else { -sweep(end, start) };
+                let angles = [arc.start_angle, arc.end_angle];
+                let (start, sweep) = edge_angles(angles, arc.counter_clockwise);
                 let (centre, radius) = (flat2(arc.center), arc.radius);
                 curves.push(Curve::Arc { centre, radius, start, sweep });
             }
@@ -182,10 +179,8 @@ fn boundary_path(boundary: &BoundaryPath) -> Option<Path> {
                 let major = flat2(arc.major_axis_endpoint);
                 let ratio = arc.minor_axis_ratio;
                 let minor = [-major[1] * ratio, major[0] * ratio];
-                let way = if arc.counter_clockwise { 1.0 } else { -1.0 };
-                let [start, end] = [arc.start_angle * way, arc.end_angle * way];
-                let sweep =
-                    if arc.counter_clockwise { sweep(start, end) } else { -sweep(end, start) };
+                let angles = [arc.start_angle, arc.end_angle];
+                let (start, sweep) = edge_angles(angles, arc.counter_clockwise);
                 curves.push(Curve::Ellipse {
                     centre: flat2(arc.center),
                     major,
@@ -215,4 +210,16 @@ fn boundary_path(boundary: &BoundaryPath) -> Option<Path> {
         }
     }
     Some(Path { curves, is_closed: true })
+}
+
+/// Start and sweep of an edge between two angles; clockwise edges are written with the angles of their
+/// mirror image.
+fn edge_angles(angles: [f64; 2], is_counter_clockwise: bool) -> (f64, f64) {
+    if is_counter_clockwise {
+        let [start, end] = angles;
+        (start, sweep(start, end))
+    } else {
+        let [start, end] = angles.map(|angle| -angle);
+        (start, -sweep(end, start))
+    }
 }

@@ -1,4 +1,4 @@
-//! [`Tags`]: a DXF drawing as its group codes and values, with the place of each in the file.
+//! [`Tags`]: a DXF drawing as its group codes and values, with the position of each in the file.
 //!
 //! Nothing here knows what an entity is: that is left to the library that interprets drawings. This
 //! is what guards, messages with line numbers, and edits that keep every other byte work on.
@@ -93,7 +93,7 @@ pub struct Tags {
     sections: Vec<Section>,
     /// Sorted; the first groups of the records that have handles.
     handles: Vec<(u64, u32)>,
-    /// The byte behind the last group.
+    /// The byte after the last group.
     end: usize,
     /// Whether the last group is the `EOF` of a whole drawing.
     is_complete: bool,
@@ -112,7 +112,7 @@ impl Tags {
         self.bytes
     }
 
-    /// What the file is written in.
+    /// The format of the file.
     pub fn container(&self) -> Container {
         self.container
     }
@@ -132,7 +132,7 @@ impl Tags {
         self.is_complete
     }
 
-    /// The byte behind the last group.
+    /// The byte after the last group.
     pub fn end(&self) -> usize {
         self.end
     }

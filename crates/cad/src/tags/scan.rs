@@ -7,7 +7,7 @@ use super::{Section, Tag, Tags, ValueType, Version};
 use crate::codes;
 use crate::container::{Container, SENTINEL};
 
-/// A drawing of more groups is refused: its places alone would take 200 MB.
+/// A drawing of more groups is refused: their positions alone would take 200 MB.
 const MOST_TAGS: usize = 16_000_000;
 
 /// Group codes of the DXF reference.
@@ -81,7 +81,7 @@ impl Tags {
                 continue;
             }
             for record in self.records(section.tags.clone()) {
-                let start = u32::try_from(record.start).unwrap_or(u32::MAX);
+                let start = u32::try_from(record.start).expect("more groups are refused");
                 if let Some(handle) = self.handle_of(record) {
                     handles.push((handle.0, start));
                 }

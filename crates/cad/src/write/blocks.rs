@@ -11,7 +11,7 @@ const NAME_HEIGHT: f64 = 0.35;
 /// Height of the other values.
 const VALUE_HEIGHT: f64 = 0.22;
 
-/// What of a block is shown beside the name: what an engineer writes into a sketch.
+/// The value of a block that is shown next to its name, as an engineer writes it into a sketch.
 const SHOWN: &[(&str, &str)] = &[
     ("body", "mass"),
     ("link", "length"),
@@ -36,7 +36,7 @@ const SHOWN: &[(&str, &str)] = &[
 pub(super) fn define(canvas: &mut Canvas, size: f64) -> Result<(), WriteError> {
     for kind in KINDS {
         let drawn = if kind.placement == Placement::Line { 1.0 } else { size };
-        let marks = symbol(kind.name).map(|symbol| symbol.marks).unwrap_or_default();
+        let marks = symbol(kind.name).expect("every kind has a symbol").marks;
         let marks: Vec<Mark> = marks.into_iter().map(|mark| mark.scaled(drawn)).collect();
         // In a block one unit long, letters are a tenth of it.
         let lettering = if kind.placement == Placement::Line { 0.25 } else { size };
@@ -73,7 +73,7 @@ pub(super) fn styles(kind: &Kind, size: f64) -> Vec<AttributeStyle> {
     kind.keys.iter().map(&mut style).collect()
 }
 
-/// Where the name of a kind begins, in sizes of a symbol: beside what it is most often drawn with.
+/// Where the name of a kind begins, in sizes of a symbol: next to its most usual surroundings.
 fn anchor(kind: &Kind) -> Point {
     match kind.name {
         "body" => [0.35, 0.2],
@@ -90,16 +90,16 @@ fn anchor(kind: &Kind) -> Point {
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Words {
     /// Where the block has them.
-    Beside,
+    Usual,
     /// So far above, in sizes.
     Raised(f64),
-    /// At another place.
+    /// At another point.
     At(Point),
     /// Nowhere: another insert says the same.
     Hidden,
 }
 
-/// Places a block; values of keys that are not given stay empty.
+/// A block to insert; values of keys that are not given stay empty.
 pub(super) struct Placed<'a> {
     pub(super) kind: &'a Kind,
     pub(super) layer: &'a str,
@@ -124,7 +124,7 @@ pub(super) fn place(canvas: &mut Canvas, placed: &Placed<'_>) -> Result<(), Writ
     let mut attributes = styles(placed.kind, placed.size);
     for style in &mut attributes {
         match placed.words {
-            Words::Beside => (),
+            Words::Usual => (),
             Words::Raised(lift) => style.at[1] += lift * placed.size,
             Words::At(there) => {
                 style.at = [0, 1].map(|i| style.at[i] + there[i] - placed.at[i]);
@@ -133,7 +133,7 @@ pub(super) fn place(canvas: &mut Canvas, placed: &Placed<'_>) -> Result<(), Writ
         }
     }
     if is_line {
-        // Beside the middle.
+        // Next to the middle.
         for style in &mut attributes {
             style.at = [0, 1].map(|i| style.at[i] + 0.5 * along[i]);
         }

@@ -174,7 +174,7 @@ impl Mark {
     }
 }
 
-/// What one attribute of a block looks like and how it is asked for.
+/// Shape and prompt of one attribute of a block.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct AttributeStyle {
     pub(crate) tag: String,
@@ -195,7 +195,7 @@ pub(crate) struct Insertion<'a> {
     pub(crate) scale: [f64; 2],
     /// Of the block's x axis, rad.
     pub(crate) rotation: f64,
-    /// With the value of each; places are in the block and are not turned with it.
+    /// With the value of each; positions are in the block and are not turned with it.
     pub(crate) attributes: Vec<(AttributeStyle, String)>,
 }
 
@@ -231,7 +231,7 @@ impl Canvas {
         let _ = self.document.layers.add(layer);
     }
 
-    /// What is to be seen when the drawing is opened: lower left and upper right corner.
+    /// Sets the view of the opened drawing: lower left and upper right corner.
     pub(crate) fn view(&mut self, [low, high]: [Point; 2], limits: [Point; 2]) {
         let header = &mut self.document.header;
         (header.model_space_extents_min, header.model_space_extents_max) =

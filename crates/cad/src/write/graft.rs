@@ -5,7 +5,7 @@
 //!        → new handles, the target's owners    → before the end of the table, of the section
 //! ```
 //!
-//! Beside what is inserted, one value changes: `$HANDSEED`, the next free handle.
+//! Apart from the insertions, one value changes: `$HANDSEED`, the next free handle.
 
 use std::ops::Range;
 
@@ -17,7 +17,7 @@ use crate::container::recognise;
 use crate::drawing::Handle;
 use crate::tags::{Tags, Value, ValueType, Version, Writer};
 
-/// What is added to a drawing.
+/// Marks to add to a drawing, with their layers.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Addition {
     /// Names and colours.
@@ -29,7 +29,7 @@ pub struct Addition {
 /// Why nothing was added.
 #[derive(Debug)]
 pub enum Ungrafted {
-    /// The drawing lacks what the entities would stand in.
+    /// The drawing lacks the section that the entities would stand in.
     Drawing(Box<Diagnostic>),
     /// The new entities cannot be written.
     Write(WriteError),
@@ -67,8 +67,7 @@ pub fn graft(target: &Tags, addition: &Addition) -> Result<Vec<u8>, Ungrafted> {
         inserts.push((target.span(table.end).start, writer.finish()));
     }
     let mut writer = Writer::new(target);
-    let own = scion.section("ENTITIES").map(|section| section.tags.clone()).unwrap_or_default();
-    for record in scion.records(own) {
+    for record in scion.records(own_entities(&scion)) {
         grafting.entity(record, &mut writer);
     }
     inserts.push((target.span(entities.tags.end).start, writer.finish()));
@@ -97,6 +96,11 @@ fn scion(version: Version, addition: &Addition) -> Result<Tags, Ungrafted> {
     let bytes = canvas.bytes()?;
     let container = recognise(&bytes)?;
     Ok(Tags::scan(bytes, container)?)
+}
+
+/// The groups of the additions' entities.
+fn own_entities(scion: &Tags) -> Range<usize> {
+    scion.section("ENTITIES").expect("a canvas has entities").tags.clone()
 }
 
 /// The records of a table, its head first, up to its `ENDTAB`.
@@ -183,7 +187,7 @@ impl<'a> Grafting<'a> {
         self.record(record, writer, space.as_deref(), &(0..0));
     }
 
-    /// Copies a record with a new handle; what it refers to is taken from `like`, a record of the
+    /// Copies a record with a new handle; the styles it refers to are taken from `like`, a record of the
     /// target, or left out.
     fn record(
         &mut self,
@@ -227,14 +231,14 @@ impl<'a> Grafting<'a> {
         let code = self.scion.code(idx);
         match ValueType::of(code) {
             ValueType::Real => {
-                let number = self.scion.number(idx).unwrap_or_default();
+                let number = self.scion.number(idx).expect("a canvas writes numbers");
                 writer.push(code, Value::Real(number));
             }
             ValueType::Text | ValueType::Chunk => {
                 writer.push(code, Value::Text(self.scion.text(idx).as_ref()));
             }
             _ => {
-                let number = self.scion.integer(idx).unwrap_or_default();
+                let number = self.scion.integer(idx).expect("a canvas writes integers");
                 writer.push(code, Value::Integer(number));
             }
         }

@@ -1,7 +1,7 @@
-//! What is written to drawings: blocks to insert, whole drawings of models, and traces of runs.
+//! Drawings that are written: blocks to insert, whole drawings of models, and traces of runs.
 //!
-//! New drawings are built on a [`Canvas`] and written by `acadrust`; what is added to a drawing that
-//! exists is spliced into its bytes, so that everything else stays as it was.
+//! New drawings are built on a [`Canvas`] and written by `acadrust`; additions to a drawing that
+//! exists are spliced into its bytes, so that everything else stays as it was.
 
 mod blocks;
 mod canvas;

@@ -1,4 +1,4 @@
-//! What a CAD program asks for when a block is inserted: each key in words, with an example.
+//! Prompts of CAD programs when a block is inserted: each key in words, with an example.
 
 /// `(kind, key, words)`; a kind of `""` stands for all others.
 const PROMPTS: &[(&str, &str, &str)] = &[
@@ -79,9 +79,9 @@ const PROMPTS: &[(&str, &str, &str)] = &[
     ("model", "force", "Unit of bare forces in values, e.g. kN; empty: N"),
 ];
 
-/// What to ask for the value of a key.
+/// The prompt for the value of a key.
 pub(super) fn prompt(kind: &str, key: &str) -> &'static str {
-    let of = |wanted: &str| PROMPTS.iter().find(|(k, name, _)| *k == wanted && *name == key);
+    let of = |kind: &str| PROMPTS.iter().find(|(k, name, _)| *k == kind && *name == key);
     of(kind).or_else(|| of("")).map_or("Value", |(.., words)| words)
 }
 

@@ -1,4 +1,4 @@
-//! What each block looks like: the textbook's symbols.
+//! Symbols of all blocks, as textbooks have them.
 //!
 //! Symbols at one point are drawn about the origin, with a pin of diameter 0.4; those between two
 //! points lead from the origin to (1, 0).
@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 use super::canvas::Mark;
 use crate::geometry::Point;
 
-/// What a block is and what it looks like.
+/// The title and the shape of a block.
 pub(super) struct Symbol {
     /// In a few words.
     pub(super) title: &'static str,

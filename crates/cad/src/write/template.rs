@@ -11,7 +11,7 @@ use crate::kind::{BODY_LAYER, GROUND_LAYER, JOINT_LAYER, KINDS, Kind, Placement}
 pub(super) const BODY_COLOURS: [u8; 6] = [5, 30, 94, 6, 34, 140];
 /// Of the ground.
 pub(super) const GROUND_COLOUR: u8 = 8;
-/// Of joints and of what is inserted.
+/// Of joints and of inserts.
 pub(super) const JOINT_COLOUR: u8 = 1;
 /// Of the legend.
 const LEGEND_COLOUR: u8 = 8;
@@ -19,7 +19,7 @@ const LEGEND_COLOUR: u8 = 8;
 /// Layers of bodies in a template, to be renamed.
 const BODIES: [&str; 3] = ["crank", "rod", "slider"];
 
-/// What a template is written for.
+/// A template to write.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Template<'a> {
     /// Of the file.
@@ -36,9 +36,9 @@ pub struct Template<'a> {
 ///
 /// # Errors
 /// [`WriteError`].
-pub fn template(wanted: &Template<'_>) -> Result<Vec<u8>, WriteError> {
-    let mut canvas = Canvas::new(wanted.release, wanted.unit)?;
-    let size = wanted.size.unwrap_or_else(|| usual_size(wanted.unit));
+pub fn template(request: &Template<'_>) -> Result<Vec<u8>, WriteError> {
+    let mut canvas = Canvas::new(request.release, request.unit)?;
+    let size = request.size.unwrap_or_else(|| usual_size(request.unit));
     canvas.layer(LEGEND_LAYER, LEGEND_COLOUR);
     canvas.layer(GROUND_LAYER, GROUND_COLOUR);
     canvas.layer(JOINT_LAYER, JOINT_COLOUR);
@@ -60,7 +60,7 @@ pub(super) fn usual_size(unit: &str) -> f64 {
 /// Of the legend, in sizes.
 const WIDTH: f64 = 36.0;
 
-/// One insert of each block, with what it is and what it asks for.
+/// One insert of each block, with its title and its keys.
 fn legend(canvas: &mut Canvas, size: f64) -> Result<(), WriteError> {
     const ROW: f64 = 2.2;
     const TOP: f64 = 28.0;
@@ -91,7 +91,7 @@ fn explain(canvas: &mut Canvas, kind: &Kind, at: Point, size: f64) -> Result<(),
             at,
             to,
             size,
-            words: Words::Beside,
+            words: Words::Usual,
             values: Vec::new(),
         },
     )?;

@@ -17,14 +17,14 @@ def draw(mechanism, variant, out, part="draw"):
 
 
 if __name__ == "__main__":
-    folder, *wanted = sys.argv[1:]
+    folder, *names = sys.argv[1:]
     for mechanism in MECHANISMS:
         for variant in VARIANTS:
             name = f"{mechanism}-{variant}"
-            if not wanted or name in wanted:
+            if not names or name in names:
                 draw(mechanism, variant, Path(folder) / f"{name}.dxf")
                 print(name)
     for name, part in {"press-outlines": "outlines", "press-plain": "draw"}.items():
-        if not wanted or name in wanted:
+        if not names or name in names:
             draw("press", "plain", Path(folder) / f"{name}.dxf", part)
             print(name)

@@ -84,7 +84,7 @@ def numbers(pen):
         *[("parameter", {"name": name, "value": value}) for name, value in values.items()],
         ("gravity", {"name": "gravity", "acceleration": "g", "axis": ("axis", -math.pi / 2)}),
         ("torque", {"name": "motor", "body": "link1", "value": "q1"}),
-        # The twin counts this angle one turn back.
+        # The model file counts this angle one turn back.
         ("initial", {"name": "link4", "angle": "-535 deg", "guess": "true"}),
         ("solve", {"t_end": "50 s", "every": 0.1, "rtol": 1e-8, "atol": 1e-8}),
     )

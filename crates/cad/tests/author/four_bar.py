@@ -1,6 +1,6 @@
 """The four-bar by layers: outlines on BK_BODY_…, circles and their names on BK_JOINTS.
 
-Masses, gravity, the drive and the solver's options stand in the file beside it.
+Masses, gravity, the drive and the solver's options stand in the model file next to it.
 """
 
 import math

@@ -25,7 +25,7 @@ class Variant:
     encoding: str = ""  # the version's own: UTF-8, before R2007 code page 1252 with \U+0142
     unit: str = ""  # the mechanism's own
     outline: str = "polyline"  # or chained, hatch, ellipse, spline, insert
-    # Everything is drawn somewhere else and brought to its place by ezdxf's `transform`, as if the
+    # Everything is drawn somewhere else and moved by ezdxf's `transform`, as if the
     # drawing had been moved or mirrored in a CAD program.
     carry: Matrix44 = field(default_factory=Matrix44)
 
@@ -87,7 +87,7 @@ class Pen:
         ]:
             self.doc.layers.add(name, color=colour, linetype=linetype)
 
-    # Places and sizes in the drawing, before it is carried to its place.
+    # Positions and sizes in the drawing, before it is moved as a whole.
 
     def length(self, metres):
         size = metres / self.metres

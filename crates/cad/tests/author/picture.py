@@ -1,4 +1,4 @@
-"""Draws a drawing as a picture: `picture.py DRAWING OUT.svg`. Needs Pillow beside ezdxf."""
+"""Draws a drawing as a picture: `picture.py DRAWING OUT.svg`. Needs Pillow in addition to ezdxf."""
 
 import sys
 

@@ -1,7 +1,8 @@
-"""The quick return in all ways at once: blocks, layers, extended data and a file beside.
+"""The quick return in all ways at once: blocks, layers, extended data and a sidecar.
 
 The crank has extended data, the link and the ram are layers, the rod is a block; of the pins three
-are circles on BK_JOINTS and one is a block, as are the slot and the guide. The cutting force is in the file beside.
+are circles on BK_JOINTS and one is a block, as are the slot and the guide. The cutting force
+is in the sidecar.
 """
 
 import math
@@ -73,8 +74,8 @@ def joints(pen):
     pen.insert("BK_SOLVE", (-0.35, 0.54), t_end="4 s", every="10 ms")
 
 
-def pins(pen, **places):
-    for name, p in places.items():
+def pins(pen, **positions):
+    for name, p in positions.items():
         pen.circle(p, 0.013, "BK_JOINTS")
         pen.text(name, (p[0] - 0.045, p[1] + 0.02), layer="BK_JOINTS")
 

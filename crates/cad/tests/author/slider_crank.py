@@ -50,7 +50,7 @@ def bodies(pen):
         name="rod", mass="m2", inertia="i2", coordinates="x2, y2, theta2",
     )
     pen.insert("BK_FRAME", middle(B, C), angle(B, C), body="rod")
-    # Beside the rod's end: there its insertion point is in the slider alone.
+    # Next to the rod's end: there its insertion point is in the slider alone.
     pen.insert("BK_BODY", point(C, 0, 0.22, 0.13), name="slider", mass="m3", inertia="0")
     pen.insert("BK_COM", C, body="slider")
     pen.insert("BK_GROUND", A)

@@ -1,3 +1,3 @@
-//! What the tests of drawings share.
+//! Helpers that the tests of drawings share.
 
 pub(crate) mod python;

@@ -30,7 +30,7 @@ pub(crate) fn python(script: &Path, args: &[&str]) -> String {
          of tests/requirements.txt in BKSIM_PYTHON",
         interpreter.display()
     );
-    // No bytecode beside the scripts: the working tree stays as it is.
+    // No bytecode next to the scripts: the working tree stays as it is.
     let run = Command::new(&interpreter).arg("-B").arg(script).args(args).output();
     let output = run.unwrap_or_else(|e| panic!("{} does not run: {e}", interpreter.display()));
     assert!(

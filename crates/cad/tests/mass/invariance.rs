@@ -1,4 +1,4 @@
-//! What moving, turning, mirroring, scaling and redrawing an outline does to its properties.
+//! Properties of outlines that are moved, turned, mirrored, scaled and redrawn.
 
 use crate::known::{assert_near, turned};
 use crate::shapes::{Dice, bar, polyline, properties, rounded_rectangle, strokes};
@@ -33,7 +33,7 @@ fn mapped(paths: &[Path], map: &Affine) -> AreaProperties {
     properties(&strokes(paths.iter().map(|path| path.transformed(map))))
 }
 
-/// What a similarity by `scale` and `angle` makes of properties; `mirror` is −1 to turn y over
+/// Properties after a similarity by `scale` and `angle`; `mirror` is −1 to turn y over
 /// first.
 fn similar(
     of: &AreaProperties,

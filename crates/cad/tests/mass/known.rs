@@ -134,12 +134,12 @@ pub(crate) fn assert_near(
     tolerance: f64,
 ) {
     let size = known.area.sqrt();
-    let place = known.centroid[0].abs().max(known.centroid[1].abs());
+    let distance = known.centroid[0].abs().max(known.centroid[1].abs());
     let rows = [
         ("area", found.area, known.area, known.area),
         ("perimeter", found.perimeter, known.perimeter, known.perimeter),
-        ("centroid x", found.centroid[0], known.centroid[0], size.max(place)),
-        ("centroid y", found.centroid[1], known.centroid[1], size.max(place)),
+        ("centroid x", found.centroid[0], known.centroid[0], size.max(distance)),
+        ("centroid y", found.centroid[1], known.centroid[1], size.max(distance)),
         ("ixx", found.ixx, known.ixx, known.polar),
         ("iyy", found.iyy, known.iyy, known.polar),
         ("ixy", found.ixy, known.ixy, known.polar),

@@ -56,7 +56,7 @@ fn wide_gaps_leave_the_outline_open() {
     assert_eq!(diagnostic.message, "the outline is open at (3, 0), (3, 0.001)");
     assert_eq!(diagnostic.notes, ["the smallest gap between two open ends is 0.001 units"]);
 
-    // Open strokes beside a closed outline are for the caller to judge.
+    // Open strokes next to a closed outline are for the caller to judge.
     let paths = [rectangle([0.0, 0.0], 4.0, 2.0), line([-9.0, 0.0], [9.0, 0.0])];
     let chains = chain(&strokes(paths), TOLERANCE).expect("good strokes");
     assert_eq!((chains.closed.len(), chains.open.len()), (1, 1));
@@ -198,7 +198,7 @@ fn a_hundred_thousand_lines_chain() {
     assert_eq!((wheel.loops.len(), snaps.len()), (1, 0));
     assert_eq!(wheel.loops[0].entities.len(), N as usize);
 
-    // And as many open ends on one line, all told.
+    // And as many open ends on one line, all reported.
     let comb = (0..50_000).map(|i| line([0.0, f64::from(i)], [1.0, f64::from(i)]));
     let chains = chain(&strokes(comb), 1e-7).expect("good strokes");
     assert_eq!(chains.open.len(), 50_000);

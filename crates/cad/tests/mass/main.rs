@@ -6,6 +6,6 @@ mod hostile;
 mod invariance;
 mod known;
 mod loops;
-mod places;
+mod positions;
 mod shapes;
 mod splines;

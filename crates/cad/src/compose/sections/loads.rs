@@ -79,12 +79,12 @@ impl Load<'_> {
         let attachment = self.attachment;
         let Some(value) = attachment.value("acceleration") else { return };
         let unit = self.mechanism.source.unit();
-        let acceleration = match written("acceleration", &value.content, unit) {
-            Value::Array(vector) => Value::Array(vector),
-            _ => {
-                let text = self.mechanism.units.text(value, Quantity::Acceleration);
-                along(&text, direction(attachment.axis.unwrap_or([0.0, -1.0])))
-            }
+        let stated = written("acceleration", &value.content, unit);
+        let acceleration = if stated.is_array() {
+            stated
+        } else {
+            let text = self.mechanism.units.text(value, Quantity::Acceleration);
+            along(&text, direction(attachment.axis.unwrap_or([0.0, -1.0])))
         };
         self.put("acceleration", acceleration, &value.location);
     }

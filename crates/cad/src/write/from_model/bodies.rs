@@ -46,11 +46,11 @@ impl Sketch<'_> {
         const LONGEST_IN_R12: usize = 31;
         for (idx, body) in self.model.bodies.iter().enumerate().skip(1) {
             let before = &self.model.bodies[1..idx];
-            if let Some(twin) = before.iter().find(|b| b.name.eq_ignore_ascii_case(&body.name)) {
+            if let Some(other) = before.iter().find(|b| b.name.eq_ignore_ascii_case(&body.name)) {
                 let message = format!(
                     "bodies `{}` and `{}` would share a layer: names of layers do not know small \
                      from large letters",
-                    twin.name, body.name
+                    other.name, body.name
                 );
                 return Err(Diagnostic::error(codes::TOO_LONG, message)
                     .at(body.span.clone(), "rename this body")
@@ -72,14 +72,14 @@ impl Sketch<'_> {
     fn shape(&mut self, body: BodyId, layer: &str) -> Result<(), Unwritten> {
         let outlines = &self.model.bodies[body.0].outline;
         for outline in outlines {
-            let corner = |&p: &[bksim_expr::Expr; 2]| self.places.vector(p);
+            let corner = |&p: &[bksim_expr::Expr; 2]| self.positions.vector(p);
             let corners: Option<Vec<Point>> = outline.iter().map(corner).collect();
             let Some(corners) = corners else {
                 let owner = format!("body `{}`", self.model.bodies[body.0].name);
                 return Err(no_place("an outline", &owner).into());
             };
             let drawn: Vec<Point> =
-                corners.into_iter().map(|p| self.places.on_body(body, p)).collect();
+                corners.into_iter().map(|p| self.positions.on_body(body, p)).collect();
             self.canvas.draw(layer, Mark::chain(&drawn, true))?;
         }
         if outlines.is_empty() && body != GROUND {
@@ -97,32 +97,32 @@ impl Sketch<'_> {
     }
 
     /// The named points of a body and its origin if something is fastened there, in the drawing,
-    /// each place once.
+    /// each position once.
     fn used_points(&self, body: BodyId) -> Result<Vec<Point>, Unwritten> {
         let n_points = self.model.bodies[body.0].points.len();
         let named = (0..n_points).map(|i| Some(PointId(i)));
         let origin = self.origin_is_used(body).then_some(None);
-        let mut places: Vec<Point> = Vec::new();
+        let mut positions: Vec<Point> = Vec::new();
         for point in named.chain(origin) {
-            let at = self.places.anchor(Anchor { body, point })?;
+            let at = self.positions.anchor(Anchor { body, point })?;
             let is_new =
                 |other: &Point| (other[0] - at[0]).hypot(other[1] - at[1]) > 1e-6 * self.size;
-            if places.iter().all(is_new) {
-                places.push(at);
+            if positions.iter().all(is_new) {
+                positions.push(at);
             }
         }
-        Ok(places)
+        Ok(positions)
     }
 
     /// Whether a joint or a load is fastened to the origin of a body without naming a point.
     fn origin_is_used(&self, body: BodyId) -> bool {
-        let wanted = Anchor { body, point: None };
+        let origin = Anchor { body, point: None };
         let in_joints =
-            self.model.joints.iter().any(|j| [j.predecessor, j.successor].contains(&wanted));
+            self.model.joints.iter().any(|j| [j.predecessor, j.successor].contains(&origin));
         let in_loads = self.model.loads.iter().any(|load| match load.kind {
-            LoadKind::Force { on, .. } => on == wanted,
+            LoadKind::Force { on, .. } => on == origin,
             LoadKind::ForceBetween { a, b, .. } | LoadKind::Spring { a, b, .. } => {
-                [a, b].contains(&wanted)
+                [a, b].contains(&origin)
             }
             _ => false,
         });
@@ -134,7 +134,7 @@ impl Sketch<'_> {
         for (idx, joint) in self.model.joints.iter().enumerate() {
             let slides = matches!(joint.kind, JointKind::Prismatic { .. });
             if slides && joint.successor.body == body {
-                let [at, to] = self.places.joint(JointId(idx))?;
+                let [at, to] = self.positions.joint(JointId(idx))?;
                 return Ok(Some((to[1] - at[1]).atan2(to[0] - at[0])));
             }
         }
@@ -143,7 +143,7 @@ impl Sketch<'_> {
 
     /// `BK_BODY` with the values of the file, `BK_FRAME` and `BK_COM`.
     fn frame(&mut self, body: BodyId) -> Result<(), Unwritten> {
-        let (pose, model) = (self.places.pose(body), self.model);
+        let (pose, model) = (self.positions.pose(body), self.model);
         let stated = &model.bodies[body.0];
         let name = stated.name.clone();
         let mut values: Values = vec![("name", name.clone())];
@@ -156,13 +156,13 @@ impl Sketch<'_> {
         if has_mass && !values.iter().any(|(key, _)| *key == "inertia") {
             values.push(("inertia", "0".to_owned()));
         }
-        let at = self.places.drawn(pose.origin);
+        let at = self.positions.drawn(pose.origin);
         let (sin, cos) = pose.angle.sin_cos();
         let frame = [at, [at[0] + cos, at[1] + sin]];
         let [x, y, _] = stated.com;
-        let com = self.places.vector([x, y]);
+        let com = self.positions.vector([x, y]);
         let com = com.ok_or_else(|| no_place("the centre of mass", &format!("body `{name}`")))?;
-        let com = self.places.on_body(body, com);
+        let com = self.positions.on_body(body, com);
         let here = [com, [com[0] + 1.0, com[1]]];
         self.insert_with(kind("body"), MARK_LAYER, here, Words::At(com), values)?;
         self.insert(kind("frame"), MARK_LAYER, frame, vec![("body", name.clone())])?;
@@ -184,22 +184,21 @@ impl Sketch<'_> {
         let kind = kind("body");
         for (key, item) in all(table) {
             let known = kind.keys.iter().find(|known| **known == key);
+            let unwritten = || no_place(&format!("`{key}`"), &format!("body `{name}`"));
             match (key, known) {
                 ("com" | "points" | "outline", _) => (),
                 ("inertia", _) => self.inertia(item, values),
                 (_, Some(&known)) => {
-                    let words = words(table, key).unwrap_or_default();
+                    let words = words(table, key).ok_or_else(unwritten)?;
                     values.push((known, self.units.complete(words, dimension("body", key, false))));
                 }
-                (_, None) => {
-                    return Err(no_place(&format!("`{key}`"), &format!("body `{name}`")).into());
-                }
+                (_, None) => return Err(unwritten().into()),
             }
         }
         Ok(())
     }
 
-    /// A value, a value about a point, or, of a tensor, what matters in the plane: Izz.
+    /// A value, a value about a point, or, of a tensor, the entry of the plane: Izz.
     fn inertia(&self, item: &Item, values: &mut Values) {
         let complete = |words| self.units.complete(words, Dimension::Inertia);
         if let Some(table) = item.as_table_like() {
@@ -218,7 +217,7 @@ impl Sketch<'_> {
         let owner = model.bodies[body.0].name.clone();
         // A joint's name is enough.
         let joints: Result<Vec<_>, Unwritten> =
-            (0..model.joints.len()).map(|idx| self.places.joint(JointId(idx))).collect();
+            (0..model.joints.len()).map(|idx| self.positions.joint(JointId(idx))).collect();
         let (joints, reach) = (joints?, 0.5 * self.size);
         let is_here = |at: Point| {
             move |joint: &[Point; 2]| (joint[0][0] - at[0]).hypot(joint[0][1] - at[1]) < reach
@@ -227,11 +226,11 @@ impl Sketch<'_> {
         let origin = self.origin_is_used(body).then_some(None);
         for point in named.chain(origin) {
             let anchor = Anchor { body, point };
-            let at = self.places.anchor(anchor)?;
-            let values = vec![("name", self.places.point_name(anchor)), ("body", owner.clone())];
-            let place = [at, [at[0] + 1.0, at[1]]];
-            let words = if joints.iter().any(is_here(at)) { Words::Hidden } else { Words::Beside };
-            self.insert_with(kind("point"), MARK_LAYER, place, words, values)?;
+            let at = self.positions.anchor(anchor)?;
+            let values = vec![("name", self.positions.point_name(anchor)), ("body", owner.clone())];
+            let ends = [at, [at[0] + 1.0, at[1]]];
+            let words = if joints.iter().any(is_here(at)) { Words::Hidden } else { Words::Usual };
+            self.insert_with(kind("point"), MARK_LAYER, ends, words, values)?;
         }
         Ok(())
     }

@@ -4,7 +4,7 @@ use bksim_model::diagnostic::Diagnostic;
 use bksim_model::{Anchor, GROUND, JointId, JointKind};
 use toml_edit::Item;
 
-use super::texts::{all, entries, words};
+use super::texts::{all, entries, text};
 use super::units::dimension;
 use super::{Sketch, Unwritten, Values, kind, no_place};
 use crate::codes;
@@ -30,7 +30,7 @@ impl Sketch<'_> {
             JointKind::Link { .. } => "link",
         });
         // In a drawing the axis of a revolute comes out of the paper.
-        let is_backward = self.places.number(joint.axis[2]).is_some_and(|z| z < 0.0);
+        let is_backward = self.positions.number(joint.axis[2]).is_some_and(|z| z < 0.0);
         if joint.kind == JointKind::Revolute && is_backward {
             return Err(Diagnostic::error(
                 codes::UNDRAWABLE,
@@ -40,39 +40,43 @@ impl Sketch<'_> {
             .help("swap the two bodies of `between` and take the axis z")
             .into());
         }
+
+        // Name, bodies and points, then the keys of the file that are not geometry.
         let mut values: Values = vec![("name", joint.name.clone())];
         values.extend(self.ends(joint.predecessor, joint.successor));
         let table = entries(self.document, "joints");
         let table = table.iter().find(|(known, _)| *known == joint.name);
-        for (key, _) in
-            table.and_then(|(_, item)| item.as_table_like()).map(all).unwrap_or_default()
-        {
+        let stated = table.and_then(|(_, item)| item.as_table_like()).map(all);
+        for (key, item) in stated.unwrap_or_default() {
             let known = kind.keys.iter().find(|known| **known == key);
+            let unwritten = || no_place(&format!("`{key}`"), &owner);
             match (key, known) {
                 // The drawn angle of the bodies is the fixed one.
                 ("type" | "between" | "axis" | "direction", _) | ("angle", None) => (),
                 (_, Some(&known)) => {
-                    let words = table.and_then(|(_, item)| words(item.as_table_like()?, key));
+                    let words = item.as_value().map(text).ok_or_else(unwritten)?;
                     let dimension = dimension(kind.name, key, false);
-                    values.push((known, self.units.complete(words.unwrap_or_default(), dimension)));
+                    values.push((known, self.units.complete(words, dimension)));
                 }
-                (_, None) => return Err(no_place(&format!("`{key}`"), &owner).into()),
+                (_, None) => return Err(unwritten().into()),
             }
         }
-        let place = match kind.placement {
+
+        // Where it is, and the ground under a pivot.
+        let ends = match kind.placement {
             Placement::Line => {
-                [self.places.anchor(joint.predecessor)?, self.places.anchor(joint.successor)?]
+                [self.positions.anchor(joint.predecessor)?, self.positions.anchor(joint.successor)?]
             }
-            _ => self.places.joint(id)?,
+            _ => self.positions.joint(id)?,
         };
         if joint.predecessor.body == GROUND
             && matches!(joint.kind, JointKind::Revolute | JointKind::Weld { .. })
         {
-            let [at, _] = place;
+            let [at, _] = ends;
             let upright = [at, [at[0] + 1.0, at[1]]];
             self.insert(super::kind("ground"), GROUND_LAYER, upright, Values::new())?;
         }
-        self.insert(kind, JOINT_LAYER, place, values)
+        self.insert(kind, JOINT_LAYER, ends, values)
     }
 
     /// Bodies and points of the two ends of something.
@@ -80,9 +84,9 @@ impl Sketch<'_> {
         let body = |anchor: Anchor| self.model.bodies[anchor.body.0].name.clone();
         vec![
             ("body1", body(a)),
-            ("point1", self.places.point_name(a)),
+            ("point1", self.positions.point_name(a)),
             ("body2", body(b)),
-            ("point2", self.places.point_name(b)),
+            ("point2", self.positions.point_name(b)),
         ]
     }
 

@@ -14,16 +14,16 @@ impl Sketch<'_> {
     pub(super) fn loads(&mut self) -> Result<(), Unwritten> {
         let model = self.model;
         for load in &model.loads {
-            let (kind, place, ends) = self.load(&load.name, &load.kind)?;
+            let (kind, ends, partners) = self.load(&load.name, &load.kind)?;
             let mut values: Values = vec![("name", load.name.clone())];
-            values.extend(ends);
+            values.extend(partners);
             self.stated("loads", &load.name, kind, &mut values)?;
-            self.insert(kind, LOAD_LAYER, place, values)?;
+            self.insert(kind, LOAD_LAYER, ends, values)?;
         }
         Ok(())
     }
 
-    /// Its kind, where it is drawn, and what it acts on.
+    /// Its kind, where it is drawn, and the bodies and points it acts on.
     fn load(
         &self,
         name: &str,
@@ -32,23 +32,23 @@ impl Sketch<'_> {
         let along = |at: Point, [x, y]: Point| [at, [at[0] + x, at[1] + y]];
         Ok(match load {
             LoadKind::Gravity { acceleration: [x, y, _] } => {
-                let [low, high] = self.places.extent();
+                let [low, high] = self.positions.extent();
                 let at = [low[0] - 5.0 * self.size, high[1]];
-                let down = self.places.vector([*x, *y]).unwrap_or([0.0, -1.0]);
+                let down = self.positions.vector([*x, *y]).unwrap_or([0.0, -1.0]);
                 // The block's own arrow points along −y.
                 (kind("gravity"), along(at, [-down[1], down[0]]), Values::new())
             }
             LoadKind::Force { on, vector: [x, y, _], .. } => {
-                let push = self.places.vector([*x, *y]).unwrap_or([1.0, 0.0]);
+                let push = self.positions.vector([*x, *y]).unwrap_or([1.0, 0.0]);
                 let body = self.model.bodies[on.body.0].name.clone();
-                let values = vec![("body", body), ("point", self.places.point_name(*on))];
-                (kind("force"), along(self.places.anchor(*on)?, push), values)
+                let values = vec![("body", body), ("point", self.positions.point_name(*on))];
+                (kind("force"), along(self.positions.anchor(*on)?, push), values)
             }
             LoadKind::ForceBetween { a, b, .. } => {
                 (kind("actuator"), self.line(*a, *b)?, self.ends(*a, *b))
             }
             LoadKind::Torque { on, .. } => {
-                (kind("torque"), along(self.beside(*on), [1.0, 0.0]), Values::new())
+                (kind("torque"), along(self.centre_of_mass(*on), [1.0, 0.0]), Values::new())
             }
             LoadKind::Spring { a, b, .. } => {
                 let item = self.item("loads", name).and_then(Item::as_table_like);
@@ -67,11 +67,11 @@ impl Sketch<'_> {
     }
 
     fn line(&self, a: Anchor, b: Anchor) -> Result<[Point; 2], Unwritten> {
-        Ok([self.places.anchor(a)?, self.places.anchor(b)?])
+        Ok([self.positions.anchor(a)?, self.positions.anchor(b)?])
     }
 
     fn at_joint(&self, joint: JointId) -> Result<[Point; 2], Unwritten> {
-        self.places.joint(joint)
+        self.positions.joint(joint)
     }
 
     /// The keys of a table of the file, but for those that geometry says.
@@ -89,18 +89,17 @@ impl Sketch<'_> {
         let joint = self.model.joints.iter().position(|j| Some(&j.name) == joint.as_ref());
         let of = words(table, "of");
         let slides = joint.is_some_and(|joint| self.slides(JointId(joint), of.as_deref()));
+        let owner = format!("`{name}` in `[{section}]`");
         for (key, _) in all(table) {
-            // What a torque acts on is a body, what a force acts on is a point and known by now.
+            // A torque acts on a body; a force acts on a point, which is known by now.
             let known = match (kind.name, key) {
                 (_, "type" | "between") | ("force", "on") => continue,
                 ("torque", "on") => Some("body"),
                 _ => kind.keys.iter().find(|known| **known == key).copied(),
             };
-            let Some(known) = known else {
-                let owner = format!("`{name}` in `[{section}]`");
-                return Err(no_place(&format!("`{key}`"), &owner).into());
-            };
-            let words = words(table, key).unwrap_or_default();
+            let unwritten = || no_place(&format!("`{key}`"), &owner);
+            let known = known.ok_or_else(unwritten)?;
+            let words = words(table, key).ok_or_else(unwritten)?;
             values.push((known, self.units.complete(words, dimension(kind.name, key, slides))));
         }
         Ok(())
@@ -112,16 +111,16 @@ impl Sketch<'_> {
         for drive in &model.drives {
             let mut values: Values = vec![("name", drive.name.clone())];
             self.stated("drives", &drive.name, kind("drive"), &mut values)?;
-            let place = self.at_joint(drive.joint)?;
-            self.insert(kind("drive"), LOAD_LAYER, place, values)?;
+            let ends = self.at_joint(drive.joint)?;
+            self.insert(kind("drive"), LOAD_LAYER, ends, values)?;
         }
         Ok(())
     }
 
-    /// Where something that stands nowhere is put: the centre of mass of a body.
-    fn beside(&self, body: BodyId) -> Point {
+    /// Where a load without a point is drawn: the centre of mass of its body.
+    fn centre_of_mass(&self, body: BodyId) -> Point {
         let [x, y, _] = self.model.bodies[body.0].com;
-        let com = self.places.vector([x, y]).unwrap_or_default();
-        self.places.on_body(body, com)
+        let com = self.positions.vector([x, y]).unwrap_or_default();
+        self.positions.on_body(body, com)
     }
 }

@@ -9,13 +9,13 @@
 //! ```
 //!
 //! Values are the words of the file; a bare number that is a whole value gets its unit, since in a
-//! drawing a bare length is in drawing units. What becomes geometry is computed and written so that
-//! it reads back to the last bit.
+//! drawing a bare length is in drawing units. Geometry is computed and written so that it reads back to
+//! the last bit.
 
 mod bodies;
 mod joints;
 mod loads;
-mod place;
+mod positions;
 mod shape;
 mod sheet;
 mod texts;
@@ -26,7 +26,7 @@ use bksim_model::{Model, Space};
 use bksim_sim::pose::PlanarPose;
 use toml_edit::DocumentMut;
 
-use self::place::Places;
+use self::positions::Positions;
 use self::units::FileUnits;
 use super::blocks::{Placed, Words, define, place};
 use super::canvas::{Canvas, Release, WriteError};
@@ -42,12 +42,12 @@ const LOAD_LAYER: &str = "BK_LOADS";
 /// Parameters, start and options.
 const SHEET_LAYER: &str = "BK_SHEET";
 
-/// What is drawn.
+/// A model to draw.
 #[derive(Clone, Copy, Debug)]
 pub struct Source<'a> {
     /// The text of the model.
     pub text: &'a str,
-    /// What was read from it.
+    /// The model that was read from it.
     pub model: &'a Model,
     /// Where its bodies start, the ground first.
     pub poses: &'a [PlanarPose],
@@ -60,15 +60,15 @@ pub struct Source<'a> {
 /// Draws a planar model.
 ///
 /// # Errors
-/// [`Unwritten`]: what of the model has no place in a drawing, or why nothing can be written.
+/// [`Unwritten`]: something of the model has no place in a drawing, or nothing can be written.
 pub fn from_model(source: &Source<'_>) -> Result<Vec<u8>, Unwritten> {
     if source.model.space == Space::Spatial {
         let message = "a drawing is plane, but this model is spatial";
         return Err(Diagnostic::error(codes::SPATIAL, message).into());
     }
     let document: DocumentMut = source.text.parse().map_err(|_| no_place("this text", "it"))?;
-    let places = Places::new(source)?;
-    let size = places.symbol_size().max(1e-3 * usual_size(source.unit));
+    let positions = Positions::new(source)?;
+    let size = positions.symbol_size().max(1e-3 * usual_size(source.unit));
     let mut sketch = Sketch {
         model: source.model,
         release: source.release,
@@ -76,7 +76,7 @@ pub fn from_model(source: &Source<'_>) -> Result<Vec<u8>, Unwritten> {
         document: &document,
         size,
         canvas: Canvas::new(source.release, source.unit)?,
-        places,
+        positions,
         crowd: Vec::new(),
     };
     sketch.define()?;
@@ -118,7 +118,7 @@ struct Sketch<'a> {
     /// Of a symbol, in drawing units.
     size: f64,
     canvas: Canvas,
-    places: Places<'a>,
+    positions: Positions<'a>,
     /// Where symbols with a name stand, so that names do not cover each other.
     crowd: Vec<Point>,
 }
@@ -141,11 +141,11 @@ impl Sketch<'_> {
         &mut self,
         kind: &'static Kind,
         layer: &str,
-        place: [Point; 2],
+        ends: [Point; 2],
         values: Values,
     ) -> Result<(), Unwritten> {
-        let words = Words::Raised(self.lift(kind, place[0]));
-        self.insert_with(kind, layer, place, words, values)
+        let words = Words::Raised(self.lift(kind, ends[0]));
+        self.insert_with(kind, layer, ends, words, values)
     }
 
     fn insert_with(
@@ -161,7 +161,7 @@ impl Sketch<'_> {
         Ok(place(&mut self.canvas, &placed)?)
     }
 
-    /// How far the words of another symbol at a place are raised, in sizes.
+    /// How far the words of another symbol at a point are raised, in sizes.
     fn lift(&mut self, kind: &Kind, at: Point) -> f64 {
         if !kind.keys.contains(&"name") || kind.name == "ground" {
             return 0.0;
@@ -192,10 +192,10 @@ impl Sketch<'_> {
 
 /// The row of a kind that is known to be there.
 fn kind(name: &str) -> &'static Kind {
-    by_name(name).unwrap_or(&crate::kind::KINDS[0])
+    by_name(name).expect("kinds of models are kinds of attachments")
 }
 
-/// Something that a drawing cannot say.
+/// The fault of a value that a drawing cannot hold.
 fn no_place(what: &str, owner: &str) -> Diagnostic {
     let message = format!("{what} of {owner} has no place in a drawing");
     Diagnostic::error(codes::UNDRAWABLE, message)

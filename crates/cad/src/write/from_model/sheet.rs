@@ -1,4 +1,4 @@
-//! What stands anywhere: parameters, start, options and the name, in a column beside the drawing.
+//! Values without a position: parameters, start, options and the name, in a column next to the drawing.
 
 use bksim_model::Measure;
 use toml_edit::{Item, TableLike};
@@ -9,10 +9,10 @@ use super::{SHEET_LAYER, Sketch, Unwritten, Values, kind, no_place};
 use crate::kind::Kind;
 
 impl Sketch<'_> {
-    /// Writes all sheets, from the top of the drawing down, right of it; then what is to be seen.
+    /// Writes all sheets, from the top of the drawing down, right of it; then the view of it.
     pub(super) fn sheet(&mut self) -> Result<(), Unwritten> {
         const PITCH: f64 = 1.2;
-        let [low, high] = self.places.extent();
+        let [low, high] = self.positions.extent();
         let sheets = self.sheets()?;
         let left = high[0] + 3.0 * self.size;
         let mut y = high[1];
@@ -36,7 +36,8 @@ impl Sketch<'_> {
             sheets.push((kind("model"), model));
         }
         for (name, item) in entries(self.document, "parameters") {
-            let value = item.as_value().map(text).unwrap_or_default();
+            let unwritten = || no_place("the value", &format!("the parameter `{name}`"));
+            let value = item.as_value().map(text).ok_or_else(unwritten)?;
             sheets.push((kind("parameter"), vec![("name", name.to_owned()), ("value", value)]));
         }
         for (name, item) in entries(self.document, "initial") {
@@ -63,7 +64,7 @@ impl Sketch<'_> {
         all.filter_map(|(key, words)| Some((key, words?))).collect()
     }
 
-    /// One entry of `[initial]`: what is stated, and what is guessed, as inserts of their own.
+    /// One entry of `[initial]`: stated values and guesses, as inserts of their own.
     fn initial(&self, name: &str, item: &Item) -> Result<Vec<Values>, Unwritten> {
         let named = || vec![("name", name.to_owned())];
         let owner = format!("the start of `{name}`");
@@ -85,7 +86,7 @@ impl Sketch<'_> {
                 None => values.extend(guess.as_value().map(|value| ("value", text(value)))),
             }
             for (key, words) in values.iter_mut().skip(1) {
-                self.settle(name, key, words);
+                self.replace_guess(name, key, words);
             }
             values.push(("guess", "true".to_owned()));
             both.push(values);
@@ -93,14 +94,14 @@ impl Sketch<'_> {
         Ok(both)
     }
 
-    /// What was guessed of a position is known by now: the drawing shows where it is, and with any
+    /// Replaces the guess of a position by its value at the start: the drawing shows it, and with any
     /// other guess the start would move on from there.
-    fn settle(&self, name: &str, key: &str, words: &mut String) {
+    fn replace_guess(&self, name: &str, key: &str, words: &mut String) {
         let full = if key == "value" { name.to_owned() } else { format!("{name}.{key}") };
         let mut guesses = self.model.initial.iter().filter(|initial| initial.is_guess);
         let Some(guess) = guesses.find(|initial| initial.name == full) else { return };
-        let near = self.places.number(guess.value).unwrap_or_default();
-        let Some(found) = self.places.found(guess.measure, near) else { return };
+        let near = self.positions.number(guess.value).unwrap_or_default();
+        let Some(found) = self.positions.found(guess.measure, near) else { return };
         let slides = match guess.measure {
             Measure::JointPosition(joint, 0) => self.slides(joint, Some("position")),
             Measure::PointPosition(..) => true,
@@ -117,10 +118,10 @@ impl Sketch<'_> {
             if key == "guess" {
                 continue;
             }
-            let Some(&known) = kind.keys.iter().find(|known| **known == key) else {
-                return Err(no_place(&format!("`{key}`"), owner).into());
-            };
-            let words = item.as_value().map(text).unwrap_or_default();
+            let unwritten = || no_place(&format!("`{key}`"), owner);
+            let known = kind.keys.iter().find(|known| **known == key);
+            let &known = known.ok_or_else(unwritten)?;
+            let words = item.as_value().map(text).ok_or_else(unwritten)?;
             let dimension = match (of, key) {
                 ("solve", "every") if words == "step" => Dimension::Open,
                 _ => dimension(of, key, false),

@@ -15,7 +15,7 @@ pub(super) fn all(table: &dyn TableLike) -> Entries<'_> {
     table.iter().collect()
 }
 
-/// What stands behind a key of a table.
+/// The value of a key of a table, in one line.
 pub(super) fn words(table: &dyn TableLike, key: &str) -> Option<String> {
     table.get(key).and_then(Item::as_value).map(text)
 }

@@ -4,7 +4,7 @@ use toml_edit::{DocumentMut, Item};
 
 use super::texts::{is_bare, words};
 
-/// What bare numbers of the file mean.
+/// The units of bare numbers of the file.
 #[derive(Clone, Debug)]
 pub(super) struct FileUnits {
     length: String,

@@ -1,4 +1,4 @@
-//! The region that a body sweeps: the union of the places it takes.
+//! The region that a body sweeps: the union of its outlines at all times.
 
 use i_overlay::core::fill_rule::FillRule;
 use i_overlay::float::simplify::SimplifyShape;
@@ -65,8 +65,8 @@ mod tests {
             corners.map(|[x, y]| [100.0 + cos * x - sin * y, sin * x + cos * y]).to_vec()
         };
         // Twice around: the second time, all edges lie on those of the first but for rounding.
-        let places: Vec<Vec<Point>> = (0..240).map(turned).collect();
-        let area: f64 = union(&places).iter().map(|edge| doubled_area(edge).abs() / 2.0).sum();
+        let outlines: Vec<Vec<Point>> = (0..240).map(turned).collect();
+        let area: f64 = union(&outlines).iter().map(|edge| doubled_area(edge).abs() / 2.0).sum();
         let disc = std::f64::consts::PI * 1.01;
         assert!((0.99..1.0).contains(&(area / disc)), "{area} of {disc}");
     }

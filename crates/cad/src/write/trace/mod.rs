@@ -1,8 +1,8 @@
-//! What a run looks like in its drawing: paths, envelopes, hodographs, reactions, ghosts.
+//! A run in its drawing: paths, envelopes, hodographs, reactions, ghosts.
 //!
 //! ```text
 //! BK_TRACE_PATHS       the curve of each chosen point
-//! BK_TRACE_ENVELOPE    the boundary of what each body sweeps
+//! BK_TRACE_ENVELOPE    the boundary of the region that each body sweeps
 //! BK_TRACE_HODOGRAPH   the velocity of each chosen point as a curve, with its scale
 //! BK_TRACE_REACTIONS   the forces in the joints at some times, with their scale
 //! BK_TRACE_GHOSTS      the outlines of the bodies at some times
@@ -31,8 +31,8 @@ const LAYERS: [(&str, u8); 5] =
 
 /// More corners than this does no curve need.
 const MOST_CORNERS: usize = 2000;
-/// Places of a body whose union is taken.
-const MOST_PLACES: usize = 240;
+/// Positions of a body whose union is taken.
+const MOST_POSITIONS: usize = 240;
 
 /// A body of the drawing.
 #[derive(Clone, PartialEq, Debug)]
@@ -82,7 +82,7 @@ pub struct Course {
     pub reactions: Vec<Reaction>,
 }
 
-/// What of it is drawn.
+/// The parts of a run that are drawn.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Selection {
     /// Paths of the points.
@@ -119,7 +119,7 @@ pub fn trace(course: &Course, shapes: &[Shape], selection: &Selection, per_metre
 
 /// A number in three digits: a label is read, not calculated with.
 fn brief(x: f64) -> String {
-    let rounded: f64 = format!("{x:.2e}").parse().unwrap_or(x);
+    let rounded: f64 = format!("{x:.2e}").parse().expect("a printed number can be read");
     rounded.to_string()
 }
 
@@ -188,9 +188,8 @@ impl Tracing<'_> {
 
     fn path(&self, point: &Traced) -> Vec<Point> {
         let samples = self.thinned(MOST_CORNERS);
-        let place =
-            |idx: &usize| self.drawn(self.course.poses[*idx][point.body_idx].place(point.at));
-        samples.iter().map(place).collect()
+        let at = |idx: &usize| self.drawn(self.course.poses[*idx][point.body_idx].place(point.at));
+        samples.iter().map(at).collect()
     }
 
     fn paths(&mut self) {
@@ -215,24 +214,24 @@ impl Tracing<'_> {
     /// A polygon in the frame of a body, at a sample.
     fn placed(&self, body_idx: usize, sample: usize, polygon: &[Point]) -> Vec<Point> {
         let pose = &self.course.poses[sample][body_idx];
-        let place =
+        let drawn =
             |&[x, y]: &Point| self.drawn(pose.place([x / self.per_metre, y / self.per_metre]));
-        polygon.iter().map(place).collect()
+        polygon.iter().map(drawn).collect()
     }
 
     fn envelopes(&mut self) {
-        let samples = self.thinned(MOST_PLACES);
+        let samples = self.thinned(MOST_POSITIONS);
         for shape in self.shapes.iter().filter(|shape| shape.body_idx > 0) {
             let polygons = self.polygons(shape);
-            let places: Vec<Vec<Point>> = samples
+            let swept: Vec<Vec<Point>> = samples
                 .iter()
                 .flat_map(|&sample| polygons.iter().map(move |polygon| (sample, polygon)))
                 .map(|(sample, polygon)| self.placed(shape.body_idx, sample, polygon))
                 .collect();
-            if places.is_empty() {
+            if swept.is_empty() {
                 continue;
             }
-            for boundary in union(&places) {
+            for boundary in union(&swept) {
                 self.draw(ENVELOPE, Mark::chain(&boundary, true));
             }
         }
@@ -315,8 +314,8 @@ impl Tracing<'_> {
                 let t = self.course.times[sample];
                 let force = brief(x.hypot(y));
                 let words = format!("{} {force} N, {} s", reaction.name, brief(t));
-                let beside = [to[0] + 0.2 * self.size, to[1] + 0.2 * self.size];
-                self.draw(REACTIONS, Mark::text(beside, 0.4 * self.size, words));
+                let next_to_head = [to[0] + 0.2 * self.size, to[1] + 0.2 * self.size];
+                self.draw(REACTIONS, Mark::text(next_to_head, 0.4 * self.size, words));
             }
         }
         let words = format!("forces in joints on their second bodies: 1 unit = {per_unit} N");
@@ -332,7 +331,7 @@ fn round_scale(scale: f64) -> f64 {
     let step = steps.into_iter().find(|step| step * decade >= scale * (1.0 - 1e-9));
     // 10⁻³ times 2 is not 0.002 to the last digit; its text is.
     let rounded = step.unwrap_or(10.0) * decade;
-    format!("{rounded:.3e}").parse().unwrap_or(rounded)
+    format!("{rounded:.3e}").parse().expect("a printed number can be read")
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Where things of a model are in the drawing, at its start.
+//! Positions of bodies, points and joints in the drawing, at the start of the model.
 
 use std::collections::HashMap;
 
@@ -12,9 +12,9 @@ use crate::codes;
 use crate::geometry::Point;
 use crate::write::UNITS;
 
-/// Numbers of a model and places of its bodies.
+/// Numbers of a model and positions of its bodies.
 #[derive(Debug)]
-pub(super) struct Places<'a> {
+pub(super) struct Positions<'a> {
     model: &'a Model,
     poses: &'a [PlanarPose],
     parameters: HashMap<SymbolId, f64>,
@@ -24,9 +24,10 @@ pub(super) struct Places<'a> {
     origins: HashMap<BodyId, String>,
 }
 
-impl<'a> Places<'a> {
+impl<'a> Positions<'a> {
     pub(super) fn new(source: &Source<'a>) -> Result<Self, Unwritten> {
         let model = source.model;
+        // An unknown unit is refused by the canvas.
         let unit = UNITS.iter().find(|(name, ..)| *name == source.unit);
         let metres = unit.map_or(1.0, |&(_, _, metres, _)| metres);
         let parameters = model.parameters.iter().map(|p| (p.symbol, p.value)).collect();
@@ -35,17 +36,17 @@ impl<'a> Places<'a> {
         let per_metre =
             if (per_metre * metres - 1.0).abs() < 1e-12 { per_metre } else { 1.0 / metres };
         let origins = HashMap::new();
-        let mut places = Self { model, poses: source.poses, parameters, per_metre, origins };
-        places.name_origins();
-        let finite = places
+        let mut positions = Self { model, poses: source.poses, parameters, per_metre, origins };
+        positions.name_origins();
+        let finite = positions
             .poses
             .iter()
             .all(|p| p.origin.iter().chain([&p.angle]).all(|number| number.is_finite()));
-        if !finite || places.poses.len() != model.bodies.len() {
+        if !finite || positions.poses.len() != model.bodies.len() {
             let message = "the bodies have no finite places at the start";
             return Err(Diagnostic::error(codes::UNDRAWABLE, message).into());
         }
-        Ok(places)
+        Ok(positions)
     }
 
     /// The origin of a body that something is fastened to gets a name, unless a point is there.
@@ -88,7 +89,7 @@ impl<'a> Places<'a> {
         self.poses[body.0]
     }
 
-    /// A place of the world, m, in drawing units.
+    /// A point of the world, m, in drawing units.
     pub(super) fn drawn(&self, [x, y]: Point) -> Point {
         [self.per_metre * x, self.per_metre * y]
     }
@@ -115,7 +116,7 @@ impl<'a> Places<'a> {
         Ok(self.on_body(anchor.body, at))
     }
 
-    /// Where a joint is, and a point along its axis; what slides is drawn where the second body is.
+    /// Where a joint is, and a point along its axis; a slider is drawn where the second body is.
     pub(super) fn joint(&self, joint: JointId) -> Result<[Point; 2], Unwritten> {
         let joint = &self.model.joints[joint.0];
         let [x, y, _] = joint.axis;
@@ -136,7 +137,7 @@ impl<'a> Places<'a> {
         Ok([at, [at[0] + along[0], at[1] + along[1]]])
     }
 
-    /// What a measure of position is at the start, SI; an angle by as many turns as `near` has.
+    /// The value of a measure of position at the start, SI; an angle by as many turns as `near` has.
     pub(super) fn found(&self, measure: Measure, near: f64) -> Option<f64> {
         const TURN: f64 = std::f64::consts::TAU;
         let wound = |angle: f64| angle + TURN * ((near - angle) / TURN).round();

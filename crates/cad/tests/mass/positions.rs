@@ -67,10 +67,10 @@ fn ellipses_contain_what_their_equation_says() {
 fn the_smallest_outline_around_a_point() {
     use bksim_cad::outline::{Outline, chain};
     let plate = rectangle([0.0, 0.0], 20.0, 20.0);
-    let beside = rectangle([40.0, 0.0], 10.0, 10.0);
+    let next_to_plate = rectangle([40.0, 0.0], 10.0, 10.0);
     let hole = Path::circle([0.0, 0.0], 5.0);
     let pin = Path::circle([0.0, 0.0], 3.0);
-    let chains = chain(&strokes([plate, beside, hole, pin]), 1e-6).expect("good strokes");
+    let chains = chain(&strokes([plate, next_to_plate, hole, pin]), 1e-6).expect("good strokes");
     let entities = |point| {
         let outline = Outline::around(&chains.closed, point, 1e-6).expect("a good outline");
         outline.map(|outline| outline.entities())
