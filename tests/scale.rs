@@ -4,9 +4,12 @@
 mod large;
 mod support;
 
+use std::fmt::Write;
+
 use bksim::dae::System;
+use bksim::sim::hybrid::ChangeKind;
 use bksim::{Mechanism, Motion};
-use large::{Coordinates, chain, windows};
+use large::{Coordinates, LINK, REST, chain, windows};
 use serde_json::Value;
 use support::{Within, all_close, at, close, coordinate, derive, model, path, solve};
 
@@ -128,5 +131,67 @@ fn a_hundred_windows_lean_as_one_parallelogram() {
         let angles: Vec<f64> = (0..=100).map(|i| last.q[upright(i)]).collect();
         let within = Within { relative: 0.0, absolute: 1e-7 };
         all_close("all angles", &angles, &[angle; 101], within);
+    }
+}
+
+/// `n` links side by side, each on a pivot of its own and level on a stop, but for the first, which starts
+/// above its stop by an angle in rad.
+fn shelves(n: usize, angle: f64) -> String {
+    let mut text = "coordinates = \"absolute\"\n[ground]\npoints = {".to_owned();
+    let mut add = |arguments: std::fmt::Arguments<'_>| {
+        text.write_fmt(arguments).expect("text takes everything");
+    };
+    for i in 1..=n {
+        add(format_args!(" P{i} = [\"{i} m\", 0]{}", if i < n { "," } else { " }\n" }));
+    }
+    for i in 1..=n {
+        add(format_args!("[bodies.b{i}]\n{LINK}"));
+        add(format_args!("[joints.j{i}]\ntype = \"revolute\"\n"));
+        add(format_args!("between = [\"ground.P{i}\", \"b{i}.O\"]\n"));
+        add(format_args!("[loads.s{i}]\ntype = \"stop\"\njoint = \"j{i}\"\nmin = 0\n"));
+    }
+    add(format_args!("[initial]\n"));
+    for i in 1..=n {
+        let angle = if i == 1 { angle } else { 0.0 };
+        add(format_args!("j{i} = {{ angle = \"{angle} rad\", rate = 0 }}\n"));
+    }
+    text + REST
+}
+
+/// Beyond the size of dense decompositions: rank, modes and the impact go by sparse elimination.
+#[test]
+fn a_link_falls_onto_its_stop_among_many_on_theirs() {
+    const N: usize = 100;
+    const G: f64 = 9.81;
+    const ANGLE: f64 = 0.01;
+    let mut model = model(&shelves(N, ANGLE));
+    model.solve.t_end = 0.05;
+    model.solve.every = Some(0.025);
+    (model.solve.rtol, model.solve.atol) = (1e-8, 1e-8);
+    let mechanism = derive(model);
+    let motion = solve(&mechanism);
+
+    // m g L/2 sin θ₀ is lost where 1/3 θ″ = −g/2 cos θ ends, which differs from −g/2 by θ²/2.
+    let hits: Vec<f64> = motion
+        .summary
+        .changes
+        .iter()
+        .filter(|change| matches!(change.kind, ChangeKind::Hit(..)))
+        .map(|change| change.t)
+        .collect();
+    let [hit] = hits[..] else { panic!("one link falls: {hits:?}") };
+    let fall = (4.0 * ANGLE / (3.0 * G)).sqrt();
+    close("hit", hit, fall, Within { relative: 1e-4, absolute: 0.0 });
+    let within = Within { relative: 1e-7, absolute: 0.0 };
+    close("loss", motion.summary.energy.impacts, -0.5 * G * ANGLE.sin(), within);
+
+    // Before and after, every stop but the first bears half the weight of its link.
+    let [first, last] =
+        [motion.samples.first(), motion.samples.last()].map(|s| s.expect("samples"));
+    for (k, contact) in mechanism.system.contacts.iter().enumerate() {
+        let within = Within { relative: 1e-9, absolute: 1e-9 };
+        let borne = if k == 0 { 0.0 } else { 0.5 * G };
+        close("moment before", first.lambda[contact.row], borne, within);
+        close("moment after", last.lambda[contact.row], 0.5 * G, within);
     }
 }

@@ -21,11 +21,12 @@ impl Coordinates {
 }
 
 /// A uniform link of 1 m and 1 kg from O to E.
-const LINK: &str = "mass = \"1 kg\"\ninertia = \"1 kg*m^2/12\"\ncom = [\"0.5 m\", 0]\n\
+pub(crate) const LINK: &str = "mass = \"1 kg\"\ninertia = \"1 kg*m^2/12\"\ncom = [\"0.5 m\", 0]\n\
                     points = { O = [0, 0], E = [\"1 m\", 0] }\n";
 
 /// Free fall along −y, and the output.
-const REST: &str = "[loads.gravity]\ntype = \"gravity\"\nacceleration = [0, \"-9.81 m/s^2\"]\n";
+pub(crate) const REST: &str =
+    "[loads.gravity]\ntype = \"gravity\"\nacceleration = [0, \"-9.81 m/s^2\"]\n";
 
 /// `n` links in line along x, held by a pivot at the origin, at rest.
 pub(crate) fn chain(n: usize, coordinates: Coordinates) -> String {
