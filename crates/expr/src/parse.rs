@@ -214,16 +214,13 @@ impl Parser<'_, '_> {
             return Err(error(ParseErrorKind::UnopenedParenthesis, end.clone()));
         };
         self.depth -= 1;
-        match call {
-            Some(Call { name, name_span, floor }) => {
-                let arguments = self.operands.drain(floor..).map(|operand| operand.0).collect();
-                let whole = name_span.start..end.end;
-                self.push(SyntaxKind::Call { name, name_span, arguments }, whole);
-            }
-            None => {
-                let inside = self.operands.last_mut();
-                inside.expect("an operand was read before `)`").1 = span.start..end.end;
-            }
+        if let Some(Call { name, name_span, floor }) = call {
+            let arguments = self.operands.drain(floor..).map(|operand| operand.0).collect();
+            let whole = name_span.start..end.end;
+            self.push(SyntaxKind::Call { name, name_span, arguments }, whole);
+        } else {
+            let inside = self.operands.last_mut();
+            inside.expect("an operand was read before `)`").1 = span.start..end.end;
         }
         Ok(())
     }

@@ -68,6 +68,7 @@ impl Pool {
     /// let linear = pool.linearise(e, &[(a, pool.int(3)), (b, pool.zero())]);
     /// assert_eq!(pool.to_text(linear), "10*b");
     /// ```
+    #[expect(clippy::missing_panics_doc, reason = "there is one part more than there are slopes")]
     pub fn linearise(&self, e: Expr, point: &[(SymbolId, Expr)]) -> Expr {
         let symbols: Vec<SymbolId> = point.iter().map(|&(x, _)| x).collect();
         let mut parts = self.gradient(e, &symbols);

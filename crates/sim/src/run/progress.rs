@@ -66,7 +66,7 @@ pub(super) enum Progress<'a> {
     /// A phase goes on from where it was saved.
     Saved(Checkpoint),
     /// A phase is in progress.
-    Within(Phase<'a>),
+    Within(Box<Phase<'a>>),
 }
 
 /// Where a step has led.
@@ -279,7 +279,7 @@ impl<'a> Run<'a> {
     ///
     /// # Errors
     /// [`SolveError`] when its integrator cannot begin.
-    fn phase(&mut self) -> Result<Phase<'a>, SolveError> {
+    fn phase(&mut self) -> Result<Box<Phase<'a>>, SolveError> {
         let saved = match std::mem::replace(&mut self.progress, Progress::Between) {
             Progress::Within(phase) => return Ok(phase),
             Progress::Saved(saved) => Some(saved),
@@ -307,7 +307,7 @@ impl<'a> Run<'a> {
                 Box::new(RadauStepper::new(*problem, start, mechanism, saved, monitor)?)
             }
         };
-        Ok(Phase { stepper, monitor })
+        Ok(Box::new(Phase { stepper, monitor }))
     }
 
     /// Goes on with another method from where a phase has ended.
