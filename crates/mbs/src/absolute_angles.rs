@@ -122,7 +122,7 @@ impl<'m> AbsoluteAngles<'m> {
     }
 
     /// Expressions of the absolute angles and their rates in terms of q and v.
-    pub(crate) fn from_angles(&self, roots: &[Expr]) -> Vec<Expr> {
+    pub(crate) fn back_to_q(&self, roots: &[Expr]) -> Vec<Expr> {
         self.pool.substitute_all(roots, &self.from_angles)
     }
 

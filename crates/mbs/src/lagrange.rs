@@ -57,7 +57,7 @@ pub(crate) fn left_side(model: &Model, kinematics: &Kinematics, potential: Expr)
     let gradient = pool.jacobian(&[potential], &derivation.symbols).entries;
     let gradient = gradient.into_iter().map(|(_, k, slope)| (k, slope)).collect();
 
-    let energies = derivation.angles.from_angles(&[derivation.kinetic_energy(&lower), potential]);
+    let energies = derivation.angles.back_to_q(&[derivation.kinetic_energy(&lower), potential]);
     LeftSide {
         kinetic_energy: energies[0],
         potential_energy: energies[1],
@@ -195,7 +195,7 @@ impl AngleDerivation<'_> {
         let sizes: Vec<usize> =
             self.angles.spreads().into_iter().map(|spread| spread * n_terms).collect();
         let mut sums = vec![self.pool().zero(); sizes.len()];
-        for (i, sum) in self.angles.pull_back(&self.from_angles(x)) {
+        for (i, sum) in self.angles.pull_back(&self.back_to_q(x)) {
             sums[i] = sum;
         }
         self.collected(sums, &sizes)
@@ -204,7 +204,7 @@ impl AngleDerivation<'_> {
     /// Sᵀ X S in terms of q and v.
     fn pulled_back_matrix(&self, lower: Lower) -> SparseMatrix {
         let spreads = self.angles.spreads();
-        let lower = self.angles.congruent(&self.from_angles(lower));
+        let lower = self.angles.congruent(&self.back_to_q(lower));
         let (indices, entries): (Vec<_>, Vec<_>) = lower.into_iter().unzip();
         let sizes: Vec<usize> = indices.iter().map(|&(i, j)| spreads[i] * spreads[j]).collect();
         let entries = indices.into_iter().zip(self.collected(entries, &sizes));
@@ -215,12 +215,9 @@ impl AngleDerivation<'_> {
     }
 
     /// Entries in terms of q and v.
-    fn from_angles<K: Ord>(
-        &self,
-        entries: impl IntoIterator<Item = (K, Expr)>,
-    ) -> BTreeMap<K, Expr> {
+    fn back_to_q<K: Ord>(&self, entries: impl IntoIterator<Item = (K, Expr)>) -> BTreeMap<K, Expr> {
         let (keys, values): (Vec<K>, Vec<Expr>) = entries.into_iter().unzip();
-        keys.into_iter().zip(self.angles.from_angles(&values)).collect()
+        keys.into_iter().zip(self.angles.back_to_q(&values)).collect()
     }
 
     /// Short sums are collected once more: terms of different bodies may have met.

@@ -91,6 +91,7 @@ impl Rotation {
     }
 
     /// `self` followed, in the turned frame, by `inner`: r_a_from_c = r_a_from_b r_b_from_c.
+    #[must_use]
     pub fn then(&self, pool: &Pool, inner: &Self) -> Self {
         let mut product = self.clone();
         for turn in &inner.turns {
@@ -100,6 +101,7 @@ impl Rotation {
     }
 
     /// The opposite rotation.
+    #[must_use]
     pub fn inverse(&self, pool: &Pool) -> Self {
         let undo = |turn: &Turn| Turn { axis: turn.axis, angle: pool.neg(turn.angle) };
         Self { turns: self.turns.iter().rev().map(undo).collect() }

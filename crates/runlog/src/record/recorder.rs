@@ -114,6 +114,9 @@ impl<W: Write> Recorder<W> {
     ///
     /// # Errors
     /// [`LogError`] when the log cannot be written.
+    ///
+    /// # Panics
+    /// If a dependent row has a number of 2³² or more, which no system has.
     pub fn segment(&mut self, segment: &Segment) -> Result<(), LogError> {
         let Segment { t0, t1, values, modes, dependent } = segment;
         let message = &mut self.segment;
