@@ -232,22 +232,25 @@ fn a_function_that_starts_at_zero_crosses_only_when_it_returns() {
     assert_times(&found, &[(0, 0.004)]);
 }
 
+/// Heights that a ball passes.
+struct Levels<'a>(&'a [f64]);
+
+impl Events for Levels<'_> {
+    fn count(&self) -> usize {
+        self.0.len()
+    }
+    fn values(&mut self, _t: f64, y: &[f64], out: &mut [f64]) {
+        out.iter_mut().zip(self.0).for_each(|(out, level)| *out = y[0] - level);
+    }
+}
+
 #[test]
 fn a_search_resumed_after_any_step_finds_the_same_crossings() {
     let start = Start { t: 0.0, y: vec![1.0, 0.0], ydot: vec![0.0; 2] };
     let mut solver =
         ExplicitSolver::new(Ball(uniform(2)), start.clone(), 50.0, settings(1e-9)).expect("valid");
-    // Heights that the ball passes in different steps.
+    // They are passed in different steps.
     let levels = [0.9999, 0.5, 0.0, -100.0, -5000.0];
-    struct Levels<'a>(&'a [f64]);
-    impl Events for Levels<'_> {
-        fn count(&self) -> usize {
-            self.0.len()
-        }
-        fn values(&mut self, _t: f64, y: &[f64], out: &mut [f64]) {
-            out.iter_mut().zip(self.0).for_each(|(out, level)| *out = y[0] - level);
-        }
-    }
     let mut undisturbed = EventSearch::new(&mut Levels(&levels), &start);
     let mut resumed = undisturbed.clone();
     let mut n_found = 0;

@@ -68,17 +68,16 @@ impl Pool {
     /// let linear = pool.linearise(e, &[(a, pool.int(3)), (b, pool.zero())]);
     /// assert_eq!(pool.to_text(linear), "10*b");
     /// ```
-    #[expect(clippy::missing_panics_doc, reason = "there is one part more than there are slopes")]
     pub fn linearise(&self, e: Expr, point: &[(SymbolId, Expr)]) -> Expr {
         let symbols: Vec<SymbolId> = point.iter().map(|&(x, _)| x).collect();
         let mut parts = self.gradient(e, &symbols);
         parts.push(e);
-        let mut slopes = self.substitute_all(&parts, point);
-        let value = slopes.pop().expect("`e` itself is the last part");
+        let at_point = self.substitute_all(&parts, point);
+        let (slopes, value) = (&at_point[..point.len()], at_point[point.len()]);
         let rises = point
             .iter()
             .zip(slopes)
-            .map(|(&(x, at), slope)| self.mul(slope, self.sub(self.symbol_expr(x), at)));
+            .map(|(&(x, at), &slope)| self.mul(slope, self.sub(self.symbol_expr(x), at)));
         self.sum(rises.chain([value]))
     }
 }

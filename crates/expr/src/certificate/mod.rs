@@ -12,6 +12,7 @@ use crate::op::{Function, Op, small_integer};
 use crate::pool::{Expr, Pool, SymbolId, unit_random};
 use crate::sweep::Sweep;
 use extended::Extended;
+use std::convert::Infallible;
 
 /// How far two expressions differ at pseudo-random points.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -80,12 +81,11 @@ impl Pool {
             };
             found.n_points += 1;
             found.worst_extended = found.worst_extended.max(extended);
-            if let Ok(values) = self.values(&sweep, &|symbol| Some(value(symbol))) {
-                let values: Vec<Extended> = values.into_iter().map(Extended::from).collect();
-                // Where only `f64` overflows, the extended values decide.
-                let double = difference(&values, &sweep).unwrap_or(0.0);
-                found.worst_double = found.worst_double.max(double);
-            }
+            let Ok(values) = self.values(&sweep, &|symbol| Ok::<_, Infallible>(value(symbol)));
+            let values: Vec<Extended> = values.into_iter().map(Extended::from).collect();
+            // Where only `f64` overflows, the extended values decide.
+            let double = difference(&values, &sweep).unwrap_or(0.0);
+            found.worst_double = found.worst_double.max(double);
             if found.n_points == N_POINTS {
                 break;
             }

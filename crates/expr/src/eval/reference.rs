@@ -3,6 +3,7 @@
 use crate::op::{Function, Op, power, select};
 use crate::pool::{Expr, Pool, SymbolId};
 use crate::sweep::{Step, Sweep};
+use std::convert::Infallible;
 
 /// Reason why an expression has no value.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
@@ -40,20 +41,23 @@ impl Pool {
         value: &dyn Fn(SymbolId) -> Option<f64>,
     ) -> Result<f64, EvalError> {
         let sweep = self.sweep(&[e]);
-        Ok(self.values(&sweep, value)?[sweep.roots[0]])
+        let bound = |symbol| {
+            let unbound = || EvalError::Unbound { symbol, name: self.symbol_name(symbol) };
+            value(symbol).ok_or_else(unbound)
+        };
+        Ok(self.values(&sweep, &bound)?[sweep.roots[0]])
     }
 
     /// The first operation (operands first) whose value is infinite or NaN though its operands
     /// are finite. Branches of `if` that are not taken, and symbols without a value, are no fault.
-    #[expect(clippy::missing_panics_doc, reason = "every symbol has a value, if only NaN")]
     pub fn domain_fault(
         &self,
         e: Expr,
         value: &dyn Fn(SymbolId) -> Option<f64>,
     ) -> Option<DomainFault> {
         let sweep = self.sweep(&[e]);
-        let values = self.values(&sweep, &|symbol| Some(value(symbol).unwrap_or(f64::NAN)));
-        let values = values.expect("every symbol has a value, if only NaN");
+        let bound = |symbol| Ok::<_, Infallible>(value(symbol).unwrap_or(f64::NAN));
+        let Ok(values) = self.values(&sweep, &bound);
         let needed = needed_steps(&sweep, &values);
         sweep.steps.iter().zip(&values).zip(needed).find_map(|((step, result), is_needed)| {
             let operands: Vec<f64> = sweep.operands(step).map(|o| values[o]).collect();
@@ -66,25 +70,19 @@ impl Pool {
         })
     }
 
-    /// Values of all steps.
-    pub(crate) fn values(
+    /// Values of all steps, or the error of a symbol without one.
+    pub(crate) fn values<E>(
         &self,
         sweep: &Sweep,
-        value: &dyn Fn(SymbolId) -> Option<f64>,
-    ) -> Result<Vec<f64>, EvalError> {
+        value: &dyn Fn(SymbolId) -> Result<f64, E>,
+    ) -> Result<Vec<f64>, E> {
         let mut values: Vec<f64> = Vec::with_capacity(sweep.steps.len());
         for step in &sweep.steps {
             let result = match step.op {
                 // Leaves.
                 Op::Number => self.number_of(step.expr).to_f64(),
                 Op::Pi => std::f64::consts::PI,
-                Op::Symbol => {
-                    let symbol = SymbolId(step.data);
-                    value(symbol).ok_or_else(|| EvalError::Unbound {
-                        symbol,
-                        name: self.symbol_name(symbol),
-                    })?
-                }
+                Op::Symbol => value(SymbolId(step.data))?,
                 // Arithmetic.
                 Op::Add => {
                     let terms = sweep.operands(step).map(|o| values[o]);
