@@ -431,6 +431,8 @@ fn onto_rows(
 fn independent_without(jacobian: &SparseRows, stops: &[usize]) -> Vec<usize> {
     let dependent = dependent_rows(&jacobian.without(stops)).dependent;
     let mut is_dependent = vec![false; jacobian.n_rows()];
-    dependent.into_iter().for_each(|row| is_dependent[row] = true);
+    for row in dependent {
+        is_dependent[row] = true;
+    }
     (0..jacobian.n_rows()).filter(|&row| !is_dependent[row]).collect()
 }

@@ -82,7 +82,9 @@ impl SparseRows {
     /// The same matrix with some rows emptied.
     pub(crate) fn without(&self, rows: &[usize]) -> Self {
         let mut is_emptied = vec![false; self.n_rows()];
-        rows.iter().for_each(|&row| is_emptied[row] = true);
+        for &row in rows {
+            is_emptied[row] = true;
+        }
         let mut left = Self::new(self.n_columns);
         for (row, &is_emptied) in is_emptied.iter().enumerate() {
             left.push(self.row(row).iter().copied().filter(|_| !is_emptied));
