@@ -75,12 +75,12 @@ pub type Studio<'a> = &'a dyn Fn(StudioCommand<'_>, Common) -> Result<u8, Failur
 ///
 /// A command of the studio is done by the program `bksim-studio` in the folder of this one: on Unix
 /// that takes the place of this process, elsewhere its exit status is this one's.
-pub fn run(arguments: Vec<OsString>) -> u8 {
-    run_with(arguments.clone(), &|command, _| handover::run(command, &arguments))
+pub fn run(arguments: &[OsString]) -> u8 {
+    run_with(arguments, &|command, _| handover::run(command, arguments))
 }
 
 /// As [`run`], with the commands of the studio done by `studio`.
-pub fn run_with(arguments: Vec<OsString>, studio: Studio<'_>) -> u8 {
+pub fn run_with(arguments: &[OsString], studio: Studio<'_>) -> u8 {
     let wants_json = arguments.iter().any(|argument| argument == "--json");
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,

@@ -7,12 +7,18 @@ use serde_json::{Map, Value};
 use crate::exit::Failure;
 
 /// Prints text and a line end.
+///
+/// # Errors
+/// Standard output that cannot be written, or is closed.
 pub fn text(text: &str) -> Result<(), Failure> {
     let mut stdout = anstream::stdout().lock();
     writeln!(stdout, "{text}").and_then(|()| stdout.flush()).map_err(|e| Failure::stdout(&e))
 }
 
 /// Prints the one JSON object of a command; a body that says `ok` has the last word on it.
+///
+/// # Errors
+/// As [`text`].
 pub fn json(command: &str, body: Value) -> Result<(), Failure> {
     let mut object = Map::new();
     object.insert("ok".into(), Value::Bool(true));

@@ -20,6 +20,9 @@ pub struct StopWish(Arc<AtomicUsize>);
 
 impl StopWish {
     /// Takes over both signals for the rest of the process.
+    ///
+    /// # Errors
+    /// The system does not let signals be handled.
     pub fn watch() -> io::Result<Self> {
         let wish = Self::default();
         flag::register_usize(SIGINT, Arc::clone(&wish.0), INTERRUPT)?;

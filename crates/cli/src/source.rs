@@ -15,6 +15,9 @@ use crate::args::{DrawingArgs, ModelArgs};
 use crate::exit::Failure;
 
 /// Opens and reads a model: a model file, a drawing, or a model file beside a drawing.
+///
+/// # Errors
+/// A file that cannot be read, or faults of the model.
 pub fn load(args: &ModelArgs, max_nesting: usize) -> Result<Loaded, Failure> {
     let request = Request {
         path: &args.model,
@@ -51,6 +54,9 @@ pub(crate) fn parse(
 }
 
 /// Derives the equations, passing faults on with their text.
+///
+/// # Errors
+/// Faults of the model.
 pub fn derive(source: &Text, model: Model) -> Result<Mechanism, Failure> {
     let derived = Mechanism::derive(model, Vec::new());
     derived.map_err(|rejected| source.rejected(rejected.0).into())

@@ -9,5 +9,5 @@ use crate::fault::guard;
 /// Does what the arguments of `bksim` say, and gives the exit status.
 #[pyfunction]
 pub(crate) fn command(py: Python<'_>, arguments: Vec<OsString>) -> PyResult<u8> {
-    guard(py, move || Ok(bksim_studio::run(arguments)))
+    guard(py, move || Ok(bksim_studio::run(&arguments)))
 }

@@ -20,7 +20,7 @@ const PARQUET: TableFormat =
 
 /// Does what the arguments of `bksim` say, the name of the program first, all of it in this process,
 /// and gives its exit status; the rest as [`bksim_cli::run`].
-pub fn run(arguments: Vec<OsString>) -> u8 {
+pub fn run(arguments: &[OsString]) -> u8 {
     run_with(arguments, &|command, common| studio(command, common).map(Status::code))
 }
 

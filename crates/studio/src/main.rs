@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    ExitCode::from(bksim_studio::run(std::env::args_os().collect()))
+    ExitCode::from(bksim_studio::run(&std::env::args_os().collect::<Vec<_>>()))
 }

@@ -213,7 +213,7 @@ fn run_one(room: &Scratch, command: &str) -> (Option<i32>, String) {
 /// The page's code is printed, and no other error.
 fn check_codes(printed: &[Shown], code: &str, wrong: &mut Vec<String>) {
     let lines = printed.iter().flat_map(|shown| shown.stderr.lines());
-    let titles: Vec<&str> = lines.filter(|line| line.contains("[")).collect();
+    let titles: Vec<&str> = lines.filter(|line| line.contains('[')).collect();
     let own = ["error", "warning"].map(|kind| format!("{kind}[{code}]: "));
     if !titles.iter().any(|line| own.iter().any(|own| line.starts_with(own))) {
         wrong.push(format!("{code}: the code is not printed"));
@@ -251,7 +251,7 @@ fn few_pages_have_no_example() {
         .filter(|(_, page)| page.as_ref().is_ok_and(|page| page.example.is_none()))
         .map(|(code, _)| *code)
         .collect();
-    println!("{} pages have no example: {}", without.len(), without.join(", "));
+    eprintln!("{} pages have no example: {}", without.len(), without.join(", "));
     assert!(without.len() < 10, "{without:?}");
 }
 

@@ -62,13 +62,12 @@ impl<'a> Worker<'a> {
 
     /// The simulation of this case: the shared equations with its values, or its `own`.
     fn simulation(&mut self, own: Option<Simulation>) -> Result<Simulation, Rejected> {
-        let mut simulation = match own {
-            Some(own) => own,
-            None => {
-                self.shared.set_parameters(&self.parameters);
-                self.shared.set_options(&self.options)?;
-                self.shared.clone()
-            }
+        let mut simulation = if let Some(own) = own {
+            own
+        } else {
+            self.shared.set_parameters(&self.parameters);
+            self.shared.set_options(&self.options)?;
+            self.shared.clone()
         };
         simulation.set_initial(&self.stated);
         Ok(simulation)

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use bksim::dae::Control;
-use bksim::log::{Level, LogError, Outcome};
+use bksim::log::{self, Level, LogError};
 use bksim::model::diagnostic::Diagnostic;
 use bksim::options::{BadOption, SolveChanges, described, in_words};
 use bksim::record::{Contents, Recorder, set_option};
@@ -190,7 +190,7 @@ fn integrate(
     prepared: &Prepared,
     log: Log,
     stop: &StopWish,
-) -> Result<(Log, Result<Summary, Box<run::Failure>>, Duration), Failure> {
+) -> Result<(Log, Outcome, Duration), Failure> {
     let Prepared { simulation, start, plan, first, path, written, .. } = prepared;
     let progress = Progress::new(start.t, simulation.options().t_end);
     let reached = first.as_ref().map_or(start.t, |first| first.checkpoint.t());
@@ -228,7 +228,7 @@ fn integrate(
 /// How a run ended; the fault of one that failed is said, and is a warning of the report.
 fn conclude(
     prepared: &mut Prepared,
-    outcome: Result<Summary, Box<run::Failure>>,
+    outcome: Outcome,
     stop: &StopWish,
     as_json: bool,
 ) -> Conclusion {
@@ -263,7 +263,8 @@ fn close_log(
 ) -> Result<(), Failure> {
     let Prepared { mechanism, path, written, .. } = prepared;
     let unwritten = |error: LogError| Failure::writing(path, &error);
-    let outcome = if status == Status::Done { Outcome::ReachedEnd } else { Outcome::Stopped };
+    let outcome =
+        if status == Status::Done { log::Outcome::ReachedEnd } else { log::Outcome::Stopped };
     if status != Status::Done {
         log.note(Level::Error, summary.t, reason).map_err(unwritten)?;
     }
@@ -271,6 +272,9 @@ fn close_log(
     let file = out.into_inner().map_err(|e| Failure::writing(path, e.error()))?;
     if written == path { Ok(()) } else { resume::replace(&file, written, path) }
 }
+
+/// The outcome of a run.
+type Outcome = Result<Summary, Box<run::Failure>>;
 
 /// A log in the making.
 type Log = Recorder<BufWriter<File>>;
@@ -334,6 +338,9 @@ impl<W: Write> Observer for Logging<W> {
 }
 
 /// The options of the command line, checked; runs begin at `t_start`.
+///
+/// # Errors
+/// An option out of its range.
 pub fn changes(args: &Tuning, t_start: f64) -> Result<SolveChanges, Failure> {
     let changes = SolveChanges {
         t_end: args.t_end,

@@ -21,6 +21,9 @@ pub fn is_log(path: &Path) -> bool {
 }
 
 /// Opens a log; `cannot` says in a word what comes to nothing when it has no motion.
+///
+/// # Errors
+/// A file that cannot be read, that is no log, or that has no motion.
 pub fn playback(path: &Path, cannot: &str) -> Result<Playback, Failure> {
     let file = File::open(path).map_err(|e| Failure::reading(path, &e))?;
     let bad = |error: &PlaybackError| unplayable(path, cannot, error);

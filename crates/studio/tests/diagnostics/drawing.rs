@@ -59,7 +59,7 @@ pub(crate) fn dxf(list: &str) -> Result<String, String> {
     groups.extend(section("BLOCKS", definitions));
     groups.extend(section("ENTITIES", entities));
     groups.push(group_of("0", "EOF"));
-    Ok(groups.iter().map(|(code, value)| format!("{code}\n{value}\n")).collect())
+    Ok(groups.iter().map(|(code, value)| format!("{code}\n{value}\n")).collect::<Vec<_>>().concat())
 }
 
 fn group_of(code: &str, value: &str) -> Group {

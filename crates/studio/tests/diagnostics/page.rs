@@ -81,8 +81,11 @@ impl Page {
         let (before, rest) = self.text.split_once("\n## Output").expect("a page with an example");
         let (after, _) = rest.split_once("```console\n").expect("a console block");
         let (_, below) = rest[after.len() + 1..].split_once("\n```\n").expect("its end");
-        let shown: String =
-            printed.iter().map(|shown| format!("$ {}\n{}", shown.command, shown.stderr)).collect();
+        let shown: String = printed
+            .iter()
+            .map(|shown| format!("$ {}\n{}", shown.command, shown.stderr))
+            .collect::<Vec<_>>()
+            .concat();
         format!("{before}\n## Output{after}```console\n{shown}```\n{below}")
     }
 }
@@ -164,7 +167,7 @@ pub(crate) fn patched(text: &str, changes: &str) -> Result<String, String> {
         return Err(format!("these lines are there {} times:\n{}", starts.len(), old.join("\n")));
     };
     let parts = [&lines[..start], &new, &lines[start + old.len()..]];
-    Ok(parts.concat().iter().map(|line| format!("{line}\n")).collect())
+    Ok(parts.concat().iter().map(|line| format!("{line}\n")).collect::<Vec<_>>().concat())
 }
 
 #[cfg(test)]

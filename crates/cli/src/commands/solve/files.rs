@@ -16,6 +16,9 @@ pub(super) fn is_same_file(a: &Path, b: &Path) -> bool {
 }
 
 /// Refuses an output that exists, is the model itself, or has no directory to lie in.
+///
+/// # Errors
+/// The first of these faults.
 pub fn check_output(path: &Path, inputs: &[&Path], force: bool) -> Result<(), Failure> {
     let nothing_solved = "nothing was solved";
     let directory = match path.parent() {
