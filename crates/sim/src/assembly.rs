@@ -8,7 +8,7 @@ use bksim_expr::{Expr, SymbolId, Tape, TapeError, Workspace};
 use crate::evaluator::Evaluator;
 use crate::linear::rows::{SparseRows, length, shortest_solution};
 use crate::multiplier::largest;
-use crate::start::{Conflict, Moved, StartError};
+use crate::start_error::{Conflict, Moved, StartError};
 use bksim_mbs::constraint::Source;
 use bksim_mbs::kinematics::{Kinematics, Owner};
 use bksim_mbs::system::SymbolicSystem;

@@ -1,7 +1,7 @@
 //! [`CompiledSystem`]: the symbolic system as straight-line functions of numbers.
 //!
 //! The dynamics at a state, the constraints at a position, energies and powers, and the joint
-//! reactions; [`Evaluator`] calls them. All take the parameters at run time, so one compiled system
+//! reactions; [`Evaluator`](crate::evaluator::Evaluator) calls them. All take the parameters at run time, so one compiled system
 //! serves every parameter value.
 
 use crate::input::{Law, input_symbols, without_inputs};
@@ -14,11 +14,9 @@ use std::sync::Arc;
 
 use bksim_expr::{Expr, Pool, Runner, SymbolId, Tape, TapeError};
 
-pub use crate::evaluator::Evaluator;
 use crate::linear::unrolled::UnrolledSolve;
 
 use crate::input::Inputs;
-use crate::modes::Modes;
 use crate::modes::indicators::EventIndicators;
 use bksim_mbs::constraint::Source;
 use bksim_mbs::reaction::reactions;
@@ -56,7 +54,7 @@ pub struct CompiledSystem {
     /// The functions that decide the modes.
     pub(crate) indicators: EventIndicators,
     /// The model's own, without modes.
-    n_parameters: usize,
+    pub(crate) n_parameters: usize,
 }
 
 /// Compiles the functions of `system`.
@@ -141,14 +139,6 @@ impl CompiledSystem {
     pub fn with_law(mut self, law: Arc<Law>) -> Self {
         self.inputs.follow(law);
         self
-    }
-
-    /// The functions at the given parameter values, in the order of the model's parameters; modes
-    /// may follow, else every contact is open.
-    pub fn evaluator(&self, parameters: &[f64]) -> Evaluator<'_> {
-        let has_modes = parameters.len() > self.n_parameters;
-        let idle = if has_modes { Modes::default() } else { self.indicators.idle() };
-        Evaluator::new(self, &idle.parameters_with_modes(parameters))
     }
 }
 

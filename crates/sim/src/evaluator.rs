@@ -8,6 +8,7 @@ use crate::input::InputValues;
 use crate::linear::matrix::Matrix;
 use crate::linear::rows::{LARGEST_DENSE, SparseRows};
 use crate::linear::shape::Shape;
+use crate::modes::Modes;
 pub(crate) use crate::state::gather;
 use crate::state::{AccelerationRef, StateRef};
 
@@ -161,6 +162,16 @@ impl<'a> Evaluator<'a> {
         self.system.reactions.evaluate(&mut self.reactions, &self.inputs, outputs);
         out.clear();
         out.extend(outputs.chunks_exact(6).map(|six| std::array::from_fn(|i| six[i])));
+    }
+}
+
+impl CompiledSystem {
+    /// The functions at the given parameter values, in the order of the model's parameters; modes
+    /// may follow, else every contact is open.
+    pub fn evaluator(&self, parameters: &[f64]) -> Evaluator<'_> {
+        let has_modes = parameters.len() > self.n_parameters;
+        let idle = if has_modes { Modes::default() } else { self.indicators.idle() };
+        Evaluator::new(self, &idle.parameters_with_modes(parameters))
     }
 }
 

@@ -3,7 +3,7 @@
 mod assembly;
 pub mod codes;
 pub mod compiled;
-mod evaluator;
+pub mod evaluator;
 pub mod fault;
 pub mod formulate;
 pub mod functions;
@@ -21,6 +21,7 @@ pub mod run;
 pub mod sensitivity;
 mod simulation;
 pub mod start;
+mod start_error;
 pub mod state;
 
 pub use mechanism::Mechanism;

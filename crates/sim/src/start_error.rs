@@ -1,0 +1,81 @@
+//! Values of a start, and why there is none.
+
+use bksim_expr::TapeError;
+use bksim_model::{JointId, LoadId};
+
+use crate::hybrid::NoConsistentModes;
+
+/// One stated or guessed value and what became of it.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Moved {
+    /// As written: `A.angle`.
+    pub name: String,
+    /// What the author wrote, SI.
+    pub stated: f64,
+    /// What the start has, SI.
+    pub found: f64,
+    /// Whether it was free to move.
+    pub is_guess: bool,
+}
+
+/// Why there is no consistent start, with what a diagnostic needs.
+#[derive(Clone, PartialEq, Debug)]
+#[non_exhaustive]
+pub enum StartError {
+    /// Every body is welded to the ground.
+    NoCoordinates,
+    /// The end lies before the start, but something switches on the way.
+    Irreversible,
+    /// The joints cannot meet at all.
+    CannotClose {
+        /// Gap left at each open joint, largest first: joint, metres (or radians).
+        gaps: Vec<(JointId, f64)>,
+        /// The closest positions found.
+        q: Vec<f64>,
+    },
+    /// The joints can meet, but not at the stated values.
+    StatedPositions {
+        /// The stated values, as indices into `Model::initial`, with what the joints would allow.
+        conflicts: Vec<Conflict>,
+    },
+    /// The stated rates cannot all hold.
+    StatedVelocities {
+        /// The stated rates that exclude each other.
+        conflicts: Vec<Conflict>,
+    },
+    /// A drive prescribes a motion the joints forbid.
+    DriveCannotMove {
+        /// The drive's index.
+        drive_idx: usize,
+    },
+    /// Some motion has neither inertia nor constraint.
+    NoInertia {
+        /// Coordinates that take part in it.
+        coordinates: Vec<usize>,
+    },
+    /// A load or constraint has no finite value at the start.
+    NotFinite,
+    /// A joint starts beyond a stop.
+    BeyondStop {
+        /// The stop.
+        load: LoadId,
+        /// How far, m or rad.
+        by: f64,
+    },
+    /// No branches and contacts are consistent.
+    NoConsistentModes(NoConsistentModes),
+    /// The functions could not be compiled.
+    Compile(TapeError),
+}
+
+/// A stated value that the other stated values exclude.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Conflict {
+    /// Index into `Model::initial`.
+    pub initial_idx: usize,
+    /// Stated value, SI.
+    pub stated: f64,
+    /// The value that is consistent with all other stated ones; `None` when the others already
+    /// exclude each other.
+    pub consistent: Option<f64>,
+}

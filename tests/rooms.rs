@@ -1,0 +1,177 @@
+//! The structure that `docs/architecture.md` states, held against the code: crates use those above them
+//! in its list, and no modules at the top of a crate use each other in a circle.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Folder of the workspace.
+const ROOT: &str = env!("CARGO_MANIFEST_DIR");
+
+/// The crate whose modules are classes of Python, which make one another.
+const CLASSES: &str = "py";
+
+fn read(path: &Path) -> String {
+    fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// The crates in the order of the storeys, lowest first: the first cells of the table's rows.
+fn storeys() -> Vec<String> {
+    let page = read(&Path::new(ROOT).join("docs/architecture.md"));
+    let table = page.split("## Storeys").nth(1).expect("the page has a table of storeys");
+    let rows = table.lines().skip_while(|line| !line.starts_with("| `"));
+    let rows = rows.take_while(|line| line.starts_with("| `"));
+    let name = |row: &str| row.split('`').nth(1).expect("a crate in backticks").to_owned();
+    rows.map(name).collect()
+}
+
+fn folder(member: &str) -> PathBuf {
+    if member == "." { ROOT.into() } else { Path::new(ROOT).join(member) }
+}
+
+/// Packages of the workspace that a manifest asks for outside of tests.
+fn dependencies(member: &str) -> Vec<String> {
+    let manifest = read(&folder(member).join("Cargo.toml"));
+    let own = manifest.split("\n[dependencies]\n").nth(1).unwrap_or_default();
+    let own = own.split("\n[").next().unwrap_or_default();
+    let names = own.lines().filter_map(|line| line.split(['.', ' ', '=']).next());
+    names.filter(|name| name.starts_with("bksim")).map(str::to_owned).collect()
+}
+
+/// The name of the package in a folder.
+fn package(member: &str) -> String {
+    match member.strip_prefix("crates/") {
+        Some(folder) => format!("bksim-{folder}"),
+        None => "bksim".to_owned(),
+    }
+}
+
+/// Source files below a folder, sorted.
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(next) = folders.pop() {
+        for entry in fs::read_dir(&next).expect("a readable folder") {
+            let path = entry.expect("a readable entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|ending| ending == "rs") {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+/// The code of a file: no comments, and nothing from its tests on.
+fn code(text: &str) -> String {
+    let code = text.split("#[cfg(test)]\n").next().unwrap_or_default();
+    let is_code = |line: &&str| !line.trim_start().starts_with("//");
+    code.lines().filter(is_code).collect::<Vec<_>>().join("\n")
+}
+
+/// The modules that `code` names by `crate::`.
+fn modules_in(code: &str) -> BTreeSet<String> {
+    let word = |text: &str| -> String {
+        text.chars().take_while(|c| c.is_ascii_alphanumeric() || *c == '_').collect()
+    };
+    let mut found = BTreeSet::new();
+    for rest in code.split("crate::").skip(1) {
+        match rest.strip_prefix('{') {
+            Some(list) => {
+                let list = list.split('}').next().unwrap_or_default();
+                found.extend(list.split(',').map(|item| word(item.trim())));
+            }
+            None => {
+                found.insert(word(rest));
+            }
+        }
+    }
+    found
+}
+
+/// The top modules of a crate, each with those that it uses.
+fn uses(member: &str) -> BTreeMap<String, BTreeSet<String>> {
+    let folder = folder(member).join("src");
+    let mut uses: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for path in sources(&folder) {
+        let inner = path.strip_prefix(&folder).expect("the file is below its folder");
+        let top = inner.iter().next().and_then(|top| top.to_str()).expect("names are plain");
+        let top = top.trim_end_matches(".rs").to_owned();
+        if top != "lib" && top != "main" {
+            uses.entry(top).or_default().extend(modules_in(&code(&read(&path))));
+        }
+    }
+    let known: BTreeSet<String> = uses.keys().cloned().collect();
+    for (top, used) in &mut uses {
+        used.retain(|module| known.contains(module) && module != top);
+    }
+    uses
+}
+
+/// The modules that are left when, again and again, those go that use none of the others: circles, and
+/// what uses them.
+fn circles(mut uses: BTreeMap<String, BTreeSet<String>>) -> BTreeMap<String, BTreeSet<String>> {
+    loop {
+        let known: BTreeSet<String> = uses.keys().cloned().collect();
+        uses.values_mut().for_each(|used| used.retain(|module| known.contains(module)));
+        let before = uses.len();
+        uses.retain(|_, used| !used.is_empty());
+        if uses.len() == before {
+            return uses;
+        }
+    }
+}
+
+#[test]
+fn every_crate_uses_those_above_it_in_the_list() {
+    let storeys = storeys();
+    let mut members: Vec<String> = fs::read_dir(Path::new(ROOT).join("crates"))
+        .expect("crates")
+        .map(|entry| format!("crates/{}", entry.expect("an entry").file_name().to_string_lossy()))
+        .chain([".".to_owned()])
+        .collect();
+    members.sort();
+    let mut listed = storeys.clone();
+    listed.sort();
+    assert_eq!(listed, members, "the list has every crate once");
+
+    let packages: Vec<String> = storeys.iter().map(|member| package(member)).collect();
+    for (storey, member) in storeys.iter().enumerate() {
+        for used in dependencies(member) {
+            let below = packages.iter().position(|package| *package == used);
+            let below =
+                below.unwrap_or_else(|| panic!("{member} uses {used}, which is not listed"));
+            assert!(below < storey, "{member} uses {used}, which stands below it in the list");
+        }
+    }
+}
+
+#[test]
+fn no_modules_use_each_other_in_a_circle() {
+    for member in storeys().iter().filter(|member| !member.ends_with(CLASSES)) {
+        let circles = circles(uses(member));
+        assert!(
+            circles.is_empty(),
+            "{member} has modules in a circle, or that use one: {circles:#?}"
+        );
+    }
+}
+
+#[test]
+fn a_circle_is_seen() {
+    let uses = |of: &[(&str, &[&str])]| -> BTreeMap<String, BTreeSet<String>> {
+        let set = |used: &[&str]| used.iter().map(|&module| module.to_owned()).collect();
+        of.iter().map(|&(module, used)| (module.to_owned(), set(used))).collect()
+    };
+    assert!(circles(uses(&[("a", &["b", "c"]), ("b", &["c"]), ("c", &[])])).is_empty());
+    let circle = circles(uses(&[("a", &["b"]), ("b", &["c"]), ("c", &["b"]), ("d", &[])]));
+    assert_eq!(circle.len(), 3, "{circle:?}");
+    let named = modules_in("use crate::a::{B, C};\nuse crate::{d, e::F};\nlet x = crate::g::h();");
+    assert_eq!(named.into_iter().collect::<Vec<_>>(), ["a", "d", "e", "g"]);
+    assert_eq!(
+        code("use crate::a;\n// crate::b\n#[cfg(test)]\nmod tests { use crate::c; }"),
+        "use crate::a;"
+    );
+}
