@@ -114,7 +114,7 @@ fn value_fault(tags: &Tags, idx: usize) -> Option<Diagnostic> {
     let damaged = |what: &str| {
         let words = tags.text(idx).chars().take(40).collect::<String>();
         let message =
-            format!("group {code} {} is {what}, but `{}`", position(), words.trim().escape_debug());
+            format!("group {code} {} is `{}`, not {what}", position(), words.trim().escape_debug());
         Some(Diagnostic::error(codes::DAMAGED, message).help("mend or delete the entity"))
     };
     match ValueType::of(code) {
