@@ -8,7 +8,7 @@
 //! are dropped.
 //!
 //! Each kind has a file with the same functions in the same order: `motions`, `fixed_turn`,
-//! `constraint_rows`. The table [`Mechanics::of`] leads from a kind to them.
+//! `constraint_rows`. The table `Mechanics::of` leads from a kind to them.
 
 mod link;
 mod pin_in_slot;

@@ -22,7 +22,7 @@
 //! | --- | --- |
 //! | `bksim_mbs::contact` | stops and friction as constraint rows with their laws |
 //! | `bksim_mbs::modes` | the equations with modes in place of everything that switches |
-//! | [`crate::modes`] | the modes as numbers, and their indicators |
+//! | `crate::modes` | the modes as numbers, and their indicators |
 //! | `fixed` | the mechanism in fixed modes: inactive rows, accelerations, projection |
 //! | `complementarity` | the conditions on contacts and kinks, one function each |
 //! | `impact` | velocities after an impact |
