@@ -115,7 +115,9 @@ fn uses(member: &str) -> BTreeMap<String, BTreeSet<String>> {
 fn circles(mut uses: BTreeMap<String, BTreeSet<String>>) -> BTreeMap<String, BTreeSet<String>> {
     loop {
         let known: BTreeSet<String> = uses.keys().cloned().collect();
-        uses.values_mut().for_each(|used| used.retain(|module| known.contains(module)));
+        for used in uses.values_mut() {
+            used.retain(|module| known.contains(module));
+        }
         let before = uses.len();
         uses.retain(|_, used| !used.is_empty());
         if uses.len() == before {
