@@ -32,6 +32,29 @@ pub struct Inputs {
 #[error("no parameter is called `{0}`")]
 pub struct UnknownInput(pub String);
 
+/// Why an input cannot be set.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum InputError {
+    /// Nothing is called so.
+    #[error(transparent)]
+    Unknown(#[from] UnknownInput),
+    /// More than the loads depends on it.
+    #[error("{}", .0.message)]
+    NotOnlyLoads(Box<Diagnostic>),
+    /// Its values come from a law.
+    #[error("`{0}` follows a law: give it to the run or set it, not both")]
+    HasLaw(String),
+    /// It is not a number.
+    #[error("the input `{name}` must be a number, not {value}")]
+    NotFinite {
+        /// The input.
+        name: String,
+        /// What it was set to.
+        value: f64,
+    },
+}
+
 impl fmt::Debug for Inputs {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Inputs").field("ids", &self.ids).finish_non_exhaustive()

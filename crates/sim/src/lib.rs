@@ -23,7 +23,9 @@ mod simulation;
 pub mod start;
 mod start_error;
 pub mod state;
+mod stepping;
 
 pub use mechanism::Mechanism;
 pub use sensitivity::SensitivityPlan;
 pub use simulation::{Motion, SensitivityMotion, Simulation};
+pub use stepping::{AdvanceError, SavedState, Stepping};

@@ -8,6 +8,7 @@
 mod checkpoint;
 pub(crate) mod dense;
 mod explicit;
+pub(crate) mod hold;
 pub(crate) mod implicit;
 pub(crate) mod mechanism;
 mod observer;

@@ -6,13 +6,14 @@ use bksim_dae::Control;
 use bksim_expr::PoolSnapshot;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Rejected};
-use bksim_model::{Formulation, Model, SolveOptions};
+use bksim_model::{Formulation, Model, Outputs, ParameterId, SolveOptions};
 
 use crate::compiled::CompiledSystem;
 use crate::fault::{diagnose_run, diagnose_start};
 use crate::formulate::{MotionEquations, formulate};
-use crate::input::Law;
+use crate::input::{InputError, Law, UnknownInput, check_inputs};
 use crate::mechanism::{Mechanism, insensitive, uncompiled};
+use crate::modes::Modes;
 use crate::run::{
     Failure, Observer, Problem, RunCheckpoint, Sample, Summary, Unresumed, WithSensitivities,
     resume, run,
@@ -21,6 +22,7 @@ use crate::sensitivity::{
     self, Sensitive, SensitivityPlan, StateSensitivity, differentiate, run_with_sensitivities,
 };
 use crate::start::{Start, StartEquations, StartError, start_at};
+use crate::state::State;
 
 /// A compiled mechanism with the values, options and initial values of a run.
 ///
@@ -77,6 +79,8 @@ struct Derivation {
     start: StartEquations,
     /// The equations of motion in each formulation that has been asked for.
     equations: [OnceLock<Arc<MotionEquations>>; 4],
+    /// Why a parameter cannot be an input, for each that cannot; found when it is asked for first.
+    not_only_loads: OnceLock<Vec<Option<Diagnostic>>>,
 }
 
 /// A motion from the start to the end time.
@@ -130,6 +134,7 @@ impl Simulation {
             system: system.clone(),
             start,
             equations: Default::default(),
+            not_only_loads: OnceLock::new(),
         };
         let equations = formulate(model, system, model.solve.formulation);
         let equations = Arc::new(equations.map_err(|e| uncompiled(&e))?);
@@ -189,6 +194,11 @@ impl Simulation {
         Ok(())
     }
 
+    /// Takes other output times.
+    pub(crate) fn set_outputs(&mut self, outputs: Outputs) {
+        self.options.outputs = outputs;
+    }
+
     /// Gives the inputs of the model their values by `law`.
     pub fn set_law(&mut self, law: Arc<Law>) {
         let compiled = CompiledSystem::clone(&self.compiled).with_law(law);
@@ -233,6 +243,48 @@ impl Simulation {
         let Self { derivation, compiled, parameters, initial, options, .. } = self;
         start_at(&derivation.start, compiled, parameters, initial, options)
             .map_err(|error| Rejected(vec![self.diagnose_start(&error)]))
+    }
+
+    /// The start of a motion that goes on from a state of the one that began at `start`, in which `modes`
+    /// held until now, with the values that this simulation has.
+    ///
+    /// # Errors
+    /// [`Diagnostic`] when the motion cannot go on from there.
+    pub(crate) fn going_on(
+        &self,
+        start: &Start,
+        state: State,
+        modes: &Modes,
+    ) -> Result<Start, Diagnostic> {
+        let Self { compiled, parameters, options, .. } = self;
+        let next = start.going_on(compiled, parameters, options, state, modes);
+        next.map_err(|error| self.diagnose_start(&error))
+    }
+
+    /// The parameter of this name, if nothing but loads depends on it, and no law gives its values.
+    ///
+    /// # Errors
+    /// [`InputError`] says why it cannot be set in the middle of a motion.
+    pub(crate) fn settable(&self, name: &str) -> Result<ParameterId, InputError> {
+        let Derivation { model, not_only_loads, .. } = &*self.derivation;
+        let found = model.parameters.iter().position(|parameter| parameter.name == name);
+        let id = found.map(ParameterId).ok_or_else(|| UnknownInput(name.to_owned()))?;
+        if model.inputs.contains(&id) {
+            return Err(InputError::HasLaw(name.to_owned()));
+        }
+        let faults = not_only_loads.get_or_init(|| {
+            let Mechanism { mut model, system, .. } = self.mechanism();
+            let all = (0..model.parameters.len()).map(ParameterId);
+            all.map(|id| {
+                model.inputs = vec![id];
+                check_inputs(&model, &system).pop()
+            })
+            .collect()
+        });
+        match &faults[id.0] {
+            Some(fault) => Err(InputError::NotOnlyLoads(Box::new(fault.clone()))),
+            None => Ok(id),
+        }
     }
 
     /// Everything that the motion from `start` follows from.

@@ -16,6 +16,7 @@ use crate::modes::Modes;
 use crate::modes::indicators::ContactState;
 use crate::multiplier::{MultiplierSystem, largest};
 pub use crate::start_error::{Conflict, Moved, StartError};
+use crate::state::State;
 use bksim_expr::TapeError;
 use bksim_mbs::constraint::Source;
 use bksim_mbs::system::SymbolicSystem;
@@ -143,12 +144,8 @@ pub fn start_at(
     let mobility = q.len() - joint_rank;
 
     let found = if compiled.indicators.is_empty() {
-        let (mut a, mut lambda) = (vec![0.0; compiled.nq()], vec![0.0; compiled.nc()]);
-        multipliers
-            .complete_into(&mut evaluator, t, (&q, &v), &mut a, &mut lambda)
-            .map_err(|_| StartError::NotFinite)?;
-        let inactive = dependence.dependent.clone();
-        ConsistentModes { modes, q, v, a, lambda, inactive, impact_work: 0.0, hits: Vec::new() }
+        let state = State { t, q, v };
+        completed(&mut evaluator, &mut multipliers, state, modes, &dependence)?
     } else {
         modes_of_start(compiled, parameters, options, &modes, (t, q, v))?
     };
@@ -166,6 +163,51 @@ pub fn start_at(
         modes: found.modes,
         mobility,
     })
+}
+
+/// Accelerations and multipliers at the start of a mechanism in which nothing switches.
+fn completed(
+    evaluator: &mut Evaluator,
+    multipliers: &mut MultiplierSystem,
+    State { t, q, v }: State,
+    modes: Modes,
+    dependence: &Dependence,
+) -> Result<ConsistentModes, StartError> {
+    let (mut a, mut lambda) = (vec![0.0; q.len()], vec![0.0; evaluator.shape().nc]);
+    multipliers
+        .complete_into(evaluator, t, (&q, &v), &mut a, &mut lambda)
+        .map_err(|_| StartError::NotFinite)?;
+    let inactive = dependence.dependent.clone();
+    Ok(ConsistentModes { modes, q, v, a, lambda, inactive, impact_work: 0.0, hits: Vec::new() })
+}
+
+impl Start {
+    /// The start of a motion that goes on from a state of the one that started here, in which `before` are
+    /// the modes, with other values of parameters that only loads depend on.
+    ///
+    /// # Errors
+    /// [`StartError`] when no modes are consistent, or a load has no value.
+    pub(crate) fn going_on(
+        &self,
+        compiled: &CompiledSystem,
+        parameters: &[f64],
+        options: &SolveOptions,
+        state: State,
+        before: &Modes,
+    ) -> Result<Self, StartError> {
+        let State { t, q, v } = state;
+        let found = if compiled.indicators.is_empty() {
+            let mut evaluator = compiled.evaluator(parameters);
+            let mut multipliers =
+                MultiplierSystem::new(&compiled.shape, &self.dependence.dependent);
+            let state = State { t, q, v };
+            completed(&mut evaluator, &mut multipliers, state, before.clone(), &self.dependence)?
+        } else {
+            modes_of_start(compiled, parameters, options, before, (t, q, v))?
+        };
+        let ConsistentModes { modes, q, v, a, lambda, inactive, .. } = found;
+        Ok(Self { t, q, v, a, lambda, inactive, modes, ..self.clone() })
+    }
 }
 
 /// The first `n_rows` rows of G at the start, or, where rank is lost there for an instant, at a state

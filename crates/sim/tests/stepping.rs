@@ -2,10 +2,11 @@
 //! had not been held.
 
 use bksim_dae::Control;
-use bksim_sim::Mechanism;
+use bksim_sim::input::InputError;
 use bksim_sim::run::{
     Observer, Problem, Replay, Run, Sample, Segment, StateSensitivity, StepOutcome, Summary, run,
 };
+use bksim_sim::{Mechanism, Stepping};
 
 /// A ball that bounces on a stop, against air that is a load.
 const BOUNCING: &str = r#"
@@ -153,4 +154,172 @@ fn a_stopped_run_takes_no_more_steps() {
 fn a_run_can_be_handed_to_another_thread() {
     fn is_send<T: Send>() {}
     is_send::<Run<'_>>();
+}
+
+/// The ball again, with a parameter that only its weight depends on.
+fn ball(method: &str, every: &str) -> Mechanism {
+    let text = BOUNCING.replace("METHOD", method).replace("10 ms", every);
+    let text =
+        text.replace("-9.81 N", "-w").replace("[joints", "[parameters]\nw = \"9.81 N\"\n[joints");
+    Mechanism::from_toml(&text, "ball").expect("a model")
+}
+
+#[test]
+fn a_run_held_at_the_output_times_has_the_samples_of_one_that_is_not() {
+    for method in ["auto", "radau"] {
+        let simulation = ball(method, "10 ms").simulation().expect("equations");
+        let motion = simulation.solve().expect("a motion");
+        let mut run = simulation.begin().expect("a start");
+        assert_eq!(*run.sample(), motion.samples[0]);
+        for expected in motion.samples.iter().skip(1) {
+            assert_eq!(run.advance_to(expected.t), Ok(expected), "by {method}");
+            run.set_input("w", 9.81).expect("an input");
+        }
+        assert_eq!(run.summary().changes, motion.summary.changes);
+    }
+}
+
+#[test]
+fn holding_a_run_more_often_does_not_change_its_steps() {
+    for method in ["auto", "radau"] {
+        let simulation = ball(method, "10 ms").simulation().expect("equations");
+        let [mut often, mut seldom] = [0; 2].map(|_| simulation.begin().expect("a start"));
+        for k in 1..=1000 {
+            often.advance_to(1e-3 * f64::from(k)).expect("a motion");
+        }
+        seldom.advance_to(1.0).expect("a motion");
+        assert_eq!(often.state(), seldom.state());
+        assert_eq!(often.sample().stats, seldom.sample().stats, "by {method}");
+    }
+}
+
+#[test]
+fn a_restored_run_goes_on_as_if_it_had_never_left() {
+    for method in ["auto", "radau"] {
+        let simulation = ball(method, "10 ms").simulation().expect("equations");
+        let mut run = simulation.begin().expect("a start");
+        let weight = |k: u32| 9.81 + 3.0 * f64::from(k / 7 % 3);
+        let step = |run: &mut Stepping, k: u32| {
+            run.set_input("w", weight(k)).expect("an input");
+            run.advance_to(0.01 * f64::from(k)).expect("a motion").clone()
+        };
+        let mut saved = Vec::new();
+        let samples: Vec<Sample> = (1..=90)
+            .map(|k| {
+                saved.push(run.save());
+                step(&mut run, k)
+            })
+            .collect();
+        assert!(run.summary().changes.len() >= 2, "the ball bounces");
+
+        // From each of them, in an order that has nothing to do with the run's.
+        for begin in [60, 3, 31, 44, 0] {
+            run.restore(&saved[begin]).expect("a state");
+            for k in begin..samples.len() {
+                let number = u32::try_from(k + 1).expect("a small one");
+                assert_eq!(step(&mut run, number), samples[k], "from {begin} on, by {method}");
+            }
+        }
+    }
+}
+
+#[test]
+fn an_input_acts_from_the_instant_on_at_which_it_is_set() {
+    const CART: &str = r#"
+[parameters]
+u = "3 N"
+[bodies.cart]
+mass = "2 kg"
+[joints.rail]
+type = "prismatic"
+between = ["ground", "cart"]
+axis = [1, 0]
+coordinate = "x"
+[loads.motor]
+type = "force"
+on = "cart"
+vector = ["u", 0]
+[solve]
+t_end = "1 s"
+method = "METHOD"
+"#;
+    for method in ["explicit", "radau"] {
+        let mechanism = Mechanism::from_toml(&CART.replace("METHOD", method), "cart");
+        let mut run =
+            mechanism.expect("a model").simulation().expect("equations").begin().expect("a start");
+        let (mut x, mut v, mut work) = (0.0, 0.0, 0.0);
+        for k in 1..=50 {
+            let force = if k % 2 == 0 { 3.0 } else { -1.0 };
+            run.set_input("u", force).expect("an input");
+            let found = run.advance_to(0.02 * f64::from(k)).expect("a motion").clone();
+            let step = v * 0.02 + 0.5 * (force / 2.0) * 0.02_f64.powi(2);
+            (x, v, work) = (x + step, v + force / 2.0 * 0.02, work + force * step);
+            let pairs =
+                [(found.q[0], x), (found.v[0], v), (found.work, work), (found.a[0], force / 2.0)];
+            for (found, expected) in pairs {
+                assert!((found - expected).abs() < 1e-13, "{found} against {expected} by {method}");
+            }
+        }
+        let error = run.summary().energy.worst_error;
+        assert!(error < 1e-13, "the balance is off by {error} J");
+    }
+}
+
+#[test]
+fn friction_lets_go_when_an_input_pulls_harder() {
+    const BLOCK: &str = r#"
+[parameters]
+u = "1 N"
+[bodies.block]
+mass = "1 kg"
+[joints.rail]
+type = "prismatic"
+between = ["ground", "block"]
+axis = [1, 0]
+coordinate = "x"
+[loads.pull]
+type = "force"
+on = "block"
+vector = ["u", 0]
+[loads.floor]
+type = "friction"
+joint = "rail"
+force = "2 N"
+[solve]
+t_end = "10 s"
+"#;
+    let mechanism = Mechanism::from_toml(BLOCK, "block").expect("a model");
+    let mut run = mechanism.simulation().expect("equations").begin().expect("a start");
+    run.advance_to(1.0).expect("it sticks");
+    assert_eq!(run.state().v[0], 0.0);
+    run.set_input("u", 5.0).expect("an input");
+    run.advance_to(2.0).expect("it slides");
+    assert!((run.state().v[0] - 3.0).abs() < 1e-9, "{:?}", run.state());
+    run.set_input("u", 0.0).expect("an input");
+    run.advance_to(9.0).expect("it comes to rest");
+    // 1.5 m with the pull, then 3²/(2·2) m.
+    assert_eq!(run.state().v[0], 0.0);
+    assert!((run.state().q[0] - 3.75).abs() < 1e-8, "{:?}", run.state());
+}
+
+#[test]
+fn what_cannot_be_set_or_reached_is_refused() {
+    let text = BOUNCING.replace("METHOD", "auto").replace("\"1 kg\"", "\"m\"");
+    let text = text.replace("[joints", "[parameters]\nm = \"1 kg\"\nw = 2\n[joints");
+    let simulation = Mechanism::from_toml(&text, "ball").expect("a model").simulation();
+    let mut run = simulation.expect("equations").begin().expect("a start");
+    let refused = |fault: Result<(), InputError>| fault.expect_err("no input").to_string();
+    assert_eq!(refused(run.set_input("k", 1.0)), "no parameter is called `k`");
+    assert_eq!(
+        refused(run.set_input("m", 1.0)),
+        "`m` cannot be an input: the kinetic energy depends on it, not the loads alone"
+    );
+    assert_eq!(refused(run.set_input("w", f64::NAN)), "the input `w` must be a number, not NaN");
+    run.advance_to(0.5).expect("a motion");
+    for t in [0.4, 1.1, f64::NAN] {
+        let fault = run.advance_to(t).expect_err("not ahead").to_string();
+        let end = "lies outside of what is left of the run, 0.5 s to 1 s";
+        assert!(fault.ends_with(end), "{fault}");
+    }
+    assert_eq!(run.t(), 0.5);
 }

@@ -256,6 +256,11 @@ impl<'a> Switching<'a> {
         self.evaluator.fill_slip_friction(&self.modes, (t, q, v), lambda);
     }
 
+    /// The modes that hold.
+    pub(crate) fn modes_now(&self) -> &Modes {
+        &self.modes
+    }
+
     /// The numbers of the modes.
     pub(crate) fn modes(&self) -> &[f64] {
         &self.parameters[self.own.len()..]

@@ -6,6 +6,7 @@ use super::problem::Problem;
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
 use crate::hybrid::{Change, ConsistentModes, Crossed, EventMonitor, NoConsistentModes, Switching};
+use crate::modes::Modes;
 use crate::multiplier::{MultiplierSystem, largest};
 use crate::state::State;
 
@@ -50,7 +51,12 @@ impl<'a> PhaseMechanism<'a> {
         &self.switching.parameters
     }
 
-    /// The modes alone.
+    /// The modes of this phase.
+    pub(crate) fn modes_now(&self) -> &Modes {
+        self.switching.modes_now()
+    }
+
+    /// The modes as numbers.
     pub(crate) fn modes(&self) -> &[f64] {
         self.switching.modes()
     }

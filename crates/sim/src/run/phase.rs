@@ -1,4 +1,5 @@
-//! A phase of a run: steps of one method in one set of modes, and the loop over them.
+//! A phase of a run: steps of one method in one set of modes. A step is taken first, and passed to its
+//! end afterwards: whoever holds the run samples it in between.
 
 use bksim_dae::{Checkpoint, Control, Saver, SolveError};
 
@@ -44,41 +45,43 @@ impl Phase<'_> {
     }
 }
 
+/// What an attempt at a step has led to.
+pub(super) enum Attempt {
+    /// A step, nothing of which has been handed out; it ends at the event, if it met one.
+    Step(Option<Crossed>),
+    /// None: the phase ends where the step before it did.
+    End(PhaseEnd),
+}
+
 impl<'a> Run<'a> {
-    /// Takes one step of a phase; returns why the phase ends with it, if it does.
+    /// Takes one step of a phase.
     ///
     /// # Errors
     /// [`SolveError`] when the integrator cannot go on.
-    pub(super) fn step_in(
-        &mut self,
-        phase: &mut Phase<'a>,
-        observer: &mut dyn Observer,
-        stop: &dyn Fn() -> bool,
-    ) -> Result<Option<PhaseEnd>, SolveError> {
+    pub(super) fn step_in(&mut self, phase: &mut Phase<'a>) -> Result<Attempt, SolveError> {
         let Phase { stepper, monitor } = phase;
 
         // Take an accepted step.
         if !stepper.advance()? {
-            return Ok(Some(PhaseEnd::Reached));
+            return Ok(Attempt::End(PhaseEnd::Reached));
         }
+        self.sampler.begin_step();
 
         // Keep only the part of it before the first event.
         if let Some(monitor) = monitor
             && let Some(crossed) = monitor.first_in(&stepper.last_step()?)
         {
-            let control = self.pass_until(crossed.t, stepper.as_mut(), observer)?;
-            self.note_stop(control, stop);
-            return Ok(Some(PhaseEnd::Switched(crossed)));
+            return Ok(Attempt::Step(Some(crossed)));
         }
 
         // Throw it away where the equations lose their unique solution, or another branch begins.
         if stepper.is_singular_ahead(&mut self.mechanism.evaluator) {
             self.summary.stats = *stepper.stats();
             self.summary.stats += self.before;
-            return Ok(Some(PhaseEnd::SingularAhead(stepper.t())));
+            return Ok(Attempt::End(PhaseEnd::SingularAhead(stepper.t())));
         }
         if self.mechanism.is_off_branch(stepper.t(), &stepper.y()[..self.reached.q.len()]) {
-            return Ok(Some(PhaseEnd::Failed(None)));
+            return Ok(Attempt::End(PhaseEnd::Failed(None)));
         }
 
         // Note the singular pose that it has crossed.
@@ -92,9 +95,29 @@ impl<'a> Run<'a> {
             }
             None => (),
         }
+        Ok(Attempt::Step(None))
+    }
+
+    /// Passes the step just taken to its end; returns why the phase ends with it, if it does.
+    ///
+    /// # Errors
+    /// [`SolveError`] as [`Run::step_in`].
+    pub(super) fn conclude_in(
+        &mut self,
+        phase: &mut Phase<'a>,
+        crossed: Option<Crossed>,
+        observer: &mut dyn Observer,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Option<PhaseEnd>, SolveError> {
+        let stepper = phase.stepper.as_mut();
+        if let Some(crossed) = crossed {
+            let control = self.pass_to(&crossed, stepper, observer)?;
+            self.note_stop(control, stop);
+            return Ok(Some(PhaseEnd::Switched(crossed)));
+        }
 
         // Hand out its samples, and stand at its end.
-        let control = self.pass(stepper.as_mut(), observer)?;
+        let control = self.pass(stepper, observer)?;
         self.note_stop(control, stop);
 
         // Stay on the constraints.
@@ -102,6 +125,49 @@ impl<'a> Run<'a> {
 
         // Leave the rest to another method where that does better.
         Ok(stepper.succession())
+    }
+
+    /// Samples the step just taken at the instants that are due up to `t`, if it reaches that far;
+    /// returns whether it does.
+    ///
+    /// # Errors
+    /// [`SolveError`] as [`Run::step_in`].
+    pub(super) fn pass_until(
+        &mut self,
+        t: f64,
+        (phase, crossed): (&mut Phase<'a>, Option<&Crossed>),
+        observer: &mut dyn Observer,
+    ) -> Result<bool, SolveError> {
+        let stepper = phase.stepper.as_mut();
+        let forward = (self.problem.options.t_end - self.problem.start.t).signum();
+        let end = crossed.map_or(stepper.t(), |crossed| crossed.t);
+        if (t - end) * forward > 0.0 {
+            return Ok(false);
+        }
+        let dense = self.dense_output(stepper, crossed)?;
+        let Self { sampler, mechanism, summary, .. } = self;
+        // Whoever holds a run decides by itself whether to go on.
+        let _ = sampler.pass_until(t, &dense, mechanism, summary, observer);
+        Ok(true)
+    }
+
+    /// The motion over the step just taken, up to the event in it.
+    fn dense_output<'s>(
+        &self,
+        stepper: &'s mut dyn Stepper,
+        crossed: Option<&Crossed>,
+    ) -> Result<DenseOutput<'s>, SolveError> {
+        let has_work = stepper.work().is_some();
+        let mut dense = match crossed {
+            None => stepper.dense_output()?,
+            Some(crossed) => {
+                let mut dense = DenseOutput::from(stepper.last_step()?);
+                (dense.t1, dense.has_work) = (crossed.t, has_work);
+                dense
+            }
+        };
+        dense.stats += self.before;
+        Ok(dense)
     }
 
     /// Outputs of a whole step; its dense output is made only when it is needed.
@@ -113,8 +179,7 @@ impl<'a> Run<'a> {
         let mut control = Control::Continue;
         let is_sampled = self.sampler.is_due(stepper.t()) || observer.wants_segments();
         if is_sampled || stepper.work().is_none() {
-            let mut dense = stepper.dense_output()?;
-            dense.stats += self.before;
+            let dense = self.dense_output(stepper, None)?;
             control = self.sampler.pass(&dense, &mut self.mechanism, &mut self.summary, observer);
         }
         if let Some(work) = stepper.work() {
@@ -126,26 +191,24 @@ impl<'a> Run<'a> {
         Ok(control)
     }
 
-    /// Outputs of a step up to an event at `t`.
-    fn pass_until(
+    /// Outputs of a step up to an event.
+    fn pass_to(
         &mut self,
-        t: f64,
+        crossed: &Crossed,
         stepper: &mut dyn Stepper,
         observer: &mut dyn Observer,
     ) -> Result<Control, SolveError> {
-        let (has_work, n) = (stepper.work().is_some(), stepper.y().len());
-        let mut dense = DenseOutput::from(stepper.last_step()?);
-        (dense.t1, dense.has_work) = (t, has_work);
-        dense.stats += self.before;
+        let n = stepper.y().len();
+        let dense = self.dense_output(stepper, Some(crossed))?;
         let control = self.sampler.pass(&dense, &mut self.mechanism, &mut self.summary, observer);
         let mut y = vec![0.0; n];
-        dense.at(t, &mut y);
-        if has_work {
+        dense.at(crossed.t, &mut y);
+        if dense.has_work {
             // The last of the unknowns.
             self.summary.energy.work = y[n - 1];
         }
         self.summary.stats = dense.stats;
-        self.reached.take(t, &y);
+        self.reached.take(crossed.t, &y);
         Ok(control)
     }
 

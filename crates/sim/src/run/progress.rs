@@ -21,7 +21,7 @@ use super::explicit::{ExplicitStart, ExplicitStepper};
 use super::implicit::{RadauStart, RadauStepper};
 use super::mechanism::PhaseMechanism;
 use super::observer::Observer;
-use super::phase::{Phase, PhaseEnd};
+use super::phase::{Attempt, Phase, PhaseEnd};
 use super::problem::Problem;
 use super::sample::Sample;
 use super::sampler::Sampler;
@@ -67,6 +67,8 @@ pub(super) enum Progress<'a> {
     Saved(Checkpoint),
     /// A phase is in progress.
     Within(Box<Phase<'a>>),
+    /// A step of it has been taken, up to the event in it, and not yet been passed to its end.
+    Passing(Box<Phase<'a>>, Option<Crossed>),
 }
 
 /// Where a step has led.
@@ -82,11 +84,11 @@ pub enum StepOutcome {
 
 /// Why a run cannot go on; nothing stated when the motion left its branch.
 #[derive(Debug, Default)]
-struct Halt {
+pub(super) struct Halt {
     /// The integrator's reason.
-    error: Option<SolveError>,
+    pub(super) error: Option<SolveError>,
     /// Contacts or kinks without consistent modes.
-    unsettled: Option<NoConsistentModes>,
+    pub(super) unsettled: Option<NoConsistentModes>,
 }
 
 impl State {
@@ -130,7 +132,7 @@ impl<'a> Run<'a> {
         Ok(run)
     }
 
-    fn new(problem: Problem<'a>) -> Self {
+    pub(super) fn new(problem: Problem<'a>) -> Self {
         let Problem { start, options, .. } = problem;
         let mechanism = PhaseMechanism::new(problem);
         let method = match options.method {
@@ -183,12 +185,25 @@ impl<'a> Run<'a> {
         if outcome.is_err() {
             self.hand_out_last(observer);
         }
+        self.or_failure(outcome)
+    }
+
+    /// An integrator's error as the reason to end the run.
+    pub(super) fn halt(&mut self, error: SolveError) -> Halt {
+        match self.failed(error) {
+            PhaseEnd::Failed(error) => Halt { error, unsettled: None },
+            _ => unreachable!("an error ends a phase as a failure"),
+        }
+    }
+
+    /// An outcome, or the failure with what was reached.
+    pub(super) fn or_failure<T>(&self, outcome: Result<T, Halt>) -> Result<T, Box<Failure>> {
+        let (summary, last) = (&self.summary, &self.sampler.sample);
         if self.sampler.is_undefined {
-            let last = self.sampler.sample.clone();
-            return Err(Box::new(Failure::undefined(self.summary.clone(), last)));
+            return Err(Box::new(Failure::undefined(summary.clone(), last.clone())));
         }
         outcome.map_err(|Halt { error, unsettled }| {
-            let (summary, last) = (self.summary.clone(), self.sampler.sample.clone());
+            let (summary, last) = (summary.clone(), last.clone());
             Box::new(Failure { error, unsettled, summary, last })
         })
     }
@@ -243,36 +258,70 @@ impl<'a> Run<'a> {
         observer: &mut dyn Observer,
         stop: &dyn Fn() -> bool,
     ) -> Result<StepOutcome, Halt> {
-        // Take a step in the present phase, or begin one.
-        let end = match self.phase() {
-            Err(error) => PhaseEnd::Failed(Some(error)),
-            Ok(mut phase) => {
-                let end = self.step_in(&mut phase, observer, stop);
-                let end = end.unwrap_or_else(|error| Some(self.failed(error)));
-                let Some(end) = end else {
-                    self.progress = Progress::Within(phase);
-                    let is_stopping = self.is_stopping;
-                    return Ok(if is_stopping {
-                        StepOutcome::Stopped
-                    } else {
-                        StepOutcome::Ongoing
-                    });
-                };
+        match self.take_step()? {
+            None => self.conclude_step(observer, stop),
+            Some(outcome) => Ok(outcome),
+        }
+    }
+
+    /// Takes a step in the present phase, or in a new one; where there is none, the phase ends, and this
+    /// returns what that has led to.
+    pub(super) fn take_step(&mut self) -> Result<Option<StepOutcome>, Halt> {
+        let mut phase = match self.phase() {
+            Ok(phase) => phase,
+            Err(error) => return self.end_phase(PhaseEnd::Failed(Some(error))).map(Some),
+        };
+        let attempt = self.step_in(&mut phase);
+        match attempt.unwrap_or_else(|error| Attempt::End(self.failed(error))) {
+            Attempt::Step(crossed) => {
+                self.progress = Progress::Passing(phase, crossed);
+                Ok(None)
+            }
+            Attempt::End(end) => {
                 self.multipliers.clone_from(phase.stepper.multipliers());
-                end
+                self.end_phase(end).map(Some)
+            }
+        }
+    }
+
+    /// Passes the step that has been taken to its end, and goes over to the next phase where this one ends
+    /// with it.
+    pub(super) fn conclude_step(
+        &mut self,
+        observer: &mut dyn Observer,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<StepOutcome, Halt> {
+        let (mut phase, crossed) = match std::mem::replace(&mut self.progress, Progress::Between) {
+            Progress::Passing(phase, crossed) => (phase, crossed),
+            progress => {
+                self.progress = progress;
+                return Ok(self.ongoing());
             }
         };
+        let end = self.conclude_in(&mut phase, crossed, observer, stop);
+        let Some(end) = end.unwrap_or_else(|error| Some(self.failed(error))) else {
+            self.progress = Progress::Within(phase);
+            return Ok(self.ongoing());
+        };
+        self.multipliers.clone_from(phase.stepper.multipliers());
+        self.end_phase(end)
+    }
+
+    /// Goes over to the next phase, if there is one.
+    fn end_phase(&mut self, end: PhaseEnd) -> Result<StepOutcome, Halt> {
         if matches!(end, PhaseEnd::Reached) {
             return Ok(StepOutcome::Reached);
         }
-
-        // Pass to the next phase.
         self.before = self.summary.stats;
         match self.or_switched(end) {
             PhaseEnd::Switched(crossed) => self.pass_event(&crossed)?,
             end => self.change_method(end)?,
         }
-        Ok(if self.is_stopping { StepOutcome::Stopped } else { StepOutcome::Ongoing })
+        Ok(self.ongoing())
+    }
+
+    fn ongoing(&self) -> StepOutcome {
+        if self.is_stopping { StepOutcome::Stopped } else { StepOutcome::Ongoing }
     }
 
     /// The phase in progress, taken out; a new one where there is none.
@@ -281,7 +330,7 @@ impl<'a> Run<'a> {
     /// [`SolveError`] when its integrator cannot begin.
     fn phase(&mut self) -> Result<Box<Phase<'a>>, SolveError> {
         let saved = match std::mem::replace(&mut self.progress, Progress::Between) {
-            Progress::Within(phase) => return Ok(phase),
+            Progress::Within(phase) | Progress::Passing(phase, _) => return Ok(phase),
             Progress::Saved(saved) => Some(saved),
             Progress::Between => None,
         };
@@ -393,7 +442,7 @@ impl<'a> Run<'a> {
         self.multipliers.rank_margin_at(&self.mechanism.evaluator.dynamics(*t, q, v))
     }
 
-    fn failed(&mut self, error: SolveError) -> PhaseEnd {
+    pub(super) fn failed(&mut self, error: SolveError) -> PhaseEnd {
         if let Some(stats) = error.stats() {
             self.summary.stats = *stats;
             self.summary.stats += self.before;

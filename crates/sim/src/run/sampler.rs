@@ -33,7 +33,9 @@ pub(crate) struct Sampler {
     pub(crate) is_cut: bool,
     y: Vec<f64>,
     segment: Segment,
-    potential_start: f64,
+    pub(super) potential_start: f64,
+    /// Up to where the present step has been passed, if it has been begun.
+    passed: Option<f64>,
 }
 
 impl Sampler {
@@ -50,6 +52,7 @@ impl Sampler {
             y: vec![0.0; equations.n().max(2 * compiled.nq() + 1)],
             segment: Segment::default(),
             potential_start: 0.0,
+            passed: None,
         }
     }
 
@@ -109,7 +112,7 @@ impl Sampler {
         control
     }
 
-    /// Samples the output times of a step, and follows the work over it.
+    /// Samples the output times of a step, or of what is left of it, and follows the work over it.
     pub(crate) fn pass(
         &mut self,
         dense: &DenseOutput<'_>,
@@ -117,14 +120,32 @@ impl Sampler {
         summary: &mut Summary,
         observer: &mut dyn Observer,
     ) -> Control {
+        let control = self.pass_until(dense.t1, dense, mechanism, summary, observer);
+        let passed = self.passed.take();
+        if !self.is_undefined && !self.is_cut {
+            let from = passed.expect("the step has been passed up to its last output time");
+            self.work_until(dense, [from, dense.t1], mechanism, summary);
+        }
+        control
+    }
+
+    /// As [`Sampler::pass`], but only up to `t` within the step.
+    pub(super) fn pass_until(
+        &mut self,
+        t: f64,
+        dense: &DenseOutput<'_>,
+        mechanism: &mut PhaseMechanism<'_>,
+        summary: &mut Summary,
+        observer: &mut dyn Observer,
+    ) -> Control {
         // The motion itself comes before its samples.
-        if observer.wants_segments() && dense.t1 != dense.t0 {
+        if self.passed.is_none() && observer.wants_segments() && dense.t1 != dense.t0 {
             self.take_segment(dense, mechanism);
             observer.segment(&self.segment);
         }
 
-        let (mut from, mut control) = (dense.t0, Control::Continue);
-        while let Some(t) = self.due(dense.t1) {
+        let (mut from, mut control) = (self.passed.unwrap_or(dense.t0), Control::Continue);
+        while let Some(t) = self.due(t) {
             self.schedule.next_idx += 1;
             self.work_until(dense, [from, t], mechanism, summary);
             from = t;
@@ -143,8 +164,18 @@ impl Sampler {
                 control = self.hand_out(summary, observer);
             }
         }
-        self.work_until(dense, [from, dense.t1], mechanism, summary);
+        self.passed = Some(from);
         control
+    }
+
+    /// A step has been taken, and nothing of it passed yet.
+    pub(super) fn begin_step(&mut self) {
+        self.passed = None;
+    }
+
+    /// Makes `t` the next output time, in place of all others before the end.
+    pub(super) fn ask(&mut self, t: f64) {
+        self.schedule.ask(t);
     }
 
     /// Samples the one instant of `dense` if it lies beyond the last sample.

@@ -25,6 +25,18 @@ impl Schedule {
         }
     }
 
+    /// Makes `t` the next output time, in place of all others before the end.
+    pub(super) fn ask(&mut self, t: f64) {
+        match &mut self.outputs {
+            Outputs::Times(times) => {
+                times.clear();
+                times.push(t);
+            }
+            outputs => *outputs = Outputs::Times(vec![t]),
+        }
+        self.next_idx = 1;
+    }
+
     /// The next output time after that of the last sample, `t_last`, if it is not after `t` in the
     /// direction of the run.
     pub(super) fn due(&self, t: f64, t_last: f64) -> Option<f64> {

@@ -19,6 +19,7 @@ impl Run<'_> {
                 self.multipliers.clone_from(phase.stepper.multipliers());
                 Some(phase.save())
             }
+            Progress::Passing(..) => unreachable!("a run is saved between two steps"),
         };
         let mut saver = Saver::default();
         // These two come first, to be read by themselves.

@@ -1,0 +1,116 @@
+//! A run that is held at given instants, in the middle of a step where they lie there.
+//!
+//! The step that covers an instant is taken, sampled there, and passed no further until a later instant is
+//! asked for. So whatever is asked for, the steps are those of a run that nobody holds.
+
+use bksim_dae::{Checkpoint, Control};
+
+use super::observer::Observer;
+use super::problem::Problem;
+use super::progress::{Progress, Run, StepOutcome};
+use super::sample::{Sample, StateSensitivity};
+use super::sampler::Sampler;
+use super::summary::{Failure, Summary};
+use crate::modes::Modes;
+
+/// Counters and energies of a run at the instant where it is held.
+#[derive(Clone, Debug)]
+pub(crate) struct Ledger {
+    summary: Summary,
+    /// V at the start of the run, J.
+    potential_start: f64,
+}
+
+/// Nobody looks on: samples are read off the run.
+pub(crate) struct Unobserved;
+
+impl Observer for Unobserved {
+    fn sample(&mut self, _: &Sample, _: &[StateSensitivity]) -> Control {
+        Control::Continue
+    }
+}
+
+impl<'a> Run<'a> {
+    /// A run at its start, which goes on with the counters and energies of another one.
+    pub(crate) fn begin_with(problem: Problem<'a>, ledger: Ledger) -> Self {
+        let mut run = Self::begin(problem, &mut Unobserved);
+        run.before = ledger.summary.stats;
+        run.summary = ledger.summary;
+        run.sampler.potential_start = ledger.potential_start;
+        run.sampler.sample.work = run.summary.energy.work;
+        run
+    }
+
+    /// The run as numbers, between two steps.
+    pub(crate) fn mark(&mut self) -> Checkpoint {
+        self.save()
+    }
+
+    /// A run of the same problem where it was marked.
+    pub(crate) fn at_mark(problem: Problem<'a>, mark: &Checkpoint) -> Self {
+        let mut run = Self::new(problem);
+        run.load(mark).expect("a mark fits the problem that it was made in");
+        run
+    }
+
+    /// Counters and energies up to the sample taken last.
+    pub(crate) fn ledger(&self) -> Ledger {
+        let Sampler { sample, potential_start, .. } = &self.sampler;
+        let mut summary = self.summary.clone();
+        summary.energy.work = sample.work;
+        Ledger { summary, potential_start: *potential_start }
+    }
+
+    /// Samples the motion at `t`, where the run has not yet been beyond; `mark` becomes the run before the
+    /// step in which that lies, where it is another one.
+    ///
+    /// # Errors
+    /// [`Failure`] when the integrator cannot go on to there.
+    pub(crate) fn hold_at(
+        &mut self,
+        t: f64,
+        mark: &mut dyn FnMut(Checkpoint),
+    ) -> Result<(), Box<Failure>> {
+        self.sampler.ask(t);
+        loop {
+            // Sample the step that has been taken, or pass it to its end.
+            if self.is_sampled_at(t)? {
+                return Ok(());
+            }
+            let concluded = self.conclude_step(&mut Unobserved, &|| false);
+            self.or_failure(concluded)?;
+
+            // Take the next one.
+            mark(self.save());
+            let taken = self.take_step();
+            if self.or_failure(taken)? == Some(StepOutcome::Reached) {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Whether the step that has been taken covers `t`; it is then sampled there.
+    fn is_sampled_at(&mut self, t: f64) -> Result<bool, Box<Failure>> {
+        let (mut phase, crossed) = match std::mem::replace(&mut self.progress, Progress::Between) {
+            Progress::Passing(phase, crossed) => (phase, crossed),
+            progress => {
+                self.progress = progress;
+                return Ok(false);
+            }
+        };
+        let passed = self.pass_until(t, (&mut phase, crossed.as_ref()), &mut Unobserved);
+        self.progress = Progress::Passing(phase, crossed);
+        let passed = passed.map_err(|error| self.halt(error));
+        self.or_failure(passed)
+    }
+
+    /// The sample taken last.
+    pub(crate) fn sample(&self) -> &Sample {
+        &self.sampler.sample
+    }
+
+    /// The modes of the step that has been taken last.
+    pub(crate) fn modes(&self) -> &Modes {
+        self.mechanism.modes_now()
+    }
+}

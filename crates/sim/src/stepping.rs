@@ -1,0 +1,270 @@
+//! [`Stepping`]: a run that its caller advances, with inputs that the caller sets.
+//!
+//! An input is a parameter that nothing but loads depend on. It keeps its value until it is set again, as the
+//! output of a sampled controller does. A run whose inputs stay as they are takes the steps of an
+//! uninterrupted one, however often it is held: its states are the samples of that, to the last bit. Where
+//! an input has changed, the run goes on from the state that it is held in; nothing is compiled again.
+
+use std::sync::Arc;
+
+use self_cell::self_cell;
+
+use bksim_dae::Checkpoint;
+use bksim_model::Outputs;
+use bksim_model::diagnostic::{Diagnostic, Rejected};
+
+use crate::input::InputError;
+use crate::run::hold::{Ledger, Unobserved};
+use crate::run::{Run, Sample, Summary};
+use crate::simulation::Simulation;
+use crate::start::Start;
+use crate::state::{AccelerationRef, State, StateRef};
+
+/// A run that its caller advances.
+///
+/// ```
+/// use bksim_sim::Mechanism;
+///
+/// let mechanism = Mechanism::from_toml(
+///     r#"
+///     [parameters]
+///     u = "0 N"
+///     [bodies.cart]
+///     mass = "2 kg"
+///     [joints.rail]
+///     type = "prismatic"
+///     between = ["ground", "cart"]
+///     axis = [1, 0]
+///     coordinate = "x"
+///     [loads.motor]
+///     type = "force"
+///     on = "cart"
+///     vector = ["u", 0]
+///     [solve]
+///     t_end = "2 s"
+///     "#,
+///     "cart",
+/// )?;
+/// let mut run = mechanism.simulation()?.begin()?;
+/// for k in 1..=20 {
+///     // Bring the cart to 1 m and keep it there.
+///     let [x, v] = [run.state().q[0], run.state().v[0]];
+///     run.set_input("u", 40.0 * (1.0 - x) - 18.0 * v)?;
+///     run.advance_to(0.1 * f64::from(k))?;
+/// }
+/// assert!((run.state().q[0] - 1.0).abs() < 1e-3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Stepping {
+    held: HeldRun,
+    /// Values of the parameters from now on.
+    parameters: Vec<f64>,
+    /// The run before the step in which it is held.
+    mark: Checkpoint,
+    /// Instants of that step at which it has been held.
+    instants: Vec<f64>,
+}
+
+/// A state of a [`Stepping`] run, from which it goes on as if it had never left it.
+#[derive(Clone, Debug)]
+pub struct SavedState {
+    beginning: Arc<Beginning>,
+    parameters: Vec<f64>,
+    mark: Checkpoint,
+    instants: Vec<f64>,
+}
+
+/// Everything that a part of a run with constant inputs follows from.
+#[derive(Debug)]
+struct Beginning {
+    simulation: Simulation,
+    start: Start,
+}
+
+self_cell!(
+    struct HeldRun {
+        owner: Arc<Beginning>,
+        #[covariant]
+        dependent: Run,
+    }
+);
+
+/// Why a run cannot be advanced.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum AdvanceError {
+    /// The time is not one that lies ahead in the run.
+    #[error("t = {t} s lies outside of what is left of the run, {reached} s to {t_end} s")]
+    Outside {
+        /// The time asked for, s.
+        t: f64,
+        /// Where the run is held, s.
+        reached: f64,
+        /// Its end, s.
+        t_end: f64,
+    },
+    /// The motion cannot go on.
+    #[error("{}", .0.message)]
+    Failed(Box<Diagnostic>),
+}
+
+impl Simulation {
+    /// A run from the consistent start, held there. Its end is that of the options, whose output times mean
+    /// nothing to it.
+    ///
+    /// # Errors
+    /// [`Rejected`] when there is no consistent start.
+    pub fn begin(&self) -> Result<Stepping, Rejected> {
+        Ok(self.begin_at(self.start()?))
+    }
+
+    /// A run from this start, held there.
+    pub fn begin_at(&self, start: Start) -> Stepping {
+        let mut simulation = self.clone();
+        simulation.set_outputs(Outputs::Times(Vec::new()));
+        let parameters = simulation.parameters().to_vec();
+        let mut held = HeldRun::new(Arc::new(Beginning { simulation, start }), |beginning| {
+            let Beginning { simulation, start } = &**beginning;
+            Run::begin(simulation.problem(start), &mut Unobserved)
+        });
+        let mark = held.with_dependent_mut(|_, run| run.mark());
+        Stepping { held, parameters, mark, instants: Vec::new() }
+    }
+}
+
+impl Stepping {
+    /// Time at which the run is held, s.
+    pub fn t(&self) -> f64 {
+        self.sample().t
+    }
+
+    /// Positions and velocities there.
+    pub fn state(&self) -> StateRef<'_> {
+        let Sample { t, q, v, .. } = self.sample();
+        StateRef { t: *t, q, v }
+    }
+
+    /// Accelerations and multipliers there, with the inputs that have led there.
+    pub fn acceleration(&self) -> AccelerationRef<'_> {
+        let Sample { a, lambda, .. } = self.sample();
+        AccelerationRef { a, lambda }
+    }
+
+    /// Joint reactions there, in the order of the joints: force, N, then moment, N m, in world axes; with
+    /// the inputs that have led there.
+    pub fn reactions(&self) -> &[[f64; 6]] {
+        &self.sample().reactions
+    }
+
+    /// Everything that a log says of an instant.
+    pub fn sample(&self) -> &Sample {
+        self.held.borrow_dependent().sample()
+    }
+
+    /// The run up to the end of the last step: energies, events, changes of the method.
+    pub fn summary(&self) -> &Summary {
+        self.held.borrow_dependent().summary()
+    }
+
+    /// The mechanism with its values and options.
+    pub fn simulation(&self) -> &Simulation {
+        &self.held.borrow_owner().simulation
+    }
+
+    /// Value of each parameter from now on, in the order of the model, SI.
+    pub fn parameters(&self) -> &[f64] {
+        &self.parameters
+    }
+
+    /// Lets a parameter that only loads depend on have this value from now on, SI.
+    ///
+    /// # Errors
+    /// [`InputError`] when there is none of this name, or it is no input.
+    pub fn set_input(&mut self, name: &str, value: f64) -> Result<(), InputError> {
+        let id = self.simulation().settable(name)?;
+        if !value.is_finite() {
+            return Err(InputError::NotFinite { name: name.to_owned(), value });
+        }
+        self.parameters[id.0] = value;
+        Ok(())
+    }
+
+    /// Advances the run to `t`, s, and holds it there.
+    ///
+    /// # Errors
+    /// [`AdvanceError`] when `t` does not lie ahead, or the motion cannot go on; the run is then held where
+    /// it got to and cannot be advanced further.
+    pub fn advance_to(&mut self, t: f64) -> Result<&Sample, AdvanceError> {
+        let (reached, t_end) = (self.t(), self.simulation().options().t_end);
+        if t == reached {
+            return Ok(self.sample());
+        }
+        if !(reached.min(t_end)..=reached.max(t_end)).contains(&t) {
+            return Err(AdvanceError::Outside { t, reached, t_end });
+        }
+        if self.parameters != self.simulation().parameters() {
+            self.take_inputs()?;
+        }
+        self.hold_at(t)?;
+        Ok(self.sample())
+    }
+
+    /// The state in which the run is held.
+    pub fn save(&self) -> SavedState {
+        SavedState {
+            beginning: self.held.borrow_owner().clone(),
+            parameters: self.parameters.clone(),
+            mark: self.mark.clone(),
+            instants: self.instants.clone(),
+        }
+    }
+
+    /// Holds the run in a state that was saved. What has led to a state in the middle of a step is done once
+    /// more.
+    ///
+    /// # Errors
+    /// [`AdvanceError`] when a law gives other values than it gave then, and the motion cannot go on.
+    pub fn restore(&mut self, saved: &SavedState) -> Result<(), AdvanceError> {
+        let SavedState { beginning, parameters, mark, instants } = saved;
+        let held = HeldRun::new(beginning.clone(), |beginning| {
+            let Beginning { simulation, start } = &**beginning;
+            Run::at_mark(simulation.problem(start), mark)
+        });
+        let (parameters, mark) = (parameters.clone(), mark.clone());
+        *self = Self { held, parameters, mark, instants: Vec::new() };
+        for &t in instants {
+            self.hold_at(t)?;
+        }
+        Ok(())
+    }
+
+    /// Goes on with the inputs that have been set, from the state in which the run is held.
+    fn take_inputs(&mut self) -> Result<(), AdvanceError> {
+        let Beginning { simulation, start } = &**self.held.borrow_owner();
+        let run = self.held.borrow_dependent();
+        let (state, ledger): (State, Ledger) = (self.state().to_state(), run.ledger());
+        let mut simulation = simulation.clone();
+        simulation.set_parameters(&self.parameters);
+        let start = simulation.going_on(start, state, run.modes());
+        let start = start.map_err(|fault| AdvanceError::Failed(Box::new(fault)))?;
+        self.held = HeldRun::new(Arc::new(Beginning { simulation, start }), |beginning| {
+            let Beginning { simulation, start } = &**beginning;
+            Run::begin_with(simulation.problem(start), ledger)
+        });
+        self.mark = self.held.with_dependent_mut(|_, run| run.mark());
+        self.instants.clear();
+        Ok(())
+    }
+
+    fn hold_at(&mut self, t: f64) -> Result<(), AdvanceError> {
+        let Self { held, mark, instants, .. } = self;
+        let mut take_mark = |numbers| {
+            *mark = numbers;
+            instants.clear();
+        };
+        let outcome = held.with_dependent_mut(|_, run| run.hold_at(t, &mut take_mark));
+        self.instants.push(t);
+        outcome
+            .map_err(|failure| AdvanceError::Failed(Box::new(self.simulation().diagnose(&failure))))
+    }
+}
