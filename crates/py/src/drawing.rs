@@ -1,19 +1,17 @@
 //! Pictures and films of runs.
 
-use std::cell::RefCell;
-use std::path::Path;
-use std::time::Instant;
+use std::path::{Path, PathBuf};
 
 use bksim_view::film::FilmError;
 use bksim_view::render::{Background, Format, RenderError, Request};
 use bksim_view::show::{Show, ShowOptions};
 use pyo3::prelude::*;
 
-use crate::fault::Fault;
+use crate::fault::{Fault, guard};
 use crate::file::{replace, unwritten};
+use crate::interrupt::Interruption;
 use crate::show::playback;
 use crate::solution::{Rows, Run};
-use crate::solving::LOOK_EVERY;
 
 /// What a picture or a film is asked for.
 #[derive(FromPyObject)]
@@ -75,33 +73,25 @@ impl Wanted {
 }
 
 /// Writes a picture or a film, replacing a file of that name only once it is whole.
-pub(crate) fn render(run: &Run, rows: &Rows, path: &Path, wanted: &Wanted) -> Result<(), Fault> {
+#[pyfunction]
+pub(crate) fn render(py: Python<'_>, run: Py<Run>, path: PathBuf, wanted: Wanted) -> PyResult<()> {
+    let run = run.get();
+    let rows = run.rows(py);
+    guard(py, || rendered(run, &rows, &path, &wanted))
+}
+
+fn rendered(run: &Run, rows: &Rows, path: &Path, wanted: &Wanted) -> Result<(), Fault> {
     let ending = path.extension().unwrap_or_default().to_string_lossy();
     let known = Format::ALL.iter().map(|(name, _)| format!(".{name}")).collect::<Vec<_>>();
     let unknown = || Fault::Value(format!("{}: no {}", path.display(), known.join(", ")));
     let order = wanted.order(Format::of_ending(&ending).ok_or_else(unknown)?)?;
     let mut rendering = order.prepare(shown(run, rows)?).map_err(refused)?;
 
-    let stopped: RefCell<Option<PyErr>> = RefCell::new(None);
-    let mut asked = Instant::now();
-    let mut go_on = |t: f64| {
-        if asked.elapsed() < LOOK_EVERY {
-            return true;
-        }
-        asked = Instant::now();
-        let heard = Python::attach(|py| {
-            py.check_signals()?;
-            wanted.notify.as_ref().map_or(Ok(()), |notify| notify.call1(py, (t,)).map(drop))
-        });
-        let is_heard = heard.is_ok();
-        if let Err(error) = heard {
-            stopped.replace(Some(error));
-        }
-        is_heard
-    };
+    let interruption = Interruption::new(wanted.notify.as_ref());
+    let mut go_on = |t: f64| !interruption.is_wished(t);
     replace(path, |out| {
         let written = rendering.write(out, &mut go_on);
-        match (written, stopped.take()) {
+        match (written, interruption.raised()) {
             (_, Some(error)) => Err(Fault::Python(error)),
             (Err(RenderError::Film(FilmError::Io(error))), None) => Err(unwritten(path, &error)),
             (Err(error), None) => Err(refused(error)),
@@ -111,13 +101,18 @@ pub(crate) fn render(run: &Run, rows: &Rows, path: &Path, wanted: &Wanted) -> Re
 }
 
 /// The mechanism at an instant as SVG.
-pub(crate) fn picture(run: &Run, rows: &Rows, t: f64, is_dark: bool) -> Result<String, Fault> {
-    let background = if is_dark { Background::Dark } else { Background::Light };
-    let order = Request { at: Some(t), background, ..Request::new(Format::Svg) };
-    let mut rendering = order.prepare(shown(run, rows)?).map_err(refused)?;
-    let mut svg = Vec::new();
-    rendering.write(&mut svg, &mut |_| true).map_err(refused)?;
-    String::from_utf8(svg).map_err(|error| Fault::Log(error.to_string()))
+#[pyfunction]
+pub(crate) fn picture(py: Python<'_>, run: Py<Run>, t: f64, is_dark: bool) -> PyResult<String> {
+    let run = run.get();
+    let rows = run.rows(py);
+    guard(py, || {
+        let background = if is_dark { Background::Dark } else { Background::Light };
+        let order = Request { at: Some(t), background, ..Request::new(Format::Svg) };
+        let mut rendering = order.prepare(shown(run, &rows)?).map_err(refused)?;
+        let mut svg = Vec::new();
+        rendering.write(&mut svg, &mut |_| true).map_err(refused)?;
+        String::from_utf8(svg).map_err(|error| Fault::Log(error.to_string()))
+    })
 }
 
 fn shown(run: &Run, rows: &Rows) -> Result<Show, Fault> {

@@ -27,10 +27,7 @@ use pyo3::prelude::*;
 use crate::arrays::{table, transposed};
 use crate::derived::Derived;
 use crate::fault::{Fault, guard};
-use crate::functions::Functions;
 use crate::laws::law;
-use crate::solution::Run;
-use crate::solving::{self, Wanted};
 
 /// A model with its equations, at one set of values.
 #[pyclass(frozen, module = "bksim._bksim")]
@@ -358,20 +355,6 @@ impl Engine {
             Ok(transposed(&values, names.len()))
         })?;
         Ok(table(py, values))
-    }
-
-    /// The compiled functions.
-    fn functions(slf: Py<Self>, py: Python<'_>) -> PyResult<Functions> {
-        let dependent = {
-            let engine = slf.get();
-            guard(py, || Ok(engine.start()?.inactive_rows().to_vec()))?
-        };
-        Ok(Functions::new(slf, dependent))
-    }
-
-    /// Solves; what the run has left also tells when it ended early.
-    fn solve(slf: Py<Self>, py: Python<'_>, wanted: Wanted) -> PyResult<Run> {
-        solving::solve(py, slf, wanted)
     }
 }
 

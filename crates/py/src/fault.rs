@@ -20,6 +20,8 @@ pub(crate) enum Fault {
     Model(String, String),
     /// There is no consistent start.
     Assembly(String, String),
+    /// A motion cannot go on at a time, s: message, diagnostics as JSON.
+    Motion(f64, String, String),
     /// More was asked for than there may be.
     Limit(String),
     /// A log cannot be read or played.
@@ -47,8 +49,17 @@ impl Fault {
         Self::Assembly(words(source, diagnostics), json_all(source, diagnostics).to_string())
     }
 
+    /// A motion that cannot go on.
+    pub(crate) fn motion(source: &Text, t: f64, fault: &Diagnostic) -> Self {
+        let all = json_all(source, std::slice::from_ref(fault));
+        Self::Motion(t, plain(source, fault), all.to_string())
+    }
+
     fn raised(self, py: Python<'_>) -> PyErr {
         match self {
+            Self::Motion(t, message, diagnostics) => {
+                exception(py, "stopped", (t, message, diagnostics))
+            }
             Self::Model(message, diagnostics) => made(py, "model", &message, &diagnostics),
             Self::Assembly(message, diagnostics) => made(py, "assembly", &message, &diagnostics),
             Self::Limit(message) => made(py, "limit", &message, "[]"),
@@ -90,11 +101,19 @@ impl From<PyErr> for Fault {
 
 /// An exception of `bksim._errors`.
 fn made(py: Python<'_>, kind: &str, message: &str, diagnostics: &str) -> PyErr {
-    let exception = py
+    exception(py, "made", (kind, message, diagnostics))
+}
+
+/// What a function of `bksim._errors` makes of its arguments.
+fn exception<'py, A>(py: Python<'py>, maker: &str, arguments: A) -> PyErr
+where
+    A: pyo3::call::PyCallArgs<'py>,
+{
+    let made = py
         .import("bksim._errors")
-        .and_then(|errors| errors.getattr("made"))
-        .and_then(|make| make.call1((kind, message, diagnostics)));
-    exception.map_or_else(|error| error, PyErr::from_value)
+        .and_then(|errors| errors.getattr(maker))
+        .and_then(|make| make.call1(arguments));
+    made.map_or_else(|error| error, PyErr::from_value)
 }
 
 /// Does work that other threads of Python need not wait for; a panic in it is an `InternalError`, and

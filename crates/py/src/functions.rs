@@ -25,14 +25,17 @@ type Vector<'py> = PyReadonlyArray1<'py, f64>;
 type Matrix<'py> = PyReadonlyArray2<'py, f64>;
 type Answer<'py> = PyResult<Bound<'py, PyArray2<f64>>>;
 
-impl Functions {
-    pub(crate) fn new(engine: Py<Engine>, dependent: Vec<usize>) -> Self {
-        let simulation = &engine.get().simulation;
-        let (compiled, parameters) =
-            (simulation.compiled().clone(), simulation.parameters().to_vec());
-        Self { engine, compiled, parameters, dependent }
-    }
+/// The compiled functions of a model.
+#[pyfunction]
+pub(crate) fn compiled_functions(py: Python<'_>, engine: Py<Engine>) -> PyResult<Functions> {
+    let inner = engine.get();
+    let dependent = guard(py, || Ok(inner.start()?.inactive_rows().to_vec()))?;
+    let compiled = inner.simulation.compiled().clone();
+    let parameters = inner.simulation.parameters().to_vec();
+    Ok(Functions { engine, compiled, parameters, dependent })
+}
 
+impl Functions {
     /// Calls `each` with the functions, the instant and the states of every row of the batch.
     fn over<'py, const N: usize>(
         &self,

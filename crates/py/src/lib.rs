@@ -10,7 +10,9 @@
 //! | `derived.rs` | equations that models of other values share |
 //! | `engine.rs` | a model with its equations, at one set of values |
 //! | `laws.rs` | inputs whose laws are functions of Python |
+//! | `interrupt.rs` | Ctrl-C and progress in the midst of work |
 //! | `solving.rs` | a run, which Ctrl-C stops |
+//! | `stepping.rs` | a run that Python advances |
 //! | `solution.rs` | what a run leaves |
 //! | `logged.rs` | runs as logs, and back |
 //! | `functions.rs` | the compiled functions |
@@ -37,11 +39,13 @@ mod expr;
 mod fault;
 mod file;
 mod functions;
+mod interrupt;
 mod laws;
 mod logged;
 mod show;
 mod solution;
 mod solving;
+mod stepping;
 mod sweep;
 
 use pyo3::prelude::*;
@@ -54,13 +58,22 @@ fn bksim_module(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<engine::Engine>()?;
     m.add_class::<solution::Run>()?;
     m.add_class::<functions::Functions>()?;
+    m.add_class::<stepping::Stepping>()?;
+    m.add_class::<stepping::SavedState>()?;
     m.add_class::<expr::Expr>()?;
     m.add_class::<expr::Compiled>()?;
     m.add_class::<sweep::Study>()?;
     m.add_function(wrap_pyfunction!(document::to_toml, m)?)?;
     m.add_function(wrap_pyfunction!(document::from_toml, m)?)?;
     m.add_function(wrap_pyfunction!(document::with_values, m)?)?;
+    m.add_function(wrap_pyfunction!(functions::compiled_functions, m)?)?;
+    m.add_function(wrap_pyfunction!(solving::solve, m)?)?;
+    m.add_function(wrap_pyfunction!(stepping::begin, m)?)?;
     m.add_function(wrap_pyfunction!(logged::open_log, m)?)?;
+    m.add_function(wrap_pyfunction!(logged::save_log, m)?)?;
+    m.add_function(wrap_pyfunction!(drawing::picture, m)?)?;
+    m.add_function(wrap_pyfunction!(drawing::render, m)?)?;
+    m.add_function(wrap_pyfunction!(show::page, m)?)?;
     m.add_function(wrap_pyfunction!(show::figure, m)?)?;
     m.add_function(wrap_pyfunction!(show::overview, m)?)?;
     m.add_function(wrap_pyfunction!(show::unit_word, m)?)?;

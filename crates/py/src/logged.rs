@@ -21,9 +21,15 @@ use crate::file::{replace, unwritten};
 use crate::solution::{Ending, Kept, Logged, Rows, Run};
 
 /// Writes the log of a run, replacing a file of that name only once it is whole.
-pub(crate) fn save(run: &Run, rows: &Rows, path: &Path) -> Result<(), Fault> {
-    let start = run.engine.get().start()?;
-    replace(path, |out| write(run, rows, start, out).map(drop).map_err(|e| unwritten(path, &e)))
+#[pyfunction]
+pub(crate) fn save_log(py: Python<'_>, run: Py<Run>, path: PathBuf) -> PyResult<()> {
+    let run = run.get();
+    let rows = run.rows(py);
+    guard(py, || {
+        let start = run.engine.get().start()?;
+        let unwritten = |e: LogError| unwritten(&path, &e);
+        replace(&path, |out| write(run, &rows, start, out).map(drop).map_err(unwritten))
+    })
 }
 
 /// The log of a run as bytes.

@@ -14,6 +14,8 @@ use crate::solution::{Rows, Run};
 
 /// Curves of a panel that nobody asked for.
 const CURVES: usize = 6;
+
+/// A run as if played from its log.
 pub(crate) fn playback(run: &Run, rows: &Rows) -> Result<Playback, Fault> {
     let bad = |e: &dyn std::fmt::Display| Fault::Log(e.to_string());
     let bytes = bytes(run, rows)?;
@@ -21,12 +23,17 @@ pub(crate) fn playback(run: &Run, rows: &Rows) -> Result<Playback, Fault> {
     Playback::open(log).map_err(|e| bad(&e))
 }
 
-/// The page of a run.
-pub(crate) fn page(run: &Run, rows: &Rows, title: Option<String>) -> Result<String, Fault> {
-    let mut playback = playback(run, rows)?;
-    let options = Options { title, ..Options::default() };
-    let page = bksim_page::page(&mut playback, &options);
-    page.map(|page| page.html).map_err(|e| Fault::Log(e.to_string()))
+/// The page of a run as HTML.
+#[pyfunction]
+pub(crate) fn page(py: Python<'_>, run: Py<Run>, title: Option<String>) -> PyResult<String> {
+    let run = run.get();
+    let rows = run.rows(py);
+    guard(py, || {
+        let mut playback = playback(run, &rows)?;
+        let options = Options { title, ..Options::default() };
+        let page = bksim_page::page(&mut playback, &options);
+        page.map(|page| page.html).map_err(|e| Fault::Log(e.to_string()))
+    })
 }
 
 /// Curves to be shown together: what they are, their unit, and of each its name and channels.

@@ -12,7 +12,6 @@ use pyo3::prelude::*;
 use serde_json::{Value, json};
 
 use crate::arrays::{table, transposed};
-use crate::drawing;
 use crate::engine::{Engine, column};
 use crate::fault::{Fault, guard};
 
@@ -202,35 +201,6 @@ impl Run {
         })?;
         Ok(table(py, values))
     }
-
-    /// Writes the log.
-    fn save(&self, py: Python<'_>, path: std::path::PathBuf) -> PyResult<()> {
-        let values = self.rows(py);
-        guard(py, || crate::logged::save(self, &values, &path))
-    }
-
-    /// The page of the run as HTML.
-    fn page(&self, py: Python<'_>, title: Option<String>) -> PyResult<String> {
-        let values = self.rows(py);
-        guard(py, || crate::show::page(self, &values, title))
-    }
-
-    /// The mechanism at an instant as SVG.
-    fn picture(&self, py: Python<'_>, t: f64, is_dark: bool) -> PyResult<String> {
-        let values = self.rows(py);
-        guard(py, || drawing::picture(self, &values, t, is_dark))
-    }
-
-    /// Writes a picture or a film.
-    fn render(
-        &self,
-        py: Python<'_>,
-        path: std::path::PathBuf,
-        wanted: drawing::Wanted,
-    ) -> PyResult<()> {
-        let values = self.rows(py);
-        guard(py, || drawing::render(self, &values, &path, &wanted))
-    }
 }
 
 /// Samples one after another.
@@ -243,7 +213,7 @@ pub(crate) struct Rows {
 
 impl Run {
     /// The table, sample by sample.
-    fn rows(&self, py: Python<'_>) -> Rows {
+    pub(crate) fn rows(&self, py: Python<'_>) -> Rows {
         use numpy::PyArrayMethods;
         let t = self.t.bind(py).readonly();
         let table = self.table.bind(py).readonly();

@@ -1,14 +1,13 @@
 //! A run of the integrator under Python: Ctrl-C stops it, and everything so far is kept.
 
-use std::cell::{Cell, RefCell};
-use std::time::{Duration, Instant};
+use std::cell::Cell;
 
 use bksim::dae::Control;
 use bksim::log::Field;
 use bksim::model::{Outputs, SolveOptions};
 use bksim::options::{BadOption, FORMULATIONS, METHODS, SolveChanges, choice};
 use bksim::record::{Channels, sensitivity_columns, sensitivity_row};
-use bksim::sim::run::{Failure, Observer, Sample, Segment};
+use bksim::sim::run::{Failure, Observer, Sample, Segment, Summary};
 use bksim::sim::sensitivity::{Sensitive, StateSensitivity};
 use bksim::sim::start::Start;
 use bksim::{Rejected, SensitivityPlan, Simulation};
@@ -17,52 +16,9 @@ use pyo3::prelude::*;
 use crate::arrays::{table, transposed, vector};
 use crate::engine::Engine;
 use crate::fault::{Fault, guard};
+use crate::interrupt::Interruption;
 use crate::laws;
 use crate::solution::{Ending, Kept, Run};
-
-/// How often Python is asked whether to go on: Ctrl-C is to work within a fifth of a second.
-pub(crate) const LOOK_EVERY: Duration = Duration::from_millis(50);
-
-/// Tells when [`LOOK_EVERY`] has gone by. It is asked at every step, which may take less than to ask
-/// the clock: as long as many calls fit, most go by without.
-struct Pace {
-    /// When the clock was asked last.
-    asked: Cell<Instant>,
-    /// When it was time last.
-    due: Cell<Instant>,
-    /// Calls between two questions, and those that are left.
-    stride: Cell<u32>,
-    left: Cell<u32>,
-}
-
-impl Pace {
-    /// So that steps which suddenly are slow cost no more than as many.
-    const LONGEST: u32 = 32;
-
-    fn begin() -> Self {
-        let now = Instant::now();
-        let [asked, due] = [now; 2].map(Cell::new);
-        Self { asked, due, stride: Cell::new(1), left: Cell::new(0) }
-    }
-
-    fn is_due(&self) -> bool {
-        if let Some(left) = self.left.get().checked_sub(1) {
-            self.left.set(left);
-            return false;
-        }
-        let now = Instant::now();
-        let taken = now.duration_since(self.asked.replace(now));
-        let stride = self.stride.get();
-        let stride = if taken < LOOK_EVERY / 16 { stride * 2 } else { stride / 4 };
-        self.stride.set(stride.clamp(1, Self::LONGEST));
-        self.left.set(self.stride.get() - 1);
-        let is_due = now.duration_since(self.due.get()) >= LOOK_EVERY;
-        if is_due {
-            self.due.set(now);
-        }
-        is_due
-    }
-}
 
 /// What a run is asked for.
 #[derive(FromPyObject)]
@@ -87,6 +43,26 @@ pub(crate) struct Wanted {
 }
 
 impl Wanted {
+    /// The options of the model with what is asked for.
+    fn options(&self, engine: &Engine) -> Result<SolveOptions, Fault> {
+        let mut options = changed(engine, self.changes()?)?;
+        if let Some(times) = &self.times {
+            let [first, last] =
+                [options.t_start.min(options.t_end), options.t_start.max(options.t_end)];
+            if let Some(t) = times.iter().find(|t| !(first..=last).contains(t)) {
+                let words = format!("times: {t} s is outside of the run, {first} s to {last} s");
+                return Err(Fault::Value(words));
+            }
+            options.outputs = Outputs::Times(times.clone());
+        }
+        if !self.sensitivity.is_empty() && self.method.as_deref() == Some("explicit") {
+            let words =
+                "sensitivities are integrated by Radau IIA: leave method = \"explicit\" out";
+            return Err(Fault::Value(words.to_owned()));
+        }
+        Ok(options)
+    }
+
     fn changes(&self) -> Result<SolveChanges, Fault> {
         Ok(SolveChanges {
             t_end: self.t_end,
@@ -101,6 +77,15 @@ impl Wanted {
     }
 }
 
+/// The options of the model with some changes.
+pub(crate) fn changed(engine: &Engine, changes: SolveChanges) -> Result<SolveOptions, Fault> {
+    let mut options = engine.simulation.options().clone();
+    changes.check(options.t_start).map_err(|bad: BadOption| Fault::Value(bad.to_string()))?;
+    changes.apply(&mut options);
+    Ok(options)
+}
+
+/// The choice that a word stands for.
 pub(crate) fn chosen<T: Copy>(
     option: &str,
     words: &[(&'static str, T)],
@@ -157,6 +142,8 @@ impl Observer for Keeping<'_> {
     }
 }
 
+/// Solves; what the run has left also tells when it ended early.
+#[pyfunction]
 pub(crate) fn solve(py: Python<'_>, engine: Py<Engine>, wanted: Wanted) -> PyResult<Run> {
     let ran = guard(py, || ran(engine.get(), &wanted))?;
     let (t, values, kept) = ran;
@@ -166,51 +153,20 @@ pub(crate) fn solve(py: Python<'_>, engine: Py<Engine>, wanted: Wanted) -> PyRes
 type Ran = (Vec<f64>, numpy::ndarray::Array2<f64>, Kept);
 
 fn ran(engine: &Engine, wanted: &Wanted) -> Result<Ran, Fault> {
-    let mut simulation = engine.simulation.clone();
-    let mut options = simulation.options().clone();
-    let changes = wanted.changes()?;
-    changes.check(options.t_start).map_err(|bad: BadOption| Fault::Value(bad.to_string()))?;
-    changes.apply(&mut options);
-    if let Some(times) = &wanted.times {
-        let [first, last] =
-            [options.t_start.min(options.t_end), options.t_start.max(options.t_end)];
-        if let Some(t) = times.iter().find(|t| !(first..=last).contains(t)) {
-            let words = format!("times: {t} s is outside of the run, {first} s to {last} s");
-            return Err(Fault::Value(words));
-        }
-        options.outputs = Outputs::Times(times.clone());
-    }
+    // What to run, from where.
+    let options = wanted.options(engine)?;
     let n_expected = expected(engine, &options, wanted.most_bytes)?;
-    if !wanted.sensitivity.is_empty() && wanted.method.as_deref() == Some("explicit") {
-        let words = "sensitivities are integrated by Radau IIA: leave method = \"explicit\" out";
-        return Err(Fault::Value(words.to_owned()));
-    }
+    let mut simulation = engine.simulation.clone();
     let start = engine.start()?;
     let refused = |Rejected(faults)| Fault::model(engine.source(), &faults);
     simulation.set_options(&options).map_err(refused)?;
     let (sensitive, derivatives, plan) = planned(engine, &simulation, start, &wanted.sensitivity)?;
 
-    let reached = Cell::new(start.t);
-    let pace = Pace::begin();
-    let raised: RefCell<Option<PyErr>> = RefCell::new(None);
-    let is_stop_wished = || {
-        if !pace.is_due() {
-            return false;
-        }
-        let heard = Python::attach(|py| {
-            py.check_signals()?;
-            match &wanted.notify {
-                Some(notify) => notify.call1(py, (reached.get(),)).map(drop),
-                None => Ok(()),
-            }
-        });
-        let is_wished = heard.is_err();
-        if let Err(error) = heard {
-            raised.replace(Some(error));
-        }
-        is_wished
-    };
+    // Run, keeping everything, until Python wants it to stop.
     let n_columns = engine.channels().n_columns() + derivatives.len();
+    let reached = Cell::new(start.t);
+    let interruption = Interruption::new(wanted.notify.as_ref());
+    let stop = || interruption.is_wished(reached.get());
     let mut keeping = Keeping {
         channels: engine.channels(),
         reached: &reached,
@@ -221,18 +177,31 @@ fn ran(engine: &Engine, wanted: &Wanted) -> Result<Ran, Fault> {
         is_dense: wanted.dense,
         n_bytes: 0,
         most_bytes: wanted.most_bytes,
-        is_stop_wished: &is_stop_wished,
+        is_stop_wished: &stop,
     };
-    let stop = &is_stop_wished;
     let outcome = match &plan {
-        None => simulation.run(start, &mut keeping, stop),
-        Some(plan) => simulation.run_with_sensitivities(start, plan, &mut keeping, stop),
+        None => simulation.run(start, &mut keeping, &stop),
+        Some(plan) => simulation.run_with_sensitivities(start, plan, &mut keeping, &stop),
     };
+
+    // Tell how it ended.
     let is_full = keeping.is_full();
-    let error = laws::raised().or_else(|| raised.take());
+    let raised = laws::raised().or_else(|| interruption.raised());
     let Keeping { t, values, segments, like, .. } = keeping;
-    let values = transposed(&values, n_columns);
-    let (summary, ending) = match (outcome, error) {
+    let (summary, ending) = ended(&simulation, outcome, raised, is_full);
+    let like = like.unwrap_or_default();
+    let kept = Kept { options, summary, segments, ending, like, sensitive, derivatives };
+    Ok((t, transposed(&values, n_columns), kept))
+}
+
+/// How a run went, and how it ended.
+fn ended(
+    simulation: &Simulation,
+    outcome: Result<Summary, Box<Failure>>,
+    raised: Option<PyErr>,
+    is_full: bool,
+) -> (Summary, Ending) {
+    match (outcome, raised) {
         (Ok(summary), Some(error)) => (summary, Ending::Stopped(Some(error))),
         (Err(failure), Some(error)) => (failure.summary, Ending::Stopped(Some(error))),
         (Ok(summary), None) if summary.reached_end => (summary, Ending::Reached),
@@ -240,13 +209,9 @@ fn ran(engine: &Engine, wanted: &Wanted) -> Result<Ran, Fault> {
         (Ok(summary), None) => (summary, Ending::Stopped(None)),
         (Err(failure), None) => {
             let fault = simulation.diagnose(&failure);
-            let Failure { summary, .. } = *failure;
-            (summary, Ending::Failed(fault))
+            (failure.summary, Ending::Failed(fault))
         }
-    };
-    let like = like.unwrap_or_default();
-    let kept = Kept { options, summary, segments, ending, like, sensitive, derivatives };
-    Ok((t, values, kept))
+    }
 }
 
 /// About how many samples there will be, as far as it is worth to make room for them at once. Refuses a

@@ -21,7 +21,8 @@ use pyo3::types::PyBytes;
 use crate::arrays::{table, transposed};
 use crate::engine::Engine;
 use crate::fault::{Fault, guard};
-use crate::solving::{LOOK_EVERY, chosen};
+use crate::interrupt::LOOK_EVERY;
+use crate::solving::chosen;
 
 /// What a sweep is asked for: plain, so that it can be sent.
 #[derive(FromPyObject)]

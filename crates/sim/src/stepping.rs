@@ -195,18 +195,35 @@ impl Stepping {
     /// [`AdvanceError`] when `t` does not lie ahead, or the motion cannot go on; the run is then held where
     /// it got to and cannot be advanced further.
     pub fn advance_to(&mut self, t: f64) -> Result<&Sample, AdvanceError> {
-        let (reached, t_end) = (self.t(), self.simulation().options().t_end);
-        if t == reached {
-            return Ok(self.sample());
+        self.advance_to_unless(t, &|| false)?;
+        Ok(self.sample())
+    }
+
+    /// As [`Stepping::advance_to`], but returns false where `stop`, asked before every step of the
+    /// integrator, wishes so. The state is then still that of before, and the run can be advanced to what
+    /// lies beyond the steps that it has taken.
+    ///
+    /// # Errors
+    /// [`AdvanceError`] as [`Stepping::advance_to`].
+    pub fn advance_to_unless(
+        &mut self,
+        t: f64,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<bool, AdvanceError> {
+        let t_end = self.simulation().options().t_end;
+        if t == self.t() {
+            return Ok(true);
         }
+        let is_later = |a: f64, b: f64| (t_end - a).abs() < (t_end - b).abs();
+        let stepped = self.held.borrow_dependent().reached().t;
+        let reached = if is_later(stepped, self.t()) { stepped } else { self.t() };
         if !(reached.min(t_end)..=reached.max(t_end)).contains(&t) {
             return Err(AdvanceError::Outside { t, reached, t_end });
         }
         if self.parameters != self.simulation().parameters() {
             self.take_inputs()?;
         }
-        self.hold_at(t)?;
-        Ok(self.sample())
+        self.hold_at(t, stop)
     }
 
     /// The state in which the run is held.
@@ -233,7 +250,7 @@ impl Stepping {
         let (parameters, mark) = (parameters.clone(), mark.clone());
         *self = Self { held, parameters, mark, instants: Vec::new() };
         for &t in instants {
-            self.hold_at(t)?;
+            self.hold_at(t, &|| false)?;
         }
         Ok(())
     }
@@ -256,14 +273,16 @@ impl Stepping {
         Ok(())
     }
 
-    fn hold_at(&mut self, t: f64) -> Result<(), AdvanceError> {
+    fn hold_at(&mut self, t: f64, stop: &dyn Fn() -> bool) -> Result<bool, AdvanceError> {
         let Self { held, mark, instants, .. } = self;
         let mut take_mark = |numbers| {
             *mark = numbers;
             instants.clear();
         };
-        let outcome = held.with_dependent_mut(|_, run| run.hold_at(t, &mut take_mark));
-        self.instants.push(t);
+        let outcome = held.with_dependent_mut(|_, run| run.hold_at(t, &mut take_mark, stop));
+        if outcome == Ok(true) {
+            instants.push(t);
+        }
         outcome
             .map_err(|failure| AdvanceError::Failed(Box::new(self.simulation().diagnose(&failure))))
     }

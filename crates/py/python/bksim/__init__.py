@@ -46,6 +46,7 @@ from ._parts import (
 from ._report import Check, Start
 from ._show import Animation, Picture, Plot
 from ._solution import Samples, Solution, open
+from ._stepping import SavedState, Stepping
 from ._sweep import Failure, Sweep, sweep
 from ._values import Inputs, Parameters
 
@@ -81,11 +82,13 @@ __all__ = [
     "Prismatic",
     "Revolute",
     "Samples",
+    "SavedState",
     "Slot",
     "Solution",
     "SolverError",
     "Spring",
     "Start",
+    "Stepping",
     "Stop",
     "Sweep",
     "Torque",

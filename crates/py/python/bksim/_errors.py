@@ -61,7 +61,7 @@ class SolverError(Error):
     """The integrator could not go on.
 
     :attr:`t` is the last instant, s; :attr:`reason` says why; :attr:`result` is the solution up to
-    there.
+    there, if one was asked for.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class SolverError(Error):
         message: str,
         t: float,
         reason: str,
-        result: Solution,
+        result: Solution | None,
         diagnostics: tuple[Diagnostic, ...] = (),
     ) -> None:
         super().__init__(message)
@@ -126,3 +126,9 @@ def made(kind: str, message: str, diagnostics: str) -> Error:
     if kind == "drawing":
         return Error(message)
     return InternalError(message)
+
+
+def stopped(t: float, message: str, diagnostics: str) -> SolverError:
+    """The exception of a motion that cannot go on."""
+    faults = diagnostics_of(diagnostics)
+    return SolverError(message, t, faults[0].message, None, faults)

@@ -31,6 +31,7 @@ from ._parts import (
 from ._progress import Progress
 from ._report import Check, Start
 from ._solution import Solution
+from ._stepping import Stepping
 from ._values import Inputs, Law, Parameters, first_line
 
 MEMORY_LIMIT = 4 << 30
@@ -375,7 +376,7 @@ class Model:
 
     def compile(self) -> Functions:
         """The compiled functions of the equations at the present values of the parameters."""
-        return Functions(self._engine().functions())
+        return Functions(_bksim.compiled_functions(self._engine()))
 
     def solve(
         self,
@@ -420,7 +421,8 @@ class Model:
         engine = self._engine()
         start, end = engine.options()[:2]
         with Progress.over(start, end if t_end is None else t_end, progress) as notify:
-            run = engine.solve(
+            run = _bksim.solve(
+                engine,
                 {
                     "t_end": t_end,
                     "rtol": real("rtol", rtol),
@@ -434,7 +436,7 @@ class Model:
                     "dense": dense,
                     "most_bytes": whole("memory_limit", memory_limit),
                     "notify": notify,
-                }
+                },
             )
         solution = Solution(run)
         if run.ending == "full":
@@ -450,6 +452,40 @@ class Model:
             t = float(solution.t[-1])
             raise SolverError(words, t, diagnostics[0].message, solution, diagnostics)
         return solution
+
+    def begin(
+        self,
+        t_end: float | None = None,
+        *,
+        rtol: float | None = None,
+        atol: float | None = None,
+        step: float | None = None,
+        method: str | None = None,
+        formulation: str | None = None,
+    ) -> Stepping:
+        """A motion at its start, which is advanced from here: for controllers, hardware in the loop and
+        learning.
+
+        >>> run = load(EXAMPLES / "cart-pole" / "model.toml").begin(t_end=1)
+        >>> run.set_input("u", 2.0)
+        >>> run.advance_to(0.01)
+        >>> bool(run["x"] > 0)
+        True
+
+        Raises as :meth:`solve` does.
+        """
+        run = _bksim.begin(
+            self._engine(),
+            {
+                "t_end": real("t_end", t_end),
+                "rtol": real("rtol", rtol),
+                "atol": real("atol", atol),
+                "step": real("step", step),
+                "method": method,
+                "formulation": formulation,
+            },
+        )
+        return Stepping(run)
 
     def __repr__(self) -> str:
         try:

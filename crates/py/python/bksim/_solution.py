@@ -45,7 +45,7 @@ class Named(Mapping[str, Array]):
 
     def __getitem__(self, name: str) -> Array:
         if name not in self._arrays:
-            raise KeyError(_unknown(name, list(self._arrays)))
+            raise KeyError(unknown(name, list(self._arrays)))
         return self._arrays[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -58,7 +58,7 @@ class Named(Mapping[str, Array]):
         return f"<{', '.join(self._arrays) or 'nothing'}>"
 
 
-def _unknown(name: str, known: Sequence[str]) -> str:
+def unknown(name: str, known: Sequence[str]) -> str:
     near = difflib.get_close_matches(name, known, n=1)
     return f"nothing is called {name!r}" + (f"; did you mean {near[0]!r}?" if near else "")
 
@@ -218,7 +218,7 @@ class Samples:
             return self._at(self._table[row])
         if name not in self._measured:
             if self._engine.measure_unit(name) is None:
-                raise KeyError(_unknown(name, [*self._row, *self._short_names()]))
+                raise KeyError(unknown(name, [*self._row, *self._short_names()]))
             state = [k for k, (known, _, _) in enumerate(self._columns) if known.startswith("state.")]
             nq = len(state) // 2
             q, v = self._table[state[0] : state[0] + nq], self._table[state[0] + nq : state[-1] + 1]
@@ -238,7 +238,7 @@ class Samples:
             return self._columns[row][1]
         unit = self._engine.measure_unit(name)
         if unit is None:
-            raise KeyError(_unknown(name, self.names))
+            raise KeyError(unknown(name, self.names))
         return unit
 
     def __repr__(self) -> str:
@@ -377,7 +377,7 @@ class Solution(Samples):
             if file.resolve() != self._engine.path.resolve():
                 shutil.copyfile(self._engine.path, file)
             return
-        self._run.save(file)
+        _bksim.save_log(self._run, file)
 
     def plot(
         self, *names: str, x: str | None = None, title: str | None = None, dark: bool = False
@@ -392,7 +392,7 @@ class Solution(Samples):
             self(float(t))
         at = sum(self.span) / 2 if t is None else float(t)
         self._needs_motion()
-        return Picture(self._run.picture(at, dark))
+        return Picture(_bksim.picture(self._run, at, dark))
 
     def render(
         self,
@@ -454,12 +454,12 @@ class Solution(Samples):
                 "past": real("past", past),
                 "notify": notify,
             }
-            self._run.render(file, wanted)
+            _bksim.render(self._run, file, wanted)
 
     def animate(self, *, title: str | None = None, height: int = 640) -> Animation:
         """The moving mechanism with curves and equations, in a notebook or as a page of its own."""
         self._needs_motion()
-        return Animation(self._run.page(title), height)
+        return Animation(_bksim.page(self._run, title), height)
 
     def _needs_motion(self) -> tuple[float, float]:
         """First and last instant of the motion between samples."""

@@ -62,7 +62,8 @@ impl<'a> Run<'a> {
     }
 
     /// Samples the motion at `t`, where the run has not yet been beyond; `mark` becomes the run before the
-    /// step in which that lies, where it is another one.
+    /// step in which that lies, where it is another one. Returns false where `stop`, asked before every
+    /// step, wishes so: the run then stands at the end of a step.
     ///
     /// # Errors
     /// [`Failure`] when the integrator cannot go on to there.
@@ -70,21 +71,25 @@ impl<'a> Run<'a> {
         &mut self,
         t: f64,
         mark: &mut dyn FnMut(Checkpoint),
-    ) -> Result<(), Box<Failure>> {
+        stop: &dyn Fn() -> bool,
+    ) -> Result<bool, Box<Failure>> {
         self.sampler.ask(t);
         loop {
             // Sample the step that has been taken, or pass it to its end.
             if self.is_sampled_at(t)? {
-                return Ok(());
+                return Ok(true);
             }
             let concluded = self.conclude_step(&mut Unobserved, &|| false);
             self.or_failure(concluded)?;
 
             // Take the next one.
+            if stop() {
+                return Ok(false);
+            }
             mark(self.save());
             let taken = self.take_step();
             if self.or_failure(taken)? == Some(StepOutcome::Reached) {
-                return Ok(());
+                return Ok(true);
             }
         }
     }

@@ -13,7 +13,7 @@ use crate::state::State;
 ///
 /// The loop calls the methods below in their order, for every step. Explicit steps and those of
 /// Radau IIA differ in which of the questions they have an answer to.
-pub(super) trait Stepper: Send {
+pub(super) trait Stepper: Send + Sync {
     /// Takes one accepted step; false once the end time is reached.
     ///
     /// # Errors
