@@ -8,9 +8,6 @@ use std::path::{Path, PathBuf};
 /// Folder of the workspace.
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 
-/// The crate whose modules are classes of Python, which make one another.
-const CLASSES: &str = "py";
-
 fn read(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
@@ -152,13 +149,58 @@ fn every_crate_uses_those_above_it_in_the_list() {
 
 #[test]
 fn no_modules_use_each_other_in_a_circle() {
-    for member in storeys().iter().filter(|member| !member.ends_with(CLASSES)) {
+    for member in &storeys() {
         let circles = circles(uses(member));
         assert!(
             circles.is_empty(),
             "{member} has modules in a circle, or that use one: {circles:#?}"
         );
     }
+}
+
+/// The crates of each crate's own `dependencies`, without those that it reaches through another one.
+fn arrows(storeys: &[String]) -> Vec<(&str, &str)> {
+    let of_package: BTreeMap<String, usize> =
+        storeys.iter().enumerate().map(|(storey, member)| (package(member), storey)).collect();
+    let used: Vec<BTreeSet<usize>> = storeys
+        .iter()
+        .map(|member| dependencies(member).iter().map(|name| of_package[name]).collect())
+        .collect();
+    let mut reached: Vec<BTreeSet<usize>> = Vec::new();
+    for used in &used {
+        let further = used.iter().flat_map(|&storey| reached[storey].iter().copied());
+        reached.push(used.iter().copied().chain(further).collect());
+    }
+    let mut arrows = Vec::new();
+    for (storey, used) in used.iter().enumerate() {
+        let is_direct = |&below: &usize| !used.iter().any(|&other| reached[other].contains(&below));
+        let direct = used.iter().copied().filter(is_direct);
+        arrows.extend(direct.map(|below| (storeys[storey].as_str(), storeys[below].as_str())));
+    }
+    arrows
+}
+
+#[test]
+fn the_picture_of_the_storeys_is_that_of_the_manifests() {
+    let word = |member: &str| match member.strip_prefix("crates/") {
+        Some(name) => name.to_owned(),
+        None => "bksim".to_owned(),
+    };
+    let storeys = storeys();
+    let arrows = arrows(&storeys);
+    let lines =
+        arrows.iter().map(|(above, below)| format!("    {} --> {}\n", word(above), word(below)));
+    let picture = format!("```mermaid\nflowchart TD\n{}```\n", lines.collect::<String>());
+
+    let path = Path::new(ROOT).join("docs/architecture.md");
+    let page = read(&path);
+    let (before, rest) = page.split_once("```mermaid\n").expect("the page has a picture");
+    let (_, after) = rest.split_once("```\n").expect("the picture ends");
+    if std::env::var_os("BKSIM_BLESS").is_some() {
+        fs::write(&path, [before, &picture, after].concat()).expect("the page is written");
+        return;
+    }
+    assert!(page.contains(&picture), "BKSIM_BLESS=1 draws it anew:\n{picture}");
 }
 
 #[test]

@@ -21,7 +21,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let begun = Instant::now();
     let n_periods = report(&mut io::stdout().lock())?;
     let each = begun.elapsed().as_secs_f64() / f64::from(n_periods);
-    eprintln!("{n_periods} periods, {:.1} µs each, the equations and the table included", 1e6 * each);
+    eprintln!(
+        "{n_periods} periods, {:.1} µs each, the equations and the table included",
+        1e6 * each
+    );
     Ok(())
 }
 

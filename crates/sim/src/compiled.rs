@@ -12,7 +12,9 @@ use bksim_mbs::quantity::{
 };
 use std::sync::Arc;
 
-use bksim_expr::{Expr, Pool, Runner, SymbolId, Tape, TapeError};
+use bksim_expr::{Expr, Pool, SymbolId, TapeError};
+
+use crate::function::Function;
 
 use crate::linear::unrolled::UnrolledSolve;
 
@@ -39,18 +41,18 @@ pub struct CompiledSystem {
     /// Parameters that are functions of the motion.
     pub(crate) inputs: Inputs,
     /// M, G, f and γ of (t, q, v, u), u the inputs.
-    pub(crate) dynamics: Runner,
+    pub(crate) dynamics: Function,
     /// v̇, λ and factors of (t, q, v, u), of small mechanisms; see [`UnrolledSolve`].
-    pub(crate) unrolled: Option<Runner>,
+    pub(crate) unrolled: Option<Function>,
     /// G, g and ∂g/∂t of (t, q).
-    pub(crate) constraints: Runner,
+    pub(crate) constraints: Function,
     pub(crate) shape: Shape,
     /// T, V and the power of (t, q, v, λ, u).
-    pub(crate) energy: Runner,
+    pub(crate) energy: Function,
     /// The power alone; `None` where nothing acts but forces with a potential.
-    pub(crate) power: Option<Runner>,
+    pub(crate) power: Option<Function>,
     /// Six numbers per joint of (t, q, v, a, λ, u).
-    pub(crate) reactions: Runner,
+    pub(crate) reactions: Function,
     /// The functions that decide the modes.
     pub(crate) indicators: EventIndicators,
     /// The model's own, without modes.
@@ -75,11 +77,10 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     let u = input_symbols(model);
     let u = u.as_slice();
     let parameters = without_inputs(model, system.parameters(model));
-    let tape = |outputs: &[Expr], inputs: &[&[SymbolId]]| {
-        let inputs: Vec<SymbolId> =
-            std::iter::once(model.time).chain(inputs.iter().copied().flatten().copied()).collect();
-        let tape = Tape::compile(pool, outputs, &inputs, &parameters)?;
-        Ok::<_, TapeError>(Runner::new(tape, model.solve.jit))
+    let function = |outputs: &[Expr], arguments: &[&[SymbolId]]| {
+        let time = [model.time];
+        let arguments = [&[&time[..]], arguments].concat();
+        Function::compile(model, outputs, &arguments, &parameters)
     };
 
     let shape = Shape::of(system);
@@ -94,14 +95,14 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     let gammas: Vec<Expr> = (0..shape.nc).map(|row| constraint_gamma(model, system, row)).collect();
     let dynamics = [mass.as_slice(), &jacobian, &forces, &gammas].concat();
     let unrolled = UnrolledSolve::of(pool, &shape, (&mass, &jacobian), (&forces, &gammas))
-        .map(|line| tape(&line.outputs(), &[&q, &v, u]))
+        .map(|line| function(&line.outputs(), &[&q, &v, u]))
         .transpose()?;
     let closed = system.constraints.iter().map(|c| c.expression);
     let constraints: Vec<Expr> =
         jacobian.into_iter().chain(closed).chain(system.constraint_rate.iter().copied()).collect();
     let energy = energy_outputs(pool, system);
     let is_powered = !pool.is_zero(energy[2]);
-    let power = is_powered.then(|| tape(&energy[2..], &[&q, &v, &lambda, u])).transpose()?;
+    let power = is_powered.then(|| function(&energy[2..], &[&q, &v, &lambda, u])).transpose()?;
     let reaction_outputs: Vec<Expr> =
         reactions(model, system).iter().flat_map(|r| [r.force, r.moment].concat()).collect();
     Ok(CompiledSystem {
@@ -111,13 +112,13 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         joints: model.joints.iter().map(|j| j.name.clone()).collect(),
         drives: drive_quantities(model),
         inputs: Inputs::of(model),
-        dynamics: tape(&dynamics, &[&q, &v, u])?,
+        dynamics: function(&dynamics, &[&q, &v, u])?,
         unrolled,
-        constraints: tape(&constraints, &[&q])?,
+        constraints: function(&constraints, &[&q])?,
         shape,
-        energy: tape(&energy, &[&q, &v, &lambda, u])?,
+        energy: function(&energy, &[&q, &v, &lambda, u])?,
         power,
-        reactions: tape(&reaction_outputs, &[&q, &v, &a, &lambda, u])?,
+        reactions: function(&reaction_outputs, &[&q, &v, &a, &lambda, u])?,
         indicators,
         n_parameters: model.parameters.len(),
     })

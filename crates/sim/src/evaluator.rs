@@ -1,30 +1,27 @@
 //! The functions of one compiled system at one set of parameters, with their buffers.
 
-use bksim_expr::Workspace;
 use nalgebra::DMatrix;
 
 use crate::compiled::CompiledSystem;
+use crate::function::Buffers;
 use crate::input::InputValues;
 use crate::linear::matrix::Matrix;
 use crate::linear::rows::{LARGEST_DENSE, SparseRows};
 use crate::linear::shape::Shape;
 use crate::modes::Modes;
-pub(crate) use crate::state::gather;
 use crate::state::{AccelerationRef, StateRef};
 
 /// The functions of one compiled system at one set of parameters, with their buffers.
 #[derive(Clone, Debug)]
 pub struct Evaluator<'a> {
     system: &'a CompiledSystem,
-    dynamics: Workspace,
-    unrolled: Option<Workspace>,
-    constraints: Workspace,
-    energy: Workspace,
-    power: Option<Workspace>,
-    reactions: Workspace,
-    drawn: InputValues,
-    inputs: Vec<f64>,
-    outputs: Vec<f64>,
+    dynamics: Buffers,
+    unrolled: Option<Buffers>,
+    constraints: Buffers,
+    energy: Buffers,
+    power: Option<Buffers>,
+    reactions: Buffers,
+    inputs: InputValues,
 }
 
 /// T, V and the power of everything without a potential.
@@ -66,21 +63,15 @@ pub(crate) struct ConstraintsAt<'a> {
 
 impl<'a> Evaluator<'a> {
     pub(crate) fn new(system: &'a CompiledSystem, parameters: &[f64]) -> Self {
-        let (nq, nc) = (system.nq(), system.nc());
-        let tapes = [&system.dynamics, &system.constraints, &system.energy, &system.reactions];
-        let tapes = tapes.into_iter().chain(&system.unrolled);
-        let n_outputs = tapes.map(|runner| runner.tape().n_outputs()).max();
         Self {
             system,
-            dynamics: system.dynamics.tape().workspace(parameters),
-            unrolled: system.unrolled.as_ref().map(|runner| runner.tape().workspace(parameters)),
-            constraints: system.constraints.tape().workspace(parameters),
-            energy: system.energy.tape().workspace(parameters),
-            power: system.power.as_ref().map(|runner| runner.tape().workspace(parameters)),
-            reactions: system.reactions.tape().workspace(parameters),
-            drawn: InputValues::new(&system.inputs),
-            inputs: Vec::with_capacity(1 + 3 * nq + nc),
-            outputs: vec![0.0; n_outputs.expect("there are four tapes at least")],
+            dynamics: system.dynamics.buffers(parameters),
+            unrolled: system.unrolled.as_ref().map(|function| function.buffers(parameters)),
+            constraints: system.constraints.buffers(parameters),
+            energy: system.energy.buffers(parameters),
+            power: system.power.as_ref().map(|function| function.buffers(parameters)),
+            reactions: system.reactions.buffers(parameters),
+            inputs: InputValues::new(&system.inputs),
         }
     }
 
@@ -91,15 +82,13 @@ impl<'a> Evaluator<'a> {
 
     /// The inputs at a state, SI.
     pub fn inputs(&mut self, t: f64, q: &[f64], v: &[f64]) -> &[f64] {
-        self.drawn.at(t, q, v)
+        self.inputs.at(t, q, v)
     }
 
     /// M, G, f and γ at a state.
     pub(crate) fn dynamics(&mut self, t: f64, q: &[f64], v: &[f64]) -> DynamicsAt<'_> {
-        let Self { system, dynamics, drawn, inputs, outputs, .. } = self;
-        let outputs = &mut outputs[..system.dynamics.tape().n_outputs()];
-        gather(inputs, t, &[q, v, drawn.at(t, q, v)]);
-        system.dynamics.evaluate(dynamics, inputs, outputs);
+        let Self { system, dynamics, inputs, .. } = self;
+        let outputs = system.dynamics.evaluate(dynamics, &[&[t], q, v, inputs.at(t, q, v)]);
         let shape = &system.shape;
         let (mass, rest) = outputs.split_at(shape.mass.len());
         let (jacobian, rest) = rest.split_at(shape.jacobian.len());
@@ -110,20 +99,15 @@ impl<'a> Evaluator<'a> {
     /// v̇, λ and the factors they come from, see [`crate::linear::unrolled::UnrolledSolve`]; `None` for large
     /// mechanisms.
     pub(crate) fn unrolled(&mut self, t: f64, q: &[f64], v: &[f64]) -> Option<&[f64]> {
-        let Self { system, unrolled, drawn, inputs, outputs, .. } = self;
-        let (runner, workspace) = system.unrolled.as_ref().zip(unrolled.as_mut())?;
-        let outputs = &mut outputs[..runner.tape().n_outputs()];
-        gather(inputs, t, &[q, v, drawn.at(t, q, v)]);
-        runner.evaluate(workspace, inputs, outputs);
-        Some(outputs)
+        let Self { system, unrolled, inputs, .. } = self;
+        let (function, buffers) = system.unrolled.as_ref().zip(unrolled.as_mut())?;
+        Some(function.evaluate(buffers, &[&[t], q, v, inputs.at(t, q, v)]))
     }
 
     /// G, g and ∂g/∂t at a position.
     pub(crate) fn constraints(&mut self, t: f64, q: &[f64]) -> ConstraintsAt<'_> {
-        let Self { system, constraints, inputs, outputs, .. } = self;
-        let outputs = &mut outputs[..system.constraints.tape().n_outputs()];
-        gather(inputs, t, &[q]);
-        system.constraints.evaluate(constraints, inputs, outputs);
+        let Self { system, constraints, .. } = self;
+        let outputs = system.constraints.evaluate(constraints, &[&[t], q]);
         let shape = &system.shape;
         let (jacobian, rest) = outputs.split_at(shape.jacobian.len());
         let (value, rate) = rest.split_at(shape.nc);
@@ -132,22 +116,19 @@ impl<'a> Evaluator<'a> {
 
     /// Energies, and the power of loads and drives.
     pub fn energy(&mut self, t: f64, q: &[f64], v: &[f64], lambda: &[f64]) -> Energy {
+        let Self { system, energy, inputs, .. } = self;
+        let arguments = [&[t], q, v, lambda, inputs.at(t, q, v)];
         let mut outputs = [0.0; 3];
-        gather(&mut self.inputs, t, &[q, v, lambda, self.drawn.at(t, q, v)]);
-        self.system.energy.evaluate(&mut self.energy, &self.inputs, &mut outputs);
+        system.energy.evaluate_into(energy, &arguments, &mut outputs);
         let [kinetic, potential, power] = outputs;
         Energy { kinetic, potential, power }
     }
 
     /// The power of loads and drives, W.
     pub(crate) fn power(&mut self, t: f64, q: &[f64], v: &[f64], lambda: &[f64]) -> f64 {
-        let (Some(runner), Some(workspace)) = (&self.system.power, &mut self.power) else {
-            return 0.0;
-        };
-        let mut power = [0.0];
-        gather(&mut self.inputs, t, &[q, v, lambda, self.drawn.at(t, q, v)]);
-        runner.evaluate(workspace, &self.inputs, &mut power);
-        power[0]
+        let Self { system, power, inputs, .. } = self;
+        let (Some(function), Some(buffers)) = (&system.power, power) else { return 0.0 };
+        function.evaluate(buffers, &[&[t], q, v, lambda, inputs.at(t, q, v)])[0]
     }
 
     /// Joint reactions: six numbers per joint, force then moment, world axes.
@@ -157,9 +138,9 @@ impl<'a> Evaluator<'a> {
         AccelerationRef { a, lambda }: AccelerationRef<'_>,
         out: &mut Vec<[f64; 6]>,
     ) {
-        let outputs = &mut self.outputs[..self.system.reactions.tape().n_outputs()];
-        gather(&mut self.inputs, t, &[q, v, a, lambda, self.drawn.at(t, q, v)]);
-        self.system.reactions.evaluate(&mut self.reactions, &self.inputs, outputs);
+        let Self { system, reactions, inputs, .. } = self;
+        let arguments = [&[t], q, v, a, lambda, inputs.at(t, q, v)];
+        let outputs = system.reactions.evaluate(reactions, &arguments);
         out.clear();
         out.extend(outputs.chunks_exact(6).map(|six| std::array::from_fn(|i| six[i])));
     }

@@ -18,9 +18,9 @@ use crate::input::{input_symbols, without_inputs};
 use std::collections::BTreeMap;
 
 use bksim_dae::{Index, Layout, NotFinite, Pattern, Start, System, Tolerance};
-use bksim_expr::{Expr, Runner, SparseJacobian, SymbolId, Tape, TapeError, Workspace};
+use bksim_expr::{Expr, SparseJacobian, SymbolId, TapeError};
 
-use crate::evaluator::gather;
+use crate::function::{Buffers, Function};
 use crate::input::{InputValues, Inputs};
 use crate::state::{AccelerationRef, StateRef};
 use bksim_mbs::levels::{constraint_acceleration, constraint_velocity};
@@ -37,8 +37,8 @@ pub struct MotionEquations {
     pattern: Pattern,
     /// The rows q̇ − v (+ Gᵀ μ), which give the velocities.
     velocity_rows: Vec<(usize, usize)>,
-    residual: Runner,
-    jacobian: Runner,
+    residual: Function,
+    jacobian: Function,
     /// Position in the pattern of each output of the Jacobian tape: first ∂F/∂y, then ∂F/∂y′.
     jacobian_slots: Vec<usize>,
     n_y_entries: usize,
@@ -52,11 +52,9 @@ pub struct MotionEquations {
 #[derive(Clone, Debug)]
 pub struct Motion<'a> {
     equations: &'a MotionEquations,
-    residual: Workspace,
-    jacobian: Workspace,
-    drawn: InputValues,
-    inputs: Vec<f64>,
-    values: Vec<f64>,
+    residual: Buffers,
+    jacobian: Buffers,
+    inputs: InputValues,
     /// Unknowns held at zero: multipliers of inactive rows; also the rows of F that hold them there.
     held: Vec<usize>,
 }
@@ -93,9 +91,8 @@ pub fn formulate(
     // The nonzero entries of both, first ∂F/∂y.
     let entries: Vec<Expr> =
         dy.entries.iter().chain(&dydot.entries).map(|&(_, _, entry)| entry).collect();
-    let compiled = |outputs: &[Expr], slopes: &[SymbolId]| {
-        Ok(Runner::new(unknowns.compile(model, system, outputs, slopes)?, model.solve.jit))
-    };
+    let compiled =
+        |outputs: &[Expr], slopes: &[SymbolId]| unknowns.compile(model, system, outputs, slopes);
     Ok(MotionEquations {
         formulation,
         nq,
@@ -122,13 +119,13 @@ pub(crate) fn parameter_columns(
     formulation: Formulation,
     wrt: &[SymbolId],
     directions: &[Vec<Expr>],
-) -> Result<Runner, TapeError> {
+) -> Result<Function, TapeError> {
     let system = system.integrated();
     let unknowns = Unknowns::new(model, system, formulation);
     let rows = unknowns.residual(model, system, formulation);
     let column = |direction: &Vec<Expr>| model.pool.jvp(&rows, wrt, direction);
     let columns: Vec<Expr> = directions.iter().flat_map(column).collect();
-    Ok(Runner::new(unknowns.compile(model, system, &columns, &[])?, model.solve.jit))
+    unknowns.compile(model, system, &columns, &[])
 }
 
 /// M a + Gᵀ λ − f, then G a + γ.
@@ -163,11 +160,9 @@ impl MotionEquations {
         let has_mu = self.formulation == Formulation::Ggl;
         Motion {
             equations: self,
-            residual: self.residual.tape().workspace(parameters),
-            jacobian: self.jacobian.tape().workspace(parameters),
-            drawn: InputValues::new(&self.inputs),
-            inputs: Vec::with_capacity(1 + 2 * self.n()),
-            values: vec![0.0; self.jacobian_slots.len()],
+            residual: self.residual.buffers(parameters),
+            jacobian: self.jacobian.buffers(parameters),
+            inputs: InputValues::new(&self.inputs),
             held: held_lambda.chain(held_mu.filter(|_| has_mu)).collect(),
         }
     }
@@ -202,12 +197,6 @@ impl Motion<'_> {
     pub(crate) fn held(&self) -> &[usize] {
         &self.held
     }
-
-    /// Inputs of the residual.
-    fn gather(&mut self, t: f64, y: &[f64], ydot: &[f64]) {
-        let (q, v) = y[..2 * self.equations.nq].split_at(self.equations.nq);
-        gather(&mut self.inputs, t, &[y, ydot, self.drawn.at(t, q, v)]);
-    }
 }
 
 impl System for Motion<'_> {
@@ -230,8 +219,10 @@ impl System for Motion<'_> {
         ydot: &[f64],
         out: &mut [f64],
     ) -> Result<(), NotFinite> {
-        self.gather(t, y, ydot);
-        self.equations.residual.evaluate(&mut self.residual, &self.inputs, out);
+        let Self { equations, residual, inputs, .. } = self;
+        let (q, v) = y[..2 * equations.nq].split_at(equations.nq);
+        let arguments = [&[t], y, ydot, inputs.at(t, q, v)];
+        equations.residual.evaluate_into(residual, &arguments, out);
         for &i in &self.held {
             out[i] = y[i];
         }
@@ -246,15 +237,14 @@ impl System for Motion<'_> {
         df_dy: &mut [f64],
         df_dydot: &mut [f64],
     ) -> Result<(), NotFinite> {
-        self.gather(t, y, ydot);
-        let equations = self.equations;
+        let Self { equations, jacobian, inputs, .. } = self;
         let (q, v) = y[..2 * equations.nq].split_at(equations.nq);
-        self.drawn.append_slopes(t, q, v, &mut self.inputs);
-        equations.jacobian.evaluate(&mut self.jacobian, &self.inputs, &mut self.values);
+        let [u, slopes] = inputs.with_slopes(t, q, v);
+        let values = equations.jacobian.evaluate(jacobian, &[&[t], y, ydot, u, slopes]);
         df_dy.fill(0.0);
         df_dydot.fill(0.0);
         let (y_slots, ydot_slots) = equations.jacobian_slots.split_at(equations.n_y_entries);
-        let (y_values, ydot_values) = self.values.split_at(equations.n_y_entries);
+        let (y_values, ydot_values) = values.split_at(equations.n_y_entries);
         y_slots.iter().zip(y_values).for_each(|(&slot, &value)| df_dy[slot] = value);
         ydot_slots.iter().zip(ydot_values).for_each(|(&slot, &value)| df_dydot[slot] = value);
         if !self.held.is_empty() {
@@ -320,11 +310,11 @@ impl Unknowns {
         system: &SymbolicSystem,
         outputs: &[Expr],
         slopes: &[SymbolId],
-    ) -> Result<Tape, TapeError> {
+    ) -> Result<Function, TapeError> {
         let u = input_symbols(model);
-        let inputs = [&[model.time], &self.y[..], &self.ydot[..], &u, slopes].concat();
+        let arguments = [&[model.time], &self.y[..], &self.ydot[..], &u, slopes];
         let parameters = without_inputs(model, system.parameters(model));
-        Tape::compile(&model.pool, outputs, &inputs, &parameters)
+        Function::compile(model, outputs, &arguments, &parameters)
     }
 
     /// ∂F/∂y, what it has through the inputs included: Σ ∂F/∂u_k · ∂u_k/∂y.

@@ -189,8 +189,9 @@ pub(crate) struct InputValues {
     /// t, q and v that the values are for.
     state: Vec<f64>,
     values: Vec<f64>,
-    /// A state beside it, and its values.
-    beside: [Vec<f64>; 2],
+    /// A neighbouring state, and its values.
+    neighbour: [Vec<f64>; 2],
+    slopes: Vec<f64>,
 }
 
 impl InputValues {
@@ -199,7 +200,8 @@ impl InputValues {
         Self {
             inputs: inputs.clone(),
             state: Vec::new(),
-            beside: [Vec::new(), values.clone()],
+            neighbour: [Vec::new(), values.clone()],
+            slopes: Vec::new(),
             values,
         }
     }
@@ -216,18 +218,15 @@ impl InputValues {
         &self.values
     }
 
-    /// Puts ∂u/∂q and ∂u/∂v behind `out`, a row for each input, by forward differences.
-    pub(crate) fn append_slopes(&mut self, t: f64, q: &[f64], v: &[f64], out: &mut Vec<f64>) {
-        if self.inputs.is_empty() {
-            return;
-        }
+    /// The values at a state, then ∂u/∂q and ∂u/∂v, a row for each input, by forward differences.
+    pub(crate) fn with_slopes(&mut self, t: f64, q: &[f64], v: &[f64]) -> [&[f64]; 2] {
         self.at(t, q, v);
-        let Some(law) = &self.inputs.law else { return };
-        let [state, values] = &mut self.beside;
+        let Some(law) = &self.inputs.law else { return [&[], &[]] };
+        let [state, values] = &mut self.neighbour;
         state.clear();
         state.extend(q.iter().chain(v));
-        let (n, first) = (state.len(), out.len());
-        out.resize(first + values.len() * n, 0.0);
+        let n = state.len();
+        self.slopes.resize(values.len() * n, 0.0);
         for i in 0..n {
             let own = state[i];
             state[i] += f64::EPSILON.sqrt() * own.abs().max(1.0);
@@ -236,8 +235,9 @@ impl InputValues {
             law(t, q, v, values);
             state[i] = own;
             for (k, (value, own)) in values.iter().zip(&self.values).enumerate() {
-                out[first + k * n + i] = (value - own) / width;
+                self.slopes[k * n + i] = (value - own) / width;
             }
         }
+        [&self.values, &self.slopes]
     }
 }

@@ -6,6 +6,7 @@ pub mod compiled;
 pub mod evaluator;
 pub mod fault;
 pub mod formulate;
+mod function;
 pub mod functions;
 pub mod hybrid;
 pub mod input;

@@ -2,9 +2,9 @@
 
 use crate::compiled::CompiledSystem;
 use crate::input::{InputValues, input_symbols, without_inputs};
-use bksim_expr::{Expr, Runner, SymbolId, Tape, TapeError, Workspace};
+use bksim_expr::{Expr, SymbolId, TapeError};
 
-use crate::evaluator::gather;
+use crate::function::{Buffers, Function};
 use bksim_mbs::force::{self, Wrench};
 use bksim_mbs::signal::signal_values;
 use bksim_mbs::spatial;
@@ -34,11 +34,9 @@ pub struct ForceAt {
 #[derive(Clone, Debug)]
 pub struct LoadForces {
     forces: Vec<LoadForce>,
-    runner: Runner,
-    workspace: Workspace,
-    drawn: InputValues,
-    inputs: Vec<f64>,
-    numbers: Vec<f64>,
+    function: Function,
+    buffers: Buffers,
+    inputs: InputValues,
 }
 
 /// Numbers of a force: its components, and where it acts.
@@ -58,7 +56,7 @@ impl LoadForces {
         compiled: &CompiledSystem,
         parameters: &[f64],
     ) -> Result<Self, TapeError> {
-        let (pool, kinematics) = (&model.pool, &system.kinematics);
+        let kinematics = &system.kinematics;
         let signals = signal_values(model, kinematics);
         let mut forces = Vec::new();
         let mut outputs: Vec<Expr> = Vec::new();
@@ -72,21 +70,14 @@ impl LoadForces {
             }
         }
         let coordinates = system.coordinates();
-        let state = coordinates.iter().map(|c| c.q).chain(coordinates.iter().map(|c| c.v));
-        let u = input_symbols(model);
-        let inputs: Vec<SymbolId> = std::iter::once(model.time).chain(state).chain(u).collect();
+        let q: Vec<SymbolId> = coordinates.iter().map(|c| c.q).collect();
+        let v: Vec<SymbolId> = coordinates.iter().map(|c| c.v).collect();
+        let arguments = [&[model.time][..], &q, &v, &input_symbols(model)];
         let symbols = model.parameters.iter().map(|p| p.symbol).collect();
         let symbols = without_inputs(model, symbols);
-        let runner =
-            Runner::new(Tape::compile(pool, &outputs, &inputs, &symbols)?, model.solve.jit);
-        Ok(Self {
-            workspace: runner.tape().workspace(parameters),
-            numbers: vec![0.0; outputs.len()],
-            drawn: InputValues::new(&compiled.inputs),
-            inputs: Vec::with_capacity(inputs.len()),
-            forces,
-            runner,
-        })
+        let function = Function::compile(model, &outputs, &arguments, &symbols)?;
+        let buffers = function.buffers(parameters);
+        Ok(Self { forces, function, buffers, inputs: InputValues::new(&compiled.inputs) })
     }
 
     /// Whose forces they are, in the order of [`LoadForces::at`].
@@ -99,9 +90,9 @@ impl LoadForces {
     /// # Panics
     /// If the state is not as long as in the model.
     pub fn at(&mut self, t: f64, q: &[f64], v: &[f64]) -> impl Iterator<Item = ForceAt> {
-        gather(&mut self.inputs, t, &[q, v, self.drawn.at(t, q, v)]);
-        self.runner.evaluate(&mut self.workspace, &self.inputs, &mut self.numbers);
-        self.numbers.chunks_exact(NUMBERS).map(|numbers| ForceAt {
+        let arguments = [&[t], q, v, self.inputs.at(t, q, v)];
+        let numbers = self.function.evaluate(&mut self.buffers, &arguments);
+        numbers.chunks_exact(NUMBERS).map(|numbers| ForceAt {
             force: std::array::from_fn(|i| numbers[i]),
             point: std::array::from_fn(|i| numbers[3 + i]),
         })

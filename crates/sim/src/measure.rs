@@ -1,15 +1,16 @@
 //! Measures of the motion as functions of the state.
 
-use bksim_expr::{Expr, Runner, SymbolId, Tape, TapeError, Workspace};
+use bksim_expr::{Expr, SymbolId, TapeError};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{Measure, Model};
+
+use crate::function::{Buffers, Function};
 
 /// Measures at one set of parameters, with their buffers.
 #[derive(Clone, Debug)]
 pub struct Measures {
-    runner: Runner,
-    workspace: Workspace,
-    inputs: Vec<f64>,
+    function: Function,
+    buffers: Buffers,
 }
 
 impl Measures {
@@ -29,13 +30,11 @@ impl Measures {
         let coordinates = system.coordinates();
         let outputs: Vec<Expr> =
             measures.iter().map(|&measure| system.kinematics.measure(model, measure)).collect();
-        let values = coordinates.iter().map(|c| c.q);
-        let inputs: Vec<SymbolId> = values.chain(coordinates.iter().map(|c| c.v)).collect();
+        let q: Vec<SymbolId> = coordinates.iter().map(|c| c.q).collect();
+        let v: Vec<SymbolId> = coordinates.iter().map(|c| c.v).collect();
         let symbols: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
-        let tape = Tape::compile(&model.pool, &outputs, &inputs, &symbols)?;
-        let workspace = tape.workspace(parameters);
-        let runner = Runner::new(tape, model.solve.jit);
-        Ok(Self { runner, workspace, inputs: Vec::new() })
+        let function = Function::compile(model, &outputs, &[&q, &v], &symbols)?;
+        Ok(Self { buffers: function.buffers(parameters), function })
     }
 
     /// Writes the measures at a state, in the order they were given in.
@@ -43,9 +42,6 @@ impl Measures {
     /// # Panics
     /// If a length is not that of the model, or `values` are not as many as the measures.
     pub fn at(&mut self, q: &[f64], v: &[f64], values: &mut [f64]) {
-        self.inputs.clear();
-        self.inputs.extend_from_slice(q);
-        self.inputs.extend_from_slice(v);
-        self.runner.evaluate(&mut self.workspace, &self.inputs, values);
+        self.function.evaluate_into(&mut self.buffers, &[q, v], values);
     }
 }

@@ -1,7 +1,8 @@
 //! [`Poses`]: where every body is and how fast it moves, as functions of the state.
 
-use bksim_expr::{Expr, Runner, SymbolId, Tape, TapeError, Workspace};
+use bksim_expr::{Expr, SymbolId, Tape, TapeError};
 
+use crate::function::{Buffers, Function};
 use bksim_mbs::spatial;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::Model;
@@ -94,8 +95,7 @@ impl PlanarPose {
 /// The poses of all bodies of a model as one tape.
 #[derive(Clone, Debug)]
 pub struct Poses {
-    runner: Runner,
-    n_coordinates: usize,
+    function: Function,
 }
 
 /// Numbers of a body: origin, rotation, velocity, angular velocity.
@@ -119,18 +119,16 @@ impl Poses {
             outputs.extend(pose.omega);
         }
         let coordinates = system.coordinates();
-        let values = coordinates.iter().map(|c| c.q);
-        let inputs: Vec<SymbolId> = values.chain(coordinates.iter().map(|c| c.v)).collect();
+        let q: Vec<SymbolId> = coordinates.iter().map(|c| c.q).collect();
+        let v: Vec<SymbolId> = coordinates.iter().map(|c| c.v).collect();
         let parameters: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
-        let tape = Tape::compile(pool, &outputs, &inputs, &parameters)?;
-        let runner = Runner::new(tape, model.solve.jit);
-        Ok(Self { runner, n_coordinates: coordinates.len() })
+        Ok(Self { function: Function::compile(model, &outputs, &[&q, &v], &parameters)? })
     }
 
     /// The tape: from q and v to 18 numbers per body, which are origin, rows of the rotation, velocity
     /// and angular velocity.
     pub fn tape(&self) -> &Tape {
-        self.runner.tape()
+        self.function.tape()
     }
 
     /// The poses at these values of the parameters, one state after another.
@@ -138,12 +136,7 @@ impl Poses {
     /// # Panics
     /// If `parameters` are not as many as in the model.
     pub fn runner(self, parameters: &[f64]) -> PoseRunner {
-        PoseRunner {
-            workspace: self.runner.tape().workspace(parameters),
-            numbers: vec![0.0; self.runner.tape().n_outputs()],
-            inputs: Vec::with_capacity(2 * self.n_coordinates),
-            poses: self,
-        }
+        PoseRunner { buffers: self.function.buffers(parameters), poses: self }
     }
 
     /// The pose of every body, the ground first, at each state `(q, v)`.
@@ -169,9 +162,7 @@ impl Poses {
 #[derive(Clone, Debug)]
 pub struct PoseRunner {
     poses: Poses,
-    workspace: Workspace,
-    numbers: Vec<f64>,
-    inputs: Vec<f64>,
+    buffers: Buffers,
 }
 
 impl PoseRunner {
@@ -180,10 +171,6 @@ impl PoseRunner {
     /// # Panics
     /// If the state is not as long as in the model.
     pub fn at(&mut self, q: &[f64], v: &[f64], poses: &mut Vec<Pose>) {
-        self.inputs.clear();
-        self.inputs.extend_from_slice(q);
-        self.inputs.extend_from_slice(v);
-        self.poses.runner.evaluate(&mut self.workspace, &self.inputs, &mut self.numbers);
         let of_body = |body: &[f64]| {
             let three = |first: usize| std::array::from_fn(|i| body[first + i]);
             Pose {
@@ -193,8 +180,9 @@ impl PoseRunner {
                 omega: three(15),
             }
         };
+        let numbers = self.poses.function.evaluate(&mut self.buffers, &[q, v]);
         poses.clear();
-        poses.extend(self.numbers.chunks_exact(NUMBERS).map(of_body));
+        poses.extend(numbers.chunks_exact(NUMBERS).map(of_body));
     }
 }
 

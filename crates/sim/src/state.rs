@@ -65,12 +65,3 @@ impl Acceleration {
         AccelerationRef { a: &self.a, lambda: &self.lambda }
     }
 }
-
-/// Gathers the inputs of a compiled function: time, then the parts of the state.
-pub(crate) fn gather(inputs: &mut Vec<f64>, t: f64, parts: &[&[f64]]) {
-    inputs.clear();
-    inputs.push(t);
-    for part in parts {
-        inputs.extend_from_slice(part);
-    }
-}

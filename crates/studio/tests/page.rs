@@ -20,8 +20,9 @@ use common::{CRATE, Scratch, text};
 use serde_json::{Value, json};
 
 /// The examples; the first one is played with and photographed.
-const EXAMPLES: [&str; 8] = [
+const EXAMPLES: [&str; 9] = [
     "four-bar",
+    "cart-pole",
     "five-link",
     "governor",
     "parallelogram",

@@ -21,7 +21,13 @@ mod common;
 #[expect(dead_code, reason = "a program of its own, whose main is not called")]
 mod embed;
 
+#[path = "../../../examples/cart-pole/main.rs"]
+#[expect(dead_code, reason = "a program of its own, whose main is not called")]
+mod cart_pole;
+
+use std::error::Error;
 use std::fs;
+use std::io::Write;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -56,17 +62,24 @@ fn every_example_shows_what_is_printed() {
 }
 
 #[test]
-fn the_embedding_example_shows_what_is_printed() {
+fn programs_among_the_examples_show_what_is_printed() {
+    shows("embed", &|out| embed::report(out));
+    shows("cart-pole", &|out| cart_pole::report(out).map(drop));
+}
+
+/// Compares what a program prints with its README.
+fn shows(example: &str, report: &dyn Fn(&mut dyn Write) -> Result<(), Box<dyn Error>>) {
     let mut printed = Vec::new();
-    embed::report(&mut printed).expect("the example runs");
-    let path = root().join("examples/embed/README.md");
+    report(&mut printed).expect("the example runs");
+    let path = root().join("examples").join(example).join("README.md");
     let readme = fs::read_to_string(&path).expect("a README");
     let shown = between(&readme, "```text\n", "```").expect("a text block");
     if is_blessing() {
-        let blessed = readme.replacen(shown, &text(&printed), 1);
-        fs::write(&path, blessed).expect("the blessed README");
+        let (before, after) = (format!("```text\n{shown}```"), text(&printed));
+        fs::write(&path, readme.replacen(&before, &format!("```text\n{after}```"), 1))
+            .expect("the blessed README");
     } else {
-        compare(shown, &text(&printed)).unwrap_or_else(|fault| panic!("{fault}"));
+        compare(shown, &text(&printed)).unwrap_or_else(|fault| panic!("{example}: {fault}"));
     }
 }
 

@@ -8,10 +8,10 @@
 //!
 //! The left column is a function of (t, q, v), the right one of the accelerations too.
 
-use bksim_expr::{Expr, Runner, SymbolId, Tape, TapeError, Workspace};
+use bksim_expr::{Expr, SymbolId, TapeError};
 
 use super::{ContactMode, Modes};
-use crate::state::gather;
+use crate::function::{Buffers, Function};
 use bksim_mbs::contact::Law;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{LoadId, Model};
@@ -20,9 +20,9 @@ use bksim_model::{LoadId, Model};
 #[derive(Clone, Debug)]
 pub(crate) struct EventIndicators {
     /// u of every switch, then four numbers per contact, see [`ContactState::of`].
-    functions: Runner,
+    functions: Function,
     /// u′ of every switch, then the acceleration of every contact.
-    rates: Runner,
+    rates: Function,
     /// Whether each switch depends on time alone.
     pub(crate) timed: Vec<bool>,
     pub(crate) contacts: Vec<CompiledContact>,
@@ -154,16 +154,13 @@ impl EventIndicators {
         // Functions of time and the state, rates of the accelerations too.
         let coordinates = system.coordinates();
         let parameters = system.parameters(model);
-        let runner =
-            |outputs: &[Expr], parts: &[fn(&bksim_mbs::kinematics::Coordinate) -> SymbolId]| {
-                let state = parts.iter().flat_map(|part| coordinates.iter().map(part));
-                let inputs: Vec<SymbolId> = std::iter::once(model.time).chain(state).collect();
-                let tape = Tape::compile(pool, outputs, &inputs, &parameters)?;
-                Ok::<_, TapeError>(Runner::new(tape, model.solve.jit))
-            };
+        let q: Vec<SymbolId> = coordinates.iter().map(|c| c.q).collect();
+        let v: Vec<SymbolId> = coordinates.iter().map(|c| c.v).collect();
+        let a: Vec<SymbolId> = coordinates.iter().map(|c| c.a).collect();
+        let t = [model.time];
         Ok(Self {
-            functions: runner(&functions, &[|c| c.q, |c| c.v])?,
-            rates: runner(&rates, &[|c| c.q, |c| c.v, |c| c.a])?,
+            functions: Function::compile(model, &functions, &[&t, &q, &v], &parameters)?,
+            rates: Function::compile(model, &rates, &[&t, &q, &v, &a], &parameters)?,
             timed: system.switches.iter().map(|switch| switch.is_timed).collect(),
             contacts,
         })
@@ -228,14 +225,10 @@ impl EventIndicators {
 
     /// The indicators at the given parameters, which end with the modes.
     pub(crate) fn at(&self, parameters: &[f64]) -> IndicatorEvaluator<'_> {
-        let tapes = [self.functions.tape(), self.rates.tape()];
-        let n_outputs = tapes[0].n_outputs().max(tapes[1].n_outputs());
         IndicatorEvaluator {
             indicators: self,
-            functions: tapes[0].workspace(parameters),
-            rates: tapes[1].workspace(parameters),
-            inputs: Vec::new(),
-            out: vec![0.0; n_outputs],
+            functions: self.functions.buffers(parameters),
+            rates: self.rates.buffers(parameters),
             values: IndicatorValues::default(),
         }
     }
@@ -245,20 +238,16 @@ impl EventIndicators {
 #[derive(Clone, Debug)]
 pub(crate) struct IndicatorEvaluator<'a> {
     indicators: &'a EventIndicators,
-    functions: Workspace,
-    rates: Workspace,
-    inputs: Vec<f64>,
-    out: Vec<f64>,
+    functions: Buffers,
+    rates: Buffers,
     values: IndicatorValues,
 }
 
 impl IndicatorEvaluator<'_> {
     /// The indicators at a state.
     pub(crate) fn values(&mut self, t: f64, q: &[f64], v: &[f64]) -> &IndicatorValues {
-        gather(&mut self.inputs, t, &[q, v]);
         let EventIndicators { functions, timed, contacts, .. } = self.indicators;
-        let out = &mut self.out[..functions.tape().n_outputs()];
-        functions.evaluate(&mut self.functions, &self.inputs, out);
+        let out = functions.evaluate(&mut self.functions, &[&[t], q, v]);
         let (kinks, outputs) = out.split_at(timed.len());
         self.values.kinks.clear();
         self.values.kinks.extend_from_slice(kinks);
@@ -273,10 +262,8 @@ impl IndicatorEvaluator<'_> {
 
     /// How the indicators change at a state with these accelerations.
     pub(crate) fn rates(&mut self, t: f64, q: &[f64], v: &[f64], a: &[f64]) -> IndicatorRates<'_> {
-        gather(&mut self.inputs, t, &[q, v, a]);
         let EventIndicators { rates, timed, .. } = self.indicators;
-        let out = &mut self.out[..rates.tape().n_outputs()];
-        rates.evaluate(&mut self.rates, &self.inputs, out);
+        let out = rates.evaluate(&mut self.rates, &[&[t], q, v, a]);
         let (kinks, contacts) = out.split_at(timed.len());
         IndicatorRates { kinks, contacts }
     }

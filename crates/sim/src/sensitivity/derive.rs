@@ -3,7 +3,9 @@
 //! A change of one parameter is a direction in the space of all: those that are defined through it
 //! follow. Directions of the state are inputs of the tapes, so each tape serves every quantity.
 
-use bksim_expr::{Expr, Runner, SymbolId, Tape, TapeError};
+use bksim_expr::{Expr, SymbolId, TapeError};
+
+use crate::function::Function;
 
 use super::{Sensitive, SensitivityError};
 use crate::assembly::is_velocity;
@@ -18,15 +20,15 @@ use bksim_model::{Formulation, Model};
 pub struct SensitivityEquations {
     pub(super) sensitive: Vec<Sensitive>,
     /// F_p of (t, y, y′), one column after the other.
-    pub(super) columns: Runner,
+    pub(super) columns: Function,
     /// Changes of g, G v + ∂g/∂t, M a + Gᵀ λ − f and G a + γ, of (t, q, v, a, λ) and ∂(q, v, P).
-    pub(super) levels: Runner,
+    pub(super) levels: Function,
     /// Changes of the entries of G, of (t, q) and ∂(q, P).
-    pub(super) jacobian: Runner,
+    pub(super) jacobian: Function,
     /// Row and coordinate of each of these entries.
     pub(super) cells: Vec<(usize, usize)>,
     /// By initial value: see [`super::start`].
-    pub(super) closing: Tape,
+    pub(super) closing: Function,
     /// ∂P/∂p: all parameters of the model, one direction after the other.
     pub(super) directions: Vec<f64>,
     pub(super) n_parameters: usize,
@@ -54,10 +56,8 @@ pub fn differentiate(
     let directions: Vec<Vec<Expr>> =
         sensitive.iter().map(|&by| parameter_direction(model, by)).collect();
     let evaluated = |values: &[Expr]| -> Result<Vec<f64>, TapeError> {
-        let tape = Tape::compile(&model.pool, values, &[], &derivation.own)?;
-        let mut out = vec![0.0; values.len()];
-        tape.evaluate(&mut tape.workspace(parameters), &[], &mut out);
-        Ok(out)
+        let function = Function::compile(model, values, &[], &derivation.own)?;
+        Ok(function.evaluate(&mut function.buffers(parameters), &[]).to_vec())
     };
     let (jacobian, cells) = derivation.jacobian()?;
     Ok(SensitivityEquations {
@@ -142,35 +142,36 @@ impl<'a> Derivation<'a> {
         pool.jvp(outputs, &wrt, &direction)
     }
 
-    fn compile(&self, outputs: &[Expr], inputs: &[&[SymbolId]]) -> Result<Tape, TapeError> {
-        let inputs = [&[&[self.model.time][..]], inputs].concat().concat();
-        Tape::compile(&self.model.pool, outputs, &inputs, &self.system.parameters(self.model))
+    /// Compiles functions of time and some groups of symbols.
+    fn compile(&self, outputs: &[Expr], arguments: &[&[SymbolId]]) -> Result<Function, TapeError> {
+        let time = [self.model.time];
+        let arguments = [&[&time[..]], arguments].concat();
+        Function::compile(self.model, outputs, &arguments, &self.system.parameters(self.model))
     }
 
-    fn levels(&self) -> Result<Runner, TapeError> {
+    fn levels(&self) -> Result<Function, TapeError> {
         let Self { model, system, q, v, dq, dv, dp, .. } = self;
         let a: Vec<SymbolId> = system.coordinates().iter().map(|c| c.a).collect();
         let lambda: Vec<SymbolId> = system.constraints.iter().map(|c| c.lambda).collect();
         let mut rows: Vec<Expr> = system.constraints.iter().map(|c| c.expression).collect();
         rows.extend((0..rows.len()).map(|row| constraint_velocity(&model.pool, system, row)));
         rows.extend(acceleration_level(model, system));
-        let tape = self.compile(&self.along(&rows), &[q, v, &a, &lambda, dq, dv, dp])?;
-        Ok(Runner::new(tape, model.solve.jit))
+        self.compile(&self.along(&rows), &[q, v, &a, &lambda, dq, dv, dp])
     }
 
     /// Changes of the entries of G, and the row and column of each.
-    fn jacobian(&self) -> Result<(Runner, Vec<(usize, usize)>), TapeError> {
+    fn jacobian(&self) -> Result<(Function, Vec<(usize, usize)>), TapeError> {
         let rows: Vec<Expr> = self.system.constraints.iter().map(|c| c.expression).collect();
         let entries = self.model.pool.jacobian(&rows, &self.q).entries;
         let (cells, entries): (Vec<(usize, usize)>, Vec<Expr>) =
             entries.into_iter().map(|(row, i, entry)| ((row, i), entry)).unzip();
-        let tape = self.compile(&self.along(&entries), &[&self.q, &self.dq, &self.dp])?;
-        Ok((Runner::new(tape, self.model.solve.jit), cells))
+        let changes = self.compile(&self.along(&entries), &[&self.q, &self.dq, &self.dp])?;
+        Ok((changes, cells))
     }
 
     /// By initial value: measure m, stated value, their changes, gradient of m by q (positions) or
     /// v (velocities), its change.
-    fn closing(&self) -> Result<Tape, TapeError> {
+    fn closing(&self) -> Result<Function, TapeError> {
         let Self { model, system, q, v, dq, dv, dp, .. } = self;
         let mut outputs = Vec::new();
         for initial in &model.initial {

@@ -4,12 +4,11 @@ use bksim_dae::{
     Control, Layout, NotFinite, Pattern, SensitivitySolver, SensitivityStart, SensitivityStep,
     SensitivitySystem, SolveError, System,
 };
-use bksim_expr::Workspace;
 
 use super::tangent::{Instant, Tangents};
 use super::{SensitivityEquations, SensitivityPlan};
-use crate::evaluator::gather;
 use crate::formulate::Motion;
+use crate::function::Buffers;
 use crate::run::dense::DenseOutput;
 use crate::run::implicit::settings;
 use crate::run::mechanism::PhaseMechanism;
@@ -132,8 +131,7 @@ impl SensitiveRun<'_> {
         let system = SensitiveMotion {
             motion: equations.at(parameters, start.inactive_rows()),
             equations: &plan.equations,
-            workspace: plan.equations.columns.tape().workspace(parameters),
-            inputs: Vec::new(),
+            columns: plan.equations.columns.buffers(parameters),
         };
         let Start { t, q, v, a, lambda, .. } = start;
         let unknowns = |q: &[f64], v: &[f64], a: &[f64], lambda: &[f64]| {
@@ -208,8 +206,7 @@ impl Observer for Completing<'_, '_, '_> {
 struct SensitiveMotion<'a> {
     motion: Motion<'a>,
     equations: &'a SensitivityEquations,
-    workspace: Workspace,
-    inputs: Vec<f64>,
+    columns: Buffers,
 }
 
 impl System for SensitiveMotion<'_> {
@@ -260,8 +257,7 @@ impl SensitivitySystem for SensitiveMotion<'_> {
         ydot: &[f64],
         out: &mut [f64],
     ) -> Result<(), NotFinite> {
-        gather(&mut self.inputs, t, &[y, ydot]);
-        self.equations.columns.evaluate(&mut self.workspace, &self.inputs, out);
+        self.equations.columns.evaluate_into(&mut self.columns, &[&[t], y, ydot], out);
         for column in out.chunks_exact_mut(y.len()) {
             self.motion.held().iter().for_each(|&row| column[row] = 0.0);
         }

@@ -10,7 +10,6 @@ use super::tangent::{Instant, Nearest, Tangents};
 use super::{Sensitive, SensitivityEquations, SensitivityError};
 use crate::assembly::is_velocity;
 use crate::compiled::CompiledSystem;
-use crate::evaluator::gather;
 use crate::linear::dense::least_squares;
 use crate::run::StateSensitivity;
 use crate::start::Start;
@@ -133,11 +132,11 @@ impl Opening<'_> {
     ) -> Measured {
         let (at, nq) = (self.at, dq.len());
         let zero = vec![0.0; nq];
-        let mut inputs = Vec::new();
-        gather(&mut inputs, at.state.t, &[at.state.q, v, dq, &zero, self.equations.direction(k)]);
-        let tape = &self.equations.closing;
-        let mut outputs = vec![0.0; tape.n_outputs()];
-        tape.evaluate(&mut tape.workspace(self.parameters), &inputs, &mut outputs);
+        let function = &self.equations.closing;
+        let mut buffers = function.buffers(self.parameters);
+        let direction = self.equations.direction(k);
+        let arguments = [&[at.state.t], at.state.q, v, dq, &zero, direction];
+        let outputs = function.evaluate(&mut buffers, &arguments);
         let by_initial = outputs.chunks_exact(4 + 2 * nq).enumerate();
         let chosen: Vec<(usize, &[f64])> =
             by_initial.filter(|&(i, _)| which(&self.model.initial[i])).collect();

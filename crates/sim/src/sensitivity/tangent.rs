@@ -1,12 +1,12 @@
 //! Changes of the state that satisfy the differentiated equations, level by level.
 
 use bksim_dae::NotFinite;
-use bksim_expr::Workspace;
 use nalgebra::{DMatrix, DVector};
 
 use super::SensitivityEquations;
 use crate::compiled::CompiledSystem;
-use crate::evaluator::{ConstraintsAt, DynamicsAt, Evaluator, gather};
+use crate::evaluator::{ConstraintsAt, DynamicsAt, Evaluator};
+use crate::function::Buffers;
 use crate::linear::dense::least_squares;
 use crate::multiplier::MultiplierSystem;
 use crate::run::StateSensitivity;
@@ -24,9 +24,8 @@ pub(super) struct Tangents<'a> {
     equations: &'a SensitivityEquations,
     evaluator: Evaluator<'a>,
     multipliers: MultiplierSystem,
-    levels: Workspace,
-    jacobian: Workspace,
-    inputs: Vec<f64>,
+    levels: Buffers,
+    jacobian: Buffers,
     /// Changes of g, of G v + ∂g/∂t, of M a + Gᵀ λ − f and of G a + γ.
     changes: Vec<f64>,
 }
@@ -41,10 +40,9 @@ impl<'a> Tangents<'a> {
         Self {
             evaluator: compiled.evaluator(parameters),
             multipliers: MultiplierSystem::new(&compiled.shape, dependent),
-            levels: equations.levels.tape().workspace(parameters),
-            jacobian: equations.jacobian.tape().workspace(parameters),
-            inputs: Vec::new(),
-            changes: vec![0.0; equations.levels.tape().n_outputs()],
+            levels: equations.levels.buffers(parameters),
+            jacobian: equations.jacobian.buffers(parameters),
+            changes: vec![0.0; equations.levels.n_outputs()],
             equations,
         }
     }
@@ -72,17 +70,16 @@ impl<'a> Tangents<'a> {
         let StateRef { t, q, v } = at.state;
         let AccelerationRef { a, lambda } = at.acceleration;
         let direction = self.equations.direction(k);
-        gather(&mut self.inputs, t, &[q, v, a, lambda, dq, dv, direction]);
-        self.equations.levels.evaluate(&mut self.levels, &self.inputs, &mut self.changes);
+        let arguments = [&[t], q, v, a, lambda, dq, dv, direction];
+        self.equations.levels.evaluate_into(&mut self.levels, &arguments, &mut self.changes);
     }
 
     /// Change of G along ∂q and p_k.
     pub(super) fn of_jacobian(&mut self, at: Instant<'_>, k: usize, dq: &[f64]) -> DMatrix<f64> {
         let SensitivityEquations { jacobian, cells, .. } = self.equations;
-        gather(&mut self.inputs, at.state.t, &[at.state.q, dq, self.equations.direction(k)]);
-        let mut values = vec![0.0; cells.len()];
-        jacobian.evaluate(&mut self.jacobian, &self.inputs, &mut values);
-        dense((at.acceleration.lambda.len(), dq.len()), cells, &values)
+        let arguments = [&[at.state.t], at.state.q, dq, self.equations.direction(k)];
+        let values = jacobian.evaluate(&mut self.jacobian, &arguments);
+        dense((at.acceleration.lambda.len(), dq.len()), cells, values)
     }
 
     /// G at a state.

@@ -1,0 +1,122 @@
+"""Motions that are advanced from Python."""
+
+import threading
+import time
+
+import bksim
+import numpy as np
+import pytest
+
+ARM = """
+[parameters]
+u = "0 N m"
+m = "2 kg"
+
+[bodies.arm]
+mass = "m"
+com = ["0.5 m", 0]
+inertia = "0.1 kg m^2"
+
+[joints.A]
+type = "revolute"
+between = ["ground", "arm"]
+coordinate = "theta"
+
+[loads]
+gravity = { type = "gravity", acceleration = [0, "-9.81 m/s^2"] }
+motor = { type = "torque", on = "arm", value = "u" }
+
+[solve]
+t_end = "2 s"
+every = "10 ms"
+"""
+
+
+@pytest.mark.parametrize("method", ["explicit", "radau"])
+def test_held_states_are_the_samples_of_a_solution(method):
+    m = bksim.loads(ARM, set={"u": 3})
+    sol, run = m.solve(method=method), m.begin(method=method)
+    for k, t in enumerate(sol.t):
+        run.advance_to(t)
+        assert run.t == t
+        np.testing.assert_array_equal(run.q, sol.q[:, k])
+        np.testing.assert_array_equal(run.v, sol.v[:, k])
+        np.testing.assert_array_equal(run.a, sol.a[:, k])
+        np.testing.assert_array_equal(run.reactions["A"], sol.reactions["A"][:, k])
+        assert run["energy.total"] == sol["energy.total"][k]
+
+
+def test_a_controller_keeps_the_arm_where_it_is_wanted():
+    run = bksim.loads(ARM).begin()
+    integral = 0.0
+    for k in range(2000):
+        error = 0.5 - run["theta"]
+        integral += 1e-3 * error
+        run.set_input("u", 120 * error + 200 * integral - 15 * run.v[0])
+        run.advance_to(1e-3 * (k + 1))
+    assert run["theta"] == pytest.approx(0.5, abs=2e-3)
+    # What holds it there is what gravity asks for.
+    assert run["A.mz"] == pytest.approx(0, abs=1e-9)
+    assert 120 * error + 200 * integral == pytest.approx(9.81 * np.cos(0.5), rel=0.05)
+
+
+def test_a_saved_state_goes_on_the_same():
+    run = bksim.loads(ARM).begin()
+
+    def later():
+        run.set_input("u", 20.0)
+        run.advance_to(0.7)
+        run.set_input("u", -5.0)
+        run.advance_to(1.9)
+        return run.q, run.v, run["energy.work"]
+
+    run.advance_to(0.303)
+    state = run.save()
+    first = later()
+    run.restore(state)
+    assert run.t == 0.303
+    assert all(np.array_equal(a, b) for a, b in zip(first, later(), strict=True))
+
+
+def test_what_cannot_be_is_refused():
+    run = bksim.loads(ARM).begin(t_end=1)
+    with pytest.raises(KeyError, match="no parameter is called `w`"):
+        run.set_input("w", 1.0)
+    with pytest.raises(ValueError, match="`m` cannot be an input: the kinetic energy depends"):
+        run.set_input("m", 1.0)
+    with pytest.raises(ValueError, match="outside of what is left of the run, 0 s to 1 s"):
+        run.advance_to(1.5)
+    with pytest.raises(KeyError, match="did you mean 'theta'"):
+        run["thta"]
+    m = bksim.loads(ARM)
+    m.inputs["u"] = lambda t, q, v: 1.0
+    with pytest.raises(ValueError, match="`u` follows a law"):
+        m.begin().set_input("u", 1.0)
+
+
+def test_a_motion_that_cannot_go_on_says_why():
+    m = bksim.loads(ARM.replace('value = "u"', 'value = "u + 1 N m*sqrt(0.5 - t/(1 s))"'))
+    run = m.begin()
+    with pytest.raises(bksim.SolverError, match="R002") as caught:
+        run.advance_to(1.0)
+    assert caught.value.diagnostics[0].code == "R002" and caught.value.result is None
+
+
+def test_control_c_ends_a_long_advance():
+    m = bksim.loads(ARM)
+    m.inputs["u"] = lambda t, q, v: np.sin(1e6 * t)
+    run = m.begin(t_end=1e6)
+    begun = time.monotonic()
+    threading.Timer(0.3, lambda: __import__("_thread").interrupt_main()).start()
+    with pytest.raises(KeyboardInterrupt):
+        run.advance_to(1e6)
+    assert time.monotonic() - begun < 5
+
+
+def test_the_example_brings_the_pole_to_rest(examples, capsys):
+    import runpy
+
+    runpy.run_path(str(examples / "cart-pole" / "control.py"), run_name="__main__")
+    shown = capsys.readouterr().out
+    readme = (examples / "cart-pole" / "README.md").read_text(encoding="utf-8")
+    assert shown in readme
