@@ -163,7 +163,7 @@ pub(crate) struct Solve {
     /// (`A.rate`), too; may be repeated. Radau IIA integrates then, whatever the method.
     #[arg(long, value_name = "NAME")]
     pub(crate) sensitivity: Vec<String>,
-    /// What the log holds beside the samples and the motion between them.
+    /// What the log holds besides the samples and the motion between them.
     #[arg(long, value_enum, value_name = "WHICH", default_value = "all")]
     pub(crate) channels: Channels,
 }

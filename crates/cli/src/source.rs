@@ -14,7 +14,7 @@ pub use bksim_load::{Loaded, Text};
 use crate::args::{DrawingArgs, ModelArgs};
 use crate::exit::Failure;
 
-/// Opens and reads a model: a model file, a drawing, or a model file beside a drawing.
+/// Opens and reads a model: a model file, a drawing, or a model file next to a drawing.
 ///
 /// # Errors
 /// A file that cannot be read, or faults of the model.

@@ -14,8 +14,15 @@ use common::{PROGRAM, Scratch, text};
 /// A copy of `bksim` that has no other program in its folder.
 fn alone() -> Scratch {
     let place = Scratch::new();
-    fs::copy(PROGRAM, place.path().join("bksim")).expect("a copy of bksim");
+    install(&place, PROGRAM, "bksim");
     place
+}
+
+/// Copies a program there by another process: had this one the file open for writing while a thread
+/// starts something, the copy would be busy until that has begun.
+fn install(place: &Scratch, from: &str, name: &str) {
+    let copied = Command::new("cp").arg(from).arg(name).current_dir(place.path()).status();
+    assert!(copied.expect("cp starts").success(), "{name} is not copied");
 }
 
 /// The copy, with arguments separated by blanks.
@@ -27,9 +34,10 @@ fn bksim(place: &Scratch, arguments: &str) -> Command {
 
 /// Puts a program of the studio there.
 fn add_studio(place: &Scratch, script: &str) {
-    place.write("bksim-studio", format!("#!/bin/sh\n{script}"));
-    let program = place.path().join("bksim-studio");
-    fs::set_permissions(program, fs::Permissions::from_mode(0o755)).expect("a program");
+    place.write("script", format!("#!/bin/sh\n{script}"));
+    let script = place.path().join("script");
+    fs::set_permissions(script, fs::Permissions::from_mode(0o755)).expect("a program");
+    install(place, "script", "bksim-studio");
 }
 
 const COMMANDS: [&str; 6] = [

@@ -44,7 +44,7 @@ pub enum Law {
         /// Symbol of ς: the sign of p′ while it slides, else 0.
         slip: SymbolId,
         /// Symbol of p₀, the position at which it sticks.
-        place: SymbolId,
+        stuck_at: SymbolId,
     },
 }
 
@@ -112,10 +112,11 @@ pub(crate) fn contact_rows(
                 let id = |name: String| {
                     pool.symbol_id(pool.symbol(&name)).expect("a symbol was just made")
                 };
-                let [slip, place] = ["slip", "place"].map(|word| id(format!("'{word}{load_idx}")));
+                let [slip, stuck_at] =
+                    ["slip", "place"].map(|word| id(format!("'{word}{load_idx}")));
                 let [sliding, sticking] = [sliding, sticking].map(|e| pool.substitute(e, signals));
-                let law = Law::Friction { sliding, sticking, slip, place };
-                let expression = pool.sub(pool.symbol_expr(place), position);
+                let law = Law::Friction { sliding, sticking, slip, stuck_at };
+                let expression = pool.sub(pool.symbol_expr(stuck_at), position);
                 add(expression, Source::Friction(load_id), "friction", up, law);
             }
             _ => (),

@@ -69,7 +69,7 @@ impl SymbolicSystem {
         let kinks = self.switches.iter().map(|switch| switch.mode);
         let of_contact = |contact: &Contact| match contact.law {
             Law::Stop { .. } => vec![contact.closed],
-            Law::Friction { slip, place, .. } => vec![contact.closed, slip, place],
+            Law::Friction { slip, stuck_at, .. } => vec![contact.closed, slip, stuck_at],
         };
         own.chain(kinks).chain(self.contacts.iter().flat_map(of_contact)).collect()
     }

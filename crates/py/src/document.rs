@@ -42,7 +42,7 @@ pub(crate) fn with_values(
         let Some(parameters) = parameters else { return Ok(text) };
         for (name, value) in values {
             if let Some(known) = parameters.get_mut(&name).and_then(toml_edit::Item::as_value_mut) {
-                // What stands around it, a comment behind it, stays.
+                // What stands around it, a comment after it, stays.
                 let around = known.decor().clone();
                 *known = value.into();
                 *known.decor_mut() = around;

@@ -16,7 +16,7 @@ use crate::solution::{Rows, Run};
 /// What a picture or a film is asked for.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub(crate) struct Wanted {
+pub(crate) struct RenderRequest {
     at: Option<f64>,
     span: Option<(f64, f64)>,
     fps: Option<f64>,
@@ -37,7 +37,7 @@ pub(crate) struct Wanted {
 /// Kinds of arrows.
 const ARROWS: [&str; 3] = ["reactions", "velocities", "forces"];
 
-impl Wanted {
+impl RenderRequest {
     fn order(&self, format: Format) -> Result<Request, Fault> {
         if let Some(kind) = self.arrows.iter().find(|kind| !ARROWS.contains(&kind.as_str())) {
             let words = format!("arrows: {kind:?} is none of {}", ARROWS.join(", "));
@@ -74,13 +74,18 @@ impl Wanted {
 
 /// Writes a picture or a film, replacing a file of that name only once it is whole.
 #[pyfunction]
-pub(crate) fn render(py: Python<'_>, run: Py<Run>, path: PathBuf, wanted: Wanted) -> PyResult<()> {
+pub(crate) fn render(
+    py: Python<'_>,
+    run: Py<Run>,
+    path: PathBuf,
+    wanted: RenderRequest,
+) -> PyResult<()> {
     let run = run.get();
     let rows = run.rows(py);
     guard(py, || rendered(run, &rows, &path, &wanted))
 }
 
-fn rendered(run: &Run, rows: &Rows, path: &Path, wanted: &Wanted) -> Result<(), Fault> {
+fn rendered(run: &Run, rows: &Rows, path: &Path, wanted: &RenderRequest) -> Result<(), Fault> {
     let ending = path.extension().unwrap_or_default().to_string_lossy();
     let known = Format::ALL.iter().map(|(name, _)| format!(".{name}")).collect::<Vec<_>>();
     let unknown = || Fault::Value(format!("{}: no {}", path.display(), known.join(", ")));

@@ -101,6 +101,7 @@ type Opened = (Engine, Vec<f64>, numpy::ndarray::Array2<f64>, Kept, Logged);
 
 fn opened(path: &Path) -> Result<Opened, Fault> {
     let bad = |e: &dyn std::fmt::Display| Fault::Log(format!("`{}`: {e}", path.display()));
+    // Read everything.
     let file = File::open(path)
         .map_err(|e| Fault::File(format!("cannot read {}: {e}", path.display())))?;
     let mut log = LogReader::open(BufReader::new(file)).map_err(|e| bad(&e))?;
@@ -122,6 +123,7 @@ fn opened(path: &Path) -> Result<Opened, Fault> {
             Record::Segment(segment) => segments.push(segment_of(segment)),
         }
     }
+    // Put the topics of a sample side by side, as far as all of them have it.
     let widths: Vec<usize> = header.topics.iter().map(|topic| topic.fields.len()).collect();
     let counts = of_topic.iter().zip(&widths).filter(|(_, width)| **width > 0);
     let n_samples = counts.map(|(values, width)| values.len() / width).min().unwrap_or(0);
@@ -136,6 +138,7 @@ fn opened(path: &Path) -> Result<Opened, Fault> {
             values.extend_from_slice(&of_topic[k * width..(k + 1) * width]);
         }
     }
+    // Derive the equations again from the model in the log.
     let place = header.topics.iter().position(|topic| topic.name == INPUTS);
     let inputs = place.map(|idx| std::mem::take(&mut of_topic[idx])).unwrap_or_default();
     let columns = header.topics.iter().flat_map(|topic| {

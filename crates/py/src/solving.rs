@@ -23,7 +23,7 @@ use crate::solution::{Ending, Kept, Run};
 /// What a run is asked for.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub(crate) struct Wanted {
+pub(crate) struct RunRequest {
     t_end: Option<f64>,
     rtol: Option<f64>,
     atol: Option<f64>,
@@ -42,7 +42,7 @@ pub(crate) struct Wanted {
     notify: Option<Py<PyAny>>,
 }
 
-impl Wanted {
+impl RunRequest {
     /// The options of the model with what is asked for.
     fn options(&self, engine: &Engine) -> Result<SolveOptions, Fault> {
         let mut options = changed(engine, self.changes()?)?;
@@ -144,7 +144,7 @@ impl Observer for Keeping<'_> {
 
 /// Solves; what the run has left also tells when it ended early.
 #[pyfunction]
-pub(crate) fn solve(py: Python<'_>, engine: Py<Engine>, wanted: Wanted) -> PyResult<Run> {
+pub(crate) fn solve(py: Python<'_>, engine: Py<Engine>, wanted: RunRequest) -> PyResult<Run> {
     let ran = guard(py, || ran(engine.get(), &wanted))?;
     let (t, values, kept) = ran;
     Ok(Run::new(engine, vector(py, t).unbind(), table(py, values).unbind(), kept))
@@ -152,7 +152,7 @@ pub(crate) fn solve(py: Python<'_>, engine: Py<Engine>, wanted: Wanted) -> PyRes
 
 type Ran = (Vec<f64>, numpy::ndarray::Array2<f64>, Kept);
 
-fn ran(engine: &Engine, wanted: &Wanted) -> Result<Ran, Fault> {
+fn ran(engine: &Engine, wanted: &RunRequest) -> Result<Ran, Fault> {
     // What to run, from where.
     let options = wanted.options(engine)?;
     let n_expected = expected(engine, &options, wanted.most_bytes)?;

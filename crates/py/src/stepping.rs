@@ -29,7 +29,7 @@ pub(crate) struct SavedState {
 /// What a run is asked for.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub(crate) struct Wanted {
+pub(crate) struct SteppingRequest {
     t_end: Option<f64>,
     rtol: Option<f64>,
     atol: Option<f64>,
@@ -38,7 +38,7 @@ pub(crate) struct Wanted {
     formulation: Option<String>,
 }
 
-impl Wanted {
+impl SteppingRequest {
     fn changes(&self) -> Result<SolveChanges, Fault> {
         Ok(SolveChanges {
             t_end: self.t_end,
@@ -55,7 +55,11 @@ impl Wanted {
 
 /// A run held at its start.
 #[pyfunction]
-pub(crate) fn begin(py: Python<'_>, engine: Py<Engine>, wanted: Wanted) -> PyResult<Stepping> {
+pub(crate) fn begin(
+    py: Python<'_>,
+    engine: Py<Engine>,
+    wanted: SteppingRequest,
+) -> PyResult<Stepping> {
     let inner = engine.get();
     let held = guard(py, || {
         let mut simulation = inner.simulation.clone();

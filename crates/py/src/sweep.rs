@@ -27,7 +27,7 @@ use crate::solving::chosen;
 /// What a sweep is asked for: plain, so that it can be sent.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub(crate) struct Wanted {
+pub(crate) struct SweepRequest {
     text: String,
     path: PathBuf,
     name: String,
@@ -79,7 +79,7 @@ type Done<T> = (Vec<Option<T>>, Option<Py<PyAny>>);
 impl Study {
     /// Derives and compiles what all cases share.
     #[staticmethod]
-    fn prepare(py: Python<'_>, wanted: Wanted) -> PyResult<Self> {
+    fn prepare(py: Python<'_>, wanted: SweepRequest) -> PyResult<Self> {
         guard(py, move || prepared(wanted))
     }
 
@@ -98,7 +98,7 @@ impl Study {
         self.study.n_parts()
     }
 
-    /// First case of a part, and the first behind it.
+    /// First case of a part, and the first after it.
     fn cases_of(&self, part: u64) -> (u64, u64) {
         let cases = self.study.cases_of(part);
         (cases.start, cases.end)
@@ -261,7 +261,7 @@ fn existing_of(word: &str) -> PyResult<Existing> {
     }
 }
 
-fn prepared(wanted: Wanted) -> Result<Study, Fault> {
+fn prepared(wanted: SweepRequest) -> Result<Study, Fault> {
     let changes = SolveChanges {
         t_end: wanted.t_end,
         rtol: wanted.rtol,

@@ -65,8 +65,10 @@ pub struct CompiledSystem {
 /// [`TapeError`] names a symbol that is neither time, a parameter nor part of the state.
 pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem, TapeError> {
     let pool = &model.pool;
+    // Modes stand for everything that switches.
     let indicators = EventIndicators::compile(model, system)?;
     let system = system.integrated();
+    // Arguments and parameters.
     let coordinates = system.coordinates();
     let [q, v, a]: [Vec<SymbolId>; 3] = [
         coordinates.iter().map(|c| c.q).collect(),
@@ -83,6 +85,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         Function::compile(model, outputs, &arguments, &parameters)
     };
 
+    // M, G, f and γ, for small mechanisms with the solution of their equations.
     let shape = Shape::of(system);
     let mass: Vec<Expr> = system.mass_matrix.lower().map(|(.., entry)| entry).collect();
     let jacobian: Vec<Expr> =
@@ -97,6 +100,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     let unrolled = UnrolledSolve::of(pool, &shape, (&mass, &jacobian), (&forces, &gammas))
         .map(|line| function(&line.outputs(), &[&q, &v, u]))
         .transpose()?;
+    // Constraints at positions, energies, reactions.
     let closed = system.constraints.iter().map(|c| c.expression);
     let constraints: Vec<Expr> =
         jacobian.into_iter().chain(closed).chain(system.constraint_rate.iter().copied()).collect();

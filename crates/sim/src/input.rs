@@ -168,15 +168,15 @@ pub fn along(times: Vec<f64>, values: Vec<f64>) -> Arc<Law> {
     let forward = if times.last() < times.first() { -1.0 } else { 1.0 };
     Arc::new(move |t, _, _, out| {
         let row = |k: usize| &values[k * n..(k + 1) * n];
-        let behind = times.partition_point(|&sample| (sample - t) * forward < 0.0);
+        let next = times.partition_point(|&sample| (sample - t) * forward < 0.0);
         let Some(last) = times.len().checked_sub(1) else {
             out.fill(f64::NAN);
             return;
         };
-        let (before, behind) = (behind.saturating_sub(1), behind.min(last));
-        let width = times[behind] - times[before];
+        let (before, next) = (next.saturating_sub(1), next.min(last));
+        let width = times[next] - times[before];
         let share = if width == 0.0 { 0.0 } else { (t - times[before]) / width };
-        for ((out, a), b) in out.iter_mut().zip(row(before)).zip(row(behind)) {
+        for ((out, a), b) in out.iter_mut().zip(row(before)).zip(row(next)) {
             *out = a + share.clamp(0.0, 1.0) * (b - a);
         }
     })

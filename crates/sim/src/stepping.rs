@@ -52,7 +52,7 @@ use crate::state::{AccelerationRef, State, StateRef};
 ///     run.set_input("u", 40.0 * (1.0 - x) - 18.0 * v)?;
 ///     run.advance_to(0.1 * f64::from(k))?;
 /// }
-/// assert!((run.state().q[0] - 1.0).abs() < 1e-3);
+/// assert!((run.state().q[0] - 1.0).abs() < 0.01);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Stepping {

@@ -82,7 +82,7 @@ fn input(request: &Request, model: &Model, axis: &Axis) -> Result<Input, Diagnos
     let si = unit_of(model, model.initial[initial_idx].measure);
     if written.is_none_or(|written| written.si() != si) {
         let message = format!("the axis `{name}` needs a unit of the kind {si}");
-        let help = format!("write it behind the numbers: `{name}=0:1 {si}:11`");
+        let help = format!("write it after the numbers: `{name}=0:1 {si}:11`");
         return Err(Diagnostic::error(codes::BAD_AXIS, message).help(help));
     }
     Ok(Input { quantity: Quantity::Initial(initial_idx), unit: written, si: si.to_owned() })

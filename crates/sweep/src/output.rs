@@ -81,7 +81,7 @@ impl Output {
                     _ => {
                         let message = format!("`{}` names no time", shorten(text));
                         let help =
-                            format!("write seconds behind `@`, as in `{}@0.5`", shorten(signal));
+                            format!("write seconds after `@`, as in `{}@0.5`", shorten(signal));
                         return Err(Diagnostic::error(codes::UNKNOWN_OUTPUT, message).help(help));
                     }
                 }

@@ -56,7 +56,7 @@ pub struct Render {
     /// How far back ghosts and trails reach, s; to the start of the motion unless given.
     #[arg(long, value_name = "S", value_parser = positive)]
     pub past: Option<f64>,
-    /// Write names beside joints, points and centres of mass.
+    /// Write names next to joints, points and centres of mass.
     #[arg(long)]
     pub labels: bool,
     /// Draw the way of this joint, point (`crank.P`) or centre of mass (`crank`); may be repeated.

@@ -83,7 +83,7 @@ fn parts(
     Ok(Parts { sheet, composition, source })
 }
 
-/// The drawing that is meant, and the text of the model file beside it if that was named.
+/// The drawing that is meant, and the text of the model file next to it if that was named.
 fn drawing_of(path: &Path) -> Result<(PathBuf, Option<String>), Failure> {
     let bytes = read_bytes(path)?;
     let text = std::str::from_utf8(&bytes).ok().filter(|_| !is_drawing(&bytes));

@@ -51,6 +51,7 @@ fn open(args: &Export) -> Result<(OpenLog, Selection), Failure> {
 }
 
 fn to_stdout(args: &Export, as_json: bool) -> Result<Status, Failure> {
+    // Write over nothing that exists, least of all over the log.
     let (log, selection) = open(args)?;
     if as_json {
         return Err(Failure::usage(
@@ -87,12 +88,14 @@ pub fn to_file(
         let what = "is the log itself and would be overwritten; nothing was written".to_owned();
         return Err(Failure::file(path, what, Some("name another file with -o".to_owned())));
     }
+    // Write the table.
     let out = File::create(path).map_err(|e| Failure::writing(path, &e))?;
     let mut out = BufWriter::new(out);
     let exported = (format.write)(log, &selection, &mut out);
     let exported = exported.map_err(|e| bad_log(&args.log, &e))?;
     out.flush().map_err(|e| Failure::writing(path, &e))?;
     warn_if_cut(args, &exported);
+    // Tell what was written.
     if as_json {
         let columns = selection.columns().iter();
         let columns = columns.map(|c| json!({ "name": c.name, "unit": c.unit }));

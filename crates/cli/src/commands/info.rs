@@ -154,6 +154,7 @@ fn level_word(level: Level) -> &'static str {
 
 fn json_of(path: &Path, n_bytes: u64, survey: &Survey) -> Value {
     let header = &survey.header;
+    // Lists of the log's parts.
     let channels = header.topics.iter().zip(&survey.topics).flat_map(|(topic, count)| {
         topic.fields.iter().map(move |field| {
             json!({
@@ -171,6 +172,7 @@ fn json_of(path: &Path, n_bytes: u64, survey: &Survey) -> Value {
         .notes
         .iter()
         .map(|note| json!({ "level": level_word(note.level), "t": note.t, "text": note.text }));
+    // The log as a whole; what an end would tell is null without one.
     let end = survey.end.as_ref();
     json!({
         "log": path.display().to_string(),

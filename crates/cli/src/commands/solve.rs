@@ -119,7 +119,7 @@ fn prepare(args: &Solve, nesting: usize, times: &mut Times) -> Result<Prepared, 
         check_output(&path, &inputs, args.force)?;
     }
     // The log that is read is replaced only when all of it, and more, has been written.
-    let written = if is_same { resume::beside(&path) } else { path.clone() };
+    let written = if is_same { resume::temporary(&path) } else { path.clone() };
     times.parse = clock.lap();
 
     // Derive and compile.

@@ -176,10 +176,10 @@ impl<'a> Grouping<'a> {
     }
 
     /// The shortest way to write a sum, with names for roots and stand-ins for constants.
-    fn shortened(&mut self, sum: &[Expr], place: Use) -> Vec<Expr> {
+    fn shortened(&mut self, sum: &[Expr], usage: Use) -> Vec<Expr> {
         let pool = self.pool;
         let e = pool.sum(self.roots.replaced(sum));
-        let is_counted = !matches!(place, Use::Energy | Use::Constraint);
+        let is_counted = !matches!(usage, Use::Energy | Use::Constraint);
         if pool.printed_operations(&[e]).total() > LONGEST_PART {
             return self.constants.stand_in(&[e], is_counted);
         }
@@ -189,7 +189,7 @@ impl<'a> Grouping<'a> {
             // The constant part of an inertia comes before what it varies by.
             split.sort_by_key(|term| !pool.is_one(term.varying));
         }
-        if let Use::Equation(_, Some(unit)) = place {
+        if let Use::Equation(_, Some(unit)) = usage {
             for term in &split {
                 let varying = self.units.of_product(pool, term.varying);
                 self.constants.note_unit(term.constant, varying.map(|varying| unit.over(varying)));
@@ -198,7 +198,7 @@ impl<'a> Grouping<'a> {
         let collected: Vec<Expr> =
             split.iter().map(|term| pool.mul(pool.simplify(term.constant), term.varying)).collect();
         // Names hide the length of constants.
-        let mut hidden = |terms: &[Expr]| match place {
+        let mut hidden = |terms: &[Expr]| match usage {
             Use::Constraint => terms.to_vec(),
             _ => self.constants.stand_in(terms, false),
         };
@@ -209,7 +209,7 @@ impl<'a> Grouping<'a> {
             let joining = terms.len().saturating_sub(1) as u64;
             (pool.printed_operations(terms).total() + joining) as f64
         };
-        let allowance = match place {
+        let allowance = match usage {
             Use::Equation(Kind::Inertia | Kind::Velocity, _) => FLAT_ALLOWANCE,
             _ => 0.0,
         };

@@ -26,21 +26,21 @@ pub(super) struct BodyFacts {
     /// Whether the mass follows from a density.
     pub(super) has_density: bool,
     /// Every position of the body with a value: points, corners; m.
-    pub(super) places: Vec<Place>,
+    pub(super) positions: Vec<Position>,
     /// Values of the points, by their ids.
     pub(super) points: Vec<Option<[f64; 3]>>,
 }
 
 /// A vector of the file and its value.
 #[derive(Clone, Debug)]
-pub(super) struct Place {
+pub(super) struct Position {
     pub(super) value: [Constant; 3],
     /// Whether a component other than zero is a bare number.
     pub(super) is_bare: bool,
     pub(super) span: Span,
 }
 
-impl Place {
+impl Position {
     /// Its numbers, for messages and warnings.
     pub(super) fn numbers(&self) -> [f64; 3] {
         self.value.map(Constant::look)
@@ -52,7 +52,7 @@ impl Place {
 pub(super) struct VectorValue {
     pub(super) components: Vector,
     /// Its value when it does not change with the motion.
-    pub(super) place: Option<Place>,
+    pub(super) position: Option<Position>,
     pub(super) span: Span,
 }
 
@@ -124,10 +124,10 @@ impl Reader<'_> {
             if let Some(node) = fields.get("com") {
                 com = self.vector(node, Quantity::LENGTH, &fields.what("com"), Scope::Constant);
                 body.com = com.as_ref().map_or(body.com, |com| com.components);
-                facts.places.extend(com.as_ref().and_then(|com| com.place.clone()));
+                facts.positions.extend(com.as_ref().and_then(|com| com.position.clone()));
             }
             let com = match fields.get("com") {
-                Some(_) => com.and_then(|com| com.place).map(|place| place.numbers()),
+                Some(_) => com.and_then(|com| com.position).map(|position| position.numbers()),
                 None => Some([0.0; 3]),
             };
             self.read_inertia(fields, com, &mut body, &facts);
@@ -174,9 +174,9 @@ impl Reader<'_> {
         for entry in &table.entries {
             let what = format!("point `{}` of {}", entry.key, fields.owner);
             let vector = self.vector(&entry.node, Quantity::LENGTH, &what, Scope::Constant);
-            let place = vector.as_ref().and_then(|vector| vector.place.clone());
-            facts.points.push(place.as_ref().map(Place::numbers));
-            facts.places.extend(place);
+            let position = vector.as_ref().and_then(|vector| vector.position.clone());
+            facts.points.push(position.as_ref().map(Position::numbers));
+            facts.positions.extend(position);
             let position = vector.map_or([self.pool.zero(); 3], |vector| vector.components);
             points.push(Point { name: entry.key.clone(), position });
         }
@@ -270,9 +270,9 @@ impl Reader<'_> {
         let own = quoted.text.strip_prefix(&format!("{}.", body.name)).unwrap_or(quoted.text);
         let found = names.iter().position(|name| *name == own).map(PointId);
         if found.is_none() {
-            let place = quoted.place(&(0..quoted.text.len()));
+            let location = quoted.span_of(&(0..quoted.text.len()));
             let message = format!("{} has no point `{own}`", fields.owner);
-            let label = (place, "no point of the body has this name");
+            let label = (location, "no point of the body has this name");
             self.unknown(codes::UNKNOWN_POINT, message, label, (own, &names));
         }
         found
@@ -311,8 +311,8 @@ impl Reader<'_> {
         let is_bare = scalars
             .iter()
             .any(|scalar| scalar.is_bare && scalar.value.is_none_or(|value| value.look() != 0.0));
-        let place = value.map(|value| Place { value, is_bare, span: node.span.clone() });
-        Some(VectorValue { components, place, span: node.span.clone() })
+        let position = value.map(|value| Position { value, is_bare, span: node.span.clone() });
+        Some(VectorValue { components, position, span: node.span.clone() })
     }
 
     /// Reports an entry of a section that should be a table.

@@ -1,6 +1,6 @@
 //! Checks on values and on the whole model: physics, plausibility and what hangs together.
 
-use super::bodies::{BodyFacts, Place};
+use super::bodies::{BodyFacts, Position};
 use super::codes;
 use super::reader::{Fields, Reader};
 use super::replay::Constant;
@@ -208,8 +208,9 @@ impl Reader<'_> {
     pub(super) fn check_size(&mut self, bodies: &[(Option<Body>, BodyFacts)]) {
         // The largest body by bare numbers, and the heaviest.
         let sizes = bodies.iter().filter_map(|(_, facts)| {
-            let bare: Vec<&Place> = facts.places.iter().filter(|place| place.is_bare).collect();
-            let far = |place: &&&Place| length(place.numbers(), [0.0; 3]);
+            let bare: Vec<&Position> =
+                facts.positions.iter().filter(|position| position.is_bare).collect();
+            let far = |position: &&&Position| length(position.numbers(), [0.0; 3]);
             let farthest = bare.iter().max_by(|a, b| far(a).total_cmp(&far(b)))?;
             Some((extent(&bare), farthest.span.clone()))
         });
@@ -281,12 +282,12 @@ fn connected_groups(n_bodies: usize, joints: &[[BodyId; 2]]) -> Vec<Vec<usize>> 
 }
 
 /// Diagonal of the box around some points and the origin of their frame.
-fn extent(places: &[&Place]) -> f64 {
+fn extent(positions: &[&Position]) -> f64 {
     let mut corners = [[0.0_f64; 3]; 2];
-    for place in places {
+    for position in positions {
         for axis in 0..3 {
-            corners[0][axis] = corners[0][axis].min(place.value[axis].look());
-            corners[1][axis] = corners[1][axis].max(place.value[axis].look());
+            corners[0][axis] = corners[0][axis].min(position.value[axis].look());
+            corners[1][axis] = corners[1][axis].max(position.value[axis].look());
         }
     }
     length(corners[0], corners[1])

@@ -21,13 +21,13 @@ impl Reader<'_> {
         span: Span,
         context: &Context<'_>,
     ) -> Option<Lowered> {
-        let place = context.quoted.place(name_span);
+        let location = context.quoted.span_of(name_span);
         let Some(function) = Function::from_name(name) else {
             let names: Vec<&str> = Function::names().collect();
             let message = format!("unknown function `{}`", cut(name));
             self.report(
                 Diagnostic::error(codes::UNKNOWN_FUNCTION, message)
-                    .at(place, "no function has this name")
+                    .at(location, "no function has this name")
                     .note("`bksim explain M022` lists all functions")
                     .help(suggest(name, &names)),
             );
@@ -40,7 +40,7 @@ impl Reader<'_> {
             let example = ["x", "x, y", "condition, x, y"][needs.clamp(1, 3) - 1];
             self.report(
                 Diagnostic::error(codes::EXPRESSION, message)
-                    .at(context.quoted.place(name_span), "")
+                    .at(context.quoted.span_of(name_span), "")
                     .help(format!("write `{name}({example})`")),
             );
             return None;

@@ -92,7 +92,7 @@ impl Reader<'_> {
             Diagnostic::error(codes::NAME_CLASH, format!("the name `{name}` is already taken"));
         let fault = fault.at(span.unwrap_or(0..0), "this needs a name of its own");
         let fault = match before.clone() {
-            Some(place) => fault.at(place, "taken here"),
+            Some(location) => fault.at(location, "taken here"),
             None => fault.note(format!("`{name}` is the time")),
         };
         self.report(fault.help(format!("rename one of them, for example this to `{name}_1`")));
@@ -154,7 +154,7 @@ pub(super) fn coordinate_names(node: &Node, source: &str) -> Vec<(String, Span)>
     nodes
         .into_iter()
         .filter_map(|node| node.text(source))
-        .map(|quoted| (quoted.text.to_owned(), quoted.place(&(0..quoted.text.len()))))
+        .map(|quoted| (quoted.text.to_owned(), quoted.span_of(&(0..quoted.text.len()))))
         .collect()
 }
 

@@ -2,7 +2,7 @@
 
 use bksim_expr::Expr;
 
-use super::bodies::Place;
+use super::bodies::Position;
 use super::codes;
 use super::gather::sub_tables;
 use super::names::JOINT_TYPES;
@@ -64,12 +64,12 @@ impl Reader<'_> {
         }
         let [predecessor, successor] = ends?;
         if predecessor.body == successor.body {
-            let place = fields.get("between").map_or(span.clone(), |node| node.span.clone());
+            let location = fields.get("between").map_or(span.clone(), |node| node.span.clone());
             let body = &self.names.bodies[predecessor.body.0].name;
             let message = format!("{} has both ends on `{body}`", fields.owner);
             self.report(
                 Diagnostic::error(codes::SELF_JOINT, message)
-                    .at(place, "the same body twice")
+                    .at(location, "the same body twice")
                     .help("name two different bodies, or `ground` as one of them"),
             );
         }
@@ -143,9 +143,9 @@ impl Reader<'_> {
             let leaves_plane = !self.pool.is_zero(x) || !self.pool.is_zero(y);
             self.spatial = spatial.or(leaves_plane.then(|| vector.span.clone()));
         }
-        let value = vector.place.as_ref().map_or([0.0; 3], Place::numbers);
+        let value = vector.position.as_ref().map_or([0.0; 3], Position::numbers);
         // Its sign, or length, is in the equations.
-        for &part in vector.place.iter().flat_map(|place| &place.value) {
+        for &part in vector.position.iter().flat_map(|position| &position.value) {
             self.constants.pinned_sign(part);
         }
         if value == [0.0; 3] {
@@ -206,7 +206,7 @@ impl Reader<'_> {
             Some((body, point)) => (body, Some(point)),
             None => (quoted.text, None),
         };
-        let body_place = quoted.place(&(0..body_name.len()));
+        let body_place = quoted.span_of(&(0..body_name.len()));
         let Some(body) = self.names.body(body_name) else {
             let names = self.owned_names(|names| names.body_names());
             let names: Vec<&str> = names.iter().map(String::as_str).collect();
@@ -222,8 +222,8 @@ impl Reader<'_> {
             let points = self.names.bodies[body.0].points.clone();
             let points: Vec<&str> = points.iter().map(String::as_str).collect();
             let start = body_name.len() + 1;
-            let place = quoted.place(&(start..start + point_name.len()));
-            let label = (place, "the body has no such point");
+            let location = quoted.span_of(&(start..start + point_name.len()));
+            let label = (location, "the body has no such point");
             let shown = super::words::cut(point_name);
             let message = format!("{owner} refers to unknown point `{shown}` of `{body_name}`");
             self.unknown(codes::UNKNOWN_POINT, message, label, (point_name, &points));

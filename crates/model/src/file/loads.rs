@@ -70,11 +70,12 @@ impl Reader<'_> {
             "friction" => self.read_friction(&fields)?,
             _ => self.read_spring(word, &fields)?,
         };
-        let place = ["value", "vector", "acceleration", "stiffness", "damping", "force", "joint"]
-            .iter()
-            .find_map(|key| fields.get(key))
-            .map_or(span, |node| node.span.clone());
-        Some(Load { name: name.to_owned(), kind, span: place })
+        let location =
+            ["value", "vector", "acceleration", "stiffness", "damping", "force", "joint"]
+                .iter()
+                .find_map(|key| fields.get(key))
+                .map_or(span, |node| node.span.clone());
+        Some(Load { name: name.to_owned(), kind, span: location })
     }
 
     fn load_vector(
@@ -237,10 +238,10 @@ impl Reader<'_> {
         if found.is_none() {
             let names = self.owned_names(|names| names.joint_names());
             let names: Vec<&str> = names.iter().map(String::as_str).collect();
-            let place = quoted.place(&(0..quoted.text.len()));
+            let location = quoted.span_of(&(0..quoted.text.len()));
             let message =
                 format!("{} refers to unknown joint `{}`", fields.owner, cut(quoted.text));
-            let label = (place, "no joint has this name");
+            let label = (location, "no joint has this name");
             self.unknown(codes::UNKNOWN_JOINT, message, label, (quoted.text, &names));
         }
         found
@@ -307,14 +308,14 @@ impl Reader<'_> {
             let help = "write `joint = \"A\"` with the name of the driven joint";
             let target = self.motion_of(&fields, help);
             // A motion follows one drive only.
-            if let Some((joint, motion_idx, place)) = target.clone() {
+            if let Some((joint, motion_idx, location)) = target.clone() {
                 let same = |(j, m, _): &&(JointId, usize, Span)| (*j, *m) == (joint, motion_idx);
                 if let Some((_, _, first)) = taken.iter().find(same).cloned() {
                     let joint_name = &self.names.joints[joint.0].name;
                     let message = format!("joint `{joint_name}` has two drives of one motion");
                     self.report(
                         Diagnostic::error(codes::TWO_DRIVES, message)
-                            .at(place.clone(), "driven again here")
+                            .at(location.clone(), "driven again here")
                             .at(first, "first driven here")
                             .note("one degree of freedom can follow one drive only")
                             .help(format!(
@@ -322,7 +323,7 @@ impl Reader<'_> {
                             )),
                     );
                 }
-                taken.push((joint, motion_idx, place));
+                taken.push((joint, motion_idx, location));
             }
             // The motion as a function of time, in the quantity of the joint.
             let quantity = target.as_ref().map_or(Quantity::ANGLE, |(joint, idx, _)| {

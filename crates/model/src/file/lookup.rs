@@ -19,7 +19,7 @@ impl Reader<'_> {
         range: &Span,
         context: &Context<'_>,
     ) -> Option<Lowered> {
-        let span = context.quoted.place(range);
+        let span = context.quoted.span_of(range);
         // Constants, parameters and the time.
         if name == "pi" {
             let value = Some(Constant::written(std::f64::consts::PI));
@@ -110,17 +110,17 @@ impl Reader<'_> {
         let name = parts.join(".");
         let message = format!("undefined `{}` in {}", cut(&name), context.what);
         let Some(word) = parts.get(part) else {
-            let place = context.quoted.place(range);
+            let location = context.quoted.span_of(range);
             let help = format!("write for example `{name}.{}`", candidates.first().unwrap_or(&"x"));
             let label = "needs a point or a measure after it";
             self.report(
-                Diagnostic::error(codes::UNKNOWN_NAME, message).at(place, label).help(help),
+                Diagnostic::error(codes::UNKNOWN_NAME, message).at(location, label).help(help),
             );
             return;
         };
         // A unit without a number, or a name that nothing has.
         let start = range.start + parts[..part].iter().map(|p| p.len() + 1).sum::<usize>();
-        let place = context.quoted.place(&(start..start + word.len()));
+        let location = context.quoted.span_of(&(start..start + word.len()));
         if part == 0 && find_unit(word).is_some() {
             let help = format!(
                 "a unit follows a number, `1 {word}`, or a unit and a space, `1 kg {word}`; \
@@ -128,12 +128,12 @@ impl Reader<'_> {
             );
             self.report(
                 Diagnostic::error(codes::UNKNOWN_NAME, message)
-                    .at(place, "no such name")
+                    .at(location, "no such name")
                     .help(help),
             );
             return;
         }
-        let label = (place, "no such name");
+        let label = (location, "no such name");
         self.unknown(codes::UNKNOWN_NAME, message, label, (word, &candidates));
     }
 }

@@ -49,7 +49,7 @@ impl Reader<'_> {
             if self.has_seen_enough() {
                 return None;
             }
-            let span = quoted.place(&node.span);
+            let span = quoted.span_of(&node.span);
             let lowered = match &node.kind {
                 SyntaxKind::Number(number) => self.finite(*number, span, what),
                 SyntaxKind::Quantity { value, factors, .. } => {
@@ -81,7 +81,7 @@ impl Reader<'_> {
             let lowered = lowered.and_then(|lowered| self.real(lowered, &context));
             nodes.push(lowered);
         }
-        let whole = quoted.place(&(0..quoted.text.len()));
+        let whole = quoted.span_of(&(0..quoted.text.len()));
         let root = nodes.pop().flatten()?;
         // The position of the whole value, with parentheses and spaces.
         let span = if root.unit_span.is_some() { root.span.clone() } else { whole };
@@ -113,7 +113,7 @@ impl Reader<'_> {
             let message = format!("the unit `{}` has the exponent {exponent}", factor.name);
             self.report(
                 Diagnostic::error(codes::UNKNOWN_UNIT, message)
-                    .at(context.quoted.place(&factor.span), "")
+                    .at(context.quoted.span_of(&factor.span), "")
                     .help(format!("write an exponent up to {MAX_UNIT_EXPONENT}")),
             );
             return None;
@@ -124,7 +124,7 @@ impl Reader<'_> {
         let value = number.value.map(|value| self.constants.scaled(value, scale));
         Some(Lowered {
             is_angle,
-            unit_span: Some(context.quoted.place(&unit_range)),
+            unit_span: Some(context.quoted.span_of(&unit_range)),
             ..Lowered::new(self.scaled(number.expr, scale), Kind::Known(dimension), value, span)
         })
     }
@@ -331,7 +331,7 @@ impl Reader<'_> {
     /// In a file with units of its own, a bare parameter in a product could mean anything.
     fn needs_unit(&mut self, bare: &Lowered) {
         let known = self.parameters.iter().find(|p| p.symbol == bare.expr);
-        let (message, place, help) = match known {
+        let (message, location, help) = match known {
             Some(p) => (
                 format!(
                     "`{}` = {} needs its unit",
@@ -353,7 +353,7 @@ impl Reader<'_> {
         };
         self.report(
             Diagnostic::error(codes::NEEDS_UNIT, message)
-                .at(place, "no unit here, and the file has units of its own")
+                .at(location, "no unit here, and the file has units of its own")
                 .at(bare.span.clone(), "multiplied here")
                 .help(help),
         );
@@ -390,8 +390,8 @@ impl Reader<'_> {
         for node in &context.syntax.nodes[..=node_idx] {
             let SyntaxKind::Name(name) = &node.kind else { continue };
             let inside = context.quoted.start.is_none() || {
-                let place = context.quoted.place(&node.span);
-                place.start >= divisor.span.start && place.end <= divisor.span.end
+                let location = context.quoted.span_of(&node.span);
+                location.start >= divisor.span.start && location.end <= divisor.span.end
             };
             let Some(Meaning::Parameter(idx)) = self.names.plain(name) else { continue };
             let Some(known) = self.parameters[idx].result.as_ref().filter(|_| inside) else {

@@ -13,7 +13,7 @@
 
 use bksim_expr::Expr;
 
-use super::bodies::{BodyFacts, Place, VectorValue};
+use super::bodies::{BodyFacts, Position, VectorValue};
 use super::codes;
 use super::reader::{Fields, Reader};
 use super::replay::Constant;
@@ -73,10 +73,10 @@ impl Reader<'_> {
             .map(|node| self.vector(node, Quantity::LENGTH, what, Scope::Constant))
             .collect();
         let corners: Vec<VectorValue> = corners.into_iter().collect::<Option<_>>()?;
-        facts.places.extend(corners.iter().filter_map(|corner| corner.place.clone()));
-        let places: Vec<[Constant; 3]> =
-            corners.iter().filter_map(|corner| corner.place.as_ref().map(|p| p.value)).collect();
-        let doubled = self.twice_area(&places);
+        facts.positions.extend(corners.iter().filter_map(|corner| corner.position.clone()));
+        let positions: Vec<[Constant; 3]> =
+            corners.iter().filter_map(|corner| corner.position.as_ref().map(|p| p.value)).collect();
+        let doubled = self.twice_area(&positions);
         self.constants.pinned_sign(doubled);
         let doubled = doubled.look();
         if corners.len() < 3 || doubled == 0.0 {
@@ -138,7 +138,7 @@ impl Reader<'_> {
         let about_origin = pool.mul(sheet, moments.polar);
         body.inertia.moments[2] = pool.simplify(pool.sub(about_origin, pool.mul(body.mass, arm)));
         facts.has_density = true;
-        let corners: Vec<[f64; 3]> = facts.places.iter().map(Place::numbers).collect();
+        let corners: Vec<[f64; 3]> = facts.positions.iter().map(Position::numbers).collect();
         if let (Some(density_value), Some(height), [_]) = (density.value, thickness.value, outline)
         {
             let (density_value, height) = (density_value.look(), height.look());

@@ -23,7 +23,7 @@ impl Reader<'_> {
         scope: Scope,
     ) -> Option<Scalar> {
         let span = match node.text(self.text) {
-            Some(quoted) => quoted.place(&(0..quoted.text.len())),
+            Some(quoted) => quoted.span_of(&(0..quoted.text.len())),
             None => node.span.clone(),
         };
         let lowered = match &node.value {
@@ -98,8 +98,8 @@ impl Reader<'_> {
         // A unit goes on after a space or `/`, so that a parameter `m` leaves `3 N/m` alone; after
         // a written `*` a name of the model comes first, as in `3 kg*h^2`. `t` is the time always.
         let is_name = |name: &str| {
-            let place = place_within(&text, name);
-            let before = quoted.text[..place].trim_end();
+            let location = place_within(&text, name);
+            let before = quoted.text[..location].trim_end();
             name == "t" || before.ends_with('*') && self.names.plain(name).is_some()
         };
         let options = ParseOptions {
@@ -117,19 +117,19 @@ impl Reader<'_> {
     }
 
     fn report_parse_error(&mut self, error: &ParseError, quoted: &Quoted<'_>, what: &str) {
-        let place = quoted.place(&error.span);
+        let location = quoted.span_of(&error.span);
         let fault = |message: String| Diagnostic::error(codes::EXPRESSION, message);
         let fault = match &error.kind {
             // Parentheses.
             ParseErrorKind::UnclosedParenthesis => fault("`(` is not closed".to_owned())
-                .at(place, "opened here")
+                .at(location, "opened here")
                 .help("add `)` where it ends"),
             ParseErrorKind::UnopenedParenthesis => fault("`)` closes nothing".to_owned())
-                .at(place, "never opened")
+                .at(location, "never opened")
                 .help("remove it, or add `(` before it"),
             ParseErrorKind::TooDeep { limit } => {
                 Diagnostic::error(codes::NESTING, format!("parentheses nested deeper than {limit}"))
-                    .at(place, "the first one too deep")
+                    .at(location, "the first one too deep")
                     .help("use a parameter for a part of it, or allow more with `--max-nesting`")
             }
             // Words and their order.
@@ -143,11 +143,13 @@ impl Reader<'_> {
                     "units: `bksim explain M030` lists them".to_owned()
                 };
                 let message = format!("unknown unit `{}`", cut(name));
-                Diagnostic::error(codes::UNKNOWN_UNIT, message).at(place, "not a unit").help(help)
+                Diagnostic::error(codes::UNKNOWN_UNIT, message)
+                    .at(location, "not a unit")
+                    .help(help)
             }
             ParseErrorKind::UnexpectedEnd { expected } => {
                 fault(format!("{what} ends where {expected} must follow"))
-                    .at(place, "ends here")
+                    .at(location, "ends here")
                     .help(format!("write {expected} at the end"))
             }
             ParseErrorKind::UnexpectedToken { found, expected } => {
@@ -157,27 +159,27 @@ impl Reader<'_> {
                     format!("write {expected} before it, or remove it")
                 };
                 fault(format!("found `{}` where {expected} must stand", cut(found)))
-                    .at(place, "not expected here")
+                    .at(location, "not expected here")
                     .help(help)
             }
             // Characters and digits.
             ParseErrorKind::UnexpectedCharacter { found: found @ ('=' | '!') } => {
                 fault(format!("an expression cannot contain `{found}`"))
-                    .at(place, "")
+                    .at(location, "")
                     .help("the comparisons are `<`, `<=`, `>` and `>=`")
             }
             ParseErrorKind::UnexpectedCharacter { found } => {
                 fault(format!("an expression cannot contain `{}`", found.escape_debug()))
-                    .at(place, "")
+                    .at(location, "")
                     .help(
                         "use + - * / ^ ( ), numbers, units, names, functions; a point in decimals",
                     )
             }
             ParseErrorKind::BadNumber { found } => fault(format!("`{}` is no number", cut(found)))
-                .at(place, "")
+                .at(location, "")
                 .help("write digits and one point, such as 0.5 or 1.2e-3"),
             other => {
-                fault(format!("{what}: {other}")).at(place, "").help("see `bksim explain M020`")
+                fault(format!("{what}: {other}")).at(location, "").help("see `bksim explain M020`")
             }
         };
         self.report(fault);
@@ -202,11 +204,11 @@ impl Reader<'_> {
             Kind::Known(found) => {
                 let noun = describe(found, lowered.is_angle);
                 let expected = quantity.noun;
-                let place = lowered.unit_span.clone().unwrap_or_else(|| lowered.span.clone());
+                let location = lowered.unit_span.clone().unwrap_or_else(|| lowered.span.clone());
                 let message = format!("{what}: expected {expected}, found {noun}");
                 let label =
                     if found == Dimension::NONE { String::new() } else { format!("in {found}") };
-                let fault = Diagnostic::error(codes::WRONG_DIMENSION, message).at(place, label);
+                let fault = Diagnostic::error(codes::WRONG_DIMENSION, message).at(location, label);
                 self.report(fault.help(format!("write for example \"{}\"", quantity.example)));
                 None
             }
@@ -232,14 +234,14 @@ impl Reader<'_> {
         if !quantity.is_angle() || self.units.angle_stated || value.abs() <= turn || !looks_round {
             return;
         }
-        let Some((name, place)) = self.bare_source(lowered) else { return };
+        let Some((name, location)) = self.bare_source(lowered) else { return };
         let what = name.map_or_else(|| what.to_owned(), |name| format!("the angle `{name}`"));
         self.report(
             Diagnostic::warning(
                 codes::LOOKS_LIKE_DEGREES,
                 format!("{what} is {} rad = {:.1} turns", short(value), value / turn),
             )
-            .at(place, "a number without unit is in radians")
+            .at(location, "a number without unit is in radians")
             .help(format!("write \"{0} deg\", or \"{0} rad\" if it is right", short(value))),
         );
     }
@@ -256,6 +258,6 @@ impl Reader<'_> {
 
 /// Start of a part of a text; the parser hands out parts of the text it was given.
 fn place_within(text: &str, part: &str) -> usize {
-    let place = (part.as_ptr() as usize).saturating_sub(text.as_ptr() as usize);
-    if text.is_char_boundary(place) { place } else { 0 }
+    let location = (part.as_ptr() as usize).saturating_sub(text.as_ptr() as usize);
+    if text.is_char_boundary(location) { location } else { 0 }
 }

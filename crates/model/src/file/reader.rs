@@ -117,10 +117,10 @@ impl Reader<'_> {
             return Some(*value);
         }
         let names: Vec<&str> = choices.iter().map(|(name, _)| *name).collect();
-        let place = quoted.place(&(0..word.len()));
+        let location = quoted.span_of(&(0..word.len()));
         self.report(
             Diagnostic::error(codes::NOT_A_CHOICE, format!("{what} cannot be `{}`", cut(word)))
-                .at(place, "not one of the choices")
+                .at(location, "not one of the choices")
                 .help(suggest(word, &names)),
         );
         None
@@ -150,13 +150,13 @@ impl Reader<'_> {
         &mut self,
         code: Code,
         message: String,
-        (place, label): (Span, &str),
+        (location, label): (Span, &str),
         (word, candidates): (&str, &[&str]),
     ) {
         if self.has_seen_enough() {
             return;
         }
-        let mut fault = Diagnostic::error(code, message).at(place, label);
+        let mut fault = Diagnostic::error(code, message).at(location, label);
         if candidates.iter().any(|known| known.eq_ignore_ascii_case(word)) {
             fault = fault.note("names are case-sensitive");
         }
@@ -164,7 +164,7 @@ impl Reader<'_> {
     }
 
     /// Checks a name that the author chose. Reports and returns `false` when it cannot be used.
-    pub(super) fn usable_name(&mut self, name: &str, place: &Span, what: &str) -> bool {
+    pub(super) fn usable_name(&mut self, name: &str, location: &Span, what: &str) -> bool {
         let letters = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
         let starts_well = !name.starts_with(|c: char| c.is_ascii_digit());
         if letters && starts_well && !name.is_empty() {
@@ -180,7 +180,7 @@ impl Reader<'_> {
         }
         self.report(
             Diagnostic::error(codes::BAD_NAME, format!("`{}` cannot name a {what}", cut(name)))
-                .at(place.clone(), "letters a–z, digits and `_`, not starting with a digit")
+                .at(location.clone(), "letters a–z, digits and `_`, not starting with a digit")
                 .help(format!("rename it, for example `{better}`")),
         );
         false

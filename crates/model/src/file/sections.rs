@@ -154,13 +154,13 @@ impl Reader<'_> {
         let choices = [("planar", Space::Planar), ("spatial", Space::Spatial)];
         let stated = top.get("space").and_then(|node| self.choice(node, "`space`", &choices));
         match (stated, self.spatial.clone()) {
-            (Some(Space::Planar), Some(place)) => {
+            (Some(Space::Planar), Some(location)) => {
                 self.report(
                     Diagnostic::error(
                         codes::NOT_PLANAR,
                         "a planar model has a part that leaves the plane",
                     )
-                    .at(place, "not in the plane z = 0, or an axis not along z")
+                    .at(location, "not in the plane z = 0, or an axis not along z")
                     .help("remove the z part, or write `space = \"spatial\"`"),
                 );
                 Space::Planar
@@ -190,9 +190,9 @@ impl Reader<'_> {
 
     /// File order, each fault once; faults of the whole model come last.
     fn sort_faults(&mut self) {
-        let place =
+        let location =
             |fault: &Diagnostic| fault.labels.first().map_or(usize::MAX, |label| label.span.start);
-        self.faults.sort_by_key(place);
+        self.faults.sort_by_key(location);
         let mut kept: Vec<Diagnostic> = Vec::new();
         let mut n_hidden = 0;
         for fault in self.faults.drain(..) {

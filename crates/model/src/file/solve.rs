@@ -100,14 +100,14 @@ impl Reader<'_> {
         let known = |key: &str, read: bool| read || fields.get(key).is_none();
         let both = known("t_start", start.is_some()) && known("t_end", end.is_some());
         if both && !self.constants.differ(from, to) {
-            let place = end.or(start).map_or(fields.span.clone(), |(_, span)| span);
+            let location = end.or(start).map_or(fields.span.clone(), |(_, span)| span);
             let from = solve.t_start;
             self.report(
                 Diagnostic::error(
                     codes::BAD_TIME_SPAN,
                     format!("the end `t_end` = {from} s is the start `t_start` as well"),
                 )
-                .at(place, "the end must differ from the start")
+                .at(location, "the end must differ from the start")
                 .help(format!("write for example `t_end = \"{} s\"`", from + 10.0)),
             );
         }
@@ -133,7 +133,7 @@ impl Reader<'_> {
                     codes::KEY_CONFLICT,
                     "both `every` and `times` say when to output",
                 )
-                .at(node.span.clone(), "given beside `every`")
+                .at(node.span.clone(), "given together with `every`")
                 .help("leave out one of them"),
             );
         }

@@ -38,8 +38,8 @@ pub fn decode(bytes: &[u8]) -> Result<&str, Diagnostic> {
 /// Duplicate keys are reported and the first value counts; any other fault of syntax ends the
 /// reading, because what follows it would be guesswork.
 pub(super) fn parse(text: &str, nesting: usize, faults: &mut Vec<Diagnostic>) -> Option<Table> {
-    if let Some(place) = too_deep(text, nesting.min(TOML_NESTING)) {
-        faults.push(nesting_fault(place, nesting));
+    if let Some(offset) = too_deep(text, nesting.min(TOML_NESTING)) {
+        faults.push(nesting_fault(offset, nesting));
         return None;
     }
     let (document, errors) = DeTable::parse_recoverable(text);
@@ -63,13 +63,13 @@ fn too_deep(text: &str, limit: usize) -> Option<usize> {
     let mut depth = 0_usize;
     let mut rest = text;
     while let Some(at) = rest.find(['[', ']', '{', '}', '"', '\'', '#', '\n']) {
-        let place = text.len() - rest.len() + at;
+        let offset = text.len() - rest.len() + at;
         let tail = &rest[at..];
         match tail.as_bytes()[0] {
             b'[' | b'{' => {
                 depth += 1;
                 if depth > limit {
-                    return Some(place);
+                    return Some(offset);
                 }
             }
             b']' | b'}' => depth = depth.saturating_sub(1),
@@ -105,10 +105,10 @@ fn token_length(tail: &str) -> usize {
     }
 }
 
-fn nesting_fault(place: usize, asked: usize) -> Diagnostic {
+fn nesting_fault(offset: usize, asked: usize) -> Diagnostic {
     let limit = asked.min(TOML_NESTING);
     let fault = Diagnostic::error(codes::NESTING, format!("nested deeper than {limit} brackets"))
-        .at(place..place + 1, "the first bracket too deep");
+        .at(offset..offset + 1, "the first bracket too deep");
     if limit < TOML_NESTING {
         fault.help(format!(
             "close the brackets before this one, or allow more with `--max-nesting` (at most {TOML_NESTING})"
@@ -158,11 +158,11 @@ fn explain_syntax(text: &str, error: &Error) -> Diagnostic {
             .at(line.clone(), "no `]` in this line")
             .help(format!("write {}]", text[line].trim_end()));
     }
-    if let Some(place) = unclosed_bracket(text, said, &span) {
-        let bracket = &text[place..=place];
+    if let Some(offset) = unclosed_bracket(text, said, &span) {
+        let bracket = &text[offset..=offset];
         let close = if bracket == "[" { "]" } else { "}" };
         return fault(&format!("`{bracket}` is not closed"))
-            .at(place..place + 1, "opened here")
+            .at(offset..offset + 1, "opened here")
             .help(format!("add `{close}` where it ends"));
     }
     if said.starts_with("missing comma") {
@@ -206,13 +206,13 @@ fn unclosed_text(text: &str, end: &Span, said: &str) -> Diagnostic {
     let mut open = end.start;
     let mut rest = &text[from..end.start];
     while let Some(at) = rest.find(['"', '\'', '#']) {
-        let place = end.start - rest.len() + at;
-        let length = token_length(&text[place..end.start]);
-        if place + length >= end.start {
-            open = place;
+        let offset = end.start - rest.len() + at;
+        let length = token_length(&text[offset..end.start]);
+        if offset + length >= end.start {
+            open = offset;
             break;
         }
-        rest = &text[place + length..end.start];
+        rest = &text[offset + length..end.start];
     }
     let quotes = mark.to_string().repeat(if many { 3 } else { 1 });
     let help = if many {
@@ -238,23 +238,23 @@ fn unclosed_bracket(text: &str, said: &str, span: &Span) -> Option<usize> {
     let mut open = Vec::new();
     let mut rest = &text[..span.start];
     while let Some(at) = rest.find(['[', ']', '{', '}', '"', '\'', '#']) {
-        let place = span.start - rest.len() + at;
-        match text.as_bytes()[place] {
-            b'[' | b'{' => open.push(place),
+        let offset = span.start - rest.len() + at;
+        match text.as_bytes()[offset] {
+            b'[' | b'{' => open.push(offset),
             b']' | b'}' => drop(open.pop()),
             _ => (),
         }
-        rest = &text[place + token_length(&text[place..span.start])..span.start];
+        rest = &text[offset + token_length(&text[offset..span.start])..span.start];
     }
     let innermost = open.pop()?;
     (at_end || line_of(text, innermost) != line_of(text, span.start)).then_some(innermost)
 }
 
 /// The line around a position, without its end.
-fn line_of(text: &str, place: usize) -> Span {
-    let place = place.min(text.len());
-    let start = text[..place].rfind('\n').map_or(0, |at| at + 1);
-    let end = text[place..].find('\n').map_or(text.len(), |at| place + at);
+fn line_of(text: &str, offset: usize) -> Span {
+    let offset = offset.min(text.len());
+    let start = text[..offset].rfind('\n').map_or(0, |at| at + 1);
+    let end = text[offset..].find('\n').map_or(text.len(), |at| offset + at);
     start..end
 }
 
@@ -310,8 +310,8 @@ fn first_definition(text: &str, span: &Span) -> Option<Span> {
         path.push(key.to_owned());
     }
     let above = DeTable::parse_recoverable(text.get(..key_start)?).0;
-    if let Some(place) = look_up(above.get_ref(), &path) {
-        return Some(place);
+    if let Some(offset) = look_up(above.get_ref(), &path) {
+        return Some(offset);
     }
     // Within one line, such as an inline table: the same word before.
     let before = text.get(line.start..span.start)?;

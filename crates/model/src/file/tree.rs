@@ -140,7 +140,7 @@ pub(super) struct Quoted<'n> {
 
 impl Quoted<'_> {
     /// Position in the file of a range of the text.
-    pub(super) fn place(&self, range: &Span) -> Span {
+    pub(super) fn span_of(&self, range: &Span) -> Span {
         match self.start {
             Some(start) => start + range.start..start + range.end,
             None => self.whole.clone(),

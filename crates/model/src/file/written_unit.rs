@@ -79,15 +79,15 @@ pub(super) fn join_units(text: &str) -> String {
         let before = text[..at].trim_end();
         let after = text[at..].split(|c| !is_word(c)).next().unwrap_or_default();
         let is_call = text[at + after.len()..].trim_start().starts_with('(');
-        let last = &before[before
-            .rfind(|c| !is_word(c))
-            .map_or(0, |place| place + before[place..].chars().next().map_or(1, char::len_utf8))..];
+        let last = &before[before.rfind(|c| !is_word(c)).map_or(0, |location| {
+            location + before[location..].chars().next().map_or(1, char::len_utf8)
+        })..];
         // The exponent of a unit: `m^2 s`.
         let power =
             before.strip_suffix(last).and_then(|rest| rest.trim_end_matches('-').strip_suffix('^'));
         let unit = power.map_or(last, |rest| {
-            &rest[rest.rfind(|c| !is_word(c)).map_or(0, |place| {
-                place + rest[place..].chars().next().map_or(1, char::len_utf8)
+            &rest[rest.rfind(|c| !is_word(c)).map_or(0, |location| {
+                location + rest[location..].chars().next().map_or(1, char::len_utf8)
             })..]
         });
         // `25mm m`: a number may touch its unit.

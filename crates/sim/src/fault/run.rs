@@ -37,7 +37,7 @@ pub fn diagnose_run(
     parameters: &[f64],
     failure: &Failure,
 ) -> Diagnostic {
-    if let Some(fault) = &failure.unsettled {
+    if let Some(fault) = &failure.no_modes {
         return switch::no_consistent_modes(model, system, fault, failure.summary.t);
     }
     let fault = match &failure.error {
@@ -103,7 +103,7 @@ fn no_value(
     });
     let motions = model.drives.iter().map(|d| ((format!("drive `{}`", d.name), &d.span), d.motion));
     for ((owner, span), e) in laws.chain(motions) {
-        // The author's own text of the operand, beside its value in this state.
+        // The author's own text of the operand, with its value in this state.
         let resolved = pool.substitute(e, &signals);
         if let Some(fault) = pool.domain_fault(resolved, &value) {
             let written = written_operand(pool, e, &fault, &signals, &value);

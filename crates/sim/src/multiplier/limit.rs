@@ -22,7 +22,7 @@ pub(crate) enum Solution {
 
 impl MultiplierSystem {
     /// As [`MultiplierSystem::accelerations_into`], in a singular pose too: accelerations have a
-    /// limit there, which is read off the motion a little before and behind.
+    /// limit there, which is read off the motion a little before and after.
     ///
     /// ```text
     /// q(s) = q + s v + s²/2 a + s³/6 j       v(s) = v + s a + s²/2 j
@@ -43,6 +43,7 @@ impl MultiplierSystem {
         lambda: &mut [f64],
     ) -> Result<Solution, NotFinite> {
         const PASSES: usize = 3;
+        // A small mechanism has straight-line code, which answers away from singular poses.
         if self.active.len() == lambda.len()
             && self.augmented.is_none()
             && let Some(line) = evaluator.unrolled(t, q, v)
@@ -50,6 +51,7 @@ impl MultiplierSystem {
         {
             return Ok(Solution::Regular);
         }
+        // Elsewhere the factorisation tells whether the pose is singular.
         self.accelerations_into(&evaluator.dynamics(t, q, v), vdot, lambda)?;
         let fastest = largest(v);
         if self.rank_margin() > LIMIT_BELOW {
@@ -58,6 +60,8 @@ impl MultiplierSystem {
         if fastest == 0.0 {
             return Ok(Solution::Limit);
         }
+        // There, accelerations and their rate are those at four instants close by, on a motion that they
+        // themselves continue: fixed-point passes.
         let s = ASIDE * largest(q).max(1.0) / fastest;
         let n = q.len();
         let [mut a, mut jerk, mut side] = [(); 3].map(|()| vec![0.0; n]);

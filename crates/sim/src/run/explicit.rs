@@ -32,8 +32,8 @@ use bksim_model::{self, SolveOptions};
 pub(crate) struct ExplicitMotion<'a> {
     evaluator: Evaluator<'a>,
     pub(crate) multipliers: MultiplierSystem,
-    /// The least weakness of the stages since it was last looked at.
-    pub(crate) weakest: f64,
+    /// The least rank margin of the stages since it was last looked at.
+    pub(crate) least_margin: f64,
     layout: Layout,
     lambda: Vec<f64>,
 }
@@ -57,7 +57,7 @@ impl<'a> ExplicitMotion<'a> {
         Self {
             evaluator: compiled.evaluator(parameters),
             multipliers,
-            weakest: 1.0,
+            least_margin: 1.0,
             layout: Layout::from_groups(&[(2 * compiled.nq() + 1, Index::One)]).with_names(names),
             lambda: vec![0.0; compiled.nc()],
         }
@@ -83,7 +83,7 @@ impl Ode for ExplicitMotion<'_> {
     }
 
     fn derivative(&mut self, t: f64, y: &[f64], ydot: &mut [f64]) -> Result<(), NotFinite> {
-        let Self { evaluator, multipliers, weakest, lambda, .. } = self;
+        let Self { evaluator, multipliers, least_margin, lambda, .. } = self;
         let nq = (y.len() - 1) / 2;
         let (q, v) = y[..2 * nq].split_at(nq);
         let (qdot, rest) = ydot.split_at_mut(nq);
@@ -91,7 +91,7 @@ impl Ode for ExplicitMotion<'_> {
         qdot.copy_from_slice(v);
         let solved = multipliers.limit_into(evaluator, t, (q, v), vdot, lambda);
         solved.map_err(|NotFinite { row }| NotFinite { row: nq + row.min(nq) })?;
-        *weakest = weakest.min(multipliers.rank_margin());
+        *least_margin = least_margin.min(multipliers.rank_margin());
         power[0] = evaluator.power(t, q, v, lambda);
         Ok(())
     }
@@ -122,9 +122,9 @@ impl Ode for ExplicitMotion<'_> {
 /// Explicit steps of a run.
 pub(super) struct ExplicitStepper<'a> {
     solver: ExplicitSolver<ExplicitMotion<'a>>,
-    /// Weakness at the end of the last step, and the least of its stages.
-    weakness: f64,
-    weakest: f64,
+    /// Rank margin at the end of the last step, and the least of its stages.
+    margin: f64,
+    least_margin: f64,
     /// Until when steps are explicit only to pass a singular pose.
     passing: Option<f64>,
     /// Whether Radau takes over where the motion turns stiff.
@@ -167,7 +167,7 @@ impl<'a> ExplicitStepper<'a> {
                 let mut solver = ExplicitSolver::resume(motion, &numbers, t_end, settings)?;
                 let motion = solver.system_mut();
                 motion.multipliers.load(shape, &mut loader)?;
-                motion.weakest = loader.real()?;
+                motion.least_margin = loader.real()?;
                 if let Some(monitor) = monitor {
                     monitor.load(&mut loader, &from)?;
                 }
@@ -176,8 +176,8 @@ impl<'a> ExplicitStepper<'a> {
         };
         Ok(Self {
             solver,
-            weakness: 1.0,
-            weakest: 1.0,
+            margin: 1.0,
+            least_margin: 1.0,
             passing,
             yields_to_radau: options.method == bksim_model::Method::Auto && passing.is_none(),
         })
@@ -193,12 +193,12 @@ impl Stepper for ExplicitStepper<'_> {
         self.solver.last_step()
     }
 
-    /// Never: the accelerations have a limit in a singular pose. Notes how weak the stages were,
+    /// Never: the accelerations have a limit in a singular pose. Notes the rank margin of the stages,
     /// before dense output adds stages of its own.
     fn is_singular_ahead(&mut self, _: &mut Evaluator<'_>) -> bool {
         let motion = self.solver.system_mut();
-        self.weakness = motion.multipliers.rank_margin();
-        self.weakest = std::mem::replace(&mut motion.weakest, self.weakness);
+        self.margin = motion.multipliers.rank_margin();
+        self.least_margin = std::mem::replace(&mut motion.least_margin, self.margin);
         false
     }
 
@@ -207,7 +207,7 @@ impl Stepper for ExplicitStepper<'_> {
         evaluator: &mut Evaluator<'_>,
         monitor: &mut SingularMonitor,
     ) -> Result<Option<Sighting>, SolveError> {
-        if self.weakest >= NOTICEABLE {
+        if self.least_margin >= NOTICEABLE {
             monitor.leave();
             return Ok(None);
         }
@@ -230,9 +230,9 @@ impl Stepper for ExplicitStepper<'_> {
     }
 
     fn succession(&mut self) -> Option<PhaseEnd> {
-        let Self { solver, weakness, passing, .. } = self;
+        let Self { solver, margin, passing, .. } = self;
         let is_past = |until: f64| (solver.t() - until) * solver.h().signum() >= 0.0;
-        if *weakness > REGULAR && passing.is_some_and(is_past) {
+        if *margin > REGULAR && passing.is_some_and(is_past) {
             return Some(PhaseEnd::Regular);
         }
         (self.yields_to_radau && solver.is_stiff()).then_some(PhaseEnd::Stiff)
@@ -266,6 +266,6 @@ impl Stepper for ExplicitStepper<'_> {
         saver.checkpoint(&self.solver.save());
         let motion = self.solver.system_mut();
         motion.multipliers.save(saver);
-        saver.real(motion.weakest);
+        saver.real(motion.least_margin);
     }
 }

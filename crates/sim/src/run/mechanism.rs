@@ -105,10 +105,10 @@ impl<'a> PhaseMechanism<'a> {
         changes: &mut Vec<Change>,
     ) -> Result<ConsistentModes, NoConsistentModes> {
         let State { t, q, v } = state;
-        let settled = self.switching.pass(&crossed.fired, (t, q, v), changes)?;
+        let entered = self.switching.pass(&crossed.fired, (t, q, v), changes)?;
         self.evaluator = self.compiled.evaluator(&self.switching.parameters);
-        self.inactive.clone_from(&settled.inactive);
-        Ok(settled)
+        self.inactive.clone_from(&entered.inactive);
+        Ok(entered)
     }
 
     /// Saves the modes; the inactive rows are saved elsewhere.

@@ -59,7 +59,7 @@ pub struct Segment {
     pub t1: f64,
     /// Values of q and v at the Chebyshev points, those of one point together: 2 nq (d + 1) numbers.
     pub values: Vec<f64>,
-    /// Modes that hold here, as parameters behind those of the model.
+    /// Modes that hold here, as parameters after those of the model.
     pub modes: Vec<f64>,
     /// Constraint rows that follow from the others here.
     pub dependent: Vec<usize>,

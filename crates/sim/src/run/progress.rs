@@ -88,7 +88,7 @@ pub(super) struct Halt {
     /// The integrator's reason.
     pub(super) error: Option<SolveError>,
     /// Contacts or kinks without consistent modes.
-    pub(super) unsettled: Option<NoConsistentModes>,
+    pub(super) no_modes: Option<NoConsistentModes>,
 }
 
 impl State {
@@ -191,7 +191,7 @@ impl<'a> Run<'a> {
     /// An integrator's error as the reason to end the run.
     pub(super) fn halt(&mut self, error: SolveError) -> Halt {
         match self.failed(error) {
-            PhaseEnd::Failed(error) => Halt { error, unsettled: None },
+            PhaseEnd::Failed(error) => Halt { error, no_modes: None },
             _ => unreachable!("an error ends a phase as a failure"),
         }
     }
@@ -202,13 +202,13 @@ impl<'a> Run<'a> {
         if self.sampler.is_undefined {
             return Err(Box::new(Failure::undefined(summary.clone(), last.clone())));
         }
-        outcome.map_err(|Halt { error, unsettled }| {
+        outcome.map_err(|Halt { error, no_modes }| {
             let (summary, last) = (summary.clone(), last.clone());
-            Box::new(Failure { error, unsettled, summary, last })
+            Box::new(Failure { error, no_modes, summary, last })
         })
     }
 
-    /// Takes steps until one ends at or behind `t`.
+    /// Takes steps until one ends at or after `t`.
     ///
     /// # Errors
     /// [`Failure`] as [`Run::step`].
@@ -370,7 +370,7 @@ impl<'a> Run<'a> {
             }
             PhaseEnd::Failed(error) => match self.after_failure(error.as_ref()) {
                 Some(next) => next,
-                None => return Err(Halt { error, unsettled: None }),
+                None => return Err(Halt { error, no_modes: None }),
             },
             PhaseEnd::Regular | PhaseEnd::Reached | PhaseEnd::Switched(_) => {
                 (Integrator::Radau, Reason::Regular)
@@ -419,12 +419,11 @@ impl<'a> Run<'a> {
     /// Goes on in other modes where something has switched.
     fn pass_event(&mut self, crossed: &Crossed) -> Result<(), Halt> {
         let changes = &mut self.summary.changes;
-        let settled = self.mechanism.switch(crossed, self.reached.clone(), changes);
-        let settled =
-            settled.map_err(|unsettled| Halt { error: None, unsettled: Some(unsettled) })?;
-        self.summary.energy.work += settled.impact_work;
-        self.summary.energy.impacts += settled.impact_work;
-        (self.reached.q, self.reached.v) = (settled.q, settled.v);
+        let entered = self.mechanism.switch(crossed, self.reached.clone(), changes);
+        let entered = entered.map_err(|no_modes| Halt { error: None, no_modes: Some(no_modes) })?;
+        self.summary.energy.work += entered.impact_work;
+        self.summary.energy.impacts += entered.impact_work;
+        (self.reached.q, self.reached.v) = (entered.q, entered.v);
         self.sampler.enter(&self.mechanism);
         self.multipliers = self.mechanism.multipliers();
         self.singular_monitor = SingularMonitor::default();
@@ -436,7 +435,7 @@ impl<'a> Run<'a> {
         self.summary.methods.push(MethodChange { t: self.reached.t, method, reason });
     }
 
-    /// Weakness of the constraints at the end of the last step.
+    /// Rank margin of the constraints at the end of the last step.
     fn rank_margin(&mut self) -> f64 {
         let State { t, q, v } = &self.reached;
         self.multipliers.rank_margin_at(&self.mechanism.evaluator.dynamics(*t, q, v))

@@ -2,7 +2,7 @@
 //! motion meet, as at the change point of a parallelogram.
 //!
 //! The pivots of the multiplier system, which are known at every stage of an explicit step, show
-//! where rows are weak. There the motion is searched for the weakest instant, and the singular
+//! where the rank margin is small. There the motion is searched for its least margin, and the singular
 //! values of G at that instant decide.
 
 use bksim_dae::{Loader, Saver, SolveError, Step};
@@ -13,23 +13,23 @@ use crate::linear::rank::{Smallness, sparse_dependent_rows};
 use crate::linear::rows::{Inverse, LARGEST_DENSE, SparseRows};
 use crate::multiplier::MultiplierSystem;
 
-/// Weakness, see [`MultiplierSystem::rank_margin`], below which a step of Radau's calls for a search:
+/// Rank margin, see [`MultiplierSystem::rank_margin`], below which a step of Radau's calls for a search:
 /// a third of the regular singular value. Handing over later costs digits: what Radau's equations
 /// leave of its error near the pose comes out as energy.
 const WEAK: f64 = 0.1;
-/// Weakness that only a singular pose has, as far as a motion can be foreseen.
+/// Rank margin that only a singular pose has, as far as a motion can be foreseen.
 const VANISHING: f64 = 1e-4;
 /// How many steps ahead a pose must be to be none yet.
 const FAR: f64 = 10.0;
-/// Weakness above which a state has left a singular pose behind.
+/// Rank margin above which a state has left a singular pose.
 pub(crate) const REGULAR: f64 = 3.0 * WEAK;
-/// Weakness of a stage that calls for a search. Two stages lie at most a third of a step apart, so
+/// Rank margin of a stage that calls for a search. Two stages lie at most a third of a step apart, so
 /// that a step as long as a radian has one this near to a pose that it passes.
 pub(crate) const NOTICEABLE: f64 = 0.1;
 /// Part of its regular value below which a singular value is that of a singular pose; states of a
 /// run miss the pose by their tolerance.
 const SINGULAR: f64 = 1e-3;
-/// Instants of a step looked at first, and shrinkings of the bracket around the weakest.
+/// Instants of a step looked at first, and shrinkings of the bracket around the least margin.
 const SAMPLES: usize = 16;
 const SHRINKINGS: usize = 40;
 /// Rows with this part in the vanishing combination are named.
@@ -114,7 +114,7 @@ impl SingularMonitor {
     }
 }
 
-/// Whether a step of Radau's, or the motion soon behind it, meets a singular pose: its own equations
+/// Whether a step of Radau's, or the motion soon after it, meets a singular pose: its own equations
 /// have no unique solution there. Explicit steps had better begin early: their accelerations carry
 /// the error of the state they start from, divided by the way that is left to the pose.
 pub(crate) fn is_ahead(
@@ -122,14 +122,14 @@ pub(crate) fn is_ahead(
     multipliers: &mut MultiplierSystem,
     step: &Step<'_>,
 ) -> bool {
-    let mut weakness = |part: f64| weakness_within(evaluator, multipliers, step, part);
-    let values = [1.0 / 3.0, 2.0 / 3.0, 1.0].map(&mut weakness);
+    let mut margin = |part: f64| margin_within(evaluator, multipliers, step, part);
+    let values = [1.0 / 3.0, 2.0 / 3.0, 1.0].map(&mut margin);
     if !values.iter().any(|&value| value < WEAK) {
         return false;
     }
     if let Dip { t: Some(t), .. } = Dip::of(evaluator, multipliers, step) {
         let part = (t - step.t0()) / (step.t1() - step.t0());
-        if weakness_within(evaluator, multipliers, step, part) < VANISHING {
+        if margin_within(evaluator, multipliers, step, part) < VANISHING {
             return true;
         }
     }
@@ -145,7 +145,7 @@ fn is_foreseen(
     let (nq, h) = (evaluator.shape().nq, step.t1() - step.t0());
     let (q, v) = step.y1()[..2 * nq].split_at(nq);
     let a = &step.ydot1()[nq..2 * nq];
-    let mut weakness = |ahead: f64| {
+    let mut margin = |ahead: f64| {
         let position = |i: usize| q[i] + ahead * (v[i] + 0.5 * ahead * a[i]);
         let rate = |i: usize| v[i] + ahead * a[i];
         let (q, v): (Vec<f64>, Vec<f64>) = (0..nq).map(|i| (position(i), rate(i))).unzip();
@@ -153,17 +153,17 @@ fn is_foreseen(
     };
     // Singular values fall to zero in proportion to the way left.
     let probe = 0.1 * h;
-    let (now, next) = (weakness(0.0).sqrt(), weakness(probe).sqrt());
+    let (now, next) = (margin(0.0).sqrt(), margin(probe).sqrt());
     let left = probe * now / (now - next);
     if !(left / h > 0.0 && left / h < FAR) {
         return false;
     }
-    let t = golden_section(0.5, 1.5, &mut |part| weakness(part * left));
-    weakness(t * left) < VANISHING
+    let t = golden_section(0.5, 1.5, &mut |part| margin(part * left));
+    margin(t * left) < VANISHING
 }
 
-/// Weakness at a part of a step.
-fn weakness_within(
+/// Rank margin at a part of a step.
+fn margin_within(
     evaluator: &mut Evaluator,
     multipliers: &mut MultiplierSystem,
     step: &Step<'_>,
@@ -177,26 +177,26 @@ fn weakness_within(
     multipliers.rank_margin_at(&evaluator.dynamics(t, q, v))
 }
 
-/// Where a step is weakest.
+/// Where the rank margin of a step is least.
 struct Dip {
-    /// The instant, if the weakness may vanish there.
+    /// The instant, if the margin may vanish there.
     t: Option<f64>,
-    /// Whether it has been regular before that, and is again behind.
+    /// Whether it has been regular before that, and is again after.
     falls: bool,
     rises: bool,
 }
 
 impl Dip {
-    /// The weakest of some instants, then golden sections around it.
+    /// The least margin of some instants, then golden sections around it.
     fn of(evaluator: &mut Evaluator, multipliers: &mut MultiplierSystem, step: &Step<'_>) -> Self {
-        let mut weakness = |part: f64| weakness_within(evaluator, multipliers, step, part);
+        let mut margin = |part: f64| margin_within(evaluator, multipliers, step, part);
         let at = |k: usize| k as f64 / SAMPLES as f64;
-        let values: Vec<f64> = (0..=SAMPLES).map(|k| weakness(at(k))).collect();
+        let values: Vec<f64> = (0..=SAMPLES).map(|k| margin(at(k))).collect();
         let least = (0..=SAMPLES).min_by(|&a, &b| values[a].total_cmp(&values[b]));
         let least = least.expect("a step has samples");
         let (low, high) = (at(least.saturating_sub(1)), at((least + 1).min(SAMPLES)));
         let t = may_vanish(&values, least).then(|| {
-            let part = golden_section(low, high, &mut weakness);
+            let part = golden_section(low, high, &mut margin);
             step.t0() + part * (step.t1() - step.t0())
         });
         let is_regular = |values: &[f64]| values.iter().any(|&value| value >= NOTICEABLE);
@@ -216,7 +216,7 @@ fn smallest_singular_value(rows: SparseRows) -> f64 {
     rows.dense().singular_values().min()
 }
 
-/// Loss of rank where rows are weakest.
+/// Loss of rank where the rank margin is least.
 struct Loss {
     /// The smallest singular value.
     least: f64,
@@ -247,7 +247,7 @@ impl Loss {
     }
 }
 
-/// Whether weakness sampled at equal distances, the `least` of its values known, may vanish in between:
+/// Whether margin sampled at equal distances, the `least` of its values known, may vanish in between:
 /// it falls as the square of the distance to a singular pose, so the parabola through three values
 /// decides.
 fn may_vanish(values: &[f64], least: usize) -> bool {

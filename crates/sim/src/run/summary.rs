@@ -66,7 +66,7 @@ pub enum Reason {
     OtherFailed,
     /// Explicit steps pass the singular pose ahead.
     SingularPose,
-    /// The singular pose lies behind.
+    /// The singular pose has been passed.
     Regular,
 }
 
@@ -132,7 +132,7 @@ pub struct Failure {
     /// The integrator's reason; `None` when the run met a singular pose that it could not cross.
     pub error: Option<SolveError>,
     /// Contacts or kinks without consistent modes.
-    pub unsettled: Option<NoConsistentModes>,
+    pub no_modes: Option<NoConsistentModes>,
     /// The run so far.
     pub summary: Summary,
     /// The last state that was reached.
@@ -150,6 +150,6 @@ impl Failure {
             stats: summary.stats,
         };
         let error = Some(SolveError::NotFinite { row: 0, at: Box::new(at) });
-        Self { error, unsettled: None, summary, last }
+        Self { error, no_modes: None, summary, last }
     }
 }

@@ -19,7 +19,7 @@ use bksim_cli::render;
 use bksim_cli::source::logged::is_log;
 use choose::{Plan, Quantity};
 use compose::{Drawing, Plotted};
-use curves::{Run, Wish};
+use curves::{CurveRequest, Run};
 
 /// Columns where there is no terminal.
 const TEXT_WIDTH: u16 = 100;
@@ -53,7 +53,7 @@ pub(crate) fn run(args: &Plot, as_json: bool) -> Result<Status, Failure> {
 
     // The curves.
     let (quantities, is_zoomed) = (plan.quantities().collect(), args.window);
-    let wish = Wish { quantities, x: x.as_ref(), span, is_zoomed };
+    let wish = CurveRequest { quantities, x: x.as_ref(), span, is_zoomed };
     let mut drawn = Vec::new();
     for run in &mut runs {
         let curves = run.curves(&wish);

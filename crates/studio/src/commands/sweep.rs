@@ -20,6 +20,7 @@ use bksim_cli::source::{Text, load};
 
 pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let begun = Instant::now();
+    // Take the values that vary apart from those that do not, and read the model with the latter.
     let Settings { axes, fixed, fault } = Settings::of(&args.set);
     let model = args.model.clone();
     let model = ModelArgs { model, set: fixed, drawing: args.drawing.clone() };
@@ -32,11 +33,13 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
         let help = "add `--set NAME=FROM:TO:COUNT`; without any, `bksim solve` is the command";
         return Err(Failure::usage("a sweep needs something that varies", help));
     }
+    // Refuse to write over what is not ours before any work is done.
     let path = args.out.clone().unwrap_or_else(|| named_after(&loaded.model.name, "parquet"));
     let mut inputs = source.files();
     inputs.push(&args.model);
     check_output(&path, &inputs, args.force)?;
 
+    // Derive and compile once.
     let mut request = Request::new(&source.text, &loaded.model.name, plan);
     request.limits.nesting = nesting;
     request.fixed = model.set;
@@ -48,6 +51,7 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
         render::print_all(source, &warnings);
     }
 
+    // Solve the cases, until a signal comes.
     let stop = StopWish::watch().map_err(|e| {
         Failure::file(&path, format!("is not written: signals cannot be handled: {e}"), None)
     })?;
@@ -66,12 +70,13 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
     progress.finish();
     let report = written.map_err(|error| failure(source, error))?;
 
+    // Tell how it went.
     let status = match stop.status() {
         Some(status) if report.is_stopped => status,
         _ if report.n_done == 0 => Status::Rejected,
         _ => Status::Done,
     };
-    let told = Told {
+    let told = SweepReport {
         study: &study,
         path: &path,
         report: &report,
@@ -142,14 +147,14 @@ fn failure(source: &Text, error: SweepError) -> Failure {
 }
 
 /// What the command says in the end.
-struct Told<'a> {
+struct SweepReport<'a> {
     study: &'a Study,
     path: &'a Path,
     report: &'a Report,
     seconds: f64,
 }
 
-impl Told<'_> {
+impl SweepReport<'_> {
     fn text(&self) -> String {
         let Self { study, path, report, seconds } = self;
         let varied = study.plan().axes().iter().map(|axis| axis.name.as_str());

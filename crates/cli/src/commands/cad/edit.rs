@@ -105,23 +105,23 @@ fn output_path(named: &args::Named) -> Result<PathBuf, Failure> {
     Ok(output.clone())
 }
 
-/// Writes a file so that at no time there is half of it: beside it first, then in its place.
+/// Writes a file so that at no time there is half of it: next to it first, then renamed.
 fn replace(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     // A link stays a link to the drawing.
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let name = target.file_name().unwrap_or_default().to_string_lossy();
-    let beside = target.with_file_name(format!(".{name}.{}.tmp", std::process::id()));
+    let temporary = target.with_file_name(format!(".{name}.{}.tmp", std::process::id()));
     let write = || -> std::io::Result<()> {
-        let mut file = File::create_new(&beside)?;
+        let mut file = File::create_new(&temporary)?;
         file.write_all(bytes)?;
         file.sync_all()?;
         if let Ok(known) = fs::metadata(&target) {
             file.set_permissions(known.permissions())?;
         }
-        fs::rename(&beside, &target)
+        fs::rename(&temporary, &target)
     };
     write().map_err(|error| {
-        let _ = fs::remove_file(&beside);
+        let _ = fs::remove_file(&temporary);
         Failure::writing(path, &error)
     })
 }

@@ -47,6 +47,7 @@ impl Report<'_> {
         let Summary { n_samples, stats, position_residual, velocity_residual, energy, .. } =
             self.summary;
         let solve = &model.solve;
+        // Samples and method.
         let when = match solve.outputs {
             Outputs::Even => format!("every {} s", number(solve.interval())),
             Outputs::Steps => "at every step".to_owned(),
@@ -66,6 +67,7 @@ impl Report<'_> {
                 format!("by {}, with Radau IIA throughout", some_of(&names)),
             ));
         }
+        // Work of the integrator.
         rows.push((
             "steps",
             format!(
@@ -83,6 +85,7 @@ impl Report<'_> {
             ]);
         }
         rows.push(("work", work.join(", ")));
+        // Drift, singular poses and events on the way.
         if !self.mechanism.system.constraints.is_empty() {
             let [position, velocity] = [*position_residual, *velocity_residual];
             let both = [kept("position", position), kept("velocity", velocity)];
@@ -91,6 +94,7 @@ impl Report<'_> {
         rows.extend(self.singular_poses().map(|told| ("singular", told)));
         let events = super::events::told(self.mechanism, &self.summary.changes, energy.impacts);
         rows.extend(events.map(|told| ("events", told)));
+        // Energy, time and where the log is.
         rows.extend([
             (
                 "energy",

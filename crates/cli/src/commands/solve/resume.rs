@@ -108,7 +108,7 @@ pub(super) fn output_path(args: &Solve) -> PathBuf {
 }
 
 /// Where a log is written that will replace another.
-pub(super) fn beside(path: &Path) -> PathBuf {
+pub(super) fn temporary(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!("{name}.part"))
 }

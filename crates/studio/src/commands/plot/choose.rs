@@ -50,6 +50,7 @@ impl Plan {
     /// # Errors
     /// [`LogError::UnknownChannel`] for the first pattern that matches nothing in any log.
     pub(super) fn named(headers: &[&Header], patterns: &[String]) -> Result<Self, LogError> {
+        // The channels that each pattern names, in one log at least.
         let mut quantities: Vec<Quantity> = Vec::new();
         for pattern in patterns {
             let mut unknown = None;
@@ -75,6 +76,7 @@ impl Plan {
                 return Err(unknown);
             }
         }
+        // A panel for each unit, up to a number that a page holds.
         let mut plan = Self::default();
         for quantity in quantities {
             let panel = plan.panels.iter_mut().find(|panel| panel.unit == quantity.unit);

@@ -23,11 +23,11 @@ pub(super) struct Plotted {
     /// Curves that are zero from end to end and were not named.
     n_zero: usize,
     /// For each panel, its curves.
-    curves: Vec<Vec<Told>>,
+    curves: Vec<Vec<CurveReport>>,
 }
 
-/// What is told of a curve.
-struct Told {
+/// A curve, as the report of a plot lists it.
+struct CurveReport {
     channel: String,
     run: usize,
     unit: String,
@@ -47,7 +47,7 @@ impl Drawing<'_> {
             n_zero: 0,
             curves: Vec::new(),
         };
-        // What rounding leaves of a zero beside the forces it is the difference of.
+        // What rounding leaves of a zero next to the forces it is the difference of.
         let size = |drawn: &Drawn| drawn.range.map_or(0.0, |[low, high]| high.max(-low));
         let largest = self.drawn.iter().flatten().flatten().map(size).fold(0.0, f64::max);
         let is_zero = |drawn: &Drawn| drawn.range.is_some() && size(drawn) <= ROUNDING * largest;
@@ -99,7 +99,7 @@ impl Drawing<'_> {
         plan: &PanelPlan,
         curves: &[Vec<(usize, &Quantity, &Drawn)>],
         log_y: bool,
-    ) -> (Panel, Vec<Told>) {
+    ) -> (Panel, Vec<CurveReport>) {
         let is_one = curves.len() == 1;
         let mut drawn_curves = Vec::new();
         let mut told = Vec::new();
@@ -117,7 +117,7 @@ impl Drawing<'_> {
                     _ => (*run, number),
                 };
                 drawn_curves.push(Curve { name, points: drawn.points.clone(), color, dash });
-                told.push(Told {
+                told.push(CurveReport {
                     channel: quantity.name.clone(),
                     run: *run,
                     unit: quantity.unit.clone(),
@@ -194,7 +194,7 @@ impl Plotted {
     }
 
     pub(super) fn panels_json(&self, runs: &[Run]) -> Vec<Value> {
-        let curve = |told: &Told| {
+        let curve = |told: &CurveReport| {
             json!({
                 "channel": told.channel,
                 "log": runs[told.run].path.display().to_string(),
@@ -206,7 +206,7 @@ impl Plotted {
             })
         };
         let panels = self.figure.panels.iter().zip(&self.curves);
-        let panel = |(panel, told): (&Panel, &Vec<Told>)| {
+        let panel = |(panel, told): (&Panel, &Vec<CurveReport>)| {
             json!({
                 "label": panel.y.label,
                 "unit": panel.y.unit,

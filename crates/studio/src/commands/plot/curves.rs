@@ -49,7 +49,7 @@ pub(super) struct Drawn {
 }
 
 /// What to draw of a run.
-pub(super) struct Wish<'a> {
+pub(super) struct CurveRequest<'a> {
     pub(super) quantities: Vec<&'a Quantity>,
     /// The abscissa; the time if none.
     pub(super) x: Option<&'a Quantity>,
@@ -59,7 +59,7 @@ pub(super) struct Wish<'a> {
     pub(super) is_zoomed: bool,
 }
 
-impl Wish<'_> {
+impl CurveRequest<'_> {
     fn n_instants(&self) -> usize {
         match (self.x, self.is_zoomed) {
             (Some(_), _) => N_IN_PLANE,
@@ -80,7 +80,10 @@ impl Run {
     }
 
     /// The curves of the quantities, in their order; none for one that the run does not have.
-    pub(super) fn curves(&mut self, wish: &Wish<'_>) -> Result<Vec<Option<Drawn>>, LogError> {
+    pub(super) fn curves(
+        &mut self,
+        wish: &CurveRequest<'_>,
+    ) -> Result<Vec<Option<Drawn>>, LogError> {
         let mut sampled = self.sampled(wish)?;
         let is_dense = |pen: &Pen| pen.n_values > wish.n_instants() as u64;
         if sampled.pens.iter().flatten().any(|pen| !is_dense(pen))
@@ -92,7 +95,8 @@ impl Run {
     }
 
     /// Curves through the samples.
-    fn sampled(&mut self, wish: &Wish<'_>) -> Result<Sampled, LogError> {
+    fn sampled(&mut self, wish: &CurveRequest<'_>) -> Result<Sampled, LogError> {
+        // A pen for each quantity that this log has.
         let all = Selection::all(&self.header);
         let has = |quantity: &Quantity| {
             let is_there = |name: &String| all.columns().iter().any(|column| column.name == *name);
@@ -106,6 +110,7 @@ impl Run {
         if wish.x.is_some_and(|x| !has(x)) {
             pens.fill_with(|| None);
         }
+        // The columns that they need.
         let present = wish.quantities.iter().zip(&pens).filter(|(_, pen)| pen.is_some());
         let names = present.map(|(quantity, _)| *quantity).chain(wish.x.filter(|x| has(x)));
         let names: Vec<&String> = names.flat_map(|quantity| &quantity.channels).collect();
@@ -121,6 +126,7 @@ impl Run {
         let places: Vec<_> = wish.quantities.iter().map(|quantity| cells_of(quantity)).collect();
         let x_places = wish.x.map(cells_of);
 
+        // One pass over the samples.
         let mut span: Option<[f64; 2]> = None;
         let exported = rows(open(&self.path)?, &selection, |t, cells| {
             if t < wish.span[0] || t > wish.span[1] {
@@ -145,7 +151,7 @@ impl Run {
     }
 
     /// Replaces curves of few samples by the motion between them; the text is why it cannot.
-    fn computed(&self, wish: &Wish<'_>, sampled: &mut Sampled) -> Result<(), String> {
+    fn computed(&self, wish: &CurveRequest<'_>, sampled: &mut Sampled) -> Result<(), String> {
         let Some([first, last]) = sampled.span.filter(|[first, last]| first != last) else {
             return Ok(());
         };

@@ -1,4 +1,4 @@
-//! Files of pictures and films: written beside their places, and moved there when they are whole.
+//! Files of pictures and films: written next to their paths, and renamed when they are whole.
 
 use std::fs::{self, File};
 use std::io::BufWriter;
