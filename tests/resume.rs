@@ -195,14 +195,25 @@ fn another_model_and_other_options_are_refused() {
     for n in 0..bytes.len() {
         assert!(RunCheckpoint::from_bytes(&bytes[..n]).is_err(), "{n} bytes");
     }
+    for bit in 0..8 * bytes.len() {
+        let mut changed = bytes.clone();
+        changed[bit / 8] ^= 1 << (bit % 8);
+        let read = RunCheckpoint::from_bytes(&changed);
+        assert!(matches!(read, Err(Unfit::Damaged(_))), "bit {bit}");
+    }
+
+    // Nor does it matter when somebody has made the checksum fit.
     let mechanism = derive(model(BOUNCING));
     let simulation = mechanism.simulation().expect("equations");
     let start = mechanism.start().expect("a start");
     let mut n_refused = 0;
-    for k in (8 * 14..bytes.len()).step_by(8) {
+    let end = bytes.len() - 4;
+    for k in (8 * 14..end - 8).step_by(8) {
         let mut changed = bytes.clone();
         changed[k] ^= 0x5a;
         changed[k + 5] ^= 0x01;
+        let checksum = crc32fast::hash(&changed[..end]);
+        changed[end..].copy_from_slice(&checksum.to_le_bytes());
         match RunCheckpoint::from_bytes(&changed) {
             Err(unfit) => assert!(matches!(unfit, Unfit::Damaged(_))),
             Ok(read) => {

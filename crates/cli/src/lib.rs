@@ -9,6 +9,7 @@ pub mod commands;
 pub mod exit;
 mod handover;
 pub mod output;
+pub mod output_file;
 pub mod progress;
 pub mod render;
 pub mod source;

@@ -19,7 +19,8 @@ const TERMINATE: usize = 2;
 pub struct StopWish(Arc<AtomicUsize>);
 
 impl StopWish {
-    /// Takes over both signals for the rest of the process.
+    /// Takes over both signals for the rest of the process; where a file may not grow further, writing
+    /// fails instead of the process.
     ///
     /// # Errors
     /// The system does not let signals be handled.
@@ -27,6 +28,8 @@ impl StopWish {
         let wish = Self::default();
         flag::register_usize(SIGINT, Arc::clone(&wish.0), INTERRUPT)?;
         flag::register_usize(SIGTERM, Arc::clone(&wish.0), TERMINATE)?;
+        #[cfg(unix)]
+        flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
         Ok(wish)
     }
 

@@ -2,12 +2,12 @@
 //!
 //! A table of Parquet ends with its index: cut short, it cannot be read. So the cases are done in
 //! parts, each a small table of its own in `sweep.parquet.parts/`, and joined without decoding when
-//! all are there. A part has its name only once it is whole, so an interrupted sweep, however it
-//! ended, goes on with the parts that are missing.
+//! all are there. A part has its name only once it is whole, and a checksum next to it: so an interrupted
+//! sweep, however it ended, goes on with the parts that are missing or damaged.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::BufWriter;
+use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 
 use ::parquet::file::metadata::KeyValue;
@@ -216,8 +216,23 @@ impl<'a> Parts<'a> {
         self.directory.join(format!("{part:06}.parquet"))
     }
 
-    /// The tally of a part that is there and whole.
+    /// The checksum of a part, CRC-32 in hexadecimal.
+    fn checksum_path(&self, part: u64) -> PathBuf {
+        self.path(part).with_extension(CHECKSUM)
+    }
+
+    /// Whether a part has the bytes that it was written with.
+    fn is_sound(&self, part: u64) -> bool {
+        let stored = fs::read_to_string(self.checksum_path(part));
+        let found = fs::read(self.path(part)).map(|bytes| checksum(&bytes));
+        stored.is_ok_and(|stored| found.is_ok_and(|found| stored == found))
+    }
+
+    /// The tally of a part that is there, whole and sound.
     fn known(&self, part: u64) -> Option<Tally> {
+        if !self.is_sound(part) {
+            return None;
+        }
         let cases = self.study.cases_of(part);
         let (n_rows, about) = survey(&File::open(self.path(part)).ok()?).ok()?;
         let tally = Tally::from_metadata(&about)?;
@@ -230,6 +245,9 @@ impl<'a> Parts<'a> {
     /// [`SweepError::File`].
     pub fn put(&self, part: u64, table: &[u8]) -> Result<(), SweepError> {
         let path = self.path(part);
+        // The checksum comes first: a part without its own would be done again.
+        let own = self.checksum_path(part);
+        fs::write(&own, checksum(table)).map_err(SweepError::file(&own))?;
         let written = path.with_extension("parquet.new");
         fs::write(&written, table).map_err(SweepError::file(&written))?;
         fs::rename(&written, &path).map_err(SweepError::file(&path))
@@ -248,6 +266,10 @@ impl<'a> Parts<'a> {
         let mut joined = layout.joined(&mut out).map_err(&bad)?;
         for part in 0..self.study.n_parts() {
             let path = self.path(part);
+            if !self.is_sound(part) {
+                let damaged = "it is damaged: the same command with --resume does its cases again";
+                return Err(SweepError::file(&path)(io::Error::other(damaged)));
+            }
             let file = File::open(&path).map_err(SweepError::file(&path))?;
             joined.append(&file).map_err(SweepError::table(&path))?;
         }
@@ -261,7 +283,15 @@ impl<'a> Parts<'a> {
 /// Whether a file is one that parts are written to.
 fn is_part(name: &Path) -> bool {
     let name = name.to_string_lossy();
-    name.ends_with(".parquet") || name.ends_with(".parquet.new")
+    [".parquet", ".parquet.new", ".crc32"].iter().any(|ending| name.ends_with(ending))
+}
+
+/// Ending of the checksum of a part.
+const CHECKSUM: &str = "crc32";
+
+/// CRC-32 (ISO 3309) of a part, as its file has it.
+fn checksum(bytes: &[u8]) -> String {
+    format!("{:08x}\n", crc32fast::hash(bytes))
 }
 
 /// How the cases of a part ended.

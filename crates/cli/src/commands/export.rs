@@ -11,6 +11,7 @@ use serde_json::json;
 use crate::args::Export;
 use crate::exit::{Failure, Status};
 use crate::output;
+use crate::output_file::{OutputFile, Written};
 use crate::render;
 
 /// A log that is open.
@@ -22,7 +23,7 @@ pub struct TableFormat {
     /// Its ending, lower case.
     pub name: &'static str,
     /// Writes the selected channels of a log.
-    pub write: fn(OpenLog, &Selection, &mut BufWriter<File>) -> Result<Exported, LogError>,
+    pub write: fn(OpenLog, &Selection, &mut BufWriter<Written>) -> Result<Exported, LogError>,
 }
 
 const CSV: TableFormat =
@@ -80,20 +81,14 @@ pub fn to_file(
     as_json: bool,
 ) -> Result<Status, Failure> {
     let (log, selection) = open(args)?;
-    if path.exists() && !args.force {
-        let help = Some("add --force to overwrite it".to_owned());
-        return Err(Failure::file(path, "exists already; nothing was written".to_owned(), help));
-    }
-    if path.canonicalize().ok() == args.log.canonicalize().ok() {
-        let what = "is the log itself and would be overwritten; nothing was written".to_owned();
-        return Err(Failure::file(path, what, Some("name another file with -o".to_owned())));
-    }
+    let output =
+        OutputFile::plan(path, ("log", &[args.log.as_path()]), args.force, "nothing was written")?;
+
     // Write the table.
-    let out = File::create(path).map_err(|e| Failure::writing(path, &e))?;
-    let mut out = BufWriter::new(out);
+    let mut out = BufWriter::new(output.create()?);
     let exported = (format.write)(log, &selection, &mut out);
     let exported = exported.map_err(|e| bad_log(&args.log, &e))?;
-    out.flush().map_err(|e| Failure::writing(path, &e))?;
+    out.into_inner().map_err(|e| Failure::writing(path, e.error()))?.finish()?;
     warn_if_cut(args, &exported);
     // Tell what was written.
     if as_json {

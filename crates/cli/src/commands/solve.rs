@@ -5,9 +5,9 @@ mod files;
 mod report;
 mod resume;
 
-use std::fs::{self, File};
+use std::fs;
 use std::io::{BufWriter, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use bksim::dae::Control;
@@ -22,13 +22,13 @@ use bksim::sim::sensitivity::{Sensitive, StateSensitivity};
 use bksim::sim::start::Start;
 use bksim::{Mechanism, Rejected, SensitivityPlan, Simulation};
 
-use self::files::is_same_file;
-pub use self::files::{check_output, named_after};
+pub use self::files::named_after;
 use self::report::{Report, Times};
 use self::resume::FirstPart;
 use crate::args::{self, Solve, Tuning};
 use crate::exit::{Failure, Status, without_number};
 use crate::output;
+use crate::output_file::{OutputFile, Written, is_same_file};
 use crate::progress::{Progress, StopWish};
 use crate::render;
 use crate::source::{Text, derive, load};
@@ -48,9 +48,8 @@ struct Prepared {
     warnings: Vec<Diagnostic>,
     /// The run that is continued, if one is.
     first: Option<FirstPart>,
-    /// The log to be, and the file that is written until it is whole.
-    path: PathBuf,
-    written: PathBuf,
+    /// The log to be.
+    output: OutputFile,
 }
 
 /// The end of a run, in the log and in the exit status.
@@ -69,12 +68,12 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
 
     // The log is opened only now: a rejected model touches no file.
     let mut clock = Clock::begin();
-    let log = open_log(&prepared, args)?;
+    let (log, written) = open_log(&prepared, args)?;
     let stop = StopWish::watch().map_err(|e| {
-        Failure::file(&prepared.path, format!("is empty: signals cannot be handled: {e}"), None)
+        Failure::file(&written, format!("is empty: signals cannot be handled: {e}"), None)
     })?;
     times.log = clock.lap();
-    let (log, outcome, in_log) = integrate(&prepared, log, &stop)?;
+    let (log, outcome, in_log) = integrate(&prepared, (log, &written), &stop)?;
     times.integrate = clock.lap().saturating_sub(in_log);
     times.log += in_log;
 
@@ -82,7 +81,8 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
     close_log(&prepared, log, &summary, status, &reason)?;
     times.log += clock.lap();
 
-    let Prepared { source, mechanism, sensitive, warnings, path, .. } = &prepared;
+    let Prepared { source, mechanism, sensitive, warnings, output, .. } = &prepared;
+    let path = output.path();
     let report =
         Report { source, path, summary: &summary, times: &times, status, mechanism, sensitive };
     if as_json {
@@ -112,14 +112,13 @@ fn prepare(args: &Solve, nesting: usize, times: &mut Times) -> Result<Prepared, 
         Some(_) => resume::output_path(args),
         None => args.output.clone().unwrap_or_else(|| named_after(&loaded.model.name, "mcap")),
     };
-    let is_same = first.is_some() && is_same_file(&path, &args.model.model);
-    if !(is_same && args.force) {
-        let mut inputs = loaded.source.files();
-        inputs.push(&args.model.model);
-        check_output(&path, &inputs, args.force)?;
+    let mut inputs = loaded.source.files();
+    inputs.push(&args.model.model);
+    // A log that is continued in its own place is replaced when all of it, and more, has been written.
+    if first.is_some() && args.force {
+        inputs.retain(|input| !is_same_file(&path, input));
     }
-    // The log that is read is replaced only when all of it, and more, has been written.
-    let written = if is_same { resume::temporary(&path) } else { path.clone() };
+    let output = OutputFile::plan(&path, ("model", &inputs), args.force, "nothing was solved")?;
     times.parse = clock.lap();
 
     // Derive and compile.
@@ -139,23 +138,13 @@ fn prepare(args: &Solve, nesting: usize, times: &mut Times) -> Result<Prepared, 
     let mut warnings = loaded.warnings;
     warnings.extend(diagnose_mobility(&mechanism.model, &found));
     times.assemble = clock.lap();
-    Ok(Prepared {
-        source,
-        mechanism,
-        simulation,
-        start,
-        sensitive,
-        plan,
-        warnings,
-        first,
-        path,
-        written,
-    })
+    Ok(Prepared { source, mechanism, simulation, start, sensitive, plan, warnings, first, output })
 }
 
 /// A log with everything ahead of the samples; of a run that is continued, with its first part.
-fn open_log(prepared: &Prepared, args: &Solve) -> Result<Log, Failure> {
-    let Prepared { mechanism, start, sensitive, first, path, written, .. } = prepared;
+fn open_log(prepared: &Prepared, args: &Solve) -> Result<(Log, PathBuf), Failure> {
+    let Prepared { mechanism, start, sensitive, first, output, .. } = prepared;
+    let path = output.path();
     let unwritten = |error: LogError| Failure::writing(path, &error);
 
     // The options of the run and the channels, as the log has them.
@@ -170,28 +159,29 @@ fn open_log(prepared: &Prepared, args: &Solve) -> Result<Log, Failure> {
     let contents = Contents { options: &options, sensitive, has_viewers };
 
     // The file, with the warnings, or with what the first part holds.
-    let file = File::create(written).map_err(|e| Failure::writing(written, &e))?;
+    let file = output.create_growing()?;
+    let written = file.path_now().to_owned();
     let text = &prepared.source.text;
     let mut log = Recorder::create_with(BufWriter::new(file), mechanism, text, start, &contents)
         .map_err(unwritten)?;
     if let Some(first) = first {
         first.copy_into(&mut log, path)?;
-        return Ok(log);
+        return Ok((log, written));
     }
     for warning in &prepared.warnings {
         let text = format!("[{}] {}", warning.code.0, warning.message);
         log.note(Level::Warning, start.t, &text).map_err(unwritten)?;
     }
-    Ok(log)
+    Ok((log, written))
 }
 
 /// Runs to the end, or until `stop` is wished, and writes samples to `log`; says how long that took.
 fn integrate(
     prepared: &Prepared,
-    log: Log,
+    (log, written): (Log, &Path),
     stop: &StopWish,
 ) -> Result<(Log, Outcome, Duration), Failure> {
-    let Prepared { simulation, start, plan, first, path, written, .. } = prepared;
+    let Prepared { simulation, start, plan, first, output, .. } = prepared;
     let progress = Progress::new(start.t, simulation.options().t_end);
     let reached = first.as_ref().map_or(start.t, |first| first.checkpoint.t());
     let mut logging = Logging { log, progress, reached, fault: None, taken: Duration::ZERO };
@@ -217,10 +207,10 @@ fn integrate(
     let Logging { log, progress, fault, taken, .. } = logging;
     progress.finish();
     if let Some((t, error)) = fault {
+        drop(log);
         let error = error.to_string();
         let what = format!("cannot be written beyond t = {t} s: {}", without_number(&error));
-        let help = "everything up to there is in the log".to_owned();
-        return Err(Failure::file(path, what, Some(help)));
+        return Err(Failure::file(output.path(), what, Some(files::kept(written))));
     }
     Ok((log, outcome, taken))
 }
@@ -261,7 +251,8 @@ fn close_log(
     status: Status,
     reason: &str,
 ) -> Result<(), Failure> {
-    let Prepared { mechanism, path, written, .. } = prepared;
+    let Prepared { mechanism, output, .. } = prepared;
+    let path = output.path();
     let unwritten = |error: LogError| Failure::writing(path, &error);
     let outcome =
         if status == Status::Done { log::Outcome::ReachedEnd } else { log::Outcome::Stopped };
@@ -270,14 +261,14 @@ fn close_log(
     }
     let out = log.finish(mechanism, summary, outcome, reason).map_err(unwritten)?;
     let file = out.into_inner().map_err(|e| Failure::writing(path, e.error()))?;
-    if written == path { Ok(()) } else { resume::replace(&file, written, path) }
+    file.finish()
 }
 
 /// The outcome of a run.
 type Outcome = Result<Summary, Box<run::Failure>>;
 
 /// A log in the making.
-type Log = Recorder<BufWriter<File>>;
+type Log = Recorder<BufWriter<Written>>;
 
 /// The time since it was asked last.
 struct Clock(Instant);

@@ -47,7 +47,7 @@ pub enum Unfit {
 }
 
 /// First bytes of a stored checkpoint, the last of them the version of its layout.
-const MAGIC: [u8; 8] = *b"bkrun\0\0\x01";
+const MAGIC: [u8; 8] = *b"bkrun\0\0\x02";
 
 impl RunCheckpoint {
     /// Numbers with the fingerprint of the run that they belong to.
@@ -65,10 +65,14 @@ impl RunCheckpoint {
         self.numbers.counts.first().copied().unwrap_or_default()
     }
 
-    /// As little-endian bytes.
+    /// As little-endian bytes, the last four of them the CRC-32 (ISO 3309) of those before.
     pub fn to_bytes(&self) -> Vec<u8> {
         let words = self.fingerprint.0.iter().flat_map(|word| word.to_le_bytes());
-        MAGIC.into_iter().chain(words).chain(self.numbers.to_bytes()).collect()
+        let bytes = MAGIC.into_iter().chain(words).chain(self.numbers.to_bytes());
+        let mut bytes: Vec<u8> = bytes.collect();
+        let checksum = crc32fast::hash(&bytes);
+        bytes.extend(checksum.to_le_bytes());
+        bytes
     }
 
     /// From the bytes of [`RunCheckpoint::to_bytes`].
@@ -78,6 +82,10 @@ impl RunCheckpoint {
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, Unfit> {
         let damaged = |reason| Unfit::Damaged(SolveError::Checkpoint { reason });
         let rest = bytes.strip_prefix(&MAGIC).ok_or(damaged("it has another version"))?;
+        let (rest, checksum) = rest.split_last_chunk().ok_or(damaged("numbers are missing"))?;
+        if u32::from_le_bytes(*checksum) != crc32fast::hash(&bytes[..bytes.len() - 4]) {
+            return Err(damaged("its checksum is another one"));
+        }
         let (words, numbers) =
             rest.split_at_checked(8 * TRAITS.len()).ok_or(damaged("numbers are missing"))?;
         let mut fingerprint = Fingerprint([0; TRAITS.len()]);

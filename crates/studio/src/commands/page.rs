@@ -1,7 +1,7 @@
 //! `bksim page`: a run as one file that every browser opens.
 
-use std::fs::{self, File};
-use std::io::BufReader;
+use std::fs::File;
+use std::io::{BufReader, Write};
 use std::path::{Path, PathBuf};
 
 use bksim::log::LogReader;
@@ -12,6 +12,7 @@ use serde_json::json;
 use bksim_cli::args::page::Page;
 use bksim_cli::exit::{Failure, Status};
 use bksim_cli::output;
+use bksim_cli::output_file::OutputFile;
 use bksim_cli::render;
 
 /// What a build without a page tells its user to do.
@@ -22,13 +23,16 @@ pub(crate) fn run(args: &Page, as_json: bool) -> Result<Status, Failure> {
     if !IS_BUNDLED {
         return Err(Failure::usage(PageError::NotBundled.to_string(), NO_PAGE));
     }
-    check_output(&path, args)?;
+    let output =
+        OutputFile::plan(&path, ("log", &[args.log.as_path()]), args.force, "nothing was written")?;
     let file = File::open(&args.log).map_err(|e| Failure::reading(&args.log, &e))?;
     let log = LogReader::open(BufReader::new(file)).map_err(|e| no_page(&args.log, &e, None))?;
     let mut playback = Playback::open(log).map_err(|e| unplayable(&args.log, &e))?;
     let options = Options { title: args.title.clone(), ..Options::default() };
     let page = page(&mut playback, &options).map_err(|e| no_page(&args.log, &e, None))?;
-    fs::write(&path, &page.html).map_err(|e| Failure::writing(&path, &e))?;
+    let mut out = output.create()?;
+    out.write_all(page.html.as_bytes()).map_err(|e| Failure::writing(&path, &e))?;
+    out.finish()?;
 
     let n_bytes = page.html.len();
     if as_json {
@@ -61,20 +65,6 @@ fn output_path(args: &Page) -> PathBuf {
         name.push(".html");
         PathBuf::from(name)
     })
-}
-
-/// Refuses a file that exists, or the log itself.
-fn check_output(path: &Path, args: &Page) -> Result<(), Failure> {
-    let own = path.canonicalize().ok();
-    if own.is_some() && own == args.log.canonicalize().ok() {
-        let what = "is the log itself and would be overwritten; nothing was written".to_owned();
-        return Err(Failure::file(path, what, Some("name another file with -o".to_owned())));
-    }
-    if path.exists() && !args.force {
-        let help = Some("add --force to overwrite it".to_owned());
-        return Err(Failure::file(path, "exists already; nothing was written".to_owned(), help));
-    }
-    Ok(())
 }
 
 fn unplayable(path: &Path, error: &PlaybackError) -> Failure {

@@ -5,7 +5,7 @@ mod compose;
 mod curves;
 mod window;
 
-use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use bksim::log::{LogError, Selection};
@@ -15,6 +15,7 @@ use serde_json::{Value, json};
 use bksim_cli::args::plot::{Plot, PlotTheme};
 use bksim_cli::exit::{Failure, Status};
 use bksim_cli::output;
+use bksim_cli::output_file::OutputFile;
 use bksim_cli::render;
 use bksim_cli::source::logged::is_log;
 use choose::{Plan, Quantity};
@@ -28,9 +29,9 @@ const PANEL_HEIGHT: u16 = 18;
 
 pub(crate) fn run(args: &Plot, as_json: bool) -> Result<Status, Failure> {
     let (paths, patterns) = logs_and_channels(&args.what)?;
-    let format = args.output.as_deref().map(|path| format_of(path, &paths, args.force));
-    let format = format.transpose()?;
-    window::check(args, &paths)?;
+    let picture = args.output.as_deref().map(|path| picture(path, &paths, args.force));
+    let picture = picture.transpose()?;
+    let screenshot = window::check(args, &paths)?;
     let span = [args.from.unwrap_or(f64::NEG_INFINITY), args.to.unwrap_or(f64::INFINITY)];
     if span[0].partial_cmp(&span[1]) != Some(std::cmp::Ordering::Less) {
         return Err(Failure::usage(
@@ -70,10 +71,13 @@ pub(crate) fn run(args: &Plot, as_json: bool) -> Result<Status, Failure> {
         warn(&runs);
     }
     if args.window {
-        window::show(args, &plotted)?;
+        window::show(args, screenshot.as_ref(), &plotted)?;
     }
-    write(args, format, &plotted)?;
+    if let Some((output, format)) = &picture {
+        put(output, &drawn_as(args, *format, &plotted)?)?;
+    }
     if as_json {
+        let format = picture.map(|(_, format)| format);
         output::json("plot", report(args, format, &runs, &plotted))?;
     } else if let Some(path) = &args.screenshot {
         output::text(&format!("wrote {}: {}", path.display(), plotted.summary()))?;
@@ -106,8 +110,8 @@ fn logs_and_channels(what: &[String]) -> Result<(Vec<PathBuf>, Vec<String>), Fai
     Ok((paths, channels.into_iter().cloned().collect()))
 }
 
-/// The format that a name asks for; refuses names that cannot be written.
-fn format_of(path: &Path, read: &[PathBuf], force: bool) -> Result<Format, Failure> {
+/// The file, and the format that its name asks for; refuses names that cannot be written.
+fn picture(path: &Path, read: &[PathBuf], force: bool) -> Result<(OutputFile, Format), Failure> {
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
     let format = match ending.to_ascii_lowercase().as_str() {
         "svg" => Format::Svg,
@@ -118,22 +122,20 @@ fn format_of(path: &Path, read: &[PathBuf], force: bool) -> Result<Format, Failu
             return Err(Failure::usage(message, "end the name with .svg, .png or .pdf"));
         }
     };
-    refuse(path, read, force)?;
-    Ok(format)
+    Ok((planned(path, read, force)?, format))
 }
 
-/// Refuses names of what is read, or of what is there already.
-fn refuse(path: &Path, read: &[PathBuf], force: bool) -> Result<(), Failure> {
-    let own = path.canonicalize().ok();
-    if own.is_some() && read.iter().any(|other| other.canonicalize().ok() == own) {
-        let what = "is read by this command; nothing was written".to_owned();
-        return Err(Failure::file(path, what, Some("name another file with -o".to_owned())));
-    }
-    if path.exists() && !force {
-        let help = Some("add --force to overwrite it".to_owned());
-        return Err(Failure::file(path, "exists already; nothing was written".to_owned(), help));
-    }
-    Ok(())
+/// The file of a picture; refuses names of what is read, or of what is there already.
+fn planned(path: &Path, read: &[PathBuf], force: bool) -> Result<OutputFile, Failure> {
+    let read: Vec<&Path> = read.iter().map(PathBuf::as_path).collect();
+    OutputFile::plan(path, ("log", &read), force, "nothing was written")
+}
+
+/// Writes a picture.
+fn put(output: &OutputFile, bytes: &[u8]) -> Result<(), Failure> {
+    let mut out = output.create()?;
+    out.write_all(bytes).map_err(|e| Failure::writing(output.path(), &e))?;
+    out.finish()
 }
 
 /// The channel of the abscissa, which is one.
@@ -148,18 +150,19 @@ fn abscissa(name: &str, run: &Run) -> Result<Quantity, Failure> {
     }
 }
 
-fn write(args: &Plot, format: Option<Format>, plotted: &Plotted) -> Result<(), Failure> {
-    let Some((path, format)) = args.output.as_ref().zip(format) else { return Ok(()) };
+fn drawn_as(args: &Plot, format: Format, plotted: &Plotted) -> Result<Vec<u8>, Failure> {
     let theme = match args.theme {
         None | Some(PlotTheme::Light) => Theme::LIGHT,
         Some(PlotTheme::Dark) => Theme::DARK,
     };
     let size = args.size.map(|(width, height)| Size { width, height });
-    let bytes = plotted.figure.render(format, size, &theme).map_err(|error| match error {
+    plotted.figure.render(format, size, &theme).map_err(|error| match error {
         PlotError::Size { .. } => Failure::usage(error.to_string(), "choose another --size"),
-        other => Failure::file(path, format!("cannot be drawn: {other}"), None),
-    })?;
-    fs::write(path, bytes).map_err(|e| Failure::writing(path, &e))
+        other => {
+            let path = args.output.as_deref().unwrap_or(Path::new("the picture"));
+            Failure::file(path, format!("cannot be drawn: {other}"), None)
+        }
+    })
 }
 
 fn warn(runs: &[Run]) {

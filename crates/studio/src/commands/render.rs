@@ -3,6 +3,7 @@
 mod motion;
 mod write;
 
+use std::io::{self, BufWriter, Seek, SeekFrom};
 use std::path::Path;
 use std::time::Instant;
 
@@ -11,18 +12,23 @@ use bksim_view::show::ShowOptions;
 use serde_json::{Value, json};
 
 use self::motion::Opened;
-use self::write::Replacing;
 use bksim_cli::args::ModelArgs;
 use bksim_cli::args::render::{Arrows, Render};
 use bksim_cli::exit::{Failure, Status};
 use bksim_cli::output;
+use bksim_cli::output_file::OutputFile;
 use bksim_cli::progress::{Progress, StopWish};
 
 pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let begun = Instant::now();
     let order = order(args)?;
     order.check().map_err(|e| refused(args, &e))?;
-    let replacing = Replacing::check(&args.output, &args.input, args.force)?;
+    let output = OutputFile::plan(
+        &args.output,
+        ("motion", &[args.input.as_path()]),
+        args.force,
+        "nothing was drawn",
+    )?;
     let model = ModelArgs {
         model: args.input.clone(),
         set: args.set.clone(),
@@ -34,7 +40,7 @@ pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status
         return Ok(status);
     }
     let mut rendering = order.prepare(show).map_err(|e| refused(args, &e))?;
-    let mut out = replacing.create()?;
+    let mut out = BufWriter::new(output.create()?);
     let progress = Progress::of("drawing", rendering.clip.from, rendering.clip.to);
     let mut go_on = |t: f64| {
         progress.reached(t);
@@ -42,9 +48,13 @@ pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status
     };
     let written = rendering.write(&mut out, &mut go_on).map_err(|e| refused(args, &e));
     progress.finish();
-    let Some(n_bytes) = replacing.finish(written)? else {
+    if !written? {
         return Ok(stop.status().unwrap_or(Status::Interrupted));
-    };
+    }
+    let unwritten = |error: &io::Error| Failure::writing(&args.output, error);
+    let mut out = out.into_inner().map_err(|error| unwritten(error.error()))?;
+    let n_bytes = out.seek(SeekFrom::End(0)).map_err(|error| unwritten(&error))?;
+    out.finish()?;
     let report = Report { args, rendering, n_bytes };
     if as_json {
         let mut body = report.describe(begun);

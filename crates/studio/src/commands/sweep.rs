@@ -11,9 +11,10 @@ use serde_json::{Value, json};
 
 use bksim_cli::args::ModelArgs;
 use bksim_cli::args::sweep::Sweep;
-use bksim_cli::commands::solve::{changes, check_output, named_after};
+use bksim_cli::commands::solve::{changes, named_after};
 use bksim_cli::exit::{Failure, Status, without_number};
 use bksim_cli::output;
+use bksim_cli::output_file::OutputFile;
 use bksim_cli::progress::{Progress, StopWish};
 use bksim_cli::render;
 use bksim_cli::source::{Text, load};
@@ -37,7 +38,7 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
     let path = args.out.clone().unwrap_or_else(|| named_after(&loaded.model.name, "parquet"));
     let mut inputs = source.files();
     inputs.push(&args.model);
-    check_output(&path, &inputs, args.force)?;
+    OutputFile::plan(&path, ("model", &inputs), args.force || args.resume, "nothing was solved")?;
 
     // Derive and compile once.
     let mut request = Request::new(&source.text, &loaded.model.name, plan);

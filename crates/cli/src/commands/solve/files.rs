@@ -1,9 +1,10 @@
-//! The file of a log: its name, and whether it may be written.
+//! The file of a log: its name, and what can be read from one that was not finished.
 
-use std::fs;
+use std::fs::File;
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-use crate::exit::Failure;
+use bksim::log::{LogReader, Record};
 
 /// A file in the working directory that is called after a model.
 pub fn named_after(model_name: &str, ending: &str) -> PathBuf {
@@ -11,43 +12,23 @@ pub fn named_after(model_name: &str, ending: &str) -> PathBuf {
     PathBuf::from(format!("{}.{ending}", model_name.chars().map(plain).collect::<String>()))
 }
 
-pub(super) fn is_same_file(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+/// A sentence on what a log that was not finished holds.
+pub(super) fn kept(path: &Path) -> String {
+    let named = path.display();
+    match last_sample(path) {
+        Some(t) => format!("`{named}` can be read: it holds the samples up to t = {t} s"),
+        None => format!("nothing of the run can be read from `{named}`"),
+    }
 }
 
-/// Refuses an output that exists, is the model itself, or has no directory to lie in.
-///
-/// # Errors
-/// The first of these faults.
-pub fn check_output(path: &Path, inputs: &[&Path], force: bool) -> Result<(), Failure> {
-    let nothing_solved = "nothing was solved";
-    let directory = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    if !directory.is_dir() {
-        let there = directory.display();
-        let what = format!("cannot be written: there is no directory `{there}`; {nothing_solved}");
-        let help = format!("make it with `mkdir -p {}`", directory.display());
-        return Err(Failure::file(path, what, Some(help)));
-    }
-    if inputs.iter().any(|input| is_same_file(path, input)) {
-        let what = format!("is the model itself and would be overwritten; {nothing_solved}");
-        return Err(Failure::file(path, what, Some("name another file with -o".to_owned())));
-    }
-    if let Ok(known) = fs::metadata(path) {
-        if known.is_dir() {
-            let what = format!("is a directory; {nothing_solved}");
-            return Err(Failure::file(path, what, Some("name a file in it".to_owned())));
-        }
-        if !force {
-            let written = known.modified().ok().map_or_else(String::new, |time| {
-                format!(", written {}", humantime::format_rfc3339_seconds(time))
-            });
-            let what = format!("exists ({} bytes{written}); {nothing_solved}", known.len());
-            let help = "add --force to overwrite it, or name another file with -o".to_owned();
-            return Err(Failure::file(path, what, Some(help)));
+/// Time of the last sample that can be read, s.
+fn last_sample(path: &Path) -> Option<f64> {
+    let mut log = LogReader::open(BufReader::new(File::open(path).ok()?)).ok()?;
+    let mut last = None;
+    while let Ok(Some(record)) = log.next_record() {
+        if let Record::Sample { t, .. } = record {
+            last = Some(t);
         }
     }
-    Ok(())
+    last
 }

@@ -1,6 +1,6 @@
 //! `bksim solve --resume`: the model, its options and the checkpoint out of the log of a stopped run.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{BufReader, Write};
 use std::path::{Path, PathBuf};
 
@@ -105,18 +105,6 @@ pub(super) fn output_path(args: &Solve) -> PathBuf {
         let stem = log.file_stem().unwrap_or_default().to_string_lossy();
         log.with_file_name(format!("{stem}-resumed.mcap"))
     })
-}
-
-/// Where a log is written that will replace another.
-pub(super) fn temporary(path: &Path) -> PathBuf {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!("{name}.part"))
-}
-
-/// Puts a whole log in the place of the one it continues.
-pub(super) fn replace(file: &File, written: &Path, path: &Path) -> Result<(), Failure> {
-    let replaced = file.sync_all().and_then(|()| fs::rename(written, path));
-    replaced.map_err(|e| Failure::writing(path, &e))
 }
 
 impl FirstPart {

@@ -1,16 +1,16 @@
 //! Curves in a window.
 
-use std::fs;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use bksim_view::window::{Look, WindowOptions, open_figure};
 
 use super::compose::Plotted;
-use super::refuse;
+use super::{planned, put};
 use crate::commands::view::no_window;
 use bksim_cli::args::plot::{Plot, PlotTheme};
 use bksim_cli::exit::Failure;
+use bksim_cli::output_file::OutputFile;
 
 /// Width and height of a window, points.
 const SIZE: (f64, f64) = (1200.0, 800.0);
@@ -18,10 +18,9 @@ const SIZE: (f64, f64) = (1200.0, 800.0);
 const SIDES: std::ops::RangeInclusive<f64> = 200.0..=10_000.0;
 
 /// Refuses windows and pictures of them that cannot be made.
-pub(super) fn check(args: &Plot, read: &[PathBuf]) -> Result<(), Failure> {
-    if let Some(path) = &args.screenshot {
-        refuse(path, read, args.force)?;
-    }
+pub(super) fn check(args: &Plot, read: &[PathBuf]) -> Result<Option<OutputFile>, Failure> {
+    let screenshot = args.screenshot.as_ref().map(|path| planned(path, read, args.force));
+    let screenshot = screenshot.transpose()?;
     match args.size {
         Some((width, height))
             if args.window && !(SIDES.contains(&width) && SIDES.contains(&height)) =>
@@ -29,12 +28,16 @@ pub(super) fn check(args: &Plot, read: &[PathBuf]) -> Result<(), Failure> {
             let message = format!("there is no window of {width}x{height} pixels");
             Err(Failure::usage(message, "choose a --size with sides from 200 to 10000"))
         }
-        _ => Ok(()),
+        _ => Ok(screenshot),
     }
 }
 
 /// Shows the figure until the window is closed, and writes the picture of it that was asked for.
-pub(super) fn show(args: &Plot, plotted: &Plotted) -> Result<(), Failure> {
+pub(super) fn show(
+    args: &Plot,
+    screenshot: Option<&OutputFile>,
+    plotted: &Plotted,
+) -> Result<(), Failure> {
     let (width, height) = args.size.unwrap_or(SIZE);
     #[expect(clippy::cast_possible_truncation, reason = "up to 10000")]
     let size = [width as f32, height as f32];
@@ -53,8 +56,8 @@ pub(super) fn show(args: &Plot, plotted: &Plotted) -> Result<(), Failure> {
     };
     let help = "without --window the curves are drawn in the terminal, with -o into a file";
     let outcome = open_figure(&plotted.figure, &options).map_err(|e| no_window(&e, help))?;
-    if let (Some(path), Some(png)) = (&args.screenshot, &outcome.png) {
-        fs::write(path, png).map_err(|e| Failure::writing(path, &e))?;
+    if let (Some(output), Some(png)) = (screenshot, &outcome.png) {
+        put(output, png)?;
     }
     Ok(())
 }

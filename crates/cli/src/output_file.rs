@@ -1,0 +1,307 @@
+//! [`OutputFile`]: a file that a command writes, without harm to what is there already.
+//!
+//! Nothing is written over by chance: a file that exists takes `--force`, and then keeps its content until
+//! the new one is whole; an input is never written over, by whichever of its names. Two commands that write
+//! one file at the same time are told apart, as files are created exclusively.
+
+use std::fs::{self, File};
+use std::io::{self, Read, Seek, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::{Builder, NamedTempFile};
+
+use crate::exit::Failure;
+
+/// A file to be written.
+#[derive(Debug)]
+pub struct OutputFile {
+    path: PathBuf,
+    found: Found,
+}
+
+/// What there was when the command began.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Found {
+    Nothing,
+    /// A file, which may be replaced.
+    File,
+    /// A device or a pipe, which is written to as it is.
+    Device,
+}
+
+/// A file that is being written.
+#[derive(Debug)]
+pub struct Written {
+    path: PathBuf,
+    place: Place,
+}
+
+#[derive(Debug)]
+enum Place {
+    /// Under its own name.
+    Own(File),
+    /// Next to it, under another name, with what was found under its own.
+    Temporary(NamedTempFile, Found),
+}
+
+impl OutputFile {
+    /// Refuses a path that exists, unless `force`, that is an input, of this kind, or that has no directory;
+    /// `undone` tells what has not been done: "nothing was solved".
+    ///
+    /// # Errors
+    /// The first of these faults.
+    pub fn plan(
+        path: &Path,
+        (kind, inputs): (&str, &[&Path]),
+        force: bool,
+        undone: &str,
+    ) -> Result<Self, Failure> {
+        let directory = directory(path);
+        if !directory.is_dir() {
+            let there = directory.display();
+            let what = format!("cannot be written: there is no directory `{there}`; {undone}");
+            let help = format!("make it with `mkdir -p {there}`");
+            return Err(Failure::file(path, what, Some(help)));
+        }
+        if inputs.iter().any(|input| is_same_file(path, input)) {
+            let what = format!("is the {kind} itself and would be overwritten; {undone}");
+            return Err(Failure::file(path, what, Some("name another file with -o".to_owned())));
+        }
+        let found = match fs::metadata(path) {
+            Err(_) => Found::Nothing,
+            Ok(known) if known.is_dir() => {
+                let what = format!("is a directory; {undone}");
+                return Err(Failure::file(path, what, Some("name a file in it".to_owned())));
+            }
+            Ok(known) if !known.is_file() => Found::Device,
+            Ok(known) if !force => {
+                let written = known.modified().ok().map_or_else(String::new, |time| {
+                    format!(", written {}", humantime::format_rfc3339_seconds(time))
+                });
+                let what = format!("exists ({} bytes{written}); {undone}", known.len());
+                let help = "add --force to overwrite it, or name another file with -o".to_owned();
+                return Err(Failure::file(path, what, Some(help)));
+            }
+            Ok(_) => Found::File,
+        };
+        Ok(Self { path: path.to_owned(), found })
+    }
+
+    /// The path that it will have.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Opens a file that can be read while it grows: under its own name where nothing has it. It stays
+    /// when it is not finished.
+    ///
+    /// # Errors
+    /// [`Failure::File`], also when another command has begun to write it meanwhile.
+    pub fn create_growing(&self) -> Result<Written, Failure> {
+        if self.found != Found::Nothing {
+            let mut written = self.create()?;
+            // What is in it may be all that there is of a long run.
+            if let Place::Temporary(file, _) = &mut written.place {
+                file.disable_cleanup(true);
+            }
+            return Ok(written);
+        }
+        let file = File::options().read(true).write(true).create_new(true).open(&self.path);
+        let file = file.map_err(|error| self.uncreated(&error))?;
+        Ok(Written { path: self.path.clone(), place: Place::Own(file) })
+    }
+
+    /// Opens a file that takes its name once it is whole.
+    ///
+    /// # Errors
+    /// [`Failure::File`].
+    pub fn create(&self) -> Result<Written, Failure> {
+        let path = self.path.clone();
+        let place = if self.found == Found::Device {
+            let file = File::options().write(true).open(&path);
+            Place::Own(file.map_err(|error| Failure::writing(&path, &error))?)
+        } else {
+            let temporary = temporary_in(directory(&path), &path);
+            Place::Temporary(temporary.map_err(|e| Failure::writing(&path, &e))?, self.found)
+        };
+        Ok(Written { path, place })
+    }
+
+    fn uncreated(&self, error: &io::Error) -> Failure {
+        uncreated(&self.path, error)
+    }
+}
+
+impl Written {
+    /// Where what has been written so far lies.
+    pub fn path_now(&self) -> &Path {
+        match &self.place {
+            Place::Own(_) => &self.path,
+            Place::Temporary(file, _) => file.path(),
+        }
+    }
+
+    /// Gives the file its name; it is on the disk then.
+    ///
+    /// # Errors
+    /// [`Failure::File`], also when another command has written it meanwhile.
+    pub fn finish(self) -> Result<(), Failure> {
+        let Self { path, place } = self;
+        let failed = |error: &io::Error| Failure::writing(&path, error);
+        match place {
+            // A device need not be one that can be synchronised.
+            Place::Own(file) => drop(file.sync_all()),
+            Place::Temporary(file, found) => {
+                file.as_file().sync_all().map_err(|e| failed(&e))?;
+                let persisted = match found {
+                    Found::Nothing => file.persist_noclobber(&path),
+                    Found::File | Found::Device => file.persist(&path),
+                };
+                persisted.map_err(|error| uncreated(&path, &error.error))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Write for Written {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match &mut self.place {
+            Place::Own(file) => file.write(bytes),
+            Place::Temporary(file, _) => file.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match &mut self.place {
+            Place::Own(file) => file.flush(),
+            Place::Temporary(file, _) => file.flush(),
+        }
+    }
+}
+
+impl Seek for Written {
+    fn seek(&mut self, position: io::SeekFrom) -> io::Result<u64> {
+        match &mut self.place {
+            Place::Own(file) => file.seek(position),
+            Place::Temporary(file, _) => file.seek(position),
+        }
+    }
+}
+
+impl Read for Written {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        match &mut self.place {
+            Place::Own(file) => file.read(bytes),
+            Place::Temporary(file, _) => file.read(bytes),
+        }
+    }
+}
+
+/// Whether two paths lead to one file, through links of either kind, too.
+pub fn is_same_file(a: &Path, b: &Path) -> bool {
+    same_file::is_same_file(a, b).unwrap_or(false)
+}
+
+fn directory(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
+}
+
+/// A new file next to `path`, as other people may read it.
+fn temporary_in(directory: &Path, path: &Path) -> io::Result<NamedTempFile> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let prefix = format!(".{name}.");
+    let mut builder = Builder::new();
+    builder.prefix(&prefix).suffix(".part");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // Less what the user's mask takes away.
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(directory)
+}
+
+fn uncreated(path: &Path, error: &io::Error) -> Failure {
+    if error.kind() == io::ErrorKind::AlreadyExists {
+        let what = "exists: another command has begun to write it meanwhile".to_owned();
+        return Failure::file(path, what, Some("name another file with -o".to_owned()));
+    }
+    Failure::writing(path, error)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plan(path: &Path, inputs: &[&Path], force: bool) -> Result<OutputFile, String> {
+        OutputFile::plan(path, ("model", inputs), force, "nothing was done").map_err(|failure| {
+            match failure {
+                Failure::File { what, .. } => what,
+                other => panic!("{other:?}"),
+            }
+        })
+    }
+
+    fn write(mut file: Written, text: &str) {
+        file.write_all(text.as_bytes()).expect("written");
+        file.finish().expect("finished");
+    }
+
+    #[test]
+    fn of_two_that_write_one_new_file_one_is_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("log");
+        let [first, second] = [(); 2].map(|()| plan(&path, &[], false).expect("free"));
+        let growing = first.create_growing().expect("created");
+        assert!(second.create_growing().is_err(), "the log is being written");
+        write(growing, "first");
+        let third = second.create().expect("next to it");
+        assert!(third.finish().is_err(), "it exists by now");
+        assert_eq!(fs::read_to_string(&path).expect("a file"), "first");
+        assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 1, "nothing is left");
+    }
+
+    #[test]
+    fn what_is_replaced_stays_until_the_new_one_is_whole() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("log");
+        fs::write(&path, "old").expect("written");
+        assert!(plan(&path, &[], false).expect_err("it exists").starts_with("exists (3 bytes"));
+        let output = plan(&path, &[], true).expect("it may be replaced");
+        let mut new = output.create_growing().expect("created");
+        new.write_all(b"new").expect("written");
+        assert_eq!(fs::read_to_string(&path).expect("a file"), "old");
+        new.finish().expect("finished");
+        assert_eq!(fs::read_to_string(&path).expect("a file"), "new");
+        drop(output.create().expect("created"));
+        assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 1, "nothing is left");
+        drop(output.create_growing().expect("created"));
+        assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 2, "it may be needed");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn an_input_is_known_by_each_of_its_names() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("model"), "text").expect("written");
+        fs::hard_link(at("model"), at("hard")).expect("a link");
+        symlink(at("model"), at("soft")).expect("a link");
+        for name in ["model", "hard", "soft"] {
+            let refused = plan(&at(name), &[&at("model")], true).expect_err("it is the model");
+            assert!(refused.starts_with("is the model itself"), "{name}: {refused}");
+        }
+        write(plan(&at("new"), &[], false).expect("free").create().expect("created"), "");
+        write(plan(&at("grown"), &[], false).expect("free").create_growing().expect("made"), "");
+        let mode = |name: &str| fs::metadata(at(name)).expect("a file").permissions().mode();
+        assert_eq!(mode("new"), mode("grown"), "others may read it alike");
+        // A device stays one.
+        write(plan(Path::new("/dev/null"), &[], true).expect("it is").create().expect("open"), "x");
+        assert!(!fs::metadata("/dev/null").expect("it is").is_file());
+    }
+}
