@@ -12,7 +12,7 @@ use bksim::Mechanism;
 const MODEL: &str = include_str!("model.toml");
 
 /// Gains of x, θ, ẋ and θ̇: they place the poles of the linearised motion at −2 ± i and −4 ± i per second.
-const GAINS: [f64; 4] = [-6.06523955, 53.61549303, -7.70642202, 13.53761468];
+const GAINS: [f64; 4] = [-6.065_239_55, 53.615_493_03, -7.706_422_02, 13.537_614_68];
 
 /// Period of the controller, s.
 const PERIOD: f64 = 1e-3;

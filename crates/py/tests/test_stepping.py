@@ -56,7 +56,7 @@ def test_a_controller_keeps_the_arm_where_it_is_wanted():
         run.advance_to(1e-3 * (k + 1))
     assert run["theta"] == pytest.approx(0.5, abs=2e-3)
     # What holds it there is what gravity asks for.
-    assert run["A.mz"] == pytest.approx(0, abs=1e-9)
+    assert run["reactions.A.mz"] == pytest.approx(0, abs=1e-9)
     assert 120 * error + 200 * integral == pytest.approx(9.81 * np.cos(0.5), rel=0.05)
 
 
@@ -97,9 +97,9 @@ def test_what_cannot_be_is_refused():
 def test_a_motion_that_cannot_go_on_says_why():
     m = bksim.loads(ARM.replace('value = "u"', 'value = "u + 1 N m*sqrt(0.5 - t/(1 s))"'))
     run = m.begin()
-    with pytest.raises(bksim.SolverError, match="R002") as caught:
+    with pytest.raises(bksim.SolverError, match="no finite value near t = 0.49") as caught:
         run.advance_to(1.0)
-    assert caught.value.diagnostics[0].code == "R002" and caught.value.result is None
+    assert caught.value.t == pytest.approx(0.5) and caught.value.result is None
 
 
 def test_control_c_ends_a_long_advance():

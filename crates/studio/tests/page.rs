@@ -166,7 +166,7 @@ fn the_command_refuses_what_it_should() {
     let first = place.run("page rest.mcap -o rest.html");
     assert!(first.status.success(), "{}", text(&first.stderr));
     for (command, status, words) in [
-        ("page rest.mcap", 4, "exists already"),
+        ("page rest.mcap", 4, "`rest.html` exists ("),
         ("page rest.mcap -o rest.mcap --force", 4, "is the log itself"),
         ("page missing.mcap", 4, "there is no such file"),
         ("page rest.toml -o other.html", 1, "cannot be made a page of"),

@@ -25,7 +25,7 @@ mod embed;
 #[expect(dead_code, reason = "a program of its own, whose main is not called")]
 mod cart_pole;
 
-use std::error::Error;
+use std::fmt::Debug;
 use std::fs;
 use std::io::Write;
 use std::os::unix::fs::symlink;
@@ -63,12 +63,12 @@ fn every_example_shows_what_is_printed() {
 
 #[test]
 fn programs_among_the_examples_show_what_is_printed() {
-    shows("embed", &|out| embed::report(out));
-    shows("cart-pole", &|out| cart_pole::report(out).map(drop));
+    shows("embed", embed::report);
+    shows("cart-pole", |out| cart_pole::report(out).map(drop));
 }
 
 /// Compares what a program prints with its README.
-fn shows(example: &str, report: &dyn Fn(&mut dyn Write) -> Result<(), Box<dyn Error>>) {
+fn shows<E: Debug>(example: &str, report: impl Fn(&mut dyn Write) -> Result<(), E>) {
     let mut printed = Vec::new();
     report(&mut printed).expect("the example runs");
     let path = root().join("examples").join(example).join("README.md");

@@ -310,7 +310,7 @@ fn a_figure_without_a_display_says_so_and_names_are_checked_before() {
     for (arguments, status, words) in [
         ("--window -o run.svg", 2, "cannot be used with"),
         ("--screenshot run.png", 2, "--window"),
-        ("--window --screenshot run.mcap", 4, "is read by this command"),
+        ("--window --screenshot run.mcap", 4, "is the log itself"),
         ("--window --size 20x20", 2, "from 200 to 10000"),
     ] {
         let output = place.run(&format!("plot run.mcap {arguments}"));

@@ -63,6 +63,20 @@ def unknown(name: str, known: Sequence[str]) -> str:
     return f"nothing is called {name!r}" + (f"; did you mean {near[0]!r}?" if near else "")
 
 
+def resolved(name: str, rows: Mapping[str, int]) -> int | None:
+    """The row of a quantity by its name, or by the last part of it where that is clear."""
+    for topic in ("", "state.", "acceleration.", "multipliers.", "inputs."):
+        if topic + name in rows:
+            return rows[topic + name]
+    return None
+
+
+def short_names(rows: Mapping[str, int]) -> list[str]:
+    """The last parts of names that are clear."""
+    ends = (name.split(".", 1)[-1] for name in rows)
+    return [end for end in ends if resolved(end, rows) is not None]
+
+
 class Sensitivity(Named):
     """Derivatives of the motion by one quantity, (n,) by the name of what is differentiated."""
 
@@ -189,10 +203,7 @@ class Samples:
 
     def _resolved(self, name: str) -> int | None:
         """The row of a quantity by its name, or by the last part of it where that is clear."""
-        for topic in ("", "state.", "acceleration.", "multipliers.", "inputs."):
-            if topic + name in self._row:
-                return self._row[topic + name]
-        return None
+        return resolved(name, self._row)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.names)
@@ -218,16 +229,12 @@ class Samples:
             return self._at(self._table[row])
         if name not in self._measured:
             if self._engine.measure_unit(name) is None:
-                raise KeyError(unknown(name, [*self._row, *self._short_names()]))
+                raise KeyError(unknown(name, [*self._row, *short_names(self._row)]))
             state = [k for k, (known, _, _) in enumerate(self._columns) if known.startswith("state.")]
             nq = len(state) // 2
             q, v = self._table[state[0] : state[0] + nq], self._table[state[0] + nq : state[-1] + 1]
             self._measured[name] = self._engine.measured([name], q, v)[0]
         return self._at(self._measured[name])
-
-    def _short_names(self) -> list[str]:
-        ends = (name.split(".", 1)[-1] for name in self._row)
-        return [end for end in ends if self._resolved(end) is not None]
 
     def unit(self, name: str) -> str:
         """The SI unit of a quantity."""

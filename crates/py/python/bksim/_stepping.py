@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _bksim
-from ._solution import Named, unknown
+from ._solution import Named, resolved, short_names, unknown
 
 Array = NDArray[np.float64]
 
@@ -78,12 +78,13 @@ class Stepping:
         return {name: k for k, (name, _, _) in enumerate(self._run.engine.columns())}
 
     def __getitem__(self, name: str) -> float:
-        """A quantity by the name that it has in a solution: ``run["energy.total"]``."""
-        if name not in self._columns:
-            raise KeyError(unknown(name, list(self._columns)))
+        """A quantity by the name that it has in a solution: ``run["energy.total"]``, ``run["theta"]``."""
+        column = resolved(name, self._columns)
+        if column is None:
+            raise KeyError(unknown(name, [*self._columns, *short_names(self._columns)]))
         if self._row is None:
             self._row = self._run.row()
-        return float(self._row[self._columns[name]])
+        return float(self._row[column])
 
     def set_input(self, name: str, value: float) -> None:
         """Lets a parameter have this value from now on, in SI units.

@@ -7,7 +7,7 @@ use bksim_dae::{Checkpoint, Control};
 
 use super::observer::Observer;
 use super::problem::Problem;
-use super::progress::{Progress, Run, StepOutcome};
+use super::progress::{Halt, Progress, Run, StepOutcome};
 use super::sample::{Sample, StateSensitivity};
 use super::sampler::Sampler;
 use super::summary::{Failure, Summary};
@@ -80,7 +80,7 @@ impl<'a> Run<'a> {
                 return Ok(true);
             }
             let concluded = self.conclude_step(&mut Unobserved, &|| false);
-            self.or_failure(concluded)?;
+            self.or_held(concluded)?;
 
             // Take the next one.
             if stop() {
@@ -88,10 +88,18 @@ impl<'a> Run<'a> {
             }
             mark(self.save());
             let taken = self.take_step();
-            if self.or_failure(taken)? == Some(StepOutcome::Reached) {
+            if self.or_held(taken)? == Some(StepOutcome::Reached) {
                 return Ok(true);
             }
         }
+    }
+
+    /// An outcome, or the failure, with the run held at the end of its last step.
+    fn or_held<T>(&mut self, outcome: Result<T, Halt>) -> Result<T, Box<Failure>> {
+        if outcome.is_err() {
+            self.hand_out_last(&mut Unobserved);
+        }
+        self.or_failure(outcome)
     }
 
     /// Whether the step that has been taken covers `t`; it is then sampled there.

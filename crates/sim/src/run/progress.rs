@@ -450,7 +450,7 @@ impl<'a> Run<'a> {
     }
 
     /// Hands out the end of the last step of a run that ends early.
-    fn hand_out_last(&mut self, observer: &mut dyn Observer) {
+    pub(super) fn hand_out_last(&mut self, observer: &mut dyn Observer) {
         let Self { sampler, mechanism, summary, reached, .. } = self;
         let Sample { step_size, .. } = sampler.sample;
         let dense = DenseOutput::instant(reached.as_ref(), step_size, summary.stats);
