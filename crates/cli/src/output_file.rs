@@ -5,7 +5,7 @@
 //! one file at the same time are told apart, as files are created exclusively.
 
 use std::fs::{self, File};
-use std::io::{self, Read, Seek, Write};
+use std::io::{self, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::{Builder, NamedTempFile};
@@ -19,7 +19,7 @@ pub struct OutputFile {
     found: Found,
 }
 
-/// What there was when the command began.
+/// State of the path when the command began.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Found {
     Nothing,
@@ -106,8 +106,7 @@ impl OutputFile {
             }
             return Ok(written);
         }
-        let file = File::options().read(true).write(true).create_new(true).open(&self.path);
-        let file = file.map_err(|error| self.uncreated(&error))?;
+        let file = File::create_new(&self.path).map_err(|error| uncreated(&self.path, &error))?;
         Ok(Written { path: self.path.clone(), place: Place::Own(file) })
     }
 
@@ -125,10 +124,6 @@ impl OutputFile {
             Place::Temporary(temporary.map_err(|e| Failure::writing(&path, &e))?, self.found)
         };
         Ok(Written { path, place })
-    }
-
-    fn uncreated(&self, error: &io::Error) -> Failure {
-        uncreated(&self.path, error)
     }
 }
 
@@ -189,16 +184,7 @@ impl Seek for Written {
     }
 }
 
-impl Read for Written {
-    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        match &mut self.place {
-            Place::Own(file) => file.read(bytes),
-            Place::Temporary(file, _) => file.read(bytes),
-        }
-    }
-}
-
-/// Whether two paths lead to one file, through links of either kind, too.
+/// Equality of the files that two paths lead to, through links of either kind, too.
 pub fn is_same_file(a: &Path, b: &Path) -> bool {
     same_file::is_same_file(a, b).unwrap_or(false)
 }

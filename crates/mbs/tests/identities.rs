@@ -13,83 +13,10 @@ use bksim_model::file::{Source, read};
 use bksim_model::{CoordinatePolicy, Model};
 
 /// Two bars on skew axes, the second also sliding, closed by a link and driven.
-const SPATIAL_LOOP: &str = r#"
-space = "spatial"
-[bodies.swing]
-mass = 2
-inertia = [0.3, 0.2, 0.1, 0.01, -0.02, 0.03]
-com = [0.4, 0.1, 0]
-points = { tip = [1, 0, 0] }
-[bodies.sleeve]
-mass = 1
-inertia = [0.05, 0.06, 0.02, 0, 0, 0]
-points = { eye = [0, 0.3, 0.2] }
-[ground.points]
-O = [0, 0, 0]
-far = [1.5, 0.5, 0.8]
-[joints.A]
-type = "revolute"
-between = ["ground.O", "swing"]
-axis = [0, 1, 0]
-[joints.B]
-type = "prismatic"
-between = ["swing.tip", "sleeve"]
-axis = [0.6, 0, 0.8]
-[joints.rod]
-type = "link"
-between = ["ground.far", "sleeve.eye"]
-length = 1.2
-[loads.gravity]
-type = "gravity"
-acceleration = [0, 0, -9.81]
-[loads.spring]
-type = "spring"
-between = ["ground.far", "swing.tip"]
-stiffness = 50
-length = 0.5
-[drives.motor]
-joint = "A"
-motion = "0.3*sin(2*t)"
-"#;
+const SPATIAL_LOOP: &str = include_str!("../../../tests/fixtures/spatial-loop.toml");
 
 /// A pendulum of three bars about unlike axes, with springs in its joints.
-const SPATIAL_CHAIN: &str = r#"
-space = "spatial"
-[bodies.one]
-mass = 1
-inertia = [0.02, 0.09, 0.08, 0.01, 0, 0]
-com = [0.5, 0, 0]
-points = { tip = [1, 0, 0] }
-[bodies.two]
-mass = 2
-inertia = [0.03, 0.07, 0.06, 0, 0.01, 0.02]
-com = [0, 0.5, 0.1]
-points = { tip = [0, 1, 0] }
-[bodies.three]
-mass = 3
-inertia = [0.05, 0.04, 0.06, 0, 0, 0]
-com = [0, 0, -0.4]
-[joints.A]
-type = "revolute"
-between = ["ground", "one"]
-axis = [0, 0, 1]
-[joints.B]
-type = "revolute"
-between = ["one.tip", "two"]
-axis = [1, 0, 0]
-[joints.C]
-type = "revolute"
-between = ["two.tip", "three"]
-axis = [0, 1, 0]
-[loads.gravity]
-type = "gravity"
-acceleration = [0, -3, -9.81]
-[loads.twist]
-type = "torsion"
-joint = "B"
-stiffness = 7
-angle = 0.2
-"#;
+const SPATIAL_CHAIN: &str = include_str!("../../../tests/fixtures/spatial-chain.toml");
 
 /// States that are looked at for each mechanism.
 const N_STATES: usize = 4;

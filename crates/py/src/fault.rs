@@ -104,7 +104,7 @@ fn made(py: Python<'_>, kind: &str, message: &str, diagnostics: &str) -> PyErr {
     exception(py, "made", (kind, message, diagnostics))
 }
 
-/// What a function of `bksim._errors` makes of its arguments.
+/// The exception that a function of `bksim._errors` makes of its arguments.
 fn exception<'py, A>(py: Python<'py>, maker: &str, arguments: A) -> PyErr
 where
     A: pyo3::call::PyCallArgs<'py>,

@@ -35,7 +35,7 @@ impl<'a> Interruption<'a> {
         Self { notify, pace: Pace::begin(), raised: RefCell::new(None) }
     }
 
-    /// Whether the work is to stop, which has got to `reached`.
+    /// True when work that has got to `reached` is to stop.
     pub(crate) fn is_wished(&self, reached: f64) -> bool {
         if !self.pace.is_due() {
             return false;

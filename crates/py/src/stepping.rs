@@ -26,7 +26,7 @@ pub(crate) struct SavedState {
     saved: Saved,
 }
 
-/// What a run is asked for.
+/// Options of a run that is begun.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct SteppingRequest {

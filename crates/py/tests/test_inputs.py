@@ -2,38 +2,18 @@
 
 import threading
 import time
+from pathlib import Path
 
 import bksim
 import numpy as np
 import pytest
 
-ARM = """
-[parameters]
-u = "0 N m"
-length = "1 m"
-
-[bodies.arm]
-mass = "2 kg"
-com = ["length/2", 0]
-inertia = "0.1 kg m^2"
-
-[joints.A]
-type = "revolute"
-between = ["ground", "arm"]
-coordinate = "theta"
-
-[loads]
-gravity = { type = "gravity", acceleration = [0, "-9.81 m/s^2"] }
-motor = { type = "torque", on = "arm", value = "LAW" }
-
-[solve]
-t_end = "2 s"
-rtol = 1e-9
-"""
+FIXTURES = Path(__file__).parents[3] / "tests" / "fixtures"
+ARM = (FIXTURES / "driven-arm.toml").read_text(encoding="utf-8")
 
 
 def arm(law: str = "u") -> bksim.Model:
-    return bksim.loads(ARM.replace("LAW", law))
+    return bksim.loads(ARM.replace('value = "u"', f'value = "{law}"'))
 
 
 def control(t, q, v):

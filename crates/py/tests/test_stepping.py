@@ -2,34 +2,14 @@
 
 import threading
 import time
+from pathlib import Path
 
 import bksim
 import numpy as np
 import pytest
 
-ARM = """
-[parameters]
-u = "0 N m"
-m = "2 kg"
-
-[bodies.arm]
-mass = "m"
-com = ["0.5 m", 0]
-inertia = "0.1 kg m^2"
-
-[joints.A]
-type = "revolute"
-between = ["ground", "arm"]
-coordinate = "theta"
-
-[loads]
-gravity = { type = "gravity", acceleration = [0, "-9.81 m/s^2"] }
-motor = { type = "torque", on = "arm", value = "u" }
-
-[solve]
-t_end = "2 s"
-every = "10 ms"
-"""
+FIXTURES = Path(__file__).parents[3] / "tests" / "fixtures"
+ARM = (FIXTURES / "driven-arm.toml").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("method", ["explicit", "radau"])

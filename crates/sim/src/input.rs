@@ -50,7 +50,7 @@ pub enum InputError {
     NotFinite {
         /// The input.
         name: String,
-        /// What it was set to.
+        /// The value that was asked for.
         value: f64,
     },
 }

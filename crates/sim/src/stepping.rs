@@ -127,7 +127,7 @@ impl Simulation {
             let Beginning { simulation, start } = &**beginning;
             Run::begin(simulation.problem(start), &mut Unobserved)
         });
-        let mark = held.with_dependent_mut(|_, run| run.mark());
+        let mark = held.with_dependent_mut(|_, run| run.save());
         Stepping { held, parameters, mark, instants: Vec::new() }
     }
 }
@@ -268,7 +268,7 @@ impl Stepping {
             let Beginning { simulation, start } = &**beginning;
             Run::begin_with(simulation.problem(start), ledger)
         });
-        self.mark = self.held.with_dependent_mut(|_, run| run.mark());
+        self.mark = self.held.with_dependent_mut(|_, run| run.save());
         self.instants.clear();
         Ok(())
     }

@@ -39,6 +39,9 @@ every = "10 ms"
 method = "METHOD"
 "#;
 
+/// A block on a rail, pulled by a force that is a parameter.
+const PULLED: &str = include_str!("../../../tests/fixtures/pulled-block.toml");
+
 /// Keeps samples, and the motion over the last step.
 #[derive(Default)]
 struct Kept {
@@ -225,26 +228,8 @@ fn a_restored_run_goes_on_as_if_it_had_never_left() {
 
 #[test]
 fn an_input_acts_from_the_instant_on_at_which_it_is_set() {
-    const CART: &str = r#"
-[parameters]
-u = "3 N"
-[bodies.cart]
-mass = "2 kg"
-[joints.rail]
-type = "prismatic"
-between = ["ground", "cart"]
-axis = [1, 0]
-coordinate = "x"
-[loads.motor]
-type = "force"
-on = "cart"
-vector = ["u", 0]
-[solve]
-t_end = "1 s"
-method = "METHOD"
-"#;
     for method in ["explicit", "radau"] {
-        let mechanism = Mechanism::from_toml(&CART.replace("METHOD", method), "cart");
+        let mechanism = Mechanism::from_toml(&format!("{PULLED}method = \"{method}\"\n"), "block");
         let mut run =
             mechanism.expect("a model").simulation().expect("equations").begin().expect("a start");
         let (mut x, mut v, mut work) = (0.0, 0.0, 0.0);
@@ -267,32 +252,15 @@ method = "METHOD"
 
 #[test]
 fn friction_lets_go_when_an_input_pulls_harder() {
-    const BLOCK: &str = r#"
-[parameters]
-u = "1 N"
-[bodies.block]
-mass = "1 kg"
-[joints.rail]
-type = "prismatic"
-between = ["ground", "block"]
-axis = [1, 0]
-coordinate = "x"
-[loads.pull]
-type = "force"
-on = "block"
-vector = ["u", 0]
-[loads.floor]
-type = "friction"
-joint = "rail"
-force = "2 N"
-[solve]
-t_end = "10 s"
-"#;
-    let mechanism = Mechanism::from_toml(BLOCK, "block").expect("a model");
+    let text = format!(
+        "{PULLED}\n[loads.floor]\ntype = \"friction\"\njoint = \"rail\"\nforce = \"4 N\"\n"
+    );
+    let text = text.replace("1 s", "10 s").replace("3 N", "1 N");
+    let mechanism = Mechanism::from_toml(&text, "block").expect("a model");
     let mut run = mechanism.simulation().expect("equations").begin().expect("a start");
     run.advance_to(1.0).expect("it sticks");
     assert_eq!(run.state().v[0], 0.0);
-    run.set_input("u", 5.0).expect("an input");
+    run.set_input("u", 10.0).expect("an input");
     run.advance_to(2.0).expect("it slides");
     assert!((run.state().v[0] - 3.0).abs() < 1e-9, "{:?}", run.state());
     run.set_input("u", 0.0).expect("an input");

@@ -221,7 +221,7 @@ impl<'a> Parts<'a> {
         self.path(part).with_extension(CHECKSUM)
     }
 
-    /// Whether a part has the bytes that it was written with.
+    /// True for a part that has the bytes it was written with.
     fn is_sound(&self, part: u64) -> bool {
         let stored = fs::read_to_string(self.checksum_path(part));
         let found = fs::read(self.path(part)).map(|bytes| checksum(&bytes));

@@ -5,29 +5,17 @@ from __future__ import annotations
 import copy
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from . import _bksim
 from ._checked import names, real, whole
+from ._document import Document
 from ._equations import Equations
 from ._errors import Diagnostic, LimitError, ModelError, SolverError, diagnostics_of
 from ._functions import Functions
-from ._parts import (
-    Body,
-    Drive,
-    Ground,
-    Joint,
-    Load,
-    Value,
-    from_table,
-    joint_from_table,
-    load_from_table,
-    plain,
-    to_table,
-)
+from ._parts import Body, Drive, Ground, Joint, Load, Value
 from ._progress import Progress
 from ._report import Check, Start
 from ._solution import Solution
@@ -114,61 +102,6 @@ def _text(value: Value) -> str:
     return value if isinstance(value, str) else repr(float(value))
 
 
-@dataclass
-class _Document:
-    """A model as its author wrote it, as objects."""
-
-    name: str | None = None
-    space: str | None = None
-    policy: str | None = None
-    units: dict[str, str] = field(default_factory=dict)
-    parameters: dict[str, Value] = field(default_factory=dict)
-    ground: Ground = field(default_factory=Ground)
-    bodies: dict[str, Body] = field(default_factory=dict)
-    joints: dict[str, Joint] = field(default_factory=dict)
-    loads: dict[str, Load] = field(default_factory=dict)
-    drives: dict[str, Drive] = field(default_factory=dict)
-    initial: dict[str, Any] = field(default_factory=dict)
-    options: dict[str, Any] = field(default_factory=dict)
-
-    @classmethod
-    def of(cls, tables: dict[str, Any]) -> _Document:
-        def each(key: str) -> Iterator[tuple[str, dict[str, Any]]]:
-            return iter(tables.get(key, {}).items())
-
-        return cls(
-            name=tables.get("name"),
-            space=tables.get("space"),
-            policy=tables.get("coordinates"),
-            units=tables.get("units", {}),
-            parameters=tables.get("parameters", {}),
-            ground=from_table(Ground, tables.get("ground", {})),
-            bodies={name: from_table(Body, table) for name, table in each("bodies")},
-            joints={name: joint_from_table(table) for name, table in each("joints")},
-            loads={name: load_from_table(table) for name, table in each("loads")},
-            drives={name: from_table(Drive, table) for name, table in each("drives")},
-            initial=tables.get("initial", {}),
-            options=tables.get("solve", {}),
-        )
-
-    def tables(self) -> dict[str, Any]:
-        tables: dict[str, Any] = {
-            "name": self.name,
-            "space": self.space,
-            "coordinates": self.policy,
-            "units": plain(self.units),
-            "parameters": plain(self.parameters),
-            "ground": to_table(self.ground),
-            "bodies": {name: to_table(body) for name, body in self.bodies.items()},
-            "joints": {name: to_table(joint) for name, joint in self.joints.items()},
-            "loads": {name: to_table(load) for name, load in self.loads.items()},
-            "drives": {name: to_table(drive) for name, drive in self.drives.items()},
-            "initial": plain(self.initial),
-            "solve": plain(self.options),
-        }
-        return {key: table for key, table in tables.items() if table}
-
-
 class Model:
     """A mechanism: what its author wrote, and from there its equations and its motion.
 
@@ -193,7 +126,7 @@ class Model:
         units: Mapping[str, str] | None = None,
         parameters: Mapping[str, Value] | None = None,
     ) -> None:
-        self._document: _Document | None = _Document(
+        self._document: Document | None = Document(
             name=name,
             space=space,
             policy=coordinates,
@@ -263,10 +196,10 @@ class Model:
             raise ModelError(f"the model cannot be written down: {error}") from error
         return text, Path(f"{name}.toml"), name
 
-    def _parts(self) -> _Document:
+    def _parts(self) -> Document:
         if self._document is None:
             tables = json.loads(_bksim.from_toml(self._engine().text))
-            self._document = _Document.of(tables)
+            self._document = Document.of(tables)
             self._tables = self._document.tables()
         return self._document
 

@@ -41,11 +41,6 @@ impl<'a> Run<'a> {
         run
     }
 
-    /// The run as numbers, between two steps.
-    pub(crate) fn mark(&mut self) -> Checkpoint {
-        self.save()
-    }
-
     /// A run of the same problem where it was marked.
     pub(crate) fn at_mark(problem: Problem<'a>, mark: &Checkpoint) -> Self {
         let mut run = Self::new(problem);
@@ -102,7 +97,7 @@ impl<'a> Run<'a> {
         self.or_failure(outcome)
     }
 
-    /// Whether the step that has been taken covers `t`; it is then sampled there.
+    /// Samples the step that has been taken at `t`, if it covers that; returns whether it does.
     fn is_sampled_at(&mut self, t: f64) -> Result<bool, Box<Failure>> {
         let (mut phase, crossed) = match std::mem::replace(&mut self.progress, Progress::Between) {
             Progress::Passing(phase, crossed) => (phase, crossed),

@@ -45,7 +45,7 @@ impl Phase<'_> {
     }
 }
 
-/// What an attempt at a step has led to.
+/// Result of an attempt at a step.
 pub(super) enum Attempt {
     /// A step, nothing of which has been handed out; it ends at the event, if it met one.
     Step(Option<Crossed>),

@@ -330,7 +330,8 @@ impl<'a> Run<'a> {
     /// [`SolveError`] when its integrator cannot begin.
     fn phase(&mut self) -> Result<Box<Phase<'a>>, SolveError> {
         let saved = match std::mem::replace(&mut self.progress, Progress::Between) {
-            Progress::Within(phase) | Progress::Passing(phase, _) => return Ok(phase),
+            Progress::Within(phase) => return Ok(phase),
+            Progress::Passing(..) => unreachable!("a step is passed to its end before the next"),
             Progress::Saved(saved) => Some(saved),
             Progress::Between => None,
         };

@@ -11,7 +11,7 @@ use crate::hybrid::Change;
 
 impl Run<'_> {
     /// The run between two steps.
-    pub(super) fn save(&mut self) -> Checkpoint {
+    pub(crate) fn save(&mut self) -> Checkpoint {
         let phase = match &mut self.progress {
             Progress::Between => None,
             Progress::Saved(saved) => Some(saved.clone()),

@@ -1,7 +1,7 @@
 //! `bksim render`: pictures and films of a motion, without a window.
 
+mod faults;
 mod motion;
-mod write;
 
 use std::io::{self, BufWriter, Seek, SeekFrom};
 use std::path::Path;
@@ -135,8 +135,8 @@ fn refused(args: &Render, error: &RenderError) -> Failure {
             Failure::usage(format!("nothing that can leave a trail is called `{name}`"), help)
         }
         RenderError::Unreplayed(error) => motion::unreplayed(&args.input, *error),
-        RenderError::Canvas(error) => write::undrawn(args, error),
-        RenderError::Film(error) => write::unwritten(args, error),
+        RenderError::Canvas(error) => faults::undrawn(args, error),
+        RenderError::Film(error) => faults::unwritten(args, error),
         other => Failure::usage(other.to_string(), "`bksim render --help` shows what can be"),
     }
 }

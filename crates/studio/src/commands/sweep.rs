@@ -38,7 +38,7 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
     let path = args.out.clone().unwrap_or_else(|| named_after(&loaded.model.name, "parquet"));
     let mut inputs = source.files();
     inputs.push(&args.model);
-    OutputFile::plan(&path, ("model", &inputs), args.force || args.resume, "nothing was solved")?;
+    OutputFile::plan(&path, ("model", &inputs), args.force, "nothing was solved")?;
 
     // Derive and compile once.
     let mut request = Request::new(&source.text, &loaded.model.name, plan);
