@@ -122,5 +122,10 @@ fn interrupted_and_killed_sweeps_go_on_to_the_same_table() {
         assert_eq!(object["done"], 2000, "{signal}");
         let table = fs::read(place.path().join("t.parquet")).expect("a table");
         assert!(table == whole, "{signal}: the table differs");
+
+        // Now that it is there, only --force replaces it.
+        let again = place.bksim().args(LONG).arg("--resume").output().expect("bksim runs");
+        assert_eq!(again.status.code(), Some(4), "{signal}: {}", text(&again.stderr));
+        assert!(text(&again.stderr).contains("`t.parquet` exists ("), "{}", text(&again.stderr));
     }
 }
