@@ -29,4 +29,5 @@ pub mod patch;
 pub mod read;
 pub mod tags;
 pub mod units;
+mod unread;
 pub mod write;

@@ -11,6 +11,7 @@ use crate::excerpt::Excerpts;
 use crate::open::{OpenOptions, open};
 use crate::read::read;
 use crate::tags::excerpt_text;
+use crate::unread::unread;
 
 /// Options of reading and composing a drawing.
 #[derive(Clone, Copy, Debug, Default)]
@@ -61,6 +62,7 @@ pub fn sheet(bytes: Vec<u8>, unit: Option<LengthUnit>) -> Result<Sheet, Refused>
     let excerpts = Excerpts::new(&text);
     let (attachments, faults) = attachments(&drawing, &excerpts);
     let mut diagnostics = opened.warnings;
+    diagnostics.extend(unread(&drawing, &excerpts));
     diagnostics.extend(faults);
     Ok(Sheet { drawing, attachments, text, diagnostics })
 }

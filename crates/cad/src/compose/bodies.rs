@@ -113,7 +113,7 @@ impl Bodies {
                 body.paths.extend(paths.iter().map(|path| (path.clone(), entity_idx)));
             }
             Shape::Point(at) => body.features.push(*at),
-            Shape::Text { .. } | Shape::Insert(_) | Shape::Other => (),
+            Shape::Text { .. } | Shape::Insert(_) | Shape::Unread { .. } | Shape::Other => (),
         }
     }
 

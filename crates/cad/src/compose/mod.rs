@@ -29,6 +29,7 @@ mod sections;
 mod sidecar;
 mod snap;
 mod source;
+mod twice;
 mod units;
 mod weigh;
 
@@ -55,6 +56,7 @@ use origins::Origins;
 use sections::Mechanism;
 use sidecar::Sidecar;
 use source::{Scale, Source};
+use twice::stated_twice;
 use units::BareUnits;
 use weigh::{Plate, weigh};
 
@@ -106,6 +108,8 @@ pub fn compose(
     let scale = Scale::of(drawing.extent, options.tolerance);
     let source = Source { drawing, attachments, scale };
     let mut faults = Faults::new(excerpts);
+
+    stated_twice(source, &sidecar, &mut faults);
 
     // The mechanism: bodies, the joints where they meet, and the frames that follow from these.
     let Gathered { bodies, mut points } = gather(source, &sidecar, &mut faults);

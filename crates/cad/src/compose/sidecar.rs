@@ -49,6 +49,13 @@ impl Sidecar {
         Some(self.table(&["units"])?.get(quantity)?.as_str()?.to_owned())
     }
 
+    /// The names of its loads that are gravity.
+    pub(super) fn gravities(&self) -> Vec<String> {
+        let loads = self.table(&["loads"]).into_iter().flat_map(TableLike::iter);
+        let is_gravity = |item: &Item| item.get("type").and_then(Item::as_str) == Some("gravity");
+        loads.filter(|(_, item)| is_gravity(item)).map(|(name, _)| name.to_owned()).collect()
+    }
+
     fn table(&self, path: &[&str]) -> Option<&dyn TableLike> {
         let mut table: &dyn TableLike = self.document.as_table();
         for key in path {

@@ -114,7 +114,7 @@ pub fn check(bytes: Vec<u8>, options: &OpenOptions) -> Result<Checked, Vec<Diagn
         warnings.push(fault);
     }
     let [blocks, entities] = ["BLOCKS", "ENTITIES"].map(|name| feed::records(&tags, name));
-    blocks::check(&tags, &blocks, &entities).map_err(fail)?;
+    warnings.extend(blocks::check(&tags, &blocks, &entities).map_err(fail)?);
     let mut faults = Vec::new();
     for records in [&blocks, &entities] {
         faults.extend(guard::values(&tags, records));

@@ -4,6 +4,8 @@ mod insert;
 mod plane;
 mod shape;
 
+use std::collections::BTreeSet;
+
 use acadrust::entities::{AttributeEntity, EntityCommon};
 use acadrust::io::dxf::code_page::decode_legacy_escapes;
 use acadrust::xdata::XDataValue;
@@ -20,7 +22,13 @@ const MAX_INSERTED: usize = 200_000;
 
 /// Reads the model space; `tags` are the groups of the same file.
 pub fn read(document: &CadDocument, unit: LengthUnit, tags: &Tags) -> Drawing {
-    let mut reading = Reading { document, tags, entities: Vec::new(), budget: MAX_INSERTED };
+    let mut reading = Reading {
+        document,
+        tags,
+        entities: Vec::new(),
+        budget: MAX_INSERTED,
+        unread: BTreeSet::new(),
+    };
     for entity in document.model_space_entities() {
         reading.read_entity(entity);
     }
@@ -34,6 +42,8 @@ struct Reading<'a> {
     entities: Vec<Entity>,
     /// Curves that inserts may still bring.
     budget: usize,
+    /// Handles of entities of blocks that were passed over, each once.
+    unread: BTreeSet<u64>,
 }
 
 impl Reading<'_> {
@@ -45,7 +55,8 @@ impl Reading<'_> {
         let common = entity.common();
         let shape = shape::shape(entity);
         let kind = entity.as_entity().entity_type();
-        let location = self.location(kind, common, anchor(&shape));
+        let at = anchor(&shape).unwrap_or_else(|| self.first_point(common));
+        let location = self.location(kind, common, at);
         self.entities.push(Entity { location, shape, xdata: xdata(common) });
     }
 
@@ -59,6 +70,16 @@ impl Reading<'_> {
             at,
             lines,
         }
+    }
+
+    /// The first point that the groups of an entity state, where they state one.
+    fn first_point(&self, common: &EntityCommon) -> Point {
+        let record = self.tags.known_record(Handle(common.handle.into())).unwrap_or(0..0);
+        let first = |code: i16| {
+            let mut own = record.clone().filter(|&idx| self.tags.code(idx) == code);
+            own.next().and_then(|idx| self.tags.number(idx)).filter(|number| number.is_finite())
+        };
+        [first(10).unwrap_or(0.0), first(20).unwrap_or(0.0)]
     }
 
     fn attribute(&self, attribute: &AttributeEntity, map: &Affine) -> Attribute {
@@ -102,16 +123,16 @@ fn xdata(common: &EntityCommon) -> Vec<XValue> {
         .collect()
 }
 
-/// A point of a shape, for messages.
-fn anchor(shape: &Shape) -> Point {
+/// A point of a shape, for messages; none where nothing is known of it.
+fn anchor(shape: &Shape) -> Option<Point> {
     match shape {
-        Shape::Point(at) | Shape::Text { at, .. } => *at,
-        Shape::Insert(insert) => insert.at,
-        Shape::Path(path) => path.curves.first().map_or([0.0; 2], shape::anchor_of),
+        Shape::Point(at) | Shape::Text { at, .. } => Some(*at),
+        Shape::Insert(insert) => Some(insert.at),
+        Shape::Path(path) => path.curves.first().map(shape::anchor_of),
         Shape::Paths(paths) | Shape::Hatch(paths) => {
-            paths.first().and_then(|path| path.curves.first()).map_or([0.0; 2], shape::anchor_of)
+            paths.first().and_then(|path| path.curves.first()).map(shape::anchor_of)
         }
-        Shape::Other => [0.0; 2],
+        Shape::Unread { .. } | Shape::Other => None,
     }
 }
 
@@ -128,7 +149,7 @@ fn extent(entities: &[Entity]) -> [Point; 2] {
                     bounds = bounds.union(path.bounds());
                 }
             }
-            Shape::Text { .. } | Shape::Other => (),
+            Shape::Text { .. } | Shape::Unread { .. } | Shape::Other => (),
         }
     }
     if bounds.is_empty() { [[0.0; 2]; 2] } else { [bounds.min, bounds.max] }
