@@ -20,6 +20,7 @@ bksim_model::codes! {
     NO_AREA = "D024", "an outline without area";
     NO_CURVE = "D025", "numbers that make no curve";
     SNAPPED = "D026", "a gap that was closed";
+    DOUBLED = "D027", "an entity drawn twice";
     OUT_OF_PLANE = "D028", "an entity out of the plane";
     // Attachments.
     UNKNOWN_KIND = "D030", "nothing that can be attached";
@@ -39,6 +40,7 @@ bksim_model::codes! {
     NO_BODIES = "D044", "nothing is attached";
     DECIMAL_COMMA = "D045", "a decimal comma";
     STATED_TWICE = "D046", "stated twice";
+    RENAMED = "D047", "names that are spelled otherwise";
     // Writing.
     NOT_THERE = "D060", "nothing there to edit";
     DOES_NOT_FIT = "D061", "a value the drawing cannot hold";

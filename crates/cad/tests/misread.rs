@@ -134,7 +134,9 @@ fn two_gravities_solves_or_models_are_a_fault_that_names_both() {
 #[test]
 fn a_copy_of_a_spring_on_itself_is_a_fault_and_two_named_ones_are_two() {
     let spring = |name: &str| {
-        format!("INSERT block=BK_SPRING at=200,10 scale=90 rotation=90 {name}BODY1=arm STIFFNESS=\"2 N/mm\"\n")
+        format!(
+            "INSERT block=BK_SPRING at=200,10 scale=90 rotation=90 {name}BODY1=arm STIFFNESS=\"2 N/mm\"\n"
+        )
     };
     let fault = only(&composed(&format!("{ARM}{}{}", spring(""), spring(""))), "D046");
     assert_eq!(fault.message, "a spring is stated twice at one place");
@@ -192,4 +194,161 @@ fn an_entity_out_of_the_plane_is_warned_about() {
     // A mirrored one is in the plane.
     let mirrored = tilted.replace("  210 1\n", "  210 0\n").replace("  230 0\n", "  230 -1\n");
     assert_eq!(composed(&format!("{ARM}{mirrored}")).diagnostics, []);
+}
+
+/// The arm with other names: of the body, the joint and the parameter that drives it.
+fn named(body: &str, joint: &str, parameter: &str, motion: &str) -> String {
+    format!(
+        "LWPOLYLINE layer=\"BK_BODY_{body}\" points=\"0,0 300,0 300,20 0,20\"\n\
+         INSERT block=BK_REVOLUTE at=10,10 NAME=\"{joint}\"\n\
+         INSERT block=BK_BODY at=150,10 NAME=\"{body}\" MASS=\"2 kg\"\n\
+         INSERT block=BK_PARAMETER at=0,99 NAME=\"{parameter}\" VALUE=\"60 rpm\"\n\
+         INSERT block=BK_DRIVE at=10,10 NAME=motor JOINT=\"{joint}\" MOTION=\"{motion}\"\n"
+    )
+}
+
+#[test]
+fn names_of_any_script_are_solved_under_a_spelling_that_is_told() {
+    for (body, joint, parameter, spelled) in [
+        ("thanh truyền", "khớp 1", "ω", ["thanh_truyen", "khop_1", "omega"]),
+        ("μοχλός", "Ο-1", "φ₁", ["mochlos", "O_1", "phi1"]),
+        ("连杆", "1", "转速", ["LianGan", "j1", "ZhuanSu"]),
+        ("rod-1", "A-1", "n'", ["rod_1", "A_1", "n_prime"]),
+    ] {
+        let composition = composed(&named(body, joint, parameter, &format!("2*{parameter}*t")));
+        let warning = only(&composition, "D047");
+        for (name, spelled) in [body, joint, parameter].iter().zip(spelled) {
+            assert!(
+                warning.message.contains(&format!("`{name}` is `{spelled}`")),
+                "{}",
+                warning.message
+            );
+        }
+        let model = model(&composition);
+        assert_eq!(model.bodies[1].name, spelled[0]);
+        assert_eq!(model.joints[0].name, spelled[1]);
+        assert_eq!(model.parameters[0].name, spelled[2]);
+        // The reports have the author's names, and lead to those of the model.
+        assert_eq!(composition.bodies[0].name, body);
+        assert_eq!(composition.model_name(body), spelled[0]);
+        assert_eq!(
+            composition.drawn_words(&format!("body `{}`", spelled[0])),
+            format!("body `{body}`")
+        );
+    }
+    // Plain names are as they are, and nothing is said.
+    assert_eq!(composed(&named("arm", "A", "n", "2*n*t")).diagnostics, []);
+}
+
+#[test]
+fn a_model_file_beside_may_have_either_spelling() {
+    let drawn = named("rod-1", "A", "n", "n*t").replace(" MASS=\"2 kg\"", "");
+    for key in ["\"rod-1\"", "rod_1"] {
+        let beside = format!(
+            "[bodies.{key}]\nmass = \"3 kg\"\n[loads.f]\ntype = \"torque\"\non = {key}\nvalue = 1\n"
+        );
+        let beside = beside.replace("on = rod_1", "on = \"rod_1\"");
+        let options = ModelOptions { sidecar: Some(&beside), ..ModelOptions::default() };
+        let composition = composed_with(&drawn, options).expect("a drawing");
+        let model = model(&composition);
+        assert_eq!((model.bodies.len(), model.loads.len()), (2, 1), "{}", composition.text);
+        // A fault of a value is still found where it stands.
+        let at = composition.text.find("\"3 kg\"").expect("the mass");
+        let here = beside.find("\"3 kg\"").expect("the mass");
+        let origin = composition.origin(&(at..at + 6));
+        assert_eq!(origin, bksim_cad::compose::Origin::Sidecar(here..here + 6));
+    }
+}
+
+/// A rod of two lines and two arcs around two points, one end of the upper line moved by a gap, with
+/// more strokes, the pin in its left end, and a body in it.
+fn rod(gap: f64, more: &str, body: &str) -> String {
+    format!(
+        "LINE handle=31 at=0,-10 to=100,-10\n\
+         LINE handle=32 at=0,10 to={},10\n\
+         ARC handle=33 at=100,0 radius=10 from=-90 until=90\n\
+         ARC handle=34 at=0,0 radius=10 from=90 until=270\n\
+         CIRCLE handle=35 at=0,0 radius=4\n{more}\
+         INSERT block=BK_BODY {body} NAME=rod DENSITY=\"7850 kg/m^3\" THICKNESS=10\n\
+         INSERT block=BK_REVOLUTE at=0,0 NAME=A\n",
+        100.0 - gap
+    )
+}
+
+fn area(composition: &Composition) -> f64 {
+    composition.bodies[0].area.expect("an outline").area
+}
+
+#[test]
+fn a_doubled_line_is_named_and_the_outline_found_nevertheless() {
+    let whole = composed(&rod(0.0, "", "at=50,0"));
+    assert_eq!(whole.diagnostics, []);
+    for copy in [
+        "LINE handle=3A at=0,-10 to=100,-10\n",
+        "LINE handle=3A at=100,-10 to=0,-10\n",
+        "LINE handle=3A at=100,-10 to=60,-10\n",
+        "ARC handle=3A at=0,0 radius=10 from=90 until=270\n",
+        "LWPOLYLINE handle=3A closed=no points=\"0,-10 40,-10 100,-10\"\n",
+    ] {
+        let doubled = composed(&rod(0.0, copy, "at=50,0"));
+        let warning = only(&doubled, "D027");
+        assert!(words(&warning).contains("handle 3A"), "{copy}: {}", words(&warning));
+        assert!((area(&doubled) / area(&whole) - 1.0).abs() < 1e-12, "{copy}");
+        model(&doubled);
+    }
+    // By layer just as well.
+    let layered = |list: &str| {
+        list.replace("LINE ", "LINE layer=BK_BODY_rod ").replace("ARC ", "ARC layer=BK_BODY_rod ")
+    };
+    let copy = "LINE handle=3A at=0,-10 to=100,-10\n";
+    only(&composed(&layered(&rod(0.0, copy, "at=50,0"))), "D027");
+}
+
+#[test]
+fn a_gap_is_named_with_its_size_its_place_and_the_tolerance_that_closes_it() {
+    // A frame around the sheet must not be taken for the outline, nor the hole of the pin.
+    let frame = "LWPOLYLINE points=\"-200,-200 300,-200 300,200 -200,200\"\n";
+    for (more, body) in [("", "at=50,0"), (frame, "at=50,0"), ("", "at=0,0"), (frame, "at=0,0")] {
+        let list = rod(0.1, more, body);
+        let fault = only(&composed(&list), "D020");
+        let words = words(&fault);
+        let parts = [
+            "`rod`",
+            "0.1 units",
+            "(100, 10)",
+            "(99.9, 10)",
+            "handle 32",
+            "handle 33",
+            "--tolerance 0.11",
+        ];
+        for part in parts {
+            assert!(words.contains(part), "{part} is not in {words}");
+        }
+        let options = ModelOptions { tolerance: Some(0.11), ..ModelOptions::default() };
+        let composition = composed_with(&list, options).expect("a drawing");
+        assert_eq!(faults(&composition, "D026").len(), 1, "{:#?}", composition.diagnostics);
+        assert!((area(&composition) / 2264.0 - 1.0).abs() < 1e-3, "{}", area(&composition));
+        model(&composition);
+    }
+    // What is open on purpose is no outline: an arrow's arc around the pin.
+    let arrow = "ARC at=0,0 radius=15 from=20 until=330\n";
+    assert_eq!(composed(&rod(0.0, arrow, "at=50,0")).diagnostics, []);
+    // By layer.
+    let layered = rod(0.1, "", "at=50,0")
+        .replace("LINE ", "LINE layer=BK_BODY_rod ")
+        .replace("ARC ", "ARC layer=BK_BODY_rod ");
+    let words = words(&faults(&composed(&layered), "D020")[0]);
+    assert!(words.contains("0.1 units") && words.contains("--tolerance 0.11"), "{words}");
+}
+
+#[test]
+fn lines_that_meet_elsewhere_leave_the_outlines_alone() {
+    let cross = "LINE at=400,0 to=500,0\nLINE at=400,0 to=450,50\nLINE at=400,0 to=450,-50\n";
+    let composition = composed(&rod(0.0, cross, "at=50,0"));
+    assert_eq!(composition.diagnostics, []);
+    assert!((area(&composition) / 2264.0 - 1.0).abs() < 1e-3);
+    // Where they meet at the outline itself, it is asked about.
+    let line = "LINE handle=3A at=0,10 to=30,60\n";
+    let fault = only(&composed(&rod(0.0, line, "at=50,0")), "D021");
+    assert!(words(&fault).contains("handle 3A"), "{}", words(&fault));
 }

@@ -3,7 +3,7 @@
 use crate::attachment::{Content, Value, find};
 use crate::drawing::{Drawing, Entity, Handle, Location, Shape};
 use crate::geometry::vector::distance;
-use crate::geometry::{Curve, Path, Point};
+use crate::geometry::{Bounds, Curve, Path, Point};
 use crate::outline::Outline;
 
 use super::frame::Frame;
@@ -28,6 +28,8 @@ pub(super) struct Body {
     pub(super) outline: Option<Outline>,
     /// Whether its outline has a fault that was reported.
     pub(super) has_bad_outline: bool,
+    /// The box around an outline that is not closed: what meets it, meets no body yet.
+    pub(super) lost: Option<Bounds>,
     /// Stated centre of mass, in world axes.
     pub(super) centre: Option<Point>,
     /// Stated frame.
@@ -44,6 +46,7 @@ impl Body {
             features: Vec::new(),
             outline: None,
             has_bad_outline: false,
+            lost: None,
             centre: None,
             frame: None,
         }
@@ -142,6 +145,11 @@ impl Bodies {
     fn owner_of(&self, handle: Handle, drawing: &Drawing) -> Option<usize> {
         let is_meant = |entity: &Entity| entity.location.handle == Some(handle);
         self.owner(drawing.entities.iter().position(is_meant)?)
+    }
+
+    /// Whether a point is where the outline of a body is not closed.
+    pub(super) fn is_lost(&self, at: Point) -> bool {
+        self.list.iter().any(|body| body.lost.is_some_and(|lost| lost.contains(at)))
     }
 
     /// Bodies with a feature within the tolerance of a point, in their order.

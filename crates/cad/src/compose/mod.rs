@@ -20,6 +20,7 @@ mod frame;
 mod gather;
 mod marks;
 mod names;
+mod near;
 mod origins;
 mod outlines;
 mod partners;
@@ -29,6 +30,7 @@ mod sections;
 mod sidecar;
 mod snap;
 mod source;
+mod spelling;
 mod twice;
 mod units;
 mod weigh;
@@ -44,6 +46,7 @@ pub use sidecar::{DRAWING_KEY, named_drawing};
 pub use source::RELATIVE_TOLERANCE;
 
 use crate::attachment::Attachment;
+use crate::codes;
 use crate::drawing::Drawing;
 use crate::excerpt::Excerpts;
 use choose_frames::choose_frames;
@@ -56,6 +59,7 @@ use origins::Origins;
 use sections::Mechanism;
 use sidecar::Sidecar;
 use source::{Scale, Source};
+use spelling::Spellings;
 use twice::stated_twice;
 use units::BareUnits;
 use weigh::{Plate, weigh};
@@ -87,9 +91,20 @@ pub struct Composition {
     /// Errors and warnings; spans are those of the drawing's text.
     pub diagnostics: Vec<Diagnostic>,
     origins: Origins,
+    spellings: Spellings,
 }
 
 impl Composition {
+    /// The name that the model has for a name of the drawing.
+    pub fn model_name<'n>(&'n self, name: &'n str) -> &'n str {
+        self.spellings.name(name)
+    }
+
+    /// A message about the model in the words of the drawing.
+    pub fn drawn_words(&self, message: &str) -> String {
+        self.spellings.drawn(message)
+    }
+
     /// The origin of a range of the text.
     pub fn origin(&self, span: &Range<usize>) -> Origin {
         self.origins.find(span)
@@ -138,13 +153,16 @@ pub fn compose(
     let solve = sections::solve(source);
 
     // The text, in the order of a model file; a drawing with errors has none.
-    let draft =
+    let mut draft =
         Draft::joined([top, parameters, body_sections, joints, loads, drives, starts, solve]);
+    let spellings = Spellings::of(&draft.document);
+    report_spellings(&spellings, &draft, &mut faults);
     let (text, origins) = if faults.has_error() {
         (String::new(), Origins::default())
     } else {
-        let text = sidecar.merged(&draft.document, &body_reports);
-        let origins = Origins::new(&text, sidecar_text, draft.locations);
+        spellings.spell(&mut draft.document);
+        let text = sidecar.merged(&draft.document, &body_reports, &spellings);
+        let origins = Origins::new(&text, sidecar_text, draft.locations, &spellings);
         (text, origins)
     };
     Composition {
@@ -155,5 +173,23 @@ pub fn compose(
         tolerance: scale.tolerance,
         diagnostics: faults.into_list(),
         origins,
+        spellings,
     }
+}
+
+/// Says once which names the model spells otherwise than the drawing.
+fn report_spellings(spellings: &Spellings, draft: &Draft, faults: &mut Faults<'_>) {
+    let pairs: Vec<String> =
+        spellings.pairs().map(|(name, spelling)| format!("`{name}` is `{spelling}`")).collect();
+    let found = spellings.pairs().find_map(|(name, _)| {
+        let mut locations = draft.locations.iter();
+        let (_, at) = locations.find(|(path, _)| path.iter().any(|part| part == name))?;
+        Some((name, at))
+    });
+    let (false, Some((name, at))) = (pairs.is_empty(), found) else { return };
+    let message = format!("equations and logs spell names otherwise: {}", pairs.join(", "));
+    let help =
+        "names of the letters a–z, digits and `_` that do not start with a digit stay as they are";
+    let warning = Diagnostic::warning(codes::RENAMED, message).help(help);
+    faults.add_labelled(warning, at, &format!("`{name}`"));
 }

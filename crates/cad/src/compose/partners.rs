@@ -52,6 +52,8 @@ impl Partners<'_> {
         }
         match self.met_or_around(at).as_slice() {
             [one] => Some(*one),
+            // One mistake, one message.
+            [] if self.bodies.is_lost(at) => None,
             [] => {
                 let [x, y] = at.map(short);
                 let message = format!("{} at ({x}, {y}) belongs to no body", attachment.title());
@@ -183,6 +185,7 @@ impl Partners<'_> {
             }
         }
         match found.as_slice() {
+            [] | [GROUND] if self.bodies.is_lost(at) => None,
             [] | [GROUND] => {
                 let [x, y] = at.map(short);
                 let message = format!("no body meets {} at ({x}, {y})", attachment.title());
