@@ -41,6 +41,11 @@ bksim_model::codes! {
     DECIMAL_COMMA = "D045", "a decimal comma";
     STATED_TWICE = "D046", "stated twice";
     RENAMED = "D047", "names that are spelled otherwise";
+    HIDDEN_LAYER = "D048", "a layer that is not shown";
+    UNKNOWN_LAYER = "D049", "a layer that means nothing";
+    UNREAD_KIND = "D050", "entities that are not read";
+    SAYS_OTHERWISE = "D051", "a dimension that says otherwise";
+    NOTHING_FOLLOWS = "D052", "a named length that nothing follows from";
     // Writing.
     NOT_THERE = "D060", "nothing there to edit";
     DOES_NOT_FIT = "D061", "a value the drawing cannot hold";

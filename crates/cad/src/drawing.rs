@@ -73,6 +73,15 @@ pub enum Shape {
     },
     /// An insert of one of our blocks.
     Insert(Insert),
+    /// A linear or an aligned dimension whose text is not the measured length alone.
+    Dimension {
+        /// The points it is between.
+        ends: [Point; 2],
+        /// The direction that a linear one measures along, of length one.
+        along: Option<Point>,
+        /// Its text, `<>` for the measured length.
+        text: String,
+    },
     /// Geometry that was passed over.
     Unread {
         /// The reason.

@@ -16,6 +16,7 @@ pub mod attachment;
 pub mod codes;
 pub mod compose;
 pub mod container;
+pub mod doctor;
 pub mod drawing;
 pub mod edit;
 pub mod excerpt;

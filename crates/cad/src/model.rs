@@ -33,6 +33,8 @@ pub struct Sheet {
     pub drawing: Drawing,
     /// The attachments of these.
     pub attachments: Vec<Attachment>,
+    /// Layers that are off or frozen.
+    pub hidden_layers: Vec<String>,
     /// The file as text, for excerpts; empty for a binary file.
     pub text: String,
     /// Faults of attachments, and warnings of the file.
@@ -64,7 +66,10 @@ pub fn sheet(bytes: Vec<u8>, unit: Option<LengthUnit>) -> Result<Sheet, Refused>
     let mut diagnostics = opened.warnings;
     diagnostics.extend(unread(&drawing, &excerpts));
     diagnostics.extend(faults);
-    Ok(Sheet { drawing, attachments, text, diagnostics })
+    let layers = opened.document.layers.iter();
+    let hidden = layers.filter(|layer| layer.is_off() || layer.is_frozen());
+    let hidden_layers = hidden.map(|layer| layer.name.clone()).collect();
+    Ok(Sheet { drawing, attachments, hidden_layers, text, diagnostics })
 }
 
 impl Sheet {

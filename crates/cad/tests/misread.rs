@@ -352,3 +352,177 @@ fn lines_that_meet_elsewhere_leave_the_outlines_alone() {
     let fault = only(&composed(&rod(0.0, line, "at=50,0")), "D021");
     assert!(words(&fault).contains("handle 3A"), "{}", words(&fault));
 }
+
+/// The report on a listed drawing.
+fn examined(list: &str) -> bksim_cad::doctor::Report {
+    let text = drawing::dxf(list).expect("a list of entities");
+    bksim_cad::doctor::examine(text.into_bytes(), ModelOptions::default())
+}
+
+#[test]
+fn the_doctor_finds_what_is_wrong_and_where() {
+    assert_eq!(examined(&format!("units mm\n{ARM}")).findings, []);
+    let list = format!(
+        "units none\n{ARM}\
+         LAYER name=old off=yes\n\
+         CIRCLE handle=41 layer=old at=250,10 radius=4\n\
+         CIRCLE handle=42 layer=BK_JOINT at=20,10 radius=4\n\
+         REGION handle=43 layer=BK_BODY_arm\n\
+         LINE handle=44 at=400,0 to=450,0\n\
+         LINE handle=45 at=450,0 to=400,0\n\
+         LINE handle=46 layer=part at=500,0 to=560,0\n\
+         LINE handle=47 layer=part at=560,0 to=530,50\n\
+         LINE handle=48 layer=part at=530,50 to=500,0.2\n\
+         CIRCLE handle=49 at=600,0 radius=0\n\
+         INSERT handle=4A at=650,0\n  2 NOPE\n\
+         INSERT handle=4B block=BK_GRAVITY at=0,99 ACCELERATION=\"9,81\"\n\
+         INSERT handle=4C block=BK_GRAVITY at=0,199 ACCELERATION=9.81\n"
+    );
+    let report = examined(&list);
+    let found: Vec<(&str, Option<u64>)> = report
+        .findings
+        .iter()
+        .map(|it| (it.fault.code.0, it.places.first().and_then(|at| at.handle).map(|at| at.0)))
+        .collect();
+    for expected in [
+        ("D006", None),
+        ("D010", Some(0x4A)),
+        ("D020", Some(0x46)),
+        ("D025", Some(0x49)),
+        ("D027", Some(0x45)),
+        ("D045", None),
+        ("D046", Some(0x4C)),
+        ("D048", Some(0x41)),
+        ("D049", Some(0x42)),
+        ("D050", Some(0x43)),
+    ] {
+        assert!(found.contains(&expected), "{expected:?} is not in {found:?}");
+    }
+    assert_eq!(found.len(), 10, "{found:?}");
+    assert!(report.findings.iter().all(|it| it.fault.help.is_some()));
+    let gap = report.findings.iter().find(|it| it.fault.code.0 == "D020").expect("the gap");
+    assert_eq!((gap.places.len(), gap.places[1].at), (2, [530.0, 50.0]));
+    assert!(words(&gap.fault).contains("a gap of 0.2 units"), "{}", words(&gap.fault));
+}
+
+#[test]
+fn the_marks_of_the_doctor_are_not_read() {
+    let list = format!("units mm\n{ARM}INSERT handle=4A at=650,0\n  2 NOPE\n");
+    let text = drawing::dxf(&list).expect("a list of entities").into_bytes();
+    let examine = |bytes: Vec<u8>| bksim_cad::doctor::examine(bytes, ModelOptions::default());
+    let report = examine(text.clone());
+    let options = bksim_cad::open::OpenOptions::default();
+    let tags = bksim_cad::open::check(text.clone(), &options).expect("a drawing").tags;
+    let addition = bksim_cad::doctor::marks(&report);
+    let marked = bksim_cad::write::graft::graft(&tags, &addition).expect("a copy");
+    let shown = String::from_utf8_lossy(&marked);
+    assert!(shown.contains("BK_DOCTOR") && shown.contains("1 D010: the drawing has no block"));
+    let compose =
+        |bytes: Vec<u8>| sheet(bytes, None).expect("a drawing").compose(ModelOptions::default());
+    let [plain, again] = [text, marked.clone()].map(compose);
+    assert_eq!(plain.text, again.text);
+    assert_eq!(plain.tolerance, again.tolerance);
+    assert_eq!(examine(marked).findings.len(), report.findings.len());
+}
+
+/// A dimension between two points, aligned or along an angle.
+fn dimension(handle: &str, text: &str, [a, b]: [[f64; 2]; 2], angle: Option<f64>) -> String {
+    let kind = if angle.is_some() { 0 } else { 1 };
+    let angle = angle.map_or_else(String::new, |angle| format!("  50 {angle}\n"));
+    let [x1, y1, x2, y2] = [a[0], a[1], b[0], b[1]];
+    format!(
+        "DIMENSION handle={handle} text=\"{text}\"\n  70 {kind}\n  13 {x1}\n  23 {y1}\n  14 {x2}\n  24 {y2}\n{angle}"
+    )
+}
+
+/// A four-bar without names of its lengths: crank from (0, 0) to (0, 100), coupler to (300, 200), rocker to
+/// (250, 0) on the ground.
+fn four_bar(more: &str) -> String {
+    let pins = [("A", "0,0"), ("B", "0,100"), ("C", "300,200"), ("D", "250,0")];
+    let mut list = String::new();
+    for (body, [from, to]) in [("crank", [0, 1]), ("coupler", [1, 2]), ("rocker", [3, 2])] {
+        let [from, to] = [from, to].map(|pin: usize| pins[pin].1);
+        list += &format!("LINE layer=BK_BODY_{body} at={from} to={to}\n");
+        list += &format!(
+            "INSERT block=BK_BODY at={from} NAME={body} MASS=\"1 kg\" INERTIA=\"0.01 kg m^2\"\n"
+        );
+    }
+    for (name, at) in pins {
+        list += &format!("INSERT block=BK_REVOLUTE at={at} NAME={name}\n");
+    }
+    list + more
+}
+
+#[test]
+fn named_dimensions_are_parameters_that_positions_follow_from() {
+    let [a, b, c, d] = [[0.0, 0.0], [0.0, 100.0], [300.0, 200.0], [250.0, 0.0]];
+    let named = [
+        dimension("D1", "<> l1", [a, b], None),
+        dimension("D2", "l2 = <>", [c, b], None),
+        dimension("D3", "l3", [d, c], None),
+        dimension("D4", "<> l4", [a, d], Some(0.0)),
+    ]
+    .concat();
+    let [plain, composition] = [four_bar(""), four_bar(&named)].map(|list| composed(&list));
+    assert_eq!(composition.diagnostics, []);
+    for part in [
+        "l1 = \"100 mm\"",
+        "l4 = \"250 mm\"",
+        "B = [\"l1\", 0]",
+        "C = [\"l2\", 0]",
+        "C = [\"l3\", 0]",
+        "D = [\"l4\", 0]",
+    ] {
+        assert!(composition.text.contains(part), "{part} is not in\n{}", composition.text);
+    }
+    // The names change no number; another value moves the pins.
+    let lengths = |composition: &Composition, l1: Option<&str>| -> Vec<f64> {
+        let overrides: Vec<(String, String)> =
+            l1.iter().map(|it| ("l1".to_owned(), (*it).to_owned())).collect();
+        let source = Source { overrides: &overrides, ..Source::new(&composition.text, "sheet") };
+        let model = read(&source).model.expect("a model");
+        let of = |symbol| model.parameters.iter().find(|p| p.symbol == symbol).map(|p| p.value);
+        let value = |expr| model.pool.evaluate(expr, &of).expect("a number");
+        let points = model.bodies.iter().flat_map(|body| &body.points);
+        points.map(|point| value(point.position[0])).collect()
+    };
+    let numbers = lengths(&plain, None);
+    let close = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12);
+    assert!(close(&numbers, &lengths(&composition, None)));
+    let changed = lengths(&composition, Some("120 mm"));
+    let differing: Vec<f64> =
+        numbers.iter().zip(&changed).filter(|(a, b)| a != b).map(|(_, b)| *b).collect();
+    assert_eq!(differing, [0.12]);
+}
+
+#[test]
+fn names_of_lengths_that_contradict_or_say_otherwise_are_told() {
+    let [a, b, c, d] = [[0.0, 0.0], [0.0, 100.0], [300.0, 200.0], [250.0, 0.0]];
+    let twice = dimension("D1", "<> l", [a, b], None) + &dimension("D2", "<> l", [a, d], None);
+    let fault = only(&composed(&four_bar(&twice)), "D046");
+    assert!(words(&fault).contains("handle D1") && words(&fault).contains("handle D2"));
+    let stated = dimension("D1", "l1 = 120", [a, b], None);
+    let warning = only(&composed(&four_bar(&stated)), "D051");
+    assert!(warning.message.contains("`l1` is 120, but it measures 100 mm"), "{}", warning.message);
+    let parameter = "INSERT block=BK_PARAMETER at=0,400 NAME=l1 VALUE=\"120 mm\"\n";
+    let fault =
+        only(&composed(&four_bar(&(dimension("D1", "<> l1", [a, b], None) + parameter))), "D046");
+    assert!(
+        fault.message.contains("100 mm as drawn, but 120 mm as a parameter"),
+        "{}",
+        fault.message
+    );
+    // Between points of different bodies nothing follows.
+    only(&composed(&four_bar(&dimension("D1", "<> e", [b, d], None))), "D052");
+    // Numbers, words of drafting, and names that are nowhere near the mechanism mean nothing.
+    for text in ["<>", "120", "R<>", "<> TYP"] {
+        assert_eq!(composed(&four_bar(&dimension("D1", text, [a, b], None))).diagnostics, []);
+    }
+    let far = dimension("D1", "width", [[500.0, 0.0], [500.0, 40.0]], None);
+    assert_eq!(composed(&four_bar(&far)).text, composed(&four_bar("")).text);
+    // Unless a value has the name.
+    let spring = "INSERT block=BK_SPRING at=0,100 BODY1=crank BODY2=ground scale=50 NAME=s STIFFNESS=\"1 N/mm\" LENGTH=\"2*width\"\n";
+    let composition = composed(&four_bar(&format!("{far}{spring}")));
+    assert!(model(&composition).parameters.iter().any(|it| it.name == "width"));
+    let _ = c;
+}

@@ -24,6 +24,8 @@ pub(super) struct Body {
     pub(super) paths: Vec<(Path, usize)>,
     /// Points of it that a joint may be meant to meet: centres, corners, ends.
     pub(super) features: Vec<Point>,
+    /// Those of them that are drawn as points.
+    pub(super) marks: Vec<Point>,
     /// Its closed outlines.
     pub(super) outline: Option<Outline>,
     /// Whether its outline has a fault that was reported.
@@ -44,6 +46,7 @@ impl Body {
             values: Vec::new(),
             paths: Vec::new(),
             features: Vec::new(),
+            marks: Vec::new(),
             outline: None,
             has_bad_outline: false,
             lost: None,
@@ -60,6 +63,16 @@ impl Body {
     /// Where a body that is not the ground was first met.
     pub(super) fn location(&self) -> &Location {
         self.location.as_ref().expect("every body but the ground was met at an entity")
+    }
+
+    /// Whether a point is one where a pin goes through the body: the centre of a circle or an arc, or a
+    /// point that is drawn by itself; not a corner or an end.
+    pub(super) fn is_pinned_at(&self, at: Point, tolerance: f64) -> bool {
+        let is_here = |point: Point| distance(point, at) <= tolerance;
+        let mut curves = self.paths.iter().flat_map(|(path, _)| &path.curves);
+        let is_centre =
+            |curve: &Curve| matches!(curve, Curve::Arc { centre, .. } if is_here(*centre));
+        self.marks.iter().any(|mark| is_here(*mark)) || curves.any(is_centre)
     }
 
     /// Whether a feature is a centre, not a corner of the outline.
@@ -115,8 +128,15 @@ impl Bodies {
             Shape::Hatch(paths) => {
                 body.paths.extend(paths.iter().map(|path| (path.clone(), entity_idx)));
             }
-            Shape::Point(at) => body.features.push(*at),
-            Shape::Text { .. } | Shape::Insert(_) | Shape::Unread { .. } | Shape::Other => (),
+            Shape::Point(at) => {
+                body.features.push(*at);
+                body.marks.push(*at);
+            }
+            Shape::Text { .. }
+            | Shape::Insert(_)
+            | Shape::Dimension { .. }
+            | Shape::Unread { .. }
+            | Shape::Other => (),
         }
     }
 

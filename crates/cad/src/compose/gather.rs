@@ -88,6 +88,7 @@ fn take_attached(
                     bodies.own(GROUND, attachment.entity_idx, source.drawing);
                 }
                 bodies.list[GROUND].features.extend(attachment.at);
+                bodies.list[GROUND].marks.extend(attachment.at);
             }
             _ => (),
         }

@@ -18,6 +18,7 @@ mod enclosed;
 mod faults;
 mod frame;
 mod gather;
+mod lengths;
 mod marks;
 mod names;
 mod near;
@@ -55,6 +56,7 @@ use draft::Draft;
 use faults::Faults;
 
 use gather::{Gathered, gather};
+use lengths::{Skeleton, lengths};
 use origins::Origins;
 use sections::Mechanism;
 use sidecar::Sidecar;
@@ -131,7 +133,11 @@ pub fn compose(
     let Connected { connections, snaps } = connect(source, &bodies, &mut points, &mut faults);
     let frames = choose_frames(&bodies, &connections, scale.tolerance);
     let units = BareUnits::of(source, &sidecar);
+    let mut parameters = sections::parameters(source, &mut faults);
+    let skeleton = Skeleton { source, points: &points, frames: &frames, connections: &connections };
+    let lengths = lengths(&skeleton, &mut parameters, &mut faults);
     let mechanism = Mechanism {
+        lengths: &lengths,
         source,
         bodies: &bodies,
         connections: &connections,
@@ -142,7 +148,6 @@ pub fn compose(
     // The sections of the text. Loads may put points onto bodies, so bodies come after them; faults
     // keep the order of the calls.
     let top = sections::top(source);
-    let parameters = sections::parameters(source, &mut faults);
     let plate = Plate { unit: drawing.unit, units: &units, default: options.plate };
     let weights = weigh(&bodies, &frames, plate, &mut faults);
     let (joints, joint_reports) = sections::joints(&mechanism);
@@ -175,6 +180,21 @@ pub fn compose(
         origins,
         spellings,
     }
+}
+
+/// The loops that small gaps leave open, each with its gaps and the entities at their ends.
+pub(crate) fn near_loops(
+    open: &[crate::outline::Chain],
+    tolerance: f64,
+) -> Vec<(Vec<crate::outline::Snap>, Vec<usize>)> {
+    let loops = near::loops(open, tolerance).into_iter();
+    let ends = |gaps: &[crate::outline::Snap]| {
+        let mut entities: Vec<usize> = gaps.iter().flat_map(|gap| gap.entities).collect();
+        entities.sort_unstable();
+        entities.dedup();
+        entities
+    };
+    loops.map(|near| (near.gaps.clone(), ends(&near.gaps))).collect()
 }
 
 /// Says once which names the model spells otherwise than the drawing.

@@ -1,5 +1,6 @@
 //! From the library's document to a [`Drawing`]: world axes, the plane, plain data.
 
+mod dimension;
 mod insert;
 mod plane;
 mod shape;
@@ -13,7 +14,7 @@ use acadrust::{CadDocument, EntityType};
 
 use crate::drawing::{Attribute, Drawing, Entity, Handle, LengthUnit, Location, Shape, XValue};
 use crate::geometry::{Affine, Point};
-use crate::kind::APPLICATION;
+use crate::kind::{APPLICATION, DOCTOR_LAYER};
 use crate::tags::Tags;
 use plane::planar;
 
@@ -53,8 +54,14 @@ impl Reading<'_> {
             return;
         }
         let common = entity.common();
-        let shape = shape::shape(entity);
         let kind = entity.as_entity().entity_type();
+        let shape = match shape::shape(entity) {
+            Shape::Other if kind.to_uppercase().contains("DIMENSION") => {
+                let own = Handle(common.handle.into());
+                dimension::dimension(self.tags, own).unwrap_or(Shape::Other)
+            }
+            shape => shape,
+        };
         let at = anchor(&shape).unwrap_or_else(|| self.first_point(common));
         let location = self.location(kind, common, at);
         self.entities.push(Entity { location, shape, xdata: xdata(common) });
@@ -128,6 +135,7 @@ fn anchor(shape: &Shape) -> Option<Point> {
     match shape {
         Shape::Point(at) | Shape::Text { at, .. } => Some(*at),
         Shape::Insert(insert) => Some(insert.at),
+        Shape::Dimension { ends, .. } => Some(ends[0]),
         Shape::Path(path) => path.curves.first().map(shape::anchor_of),
         Shape::Paths(paths) | Shape::Hatch(paths) => {
             paths.first().and_then(|path| path.curves.first()).map(shape::anchor_of)
@@ -139,7 +147,9 @@ fn anchor(shape: &Shape) -> Option<Point> {
 fn extent(entities: &[Entity]) -> [Point; 2] {
     use crate::geometry::Bounds;
     let mut bounds = Bounds::EMPTY;
-    for entity in entities {
+    // Marks of findings change nothing of what is read.
+    let is_mark = |entity: &&Entity| entity.location.layer.eq_ignore_ascii_case(DOCTOR_LAYER);
+    for entity in entities.iter().filter(|entity| !is_mark(entity)) {
         match &entity.shape {
             Shape::Point(at) => bounds = bounds.with(*at),
             Shape::Insert(insert) => bounds = bounds.with(insert.at),
@@ -149,7 +159,9 @@ fn extent(entities: &[Entity]) -> [Point; 2] {
                     bounds = bounds.union(path.bounds());
                 }
             }
-            Shape::Text { .. } | Shape::Unread { .. } | Shape::Other => (),
+            Shape::Text { .. } | Shape::Dimension { .. } | Shape::Unread { .. } | Shape::Other => {
+                ()
+            }
         }
     }
     if bounds.is_empty() { [[0.0; 2]; 2] } else { [bounds.min, bounds.max] }
