@@ -107,8 +107,7 @@ fn near_loops(
         let size = |chain: &Chain| signed_area(&chain.path).abs();
         let inner = free.border(at, &[]).filter(|border| size(border) < size(&near.chain));
         let is_hole = |chain: &&Chain| free.is_pin(chain, at);
-        (inner.is_none() || inner.is_some_and(|it| is_hole(&it)))
-            .then(|| (waiting_idx, near.clone()))
+        inner.is_none_or(|it| is_hole(&it)).then(|| (waiting_idx, near.clone()))
     };
     waiting.iter().enumerate().filter_map(around).collect()
 }

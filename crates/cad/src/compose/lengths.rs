@@ -271,8 +271,7 @@ impl Skeleton<'_> {
                 continue;
             }
             known.insert(&start.name, base(number(start), self.source.unit().name));
-            while let Some((from, to, text)) = step(&pairs, &known) {
-                let _ = from;
+            while let Some((to, text)) = step(&pairs, &known) {
                 lengths.positions.insert((body_idx, to.to_owned(), axis), text.clone());
                 known.insert(to, text);
             }
@@ -306,7 +305,7 @@ fn base(number: f64, unit: &str) -> String {
 fn step<'p>(
     pairs: &[(&'p NamedPoint, &'p NamedPoint, &str, f64)],
     known: &BTreeMap<&str, String>,
-) -> Option<(&'p str, &'p str, String)> {
+) -> Option<(&'p str, String)> {
     pairs.iter().find_map(|&(first, second, length, sign)| {
         let has = |point: &NamedPoint| known.get(point.name.as_str());
         let (from, to, sign) = match (has(first), has(second)) {
@@ -321,7 +320,7 @@ fn step<'p>(
             (false, true) => format!("{start} + {length}"),
             (false, false) => format!("{start} - {length}"),
         };
-        Some((from.name.as_str(), to.name.as_str(), text))
+        Some((to.name.as_str(), text))
     })
 }
 

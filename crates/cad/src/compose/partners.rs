@@ -250,12 +250,14 @@ impl Partners<'_> {
             [one] => Some([GROUND, *one]),
             [a, b] => Some(ground_first(*a, *b)),
             many => {
-                let mut help = NAME_TWO.to_owned();
-                if attachment.kind.name == "revolute" {
-                    let name = |&body_idx: &usize| self.bodies.list[body_idx].name.as_str();
-                    let names: Vec<&str> = many.iter().map(name).collect();
-                    help += &format!(", or all that one pin joins: `bodies={}`", names.join(", "));
-                }
+                let name = |&body_idx: &usize| self.bodies.list[body_idx].name.as_str();
+                let names = many.iter().map(name).collect::<Vec<_>>().join(", ");
+                let help = match attachment.kind.name {
+                    "revolute" => {
+                        format!("{NAME_TWO}, or all that one pin joins: `bodies={names}`")
+                    }
+                    _ => NAME_TWO.to_owned(),
+                };
                 self.add_ambiguous(attachment, at, many, &help, faults);
                 None
             }

@@ -294,15 +294,11 @@ fn spelled(name: &str, letter: char) -> String {
         match c {
             c if c.is_ascii_alphanumeric() => out.push(c),
             '\'' | '′' | '’' => out.push_str("_prime"),
-            c => match symbol(c, before, after) {
-                Some(word) => out.push_str(&word),
-                None => {
-                    let plain = any_ascii_char(c);
-                    out.extend(
-                        plain.chars().map(|it| if it.is_ascii_alphanumeric() { it } else { '_' }),
-                    );
-                }
-            },
+            c => {
+                let word = symbol(c, before, after).unwrap_or_else(|| any_ascii_char(c).to_owned());
+                let plain = |it: char| if it.is_ascii_alphanumeric() { it } else { '_' };
+                out.extend(word.chars().map(plain));
+            }
         }
     }
     let words: Vec<&str> = out.split('_').filter(|word| !word.is_empty()).collect();

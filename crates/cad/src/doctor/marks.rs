@@ -22,12 +22,11 @@ pub fn marks(report: &Report) -> Addition {
             drawn.push(Mark::Circle(place.at, size));
         }
         // What has no place stands above the drawing.
-        let at = match finding.places.first() {
-            Some(place) => [place.at[0] + 1.2 * size, place.at[1] + 0.4 * size],
-            None => {
-                n_apart += 1.0;
-                [low[0], high[1] + 1.5 * size * n_apart]
-            }
+        let at = if let Some(place) = finding.places.first() {
+            [place.at[0] + 1.2 * size, place.at[1] + 0.4 * size]
+        } else {
+            n_apart += 1.0;
+            [low[0], high[1] + 1.5 * size * n_apart]
         };
         drawn.push(Mark::text(at, 0.6 * size, words));
         for (place, others) in finding.places.iter().skip(1).zip(2..) {

@@ -36,7 +36,9 @@ pub fn chain_apart(strokes: &[Stroke], tolerance: f64) -> Apart {
     let doubled = doubled(strokes, tolerance);
     let is_copy: Vec<bool> = {
         let mut is_copy = vec![false; strokes.len()];
-        doubled.iter().for_each(|it| is_copy[it.copy] = true);
+        for it in &doubled {
+            is_copy[it.copy] = true;
+        }
         is_copy
     };
     let mut apart = Apart { doubled, ..Apart::default() };
@@ -161,13 +163,15 @@ mod tests {
         let mut strokes: Vec<Stroke> =
             corners.windows(2).map(|pair| line(pair[0], pair[1])).collect();
         strokes.extend(more);
-        strokes.iter_mut().enumerate().for_each(|(idx, stroke)| stroke.entity = idx);
+        for (idx, stroke) in strokes.iter_mut().enumerate() {
+            stroke.entity = idx;
+        }
         strokes
     }
 
     #[test]
     fn copies_and_parts_of_lines_are_left_out() {
-        let more = vec![
+        let more = [
             line([10.0, 0.0], [0.0, 0.0]),
             line([10.0, 3.0], [10.0, 10.0]),
             line([0.0, 0.0], [-5.0, 0.0]),

@@ -159,9 +159,7 @@ fn extent(entities: &[Entity]) -> [Point; 2] {
                     bounds = bounds.union(path.bounds());
                 }
             }
-            Shape::Text { .. } | Shape::Dimension { .. } | Shape::Unread { .. } | Shape::Other => {
-                ()
-            }
+            Shape::Text { .. } | Shape::Dimension { .. } | Shape::Unread { .. } | Shape::Other => {}
         }
     }
     if bounds.is_empty() { [[0.0; 2]; 2] } else { [bounds.min, bounds.max] }

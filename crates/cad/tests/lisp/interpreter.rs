@@ -43,9 +43,9 @@ pub(crate) struct Thrown {
     is_told: bool,
 }
 
-type Outcome = Result<V, Thrown>;
+pub(crate) type Outcome = Result<V, Thrown>;
 
-fn thrown(message: impl Into<String>) -> Thrown {
+pub(crate) fn thrown(message: impl Into<String>) -> Thrown {
     Thrown { message: message.into(), is_told: false }
 }
 
@@ -60,7 +60,7 @@ pub(crate) struct Lisp {
     pub(crate) commands: Vec<String>,
     pub(crate) printed: String,
     /// The drawing before each group of undoing that was begun.
-    undo: Vec<Vec<Option<V>>>,
+    pub(crate) undo: Vec<Vec<Option<V>>>,
 }
 
 pub(crate) fn list(items: impl IntoIterator<Item = V, IntoIter: DoubleEndedIterator>) -> V {
@@ -80,15 +80,15 @@ pub(crate) fn items(value: &V) -> Vec<V> {
     out
 }
 
-fn head(value: &V) -> V {
+pub(crate) fn head(value: &V) -> V {
     if let V::Cons(pair) = value { pair.0.clone() } else { V::Nil }
 }
 
-fn tail(value: &V) -> V {
+pub(crate) fn tail(value: &V) -> V {
     if let V::Cons(pair) = value { pair.1.clone() } else { V::Nil }
 }
 
-fn text(value: &V) -> Result<&str, Thrown> {
+pub(crate) fn text(value: &V) -> Result<&str, Thrown> {
     if let V::Str(text) = value { Ok(text) } else { Err(thrown(format!("no text: {value:?}"))) }
 }
 
@@ -100,7 +100,7 @@ fn number(value: &V) -> Result<f64, Thrown> {
     }
 }
 
-fn index(value: &V) -> Result<usize, Thrown> {
+pub(crate) fn index(value: &V) -> Result<usize, Thrown> {
     match value {
         V::Int(number) => usize::try_from(*number).map_err(|_| thrown("a negative index")),
         other => Err(thrown(format!("bad argument type: fixnump: {other:?}"))),
@@ -370,9 +370,8 @@ impl Lisp {
             "reverse" => Ok(list(items(&at(0)).into_iter().rev().collect::<Vec<_>>())),
             "nth" => Ok(items(&at(1)).get(index(&at(0))?).cloned().unwrap_or(V::Nil)),
             "null" | "not" => Ok(truth(at(0) == V::Nil)),
-            "=" => Ok(truth(equal(&at(0), &at(1)))),
+            "=" | "equal" => Ok(truth(equal(&at(0), &at(1)))),
             "/=" => Ok(truth(!equal(&at(0), &at(1)))),
-            "equal" => Ok(truth(equal(&at(0), &at(1)))),
             "<" => compare(|a, b| a < b),
             "<=" => compare(|a, b| a <= b),
             "1+" | "1-" => match at(0) {
@@ -427,117 +426,11 @@ impl Lisp {
                 match at(0) {
                     V::Str(text) => self.printed.push_str(&text),
                     V::Nil => (),
-                    other => self.printed.push_str(&format!("{other:?}")),
+                    other => self.printed += format!("{other:?}").as_str(),
                 }
                 Ok(at(0))
             }
             _ => self.editor(name, values),
-        }
-    }
-
-    /// The functions of the editor.
-    fn editor(&mut self, name: &str, values: &[V]) -> Outcome {
-        let at = |idx: usize| values.get(idx).cloned().unwrap_or(V::Nil);
-        let entity = |value: V| match value {
-            V::Ent(idx) => Ok(idx),
-            other => Err(thrown(format!("bad argument type: lentityp: {other:?}"))),
-        };
-        match name {
-            "entsel" | "getstring" | "getpoint" | "getint" => self.answer(name),
-            "entget" => {
-                let idx = entity(at(0))?;
-                let groups =
-                    self.entities[idx].clone().ok_or_else(|| thrown("an erased entity"))?;
-                let is_data = |group: &V| head(group) == V::Int(-3);
-                let wanted = items(&at(1));
-                let own =
-                    items(&groups).into_iter().filter(|it| !is_data(it) || !wanted.is_empty());
-                Ok(cons(cons(V::Int(-1), V::Ent(idx)), list(own.collect::<Vec<_>>())))
-            }
-            "entmod" => {
-                let groups = items(&at(0));
-                let idx = entity(tail(&groups[0]))?;
-                let is_data = |group: &&V| head(group) == V::Int(-3);
-                let mut kept: Vec<V> =
-                    groups[1..].iter().filter(|it| !is_data(it)).cloned().collect();
-                // An application without values has its data removed.
-                let data = groups.iter().rev().find(is_data).cloned().unwrap_or(V::Nil);
-                if tail(&head(&tail(&data))) != V::Nil {
-                    kept.push(data);
-                }
-                self.entities[idx] = Some(list(kept));
-                Ok(at(0))
-            }
-            "entmake" => {
-                self.entities.push(Some(at(0)));
-                Ok(at(0))
-            }
-            "entdel" => {
-                self.entities[entity(at(0))?] = None;
-                Ok(at(0))
-            }
-            "ssget" => {
-                let filters = items(&at(1));
-                let holds = |groups: &V| {
-                    let groups = items(groups);
-                    filters.iter().all(|filter| {
-                        groups.iter().any(|it| {
-                            it == filter || head(it) == V::Int(-3) && head(filter) == V::Int(-3)
-                        })
-                    })
-                };
-                let found = self.entities.iter().enumerate();
-                let found = found.filter(|(_, groups)| groups.as_ref().is_some_and(holds));
-                let found: Vec<usize> = found.map(|(idx, _)| idx).collect();
-                Ok(if found.is_empty() { V::Nil } else { V::Set(found) })
-            }
-            "sslength" | "ssname" => {
-                let V::Set(set) = at(0) else { return Err(thrown("no selection")) };
-                Ok(match name {
-                    "sslength" => V::Int(i64::try_from(set.len()).expect("a small selection")),
-                    _ => set.get(index(&at(1))?).map_or(V::Nil, |&idx| V::Ent(idx)),
-                })
-            }
-            "command" | "startapp" => {
-                let words: Vec<String> = values
-                    .iter()
-                    .map(|it| text(it).map(str::to_owned))
-                    .collect::<Result<_, _>>()?;
-                let words = words.join(" ");
-                match words.as_str() {
-                    "_.UNDO _Begin" => self.undo.push(self.entities.clone()),
-                    "_.U" => {
-                        self.entities = self.undo.pop().ok_or_else(|| thrown("nothing to undo"))?
-                    }
-                    _ => (),
-                }
-                self.commands.push(words);
-                Ok(V::Nil)
-            }
-            "trans" => Ok(at(0)),
-            "regapp" | "setvar" => Ok(at(0)),
-            "getvar" => Ok(match text(&at(0))? {
-                "DWGPREFIX" => V::Str("C:\\work\\".into()),
-                "DWGNAME" => V::Str("press.dwg".into()),
-                _ => V::Real(2.5),
-            }),
-            other => Err(thrown(format!("no function definition: {other}"))),
-        }
-    }
-
-    fn answer(&mut self, name: &str) -> Outcome {
-        let answer = self.answers.pop_front();
-        match (name, answer) {
-            (_, Some(Answer::Cancel)) => Err(thrown("Function cancelled")),
-            ("entsel", Some(Answer::Pick(idx))) => Ok(list([V::Ent(idx), V::Nil])),
-            ("getstring", Some(Answer::Text(text))) => Ok(V::Str(text.to_owned())),
-            ("getstring", Some(Answer::Nothing)) => Ok(V::Str(String::new())),
-            ("getpoint", Some(Answer::Point([x, y]))) => {
-                Ok(list([V::Real(x), V::Real(y), V::Real(0.0)]))
-            }
-            ("getint", Some(Answer::Number(number))) => Ok(V::Int(number)),
-            (_, Some(Answer::Nothing)) => Ok(V::Nil),
-            (_, answer) => Err(thrown(format!("{name} is answered by {answer:?}"))),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! The AutoLISP file, run by a small interpreter: what its commands attach is read as it was answered.
 
+mod editor;
 mod interpreter;
 
 use bksim_cad::attach::attachments;
