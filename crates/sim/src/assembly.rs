@@ -1,14 +1,21 @@
 //! Closing the mechanism: positions and velocities that satisfy the constraints and what the author
 //! stated, as near to the guesses as possible, and what stands in the way when there are none.
 
-use std::collections::BTreeMap;
+mod parts;
+mod positions;
+mod scale;
+mod search;
+mod sequence;
+mod turns;
+mod velocities;
+mod walk;
 
 use bksim_expr::{Expr, SymbolId, Tape, TapeError, Workspace};
 
 use crate::evaluator::Evaluator;
-use crate::linear::rows::{SparseRows, length, shortest_solution};
-use crate::multiplier::largest;
-use crate::start_error::{Conflict, Moved, StartError};
+use self::scale::Units;
+use crate::linear::rows::SparseRows;
+use crate::start_error::Moved;
 use bksim_mbs::constraint::Source;
 use bksim_mbs::kinematics::{Kinematics, Owner};
 use bksim_mbs::system::SymbolicSystem;
@@ -33,6 +40,11 @@ pub(crate) struct Closure {
     /// The initial value that each coordinate of that tree has, if one.
     given: Vec<Option<usize>>,
     gap_of_joint: Vec<JointId>,
+    units: Units,
+    /// The coordinate that each initial value is of, if of one alone.
+    own: Vec<Option<usize>>,
+    /// Constraint rows that prescribe a coordinate, and it.
+    driven: Vec<(usize, usize)>,
     /// The first drive.
     drive_idx: Option<usize>,
 }
@@ -71,6 +83,14 @@ impl Closure {
         let inputs = [vec![model.time], q, v].concat();
         let symbols: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
         let values: Vec<Expr> = model.initial.iter().map(|i| i.value).collect();
+        let own = model.initial.iter().zip(&moving).map(|(initial, moving)| {
+            let &[column] = moving.as_slice() else { return None };
+            let is_own = !is_velocity(initial.measure)
+                && system.kinematics.measure(model, initial.measure)
+                    == pool.symbol_expr(system.coordinates()[column].q);
+            is_own.then_some(column)
+        });
+        let own = own.collect();
         let first_drive = system.constraints.iter().find_map(|c| match c.source {
             Source::Drive(drive) => Some(drive.0),
             _ => None,
@@ -83,6 +103,9 @@ impl Closure {
             stated: Tape::compile(pool, &values, &[], &symbols)?,
             guess,
             given,
+            units: Units::of(model, system, &symbols)?,
+            own,
+            driven: driven_coordinates(model, system),
             gap_of_joint: system.constraints.iter().map(|c| c.source.joint(model)).collect(),
             drive_idx: first_drive,
         })
@@ -129,7 +152,50 @@ fn uncut_guess(
     Ok((tape, uncut.coordinates.iter().map(given).collect()))
 }
 
+/// Rows of drives on joints of the tree, each with the coordinate that it prescribes.
+fn driven_coordinates(model: &Model, system: &SymbolicSystem) -> Vec<(usize, usize)> {
+    let rows = system.constraints.iter().enumerate();
+    let driven = |(row, constraint): (usize, &bksim_mbs::constraint::Constraint)| {
+        let Source::Drive(id) = constraint.source else { return None };
+        let drive = &model.drives[id.0];
+        let owner = Owner::Joint(drive.joint, drive.motion_idx);
+        Some((row, system.coordinates().iter().position(|c| c.owner == owner)?))
+    };
+    rows.filter_map(driven).collect()
+}
+
 impl Closing<'_> {
+    /// The coordinates that some initial values are of.
+    fn own_coordinates(&self, initial: &[usize]) -> Vec<bool> {
+        let mut is_own = vec![false; self.of.units.is_turn.len()];
+        initial.iter().filter_map(|&k| self.of.own[k]).for_each(|column| is_own[column] = true);
+        is_own
+    }
+
+    /// The coordinates that are stated or driven.
+    fn fixed(&self, stated: &[usize]) -> Vec<bool> {
+        let mut is_fixed = self.own_coordinates(stated);
+        self.of.driven.iter().for_each(|&(_, column)| is_fixed[column] = true);
+        is_fixed
+    }
+
+    fn position_rows(
+        &mut self,
+        evaluator: &mut Evaluator,
+        which: &[usize],
+        with_constraints: bool,
+        t: f64,
+        q: &[f64],
+    ) -> Equations {
+        let zero = vec![0.0; q.len()];
+        let measured = self.rows(which, t, q, &zero);
+        if !with_constraints {
+            return measured;
+        }
+        let at = evaluator.constraints(t, q);
+        Equations { values: at.value.to_vec(), gradients: at.jacobian_rows() }.with(&measured)
+    }
+
     /// Measures of the initial values that `which` selects: value minus stated value, gradient.
     fn rows(&mut self, which: &[usize], t: f64, q: &[f64], v: &[f64]) -> Equations {
         let mut outputs = vec![0.0; self.of.measures.n_outputs()];
@@ -153,194 +219,6 @@ impl Closing<'_> {
 
     fn select(&self, keep: impl Fn(&Initial) -> bool) -> Vec<usize> {
         (0..self.of.initial.len()).filter(|&k| keep(&self.of.initial[k])).collect()
-    }
-
-    pub(crate) fn close_positions(
-        &mut self,
-        evaluator: &mut Evaluator,
-        t: f64,
-    ) -> Result<Vec<f64>, StartError> {
-        let all = self.select(|i| !is_velocity(i.measure));
-        let stated = self.select(|i| !is_velocity(i.measure) && !i.is_guess);
-
-        // From the shape that the tree gives, towards everything the author said about positions,
-        // then onto the constraints, holding what was stated.
-        let mut q = self.first_guess(t);
-        self.descend(evaluator, &all, false, t, &mut q);
-        let guess = q.clone();
-        let left = self.descend(evaluator, &stated, true, t, &mut q);
-        if q.iter().any(|value| !value.is_finite()) || !left.is_finite() {
-            return Err(StartError::NotFinite);
-        }
-        if left <= CLOSURE_TOLERANCE * size(&q) {
-            drop_rounding(&mut q);
-            return Ok(q);
-        }
-
-        // Without the stated values: is it they, or the joints themselves?
-        let mut free = guess.clone();
-        let open = self.descend(evaluator, &[], true, t, &mut free);
-        if open > CLOSURE_TOLERANCE * size(&free) {
-            return Err(self.cannot_close(evaluator, t, free));
-        }
-        let conflicts = stated
-            .iter()
-            .map(|&k| {
-                let others: Vec<usize> = stated.iter().copied().filter(|&o| o != k).collect();
-                let mut q = guess.clone();
-                let open = self.descend(evaluator, &others, true, t, &mut q);
-                let zero = vec![0.0; q.len()];
-                let found = self.rows(&[k], t, &q, &zero).values[0] + self.stated[k];
-                let closed = open <= CLOSURE_TOLERANCE * size(&q);
-                Conflict {
-                    initial_idx: k,
-                    stated: self.stated[k],
-                    consistent: closed.then_some(found),
-                }
-            })
-            .collect();
-        Err(StartError::StatedPositions { conflicts })
-    }
-
-    /// Positions of a tree without cuts at the joint values the author gave, read off in the
-    /// coordinates of the system's own tree.
-    fn first_guess(&self, t: f64) -> Vec<f64> {
-        let Closure { guess, given, .. } = self.of;
-        let values = given.iter().map(|given| given.map_or(0.0, |k| self.stated[k]));
-        let inputs: Vec<f64> = std::iter::once(t).chain(values).collect();
-        let mut q = vec![0.0; guess.n_outputs()];
-        guess.evaluate(&mut guess.workspace(self.parameters), &inputs, &mut q);
-        q
-    }
-
-    /// Damped Gauss–Newton on the chosen measures and, if asked, the constraints; returns what is
-    /// left of the largest row.
-    fn descend(
-        &mut self,
-        evaluator: &mut Evaluator,
-        which: &[usize],
-        with_constraints: bool,
-        t: f64,
-        q: &mut Vec<f64>,
-    ) -> f64 {
-        const MAX_STEPS: usize = 200;
-        let mut rows = self.position_rows(evaluator, which, with_constraints, t, q);
-        for _ in 0..MAX_STEPS {
-            let norm = length(&rows.values);
-            if !(norm > 0.0 && norm.is_finite()) {
-                break;
-            }
-            let step = shortest_solution(&rows.gradients, &rows.values);
-            let mut damping = 1.0;
-            let improved = loop {
-                let trial: Vec<f64> =
-                    q.iter().zip(step.iter()).map(|(q, s)| q - damping * s).collect();
-                let next = self.position_rows(evaluator, which, with_constraints, t, &trial);
-                let reached = length(&next.values);
-                if reached < norm * (1.0 - 1e-4 * damping) {
-                    *q = trial;
-                    rows = next;
-                    break true;
-                }
-                damping *= 0.5;
-                if damping < 1e-6 {
-                    break false;
-                }
-            };
-            if !improved {
-                break;
-            }
-        }
-        largest(&rows.values)
-    }
-
-    fn position_rows(
-        &mut self,
-        evaluator: &mut Evaluator,
-        which: &[usize],
-        with_constraints: bool,
-        t: f64,
-        q: &[f64],
-    ) -> Equations {
-        let zero = vec![0.0; q.len()];
-        let measured = self.rows(which, t, q, &zero);
-        if !with_constraints {
-            return measured;
-        }
-        let at = evaluator.constraints(t, q);
-        Equations { values: at.value.to_vec(), gradients: at.jacobian_rows() }.with(&measured)
-    }
-
-    fn cannot_close(&self, evaluator: &mut Evaluator, t: f64, q: Vec<f64>) -> StartError {
-        let open = evaluator.constraints(t, &q).value;
-        let mut squares: BTreeMap<JointId, f64> = BTreeMap::new();
-        for (&joint, value) in self.of.gap_of_joint.iter().zip(open) {
-            *squares.entry(joint).or_default() += value * value;
-        }
-        let mut gaps: Vec<(JointId, f64)> =
-            squares.into_iter().map(|(joint, sum)| (joint, sum.sqrt())).collect();
-        gaps.retain(|&(_, gap)| gap > CLOSURE_TOLERANCE * size(&q));
-        gaps.sort_by(|a, b| b.1.total_cmp(&a.1));
-        StartError::CannotClose { gaps, q }
-    }
-
-    pub(crate) fn fit_velocities(
-        &mut self,
-        evaluator: &mut Evaluator,
-        t: f64,
-        q: &[f64],
-    ) -> Result<Vec<f64>, StartError> {
-        let stated = self.select(|i| is_velocity(i.measure) && !i.is_guess);
-        let guessed = self.select(|i| is_velocity(i.measure) && i.is_guess);
-        let zero = vec![0.0; q.len()];
-        let wish = self.rows(&guessed, t, q, &zero);
-        let missing: Vec<f64> = wish.values.iter().map(|value| -value).collect();
-        let guess = shortest_solution(&wish.gradients, &missing);
-
-        let (v, left) = self.velocities(evaluator, &stated, t, q, &guess);
-        if left <= CLOSURE_TOLERANCE * size(&v) {
-            return Ok(v);
-        }
-        let (_, without) = self.velocities(evaluator, &[], t, q, &guess);
-        if without > CLOSURE_TOLERANCE * size(&v) {
-            return Err(match self.of.drive_idx {
-                Some(drive_idx) => StartError::DriveCannotMove { drive_idx },
-                None => StartError::NotFinite,
-            });
-        }
-        let mut conflicts = Vec::new();
-        for &k in &stated {
-            let others: Vec<usize> = stated.iter().copied().filter(|&o| o != k).collect();
-            let (v, left) = self.velocities(evaluator, &others, t, q, &guess);
-            let found = self.rows(&[k], t, q, &v).values[0] + self.stated[k];
-            let consistent = left <= CLOSURE_TOLERANCE * size(&v);
-            conflicts.push(Conflict {
-                initial_idx: k,
-                stated: self.stated[k],
-                consistent: consistent.then_some(found),
-            });
-        }
-        Err(StartError::StatedVelocities { conflicts })
-    }
-
-    /// The velocities nearest to `guess` on the constraints and the stated rates, and what is left.
-    fn velocities(
-        &mut self,
-        evaluator: &mut Evaluator,
-        stated: &[usize],
-        t: f64,
-        q: &[f64],
-        guess: &[f64],
-    ) -> (Vec<f64>, f64) {
-        let at_guess = self.rows(stated, t, q, guess);
-        let at = evaluator.constraints(t, q);
-        let rows = Equations { values: at.rate_of(guess), gradients: at.jacobian_rows() };
-        let rows = rows.with(&at_guess);
-        let step = shortest_solution(&rows.gradients, &rows.values);
-        let done = rows.gradients.times(&step);
-        let left: Vec<f64> =
-            rows.values.iter().zip(done).map(|(value, done)| value - done).collect();
-        (guess.iter().zip(&step).map(|(v, step)| v - step).collect(), largest(&left))
     }
 
     pub(crate) fn moved(&mut self, t: f64, q: &[f64], v: &[f64]) -> Vec<Moved> {
@@ -384,12 +262,6 @@ impl Equations {
         }
         self
     }
-}
-
-/// Replaces what rounding has left of a zero by zero, so that a crank held at 0 starts at 0.
-fn drop_rounding(q: &mut [f64]) {
-    let rounding = 0.1 * f64::EPSILON * size(q);
-    q.iter_mut().filter(|value| value.abs() < rounding).for_each(|value| *value = 0.0);
 }
 
 /// Size of a state, for relative tolerances: at least one.

@@ -1,0 +1,35 @@
+//! A sequence of points that fills a cube evenly, however many there are of them.
+
+/// Point `k` of the additive sequence x_j = k φ^−(j+1) mod 1 in [−½, ½)ⁿ with φ the positive root of
+/// φ^(n+1) = φ + 1, whose first point is the centre.
+///
+/// Source: M. Roberts, *The unreasonable effectiveness of quasirandom sequences* (2018); for n = 1
+/// the sequence of the golden section.
+pub(super) fn point(k: usize, n: usize) -> Vec<f64> {
+    let root = (0..64).fold(2.0_f64, |x, _| (1.0 + x).powf(1.0 / (n as f64 + 1.0)));
+    let mut share = 1.0;
+    let coordinate = |_| {
+        share /= root;
+        (0.5 + k as f64 * share).fract() - 0.5
+    };
+    (0..n).map(coordinate).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_points_fill_every_cell_of_a_square() {
+        const N: usize = 8;
+        let mut met = [[0; N]; N];
+        for k in 0..4 * N * N {
+            let [x, y] = point(k, 2).try_into().expect("two coordinates");
+            let cell = |x: f64| ((x + 0.5) * N as f64) as usize;
+            met[cell(x)][cell(y)] += 1;
+        }
+        let counts = met.as_flattened();
+        assert_eq!(point(0, 2), [0.0, 0.0]);
+        assert!(counts.iter().all(|&n| (1..=8).contains(&n)), "{met:?}");
+    }
+}
