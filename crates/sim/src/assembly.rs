@@ -12,8 +12,8 @@ mod walk;
 
 use bksim_expr::{Expr, SymbolId, Tape, TapeError, Workspace};
 
-use crate::evaluator::Evaluator;
 use self::scale::Units;
+use crate::evaluator::Evaluator;
 use crate::linear::rows::SparseRows;
 use crate::start_error::Moved;
 use bksim_mbs::constraint::Source;

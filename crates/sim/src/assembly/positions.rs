@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use super::scale::{whole_turns, wrapped};
 use super::search::{Candidate, GUESS_HOLDS, Ground, HOLDS, search};
 use super::turns::{AngleRow, turn, turns};
-use super::{CLOSURE_TOLERANCE, Closing, Closure, Equations, is_velocity, size};
+use super::{CLOSURE_TOLERANCE, Closing, Closure, is_velocity, size};
 use crate::evaluator::Evaluator;
 use crate::linear::rows::{length, shortest_solution};
 use crate::multiplier::largest;
@@ -190,7 +190,8 @@ impl Closing<'_> {
     ) -> Option<Vec<f64>> {
         let zero = vec![0.0; q.len()];
         let off = self.rows(ground.guesses, ground.t, &q, &zero).values;
-        let held = ground.guesses.iter().zip(off).filter(|(_, off)| off.abs() <= 10.0 * GUESS_HOLDS);
+        let held =
+            ground.guesses.iter().zip(off).filter(|(_, off)| off.abs() <= 10.0 * GUESS_HOLDS);
         let held: Vec<usize> = ground.stated.iter().copied().chain(held.map(|(&k, _)| k)).collect();
         let mut with_guesses = q.clone();
         let open = self.descend(evaluator, &held, true, ground.t, &mut with_guesses);

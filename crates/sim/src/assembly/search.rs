@@ -187,13 +187,20 @@ pub(super) fn search(
             shape(ground, part, k, reference, &mut q);
         }
 
-        // Towards rows and guesses, then to the rows alone.
+        // Towards rows and guesses, then to the rows alone; or, as guesses far off can lead where
+        // nothing closes, the other way round.
         let mut at = ground.at(closing, evaluator, &q);
-        for wish_weight in [1.0, 0.1, 0.01, 0.0] {
-            let open: Vec<&Part> = going.iter().copied().filter(|part| {
-                let is_held = ground.distance(part, &at) <= GUESS_HOLDS;
-                !(is_held && ground.open(part, &at) <= HOLDS)
-            }).collect();
+        let weights: &[f64] =
+            if leads_by_guesses(k) { &[1.0, 0.1, 0.01, 0.0] } else { &[0.0, 0.01, 0.0] };
+        for &wish_weight in weights {
+            let open: Vec<&Part> = going
+                .iter()
+                .copied()
+                .filter(|part| {
+                    let is_held = ground.distance(part, &at) <= GUESS_HOLDS;
+                    !(is_held && ground.open(part, &at) <= HOLDS)
+                })
+                .collect();
             if !open.is_empty() {
                 at = walk(closing, evaluator, ground, &open, wish_weight, &mut q);
             }
@@ -229,12 +236,18 @@ fn add(ground: &Ground<'_>, part: &Part, found: &mut Found, candidate: Candidate
     found.candidates.insert(place, candidate);
 }
 
+/// Whether shape `k` starts with the guesses as guessed.
+fn leads_by_guesses(k: usize) -> bool {
+    k.is_multiple_of(2)
+}
+
 /// Shape `k` of a part: its reference, then shapes all around.
 fn shape(ground: &Ground<'_>, part: &Part, k: usize, reference: &[f64], q: &mut [f64]) {
     const FULL: f64 = std::f64::consts::TAU;
     let offsets = sequence::point(k, part.columns.len());
     for (&column, offset) in part.columns.iter().zip(offsets) {
-        let reach = match (ground.is_guessed[column], ground.is_turn[column]) {
+        let reach = match (ground.is_guessed[column] && leads_by_guesses(k), ground.is_turn[column])
+        {
             (true, _) => 0.0,
             (false, true) => FULL,
             (false, false) => 3.0 * ground.unit_of_column[column],

@@ -24,7 +24,6 @@ pub(super) struct Scaled<'a> {
 /// Walk of one part.
 pub(super) struct Walk<'a> {
     pub(super) part: &'a Part,
-    /// Place of each coordinate in the part, by coordinate.
     wish_weight: f64,
     /// Σ r².
     cost: f64,
@@ -66,9 +65,11 @@ impl<'a> Walk<'a> {
         walk
     }
 
-    /// The step to be tried, in units of the columns; `None` at the end of the walk.
+    /// The step to be tried, in units of the columns, at most a radian or the size of the mechanism
+    /// in each; `None` at the end of the walk.
     pub(super) fn next_step(&mut self) -> Option<&DVector<f64>> {
         const LARGEST_DAMPING: f64 = 1e12;
+        const LONGEST: f64 = 1.0;
         while !self.is_over {
             let mut damped = self.normal.clone();
             for i in 0..damped.nrows() {
@@ -77,9 +78,11 @@ impl<'a> Walk<'a> {
             if let Some(factors) = damped.cholesky() {
                 self.step.copy_from(&self.slope);
                 factors.solve_mut(&mut self.step);
-                return Some(&self.step);
+                if self.step.amax() <= LONGEST {
+                    return Some(&self.step);
+                }
             }
-            self.damping *= 10.0;
+            self.damping *= 4.0;
             self.is_over = !(self.damping < LARGEST_DAMPING);
         }
         None
