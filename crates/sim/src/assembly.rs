@@ -10,7 +10,7 @@ mod turns;
 mod velocities;
 mod walk;
 
-use bksim_expr::{Expr, SymbolId, Tape, TapeError, Workspace};
+use bksim_expr::{Expr, Pool, SymbolId, Tape, TapeError, Workspace};
 
 use self::scale::Units;
 use crate::evaluator::Evaluator;
@@ -29,10 +29,12 @@ const CLOSURE_TOLERANCE: f64 = 1e-10;
 #[derive(Clone, Debug)]
 pub(crate) struct Closure {
     initial: Vec<Initial>,
-    /// Every initial value's measure, then its slopes by q (positions) or v (velocities).
-    measures: Tape,
-    /// The coordinates that each of these slopes is by.
-    moving: Vec<Vec<usize>>,
+    /// Every initial value's measure, with its slopes by q (positions) or v (velocities).
+    measures: Functions,
+    /// What the cosines miss of one that are one where the axes of cut joints are alike, by q.
+    senses: Functions,
+    /// The cut joint that each of these is of.
+    joint_of_sense: Vec<JointId>,
     /// The stated and guessed values.
     stated: Tape,
     /// The system's coordinates by those of a tree without cuts.
@@ -53,7 +55,8 @@ pub(crate) struct Closure {
 pub(crate) struct Closing<'a> {
     of: &'a Closure,
     parameters: &'a [f64],
-    workspace: Workspace,
+    measures: Workspace,
+    senses: Workspace,
     stated: Vec<f64>,
 }
 
@@ -70,20 +73,24 @@ impl Closure {
             system.coordinates().iter().map(of).collect()
         };
         let (q, v) = (symbols(|c| c.q), symbols(|c| c.v));
-        let (mut outputs, mut moving) = (Vec::new(), Vec::new());
-        for initial in &model.initial {
-            let measure = system.kinematics.measure(model, initial.measure);
-            outputs.push(measure);
-            let symbols = if is_velocity(initial.measure) { &v } else { &q };
-            let coordinates = system.kinematics.coordinates_in(pool, &[measure]);
-            let by: Vec<SymbolId> = coordinates.iter().map(|&i| symbols[i]).collect();
-            outputs.extend(pool.gradient(measure, &by));
-            moving.push(coordinates);
-        }
-        let inputs = [vec![model.time], q, v].concat();
         let symbols: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
+        let measures: Vec<(Expr, &[SymbolId])> = model
+            .initial
+            .iter()
+            .map(|initial| {
+                let by = if is_velocity(initial.measure) { &v } else { &q };
+                (system.kinematics.measure(model, initial.measure), by.as_slice())
+            })
+            .collect();
+        let inputs = [vec![model.time], q.clone(), v.clone()].concat();
+        let measures = Functions::compile(system, pool, &measures, (&inputs, &symbols))?;
+        let (joint_of_sense, senses): (Vec<JointId>, Vec<Expr>) =
+            senses(model, system).into_iter().unzip();
+        let senses: Vec<(Expr, &[SymbolId])> =
+            senses.into_iter().map(|sense| (sense, q.as_slice())).collect();
+        let senses = Functions::compile(system, pool, &senses, (&inputs, &symbols))?;
         let values: Vec<Expr> = model.initial.iter().map(|i| i.value).collect();
-        let own = model.initial.iter().zip(&moving).map(|(initial, moving)| {
+        let own = model.initial.iter().zip(&measures.moving).map(|(initial, moving)| {
             let &[column] = moving.as_slice() else { return None };
             let is_own = !is_velocity(initial.measure)
                 && system.kinematics.measure(model, initial.measure)
@@ -98,8 +105,9 @@ impl Closure {
         let (guess, given) = uncut_guess(model, system, &symbols)?;
         Ok(Self {
             initial: model.initial.clone(),
-            measures: Tape::compile(pool, &outputs, &inputs, &symbols)?,
-            moving,
+            measures,
+            senses,
+            joint_of_sense,
             stated: Tape::compile(pool, &values, &[], &symbols)?,
             guess,
             given,
@@ -122,8 +130,9 @@ impl Closure {
         for &(initial_idx, value) in replaced {
             stated[initial_idx] = value;
         }
-        let workspace = self.measures.workspace(parameters);
-        Closing { of: self, parameters, workspace, stated }
+        let [measures, senses] =
+            [&self.measures, &self.senses].map(|f| f.tape.workspace(parameters));
+        Closing { of: self, parameters, measures, senses, stated }
     }
 }
 
@@ -150,6 +159,77 @@ fn uncut_guess(
     let inputs: Vec<SymbolId> = std::iter::once(model.time).chain(symbols).collect();
     let tape = Tape::compile(&model.pool, &measures, &inputs, parameters)?;
     Ok((tape, uncut.coordinates.iter().map(given).collect()))
+}
+
+/// Functions of the state with their slopes, compiled.
+#[derive(Clone, Debug)]
+struct Functions {
+    /// Each function, then its slopes.
+    tape: Tape,
+    /// The coordinates that each one's slopes are by.
+    moving: Vec<Vec<usize>>,
+}
+
+impl Functions {
+    /// Functions with the symbols of all coordinates, or of all velocities, that they are
+    /// differentiated by.
+    fn compile(
+        system: &SymbolicSystem,
+        pool: &Pool,
+        functions: &[(Expr, &[SymbolId])],
+        (inputs, parameters): (&[SymbolId], &[SymbolId]),
+    ) -> Result<Self, TapeError> {
+        let (mut outputs, mut moving) = (Vec::new(), Vec::new());
+        for &(function, symbols) in functions {
+            outputs.push(function);
+            let coordinates = system.kinematics.coordinates_in(pool, &[function]);
+            let by: Vec<SymbolId> = coordinates.iter().map(|&i| symbols[i]).collect();
+            outputs.extend(pool.gradient(function, &by));
+            moving.push(coordinates);
+        }
+        Ok(Self { tape: Tape::compile(pool, &outputs, inputs, parameters)?, moving })
+    }
+
+    /// Some of the functions at a state.
+    fn at(
+        &self,
+        workspace: &mut Workspace,
+        which: impl Iterator<Item = usize>,
+        (t, q, v): (f64, &[f64], &[f64]),
+    ) -> Equations {
+        let mut outputs = vec![0.0; self.tape.n_outputs()];
+        self.tape.evaluate(workspace, &[&[t], q, v].concat(), &mut outputs);
+        let mut rest = outputs.as_slice();
+        let row = |moving: &Vec<usize>| {
+            let (row, others) = rest.split_at(1 + moving.len());
+            rest = others;
+            row
+        };
+        let evaluated: Vec<&[f64]> = self.moving.iter().map(row).collect();
+        let mut rows = Equations { values: Vec::new(), gradients: SparseRows::new(q.len()) };
+        for k in which {
+            rows.values.push(evaluated[k][0]);
+            let slopes = evaluated[k][1..].iter().copied();
+            rows.gradients.push(self.moving[k].iter().copied().zip(slopes));
+        }
+        rows
+    }
+}
+
+/// 1 − cosine of the axes that are alike where a cut joint holds; angles in the plane tell by
+/// themselves.
+fn senses(model: &Model, system: &SymbolicSystem) -> Vec<(JointId, Expr)> {
+    if model.space == Space::Planar {
+        return Vec::new();
+    }
+    let pool = &model.pool;
+    let of_joint = |&id: &JointId| {
+        let joint = &model.joints[id.0];
+        let sides = system.kinematics.sides(model, joint);
+        let cosines = bksim_mbs::joint::alignments(pool, joint, &sides);
+        cosines.into_iter().map(move |cosine| (id, pool.sub(pool.one(), cosine)))
+    };
+    system.tree.cuts.iter().flat_map(of_joint).collect()
 }
 
 /// Rows of drives on joints of the tree, each with the coordinate that it prescribes.
@@ -198,23 +278,17 @@ impl Closing<'_> {
 
     /// Measures of the initial values that `which` selects: value minus stated value, gradient.
     fn rows(&mut self, which: &[usize], t: f64, q: &[f64], v: &[f64]) -> Equations {
-        let mut outputs = vec![0.0; self.of.measures.n_outputs()];
-        let inputs = [&[t], q, v].concat();
-        self.of.measures.evaluate(&mut self.workspace, &inputs, &mut outputs);
-        let mut rest = outputs.as_slice();
-        let measured = self.of.moving.iter().map(|moving| {
-            let (row, others) = rest.split_at(1 + moving.len());
-            rest = others;
-            row
-        });
-        let measured: Vec<&[f64]> = measured.collect();
-        let mut gradients = SparseRows::new(q.len());
-        for &k in which {
-            let slopes = measured[k][1..].iter().copied();
-            gradients.push(self.of.moving[k].iter().copied().zip(slopes));
-        }
-        let values = which.iter().map(|&k| measured[k][0] - self.stated[k]).collect();
-        Equations { values, gradients }
+        let Self { of, measures, stated, .. } = self;
+        let mut rows = of.measures.at(measures, which.iter().copied(), (t, q, v));
+        rows.values.iter_mut().zip(which).for_each(|(value, &k)| *value -= stated[k]);
+        rows
+    }
+
+    /// What misses of the cosines that are one where the axes of cut joints are alike.
+    fn sense_rows(&mut self, t: f64, q: &[f64]) -> Equations {
+        let Self { of, senses, .. } = self;
+        let zero = vec![0.0; q.len()];
+        of.senses.at(senses, 0..of.joint_of_sense.len(), (t, q, &zero))
     }
 
     fn select(&self, keep: impl Fn(&Initial) -> bool) -> Vec<usize> {

@@ -37,7 +37,7 @@ impl Closing<'_> {
         if q.iter().any(|value| !value.is_finite()) || !left.is_finite() {
             return Err(StartError::NotFinite);
         }
-        let is_closed = left <= CLOSURE_TOLERANCE * size(&q);
+        let is_closed = left <= CLOSURE_TOLERANCE * size(&q) && self.is_aligned(t, &q);
         if let Some(mut q) = self.nearest(evaluator, t, (&stated, &guesses), &q, is_closed) {
             drop_rounding(&mut q);
             return Ok(q);
@@ -57,7 +57,7 @@ impl Closing<'_> {
                 let others: Vec<usize> = stated.iter().copied().filter(|&o| o != k).collect();
                 let mut q = guess.clone();
                 let open = self.descend(evaluator, &others, true, t, &mut q);
-                let is_closed = open <= CLOSURE_TOLERANCE * size(&q);
+                let is_closed = open <= CLOSURE_TOLERANCE * size(&q) && self.is_aligned(t, &q);
                 let nearest = self.nearest(evaluator, t, (&others, &[k]), &q, is_closed);
                 let found = |q: Vec<f64>| {
                     let zero = vec![0.0; q.len()];
@@ -68,6 +68,12 @@ impl Closing<'_> {
             })
             .collect();
         Err(StartError::StatedPositions { conflicts })
+    }
+
+    /// Whether the axes of cut joints point the same way, and not opposite ways.
+    fn is_aligned(&mut self, t: f64, q: &[f64]) -> bool {
+        self.of.joint_of_sense.is_empty()
+            || self.sense_rows(t, q).values.iter().all(|missing| *missing < 1.0)
     }
 
     /// The assembly nearest to the guesses with what is stated: `direct` where its guesses hold or

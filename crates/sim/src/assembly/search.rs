@@ -70,7 +70,9 @@ impl<'a> Ground<'a> {
         let units = &closing.of.units;
         let size = units.longest_link(closing.parameters);
         let initial_angle = stated.iter().chain(guesses).map(|&k| units.is_initial_angle[k]);
-        let is_angle: Vec<bool> = units.is_row_angle.iter().copied().chain(initial_angle).collect();
+        let of_joints = units.is_row_angle.iter().copied();
+        let senses = closing.of.joint_of_sense.iter().map(|_| true);
+        let is_angle: Vec<bool> = of_joints.chain(senses).chain(initial_angle).collect();
         let weight = |&is_angle: &bool| if is_angle { 1.0 } else { 1.0 / size };
         let unit = |&is_turn: &bool| if is_turn { 1.0 } else { size };
         let mut ground = Self {
@@ -97,7 +99,7 @@ impl<'a> Ground<'a> {
         ground
     }
 
-    /// The rows of constraints, stated values and guesses; angles modulo 2π.
+    /// The rows of constraints, senses, stated values and guesses; angles modulo 2π.
     pub(super) fn at(
         &self,
         closing: &mut Closing<'_>,
@@ -105,7 +107,11 @@ impl<'a> Ground<'a> {
         q: &[f64],
     ) -> Equations {
         let which = [self.stated, self.guesses].concat();
-        let mut at = closing.position_rows(evaluator, &which, true, self.t, q);
+        let mut at = closing.position_rows(evaluator, &[], true, self.t, q);
+        if !closing.of.joint_of_sense.is_empty() {
+            at = at.with(&closing.sense_rows(self.t, q));
+        }
+        at = at.with(&closing.rows(&which, self.t, q, q));
         for (value, _) in at.values.iter_mut().zip(&self.is_angle).filter(|(_, is)| **is) {
             *value = wrapped(*value);
         }
