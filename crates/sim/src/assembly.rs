@@ -47,8 +47,8 @@ pub(crate) struct Closure {
     own: Vec<Option<usize>>,
     /// Constraint rows that prescribe a coordinate, and it.
     driven: Vec<(usize, usize)>,
-    /// The first drive.
-    drive_idx: Option<usize>,
+    /// Rows of drives, and which drive each is of.
+    drives: Vec<(usize, usize)>,
 }
 
 /// These functions at one set of parameters.
@@ -57,7 +57,10 @@ pub(crate) struct Closing<'a> {
     parameters: &'a [f64],
     measures: Workspace,
     senses: Workspace,
+    /// What the initial values are held at: as written, but for whole turns.
     stated: Vec<f64>,
+    /// What the author wrote.
+    written: Vec<f64>,
 }
 
 /// Equations values = 0 near a state, with their slopes by q or v.
@@ -98,10 +101,12 @@ impl Closure {
             is_own.then_some(column)
         });
         let own = own.collect();
-        let first_drive = system.constraints.iter().find_map(|c| match c.source {
-            Source::Drive(drive) => Some(drive.0),
+        let rows = system.constraints.iter().enumerate();
+        let drives = rows.filter_map(|(row, c)| match c.source {
+            Source::Drive(drive) => Some((row, drive.0)),
             _ => None,
         });
+        let drives = drives.collect();
         let (guess, given) = uncut_guess(model, system, &symbols)?;
         Ok(Self {
             initial: model.initial.clone(),
@@ -115,7 +120,7 @@ impl Closure {
             own,
             driven: driven_coordinates(model, system),
             gap_of_joint: system.constraints.iter().map(|c| c.source.joint(model)).collect(),
-            drive_idx: first_drive,
+            drives,
         })
     }
 
@@ -132,7 +137,8 @@ impl Closure {
         }
         let [measures, senses] =
             [&self.measures, &self.senses].map(|f| f.tape.workspace(parameters));
-        Closing { of: self, parameters, measures, senses, stated }
+        let written = stated.clone();
+        Closing { of: self, parameters, measures, senses, stated, written }
     }
 }
 
@@ -252,10 +258,12 @@ impl Closing<'_> {
         is_own
     }
 
-    /// The coordinates that are stated or driven.
-    fn fixed(&self, stated: &[usize]) -> Vec<bool> {
+    /// The coordinates that are stated, or driven by rows that are not `released`.
+    fn fixed(&self, stated: &[usize], released: &[usize]) -> Vec<bool> {
         let mut is_fixed = self.own_coordinates(stated);
-        self.of.driven.iter().for_each(|&(_, column)| is_fixed[column] = true);
+        for (row, column) in &self.of.driven {
+            is_fixed[*column] |= !released.contains(row);
+        }
         is_fixed
     }
 
@@ -295,12 +303,17 @@ impl Closing<'_> {
         (0..self.of.initial.len()).filter(|&k| keep(&self.of.initial[k])).collect()
     }
 
+    /// The longest link, m.
+    pub(crate) fn longest_link(&self) -> f64 {
+        self.of.units.longest_link(self.parameters)
+    }
+
     pub(crate) fn moved(&mut self, t: f64, q: &[f64], v: &[f64]) -> Vec<Moved> {
         let all: Vec<usize> = (0..self.of.initial.len()).collect();
         let off = self.rows(&all, t, q, v).values;
         let moved = |k: usize| Moved {
             name: self.of.initial[k].name.clone(),
-            stated: self.stated[k],
+            stated: self.written[k],
             found: self.stated[k] + off[k],
             is_guess: self.of.initial[k].is_guess,
         };

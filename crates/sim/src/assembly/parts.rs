@@ -13,9 +13,9 @@ pub(super) struct Part {
     pub(super) wishes: Vec<usize>,
 }
 
-/// The parts that the entries of `gradients` connect, `is_fixed` columns aside; the rows from
-/// `first_wish` on are guesses.
-pub(super) fn parts(gradients: &SparseRows, is_fixed: &[bool], first_wish: usize) -> Vec<Part> {
+/// The parts that the entries of `gradients` connect, `is_fixed` columns aside; rows that `is_wish`
+/// are guesses.
+pub(super) fn parts(gradients: &SparseRows, is_fixed: &[bool], is_wish: &[bool]) -> Vec<Part> {
     let n = gradients.n_columns;
     let mut group = Groups { parent: (0..n).collect() };
     let free = |row: usize| {
@@ -42,7 +42,7 @@ pub(super) fn parts(gradients: &SparseRows, is_fixed: &[bool], first_wish: usize
     for row in 0..gradients.n_rows() {
         if let Some(column) = free(row).next() {
             let part = &mut parts[part_of_root[group.root(column)]];
-            if row < first_wish { &mut part.rows } else { &mut part.wishes }.push(row);
+            if is_wish[row] { &mut part.wishes } else { &mut part.rows }.push(row);
         }
     }
     parts
@@ -76,11 +76,11 @@ mod tests {
     fn a_fixed_coordinate_separates_what_it_would_connect() {
         let entries = [(0, 0, 1.0), (0, 1, 1.0), (1, 1, 1.0), (1, 2, 1.0), (2, 2, 1.0)];
         let rows = SparseRows::from_entries(3, 4, entries);
-        let together = parts(&rows, &[false; 4], 2);
+        let together = parts(&rows, &[false; 4], &[false, false, true]);
         let all = Part { columns: vec![0, 1, 2], rows: vec![0, 1], wishes: vec![2] };
         let alone = Part { columns: vec![3], rows: vec![], wishes: vec![] };
         assert_eq!(together, [all, alone.clone()]);
-        let apart = parts(&rows, &[false, true, false, false], 2);
+        let apart = parts(&rows, &[false, true, false, false], &[false, false, true]);
         let first = Part { columns: vec![0], rows: vec![0], wishes: vec![] };
         let second = Part { columns: vec![2], rows: vec![1], wishes: vec![2] };
         assert_eq!(apart, [first, second, alone]);

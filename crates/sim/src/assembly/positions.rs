@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
+use super::parts::Part;
 use super::scale::{whole_turns, wrapped};
 use super::search::{Candidate, GUESS_HOLDS, Ground, HOLDS, search};
 use super::turns::{AngleRow, turn, turns};
@@ -11,19 +12,21 @@ use super::{CLOSURE_TOLERANCE, Closing, Closure, is_velocity, size};
 use crate::evaluator::Evaluator;
 use crate::linear::rows::{length, shortest_solution};
 use crate::multiplier::largest;
-use crate::start_error::{Conflict, StartError};
+use crate::start_error::{Conflict, Gap, Rival, StartError};
 use bksim_model::JointId;
 
 /// Part by which another assembly must be nearer to the guesses than the one that the direct way
 /// leads to.
 const NEARER: f64 = 1e-3;
+/// Ratio of distances from the guesses up to which another assembly might be the one that was meant.
+const NEARLY_AS_NEAR: f64 = 1.5;
 
 impl Closing<'_> {
     pub(crate) fn close_positions(
         &mut self,
         evaluator: &mut Evaluator,
         t: f64,
-    ) -> Result<Vec<f64>, StartError> {
+    ) -> Result<(Vec<f64>, Vec<Rival>), StartError> {
         let all = self.select(|i| !is_velocity(i.measure));
         let stated = self.select(|i| !is_velocity(i.measure) && !i.is_guess);
         let guesses = self.select(|i| !is_velocity(i.measure) && i.is_guess);
@@ -38,36 +41,59 @@ impl Closing<'_> {
             return Err(StartError::NotFinite);
         }
         let is_closed = left <= CLOSURE_TOLERANCE * size(&q) && self.is_aligned(t, &q);
-        if let Some(mut q) = self.nearest(evaluator, t, (&stated, &guesses), &q, is_closed) {
+        if let Some((mut q, rivals)) =
+            self.nearest(evaluator, t, (&stated, &guesses), &q, is_closed)
+        {
             drop_rounding(&mut q);
-            return Ok(q);
+            self.hold(&stated, &mut q);
+            return Ok((q, rivals));
         }
+        Err(self.what_stays_open(evaluator, t, &stated, &guess))
+    }
 
-        // Without the stated values: is it they, or the joints themselves?
-        let mut free = guess.clone();
+    /// What keeps the mechanism open: the stated values, the drives, or the joints themselves.
+    fn what_stays_open(
+        &mut self,
+        evaluator: &mut Evaluator,
+        t: f64,
+        stated: &[usize],
+        guess: &[f64],
+    ) -> StartError {
+        let mut free = guess.to_vec();
         let open = self.descend(evaluator, &[], true, t, &mut free);
         let can_close = open <= CLOSURE_TOLERANCE * size(&free)
             || self.nearest(evaluator, t, (&[], &[]), &free, false).is_some();
         if !can_close {
-            return Err(self.cannot_close(evaluator, t, free));
+            return match self.reach_of_drives(evaluator, t) {
+                Some(drives) => StartError::DrivesOutOfReach { drives },
+                None => self.cannot_close(evaluator, t, free),
+            };
         }
         let conflicts = stated
             .iter()
             .map(|&k| {
                 let others: Vec<usize> = stated.iter().copied().filter(|&o| o != k).collect();
-                let mut q = guess.clone();
+                let mut q = guess.to_vec();
                 let open = self.descend(evaluator, &others, true, t, &mut q);
                 let is_closed = open <= CLOSURE_TOLERANCE * size(&q) && self.is_aligned(t, &q);
                 let nearest = self.nearest(evaluator, t, (&others, &[k]), &q, is_closed);
-                let found = |q: Vec<f64>| {
+                let found = |(q, _): (Vec<f64>, _)| {
                     let zero = vec![0.0; q.len()];
                     self.rows(&[k], t, &q, &zero).values[0] + self.stated[k]
                 };
-                let consistent = nearest.map(found);
-                Conflict { initial_idx: k, stated: self.stated[k], consistent }
+                let consistent = nearest.map(found).map(|value| self.beside_written(k, value));
+                let written = self.written[k];
+                let differs = |value: &f64| (value - written).abs() > GUESS_HOLDS;
+                Conflict { initial_idx: k, stated: written, consistent: consistent.filter(differs) }
             })
             .collect();
-        Err(StartError::StatedPositions { conflicts })
+        StartError::StatedPositions { conflicts }
+    }
+
+    /// A value of a measure by the turn that its initial value was written with.
+    fn beside_written(&self, k: usize, value: f64) -> f64 {
+        let off = value - self.written[k];
+        if self.of.units.is_initial_angle[k] { self.written[k] + wrapped(off) } else { value }
     }
 
     /// Whether the axes of cut joints point the same way, and not opposite ways.
@@ -85,9 +111,9 @@ impl Closing<'_> {
         (stated, guesses): (&[usize], &[usize]),
         direct: &[f64],
         is_closed: bool,
-    ) -> Option<Vec<f64>> {
+    ) -> Option<(Vec<f64>, Vec<Rival>)> {
         let reference = self.reference(evaluator, stated, t);
-        let ground = Ground::new(self, evaluator, t, (stated, guesses), &reference);
+        let ground = Ground::new(self, evaluator, t, (stated, guesses), &[], &reference);
         let at = ground.at(self, evaluator, direct);
         let is_open = |&i: &usize| {
             let part = &ground.parts[i];
@@ -128,20 +154,72 @@ impl Closing<'_> {
             }
         }
         let has_turned = self.set_turns(evaluator, &ground, &mut q);
-        if !(is_new || has_turned) {
-            return Some(q);
+        if is_new || has_turned {
+            q = self.polish(evaluator, &ground, q)?;
         }
-        self.polish(evaluator, &ground, q)
+        let rivals = which.iter().zip(&found).filter_map(|(&i, found)| {
+            self.rival(evaluator, &ground, &ground.parts[i], &found.candidates, &q)
+        });
+        let rivals = rivals.collect();
+        Some((q, rivals))
+    }
+
+    /// The assembly of a part that is nearly as near to the guesses as the one in `q`.
+    fn rival(
+        &mut self,
+        evaluator: &mut Evaluator,
+        ground: &Ground<'_>,
+        part: &Part,
+        candidates: &[Candidate],
+        q: &[f64],
+    ) -> Option<Rival> {
+        let here = ground.at(self, evaluator, q);
+        let distance = ground.distance(part, &here);
+        let own = ground.taken(part, &here, q);
+        let other = candidates.iter().find(|other| !ground.is_same(part, other, &own))?;
+        let ratio = other.distance / distance;
+        if distance <= GUESS_HOLDS || ratio > NEARLY_AS_NEAR {
+            return None;
+        }
+
+        // The guess that differs most.
+        let mut there = q.to_vec();
+        part.columns.iter().zip(&other.q).for_each(|(&column, value)| there[column] = *value);
+        let there = ground.at(self, evaluator, &there);
+        let first_guess = here.values.len() - ground.guesses.len();
+        let apart = |row: usize| (here.values[row] - there.values[row]).abs();
+        let guesses = part.wishes.iter().copied().filter(|&row| row >= first_guess);
+        let row = guesses.max_by(|&a, &b| apart(a).total_cmp(&apart(b)))?;
+        let initial_idx = ground.guesses[row - first_guess];
+        Some(Rival { initial_idx, found: self.stated[initial_idx] + there.values[row], ratio })
+    }
+
+    /// The positions of the drives nearest to those at the start where the mechanism closes without
+    /// them, if it does.
+    fn reach_of_drives(&mut self, evaluator: &mut Evaluator, t: f64) -> Option<Vec<(usize, f64)>> {
+        let released: Vec<usize> = self.of.drives.iter().map(|&(row, _)| row).collect();
+        if released.is_empty() {
+            return None;
+        }
+        let reference = self.reference(evaluator, &[], t);
+        let ground = Ground::new(self, evaluator, t, (&[], &[]), &released, &reference);
+        let which: Vec<usize> = (0..ground.parts.len()).collect();
+        let none = vec![Vec::new(); which.len()];
+        let found = search(self, evaluator, &ground, &which, &reference, none);
+        let mut q = reference;
+        for (part, found) in ground.parts.iter().zip(&found) {
+            let best = found.candidates.first()?;
+            part.columns.iter().zip(&best.q).for_each(|(&column, value)| q[column] = *value);
+        }
+        let at = ground.at(self, evaluator, &q);
+        // A row is where the drive puts its joint less where the joint is.
+        Some(self.of.drives.iter().map(|&(row, drive)| (drive, -at.values[row])).collect())
     }
 
     /// The first guess with what is stated of coordinates themselves.
     fn reference(&mut self, evaluator: &mut Evaluator, stated: &[usize], t: f64) -> Vec<f64> {
         let mut q = self.first_guess(t);
-        for &k in stated {
-            if let Some(column) = self.of.own[k] {
-                q[column] = self.stated[k];
-            }
-        }
+        self.hold(stated, &mut q);
         let at = evaluator.constraints(t, &q);
         let (values, rows) = (at.value.to_vec(), at.jacobian_rows());
         for &(row, column) in &self.of.driven {
@@ -209,12 +287,16 @@ impl Closing<'_> {
                 return None;
             }
         }
-        for &k in ground.stated {
+        Some(q)
+    }
+
+    /// Gives coordinates that are stated what is stated, to the last digit.
+    fn hold(&self, stated: &[usize], q: &mut [f64]) {
+        for &k in stated {
             if let Some(column) = self.of.own[k] {
                 q[column] = self.stated[k];
             }
         }
-        Some(q)
     }
 
     /// Positions of a tree without cuts at the joint values the author gave, read off in the
@@ -271,14 +353,20 @@ impl Closing<'_> {
 
     fn cannot_close(&self, evaluator: &mut Evaluator, t: f64, q: Vec<f64>) -> StartError {
         let open = evaluator.constraints(t, &q).value;
-        let mut squares: BTreeMap<JointId, f64> = BTreeMap::new();
-        for (&joint, value) in self.of.gap_of_joint.iter().zip(open) {
-            *squares.entry(joint).or_default() += value * value;
+        // Squares of distances and of angles.
+        let mut squares: BTreeMap<JointId, [f64; 2]> = BTreeMap::new();
+        let rows = self.of.gap_of_joint.iter().zip(&self.of.units.is_row_angle);
+        for ((&joint, &is_angle), value) in rows.zip(open) {
+            squares.entry(joint).or_default()[usize::from(is_angle)] += value * value;
         }
-        let mut gaps: Vec<(JointId, f64)> =
-            squares.into_iter().map(|(joint, sum)| (joint, sum.sqrt())).collect();
-        gaps.retain(|&(_, gap)| gap > CLOSURE_TOLERANCE * size(&q));
-        gaps.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let gap = |(joint, squares): (JointId, [f64; 2])| {
+            let [distance, sine] = squares.map(f64::sqrt);
+            Gap { joint, distance, angle: sine.min(1.0).asin() }
+        };
+        let open = |gap: &Gap| gap.distance.max(gap.angle);
+        let mut gaps: Vec<Gap> = squares.into_iter().map(gap).collect();
+        gaps.retain(|gap| open(gap) > CLOSURE_TOLERANCE * size(&q));
+        gaps.sort_by(|a, b| open(b).total_cmp(&open(a)));
         StartError::CannotClose { gaps, q }
     }
 }

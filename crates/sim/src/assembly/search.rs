@@ -59,12 +59,14 @@ pub(super) struct Found {
 }
 
 impl<'a> Ground<'a> {
-    /// `q` is any position, with the values of fixed coordinates.
+    /// `q` is any position, with the values of fixed coordinates; of the constraint rows, those
+    /// `released` are guesses.
     pub(super) fn new(
         closing: &mut Closing<'_>,
         evaluator: &mut Evaluator<'_>,
         t: f64,
         (stated, guesses): (&'a [usize], &'a [usize]),
+        released: &[usize],
         q: &[f64],
     ) -> Self {
         let units = &closing.of.units;
@@ -79,7 +81,7 @@ impl<'a> Ground<'a> {
             t,
             stated,
             guesses,
-            is_fixed: closing.fixed(stated),
+            is_fixed: closing.fixed(stated, released),
             is_guessed: closing.own_coordinates(guesses),
             is_turn: units.is_turn.clone(),
             weight_of_row: is_angle.iter().map(weight).collect(),
@@ -89,8 +91,11 @@ impl<'a> Ground<'a> {
             parts: Vec::new(),
         };
         let at = ground.at(closing, evaluator, q);
-        let first_wish = ground.is_angle.len() - guesses.len();
-        ground.parts = parts(&at.gradients, &ground.is_fixed, first_wish);
+        let first_guess = ground.is_angle.len() - guesses.len();
+        let rows = 0..ground.is_angle.len();
+        let is_wish: Vec<bool> =
+            rows.map(|row| row >= first_guess || released.contains(&row)).collect();
+        ground.parts = parts(&at.gradients, &ground.is_fixed, &is_wish);
         for part in &ground.parts {
             for (place, &column) in part.columns.iter().enumerate() {
                 ground.place[column] = place;
@@ -149,7 +154,7 @@ impl<'a> Ground<'a> {
     }
 
     /// Whether two assemblies are one.
-    fn is_same(&self, part: &Part, a: &Candidate, b: &Candidate) -> bool {
+    pub(super) fn is_same(&self, part: &Part, a: &Candidate, b: &Candidate) -> bool {
         part.columns.iter().zip(a.q.iter().zip(&b.q)).all(|(&column, (a, b))| {
             let apart = (a - b) / self.unit_of_column[column];
             let turns = if self.is_turn[column] { whole_turns(apart) } else { 0.0 };

@@ -6,13 +6,23 @@
 /// Source: M. Roberts, *The unreasonable effectiveness of quasirandom sequences* (2018); for n = 1
 /// the sequence of the golden section.
 pub(super) fn point(k: usize, n: usize) -> Vec<f64> {
-    let root = (0..64).fold(2.0_f64, |x, _| (1.0 + x).powf(1.0 / (n as f64 + 1.0)));
+    let root = root(n);
     let mut share = 1.0;
     let coordinate = |_| {
         share /= root;
         (0.5 + k as f64 * share).fract() - 0.5
     };
     (0..n).map(coordinate).collect()
+}
+
+/// The positive root of x^(n+1) = x + 1, which lies in [1, 2], by halving.
+fn root(n: usize) -> f64 {
+    let power = |x: f64| (0..=n).fold(1.0, |power, _| power * x);
+    let halved = |(low, high): (f64, f64), _| {
+        let middle = 0.5 * (low + high);
+        if power(middle) > middle + 1.0 { (low, middle) } else { (middle, high) }
+    };
+    (0..60).fold((1.0, 2.0), halved).0
 }
 
 #[cfg(test)]

@@ -26,8 +26,8 @@ impl Closing<'_> {
         }
         let (_, without) = self.velocities(evaluator, &[], t, q, &guess);
         if without > CLOSURE_TOLERANCE * size(&v) {
-            return Err(match self.of.drive_idx {
-                Some(drive_idx) => StartError::DriveCannotMove { drive_idx },
+            return Err(match self.of.drives.first() {
+                Some(&(_, drive_idx)) => StartError::DriveCannotMove { drive_idx },
                 None => StartError::NotFinite,
             });
         }
