@@ -78,7 +78,7 @@ pub enum StartError {
 pub struct Gap {
     /// The joint.
     pub joint: JointId,
-    /// Between its points, m; of a link, what its ends are too near or too far.
+    /// Between its points, m; of a link (d² − ℓ²) / (2 ℓ), where its ends are d apart and its length is ℓ.
     pub distance: f64,
     /// Between its axes, rad.
     pub angle: f64,

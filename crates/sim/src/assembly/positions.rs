@@ -353,18 +353,21 @@ impl Closing<'_> {
 
     fn cannot_close(&self, evaluator: &mut Evaluator, t: f64, q: Vec<f64>) -> StartError {
         let open = evaluator.constraints(t, &q).value;
-        // Squares of distances and of angles.
-        let mut squares: BTreeMap<JointId, [f64; 2]> = BTreeMap::new();
+        // The rows of each joint, distances and angles apart; one row alone keeps its sign.
+        let mut rows_of: BTreeMap<JointId, [Vec<f64>; 2]> = BTreeMap::new();
         let rows = self.of.gap_of_joint.iter().zip(&self.of.units.is_row_angle);
-        for ((&joint, &is_angle), value) in rows.zip(open) {
-            squares.entry(joint).or_default()[usize::from(is_angle)] += value * value;
+        for ((&joint, &is_angle), &value) in rows.zip(open) {
+            rows_of.entry(joint).or_default()[usize::from(is_angle)].push(value);
         }
-        let gap = |(joint, squares): (JointId, [f64; 2])| {
-            let [distance, sine] = squares.map(f64::sqrt);
-            Gap { joint, distance, angle: sine.min(1.0).asin() }
+        let gap = |(joint, [distances, sines]): (JointId, [Vec<f64>; 2])| {
+            let distance = match distances.as_slice() {
+                [only] => *only,
+                all => length(all),
+            };
+            Gap { joint, distance, angle: length(&sines).min(1.0).asin() }
         };
-        let open = |gap: &Gap| gap.distance.max(gap.angle);
-        let mut gaps: Vec<Gap> = squares.into_iter().map(gap).collect();
+        let open = |gap: &Gap| gap.distance.abs().max(gap.angle);
+        let mut gaps: Vec<Gap> = rows_of.into_iter().map(gap).collect();
         gaps.retain(|gap| open(gap) > CLOSURE_TOLERANCE * size(&q));
         gaps.sort_by(|a, b| open(b).total_cmp(&open(a)));
         StartError::CannotClose { gaps, q }

@@ -107,23 +107,21 @@ fn in_order(model: &Model, around: &[JointId]) -> String {
 fn left_open(model: &Model, gap: Gap) -> String {
     let joint = &model.joints[gap.joint.0];
     let ends = [joint.predecessor, joint.successor].map(|end| anchor_name(model, end));
-    // The row of a link is (d² − ℓ²) / (2 ℓ), of which d is found.
-    let link = match joint.kind {
-        JointKind::Link { length } => Some(value(model, length)),
-        _ => None,
-    };
-    if let Some(length) = link {
-        let squares = [1.0, -1.0].map(|sign| length * length + sign * 2.0 * length * gap.distance);
-        let farther = squares[0].max(0.0).sqrt() - length;
+    if let JointKind::Link { length } = joint.kind {
+        let length = value(model, length);
+        let apart = (length * length + 2.0 * length * gap.distance).max(0.0).sqrt();
         return format!(
-            "the ends `{}` and `{}` of `{}` stay {} m from the distance that its length asks for",
+            "the ends `{}` and `{}` of `{}` are {} m apart in the closest position found, {} m from \
+             its length",
             ends[0],
             ends[1],
             joint.name,
-            short(farther)
+            short(apart),
+            short((apart - length).abs())
         );
     }
-    if gap.angle > gap.distance {
+    let distance = gap.distance.abs();
+    if gap.angle > distance {
         return format!(
             "the bodies at joint `{}` stay turned by {}° out of what it allows",
             joint.name,
@@ -132,7 +130,7 @@ fn left_open(model: &Model, gap: Gap) -> String {
     }
     format!(
         "the smallest gap found is {} m between `{}` and `{}`",
-        short(gap.distance),
+        short(distance),
         ends[0],
         ends[1]
     )
