@@ -283,7 +283,7 @@ impl Closing<'_> {
             q = with_guesses;
         } else {
             let open = self.descend(evaluator, ground.stated, true, ground.t, &mut q);
-            if !(open <= CLOSURE_TOLERANCE * size(&q)) {
+            if open.is_nan() || open > CLOSURE_TOLERANCE * size(&q) {
                 return None;
             }
         }

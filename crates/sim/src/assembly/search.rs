@@ -20,7 +20,7 @@ pub(super) const GUESS_HOLDS: f64 = 1e-7;
 const SAME: f64 = 1e-4;
 /// Shapes that a part is led from at most, and multiplications that it may take.
 const MAX_SHAPES: usize = 96;
-const MAX_WORK: f64 = 1e9;
+const MAX_WORK: usize = 1_000_000_000;
 
 /// Assembly of a part.
 #[derive(Clone, Debug)]
@@ -164,10 +164,9 @@ impl<'a> Ground<'a> {
 
     /// Shapes that a part of this size is led from.
     fn n_shapes(part: &Part) -> usize {
-        const STEPS: f64 = 60.0;
-        let n = part.columns.len() as f64;
-        let shapes = MAX_WORK / (STEPS * n * n * (n + 4.0));
-        (shapes as usize).min(MAX_SHAPES)
+        const STEPS: usize = 60;
+        let n = part.columns.len().max(1);
+        (MAX_WORK / (STEPS * n * n * (n + 4))).min(MAX_SHAPES)
     }
 }
 
@@ -274,7 +273,7 @@ fn walk(
     ground: &Ground<'_>,
     going: &[&Part],
     wish_weight: f64,
-    q: &mut Vec<f64>,
+    q: &mut [f64],
 ) -> Equations {
     const MAX_STEPS: usize = 60;
     let at = ground.at(closing, evaluator, q);
@@ -283,7 +282,7 @@ fn walk(
         .map(|part| Walk::begin(part, &ground.place, &ground.scaled(&at), wish_weight))
         .collect();
     for _ in 0..MAX_STEPS {
-        let mut trial = q.clone();
+        let mut trial = q.to_vec();
         let mut is_over = true;
         for walk in &mut walks {
             let part = walk.part;

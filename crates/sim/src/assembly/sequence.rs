@@ -31,15 +31,15 @@ mod tests {
 
     #[test]
     fn the_points_fill_every_cell_of_a_square() {
-        const N: usize = 8;
-        let mut met = [[0; N]; N];
-        for k in 0..4 * N * N {
-            let [x, y] = point(k, 2).try_into().expect("two coordinates");
-            let cell = |x: f64| ((x + 0.5) * N as f64) as usize;
-            met[cell(x)][cell(y)] += 1;
-        }
-        let counts = met.as_flattened();
+        const N: u32 = 8;
+        let points: Vec<Vec<f64>> = (0..256).map(|k| point(k, 2)).collect();
+        let edge = |i: u32| f64::from(i) / f64::from(N) - 0.5;
+        let met = |i: u32, j: u32| {
+            let is_in = |x: f64, i: u32| (edge(i)..edge(i + 1)).contains(&x);
+            points.iter().filter(|p| is_in(p[0], i) && is_in(p[1], j)).count()
+        };
+        let counts: Vec<usize> = (0..N * N).map(|cell| met(cell / N, cell % N)).collect();
         assert_eq!(point(0, 2), [0.0, 0.0]);
-        assert!(counts.iter().all(|&n| (1..=8).contains(&n)), "{met:?}");
+        assert!(counts.iter().all(|n| (1..=8).contains(n)), "{counts:?}");
     }
 }

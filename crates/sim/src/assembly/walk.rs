@@ -61,7 +61,7 @@ impl<'a> Walk<'a> {
         };
         walk.take(place, at);
         walk.damping = FIRST_DAMPING * walk.normal.diagonal().max();
-        walk.is_over = walk.cost <= HOLDING || !(walk.damping > 0.0);
+        walk.is_over = walk.cost <= HOLDING || walk.damping.is_nan() || walk.damping <= 0.0;
         walk
     }
 
@@ -83,7 +83,7 @@ impl<'a> Walk<'a> {
                 }
             }
             self.damping *= 4.0;
-            self.is_over = !(self.damping < LARGEST_DAMPING);
+            self.is_over = self.damping.is_nan() || self.damping >= LARGEST_DAMPING;
         }
         None
     }
@@ -99,7 +99,7 @@ impl<'a> Walk<'a> {
         let reached = cost(self.part, at, self.wish_weight);
         let promised = self.step.dot(&self.slope) + self.damping * self.step.norm_squared();
         let gained = self.cost - reached;
-        if !(gained > 0.0) {
+        if gained.is_nan() || gained <= 0.0 {
             self.damping *= self.growth;
             self.growth *= 2.0;
             self.is_over = self.step.amax() < SMALLEST_STEP || !self.damping.is_finite();

@@ -98,7 +98,7 @@ pub(super) fn spans(
     for k in first..first + n {
         let (here, body) = (joint(k), bodies[k % n]);
         if let JointKind::Link { length } = here.kind {
-            spans.extend(link(model, here, length));
+            spans.push(link(model, here, length));
         }
         chain.leave_slot(model, here, body);
         chain.along(model, body, here, joint(k + 1));
@@ -114,10 +114,10 @@ pub(super) fn spans(
 }
 
 /// The link as a part.
-fn link(model: &Model, joint: &Joint, length: Expr) -> Option<Span> {
+fn link(model: &Model, joint: &Joint, length: Expr) -> Span {
     let length = value(model, length);
     let names = vec![joint.name.clone()];
-    Some(Span { names, held: Vec::new(), least: length, most: length })
+    Span { names, held: Vec::new(), least: length, most: length }
 }
 
 /// Vector from the first end of a part to where its assembly has come, in the frame of the last body.
