@@ -9,7 +9,10 @@ use trials::{Outcome, Trial, Verdict, trials};
 /// All that was not found as it was meant, with what was written.
 fn missed(outcomes: &[Outcome]) -> Vec<String> {
     let missed = outcomes.iter().filter(|outcome| outcome.verdict != Verdict::Right);
-    let said = |o: &Outcome| format!("{} {:?} {:?}: {}", o.id, o.trial, o.verdict, o.statement);
+    let said = |o: &Outcome| {
+        let Outcome { id, class, trial, verdict, statement, time } = o;
+        format!("{id} ({class}) {trial:?} {verdict:?} after {time:?}: {statement}")
+    };
     missed.map(said).collect()
 }
 
