@@ -75,8 +75,10 @@ impl Pool {
         let mut values: Vec<Expr> = Vec::with_capacity(syntax.nodes.len());
         for node in &syntax.nodes {
             let value = match &node.kind {
-                SyntaxKind::Number(number) => self.number(*number),
-                SyntaxKind::Quantity { value, factors, .. } => quantity(node, *value, factors)?,
+                SyntaxKind::Number(number) => self.number(number.clone()),
+                SyntaxKind::Quantity { value, factors, .. } => {
+                    quantity(node, value.clone(), factors)?
+                }
                 SyntaxKind::Name(name) => {
                     resolve(name, node.span.clone()).map_err(LowerError::Resolve)?
                 }

@@ -70,7 +70,8 @@ impl Pool {
     /// ```
     pub fn certificate(&self, a: Expr, b: Expr) -> Certificate {
         let sweep = self.sweep(&[a, b]);
-        let is_float = |e| matches!(self.as_number(e), Some(Number::Float(f)) if f.is_finite());
+        let is_float =
+            |e| self.as_number(e).is_some_and(|n| n.as_float().is_some_and(f64::is_finite));
         let is_rounded = sweep.steps.iter().any(|step| is_float(step.expr));
         let mut found =
             Certificate { n_points: 0, worst_double: 0.0, worst_extended: 0.0, is_rounded };
@@ -113,7 +114,7 @@ impl Pool {
         for step in &sweep.steps {
             let operands = sweep.operands(step).map(|o| values[o]);
             let result = match step.op {
-                Op::Number => of_number(self.number_of(step.expr)),
+                Op::Number => of_number(&self.number_of(step.expr)),
                 Op::Pi => extended::PI,
                 Op::Symbol => Extended::from(value(SymbolId(step.data))),
                 Op::Add => operands.fold(Extended::from(0.0), |sum, term| sum + term),
@@ -148,10 +149,17 @@ impl Pool {
 }
 
 /// The nearest value to a number.
-fn of_number(number: Number) -> Extended {
-    match number {
-        Number::Rational(r) => Extended::from(*r.numer()) / Extended::from(*r.denom()),
-        Number::Float(f) => Extended::from(f),
+fn of_number(number: &Number) -> Extended {
+    if let Some((numerator, denominator)) = number.short_parts() {
+        let [n, d] = [numerator, denominator].map(|part| Extended::from(i128::from(part)));
+        return n / d;
+    }
+    // The nearest float, and the one nearest to what is missing.
+    let high = Extended::from(number.to_f64());
+    let rest = Number::exact_float(high.high()).map(|float| number.plus(float.negated()));
+    match rest {
+        Some(rest) if number.is_exact() => high + Extended::from(rest.to_f64()),
+        _ => high,
     }
 }
 

@@ -73,7 +73,7 @@ pub(super) fn collect(pool: &Pool, mut terms: Vec<Term>) -> Poly {
     terms.dedup_by(|next, kept| {
         let is_like = next.monomial == kept.monomial;
         if is_like {
-            kept.coefficient = kept.coefficient.plus(next.coefficient);
+            kept.coefficient = kept.coefficient.plus(&next.coefficient);
         }
         is_like
     });
@@ -252,7 +252,7 @@ impl<'p> Algebra<'p> {
             for y in b {
                 let term = Term {
                     monomial: multiply_monomials(self.pool, &x.monomial, &y.monomial),
-                    coefficient: x.coefficient.times(y.coefficient),
+                    coefficient: x.coefficient.times(&y.coefficient),
                 };
                 if is_fourier { self.push_fourier(term, &mut terms) } else { terms.push(term) }
             }
@@ -330,7 +330,7 @@ pub(super) fn take_one(monomial: &mut Monomial, atom: Expr) {
 /// The terms as expressions, without any factoring.
 pub(super) fn term_expr(pool: &Pool, term: &Term) -> Expr {
     let powers = term.monomial.iter().map(|&(atom, n)| pool.powi(atom, i64::from(n)));
-    pool.product(powers.chain([pool.number(term.coefficient)]))
+    pool.product(powers.chain([pool.number(term.coefficient.clone())]))
 }
 
 /// The polynomial as a plain sum.
