@@ -5,6 +5,7 @@
 //! at the level of rounding in both precisions is as good as proof; a difference that stays in the
 //! second one is a counterexample.
 
+mod domain;
 mod extended;
 
 use crate::number::Number;
@@ -57,7 +58,9 @@ impl Pool {
     ///
     /// The points depend on the names of the symbols alone: the same expressions give the same
     /// certificate in every pool. Points where one of the values is infinite or NaN, or has an
-    /// argument of sine or cosine beyond 10⁹, are left out.
+    /// argument of sine or cosine beyond 10⁹, are left out; where there are no others, points inside
+    /// of the domain are searched from there. Without any point nothing is shown, and
+    /// [`Certificate::is_equal`] is false.
     ///
     /// ```
     /// let pool = bksim_expr::Pool::new();
@@ -76,22 +79,31 @@ impl Pool {
         let mut found =
             Certificate { n_points: 0, worst_double: 0.0, worst_extended: 0.0, is_rounded };
         for point in 0..MAX_TRIED {
-            let value = |symbol| self.sample(symbol, point);
-            let Some(extended) = difference(&self.extended_values(&sweep, &value), &sweep) else {
-                continue;
-            };
-            found.n_points += 1;
-            found.worst_extended = found.worst_extended.max(extended);
-            let Ok(values) = self.values(&sweep, &|symbol| Ok::<_, Infallible>(value(symbol)));
-            let values: Vec<Extended> = values.into_iter().map(Extended::from).collect();
-            // Where only `f64` overflows, the extended values decide.
-            let double = difference(&values, &sweep).unwrap_or(0.0);
-            found.worst_double = found.worst_double.max(double);
+            self.compare_at(&sweep, &|symbol| self.sample(symbol, point), &mut found);
             if found.n_points == N_POINTS {
                 break;
             }
         }
+        if found.n_points == 0 {
+            for inside in self.points_inside(&sweep, N_POINTS) {
+                self.compare_at(&sweep, &|symbol| inside[&symbol], &mut found);
+            }
+        }
         found
+    }
+
+    /// Compares the two roots at one point, if both have a value there.
+    fn compare_at(&self, sweep: &Sweep, value: &dyn Fn(SymbolId) -> f64, found: &mut Certificate) {
+        let Some(extended) = difference(&self.extended_values(sweep, value), sweep) else {
+            return;
+        };
+        found.n_points += 1;
+        found.worst_extended = found.worst_extended.max(extended);
+        let Ok(values) = self.values(sweep, &|symbol| Ok::<_, Infallible>(value(symbol)));
+        let values: Vec<Extended> = values.into_iter().map(Extended::from).collect();
+        // Where only `f64` overflows, the extended values decide.
+        let double = difference(&values, sweep).unwrap_or(0.0);
+        found.worst_double = found.worst_double.max(double);
     }
 
     /// The value of a symbol at a point: its sign alternates at random for half of the points, and
