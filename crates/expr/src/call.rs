@@ -241,9 +241,7 @@ impl Pool {
 // Sine, cosine, tangent: the argument is a linear form, its sign and quarter turns move out.
 impl Pool {
     fn trigonometric(&self, function: Function, a: Expr) -> Expr {
-        let (quarters, angle) = self.reduce_angle(a);
-        let is_negative = self.looks_negative(angle);
-        let angle = if is_negative { self.neg(angle) } else { angle };
+        let (quarters, is_negative, angle) = self.canonical_angle(a);
         let row = QUARTER_TURNS.iter().find(|row| (row.0, row.1) == (function, quarters));
         let Some(&(_, _, mut sign, function)) = row else {
             // tan(a + π/2) = −cos a / sin a
@@ -256,6 +254,24 @@ impl Pool {
         }
         let call = self.angle_call(function, angle);
         if sign < 0 { self.neg(call) } else { call }
+    }
+
+    /// Writes `a` as `±angle + quarters · π/2`; whether the sign is negative. The sign is that of the
+    /// angle without an eighth of a turn, which is added in both cases: −q + ¼π is −(q + ¼π) + ½π.
+    fn canonical_angle(&self, a: Expr) -> (i64, bool, Expr) {
+        let (quarters, angle) = self.reduce_angle(a);
+        let eighth = self.scaled(Number::rational(1, 4), PI);
+        let has_eighth = angle != eighth && self.chain(angle, Op::Add).contains(&eighth);
+        if !has_eighth {
+            let is_negative = self.looks_negative(angle);
+            return (quarters, is_negative, if is_negative { self.neg(angle) } else { angle });
+        }
+        let rest = self.sub(angle, eighth);
+        if self.looks_negative(rest) {
+            ((quarters + 1).rem_euclid(4), true, self.add(self.neg(rest), eighth))
+        } else {
+            (quarters, false, angle)
+        }
     }
 
     /// The call at a reduced angle, exact at 0, π/6 and π/4.

@@ -8,7 +8,7 @@
 //! a − b for min, max and comparisons) that is not zero at the point.
 
 use crate::op::{Function, Op};
-use crate::pool::{Expr, ONE, Pool, SymbolId, ZERO};
+use crate::pool::{Expr, MINUS_ONE, ONE, Pool, SymbolId, ZERO};
 
 /// Derivatives of a switching argument that are looked at.
 const MAX_ORDER: i64 = 8;
@@ -109,14 +109,12 @@ impl Pool {
         let pair = || self.node(node.right);
         match (function, sign) {
             (Function::Abs, Sign::Negative) => self.neg(node.left),
-            (Function::Abs, _) => node.left,
-            (Function::Sign, Sign::Negative) => self.int(-1),
-            (Function::Sign, _) => flag(sign == Sign::Positive),
+            (Function::Sign, Sign::Negative) => MINUS_ONE,
             (Function::Min, Sign::Positive) | (Function::Max, Sign::Negative) => node.right,
-            (Function::Min | Function::Max, _) => node.left,
+            (Function::Abs | Function::Min | Function::Max, _) => node.left,
             (Function::Lt, _) => flag(sign == Sign::Negative),
             (Function::Le, _) => flag(sign != Sign::Positive),
-            (Function::Gt, _) => flag(sign == Sign::Positive),
+            (Function::Sign | Function::Gt, _) => flag(sign == Sign::Positive),
             (Function::Ge, _) => flag(sign != Sign::Negative),
             (Function::If, Sign::Zero) => pair().right,
             (Function::If, _) => pair().left,

@@ -1,6 +1,6 @@
 //! Passes over the shared graph: derivatives, substitution, tapes, faults, and long chains.
 
-use bksim_expr::{Expr, Function, Number, Pool, SymbolId, Tape, TapeError};
+use bksim_expr::{Expr, Function, Pool, SymbolId, Tape, TapeError};
 
 fn symbol(pool: &Pool, name: &str) -> (Expr, SymbolId) {
     let e = pool.symbol(name);

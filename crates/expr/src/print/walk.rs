@@ -5,6 +5,7 @@
 use super::Notation;
 use super::mark::{Height, Mark, Part, relation};
 use super::order::{Reader, Term, as_fraction};
+use crate::build::MERGE_LIMIT;
 use crate::number::Number;
 use crate::op::{Function, Op};
 use crate::pool::{Expr, SymbolId};
@@ -323,8 +324,9 @@ fn quotient_in_line(reader: &Reader<'_>, term: &Term) -> Vec<Piece> {
     }
     let mut pieces = times(pieces, &term.numerator);
     let divisors = &term.denominator;
-    // a/(b*0) would read back as a/0.
-    let is_one_group = divisors.len() > 1 && !divisors.iter().any(|&d| reader.pool.is_zero(d));
+    // a/(b*0) would read back as a/0, and a long group as the power of one product.
+    let is_group = (2..=MERGE_LIMIT as usize).contains(&divisors.len());
+    let is_one_group = is_group && !divisors.iter().any(|&d| reader.pool.is_zero(d));
     if !is_one_group {
         for &divisor in divisors {
             pieces.push(Piece::Mark(Mark::Over));
