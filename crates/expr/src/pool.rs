@@ -44,6 +44,8 @@ pub(crate) mod fact {
     pub(crate) const TRIGONOMETRIC: u8 = 8;
     /// A tangent of something that is no constant occurs.
     pub(crate) const TANGENT: u8 = 16;
+    /// An exponential or hyperbolic function of something that is no constant occurs.
+    pub(crate) const EXPONENTIAL: u8 = 32;
 }
 
 /// A map by handles.
@@ -277,7 +279,7 @@ impl Arena {
 
     /// The facts of a node, from those of its operands.
     fn facts_of(&mut self, node: Node, index: u32) -> u8 {
-        use fact::{CONSTANT, NOT_NEGATIVE, POISONED, TANGENT, TRIGONOMETRIC};
+        use fact::{CONSTANT, EXPONENTIAL, NOT_NEGATIVE, POISONED, TANGENT, TRIGONOMETRIC};
         if node.op == Op::Number {
             let number = &self.numbers[node.data as usize];
             let sign = if number.is_negative() { 0 } else { NOT_NEGATIVE };
@@ -312,13 +314,18 @@ impl Arena {
             !value.is_finite()
         };
         let has_angle = matches!(node.op, Op::Call(Function::Sin | Function::Cos));
-        let mut facts = (left | right) & (POISONED | TRIGONOMETRIC | TANGENT);
+        let is_exponential = matches!(
+            node.op,
+            Op::Call(Function::Exp | Function::Sinh | Function::Cosh | Function::Tanh)
+        );
+        let mut facts = (left | right) & (POISONED | TRIGONOMETRIC | TANGENT | EXPONENTIAL);
         for (holds, fact) in [
             (is_never_negative, NOT_NEGATIVE),
             (is_constant, CONSTANT),
             (is_poisoned, POISONED),
             (has_angle && !is_constant, TRIGONOMETRIC),
             (node.op == Op::Call(Function::Tan) && !is_constant, TANGENT),
+            (is_exponential && !is_constant, EXPONENTIAL),
         ] {
             facts |= if holds { fact } else { 0 };
         }

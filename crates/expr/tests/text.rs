@@ -187,7 +187,7 @@ fn long_sums_and_products_read_back_as_the_node_they_were() {
     for n in [31, 32, 33, 34, 40, 65, 66, 100, 300] {
         let pool = Pool::new();
         let symbols: Vec<_> = (0..n).map(|i| pool.symbol(&format!("x{i}"))).collect();
-        let signed = |i: usize| if i % 3 == 0 { pool.neg(symbols[i]) } else { symbols[i] };
+        let signed = |i: usize| if i.is_multiple_of(3) { pool.neg(symbols[i]) } else { symbols[i] };
         check_reads_back(&pool, pool.sum((0..n).map(signed)));
         check_reads_back(&pool, (0..n).map(signed).fold(pool.zero(), |sum, x| pool.add(sum, x)));
         check_reads_back(&pool, (0..n).map(signed).fold(pool.zero(), |sum, x| pool.sub(sum, x)));
