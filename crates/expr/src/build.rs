@@ -402,6 +402,9 @@ impl Pool {
         if exponent == Number::rational(1, 2) {
             return self.sqrt(a);
         }
+        if a == ZERO && !exponent.is_negative() && exponent.is_exact() {
+            return ZERO;
+        }
         if let Some(base) = self.as_number(a) {
             let value = crate::op::power(base.to_f64(), exponent.to_f64());
             let is_inexact = !base.is_exact() || !exponent.is_exact();

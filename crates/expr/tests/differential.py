@@ -15,7 +15,10 @@ from mpmath import mp, mpf
 mp.dps = 60
 # Digits that claims agree to, after those that cancellation takes.
 DIGITS = mpf(10) ** -30
-SECONDS = 5
+# Parts beyond this are not computed with.
+LARGEST = mpf(10) ** 40
+# Time for one derivative by SymPy, s.
+SECONDS = 2
 
 
 class NoValue(Exception):
@@ -27,7 +30,8 @@ def real(function, *arguments):
         value = function(*arguments)
     except (ValueError, ZeroDivisionError, OverflowError) as fault:
         raise NoValue from fault
-    if isinstance(value, mpmath.mpc) or not mpmath.isfinite(value):
+    # Angles and exponents of many digits take for ever.
+    if isinstance(value, mpmath.mpc) or not abs(value) < LARGEST:
         raise NoValue
     return +value
 
@@ -63,12 +67,30 @@ class Real:
         return self._with(lambda a: -a)
 
 
+# Where an argument is on the edge of a domain, as in asin(x/x): no derivative is expected there.
+edges = []
+EDGES = {"asin": 1, "acos": 1, "sqrt": 0, "ln": 0}
+
+
 def jump(function):
     return lambda a, b: a._with(lambda p, q: mpf(int(function(p, q))), b)
 
 
+def exact_zero(function):
+    """Zero where only the digits of pi that are left out keep the value from it."""
+
+    def snapped(x):
+        name = function.__name__
+        if name in EDGES and abs(abs(x) - EDGES[name]) < mpf(10) ** -40:
+            edges.append(name)
+        result = function(x)
+        return mpf(0) if abs(result) < mpf(10) ** -50 else result
+
+    return snapped
+
+
 FUNCTIONS = {
-    name: (lambda f: lambda a: a._with(f))(getattr(mpmath, name))
+    name: (lambda f: lambda a: a._with(exact_zero(f)))(getattr(mpmath, name))
     for name in "sin cos tan asin acos atan sinh cosh tanh exp ln sqrt sign".split()
 }
 FUNCTIONS |= {
@@ -177,7 +199,9 @@ def numeric(text, point, order):
 
 def check(claim, report, counts):
     point, text = claim["point"], claim["text"]
+    edges.clear()
     exact = value(text, point)
+    is_on_edge = bool(edges)
 
     def compare(kind, found, expected, digits=DIGITS):
         counts[kind] = counts.get(kind, 0) + 1
@@ -199,7 +223,7 @@ def check(claim, report, counts):
     ):
         compare("cancelled", value(claim["cancelled"], point), exact)
     derivatives = numeric(text, point, claim["order"])
-    if derivatives is None:
+    if derivatives is None or is_on_edge:
         return
     slope = Real(derivatives[1], max(exact.scale, abs(derivatives[1])))
     for kind in ("slope", "backward"):
@@ -226,6 +250,7 @@ def main():
 
     for line in sys.stdin:
         check(json.loads(line), report, counts)
+    counts = {kind: counts[kind] for kind in sorted(counts)}
     print(json.dumps(counts | {"faults": len(faults)}))
     sys.exit(1 if faults else 0)
 
