@@ -76,21 +76,22 @@ def jump(function):
     return lambda a, b: a._with(lambda p, q: mpf(int(function(p, q))), b)
 
 
-def exact_zero(function):
-    """Zero where only the digits of pi that are left out keep the value from it."""
+def watched(name):
+    """A function of one argument that notes when it is on the edge of its domain."""
+    function = getattr(mpmath, name)
 
     def snapped(x):
-        name = function.__name__
         if name in EDGES and abs(abs(x) - EDGES[name]) < mpf(10) ** -40:
             edges.append(name)
         result = function(x)
+        # Zero, where only the digits of pi that are left out keep the value from it.
         return mpf(0) if abs(result) < mpf(10) ** -50 else result
 
     return snapped
 
 
 FUNCTIONS = {
-    name: (lambda f: lambda a: a._with(exact_zero(f)))(getattr(mpmath, name))
+    name: (lambda f: lambda a: a._with(f))(watched(name))
     for name in "sin cos tan asin acos atan sinh cosh tanh exp ln sqrt sign".split()
 }
 FUNCTIONS |= {
