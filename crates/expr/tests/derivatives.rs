@@ -215,9 +215,8 @@ fn what_stays_zero_has_the_derivative_zero() {
         ("sqrt(2*x*z*(1 + x))", zero),
         ("(x*z)^0.3", zero),
         ("sqrt(sin(x)*z) + x", [1.0; 2]),
-        ("z^x", zero),
         ("0^x", zero),
-        ("(z*y)^(2*x)", zero),
+        ("0^(2*x)", zero),
         ("sqrt(8*x*y*z + 4*x^2)", [2.0; 2]),
         ("sqrt(6*x*y)", [3.0; 2]),
     ] {

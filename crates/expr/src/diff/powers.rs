@@ -1,7 +1,7 @@
 //! Derivatives of powers and roots, also where a base is zero.
 
 use crate::build::MERGE_LIMIT;
-use crate::op::{Function, Op};
+use crate::op::Op;
 use crate::pool::{Expr, ONE, Pool, ZERO, fact};
 use crate::sweep::{Step, Sweep};
 
@@ -21,12 +21,10 @@ impl Pool {
         self.add(from_base, self.product([power, self.logarithm_under_power(a, b), db]))
     }
 
-    /// ln a as a factor of aᵇ: where a is zero, aᵇ is zero for all b > 0, and so is its derivative by
-    /// b, for which 1/b stands in; for b ≤ 0 neither has a value.
+    /// ln a as a factor of aᵇ. 0ᵇ is zero for all b > 0, and so is its derivative by b, for which 1/b
+    /// stands in; for b ≤ 0 neither has a value.
     pub(super) fn logarithm_under_power(&self, a: Expr, b: Expr) -> Expr {
-        let is_never_zero = self.node(a).op == Op::Call(Function::Exp)
-            || self.has_fact(a, fact::CONSTANT) && !self.is_zero(a);
-        if is_never_zero { self.ln(a) } else { self.select(a, self.ln(a), self.powi(b, -1)) }
+        if a == ZERO { self.powi(b, -1) } else { self.ln(a) }
     }
 
     /// The factors under a root or constant power that change, with their derivatives, if others do

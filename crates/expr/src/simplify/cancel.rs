@@ -131,6 +131,9 @@ impl Canceller<'_> {
             while let Op::Call(Function::Sqrt | Function::Abs) = pool.node(factor).op {
                 factor = pool.node(factor).left;
             }
+            if pool.looks_negative(factor) {
+                factor = pool.neg(factor);
+            }
             if pool.as_number(factor).is_none() {
                 self.conditions.push(Condition::NotZero(factor));
             }
