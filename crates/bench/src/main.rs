@@ -8,6 +8,7 @@
 //! cargo run --release -p bksim-bench -- drift [SUITE…]
 //! cargo run --release -p bksim-bench -- sweep
 //! cargo run --release -p bksim-bench -- python
+//! cargo run --release -p bksim-bench -- starts
 //! ```
 //!
 //! Every suite prints a table, and below it each goal with the number found. Times are CPU times
@@ -26,6 +27,7 @@ mod precision;
 mod python;
 mod report;
 mod scale;
+mod starts;
 mod sweep;
 mod timing;
 mod windows;
@@ -63,6 +65,8 @@ enum Command {
     Sweep(Options),
     /// A solve from Python against the same solve from Rust; needs `pip install ./crates/py`.
     Python(Options),
+    /// Starts of linkages whose assemblies are all known.
+    Starts(Options),
     /// Energy and constraints over long runs, and through singular poses.
     Drift(DriftArgs),
     /// One size of `scale`, in a process of its own.
@@ -178,6 +182,9 @@ fn run(cli: &Cli) -> Result<(), BenchError> {
         }
         Command::Python(options) => {
             run_all(&["python"], |_, context| python::measure(context), options)
+        }
+        Command::Starts(options) => {
+            run_all(&["starts"], |_, context| Ok(starts::measure(context)), options)
         }
         Command::Drift(args) => {
             let all = <drift::DriftSuite as clap::ValueEnum>::value_variants();

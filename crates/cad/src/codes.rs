@@ -11,6 +11,7 @@ bksim_model::codes! {
     OTHER_UNITS = "D007", "units against those of the drawing";
     UNREADABLE = "D008", "a drawing that cannot be interpreted";
     BLOCK_IN_ITSELF = "D009", "a block within itself";
+    NO_BLOCK = "D010", "an insert of no block";
     // Outlines and mass.
     OPEN_OUTLINE = "D020", "an open outline";
     AMBIGUOUS_ENDS = "D021", "ends that meet in more than one way";
@@ -19,6 +20,8 @@ bksim_model::codes! {
     NO_AREA = "D024", "an outline without area";
     NO_CURVE = "D025", "numbers that make no curve";
     SNAPPED = "D026", "a gap that was closed";
+    DOUBLED = "D027", "an entity drawn twice";
+    OUT_OF_PLANE = "D028", "an entity out of the plane";
     // Attachments.
     UNKNOWN_KIND = "D030", "nothing that can be attached";
     UNKNOWN_ATTRIBUTE = "D031", "an unknown key of an attachment";
@@ -35,6 +38,14 @@ bksim_model::codes! {
     AMBIGUOUS_SNAP = "D042", "two points of a body within the tolerance";
     NO_MASS = "D043", "a body without mass";
     NO_BODIES = "D044", "nothing is attached";
+    DECIMAL_COMMA = "D045", "a decimal comma";
+    STATED_TWICE = "D046", "stated twice";
+    RENAMED = "D047", "names that are spelled otherwise";
+    HIDDEN_LAYER = "D048", "a layer that is not shown";
+    UNKNOWN_LAYER = "D049", "a layer that means nothing";
+    UNREAD_KIND = "D050", "entities that are not read";
+    SAYS_OTHERWISE = "D051", "a dimension that says otherwise";
+    NOTHING_FOLLOWS = "D052", "a named length that nothing follows from";
     // Writing.
     NOT_THERE = "D060", "nothing there to edit";
     DOES_NOT_FIT = "D061", "a value the drawing cannot hold";

@@ -1,6 +1,6 @@
 //! [`Drawing`]: the entities of the model space as plain data, in the plane and in world axes.
 
-use crate::geometry::{Path, Point};
+use crate::geometry::{GeometryError, Path, Point};
 
 /// A drawing, with what is of use to a mechanism.
 #[derive(Clone, PartialEq, Debug)]
@@ -73,8 +73,38 @@ pub enum Shape {
     },
     /// An insert of one of our blocks.
     Insert(Insert),
+    /// A linear or an aligned dimension whose text is not the measured length alone.
+    Dimension {
+        /// The points it is between.
+        ends: [Point; 2],
+        /// The direction that a linear one measures along, of length one.
+        along: Option<Point>,
+        /// Its text, `<>` for the measured length.
+        text: String,
+    },
+    /// Geometry that was passed over.
+    Unread {
+        /// The reason.
+        why: Unread,
+        /// The block that holds the entity, if the drawing shows it by an insert alone.
+        block: Option<String>,
+    },
     /// Anything else.
     Other,
+}
+
+/// Why geometry was passed over.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Unread {
+    /// Its numbers make no curve.
+    NoCurve(GeometryError),
+    /// It does not lie in the plane of the drawing, or parallel to it.
+    OutOfPlane,
+    /// Inserts within inserts go deeper, or are more, than is read.
+    TooMany {
+        /// The limit in words.
+        limit: &'static str,
+    },
 }
 
 /// An insert of a block.

@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use bksim_model::diagnostic::Diagnostic;
 
-use crate::drawing::Location;
+use crate::drawing::{Handle, Location};
+use crate::geometry::Point;
 
 /// The lines of an ASCII drawing; of a binary one nothing can be shown.
 #[derive(Clone, Debug, Default)]
@@ -75,8 +76,69 @@ pub fn describe(location: &Location) -> String {
     format!("{}{handle}, layer {}, at ({x}, {y})", location.kind, location.layer)
 }
 
+/// An entity as a diagnostic describes it.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Place {
+    /// Its type.
+    pub kind: String,
+    /// Its handle, where it has one.
+    pub handle: Option<Handle>,
+    /// Its layer.
+    pub layer: String,
+    /// A point of it, in seven digits.
+    pub at: Point,
+}
+
+/// The entities that a fault is about, in its labels and notes.
+pub fn places(fault: &Diagnostic) -> Vec<Place> {
+    let labels = fault.labels.iter().map(|label| label.text.as_str());
+    labels.chain(fault.notes.iter().map(String::as_str)).filter_map(place).collect()
+}
+
+/// The entity of a description as [`describe`] writes it, after other words or alone.
+fn place(words: &str) -> Option<Place> {
+    let words =
+        ["here: ", "and here: "].iter().find_map(|it| words.strip_prefix(it)).unwrap_or(words);
+    // Other words before it end with a colon; a kind has none.
+    let head =
+        words.find(", layer ").map_or(0, |end| words[..end].rfind(": ").map_or(0, |at| at + 2));
+    let words = &words[head..];
+    let (words, at) = words.strip_suffix(')')?.rsplit_once(", at (")?;
+    let (head, layer) = words.split_once(", layer ")?;
+    let (kind, handle) = match head.split_once(", handle ") {
+        Some((kind, handle)) => (kind, Some(Handle(u64::from_str_radix(handle, 16).ok()?))),
+        None => (head, None),
+    };
+    let (x, y) = at.split_once(", ")?;
+    let at = [x.parse().ok()?, y.parse().ok()?];
+    Some(Place { kind: kind.to_owned(), handle, layer: layer.to_owned(), at })
+}
+
 /// A coordinate in at most seven digits.
 pub(crate) fn short(x: f64) -> String {
     let rounded: f64 = format!("{x:.6e}").parse().expect("a printed number can be read");
     format!("{rounded}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_is_read_out_of_its_description() {
+        for handle in [None, Some(Handle(0x2F))] {
+            let (kind, layer) = ("CIRCLE".to_owned(), "a, layer b: c (d)".to_owned());
+            let at = [120.5, -34.0];
+            let location = Location { kind, handle, layer: layer.clone(), at, lines: None };
+            let words = describe(&location);
+            let fault = Diagnostic::error(crate::codes::CUT, "").note(format!("here: {words}"));
+            let expected = Place { kind: "CIRCLE".to_owned(), handle, layer, at };
+            let plain = fault.clone().note("nothing is here").note(words.clone());
+            assert_eq!(place(&words), Some(expected.clone()));
+            assert_eq!(places(&plain).last(), Some(&expected));
+        }
+        let at =
+            Diagnostic::error(crate::codes::CUT, "").note("and here: LINE, layer 0, at (1, 2)");
+        assert_eq!(places(&at).len(), 1);
+    }
 }

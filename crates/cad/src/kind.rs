@@ -85,7 +85,7 @@ kinds! {
     "com" "BK_COM" Centre Point &["body"];
     "frame" "BK_FRAME" Frames Frame &["body"];
     "revolute" "BK_REVOLUTE" Joints Point &[
-        "name", "body1", "body2", "point1", "point2", "coordinate", "cut", "angle", "rate",
+        "name", "body1", "body2", "point1", "point2", "coordinate", "cut", "angle", "rate", "bodies",
     ];
     "prismatic" "BK_PRISMATIC" Joints Frame &[
         "name", "body1", "body2", "point1", "point2", "coordinate", "cut", "position", "velocity",
@@ -127,6 +127,9 @@ pub const GROUND_LAYER: &str = "BK_GROUND";
 
 /// A circle on this layer is a revolute of the two bodies that meet there.
 pub const JOINT_LAYER: &str = "BK_JOINTS";
+
+/// Marks of what is wrong with the drawing are on this layer; nothing on it is read.
+pub const DOCTOR_LAYER: &str = "BK_DOCTOR";
 
 /// The application name of our extended data.
 pub const APPLICATION: &str = "BKSIM";

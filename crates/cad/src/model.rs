@@ -11,6 +11,7 @@ use crate::excerpt::Excerpts;
 use crate::open::{OpenOptions, open};
 use crate::read::read;
 use crate::tags::excerpt_text;
+use crate::unread::unread;
 
 /// Options of reading and composing a drawing.
 #[derive(Clone, Copy, Debug, Default)]
@@ -32,6 +33,8 @@ pub struct Sheet {
     pub drawing: Drawing,
     /// The attachments of these.
     pub attachments: Vec<Attachment>,
+    /// Layers that are off or frozen.
+    pub hidden_layers: Vec<String>,
     /// The file as text, for excerpts; empty for a binary file.
     pub text: String,
     /// Faults of attachments, and warnings of the file.
@@ -61,8 +64,12 @@ pub fn sheet(bytes: Vec<u8>, unit: Option<LengthUnit>) -> Result<Sheet, Refused>
     let excerpts = Excerpts::new(&text);
     let (attachments, faults) = attachments(&drawing, &excerpts);
     let mut diagnostics = opened.warnings;
+    diagnostics.extend(unread(&drawing, &excerpts));
     diagnostics.extend(faults);
-    Ok(Sheet { drawing, attachments, text, diagnostics })
+    let layers = opened.document.layers.iter();
+    let hidden = layers.filter(|layer| layer.is_off() || layer.is_frozen());
+    let hidden_layers = hidden.map(|layer| layer.name.clone()).collect();
+    Ok(Sheet { drawing, attachments, hidden_layers, text, diagnostics })
 }
 
 impl Sheet {

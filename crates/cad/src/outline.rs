@@ -7,6 +7,7 @@
 //! Ends that meet within the tolerance are joined; a loop inside an odd number of others is a hole.
 //! Both work on the curves as they are, not on polygons of them.
 
+mod apart;
 mod border;
 mod boxes;
 mod chain;
@@ -14,6 +15,7 @@ mod contact;
 mod error;
 mod nest;
 
+pub use apart::{Apart, Doubled, chain_apart, doubled};
 pub use chain::{Chain, Chains, Snap, chain};
 pub use error::{OpenEnd, OutlineError};
 pub use nest::nest;

@@ -255,23 +255,58 @@ fn two_points_of_a_body_within_the_tolerance_are_ambiguous() {
     assert!(composition.text.is_empty());
 }
 
-#[test]
-fn three_bodies_at_a_point_are_asked_about_and_naming_two_answers() {
-    let three = |names: &[(&str, &str)]| {
-        let mut sheet = Sheet::default();
-        for (body, end) in [("a", [100.0, 0.0]), ("b", [0.0, 100.0]), ("c", [-100.0, 0.0])] {
-            sheet.bar(&format!("BK_BODY_{body}"), [0.0, 0.0], end, 10.0);
+/// Three bars, with holes or as plain rectangles, and a joint where they meet.
+fn three_bars(has_holes: bool, names: &[(&str, &str)]) -> Composition {
+    let mut sheet = Sheet::default();
+    for (body, end) in [("a", [100.0, 0.0]), ("b", [0.0, 100.0]), ("c", [-100.0, 0.0])] {
+        let layer = format!("BK_BODY_{body}");
+        if has_holes {
+            sheet.bar(&layer, [0.0, 0.0], end, 10.0);
+        } else {
+            let low = [f64::min(end[0], -10.0), f64::min(end[1], -10.0)];
+            sheet.rectangle(&layer, low, [f64::max(end[0], 10.0), f64::max(end[1], 10.0)]);
         }
-        sheet.insert("BK_REVOLUTE", [0.0, 0.0], 0.0, names);
-        sheet.compose_with("bodies = { a = { mass = 1 }, b = { mass = 1 }, c = { mass = 1 } }\n")
-    };
-    let asked = three(&[("NAME", "P")]);
+    }
+    sheet.insert("BK_REVOLUTE", [0.0, 0.0], 0.0, names);
+    sheet.compose_with("bodies = { a = { mass = 1 }, b = { mass = 1 }, c = { mass = 1 } }\n")
+}
+
+fn pairs(composition: &Composition) -> Vec<(&str, [&str; 2])> {
+    let joints = composition.joints.iter();
+    joints.map(|it| (it.name.as_str(), [it.bodies[0].as_str(), it.bodies[1].as_str()])).collect()
+}
+
+#[test]
+fn a_pin_through_the_holes_of_three_bodies_is_two_joints() {
+    let pin = three_bars(true, &[("NAME", "P")]);
+    assert_eq!(codes(&pin), Vec::<&str>::new());
+    assert_eq!(pairs(&pin), [("P_1", ["a", "b"]), ("P_2", ["a", "c"])]);
+    assert!(pin.text.contains("between = [\"a.P\", \"b.P\"]"), "{}", pin.text);
+    // In another order, with the ground, or only two of them.
+    let ordered = three_bars(true, &[("NAME", "P"), ("BODIES", "c, ground, a, b")]);
+    let expected = [("P_1", ["c", "ground"]), ("P_2", ["c", "a"]), ("P_3", ["c", "b"])];
+    assert_eq!(pairs(&ordered), expected);
+    assert_eq!(model_of(&ordered).joints.len(), 3);
+    assert_eq!(pairs(&three_bars(true, &[("BODIES", "c, a")])), [("J1", ["c", "a"])]);
+    let two = three_bars(true, &[("NAME", "P"), ("BODY1", "a"), ("BODY2", "c")]);
+    assert_eq!(pairs(&two), [("P", ["a", "c"])]);
+    // What one joint has cannot be that of two.
+    assert_eq!(codes(&three_bars(true, &[("ANGLE", "20 deg")])), ["D038"]);
+    for (bodies, code) in [("a", "D037"), ("a, b, a", "D037"), ("a, b, d", "D036")] {
+        assert_eq!(codes(&three_bars(true, &[("BODIES", bodies)])), [code], "{bodies}");
+    }
+}
+
+#[test]
+fn three_bodies_that_overlap_at_a_point_are_asked_about() {
+    let asked = three_bars(false, &[("NAME", "P")]);
     assert_eq!(codes(&asked), ["D038"]);
     assert_eq!(asked.diagnostics[0].message, "3 bodies meet joint `P` at (0, 0): `a`, `b`, `c`");
-    let answered = three(&[("NAME", "P"), ("BODY1", "a"), ("BODY2", "c")]);
-    assert_eq!(codes(&answered), Vec::<&str>::new());
-    assert_eq!(answered.joints[0].bodies, ["a", "c"]);
-    assert_eq!(codes(&three(&[("BODY1", "a"), ("BODY2", "d")])), ["D036"]);
+    let help = asked.diagnostics[0].help.as_deref().unwrap_or_default();
+    assert!(help.ends_with("or all that one pin joins: `bodies=a, b, c`"), "{help}");
+    let answered = three_bars(false, &[("NAME", "P"), ("BODIES", "a, b, c")]);
+    assert_eq!(pairs(&answered), [("P_1", ["a", "b"]), ("P_2", ["a", "c"])]);
+    assert_eq!(codes(&three_bars(false, &[("BODY1", "a"), ("BODY2", "d")])), ["D036"]);
 }
 
 #[test]

@@ -275,3 +275,28 @@ fn a_drawn_mechanism_is_the_same_as_dwg_and_dxf() {
         assert_eq!(from_dxf, from_dwg, "{example}");
     }
 }
+
+#[test]
+fn a_model_space_of_another_name_is_the_model_space() {
+    let read = |bytes: Vec<u8>| {
+        let unit = bksim_cad::units::by_name("mm");
+        sheet(bytes, unit).expect("the drawing is read").drawing.entities.len()
+    };
+    for name in ["R2000.dxf", "R2010.dxf", "R2018.dxf"] {
+        let renamed = text(name).replace("*Model_Space", "*U3").replace("*MODEL_SPACE", "*U3");
+        assert!(renamed.contains("*U3"));
+        let n_entities = read(drawing(name));
+        assert!(n_entities > 10, "{name}");
+        assert_eq!(read(renamed.into_bytes()), n_entities, "{name}");
+    }
+    let mut document = DxfReader::from_reader(Cursor::new(drawing("R2000.dxf")))
+        .and_then(DxfReader::read)
+        .expect("a drawing");
+    let write = |document: &CadDocument| DwgWriter::write_to_vec(document).expect("a DWG");
+    let n_entities = read(write(&document));
+    let mut block = document.block_records.remove("*Model_Space").expect("the model space");
+    block.name = "*U3".to_owned();
+    document.header.model_space_block_handle = block.handle;
+    document.block_records.add(block).expect("a free name");
+    assert_eq!(read(write(&document)), n_entities);
+}

@@ -55,7 +55,7 @@ impl Pool {
 
     /// Whether `e` is the number 0.
     pub fn is_zero(&self, e: Expr) -> bool {
-        e == ZERO || self.as_number(e).is_some_and(Number::is_zero)
+        e == ZERO || self.as_number(e).is_some_and(|n| n.is_zero())
     }
 
     /// Whether `e` is the number 1.
@@ -94,7 +94,7 @@ impl Pool {
     pub fn sum(&self, terms: impl IntoIterator<Item = Expr>) -> Expr {
         let mut collected = Terms::new();
         for term in terms {
-            self.push_terms(term, Number::ONE, &mut collected);
+            self.push_terms(term, &mut collected);
         }
         self.sum_of(collected)
     }
@@ -154,15 +154,14 @@ impl Pool {
         self.chain_of_terms(&terms)
     }
 
-    /// Appends `factor · e` term by term, looking into sums that are short enough.
-    fn push_terms(&self, e: Expr, factor: Number, terms: &mut Terms) {
-        let (coefficient, monic) = self.split_coefficient(e);
-        let scale = factor.times(coefficient);
+    /// Appends `e` term by term, looking into sums that are short enough.
+    fn push_terms(&self, e: Expr, terms: &mut Terms) {
+        let (scale, monic) = self.split_coefficient(e);
         let node = self.node(monic);
         let is_unit = scale.magnitude().is_one();
         if node.op == Op::Add && node.data <= MERGE_LIMIT && is_unit {
             let inner = self.terms_of(monic);
-            terms.extend(inner.into_iter().map(|(m, c)| (m, c.times(scale))));
+            terms.extend(inner.into_iter().map(|(m, c)| (m, c.times(&scale))));
         } else {
             terms.push((monic, scale));
         }
@@ -210,17 +209,17 @@ impl Pool {
         terms.dedup_by(|next, kept| {
             let is_like = next.0 == kept.0;
             if is_like {
-                kept.1 = kept.1.plus(next.1);
+                kept.1 = kept.1.plus(&next.1);
             }
             is_like
         });
-        terms.retain(|&(monic, c)| !c.is_zero() || self.has_fact(monic, fact::POISONED));
+        terms.retain(|&(monic, ref c)| !c.is_zero() || self.has_fact(monic, fact::POISONED));
         terms
     }
 
     /// Builds the left-leaning chain of terms already in canonical order.
     fn chain_of_terms(&self, terms: &[(Expr, Number)]) -> Expr {
-        let mut terms = terms.iter().map(|&(monic, c)| self.scaled(c, monic));
+        let mut terms = terms.iter().map(|(monic, c)| self.scaled(c.clone(), *monic));
         let Some(first) = terms.next() else { return ZERO };
         let (mut sum, mut count) = (first, 1);
         for term in terms {
@@ -385,7 +384,7 @@ impl Pool {
     /// Splits `base^n` for an integer `n`; anything else is its own first power.
     pub(crate) fn split_power(&self, e: Expr) -> (Expr, i64) {
         let node = self.node(e);
-        let exponent = || self.as_number(node.right).and_then(Number::as_integer);
+        let exponent = || self.as_number(node.right).and_then(|n| n.as_integer());
         match node.op {
             Op::Pow => exponent().map_or((e, 1), |n| (node.left, n)),
             _ => (e, 1),
@@ -403,10 +402,12 @@ impl Pool {
         if exponent == Number::rational(1, 2) {
             return self.sqrt(a);
         }
+        if a == ZERO && !exponent.is_negative() && exponent.is_exact() {
+            return ZERO;
+        }
         if let Some(base) = self.as_number(a) {
             let value = crate::op::power(base.to_f64(), exponent.to_f64());
-            let is_inexact =
-                matches!((base, exponent), (Number::Float(_), _) | (_, Number::Float(_)));
+            let is_inexact = !base.is_exact() || !exponent.is_exact();
             if base.is_one() || (is_inexact && value.is_finite()) {
                 return self.float(value);
             }
@@ -428,12 +429,8 @@ impl Pool {
 
         // Numbers are computed, other powers folded by their base.
         if let Some(number) = self.as_number(a) {
-            let value = number.power(n);
-            return if value.is_finite() && number.is_finite() {
-                self.number(value)
-            } else {
-                plain()
-            };
+            let value = number.power(n).filter(|value| value.is_finite() && number.is_finite());
+            return value.map_or_else(plain, |value| self.number(value));
         }
         let node = self.node(a);
         match node.op {
@@ -473,8 +470,8 @@ impl Pool {
     /// (c a b)^n = c^n a^n b^n for an integer n and a chain that is short enough.
     fn power_of_product(&self, a: Expr, n: i64) -> Option<Expr> {
         let (coefficient, monic) = self.split_coefficient(a);
-        let scale = coefficient.power(n);
-        if !scale.is_finite() || self.node(monic).data > MERGE_LIMIT {
+        let scale = coefficient.power(n).filter(Number::is_finite)?;
+        if self.node(monic).data > MERGE_LIMIT {
             return None;
         }
         let powers = self.chain(monic, Op::Mul).into_iter().map(|f| self.powi(f, n));

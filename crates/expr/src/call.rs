@@ -9,7 +9,7 @@ use crate::pool::{Expr, ONE, PI, Pool, ZERO, fact};
 const ODD: [Function; 5] =
     [Function::Asin, Function::Atan, Function::Sinh, Function::Tanh, Function::Sign];
 /// Exact values f(a) = b at a rational a.
-const EXACT: [(Function, i128, i128); 10] = [
+const EXACT: [(Function, i64, i64); 10] = [
     (Function::Asin, 0, 0),
     (Function::Acos, 1, 0),
     (Function::Atan, 0, 0),
@@ -35,7 +35,7 @@ const SPECIAL_ANGLES: [(Function, i64, (i64, i64), i64); 6] = [
 
 /// f(a + k π/2) = sign · g(a) as (f, k, sign, g); a tangent has half the period.
 #[rustfmt::skip]
-const QUARTER_TURNS: [(Function, i128, i32, Function); 10] = [
+const QUARTER_TURNS: [(Function, i64, i32, Function); 10] = [
     (Function::Sin, 0,  1, Function::Sin),
     (Function::Sin, 1,  1, Function::Cos),
     (Function::Sin, 2, -1, Function::Sin),
@@ -153,27 +153,27 @@ impl Pool {
     /// The value at a number, where it is exact or the number a float.
     fn value_of_number(&self, function: Function, a: Expr) -> Option<Expr> {
         let number = self.as_number(a)?;
-        match (function, number) {
-            (_, Number::Float(f)) => {
-                let value = function.value(f, 0.0);
-                return value.is_finite().then(|| self.float(value));
-            }
-            (Function::Abs, _) => return Some(self.number(number.magnitude())),
-            (Function::Sign, _) => {
+        if let Some(f) = number.as_float() {
+            let value = function.value(f, 0.0);
+            return value.is_finite().then(|| self.float(value));
+        }
+        match function {
+            Function::Abs => return Some(self.number(number.magnitude())),
+            Function::Sign => {
                 let sign = number.order(Number::ZERO) as i64;
                 return Some(self.int(sign));
             }
             _ => (),
         }
         let is_row =
-            |row: &&(Function, i128, i128)| row.0 == function && number == Number::integer(row.1);
+            |row: &&(Function, i64, i64)| row.0 == function && number == Number::integer(row.1);
         EXACT.iter().find(is_row).map(|row| self.number(Number::integer(row.2)))
     }
 
     pub(crate) fn call_two(&self, function: Function, a: Expr, b: Expr) -> Expr {
         if let (Some(x), Some(y)) = (self.as_number(a), self.as_number(b)) {
-            let is_exact = x.as_rational().is_some() && y.as_rational().is_some();
-            let order = x.order(y);
+            let is_exact = x.is_exact() && y.is_exact();
+            let order = x.order(&y);
             match function {
                 Function::Atan2 if is_exact => {
                     if x.is_zero() && y.order(Number::ZERO).is_gt() {
@@ -201,7 +201,7 @@ impl Pool {
 
     /// sqrt(c² a² r) = c |a| sqrt(r), for a positive rational c and an r that is never negative.
     fn root(&self, a: Expr) -> Expr {
-        if let Some(root) = self.as_number(a).and_then(Number::exact_sqrt) {
+        if let Some(root) = self.as_number(a).and_then(|n| n.exact_sqrt()) {
             return self.number(root);
         }
         let (coefficient, monic) = self.split_coefficient(a);
@@ -220,7 +220,7 @@ impl Pool {
             .chain(monic, Op::Mul)
             .into_iter()
             .partition(|&factor| self.split_power(factor).1 % 2 == 0);
-        let radicand = self.product(rest.into_iter().chain([self.number(inside)]));
+        let radicand = self.product(rest.into_iter().chain([self.number(inside.clone())]));
         if even.is_empty() || !self.is_never_negative(radicand) {
             let inner = self.scaled(inside, monic);
             return self.mul(self.number(outside), self.plain_call(Function::Sqrt, inner));
@@ -231,7 +231,7 @@ impl Pool {
             if half % 2 == 0 { self.powi(base, half) } else { self.powi(self.abs(base), half) }
         });
         let outside = self.product(roots.chain([self.number(outside)]));
-        match self.as_number(radicand).and_then(Number::exact_sqrt) {
+        match self.as_number(radicand).and_then(|n| n.exact_sqrt()) {
             Some(root) => self.mul(self.number(root), outside),
             None => self.mul(outside, self.plain_call(Function::Sqrt, radicand)),
         }
@@ -241,9 +241,7 @@ impl Pool {
 // Sine, cosine, tangent: the argument is a linear form, its sign and quarter turns move out.
 impl Pool {
     fn trigonometric(&self, function: Function, a: Expr) -> Expr {
-        let (quarters, angle) = self.reduce_angle(a);
-        let is_negative = self.looks_negative(angle);
-        let angle = if is_negative { self.neg(angle) } else { angle };
+        let (quarters, is_negative, angle) = self.canonical_angle(a);
         let row = QUARTER_TURNS.iter().find(|row| (row.0, row.1) == (function, quarters));
         let Some(&(_, _, mut sign, function)) = row else {
             // tan(a + π/2) = −cos a / sin a
@@ -256,6 +254,24 @@ impl Pool {
         }
         let call = self.angle_call(function, angle);
         if sign < 0 { self.neg(call) } else { call }
+    }
+
+    /// Writes `a` as `±angle + quarters · π/2`; whether the sign is negative. The sign is that of the
+    /// angle without an eighth of a turn, which is added in both cases: −q + ¼π is −(q + ¼π) + ½π.
+    fn canonical_angle(&self, a: Expr) -> (i64, bool, Expr) {
+        let (quarters, angle) = self.reduce_angle(a);
+        let eighth = self.scaled(Number::rational(1, 4), PI);
+        let has_eighth = angle != eighth && self.chain(angle, Op::Add).contains(&eighth);
+        if !has_eighth {
+            let is_negative = self.looks_negative(angle);
+            return (quarters, is_negative, if is_negative { self.neg(angle) } else { angle });
+        }
+        let rest = self.sub(angle, eighth);
+        if self.looks_negative(rest) {
+            ((quarters + 1).rem_euclid(4), true, self.add(self.neg(rest), eighth))
+        } else {
+            (quarters, false, angle)
+        }
     }
 
     /// The call at a reduced angle, exact at 0, π/6 and π/4.
@@ -285,21 +301,24 @@ impl Pool {
 
     /// Writes `a` as `angle + quarters · π/2` with quarters in 0..4 and the multiple of π left in
     /// `angle` within (−π/4, π/4]; scaled sums are multiplied out, so that like terms merge.
-    fn reduce_angle(&self, a: Expr) -> (i128, Expr) {
+    fn reduce_angle(&self, a: Expr) -> (i64, Expr) {
         let mut terms = self.linear_form(a);
-        let turns = |n: &Number| n.as_rational();
-        let pi = terms.iter().position(|&(monic, _)| monic == PI);
-        let Some((index, multiple)) = pi.and_then(|i| Some((i, turns(&terms[i].1)?))) else {
+        let Some(index) = terms.iter().position(|&(monic, _)| monic == PI) else {
             return (0, self.sum_of(terms));
         };
-        let Some(doubled) = num_traits::CheckedMul::checked_mul(&multiple, &2.into()) else {
+        // −floor(1/2 − 2m) leaves 2m − quarters in (−1/2, 1/2].
+        let half = Number::rational(1, 2);
+        let minus_doubled = terms[index].1.times(Number::integer(-2));
+        let Some(below) = minus_doubled.plus(&half).floor() else {
             return (0, self.sum_of(terms));
         };
-        // ceil(2m − 1/2) leaves 2m − quarters in (−1/2, 1/2].
-        let quarters = (doubled - num_rational::Ratio::new(1, 2)).ceil().to_integer();
-        let rest = doubled - num_rational::Ratio::from_integer(quarters);
-        terms[index].1 = Number::Rational(rest / 2);
-        (quarters.rem_euclid(4), self.sum_of(terms))
+        terms[index].1 = minus_doubled.plus(below.negated()).times(half.negated());
+        // A whole turn is four quarters.
+        let quarter = Number::rational(1, 4);
+        let turns = below.times(&quarter).floor().unwrap_or(Number::ZERO);
+        let rest = below.plus(turns.times(Number::integer(-4))).as_integer();
+        let quarters = (-rest.expect("a remainder of four")).rem_euclid(4);
+        (quarters, self.sum_of(terms))
     }
 
     /// The terms of `a`, with sums under a numeric coefficient multiplied out; like terms merged.
@@ -312,7 +331,9 @@ impl Pool {
             let node = self.node(monic);
             if node.op == Op::Add && node.data <= MERGE_LIMIT && terms.len() < MERGE_LIMIT as usize
             {
-                pending.extend(self.chain(monic, Op::Add).into_iter().map(|term| (term, scale)));
+                pending.extend(
+                    self.chain(monic, Op::Add).into_iter().map(|term| (term, scale.clone())),
+                );
             } else {
                 terms.push((monic, scale));
             }
@@ -321,11 +342,11 @@ impl Pool {
         terms.dedup_by(|next, kept| {
             let is_like = next.0 == kept.0;
             if is_like {
-                kept.1 = kept.1.plus(next.1);
+                kept.1 = kept.1.plus(&next.1);
             }
             is_like
         });
-        terms.retain(|&(monic, c)| !c.is_zero() || self.has_fact(monic, fact::POISONED));
+        terms.retain(|&(monic, ref c)| !c.is_zero() || self.has_fact(monic, fact::POISONED));
         terms
     }
 }

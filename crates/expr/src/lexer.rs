@@ -1,11 +1,11 @@
 //! Text to tokens, one at a time, with byte spans.
 
-use crate::number::Number;
+use crate::number::{MAX_DIGITS, Number};
 use crate::syntax::{ParseError, ParseErrorKind, error};
 use std::ops::Range;
 
 /// One token of a text.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub(crate) enum Token {
     Number(Number),
     Name,
@@ -46,8 +46,15 @@ impl<'t> Lexer<'t> {
             '0'..='9' | '.' => {
                 let length = number_length(rest);
                 let span = start..start + length;
-                let bad = || ParseErrorKind::BadNumber { found: rest[..length].to_owned() };
-                let number = Number::parse(&rest[..length]).ok_or_else(|| error(bad(), span))?;
+                let found = &rest[..length];
+                let fault = || {
+                    if Number::is_literal(found) {
+                        ParseErrorKind::NumberTooLong { limit: MAX_DIGITS }
+                    } else {
+                        ParseErrorKind::BadNumber { found: found.to_owned() }
+                    }
+                };
+                let number = Number::parse(found).ok_or_else(|| error(fault(), span))?;
                 (Token::Number(number), length)
             }
             '+' | '-' | '*' | '/' | '^' | '(' | ')' | ',' => (Token::Sign(first), 1),

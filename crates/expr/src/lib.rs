@@ -51,6 +51,7 @@ mod certificate;
 mod codegen;
 mod diff;
 mod eval;
+mod kink;
 mod lexer;
 mod lower;
 mod number;
@@ -79,7 +80,7 @@ pub use op::Function;
 pub use parse::{ParseOptions, parse};
 pub use pool::{Expr, Pool, PoolSnapshot, SymbolId};
 pub use print::{Notation, OperationCount, Operations, Printer, SplitTerm};
-pub use simplify::{Budget, Limit, Report, Simplified};
+pub use simplify::{Budget, Cancelled, Limit, Report, Simplified};
 pub use solve::{LinearSolution, SolveError};
 pub use syntax::{
     BinaryOperator, ParseError, ParseErrorKind, Syntax, SyntaxKind, SyntaxNode, UnitFactor,

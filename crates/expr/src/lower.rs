@@ -3,7 +3,7 @@
 use crate::number::Number;
 use crate::op::Function;
 use crate::parse::{ParseOptions, parse};
-use crate::pool::{Expr, Pool};
+use crate::pool::{Expr, Pool, ZERO};
 use crate::syntax::{
     BinaryOperator, ParseError, ParseErrorKind, Syntax, SyntaxKind, SyntaxNode, UnitFactor, error,
 };
@@ -27,6 +27,29 @@ type ResolveQuantity<'a, E> =
     dyn FnMut(Number, &[UnitFactor], Range<usize>) -> Result<Expr, E> + 'a;
 type LowerQuantity<'a, E> =
     dyn FnMut(&SyntaxNode, Number, &[UnitFactor]) -> Result<Expr, LowerError<E>> + 'a;
+
+/// Whether an operator joins the terms of a sum; the factors of a product otherwise.
+fn is_sum(operator: BinaryOperator) -> bool {
+    matches!(operator, BinaryOperator::Add | BinaryOperator::Subtract)
+}
+
+/// Which nodes are the left part of a longer sum or product, without parentheses around them: these
+/// are read as one sum or product, however long. One built of pieces has parentheses around them.
+fn goes_on(syntax: &Syntax) -> Vec<bool> {
+    let mut goes_on = vec![false; syntax.nodes.len()];
+    for node in &syntax.nodes {
+        let SyntaxKind::Binary { operator, left, .. } = &node.kind else { continue };
+        let inner = &syntax.nodes[*left];
+        if let SyntaxKind::Binary { operator: before, .. } = inner.kind
+            && ![*operator, before].contains(&BinaryOperator::Power)
+            && is_sum(*operator) == is_sum(before)
+            && inner.span.start == node.span.start
+        {
+            goes_on[*left] = true;
+        }
+    }
+    goes_on
+}
 
 impl Pool {
     /// Builds the expression of a syntax tree; `resolve` gives the meaning of names.
@@ -73,16 +96,25 @@ impl Pool {
         quantity: &mut LowerQuantity<'_, E>,
     ) -> Result<Expr, LowerError<E>> {
         let mut values: Vec<Expr> = Vec::with_capacity(syntax.nodes.len());
-        for node in &syntax.nodes {
+        let goes_on = goes_on(syntax);
+        for (index, node) in syntax.nodes.iter().enumerate() {
             let value = match &node.kind {
-                SyntaxKind::Number(number) => self.number(*number),
-                SyntaxKind::Quantity { value, factors, .. } => quantity(node, *value, factors)?,
+                // A part of a chain has no value of its own.
+                _ if goes_on[index] => ZERO,
+                SyntaxKind::Number(number) => self.number(number.clone()),
+                SyntaxKind::Quantity { value, factors, .. } => {
+                    quantity(node, value.clone(), factors)?
+                }
                 SyntaxKind::Name(name) => {
                     resolve(name, node.span.clone()).map_err(LowerError::Resolve)?
                 }
                 SyntaxKind::Negate(operand) => self.neg(values[*operand]),
-                SyntaxKind::Binary { operator, left, right, .. } => {
-                    self.binary(*operator, values[*left], values[*right])
+                SyntaxKind::Binary { operator: BinaryOperator::Power, left, right, .. } => {
+                    self.pow(values[*left], values[*right])
+                }
+                SyntaxKind::Binary { operator, .. } => {
+                    let operands = self.chain_operands(syntax, &goes_on, index, &values);
+                    if is_sum(*operator) { self.sum(operands) } else { self.product(operands) }
                 }
                 SyntaxKind::Call { name, name_span, arguments } => {
                     let arguments: Vec<Expr> = arguments.iter().map(|&a| values[a]).collect();
@@ -95,14 +127,34 @@ impl Pool {
         Ok(*values.last().expect("a parsed expression has at least one node"))
     }
 
-    fn binary(&self, operator: BinaryOperator, left: Expr, right: Expr) -> Expr {
-        match operator {
-            BinaryOperator::Add => self.add(left, right),
-            BinaryOperator::Subtract => self.sub(left, right),
-            BinaryOperator::Multiply => self.mul(left, right),
-            BinaryOperator::Divide => self.div(left, right),
-            BinaryOperator::Power => self.pow(left, right),
+    /// The operands of a chain of sums or products that ends with the node at `index`.
+    fn chain_operands(
+        &self,
+        syntax: &Syntax,
+        goes_on: &[bool],
+        index: usize,
+        values: &[Expr],
+    ) -> Vec<Expr> {
+        let mut operands = Vec::new();
+        let mut next = Some(index);
+        while let Some(index) = next.take() {
+            let SyntaxKind::Binary { operator, left, right, .. } = &syntax.nodes[index].kind else {
+                break;
+            };
+            let operand = values[*right];
+            operands.push(match operator {
+                BinaryOperator::Subtract => self.neg(operand),
+                BinaryOperator::Divide => self.powi(operand, -1),
+                _ => operand,
+            });
+            if goes_on[*left] {
+                next = Some(*left);
+            } else {
+                operands.push(values[*left]);
+            }
         }
+        operands.reverse();
+        operands
     }
 
     fn call_by_name(&self, name: &str, arguments: &[Expr]) -> Result<Expr, ParseErrorKind> {

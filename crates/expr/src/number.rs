@@ -1,29 +1,55 @@
-//! Exact rational numbers, and floats where they would be too long.
+//! Exact rational numbers of any length, and floats where one was given.
 //!
-//! Coefficients stay exact as long as numerator and denominator have at most 19 digits; an
-//! operation that would need more gives the nearest float instead, which a person can still read. A
-//! decimal literal is a rational.
+//! Sums, products and quotients of exact numbers are exact: a decimal literal is a fraction, and no
+//! digit is dropped on the way. Parts within 63 bits are stored in place, longer ones behind a
+//! shared pointer, so that usual numbers stay small and fast. An operation on parts of more than
+//! [`MAX_BITS`] bits gives the nearest float, and a power of that length is not computed at all.
 
-use num_rational::Ratio;
-use num_traits::{CheckedAdd, CheckedMul, Signed, Zero};
+mod nearest;
+mod text;
+
+pub(crate) use text::MAX_DIGITS;
+
+use num_bigint::BigInt;
+use num_rational::{BigRational, Ratio};
+use num_traits::{Signed, ToPrimitive};
+use std::borrow::Borrow;
 use std::cmp::Ordering;
+use std::sync::Arc;
 
 /// A number inside an expression.
-#[derive(Clone, Copy, Debug)]
-pub enum Number {
-    /// An exact fraction in lowest terms.
-    Rational(Ratio<i128>),
-    /// A float: given as one, or the result of an exact operation that overflowed.
+#[derive(Clone, Debug)]
+pub struct Number(Kind);
+
+/// The ways a number is stored; each exact value has one way only.
+#[derive(Clone, Debug)]
+enum Kind {
+    /// A fraction in lowest terms with a positive denominator; no part is `i64::MIN`.
+    Short { numerator: i64, denominator: i64 },
+    /// A fraction in lowest terms with a positive denominator, one part of which is longer.
+    Long(Arc<BigRational>),
+    /// A float: given as one, or the result of an operation with one.
     Float(f64),
 }
+
+use Kind::{Float, Long, Short};
+
+/// Longest part of an exact fraction, in bits: about 20 000 digits.
+pub(crate) const MAX_BITS: u64 = 1 << 16;
+/// Longest part of a power that is computed, in bits: as large as a float can be. Longer powers stay
+/// powers, which are shorter to read: `10^400`.
+const MAX_POWER_BITS: u64 = 1 << 10;
 
 /// Two numbers are the same when they are interchangeable in every expression: floats by their
 /// bits, so that −0 differs from 0 and a NaN equals itself.
 impl PartialEq for Number {
     fn eq(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Self::Rational(a), Self::Rational(b)) => a == b,
-            (Self::Float(a), Self::Float(b)) => a.to_bits() == b.to_bits(),
+        match (&self.0, &other.0) {
+            (Short { numerator: p, denominator: q }, Short { numerator: r, denominator: s }) => {
+                p == r && q == s
+            }
+            (Long(a), Long(b)) => a == b,
+            (Float(a), Float(b)) => a.to_bits() == b.to_bits(),
             _ => false,
         }
     }
@@ -31,9 +57,23 @@ impl PartialEq for Number {
 
 impl Eq for Number {}
 
+impl std::hash::Hash for Number {
+    fn hash<H: std::hash::Hasher>(&self, state: &mut H) {
+        match &self.0 {
+            Short { numerator, denominator } => (numerator, denominator).hash(state),
+            Long(fraction) => fraction.hash(state),
+            Float(value) => value.to_bits().hash(state),
+        }
+    }
+}
+
 impl From<i64> for Number {
     fn from(value: i64) -> Self {
-        Self::integer(i128::from(value))
+        if value == i64::MIN {
+            Self::from_big(BigInt::from(value).into())
+        } else {
+            Self::integer(value)
+        }
     }
 }
 
@@ -45,18 +85,18 @@ impl Number {
     /// The number −1.
     pub const MINUS_ONE: Self = Self::integer(-1);
 
-    /// An integer.
-    pub const fn integer(value: i128) -> Self {
-        Self::Rational(Ratio::new_raw(value, 1))
+    /// An integer above `i64::MIN`.
+    pub(crate) const fn integer(value: i64) -> Self {
+        Self(Short { numerator: value, denominator: 1 })
     }
 
     /// The fraction `numerator / denominator`; a zero denominator gives the float quotient
     /// (an infinity or NaN).
     pub fn rational(numerator: i64, denominator: i64) -> Self {
         if denominator == 0 {
-            return Self::Float(numerator as f64 / 0.0);
+            return Self(Float(numerator as f64 / 0.0));
         }
-        Self::Rational(Ratio::new(i128::from(numerator), i128::from(denominator)))
+        Self::of_wide(i128::from(numerator), i128::from(denominator))
     }
 
     /// A float; integers below 2⁵³ become exact.
@@ -65,125 +105,176 @@ impl Number {
         let is_negative_zero = value == 0.0 && value.is_sign_negative();
         if value.fract() == 0.0 && value.abs() < exact_limit && !is_negative_zero {
             #[expect(clippy::cast_possible_truncation, reason = "an integer below 2^53")]
-            return Self::integer(value as i128);
+            return Self::integer(value as i64);
         }
-        Self::Float(value)
+        Self(Float(value))
     }
 
-    /// Reads an unsigned decimal literal such as `12`, `0.125` or `6.7e-11`, exactly where it
-    /// fits; `None` when the text is no number.
-    pub fn parse(text: &str) -> Option<Self> {
-        let (mantissa, exponent) = match text.split_once(['e', 'E']) {
-            Some((mantissa, exponent)) => (mantissa, exponent.parse::<i32>().ok()?),
-            None => (text, 0),
-        };
-        let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
-        let all_digits = |part: &str| part.bytes().all(|b| b.is_ascii_digit());
-        if whole.len() + fraction.len() == 0 || !all_digits(whole) || !all_digits(fraction) {
-            return None;
+    /// The exact value of a finite float.
+    pub(crate) fn exact_float(value: f64) -> Option<Self> {
+        BigRational::from_float(value).map(Self::from_big)
+    }
+
+    /// A fraction with a denominator that is not zero.
+    fn of_wide(numerator: i128, denominator: i128) -> Self {
+        let fraction = Ratio::new(numerator, denominator);
+        let part = |n: &i128| i64::try_from(*n).ok().filter(|&n| n != i64::MIN);
+        match (part(fraction.numer()), part(fraction.denom())) {
+            (Some(numerator), Some(denominator)) => Self(Short { numerator, denominator }),
+            _ => Self(Long(Arc::new(BigRational::new_raw(
+                BigInt::from(*fraction.numer()),
+                BigInt::from(*fraction.denom()),
+            )))),
         }
-        let fraction = fraction.trim_end_matches('0');
-        let shift = i32::try_from(fraction.len()).ok().and_then(|n| exponent.checked_sub(n));
-        let exact = shift.and_then(|shift| {
-            let digits = format!("{whole}{fraction}").parse::<i128>().ok()?;
-            let scale = 10i128.checked_pow(shift.unsigned_abs())?;
-            if shift < 0 {
-                return Some(Ratio::new(digits, scale));
+    }
+
+    /// A fraction in lowest terms with a positive denominator.
+    fn from_big(fraction: BigRational) -> Self {
+        let part = |n: &BigInt| n.to_i64().filter(|&n| n != i64::MIN);
+        if let (Some(numerator), Some(denominator)) =
+            (part(fraction.numer()), part(fraction.denom()))
+        {
+            return Self(Short { numerator, denominator });
+        }
+        if fraction.numer().bits().max(fraction.denom().bits()) > MAX_BITS {
+            return Self::float(nearest::nearest(fraction.numer(), fraction.denom()));
+        }
+        Self(Long(Arc::new(fraction)))
+    }
+
+    /// The exact value with long parts; `None` for a float.
+    fn to_big(&self) -> Option<BigRational> {
+        match &self.0 {
+            Short { numerator, denominator } => {
+                Some(BigRational::new_raw((*numerator).into(), (*denominator).into()))
             }
-            digits.checked_mul(scale).map(Ratio::from_integer)
-        });
-        match exact {
-            Some(value) => Some(Self::Rational(value)),
-            None => text.parse::<f64>().ok().map(Self::float),
+            Long(fraction) => Some((**fraction).clone()),
+            Float(_) => None,
         }
     }
 
-    /// The nearest float.
-    pub fn to_f64(self) -> f64 {
-        match self {
-            Self::Rational(r) => nearest(*r.numer(), *r.denom()),
-            Self::Float(f) => f,
-        }
+    /// Numerator and positive denominator in lowest terms; `None` for a float.
+    pub(crate) fn parts(&self) -> Option<(BigInt, BigInt)> {
+        self.to_big().map(BigRational::into_raw)
     }
 
-    /// The value as an integer, when it is an exact one.
-    pub fn as_integer(self) -> Option<i64> {
-        match self {
-            Self::Rational(r) if *r.denom() == 1 => i64::try_from(*r.numer()).ok(),
+    /// The fraction of two integers; the denominator is not zero.
+    pub(crate) fn of_parts(numerator: BigInt, denominator: BigInt) -> Self {
+        Self::from_big(BigRational::new(numerator, denominator))
+    }
+
+    /// Numerator and denominator, if both are short.
+    pub(crate) fn short_parts(&self) -> Option<(i64, i64)> {
+        match self.0 {
+            Short { numerator, denominator } => Some((numerator, denominator)),
             _ => None,
         }
     }
 
-    /// The value as an exact fraction.
-    pub fn as_rational(self) -> Option<Ratio<i128>> {
-        match self {
-            Self::Rational(r) => Some(r),
-            Self::Float(_) => None,
+    /// A hash that depends on the value alone, made by mixing two words at a time.
+    pub(crate) fn mixed(&self, mix: &dyn Fn(u64, u64) -> u64) -> u64 {
+        // Sign extended to two words.
+        let short = |n: i64| mix(n.cast_unsigned(), (n >> 63).cast_unsigned());
+        let long = |n: &BigInt| {
+            let sign = u64::from(n.is_negative());
+            n.iter_u64_digits().fold(sign, mix)
+        };
+        match &self.0 {
+            Short { numerator, denominator } => mix(short(*numerator), short(*denominator)),
+            Long(fraction) => mix(long(fraction.numer()), long(fraction.denom())),
+            Float(value) => mix(mix(value.to_bits(), 0), mix(0, 0)),
+        }
+    }
+
+    /// The nearest float.
+    pub fn to_f64(&self) -> f64 {
+        match &self.0 {
+            Short { numerator, denominator } => nearest::nearest_short(*numerator, *denominator),
+            Long(fraction) => nearest::nearest(fraction.numer(), fraction.denom()),
+            Float(value) => *value,
+        }
+    }
+
+    /// The value, if it is a float.
+    pub fn as_float(&self) -> Option<f64> {
+        match self.0 {
+            Float(value) => Some(value),
+            _ => None,
+        }
+    }
+
+    /// Whether this is an exact fraction.
+    pub fn is_exact(&self) -> bool {
+        !matches!(self.0, Float(_))
+    }
+
+    /// The value as an integer, when it is an exact one of at most 63 bits.
+    pub fn as_integer(&self) -> Option<i64> {
+        match self.0 {
+            Short { numerator, denominator: 1 } => Some(numerator),
+            _ => None,
         }
     }
 
     /// Whether this is exactly 0 (a float zero too).
-    pub fn is_zero(self) -> bool {
-        match self {
-            Self::Rational(r) => r.is_zero(),
-            Self::Float(f) => f == 0.0,
+    pub fn is_zero(&self) -> bool {
+        match self.0 {
+            Short { numerator, .. } => numerator == 0,
+            Long(_) => false,
+            Float(value) => value == 0.0,
         }
     }
 
     /// Whether this is the exact 1.
-    pub fn is_one(self) -> bool {
-        self == Self::ONE
+    pub fn is_one(&self) -> bool {
+        matches!(self.0, Short { numerator: 1, denominator: 1 })
     }
 
     /// Whether this is below zero.
-    pub fn is_negative(self) -> bool {
-        match self {
-            Self::Rational(r) => r.is_negative(),
-            Self::Float(f) => f < 0.0,
+    pub fn is_negative(&self) -> bool {
+        match &self.0 {
+            Short { numerator, .. } => *numerator < 0,
+            Long(fraction) => fraction.is_negative(),
+            Float(value) => *value < 0.0,
         }
     }
 
     /// Whether this is neither infinite nor NaN.
-    pub fn is_finite(self) -> bool {
-        !matches!(self, Self::Float(f) if !f.is_finite())
+    pub fn is_finite(&self) -> bool {
+        self.as_float().is_none_or(f64::is_finite)
     }
 
     /// Sum.
     #[must_use]
-    pub fn plus(self, other: Self) -> Self {
-        if let (Self::Rational(a), Self::Rational(b)) = (self, other) {
-            if let Some([p, q, r, s]) = small_parts(a, b) {
+    pub fn plus(&self, other: impl Borrow<Self>) -> Self {
+        let other = other.borrow();
+        if let (Some((p, q)), Some((r, s))) = (self.short_parts(), other.short_parts()) {
+            if are_tiny([p, q, r, s]) {
                 return Self::reduced(p * s + r * q, q * s);
             }
-            if let Some(sum) = a.checked_add(&b) {
-                return Self::readable(sum);
-            }
+            let [p, q, r, s] = [p, q, r, s].map(i128::from);
+            return Self::of_wide(p * s + r * q, q * s);
         }
-        Self::float(self.to_f64() + other.to_f64())
+        match (self.to_big(), other.to_big()) {
+            (Some(a), Some(b)) => Self::from_big(a + b),
+            _ => Self::float(self.to_f64() + other.to_f64()),
+        }
     }
 
     /// Product.
     #[must_use]
-    pub fn times(self, other: Self) -> Self {
-        if let (Self::Rational(a), Self::Rational(b)) = (self, other) {
-            if let Some([p, q, r, s]) = small_parts(a, b) {
+    pub fn times(&self, other: impl Borrow<Self>) -> Self {
+        let other = other.borrow();
+        if let (Some((p, q)), Some((r, s))) = (self.short_parts(), other.short_parts()) {
+            if are_tiny([p, q, r, s]) {
                 return Self::reduced(p * r, q * s);
             }
-            if let Some(product) = a.checked_mul(&b) {
-                return Self::readable(product);
-            }
+            let [p, q, r, s] = [p, q, r, s].map(i128::from);
+            return Self::of_wide(p * r, q * s);
         }
-        Self::float(self.to_f64() * other.to_f64())
-    }
-
-    /// The fraction, or the nearest float where it has more digits than anybody reads.
-    fn readable(fraction: Ratio<i128>) -> Self {
-        let is_short = |part: &i128| part.unsigned_abs() < LONGEST;
-        let exact = Self::Rational(fraction);
-        if is_short(fraction.numer()) && is_short(fraction.denom()) {
-            exact
-        } else {
-            Self::float(exact.to_f64())
+        match (self.to_big(), other.to_big()) {
+            (Some(a), Some(b)) => Self::from_big(a * b),
+            _ => Self::float(self.to_f64() * other.to_f64()),
         }
     }
 
@@ -197,137 +288,128 @@ impl Number {
         }
         #[expect(clippy::cast_possible_wrap, reason = "a divisor of a positive i64")]
         let gcd = b as i64;
-        Self::Rational(Ratio::new_raw((numerator / gcd).into(), (denominator / gcd).into()))
+        Self(Short { numerator: numerator / gcd, denominator: denominator / gcd })
     }
 
     /// Negation.
     #[must_use]
-    pub fn negated(self) -> Self {
-        match self {
-            Self::Rational(r) if *r.numer() != i128::MIN => Self::Rational(-r),
-            _ => Self::Float(-self.to_f64()),
+    pub fn negated(&self) -> Self {
+        match &self.0 {
+            Short { numerator, denominator } => {
+                Self(Short { numerator: -numerator, denominator: *denominator })
+            }
+            Long(fraction) => Self(Long(Arc::new(-(**fraction).clone()))),
+            Float(value) => Self(Float(-value)),
         }
     }
 
     /// Absolute value.
     #[must_use]
-    pub fn magnitude(self) -> Self {
-        if self.is_negative() { self.negated() } else { self }
+    pub fn magnitude(&self) -> Self {
+        if self.is_negative() { self.negated() } else { self.clone() }
     }
 
     /// Quotient; division by zero follows floats.
     #[must_use]
-    pub fn over(self, other: Self) -> Self {
-        match other {
-            Self::Rational(r) if !r.is_zero() => self.times(Self::Rational(r.recip())),
-            _ => Self::float(self.to_f64() / other.to_f64()),
+    pub fn over(&self, other: impl Borrow<Self>) -> Self {
+        let other = other.borrow();
+        match &other.0 {
+            Short { numerator: 0, .. } | Float(_) => Self::float(self.to_f64() / other.to_f64()),
+            Short { numerator, denominator } => {
+                let sign = numerator.signum();
+                let inverse = Short { numerator: sign * denominator, denominator: numerator.abs() };
+                self.times(Self(inverse))
+            }
+            Long(fraction) => self.times(Self::from_big(fraction.recip())),
         }
     }
 
-    /// Integer power by repeated squaring; 0 to a negative power follows floats.
+    /// Integer power by repeated squaring; 0 to a negative power follows floats. `None` for an
+    /// exact power with a part of more than 1024 bits that is neither the number nor its inverse.
     #[must_use]
-    pub fn power(self, exponent: i64) -> Self {
-        let mut square = if exponent < 0 { Self::ONE.over(self) } else { self };
+    pub fn power(&self, exponent: i64) -> Option<Self> {
+        // Plus and minus one have powers of one digit.
+        let n_bits = match &self.0 {
+            Short { numerator, denominator } => {
+                let longest = numerator.unsigned_abs().max(denominator.unsigned_abs());
+                u64::from(longest.checked_ilog2().unwrap_or(0))
+            }
+            Long(fraction) => fraction.numer().bits().max(fraction.denom().bits()) - 1,
+            Float(_) => 0,
+        };
+        let n_factors = exponent.unsigned_abs();
+        if n_factors > 1 && n_bits.saturating_mul(n_factors) > MAX_POWER_BITS {
+            return None;
+        }
+        let mut square = if exponent < 0 { Self::ONE.over(self) } else { self.clone() };
         let mut left = exponent.unsigned_abs();
         let mut result = Self::ONE;
         while left > 0 {
             if left & 1 == 1 {
-                result = result.times(square);
+                result = result.times(&square);
             }
             left >>= 1;
             if left > 0 {
-                square = square.times(square);
+                square = square.times(&square);
             }
         }
-        result
+        Some(result)
     }
 
     /// The exact square root of a non-negative rational whose parts are perfect squares.
-    pub fn exact_sqrt(self) -> Option<Self> {
-        let r = self.as_rational().filter(|r| !r.is_negative())?;
-        let root = |n: i128| {
-            let root = n.isqrt();
-            (root * root == n).then_some(root)
+    pub fn exact_sqrt(&self) -> Option<Self> {
+        if let Some((numerator, denominator)) = self.short_parts() {
+            let root = |n: i64| n.checked_isqrt().filter(|root| root * root == n);
+            let (numerator, denominator) = (root(numerator)?, root(denominator)?);
+            return Some(Self(Short { numerator, denominator }));
+        }
+        let (numerator, denominator) = self.parts().filter(|parts| !parts.0.is_negative())?;
+        let root = |n: BigInt| {
+            let root = n.sqrt();
+            (&root * &root == n).then_some(root)
         };
-        Some(Self::Rational(Ratio::new(root(*r.numer())?, root(*r.denom())?)))
+        Some(Self::of_parts(root(numerator)?, root(denominator)?))
     }
 
     /// Order by value; NaN compares equal to everything.
-    pub fn order(self, other: Self) -> Ordering {
-        match (self, other) {
-            (Self::Rational(a), Self::Rational(b)) => a.cmp(&b),
+    pub fn order(&self, other: impl Borrow<Self>) -> Ordering {
+        let other = other.borrow();
+        if let (Some((p, q)), Some((r, s))) = (self.short_parts(), other.short_parts()) {
+            return (i128::from(p) * i128::from(s)).cmp(&(i128::from(r) * i128::from(q)));
+        }
+        match (self.to_big(), other.to_big()) {
+            (Some(a), Some(b)) => a.cmp(&b),
             _ => self.to_f64().partial_cmp(&other.to_f64()).unwrap_or(Ordering::Equal),
         }
     }
 
-    /// Digits of a terminating decimal of at most [`DECIMALS`] decimals, or of more where the
-    /// fraction would be no shorter; otherwise `None`.
-    fn decimal(self) -> Option<String> {
-        let r = self.as_rational()?;
-        let is_long = r.numer().unsigned_abs() >= 10u128.pow(DECIMALS);
-        let most = if is_long { 2 * DECIMALS } else { DECIMALS };
-        let n_decimals = (0..=most).find(|&n| 10i128.pow(n) % *r.denom() == 0)?;
-        let scaled = r.numer().checked_mul(&(10i128.pow(n_decimals) / *r.denom()))?;
-        if n_decimals == 0 {
-            return Some(scaled.to_string());
-        }
-        let width = n_decimals as usize + 1;
-        let digits = format!("{:0>width$}", scaled.unsigned_abs());
-        let (whole, fraction) = digits.split_at(digits.len() - n_decimals as usize);
-        Some(format!("{}{whole}.{fraction}", if scaled < 0 { "-" } else { "" }))
-    }
-}
-
-/// Numerators and denominators of two fractions if products of any two of them, and the sum of two
-/// such products, fit 64 bits: most do, and 64-bit division is much faster.
-fn small_parts(a: Ratio<i128>, b: Ratio<i128>) -> Option<[i64; 4]> {
-    let parts = [*a.numer(), *a.denom(), *b.numer(), *b.denom()];
-    let are_small = parts.iter().all(|part| part.unsigned_abs() < 1 << 31);
-    #[expect(clippy::cast_possible_truncation, reason = "below 2^31")]
-    are_small.then(|| parts.map(|part| part as i64))
-}
-
-/// Numerators and denominators of exact fractions are below this.
-const LONGEST: u128 = 10_000_000_000_000_000_000;
-
-/// Decimals printed before a fraction is preferred.
-const DECIMALS: u32 = 12;
-
-/// Integers and short decimals as decimals, other rationals as `p/q`, floats in shortest form.
-impl std::fmt::Display for Number {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match (self, self.decimal()) {
-            (_, Some(decimal)) => f.write_str(&decimal),
-            (Self::Rational(r), None) => write!(f, "{}/{}", r.numer(), r.denom()),
-            (Self::Float(value), None) if value.is_finite() => write!(f, "{value:?}"),
-            // The text form has no literal for these; the quotients read back as the same value.
-            (Self::Float(value), None) if value.is_nan() => f.write_str("0/0"),
-            (Self::Float(value), None) => f.write_str(if *value > 0.0 { "1/0" } else { "-1/0" }),
+    /// Largest integer that is not above the value; `None` for a float.
+    pub(crate) fn floor(&self) -> Option<Self> {
+        match &self.0 {
+            Short { numerator, denominator } => {
+                Some(Self::integer(numerator.div_euclid(*denominator)))
+            }
+            Long(fraction) => Some(Self::from_big(fraction.floor())),
+            Float(_) => None,
         }
     }
+
+    /// The greatest number of which both are integer multiples; `None` where one is a float.
+    pub(crate) fn gcd(&self, other: &Self) -> Option<Self> {
+        let (mut a, mut b) = (self.magnitude(), other.magnitude());
+        while !b.is_zero() {
+            let quotient = a.over(&b).floor()?;
+            let rest = a.plus(b.times(quotient).negated());
+            (a, b) = (b, rest);
+        }
+        Some(a)
+    }
 }
 
-/// The float nearest to a fraction with a positive denominator.
-fn nearest(numer: i128, denom: i128) -> f64 {
-    /// Bits of a float, and two more to round by.
-    const ENOUGH: u128 = 1 << 54;
-    const EXACT: u128 = 1 << 53;
-    let (n, d) = (numer.unsigned_abs(), denom.unsigned_abs());
-    // One rounding, where both parts are exact.
-    if n <= EXACT && d <= EXACT {
-        return numer as f64 / denom as f64;
-    }
-    // Long division, bit by bit, until there are enough; a remainder makes the last bit odd, so
-    // that a tie is one only if it is.
-    let (mut quotient, mut rest, mut shift) = (n / d, n % d, 0);
-    while quotient < ENOUGH && n != 0 {
-        rest <<= 1;
-        quotient = (quotient << 1) | u128::from(rest >= d);
-        rest -= if rest >= d { d } else { 0 };
-        shift -= 1;
-    }
-    let magnitude = (quotient | u128::from(rest != 0)) as f64 * 2f64.powi(shift);
-    if numer < 0 { -magnitude } else { magnitude }
+/// Whether products of any two of these, and the sum of two such products, fit 64 bits: most do,
+/// and 64-bit division is much faster.
+fn are_tiny(parts: [i64; 4]) -> bool {
+    parts.iter().all(|part| part.unsigned_abs() < 1 << 31)
 }
 
 #[cfg(test)]
@@ -335,70 +417,63 @@ mod tests {
     use super::*;
 
     #[test]
-    fn decimal_literals_are_exact() {
-        assert_eq!(Number::parse("0.125"), Some(Number::rational(1, 8)));
-        assert_eq!(Number::parse("9.81"), Some(Number::rational(981, 100)));
-        assert_eq!(Number::parse("2.5e-3"), Some(Number::rational(1, 400)));
-        assert_eq!(Number::parse("1e400"), Some(Number::Float(f64::INFINITY)));
-        assert_eq!(Number::parse("1.2.3"), None);
-        assert_eq!(Number::parse("."), None);
+    fn no_digit_is_dropped() {
+        let ten = Number::integer(10);
+        for n in [18, 19, 20, 60, 300] {
+            let large = ten.power(n).expect("short enough");
+            let next = large.plus(Number::ONE);
+            assert_eq!(next.plus(large.negated()), Number::ONE, "10^{n}");
+            assert!(next.order(&large).is_gt(), "10^{n}");
+            let small = Number::ONE.over(&large);
+            assert_eq!(small.plus(Number::ONE).plus(Number::MINUS_ONE), small, "10^-{n}");
+            assert_eq!(next.times(&next).exact_sqrt(), Some(next), "10^{n}");
+        }
     }
 
     #[test]
-    fn fractions_too_long_to_read_become_floats() {
-        let long = Number::parse("38.302222155949").expect("a decimal");
-        assert_eq!(long.to_string(), "38.302222155949");
-        let product = long.times(long);
-        assert!(matches!(product, Number::Float(_)), "{product}");
-        assert_eq!(long.times(Number::rational(1, 500)).to_string(), "0.076604444311898");
+    fn the_smallest_integer_has_a_negative() {
+        let smallest = Number::from(i64::MIN);
+        assert_eq!(smallest.negated().negated(), smallest);
+        assert_eq!(smallest.negated().to_f64(), 2f64.powi(63));
+        assert_eq!(smallest.plus(Number::ONE), Number::from(i64::MIN + 1));
+        assert_eq!(smallest.as_integer(), None);
     }
 
     #[test]
-    fn overflow_falls_to_floats() {
-        let big = Number::integer(i128::MAX);
-        assert!(matches!(big.plus(big), Number::Float(_)));
-        assert!(matches!(big.times(big), Number::Float(_)));
-        assert_eq!(Number::integer(i128::MIN).negated().to_f64(), 2f64.powi(127));
+    fn lengths_are_bounded() {
+        let ten = Number::integer(10);
+        assert_eq!(ten.power(1_000_000_000), None);
+        assert_eq!(ten.power(i64::MIN), None);
+        assert_eq!(Number::MINUS_ONE.power(i64::MAX), Some(Number::MINUS_ONE));
+        // A product beyond the bound is a float: here it has no finite value.
+        let mut large = ten.power(300).expect("short enough");
+        while large.is_exact() {
+            large = large.times(&large);
+        }
+        assert!(!large.is_finite());
     }
 
     #[test]
-    fn small_and_large_fractions_follow_the_same_rules() {
-        let parts = [0i128, 1, -1, 2, -6, 35, (1 << 31) - 1, 1 << 31, -(1 << 33), 1 << 40];
+    fn short_and_long_fractions_follow_the_same_rules() {
+        let parts = [0i64, 1, -1, 2, -6, 35, (1 << 31) - 1, 1 << 31, -(1 << 33), i64::MAX];
         for (a, b) in parts.iter().flat_map(|a| parts.iter().map(move |b| (*a, *b))) {
             for (c, d) in parts.iter().flat_map(|c| parts.iter().map(move |d| (*c, *d))) {
                 if b == 0 || d == 0 {
                     continue;
                 }
-                let (x, y) = (Ratio::new(a, b), Ratio::new(c, d));
-                let (sum, product) = (Number::readable(x + y), Number::readable(x * y));
-                assert_eq!(Number::Rational(x).plus(Number::Rational(y)), sum, "{x} + {y}");
-                assert_eq!(Number::Rational(x).times(Number::Rational(y)), product, "{x} * {y}");
+                let (x, y) = (Number::rational(a, b), Number::rational(c, d));
+                let [u, v] = [(a, b), (c, d)].map(|(n, d)| BigRational::new(n.into(), d.into()));
+                assert_eq!(x.plus(&y), Number::from_big(&u + &v), "{x} + {y}");
+                assert_eq!(x.times(&y), Number::from_big(&u * &v), "{x} * {y}");
+                assert_eq!(x.order(&y), u.cmp(&v), "{x} and {y}");
             }
         }
     }
 
     #[test]
-    fn numbers_print_as_decimals_when_they_terminate() {
-        let text = |n, d| Number::rational(n, d).to_string();
-        assert_eq!(text(1, 4), "0.25");
-        assert_eq!(text(-1, 400), "-0.0025");
-        assert_eq!(text(1, 3), "1/3");
-        assert_eq!(text(-7, 1), "-7");
-    }
-
-    #[test]
-    fn a_float_written_with_all_digits_reads_back_as_itself() {
-        let mut bits = 1u64;
-        for _ in 0..20_000 {
-            // Xorshift: G. Marsaglia, J. Stat. Softw. 8 (2003).
-            bits ^= bits << 13;
-            bits ^= bits >> 7;
-            bits ^= bits << 17;
-            let exponent = 1023 - 40 + bits % 80;
-            let value = f64::from_bits((exponent << 52) | (bits >> 12));
-            let text = format!("{value:?}");
-            let number = Number::parse(&text).map(Number::to_f64);
-            assert_eq!(number.map(f64::to_bits), Some(value.to_bits()), "{text}");
-        }
+    fn greatest_common_divisors_leave_integers() {
+        let gcd = Number::rational(5, 6).gcd(&Number::rational(10, 9));
+        assert_eq!(gcd, Some(Number::rational(5, 18)));
+        assert_eq!(Number::ONE.gcd(&Number::float(0.3)), None);
     }
 }

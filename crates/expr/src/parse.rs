@@ -116,7 +116,7 @@ impl Parser<'_, '_> {
                     let span = self.lexer.advance()?;
                     self.open(span, None)?;
                 }
-                Token::Number(value) => return self.number(value),
+                Token::Number(ref value) => return self.number(value.clone()),
                 Token::Name => {
                     let name = self.lexer.slice().to_owned();
                     let name_span = self.lexer.advance()?;
@@ -305,7 +305,7 @@ impl Parser<'_, '_> {
                 self.lexer.advance()?;
             }
             let expected = "an integer exponent of the unit";
-            let Token::Number(power) = self.lexer.token else {
+            let Token::Number(power) = &self.lexer.token else {
                 return Err(self.lexer.unexpected(expected));
             };
             let power = power.as_integer().and_then(|n| i32::try_from(n).ok());

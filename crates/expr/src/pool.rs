@@ -44,6 +44,8 @@ pub(crate) mod fact {
     pub(crate) const TRIGONOMETRIC: u8 = 8;
     /// A tangent of something that is no constant occurs.
     pub(crate) const TANGENT: u8 = 16;
+    /// An exponential or hyperbolic function of something that is no constant occurs.
+    pub(crate) const EXPONENTIAL: u8 = 32;
 }
 
 /// A map by handles.
@@ -130,7 +132,7 @@ struct Arena {
     hashes: Vec<u64>,
     facts: Vec<u8>,
     numbers: Vec<Number>,
-    number_index: HashMap<(i128, i128), u32>,
+    number_index: HashMap<Number, u32>,
     /// Values of the constants that are no numbers, such as √2.
     constants: ExprMap<f64>,
     symbols: Vec<(String, Expr)>,
@@ -187,14 +189,6 @@ fn op_code(op: Op) -> u64 {
     }
 }
 
-/// Key that distinguishes numbers: numerator and denominator, or the bits of a float over 0.
-fn number_key(number: Number) -> (i128, i128) {
-    match number {
-        Number::Rational(r) => (*r.numer(), *r.denom()),
-        Number::Float(f) => (i128::from(f.to_bits()), 0),
-    }
-}
-
 impl Arena {
     fn intern(&mut self, node: Node, hash: u64) -> Expr {
         if (self.nodes.len() + 1) * 2 > self.slots.len() {
@@ -245,16 +239,7 @@ impl Arena {
     fn hash_of(&self, node: Node) -> u64 {
         let code = op_code(node.op);
         match node.op {
-            Op::Number => {
-                let (a, b) = number_key(self.numbers[node.data as usize]);
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    clippy::cast_sign_loss,
-                    reason = "a hash takes all bits in two halves"
-                )]
-                let halves = |n: i128| mix(n as u64, (n >> 64) as u64);
-                mix(code, mix(halves(a), halves(b)))
-            }
+            Op::Number => mix(code, self.numbers[node.data as usize].mixed(&mix)),
             Op::Symbol => {
                 let name = &self.symbols[node.data as usize].0;
                 name.bytes().fold(mix(code, 0), |hash, byte| mix(hash, u64::from(byte)))
@@ -294,9 +279,9 @@ impl Arena {
 
     /// The facts of a node, from those of its operands.
     fn facts_of(&mut self, node: Node, index: u32) -> u8 {
-        use fact::{CONSTANT, NOT_NEGATIVE, POISONED, TANGENT, TRIGONOMETRIC};
+        use fact::{CONSTANT, EXPONENTIAL, NOT_NEGATIVE, POISONED, TANGENT, TRIGONOMETRIC};
         if node.op == Op::Number {
-            let number = self.numbers[node.data as usize];
+            let number = &self.numbers[node.data as usize];
             let sign = if number.is_negative() { 0 } else { NOT_NEGATIVE };
             let poison = if number.is_finite() { 0 } else { POISONED };
             return CONSTANT | sign | poison;
@@ -329,13 +314,18 @@ impl Arena {
             !value.is_finite()
         };
         let has_angle = matches!(node.op, Op::Call(Function::Sin | Function::Cos));
-        let mut facts = (left | right) & (POISONED | TRIGONOMETRIC | TANGENT);
+        let is_exponential = matches!(
+            node.op,
+            Op::Call(Function::Exp | Function::Sinh | Function::Cosh | Function::Tanh)
+        );
+        let mut facts = (left | right) & (POISONED | TRIGONOMETRIC | TANGENT | EXPONENTIAL);
         for (holds, fact) in [
             (is_never_negative, NOT_NEGATIVE),
             (is_constant, CONSTANT),
             (is_poisoned, POISONED),
             (has_angle && !is_constant, TRIGONOMETRIC),
             (node.op == Op::Call(Function::Tan) && !is_constant, TANGENT),
+            (is_exponential && !is_constant, EXPONENTIAL),
         ] {
             facts |= if holds { fact } else { 0 };
         }
@@ -459,11 +449,13 @@ impl Pool {
         let data = {
             let arena = &mut *self.arena.borrow_mut();
             let next = u32::try_from(arena.numbers.len()).expect("fewer than 2^32 numbers");
-            let data = *arena.number_index.entry(number_key(n)).or_insert(next);
-            if data == next {
+            if let Some(&known) = arena.number_index.get(&n) {
+                known
+            } else {
+                arena.number_index.insert(n.clone(), next);
                 arena.numbers.push(n);
+                next
             }
-            data
         };
         self.intern(Op::Number, ZERO, ZERO, data)
     }
@@ -472,7 +464,7 @@ impl Pool {
     pub fn as_number(&self, e: Expr) -> Option<Number> {
         let arena = self.arena.borrow();
         let node = arena.nodes[e.0 as usize];
-        (node.op == Op::Number).then(|| arena.numbers[node.data as usize])
+        (node.op == Op::Number).then(|| arena.numbers[node.data as usize].clone())
     }
 
     /// The number of a node that is one.

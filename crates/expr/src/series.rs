@@ -1,5 +1,6 @@
 //! Taylor polynomials about a point.
 
+use crate::kink::Side;
 use crate::pool::{Expr, ONE, Pool, SymbolId, ZERO, fact};
 
 impl Pool {
@@ -10,8 +11,9 @@ impl Pool {
     /// ```
     ///
     /// The point may be any expression, and other symbols stay. Coefficients are derivatives at
-    /// the point: where `e` has none there, as `sqrt(x)` at 0, they are infinite or NaN; see
-    /// [`Pool::is_singular`].
+    /// the point: where `e` has none there, as `sqrt(x)` or `abs(x)` at 0, they are infinite or NaN;
+    /// see [`Pool::is_singular`]. At a kink or jump the derivatives of both sides are compared, so
+    /// that `x*abs(x)` has a series of order 1 about 0, and none of order 2.
     ///
     /// ```
     /// let pool = bksim_expr::Pool::new();
@@ -26,7 +28,18 @@ impl Pool {
     /// ```
     pub fn series(&self, e: Expr, x: SymbolId, about: Expr, order: u32) -> Expr {
         let offset = self.sub(self.symbol_expr(x), about);
-        let mut terms = Vec::new();
+        let coefficients = if self.has_kink(e, x, about) {
+            self.common_coefficients(e, x, about, order)
+        } else {
+            self.coefficients(e, x, about, order)
+        };
+        let terms = coefficients.into_iter().zip(0i64..);
+        self.sum(terms.map(|(coefficient, k)| self.mul(coefficient, self.powi(offset, k))))
+    }
+
+    /// The coefficients of a series, up to the last one that is not identically zero.
+    fn coefficients(&self, e: Expr, x: SymbolId, about: Expr, order: u32) -> Vec<Expr> {
+        let mut coefficients = Vec::new();
         let (mut derivative, mut weight) = (e, ONE);
         for k in 0..=i64::from(order) {
             if k > 0 {
@@ -36,10 +49,28 @@ impl Pool {
             if derivative == ZERO {
                 break;
             }
-            let coefficient = self.substitute(derivative, &[(x, about)]);
-            terms.push(self.product([weight, coefficient, self.powi(offset, k)]));
+            coefficients.push(self.mul(weight, self.substitute(derivative, &[(x, about)])));
         }
-        self.sum(terms)
+        coefficients
+    }
+
+    /// The coefficients at a kink or jump: those that both sides share, and NaN for all others.
+    fn common_coefficients(&self, e: Expr, x: SymbolId, about: Expr, order: u32) -> Vec<Expr> {
+        let none = self.rational(0, 0);
+        let side =
+            |side| Some(self.coefficients(self.on_side(e, x, about, side)?, x, about, order));
+        let (Some(left), Some(right)) = (side(Side::Left), side(Side::Right)) else {
+            return vec![none];
+        };
+        let at = |side: &[Expr], k: usize| side.get(k).copied().unwrap_or(ZERO);
+        let is_same = |a: Expr, b: Expr| a == b || self.is_zero(self.simplify(self.sub(a, b)));
+        let value = self.substitute(e, &[(x, about)]);
+        let common = (0..left.len().max(right.len())).map(|k| {
+            let (a, b) = (at(&left, k), at(&right, k));
+            // The value itself may be another one than those beside it.
+            if is_same(a, b) && (k > 0 || is_same(a, value)) { a } else { none }
+        });
+        common.collect()
     }
 
     /// Whether a part of `e` without symbols has no finite value, such as `1/0` or `ln(0)`.
@@ -50,6 +81,8 @@ impl Pool {
     /// let x = pool.find_symbol("x").expect("was parsed");
     /// assert!(pool.is_singular(pool.series(e, x, pool.zero(), 1)));
     /// assert!(!pool.is_singular(pool.series(e, x, pool.one(), 1)));
+    /// let kink = pool.parse("abs(x)").expect("valid");
+    /// assert!(pool.is_singular(pool.series(kink, x, pool.zero(), 1)));
     /// ```
     pub fn is_singular(&self, e: Expr) -> bool {
         self.has_fact(e, fact::POISONED)
@@ -68,16 +101,30 @@ impl Pool {
     /// let linear = pool.linearise(e, &[(a, pool.int(3)), (b, pool.zero())]);
     /// assert_eq!(pool.to_text(linear), "10*b");
     /// ```
+    ///
+    /// At a kink, as that of `abs(x)` at 0, the slope is NaN; see [`Pool::is_singular`].
     pub fn linearise(&self, e: Expr, point: &[(SymbolId, Expr)]) -> Expr {
         let symbols: Vec<SymbolId> = point.iter().map(|&(x, _)| x).collect();
         let mut parts = self.gradient(e, &symbols);
         parts.push(e);
-        let at_point = self.substitute_all(&parts, point);
-        let (slopes, value) = (&at_point[..point.len()], at_point[point.len()]);
+        let mut at_point = self.substitute_all(&parts, point);
+        let value = at_point[point.len()];
+        let slopes = &mut at_point[..point.len()];
+        // Along each axis through the point by itself.
+        for (slope, &(x, at)) in slopes.iter_mut().zip(point) {
+            let others: Vec<_> = point.iter().copied().filter(|other| other.0 != x).collect();
+            let along = self.substitute(e, &others);
+            if self.has_kink(along, x, at) {
+                let coefficients = self.common_coefficients(along, x, at, 1);
+                let is_known = coefficients.first().is_none_or(|&c| !self.is_singular(c));
+                let rise = coefficients.get(1).copied().unwrap_or(ZERO);
+                *slope = if is_known { rise } else { self.rational(0, 0) };
+            }
+        }
         let rises = point
             .iter()
             .zip(slopes)
-            .map(|(&(x, at), &slope)| self.mul(slope, self.sub(self.symbol_expr(x), at)));
+            .map(|(&(x, at), slope)| self.mul(*slope, self.sub(self.symbol_expr(x), at)));
         self.sum(rises.chain([value]))
     }
 }

@@ -151,6 +151,12 @@ pub enum ParseErrorKind {
         /// The text of the number.
         found: String,
     },
+    /// A number with more digits than are written out.
+    #[error("the number has more than {limit} digits when it is written out")]
+    NumberTooLong {
+        /// The limit.
+        limit: u64,
+    },
     /// The identifier after a number is no unit.
     #[error("unknown unit `{name}`")]
     UnknownUnit {

@@ -63,3 +63,19 @@ fn the_points_depend_on_names_alone() {
     };
     assert_eq!(compare(&pool), compare(&other));
 }
+
+#[test]
+fn points_are_searched_inside_of_a_domain() {
+    for (a, b) in [
+        ("ln(y - 10) + ln(2)", "ln(2*y - 20)"),
+        ("sqrt(x - 1000)*sqrt(1001 - x)", "sqrt((x - 1000)*(1001 - x))"),
+        ("asin(x/500 - 3) + acos(x/500 - 3)", "pi/2"),
+        ("ln(x - 20)*sqrt(-30 - y)", "sqrt(-30 - y)*ln(x - 20)"),
+        ("(x + 5)*ln(ln(ln(x)))", "x*ln(ln(ln(x))) + 5*ln(ln(ln(x)))"),
+    ] {
+        let found = certificate(a, b);
+        assert!(found.is_equal() && found.n_points >= 4, "{a} and {b}: {found:?}");
+        let wrong = certificate(a, &format!("{b} + 1e-9"));
+        assert!(!wrong.is_equal() && wrong.n_points >= 4, "{a} and {b}: {wrong:?}");
+    }
+}

@@ -85,3 +85,35 @@ fn functions_of_numbers_fold_when_exact() {
     check_same("atan2(0, 1)", "0");
     check_same("tanh(-x)", "-tanh(x)");
 }
+
+/// Numbers have no length at which digits are lost.
+#[test]
+fn no_digit_of_a_long_number_is_lost() {
+    for (text, expected) in [
+        ("10^19 + 1 - 10^19", "1"),
+        ("(10^19 + 1)*x - 10^19*x", "x"),
+        ("(1 + 1/10^20)*x - x", "1e-20*x"),
+        ("(1/3 + 10^25) - 10^25", "1/3"),
+        ("1e400/1e399", "10"),
+        ("(2^200 + 1)*(2^200 - 1) - 2^400", "-1"),
+        ("sqrt(10^60)", "1e30"),
+        ("38.302222155949^2 - 1467.0602260795", "-0.000003995829538323909399"),
+    ] {
+        let pool = Pool::new();
+        let e = pool.parse(text).expect(text);
+        assert_eq!(pool.to_text(e), expected, "{text}");
+    }
+}
+
+/// A power beyond all bounds stays a power; a literal beyond them is refused, each at once.
+#[test]
+fn numbers_of_any_length_cost_no_time() {
+    let pool = Pool::new();
+    for text in ["10^(10^9)", "0.5^(10^9)", "(2*x)^(10^9)/x", "10^(10^30)", "((3^999)^999)^999"] {
+        let e = pool.parse(text).expect(text);
+        assert_eq!(pool.parse(&pool.to_text(e)), Ok(e), "{text}");
+        assert_eq!(pool.simplify(e), e, "{text}");
+    }
+    let fault = pool.parse("1 + 1e999999999").expect_err("too long").to_string();
+    assert_eq!(fault, "the number has more than 19660 digits when it is written out");
+}

@@ -182,3 +182,51 @@ fn weights_and_directions_are_not_differentiated() {
     assert!(pool.vjp(&f, &[y], &[]).is_empty() && pool.jvp(&[], &wrt, &[x, y]).is_empty());
     assert_eq!(pool.jvp(&f, &[], &[]), [pool.zero()]);
 }
+
+/// The value of a derivative at a point, taken forward and backward.
+fn slope_at(text: &str, name: &str, point: &[(&str, f64)]) -> [f64; 2] {
+    let pool = Pool::new();
+    let e = pool.parse(text).expect(text);
+    let x = pool.find_symbol(name).expect("was parsed");
+    let value = |s| point.iter().find(|known| known.0 == pool.symbol_name(s)).map(|known| known.1);
+    let backward = pool.vjp(&[e], &[pool.one()], &[x])[0];
+    [pool.diff(e, x), backward].map(|slope| pool.evaluate(slope, &value).expect("bound"))
+}
+
+/// min + max is a + b, and so is its derivative, at a tie too.
+#[test]
+fn at_a_tie_each_side_counts_once() {
+    for (text, expected) in [
+        ("min(x, y) + max(x, y)", 1.0),
+        ("min(2*x, 3*x) + max(2*x, 3*x)", 5.0),
+        ("min(x^2, 5*x) + max(5*x, x^2)", 5.0),
+    ] {
+        assert_eq!(slope_at(text, "x", &[("x", 0.0), ("y", 0.0)]), [expected; 2], "{text}");
+    }
+}
+
+/// A root or power of a product that is zero whatever x is does not change with it.
+#[test]
+fn what_stays_zero_has_the_derivative_zero() {
+    let zero = [0.0; 2];
+    for (text, expected) in [
+        ("sqrt(x*z)", zero),
+        ("sqrt(3*x*z)", zero),
+        ("sqrt(2*x*z*(1 + x))", zero),
+        ("(x*z)^0.3", zero),
+        ("sqrt(sin(x)*z) + x", [1.0; 2]),
+        ("0^x", zero),
+        ("0^(2*x)", zero),
+        ("sqrt(8*x*y*z + 4*x^2)", [2.0; 2]),
+        ("sqrt(6*x*y)", [3.0; 2]),
+    ] {
+        let found = slope_at(text, "x", &[("x", 0.5), ("y", 3.0), ("z", 0.0)]);
+        let is_close = found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-14);
+        assert!(is_close, "{text}: {found:?} is not {expected:?}");
+    }
+    // 0^x jumps at x = 0 and has no value below.
+    for x in [0.0, -1.0] {
+        let found = slope_at("0^x", "x", &[("x", x)]);
+        assert!(found.iter().all(|slope| !slope.is_finite()), "at {x}: {found:?}");
+    }
+}

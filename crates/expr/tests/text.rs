@@ -1,6 +1,6 @@
 //! Text in, text out, and faults with their span.
 
-use bksim_expr::{ParseErrorKind, ParseOptions, Pool, SyntaxKind, parse};
+use bksim_expr::{Expr, Function, ParseErrorKind, ParseOptions, Pool, SyntaxKind, parse};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
@@ -173,4 +173,74 @@ proptest! {
             Err(fault) => prop_assert!(fault.span.end <= text.len(), "{text}: {fault:?}"),
         }
     }
+}
+
+/// `parse(print(e))` is the node `e`.
+fn check_reads_back(pool: &Pool, e: Expr) {
+    let text = pool.to_text(e);
+    let read = pool.parse(&text).expect("printed text is valid");
+    assert!(read == e, "{text} reads back as {}", pool.to_text(read));
+}
+
+#[test]
+fn long_sums_and_products_read_back_as_the_node_they_were() {
+    for n in [31, 32, 33, 34, 40, 65, 66, 100, 300] {
+        let pool = Pool::new();
+        let symbols: Vec<_> = (0..n).map(|i| pool.symbol(&format!("x{i}"))).collect();
+        let signed = |i: usize| if i.is_multiple_of(3) { pool.neg(symbols[i]) } else { symbols[i] };
+        check_reads_back(&pool, pool.sum((0..n).map(signed)));
+        check_reads_back(&pool, (0..n).map(signed).fold(pool.zero(), |sum, x| pool.add(sum, x)));
+        check_reads_back(&pool, (0..n).map(signed).fold(pool.zero(), |sum, x| pool.sub(sum, x)));
+        check_reads_back(&pool, pool.product(symbols.iter().copied()));
+        check_reads_back(
+            &pool,
+            symbols.iter().fold(pool.one(), |product, &x| pool.mul(product, x)),
+        );
+        check_reads_back(
+            &pool,
+            symbols.iter().fold(pool.one(), |product, &x| pool.div(product, x)),
+        );
+        let pieces = |from: usize| pool.sum(symbols[from..].iter().copied());
+        check_reads_back(&pool, pool.sum([pieces(0), pool.neg(pieces(1)), pool.symbol("y")]));
+        check_reads_back(&pool, pool.mul(pool.sin(pieces(0)), pool.powi(pieces(1), -2)));
+    }
+}
+
+/// A call has the value of the function at the value of the angle.
+fn check_call(pool: &Pool, function: Function, angle: Expr, call: Expr) {
+    let value = |e| {
+        pool.evaluate(e, &|s| {
+            [0.3, 1.1, 0.7].get(usize::from(pool.symbol_name(s).as_bytes()[1] - b'1')).copied()
+        })
+    };
+    let plain =
+        pool.call(function, &[pool.float(value(angle).expect("bound"))]).expect("one argument");
+    let (found, expected) = (value(call).expect("bound"), value(plain).expect("bound"));
+    let is_same = (found - expected).abs() < 1e-12 * expected.abs().max(1.0);
+    assert!(is_same || expected.abs() > 1e9, "{}: {found} is not {expected}", pool.to_text(call));
+}
+
+#[test]
+fn angles_with_eighths_of_a_turn_read_back() {
+    let pool = Pool::new();
+    let terms = ["q1", "-q1", "q2", "-q2", "q3/2", "-2*q3"].map(|t| pool.parse(t).expect(t));
+    for &a in &terms {
+        for &b in &terms {
+            for eighths in -9..=9 {
+                let phase = pool.mul(pool.rational(eighths, 4), pool.pi());
+                let angles = [pool.add(a, phase), pool.sum([a, b, phase])];
+                for angle in angles {
+                    for function in [Function::Sin, Function::Cos, Function::Tan] {
+                        let call = pool.call(function, &[angle]).expect("one argument");
+                        check_reads_back(&pool, call);
+                        check_call(&pool, function, angle, call);
+                    }
+                }
+            }
+        }
+    }
+    // One value, one node.
+    let read = |text: &str| pool.parse(text).expect(text);
+    assert_eq!(read("sin(pi/4 - q1)"), read("cos(q1 + pi/4)"));
+    assert_eq!(read("sin(q1 - pi/4)"), read("-cos(q1 + pi/4)"));
 }

@@ -64,7 +64,18 @@ impl Text {
         let Some(drawn) = &self.drawn else {
             return Located { path: &self.path, text: &self.text, fault: fault.clone() };
         };
-        let mut moved = Diagnostic { labels: Vec::new(), ..fault.clone() };
+        // Faults of the drawing itself have its words already.
+        let is_drawn = fault.code.0.starts_with('D');
+        let words = |text: &String| {
+            if is_drawn { text.clone() } else { drawn.composition.drawn_words(text) }
+        };
+        let mut moved = Diagnostic {
+            labels: Vec::new(),
+            message: words(&fault.message),
+            notes: fault.notes.iter().map(words).collect(),
+            help: fault.help.as_ref().map(words),
+            ..fault.clone()
+        };
         let mut home = None;
         for label in &fault.labels {
             let Site { file, label, note } = drawn.site(&self.text, label);

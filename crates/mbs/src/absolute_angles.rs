@@ -91,8 +91,8 @@ impl<'m> AbsoluteAngles<'m> {
             // One of the two is the call itself; the other is minus the call.
             self.to_angles.extend([(whole, short), (pool.neg(whole), pool.neg(short))]);
         }
-        let rate = row.iter().map(|&(i, factor)| {
-            pool.mul(pool.number(factor), pool.symbol_expr(self.coordinates[i].v))
+        let rate = row.iter().map(|(i, factor)| {
+            pool.mul(pool.number(factor.clone()), pool.symbol_expr(self.coordinates[*i].v))
         });
         let rate = pool.sum(rate.collect::<Vec<_>>());
         self.from_angles.extend([(id(q), angle), (id(v), rate)]);
@@ -178,7 +178,7 @@ impl<'m> AbsoluteAngles<'m> {
         let mut result = BTreeMap::new();
         for column in self.columns(x.keys().copied()) {
             let base = column.base.map_or(pool.zero(), |i| result[&i]);
-            let added = column.added.iter().map(|(k, c)| pool.mul(pool.number(*c), x[k]));
+            let added = column.added.iter().map(|(k, c)| pool.mul(pool.number(c.clone()), x[k]));
             let sum = pool.sum(added.chain([base]).collect::<Vec<_>>());
             result.insert(column.generalised, sum);
         }
@@ -212,8 +212,8 @@ impl<'m> AbsoluteAngles<'m> {
     /// Number of coordinates of the derivation that each generalised coordinate moves.
     pub(crate) fn spreads(&self) -> Vec<usize> {
         let mut spreads = vec![1; self.n_generalised];
-        for &(i, _) in self.rows.iter().flatten() {
-            spreads[i] += 1;
+        for (i, _) in self.rows.iter().flatten() {
+            spreads[*i] += 1;
         }
         spreads
     }
@@ -226,8 +226,8 @@ impl<'m> AbsoluteAngles<'m> {
             match k.checked_sub(self.n_generalised) {
                 None => full.entry(k).or_default().push((k, Number::ONE)),
                 Some(row_idx) => {
-                    for &(i, factor) in &self.rows[row_idx] {
-                        full.entry(i).or_default().push((k, factor));
+                    for (i, factor) in &self.rows[row_idx] {
+                        full.entry(*i).or_default().push((k, factor.clone()));
                     }
                 }
             }
@@ -249,7 +249,7 @@ impl<'m> AbsoluteAngles<'m> {
             columns.push(Column {
                 generalised: *generalised,
                 base: base.map(|&(i, _)| i),
-                added: added.copied().collect(),
+                added: added.cloned().collect(),
             });
         }
         columns

@@ -14,7 +14,7 @@ use bksim::model::file::{Limits, Recording};
 use bksim::options::{JITS, choice};
 use bksim::record::Channels;
 use bksim::sim::compiled::CompiledSystem;
-use bksim::sim::fault::diagnose_mobility;
+use bksim::sim::fault::{diagnose_guesses, diagnose_mobility};
 use bksim::sim::input::find_inputs;
 use bksim::sim::measure::Measures;
 use bksim::sim::mobility::mobility;
@@ -248,6 +248,7 @@ impl Engine {
             let mechanism = self.mechanism();
             let found = mobility(&mechanism.model, &mechanism.system, start);
 
+            warnings.extend(diagnose_guesses(&mechanism.model, start));
             warnings.extend(diagnose_mobility(&mechanism.model, &found));
             let mut body = describe::parts(&mechanism, &found);
             body["diagnostics"] = json_all(self.source(), &warnings);

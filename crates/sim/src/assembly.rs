@@ -1,14 +1,21 @@
 //! Closing the mechanism: positions and velocities that satisfy the constraints and what the author
 //! stated, as near to the guesses as possible, and what stands in the way when there are none.
 
-use std::collections::BTreeMap;
+mod parts;
+mod positions;
+mod scale;
+mod search;
+mod sequence;
+mod turns;
+mod velocities;
+mod walk;
 
-use bksim_expr::{Expr, SymbolId, Tape, TapeError, Workspace};
+use bksim_expr::{Expr, Pool, SymbolId, Tape, TapeError, Workspace};
 
+use self::scale::Units;
 use crate::evaluator::Evaluator;
-use crate::linear::rows::{SparseRows, length, shortest_solution};
-use crate::multiplier::largest;
-use crate::start_error::{Conflict, Moved, StartError};
+use crate::linear::rows::SparseRows;
+use crate::start_error::Moved;
 use bksim_mbs::constraint::Source;
 use bksim_mbs::kinematics::{Kinematics, Owner};
 use bksim_mbs::system::SymbolicSystem;
@@ -22,10 +29,12 @@ const CLOSURE_TOLERANCE: f64 = 1e-10;
 #[derive(Clone, Debug)]
 pub(crate) struct Closure {
     initial: Vec<Initial>,
-    /// Every initial value's measure, then its slopes by q (positions) or v (velocities).
-    measures: Tape,
-    /// The coordinates that each of these slopes is by.
-    moving: Vec<Vec<usize>>,
+    /// Every initial value's measure, with its slopes by q (positions) or v (velocities).
+    measures: Functions,
+    /// What the cosines miss of one that are one where the axes of cut joints are alike, by q.
+    senses: Functions,
+    /// The cut joint that each of these is of.
+    joint_of_sense: Vec<JointId>,
     /// The stated and guessed values.
     stated: Tape,
     /// The system's coordinates by those of a tree without cuts.
@@ -33,16 +42,25 @@ pub(crate) struct Closure {
     /// The initial value that each coordinate of that tree has, if one.
     given: Vec<Option<usize>>,
     gap_of_joint: Vec<JointId>,
-    /// The first drive.
-    drive_idx: Option<usize>,
+    units: Units,
+    /// The coordinate that each initial value is of, if of one alone.
+    own: Vec<Option<usize>>,
+    /// Constraint rows that prescribe a coordinate, and it.
+    driven: Vec<(usize, usize)>,
+    /// Rows of drives, and which drive each is of.
+    drives: Vec<(usize, usize)>,
 }
 
 /// These functions at one set of parameters.
 pub(crate) struct Closing<'a> {
     of: &'a Closure,
     parameters: &'a [f64],
-    workspace: Workspace,
+    measures: Workspace,
+    senses: Workspace,
+    /// What the initial values are held at: as written, but for whole turns.
     stated: Vec<f64>,
+    /// What the author wrote.
+    written: Vec<f64>,
 }
 
 /// Equations values = 0 near a state, with their slopes by q or v.
@@ -58,33 +76,51 @@ impl Closure {
             system.coordinates().iter().map(of).collect()
         };
         let (q, v) = (symbols(|c| c.q), symbols(|c| c.v));
-        let (mut outputs, mut moving) = (Vec::new(), Vec::new());
-        for initial in &model.initial {
-            let measure = system.kinematics.measure(model, initial.measure);
-            outputs.push(measure);
-            let symbols = if is_velocity(initial.measure) { &v } else { &q };
-            let coordinates = system.kinematics.coordinates_in(pool, &[measure]);
-            let by: Vec<SymbolId> = coordinates.iter().map(|&i| symbols[i]).collect();
-            outputs.extend(pool.gradient(measure, &by));
-            moving.push(coordinates);
-        }
-        let inputs = [vec![model.time], q, v].concat();
         let symbols: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
+        let measures: Vec<(Expr, &[SymbolId])> = model
+            .initial
+            .iter()
+            .map(|initial| {
+                let by = if is_velocity(initial.measure) { &v } else { &q };
+                (system.kinematics.measure(model, initial.measure), by.as_slice())
+            })
+            .collect();
+        let inputs = [vec![model.time], q.clone(), v.clone()].concat();
+        let measures = Functions::compile(system, pool, &measures, (&inputs, &symbols))?;
+        let (joint_of_sense, senses): (Vec<JointId>, Vec<Expr>) =
+            senses(model, system).into_iter().unzip();
+        let senses: Vec<(Expr, &[SymbolId])> =
+            senses.into_iter().map(|sense| (sense, q.as_slice())).collect();
+        let senses = Functions::compile(system, pool, &senses, (&inputs, &symbols))?;
         let values: Vec<Expr> = model.initial.iter().map(|i| i.value).collect();
-        let first_drive = system.constraints.iter().find_map(|c| match c.source {
-            Source::Drive(drive) => Some(drive.0),
+        let own = model.initial.iter().zip(&measures.moving).map(|(initial, moving)| {
+            let &[column] = moving.as_slice() else { return None };
+            let is_own = !is_velocity(initial.measure)
+                && system.kinematics.measure(model, initial.measure)
+                    == pool.symbol_expr(system.coordinates()[column].q);
+            is_own.then_some(column)
+        });
+        let own = own.collect();
+        let rows = system.constraints.iter().enumerate();
+        let drives = rows.filter_map(|(row, c)| match c.source {
+            Source::Drive(drive) => Some((row, drive.0)),
             _ => None,
         });
+        let drives = drives.collect();
         let (guess, given) = uncut_guess(model, system, &symbols)?;
         Ok(Self {
             initial: model.initial.clone(),
-            measures: Tape::compile(pool, &outputs, &inputs, &symbols)?,
-            moving,
+            measures,
+            senses,
+            joint_of_sense,
             stated: Tape::compile(pool, &values, &[], &symbols)?,
             guess,
             given,
+            units: Units::of(model, system, &symbols)?,
+            own,
+            driven: driven_coordinates(model, system),
             gap_of_joint: system.constraints.iter().map(|c| c.source.joint(model)).collect(),
-            drive_idx: first_drive,
+            drives,
         })
     }
 
@@ -99,8 +135,10 @@ impl Closure {
         for &(initial_idx, value) in replaced {
             stated[initial_idx] = value;
         }
-        let workspace = self.measures.workspace(parameters);
-        Closing { of: self, parameters, workspace, stated }
+        let [measures, senses] =
+            [&self.measures, &self.senses].map(|f| f.tape.workspace(parameters));
+        let written = stated.clone();
+        Closing { of: self, parameters, measures, senses, stated, written }
     }
 }
 
@@ -129,129 +167,104 @@ fn uncut_guess(
     Ok((tape, uncut.coordinates.iter().map(given).collect()))
 }
 
-impl Closing<'_> {
-    /// Measures of the initial values that `which` selects: value minus stated value, gradient.
-    fn rows(&mut self, which: &[usize], t: f64, q: &[f64], v: &[f64]) -> Equations {
-        let mut outputs = vec![0.0; self.of.measures.n_outputs()];
-        let inputs = [&[t], q, v].concat();
-        self.of.measures.evaluate(&mut self.workspace, &inputs, &mut outputs);
+/// Functions of the state with their slopes, compiled.
+#[derive(Clone, Debug)]
+struct Functions {
+    /// Each function, then its slopes.
+    tape: Tape,
+    /// The coordinates that each one's slopes are by.
+    moving: Vec<Vec<usize>>,
+}
+
+impl Functions {
+    /// Functions with the symbols of all coordinates, or of all velocities, that they are
+    /// differentiated by.
+    fn compile(
+        system: &SymbolicSystem,
+        pool: &Pool,
+        functions: &[(Expr, &[SymbolId])],
+        (inputs, parameters): (&[SymbolId], &[SymbolId]),
+    ) -> Result<Self, TapeError> {
+        let (mut outputs, mut moving) = (Vec::new(), Vec::new());
+        for &(function, symbols) in functions {
+            outputs.push(function);
+            let coordinates = system.kinematics.coordinates_in(pool, &[function]);
+            let by: Vec<SymbolId> = coordinates.iter().map(|&i| symbols[i]).collect();
+            outputs.extend(pool.gradient(function, &by));
+            moving.push(coordinates);
+        }
+        Ok(Self { tape: Tape::compile(pool, &outputs, inputs, parameters)?, moving })
+    }
+
+    /// Some of the functions at a state.
+    fn at(
+        &self,
+        workspace: &mut Workspace,
+        which: impl Iterator<Item = usize>,
+        (t, q, v): (f64, &[f64], &[f64]),
+    ) -> Equations {
+        let mut outputs = vec![0.0; self.tape.n_outputs()];
+        self.tape.evaluate(workspace, &[&[t], q, v].concat(), &mut outputs);
         let mut rest = outputs.as_slice();
-        let measured = self.of.moving.iter().map(|moving| {
+        let row = |moving: &Vec<usize>| {
             let (row, others) = rest.split_at(1 + moving.len());
             rest = others;
             row
-        });
-        let measured: Vec<&[f64]> = measured.collect();
-        let mut gradients = SparseRows::new(q.len());
-        for &k in which {
-            let slopes = measured[k][1..].iter().copied();
-            gradients.push(self.of.moving[k].iter().copied().zip(slopes));
+        };
+        let evaluated: Vec<&[f64]> = self.moving.iter().map(row).collect();
+        let mut rows = Equations { values: Vec::new(), gradients: SparseRows::new(q.len()) };
+        for k in which {
+            rows.values.push(evaluated[k][0]);
+            let slopes = evaluated[k][1..].iter().copied();
+            rows.gradients.push(self.moving[k].iter().copied().zip(slopes));
         }
-        let values = which.iter().map(|&k| measured[k][0] - self.stated[k]).collect();
-        Equations { values, gradients }
+        rows
+    }
+}
+
+/// 1 − cosine of the axes that are alike where a cut joint holds; angles in the plane tell by
+/// themselves.
+fn senses(model: &Model, system: &SymbolicSystem) -> Vec<(JointId, Expr)> {
+    if model.space == Space::Planar {
+        return Vec::new();
+    }
+    let pool = &model.pool;
+    let of_joint = |&id: &JointId| {
+        let joint = &model.joints[id.0];
+        let sides = system.kinematics.sides(model, joint);
+        let cosines = bksim_mbs::joint::alignments(pool, joint, &sides);
+        cosines.into_iter().map(move |cosine| (id, pool.sub(pool.one(), cosine)))
+    };
+    system.tree.cuts.iter().flat_map(of_joint).collect()
+}
+
+/// Rows of drives on joints of the tree, each with the coordinate that it prescribes.
+fn driven_coordinates(model: &Model, system: &SymbolicSystem) -> Vec<(usize, usize)> {
+    let rows = system.constraints.iter().enumerate();
+    let driven = |(row, constraint): (usize, &bksim_mbs::constraint::Constraint)| {
+        let Source::Drive(id) = constraint.source else { return None };
+        let drive = &model.drives[id.0];
+        let owner = Owner::Joint(drive.joint, drive.motion_idx);
+        Some((row, system.coordinates().iter().position(|c| c.owner == owner)?))
+    };
+    rows.filter_map(driven).collect()
+}
+
+impl Closing<'_> {
+    /// The coordinates that some initial values are of.
+    fn own_coordinates(&self, initial: &[usize]) -> Vec<bool> {
+        let mut is_own = vec![false; self.of.units.is_turn.len()];
+        initial.iter().filter_map(|&k| self.of.own[k]).for_each(|column| is_own[column] = true);
+        is_own
     }
 
-    fn select(&self, keep: impl Fn(&Initial) -> bool) -> Vec<usize> {
-        (0..self.of.initial.len()).filter(|&k| keep(&self.of.initial[k])).collect()
-    }
-
-    pub(crate) fn close_positions(
-        &mut self,
-        evaluator: &mut Evaluator,
-        t: f64,
-    ) -> Result<Vec<f64>, StartError> {
-        let all = self.select(|i| !is_velocity(i.measure));
-        let stated = self.select(|i| !is_velocity(i.measure) && !i.is_guess);
-
-        // From the shape that the tree gives, towards everything the author said about positions,
-        // then onto the constraints, holding what was stated.
-        let mut q = self.first_guess(t);
-        self.descend(evaluator, &all, false, t, &mut q);
-        let guess = q.clone();
-        let left = self.descend(evaluator, &stated, true, t, &mut q);
-        if q.iter().any(|value| !value.is_finite()) || !left.is_finite() {
-            return Err(StartError::NotFinite);
+    /// The coordinates that are stated, or driven by rows that are not `released`.
+    fn fixed(&self, stated: &[usize], released: &[usize]) -> Vec<bool> {
+        let mut is_fixed = self.own_coordinates(stated);
+        for (row, column) in &self.of.driven {
+            is_fixed[*column] |= !released.contains(row);
         }
-        if left <= CLOSURE_TOLERANCE * size(&q) {
-            drop_rounding(&mut q);
-            return Ok(q);
-        }
-
-        // Without the stated values: is it they, or the joints themselves?
-        let mut free = guess.clone();
-        let open = self.descend(evaluator, &[], true, t, &mut free);
-        if open > CLOSURE_TOLERANCE * size(&free) {
-            return Err(self.cannot_close(evaluator, t, free));
-        }
-        let conflicts = stated
-            .iter()
-            .map(|&k| {
-                let others: Vec<usize> = stated.iter().copied().filter(|&o| o != k).collect();
-                let mut q = guess.clone();
-                let open = self.descend(evaluator, &others, true, t, &mut q);
-                let zero = vec![0.0; q.len()];
-                let found = self.rows(&[k], t, &q, &zero).values[0] + self.stated[k];
-                let closed = open <= CLOSURE_TOLERANCE * size(&q);
-                Conflict {
-                    initial_idx: k,
-                    stated: self.stated[k],
-                    consistent: closed.then_some(found),
-                }
-            })
-            .collect();
-        Err(StartError::StatedPositions { conflicts })
-    }
-
-    /// Positions of a tree without cuts at the joint values the author gave, read off in the
-    /// coordinates of the system's own tree.
-    fn first_guess(&self, t: f64) -> Vec<f64> {
-        let Closure { guess, given, .. } = self.of;
-        let values = given.iter().map(|given| given.map_or(0.0, |k| self.stated[k]));
-        let inputs: Vec<f64> = std::iter::once(t).chain(values).collect();
-        let mut q = vec![0.0; guess.n_outputs()];
-        guess.evaluate(&mut guess.workspace(self.parameters), &inputs, &mut q);
-        q
-    }
-
-    /// Damped Gauss–Newton on the chosen measures and, if asked, the constraints; returns what is
-    /// left of the largest row.
-    fn descend(
-        &mut self,
-        evaluator: &mut Evaluator,
-        which: &[usize],
-        with_constraints: bool,
-        t: f64,
-        q: &mut Vec<f64>,
-    ) -> f64 {
-        const MAX_STEPS: usize = 200;
-        let mut rows = self.position_rows(evaluator, which, with_constraints, t, q);
-        for _ in 0..MAX_STEPS {
-            let norm = length(&rows.values);
-            if !(norm > 0.0 && norm.is_finite()) {
-                break;
-            }
-            let step = shortest_solution(&rows.gradients, &rows.values);
-            let mut damping = 1.0;
-            let improved = loop {
-                let trial: Vec<f64> =
-                    q.iter().zip(step.iter()).map(|(q, s)| q - damping * s).collect();
-                let next = self.position_rows(evaluator, which, with_constraints, t, &trial);
-                let reached = length(&next.values);
-                if reached < norm * (1.0 - 1e-4 * damping) {
-                    *q = trial;
-                    rows = next;
-                    break true;
-                }
-                damping *= 0.5;
-                if damping < 1e-6 {
-                    break false;
-                }
-            };
-            if !improved {
-                break;
-            }
-        }
-        largest(&rows.values)
+        is_fixed
     }
 
     fn position_rows(
@@ -271,76 +284,28 @@ impl Closing<'_> {
         Equations { values: at.value.to_vec(), gradients: at.jacobian_rows() }.with(&measured)
     }
 
-    fn cannot_close(&self, evaluator: &mut Evaluator, t: f64, q: Vec<f64>) -> StartError {
-        let open = evaluator.constraints(t, &q).value;
-        let mut squares: BTreeMap<JointId, f64> = BTreeMap::new();
-        for (&joint, value) in self.of.gap_of_joint.iter().zip(open) {
-            *squares.entry(joint).or_default() += value * value;
-        }
-        let mut gaps: Vec<(JointId, f64)> =
-            squares.into_iter().map(|(joint, sum)| (joint, sum.sqrt())).collect();
-        gaps.retain(|&(_, gap)| gap > CLOSURE_TOLERANCE * size(&q));
-        gaps.sort_by(|a, b| b.1.total_cmp(&a.1));
-        StartError::CannotClose { gaps, q }
+    /// Measures of the initial values that `which` selects: value minus stated value, gradient.
+    fn rows(&mut self, which: &[usize], t: f64, q: &[f64], v: &[f64]) -> Equations {
+        let Self { of, measures, stated, .. } = self;
+        let mut rows = of.measures.at(measures, which.iter().copied(), (t, q, v));
+        rows.values.iter_mut().zip(which).for_each(|(value, &k)| *value -= stated[k]);
+        rows
     }
 
-    pub(crate) fn fit_velocities(
-        &mut self,
-        evaluator: &mut Evaluator,
-        t: f64,
-        q: &[f64],
-    ) -> Result<Vec<f64>, StartError> {
-        let stated = self.select(|i| is_velocity(i.measure) && !i.is_guess);
-        let guessed = self.select(|i| is_velocity(i.measure) && i.is_guess);
+    /// What misses of the cosines that are one where the axes of cut joints are alike.
+    fn sense_rows(&mut self, t: f64, q: &[f64]) -> Equations {
+        let Self { of, senses, .. } = self;
         let zero = vec![0.0; q.len()];
-        let wish = self.rows(&guessed, t, q, &zero);
-        let missing: Vec<f64> = wish.values.iter().map(|value| -value).collect();
-        let guess = shortest_solution(&wish.gradients, &missing);
-
-        let (v, left) = self.velocities(evaluator, &stated, t, q, &guess);
-        if left <= CLOSURE_TOLERANCE * size(&v) {
-            return Ok(v);
-        }
-        let (_, without) = self.velocities(evaluator, &[], t, q, &guess);
-        if without > CLOSURE_TOLERANCE * size(&v) {
-            return Err(match self.of.drive_idx {
-                Some(drive_idx) => StartError::DriveCannotMove { drive_idx },
-                None => StartError::NotFinite,
-            });
-        }
-        let mut conflicts = Vec::new();
-        for &k in &stated {
-            let others: Vec<usize> = stated.iter().copied().filter(|&o| o != k).collect();
-            let (v, left) = self.velocities(evaluator, &others, t, q, &guess);
-            let found = self.rows(&[k], t, q, &v).values[0] + self.stated[k];
-            let consistent = left <= CLOSURE_TOLERANCE * size(&v);
-            conflicts.push(Conflict {
-                initial_idx: k,
-                stated: self.stated[k],
-                consistent: consistent.then_some(found),
-            });
-        }
-        Err(StartError::StatedVelocities { conflicts })
+        of.senses.at(senses, 0..of.joint_of_sense.len(), (t, q, &zero))
     }
 
-    /// The velocities nearest to `guess` on the constraints and the stated rates, and what is left.
-    fn velocities(
-        &mut self,
-        evaluator: &mut Evaluator,
-        stated: &[usize],
-        t: f64,
-        q: &[f64],
-        guess: &[f64],
-    ) -> (Vec<f64>, f64) {
-        let at_guess = self.rows(stated, t, q, guess);
-        let at = evaluator.constraints(t, q);
-        let rows = Equations { values: at.rate_of(guess), gradients: at.jacobian_rows() };
-        let rows = rows.with(&at_guess);
-        let step = shortest_solution(&rows.gradients, &rows.values);
-        let done = rows.gradients.times(&step);
-        let left: Vec<f64> =
-            rows.values.iter().zip(done).map(|(value, done)| value - done).collect();
-        (guess.iter().zip(&step).map(|(v, step)| v - step).collect(), largest(&left))
+    fn select(&self, keep: impl Fn(&Initial) -> bool) -> Vec<usize> {
+        (0..self.of.initial.len()).filter(|&k| keep(&self.of.initial[k])).collect()
+    }
+
+    /// The longest link, m.
+    pub(crate) fn longest_link(&self) -> f64 {
+        self.of.units.longest_link(self.parameters)
     }
 
     pub(crate) fn moved(&mut self, t: f64, q: &[f64], v: &[f64]) -> Vec<Moved> {
@@ -348,7 +313,7 @@ impl Closing<'_> {
         let off = self.rows(&all, t, q, v).values;
         let moved = |k: usize| Moved {
             name: self.of.initial[k].name.clone(),
-            stated: self.stated[k],
+            stated: self.written[k],
             found: self.stated[k] + off[k],
             is_guess: self.of.initial[k].is_guess,
         };
@@ -384,12 +349,6 @@ impl Equations {
         }
         self
     }
-}
-
-/// Replaces what rounding has left of a zero by zero, so that a crank held at 0 starts at 0.
-fn drop_rounding(q: &mut [f64]) {
-    let rounding = 0.1 * f64::EPSILON * size(q);
-    q.iter_mut().filter(|value| value.abs() < rounding).for_each(|value| *value = 0.0);
 }
 
 /// Size of a state, for relative tolerances: at least one.

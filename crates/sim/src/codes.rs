@@ -13,6 +13,9 @@ bksim_model::codes! {
     NO_MOBILITY = "S011", "nothing can move";
     NO_SENSITIVITY = "S012", "a sensitivity that does not exist";
     INPUT_ELSEWHERE = "S013", "an input that not only loads depend on";
+    GUESS_MOVED = "S014", "a guess far off";
+    AMBIGUOUS = "S015", "another assembly nearly as near";
+    DRIVE_OUT_OF_REACH = "S016", "a drive starts out of reach";
     DRIVE_CANNOT_PASS = "R001", "a drive cannot pass a dead centre";
     NO_VALUE = "R002", "an expression leaves its domain";
     STEP_TOO_SMALL = "R003", "the step size became too small";

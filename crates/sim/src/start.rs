@@ -1,7 +1,8 @@
 //! The consistent start: positions, velocities, then accelerations and multipliers.
 //!
 //! Positions are found by damped Gauss–Newton steps of minimum norm on the constraints together
-//! with the stated values, from the guesses; velocities are the smallest change of the guessed
+//! with the stated values, from the guesses, and where that does not close, or moves guesses, by a
+//! search for the nearest assembly; velocities are the smallest change of the guessed
 //! ones that satisfies G v + ∂g/∂t = 0 and the stated rates; accelerations and multipliers follow
 //! from the equations of motion. Each level fails with what cannot be met and by how much.
 
@@ -15,7 +16,7 @@ use crate::linear::rows::SparseRows;
 use crate::modes::Modes;
 use crate::modes::indicators::ContactState;
 use crate::multiplier::{MultiplierSystem, largest};
-pub use crate::start_error::{Conflict, Moved, StartError};
+pub use crate::start_error::{Conflict, Gap, Moved, Rival, StartError};
 use crate::state::State;
 use bksim_expr::TapeError;
 use bksim_mbs::constraint::Source;
@@ -49,6 +50,10 @@ pub struct Start {
     pub(crate) modes: Modes,
     /// Degrees of freedom without the drives: nq − rank of the joints' rows.
     pub mobility: usize,
+    /// The longest link, m: the measure of how far a guess was moved.
+    pub longest_link: f64,
+    /// Assemblies nearly as near to the guesses.
+    pub rivals: Vec<Rival>,
 }
 
 impl Start {
@@ -122,7 +127,7 @@ pub fn start_at(
     let modes = compiled.indicators.decided(parameters, t, &nothing, &nothing);
     let mut evaluator = compiled.evaluator(&modes.parameters_with_modes(parameters));
 
-    let q = closing.close_positions(&mut evaluator, t)?;
+    let (q, rivals) = closing.close_positions(&mut evaluator, t)?;
     let position_residual = largest(evaluator.constraints(t, &q).value);
     let v = closing.fit_velocities(&mut evaluator, t, &q)?;
     let velocity_residual = largest(&evaluator.constraints(t, &q).rate_of(&v));
@@ -141,6 +146,7 @@ pub fn start_at(
         return Err(StartError::NoInertia { coordinates });
     }
     let moved = closing.moved(t, &q, &v);
+    let longest_link = closing.longest_link();
     let mobility = q.len() - joint_rank;
 
     let found = if compiled.indicators.is_empty() {
@@ -162,6 +168,8 @@ pub fn start_at(
         inactive: found.inactive,
         modes: found.modes,
         mobility,
+        longest_link,
+        rivals,
     })
 }
 

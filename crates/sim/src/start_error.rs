@@ -28,10 +28,15 @@ pub enum StartError {
     Irreversible,
     /// The joints cannot meet at all.
     CannotClose {
-        /// Gap left at each open joint, largest first: joint, metres (or radians).
-        gaps: Vec<(JointId, f64)>,
+        /// What is left at each open joint, largest first.
+        gaps: Vec<Gap>,
         /// The closest positions found.
         q: Vec<f64>,
+    },
+    /// The joints can meet, but not where the drives start.
+    DrivesOutOfReach {
+        /// Drives by their index, with the positions nearest to their starts where the joints meet.
+        drives: Vec<(usize, f64)>,
     },
     /// The joints can meet, but not at the stated values.
     StatedPositions {
@@ -66,6 +71,28 @@ pub enum StartError {
     NoConsistentModes(NoConsistentModes),
     /// The functions could not be compiled.
     Compile(TapeError),
+}
+
+/// What is open at a joint in the closest position found.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Gap {
+    /// The joint.
+    pub joint: JointId,
+    /// Between its points, m; of a link (d² − ℓ²) / (2 ℓ), where its ends are d apart and its length is ℓ.
+    pub distance: f64,
+    /// Between its axes, rad.
+    pub angle: f64,
+}
+
+/// Another assembly, nearly as near to the guesses as the start.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Rival {
+    /// The guess that tells them apart best, as an index into `Model::initial`.
+    pub initial_idx: usize,
+    /// Its value there, SI.
+    pub found: f64,
+    /// How far all guesses of this part of the mechanism are there, over how far they are at the start.
+    pub ratio: f64,
 }
 
 /// A stated value that the other stated values exclude.

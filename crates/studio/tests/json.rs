@@ -76,6 +76,16 @@ fn the_page_lists_the_keys_that_are_printed() {
         let drawing = fs::read(format!("{CRATE}/../../examples/{example}/drawing.dxf"));
         place.write(&format!("{example}.dxf"), drawing.expect("an example"));
     }
+    // A circle on a layer that means nothing.
+    let press = fs::read_to_string(format!("{CRATE}/../../examples/press/drawing.dxf"));
+    let end = "  0\nENDSEC\n  0\nSECTION\n  2\nOBJECTS\n";
+    let circle = "  0\nCIRCLE\n  8\nBK_JOINT\n 10\n1\n 20\n2\n 40\n3\n";
+    let sick = press.expect("an example").replace("\r\n", "\n").replacen(
+        end,
+        &format!("{circle}{end}"),
+        1,
+    );
+    place.write("sick.dxf", sick);
     place.write("bad.toml", "[bodies.b]\nmas = 1\n");
     place.write("contacts.toml", CONTACTS);
     let commands = [
@@ -116,6 +126,8 @@ fn the_page_lists_the_keys_that_are_printed() {
         "cad list slider-crank.dxf",
         "cad list five-link.dxf",
         "cad list press.dxf",
+        "cad doctor press.dxf",
+        "cad doctor sick.dxf -o marked.dxf",
         "cad body set slider-crank.dxf rod inertia= -o edited.dxf",
         "cad template -o template.dxf",
         "cad from-toml five-link.toml -o drawn.dxf",

@@ -1,6 +1,7 @@
 //! Attachments of a drawing, in each of the three ways.
 
 mod block;
+mod comma;
 mod layer;
 mod xdata;
 
@@ -51,6 +52,10 @@ impl Gathering<'_> {
         location: &Location,
     ) -> Option<Value> {
         if let Some(key) = kind.keys.iter().find(|known| known.eq_ignore_ascii_case(key)) {
+            if let Content::Text(text) = &content {
+                let fault = comma::decimal_comma(kind, key, text);
+                self.faults.extend(fault.map(|fault| self.excerpts.at(fault, location, "")));
+            }
             return Some(Value { key, content, location: location.clone() });
         }
         let message = format!("{} has no key `{key}`", kind.name);

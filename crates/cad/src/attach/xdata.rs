@@ -119,6 +119,10 @@ fn natural_point(shape: &Shape) -> Option<Point> {
             }
             _ => None,
         },
-        Shape::Paths(_) | Shape::Hatch(_) | Shape::Other => None,
+        Shape::Paths(_)
+        | Shape::Hatch(_)
+        | Shape::Dimension { .. }
+        | Shape::Unread { .. }
+        | Shape::Other => None,
     }
 }

@@ -3,7 +3,7 @@
 use crate::attachment::{Content, Value, find};
 use crate::drawing::{Drawing, Entity, Handle, Location, Shape};
 use crate::geometry::vector::distance;
-use crate::geometry::{Curve, Path, Point};
+use crate::geometry::{Bounds, Curve, Path, Point};
 use crate::outline::Outline;
 
 use super::frame::Frame;
@@ -24,10 +24,14 @@ pub(super) struct Body {
     pub(super) paths: Vec<(Path, usize)>,
     /// Points of it that a joint may be meant to meet: centres, corners, ends.
     pub(super) features: Vec<Point>,
+    /// Those of them that are drawn as points.
+    pub(super) marks: Vec<Point>,
     /// Its closed outlines.
     pub(super) outline: Option<Outline>,
     /// Whether its outline has a fault that was reported.
     pub(super) has_bad_outline: bool,
+    /// The box around an outline that is not closed: what meets it, meets no body yet.
+    pub(super) lost: Option<Bounds>,
     /// Stated centre of mass, in world axes.
     pub(super) centre: Option<Point>,
     /// Stated frame.
@@ -42,8 +46,10 @@ impl Body {
             values: Vec::new(),
             paths: Vec::new(),
             features: Vec::new(),
+            marks: Vec::new(),
             outline: None,
             has_bad_outline: false,
+            lost: None,
             centre: None,
             frame: None,
         }
@@ -57,6 +63,16 @@ impl Body {
     /// Where a body that is not the ground was first met.
     pub(super) fn location(&self) -> &Location {
         self.location.as_ref().expect("every body but the ground was met at an entity")
+    }
+
+    /// Whether a point is one where a pin goes through the body: the centre of a circle or an arc, or a
+    /// point that is drawn by itself; not a corner or an end.
+    pub(super) fn is_pinned_at(&self, at: Point, tolerance: f64) -> bool {
+        let is_here = |point: Point| distance(point, at) <= tolerance;
+        let mut curves = self.paths.iter().flat_map(|(path, _)| &path.curves);
+        let is_centre =
+            |curve: &Curve| matches!(curve, Curve::Arc { centre, .. } if is_here(*centre));
+        self.marks.iter().any(|mark| is_here(*mark)) || curves.any(is_centre)
     }
 
     /// Whether a feature is a centre, not a corner of the outline.
@@ -112,8 +128,15 @@ impl Bodies {
             Shape::Hatch(paths) => {
                 body.paths.extend(paths.iter().map(|path| (path.clone(), entity_idx)));
             }
-            Shape::Point(at) => body.features.push(*at),
-            Shape::Text { .. } | Shape::Insert(_) | Shape::Other => (),
+            Shape::Point(at) => {
+                body.features.push(*at);
+                body.marks.push(*at);
+            }
+            Shape::Text { .. }
+            | Shape::Insert(_)
+            | Shape::Dimension { .. }
+            | Shape::Unread { .. }
+            | Shape::Other => (),
         }
     }
 
@@ -142,6 +165,11 @@ impl Bodies {
     fn owner_of(&self, handle: Handle, drawing: &Drawing) -> Option<usize> {
         let is_meant = |entity: &Entity| entity.location.handle == Some(handle);
         self.owner(drawing.entities.iter().position(is_meant)?)
+    }
+
+    /// Whether a point is where the outline of a body is not closed.
+    pub(super) fn is_lost(&self, at: Point) -> bool {
+        self.list.iter().any(|body| body.lost.is_some_and(|lost| lost.contains(at)))
     }
 
     /// Bodies with a feature within the tolerance of a point, in their order.

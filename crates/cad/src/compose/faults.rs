@@ -54,6 +54,17 @@ impl<'a> Faults<'a> {
         self.list.push(fault);
     }
 
+    /// A list for what is not to be reported.
+    pub(super) fn unheard(&self) -> Self {
+        Self::new(self.excerpts)
+    }
+
+    /// Adds the fault of two entities that contradict each other.
+    pub(super) fn add_pair(&mut self, fault: Diagnostic, [here, there]: [&Location; 2]) {
+        let fault = self.excerpts.at(fault, here, "here");
+        self.add_labelled(fault, there, "and here");
+    }
+
     /// Adds the fault that something stands in two locations.
     pub(super) fn add_duplicate(
         &mut self,
@@ -62,8 +73,7 @@ impl<'a> Faults<'a> {
         [here, there]: [&Location; 2],
     ) {
         let fault = Diagnostic::error(codes::DUPLICATE_NAME, message).help(help);
-        let fault = self.excerpts.at(fault, here, "here");
-        self.add_labelled(fault, there, "and here");
+        self.add_pair(fault, [here, there]);
     }
 
     /// Adds the fault that something has no name.

@@ -36,7 +36,7 @@ pub(super) fn gather(source: Source<'_>, sidecar: &Sidecar, faults: &mut Faults<
     for body in bodies.list.iter_mut().skip(1) {
         override_values(body, sidecar);
     }
-    take_enclosing_outlines(source, &mut bodies, &inserts);
+    take_enclosing_outlines(source, &mut bodies, &inserts, faults);
     close_outlines(source, &mut bodies, faults);
     let points = marks(source, &mut bodies, faults);
     Gathered { bodies, points }
@@ -88,6 +88,7 @@ fn take_attached(
                     bodies.own(GROUND, attachment.entity_idx, source.drawing);
                 }
                 bodies.list[GROUND].features.extend(attachment.at);
+                bodies.list[GROUND].marks.extend(attachment.at);
             }
             _ => (),
         }

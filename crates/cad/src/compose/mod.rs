@@ -18,8 +18,10 @@ mod enclosed;
 mod faults;
 mod frame;
 mod gather;
+mod lengths;
 mod marks;
 mod names;
+mod near;
 mod origins;
 mod outlines;
 mod partners;
@@ -29,6 +31,8 @@ mod sections;
 mod sidecar;
 mod snap;
 mod source;
+mod spelling;
+mod twice;
 mod units;
 mod weigh;
 
@@ -43,6 +47,7 @@ pub use sidecar::{DRAWING_KEY, named_drawing};
 pub use source::RELATIVE_TOLERANCE;
 
 use crate::attachment::Attachment;
+use crate::codes;
 use crate::drawing::Drawing;
 use crate::excerpt::Excerpts;
 use choose_frames::choose_frames;
@@ -51,10 +56,13 @@ use draft::Draft;
 use faults::Faults;
 
 use gather::{Gathered, gather};
+use lengths::{Skeleton, lengths};
 use origins::Origins;
 use sections::Mechanism;
 use sidecar::Sidecar;
 use source::{Scale, Source};
+use spelling::Spellings;
+use twice::stated_twice;
 use units::BareUnits;
 use weigh::{Plate, weigh};
 
@@ -85,9 +93,20 @@ pub struct Composition {
     /// Errors and warnings; spans are those of the drawing's text.
     pub diagnostics: Vec<Diagnostic>,
     origins: Origins,
+    spellings: Spellings,
 }
 
 impl Composition {
+    /// The name that the model has for a name of the drawing.
+    pub fn model_name<'n>(&'n self, name: &'n str) -> &'n str {
+        self.spellings.name(name)
+    }
+
+    /// A message about the model in the words of the drawing.
+    pub fn drawn_words(&self, message: &str) -> String {
+        self.spellings.drawn(message)
+    }
+
     /// The origin of a range of the text.
     pub fn origin(&self, span: &Range<usize>) -> Origin {
         self.origins.find(span)
@@ -107,12 +126,18 @@ pub fn compose(
     let source = Source { drawing, attachments, scale };
     let mut faults = Faults::new(excerpts);
 
+    stated_twice(source, &sidecar, &mut faults);
+
     // The mechanism: bodies, the joints where they meet, and the frames that follow from these.
     let Gathered { bodies, mut points } = gather(source, &sidecar, &mut faults);
     let Connected { connections, snaps } = connect(source, &bodies, &mut points, &mut faults);
     let frames = choose_frames(&bodies, &connections, scale.tolerance);
     let units = BareUnits::of(source, &sidecar);
+    let mut parameters = sections::parameters(source, &mut faults);
+    let skeleton = Skeleton { source, points: &points, frames: &frames, connections: &connections };
+    let lengths = lengths(&skeleton, &mut parameters, &mut faults);
     let mechanism = Mechanism {
+        lengths: &lengths,
         source,
         bodies: &bodies,
         connections: &connections,
@@ -123,7 +148,6 @@ pub fn compose(
     // The sections of the text. Loads may put points onto bodies, so bodies come after them; faults
     // keep the order of the calls.
     let top = sections::top(source);
-    let parameters = sections::parameters(source, &mut faults);
     let plate = Plate { unit: drawing.unit, units: &units, default: options.plate };
     let weights = weigh(&bodies, &frames, plate, &mut faults);
     let (joints, joint_reports) = sections::joints(&mechanism);
@@ -134,13 +158,16 @@ pub fn compose(
     let solve = sections::solve(source);
 
     // The text, in the order of a model file; a drawing with errors has none.
-    let draft =
+    let mut draft =
         Draft::joined([top, parameters, body_sections, joints, loads, drives, starts, solve]);
+    let spellings = Spellings::of(&draft.document);
+    report_spellings(&spellings, &draft, &mut faults);
     let (text, origins) = if faults.has_error() {
         (String::new(), Origins::default())
     } else {
-        let text = sidecar.merged(&draft.document, &body_reports);
-        let origins = Origins::new(&text, sidecar_text, draft.locations);
+        spellings.spell(&mut draft.document);
+        let text = sidecar.merged(&draft.document, &body_reports, &spellings);
+        let origins = Origins::new(&text, sidecar_text, draft.locations, &spellings);
         (text, origins)
     };
     Composition {
@@ -151,5 +178,38 @@ pub fn compose(
         tolerance: scale.tolerance,
         diagnostics: faults.into_list(),
         origins,
+        spellings,
     }
+}
+
+/// The loops that small gaps leave open, each with its gaps and the entities at their ends.
+pub(crate) fn near_loops(
+    open: &[crate::outline::Chain],
+    tolerance: f64,
+) -> Vec<(Vec<crate::outline::Snap>, Vec<usize>)> {
+    let loops = near::loops(open, tolerance).into_iter();
+    let ends = |gaps: &[crate::outline::Snap]| {
+        let mut entities: Vec<usize> = gaps.iter().flat_map(|gap| gap.entities).collect();
+        entities.sort_unstable();
+        entities.dedup();
+        entities
+    };
+    loops.map(|near| (near.gaps.clone(), ends(&near.gaps))).collect()
+}
+
+/// Says once which names the model spells otherwise than the drawing.
+fn report_spellings(spellings: &Spellings, draft: &Draft, faults: &mut Faults<'_>) {
+    let pairs: Vec<String> =
+        spellings.pairs().map(|(name, spelling)| format!("`{name}` is `{spelling}`")).collect();
+    let found = spellings.pairs().find_map(|(name, _)| {
+        let mut locations = draft.locations.iter();
+        let (_, at) = locations.find(|(path, _)| path.iter().any(|part| part == name))?;
+        Some((name, at))
+    });
+    let (false, Some((name, at))) = (pairs.is_empty(), found) else { return };
+    let message = format!("equations and logs spell names otherwise: {}", pairs.join(", "));
+    let help =
+        "names of the letters a–z, digits and `_` that do not start with a digit stay as they are";
+    let warning = Diagnostic::warning(codes::RENAMED, message).help(help);
+    faults.add_labelled(warning, at, &format!("`{name}`"));
 }

@@ -7,6 +7,7 @@ use std::ops::Range;
 
 use toml_edit::{Document, Item, Key, TableLike};
 
+use super::spelling::Spellings;
 use crate::drawing::Location;
 
 /// Where a range of a composed text comes from.
@@ -38,8 +39,15 @@ pub(super) struct Origins {
 
 impl Origins {
     /// Of a composed text, of the sidecar, and of the values that the drawing gave.
-    pub(super) fn new(text: &str, sidecar: &str, drawing: BTreeMap<Vec<String>, Location>) -> Self {
-        let sidecar = pieces(sidecar).into_iter().map(|p| ((p.path, p.is_key), p.span)).collect();
+    pub(super) fn new(
+        text: &str,
+        sidecar: &str,
+        drawing: BTreeMap<Vec<String>, Location>,
+        spellings: &Spellings,
+    ) -> Self {
+        let spelled = |piece: Piece| ((spellings.path(&piece.path), piece.is_key), piece.span);
+        let sidecar = pieces(sidecar).into_iter().map(spelled).collect();
+        let drawing = drawing.into_iter().map(|(path, at)| (spellings.path(&path), at)).collect();
         Self { text: pieces(text), sidecar, drawing }
     }
 

@@ -6,9 +6,14 @@ use super::bodies::{Bodies, Body, GROUND};
 use super::faults::Faults;
 use super::snap::apart;
 use super::source::Source;
+use crate::codes;
 use crate::drawing::{Drawing, Location, Shape};
-use crate::geometry::{Curve, Point};
-use crate::outline::{Chains, Outline, OutlineError, Stroke, chain, nest};
+use crate::excerpt::short;
+use crate::geometry::{Bounds, Curve, Point};
+use crate::outline::{Chains, Outline, OutlineError, Stroke, chain, doubled, nest};
+
+/// A gap wider than this part of the size of its body or loop was not meant to be closed.
+pub(super) const WIDEST_GAP: f64 = 0.05;
 
 /// Finds the outline of every body, and reports the faults of those that are needed.
 pub(super) fn close_outlines(source: Source<'_>, bodies: &mut Bodies, faults: &mut Faults<'_>) {
@@ -18,8 +23,11 @@ pub(super) fn close_outlines(source: Source<'_>, bodies: &mut Bodies, faults: &m
         let is_stated = body.value("mass").is_some() && body.value("inertia").is_some();
         let is_needed = body_idx != GROUND && !is_stated;
         match outline_of(drawing, body, tolerance) {
-            Ok((chains, outline)) => {
+            Ok(Drawn { chains, outline, doubled }) => {
                 body.outline = outline;
+                for pair in doubled {
+                    add_doubled(drawing, pair, faults);
+                }
                 if is_needed {
                     report_gaps(drawing, body, chains, faults);
                 }
@@ -31,11 +39,7 @@ pub(super) fn close_outlines(source: Source<'_>, bodies: &mut Bodies, faults: &m
 }
 
 /// The chains of a body's curves, and the outline that the closed ones make.
-fn outline_of(
-    drawing: &Drawing,
-    body: &Body,
-    tolerance: f64,
-) -> Result<(Chains, Option<Outline>), OutlineError> {
+fn outline_of(drawing: &Drawing, body: &Body, tolerance: f64) -> Result<Drawn, OutlineError> {
     // Hatches fill outlines that are drawn, too; alone, they are the outline.
     let is_hatch = |entity: usize| matches!(drawing.entities[entity].shape, Shape::Hatch(_));
     let has_lines = body.paths.iter().any(|&(_, entity)| !is_hatch(entity));
@@ -45,13 +49,44 @@ fn outline_of(
         .filter(|(_, entity)| !(has_lines && is_hatch(*entity)))
         .map(|(path, entity)| Stroke { path: path.clone(), entity: *entity })
         .collect();
-    let chains = chain(&strokes, tolerance)?;
+    // Ends that meet in more than one way may be those of a line that is drawn twice.
+    let (chains, doubled) = match chain(&strokes, tolerance) {
+        Err(OutlineError::Ambiguous { at, entities }) => {
+            let doubled = doubled(&strokes, tolerance);
+            if doubled.is_empty() {
+                return Err(OutlineError::Ambiguous { at, entities });
+            }
+            let is_copy = |idx: &usize| doubled.iter().any(|it| it.copy == *idx);
+            let kept =
+                (0..strokes.len()).filter(|idx| !is_copy(idx)).map(|idx| strokes[idx].clone());
+            let pairs = doubled.iter().map(|it| [it.kept, it.copy].map(|idx| strokes[idx].entity));
+            (chain(&kept.collect::<Vec<_>>(), tolerance)?, pairs.collect())
+        }
+        chains => (chains?, Vec::new()),
+    };
     // A body without a closed chain has no outline, rather than an empty one.
     let outline = match chains.closed.as_slice() {
         [] => None,
         closed => Some(nest(closed, tolerance)?),
     };
-    Ok((chains, outline))
+    Ok(Drawn { chains, outline, doubled })
+}
+
+/// What the curves of a body make.
+struct Drawn {
+    chains: Chains,
+    outline: Option<Outline>,
+    /// Entities that are taken, each with one on top of it that is not.
+    doubled: Vec<[usize; 2]>,
+}
+
+/// Warns that an entity lies on another one of the same body.
+pub(super) fn add_doubled(drawing: &Drawing, [kept, copy]: [usize; 2], faults: &mut Faults<'_>) {
+    let [kept, copy] = [kept, copy].map(|idx| &drawing.entities[idx].location);
+    let message = format!("a {} lies on a {} and is passed over", copy.kind, kept.kind);
+    let help = "delete it (`OVERKILL` in most CAD programs)";
+    let warning = Diagnostic::warning(codes::DOUBLED, message).help(help);
+    faults.add_pair(warning, [copy, kept]);
 }
 
 /// Reports which gaps were closed and which could not be. Centre lines do no harm, nor does what ends
@@ -71,23 +106,47 @@ fn report_gaps(drawing: &Drawing, body: &mut Body, mut chains: Chains, faults: &
     let is_weighed = body.value("mass").is_none();
     let severity = if is_weighed { Severity::Error } else { Severity::Warning };
     if let Some(open) = chains.open_error() {
-        report(drawing, body, &open, severity, faults);
+        let help = tolerance_that_closes(body, &open);
+        report_with(drawing, body, &open, (severity, help), faults);
     }
 }
 
+/// The help that names the tolerance under which all gaps close, where they are small.
+fn tolerance_that_closes(body: &Body, open: &OutlineError) -> Option<String> {
+    let OutlineError::Open { ends } = open else { return None };
+    let bounds =
+        body.paths.iter().map(|(path, _)| path.bounds()).fold(Bounds::EMPTY, Bounds::union);
+    let gaps = ends.iter().map(|end| end.gap.unwrap_or(f64::INFINITY));
+    let widest = gaps.fold(0.0, f64::max);
+    (widest <= WIDEST_GAP * bounds.diagonal()).then(|| {
+        let tolerance = short(widest * 1.1);
+        format!("close the gaps in the drawing, or allow them: `--tolerance {tolerance}`")
+    })
+}
+
 /// Adds the fault of an outline with its body and its entities.
-fn report(
+pub(super) fn report(
     drawing: &Drawing,
     body: &mut Body,
     error: &OutlineError,
     severity: Severity,
     faults: &mut Faults<'_>,
 ) {
+    report_with(drawing, body, error, (severity, None), faults);
+}
+
+fn report_with(
+    drawing: &Drawing,
+    body: &mut Body,
+    error: &OutlineError,
+    (severity, help): (Severity, Option<String>),
+    faults: &mut Faults<'_>,
+) {
     /// More entities of one fault say nothing more.
     const MAX_SHOWN: usize = 4;
     let fault = error.diagnostic();
     let message = format!("body `{}`: {}", body.name, fault.message);
-    let fault = Diagnostic { message, severity, ..fault };
+    let fault = Diagnostic { message, severity, help: help.or(fault.help.clone()), ..fault };
     let fault = match severity {
         Severity::Error => fault,
         Severity::Warning => fault.note("what is open counts for nothing in the mass"),

@@ -52,6 +52,8 @@ impl Partners<'_> {
         }
         match self.met_or_around(at).as_slice() {
             [one] => Some(*one),
+            // One mistake, one message.
+            [] if self.bodies.is_lost(at) => None,
             [] => {
                 let [x, y] = at.map(short);
                 let message = format!("{} at ({x}, {y}) belongs to no body", attachment.title());
@@ -66,6 +68,59 @@ impl Partners<'_> {
                 None
             }
         }
+    }
+
+    /// The bodies of a pin through more than two, the one that all others turn on first: those that
+    /// `bodies` lists, or those that have a centre at the point. `None` for any other joint.
+    pub(super) fn pinned(
+        &self,
+        attachment: &Attachment,
+        at: Point,
+        faults: &mut Faults<'_>,
+    ) -> Option<Vec<usize>> {
+        if attachment.kind.name != "revolute" {
+            return None;
+        }
+        if let Some(value) = attachment.value("bodies") {
+            return self.listed(attachment, value, faults);
+        }
+        let names_some = ["body1", "body2", "point1", "point2"];
+        if names_some.iter().any(|key| attachment.value(key).is_some()) {
+            return None;
+        }
+        let mut met = self.met_at(at);
+        if let Some(own) = self.own_body(attachment).filter(|own| !met.contains(own)) {
+            met.push(own);
+            met.sort_unstable();
+        }
+        // A corner nearby says less than a hole: then it is asked which bodies are meant.
+        let tolerance = self.source.scale.tolerance;
+        let is_pinned = |body_idx: &usize| self.bodies.list[*body_idx].is_pinned_at(at, tolerance);
+        (met.len() > 2 && met.iter().all(is_pinned)).then_some(met)
+    }
+
+    /// The bodies of a list of names.
+    fn listed(
+        &self,
+        attachment: &Attachment,
+        value: &Value,
+        faults: &mut Faults<'_>,
+    ) -> Option<Vec<usize>> {
+        let Content::Text(text) = &value.content else { return None };
+        let mut found = Vec::new();
+        for name in text.split([',', ';']).map(str::trim).filter(|name| !name.is_empty()) {
+            let one = Value { content: Content::Text(name.to_owned()), ..value.clone() };
+            found.push(self.named(&one, faults)?);
+        }
+        let is_twice = |idx: usize| found[..idx].contains(&found[idx]);
+        if found.len() < 2 || (0..found.len()).any(is_twice) {
+            let message = format!("`bodies` of {} is `{text}`", attachment.title());
+            let fault = Diagnostic::error(codes::NO_BODY_THERE, message)
+                .help("list two bodies or more, each once: `bodies=crank, rod, lever`");
+            faults.add(fault, &value.location);
+            return None;
+        }
+        Some(found)
     }
 
     /// The two bodies of a joint or of a load between two points, the first one first.
@@ -183,6 +238,7 @@ impl Partners<'_> {
             }
         }
         match found.as_slice() {
+            [] | [GROUND] if self.bodies.is_lost(at) => None,
             [] | [GROUND] => {
                 let [x, y] = at.map(short);
                 let message = format!("no body meets {} at ({x}, {y})", attachment.title());
@@ -194,7 +250,14 @@ impl Partners<'_> {
             [one] => Some([GROUND, *one]),
             [a, b] => Some(ground_first(*a, *b)),
             many => {
-                let help = format!("{NAME_TWO}; a pin through three bodies is two joints");
+                let name = |&body_idx: &usize| self.bodies.list[body_idx].name.as_str();
+                let names = many.iter().map(name).collect::<Vec<_>>().join(", ");
+                let help = match attachment.kind.name {
+                    "revolute" => {
+                        format!("{NAME_TWO}, or all that one pin joins: `bodies={names}`")
+                    }
+                    _ => NAME_TWO.to_owned(),
+                };
                 self.add_ambiguous(attachment, at, many, &help, faults);
                 None
             }

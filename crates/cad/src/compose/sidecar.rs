@@ -3,6 +3,7 @@
 use toml_edit::{DocumentMut, Item, Table, TableLike};
 
 use super::report::{BodyReport, MassSource};
+use super::spelling::{Spellings, spelled_body};
 use crate::attachment::{Content, Value};
 use crate::drawing::Location;
 use crate::kind;
@@ -30,7 +31,9 @@ impl Sidecar {
 
     /// The keys it states of a body, as values of the drawing; all have the location of the body.
     pub(super) fn body_values(&self, name: &str, location: &Location) -> Vec<Value> {
-        let Some(body) = self.table(&["bodies", name]) else { return Vec::new() };
+        let body = self.table(&["bodies", name]);
+        let body = body.or_else(|| self.table(&["bodies", &spelled_body(name)]));
+        let Some(body) = body else { return Vec::new() };
         let keys = kind::by_name("body").expect("bodies are a kind of attachment").keys;
         let stated = |key: &&'static str| {
             let mut text = plain(body.get(key)?)?;
@@ -49,6 +52,13 @@ impl Sidecar {
         Some(self.table(&["units"])?.get(quantity)?.as_str()?.to_owned())
     }
 
+    /// The names of its loads that are gravity.
+    pub(super) fn gravities(&self) -> Vec<String> {
+        let loads = self.table(&["loads"]).into_iter().flat_map(TableLike::iter);
+        let is_gravity = |item: &Item| item.get("type").and_then(Item::as_str) == Some("gravity");
+        loads.filter(|(_, item)| is_gravity(item)).map(|(name, _)| name.to_owned()).collect()
+    }
+
     fn table(&self, path: &[&str]) -> Option<&dyn TableLike> {
         let mut table: &dyn TableLike = self.document.as_table();
         for key in path {
@@ -58,10 +68,16 @@ impl Sidecar {
     }
 
     /// The whole model: this file, and below it what the drawing says.
-    pub(super) fn merged(mut self, drawn: &DocumentMut, bodies: &[BodyReport]) -> String {
+    pub(super) fn merged(
+        mut self,
+        drawn: &DocumentMut,
+        bodies: &[BodyReport],
+        spellings: &Spellings,
+    ) -> String {
+        spellings.spell(&mut self.document);
         // Stated here, density and thickness were made a part of the computed mass.
         for body in bodies.iter().filter(|body| body.source == MassSource::Computed) {
-            self.remove_body_keys(&body.name, &["density", "thickness"]);
+            self.remove_body_keys(spellings.name(&body.name), &["density", "thickness"]);
         }
         self.document.remove(DRAWING_KEY);
 

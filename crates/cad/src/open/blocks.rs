@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use bksim_model::diagnostic::Diagnostic;
 
 use super::feed::Record;
-use super::guard::{MOST_ENTITIES, at_value, describe};
+use super::guard::{MOST_ENTITIES, SHOWN, at_value, describe};
 use crate::codes;
 use crate::tags::Tags;
 
@@ -23,11 +23,19 @@ struct Insert {
     record: usize,
 }
 
-/// Checks that no block holds itself and that the drawing has a bearable number of entities.
+/// Our blocks begin with this; their inserts have all that they say in their attributes.
+const PREFIX: &str = "BK_";
+
+/// Checks that no block holds itself and that the drawing has a bearable number of entities; returns
+/// warnings about inserts of blocks that are not there.
 ///
 /// Blocks within blocks multiply: twenty of them, each inserting the next one twice, are a million
 /// copies.
-pub(super) fn check(tags: &Tags, blocks: &[Record], entities: &[Record]) -> Result<(), Diagnostic> {
+pub(super) fn check(
+    tags: &Tags,
+    blocks: &[Record],
+    entities: &[Record],
+) -> Result<Vec<Diagnostic>, Diagnostic> {
     let mut known: BTreeMap<String, Block> = BTreeMap::new();
     let mut name = String::new();
     for record in blocks {
@@ -44,7 +52,7 @@ pub(super) fn check(tags: &Tags, blocks: &[Record], entities: &[Record]) -> Resu
     }
 
     let sizes = sizes(&known).map_err(|(block, record)| holds_itself(tags, &block, record))?;
-    let n_entities = size(&model, &sizes).unwrap_or(u64::MAX);
+    let n_entities = size(&model, &sizes);
     if n_entities > MOST_ENTITIES {
         let message = format!("the drawing has {n_entities} entities, those of inserts counted");
         return Err(Diagnostic::error(codes::TOO_LARGE, message)
@@ -52,7 +60,35 @@ pub(super) fn check(tags: &Tags, blocks: &[Record], entities: &[Record]) -> Resu
             .note(format!("at most {MOST_ENTITIES} are read"))
             .help("save what belongs to the mechanism as a drawing of its own"));
     }
-    Ok(())
+    Ok(undefined(tags, &model, &known))
+}
+
+/// Warnings about inserts of blocks that are not there, of those that the model space shows.
+fn undefined(tags: &Tags, model: &Block, known: &BTreeMap<String, Block>) -> Vec<Diagnostic> {
+    let mut warnings = Vec::new();
+    let mut waiting = vec![model];
+    let mut is_met = std::collections::BTreeSet::new();
+    while let Some(block) = waiting.pop() {
+        for insert in &block.inserts {
+            match known.get(&insert.block) {
+                Some(inner) if is_met.insert(&insert.block) => waiting.push(inner),
+                Some(_) => (),
+                None if insert.block.starts_with(PREFIX) => (),
+                None => warnings.push(no_block(tags, insert)),
+            }
+        }
+    }
+    warnings.truncate(SHOWN);
+    warnings
+}
+
+fn no_block(tags: &Tags, insert: &Insert) -> Diagnostic {
+    let message = format!("the drawing has no block `{}`: its insert shows nothing", insert.block);
+    let record = tags.record_from(insert.record).unwrap_or(insert.record..insert.record + 1);
+    let fault = Diagnostic::warning(codes::NO_BLOCK, message)
+        .note(describe(tags, record))
+        .help("delete the insert, or define the block (an external reference must be bound first)");
+    at_value(fault, tags, insert.record, "inserted here")
 }
 
 fn add(tags: &Tags, block: &mut Block, record: &Record) {
@@ -77,11 +113,11 @@ fn block_name(tags: &Tags, record: &Record) -> String {
     name.map_or_else(String::new, |idx| tags.text(idx).trim().to_uppercase())
 }
 
-/// The size of a block, once all of its inserts are known.
-fn size(block: &Block, sizes: &BTreeMap<&str, u64>) -> Option<u64> {
-    block.inserts.iter().try_fold(block.n_own, |total, insert| {
-        let one = sizes.get(insert.block.as_str()).copied()?;
-        Some(total.saturating_add(one.saturating_mul(insert.n_copies)))
+/// The size of a block, once all of its inserts are known; a block that is not there has none.
+fn size(block: &Block, sizes: &BTreeMap<&str, u64>) -> u64 {
+    block.inserts.iter().fold(block.n_own, |total, insert| {
+        let one = sizes.get(insert.block.as_str()).copied().unwrap_or(0);
+        total.saturating_add(one.saturating_mul(insert.n_copies))
     })
 }
 
@@ -97,8 +133,7 @@ fn sizes(blocks: &BTreeMap<String, Block>) -> Result<BTreeMap<&str, u64>, (Strin
             if sizes.contains_key(*name) || *next == inserts.len() {
                 let name = *name;
                 if let Some(block) = blocks.get(name) {
-                    sizes.entry(name).or_insert_with_key(|_| 0);
-                    let known = size(block, &sizes).unwrap_or(u64::MAX);
+                    let known = size(block, &sizes);
                     sizes.insert(name, known);
                 } else {
                     // A block that is not there has no entities.

@@ -141,10 +141,17 @@ pub(super) fn feed(tags: &Tags) -> Vec<u8> {
     }
     header(tags, &mut out);
     tables(tags, &mut out);
+    let paper = paper_spaces(tags);
     for section in ["BLOCKS", "ENTITIES"] {
         out.push(0, Value::Text("SECTION")).push(2, Value::Text(section));
+        // What stands among the entities is in the model space, whatever that is called, unless its
+        // owner is a sheet of paper.
+        let is_left_out = |idx: usize| {
+            tags.code(idx) == 330 && tags.handle(idx).is_some_and(|it| !paper.contains(&it))
+        };
+        let is_left_out = |idx: usize| section == "ENTITIES" && is_left_out(idx);
         for record in records(tags, section) {
-            entity(tags, &record, &mut out);
+            entity(tags, &record, &mut out, is_left_out);
         }
         out.push(0, Value::Text("ENDSEC"));
     }
@@ -187,9 +194,20 @@ fn tables(tags: &Tags, out: &mut Writer<'_>) {
     out.push(0, Value::Text("ENDSEC"));
 }
 
-fn entity(tags: &Tags, record: &Record, out: &mut Writer<'_>) {
+/// Handles of the block records that are sheets of paper.
+fn paper_spaces(tags: &Tags) -> Vec<Handle> {
+    let all = tags.section("TABLES").map_or(0..0, |section| section.tags.clone());
+    let blocks = tags.records(all).filter(|record| tags.is_word(record.start, "BLOCK_RECORD"));
+    let is_paper = |record: &Range<usize>| {
+        let name = record.clone().find(|&idx| tags.code(idx) == 2);
+        name.is_some_and(|idx| tags.text(idx).trim().to_uppercase().starts_with("*PAPER_SPACE"))
+    };
+    blocks.filter(is_paper).filter_map(|record| tags.handle_of(record)).collect()
+}
+
+fn entity(tags: &Tags, record: &Record, out: &mut Writer<'_>, is_left_out: impl Fn(usize) -> bool) {
     let handle = tags.known_handle(record.tags.clone());
-    for idx in kept(tags, record) {
+    for idx in kept(tags, record).into_iter().filter(|&idx| !is_left_out(idx)) {
         out.copy(&tags.bytes()[tags.span(idx)]);
         if idx == record.tags.start {
             out.push(5, Value::Text(&format!("{:X}", handle.0)));

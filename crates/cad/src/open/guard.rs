@@ -23,7 +23,7 @@ const COUNTS: &[(&str, &[i16])] = &[
 ];
 
 /// Faults of one kind are all alike: this many are shown.
-const SHOWN: usize = 20;
+pub(super) const SHOWN: usize = 20;
 
 /// Type and position of a record: `CIRCLE, handle 2F, layer BK_JOINTS, at (120.5, 34)`.
 pub fn describe(tags: &Tags, record: Range<usize>) -> String {

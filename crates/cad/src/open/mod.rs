@@ -12,6 +12,7 @@ mod guard;
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use acadrust::tables::BlockRecord;
 use acadrust::{CadDocument, DwgReadOptions, DwgReader, DxfReader, DxfWriter};
 use bksim_model::diagnostic::Diagnostic;
 
@@ -114,7 +115,7 @@ pub fn check(bytes: Vec<u8>, options: &OpenOptions) -> Result<Checked, Vec<Diagn
         warnings.push(fault);
     }
     let [blocks, entities] = ["BLOCKS", "ENTITIES"].map(|name| feed::records(&tags, name));
-    blocks::check(&tags, &blocks, &entities).map_err(fail)?;
+    warnings.extend(blocks::check(&tags, &blocks, &entities).map_err(fail)?);
     let mut faults = Vec::new();
     for records in [&blocks, &entities] {
         faults.extend(guard::values(&tags, records));
@@ -166,9 +167,31 @@ pub fn read_dwg(bytes: Vec<u8>, release: &str) -> Result<CadDocument, Diagnostic
     let options = DwgReadOptions::default().with_max_decompressed_bytes(MOST_UNPACKED);
     let read = || DwgReader::from_stream_with_options(Cursor::new(bytes), options).read();
     match catch_unwind(AssertUnwindSafe(read)) {
-        Ok(Ok(document)) => Ok(document),
+        Ok(Ok(mut document)) => {
+            name_model_space(&mut document);
+            Ok(document)
+        }
         Ok(Err(_)) | Err(_) => Err(unreadable(&format!("the DWG drawing of {release}"))),
     }
+}
+
+/// Gives the block that the drawing says is its model space the name of one: converters call it `*U3`.
+fn name_model_space(document: &mut CadDocument) {
+    const NAME: &str = "*Model_Space";
+    let handle = document.header.model_space_block_handle;
+    let stated = document.block_records.iter().find(|block| block.handle == handle);
+    let has_entities = |block: &BlockRecord| !block.entity_handles.is_empty();
+    let Some(stated) = stated.filter(|it| !it.name.eq_ignore_ascii_case(NAME)).cloned() else {
+        return;
+    };
+    // A block of that name that has entities is the model space, whatever else is said.
+    if document.block_records.get(NAME).is_some_and(has_entities) {
+        return;
+    }
+    document.block_records.remove(NAME);
+    document.block_records.remove(&stated.name);
+    // The name is free: nothing of it is left.
+    let _ = document.block_records.add(BlockRecord { name: NAME.to_owned(), ..stated });
 }
 
 /// A DWG drawing as binary DXF.

@@ -28,13 +28,13 @@ pub struct Snap {
 impl Snap {
     /// As a warning without locations: the drawing has a gap that was bridged.
     pub fn diagnostic(&self) -> Diagnostic {
-        let message = format!(
-            "a gap of {} units from {} to {} was closed",
-            short(self.distance),
-            position(&self.from),
-            position(&self.to),
-        );
-        Diagnostic::warning(codes::SNAPPED, message)
+        Diagnostic::warning(codes::SNAPPED, format!("{} was closed", self.words()))
+    }
+
+    /// `a gap of 0.1 units from (10, 0) to (10.1, 0)`.
+    pub fn words(&self) -> String {
+        let [from, to] = [self.from, self.to].map(|end| position(&end));
+        format!("a gap of {} units from {from} to {to}", short(self.distance))
     }
 }
 

@@ -1,11 +1,11 @@
 //! Inserts: ours with their attributes, all others with the curves of their blocks.
 
 use acadrust::EntityType;
-use acadrust::entities::Insert;
+use acadrust::entities::{EntityCommon, Insert};
 
 use super::plane::planar;
 use super::{Reading, shape, xdata};
-use crate::drawing::{Entity, Insert as OurInsert, Shape};
+use crate::drawing::{Entity, Insert as OurInsert, Shape, Unread};
 use crate::geometry::{Affine, Path};
 
 /// Blocks nested deeper are not followed.
@@ -38,7 +38,9 @@ fn cells(insert: &Insert) -> Vec<Affine> {
 impl Reading<'_> {
     /// An insert of the model space.
     pub(super) fn read_insert(&mut self, insert: &Insert) {
-        let Some(map) = self.map(insert) else { return };
+        let Some(map) = self.map(insert) else {
+            return self.pass_over("INSERT", &insert.common, None, Unread::OutOfPlane);
+        };
         if is_ours(&insert.block_name) {
             self.read_ours(insert, &map, &Affine::IDENTITY, None);
             return;
@@ -52,21 +54,39 @@ impl Reading<'_> {
             for entity in self.document.entities_in_block(&insert.block_name) {
                 // Inserts of inserts may grow without bound: those beyond the budget are not drawn.
                 if self.budget == 0 {
+                    let limit = "all inserts together have more than 200 000 curves";
+                    self.pass_over("INSERT", &insert.common, None, Unread::TooMany { limit });
                     break 'blocks;
                 }
                 self.budget -= 1;
                 let own = &entity.common().layer;
                 let layer = if own == "0" { layer.clone() } else { own.clone() };
                 if let EntityType::Insert(inner) = entity {
-                    let Some(inner_map) = self.map(inner) else { continue };
+                    let block = Some(insert.block_name.as_str());
+                    let Some(inner_map) = self.map(inner) else {
+                        self.pass_over("INSERT", &inner.common, block, Unread::OutOfPlane);
+                        continue;
+                    };
                     if is_ours(&inner.block_name) {
                         self.read_ours(inner, &inner_map, &map, Some(&layer));
                     } else if depth < MAX_DEPTH {
                         waiting.push((inner.clone(), inner_map.then(&map), layer, depth + 1));
+                    } else {
+                        let limit = "inserts stand within one another more than 16 deep";
+                        self.pass_over("INSERT", &inner.common, block, Unread::TooMany { limit });
                     }
                     continue;
                 }
-                let Shape::Path(path) = shape::shape(entity) else { continue };
+                let path = match shape::shape(entity) {
+                    Shape::Path(path) => path,
+                    Shape::Unread { why, .. } => {
+                        let kind = entity.as_entity().entity_type();
+                        let block = Some(insert.block_name.as_str());
+                        self.pass_over(kind, entity.common(), block, why);
+                        continue;
+                    }
+                    _ => continue,
+                };
                 let path = path.transformed(&map);
                 match layers.iter_mut().find(|(name, _)| *name == layer) {
                     Some((_, known)) => known.push(path),
@@ -83,6 +103,16 @@ impl Reading<'_> {
             let xdata = if layer_idx == 0 { xdata(&insert.common) } else { Vec::new() };
             self.entities.push(Entity { location, shape: Shape::Paths(paths), xdata });
         }
+    }
+
+    /// Notes an entity that is passed over; one of a block once, however often that is inserted.
+    fn pass_over(&mut self, kind: &str, common: &EntityCommon, block: Option<&str>, why: Unread) {
+        if !self.unread.insert(common.handle.into()) {
+            return;
+        }
+        let location = self.location(kind, common, self.first_point(common));
+        let shape = Shape::Unread { why, block: block.map(str::to_owned) };
+        self.entities.push(Entity { location, shape, xdata: Vec::new() });
     }
 
     /// An insert of one of our blocks, in a block that is itself inserted by `outer`.

@@ -1,8 +1,11 @@
 //! From the library's document to a [`Drawing`]: world axes, the plane, plain data.
 
+mod dimension;
 mod insert;
 mod plane;
 mod shape;
+
+use std::collections::BTreeSet;
 
 use acadrust::entities::{AttributeEntity, EntityCommon};
 use acadrust::io::dxf::code_page::decode_legacy_escapes;
@@ -11,7 +14,7 @@ use acadrust::{CadDocument, EntityType};
 
 use crate::drawing::{Attribute, Drawing, Entity, Handle, LengthUnit, Location, Shape, XValue};
 use crate::geometry::{Affine, Point};
-use crate::kind::APPLICATION;
+use crate::kind::{APPLICATION, DOCTOR_LAYER};
 use crate::tags::Tags;
 use plane::planar;
 
@@ -20,7 +23,13 @@ const MAX_INSERTED: usize = 200_000;
 
 /// Reads the model space; `tags` are the groups of the same file.
 pub fn read(document: &CadDocument, unit: LengthUnit, tags: &Tags) -> Drawing {
-    let mut reading = Reading { document, tags, entities: Vec::new(), budget: MAX_INSERTED };
+    let mut reading = Reading {
+        document,
+        tags,
+        entities: Vec::new(),
+        budget: MAX_INSERTED,
+        unread: BTreeSet::new(),
+    };
     for entity in document.model_space_entities() {
         reading.read_entity(entity);
     }
@@ -34,6 +43,8 @@ struct Reading<'a> {
     entities: Vec<Entity>,
     /// Curves that inserts may still bring.
     budget: usize,
+    /// Handles of entities of blocks that were passed over, each once.
+    unread: BTreeSet<u64>,
 }
 
 impl Reading<'_> {
@@ -43,9 +54,16 @@ impl Reading<'_> {
             return;
         }
         let common = entity.common();
-        let shape = shape::shape(entity);
         let kind = entity.as_entity().entity_type();
-        let location = self.location(kind, common, anchor(&shape));
+        let shape = match shape::shape(entity) {
+            Shape::Other if kind.to_uppercase().contains("DIMENSION") => {
+                let own = Handle(common.handle.into());
+                dimension::dimension(self.tags, own).unwrap_or(Shape::Other)
+            }
+            shape => shape,
+        };
+        let at = anchor(&shape).unwrap_or_else(|| self.first_point(common));
+        let location = self.location(kind, common, at);
         self.entities.push(Entity { location, shape, xdata: xdata(common) });
     }
 
@@ -59,6 +77,16 @@ impl Reading<'_> {
             at,
             lines,
         }
+    }
+
+    /// The first point that the groups of an entity state, where they state one.
+    fn first_point(&self, common: &EntityCommon) -> Point {
+        let record = self.tags.known_record(Handle(common.handle.into())).unwrap_or(0..0);
+        let first = |code: i16| {
+            let mut own = record.clone().filter(|&idx| self.tags.code(idx) == code);
+            own.next().and_then(|idx| self.tags.number(idx)).filter(|number| number.is_finite())
+        };
+        [first(10).unwrap_or(0.0), first(20).unwrap_or(0.0)]
     }
 
     fn attribute(&self, attribute: &AttributeEntity, map: &Affine) -> Attribute {
@@ -102,23 +130,26 @@ fn xdata(common: &EntityCommon) -> Vec<XValue> {
         .collect()
 }
 
-/// A point of a shape, for messages.
-fn anchor(shape: &Shape) -> Point {
+/// A point of a shape, for messages; none where nothing is known of it.
+fn anchor(shape: &Shape) -> Option<Point> {
     match shape {
-        Shape::Point(at) | Shape::Text { at, .. } => *at,
-        Shape::Insert(insert) => insert.at,
-        Shape::Path(path) => path.curves.first().map_or([0.0; 2], shape::anchor_of),
+        Shape::Point(at) | Shape::Text { at, .. } => Some(*at),
+        Shape::Insert(insert) => Some(insert.at),
+        Shape::Dimension { ends, .. } => Some(ends[0]),
+        Shape::Path(path) => path.curves.first().map(shape::anchor_of),
         Shape::Paths(paths) | Shape::Hatch(paths) => {
-            paths.first().and_then(|path| path.curves.first()).map_or([0.0; 2], shape::anchor_of)
+            paths.first().and_then(|path| path.curves.first()).map(shape::anchor_of)
         }
-        Shape::Other => [0.0; 2],
+        Shape::Unread { .. } | Shape::Other => None,
     }
 }
 
 fn extent(entities: &[Entity]) -> [Point; 2] {
     use crate::geometry::Bounds;
     let mut bounds = Bounds::EMPTY;
-    for entity in entities {
+    // Marks of findings change nothing of what is read.
+    let is_mark = |entity: &&Entity| entity.location.layer.eq_ignore_ascii_case(DOCTOR_LAYER);
+    for entity in entities.iter().filter(|entity| !is_mark(entity)) {
         match &entity.shape {
             Shape::Point(at) => bounds = bounds.with(*at),
             Shape::Insert(insert) => bounds = bounds.with(insert.at),
@@ -128,7 +159,7 @@ fn extent(entities: &[Entity]) -> [Point; 2] {
                     bounds = bounds.union(path.bounds());
                 }
             }
-            Shape::Text { .. } | Shape::Other => (),
+            Shape::Text { .. } | Shape::Dimension { .. } | Shape::Unread { .. } | Shape::Other => {}
         }
     }
     if bounds.is_empty() { [[0.0; 2]; 2] } else { [bounds.min, bounds.max] }

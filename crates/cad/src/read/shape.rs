@@ -8,7 +8,7 @@ use acadrust::entities::{
 use acadrust::{EntityType, Vector2, Vector3};
 
 use super::plane::planar;
-use crate::drawing::Shape;
+use crate::drawing::{Shape, Unread};
 use crate::geometry::{Affine, Curve, Path, Point, Spline, Vertex};
 
 const TURN: f64 = std::f64::consts::TAU;
@@ -19,7 +19,8 @@ pub(super) fn shape(entity: &EntityType) -> Shape {
     let path = match entity {
         EntityType::Point(point) => return Shape::Point(flat(point.location)),
         EntityType::Text(text) => {
-            let at = ocs(text.normal).map_or([0.0; 2], |map| map.point(flat(text.insertion_point)));
+            let at =
+                planar(text.normal).map_or([0.0; 2], |ocs| ocs.point(flat(text.insertion_point)));
             return Shape::Text { at, text: text.value.clone() };
         }
         EntityType::MText(text) => {
@@ -29,7 +30,7 @@ pub(super) fn shape(entity: &EntityType) -> Shape {
         EntityType::Hatch(hatch) => return hatch_shape(hatch),
         EntityType::Line(line) => {
             let curve = Curve::Segment { from: flat(line.start), to: flat(line.end) };
-            Some(Path { curves: vec![curve], is_closed: false })
+            Ok(Path { curves: vec![curve], is_closed: false })
         }
         EntityType::Circle(circle) => circle_path(circle),
         EntityType::Arc(arc) => arc_path(arc),
@@ -43,14 +44,15 @@ pub(super) fn shape(entity: &EntityType) -> Shape {
                 .iter()
                 .map(|vertex| Vertex { at: flat(vertex.location), bulge: 0.0 })
                 .collect();
-            Path::from_bulges(&corners, polyline.flags.is_closed()).ok()
+            Path::from_bulges(&corners, polyline.flags.is_closed()).map_err(Unread::NoCurve)
         }
-        _ => None,
+        _ => return Shape::Other,
     };
     // A path without curves is no geometry; neither are numbers that are none.
-    match path {
-        Some(path) if !path.curves.is_empty() && path.check().is_ok() => Shape::Path(path),
-        _ => Shape::Other,
+    let checked = path.and_then(|path| path.check().map(|()| path).map_err(Unread::NoCurve));
+    match checked {
+        Ok(path) => Shape::Path(path),
+        Err(why) => Shape::Unread { why, block: None },
     }
 }
 
@@ -71,15 +73,16 @@ fn flat2(p: Vector2) -> Point {
     [p.x, p.y]
 }
 
-fn ocs(normal: Vector3) -> Option<Affine> {
-    planar(normal)
+/// The axes of an entity in the plane.
+fn ocs(normal: Vector3) -> Result<Affine, Unread> {
+    planar(normal).ok_or(Unread::OutOfPlane)
 }
 
-fn circle_path(circle: &Circle) -> Option<Path> {
+fn circle_path(circle: &Circle) -> Result<Path, Unread> {
     let curve =
         Curve::Arc { centre: flat(circle.center), radius: circle.radius, start: 0.0, sweep: TURN };
     let path = Path { curves: vec![curve], is_closed: true };
-    Some(path.transformed(&ocs(circle.normal)?))
+    Ok(path.transformed(&ocs(circle.normal)?))
 }
 
 /// The way from one angle to another, counter-clockwise, greater than zero and at most a turn.
@@ -88,36 +91,37 @@ fn sweep(from: f64, to: f64) -> f64 {
     if sweep <= f64::EPSILON * TURN { TURN } else { sweep }
 }
 
-fn arc_path(arc: &Arc) -> Option<Path> {
+fn arc_path(arc: &Arc) -> Result<Path, Unread> {
     let sweep = sweep(arc.start_angle, arc.end_angle);
     let (centre, radius) = (flat(arc.center), arc.radius);
     let curve = Curve::Arc { centre, radius, start: arc.start_angle, sweep };
     let path = Path { curves: vec![curve], is_closed: sweep == TURN };
-    Some(path.transformed(&ocs(arc.normal)?))
+    Ok(path.transformed(&ocs(arc.normal)?))
 }
 
 /// Ellipses are in world coordinates, and run counter-clockwise about their normal.
-fn ellipse_path(ellipse: &Ellipse) -> Option<Path> {
-    let side = planar(ellipse.normal)?.x[0] * ellipse.minor_axis_ratio;
+fn ellipse_path(ellipse: &Ellipse) -> Result<Path, Unread> {
+    let side = ocs(ellipse.normal)?.x[0] * ellipse.minor_axis_ratio;
     let major = flat(ellipse.major_axis);
     let (start, end) = (ellipse.start_parameter, ellipse.end_parameter);
     let sweep = sweep(start, end);
     let minor = [-major[1] * side, major[0] * side];
     let curve = Curve::Ellipse { centre: flat(ellipse.center), major, minor, start, sweep };
-    Some(Path { curves: vec![curve], is_closed: sweep == TURN })
+    Ok(Path { curves: vec![curve], is_closed: sweep == TURN })
 }
 
-fn spline_path(entity: &SplineEntity) -> Option<Path> {
+fn spline_path(entity: &SplineEntity) -> Result<Path, Unread> {
     let control: Vec<Point> = entity.control_points.iter().map(|p| flat(*p)).collect();
     let spline = if control.is_empty() {
         let points: Vec<Point> = entity.fit_points.iter().map(|p| flat(*p)).collect();
         let tangent = |v: Vector3| Some(flat(v)).filter(|t| *t != [0.0; 2]);
         Spline::through(&points, [tangent(entity.begin_tangent), tangent(entity.end_tangent)])
     } else {
-        let degree = usize::try_from(entity.degree).ok()?;
+        // A negative degree is as bad as none.
+        let degree = usize::try_from(entity.degree).unwrap_or(0);
         Spline::new(degree, entity.knots.clone(), control, entity.weights.clone())
     };
-    Some(whole(Curve::Spline(spline.ok()?)))
+    Ok(whole(Curve::Spline(spline.map_err(Unread::NoCurve)?)))
 }
 
 /// A path of one curve, closed if its ends meet.
@@ -126,17 +130,17 @@ fn whole(curve: Curve) -> Path {
     Path { curves: vec![curve], is_closed }
 }
 
-fn lwpolyline_path(polyline: &LwPolyline) -> Option<Path> {
+fn lwpolyline_path(polyline: &LwPolyline) -> Result<Path, Unread> {
     let corners: Vec<Vertex> = polyline
         .vertices
         .iter()
         .map(|vertex| Vertex { at: flat2(vertex.location), bulge: vertex.bulge })
         .collect();
-    let path = Path::from_bulges(&corners, polyline.is_closed).ok()?;
-    Some(path.transformed(&ocs(polyline.normal)?))
+    let path = Path::from_bulges(&corners, polyline.is_closed).map_err(Unread::NoCurve)?;
+    Ok(path.transformed(&ocs(polyline.normal)?))
 }
 
-fn polyline_path(polyline: &Polyline2D) -> Option<Path> {
+fn polyline_path(polyline: &Polyline2D) -> Result<Path, Unread> {
     // Control points of a spline-fit polyline do not lie on the curve.
     let is_control = |flags: VertexFlags| flags.bits() & VertexFlags::SPLINE_CONTROL.bits() != 0;
     let corners: Vec<Vertex> = polyline
@@ -145,20 +149,29 @@ fn polyline_path(polyline: &Polyline2D) -> Option<Path> {
         .filter(|vertex| !is_control(vertex.flags))
         .map(|vertex| Vertex { at: flat(vertex.location), bulge: vertex.bulge })
         .collect();
-    let path = Path::from_bulges(&corners, polyline.flags.is_closed()).ok()?;
-    Some(path.transformed(&ocs(polyline.normal)?))
+    let path = Path::from_bulges(&corners, polyline.flags.is_closed()).map_err(Unread::NoCurve)?;
+    Ok(path.transformed(&ocs(polyline.normal)?))
 }
 
 fn hatch_shape(hatch: &Hatch) -> Shape {
-    let Some(map) = ocs(hatch.normal) else { return Shape::Other };
-    let paths: Vec<Path> = hatch
+    let map = match ocs(hatch.normal) {
+        Ok(map) => map,
+        Err(why) => return Shape::Unread { why, block: None },
+    };
+    let drawn: Vec<Path> = hatch
         .paths
         .iter()
         .filter_map(boundary_path)
         .map(|path| path.transformed(&map))
-        .filter(|path| !path.curves.is_empty() && path.check().is_ok())
+        .filter(|path| !path.curves.is_empty())
         .collect();
-    if paths.is_empty() { Shape::Other } else { Shape::Hatch(paths) }
+    let first_fault = drawn.iter().find_map(|path| path.check().err());
+    let paths: Vec<Path> = drawn.into_iter().filter(|path| path.check().is_ok()).collect();
+    match (paths.is_empty(), first_fault) {
+        (false, _) => Shape::Hatch(paths),
+        (true, Some(fault)) => Shape::Unread { why: Unread::NoCurve(fault), block: None },
+        (true, None) => Shape::Other,
+    }
 }
 
 /// One boundary of a hatch; its edges follow one another.

@@ -26,6 +26,14 @@ pub struct Addition {
     pub(super) marks: Vec<(&'static str, Mark)>,
 }
 
+impl Addition {
+    /// Marks on one layer.
+    pub(crate) fn on_layer(layer: &'static str, colour: u8, marks: Vec<Mark>) -> Self {
+        let marks: Vec<_> = marks.into_iter().map(|mark| (layer, mark)).collect();
+        Self { layers: vec![(layer, colour)], marks }
+    }
+}
+
 /// Why nothing was added.
 #[derive(Debug)]
 pub enum Ungrafted {

@@ -12,6 +12,7 @@ mod symbol;
 pub mod template;
 pub mod trace;
 
+pub(crate) use canvas::Mark;
 pub use canvas::{Canvas, Release, WriteError};
 
 pub use crate::attach::LEGEND_LAYER;

@@ -16,6 +16,7 @@ const PROMPTS: &[(&str, &str, &str)] = &[
     ("", "body", "Body, e.g. crank; empty: by geometry"),
     ("", "body1", "First body, e.g. ground; empty: by geometry"),
     ("", "body2", "Second body, e.g. crank; empty: by geometry"),
+    ("", "bodies", "All bodies of one pin, e.g. crank, rod, lever; empty: by geometry"),
     ("", "point1", "Point of the first body, e.g. A; empty: here"),
     ("", "point2", "Point of the second body, e.g. B; empty: here"),
     ("", "coordinate", "Name of its coordinate, e.g. theta1; empty: chosen"),

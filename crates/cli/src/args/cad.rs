@@ -15,6 +15,8 @@ pub(crate) enum Cad {
     Dist(Drawing),
     /// Everything that is attached to a drawing, and where.
     List(Drawing),
+    /// Everything that is wrong with a drawing, or looks wrong, with its place and its cure.
+    Doctor(Doctor),
     /// The model of a drawing as a model file.
     ToToml(ToToml),
     /// Attach, change and remove bodies.
@@ -58,6 +60,18 @@ pub(crate) struct Mass {
     /// Thickness of bodies that state none, such as "5 mm".
     #[arg(long, value_name = "LENGTH")]
     pub(crate) thickness: Option<String>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Doctor {
+    #[command(flatten)]
+    pub(crate) drawing: Drawing,
+    /// A copy of the drawing (DXF) with the findings marked in it, on the layer `BK_DOCTOR`.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Overwrite an existing file.
+    #[arg(long)]
+    pub(crate) force: bool,
 }
 
 #[derive(Args, Debug)]

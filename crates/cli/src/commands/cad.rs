@@ -1,6 +1,7 @@
 //! `bksim cad`: what is in a drawing, and drawings from models.
 
 mod dist;
+mod doctor;
 mod edit;
 mod from_toml;
 mod list;
@@ -30,6 +31,7 @@ pub(crate) fn name(command: &Cad) -> &'static str {
         Cad::Mass(_) => "cad mass",
         Cad::Dist(_) => "cad dist",
         Cad::List(_) => "cad list",
+        Cad::Doctor(_) => "cad doctor",
         Cad::ToToml(_) => "cad to-toml",
         Cad::Body(_) | Cad::Joint(_) | Cad::Load(_) | Cad::Drive(_) => "cad edit",
         Cad::Template(_) => "cad template",
@@ -43,6 +45,7 @@ pub(crate) fn run(command: &Cad, json: bool, nesting: usize) -> Result<Status, F
         Cad::Mass(args) => mass::run(args, json),
         Cad::Dist(args) => dist::run(args, json),
         Cad::List(args) => list::run(args, json),
+        Cad::Doctor(args) => doctor::run(args, json),
         Cad::ToToml(args) => to_toml::run(args, json, nesting),
         Cad::Body(change) => edit::run(Subject::Body, change, json),
         Cad::Joint(change) => edit::run(Subject::Joint, change, json),

@@ -3,7 +3,7 @@
 use bksim::Mechanism;
 use bksim::describe::{self, coordinate_policy, joint_names};
 use bksim::model::CoordinatePolicy;
-use bksim::sim::fault::diagnose_mobility;
+use bksim::sim::fault::{diagnose_guesses, diagnose_mobility};
 use bksim::sim::mobility::{Mobility, mobility};
 
 use crate::args::ModelArgs;
@@ -18,6 +18,7 @@ pub(crate) fn run(args: &ModelArgs, as_json: bool, nesting: usize) -> Result<Sta
     let start = mechanism.start().map_err(|rejected| loaded.source.rejected(rejected.0))?;
     let found = mobility(&mechanism.model, &mechanism.system, &start);
     let mut warnings = loaded.warnings;
+    warnings.extend(diagnose_guesses(&mechanism.model, &start));
     warnings.extend(diagnose_mobility(&mechanism.model, &found));
 
     if as_json {

@@ -276,7 +276,7 @@ impl Request<'_> {
         };
         let certificate = |c: Certificate| {
             json!({
-                "equal": c.is_equal(), "points": c.n_points,
+                "equal": (c.n_points > 0).then(|| c.is_equal()), "points": c.n_points,
                 "worst_f64": c.worst_double, "worst_106_bits": c.worst_extended,
             })
         };

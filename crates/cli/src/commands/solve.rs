@@ -15,7 +15,7 @@ use bksim::log::{self, Level, LogError};
 use bksim::model::diagnostic::Diagnostic;
 use bksim::options::{BadOption, SolveChanges, described, in_words};
 use bksim::record::{Contents, Recorder, set_option};
-use bksim::sim::fault::diagnose_mobility;
+use bksim::sim::fault::{diagnose_guesses, diagnose_mobility};
 use bksim::sim::mobility::mobility;
 use bksim::sim::run::{self, Observer, Sample, Segment, Summary, Unresumed};
 use bksim::sim::sensitivity::{Sensitive, StateSensitivity};
@@ -136,6 +136,7 @@ fn prepare(args: &Solve, nesting: usize, times: &mut Times) -> Result<Prepared, 
     let plan = plan.transpose().map_err(rejected)?;
     let found = mobility(&mechanism.model, &mechanism.system, &start);
     let mut warnings = loaded.warnings;
+    warnings.extend(diagnose_guesses(&mechanism.model, &start));
     warnings.extend(diagnose_mobility(&mechanism.model, &found));
     times.assemble = clock.lap();
     Ok(Prepared { source, mechanism, simulation, start, sensitive, plan, warnings, first, output })

@@ -5,6 +5,7 @@
 //! at the level of rounding in both precisions is as good as proof; a difference that stays in the
 //! second one is a counterexample.
 
+mod domain;
 mod extended;
 
 use crate::number::Number;
@@ -57,7 +58,9 @@ impl Pool {
     ///
     /// The points depend on the names of the symbols alone: the same expressions give the same
     /// certificate in every pool. Points where one of the values is infinite or NaN, or has an
-    /// argument of sine or cosine beyond 10⁹, are left out.
+    /// argument of sine or cosine beyond 10⁹, are left out; where there are no others, points inside
+    /// of the domain are searched from there. Without any point nothing is shown, and
+    /// [`Certificate::is_equal`] is false.
     ///
     /// ```
     /// let pool = bksim_expr::Pool::new();
@@ -70,27 +73,37 @@ impl Pool {
     /// ```
     pub fn certificate(&self, a: Expr, b: Expr) -> Certificate {
         let sweep = self.sweep(&[a, b]);
-        let is_float = |e| matches!(self.as_number(e), Some(Number::Float(f)) if f.is_finite());
+        let is_float =
+            |e| self.as_number(e).is_some_and(|n| n.as_float().is_some_and(f64::is_finite));
         let is_rounded = sweep.steps.iter().any(|step| is_float(step.expr));
         let mut found =
             Certificate { n_points: 0, worst_double: 0.0, worst_extended: 0.0, is_rounded };
         for point in 0..MAX_TRIED {
-            let value = |symbol| self.sample(symbol, point);
-            let Some(extended) = difference(&self.extended_values(&sweep, &value), &sweep) else {
-                continue;
-            };
-            found.n_points += 1;
-            found.worst_extended = found.worst_extended.max(extended);
-            let Ok(values) = self.values(&sweep, &|symbol| Ok::<_, Infallible>(value(symbol)));
-            let values: Vec<Extended> = values.into_iter().map(Extended::from).collect();
-            // Where only `f64` overflows, the extended values decide.
-            let double = difference(&values, &sweep).unwrap_or(0.0);
-            found.worst_double = found.worst_double.max(double);
+            self.compare_at(&sweep, &|symbol| self.sample(symbol, point), &mut found);
             if found.n_points == N_POINTS {
                 break;
             }
         }
+        if found.n_points == 0 {
+            for inside in self.points_inside(&sweep, N_POINTS) {
+                self.compare_at(&sweep, &|symbol| inside[&symbol], &mut found);
+            }
+        }
         found
+    }
+
+    /// Compares the two roots at one point, if both have a value there.
+    fn compare_at(&self, sweep: &Sweep, value: &dyn Fn(SymbolId) -> f64, found: &mut Certificate) {
+        let Some(extended) = difference(&self.extended_values(sweep, value), sweep) else {
+            return;
+        };
+        found.n_points += 1;
+        found.worst_extended = found.worst_extended.max(extended);
+        let Ok(values) = self.values(sweep, &|symbol| Ok::<_, Infallible>(value(symbol)));
+        let values: Vec<Extended> = values.into_iter().map(Extended::from).collect();
+        // Where only `f64` overflows, the extended values decide.
+        let double = difference(&values, sweep).unwrap_or(0.0);
+        found.worst_double = found.worst_double.max(double);
     }
 
     /// The value of a symbol at a point: its sign alternates at random for half of the points, and
@@ -113,7 +126,7 @@ impl Pool {
         for step in &sweep.steps {
             let operands = sweep.operands(step).map(|o| values[o]);
             let result = match step.op {
-                Op::Number => of_number(self.number_of(step.expr)),
+                Op::Number => of_number(&self.number_of(step.expr)),
                 Op::Pi => extended::PI,
                 Op::Symbol => Extended::from(value(SymbolId(step.data))),
                 Op::Add => operands.fold(Extended::from(0.0), |sum, term| sum + term),
@@ -148,10 +161,17 @@ impl Pool {
 }
 
 /// The nearest value to a number.
-fn of_number(number: Number) -> Extended {
-    match number {
-        Number::Rational(r) => Extended::from(*r.numer()) / Extended::from(*r.denom()),
-        Number::Float(f) => Extended::from(f),
+fn of_number(number: &Number) -> Extended {
+    if let Some((numerator, denominator)) = number.short_parts() {
+        let [n, d] = [numerator, denominator].map(|part| Extended::from(i128::from(part)));
+        return n / d;
+    }
+    // The nearest float, and the one nearest to what is missing.
+    let high = Extended::from(number.to_f64());
+    let rest = Number::exact_float(high.high()).map(|float| number.plus(float.negated()));
+    match rest {
+        Some(rest) if number.is_exact() => high + Extended::from(rest.to_f64()),
+        _ => high,
     }
 }
 

@@ -95,6 +95,11 @@ impl Pool {
                 // Functions of one argument have no second.
                 let (b, db) = operands.next().unwrap_or((ZERO, ZERO));
                 match step.op {
+                    Op::Pow | Op::Call(Function::Sqrt)
+                        if let Some(moving) = self.moving_factors(sweep, step, tangents) =>
+                    {
+                        self.power_of_product_rule(step, &moving)
+                    }
                     Op::Pow => self.power_rule(step.expr, (a, da), (b, db)),
                     Op::Call(Function::If) => {
                         let branches = self.node(db);
@@ -112,7 +117,7 @@ impl Pool {
     }
 
     /// (f g h)' = f' g h + f g' h + f g h'
-    fn product_rule(&self, factors: &[(Expr, Expr)]) -> Expr {
+    pub(super) fn product_rule(&self, factors: &[(Expr, Expr)]) -> Expr {
         if factors.len() <= MERGE_LIMIT as usize {
             return self.sum(factors.iter().enumerate().filter(|(_, f)| f.1 != ZERO).map(
                 |(i, &(_, derivative))| {
@@ -126,17 +131,6 @@ impl Pool {
             (self.mul(product, g), self.add(self.mul(d, g), self.mul(product, dg)))
         });
         derivative
-    }
-
-    /// (aⁿ)' = n aⁿ⁻¹ a'; (aᵇ)' = aᵇ (b' ln a + b a'/a)
-    fn power_rule(&self, power: Expr, (a, da): (Expr, Expr), (b, db): (Expr, Expr)) -> Expr {
-        if db == ZERO {
-            let lowered = self.pow(a, self.sub(b, ONE));
-            return self.product([b, lowered, da]);
-        }
-        let from_exponent = self.mul(db, self.ln(a));
-        let from_base = if da == ZERO { ZERO } else { self.product([b, da, self.powi(a, -1)]) };
-        self.mul(power, self.add(from_exponent, from_base))
     }
 
     /// f(a, b)' = f_a a' + f_b b'

@@ -11,6 +11,7 @@
 
 mod dependence;
 mod forward;
+mod powers;
 mod products;
 mod reverse;
 mod rules;

@@ -106,11 +106,20 @@ impl Pool {
             Op::Pow => {
                 let [base, exponent] = sweep.operand_array(step);
                 let (a, b) = (sweep.steps[base].expr, sweep.steps[exponent].expr);
-                let lowered = self.pow(a, self.sub(b, ONE));
-                give(base, self.product([adjoint, b, lowered]));
-                if self.as_number(b).is_none() {
-                    give(exponent, self.product([adjoint, step.expr, self.ln(a)]));
+                if let Some(factors) = self.factors_under(sweep, step) {
+                    self.pull_back_power(sweep, &factors, [adjoint, b, step.expr], give);
+                } else {
+                    let lowered = self.pow(a, self.sub(b, ONE));
+                    give(base, self.product([adjoint, b, lowered]));
                 }
+                if self.as_number(b).is_none() {
+                    let logarithm = self.logarithm_under_power(a, b);
+                    give(exponent, self.product([adjoint, step.expr, logarithm]));
+                }
+            }
+            Op::Call(Function::Sqrt) if let Some(factors) = self.factors_under(sweep, step) => {
+                let parts = [adjoint, self.rational(1, 2), step.expr];
+                self.pull_back_power(sweep, &factors, parts, give);
             }
             Op::Call(function) if function != Function::If => {
                 let (first, second) = (operands.next(), operands.next());

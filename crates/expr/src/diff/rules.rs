@@ -36,8 +36,9 @@ fn rule(function: Function) -> Rule {
         F::Sqrt  => One(|p, _, f| p.mul(p.rational(1, 2), p.powi(f, -1))),
         F::Abs   => One(|p, a, _| p.sign(a)),
         F::Atan2 => Two(atan2),
+        // At a tie the one takes a and the other b, so that min + max has the derivative of a + b.
         F::Min   => Two(|p, a, b| selected(p, p.call_two(F::Le, a, b))),
-        F::Max   => Two(|p, a, b| selected(p, p.call_two(F::Ge, a, b))),
+        F::Max   => Two(|p, a, b| selected(p, p.call_two(F::Gt, a, b))),
         F::Sign | F::Lt | F::Le | F::Gt | F::Ge => Zero,
         F::If    => Branches,
     }

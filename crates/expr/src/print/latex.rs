@@ -14,7 +14,7 @@ const COMMANDS: [&str; 13] = [
 pub(super) fn write(mark: &Mark, names: &SymbolNames<'_>, out: &mut String) {
     let fixed = match *mark {
         // Marks with a number or a name in them.
-        Mark::Number(n) => {
+        Mark::Number(ref n) => {
             let (mantissa, exponent) = digits(n);
             out.push_str(&mantissa);
             if let Some(exponent) = exponent {

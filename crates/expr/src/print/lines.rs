@@ -163,7 +163,7 @@ pub(super) fn ems(mark: &Mark, names: &SymbolNames<'_>) -> f64 {
         letter.ems() + SMALL * small
     };
     match *mark {
-        Mark::Number(n) => {
+        Mark::Number(ref n) => {
             let (mantissa, exponent) = digits(n);
             letters(&mantissa) + exponent.map_or(0.0, |e| 1.8 + SMALL * letters(&e))
         }

@@ -13,7 +13,7 @@ pub(super) enum Part {
 }
 
 /// One mark of a formula, in writing order.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub(super) enum Mark {
     /// A number without its sign.
     Number(Number),
@@ -103,7 +103,7 @@ pub(super) fn function_name(function: Function) -> &'static str {
 }
 
 /// Mantissa and power of ten of a number's digits; a fraction of long numbers is a decimal.
-pub(super) fn digits(n: Number) -> (String, Option<String>) {
+pub(super) fn digits(n: &Number) -> (String, Option<String>) {
     let mut text = n.magnitude().to_string();
     if text.contains('/') && n.is_finite() {
         text = format!("{:?}", n.magnitude().to_f64());

@@ -10,7 +10,7 @@ const APPLY: &str = "<mo>&#x2061;</mo>";
 pub(super) fn write(mark: &Mark, names: &SymbolNames<'_>, out: &mut String) {
     let fixed = match *mark {
         // Marks with a number or a name in them.
-        Mark::Number(n) => {
+        Mark::Number(ref n) => {
             let (mantissa, exponent) = digits(n);
             out.extend(["<mn>", &mantissa, "</mn>"]);
             if let Some(exponent) = exponent {

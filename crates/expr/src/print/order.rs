@@ -156,7 +156,7 @@ impl<'p> Reader<'p> {
 fn is_tall(pool: &Pool, sweep: &Sweep, step: &Step, tall: &[bool]) -> bool {
     let is_below = || sweep.operands(step).any(|o| tall[o]);
     match step.op {
-        Op::Number => pool.as_number(step.expr).is_some_and(|n| as_fraction(n).is_some()),
+        Op::Number => pool.as_number(step.expr).is_some_and(|n| as_fraction(&n).is_some()),
         Op::Pow => {
             let (base, n) = pool.split_power(step.expr);
             (n < 0 && base != step.expr) || is_below()
@@ -167,13 +167,12 @@ fn is_tall(pool: &Pool, sweep: &Sweep, step: &Step, tall: &[bool]) -> bool {
 }
 
 /// Denominators below this are set as fractions, so that 1/3 and 2/15 are exact.
-const LARGEST_DENOMINATOR: i128 = 1000;
+const LARGEST_DENOMINATOR: i64 = 1000;
 
 /// Numerator and denominator of a positive number that is better read as a fraction: 1/2 and 1/3,
 /// but 9.81 and 0.35.
-pub(super) fn as_fraction(n: Number) -> Option<(i128, i128)> {
-    let r = n.as_rational()?;
-    let (numerator, denominator) = (*r.numer(), *r.denom());
+pub(super) fn as_fraction(n: &Number) -> Option<(i64, i64)> {
+    let (numerator, denominator) = n.short_parts()?;
     let is_decimal = !n.to_string().contains('/');
     let is_usual = if is_decimal { matches!(denominator, 2 | 4 | 8) } else { true };
     let is_short = denominator < LARGEST_DENOMINATOR && numerator.abs() < LARGEST_DENOMINATOR;
@@ -216,7 +215,7 @@ mod tests {
 
     #[test]
     fn usual_fractions_are_fractions_and_decimals_stay() {
-        let fraction = |n, d| as_fraction(Number::rational(n, d));
+        let fraction = |n, d| as_fraction(&Number::rational(n, d));
         assert_eq!(fraction(1, 2), Some((1, 2)));
         assert_eq!(fraction(4, 15), Some((4, 15)));
         assert_eq!(fraction(981, 100), None);

@@ -5,7 +5,7 @@ use super::mark::{Mark, Part, SymbolNames};
 /// Appends a mark as text.
 pub(super) fn write(mark: &Mark, names: &SymbolNames<'_>, out: &mut String) {
     match *mark {
-        Mark::Number(n) => out.push_str(&n.to_string()),
+        Mark::Number(ref n) => out.push_str(&n.to_string()),
         Mark::Pi => out.push_str("pi"),
         Mark::Symbol(symbol) => out.push_str(&names.of(symbol)),
         Mark::RaisedSymbol(symbol, n) => out.extend([&names.of(symbol), "^", &n.to_string()]),

@@ -5,6 +5,7 @@
 use super::Notation;
 use super::mark::{Height, Mark, Part, relation};
 use super::order::{Reader, Term, as_fraction};
+use crate::build::MERGE_LIMIT;
 use crate::number::Number;
 use crate::op::{Function, Op};
 use crate::pool::{Expr, SymbolId};
@@ -91,7 +92,7 @@ impl Walk<'_> {
         let pool = self.reader.pool;
         let node = pool.node(e);
         let (own, pieces) = match node.op {
-            Op::Number => self.number(pool.number_of(e)),
+            Op::Number => self.number(&pool.number_of(e)),
             Op::Pi => (Strength::Atom, vec![Piece::Mark(Mark::Pi)]),
             Op::Symbol => {
                 let symbol = SymbolId(node.data);
@@ -123,7 +124,7 @@ impl Walk<'_> {
         if self.reader.is_tall(e) && !self.is_linear { Height::Tall } else { Height::Line }
     }
 
-    fn number(&self, n: Number) -> (Strength, Vec<Piece>) {
+    fn number(&self, n: &Number) -> (Strength, Vec<Piece>) {
         let mut pieces = magnitude(n.magnitude(), self.is_linear);
         let is_fraction = pieces.len() > 1 || n.to_string().contains('/');
         if n.is_negative() {
@@ -144,7 +145,7 @@ impl Walk<'_> {
 
     fn power(&self, base: Expr, exponent: Expr) -> (Strength, Vec<Piece>) {
         let pool = self.reader.pool;
-        let natural = pool.as_number(exponent).and_then(Number::as_integer);
+        let natural = pool.as_number(exponent).and_then(|n| n.as_integer());
         let natural = natural.and_then(|n| u64::try_from(n).ok());
         if let (Op::Call(function), Some(n), false) = (pool.node(base).op, natural, self.is_linear)
             && BARE.contains(&function)
@@ -253,7 +254,7 @@ fn list(items: &[Expr]) -> Vec<Piece> {
 
 /// A positive number.
 fn magnitude(n: Number, is_linear: bool) -> Vec<Piece> {
-    match as_fraction(n).filter(|_| !is_linear) {
+    match as_fraction(&n).filter(|_| !is_linear) {
         Some((numerator, denominator)) => fraction(
             vec![Piece::Mark(Mark::Number(Number::integer(numerator)))],
             vec![Piece::Mark(Mark::Number(Number::integer(denominator)))],
@@ -277,12 +278,12 @@ fn quotient(reader: &Reader<'_>, is_linear: bool, term: &Term) -> Vec<Piece> {
         return quotient_in_line(reader, term);
     }
     if term.denominator.is_empty() {
-        return factors(magnitude(term.coefficient, false), term, &term.numerator);
+        return factors(magnitude(term.coefficient.clone(), false), term, &term.numerator);
     }
     // The numbers join the fraction after them.
-    let (above, below) = match as_fraction(term.coefficient) {
+    let (above, below) = match as_fraction(&term.coefficient) {
         Some((n, d)) => (Number::integer(n), Some(Number::integer(d))),
-        None => (term.coefficient, None),
+        None => (term.coefficient.clone(), None),
     };
     let number = |n: Option<Number>| {
         n.filter(|n| !n.is_one()).map(|n| Piece::Mark(Mark::Number(n))).into_iter().collect()
@@ -319,12 +320,13 @@ fn times(mut pieces: Vec<Piece>, list: &[Expr]) -> Vec<Piece> {
 fn quotient_in_line(reader: &Reader<'_>, term: &Term) -> Vec<Piece> {
     let mut pieces = Vec::new();
     if term.numerator.is_empty() || !term.coefficient.is_one() {
-        pieces.push(Piece::Mark(Mark::Number(term.coefficient)));
+        pieces.push(Piece::Mark(Mark::Number(term.coefficient.clone())));
     }
     let mut pieces = times(pieces, &term.numerator);
     let divisors = &term.denominator;
-    // a/(b*0) would read back as a/0.
-    let is_one_group = divisors.len() > 1 && !divisors.iter().any(|&d| reader.pool.is_zero(d));
+    // a/(b*0) would read back as a/0, and a long group as the power of one product.
+    let is_group = (2..=MERGE_LIMIT as usize).contains(&divisors.len());
+    let is_one_group = is_group && !divisors.iter().any(|&d| reader.pool.is_zero(d));
     if !is_one_group {
         for &divisor in divisors {
             pieces.push(Piece::Mark(Mark::Over));

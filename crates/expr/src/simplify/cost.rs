@@ -54,14 +54,19 @@ impl<'p> CostModel<'p> {
 
     /// The cost of `e`.
     pub(super) fn cost(&self, e: Expr) -> Cost {
+        self.cost_of_all(&[e])
+    }
+
+    /// The cost of several expressions together, what they share once.
+    pub(super) fn cost_of_all(&self, roots: &[Expr]) -> Cost {
         let pool = self.pool;
         let mut cost = Cost::ZERO;
 
         // Every reachable node once. Negative powers are divisions of their own unless all their
         // users are products.
         pool.clear_positions();
-        pool.visit(e);
-        let (mut pending, mut lone_divisors) = (vec![e], vec![e]);
+        let (mut pending, mut lone_divisors) = (Vec::new(), roots.to_vec());
+        pending.extend(roots.iter().copied().filter(|&root| pool.visit(root)));
         let mut n_visited = 0;
         while let Some(e) = pending.pop() {
             n_visited += 1;

@@ -3,9 +3,12 @@
 use super::best::Best;
 use super::budget::{Budget, FORM_BUDGET, Meter};
 use super::cost::CostModel;
-use super::poly::{Algebra, Poly, Reading};
+use super::exponential::exponential_forms;
+use super::poly::{Algebra, Poly, Reading, Term};
+use super::together::cheapest_together;
 use super::trig::{with_tangents, without_phases};
 use super::trig_forms::consider_trigonometric;
+use crate::number::Number;
 use crate::op::{Function, Op};
 use crate::pool::{Expr, ExprMap, Pool, fact};
 use crate::sweep::Sweep;
@@ -17,7 +20,7 @@ const MAX_SEEN_NODES: u32 = 1_000;
 
 /// Which steps are simplified as a whole: roots, arguments of functions and divisors. Arguments
 /// of sine and cosine are linear forms and stay as they are, unless they hold angles themselves.
-fn parts(pool: &Pool, sweep: &Sweep) -> Vec<bool> {
+pub(super) fn parts(pool: &Pool, sweep: &Sweep) -> Vec<bool> {
     let mut is_part = vec![false; sweep.steps.len()];
     sweep.roots.iter().for_each(|&root| is_part[root] = true);
     for step in &sweep.steps {
@@ -86,6 +89,11 @@ impl<'p> Driver<'p> {
             if is_part[position] {
                 image = self.part(image);
             }
+            if matches!(step.op, Op::Call(_))
+                && let Some(folded) = pool.folded_call(image)
+            {
+                image = self.part(folded);
+            }
             let is_chain = matches!(step.op, Op::Add | Op::Mul);
             let size = sweep
                 .operands(step)
@@ -95,6 +103,25 @@ impl<'p> Driver<'p> {
             }
             sizes.push(size);
             images.push(image);
+        }
+        let simplified: Vec<Expr> = sweep.roots.iter().map(|&root| images[root]).collect();
+        let originals = self.flat_originals(sweep, &is_piece);
+        cheapest_together(&self.model, &originals, &simplified)
+    }
+
+    /// The roots as they are, with long chains in one piece: those must not be compared as they were
+    /// built.
+    fn flat_originals(&mut self, sweep: &Sweep, is_piece: &[bool]) -> Vec<Expr> {
+        if !is_piece.contains(&true) {
+            return sweep.roots.iter().map(|&root| sweep.steps[root].expr).collect();
+        }
+        let pool = self.model.pool;
+        let mut images: Vec<Expr> = Vec::with_capacity(sweep.steps.len());
+        for (position, step) in sweep.steps.iter().enumerate() {
+            let operands: Vec<Expr> = sweep.operands(step).map(|o| images[o]).collect();
+            let is_unchanged = sweep.operands(step).all(|o| images[o] == sweep.steps[o].expr);
+            let image = if is_unchanged { step.expr } else { pool.rebuild(step, &operands) };
+            images.push(if is_piece[position] { image } else { self.flattened(image) });
         }
         sweep.roots.iter().map(|&root| images[root]).collect()
     }
@@ -148,10 +175,27 @@ impl<'p> Driver<'p> {
                 continue;
             }
             best.consider_factored(&self.model, &poly);
+            // Quotients cancel first, products become sums afterwards.
+            if !reading.is_fourier && reading.splits_tangents {
+                self.algebra.budget = FORM_BUDGET.min(self.model.meter.left());
+                let one = vec![Term { monomial: Vec::new(), coefficient: Number::ONE }];
+                if let Some(fourier) = self.algebra.multiply(&poly, &one, true)
+                    && fourier != poly
+                {
+                    best.consider_factored(&self.model, &fourier);
+                    consider_trigonometric(&self.model, &fourier, &mut best);
+                }
+            }
             if reading.is_fourier {
                 consider_trigonometric(&self.model, &poly, &mut best);
                 if let Some(poly) = without_phases(pool, &poly) {
                     best.consider_factored(&self.model, &poly);
+                }
+            }
+            if !reading.is_fourier && pool.has_fact(e, fact::EXPONENTIAL) {
+                self.algebra.budget = FORM_BUDGET.min(self.model.meter.left());
+                for form in exponential_forms(&mut self.algebra, &poly) {
+                    best.consider_factored(&self.model, &form);
                 }
             }
             seen.push(poly);

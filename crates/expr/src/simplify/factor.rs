@@ -7,7 +7,6 @@ use super::poly::{
 use crate::number::Number;
 use crate::op::Op;
 use crate::pool::{Expr, ExprMap, Pool};
-use num_traits::{Signed, Zero};
 
 /// The atom to be factored out first.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -59,7 +58,7 @@ fn take_common(pool: &Pool, poly: &mut Poly) -> Expr {
     let content = content(poly);
     for term in poly.iter_mut() {
         term.monomial = multiply_monomials(pool, &term.monomial, &inverse);
-        term.coefficient = term.coefficient.over(content);
+        term.coefficient = term.coefficient.over(&content);
     }
     *poly = collect(pool, std::mem::take(poly));
     term_expr(pool, &Term { monomial: shared, coefficient: content })
@@ -75,32 +74,18 @@ fn content(poly: &Poly) -> Number {
     if poly.iter().all(|term| term.coefficient.magnitude().is_one()) {
         return sign;
     }
-    let n_numbers = |divisor: Number| {
+    let n_numbers = |divisor: &Number| {
         let quotients = poly.iter().map(|term| term.coefficient.over(divisor).magnitude());
         quotients.filter(|q| !q.is_one()).count() + usize::from(!divisor.is_one())
     };
     let divisor = rational_gcd(poly).into_iter().chain([poly[0].coefficient.magnitude()]);
-    let best = divisor.chain([Number::ONE]).min_by_key(|&d| (n_numbers(d), !d.is_one()));
+    let best = divisor.chain([Number::ONE]).min_by_key(|d| (n_numbers(d), !d.is_one()));
     best.expect("one is among the divisors").times(sign)
 }
 
 /// Greatest rational that divides all coefficients into integers.
 fn rational_gcd(poly: &Poly) -> Option<Number> {
-    let mut gcd = num_rational::Ratio::<i128>::zero();
-    for term in poly {
-        let c = term.coefficient.as_rational()?.abs();
-        let (mut a, mut b) = (gcd, c);
-        while !b.is_zero() {
-            let quotient = (a / b).floor();
-            // Bounded parts keep the exact remainder from overflowing.
-            if [a, b, quotient].iter().any(|r| *r.numer() > 1 << 40 || *r.denom() > 1 << 40) {
-                return None;
-            }
-            (a, b) = (b, a - b * quotient);
-        }
-        gcd = a;
-    }
-    Some(Number::Rational(gcd))
+    poly.iter().try_fold(Number::ZERO, |gcd, term| gcd.gcd(&term.coefficient))
 }
 
 /// Splits by the preferred atom again and again, then groups equal cofactors.
@@ -201,8 +186,8 @@ fn take_square(pool: &Pool, poly: &Poly) -> Option<(Expr, Poly)> {
     let cross = |a: &Term, b: &Term| -> Option<(usize, bool)> {
         let monomial = multiply_monomials(pool, &a.monomial, &b.monomial);
         let index = find(pool, poly, &monomial)?;
-        let doubled = a.coefficient.times(b.coefficient).times(Number::integer(2));
-        let found = poly[index].coefficient;
+        let doubled = a.coefficient.times(&b.coefficient).times(Number::integer(2));
+        let found = &poly[index].coefficient;
         (found.magnitude() == doubled.magnitude())
             .then(|| (index, found.is_negative() != doubled.is_negative()))
     };

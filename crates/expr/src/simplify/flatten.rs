@@ -25,9 +25,9 @@ impl Pool {
                 let (c, inner) = self.split_coefficient(operand);
                 if self.node(inner).op == op && (op == Op::Mul || c.magnitude().is_one()) {
                     is_flat = false;
-                    pending.push((inner, c.times(factor)));
+                    pending.push((inner, c.times(&factor)));
                 } else {
-                    leaves.push((inner, c.times(factor)));
+                    leaves.push((inner, c.times(&factor)));
                 }
             }
             if leaves.len() > limit {
@@ -41,7 +41,7 @@ impl Pool {
         let flat = if op == Op::Add {
             self.sum_of(leaves)
         } else {
-            let scale = leaves.iter().fold(Number::ONE, |scale, leaf| scale.times(leaf.1));
+            let scale = leaves.iter().fold(Number::ONE, |scale, leaf| scale.times(&leaf.1));
             let bases = leaves.into_iter().map(|leaf| self.split_power(leaf.0)).collect();
             self.scaled_product(scale, bases)
         };

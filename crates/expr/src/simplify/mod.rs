@@ -7,25 +7,36 @@
 //!                             └─ products ──────┘
 //! ```
 //!
+//! Exponentials and hyperbolic functions add forms of their own, and so do tangents over common
+//! cosines. Functions of inverse functions fold where the form has the same domain.
+//!
 //! The value never changes where the expression has one; removable singularities of quotients of
-//! sines and cosines are filled. Work is bounded by a [`Budget`]: parts that are not reached stay
+//! sines and cosines are filled. What has other values somewhere is left to [`cancel`], which states
+//! its conditions. Work is bounded by a [`Budget`]: parts that are not reached stay
 //! as they are. The result depends on the expression alone, not on the order it was built in.
 
 mod best;
 mod budget;
+mod cancel;
 mod collect;
 mod cost;
 mod driver;
+mod exponential;
 mod factor;
 mod flatten;
+mod fraction;
+mod gcd;
+mod inverse;
 mod poly;
 mod report;
 mod rules;
+mod together;
 mod trig;
 mod trig_forms;
 mod unfold;
 
 pub use budget::{Budget, Limit};
+pub use cancel::Cancelled;
 pub use report::{Report, Simplified};
 
 use crate::pool::{Expr, Pool};
@@ -39,7 +50,9 @@ impl Pool {
         self.simplify_all(&[e])[0]
     }
 
-    /// Simplifies several expressions within the default [`Budget`], shared parts once.
+    /// Simplifies several expressions within the default [`Budget`], shared parts once. Together
+    /// they never cost more than before: an expression stays as it is where its simpler form would
+    /// share so much less with the others that the whole grows.
     pub fn simplify_all(&self, roots: &[Expr]) -> Vec<Expr> {
         Driver::new(self, &Budget::default(), roots.len()).run(&self.sweep(roots))
     }

@@ -12,8 +12,9 @@ use crate::pool::{CanonicalOrder, Expr, ExprMap, HandleHash, ONE, Pool, fact};
 use std::cmp::Ordering;
 use std::collections::HashMap;
 
-/// Powers of atoms in canonical order. Negative powers occur for sines and cosines only: these
-/// cancel, since their zeros are isolated; any other divisor is an atom of its own that does not.
+/// Powers of atoms in canonical order. Negative powers occur for sines and cosines, which cancel
+/// since their zeros are isolated, and for exponentials and hyperbolic cosines, which have none; any
+/// other divisor is an atom of its own that does not cancel.
 pub(super) type Monomial = Vec<(Expr, i32)>;
 
 /// One term of a polynomial.
@@ -53,6 +54,11 @@ pub(super) fn is_trigonometric(pool: &Pool, e: Expr) -> bool {
     matches!(pool.node(e).op, Op::Call(Function::Sin | Function::Cos))
 }
 
+/// Whether powers of an atom cancel.
+fn can_cancel(pool: &Pool, e: Expr) -> bool {
+    is_trigonometric(pool, e) || matches!(pool.node(e).op, Op::Call(Function::Exp | Function::Cosh))
+}
+
 /// Order of monomials that depends on names and structure alone.
 pub(super) fn compare_monomials(order: &CanonicalOrder, a: &Monomial, b: &Monomial) -> Ordering {
     for (x, y) in a.iter().zip(b) {
@@ -73,7 +79,7 @@ pub(super) fn collect(pool: &Pool, mut terms: Vec<Term>) -> Poly {
     terms.dedup_by(|next, kept| {
         let is_like = next.monomial == kept.monomial;
         if is_like {
-            kept.coefficient = kept.coefficient.plus(next.coefficient);
+            kept.coefficient = kept.coefficient.plus(&next.coefficient);
         }
         is_like
     });
@@ -158,8 +164,9 @@ impl<'p> Algebra<'p> {
                     if base != node && (-MAX_EXPANDED_POWER..=MAX_EXPANDED_POWER).contains(&n) =>
                 {
                     let is_sum = pool.node(base).op == Op::Add;
-                    // Divisors are never multiplied out.
-                    if n < 0 && is_sum { Vec::new() } else { vec![base] }
+                    // Divisors are never multiplied out, but tangents in them may fold.
+                    let is_open = reading.splits_tangents && pool.has_fact(base, fact::TANGENT);
+                    if n < 0 && is_sum && !is_open { Vec::new() } else { vec![base] }
                 }
                 _ => Vec::new(),
             },
@@ -196,7 +203,11 @@ impl<'p> Algebra<'p> {
             _ => {
                 let (base, n) = pool.split_power(node);
                 if n < 0 {
-                    return Some(self.divisor(node, base, n, &polys[&base]));
+                    let is_sum = pool.node(base).op == Op::Add;
+                    let folded =
+                        if is_sum { Some(self.over_cosines(&polys[&base])?) } else { None };
+                    let base_poly = folded.as_ref().unwrap_or(&polys[&base]);
+                    return Some(self.divisor(node, base, n, base_poly));
                 }
                 let mut power = polys[&base].clone();
                 for _ in 1..n {
@@ -207,16 +218,34 @@ impl<'p> Algebra<'p> {
         }
     }
 
+    /// The polynomial, over its common cosines where it is a single term then: 1 + tan² a is
+    /// 1/cos² a. `None` when it takes more than the budget.
+    fn over_cosines(&mut self, poly: &Poly) -> Option<Poly> {
+        let divisors = common_divisors(self.pool, poly);
+        if divisors.is_empty() {
+            return Some(poly.clone());
+        }
+        let inverse = divisors.iter().map(|&(atom, n)| (atom, -n)).collect();
+        let one = |monomial| vec![Term { monomial, coefficient: Number::ONE }];
+        let above = self.multiply(poly, &one(inverse), true)?;
+        if above.len() != 1 {
+            return Some(poly.clone());
+        }
+        self.multiply(&above, &one(divisors), false)
+    }
+
     /// `base^n` for a negative n: sines and cosines can cancel, any other base stays an atom.
     fn divisor(&self, node: Expr, base: Expr, n: i64, base_poly: &Poly) -> Poly {
         #[expect(clippy::cast_possible_truncation, reason = "at most the largest expanded power")]
         let n = n as i32;
         let monomial = match base_poly.as_slice() {
             [Term { monomial, coefficient }]
-                if coefficient.is_one()
-                    && monomial.iter().all(|atom| is_trigonometric(self.pool, atom.0)) =>
+                if let Some(coefficient) = coefficient.power(i64::from(n))
+                    && !monomial.is_empty()
+                    && monomial.iter().all(|atom| can_cancel(self.pool, atom.0)) =>
             {
-                monomial.iter().map(|&(atom, m)| (atom, m * n)).collect()
+                let monomial = monomial.iter().map(|&(atom, m)| (atom, m * n)).collect();
+                return vec![Term { monomial, coefficient }];
             }
             _ if n == -1 => vec![(node, 1)],
             _ => vec![(self.pool.powi(base, -1), -n)],
@@ -252,7 +281,7 @@ impl<'p> Algebra<'p> {
             for y in b {
                 let term = Term {
                     monomial: multiply_monomials(self.pool, &x.monomial, &y.monomial),
-                    coefficient: x.coefficient.times(y.coefficient),
+                    coefficient: x.coefficient.times(&y.coefficient),
                 };
                 if is_fourier { self.push_fourier(term, &mut terms) } else { terms.push(term) }
             }
@@ -317,6 +346,19 @@ impl<'p> Algebra<'p> {
     }
 }
 
+/// The most negative power of each atom that has one in some term.
+fn common_divisors(pool: &Pool, poly: &Poly) -> Monomial {
+    let mut divisors = Monomial::new();
+    for &(atom, n) in poly.iter().flat_map(|term| &term.monomial).filter(|factor| factor.1 < 0) {
+        match divisors.iter_mut().find(|known| known.0 == atom) {
+            Some(known) => known.1 = known.1.min(n),
+            None => divisors.push((atom, n)),
+        }
+    }
+    divisors.sort_by(|a, b| pool.canonical_order(a.0, b.0));
+    divisors
+}
+
 /// Lowers the power of an atom by one.
 pub(super) fn take_one(monomial: &mut Monomial, atom: Expr) {
     if let Some(index) = monomial.iter().position(|factor| factor.0 == atom) {
@@ -330,7 +372,7 @@ pub(super) fn take_one(monomial: &mut Monomial, atom: Expr) {
 /// The terms as expressions, without any factoring.
 pub(super) fn term_expr(pool: &Pool, term: &Term) -> Expr {
     let powers = term.monomial.iter().map(|&(atom, n)| pool.powi(atom, i64::from(n)));
-    pool.product(powers.chain([pool.number(term.coefficient)]))
+    pool.product(powers.chain([pool.number(term.coefficient.clone())]))
 }
 
 /// The polynomial as a plain sum.

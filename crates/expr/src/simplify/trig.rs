@@ -38,9 +38,9 @@ fn call_parts(pool: &Pool, call: Expr) -> (Function, Expr) {
 }
 
 /// Largest denominator among the coefficients of an angle.
-fn denominator(pool: &Pool, angle: Expr) -> i128 {
+fn denominator(pool: &Pool, angle: Expr) -> i64 {
     let terms = pool.terms_of(angle).into_iter();
-    terms.map(|(_, c)| c.as_rational().map_or(i128::MAX, |r| *r.denom())).max().unwrap_or(1)
+    terms.map(|(_, c)| c.short_parts().map_or(i64::MAX, |parts| parts.1)).max().unwrap_or(1)
 }
 
 fn halved(pool: &Pool, angle: Expr) -> Expr {
@@ -92,7 +92,7 @@ pub(super) fn halve(pool: &Pool, poly: &Poly, angle: Expr, halving: Halving) -> 
         let cofactor = multiply_monomials(pool, &term.monomial, &[(call, -1)]);
         terms.extend(replacement.iter().map(|part| Term {
             monomial: multiply_monomials(pool, &cofactor, &part.monomial),
-            coefficient: term.coefficient.times(part.coefficient),
+            coefficient: term.coefficient.times(&part.coefficient),
         }));
     }
     collect(pool, terms)
@@ -134,8 +134,8 @@ fn split_phase(pool: &Pool, call: Expr) -> Option<[(Expr, Expr); 2]> {
     let (function, angle) = call_parts(pool, call);
     let (phase, rest): (Vec<_>, Vec<_>) =
         pool.terms_of(angle).into_iter().partition(|&(monic, _)| monic == PI);
-    let &[(_, turns)] = phase.as_slice() else { return None };
-    let phase = pool.scaled(turns, PI);
+    let [(_, turns)] = phase.as_slice() else { return None };
+    let phase = pool.scaled(turns.clone(), PI);
     let (sine, cosine) = (pool.sin(phase), pool.cos(phase));
     let rest = pool.sum_of(rest);
     let is_exact = !pool.has_call(sine) && !pool.has_call(cosine) && !pool.is_zero(rest);
@@ -223,7 +223,7 @@ fn all_pairs(pool: &Pool, poly: &Poly) -> Vec<MergingPair> {
     for (cofactor, calls) in groups {
         for (n, &(i, x)) in calls.iter().enumerate() {
             for &(j, y) in &calls[n + 1..] {
-                let (a, b) = (poly[i].coefficient, poly[j].coefficient);
+                let [a, b] = [i, j].map(|k| poly[k].coefficient.clone());
                 if a.magnitude() == b.magnitude() {
                     let product = product_of(pool, (x, a), (y, b));
                     pairs.extend(product.map(|(calls, coefficient)| {
@@ -290,7 +290,7 @@ pub(super) fn with_tangents(pool: &Pool, poly: &Poly) -> Option<Poly> {
                 }
             }
         }
-        terms.push(Term { monomial, coefficient: term.coefficient });
+        terms.push(Term { monomial, coefficient: term.coefficient.clone() });
     }
     found.then(|| collect(pool, terms))
 }

@@ -246,7 +246,7 @@ impl Compiler {
             }
             (Op::Mul, factors) => self.product(pool, sweep, factors, chain),
             (Op::Pow, &[base, exponent]) => {
-                let number = pool.as_number(sweep.steps[exponent].expr).map(Number::to_f64);
+                let number = pool.as_number(sweep.steps[exponent].expr).map(|n| n.to_f64());
                 self.power(base, exponent, number)
             }
             (Op::Call(Function::If), _) => {

@@ -95,7 +95,7 @@ impl<'a> Constants<'a> {
         };
         let entry = &mut self.entries[index];
         if counted {
-            entry.scales.push(scale);
+            entry.scales.push(scale.clone());
         }
         pool.mul(pool.number(scale), pool.symbol_expr(entry.stand_in))
     }
@@ -112,7 +112,7 @@ impl<'a> Constants<'a> {
         if !is_sum && work.shared() == work.divisions {
             return None;
         }
-        let inverse = pool.number(Number::ONE.over(lead));
+        let inverse = pool.number(Number::ONE.over(&lead));
         let monic = terms.iter().map(|t| pool.product([inverse, t.constant, t.varying]));
         let key = pool.sum(monic.collect::<Vec<_>>());
         let index = *self.by_key.entry(key).or_insert_with(|| {
@@ -139,7 +139,7 @@ impl<'a> Constants<'a> {
         for index in self.order_of_use(roots) {
             let entry = &self.entries[index];
             let base = entry.base();
-            let definition = pool.expand(pool.mul(pool.number(base), entry.key));
+            let definition = pool.expand(pool.mul(pool.number(base.clone()), entry.key));
             let definition = pool.simplify(definition);
             let n_operations = pool.printed_operations(&[definition]).total();
             let occurs_enough = entry.scales.len() > usize::from(!entry.is_sum);
@@ -179,10 +179,10 @@ impl Entry {
     /// The number that the named constant contains: of a sum the one it is met with first, of a
     /// product one of which all occurrences are small multiples, if there is one.
     fn base(&self) -> Number {
-        let magnitudes = self.scales.iter().map(|scale| scale.magnitude());
-        let smallest = magnitudes.min_by(|a, b| a.order(*b)).unwrap_or(Number::ONE);
+        let magnitudes = self.scales.iter().map(Number::magnitude);
+        let smallest = magnitudes.min_by(|a, b| a.order(b)).unwrap_or(Number::ONE);
         let is_multiple = |scale: &Number| {
-            scale.over(smallest).magnitude().as_integer().is_some_and(|n| n <= LARGEST_MULTIPLE)
+            scale.over(&smallest).magnitude().as_integer().is_some_and(|n| n <= LARGEST_MULTIPLE)
         };
         if self.scales.iter().all(is_multiple) {
             return smallest;

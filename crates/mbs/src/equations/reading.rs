@@ -4,7 +4,7 @@
 //! and factored, as the derivation left it — and the shortest is taken, a sum without nested
 //! parentheses being allowed to be somewhat longer.
 
-use bksim_expr::{Expr, Function, Number, Pool, SymbolId};
+use bksim_expr::{Expr, Function, Pool, SymbolId};
 
 use super::arrange::{Kind, Part, kinetic_parts, lagrange_parts};
 use super::constants::{Constants, Group, Names};
@@ -229,7 +229,7 @@ impl<'a> Grouping<'a> {
 fn lead_with_positive(pool: &Pool, terms: &mut [Expr]) {
     let is_negative = |&term: &Expr| {
         let number = pool.factors(term).first().and_then(|&(first, _)| pool.as_number(first));
-        number.is_some_and(Number::is_negative)
+        number.is_some_and(|n| n.is_negative())
     };
     if let Some(positive) = terms.iter().position(|term| !is_negative(term)) {
         terms[..=positive].rotate_right(1);

@@ -150,6 +150,27 @@ pub fn constraint_rows(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Row> {
     rows
 }
 
+/// Cosines that are one where a joint holds that is cut: rows that ask two axes to be parallel hold
+/// with the axes opposite, too.
+pub fn alignments(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Expr> {
+    let rows = (Mechanics::of(joint).constraint_rows)(pool, joint, sides);
+    let n_right_angles = rows.iter().filter(|row| row.direction == "angle").count();
+    let turns = motions(pool, joint).into_iter().filter(|m| m.kind == MotionKind::Rotation);
+    let [zero, one] = [pool.zero(), pool.one()];
+    let axes = match (n_right_angles, turns.collect::<Vec<_>>().as_slice()) {
+        (2, [turn]) => vec![turn.axis],
+        (3, []) => vec![[one, zero, zero], [zero, one, zero], [zero, zero, one]],
+        _ => Vec::new(),
+    };
+    let relative = relative_rotation(pool, joint, sides);
+    let cosine = |axis: &Vector| {
+        let square = spatial::dot(pool, axis, axis);
+        pool.div(spatial::dot(pool, axis, &relative.apply(pool, axis)), square)
+    };
+    let cosines = axes.iter().map(|axis| pool.simplify(cosine(axis)));
+    cosines.filter(|&cosine| cosine != pool.one()).collect()
+}
+
 /// The position of each motion of a joint as the two poses show it, whether or not it is cut.
 pub fn positions(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Expr> {
     let offset = spatial::sub(pool, &sides.p_world_successor, &sides.p_world_predecessor);

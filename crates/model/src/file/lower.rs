@@ -51,9 +51,9 @@ impl Reader<'_> {
             }
             let span = quoted.span_of(&node.span);
             let lowered = match &node.kind {
-                SyntaxKind::Number(number) => self.finite(*number, span, what),
+                SyntaxKind::Number(number) => self.finite(number.clone(), span, what),
                 SyntaxKind::Quantity { value, factors, .. } => {
-                    self.with_unit(*value, factors, span, &context)
+                    self.with_unit(value.clone(), factors, span, &context)
                 }
                 SyntaxKind::Name(name) => self.named(name, &node.span, &context),
                 SyntaxKind::Negate(operand) => nodes[*operand].clone().map(|operand| Lowered {
@@ -89,7 +89,7 @@ impl Reader<'_> {
     }
 
     fn finite(&mut self, number: Number, span: Span, what: &str) -> Option<Lowered> {
-        if number.is_finite() {
+        if number.to_f64().is_finite() {
             return Some(Lowered::number(&self.pool, number, span));
         }
         self.report(

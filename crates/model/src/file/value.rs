@@ -61,10 +61,11 @@ pub(super) struct Lowered {
 impl Lowered {
     /// A bare number.
     pub(super) fn number(pool: &Pool, number: Number, span: Span) -> Self {
+        let value = number.to_f64();
         Self {
             expr: pool.number(number),
             kind: Kind::Bare,
-            value: Some(Constant::written(number.to_f64())),
+            value: Some(Constant::written(value)),
             is_angle: false,
             is_literal: true,
             span,

@@ -113,7 +113,7 @@ fn counts(counts: Counts) -> Value {
 
 fn certificate(certificate: Certificate) -> Value {
     json!({
-        "equal": certificate.is_equal(),
+        "equal": (certificate.n_points > 0).then(|| certificate.is_equal()),
         "points": certificate.n_points,
         "worst_f64": certificate.worst_double,
         "worst_106_bits": certificate.worst_extended,

@@ -6,6 +6,9 @@ use bksim_expr::{DomainFault, Expr, Pool, SymbolId};
 use bksim_model::ParameterId;
 use nalgebra::{DMatrix, DVector};
 
+use super::closing::{estimate, reach_note};
+use super::reach::longest_in_loop;
+use super::start::unit_of;
 use super::switch;
 use crate::codes;
 use crate::compiled::CompiledSystem;
@@ -18,7 +21,7 @@ use bksim_mbs::signal::signal_values;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Span};
 use bksim_model::message::short;
-use bksim_model::{BodyId, DriveId, JointId, LoadKind, Model};
+use bksim_model::{BodyId, DriveId, JointId, LoadKind, Measure, Model, MotionKind};
 
 /// A drive whose row lies this close to the span of the joints' rows (as the sine of the angle
 /// between them) has run into a pose it cannot pass. Steps shrink as the square root of the way
@@ -186,7 +189,7 @@ fn blocked_drive(
     };
     let mut evaluator = compiled.evaluator(parameters);
     let mut sines = |t: f64, q: &[f64]| {
-        sines_of_drives(system, &evaluator.constraints(t, q).jacobian_rows().dense())
+        sines_of_drives(model, system, &evaluator.constraints(t, q).jacobian_rows().dense())
     };
     let before = sines(last.t, &last.q);
     let here = sines(t, q);
@@ -206,30 +209,49 @@ fn blocked_drive(
     let fault = Diagnostic::error(codes::DRIVE_CANNOT_PASS, message)
         .at(drive.span.clone(), "this motion leads into a dead centre")
         .help("drive a link that can make the full turn, or keep the motion away from the dead centre");
-    Some(match links_in_line(model, system, drive.joint, parameters, q) {
-        Some(pair) => fault.note(pair),
-        None => fault,
-    })
+    let in_line = links_in_line(model, system, drive.joint, parameters, q);
+    let is_length = unit_of(model, Measure::JointPosition(drive.joint, drive.motion_idx)) == "m";
+    let reach = if is_length { reach_note(model, drive, t_dead) } else { None };
+    Some([in_line, reach].into_iter().flatten().fold(fault, Diagnostic::note))
 }
 
-/// Three digits: what an extrapolation is good for.
-fn estimate(value: f64) -> String {
-    format!("{value:.2e}").parse().map_or_else(|_| short(value), short)
-}
-
-/// Sine of the angle between each drive's row of G and the span of the joints' rows.
-fn sines_of_drives(system: &SymbolicSystem, jacobian: &DMatrix<f64>) -> Vec<(DriveId, f64)> {
+/// Sine of the angle between each drive's row of G and the span of the joints' rows; of a drive along
+/// a line, what is left of its row where that is less, as the row itself vanishes at the end of its
+/// reach.
+fn sines_of_drives(
+    model: &Model,
+    system: &SymbolicSystem,
+    jacobian: &DMatrix<f64>,
+) -> Vec<(DriveId, f64)> {
     let rows = system.constraints.iter().enumerate();
     let joint_rows = rows.clone().filter(|(_, c)| matches!(c.source, Source::Joint(_)));
     let joint_rows: Vec<usize> = joint_rows.map(|(row, _)| row).collect();
-    let span = jacobian.select_rows(&joint_rows).transpose();
+    let sine = |row: usize, jacobian: &DMatrix<f64>| {
+        let span = jacobian.select_rows(&joint_rows).transpose();
+        let drive_row = jacobian.row(row).transpose();
+        let (along, _) = crate::linear::dense::least_squares(&span, &drive_row);
+        let rest: DVector<f64> = &drive_row - &span * along;
+        [rest.norm() / drive_row.norm(), rest.norm()]
+    };
     rows.filter_map(|(row, constraint)| match constraint.source {
         Source::Joint(_) | Source::Stop(_) | Source::Friction(_) => None,
         Source::Drive(drive_id) => {
-            let drive_row = jacobian.row(row).transpose();
-            let (along, _) = crate::linear::dense::least_squares(&span, &drive_row);
-            let rest: DVector<f64> = &drive_row - &span * along;
-            Some((drive_id, rest.norm() / drive_row.norm()))
+            let drive = &model.drives[drive_id.0];
+            let [ratio, _] = sine(row, jacobian);
+            let measure = Measure::JointPosition(drive.joint, drive.motion_idx);
+            if unit_of(model, measure) == "rad" {
+                return Some((drive_id, ratio));
+            }
+            // Angles in units of what moves as far as a length of the loop.
+            let mut scaled = jacobian.clone();
+            let size = longest_in_loop(model, drive.joint);
+            for (mut column, coordinate) in scaled.column_iter_mut().zip(system.coordinates()) {
+                if coordinate.kind == MotionKind::Rotation {
+                    column /= size;
+                }
+            }
+            let [_, rest] = sine(row, &scaled);
+            Some((drive_id, ratio.min(rest)))
         }
     })
     .collect()

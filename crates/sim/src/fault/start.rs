@@ -1,16 +1,16 @@
 //! Faults of the start: loops that cannot close, stated values that exclude each other.
 
-use super::switch;
+use super::{closing, switch};
 use crate::codes;
 use crate::compiled::CompiledSystem;
-use crate::mobility::{Mobility, loop_through};
-use crate::start::{Conflict, StartError};
+use crate::mobility::Mobility;
+use crate::start::StartError;
 use bksim_mbs::joint::motions;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::MotionKind;
 use bksim_model::ParameterId;
 use bksim_model::diagnostic::Diagnostic;
-use bksim_model::message::{listed, short};
+use bksim_model::message::listed;
 use bksim_model::{Anchor, BodyId, Drive, GROUND, JointId, JointKind, Measure, Model};
 
 /// The diagnostic of a start that was not found.
@@ -30,12 +30,11 @@ pub fn diagnose_start(
                 None => fault,
             }
         }
-        StartError::CannotClose { gaps, .. } => cannot_close(model, gaps),
-        StartError::StatedPositions { conflicts } => {
-            conflict(model, conflicts, codes::STATED_POSITIONS, "positions")
-        }
+        StartError::CannotClose { gaps, .. } => closing::cannot_close(model, gaps),
+        StartError::DrivesOutOfReach { drives } => closing::drives_out_of_reach(model, drives),
+        StartError::StatedPositions { conflicts } => closing::stated_positions(model, conflicts),
         StartError::StatedVelocities { conflicts } => {
-            conflict(model, conflicts, codes::STATED_VELOCITIES, "rates")
+            closing::conflict(model, conflicts, codes::STATED_VELOCITIES, "rates")
         }
         StartError::DriveCannotMove { drive_idx } => {
             let drive = &model.drives[*drive_idx];
@@ -149,118 +148,6 @@ fn one_of(names: &[String]) -> String {
     if names.len() == 1 { listed(&names) } else { format!("one of {}", listed(&names)) }
 }
 
-fn cannot_close(model: &Model, gaps: &[(JointId, f64)]) -> Diagnostic {
-    let Some(&(worst, _)) = gaps.first() else {
-        return Diagnostic::error(codes::CANNOT_CLOSE, "the mechanism cannot be closed");
-    };
-    let around = loop_through(model, worst);
-    let lengths = link_lengths(model, &around);
-    let total: f64 = lengths.iter().map(|(_, length)| length).sum();
-    let longest = lengths
-        .iter()
-        .max_by(|a, b| a.1.total_cmp(&b.1))
-        .filter(|(_, length)| lengths.len() == around.len() && *length > total - length);
-    let in_loop = |joint: &JointId| around.contains(joint);
-    // Links that are too short for the longest leave exactly the difference open; otherwise the gap
-    // is what the search for a closed position has left.
-    let gap = match longest {
-        Some((_, length)) => length - (total - length),
-        None => gaps.iter().filter(|(joint, _)| in_loop(joint)).map(|&(_, gap)| gap).sum(),
-    };
-    let joint = &model.joints[worst.0];
-    let names: Vec<&str> = around.iter().map(|&j| name(model, j)).collect();
-    let unit = if matches!(joint.kind, JointKind::Weld { .. }) { "m or rad" } else { "m" };
-    let message = format!(
-        "the loop of joints {} cannot close: the smallest gap is {} {unit} between `{}` and `{}`",
-        names.join(" → "),
-        short(gap),
-        anchor_name(model, joint.predecessor),
-        anchor_name(model, joint.successor),
-    );
-    let mut fault = Diagnostic::error(codes::CANNOT_CLOSE, message)
-        .at(joint.span.clone(), format!("joint `{}` stays open", joint.name));
-    for drive in model.drives.iter().filter(|drive| around.contains(&drive.joint)) {
-        let position = drive_position(model, drive, model.solve.t_start, short);
-        fault = fault.note(format!(
-            "drive `{}` holds `{}` at {position} at the start",
-            drive.name,
-            name(model, drive.joint)
-        ));
-    }
-    match longest {
-        Some((body, length)) => {
-            fault = fault
-                .note(format!(
-                    "`{}` is {} m between its joints, all other links together {} m",
-                    model.bodies[body.0].name,
-                    short(*length),
-                    short(total - length)
-                ))
-                .help(format!(
-                    "make `{}` shorter than {} m: the longest link must be shorter than the sum of the others",
-                    model.bodies[body.0].name,
-                    short(total - length)
-                ));
-        }
-        None => {
-            fault = fault.help(format!(
-                "check the points of {} and the axes of these joints, or give guesses nearer to the closed position",
-                listed(&bodies_of(model, &around))
-            ));
-        }
-    }
-    fault
-}
-
-fn conflict(
-    model: &Model,
-    conflicts: &[Conflict],
-    code: bksim_model::diagnostic::Code,
-    what: &str,
-) -> Diagnostic {
-    let initial = |c: &Conflict| &model.initial[c.initial_idx];
-    let unit = |c: &Conflict| unit_of(model, initial(c).measure);
-    let names: Vec<&str> = conflicts.iter().map(|c| initial(c).name.as_str()).collect();
-    let message = match conflicts {
-        [only] => format!(
-            "the stated value of `{}` = {} {} cannot be reached",
-            initial(only).name,
-            short(only.stated),
-            unit(only)
-        ),
-        _ => format!("the stated {what} of {} exclude each other", listed(&names)),
-    };
-    // The last one stated is the one to reconsider: those before it stand.
-    let mut fault = Diagnostic::error(code, message);
-    for c in conflicts.iter().rev() {
-        fault = fault.at(initial(c).span.clone(), format!("{} {}", short(c.stated), unit(c)));
-    }
-    let suggestion = conflicts.iter().rev().find_map(|c| c.consistent.map(|value| (c, value)));
-    if let Some((c, value)) = suggestion {
-        let others: Vec<String> = conflicts
-            .iter()
-            .filter(|other| other.initial_idx != c.initial_idx)
-            .map(|other| {
-                format!("`{}` = {} {}", initial(other).name, short(other.stated), unit(other))
-            })
-            .collect();
-        let given = if others.is_empty() {
-            String::new()
-        } else {
-            format!("with {}, ", others.join(" and "))
-        };
-        fault = fault
-            .note(format!("{given}`{}` would be {} {}", initial(c).name, short(value), unit(c)))
-            .help(format!(
-                "remove `{}`, or write it as a guess: `guess = {{ … }}`",
-                initial(c).name
-            ));
-    } else {
-        fault = fault.help("keep fewer stated values and write the others as `guess = { … }`");
-    }
-    fault
-}
-
 fn no_inertia(
     model: &Model,
     system: &SymbolicSystem,
@@ -317,51 +204,32 @@ pub(super) fn drive_position(
     t: f64,
     write: fn(f64) -> String,
 ) -> String {
-    let value = |symbol| {
-        let parameter = model.parameters.iter().find(|p| p.symbol == symbol).map(|p| p.value);
-        parameter.or_else(|| (symbol == model.time).then_some(t))
-    };
-    let position = model.pool.evaluate(drive.motion, &value).unwrap_or(f64::NAN);
+    position_of(model, drive, drive_value(model, drive, t), write)
+}
+
+/// A position of the joint of a drive in words.
+pub(super) fn position_of(
+    model: &Model,
+    drive: &Drive,
+    position: f64,
+    write: fn(f64) -> String,
+) -> String {
     match unit_of(model, Measure::JointPosition(drive.joint, drive.motion_idx)) {
         "rad" => format!("{} rad ({}°)", write(position), write(position.to_degrees())),
         unit => format!("{} {unit}", write(position)),
     }
 }
 
-/// Distance between the two joint points of each body around a loop, by its joints in order.
-fn link_lengths(model: &Model, around: &[JointId]) -> Vec<(BodyId, f64)> {
-    let mut lengths = Vec::new();
-    for (k, &joint) in around.iter().enumerate() {
-        let next = around[(k + 1) % around.len()];
-        let ends = |j: JointId| [model.joints[j.0].predecessor, model.joints[j.0].successor];
-        let shared = ends(joint).into_iter().find_map(|a| {
-            ends(next).into_iter().find(|b| b.body == a.body && next != joint).map(|b| (a, b))
-        });
-        let is_revolute = |j: JointId| matches!(model.joints[j.0].kind, JointKind::Revolute);
-        if let Some((a, b)) = shared
-            && is_revolute(joint)
-            && is_revolute(next)
-        {
-            let (p, q) = (point_value(model, a), point_value(model, b));
-            let square: f64 = (0..3).map(|i| (p[i] - q[i]).powi(2)).sum();
-            lengths.push((a.body, square.sqrt()));
-        }
-    }
-    lengths
+/// Where the drive puts its joint at time `t`, rad or m.
+pub(super) fn drive_value(model: &Model, drive: &Drive, t: f64) -> f64 {
+    let value = |symbol| {
+        let parameter = model.parameters.iter().find(|p| p.symbol == symbol).map(|p| p.value);
+        parameter.or_else(|| (symbol == model.time).then_some(t))
+    };
+    model.pool.evaluate(drive.motion, &value).unwrap_or(f64::NAN)
 }
 
-fn point_value(model: &Model, anchor: Anchor) -> [f64; 3] {
-    let pool = &model.pool;
-    let value = |symbol| model.parameters.iter().find(|p| p.symbol == symbol).map(|p| p.value);
-    match anchor.point {
-        None => [0.0; 3],
-        Some(point) => model.bodies[anchor.body.0].points[point.0]
-            .position
-            .map(|e| pool.evaluate(e, &value).unwrap_or(f64::NAN)),
-    }
-}
-
-fn anchor_name(model: &Model, anchor: Anchor) -> String {
+pub(super) fn anchor_name(model: &Model, anchor: Anchor) -> String {
     let body = &model.bodies[anchor.body.0];
     match anchor.point {
         Some(point) => format!("{}.{}", body.name, body.points[point.0].name),
@@ -369,7 +237,7 @@ fn anchor_name(model: &Model, anchor: Anchor) -> String {
     }
 }
 
-fn bodies_of<'a>(model: &'a Model, around: &[JointId]) -> Vec<&'a str> {
+pub(super) fn bodies_of<'a>(model: &'a Model, around: &[JointId]) -> Vec<&'a str> {
     let mut names = Vec::new();
     for &joint in around {
         for anchor in [model.joints[joint.0].predecessor, model.joints[joint.0].successor] {
@@ -397,6 +265,6 @@ pub fn unit_of(model: &Model, measure: Measure) -> &'static str {
     }
 }
 
-fn name(model: &Model, joint: JointId) -> &str {
+pub(super) fn name(model: &Model, joint: JointId) -> &str {
     &model.joints[joint.0].name
 }

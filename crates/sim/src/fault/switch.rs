@@ -1,6 +1,7 @@
 //! Faults of what switches: chatter, contacts that exclude each other, drives that jump.
 
 use super::run::expressions_of;
+use super::start::unit_of;
 use crate::codes;
 use crate::hybrid::NoConsistentModes;
 use bksim_mbs::constraint::Source;
@@ -9,7 +10,7 @@ use bksim_mbs::signal::signal_values;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Span};
 use bksim_model::message::{listed, short};
-use bksim_model::{LoadId, Model};
+use bksim_model::{LoadId, LoadKind, Measure, Model};
 
 /// The diagnostic of an instant without consistent modes.
 pub(super) fn no_consistent_modes(
@@ -33,7 +34,13 @@ pub(super) fn no_consistent_modes(
 /// A joint that starts where a stop does not let it be.
 pub(super) fn beyond_stop(model: &Model, load: LoadId, by: f64) -> Diagnostic {
     let load = &model.loads[load.0];
-    let message = format!("the start is beyond stop `{}` by {}", load.name, short(by));
+    let unit = match load.kind {
+        LoadKind::Stop { joint, motion_idx, .. } => {
+            unit_of(model, Measure::JointPosition(joint, motion_idx))
+        }
+        _ => "",
+    };
+    let message = format!("the start is beyond stop `{}` by {} {unit}", load.name, short(by));
     Diagnostic::error(codes::BEYOND_STOP, message)
         .at(load.span.clone(), "this stop")
         .help("start between its limits, or widen them")
@@ -94,17 +101,19 @@ fn contacts_exclude(model: &Model, loads: &[LoadId], t: f64) -> Diagnostic {
 }
 
 fn jump(model: &Model, system: &SymbolicSystem, row: usize, by: f64, t: f64) -> Diagnostic {
-    let (who, span) = match system.constraints[row].source {
+    let (who, span, unit) = match system.constraints[row].source {
         Source::Drive(drive) => {
             let drive = &model.drives[drive.0];
-            (format!("drive `{}`", drive.name), drive.span.clone())
+            let unit = unit_of(model, Measure::JointPosition(drive.joint, drive.motion_idx));
+            (format!("drive `{}`", drive.name), drive.span.clone(), unit)
         }
         other => {
             let joint = &model.joints[other.joint(model).0];
-            (format!("joint `{}`", joint.name), joint.span.clone())
+            let unit = if system.constraints[row].direction == "angle" { "rad" } else { "m" };
+            (format!("joint `{}`", joint.name), joint.span.clone(), unit)
         }
     };
-    let message = format!("{who} jumps by {} at t = {} s", short(by), short(t));
+    let message = format!("{who} jumps by {} {unit} at t = {} s", short(by), short(t));
     Diagnostic::error(codes::DRIVE_JUMPS, message)
         .at(span, "its position is not continuous")
         .help("let the branches meet where they switch")

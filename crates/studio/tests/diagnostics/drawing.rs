@@ -11,7 +11,8 @@
 //! The first line says `units mm`, or `units none`. Then one line is an entity: its type, its properties
 //! in lower case, and attributes in upper case. A polyline is closed unless it says `closed=no`.
 //! A line that is indented is one more group of the entity above, a code and a value. What stands between
-//! `BLOCK name=bolt` and `ENDBLK` is the definition of a block.
+//! `BLOCK name=bolt` and `ENDBLK` is the definition of a block; `LAYER name=old off=yes` is a layer that is not
+//! shown.
 
 /// A group of a DXF file: its code and its value.
 type Group = (String, String);
@@ -31,7 +32,16 @@ pub(crate) fn dxf(list: &str) -> Result<String, String> {
     let (mut entities, mut definitions) = (Vec::new(), Vec::new());
     let (mut inserted, mut defined) = (Vec::new(), Vec::new());
     let mut is_in_block = false;
+    let mut layers = Vec::new();
     for line in lines {
+        if let Some(layer) = line.strip_prefix("LAYER name=") {
+            let (name, off) =
+                layer.split_once(" off=yes").map_or((layer, false), |(it, _)| (it, true));
+            let colour = if off { "-7" } else { "7" };
+            layers.extend([group_of("0", "LAYER"), group_of("2", name)]);
+            layers.extend([group_of("70", "0"), group_of("62", colour)]);
+            continue;
+        }
         let groups = if is_in_block { &mut definitions } else { &mut entities };
         if let Some(group) = line.strip_prefix("  ") {
             let (code, value) = group.split_once(' ').unwrap_or((group, ""));
@@ -56,6 +66,12 @@ pub(crate) fn dxf(list: &str) -> Result<String, String> {
         }
     }
     let mut groups = header(unit);
+    if !layers.is_empty() {
+        let mut table = vec![group_of("0", "TABLE"), group_of("2", "LAYER")];
+        table.append(&mut layers);
+        table.push(group_of("0", "ENDTAB"));
+        groups.extend(section("TABLES", table));
+    }
     groups.extend(section("BLOCKS", definitions));
     groups.extend(section("ENTITIES", entities));
     groups.push(group_of("0", "EOF"));

@@ -7,6 +7,7 @@ use crate::attachment::Content;
 use crate::compose::bodies::{Body, GROUND};
 use crate::compose::draft::{Draft, array, point_value, written};
 use crate::compose::frame::Frame;
+use crate::compose::lengths::coordinate;
 use crate::compose::points::Points;
 use crate::compose::report::BodyReport;
 use crate::compose::source::Source;
@@ -94,7 +95,11 @@ fn put_points(
     let (source, frame) = (mechanism.source, mechanism.frames[body_idx]);
     for point in points.of(body_idx) {
         let at = source.scale.tidy(frame.point_inward(point.at));
-        draft.point(owner, &point.name, point_value(at, source.unit()), &point.location);
+        let unit = source.unit().name;
+        let along = |axis: usize| {
+            coordinate(mechanism.lengths.position(body_idx, &point.name, axis), at[axis], unit)
+        };
+        draft.point(owner, &point.name, array([0, 1].map(along).into_iter()), &point.location);
     }
 }
 

@@ -6,6 +6,7 @@ use super::Mechanism;
 use super::number::{clean_angle, direction, number};
 use crate::compose::connect::Connection;
 use crate::compose::draft::{Draft, array, quantity, written};
+use crate::compose::lengths::coordinate;
 use crate::compose::report::JointReport;
 use crate::geometry::vector::distance;
 use crate::kind::Placement;
@@ -53,7 +54,7 @@ fn put_joint(draft: &mut Draft, mechanism: &Mechanism<'_>, connection: &Connecti
     }
     if kind.name == "link" && attachment.value("length").is_none() {
         let length = source.scale.tidy_length(distance(at[0], at[1]));
-        put("length", quantity(length, unit.name));
+        put("length", coordinate(mechanism.lengths.link(name), length, unit.name));
     }
 
     for value in &attachment.values {

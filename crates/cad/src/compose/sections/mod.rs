@@ -25,6 +25,7 @@ pub(super) use starts::starts;
 use super::bodies::Bodies;
 use super::connect::Connection;
 use super::frame::Frame;
+use super::lengths::Lengths;
 use super::source::Source;
 use super::units::BareUnits;
 
@@ -36,4 +37,6 @@ pub(super) struct Mechanism<'a> {
     /// By body.
     pub(super) frames: &'a [Frame],
     pub(super) units: &'a BareUnits,
+    /// Positions and lengths that follow from named lengths.
+    pub(super) lengths: &'a Lengths,
 }

@@ -64,7 +64,9 @@ pub struct Source<'a> {
 pub fn from_model(source: &Source<'_>) -> Result<Vec<u8>, Unwritten> {
     if source.model.space == Space::Spatial {
         let message = "a drawing is plane, but this model is spatial";
-        return Err(Diagnostic::error(codes::SPATIAL, message).into());
+        let help = "remove `space` and the z parts of its vectors if it moves in a plane; `bksim \
+                    view` and `bksim render` show it in space";
+        return Err(Diagnostic::error(codes::SPATIAL, message).help(help).into());
     }
     let document: DocumentMut = source.text.parse().map_err(|_| no_place("this text", "it"))?;
     let positions = Positions::new(source)?;

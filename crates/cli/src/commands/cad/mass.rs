@@ -31,7 +31,8 @@ pub(super) fn run(args: &Mass, as_json: bool) -> Result<Status, Failure> {
     // A drawing whose model is complete gives numbers for masses that are expressions.
     let model = read(&Source::new(&parts.composition.text, "drawing")).model;
     if as_json {
-        let rows: Vec<Value> = bodies.iter().map(|body| describe(body, model.as_ref())).collect();
+        let rows: Vec<Value> =
+            bodies.iter().map(|body| describe(body, &parts, model.as_ref())).collect();
         let body = json!({
             "unit": parts.sheet.drawing.unit.name,
             "bodies": rows,
@@ -89,7 +90,7 @@ fn report(body: &BodyReport, parts: &Parts, model: Option<&Model>) -> String {
     } else {
         rows.push(row("outline", "none is closed".to_owned()));
     }
-    let weight = weight(&body.name, model);
+    let weight = weight(parts.composition.model_name(&body.name), model);
     let mass = match (weight, &body.mass) {
         (Some((mass, _)), _) => format!("{} kg, {}", number(mass), source_words(body)),
         (None, Some(text)) => format!("{text}, {}", source_words(body)),
@@ -106,8 +107,8 @@ fn report(body: &BodyReport, parts: &Parts, model: Option<&Model>) -> String {
     format!("{}\n{}", body.name, table(&rows))
 }
 
-fn describe(body: &BodyReport, model: Option<&Model>) -> Value {
-    let weight = weight(&body.name, model);
+fn describe(body: &BodyReport, parts: &Parts, model: Option<&Model>) -> Value {
+    let weight = weight(parts.composition.model_name(&body.name), model);
     json!({
         "body": body.name,
         "area": body.area.as_ref().map(|area| area.area),

@@ -28,8 +28,9 @@ pub(super) fn run(args: &Trace, as_json: bool, nesting: usize) -> Result<Status,
     let mut course = course(args, &mechanism, &log)?;
     let mut parts = parts(&args.drawing, &args.reading, [None, None], is_missing_mass)?;
     let per_metre = 1.0 / parts.sheet.drawing.unit.metres;
+    let composition = parts.composition.clone();
     let of_run = |name: &str| mechanism.model.bodies.iter().any(|body| body.name == name);
-    if !parts.composition.bodies.iter().any(|body| of_run(&body.name)) {
+    if !parts.composition.bodies.iter().any(|body| of_run(composition.model_name(&body.name))) {
         let names = mechanism.model.bodies.iter().skip(1).map(|body| body.name.as_str());
         let names = names.collect::<Vec<_>>().join(", ");
         let what = format!("has none of the bodies of the run: {names}");
@@ -43,7 +44,7 @@ pub(super) fn run(args: &Trace, as_json: bool, nesting: usize) -> Result<Status,
     let selection = selection(args, &course.times);
     let number = |name: &str| mechanism.model.bodies.iter().position(|body| body.name == name);
     let shape = |body: &bksim::cad::compose::BodyReport| {
-        let body_idx = number(&body.name)?;
+        let body_idx = number(composition.model_name(&body.name))?;
         Some(Shape { body_idx, paths: body.paths.clone(), frame: body.frame })
     };
     let shapes: Vec<Shape> = parts.composition.bodies.iter().filter_map(shape).collect();
@@ -221,12 +222,15 @@ fn other_drawing(
     per_metre: f64,
 ) -> Option<Diagnostic> {
     let model = &mechanism.model;
+    let named = |name: &str| {
+        let name = composition.model_name(name);
+        model.joints.iter().find(|joint| joint.name == name)
+    };
     let differs = |report: &&bksim::cad::compose::JointReport| {
-        let Some(joint) = model.joints.iter().find(|joint| joint.name == report.name) else {
-            return true;
-        };
+        let Some(joint) = named(&report.name) else { return true };
         let body = &model.bodies[joint.successor.body.0];
-        let drawn = composition.bodies.iter().find(|b| b.name == body.name);
+        let drawn =
+            composition.bodies.iter().find(|b| composition.model_name(&b.name) == body.name);
         let (Some(drawn), Some(point)) = (drawn, joint.successor.point) else { return false };
         let inward = drawn.frame.point_inward(report.at[1]);
         let run = place(mechanism, body.points[point.0].position).unwrap_or_default();
@@ -234,8 +238,7 @@ fn other_drawing(
         off * per_metre > composition.tolerance
     };
     let moved = composition.joints.iter().find(differs)?;
-    let is_known = model.joints.iter().any(|joint| joint.name == moved.name);
-    let message = if is_known {
+    let message = if named(&moved.name).is_some() {
         format!("joint `{}` is not where the run had it: the drawing has changed since", moved.name)
     } else {
         format!("the run has no joint `{}`: the drawing has changed since", moved.name)

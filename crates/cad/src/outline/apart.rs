@@ -1,0 +1,204 @@
+//! Chaining of a whole drawing: what is drawn twice is taken once, and where ends meet in more than one
+//! way, the strokes that hang together with them are left to themselves.
+
+use std::collections::BTreeMap;
+
+use super::boxes::BoxTree;
+use super::{Chain, Chains, OutlineError, Stroke, chain};
+use crate::geometry::vector::distance;
+use crate::geometry::{Bounds, Curve, Path, Point};
+
+/// A stroke that lies on another one.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Doubled {
+    /// The index of the stroke that is taken.
+    pub kept: usize,
+    /// The index of the one on top of it.
+    pub copy: usize,
+}
+
+/// The chains of strokes some of which may be drawn twice, or meet in more than one way.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Apart {
+    /// Of all strokes that hang together in one way; their entities are those of the strokes.
+    pub chains: Chains,
+    /// Strokes that were left out: another one covers them.
+    pub doubled: Vec<Doubled>,
+    /// Where ends meet in more than one way, and the box around all that hangs together there.
+    pub ambiguous: Vec<(OutlineError, Bounds)>,
+}
+
+/// Chains strokes; none refuses the others.
+pub fn chain_apart(strokes: &[Stroke], tolerance: f64) -> Apart {
+    if let Ok(chains) = chain(strokes, tolerance) {
+        return Apart { chains, ..Apart::default() };
+    }
+    let doubled = doubled(strokes, tolerance);
+    let is_copy: Vec<bool> = {
+        let mut is_copy = vec![false; strokes.len()];
+        for it in &doubled {
+            is_copy[it.copy] = true;
+        }
+        is_copy
+    };
+    let mut apart = Apart { doubled, ..Apart::default() };
+    let mut found: Vec<(usize, bool, Chain)> = Vec::new();
+    for group in groups(strokes, &is_copy, tolerance) {
+        let own: Vec<Stroke> = group.iter().map(|&idx| strokes[idx].clone()).collect();
+        match chain(&own, tolerance) {
+            Ok(chains) => {
+                found.extend(chains.closed.into_iter().map(|it| (group[0], true, it)));
+                found.extend(chains.open.into_iter().map(|it| (group[0], false, it)));
+                apart.chains.snaps.extend(chains.snaps);
+            }
+            Err(error) => {
+                let bounds =
+                    own.iter().map(|it| it.path.bounds()).fold(Bounds::EMPTY, Bounds::union);
+                apart.ambiguous.push((error, bounds));
+                // What is closed by itself still counts.
+                let closed = group.iter().filter(|&&idx| strokes[idx].path.is_closed);
+                found.extend(closed.map(|&idx| {
+                    let Stroke { path, entity } = strokes[idx].clone();
+                    (idx, true, Chain { path, entities: vec![entity] })
+                }));
+            }
+        }
+    }
+    found.sort_by_key(|(rank, ..)| *rank);
+    for (_, is_closed, chain) in found {
+        if is_closed { apart.chains.closed.push(chain) } else { apart.chains.open.push(chain) }
+    }
+    apart
+}
+
+/// The open strokes that lie on another stroke over their whole length.
+pub fn doubled(strokes: &[Stroke], tolerance: f64) -> Vec<Doubled> {
+    let boxes: Vec<Bounds> = strokes.iter().map(|stroke| stroke.path.bounds()).collect();
+    let tree = BoxTree::anywhere(&boxes);
+    let mut found: Vec<Doubled> = Vec::new();
+    let mut is_copy = vec![false; strokes.len()];
+    for copy in 0..strokes.len() {
+        let path = &strokes[copy].path;
+        if path.is_closed || boxes[copy].diagonal() <= tolerance || path.check().is_err() {
+            continue;
+        }
+        let samples = samples(path);
+        let mut near = Vec::new();
+        tree.meeting(&boxes[copy].grown(tolerance), |idx| near.push(idx));
+        near.sort_unstable();
+        let is_covered = |kept: &usize| {
+            let other = &strokes[*kept].path;
+            *kept != copy
+                && !is_copy[*kept]
+                && other.check().is_ok()
+                && samples.iter().all(|at| other.distance(*at) <= tolerance)
+                // Of two that are equal, the later one is the copy.
+                && (*kept < copy || !lies_on(other, path, tolerance))
+        };
+        if let Some(kept) = near.into_iter().find(is_covered) {
+            is_copy[copy] = true;
+            found.push(Doubled { kept, copy });
+        }
+    }
+    found
+}
+
+fn lies_on(path: &Path, other: &Path, tolerance: f64) -> bool {
+    samples(path).iter().all(|at| other.distance(*at) <= tolerance)
+}
+
+/// Points along a path; a line or an arc that has five points with another one is the same.
+fn samples(path: &Path) -> Vec<Point> {
+    const STEPS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
+    let on = |curve: &Curve| STEPS.map(|t| curve.point(t));
+    path.curves.iter().flat_map(on).collect()
+}
+
+/// The strokes that hang together by their ends, without the copies; each group in its order.
+fn groups(strokes: &[Stroke], is_copy: &[bool], tolerance: f64) -> Vec<Vec<usize>> {
+    let ends: Vec<(usize, Point)> = (0..strokes.len())
+        .filter(|&idx| !is_copy[idx] && strokes[idx].path.check().is_ok())
+        .flat_map(|idx| {
+            let path = &strokes[idx].path;
+            [path.start_point(), path.end_point()].into_iter().flatten().map(move |at| (idx, at))
+        })
+        .collect();
+    let boxes: Vec<Bounds> = ends.iter().map(|(_, at)| Bounds::of([*at])).collect();
+    let tree = BoxTree::anywhere(&boxes);
+    // Each points to an earlier one of its group, the first one to itself.
+    let mut leader: Vec<usize> = (0..strokes.len()).collect();
+    for (idx, at) in &ends {
+        tree.meeting(&Bounds::of([*at]).grown(tolerance), |k| {
+            if distance(ends[k].1, *at) <= tolerance {
+                let [a, b] = [first_of(&leader, *idx), first_of(&leader, ends[k].0)];
+                leader[a.max(b)] = a.min(b);
+            }
+        });
+    }
+    let mut groups: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (idx, _) in ends.iter().step_by(2) {
+        groups.entry(first_of(&leader, *idx)).or_default().push(*idx);
+    }
+    groups.into_values().collect()
+}
+
+fn first_of(leader: &[usize], mut idx: usize) -> usize {
+    while leader[idx] != idx {
+        idx = leader[idx];
+    }
+    idx
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(from: Point, to: Point) -> Stroke {
+        Stroke { path: Path::of(Curve::Segment { from, to }), entity: 0 }
+    }
+
+    /// A square by four lines, with more strokes beside.
+    fn square(more: Vec<Stroke>) -> Vec<Stroke> {
+        let corners = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0], [0.0, 0.0]];
+        let mut strokes: Vec<Stroke> =
+            corners.windows(2).map(|pair| line(pair[0], pair[1])).collect();
+        strokes.extend(more);
+        for (idx, stroke) in strokes.iter_mut().enumerate() {
+            stroke.entity = idx;
+        }
+        strokes
+    }
+
+    #[test]
+    fn copies_and_parts_of_lines_are_left_out() {
+        let more = [
+            line([10.0, 0.0], [0.0, 0.0]),
+            line([10.0, 3.0], [10.0, 10.0]),
+            line([0.0, 0.0], [-5.0, 0.0]),
+        ];
+        let apart = chain_apart(&square(more[..2].to_vec()), 1e-6);
+        let expected = [Doubled { kept: 0, copy: 4 }, Doubled { kept: 1, copy: 5 }];
+        assert_eq!(apart.doubled, expected);
+        assert_eq!((apart.chains.closed.len(), apart.chains.open.len()), (1, 0));
+        assert_eq!(apart.ambiguous, []);
+        // A line on from a corner is no copy, but makes the corner ambiguous.
+        let apart = chain_apart(&square(more[2..].to_vec()), 1e-6);
+        assert_eq!((apart.doubled.len(), apart.ambiguous.len()), (0, 1));
+    }
+
+    #[test]
+    fn a_corner_that_is_ambiguous_leaves_the_rest_of_the_drawing_alone() {
+        let mut strokes = square(vec![line([0.0, 0.0], [-5.0, 0.0])]);
+        let apart: Vec<Stroke> = square(Vec::new())
+            .into_iter()
+            .map(|stroke| {
+                let shift = crate::geometry::Affine::translation([50.0, 0.0]);
+                Stroke { path: stroke.path.transformed(&shift), entity: stroke.entity + 10 }
+            })
+            .collect();
+        strokes.extend(apart);
+        let apart = chain_apart(&strokes, 1e-6);
+        assert_eq!(apart.chains.closed.len(), 1);
+        assert_eq!(apart.chains.closed[0].entities, [10, 11, 12, 13]);
+    }
+}

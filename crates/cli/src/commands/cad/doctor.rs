@@ -1,0 +1,122 @@
+//! `bksim cad doctor`: everything that is wrong with a drawing, and a copy with marks.
+
+use std::fs;
+
+use bksim::cad::doctor::{Finding, Report, examine, marks};
+use bksim::cad::model::ModelOptions;
+use bksim::cad::open::{OpenOptions, check};
+use bksim::cad::units;
+use bksim::cad::write::graft::{Ungrafted, graft};
+use bksim::model::diagnostic::Severity;
+use bksim_load::InputError;
+use serde_json::{Value, json};
+
+use super::written;
+use crate::args::cad::Doctor;
+use crate::args::draw::Written;
+use crate::exit::{Failure, Status};
+use crate::output;
+use crate::render;
+use crate::source::{Text, read_bytes};
+
+pub(super) fn run(args: &Doctor, as_json: bool) -> Result<Status, Failure> {
+    let written = args.output.clone().map(|output| Written { output, force: args.force });
+    if let Some(written) = &written {
+        written::check(written, &[&args.drawing.drawing])?;
+    }
+    let (path, sidecar) = super::drawing_of(&args.drawing.drawing)?;
+    let reading = &args.drawing.reading;
+    let known =
+        |name: &String| units::by_name(name).ok_or_else(|| InputError::Unit { name: name.clone() });
+    let unit = reading.units.as_ref().map(known).transpose()?;
+    let options = ModelOptions {
+        unit,
+        tolerance: reading.tolerance,
+        sidecar: sidecar.as_deref(),
+        ..ModelOptions::default()
+    };
+    let bytes = read_bytes(&path)?;
+    let report = examine(bytes.clone(), options);
+    let source = Text { path: path.clone(), text: report.text.clone(), drawn: None };
+    if let Some(written) = &written {
+        written::refuse_inputs(&written.output, &[&path])?;
+        mark(&report, bytes, written, &source)?;
+    }
+    print(&report, &source, written.as_ref(), as_json)?;
+    Ok(if report.has_error() { Status::Rejected } else { Status::Done })
+}
+
+/// Writes the copy with the marks.
+fn mark(report: &Report, bytes: Vec<u8>, written: &Written, source: &Text) -> Result<(), Failure> {
+    let checked =
+        check(bytes, &OpenOptions::default()).map_err(|faults| source.rejected(faults))?;
+    let marked = graft(&checked.tags, &marks(report)).map_err(|ungrafted| match ungrafted {
+        Ungrafted::Drawing(fault) => source.rejected(vec![*fault]).into(),
+        Ungrafted::Write(error) => Failure::writing(&written.output, &error),
+    })?;
+    fs::write(&written.output, marked).map_err(|e| Failure::writing(&written.output, &e))
+}
+
+fn print(
+    report: &Report,
+    source: &Text,
+    written: Option<&Written>,
+    as_json: bool,
+) -> Result<(), Failure> {
+    let faults: Vec<_> = report.findings.iter().map(|finding| finding.fault.clone()).collect();
+    let n_errors = faults.iter().filter(|fault| fault.is_error()).count();
+    let n_warnings = faults.len() - n_errors;
+    if as_json {
+        let body = json!({
+            "unit": report.unit.map(|unit| unit.name),
+            "errors": n_errors,
+            "warnings": n_warnings,
+            "findings": report.findings.iter().map(describe).collect::<Vec<_>>(),
+            "output": written.map(|written| written.output.display().to_string()),
+            "diagnostics": render::json_all(source, &faults),
+        });
+        return output::json("cad doctor", body);
+    }
+    render::print_all(source, &faults);
+    let counted = |n: usize, what: &str| match n {
+        1 => format!("1 {what}"),
+        n => format!("{n} {what}s"),
+    };
+    let head = match faults.len() {
+        0 => "nothing is wrong".to_owned(),
+        _ => format!("{}, {}", counted(n_errors, "error"), counted(n_warnings, "warning")),
+    };
+    output::text(&format!("{}: {head}", source.path.display()))?;
+    match written {
+        Some(written) => output::text(&format!("wrote {}", written.output.display())),
+        None => Ok(()),
+    }
+}
+
+/// A finding with its first place by itself, then all of them.
+fn describe(finding: &Finding) -> Value {
+    let fault = &finding.fault;
+    let places: Vec<Value> = finding
+        .places
+        .iter()
+        .map(|place| {
+            json!({
+                "entity": place.kind,
+                "handle": place.handle.map(|handle| format!("{:X}", handle.0)),
+                "layer": place.layer,
+                "at": place.at,
+            })
+        })
+        .collect();
+    let first = |key: &str| places.first().map_or(Value::Null, |place| place[key].clone());
+    json!({
+        "code": fault.code.0,
+        "severity": if fault.severity == Severity::Error { "error" } else { "warning" },
+        "message": fault.message,
+        "handle": first("handle"),
+        "layer": first("layer"),
+        "at": finding.places.first().map_or_else(Vec::new, |place| place.at.to_vec()),
+        "cure": fault.help,
+        "places": places,
+    })
+}

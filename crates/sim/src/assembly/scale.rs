@@ -1,0 +1,101 @@
+//! Units of what a start consists of: lengths are measured by the mechanism, angles modulo 2π.
+
+use std::f64::consts::TAU;
+
+use bksim_expr::{Expr, SymbolId, Tape, TapeError};
+use bksim_mbs::constraint::Source;
+use bksim_mbs::system::SymbolicSystem;
+use bksim_model::{Initial, JointKind, Measure, Model, MotionKind, Vector};
+
+/// Kinds of the coordinates, constraint rows and initial values of a model, and its links' lengths.
+#[derive(Clone, Debug)]
+pub(super) struct Units {
+    /// Whether each coordinate is an angle.
+    pub(super) is_turn: Vec<bool>,
+    /// Whether each constraint row is an angle, which may be off by whole turns.
+    pub(super) is_row_angle: Vec<bool>,
+    /// Whether each initial value is an angle.
+    pub(super) is_initial_angle: Vec<bool>,
+    /// Squared distances of the points of each body that joints meet in, and of the ends of links.
+    lengths: Tape,
+}
+
+impl Units {
+    pub(super) fn of(
+        model: &Model,
+        system: &SymbolicSystem,
+        parameters: &[SymbolId],
+    ) -> Result<Self, TapeError> {
+        let is_row_angle = system.constraints.iter().map(|row| match row.source {
+            Source::Drive(id) => {
+                let drive = &model.drives[id.0];
+                is_angle(model, Measure::JointPosition(drive.joint, drive.motion_idx))
+            }
+            _ => row.direction == "angle",
+        });
+        let is_initial_angle = |initial: &Initial| is_angle(model, initial.measure);
+        Ok(Self {
+            is_turn: system.coordinates().iter().map(|c| c.kind == MotionKind::Rotation).collect(),
+            is_row_angle: is_row_angle.collect(),
+            is_initial_angle: model.initial.iter().map(is_initial_angle).collect(),
+            lengths: Tape::compile(&model.pool, &squared_lengths(model), &[], parameters)?,
+        })
+    }
+
+    /// The longest link, m; one metre where nothing has a length.
+    pub(super) fn longest_link(&self, parameters: &[f64]) -> f64 {
+        let mut squares = vec![0.0; self.lengths.n_outputs()];
+        self.lengths.evaluate(&mut self.lengths.workspace(parameters), &[], &mut squares);
+        let longest = squares.into_iter().filter(|s| s.is_finite()).fold(0.0, f64::max).sqrt();
+        if longest > 0.0 { longest } else { 1.0 }
+    }
+}
+
+/// Whether a measure of positions is an angle.
+fn is_angle(model: &Model, measure: Measure) -> bool {
+    match measure {
+        Measure::JointPosition(joint, motion_idx) => {
+            let motions = bksim_mbs::joint::motions(&model.pool, &model.joints[joint.0]);
+            motions[motion_idx].kind == MotionKind::Rotation
+        }
+        Measure::BodyAngle(_) => true,
+        _ => false,
+    }
+}
+
+/// From the first joint of each body to its others, and from end to end of each link.
+fn squared_lengths(model: &Model) -> Vec<Expr> {
+    let pool = &model.pool;
+    let square = |a: &Vector, b: &Vector| {
+        let difference = bksim_mbs::spatial::sub(pool, a, b);
+        bksim_mbs::spatial::dot(pool, &difference, &difference)
+    };
+    let mut first: Vec<Option<Vector>> = vec![None; model.bodies.len()];
+    let mut squares = Vec::new();
+    for joint in &model.joints {
+        for anchor in [joint.predecessor, joint.successor] {
+            let here = match anchor.point {
+                Some(point) => model.bodies[anchor.body.0].points[point.0].position,
+                None => bksim_mbs::spatial::zero(pool),
+            };
+            match &first[anchor.body.0] {
+                Some(there) => squares.push(square(there, &here)),
+                None => first[anchor.body.0] = Some(here),
+            }
+        }
+        if let JointKind::Link { length } = joint.kind {
+            squares.push(pool.mul(length, length));
+        }
+    }
+    squares
+}
+
+/// The same angle in (−π, π].
+pub(super) fn wrapped(angle: f64) -> f64 {
+    angle - TAU * whole_turns(angle)
+}
+
+/// How many turns an angle is from the nearest one in (−π, π].
+pub(super) fn whole_turns(angle: f64) -> f64 {
+    (angle / TAU).round()
+}

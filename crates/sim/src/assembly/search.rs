@@ -1,0 +1,309 @@
+//! Search for the assembly nearest to the guesses, from many shapes.
+//!
+//! Each part of the mechanism, see [`super::parts`], is led from shape after shape first to where
+//! its rows and its guesses hold, then, where they do not all, down to the rows alone, with the
+//! guesses weighing ever less. All parts go at once, so that a row of many mechanisms takes as many
+//! evaluations as one.
+
+use super::parts::{Part, parts};
+use super::scale::{whole_turns, wrapped};
+use super::sequence;
+use super::walk::{Scaled, Walk};
+use super::{Closing, Equations};
+use crate::evaluator::Evaluator;
+
+/// Rows hold below this, in units of the mechanism and radians.
+pub(super) const HOLDS: f64 = 1e-9;
+/// Guesses hold below this.
+pub(super) const GUESS_HOLDS: f64 = 1e-7;
+/// Coordinates of one assembly agree to this.
+const SAME: f64 = 1e-4;
+/// Shapes that a part is led from at most, and multiplications that it may take.
+const MAX_SHAPES: usize = 96;
+const MAX_WORK: usize = 1_000_000_000;
+
+/// Assembly of a part.
+#[derive(Clone, Debug)]
+pub(super) struct Candidate {
+    /// Its coordinates, in the order of the part.
+    pub(super) q: Vec<f64>,
+    /// How far the guesses are, in units of the mechanism and radians.
+    pub(super) distance: f64,
+    /// How many shapes have led here.
+    n_met: usize,
+}
+
+/// All of a search that does not change.
+pub(super) struct Ground<'a> {
+    pub(super) t: f64,
+    /// Initial values that hold, and those that are guesses.
+    pub(super) stated: &'a [usize],
+    pub(super) guesses: &'a [usize],
+    /// Coordinates that are stated themselves: they stay.
+    pub(super) is_fixed: Vec<bool>,
+    weight_of_row: Vec<f64>,
+    is_angle: Vec<bool>,
+    is_turn: Vec<bool>,
+    /// Coordinates that are guessed themselves: every shape has them as guessed.
+    is_guessed: Vec<bool>,
+    unit_of_column: Vec<f64>,
+    place: Vec<usize>,
+    pub(super) parts: Vec<Part>,
+}
+
+/// Result for one part.
+#[derive(Debug)]
+pub(super) struct Found {
+    /// Assemblies, the nearest to the guesses first.
+    pub(super) candidates: Vec<Candidate>,
+}
+
+impl<'a> Ground<'a> {
+    /// `q` is any position, with the values of fixed coordinates; of the constraint rows, those
+    /// `released` are guesses.
+    pub(super) fn new(
+        closing: &mut Closing<'_>,
+        evaluator: &mut Evaluator<'_>,
+        t: f64,
+        (stated, guesses): (&'a [usize], &'a [usize]),
+        released: &[usize],
+        q: &[f64],
+    ) -> Self {
+        let units = &closing.of.units;
+        let size = units.longest_link(closing.parameters);
+        let initial_angle = stated.iter().chain(guesses).map(|&k| units.is_initial_angle[k]);
+        let of_joints = units.is_row_angle.iter().copied();
+        let senses = closing.of.joint_of_sense.iter().map(|_| true);
+        let is_angle: Vec<bool> = of_joints.chain(senses).chain(initial_angle).collect();
+        let weight = |&is_angle: &bool| if is_angle { 1.0 } else { 1.0 / size };
+        let unit = |&is_turn: &bool| if is_turn { 1.0 } else { size };
+        let mut ground = Self {
+            t,
+            stated,
+            guesses,
+            is_fixed: closing.fixed(stated, released),
+            is_guessed: closing.own_coordinates(guesses),
+            is_turn: units.is_turn.clone(),
+            weight_of_row: is_angle.iter().map(weight).collect(),
+            unit_of_column: units.is_turn.iter().map(unit).collect(),
+            is_angle,
+            place: vec![usize::MAX; q.len()],
+            parts: Vec::new(),
+        };
+        let at = ground.at(closing, evaluator, q);
+        let first_guess = ground.is_angle.len() - guesses.len();
+        let rows = 0..ground.is_angle.len();
+        let is_wish: Vec<bool> =
+            rows.map(|row| row >= first_guess || released.contains(&row)).collect();
+        ground.parts = parts(&at.gradients, &ground.is_fixed, &is_wish);
+        for part in &ground.parts {
+            for (place, &column) in part.columns.iter().enumerate() {
+                ground.place[column] = place;
+            }
+        }
+        ground
+    }
+
+    /// The rows of constraints, senses, stated values and guesses; angles modulo 2π.
+    pub(super) fn at(
+        &self,
+        closing: &mut Closing<'_>,
+        evaluator: &mut Evaluator<'_>,
+        q: &[f64],
+    ) -> Equations {
+        let which = [self.stated, self.guesses].concat();
+        let mut at = closing.position_rows(evaluator, &[], true, self.t, q);
+        if !closing.of.joint_of_sense.is_empty() {
+            at = at.with(&closing.sense_rows(self.t, q));
+        }
+        at = at.with(&closing.rows(&which, self.t, q, q));
+        for (value, _) in at.values.iter_mut().zip(&self.is_angle).filter(|(_, is)| **is) {
+            *value = wrapped(*value);
+        }
+        at
+    }
+
+    fn scaled<'b>(&'b self, equations: &'b Equations) -> Scaled<'b> {
+        let Self { weight_of_row, unit_of_column, .. } = self;
+        Scaled { equations, weight_of_row, unit_of_column }
+    }
+
+    /// Largest row of a part that must hold, in its unit.
+    pub(super) fn open(&self, part: &Part, at: &Equations) -> f64 {
+        let size = |&row: &usize| (self.weight_of_row[row] * at.values[row]).abs();
+        // A value that is not finite holds nothing.
+        part.rows.iter().map(size).fold(0.0, |a: f64, b| if b.is_nan() { b } else { a.max(b) })
+    }
+
+    /// How far the guesses of a part are.
+    pub(super) fn distance(&self, part: &Part, at: &Equations) -> f64 {
+        let square = |&row: &usize| (self.weight_of_row[row] * at.values[row]).powi(2);
+        part.wishes.iter().map(square).sum::<f64>().sqrt()
+    }
+
+    /// The assembly of `part` in the position `q`, if its rows hold there.
+    fn candidate(&self, part: &Part, at: &Equations, q: &[f64]) -> Option<Candidate> {
+        (self.open(part, at) <= HOLDS).then(|| self.taken(part, at, q))
+    }
+
+    /// The part as it is in the position `q`.
+    pub(super) fn taken(&self, part: &Part, at: &Equations, q: &[f64]) -> Candidate {
+        let distance = self.distance(part, at);
+        let q = part.columns.iter().map(|&column| q[column]).collect();
+        Candidate { q, distance, n_met: 1 }
+    }
+
+    /// Whether two assemblies are one.
+    pub(super) fn is_same(&self, part: &Part, a: &Candidate, b: &Candidate) -> bool {
+        part.columns.iter().zip(a.q.iter().zip(&b.q)).all(|(&column, (a, b))| {
+            let apart = (a - b) / self.unit_of_column[column];
+            let turns = if self.is_turn[column] { whole_turns(apart) } else { 0.0 };
+            (apart - std::f64::consts::TAU * turns).abs() <= SAME
+        })
+    }
+
+    /// Shapes that a part of this size is led from.
+    fn n_shapes(part: &Part) -> usize {
+        const STEPS: usize = 60;
+        let n = part.columns.len().max(1);
+        (MAX_WORK / (STEPS * n * n * (n + 4))).min(MAX_SHAPES)
+    }
+}
+
+/// Looks for assemblies of the parts `which`, near `reference` first; `known` are those found before.
+pub(super) fn search(
+    closing: &mut Closing<'_>,
+    evaluator: &mut Evaluator<'_>,
+    ground: &Ground<'_>,
+    which: &[usize],
+    reference: &[f64],
+    known: Vec<Vec<Candidate>>,
+) -> Vec<Found> {
+    let mut found: Vec<Found> = known.into_iter().map(|candidates| Found { candidates }).collect();
+    let mut q = reference.to_vec();
+    for k in 0..MAX_SHAPES {
+        // The parts that go on, each in its next shape.
+        let active: Vec<usize> = (0..which.len())
+            .filter(|&i| {
+                let part = &ground.parts[which[i]];
+                k < Ground::n_shapes(part) && !is_enough(&found[i], part, k)
+            })
+            .collect();
+        if active.is_empty() {
+            break;
+        }
+        let going: Vec<&Part> = active.iter().map(|&i| &ground.parts[which[i]]).collect();
+        for part in &going {
+            shape(ground, part, k, reference, &mut q);
+        }
+
+        // Towards rows and guesses, then to the rows alone; or, as guesses far off can lead where
+        // nothing closes, the other way round.
+        let mut at = ground.at(closing, evaluator, &q);
+        let weights: &[f64] =
+            if leads_by_guesses(k) { &[1.0, 0.1, 0.01, 0.0] } else { &[0.0, 0.01, 0.0] };
+        for &wish_weight in weights {
+            let open: Vec<&Part> = going
+                .iter()
+                .copied()
+                .filter(|part| {
+                    let is_held = ground.distance(part, &at) <= GUESS_HOLDS;
+                    !(is_held && ground.open(part, &at) <= HOLDS)
+                })
+                .collect();
+            if !open.is_empty() {
+                at = walk(closing, evaluator, ground, &open, wish_weight, &mut q);
+            }
+        }
+        for (&i, part) in active.iter().zip(&going) {
+            if let Some(candidate) = ground.candidate(part, &at, &q) {
+                add(ground, part, &mut found[i], candidate);
+            }
+        }
+    }
+    found
+}
+
+/// Whether more shapes would hardly lead to a nearer assembly.
+fn is_enough(found: &Found, part: &Part, n_shapes: usize) -> bool {
+    const MIN_SHAPES: usize = 12;
+    const MIN_MET: usize = 3;
+    let Some(best) = found.candidates.first() else { return false };
+    part.wishes.is_empty()
+        || best.distance <= GUESS_HOLDS
+        || (n_shapes >= MIN_SHAPES + 2 * part.columns.len()
+            && found.candidates.iter().all(|c| c.n_met >= MIN_MET))
+}
+
+/// Keeps candidates by distance, each once.
+fn add(ground: &Ground<'_>, part: &Part, found: &mut Found, candidate: Candidate) {
+    if let Some(known) = found.candidates.iter_mut().find(|c| ground.is_same(part, c, &candidate)) {
+        known.n_met += 1;
+        return;
+    }
+    let nearer = |c: &Candidate| c.distance <= candidate.distance;
+    let place = found.candidates.partition_point(nearer);
+    found.candidates.insert(place, candidate);
+}
+
+/// Whether shape `k` starts with the guesses as guessed.
+fn leads_by_guesses(k: usize) -> bool {
+    k.is_multiple_of(2)
+}
+
+/// Shape `k` of a part: its reference, then shapes all around.
+fn shape(ground: &Ground<'_>, part: &Part, k: usize, reference: &[f64], q: &mut [f64]) {
+    const FULL: f64 = std::f64::consts::TAU;
+    let offsets = sequence::point(k, part.columns.len());
+    for (&column, offset) in part.columns.iter().zip(offsets) {
+        let reach = match (ground.is_guessed[column] && leads_by_guesses(k), ground.is_turn[column])
+        {
+            (true, _) => 0.0,
+            (false, true) => FULL,
+            (false, false) => 3.0 * ground.unit_of_column[column],
+        };
+        q[column] = reference[column] + reach * offset;
+    }
+}
+
+/// Leads the parts down from `q`; returns the rows there.
+fn walk(
+    closing: &mut Closing<'_>,
+    evaluator: &mut Evaluator<'_>,
+    ground: &Ground<'_>,
+    going: &[&Part],
+    wish_weight: f64,
+    q: &mut [f64],
+) -> Equations {
+    const MAX_STEPS: usize = 60;
+    let at = ground.at(closing, evaluator, q);
+    let mut walks: Vec<Walk> = going
+        .iter()
+        .map(|part| Walk::begin(part, &ground.place, &ground.scaled(&at), wish_weight))
+        .collect();
+    for _ in 0..MAX_STEPS {
+        let mut trial = q.to_vec();
+        let mut is_over = true;
+        for walk in &mut walks {
+            let part = walk.part;
+            if let Some(step) = walk.next_step() {
+                is_over = false;
+                for (&column, step) in part.columns.iter().zip(step.iter()) {
+                    trial[column] -= ground.unit_of_column[column] * step;
+                }
+            }
+        }
+        if is_over {
+            break;
+        }
+        let next = ground.at(closing, evaluator, &trial);
+        for walk in &mut walks {
+            let part = walk.part;
+            if walk.judge(&ground.place, &ground.scaled(&next)) {
+                part.columns.iter().for_each(|&column| q[column] = trial[column]);
+            }
+        }
+    }
+    // The last trial need not have been taken.
+    ground.at(closing, evaluator, q)
+}

@@ -1,0 +1,79 @@
+//! Warnings about a start that is not what the guesses ask for, or hardly so.
+
+use super::start::unit_of;
+use crate::codes;
+use crate::start::{Moved, Rival, Start};
+use bksim_model::diagnostic::Diagnostic;
+use bksim_model::message::short;
+use bksim_model::{Initial, Model};
+
+/// A guess that was moved by more than this has been guessed far off: 20 degrees, or this part of the
+/// longest link. Guesses read off a sketch are nearer.
+const FAR_DEGREES: f64 = 20.0;
+const FAR_PART: f64 = 0.2;
+
+/// Warnings about guesses that were moved far, and about another assembly nearly as near to them.
+pub fn diagnose_guesses(model: &Model, start: &Start) -> Vec<Diagnostic> {
+    let initial = |moved: &Moved| model.initial.iter().find(|i| i.name == moved.name);
+    let guesses = start.moved.iter().filter(|moved| moved.is_guess);
+    let far = guesses.filter_map(|moved| far_off(model, start, initial(moved)?, moved));
+    let rivals = start.rivals.iter().map(|rival| ambiguous(model, start, rival));
+    far.chain(rivals).collect()
+}
+
+fn far_off(model: &Model, start: &Start, initial: &Initial, moved: &Moved) -> Option<Diagnostic> {
+    let unit = unit_of(model, initial.measure);
+    let by = (moved.found - moved.stated).abs();
+    let far = match unit {
+        "rad" => FAR_DEGREES.to_radians(),
+        "m" => FAR_PART * start.longest_link,
+        _ => return None,
+    };
+    if by <= far {
+        return None;
+    }
+    let message = format!(
+        "the guess `{}` = {} was moved by {}",
+        moved.name,
+        written(moved.stated, unit),
+        written(by, unit)
+    );
+    let fault = Diagnostic::warning(codes::GUESS_MOVED, message)
+        .at(initial.span.clone(), format!("the start has {}", written(moved.found, unit)))
+        .note("of the positions found that close, the start is the nearest to all guesses together")
+        .help(format!(
+            "write a value near {}, or look whether lengths and stated values are meant so",
+            written(moved.found, unit)
+        ));
+    Some(fault)
+}
+
+fn ambiguous(model: &Model, start: &Start, rival: &Rival) -> Diagnostic {
+    let initial = &model.initial[rival.initial_idx];
+    let unit = unit_of(model, initial.measure);
+    let here = start.moved[rival.initial_idx].found;
+    let message = format!(
+        "another assembly is nearly as near to the guesses: `{}` could be {} in place of {}",
+        initial.name,
+        written(rival.found, unit),
+        written(here, unit)
+    );
+    Diagnostic::warning(codes::AMBIGUOUS, message)
+        .at(
+            initial.span.clone(),
+            format!("{} guessed", { written(start.moved[rival.initial_idx].stated, unit) }),
+        )
+        .note(format!(
+            "its distance from the guesses is {} times that of the start",
+            short(rival.ratio)
+        ))
+        .help("guess nearer to the assembly that is meant, or guess another coordinate")
+}
+
+/// A value with its unit; an angle in degrees, too.
+fn written(value: f64, unit: &str) -> String {
+    match unit {
+        "rad" => format!("{} rad ({}°)", short(value), short(value.to_degrees())),
+        unit => format!("{} {unit}", short(value)),
+    }
+}
