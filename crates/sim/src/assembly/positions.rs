@@ -81,7 +81,7 @@ impl Closing<'_> {
                     let zero = vec![0.0; q.len()];
                     self.rows(&[k], t, &q, &zero).values[0] + self.stated[k]
                 };
-                let consistent = nearest.map(found).map(|value| self.beside_written(k, value));
+                let consistent = nearest.map(found).map(|value| self.by_written_turn(k, value));
                 let written = self.written[k];
                 let differs = |value: &f64| (value - written).abs() > GUESS_HOLDS;
                 Conflict { initial_idx: k, stated: written, consistent: consistent.filter(differs) }
@@ -91,7 +91,7 @@ impl Closing<'_> {
     }
 
     /// A value of a measure by the turn that its initial value was written with.
-    fn beside_written(&self, k: usize, value: f64) -> f64 {
+    fn by_written_turn(&self, k: usize, value: f64) -> f64 {
         let off = value - self.written[k];
         if self.of.units.is_initial_angle[k] { self.written[k] + wrapped(off) } else { value }
     }
