@@ -51,6 +51,7 @@ mod certificate;
 mod codegen;
 mod diff;
 mod eval;
+mod handle;
 mod kink;
 mod lexer;
 mod lower;

@@ -8,19 +8,14 @@
 //! Every node has a structural hash made of names and values, never of handles. Canonical operand
 //! order follows it, which makes an expression independent of the order it was built in.
 
+use crate::handle::ExprMap;
 use crate::number::Number;
 use crate::op::{Function, Op};
 use std::cell::{Ref, RefCell};
 use std::cmp::Ordering;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
-/// Handle to one expression of a [`Pool`]; structurally equal expressions share one handle.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
-pub struct Expr(pub(crate) u32);
-
-/// Handle to a symbol of a [`Pool`], numbered in the order of first mention.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
-pub struct SymbolId(pub(crate) u32);
+pub use crate::handle::{Expr, SymbolId};
 
 /// One operation on up to two operands.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -46,34 +41,6 @@ pub(crate) mod fact {
     pub(crate) const TANGENT: u8 = 16;
     /// An exponential or hyperbolic function of something that is no constant occurs.
     pub(crate) const EXPONENTIAL: u8 = 32;
-}
-
-/// A map by handles.
-pub(crate) type ExprMap<V> = HashMap<Expr, V, HandleHash>;
-/// A set of handles.
-pub(crate) type ExprSet = HashSet<Expr, HandleHash>;
-/// Hashes handles: small integers that need little mixing and no protection.
-pub(crate) type HandleHash = std::hash::BuildHasherDefault<HandleHasher>;
-
-/// See [`HandleHash`].
-#[derive(Clone, Copy, Default)]
-pub(crate) struct HandleHasher(u64);
-
-impl std::hash::Hasher for HandleHasher {
-    fn finish(&self) -> u64 {
-        self.0
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            self.write_u32(u32::from(byte));
-        }
-    }
-
-    fn write_u32(&mut self, handle: u32) {
-        // An odd multiplier near 2⁶⁴ over the golden ratio spreads neighbours over all bits.
-        self.0 = (self.0.rotate_left(5) ^ u64::from(handle)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    }
 }
 
 /// The handle of the number 0, fixed in every pool.

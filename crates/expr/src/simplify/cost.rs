@@ -1,9 +1,10 @@
 //! The cost of evaluating an expression, each shared part once.
 
 use super::budget::Meter;
+use crate::handle::ExprSet;
 use crate::number::Number;
 use crate::op::{Function, Op};
-use crate::pool::{Expr, ExprSet, Pool};
+use crate::pool::{Expr, Pool};
 
 /// An addition or multiplication.
 const ARITHMETIC: u64 = 1;

@@ -8,9 +8,10 @@ use super::poly::{Algebra, Poly, Reading, Term};
 use super::together::cheapest_together;
 use super::trig::{with_tangents, without_phases};
 use super::trig_forms::consider_trigonometric;
+use crate::handle::ExprMap;
 use crate::number::Number;
 use crate::op::{Function, Op};
-use crate::pool::{Expr, ExprMap, Pool, fact};
+use crate::pool::{Expr, Pool, fact};
 use crate::sweep::Sweep;
 
 /// Rounds of simplification; each further one needs a cheaper result.

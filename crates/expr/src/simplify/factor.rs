@@ -4,9 +4,10 @@ use super::poly::{
     Monomial, Poly, Term, collect, compare_monomials, is_trigonometric, multiply_monomials,
     sum_expr, take_one, term_expr,
 };
+use crate::handle::ExprMap;
 use crate::number::Number;
 use crate::op::Op;
-use crate::pool::{Expr, ExprMap, Pool};
+use crate::pool::{Expr, Pool};
 
 /// The atom to be factored out first.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -2,9 +2,10 @@
 
 use super::gcd::{IntegerPoly, gcd};
 use super::poly::{Algebra, Monomial, Poly, Term, collect};
+use crate::handle::ExprMap;
 use crate::number::Number;
 use crate::op::Op;
-use crate::pool::{Expr, ExprMap, Pool};
+use crate::pool::{Expr, Pool};
 use num_bigint::BigInt;
 use num_traits::{One, Zero};
 

@@ -7,7 +7,7 @@ use crate::number::Number;
 use crate::op::{Function, Op};
 use crate::pool::{Expr, ONE, Pool, fact};
 
-/// What must hold for a fold.
+/// The condition of a fold.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Condition {
     /// The expression is not zero.

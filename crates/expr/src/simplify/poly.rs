@@ -6,9 +6,10 @@
 //! cos a cos b − sin a sin b, sin² a + cos² a and their relatives collapse by themselves.
 
 use super::rules::{PRODUCTS, Product};
+use crate::handle::{ExprMap, HandleHash};
 use crate::number::Number;
 use crate::op::{Function, Op};
-use crate::pool::{CanonicalOrder, Expr, ExprMap, HandleHash, ONE, Pool, fact};
+use crate::pool::{CanonicalOrder, Expr, ONE, Pool, fact};
 use std::cmp::Ordering;
 use std::collections::HashMap;
 
