@@ -50,7 +50,7 @@ pub struct BadOption {
     pub option: &'static str,
     /// The value.
     pub value: f64,
-    /// What it may be: `greater than zero`.
+    /// The values that it may have: `greater than zero`.
     pub range: String,
 }
 

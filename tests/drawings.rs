@@ -72,7 +72,7 @@ fn read(drawing: &Path, mechanism: &str) -> Result<Mechanism, String> {
         .map_err(|e| format!("{e}\n{}", composition.text))
 }
 
-/// What is compared of a motion: one row for each quantity, over time.
+/// The quantities compared of a motion: a row for each, over time.
 fn quantities(mechanism: &Mechanism, motion: &Motion) -> Vec<(String, Vec<f64>)> {
     let mut rows = Vec::new();
     let mut add = |name: String, of: &dyn Fn(usize) -> f64| {

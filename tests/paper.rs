@@ -7,7 +7,7 @@ use bksim::Mechanism;
 use bksim::expr::{Expr, Pool, SymbolId, Tape};
 use support::{Within, close, coordinate, derive, example, parse};
 
-/// What the paper prints for one mechanism, in its order.
+/// The equations that the paper prints for one mechanism, in its order.
 struct Paper {
     example: &'static str,
     kinetic: &'static str,

@@ -82,7 +82,7 @@ fn assert_says(said: &str, words: &[&str]) {
     }
 }
 
-/// What `[initial]` says of a value, and what the start has.
+/// A value as `[initial]` has it, and as the start has it.
 fn found(start: &Start, name: &str) -> (f64, f64) {
     let moved = start.moved.iter().find(|m| m.name == name).expect("an initial value");
     (moved.stated, moved.found)

@@ -62,7 +62,7 @@ fn kept(name: &str, bytes: &[u8]) -> PathBuf {
     path
 }
 
-/// What the script says of each log.
+/// The script's answer for each log.
 fn judged(task: &str, paths: &[PathBuf]) -> Vec<Value> {
     let script = workspace().join("tests/viewers/judge.py");
     let paths = paths.iter().map(|path| path.to_str().expect("a plain path"));

@@ -1,4 +1,4 @@
-//! What the tests of the facade share: models from files and text, expressions measured on samples,
+//! The common ground of the facade's tests: models from files and text, expressions measured on samples,
 //! comparisons that print the numbers that matter.
 
 #![allow(dead_code, reason = "every test file uses its own part of it")]

@@ -90,7 +90,7 @@ pub struct ModelArgs {
 /// How a drawing is read.
 #[derive(Args, Clone, Debug, Default)]
 pub struct DrawingArgs {
-    /// What one unit of a drawing is, such as mm or inch, unless the drawing says so.
+    /// Length of one unit of a drawing, such as mm or inch, unless the drawing says so.
     #[arg(long, value_name = "UNIT")]
     pub units: Option<String>,
     /// Points of a drawing nearer than this, in its units, are one; a ten-thousandth of its size
@@ -163,7 +163,7 @@ pub(crate) struct Solve {
     /// (`A.rate`), too; may be repeated. Radau IIA integrates then, whatever the method.
     #[arg(long, value_name = "NAME")]
     pub(crate) sensitivity: Vec<String>,
-    /// What the log holds besides the samples and the motion between them.
+    /// Contents of the log besides the samples and the motion between them.
     #[arg(long, value_enum, value_name = "WHICH", default_value = "all")]
     pub(crate) channels: Channels,
 }
@@ -194,7 +194,7 @@ pub struct Tuning {
     /// Output interval, s, in place of the model's.
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub every: Option<f64>,
-    /// What integrates the equations.
+    /// Method that integrates the equations.
     #[arg(long, value_enum, value_name = "METHOD")]
     pub method: Option<Method>,
     /// The form of the equations that Radau integrates.

@@ -104,7 +104,7 @@ pub fn run_with(arguments: &[OsString], studio: Studio<'_>) -> u8 {
     })
 }
 
-/// What the parser has to say, without its usage lines.
+/// The parser's message, without its usage lines.
 fn wrong_command_line(error: &clap::Error) -> Failure {
     let text = error.to_string();
     let what = text.split("\n\n").next().unwrap_or_default();

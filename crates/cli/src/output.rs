@@ -1,4 +1,4 @@
-//! What commands print: text to stdout, or one JSON object.
+//! The output of commands: text to stdout, or one JSON object.
 
 use std::io::Write;
 

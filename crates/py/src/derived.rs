@@ -1,4 +1,4 @@
-//! What models with the same equations share: all that does not depend on the values of their
+//! The common part of models with the same equations: all that does not depend on the values of their
 //! parameters.
 
 use bksim::Mechanism;

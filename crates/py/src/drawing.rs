@@ -13,7 +13,7 @@ use crate::interrupt::Interruption;
 use crate::show::playback;
 use crate::solution::{Rows, Run};
 
-/// What a picture or a film is asked for.
+/// The request of a picture or a film.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct RenderRequest {

@@ -241,7 +241,7 @@ impl Engine {
         guard(py, || Ok(json_all(self.source(), &self.warnings()?).to_string()))
     }
 
-    /// What the mechanism is made of and how it can move, as JSON.
+    /// The parts of the mechanism and how it can move, as JSON.
     fn check(&self, py: Python<'_>) -> PyResult<String> {
         guard(py, || {
             let (start, mut warnings) = (self.start()?, self.warnings()?);

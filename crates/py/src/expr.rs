@@ -23,7 +23,7 @@ fn pool() -> MutexGuard<'static, Pool> {
 #[derive(Clone, Copy)]
 pub(crate) struct Expr(expr::Expr);
 
-/// What stands for an expression.
+/// A Python value that stands for an expression.
 #[derive(FromPyObject)]
 enum Operand {
     Expr(Expr),

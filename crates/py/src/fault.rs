@@ -136,7 +136,7 @@ fn panic_words(panic: &(dyn Any + Send)) -> String {
     text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default()
 }
 
-/// What a code means and the way out, or `None` when there is no such code.
+/// The meaning of a code and the way out, or `None` when there is no such code.
 #[pyfunction]
 pub(crate) fn explain(code: &str) -> Option<String> {
     bksim::explain(code).map(|page| page.text.to_owned())

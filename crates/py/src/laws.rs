@@ -1,6 +1,6 @@
 //! Inputs whose laws are functions of Python.
 //!
-//! What such a function raises cannot leave through the integrator. It is kept for the thread, the law has
+//! An exception of such a function cannot leave through the integrator. It is kept for the thread, the law has
 //! no value from then on, and whoever asked for the work raises it in the end.
 
 use std::cell::{Cell, RefCell};
@@ -16,7 +16,7 @@ thread_local! {
     static DEPTH: Cell<usize> = const { Cell::new(0) };
 }
 
-/// What a law has raised in this thread since it was last asked.
+/// The exception that a law has raised in this thread since it was last asked.
 pub(crate) fn raised() -> Option<PyErr> {
     RAISED.take()
 }

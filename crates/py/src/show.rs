@@ -39,7 +39,7 @@ pub(crate) fn page(py: Python<'_>, run: Py<Run>, title: Option<String>) -> PyRes
 /// Curves to be shown together: what they are, their unit, and of each its name and channels.
 type Shown = (String, String, Vec<(String, Vec<String>)>);
 
-/// What an overview shows of channels with these names and units.
+/// The choice of an overview from channels with these names and units.
 #[pyfunction]
 pub(crate) fn overview(channels: Vec<(String, String)>) -> Vec<Shown> {
     let shown = |group: Group| {
@@ -50,7 +50,7 @@ pub(crate) fn overview(channels: Vec<(String, String)>) -> Vec<Shown> {
     bksim::overview::overview(&channels, CURVES).0.into_iter().map(shown).collect()
 }
 
-/// What is measured in a unit, in a word.
+/// The quantity measured in a unit, in a word.
 #[pyfunction]
 pub(crate) fn unit_word(unit: &str) -> &'static str {
     word(unit).unwrap_or("Value")

@@ -1,4 +1,4 @@
-//! What a run leaves: its table, the motion between samples, and how it went.
+//! The results of a run: its table, the motion between samples, and how it went.
 
 use bksim::model::SolveOptions;
 use bksim::model::diagnostic::Diagnostic;
@@ -15,18 +15,18 @@ use crate::arrays::{table, transposed};
 use crate::engine::{Engine, column};
 use crate::fault::{Fault, guard};
 
-/// What a run leaves.
+/// The results of a run.
 #[pyclass(frozen, module = "bksim._bksim")]
 pub(crate) struct Run {
     pub(crate) engine: Py<Engine>,
     t: Py<PyArray1<f64>>,
     table: Py<PyArray2<f64>>,
     pub(crate) kept: Kept,
-    /// What the log says that it was opened from.
+    /// The source of the model, as the log has it.
     pub(crate) logged: Option<Logged>,
 }
 
-/// What is kept of a run besides its table.
+/// Everything kept of a run besides its table.
 pub(crate) struct Kept {
     pub(crate) options: SolveOptions,
     pub(crate) summary: Summary,
@@ -34,13 +34,13 @@ pub(crate) struct Kept {
     pub(crate) ending: Ending,
     /// A sample, whose sizes are those of all.
     pub(crate) like: Sample,
-    /// What it was differentiated by.
+    /// Names that it was differentiated by.
     pub(crate) sensitive: Vec<Sensitive>,
     /// Names of the derivatives, the last rows of the table.
     pub(crate) derivatives: Vec<(String, log::Field)>,
 }
 
-/// What a log tells of its run that a run by itself does not.
+/// Facts that a log tells of its run, and a run by itself does not.
 pub(crate) struct Logged {
     pub(crate) end: Option<log::EndStatus>,
     pub(crate) notes: Vec<log::Note>,

@@ -20,7 +20,7 @@ use crate::interrupt::Interruption;
 use crate::laws;
 use crate::solution::{Ending, Kept, Run};
 
-/// What a run is asked for.
+/// The request of a run.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct RunRequest {
@@ -32,7 +32,7 @@ pub(crate) struct RunRequest {
     times: Option<Vec<f64>>,
     method: Option<String>,
     formulation: Option<String>,
-    /// What the motion is differentiated by.
+    /// Names that the motion is differentiated by.
     sensitivity: Vec<String>,
     /// Whether the motion between samples is kept.
     dense: bool,
@@ -237,7 +237,7 @@ fn expected(engine: &Engine, options: &SolveOptions, most: usize) -> Result<usiz
 /// Beyond so many bytes of samples, room is made as they come: the run may end early.
 const MOST_ROOM: f64 = 6.4e7;
 
-/// What a run is differentiated by, the names of its derivatives, and from where it starts.
+/// Inputs that a run is differentiated by, the names of its derivatives, and its start.
 type Planned = (Vec<Sensitive>, Vec<(String, Field)>, Option<SensitivityPlan>);
 
 fn planned(

@@ -24,7 +24,7 @@ use crate::fault::{Fault, guard};
 use crate::interrupt::LOOK_EVERY;
 use crate::solving::chosen;
 
-/// What a sweep is asked for: plain, so that it can be sent.
+/// The request of a sweep: plain, so that it can be sent.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct SweepRequest {
@@ -72,7 +72,7 @@ type Block<'py> = (
 
 type Failed = (usize, &'static str, &'static str, String);
 
-/// What came of some parts, `None` for one that was stopped, and what stopped it.
+/// The results of some parts, `None` for one that was stopped, and what stopped it.
 type Done<T> = (Vec<Option<T>>, Option<Py<PyAny>>);
 
 #[pymethods]

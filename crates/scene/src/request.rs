@@ -1,4 +1,4 @@
-//! What may be asked of a picture or a film: here, where no graphics are, for those who read a
+//! The request of a picture or a film: here, where no graphics are, for those who read a
 //! request and hand it on.
 
 use std::ops::RangeInclusive;

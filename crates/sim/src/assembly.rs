@@ -25,13 +25,13 @@ use bksim_model::{Axis, Initial, JointId, Measure, Model, Space};
 /// Constraints count as closed below this, relative to the size of the mechanism.
 const CLOSURE_TOLERANCE: f64 = 1e-10;
 
-/// What a model says about its start, as functions of numbers: they serve every parameter value.
+/// The conditions of a model's start, as functions of numbers: they serve every parameter value.
 #[derive(Clone, Debug)]
 pub(crate) struct Closure {
     initial: Vec<Initial>,
     /// Every initial value's measure, with its slopes by q (positions) or v (velocities).
     measures: Functions,
-    /// What the cosines miss of one that are one where the axes of cut joints are alike, by q.
+    /// Derivatives by q of 1 − cos, for cosines that are one where the axes of cut joints are alike.
     senses: Functions,
     /// The cut joint that each of these is of.
     joint_of_sense: Vec<JointId>,
@@ -57,9 +57,9 @@ pub(crate) struct Closing<'a> {
     parameters: &'a [f64],
     measures: Workspace,
     senses: Workspace,
-    /// What the initial values are held at: as written, but for whole turns.
+    /// The values that the initial ones are held at: as written, but for whole turns.
     stated: Vec<f64>,
-    /// What the author wrote.
+    /// The values that the author wrote.
     written: Vec<f64>,
 }
 
@@ -292,7 +292,7 @@ impl Closing<'_> {
         rows
     }
 
-    /// What misses of the cosines that are one where the axes of cut joints are alike.
+    /// 1 − cos, for cosines that are one where the axes of cut joints are alike.
     fn sense_rows(&mut self, t: f64, q: &[f64]) -> Equations {
         let Self { of, senses, .. } = self;
         let zero = vec![0.0; q.len()];

@@ -1,4 +1,4 @@
-//! What goes wrong after reading, said in the author's terms: assembly and run faults as
+//! Faults after reading, said in the author's terms: those of the assembly and of runs as
 //! diagnostics that name loops, bodies, stated values and expressions.
 
 mod closing;

@@ -132,7 +132,7 @@ pub(crate) fn without_inputs(model: &Model, mut parameters: Vec<SymbolId>) -> Ve
     parameters
 }
 
-/// What must not change with an input, with a name for messages.
+/// Parts that must not change with an input, with a name for messages.
 fn parts(model: &Model, system: &SymbolicSystem) -> Vec<(String, Vec<Expr>)> {
     let shared = [
         ("the kinetic energy", vec![system.kinetic_energy]),

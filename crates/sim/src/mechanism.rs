@@ -17,7 +17,7 @@ use bksim_model::file::{Source, read};
 /// A model with its equations, derived and compiled.
 #[derive(Debug)]
 pub struct Mechanism {
-    /// What the author wrote.
+    /// The model that the author wrote.
     pub model: Model,
     /// The equations of motion.
     pub system: SymbolicSystem,
@@ -98,7 +98,7 @@ impl Mechanism {
         Sensitive::find(&self.model, name).map_err(|error| insensitive(&self.model, &error))
     }
 
-    /// What [`Mechanism::sensitive`] says of some names, each once.
+    /// The answers of [`Mechanism::sensitive`] for some names, each once.
     ///
     /// # Errors
     /// [`Rejected`] when there is none of a name, or it is a guess.

@@ -51,7 +51,7 @@ impl Pose {
         [vx + q * z - r * y, vy + r * x - p * z, vz + p * y - q * x]
     }
 
-    /// What of it shows in the plane z = 0.
+    /// The part of it that shows in the plane z = 0.
     pub fn in_plane(&self) -> PlanarPose {
         let [[cos, ..], [sin, ..], _] = self.r_world_from_body;
         let ([x, y, _], [vx, vy, _]) = (self.origin, self.velocity);

@@ -68,7 +68,7 @@ impl Start {
     }
 }
 
-/// What a model says about its start, compiled once for every parameter value: no expressions, safe
+/// The conditions of a model's start, compiled once for every parameter value: no expressions, safe
 /// to share.
 #[derive(Clone, Debug)]
 pub struct StartEquations {

@@ -10,9 +10,9 @@ use crate::hybrid::NoConsistentModes;
 pub struct Moved {
     /// As written: `A.angle`.
     pub name: String,
-    /// What the author wrote, SI.
+    /// The value that the author wrote, SI.
     pub stated: f64,
-    /// What the start has, SI.
+    /// The value at the start, SI.
     pub found: f64,
     /// Whether it was free to move.
     pub is_guess: bool,
@@ -28,7 +28,7 @@ pub enum StartError {
     Irreversible,
     /// The joints cannot meet at all.
     CannotClose {
-        /// What is left at each open joint, largest first.
+        /// The gap left at each open joint, largest first.
         gaps: Vec<Gap>,
         /// The closest positions found.
         q: Vec<f64>,
@@ -73,7 +73,7 @@ pub enum StartError {
     Compile(TapeError),
 }
 
-/// What is open at a joint in the closest position found.
+/// The gap at a joint in the closest position found.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Gap {
     /// The joint.

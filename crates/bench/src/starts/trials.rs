@@ -21,7 +21,7 @@ pub(crate) enum Trial {
     Stated,
 }
 
-/// What came of a trial.
+/// The outcome of a trial.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(crate) enum Verdict {
     /// The assembly that was meant.
@@ -41,9 +41,9 @@ pub(crate) struct Outcome {
     pub(crate) class: String,
     /// How the start was asked for.
     pub(crate) trial: Trial,
-    /// What was written for that, or what was wrong.
+    /// The text written for that, or the fault.
     pub(crate) statement: String,
-    /// What came of it.
+    /// The outcome.
     pub(crate) verdict: Verdict,
     /// The start alone.
     pub(crate) time: Duration,

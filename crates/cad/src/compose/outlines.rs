@@ -72,7 +72,7 @@ fn outline_of(drawing: &Drawing, body: &Body, tolerance: f64) -> Result<Drawn, O
     Ok(Drawn { chains, outline, doubled })
 }
 
-/// What the curves of a body make.
+/// The outlines that the curves of a body make.
 struct Drawn {
     chains: Chains,
     outline: Option<Outline>,

@@ -1,4 +1,4 @@
-//! What a drawing may state once, stated twice: the last would win, or both would count.
+//! Things that a drawing may state once, stated twice: the last would win, or both would count.
 
 use bksim_model::diagnostic::Diagnostic;
 

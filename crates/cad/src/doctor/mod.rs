@@ -1,6 +1,6 @@
 //! Everything that is found wrong with a drawing, or looks wrong, each with its place and its cure.
 //!
-//! What composing the model finds comes first; then what it need not care about, but a person should see:
+//! The findings of composing the model come first; then those that it need not care about, but a person should see:
 //! entities drawn twice, outlines with gaps, layers that are not shown or have nearly the name of one that
 //! means something, and entities of kinds that are not read.
 

@@ -22,7 +22,7 @@ pub(crate) struct Style {
     /// Release of the format: R12, R2000, R2004, R2007, R2010, R2013 or R2018.
     #[arg(long, value_name = "RELEASE", default_value = "R2010", value_parser = release)]
     pub(crate) dxf_version: Release,
-    /// What one unit of the drawing is: mm, cm, m, inch or ft.
+    /// Length of one unit of the drawing: mm, cm, m, inch or ft.
     #[arg(long, value_name = "UNIT", default_value = "mm",
           value_parser = ["mm", "cm", "m", "inch", "ft"])]
     pub(crate) units: String,

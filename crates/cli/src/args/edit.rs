@@ -25,7 +25,7 @@ pub(crate) struct Named {
     /// Handle of an entity, as the command LIST of CAD programs shows it; may be repeated.
     #[arg(long = "entity", value_name = "HANDLE", value_parser = handle)]
     pub(crate) entities: Vec<u64>,
-    /// What it is: `prismatic`, `spring`, …; needed for new loads, a revolute for new joints.
+    /// Its kind: `prismatic`, `spring`, …; needed for new loads, a revolute for new joints.
     #[arg(long, value_name = "KIND")]
     pub(crate) kind: Option<String>,
     /// The drawing that is written, in place of the one that was read.

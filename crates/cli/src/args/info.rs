@@ -1,10 +1,10 @@
-//! What `bksim info` takes.
+//! The arguments of `bksim info`.
 
 use std::path::PathBuf;
 
 use clap::Args;
 
-/// What a log holds: its model, options and channels, and how its run ended.
+/// Contents of a log: its model, options and channels, and how its run ended.
 #[derive(Args, Debug)]
 pub(crate) struct Info {
     /// The log; any MCAP file will do.

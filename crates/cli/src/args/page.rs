@@ -1,4 +1,4 @@
-//! What can be written after `bksim page`.
+//! The arguments of `bksim page`.
 
 use std::path::PathBuf;
 

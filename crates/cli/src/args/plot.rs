@@ -1,4 +1,4 @@
-//! What `bksim plot` takes.
+//! The arguments of `bksim plot`.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! What can be written after `bksim render`.
+//! The arguments of `bksim render`.
 
 use std::path::PathBuf;
 
@@ -47,7 +47,7 @@ pub struct Render {
     /// Seconds of motion in a second of film: 0.1 is slow motion; 1 unless given.
     #[arg(long, value_name = "FACTOR", value_parser = positive)]
     pub speed: Option<f64>,
-    /// What is behind the mechanism: light, dark, transparent, or a colour such as #fff8e7.
+    /// Background of the mechanism: light, dark, transparent, or a colour such as #fff8e7.
     #[arg(long, value_name = "COLOUR", default_value = "light", value_parser = background)]
     pub background: Background,
     /// Draw the mechanism faintly at N earlier instants, too.

@@ -70,7 +70,7 @@ fn headed(heading: &str, cells: Vec<String>) -> Vec<String> {
     [vec![heading.to_owned()], cells].concat()
 }
 
-/// What was stated or guessed, and what became of it.
+/// Values that were stated or guessed, and those of the start.
 fn initial_columns(mechanism: &Mechanism, start: &Start) -> [Vec<String>; 6] {
     let moved = &start.moved;
     let numbers = |of: &dyn Fn(&Moved) -> f64| column(&moved.iter().map(of).collect::<Vec<_>>());

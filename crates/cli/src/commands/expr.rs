@@ -25,11 +25,11 @@ use crate::source::Text;
 /// Longest text that is read from standard input.
 const LONGEST_INPUT_BYTES: u64 = 16 * 1024 * 1024;
 
-/// What the operations made of an expression.
+/// The results of the operations on an expression.
 struct Outcome {
     read: Expr,
     result: Expr,
-    /// What `--solve` solved for.
+    /// The unknown of `--solve`.
     unknown: Option<SymbolId>,
     /// Expressions that must not be zero for the solution to hold.
     nonzero: Vec<Expr>,

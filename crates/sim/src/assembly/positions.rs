@@ -51,7 +51,7 @@ impl Closing<'_> {
         Err(self.what_stays_open(evaluator, t, &stated, &guess))
     }
 
-    /// What keeps the mechanism open: the stated values, the drives, or the joints themselves.
+    /// The cause that keeps the mechanism open: the stated values, the drives, or the joints themselves.
     fn what_stays_open(
         &mut self,
         evaluator: &mut Evaluator,

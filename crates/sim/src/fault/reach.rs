@@ -31,7 +31,7 @@ pub(super) struct Short {
     pub(super) spans: Vec<Span>,
     /// The part that is too long.
     pub(super) long: usize,
-    /// What all others together lack, m.
+    /// The length that all others together lack, m.
     pub(super) gap: f64,
 }
 

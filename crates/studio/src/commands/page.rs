@@ -15,7 +15,7 @@ use bksim_cli::output;
 use bksim_cli::output_file::OutputFile;
 use bksim_cli::render;
 
-/// What a build without a page tells its user to do.
+/// The advice of a build without a page.
 const NO_PAGE: &str = "install Node.js 18 or later with npm, and build bksim again: the page's script is bundled then";
 
 pub(crate) fn run(args: &Page, as_json: bool) -> Result<Status, Failure> {

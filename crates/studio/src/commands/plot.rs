@@ -98,7 +98,7 @@ pub(crate) fn run(args: &Plot, as_json: bool) -> Result<Status, Failure> {
     Ok(Status::Done)
 }
 
-/// What stands on the command line, sorted: files that are there or end as logs do, and the rest.
+/// The words of the command line, sorted: files that are there or end as logs do, and the rest.
 fn logs_and_channels(what: &[String]) -> Result<(Vec<PathBuf>, Vec<String>), Failure> {
     // The first is a log, or was meant to be one.
     let (first, rest) = what.split_first().ok_or_else(|| {

@@ -67,7 +67,7 @@ pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status
     Ok(Status::Done)
 }
 
-/// What the command line asks for.
+/// The request of the command line.
 fn order(args: &Render) -> Result<Request, Failure> {
     let has = |kind| args.arrows.contains(&kind);
     let options = ShowOptions {
@@ -141,7 +141,7 @@ fn refused(args: &Render, error: &RenderError) -> Failure {
     }
 }
 
-/// What was made.
+/// The files that were made.
 struct Report<'a> {
     args: &'a Render,
     rendering: Rendering,

@@ -102,7 +102,7 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
     Ok(status)
 }
 
-/// What varies, and what has one value.
+/// Parameters that vary, and those that have one value.
 #[derive(Default)]
 struct Settings {
     axes: Vec<Axis>,
@@ -147,7 +147,7 @@ fn failure(source: &Text, error: SweepError) -> Failure {
     }
 }
 
-/// What the command says in the end.
+/// The last words of the command.
 struct SweepReport<'a> {
     study: &'a Study,
     path: &'a Path,

@@ -134,7 +134,7 @@ fn describe(args: &View, outcome: &Outcome) -> Value {
     })
 }
 
-/// What to say when the window was closed by itself.
+/// The message when the window was closed by itself.
 fn summary(args: &View, outcome: &Outcome) -> Option<String> {
     let figures = &outcome.figures;
     let mut lines = Vec::new();

@@ -1,4 +1,4 @@
-//! What switched during a run, in words.
+//! The switches of a run, in words.
 
 use bksim::Mechanism;
 use bksim::describe::event_words as words;

@@ -1,4 +1,4 @@
-//! What `bksim solve` says in the end, in words and as JSON.
+//! The last words of `bksim solve`, as text and as JSON.
 
 use std::path::Path;
 use std::time::Duration;
@@ -26,7 +26,7 @@ pub(crate) struct Times {
     pub(crate) log: Duration,
 }
 
-/// What the command says in the end.
+/// The last words of the command.
 pub(crate) struct Report<'a> {
     pub(crate) source: &'a Text,
     pub(crate) path: &'a Path,

@@ -23,7 +23,7 @@ pub(super) struct Quantity {
 /// Quantities of one unit.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct PanelPlan {
-    /// What they are, if something better than the unit's usual word is known.
+    /// A word for them, if a better one than the unit's usual word is known.
     pub(super) label: Option<String>,
     pub(super) unit: String,
     pub(super) quantities: Vec<Quantity>,

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::choose::{PanelPlan, Plan, Quantity};
 use super::curves::{Drawn, Run};
 
-/// What was read.
+/// The logs that were read.
 pub(super) struct Drawing<'a> {
     pub(super) runs: &'a [Run],
     pub(super) plan: &'a Plan,

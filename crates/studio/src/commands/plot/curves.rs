@@ -48,7 +48,7 @@ pub(super) struct Drawn {
     pub(super) is_dense: bool,
 }
 
-/// What to draw of a run.
+/// The part of a run to be drawn.
 pub(super) struct CurveRequest<'a> {
     pub(super) quantities: Vec<&'a Quantity>,
     /// The abscissa; the time if none.

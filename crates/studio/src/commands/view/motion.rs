@@ -71,7 +71,7 @@ impl Motion {
     }
 }
 
-/// What is wrong, in the words of the other commands, and the files in which it may be put right.
+/// A fault in the words of the other commands, and the files in which it may be put right.
 fn faulty(failure: &Failure) -> Loaded {
     let files = match failure {
         Failure::Model { source, .. } => files_of(source),
