@@ -17,34 +17,66 @@ use crate::contact::{self, ContactRow};
 use crate::force::{self, Wrench};
 use crate::joint;
 use crate::kinematics::{Coordinate, Kinematics};
-use crate::lagrange::left_side;
+use crate::lagrange;
 use crate::modes::with_modes;
+use crate::recursion;
 use crate::signal::signal_values;
 use crate::sparse::SparseMatrix;
 use crate::spatial;
-use crate::system::SymbolicSystem;
+use crate::system::{Derivation, SymbolicSystem};
 use crate::tree::Tree;
 use bksim_model::{DriveId, Model};
 
-/// Derives the equations of motion of `model`.
+/// Derives the equations of motion of `model` by the way that makes them shorter.
 pub fn assemble(model: &Model) -> SymbolicSystem {
-    let pool = &model.pool;
     let tree = Tree::of(model);
     let kinematics = Kinematics::along(model, &tree);
+    let derivation = if recursion::is_shorter(&kinematics) {
+        Derivation::Recursion
+    } else {
+        Derivation::Lagrange
+    };
+    assemble_along(model, tree, kinematics, derivation)
+}
+
+/// Derives the equations of motion of `model` by `derivation`; both ways give equal equations.
+pub fn assemble_by(model: &Model, derivation: Derivation) -> SymbolicSystem {
+    let tree = Tree::of(model);
+    let kinematics = Kinematics::along(model, &tree);
+    assemble_along(model, tree, kinematics, derivation)
+}
+
+fn assemble_along(
+    model: &Model,
+    tree: Tree,
+    kinematics: Kinematics,
+    derivation: Derivation,
+) -> SymbolicSystem {
+    let pool = &model.pool;
 
     // Potentials and generalised forces.
     let signals = signal_values(model, &kinematics);
-    let mut potentials = Vec::new();
+    let (mut potentials, mut without_fields) = (Vec::new(), Vec::new());
+    let mut field = spatial::zero(pool);
     let mut applied = Vec::new();
     let mut wrenches = Vec::new();
     for load in &model.loads {
         let action = force::action(model, &kinematics, &signals, &load.kind);
         potentials.extend(action.potential);
+        match action.field {
+            Some(acceleration) => field = spatial::add(pool, &field, &acceleration),
+            None => without_fields.extend(action.potential),
+        }
         applied.extend(action.applied);
         wrenches.extend(action.conservative);
     }
-    let left = left_side(model, &kinematics, pool.sum(potentials));
-    let applied_force = generalised_force(model, &kinematics, &applied);
+    let left = match derivation {
+        Derivation::Lagrange => lagrange::left_side(model, &kinematics, pool.sum(potentials)),
+        Derivation::Recursion => {
+            recursion::left_side(model, &tree, &kinematics, &field, pool.sum(without_fields))
+        }
+    };
+    let applied_force = generalised_force(model, &kinematics, &applied, derivation);
     wrenches.extend(applied);
 
     // Constraints, then G and ∂g/∂t.
@@ -57,11 +89,14 @@ pub fn assemble(model: &Model) -> SymbolicSystem {
 
     // The system, and once more with modes in place of everything that switches.
     let mut system = SymbolicSystem {
+        derivation,
         kinetic_energy: left.kinetic_energy,
         potential_energy: left.potential_energy,
         mass_matrix: left.mass_matrix,
         bias: left.bias,
         potential_gradient: left.potential_gradient,
+        resistance: left.resistance,
+        inverse_dynamics: left.inverse_dynamics,
         tree,
         applied_force,
         constraints,
@@ -81,7 +116,12 @@ pub fn assemble(model: &Model) -> SymbolicSystem {
 }
 
 /// Q_i = Σ F · ∂r/∂q_i + M · ∂ω/∂q̇_i.
-fn generalised_force(model: &Model, kinematics: &Kinematics, wrenches: &[Wrench]) -> Vec<Expr> {
+fn generalised_force(
+    model: &Model,
+    kinematics: &Kinematics,
+    wrenches: &[Wrench],
+    derivation: Derivation,
+) -> Vec<Expr> {
     let pool = &model.pool;
     let mut powers = vec![Vec::new(); kinematics.coordinates.len()];
     for wrench in wrenches {
@@ -96,7 +136,12 @@ fn generalised_force(model: &Model, kinematics: &Kinematics, wrenches: &[Wrench]
             ));
         }
     }
-    powers.into_iter().map(|power| pool.simplify(pool.sum(power))).collect()
+    let powers = powers.into_iter().map(|power| pool.sum(power));
+    match derivation {
+        Derivation::Lagrange => powers.map(|power| pool.simplify(power)).collect(),
+        // Expanded, they would be as long as what the recursion avoids.
+        Derivation::Recursion => powers.collect(),
+    }
 }
 
 /// G = ∂g/∂q.

@@ -319,7 +319,8 @@ pub fn joint_coordinate_name(joint: &Joint, motions: &[Motion], motion_idx: usiz
     })
 }
 
-fn anchor_in_body(model: &Model, anchor: Anchor) -> Vector {
+/// An anchor in the frame of its body; without a point, the origin.
+pub(crate) fn anchor_in_body(model: &Model, anchor: Anchor) -> Vector {
     match anchor.point {
         Some(point) => model.bodies[anchor.body.0].points[point.0].position,
         None => spatial::zero(&model.pool),

@@ -35,6 +35,10 @@ pub(crate) struct LeftSide {
     pub(crate) bias: Vec<Expr>,
     /// ∂V/∂q, nq.
     pub(crate) potential_gradient: Vec<Expr>,
+    /// h + ∂V/∂q, nq.
+    pub(crate) resistance: Vec<Expr>,
+    /// M v̇ + h + ∂V/∂q, nq, where there is a shorter way to it than by M.
+    pub(crate) inverse_dynamics: Option<Vec<Expr>>,
 }
 
 /// Derives the left side for the bodies of `model` in the potential V(q).
@@ -58,12 +62,19 @@ pub(crate) fn left_side(model: &Model, kinematics: &Kinematics, potential: Expr)
     let gradient = gradient.into_iter().map(|(_, k, slope)| (k, slope)).collect();
 
     let energies = derivation.angles.back_to_q(&[derivation.kinetic_energy(&lower), potential]);
+    let mass_matrix = derivation.pulled_back_matrix(lower);
+    let bias = derivation.pulled_back(bias);
+    let potential_gradient = derivation.pulled_back(gradient);
+    let resistance = bias.iter().zip(&potential_gradient).map(|(&h, &slope)| pool.add(h, slope));
+    let resistance = resistance.collect();
     LeftSide {
         kinetic_energy: energies[0],
         potential_energy: energies[1],
-        mass_matrix: derivation.pulled_back_matrix(lower),
-        bias: derivation.pulled_back(bias),
-        potential_gradient: derivation.pulled_back(gradient),
+        mass_matrix,
+        bias,
+        potential_gradient,
+        resistance,
+        inverse_dynamics: None,
     }
 }
 

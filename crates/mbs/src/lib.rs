@@ -15,6 +15,7 @@ pub mod modes;
 pub mod pose;
 pub mod quantity;
 pub mod reaction;
+mod recursion;
 pub mod signal;
 pub mod sparse;
 pub mod spatial;

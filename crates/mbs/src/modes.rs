@@ -44,6 +44,8 @@ pub(crate) fn with_modes(model: &Model, system: &SymbolicSystem) -> Option<Symbo
     roots.extend(integrated.constraints.iter_mut().map(|c| &mut c.expression));
     roots.extend(integrated.constraint_jacobian.entries_mut());
     roots.extend(&mut integrated.constraint_rate);
+    roots.extend(&mut integrated.resistance);
+    roots.extend(integrated.inverse_dynamics.iter_mut().flatten());
     for wrench in &mut integrated.wrenches {
         roots.extend(&mut wrench.force);
         roots.extend(&mut wrench.at);

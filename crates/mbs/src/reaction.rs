@@ -16,8 +16,9 @@ use crate::constraint::Source;
 use crate::force::Wrench;
 use crate::inertia::central_inertia;
 use crate::joint::JointWrench;
+use crate::recursion::{self, BodyAcceleration};
 use crate::spatial;
-use crate::system::SymbolicSystem;
+use crate::system::{Derivation, SymbolicSystem};
 use crate::tree::Branch;
 use bksim_model::{BodyId, JointId, Model, Vector};
 
@@ -35,7 +36,14 @@ pub struct Reaction {
 /// The reactions of all joints, in file order.
 pub fn reactions(model: &Model, system: &SymbolicSystem) -> Vec<Reaction> {
     let pool = &model.pool;
-    let mut balance = Balance { model, pool, system, wrenches: wrenches_by_body(model, system) };
+    let accelerations = match system.derivation {
+        Derivation::Lagrange => None,
+        Derivation::Recursion => {
+            Some(recursion::body_accelerations(model, &system.tree, &system.kinematics))
+        }
+    };
+    let wrenches = wrenches_by_body(model, system);
+    let mut balance = Balance { model, pool, system, accelerations, wrenches };
     let nothing = |joint_idx| Reaction {
         joint: JointId(joint_idx),
         force: spatial::zero(pool),
@@ -73,6 +81,8 @@ struct Balance<'a> {
     model: &'a Model,
     pool: &'a Pool,
     system: &'a SymbolicSystem,
+    /// Of all bodies, where the recursion has them; else they are derived from positions.
+    accelerations: Option<Vec<BodyAcceleration>>,
     wrenches: Vec<Vec<Wrench>>,
 }
 
@@ -93,10 +103,9 @@ impl Balance<'_> {
     fn missing_wrench(&self, body: BodyId, joint: JointId) -> JointWrench {
         let (model, pool, kinematics) = (self.model, self.pool, &self.system.kinematics);
         let p_com = kinematics.position(model, body, None);
-        let twice = |e| kinematics.second_rate(model, kinematics.rate(model, e));
-        let acceleration = p_com.map(twice);
-        let mut force = spatial::scale(pool, model.bodies[body.0].mass, &acceleration);
-        let mut moment = self.angular_momentum(body).map(|e| kinematics.second_rate(model, e));
+        let BodyAcceleration { com, angular_momentum_rate } = self.acceleration(body, &p_com);
+        let mut force = spatial::scale(pool, model.bodies[body.0].mass, &com);
+        let mut moment = angular_momentum_rate;
         for wrench in &self.wrenches[body.0] {
             let arm = spatial::sub(pool, &wrench.at, &p_com);
             let turning = spatial::cross(pool, &arm, &wrench.force);
@@ -108,6 +117,20 @@ impl Balance<'_> {
         let arm = spatial::sub(pool, &p_joint, &p_com);
         let moment = spatial::sub(pool, &moment, &spatial::cross(pool, &arm, &force));
         JointWrench { force, moment }
+    }
+
+    /// The accelerations of a body whose centre of mass is at `p_com`.
+    fn acceleration(&self, body: BodyId, p_com: &Vector) -> BodyAcceleration {
+        if let Some(accelerations) = &self.accelerations {
+            return accelerations[body.0].clone();
+        }
+        let (model, kinematics) = (self.model, &self.system.kinematics);
+        let twice = |e| kinematics.second_rate(model, kinematics.rate(model, e));
+        let momentum = self.angular_momentum(body);
+        BodyAcceleration {
+            com: p_com.map(twice),
+            angular_momentum_rate: momentum.map(|e| kinematics.second_rate(model, e)),
+        }
     }
 
     /// A I′ Aᵀ ω about the centre of mass.

@@ -1,6 +1,6 @@
 //! [`SymbolicSystem`]: the equations of motion of one model.
 
-use bksim_expr::{Expr, SymbolId};
+use bksim_expr::{Expr, Pool, SymbolId};
 use bksim_model::Model;
 
 use crate::constraint::Constraint;
@@ -10,9 +10,21 @@ use crate::kinematics::{Coordinate, Kinematics};
 use crate::sparse::SparseMatrix;
 use crate::tree::Tree;
 
+/// The way to M, h and ∂V/∂q.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Derivation {
+    /// Lagrange's equations, written out and folded: short for planar mechanisms and few turns.
+    Lagrange,
+    /// Newton's and Euler's equations by [recursion](crate::recursion) in body frames: their size
+    /// grows with the number of bodies, also where turns about many axes follow each other.
+    Recursion,
+}
+
 /// The equations of motion of one model, as expressions of its pool.
 #[derive(Clone, Debug)]
 pub struct SymbolicSystem {
+    /// The way in which the left side was derived.
+    pub derivation: Derivation,
     /// The spanning tree that was chosen.
     pub tree: Tree,
     /// Positions of the bodies, and the generalised coordinates q.
@@ -27,6 +39,10 @@ pub struct SymbolicSystem {
     pub bias: Vec<Expr>,
     /// ∂V/∂q, nq.
     pub potential_gradient: Vec<Expr>,
+    /// h + ∂V/∂q, nq, by the way that is shortest for both at once.
+    pub resistance: Vec<Expr>,
+    /// See [`SymbolicSystem::inverse_dynamics`]; `None` where it is a sum over M.
+    pub(crate) inverse_dynamics: Option<Vec<Expr>>,
     /// Q(t, q, v), nq: generalised forces without a potential.
     pub applied_force: Vec<Expr>,
     /// g(t, q) with multipliers, cut joints in file order, then drives, then contacts.
@@ -55,6 +71,20 @@ impl SymbolicSystem {
     /// switches.
     pub fn integrated(&self) -> &Self {
         self.integrated.as_deref().unwrap_or(self)
+    }
+
+    /// M v̇ + h + ∂V/∂q, nq: the generalised forces that a motion needs, of q, v and v̇.
+    pub fn inverse_dynamics(&self, pool: &Pool) -> Vec<Expr> {
+        if let Some(forces) = &self.inverse_dynamics {
+            return forces.clone();
+        }
+        let acceleration = |j: usize| pool.symbol_expr(self.coordinates()[j].a);
+        let force = |(i, &resistance): (usize, &Expr)| {
+            let inertia = self.mass_matrix.row(i).iter();
+            let inertia = inertia.map(|&(j, m)| pool.mul(m, acceleration(j)));
+            pool.sum(inertia.chain([resistance]).collect::<Vec<_>>())
+        };
+        self.resistance.iter().enumerate().map(force).collect()
     }
 
     /// Number of constraint rows that always hold; those of contacts follow.

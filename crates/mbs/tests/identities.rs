@@ -6,9 +6,9 @@
 use std::ops::Range;
 
 use bksim_expr::{Expr, Tape};
-use bksim_mbs::assemble::assemble;
+use bksim_mbs::assemble::assemble_by;
 use bksim_mbs::levels::constraint_gamma;
-use bksim_mbs::system::SymbolicSystem;
+use bksim_mbs::system::{Derivation, SymbolicSystem};
 use bksim_model::file::{Source, read};
 use bksim_model::{CoordinatePolicy, Model};
 
@@ -183,7 +183,8 @@ struct At {
     wrenches: Vec<f64>,
 }
 
-/// Open and closed, planar and spatial mechanisms, most of them in two sets of coordinates.
+/// Open and closed, planar and spatial mechanisms, most of them in two sets of coordinates, all derived
+/// in both ways.
 fn mechanisms() -> Vec<Mechanism> {
     let example = |name: &str| {
         let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples");
@@ -193,30 +194,39 @@ fn mechanisms() -> Vec<Mechanism> {
     let [four_bar, quick_return, spring_pendulum, governor] =
         ["four-bar", "quick-return", "spring-pendulum", "governor"].map(example);
     let (relative, absolute) = (CoordinatePolicy::Relative, CoordinatePolicy::Absolute);
-    vec![
-        mechanism("four-bar", &four_bar, relative),
-        mechanism("four-bar", &four_bar, absolute),
-        mechanism("quick-return", &quick_return, relative),
-        mechanism("quick-return", &quick_return, absolute),
-        mechanism("spring-pendulum", &spring_pendulum, relative),
-        mechanism("spring-pendulum", &spring_pendulum, absolute),
-        mechanism("governor", &governor, relative),
-        mechanism("spatial loop", SPATIAL_LOOP, relative),
-        mechanism("spatial loop", SPATIAL_LOOP, absolute),
-        mechanism("spatial chain", SPATIAL_CHAIN, relative),
-        mechanism("spatial chain", SPATIAL_CHAIN, absolute),
-    ]
+    let mechanisms = |derivation| {
+        let mechanism = |name, text, policy| mechanism(name, text, policy, derivation);
+        vec![
+            mechanism("four-bar", &four_bar, relative),
+            mechanism("four-bar", &four_bar, absolute),
+            mechanism("quick-return", &quick_return, relative),
+            mechanism("quick-return", &quick_return, absolute),
+            mechanism("spring-pendulum", &spring_pendulum, relative),
+            mechanism("spring-pendulum", &spring_pendulum, absolute),
+            mechanism("governor", &governor, relative),
+            mechanism("spatial loop", SPATIAL_LOOP, relative),
+            mechanism("spatial loop", SPATIAL_LOOP, absolute),
+            mechanism("spatial chain", SPATIAL_CHAIN, relative),
+            mechanism("spatial chain", SPATIAL_CHAIN, absolute),
+        ]
+    };
+    [Derivation::Lagrange, Derivation::Recursion].into_iter().flat_map(mechanisms).collect()
 }
 
-fn mechanism(name: &str, text: &str, policy: CoordinatePolicy) -> Mechanism {
+fn mechanism(
+    name: &str,
+    text: &str,
+    policy: CoordinatePolicy,
+    derivation: Derivation,
+) -> Mechanism {
     let reading = read(&Source::new(text, name));
     let faults = reading.diagnostics;
     let mut model = reading.model.unwrap_or_else(|| panic!("{name}: {faults:?}"));
     model.coordinates = policy;
-    let system = assemble(&model);
+    let system = assemble_by(&model, derivation);
     let tape = tape(&model, &system);
     let nq = system.coordinates().len();
-    Mechanism { name: format!("{name}, {policy:?}"), model, system, tape, nq }
+    Mechanism { name: format!("{name}, {policy:?}, {derivation:?}"), model, system, tape, nq }
 }
 
 /// All outputs in the order of the fields of [`At`].

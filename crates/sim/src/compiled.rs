@@ -90,10 +90,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     let mass: Vec<Expr> = system.mass_matrix.lower().map(|(.., entry)| entry).collect();
     let jacobian: Vec<Expr> =
         system.constraint_jacobian.entries().map(|(.., entry)| entry).collect();
-    let forces = (0..shape.nq).map(|i| {
-        let resisting = pool.add(system.bias[i], system.potential_gradient[i]);
-        pool.sub(system.applied_force[i], resisting)
-    });
+    let forces = (0..shape.nq).map(|i| pool.sub(system.applied_force[i], system.resistance[i]));
     let forces: Vec<Expr> = forces.collect();
     let gammas: Vec<Expr> = (0..shape.nc).map(|row| constraint_gamma(model, system, row)).collect();
     let dynamics = [mass.as_slice(), &jacobian, &forces, &gammas].concat();

@@ -363,13 +363,9 @@ impl Unknowns {
         };
         let lambda: Vec<Expr> =
             system.constraints.iter().map(|c| pool.symbol_expr(c.lambda)).collect();
+        let needed = system.inverse_dynamics(pool);
         let dynamic = |i: usize| {
-            let a = |j: usize| pool.symbol_expr(coordinates[j].a);
-            let inertia = system.mass_matrix.row(i).iter().map(|&(j, m)| pool.mul(m, a(j)));
-            let mut terms: Vec<Expr> = inertia.collect();
-            let resisting = [system.bias[i], system.potential_gradient[i]];
-            terms.extend(resisting);
-            terms.push(pool.neg(system.applied_force[i]));
+            let mut terms = vec![needed[i], pool.neg(system.applied_force[i])];
             terms.extend(transposed(i, &lambda));
             pool.sum(terms)
         };

@@ -24,5 +24,7 @@ pub(super) fn action(context: &Context<'_>, acceleration: &Vector) -> Action {
         let force = spatial::scale(pool, mass, acceleration);
         wrenches.push(Wrench { body, force, at, moment: spatial::zero(pool) });
     }
-    Action::of_parts(constant.then(|| pool.sum(potential)), wrenches, Vec::new())
+    let field = constant.then_some(*acceleration);
+    let parts = Action::of_parts(constant.then(|| pool.sum(potential)), wrenches, Vec::new());
+    Action { field, ..parts }
 }

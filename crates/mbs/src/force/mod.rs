@@ -46,6 +46,8 @@ impl Wrench {
 pub struct Action {
     /// V, J, when the load has one.
     pub potential: Option<Expr>,
+    /// The acceleration, m/s², of the uniform field that has this potential, when it is one.
+    pub field: Option<Vector>,
     /// The wrenches that −∂V/∂q already stands for in the equations of motion.
     pub conservative: Vec<Wrench>,
     /// All other wrenches; they enter as generalised forces.
@@ -61,7 +63,7 @@ impl Action {
     /// An elastic part, which has the potential if there is one, and a viscous part.
     fn of_parts(potential: Option<Expr>, elastic: Vec<Wrench>, viscous: Vec<Wrench>) -> Self {
         match potential {
-            Some(_) => Self { potential, conservative: elastic, applied: viscous },
+            Some(_) => Self { potential, conservative: elastic, applied: viscous, field: None },
             None => Self::of_applied([elastic, viscous].concat()),
         }
     }

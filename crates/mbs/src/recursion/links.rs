@@ -1,0 +1,239 @@
+//! The tree as links with one elementary motion each.
+
+use bksim_expr::{Expr, Pool};
+use bksim_model::{BodyId, GROUND, JointId, Model, MotionKind, Vector};
+
+use super::turn::Turn;
+use crate::inertia::central_inertia;
+use crate::joint;
+use crate::kinematics::{Kinematics, Owner, anchor_in_body};
+use crate::spatial::{self, Rotation};
+use crate::tree::{Branch, Tree};
+
+/// Index of a link; those nearer to the ground come first.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct LinkId(pub(super) usize);
+
+/// The motion of a link against the one before it.
+#[derive(Clone, Debug)]
+pub(super) enum LinkMotion {
+    /// A turn that does not change.
+    Fixed(Turn),
+    /// A turn by a coordinate about `axis`, which is the same before and after it.
+    Rotation { turn: Turn, axis: Vector, coordinate_idx: usize },
+    /// A slide by the coordinate `q` along `axis`.
+    Translation { axis: Vector, q: Expr, coordinate_idx: usize },
+}
+
+/// Mass and inertia of a body, in the frame of its link.
+#[derive(Clone, Debug)]
+pub(super) struct LinkBody {
+    pub(super) id: BodyId,
+    /// kg.
+    pub(super) mass: Expr,
+    /// Centre of mass from the frame's origin, m.
+    pub(super) com: Vector,
+    /// I′ about the centre of mass, kg m².
+    pub(super) inertia: [Vector; 3],
+}
+
+/// One elementary motion after the link before, and the body that ends with it, if one does.
+#[derive(Clone, Debug)]
+pub(super) struct Link {
+    /// The link before; `None` is the ground.
+    pub(super) parent: Option<LinkId>,
+    /// Origin of the frame before the motion, frame of the link before, m.
+    pub(super) offset: Vector,
+    pub(super) motion: LinkMotion,
+    pub(super) body: Option<LinkBody>,
+}
+
+impl Link {
+    /// Origin of the link's frame, frame of the link before, m.
+    pub(super) fn origin(&self, pool: &Pool) -> Vector {
+        match &self.motion {
+            LinkMotion::Translation { axis, q, .. } => {
+                spatial::add(pool, &self.offset, &spatial::scale(pool, *q, axis))
+            }
+            _ => self.offset,
+        }
+    }
+
+    /// Rᵀ u: a vector of the frame before, in the link's frame.
+    pub(super) fn to_link(&self, pool: &Pool, u: &Vector) -> Vector {
+        self.turn().map_or(*u, |turn| turn.to_inner(pool, u))
+    }
+
+    /// R u: a vector of the link's frame, in the frame before.
+    pub(super) fn to_parent(&self, pool: &Pool, u: &Vector) -> Vector {
+        self.turn().map_or(*u, |turn| turn.to_outer(pool, u))
+    }
+
+    /// The turn between the frame before and the link's.
+    pub(super) fn turn(&self) -> Option<&Turn> {
+        match &self.motion {
+            LinkMotion::Fixed(turn) | LinkMotion::Rotation { turn, .. } => Some(turn),
+            LinkMotion::Translation { .. } => None,
+        }
+    }
+}
+
+/// All links, those nearer to the ground first.
+#[derive(Clone, Debug)]
+pub(super) struct Links {
+    pub(super) links: Vec<Link>,
+    pub(super) n_coordinates: usize,
+}
+
+impl Links {
+    /// The links of the bodies of `model` along `tree`, whose motions are the coordinates of `kinematics`.
+    pub(super) fn of(model: &Model, tree: &Tree, kinematics: &Kinematics) -> Self {
+        let ground = Frame { link: None, anchor: spatial::zero(&model.pool) };
+        let mut chain = Chain {
+            model,
+            kinematics,
+            links: Vec::new(),
+            frames: vec![ground; model.bodies.len()],
+        };
+        debug_assert_eq!(GROUND, BodyId(0));
+        for &(body, branch) in &tree.branches {
+            match branch {
+                Branch::Free => chain.free(body),
+                Branch::Joint { joint, parent, reversed } => {
+                    chain.joint(body, joint, parent, reversed);
+                }
+            }
+        }
+        Self { links: chain.links, n_coordinates: kinematics.coordinates.len() }
+    }
+}
+
+/// The frame of a body.
+#[derive(Clone, Debug)]
+struct Frame {
+    /// Its link; `None` is the ground.
+    link: Option<LinkId>,
+    /// The point of the body at the origin of the link's frame, body frame, m.
+    anchor: Vector,
+}
+
+struct Chain<'a> {
+    model: &'a Model,
+    kinematics: &'a Kinematics,
+    links: Vec<Link>,
+    /// By body.
+    frames: Vec<Frame>,
+}
+
+impl Chain<'_> {
+    /// A body that moves freely: its centre of mass along x, y (z), then its turns.
+    fn free(&mut self, body: BodyId) {
+        let pool = &self.model.pool;
+        let owned = |owner| matches!(owner, Owner::Body(id, _) if id == body);
+        let own: Vec<usize> = self.coordinates_where(owned);
+        let n_axes = own.len().min(3);
+        let motions = own.iter().enumerate().map(|(motion_idx, &coordinate_idx)| {
+            let kind = self.kinematics.coordinates[coordinate_idx].kind;
+            let mut axis = spatial::zero(pool);
+            // A plane has one turn, the last of three; space has three.
+            let axis_idx = match kind {
+                MotionKind::Translation => motion_idx,
+                MotionKind::Rotation if n_axes == own.len() => 2,
+                MotionKind::Rotation => motion_idx - n_axes,
+            };
+            axis[axis_idx] = pool.one();
+            self.motion(kind, axis, coordinate_idx, false)
+        });
+        let motions = motions.collect();
+        let ground = Frame { link: None, anchor: spatial::zero(pool) };
+        self.place(body, &ground, &spatial::zero(pool), motions, self.model.bodies[body.0].com);
+    }
+
+    /// A body on `parent`; seen from the successor, a joint's motions run backwards.
+    fn joint(&mut self, body: BodyId, joint_id: JointId, parent: BodyId, reversed: bool) {
+        let (model, pool) = (self.model, &self.model.pool);
+        let joint = &model.joints[joint_id.0];
+        let own =
+            self.coordinates_where(|owner| matches!(owner, Owner::Joint(id, _) if id == joint_id));
+        let of_kind = |kind: MotionKind| -> Vec<LinkMotion> {
+            let motions = joint::motions(pool, joint).into_iter().zip(&own);
+            motions
+                .filter(|(motion, _)| motion.kind == kind)
+                .map(|(motion, &idx)| self.motion(kind, motion.axis, idx, reversed))
+                .collect()
+        };
+        let fixed = joint::fixed_turn(pool, joint);
+        let fixed = if reversed { fixed.inverse(pool) } else { fixed };
+        let mut motions = of_kind(MotionKind::Translation);
+        motions.extend(fixed_turns(pool, &fixed));
+        motions.extend(of_kind(MotionKind::Rotation));
+        let (near, far) = if reversed {
+            motions.reverse();
+            (joint.successor, joint.predecessor)
+        } else {
+            (joint.predecessor, joint.successor)
+        };
+        let frame = self.frames[parent.0].clone();
+        let near = anchor_in_body(model, near);
+        self.place(body, &frame, &near, motions, anchor_in_body(model, far));
+    }
+
+    fn coordinates_where(&self, owned: impl Fn(Owner) -> bool) -> Vec<usize> {
+        let coordinates = self.kinematics.coordinates.iter().enumerate();
+        coordinates.filter(|(_, c)| owned(c.owner)).map(|(idx, _)| idx).collect()
+    }
+
+    fn motion(
+        &self,
+        kind: MotionKind,
+        axis: Vector,
+        coordinate_idx: usize,
+        reversed: bool,
+    ) -> LinkMotion {
+        let pool = &self.model.pool;
+        let q = pool.symbol_expr(self.kinematics.coordinates[coordinate_idx].q);
+        let axis = if reversed { spatial::neg(pool, &axis) } else { axis };
+        match kind {
+            MotionKind::Translation => LinkMotion::Translation { axis, q, coordinate_idx },
+            MotionKind::Rotation => {
+                LinkMotion::Rotation { turn: Turn::about(pool, &axis, q), axis, coordinate_idx }
+            }
+        }
+    }
+
+    /// Adds the links of `body`, from the point `near` of the body with `frame` to its own point `far`.
+    fn place(
+        &mut self,
+        body: BodyId,
+        frame: &Frame,
+        near: &Vector,
+        mut motions: Vec<LinkMotion>,
+        far: Vector,
+    ) {
+        let pool = &self.model.pool;
+        if motions.is_empty() {
+            motions.push(LinkMotion::Fixed(Turn::none(pool)));
+        }
+        let mut parent = frame.link;
+        let mut offset = spatial::sub(pool, near, &frame.anchor);
+        for motion in motions {
+            self.links.push(Link { parent, offset, motion, body: None });
+            parent = Some(LinkId(self.links.len() - 1));
+            offset = spatial::zero(pool);
+        }
+        let own = &self.model.bodies[body.0];
+        let last = self.links.last_mut().expect("a link was just added");
+        last.body = Some(LinkBody {
+            id: body,
+            mass: own.mass,
+            com: spatial::sub(pool, &own.com, &far),
+            inertia: central_inertia(self.model, body),
+        });
+        self.frames[body.0] = Frame { link: parent, anchor: far };
+    }
+}
+
+fn fixed_turns(pool: &Pool, rotation: &Rotation) -> Vec<LinkMotion> {
+    let turns = rotation.turns().iter();
+    turns.map(|turn| LinkMotion::Fixed(Turn::about(pool, &turn.axis, turn.angle))).collect()
+}

@@ -1,0 +1,88 @@
+//! The recursion in body frames against Lagrange's equations written out, and its size.
+
+use bksim_expr::{Expr, Tape};
+use bksim_mbs::assemble::{assemble, assemble_by};
+use bksim_mbs::reaction::reactions;
+use bksim_mbs::system::{Derivation, SymbolicSystem};
+use bksim_model::Model;
+use bksim_model::file::{Source, read};
+
+/// The arm of six joints that the literature counts operations on.
+const PUMA: &str = include_str!("../../../tests/fixtures/puma-560.toml");
+/// Every kind of joint in the tree, forwards and backwards, with frames that are turned against each
+/// other, full tensors of inertia, springs, dampers, forces and torques.
+const BRANCHED_ARM: &str = include_str!("../../../tests/fixtures/branched-arm.toml");
+
+fn model(text: &str) -> Model {
+    let reading = read(&Source::new(text, "arm"));
+    let faults = reading.diagnostics;
+    reading.model.unwrap_or_else(|| panic!("{faults:?}"))
+}
+
+/// T, V, then M, h, ∂V/∂q, their sum with h and Q, then the reactions.
+fn outputs(model: &Model, system: &SymbolicSystem) -> Vec<Expr> {
+    let pool = &model.pool;
+    let nq = system.coordinates().len();
+    let mut outputs = vec![system.kinetic_energy, system.potential_energy];
+    for (i, j) in (0..nq).flat_map(|i| (0..nq).map(move |j| (i, j))) {
+        outputs.push(system.mass_matrix.get(i, j).unwrap_or(pool.zero()));
+    }
+    outputs.extend(&system.bias);
+    outputs.extend(&system.potential_gradient);
+    outputs.extend(&system.resistance);
+    outputs.extend(system.inverse_dynamics(pool));
+    outputs.extend(&system.applied_force);
+    outputs.extend(reactions(model, system).iter().flat_map(|r| [r.force, r.moment].concat()));
+    outputs
+}
+
+fn tape(model: &Model, system: &SymbolicSystem, outputs: &[Expr]) -> Tape {
+    let coordinates = system.coordinates();
+    let of = coordinates.iter().map(|c| c.q);
+    let inputs = of.chain(coordinates.iter().map(|c| c.v)).chain(coordinates.iter().map(|c| c.a));
+    let inputs: Vec<_> = [model.time].into_iter().chain(inputs).collect();
+    let parameters: Vec<_> = model.parameters.iter().map(|p| p.symbol).collect();
+    Tape::compile(&model.pool, outputs, &inputs, &parameters).expect("a tape")
+}
+
+fn values(model: &Model, tape: &Tape, shift: f64) -> Vec<f64> {
+    let parameters: Vec<f64> = model.parameters.iter().map(|p| p.value).collect();
+    let inputs: Vec<f64> =
+        (0..tape.n_inputs()).map(|k| (1.7 * k as f64 + shift).sin() * 1.3).collect();
+    let mut out = vec![0.0; tape.n_outputs()];
+    tape.evaluate(&mut tape.workspace(&parameters), &inputs, &mut out);
+    out
+}
+
+#[test]
+fn both_ways_give_equal_equations_and_reactions() {
+    for text in [PUMA, BRANCHED_ARM] {
+        let model = model(text);
+        let [lagrange, recursion] =
+            [Derivation::Lagrange, Derivation::Recursion].map(|derivation| {
+                let system = assemble_by(&model, derivation);
+                tape(&model, &system, &outputs(&model, &system))
+            });
+        for shift in [0.3, 2.1, 4.4] {
+            let [a, b] = [&lagrange, &recursion].map(|tape| values(&model, tape, shift));
+            let scale = a.iter().map(|x| x.abs()).fold(1.0, f64::max);
+            for (k, (a, b)) in a.iter().zip(&b).enumerate() {
+                assert!((a - b).abs() <= 1e-12 * scale, "{}: output {k}: {a} {b}", model.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_inverse_dynamics_of_an_arm_take_less_operations_than_published_by_hand() {
+    let model = model(PUMA);
+    let system = assemble(&model);
+    assert_eq!(system.derivation, Derivation::Recursion);
+    let pool = &model.pool;
+    let n = tape(&model, &system, &system.inverse_dynamics(pool)).operation_count();
+    println!(
+        "M v̇ + h + ∂V/∂q: {n}, h + ∂V/∂q: {}",
+        tape(&model, &system, &system.resistance).operation_count()
+    );
+    assert!(n <= 500, "{n} operations");
+}
