@@ -14,7 +14,7 @@ use bksim_expr::{Expr, SymbolId};
 
 use crate::constraint::{Constraint, Source};
 use crate::contact::{self, ContactRow};
-use crate::force::{self, Wrench};
+use crate::force::{Loads, Wrench};
 use crate::joint;
 use crate::kinematics::{Coordinate, Kinematics};
 use crate::lagrange;
@@ -56,28 +56,15 @@ fn assemble_along(
 
     // Potentials and generalised forces.
     let signals = signal_values(model, &kinematics);
-    let (mut potentials, mut without_fields) = (Vec::new(), Vec::new());
-    let mut field = spatial::zero(pool);
-    let mut applied = Vec::new();
-    let mut wrenches = Vec::new();
-    for load in &model.loads {
-        let action = force::action(model, &kinematics, &signals, &load.kind);
-        potentials.extend(action.potential);
-        match action.field {
-            Some(acceleration) => field = spatial::add(pool, &field, &acceleration),
-            None => without_fields.extend(action.potential),
-        }
-        applied.extend(action.applied);
-        wrenches.extend(action.conservative);
-    }
+    let loads = Loads::of(model, &kinematics, &signals);
     let left = match derivation {
-        Derivation::Lagrange => lagrange::left_side(model, &kinematics, pool.sum(potentials)),
-        Derivation::Recursion => {
-            recursion::left_side(model, &tree, &kinematics, &field, pool.sum(without_fields))
+        Derivation::Lagrange => {
+            lagrange::left_side(model, &kinematics, pool.sum(loads.potentials.iter().copied()))
         }
+        Derivation::Recursion => recursion::left_side(model, &tree, &kinematics, &loads),
     };
-    let applied_force = generalised_force(model, &kinematics, &applied, derivation);
-    wrenches.extend(applied);
+    let applied_force = generalised_force(model, &kinematics, &loads.applied, derivation);
+    let wrenches = [loads.conservative, loads.applied].concat();
 
     // Constraints, then G and ∂g/∂t.
     let rows = contact::contact_rows(model, &kinematics, &signals);

@@ -80,6 +80,22 @@ pub(super) fn lagrange_parts(model: &Model, system: &SymbolicSystem, i: usize) -
     parts.filter(|part| !pool.is_zero(part.sum[0])).collect()
 }
 
+/// The parts of all equations whose M v̇ + h + ∂V/∂q is one sum, found by recursion.
+pub(super) fn recursive_parts(
+    model: &Model,
+    system: &SymbolicSystem,
+    inverse_dynamics: &[Expr],
+) -> Vec<Vec<Part>> {
+    let one = model.pool.one();
+    let others = |part: &Part| matches!(part.kind, Kind::Load | Kind::Constraint);
+    let parts = |(i, &force): (usize, &Expr)| {
+        let inertia = Part { kind: Kind::Inertia, factor: one, sum: vec![force] };
+        let rest = lagrange_parts(model, system, i).into_iter().filter(others);
+        [inertia].into_iter().chain(rest).collect()
+    };
+    inverse_dynamics.iter().enumerate().map(parts).collect()
+}
+
 /// Terms of T, one for each product of velocities: the product and its coefficient.
 pub(super) fn kinetic_parts(model: &Model, system: &SymbolicSystem) -> Vec<(Expr, Expr)> {
     let pool = &model.pool;

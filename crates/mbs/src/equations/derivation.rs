@@ -11,7 +11,7 @@
 use bksim_expr::{Expr, SymbolId};
 
 use crate::constraint::Source;
-use crate::force::{self, Wrench};
+use crate::force::{Loads, Wrench};
 use crate::inertia::central_inertia;
 use crate::joint;
 use crate::signal::signal_values;
@@ -87,12 +87,7 @@ fn kinetic_energy(model: &Model, system: &SymbolicSystem) -> Expr {
 /// V, and the wrenches that have none.
 fn loads(model: &Model, system: &SymbolicSystem) -> (Expr, Vec<Wrench>) {
     let signals = signal_values(model, &system.kinematics);
-    let (mut potentials, mut applied) = (Vec::new(), Vec::new());
-    for load in &model.loads {
-        let action = force::action(model, &system.kinematics, &signals, &load.kind);
-        potentials.extend(action.potential);
-        applied.extend(action.applied);
-    }
+    let Loads { potentials, applied, .. } = Loads::of(model, &system.kinematics, &signals);
     (model.pool.sum(potentials), applied)
 }
 

@@ -55,7 +55,7 @@ impl Counts {
 /// Compares and counts the equations of `system`, shown in the given form.
 pub fn proof(model: &Model, system: &SymbolicSystem, shown: &ReadingForm) -> Proof {
     let pool = &model.pool;
-    let plain = ReadingForm::plain(model, system);
+    let plain = ReadingForm::solved(model, system);
     let Derivation { kinetic_energy, potential_energy, left_sides, constraints } =
         derive(model, system);
     let derived: Vec<Expr> = left_sides.into_iter().chain(constraints).collect();

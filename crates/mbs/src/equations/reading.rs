@@ -6,11 +6,14 @@
 
 use bksim_expr::{Expr, Function, Pool, SymbolId};
 
-use super::arrange::{Kind, Part, kinetic_parts, lagrange_parts};
+use super::arrange::{Kind, Part, kinetic_parts, lagrange_parts, recursive_parts};
 use super::constants::{Constants, Group, Names};
 use super::dimension::{Dimension, Units, of_equation};
 use super::{proof, trailing};
-use crate::system::SymbolicSystem;
+use crate::force::Loads;
+use crate::recursion;
+use crate::signal::signal_values;
+use crate::system::{Derivation, SymbolicSystem};
 use bksim_model::Model;
 
 /// The equations of one system in the form in which they are read.
@@ -40,16 +43,56 @@ const LONGEST_PART: u64 = 1_500;
 const ROOT_WORTH_A_NAME: u64 = 4;
 
 impl ReadingForm {
-    /// The equations as the derivation left them, without names.
+    /// The equations without named constants. Those of a recursion have names for its vectors: written
+    /// out, they would be of exponential length.
     pub fn plain(model: &Model, system: &SymbolicSystem) -> Self {
+        match system.derivation {
+            Derivation::Lagrange => Self::solved(model, system),
+            Derivation::Recursion => Self::recursive(model, system),
+        }
+    }
+
+    /// The recursion over the bodies.
+    fn recursive(model: &Model, system: &SymbolicSystem) -> Self {
+        let SymbolicSystem { tree, kinematics, .. } = system;
+        let loads = Loads::of(model, kinematics, &signal_values(model, kinematics));
+        let named = recursion::named(model, tree, kinematics, &loads);
+        let group = |(symbol, definition): (SymbolId, Expr)| Group {
+            symbol,
+            terms: vec![definition],
+            unit: String::new(),
+            is_constant: false,
+        };
+        let parts = recursive_parts(model, system, &named.inverse_dynamics);
+        Self {
+            groups: named.definitions.into_iter().map(group).collect(),
+            kinetic_energy: named.kinetic_energy,
+            potential_energy: named.potential_energy,
+            equations: parts,
+            ..Self::solved(model, system)
+        }
+    }
+
+    /// The equations as the derivation left them, without names.
+    pub(super) fn solved(model: &Model, system: &SymbolicSystem) -> Self {
         let pool = &model.pool;
         let n = system.coordinates().len();
-        let kinetic = kinetic_parts(model, system);
+        let (kinetic_energy, equations) = match system.derivation {
+            Derivation::Lagrange => {
+                let kinetic = kinetic_parts(model, system);
+                let terms = kinetic.into_iter().map(|(v, m)| pool.mul(v, m)).collect();
+                (terms, (0..n).map(|i| lagrange_parts(model, system, i)).collect())
+            }
+            Derivation::Recursion => {
+                let parts = recursive_parts(model, system, &system.inverse_dynamics(pool));
+                (vec![system.kinetic_energy], parts)
+            }
+        };
         Self {
             groups: Vec::new(),
-            kinetic_energy: kinetic.into_iter().map(|(v, m)| pool.mul(v, m)).collect(),
+            kinetic_energy,
             potential_energy: vec![system.potential_energy],
-            equations: (0..n).map(|i| lagrange_parts(model, system, i)).collect(),
+            equations,
             constraints: system.constraints[..system.n_bilateral()]
                 .iter()
                 .map(|c| vec![c.expression])
@@ -61,6 +104,9 @@ impl ReadingForm {
     /// The equations with named constants. Where equality with the plain equations cannot be shown,
     /// the plain equations are returned.
     pub fn grouped(model: &Model, system: &SymbolicSystem) -> Self {
+        if system.derivation == Derivation::Recursion {
+            return Self::recursive(model, system);
+        }
         let plain = Self::plain(model, system);
         let grouped = Grouping::run(model, system, &plain);
         if proof::same(model, &plain, &grouped).is_equal() { grouped } else { plain }

@@ -17,6 +17,7 @@ use bksim_expr::{Expr, SymbolId};
 
 use crate::joint::JointWrench;
 use crate::kinematics::Kinematics;
+use crate::spatial;
 use bksim_model::{BodyId, LoadKind, Model, Vector};
 
 use context::Context;
@@ -66,6 +67,47 @@ impl Action {
             Some(_) => Self { potential, conservative: elastic, applied: viscous, field: None },
             None => Self::of_applied([elastic, viscous].concat()),
         }
+    }
+}
+
+/// The effects of all loads of a model.
+#[derive(Clone, Debug)]
+pub struct Loads {
+    /// The acceleration, m/s², of the uniform fields that have a potential.
+    pub field: Vector,
+    /// The terms of V, J.
+    pub potentials: Vec<Expr>,
+    /// The terms of V, J, that belong to no uniform field.
+    pub without_field: Vec<Expr>,
+    /// The wrenches that −∂V/∂q stands for.
+    pub conservative: Vec<Wrench>,
+    /// All other wrenches.
+    pub applied: Vec<Wrench>,
+}
+
+impl Loads {
+    /// The effects of all loads of `model`; `signals` as in [`action`].
+    pub fn of(model: &Model, kinematics: &Kinematics, signals: &[(SymbolId, Expr)]) -> Self {
+        let pool = &model.pool;
+        let mut loads = Self {
+            field: spatial::zero(pool),
+            potentials: Vec::new(),
+            without_field: Vec::new(),
+            conservative: Vec::new(),
+            applied: Vec::new(),
+        };
+        for load in &model.loads {
+            let Action { potential, field, conservative, applied } =
+                action(model, kinematics, signals, &load.kind);
+            loads.potentials.extend(potential);
+            match field {
+                Some(acceleration) => loads.field = spatial::add(pool, &loads.field, &acceleration),
+                None => loads.without_field.extend(potential),
+            }
+            loads.conservative.extend(conservative);
+            loads.applied.extend(applied);
+        }
+        loads
     }
 }
 

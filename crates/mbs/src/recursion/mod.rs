@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! outwards:  ω, ω̇ and the acceleration a of each frame from those of the frame before
-//! inwards:   f = Σ (m a + ω̇ × m c + ω × (ω × m c)),  n = Σ (I ω̇ + ω × I ω + c × f),  τ_i = S_i · (n, f)
+//! inwards:   F = Σ m (a + ω̇ × c + ω × (ω × c)),  N = Σ (I′ ω̇ + ω × I′ ω + c × F),  τ_i = S_i · (N, F)
 //! ```
 //!
 //! Written in the frame of each link, where inertia is constant, the equations of a tree grow with the
@@ -11,24 +11,27 @@
 //! operand of the next one's.
 //!
 //! Sources: J. Y. S. Luh, M. W. Walker, R. P. C. Paul, *On-Line Computational Scheme for Mechanical
-//! Manipulators*, J. Dyn. Sys. Meas. Control 102 (1980), equations (1) to (15), for τ; R. Featherstone,
-//! *Rigid Body Dynamics Algorithms* (2008), §6.2, for M by composite bodies.
+//! Manipulators*, J. Dyn. Sys. Meas. Control 102 (1980), for τ; R. Featherstone, *Rigid Body Dynamics
+//! Algorithms* (2008), §6.2, for M by composite bodies.
 
 mod composite;
 mod energy;
 mod links;
+mod naming;
 mod newton_euler;
 mod turn;
 
-use bksim_expr::Expr;
+use bksim_expr::{Expr, SymbolId};
 use bksim_model::{Model, Vector};
 
-use crate::kinematics::Kinematics;
+use crate::force::Loads;
+use crate::kinematics::{Coordinate, Kinematics};
 use crate::lagrange::LeftSide;
 use crate::spatial;
 use crate::tree::Tree;
 
 use links::Links;
+use naming::Naming;
 use newton_euler::{Motion, generalised_forces};
 
 pub(crate) use newton_euler::BodyAcceleration;
@@ -37,47 +40,123 @@ pub(crate) use newton_euler::BodyAcceleration;
 /// Lagrange's equations written out.
 const MIN_TURNS: usize = 4;
 
-/// Whether the equations of the bodies at `kinematics` are derived by recursion.
+/// Whether the recursion is the shorter way to the equations of the bodies at `kinematics`.
 pub(crate) fn is_shorter(kinematics: &Kinematics) -> bool {
     kinematics.poses.iter().any(|pose| pose.rotation.turns().len() >= MIN_TURNS)
 }
 
-/// Derives the left side for the bodies of `model` in a uniform field of acceleration `field` and the
-/// potential `rest` of everything else.
+/// The symbols of the motion, and the links.
+struct Recursion<'a> {
+    model: &'a Model,
+    links: Links,
+    rates: Vec<Expr>,
+    accelerations: Vec<Expr>,
+    /// The acceleration of the ground that stands for the uniform field: it falls the other way.
+    lifted: Vector,
+    /// ∂V/∂q of all but the field.
+    slopes: Vec<Expr>,
+}
+
+impl<'a> Recursion<'a> {
+    fn of(model: &'a Model, tree: &Tree, kinematics: &Kinematics, loads: &Loads) -> Self {
+        let pool = &model.pool;
+        let symbols: Vec<SymbolId> = kinematics.coordinates.iter().map(|c| c.q).collect();
+        Self {
+            model,
+            links: Links::of(model, tree, kinematics),
+            rates: expressions(model, kinematics, |c| c.v),
+            accelerations: expressions(model, kinematics, |c| c.a),
+            lifted: spatial::neg(pool, &loads.field),
+            slopes: pool.gradient(pool.sum(loads.without_field.iter().copied()), &symbols),
+        }
+    }
+
+    /// The generalised forces of a motion, with ∂V/∂q of all but the field if the field is there.
+    fn forces(
+        &self,
+        [rates, accelerations]: [&[Expr]; 2],
+        base: Option<&Vector>,
+        naming: &Naming<'_>,
+    ) -> Vec<Expr> {
+        let pool = &self.model.pool;
+        let resting = spatial::zero(pool);
+        let motion = Motion { rates, accelerations, base: base.unwrap_or(&resting) };
+        let forces = generalised_forces(pool, &self.links, &motion, naming);
+        match base {
+            Some(_) => {
+                forces.iter().zip(&self.slopes).map(|(&f, &slope)| pool.add(f, slope)).collect()
+            }
+            None => forces,
+        }
+    }
+}
+
+fn expressions(
+    model: &Model,
+    kinematics: &Kinematics,
+    symbol: fn(&Coordinate) -> SymbolId,
+) -> Vec<Expr> {
+    kinematics.coordinates.iter().map(|c| model.pool.symbol_expr(symbol(c))).collect()
+}
+
+/// Derives the left side for the bodies of `model` under `loads`.
 pub(crate) fn left_side(
     model: &Model,
     tree: &Tree,
     kinematics: &Kinematics,
-    field: &Vector,
-    rest: Expr,
+    loads: &Loads,
 ) -> LeftSide {
     let pool = &model.pool;
-    let links = Links::of(model, tree, kinematics);
-    let symbols: Vec<_> = kinematics.coordinates.iter().map(|c| c.q).collect();
-    let velocities: Vec<Expr> =
-        kinematics.coordinates.iter().map(|c| pool.symbol_expr(c.v)).collect();
-    let accelerations: Vec<Expr> =
-        kinematics.coordinates.iter().map(|c| pool.symbol_expr(c.a)).collect();
-    let at_rest = vec![pool.zero(); velocities.len()];
-
-    // A field is what a frame that falls the other way feels.
-    let lifted = spatial::neg(pool, field);
-    let forces = |rates: &[Expr], accelerations: &[Expr], base: &Vector| {
-        generalised_forces(pool, &links, &Motion { rates, accelerations, base })
-    };
-    let slopes = pool.gradient(rest, &symbols);
-    let with_slope = |forces: Vec<Expr>| -> Vec<Expr> {
-        forces.into_iter().zip(&slopes).map(|(force, &slope)| pool.add(force, slope)).collect()
-    };
+    let recursion = Recursion::of(model, tree, kinematics, loads);
+    let Recursion { links, rates, accelerations, lifted, .. } = &recursion;
+    let at_rest = vec![pool.zero(); rates.len()];
+    let naming = Naming::none(pool);
+    let (v, a, zero) = (rates.as_slice(), accelerations.as_slice(), at_rest.as_slice());
+    let potential = energy::potential(pool, links, &loads.field, &naming);
     LeftSide {
-        kinetic_energy: energy::kinetic(pool, &links, &velocities),
-        potential_energy: pool.add(energy::potential(pool, &links, field), rest),
-        mass_matrix: composite::mass_matrix(pool, &links),
-        bias: forces(&velocities, &at_rest, &spatial::zero(pool)),
-        potential_gradient: with_slope(forces(&at_rest, &at_rest, &lifted)),
-        resistance: with_slope(forces(&velocities, &at_rest, &lifted)),
-        inverse_dynamics: Some(with_slope(forces(&velocities, &accelerations, &lifted))),
+        kinetic_energy: pool.sum(energy::kinetic(pool, links, v, &naming)),
+        potential_energy: pool.sum(potential.iter().chain(&loads.without_field).copied()),
+        mass_matrix: composite::mass_matrix(pool, links),
+        bias: recursion.forces([v, zero], None, &naming),
+        potential_gradient: recursion.forces([zero, zero], Some(lifted), &naming),
+        resistance: recursion.forces([v, zero], Some(lifted), &naming),
+        inverse_dynamics: Some(recursion.forces([v, a], Some(lifted), &naming)),
     }
+}
+
+/// The recursion with a name for every vector.
+pub(crate) struct NamedRecursion {
+    /// Names with their definitions, each by names before it.
+    pub(crate) definitions: Vec<(SymbolId, Expr)>,
+    /// Terms of T.
+    pub(crate) kinetic_energy: Vec<Expr>,
+    /// Terms of V.
+    pub(crate) potential_energy: Vec<Expr>,
+    /// M v̇ + h + ∂V/∂q, nq.
+    pub(crate) inverse_dynamics: Vec<Expr>,
+}
+
+/// The recursion as it is read: `omega_`, `alpha_` and `a_` are ω, ω̇ and the acceleration of the origin
+/// of a body's frame, `R_` the force that its mass needs, `F_` and `N_` force and moment on it and all that
+/// it carries, `v_` and `c_` the velocities of origin and centre of mass, `g_` the field, `u_` its work on
+/// a unit mass; all in the axes of the body.
+pub(crate) fn named(
+    model: &Model,
+    tree: &Tree,
+    kinematics: &Kinematics,
+    loads: &Loads,
+) -> NamedRecursion {
+    let pool = &model.pool;
+    let recursion = Recursion::of(model, tree, kinematics, loads);
+    let Recursion { links, rates, accelerations, lifted, .. } = &recursion;
+    let naming = Naming::of(model, kinematics, links);
+    let kinetic_energy = energy::kinetic(pool, links, rates, &naming);
+    let mut potential_energy = energy::potential(pool, links, &loads.field, &naming);
+    potential_energy.extend(&loads.without_field);
+    let inverse_dynamics = recursion.forces([rates, accelerations], Some(lifted), &naming);
+    let roots = [&kinetic_energy[..], &potential_energy, &inverse_dynamics].concat();
+    let definitions = naming.needed(&roots);
+    NamedRecursion { definitions, kinetic_energy, potential_energy, inverse_dynamics }
 }
 
 /// The accelerations of all bodies, world axes.
@@ -87,9 +166,8 @@ pub(crate) fn body_accelerations(
     kinematics: &Kinematics,
 ) -> Vec<BodyAcceleration> {
     let pool = &model.pool;
-    let coordinates = &kinematics.coordinates;
-    let rates: Vec<Expr> = coordinates.iter().map(|c| pool.symbol_expr(c.v)).collect();
-    let accelerations: Vec<Expr> = coordinates.iter().map(|c| pool.symbol_expr(c.a)).collect();
+    let rates = expressions(model, kinematics, |c| c.v);
+    let accelerations = expressions(model, kinematics, |c| c.a);
     let base = spatial::zero(pool);
     let motion = Motion { rates: &rates, accelerations: &accelerations, base: &base };
     let links = Links::of(model, tree, kinematics);

@@ -4,6 +4,7 @@ use bksim_expr::{Expr, Pool};
 use bksim_model::{BodyId, Vector};
 
 use super::links::{Link, LinkBody, LinkMotion, Links};
+use super::naming::Naming;
 use crate::kinematics::Kinematics;
 use crate::spatial;
 
@@ -83,13 +84,23 @@ impl FrameMotion {
 }
 
 /// The motion of every link's frame, from the ground outwards.
-fn outwards(pool: &Pool, links: &Links, motion: &Motion<'_>) -> Vec<FrameMotion> {
+fn outwards(
+    pool: &Pool,
+    links: &Links,
+    motion: &Motion<'_>,
+    naming: &Naming<'_>,
+) -> Vec<FrameMotion> {
     let zero = spatial::zero(pool);
     let ground = FrameMotion { omega: zero, alpha: zero, acceleration: *motion.base };
     let mut frames: Vec<FrameMotion> = Vec::with_capacity(links.links.len());
-    for link in &links.links {
+    for (link_idx, link) in links.links.iter().enumerate() {
         let before = link.parent.map_or(&ground, |parent| &frames[parent.0]);
-        frames.push(after(pool, link, before, motion));
+        let FrameMotion { omega, alpha, acceleration } = after(pool, link, before, motion);
+        frames.push(FrameMotion {
+            omega: naming.vector("omega", link_idx, &omega),
+            alpha: naming.vector("alpha", link_idx, &alpha),
+            acceleration: naming.vector("a", link_idx, &acceleration),
+        });
     }
     frames
 }
@@ -122,8 +133,13 @@ fn after(pool: &Pool, link: &Link, before: &FrameMotion, motion: &Motion<'_>) ->
 }
 
 /// The generalised forces that a motion needs, by coordinate.
-pub(super) fn generalised_forces(pool: &Pool, links: &Links, motion: &Motion<'_>) -> Vec<Expr> {
-    let frames = outwards(pool, links, motion);
+pub(super) fn generalised_forces(
+    pool: &Pool,
+    links: &Links,
+    motion: &Motion<'_>,
+    naming: &Naming<'_>,
+) -> Vec<Expr> {
+    let frames = outwards(pool, links, motion, naming);
     let zero = spatial::zero(pool);
     // Force and moment on each link at the origin of its frame, its axes.
     let mut needed = vec![(zero, zero); links.links.len()];
@@ -133,11 +149,14 @@ pub(super) fn generalised_forces(pool: &Pool, links: &Links, motion: &Motion<'_>
         if let Some(body) = &link.body {
             let frame = &frames[link_idx];
             let own = spatial::scale(pool, body.mass, &frame.of_com(pool, body));
+            let own = naming.vector("R", link_idx, &own);
             let turning = frame.euler_moment(pool, &body.inertia);
             let arm = spatial::cross(pool, &body.com, &own);
             force = spatial::add(pool, &force, &own);
             moment = spatial::add(pool, &spatial::add(pool, &moment, &turning), &arm);
         }
+        force = naming.vector("F", link_idx, &force);
+        moment = naming.vector("N", link_idx, &moment);
         match &link.motion {
             LinkMotion::Fixed(_) => {}
             LinkMotion::Rotation { axis, coordinate_idx, .. } => {
@@ -167,10 +186,11 @@ pub(super) fn body_accelerations(
     motion: &Motion<'_>,
     kinematics: &Kinematics,
 ) -> Vec<BodyAcceleration> {
+    let naming = Naming::none(pool);
     let zero = spatial::zero(pool);
     let at_rest = BodyAcceleration { com: zero, angular_momentum_rate: zero };
     let mut accelerations = vec![at_rest; kinematics.poses.len()];
-    for (link, frame) in links.links.iter().zip(outwards(pool, links, motion)) {
+    for (link, frame) in links.links.iter().zip(outwards(pool, links, motion, &naming)) {
         let Some(body) = &link.body else { continue };
         let BodyId(body_idx) = body.id;
         let rotation = &kinematics.poses[body_idx].rotation;

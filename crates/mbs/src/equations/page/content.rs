@@ -5,6 +5,7 @@ use bksim_expr::{Certificate, Expr, Operations, SymbolId};
 use super::{Body, Cell, Label, Section, Style, Subject, Writer, number, unit};
 use crate::equations::{ContactText, Counts, ReadingForm, contact_texts};
 use crate::kinematics::{Coordinate, Owner};
+use crate::system::Derivation;
 use bksim_model::MotionKind;
 use bksim_model::{Anchor, BodyId, JointId, JointKind, Model, Space};
 
@@ -45,7 +46,7 @@ pub(super) fn sections(writer: &Writer<'_>) -> Vec<Section> {
         table("coordinates", &["symbol", "in the model", "meaning", "unit"], coordinates(writer)),
         table("parameters", &["symbol", "in the model", "value", "unit"], parameters(writer)),
         formulas("named constants", groups(writer, true)),
-        formulas("named roots", groups(writer, false)),
+        formulas(named_in_motion(writer.subject.system.derivation), groups(writer, false)),
         formulas(
             "kinetic energy",
             vec![writer.formula(
@@ -212,6 +213,14 @@ fn parameters(writer: &Writer<'_>) -> Vec<Vec<Cell>> {
         ]
     };
     writer.subject.model.parameters.iter().map(row).collect()
+}
+
+/// The title of the names that change with the motion.
+fn named_in_motion(derivation: Derivation) -> &'static str {
+    match derivation {
+        Derivation::Lagrange => "named roots",
+        Derivation::Recursion => "recursion over the bodies, in their axes",
+    }
 }
 
 fn groups(writer: &Writer<'_>, is_constant: bool) -> Vec<super::Formula> {
