@@ -80,7 +80,13 @@ pub struct Turn {
 #[derive(Clone, Debug, Default)]
 pub struct Rotation {
     turns: Vec<Turn>,
+    /// Columns of the matrices of all turns up to the fourth, up to the fifth, and so on: a product of
+    /// many turns is then as long as the matrix before it and one turn.
+    matrices: Vec<[Vector; 3]>,
 }
+
+/// Number of turns that are applied one after the other; more are applied as a matrix.
+const MAX_CHAINED_TURNS: usize = 3;
 
 impl Rotation {
     /// A single turn.
@@ -103,8 +109,11 @@ impl Rotation {
     /// The opposite rotation.
     #[must_use]
     pub fn inverse(&self, pool: &Pool) -> Self {
-        let undo = |turn: &Turn| Turn { axis: turn.axis, angle: pool.neg(turn.angle) };
-        Self { turns: self.turns.iter().rev().map(undo).collect() }
+        let mut inverse = Self::default();
+        for turn in self.turns.iter().rev() {
+            inverse.push(pool, Turn { axis: turn.axis, angle: pool.neg(turn.angle) });
+        }
+        inverse
     }
 
     /// The turns, outermost first.
@@ -124,12 +133,18 @@ impl Rotation {
 
     /// `R v`.
     pub fn apply(&self, pool: &Pool, v: &Vector) -> Vector {
-        self.turns.iter().rev().fold(*v, |v, turn| turn.apply(pool, &v))
+        match self.matrices.last() {
+            Some(columns) => combination(pool, columns, v),
+            None => self.turns.iter().rev().fold(*v, |v, turn| turn.apply(pool, &v)),
+        }
     }
 
     /// `Rᵀ v`.
     pub fn apply_inverse(&self, pool: &Pool, v: &Vector) -> Vector {
-        self.inverse(pool).apply(pool, v)
+        match self.matrices.last() {
+            Some(columns) => columns.map(|column| dot(pool, &column, v)),
+            None => self.inverse(pool).apply(pool, v),
+        }
     }
 
     fn push(&mut self, pool: &Pool, turn: Turn) {
@@ -138,16 +153,35 @@ impl Rotation {
             Some(last) if last.axis == neg(pool, &turn.axis) => pool.sub(last.angle, turn.angle),
             _ => {
                 if !pool.is_zero(turn.angle) {
-                    self.turns.push(turn);
+                    self.append(pool, turn);
                 }
                 return;
             }
         };
         let axis = self.turns.pop().map_or(turn.axis, |last| last.axis);
+        self.matrices.truncate(self.turns.len().saturating_sub(MAX_CHAINED_TURNS));
         if !pool.is_zero(merged) {
-            self.turns.push(Turn { axis, angle: merged });
+            self.append(pool, Turn { axis, angle: merged });
         }
     }
+
+    /// Adds a turn that merges with none before it.
+    fn append(&mut self, pool: &Pool, turn: Turn) {
+        let unit =
+            |i: usize| std::array::from_fn(|j| if i == j { pool.one() } else { pool.zero() });
+        let turned = [0, 1, 2].map(|i| turn.apply(pool, &unit(i)));
+        if self.turns.len() >= MAX_CHAINED_TURNS {
+            self.matrices.push(turned.map(|column| self.apply(pool, &column)));
+        }
+        self.turns.push(turn);
+    }
+}
+
+/// Σ v_j a_j of three columns.
+fn combination(pool: &Pool, columns: &[Vector; 3], v: &Vector) -> Vector {
+    std::array::from_fn(|i| {
+        pool.sum((0..3).map(|j| pool.mul(columns[j][i], v[j])).collect::<Vec<_>>())
+    })
 }
 
 impl Turn {
