@@ -91,11 +91,12 @@ fn chain(n: usize) -> Model {
     for k in 1..=n {
         let before = if k == 1 { "ground".to_owned() } else { format!("b{}.end", k - 1) };
         let axis = if k % 2 == 0 { "[1, 0, 0]" } else { "[0, 1, 0]" };
-        text += &format!(
+        let link = format!(
             "[bodies.b{k}]\nmass = 1\ninertia = [0.2, 0.3, 0.1]\ncom = [0, 0, 0.5]\n\
              points = {{ end = [0, 0, 1] }}\n\
              [joints.J{k}]\ntype = \"revolute\"\nbetween = [\"{before}\", \"b{k}\"]\naxis = {axis}\n"
         );
+        text.push_str(&link);
     }
     text += "[loads.gravity]\ntype = \"gravity\"\nacceleration = [0, 0, -9.81]\n";
     model(&text)

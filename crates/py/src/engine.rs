@@ -162,7 +162,7 @@ impl Engine {
             return None;
         }
         simulation.set_parameters(&parameters);
-        simulation.set_options(&options).ok()?;
+        simulation.set_options(&options);
         Some(Self {
             derived: self.derived.clone(),
             overrides,

@@ -158,8 +158,7 @@ fn ran(engine: &Engine, wanted: &RunRequest) -> Result<Ran, Fault> {
     let n_expected = expected(engine, &options, wanted.most_bytes)?;
     let mut simulation = engine.simulation.clone();
     let start = engine.start()?;
-    let refused = |Rejected(faults)| Fault::model(engine.source(), &faults);
-    simulation.set_options(&options).map_err(refused)?;
+    simulation.set_options(&options);
     let (sensitive, derivatives, plan) = planned(engine, &simulation, start, &wanted.sensitivity)?;
 
     // Run, keeping everything, until Python wants it to stop.

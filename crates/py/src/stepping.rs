@@ -64,8 +64,7 @@ pub(crate) fn begin(
     let held = guard(py, || {
         let mut simulation = inner.simulation.clone();
         let options = changed(inner, wanted.changes()?)?;
-        let refused = simulation.set_options(&options);
-        refused.map_err(|faults| Fault::model(inner.source(), &faults.0))?;
+        simulation.set_options(&options);
         Ok(simulation.begin_at(inner.start()?.clone()))
     })?;
     Ok(Stepping { engine, held })

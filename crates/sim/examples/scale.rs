@@ -9,12 +9,14 @@
 #[path = "../../../tests/support/large.rs"]
 mod large;
 
+use std::sync::Arc;
+
 use bksim_dae::Control;
 use bksim_mbs::assemble::assemble;
 use bksim_model::file::{Source, read};
 use bksim_model::{Method, SolveOptions};
 use bksim_sim::compiled::compile;
-use bksim_sim::formulate::formulate;
+use bksim_sim::formulate::{LazyMotionEquations, formulate};
 use bksim_sim::run::{Problem, run};
 use bksim_sim::start::start;
 use large::{Coordinates, chain, windows};
@@ -55,6 +57,8 @@ fn measure(text: &str, n: usize, method: Method) {
     model.solve = SolveOptions { t_end, every: Some(t_end), method, ..model.solve };
     let observer = &mut |_: &_| Control::Continue;
     let options = &model.solve;
+    let equations = Arc::new(equations);
+    let equations = LazyMotionEquations::new(Box::new(move || equations));
     let (compiled, equations, start) = (&compiled, &equations, &begin);
     let problem = Problem { compiled, equations, start, parameters: &parameters, options };
     let summary = run(problem, observer, &|| false);

@@ -16,6 +16,7 @@
 
 use crate::input::{input_symbols, without_inputs};
 use std::collections::BTreeMap;
+use std::sync::{Arc, LazyLock};
 
 use bksim_dae::{Index, Layout, NotFinite, Pattern, Start, System, Tolerance};
 use bksim_expr::{Expr, SparseJacobian, SymbolId, TapeError};
@@ -26,6 +27,11 @@ use crate::state::{AccelerationRef, StateRef};
 use bksim_mbs::levels::{constraint_acceleration, constraint_velocity};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{Formulation, Model};
+
+/// [`MotionEquations`] that are derived when they are used first: only Radau needs them, and their
+/// Jacobian is the dearest derivation of all.
+pub type LazyMotionEquations =
+    LazyLock<Arc<MotionEquations>, Box<dyn FnOnce() -> Arc<MotionEquations> + Send>>;
 
 /// The compiled residual and Jacobian of one formulation.
 #[derive(Clone, Debug)]

@@ -10,7 +10,7 @@ use bksim_model::{Formulation, Model, Outputs, ParameterId, SolveOptions};
 
 use crate::compiled::CompiledSystem;
 use crate::fault::{diagnose_run, diagnose_start};
-use crate::formulate::{MotionEquations, formulate};
+use crate::formulate::{LazyMotionEquations, MotionEquations, formulate};
 use crate::input::{InputError, Law, UnknownInput, check_inputs};
 use crate::mechanism::{Mechanism, insensitive, uncompiled};
 use crate::modes::Modes;
@@ -64,7 +64,7 @@ pub struct Simulation {
     derivation: Arc<Derivation>,
     compiled: Arc<CompiledSystem>,
     /// In the formulation of the options.
-    equations: Arc<MotionEquations>,
+    equations: Arc<LazyMotionEquations>,
     parameters: Vec<f64>,
     /// Initial values that replace those of the model, by their index there, SI.
     initial: Vec<(usize, f64)>,
@@ -136,20 +136,15 @@ impl Simulation {
             equations: Default::default(),
             not_only_loads: OnceLock::new(),
         };
-        let equations = formulate(model, system, model.solve.formulation);
-        let equations = Arc::new(equations.map_err(|e| uncompiled(&e))?);
-        let known = &derivation.equations[model.solve.formulation as usize];
-        known.get_or_init(|| equations.clone());
-        let mut simulation = Self {
-            derivation: Arc::new(derivation),
+        let derivation = Arc::new(derivation);
+        Ok(Self {
+            equations: derivation.equations_on_demand(model.solve.formulation, compiled),
+            derivation,
             compiled: compiled.clone(),
-            equations,
             parameters: parameters.clone(),
             initial: Vec::new(),
             options: model.solve.clone(),
-        };
-        simulation.bind_inputs();
-        Ok(simulation)
+        })
     }
 
     /// The equations as functions of numbers.
@@ -182,16 +177,12 @@ impl Simulation {
     }
 
     /// Takes other options.
-    ///
-    /// # Errors
-    /// [`Rejected`] when the equations cannot be compiled in the formulation that they ask for.
-    pub fn set_options(&mut self, options: &SolveOptions) -> Result<(), Rejected> {
+    pub fn set_options(&mut self, options: &SolveOptions) {
         if options.formulation != self.options.formulation {
-            self.equations = self.derivation.equations(options.formulation)?;
-            self.bind_inputs();
+            self.equations =
+                self.derivation.equations_on_demand(options.formulation, &self.compiled);
         }
         self.options.clone_from(options);
-        Ok(())
     }
 
     /// Takes other output times.
@@ -203,15 +194,8 @@ impl Simulation {
     pub fn set_law(&mut self, law: Arc<Law>) {
         let compiled = CompiledSystem::clone(&self.compiled).with_law(law);
         self.compiled = Arc::new(compiled);
-        self.bind_inputs();
-    }
-
-    /// Lets the equations of motion take the values of inputs from where the compiled system does.
-    fn bind_inputs(&mut self) {
-        if !self.compiled.inputs.is_empty() {
-            let equations = MotionEquations::clone(&self.equations);
-            self.equations = Arc::new(equations.with_inputs(&self.compiled.inputs));
-        }
+        self.equations =
+            self.derivation.equations_on_demand(self.options.formulation, &self.compiled);
     }
 
     /// The mechanism with the values and options of this simulation, its expressions made anew.
@@ -231,7 +215,7 @@ impl Simulation {
     }
 
     /// The residual and Jacobian in the formulation of the options.
-    pub fn equations(&self) -> &Arc<MotionEquations> {
+    pub fn equations(&self) -> &MotionEquations {
         &self.equations
     }
 
@@ -407,14 +391,27 @@ impl Simulation {
 
 impl Derivation {
     /// The equations of motion in a formulation, compiled when they are asked for first.
-    fn equations(&self, formulation: Formulation) -> Result<Arc<MotionEquations>, Rejected> {
-        let known = &self.equations[formulation as usize];
-        if let Some(equations) = known.get() {
-            return Ok(equations.clone());
-        }
-        let equations = formulate(&self.model.to_model(), &self.system, formulation);
-        let equations = equations.map_err(|e| uncompiled(&e))?;
-        Ok(known.get_or_init(|| Arc::new(equations)).clone())
+    fn equations(&self, formulation: Formulation) -> &Arc<MotionEquations> {
+        self.equations[formulation as usize].get_or_init(|| {
+            let equations = formulate(&self.model.to_model(), &self.system, formulation);
+            Arc::new(equations.expect("every symbol is one of the dynamics, which have compiled"))
+        })
+    }
+
+    /// The same when they are used first, with the values of inputs from where `compiled` takes them.
+    fn equations_on_demand(
+        self: &Arc<Self>,
+        formulation: Formulation,
+        compiled: &Arc<CompiledSystem>,
+    ) -> Arc<LazyMotionEquations> {
+        let (derivation, compiled) = (self.clone(), compiled.clone());
+        Arc::new(LazyMotionEquations::new(Box::new(move || {
+            let equations = derivation.equations(formulation);
+            if compiled.inputs.is_empty() {
+                return equations.clone();
+            }
+            Arc::new(MotionEquations::clone(equations).with_inputs(&compiled.inputs))
+        })))
     }
 }
 

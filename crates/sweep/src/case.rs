@@ -53,24 +53,27 @@ impl<'a> Worker<'a> {
             Row { case, inputs, outputs: Vec::new(), ending: Ending::Done, t: 0.0, n_steps: 0 };
         // Where the values make another model, it has equations of its own.
         let own = if self.replay() { Ok(None) } else { self.derive().map(Some) };
-        match own.and_then(|own| self.simulation(own)) {
-            Ok(simulation) => return self.run(row, &simulation, stop),
+        match own {
+            Ok(own) => {
+                let simulation = self.simulation(own);
+                return self.run(row, &simulation, stop);
+            }
             Err(rejected) => row.ending = Ending::Refused(rejected.into()),
         }
         Some(row)
     }
 
     /// The simulation of this case: the shared equations with its values, or its `own`.
-    fn simulation(&mut self, own: Option<Simulation>) -> Result<Simulation, Rejected> {
+    fn simulation(&mut self, own: Option<Simulation>) -> Simulation {
         let mut simulation = if let Some(own) = own {
             own
         } else {
             self.shared.set_parameters(&self.parameters);
-            self.shared.set_options(&self.options)?;
+            self.shared.set_options(&self.options);
             self.shared.clone()
         };
         simulation.set_initial(&self.stated);
-        Ok(simulation)
+        simulation
     }
 
     /// Sorts the values of axes into those of parameters and those of initial values.

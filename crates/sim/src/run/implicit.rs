@@ -60,6 +60,7 @@ impl<'a> RadauStepper<'a> {
         saved: Option<&Checkpoint>,
         monitor: Option<&mut EventMonitor<'_>>,
     ) -> Result<Self, SolveError> {
+        let equations: &MotionEquations = equations;
         let RadauStart { state, multipliers } = start;
         let State { t, q, v } = state;
         let motion = equations.at(mechanism.parameters(), &mechanism.inactive);

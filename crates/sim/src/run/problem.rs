@@ -1,7 +1,7 @@
 //! [`Problem`]: everything that a motion follows from.
 
 use crate::compiled::CompiledSystem;
-use crate::formulate::MotionEquations;
+use crate::formulate::LazyMotionEquations;
 use crate::start::Start;
 use bksim_model::SolveOptions;
 
@@ -12,7 +12,7 @@ pub struct Problem<'a> {
     /// The mechanism as functions of numbers.
     pub compiled: &'a CompiledSystem,
     /// Its equations of motion in the formulation that `options` ask for.
-    pub equations: &'a MotionEquations,
+    pub equations: &'a LazyMotionEquations,
     /// The consistent start.
     pub start: &'a Start,
     /// Values of the model's parameters, in their order and without modes.

@@ -40,7 +40,9 @@ pub(crate) struct Sampler {
 
 impl Sampler {
     pub(crate) fn new(problem: Problem<'_>, mechanism: &PhaseMechanism<'_>) -> Self {
-        let Problem { compiled, equations, start, options, .. } = problem;
+        let Problem { compiled, start, options, .. } = problem;
+        // The most unknowns of any method: (q, v, λ, μ) of the stabilised form.
+        let n_unknowns = 2 * (compiled.nq() + compiled.nc());
         Self {
             schedule: Schedule::new(start.t, options),
             multipliers: mechanism.multipliers(),
@@ -49,7 +51,7 @@ impl Sampler {
             sample: Sample::default(),
             pending: Vec::new(),
             is_cut: false,
-            y: vec![0.0; equations.n().max(2 * compiled.nq() + 1)],
+            y: vec![0.0; n_unknowns.max(2 * compiled.nq() + 1)],
             segment: Segment::default(),
             potential_start: 0.0,
             passed: None,

@@ -7,7 +7,7 @@ use bksim_dae::{
 
 use super::tangent::{Instant, Tangents};
 use super::{SensitivityEquations, SensitivityPlan};
-use crate::formulate::Motion;
+use crate::formulate::{Motion, MotionEquations};
 use crate::function::Buffers;
 use crate::run::dense::DenseOutput;
 use crate::run::implicit::settings;
@@ -127,6 +127,7 @@ impl SensitiveRun<'_> {
         plan: &'e SensitivityPlan,
     ) -> Result<SensitivitySolver<SensitiveMotion<'e>>, SolveError> {
         let Problem { equations, start, options, .. } = problem;
+        let equations: &MotionEquations = equations;
         let parameters = self.mechanism.parameters();
         let system = SensitiveMotion {
             motion: equations.at(parameters, start.inactive_rows()),
