@@ -9,14 +9,14 @@ use bksim_model::diagnostic::{Diagnostic, Rejected};
 use bksim_model::{Formulation, Model, Outputs, ParameterId, SolveOptions};
 
 use crate::compiled::CompiledSystem;
-use crate::fault::{diagnose_run, diagnose_start};
+use crate::fault::{diagnose_run, diagnose_slowness, diagnose_start, diagnose_worth};
 use crate::formulate::{MotionEquations, formulate};
 use crate::input::{InputError, Law, UnknownInput, check_inputs};
 use crate::mechanism::{Mechanism, insensitive, uncompiled};
 use crate::modes::Modes;
 use crate::run::{
-    Failure, Observer, Problem, RunCheckpoint, Sample, Summary, Unresumed, WithSensitivities,
-    resume, run,
+    Failure, Observer, Problem, RunCheckpoint, Sample, Slowness, Summary, Unresumed,
+    WithSensitivities, resume, run,
 };
 use crate::sensitivity::{
     self, Sensitive, SensitivityPlan, StateSensitivity, differentiate, run_with_sensitivities,
@@ -396,6 +396,17 @@ impl Simulation {
     pub fn diagnose_start(&self, error: &StartError) -> Diagnostic {
         let Mechanism { model, system, compiled, .. } = &self.mechanism();
         diagnose_start(model, system, compiled, error)
+    }
+
+    /// Warnings about a run whose numbers are worse than its tolerances promise.
+    pub fn diagnose_worth(&self, summary: &Summary) -> Vec<Diagnostic> {
+        diagnose_worth(&self.mechanism().model, &self.options, summary)
+    }
+
+    /// The warning about a run that takes far more steps than expected.
+    pub fn diagnose_slowness(&self, slowness: &Slowness) -> Diagnostic {
+        let Mechanism { model, system, compiled, parameters, .. } = &self.mechanism();
+        diagnose_slowness(model, system, compiled, parameters, slowness)
     }
 
     /// A failed run in the author's terms.

@@ -139,11 +139,15 @@ pub fn start_at(
 
     let at = evaluator.dynamics(t, &q, &v);
     if !at.is_finite() {
-        return Err(StartError::NotFinite);
+        return Err(StartError::NotFinite { q, v });
     }
     let mut multipliers = MultiplierSystem::new(at.shape, &dependence.dependent);
     if let Some(coordinates) = multipliers.motion_without_inertia(&at, &jacobian) {
         return Err(StartError::NoInertia { coordinates });
+    }
+    let energy = evaluator.energy(t, &q, &v, &vec![0.0; compiled.nc()]);
+    if !(energy.kinetic.is_finite() && energy.potential.is_finite()) {
+        return Err(StartError::NotFinite { q, v });
     }
     let moved = closing.moved(t, &q, &v);
     let longest_link = closing.longest_link();
@@ -182,9 +186,9 @@ fn completed(
     dependence: &Dependence,
 ) -> Result<ConsistentModes, StartError> {
     let (mut a, mut lambda) = (vec![0.0; q.len()], vec![0.0; evaluator.shape().nc]);
-    multipliers
-        .complete_into(evaluator, t, (&q, &v), &mut a, &mut lambda)
-        .map_err(|_| StartError::NotFinite)?;
+    if multipliers.complete_into(evaluator, t, (&q, &v), &mut a, &mut lambda).is_err() {
+        return Err(StartError::NotFinite { q, v });
+    }
     let inactive = dependence.dependent.clone();
     Ok(ConsistentModes { modes, q, v, a, lambda, inactive, impact_work: 0.0, hits: Vec::new() })
 }
