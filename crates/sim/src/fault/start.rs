@@ -158,7 +158,9 @@ fn no_inertia(
     let owner = coordinates.first().map(|&i| system.coordinates()[i].owner);
     let (name, span) = match owner {
         Some(Owner::Joint(joint, _)) => {
-            (format!("joint `{}`", name(model, joint)), Some(model.joints[joint.0].span.clone()))
+            let moved = &model.bodies[model.joints[joint.0].successor.body.0].name;
+            let words = format!("body `{moved}` in joint `{}`", name(model, joint));
+            (words, Some(model.joints[joint.0].span.clone()))
         }
         Some(Owner::Body(body, _)) => (
             format!("body `{}`", model.bodies[body.0].name),
