@@ -1,5 +1,6 @@
 //! [`Simulation`]: a mechanism that is ready to run.
 
+use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
 use bksim_dae::Control;
@@ -11,7 +12,7 @@ use bksim_model::{Formulation, Model, Outputs, ParameterId, SolveOptions};
 use crate::compiled::CompiledSystem;
 use crate::fault::{diagnose_run, diagnose_slowness, diagnose_start, diagnose_worth};
 use crate::formulate::{MotionEquations, formulate};
-use crate::input::{InputError, Law, UnknownInput, check_inputs};
+use crate::input::{InputError, InputValues, Law, UnknownInput, check_inputs};
 use crate::mechanism::{Mechanism, insensitive, uncompiled};
 use crate::modes::Modes;
 use crate::run::{
@@ -206,6 +207,11 @@ impl Simulation {
         self.bind_inputs();
     }
 
+    /// The values of the inputs at a state, SI, in the order of [`Model::inputs`]; none without a law.
+    pub fn input_values(&self, t: f64, q: &[f64], v: &[f64]) -> Vec<f64> {
+        InputValues::new(&self.compiled.inputs).at(t, q, v).to_vec()
+    }
+
     /// Lets the equations of motion take the values of inputs from where the compiled system does.
     fn bind_inputs(&mut self) {
         if !self.compiled.inputs.is_empty() {
@@ -304,7 +310,15 @@ impl Simulation {
         observer: &mut dyn Observer,
         stop: &dyn Fn() -> bool,
     ) -> Result<Summary, Box<Failure>> {
-        run(self.problem(start), observer, stop)
+        let start = self.up_to_date(start)?;
+        run(self.problem(&start), observer, stop)
+    }
+
+    /// The start with the modes of what it is now; a caller may have changed its state.
+    fn up_to_date<'a>(&self, start: &'a Start) -> Result<Cow<'a, Start>, Box<Failure>> {
+        let Self { compiled, parameters, options, .. } = self;
+        let fresh = start.up_to_date(compiled, parameters, options);
+        fresh.map_err(|error| Box::new(Failure::at_start(start, error)))
     }
 
     /// Continues a run that was stopped, as if it had not been; `start` is where it began. See
@@ -333,7 +347,8 @@ impl Simulation {
         observer: &mut dyn Observer,
         stop: &dyn Fn() -> bool,
     ) -> Result<Summary, Box<Failure>> {
-        run_with_sensitivities(self.problem(start), plan, observer, stop)
+        let start = self.up_to_date(start)?;
+        run_with_sensitivities(self.problem(&start), plan, observer, stop)
     }
 
     /// The differentiated equations, and the sensitivities of the start.

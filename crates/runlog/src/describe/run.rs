@@ -93,6 +93,7 @@ pub fn reason_words(reason: Reason) -> &'static str {
         Reason::Cheapest => "least work while the motion is not stiff",
         Reason::Stiff => "the motion is stiff",
         Reason::Slow => "explicit steps would be far too many",
+        Reason::NoGain => "Radau IIA needs nearly as many steps",
         Reason::OtherFailed => "the other method cannot go on here",
         Reason::SingularPose => "past the singular pose ahead",
         Reason::Regular => "behind the singular pose",

@@ -38,7 +38,7 @@ pub trait Observer {
     /// on.
     fn slow(&mut self, _slowness: &Slowness) {}
 
-    /// Whether a run is stopped that would take tens of millions of steps.
+    /// Whether a run is stopped that would take a thousand million steps.
     fn stops_hopeless_runs(&self) -> bool {
         true
     }

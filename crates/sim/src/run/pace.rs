@@ -6,7 +6,7 @@
 //!
 //! over windows of so many attempts at a step. A run that seems to need more than a million is said
 //! to be slow at once, not when it ends; where explicit steps are the slow ones and the method may be
-//! chosen, Radau IIA goes on first.
+//! chosen, Radau IIA is tried first, and stays where its steps are far longer.
 
 use bksim_dae::{Loader, Saver, SolveError, Standstill};
 
@@ -17,16 +17,26 @@ const WINDOW: usize = 5_000;
 const MANY: f64 = 1e6;
 
 /// A run that would need so many is stopped at once.
-const HOPELESS: f64 = 3e7;
+const HOPELESS: f64 = 1e9;
 
 /// Most attempts at a step in a run.
 pub(crate) const MOST_STEPS: usize = 3_000_000;
+
+/// Attempts at a step after which Radau IIA must have gained on explicit steps,
+const TRIAL: usize = 500;
+
+/// by this factor: its steps are dearer.
+const GAIN: f64 = 5.0;
 
 /// Where the present window began.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub(super) struct Pace {
     t: f64,
     n_step: usize,
+    /// The way of an explicit step, s, while Radau IIA is on trial.
+    rival: Option<f64>,
+    /// Whether it has been on trial.
+    is_tried: bool,
 }
 
 /// A run that takes far more steps than expected.
@@ -64,7 +74,32 @@ pub(super) enum Verdict {
 impl Pace {
     /// A window that begins at `t`, after `n_step` attempts.
     pub(super) fn begin(t: f64, n_step: usize) -> Self {
-        Self { t, n_step }
+        Self { t, n_step, rival: None, is_tried: false }
+    }
+
+    /// The same in another phase.
+    pub(super) fn restart(&mut self, t: f64, n_step: usize) {
+        *self = Self { t, n_step, ..*self };
+    }
+
+    /// Whether Radau IIA has not yet been on trial.
+    pub(super) fn may_try(&self) -> bool {
+        !self.is_tried
+    }
+
+    /// Radau IIA is on trial where explicit steps would be so many up to the end.
+    pub(super) fn try_radau(&mut self, steps_left: f64, way_left: f64) {
+        (self.rival, self.is_tried) = (Some(way_left.abs() / steps_left), true);
+    }
+
+    /// Whether the trial is over without a gain.
+    pub(super) fn has_lost(&mut self, t: f64, n_step: usize) -> bool {
+        let n = n_step - self.n_step.min(n_step);
+        let Some(rival) = self.rival.filter(|_| n >= TRIAL) else { return false };
+        self.rival = None;
+        #[expect(clippy::cast_precision_loss, reason = "a few hundred")]
+        let way = (t - self.t).abs() / n as f64;
+        way < GAIN * rival
     }
 
     /// Takes note of the attempts so far; judges at the end of each window.
@@ -74,7 +109,7 @@ impl Pace {
             return Verdict::Fine;
         }
         let way = (t - self.t).abs();
-        *self = Self { t, n_step };
+        self.restart(t, n_step);
         #[expect(clippy::cast_precision_loss, reason = "a few thousand")]
         let left = n as f64 * (t_end - t).abs() / way;
         if left > HOPELESS {
@@ -89,10 +124,13 @@ impl Pace {
     pub(super) fn save(&self, saver: &mut Saver) {
         saver.real(self.t);
         saver.count(self.n_step);
+        saver.option(self.rival);
+        saver.flag(self.is_tried);
     }
 
     pub(super) fn load(loader: &mut Loader<'_>) -> Result<Self, SolveError> {
-        Ok(Self { t: loader.real()?, n_step: loader.index(usize::MAX)? })
+        let (t, n_step) = (loader.real()?, loader.index(usize::MAX)?);
+        Ok(Self { t, n_step, rival: loader.option()?, is_tried: loader.flag()? })
     }
 }
 

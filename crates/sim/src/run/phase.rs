@@ -25,6 +25,8 @@ pub(super) enum PhaseEnd {
     Stiff,
     /// Explicit steps would be far too many.
     Slow,
+    /// So would those of Radau IIA.
+    NoGain,
     /// A step of Radau's, up to this time, came near a singular pose; it is not part of the run.
     SingularAhead(f64),
     /// Explicit steps have passed it.

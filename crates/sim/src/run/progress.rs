@@ -330,6 +330,9 @@ impl<'a> Run<'a> {
     fn judge_pace(&mut self, phase: &Phase<'a>, observer: &mut dyn Observer) -> Option<PhaseEnd> {
         let options = self.problem.options;
         let n_step = self.summary.stats.n_step;
+        if self.method == Integrator::Radau && self.pace.has_lost(self.reached.t, n_step) {
+            return Some(PhaseEnd::NoGain);
+        }
         let verdict = self.pace.observe(self.reached.t, n_step, options.t_end);
         let is_over = n_step >= MOST_STEPS;
         let (steps_left, is_hopeless) = match verdict {
@@ -342,7 +345,9 @@ impl<'a> Run<'a> {
 
         // Radau IIA may need fewer.
         let may_choose = options.method == Method::Auto && options.step.is_none();
-        if may_choose && self.method == Integrator::Explicit && self.passing.is_none() {
+        let may_choose = may_choose && self.passing.is_none() && self.pace.may_try();
+        if may_choose && self.method == Integrator::Explicit && steps_left > 0.0 {
+            self.pace.try_radau(steps_left, options.t_end - self.reached.t);
             return Some(PhaseEnd::Slow);
         }
 
@@ -407,6 +412,7 @@ impl<'a> Run<'a> {
         let (method, reason) = match end {
             PhaseEnd::Stiff => (Integrator::Radau, Reason::Stiff),
             PhaseEnd::Slow => (Integrator::Radau, Reason::Slow),
+            PhaseEnd::NoGain => (Integrator::Explicit, Reason::NoGain),
             PhaseEnd::SingularAhead(t) => {
                 self.passing = Some(t);
                 (Integrator::Explicit, Reason::SingularPose)
@@ -420,7 +426,7 @@ impl<'a> Run<'a> {
             }
         };
         self.method = method;
-        self.pace = Pace::begin(self.reached.t, self.summary.stats.n_step);
+        self.pace.restart(self.reached.t, self.summary.stats.n_step);
         self.note(reason);
         Ok(())
     }

@@ -213,11 +213,12 @@ impl SingularPose {
 }
 
 const INTEGRATORS: [Integrator; 2] = [Integrator::Explicit, Integrator::Radau];
-const REASONS: [Reason; 7] = [
+const REASONS: [Reason; 8] = [
     Reason::Asked,
     Reason::Cheapest,
     Reason::Stiff,
     Reason::Slow,
+    Reason::NoGain,
     Reason::OtherFailed,
     Reason::SingularPose,
     Reason::Regular,

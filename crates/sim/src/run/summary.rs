@@ -6,6 +6,7 @@ use super::checkpoint::RunCheckpoint;
 use super::pace::Slowness;
 use super::sample::Sample;
 use crate::hybrid::{Change, NoConsistentModes};
+use crate::start::{Start, StartError};
 
 /// How a run ended and how good it was.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -69,6 +70,8 @@ pub enum Reason {
     Stiff,
     /// Explicit steps would be far too many.
     Slow,
+    /// Radau IIA needs nearly as many.
+    NoGain,
     /// The other method failed here.
     OtherFailed,
     /// Explicit steps pass the singular pose ahead.
@@ -150,6 +153,19 @@ pub struct Failure {
 }
 
 impl Failure {
+    /// The failure of a run that cannot begin in the state of a start that was changed.
+    pub(crate) fn at_start(start: &Start, error: StartError) -> Self {
+        let Start { t, q, v, a, lambda, .. } = start.clone();
+        let last = Sample { t, q, v, a, lambda, ..Sample::default() };
+        let summary = Summary { t, ..Summary::default() };
+        match error {
+            StartError::NoConsistentModes(fault) => {
+                Self { error: None, no_modes: Some(fault), summary, last }
+            }
+            _ => Self::undefined(summary, last),
+        }
+    }
+
     /// The failure of a run whose equations have no value at an output time.
     pub(crate) fn undefined(summary: Summary, last: Sample) -> Self {
         let at = Standstill {
