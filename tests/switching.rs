@@ -340,3 +340,32 @@ fn implicit_and_explicit_steps_meet_the_same_events() {
         }
     }
 }
+
+/// Whoever changes a start gets the motion from there, not one in the modes that held before.
+#[test]
+fn a_start_that_was_changed_begins_in_modes_of_its_own() {
+    let at = |velocity: &str| {
+        let text = block(&format!(
+            "[loads.rub]\ntype = \"friction\"\njoint = \"S\"\nforce = \"2 N\"\n\
+             [initial]\nS = {{ position = 0, velocity = \"{velocity}\" }}\n"
+        ));
+        let mut mechanism = derive(model(&text));
+        mechanism.model.solve.t_end = 2.0;
+        mechanism.simulation().expect("functions")
+    };
+    let last = |simulation: &bksim::Simulation, start: &bksim::sim::start::Start| {
+        let mut last = 0.0;
+        let mut keep = |sample: &bksim::sim::run::Sample| {
+            last = sample.q[0];
+            bksim::dae::Control::Continue
+        };
+        simulation.run(start, &mut keep, &|| false).expect("a motion");
+        last
+    };
+    let (resting, moving) = (at("0 m/s"), at("3 m/s"));
+    let expected = last(&moving, &moving.start().expect("a start"));
+    let mut changed = resting.start().expect("a start");
+    changed.v[0] = 3.0;
+    assert!(expected > 1.0, "it slides: {expected} m");
+    assert_eq!(last(&resting, &changed), expected);
+}

@@ -97,6 +97,11 @@ impl Progress {
         self.bar.set_message(format!("{n_ended} of {n_cases} cases"));
     }
 
+    /// Does something that prints, with the bar out of the way.
+    pub fn aside(&self, print: impl FnOnce()) {
+        self.bar.suspend(print);
+    }
+
     /// Takes the bar away.
     pub fn finish(&self) {
         self.bar.finish_and_clear();

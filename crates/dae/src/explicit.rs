@@ -354,11 +354,20 @@ impl<S: Ode> ExplicitSolver<S> {
             Cause::NotFinite { .. } => self.stages.argument().to_vec(),
             _ => self.y.clone(),
         };
+        self.standstill_at(y, h, cause)
+    }
+
+    fn standstill_at(&self, y: Vec<f64>, h: f64, cause: Cause) -> Box<Standstill> {
         let worst = match cause {
             Cause::ErrorTest => self.stages.worst(self.system.layout()),
             _ => Vec::new(),
         };
         Box::new(Standstill { t: self.t, h, worst, y, stats: self.stats })
+    }
+
+    /// Where the run stands, with the unknowns whose errors keep its steps small.
+    pub fn account(&self) -> Standstill {
+        *self.standstill_at(self.y.clone(), self.h, Cause::ErrorTest)
     }
 
     /// Signed size of the first step, by a trial step of Euler's method (HNW1 §II.4).

@@ -322,6 +322,12 @@ impl<S: System> Solver<S> {
         Box::new(Standstill { t: self.t, h, worst, y, stats: self.stats })
     }
 
+    /// Where the run stands, with the unknowns whose errors keep its steps small.
+    pub fn account(&self) -> Standstill {
+        let worst = self.stepper.worst(self.system.layout(), Cause::ErrorTest);
+        Standstill { t: self.t, h: self.h, worst, y: self.y.clone(), stats: self.stats }
+    }
+
     /// Signed size of the first step.
     ///
     /// The tangent crosses one tolerance in the time `1/‖y′‖`; with the solution varying over the

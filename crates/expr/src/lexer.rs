@@ -63,6 +63,8 @@ impl<'t> Lexer<'t> {
             '>' if rest.starts_with(">=") => (Token::Comparison("ge"), 2),
             '>' => (Token::Comparison("gt"), 1),
             c if is_name_start(c) => (Token::Name, name_length(rest)),
+            // A unit by itself.
+            '°' => (Token::Name, first.len_utf8()),
             found => {
                 let span = start..start + found.len_utf8();
                 return Err(error(ParseErrorKind::UnexpectedCharacter { found }, span));

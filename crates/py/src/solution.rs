@@ -161,7 +161,9 @@ impl Run {
             if let Some(logged) = &self.logged {
                 return Ok(logged.summary().to_string());
             }
-            Ok(describe::summary(&self.engine.get().mechanism(), &self.kept.summary).to_string())
+            let mut mechanism = self.engine.get().mechanism();
+            mechanism.model.solve = self.kept.options.clone();
+            Ok(describe::summary(&mechanism, &self.kept.summary).to_string())
         })
     }
 

@@ -161,6 +161,8 @@ fn ran(engine: &Engine, wanted: &RunRequest) -> Result<Ran, Fault> {
     simulation.set_options(&options);
     let (sensitive, derivatives, plan) = planned(engine, &simulation, start, &wanted.sensitivity)?;
 
+    let inputs = remembering(&simulation, start, None)?;
+
     // Run, keeping everything, until Python wants it to stop.
     let n_columns = engine.channels().n_columns() + derivatives.len();
     let reached = Cell::new(start.t);
@@ -187,10 +189,55 @@ fn ran(engine: &Engine, wanted: &RunRequest) -> Result<Ran, Fault> {
     let is_full = keeping.is_full();
     let raised = laws::raised().or_else(|| interruption.raised());
     let Keeping { t, values, segments, like, .. } = keeping;
+    if raised.is_none() {
+        remembering(&simulation, start, Some(&inputs))?;
+    }
     let (summary, ending) = ended(&simulation, outcome, raised, is_full);
     let like = like.unwrap_or_default();
     let kept = Kept { options, summary, segments, ending, like, sensitive, derivatives };
     Ok((t, transposed(&values, n_columns), kept))
+}
+
+/// The values of the inputs at the start. Refuses laws that remember what they were asked before: their
+/// values there are compared before and after another state, and with those `before` the run.
+fn remembering(
+    simulation: &Simulation,
+    start: &Start,
+    before: Option<&[f64]>,
+) -> Result<Vec<f64>, Fault> {
+    /// How far the other state is, as a part of the run, rad and m.
+    const AWAY: f64 = 0.01;
+    let Start { t, q, v, .. } = start;
+    let mechanism = simulation.mechanism();
+    if mechanism.model.inputs.is_empty() {
+        return Ok(Vec::new());
+    }
+    let here = || simulation.input_values(*t, q, v);
+    let first = here();
+    let again = match before {
+        Some(_) => first.clone(),
+        None => {
+            let away = |values: &[f64]| values.iter().map(|x| x + AWAY).collect::<Vec<_>>();
+            let later = t + AWAY * (simulation.options().t_end - t);
+            simulation.input_values(later, &away(q), &away(v));
+            // What it cannot do there is none of our business.
+            let _ = laws::raised();
+            here()
+        }
+    };
+    let known = before.unwrap_or(&first);
+    let pairs = known.iter().zip(&again).zip(&mechanism.model.inputs);
+    for ((known, found), id) in pairs {
+        if known.to_bits() != found.to_bits() {
+            let name = &mechanism.model.parameters[id.0].name;
+            return Err(Fault::Value(format!(
+                "the input `{name}` is {known} and then {found} at the same t, q and v: it remembers what it \
+                 was asked before, and the integrator asks at states that it only tries. Use \
+                 bksim.Sampled(law, every=...), or let the value follow from t, q and v alone"
+            )));
+        }
+    }
+    Ok(first)
 }
 
 /// How a run went, and how it ended.

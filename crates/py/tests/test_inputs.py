@@ -187,3 +187,78 @@ def test_an_input_is_no_number_meanwhile():
     m.inputs["u"] = control
     with pytest.raises(ValueError, match="is an input"):
         m.parameters["u"] = 3.0
+
+
+class Integral:
+    """The integral of the error, as a controller without a clock has it."""
+
+    def __init__(self):
+        self.reset()
+
+    def reset(self):
+        self.sum, self.calls = 0.0, []
+
+    def __call__(self, t, q, v):
+        self.calls.append(t)
+        self.sum += 0.01 * (0.5 - q[0])
+        return 9.81 + 20 * self.sum - 5 * v[0]
+
+
+def test_a_law_with_a_memory_is_refused():
+    class Remembering:
+        last, sum = 0.0, 0.0
+
+        def __call__(self, t, q, v):
+            self.sum += (t - self.last) * (0.5 - q[0])
+            self.last = t
+            return 9.81 + 20 * self.sum - 5 * v[0]
+
+    m = arm()
+    for law in [Remembering(), Integral()]:
+        m.inputs["u"] = law
+        with pytest.raises(ValueError, match="the input `u` is .* at the same t, q and v.*Sampled"):
+            m.solve()
+    m.inputs["u"] = control
+    assert m.solve().success
+
+
+def test_a_law_that_remembers_only_later_is_refused_when_the_run_has_ended():
+    class Latch:
+        closed = False
+
+        def __call__(self, t, q, v):
+            self.closed = self.closed or t > 0.5
+            return 5.0 if self.closed else 1.0
+
+    m = arm()
+    m.inputs["u"] = Latch()
+    with pytest.raises(ValueError, match="is 1 and then 5 at the same"):
+        m.solve()
+
+
+def test_a_sampled_law_is_called_once_per_interval_and_anew_in_every_solve():
+    m, law = arm(), Integral()
+    m.inputs["u"] = bksim.Sampled(law, every=0.01)
+    first = m.solve(t_end=0.5)
+    np.testing.assert_allclose(law.calls, np.arange(50) * 0.01, atol=1e-12)
+    second = m.solve(t_end=0.5)
+    assert np.array_equal(first["theta"], second["theta"])
+    assert len(law.calls) == 50
+
+    # The same, advanced by hand.
+    by_hand, again = arm().begin(t_end=0.5), Integral()
+    for k in range(50):
+        by_hand.set_input("u", again(by_hand.t, by_hand.q, by_hand.v))
+        by_hand.advance_to(0.01 * (k + 1))
+    np.testing.assert_allclose(first["theta"][-1], by_hand["theta"], atol=1e-6)
+
+
+def test_a_sampled_law_says_what_is_wrong_with_it():
+    with pytest.raises(ValueError, match="every = 0"):
+        bksim.Sampled(control, every=0)
+    with pytest.raises(TypeError, match="no function"):
+        bksim.Sampled(3.0, every=0.1)
+    m = arm()
+    m.inputs["u"] = bksim.Sampled(lambda t, q, v: float("nan"), every=0.1)
+    with pytest.raises(ValueError, match="the input `u` is nan at t = 0"):
+        m.solve()

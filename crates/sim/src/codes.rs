@@ -24,4 +24,8 @@ bksim_model::codes! {
     CHATTER = "R006", "a switch thrown forth and back";
     NO_CONTACTS = "R007", "contacts that exclude each other";
     DRIVE_JUMPS = "R008", "a drive that jumps";
+    TOO_LARGE = "R009", "numbers that grow beyond all bounds";
+    ENERGY_OFF = "R010", "a balance of energy that does not close";
+    DRIFTED = "R011", "constraints that are not kept";
+    SLOW = "R012", "far more steps than expected";
 }

@@ -3,11 +3,16 @@
 
 mod closing;
 mod guesses;
+mod pace;
 mod reach;
 mod run;
 mod start;
 mod switch;
+mod values;
+mod worth;
 
 pub use guesses::diagnose_guesses;
+pub use pace::diagnose_slowness;
 pub use run::diagnose_run;
 pub use start::{diagnose_mobility, diagnose_start, unit_of};
+pub use worth::diagnose_worth;

@@ -12,6 +12,7 @@ pub(crate) mod hold;
 pub(crate) mod implicit;
 pub(crate) mod mechanism;
 mod observer;
+mod pace;
 mod phase;
 mod problem;
 mod progress;
@@ -28,6 +29,7 @@ use bksim_dae::SolveError;
 
 pub use self::checkpoint::{RunCheckpoint, Unfit};
 pub use self::observer::{Observer, Segment, WithSensitivities};
+pub use self::pace::Slowness;
 pub use self::problem::Problem;
 pub use self::progress::{Run, StepOutcome};
 pub use self::replay::{Replay, Unreplayed};

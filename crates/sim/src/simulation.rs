@@ -1,5 +1,6 @@
 //! [`Simulation`]: a mechanism that is ready to run.
 
+use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
 use bksim_dae::Control;
@@ -9,14 +10,14 @@ use bksim_model::diagnostic::{Diagnostic, Rejected};
 use bksim_model::{Formulation, Model, Outputs, ParameterId, SolveOptions};
 
 use crate::compiled::CompiledSystem;
-use crate::fault::{diagnose_run, diagnose_start};
+use crate::fault::{diagnose_run, diagnose_slowness, diagnose_start, diagnose_worth};
 use crate::formulate::{LazyMotionEquations, MotionEquations, formulate};
-use crate::input::{InputError, Law, UnknownInput, check_inputs};
+use crate::input::{InputError, InputValues, Law, UnknownInput, check_inputs};
 use crate::mechanism::{Mechanism, insensitive, uncompiled};
 use crate::modes::Modes;
 use crate::run::{
-    Failure, Observer, Problem, RunCheckpoint, Sample, Summary, Unresumed, WithSensitivities,
-    resume, run,
+    Failure, Observer, Problem, RunCheckpoint, Sample, Slowness, Summary, Unresumed,
+    WithSensitivities, resume, run,
 };
 use crate::sensitivity::{
     self, Sensitive, SensitivityPlan, StateSensitivity, differentiate, run_with_sensitivities,
@@ -198,6 +199,11 @@ impl Simulation {
             self.derivation.equations_on_demand(self.options.formulation, &self.compiled);
     }
 
+    /// The values of the inputs at a state, SI, in the order of [`Model::inputs`]; none without a law.
+    pub fn input_values(&self, t: f64, q: &[f64], v: &[f64]) -> Vec<f64> {
+        InputValues::new(&self.compiled.inputs).at(t, q, v).to_vec()
+    }
+
     /// The mechanism with the values and options of this simulation, its expressions made anew.
     pub fn mechanism(&self) -> Mechanism {
         let mut model = self.derivation.model.to_model();
@@ -288,7 +294,15 @@ impl Simulation {
         observer: &mut dyn Observer,
         stop: &dyn Fn() -> bool,
     ) -> Result<Summary, Box<Failure>> {
-        run(self.problem(start), observer, stop)
+        let start = self.up_to_date(start)?;
+        run(self.problem(&start), observer, stop)
+    }
+
+    /// The start with the modes of what it is now; a caller may have changed its state.
+    fn up_to_date<'a>(&self, start: &'a Start) -> Result<Cow<'a, Start>, Box<Failure>> {
+        let Self { compiled, parameters, options, .. } = self;
+        let fresh = start.up_to_date(compiled, parameters, options);
+        fresh.map_err(|error| Box::new(Failure::at_start(start, error)))
     }
 
     /// Continues a run that was stopped, as if it had not been; `start` is where it began. See
@@ -317,7 +331,8 @@ impl Simulation {
         observer: &mut dyn Observer,
         stop: &dyn Fn() -> bool,
     ) -> Result<Summary, Box<Failure>> {
-        run_with_sensitivities(self.problem(start), plan, observer, stop)
+        let start = self.up_to_date(start)?;
+        run_with_sensitivities(self.problem(&start), plan, observer, stop)
     }
 
     /// The differentiated equations, and the sensitivities of the start.
@@ -380,6 +395,17 @@ impl Simulation {
     pub fn diagnose_start(&self, error: &StartError) -> Diagnostic {
         let Mechanism { model, system, compiled, .. } = &self.mechanism();
         diagnose_start(model, system, compiled, error)
+    }
+
+    /// Warnings about a run whose numbers are worse than its tolerances promise.
+    pub fn diagnose_worth(&self, summary: &Summary) -> Vec<Diagnostic> {
+        diagnose_worth(&self.mechanism().model, &self.options, summary)
+    }
+
+    /// The warning about a run that takes far more steps than expected.
+    pub fn diagnose_slowness(&self, slowness: &Slowness) -> Diagnostic {
+        let Mechanism { model, system, compiled, parameters, .. } = &self.mechanism();
+        diagnose_slowness(model, system, compiled, parameters, slowness)
     }
 
     /// A failed run in the author's terms.

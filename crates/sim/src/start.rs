@@ -6,6 +6,8 @@
 //! ones that satisfies G v + ∂g/∂t = 0 and the stated rates; accelerations and multipliers follow
 //! from the equations of motion. Each level fails with what cannot be met and by how much.
 
+use std::borrow::Cow;
+
 use crate::assembly::Closure;
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
@@ -42,6 +44,8 @@ pub struct Start {
     pub position_residual: f64,
     /// Largest constraint rate left open, m/s or rad/s.
     pub velocity_residual: f64,
+    /// The state that accelerations, multipliers and modes are of.
+    pub(crate) state: State,
     /// Rank of the rows that always hold, and which of them depend on others.
     pub(crate) dependence: Dependence,
     /// Rows of open contacts, and rows that follow from others.
@@ -139,11 +143,15 @@ pub fn start_at(
 
     let at = evaluator.dynamics(t, &q, &v);
     if !at.is_finite() {
-        return Err(StartError::NotFinite);
+        return Err(StartError::NotFinite { q, v });
     }
     let mut multipliers = MultiplierSystem::new(at.shape, &dependence.dependent);
     if let Some(coordinates) = multipliers.motion_without_inertia(&at, &jacobian) {
         return Err(StartError::NoInertia { coordinates });
+    }
+    let energy = evaluator.energy(t, &q, &v, &vec![0.0; compiled.nc()]);
+    if !(energy.kinetic.is_finite() && energy.potential.is_finite()) {
+        return Err(StartError::NotFinite { q, v });
     }
     let moved = closing.moved(t, &q, &v);
     let longest_link = closing.longest_link();
@@ -157,6 +165,7 @@ pub fn start_at(
     };
     Ok(Start {
         t,
+        state: State { t, q: found.q.clone(), v: found.v.clone() },
         q: found.q,
         v: found.v,
         a: found.a,
@@ -182,14 +191,38 @@ fn completed(
     dependence: &Dependence,
 ) -> Result<ConsistentModes, StartError> {
     let (mut a, mut lambda) = (vec![0.0; q.len()], vec![0.0; evaluator.shape().nc]);
-    multipliers
-        .complete_into(evaluator, t, (&q, &v), &mut a, &mut lambda)
-        .map_err(|_| StartError::NotFinite)?;
+    if multipliers.complete_into(evaluator, t, (&q, &v), &mut a, &mut lambda).is_err() {
+        return Err(StartError::NotFinite { q, v });
+    }
     let inactive = dependence.dependent.clone();
     Ok(ConsistentModes { modes, q, v, a, lambda, inactive, impact_work: 0.0, hits: Vec::new() })
 }
 
 impl Start {
+    /// This start, or where its time, coordinates or velocities were changed since it was found, one with
+    /// the accelerations, multipliers and modes of what they are now. A start beyond a stop is left as it is.
+    ///
+    /// # Errors
+    /// [`StartError`] when no modes are consistent, or a load has no value.
+    pub(crate) fn up_to_date<'a>(
+        &'a self,
+        compiled: &CompiledSystem,
+        parameters: &[f64],
+        options: &SolveOptions,
+    ) -> Result<Cow<'a, Self>, StartError> {
+        let Self { t, q, v, state, .. } = self;
+        if (*t, q, v) == (state.t, &state.q, &state.v) {
+            return Ok(Cow::Borrowed(self));
+        }
+        let state = State { t: *t, q: q.clone(), v: v.clone() };
+        let modes = compiled.indicators.decided(parameters, *t, q, v);
+        match self.going_on(compiled, parameters, options, state, &modes) {
+            Ok(start) => Ok(Cow::Owned(start)),
+            Err(StartError::BeyondStop { .. }) => Ok(Cow::Borrowed(self)),
+            Err(error) => Err(error),
+        }
+    }
+
     /// The start of a motion that goes on from a state of the one that started here, in which `before` are
     /// the modes, with other values of parameters that only loads depend on.
     ///
@@ -214,7 +247,8 @@ impl Start {
             modes_of_start(compiled, parameters, options, before, (t, q, v))?
         };
         let ConsistentModes { modes, q, v, a, lambda, inactive, .. } = found;
-        Ok(Self { t, q, v, a, lambda, inactive, modes, ..self.clone() })
+        let state = State { t, q: q.clone(), v: v.clone() };
+        Ok(Self { t, state, q, v, a, lambda, inactive, modes, ..self.clone() })
     }
 }
 

@@ -58,8 +58,13 @@ pub enum StartError {
         /// Coordinates that take part in it.
         coordinates: Vec<usize>,
     },
-    /// A load or constraint has no finite value at the start.
-    NotFinite,
+    /// A load, constraint or energy has no finite value at the start.
+    NotFinite {
+        /// The positions found, nq.
+        q: Vec<f64>,
+        /// The velocities found, nq; none where they were not looked for.
+        v: Vec<f64>,
+    },
     /// A joint starts beyond a stop.
     BeyondStop {
         /// The stop.

@@ -17,7 +17,7 @@ use bksim::options::{BadOption, SolveChanges, described, in_words};
 use bksim::record::{Contents, Recorder, set_option};
 use bksim::sim::fault::{diagnose_guesses, diagnose_mobility};
 use bksim::sim::mobility::mobility;
-use bksim::sim::run::{self, Observer, Sample, Segment, Summary, Unresumed};
+use bksim::sim::run::{self, Observer, Sample, Segment, Slowness, Summary, Unresumed};
 use bksim::sim::sensitivity::{Sensitive, StateSensitivity};
 use bksim::sim::start::Start;
 use bksim::{Mechanism, Rejected, SensitivityPlan, Simulation};
@@ -73,11 +73,12 @@ pub(crate) fn run(args: &Solve, as_json: bool, nesting: usize) -> Result<Status,
         Failure::file(&written, format!("is empty: signals cannot be handled: {e}"), None)
     })?;
     times.log = clock.lap();
-    let (log, outcome, in_log) = integrate(&prepared, (log, &written), &stop)?;
+    let (mut log, outcome, in_log) = integrate(&prepared, (log, &written), &stop, as_json)?;
     times.integrate = clock.lap().saturating_sub(in_log);
     times.log += in_log;
 
     let Conclusion { summary, status, reason } = conclude(&mut prepared, outcome, &stop, as_json);
+    judge(&mut prepared, &mut log, (&summary, status), as_json)?;
     close_log(&prepared, log, &summary, status, &reason)?;
     times.log += clock.lap();
 
@@ -170,8 +171,7 @@ fn open_log(prepared: &Prepared, args: &Solve) -> Result<(Log, PathBuf), Failure
         return Ok((log, written));
     }
     for warning in &prepared.warnings {
-        let text = format!("[{}] {}", warning.code.0, warning.message);
-        log.note(Level::Warning, start.t, &text).map_err(unwritten)?;
+        log.note(Level::Warning, start.t, &in_log(warning)).map_err(unwritten)?;
     }
     Ok((log, written))
 }
@@ -181,11 +181,13 @@ fn integrate(
     prepared: &Prepared,
     (log, written): (Log, &Path),
     stop: &StopWish,
+    as_json: bool,
 ) -> Result<(Log, Outcome, Duration), Failure> {
     let Prepared { simulation, start, plan, first, output, .. } = prepared;
     let progress = Progress::new(start.t, simulation.options().t_end);
     let reached = first.as_ref().map_or(start.t, |first| first.checkpoint.t());
-    let mut logging = Logging { log, progress, reached, fault: None, taken: Duration::ZERO };
+    let (is_told, taken) = (!as_json, Duration::ZERO);
+    let mut logging = Logging { log, progress, prepared, is_told, reached, fault: None, taken };
     let is_stop_wished = || stop.status().is_some();
     let outcome = match (plan, first) {
         (Some(plan), _) => {
@@ -244,6 +246,38 @@ fn conclude(
     }
 }
 
+/// Says what the numbers of the run are worth, where that is less than the tolerances promise.
+fn judge(
+    prepared: &mut Prepared,
+    log: &mut Log,
+    (summary, status): (&Summary, Status),
+    as_json: bool,
+) -> Result<(), Failure> {
+    let Prepared { simulation, source, output, warnings, .. } = prepared;
+    // That the run is slow has been said, and stands in the log.
+    let slow = summary.slowness.as_ref().filter(|slowness| !slowness.is_hopeless);
+    let slow = slow.map(|slowness| simulation.diagnose_slowness(slowness));
+    // What is wrong with a run that failed has been said.
+    let worth = match status {
+        Status::StoppedEarly => Vec::new(),
+        _ => simulation.diagnose_worth(summary),
+    };
+    if !as_json {
+        render::print_all(source, &worth);
+    }
+    for warning in &worth {
+        log.note(Level::Warning, summary.t, &in_log(warning))
+            .map_err(|error| Failure::writing(output.path(), &error))?;
+    }
+    warnings.extend(slow.into_iter().chain(worth));
+    Ok(())
+}
+
+/// A warning as a line of the log.
+fn in_log(warning: &Diagnostic) -> String {
+    format!("[{}] {}", warning.code.0, warning.message)
+}
+
 /// Ends the log, and puts it in the place of the one that it continues.
 fn close_log(
     prepared: &Prepared,
@@ -285,9 +319,12 @@ impl Clock {
 }
 
 /// Writes a run to its log as it goes on.
-struct Logging<W: Write> {
+struct Logging<'a, W: Write> {
     log: Recorder<W>,
     progress: Progress,
+    prepared: &'a Prepared,
+    /// Whether warnings are printed as they arise.
+    is_told: bool,
     /// Time of the last sample that was written, s.
     reached: f64,
     /// Why the log cannot be written any more, and the last time in it.
@@ -296,7 +333,7 @@ struct Logging<W: Write> {
     taken: Duration,
 }
 
-impl<W: Write> Logging<W> {
+impl<W: Write> Logging<'_, W> {
     fn write(&mut self, write: impl FnOnce(&mut Recorder<W>) -> Result<(), LogError>) {
         let begun = Instant::now();
         if self.fault.is_none()
@@ -308,7 +345,7 @@ impl<W: Write> Logging<W> {
     }
 }
 
-impl<W: Write> Observer for Logging<W> {
+impl<W: Write> Observer for Logging<'_, W> {
     fn sample(&mut self, sample: &Sample, by: &[StateSensitivity]) -> Control {
         self.write(|log| log.write(sample).and_then(|()| log.write_sensitivities(sample.t, by)));
         if self.fault.is_some() {
@@ -326,6 +363,15 @@ impl<W: Write> Observer for Logging<W> {
     fn segment(&mut self, segment: &Segment) {
         // A fault stops the run at its next sample.
         self.write(|log| log.segment(segment));
+    }
+
+    fn slow(&mut self, slowness: &Slowness) {
+        let Prepared { simulation, source, .. } = self.prepared;
+        let warning = simulation.diagnose_slowness(slowness);
+        if self.is_told {
+            self.progress.aside(|| render::print_all(source, std::slice::from_ref(&warning)));
+        }
+        self.write(|log| log.note(Level::Warning, slowness.t, &in_log(&warning)));
     }
 }
 

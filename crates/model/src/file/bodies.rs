@@ -191,6 +191,7 @@ impl Reader<'_> {
         let Some(mass) = self.scalar(node, Quantity::MASS, &what, Scope::Constant) else { return };
         body.mass = mass.expr;
         body.mass_span = Some(mass.span.clone());
+        self.has_vanished(&what, &mass);
         if let Some(value) = mass.value {
             let is_good = self.constants.is_not_below(value, Constant::written(0.0));
             let value = value.look();
@@ -248,6 +249,9 @@ impl Reader<'_> {
                 .into_iter()
                 .collect(),
         };
+        if components.iter().any(|component| self.has_vanished(&what, component)) {
+            return;
+        }
         // Into the body, once they are plausible.
         body.inertia_span = Some(value_node.span.clone());
         match components.as_slice() {

@@ -53,7 +53,7 @@ impl Reader<'_> {
         // One moment may vary if it keeps its sign; several are pinned.
         let values: Option<Vec<Constant>> = components.iter().map(|scalar| scalar.value).collect();
         let Some(values) = values else { return };
-        let values = &values[..values.len().min(3)];
+        let (values, products) = values.split_at(values.len().min(3));
         let zero = Constant::written(0.0);
         let moments: Vec<f64> = match values {
             [one] => {
@@ -73,8 +73,17 @@ impl Reader<'_> {
             );
             return;
         }
-        // The triangle inequality of the principal moments.
-        if let [xx, yy, zz] = *moments {
+        // A tensor with products: what it is about its own axes.
+        if !products.is_empty() {
+            let [xx, yy, zz] = [0, 1, 2].map(|i| moments[i]);
+            let [xy, yz, zx] = [0, 1, 2].map(|i| self.constants.pinned(products[i]));
+            let principal = principal_moments([xx, yy, zz], [xy, yz, zx]);
+            let span = components[0].span.start..components[5].span.end;
+            if !self.are_moments(&what, principal, span) {
+                return;
+            }
+        } else if let [xx, yy, zz] = *moments {
+            // The triangle inequality of the principal moments.
             let largest = xx.max(yy).max(zz);
             let others = xx + yy + zz - largest;
             if largest > others * (1.0 + 1e-9) {
@@ -94,6 +103,46 @@ impl Reader<'_> {
             }
         }
         self.check_about_pin(moments, com, body, facts);
+    }
+
+    /// Whether a body can have these principal moments, the largest first; reports it otherwise.
+    fn are_moments(&mut self, what: &str, principal: [f64; 3], span: Span) -> bool {
+        const ROUNDING: f64 = 1e-9;
+        let [largest, middle, least] = principal;
+        let [a, b, c] = principal.map(short);
+        let message = format!("{what} has the principal moments [{a}, {b}, {c}] kg m^2");
+        let (why, label) = if least < -ROUNDING * largest {
+            ("none may be negative", format!("{c} < 0"))
+        } else if largest > (middle + least) * (1.0 + ROUNDING) {
+            let others = short(middle + least);
+            ("none may exceed the sum of the other two", format!("{a} > {others}"))
+        } else {
+            return true;
+        };
+        self.report(
+            Diagnostic::error(codes::BAD_INERTIA, format!("{message}, but {why}"))
+                .at(span, label)
+                .help("check the products ixy, iyz, izx: their signs, their units, and that they are about the centre of mass"),
+        );
+        false
+    }
+
+    /// Whether a number that the author wrote has come out as zero, because it is too small to be held;
+    /// reports it.
+    pub(super) fn has_vanished(&mut self, what: &str, scalar: &Scalar) -> bool {
+        let is_zero = scalar.value.is_some_and(|value| value.look() == 0.0);
+        if !is_zero
+            || self.pool.is_zero(scalar.expr)
+            || !self.pool.symbols_of(scalar.expr).is_empty()
+        {
+            return false;
+        }
+        self.report(
+            Diagnostic::error(codes::NOT_FINITE, format!("{what} is too small to be told from 0"))
+                .at(scalar.span.clone(), "below 4.9e-324 there are no numbers")
+                .help("write 0, or check the exponent and the unit"),
+        );
+        true
     }
 
     /// Steiner: the moment about the centre of mass is I − m d² and cannot be negative.
@@ -256,6 +305,23 @@ impl Reader<'_> {
     }
 }
 
+/// The eigenvalues of a tensor of inertia, the largest first: O. K. Smith, *Eigenvalues of a symmetric
+/// 3 × 3 matrix*, Communications of the ACM 4 (1961).
+fn principal_moments(moments: [f64; 3], [xy, yz, zx]: [f64; 3]) -> [f64; 3] {
+    let mean = moments.iter().sum::<f64>() / 3.0;
+    let [x, y, z] = moments.map(|moment| moment - mean);
+    let spread = (x * x + y * y + z * z + 2.0 * (xy * xy + yz * yz + zx * zx)) / 6.0;
+    let spread = spread.sqrt();
+    if spread == 0.0 {
+        return moments;
+    }
+    let determinant = x * (y * z - yz * yz) - xy * (xy * z - yz * zx) + zx * (xy * yz - y * zx);
+    let third = (determinant / (2.0 * spread.powi(3))).clamp(-1.0, 1.0).acos() / 3.0;
+    let turn = 2.0 * std::f64::consts::FRAC_PI_3;
+    let [largest, least] = [third, third + turn].map(|angle| mean + 2.0 * spread * angle.cos());
+    [largest, 3.0 * mean - largest - least, least]
+}
+
 /// The bodies that hang together by joints, each group ascending, groups by their first body.
 fn connected_groups(n_bodies: usize, joints: &[[BodyId; 2]]) -> Vec<Vec<usize>> {
     let mut joined = vec![Vec::new(); n_bodies];
@@ -295,4 +361,23 @@ fn extent(positions: &[&Position]) -> f64 {
 
 fn length(a: [f64; 3], b: [f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::principal_moments;
+
+    #[test]
+    fn principal_moments_are_those_of_a_turned_tensor() {
+        // Moments 1 and 3 turned by 30° about z.
+        let (c, s) = (0.75, 0.25);
+        let found = principal_moments(
+            [1.0 * c + 3.0 * s, 1.0 * s + 3.0 * c, 2.5],
+            [0.75_f64.sqrt() * 0.5 * (1.0 - 3.0), 0.0, 0.0],
+        );
+        for (found, expected) in found.into_iter().zip([3.0, 2.5, 1.0]) {
+            assert!((found - expected).abs() < 1e-12, "{found} for {expected}");
+        }
+        assert_eq!(principal_moments([2.0; 3], [0.0; 3]), [2.0; 3]);
+    }
 }

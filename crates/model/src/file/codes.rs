@@ -52,6 +52,7 @@ crate::codes! {
     BAD_TOLERANCE = "M061", "a tolerance out of range";
     NO_BODIES = "M062", "a model without bodies";
     DRAWING_ALONE = "M063", "a drawing that is not there";
+    IMPLAUSIBLE_LOAD = "M064", "a load that is hardly meant";
 }
 
 #[cfg(test)]

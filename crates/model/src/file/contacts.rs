@@ -72,7 +72,9 @@ impl Reader<'_> {
             Some(node) => self.friction(fields, "static", node, quantity),
             None => sliding.clone(),
         };
-        let (sliding, sticking) = (sliding?.expr, sticking?.expr);
+        let (sliding, sticking) = (sliding?, sticking?);
+        self.check_static_friction(fields, [&sliding, &sticking], quantity);
+        let (sliding, sticking) = (sliding.expr, sticking.expr);
         Some(LoadKind::Friction { joint, motion_idx, sliding, sticking })
     }
 

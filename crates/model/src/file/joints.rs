@@ -203,6 +203,8 @@ impl Reader<'_> {
     pub(super) fn anchor(&mut self, node: &Node, what: &str, owner: &str) -> Option<Anchor> {
         let quoted = self.text_of(node, what, "crank.A")?;
         let (body_name, point_name) = match quoted.text.split_once('.') {
+            // A name that no body can have was reported where a body has it.
+            _ if self.names.body(quoted.text).is_some() => (quoted.text, None),
             Some((body, point)) => (body, Some(point)),
             None => (quoted.text, None),
         };

@@ -7,7 +7,7 @@ use super::gather::sub_tables;
 use super::names::Freedom;
 use super::reader::{Fields, Reader};
 use super::replay::Constant;
-use super::tree::{Node, Table};
+use super::tree::{Node, Table, Value};
 use super::units::Quantity;
 use super::value::Scope;
 use super::words::cut;
@@ -59,9 +59,11 @@ impl Reader<'_> {
         let kind = match word {
             "gravity" => {
                 let help = "write for example `acceleration = [0, \"-9.81 m/s^2\"]`";
-                let quantity = Quantity::ACCELERATION;
-                let acceleration = self.load_vector(&fields, "acceleration", quantity, help)?;
-                LoadKind::Gravity { acceleration }
+                let node = fields.require(self, "acceleration", help)?;
+                let what = fields.what("acceleration");
+                let vector = self.vector(node, Quantity::ACCELERATION, &what, Scope::Motion)?;
+                self.check_gravity(&what, &vector);
+                LoadKind::Gravity { acceleration: vector.components }
             }
             "force" => self.read_force(&fields)?,
             "torque" => self.read_torque(&fields)?,
@@ -123,6 +125,9 @@ impl Reader<'_> {
         });
         let help = "write for example `vector = [\"20 N\", 0]`";
         let vector = self.load_vector(fields, "vector", Quantity::FORCE, help);
+        if on.is_some_and(|on| on.body == GROUND) {
+            self.without_effect(fields, "on", "the ground does not move", "let it act on a body");
+        }
         Some(LoadKind::Force {
             on: on?,
             vector: vector?,
@@ -159,6 +164,13 @@ impl Reader<'_> {
             let value = self.load_scalar(fields, "value", Quantity::TORQUE);
             value.map(|value| [self.pool.zero(), self.pool.zero(), value])
         };
+        if let (Some(on), Some(from), false) = (on, from, fields.has("joint"))
+            && on == from
+        {
+            let label =
+                if on == GROUND { "the ground does not move" } else { "the same as `from`" };
+            self.without_effect(fields, "on", label, "let it act on a body, or between two");
+        }
         Some(LoadKind::Torque { on: on?, from: from?, vector: vector? })
     }
 
@@ -168,10 +180,15 @@ impl Reader<'_> {
         let is_spring = word == "spring";
         let zero = Some(self.pool.zero());
         let (stiffness, length) = if is_spring {
-            (
-                self.load_scalar(fields, "stiffness", Quantity::STIFFNESS),
-                self.load_scalar(fields, "length", Quantity::LENGTH),
-            )
+            let stiffness = self.stiffness(fields, Quantity::STIFFNESS);
+            let length = fields.require(self, "length", "write for example `length = \"25 mm\"`");
+            let length = length.and_then(|node| {
+                let what = fields.what("length");
+                let length = self.scalar(node, Quantity::LENGTH, &what, Scope::Motion)?;
+                self.check_free_length(&what, &length);
+                Some(length.expr)
+            });
+            (stiffness, length)
         } else {
             (zero, zero)
         };
@@ -181,6 +198,10 @@ impl Reader<'_> {
             self.damping(fields, Quantity::DAMPING)
         };
         let [a, b] = ends?;
+        if a.body == b.body {
+            let label = "both points are on one body: their distance never changes";
+            self.without_effect(fields, "between", label, "name points of two bodies");
+        }
         Some(LoadKind::Spring { a, b, stiffness: stiffness?, length: length?, damping: damping? })
     }
 
@@ -192,9 +213,13 @@ impl Reader<'_> {
             self.freedom_of(joint, Freedom::Turn, node, fields).map(|_| joint)
         });
         let stiffness = if fields.has("damping") {
-            self.load_or_zero(fields, "stiffness", Quantity::TORSION)
+            if fields.has("stiffness") {
+                self.stiffness(fields, Quantity::TORSION)
+            } else {
+                Some(self.pool.zero())
+            }
         } else {
-            self.load_scalar(fields, "stiffness", Quantity::TORSION)
+            self.stiffness(fields, Quantity::TORSION)
         };
         let angle = self.load_or_zero(fields, "angle", Quantity::ANGLE);
         let damping = if fields.has("damping") {
@@ -208,6 +233,16 @@ impl Reader<'_> {
             angle: angle?,
             damping: damping?,
         })
+    }
+
+    /// Stiffness, which draws back unless it is negative.
+    fn stiffness(&mut self, fields: &Fields<'_>, quantity: Quantity) -> Option<Expr> {
+        let help = format!("write for example `stiffness = \"{}\"`", quantity.example);
+        let node = fields.require(self, "stiffness", &help)?;
+        let what = fields.what("stiffness");
+        let stiffness = self.scalar(node, quantity, &what, Scope::Motion)?;
+        self.check_stiffness(&what, &stiffness, quantity);
+        Some(stiffness.expr)
     }
 
     /// Damping, which takes energy out unless it is negative.
@@ -334,6 +369,14 @@ impl Reader<'_> {
             let Some(node) = fields.require(self, "motion", help) else { continue };
             let Some((joint, motion_idx, _)) = target else { continue };
             let what = fields.what("motion");
+            if matches!(node.value, Value::Array(_) | Value::Table(_)) {
+                let example = quantity.example;
+                let help = format!(
+                    "write one value in time, for example \"{example}*sin(2 rad/s*t)\"; `if` and `min` join pieces"
+                );
+                self.wrong_kind(node, &what, "an expression of `t`", &node.value, &help);
+                continue;
+            }
             let Some(motion) = self.scalar(node, quantity, &what, Scope::Time) else { continue };
             let span = motion.span;
             drives.push(Drive {

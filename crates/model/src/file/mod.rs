@@ -39,6 +39,7 @@ mod lower;
 mod names;
 mod outline;
 mod parameters;
+mod plausible;
 mod quantity;
 mod reader;
 mod replay;

@@ -81,6 +81,15 @@ impl Reader<'_> {
                 [("auto", Method::Auto), ("radau", Method::Radau), ("explicit", Method::Explicit)];
             solve.method = self.choice(node, &fields.what("method"), &methods).unwrap_or_default();
         }
+        let is_explicit = solve.method == Method::Explicit;
+        if let Some(node) = fields.get("formulation").filter(|_| is_explicit) {
+            let message = "`formulation` has no effect with `method = \"explicit\"`";
+            self.report(
+                Diagnostic::warning(codes::KEY_CONFLICT, message)
+                    .at(node.span.clone(), "only Radau IIA integrates a formulation")
+                    .help("leave it out, or write `method = \"radau\"`"),
+            );
+        }
         if let Some(node) = fields.get("jit") {
             let choices = [("auto", Jit::Auto), ("on", Jit::On), ("off", Jit::Off)];
             solve.jit = self.choice(node, &fields.what("jit"), &choices).unwrap_or_default();

@@ -119,6 +119,23 @@ fn nesting_fault(offset: usize, asked: usize) -> Diagnostic {
     }
 }
 
+/// Characters of a long name that are marked.
+const SHOWN: usize = 40;
+
+/// The beginning of the first name with more parts than the TOML reader allows; `place` if none is
+/// seen.
+fn longest_name(text: &str, place: usize) -> Span {
+    let mut start = 0;
+    for line in text.split_inclusive('\n') {
+        let name = line.split('=').next().unwrap_or_default().trim_end();
+        if name.matches('.').count() >= TOML_NESTING {
+            return start..start + name.len().min(SHOWN);
+        }
+        start += line.len();
+    }
+    place..place
+}
+
 /// Puts a syntax error of the TOML reader into the words of a model's author.
 fn explain_syntax(text: &str, error: &Error) -> Diagnostic {
     let span = error.span().unwrap_or(text.len()..text.len());
@@ -131,7 +148,7 @@ fn explain_syntax(text: &str, error: &Error) -> Diagnostic {
     if said.starts_with("recursion limit") {
         let message = format!("a name has more than {TOML_NESTING} parts");
         return Diagnostic::error(codes::NESTING, message)
-            .at(line.start..line.start, "the name in this line")
+            .at(longest_name(text, line.start), "this name")
             .help("names of this model have at most three parts, such as `bodies.crank.mass`");
     }
     // Values and keys.

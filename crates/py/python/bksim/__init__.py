@@ -46,6 +46,7 @@ from ._parts import (
 from ._report import Check, Start
 from ._show import Animation, Picture, Plot
 from ._solution import Samples, Solution, open
+from ._sampled import Sampled
 from ._stepping import SavedState, Stepping
 from ._sweep import Failure, Sweep, sweep
 from ._values import Inputs, Parameters
@@ -81,6 +82,7 @@ __all__ = [
     "Plot",
     "Prismatic",
     "Revolute",
+    "Sampled",
     "Samples",
     "SavedState",
     "Slot",

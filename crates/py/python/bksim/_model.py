@@ -18,6 +18,7 @@ from ._functions import Functions
 from ._parts import Body, Drive, Ground, Joint, Load, Value
 from ._progress import Progress
 from ._report import Check, Start
+from ._sampled import Sampled, held
 from ._solution import Solution
 from ._stepping import Stepping
 from ._values import Inputs, Law, Parameters, first_line
@@ -136,7 +137,7 @@ class Model:
         self._tables: dict[str, Any] | None = None
         self._overrides: dict[str, str] = {}
         self._numbers: dict[str, float] = {}
-        self._inputs: dict[str, Law] = {}
+        self._inputs: dict[str, Law | Sampled] = {}
         self._known: tuple[Any, tuple[float, ...], _bksim.Engine] | None = None
         self._source: tuple[str, Path, str] | None = None
         self._jit: str | None = None
@@ -167,7 +168,9 @@ class Model:
                 return self._known[2]
             engine = self._known[2].at(list(numbers), overrides)
         if engine is None:
-            engine = _read((text, path, name), overrides, self._jit, self._inputs, self._numbers)
+            # Until a solve has called it, a sampled law leaves its parameter a number.
+            laws = {k: law for k, law in self._inputs.items() if not isinstance(law, Sampled)}
+            engine = _read((text, path, name), overrides, self._jit, laws, self._numbers)
         self._known = (key, numbers, engine)
         return engine
 
@@ -351,6 +354,31 @@ class Model:
         True
         """
         t_end = real("t_end", t_end)
+        sampled = {name: law for name, law in self._inputs.items() if isinstance(law, Sampled)}
+        if sampled:
+            # First with the laws, then along what they have returned, which is a function of time.
+            other = self.copy()
+            for name in sampled:
+                del other.inputs[name]
+            run_to = other._engine().options()[1] if t_end is None else t_end
+            begun = other.begin(
+                run_to, rtol=rtol, atol=atol, step=step, method=method, formulation=formulation
+            )
+            other._inputs.update(held(begun, sampled, run_to))
+            return other.solve(
+                t_end,
+                rtol=rtol,
+                atol=atol,
+                step=step,
+                every=every,
+                times=times,
+                method=method,
+                formulation=formulation,
+                sensitivity=sensitivity,
+                dense=dense,
+                progress=progress,
+                memory_limit=memory_limit,
+            )
         engine = self._engine()
         start, end = engine.options()[:2]
         with Progress.over(start, end if t_end is None else t_end, progress) as notify:

@@ -14,6 +14,7 @@ from . import _bksim
 from ._checked import real
 from ._errors import ModelError
 from ._parts import Value
+from ._sampled import Sampled
 
 if TYPE_CHECKING:
     from ._model import Model
@@ -102,13 +103,15 @@ class Parameters(MutableMapping[str, float]):
         return table(["parameter", "value", "unit"], rows)
 
 
-class Inputs(MutableMapping[str, Law]):
+class Inputs(MutableMapping[str, "Law | Sampled"]):
     """Parameters whose values are functions of the motion, such as what a controller commands.
 
     A function takes the time in s, the coordinates and their rates (in the order of
     ``Model.coordinates``, m or rad), and returns the value in the unit that ``Parameters.unit`` tells, SI;
     of a parameter without one, a plain number as the file would have it. It is called at every evaluation of
-    the equations: see the README for what that costs. Only loads may depend on the parameter. ``del``
+    the equations, also at states that are only tried, back and forth: see the README for what that costs. So
+    it must not remember anything; :meth:`Model.solve` refuses one that gives another value at the same t, q
+    and v. A law with a memory is :class:`Sampled`. Only loads may depend on the parameter. ``del``
     makes it a number again.
 
     >>> m = loads('''
@@ -134,11 +137,11 @@ class Inputs(MutableMapping[str, Law]):
     def __init__(self, model: Model) -> None:
         self._model = model
 
-    def __getitem__(self, name: str) -> Law:
+    def __getitem__(self, name: str) -> Law | Sampled:
         return self._model._inputs[name]
 
-    def __setitem__(self, name: str, law: Law) -> None:
-        if not callable(law):
+    def __setitem__(self, name: str, law: Law | Sampled) -> None:
+        if not callable(law) and not isinstance(law, Sampled):
             words = f"{law!r} is no function of t, q and v: a number goes to parameters[{name!r}]"
             raise TypeError(words)
         if name not in self._model.parameters:

@@ -11,6 +11,7 @@ use bksim_sim::Mechanism;
 pub fn summary(mechanism: &Mechanism, summary: &Summary) -> Value {
     let Summary { t, n_samples, stats, position_residual, velocity_residual, energy, .. } = summary;
     let relative = if energy.scale > 0.0 { energy.worst_error / energy.scale } else { 0.0 };
+    let promised = summary.promised_drift(&mechanism.model.solve);
     json!({
             "end": { "reached": summary.reached_end, "t": t },
             "samples": n_samples,
@@ -35,12 +36,14 @@ pub fn summary(mechanism: &Mechanism, summary: &Summary) -> Value {
                 "position": position_residual[1], "velocity": velocity_residual[1],
                 "position_before_projection": position_residual[0],
                 "velocity_before_projection": velocity_residual[0],
+                "promised_position": promised[0], "promised_velocity": promised[1],
             },
             "energy": {
                 "initial": energy.initial, "last": energy.last, "work": energy.work,
                 "impacts": energy.impacts,
                 "worst_error": energy.worst_error, "scale": energy.scale,
                 "relative_error": relative,
+                "promised_error": summary.promised_energy_error(&mechanism.model.solve),
             },
     })
 }
@@ -89,6 +92,8 @@ pub fn reason_words(reason: Reason) -> &'static str {
         Reason::Asked => "as asked",
         Reason::Cheapest => "least work while the motion is not stiff",
         Reason::Stiff => "the motion is stiff",
+        Reason::Slow => "explicit steps would be far too many",
+        Reason::NoGain => "Radau IIA needs nearly as many steps",
         Reason::OtherFailed => "the other method cannot go on here",
         Reason::SingularPose => "past the singular pose ahead",
         Reason::Regular => "behind the singular pose",

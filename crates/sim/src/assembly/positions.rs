@@ -38,7 +38,7 @@ impl Closing<'_> {
         let guess = q.clone();
         let left = self.descend(evaluator, &stated, true, t, &mut q);
         if q.iter().any(|value| !value.is_finite()) || !left.is_finite() {
-            return Err(StartError::NotFinite);
+            return Err(StartError::NotFinite { q, v: Vec::new() });
         }
         let is_closed = left <= CLOSURE_TOLERANCE * size(&q) && self.is_aligned(t, &q);
         if let Some((mut q, rivals)) =

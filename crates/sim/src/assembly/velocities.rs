@@ -28,7 +28,7 @@ impl Closing<'_> {
         if without > CLOSURE_TOLERANCE * size(&v) {
             return Err(match self.of.drives.first() {
                 Some(&(_, drive_idx)) => StartError::DriveCannotMove { drive_idx },
-                None => StartError::NotFinite,
+                None => StartError::NotFinite { q: q.to_vec(), v },
             });
         }
         let mut conflicts = Vec::new();

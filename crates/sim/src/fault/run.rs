@@ -1,27 +1,26 @@
 //! Faults of a run: a drive at its dead centre, an expression without a value, a step too small.
 
-use crate::input::input_symbols;
-use bksim_dae::{Cause, SolveError, Standstill};
-use bksim_expr::{DomainFault, Expr, Pool, SymbolId};
+use bksim_dae::{Cause, SolveError};
+use bksim_expr::{Expr, SymbolId};
 use bksim_model::ParameterId;
 use nalgebra::{DMatrix, DVector};
 
 use super::closing::{estimate, reach_note};
+use super::pace::with_reasons;
 use super::reach::longest_in_loop;
 use super::start::unit_of;
 use super::switch;
+use super::values::{no_value, too_large};
 use crate::codes;
 use crate::compiled::CompiledSystem;
 use crate::formulate::MotionEquations;
-use crate::input::InputValues;
 use crate::mobility::loop_through;
 use crate::run::Failure;
 use bksim_mbs::constraint::Source;
-use bksim_mbs::signal::signal_values;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::diagnostic::{Diagnostic, Span};
+use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::short;
-use bksim_model::{BodyId, DriveId, JointId, LoadKind, Measure, Model, MotionKind};
+use bksim_model::{BodyId, DriveId, JointId, Measure, Model, MotionKind};
 
 /// A drive whose row lies this close to the span of the joints' rows (as the sine of the angle
 /// between them) has run into a pose it cannot pass. Steps shrink as the square root of the way
@@ -45,129 +44,34 @@ pub fn diagnose_run(
     }
     let fault = match &failure.error {
         Some(
-            SolveError::NotFinite { at, .. }
-            | SolveError::StepTooSmall { cause: Cause::NotFinite { .. }, at }
-            | SolveError::FixedStepFailed { cause: Cause::NotFinite { .. }, at },
-        ) => no_input(model, compiled, at)
-            .or_else(|| no_value(model, system, compiled, at, parameters)),
+            SolveError::NotFinite { .. }
+            | SolveError::StepTooSmall { cause: Cause::NotFinite { .. }, .. }
+            | SolveError::FixedStepFailed { cause: Cause::NotFinite { .. }, .. },
+        ) => no_value(model, system, compiled, parameters, failure)
+            .or_else(|| too_large(model, system, &failure.last)),
         Some(SolveError::StepTooSmall { .. } | SolveError::FixedStepFailed { .. }) | None => {
             blocked_drive(model, system, compiled, parameters, failure)
+                .or_else(|| no_value(model, system, compiled, parameters, failure))
+                .or_else(|| too_large(model, system, &failure.last))
+        }
+        // A root at the very edge of its domain stops all steps, too.
+        Some(SolveError::TooManySteps { .. }) => {
+            no_value(model, system, compiled, parameters, failure)
         }
         _ => None,
     };
-    fault.unwrap_or_else(|| stuck(model, equations, failure))
-}
-
-/// The input that has no value at the state that was tried, or within a step from there.
-fn no_input(model: &Model, compiled: &CompiledSystem, at: &Standstill) -> Option<Diagnostic> {
-    let nq = compiled.nq();
-    let (q, v) = at.y[..2 * nq].split_at(nq);
-    let mut values = InputValues::new(&compiled.inputs);
-    let (t, k) = [at.t, at.t + at.h].into_iter().find_map(|t| {
-        let k = values.at(t, q, v).iter().position(|value| !value.is_finite())?;
-        Some((t, k))
-    })?;
-    let parameter = &model.parameters[compiled.inputs.ids()[k].0];
-    let message = format!("the input `{}` has no value at t = {} s", parameter.name, short(t));
-    Some(
-        Diagnostic::error(codes::NO_VALUE, message)
-            .at(parameter.span.clone(), "a function of the motion in this run")
-            .help("let its function return a finite number at every state"),
-    )
-}
-
-/// The load or drive whose expression has no value at the state that was tried.
-fn no_value(
-    model: &Model,
-    system: &SymbolicSystem,
-    compiled: &CompiledSystem,
-    at: &Standstill,
-    parameters: &[f64],
-) -> Option<Diagnostic> {
-    let pool = &model.pool;
-    let coordinates = system.coordinates();
-    let (nq, t, y) = (coordinates.len(), at.t, &at.y);
-    let (q, v) = y[..2 * nq].split_at(nq);
-    let inputs = InputValues::new(&compiled.inputs).at(t, q, v).to_vec();
-    let value = |symbol: SymbolId| {
-        let input = input_symbols(model).iter().position(|&input| input == symbol);
-        let parameter = model.parameters.iter().position(|p| p.symbol == symbol);
-        input
-            .map(|k| inputs[k])
-            .or_else(|| parameter.map(|k| parameters[k]))
-            .or_else(|| coordinates.iter().position(|c| c.q == symbol).map(|i| y[i]))
-            .or_else(|| coordinates.iter().position(|c| c.v == symbol).map(|i| y[nq + i]))
-            .or_else(|| (symbol == model.time).then_some(t))
-    };
-    let signals = signal_values(model, &system.kinematics);
-    let laws = model.loads.iter().flat_map(|load| {
-        let named = (format!("load `{}`", load.name), &load.span);
-        expressions_of(&load.kind).into_iter().map(move |e| (named.clone(), e))
-    });
-    let motions = model.drives.iter().map(|d| ((format!("drive `{}`", d.name), &d.span), d.motion));
-    for ((owner, span), e) in laws.chain(motions) {
-        // The author's own text of the operand, with its value in this state.
-        let resolved = pool.substitute(e, &signals);
-        if let Some(fault) = pool.domain_fault(resolved, &value) {
-            let written = written_operand(pool, e, &fault, &signals, &value);
-            return Some(domain_diagnostic(&owner, span, &fault, &written, t));
+    fault.unwrap_or_else(|| {
+        let fault = stuck(model, equations, failure);
+        match (&failure.error, &failure.summary.slowness) {
+            // Steps of constant size follow nothing.
+            (Some(SolveError::TooManySteps { .. }), Some(slowness))
+                if model.solve.step.is_none() =>
+            {
+                with_reasons(fault, system, compiled, parameters, slowness)
+            }
+            _ => fault,
         }
-    }
-    None
-}
-
-fn domain_diagnostic(
-    owner: &str,
-    span: &Span,
-    fault: &DomainFault,
-    written: &str,
-    t: f64,
-) -> Diagnostic {
-    let operands: Vec<String> = fault.operands.iter().map(|&v| short(v)).collect();
-    let message = format!(
-        "{owner} has no value at t = {} s: {} of {}",
-        short(t),
-        fault.operation,
-        operands.join(" and ")
-    );
-    Diagnostic::error(codes::NO_VALUE, message)
-        .at(span.clone(), "this expression leaves its domain")
-        .note(written.to_owned())
-        .help("keep the operand in its domain, for example `sqrt(max(x, 0))` instead of `sqrt(x)`")
-}
-
-/// The values of what the expression names, such as `x = 0.0499`.
-fn written_operand(
-    pool: &Pool,
-    e: Expr,
-    fault: &DomainFault,
-    signals: &[(SymbolId, Expr)],
-    value: &dyn Fn(SymbolId) -> Option<f64>,
-) -> String {
-    let named = pool.symbols_of(e).into_iter().filter_map(|symbol| {
-        let signal = signals.iter().find(|(known, _)| *known == symbol);
-        let number = match signal {
-            Some(&(_, measure)) => pool.evaluate(measure, value).ok(),
-            None => value(symbol),
-        };
-        // All digits: the operand may miss its domain by the last one.
-        number.map(|number| format!("{} = {number}", pool.symbol_name(symbol)))
-    });
-    format!("in `{}` with {}", pool.to_text(fault.expr), named.collect::<Vec<_>>().join(", "))
-}
-
-pub(super) fn expressions_of(kind: &LoadKind) -> Vec<Expr> {
-    match kind {
-        LoadKind::Gravity { acceleration } => acceleration.to_vec(),
-        LoadKind::Force { vector, .. } | LoadKind::Torque { vector, .. } => vector.to_vec(),
-        LoadKind::ForceBetween { value, .. } => vec![*value],
-        LoadKind::Spring { stiffness, length, damping, .. } => vec![*stiffness, *length, *damping],
-        LoadKind::Torsion { stiffness, angle, damping, .. } => vec![*stiffness, *angle, *damping],
-        LoadKind::Stop { min, max, restitution, .. } => {
-            [*min, *max, Some(*restitution)].into_iter().flatten().collect()
-        }
-        LoadKind::Friction { sliding, sticking, .. } => vec![*sliding, *sticking],
-    }
+    })
 }
 
 /// A drive whose joint cannot turn further: its row has become dependent on the joints' rows.
@@ -312,6 +216,9 @@ fn evaluate(model: &Model, system: &SymbolicSystem, e: Expr, parameters: &[f64],
 fn stuck(model: &Model, equations: &MotionEquations, failure: &Failure) -> Diagnostic {
     let t = failure.summary.t;
     let (code, help) = match &failure.error {
+        Some(SolveError::TooManySteps { .. }) if model.solve.step.is_some() => {
+            (codes::TOO_MANY_STEPS, "make `step` larger, leave it out, or shorten `t_end`")
+        }
         Some(SolveError::TooManySteps { .. }) => (
             codes::TOO_MANY_STEPS,
             "loosen `rtol` or shorten `t_end`; look for a kink or a very stiff spring",
@@ -326,13 +233,23 @@ fn stuck(model: &Model, equations: &MotionEquations, failure: &Failure) -> Diagn
         ),
         Some(_) => (codes::STEP_TOO_SMALL, "check the options of `[solve]`"),
     };
-    let why = match &failure.error {
-        Some(error) => error.to_string(),
-        None => "it met a singular pose that it could not cross".to_owned(),
+    let n_step = failure.summary.stats.n_step;
+    let why = match (&failure.error, &failure.summary.slowness) {
+        (Some(SolveError::TooManySteps { limit, .. }), Some(slowness)) if n_step < *limit => {
+            format!("after {n_step} steps, the rest would take {} more", short(slowness.steps_left))
+        }
+        (Some(SolveError::TooManySteps { at, .. }), _) => {
+            format!("{n_step} steps were not enough, the last of {} s", short(at.h.abs()))
+        }
+        (Some(error), _) => error.to_string(),
+        (None, _) => "it met a singular pose that it could not cross".to_owned(),
     };
     let message = format!("the run stopped at t = {} s: {why}", short(t));
     let mut fault = Diagnostic::error(code, message).help(help);
-    if let Some(at) = failure.error.as_ref().and_then(SolveError::standstill) {
+    // Of a run that was slow, more is known.
+    let is_slow = failure.summary.slowness.is_some() && code == codes::TOO_MANY_STEPS;
+    let at = failure.error.as_ref().and_then(SolveError::standstill);
+    if let Some(at) = at.filter(|_| !is_slow) {
         let mut names: Vec<String> = at
             .worst
             .iter()

@@ -1,5 +1,6 @@
 //! Faults of the start: loops that cannot close, stated values that exclude each other.
 
+use super::values::Instant;
 use super::{closing, switch};
 use crate::codes;
 use crate::compiled::CompiledSystem;
@@ -8,9 +9,8 @@ use crate::start::StartError;
 use bksim_mbs::joint::motions;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::MotionKind;
-use bksim_model::ParameterId;
 use bksim_model::diagnostic::Diagnostic;
-use bksim_model::message::listed;
+use bksim_model::message::{listed, short};
 use bksim_model::{Anchor, BodyId, Drive, GROUND, JointId, JointKind, Measure, Model};
 
 /// The diagnostic of a start that was not found.
@@ -46,7 +46,7 @@ pub fn diagnose_start(
         }
         StartError::NoInertia { coordinates } => no_inertia(model, system, compiled, coordinates),
         StartError::Irreversible => irreversible(model, system),
-        StartError::NotFinite => not_finite(model),
+        StartError::NotFinite { q, v } => not_finite(model, system, compiled, (q, v)),
         StartError::BeyondStop { load, by } => switch::beyond_stop(model, *load, *by),
         StartError::NoConsistentModes(fault) => {
             switch::no_consistent_modes(model, system, fault, model.solve.t_start)
@@ -158,7 +158,9 @@ fn no_inertia(
     let owner = coordinates.first().map(|&i| system.coordinates()[i].owner);
     let (name, span) = match owner {
         Some(Owner::Joint(joint, _)) => {
-            (format!("joint `{}`", name(model, joint)), Some(model.joints[joint.0].span.clone()))
+            let moved = &model.bodies[model.joints[joint.0].successor.body.0].name;
+            let words = format!("body `{moved}` in joint `{}`", name(model, joint));
+            (words, Some(model.joints[joint.0].span.clone()))
         }
         Some(Owner::Body(body, _)) => (
             format!("body `{}`", model.bodies[body.0].name),
@@ -178,22 +180,47 @@ fn no_inertia(
     }
 }
 
-fn not_finite(model: &Model) -> Diagnostic {
-    let message = format!("the equations have no finite value at t = {} s", model.solve.t_start);
-    let fault = Diagnostic::error(codes::NOT_FINITE_AT_START, message)
-        .help("a spring of length zero or a root of a negative number: move the start a little");
-    if let Some(&ParameterId(idx)) = model.inputs.first() {
-        let input = &model.parameters[idx];
-        return fault
-            .at(
-                input.span.clone(),
-                "a function of the motion in this run: it may have no value there",
-            )
-            .help("let inputs return finite numbers from the start on");
+/// The load, drive or input without a finite value at the positions and velocities found.
+fn not_finite(
+    model: &Model,
+    system: &SymbolicSystem,
+    compiled: &CompiledSystem,
+    (q, v): (&[f64], &[f64]),
+) -> Diagnostic {
+    let parameters: Vec<f64> = model.parameters.iter().map(|p| p.value).collect();
+    let known = |values: &[f64]| match values.len() == compiled.nq() {
+        true => values.to_vec(),
+        false => vec![0.0; compiled.nq()],
+    };
+    let t = model.solve.t_start;
+    let (q, v) = (known(q), known(v));
+    let instant = Instant { model, system, compiled, parameters: &parameters, t, q, v };
+
+    // An input, or an expression out of its domain.
+    if let Some(input) = instant.no_input() {
+        let help = "let inputs return finite numbers from the start on";
+        return Diagnostic { code: codes::NOT_FINITE_AT_START, ..input }.help(help);
     }
-    match model.loads.first() {
-        Some(load) => fault.at(load.span.clone(), "check the loads"),
-        None => fault,
+    if let Some(fault) = instant.out_of_domain(codes::NOT_FINITE_AT_START) {
+        return fault;
+    }
+
+    // A load whose law has a value, but not its force or energy.
+    if let Some((load, span, label)) = instant.load_without_value() {
+        let message = format!("load `{load}` has no finite value at t = {} s", short(t));
+        return Diagnostic::error(codes::NOT_FINITE_AT_START, message)
+            .at(span, label)
+            .help("move the start a little, or write a law that has a value there");
+    }
+
+    // What is left is the motion itself: velocities or masses beyond all numbers.
+    let message = format!("the equations have no finite value at t = {} s", short(t));
+    let fault = Diagnostic::error(codes::NOT_FINITE_AT_START, message);
+    match instant.largest_rate() {
+        Some((name, x, unit)) => fault
+            .note(format!("`{name}` is {} {unit}", short(x)))
+            .help("look for a value in a wrong unit: squares of it must be below 1.8e308"),
+        None => fault.help("look for masses, lengths and drives that are far too large"),
     }
 }
 

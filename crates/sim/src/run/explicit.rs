@@ -12,11 +12,12 @@
 
 use bksim_dae::{
     Checkpoint, ExplicitSolver, Index, Layout, Loader, Method, NotFinite, Ode, Saver, Settings,
-    SolveError, Start as From, Stats, Step, StepControl, Tolerance,
+    SolveError, Standstill, Start as From, Stats, Step, StepControl, Tolerance,
 };
 
 use super::dense::DenseOutput;
 use super::mechanism::PhaseMechanism;
+use super::pace::MOST_STEPS;
 use super::phase::PhaseEnd;
 use super::problem::Problem;
 use super::singular::{NOTICEABLE, REGULAR, Sighting, SingularMonitor};
@@ -73,7 +74,13 @@ impl<'a> ExplicitMotion<'a> {
             None => StepControl::Adaptive,
             Some(h) => StepControl::Fixed { h, newton_tolerance: options.newton_tolerance },
         };
-        Settings { rtol, atol: Tolerance::PerUnknown(atol), step, ..Settings::default() }
+        Settings {
+            rtol,
+            atol: Tolerance::PerUnknown(atol),
+            step,
+            max_steps: MOST_STEPS,
+            ..Settings::default()
+        }
     }
 }
 
@@ -236,6 +243,10 @@ impl Stepper for ExplicitStepper<'_> {
             return Some(PhaseEnd::Regular);
         }
         (self.yields_to_radau && solver.is_stiff()).then_some(PhaseEnd::Stiff)
+    }
+
+    fn account(&self) -> Standstill {
+        self.solver.account()
     }
 
     fn t(&self) -> f64 {

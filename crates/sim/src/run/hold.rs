@@ -6,6 +6,7 @@
 use bksim_dae::{Checkpoint, Control};
 
 use super::observer::Observer;
+use super::pace::Pace;
 use super::problem::Problem;
 use super::progress::{Halt, Progress, Run, StepOutcome};
 use super::sample::{Sample, StateSensitivity};
@@ -28,6 +29,11 @@ impl Observer for Unobserved {
     fn sample(&mut self, _: &Sample, _: &[StateSensitivity]) -> Control {
         Control::Continue
     }
+
+    /// Whoever holds a run decides by itself how long to go on.
+    fn stops_hopeless_runs(&self) -> bool {
+        false
+    }
 }
 
 impl<'a> Run<'a> {
@@ -35,6 +41,7 @@ impl<'a> Run<'a> {
     pub(crate) fn begin_with(problem: Problem<'a>, ledger: Ledger) -> Self {
         let mut run = Self::begin(problem, &mut Unobserved);
         run.before = ledger.summary.stats;
+        run.pace = Pace::begin(run.reached.t, run.before.n_step);
         run.summary = ledger.summary;
         run.sampler.potential_start = ledger.potential_start;
         run.sampler.sample.work = run.summary.energy.work;

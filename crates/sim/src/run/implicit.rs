@@ -1,12 +1,13 @@
 //! Steps of Radau IIA: the equations of motion as they are formulated.
 
 use bksim_dae::{
-    Checkpoint, Loader, Method, Saver, Settings, SolveError, Solver, Start as From, Stats, Step,
-    StepControl,
+    Checkpoint, Loader, Method, Saver, Settings, SolveError, Solver, Standstill, Start as From,
+    Stats, Step, StepControl,
 };
 
 use super::dense::DenseOutput;
 use super::mechanism::PhaseMechanism;
+use super::pace::MOST_STEPS;
 use super::phase::PhaseEnd;
 use super::problem::Problem;
 use super::singular::{Sighting, SingularMonitor, is_ahead};
@@ -27,6 +28,7 @@ pub(crate) fn settings(options: &SolveOptions, equations: &MotionEquations) -> S
             None => StepControl::Adaptive,
             Some(h) => StepControl::Fixed { h, newton_tolerance: options.newton_tolerance },
         },
+        max_steps: MOST_STEPS,
         ..Settings::default()
     }
 }
@@ -147,6 +149,10 @@ impl Stepper for RadauStepper<'_> {
     /// None: implicit steps are never the wrong ones, only dearer than need be.
     fn succession(&mut self) -> Option<PhaseEnd> {
         None
+    }
+
+    fn account(&self) -> Standstill {
+        self.solver.account()
     }
 
     fn t(&self) -> f64 {

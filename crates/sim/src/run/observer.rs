@@ -16,6 +16,7 @@ use std::f64::consts::PI;
 
 use bksim_dae::Control;
 
+use super::pace::Slowness;
 use super::sample::{Sample, StateSensitivity};
 
 /// Receiver of the samples of a run as it goes on. Closures that take a sample are observers.
@@ -32,6 +33,15 @@ pub trait Observer {
 
     /// Takes the motion over a step, before the samples in it.
     fn segment(&mut self, _segment: &Segment) {}
+
+    /// Learns, once and as soon as it shows, that the run takes far more steps than expected, if it goes
+    /// on.
+    fn slow(&mut self, _slowness: &Slowness) {}
+
+    /// Whether a run is stopped that would take a thousand million steps.
+    fn stops_hopeless_runs(&self) -> bool {
+        true
+    }
 }
 
 impl<F: FnMut(&Sample) -> Control> Observer for F {

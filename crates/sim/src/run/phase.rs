@@ -23,6 +23,10 @@ pub(super) enum PhaseEnd {
     Reached,
     /// Stability limits explicit steps.
     Stiff,
+    /// Explicit steps would be far too many.
+    Slow,
+    /// So would those of Radau IIA.
+    NoGain,
     /// A step of Radau's, up to this time, came near a singular pose; it is not part of the run.
     SingularAhead(f64),
     /// Explicit steps have passed it.

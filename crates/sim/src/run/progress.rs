@@ -1,7 +1,7 @@
 //! [`Run`]: a run in progress, step by step, from phase to phase.
 //!
 //! ```text
-//! auto       explicit ──stiff──▶ radau ──singular pose ahead──▶ explicit ──regular──▶ radau
+//! auto       explicit ──stiff or slow──▶ radau ──singular pose ahead──▶ explicit ──regular──▶ radau
 //! radau                          radau ──singular pose ahead──▶ explicit ──regular──▶ radau
 //! explicit   explicit
 //! ```
@@ -21,6 +21,7 @@ use super::explicit::{ExplicitStart, ExplicitStepper};
 use super::implicit::{RadauStart, RadauStepper};
 use super::mechanism::PhaseMechanism;
 use super::observer::Observer;
+use super::pace::{MOST_STEPS, Pace, Slowness, Verdict};
 use super::phase::{Attempt, Phase, PhaseEnd};
 use super::problem::Problem;
 use super::sample::Sample;
@@ -54,6 +55,7 @@ pub struct Run<'a> {
     pub(super) failed_at: Option<f64>,
     /// Counters of the phases before this one.
     pub(super) before: Stats,
+    pub(super) pace: Pace,
     pub(super) progress: Progress<'a>,
     /// The observer or the caller has asked to stop.
     pub(super) is_stopping: bool,
@@ -153,6 +155,7 @@ impl<'a> Run<'a> {
             passing: None,
             failed_at: None,
             before: Stats::default(),
+            pace: Pace::begin(start.t, 0),
             progress: Progress::Between,
             is_stopping: false,
         }
@@ -298,7 +301,10 @@ impl<'a> Run<'a> {
                 return Ok(self.ongoing());
             }
         };
-        let end = self.conclude_in(&mut phase, crossed, observer, stop);
+        let mut end = self.conclude_in(&mut phase, crossed, observer, stop);
+        if let Ok(None) = end {
+            end = Ok(self.judge_pace(&phase, observer));
+        }
         let Some(end) = end.unwrap_or_else(|error| Some(self.failed(error))) else {
             self.progress = Progress::Within(phase);
             return Ok(self.ongoing());
@@ -318,6 +324,46 @@ impl<'a> Run<'a> {
             end => self.change_method(end)?,
         }
         Ok(self.ongoing())
+    }
+
+    /// Why the phase should end, if the run would take far too many steps.
+    fn judge_pace(&mut self, phase: &Phase<'a>, observer: &mut dyn Observer) -> Option<PhaseEnd> {
+        let options = self.problem.options;
+        let n_step = self.summary.stats.n_step;
+        if self.method == Integrator::Radau && self.pace.has_lost(self.reached.t, n_step) {
+            return Some(PhaseEnd::NoGain);
+        }
+        let verdict = self.pace.observe(self.reached.t, n_step, options.t_end);
+        let is_over = n_step >= MOST_STEPS;
+        let (steps_left, is_hopeless) = match verdict {
+            Verdict::Fine if is_over => (0.0, true),
+            Verdict::Fine => return None,
+            Verdict::Hopeless(left) => (left, true),
+            // Steps of constant size can be counted ahead.
+            Verdict::Slow(left) => (left, is_over || options.step.is_some()),
+        };
+
+        // Radau IIA may need fewer.
+        let may_choose = options.method == Method::Auto && options.step.is_none();
+        let may_choose = may_choose && self.passing.is_none() && self.pace.may_try();
+        if may_choose && self.method == Integrator::Explicit && steps_left > 0.0 {
+            self.pace.try_radau(steps_left, options.t_end - self.reached.t);
+            return Some(PhaseEnd::Slow);
+        }
+
+        // Say so, once.
+        let account = phase.stepper.account();
+        let is_stopped = is_hopeless && observer.stops_hopeless_runs();
+        if self.summary.slowness.is_none() && steps_left > 0.0 {
+            let nq = self.reached.q.len();
+            let slowness = Slowness::new(&account, nq, n_step, (steps_left, is_stopped));
+            if !is_stopped {
+                observer.slow(&slowness);
+            }
+            self.summary.slowness = Some(slowness);
+        }
+        let error = SolveError::TooManySteps { limit: MOST_STEPS, at: Box::new(account) };
+        is_stopped.then(|| self.failed(error))
     }
 
     fn ongoing(&self) -> StepOutcome {
@@ -365,6 +411,8 @@ impl<'a> Run<'a> {
         self.passing = None;
         let (method, reason) = match end {
             PhaseEnd::Stiff => (Integrator::Radau, Reason::Stiff),
+            PhaseEnd::Slow => (Integrator::Radau, Reason::Slow),
+            PhaseEnd::NoGain => (Integrator::Explicit, Reason::NoGain),
             PhaseEnd::SingularAhead(t) => {
                 self.passing = Some(t);
                 (Integrator::Explicit, Reason::SingularPose)
@@ -378,6 +426,7 @@ impl<'a> Run<'a> {
             }
         };
         self.method = method;
+        self.pace.restart(self.reached.t, self.summary.stats.n_step);
         self.note(reason);
         Ok(())
     }
@@ -386,7 +435,8 @@ impl<'a> Run<'a> {
     fn after_failure(&mut self, error: Option<&SolveError>) -> Option<(Integrator, Reason)> {
         let t = self.reached.t;
         let is_stuck = self.failed_at.replace(t) == Some(t);
-        let is_refused = matches!(error, Some(SolveError::Checkpoint { .. }));
+        let is_refused =
+            matches!(error, Some(SolveError::Checkpoint { .. } | SolveError::TooManySteps { .. }));
         let options = self.problem.options;
         if is_stuck || is_refused || options.step.is_some() {
             return None;

@@ -35,6 +35,17 @@ pub struct Sample {
     pub stats: Stats,
 }
 
+impl Sample {
+    /// Whether every number of it is finite.
+    pub fn is_finite(&self) -> bool {
+        let Self { q, v, a, lambda, reactions, inputs, energy, work, .. } = self;
+        let Energy { kinetic, potential, power } = *energy;
+        let parts = [q, v, a, lambda, inputs, reactions.as_flattened()];
+        let alone = [kinetic, potential, power, *work];
+        parts.into_iter().flatten().chain(&alone).all(|value| value.is_finite())
+    }
+}
+
 /// Derivatives of one instant by one quantity, in the units of each over the unit of the quantity.
 #[derive(Clone, PartialEq, Debug)]
 pub struct StateSensitivity {

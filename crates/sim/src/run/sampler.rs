@@ -24,7 +24,7 @@ pub(crate) struct Sampler {
     /// Factors of its own: those of the integrator must not depend on output times.
     pub(crate) multipliers: MultiplierSystem,
     is_powered: bool,
-    /// The equations had no value at the last output time; that sample was not handed out.
+    /// The equations had no finite value at the last output time; that sample was not handed out.
     pub(crate) is_undefined: bool,
     pub(crate) sample: Sample,
     /// Samples of the last step that were not handed out: the observer had asked to stop.
@@ -264,8 +264,10 @@ impl Sampler {
         sample.step_size = dense.h;
         sample.stats = dense.stats;
         sample.work = summary.energy.work;
-        self.is_undefined = project(&mut mechanism.evaluator, multipliers, sample).is_err();
+        let projected = project(&mut mechanism.evaluator, multipliers, sample);
         self.complete(mechanism);
+        // Numbers too large to be held are no result either.
+        self.is_undefined = projected.is_err() || !self.sample.is_finite();
     }
 
     /// Energies and reactions of the sample's state.

@@ -1,6 +1,6 @@
 //! [`Stepper`]: a method of integration, as the loop over the steps of a run uses it.
 
-use bksim_dae::{Method, Saver, SolveError, Stats, Step};
+use bksim_dae::{Method, Saver, SolveError, Standstill, Stats, Step};
 
 use super::dense::DenseOutput;
 use super::phase::PhaseEnd;
@@ -58,6 +58,9 @@ pub(super) trait Stepper: Send + Sync {
 
     /// Why another method had better go on from the end of the step.
     fn succession(&mut self) -> Option<PhaseEnd>;
+
+    /// Where it stands, with the unknowns whose errors keep its steps small.
+    fn account(&self) -> Standstill;
 
     /// Time reached, s.
     fn t(&self) -> f64;

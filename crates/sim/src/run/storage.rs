@@ -2,6 +2,7 @@
 
 use bksim_dae::{Checkpoint, Loader, Method, Saver, SolveError};
 
+use super::pace::{Pace, Slowness};
 use super::progress::{Progress, Run};
 use super::sample::{Energy, Sample};
 use super::singular::SingularMonitor;
@@ -35,6 +36,7 @@ impl Run<'_> {
         saver.option(self.passing);
         saver.option(self.failed_at);
         saver.stats(&self.before);
+        self.pace.save(&mut saver);
         saver.flag(phase.is_some());
         if let Some(phase) = &phase {
             saver.checkpoint(phase);
@@ -67,6 +69,7 @@ impl Run<'_> {
         self.passing = loader.option()?;
         self.failed_at = loader.option()?;
         self.before = loader.stats()?;
+        self.pace = Pace::load(&mut loader)?;
         if loader.flag()? {
             self.progress = Progress::Saved(loader.checkpoint()?);
         }
@@ -138,6 +141,11 @@ impl Summary {
         saver.stats(&self.stats);
         saver.slice(&[self.position_residual, self.velocity_residual].concat());
         saver.slice(&[initial, last, work, impacts, worst_error, scale]);
+        saver.slice(&self.largest);
+        saver.flag(self.slowness.is_some());
+        if let Some(slowness) = &self.slowness {
+            slowness.save(saver);
+        }
         saver.count(self.singular_poses.len());
         for pose in &self.singular_poses {
             pose.save(saver);
@@ -161,6 +169,9 @@ impl Summary {
         let mut numbers = [0.0; 6];
         loader.fill(&mut numbers)?;
         let [initial, last, work, impacts, worst_error, scale] = numbers;
+        let mut largest = [0.0; 2];
+        loader.fill(&mut largest)?;
+        let slowness = loader.flag()?.then(|| Slowness::load(loader, compiled.nq())).transpose()?;
         let nc = compiled.nc();
         // A length that is too large fails at the first number that is missing.
         let poses = 0..loader.count()?;
@@ -179,6 +190,8 @@ impl Summary {
             velocity_residual,
             energy: EnergyBalance { initial, last, work, impacts, worst_error, scale },
             singular_poses,
+            slowness,
+            largest,
             methods,
             changes,
             checkpoint: None,
@@ -200,10 +213,12 @@ impl SingularPose {
 }
 
 const INTEGRATORS: [Integrator; 2] = [Integrator::Explicit, Integrator::Radau];
-const REASONS: [Reason; 6] = [
+const REASONS: [Reason; 8] = [
     Reason::Asked,
     Reason::Cheapest,
     Reason::Stiff,
+    Reason::Slow,
+    Reason::NoGain,
     Reason::OtherFailed,
     Reason::SingularPose,
     Reason::Regular,

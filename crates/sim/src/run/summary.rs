@@ -3,8 +3,10 @@
 use bksim_dae::{SolveError, Standstill, Stats};
 
 use super::checkpoint::RunCheckpoint;
+use super::pace::Slowness;
 use super::sample::Sample;
 use crate::hybrid::{Change, NoConsistentModes};
+use crate::start::{Start, StartError};
 
 /// How a run ended and how good it was.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -25,6 +27,10 @@ pub struct Summary {
     pub energy: EnergyBalance,
     /// The singular poses that were passed.
     pub singular_poses: Vec<SingularPose>,
+    /// That the run takes far more steps than expected, if it does.
+    pub slowness: Option<Slowness>,
+    /// Largest magnitudes of a coordinate and of a velocity over the samples, SI.
+    pub largest: [f64; 2],
     /// The methods that were used, the first from the start.
     pub methods: Vec<MethodChange>,
     /// The switches of modes, in order.
@@ -62,6 +68,10 @@ pub enum Reason {
     Cheapest,
     /// The motion has turned stiff.
     Stiff,
+    /// Explicit steps would be far too many.
+    Slow,
+    /// Radau IIA needs nearly as many.
+    NoGain,
     /// The other method failed here.
     OtherFailed,
     /// Explicit steps pass the singular pose ahead.
@@ -114,6 +124,9 @@ impl Summary {
     /// Takes account of a sample that is handed out; `potential_start` is V₀.
     pub(crate) fn take(&mut self, sample: &Sample, potential_start: f64) {
         self.energy.take(sample, potential_start);
+        for (largest, values) in self.largest.iter_mut().zip([&sample.q, &sample.v]) {
+            *largest = values.iter().fold(*largest, |largest, value| largest.max(value.abs()));
+        }
         for side in 0..2 {
             let [position, velocity] =
                 [sample.position_residual[side], sample.velocity_residual[side]];
@@ -140,6 +153,19 @@ pub struct Failure {
 }
 
 impl Failure {
+    /// The failure of a run that cannot begin in the state of a start that was changed.
+    pub(crate) fn at_start(start: &Start, error: StartError) -> Self {
+        let Start { t, q, v, a, lambda, .. } = start.clone();
+        let last = Sample { t, q, v, a, lambda, ..Sample::default() };
+        let summary = Summary { t, ..Summary::default() };
+        match error {
+            StartError::NoConsistentModes(fault) => {
+                Self { error: None, no_modes: Some(fault), summary, last }
+            }
+            _ => Self::undefined(summary, last),
+        }
+    }
+
     /// The failure of a run whose equations have no value at an output time.
     pub(crate) fn undefined(summary: Summary, last: Sample) -> Self {
         let at = Standstill {

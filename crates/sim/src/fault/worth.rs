@@ -1,0 +1,117 @@
+//! Whether the numbers of a run are worth what its tolerances promise.
+//!
+//! ```text
+//! energy       |T + V − W − T₀ − V₀|  ≤  r (|T| + |V − V₀| + |W|) + 1e-12 |T₀ + V₀|
+//!              r = min(1000 rtol, 0.05) + 1000 atol / |v|
+//! constraints  |g| ≤ 1e3 (rtol max(1, |q|) + atol),   |G v + ∂g/∂t| ≤ 1e4 (rtol max(1, |v|) + atol)
+//! ```
+//!
+//! in the largest numbers over the samples; `|q|` and `|v|` are the largest coordinate and velocity, SI.
+//! The constraints are looked at before samples are projected onto them. Tolerances bound the error of
+//! coordinates, not of energies, whence the factor: in all examples, methods and formulations the
+//! balance of energy closes to 180 `rtol`. A fixed step has no tolerance: it is held to the usual one,
+//! 1e-6, where `rtol` is smaller.
+
+use crate::codes;
+use crate::run::Summary;
+use bksim_model::diagnostic::{Diagnostic, Span};
+use bksim_model::message::short;
+use bksim_model::{Model, SolveOptions};
+
+/// The error of energies and constraints over that of coordinates which is still taken as usual.
+const FACTOR: f64 = 1000.0;
+
+/// A relative error of energy that no tolerance excuses.
+const LARGEST: f64 = 0.05;
+
+/// What velocities lose more than positions: they are their derivatives.
+const OF_RATES: f64 = 10.0;
+
+/// The tolerance that a fixed step is held to.
+const OF_FIXED_STEPS: f64 = 1e-6;
+
+/// Rounding of the energies themselves.
+const ROUNDING: f64 = 1e-12;
+
+impl Summary {
+    /// The largest error of the balance of energy that the tolerances allow, J.
+    pub fn promised_energy_error(&self, options: &SolveOptions) -> f64 {
+        let relative = (FACTOR * rtol(options)).min(LARGEST);
+        let relative = relative + FACTOR * options.atol / self.largest[1];
+        // Nothing has moved where there is no velocity.
+        let of_motion = if self.largest[1] > 0.0 { relative * self.energy.scale } else { 0.0 };
+        of_motion + ROUNDING * self.energy.initial.abs()
+    }
+
+    /// The largest violations of the constraints and of their rates that the tolerances allow.
+    pub fn promised_drift(&self, options: &SolveOptions) -> [f64; 2] {
+        let [position, velocity] =
+            self.largest.map(|size| FACTOR * (rtol(options) * size.max(1.0) + options.atol));
+        [position, OF_RATES * velocity]
+    }
+}
+
+/// The relative tolerance that a run is held to.
+fn rtol(options: &SolveOptions) -> f64 {
+    if options.step.is_some() { options.rtol.max(OF_FIXED_STEPS) } else { options.rtol }
+}
+
+/// The warnings about a run whose numbers are worse than its tolerances promise.
+pub fn diagnose_worth(model: &Model, options: &SolveOptions, summary: &Summary) -> Vec<Diagnostic> {
+    let energy = &summary.energy;
+    let mut faults = Vec::new();
+    let (place, help) = cure(model, options);
+    let at = |fault: Diagnostic| match &place {
+        Some((span, text)) => fault.at(span.clone(), *text),
+        None => fault,
+    };
+
+    // The balance of energy.
+    let promised = summary.promised_energy_error(options);
+    if energy.worst_error > promised {
+        let message = format!(
+            "the balance of energy is off by {} J of {} J",
+            short(energy.worst_error),
+            short(energy.scale)
+        );
+        let fault = Diagnostic::warning(codes::ENERGY_OFF, message).note(format!(
+            "with `rtol` = {:e} it should close to {} J",
+            rtol(options),
+            short(promised)
+        ));
+        faults.push(at(fault).help(help));
+    }
+
+    // The constraints, of which the worse level is told.
+    let found = [summary.position_residual[0], summary.velocity_residual[0]];
+    let promised = summary.promised_drift(options);
+    let excess = [0, 1].map(|level| found[level] / promised[level]);
+    let level = usize::from(excess[1] > excess[0]);
+    if excess[level] > 1.0 {
+        let (what, unit) =
+            [("constraints", "m or rad"), ("rates of the constraints", "m/s or rad/s")][level];
+        let message = format!("the {what} are left open by up to {} {unit}", short(found[level]));
+        let fault = Diagnostic::warning(codes::DRIFTED, message).note(format!(
+            "with `rtol` = {:e} it should be below {} {unit}",
+            rtol(options),
+            short(promised[level])
+        ));
+        faults.push(at(fault).help(help));
+    }
+    faults
+}
+
+/// What to change, and where it stands.
+fn cure(model: &Model, options: &SolveOptions) -> (Option<(Span, &'static str)>, &'static str) {
+    let span = |key: &str| {
+        let found = model.solve.spans.iter().find(|(known, _)| known == key);
+        found.map(|(_, span)| span.clone())
+    };
+    if options.step.is_some() {
+        let place = span("step").map(|span| (span, "this step"));
+        (place, "make `step` smaller, or leave it out: steps that adapt keep to `rtol`")
+    } else {
+        let place = span("rtol").map(|span| (span, "this tolerance"));
+        (place, "make `rtol` smaller, and see whether the results stay")
+    }
+}

@@ -1,0 +1,200 @@
+//! [`Pace`]: how many steps the rest of a run would take, and [`Slowness`]: that these are too many.
+//!
+//! ```text
+//! steps left = WINDOW · (t_end − t) / (t − t_window)
+//! ```
+//!
+//! over windows of so many attempts at a step. A run that seems to need more than a million is said
+//! to be slow at once, not when it ends; where explicit steps are the slow ones and the method may be
+//! chosen, Radau IIA is tried first, and stays where its steps are far longer.
+
+use bksim_dae::{Loader, Saver, SolveError, Standstill};
+
+/// Attempts at a step after which the pace is looked at.
+const WINDOW: usize = 5_000;
+
+/// Steps that a run is expected to need at most.
+const MANY: f64 = 1e6;
+
+/// A run that would need so many is stopped at once.
+const HOPELESS: f64 = 1e9;
+
+/// Most attempts at a step in a run.
+pub(crate) const MOST_STEPS: usize = 3_000_000;
+
+/// Attempts at a step after which Radau IIA must have gained on explicit steps,
+const TRIAL: usize = 500;
+
+/// by this factor: its steps are dearer.
+const GAIN: f64 = 5.0;
+
+/// Where the present window began.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub(super) struct Pace {
+    t: f64,
+    n_step: usize,
+    /// The way of an explicit step, s, while Radau IIA is on trial.
+    rival: Option<f64>,
+    /// Whether it has been on trial.
+    is_tried: bool,
+}
+
+/// A run that takes far more steps than expected.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Slowness {
+    /// When it was noticed, s.
+    pub t: f64,
+    /// The size of its steps there, s.
+    pub step_size: f64,
+    /// Attempts at a step until then.
+    pub n_step: usize,
+    /// Steps that the rest of the run would take at this pace.
+    pub steps_left: f64,
+    /// Coordinates whose errors keep the steps small, the worst first.
+    pub worst: Vec<usize>,
+    /// Whether the run was stopped at once.
+    pub is_hopeless: bool,
+    /// Coordinates there, nq.
+    pub q: Vec<f64>,
+    /// Velocities there, nq.
+    pub v: Vec<f64>,
+}
+
+/// What a pace means for the run.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) enum Verdict {
+    /// It ends in reasonable time, or nothing is known yet.
+    Fine,
+    /// The rest would take so many steps.
+    Slow(f64),
+    /// So many that there is no point in going on.
+    Hopeless(f64),
+}
+
+impl Pace {
+    /// A window that begins at `t`, after `n_step` attempts.
+    pub(super) fn begin(t: f64, n_step: usize) -> Self {
+        Self { t, n_step, rival: None, is_tried: false }
+    }
+
+    /// The same in another phase.
+    pub(super) fn restart(&mut self, t: f64, n_step: usize) {
+        *self = Self { t, n_step, ..*self };
+    }
+
+    /// Whether Radau IIA has not yet been on trial.
+    pub(super) fn may_try(&self) -> bool {
+        !self.is_tried
+    }
+
+    /// Radau IIA is on trial where explicit steps would be so many up to the end.
+    pub(super) fn try_radau(&mut self, steps_left: f64, way_left: f64) {
+        (self.rival, self.is_tried) = (Some(way_left.abs() / steps_left), true);
+    }
+
+    /// Whether the trial is over without a gain.
+    pub(super) fn has_lost(&mut self, t: f64, n_step: usize) -> bool {
+        let n = n_step - self.n_step.min(n_step);
+        let Some(rival) = self.rival.filter(|_| n >= TRIAL) else { return false };
+        self.rival = None;
+        #[expect(clippy::cast_precision_loss, reason = "a few hundred")]
+        let way = (t - self.t).abs() / n as f64;
+        way < GAIN * rival
+    }
+
+    /// Takes note of the attempts so far; judges at the end of each window.
+    pub(super) fn observe(&mut self, t: f64, n_step: usize, t_end: f64) -> Verdict {
+        let n = n_step - self.n_step.min(n_step);
+        if n < WINDOW {
+            return Verdict::Fine;
+        }
+        let way = (t - self.t).abs();
+        self.restart(t, n_step);
+        #[expect(clippy::cast_precision_loss, reason = "a few thousand")]
+        let left = n as f64 * (t_end - t).abs() / way;
+        if left > HOPELESS {
+            Verdict::Hopeless(left)
+        } else if left > MANY {
+            Verdict::Slow(left)
+        } else {
+            Verdict::Fine
+        }
+    }
+
+    pub(super) fn save(&self, saver: &mut Saver) {
+        saver.real(self.t);
+        saver.count(self.n_step);
+        saver.option(self.rival);
+        saver.flag(self.is_tried);
+    }
+
+    pub(super) fn load(loader: &mut Loader<'_>) -> Result<Self, SolveError> {
+        let (t, n_step) = (loader.real()?, loader.index(usize::MAX)?);
+        Ok(Self { t, n_step, rival: loader.option()?, is_tried: loader.flag()? })
+    }
+}
+
+impl Slowness {
+    /// At the end of a step; `n_step` attempts have been made in all.
+    pub(super) fn new(
+        at: &Standstill,
+        nq: usize,
+        n_step: usize,
+        (steps_left, is_hopeless): (f64, bool),
+    ) -> Self {
+        let mut worst: Vec<usize> = Vec::new();
+        for unknown in at.worst.iter().filter(|unknown| unknown.i < 2 * nq) {
+            if !worst.contains(&(unknown.i % nq)) {
+                worst.push(unknown.i % nq);
+            }
+        }
+        let (q, v) = at.y[..2 * nq].split_at(nq);
+        let (q, v) = (q.to_vec(), v.to_vec());
+        let step_size = at.h.abs();
+        Self { t: at.t, step_size, n_step, steps_left, worst, is_hopeless, q, v }
+    }
+
+    pub(super) fn save(&self, saver: &mut Saver) {
+        saver.slice(&[self.t, self.step_size, self.steps_left]);
+        saver.count(self.n_step);
+        saver.indices(&self.worst);
+        saver.flag(self.is_hopeless);
+        saver.slice(&self.q);
+        saver.slice(&self.v);
+    }
+
+    pub(super) fn load(loader: &mut Loader<'_>, nq: usize) -> Result<Self, SolveError> {
+        let mut numbers = [0.0; 3];
+        loader.fill(&mut numbers)?;
+        let [t, step_size, steps_left] = numbers;
+        let n_step = loader.index(usize::MAX)?;
+        let worst = loader.indices(nq)?;
+        let is_hopeless = loader.flag()?;
+        let (mut q, mut v) = (vec![0.0; nq], vec![0.0; nq]);
+        loader.fill(&mut q)?;
+        loader.fill(&mut v)?;
+        Ok(Self { t, step_size, n_step, steps_left, worst, is_hopeless, q, v })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_whole_window_is_judged_and_by_its_own_pace() {
+        let mut pace = Pace::begin(0.0, 0);
+        assert_eq!(pace.observe(1e-9, WINDOW - 1, 1.0), Verdict::Fine);
+        let Verdict::Slow(left) = pace.observe(1e-3, WINDOW, 1.0) else { panic!("not slow") };
+        assert!((left - 0.4995e7).abs() < 1e3, "{left}");
+        // The next window is quick, however slow the first was.
+        assert_eq!(pace.observe(0.5, 2 * WINDOW, 1.0), Verdict::Fine);
+        assert!(matches!(pace.observe(0.5 + 1e-6, 3 * WINDOW, 1.0), Verdict::Hopeless(_)));
+    }
+
+    #[test]
+    fn a_run_back_in_time_has_a_pace_too() {
+        let mut pace = Pace::begin(1.0, 0);
+        assert!(matches!(pace.observe(0.999, WINDOW, -1.0), Verdict::Slow(_)));
+    }
+}
