@@ -69,6 +69,25 @@ pub(crate) fn sparse_dependent_rows(jacobian: &SparseRows, smallness: Smallness)
     Dependence { rank: basis.independent.len(), dependent, involved }
 }
 
+/// A basis of the combinations of rows that vanish, each by its rows and their factors: one for each row
+/// that depends on rows before it. Rows that combine to nothing but rounding count as dependent.
+///
+/// Rows are scaled to unit length first, so that units do not decide.
+pub(crate) fn vanishing_combinations(rows: &SparseRows) -> Vec<Vec<(usize, f64)>> {
+    let norms = rows.norms();
+    let mut basis = Basis::new(rows.n_columns);
+    let mut found = Vec::new();
+    for (row_idx, &norm) in norms.iter().enumerate() {
+        let row: Vec<_> = rows.row(row_idx).iter().map(|&(column, g)| (column, g / norm)).collect();
+        if let Err(combination) = basis.add(row_idx, &row, ROUNDING.rest) {
+            let others = basis.independent.iter().zip(combination).filter(|(_, part)| *part != 0.0);
+            let others = others.map(|(&other, part)| (other, -part / norms[other]));
+            found.push(others.chain([(row_idx, 1.0 / norm)]).collect());
+        }
+    }
+    found
+}
+
 /// Independent rows, and L D Lᵀ of their products.
 struct Basis {
     /// Numbers of the rows.
