@@ -317,6 +317,10 @@ impl<'a> Run<'a> {
         self.before = self.summary.stats;
         match self.or_switched(end) {
             PhaseEnd::Switched(crossed) => self.pass_event(&crossed)?,
+            PhaseEnd::OtherRows(inactive) => {
+                self.mechanism.inactive = inactive;
+                self.enter_rows();
+            }
             end => self.change_method(end)?,
         }
         Ok(self.ongoing())
@@ -375,9 +379,10 @@ impl<'a> Run<'a> {
                 Some(next) => next,
                 None => return Err(Halt { error, no_modes: None }),
             },
-            PhaseEnd::Regular | PhaseEnd::Reached | PhaseEnd::Switched(_) => {
-                (Integrator::Radau, Reason::Regular)
-            }
+            PhaseEnd::Regular
+            | PhaseEnd::Reached
+            | PhaseEnd::Switched(_)
+            | PhaseEnd::OtherRows(_) => (Integrator::Radau, Reason::Regular),
         };
         self.method = method;
         self.note(reason);
@@ -428,10 +433,15 @@ impl<'a> Run<'a> {
         self.summary.energy.impacts += entered.impact_work;
         self.note_uniqueness(&entered);
         (self.reached.q, self.reached.v) = (entered.q, entered.v);
+        self.enter_rows();
+        Ok(())
+    }
+
+    /// Goes on with the rows that the mechanism now has active.
+    fn enter_rows(&mut self) {
         self.sampler.enter(&self.mechanism);
         self.multipliers = self.mechanism.multipliers();
         self.singular_monitor = SingularMonitor::default();
-        Ok(())
     }
 
     /// Takes note of which reactions are unique in other modes.
