@@ -20,4 +20,5 @@ pub mod signal;
 pub mod sparse;
 pub mod spatial;
 pub mod system;
+pub mod transmission;
 pub mod tree;

@@ -19,7 +19,9 @@ use crate::function::Function;
 use crate::linear::unrolled::UnrolledSolve;
 
 use crate::input::Inputs;
+use crate::modes::Modes;
 use crate::modes::indicators::EventIndicators;
+use crate::redundancy::{Instant, SelfStress, Transmissions, Uniqueness};
 use bksim_mbs::constraint::Source;
 use bksim_mbs::reaction::reactions;
 use bksim_mbs::system::SymbolicSystem;
@@ -55,6 +57,8 @@ pub struct CompiledSystem {
     pub(crate) reactions: Function,
     /// The functions that decide the modes.
     pub(crate) indicators: EventIndicators,
+    /// The wrenches that joints in loops transmit.
+    pub(crate) transmissions: Transmissions,
     /// The model's own, without modes.
     pub(crate) n_parameters: usize,
 }
@@ -121,6 +125,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         power,
         reactions: function(&reaction_outputs, &[&q, &v, &a, &lambda, u])?,
         indicators,
+        transmissions: Transmissions::compile(model, system, &q, &parameters)?,
         n_parameters: model.parameters.len(),
     })
 }
@@ -134,6 +139,39 @@ impl CompiledSystem {
     /// Number of constraint rows.
     pub fn nc(&self) -> usize {
         self.shape.nc
+    }
+
+    /// Which components of the reactions are unique from an instant on, in these modes.
+    pub(crate) fn uniqueness(
+        &self,
+        parameters: &[f64],
+        at: Instant<'_>,
+        modes: &Modes,
+    ) -> Uniqueness {
+        let parameters = modes.parameters_with_modes(parameters);
+        self.transmissions.uniqueness(&parameters, at, &|effort| effort.acts_in(modes))
+    }
+
+    /// As [`CompiledSystem::uniqueness`], of the joints alone.
+    pub(crate) fn redundancy(
+        &self,
+        parameters: &[f64],
+        at: Instant<'_>,
+        modes: &Modes,
+    ) -> Uniqueness {
+        let parameters = modes.parameters_with_modes(parameters);
+        self.transmissions.uniqueness(&parameters, at, &|_| false)
+    }
+
+    /// A basis of the self-stresses at a position, in these modes.
+    pub(crate) fn self_stresses(
+        &self,
+        parameters: &[f64],
+        at: (f64, &[f64]),
+        modes: &Modes,
+    ) -> Vec<SelfStress> {
+        let parameters = modes.parameters_with_modes(parameters);
+        self.transmissions.self_stresses(&parameters, at, &|effort| effort.acts_in(modes))
     }
 
     /// The same functions, with the values of the inputs by `law`.

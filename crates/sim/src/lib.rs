@@ -18,6 +18,7 @@ pub mod mobility;
 mod modes;
 mod multiplier;
 pub mod pose;
+pub mod redundancy;
 pub mod run;
 pub mod sensitivity;
 mod simulation;

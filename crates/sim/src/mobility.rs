@@ -1,7 +1,6 @@
 //! How many ways a mechanism can move: Grübler's count and the numeric rank.
 
 use crate::start::Start;
-use bksim_mbs::constraint::Source;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{JointId, JointKind, Model, Space};
 
@@ -16,26 +15,25 @@ pub struct Mobility {
     pub n_constraints: usize,
     /// Number of independent ones.
     pub rank: usize,
+    /// Number of conditions of the joints that repeat others, those that fold to 0 = 0 among them.
+    pub n_redundant: usize,
     /// Joints whose constraints repeat one another; their reactions are not unique.
     pub redundant: Vec<JointId>,
+    /// By joint: fx, fy, fz, mx, my, mz, true where the joints repeat no condition in that direction.
+    pub unique: Vec<[bool; 6]>,
 }
 
 /// Counts the degrees of freedom of `model` at its start.
 pub fn mobility(model: &Model, system: &SymbolicSystem, start: &Start) -> Mobility {
-    let mut redundant = Vec::new();
-    for &row in start.not_unique_rows() {
-        if let Source::Joint(joint) = system.constraints[row].source
-            && !redundant.contains(&joint)
-        {
-            redundant.push(joint);
-        }
-    }
+    let redundancy = &start.redundancy;
     Mobility {
         gruebler: gruebler(model),
         mobility: start.mobility,
         n_constraints: system.constraints.len(),
         rank: start.dependence.rank,
-        redundant,
+        n_redundant: redundancy.n_self_stresses,
+        redundant: redundancy.shared_joints().collect(),
+        unique: redundancy.reactions.clone(),
     }
 }
 

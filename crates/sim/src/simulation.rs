@@ -15,6 +15,7 @@ use crate::formulate::{LazyMotionEquations, MotionEquations, formulate};
 use crate::input::{InputError, InputValues, Law, UnknownInput, check_inputs};
 use crate::mechanism::{Mechanism, insensitive, uncompiled};
 use crate::modes::Modes;
+use crate::redundancy::SelfStress;
 use crate::run::{
     Failure, Observer, Problem, RunCheckpoint, Sample, Slowness, Summary, Unresumed,
     WithSensitivities, resume, run,
@@ -275,6 +276,12 @@ impl Simulation {
             Some(fault) => Err(InputError::NotOnlyLoads(Box::new(fault.clone()))),
             None => Ok(id),
         }
+    }
+
+    /// A basis of the self-stresses at `start`: what may be added to its reactions in any multiple
+    /// without disturbing the equilibrium. Empty where all reactions are unique.
+    pub fn self_stresses(&self, start: &Start) -> Vec<SelfStress> {
+        self.compiled.self_stresses(&self.parameters, (start.t, &start.q), &start.modes)
     }
 
     /// Everything that the motion from `start` follows from.

@@ -18,6 +18,7 @@ use crate::linear::rows::SparseRows;
 use crate::modes::Modes;
 use crate::modes::indicators::ContactState;
 use crate::multiplier::{MultiplierSystem, largest};
+use crate::redundancy::{self, Uniqueness};
 pub use crate::start_error::{Conflict, Gap, Moved, Rival, StartError};
 use crate::state::State;
 use bksim_expr::TapeError;
@@ -58,6 +59,10 @@ pub struct Start {
     pub longest_link: f64,
     /// Assemblies nearly as near to the guesses.
     pub rivals: Vec<Rival>,
+    /// Which components of the reactions are unique from here on.
+    pub uniqueness: Uniqueness,
+    /// Which would be if nothing were driven, closed or stuck: the joints among themselves.
+    pub(crate) redundancy: Uniqueness,
 }
 
 impl Start {
@@ -163,9 +168,14 @@ pub fn start_at(
     } else {
         modes_of_start(compiled, parameters, options, &modes, (t, q, v))?
     };
+    let instant = redundancy::Instant { t, q: &found.q, v: &found.v, a: &found.a };
+    let uniqueness = compiled.uniqueness(parameters, instant, &found.modes);
+    let redundancy = compiled.redundancy(parameters, instant, &found.modes);
     Ok(Start {
         t,
         state: State { t, q: found.q.clone(), v: found.v.clone() },
+        uniqueness,
+        redundancy,
         q: found.q,
         v: found.v,
         a: found.a,
@@ -248,7 +258,9 @@ impl Start {
         };
         let ConsistentModes { modes, q, v, a, lambda, inactive, .. } = found;
         let state = State { t, q: q.clone(), v: v.clone() };
-        Ok(Self { t, state, q, v, a, lambda, inactive, modes, ..self.clone() })
+        let instant = redundancy::Instant { t, q: &q, v: &v, a: &a };
+        let uniqueness = compiled.uniqueness(parameters, instant, &modes);
+        Ok(Self { t, state, q, v, a, lambda, inactive, modes, uniqueness, ..self.clone() })
     }
 }
 

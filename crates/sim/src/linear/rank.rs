@@ -69,6 +69,58 @@ pub(crate) fn sparse_dependent_rows(jacobian: &SparseRows, smallness: Smallness)
     Dependence { rank: basis.independent.len(), dependent, involved }
 }
 
+/// Up to `n` rows, ascending, each the one of which the most is left without those chosen before it: rows
+/// that are far from depending on each other. Rows of zeros are never chosen.
+pub(crate) fn best_rows(rows: &SparseRows, n: usize) -> Vec<usize> {
+    let mut rests: Vec<Vec<(usize, f64)>> =
+        (0..rows.n_rows()).map(|row| rows.row(row).to_vec()).collect();
+    let square = |row: &[(usize, f64)]| row.iter().map(|(_, g)| g * g).sum::<f64>();
+    let mut chosen = Vec::with_capacity(n);
+    let mut dense = vec![0.0; rows.n_columns];
+    while chosen.len() < n {
+        let largest = (0..rests.len())
+            .max_by(|&a, &b| square(&rests[a]).total_cmp(&square(&rests[b])).then(b.cmp(&a)));
+        let Some(best) = largest.filter(|&best| square(&rests[best]) > 0.0) else { break };
+        let norm = square(&rests[best]).sqrt();
+        let direction: Vec<_> = rests[best].iter().map(|&(i, g)| (i, g / norm)).collect();
+        chosen.push(best);
+        rests[best].clear();
+        // The others without their parts along it; rows that do not meet it stay as they are.
+        direction.iter().for_each(|&(i, g)| dense[i] = g);
+        for rest in &mut rests {
+            let along: f64 = rest.iter().map(|&(i, g)| g * dense[i]).sum();
+            if along != 0.0 {
+                rest.iter_mut().for_each(|(i, g)| *g -= along * dense[*i]);
+                let missing = direction.iter().filter(|(i, _)| rest.iter().all(|(j, _)| j != i));
+                let missing: Vec<_> = missing.map(|&(i, g)| (i, -along * g)).collect();
+                rest.extend(missing);
+            }
+        }
+        direction.iter().for_each(|&(i, _)| dense[i] = 0.0);
+    }
+    chosen.sort_unstable();
+    chosen
+}
+
+/// A basis of the combinations of rows that vanish, each by its rows and their factors: one for each row
+/// that depends on rows before it. Rows that combine to nothing but rounding count as dependent.
+///
+/// Rows are scaled to unit length first, so that units do not decide.
+pub(crate) fn vanishing_combinations(rows: &SparseRows) -> Vec<Vec<(usize, f64)>> {
+    let norms = rows.norms();
+    let mut basis = Basis::new(rows.n_columns);
+    let mut found = Vec::new();
+    for (row_idx, &norm) in norms.iter().enumerate() {
+        let row: Vec<_> = rows.row(row_idx).iter().map(|&(column, g)| (column, g / norm)).collect();
+        if let Err(combination) = basis.add(row_idx, &row, ROUNDING.rest) {
+            let others = basis.independent.iter().zip(combination).filter(|(_, part)| *part != 0.0);
+            let others = others.map(|(&other, part)| (other, -part / norms[other]));
+            found.push(others.chain([(row_idx, 1.0 / norm)]).collect());
+        }
+    }
+    found
+}
+
 /// Independent rows, and L D Lᵀ of their products.
 struct Basis {
     /// Numbers of the rows.

@@ -6,9 +6,10 @@ use bksim_dae::{Checkpoint, Control, Saver, SolveError};
 use super::dense::DenseOutput;
 use super::observer::Observer;
 use super::progress::Run;
-use super::singular::Sighting;
+use super::singular::{NOTICEABLE, Sighting, better_rows};
 use super::stepper::Stepper;
 use crate::hybrid::{Crossed, EventMonitor};
+use crate::multiplier::MultiplierSystem;
 
 /// A phase in progress.
 pub(super) struct Phase<'a> {
@@ -31,6 +32,8 @@ pub(super) enum PhaseEnd {
     SingularAhead(f64),
     /// Explicit steps have passed it.
     Regular,
+    /// Other rows hold the motion better than those that have been active: these are to be inactive.
+    OtherRows(Vec<usize>),
     /// Something switched where the run stands now.
     Switched(Crossed),
     /// The integrator cannot go on; `None` when the motion left its branch.
@@ -127,8 +130,21 @@ impl<'a> Run<'a> {
         // Stay on the constraints.
         stepper.correct(&mut self.mechanism.evaluator, &mut self.reached)?;
 
-        // Leave the rest to another method where that does better.
+        // Leave the rest to other rows, or to another method, where they do better.
+        if let Some(inactive) = self.other_rows(stepper.multipliers()) {
+            return Ok(Some(PhaseEnd::OtherRows(inactive)));
+        }
         Ok(stepper.succession())
+    }
+
+    /// The rows to be inactive from here on, where others than the active ones hold the motion better.
+    fn other_rows(&mut self, multipliers: &MultiplierSystem) -> Option<Vec<usize>> {
+        let Self { mechanism, reached, .. } = self;
+        let has_choice = !mechanism.inactive.is_empty() && mechanism.modes().is_empty();
+        if !has_choice || multipliers.rank_margin() >= NOTICEABLE {
+            return None;
+        }
+        better_rows(&mut mechanism.evaluator, (reached.t, &reached.q), &mechanism.inactive)
     }
 
     /// Samples the step just taken at the instants that are due up to `t`, if it reaches that far;

@@ -29,8 +29,9 @@ use super::sampler::Sampler;
 use super::singular::{REGULAR, SingularMonitor};
 use super::stepper::Stepper;
 use super::summary::{Failure, Integrator, MethodChange, Reason, Summary};
-use crate::hybrid::{Crossed, NoConsistentModes};
+use crate::hybrid::{ConsistentModes, Crossed, NoConsistentModes};
 use crate::multiplier::MultiplierSystem;
+use crate::redundancy::Instant;
 use crate::state::State;
 use bksim_model::Method;
 
@@ -107,6 +108,7 @@ impl<'a> Run<'a> {
     /// A run at its start, which is the first sample.
     pub fn begin(problem: Problem<'a>, observer: &mut dyn Observer) -> Self {
         let mut run = Self::new(problem);
+        run.summary.note_uniqueness(problem.start.t, problem.start.uniqueness.clone());
         let Self { sampler, mechanism, summary, .. } = &mut run;
         let control = sampler.begin(problem.start, mechanism, summary, observer);
         let options = problem.options;
@@ -321,6 +323,10 @@ impl<'a> Run<'a> {
         self.before = self.summary.stats;
         match self.or_switched(end) {
             PhaseEnd::Switched(crossed) => self.pass_event(&crossed)?,
+            PhaseEnd::OtherRows(inactive) => {
+                self.mechanism.inactive = inactive;
+                self.enter_rows();
+            }
             end => self.change_method(end)?,
         }
         Ok(self.ongoing())
@@ -421,9 +427,10 @@ impl<'a> Run<'a> {
                 Some(next) => next,
                 None => return Err(Halt { error, no_modes: None }),
             },
-            PhaseEnd::Regular | PhaseEnd::Reached | PhaseEnd::Switched(_) => {
-                (Integrator::Radau, Reason::Regular)
-            }
+            PhaseEnd::Regular
+            | PhaseEnd::Reached
+            | PhaseEnd::Switched(_)
+            | PhaseEnd::OtherRows(_) => (Integrator::Radau, Reason::Regular),
         };
         self.method = method;
         self.pace.restart(self.reached.t, self.summary.stats.n_step);
@@ -474,11 +481,26 @@ impl<'a> Run<'a> {
         let entered = entered.map_err(|no_modes| Halt { error: None, no_modes: Some(no_modes) })?;
         self.summary.energy.work += entered.impact_work;
         self.summary.energy.impacts += entered.impact_work;
+        self.note_uniqueness(&entered);
         (self.reached.q, self.reached.v) = (entered.q, entered.v);
+        self.enter_rows();
+        Ok(())
+    }
+
+    /// Goes on with the rows that the mechanism now has active.
+    fn enter_rows(&mut self) {
         self.sampler.enter(&self.mechanism);
         self.multipliers = self.mechanism.multipliers();
         self.singular_monitor = SingularMonitor::default();
-        Ok(())
+    }
+
+    /// Takes note of which reactions are unique in other modes.
+    fn note_uniqueness(&mut self, entered: &ConsistentModes) {
+        let Problem { compiled, parameters, .. } = self.problem;
+        let t = self.reached.t;
+        let instant = Instant { t, q: &entered.q, v: &entered.v, a: &entered.a };
+        let uniqueness = compiled.uniqueness(parameters, instant, &entered.modes);
+        self.summary.note_uniqueness(t, uniqueness);
     }
 
     fn note(&mut self, reason: Reason) {

@@ -9,6 +9,7 @@ use crate::evaluator::Evaluator;
 use crate::modes::Modes;
 use crate::modes::indicators::IndicatorEvaluator;
 use crate::multiplier::MultiplierSystem;
+use crate::redundancy::{Instant, Uniqueness};
 
 /// Completes states of segments: projection, accelerations, multipliers, reactions, energies.
 ///
@@ -91,6 +92,13 @@ impl<'a> Replay<'a> {
     /// The sample that [`Replay::at`] has made last.
     pub fn sample(&self) -> &Sample {
         &self.sample
+    }
+
+    /// Which components of the reactions are unique in the motion from the sample on that
+    /// [`Replay::at`] has made last.
+    pub fn uniqueness(&self) -> Uniqueness {
+        let Sample { t, q, v, a, .. } = &self.sample;
+        self.compiled.uniqueness(&self.own, Instant { t: *t, q, v, a }, &self.modes)
     }
 
     fn check(&self, segment: &Segment) -> Result<(), Unreplayed> {

@@ -9,7 +9,7 @@ use bksim_dae::{Loader, Saver, SolveError, Step};
 
 use super::summary::SingularPose;
 use crate::evaluator::Evaluator;
-use crate::linear::rank::{Smallness, sparse_dependent_rows};
+use crate::linear::rank::{Smallness, best_rows, sparse_dependent_rows};
 use crate::linear::rows::{Inverse, LARGEST_DENSE, SparseRows};
 use crate::multiplier::MultiplierSystem;
 
@@ -99,9 +99,17 @@ impl SingularMonitor {
                 self.regular = self.regular.max(smallest_singular_value(rows_at(end)));
             }
         }
-        let Loss { least, rank, rows } = Loss::of(&finite(rows_at(t))?, SINGULAR * self.regular)?;
+        let smallest = SINGULAR * self.regular;
+        let Loss { least, rank, rows } = Loss::of(&finite(rows_at(t))?, smallest)?;
         let kept = multipliers.active_rows();
-        if rank == kept.len() || self.near.is_some_and(|known| known <= least) {
+        // Rows that depend on these elsewhere may hold what these lose.
+        let mut is_held = || {
+            step.at(t, &mut y);
+            let all = finite(evaluator.constraints(t, &y[..nq]).jacobian_rows());
+            kept.len() < evaluator.shape().nc
+                && all.is_some_and(|all| rank_above(&all, smallest) >= kept.len())
+        };
+        if rank == kept.len() || is_held() || self.near.is_some_and(|known| known <= least) {
             if dip.rises {
                 self.near = None;
             }
@@ -204,6 +212,28 @@ impl Dip {
     }
 }
 
+/// How many times better conditioned other rows must be to be taken: near a singular pose all lose rank
+/// together, and none are by this much.
+const BETTER: f64 = 4.0;
+
+/// The rows to be inactive in place of `inactive` at a position where others hold the motion far
+/// better; `None` where there are none.
+pub(super) fn better_rows(
+    evaluator: &mut Evaluator,
+    (t, q): (f64, &[f64]),
+    inactive: &[usize],
+) -> Option<Vec<usize>> {
+    let all = finite(evaluator.constraints(t, q).jacobian_rows())?;
+    let now: Vec<usize> = (0..all.n_rows()).filter(|row| !inactive.contains(row)).collect();
+    let chosen = best_rows(&all, now.len());
+    if chosen.len() != now.len() || chosen == now {
+        return None;
+    }
+    let [now, then] = [&now, &chosen].map(|rows| smallest_singular_value(all.select(rows)));
+    let others = (0..all.n_rows()).filter(|row| !chosen.contains(row)).collect();
+    (then > BETTER * now).then_some(others)
+}
+
 fn finite(rows: SparseRows) -> Option<SparseRows> {
     (rows.n_rows() > 0 && rows.n_columns > 0 && rows.is_finite()).then_some(rows)
 }
@@ -214,6 +244,16 @@ fn smallest_singular_value(rows: SparseRows) -> f64 {
         return Inverse::of(rows).map_or(0.0, |mut inverse| inverse.weakest_combination().1);
     }
     rows.dense().singular_values().min()
+}
+
+/// Number of singular values above `smallest`.
+fn rank_above(rows: &SparseRows, smallest: f64) -> usize {
+    if rows.n_columns > LARGEST_DENSE {
+        let longest = rows.norms().into_iter().fold(0.0, f64::max);
+        let smallness = Smallness { rest: smallest / longest, part: PART };
+        return sparse_dependent_rows(rows, smallness).rank;
+    }
+    rows.dense().singular_values().iter().filter(|&&value| value >= smallest).count()
 }
 
 /// Loss of rank where the rank margin is least.

@@ -9,6 +9,7 @@ use super::singular::SingularMonitor;
 use super::summary::{EnergyBalance, Integrator, MethodChange, Reason, SingularPose, Summary};
 use crate::compiled::CompiledSystem;
 use crate::hybrid::Change;
+use crate::redundancy::{Uniqueness, UniquenessChange};
 
 impl Run<'_> {
     /// The run between two steps.
@@ -158,6 +159,11 @@ impl Summary {
         for change in &self.changes {
             change.save(saver);
         }
+        saver.count(self.uniqueness.len());
+        for change in &self.uniqueness {
+            saver.real(change.t);
+            change.uniqueness.save(saver);
+        }
     }
 
     pub(super) fn load(
@@ -181,7 +187,13 @@ impl Summary {
         let methods = methods.map(|_| MethodChange::load(loader)).collect::<Result<_, _>>()?;
         let changes = 0..loader.count()?;
         let changes = changes.map(|_| Change::load(loader, compiled)).collect::<Result<_, _>>()?;
+        let uniqueness = (0..loader.count()?).map(|_| {
+            let (t, all) = (loader.real()?, compiled.transmissions.all_unique());
+            Ok(UniquenessChange { t, uniqueness: all.load(loader)? })
+        });
+        let uniqueness = uniqueness.collect::<Result<_, _>>()?;
         Ok(Self {
+            uniqueness,
             reached_end: false,
             t,
             n_samples,
@@ -196,6 +208,29 @@ impl Summary {
             changes,
             checkpoint: None,
         })
+    }
+}
+
+impl Uniqueness {
+    /// The numbers of the components that are not unique.
+    fn save(&self, saver: &mut Saver) {
+        let components = self.reactions.as_flattened().iter().chain(&self.drives);
+        let components = components.chain(&self.contacts).enumerate();
+        let shared = components.filter(|(_, is_unique)| !**is_unique).map(|(idx, _)| idx);
+        saver.count(self.n_self_stresses);
+        saver.indices(&shared.collect::<Vec<_>>());
+    }
+
+    /// With the components that were saved as not unique, of a mechanism in which all are.
+    fn load(mut self, loader: &mut Loader<'_>) -> Result<Self, SolveError> {
+        self.n_self_stresses = loader.count()?;
+        let Self { reactions, drives, contacts, .. } = &mut self;
+        let components = reactions.as_flattened_mut().iter_mut().chain(drives).chain(contacts);
+        let mut components: Vec<&mut bool> = components.collect();
+        for idx in loader.indices(components.len())? {
+            *components[idx] = false;
+        }
+        Ok(self)
     }
 }
 

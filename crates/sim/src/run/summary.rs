@@ -6,6 +6,7 @@ use super::checkpoint::RunCheckpoint;
 use super::pace::Slowness;
 use super::sample::Sample;
 use crate::hybrid::{Change, NoConsistentModes};
+use crate::redundancy::{Uniqueness, UniquenessChange};
 use crate::start::{Start, StartError};
 
 /// How a run ended and how good it was.
@@ -35,6 +36,8 @@ pub struct Summary {
     pub methods: Vec<MethodChange>,
     /// The switches of modes, in order.
     pub changes: Vec<Change>,
+    /// Which components of the reactions are unique, from the start on and wherever that changes.
+    pub uniqueness: Vec<UniquenessChange>,
     /// State from which a run that was stopped goes on; see [`crate::run::resume`].
     pub checkpoint: Option<RunCheckpoint>,
 }
@@ -121,6 +124,13 @@ impl EnergyBalance {
 }
 
 impl Summary {
+    /// Takes note of the uniqueness from `t` on, where it is another one than before.
+    pub(crate) fn note_uniqueness(&mut self, t: f64, uniqueness: Uniqueness) {
+        if self.uniqueness.last().is_none_or(|last| last.uniqueness != uniqueness) {
+            self.uniqueness.push(UniquenessChange { t, uniqueness });
+        }
+    }
+
     /// Takes account of a sample that is handed out; `potential_start` is V₀.
     pub(crate) fn take(&mut self, sample: &Sample, potential_start: f64) {
         self.energy.take(sample, potential_start);

@@ -47,6 +47,7 @@ pub fn run_with_sensitivities(
     let mut mechanism = PhaseMechanism::new(problem);
     let mut sampler = Sampler::new(problem, &mechanism);
     let mut summary = Summary::default();
+    summary.note_uniqueness(start.t, start.uniqueness.clone());
 
     // The start.
     let first = &mut |sample: &Sample| observer.sample(sample, &plan.start);

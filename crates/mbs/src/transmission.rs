@@ -1,0 +1,53 @@
+//! The wrenches that a joint can transmit, whether or not it is cut: all that do no work along the motions
+//! it allows, at the successor's joint point in world axes.
+
+use crate::joint::{self, Motion};
+use crate::kinematics::Kinematics;
+use crate::spatial;
+use bksim_model::{JointId, JointKind, Model, MotionKind, Vector};
+
+/// Wrenches that a joint transmits to its successor.
+#[derive(Clone, Debug)]
+pub struct Transmission {
+    /// The joint.
+    pub joint: JointId,
+    /// The successor's joint point, world axes, m.
+    pub at: Vector,
+    /// Directions of force and moment there.
+    pub directions: Directions,
+}
+
+/// Directions of the wrenches that a joint transmits.
+#[derive(Clone, Debug)]
+pub enum Directions {
+    /// No force along the axis of a translation and no moment about the axis of a rotation; unit
+    /// vectors in world axes.
+    AllBut(Vec<Motion>),
+    /// A force along this vector alone, world axes, m.
+    Along(Vector),
+}
+
+/// The wrenches that `joint` can transmit.
+pub fn transmission(model: &Model, kinematics: &Kinematics, joint: JointId) -> Transmission {
+    let pool = &model.pool;
+    let of = &model.joints[joint.0];
+    let sides = kinematics.sides(model, of);
+    let directions = match of.kind {
+        JointKind::Link { .. } => {
+            let [from, to] = [&sides.p_world_predecessor, &sides.p_world_successor];
+            Directions::Along(spatial::sub(pool, from, to))
+        }
+        _ => {
+            let in_world = |motion: Motion| {
+                let effort = joint::effort(pool, motion, &sides);
+                let axis = match motion.kind {
+                    MotionKind::Translation => effort.force,
+                    MotionKind::Rotation => effort.moment,
+                };
+                Motion { kind: motion.kind, axis }
+            };
+            Directions::AllBut(joint::motions(pool, of).into_iter().map(in_world).collect())
+        }
+    };
+    Transmission { joint, at: sides.p_world_successor, directions }
+}

@@ -1,0 +1,176 @@
+//! The truth of reactions: which of their components are the same in every solution of the equilibrium.
+//!
+//! ```text
+//! W R = loads and inertia of the bodies,    W N = 0,    R + N s solves it for any s
+//! ```
+//!
+//! The columns of W are the wrenches that joints, drives, closed stops and sticking friction can put on
+//! the bodies, whether or not a joint is cut; columns of N are the self-stresses, wrenches in
+//! equilibrium without any load. A component of a reaction is unique when no self-stress has it. The
+//! Gᵀ of the equations of motion is W along the motions that the tree leaves: it has neither the joints of
+//! the tree nor rows that fold to 0 = 0.
+//!
+//! Self-stresses live in loops. Those of loops that share no joint have nothing to do with each
+//! other, so W is taken block by block: joints whose loops share joints (the connected parts of the
+//! cycle matroid; J. Oxley, *Matroid Theory*, 2nd ed. 2011, §4.1). A joint that every path passes is
+//! never in one. W Wᵀ keeps the sparsity of the joint graph: nothing here is dense.
+//!
+//! Source: M. Wojtyra and J. Frączek, *Solvability of reactions in rigid multibody systems with
+//! redundant nonholonomic constraints*, Multibody System Dynamics 30 (2013) 153.
+
+mod blocks;
+mod transmissions;
+
+use bksim_model::{DriveId, JointId, LoadId};
+
+use crate::modes::Modes;
+
+pub(crate) use self::transmissions::Transmissions;
+
+/// Which components of the reactions are the same in every solution of the equilibrium.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Uniqueness {
+    /// By joint: fx, fy, fz, mx, my, mz as in [`Sample::reactions`](crate::run::Sample::reactions).
+    pub reactions: Vec<[bool; 6]>,
+    /// The efforts of the drives, in the order of the model.
+    pub drives: Vec<bool>,
+    /// The forces of stops and friction, by contact in the order of the system's rows.
+    pub contacts: Vec<bool>,
+    /// Number of independent self-stresses: of conditions that repeat others.
+    pub n_self_stresses: usize,
+}
+
+/// Where a motion stands: time, positions, velocities, accelerations.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Instant<'a> {
+    pub(crate) t: f64,
+    pub(crate) q: &'a [f64],
+    pub(crate) v: &'a [f64],
+    pub(crate) a: &'a [f64],
+}
+
+/// Uniqueness from an instant on.
+#[derive(Clone, PartialEq, Debug)]
+pub struct UniquenessChange {
+    /// s.
+    pub t: f64,
+    /// What holds from there to the next change.
+    pub uniqueness: Uniqueness,
+}
+
+/// Reactions in equilibrium without any load; its largest component is about one, N.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct SelfStress {
+    /// Joints that take part: force N and moment N m on the successor, world axes.
+    pub reactions: Vec<(JointId, [f64; 6])>,
+    /// Efforts that take part, N or N m.
+    pub efforts: Vec<(Effort, f64)>,
+}
+
+/// A force along a motion of a joint that is not part of the joint's reaction.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Effort {
+    /// Of a drive.
+    Drive(DriveId),
+    /// Of a stop or of friction that sticks: the contact of this index.
+    Contact(usize, LoadId),
+}
+
+/// How far ahead of an instant the motion is looked at, part of a radian or of a metre: components
+/// that vanish in one pose alone have grown beyond rounding there, and the constraints hold to it squared.
+const AHEAD: f64 = 3e-5;
+/// Rates below this, rad/s or m/s, have no direction.
+const AT_REST: f64 = 1e-9;
+
+impl Effort {
+    /// Whether it is there in these modes.
+    pub(crate) fn acts_in(self, modes: &Modes) -> bool {
+        match self {
+            Self::Drive(_) => true,
+            Self::Contact(contact_idx, _) => modes.contacts[contact_idx].is_active(),
+        }
+    }
+}
+
+impl Transmissions {
+    /// Which components are unique in the motion from an instant on, with the efforts that `acts` says are
+    /// there. A component that a self-stress has not in this pose alone, and a self-stress that
+    /// only this pose has, do not count.
+    pub(crate) fn uniqueness(
+        &self,
+        parameters: &[f64],
+        at: Instant<'_>,
+        acts: &dyn Fn(Effort) -> bool,
+    ) -> Uniqueness {
+        let mut unique = self.all_unique();
+        if !self.are_shared() {
+            return unique;
+        }
+        let here = self.self_stresses(parameters, (at.t, at.q), acts);
+        if here.is_empty() {
+            return unique;
+        }
+        let ahead = self.self_stresses(parameters, (at.t, &at.ahead()), acts);
+        let is_lasting = here.len() <= ahead.len();
+        if is_lasting {
+            here.iter().for_each(|stress| unique.exclude(stress));
+        }
+        if !is_lasting || here.len() == ahead.len() {
+            ahead.iter().for_each(|stress| unique.exclude(stress));
+        }
+        unique.n_self_stresses = here.len().min(ahead.len());
+        unique
+    }
+}
+
+fn largest(rates: &[f64]) -> f64 {
+    rates.iter().fold(0.0, |largest: f64, rate| largest.max(rate.abs()))
+}
+
+impl Instant<'_> {
+    /// Positions a little later; those of the instant itself where nothing moves.
+    fn ahead(&self) -> Vec<f64> {
+        let along = if largest(self.v) > AT_REST { self.v } else { self.a };
+        let step = AHEAD / largest(along);
+        let moved = |(q, rate): (&f64, &f64)| if step.is_finite() { q + step * rate } else { *q };
+        self.q.iter().zip(along).map(moved).collect()
+    }
+}
+
+impl Uniqueness {
+    /// Everything is unique.
+    pub(crate) fn all(n_joints: usize, n_drives: usize, n_contacts: usize) -> Self {
+        Self {
+            reactions: vec![[true; 6]; n_joints],
+            drives: vec![true; n_drives],
+            contacts: vec![true; n_contacts],
+            n_self_stresses: 0,
+        }
+    }
+
+    /// Whether every component is unique.
+    pub fn is_complete(&self) -> bool {
+        self.n_self_stresses == 0
+    }
+
+    /// The joints with a component that is not unique.
+    pub fn shared_joints(&self) -> impl Iterator<Item = JointId> {
+        let joints = self.reactions.iter().enumerate();
+        joints.filter(|(_, six)| six.contains(&false)).map(|(joint_idx, _)| JointId(joint_idx))
+    }
+
+    /// Takes what has a part in a self-stress as not unique.
+    pub(crate) fn exclude(&mut self, stress: &SelfStress) {
+        for (joint, six) in &stress.reactions {
+            let unique = &mut self.reactions[joint.0];
+            unique.iter_mut().zip(six).for_each(|(unique, &part)| *unique &= part == 0.0);
+        }
+        for &(effort, part) in &stress.efforts {
+            let unique = match effort {
+                Effort::Drive(drive) => &mut self.drives[drive.0],
+                Effort::Contact(contact_idx, _) => &mut self.contacts[contact_idx],
+            };
+            *unique &= part == 0.0;
+        }
+    }
+}

@@ -1,0 +1,349 @@
+//! [`Transmissions`]: the wrenches that the joints of loops transmit, as numbers, and their self-stresses.
+
+use bksim_expr::{Expr, SymbolId, TapeError};
+use bksim_mbs::system::SymbolicSystem;
+use bksim_mbs::transmission::{Directions, transmission};
+use bksim_model::{DriveId, JointId, LoadKind, Model, MotionKind, Space};
+
+use super::blocks::blocks;
+use super::{Effort, SelfStress, Uniqueness};
+use crate::function::Function;
+use crate::linear::rank::vanishing_combinations;
+use crate::linear::rows::SparseRows;
+
+/// Force and moment; the moment over a length where both are compared.
+type Wrench = [f64; 6];
+
+/// Parts of a self-stress below this are rounding, relative to its largest one.
+const PART: f64 = 1e-6;
+
+/// The joints that may have self-stresses, with their geometry as one function of (t, q).
+#[derive(Clone, Debug)]
+pub(crate) struct Transmissions {
+    /// `None` where no self-stress can be.
+    function: Option<Function>,
+    blocks: Vec<Block>,
+    /// Directions that wrenches have here: fx, fy, mz in a plane.
+    axes: &'static [usize],
+    /// Joints, drives and contacts of the mechanism.
+    sizes: [usize; 3],
+}
+
+/// Joints whose loops share joints, with the efforts in them.
+#[derive(Clone, Debug, Default)]
+struct Block {
+    parts: Vec<Part>,
+    /// Each with the index of its part and the motion that it acts along.
+    efforts: Vec<(Effort, usize, usize)>,
+}
+
+/// A joint of a block.
+#[derive(Clone, Debug)]
+struct Part {
+    joint: JointId,
+    /// Predecessor and successor, numbered within the block; `None` is the ground.
+    bodies: [Option<usize>; 2],
+    /// The motions that the joint allows; `None` of a link.
+    motions: Option<Vec<MotionKind>>,
+    /// Its first number among the results of the function: the joint point, then an axis for each
+    /// motion, or the direction of a link.
+    first: usize,
+}
+
+impl Transmissions {
+    /// Compiles the geometry of the joints that may have self-stresses, as a function of t, q and
+    /// `parameters`.
+    ///
+    /// # Errors
+    /// [`TapeError`] when an expression cannot be compiled.
+    pub(crate) fn compile(
+        model: &Model,
+        system: &SymbolicSystem,
+        q: &[SymbolId],
+        parameters: &[SymbolId],
+    ) -> Result<Self, TapeError> {
+        let ends = model.joints.iter().map(|j| [j.predecessor.body.0, j.successor.body.0]);
+        let of_joint = blocks(model.bodies.len(), &ends.collect::<Vec<_>>());
+        let efforts = efforts(model, system);
+
+        // A block needs a loop, or two efforts in one joint.
+        let mut n_members = vec![0; model.joints.len()];
+        of_joint.iter().for_each(|&block| n_members[block] += 1);
+        let mut n_efforts = vec![0; model.joints.len()];
+        efforts.iter().for_each(|&(_, joint, _)| n_efforts[of_joint[joint.0]] += 1);
+        let is_needed = |block: usize| n_members[block] > 1 || n_efforts[block] > 1;
+
+        // The parts, and what is to be computed for them.
+        let mut of_block = vec![Block::default(); model.joints.len()];
+        let mut part_of = vec![0; model.joints.len()];
+        let mut number_of_body = vec![Vec::new(); model.bodies.len()];
+        let mut n_bodies = vec![0; model.joints.len()];
+        let mut outputs: Vec<Expr> = Vec::new();
+        for (joint_idx, &block) in of_joint.iter().enumerate() {
+            if !is_needed(block) {
+                continue;
+            }
+            let joint = &model.joints[joint_idx];
+            let bodies = [joint.predecessor.body.0, joint.successor.body.0].map(|body| {
+                if body == 0 {
+                    return None;
+                }
+                let known: &mut Vec<(usize, usize)> = &mut number_of_body[body];
+                if let Some(&(_, number)) = known.iter().find(|(of, _)| *of == block) {
+                    return Some(number);
+                }
+                let number = n_bodies[block];
+                n_bodies[block] += 1;
+                known.push((block, number));
+                Some(number)
+            });
+            let transmission = transmission(model, &system.kinematics, JointId(joint_idx));
+            let first = outputs.len();
+            outputs.extend(transmission.at);
+            let motions = match transmission.directions {
+                Directions::Along(along) => {
+                    outputs.extend(along);
+                    None
+                }
+                Directions::AllBut(motions) => {
+                    outputs.extend(motions.iter().flat_map(|motion| motion.axis));
+                    Some(motions.iter().map(|motion| motion.kind).collect())
+                }
+            };
+            part_of[joint_idx] = of_block[block].parts.len();
+            let part = Part { joint: JointId(joint_idx), bodies, motions, first };
+            of_block[block].parts.push(part);
+        }
+        for (effort, joint, motion_idx) in efforts {
+            let block = &mut of_block[of_joint[joint.0]];
+            block.efforts.push((effort, part_of[joint.0], motion_idx));
+        }
+        of_block.retain(|block| !block.parts.is_empty());
+
+        let time = [model.time];
+        let compile = || Function::compile(model, &outputs, &[&time, q], parameters);
+        let function = (!outputs.is_empty()).then(compile).transpose()?;
+        let axes: &[usize] = match model.space {
+            Space::Planar => &[0, 1, 5],
+            Space::Spatial => &[0, 1, 2, 3, 4, 5],
+        };
+        let sizes = [model.joints.len(), model.drives.len(), system.contacts.len()];
+        Ok(Self { function, blocks: of_block, axes, sizes })
+    }
+
+    /// Whether a self-stress is possible in any pose and mode.
+    pub(crate) fn are_shared(&self) -> bool {
+        self.function.is_some()
+    }
+
+    /// Everything unique.
+    pub(crate) fn all_unique(&self) -> Uniqueness {
+        let [n_joints, n_drives, n_contacts] = self.sizes;
+        Uniqueness::all(n_joints, n_drives, n_contacts)
+    }
+
+    /// A basis of the self-stresses at a position, with the efforts that `acts` says are there.
+    pub(crate) fn self_stresses(
+        &self,
+        parameters: &[f64],
+        (t, q): (f64, &[f64]),
+        acts: &dyn Fn(Effort) -> bool,
+    ) -> Vec<SelfStress> {
+        let Some(function) = &self.function else { return Vec::new() };
+        let mut buffers = function.buffers(parameters);
+        let values = function.evaluate(&mut buffers, &[&[t], q]);
+        if values.iter().any(|value| !value.is_finite()) {
+            return Vec::new();
+        }
+        self.blocks.iter().flat_map(|block| block.self_stresses(values, self.axes, acts)).collect()
+    }
+}
+
+/// The efforts of drives and contacts, each with its joint and the motion that it acts along.
+fn efforts(model: &Model, system: &SymbolicSystem) -> Vec<(Effort, JointId, usize)> {
+    let drives = model.drives.iter().enumerate();
+    let drives =
+        drives.map(|(k, drive)| (Effort::Drive(DriveId(k)), drive.joint, drive.motion_idx));
+    let contacts = system.contacts.iter().enumerate().filter_map(|(k, contact)| {
+        let (LoadKind::Stop { joint, motion_idx, .. }
+        | LoadKind::Friction { joint, motion_idx, .. }) = model.loads[contact.load.0].kind
+        else {
+            return None;
+        };
+        Some((Effort::Contact(k, contact.load), joint, motion_idx))
+    });
+    drives.chain(contacts).collect()
+}
+
+/// A wrench of a block whose size the equilibrium is to give.
+#[derive(Clone, Copy)]
+struct Unknown {
+    part_idx: usize,
+    /// `None` of the joint's own reaction.
+    effort: Option<Effort>,
+    /// On the successor at the joint point, moments over the length.
+    wrench: Wrench,
+}
+
+impl Block {
+    fn self_stresses(
+        &self,
+        values: &[f64],
+        axes: &[usize],
+        acts: &dyn Fn(Effort) -> bool,
+    ) -> Vec<SelfStress> {
+        let triple = |first: usize| [values[first], values[first + 1], values[first + 2]];
+        let (center, length) = extent(self.parts.iter().map(|part| triple(part.first)));
+
+        // The unknowns: reactions, then efforts.
+        let mut unknowns: Vec<Unknown> = Vec::new();
+        for (part_idx, part) in self.parts.iter().enumerate() {
+            let wrenches = match &part.motions {
+                None => vec![force_along(triple(part.first + 3))],
+                Some(motions) => {
+                    let free = motions.iter().enumerate();
+                    let free =
+                        free.map(|(k, &kind)| effort(kind, triple(part.first + 3 * (k + 1))));
+                    complement(&free.collect::<Vec<_>>(), axes)
+                }
+            };
+            let unknown = |wrench| Unknown { part_idx, effort: None, wrench };
+            unknowns.extend(wrenches.into_iter().map(unknown));
+        }
+        for &(of, part_idx, motion_idx) in self.efforts.iter().filter(|(of, ..)| acts(*of)) {
+            let part = &self.parts[part_idx];
+            let Some(motions) = &part.motions else { continue };
+            let axis = triple(part.first + 3 * (motion_idx + 1));
+            let wrench = effort(motions[motion_idx], axis);
+            unknowns.push(Unknown { part_idx, effort: Some(of), wrench });
+        }
+
+        // Columns of W as rows: the wrench about the centre, on the successor and reversed on the
+        // predecessor.
+        let n_bodies = self.parts.iter().flat_map(|part| part.bodies).flatten().max();
+        let mut columns = SparseRows::new(6 * n_bodies.map_or(0, |last| last + 1));
+        for unknown in &unknowns {
+            let part = &self.parts[unknown.part_idx];
+            let p = triple(part.first);
+            let arm = std::array::from_fn(|i| (p[i] - center[i]) / length);
+            let about = about_center(unknown.wrench, arm);
+            let on = part.bodies.iter().zip([-1.0, 1.0]);
+            let entries = on.filter_map(|(body, sign)| body.map(|body| (6 * body, sign)));
+            let entries = entries.flat_map(|(first, sign)| {
+                let part = move |i: usize| (first + i, sign * about[i]);
+                (0..6).map(part).filter(|(_, value)| *value != 0.0)
+            });
+            let mut entries: Vec<(usize, f64)> = entries.collect();
+            entries.sort_unstable_by_key(|&(column, _)| column);
+            columns.push(entries);
+        }
+        let combinations = vanishing_combinations(&columns).into_iter();
+        combinations.map(|combination| self.stress(&combination, &unknowns, length)).collect()
+    }
+
+    /// The reactions and efforts of a combination of the unknowns.
+    fn stress(
+        &self,
+        combination: &[(usize, f64)],
+        unknowns: &[Unknown],
+        length: f64,
+    ) -> SelfStress {
+        let mut sums = vec![[0.0; 6]; self.parts.len()];
+        let mut efforts: Vec<(Effort, f64, f64)> = Vec::new();
+        for &(unknown_idx, factor) in combination {
+            let Unknown { part_idx, effort, wrench } = unknowns[unknown_idx];
+            match effort {
+                None => {
+                    sums[part_idx].iter_mut().zip(wrench).for_each(|(sum, w)| *sum += factor * w);
+                }
+                Some(of) => {
+                    let is_moment = wrench[..3].iter().all(|&f| f == 0.0);
+                    efforts.push((of, factor, if is_moment { length } else { 1.0 }));
+                }
+            }
+        }
+        let parts = sums.as_flattened().iter().copied().chain(efforts.iter().map(|e| e.1));
+        let largest = parts.fold(0.0, |largest: f64, part| largest.max(part.abs()));
+        let cleaned = |part: f64, unit: f64| {
+            let relative = part / largest;
+            if relative.abs() > PART { relative * unit } else { 0.0 }
+        };
+        let reactions = self.parts.iter().zip(sums).map(|(part, sum)| {
+            let unit = |i: usize| if i < 3 { 1.0 } else { length };
+            (part.joint, std::array::from_fn(|i| cleaned(sum[i], unit(i))))
+        });
+        let reactions = reactions.filter(|(_, six)| *six != [0.0; 6]).collect();
+        let efforts = efforts.into_iter().map(|(of, part, unit)| (of, cleaned(part, unit)));
+        SelfStress { reactions, efforts: efforts.filter(|(_, part)| *part != 0.0).collect() }
+    }
+}
+
+/// The middle of some points and how far they lie from it; a metre where they are one point.
+fn extent(points: impl Iterator<Item = [f64; 3]> + Clone) -> ([f64; 3], f64) {
+    let (mut sum, mut n) = ([0.0; 3], 0.0);
+    for point in points.clone() {
+        sum = std::array::from_fn(|i| sum[i] + point[i]);
+        n += 1.0;
+    }
+    let center = sum.map(|part| part / n);
+    let far = |p: [f64; 3]| (0..3).map(|i| (p[i] - center[i]).powi(2)).sum::<f64>().sqrt();
+    let length = points.map(far).fold(0.0, f64::max);
+    (center, if length > 0.0 { length } else { 1.0 })
+}
+
+fn effort(kind: MotionKind, axis: [f64; 3]) -> Wrench {
+    let [x, y, z] = axis;
+    match kind {
+        MotionKind::Translation => [x, y, z, 0.0, 0.0, 0.0],
+        MotionKind::Rotation => [0.0, 0.0, 0.0, x, y, z],
+    }
+}
+
+/// The unit force along a vector.
+fn force_along(d: [f64; 3]) -> Wrench {
+    let norm = d.iter().map(|part| part * part).sum::<f64>().sqrt();
+    effort(MotionKind::Translation, d.map(|part| part / norm))
+}
+
+/// (F, M + arm × F).
+fn about_center([fx, fy, fz, mx, my, mz]: Wrench, [x, y, z]: [f64; 3]) -> Wrench {
+    [fx, fy, fz, mx + y * fz - z * fy, my + z * fx - x * fz, mz + x * fy - y * fx]
+}
+
+/// Orthonormal wrenches along some axes that do no work on the motions `free`: the axes themselves
+/// where they can be.
+fn complement(free: &[Wrench], axes: &[usize]) -> Vec<Wrench> {
+    let dot = |a: &Wrench, b: &Wrench| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let freed = |mut rest: Wrench, basis: &[Wrench]| {
+        for direction in basis.iter().chain(basis) {
+            let along = dot(direction, &rest);
+            rest.iter_mut().zip(direction).for_each(|(part, d)| *part -= along * d);
+        }
+        rest
+    };
+    let normed = |w: &Wrench| {
+        let norm = dot(w, w).sqrt();
+        w.map(|part| part / norm)
+    };
+    let mut basis: Vec<Wrench> = Vec::new();
+    for motion in free {
+        basis.push(normed(&freed(*motion, &basis)));
+    }
+    // Of the axes, always the one of which the most is left.
+    while basis.len() < axes.len() {
+        let rests = axes.iter().map(|&axis| {
+            let mut unit = [0.0; 6];
+            unit[axis] = 1.0;
+            freed(unit, &basis)
+        });
+        let largest =
+            rests.reduce(
+                |best, rest| {
+                    if dot(&rest, &rest) > dot(&best, &best) + PART { rest } else { best }
+                },
+            );
+        let Some(largest) = largest else { break };
+        basis.push(normed(&largest));
+    }
+    basis.split_off(free.len())
+}
