@@ -52,6 +52,8 @@ crate::codes! {
     BAD_TOLERANCE = "M061", "a tolerance out of range";
     NO_BODIES = "M062", "a model without bodies";
     DRAWING_ALONE = "M063", "a drawing that is not there";
+    BAD_FRAME = "M070", "axes that make no frame";
+    NOT_PERPENDICULAR = "M071", "axes of a joint that are not perpendicular";
 }
 
 #[cfg(test)]
