@@ -188,10 +188,10 @@ fn constraints(
     }
     for (drive_idx, drive) in model.drives.iter().enumerate() {
         let joint = &model.joints[drive.joint.0];
-        let motion = joint::motions(pool, joint)[drive.motion_idx];
-        let position = kinematics.joint_positions(model, drive.joint)[drive.motion_idx];
-        let wrench = joint::effort(pool, motion, &kinematics.sides(model, joint));
-        let expression = pool.sub(drive.motion, position);
+        let positions = kinematics.joint_positions(model, drive.joint);
+        let sides = kinematics.sides(model, joint);
+        let wrench = joint::effort(pool, joint, drive.motion_idx, &positions, &sides);
+        let expression = pool.sub(drive.motion, positions[drive.motion_idx]);
         add(expression, Source::Drive(DriveId(drive_idx)), "motion", wrench);
     }
     for row in contacts {

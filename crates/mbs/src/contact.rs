@@ -78,10 +78,11 @@ pub(crate) fn contact_rows(
             continue;
         };
         // The position of the motion, and the wrenches of a unit effort along and against it.
-        let position = kinematics.joint_positions(model, joint)[motion_idx];
+        let positions = kinematics.joint_positions(model, joint);
+        let position = positions[motion_idx];
         let of = &model.joints[joint.0];
-        let motion = joint::motions(pool, of)[motion_idx];
-        let up = joint::effort(pool, motion, &kinematics.sides(model, of));
+        let sides = kinematics.sides(model, of);
+        let up = joint::effort(pool, of, motion_idx, &positions, &sides);
         let down = up.reversed(pool);
         let mut add = |expression, source, direction, wrench, law| {
             rows.push(ContactRow {

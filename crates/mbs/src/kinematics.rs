@@ -11,8 +11,8 @@ use crate::joint::{self, Motion, Sides};
 use crate::pose::Pose;
 use crate::spatial::{self, Rotation, z_axis};
 use crate::tree::{Branch, Tree};
-use bksim_model::MotionKind;
 use bksim_model::{Anchor, Axis, BodyId, Joint, JointId, Measure, Model, PointId, Space, Vector};
+use bksim_model::{MotionKind, motion_words};
 
 /// The part of the model whose motion a coordinate is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -100,11 +100,17 @@ impl Kinematics {
         self.poses[anchor.body.0].position(&model.pool, &anchor_in_body(model, anchor))
     }
 
+    /// The pose of a body, turned into the frame of one of its points.
+    fn frame(&self, model: &Model, anchor: Anchor) -> Pose {
+        let pose = &self.poses[anchor.body.0];
+        pose.with_axes(&model.pool, &orientation(model, anchor))
+    }
+
     /// The two sides of a joint.
-    pub fn sides(&self, model: &Model, joint: &Joint) -> Sides<'_> {
+    pub fn sides(&self, model: &Model, joint: &Joint) -> Sides {
         Sides {
-            predecessor: &self.poses[joint.predecessor.body.0],
-            successor: &self.poses[joint.successor.body.0],
+            predecessor: self.frame(model, joint.predecessor),
+            successor: self.frame(model, joint.successor),
             p_world_predecessor: self.anchor(model, joint.predecessor),
             p_world_successor: self.anchor(model, joint.successor),
         }
@@ -234,7 +240,13 @@ impl Kinematics {
                     offset = spatial::add(pool, &offset, &along);
                 }
                 MotionKind::Rotation => {
-                    omega = spatial::add(pool, &omega, &spatial::scale(pool, v, &motion.axis));
+                    if let Some(pitch) = motion.pitch {
+                        let along = spatial::scale(pool, pool.mul(pitch, q), &motion.axis);
+                        offset = spatial::add(pool, &offset, &along);
+                    }
+                    // The turns before it have turned its axis.
+                    let axis = rotation.apply(pool, &motion.axis);
+                    omega = spatial::add(pool, &omega, &spatial::scale(pool, v, &axis));
                     rotation = rotation.then(pool, &Rotation::about(pool, &motion.axis, q));
                 }
             }
@@ -248,14 +260,16 @@ impl Kinematics {
             (joint.predecessor, joint.successor)
         };
         let p_world_near = parent_pose.position(pool, &anchor_in_body(model, near));
-        let r_world_from_body = if reversed {
-            parent_pose.rotation.then(pool, &rotation.inverse(pool))
+        let r_world_from_near = parent_pose.rotation.then(pool, &orientation(model, near));
+        let r_world_from_far = if reversed {
+            r_world_from_near.then(pool, &rotation.inverse(pool))
         } else {
-            parent_pose.rotation.then(pool, &rotation)
+            r_world_from_near.then(pool, &rotation)
         };
+        let r_world_from_body = r_world_from_far.then(pool, &orientation(model, far).inverse(pool));
         // Offset and relative angular velocity have their components in the predecessor's frame.
         let r_world_from_predecessor =
-            if reversed { &r_world_from_body } else { &parent_pose.rotation };
+            if reversed { &r_world_from_far } else { &r_world_from_near };
         let offset_world = r_world_from_predecessor.apply(pool, &offset);
         let omega_world = r_world_from_predecessor.apply(pool, &omega);
         let (anchor_world, omega) = if reversed {
@@ -311,11 +325,19 @@ pub fn free_motion_names(space: Space) -> &'static [&'static str] {
 /// The identifier of a joint coordinate: the author's, else the joint's name and `angle` or `position`.
 pub fn joint_coordinate_name(joint: &Joint, motions: &[Motion], motion_idx: usize) -> String {
     joint.coordinate_names.get(motion_idx).cloned().unwrap_or_else(|| {
-        let word = match motions[motion_idx].kind {
-            MotionKind::Rotation => "angle",
-            MotionKind::Translation => "position",
-        };
+        let kinds: Vec<MotionKind> = motions.iter().map(|motion| motion.kind).collect();
+        let [word, _] = motion_words(&kinds, motion_idx);
         format!("{}_{word}", joint.name)
+    })
+}
+
+/// The rotation r_body_from_frame of the frame of an anchor.
+pub(crate) fn orientation(model: &Model, anchor: Anchor) -> Rotation {
+    let pool = &model.pool;
+    let Some(point) = anchor.point else { return Rotation::default() };
+    let turns = &model.bodies[anchor.body.0].points[point.0].orientation;
+    turns.iter().fold(Rotation::default(), |rotation, turn| {
+        rotation.then(pool, &Rotation::about(pool, &turn.axis, turn.angle))
     })
 }
 

@@ -19,6 +19,12 @@ pub struct Pose {
 }
 
 impl Pose {
+    /// The same pose with the axes of a frame of the body, which is turned by `r_body_from_frame`.
+    #[must_use]
+    pub fn with_axes(&self, pool: &Pool, r_body_from_frame: &Rotation) -> Self {
+        Self { rotation: self.rotation.then(pool, r_body_from_frame), ..self.clone() }
+    }
+
     /// The world position of a point of the body.
     pub fn position(&self, pool: &Pool, p_body: &Vector) -> Vector {
         let arm = spatial::sub(pool, p_body, &self.anchor_body);

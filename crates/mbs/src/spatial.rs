@@ -13,6 +13,12 @@ pub fn z_axis(pool: &Pool) -> Vector {
     [pool.zero(), pool.zero(), pool.one()]
 }
 
+/// Unit vectors along x, y and z.
+pub fn axes(pool: &Pool) -> [Vector; 3] {
+    let [zero, one] = [pool.zero(), pool.one()];
+    [[one, zero, zero], [zero, one, zero], [zero, zero, one]]
+}
+
 /// The zero vector.
 pub fn zero(pool: &Pool) -> Vector {
     [pool.zero(); 3]

@@ -4,7 +4,7 @@
 use crate::joint::{self, Motion};
 use crate::kinematics::Kinematics;
 use crate::spatial;
-use bksim_model::{JointId, JointKind, Model, MotionKind, Vector};
+use bksim_model::{JointId, JointKind, Model, Vector};
 
 /// Wrenches that a joint transmits to its successor.
 #[derive(Clone, Debug)]
@@ -38,15 +38,8 @@ pub fn transmission(model: &Model, kinematics: &Kinematics, joint: JointId) -> T
             Directions::Along(spatial::sub(pool, from, to))
         }
         _ => {
-            let in_world = |motion: Motion| {
-                let effort = joint::effort(pool, motion, &sides);
-                let axis = match motion.kind {
-                    MotionKind::Translation => effort.force,
-                    MotionKind::Rotation => effort.moment,
-                };
-                Motion { kind: motion.kind, axis }
-            };
-            Directions::AllBut(joint::motions(pool, of).into_iter().map(in_world).collect())
+            let positions = kinematics.joint_positions(model, joint);
+            Directions::AllBut(joint::motions_in_world(pool, of, &positions, &sides))
         }
     };
     Transmission { joint, at: sides.p_world_successor, directions }

@@ -5,7 +5,7 @@
 
 use std::collections::VecDeque;
 
-use bksim_model::{BodyId, CoordinatePolicy, GROUND, JointId, JointKind, Model};
+use bksim_model::{BodyId, CoordinatePolicy, GROUND, JointId, Model};
 
 /// Deepest chain of relative coordinates that bksim chooses by itself: the equations of a chain of
 /// N relative angles grow as N³, those of absolute coordinates as N.
@@ -58,15 +58,15 @@ impl Tree {
     /// are when only joint values are known.
     pub fn uncut(model: &Model) -> Self {
         Self::grow(model, CoordinatePolicy::Relative, &|id| {
-            !matches!(model.joints[id.0].kind, JointKind::Link { .. })
+            !model.joints[id.0].kind.is_always_cut()
         })
     }
 
     fn with_policy(model: &Model, policy: CoordinatePolicy) -> Self {
         Self::grow(model, policy, &|id| {
             let joint = &model.joints[id.0];
-            let is_link = matches!(joint.kind, JointKind::Link { .. });
-            !is_link && !joint.cut.unwrap_or(policy == CoordinatePolicy::Absolute)
+            let is_cut = policy == CoordinatePolicy::Absolute || joint.kind.is_loose();
+            !joint.kind.is_always_cut() && !joint.cut.unwrap_or(is_cut)
         })
     }
 

@@ -48,6 +48,18 @@ pub struct Point {
     pub name: String,
     /// Position in the body frame, m.
     pub position: Vector,
+    /// Orientation of its frame against the body frame: turns by fixed angles, each about an axis that
+    /// those before it have turned; none where the frames are parallel.
+    pub orientation: Vec<FixedTurn>,
+}
+
+/// A turn by a constant angle.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct FixedTurn {
+    /// Unit vector.
+    pub axis: Vector,
+    /// Angle, rad.
+    pub angle: Expr,
 }
 
 /// A body and one of its points; `None` is the origin of the body frame.

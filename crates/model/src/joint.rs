@@ -19,8 +19,9 @@ pub struct Joint {
     pub predecessor: Anchor,
     /// The second body named.
     pub successor: Anchor,
-    /// Unit vector in the predecessor's frame: rotation axis of a revolute (z in a plane),
-    /// direction of a prismatic joint or of a slot. Unused by weld and link.
+    /// Unit vector in the frame of the predecessor's point: rotation axis of a revolute (z in a plane),
+    /// direction of a prismatic joint, slot or line, normal of a plane. Unused by weld, link,
+    /// spherical and free.
     pub axis: Vector,
     /// The author's word on cutting this joint.
     pub cut: Option<bool>,
@@ -53,6 +54,38 @@ pub enum JointKind {
         /// Length, m, greater than zero.
         length: Expr,
     },
+    /// The points coincide; the bodies turn as they like.
+    Spherical,
+    /// The points coincide; `axis` of the predecessor stays perpendicular to an axis of the successor.
+    Universal {
+        /// Unit vector in the frame of the successor's point.
+        second: Vector,
+    },
+    /// One translation along `axis` and one rotation about it.
+    Cylindrical,
+    /// Two translations across `axis` and one rotation about it.
+    Planar,
+    /// A rotation about `axis`, and with each turn a translation along it.
+    Screw {
+        /// Translation of one turn, m; negative for a left-handed thread, never zero.
+        lead: Expr,
+    },
+    /// All motions.
+    Free,
+    /// The point of the successor stays on a line of the predecessor along `axis`.
+    PointOnLine,
+    /// The point of the successor stays in a plane of the predecessor across `axis`.
+    PointOnPlane,
+    /// `axis` of the predecessor and the same axis of the successor stay parallel.
+    ParallelAxes,
+    /// `axis` of the predecessor stays perpendicular to an axis of the successor.
+    PerpendicularAxes {
+        /// Unit vector in the frame of the successor's point.
+        second: Vector,
+    },
+    /// The points coincide, and both bodies turn about their `axis` by the same angle; always a
+    /// constraint.
+    ConstantVelocity,
 }
 
 /// Turning or sliding.
@@ -64,14 +97,107 @@ pub enum MotionKind {
     Translation,
 }
 
+/// The words of a joint type in a model file, and its motions in the order of their coordinates:
+/// first translations, then rotations, each about an axis that those before it have turned.
+pub const JOINT_TYPES: [(&str, &[MotionKind]); 16] = {
+    use MotionKind::{Rotation, Translation};
+    [
+        ("revolute", &[Rotation]),
+        ("prismatic", &[Translation]),
+        ("weld", &[]),
+        ("slot", &[Translation, Rotation]),
+        ("link", &[]),
+        ("spherical", &[Rotation, Rotation, Rotation]),
+        ("universal", &[Rotation, Rotation]),
+        ("cylindrical", &[Translation, Rotation]),
+        ("planar", &[Translation, Translation, Rotation]),
+        ("screw", &[Rotation]),
+        ("free", &[Translation, Translation, Translation, Rotation, Rotation, Rotation]),
+        ("point-on-line", &[Translation, Rotation, Rotation, Rotation]),
+        ("point-on-plane", &[Translation, Translation, Rotation, Rotation, Rotation]),
+        ("parallel-axes", &[Translation, Translation, Translation, Rotation]),
+        ("perpendicular-axes", &[Translation, Translation, Translation, Rotation, Rotation]),
+        ("constant-velocity", &[]),
+    ]
+};
+
 impl JointKind {
-    /// The elementary motions that a joint of this kind allows, in the order of its coordinates.
-    pub fn motions(&self) -> &'static [MotionKind] {
+    /// The place of this kind in [`JOINT_TYPES`].
+    fn row(&self) -> usize {
         match self {
-            Self::Revolute => &[MotionKind::Rotation],
-            Self::Prismatic { .. } => &[MotionKind::Translation],
-            Self::PinInSlot => &[MotionKind::Translation, MotionKind::Rotation],
-            Self::Weld { .. } | Self::Link { .. } => &[],
+            Self::Revolute => 0,
+            Self::Prismatic { .. } => 1,
+            Self::Weld { .. } => 2,
+            Self::PinInSlot => 3,
+            Self::Link { .. } => 4,
+            Self::Spherical => 5,
+            Self::Universal { .. } => 6,
+            Self::Cylindrical => 7,
+            Self::Planar => 8,
+            Self::Screw { .. } => 9,
+            Self::Free => 10,
+            Self::PointOnLine => 11,
+            Self::PointOnPlane => 12,
+            Self::ParallelAxes => 13,
+            Self::PerpendicularAxes { .. } => 14,
+            Self::ConstantVelocity => 15,
         }
+    }
+
+    /// The word of this kind in a model file.
+    pub fn word(&self) -> &'static str {
+        JOINT_TYPES[self.row()].0
+    }
+
+    /// The elementary motions that a joint of this kind allows, in the order of its coordinates; none
+    /// for a kind that is always cut.
+    pub fn motions(&self) -> &'static [MotionKind] {
+        JOINT_TYPES[self.row()].1
+    }
+
+    /// The number of freedoms that a joint of this kind takes from a body in space.
+    pub fn n_taken(&self) -> i64 {
+        match self {
+            Self::Link { .. } => 1,
+            Self::ConstantVelocity => 4,
+            _ => self.motions().iter().fold(6, |left, _| left - 1),
+        }
+    }
+
+    /// Whether no coordinates describe the motions of this kind, so that it is a constraint wherever
+    /// it stands.
+    pub fn is_always_cut(&self) -> bool {
+        matches!(self, Self::Link { .. } | Self::ConstantVelocity)
+    }
+
+    /// Whether this kind leaves so much freedom that a body is better placed without it.
+    pub fn is_loose(&self) -> bool {
+        matches!(
+            self,
+            Self::PointOnLine
+                | Self::PointOnPlane
+                | Self::ParallelAxes
+                | Self::PerpendicularAxes { .. }
+        )
+    }
+}
+
+/// The words of a motion among all of its joint, for its value and its rate: `angle` and `rate`,
+/// `position` and `velocity`, with a number where the joint has several of one sort.
+pub fn motion_words(motions: &[MotionKind], motion_idx: usize) -> [&'static str; 2] {
+    const TURNS: [[&str; 2]; 4] =
+        [["angle", "rate"], ["angle1", "rate1"], ["angle2", "rate2"], ["angle3", "rate3"]];
+    const SLIDES: [[&str; 2]; 4] = [
+        ["position", "velocity"],
+        ["position1", "velocity1"],
+        ["position2", "velocity2"],
+        ["position3", "velocity3"],
+    ];
+    let kind = motions[motion_idx];
+    let n_same = |of: &[MotionKind]| of.iter().filter(|&&other| other == kind).count();
+    let number = if n_same(motions) == 1 { 0 } else { n_same(&motions[..=motion_idx]) };
+    match kind {
+        MotionKind::Rotation => TURNS[number],
+        MotionKind::Translation => SLIDES[number],
     }
 }

@@ -28,10 +28,10 @@ pub mod message;
 mod model;
 mod solve;
 
-pub use body::{Anchor, Body, Inertia, Point};
+pub use body::{Anchor, Body, FixedTurn, Inertia, Point};
 pub use drive::Drive;
 pub use ids::{BodyId, DriveId, GROUND, JointId, LoadId, ParameterId, PointId, Vector};
-pub use joint::{Joint, JointKind, MotionKind};
+pub use joint::{JOINT_TYPES, Joint, JointKind, MotionKind, motion_words};
 pub use load::{Load, LoadKind};
 pub use measure::{Axis, Initial, Measure, Signal};
 pub use model::{CoordinatePolicy, Model, Parameter, Space};

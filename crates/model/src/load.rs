@@ -70,6 +70,8 @@ pub enum LoadKind {
     Torsion {
         /// The joint whose rotation it resists.
         joint: JointId,
+        /// The place of the rotation among the joint's motions.
+        motion_idx: usize,
         /// N m/rad.
         stiffness: Expr,
         /// Unloaded angle, rad.

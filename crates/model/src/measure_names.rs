@@ -1,7 +1,7 @@
 //! Measures by the names that expressions of a model file use, and their units.
 
 use crate::ids::{BodyId, JointId, PointId};
-use crate::joint::MotionKind;
+use crate::joint::{MotionKind, motion_words};
 use crate::measure::{Axis, Measure};
 use crate::model::Model;
 
@@ -41,13 +41,9 @@ impl Measure {
 fn of_joint(model: &Model, owner: &str, word: &str) -> Option<Measure> {
     let joint = model.joints.iter().position(|joint| joint.name == owner)?;
     let motions = model.joints[joint].kind.motions();
-    motions.iter().enumerate().find_map(|(idx, motion)| {
-        let words = match motion {
-            MotionKind::Rotation => ["angle", "rate"],
-            MotionKind::Translation => ["position", "velocity"],
-        };
+    (0..motions.len()).find_map(|idx| {
         let joint = JointId(joint);
-        match words.iter().position(|known| *known == word)? {
+        match motion_words(motions, idx).iter().position(|known| *known == word)? {
             0 => Some(Measure::JointPosition(joint, idx)),
             _ => Some(Measure::JointVelocity(joint, idx)),
         }

@@ -72,6 +72,18 @@ pub(crate) fn unit3(a: [f64; 3]) -> Option<[f64; 3]> {
     (unit.iter().all(|x| x.is_finite())).then_some(unit)
 }
 
+/// `v` turned by an angle (rad) about a unit vector: Rodrigues' formula.
+pub(crate) fn turned3(v: [f64; 3], axis: [f64; 3], angle: f64) -> [f64; 3] {
+    let (sin, cos) = angle.sin_cos();
+    let turned = along3(scaled3(cos, v), sin, cross3(axis, v));
+    along3(turned, (1.0 - cos) * dot3(axis, v), axis)
+}
+
+/// `factor` times `v`.
+fn scaled3(factor: f64, v: [f64; 3]) -> [f64; 3] {
+    v.map(|x| factor * x)
+}
+
 /// A unit vector across the unit vector `along`: across `other` too, where that has another
 /// direction.
 pub(crate) fn across3(along: [f64; 3], other: [f64; 3]) -> [f64; 3] {

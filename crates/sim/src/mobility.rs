@@ -40,11 +40,10 @@ pub fn mobility(model: &Model, system: &SymbolicSystem, start: &Start) -> Mobili
 /// d (n − 1) − Σ u with d = 3 or 6 freedoms a body, u of which a joint takes.
 fn gruebler(model: &Model) -> i64 {
     let freedoms: i64 = if model.space == Space::Planar { 3 } else { 6 };
+    // What a joint of a planar model takes out of the plane, no body had.
     let taken = |kind: &JointKind| match kind {
-        JointKind::Revolute | JointKind::Prismatic { .. } => freedoms - 1,
-        JointKind::Weld { .. } => freedoms,
-        JointKind::PinInSlot => freedoms - 2,
         JointKind::Link { .. } => 1,
+        kind => kind.n_taken() - (6 - freedoms),
     };
     let taken: i64 = model.joints.iter().map(|joint| taken(&joint.kind)).sum();
     let n_moving = i64::try_from(model.bodies.len() - 1).unwrap_or(i64::MAX / 8);

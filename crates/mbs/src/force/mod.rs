@@ -129,8 +129,8 @@ pub fn action(
         LoadKind::Spring { a, b, stiffness, length, damping } => {
             spring::action(context, [*a, *b], *stiffness, *length, *damping)
         }
-        LoadKind::Torsion { joint, stiffness, angle, damping } => {
-            torsion::action(context, *joint, *stiffness, *angle, *damping)
+        LoadKind::Torsion { joint, motion_idx, stiffness, angle, damping } => {
+            torsion::action(context, (*joint, *motion_idx), *stiffness, *angle, *damping)
         }
         // Rows with multipliers of their own: see `contact`.
         LoadKind::Stop { .. } | LoadKind::Friction { .. } => Action::default(),

@@ -1,4 +1,4 @@
-//! Torsion spring and damper on the rotation of a joint.
+//! Torsion spring and damper on a rotation of a joint.
 
 use bksim_expr::Expr;
 
@@ -6,36 +6,32 @@ use super::context::Context;
 use super::{Action, Wrench};
 use crate::joint;
 use crate::spatial;
-use bksim_model::{JointId, MotionKind, Vector};
+use bksim_model::{JointId, Vector};
 
-/// V = ½ k (θ − θ₀)² about the joint's rotation; the damper resists with −c θ′.
+/// V = ½ k (θ − θ₀)² about one rotation of the joint; the damper resists with −c θ′.
 pub(super) fn action(
     context: &Context<'_>,
-    joint_id: JointId,
+    (joint_id, motion_idx): (JointId, usize),
     stiffness: Expr,
     angle: Expr,
     damping: Expr,
 ) -> Action {
     let Context { model, pool, kinematics, .. } = *context;
     let joint = &model.joints[joint_id.0];
-    let motions = joint::motions(pool, joint);
-    let motion_idx = motions
-        .iter()
-        .position(|motion| motion.kind == MotionKind::Rotation)
-        .expect("the reader of models takes a torsion only on a joint that turns");
 
     // The law, as for a spring between two points.
     let has_potential =
         !pool.is_zero(stiffness) && context.is_constant(stiffness) && context.is_constant(angle);
     let [stiffness, angle, damping] = [stiffness, angle, damping].map(|e| context.resolved(e));
-    let position = kinematics.joint_positions(model, joint_id)[motion_idx];
+    let positions = kinematics.joint_positions(model, joint_id);
+    let position = positions[motion_idx];
     let twist = pool.sub(position, angle);
     let elastic = pool.neg(pool.mul(stiffness, twist));
     let viscous = pool.neg(pool.mul(damping, kinematics.rate(model, position)));
 
     // The torque on the successor about the axis, and its opposite on the predecessor.
     let sides = kinematics.sides(model, joint);
-    let axis = joint::effort(pool, motions[motion_idx], &sides).moment;
+    let axis = joint::effort(pool, joint, motion_idx, &positions, &sides).moment;
     let opposite = spatial::neg(pool, &axis);
     let zero = spatial::zero(pool);
     let turn = |body, torque, axis: &Vector| {

@@ -1,7 +1,8 @@
 //! Mechanics of the joints: the motions that each kind allows, and its constraint rows when it is cut.
 //!
 //! A joint is a list of elementary motions of the successor relative to the predecessor, after a
-//! fixed turn. In the tree, each motion is a generalised coordinate. Cut, the joint forbids every
+//! fixed turn: first translations, then rotations, each about an axis that those before it have
+//! turned. Axes have their components in the frames of the two joint points. In the tree, each motion is a generalised coordinate. Cut, the joint forbids every
 //! other relative motion by constraint rows g = 0, *predecessor minus successor*. Each row carries
 //! the wrench that a unit multiplier puts on the successor, so that −Gᵀλ and the joint reaction are
 //! the same force by construction. In a plane, the rows of the third dimension fold to 0 = 0 and
@@ -10,11 +11,23 @@
 //! Each kind has a file with the same functions in the same order: `motions`, `fixed_turn`,
 //! `constraint_rows`. The table `Mechanics::of` leads from a kind to them.
 
+mod constant_velocity;
+mod cylindrical;
+mod free;
 mod link;
+mod parallel_axes;
+mod perpendicular_axes;
 mod pin_in_slot;
+mod planar;
+mod point_on_line;
+mod point_on_plane;
 mod prismatic;
 mod revolute;
 mod rows;
+mod screw;
+mod spherical;
+mod turns;
+mod universal;
 mod weld;
 
 use bksim_expr::{Expr, Pool};
@@ -30,15 +43,27 @@ pub struct Motion {
     pub kind: MotionKind,
     /// Unit vector.
     pub axis: Vector,
+    /// Translation along the axis that goes with a rotation about it, m/rad.
+    pub pitch: Option<Expr>,
 }
 
 impl Motion {
     fn rotation(axis: Vector) -> Self {
-        Self { kind: MotionKind::Rotation, axis }
+        Self { kind: MotionKind::Rotation, axis, pitch: None }
     }
 
     fn translation(axis: Vector) -> Self {
-        Self { kind: MotionKind::Translation, axis }
+        Self { kind: MotionKind::Translation, axis, pitch: None }
+    }
+
+    /// Turns about x, y and z, in this order.
+    fn turns(pool: &Pool) -> Vec<Self> {
+        spatial::axes(pool).map(Self::rotation).to_vec()
+    }
+
+    /// Translations along x, y and z.
+    fn slides(pool: &Pool) -> Vec<Self> {
+        spatial::axes(pool).map(Self::translation).to_vec()
     }
 }
 
@@ -89,11 +114,13 @@ pub struct Row {
 }
 
 /// The two sides of a joint in the world: the poses of its bodies and the positions of its points.
-pub struct Sides<'a> {
+///
+/// The rotation of a pose is that of the frame of its point, in which a joint has its axes.
+pub struct Sides {
     /// Pose of the first body.
-    pub predecessor: &'a Pose,
+    pub predecessor: Pose,
     /// Pose of the second body.
-    pub successor: &'a Pose,
+    pub successor: Pose,
     /// Joint point on the first body, world axes.
     pub p_world_predecessor: Vector,
     /// Joint point on the second body, world axes.
@@ -129,6 +156,17 @@ impl Mechanics {
             JointKind::PinInSlot => functions!(pin_in_slot),
             JointKind::Weld { .. } => functions!(weld),
             JointKind::Link { .. } => functions!(link),
+            JointKind::Spherical => functions!(spherical),
+            JointKind::Universal { .. } => functions!(universal),
+            JointKind::Cylindrical => functions!(cylindrical),
+            JointKind::Planar => functions!(planar),
+            JointKind::Screw { .. } => functions!(screw),
+            JointKind::Free => functions!(free),
+            JointKind::PointOnLine => functions!(point_on_line),
+            JointKind::PointOnPlane => functions!(point_on_plane),
+            JointKind::ParallelAxes => functions!(parallel_axes),
+            JointKind::PerpendicularAxes { .. } => functions!(perpendicular_axes),
+            JointKind::ConstantVelocity => functions!(constant_velocity),
         }
     }
 }
@@ -156,10 +194,9 @@ pub fn alignments(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Expr> {
     let rows = (Mechanics::of(joint).constraint_rows)(pool, joint, sides);
     let n_right_angles = rows.iter().filter(|row| row.direction == "angle").count();
     let turns = motions(pool, joint).into_iter().filter(|m| m.kind == MotionKind::Rotation);
-    let [zero, one] = [pool.zero(), pool.one()];
     let axes = match (n_right_angles, turns.collect::<Vec<_>>().as_slice()) {
         (2, [turn]) => vec![turn.axis],
-        (3, []) => vec![[one, zero, zero], [zero, one, zero], [zero, zero, one]],
+        (3, []) => spatial::axes(pool).to_vec(),
         _ => Vec::new(),
     };
     let relative = relative_rotation(pool, joint, sides);
@@ -175,28 +212,59 @@ pub fn alignments(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Expr> {
 pub fn positions(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Expr> {
     let offset = spatial::sub(pool, &sides.p_world_successor, &sides.p_world_predecessor);
     let relative = relative_rotation(pool, joint, sides);
-    let position = |motion: Motion| match motion.kind {
-        MotionKind::Translation => {
-            let along = sides.predecessor.rotation.apply(pool, &motion.axis);
-            spatial::dot(pool, &along, &offset)
-        }
-        MotionKind::Rotation => relative.angle_about(pool, &motion.axis).unwrap_or_else(|| {
-            // Not one turn about the axis by form alone: measure how a normal of it has turned.
-            let [e1, e2] = spatial::perpendicular(pool, &motion.axis);
-            let turned = relative.apply(pool, &e1);
-            pool.atan2(spatial::dot(pool, &e2, &turned), spatial::dot(pool, &e1, &turned))
-        }),
+    let along = |axis: &Vector| {
+        let along = sides.predecessor.rotation.apply(pool, axis);
+        spatial::dot(pool, &along, &offset)
     };
-    motions(pool, joint).into_iter().map(position).collect()
+    let motions = motions(pool, joint);
+    // A screw has turned as far as it has travelled, in any number of turns.
+    if let [Motion { axis, pitch: Some(pitch), .. }] = motions.as_slice() {
+        return vec![pool.div(along(axis), *pitch)];
+    }
+    let is_slide = |motion: &&Motion| motion.kind == MotionKind::Translation;
+    let mut positions: Vec<Expr> =
+        motions.iter().filter(is_slide).map(|motion| along(&motion.axis)).collect();
+    positions.extend(turns::angles(pool, &relative, &turns::axes(&motions)));
+    positions
 }
 
 /// Wrench on the successor of a unit effort in the given motion.
-pub fn effort(pool: &Pool, motion: Motion, sides: &Sides) -> JointWrench {
-    let axis_world = sides.predecessor.rotation.apply(pool, &motion.axis);
+///
+/// It does no work in the other motions of the joint; `positions` are those of all its motions.
+pub fn effort(
+    pool: &Pool,
+    joint: &Joint,
+    motion_idx: usize,
+    positions: &[Expr],
+    sides: &Sides,
+) -> JointWrench {
+    let motion = motions(pool, joint)[motion_idx];
+    let in_predecessor = match motion.kind {
+        MotionKind::Translation => motion.axis,
+        MotionKind::Rotation => turns::effort_axis(pool, joint, motion_idx, positions),
+    };
+    let axis_world = sides.predecessor.rotation.apply(pool, &in_predecessor);
     match motion.kind {
         MotionKind::Translation => JointWrench::of_force(pool, axis_world),
         MotionKind::Rotation => JointWrench::of_moment(pool, axis_world),
     }
+}
+
+/// The motions of a joint as they are now, their axes in world axes; `positions` are those of all of them.
+pub fn motions_in_world(
+    pool: &Pool,
+    joint: &Joint,
+    positions: &[Expr],
+    sides: &Sides,
+) -> Vec<Motion> {
+    let mut motions = motions(pool, joint);
+    for (idx, axis) in turns::turned_axes(pool, joint, positions) {
+        motions[idx].axis = axis;
+    }
+    for motion in &mut motions {
+        motion.axis = sides.predecessor.rotation.apply(pool, &motion.axis);
+    }
+    motions
 }
 
 /// r_P-frame-after-the-fixed-turn from r_Q: the rotation that the motions make up.

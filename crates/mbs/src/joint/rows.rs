@@ -38,6 +38,24 @@ pub(super) fn point_on_line(pool: &Pool, axis: &Vector, sides: &Sides) -> Vec<Ro
     spatial::perpendicular(pool, axis).into_iter().map(row).collect()
 }
 
+/// n · (r_P − r_Q) = 0 for the normal n of a plane fixed in the predecessor.
+pub(super) fn point_on_plane(pool: &Pool, normal: &Vector, sides: &Sides) -> Row {
+    let gap = spatial::sub(pool, &sides.p_world_predecessor, &sides.p_world_successor);
+    let normal_world = sides.predecessor.rotation.apply(pool, normal);
+    Row {
+        expression: spatial::dot(pool, &normal_world, &gap),
+        direction: "normal",
+        wrench: JointWrench::of_force(pool, normal_world),
+    }
+}
+
+/// a · b = 0 for an axis a of the predecessor and b of the successor.
+pub(super) fn axes_perpendicular(pool: &Pool, a: &Vector, b: &Vector, sides: &Sides) -> Row {
+    let a_world = sides.predecessor.rotation.apply(pool, a);
+    let b_world = sides.successor.rotation.apply(pool, b);
+    perpendicular_row(pool, &a_world, &b_world)
+}
+
 /// e · n = 0 for the normals e of the axis in the predecessor and the axis n in the successor.
 pub(super) fn axes_parallel(pool: &Pool, axis: &Vector, sides: &Sides) -> Vec<Row> {
     let n_world = sides.successor.rotation.apply(pool, axis);

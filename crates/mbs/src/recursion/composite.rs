@@ -1,5 +1,7 @@
 //! M by composite bodies: each link with all that it carries, as one rigid body.
 
+use std::collections::BTreeMap;
+
 use bksim_expr::{Expr, Pool};
 use bksim_model::Vector;
 
@@ -77,7 +79,11 @@ impl Composite {
 /// M, nq × nq, without entries that are zero.
 pub(super) fn mass_matrix(pool: &Pool, links: &Links) -> SparseMatrix {
     let mut composites = vec![Composite::nothing(pool); links.links.len()];
-    let mut entries = Vec::new();
+    let mut entries: BTreeMap<(usize, usize), Expr> = BTreeMap::new();
+    let mut add = |at: (usize, usize), entry: Expr| {
+        let sum = entries.entry(at).or_insert(pool.zero());
+        *sum = pool.add(*sum, entry);
+    };
     for (link_idx, link) in links.links.iter().enumerate().rev() {
         // The link's own body joins what the links after it have handed on.
         if let Some(body) = &link.body {
@@ -101,9 +107,10 @@ pub(super) fn mass_matrix(pool: &Pool, links: &Links) -> SparseMatrix {
                 (coordinate_of(&at.motion), along(pool, &at.motion, &force, &moment))
                 && !pool.is_zero(entry)
             {
-                entries.push((i, j, entry));
-                if i != j {
-                    entries.push((j, i, entry));
+                add((i, j), entry);
+                // The turn and the slide of a screw are links of their own with one coordinate.
+                if !std::ptr::eq(at, link) {
+                    add((j, i), entry);
                 }
             }
             let Some(parent) = at.parent else { break };
@@ -113,6 +120,8 @@ pub(super) fn mass_matrix(pool: &Pool, links: &Links) -> SparseMatrix {
             at = &links.links[parent.0];
         }
     }
+    let entries = entries.into_iter().map(|((i, j), entry)| (i, j, entry));
+    let entries = entries.filter(|&(.., entry)| !pool.is_zero(entry));
     SparseMatrix::new(links.n_coordinates, links.n_coordinates, entries)
 }
 

@@ -6,7 +6,7 @@ use bksim_model::{BodyId, GROUND, JointId, Model, MotionKind, Vector};
 use super::turn::Turn;
 use crate::inertia::central_inertia;
 use crate::joint;
-use crate::kinematics::{Kinematics, Owner, anchor_in_body};
+use crate::kinematics::{Kinematics, Owner, anchor_in_body, orientation};
 use crate::spatial::{self, Rotation};
 use crate::tree::{Branch, Tree};
 
@@ -21,7 +21,7 @@ pub(super) enum LinkMotion {
     Fixed(Turn),
     /// A turn by a coordinate about `axis`, which is the same before and after it.
     Rotation { turn: Turn, axis: Vector, coordinate_idx: usize },
-    /// A slide by the coordinate `q` along `axis`.
+    /// A slide along `axis`, whose length is the way for one unit of the coordinate `q`.
     Translation { axis: Vector, q: Expr, coordinate_idx: usize },
 }
 
@@ -142,7 +142,7 @@ impl Chain<'_> {
                 MotionKind::Rotation => motion_idx - n_axes,
             };
             axis[axis_idx] = pool.one();
-            self.motion(kind, axis, coordinate_idx, false)
+            self.motion(kind, axis, coordinate_idx)
         });
         let motions = motions.collect();
         let ground = Frame { link: None, anchor: spatial::zero(pool) };
@@ -155,24 +155,38 @@ impl Chain<'_> {
         let joint = &model.joints[joint_id.0];
         let own =
             self.coordinates_where(|owner| matches!(owner, Owner::Joint(id, _) if id == joint_id));
-        let of_kind = |kind: MotionKind| -> Vec<LinkMotion> {
-            let motions = joint::motions(pool, joint).into_iter().zip(&own);
-            motions
-                .filter(|(motion, _)| motion.kind == kind)
-                .map(|(motion, &idx)| self.motion(kind, motion.axis, idx, reversed))
-                .collect()
-        };
+        // Slides, the fixed turn, then turns, a screw's with the slide that goes with it.
+        let mut slides = Vec::new();
+        let mut turns = Vec::new();
+        for (motion, &idx) in joint::motions(pool, joint).iter().zip(&own) {
+            let sense = if reversed { pool.int(-1) } else { pool.one() };
+            let axis = spatial::scale(pool, sense, &motion.axis);
+            let of_kind = match motion.kind {
+                MotionKind::Translation => &mut slides,
+                MotionKind::Rotation => &mut turns,
+            };
+            if let Some(pitch) = motion.pitch {
+                let way = spatial::scale(pool, pitch, &axis);
+                of_kind.push(self.motion(MotionKind::Translation, way, idx));
+            }
+            of_kind.push(self.motion(motion.kind, axis, idx));
+        }
         let fixed = joint::fixed_turn(pool, joint);
         let fixed = if reversed { fixed.inverse(pool) } else { fixed };
-        let mut motions = of_kind(MotionKind::Translation);
-        motions.extend(fixed_turns(pool, &fixed));
-        motions.extend(of_kind(MotionKind::Rotation));
+        let mut fixed = fixed_turns(pool, &fixed);
         let (near, far) = if reversed {
-            motions.reverse();
+            slides.reverse();
+            turns.reverse();
+            std::mem::swap(&mut slides, &mut turns);
             (joint.successor, joint.predecessor)
         } else {
             (joint.predecessor, joint.successor)
         };
+        let mut motions = fixed_turns(pool, &orientation(model, near));
+        motions.append(&mut slides);
+        motions.append(&mut fixed);
+        motions.append(&mut turns);
+        motions.extend(fixed_turns(pool, &orientation(model, far).inverse(pool)));
         let frame = self.frames[parent.0].clone();
         let near = anchor_in_body(model, near);
         self.place(body, &frame, &near, motions, anchor_in_body(model, far));
@@ -183,16 +197,9 @@ impl Chain<'_> {
         coordinates.filter(|(_, c)| owned(c.owner)).map(|(idx, _)| idx).collect()
     }
 
-    fn motion(
-        &self,
-        kind: MotionKind,
-        axis: Vector,
-        coordinate_idx: usize,
-        reversed: bool,
-    ) -> LinkMotion {
+    fn motion(&self, kind: MotionKind, axis: Vector, coordinate_idx: usize) -> LinkMotion {
         let pool = &self.model.pool;
         let q = pool.symbol_expr(self.kinematics.coordinates[coordinate_idx].q);
-        let axis = if reversed { spatial::neg(pool, &axis) } else { axis };
         match kind {
             MotionKind::Translation => LinkMotion::Translation { axis, q, coordinate_idx },
             MotionKind::Rotation => {

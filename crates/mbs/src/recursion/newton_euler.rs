@@ -160,10 +160,12 @@ pub(super) fn generalised_forces(
         match &link.motion {
             LinkMotion::Fixed(_) => {}
             LinkMotion::Rotation { axis, coordinate_idx, .. } => {
-                generalised[*coordinate_idx] = spatial::dot(pool, axis, &moment);
+                let along = spatial::dot(pool, axis, &moment);
+                generalised[*coordinate_idx] = pool.add(generalised[*coordinate_idx], along);
             }
             LinkMotion::Translation { axis, coordinate_idx, .. } => {
-                generalised[*coordinate_idx] = spatial::dot(pool, axis, &force);
+                let along = spatial::dot(pool, axis, &force);
+                generalised[*coordinate_idx] = pool.add(generalised[*coordinate_idx], along);
             }
         }
         // Handed on to the link before, at its origin.

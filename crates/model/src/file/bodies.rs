@@ -173,12 +173,14 @@ impl Reader<'_> {
         let mut points = Vec::new();
         for entry in &table.entries {
             let what = format!("point `{}` of {}", entry.key, fields.owner);
-            let vector = self.vector(&entry.node, Quantity::LENGTH, &what, Scope::Constant);
+            let (at, orientation) = self.frame(&entry.node, &what);
+            let vector =
+                at.and_then(|at| self.vector(at, Quantity::LENGTH, &what, Scope::Constant));
             let position = vector.as_ref().and_then(|vector| vector.position.clone());
             facts.points.push(position.as_ref().map(Position::numbers));
             facts.positions.extend(position);
             let position = vector.map_or([self.pool.zero(); 3], |vector| vector.components);
-            points.push(Point { name: entry.key.clone(), position });
+            points.push(Point { name: entry.key.clone(), position, orientation });
         }
         points
     }

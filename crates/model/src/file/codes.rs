@@ -53,6 +53,8 @@ crate::codes! {
     NO_BODIES = "M062", "a model without bodies";
     DRAWING_ALONE = "M063", "a drawing that is not there";
     IMPLAUSIBLE_LOAD = "M064", "a load that is hardly meant";
+    BAD_FRAME = "M070", "axes that make no frame";
+    NOT_PERPENDICULAR = "M071", "axes of a joint that are not perpendicular";
 }
 
 #[cfg(test)]

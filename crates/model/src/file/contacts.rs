@@ -1,13 +1,14 @@
 //! `[loads.…]` of type `stop` and `friction`: what happens in one motion of a joint.
 
 use super::codes;
-use super::names::Freedom;
+use super::names::quantities;
 use super::reader::{Fields, Reader};
 use super::replay::Constant;
 use super::units::Quantity;
 use super::value::{Scalar, Scope};
 use crate::diagnostic::Diagnostic;
 use crate::ids::JointId;
+use crate::joint::MotionKind;
 use crate::load::LoadKind;
 use crate::message::short;
 
@@ -17,7 +18,7 @@ impl Reader<'_> {
         let help = "write `joint = \"A\"` with the name of the joint that is stopped";
         let target = self.motion_of(fields, help);
         let freedom = target.as_ref().and_then(|(joint, idx, _)| self.freedom(*joint, *idx));
-        let quantity = freedom.map_or(Quantity::LENGTH, |freedom| freedom.quantities()[0]);
+        let quantity = freedom.map_or(Quantity::LENGTH, |freedom| quantities(freedom)[0]);
         let mut limit = |key| {
             // Without the joint nobody knows what its limits measure.
             let node = fields.get(key).filter(|_| freedom.is_some())?;
@@ -54,7 +55,7 @@ impl Reader<'_> {
         let target = self.motion_of(fields, help);
         let freedom = target.as_ref().and_then(|(joint, idx, _)| self.freedom(*joint, *idx));
         let turns = match freedom {
-            Some(freedom) => freedom == Freedom::Turn,
+            Some(freedom) => freedom == MotionKind::Rotation,
             None => fields.has("torque"),
         };
         let (key, quantity) =
@@ -101,7 +102,7 @@ impl Reader<'_> {
         Some(friction)
     }
 
-    fn freedom(&self, joint: JointId, motion_idx: usize) -> Option<Freedom> {
+    fn freedom(&self, joint: JointId, motion_idx: usize) -> Option<MotionKind> {
         self.names.joints[joint.0].freedoms?.get(motion_idx).copied()
     }
 

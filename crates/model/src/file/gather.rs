@@ -4,12 +4,13 @@
 use bksim_expr::Function;
 
 use super::codes;
-use super::names::{BODY_MOTION, BodyName, JOINT_TYPES, JointName, Meaning};
+use super::names::{BODY_MOTION, BodyName, JointName, Meaning, quantities};
 use super::reader::{Reader, entry_like};
 use super::tree::{Node, Table, Value};
 use super::units::Quantity;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::JointId;
+use crate::joint::JOINT_TYPES;
 use crate::measure::Measure;
 
 impl Reader<'_> {
@@ -106,7 +107,7 @@ impl Reader<'_> {
             let freedoms = self.names.joints[idx].freedoms.unwrap_or_default();
             let joint = JointId(idx);
             let measures = freedoms.iter().enumerate().map(|(at, freedom)| {
-                let [value, rate] = freedom.quantities();
+                let [value, rate] = quantities(*freedom);
                 [
                     (Measure::JointPosition(joint, at), value),
                     (Measure::JointVelocity(joint, at), rate),

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::codes;
-use super::names::BODY_MOTION;
+use super::names::{BODY_MOTION, quantities};
 use super::reader::{Fields, Reader};
 use super::tree::{Entry, Node, Table, Value};
 use super::units::Quantity;
@@ -11,6 +11,7 @@ use super::value::Scope;
 use super::words::cut;
 use crate::diagnostic::Diagnostic;
 use crate::ids::{BodyId, JointId};
+use crate::joint::motion_words;
 use crate::measure::{Initial, Measure};
 
 /// A key of an initial value, what it measures and its quantity.
@@ -170,7 +171,7 @@ impl Reader<'_> {
     fn joint_rows(&self, joint: JointId) -> Option<Vec<Row>> {
         let freedoms = self.names.joints[joint.0].freedoms?;
         let rows = freedoms.iter().enumerate().flat_map(|(idx, freedom)| {
-            let ([value, rate], quantities) = (freedom.words(), freedom.quantities());
+            let ([value, rate], quantities) = (motion_words(freedoms, idx), quantities(*freedom));
             [
                 (value, Measure::JointPosition(joint, idx), quantities[0]),
                 (rate, Measure::JointVelocity(joint, idx), quantities[1]),

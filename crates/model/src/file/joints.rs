@@ -5,7 +5,6 @@ use bksim_expr::Expr;
 use super::bodies::Position;
 use super::codes;
 use super::gather::sub_tables;
-use super::names::JOINT_TYPES;
 use super::reader::{Fields, Reader};
 use super::tree::{Node, Table, Value};
 use super::units::Quantity;
@@ -13,16 +12,34 @@ use super::value::Scope;
 use crate::body::Anchor;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::Vector;
-use crate::joint::{Joint, JointKind};
+use crate::joint::{JOINT_TYPES, Joint, JointKind};
+use crate::message::short;
 
 /// Keys of each type of joint, in the order of [`JOINT_TYPES`].
-const JOINT_KEYS: [&[&str]; 5] = [
+const JOINT_KEYS: [&[&str]; JOINT_TYPES.len()] = [
     &["type", "between", "axis", "coordinate", "cut"],
     &["type", "between", "axis", "direction", "angle", "coordinate", "cut"],
     &["type", "between", "angle", "cut"],
     &["type", "between", "axis", "direction", "coordinate", "cut"],
     &["type", "between", "length"],
+    &["type", "between", "coordinate", "cut"],
+    &["type", "between", "axis", "second", "coordinate", "cut"],
+    &["type", "between", "axis", "coordinate", "cut"],
+    &["type", "between", "axis", "coordinate", "cut"],
+    &["type", "between", "axis", "lead", "coordinate", "cut"],
+    &["type", "between", "coordinate", "cut"],
+    &["type", "between", "axis", "coordinate", "cut"],
+    &["type", "between", "axis", "coordinate", "cut"],
+    &["type", "between", "axis", "coordinate", "cut"],
+    &["type", "between", "axis", "second", "coordinate", "cut"],
+    &["type", "between", "axis"],
 ];
+
+/// The types that a planar model may have; every other one leaves the plane.
+const PLANAR_TYPES: [&str; 5] = ["revolute", "prismatic", "weld", "slot", "link"];
+
+/// Largest cosine of two axes that are taken as perpendicular.
+const SKEW: f64 = 1e-9;
 
 impl Reader<'_> {
     /// Reads all joints, in the order of their ids.
@@ -54,8 +71,11 @@ impl Reader<'_> {
         let fields = Fields::open(self, table, owner, span.clone(), JOINT_KEYS[kind_idx]);
         let before = self.faults.len();
         let ends = self.between(&fields);
-        let kind = self.joint_kind(types[kind_idx].0, &fields);
+        if !PLANAR_TYPES.contains(&types[kind_idx].0) && self.spatial.is_none() {
+            self.spatial = Some(kind_entry.node.span.clone());
+        }
         let axis = self.joint_axis(types[kind_idx].0, &fields);
+        let kind = self.joint_kind(types[kind_idx].0, &fields);
         let cut = fields.get("cut").and_then(|node| self.flag(node, &fields.what("cut")));
         let mut coordinate_names = Vec::new();
         if let Some(node) = fields.get("coordinate") {
@@ -92,6 +112,19 @@ impl Reader<'_> {
         match word {
             "revolute" => Some(JointKind::Revolute),
             "slot" => Some(JointKind::PinInSlot),
+            "spherical" => Some(JointKind::Spherical),
+            "cylindrical" => Some(JointKind::Cylindrical),
+            "planar" => Some(JointKind::Planar),
+            "free" => Some(JointKind::Free),
+            "point-on-line" => Some(JointKind::PointOnLine),
+            "point-on-plane" => Some(JointKind::PointOnPlane),
+            "parallel-axes" => Some(JointKind::ParallelAxes),
+            "constant-velocity" => Some(JointKind::ConstantVelocity),
+            "universal" => self.second_axis(fields).map(|second| JointKind::Universal { second }),
+            "perpendicular-axes" => {
+                self.second_axis(fields).map(|second| JointKind::PerpendicularAxes { second })
+            }
+            "screw" => self.lead(fields).map(|lead| JointKind::Screw { lead }),
             "link" => {
                 let help = "write for example `length = \"250 mm\"`";
                 let node = fields.require(self, "length", help)?;
@@ -135,10 +168,89 @@ impl Reader<'_> {
             }
             return Some(z);
         };
+        let bends = !slides && PLANAR_TYPES.contains(&word);
+        let help = if slides {
+            "[1, 0] for the direction of x"
+        } else {
+            "[0, 0, 1] for the direction of z"
+        };
+        self.unit_vector(node, "axis", fields, bends, help).map(|(unit, _)| unit)
+    }
+
+    /// The translation of one turn of a screw, m.
+    fn lead(&mut self, fields: &Fields<'_>) -> Option<Expr> {
+        let node = fields.require(self, "lead", "write for example `lead = \"5 mm\"`")?;
+        let what = fields.what("lead");
+        let lead = self.scalar(node, Quantity::LENGTH, &what, Scope::Constant)?;
+        let value = lead.value?;
+        self.constants.pinned_sign(value);
+        if value.look() == 0.0 {
+            self.report(
+                Diagnostic::error(codes::NOT_POSITIVE, format!("{what} is 0 m"))
+                    .at(lead.span.clone(), "must not be 0")
+                    .note("a lead below 0 is that of a left-handed thread")
+                    .help("write the translation of one turn, or `type = \"revolute\"`"),
+            );
+            return None;
+        }
+        Some(lead.expr)
+    }
+
+    /// The unit vector of the second body, perpendicular to the axis of the first one; both have their
+    /// components in the frames of the two points, which coincide before any motion.
+    fn second_axis(&mut self, fields: &Fields<'_>) -> Option<Vector> {
+        let help = "write for example `axis = [1, 0, 0]` and `second = [0, 1, 0]`";
+        let node = fields.require(self, "second", help)?;
+        let example = "[0, 1, 0] for the direction of y";
+        let (unit, second) = self.unit_vector(node, "second", fields, false, example)?;
+        let first = match fields.get("axis") {
+            Some(node) => {
+                let example = "[0, 0, 1] for the direction of z";
+                self.unit_vector(node, "axis", fields, false, example)?.1
+            }
+            None => [0.0, 0.0, 1.0],
+        };
+        let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let cosine = dot(first, second) / (dot(first, first) * dot(second, second)).sqrt();
+        if cosine.abs() > SKEW {
+            let degrees = cosine.clamp(-1.0, 1.0).acos().to_degrees();
+            let message = format!(
+                "`second` of {} is not perpendicular to its `axis`: the angle is {} deg",
+                fields.owner,
+                short(degrees)
+            );
+            // The part of the second axis across the first one.
+            let part = dot(first, second) / dot(first, first);
+            let across = [0, 1, 2].map(|i| short(second[i] - part * first[i]));
+            let help = if cosine.abs() > 1.0 - SKEW {
+                "write a direction across the axis".to_owned()
+            } else {
+                format!("write for example [{}]", across.join(", "))
+            };
+            self.report(
+                Diagnostic::error(codes::NOT_PERPENDICULAR, message)
+                    .at(node.span.clone(), "must be perpendicular")
+                    .help(help),
+            );
+            return None;
+        }
+        Some(unit)
+    }
+
+    /// A vector of length one, and the vector as written; `bends` says that it leaves the plane unless
+    /// it is along z.
+    pub(super) fn unit_vector(
+        &mut self,
+        node: &Node,
+        key: &str,
+        fields: &Fields<'_>,
+        bends: bool,
+        example: &str,
+    ) -> Option<(Vector, [f64; 3])> {
         // A rotation axis along z is planar, whatever the length of its z part.
         let spatial = self.spatial.clone();
-        let vector = self.vector(node, Quantity::NUMBER, &fields.what("axis"), Scope::Constant)?;
-        if !slides {
+        let vector = self.vector(node, Quantity::NUMBER, &fields.what(key), Scope::Constant)?;
+        if bends {
             let [x, y, _] = vector.components;
             let leaves_plane = !self.pool.is_zero(x) || !self.pool.is_zero(y);
             self.spatial = spatial.or(leaves_plane.then(|| vector.span.clone()));
@@ -150,23 +262,19 @@ impl Reader<'_> {
         }
         if value == [0.0; 3] {
             let message =
-                format!("`axis` of {} has no direction: all its parts are 0", fields.owner);
+                format!("`{key}` of {} has no direction: all its parts are 0", fields.owner);
             self.report(
                 Diagnostic::error(codes::NO_DIRECTION, message)
                     .at(node.span.clone(), "no direction")
-                    .help(if slides {
-                        "write for example [1, 0] for the direction of x"
-                    } else {
-                        "write for example [0, 0, 1] for the direction of z"
-                    }),
+                    .help(format!("write for example {example}")),
             );
             return None;
         }
-        Some(self.normalised(&vector.components, &value))
+        Some((self.normalised(&vector.components, &value), value))
     }
 
     /// The vector divided by its length; exact where it lies along an axis of the frame.
-    fn normalised(&self, components: &Vector, value: &[f64; 3]) -> Vector {
+    pub(super) fn normalised(&self, components: &Vector, value: &[f64; 3]) -> Vector {
         let pool = &self.pool;
         let along: Vec<usize> = (0..3).filter(|&i| !pool.is_zero(components[i])).collect();
         if let [axis] = along.as_slice() {

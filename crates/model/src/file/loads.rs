@@ -4,7 +4,7 @@ use bksim_expr::Expr;
 
 use super::codes;
 use super::gather::sub_tables;
-use super::names::Freedom;
+use super::names::quantities;
 use super::reader::{Fields, Reader};
 use super::replay::Constant;
 use super::tree::{Node, Table, Value};
@@ -14,6 +14,7 @@ use super::words::cut;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::drive::Drive;
 use crate::ids::{BodyId, GROUND, JointId, Vector};
+use crate::joint::{MotionKind, motion_words};
 use crate::load::{Load, LoadKind};
 
 /// The types of load and their keys.
@@ -23,7 +24,7 @@ const LOADS: [(&str, &[&str]); 8] = [
     ("torque", &["type", "on", "from", "joint", "value", "vector"]),
     ("spring", &["type", "between", "stiffness", "length", "damping"]),
     ("damper", &["type", "between", "damping"]),
-    ("torsion", &["type", "joint", "stiffness", "angle", "damping"]),
+    ("torsion", &["type", "joint", "of", "stiffness", "angle", "damping"]),
     ("stop", &["type", "joint", "of", "min", "max", "restitution"]),
     ("friction", &["type", "joint", "of", "force", "torque", "static"]),
 ];
@@ -210,7 +211,17 @@ impl Reader<'_> {
         let joint = fields.require(self, "joint", help);
         let joint = joint.and_then(|node| {
             let joint = self.joint_named(node, fields)?;
-            self.freedom_of(joint, Freedom::Turn, node, fields).map(|_| joint)
+            let rotations = self.names.joints[joint.0].freedoms?.iter();
+            let rotations = rotations.filter(|&&motion| motion == MotionKind::Rotation);
+            if rotations.count() < 2 && !fields.has("of") {
+                return self.freedom_of(joint, "angle", node, fields).map(|idx| (joint, idx));
+            }
+            let (_, idx, _) = self.motion_of(fields, help)?;
+            if self.names.joints[joint.0].freedoms?[idx] != MotionKind::Rotation {
+                self.no_such_motion(joint, "angle", node, fields);
+                return None;
+            }
+            Some((joint, idx))
         });
         let stiffness = if fields.has("damping") {
             if fields.has("stiffness") {
@@ -227,8 +238,10 @@ impl Reader<'_> {
         } else {
             Some(self.pool.zero())
         };
+        let (joint, motion_idx) = joint?;
         Some(LoadKind::Torsion {
-            joint: joint?,
+            joint,
+            motion_idx,
             stiffness: stiffness?,
             angle: angle?,
             damping: damping?,
@@ -287,15 +300,14 @@ impl Reader<'_> {
     fn freedom_of(
         &mut self,
         joint: JointId,
-        wanted: Freedom,
+        wanted: &str,
         node: &Node,
         fields: &Fields<'_>,
     ) -> Option<usize> {
         let freedoms = self.names.joints[joint.0].freedoms?;
-        let found = freedoms.iter().position(|freedom| *freedom == wanted);
+        let found = (0..freedoms.len()).position(|idx| motion_words(freedoms, idx)[0] == wanted);
         if found.is_none() {
-            let [word, _] = wanted.words();
-            self.no_such_motion(joint, word, node, fields);
+            self.no_such_motion(joint, wanted, node, fields);
         }
         found
     }
@@ -309,11 +321,9 @@ impl Reader<'_> {
             .joints
             .iter()
             .filter(|joint| {
-                joint
-                    .freedoms
-                    .unwrap_or_default()
-                    .iter()
-                    .any(|freedom| word == "motion" || freedom.words().contains(&word))
+                let freedoms = joint.freedoms.unwrap_or_default();
+                (0..freedoms.len())
+                    .any(|idx| word == "motion" || motion_words(freedoms, idx)[0] == word)
             })
             .map(|joint| joint.name.as_str())
             .collect();
@@ -363,7 +373,7 @@ impl Reader<'_> {
             // The motion as a function of time, in the quantity of the joint.
             let quantity = target.as_ref().map_or(Quantity::ANGLE, |(joint, idx, _)| {
                 let freedoms = self.names.joints[joint.0].freedoms.unwrap_or_default();
-                freedoms[*idx].quantities()[0]
+                quantities(freedoms[*idx])[0]
             });
             let help = "write for example `motion = \"2 rad/s * t\"`";
             let Some(node) = fields.require(self, "motion", help) else { continue };
@@ -398,7 +408,12 @@ impl Reader<'_> {
     ) -> Option<(JointId, usize, Span)> {
         let node = fields.require(self, "joint", help)?;
         let joint = self.joint_named(node, fields)?;
-        let choices = [("angle", Freedom::Turn), ("position", Freedom::Slide)];
+        // A joint with several motions says which words it has; of others, these two are asked for.
+        let own = self.names.joints[joint.0].freedoms.unwrap_or_default();
+        let mut own: Vec<&str> = (0..own.len()).map(|idx| motion_words(own, idx)[0]).collect();
+        own.sort_unstable();
+        let words = if own.len() > 1 { own } else { vec!["angle", "position"] };
+        let choices: Vec<(&str, &str)> = words.iter().map(|&word| (word, word)).collect();
         let wanted = match fields.get("of") {
             Some(of) => Some(self.choice(of, &fields.what("of"), &choices)?),
             None => None,
@@ -412,7 +427,9 @@ impl Reader<'_> {
                 return None;
             }
             (None, _) => {
-                fields.require(self, "of", "write `of = \"angle\"` or `of = \"position\"`")?;
+                let choices = words.iter().map(|word| format!("`of = \"{word}\"`"));
+                let help = format!("write {}", choices.collect::<Vec<_>>().join(" or "));
+                fields.require(self, "of", &help)?;
                 return None;
             }
         };

@@ -10,6 +10,7 @@ use super::value::Scope;
 use super::value::{Kind, Lowered, PURE};
 use super::words::cut;
 use crate::diagnostic::{Diagnostic, Span};
+use crate::joint::motion_words;
 
 impl Reader<'_> {
     /// A parameter, the time, or something of the motion.
@@ -89,7 +90,8 @@ impl Reader<'_> {
             names.push("pi".to_owned());
             (0, names)
         } else if let Some(Some(freedoms)) = joint {
-            (1, freedoms.iter().flat_map(|freedom| freedom.words()).map(str::to_owned).collect())
+            let words = (0..freedoms.len()).flat_map(|idx| motion_words(freedoms, idx));
+            (1, words.map(str::to_owned).collect())
         } else if let Some(body) = body {
             let points = self.names.bodies[body.0].points.clone();
             let words = BODY_MOTION.map(|(word, ..)| word.to_owned());

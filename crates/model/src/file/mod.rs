@@ -29,6 +29,7 @@ mod checks;
 mod codes;
 mod contacts;
 mod definition;
+mod frames;
 mod function;
 mod gather;
 mod initial;

@@ -7,6 +7,7 @@ use bksim_expr::Pool;
 use super::units::Quantity;
 use crate::diagnostic::Span;
 use crate::ids::{BodyId, JointId, PointId};
+use crate::joint::{MotionKind, motion_words};
 use crate::measure::{Axis, Measure, Signal};
 
 /// The meaning of a name in an expression.
@@ -22,41 +23,13 @@ pub(super) enum Meaning {
     Faulty,
 }
 
-/// One freedom of a joint.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Freedom {
-    /// Turning: `angle` and `rate`.
-    Turn,
-    /// Sliding: `position` and `velocity`.
-    Slide,
-}
-
-impl Freedom {
-    /// Words for its value and its rate.
-    pub(super) fn words(self) -> [&'static str; 2] {
-        match self {
-            Self::Turn => ["angle", "rate"],
-            Self::Slide => ["position", "velocity"],
-        }
-    }
-
-    /// The quantities of its value and its rate.
-    pub(super) fn quantities(self) -> [Quantity; 2] {
-        match self {
-            Self::Turn => [Quantity::ANGLE, Quantity::RATE],
-            Self::Slide => [Quantity::LENGTH, Quantity::VELOCITY],
-        }
+/// The quantities of a motion's value and of its rate.
+pub(super) fn quantities(motion: MotionKind) -> [Quantity; 2] {
+    match motion {
+        MotionKind::Rotation => [Quantity::ANGLE, Quantity::RATE],
+        MotionKind::Translation => [Quantity::LENGTH, Quantity::VELOCITY],
     }
 }
-
-/// The types of joint and their freedoms.
-pub(super) const JOINT_TYPES: [(&str, &[Freedom]); 5] = [
-    ("revolute", &[Freedom::Turn]),
-    ("prismatic", &[Freedom::Slide]),
-    ("weld", &[]),
-    ("slot", &[Freedom::Slide, Freedom::Turn]),
-    ("link", &[]),
-];
 
 /// A word, what it measures of a body or its point, and the quantity.
 type BodyMotion = (&'static str, fn(BodyId, Option<PointId>) -> Measure, Quantity);
@@ -90,7 +63,7 @@ pub(super) struct BodyName {
 #[derive(Debug)]
 pub(super) struct JointName {
     pub(super) name: String,
-    pub(super) freedoms: Option<&'static [Freedom]>,
+    pub(super) freedoms: Option<&'static [MotionKind]>,
 }
 
 /// All names of one model.
@@ -170,10 +143,10 @@ impl Names {
         if let ([word], Some(joint)) = (parts, self.joint(owner)) {
             let freedoms = self.joints[joint.0].freedoms?;
             return freedoms.iter().enumerate().find_map(|(idx, freedom)| {
-                let at = freedom.words().iter().position(|known| known == word)?;
+                let at = motion_words(freedoms, idx).iter().position(|known| known == word)?;
                 let measure =
                     [Measure::JointPosition(joint, idx), Measure::JointVelocity(joint, idx)];
-                Some((measure[at], freedom.quantities()[at]))
+                Some((measure[at], quantities(*freedom)[at]))
             });
         }
         let body = self.body(owner)?;

@@ -69,9 +69,15 @@ impl Sketch<'_> {
         for joint in &self.model().joints {
             let ends = [joint.predecessor, joint.successor];
             match joint.kind {
-                JointKind::Revolute | JointKind::Link { .. } => hold(ends, Symbol::Support),
+                JointKind::Revolute
+                | JointKind::Link { .. }
+                | JointKind::Spherical
+                | JointKind::Universal { .. }
+                | JointKind::ConstantVelocity
+                | JointKind::Cylindrical
+                | JointKind::Screw { .. } => hold(ends, Symbol::Support),
                 JointKind::Weld { .. } => hold(ends, Symbol::Wall),
-                JointKind::Prismatic { .. } | JointKind::PinInSlot => (),
+                _ => (),
             }
         }
         for load in &self.model().loads {

@@ -3,11 +3,11 @@
 use std::collections::HashMap;
 
 use bksim_expr::{Expr, SymbolId};
-use bksim_model::{Anchor, Axis, Initial, JointId, Measure, Model, Vector};
+use bksim_model::{Anchor, Axis, Initial, Joint, JointId, Measure, Model, Vector};
 use bksim_sim::pose::Pose;
 
 use crate::Attached;
-use crate::geometry::{Point, distance_from_edges};
+use crate::geometry::{Point, distance_from_edges, turned3};
 
 /// Values of a model's expressions.
 pub(super) struct Numbers<'a> {
@@ -32,6 +32,20 @@ impl<'a> Numbers<'a> {
 
     pub(super) fn vector(&self, vector: &Vector) -> [f64; 3] {
         vector.map(|e| self.value(e))
+    }
+
+    /// The axis of a joint in the frame of one of its two bodies; before any motion the frames of the
+    /// joint's points coincide.
+    pub(super) fn axis(&self, joint: &Joint, body: usize) -> [f64; 3] {
+        let is_second = joint.successor.body.0 == body;
+        let anchor = if is_second { joint.successor } else { joint.predecessor };
+        let axis = self.vector(&joint.axis);
+        let Some(point) = anchor.point else { return axis };
+        let turns = &self.model.bodies[anchor.body.0].points[point.0].orientation;
+        turns
+            .iter()
+            .rev()
+            .fold(axis, |v, turn| turned3(v, self.vector(&turn.axis), self.value(turn.angle)))
     }
 
     pub(super) fn attached(&self, anchor: Anchor) -> Attached {

@@ -57,7 +57,7 @@ fn rail(
     };
     // The guide, on the first body; at first with room for a pin alone.
     let from = numbers.attached(joint.predecessor);
-    let along = unit3(numbers.vector(&joint.axis)).unwrap_or([1.0, 0.0, 0.0]);
+    let along = unit3(numbers.axis(joint, from.body)).unwrap_or([1.0, 0.0, 0.0]);
     let across = across3(along, [0.0, 0.0, 1.0]);
     let travel = numbers.travel(joint_idx, 0.6 * sizes.length);
     let pin = SLOT * sizes.pin;

@@ -23,6 +23,11 @@ const TURNS: f64 = 1.75;
 /// Half length of a pin in space.
 const PIN_LENGTH: f64 = 1.8;
 
+/// Whether a joint turns about one axis, which both its bodies have.
+fn has_axis(kind: JointKind) -> bool {
+    matches!(kind, JointKind::Revolute | JointKind::Cylindrical | JointKind::Screw { .. })
+}
+
 impl Sketch<'_> {
     /// The pins of joints that turn, and the eyelets of springs.
     pub(super) fn pins(&self) -> Vec<Shape> {
@@ -30,9 +35,10 @@ impl Sketch<'_> {
         for joint in &self.model().joints {
             let ends = [joint.predecessor, joint.successor].map(|a| self.numbers.attached(a));
             let pinned = match joint.kind {
-                JointKind::Revolute | JointKind::PinInSlot => &ends[1..],
+                JointKind::Prismatic { .. } | JointKind::Weld { .. } | JointKind::Free => &[],
+                JointKind::ParallelAxes | JointKind::PerpendicularAxes { .. } => &[],
                 JointKind::Link { .. } => &ends[..],
-                JointKind::Prismatic { .. } | JointKind::Weld { .. } => &[],
+                _ => &ends[1..],
             };
             for &at in pinned {
                 shapes.push(self.pin(joint, at));
@@ -62,7 +68,7 @@ impl Sketch<'_> {
 
     /// A circle; in space, a short rod along the axis of rotation.
     fn pin(&self, joint: &Joint, at: Attached) -> Shape {
-        if self.is_planar() || joint.kind != JointKind::Revolute {
+        if self.is_planar() || !has_axis(joint.kind) {
             return self.round(at, Role::Pin, self.pin);
         }
         let plane = self.turning_plane(joint, at);
@@ -109,7 +115,7 @@ impl Sketch<'_> {
     /// The plane across the axis of a joint; a revolute has the same axis in both its bodies.
     pub(super) fn turning_plane(&self, joint: &Joint, at: Attached) -> Plane {
         let stated = match joint.kind {
-            JointKind::Revolute => unit3(self.numbers.vector(&joint.axis)),
+            kind if has_axis(kind) => unit3(self.numbers.axis(joint, at.body)),
             _ => None,
         };
         self.plane_across(at.position, stated.unwrap_or([0.0, 0.0, 1.0]))

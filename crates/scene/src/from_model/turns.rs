@@ -4,7 +4,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use bksim_model::{BodyId, Joint, JointId, JointKind, LoadKind};
+use bksim_model::{BodyId, Joint, JointId, JointKind, LoadKind, MotionKind};
 
 use super::Sketch;
 use crate::geometry::{Plane, Point, add, arc, circle, direction, left, scaled, unit3};
@@ -121,9 +121,5 @@ impl Sketch<'_> {
 
 /// Whether this motion of a joint is a rotation.
 pub(super) fn turns(joint: &Joint, motion_idx: usize) -> bool {
-    match joint.kind {
-        JointKind::Revolute => true,
-        JointKind::PinInSlot => motion_idx == 1,
-        _ => false,
-    }
+    joint.kind.motions().get(motion_idx) == Some(&MotionKind::Rotation)
 }

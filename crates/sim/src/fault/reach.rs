@@ -87,9 +87,13 @@ pub(super) fn spans(
     }
     let turns = |k: usize| match joint(k).kind {
         JointKind::Revolute => held(around[k % n]).is_none(),
-        JointKind::PinInSlot | JointKind::Link { .. } => true,
         JointKind::Prismatic { .. } | JointKind::Weld { .. } => false,
+        _ => true,
     };
+    // Lengths bound what frames that are parallel can reach.
+    if around.iter().any(|id| !bounds(model, &model.joints[id.0])) {
+        return None;
+    }
     let first = (0..n).find(|&k| n > 1 && turns(k))?;
 
     // Once around, from a joint that turns to itself.
@@ -111,6 +115,26 @@ pub(super) fn spans(
         }
     }
     Some(spans)
+}
+
+/// Whether a joint is of a kind that lengths alone can judge, between frames as their bodies have them.
+fn bounds(model: &Model, joint: &Joint) -> bool {
+    let is_plain = |anchor: Anchor| {
+        let points = &model.bodies[anchor.body.0].points;
+        anchor.point.is_none_or(|point| points[point.0].orientation.is_empty())
+    };
+    let can_judge = matches!(
+        joint.kind,
+        JointKind::Revolute
+            | JointKind::Prismatic { .. }
+            | JointKind::Weld { .. }
+            | JointKind::PinInSlot
+            | JointKind::Link { .. }
+            | JointKind::Spherical
+            | JointKind::Universal { .. }
+            | JointKind::ConstantVelocity
+    );
+    can_judge && is_plain(joint.predecessor) && is_plain(joint.successor)
 }
 
 /// The link as a part.
@@ -147,7 +171,7 @@ impl Chain {
             JointKind::Revolute => (axis, held.unwrap_or(0.0), None),
             JointKind::Prismatic { angle } => ([0.0, 0.0, 1.0], value(model, angle), Some(held)),
             JointKind::Weld { angle } => ([0.0, 0.0, 1.0], value(model, angle), None),
-            JointKind::PinInSlot | JointKind::Link { .. } => return,
+            _ => return,
         };
         if held.is_some() {
             self.held.push(id);

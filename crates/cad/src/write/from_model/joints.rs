@@ -22,13 +22,7 @@ impl Sketch<'_> {
     fn joint(&mut self, id: JointId) -> Result<(), Unwritten> {
         let joint = &self.model.joints[id.0];
         let owner = format!("joint `{}`", joint.name);
-        let kind = kind(match joint.kind {
-            JointKind::Revolute => "revolute",
-            JointKind::Prismatic { .. } => "prismatic",
-            JointKind::Weld { .. } => "weld",
-            JointKind::PinInSlot => "slot",
-            JointKind::Link { .. } => "link",
-        });
+        let kind = kind(joint.kind.word());
         // In a drawing the axis of a revolute comes out of the paper.
         let is_backward = self.positions.number(joint.axis[2]).is_some_and(|z| z < 0.0);
         if joint.kind == JointKind::Revolute && is_backward {

@@ -130,11 +130,9 @@ fn joints(subject: &Subject<'_>) -> Vec<Vec<Cell>> {
     let model = subject.model;
     let row = |(joint_idx, joint): (usize, &bksim_model::Joint)| {
         let kind = match joint.kind {
-            JointKind::Revolute => "revolute",
-            JointKind::Prismatic { .. } => "prismatic",
-            JointKind::Weld { .. } => "weld",
             JointKind::PinInSlot => "pin in slot",
             JointKind::Link { .. } => "massless link",
+            kind => kind.word(),
         };
         let is_cut = subject.system.tree.cuts.contains(&JointId(joint_idx));
         let names = subject

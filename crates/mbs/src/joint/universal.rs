@@ -1,0 +1,30 @@
+//! Universal joint (Cardan, Hooke): the two points coincide, and an axis of the predecessor stays
+//! perpendicular to one of the successor, the two arms of the cross.
+
+use bksim_expr::Pool;
+
+use super::{Motion, Row, Sides, rows};
+use crate::spatial::Rotation;
+use bksim_model::{Joint, JointKind, Vector};
+
+pub(super) fn motions(_: &Pool, joint: &Joint) -> Vec<Motion> {
+    vec![Motion::rotation(joint.axis), Motion::rotation(second(joint))]
+}
+
+pub(super) fn fixed_turn(_: &Pool, _: &Joint) -> Rotation {
+    Rotation::default()
+}
+
+/// r_P − r_Q = 0, and the axes are perpendicular.
+pub(super) fn constraint_rows(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Row> {
+    let mut rows = rows::points_together(pool, sides);
+    rows.push(rows::axes_perpendicular(pool, &joint.axis, &second(joint), sides));
+    rows
+}
+
+fn second(joint: &Joint) -> Vector {
+    let JointKind::Universal { second } = joint.kind else {
+        unreachable!("the table leads universal joints here")
+    };
+    second
+}
