@@ -21,7 +21,7 @@ use super::explicit::{ExplicitStart, ExplicitStepper};
 use super::implicit::{RadauStart, RadauStepper};
 use super::mechanism::PhaseMechanism;
 use super::observer::Observer;
-use super::pace::{MOST_STEPS, Pace, Slowness, Verdict};
+use super::pace::{MOST_STEPS, Pace, Slowness, TINY, Verdict};
 use super::phase::{Attempt, Phase, PhaseEnd};
 use super::problem::Problem;
 use super::sample::Sample;
@@ -343,16 +343,18 @@ impl<'a> Run<'a> {
             Verdict::Slow(left) => (left, is_over || options.step.is_some()),
         };
 
-        // Radau IIA may need fewer.
+        // Radau IIA may need fewer, where the mechanism hardly moves in a step.
         let may_choose = options.method == Method::Auto && options.step.is_none();
         let may_choose = may_choose && self.passing.is_none() && self.pace.may_try();
-        if may_choose && self.method == Integrator::Explicit && steps_left > 0.0 {
+        let is_explicit = self.method == Integrator::Explicit && steps_left > 0.0;
+        let account = phase.stepper.account();
+        let way = self.reached.v.iter().fold(0.0, |way: f64, v| way.max((v * account.h).abs()));
+        if may_choose && is_explicit && (way < TINY || is_hopeless) {
             self.pace.try_radau(steps_left, options.t_end - self.reached.t);
             return Some(PhaseEnd::Slow);
         }
 
         // Say so, once.
-        let account = phase.stepper.account();
         let is_stopped = is_hopeless && observer.stops_hopeless_runs();
         if self.summary.slowness.is_none() && steps_left > 0.0 {
             let nq = self.reached.q.len();
@@ -442,6 +444,10 @@ impl<'a> Run<'a> {
             return None;
         }
         match (options.method, self.method) {
+            // It was only tried.
+            (Method::Auto, Integrator::Radau) if !self.pace.may_try() => {
+                Some((Integrator::Explicit, Reason::NoGain))
+            }
             (Method::Auto, Integrator::Explicit) => Some((Integrator::Radau, Reason::OtherFailed)),
             (Method::Auto | Method::Radau, Integrator::Radau) if self.rank_margin() < REGULAR => {
                 self.passing = Some(t);
