@@ -248,7 +248,7 @@ impl Start {
         };
         let ConsistentModes { modes, q, v, a, lambda, inactive, .. } = found;
         let state = State { t, q: q.clone(), v: v.clone() };
-        Ok(Self { t, state, q, v, a, lambda, inactive, modes, ..self.clone() })
+        Ok(Self { t, q, v, a, lambda, state, inactive, modes, ..self.clone() })
     }
 }
 
