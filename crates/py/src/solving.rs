@@ -214,17 +214,14 @@ fn remembering(
     }
     let here = || simulation.input_values(*t, q, v);
     let first = here();
-    let again = match before {
-        Some(_) => first.clone(),
-        None => {
-            let away = |values: &[f64]| values.iter().map(|x| x + AWAY).collect::<Vec<_>>();
-            let later = t + AWAY * (simulation.options().t_end - t);
-            simulation.input_values(later, &away(q), &away(v));
-            // What it cannot do there is none of our business.
-            let _ = laws::raised();
-            here()
-        }
-    };
+    if before.is_none() {
+        let away = |values: &[f64]| values.iter().map(|x| x + AWAY).collect::<Vec<_>>();
+        let later = t + AWAY * (simulation.options().t_end - t);
+        simulation.input_values(later, &away(q), &away(v));
+        // What it cannot do there is none of our business.
+        let _ = laws::raised();
+    }
+    let again = here();
     let known = before.unwrap_or(&first);
     let pairs = known.iter().zip(&again).zip(&mechanism.model.inputs);
     for ((known, found), id) in pairs {

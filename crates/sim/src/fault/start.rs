@@ -188,9 +188,8 @@ fn not_finite(
     (q, v): (&[f64], &[f64]),
 ) -> Diagnostic {
     let parameters: Vec<f64> = model.parameters.iter().map(|p| p.value).collect();
-    let known = |values: &[f64]| match values.len() == compiled.nq() {
-        true => values.to_vec(),
-        false => vec![0.0; compiled.nq()],
+    let known = |values: &[f64]| {
+        if values.len() == compiled.nq() { values.to_vec() } else { vec![0.0; compiled.nq()] }
     };
     let t = model.solve.t_start;
     let (q, v) = (known(q), known(v));

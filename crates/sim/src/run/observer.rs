@@ -38,7 +38,7 @@ pub trait Observer {
     /// on.
     fn slow(&mut self, _slowness: &Slowness) {}
 
-    /// Whether a run is stopped that would take a thousand million steps.
+    /// Whether a run is stopped that would take a million million steps.
     fn stops_hopeless_runs(&self) -> bool {
         true
     }

@@ -17,10 +17,13 @@ const WINDOW: usize = 5_000;
 const MANY: f64 = 1e6;
 
 /// A run that would need so many is stopped at once.
-const HOPELESS: f64 = 1e9;
+const HOPELESS: f64 = 1e12;
 
 /// Most attempts at a step in a run.
 pub(crate) const MOST_STEPS: usize = 3_000_000;
+
+/// A mechanism of which nothing moves so far in a step, m or rad, hardly moves.
+pub(super) const TINY: f64 = 1e-3;
 
 /// Attempts at a step after which Radau IIA must have gained on explicit steps,
 const TRIAL: usize = 500;
@@ -189,7 +192,7 @@ mod tests {
         assert!((left - 0.4995e7).abs() < 1e3, "{left}");
         // The next window is quick, however slow the first was.
         assert_eq!(pace.observe(0.5, 2 * WINDOW, 1.0), Verdict::Fine);
-        assert!(matches!(pace.observe(0.5 + 1e-6, 3 * WINDOW, 1.0), Verdict::Hopeless(_)));
+        assert!(matches!(pace.observe(0.5 + 1e-10, 3 * WINDOW, 1.0), Verdict::Hopeless(_)));
     }
 
     #[test]

@@ -5,11 +5,14 @@ use bksim_dae::{Checkpoint, Control, Saver, SolveError};
 
 use super::dense::DenseOutput;
 use super::observer::Observer;
+use super::pace::{MOST_STEPS, Slowness, TINY, Verdict};
 use super::progress::Run;
 use super::singular::{NOTICEABLE, Sighting, better_rows};
 use super::stepper::Stepper;
+use super::summary::Integrator;
 use crate::hybrid::{Crossed, EventMonitor};
 use crate::multiplier::MultiplierSystem;
+use bksim_model::Method;
 
 /// A phase in progress.
 pub(super) struct Phase<'a> {
@@ -230,6 +233,52 @@ impl<'a> Run<'a> {
         self.summary.stats = dense.stats;
         self.reached.take(crossed.t, &y);
         Ok(control)
+    }
+
+    /// Why the phase should end, if the run would take far too many steps.
+    pub(super) fn judge_pace(
+        &mut self,
+        phase: &Phase<'a>,
+        observer: &mut dyn Observer,
+    ) -> Option<PhaseEnd> {
+        let options = self.problem.options;
+        let n_step = self.summary.stats.n_step;
+        if self.method == Integrator::Radau && self.pace.has_lost(self.reached.t, n_step) {
+            return Some(PhaseEnd::NoGain);
+        }
+        let verdict = self.pace.observe(self.reached.t, n_step, options.t_end);
+        let is_over = n_step >= MOST_STEPS;
+        let (steps_left, is_hopeless) = match verdict {
+            Verdict::Fine if is_over => (0.0, true),
+            Verdict::Fine => return None,
+            Verdict::Hopeless(left) => (left, true),
+            // Steps of constant size can be counted ahead.
+            Verdict::Slow(left) => (left, is_over || options.step.is_some()),
+        };
+
+        // Radau IIA may need fewer, where the mechanism hardly moves in a step.
+        let may_choose = options.method == Method::Auto && options.step.is_none();
+        let may_choose = may_choose && self.passing.is_none() && self.pace.may_try();
+        let is_explicit = self.method == Integrator::Explicit && steps_left > 0.0;
+        let account = phase.stepper.account();
+        let way = self.reached.v.iter().fold(0.0, |way: f64, v| way.max((v * account.h).abs()));
+        if may_choose && is_explicit && (way < TINY || is_hopeless) {
+            self.pace.try_radau(steps_left, options.t_end - self.reached.t);
+            return Some(PhaseEnd::Slow);
+        }
+
+        // Say so, once.
+        let is_stopped = is_hopeless && observer.stops_hopeless_runs();
+        if self.summary.slowness.is_none() && steps_left > 0.0 {
+            let nq = self.reached.q.len();
+            let slowness = Slowness::new(&account, nq, n_step, (steps_left, is_stopped));
+            if !is_stopped {
+                observer.slow(&slowness);
+            }
+            self.summary.slowness = Some(slowness);
+        }
+        let error = SolveError::TooManySteps { limit: MOST_STEPS, at: Box::new(account) };
+        is_stopped.then(|| self.failed(error))
     }
 
     /// Takes note that the observer or the caller asks to stop.

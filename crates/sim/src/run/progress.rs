@@ -21,7 +21,7 @@ use super::explicit::{ExplicitStart, ExplicitStepper};
 use super::implicit::{RadauStart, RadauStepper};
 use super::mechanism::PhaseMechanism;
 use super::observer::Observer;
-use super::pace::{MOST_STEPS, Pace, Slowness, Verdict};
+use super::pace::Pace;
 use super::phase::{Attempt, Phase, PhaseEnd};
 use super::problem::Problem;
 use super::sample::Sample;
@@ -332,46 +332,6 @@ impl<'a> Run<'a> {
         Ok(self.ongoing())
     }
 
-    /// Why the phase should end, if the run would take far too many steps.
-    fn judge_pace(&mut self, phase: &Phase<'a>, observer: &mut dyn Observer) -> Option<PhaseEnd> {
-        let options = self.problem.options;
-        let n_step = self.summary.stats.n_step;
-        if self.method == Integrator::Radau && self.pace.has_lost(self.reached.t, n_step) {
-            return Some(PhaseEnd::NoGain);
-        }
-        let verdict = self.pace.observe(self.reached.t, n_step, options.t_end);
-        let is_over = n_step >= MOST_STEPS;
-        let (steps_left, is_hopeless) = match verdict {
-            Verdict::Fine if is_over => (0.0, true),
-            Verdict::Fine => return None,
-            Verdict::Hopeless(left) => (left, true),
-            // Steps of constant size can be counted ahead.
-            Verdict::Slow(left) => (left, is_over || options.step.is_some()),
-        };
-
-        // Radau IIA may need fewer.
-        let may_choose = options.method == Method::Auto && options.step.is_none();
-        let may_choose = may_choose && self.passing.is_none() && self.pace.may_try();
-        if may_choose && self.method == Integrator::Explicit && steps_left > 0.0 {
-            self.pace.try_radau(steps_left, options.t_end - self.reached.t);
-            return Some(PhaseEnd::Slow);
-        }
-
-        // Say so, once.
-        let account = phase.stepper.account();
-        let is_stopped = is_hopeless && observer.stops_hopeless_runs();
-        if self.summary.slowness.is_none() && steps_left > 0.0 {
-            let nq = self.reached.q.len();
-            let slowness = Slowness::new(&account, nq, n_step, (steps_left, is_stopped));
-            if !is_stopped {
-                observer.slow(&slowness);
-            }
-            self.summary.slowness = Some(slowness);
-        }
-        let error = SolveError::TooManySteps { limit: MOST_STEPS, at: Box::new(account) };
-        is_stopped.then(|| self.failed(error))
-    }
-
     fn ongoing(&self) -> StepOutcome {
         if self.is_stopping { StepOutcome::Stopped } else { StepOutcome::Ongoing }
     }
@@ -449,6 +409,10 @@ impl<'a> Run<'a> {
             return None;
         }
         match (options.method, self.method) {
+            // It was only tried.
+            (Method::Auto, Integrator::Radau) if !self.pace.may_try() => {
+                Some((Integrator::Explicit, Reason::NoGain))
+            }
             (Method::Auto, Integrator::Explicit) => Some((Integrator::Radau, Reason::OtherFailed)),
             (Method::Auto | Method::Radau, Integrator::Radau) if self.rank_margin() < REGULAR => {
                 self.passing = Some(t);
