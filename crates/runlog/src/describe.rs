@@ -6,9 +6,11 @@ mod events;
 mod parts;
 mod run;
 mod start;
+mod uniqueness;
 
 pub use equations::equations;
 pub use events::{event_words, events};
 pub use parts::{coordinate_policy, joint_names, parts};
 pub use run::{logged_summary, method_word, reason_words, sources, summary};
 pub use start::start;
+pub use uniqueness::uniqueness;

@@ -6,7 +6,7 @@
 
 use std::io::Read;
 
-use crate::player::{Player, span};
+use crate::player::{Player, span, uniqueness};
 use crate::record::{Channels, INPUTS, Signal, overrides};
 use bksim_expr::TapeError;
 use bksim_log::{EndStatus, Header, LogError, LogReader, Note, Record, Topic};
@@ -15,6 +15,7 @@ use bksim_model::file::{Limits, Source, read};
 use bksim_sim::Mechanism;
 use bksim_sim::input::{along, find_inputs};
 use bksim_sim::pose::{Pose, PoseRunner, Poses};
+use bksim_sim::redundancy::{Uniqueness, UniquenessChange};
 use bksim_sim::run::{Sample, Segment, Unreplayed};
 
 /// A logged run with its mechanism.
@@ -25,6 +26,7 @@ pub struct Playback {
     player: Player,
     poses: PoseRunner,
     channels: Channels,
+    uniqueness: Vec<UniquenessChange>,
     at: Vec<Pose>,
 }
 
@@ -163,7 +165,10 @@ impl Playback {
         let poses = poses.runner(&mechanism.parameters);
         let channels = Channels::new(&mechanism);
         let player = Player::new(mechanism.compiled.clone(), &mechanism.parameters);
-        let mut playback = Self { log, mechanism, player, poses, channels, at: Vec::new() };
+        let (compiled, parameters) = (&mechanism.compiled, &mechanism.parameters);
+        let uniqueness = uniqueness(&log.segments, compiled, parameters)?;
+        let at = Vec::new();
+        let mut playback = Self { log, mechanism, player, poses, channels, uniqueness, at };
         playback.seek(t_start)?;
         Ok(playback)
     }
@@ -234,6 +239,33 @@ impl Playback {
     /// Value of a signal at the last [`Playback::seek`].
     pub fn value(&self, signal: Signal) -> f64 {
         self.channels.value(signal, self.sample())
+    }
+
+    /// Which components of the reactions are unique, from the start on and wherever that changes.
+    pub fn uniqueness(&self) -> &[UniquenessChange] {
+        &self.uniqueness
+    }
+
+    /// Which components of the reactions are unique at `t`, s.
+    pub fn uniqueness_at(&self, t: f64) -> &Uniqueness {
+        let [first, last] = self.span();
+        let forward = if last < first { -1.0 } else { 1.0 };
+        let n_begun = self.uniqueness.partition_point(|change| (change.t - t) * forward <= 0.0);
+        // A motion has a first segment, and so a first change.
+        &self.uniqueness[n_begun.saturating_sub(1)].uniqueness
+    }
+
+    /// The instants from which on a signal is unique, or is not, each with which.
+    pub fn uniqueness_of(&self, signal: Signal) -> Vec<(f64, bool)> {
+        let changes = self.uniqueness.iter();
+        let states = changes.map(|c| (c.t, self.channels.is_unique(signal, &c.uniqueness)));
+        let mut found: Vec<(f64, bool)> = Vec::new();
+        for (t, is_unique) in states {
+            if found.last().is_none_or(|&(_, last)| last != is_unique) {
+                found.push((t, is_unique));
+            }
+        }
+        found
     }
 
     /// The channels.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use bksim_sim::compiled::CompiledSystem;
+use bksim_sim::redundancy::UniquenessChange;
 use bksim_sim::run::{Replay, Sample, Segment, Unreplayed};
 use self_cell::self_cell;
 
@@ -32,6 +33,33 @@ pub fn span(segments: &[Segment]) -> Option<[f64; 2]> {
 fn within(segments: &[Segment], t: f64) -> Option<f64> {
     let [first, last] = span(segments)?;
     Some(if t.is_nan() { first } else { t.clamp(first.min(last), first.max(last)) })
+}
+
+/// Which components of the reactions are unique in a motion, from its first instant on and wherever that
+/// changes.
+///
+/// # Errors
+/// [`Unreplayed`] when the motion is not that of the mechanism.
+pub fn uniqueness(
+    segments: &[Segment],
+    compiled: &CompiledSystem,
+    parameters: &[f64],
+) -> Result<Vec<UniquenessChange>, Unreplayed> {
+    let mut replay = Replay::new(compiled, parameters);
+    let mut changes: Vec<UniquenessChange> = Vec::new();
+    let mut modes: Option<&[f64]> = None;
+    for segment in segments {
+        // Nothing changes within a mode, and nothing at all where nothing can be shared.
+        let may_change = modes.is_none() || compiled.may_share_reactions();
+        if may_change && modes.replace(&segment.modes) != Some(&segment.modes) {
+            replay.at(segment, segment.t0)?;
+            let uniqueness = replay.uniqueness();
+            if changes.last().is_none_or(|last| last.uniqueness != uniqueness) {
+                changes.push(UniquenessChange { t: segment.t0, uniqueness });
+            }
+        }
+    }
+    Ok(changes)
 }
 
 impl Player {

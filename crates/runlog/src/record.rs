@@ -5,7 +5,6 @@
 //!                       └─ table      samples as rows of numbers, and back
 //! ```
 
-mod channels;
 mod contents;
 mod recorder;
 mod sensitivities;
@@ -13,7 +12,7 @@ mod shown;
 mod stage;
 mod table;
 
-pub use channels::{Channels, INPUTS, Signal};
+pub use crate::channels::{Channels, INPUTS, Signal};
 pub use contents::{Contents, overrides, set_option};
 pub use recorder::Recorder;
 pub use sensitivities::{sensitivity_columns, sensitivity_row};

@@ -13,13 +13,25 @@ use crate::{
 pub struct Extras {
     /// Paths of points through the world, oldest point first; the old end fades.
     pub trails: Vec<(Color, Vec<[f64; 3]>)>,
-    /// Arrows: colour, tail and vector in the world, both m. Those shorter than a pixel are left
-    /// out.
-    pub arrows: Vec<(Color, [f64; 3], [f64; 3])>,
+    /// Arrows; those shorter than a pixel are left out.
+    pub arrows: Vec<Arrow>,
     /// Whether markers are labelled with their names.
     pub has_labels: bool,
     /// Poses at other instants, drawn faintly under the mechanism.
     pub ghosts: Vec<Vec<Pose>>,
+}
+
+/// An arrow in the world.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Arrow {
+    /// Of shaft and head.
+    pub color: Color,
+    /// Its tail, m.
+    pub from: [f64; 3],
+    /// From tail to tip, m.
+    pub vector: [f64; 3],
+    /// Drawn with a dashed shaft and an empty head: one of many values that the vector may have.
+    pub is_hollow: bool,
 }
 
 /// Opacity of a ghost.
@@ -44,8 +56,8 @@ pub fn picture(
     }
     painter.mechanism(poses, 1.0);
     let mut along_arrows = Vec::new();
-    for &(color, from, vector) in &extras.arrows {
-        along_arrows.extend(painter.arrow(color, from, vector));
+    for arrow in &extras.arrows {
+        along_arrows.extend(painter.arrow(arrow));
     }
     if extras.has_labels {
         painter.labels(poses, &along_arrows);
@@ -161,7 +173,8 @@ impl Painter<'_> {
     }
 
     /// Paints an arrow; returns some points along it, which names should leave free.
-    fn arrow(&mut self, color: Color, from: [f64; 3], vector: [f64; 3]) -> Vec<[f32; 2]> {
+    fn arrow(&mut self, arrow: &Arrow) -> Vec<[f32; 2]> {
+        let Arrow { color, from, vector, is_hollow } = *arrow;
         let tip = self.pixel(std::array::from_fn(|i| from[i] + vector[i]));
         let from = self.pixel(from);
         let [dx, dy] = [tip[0] - from[0], tip[1] - from[1]];
@@ -176,13 +189,27 @@ impl Painter<'_> {
         let half = 0.36 * head;
         let neck = [tip[0] - head * ux, tip[1] - head * uy];
         let corner = |side: f32| [neck[0] - side * uy, neck[1] + side * ux];
-        // The shaft ends inside the head: no gap, and nothing sticks out at the tip.
-        let inside = [neck[0] + 0.3 * head * ux, neck[1] + 0.3 * head * uy];
         let stroke = Stroke { color, width: sizes.arrow.min(0.6 * head) };
-        let shaft = Item::Line { points: vec![from, inside], is_closed: false, stroke };
-        let head =
-            Item::Region { rings: vec![vec![tip, corner(half), corner(-half)]], fill: color };
-        self.items.extend([shaft, head]);
+        let line = |points, is_closed, stroke| Item::Line { points, is_closed, stroke };
+        let triangle = vec![tip, corner(half), corner(-half)];
+        if is_hollow {
+            // Dashes as long as the head is wide, the last one up to it; lines a little thinner.
+            let stroke = Stroke { width: 0.7 * stroke.width, ..stroke };
+            let (shaft, dash) = (length - head, 1.2 * half);
+            let on_shaft = |at: f32| [from[0] + at * ux, from[1] + at * uy];
+            let mut end = shaft;
+            while end > 0.0 {
+                let points = vec![on_shaft((end - dash).max(0.0)), on_shaft(end)];
+                self.items.push(line(points, false, stroke));
+                end -= 1.8 * dash;
+            }
+            self.items.push(line(triangle, true, stroke));
+        } else {
+            // The shaft ends inside the head: no gap, and nothing sticks out at the tip.
+            let inside = [neck[0] + 0.3 * head * ux, neck[1] + 0.3 * head * uy];
+            let head = Item::Region { rings: vec![triangle], fill: color };
+            self.items.extend([line(vec![from, inside], false, stroke), head]);
+        }
         let at = |i: u8| [from[0] + f32::from(i) / 16.0 * dx, from[1] + f32::from(i) / 16.0 * dy];
         (1..=16).map(at).collect()
     }

@@ -27,7 +27,7 @@ pub mod vectors;
 
 pub use camera::Camera;
 pub use color::Color;
-pub use draw::{Extras, picture};
+pub use draw::{Arrow, Extras, picture};
 pub use picture::{Align, Item, Picture, Stroke};
 pub use rod::{sheets, silhouette};
 pub use rule::{scale_bar, world_axes};

@@ -4,9 +4,10 @@ use std::collections::HashSet;
 
 use bksim_sim::load_forces::LoadForces;
 use bksim_sim::pose::Pose;
+use bksim_sim::redundancy::Uniqueness;
 use bksim_sim::run::Sample;
 
-use crate::{Color, MarkerKind, Scene};
+use crate::{Arrow, Color, MarkerKind, Scene};
 
 /// A vector at a point of the world, m.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -15,6 +16,8 @@ pub struct VectorAt {
     pub point: [f64; 3],
     /// Components in world axes, N or m/s.
     pub vector: [f64; 3],
+    /// Whether it could be no other vector: false of reactions that many solutions share.
+    pub is_unique: bool,
 }
 
 /// Length of the longest arrow of a run against the extent of the mechanism.
@@ -34,12 +37,15 @@ pub fn reactions<'a>(
     scene: &'a Scene,
     poses: &'a [Pose],
     sample: &'a Sample,
+    uniqueness: &'a Uniqueness,
 ) -> impl Iterator<Item = VectorAt> + 'a {
     scene.markers.iter().filter_map(|marker| {
         let MarkerKind::Joint(joint) = marker.kind else { return None };
         let &[x, y, z, ..] = sample.reactions.get(joint)?;
         let point = poses.get(marker.at.body)?.place(marker.at.position);
-        Some(VectorAt { point, vector: [x, y, z] })
+        let is_unique =
+            uniqueness.reactions.get(joint).is_none_or(|six| !six[..3].contains(&false));
+        Some(VectorAt { point, vector: [x, y, z], is_unique })
     })
 }
 
@@ -55,7 +61,8 @@ pub fn velocities(scene: &Scene, poses: &[Pose]) -> Vec<VectorAt> {
         #[expect(clippy::cast_possible_truncation, reason = "saturates, which is as good")]
         let cell = point.map(|x| (5.0 * x / scene.pin).round() as i64);
         if known.insert(cell) {
-            found.push(VectorAt { point, vector: pose.velocity_of(marker.at.position) });
+            let vector = pose.velocity_of(marker.at.position);
+            found.push(VectorAt { point, vector, is_unique: true });
         }
     }
     found
@@ -65,7 +72,7 @@ pub fn velocities(scene: &Scene, poses: &[Pose]) -> Vec<VectorAt> {
 /// dampers at their ends; in the order of the loads.
 pub fn applied_forces(loads: &mut LoadForces, sample: &Sample) -> impl Iterator<Item = VectorAt> {
     let forces = loads.at(sample.t, &sample.q, &sample.v);
-    forces.map(|at| VectorAt { point: at.point, vector: at.force })
+    forces.map(|at| VectorAt { point: at.point, vector: at.force, is_unique: true })
 }
 
 /// Metres per newton, or per metre a second, with which the largest of a run is drawn a quarter as
@@ -75,13 +82,18 @@ pub fn arrow_scale(largest: f64, extent: f64) -> f64 {
     if scale.is_finite() && scale > 0.0 { scale } else { 0.0 }
 }
 
-/// Vectors as arrows for [`crate::Extras`], `scale` metres long per unit.
+/// Vectors as arrows for [`crate::Extras`], `scale` metres long per unit; hollow where they are not unique.
 pub fn arrows(
     color: Color,
     scale: f64,
     vectors: impl IntoIterator<Item = VectorAt>,
-) -> impl Iterator<Item = (Color, [f64; 3], [f64; 3])> {
-    vectors.into_iter().map(move |at| (color, at.point, at.vector.map(|x| scale * x)))
+) -> impl Iterator<Item = Arrow> {
+    vectors.into_iter().map(move |at| Arrow {
+        color,
+        from: at.point,
+        vector: at.vector.map(|x| scale * x),
+        is_hollow: !at.is_unique,
+    })
 }
 
 #[cfg(test)]

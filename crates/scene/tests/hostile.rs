@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use bksim_model::Model;
 use bksim_model::file::{Source, read};
-use bksim_scene::{Camera, Extras, Scene, Theme, picture, svg};
+use bksim_scene::{Arrow, Camera, Extras, Scene, Theme, picture, svg};
 use bksim_sim::pose::Pose;
 
 const SLIDER: &str = include_str!("../../../tests/fixtures/oblique-slider.toml");
@@ -21,13 +21,18 @@ fn points(scene: &Scene) -> Vec<[f64; 3]> {
 /// Draws a scene with everything at the ground's pose.
 fn drawn(scene: &Scene, poses: &[Pose]) -> String {
     let theme = &Theme::LIGHT;
+    let arrow = |color, from, vector| Arrow { color, from, vector, is_hollow: false };
+    let hollow = |color, from, vector| Arrow { color, from, vector, is_hollow: true };
     let extras = Extras {
         has_labels: true,
         trails: vec![(theme.force, vec![[0.0; 3], [f64::NAN; 3], [1e300; 3]])],
         arrows: vec![
-            (theme.force, [0.0; 3], [0.0; 3]),
-            (theme.force, [0.0; 3], [f64::NAN, 1.0, 0.0]),
-            (theme.velocity, [1e300; 3], [1e300; 3]),
+            arrow(theme.force, [0.0; 3], [0.0; 3]),
+            arrow(theme.force, [0.0; 3], [f64::NAN, 1.0, 0.0]),
+            arrow(theme.velocity, [1e300; 3], [1e300; 3]),
+            hollow(theme.force, [0.0; 3], [0.0; 3]),
+            hollow(theme.force, [0.0; 3], [f64::NAN, 1.0, 0.0]),
+            hollow(theme.force, [1e300; 3], [1e300; 3]),
         ],
         ghosts: vec![poses.to_vec(), Vec::new()],
     };

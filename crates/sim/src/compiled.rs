@@ -152,6 +152,11 @@ impl CompiledSystem {
         self.transmissions.uniqueness(&parameters, at, &|effort| effort.acts_in(modes))
     }
 
+    /// Whether there are loops, or several efforts in one joint: otherwise every reaction is unique.
+    pub fn may_share_reactions(&self) -> bool {
+        self.transmissions.are_shared()
+    }
+
     /// As [`CompiledSystem::uniqueness`], of the joints alone.
     pub(crate) fn redundancy(
         &self,

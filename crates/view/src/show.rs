@@ -13,10 +13,10 @@ use std::time::{Duration, Instant};
 use bksim::playback::Playback;
 use bksim::sim::pose::Pose;
 use bksim::sim::run::{Sample, Unreplayed};
-use bksim_scene::{Extras, Scene, Theme};
+use bksim_scene::{Arrow, Extras, Scene, Theme};
 
+use self::arrows::Arrows;
 pub use self::arrows::Scales;
-use self::arrows::{Arrow, Arrows};
 #[cfg(test)]
 pub(crate) use self::pendulum::pendulum;
 pub use self::solve::{Solved, solve};
@@ -204,7 +204,7 @@ impl Show {
             self.seek(reach::instant(self.span(), idx))?;
             let arrows = self.arrows(None)?.expect("without a deadline the scale becomes known");
             let tip =
-                |(_, from, along): Arrow| std::array::from_fn(|axis| from[axis] + along[axis]);
+                |arrow: Arrow| std::array::from_fn(|axis| arrow.from[axis] + arrow.vector[axis]);
             tips.extend(arrows.into_iter().map(tip));
         }
         self.seek(t)?;

@@ -9,8 +9,8 @@ use std::sync::Arc;
 
 use bksim::sim::pose::Pose;
 use bksim_scene::{
-    Attached, Camera, Color, Extras, Form, Marker, MarkerKind, Role, Scene, Shape, Span, SpanKind,
-    Theme,
+    Arrow, Attached, Camera, Color, Extras, Form, Marker, MarkerKind, Role, Scene, Shape, Span,
+    SpanKind, Theme,
 };
 use bksim_view::film::write_png;
 use bksim_view::offscreen::{Canvas, Image};
@@ -382,7 +382,12 @@ fn arrows_and_trails_and_names_are_drawn() {
     for (name, theme) in [("beside", &Theme::LIGHT), ("beside-dark", &Theme::DARK)] {
         let extras = Extras {
             trails: vec![(theme.palette[1], trail.clone())],
-            arrows: vec![(theme.force, [-1.0, 0.0, 0.0], [3.5, 1.5, 0.0])],
+            arrows: vec![Arrow {
+                color: theme.force,
+                from: [-1.0, 0.0, 0.0],
+                vector: [3.5, 1.5, 0.0],
+                is_hollow: false,
+            }],
             has_labels: true,
             ghosts: Vec::new(),
         };

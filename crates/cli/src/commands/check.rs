@@ -54,9 +54,12 @@ fn report(mechanism: &Mechanism, found: &Mobility) -> String {
         row("constraints", found.n_constraints.to_string(), format!("{} independent", found.rank)),
         row("Grübler count", found.gruebler.to_string(), String::new()),
         row("true mobility", found.mobility.to_string(), String::new()),
+        row("redundant conditions", found.n_redundant.to_string(), String::new()),
         counted("redundant joints", joint_names(mechanism, &found.redundant)),
     ];
-    rows.retain(|row| row[1] != "0" || !["loads", "drives"].contains(&row[0].as_str()));
+    rows.retain(|row| {
+        row[1] != "0" || !["loads", "drives", "redundant conditions"].contains(&row[0].as_str())
+    });
     format!("{}: no errors\n{}", model.name, table(&rows))
 }
 

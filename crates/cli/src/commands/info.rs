@@ -4,6 +4,7 @@ use std::fs::{self, File};
 use std::io::BufReader;
 use std::path::Path;
 
+use bksim::describe;
 use bksim::log::{Contents, Level, LogError, Note, Outcome, Survey};
 use serde_json::{Value, json};
 
@@ -66,6 +67,9 @@ fn text_of(path: &Path, n_bytes: u64, survey: &Survey) -> String {
     let end = survey.end.iter().flat_map(|end| &end.summary);
     let shown = |text: &String| text.parse().map_or_else(|_| text.clone(), number);
     section("results", end.map(|(name, text)| row(name, &shown(text))).collect());
+    let uniqueness = uniqueness(survey);
+    let shared = super::solve::not_unique(uniqueness.as_deref().unwrap_or_default());
+    section("reactions that are not unique", shared.into_iter().map(|line| vec![line]).collect());
     section("options", header.options.iter().map(|(name, text)| row(name, text)).collect());
     let quantity = |(name, quantity): (&String, &bksim::log::Quantity)| {
         row(name, format!("{} {}", number(quantity.value), quantity.unit).trim_end())
@@ -79,6 +83,12 @@ fn text_of(path: &Path, n_bytes: u64, survey: &Survey) -> String {
     }
     section("events and warnings", notes);
     sections.join("\n\n")
+}
+
+/// From when on which channels are not unique, as the end of a run tells.
+fn uniqueness(survey: &Survey) -> Option<Vec<Value>> {
+    let details = describe::logged_summary(&survey.end.as_ref()?.details)?;
+    details["uniqueness"].as_array().cloned()
 }
 
 fn row(name: &str, text: &str) -> Vec<String> {
@@ -190,6 +200,7 @@ fn json_of(path: &Path, n_bytes: u64, survey: &Survey) -> Value {
         "t_end": end.map(|end| end.t_end),
         "reason": end.map(|end| &end.reason),
         "results": end.map(|end| &end.summary),
+        "uniqueness": uniqueness(survey),
         "options": header.options,
         "parameters": parameters.collect::<serde_json::Map<_, _>>(),
         "channels": channels.collect::<Vec<_>>(),

@@ -23,6 +23,7 @@ use bksim::sim::start::Start;
 use bksim::{Mechanism, Rejected, SensitivityPlan, Simulation};
 
 pub use self::files::named_after;
+pub(super) use self::report::not_unique;
 use self::report::{Report, Times};
 use self::resume::FirstPart;
 use crate::args::{self, Solve, Tuning};

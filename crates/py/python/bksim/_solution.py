@@ -364,6 +364,17 @@ class Solution(Samples):
         return summary
 
     @property
+    def not_unique(self) -> list[tuple[float, tuple[str, ...]]]:
+        """From when on which signals are not unique, by the names of the table: ``[(0.0, ("reactions.A.fx",
+        …)), …]``. Joints, drives or stops that repeat each other share these reactions and efforts: the
+        table has one of many solutions of the equilibrium. Raises LogError for a log that does not tell, as
+        one that was cut short."""
+        if "uniqueness" not in self.summary:
+            raise LogError("the log does not tell which reactions are unique")
+        changes = self.summary["uniqueness"]
+        return [(change["t"], tuple(change["not_unique"])) for change in changes]
+
+    @property
     def success(self) -> bool:
         """Whether the end time was reached."""
         return self._run.ending == "reached"

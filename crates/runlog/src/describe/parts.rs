@@ -27,6 +27,7 @@ pub fn parts(mechanism: &Mechanism, found: &Mobility) -> Value {
         "rank": found.rank,
         "gruebler": found.gruebler,
         "mobility": found.mobility,
+        "redundant_conditions": found.n_redundant,
         "redundant_joints": joint_names(mechanism, &found.redundant),
     })
 }

@@ -5,6 +5,7 @@ use bksim_sim::run::{Integrator, Reason, Summary};
 use serde_json::{Value, json};
 
 use super::events::events;
+use super::uniqueness::uniqueness;
 use bksim_sim::Mechanism;
 
 /// Its end, methods, events, work, residuals and energy balance.
@@ -25,6 +26,7 @@ pub fn summary(mechanism: &Mechanism, summary: &Summary) -> Value {
                 "rank": pose.rank,
                 "names": sources(mechanism, &pose.rows),
             })).collect::<Vec<_>>(),
+            "uniqueness": uniqueness(mechanism, &summary.uniqueness),
             "events": events(mechanism, &summary.changes),
             "steps": {
                 "n_step": stats.n_step, "n_accept": stats.n_accept, "n_reject": stats.n_reject,

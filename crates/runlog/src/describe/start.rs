@@ -4,6 +4,8 @@ use bksim_mbs::quantity::Quantity;
 use bksim_sim::start::{Moved, Start};
 use serde_json::{Map, Value, json};
 
+use crate::channels::Channels;
+
 use bksim_sim::Mechanism;
 
 /// Values by name, what was given and what became of it, residuals.
@@ -28,6 +30,7 @@ pub fn start(mechanism: &Mechanism, start: &Start) -> Value {
         "a": by_name(&compiled.coordinates, &start.a),
         "lambda": by_name(&compiled.multipliers, &start.lambda),
         "lambda_not_unique": not_unique,
+        "not_unique": Channels::new(mechanism).not_unique(&start.uniqueness),
         "initial": start.moved.iter().map(moved).collect::<Vec<_>>(),
         "residual": { "position": start.position_residual, "velocity": start.velocity_residual },
         "mobility": start.mobility,

@@ -11,10 +11,10 @@ use bksim_sim::sensitivity::StateSensitivity;
 use bksim_sim::start::Start;
 
 use super::VERSION;
-use super::channels::{Channels, N_MADE};
 use super::contents::Contents;
 use super::sensitivities::{sensitivity_row, sensitivity_topic};
 use super::shown::Shown;
+use crate::channels::{Channels, N_MADE};
 
 /// Writes samples to a log.
 pub struct Recorder<W: Write> {

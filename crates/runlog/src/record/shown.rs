@@ -10,8 +10,8 @@ use bksim_model::MotionKind;
 use bksim_scene::{Scene, Span};
 use bksim_sim::pose::{Pose, PoseRunner, Poses};
 
-use super::channels::TopicKind;
 use super::stage;
+use crate::channels::TopicKind;
 use bksim_sim::Mechanism;
 
 /// Points of spans are written to at least this part of a pin's radius.

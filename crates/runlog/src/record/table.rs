@@ -3,7 +3,7 @@
 use bksim_log::Field;
 use bksim_sim::run::Sample;
 
-use super::channels::{Channels, N_MADE, TopicKind};
+use crate::channels::{Channels, N_MADE, TopicKind};
 
 impl Channels {
     /// Names and fields of all values of a sample: `state.theta1`, `energy.total`.

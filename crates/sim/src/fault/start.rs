@@ -11,7 +11,7 @@ use bksim_mbs::system::SymbolicSystem;
 use bksim_model::MotionKind;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::{listed, short};
-use bksim_model::{Anchor, BodyId, Drive, GROUND, JointId, JointKind, Measure, Model};
+use bksim_model::{Anchor, BodyId, Drive, GROUND, JointId, JointKind, Measure, Model, Space};
 
 /// The diagnostic of a start that was not found.
 pub fn diagnose_start(
@@ -83,9 +83,15 @@ pub fn diagnose_mobility(model: &Model, mobility: &Mobility) -> Vec<Diagnostic> 
             [only] => format!("joint `{only}` repeats constraints of the other joints"),
             _ => format!("joints {} repeat each other's constraints", listed(&names)),
         };
+        let counted = if model.space == Space::Planar { "Grübler" } else { "Kutzbach" };
         let message = format!(
-            "{who}: Grübler counts {}, true mobility is {}",
-            mobility.gruebler, mobility.mobility
+            "{who}: {counted} counts {}, true mobility is {}, {}",
+            mobility.gruebler,
+            mobility.mobility,
+            match mobility.n_redundant {
+                1 => "1 condition is redundant".to_owned(),
+                n => format!("{n} conditions are redundant"),
+            }
         );
         let help = match superfluous_links(model).as_slice() {
             [] => {
@@ -100,9 +106,8 @@ pub fn diagnose_mobility(model: &Model, mobility: &Mobility) -> Vec<Diagnostic> 
         found.push(
             Diagnostic::warning(codes::REDUNDANT, message)
                 .at(first.span.clone(), "one of the redundant joints")
-                .note(
-                    "the motion is unique; the reactions around the loops of these joints are not",
-                )
+                .note("the motion is unique; some reactions of these joints are not")
+                .note(format!("not unique: {}", shared_directions(model, mobility)))
                 .help(help),
         );
     }
@@ -121,6 +126,26 @@ pub fn diagnose_mobility(model: &Model, mobility: &Mobility) -> Vec<Diagnostic> 
         });
     }
     found
+}
+
+/// The components of reactions that are not unique, joints with the same ones together: "fx and fy of `A`
+/// and `B`".
+fn shared_directions(model: &Model, mobility: &Mobility) -> String {
+    const COMPONENTS: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
+    let mut groups: Vec<([bool; 6], Vec<&str>)> = Vec::new();
+    for &joint in &mobility.redundant {
+        let unique = mobility.unique[joint.0];
+        match groups.iter_mut().find(|(of, _)| *of == unique) {
+            Some((_, names)) => names.push(name(model, joint)),
+            None => groups.push((unique, vec![name(model, joint)])),
+        }
+    }
+    let told = |(unique, names): &([bool; 6], Vec<&str>)| {
+        let shared = COMPONENTS.iter().zip(unique).filter(|(_, is_unique)| !**is_unique);
+        let shared: Vec<&str> = shared.map(|(component, _)| *component).collect();
+        format!("{} of {}", shared.join(", "), listed(names))
+    };
+    groups.iter().map(told).collect::<Vec<_>>().join("; ")
 }
 
 /// Bars that could go: bodies on two joints, and massless links, whose neighbours stay held by two

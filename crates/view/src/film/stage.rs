@@ -151,6 +151,8 @@ pub(crate) fn aspect_ratio(show: &mut Show, view: Option<[f64; 2]>) -> Result<f6
 
 #[cfg(test)]
 mod tests {
+    use bksim_scene::Arrow;
+
     use super::*;
     use crate::show::{ShowOptions, pendulum};
 
@@ -170,8 +172,8 @@ mod tests {
         let mut outermost = f64::INFINITY;
         for k in 0..=300 {
             let extras = stage.at(0.01 * f64::from(k)).expect("an instant");
-            for (_, from, along) in extras.arrows {
-                let tip = [0, 1, 2].map(|axis| from[axis] + along[axis]);
+            for Arrow { from, vector, .. } in extras.arrows {
+                let tip = [0, 1, 2].map(|axis| from[axis] + vector[axis]);
                 let [x, y, _] = stage.camera.project(tip);
                 let [x0, y0, _] = stage.camera.project(from);
                 longest = longest.max((x - x0).hypot(y - y0));

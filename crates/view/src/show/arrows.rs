@@ -6,13 +6,10 @@ use bksim::playback::Playback;
 use bksim::sim::load_forces::LoadForces;
 use bksim::sim::run::Unreplayed;
 use bksim_scene::vectors::{VectorAt, applied_forces, arrow_scale, arrows, reactions, velocities};
-use bksim_scene::{Color, Scene, Theme};
+use bksim_scene::{Arrow, Scene, Theme};
 
 use super::ShowOptions;
 use super::reach::{INSTANTS, instant};
-
-/// A colour, a point of the world and a vector from it, m.
-pub(super) type Arrow = (Color, [f64; 3], [f64; 3]);
 
 /// Scales of arrows.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -67,7 +64,8 @@ impl Arrows {
         while !self.is_known() {
             playback.seek(instant(playback.span(), self.n_seen))?;
             let (sample, poses) = (playback.sample(), playback.poses());
-            self.reaction = largest(reactions(scene, poses, sample), self.reaction);
+            let uniqueness = playback.uniqueness_at(sample.t);
+            self.reaction = largest(reactions(scene, poses, sample, uniqueness), self.reaction);
             self.velocity = largest(velocities(scene, poses), self.velocity);
             if let Some(loads) = &mut self.loads {
                 self.applied = largest(applied_forces(loads, sample), self.applied);
@@ -109,7 +107,9 @@ impl Arrows {
             all.extend(arrows(theme.force, scales.force, applied_forces(loads, sample)));
         }
         if options.reactions {
-            all.extend(arrows(theme.force, scales.force, reactions(scene, poses, sample)));
+            let uniqueness = playback.uniqueness_at(sample.t);
+            let reactions = reactions(scene, poses, sample, uniqueness);
+            all.extend(arrows(theme.force, scales.force, reactions));
         }
         all
     }

@@ -92,6 +92,8 @@ impl Report<'_> {
             rows.push(("constraints", both.join(", ")));
         }
         rows.extend(self.singular_poses().map(|told| ("singular", told)));
+        let changes = describe::uniqueness(self.mechanism, &self.summary.uniqueness);
+        rows.extend(not_unique(&changes).into_iter().map(|told| ("not unique", told)));
         let events = super::events::told(self.mechanism, &self.summary.changes, energy.impacts);
         rows.extend(events.map(|told| ("events", told)));
         // Energy, time and where the log is.
@@ -201,6 +203,26 @@ impl Report<'_> {
             ("log", t.log),
         ]
     }
+}
+
+/// From when on which reactions, efforts and multipliers are not unique: a line for each of some changes.
+pub(crate) fn not_unique(changes: &[Value]) -> Vec<String> {
+    let told = changes.iter().take(CHANGES_TOLD).map(|change| {
+        let names = change["not_unique"].as_array().into_iter().flatten();
+        let names: Vec<&str> = names.filter_map(Value::as_str).collect();
+        let from = number(change["t"].as_f64().unwrap_or(f64::NAN));
+        let what = if names.is_empty() { "nothing".to_owned() } else { some_of(&names) };
+        format!("from t = {from} s {what}")
+    });
+    let mut lines: Vec<String> = told.collect();
+    let is_unique = |change: &Value| change["self_stresses"] == 0;
+    if changes.iter().all(is_unique) {
+        return Vec::new();
+    }
+    if changes.len() > CHANGES_TOLD {
+        lines.push(format!("and {} more changes", changes.len() - CHANGES_TOLD));
+    }
+    lines
 }
 
 /// The first names of a list, and how many there are besides.

@@ -1,7 +1,7 @@
 //! From curves to a figure: names, titles, colours.
 
 use bksim::overview::word;
-use bksim_plot::{Axis, Curve, Figure, Panel, Scale};
+use bksim_plot::{Axis, Curve, Figure, Panel, Point, Scale};
 use serde_json::{Value, json};
 
 use super::choose::{PanelPlan, Plan, Quantity};
@@ -34,6 +34,8 @@ struct CurveReport {
     n_values: u64,
     range: Option<[f64; 2]>,
     is_dense: bool,
+    /// Whether it is the same in every solution of the equilibrium, all along.
+    is_unique: bool,
 }
 
 /// Curves this much smaller than the largest are zero but for rounding.
@@ -116,7 +118,9 @@ impl Drawing<'_> {
                     1 => (number, number / 6),
                     _ => (*run, number),
                 };
-                drawn_curves.push(Curve { name, points: drawn.points.clone(), color, dash });
+                let points = drawn.points.clone();
+                let curve = Curve { name, points, color, dash };
+                drawn_curves.extend(self.by_uniqueness(curve, *run, quantity));
                 told.push(CurveReport {
                     channel: quantity.name.clone(),
                     run: *run,
@@ -124,6 +128,7 @@ impl Drawing<'_> {
                     n_values: drawn.n_values,
                     range: drawn.range,
                     is_dense: drawn.is_dense,
+                    is_unique: !self.runs[*run].is_ever_shared(quantity),
                 });
             }
         }
@@ -143,6 +148,28 @@ impl Drawing<'_> {
         y.scale = if log_y { Scale::Logarithmic } else { Scale::Linear };
         let is_path = self.x.is_some_and(|x| x.unit == "m") && plan.unit == "m" && !log_y;
         (Panel { x, y, curves: drawn_curves, equal_scale: is_path }, told)
+    }
+
+    /// A curve as it is, or its parts: dashed and named so where it is one of many solutions of the
+    /// equilibrium.
+    fn by_uniqueness(&self, curve: Curve, run: usize, quantity: &Quantity) -> Vec<Curve> {
+        let run = &self.runs[run];
+        if !run.is_ever_shared(quantity) {
+            return vec![curve];
+        }
+        // Over another abscissa, points do not tell their time.
+        let is_shared = |point: &Point| self.x.is_some() || run.is_shared_at(quantity, point[0]);
+        let part = |is_wanted: bool| -> Vec<Point> {
+            let kept =
+                |point: &Point| if is_shared(point) == is_wanted { point[1] } else { f64::NAN };
+            curve.points.iter().map(|point| [point[0], kept(point)]).collect()
+        };
+        let [unique, shared] = [part(false), part(true)];
+        let has_values = |points: &[Point]| points.iter().any(|point| !point[1].is_nan());
+        let name = format!("{} (not unique)", curve.name);
+        let shared = Curve { name, points: shared, dash: curve.dash + 1, ..curve.clone() };
+        let unique = Curve { points: unique, ..curve };
+        [unique, shared].into_iter().filter(|curve| has_values(&curve.points)).collect()
     }
 
     /// The name without its topic, unless that makes two names one: `state.theta1` as `theta1`.
@@ -203,6 +230,7 @@ impl Plotted {
                 "from": if told.is_dense { "motion" } else { "samples" },
                 "smallest": told.range.map(|[low, _]| low),
                 "largest": told.range.map(|[_, high]| high),
+                "unique": told.is_unique,
             })
         };
         let panels = self.figure.panels.iter().zip(&self.curves);

@@ -8,12 +8,14 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
+use bksim::describe;
 use bksim::log::export::rows;
 use bksim::log::{Header, LogError, LogReader, Record, Selection};
 use bksim::playback::RunLog;
 use bksim::record::{Channels, INPUTS, Signal};
 use bksim::sim::run::{Replay, Sample, Segment};
 use bksim_plot::{Envelope, Point, Trace};
+use serde_json::Value;
 
 use super::choose::Quantity;
 
@@ -34,6 +36,8 @@ pub(super) struct Run {
     pub(super) is_complete: bool,
     /// Why its curves join samples where they could be finer.
     pub(super) coarse_because: Option<String>,
+    /// From when on which channels are not unique, as the end of the log tells.
+    not_unique: Vec<(f64, Vec<String>)>,
 }
 
 /// Values of a quantity along a run.
@@ -76,7 +80,13 @@ fn open(path: &Path) -> Result<LogReader<BufReader<File>>, LogError> {
 impl Run {
     pub(super) fn open(path: &Path) -> Result<Self, LogError> {
         let header = open(path)?.header().clone();
-        Ok(Self { path: path.to_owned(), header, is_complete: false, coarse_because: None })
+        Ok(Self {
+            path: path.to_owned(),
+            header,
+            is_complete: false,
+            coarse_because: None,
+            not_unique: Vec::new(),
+        })
     }
 
     /// The curves of the quantities, in their order; none for one that the run does not have.
@@ -92,6 +102,19 @@ impl Run {
             self.coarse_because = Some(why);
         }
         Ok(sampled.pens.into_iter().map(|pen| pen.map(Pen::into_drawn)).collect())
+    }
+
+    /// Whether a quantity is one of many solutions at time `t`, s.
+    pub(super) fn is_shared_at(&self, quantity: &Quantity, t: f64) -> bool {
+        let begun = self.not_unique.iter().rev().find(|(from, _)| *from <= t);
+        let now = begun.or(self.not_unique.first());
+        now.is_some_and(|(_, names)| quantity.channels.iter().any(|name| names.contains(name)))
+    }
+
+    /// Whether a quantity is one of many solutions at any time.
+    pub(super) fn is_ever_shared(&self, quantity: &Quantity) -> bool {
+        let times = self.not_unique.iter().map(|(from, _)| *from);
+        times.into_iter().any(|t| self.is_shared_at(quantity, t))
     }
 
     /// Curves through the samples.
@@ -147,6 +170,8 @@ impl Run {
             Ok(())
         })?;
         self.is_complete = exported.end.is_some();
+        let details = exported.end.and_then(|end| describe::logged_summary(&end.details));
+        self.not_unique = details.map(|details| not_unique(&details)).unwrap_or_default();
         Ok(Sampled { pens, span })
     }
 
@@ -215,6 +240,16 @@ impl Run {
         }
         Ok(())
     }
+}
+
+/// From when on which channels are not unique, out of the summary of a run.
+fn not_unique(summary: &Value) -> Vec<(f64, Vec<String>)> {
+    let changes = summary["uniqueness"].as_array().into_iter().flatten();
+    let names = |change: &Value| -> Vec<String> {
+        let names = change["not_unique"].as_array().into_iter().flatten();
+        names.filter_map(|name| name.as_str().map(str::to_owned)).collect()
+    };
+    changes.filter_map(|change| Some((change["t"].as_f64()?, names(change)))).collect()
 }
 
 struct Sampled {

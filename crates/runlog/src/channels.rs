@@ -3,8 +3,10 @@
 use std::ops::Range;
 
 use bksim_log::{Field, Topic};
+use bksim_mbs::constraint::{Constraint, Source};
 use bksim_model::ParameterId;
 use bksim_sim::Mechanism;
+use bksim_sim::redundancy::Uniqueness;
 use bksim_sim::run::Sample;
 
 /// The topic of the [inputs](bksim_sim::input).
@@ -13,17 +15,28 @@ pub const INPUTS: &str = "/inputs";
 /// The topics of a log, and the part of a sample that fills each.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Channels {
-    pub(super) topics: Vec<(Topic, TopicKind)>,
+    pub(crate) topics: Vec<(Topic, TopicKind)>,
     /// Rows of the drives.
     drives: Range<usize>,
+    /// The part of the mechanism that each multiplier is a force of.
+    rows: Vec<RowKind>,
+}
+
+/// The part of the mechanism that a multiplier is a force of.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum RowKind {
+    /// Of a joint, with the first and the last component of its reaction that it may be part of.
+    Joint(usize, [usize; 2]),
+    Drive(usize),
+    Contact(usize),
 }
 
 /// The largest number of values of a topic that do not lie in the sample as they are.
-pub(super) const N_MADE: usize = 10;
+pub(crate) const N_MADE: usize = 10;
 
 /// The part of a sample that fills a topic.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum TopicKind {
+pub(crate) enum TopicKind {
     State,
     Acceleration,
     Multipliers,
@@ -47,7 +60,14 @@ impl Channels {
         // Rows of joints come first, then those of drives, then those of stops and friction.
         let end = mechanism.system.n_bilateral();
         let drives = end - mechanism.compiled.drives.len()..end;
-        Self { topics: topics(mechanism), drives }
+        let n_bilateral = end;
+        let row = |(row, constraint): (usize, &Constraint)| match constraint.source {
+            Source::Joint(joint) => RowKind::Joint(joint.0, components(constraint.direction)),
+            Source::Drive(drive) => RowKind::Drive(drive.0),
+            Source::Stop(_) | Source::Friction(_) => RowKind::Contact(row - n_bilateral),
+        };
+        let rows = mechanism.system.constraints.iter().enumerate().map(row).collect();
+        Self { topics: topics(mechanism), drives, rows }
     }
 
     /// The signals that have a value at every instant, with their names and fields: all but what a
@@ -76,8 +96,35 @@ impl Channels {
         value.copied().unwrap_or(f64::NAN)
     }
 
+    /// Whether a signal is the same in every solution of the equilibrium; only reactions, efforts and
+    /// multipliers may not be.
+    pub fn is_unique(&self, signal: Signal, uniqueness: &Uniqueness) -> bool {
+        let Signal { topic_idx, field_idx } = signal;
+        match self.topics[topic_idx].1 {
+            TopicKind::Reaction(joint) => uniqueness.reactions[joint][field_idx],
+            TopicKind::Drives => uniqueness.drives[field_idx],
+            TopicKind::Multipliers => match self.rows[field_idx] {
+                RowKind::Joint(joint, [first, last]) => {
+                    uniqueness.reactions[joint][first..=last].iter().all(|&is_unique| is_unique)
+                }
+                RowKind::Drive(drive) => uniqueness.drives[drive],
+                RowKind::Contact(contact) => uniqueness.contacts[contact],
+            },
+            _ => true,
+        }
+    }
+
+    /// Names of the signals that are not unique: `reactions.A.fx`.
+    pub fn not_unique(&self, uniqueness: &Uniqueness) -> Vec<String> {
+        if uniqueness.is_complete() {
+            return Vec::new();
+        }
+        let shared = self.signals().filter(|&(signal, ..)| !self.is_unique(signal, uniqueness));
+        shared.map(|(_, name, _)| name).collect()
+    }
+
     /// The values of a topic, in two parts: as they lie in the sample, or made from it.
-    pub(super) fn values<'a>(
+    pub(crate) fn values<'a>(
         &self,
         of: TopicKind,
         sample: &'a Sample,
@@ -118,9 +165,20 @@ impl Channels {
     }
 }
 
+/// The components of a reaction that a row of this direction is part of, first and last.
+fn components(direction: &str) -> [usize; 2] {
+    match direction {
+        "x" => [0, 0],
+        "y" => [1, 1],
+        "z" => [2, 2],
+        "angle" => [3, 5],
+        _ => [0, 2],
+    }
+}
+
 impl TopicKind {
     /// Whether a field has a value at every instant.
-    pub(super) fn is_lasting(self, field: &Field) -> bool {
+    pub(crate) fn is_lasting(self, field: &Field) -> bool {
         match self {
             Self::Energy => field.name != "work",
             Self::Solver => false,
