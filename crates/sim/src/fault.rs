@@ -1,6 +1,7 @@
 //! What goes wrong after reading, said in the author's terms: assembly and run faults as
 //! diagnostics that name loops, bodies, stated values and expressions.
 
+mod amount;
 mod closing;
 mod guesses;
 mod reach;

@@ -16,6 +16,7 @@ use std::f64::consts::PI;
 
 use bksim_dae::Control;
 
+use super::checkpoint::RunCheckpoint;
 use super::sample::{Sample, StateSensitivity};
 
 /// Receiver of the samples of a run as it goes on. Closures that take a sample are observers.
@@ -32,6 +33,15 @@ pub trait Observer {
 
     /// Takes the motion over a step, before the samples in it.
     fn segment(&mut self, _segment: &Segment) {}
+
+    /// Whether [`Observer::checkpoint`] is to be called now; asked between two steps, when all samples of
+    /// the first have been taken.
+    fn wants_checkpoint(&mut self) -> bool {
+        false
+    }
+
+    /// Takes a state from which the run could go on.
+    fn checkpoint(&mut self, _checkpoint: &RunCheckpoint) {}
 }
 
 impl<F: FnMut(&Sample) -> Control> Observer for F {
