@@ -156,6 +156,20 @@ fn outputs_at_steps_and_at_given_times_go_on_too() {
 }
 
 #[test]
+fn a_run_stopped_in_a_step_of_many_samples_goes_on_from_before_it() {
+    for method in [Method::Auto, Method::Radau] {
+        let mut model = model(BOUNCING);
+        (model.solve.method, model.solve.every) = (method, Some(1e-5));
+        let mechanism = derive(model);
+        let (whole, summary, _) = run_in_parts(&mechanism, usize::MAX, usize::MAX);
+        let (parts, again, n_parts) = run_in_parts(&mechanism, 20_011, usize::MAX);
+        assert!(n_parts > 5, "{n_parts} parts of {} samples", whole.len());
+        assert!(parts == whole, "other samples");
+        assert_eq!(again, summary);
+    }
+}
+
+#[test]
 fn another_model_and_other_options_are_refused() {
     let stopped = |text: &str| {
         let mechanism = derive(model(text));

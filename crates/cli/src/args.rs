@@ -152,7 +152,7 @@ pub(crate) struct Solve {
     /// Overwrite an existing log.
     #[arg(long)]
     pub(crate) force: bool,
-    /// Continue a run that was stopped: in place of a model, name its log.
+    /// Continue a run that was stopped or killed: in place of a model, name its log.
     #[arg(long, conflicts_with_all = [
         "set", "t_end", "rtol", "atol", "step", "every", "method", "formulation", "channels",
     ])]

@@ -13,6 +13,7 @@ pub mod output_file;
 pub mod progress;
 pub mod render;
 pub mod source;
+mod visible;
 
 use std::ffi::OsString;
 use std::path::Path;

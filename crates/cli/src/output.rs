@@ -5,12 +5,25 @@ use std::io::Write;
 use serde_json::{Map, Value};
 
 use crate::exit::Failure;
+use crate::visible::{Styles, visible, visible_json};
 
-/// Prints text and a line end.
+/// Prints text and a line end; what a terminal would obey in it is written out.
 ///
 /// # Errors
 /// Standard output that cannot be written, or is closed.
 pub fn text(text: &str) -> Result<(), Failure> {
+    put(&visible(text, Styles::None))
+}
+
+/// As [`text()`], with colours in it.
+///
+/// # Errors
+/// As [`text()`].
+pub fn styled(text: &str) -> Result<(), Failure> {
+    put(&visible(text, Styles::Kept))
+}
+
+fn put(text: &str) -> Result<(), Failure> {
     let mut stdout = anstream::stdout().lock();
     writeln!(stdout, "{text}").and_then(|()| stdout.flush()).map_err(|e| Failure::stdout(&e))
 }
@@ -18,7 +31,7 @@ pub fn text(text: &str) -> Result<(), Failure> {
 /// Prints the one JSON object of a command; a body that says `ok` has the last word on it.
 ///
 /// # Errors
-/// As [`text`].
+/// As [`text()`].
 pub fn json(command: &str, body: Value) -> Result<(), Failure> {
     let mut object = Map::new();
     object.insert("ok".into(), Value::Bool(true));
@@ -26,7 +39,15 @@ pub fn json(command: &str, body: Value) -> Result<(), Failure> {
     if let Value::Object(body) = body {
         object.extend(body);
     }
-    text(&format!("{:#}", Value::Object(object)))
+    object_text(&Value::Object(object))
+}
+
+/// Prints one JSON object.
+///
+/// # Errors
+/// As [`text()`].
+pub(crate) fn object_text(object: &Value) -> Result<(), Failure> {
+    put(&visible_json(&format!("{object:#}")))
 }
 
 /// A number for a report: nine significant digits, no trailing zeros.

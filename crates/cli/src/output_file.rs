@@ -63,6 +63,12 @@ impl OutputFile {
             let help = format!("make it with `mkdir -p {there}`");
             return Err(Failure::file(path, what, Some(help)));
         }
+        if let Some(there) = missing_target(path) {
+            let what =
+                format!("is a link to `{}`, which does not exist; {undone}", there.display());
+            let help = "remove the link, or name another file with -o".to_owned();
+            return Err(Failure::file(path, what, Some(help)));
+        }
         if inputs.iter().any(|input| is_same_file(path, input)) {
             let what = format!("is the {kind} itself and would be overwritten; {undone}");
             return Err(Failure::file(path, what, Some("name another file with -o".to_owned())));
@@ -127,7 +133,58 @@ impl OutputFile {
     }
 }
 
+/// Writes a whole file. One that exists keeps its content until the new one is whole, and its permissions;
+/// a link to it stays one.
+///
+/// # Errors
+/// [`Failure::File`].
+pub fn put(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let write = || -> io::Result<()> {
+        let mut written = Written::replacing(path)?;
+        written.write_all(bytes)?;
+        written.persist()
+    };
+    write().map_err(|error| Failure::writing(path, &error))
+}
+
+/// Endings of formats that people know; a file with another one may hold anything.
+const KNOWN_ENDINGS: [&str; 23] = [
+    "apng", "csv", "dwg", "dxf", "gif", "htm", "html", "jpeg", "jpg", "json", "mcap", "mp4",
+    "parquet", "pdf", "png", "svg", "tex", "toml", "tsv", "txt", "typ", "webp", "xlsx",
+];
+
+/// Refuses a name whose ending promises another format than `ours`, of which the first is named.
+///
+/// # Errors
+/// [`Failure::Usage`].
+pub fn check_ending(path: &Path, ours: &[&str]) -> Result<(), Failure> {
+    let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    if ours.contains(&ending.as_str()) || !KNOWN_ENDINGS.contains(&ending.as_str()) {
+        return Ok(());
+    }
+    let [name, own] = [&ending, ours[0]].map(str::to_ascii_uppercase);
+    let message = format!("`{}` would be no {name}: this command writes {own}", path.display());
+    Err(Failure::usage(message, &format!("end the name with .{}", ours[0])))
+}
+
 impl Written {
+    /// A file in the place of what is at `path`, if anything is.
+    ///
+    /// # Errors
+    /// A file that cannot be made next to it.
+    pub fn replacing(path: &Path) -> io::Result<Self> {
+        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        if fs::metadata(&path).is_ok_and(|known| !known.is_file()) {
+            let file = File::options().write(true).open(&path)?;
+            return Ok(Self { path, place: Place::Own(file) });
+        }
+        let temporary = temporary_in(directory(&path), &path)?;
+        if let Ok(known) = fs::metadata(&path) {
+            temporary.as_file().set_permissions(known.permissions())?;
+        }
+        Ok(Self { path, place: Place::Temporary(temporary, Found::File) })
+    }
+
     /// Where what has been written so far lies.
     pub fn path_now(&self) -> &Path {
         match &self.place {
@@ -141,18 +198,26 @@ impl Written {
     /// # Errors
     /// [`Failure::File`], also when another command has written it meanwhile.
     pub fn finish(self) -> Result<(), Failure> {
+        let path = self.path.clone();
+        self.persist().map_err(|error| uncreated(&path, &error))
+    }
+
+    /// As [`Written::finish`].
+    ///
+    /// # Errors
+    /// As the system says them.
+    pub fn persist(self) -> io::Result<()> {
         let Self { path, place } = self;
-        let failed = |error: &io::Error| Failure::writing(&path, error);
         match place {
             // A device need not be one that can be synchronised.
             Place::Own(file) => drop(file.sync_all()),
             Place::Temporary(file, found) => {
-                file.as_file().sync_all().map_err(|e| failed(&e))?;
+                file.as_file().sync_all()?;
                 let persisted = match found {
                     Found::Nothing => file.persist_noclobber(&path),
                     Found::File | Found::Device => file.persist(&path),
                 };
-                persisted.map_err(|error| uncreated(&path, &error.error))?;
+                persisted.map_err(|error| error.error)?;
             }
         }
         Ok(())
@@ -194,6 +259,11 @@ fn directory(path: &Path) -> &Path {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     }
+}
+
+/// Target of a link that leads nowhere.
+fn missing_target(path: &Path) -> Option<PathBuf> {
+    if path.exists() { None } else { fs::read_link(path).ok() }
 }
 
 /// A new file next to `path`, as other people may read it.
@@ -267,6 +337,33 @@ mod tests {
         assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 1, "nothing is left");
         drop(output.create_growing().expect("created"));
         assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 2, "it may be needed");
+    }
+
+    #[test]
+    fn an_ending_promises_a_format() {
+        let is_refused = |name: &str, ours: &[&str]| check_ending(Path::new(name), ours).is_err();
+        assert!(is_refused("run.csv", &["mcap"]) && is_refused("run.PDF", &["html", "htm"]));
+        for name in ["run.mcap", "run.MCAP", "run", "run.log", "/dev/null", ".mcap", "run.2"] {
+            assert!(!is_refused(name, &["mcap"]), "{name}");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_that_leads_nowhere_is_called_one_and_another_stays() {
+        use std::os::unix::fs::symlink;
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = |name: &str| folder.path().join(name);
+        symlink("nowhere", at("link")).expect("a link");
+        for force in [false, true] {
+            let said = plan(&at("link"), &[], force).expect_err("it leads nowhere");
+            assert_eq!(said, "is a link to `nowhere`, which does not exist; nothing was done");
+        }
+        fs::write(at("nowhere"), "old").expect("written");
+        put(&at("link"), b"new").expect("written");
+        assert!(fs::symlink_metadata(at("link")).expect("a link").is_symlink());
+        assert_eq!(fs::read_to_string(at("nowhere")).expect("a file"), "new");
+        assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 2, "nothing is left");
     }
 
     #[cfg(unix)]

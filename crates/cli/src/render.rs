@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 
 use crate::exit::Failure;
 use crate::output;
+use crate::visible::{Styles, visible};
 
 /// Prints diagnostics to stderr.
 pub fn print_all(source: &Text, faults: &[Diagnostic]) {
@@ -84,8 +85,10 @@ pub(crate) fn failure(failure: &Failure, command: &str, as_json: bool) {
     if let (Some(object), Value::Object(body)) = (object.as_object_mut(), body) {
         object.extend(body);
     }
-    // The exit status tells as much when nobody reads the object.
-    let _ = output::text(&format!("{object:#}"));
+    // The exit status tells as much when nobody reads the object; where it cannot be written, people are told.
+    if let Err(unwritten @ Failure::File { .. }) = output::object_text(&object) {
+        to_stderr(&failure_text(&unwritten));
+    }
 }
 
 fn untitled(message: &str, help: Option<&str>) {
@@ -99,5 +102,5 @@ pub fn line(text: &str) {
 
 /// Prints a line to stderr. Where that cannot be written there is nobody left to tell.
 fn to_stderr(text: &str) {
-    let _ = writeln!(anstream::stderr().lock(), "{text}");
+    let _ = writeln!(anstream::stderr().lock(), "{}", visible(text, Styles::Kept));
 }

@@ -41,6 +41,47 @@ fn of_eight_runs_that_want_one_new_log_one_gets_it() {
 }
 
 #[test]
+fn a_full_disk_is_told_by_every_command_that_writes() {
+    let place = Scratch::new();
+    let folder = format!("{CRATE}/../../examples/four-bar");
+    assert!(place.run(&format!("solve {folder}/model.toml -o run.mcap")).status.success());
+    for arguments in [
+        format!("solve {folder}/model.toml -o /dev/full --force"),
+        "cad template -o /dev/full --force".to_owned(),
+        format!("cad from-toml {folder}/model.toml -o /dev/full --force"),
+    ] {
+        let output = place.run(&arguments);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(4), "{arguments}: {said}");
+        assert!(said.contains("No space left on device"), "{arguments}: {said}");
+    }
+    // Whatever is printed, too.
+    for arguments in ["info run.mcap", "export run.mcap", "explain", "explain --json"] {
+        let full = fs::File::options().write(true).open("/dev/full").expect("a device");
+        let mut command = place.bksim();
+        let output = command.args(arguments.split(' ')).stdout(full).output().expect("an end");
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(4), "{arguments}: {said}");
+        assert!(said.contains("`standard output` cannot be written"), "{arguments}: {said}");
+    }
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_fault() {
+    let place = Scratch::new();
+    let folder = format!("{CRATE}/../../examples/four-bar");
+    assert!(place.run(&format!("solve {folder}/model.toml -o run.mcap")).status.success());
+    for arguments in ["info run.mcap", "export run.mcap", "explain", "explain --json"] {
+        let (reader, writer) = std::io::pipe().expect("a pipe");
+        drop(reader);
+        let mut command = place.bksim();
+        let output = command.args(arguments.split(' ')).stdout(writer).output().expect("an end");
+        assert_eq!(output.status.code(), Some(0), "{arguments}: {}", text(&output.stderr));
+        assert_eq!(text(&output.stderr), "", "{arguments}");
+    }
+}
+
+#[test]
 fn a_log_that_may_not_grow_tells_what_can_be_read() {
     let place = Scratch::new();
     place.write("long.toml", LONG);

@@ -67,9 +67,28 @@ pub(crate) fn compose_named(
     if faults.iter().any(Diagnostic::is_error) {
         return Err(sidecar.rejected(faults));
     }
-    let path = sidecar.path.parent().unwrap_or(Path::new("")).join(drawing);
+    let folder = sidecar.path.parent().unwrap_or(Path::new(""));
+    let path = folder.join(drawing);
+    let is_here = folder.as_os_str().is_empty();
+    refuse_outside(if is_here { Path::new(".") } else { folder }, &path, &sidecar)?;
     let bytes = read_bytes(&path)?;
     compose(&path, bytes, Some(sidecar), request)
+}
+
+/// Refuses a file that does not lie in a folder, when all links are resolved: a model from elsewhere has no
+/// business with other files.
+fn refuse_outside(folder: &Path, path: &Path, named_in: &Text) -> Result<(), InputError> {
+    // One that is not there has its own fault.
+    let [Ok(folder), Ok(found)] = [folder.canonicalize(), path.canonicalize()] else {
+        return Ok(());
+    };
+    if found.starts_with(&folder) {
+        return Ok(());
+    }
+    let what =
+        format!("lies outside of the folder of `{}`, which names it", named_in.path.display());
+    let help = Some("copy the drawing next to the model".to_owned());
+    Err(InputError::File { path: path.to_owned(), what, help })
 }
 
 /// A fault with all its spans later by `offset` bytes.

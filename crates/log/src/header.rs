@@ -123,7 +123,7 @@ impl Header {
     }
 
     /// Sign of the steps: 1, or −1 for a run back in time.
-    pub(crate) fn direction(&self) -> f64 {
+    pub fn direction(&self) -> f64 {
         if self.t_end < self.t_start { -1.0 } else { 1.0 }
     }
 

@@ -32,6 +32,10 @@ fn check_field_names(topic: &Topic) -> Result<(), LogError> {
         if !is_identifier(&field.name) {
             return Err(bad_name("field", &field.name));
         }
+        // Tables print them in their first line.
+        if field.unit.contains(char::is_control) {
+            return Err(bad_name("unit", &field.unit));
+        }
         if !names.insert(&field.name) {
             return Err(duplicate("field", &topic.column_name(field)));
         }

@@ -8,7 +8,7 @@ use std::{collections::BTreeMap, io::Read};
 use mcap::records::{self, Metadata, op};
 
 use crate::{
-    EndStatus, Header, Level, LogError, Note, Segment, Topic, TopicId,
+    EndStatus, Header, Level, LogError, Note, Outcome, Segment, Topic, TopicId,
     frames::{self, Frames, State},
     meta,
     schema::{T_NUMBER, motion_number},
@@ -62,8 +62,35 @@ pub struct LogReader<R> {
     decoders: BTreeMap<u16, Decoder>,
     values: Vec<f64>,
     segment: Segment,
-    checkpoint: Option<Vec<u8>>,
+    checkpoint: Option<Saved<Vec<u8>>>,
     end: Option<EndStatus>,
+}
+
+/// The last checkpoint so far.
+struct Saved<T> {
+    checkpoint: T,
+    /// Nothing but the end has come after it.
+    is_last: bool,
+}
+
+impl<T> Saved<T> {
+    fn new(checkpoint: T) -> Self {
+        Self { checkpoint, is_last: true }
+    }
+
+    fn pass_message(&mut self) {
+        self.is_last = false;
+    }
+
+    /// Whether the run goes on from here: one that was stopped has saved its state last of all, and one that
+    /// failed would fail again.
+    fn holds(&self, state: State, end: Option<&EndStatus>) -> bool {
+        match state {
+            State::Open => false,
+            State::CutShort => true,
+            State::Complete => self.is_last && end.is_some_and(|e| e.outcome == Outcome::Stopped),
+        }
+    }
 }
 
 /// The meaning of the messages of one channel.
@@ -123,10 +150,12 @@ impl<R: Read> LogReader<R> {
         self.end.as_ref().filter(|_| self.frames.state() == State::Complete)
     }
 
-    /// The state from which a stopped run goes on: known when [`LogReader::end`] is, with the checksum
-    /// of the whole verified.
+    /// The state from which a run goes on that was stopped, or whose log was cut short: known once
+    /// [`LogReader::next_record`] has returned `None`. In a log that was cut, no checksum but its own
+    /// covers it.
     pub fn checkpoint(&self) -> Option<&[u8]> {
-        self.checkpoint.as_deref().filter(|_| self.frames.state() == State::Complete)
+        let saved = self.checkpoint.as_ref()?;
+        saved.holds(self.frames.state(), self.end.as_ref()).then_some(&saved.checkpoint)
     }
 
     /// The same reader, passing over everything that is not asked for: its bytes are checked, but not
@@ -171,11 +200,12 @@ impl<R: Read> LogReader<R> {
                 op::ATTACHMENT => {
                     let (name, bytes) = frames::attachment(body)?;
                     if name == meta::CHECKPOINT {
-                        self.checkpoint = Some(bytes);
+                        self.checkpoint = Some(Saved::new(bytes));
                     }
                 }
                 op::MESSAGE => {
                     let (channel_id, log_time, message) = message(body)?;
+                    self.checkpoint.iter_mut().for_each(Saved::pass_message);
                     match self.decoders.get(&channel_id) {
                         // Some other program may have added a channel later.
                         None | Some(Decoder::Foreign) => (),

@@ -19,16 +19,18 @@ use crate::{
 };
 
 /// A killed run loses at most the samples of this long.
-const FLUSH_INTERVAL: Duration = Duration::from_millis(250);
+const FLUSH_INTERVAL: Duration = Duration::from_millis(125);
 /// Chunks are closed at this size, bytes, if no flush closed them before.
-const CHUNK_SIZE: u64 = 1 << 20;
+const CHUNK_SIZE: usize = 1 << 20;
+/// Chunks are closed at this size even between two samples of one time.
+const LARGEST_CHUNK: usize = 8 << 20;
 const NANOSECONDS: u64 = 1_000_000_000;
 
 /// Writes one run to a stream of bytes.
 ///
-/// Samples are collected in chunks. A chunk is written whole, when it is large or when a quarter of
-/// a second has passed since the last one, so a run that is killed while it writes loses at most
-/// that. Only [`LogWriter::finish`] makes the file complete: a writer that is dropped flushes what
+/// Samples are collected in chunks. A chunk is written whole, when it is large or when an eighth of a
+/// second has passed since the last one, and between two times, so that a run that is killed loses few
+/// samples, and none by half. A sample waits for the next one, or for [`LogWriter::flush_if_due`]. Only [`LogWriter::finish`] makes the file complete: a writer that is dropped flushes what
 /// it can and leaves a log that readers report as cut short, so that an error nobody saw never
 /// passes for success. After the first error every call fails with [`LogError::Abandoned`].
 #[must_use = "a log is complete only after `finish`"]
@@ -44,6 +46,8 @@ pub struct LogWriter<W: Write> {
     last_t: f64,
     flush_interval: Duration,
     last_flush: Instant,
+    /// Bytes of messages since then.
+    n_waiting: usize,
     /// The message being encoded; kept to allocate once.
     message: Vec<u8>,
 }
@@ -105,11 +109,12 @@ impl<W: Write> LogWriter<W> {
             last_t: header.t_start,
             flush_interval: FLUSH_INTERVAL,
             last_flush: Instant::now(),
+            n_waiting: 0,
             message: Vec::new(),
         })
     }
 
-    /// Sets the time after which a write also flushes: default 0.25 s, range from zero (every write
+    /// Sets the time after which a write also flushes: default 0.125 s, range from zero (every write
     /// is flushed at once, larger files) to [`Duration::MAX`] (by chunk size alone).
     pub fn flush_every(mut self, interval: Duration) -> LogWriter<W> {
         self.flush_interval = interval;
@@ -210,6 +215,17 @@ impl<W: Write> LogWriter<W> {
         })
     }
 
+    /// As [`LogWriter::flush`] where the last one is long ago; to be called when all samples of a time have
+    /// been written, and the next may be long in coming.
+    ///
+    /// # Errors
+    /// [`LogError::Io`].
+    pub fn flush_if_due(&mut self) -> Result<(), LogError> {
+        let is_due = self.n_waiting > 0
+            && (self.n_waiting >= CHUNK_SIZE || self.last_flush.elapsed() >= self.flush_interval);
+        if is_due { self.flush() } else { Ok(()) }
+    }
+
     /// Hands everything written so far to the stream and flushes the stream.
     ///
     /// # Errors
@@ -217,6 +233,7 @@ impl<W: Write> LogWriter<W> {
     pub fn flush(&mut self) -> Result<(), LogError> {
         self.attempt(Writer::flush)?;
         self.last_flush = Instant::now();
+        self.n_waiting = 0;
         Ok(())
     }
 
@@ -277,12 +294,15 @@ impl<W: Write> LogWriter<W> {
         messages::Timestamp::new(seconds, nanoseconds)
     }
 
-    /// Moves on to `t`, unless that is in the past of the run.
+    /// Moves on to `t`, unless that is in the past of the run; what came before may be flushed then.
     pub(crate) fn advance(&mut self, t: f64) -> Result<(), LogError> {
         // Also false for a time that is not a number.
         let is_ahead = (t - self.last_t) * self.direction >= 0.0;
         if !is_ahead || !t.is_finite() {
             return Err(LogError::BadTime { t, previous: self.last_t });
+        }
+        if t != self.last_t || self.n_waiting > LARGEST_CHUNK {
+            self.flush_if_due()?;
         }
         self.last_t = t;
         Ok(())
@@ -298,13 +318,13 @@ impl<W: Write> LogWriter<W> {
         ((t - self.t_start) * self.direction * NANOSECONDS as f64).round() as u64
     }
 
-    /// Appends `self.message`, and flushes when it is time.
+    /// Appends `self.message`.
     fn put(&mut self, header: MessageHeader) -> Result<(), LogError> {
         let message = std::mem::take(&mut self.message);
         let result = self.attempt(|writer| writer.write_to_known_channel(&header, &message));
+        self.n_waiting += message.len();
         self.message = message;
-        result?;
-        if self.last_flush.elapsed() >= self.flush_interval { self.flush() } else { Ok(()) }
+        result
     }
 
     /// Runs one write; after a failure nothing more is written after the torn bytes.
@@ -351,7 +371,8 @@ fn write_options(version: &str) -> WriteOptions {
     WriteOptions::new()
         .profile("bksim")
         .library(format!("bksim {version}"))
-        .chunk_size(Some(CHUNK_SIZE))
+        // They are closed between two times.
+        .chunk_size(None)
         // Whole chunks from memory: streams that cannot seek will do, and a kill tears no chunk
         // that had been begun long before.
         .disable_seeking(true)

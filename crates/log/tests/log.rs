@@ -9,7 +9,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use bksim_log::{Field, Header, Level, Log, LogError, LogReader, LogWriter, Record, Topic};
+use bksim_log::{
+    EndStatus, Field, Header, Level, Log, LogError, LogReader, LogWriter, Outcome, Record, Survey,
+    Topic,
+};
 use common::{N_SAMPLES, end, header, run, state, time, write_samples};
 
 /// A stream that outlives its writer, as a file does, with room for so many bytes.
@@ -267,11 +270,27 @@ fn a_checkpoint_comes_back_with_the_end_of_the_log() -> Result<(), LogError> {
     while reader.next_record()?.is_some() {}
     assert_eq!(reader.checkpoint(), Some(&saved[..]));
 
-    // Not from a log that was cut after it, nor one with another bit in it.
+    // From a log that was cut after it, but not within it, nor from one with another bit in it.
     let offset = bytes.windows(saved.len()).position(|part| part == saved).expect("its bytes");
-    let mut cut = LogReader::open(&bytes[..offset + saved.len() + 4])?;
-    while cut.next_record()?.is_some() {}
-    assert_eq!(cut.checkpoint(), None);
+    for (n_bytes, expected) in [(4, Some(&saved[..])), (3, None)] {
+        let mut cut = LogReader::open(&bytes[..offset + saved.len() + n_bytes])?;
+        while cut.next_record()?.is_some() {}
+        assert_eq!(cut.checkpoint(), expected);
+    }
+
+    // Not from one of a run that had more to say, or has reached its end.
+    for (outcome, is_last) in [(Outcome::Stopped, false), (Outcome::ReachedEnd, true)] {
+        let mut writer = LogWriter::create(Vec::new(), &header)?;
+        writer.checkpoint(&saved)?;
+        if !is_last {
+            writer.note(Level::Error, header.t_start, "a fault")?;
+        }
+        let bytes = writer.finish(&EndStatus::new(outcome, header.t_start, ""))?;
+        let mut reader = LogReader::open(&bytes[..])?;
+        while reader.next_record()?.is_some() {}
+        assert_eq!(reader.checkpoint(), None, "{outcome:?}");
+        assert_eq!(Survey::read(&bytes[..])?.checkpoint_bytes, None, "{outcome:?}");
+    }
     let mut flipped = bytes.clone();
     flipped[offset + 100] ^= 1;
     let mut reader = LogReader::open(&flipped[..])?;

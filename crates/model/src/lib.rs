@@ -35,4 +35,4 @@ pub use joint::{JOINT_TYPES, Joint, JointKind, MotionKind, motion_words};
 pub use load::{Load, LoadKind};
 pub use measure::{Axis, Initial, Measure, Signal};
 pub use model::{CoordinatePolicy, Model, Parameter, Space};
-pub use solve::{Formulation, Jit, Method, Outputs, SolveOptions};
+pub use solve::{Formulation, Jit, MOST_OUTPUTS, Method, Outputs, SolveOptions};

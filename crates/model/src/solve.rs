@@ -4,6 +4,9 @@ pub use bksim_expr::Jit;
 
 use crate::diagnostic::Span;
 
+/// The largest number of samples, and of fixed steps, of a run: hours of work, and terabytes.
+pub const MOST_OUTPUTS: f64 = 1e10;
+
 /// The `[solve]` table; every field has a default, so that a model without one solves.
 #[derive(Clone, Debug)]
 pub struct SolveOptions {
@@ -37,6 +40,15 @@ impl SolveOptions {
     /// The interval of even outputs, s.
     pub fn interval(&self) -> f64 {
         self.every.unwrap_or((self.t_end - self.t_start).abs() / 500.0)
+    }
+
+    /// The option that makes more than [`MOST_OUTPUTS`] samples or steps, with its value and their number.
+    pub fn too_many(&self) -> Option<(&'static str, f64, f64)> {
+        let span = (self.t_end - self.t_start).abs();
+        let every = (self.outputs == Outputs::Even).then(|| ("every", self.interval()));
+        let step = self.step.map(|step| ("step", step));
+        let counted = |(key, interval)| (key, interval, span / interval);
+        [every, step].into_iter().flatten().map(counted).find(|&(.., n)| n > MOST_OUTPUTS)
     }
 }
 

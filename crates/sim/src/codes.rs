@@ -16,6 +16,7 @@ bksim_model::codes! {
     GUESS_MOVED = "S014", "a guess far off";
     AMBIGUOUS = "S015", "another assembly nearly as near";
     DRIVE_OUT_OF_REACH = "S016", "a drive starts out of reach";
+    TOO_MUCH = "S020", "a run without an end";
     DRIVE_CANNOT_PASS = "R001", "a drive cannot pass a dead centre";
     NO_VALUE = "R002", "an expression leaves its domain";
     STEP_TOO_SMALL = "R003", "the step size became too small";

@@ -1,6 +1,7 @@
 //! Faults after reading, said in the author's terms: those of the assembly and of runs as
 //! diagnostics that name loops, bodies, stated values and expressions.
 
+mod amount;
 mod closing;
 mod guesses;
 mod pace;

@@ -43,8 +43,8 @@ pub use self::summary::{
 ///
 /// The end may lie before the start where nothing switches: the motion is then followed back in time.
 ///
-/// A run that ends early hands out one more sample, at the end of its last step. One that was
-/// stopped goes on from [`Summary::checkpoint`].
+/// A run that ends early hands out one more sample, at the end of its last step, unless it was stopped
+/// within that. One that was stopped goes on from [`Summary::checkpoint`].
 ///
 /// # Errors
 /// [`Failure`] when the integrator cannot go on; all samples before it have been handed out.
@@ -60,8 +60,8 @@ pub fn run(
 /// summary of the whole, equal those of the undisturbed run bit for bit. Everything but the observer
 /// must be as it was when the run began.
 ///
-/// The sample that a stopped run hands out at the end of its last step is no part of the run; those
-/// before it are, [`RunCheckpoint::n_samples`] in number.
+/// Of the samples that a run has handed out, the first [`RunCheckpoint::n_samples`] stay; those after them
+/// are handed out again, but for the one at the end of the last step of a run that was stopped.
 ///
 /// # Errors
 /// [`Unresumed`] when the checkpoint belongs to another run, or the integrator cannot go on.
@@ -83,7 +83,11 @@ fn to_end(
     observer: &mut dyn Observer,
     stop: &dyn Fn() -> bool,
 ) -> Result<Summary, Box<Failure>> {
-    while run.step(observer, stop)? == StepOutcome::Ongoing {}
+    while run.step(observer, stop)? == StepOutcome::Ongoing {
+        if observer.wants_checkpoint() {
+            observer.checkpoint(&run.checkpoint());
+        }
+    }
     Ok(run.finish(observer))
 }
 

@@ -229,7 +229,8 @@ impl Simulation {
     /// The consistent start.
     ///
     /// # Errors
-    /// [`Rejected`] says which loop cannot close or which stated values exclude each other.
+    /// [`Rejected`] says which loop cannot close, which stated values exclude each other, or that the options
+    /// ask for more samples than any log holds.
     pub fn start(&self) -> Result<Start, Rejected> {
         let Self { derivation, compiled, parameters, initial, options, .. } = self;
         start_at(&derivation.start, compiled, parameters, initial, options)

@@ -130,6 +130,9 @@ pub fn start_at(
     if options.t_end < t && !compiled.indicators.is_empty() {
         return Err(StartError::Irreversible);
     }
+    if options.too_many().is_some() {
+        return Err(StartError::TooMuch);
+    }
     let mut closing = equations.closure.at(parameters, stated);
     // Drives follow the branches that they take at this time; no contact is closed yet.
     let nothing = vec![0.0; compiled.nq()];

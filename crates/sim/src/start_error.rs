@@ -26,6 +26,8 @@ pub enum StartError {
     NoCoordinates,
     /// The end lies before the start, but something switches on the way.
     Irreversible,
+    /// The options ask for more samples or fixed steps than any log holds.
+    TooMuch,
     /// The joints cannot meet at all.
     CannotClose {
         /// The gap left at each open joint, largest first.

@@ -94,7 +94,7 @@ fn a_run_that_is_held_has_the_same_samples() {
             assert_eq!(outcome, StepOutcome::Ongoing, "held at {t}");
             assert!(run.reached().t >= t, "{} against {t}", run.reached().t);
             // To be looked at, and saved, changes nothing.
-            assert!(run.checkpoint().is_some());
+            assert!(run.checkpoint().n_samples() > 0);
         }
         assert_eq!(run.step(&mut kept, &|| false), Ok(StepOutcome::Reached));
         assert_eq!(run.finish(&mut kept), summary);
@@ -109,7 +109,7 @@ fn a_checkpoint_of_a_held_run_continues_it() {
         let mut kept = Kept::default();
         let mut run = Run::begin(problem, &mut kept);
         run.advance_until(0.4, &mut kept, &|| false).expect("steps");
-        let saved = run.checkpoint().expect("a checkpoint");
+        let saved = run.checkpoint();
         assert_eq!(saved.n_samples(), kept.samples.len() as u64);
         // The run that was held goes elsewhere meanwhile.
         run.advance_until(0.9, &mut Kept::default(), &|| false).expect("steps");

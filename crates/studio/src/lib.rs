@@ -14,6 +14,7 @@ use bksim_cli::exit::{Failure, Status};
 use bksim_cli::{Common, StudioCommand, run_with};
 
 pub use crate::parquet::to_parquet;
+pub use bksim_cli::output_file;
 
 const PARQUET: TableFormat =
     TableFormat { name: "parquet", write: |log, selection, out| to_parquet(log, selection, out) };

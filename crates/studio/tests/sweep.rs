@@ -42,6 +42,18 @@ fn a_grid_becomes_a_table_and_faults_are_counted() {
 }
 
 #[test]
+fn a_table_is_written_under_no_other_name() {
+    let place = place(PENDULUM);
+    for name in ["s.csv", "s.pdf", "s.mcap"] {
+        let output = place.run(&format!("sweep swing.toml --set l=1,2 -o {name}"));
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{name}: {said}");
+        assert!(said.contains("this command writes PARQUET"), "{said}");
+        assert!(!place.path().join(name).exists(), "{name}");
+    }
+}
+
+#[test]
 fn faults_of_the_command_line_name_what_to_write() {
     let place = place(PENDULUM);
     let run = |args: &[&str]| {

@@ -321,6 +321,20 @@ fn a_figure_without_a_display_says_so_and_names_are_checked_before() {
 }
 
 #[test]
+fn a_window_whose_display_goes_away_ends_with_a_sentence() {
+    let place = four_bar();
+    let mut display = Display::new();
+    let command = display.view(&place, "four-bar.toml");
+    let mut open = Open::new(command);
+    display.window("four-bar");
+    thread::sleep(Duration::from_millis(500));
+    display.server.kill().expect("a kill");
+    open.tells("the display server has gone away");
+    assert_eq!(open.child.wait().expect("an end").code(), Some(4), "{}", open.told);
+    assert!(!open.told.contains("panicked"), "{}", open.told);
+}
+
+#[test]
 fn without_a_display_or_an_adapter_it_says_so() {
     let place = four_bar();
     let mut command = place.bksim();

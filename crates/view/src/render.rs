@@ -89,6 +89,8 @@ impl Format {
 
 /// Largest number of frames: more than half a day of film.
 const MOST_FRAMES: usize = 1_000_000;
+/// Largest number of pixels in a film as GIF or APNG, which hardly compress a motion: gigabytes.
+const MOST_PIXELS: usize = 8_000_000_000;
 
 /// A picture or a film to render. Options that are `None` are chosen to suit the mechanism.
 #[derive(Clone, PartialEq, Debug)]
@@ -152,6 +154,17 @@ pub enum RenderError {
     /// More frames than a million.
     #[error("the film would have {0} frames: show a part of the motion, or raise `speed`")]
     TooLong(usize),
+    /// More pixels than a film that hardly compresses should have.
+    #[error(
+        "the film would have {n_frames} frames and could take {gigabytes} GB: make it smaller or \
+         shorter, or an MP4"
+    )]
+    TooLarge {
+        /// Number of frames.
+        n_frames: usize,
+        /// Size of the file at most.
+        gigabytes: usize,
+    },
     /// A direction of view for a planar mechanism.
     #[error("`view` is for spatial mechanisms, and this one is planar")]
     PlanarView,
@@ -252,6 +265,7 @@ impl Request {
             None => format.usual_size(aspect_ratio(&mut show, self.view)?),
         };
         let size = format.fitting(size);
+        check_pixels(format, size, &clip)?;
         let density = self.density.unwrap_or_else(|| format.usual_density(size));
         let points = size.map(|n| f64::from(n) / f64::from(density));
         let mut stage = Stage::new(show, theme, self.view, points)?;
@@ -299,6 +313,22 @@ fn check_range(
         Some(value) if !range.contains(&value) => Err(RenderError::Range { option, low, high }),
         _ => Ok(()),
     }
+}
+
+/// Refuses a film that no disk should hold, before its first frame is drawn.
+fn check_pixels(format: Format, size: [u32; 2], clip: &Clip) -> Result<(), RenderError> {
+    let bytes_per_pixel = match format {
+        Format::Film(FilmFormat::Gif) => 1,
+        Format::Film(FilmFormat::Apng) => 4,
+        _ => return Ok(()),
+    };
+    let n_frames = clip.n_frames();
+    let n_pixels = size.into_iter().map(|n| n as usize).fold(n_frames, usize::saturating_mul);
+    if n_pixels <= MOST_PIXELS {
+        return Ok(());
+    }
+    let gigabytes = n_pixels.saturating_mul(bytes_per_pixel) / 1_000_000_000;
+    Err(RenderError::TooLarge { n_frames, gigabytes })
 }
 
 /// The index of the marker with a name.

@@ -28,6 +28,7 @@ mod options;
 mod overlay;
 mod panel;
 mod report;
+mod server;
 mod source;
 mod style;
 mod viewport;
@@ -87,7 +88,7 @@ fn run<'a>(
     }
     let create: eframe::AppCreator<'a> =
         Box::new(move |created| Ok(create(created).ok_or("the window has no adapter")?));
-    match eframe::run_native(&title, native, create) {
+    match server::guarded(|| eframe::run_native(&title, native, create))? {
         Ok(()) => Ok(()),
         Err(error @ (eframe::Error::Winit(_) | eframe::Error::WinitEventLoop(_))) => {
             Err(WindowError::NoDisplay(without_location(&error.to_string())))

@@ -1,6 +1,5 @@
 //! `bksim new NAME`: a small commented model that solves.
 
-use std::fs;
 use std::path::PathBuf;
 
 use serde_json::json;
@@ -8,6 +7,7 @@ use serde_json::json;
 use crate::args::New;
 use crate::exit::{Failure, Status};
 use crate::output;
+use crate::output_file::put;
 
 const TEMPLATE: &str = include_str!("../../new.toml");
 
@@ -18,7 +18,7 @@ pub(crate) fn run(args: &New, as_json: bool) -> Result<Status, Failure> {
         let help = Some("choose another name, or add --force to overwrite it".to_owned());
         return Err(Failure::file(&path, "exists already".to_owned(), help));
     }
-    fs::write(&path, TEMPLATE).map_err(|e| Failure::writing(&path, &e))?;
+    put(&path, TEMPLATE.as_bytes())?;
     let file = path.display().to_string();
     if as_json {
         output::json("new", json!({ "output": file }))?;

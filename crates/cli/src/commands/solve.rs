@@ -17,7 +17,9 @@ use bksim::options::{BadOption, SolveChanges, described, in_words};
 use bksim::record::{Contents, Recorder, set_option};
 use bksim::sim::fault::{diagnose_guesses, diagnose_mobility};
 use bksim::sim::mobility::mobility;
-use bksim::sim::run::{self, Observer, Sample, Segment, Slowness, Summary, Unresumed};
+use bksim::sim::run::{
+    self, Observer, RunCheckpoint, Sample, Segment, Slowness, Summary, Unresumed,
+};
 use bksim::sim::sensitivity::{Sensitive, StateSensitivity};
 use bksim::sim::start::Start;
 use bksim::{Mechanism, Rejected, SensitivityPlan, Simulation};
@@ -29,7 +31,7 @@ use self::resume::FirstPart;
 use crate::args::{self, Solve, Tuning};
 use crate::exit::{Failure, Status, without_number};
 use crate::output;
-use crate::output_file::{OutputFile, Written, is_same_file};
+use crate::output_file::{OutputFile, Written, check_ending, is_same_file};
 use crate::progress::{Progress, StopWish};
 use crate::render;
 use crate::source::{Text, derive, load};
@@ -121,6 +123,7 @@ fn prepare(args: &Solve, nesting: usize, times: &mut Times) -> Result<Prepared, 
         inputs.retain(|input| !is_same_file(&path, input));
     }
     let output = OutputFile::plan(&path, ("model", &inputs), args.force, "nothing was solved")?;
+    check_ending(&path, &["mcap"])?;
     times.parse = clock.lap();
 
     // Derive and compile.
@@ -187,8 +190,7 @@ fn integrate(
     let Prepared { simulation, start, plan, first, output, .. } = prepared;
     let progress = Progress::new(start.t, simulation.options().t_end);
     let reached = first.as_ref().map_or(start.t, |first| first.checkpoint.t());
-    let (is_told, taken) = (!as_json, Duration::ZERO);
-    let mut logging = Logging { log, progress, prepared, is_told, reached, fault: None, taken };
+    let mut logging = Logging::new((log, progress), reached, (prepared, !as_json), stop);
     let is_stop_wished = || stop.status().is_some();
     let outcome = match (plan, first) {
         (Some(plan), _) => {
@@ -326,6 +328,9 @@ struct Logging<'a, W: Write> {
     prepared: &'a Prepared,
     /// Whether warnings are printed as they arise.
     is_told: bool,
+    stop: &'a StopWish,
+    /// When the run is to be saved next.
+    next_save: Instant,
     /// Time of the last sample that was written, s.
     reached: f64,
     /// Why the log cannot be written any more, and the last time in it.
@@ -334,7 +339,23 @@ struct Logging<'a, W: Write> {
     taken: Duration,
 }
 
-impl<W: Write> Logging<'_, W> {
+/// Time between two states in the log from which a run that was killed goes on.
+const SAVE_INTERVAL: Duration = Duration::from_millis(125);
+/// Bytes of such states in a second: more would make the log larger than the samples do.
+const SAVE_RATE: u32 = 4 << 20;
+
+impl<'a, W: Write> Logging<'a, W> {
+    fn new(
+        (log, progress): (Recorder<W>, Progress),
+        reached: f64,
+        (prepared, is_told): (&'a Prepared, bool),
+        stop: &'a StopWish,
+    ) -> Self {
+        let next_save = Instant::now() + SAVE_INTERVAL;
+        let (fault, taken) = (None, Duration::ZERO);
+        Self { log, progress, prepared, is_told, stop, next_save, reached, fault, taken }
+    }
+
     fn write(&mut self, write: impl FnOnce(&mut Recorder<W>) -> Result<(), LogError>) {
         let begun = Instant::now();
         if self.fault.is_none()
@@ -354,7 +375,8 @@ impl<W: Write> Observer for Logging<'_, W> {
         }
         self.reached = sample.t;
         self.progress.reached(sample.t);
-        Control::Continue
+        // A step may hold more samples than anybody waits for.
+        if self.stop.status().is_some() { Control::Stop } else { Control::Continue }
     }
 
     fn wants_segments(&self) -> bool {
@@ -373,6 +395,26 @@ impl<W: Write> Observer for Logging<'_, W> {
             self.progress.aside(|| render::print_all(source, std::slice::from_ref(&warning)));
         }
         self.write(|log| log.note(Level::Warning, slowness.t, &in_log(&warning)));
+    }
+
+    fn wants_checkpoint(&mut self) -> bool {
+        let is_due = self.fault.is_none() && Instant::now() >= self.next_save;
+        if !is_due {
+            self.write(Recorder::flush_if_due);
+        }
+        is_due
+    }
+
+    fn checkpoint(&mut self, checkpoint: &RunCheckpoint) {
+        let bytes = checkpoint.to_bytes();
+        self.write(|log| match log.checkpoint(&bytes) {
+            // The log is worth more than that.
+            Err(LogError::TooLarge { .. }) => log.flush_if_due(),
+            written => written,
+        });
+        let n_bytes = u32::try_from(bytes.len()).unwrap_or(u32::MAX);
+        let pause = Duration::from_secs(1) * n_bytes / SAVE_RATE;
+        self.next_save = Instant::now() + pause.max(SAVE_INTERVAL);
     }
 }
 

@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, io::Read};
 
 use mcap::records::{self, op};
 
-use super::{Decoder, LogReader, bad_message, decode_note, message, metadata};
+use super::{Decoder, LogReader, Saved, bad_message, decode_note, message, metadata};
 use crate::{
     EndStatus, Header, LogError, Note,
     frames::{self, Frames, RECORD_LIMIT, State},
@@ -33,7 +33,7 @@ pub struct Survey {
     pub n_notes: u64,
     /// Messages of channels that some other program added.
     pub n_foreign: u64,
-    /// Bytes of the state from which a stopped run goes on.
+    /// Bytes of the state from which a run goes on that was stopped, or whose log was cut short.
     pub checkpoint_bytes: Option<usize>,
     /// How the run ended; `None` if the log was cut short.
     pub end: Option<EndStatus>,
@@ -72,6 +72,7 @@ impl Survey {
             end: None,
         };
         // Every record after the header.
+        let mut checkpoint = None;
         while let Some((opcode, body)) = log.frames.next()? {
             match opcode {
                 op::METADATA => {
@@ -83,20 +84,25 @@ impl Survey {
                 op::ATTACHMENT => {
                     let (name, bytes) = frames::attachment(body)?;
                     if name == meta::CHECKPOINT {
-                        survey.checkpoint_bytes = Some(bytes.len());
+                        checkpoint = Some(Saved::new(bytes.len()));
                     }
                 }
                 op::MESSAGE => {
                     let (channel_id, log_time, message) = message(body)?;
                     let t = survey.header.time(log_time);
+                    checkpoint.iter_mut().for_each(Saved::pass_message);
                     survey.count(log.decoders.get(&channel_id), t, message)?;
                 }
                 _ => (),
             }
         }
+        let state = log.frames.state();
+        let held =
+            checkpoint.filter(|saved: &Saved<usize>| saved.holds(state, survey.end.as_ref()));
+        survey.checkpoint_bytes = held.map(|saved| saved.checkpoint);
         // Without the checksum of the whole, its end is not to be trusted.
-        if log.frames.state() != State::Complete {
-            (survey.end, survey.checkpoint_bytes) = (None, None);
+        if state != State::Complete {
+            survey.end = None;
         }
         Ok(survey)
     }

@@ -144,8 +144,25 @@ impl<W: Write> Recorder<W> {
         Ok(())
     }
 
-    /// Copies what belongs to the run out of the log of its first part: the samples before
-    /// `checkpoint` and the warnings. False, with nothing written, when that log is of another run.
+    /// Hands the samples so far to the file where they have waited long; to be called between two samples.
+    ///
+    /// # Errors
+    /// [`LogError`] when the log cannot be written.
+    pub fn flush_if_due(&mut self) -> Result<(), LogError> {
+        self.writer.flush_if_due()
+    }
+
+    /// Writes the bytes of a [`RunCheckpoint`] from which the run could go on, and hands all samples so far to the file.
+    ///
+    /// # Errors
+    /// [`LogError`] when the log cannot be written; [`LogError::TooLarge`] leaves it as it was.
+    pub fn checkpoint(&mut self, bytes: &[u8]) -> Result<(), LogError> {
+        self.writer.checkpoint(bytes)?;
+        self.writer.flush()
+    }
+
+    /// Copies what belongs to the run out of the log of its first part: the samples and the motion before
+    /// `checkpoint`, and the warnings. False, with nothing written, when that log is of another run.
     ///
     /// # Errors
     /// [`LogError`] when either log fails.
@@ -158,6 +175,7 @@ impl<W: Write> Recorder<W> {
             return Ok(false);
         }
         let mut n_written = vec![0; self.header.topics.len()];
+        let direction = self.header.direction();
         while let Some(record) = first.next_record()? {
             match record {
                 Record::Sample { topic, t, values } => {
@@ -174,7 +192,12 @@ impl<W: Write> Recorder<W> {
                 Record::Note(note) if note.level < Level::Error => {
                     self.writer.note(note.level, note.t, &note.text)?;
                 }
-                Record::Segment(segment) => self.writer.segment(segment)?,
+                // A step that was not passed to its end is taken again.
+                Record::Segment(segment) => {
+                    if (checkpoint.t() - segment.t_end) * direction >= 0.0 {
+                        self.writer.segment(segment)?;
+                    }
+                }
                 // How the first part ended.
                 Record::Note(_) => (),
             }

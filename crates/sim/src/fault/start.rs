@@ -1,7 +1,7 @@
 //! Faults of the start: loops that cannot close, stated values that exclude each other.
 
 use super::values::Instant;
-use super::{closing, switch};
+use super::{amount, closing, switch};
 use crate::codes;
 use crate::compiled::CompiledSystem;
 use crate::mobility::Mobility;
@@ -45,6 +45,7 @@ pub fn diagnose_start(
                 .help("start from another position, or drive another joint")
         }
         StartError::NoInertia { coordinates } => no_inertia(model, system, compiled, coordinates),
+        StartError::TooMuch => amount::too_much(&model.solve, compiled),
         StartError::Irreversible => irreversible(model, system),
         StartError::NotFinite { q, v } => not_finite(model, system, compiled, (q, v)),
         StartError::BeyondStop { load, by } => switch::beyond_stop(model, *load, *by),

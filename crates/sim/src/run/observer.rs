@@ -16,6 +16,7 @@ use std::f64::consts::PI;
 
 use bksim_dae::Control;
 
+use super::checkpoint::RunCheckpoint;
 use super::pace::Slowness;
 use super::sample::{Sample, StateSensitivity};
 
@@ -42,6 +43,15 @@ pub trait Observer {
     fn stops_hopeless_runs(&self) -> bool {
         true
     }
+
+    /// Whether [`Observer::checkpoint`] is to be called now; asked between two steps, when all samples of
+    /// the first have been taken.
+    fn wants_checkpoint(&mut self) -> bool {
+        false
+    }
+
+    /// Takes a state from which the run could go on.
+    fn checkpoint(&mut self, _checkpoint: &RunCheckpoint) {}
 }
 
 impl<F: FnMut(&Sample) -> Control> Observer for F {

@@ -123,12 +123,16 @@ impl<'a> Run<'a> {
         if let Some(crossed) = crossed {
             let control = self.pass_to(&crossed, stepper, observer)?;
             self.note_stop(control, stop);
-            return Ok(Some(PhaseEnd::Switched(crossed)));
+            let end = (!self.sampler.is_cut).then_some(PhaseEnd::Switched(crossed));
+            return Ok(end);
         }
 
         // Hand out its samples, and stand at its end.
         let control = self.pass(stepper, observer)?;
         self.note_stop(control, stop);
+        if self.sampler.is_cut {
+            return Ok(None);
+        }
 
         // Stay on the constraints.
         stepper.correct(&mut self.mechanism.evaluator, &mut self.reached)?;
@@ -205,6 +209,10 @@ impl<'a> Run<'a> {
             let dense = self.dense_output(stepper, None)?;
             control = self.sampler.pass(&dense, &mut self.mechanism, &mut self.summary, observer);
         }
+        // A step that is not passed to its end is no part of the run.
+        if self.sampler.is_cut {
+            return Ok(control);
+        }
         if let Some(work) = stepper.work() {
             self.summary.energy.work = work;
         }
@@ -224,6 +232,9 @@ impl<'a> Run<'a> {
         let n = stepper.y().len();
         let dense = self.dense_output(stepper, Some(crossed))?;
         let control = self.sampler.pass(&dense, &mut self.mechanism, &mut self.summary, observer);
+        if self.sampler.is_cut {
+            return Ok(control);
+        }
         let mut y = vec![0.0; n];
         dense.at(crossed.t, &mut y);
         if dense.has_work {

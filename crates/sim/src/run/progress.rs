@@ -60,7 +60,18 @@ pub struct Run<'a> {
     pub(super) progress: Progress<'a>,
     /// The observer or the caller has asked to stop.
     pub(super) is_stopping: bool,
+    /// The run as it was some steps ago, from which one that is stopped within a step goes on.
+    mark: Option<Mark>,
 }
+
+/// A run between two steps, and how far it had come then.
+struct Mark {
+    numbers: Checkpoint,
+    n_done: usize,
+}
+
+/// Steps and samples after which a run is marked anew: a mark takes about as long as a step.
+const MARK_PERIOD: usize = 100;
 
 /// Where a run stands with its phase.
 pub(super) enum Progress<'a> {
@@ -160,6 +171,7 @@ impl<'a> Run<'a> {
             pace: Pace::begin(start.t, 0),
             progress: Progress::Between,
             is_stopping: false,
+            mark: None,
         }
     }
 
@@ -186,6 +198,7 @@ impl<'a> Run<'a> {
         if self.is_stopping {
             return Ok(StepOutcome::Stopped);
         }
+        self.keep_mark();
         let outcome = self.step_or_halt(observer, stop);
         if outcome.is_err() {
             self.hand_out_last(observer);
@@ -240,22 +253,33 @@ impl<'a> Run<'a> {
             self.summary.reached_end = true;
             return self.summary;
         }
-        let numbers = self.save();
+        let checkpoint = self.checkpoint();
         self.hand_out_last(observer);
         self.summary.reached_end = self.sampler.is_complete(&self.summary, t_end);
-        if !self.summary.reached_end && !self.sampler.is_cut {
-            let fingerprint = Fingerprint::of(self.problem);
-            self.summary.checkpoint = Some(RunCheckpoint::new(fingerprint, numbers));
+        if !self.summary.reached_end {
+            self.summary.checkpoint = Some(checkpoint);
         }
         self.summary
     }
 
-    /// State between two steps from which a run goes on; `None` when samples of the last one have
-    /// been lost.
-    pub fn checkpoint(&mut self) -> Option<RunCheckpoint> {
-        let numbers = self.save();
-        let is_whole = !self.sampler.is_cut;
-        is_whole.then(|| RunCheckpoint::new(Fingerprint::of(self.problem), numbers))
+    /// State between two steps from which a run goes on: the present one, or an earlier one where the run
+    /// was stopped within a step.
+    pub fn checkpoint(&mut self) -> RunCheckpoint {
+        let numbers = match &self.mark {
+            Some(mark) if self.sampler.is_cut => mark.numbers.clone(),
+            _ => self.save(),
+        };
+        RunCheckpoint::new(Fingerprint::of(self.problem), numbers)
+    }
+
+    /// Marks the run before a step, where many steps have been taken since the last mark.
+    fn keep_mark(&mut self) {
+        let Stats { n_accept, .. } = self.summary.stats;
+        let n_done = n_accept + self.summary.n_samples;
+        let is_near = |mark: &Mark| n_done < mark.n_done + MARK_PERIOD;
+        if !self.mark.as_ref().is_some_and(is_near) {
+            self.mark = Some(Mark { numbers: self.save(), n_done });
+        }
     }
 
     fn step_or_halt(

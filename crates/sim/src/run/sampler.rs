@@ -15,8 +15,8 @@ use crate::multiplier::MultiplierSystem;
 use crate::start::Start;
 use crate::state::{AccelerationRef, StateRef};
 
-/// Samples that are kept of a step in which a run was stopped.
-const MAX_PENDING: usize = 10_000;
+/// Samples that are kept of a step in which a run was stopped: few, as whoever stops a run waits for them.
+const MAX_PENDING: usize = 100;
 
 /// Turns the dense output of steps into samples.
 pub(crate) struct Sampler {
@@ -29,7 +29,7 @@ pub(crate) struct Sampler {
     pub(crate) sample: Sample,
     /// Samples of the last step that were not handed out: the observer had asked to stop.
     pending: Vec<Sample>,
-    /// There were too many of those: the run cannot go on.
+    /// There were too many of those: the run goes on from before the step.
     pub(crate) is_cut: bool,
     y: Vec<f64>,
     segment: Segment,
@@ -156,7 +156,7 @@ impl Sampler {
                 return Control::Stop;
             }
             if control == Control::Stop {
-                // A run that goes on from here has lost the step by then.
+                // A run that goes on from the end of the step has lost its polynomial.
                 self.is_cut = self.pending.len() == MAX_PENDING;
                 if self.is_cut {
                     return control;
@@ -188,7 +188,9 @@ impl Sampler {
         summary: &mut Summary,
         observer: &mut dyn Observer,
     ) {
-        if !self.is_undefined && self.schedule.is_after(dense.t1, summary.t) {
+        // Samples that are kept back come before it.
+        let is_next = self.pending.is_empty() && self.schedule.is_after(dense.t1, summary.t);
+        if !self.is_undefined && is_next {
             self.take(dense, dense.t1, mechanism, summary);
             if !self.is_undefined {
                 // The run has ended: there is nothing left to stop.

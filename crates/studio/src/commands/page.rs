@@ -12,7 +12,7 @@ use serde_json::json;
 use bksim_cli::args::page::Page;
 use bksim_cli::exit::{Failure, Status};
 use bksim_cli::output;
-use bksim_cli::output_file::OutputFile;
+use bksim_cli::output_file::{OutputFile, check_ending};
 use bksim_cli::render;
 
 /// The advice of a build without a page.
@@ -20,6 +20,7 @@ const NO_PAGE: &str = "install Node.js 18 or later with npm, and build bksim aga
 
 pub(crate) fn run(args: &Page, as_json: bool) -> Result<Status, Failure> {
     let path = output_path(args);
+    check_ending(&path, &["html", "htm"])?;
     if !IS_BUNDLED {
         return Err(Failure::usage(PageError::NotBundled.to_string(), NO_PAGE));
     }

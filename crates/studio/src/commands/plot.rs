@@ -93,7 +93,7 @@ pub(crate) fn run(args: &Plot, as_json: bool) -> Result<Status, Failure> {
         };
         let text = plotted.figure.to_text(theme);
         let left_out = plotted.left_out().map(|words| format!("\n{words}")).unwrap_or_default();
-        output::text(&format!("{}{left_out}", text.trim_end()))?;
+        output::styled(&format!("{}{left_out}", text.trim_end()))?;
     }
     Ok(Status::Done)
 }

@@ -123,6 +123,10 @@ fn refused(args: &Render, error: &RenderError) -> Failure {
             format!("the film would have {n} frames"),
             "show a part of the motion with --from and --to, or raise --speed",
         ),
+        RenderError::TooLarge { n_frames, gigabytes } => Failure::usage(
+            format!("the film would have {n_frames} frames and could take {gigabytes} GB"),
+            "make it smaller with --size, shorter with --from and --to, or end its name with .mp4",
+        ),
         RenderError::PlanarView => Failure::usage(
             "--view is for spatial mechanisms, and this one is planar",
             "leave it out",

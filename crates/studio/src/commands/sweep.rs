@@ -14,7 +14,7 @@ use bksim_cli::args::sweep::Sweep;
 use bksim_cli::commands::solve::{changes, named_after};
 use bksim_cli::exit::{Failure, Status, without_number};
 use bksim_cli::output;
-use bksim_cli::output_file::OutputFile;
+use bksim_cli::output_file::{OutputFile, check_ending};
 use bksim_cli::progress::{Progress, StopWish};
 use bksim_cli::render;
 use bksim_cli::source::{Text, load};
@@ -39,6 +39,7 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
     let mut inputs = source.files();
     inputs.push(&args.model);
     OutputFile::plan(&path, ("model", &inputs), args.force, "nothing was solved")?;
+    check_ending(&path, &["parquet"])?;
 
     // Derive and compile once.
     let mut request = Request::new(&source.text, &loaded.model.name, plan);

@@ -15,6 +15,7 @@ use bksim_cli::args::ModelArgs;
 use bksim_cli::args::view::View;
 use bksim_cli::exit::{Failure, Status};
 use bksim_cli::output;
+use bksim_cli::output_file::check_ending;
 use bksim_cli::render;
 
 pub(crate) fn run(args: &View, as_json: bool, nesting: usize) -> Result<Status, Failure> {
@@ -76,6 +77,7 @@ fn check(args: &View) -> Result<(), Failure> {
         let help = Some("add --force to overwrite it".to_owned());
         return Err(Failure::file(path, "exists already; nothing was written".to_owned(), help));
     }
+    check_ending(path, &["png"])?;
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
     if let Some(parent) = parent.filter(|parent| !parent.is_dir()) {
         let what = format!("cannot be written: there is no directory `{}`", parent.display());
@@ -114,7 +116,11 @@ fn reporter(input: &Path, as_json: bool) -> impl FnMut(Report<'_>) + use<> {
 /// Why there is no window, and what to do about it or `instead`.
 pub(super) fn no_window(error: &WindowError, instead: &str) -> Failure {
     let help = format!("{}; {instead}", error.help());
-    Failure::Unavailable { message: format!("no window can be opened: {error}"), help }
+    let what = match error {
+        WindowError::Lost => "the window is closed",
+        _ => "no window can be opened",
+    };
+    Failure::Unavailable { message: format!("{what}: {error}"), help }
 }
 
 fn describe(args: &View, outcome: &Outcome) -> Value {

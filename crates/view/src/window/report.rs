@@ -57,6 +57,9 @@ pub enum WindowError {
     /// No graphics adapter can paint it.
     #[error("there is no graphics adapter: {0}")]
     NoAdapter(String),
+    /// The display server has ended before the window did.
+    #[error("the display server has gone away")]
+    Lost,
     /// The library for windows failed.
     #[error("the window failed: {0}")]
     Failed(String),
@@ -70,6 +73,7 @@ impl WindowError {
                 "a window needs a display: set DISPLAY, or log in with `ssh -X` from afar"
             }
             Self::NoAdapter(_) => INSTALL,
+            Self::Lost => "start it again",
             Self::Failed(_) => "the message of the window system above may help",
         }
     }

@@ -1,7 +1,5 @@
 //! `bksim cad doctor`: everything that is wrong with a drawing, and a copy with marks.
 
-use std::fs;
-
 use bksim::cad::doctor::{Finding, Report, examine, marks};
 use bksim::cad::model::ModelOptions;
 use bksim::cad::open::{OpenOptions, check};
@@ -16,6 +14,7 @@ use crate::args::cad::Doctor;
 use crate::args::draw::Written;
 use crate::exit::{Failure, Status};
 use crate::output;
+use crate::output_file::put;
 use crate::render;
 use crate::source::{Text, read_bytes};
 
@@ -54,7 +53,7 @@ fn mark(report: &Report, bytes: Vec<u8>, written: &Written, source: &Text) -> Re
         Ungrafted::Drawing(fault) => source.rejected(vec![*fault]).into(),
         Ungrafted::Write(error) => Failure::writing(&written.output, &error),
     })?;
-    fs::write(&written.output, marked).map_err(|e| Failure::writing(&written.output, &e))
+    put(&written.output, &marked)
 }
 
 fn print(

@@ -1,7 +1,6 @@
 //! `bksim cad body|joint|load|drive add|set|remove`: changes of what is attached to a drawing.
 
-use std::fs::{self, File};
-use std::io::Write;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use bksim::cad::drawing::Handle;
@@ -13,6 +12,7 @@ use serde_json::json;
 use crate::args::edit::{self as args, Change};
 use crate::exit::{Failure, Status};
 use crate::output;
+use crate::output_file::put;
 use crate::render;
 use crate::source::{Text, read_bytes, read_sheet};
 
@@ -40,7 +40,7 @@ pub(super) fn run(subject: Subject, change: &Change, as_json: bool) -> Result<St
 
     // What was written must read; what it then says may still be at fault, and is told.
     let written = read_sheet(&output, patched.bytes.clone(), &named.reading)?;
-    replace(&output, &patched.bytes)?;
+    put(&output, &patched.bytes)?;
     let after = Text { path: output.clone(), text: written.text, drawn: None };
     let new: Vec<Diagnostic> =
         written.diagnostics.into_iter().filter(|it| is_new(it, &sheet.diagnostics)).collect();
@@ -103,25 +103,4 @@ fn output_path(named: &args::Named) -> Result<PathBuf, Failure> {
         return Err(Failure::file(output, "exists already; nothing was written".into(), help));
     }
     Ok(output.clone())
-}
-
-/// Writes a file so that at no time there is half of it: next to it first, then renamed.
-fn replace(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    // A link stays a link to the drawing.
-    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    let name = target.file_name().unwrap_or_default().to_string_lossy();
-    let temporary = target.with_file_name(format!(".{name}.{}.tmp", std::process::id()));
-    let write = || -> std::io::Result<()> {
-        let mut file = File::create_new(&temporary)?;
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        if let Ok(known) = fs::metadata(&target) {
-            file.set_permissions(known.permissions())?;
-        }
-        fs::rename(&temporary, &target)
-    };
-    write().map_err(|error| {
-        let _ = fs::remove_file(&temporary);
-        Failure::writing(path, &error)
-    })
 }

@@ -1,17 +1,17 @@
 //! `bksim cad to-toml`: the model of a drawing as a model file.
 
-use std::fs;
-
 use serde_json::json;
 
 use super::written;
 use crate::args::cad::ToToml;
 use crate::exit::{Failure, Status};
 use crate::output;
+use crate::output_file::{check_ending, put};
 use crate::render;
 use crate::source::load;
 
 pub(super) fn run(args: &ToToml, as_json: bool, nesting: usize) -> Result<Status, Failure> {
+    args.output.iter().try_for_each(|path| check_ending(path, &["toml"]))?;
     let loaded = load(&args.model, nesting)?;
     let text = &loaded.source.text;
     if let Some(path) = &args.output {
@@ -22,7 +22,7 @@ pub(super) fn run(args: &ToToml, as_json: bool, nesting: usize) -> Result<Status
             let help = Some("add --force to overwrite it".to_owned());
             return Err(Failure::file(path, "exists already; nothing was written".into(), help));
         }
-        fs::write(path, text).map_err(|e| Failure::writing(path, &e))?;
+        put(path, text.as_bytes())?;
     }
     if as_json {
         let output = args.output.as_ref().map(|path| path.display().to_string());

@@ -1,6 +1,5 @@
 //! Files that the commands of drawings write.
 
-use std::fs;
 use std::path::Path;
 
 use serde_json::{Value, json};
@@ -8,6 +7,7 @@ use serde_json::{Value, json};
 use crate::args::draw::Written;
 use crate::exit::{Failure, Status};
 use crate::output;
+use crate::output_file::{check_ending, put};
 
 /// Refuses a file that is read.
 pub(super) fn refuse_inputs(path: &Path, read: &[&Path]) -> Result<(), Failure> {
@@ -23,10 +23,7 @@ pub(super) fn refuse_inputs(path: &Path, read: &[&Path]) -> Result<(), Failure> 
 pub(super) fn check(written: &Written, read: &[&Path]) -> Result<(), Failure> {
     let path = &written.output;
     refuse_inputs(path, read)?;
-    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("dwg")) {
-        let message = format!("`{}` would be no DWG: this command writes DXF", path.display());
-        return Err(Failure::usage(message, "end the name with .dxf"));
-    }
+    check_ending(path, &["dxf"])?;
     if path.exists() && !written.force {
         let help = Some("add --force to overwrite it".to_owned());
         return Err(Failure::file(path, "exists already; nothing was written".to_owned(), help));
@@ -43,7 +40,7 @@ pub(super) fn write(
     as_json: bool,
 ) -> Result<Status, Failure> {
     let path = &written.output;
-    fs::write(path, bytes).map_err(|e| Failure::writing(path, &e))?;
+    put(path, bytes)?;
     if as_json {
         let output = path.display().to_string();
         output::json(command, json!({ "output": output, "diagnostics": diagnostics }))?;

@@ -10,7 +10,7 @@ use super::{planned, put};
 use crate::commands::view::no_window;
 use bksim_cli::args::plot::{Plot, PlotTheme};
 use bksim_cli::exit::Failure;
-use bksim_cli::output_file::OutputFile;
+use bksim_cli::output_file::{OutputFile, check_ending};
 
 /// Width and height of a window, points.
 const SIZE: (f64, f64) = (1200.0, 800.0);
@@ -21,6 +21,7 @@ const SIDES: std::ops::RangeInclusive<f64> = 200.0..=10_000.0;
 pub(super) fn check(args: &Plot, read: &[PathBuf]) -> Result<Option<OutputFile>, Failure> {
     let screenshot = args.screenshot.as_ref().map(|path| planned(path, read, args.force));
     let screenshot = screenshot.transpose()?;
+    args.screenshot.iter().try_for_each(|path| check_ending(path, &["png"]))?;
     match args.size {
         Some((width, height))
             if args.window && !(SIDES.contains(&width) && SIDES.contains(&height)) =>

@@ -1,0 +1,211 @@
+//! Readers that take bytes from outside, with honest inputs to damage.
+
+use std::cell::Cell;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use bksim::cad::model::{ModelOptions, sheet};
+use bksim::dae::Control;
+use bksim::expr::Pool;
+use bksim::log::{Contents, LogReader, Survey};
+use bksim::model::Model;
+use bksim::model::file::{Limits, Reading, Source, decode, read};
+use bksim::record::Recorder;
+use bksim::sim::run::{RunCheckpoint, Sample};
+use bksim::{Mechanism, Simulation};
+
+use crate::damage::NUMBERS;
+
+/// A reader under attack.
+pub(crate) struct Target {
+    pub(crate) name: &'static str,
+    /// Part of all inputs.
+    pub(crate) share: u64,
+    pub(crate) seeds: fn() -> Vec<Vec<u8>>,
+    /// Words to put in the place of others; none for binary inputs.
+    pub(crate) words: &'static [&'static str],
+    /// Whether it was accepted.
+    pub(crate) feed: fn(&[u8]) -> bool,
+}
+
+pub(crate) const TARGETS: &[Target] = &[
+    Target { name: "expressions", share: 585, seeds: expressions, words: WORDS, feed: expression },
+    Target {
+        name: "models",
+        share: 150,
+        seeds: models,
+        words: NUMBERS,
+        feed: |b| model(b).is_some(),
+    },
+    Target { name: "runs", share: 20, seeds: models, words: NUMBERS, feed: run },
+    Target { name: "drawings", share: 8, seeds: drawings, words: NUMBERS, feed: drawing },
+    Target {
+        name: "logs",
+        share: 150,
+        seeds: || vec![recorded().0.clone()],
+        words: &[],
+        feed: log,
+    },
+    Target { name: "checkpoints", share: 87, seeds: checkpoints, words: &[], feed: checkpoint },
+];
+
+/// Words of expressions.
+const WORDS: &[&str] = &[
+    "0", "1e999", "-1", "1e-320", "1e308", "0.5", "2", "^", "^^", "-", "(", ")", "sin", "atan2",
+    "exp(", "log", "abs", "max", ",", "x", "y", "pi", "1/0", "sqrt", "ω", " ", "e", "*", "/",
+];
+
+fn place(relative: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(relative)
+}
+
+/// Files below a folder with this ending, in the order of their names.
+fn files(folder: &str, ending: &str) -> Vec<Vec<u8>> {
+    let mut open = vec![place(folder)];
+    let mut paths = Vec::new();
+    while let Some(folder) = open.pop() {
+        for entry in fs::read_dir(folder).expect("a folder").flatten() {
+            let path = entry.path();
+            if path.is_dir() {
+                open.push(path);
+            } else if path.extension().is_some_and(|found| found == ending) {
+                paths.push(path);
+            }
+        }
+    }
+    paths.sort();
+    paths.iter().map(|path| fs::read(path).expect("a file")).collect()
+}
+
+fn expressions() -> Vec<Vec<u8>> {
+    let texts = [
+        "sin(a)*cos(b) + cos(a)*sin(b)",
+        "sqrt(x^2 + y^2)/(1 + exp(-k*t)) - atan2(y, x)",
+        "max(0, k*(x - gap))^1.5 + min(a, b, c)",
+        "((((a + b)*c - d)/e)^2 - 1e-3)*tanh(v/0.01)",
+        "-x^-2^y + 3.25e+10*sign(v)*abs(w) - log(1 + u^2)",
+    ];
+    texts.map(|text| text.as_bytes().to_vec()).to_vec()
+}
+
+fn expression(bytes: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(bytes);
+    let pool = Pool::new();
+    let Ok(parsed) = pool.parse(&text) else { return false };
+    if let Some(&by) = pool.symbols_of(parsed).first() {
+        let _ = pool.diff(parsed, by);
+    }
+    // What is printed reads back as the same.
+    let printed = pool.to_text(parsed);
+    if let Ok(again) = pool.parse(&printed) {
+        assert_eq!(pool.to_text(again), printed, "{text}");
+    }
+    true
+}
+
+fn models() -> Vec<Vec<u8>> {
+    [files("examples", "toml"), files("tests/fixtures", "toml")].concat()
+}
+
+fn model(bytes: &[u8]) -> Option<Model> {
+    let text = decode(bytes).ok()?;
+    let source = Source { text, name: "damaged", overrides: &[], limits: Limits::default() };
+    let Reading { model, diagnostics } = read(&source);
+    assert!(model.is_some() || !diagnostics.is_empty(), "rejected without a reason");
+    model
+}
+
+/// Steps, and samples, that a damaged model may take.
+const STEPS: u32 = 40;
+const SAMPLES: u32 = 400;
+
+fn run(bytes: &[u8]) -> bool {
+    let derived = model(bytes).map(|model| Mechanism::derive(model, Vec::new()));
+    let Some(Ok(mechanism)) = derived else { return false };
+    let Ok(simulation) = mechanism.simulation() else { return false };
+    let Ok(start) = simulation.start() else { return false };
+    let left = Cell::new(STEPS);
+    let stop = || left.replace(left.get().saturating_sub(1)) == 0;
+    let mut n_seen = 0;
+    let mut look = |_: &Sample| {
+        n_seen += 1;
+        if n_seen < SAMPLES { Control::Continue } else { Control::Stop }
+    };
+    match simulation.run(&start, &mut look, &stop) {
+        Ok(_) => true,
+        Err(failure) => {
+            assert!(!simulation.diagnose(&failure).message.is_empty());
+            false
+        }
+    }
+}
+
+fn drawings() -> Vec<Vec<u8>> {
+    [files("crates/cad/tests/drawings", "dxf"), files("examples/four-bar", "dxf")].concat()
+}
+
+fn drawing(bytes: &[u8]) -> bool {
+    let Ok(sheet) = sheet(bytes.to_vec(), None) else { return false };
+    let composition = sheet.compose(ModelOptions::default());
+    let _ = model(composition.text.as_bytes());
+    true
+}
+
+/// The log of a run that was stopped, and the state that it goes on from.
+fn recorded() -> &'static (Vec<u8>, Vec<u8>) {
+    static RECORDED: OnceLock<(Vec<u8>, Vec<u8>)> = OnceLock::new();
+    RECORDED.get_or_init(|| {
+        let simulation = bouncing();
+        let mechanism = &simulation.mechanism();
+        let start = simulation.start().expect("a start");
+        let recorder = Recorder::create(Vec::new(), mechanism, "", &start, &[]);
+        let mut log = recorder.expect("a log");
+        let mut n = 0;
+        let mut keep = |sample: &Sample| {
+            log.write(sample).expect("written");
+            n += 1;
+            if n == 60 { Control::Stop } else { Control::Continue }
+        };
+        let summary = simulation.run(&start, &mut keep, &|| false).expect("a run");
+        let state = summary.checkpoint.as_ref().expect("it was stopped").to_bytes();
+        let outcome = bksim::log::Outcome::Stopped;
+        let log = log.finish(mechanism, &summary, outcome, "interrupted").expect("a log");
+        (log, state)
+    })
+}
+
+fn bouncing() -> &'static Simulation {
+    static BOUNCING: OnceLock<Simulation> = OnceLock::new();
+    BOUNCING.get_or_init(|| {
+        let text = fs::read_to_string(place("tests/fixtures/bouncing-ball.toml")).expect("a model");
+        let mechanism = Mechanism::from_toml(&text, "ball").expect("a model");
+        mechanism.simulation().expect("equations")
+    })
+}
+
+fn log(bytes: &[u8]) -> bool {
+    let _ = Contents::read(bytes);
+    let _ = Survey::read(bytes);
+    let Ok(mut log) = LogReader::open(bytes) else { return false };
+    while let Ok(Some(_)) = log.next_record() {}
+    log.end().is_some()
+}
+
+fn checkpoints() -> Vec<Vec<u8>> {
+    vec![recorded().1.clone()]
+}
+
+/// Feeds a checkpoint whose checksum somebody has made to fit.
+fn checkpoint(bytes: &[u8]) -> bool {
+    assert!(RunCheckpoint::from_bytes(bytes).is_err() || *bytes == recorded().1);
+    let mut forged = bytes.to_vec();
+    let Some(end) = forged.len().checked_sub(4) else { return false };
+    let checksum = crc32fast::hash(&forged[..end]);
+    forged[end..].copy_from_slice(&checksum.to_le_bytes());
+    let Ok(saved) = RunCheckpoint::from_bytes(&forged) else { return false };
+    let simulation = bouncing();
+    let start = simulation.start().expect("a start");
+    let mut once = |_: &Sample| Control::Stop;
+    simulation.resume(&start, &saved, &mut once, &|| true).is_ok()
+}
