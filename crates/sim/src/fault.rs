@@ -3,6 +3,7 @@
 
 mod closing;
 mod guesses;
+mod pole;
 mod reach;
 mod run;
 mod start;

@@ -7,6 +7,7 @@ use bksim_model::ParameterId;
 use nalgebra::{DMatrix, DVector};
 
 use super::closing::{estimate, reach_note};
+use super::pole::pole_note;
 use super::reach::longest_in_loop;
 use super::start::unit_of;
 use super::switch;
@@ -55,7 +56,11 @@ pub fn diagnose_run(
         }
         _ => None,
     };
-    fault.unwrap_or_else(|| stuck(model, equations, failure))
+    fault.unwrap_or_else(|| {
+        let fault = stuck(model, equations, failure);
+        let q = &failure.last.q[..];
+        pole_note(system, q).into_iter().fold(fault, Diagnostic::note)
+    })
 }
 
 /// The input that has no value at the state that was tried, or within a step from there.
