@@ -14,7 +14,7 @@ use bksim::mbs::spatial;
 use bksim::model::{BodyId, PointId};
 use bksim::sim::run::Sample;
 use serde_json::Value;
-use support::{at, derive, model, path, solve};
+use support::{Within, at, close, derive, model, path, solve};
 
 /// Largest difference, relative to the largest value of a group of columns.
 const WITHIN: f64 = 1e-9;
@@ -316,4 +316,127 @@ fn a_link_to_a_centre_of_mass_in_space() {
     let text = text.replacen("A = [0.0, 2.0, 0.0]", "A = [0, 0, 0]", 1);
     let start = "\n[initial]\nb = { x = 0, y = 2, z = 0 }\n";
     case.check(&(text + &joint("j", "link", "length = 2") + start), "as a link", &["j"]);
+}
+
+#[test]
+fn a_run_into_a_pole_of_three_angles_says_so() {
+    // In world axes the rod swings about y, and comes to the vertical at a second angle of 90°.
+    let case = Case::new("Spherical_Case01");
+    let start = "\n[initial]\nj = { angle1 = 0, angle2 = 0, angle3 = 0 }\n";
+    let text = case.text([0.0; 3], &(joint("j", "spherical", "cut = true") + start));
+    let mechanism = derive(model(&text));
+    let rejected = mechanism.solve().expect_err("there is a pole");
+    let text = support::messages(&rejected.0);
+    let notes: Vec<&str> =
+        rejected.0.iter().flat_map(|d| d.notes.iter().map(String::as_str)).collect();
+    assert!(notes.iter().any(|note| note.contains("pole of the angles")), "{text}: {notes:?}");
+}
+
+/// Two shafts through the origin, at an angle of 30°: the first turns at 10 rad/s, the second keeps its
+/// direction, and a joint holds it to the first.
+fn shafts(joint: &str, times: &[f64]) -> String {
+    format!(
+        "space = \"spatial\"\n[parameters]\nb = \"30 deg\"\n\
+         [bodies.a]\nmass = 1\ninertia = [0.1, 0.1, 0.1]\n\
+         [bodies.b]\nmass = 1\ninertia = [0.02, 0.02, 0.02]\n\
+         points.A = {{ at = [0, 0, 0], x = [\"cos(b)\", \"sin(b)\", 0], z = [0, 0, 1] }}\n\
+         [joints.hinge]\ntype = \"revolute\"\nbetween = [\"ground\", \"a\"]\naxis = [1, 0, 0]\n\
+         [joints.bend]\n{joint}\n\
+         [joints.bearing]\ntype = \"parallel-axes\"\nbetween = [\"ground\", \"b\"]\n\
+         axis = [\"cos(b)\", \"sin(b)\", 0]\n\
+         [drives.motor]\njoint = \"hinge\"\nmotion = \"10 rad/s*t\"\n\
+         [solve]\nt_end = {:?}\ntimes = {times:?}\nrtol = 1e-11\natol = 1e-12\n",
+        times[times.len() - 1]
+    )
+}
+
+/// Rate of the second shaft about its axis, and the torque of the motor.
+fn shaft_rates(text: &str, times: &[f64]) -> Vec<[f64; 2]> {
+    let mechanism = derive(model(text));
+    let motion = solve(&mechanism);
+    let poses = bksim::sim::pose::Poses::compile(&mechanism.model, &mechanism.system);
+    let poses = poses.expect("poses of the motion");
+    let motor = mechanism.system.constraints.len() - 1;
+    let axis = [3.0_f64.sqrt() / 2.0, 0.5, 0.0];
+    let rates = times.iter().map(|&t| {
+        let sample = at(&motion, t);
+        let state = [(&sample.q[..], &sample.v[..])];
+        let omega = poses.at(&mechanism.parameters, state)[0][2].omega;
+        [(0..3).map(|i| omega[i] * axis[i]).sum(), sample.lambda[motor]]
+    });
+    rates.collect()
+}
+
+#[test]
+fn a_cardan_joint_between_shafts() {
+    let data = case("cardan_single");
+    let rows: Vec<&Value> = data["rows"].as_array().expect("rows").iter().skip(1).collect();
+    let times: Vec<f64> = rows.iter().map(|row| number(&row[0]) / 10.0).collect();
+    let joint = "type = \"universal\"\nbetween = [\"a\", \"b\"]\naxis = [0, 0, 1]\nsecond = [\"-sin(b)\", \"cos(b)\", 0]";
+    let within = Within { relative: 1e-9, absolute: 1e-9 };
+    for cut in ["", "\ncut = true"] {
+        let found = shaft_rates(&shafts(&format!("{joint}{cut}"), &times), &times);
+        for ((row, t), [rate, torque]) in rows.iter().zip(&times).zip(found) {
+            close(&format!("rate at {t} s{cut}"), rate, 10.0 * number(&row[2]), within);
+            close(&format!("torque at {t} s{cut}"), torque, number(&row[4]), within);
+        }
+    }
+}
+
+#[test]
+fn a_constant_velocity_joint_keeps_the_rate() {
+    let times = [0.05, 0.1, 0.2, 0.35, 0.6];
+    let found = shaft_rates(
+        &shafts(
+            "type = \"constant-velocity\"\nbetween = [\"a\", \"b.A\"]\naxis = [1, 0, 0]",
+            &times,
+        ),
+        &times,
+    );
+    for (t, [rate, torque]) in times.iter().zip(found) {
+        let within = Within { relative: 1e-9, absolute: 1e-9 };
+        close(&format!("rate at {t} s"), rate, 10.0, within);
+        close(&format!("torque at {t} s"), torque, 0.0, within);
+    }
+}
+
+#[test]
+fn a_frame_is_the_same_in_each_way_of_writing_it() {
+    // Angles, the quaternion of their rotation, two of its axes; the second at the pole of the angles.
+    let (w, x) = (0.5_f64.sqrt(), 0.3_f64);
+    let cases = [
+        (
+            "[\"90 deg\", 0, \"90 deg\"]",
+            "[0.5, 0.5, 0.5, 0.5]".to_owned(),
+            "x = [0, 2, 0], z = [3, 0, 0]",
+        ),
+        ("[0, \"90 deg\", 0]", format!("[{w:?}, 0, {w:?}, 0]"), "y = [0, 1, 0], z = [1, 0, 0]"),
+        (
+            "[0.6, 0, 0]",
+            format!("[{:?}, {:?}, 0, 0]", x.cos(), x.sin()),
+            "x = [1, 0, 0], y = [0, \"cos(0.6)\", \"sin(0.6)\"]",
+        ),
+    ];
+    for (rpy, quaternion, axes) in &cases {
+        for way in [format!("quaternion = {quaternion}"), (*axes).to_owned()] {
+            let text = format!(
+                "space = \"spatial\"\n[ground.points]\nA = {{ at = [0, 0, 0], rpy = {rpy} }}\n\
+                 [bodies.b]\nmass = 1\ninertia = [1, 1, 1]\n\
+                 points.A = {{ at = [0, 0, 0], {way} }}\n\
+                 [joints.j]\ntype = \"revolute\"\nbetween = [\"ground.A\", \"b.A\"]\n\
+                 [solve]\nt_end = 0.1\n"
+            );
+            let mechanism = derive(model(&text));
+            let poses = bksim::sim::pose::Poses::compile(&mechanism.model, &mechanism.system);
+            let state = [(&[0.0][..], &[0.0][..])];
+            let poses = poses.expect("poses").at(&mechanism.parameters, state);
+            for (i, row) in poses[0][1].r_world_from_body.iter().enumerate() {
+                for (j, &entry) in row.iter().enumerate() {
+                    let expected = f64::from(u8::from(i == j));
+                    let within = Within { relative: 0.0, absolute: 1e-15 };
+                    close(&format!("{rpy} against {way}, [{i}][{j}]"), entry, expected, within);
+                }
+            }
+        }
+    }
 }

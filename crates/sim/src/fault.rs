@@ -5,6 +5,7 @@ mod amount;
 mod closing;
 mod guesses;
 mod pace;
+mod pole;
 mod reach;
 mod run;
 mod start;

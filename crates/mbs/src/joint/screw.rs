@@ -29,9 +29,9 @@ pub(super) fn constraint_rows(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<
     let [e1, e2] = spatial::perpendicular(pool, &joint.axis);
     let image = relative_rotation(pool, joint, sides).apply(pool, &e1);
     let [cos, sin] = [e1, e2].map(|e| spatial::dot(pool, &e, &image));
-    let behind = pool.sub(pool.mul(sin, pool.cos(turned)), pool.mul(cos, pool.sin(turned)));
+    let defect = pool.sub(pool.mul(sin, pool.cos(turned)), pool.mul(cos, pool.sin(turned)));
     rows.push(Row {
-        expression: pool.mul(p, behind),
+        expression: pool.mul(p, defect),
         direction: "screw",
         wrench: JointWrench {
             force: axis_world,

@@ -35,8 +35,11 @@ impl Sketch<'_> {
         for joint in &self.model().joints {
             let ends = [joint.predecessor, joint.successor].map(|a| self.numbers.attached(a));
             let pinned = match joint.kind {
-                JointKind::Prismatic { .. } | JointKind::Weld { .. } | JointKind::Free => &[],
-                JointKind::ParallelAxes | JointKind::PerpendicularAxes { .. } => &[],
+                JointKind::Prismatic { .. }
+                | JointKind::Weld { .. }
+                | JointKind::Free
+                | JointKind::ParallelAxes
+                | JointKind::PerpendicularAxes { .. } => &[],
                 JointKind::Link { .. } => &ends[..],
                 _ => &ends[1..],
             };

@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::closing::{estimate, reach_note};
 use super::pace::with_reasons;
+use super::pole::pole_note;
 use super::reach::longest_in_loop;
 use super::start::unit_of;
 use super::switch;
@@ -62,7 +63,7 @@ pub fn diagnose_run(
     };
     fault.unwrap_or_else(|| {
         let fault = stuck(model, equations, failure);
-        match (&failure.error, &failure.summary.slowness) {
+        let fault = match (&failure.error, &failure.summary.slowness) {
             // Steps of constant size follow nothing.
             (Some(SolveError::TooManySteps { .. }), Some(slowness))
                 if model.solve.step.is_none() =>
@@ -70,7 +71,8 @@ pub fn diagnose_run(
                 with_reasons(fault, system, compiled, parameters, slowness)
             }
             _ => fault,
-        }
+        };
+        pole_note(system, &failure.last.q).into_iter().fold(fault, Diagnostic::note)
     })
 }
 
