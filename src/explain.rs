@@ -8,8 +8,9 @@ use crate::sweep_codes;
 
 /// Every code there is, those of models, runs and drawings first, with its page.
 pub fn explained_codes() -> impl Iterator<Item = &'static Page> {
-    let of_sweeps = sweep_codes::PAGES;
-    file::PAGES.iter().chain(codes::PAGES).chain(bksim_cad::codes::PAGES).chain(of_sweeps)
+    let of_questions = bksim_analysis::codes::PAGES;
+    let of_runs = file::PAGES.iter().chain(codes::PAGES).chain(bksim_cad::codes::PAGES);
+    of_runs.chain(sweep_codes::PAGES).chain(of_questions)
 }
 
 /// The page of a code such as `M012`; letters may be lower case.

@@ -2,7 +2,7 @@
 //!
 //! This is the crate to embed: [`Mechanism`] takes a model's text to its equations, its consistent
 //! start and its motion; [`mechanism_from_drawing`] takes a drawing there. The parts are there by
-//! themselves as [`expr`], [`model`], [`mbs`], [`dae`], [`sim`], [`cad`] and [`log`].
+//! themselves as [`expr`], [`model`], [`mbs`], [`dae`], [`sim`], [`analysis`], [`cad`] and [`log`].
 //!
 //! ```
 //! use bksim::Mechanism;
@@ -38,6 +38,7 @@
 //! # Ok::<(), bksim::Rejected>(())
 //! ```
 
+pub use bksim_analysis as analysis;
 pub use bksim_cad as cad;
 pub use bksim_dae as dae;
 pub use bksim_expr as expr;

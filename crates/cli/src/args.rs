@@ -1,5 +1,6 @@
 //! The command line: what can be written, with its help.
 
+pub(crate) mod analysis;
 pub(crate) mod cad;
 pub(crate) mod draw;
 pub(crate) mod edit;
@@ -40,6 +41,16 @@ pub(crate) enum Command {
     Equations(Equations),
     /// Find the consistent start.
     Assemble(ModelArgs),
+    /// Positions, velocities and accelerations over a range; limits; assemblies. Needs no loads.
+    Kinematics(analysis::Kinematics),
+    /// Find the equilibria, their stability and the reactions in them.
+    Static(analysis::Static),
+    /// Make the equations linear about a state: A, B, C, D.
+    Linearize(analysis::Linearize),
+    /// Find the frequencies, damping and shapes of small motions.
+    Modes(analysis::Modes),
+    /// Find the efforts, reactions and powers that a motion needs.
+    Inverse(analysis::Inverse),
     /// Solve a model and log its motion.
     Solve(Solve),
     /// Solve a model at many values of its parameters, on all cores, into one table.

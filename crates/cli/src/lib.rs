@@ -123,6 +123,19 @@ fn dispatch(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>
         Command::Check(args) => own("check", commands::check::run(args, json, nesting)),
         Command::Equations(args) => own("equations", commands::equations::run(args, json, nesting)),
         Command::Assemble(args) => own("assemble", commands::assemble::run(args, json, nesting)),
+        Command::Kinematics(args) => {
+            own("kinematics", commands::analysis::kinematics::run(args, json, nesting))
+        }
+        Command::Static(args) => {
+            own("static", commands::analysis::statics::run(args, json, nesting))
+        }
+        Command::Linearize(args) => {
+            own("linearize", commands::analysis::linearize::run(args, json, nesting))
+        }
+        Command::Modes(args) => own("modes", commands::analysis::modes::run(args, json, nesting)),
+        Command::Inverse(args) => {
+            own("inverse", commands::analysis::inverse::run(args, json, nesting))
+        }
         Command::Solve(args) => own("solve", commands::solve::run(args, json, nesting)),
         Command::Sweep(args) => studio(StudioCommand::Sweep(args)),
         Command::Render(args) => studio(StudioCommand::Render(args)),

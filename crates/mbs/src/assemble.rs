@@ -102,6 +102,37 @@ fn assemble_along(
     system
 }
 
+/// The positions of `model` alone: coordinates, and the rows of joints and drives. Masses and loads take no
+/// part: T, V and all forces are zero, and no contact has a row.
+pub fn assemble_positions(model: &Model) -> SymbolicSystem {
+    let pool = &model.pool;
+    let tree = Tree::of(model);
+    let kinematics = Kinematics::along(model, &tree);
+    let constraints = constraints(model, &tree, &kinematics, &[]);
+    let constraint_jacobian = constraint_jacobian(model, &kinematics, &constraints);
+    let constraint_rate =
+        constraints.iter().map(|c| pool.simplify(pool.diff(c.expression, model.time))).collect();
+    let nq = kinematics.coordinates.len();
+    let nothing = vec![pool.zero(); nq];
+    SymbolicSystem {
+        kinetic_energy: pool.zero(),
+        potential_energy: pool.zero(),
+        mass_matrix: SparseMatrix::new(nq, nq, Vec::new()),
+        bias: nothing.clone(),
+        potential_gradient: nothing.clone(),
+        applied_force: nothing,
+        tree,
+        constraints,
+        constraint_jacobian,
+        constraint_rate,
+        wrenches: Vec::new(),
+        kinematics,
+        contacts: Vec::new(),
+        switches: Vec::new(),
+        integrated: None,
+    }
+}
+
 /// Q_i = Σ F · ∂r/∂q_i + M · ∂ω/∂q̇_i.
 fn generalised_force(
     model: &Model,

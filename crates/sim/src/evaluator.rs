@@ -147,6 +147,11 @@ impl<'a> Evaluator<'a> {
 }
 
 impl CompiledSystem {
+    /// The values of `SymbolicSystem::parameters` where every contact is open: the model's own, then the modes.
+    pub fn idle_parameters(&self, parameters: &[f64]) -> Vec<f64> {
+        self.indicators.idle().parameters_with_modes(parameters)
+    }
+
     /// The functions at the given parameter values, in the order of the model's parameters; modes
     /// may follow, else every contact is open.
     pub fn evaluator(&self, parameters: &[f64]) -> Evaluator<'_> {

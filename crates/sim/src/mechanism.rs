@@ -6,8 +6,8 @@ use crate::compiled::{CompiledSystem, compile};
 use crate::fault::diagnose_start;
 use crate::input::{Law, check_inputs};
 use crate::sensitivity::{self, Sensitive, SensitivityError};
-use crate::start::{Start, start};
-use bksim_mbs::assemble::assemble;
+use crate::start::{Closed, Start, closed, start};
+use bksim_mbs::assemble::{assemble, assemble_positions};
 use bksim_mbs::equations::{Equations, Notation, equations};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::Model;
@@ -51,6 +51,18 @@ impl Mechanism {
         Self::derive_with(model, None, warnings)
     }
 
+    /// The positions of a model alone: as [`Mechanism::derive`], but without masses and loads, for questions
+    /// that only joints and drives answer.
+    ///
+    /// # Errors
+    /// [`Rejected`] when an expression of the model cannot be compiled.
+    pub fn positions(model: Model) -> Result<Self, Rejected> {
+        let system = assemble_positions(&model);
+        let compiled = Arc::new(compile(&model, &system).map_err(|e| uncompiled(&e))?);
+        let parameters = model.parameters.iter().map(|p| p.value).collect();
+        Ok(Self { model, system, compiled, parameters, warnings: Vec::new() })
+    }
+
     /// Derives and compiles the equations of a model whose inputs follow `law`.
     ///
     /// # Errors
@@ -87,6 +99,16 @@ impl Mechanism {
     pub fn start(&self) -> Result<Start, Rejected> {
         let Self { model, system, compiled, parameters, .. } = self;
         start(model, system, compiled, parameters)
+            .map_err(|error| Rejected(vec![diagnose_start(model, system, compiled, &error)]))
+    }
+
+    /// The positions of the start alone, which need no masses.
+    ///
+    /// # Errors
+    /// [`Rejected`] as [`Mechanism::start`].
+    pub fn closed(&self) -> Result<Closed, Rejected> {
+        let Self { model, system, compiled, parameters, .. } = self;
+        closed(model, system, compiled, parameters)
             .map_err(|error| Rejected(vec![diagnose_start(model, system, compiled, &error)]))
     }
 

@@ -71,6 +71,12 @@ impl Start {
         &self.inactive
     }
 
+    /// The values of all parameters of the compiled functions: the model's own, then the modes that hold at
+    /// the start, in the order of `SymbolicSystem::parameters`.
+    pub fn parameters_with_modes(&self, parameters: &[f64]) -> Vec<f64> {
+        self.modes.parameters_with_modes(parameters)
+    }
+
     /// Constraint rows that take part in a dependency: their multipliers are not unique.
     pub fn not_unique_rows(&self) -> &[usize] {
         &self.dependence.involved
@@ -95,6 +101,40 @@ impl StartEquations {
         let closure = Closure::compile(model, system)?;
         Ok(Self { closure, n_bilateral: system.n_bilateral() })
     }
+}
+
+/// Positions of a start, without velocities and forces.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Closed {
+    /// Generalised coordinates, nq.
+    pub q: Vec<f64>,
+    /// The longest link, m.
+    pub longest_link: f64,
+    /// Assemblies nearly as near to the guesses.
+    pub rivals: Vec<Rival>,
+}
+
+/// Closes `model` at `model.solve.t_start`, in positions alone.
+///
+/// # Errors
+/// [`StartError`] says what stands in the way.
+pub fn closed(
+    model: &Model,
+    system: &SymbolicSystem,
+    compiled: &CompiledSystem,
+    parameters: &[f64],
+) -> Result<Closed, StartError> {
+    if compiled.nq() == 0 {
+        return Err(StartError::NoCoordinates);
+    }
+    let equations = StartEquations::compile(model, system).map_err(StartError::Compile)?;
+    let mut closing = equations.closure.at(parameters, &[]);
+    let t = model.solve.t_start;
+    let nothing = vec![0.0; compiled.nq()];
+    let modes = compiled.indicators.decided(parameters, t, &nothing, &nothing);
+    let mut evaluator = compiled.evaluator(&modes.parameters_with_modes(parameters));
+    let (q, rivals) = closing.close_positions(&mut evaluator, t)?;
+    Ok(Closed { q, longest_link: closing.longest_link(), rivals })
 }
 
 /// Finds the consistent start of `model` at `model.solve.t_start`.

@@ -1,0 +1,339 @@
+//! The ways in which the start of a mechanism closes.
+
+use std::f64::consts::PI;
+
+use bksim_model::{JointId, Measure, Model, MotionKind, Space};
+use bksim_sim::mobility::loop_through;
+use nalgebra::{DMatrix, DVector};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+use crate::curve::independent_rows;
+use crate::error::AnalysisError;
+use crate::positions::Positions;
+use crate::rows::{Clock, RANK_TOLERANCE, Rows, wrapped};
+
+/// A way in which the start closes.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Assembly {
+    /// From one; the start's own is the first.
+    pub number: usize,
+    /// A name that says what differs: `A-B-C-D open`.
+    pub name: String,
+    /// Everything that a pose shows: name, value, unit.
+    pub pose: Vec<(String, f64, &'static str)>,
+    /// Generalised coordinates.
+    pub q: Vec<f64>,
+}
+
+/// All ways that were found.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Assemblies {
+    /// The start's own first.
+    pub assemblies: Vec<Assembly>,
+    /// Measures that are held at their values in the start: those that the model states, and as many more as
+    /// leave nothing free.
+    pub held: Vec<(String, f64, &'static str)>,
+}
+
+/// Finds the assemblies of `model` at the values that its start states.
+///
+/// # Errors
+/// [`AnalysisError::Rejected`] when the start does not close.
+pub fn assemblies(model: Model) -> Result<Assemblies, AnalysisError> {
+    let positions = Positions::of(model)?;
+    let (measures, held) = held(&positions)?;
+    let mut rows = positions.rows(&measures, &[], Clock::Held)?;
+    let u: Vec<f64> = held.iter().map(|(_, value, _)| *value).collect();
+    let start = rows.scaled(&positions.q);
+    let mut found = vec![start.clone()];
+    search(&positions, &mut rows, &u, &start, &mut found)?;
+
+    // Names, and the pose of each.
+    let shapes: Vec<Shape> =
+        found.iter().map(|x| Shape::of(&positions, &rows.unscaled(x))).collect::<Result<_, _>>()?;
+    let names = names(&positions, &shapes);
+    let mut scalars = positions.scalars(positions.quantities())?;
+    let assembly = |(number, (x, name)): (usize, (&Vec<f64>, String))| {
+        let q = rows.unscaled(x);
+        let values = scalars.values(positions.t(), &q);
+        let shown = positions.quantities().iter().zip(values);
+        let pose = shown.map(|(quantity, value)| (quantity.names[0].clone(), value, quantity.unit));
+        Assembly { number: number + 1, name, pose: pose.collect(), q }
+    };
+    let assemblies = found.iter().zip(names).enumerate().map(assembly).collect();
+    Ok(Assemblies { assemblies, held })
+}
+
+/// Positions on all rows from many guesses, in units of the mechanism: samples of every branch, of as many
+/// free motions as there are.
+pub(crate) fn closed_poses(positions: &Positions, rows: &mut Rows) -> Vec<Vec<f64>> {
+    const N_GUESSES: usize = 120;
+    let mut random = Pcg64::seed_from_u64(2);
+    let start = rows.scaled(&positions.q);
+    let guesses = (0..N_GUESSES).map(|_| guess(rows, &start, &mut random));
+    let guesses: Vec<Vec<f64>> = guesses.collect();
+    guesses.into_iter().filter_map(|x| closed(rows, positions.t(), x, &[])).collect()
+}
+
+/// Measures to hold: those stated, then joints with the ground first, as long as they leave less free.
+#[expect(clippy::type_complexity, reason = "measures, and the same with names and values")]
+fn held(
+    positions: &Positions,
+) -> Result<(Vec<Measure>, Vec<(String, f64, &'static str)>), AnalysisError> {
+    let model = positions.model();
+    let is_position = |measure: Measure| {
+        matches!(
+            measure,
+            Measure::JointPosition(..) | Measure::PointPosition(..) | Measure::BodyAngle(_)
+        )
+    };
+    let stated = model.initial.iter().filter(|i| !i.is_guess && is_position(i.measure));
+    let mut candidates: Vec<(String, Measure)> =
+        stated.map(|initial| (initial.name.clone(), initial.measure)).collect();
+    let is_on_ground = |joint: &&(usize, &bksim_model::Joint)| {
+        joint.1.predecessor.body == bksim_model::GROUND
+            || joint.1.successor.body == bksim_model::GROUND
+    };
+    let joints: Vec<(usize, &bksim_model::Joint)> = model.joints.iter().enumerate().collect();
+    let (first, rest): (Vec<_>, Vec<_>) = joints.iter().partition(|joint| is_on_ground(joint));
+    for (idx, joint) in first.into_iter().chain(rest) {
+        for (motion_idx, motion) in joint.kind.motions().iter().enumerate() {
+            let word = if *motion == MotionKind::Rotation { "angle" } else { "position" };
+            let measure = Measure::JointPosition(JointId(idx), motion_idx);
+            candidates.push((format!("{}.{word}", joint.name), measure));
+        }
+    }
+    let mut rows = positions.rows(&[], &[], Clock::Held)?;
+    let x = rows.scaled(&positions.q);
+    let mut matrix = rows.at(positions.t(), &x, &[]).jacobian;
+    let mut rank = independent_rows(&matrix).len();
+    let (mut measures, mut held) = (Vec::new(), Vec::new());
+    for (name, measure) in candidates {
+        if rank == x.len() {
+            break;
+        }
+        let quantity = positions.quantity_of(&name, measure);
+        let mut scalars = positions.scalars(std::slice::from_ref(&quantity))?;
+        let slopes = scalars.gradients(positions.t(), &positions.q);
+        let value = scalars.values(positions.t(), &positions.q)[0];
+        let unit = if quantity.is_angle() { 1.0 } else { positions.size };
+        let row = DMatrix::from_fn(1, x.len(), |_, i| slopes[0][i] * rows.unit_of_column[i] / unit);
+        let mut more = DMatrix::zeros(matrix.nrows() + 1, x.len());
+        more.rows_mut(0, matrix.nrows()).copy_from(&matrix);
+        more.rows_mut(matrix.nrows(), 1).copy_from(&row);
+        let with = independent_rows(&more).len();
+        if with > rank {
+            (matrix, rank) = (more, with);
+            measures.push(measure);
+            held.push((name, value, quantity.unit));
+        }
+    }
+    Ok((measures, held))
+}
+
+/// Adds to `found` what many guesses lead to.
+fn search(
+    positions: &Positions,
+    rows: &mut Rows,
+    u: &[f64],
+    start: &[f64],
+    found: &mut Vec<Vec<f64>>,
+) -> Result<(), AnalysisError> {
+    const N_GUESSES: usize = 600;
+    /// Guesses without anything new after which a search ends.
+    const PATIENCE: usize = 200;
+    let mut random = Pcg64::seed_from_u64(1);
+    let mut aligned = Aligned::of(positions)?;
+    let mut last_new = 0;
+    for k in 0..N_GUESSES {
+        if k > last_new + PATIENCE {
+            break;
+        }
+        let x = guess(rows, start, &mut random);
+        let Some(x) = closed(rows, positions.t(), x, u) else { continue };
+        let is_turn = rows.is_turn.clone();
+        let is_same = |other: &Vec<f64>| {
+            (0..x.len()).all(|i| {
+                let off = x[i] - other[i];
+                (if is_turn[i] { wrapped(off) } else { off }).abs() < 1e-6
+            })
+        };
+        if aligned.holds(positions.t(), &rows.unscaled(&x)) && !found.iter().any(is_same) {
+            last_new = k;
+            // Angles within half a turn.
+            let tidy = |(i, x): (usize, &f64)| if is_turn[i] { wrapped(*x) } else { *x };
+            found.push(x.iter().enumerate().map(tidy).collect());
+        }
+    }
+    Ok(())
+}
+
+fn guess(rows: &Rows, start: &[f64], random: &mut Pcg64) -> Vec<f64> {
+    let mut aside = |is_turn: bool| {
+        let share: f64 = random.random_range(-1.0..1.0);
+        share * if is_turn { PI } else { 2.0 }
+    };
+    start.iter().zip(&rows.is_turn).map(|(x, &is_turn)| x + aside(is_turn)).collect()
+}
+
+/// Newton's iteration with bounded steps onto all rows; the nearest solution of each where some motions
+/// are free.
+fn closed(rows: &mut Rows, t: f64, mut x: Vec<f64>, u: &[f64]) -> Option<Vec<f64>> {
+    const MOST: usize = 60;
+    const LONGEST: f64 = 0.7;
+    for _ in 0..MOST {
+        let at = rows.at(t, &x, u);
+        if at.value.amax() < 1e-13 {
+            return Some(x);
+        }
+        let tolerance = RANK_TOLERANCE * at.jacobian.norm();
+        let regular =
+            at.jacobian.is_square().then(|| at.jacobian.clone().lu().solve(&at.value)).flatten();
+        let step: DVector<f64> = match regular {
+            Some(step) if step.iter().all(|x| x.is_finite()) => step,
+            _ => at.jacobian.svd(true, true).solve(&at.value, tolerance).ok()?,
+        };
+        let size = step.norm();
+        if !size.is_finite() {
+            return None;
+        }
+        let share = if size > LONGEST { LONGEST / size } else { 1.0 };
+        x.iter_mut().zip(step.iter()).for_each(|(x, step)| *x -= share * step);
+        if size < 1e-13 {
+            break;
+        }
+    }
+    (rows.at(t, &x, u).value.amax() < 1e-11).then_some(x)
+}
+
+/// Whether the axes of cut joints point the same way.
+struct Aligned(crate::scalar::Scalars);
+
+impl Aligned {
+    fn of(positions: &Positions) -> Result<Self, AnalysisError> {
+        let (model, system) = (positions.model(), positions.system());
+        let cosines = system.tree.cuts.iter().flat_map(|id| {
+            let joint = &model.joints[id.0];
+            let sides = system.kinematics.sides(model, joint);
+            bksim_mbs::joint::alignments(&model.pool, joint, &sides)
+        });
+        let cosines: Vec<_> =
+            if model.space == Space::Planar { Vec::new() } else { cosines.collect() };
+        let parameters = &positions.mechanism.parameters;
+        Ok(Self(crate::scalar::Scalars::compile(model, system, &cosines, parameters)?))
+    }
+
+    fn holds(&mut self, t: f64, q: &[f64]) -> bool {
+        self.0.values(t, q).iter().all(|cosine| *cosine > 0.0)
+    }
+}
+
+/// The loops of an assembly as polygons of their joints.
+struct Shape {
+    /// Of each loop the joints and their places.
+    loops: Vec<Vec<(JointId, [f64; 2])>>,
+}
+
+impl Shape {
+    fn of(positions: &Positions, q: &[f64]) -> Result<Self, AnalysisError> {
+        let (model, system) = (positions.model(), positions.system());
+        if model.space != Space::Planar {
+            return Ok(Self { loops: Vec::new() });
+        }
+        let places: Vec<_> = (model.joints.iter())
+            .flat_map(|joint| system.kinematics.anchor(model, joint.successor).into_iter().take(2))
+            .collect();
+        let parameters = &positions.mechanism.parameters;
+        let mut scalars = crate::scalar::Scalars::compile(model, system, &places, parameters)?;
+        let values = scalars.values(positions.t(), q);
+        let place = |joint: JointId| (joint, [values[2 * joint.0], values[2 * joint.0 + 1]]);
+        let around = |&cut: &JointId| {
+            let mut corners: Vec<(JointId, [f64; 2])> = Vec::new();
+            for joint in loop_through(model, cut) {
+                let next = place(joint);
+                let is_new = |(_, p): &(JointId, [f64; 2])| {
+                    (p[0] - next.1[0]).hypot(p[1] - next.1[1]) > 1e-9 * positions.size
+                };
+                if corners.iter().all(is_new) {
+                    corners.push(next);
+                }
+            }
+            // From the first joint of the file on.
+            let first = (0..corners.len()).min_by_key(|&k| corners[k].0.0).unwrap_or(0);
+            corners.rotate_left(first);
+            if corners.len() > 2 && corners[1].0.0 > corners[corners.len() - 1].0.0 {
+                corners[1..].reverse();
+            }
+            corners
+        };
+        Ok(Self { loops: system.tree.cuts.iter().map(around).collect() })
+    }
+
+    /// Whether no two sides of a loop cross.
+    fn is_open(&self, k: usize) -> bool {
+        let corners: Vec<[f64; 2]> = self.loops[k].iter().map(|(_, p)| *p).collect();
+        let n = corners.len();
+        let side = |i: usize| (corners[i], corners[(i + 1) % n]);
+        let pairs = (0..n).flat_map(|i| (i + 2..n).map(move |j| (i, j)));
+        pairs.filter(|&(i, j)| (j + 1) % n != i).all(|(i, j)| !cross(side(i), side(j)))
+    }
+
+    /// Whether a corner lies to the left of the line between its neighbours.
+    fn is_left(&self, k: usize, corner: usize) -> bool {
+        let corners = &self.loops[k];
+        let n = corners.len();
+        let [a, b, c] = [(corner + n - 1) % n, corner, (corner + 1) % n].map(|i| corners[i].1);
+        turn(a, c, b) > 0.0
+    }
+}
+
+/// Twice the area of a triangle, positive to the left.
+fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+fn cross((a, b): ([f64; 2], [f64; 2]), (c, d): ([f64; 2], [f64; 2])) -> bool {
+    turn(a, b, c) * turn(a, b, d) < 0.0 && turn(c, d, a) * turn(c, d, b) < 0.0
+}
+
+/// Names of assemblies: each loop open or crossed, then, where that does not tell them apart, on which side
+/// joints lie.
+fn names(positions: &Positions, shapes: &[Shape]) -> Vec<String> {
+    let model = positions.model();
+    let joint = |id: JointId| model.joints[id.0].name.as_str();
+    let basic = |shape: &Shape| {
+        let word = |k: usize| {
+            let corners: Vec<&str> = shape.loops[k].iter().map(|(id, _)| joint(*id)).collect();
+            let word = if shape.is_open(k) { "open" } else { "crossed" };
+            format!("{} {word}", corners.join("-"))
+        };
+        (0..shape.loops.len()).map(word).collect::<Vec<_>>().join(", ")
+    };
+    let basics: Vec<String> = shapes.iter().map(basic).collect();
+    let full = |(i, shape): (usize, &Shape)| {
+        let twins: Vec<&Shape> =
+            (0..shapes.len()).filter(|&j| basics[j] == basics[i]).map(|j| &shapes[j]).collect();
+        let mut name = basics[i].clone();
+        if twins.len() == 1 {
+            return name;
+        }
+        for k in 0..shape.loops.len() {
+            let corners = &shape.loops[k];
+            let n = corners.len();
+            let differs = |&c: &usize| {
+                twins.iter().any(|twin| {
+                    twin.loops[k].len() == n && twin.is_left(k, c) != shape.is_left(k, c)
+                })
+            };
+            if let Some(c) = (0..n).find(differs) {
+                let [before, here, after] =
+                    [(c + n - 1) % n, c, (c + 1) % n].map(|i| joint(corners[i].0));
+                let side = if shape.is_left(k, c) { "left" } else { "right" };
+                name += &format!(", {here} {side} of {before}-{after}");
+            }
+        }
+        name
+    };
+    shapes.iter().enumerate().map(full).collect()
+}

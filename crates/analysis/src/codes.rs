@@ -1,0 +1,10 @@
+//! Codes of faults in questions.
+
+bksim_model::codes! {
+    BAD_RANGE = "Q001", "values that cannot be read";
+    UNKNOWN_NAME = "Q002", "a quantity that the model has not";
+    N_DRIVES = "Q003", "more or fewer prescribed motions than free ones";
+    NOT_REACHED = "Q004", "a pose that is not reached";
+    NO_EQUILIBRIUM = "Q005", "no equilibrium";
+    UNDETERMINED = "Q006", "unknowns that the equations do not determine";
+}

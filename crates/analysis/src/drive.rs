@@ -1,0 +1,130 @@
+//! What is prescribed in a question: a measure over a range.
+
+use bksim_model::file::WrittenUnit;
+use bksim_model::{Measure, Model};
+
+use crate::error::AnalysisError;
+
+/// Values at even distances, SI.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Range {
+    /// The first.
+    pub from: f64,
+    /// The last.
+    pub to: f64,
+    /// How many, at least one.
+    pub n: usize,
+}
+
+/// A measure that is driven over a range.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Drive {
+    /// Name of the measure: `crank.angle`.
+    pub name: String,
+    /// The measure, a position.
+    pub measure: Measure,
+    /// Its values.
+    pub range: Range,
+    /// Rate at every value, rad/s or m/s.
+    pub rate: f64,
+    /// Acceleration at every value, rad/s² or m/s².
+    pub acceleration: f64,
+}
+
+impl Range {
+    /// Reads `0:360 deg:361`, `0:90 deg` (two values) or `30 deg` (one); a unit holds for all numbers.
+    ///
+    /// # Errors
+    /// [`AnalysisError::BadRange`] for what is none, and units of other dimensions than `si`.
+    pub fn parse(text: &str, si: &str) -> Result<Self, AnalysisError> {
+        let bad = || AnalysisError::BadRange { text: text.to_owned(), unit: si.to_owned() };
+        let parts: Vec<&str> = text.split(':').map(str::trim).collect();
+        let (ends, n) = match parts[..] {
+            [one] => (vec![one], 1),
+            [from, to] => (vec![from, to], 2),
+            [from, to, n] => (vec![from, to], n.parse().map_err(|_| bad())?),
+            _ => return Err(bad()),
+        };
+        if n == 0 || (n == 1 && ends.len() == 2 && ends[0] != ends[1]) {
+            return Err(bad());
+        }
+        let ends: Vec<(f64, &str)> = ends
+            .into_iter()
+            .map(|end| number_and_unit(end).ok_or_else(bad))
+            .collect::<Result<_, _>>()?;
+        // A number without a unit has that of the other.
+        let shared = ends.iter().map(|(_, unit)| *unit).find(|unit| !unit.is_empty()).unwrap_or("");
+        let in_si = |&(number, unit): &(f64, &str)| {
+            let unit = if unit.is_empty() { shared } else { unit };
+            value_in_si(number, unit, si).ok_or_else(bad)
+        };
+        let from = in_si(&ends[0])?;
+        let to = in_si(ends.last().unwrap_or(&ends[0]))?;
+        Ok(Self { from, to, n })
+    }
+
+    /// All values.
+    pub fn values(&self) -> Vec<f64> {
+        let last = (self.n - 1).max(1) as f64;
+        let at = |k: usize| {
+            let share = k as f64 / last;
+            // Exact at both ends.
+            self.from * (1.0 - share) + self.to * share
+        };
+        (0..self.n).map(at).collect()
+    }
+}
+
+/// Reads a quantity such as `25 mm` in the unit `si`.
+///
+/// # Errors
+/// [`AnalysisError::BadRange`] for what is none.
+pub fn quantity(text: &str, si: &str) -> Result<f64, AnalysisError> {
+    let bad = || AnalysisError::BadRange { text: text.to_owned(), unit: si.to_owned() };
+    let (number, unit) = number_and_unit(text.trim()).ok_or_else(bad)?;
+    value_in_si(number, unit, si).ok_or_else(bad)
+}
+
+fn value_in_si(number: f64, unit: &str, si: &str) -> Option<f64> {
+    if unit.is_empty() {
+        return Some(number);
+    }
+    let written = WrittenUnit::parse(unit)?;
+    let wanted = WrittenUnit::parse(si)?;
+    (written.si() == wanted.si()).then(|| written.to_si(number))
+}
+
+/// The number that a text begins with, and what follows it.
+fn number_and_unit(text: &str) -> Option<(f64, &str)> {
+    let is_number = |end: usize| text[..end].trim().parse::<f64>().is_ok_and(f64::is_finite);
+    let ends = text.char_indices().map(|(at, _)| at).chain([text.len()]);
+    let end = ends.filter(|&end| is_number(end)).last()?;
+    Some((text[..end].trim().parse().ok()?, text[end..].trim()))
+}
+
+impl Drive {
+    /// Reads `crank.angle=0:360 deg:361`; rate 1 and acceleration 0.
+    ///
+    /// # Errors
+    /// [`AnalysisError`] for a measure that the model has not, or values that cannot be read.
+    pub fn parse(model: &Model, name: &str, values: &str) -> Result<Self, AnalysisError> {
+        let measure = position(model, name)?;
+        let range = Range::parse(values, measure.unit(model))?;
+        Ok(Self { name: name.to_owned(), measure, range, rate: 1.0, acceleration: 0.0 })
+    }
+}
+
+/// The measure of this name, which is a position or an angle.
+///
+/// # Errors
+/// [`AnalysisError::UnknownMeasure`], or [`AnalysisError::NotAPosition`] for a rate.
+pub fn position(model: &Model, name: &str) -> Result<Measure, AnalysisError> {
+    let unknown = || AnalysisError::UnknownMeasure { name: name.to_owned() };
+    let measure = Measure::named(model, name).ok_or_else(unknown)?;
+    match measure {
+        Measure::JointPosition(..) | Measure::PointPosition(..) | Measure::BodyAngle(_) => {
+            Ok(measure)
+        }
+        _ => Err(AnalysisError::NotAPosition { name: name.to_owned() }),
+    }
+}

@@ -1,0 +1,165 @@
+//! [`AnalysisError`]: why a question has no answer, in the author's terms.
+
+use bksim_expr::TapeError;
+use bksim_model::diagnostic::{Diagnostic, Rejected};
+
+use crate::codes;
+
+/// Why a question has no answer.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum AnalysisError {
+    /// The model itself, or its start, is at fault.
+    #[error("{}", .0.0.first().map_or("", |fault| fault.message.as_str()))]
+    Rejected(#[from] Rejected),
+    /// An expression that cannot be compiled.
+    #[error(transparent)]
+    Compile(#[from] TapeError),
+    /// Values that cannot be read, or have another dimension.
+    #[error("`{text}` gives no values in {unit}")]
+    BadRange {
+        /// As written.
+        text: String,
+        /// The SI unit that was expected.
+        unit: String,
+    },
+    /// Nothing of this name can be measured.
+    #[error("no joint, body or point has the measure `{name}`")]
+    UnknownMeasure {
+        /// As written.
+        name: String,
+    },
+    /// A rate where a position was expected.
+    #[error("`{name}` is a rate, not a position or an angle")]
+    NotAPosition {
+        /// As written.
+        name: String,
+    },
+    /// No parameter has this name.
+    #[error("no parameter is called `{name}`")]
+    UnknownParameter {
+        /// As written.
+        name: String,
+    },
+    /// More motions are free than are prescribed, or fewer.
+    #[error("{n_free} motions are free, and {n_driven} are prescribed")]
+    NDrives {
+        /// Degrees of freedom.
+        n_free: usize,
+        /// Prescribed motions.
+        n_driven: usize,
+    },
+    /// Limits are those of a mechanism with one free motion.
+    #[error("{n_free} motions are free, not one")]
+    NotOneMotion {
+        /// Degrees of freedom.
+        n_free: usize,
+    },
+    /// Ranges with different numbers of values.
+    #[error("all ranges must have the same number of values, not {first} and {other}")]
+    Counts {
+        /// Of the first range.
+        first: usize,
+        /// Of another.
+        other: usize,
+    },
+    /// A pose that cannot be reached from the start without a jump.
+    #[error("`{name}` cannot be brought from {from} to {to} {unit}: it stops at {at} {unit}")]
+    NotReached {
+        /// The measure.
+        name: String,
+        /// Value at the start.
+        from: f64,
+        /// Value asked for.
+        to: f64,
+        /// The value at which it stops.
+        at: f64,
+        /// Unit of these.
+        unit: &'static str,
+    },
+    /// Two prescribed motions follow from each other.
+    #[error("the pose is singular: `{name}` does not move the mechanism there")]
+    Singular {
+        /// The measure.
+        name: String,
+    },
+    /// No equilibrium was found.
+    #[error("no equilibrium was found")]
+    NoEquilibrium,
+    /// A motion that does not hold together.
+    #[error("the motion cannot be followed at t = {t} s")]
+    Lost {
+        /// s.
+        t: f64,
+    },
+    /// A pose in which the forces are not balanced.
+    #[error("{what} do not determine {n} unknowns")]
+    Undetermined {
+        /// The equations.
+        what: String,
+        /// Number of unknowns.
+        n: usize,
+    },
+}
+
+impl AnalysisError {
+    /// The faults as data: those of the model as they are, else one without a position in it.
+    pub fn diagnostics(&self) -> Vec<Diagnostic> {
+        let (code, help) = match self {
+            Self::Rejected(rejected) => return rejected.0.clone(),
+            Self::Compile(_) => (bksim_sim::codes::NOT_FINITE_AT_START, String::new()),
+            Self::BadRange { unit, .. } if unit == "rad" => {
+                (codes::BAD_RANGE, "write values such as `0:360 deg:361` or `0.5`".to_owned())
+            }
+            Self::BadRange { unit, .. } => {
+                (codes::BAD_RANGE, format!("write values such as `0:20 {unit}:21` or `0.5`"))
+            }
+            Self::Counts { .. } => {
+                (codes::BAD_RANGE, "write ranges such as `0:360 deg:361`".to_owned())
+            }
+            Self::UnknownMeasure { .. } => (
+                codes::UNKNOWN_NAME,
+                "write `JOINT.angle`, `JOINT.position`, `BODY.angle`, `BODY.x` or `BODY.POINT.x`"
+                    .to_owned(),
+            ),
+            Self::NotAPosition { .. } => (
+                codes::UNKNOWN_NAME,
+                "write `.angle`, `.position`, `.x` or `.y` at the end of the name".to_owned(),
+            ),
+            Self::UnknownParameter { .. } => {
+                (codes::UNKNOWN_NAME, "write the name of one of `[parameters]`".to_owned())
+            }
+            Self::NDrives { n_free, .. } => (
+                codes::N_DRIVES,
+                format!("prescribe as many motions as are free: write `--drive` {n_free} times"),
+            ),
+            Self::NotOneMotion { .. } => (
+                codes::N_DRIVES,
+                "hold or free motions until one is left: limits belong to one free motion"
+                    .to_owned(),
+            ),
+            Self::NotReached { .. } => (
+                codes::NOT_REACHED,
+                "write a range within the limits that `bksim kinematics --limits` shows".to_owned(),
+            ),
+            Self::Singular { .. } => {
+                (codes::NOT_REACHED, "drive another motion, or begin in another pose".to_owned())
+            }
+            Self::NoEquilibrium => (
+                codes::NO_EQUILIBRIUM,
+                "add what holds the mechanism: a spring, a drive, a stop".to_owned(),
+            ),
+            Self::Lost { .. } => (
+                codes::NOT_REACHED,
+                "end the motion before, or choose one within the limits of the mechanism"
+                    .to_owned(),
+            ),
+            Self::Undetermined { .. } => (
+                codes::UNDETERMINED,
+                "ask for as many unknowns as there are independent equations".to_owned(),
+            ),
+        };
+        let fault = Diagnostic::error(code, self.to_string());
+        vec![if help.is_empty() { fault } else { fault.help(help) }]
+    }
+}

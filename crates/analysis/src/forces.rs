@@ -1,0 +1,236 @@
+//! [`Forces`]: the equations of motion with all their slopes at one state.
+//!
+//! ```text
+//! r = M a + h + ∂V/∂q − Q + Gᵀ λ = 0     nq rows
+//! g = 0                                  nc rows, those that hold
+//! K = ∂r/∂q    C = ∂r/∂v    M = ∂r/∂a
+//! ```
+//!
+//! K has the term ∂(Gᵀ λ)/∂q: constraint forces turn as the mechanism moves.
+
+use std::collections::HashSet;
+
+use bksim_expr::{Expr, Pool, SparseJacobian, SymbolId, Tape, TapeError, Workspace};
+use bksim_mbs::levels::{constraint_acceleration, constraint_velocity};
+use bksim_mbs::system::SymbolicSystem;
+use bksim_model::{Model, ParameterId};
+use nalgebra::{DMatrix, DVector};
+
+/// The equations of motion as functions of numbers, some parameters among their arguments.
+#[derive(Clone, Debug)]
+pub(crate) struct Forces {
+    tape: Tape,
+    space: Workspace,
+    outputs: Vec<f64>,
+    /// Shapes and entries of the matrices, in the order of the outputs.
+    matrices: Vec<Shape>,
+    n: usize,
+    /// Constraint rows that hold.
+    kept: Vec<usize>,
+}
+
+#[derive(Clone, Debug)]
+struct Shape {
+    n_rows: usize,
+    n_columns: usize,
+    entries: Vec<(usize, usize)>,
+}
+
+/// A state of the equations of motion, SI; λ of the rows that hold.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct At<'a> {
+    pub(crate) t: f64,
+    pub(crate) q: &'a [f64],
+    pub(crate) v: &'a [f64],
+    pub(crate) a: &'a [f64],
+    pub(crate) lambda: &'a [f64],
+    /// Values of the parameters that are arguments.
+    pub(crate) p: &'a [f64],
+}
+
+/// The equations at a state, SI.
+#[derive(Clone, Debug)]
+pub(crate) struct ForcesAt {
+    /// r, nq.
+    pub(crate) residual: DVector<f64>,
+    /// g, nc.
+    pub(crate) closure: DVector<f64>,
+    /// G, nc × nq.
+    pub(crate) jacobian: DMatrix<f64>,
+    /// M, nq × nq.
+    pub(crate) mass: DMatrix<f64>,
+    /// K, nq × nq.
+    pub(crate) stiffness: DMatrix<f64>,
+    /// C, nq × nq.
+    pub(crate) damping: DMatrix<f64>,
+    /// ∂r/∂p, nq × np.
+    pub(crate) by_parameter: DMatrix<f64>,
+    /// ∂(G v + ∂g/∂t)/∂q, nc × nq.
+    pub(crate) velocity_by_position: DMatrix<f64>,
+    /// ∂(G a + γ)/∂q, nc × nq.
+    pub(crate) acceleration_by_position: DMatrix<f64>,
+    /// ∂(G a + γ)/∂v, nc × nq.
+    pub(crate) acceleration_by_velocity: DMatrix<f64>,
+}
+
+impl Forces {
+    /// The equations of `system` with the constraint rows `kept`; `free` parameters are arguments, and what the
+    /// model defines by them follows them.
+    pub(crate) fn compile(
+        model: &Model,
+        system: &SymbolicSystem,
+        kept: &[usize],
+        free: &[ParameterId],
+        parameters: &[f64],
+    ) -> Result<Self, TapeError> {
+        let pool = &model.pool;
+        let coordinates = system.coordinates();
+        let n = coordinates.len();
+        let [q, v, a]: [Vec<SymbolId>; 3] = [
+            coordinates.iter().map(|c| c.q).collect(),
+            coordinates.iter().map(|c| c.v).collect(),
+            coordinates.iter().map(|c| c.a).collect(),
+        ];
+        let lambda: Vec<SymbolId> =
+            kept.iter().map(|&row| system.constraints[row].lambda).collect();
+        let follow = |e: Expr| with_definitions(model, free, e);
+        let acceleration = |i: usize| pool.symbol_expr(a[i]);
+        let columns = system.constraint_jacobian.transposed();
+        let residual = (0..n).map(|i| {
+            let inertia =
+                system.mass_matrix.row(i).iter().map(|&(j, m)| pool.mul(m, acceleration(j)));
+            let held = columns.row(i).iter().filter_map(|&(row, g)| {
+                let at = kept.iter().position(|&k| k == row)?;
+                Some(pool.mul(g, pool.symbol_expr(lambda[at])))
+            });
+            let applied = pool.neg(system.applied_force[i]);
+            let rest = [system.bias[i], system.potential_gradient[i], applied];
+            follow(pool.sum(inertia.chain(held).chain(rest).collect::<Vec<_>>()))
+        });
+        let residual: Vec<Expr> = residual.collect();
+        let closure: Vec<Expr> =
+            kept.iter().map(|&row| follow(system.constraints[row].expression)).collect();
+        let velocity: Vec<Expr> =
+            kept.iter().map(|&row| follow(constraint_velocity(pool, system, row))).collect();
+        let accelerations: Vec<Expr> =
+            kept.iter().map(|&row| follow(constraint_acceleration(model, system, row))).collect();
+        let p: Vec<SymbolId> = free.iter().map(|id| model.parameters[id.0].symbol).collect();
+
+        // All matrices in the order of `ForcesAt`.
+        let all = [
+            pool.jacobian(&closure, &q),
+            pool.jacobian(&residual, &a),
+            pool.jacobian(&residual, &q),
+            pool.jacobian(&residual, &v),
+            pool.jacobian(&residual, &p),
+            pool.jacobian(&velocity, &q),
+            pool.jacobian(&accelerations, &q),
+            pool.jacobian(&accelerations, &v),
+        ];
+        let mut outputs = [residual, closure].concat();
+        let shape = |jacobian: &SparseJacobian| Shape {
+            n_rows: jacobian.n_rows,
+            n_columns: jacobian.n_columns,
+            entries: jacobian.entries.iter().map(|&(row, column, _)| (row, column)).collect(),
+        };
+        let matrices = all.iter().map(shape).collect();
+        outputs
+            .extend(all.iter().flat_map(|jacobian| jacobian.entries.iter().map(|entry| entry.2)));
+        let arguments = [vec![model.time], q, v, a, lambda, p].concat();
+        let symbols = vacated(pool, system.parameters(model), free);
+        let tape = Tape::compile(pool, &outputs, &arguments, &symbols)?;
+        Ok(Self {
+            space: tape.workspace(parameters),
+            outputs: vec![0.0; tape.n_outputs()],
+            tape,
+            matrices,
+            n,
+            kept: kept.to_vec(),
+        })
+    }
+
+    /// Number of coordinates.
+    pub(crate) fn n(&self) -> usize {
+        self.n
+    }
+
+    /// Number of rows that hold.
+    pub(crate) fn nc(&self) -> usize {
+        self.kept.len()
+    }
+
+    /// Multipliers of all rows from those of the rows that hold.
+    pub(crate) fn all_multipliers(&self, n_rows: usize, lambda: &[f64]) -> Vec<f64> {
+        let mut all = vec![0.0; n_rows];
+        self.kept.iter().zip(lambda).for_each(|(&row, &value)| all[row] = value);
+        all
+    }
+
+    /// The equations at a state.
+    pub(crate) fn at(&mut self, At { t, q, v, a, lambda, p }: At<'_>) -> ForcesAt {
+        let inputs = [&[t], q, v, a, lambda, p].concat();
+        self.tape.evaluate(&mut self.space, &inputs, &mut self.outputs);
+        let (values, mut rest) = self.outputs.split_at(self.n + self.kept.len());
+        let mut matrices = self.matrices.iter().map(|shape| {
+            let (own, others) = rest.split_at(shape.entries.len());
+            rest = others;
+            let mut matrix = DMatrix::zeros(shape.n_rows, shape.n_columns);
+            shape.entries.iter().zip(own).for_each(|(&at, &value)| matrix[at] = value);
+            matrix
+        });
+        let mut next = || matrices.next().unwrap_or_default();
+        ForcesAt {
+            residual: DVector::from_column_slice(&values[..self.n]),
+            closure: DVector::from_column_slice(&values[self.n..]),
+            jacobian: next(),
+            mass: next(),
+            stiffness: next(),
+            damping: next(),
+            by_parameter: next(),
+            velocity_by_position: next(),
+            acceleration_by_position: next(),
+            acceleration_by_velocity: next(),
+        }
+    }
+
+    /// The multipliers that balance r as well as any do, at rest; of those the smallest.
+    pub(crate) fn balancing(&mut self, t: f64, q: &[f64], p: &[f64]) -> Option<Vec<f64>> {
+        let rest = vec![0.0; self.n];
+        let nothing = vec![0.0; self.kept.len()];
+        let at = self.at(At { t, q, v: &rest, a: &rest, lambda: &nothing, p });
+        if self.kept.is_empty() {
+            return Some(nothing);
+        }
+        let transposed = at.jacobian.transpose();
+        let tolerance = crate::rows::RANK_TOLERANCE * transposed.norm();
+        let lambda = transposed.svd(true, true).solve(&-at.residual, tolerance).ok()?;
+        Some(lambda.as_slice().to_vec())
+    }
+}
+
+/// An expression in which parameters that the model defines by `free` ones stand as their definitions.
+fn with_definitions(model: &Model, free: &[ParameterId], e: Expr) -> Expr {
+    if free.is_empty() {
+        return e;
+    }
+    let pool = &model.pool;
+    let own: HashSet<SymbolId> = free.iter().map(|id| model.parameters[id.0].symbol).collect();
+    let mut map: Vec<(SymbolId, Expr)> = Vec::new();
+    // Each comes after those that its definition uses.
+    for parameter in model.parameters.iter().filter(|p| !own.contains(&p.symbol)) {
+        let definition = pool.substitute(parameter.definition, &map);
+        if own.iter().any(|&symbol| pool.depends_on(definition, symbol)) {
+            map.push((parameter.symbol, definition));
+        }
+    }
+    pool.substitute(e, &map)
+}
+
+/// Symbols of parameters, with symbols that occur nowhere in place of those that are arguments.
+fn vacated(pool: &Pool, mut symbols: Vec<SymbolId>, free: &[ParameterId]) -> Vec<SymbolId> {
+    for id in free {
+        let vacant = pool.symbol(&format!("'free{}", id.0));
+        symbols[id.0] = pool.symbol_id(vacant).unwrap_or(symbols[id.0]);
+    }
+    symbols
+}

@@ -1,0 +1,317 @@
+//! Positions, velocities and accelerations over a range of prescribed motions.
+
+use bksim_model::{Measure, Model};
+use nalgebra::DVector;
+
+use crate::curve::Curve;
+use crate::drive::{Drive, Range};
+use crate::error::AnalysisError;
+use crate::extreme::{Extreme, Extremes};
+use crate::follow::follow;
+use crate::path::{Law, Path};
+use crate::positions::Positions;
+use crate::quantity::PoseQuantity;
+use crate::rows::{Clock, Rows, wrapped};
+use crate::scalar::Rates;
+use crate::table::{Column, Table};
+
+/// The motions that are prescribed.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Prescribed {
+    /// These measures, all at once, over ranges with the same number of values; drives of the model stand still,
+    /// but those in whose place one of them is.
+    Drives {
+        /// At least one.
+        drives: Vec<Drive>,
+        /// Whether the motion goes on through dead points of the drives, which then turn back.
+        through: bool,
+    },
+    /// The drives of the model, over times, s.
+    Times(Range),
+}
+
+/// Positions over a range with their rates.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Kinematics {
+    /// A row for each value: first what is prescribed, then every quantity with rate and acceleration.
+    pub table: Table,
+    /// Limit positions of joints and bodies on the way.
+    pub limits: Vec<Extreme>,
+    /// Where the range could not be continued, if so: the prescribed values there.
+    pub stopped: Option<Vec<f64>>,
+}
+
+/// Follows the prescribed motions from the start of `model`.
+///
+/// # Errors
+/// [`AnalysisError`] when the start does not close, too many or too few motions are prescribed, or the first
+/// value is not reached.
+pub fn kinematics(model: Model, prescribed: &Prescribed) -> Result<Kinematics, AnalysisError> {
+    let positions = Positions::of(model)?;
+    match prescribed {
+        Prescribed::Drives { drives, through } => over_drives(&positions, drives, *through),
+        Prescribed::Times(times) => over_times(&positions, *times),
+    }
+}
+
+fn over_drives(
+    positions: &Positions,
+    drives: &[Drive],
+    through: bool,
+) -> Result<Kinematics, AnalysisError> {
+    let measures: Vec<Measure> = drives.iter().map(|drive| drive.measure).collect();
+    if let Some(first) = drives.first()
+        && let Some(other) = drives.iter().find(|drive| drive.range.n != first.range.n)
+    {
+        return Err(AnalysisError::Counts { first: first.range.n, other: other.range.n });
+    }
+    let released = positions.replaced_drives(&measures)?;
+    let mut rows = positions.rows(&measures, &released, Clock::Held)?;
+    let prescribed: Vec<PoseQuantity> =
+        drives.iter().map(|drive| positions.quantity_of(&drive.name, drive.measure)).collect();
+    let rate: Vec<f64> = drives.iter().map(|drive| drive.rate).collect();
+    let acceleration: Vec<f64> = drives.iter().map(|drive| drive.acceleration).collect();
+
+    // From the start to the first values.
+    let x = rows.scaled(&positions.q);
+    let from: Vec<f64> = drives.iter().map(|drive| drive.range.from).collect();
+    let x = approach(positions, &mut rows, drives, &prescribed, x, &from)?;
+
+    // Along the range.
+    let span: Vec<f64> = drives.iter().map(|drive| drive.range.to - drive.range.from).collect();
+    let longest = span
+        .iter()
+        .enumerate()
+        .fold(0.0, |a: f64, (k, span)| a.max(span.abs() / rows.unit_of_prescribed(k)));
+    let per_parameter = if longest > 0.0 { 1.0 / longest } else { 1.0 };
+    let law = Law {
+        t: positions.t(),
+        t_slope: 0.0,
+        u: from,
+        u_slope: span.iter().map(|span| span * per_parameter).collect(),
+    };
+    let n = drives.first().map_or(1, |drive| drive.range.n);
+    let shares = Range { from: 0.0, to: 1.0, n }.values();
+    let targets: Vec<f64> = shares.iter().map(|share| share * longest).collect();
+    let request = Request { positions, law, targets, through };
+    let mut found = request.follow(&mut rows, &x, &rate, &acceleration, drives.len())?;
+
+    // What is prescribed comes first, with the numbers that were asked for.
+    let columns: Vec<Column> = prescribed.iter().flat_map(heads).collect();
+    for (row, s) in found.table.rows.iter_mut().zip(&found.parameters) {
+        let own = (0..drives.len()).flat_map(|k| {
+            [request.law.u[k] + request.law.u_slope[k] * s, rate[k], acceleration[k]]
+        });
+        row.splice(0..0, own.collect::<Vec<_>>());
+    }
+    found.table.columns.splice(0..0, columns);
+    Ok(found.without_twins(&request))
+}
+
+/// Brings the prescribed measures from where they are at the start to their first values.
+fn approach(
+    positions: &Positions,
+    rows: &mut Rows,
+    drives: &[Drive],
+    prescribed: &[PoseQuantity],
+    x: Vec<f64>,
+    from: &[f64],
+) -> Result<Vec<f64>, AnalysisError> {
+    let now = positions.scalars(prescribed)?.values(positions.t(), &positions.q);
+    let off = |k: usize| {
+        let off = from[k] - now[k];
+        if prescribed[k].is_angle() { wrapped(off) } else { off }
+    };
+    let off: Vec<f64> = (0..drives.len()).map(off).collect();
+    let longest = off
+        .iter()
+        .enumerate()
+        .fold(0.0, |a: f64, (k, off)| a.max(off.abs() / rows.unit_of_prescribed(k)));
+    if longest < 1e-13 {
+        return Ok(x);
+    }
+    let mut reached = f64::NAN;
+    // The short way; for one angle that it does not lead to, the long way.
+    let long = if let ([off], [quantity]) = (off.as_slice(), prescribed)
+        && quantity.is_angle()
+    {
+        Some(vec![off - std::f64::consts::TAU * off.signum()])
+    } else {
+        None
+    };
+    for way in std::iter::once(off).chain(long) {
+        let length = way.iter().enumerate().fold(0.0, |a: f64, (k, off): (usize, &f64)| {
+            a.max(off.abs() / rows.unit_of_prescribed(k))
+        });
+        let law = Law {
+            t: positions.t(),
+            t_slope: 0.0,
+            u: from.iter().zip(&way).map(|(from, off)| from - off).collect(),
+            u_slope: way.iter().map(|off| off / length).collect(),
+        };
+        let start = law.u.first().copied().unwrap_or(0.0);
+        let slope = law.u_slope.first().copied().unwrap_or(0.0);
+        let mut curve = free_curve(rows, law, &x, drives.len())?;
+        let mut passed = Vec::new();
+        let first = curve.equations.unknowns(&x);
+        let end = follow(&mut curve, first, &[length], false, &mut |_, _, _| {}, &mut |_, z, _| {
+            passed.push(z.as_slice()[..x.len()].to_vec());
+        });
+        match (passed.pop(), end) {
+            (Some(x), _) => return Ok(x),
+            (None, end) => {
+                reached =
+                    if reached.is_nan() { start + slope * end.unwrap_or(0.0) } else { reached };
+            }
+        }
+    }
+    let first = &drives[0];
+    Err(AnalysisError::NotReached {
+        name: first.name.clone(),
+        from: now[0],
+        to: from[0],
+        at: reached,
+        unit: prescribed[0].unit,
+    })
+}
+
+/// The curve of what is prescribed, if nothing else is free.
+fn free_curve<'r>(
+    rows: &'r mut Rows,
+    law: Law,
+    x: &[f64],
+    n_driven: usize,
+) -> Result<Curve<Path<'r>>, AnalysisError> {
+    Path::through(rows, (law, true), x).map_err(|n_free| AnalysisError::NDrives {
+        n_free: (n_free + n_driven).saturating_sub(1),
+        n_driven,
+    })
+}
+
+fn over_times(positions: &Positions, times: Range) -> Result<Kinematics, AnalysisError> {
+    let mut rows = positions.rows(&[], &[], Clock::Running)?;
+    let x = rows.scaled(&positions.q);
+    let span = times.to - times.from;
+    // The start is at its own time.
+    let lead = times.from - positions.t();
+    let x = if lead == 0.0 {
+        x
+    } else {
+        let law = Law { t: positions.t(), t_slope: lead.signum(), ..Law::default() };
+        let mut curve = free_curve(&mut rows, law, &x, positions.model().drives.len())?;
+        let mut passed = Vec::new();
+        let first = curve.equations.unknowns(&x);
+        follow(&mut curve, first, &[lead.abs()], false, &mut |_, _, _| {}, &mut |_, z, _| {
+            passed.push(z.as_slice()[..x.len()].to_vec());
+        });
+        passed.pop().ok_or(AnalysisError::Lost { t: times.from })?
+    };
+    let law = Law { t: times.from, t_slope: if span < 0.0 { -1.0 } else { 1.0 }, ..Law::default() };
+    let shares = Range { from: 0.0, to: 1.0, n: times.n }.values();
+    let targets: Vec<f64> = shares.iter().map(|share| share * span.abs()).collect();
+    let request = Request { positions, law, targets, through: false };
+    let mut found = request.follow(&mut rows, &x, &[], &[], positions.model().drives.len())?;
+    for (row, s) in found.table.rows.iter_mut().zip(&found.parameters) {
+        row.insert(0, request.law.t + request.law.t_slope * s);
+    }
+    found.table.columns.insert(0, Column::new("t", "s"));
+    Ok(found.without_twins(&request))
+}
+
+fn heads(quantity: &PoseQuantity) -> Vec<Column> {
+    let names = quantity.names.iter().zip(quantity.units());
+    names.map(|(name, unit)| Column::new(name.clone(), unit)).collect()
+}
+
+/// A range to follow.
+struct Request<'a> {
+    positions: &'a Positions,
+    law: Law,
+    /// Values of the parameter with a row each, ascending from zero.
+    targets: Vec<f64>,
+    through: bool,
+}
+
+/// Rows that were found, and the parameter of each.
+struct Found {
+    table: Table,
+    parameters: Vec<f64>,
+    limits: Vec<Extreme>,
+    end: Option<f64>,
+}
+
+impl Request<'_> {
+    fn follow(
+        &self,
+        rows: &mut Rows,
+        x: &[f64],
+        u_dot: &[f64],
+        u_ddot: &[f64],
+        n_driven: usize,
+    ) -> Result<Found, AnalysisError> {
+        let positions = self.positions;
+        let quantities = positions.quantities();
+        let mut rates = positions.rates(quantities)?;
+        let mut extremes = Extremes::of(positions, &[])?;
+        let columns = quantities.iter().flat_map(heads).collect();
+        let mut table = Table { columns, rows: Vec::new() };
+        let mut parameters = Vec::new();
+        let mut limits = Vec::new();
+        let mut curve = free_curve(rows, self.law.clone(), x, n_driven)?;
+        let first = curve.equations.unknowns(x);
+        let end = follow(
+            &mut curve,
+            first,
+            &self.targets,
+            self.through,
+            &mut |curve, (from, to), ds| limits.extend(extremes.between(curve, (from, to), ds)),
+            &mut |curve, z, s| {
+                table.rows.push(row(curve, &mut rates, z, s, (u_dot, u_ddot)));
+                parameters.push(s);
+            },
+        );
+        Ok(Found { table, parameters, limits, end })
+    }
+}
+
+impl Found {
+    /// The answer, each column once.
+    fn without_twins(self, request: &Request<'_>) -> Kinematics {
+        let Self { mut table, limits, end, .. } = self;
+        let mut known = std::collections::HashSet::new();
+        let keep: Vec<bool> =
+            table.columns.iter().map(|column| known.insert(column.name.clone())).collect();
+        let kept = |k: &usize| keep[*k];
+        table.columns = (0..keep.len()).filter(kept).map(|k| table.columns[k].clone()).collect();
+        for row in &mut table.rows {
+            *row = (0..keep.len()).filter(kept).map(|k| row[k]).collect();
+        }
+        let stopped = end.map(|s| {
+            let u = request.law.u.iter().zip(&request.law.u_slope);
+            let time = request.law.t + request.law.t_slope * s;
+            if request.law.u.is_empty() {
+                vec![time]
+            } else {
+                u.map(|(u, du)| u + du * s).collect()
+            }
+        });
+        Kinematics { table, limits, stopped }
+    }
+}
+
+/// All quantities with their rates at one position; NaN where rates are not determined.
+fn row(
+    curve: &mut Curve<Path<'_>>,
+    rates: &mut Rates,
+    z: &DVector<f64>,
+    s: f64,
+    (u_dot, u_ddot): (&[f64], &[f64]),
+) -> Vec<f64> {
+    let t = curve.equations.time(s);
+    let n = curve.equations.rows.n();
+    let x = &z.as_slice()[..n];
+    let found = curve.equations.rows.rates(t, x, (u_dot, u_ddot));
+    let [v, a] = found.unwrap_or_else(|| [vec![f64::NAN; n], vec![f64::NAN; n]]);
+    let q = curve.equations.rows.unscaled(x);
+    rates.at(t, [&q, &v, &a]).into_iter().flatten().collect()
+}

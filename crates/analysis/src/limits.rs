@@ -1,0 +1,295 @@
+//! Limits of a mechanism with one free motion: ranges, dead points, transmission angles, time ratios, fastest
+//! motions, mechanical advantage, and the double points of curves that points draw.
+
+use std::f64::consts::TAU;
+
+use bksim_model::{JointId, JointKind, Measure, Model};
+use bksim_sim::mobility::loop_through;
+
+use crate::assemblies::closed_poses;
+use crate::curve::{Curve, Point};
+use crate::drive::position;
+use crate::error::AnalysisError;
+use crate::extreme::{Extreme, Extremes};
+use crate::path::{Law, Path};
+use crate::positions::Positions;
+use crate::quantity::PoseQuantity;
+use crate::rows::{Clock, Rows};
+use crate::scalar::Rates;
+use crate::trace::Trace;
+
+/// The limits that are asked for.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct LimitsRequest {
+    /// The measure that drives: rates, ratios and time ratios are per its rate.
+    pub drive: Option<String>,
+    /// Measures whose time ratio and fastest motions are wanted; they need a drive.
+    pub outputs: Vec<String>,
+    /// Whether all assemblies count, not that of the start alone.
+    pub all_assemblies: bool,
+}
+
+/// Limits of all assemblies that were asked for.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Limits {
+    /// The one of the start first.
+    pub branches: Vec<Branch>,
+}
+
+/// Poses that are connected by motion.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Branch {
+    /// Whether the motion comes back to where it began; else it ends, or goes on without end.
+    pub is_closed: bool,
+    /// Ranges of joints, bodies and transmission angles.
+    pub ranges: Vec<RangeOf>,
+    /// Where they turn back, in order along the motion: dead points of a mechanism that they drive.
+    pub extremes: Vec<Extreme>,
+    /// Of each output.
+    pub outputs: Vec<OutputLimits>,
+}
+
+/// The range of a quantity.
+#[derive(Clone, PartialEq, Debug)]
+pub struct RangeOf {
+    /// `rocker.angle`; `transmission C` for the angle between the links that joint C connects.
+    pub name: String,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Smallest value.
+    pub min: f64,
+    /// Largest value.
+    pub max: f64,
+    /// Whether it turns all the way round, so that there are no limits.
+    pub turns: bool,
+}
+
+/// Limits of an output per rate of the drive.
+#[derive(Clone, PartialEq, Debug)]
+pub struct OutputLimits {
+    /// The output.
+    pub name: String,
+    /// Time of the slower stroke over that of the faster, at a constant rate of a drive that turns round.
+    pub time_ratio: Option<f64>,
+    /// Value of the drive, of the output, and its rate per rate of the drive, where that is extreme.
+    pub fastest: Vec<[f64; 3]>,
+}
+
+/// Finds the limits of `model`, whose drives are released.
+///
+/// # Errors
+/// [`AnalysisError`] when the start does not close, or more than one motion is free.
+pub fn limits(model: Model, request: &LimitsRequest) -> Result<Limits, AnalysisError> {
+    let positions = Positions::of(model)?;
+    let released: Vec<usize> = (0..positions.model().drives.len()).collect();
+    let mut rows = positions.rows(&[], &released, Clock::Held)?;
+    let transmissions = transmissions(&positions);
+    let mut extremes = Extremes::of(&positions, &transmissions)?;
+    let mut outputs = Outputs::of(&positions, request, &released)?;
+
+    // The branch of the start, then those of other assemblies that are on none of these.
+    let x = rows.scaled(&positions.q);
+    let others =
+        if request.all_assemblies { closed_poses(&positions, &mut rows) } else { Vec::new() };
+    let mut curve = free_curve(&mut rows, &positions, &x)?;
+    let mut traces: Vec<Trace> = Vec::new();
+    for x in std::iter::once(&x).chain(&others) {
+        let mut is_known = false;
+        for trace in &traces {
+            is_known |= trace.holds(&mut curve, x);
+        }
+        if !is_known && let Some(trace) = Trace::through(&mut curve, x) {
+            traces.push(trace);
+        }
+    }
+    let branches =
+        traces.iter().map(|trace| branch(&mut curve, trace, &mut extremes, &mut outputs));
+    Ok(Limits { branches: branches.collect() })
+}
+
+fn free_curve<'r>(
+    rows: &'r mut Rows,
+    positions: &Positions,
+    x: &[f64],
+) -> Result<Curve<Path<'r>>, AnalysisError> {
+    let law = Law { t: positions.t(), ..Law::default() };
+    Path::through(rows, (law, false), x).map_err(|n_free| AnalysisError::NotOneMotion { n_free })
+}
+
+/// Ranges and extremes along one trace.
+fn branch(
+    curve: &mut Curve<Path<'_>>,
+    trace: &Trace,
+    extremes: &mut Extremes,
+    outputs: &mut Option<Outputs>,
+) -> Branch {
+    let mut found = Vec::new();
+    for (pair, &step) in trace.points.windows(2).zip(&trace.steps) {
+        found.extend(extremes.between(curve, (&pair[0], &pair[1]), [step, step]));
+    }
+    let mut values: Vec<Vec<f64>> =
+        trace.points.iter().map(|p| extremes.values(curve, p)).collect();
+    let (names, units) = (extremes.names().to_vec(), extremes.unit_names().to_vec());
+    let mut ranges = Vec::new();
+    for (k, (name, unit)) in names.iter().zip(units).enumerate() {
+        // Angles without their jumps.
+        for i in 1..values.len() {
+            if unit == "rad" {
+                let jump = values[i][k] - values[i - 1][k];
+                values[i][k] -= TAU * (jump / TAU).round();
+            }
+        }
+        let all = values.iter().map(|row| row[k]);
+        let (mut min, mut max) = (f64::INFINITY, f64::NEG_INFINITY);
+        all.for_each(|value| (min, max) = (min.min(value), max.max(value)));
+        let net = values.last().map_or(0.0, |last| last[k] - values[0][k]);
+        let turns = unit == "rad" && trace.is_closed && net.abs() > 1.0;
+        // Located extremes are exact.
+        for extreme in found.iter().filter(|extreme| extreme.name == *name) {
+            let end = if extreme.is_maximum { &mut max } else { &mut min };
+            let value = extreme.value
+                + if unit == "rad" { TAU * ((*end - extreme.value) / TAU).round() } else { 0.0 };
+            if (value - *end).abs() < 0.01 {
+                *end = if extreme.is_maximum { end.max(value) } else { end.min(value) };
+            }
+        }
+        ranges.push(RangeOf { name: name.clone(), unit, min, max, turns });
+    }
+    let outputs = outputs.as_mut().map_or_else(Vec::new, |o| o.along(curve, trace, &found));
+    Branch { is_closed: trace.is_closed, ranges, extremes: found, outputs }
+}
+
+/// Angles between the links that a joint of two moving bodies connects, seen along the loop through it.
+fn transmissions(positions: &Positions) -> Vec<PoseQuantity> {
+    let model = positions.model();
+    let pool = &model.pool;
+    let kinematics = &positions.system().kinematics;
+    let mut all = Vec::new();
+    for (idx, joint) in model.joints.iter().enumerate() {
+        let is_pin = matches!(joint.kind, JointKind::Revolute);
+        let ground = bksim_model::GROUND;
+        if !is_pin || joint.predecessor.body == ground || joint.successor.body == ground {
+            continue;
+        }
+        let around = loop_through(model, JointId(idx));
+        if around.len() < 3 || model.space != bksim_model::Space::Planar {
+            continue;
+        }
+        // A loop begins with its joint: its neighbours are the next and the last.
+        let place = around.iter().position(|j| j.0 == idx).unwrap_or(0);
+        let neighbours =
+            [around[(place + 1) % around.len()], around[(place + around.len() - 1) % around.len()]];
+        let is_pinned = |j: &JointId| {
+            matches!(model.joints[j.0].kind, JointKind::Revolute | JointKind::PinInSlot)
+        };
+        if !neighbours.iter().all(is_pinned) {
+            continue;
+        }
+        let here = kinematics.anchor(model, joint.successor);
+        let arm = |j: JointId| {
+            let there = kinematics.anchor(model, model.joints[j.0].successor);
+            bksim_mbs::spatial::sub(pool, &there, &here)
+        };
+        let (a, b) = (arm(neighbours[0]), arm(neighbours[1]));
+        let across = bksim_mbs::spatial::cross(pool, &a, &b)[2];
+        let along = bksim_mbs::spatial::dot(pool, &a, &b);
+        let name = format!("transmission {}", joint.name);
+        let value = pool.atan2(across, along);
+        all.push(PoseQuantity { names: [name, String::new(), String::new()], unit: "rad", value });
+    }
+    all
+}
+
+/// Outputs per rate of a drive.
+struct Outputs {
+    rows: Rows,
+    rates: Rates,
+    drive: PoseQuantity,
+    names: Vec<String>,
+    t: f64,
+}
+
+impl Outputs {
+    fn of(
+        positions: &Positions,
+        request: &LimitsRequest,
+        released: &[usize],
+    ) -> Result<Option<Self>, AnalysisError> {
+        let Some(drive) = &request.drive else { return Ok(None) };
+        let model = positions.model();
+        let measure = position(model, drive)?;
+        let outputs: Vec<(String, Measure)> = request
+            .outputs
+            .iter()
+            .map(|name| Ok((name.clone(), position(model, name)?)))
+            .collect::<Result<_, AnalysisError>>()?;
+        let quantity = positions.quantity_of(drive, measure);
+        let mut all = vec![quantity.clone()];
+        all.extend(outputs.iter().map(|(name, measure)| positions.quantity_of(name, *measure)));
+        Ok(Some(Self {
+            rows: positions.rows(&[measure], released, Clock::Held)?,
+            rates: positions.rates(&all)?,
+            drive: quantity,
+            names: outputs.into_iter().map(|(name, _)| name).collect(),
+            t: positions.t(),
+        }))
+    }
+
+    /// Drive, then outputs, each with rate and acceleration for the rate 1 and the acceleration 0 of the drive.
+    fn at(&mut self, point: &Point) -> Option<Vec<[f64; 3]>> {
+        let x = point.z.as_slice();
+        let [v, a] = self.rows.rates(self.t, x, (&[1.0], &[0.0]))?;
+        let q = self.rows.unscaled(x);
+        Some(self.rates.at(self.t, [&q, &v, &a]))
+    }
+
+    fn along(
+        &mut self,
+        curve: &mut Curve<Path<'_>>,
+        trace: &Trace,
+        extremes: &[Extreme],
+    ) -> Vec<OutputLimits> {
+        let all: Vec<Option<Vec<[f64; 3]>>> = trace.points.iter().map(|p| self.at(p)).collect();
+        let mut found = Vec::new();
+        for (k, name) in self.names.clone().iter().enumerate() {
+            let mut fastest = Vec::new();
+            for i in 1..all.len() {
+                let (Some(before), Some(after)) = (&all[i - 1], &all[i]) else { continue };
+                let (before, after) = (before[k + 1][2], after[k + 1][2]);
+                if (before > 0.0) == (after > 0.0) || before == 0.0 {
+                    continue;
+                }
+                let (from, step) = (&trace.points[i - 1], trace.steps[i - 1]);
+                let mut bend = |_: &mut Curve<Path<'_>>, p: &Point| {
+                    self.at(p).map_or(0.0, |all| all[k + 1][2])
+                };
+                let Some(point) = curve.root(from, step, (before, after), &mut bend) else {
+                    continue;
+                };
+                let Some(there) = self.at(&point) else { continue };
+                // At dead points of the drive the rate has no extreme, but no bound.
+                if there[k + 1][1].abs() < 1e6 {
+                    fastest.push([there[0][0], there[k + 1][0], there[k + 1][1]]);
+                }
+            }
+            let own: Vec<f64> = extremes
+                .iter()
+                .filter(|extreme| extreme.name == *name)
+                .filter_map(|extreme| {
+                    let drive =
+                        extreme.pose.iter().find(|(known, _)| *known == self.drive.names[0]);
+                    drive.map(|(_, value)| *value)
+                })
+                .collect();
+            let time_ratio = match own[..] {
+                [a, b] if self.drive.is_angle() => {
+                    let stroke = (a - b).rem_euclid(TAU);
+                    Some((stroke / (TAU - stroke)).max((TAU - stroke) / stroke))
+                }
+                _ => None,
+            };
+            found.push(OutputLimits { name: name.clone(), time_ratio, fastest });
+        }
+        found
+    }
+}

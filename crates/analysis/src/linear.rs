@@ -1,0 +1,289 @@
+//! Linear equations about a state: A, B, C, D, and the modes of an equilibrium.
+//!
+//! ```text
+//! M δa + C δv + K δq + Gᵀ δλ = B u            K with ∂(Gᵀ λ)/∂q
+//! G δq = 0,  G δv + Ġ_q δq = 0,  G δa + γ_q δq + γ_v δv = 0
+//! ẋ = A x + B u,   z = C x + D u,   x = (y, ẏ): deviations of the independent quantities
+//! ```
+//!
+//! Source: the linearisation of multibody systems in the null space of their constraints, e.g. J. García
+//! de Jalón and E. Bayo, *Kinematic and Dynamic Simulation of Multibody Systems* (1994), chapter 8.
+
+use bksim_model::{Measure, Model, ParameterId};
+use nalgebra::{DMatrix, DVector};
+
+use crate::error::AnalysisError;
+use crate::forces::{At, Forces, ForcesAt};
+use crate::loaded::Loaded;
+use crate::quantity::PoseQuantity;
+use crate::reduced::Reduced;
+use crate::statics::{Balance, Equilibrium, named_quantity};
+use crate::table::{Column, Table};
+
+/// The state that equations are linearised about.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum About {
+    /// The equilibrium nearest to the start, stable if there is a stable one.
+    #[default]
+    Static,
+    /// The start as it is, moving if the model says so.
+    Start,
+}
+
+/// A linear system, SI.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Linear {
+    /// Names and units of the states: quantities, then their rates.
+    pub states: Vec<Column>,
+    /// Names of the inputs.
+    pub inputs: Vec<String>,
+    /// Names and units of the outputs.
+    pub outputs: Vec<Column>,
+    /// n × n.
+    pub a: DMatrix<f64>,
+    /// n × inputs.
+    pub b: DMatrix<f64>,
+    /// outputs × n.
+    pub c: DMatrix<f64>,
+    /// outputs × inputs.
+    pub d: DMatrix<f64>,
+    /// Eigenvalues of A: real and imaginary parts.
+    pub poles: Vec<[f64; 2]>,
+    /// Pose of the state.
+    pub pose: Vec<(String, f64, &'static str)>,
+    /// Stops and friction that count as constraints.
+    pub held: Vec<String>,
+}
+
+/// The quantities that a linear system is asked for in.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Channels {
+    /// Parameters (`u`), or measures that an effort works on: `crank.angle` for a torque on the crank.
+    pub inputs: Vec<String>,
+    /// Measures: positions, angles, their rates.
+    pub outputs: Vec<String>,
+    /// Measures whose deviations are the states; coordinates of the mechanism where there are none.
+    pub states: Vec<String>,
+}
+
+/// An input of a linear system.
+enum Input {
+    Parameter(usize),
+    Effort(PoseQuantity),
+}
+
+/// The equations of `model`, linear about a state.
+///
+/// # Errors
+/// [`AnalysisError`] when there is no such state, or a name is unknown.
+pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Linear, AnalysisError> {
+    let loaded = Loaded::of(model)?;
+    let model = loaded.model();
+
+    // Inputs: parameters among the arguments, efforts by the slopes of what they work on.
+    let mut free: Vec<ParameterId> = Vec::new();
+    let mut inputs = Vec::new();
+    for name in &channels.inputs {
+        if let Ok(id) = loaded.parameter(name) {
+            inputs.push(Input::Parameter(free.len()));
+            free.push(id);
+            continue;
+        }
+        let is_joint = model.joints.iter().any(|joint| joint.name == *name);
+        let quantity = if is_joint {
+            let angle = named_quantity(&loaded, &format!("{name}.angle"));
+            angle.or_else(|_| named_quantity(&loaded, &format!("{name}.position")))?
+        } else {
+            named_quantity(&loaded, name)?
+        };
+        inputs.push(Input::Effort(quantity));
+    }
+
+    // The state.
+    let balance = Balance::of(&loaded, &channels.states)?;
+    let (q, v, a, lambda) = state_of(&loaded, balance, about)?;
+    let mut forces =
+        Forces::compile(model, loaded.system(), &loaded.kept, &free, &loaded.parameters)?;
+    let p: Vec<f64> = free.iter().map(|id| loaded.mechanism.parameters[id.0]).collect();
+    let at = forces.at(At { t: loaded.t, q: &q, v: &v, a: &a, lambda: &lambda, p: &p });
+    let reduced = Balance::of(&loaded, &channels.states)?.reduced(&q, &at.jacobian)?;
+
+    // δq = Z y, δv = Z w + S y; then δa of each state and input.
+    let (n, n_free) = (q.len(), reduced.n());
+    let back = pseudo_inverse(&at.jacobian);
+    let aside = -(&back * &at.velocity_by_position * &reduced.basis);
+    let shift = &aside - &reduced.basis * (&reduced.slopes * &aside);
+    let by_position = -(&at.stiffness * &reduced.basis) - &at.damping * &shift;
+    let by_velocity = -(&at.damping * &reduced.basis);
+    let mut by_input = DMatrix::zeros(n, inputs.len());
+    for (k, input) in inputs.iter().enumerate() {
+        let column = match input {
+            Input::Parameter(idx) => -at.by_parameter.column(*idx),
+            Input::Effort(quantity) => {
+                let slopes =
+                    loaded.scalars(std::slice::from_ref(quantity))?.gradients(loaded.t, &q);
+                DVector::from_column_slice(&slopes[0])
+            }
+        };
+        by_input.column_mut(k).copy_from(&column);
+    }
+    let kept = [
+        -(&at.acceleration_by_position * &reduced.basis) - &at.acceleration_by_velocity * &shift,
+        -(&at.acceleration_by_velocity * &reduced.basis),
+        DMatrix::zeros(forces.nc(), inputs.len()),
+    ];
+    let right = [by_position, by_velocity, by_input];
+    let solved: Vec<DMatrix<f64>> = right
+        .iter()
+        .zip(&kept)
+        .map(|(forces, rows)| accelerations(&at, &reduced, &back, forces, rows))
+        .collect::<Option<_>>()
+        .ok_or_else(|| AnalysisError::Undetermined { what: "masses".into(), n: n_free })?;
+
+    let mut matrix_a = DMatrix::zeros(2 * n_free, 2 * n_free);
+    matrix_a.view_mut((0, n_free), (n_free, n_free)).fill_with_identity();
+    matrix_a.view_mut((n_free, 0), (n_free, n_free)).copy_from(&(&reduced.slopes * &solved[0]));
+    matrix_a
+        .view_mut((n_free, n_free), (n_free, n_free))
+        .copy_from(&(&reduced.slopes * &solved[1]));
+    let mut matrix_b = DMatrix::zeros(2 * n_free, inputs.len());
+    matrix_b
+        .view_mut((n_free, 0), (n_free, inputs.len()))
+        .copy_from(&(&reduced.slopes * &solved[2]));
+
+    let (outputs, matrix_c) = outputs_of(&loaded, &channels.outputs, (&q, &v), &reduced, &shift)?;
+    let poles = matrix_a.complex_eigenvalues().iter().map(|s| [s.re, s.im]).collect();
+    let rates = reduced.names.iter().zip(&reduced.units);
+    let states = (reduced.names.iter().zip(&reduced.units))
+        .map(|(name, unit)| Column::new(name.clone(), *unit))
+        .chain(rates.map(|(name, unit)| Column::new(rate_name(name), format!("{unit}/s"))));
+    Ok(Linear {
+        states: states.collect(),
+        inputs: channels.inputs.clone(),
+        d: DMatrix::zeros(outputs.len(), inputs.len()),
+        outputs,
+        a: matrix_a,
+        b: matrix_b,
+        c: matrix_c,
+        poles,
+        pose: crate::statics::pose_of(&loaded, &q)?,
+        held: loaded.held_contacts(),
+    })
+}
+
+impl Linear {
+    /// The matrices one below the other: a row for each of their rows, named by state or output.
+    pub fn table(&self) -> Table {
+        let states = self.states.iter().map(|state| Column::new(state.name.clone(), ""));
+        let inputs = self.inputs.iter().map(|input| Column::new(input.clone(), ""));
+        let row = |left: &DMatrix<f64>, right: &DMatrix<f64>, i: usize| -> Vec<f64> {
+            left.row(i).iter().chain(right.row(i).iter()).copied().collect()
+        };
+        let upper = (0..self.a.nrows()).map(|i| row(&self.a, &self.b, i));
+        let lower = (0..self.c.nrows()).map(|i| row(&self.c, &self.d, i));
+        Table { columns: states.chain(inputs).collect(), rows: upper.chain(lower).collect() }
+    }
+}
+
+/// The name of the rate of a quantity: `crank.rate` of `crank.angle`, `t_A_dot` of `t_A`.
+fn rate_name(name: &str) -> String {
+    match name.rsplit_once('.') {
+        Some((stem, "angle")) => format!("{stem}.rate"),
+        Some((stem, "position")) => format!("{stem}.velocity"),
+        Some((stem, word)) => format!("{stem}.v{word}"),
+        None => format!("{name}_dot"),
+    }
+}
+
+/// q, v, a and the multipliers of the rows that hold.
+type Moving = (Vec<f64>, Vec<f64>, Vec<f64>, Vec<f64>);
+
+fn state_of(
+    loaded: &Loaded,
+    mut balance: Balance<'_>,
+    about: About,
+) -> Result<Moving, AnalysisError> {
+    let of_kept = |all: &[f64]| loaded.kept.iter().map(|&row| all[row]).collect::<Vec<f64>>();
+    match about {
+        About::Start => {
+            let lambda = of_kept(&loaded.lambda);
+            Ok((loaded.q.clone(), loaded.v.clone(), loaded.a.clone(), lambda))
+        }
+        About::Static => {
+            let Equilibrium { q, lambda, .. } = balance.nearest()?;
+            let rest = vec![0.0; q.len()];
+            Ok((q, rest.clone(), rest, of_kept(&lambda)))
+        }
+    }
+}
+
+/// δa with M δa + Gᵀ δλ = `forces` and G δa = `rows`.
+fn accelerations(
+    at: &ForcesAt,
+    reduced: &Reduced,
+    back: &DMatrix<f64>,
+    forces: &DMatrix<f64>,
+    rows: &DMatrix<f64>,
+) -> Option<DMatrix<f64>> {
+    // What the rows ask for, then the rest along the free motions.
+    let asked = back * rows;
+    let mass = reduced.project(&at.mass);
+    let scale = mass.diagonal().map(|m| if m > 0.0 { 1.0 / m.sqrt() } else { 0.0 });
+    let scale = DMatrix::from_diagonal(&scale);
+    let rest = reduced.basis.transpose() * (forces - &at.mass * &asked);
+    let inverse = (&scale * mass * &scale).try_inverse()?;
+    if inverse.iter().any(|x| !x.is_finite() || x.abs() > 1e13) {
+        return None;
+    }
+    Some(asked + &reduced.basis * (&scale * inverse * &scale * rest))
+}
+
+pub(crate) fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    if matrix.is_empty() {
+        return DMatrix::zeros(matrix.ncols(), matrix.nrows());
+    }
+    let tolerance = crate::rows::RANK_TOLERANCE * matrix.norm();
+    let inverse = matrix.clone().pseudo_inverse(tolerance);
+    inverse.unwrap_or_else(|_| DMatrix::zeros(matrix.ncols(), matrix.nrows()))
+}
+
+/// Outputs with their rows of C.
+fn outputs_of(
+    loaded: &Loaded,
+    names: &[String],
+    (q, v): (&[f64], &[f64]),
+    reduced: &Reduced,
+    shift: &DMatrix<f64>,
+) -> Result<(Vec<Column>, DMatrix<f64>), AnalysisError> {
+    let model = loaded.model();
+    let pool = &model.pool;
+    let coordinates = loaded.system().coordinates();
+    let n_free = reduced.n();
+    let mut columns = Vec::new();
+    let mut matrix = DMatrix::zeros(names.len(), 2 * n_free);
+    for (k, name) in names.iter().enumerate() {
+        let quantity = named_quantity(loaded, name)?;
+        let by = |symbols: Vec<bksim_expr::SymbolId>| pool.gradient(quantity.value, &symbols);
+        let by_q = by(coordinates.iter().map(|c| c.q).collect());
+        let by_v = by(coordinates.iter().map(|c| c.v).collect());
+        let both = [by_q, by_v].concat();
+        let arguments: Vec<_> = std::iter::once(model.time)
+            .chain(coordinates.iter().map(|c| c.q))
+            .chain(coordinates.iter().map(|c| c.v))
+            .collect();
+        let symbols = loaded.system().parameters(model);
+        let tape = bksim_expr::Tape::compile(pool, &both, &arguments, &symbols)?;
+        let mut values = vec![0.0; both.len()];
+        let inputs = [&[loaded.t], q, v].concat();
+        tape.evaluate(&mut tape.workspace(&loaded.parameters), &inputs, &mut values);
+        let row = |part: &[f64]| nalgebra::RowDVector::from_row_slice(part);
+        let (by_q, by_v) = values.split_at(q.len());
+        let of_y = row(by_q) * &reduced.basis + row(by_v) * shift;
+        let of_w = row(by_v) * &reduced.basis;
+        matrix.view_mut((k, 0), (1, n_free)).copy_from(&of_y);
+        matrix.view_mut((k, n_free), (1, n_free)).copy_from(&of_w);
+        let unit = Measure::named(model, name).map_or("", |measure| measure.unit(model));
+        columns.push(Column::new(name.clone(), unit));
+    }
+    Ok((columns, matrix))
+}

@@ -1,0 +1,152 @@
+//! [`Loaded`]: a mechanism at its start with masses and loads, and what holds there.
+
+use bksim_mbs::constraint::Source;
+use bksim_mbs::system::SymbolicSystem;
+use bksim_model::{Model, ParameterId};
+use bksim_sim::Mechanism;
+
+use crate::error::AnalysisError;
+use crate::quantity::{PoseQuantity, pose_quantities};
+use crate::rows::{Clock, Rows};
+use crate::scalar::{Rates, Scalars};
+
+/// A mechanism with masses and loads at its start; stops that are closed there and friction that sticks
+/// count as constraints.
+#[derive(Debug)]
+pub struct Loaded {
+    pub(crate) mechanism: Mechanism,
+    /// Time of the start, s.
+    pub(crate) t: f64,
+    pub(crate) q: Vec<f64>,
+    pub(crate) v: Vec<f64>,
+    pub(crate) a: Vec<f64>,
+    /// Multipliers of all rows.
+    pub(crate) lambda: Vec<f64>,
+    /// Values of `SymbolicSystem::parameters`.
+    pub(crate) parameters: Vec<f64>,
+    /// Constraint rows that hold.
+    pub(crate) kept: Vec<usize>,
+    /// The longest link, m.
+    pub(crate) size: f64,
+    pub(crate) quantities: Vec<PoseQuantity>,
+}
+
+impl Loaded {
+    /// Finds the start of `model`.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Rejected`] when there is none.
+    pub fn of(model: Model) -> Result<Self, AnalysisError> {
+        let mechanism = Mechanism::derive(model, Vec::new())?;
+        let system = mechanism.system.integrated();
+        let switches = !system.contacts.is_empty() || !mechanism.system.switches.is_empty();
+        let quantities = pose_quantities(&mechanism.model, &mechanism.system);
+        let t = mechanism.model.solve.t_start;
+        let n_rows = system.constraints.len();
+        // Without anything that switches the start needs no accelerations, and so no inertia.
+        let moving = if switches { Some(mechanism.start()?) } else { mechanism.start().ok() };
+        let (state, parameters, kept, size) = match moving {
+            Some(start) => {
+                let parameters = start.parameters_with_modes(&mechanism.parameters);
+                let holds = |row: &usize| {
+                    !system.constraints[*row].source.is_contact()
+                        || !start.inactive_rows().contains(row)
+                };
+                let kept = (0..n_rows).filter(holds).collect();
+                let size = start.longest_link;
+                ([start.q, start.v, start.a, start.lambda], parameters, kept, size)
+            }
+            None => {
+                let closed = mechanism.closed()?;
+                let rest = vec![0.0; closed.q.len()];
+                let state = [closed.q, rest.clone(), rest, vec![0.0; n_rows]];
+                (state, mechanism.parameters.clone(), (0..n_rows).collect(), closed.longest_link)
+            }
+        };
+        let [q, v, a, lambda] = state;
+        let size = if size > 0.0 { size } else { 1.0 };
+        Ok(Self { mechanism, t, q, v, a, lambda, parameters, kept, size, quantities })
+    }
+
+    /// `mechanism` at rest in a position that is known; what switches is as it is at rest, no contact closed.
+    pub(crate) fn at_position(
+        mechanism: Mechanism,
+        positions: &crate::positions::Positions,
+    ) -> Self {
+        let system = mechanism.system.integrated();
+        let is_bilateral = |row: &usize| !system.constraints[*row].source.is_contact();
+        let kept = (0..system.constraints.len()).filter(is_bilateral).collect();
+        let parameters = mechanism.compiled.idle_parameters(&mechanism.parameters);
+        let rest = vec![0.0; positions.q.len()];
+        Self {
+            t: positions.t(),
+            q: positions.q.clone(),
+            v: rest.clone(),
+            a: rest,
+            lambda: vec![0.0; system.constraints.len()],
+            parameters,
+            kept,
+            size: positions.size,
+            quantities: Vec::new(),
+            mechanism,
+        }
+    }
+
+    /// The model.
+    pub fn model(&self) -> &Model {
+        &self.mechanism.model
+    }
+
+    pub(crate) fn system(&self) -> &SymbolicSystem {
+        self.mechanism.system.integrated()
+    }
+
+    /// Names of the stops and of the dry friction that count as constraints.
+    pub fn held_contacts(&self) -> Vec<String> {
+        let model = self.model();
+        let name = |&row: &usize| match self.system().constraints[row].source {
+            Source::Stop(load) => Some(format!("stop `{}`", model.loads[load.0].name)),
+            Source::Friction(load) => Some(format!("friction `{}`", model.loads[load.0].name)),
+            _ => None,
+        };
+        self.kept.iter().filter_map(name).collect()
+    }
+
+    pub(crate) fn rows(&self) -> Result<Rows, AnalysisError> {
+        let numbers = (self.parameters.as_slice(), self.size, Clock::Held);
+        Ok(Rows::compile(self.model(), self.system(), &[], &self.kept, numbers)?)
+    }
+
+    pub(crate) fn scalars(&self, quantities: &[PoseQuantity]) -> Result<Scalars, AnalysisError> {
+        let functions: Vec<_> = quantities.iter().map(|quantity| quantity.value).collect();
+        Ok(Scalars::compile(self.model(), self.system(), &functions, &self.parameters)?)
+    }
+
+    pub(crate) fn rates(&self, quantities: &[PoseQuantity]) -> Result<Rates, AnalysisError> {
+        let functions: Vec<_> = quantities.iter().map(|quantity| quantity.value).collect();
+        Ok(Rates::compile(self.model(), self.system(), &functions, &self.parameters)?)
+    }
+
+    /// The parameter of this name.
+    pub(crate) fn parameter(&self, name: &str) -> Result<ParameterId, AnalysisError> {
+        let found = self.model().parameters.iter().position(|p| p.name == name);
+        found
+            .map(ParameterId)
+            .ok_or_else(|| AnalysisError::UnknownParameter { name: name.to_owned() })
+    }
+
+    /// Joint reactions, six numbers each: force, then moment, on the second body, world axes.
+    pub(crate) fn reactions(
+        &self,
+        t: f64,
+        parameters: &[f64],
+        [q, v, a, lambda]: [&[f64]; 4],
+    ) -> Vec<[f64; 6]> {
+        use bksim_sim::state::{AccelerationRef, StateRef};
+        let mut out = Vec::new();
+        let mut evaluator = self.mechanism.compiled.evaluator(parameters);
+        let (state, rates) = (StateRef { t, q, v }, AccelerationRef { a, lambda });
+        evaluator.reactions_into(state, rates, &mut out);
+        out
+    }
+}

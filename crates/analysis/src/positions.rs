@@ -1,0 +1,124 @@
+//! [`Positions`]: a mechanism at its start, as far as joints and drives tell.
+
+use bksim_mbs::constraint::Source;
+use bksim_mbs::system::SymbolicSystem;
+use bksim_model::{Measure, Model};
+use bksim_sim::Mechanism;
+
+use crate::error::AnalysisError;
+use crate::quantity::{PoseQuantity, pose_quantities};
+use crate::rows::{Clock, Rows, rank};
+use crate::scalar::{Rates, Scalars};
+
+/// A mechanism with its closed start and its quantities; no masses take part.
+#[derive(Debug)]
+pub struct Positions {
+    pub(crate) mechanism: Mechanism,
+    /// Generalised coordinates of the start.
+    pub(crate) q: Vec<f64>,
+    /// The longest link, m: the unit of lengths.
+    pub(crate) size: f64,
+    /// Everything that a pose shows.
+    pub(crate) quantities: Vec<PoseQuantity>,
+}
+
+impl Positions {
+    /// Closes `model` at its start.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Rejected`] when it does not close.
+    pub fn of(model: Model) -> Result<Self, AnalysisError> {
+        let mechanism = Mechanism::positions(model)?;
+        let closed = mechanism.closed()?;
+        let quantities = pose_quantities(&mechanism.model, &mechanism.system);
+        let size = if closed.longest_link > 0.0 { closed.longest_link } else { 1.0 };
+        Ok(Self { q: closed.q, size, quantities, mechanism })
+    }
+
+    /// The model.
+    pub fn model(&self) -> &Model {
+        &self.mechanism.model
+    }
+
+    pub(crate) fn system(&self) -> &SymbolicSystem {
+        &self.mechanism.system
+    }
+
+    /// Time of the start, s.
+    pub(crate) fn t(&self) -> f64 {
+        self.model().solve.t_start
+    }
+
+    /// All quantities of a pose.
+    pub fn quantities(&self) -> &[PoseQuantity] {
+        &self.quantities
+    }
+
+    pub(crate) fn rows(
+        &self,
+        prescribed: &[Measure],
+        released: &[usize],
+        clock: Clock,
+    ) -> Result<Rows, AnalysisError> {
+        let parameters = &self.mechanism.parameters;
+        let numbers = (parameters.as_slice(), self.size, clock);
+        let is_kept = |row: &usize| match self.system().constraints[*row].source {
+            Source::Drive(drive) => !released.contains(&drive.0),
+            _ => true,
+        };
+        let kept: Vec<usize> = (0..self.system().constraints.len()).filter(is_kept).collect();
+        Ok(Rows::compile(self.model(), self.system(), prescribed, &kept, numbers)?)
+    }
+
+    pub(crate) fn scalars(&self, quantities: &[PoseQuantity]) -> Result<Scalars, AnalysisError> {
+        let functions: Vec<_> = quantities.iter().map(|quantity| quantity.value).collect();
+        Ok(Scalars::compile(self.model(), self.system(), &functions, &self.mechanism.parameters)?)
+    }
+
+    pub(crate) fn rates(&self, quantities: &[PoseQuantity]) -> Result<Rates, AnalysisError> {
+        let functions: Vec<_> = quantities.iter().map(|quantity| quantity.value).collect();
+        Ok(Rates::compile(self.model(), self.system(), &functions, &self.mechanism.parameters)?)
+    }
+
+    /// A prescribed measure as a quantity.
+    pub(crate) fn quantity_of(&self, name: &str, measure: Measure) -> PoseQuantity {
+        let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
+        let names = [name.to_owned(), format!("{stem}.rate"), format!("{stem}.acceleration")];
+        let value = self.system().kinematics.measure(self.model(), measure);
+        PoseQuantity { names, unit: measure.unit(self.model()), value }
+    }
+
+    /// Drives of the model that the prescribed measures take the place of: those without which the measures
+    /// are free to be prescribed.
+    pub(crate) fn replaced_drives(
+        &self,
+        prescribed: &[Measure],
+    ) -> Result<Vec<usize>, AnalysisError> {
+        let mut released = Vec::new();
+        if self.model().drives.is_empty() {
+            return Ok(released);
+        }
+        let rank_with =
+            |measures: &[Measure], released: &[usize]| -> Result<usize, AnalysisError> {
+                let mut rows = self.rows(measures, released, Clock::Held)?;
+                let x = rows.scaled(&self.q);
+                Ok(rank(&rows.at(self.t(), &x, &vec![0.0; measures.len()]).jacobian))
+            };
+        for k in 0..prescribed.len() {
+            let (before, with) = (&prescribed[..k], &prescribed[..=k]);
+            if rank_with(with, &released)? > rank_with(before, &released)? {
+                continue;
+            }
+            for drive in 0..self.model().drives.len() {
+                let without = [released.clone(), vec![drive]].concat();
+                if !released.contains(&drive)
+                    && rank_with(with, &without)? > rank_with(before, &without)?
+                {
+                    released = without;
+                    break;
+                }
+            }
+        }
+        Ok(released)
+    }
+}

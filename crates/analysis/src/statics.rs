@@ -1,0 +1,427 @@
+//! Equilibria: every one along a single free motion; with several, those that a search from many poses finds.
+//!
+//! ```text
+//! ∂V/∂q − Q(q, 0) + Gᵀ λ = 0,   g = 0
+//! along one free motion:    w(σ) = (Q − ∂V/∂q) · τ changes its sign
+//! K_r = Zᵀ (∂r/∂q) Z        stable where all its eigenvalues are positive
+//! ```
+
+use bksim_model::{Measure, Model};
+use nalgebra::{DMatrix, DVector};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+use crate::curve::Curve;
+use crate::error::AnalysisError;
+use crate::forces::{At, Forces};
+use crate::loaded::Loaded;
+use crate::path::{Law, Path};
+use crate::quantity::PoseQuantity;
+use crate::reduced::Reduced;
+use crate::rows::wrapped;
+use crate::table::{Column, Table};
+use crate::trace::Trace;
+
+/// Stability of an equilibrium.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Stability {
+    /// All eigenvalues of the reduced stiffness are positive.
+    Stable,
+    /// One is negative.
+    Unstable,
+    /// One is zero: the next derivatives decide, or neighbouring poses are in balance, too.
+    Neutral,
+}
+
+/// A pose at rest in which all forces are balanced.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Equilibrium {
+    /// Generalised coordinates, SI.
+    pub q: Vec<f64>,
+    /// Multipliers of all constraint rows, SI.
+    pub lambda: Vec<f64>,
+    /// Stability; of a mechanism that nothing can move, stable.
+    pub stability: Stability,
+    /// Eigenvalues of K_r, ascending, SI.
+    pub stiffness: Vec<f64>,
+    /// Every joint position, body angle and point: name, value, unit.
+    pub pose: Vec<(String, f64, &'static str)>,
+    /// Reactions of the joints on their second bodies: force, then moment, world axes.
+    pub reactions: Vec<[f64; 6]>,
+}
+
+/// All equilibria that were found.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Statics {
+    /// Names of the joints, for the reactions.
+    pub joints: Vec<String>,
+    /// The independent quantities that the stiffness is by, with their units.
+    pub by: Vec<(String, &'static str)>,
+    /// In order along the free motion, from the start; else by their distance from the start.
+    pub equilibria: Vec<Equilibrium>,
+    /// Whether these are all on the assembly of the start.
+    pub is_complete: bool,
+    /// Stops and friction that count as constraints.
+    pub held: Vec<String>,
+}
+
+/// Finds the equilibria of `model`; the stiffness is by the measures `by`, else by coordinates.
+///
+/// # Errors
+/// [`AnalysisError`] when there is no start, or no equilibrium.
+pub fn statics(model: Model, by: &[String]) -> Result<Statics, AnalysisError> {
+    let loaded = Loaded::of(model)?;
+    let mut balance = Balance::of(&loaded, by)?;
+    let (poses, is_complete) = balance.all()?;
+    let mut equilibria = Vec::new();
+    for q in poses {
+        let found = balance.equilibrium(&q)?;
+        // Of poses that are all in balance the first stands for all.
+        let is_twin = found.stability == Stability::Neutral
+            && equilibria.iter().any(|e: &Equilibrium| e.stability == Stability::Neutral);
+        if !is_twin {
+            equilibria.push(found);
+        }
+    }
+    if equilibria.is_empty() {
+        return Err(AnalysisError::NoEquilibrium);
+    }
+    Ok(Statics {
+        joints: loaded.mechanism.compiled.joints.clone(),
+        by: balance.by_names(&equilibria[0].q)?,
+        equilibria,
+        is_complete,
+        held: loaded.held_contacts(),
+    })
+}
+
+impl Statics {
+    /// A row for each equilibrium: stability (1, 0, −1: stable, neutral, unstable), the smallest stiffness, the
+    /// pose, the reactions.
+    pub fn table(&self) -> Table {
+        let mut columns = vec![Column::new("stability", ""), Column::new("stiffness", "")];
+        if let Some(first) = self.equilibria.first() {
+            columns
+                .extend(first.pose.iter().map(|(name, _, unit)| Column::new(name.clone(), *unit)));
+        }
+        columns.extend(reaction_columns(&self.joints));
+        let row = |e: &Equilibrium| {
+            let stability = match e.stability {
+                Stability::Stable => 1.0,
+                Stability::Neutral => 0.0,
+                Stability::Unstable => -1.0,
+            };
+            let least = e.stiffness.first().copied().unwrap_or(f64::INFINITY);
+            let pose = e.pose.iter().map(|(_, value, _)| *value);
+            [stability, least]
+                .into_iter()
+                .chain(pose)
+                .chain(e.reactions.iter().flatten().copied())
+                .collect()
+        };
+        Table { columns, rows: self.equilibria.iter().map(row).collect() }
+    }
+}
+
+/// Columns of the reactions of joints: force and moment on the second body, world axes.
+pub(crate) fn reaction_columns(joints: &[String]) -> Vec<Column> {
+    let words =
+        [("fx", "N"), ("fy", "N"), ("fz", "N"), ("mx", "N*m"), ("my", "N*m"), ("mz", "N*m")];
+    let of =
+        |joint: &String| words.map(|(word, unit)| Column::new(format!("{joint}.{word}"), unit));
+    joints.iter().flat_map(of).collect()
+}
+
+/// Forces at rest.
+pub(crate) struct Balance<'a> {
+    pub(crate) loaded: &'a Loaded,
+    pub(crate) forces: Forces,
+    /// Measures that the stiffness is by.
+    by: Vec<PoseQuantity>,
+    /// No velocities.
+    rest: Vec<f64>,
+}
+
+/// Part of the largest eigenvalue of K_r below which one counts as zero.
+const NO_STIFFNESS: f64 = 1e-9;
+
+impl<'a> Balance<'a> {
+    pub(crate) fn of(loaded: &'a Loaded, by: &[String]) -> Result<Self, AnalysisError> {
+        let model = loaded.model();
+        let forces =
+            Forces::compile(model, loaded.system(), &loaded.kept, &[], &loaded.parameters)?;
+        let by: Vec<PoseQuantity> =
+            by.iter().map(|name| named_quantity(loaded, name)).collect::<Result<_, _>>()?;
+        let rest = vec![0.0; loaded.q.len()];
+        Ok(Self { loaded, forces, by, rest })
+    }
+
+    /// The free motions at a position.
+    pub(crate) fn reduced(
+        &self,
+        q: &[f64],
+        jacobian: &DMatrix<f64>,
+    ) -> Result<Reduced, AnalysisError> {
+        let mut scalars = self.loaded.scalars(&self.by)?;
+        let slopes = scalars.gradients(self.loaded.t, q);
+        let named: Vec<_> = (self.by.iter().zip(slopes))
+            .map(|(quantity, slopes)| (quantity.names[0].clone(), quantity.unit, slopes))
+            .collect();
+        Reduced::at(self.loaded, jacobian, &named)
+    }
+
+    fn by_names(&mut self, q: &[f64]) -> Result<Vec<(String, &'static str)>, AnalysisError> {
+        let lambda = vec![0.0; self.forces.nc()];
+        let at = self.at(q, &lambda);
+        let reduced = self.reduced(q, &at.jacobian)?;
+        Ok(reduced.names.into_iter().zip(reduced.units).collect())
+    }
+
+    pub(crate) fn at(&mut self, q: &[f64], lambda: &[f64]) -> crate::forces::ForcesAt {
+        let (t, rest) = (self.loaded.t, self.rest.clone());
+        self.forces.at(At { t, q, v: &rest, a: &rest, lambda, p: &[] })
+    }
+
+    /// Everything about an equilibrium at a position.
+    pub(crate) fn equilibrium(&mut self, q: &[f64]) -> Result<Equilibrium, AnalysisError> {
+        let undetermined = || AnalysisError::Undetermined { what: "the constraints".into(), n: 1 };
+        let lambda = self.forces.balancing(self.loaded.t, q, &[]).ok_or_else(undetermined)?;
+        let at = self.at(q, &lambda);
+        let reduced = self.reduced(q, &at.jacobian)?;
+        let stiffness = symmetric_eigenvalues(&reduced.project(&at.stiffness));
+        let scale = at.stiffness.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        let scale = scale * reduced.basis.norm_squared();
+        let least = stiffness.first().copied().unwrap_or(1.0);
+        let stability = if stiffness.is_empty() || least > NO_STIFFNESS * scale {
+            Stability::Stable
+        } else if least < -NO_STIFFNESS * scale {
+            Stability::Unstable
+        } else {
+            Stability::Neutral
+        };
+        let loaded = self.loaded;
+        let n_rows = loaded.system().constraints.len();
+        let lambda = self.forces.all_multipliers(n_rows, &lambda);
+        let reactions =
+            loaded.reactions(loaded.t, &loaded.parameters, [q, &self.rest, &self.rest, &lambda]);
+        Ok(Equilibrium {
+            q: q.to_vec(),
+            lambda,
+            stability,
+            stiffness,
+            pose: pose_of(loaded, q)?,
+            reactions,
+        })
+    }
+
+    /// Positions of all equilibria, and whether there are no others on the assembly of the start.
+    pub(crate) fn all(&mut self) -> Result<(Vec<Vec<f64>>, bool), AnalysisError> {
+        let lambda = vec![0.0; self.forces.nc()];
+        let q = self.loaded.q.clone();
+        let jacobian = self.at(&q, &lambda).jacobian;
+        let n_free = Reduced::at(self.loaded, &jacobian, &[]).map_or(2, |reduced| reduced.n());
+        match n_free {
+            0 => Ok((vec![q], true)),
+            1 => self.along_free_motion(),
+            _ => Ok((self.from_many_poses(), false)),
+        }
+    }
+
+    /// Work of the forces per step along a direction, at rest.
+    fn work(&mut self, q: &[f64], direction: &[f64]) -> f64 {
+        let nothing = vec![0.0; self.forces.nc()];
+        let residual = self.at(q, &nothing).residual;
+        -residual.iter().zip(direction).map(|(r, d)| r * d).sum::<f64>()
+    }
+
+    /// Zeros of the work along the one free motion.
+    fn along_free_motion(&mut self) -> Result<(Vec<Vec<f64>>, bool), AnalysisError> {
+        let mut rows = self.loaded.rows()?;
+        let x = rows.scaled(&self.loaded.q);
+        let law = Law { t: self.loaded.t, ..Law::default() };
+        let mut curve = Path::through(&mut rows, (law, false), &x)
+            .map_err(|n_free| AnalysisError::NotOneMotion { n_free })?;
+        let Some(trace) = Trace::through(&mut curve, &x) else {
+            return Err(AnalysisError::NoEquilibrium);
+        };
+        let mut work = |curve: &Curve<Path<'_>>, p: &crate::curve::Point| {
+            let rows = &curve.equations.rows;
+            let q = rows.unscaled(p.z.as_slice());
+            self.work(&q, &rows.unscaled(p.tangent.as_slice()))
+        };
+        let values: Vec<f64> = trace.points.iter().map(|p| work(&curve, p)).collect();
+        let size = values.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        let mut found: Vec<Vec<f64>> = Vec::new();
+        if size == 0.0 {
+            return Ok((vec![self.loaded.q.clone()], true));
+        }
+        for k in 1..values.len() {
+            let (before, after) = (values[k - 1], values[k]);
+            if before == 0.0 || (before > 0.0) == (after > 0.0) && after != 0.0 {
+                continue;
+            }
+            let (from, step) = (&trace.points[k - 1], trace.steps[k - 1]);
+            let root = curve.root(from, step, (before, after), &mut |curve, p| work(curve, p));
+            if let Some(point) = root {
+                found.push(curve.equations.rows.unscaled(point.z.as_slice()));
+            }
+        }
+        if values.first() == Some(&0.0) {
+            found.insert(0, self.loaded.q.clone());
+        }
+        Ok((found, trace.is_closed))
+    }
+
+    /// Newton's iteration on all equations from the start and many other poses.
+    fn from_many_poses(&mut self) -> Vec<Vec<f64>> {
+        const N_POSES: usize = 300;
+        let mut random = Pcg64::seed_from_u64(1);
+        let start = self.loaded.q.clone();
+        let coordinates = self.loaded.system().coordinates();
+        let kinds: Vec<bool> =
+            coordinates.iter().map(|c| c.kind == bksim_model::MotionKind::Rotation).collect();
+        let size = self.loaded.size;
+        let mut found: Vec<Vec<f64>> = Vec::new();
+        for k in 0..N_POSES {
+            let mut aside = |i: usize| {
+                let share: f64 = random.random_range(-1.0..1.0);
+                share * if kinds[i] { std::f64::consts::PI } else { 2.0 * size }
+            };
+            let guess: Vec<f64> = match k {
+                0 => start.clone(),
+                _ => (0..start.len()).map(|i| start[i] + aside(i)).collect(),
+            };
+            let Some(q) = self.newton(&guess) else { continue };
+            let is_same = |other: &Vec<f64>| {
+                (0..q.len()).all(|i| {
+                    let off = q[i] - other[i];
+                    (if kinds[i] { wrapped(off) } else { off / size }).abs() < 1e-6
+                })
+            };
+            if !found.iter().any(is_same) {
+                found.push(q);
+            }
+        }
+        found
+    }
+
+    /// The equilibrium that Newton's iteration leads to from a position.
+    pub(crate) fn newton(&mut self, guess: &[f64]) -> Option<Vec<f64>> {
+        const MOST: usize = 60;
+        const LONGEST: f64 = 0.5;
+        let n = self.forces.n();
+        let nc = self.forces.nc();
+        let mut q = guess.to_vec();
+        let units: Vec<f64> =
+            (self.loaded.system().coordinates().iter())
+                .map(|c| {
+                    if c.kind == bksim_model::MotionKind::Rotation { 1.0 } else { self.loaded.size }
+                })
+                .collect();
+        let mut lambda = self.forces.balancing(self.loaded.t, &q, &[])?;
+        for _ in 0..MOST {
+            let at = self.at(&q, &lambda);
+            let mut matrix = DMatrix::zeros(n + nc, n + nc);
+            matrix.view_mut((0, 0), (n, n)).copy_from(&at.stiffness);
+            matrix.view_mut((0, n), (n, nc)).copy_from(&at.jacobian.transpose());
+            matrix.view_mut((n, 0), (nc, n)).copy_from(&at.jacobian);
+            let right = DVector::from_iterator(
+                n + nc,
+                at.residual.iter().chain(at.closure.iter()).map(|value| -value),
+            );
+            // Units of length and force weigh rows and columns.
+            let scale = DVector::from_fn(n + nc, |i, _| if i < n { units[i] } else { 1.0 });
+            let scaled =
+                DMatrix::from_fn(n + nc, n + nc, |i, j| matrix[(i, j)] * scale[i] * scale[j]);
+            let right = right.component_mul(&scale);
+            let step = match scaled.clone().lu().solve(&right) {
+                Some(step) if step.iter().all(|x| x.is_finite()) && scaled.is_square() => step,
+                _ => scaled.svd(true, true).solve(&right, 1e-12).ok()?,
+            };
+            let longest = step.rows(0, n).iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+            let share = if longest > LONGEST { LONGEST / longest } else { 1.0 };
+            for i in 0..n {
+                q[i] += share * step[i] * scale[i];
+            }
+            for k in 0..nc {
+                lambda[k] += share * step[n + k];
+            }
+            if !longest.is_finite() {
+                return None;
+            }
+            if longest < 1e-13 {
+                break;
+            }
+        }
+        let lambda = self.forces.balancing(self.loaded.t, &q, &[])?;
+        let at = self.at(&q, &lambda);
+        let largest = |values: &DVector<f64>| values.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        // Work per radian or longest link: of the loads, and of what they change by.
+        let nothing = vec![0.0; nc];
+        let weigh = DVector::from_column_slice(&units);
+        let work = |forces: &DVector<f64>| largest(&forces.component_mul(&weigh));
+        let changes = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+        let changes = changes
+            .fold(0.0, |a: f64, (i, j)| a.max((at.stiffness[(i, j)] * units[i] * units[j]).abs()));
+        let loads = work(&self.at(&q, &nothing).residual).max(changes);
+        let is_closed = largest(&at.closure) < 1e-9 * self.loaded.size.max(1.0);
+        (is_closed && work(&at.residual) <= 1e-9 * loads).then_some(q)
+    }
+
+    /// The equilibrium nearest to the start: a stable one, if there is any.
+    pub(crate) fn nearest(&mut self) -> Result<Equilibrium, AnalysisError> {
+        let (poses, _) = self.all()?;
+        let start = self.loaded.q.clone();
+        let distance = |q: &[f64]| -> f64 {
+            let kinds = self.loaded.system().coordinates().iter();
+            kinds
+                .zip(q.iter().zip(&start))
+                .map(|(c, (a, b))| match c.kind {
+                    bksim_model::MotionKind::Rotation => wrapped(a - b).powi(2),
+                    bksim_model::MotionKind::Translation => ((a - b) / self.loaded.size).powi(2),
+                })
+                .sum()
+        };
+        let mut order: Vec<Vec<f64>> = poses;
+        order.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let mut first = None;
+        for q in order {
+            let found = self.equilibrium(&q)?;
+            if found.stability != Stability::Unstable {
+                return Ok(found);
+            }
+            first = first.or(Some(found));
+        }
+        first.ok_or(AnalysisError::NoEquilibrium)
+    }
+}
+
+/// A measure as a quantity.
+pub(crate) fn named_quantity(loaded: &Loaded, name: &str) -> Result<PoseQuantity, AnalysisError> {
+    let model = loaded.model();
+    let unknown = || AnalysisError::UnknownMeasure { name: name.to_owned() };
+    let measure = Measure::named(model, name).ok_or_else(unknown)?;
+    let value = loaded.system().kinematics.measure(model, measure);
+    let names = [name.to_owned(), format!("{name}'"), format!("{name}''")];
+    Ok(PoseQuantity { names, unit: measure.unit(model), value })
+}
+
+/// Values of all quantities at a position.
+pub(crate) fn pose_of(
+    loaded: &Loaded,
+    q: &[f64],
+) -> Result<Vec<(String, f64, &'static str)>, AnalysisError> {
+    let values = loaded.scalars(&loaded.quantities)?.values(loaded.t, q);
+    let named = loaded.quantities.iter().zip(values);
+    Ok(named.map(|(quantity, value)| (quantity.names[0].clone(), value, quantity.unit)).collect())
+}
+
+fn symmetric_eigenvalues(matrix: &DMatrix<f64>) -> Vec<f64> {
+    if matrix.is_empty() {
+        return Vec::new();
+    }
+    let symmetric = (matrix + matrix.transpose()) * 0.5;
+    let mut values: Vec<f64> = symmetric.symmetric_eigenvalues().iter().copied().collect();
+    values.sort_by(f64::total_cmp);
+    values
+}

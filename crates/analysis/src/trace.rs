@@ -1,0 +1,110 @@
+//! [`Trace`]: the whole of a curve of positions, until it closes or goes no further.
+
+use std::f64::consts::TAU;
+
+use nalgebra::DVector;
+
+use crate::curve::{Curve, Point};
+use crate::path::Path;
+use crate::rows::wrapped;
+
+/// Positions along one free motion, in order.
+#[derive(Clone, Debug)]
+pub(crate) struct Trace {
+    /// The points; of a closed curve the first is also the last.
+    pub(crate) points: Vec<Point>,
+    /// Length of each step.
+    pub(crate) steps: Vec<f64>,
+    /// Whether the curve comes back to where it began.
+    pub(crate) is_closed: bool,
+}
+
+/// Steps of a trace, in radians and lengths of the longest link: short, so that few pairs of zeros
+/// of what is watched lie within one.
+const STEP: f64 = 0.02;
+const MOST_STEPS: usize = 60_000;
+/// A curve that has gone this far, in lengths of the longest link, does not come back.
+const FAR: f64 = 50.0;
+
+impl Trace {
+    /// Follows `curve` from `x` in one direction, and where it does not close, in the other, too.
+    pub(crate) fn through(curve: &mut Curve<Path<'_>>, x: &[f64]) -> Option<Self> {
+        let first = curve.first_point(curve.equations.unknowns(x))?;
+        let (mut points, mut steps, is_closed) = one_way(curve, &first);
+        if !is_closed {
+            let back = Point { tangent: -&first.tangent, z: first.z.clone() };
+            let (others, lengths, _) = one_way(curve, &back);
+            let turned = others.into_iter().skip(1).rev();
+            let turned = turned.map(|p| Point { tangent: -&p.tangent, z: p.z });
+            points = turned.chain(points).collect();
+            steps = lengths.into_iter().rev().chain(steps).collect();
+        }
+        Some(Self { points, steps, is_closed })
+    }
+
+    /// Whether a position, in units of the mechanism, lies on the curve.
+    pub(crate) fn holds(&self, curve: &mut Curve<Path<'_>>, x: &[f64]) -> bool {
+        for from in &self.points {
+            let z = nearest_turn(curve, x, &from.z);
+            let off = &z - &from.z;
+            if off.norm() > 2.0 * STEP {
+                continue;
+            }
+            let along = off.dot(&from.tangent);
+            let mut there = &from.z + &from.tangent * along;
+            let reached = curve.correct(&mut there, &from.tangent).is_some();
+            if reached && (&there - &z).norm() < 1e-6 {
+                return true;
+            }
+        }
+        false
+    }
+}
+
+/// A position with its angles within half a turn of those of another.
+pub(crate) fn nearest_turn(curve: &Curve<Path<'_>>, x: &[f64], to: &DVector<f64>) -> DVector<f64> {
+    let is_turn = &curve.equations.rows.is_turn;
+    DVector::from_fn(x.len(), |i, _| {
+        let off = x[i] - to[i];
+        to[i] + if is_turn[i] { wrapped(off) } else { off }
+    })
+}
+
+fn one_way(curve: &mut Curve<Path<'_>>, first: &Point) -> (Vec<Point>, Vec<f64>, bool) {
+    let mut points = vec![first.clone()];
+    let mut steps = Vec::new();
+    let n = curve.equations.rows.n();
+    let mut ds = STEP;
+    let mut gone = 0.0;
+    for _ in 0..MOST_STEPS {
+        let Some(from) = points.last().cloned() else { break };
+        ds = ds.min(STEP);
+        let Some((to, length)) = curve.step(&from, &mut ds) else { break };
+        gone += length;
+
+        // Back at the first point, in the same direction.
+        let home = nearest_turn(curve, &first.z.as_slice()[..n], &from.z);
+        let ahead = (&home - &from.z).dot(&from.tangent);
+        let is_near = (&home - &from.z).norm() < 1.5 * length;
+        if gone > 3.0 * length && is_near && ahead > 0.0 && ahead <= length {
+            let mut z = &from.z + &from.tangent * ahead;
+            let met = curve.correct(&mut z, &from.tangent).is_some() && (&z - &home).norm() < 1e-6;
+            if met && from.tangent.dot(&first.tangent) > 0.9 {
+                points.push(Point { z: home, tangent: first.tangent.clone() });
+                steps.push(ahead);
+                return (points, steps, true);
+            }
+        }
+        let is_turn = &curve.equations.rows.is_turn;
+        let slid = (0..n).filter(|&i| !is_turn[i]).map(|i| (to.z[i] - first.z[i]).abs());
+        let turned =
+            (0..n).filter(|&i| is_turn[i]).map(|i| (to.z[i] - first.z[i]).abs() / (20.0 * TAU));
+        let is_far = slid.fold(0.0, f64::max) > FAR || turned.fold(0.0, f64::max) > 1.0;
+        points.push(to);
+        steps.push(length);
+        if is_far {
+            break;
+        }
+    }
+    (points, steps, false)
+}

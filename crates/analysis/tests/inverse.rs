@@ -1,0 +1,52 @@
+//! Efforts and reactions of given motions against references of 15 digits.
+
+mod support;
+
+use bksim_analysis::{Range, inverse};
+use support::{Problem, difference, model};
+
+/// Compares both tables of a reference: the drive of the model over the times at which the crank is where the
+/// rows say, at a constant rate and along a polynomial.
+fn needs_these(name: &str, t_end: f64) {
+    let problem = Problem::load(name);
+    let rows = problem.rows();
+    let (first, last) = (&rows[0], &rows[rows.len() - 1]);
+    let times = Range { from: 0.0, to: (last[0] - first[0]) / first[1], n: rows.len() };
+    check(&problem, problem.model(), &times, &rows);
+    let polynomial = problem.0["model"]["toml_polynomial"].as_str().expect("a model");
+    let rows = problem.rows_of("rows_polynomial");
+    let times = Range { from: 0.0, to: t_end, n: rows.len() };
+    check(&problem, model(polynomial), &times, &rows);
+}
+
+fn check(problem: &Problem, model: bksim_model::Model, times: &Range, rows: &[Vec<f64>]) {
+    let found = inverse(model, &[], times).expect("efforts");
+    for (k, column) in problem.columns().iter().enumerate() {
+        let name = match column.as_str() {
+            "crank.angle" => "on_A.angle".to_owned(),
+            "crank.rate" => "on_A.rate".to_owned(),
+            "crank.acceleration" => "on_A.acceleration".to_owned(),
+            "drive on A" => "on_A.effort".to_owned(),
+            name => name.replace(".F", ".f").replace(".M", ".m"),
+        };
+        let expected: Vec<f64> = rows.iter().map(|row| row[k]).collect();
+        let values = found.table.column(&name).unwrap_or_else(|| panic!("no column {name}"));
+        let off = difference(&values, &expected, column.ends_with(".angle"));
+        assert!(off < 1e-10, "{column} differs by {off:e}");
+    }
+}
+
+#[test]
+fn four_bar() {
+    needs_these("inv-four-bar", 0.8);
+}
+
+#[test]
+fn six_bar() {
+    needs_these("inv-watt", 0.9);
+}
+
+#[test]
+fn walking_leg() {
+    needs_these("inv-jansen", 1.25);
+}

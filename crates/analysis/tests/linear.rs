@@ -1,0 +1,132 @@
+//! Linear systems and modes against references of 15 digits.
+
+mod support;
+
+use bksim_analysis::{About, Channels, Modes, linearize, modes};
+use support::{Problem, model, number};
+
+fn close(found: f64, expected: f64, tolerance: f64) {
+    let off = (found - expected).abs();
+    assert!(off <= tolerance * expected.abs().max(1.0), "{found} instead of {expected}");
+}
+
+fn entry(found: &Modes, mode: usize, name: &str) -> [f64; 2] {
+    let idx = found.quantities.iter().position(|q| q.name == name).expect("a quantity");
+    found.modes[mode].shape[idx]
+}
+
+#[test]
+fn four_bar_from_torque_to_angle() {
+    let problem = Problem::load("lti-four-bar");
+    let one = |name: &str| vec![name.to_owned()];
+    let channels = Channels {
+        inputs: one("crank.angle"),
+        outputs: one("rocker.angle"),
+        states: one("crank.angle"),
+    };
+    let found = linearize(problem.model(), About::Static, &channels).expect("a linear system");
+    let values = &problem.0["values"];
+    for (i, row) in values["A"].as_array().expect("A").iter().enumerate() {
+        for (j, value) in row.as_array().expect("a row").iter().enumerate() {
+            close(found.a[(i, j)], number(value), 1e-10);
+        }
+        close(found.b[(i, 0)], number(&values["B"][i]), 1e-10);
+        close(found.c[(0, i)], number(&values["C"][i]), 1e-10);
+    }
+    assert_eq!(found.states[1].name, "crank.rate");
+}
+
+#[test]
+fn undamped_pendulums_of_two_and_three_links() {
+    for name in ["mode-string-2", "mode-physical-2", "mode-physical-3"] {
+        let problem = Problem::load(name);
+        let found = modes(problem.model(), About::Static).expect("modes");
+        assert_eq!(found.modes.len(), problem.rows().len());
+        for (k, row) in problem.rows().iter().enumerate() {
+            close(found.modes[k].omega / row[0], 1.0, 1e-11);
+            close(found.modes[k].shares.iter().sum::<f64>(), 1.0, 1e-12);
+            for (i, expected) in row[2..].iter().enumerate() {
+                let [re, im] = entry(&found, k, &format!("link{}.angle", i + 1));
+                close(re, *expected, 1e-9);
+                close(im, 0.0, 1e-12);
+            }
+        }
+    }
+}
+
+#[test]
+fn pendulum_with_dampers() {
+    let problem = Problem::load("mode-damped-pendulum");
+    let found = modes(problem.model(), About::Static).expect("modes");
+    let rows = problem.rows();
+    assert_eq!(found.modes.len(), rows.len());
+    for (k, row) in rows.iter().enumerate() {
+        let mode = &found.modes[k];
+        close(mode.s[0], row[0], 1e-11);
+        close(mode.s[1], row[1], 1e-11);
+        close(mode.damping, row[3], 1e-11);
+        for (i, name) in ["link1.angle", "link2.angle"].iter().enumerate() {
+            let [re, im] = entry(&found, k, name);
+            close(re, row[4 + 2 * i], 1e-9);
+            close(im, row[5 + 2 * i], 1e-9);
+        }
+    }
+}
+
+/// Point masses on strings: ω² = g x with x the zeros of Laguerre's polynomial.
+#[test]
+fn masses_on_strings_in_three_kinds_of_coordinates() {
+    let expected: [&[f64]; 2] =
+        [&[2.397_199_397_9, 5.787_351_298_0], &[2.019_591_147_2, 4.744_142_739_7, 7.855_212_362_7]];
+    for (n, omegas) in [2, 3].into_iter().zip(expected) {
+        for kind in ["relative", "absolute", "links"] {
+            let found = modes(model(&strings(n, kind)), About::Static).expect("modes");
+            // Particles on links turn freely besides.
+            let swinging: Vec<_> = found.modes.iter().filter(|mode| mode.omega > 1e-6).collect();
+            assert_eq!(swinging.len(), n, "{kind}: {:?}", found.modes);
+            for (mode, omega) in swinging.into_iter().zip(omegas) {
+                close(mode.omega, *omega, 1e-9);
+            }
+        }
+    }
+}
+
+fn strings(n: usize, kind: &str) -> String {
+    let mut text = String::new();
+    if kind == "absolute" {
+        text += "coordinates = \"absolute\"\n";
+    }
+    for k in 1..=n {
+        if kind == "links" {
+            text += &format!("[bodies.m{k}]\nmass = 1\ninertia = 1\n");
+        } else {
+            text += &format!(
+                "[bodies.m{k}]\nmass = 1\ninertia = 0\ncom = [1, 0]\npoints = {{ P = [0, 0], Q = [1, 0] }}\n"
+            );
+        }
+    }
+    text += "[joints]\n";
+    for k in 1..=n {
+        let before = if k == 1 { "ground".to_owned() } else { format!("m{}", k - 1) };
+        if kind == "links" {
+            text += &format!(
+                "L{k} = {{ type = \"link\", between = [\"{before}\", \"m{k}\"], length = 1 }}\n"
+            );
+        } else {
+            let before = if k == 1 { before } else { format!("{before}.Q") };
+            text += &format!(
+                "J{k} = {{ type = \"revolute\", between = [\"{before}\", \"m{k}.P\"] }}\n"
+            );
+        }
+    }
+    text += "[loads.gravity]\ntype = \"gravity\"\nacceleration = [0, -9.81]\n";
+    text += "[initial]\n";
+    for k in 1..=n {
+        if kind == "links" {
+            text += &format!("m{k} = {{ guess = {{ x = 0, y = {}, angle = 0 }} }}\n", -(k as f64));
+        } else {
+            text += &format!("m{k} = {{ angle = \"-90 deg\" }}\n");
+        }
+    }
+    text
+}

@@ -1,0 +1,117 @@
+//! Answers: as JSON, as a table in a file, as text.
+
+use std::io::Write;
+
+use bksim::analysis::{AnalysisError, Column, Table};
+use serde_json::{Value, json};
+
+use crate::args::ModelArgs;
+use crate::args::analysis::TableArgs;
+use crate::exit::{Failure, Status};
+use crate::output::{self, number, table};
+use crate::output_file::OutputFile;
+use crate::render;
+use crate::source::{Loaded, Text, load};
+
+/// A question that is ready: the model, and the file for its table.
+pub(super) struct Asked {
+    pub(super) loaded: Loaded,
+    file: Option<OutputFile>,
+}
+
+/// An answer in the three ways that it can be given.
+pub(super) struct Answer {
+    /// The name of the command.
+    pub(super) command: &'static str,
+    /// What `--json` prints, but for the diagnostics.
+    pub(super) json: Value,
+    /// What else is printed.
+    pub(super) text: String,
+    /// What a table holds.
+    pub(super) table: Table,
+}
+
+/// Reads the model, after a look at where the table goes.
+pub(super) fn asked(model: &ModelArgs, file: &TableArgs, nesting: usize) -> Result<Asked, Failure> {
+    let planned = file.file.as_ref().map(|path| {
+        OutputFile::plan(path, ("model", &[&model.model]), file.force, "nothing was computed")
+    });
+    let file = planned.transpose()?;
+    Ok(Asked { loaded: load(model, nesting)?, file })
+}
+
+/// Faults of a question as a failure of the command.
+pub(super) fn failed<'s>(source: &'s Text) -> impl Fn(AnalysisError) -> Failure + 's {
+    |error| source.rejected(error.diagnostics()).into()
+}
+
+impl Asked {
+    /// Writes the table, then prints the answer.
+    pub(super) fn answer(
+        source: &Text,
+        warnings: &[bksim::model::diagnostic::Diagnostic],
+        file: Option<OutputFile>,
+        answer: Answer,
+        as_json: bool,
+    ) -> Result<Status, Failure> {
+        let Answer { command, mut json, mut text, table } = answer;
+        if let Some(file) = file {
+            let mut written = file.create()?;
+            let bytes = table.csv();
+            written.write_all(bytes.as_bytes()).map_err(|e| Failure::writing(file.path(), &e))?;
+            written.finish()?;
+            json["output"] = file.path().display().to_string().into();
+            text += &format!("\nwrote {}: {} rows", file.path().display(), table.rows.len());
+        }
+        if as_json {
+            json["diagnostics"] = render::json_all(source, warnings);
+            output::json(command, json)?;
+        } else {
+            render::print_all(source, warnings);
+            output::text(&text)?;
+        }
+        Ok(Status::Done)
+    }
+
+    /// The parts, so that the model can be given away.
+    pub(super) fn parts(
+        self,
+    ) -> (Text, bksim::model::Model, Vec<bksim::model::diagnostic::Diagnostic>, Option<OutputFile>)
+    {
+        let Self { loaded: Loaded { source, model, warnings }, file } = self;
+        (source, model, warnings, file)
+    }
+}
+
+/// A table as JSON: heads, and rows; what is not finite is null.
+pub(super) fn table_json(table: &Table) -> Value {
+    json!({ "columns": columns_json(&table.columns), "rows": table.rows })
+}
+
+/// Names and units.
+pub(super) fn columns_json(columns: &[Column]) -> Value {
+    columns.iter().map(|c| json!({ "name": c.name, "unit": c.unit })).collect()
+}
+
+/// Names with values and units, as JSON by name.
+pub(super) fn pose_json(pose: &[(String, f64, &'static str)]) -> Value {
+    let values = pose.iter().map(|(name, value, _)| (name.clone(), json!(value)));
+    Value::Object(values.collect())
+}
+
+/// Rows of text under heads.
+pub(super) fn lines(heads: &[&str], rows: Vec<Vec<String>>) -> String {
+    let heads = heads.iter().map(|head| (*head).to_owned()).collect();
+    table(&[vec![heads], rows].concat())
+}
+
+/// An angle in degrees, else the number with its unit.
+pub(super) fn shown(value: f64, unit: &str) -> String {
+    if unit == "rad" {
+        format!("{} deg", number(value.to_degrees()))
+    } else if unit.is_empty() {
+        number(value)
+    } else {
+        format!("{} {unit}", number(value))
+    }
+}

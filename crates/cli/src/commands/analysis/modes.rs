@@ -1,0 +1,63 @@
+//! `bksim modes`: frequencies, damping, shapes.
+
+use bksim::analysis::{Mode, modes};
+use serde_json::{Value, json};
+
+use super::answer::{Answer, Asked, asked, failed, lines};
+use super::linearize::{about, pole};
+use super::statics::{held, word};
+use crate::args::analysis::Modes as Args;
+use crate::exit::{Failure, Status};
+use crate::output::number;
+
+pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, Failure> {
+    let (source, model, warnings, file) = asked(&args.model, &args.table, nesting)?.parts();
+    let name = model.name.clone();
+    let found = modes(model, about(args.at)).map_err(failed(&source))?;
+
+    let row = |mode: &Mode| {
+        let shares = found.bodies.iter().zip(&mode.shares).filter(|(_, share)| **share > 0.005);
+        let shares = shares.map(|(body, share)| format!("{body} {:.0} %", 100.0 * share));
+        vec![
+            number(mode.omega / std::f64::consts::TAU),
+            number(mode.omega),
+            number(mode.damping),
+            pole(&mode.s),
+            shares.collect::<Vec<_>>().join(", "),
+        ]
+    };
+    let rows = found.modes.iter().map(row).collect();
+    let infinite = match found.n_infinite {
+        0 => String::new(),
+        n => format!(", {n} more without inertia: infinite"),
+    };
+    let text = format!(
+        "{name}: {} modes{infinite}, about a pose that is {}{}\n\n{}",
+        found.modes.len(),
+        word(found.stability),
+        held(&found.held),
+        lines(&["Hz", "rad/s", "damping", "s", "energy"], rows)
+    );
+    let mode = |mode: &Mode| {
+        let shape = found.quantities.iter().zip(&mode.shape);
+        let shape = shape.map(|(quantity, value)| (quantity.name.clone(), json!(value)));
+        let shares = found.bodies.iter().zip(&mode.shares);
+        let shares = shares.map(|(body, share)| (body.clone(), json!(share)));
+        json!({
+            "s": mode.s,
+            "omega": mode.omega,
+            "frequency": mode.omega / std::f64::consts::TAU,
+            "damping": mode.damping,
+            "shape": Value::Object(shape.collect()),
+            "shares": Value::Object(shares.collect()),
+        })
+    };
+    let json = json!({
+        "modes": found.modes.iter().map(mode).collect::<Vec<_>>(),
+        "infinite": found.n_infinite,
+        "stability": word(found.stability),
+        "held": found.held,
+    });
+    let answer = Answer { command: "modes", json, text, table: found.table() };
+    Asked::answer(&source, &warnings, file, answer, as_json)
+}
