@@ -115,11 +115,14 @@ pub fn assemble_positions(model: &Model) -> SymbolicSystem {
     let nq = kinematics.coordinates.len();
     let nothing = vec![pool.zero(); nq];
     SymbolicSystem {
+        derivation: Derivation::Lagrange,
         kinetic_energy: pool.zero(),
         potential_energy: pool.zero(),
         mass_matrix: SparseMatrix::new(nq, nq, Vec::new()),
         bias: nothing.clone(),
         potential_gradient: nothing.clone(),
+        resistance: nothing.clone(),
+        inverse_dynamics: None,
         applied_force: nothing,
         tree,
         constraints,
