@@ -32,22 +32,19 @@ pub fn transmission(model: &Model, kinematics: &Kinematics, joint: JointId) -> T
     let pool = &model.pool;
     let of = &model.joints[joint.0];
     let sides = kinematics.sides(model, of);
-    let directions = match of.kind {
-        JointKind::Link { .. } => {
-            let [from, to] = [&sides.p_world_predecessor, &sides.p_world_successor];
-            Directions::Along(spatial::sub(pool, from, to))
-        }
-        _ => {
-            let in_world = |motion: Motion| {
-                let effort = joint::effort(pool, motion, &sides);
-                let axis = match motion.kind {
-                    MotionKind::Translation => effort.force,
-                    MotionKind::Rotation => effort.moment,
-                };
-                Motion { kind: motion.kind, axis }
+    let directions = if let JointKind::Link { .. } = of.kind {
+        let [from, to] = [&sides.p_world_predecessor, &sides.p_world_successor];
+        Directions::Along(spatial::sub(pool, from, to))
+    } else {
+        let in_world = |motion: Motion| {
+            let effort = joint::effort(pool, motion, &sides);
+            let axis = match motion.kind {
+                MotionKind::Translation => effort.force,
+                MotionKind::Rotation => effort.moment,
             };
-            Directions::AllBut(joint::motions(pool, of).into_iter().map(in_world).collect())
-        }
+            Motion { kind: motion.kind, axis }
+        };
+        Directions::AllBut(joint::motions(pool, of).into_iter().map(in_world).collect())
     };
     Transmission { joint, at: sides.p_world_successor, directions }
 }

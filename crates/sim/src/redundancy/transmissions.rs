@@ -68,9 +68,13 @@ impl Transmissions {
 
         // A block needs a loop, or two efforts in one joint.
         let mut n_members = vec![0; model.joints.len()];
-        of_joint.iter().for_each(|&block| n_members[block] += 1);
+        for &block in &of_joint {
+            n_members[block] += 1;
+        }
         let mut n_efforts = vec![0; model.joints.len()];
-        efforts.iter().for_each(|&(_, joint, _)| n_efforts[of_joint[joint.0]] += 1);
+        for &(_, joint, _) in &efforts {
+            n_efforts[of_joint[joint.0]] += 1;
+        }
         let is_needed = |block: usize| n_members[block] > 1 || n_efforts[block] > 1;
 
         // The parts, and what is to be computed for them.
