@@ -32,15 +32,12 @@ pub fn transmission(model: &Model, kinematics: &Kinematics, joint: JointId) -> T
     let pool = &model.pool;
     let of = &model.joints[joint.0];
     let sides = kinematics.sides(model, of);
-    let directions = match of.kind {
-        JointKind::Link { .. } => {
-            let [from, to] = [&sides.p_world_predecessor, &sides.p_world_successor];
-            Directions::Along(spatial::sub(pool, from, to))
-        }
-        _ => {
-            let positions = kinematics.joint_positions(model, joint);
-            Directions::AllBut(joint::motions_in_world(pool, of, &positions, &sides))
-        }
+    let directions = if let JointKind::Link { .. } = of.kind {
+        let [from, to] = [&sides.p_world_predecessor, &sides.p_world_successor];
+        Directions::Along(spatial::sub(pool, from, to))
+    } else {
+        let positions = kinematics.joint_positions(model, joint);
+        Directions::AllBut(joint::motions_in_world(pool, of, &positions, &sides))
     };
     Transmission { joint, at: sides.p_world_successor, directions }
 }

@@ -113,10 +113,14 @@ impl Transmissions {
         let ahead = self.self_stresses(parameters, (at.t, &at.ahead()), acts);
         let is_lasting = here.len() <= ahead.len();
         if is_lasting {
-            here.iter().for_each(|stress| unique.exclude(stress));
+            for stress in &here {
+                unique.exclude(stress);
+            }
         }
         if !is_lasting || here.len() == ahead.len() {
-            ahead.iter().for_each(|stress| unique.exclude(stress));
+            for stress in &ahead {
+                unique.exclude(stress);
+            }
         }
         unique.n_self_stresses = here.len().min(ahead.len());
         unique

@@ -86,17 +86,23 @@ pub(crate) fn best_rows(rows: &SparseRows, n: usize) -> Vec<usize> {
         chosen.push(best);
         rests[best].clear();
         // The others without their parts along it; rows that do not meet it stay as they are.
-        direction.iter().for_each(|&(i, g)| dense[i] = g);
+        for &(i, g) in &direction {
+            dense[i] = g;
+        }
         for rest in &mut rests {
             let along: f64 = rest.iter().map(|&(i, g)| g * dense[i]).sum();
             if along != 0.0 {
-                rest.iter_mut().for_each(|(i, g)| *g -= along * dense[*i]);
+                for (i, g) in rest.iter_mut() {
+                    *g -= along * dense[*i];
+                }
                 let missing = direction.iter().filter(|(i, _)| rest.iter().all(|(j, _)| j != i));
                 let missing: Vec<_> = missing.map(|&(i, g)| (i, -along * g)).collect();
                 rest.extend(missing);
             }
         }
-        direction.iter().for_each(|&(i, _)| dense[i] = 0.0);
+        for &(i, _) in &direction {
+            dense[i] = 0.0;
+        }
     }
     chosen.sort_unstable();
     chosen

@@ -46,7 +46,7 @@ struct Part {
     /// The motions that the joint allows; `None` of a link.
     motions: Option<Vec<MotionKind>>,
     /// Its first number among the results of the function: the joint point, then an axis for each
-    /// motion, or the direction of a link.
+    /// motion and a pitch for each, or the direction of a link.
     first: usize,
 }
 
@@ -68,9 +68,13 @@ impl Transmissions {
 
         // A block needs a loop, or two efforts in one joint.
         let mut n_members = vec![0; model.joints.len()];
-        of_joint.iter().for_each(|&block| n_members[block] += 1);
+        for &block in &of_joint {
+            n_members[block] += 1;
+        }
         let mut n_efforts = vec![0; model.joints.len()];
-        efforts.iter().for_each(|&(_, joint, _)| n_efforts[of_joint[joint.0]] += 1);
+        for &(_, joint, _) in &efforts {
+            n_efforts[of_joint[joint.0]] += 1;
+        }
         let is_needed = |block: usize| n_members[block] > 1 || n_efforts[block] > 1;
 
         // The parts, and what is to be computed for them.
@@ -107,6 +111,8 @@ impl Transmissions {
                 }
                 Directions::AllBut(motions) => {
                     outputs.extend(motions.iter().flat_map(|motion| motion.axis));
+                    let pitches = motions.iter().map(|m| m.pitch.unwrap_or(model.pool.zero()));
+                    outputs.extend(pitches);
                     Some(motions.iter().map(|motion| motion.kind).collect())
                 }
             };
@@ -201,9 +207,11 @@ impl Block {
             let wrenches = match &part.motions {
                 None => vec![force_along(triple(part.first + 3))],
                 Some(motions) => {
-                    let free = motions.iter().enumerate();
-                    let free =
-                        free.map(|(k, &kind)| effort(kind, triple(part.first + 3 * (k + 1))));
+                    let pitches = part.first + 3 * (motions.len() + 1);
+                    let free = motions.iter().enumerate().map(|(k, &kind)| {
+                        let axis = triple(part.first + 3 * (k + 1));
+                        twist(kind, axis, values[pitches + k] / length)
+                    });
                     complement(&free.collect::<Vec<_>>(), axes)
                 }
             };
@@ -297,6 +305,16 @@ fn effort(kind: MotionKind, axis: [f64; 3]) -> Wrench {
         MotionKind::Translation => [x, y, z, 0.0, 0.0, 0.0],
         MotionKind::Rotation => [0.0, 0.0, 0.0, x, y, z],
     }
+}
+
+/// The motion along or about an axis, a turn with the slide `pitch` that goes with it: translation and
+/// rotation in the order of force and moment.
+fn twist(kind: MotionKind, axis: [f64; 3], pitch: f64) -> Wrench {
+    let mut twist = effort(kind, axis);
+    if kind == MotionKind::Rotation {
+        twist[..3].iter_mut().zip(axis).for_each(|(part, a)| *part = pitch * a);
+    }
+    twist
 }
 
 /// The unit force along a vector.

@@ -137,6 +137,11 @@ impl Drawing<'_> {
             Some(x) => Axis::new(&self.short(x), &x.unit),
         };
         let label = match (curves, &plan.label) {
+            // A single curve has no legend: the axis tells.
+            ([one], None) if drawn_curves.len() == 1 => one.first().map(|&(run, quantity, _)| {
+                let is_shared = self.runs[run].is_ever_shared(quantity);
+                self.short(quantity) + if is_shared { " (not unique)" } else { "" }
+            }),
             ([one], None) => one.first().map(|(_, quantity, _)| self.short(quantity)),
             ([one], Some(words)) => {
                 one.first().map(|(_, quantity, _)| format!("{words}: {}", self.short(quantity)))
