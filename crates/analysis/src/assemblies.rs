@@ -330,7 +330,8 @@ fn names(positions: &Positions, shapes: &[Shape]) -> Vec<String> {
                 let [before, here, after] =
                     [(c + n - 1) % n, c, (c + 1) % n].map(|i| joint(corners[i].0));
                 let side = if shape.is_left(k, c) { "left" } else { "right" };
-                name += &format!(", {here} {side} of {before}-{after}");
+                let place = format!(", {here} {side} of {before}-{after}");
+                name.push_str(&place);
             }
         }
         name

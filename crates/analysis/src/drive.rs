@@ -98,7 +98,7 @@ fn value_in_si(number: f64, unit: &str, si: &str) -> Option<f64> {
 fn number_and_unit(text: &str) -> Option<(f64, &str)> {
     let is_number = |end: usize| text[..end].trim().parse::<f64>().is_ok_and(f64::is_finite);
     let ends = text.char_indices().map(|(at, _)| at).chain([text.len()]);
-    let end = ends.filter(|&end| is_number(end)).last()?;
+    let end = ends.rev().find(|&end| is_number(end))?;
     Some((text[..end].trim().parse().ok()?, text[end..].trim()))
 }
 

@@ -30,7 +30,8 @@ pub struct Motion {
     /// Name of the measure: `A.angle`.
     pub name: String,
     joint: JointId,
-    motion_idx: usize,
+    /// Index of the joint's motion.
+    of_joint: usize,
     law: Law,
 }
 
@@ -86,7 +87,7 @@ impl Motion {
             tape.evaluate(&mut tape.workspace(&parameters), &[t], &mut out);
             out
         });
-        Ok(Self { name: name.to_owned(), joint, motion_idx, law })
+        Ok(Self { name: name.to_owned(), joint, of_joint: motion_idx, law })
     }
 
     /// A motion through measured values, by a natural cubic spline with
@@ -111,7 +112,7 @@ impl Motion {
         }
         let spline = Spline::of(times, values, smoothing).ok_or_else(bad)?;
         let law: Law = Arc::new(move |t| spline.at(t));
-        Ok(Self { name: name.to_owned(), joint, motion_idx, law })
+        Ok(Self { name: name.to_owned(), joint, of_joint: motion_idx, law })
     }
 
     /// A motion by samples of value, rate and acceleration, such as a run logs them; between two samples the
@@ -141,7 +142,7 @@ impl Motion {
             }
             quintic((t - t0, t1 - t0), (values[next - 1], values[next]))
         });
-        Ok(Self { name: name.to_owned(), joint, motion_idx, law })
+        Ok(Self { name: name.to_owned(), joint, of_joint: motion_idx, law })
     }
 }
 
@@ -174,7 +175,7 @@ pub fn inverse(
 ) -> Result<Inverse, AnalysisError> {
     // Each motion becomes a drive; one that is there already goes.
     model.drives.retain(|drive| {
-        !motions.iter().any(|m| m.joint == drive.joint && m.motion_idx == drive.motion_idx)
+        !motions.iter().any(|m| m.joint == drive.joint && m.of_joint == drive.motion_idx)
     });
     let n_own = model.drives.len();
     model.solve.t_start = times.from;
@@ -182,7 +183,7 @@ pub fn inverse(
         let start = model.pool.float((motion.law)(times.from)[0]);
         let span = model.joints[motion.joint.0].span.clone();
         let name = model.joints[motion.joint.0].name.clone();
-        let (joint, motion_idx) = (motion.joint, motion.motion_idx);
+        let (joint, motion_idx) = (motion.joint, motion.of_joint);
         model.drives.push(ModelDrive { name, joint, motion_idx, motion: start, span });
     }
     // What is stated of a driven joint would be stated twice.
@@ -199,7 +200,7 @@ pub fn inverse(
     let snapshot = model.snapshot();
     let positions = Positions::of(snapshot.to_model())?;
     let measures: Vec<Measure> =
-        motions.iter().map(|m| Measure::JointPosition(m.joint, m.motion_idx)).collect();
+        motions.iter().map(|m| Measure::JointPosition(m.joint, m.of_joint)).collect();
     let added: Vec<usize> = (n_own..positions.model().drives.len()).collect();
     let mut rows = positions.rows(&measures, &added, Clock::Running)?;
     let mut walk = Walk { x: rows.scaled(&positions.q), t: times.from, motions };

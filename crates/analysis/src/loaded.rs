@@ -45,23 +45,20 @@ impl Loaded {
         let n_rows = system.constraints.len();
         // Without anything that switches the start needs no accelerations, and so no inertia.
         let moving = if switches { Some(mechanism.start()?) } else { mechanism.start().ok() };
-        let (state, parameters, kept, size) = match moving {
-            Some(start) => {
-                let parameters = start.parameters_with_modes(&mechanism.parameters);
-                let holds = |row: &usize| {
-                    !system.constraints[*row].source.is_contact()
-                        || !start.inactive_rows().contains(row)
-                };
-                let kept = (0..n_rows).filter(holds).collect();
-                let size = start.longest_link;
-                ([start.q, start.v, start.a, start.lambda], parameters, kept, size)
-            }
-            None => {
-                let closed = mechanism.closed()?;
-                let rest = vec![0.0; closed.q.len()];
-                let state = [closed.q, rest.clone(), rest, vec![0.0; n_rows]];
-                (state, mechanism.parameters.clone(), (0..n_rows).collect(), closed.longest_link)
-            }
+        let (state, parameters, kept, size) = if let Some(start) = moving {
+            let parameters = start.parameters_with_modes(&mechanism.parameters);
+            let holds = |row: &usize| {
+                !system.constraints[*row].source.is_contact()
+                    || !start.inactive_rows().contains(row)
+            };
+            let kept = (0..n_rows).filter(holds).collect();
+            let size = start.longest_link;
+            ([start.q, start.v, start.a, start.lambda], parameters, kept, size)
+        } else {
+            let closed = mechanism.closed()?;
+            let rest = vec![0.0; closed.q.len()];
+            let state = [closed.q, rest.clone(), rest, vec![0.0; n_rows]];
+            (state, mechanism.parameters.clone(), (0..n_rows).collect(), closed.longest_link)
         };
         let [q, v, a, lambda] = state;
         let size = if size > 0.0 { size } else { 1.0 };

@@ -190,7 +190,7 @@ impl Pencil {
         let (h, l) = (basis(&heavy, true), basis(&light, false));
 
         // Of the light directions some are damped.
-        let (damped, directions) = symmetric(l.transpose() * &self.damping * &l);
+        let (damped, directions) = symmetric(&(l.transpose() * &self.damping * &l));
         let most = self.damping.norm();
         let (slow, idle): (Vec<usize>, Vec<usize>) =
             (0..light.len()).partition(|&k| most > 0.0 && damped[k].abs() > NO_DAMPING * most);
@@ -212,7 +212,7 @@ impl Pencil {
         let mut values: Vec<Complex<f64>> =
             if undamped && n1 == 0 && asymmetry <= 1e-11 * self.stiffness.norm() {
                 // ω² are the eigenvalues of a symmetric matrix.
-                let (squares, _) = symmetric(k_hh);
+                let (squares, _) = symmetric(&k_hh);
                 let size = squares.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
                 let of = |square: f64| {
                     if square.abs() <= 1e-13 * size {
@@ -301,11 +301,11 @@ impl Pencil {
 }
 
 /// Eigenvalues and vectors of the symmetric part of a matrix, which may be empty.
-fn symmetric(matrix: DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) {
+fn symmetric(matrix: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) {
     if matrix.is_empty() {
         return (DVector::zeros(0), DMatrix::zeros(0, 0));
     }
-    let eigen = ((&matrix + matrix.transpose()) * 0.5).symmetric_eigen();
+    let eigen = ((matrix + matrix.transpose()) * 0.5).symmetric_eigen();
     (eigen.eigenvalues, eigen.eigenvectors)
 }
 
@@ -328,7 +328,9 @@ fn normalise(shape: &mut [Complex<f64>], quantities: &[PoseQuantity], model: &Mo
     let Some(unit) = by_angle.or_else(|| largest(&|_| true)).filter(|c| c.norm() > 0.0) else {
         return;
     };
-    shape.iter_mut().for_each(|c| *c /= unit);
+    for c in shape.iter_mut() {
+        *c /= unit;
+    }
 }
 
 /// Kinetic energies of the bodies as functions of q and v.

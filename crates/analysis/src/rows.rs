@@ -33,7 +33,7 @@ pub(crate) struct Rows {
     outputs: Vec<f64>,
     /// Row and column of each slope, in the order of the outputs.
     slopes: Vec<(usize, usize)>,
-    n_rows: usize,
+    n_all: usize,
     n_prescribed: usize,
     /// Unit of each coordinate: 1 rad or the longest link, m.
     pub(crate) unit_of_column: Vec<f64>,
@@ -129,7 +129,7 @@ impl Rows {
             levels,
             gamma,
             slopes,
-            n_rows: expressions.len(),
+            n_all: expressions.len(),
             n_prescribed: prescribed.len(),
             unit_of_column: is_turn.iter().map(unit).collect(),
             is_turn,
@@ -145,12 +145,12 @@ impl Rows {
 
     /// Number of rows.
     pub(crate) fn n_rows(&self) -> usize {
-        self.n_rows
+        self.n_all
     }
 
     /// Number of the first row of a prescribed measure.
     pub(crate) fn first_prescribed(&self) -> usize {
-        self.n_rows - self.n_prescribed
+        self.n_all - self.n_prescribed
     }
 
     /// Unit of a prescribed measure.
@@ -172,7 +172,7 @@ impl Rows {
     pub(crate) fn at(&mut self, t: f64, x: &[f64], u: &[f64]) -> RowsAt {
         let inputs: Vec<f64> = std::iter::once(t).chain(self.unscaled(x)).collect();
         self.levels.evaluate(&mut self.levels_space, &inputs, &mut self.outputs);
-        let (m, n) = (self.n_rows, self.n());
+        let (m, n) = (self.n_all, self.n());
         let mut value = DVector::from_column_slice(&self.outputs[..m]);
         for (k, u) in u.iter().enumerate() {
             value[m - self.n_prescribed + k] -= u;
@@ -211,9 +211,9 @@ impl Rows {
         let v = self.unscaled(solver.solve(&right)?.as_slice());
         let inputs: Vec<f64> =
             std::iter::once(t).chain(self.unscaled(x)).chain(v.iter().copied()).collect();
-        let mut gamma = vec![0.0; self.n_rows];
+        let mut gamma = vec![0.0; self.n_all];
         self.gamma.evaluate(&mut self.gamma_space, &inputs, &mut gamma);
-        let mut right = DVector::from_fn(self.n_rows, |row, _| -gamma[row] / self.unit_of_row[row]);
+        let mut right = DVector::from_fn(self.n_all, |row, _| -gamma[row] / self.unit_of_row[row]);
         for (k, u_ddot) in u_ddot.iter().enumerate() {
             right[first + k] += u_ddot / self.unit_of_row[first + k];
         }

@@ -223,7 +223,7 @@ impl<'a> Balance<'a> {
         match n_free {
             0 => Ok((vec![q], true)),
             1 => self.along_free_motion(),
-            _ => Ok((self.from_many_poses(), false)),
+            _ => Ok((self.search_many_poses(), false)),
         }
     }
 
@@ -273,7 +273,7 @@ impl<'a> Balance<'a> {
     }
 
     /// Newton's iteration on all equations from the start and many other poses.
-    fn from_many_poses(&mut self) -> Vec<Vec<f64>> {
+    fn search_many_poses(&mut self) -> Vec<Vec<f64>> {
         const N_POSES: usize = 300;
         let mut random = Pcg64::seed_from_u64(1);
         let start = self.loaded.q.clone();

@@ -98,34 +98,37 @@ fn strings(n: usize, kind: &str) -> String {
     }
     for k in 1..=n {
         if kind == "links" {
-            text += &format!("[bodies.m{k}]\nmass = 1\ninertia = 1\n");
+            text.extend([format!("[bodies.m{k}]\nmass = 1\ninertia = 1\n")]);
         } else {
-            text += &format!(
+            text.extend([format!(
                 "[bodies.m{k}]\nmass = 1\ninertia = 0\ncom = [1, 0]\npoints = {{ P = [0, 0], Q = [1, 0] }}\n"
-            );
+            )]);
         }
     }
     text += "[joints]\n";
     for k in 1..=n {
         let before = if k == 1 { "ground".to_owned() } else { format!("m{}", k - 1) };
         if kind == "links" {
-            text += &format!(
+            text.extend([format!(
                 "L{k} = {{ type = \"link\", between = [\"{before}\", \"m{k}\"], length = 1 }}\n"
-            );
+            )]);
         } else {
             let before = if k == 1 { before } else { format!("{before}.Q") };
-            text += &format!(
+            text.extend([format!(
                 "J{k} = {{ type = \"revolute\", between = [\"{before}\", \"m{k}.P\"] }}\n"
-            );
+            )]);
         }
     }
     text += "[loads.gravity]\ntype = \"gravity\"\nacceleration = [0, -9.81]\n";
     text += "[initial]\n";
     for k in 1..=n {
         if kind == "links" {
-            text += &format!("m{k} = {{ guess = {{ x = 0, y = {}, angle = 0 }} }}\n", -(k as f64));
+            text.extend([format!(
+                "m{k} = {{ guess = {{ x = 0, y = {}, angle = 0 }} }}\n",
+                -(k as f64)
+            )]);
         } else {
-            text += &format!("m{k} = {{ angle = \"-90 deg\" }}\n");
+            text.extend([format!("m{k} = {{ angle = \"-90 deg\" }}\n")]);
         }
     }
     text

@@ -303,7 +303,7 @@ impl Start {
         let state = State { t, q: q.clone(), v: v.clone() };
         let instant = redundancy::Instant { t, q: &q, v: &v, a: &a };
         let uniqueness = compiled.uniqueness(parameters, instant, &modes);
-        Ok(Self { t, state, q, v, a, lambda, inactive, modes, uniqueness, ..self.clone() })
+        Ok(Self { t, q, v, a, lambda, state, inactive, modes, uniqueness, ..self.clone() })
     }
 }
 

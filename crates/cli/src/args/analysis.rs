@@ -18,6 +18,7 @@ pub(crate) struct TableArgs {
 }
 
 #[derive(Args, Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "one for each flag of the command line")]
 pub(crate) struct Kinematics {
     #[command(flatten)]
     pub(crate) model: ModelArgs,

@@ -41,7 +41,7 @@ pub(super) fn asked(model: &ModelArgs, file: &TableArgs, nesting: usize) -> Resu
 }
 
 /// Faults of a question as a failure of the command.
-pub(super) fn failed<'s>(source: &'s Text) -> impl Fn(AnalysisError) -> Failure + 's {
+pub(super) fn failed(source: &Text) -> impl Fn(AnalysisError) -> Failure + '_ {
     |error| source.rejected(error.diagnostics()).into()
 }
 
@@ -61,7 +61,7 @@ impl Asked {
             written.write_all(bytes.as_bytes()).map_err(|e| Failure::writing(file.path(), &e))?;
             written.finish()?;
             json["output"] = file.path().display().to_string().into();
-            text += &format!("\nwrote {}: {} rows", file.path().display(), table.rows.len());
+            text.extend([format!("\nwrote {}: {} rows", file.path().display(), table.rows.len())]);
         }
         if as_json {
             json["diagnostics"] = render::json_all(source, warnings);

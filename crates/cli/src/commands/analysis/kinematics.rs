@@ -100,7 +100,7 @@ fn told_range(name: &str, found: &Kinematics) -> Answer {
     let mut text = format!("{name}: {n} positions with their rates");
     if !found.limits.is_empty() {
         let rows = found.limits.iter().map(extreme_row).collect();
-        text += &format!("\n\n{}", lines(&["limit position", "", "value", "where"], rows));
+        text.extend([format!("\n\n{}", lines(&["limit position", "", "value", "where"], rows))]);
     }
     let json = json!({
         "table": table_json(&found.table),
@@ -165,12 +165,12 @@ fn told_limits(name: &str, found: &bksim::analysis::Limits) -> Answer {
             }
         };
         let rows = branch.ranges.iter().map(row).collect();
-        text += &format!("\n\n{}", lines(&["range", "smallest", "largest"], rows));
+        text.extend([format!("\n\n{}", lines(&["range", "smallest", "largest"], rows))]);
         let rows = branch.extremes.iter().map(extreme_row).collect();
-        text += &format!("\n\n{}", lines(&["limit position", "", "value", "where"], rows));
+        text.extend([format!("\n\n{}", lines(&["limit position", "", "value", "where"], rows))]);
         for output in &branch.outputs {
             if let Some(ratio) = output.time_ratio {
-                text += &format!("\n\n  time ratio of {}: {}", output.name, number(ratio));
+                text.extend([format!("\n\n  time ratio of {}: {}", output.name, number(ratio))]);
             }
         }
         let range = |r: &bksim::analysis::RangeOf| json!({ "name": r.name, "unit": r.unit, "min": r.min, "max": r.max, "turns": r.turns });
