@@ -31,7 +31,7 @@ use bksim_model::{DriveId, Model};
 pub fn assemble(model: &Model) -> SymbolicSystem {
     let tree = Tree::of(model);
     let kinematics = Kinematics::along(model, &tree);
-    let derivation = if recursion::is_shorter(&kinematics) {
+    let derivation = if recursion::is_shorter(&model.pool, &kinematics) {
         Derivation::Recursion
     } else {
         Derivation::Lagrange

@@ -84,9 +84,12 @@ fn content(poly: &Poly) -> Number {
     best.expect("one is among the divisors").times(sign)
 }
 
-/// Greatest rational that divides all coefficients into integers.
+/// Greatest rational that divides all coefficients into integers; `None` where it is longer than a person
+/// would read, as between decimals of many digits.
 fn rational_gcd(poly: &Poly) -> Option<Number> {
-    poly.iter().try_fold(Number::ZERO, |gcd, term| gcd.gcd(&term.coefficient))
+    poly.iter().try_fold(Number::ZERO, |gcd, term| {
+        gcd.gcd(&term.coefficient).filter(|gcd| gcd.short_parts().is_some())
+    })
 }
 
 /// Splits by the preferred atom again and again, then groups equal cofactors.

@@ -21,13 +21,14 @@ mod naming;
 mod newton_euler;
 mod turn;
 
-use bksim_expr::{Expr, SymbolId};
+use bksim_expr::{Expr, Pool, SymbolId};
 use bksim_model::{Model, Vector};
 
 use crate::force::Loads;
 use crate::kinematics::{Coordinate, Kinematics};
 use crate::lagrange::LeftSide;
-use crate::spatial;
+use crate::pose::Pose;
+use crate::spatial::{self, Turn};
 use crate::tree::Tree;
 
 use links::Links;
@@ -41,8 +42,14 @@ pub(crate) use newton_euler::BodyAcceleration;
 const MIN_TURNS: usize = 4;
 
 /// Whether the recursion is the shorter way to the equations of the bodies at `kinematics`.
-pub(crate) fn is_shorter(kinematics: &Kinematics) -> bool {
-    kinematics.poses.iter().any(|pose| pose.rotation.turns().len() >= MIN_TURNS)
+pub(crate) fn is_shorter(pool: &Pool, kinematics: &Kinematics) -> bool {
+    // A turn about a skew axis has the terms of two about axes of the frame.
+    let weight = |turn: &Turn| {
+        let n_parts = turn.axis.iter().filter(|&&part| !pool.is_zero(part)).count();
+        n_parts.min(2)
+    };
+    let n_turns = |pose: &Pose| pose.rotation.turns().iter().map(weight).sum::<usize>();
+    kinematics.poses.iter().any(|pose| n_turns(pose) >= MIN_TURNS)
 }
 
 /// The symbols of the motion, and the links.
