@@ -7,6 +7,7 @@ mod support;
 use std::fmt::Write;
 
 use bksim::dae::System;
+use bksim::sim::formulate::formulate;
 use bksim::sim::hybrid::ChangeKind;
 use bksim::{Mechanism, Motion};
 use large::{Coordinates, LINK, REST, chain, windows};
@@ -26,13 +27,14 @@ fn mechanism(text: &str, t_end: f64, rtol: f64) -> Mechanism {
 /// Nodes of the pool with everything derived, entries of M, of G, and of the iteration matrix.
 fn sizes(text: &str) -> [usize; 4] {
     let mechanism = derive(model(text));
-    let simulation = mechanism.simulation().unwrap_or_else(|e| panic!("{e}"));
     let system = &mechanism.system;
+    let equations = formulate(&mechanism.model, system, mechanism.model.solve.formulation);
+    let equations = equations.expect("the equations compile");
     [
         mechanism.model.pool.len(),
         system.mass_matrix.entries().count(),
         system.constraint_jacobian.entries().count(),
-        simulation.equations().at(&mechanism.parameters, &[]).pattern().n_entries(),
+        equations.at(&mechanism.parameters, &[]).pattern().n_entries(),
     ]
 }
 

@@ -2,9 +2,9 @@
 //!
 //! Sums, products and quotients of exact numbers are exact: a decimal literal is a fraction, and no
 //! digit is dropped on the way. Parts within 63 bits are stored in place, longer ones behind a
-//! shared pointer, so that usual numbers stay small and fast. Integers of more than [`MAX_BITS`] bits, and
-//! other fractions with parts of more than [`MAX_FRACTION_BITS`], become the nearest float, and a power of
-//! that length is not computed at all.
+//! shared pointer, so that usual numbers stay small and fast. An operation on parts of more than
+//! [`MAX_BITS`] bits, and a product both of whose parts have more than [`MAX_FACTOR_BITS`], gives the nearest
+//! float; a power of that length is not computed at all.
 
 mod nearest;
 mod text;
@@ -37,10 +37,9 @@ use Kind::{Float, Long, Short};
 
 /// Longest part of an exact fraction, in bits: about 20 000 digits.
 pub(crate) const MAX_BITS: u64 = 1 << 16;
-/// Longest part of a fraction that is no integer, in bits, where a float is near to it: about 38 digits. Its
-/// value is that of decimals with errors of their own, and products of many of them would take more work
-/// than all else.
-const MAX_FRACTION_BITS: u64 = 1 << 7;
+/// Bits of both parts of a product, about 77 digits, above which it is a float: factors of so many digits
+/// are decimals with errors of their own, and their products would take more work than all else.
+const MAX_FACTOR_BITS: u64 = 1 << 8;
 /// Longest part of a power that is computed, in bits: as large as a float can be. Longer powers stay
 /// powers, which are shorter to read: `10^400`.
 const MAX_POWER_BITS: u64 = 1 << 10;
@@ -141,17 +140,19 @@ impl Number {
         {
             return Self(Short { numerator, denominator });
         }
-        let n_bits = fraction.numer().bits().max(fraction.denom().bits());
-        if n_bits > MAX_FRACTION_BITS && !fraction.is_integer() {
-            let nearest = nearest::nearest(fraction.numer(), fraction.denom());
-            if n_bits > MAX_BITS || nearest.is_normal() {
-                return Self::float(nearest);
-            }
-        }
-        if n_bits > MAX_BITS {
+        if fraction.numer().bits().max(fraction.denom().bits()) > MAX_BITS {
             return Self::float(nearest::nearest(fraction.numer(), fraction.denom()));
         }
         Self(Long(Arc::new(fraction)))
+    }
+
+    /// A product in lowest terms with a positive denominator.
+    fn from_product(fraction: BigRational) -> Self {
+        let shorter = fraction.numer().bits().min(fraction.denom().bits());
+        if shorter > MAX_FACTOR_BITS {
+            return Self::float(nearest::nearest(fraction.numer(), fraction.denom()));
+        }
+        Self::from_big(fraction)
     }
 
     /// The exact value with long parts; `None` for a float.
@@ -285,7 +286,7 @@ impl Number {
             return Self::of_wide(p * r, q * s);
         }
         match (self.to_big(), other.to_big()) {
-            (Some(a), Some(b)) => Self::from_big(a * b),
+            (Some(a), Some(b)) => Self::from_product(a * b),
             _ => Self::float(self.to_f64() * other.to_f64()),
         }
     }

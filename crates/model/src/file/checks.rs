@@ -74,9 +74,8 @@ impl Reader<'_> {
             return;
         }
         // A tensor with products: what it is about its own axes.
-        if !products.is_empty() {
-            let [xx, yy, zz] = [0, 1, 2].map(|i| moments[i]);
-            let [xy, yz, zx] = [0, 1, 2].map(|i| self.constants.pinned(products[i]));
+        if let (&[xx, yy, zz], &[xy, yz, zx]) = (moments, products) {
+            let [xy, yz, zx] = [xy, yz, zx].map(|product| self.constants.pinned(product));
             let principal = principal_moments([xx, yy, zz], [xy, yz, zx]);
             let span = components[0].span.start..components[5].span.end;
             if !self.are_moments(&what, principal, span) {
