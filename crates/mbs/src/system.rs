@@ -15,7 +15,7 @@ use crate::tree::Tree;
 pub enum Derivation {
     /// Lagrange's equations, written out and folded: short for planar mechanisms and few turns.
     Lagrange,
-    /// Newton's and Euler's equations by [recursion](crate::recursion) in body frames: their size
+    /// Newton's and Euler's equations by recursion in body frames: their size
     /// grows with the number of bodies, also where turns about many axes follow each other.
     Recursion,
 }
