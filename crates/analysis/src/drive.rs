@@ -1,4 +1,4 @@
-//! What is prescribed in a question: a measure over a range.
+//! Prescribed measures of a question, each over a range.
 
 use bksim_model::file::WrittenUnit;
 use bksim_model::{Measure, Model};

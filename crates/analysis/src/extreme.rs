@@ -25,7 +25,7 @@ pub struct Extreme {
 pub(crate) struct Extremes {
     names: Vec<String>,
     scalars: Scalars,
-    /// What one of each is, in SI: 1 rad or the longest link.
+    /// The unit of each, in SI: 1 rad or the longest link.
     units: Vec<f64>,
     unit_names: Vec<&'static str>,
 }

@@ -1,4 +1,4 @@
-//! What a mechanism shows at a pose: every coordinate, joint value, body and named point, with names
+//! The quantities of a mechanism at a pose: every coordinate, joint value, body and named point, with names
 //! for its value, rate and acceleration.
 
 use bksim_expr::Expr;

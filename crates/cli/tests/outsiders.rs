@@ -1,4 +1,4 @@
-//! What comes from outside stays there: names that a terminal would obey, files of other folders, names that
+//! Text and files from outside stay there: names that a terminal would obey, files of other folders, names that
 //! promise another format.
 #![cfg(unix)]
 

@@ -54,7 +54,7 @@ pub(crate) struct Instant<'a> {
 pub struct UniquenessChange {
     /// s.
     pub t: f64,
-    /// What holds from there to the next change.
+    /// The uniqueness from there to the next change.
     pub uniqueness: Uniqueness,
 }
 

@@ -13,6 +13,7 @@ pub(crate) mod implicit;
 pub(crate) mod mechanism;
 mod observer;
 mod pace;
+mod passage;
 mod phase;
 mod problem;
 mod progress;

@@ -24,7 +24,7 @@ const FACTOR: f64 = 1000.0;
 /// A relative error of energy that no tolerance excuses.
 const LARGEST: f64 = 0.05;
 
-/// What velocities lose more than positions: they are their derivatives.
+/// Factor by which velocities lose more than positions: they are their derivatives.
 const OF_RATES: f64 = 10.0;
 
 /// The tolerance that a fixed step is held to.
@@ -101,7 +101,7 @@ pub fn diagnose_worth(model: &Model, options: &SolveOptions, summary: &Summary) 
     faults
 }
 
-/// What to change, and where it stands.
+/// The change that helps, and its place.
 fn cure(model: &Model, options: &SolveOptions) -> (Option<(Span, &'static str)>, &'static str) {
     let span = |key: &str| {
         let found = model.solve.spans.iter().find(|(known, _)| known == key);

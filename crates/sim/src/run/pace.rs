@@ -63,7 +63,7 @@ pub struct Slowness {
     pub v: Vec<f64>,
 }
 
-/// What a pace means for the run.
+/// The meaning of a pace for the run.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Verdict {
     /// It ends in reasonable time, or nothing is known yet.

@@ -13,7 +13,7 @@
 //! solution. The accelerations have a limit there, explicit steps go on along the tangent, and
 //! their error test keeps them on the branch.
 
-use bksim_dae::{Cause, Checkpoint, Control, SolveError, Stats};
+use bksim_dae::{Checkpoint, Control, SolveError, Stats};
 
 use super::checkpoint::{Fingerprint, RunCheckpoint, Unfit};
 use super::dense::DenseOutput;
@@ -26,12 +26,11 @@ use super::phase::{Attempt, Phase, PhaseEnd};
 use super::problem::Problem;
 use super::sample::Sample;
 use super::sampler::Sampler;
-use super::singular::{REGULAR, SingularMonitor};
+use super::singular::SingularMonitor;
 use super::stepper::Stepper;
-use super::summary::{Failure, Integrator, MethodChange, Reason, Summary};
-use crate::hybrid::{ConsistentModes, Crossed, NoConsistentModes};
+use super::summary::{Failure, Integrator, Reason, Summary};
+use crate::hybrid::{Crossed, NoConsistentModes};
 use crate::multiplier::MultiplierSystem;
-use crate::redundancy::Instant;
 use crate::state::State;
 use bksim_model::Method;
 
@@ -394,112 +393,6 @@ impl<'a> Run<'a> {
             }
         };
         Ok(Box::new(Phase { stepper, monitor }))
-    }
-
-    /// Goes on with another method from where a phase has ended.
-    fn change_method(&mut self, end: PhaseEnd) -> Result<(), Halt> {
-        self.passing = None;
-        let (method, reason) = match end {
-            PhaseEnd::Stiff => (Integrator::Radau, Reason::Stiff),
-            PhaseEnd::Slow => (Integrator::Radau, Reason::Slow),
-            PhaseEnd::NoGain => (Integrator::Explicit, Reason::NoGain),
-            PhaseEnd::SingularAhead(t) => {
-                self.passing = Some(t);
-                (Integrator::Explicit, Reason::SingularPose)
-            }
-            PhaseEnd::Failed(error) => match self.after_failure(error.as_ref()) {
-                Some(next) => next,
-                None => return Err(Halt { error, no_modes: None }),
-            },
-            PhaseEnd::Regular
-            | PhaseEnd::Reached
-            | PhaseEnd::Switched(_)
-            | PhaseEnd::OtherRows(_) => (Integrator::Radau, Reason::Regular),
-        };
-        self.method = method;
-        self.pace.restart(self.reached.t, self.summary.stats.n_step);
-        self.note(reason);
-        Ok(())
-    }
-
-    /// Method to try where one has failed.
-    fn after_failure(&mut self, error: Option<&SolveError>) -> Option<(Integrator, Reason)> {
-        let t = self.reached.t;
-        let is_stuck = self.failed_at.replace(t) == Some(t);
-        let is_refused =
-            matches!(error, Some(SolveError::Checkpoint { .. } | SolveError::TooManySteps { .. }));
-        let options = self.problem.options;
-        if is_stuck || is_refused || options.step.is_some() {
-            return None;
-        }
-        match (options.method, self.method) {
-            // It was only tried.
-            (Method::Auto, Integrator::Radau) if !self.pace.may_try() => {
-                Some((Integrator::Explicit, Reason::NoGain))
-            }
-            (Method::Auto, Integrator::Explicit) => Some((Integrator::Radau, Reason::OtherFailed)),
-            (Method::Auto | Method::Radau, Integrator::Radau) if self.rank_margin() < REGULAR => {
-                self.passing = Some(t);
-                Some((Integrator::Explicit, Reason::SingularPose))
-            }
-            _ => None,
-        }
-    }
-
-    /// A phase that failed short of a switch has reached it: beyond a kink, the branch on this side
-    /// need have no value.
-    fn or_switched(&mut self, end: PhaseEnd) -> PhaseEnd {
-        let PhaseEnd::Failed(Some(
-            SolveError::NotFinite { .. }
-            | SolveError::StepTooSmall { cause: Cause::NotFinite { .. }, .. },
-        )) = end
-        else {
-            return end;
-        };
-        match self.mechanism.kink_ahead(&mut self.reached) {
-            Some(crossed) => PhaseEnd::Switched(crossed),
-            None => end,
-        }
-    }
-
-    /// Goes on in other modes where something has switched.
-    fn pass_event(&mut self, crossed: &Crossed) -> Result<(), Halt> {
-        let changes = &mut self.summary.changes;
-        let entered = self.mechanism.switch(crossed, self.reached.clone(), changes);
-        let entered = entered.map_err(|no_modes| Halt { error: None, no_modes: Some(no_modes) })?;
-        self.summary.energy.work += entered.impact_work;
-        self.summary.energy.impacts += entered.impact_work;
-        self.note_uniqueness(&entered);
-        (self.reached.q, self.reached.v) = (entered.q, entered.v);
-        self.enter_rows();
-        Ok(())
-    }
-
-    /// Goes on with the rows that the mechanism now has active.
-    fn enter_rows(&mut self) {
-        self.sampler.enter(&self.mechanism);
-        self.multipliers = self.mechanism.multipliers();
-        self.singular_monitor = SingularMonitor::default();
-    }
-
-    /// Takes note of which reactions are unique in other modes.
-    fn note_uniqueness(&mut self, entered: &ConsistentModes) {
-        let Problem { compiled, parameters, .. } = self.problem;
-        let t = self.reached.t;
-        let instant = Instant { t, q: &entered.q, v: &entered.v, a: &entered.a };
-        let uniqueness = compiled.uniqueness(parameters, instant, &entered.modes);
-        self.summary.note_uniqueness(t, uniqueness);
-    }
-
-    fn note(&mut self, reason: Reason) {
-        let method = self.method;
-        self.summary.methods.push(MethodChange { t: self.reached.t, method, reason });
-    }
-
-    /// Rank margin of the constraints at the end of the last step.
-    fn rank_margin(&mut self) -> f64 {
-        let State { t, q, v } = &self.reached;
-        self.multipliers.rank_margin_at(&self.mechanism.evaluator.dynamics(*t, q, v))
     }
 
     pub(super) fn failed(&mut self, error: SolveError) -> PhaseEnd {

@@ -23,11 +23,11 @@ pub(super) struct Asked {
 pub(super) struct Answer {
     /// The name of the command.
     pub(super) command: &'static str,
-    /// What `--json` prints, but for the diagnostics.
+    /// The object of `--json`, but for the diagnostics.
     pub(super) json: Value,
-    /// What else is printed.
+    /// The text that is printed otherwise.
     pub(super) text: String,
-    /// What a table holds.
+    /// The contents of a table.
     pub(super) table: Table,
 }
 

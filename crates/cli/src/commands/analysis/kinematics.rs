@@ -46,7 +46,7 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
     Asked::answer(&source, &warnings, file, answer, as_json)
 }
 
-/// What the command line prescribes, if anything.
+/// The motion that the command line prescribes, if any.
 fn prescribed(
     model: &Model,
     args: &Args,

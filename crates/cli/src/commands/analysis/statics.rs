@@ -24,7 +24,7 @@ pub(super) fn word(stability: Stability) -> &'static str {
     }
 }
 
-/// What is said of stops and friction that hold.
+/// The note about stops and friction that hold.
 pub(super) fn held(names: &[String]) -> String {
     if names.is_empty() {
         return String::new();
