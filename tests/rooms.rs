@@ -204,6 +204,29 @@ fn the_picture_of_the_storeys_is_that_of_the_manifests() {
 }
 
 #[test]
+fn the_list_of_rooms_has_every_module_of_its_crates() {
+    let page = read(&Path::new(ROOT).join("docs/rooms.md"));
+    for section in page.split("\n## `").skip(1) {
+        let (member, rows) = section.split_once('`').expect("a crate in backticks");
+        let first_cells =
+            rows.lines().filter_map(|row| row.strip_prefix("| `")?.split(" |").next());
+        let listed: BTreeSet<&str> = first_cells
+            .flat_map(|cell| cell.split('`').step_by(2))
+            .filter(|s| !s.is_empty())
+            .collect();
+        let names = fs::read_dir(folder(member).join("src")).expect("sources").map(|entry| {
+            let entry = entry.expect("an entry");
+            let is_folder = entry.file_type().expect("a kind").is_dir();
+            entry.file_name().to_string_lossy().into_owned() + if is_folder { "/" } else { "" }
+        });
+        let modules: BTreeSet<String> =
+            names.filter(|name| !matches!(name.as_str(), "lib.rs" | "main.rs")).collect();
+        let modules: BTreeSet<&str> = modules.iter().map(String::as_str).collect();
+        assert_eq!(listed, modules, "{member}: the list, and what is there");
+    }
+}
+
+#[test]
 fn a_circle_is_seen() {
     let uses = |of: &[(&str, &[&str])]| -> BTreeMap<String, BTreeSet<String>> {
         let set = |used: &[&str]| used.iter().map(|&module| module.to_owned()).collect();

@@ -50,8 +50,10 @@ pub fn assemblies(model: Model) -> Result<Assemblies, AnalysisError> {
     search(&positions, &mut rows, &u, &start, &mut found)?;
 
     // Names, and the pose of each.
-    let shapes: Vec<Shape> =
-        found.iter().map(|x| Shape::of(&positions, &rows.unscaled(x))).collect::<Result<_, _>>()?;
+    let shapes: Vec<LoopPolygons> = found
+        .iter()
+        .map(|x| LoopPolygons::of(&positions, &rows.unscaled(x)))
+        .collect::<Result<_, _>>()?;
     let names = names(&positions, &shapes);
     let mut scalars = positions.scalars(positions.quantities())?;
     let assembly = |(number, (x, name)): (usize, (&Vec<f64>, String))| {
@@ -230,12 +232,12 @@ impl Aligned {
 }
 
 /// The loops of an assembly as polygons of their joints.
-struct Shape {
+struct LoopPolygons {
     /// Of each loop the joints and their places.
     loops: Vec<Vec<(JointId, [f64; 2])>>,
 }
 
-impl Shape {
+impl LoopPolygons {
     fn of(positions: &Positions, q: &[f64]) -> Result<Self, AnalysisError> {
         let (model, system) = (positions.model(), positions.system());
         if model.space != Space::Planar {
@@ -299,10 +301,10 @@ fn cross((a, b): ([f64; 2], [f64; 2]), (c, d): ([f64; 2], [f64; 2])) -> bool {
 
 /// Names of assemblies: each loop open or crossed, then, where that does not tell them apart, on which side
 /// joints lie.
-fn names(positions: &Positions, shapes: &[Shape]) -> Vec<String> {
+fn names(positions: &Positions, shapes: &[LoopPolygons]) -> Vec<String> {
     let model = positions.model();
     let joint = |id: JointId| model.joints[id.0].name.as_str();
-    let basic = |shape: &Shape| {
+    let basic = |shape: &LoopPolygons| {
         let word = |k: usize| {
             let corners: Vec<&str> = shape.loops[k].iter().map(|(id, _)| joint(*id)).collect();
             let word = if shape.is_open(k) { "open" } else { "crossed" };
@@ -311,8 +313,8 @@ fn names(positions: &Positions, shapes: &[Shape]) -> Vec<String> {
         (0..shape.loops.len()).map(word).collect::<Vec<_>>().join(", ")
     };
     let basics: Vec<String> = shapes.iter().map(basic).collect();
-    let full = |(i, shape): (usize, &Shape)| {
-        let twins: Vec<&Shape> =
+    let full = |(i, shape): (usize, &LoopPolygons)| {
+        let twins: Vec<&LoopPolygons> =
             (0..shapes.len()).filter(|&j| basics[j] == basics[i]).map(|j| &shapes[j]).collect();
         let mut name = basics[i].clone();
         if twins.len() == 1 {

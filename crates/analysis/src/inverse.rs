@@ -22,7 +22,7 @@ use crate::statics::reaction_columns;
 use crate::table::{Column, Table};
 
 /// Value, rate and acceleration as a function of time, SI.
-type Law = Arc<dyn Fn(f64) -> [f64; 3]>;
+type TimeLaw = Arc<dyn Fn(f64) -> [f64; 3]>;
 
 /// A prescribed motion of a joint.
 #[derive(Clone)]
@@ -32,7 +32,7 @@ pub struct Motion {
     joint: JointId,
     /// Index of the joint's motion.
     of_joint: usize,
-    law: Law,
+    law: TimeLaw,
 }
 
 /// Largest and quadratic mean of a quantity over a motion.
@@ -82,7 +82,7 @@ impl Motion {
         let symbols: Vec<_> = model.parameters.iter().map(|p| p.symbol).collect();
         let tape = Tape::compile(pool, &[value, rate, acceleration], &[model.time], &symbols)?;
         let parameters: Vec<f64> = model.parameters.iter().map(|p| p.value).collect();
-        let law: Law = Arc::new(move |t| {
+        let law: TimeLaw = Arc::new(move |t| {
             let mut out = [0.0; 3];
             tape.evaluate(&mut tape.workspace(&parameters), &[t], &mut out);
             out
@@ -111,7 +111,7 @@ impl Motion {
             return Err(bad());
         }
         let spline = Spline::of(times, values, smoothing).ok_or_else(bad)?;
-        let law: Law = Arc::new(move |t| spline.at(t));
+        let law: TimeLaw = Arc::new(move |t| spline.at(t));
         Ok(Self { name: name.to_owned(), joint, of_joint: motion_idx, law })
     }
 
@@ -131,7 +131,7 @@ impl Motion {
         if times.len() < 2 || times.len() != values.len() || !ascends {
             return Err(AnalysisError::BadRange { text: name.to_owned(), unit: "s".to_owned() });
         }
-        let law: Law = Arc::new(move |t| {
+        let law: TimeLaw = Arc::new(move |t| {
             let next = times.partition_point(|&known| known <= t).clamp(1, times.len() - 1);
             let (t0, t1) = (times[next - 1], times[next]);
             if t == t0 {

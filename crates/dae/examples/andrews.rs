@@ -1,4 +1,4 @@
-//! What a run costs: Andrews' squeezer with residual and Jacobian written by hand, so that the
+//! The cost of a run: Andrews' squeezer with residual and Jacobian written by hand, so that the
 //! integrator's own work shows. Digits, counters and CPU time by tolerance.
 //!
 //! ```text

@@ -55,7 +55,7 @@ pub(crate) enum Op {
 }
 
 /// One row of the table of functions.
-struct Row {
+struct FunctionRow {
     function: Function,
     name: &'static str,
     arity: usize,
@@ -67,15 +67,15 @@ const fn row(
     name: &'static str,
     arity: usize,
     value: fn(f64, f64) -> f64,
-) -> Row {
-    Row { function, name, arity, value }
+) -> FunctionRow {
+    FunctionRow { function, name, arity, value }
 }
 
 use Function as F;
 
 /// The table, in the order of the variants of [`Function`].
 #[rustfmt::skip]
-const TABLE: [Row; 22] = [
+const TABLE: [FunctionRow; 22] = [
     row(F::Sin,   "sin",   1, |a, _| sin_cos(a).0),
     row(F::Cos,   "cos",   1, |a, _| sin_cos(a).1),
     row(F::Tan,   "tan",   1, |a, _| a.tan()),
@@ -107,7 +107,7 @@ fn sign(a: f64) -> f64 {
 }
 
 impl Function {
-    fn row(self) -> &'static Row {
+    fn row(self) -> &'static FunctionRow {
         &TABLE[self as usize]
     }
 

@@ -60,7 +60,7 @@ pub enum SolveError {
 }
 
 /// One equation `Σ coefficientᵢ unknownᵢ = right`.
-struct Row {
+struct LinearEquation {
     equation: usize,
     coefficients: Vec<Expr>,
     right: Expr,
@@ -91,7 +91,7 @@ impl Pool {
     ) -> Result<LinearSolution, SolveError> {
         let mut rows = self.linear_rows(equations, unknowns)?;
         let mut free: Vec<usize> = (0..unknowns.len()).collect();
-        let mut solved: Vec<(usize, Row)> = Vec::new();
+        let mut solved: Vec<(usize, LinearEquation)> = Vec::new();
         let mut nonzero = Vec::new();
         while let Some((row, column)) = self.pivot(&rows, &free) {
             let mut row = rows.swap_remove(row);
@@ -120,7 +120,7 @@ impl Pool {
         &self,
         equations: &[Expr],
         unknowns: &[SymbolId],
-    ) -> Result<Vec<Row>, SolveError> {
+    ) -> Result<Vec<LinearEquation>, SolveError> {
         let mut sorted = unknowns.to_vec();
         sorted.sort_unstable();
         if let Some(pair) = sorted.windows(2).find(|pair| pair[0] == pair[1]) {
@@ -145,13 +145,17 @@ impl Pool {
             if !is_linear {
                 return Err(SolveError::NotLinear { equation });
             }
-            rows.push(Row { equation, coefficients, right: self.simplify(self.neg(rest)) });
+            rows.push(LinearEquation {
+                equation,
+                coefficients,
+                right: self.simplify(self.neg(rest)),
+            });
         }
         Ok(rows)
     }
 
     /// The best coefficient to divide by: a number, otherwise the shortest expression.
-    fn pivot(&self, rows: &[Row], free: &[usize]) -> Option<(usize, usize)> {
+    fn pivot(&self, rows: &[LinearEquation], free: &[usize]) -> Option<(usize, usize)> {
         let entries =
             rows.iter().enumerate().flat_map(|(i, row)| free.iter().map(move |&j| (i, j, row)));
         let nonzero = entries.filter(|&(_, j, row)| !self.is_zero(row.coefficients[j]));
@@ -165,14 +169,20 @@ impl Pool {
             .map(|(i, j, _)| (i, j))
     }
 
-    fn divide(&self, row: &mut Row, number: Expr) {
+    fn divide(&self, row: &mut LinearEquation, number: Expr) {
         for entry in row.coefficients.iter_mut().chain([&mut row.right]) {
             *entry = self.div(*entry, number);
         }
     }
 
     /// Removes one unknown: pivot · row − coefficient · pivot's row.
-    fn eliminate(&self, row: &mut Row, by: &Row, column: usize, free: &[usize]) {
+    fn eliminate(
+        &self,
+        row: &mut LinearEquation,
+        by: &LinearEquation,
+        column: usize,
+        free: &[usize],
+    ) {
         let (factor, pivot) = (row.coefficients[column], by.coefficients[column]);
         if factor == ZERO {
             return;
@@ -189,7 +199,7 @@ impl Pool {
     }
 
     /// Equations that have no unknown left must hold by themselves.
-    fn check_left_over(&self, rows: &[Row]) -> Result<(), SolveError> {
+    fn check_left_over(&self, rows: &[LinearEquation]) -> Result<(), SolveError> {
         for row in rows {
             if self.is_zero(row.right) {
                 continue;
@@ -204,7 +214,7 @@ impl Pool {
     }
 
     /// Values from rows in triangular form, the last one first.
-    fn substitute_back(&self, solved: &[(usize, Row)]) -> Vec<Expr> {
+    fn substitute_back(&self, solved: &[(usize, LinearEquation)]) -> Vec<Expr> {
         let mut values = vec![ZERO; solved.len()];
         for (index, (column, row)) in solved.iter().enumerate().rev() {
             let known = solved[index + 1..]

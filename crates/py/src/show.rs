@@ -57,20 +57,20 @@ pub(crate) fn unit_word(unit: &str) -> &'static str {
 }
 
 /// A curve: its name, values along the abscissa, its own values.
-type Given<'py> = (String, PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>);
+type GivenCurve<'py> = (String, PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>);
 
 /// Curves as a picture: panels are what is shown, its unit, and curves.
 #[pyfunction]
 pub(crate) fn figure<'py>(
     py: Python<'py>,
     title: String,
-    panels: Vec<(String, String, Vec<Given<'py>>)>,
+    panels: Vec<(String, String, Vec<GivenCurve<'py>>)>,
     x: (String, String),
     format: String,
     is_dark: bool,
 ) -> PyResult<std::borrow::Cow<'static, [u8]>> {
-    let panel = |(what, unit, curves): (String, String, Vec<Given<'py>>)| {
-        let curve = |(name, x, y): Given<'py>| {
+    let panel = |(what, unit, curves): (String, String, Vec<GivenCurve<'py>>)| {
+        let curve = |(name, x, y): GivenCurve<'py>| {
             let points = x.as_array().iter().zip(y.as_array()).map(|(&x, &y)| [x, y]).collect();
             Curve::new(&name, points)
         };

@@ -33,7 +33,7 @@ pub(crate) struct SweepRequest {
     name: String,
     /// Parameters with one other value.
     fixed: Vec<(String, String)>,
-    axes: Vec<Given>,
+    axes: Vec<GivenAxis>,
     design: String,
     n: Option<u64>,
     seed: u64,
@@ -49,7 +49,7 @@ pub(crate) struct SweepRequest {
 }
 
 /// An axis: its name, `text`, `list` or `range`, the text or the unit, the numbers.
-type Given = (String, String, String, Vec<f64>);
+type GivenAxis = (String, String, String, Vec<f64>);
 
 /// A sweep ready to run.
 #[pyclass(frozen, module = "bksim._bksim")]
@@ -308,7 +308,7 @@ fn prepared(wanted: SweepRequest) -> Result<Study, Fault> {
     }
 }
 
-fn axis((name, kind, text, numbers): Given) -> Result<Option<Axis>, SweepError> {
+fn axis((name, kind, text, numbers): GivenAxis) -> Result<Option<Axis>, SweepError> {
     let values = match (kind.as_str(), numbers.as_slice()) {
         ("text", _) => return Ok(Axis::parse(&name, &text)?),
         ("range", &[from, to]) => Values::Range { from, to, spacing: Spacing::Linear },

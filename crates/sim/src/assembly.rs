@@ -30,9 +30,9 @@ const CLOSURE_TOLERANCE: f64 = 1e-10;
 pub(crate) struct Closure {
     initial: Vec<Initial>,
     /// Every initial value's measure, with its slopes by q (positions) or v (velocities).
-    measures: Functions,
+    measures: WithSlopes,
     /// Derivatives by q of 1 − cos, for cosines that are one where the axes of cut joints are alike.
-    senses: Functions,
+    senses: WithSlopes,
     /// The cut joint that each of these is of.
     joint_of_sense: Vec<JointId>,
     /// The stated and guessed values.
@@ -86,12 +86,12 @@ impl Closure {
             })
             .collect();
         let inputs = [vec![model.time], q.clone(), v.clone()].concat();
-        let measures = Functions::compile(system, pool, &measures, (&inputs, &symbols))?;
+        let measures = WithSlopes::compile(system, pool, &measures, (&inputs, &symbols))?;
         let (joint_of_sense, senses): (Vec<JointId>, Vec<Expr>) =
             senses(model, system).into_iter().unzip();
         let senses: Vec<(Expr, &[SymbolId])> =
             senses.into_iter().map(|sense| (sense, q.as_slice())).collect();
-        let senses = Functions::compile(system, pool, &senses, (&inputs, &symbols))?;
+        let senses = WithSlopes::compile(system, pool, &senses, (&inputs, &symbols))?;
         let values: Vec<Expr> = model.initial.iter().map(|i| i.value).collect();
         let own = model.initial.iter().zip(&measures.moving).map(|(initial, moving)| {
             let &[column] = moving.as_slice() else { return None };
@@ -169,14 +169,14 @@ fn uncut_guess(
 
 /// Functions of the state with their slopes, compiled.
 #[derive(Clone, Debug)]
-struct Functions {
+struct WithSlopes {
     /// Each function, then its slopes.
     tape: Tape,
     /// The coordinates that each one's slopes are by.
     moving: Vec<Vec<usize>>,
 }
 
-impl Functions {
+impl WithSlopes {
     /// Functions with the symbols of all coordinates, or of all velocities, that they are
     /// differentiated by.
     fn compile(

@@ -11,10 +11,12 @@ mod run;
 mod start;
 mod switch;
 mod values;
+mod words;
 mod worth;
 
 pub use guesses::diagnose_guesses;
 pub use pace::diagnose_slowness;
 pub use run::diagnose_run;
-pub use start::{diagnose_mobility, diagnose_start, unit_of};
+pub use start::{diagnose_mobility, diagnose_start};
+pub use words::unit_of;
 pub use worth::diagnose_worth;

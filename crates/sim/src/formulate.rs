@@ -77,7 +77,7 @@ pub fn formulate(
 ) -> Result<MotionEquations, TapeError> {
     let system = system.integrated();
     let (nq, nc) = (system.coordinates().len(), system.constraints.len());
-    let unknowns = Unknowns::new(model, system, formulation);
+    let unknowns = UnknownSymbols::new(model, system, formulation);
     let rows = unknowns.residual(model, system, formulation);
     let n = rows.len();
 
@@ -127,7 +127,7 @@ pub(crate) fn parameter_columns(
     directions: &[Vec<Expr>],
 ) -> Result<Function, TapeError> {
     let system = system.integrated();
-    let unknowns = Unknowns::new(model, system, formulation);
+    let unknowns = UnknownSymbols::new(model, system, formulation);
     let rows = unknowns.residual(model, system, formulation);
     let column = |direction: &Vec<Expr>| model.pool.jvp(&rows, wrt, direction);
     let columns: Vec<Expr> = directions.iter().flat_map(column).collect();
@@ -136,7 +136,7 @@ pub(crate) fn parameter_columns(
 
 /// M a + Gᵀ λ − f, then G a + γ.
 pub(crate) fn acceleration_level(model: &Model, system: &SymbolicSystem) -> Vec<Expr> {
-    let unknowns = Unknowns::new(model, system, Formulation::Index1);
+    let unknowns = UnknownSymbols::new(model, system, Formulation::Index1);
     unknowns.residual(model, system, Formulation::Index1).split_off(system.coordinates().len())
 }
 
@@ -275,7 +275,7 @@ fn first_not_finite(values: impl Iterator<Item = (usize, f64)>) -> Result<(), No
 }
 
 /// Symbols of y and y′: q, v, λ(, μ) and their derivatives.
-struct Unknowns {
+struct UnknownSymbols {
     y: Vec<SymbolId>,
     ydot: Vec<SymbolId>,
     mu: Vec<Expr>,
@@ -283,7 +283,7 @@ struct Unknowns {
     slopes: Vec<SymbolId>,
 }
 
-impl Unknowns {
+impl UnknownSymbols {
     fn new(model: &Model, system: &SymbolicSystem, formulation: Formulation) -> Self {
         let pool = &model.pool;
         // Not identifiers, so that no name of the model can meet them.

@@ -63,7 +63,7 @@ use crate::state::State;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Simulation {
-    derivation: Arc<Derivation>,
+    derivation: Arc<Derived>,
     compiled: Arc<CompiledSystem>,
     /// In the formulation of the options.
     equations: Arc<LazyMotionEquations>,
@@ -75,7 +75,7 @@ pub struct Simulation {
 
 /// Everything that does not depend on values: common to all copies of a simulation.
 #[derive(Debug)]
-struct Derivation {
+struct Derived {
     model: Model<PoolSnapshot>,
     system: SymbolicSystem,
     start: StartEquations,
@@ -131,7 +131,7 @@ impl Simulation {
     pub fn of(mechanism: &Mechanism) -> Result<Self, Rejected> {
         let Mechanism { model, system, compiled, parameters, .. } = mechanism;
         let start = StartEquations::compile(model, system).map_err(|e| uncompiled(&e))?;
-        let derivation = Derivation {
+        let derivation = Derived {
             model: model.snapshot(),
             system: system.clone(),
             start,
@@ -258,7 +258,7 @@ impl Simulation {
     /// # Errors
     /// [`InputError`] says why it cannot be set in the middle of a motion.
     pub(crate) fn settable(&self, name: &str) -> Result<ParameterId, InputError> {
-        let Derivation { model, not_only_loads, .. } = &*self.derivation;
+        let Derived { model, not_only_loads, .. } = &*self.derivation;
         let found = model.parameters.iter().position(|parameter| parameter.name == name);
         let id = found.map(ParameterId).ok_or_else(|| UnknownInput(name.to_owned()))?;
         if model.inputs.contains(&id) {
@@ -423,7 +423,7 @@ impl Simulation {
     }
 }
 
-impl Derivation {
+impl Derived {
     /// The equations of motion in a formulation, compiled when they are asked for first.
     fn equations(&self, formulation: Formulation) -> &Arc<MotionEquations> {
         self.equations[formulation as usize].get_or_init(|| {

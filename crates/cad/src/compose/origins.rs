@@ -23,7 +23,7 @@ pub enum Origin {
 
 /// A key or a value of a text.
 #[derive(Clone, Debug)]
-struct Piece {
+struct KeyOrValue {
     path: Vec<String>,
     is_key: bool,
     span: Range<usize>,
@@ -32,7 +32,7 @@ struct Piece {
 /// Where every value of a text comes from.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Origins {
-    text: Vec<Piece>,
+    text: Vec<KeyOrValue>,
     sidecar: BTreeMap<(Vec<String>, bool), Range<usize>>,
     drawing: BTreeMap<Vec<String>, Location>,
 }
@@ -45,7 +45,7 @@ impl Origins {
         drawing: BTreeMap<Vec<String>, Location>,
         spellings: &Spellings,
     ) -> Self {
-        let spelled = |piece: Piece| ((spellings.path(&piece.path), piece.is_key), piece.span);
+        let spelled = |piece: KeyOrValue| ((spellings.path(&piece.path), piece.is_key), piece.span);
         let sidecar = pieces(sidecar).into_iter().map(spelled).collect();
         let drawing = drawing.into_iter().map(|(path, at)| (spellings.path(&path), at)).collect();
         Self { text: pieces(text), sidecar, drawing }
@@ -53,7 +53,8 @@ impl Origins {
 
     /// Where a range of the composed text comes from.
     pub(super) fn find(&self, span: &Range<usize>) -> Origin {
-        let holds = |piece: &&Piece| piece.span.start <= span.start && span.end <= piece.span.end;
+        let holds =
+            |piece: &&KeyOrValue| piece.span.start <= span.start && span.end <= piece.span.end;
         let found = self.text.iter().filter(holds).min_by_key(|piece| piece.span.len());
         let Some(piece) = found else { return Origin::Composed };
         if let Some(known) = self.sidecar.get(&(piece.path.clone(), piece.is_key)) {
@@ -80,7 +81,7 @@ impl Origins {
 }
 
 /// All keys and values of a text; none where it is no TOML.
-fn pieces(text: &str) -> Vec<Piece> {
+fn pieces(text: &str) -> Vec<KeyOrValue> {
     let mut found = Vec::new();
     let Ok(document) = Document::parse(text) else { return found };
     let mut waiting: Vec<(Vec<String>, &dyn TableLike)> = vec![(Vec::new(), document.as_table())];
@@ -89,10 +90,10 @@ fn pieces(text: &str) -> Vec<Piece> {
             let mut inner = path.clone();
             inner.push(name.to_owned());
             if let Some(span) = table.key(name).and_then(Key::span) {
-                found.push(Piece { path: inner.clone(), is_key: true, span });
+                found.push(KeyOrValue { path: inner.clone(), is_key: true, span });
             }
             if let Some(span) = item.span() {
-                found.push(Piece { path: inner.clone(), is_key: false, span });
+                found.push(KeyOrValue { path: inner.clone(), is_key: false, span });
             }
             if let Some(table) = item.as_table_like() {
                 waiting.push((inner, table));

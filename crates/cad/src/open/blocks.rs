@@ -13,10 +13,10 @@ use crate::tags::Tags;
 #[derive(Default)]
 struct Block {
     n_own: u64,
-    inserts: Vec<Insert>,
+    inserts: Vec<BlockInsert>,
 }
 
-struct Insert {
+struct BlockInsert {
     block: String,
     /// Rows times columns.
     n_copies: u64,
@@ -82,7 +82,7 @@ fn undefined(tags: &Tags, model: &Block, known: &BTreeMap<String, Block>) -> Vec
     warnings
 }
 
-fn no_block(tags: &Tags, insert: &Insert) -> Diagnostic {
+fn no_block(tags: &Tags, insert: &BlockInsert) -> Diagnostic {
     let message = format!("the drawing has no block `{}`: its insert shows nothing", insert.block);
     let record = tags.record_from(insert.record).unwrap_or(insert.record..insert.record + 1);
     let fault = Diagnostic::warning(codes::NO_BLOCK, message)
@@ -101,7 +101,7 @@ fn add(tags: &Tags, block: &mut Block, record: &Record) {
         let stated = own.find(|&idx| tags.code(idx) == code).and_then(|idx| tags.integer(idx));
         u64::try_from(stated.unwrap_or(1)).unwrap_or(1).max(1)
     };
-    block.inserts.push(Insert {
+    block.inserts.push(BlockInsert {
         block: block_name(tags, record),
         n_copies: count(70).saturating_mul(count(71)),
         record: record.tags.start,

@@ -26,7 +26,7 @@ use crate::source::Text;
 const LONGEST_INPUT_BYTES: u64 = 16 * 1024 * 1024;
 
 /// The results of the operations on an expression.
-struct Outcome {
+struct Results {
     read: Expr,
     result: Expr,
     /// The unknown of `--solve`.
@@ -80,7 +80,7 @@ struct Request<'a> {
 }
 
 impl Request<'_> {
-    fn outcome(&self) -> Result<Outcome, Failure> {
+    fn outcome(&self) -> Result<Results, Failure> {
         let (pool, args) = (self.pool, self.args);
         let read = self.read()?;
         let symbol = |name: &String| self.symbol(name);
@@ -121,7 +121,7 @@ impl Request<'_> {
         }
         self.writable(e)?;
         let certificate = args.certificate.then(|| pool.certificate(before, e));
-        Ok(Outcome { read, result: e, unknown, nonzero, value: self.value(e)?, certificate })
+        Ok(Results { read, result: e, unknown, nonzero, value: self.value(e)?, certificate })
     }
 
     /// Refuses a result that would fill the disk: shared parts are written out wherever they occur,
@@ -228,7 +228,7 @@ impl Request<'_> {
         }
     }
 
-    fn report(&self, outcome: &Outcome) -> String {
+    fn report(&self, outcome: &Results) -> String {
         let printer = Printer::new(self.pool, self.notation());
         let formula = printer.expr(outcome.result);
         let mut lines = vec![match outcome.unknown {
@@ -258,7 +258,7 @@ impl Request<'_> {
         lines.join("\n")
     }
 
-    fn describe(&self, outcome: &Outcome) -> Value {
+    fn describe(&self, outcome: &Results) -> Value {
         let pool = self.pool;
         let names: Vec<String> =
             pool.symbols_of(outcome.result).iter().map(|&s| pool.symbol_name(s)).collect();

@@ -1,6 +1,6 @@
 //! Forward sweeps: the derivatives of every step along one direction.
 
-use super::Entry;
+use super::MatrixEntry;
 use super::dependence::Dependence;
 use super::rules::partial_derivatives;
 use crate::build::MERGE_LIMIT;
@@ -16,7 +16,7 @@ impl Pool {
         sweep: &Sweep,
         dependence: &Dependence,
         rows: &[usize],
-    ) -> Vec<Entry> {
+    ) -> Vec<MatrixEntry> {
         let roots: Vec<usize> = rows.iter().map(|&row| sweep.roots[row]).collect();
         let found = self.forward_steps(sweep, dependence, &roots);
         let at_row = |(index, column, derivative)| (rows[index], column, derivative);
@@ -29,7 +29,7 @@ impl Pool {
         sweep: &Sweep,
         dependence: &Dependence,
         targets: &[usize],
-    ) -> Vec<Entry> {
+    ) -> Vec<MatrixEntry> {
         let mut changing = vec![Vec::new(); dependence.n_columns];
         for position in dependence.reach(sweep, targets).into_iter().rev() {
             for column in dependence.columns(position) {

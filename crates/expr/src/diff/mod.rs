@@ -33,7 +33,7 @@ pub struct SparseJacobian {
 }
 
 /// One entry of a matrix of derivatives: row, column, derivative.
-type Entry = (usize, usize, Expr);
+type MatrixEntry = (usize, usize, Expr);
 
 /// Cost of one step backward, in forward steps for one symbol. Above the ratio of the work
 /// itself, about two, because forward derivatives stay factored: (√u)˙ = u̇/(2√u) has one quotient,
@@ -87,7 +87,7 @@ impl Pool {
         SparseJacobian { n_rows: rows.len(), n_columns: columns.len(), entries }
     }
 
-    fn jacobian_of_group(&self, sweep: &Sweep, dependence: &Dependence) -> Vec<Entry> {
+    fn jacobian_of_group(&self, sweep: &Sweep, dependence: &Dependence) -> Vec<MatrixEntry> {
         let plan = Plan::new(sweep, dependence);
         let mut entries = self.forward_rows(sweep, dependence, &plan.forward);
         entries.extend(self.reverse_rows(sweep, dependence, &plan.reverse));

@@ -1,6 +1,6 @@
 //! Backward sweeps: the derivative of one function by every step below it.
 
-use super::Entry;
+use super::MatrixEntry;
 use super::dependence::Dependence;
 use super::rules::partial_derivatives;
 use crate::build::MERGE_LIMIT;
@@ -15,7 +15,7 @@ impl Pool {
         sweep: &Sweep,
         dependence: &Dependence,
         rows: &[(usize, Vec<usize>)],
-    ) -> Vec<Entry> {
+    ) -> Vec<MatrixEntry> {
         let mut shares = vec![Vec::new(); sweep.steps.len()];
         let mut entries = Vec::new();
         for (row, reach) in rows {
@@ -78,14 +78,14 @@ impl Pool {
         sweep: &Sweep,
         dependence: &Dependence,
         reach: &[usize],
-    ) -> Vec<Entry> {
+    ) -> Vec<MatrixEntry> {
         let is_if = |&&p: &&usize| sweep.steps[p].op == Op::Call(Function::If);
         let positions: Vec<usize> = reach.iter().filter(is_if).copied().collect();
         if positions.is_empty() {
             return Vec::new();
         }
         let found = self.forward_steps(sweep, dependence, &positions);
-        let mut entries: Vec<Entry> =
+        let mut entries: Vec<MatrixEntry> =
             found.into_iter().map(|(index, column, d)| (positions[index], column, d)).collect();
         entries.sort_unstable_by_key(|&(position, column, _)| (position, column));
         entries

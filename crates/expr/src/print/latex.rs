@@ -1,6 +1,6 @@
 //! LaTeX, as it would be typeset in a paper.
 
-use super::mark::{Height, Mark, Part, SymbolNames, digits, function_name, relation};
+use super::mark::{Height, Mark, MarkPart, SymbolNames, digits, function_name, relation};
 use super::name::{Name, Word};
 use crate::op::Function;
 
@@ -48,31 +48,31 @@ pub(super) fn write(mark: &Mark, names: &SymbolNames<'_>, out: &mut String) {
         Mark::Times => r" \, ",
         Mark::Over => "/",
         // Fractions, powers, roots, bars and parentheses around others.
-        Mark::Fraction(Part::Start) => r"\frac{",
-        Mark::Fraction(Part::Middle) => "}{",
-        Mark::Power(Part::Start) => "",
-        Mark::Power(Part::Middle) => "^{",
-        Mark::Root(Part::Start) => r"\sqrt{",
+        Mark::Fraction(MarkPart::Start) => r"\frac{",
+        Mark::Fraction(MarkPart::Middle) => "}{",
+        Mark::Power(MarkPart::Start) => "",
+        Mark::Power(MarkPart::Middle) => "^{",
+        Mark::Root(MarkPart::Start) => r"\sqrt{",
         Mark::Fraction(_) | Mark::Power(_) | Mark::Root(_) => "}",
-        Mark::Absolute(Part::Start) => r"\left| ",
+        Mark::Absolute(MarkPart::Start) => r"\left| ",
         Mark::Absolute(_) => r" \right|",
         Mark::Parenthesis(part, height) | Mark::Arguments(part, height) => match (part, height) {
-            (Part::Start, Height::Line) => "(",
-            (Part::Start, Height::Tall) => r"\left( ",
-            (Part::Start, Height::Split) => r"\bigl( ",
-            (Part::Middle, _) => ", ",
-            (Part::End, Height::Line) => ")",
-            (Part::End, Height::Tall) => r" \right)",
-            (Part::End, Height::Split) => r" \bigr)",
+            (MarkPart::Start, Height::Line) => "(",
+            (MarkPart::Start, Height::Tall) => r"\left( ",
+            (MarkPart::Start, Height::Split) => r"\bigl( ",
+            (MarkPart::Middle, _) => ", ",
+            (MarkPart::End, Height::Line) => ")",
+            (MarkPart::End, Height::Tall) => r" \right)",
+            (MarkPart::End, Height::Split) => r" \bigr)",
         },
         // Functions and conditions.
         Mark::Apply => " ",
-        Mark::Cases(Part::Start) => r"\begin{cases} ",
-        Mark::Cases(Part::Middle) => r" & \text{if } ",
-        Mark::Cases(Part::End) => r" & \text{otherwise} \end{cases}",
+        Mark::Cases(MarkPart::Start) => r"\begin{cases} ",
+        Mark::Cases(MarkPart::Middle) => r" & \text{if } ",
+        Mark::Cases(MarkPart::End) => r" & \text{otherwise} \end{cases}",
         Mark::Otherwise => r" \\ ",
         Mark::NotZero => r" \ne 0",
-        Mark::Truth(Part::Start) => "[",
+        Mark::Truth(MarkPart::Start) => "[",
         Mark::Truth(_) => "]",
     };
     out.push_str(fixed);

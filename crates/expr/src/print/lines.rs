@@ -1,6 +1,6 @@
 //! Long sums in lines: before which `+` or `−` a line ends, and how wide marks are.
 
-use super::mark::{Height, Mark, Part, SymbolNames, digits, function_name};
+use super::mark::{Height, Mark, MarkPart, SymbolNames, digits, function_name};
 use super::name::Name;
 
 /// A line that is at least this full may end at an outer sign even if more would fit.
@@ -62,12 +62,12 @@ fn breaks(marks: &[Mark], is_linear: bool, measure: &dyn Fn(&Mark) -> f64) -> (V
             Mark::Plus | Mark::Minus if closed == 0 => {
                 breaks.push(Break { mark: index, at: meter.width(), depth });
             }
-            Mark::Parenthesis(Part::Start, _) => depth += 1,
-            Mark::Parenthesis(Part::End, _) => depth = depth.saturating_sub(1),
+            Mark::Parenthesis(MarkPart::Start, _) => depth += 1,
+            Mark::Parenthesis(MarkPart::End, _) => depth = depth.saturating_sub(1),
             _ if is_linear => (),
             mark => match enclosing(mark) {
-                Some(Part::Start) => closed += 1,
-                Some(Part::End) => closed = closed.saturating_sub(1),
+                Some(MarkPart::Start) => closed += 1,
+                Some(MarkPart::End) => closed = closed.saturating_sub(1),
                 _ => (),
             },
         }
@@ -77,7 +77,7 @@ fn breaks(marks: &[Mark], is_linear: bool, measure: &dyn Fn(&Mark) -> f64) -> (V
 }
 
 /// Marks between whose start and end no line ends.
-fn enclosing(mark: &Mark) -> Option<Part> {
+fn enclosing(mark: &Mark) -> Option<MarkPart> {
     match *mark {
         Mark::Fraction(part)
         | Mark::Power(part)
@@ -86,7 +86,7 @@ fn enclosing(mark: &Mark) -> Option<Part> {
         | Mark::Cases(part)
         | Mark::Truth(part)
         | Mark::Arguments(part, _) => Some(part),
-        Mark::Raised(_) => Some(Part::End),
+        Mark::Raised(_) => Some(MarkPart::End),
         _ => None,
     }
 }
@@ -97,14 +97,14 @@ fn split_parentheses(marks: &mut [Mark], cuts: &[usize]) {
     let line_of = |index: usize| cuts.partition_point(|&cut| cut <= index);
     for index in 0..marks.len() {
         match marks[index] {
-            Mark::Parenthesis(Part::Start, _) => open.push(index),
-            Mark::Parenthesis(Part::End, _) => {
+            Mark::Parenthesis(MarkPart::Start, _) => open.push(index),
+            Mark::Parenthesis(MarkPart::End, _) => {
                 let Some(start) = open.pop().filter(|&start| line_of(start) != line_of(index))
                 else {
                     continue;
                 };
-                marks[start] = Mark::Parenthesis(Part::Start, Height::Split);
-                marks[index] = Mark::Parenthesis(Part::End, Height::Split);
+                marks[start] = Mark::Parenthesis(MarkPart::Start, Height::Split);
+                marks[index] = Mark::Parenthesis(MarkPart::End, Height::Split);
             }
             _ => (),
         }
@@ -130,23 +130,23 @@ impl WidthMeter {
 
     fn add(&mut self, mark: &Mark, own: f64) {
         match mark {
-            Mark::Fraction(Part::Start) => {
+            Mark::Fraction(MarkPart::Start) => {
                 self.levels.push((self.width, 0.0));
                 self.width = 0.0;
             }
-            Mark::Fraction(Part::Middle) => {
+            Mark::Fraction(MarkPart::Middle) => {
                 if let Some(level) = self.levels.last_mut() {
                     level.1 = self.width;
                 }
                 self.width = 0.0;
             }
-            Mark::Fraction(Part::End) => {
+            Mark::Fraction(MarkPart::End) => {
                 if let Some((before, numerator)) = self.levels.pop() {
                     self.width = before + self.width.max(numerator);
                 }
             }
-            Mark::Power(Part::Middle) => self.n_small += 1,
-            Mark::Power(Part::End) => self.n_small -= 1,
+            Mark::Power(MarkPart::Middle) => self.n_small += 1,
+            Mark::Power(MarkPart::End) => self.n_small -= 1,
             _ => (),
         }
         self.width += own * SMALL.powi(self.n_small.max(0));
@@ -170,29 +170,29 @@ pub(super) fn ems(mark: &Mark, names: &SymbolNames<'_>) -> f64 {
         Mark::Symbol(symbol) => of_symbol(symbol),
         Mark::RaisedSymbol(symbol, n) => of_symbol(symbol) + SMALL * letters(&n.to_string()),
         Mark::Plus | Mark::Minus | Mark::Relation(_) => 1.22,
-        Mark::Sign | Mark::Root(Part::Start) => 0.85,
+        Mark::Sign | Mark::Root(MarkPart::Start) => 0.85,
         Mark::Times | Mark::Apply => 0.17,
-        Mark::Over | Mark::Arguments(Part::Middle, _) => 0.5,
+        Mark::Over | Mark::Arguments(MarkPart::Middle, _) => 0.5,
         Mark::Raised(n) => SMALL * letters(&n.to_string()),
         Mark::Pi
-        | Mark::Parenthesis(Part::Start | Part::End, _)
-        | Mark::Arguments(Part::Start | Part::End, _) => 0.6,
-        Mark::Fraction(Part::End)
-        | Mark::Absolute(Part::Start | Part::End)
-        | Mark::Truth(Part::Start | Part::End) => 0.3,
+        | Mark::Parenthesis(MarkPart::Start | MarkPart::End, _)
+        | Mark::Arguments(MarkPart::Start | MarkPart::End, _) => 0.6,
+        Mark::Fraction(MarkPart::End)
+        | Mark::Absolute(MarkPart::Start | MarkPart::End)
+        | Mark::Truth(MarkPart::Start | MarkPart::End) => 0.3,
         Mark::Function(function, n) => {
             letters(function_name(function)) + 0.17 + if n == 1 { 0.0 } else { 0.5 }
         }
         // Both values are above each other; counting both errs on the wide side.
-        Mark::Cases(Part::Start | Part::Middle) | Mark::NotZero => 2.0,
-        Mark::Cases(Part::End) => 5.0,
+        Mark::Cases(MarkPart::Start | MarkPart::Middle) | Mark::NotZero => 2.0,
+        Mark::Cases(MarkPart::End) => 5.0,
         // No width of their own.
-        Mark::Fraction(Part::Start | Part::Middle)
+        Mark::Fraction(MarkPart::Start | MarkPart::Middle)
         | Mark::Power(_)
-        | Mark::Root(Part::Middle | Part::End)
-        | Mark::Absolute(Part::Middle)
-        | Mark::Parenthesis(Part::Middle, _)
+        | Mark::Root(MarkPart::Middle | MarkPart::End)
+        | Mark::Absolute(MarkPart::Middle)
+        | Mark::Parenthesis(MarkPart::Middle, _)
         | Mark::Otherwise
-        | Mark::Truth(Part::Middle) => 0.0,
+        | Mark::Truth(MarkPart::Middle) => 0.0,
     }
 }

@@ -6,7 +6,7 @@ use crate::pool::{Pool, SymbolId};
 
 /// The beginning, the separation and the end of a mark that encloses others.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Part {
+pub(super) enum MarkPart {
     Start,
     Middle,
     End,
@@ -32,30 +32,30 @@ pub(super) enum Mark {
     /// Division within the line.
     Over,
     /// Numerator, middle, denominator; not within the line.
-    Fraction(Part),
+    Fraction(MarkPart),
     /// Base, then [`Mark::Raised`], or middle, exponent, end.
-    Power(Part),
+    Power(MarkPart),
     /// Ends a power whose exponent is a natural number.
     Raised(u64),
-    Root(Part),
-    Absolute(Part),
+    Root(MarkPart),
+    Absolute(MarkPart),
     /// Parentheses around a sum; they grow when their content is tall.
-    Parenthesis(Part, Height),
+    Parenthesis(MarkPart, Height),
     /// A function's name, with the power of its value: sin² is `(Sin, 2)`.
     Function(Function, u64),
     /// Between a function's name and an argument without parentheses.
     Apply,
     /// Parentheses around arguments; middle is the comma.
-    Arguments(Part, Height),
+    Arguments(MarkPart, Height),
     /// First value, middle, condition; then [`Mark::Otherwise`], other value, end.
-    Cases(Part),
+    Cases(MarkPart),
     Otherwise,
     /// A comparison, as a condition or enclosed by [`Mark::Truth`].
     Relation(Function),
     /// A condition that is no comparison holds where its value is not zero.
     NotZero,
     /// Encloses a comparison used as a number, 1 or 0.
-    Truth(Part),
+    Truth(MarkPart),
 }
 
 /// How parentheses are set.

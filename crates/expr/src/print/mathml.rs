@@ -1,6 +1,6 @@
 //! Presentation MathML: the content of a `<math>` element.
 
-use super::mark::{Height, Mark, Part, SymbolNames, digits, function_name, relation};
+use super::mark::{Height, Mark, MarkPart, SymbolNames, digits, function_name, relation};
 use super::name::{Name, Word};
 
 /// Between a function's name and its argument.
@@ -45,33 +45,39 @@ pub(super) fn write(mark: &Mark, names: &SymbolNames<'_>, out: &mut String) {
         Mark::Times => "<mo lspace=\"0\" rspace=\"0.17em\">&#x2062;</mo>",
         Mark::Over => "<mo>/</mo>",
         // Fractions, powers, roots, bars and parentheses around others.
-        Mark::Fraction(Part::Start) => "<mfrac><mrow>",
-        Mark::Fraction(Part::Middle) | Mark::Power(Part::Middle) => "</mrow><mrow>",
-        Mark::Fraction(Part::End) => "</mrow></mfrac>",
-        Mark::Power(Part::Start) => "<msup><mrow>",
-        Mark::Power(Part::End) => "</mrow></msup>",
-        Mark::Root(Part::Start) => "<msqrt>",
+        Mark::Fraction(MarkPart::Start) => "<mfrac><mrow>",
+        Mark::Fraction(MarkPart::Middle) | Mark::Power(MarkPart::Middle) => "</mrow><mrow>",
+        Mark::Fraction(MarkPart::End) => "</mrow></mfrac>",
+        Mark::Power(MarkPart::Start) => "<msup><mrow>",
+        Mark::Power(MarkPart::End) => "</mrow></msup>",
+        Mark::Root(MarkPart::Start) => "<msqrt>",
         Mark::Root(_) => "</msqrt>",
-        Mark::Absolute(Part::Start) => "<mrow><mo fence=\"true\">|</mo>",
+        Mark::Absolute(MarkPart::Start) => "<mrow><mo fence=\"true\">|</mo>",
         Mark::Absolute(_) => "<mo fence=\"true\">|</mo></mrow>",
         // A partner in another line must not stretch this one, nor leave a row open.
-        Mark::Parenthesis(Part::Start, Height::Split) => "<mo form=\"prefix\">(</mo>",
-        Mark::Parenthesis(Part::End, Height::Split) => "<mo form=\"postfix\">)</mo>",
+        Mark::Parenthesis(MarkPart::Start, Height::Split) => "<mo form=\"prefix\">(</mo>",
+        Mark::Parenthesis(MarkPart::End, Height::Split) => "<mo form=\"postfix\">)</mo>",
         Mark::Parenthesis(part, height) | Mark::Arguments(part, height) => match (part, height) {
-            (Part::Start, Height::Line) => "<mrow><mo form=\"prefix\" stretchy=\"false\">(</mo>",
-            (Part::End, Height::Line) => "<mo form=\"postfix\" stretchy=\"false\">)</mo></mrow>",
-            (Part::Start, _) => "<mrow><mo form=\"prefix\">(</mo>",
-            (Part::Middle, _) => "<mo separator=\"true\">,</mo>",
-            (Part::End, _) => "<mo form=\"postfix\">)</mo></mrow>",
+            (MarkPart::Start, Height::Line) => {
+                "<mrow><mo form=\"prefix\" stretchy=\"false\">(</mo>"
+            }
+            (MarkPart::End, Height::Line) => {
+                "<mo form=\"postfix\" stretchy=\"false\">)</mo></mrow>"
+            }
+            (MarkPart::Start, _) => "<mrow><mo form=\"prefix\">(</mo>",
+            (MarkPart::Middle, _) => "<mo separator=\"true\">,</mo>",
+            (MarkPart::End, _) => "<mo form=\"postfix\">)</mo></mrow>",
         },
         // Functions and conditions.
         Mark::Apply => "<mspace width=\"0.17em\"/>",
-        Mark::Cases(Part::Start) => "<mrow><mo form=\"prefix\">{</mo><mtable><mtr><mtd>",
-        Mark::Cases(Part::Middle) => "</mtd><mtd><mtext>if&#xa0;</mtext>",
-        Mark::Cases(Part::End) => "</mtd><mtd><mtext>otherwise</mtext></mtd></mtr></mtable></mrow>",
+        Mark::Cases(MarkPart::Start) => "<mrow><mo form=\"prefix\">{</mo><mtable><mtr><mtd>",
+        Mark::Cases(MarkPart::Middle) => "</mtd><mtd><mtext>if&#xa0;</mtext>",
+        Mark::Cases(MarkPart::End) => {
+            "</mtd><mtd><mtext>otherwise</mtext></mtd></mtr></mtable></mrow>"
+        }
         Mark::Otherwise => "</mtd></mtr><mtr><mtd>",
         Mark::NotZero => "<mo>≠</mo><mn>0</mn>",
-        Mark::Truth(Part::Start) => "<mrow><mo form=\"prefix\">[</mo>",
+        Mark::Truth(MarkPart::Start) => "<mrow><mo form=\"prefix\">[</mo>",
         Mark::Truth(_) => "<mo form=\"postfix\">]</mo></mrow>",
     };
     out.push_str(fixed);

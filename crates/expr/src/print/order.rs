@@ -8,7 +8,7 @@ use std::cmp::Ordering;
 use std::collections::HashMap;
 
 /// A term as it is written: a sign, and numerator and denominator.
-pub(super) struct Term {
+pub(super) struct WrittenTerm {
     pub(super) is_negative: bool,
     pub(super) coefficient: Number,
     pub(super) numerator: Vec<Expr>,
@@ -93,7 +93,7 @@ impl<'p> Reader<'p> {
     }
 
     /// Splits a term into sign, coefficient, and ordered numerator and denominator.
-    pub(super) fn term(&self, e: Expr) -> Term {
+    pub(super) fn term(&self, e: Expr) -> WrittenTerm {
         let (coefficient, monic) = self.pool.split_coefficient(e);
         let (mut numerator, mut denominator) = (Vec::new(), Vec::new());
         for factor in self.pool.chain(monic, Op::Mul) {
@@ -113,7 +113,7 @@ impl<'p> Reader<'p> {
             });
         }
         let is_negative = coefficient.is_negative();
-        Term { is_negative, coefficient: coefficient.magnitude(), numerator, denominator }
+        WrittenTerm { is_negative, coefficient: coefficient.magnitude(), numerator, denominator }
     }
 
     /// The given terms, with a sum among them replaced by its terms: it needs no parentheses.
@@ -131,7 +131,7 @@ impl<'p> Reader<'p> {
             .chain(sum, Op::Add)
             .into_iter()
             .map(|term| {
-                let Term { numerator, denominator, .. } = self.term(term);
+                let WrittenTerm { numerator, denominator, .. } = self.term(term);
                 let factors = numerator.into_iter().chain(denominator);
                 (factors.map(|f| self.factor_key(f)).collect(), term)
             })

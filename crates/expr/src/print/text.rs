@@ -1,6 +1,6 @@
 //! Infix text that this crate and others can parse.
 
-use super::mark::{Mark, Part, SymbolNames};
+use super::mark::{Mark, MarkPart, SymbolNames};
 
 /// Appends a mark as text.
 pub(super) fn write(mark: &Mark, names: &SymbolNames<'_>, out: &mut String) {
@@ -14,17 +14,19 @@ pub(super) fn write(mark: &Mark, names: &SymbolNames<'_>, out: &mut String) {
         Mark::Sign => out.push('-'),
         Mark::Times => out.push('*'),
         Mark::Over => out.push('/'),
-        Mark::Power(Part::Middle) => out.push('^'),
+        Mark::Power(MarkPart::Middle) => out.push('^'),
         Mark::Raised(n) => out.extend(["^", &n.to_string()]),
-        Mark::Parenthesis(Part::Start, _) | Mark::Arguments(Part::Start, _) => out.push('('),
-        Mark::Parenthesis(Part::End, _) | Mark::Arguments(Part::End, _) => out.push(')'),
-        Mark::Arguments(Part::Middle, _) => out.push_str(", "),
+        Mark::Parenthesis(MarkPart::Start, _) | Mark::Arguments(MarkPart::Start, _) => {
+            out.push('(');
+        }
+        Mark::Parenthesis(MarkPart::End, _) | Mark::Arguments(MarkPart::End, _) => out.push(')'),
+        Mark::Arguments(MarkPart::Middle, _) => out.push_str(", "),
         Mark::Function(function, _) => out.push_str(function.name()),
         Mark::Power(_) => (),
         Mark::Fraction(_)
         | Mark::Root(_)
         | Mark::Absolute(_)
-        | Mark::Parenthesis(Part::Middle, _)
+        | Mark::Parenthesis(MarkPart::Middle, _)
         | Mark::Apply
         | Mark::Cases(_)
         | Mark::Otherwise

@@ -1,6 +1,6 @@
 //! Typst, for mathematics mode.
 
-use super::mark::{Height, Mark, Part, SymbolNames, digits, function_name, relation};
+use super::mark::{Height, Mark, MarkPart, SymbolNames, digits, function_name, relation};
 use super::name::{Name, Word};
 use crate::op::Function;
 
@@ -51,27 +51,27 @@ pub(super) fn write(mark: &Mark, names: &SymbolNames<'_>, out: &mut String) {
         Mark::Times => " thin ",
         Mark::Over => r"\/",
         // Fractions, powers, roots, bars and parentheses around others.
-        Mark::Fraction(Part::Start) => "frac(",
-        Mark::Fraction(Part::Middle) | Mark::Otherwise => COMMA,
-        Mark::Power(Part::Start) => "",
-        Mark::Power(Part::Middle) => "^(",
-        Mark::Root(Part::Start) => "sqrt(",
-        Mark::Absolute(Part::Start) => "abs(",
+        Mark::Fraction(MarkPart::Start) => "frac(",
+        Mark::Fraction(MarkPart::Middle) | Mark::Otherwise => COMMA,
+        Mark::Power(MarkPart::Start) => "",
+        Mark::Power(MarkPart::Middle) => "^(",
+        Mark::Root(MarkPart::Start) => "sqrt(",
+        Mark::Absolute(MarkPart::Start) => "abs(",
         Mark::Fraction(_) | Mark::Power(_) | Mark::Root(_) | Mark::Absolute(_) => ")",
         Mark::Parenthesis(part, height) | Mark::Arguments(part, height) => match (part, height) {
-            (Part::Start, Height::Split) => r"\(",
-            (Part::End, Height::Split) => r"\)",
-            (Part::Start, _) => "(",
-            (Part::Middle, _) => COMMA,
-            (Part::End, _) => ")",
+            (MarkPart::Start, Height::Split) => r"\(",
+            (MarkPart::End, Height::Split) => r"\)",
+            (MarkPart::Start, _) => "(",
+            (MarkPart::Middle, _) => COMMA,
+            (MarkPart::End, _) => ")",
         },
         // Functions and conditions.
         Mark::Apply => " ",
-        Mark::Cases(Part::Start) => "cases(",
-        Mark::Cases(Part::Middle) => r#" & "if " "#,
-        Mark::Cases(Part::End) => r#" & "otherwise")"#,
+        Mark::Cases(MarkPart::Start) => "cases(",
+        Mark::Cases(MarkPart::Middle) => r#" & "if " "#,
+        Mark::Cases(MarkPart::End) => r#" & "otherwise")"#,
         Mark::NotZero => " != 0",
-        Mark::Truth(Part::Start) => "[",
+        Mark::Truth(MarkPart::Start) => "[",
         Mark::Truth(_) => "]",
     };
     out.push_str(fixed);

@@ -1,6 +1,6 @@
 //! The text notation with the letters that a terminal has: `½·m·ẋ₂²` instead of `0.5*m*x2_dot^2`.
 
-use super::mark::{Mark, Part, SymbolNames};
+use super::mark::{Mark, MarkPart, SymbolNames};
 use super::name::{Name, Word};
 use super::text;
 
@@ -22,7 +22,7 @@ pub(super) fn write(mark: &Mark, names: &SymbolNames<'_>, out: &mut String) {
         Mark::Sign => out.push('−'),
         Mark::Times => out.push('·'),
         Mark::Raised(n) => out.push_str(&in_digits(&n.to_string(), &SUPERSCRIPTS)),
-        Mark::Root(Part::Start) => out.push_str("√("),
+        Mark::Root(MarkPart::Start) => out.push_str("√("),
         Mark::Root(_) => out.push(')'),
         Mark::Absolute(_) => out.push('|'),
         _ => text::write(mark, names, out),

@@ -3,8 +3,8 @@
 //! The walk keeps a stack of its own, so that no depth of an expression can overflow another one.
 
 use super::Notation;
-use super::mark::{Height, Mark, Part, relation};
-use super::order::{Reader, Term, as_fraction};
+use super::mark::{Height, Mark, MarkPart, relation};
+use super::order::{Reader, WrittenTerm, as_fraction};
 use crate::build::MERGE_LIMIT;
 use crate::number::Number;
 use crate::op::{Function, Op};
@@ -114,9 +114,9 @@ impl Walk<'_> {
             return pieces;
         }
         let height = self.height(e);
-        let mut wrapped = vec![Piece::Mark(Mark::Parenthesis(Part::Start, height))];
+        let mut wrapped = vec![Piece::Mark(Mark::Parenthesis(MarkPart::Start, height))];
         wrapped.extend(pieces);
-        wrapped.push(Piece::Mark(Mark::Parenthesis(Part::End, height)));
+        wrapped.push(Piece::Mark(Mark::Parenthesis(MarkPart::End, height)));
         wrapped
     }
 
@@ -156,14 +156,14 @@ impl Walk<'_> {
             return (Strength::Power, vec![Piece::Mark(Mark::RaisedSymbol(symbol, n))]);
         }
         let mut pieces =
-            vec![Piece::Mark(Mark::Power(Part::Start)), Piece::Expr(base, Strength::Atom)];
+            vec![Piece::Mark(Mark::Power(MarkPart::Start)), Piece::Expr(base, Strength::Atom)];
         if let Some(n) = natural {
             pieces.push(Piece::Mark(Mark::Raised(n)));
         } else {
             let strength = if self.is_linear { Strength::Atom } else { Strength::Sum };
-            pieces.push(Piece::Mark(Mark::Power(Part::Middle)));
+            pieces.push(Piece::Mark(Mark::Power(MarkPart::Middle)));
             pieces.push(Piece::Expr(exponent, strength));
-            pieces.push(Piece::Mark(Mark::Power(Part::End)));
+            pieces.push(Piece::Mark(Mark::Power(MarkPart::End)));
         }
         (Strength::Power, pieces)
     }
@@ -178,16 +178,20 @@ impl Walk<'_> {
         let is_text = self.notation == Notation::Text;
         match function {
             Function::Sqrt if !is_text => {
-                return enclosed(Mark::Root(Part::Start), node.left, Mark::Root(Part::End));
+                return enclosed(Mark::Root(MarkPart::Start), node.left, Mark::Root(MarkPart::End));
             }
             Function::Abs if !is_text => {
-                return enclosed(Mark::Absolute(Part::Start), node.left, Mark::Absolute(Part::End));
+                return enclosed(
+                    Mark::Absolute(MarkPart::Start),
+                    node.left,
+                    Mark::Absolute(MarkPart::End),
+                );
             }
             Function::If if !self.is_linear => return self.cases(e),
             _ if !self.is_linear && relation(function).is_some() => {
-                let mut pieces = vec![Piece::Mark(Mark::Truth(Part::Start))];
+                let mut pieces = vec![Piece::Mark(Mark::Truth(MarkPart::Start))];
                 pieces.extend(self.condition(e));
-                pieces.push(Piece::Mark(Mark::Truth(Part::End)));
+                pieces.push(Piece::Mark(Mark::Truth(MarkPart::End)));
                 return pieces;
             }
             _ => (),
@@ -206,9 +210,9 @@ impl Walk<'_> {
         };
         let is_tall = !self.is_linear && arguments.iter().any(|&a| self.reader.is_tall(a));
         let height = if is_tall { Height::Tall } else { Height::Line };
-        pieces.push(Piece::Mark(Mark::Arguments(Part::Start, height)));
+        pieces.push(Piece::Mark(Mark::Arguments(MarkPart::Start, height)));
         pieces.extend(list(&arguments));
-        pieces.push(Piece::Mark(Mark::Arguments(Part::End, height)));
+        pieces.push(Piece::Mark(Mark::Arguments(MarkPart::End, height)));
         pieces
     }
 
@@ -217,13 +221,13 @@ impl Walk<'_> {
         let node = pool.node(e);
         let branches = pool.node(node.right);
         vec![
-            Piece::Mark(Mark::Cases(Part::Start)),
+            Piece::Mark(Mark::Cases(MarkPart::Start)),
             Piece::Expr(branches.left, Strength::Sum),
-            Piece::Mark(Mark::Cases(Part::Middle)),
+            Piece::Mark(Mark::Cases(MarkPart::Middle)),
             Piece::Condition(node.left),
             Piece::Mark(Mark::Otherwise),
             Piece::Expr(branches.right, Strength::Sum),
-            Piece::Mark(Mark::Cases(Part::End)),
+            Piece::Mark(Mark::Cases(MarkPart::End)),
         ]
     }
 
@@ -245,7 +249,7 @@ fn list(items: &[Expr]) -> Vec<Piece> {
     let mut pieces = Vec::new();
     for (i, &item) in items.iter().enumerate() {
         if i > 0 {
-            pieces.push(Piece::Mark(Mark::Arguments(Part::Middle, Height::Line)));
+            pieces.push(Piece::Mark(Mark::Arguments(MarkPart::Middle, Height::Line)));
         }
         pieces.push(Piece::Expr(item, Strength::Sum));
     }
@@ -264,16 +268,16 @@ fn magnitude(n: Number, is_linear: bool) -> Vec<Piece> {
 }
 
 fn fraction(numerator: Vec<Piece>, denominator: Vec<Piece>) -> Vec<Piece> {
-    let mut pieces = vec![Piece::Mark(Mark::Fraction(Part::Start))];
+    let mut pieces = vec![Piece::Mark(Mark::Fraction(MarkPart::Start))];
     pieces.extend(numerator);
-    pieces.push(Piece::Mark(Mark::Fraction(Part::Middle)));
+    pieces.push(Piece::Mark(Mark::Fraction(MarkPart::Middle)));
     pieces.extend(denominator);
-    pieces.push(Piece::Mark(Mark::Fraction(Part::End)));
+    pieces.push(Piece::Mark(Mark::Fraction(MarkPart::End)));
     pieces
 }
 
 /// Numerator over denominator, without the sign.
-fn quotient(reader: &Reader<'_>, is_linear: bool, term: &Term) -> Vec<Piece> {
+fn quotient(reader: &Reader<'_>, is_linear: bool, term: &WrittenTerm) -> Vec<Piece> {
     if is_linear {
         return quotient_in_line(reader, term);
     }
@@ -297,7 +301,7 @@ fn quotient(reader: &Reader<'_>, is_linear: bool, term: &Term) -> Vec<Piece> {
 }
 
 /// Factors in a row; a coefficient of one is left out unless it is alone.
-fn factors(coefficient: Vec<Piece>, term: &Term, list: &[Expr]) -> Vec<Piece> {
+fn factors(coefficient: Vec<Piece>, term: &WrittenTerm, list: &[Expr]) -> Vec<Piece> {
     let is_silent = term.coefficient.is_one() && !list.is_empty();
     match (is_silent, list) {
         (true, [one]) => vec![Piece::Expr(*one, Strength::Product)],
@@ -317,7 +321,7 @@ fn times(mut pieces: Vec<Piece>, list: &[Expr]) -> Vec<Piece> {
 }
 
 /// `c*a*b/(d*f)`.
-fn quotient_in_line(reader: &Reader<'_>, term: &Term) -> Vec<Piece> {
+fn quotient_in_line(reader: &Reader<'_>, term: &WrittenTerm) -> Vec<Piece> {
     let mut pieces = Vec::new();
     if term.numerator.is_empty() || !term.coefficient.is_one() {
         pieces.push(Piece::Mark(Mark::Number(term.coefficient.clone())));
@@ -335,8 +339,8 @@ fn quotient_in_line(reader: &Reader<'_>, term: &Term) -> Vec<Piece> {
         return pieces;
     }
     pieces.push(Piece::Mark(Mark::Over));
-    pieces.push(Piece::Mark(Mark::Parenthesis(Part::Start, Height::Line)));
+    pieces.push(Piece::Mark(Mark::Parenthesis(MarkPart::Start, Height::Line)));
     pieces.extend(times(Vec::new(), divisors));
-    pieces.push(Piece::Mark(Mark::Parenthesis(Part::End, Height::Line)));
+    pieces.push(Piece::Mark(Mark::Parenthesis(MarkPart::End, Height::Line)));
     pieces
 }

@@ -1,6 +1,6 @@
 //! The sums and products of a sweep as chains of operands, with common pairs taken out.
 
-use super::compile::{index, reciprocal_base};
+use super::register::index;
 use super::share::{Operand, Pair, share};
 use crate::number::Number;
 use crate::op::Op;
@@ -214,4 +214,14 @@ impl<'s> ChainReader<'s> {
 
 fn negated(operand: Operand) -> Operand {
     Operand { is_negated: !operand.is_negated, ..operand }
+}
+
+/// Position of `b` where the step at `position` is `b^(−1)`.
+pub(super) fn reciprocal_base(pool: &Pool, sweep: &Sweep, position: usize) -> Option<usize> {
+    let step = &sweep.steps[position];
+    if step.op != Op::Pow {
+        return None;
+    }
+    let [base, exponent] = sweep.operand_array(step);
+    (pool.as_number(sweep.steps[exponent].expr) == Some(Number::MINUS_ONE)).then_some(base)
 }

@@ -1,6 +1,7 @@
 //! From expressions to a tape: its instructions, before their order is known.
 
-use super::chains::{Chains, Part};
+use super::chains::{Chains, Part, reciprocal_base};
+use super::register::{Key, Register, index};
 use super::schedule::Section;
 use super::share::Operand;
 use super::{Action, Tape, TapeError};
@@ -35,23 +36,6 @@ impl Tape {
     }
 }
 
-/// A register before its final number is known: its kind and its index within the kind.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-pub(super) enum Register {
-    Constant(u32),
-    Parameter(u32),
-    Input(u32),
-    Prologue(u32),
-    Body(u32),
-}
-
-impl Register {
-    /// Whether the value is known before the inputs are.
-    fn is_early(self) -> bool {
-        !matches!(self, Self::Input(_) | Self::Body(_))
-    }
-}
-
 /// The register of a step's value, but for its sign.
 #[derive(Clone, Copy, Debug)]
 struct SignedRegister {
@@ -59,9 +43,6 @@ struct SignedRegister {
     /// The value is minus the register's: sums subtract it instead of negating first.
     is_negated: bool,
 }
-
-/// An instruction on registers without final numbers.
-pub(super) type Key = (Action, Register, Register, Register);
 
 struct Compiler {
     symbols: HashMap<SymbolId, Register>,
@@ -75,10 +56,6 @@ struct Compiler {
     chains: Chains,
     /// Registers of the chains' parts beyond the steps, once they are emitted.
     parts: Vec<Option<Register>>,
-}
-
-pub(super) fn index(n: usize) -> u32 {
-    u32::try_from(n).expect("a tape holds fewer than 2^32 registers")
 }
 
 impl Compiler {
@@ -391,14 +368,4 @@ impl Compiler {
             n_inputs,
         }
     }
-}
-
-/// Position of `b` where the step at `position` is `b^(−1)`.
-pub(super) fn reciprocal_base(pool: &Pool, sweep: &Sweep, position: usize) -> Option<usize> {
-    let step = &sweep.steps[position];
-    if step.op != Op::Pow {
-        return None;
-    }
-    let [base, exponent] = sweep.operand_array(step);
-    (pool.as_number(sweep.steps[exponent].expr) == Some(Number::MINUS_ONE)).then_some(base)
 }

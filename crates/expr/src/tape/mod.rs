@@ -12,6 +12,7 @@
 
 mod chains;
 mod compile;
+mod register;
 mod schedule;
 mod share;
 

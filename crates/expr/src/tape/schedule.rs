@@ -10,7 +10,7 @@
 //!
 //! Within each part, operands come right before their first user: few values are alive at a time.
 
-use super::compile::{Key, Register, index};
+use super::register::{Key, Register, index};
 use super::{Action, Instruction};
 use crate::op::Function;
 use std::collections::HashMap;

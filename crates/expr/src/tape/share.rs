@@ -41,7 +41,7 @@ pub(super) fn share(chains: &mut [Vec<Operand>], first_id: u32) -> Vec<Pair> {
     let mut uses = Uses::of(chains);
     let mut pairs = Vec::new();
     while let Some(pair) = uses.most_frequent() {
-        let id = first_id + super::compile::index(pairs.len());
+        let id = first_id + super::register::index(pairs.len());
         pairs.push(pair);
         for chain_idx in uses.take(pair) {
             replace(&mut chains[chain_idx as usize], chain_idx, pair, id, &mut uses);

@@ -134,7 +134,7 @@ impl<'a> Constants<'a> {
         names: &mut Names,
     ) -> (Vec<Group>, Vec<(SymbolId, Expr)>) {
         let pool = &self.model.pool;
-        let links = Links::of(self.model);
+        let links = FirstBodies::of(self.model);
         let (mut groups, mut images) = (Vec::new(), Vec::new());
         for index in self.order_of_use(roots) {
             let entry = &self.entries[index];
@@ -226,11 +226,11 @@ impl Names {
 }
 
 /// The body at which each parameter is first met.
-struct Links {
+struct FirstBodies {
     by_symbol: HashMap<SymbolId, usize>,
 }
 
-impl Links {
+impl FirstBodies {
     fn of(model: &Model) -> Self {
         let mut by_symbol = HashMap::new();
         for (body_idx, body) in model.bodies.iter().enumerate() {

@@ -20,7 +20,7 @@ use crate::system::SymbolicSystem;
 use bksim_model::{BodyId, Model};
 
 /// The equations in the form that is compared with those that are solved.
-pub(super) struct Derivation {
+pub(super) struct UnsimplifiedEquations {
     pub(super) kinetic_energy: Expr,
     pub(super) potential_energy: Expr,
     /// Left sides of the Lagrange equations.
@@ -30,7 +30,7 @@ pub(super) struct Derivation {
 }
 
 /// Derives the equations of `model` in the coordinates of `system`.
-pub(super) fn derive(model: &Model, system: &SymbolicSystem) -> Derivation {
+pub(super) fn derive(model: &Model, system: &SymbolicSystem) -> UnsimplifiedEquations {
     let pool = &model.pool;
     let kinetic_energy = kinetic_energy(model, system);
     let (potential_energy, applied) = loads(model, system);
@@ -60,7 +60,7 @@ pub(super) fn derive(model: &Model, system: &SymbolicSystem) -> Derivation {
     };
     let left_sides = (0..coordinates.len()).map(left_side).collect();
     let constraints = constraints[..system.n_bilateral()].to_vec();
-    Derivation { kinetic_energy, potential_energy, left_sides, constraints }
+    UnsimplifiedEquations { kinetic_energy, potential_energy, left_sides, constraints }
 }
 
 fn kinetic_energy(model: &Model, system: &SymbolicSystem) -> Expr {

@@ -16,6 +16,7 @@ mod constants;
 mod contact;
 mod derivation;
 mod dimension;
+mod form;
 pub mod page;
 mod proof;
 mod reading;
@@ -24,8 +25,8 @@ pub use arrange::{Kind, Part};
 pub use bksim_expr::Notation;
 pub use constants::Group;
 pub use contact::{ContactText, contact_texts};
+pub use form::ReadingForm;
 pub use proof::{Counts, Proof, Work, proof};
-pub use reading::ReadingForm;
 
 use bksim_expr::{Expr, Printer, SymbolId};
 

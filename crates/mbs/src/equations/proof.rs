@@ -6,8 +6,8 @@
 
 use bksim_expr::{Certificate, Expr, Operations, Pool, SymbolId};
 
-use super::derivation::{Derivation, derive};
-use super::reading::ReadingForm;
+use super::derivation::{UnsimplifiedEquations, derive};
+use super::form::ReadingForm;
 use crate::system::SymbolicSystem;
 use bksim_model::Model;
 
@@ -56,7 +56,7 @@ impl Counts {
 pub fn proof(model: &Model, system: &SymbolicSystem, shown: &ReadingForm) -> Proof {
     let pool = &model.pool;
     let plain = ReadingForm::solved(model, system);
-    let Derivation { kinetic_energy, potential_energy, left_sides, constraints } =
+    let UnsimplifiedEquations { kinetic_energy, potential_energy, left_sides, constraints } =
         derive(model, system);
     let derived: Vec<Expr> = left_sides.into_iter().chain(constraints).collect();
     let energies = |form: &ReadingForm| {

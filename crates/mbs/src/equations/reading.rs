@@ -1,4 +1,4 @@
-//! [`ReadingForm`]: the equations grouped as an engineer would.
+//! Equations grouped as an engineer would.
 //!
 //! Each part of an equation is written in several ways — multiplied out and collected, collected
 //! and factored, as the derivation left it — and the shortest is taken, a sum without nested
@@ -6,32 +6,13 @@
 
 use bksim_expr::{Expr, Function, Pool, SymbolId};
 
-use super::arrange::{Kind, Part, kinetic_parts, lagrange_parts, recursive_parts};
+use super::arrange::{Kind, kinetic_parts};
 use super::constants::{Constants, Group, Names};
 use super::dimension::{Dimension, Units, of_equation};
-use super::{proof, trailing};
-use crate::force::Loads;
-use crate::recursion;
-use crate::signal::signal_values;
+use super::form::ReadingForm;
+use super::proof;
 use crate::system::{Derivation, SymbolicSystem};
 use bksim_model::Model;
-
-/// The equations of one system in the form in which they are read.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub struct ReadingForm {
-    /// Named constants and roots; a definition uses names that come before it.
-    pub groups: Vec<Group>,
-    /// Terms of T, one for each product of velocities.
-    pub kinetic_energy: Vec<Expr>,
-    /// Terms of V.
-    pub potential_energy: Vec<Expr>,
-    /// Parts of the left sides of the Lagrange equations, one list per coordinate.
-    pub equations: Vec<Vec<Part>>,
-    /// Terms of the left sides of the constraints that always hold.
-    pub constraints: Vec<Vec<Expr>>,
-    /// Symbols written last in products.
-    pub(super) trailing: Vec<SymbolId>,
-}
 
 /// A flat sum may be longer than a nested one by this ratio, and in inertias and products of
 /// velocities, whose terms are looked for one by one, by some more operations.
@@ -43,112 +24,16 @@ const LONGEST_PART: u64 = 1_500;
 const ROOT_WORTH_A_NAME: u64 = 4;
 
 impl ReadingForm {
-    /// The equations without named constants. Those of a recursion have names for its vectors: written
-    /// out, they would be of exponential length.
-    pub fn plain(model: &Model, system: &SymbolicSystem) -> Self {
-        match system.derivation {
-            Derivation::Lagrange => Self::solved(model, system),
-            Derivation::Recursion => Self::recursive(model, system),
-        }
-    }
-
-    /// The recursion over the bodies.
-    fn recursive(model: &Model, system: &SymbolicSystem) -> Self {
-        let SymbolicSystem { tree, kinematics, .. } = system;
-        let loads = Loads::of(model, kinematics, &signal_values(model, kinematics));
-        let named = recursion::named(model, tree, kinematics, &loads);
-        let group = |(symbol, definition): (SymbolId, Expr)| Group {
-            symbol,
-            terms: vec![definition],
-            unit: String::new(),
-            is_constant: false,
-        };
-        let parts = recursive_parts(model, system, &named.inverse_dynamics);
-        Self {
-            groups: named.definitions.into_iter().map(group).collect(),
-            kinetic_energy: named.kinetic_energy,
-            potential_energy: named.potential_energy,
-            equations: parts,
-            ..Self::solved(model, system)
-        }
-    }
-
-    /// The equations as the derivation left them, without names.
-    pub(super) fn solved(model: &Model, system: &SymbolicSystem) -> Self {
-        let pool = &model.pool;
-        let n = system.coordinates().len();
-        let (kinetic_energy, equations) = match system.derivation {
-            Derivation::Lagrange => {
-                let kinetic = kinetic_parts(model, system);
-                let terms = kinetic.into_iter().map(|(v, m)| pool.mul(v, m)).collect();
-                (terms, (0..n).map(|i| lagrange_parts(model, system, i)).collect())
-            }
-            Derivation::Recursion => {
-                let parts = recursive_parts(model, system, &system.inverse_dynamics(pool));
-                (vec![system.kinetic_energy], parts)
-            }
-        };
-        Self {
-            groups: Vec::new(),
-            kinetic_energy,
-            potential_energy: vec![system.potential_energy],
-            equations,
-            constraints: system.constraints[..system.n_bilateral()]
-                .iter()
-                .map(|c| vec![c.expression])
-                .collect(),
-            trailing: trailing(system),
-        }
-    }
-
     /// The equations with named constants. Where equality with the plain equations cannot be shown,
     /// the plain equations are returned.
     pub fn grouped(model: &Model, system: &SymbolicSystem) -> Self {
-        if system.derivation == Derivation::Recursion {
-            return Self::recursive(model, system);
-        }
         let plain = Self::plain(model, system);
+        // A recursion is made of names already.
+        if system.derivation == Derivation::Recursion {
+            return plain;
+        }
         let grouped = Grouping::run(model, system, &plain);
         if proof::same(model, &plain, &grouped).is_equal() { grouped } else { plain }
-    }
-
-    /// Terms of the left side of the i-th Lagrange equation, in the order of the parts.
-    pub fn equation_terms(&self, pool: &Pool, i: usize) -> Vec<Expr> {
-        self.equations[i].iter().flat_map(|part| part.terms(pool)).collect()
-    }
-
-    /// The left sides of all Lagrange equations.
-    pub fn left_sides(&self, pool: &Pool) -> Vec<Expr> {
-        (0..self.equations.len()).map(|i| pool.sum(self.equation_terms(pool, i))).collect()
-    }
-
-    /// The same form with `change` done to every expression.
-    pub(super) fn map(&self, change: &dyn Fn(&[Expr]) -> Vec<Expr>) -> Self {
-        let part = |part: &Part| Part {
-            kind: part.kind,
-            factor: change(&[part.factor])[0],
-            sum: change(&part.sum),
-        };
-        let group = |group: &Group| Group { terms: change(&group.terms), ..group.clone() };
-        Self {
-            groups: self.groups.iter().map(group).collect(),
-            kinetic_energy: change(&self.kinetic_energy),
-            potential_energy: change(&self.potential_energy),
-            equations: self.equations.iter().map(|e| e.iter().map(part).collect()).collect(),
-            constraints: self.constraints.iter().map(|terms| change(terms)).collect(),
-            trailing: self.trailing.clone(),
-        }
-    }
-
-    /// The same form with other names for some symbols.
-    pub(super) fn renamed(&self, pool: &Pool, names: &[(SymbolId, Expr)]) -> Self {
-        let change = |exprs: &[Expr]| pool.substitute_all(exprs, names);
-        let new = |symbol: &SymbolId| {
-            let image = names.iter().find(|(old, _)| old == symbol);
-            image.and_then(|&(_, new)| pool.symbol_id(new)).unwrap_or(*symbol)
-        };
-        let trailing = self.trailing.iter().map(new).collect();
-        Self { trailing, ..self.map(&change) }
     }
 }
 

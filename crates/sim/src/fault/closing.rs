@@ -2,7 +2,7 @@
 //! each other.
 
 use super::reach::{Short, Span, in_words, reach_of_others, shortest_loop, spans, unit, value};
-use super::start::{
+use super::words::{
     anchor_name, bodies_of, drive_position, drive_value, name, position_of, unit_of,
 };
 use crate::codes;

@@ -1,6 +1,6 @@
 //! Warnings about a start that is not what the guesses ask for, or hardly so.
 
-use super::start::unit_of;
+use super::words::unit_of;
 use crate::codes;
 use crate::start::{Moved, Rival, Start};
 use bksim_model::diagnostic::Diagnostic;

@@ -9,9 +9,9 @@ use super::closing::{estimate, reach_note};
 use super::pace::with_reasons;
 use super::pole::pole_note;
 use super::reach::longest_in_loop;
-use super::start::unit_of;
 use super::switch;
 use super::values::{no_value, too_large};
+use super::words::unit_of;
 use crate::codes;
 use crate::compiled::CompiledSystem;
 use crate::formulate::MotionEquations;
@@ -109,7 +109,7 @@ fn blocked_drive(
         "drive `{}` cannot pass {} = about {} at t = {} s",
         drive.name,
         model.joints[drive.joint.0].name,
-        super::start::drive_position(model, drive, t_dead, estimate),
+        super::words::drive_position(model, drive, t_dead, estimate),
         estimate(t_dead)
     );
     let fault = Diagnostic::error(codes::DRIVE_CANNOT_PASS, message)

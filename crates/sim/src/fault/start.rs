@@ -1,17 +1,16 @@
 //! Faults of the start: loops that cannot close, stated values that exclude each other.
 
 use super::values::Instant;
+use super::words::name;
 use super::{amount, closing, switch};
 use crate::codes;
 use crate::compiled::CompiledSystem;
 use crate::mobility::Mobility;
 use crate::start::StartError;
-use bksim_mbs::joint::motions;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::MotionKind;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::{listed, short};
-use bksim_model::{Anchor, BodyId, Drive, GROUND, JointId, JointKind, Measure, Model, Space};
+use bksim_model::{BodyId, GROUND, JointKind, Model, Space};
 
 /// The diagnostic of a start that was not found.
 pub fn diagnose_start(
@@ -247,76 +246,4 @@ fn not_finite(
             .help("look for a value in a wrong unit: squares of it must be below 1.8e308"),
         None => fault.help("look for masses, lengths and drives that are far too large"),
     }
-}
-
-/// Where the drive puts its joint at time `t`, such as "1.0472 rad (60°)"; `write` gives the digits.
-pub(super) fn drive_position(
-    model: &Model,
-    drive: &Drive,
-    t: f64,
-    write: fn(f64) -> String,
-) -> String {
-    position_of(model, drive, drive_value(model, drive, t), write)
-}
-
-/// A position of the joint of a drive in words.
-pub(super) fn position_of(
-    model: &Model,
-    drive: &Drive,
-    position: f64,
-    write: fn(f64) -> String,
-) -> String {
-    match unit_of(model, Measure::JointPosition(drive.joint, drive.motion_idx)) {
-        "rad" => format!("{} rad ({}°)", write(position), write(position.to_degrees())),
-        unit => format!("{} {unit}", write(position)),
-    }
-}
-
-/// Where the drive puts its joint at time `t`, rad or m.
-pub(super) fn drive_value(model: &Model, drive: &Drive, t: f64) -> f64 {
-    let value = |symbol| {
-        let parameter = model.parameters.iter().find(|p| p.symbol == symbol).map(|p| p.value);
-        parameter.or_else(|| (symbol == model.time).then_some(t))
-    };
-    model.pool.evaluate(drive.motion, &value).unwrap_or(f64::NAN)
-}
-
-pub(super) fn anchor_name(model: &Model, anchor: Anchor) -> String {
-    let body = &model.bodies[anchor.body.0];
-    match anchor.point {
-        Some(point) => format!("{}.{}", body.name, body.points[point.0].name),
-        None => body.name.clone(),
-    }
-}
-
-pub(super) fn bodies_of<'a>(model: &'a Model, around: &[JointId]) -> Vec<&'a str> {
-    let mut names = Vec::new();
-    for &joint in around {
-        for anchor in [model.joints[joint.0].predecessor, model.joints[joint.0].successor] {
-            let name = model.bodies[anchor.body.0].name.as_str();
-            if !names.contains(&name) {
-                names.push(name);
-            }
-        }
-    }
-    names
-}
-
-/// The SI unit of a measure.
-pub fn unit_of(model: &Model, measure: Measure) -> &'static str {
-    let turns = |joint: JointId, motion_idx: usize| {
-        motions(&model.pool, &model.joints[joint.0])[motion_idx].kind == MotionKind::Rotation
-    };
-    match measure {
-        Measure::JointPosition(joint, i) if turns(joint, i) => "rad",
-        Measure::JointVelocity(joint, i) if turns(joint, i) => "rad/s",
-        Measure::BodyAngle(_) => "rad",
-        Measure::BodyRate(_) => "rad/s",
-        Measure::JointPosition(..) | Measure::PointPosition(..) => "m",
-        Measure::JointVelocity(..) | Measure::PointVelocity(..) => "m/s",
-    }
-}
-
-pub(super) fn name(model: &Model, joint: JointId) -> &str {
-    &model.joints[joint.0].name
 }

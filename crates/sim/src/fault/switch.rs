@@ -1,7 +1,7 @@
 //! Faults of what switches: chatter, contacts that exclude each other, drives that jump.
 
-use super::start::unit_of;
 use super::values::expressions_of;
+use super::words::unit_of;
 use crate::codes;
 use crate::hybrid::NoConsistentModes;
 use bksim_mbs::constraint::Source;

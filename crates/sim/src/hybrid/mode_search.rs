@@ -81,7 +81,7 @@ struct ModeSearch<'a> {
 }
 
 /// Accelerations in one set of modes, and the rates that follow from them.
-struct Motion {
+struct TrialMotion {
     a: Vec<f64>,
     lambda: Vec<f64>,
     /// u′ of every switch.
@@ -318,7 +318,7 @@ impl<'a> ModeSearch<'a> {
     }
 
     /// Whether every mode that was chosen agrees with the motion that follows.
-    fn is_consistent(&self, undecided: &[Undecided], modes: &Modes, motion: &Motion) -> bool {
+    fn is_consistent(&self, undecided: &[Undecided], modes: &Modes, motion: &TrialMotion) -> bool {
         let values = self.indicators(modes);
         let (a, lambda) = (largest(&motion.a), largest(&motion.lambda));
         let small = ROUNDING * a + f64::MIN_POSITIVE;
@@ -348,7 +348,7 @@ impl<'a> ModeSearch<'a> {
     }
 
     /// The accelerations in a set of modes; `None` where there are none.
-    fn motion_in(&self, modes: &Modes) -> Option<Motion> {
+    fn motion_in(&self, modes: &Modes) -> Option<TrialMotion> {
         let Instant { t, q, v, compiled, parameters, .. } = &self.at;
         let parameters = modes.parameters_with_modes(parameters);
         let mut fixed = FixedModes::new(compiled, &parameters);
@@ -356,7 +356,7 @@ impl<'a> ModeSearch<'a> {
         let found = fixed.acceleration((*t, q, v), &inactive)?.clone();
         let mut evaluator = compiled.indicators.at(&parameters);
         let rates = evaluator.rates(*t, q, v, &found.a);
-        Some(Motion {
+        Some(TrialMotion {
             kink_rates: rates.kinks.to_vec(),
             contact_accelerations: rates.contacts.to_vec(),
             scale: largest(&found.a) + largest(v),

@@ -52,7 +52,7 @@ pub fn differentiate(
     if !model.inputs.is_empty() {
         return Err(SensitivityError::Inputs);
     }
-    let derivation = Derivation::new(model, system);
+    let derivation = Direction::new(model, system);
     let directions: Vec<Vec<Expr>> =
         sensitive.iter().map(|&by| parameter_direction(model, by)).collect();
     let evaluated = |values: &[Expr]| -> Result<Vec<f64>, TapeError> {
@@ -99,7 +99,7 @@ fn parameter_direction(model: &Model, by: Sensitive) -> Vec<Expr> {
 }
 
 /// Symbols of the state, and of a direction in which it and the parameters change.
-struct Derivation<'a> {
+struct Direction<'a> {
     model: &'a Model,
     system: &'a SymbolicSystem,
     own: Vec<SymbolId>,
@@ -110,7 +110,7 @@ struct Derivation<'a> {
     dp: Vec<SymbolId>,
 }
 
-impl<'a> Derivation<'a> {
+impl<'a> Direction<'a> {
     fn new(model: &'a Model, system: &'a SymbolicSystem) -> Self {
         let pool = &model.pool;
         // Not identifiers, so that no name of the model can meet them.

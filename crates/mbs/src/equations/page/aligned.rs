@@ -1,17 +1,11 @@
 //! Text for the terminal: signs in one column, what each line stands for in another.
 
-use super::text::{plain_label, written};
-use super::{Formula, Label, Line, Page};
+use super::{Formula, Label, Line};
 use crate::equations::arrange::Kind;
 
-/// The formulas in lines, then what their names mean.
-pub(super) fn formulas(page: &Page) -> String {
-    written(page, formula)
-}
-
 /// One formula in lines; signs and terms begin in the same columns for all labels up to `width`.
-pub(super) fn formula(formula: &Formula, width: usize) -> Vec<String> {
-    let label = plain_label(&formula.label);
+pub(super) fn aligned(formula: &Formula, width: usize) -> Vec<String> {
+    let label = formula.label.plain();
     let columns = |text: &str| bksim_expr::Notation::columns(text);
     let pad = |text: &str, width: usize| {
         format!("{text}{}", " ".repeat(width.saturating_sub(columns(text))))

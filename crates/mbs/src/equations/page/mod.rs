@@ -111,6 +111,16 @@ enum Label {
     Zero(String),
 }
 
+impl Label {
+    /// The label as plain text.
+    fn plain(&self) -> String {
+        match self {
+            Self::Left(left) => format!("{left} ="),
+            Self::Zero(name) => format!("{name}:"),
+        }
+    }
+}
+
 /// One line of a formula.
 #[derive(Clone, PartialEq, Eq, Debug)]
 struct Line {
@@ -167,7 +177,7 @@ impl Page {
     pub fn formulas(&self) -> String {
         match self.style {
             Style::Text => text::formulas(self),
-            Style::Aligned { .. } => aligned::formulas(self),
+            Style::Aligned { .. } => text::aligned_formulas(self),
             Style::Latex => latex::formulas(self),
             Style::Typst => typst::formulas(self),
             Style::MathMl => html::formulas(self),

@@ -1,6 +1,7 @@
 //! Plain text: headings, indented lines, tables in columns.
 
-use super::{Body, Cell, Formula, Label, Page, Section, aligned};
+use super::aligned::aligned;
+use super::{Body, Cell, Formula, Label, Page, Section};
 
 /// Sections that explain the names in formulas; they follow the formulas.
 const EXPLANATIONS: [&str; 5] =
@@ -11,16 +12,21 @@ pub(super) fn formulas(page: &Page) -> String {
     written(page, formula)
 }
 
+/// The same with signs and terms in columns.
+pub(super) fn aligned_formulas(page: &Page) -> String {
+    written(page, aligned)
+}
+
 /// Every section in order.
 pub(super) fn document(page: &Page) -> String {
     let title = format!("Equations of motion: {}", page.title);
     let rule = "=".repeat(title.chars().count());
-    let body = page.sections.iter().map(|s| section(s, aligned::formula));
+    let body = page.sections.iter().map(|s| section(s, aligned));
     [vec![title, rule, String::new()], body.collect()].concat().join("\n").trim_end().to_owned()
 }
 
 /// Formulas by the given layout, then the tables that belong to them.
-pub(super) fn written(page: &Page, layout: fn(&Formula, usize) -> Vec<String>) -> String {
+fn written(page: &Page, layout: fn(&Formula, usize) -> Vec<String>) -> String {
     let is_formula = |s: &&Section| matches!(s.body, Body::Formulas(_));
     let explanations =
         EXPLANATIONS.iter().filter_map(|title| page.sections.iter().find(|s| s.title == *title));
@@ -32,7 +38,7 @@ fn section(section: &Section, layout: fn(&Formula, usize) -> Vec<String>) -> Str
     let mut lines = vec![section.title.to_owned()];
     match &section.body {
         Body::Formulas(formulas) => {
-            let label = |f: &Formula| plain_label(&f.label).chars().count();
+            let label = |f: &Formula| f.label.plain().chars().count();
             let width = formulas.iter().map(label).max().unwrap_or(0);
             lines.extend(formulas.iter().flat_map(|f| layout(f, width)));
         }
@@ -53,13 +59,6 @@ fn formula(formula: &Formula, _: usize) -> Vec<String> {
         Label::Left(left) => format!("  {left} = {sum}{remark}"),
         Label::Zero(name) => format!("  {name}:  {sum} = 0"),
     }]
-}
-
-pub(super) fn plain_label(label: &Label) -> String {
-    match label {
-        Label::Left(left) => format!("{left} ="),
-        Label::Zero(name) => format!("{name}:"),
-    }
 }
 
 /// Columns under their headers; a column that says what the one before it says is left out.
