@@ -20,6 +20,8 @@ pub struct Body {
     pub points: Vec<Point>,
     /// Outlines for drawing, body frame, m; each a closed polygon.
     pub outline: Vec<Vec<[Expr; 2]>>,
+    /// Solids for drawing, whose masses make that of the body where it has a density.
+    pub solids: Vec<Solid>,
     /// Names the author gave to this body's own coordinates: x, y, angle (planar).
     pub coordinate_names: Vec<String>,
     /// Position of the name.
@@ -69,4 +71,38 @@ pub struct Anchor {
     pub body: BodyId,
     /// The point.
     pub point: Option<PointId>,
+}
+
+/// A solid fixed to a body.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Solid {
+    /// Its form, about the origin of its own frame.
+    pub form: SolidForm,
+    /// Origin of its frame in the body frame, m.
+    pub position: Vector,
+    /// Orientation of its frame against the body frame, as that of a [`Point`].
+    pub orientation: Vec<FixedTurn>,
+}
+
+/// The form of a solid in its own frame; lengths in m.
+#[derive(Clone, PartialEq, Debug)]
+pub enum SolidForm {
+    /// A box with its middle at the origin, of these lengths along x, y and z.
+    Box(Vector),
+    /// A circular cylinder about z, as long to either side of the origin.
+    Cylinder {
+        /// Its radius.
+        radius: Expr,
+        /// Its length.
+        length: Expr,
+    },
+    /// A ball of this radius about the origin.
+    Sphere(Expr),
+    /// A plate, as thick to either side of the plane z = 0.
+    Plate {
+        /// Corners (x, y) in order, counter-clockwise.
+        corners: Vec<[Expr; 2]>,
+        /// Its thickness.
+        thickness: Expr,
+    },
 }

@@ -28,7 +28,7 @@ pub mod message;
 mod model;
 mod solve;
 
-pub use body::{Anchor, Body, FixedTurn, Inertia, Point};
+pub use body::{Anchor, Body, FixedTurn, Inertia, Point, Solid, SolidForm};
 pub use drive::Drive;
 pub use ids::{BodyId, DriveId, GROUND, JointId, LoadId, ParameterId, PointId, Vector};
 pub use joint::{JOINT_TYPES, Joint, JointKind, MotionKind, motion_words};

@@ -52,11 +52,17 @@ fn drawn(shape: &Shape, roles: &mut Vec<Role>) -> Value {
         Form::Line { points, is_closed: true } => ("ring", vec![flat(points)]),
         Form::Line { points, is_closed: false } => ("line", vec![flat(points)]),
         Form::Rod { ends, .. } => ("rod", vec![flat(ends)]),
+        Form::Solid(solid) => ("solid", vec![flat(&solid.corners)]),
+    };
+    let (faces, edges) = match &shape.form {
+        Form::Solid(solid) => (json!(solid.faces), json!(solid.edges)),
+        _ => (json!([]), json!([])),
     };
     let radius = if let Form::Rod { radius, .. } = shape.form { radius } else { 0.0 };
     json!({
         "body": shape.body, "role": index_of(shape.role, roles),
         "front": shape.role.is_in_front(), "kind": kind, "lines": lines, "radius": radius,
+        "faces": faces, "edges": edges,
     })
 }
 

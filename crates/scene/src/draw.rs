@@ -4,8 +4,8 @@ use bksim_sim::pose::Pose;
 
 use crate::label::{Label, Labels};
 use crate::{
-    Camera, Color, Form, Item, Marker, MarkerKind, Paint, Picture, Scene, Shape, Stroke, Theme,
-    silhouette,
+    Camera, Color, Form, Item, Marker, MarkerKind, Paint, Picture, Role, Scene, SeenFace, Shape,
+    Stroke, Theme, silhouette,
 };
 
 /// Additions to the picture of a mechanism: trails, arrows, names, ghosts.
@@ -82,7 +82,9 @@ impl Painter<'_> {
         let shapes = &self.scene.shapes;
         let drawn = |shape| self.shape(shape, poses, opacity).unwrap_or_default();
         let (own, items): (Vec<f64>, Vec<Vec<Item>>) = shapes.iter().map(drawn).unzip();
-        let drawn = shapes.iter().zip(self.scene.depths(&own).into_iter().zip(items));
+        let drawn = shapes.iter().zip(
+            self.scene.depths(&own, poses, &self.camera.r_view_from_world).into_iter().zip(items),
+        );
         let (front, back): (Vec<_>, Vec<_>) =
             drawn.partition(|(shape, _)| shape.role.is_in_front());
         let mut layers: Vec<Layer> = back.into_iter().map(|(_, layer)| layer).collect();
@@ -113,8 +115,37 @@ impl Painter<'_> {
                 // The outline lies in a plane across the view: the depth comes from the ends.
                 (ends.map(|end| 0.5 * self.camera.project(end)[2]).iter().sum(), items)
             }
+            Form::Solid(solid) => {
+                let place = |p| pose.place(p);
+                let depth = self.camera.project(place(solid.middle()))[2];
+                (depth, self.solid(&solid.seen(place, self.camera), shape.role, opacity))
+            }
         };
         Some(layer)
+    }
+
+    /// The faces of a solid, each in a colour of its own, with their edges.
+    fn solid(&self, faces: &[SeenFace], role: Role, opacity: f32) -> Vec<Item> {
+        let paint = self.theme.paint(role);
+        let pixels = |ring: &[[f64; 3]]| ring.iter().map(|&p| self.pixel(p)).collect::<Vec<_>>();
+        let mut items = Vec::new();
+        for face in faces {
+            if let Some(fill) = paint.shaded(face.shade).map(|fill| fill.faded(opacity)) {
+                // A line of the same colour closes the gap that smooth edges leave to the next face.
+                let (points, stroke) = (pixels(&face.ring), Stroke { color: fill, width: 0.6 });
+                items.push(Item::Region { rings: vec![points.clone()], fill });
+                items.push(Item::Line { points, is_closed: true, stroke });
+            }
+            if let Some(stroke) = paint.faded(opacity).stroke {
+                let line = |edge: &[[f64; 3]; 2]| Item::Line {
+                    points: pixels(edge),
+                    is_closed: false,
+                    stroke,
+                };
+                items.extend(face.edges.iter().map(line));
+            }
+        }
+        items
     }
 
     fn spans(&self, poses: &[Pose], opacity: f32, layers: &mut Vec<Layer>) {

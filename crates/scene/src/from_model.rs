@@ -9,6 +9,7 @@ mod markers;
 mod numbers;
 mod rail;
 mod sizes;
+mod solids;
 mod spans;
 mod stops;
 mod symbols;
@@ -176,6 +177,7 @@ impl Shape {
             Form::Rod { ends, radius } => {
                 radius.is_finite() && ends.iter().flatten().all(|x| x.is_finite())
             }
+            Form::Solid(solid) => is_finite(&solid.corners),
         }
     }
 }

@@ -11,6 +11,7 @@
 
 mod camera;
 mod color;
+mod depth;
 mod draw;
 mod from_model;
 mod geometry;
@@ -20,6 +21,7 @@ pub mod request;
 mod rod;
 mod rule;
 mod scene;
+mod solid;
 mod span;
 mod svg;
 mod theme;
@@ -32,5 +34,6 @@ pub use picture::{Align, Item, Picture, Stroke};
 pub use rod::{sheets, silhouette};
 pub use rule::{scale_bar, world_axes};
 pub use scene::{Attached, Form, Marker, MarkerKind, Role, Scene, Shape, Span, SpanKind};
+pub use solid::{Edge, SeenFace, Solid};
 pub use svg::{svg, titled_svg};
 pub use theme::{Paint, Sizes, Theme};

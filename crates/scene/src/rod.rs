@@ -46,6 +46,7 @@ impl Form {
                 };
                 ends.iter().flat_map(box_of).collect()
             }
+            Self::Solid(solid) => solid.corners.clone(),
         }
     }
 }

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::Solid;
+
 /// A mechanism as shapes. Bodies are numbered as in the model, the ground first.
 #[derive(Clone, PartialEq, Debug, Default, Serialize)]
 pub struct Scene {
@@ -51,6 +53,8 @@ pub enum Form {
         /// The distance, m.
         radius: f64,
     },
+    /// A solid with plane faces.
+    Solid(Solid),
 }
 
 /// The part of the mechanism that a shape depicts, which decides how it is painted.
@@ -89,26 +93,6 @@ impl Role {
     pub fn is_in_front(self) -> bool {
         let is_sign = matches!(self, Self::Weld | Self::Drive | Self::Torque);
         is_sign || matches!(self, Self::Pin | Self::MassLight | Self::MassDark)
-    }
-}
-
-impl Scene {
-    /// Depths in which shapes are painted in space, m towards the eye, from the depths of their
-    /// middles (`own`, by shape): signs lie in front of their own middle, and of the whole rod that
-    /// they are on, whose middle may be far away.
-    pub fn depths(&self, own: &[f64]) -> Vec<f64> {
-        let mut rods = vec![f64::NEG_INFINITY; self.bodies.len()];
-        for (shape, &own) in self.shapes.iter().zip(own) {
-            let is_rod = matches!(shape.form, Form::Rod { .. }) && !shape.role.is_in_front();
-            if let Some(rod) = rods.get_mut(shape.body).filter(|_| is_rod) {
-                *rod = rod.max(own);
-            }
-        }
-        let painted = |(shape, &own): (&Shape, &f64)| {
-            let rod = rods.get(shape.body).copied().unwrap_or(own);
-            if shape.role.is_in_front() { own.max(rod) + self.pin } else { own }
-        };
-        self.shapes.iter().zip(own).map(painted).collect()
     }
 }
 

@@ -121,6 +121,12 @@ impl Theme {
 }
 
 impl Paint {
+    /// The colour of a face that is turned away from the light by `shade`, 0 to 1.
+    pub fn shaded(&self, shade: f32) -> Option<Color> {
+        let dark = self.stroke.map(|stroke| stroke.color.with_opacity(0.6 * shade));
+        self.fill.map(|fill| dark.map_or(fill, |dark| dark.over(fill)))
+    }
+
     /// The same, this many times as opaque.
     #[must_use]
     pub fn faded(self, factor: f32) -> Self {

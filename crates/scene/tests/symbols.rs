@@ -154,6 +154,6 @@ fn a_sign_on_a_rod_is_painted_over_all_of_it() {
     };
     let shapes = vec![rod(Role::Body(0), 1.0), rod(Role::Pin, 0.0), rod(Role::Pin, 3.0)];
     let scene = Scene { bodies: vec!["a".into()], shapes, pin: 0.1, ..Scene::default() };
-    let depths = scene.depths(&[1.0, 0.0, 3.0]);
+    let depths = scene.depths(&[1.0, 0.0, 3.0], &[], &[[0.0; 3]; 3]);
     assert_eq!(depths, [1.0, 1.1, 3.1]);
 }

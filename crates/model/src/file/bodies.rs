@@ -13,8 +13,18 @@ use crate::body::{Body, Inertia, Point};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::{PointId, Vector};
 
-const BODY_KEYS: &[&str] =
-    &["mass", "density", "thickness", "com", "inertia", "points", "outline", "coordinates", "free"];
+const BODY_KEYS: &[&str] = &[
+    "mass",
+    "density",
+    "thickness",
+    "com",
+    "inertia",
+    "points",
+    "outline",
+    "shapes",
+    "coordinates",
+    "free",
+];
 
 /// The facts of a body for the checks of the whole model.
 #[derive(Debug, Default)]
@@ -81,11 +91,12 @@ impl Reader<'_> {
         if let Some(entry) = root.get("ground") {
             ground.span = entry.key_span.clone();
             if let Some(table) = self.table(&entry.node, "`ground`") {
-                let known = &["points", "outline"];
+                let known = &["points", "outline", "shapes"];
                 let owner = "the ground".to_owned();
                 let fields = Fields::open(self, table, owner, entry.key_span.clone(), known);
                 ground.points = self.read_points(&fields, &mut facts);
                 ground.outline = self.read_outline(&fields, &mut facts).unwrap_or_default();
+                ground.solids = self.read_shapes(&fields, &mut facts).unwrap_or_default();
             }
         }
         (Some(ground), facts)
@@ -100,6 +111,7 @@ impl Reader<'_> {
             inertia: Inertia { moments: zero, products: zero, about: None },
             points: Vec::new(),
             outline: Vec::new(),
+            solids: Vec::new(),
             coordinate_names: Vec::new(),
             span,
             mass_span: None,
@@ -117,7 +129,11 @@ impl Reader<'_> {
         let outline = self.read_outline(fields, &mut facts);
         let excluded = ["mass", "com", "inertia"].map(|key| fields.conflict(self, key, "density"));
         if fields.has("density") && !excluded.contains(&true) {
-            self.read_density(fields, outline.as_deref(), &mut body, &mut facts);
+            if fields.has("shapes") {
+                self.read_density_of_shapes(fields, &mut body, &mut facts);
+            } else {
+                self.read_density(fields, outline.as_deref(), &mut body, &mut facts);
+            }
         } else if !fields.has("density") {
             self.read_mass(fields, &mut body, &mut facts);
             let mut com = None;
@@ -131,6 +147,9 @@ impl Reader<'_> {
                 None => Some([0.0; 3]),
             };
             self.read_inertia(fields, com, &mut body, &facts);
+        }
+        if !fields.has("density") {
+            body.solids = self.read_shapes(fields, &mut facts).unwrap_or_default();
         }
         body.outline = outline.unwrap_or_default();
         if let Some(node) = fields.get("coordinates") {
@@ -186,8 +205,8 @@ impl Reader<'_> {
     }
 
     fn read_mass(&mut self, fields: &Fields<'_>, body: &mut Body, facts: &mut BodyFacts) {
-        let help = "write for example `mass = \"1 kg\"`, or `density` and `thickness` with an \
-                    `outline`";
+        let help = "write for example `mass = \"1 kg\"`, or `density` with `shapes`, or with an \
+                    `outline` and its `thickness`";
         let Some(node) = fields.require(self, "mass", help) else { return };
         let what = fields.what("mass");
         let Some(mass) = self.scalar(node, Quantity::MASS, &what, Scope::Constant) else { return };

@@ -21,7 +21,7 @@ use crate::ids::Vector;
 use crate::message::short;
 
 /// Keys of a point with a frame.
-const KEYS: &[&str] = &["at", "rpy", "quaternion", "x", "y", "z"];
+pub(super) const FRAME_KEYS: [&str; 6] = ["at", "rpy", "quaternion", "x", "y", "z"];
 
 /// Largest error of a unit length or of a right angle, for numbers written with seven digits.
 const ROUNDING: f64 = 1e-6;
@@ -34,20 +34,25 @@ impl Reader<'_> {
         what: &str,
     ) -> (Option<&'n Node>, Vec<FixedTurn>) {
         let Value::Table(table) = &node.value else { return (Some(node), Vec::new()) };
-        let fields = Fields::open(self, table, what.to_owned(), node.span.clone(), KEYS);
+        let fields = Fields::open(self, table, what.to_owned(), node.span.clone(), &FRAME_KEYS);
         let at = fields.require(self, "at", "write for example `at = [\"25 mm\", 0, 0]`");
+        (at, self.orientation(&fields))
+    }
+
+    /// The orientation of a frame: one of the ways of writing it, or parallel axes.
+    pub(super) fn orientation(&mut self, fields: &Fields<'_>) -> Vec<FixedTurn> {
         // One way of writing the orientation.
         let axes: Vec<&str> = ["x", "y", "z"].into_iter().filter(|key| fields.has(key)).collect();
         let ways = [Some("rpy"), Some("quaternion"), axes.first().copied()];
         let ways: Vec<&str> = ways.into_iter().flatten().filter(|key| fields.has(key)).collect();
         if let [one, other, ..] = ways[..] {
             fields.conflict(self, one, other);
-            return (at, Vec::new());
+            return Vec::new();
         }
         let turns = match (ways.first(), fields.get("rpy"), fields.get("quaternion")) {
-            (_, Some(node), _) => self.roll_pitch_yaw(node, &fields),
-            (_, _, Some(node)) => self.quaternion(node, &fields),
-            (Some(_), ..) => self.two_axes(&axes, &fields),
+            (_, Some(node), _) => self.roll_pitch_yaw(node, fields),
+            (_, _, Some(node)) => self.quaternion(node, fields),
+            (Some(_), ..) => self.two_axes(&axes, fields),
             _ => Some(Vec::new()),
         };
         let turns = turns.unwrap_or_default();
@@ -55,9 +60,9 @@ impl Reader<'_> {
         let [zero, one] = [self.pool.zero(), self.pool.one()];
         let z = [[zero, zero, one], [zero, zero, self.pool.neg(one)]];
         if turns.iter().any(|turn| !z.contains(&turn.axis)) && self.spatial.is_none() {
-            self.spatial = Some(node.span.clone());
+            self.spatial = Some(fields.span.clone());
         }
-        (at, turns)
+        turns
     }
 
     fn roll_pitch_yaw(&mut self, node: &Node, fields: &Fields<'_>) -> Option<Vec<FixedTurn>> {

@@ -45,6 +45,7 @@ mod quantity;
 mod reader;
 mod replay;
 mod sections;
+mod solids;
 mod solve;
 mod syntax;
 mod tree;

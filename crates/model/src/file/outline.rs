@@ -6,9 +6,11 @@
 //! A   = ½ Σ c_i
 //! A x = ⅙ Σ (x_i + x_{i+1}) c_i
 //! J   = 1/12 Σ (x_i² + x_i x_{i+1} + x_{i+1}² + y_i² + y_i y_{i+1} + y_{i+1}²) c_i
+//! ∫xy = 1/24 Σ (x_i y_{i+1} + 2 x_i y_i + 2 x_{i+1} y_{i+1} + x_{i+1} y_i) c_i
 //! ```
 //!
-//! J is the polar moment of area about the origin of the body frame. Source: Green's theorem;
+//! J is the polar moment of area about the origin of the body frame; its parts with x and with y
+//! are ∫x² and ∫y². Source: Green's theorem;
 //! for example Steger, "On the calculation of arbitrary moments of polygons" (1996).
 
 use bksim_expr::Expr;
@@ -26,11 +28,13 @@ use crate::diagnostic::Diagnostic;
 /// Closed polygons.
 pub(super) type Outline = Vec<Vec<[Expr; 2]>>;
 
-/// Area and its first and second moments about the origin of the body frame.
-struct AreaMoments {
-    area: Expr,
-    first: [Expr; 2],
+/// Area and its first and second moments about the origin of the frame.
+pub(super) struct AreaMoments {
+    pub(super) area: Expr,
+    pub(super) first: [Expr; 2],
     polar: Expr,
+    /// ∫x², ∫y², ∫xy.
+    pub(super) second: [Expr; 3],
 }
 
 impl Reader<'_> {
@@ -60,7 +64,7 @@ impl Reader<'_> {
     }
 
     /// The corners of one polygon, counter-clockwise.
-    fn read_polygon(
+    pub(super) fn read_polygon(
         &mut self,
         node: &Node,
         what: &str,
@@ -110,7 +114,8 @@ impl Reader<'_> {
         body: &mut Body,
         facts: &mut BodyFacts,
     ) {
-        let help = "a density needs an `outline` and a `thickness`; or write `mass` instead";
+        let help = "a density needs an `outline` and a `thickness`, or `shapes`; or write `mass` \
+                    instead";
         let thickness = fields.require(self, "thickness", help);
         let shape = fields.require(self, "outline", help);
         let mut positive = |key: &str, node: Option<&Node>, quantity: Quantity| {
@@ -137,6 +142,17 @@ impl Reader<'_> {
         let arm = self.total(&[pool.powi(x, 2), pool.powi(y, 2)]);
         let about_origin = pool.mul(sheet, moments.polar);
         body.inertia.moments[2] = pool.simplify(pool.sub(about_origin, pool.mul(body.mass, arm)));
+        // In space, the moments about axes in the plate: about its middle, half of it on either side.
+        let [xx, yy, xy] = moments.second;
+        let square = pool.mul(pool.rational(1, 12), pool.powi(thickness.expr, 2));
+        let along = |second: Expr, arm: Expr| {
+            let less = pool.sub(pool.mul(sheet, second), pool.mul(body.mass, pool.powi(arm, 2)));
+            pool.simplify(pool.add(less, pool.mul(body.mass, square)))
+        };
+        let [ixx, iyy] = [along(yy, y), along(xx, x)];
+        let mixed = pool.sub(pool.mul(body.mass, pool.mul(x, y)), pool.mul(sheet, xy));
+        body.inertia.products[0] = pool.simplify(mixed);
+        [body.inertia.moments[0], body.inertia.moments[1]] = [ixx, iyy];
         facts.has_density = true;
         let corners: Vec<[f64; 3]> = facts.positions.iter().map(Position::numbers).collect();
         if let (Some(density_value), Some(height), [_]) = (density.value, thickness.value, outline)
@@ -159,11 +175,12 @@ impl Reader<'_> {
         doubled
     }
 
-    fn area_moments(&self, outline: &[Vec<[Expr; 2]>]) -> AreaMoments {
+    pub(super) fn area_moments(&self, outline: &[Vec<[Expr; 2]>]) -> AreaMoments {
         let pool = &self.pool;
         let mut area = Vec::new();
         let mut first = [Vec::new(), Vec::new()];
         let mut polar = Vec::new();
+        let mut second = [const { Vec::new() }; 3];
         for polygon in outline {
             let next = polygon.iter().cycle().skip(1);
             for (a, b) in polygon.iter().zip(next) {
@@ -172,13 +189,15 @@ impl Reader<'_> {
                 let mut squares = Vec::new();
                 for axis in 0..2 {
                     first[axis].push(pool.mul(pool.add(a[axis], b[axis]), cross));
-                    squares.extend([
-                        pool.powi(a[axis], 2),
-                        pool.mul(a[axis], b[axis]),
-                        pool.powi(b[axis], 2),
-                    ]);
+                    let own =
+                        [pool.powi(a[axis], 2), pool.mul(a[axis], b[axis]), pool.powi(b[axis], 2)];
+                    squares.extend(own);
+                    second[axis].push(pool.mul(self.total(&own), cross));
                 }
                 polar.push(pool.mul(self.total(&squares), cross));
+                let twice = |p: &[Expr; 2]| pool.mul(pool.int(2), pool.mul(p[0], p[1]));
+                let mixed = [pool.mul(a[0], b[1]), twice(a), twice(b), pool.mul(b[0], a[1])];
+                second[2].push(pool.mul(self.total(&mixed), cross));
             }
         }
         let scaled =
@@ -187,6 +206,7 @@ impl Reader<'_> {
             area: scaled(&area, 2),
             first: [scaled(&first[0], 6), scaled(&first[1], 6)],
             polar: scaled(&polar, 12),
+            second: [scaled(&second[0], 12), scaled(&second[1], 12), scaled(&second[2], 24)],
         }
     }
 }

@@ -2,6 +2,8 @@
 
 import { positionOf, velocityOf } from './poses.js';
 
+// The direction to the light in the view: right, up, towards the eye.
+const LIGHT = [-0.35, 0.55, 0.758];
 const FONT = '13px system-ui, sans-serif';
 
 /** A colour `[r, g, b, opacity]`, each 0 to 255, in CSS. */
@@ -57,11 +59,11 @@ export class Drawing {
       }
       return line.length === 0 ? 0 : (3 * sum) / line.length;
     };
-    // Signs lie in front of their own middle, and of the whole rod that they are on.
+    // Signs lie in front of their own middle, and of the whole rod or solid that they are on.
     const own = new Map(planar ? [] : shapes.map((shape) => [shape, depthOf(shape)]));
     const rods = new Map();
     for (const [{ body, front, kind }, depth] of own) {
-      if (kind === 'rod' && !front) rods.set(body, Math.max(depth, rods.get(body) ?? -Infinity));
+      if ((kind === 'rod' || kind === 'solid') && !front) rods.set(body, Math.max(depth, rods.get(body) ?? -Infinity));
     }
     const painted = (shape) =>
       shape.front
@@ -101,6 +103,10 @@ export class Drawing {
       this.drawRod(shape, numbers, theme);
       return;
     }
+    if (shape.kind === 'solid') {
+      this.drawSolid(shape, numbers, theme);
+      return;
+    }
     context.beginPath();
     for (const line of shape.lines) {
       for (let i = 0; i + 2 < line.length; i += 3) {
@@ -127,6 +133,53 @@ export class Drawing {
     context.arc(ax, ay, radius, angle + Math.PI / 2, angle + 1.5 * Math.PI);
     context.closePath();
     this.paint(theme.paints[shape.role], true);
+  }
+
+  /** Draws the faces of a solid that look towards the eye, the farthest first, each in a shade of its own. */
+  drawSolid(shape, numbers, theme) {
+    const { context, camera } = this;
+    const [line] = shape.lines;
+    const corners = [];
+    for (let i = 0; i + 2 < line.length; i += 3) {
+      // In the axes of the view, pixels: right, up, towards the eye.
+      const [x, y, z] = camera.project(positionOf(numbers, shape.body, ...line.slice(i, i + 3)));
+      corners.push([x, -y, z * camera.scale]);
+    }
+    const { fill, stroke } = theme.paints[shape.role];
+    const faces = shape.faces.map((face) => {
+      const ring = face.map((corner) => corners[corner]);
+      const normal = normalOf(ring);
+      const lit = LIGHT.reduce((sum, part, i) => sum + part * normal[i], 0);
+      const depth = ring.reduce((sum, [, , z]) => sum + z, 0) / ring.length;
+      return { ring, depth, shade: 1 - Math.min(1, Math.max(0, lit)), isSeen: normal[2] > 1e-9, lines: [] };
+    });
+    const seen = faces.filter(({ isSeen }) => isSeen).sort((a, b) => a.depth - b.depth);
+    // Sharp edges and the outline go with the nearer of their faces.
+    for (const { corners: ends, faces: sides, is_sharp: isSharp } of shape.edges) {
+      const [near, far] = sides.map((side) => faces[side]).sort((a, b) => seen.indexOf(b) - seen.indexOf(a));
+      if (near.isSeen && (isSharp || !far.isSeen)) near.lines.push(ends.map((end) => corners[end]));
+    }
+    const path = (points) => {
+      context.beginPath();
+      for (const [x, y] of points) context.lineTo(x, -y);
+    };
+    for (const { ring, shade, lines } of seen) {
+      path(ring);
+      context.closePath();
+      const part = 0.6 * shade;
+      context.fillStyle = css(fill.map((x, i) => (i < 3 ? (1 - part) * x + part * stroke.color[i] : x)));
+      context.fill();
+      // A line of the same colour closes the gap that smooth edges leave to the next face.
+      context.strokeStyle = context.fillStyle;
+      context.lineWidth = 0.6;
+      context.stroke();
+      context.strokeStyle = css(stroke.color);
+      context.lineWidth = stroke.width;
+      for (const line of lines) {
+        path(line);
+        context.stroke();
+      }
+    }
   }
 
   /** Draws a spring, damper or link: interpolates its lines at the two lengths next to its own. */
@@ -252,6 +305,20 @@ function lengthText(metres) {
   if (metres >= 1) return `${Number(metres.toPrecision(3))} m`;
   if (metres >= 0.01) return `${Number((metres * 100).toPrecision(3))} cm`;
   return `${Number((metres * 1000).toPrecision(3))} mm`;
+}
+
+/** Unit normal of a plane ring; zero where it has no area. */
+function normalOf([origin, ...rest]) {
+  const sum = [0, 0, 0];
+  for (let i = 0; i + 1 < rest.length; i += 1) {
+    const [a, b] = [rest[i], rest[i + 1]].map((p) => p.map((x, axis) => x - origin[axis]));
+    for (let axis = 0; axis < 3; axis += 1) {
+      const [j, k] = [(axis + 1) % 3, (axis + 2) % 3];
+      sum[axis] += a[j] * b[k] - a[k] * b[j];
+    }
+  }
+  const length = Math.hypot(...sum) || 1;
+  return sum.map((x) => x / length);
 }
 
 /** Outermost points of the scene in the world at one instant. */

@@ -1,7 +1,7 @@
 //! Shapes as triangles and lines.
 
 use bksim_log::{Area, Entity, Line};
-use bksim_scene::{Color, Form, Role, Scene, Shape, Theme, sheets};
+use bksim_scene::{Color, Edge, Form, Role, Scene, Shape, Theme, sheets};
 use lyon_tessellation::math::{Point, point};
 use lyon_tessellation::path::Path;
 use lyon_tessellation::{
@@ -43,6 +43,17 @@ pub(super) fn entities(scene: &Scene) -> Vec<Entity> {
                 let sheet = |ring: &Vec<[f64; 3]>| area(std::slice::from_ref(ring), fill?);
                 entity.areas.extend(rings.iter().filter_map(sheet));
                 entity.lines.extend(rings.into_iter().filter_map(|ring| line(*role, ring, true)));
+            }
+            Form::Solid(solid) => {
+                let fill = Theme::LIGHT.paint(*role).fill;
+                let corner = |&corner: &usize| solid.corners[corner];
+                let face = |face: &Vec<usize>| area(&[face.iter().map(corner).collect()], fill?);
+                entity.areas.extend(solid.faces.iter().filter_map(face));
+                let edges = solid.edges.iter().filter(|edge| edge.is_sharp);
+                let edge = |edge: &Edge| {
+                    line(*role, edge.corners.map(|c| solid.corners[c]).to_vec(), false)
+                };
+                entity.lines.extend(edges.filter_map(edge));
             }
         }
     }

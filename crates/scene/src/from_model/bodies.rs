@@ -3,10 +3,10 @@
 use super::Sketch;
 use super::rail::{SLOT, Slider};
 use crate::geometry::{
-    Plane, Point, across3, circle, cross3, distance3, dot3, is_inside, length3, rounded_hull, sub3,
-    unit3,
+    Plane, Point, across3, along3, circle, cross3, distance3, dot3, is_inside, length3,
+    rounded_hull, sub3, unit3,
 };
-use crate::{Form, Role, Shape};
+use crate::{Form, Role, Shape, Solid};
 
 /// Half width of a link, radii of a pin.
 const LINK: f64 = 1.8;
@@ -14,12 +14,18 @@ const LINK: f64 = 1.8;
 const SLOTTED: f64 = 2.6;
 /// Half width of a thin rod.
 const ROD: f64 = 0.8;
+/// Half thickness of a plate in space.
+const THICKNESS: f64 = 0.5;
 /// Radius of a disc.
 const DISC: f64 = 3.2;
 
 impl Sketch<'_> {
     /// The shapes of a body that moves.
     pub(super) fn body(&self, body: usize) -> Vec<Shape> {
+        let solids = self.solids(body);
+        if !solids.is_empty() {
+            return solids;
+        }
         let outline = self.numbers.outline(body);
         if !outline.is_empty() {
             return self.outlined(body, &outline);
@@ -42,8 +48,12 @@ impl Sketch<'_> {
                 lines.push(Shape { body, role: Role::Guide, form });
             }
         }
-        let region = Shape::region(body, self.role_of(body), &Plane::XY, &rings);
-        [vec![region], lines].concat()
+        let plate = if self.is_planar() || rings.len() > outline.len() {
+            vec![Shape::region(body, self.role_of(body), &Plane::XY, &rings)]
+        } else {
+            rings.iter().map(|ring| self.extruded(body, &Plane::XY, ring)).collect()
+        };
+        [plate, lines].concat()
     }
 
     /// A link through the points of a body: a plate, a rod or a star, a disc for a single point.
@@ -84,10 +94,22 @@ impl Sketch<'_> {
         };
         let points: Vec<Point> = points.iter().map(|&p| plane.foot(p)).collect();
         let mut rings = vec![rounded_hull(&points, half * self.pin)];
+        if !self.is_planar() && slots.is_empty() {
+            return self.extruded(body, plane, &rings[0]);
+        }
         for (slot_plane, ring) in slots {
             rings.push(ring.iter().map(|&p| plane.foot(slot_plane.lift(p))).collect());
         }
         Shape::region(body, self.role_of(body), plane, &rings)
+    }
+
+    /// A plate over a ring in a plane, as thick to either side of it.
+    fn extruded(&self, body: usize, plane: &Plane, ring: &[Point]) -> Shape {
+        let half = THICKNESS * self.pin;
+        let normal = cross3(plane.u, plane.v);
+        let place = |[x, y, z]: [f64; 3]| along3(plane.lift([x, y]), z, normal);
+        let form = Form::Solid(Solid::prism(ring, [-half, half], place));
+        Shape { body, role: self.role_of(body), form }
     }
 
     /// Rods from the centroid to points that lie in no plane.
@@ -126,7 +148,7 @@ impl Sketch<'_> {
         Shape::region(body, role, &plane, &[circle([0.0; 2], radius)])
     }
 
-    /// The sliders of a body: rectangles, in space the faces of boxes.
+    /// The sliders of a body: rectangles, in space boxes.
     fn sliders(&self, body: usize) -> Vec<Shape> {
         let mut shapes = Vec::new();
         for rail in self.rails.iter().flatten() {
@@ -141,23 +163,11 @@ impl Sketch<'_> {
                 shapes.push(Shape::region(body, role, &plane, &[ring]));
                 continue;
             }
-            let axes = [plane.u, plane.v, cross3(plane.u, plane.v)];
-            let low = [a, c, c];
-            let high = [b, d, d];
-            for axis in 0..3 {
-                let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
-                for side in [low[axis], high[axis]] {
-                    let origin = crate::geometry::along3(plane.origin, side, axes[axis]);
-                    let face = Plane { origin, u: axes[i], v: axes[j] };
-                    let ring = vec![
-                        [low[i], low[j]],
-                        [high[i], low[j]],
-                        [high[i], high[j]],
-                        [low[i], high[j]],
-                    ];
-                    shapes.push(Shape::region(body, role, &face, &[ring]));
-                }
-            }
+            let normal = cross3(plane.u, plane.v);
+            let place = |[x, y, z]: [f64; 3]| along3(plane.lift([x, y]), z, normal);
+            let ring = [[a, c], [b, c], [b, d], [a, d]];
+            let form = Form::Solid(Solid::prism(&ring, [c, d], place));
+            shapes.push(Shape { body, role, form });
         }
         shapes
     }

@@ -26,6 +26,7 @@ impl Sketch<'_> {
         if !outline.is_empty() {
             shapes.push(Shape::region(0, Role::Ground, &Plane::XY, &outline));
         }
+        shapes.extend(self.solids(0));
         for rail in self.rails_of(0) {
             shapes.extend(self.guide(rail));
         }

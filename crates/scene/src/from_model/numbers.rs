@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use bksim_expr::{Expr, SymbolId};
-use bksim_model::{Anchor, Axis, Initial, Joint, JointId, Measure, Model, Vector};
+use bksim_model::{Anchor, Axis, FixedTurn, Initial, Joint, JointId, Measure, Model, Vector};
 use bksim_sim::pose::Pose;
 
 use crate::Attached;
@@ -41,11 +41,7 @@ impl<'a> Numbers<'a> {
         let anchor = if is_second { joint.successor } else { joint.predecessor };
         let axis = self.vector(&joint.axis);
         let Some(point) = anchor.point else { return axis };
-        let turns = &self.model.bodies[anchor.body.0].points[point.0].orientation;
-        turns
-            .iter()
-            .rev()
-            .fold(axis, |v, turn| turned3(v, self.vector(&turn.axis), self.value(turn.angle)))
+        self.turned(&self.model.bodies[anchor.body.0].points[point.0].orientation, axis)
     }
 
     pub(super) fn attached(&self, anchor: Anchor) -> Attached {
@@ -58,6 +54,20 @@ impl<'a> Numbers<'a> {
     pub(super) fn outline(&self, body: usize) -> Vec<Vec<Point>> {
         let ring = |ring: &Vec<[Expr; 2]>| ring.iter().map(|p| p.map(|e| self.value(e))).collect();
         self.model.bodies[body].outline.iter().map(ring).collect()
+    }
+
+    /// A point in the frame of a solid, in that of its body.
+    pub(super) fn on_body(&self, solid: &bksim_model::Solid, p: [f64; 3]) -> [f64; 3] {
+        let turned = self.turned(&solid.orientation, p);
+        let at = self.vector(&solid.position);
+        std::array::from_fn(|i| at[i] + turned[i])
+    }
+
+    /// A vector in a frame turned by these turns, each about an axis that those before it have turned.
+    fn turned(&self, turns: &[FixedTurn], v: [f64; 3]) -> [f64; 3] {
+        let turn =
+            |v, turn: &FixedTurn| turned3(v, self.vector(&turn.axis), self.value(turn.angle));
+        turns.iter().rev().fold(v, turn)
     }
 
     /// Distance of a point of a body from the edges of its outline, if it has one.

@@ -50,6 +50,8 @@ impl Fixed {
                         }
                     }
                     Form::Rod { ends, radius } => out.rod(*ends, *radius, &paint),
+                    // Faces and outline depend on the view: they are made for each frame.
+                    Form::Solid(_) => {}
                 }
             }
             ranges[idx] = first..count(primitives.len());
@@ -163,6 +165,7 @@ fn points_of(form: &Form) -> impl Iterator<Item = &[f64; 3]> {
         Form::Region(rings) => rings.as_slice(),
         Form::Line { points, .. } => std::slice::from_ref(points),
         Form::Rod { .. } => &[],
+        Form::Solid(solid) => std::slice::from_ref(&solid.corners),
     };
     let ends = match form {
         Form::Rod { ends, .. } => ends.as_slice(),

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use bksim::sim::pose::Pose;
-use bksim_scene::{Extras, Item, Scene, Stroke, picture};
+use bksim_scene::{Extras, Form, Item, Scene, SeenFace, Stroke, picture};
 use bytemuck::{Pod, Zeroable};
 
 use super::Frame;
@@ -134,6 +134,9 @@ impl Drawing {
         if scene.is_planar {
             // The buffer of fixed primitives has this order.
             self.paint(0..fixed.n_back, layer);
+            self.solids(scene, fixed, frame, poses, |drawing, _, range| {
+                drawing.paint(range, layer);
+            });
             self.spans(scene, fixed, frame, poses, |drawing, _, range| drawing.paint(range, layer));
             self.paint(fixed.n_back..self.globals.n_fixed, layer);
             return;
@@ -142,10 +145,14 @@ impl Drawing {
         let own = scene.shapes.iter().zip(&fixed.middles).map(|(shape, &middle)| {
             poses.get(shape.body).map_or(f64::NEG_INFINITY, |pose| depth(pose.place(middle)))
         });
-        let depths = scene.depths(&own.collect::<Vec<_>>());
+        let view = &frame.camera.r_view_from_world;
+        let depths = scene.depths(&own.collect::<Vec<_>>(), poses, view);
         let mut parts = std::mem::take(&mut self.parts);
         parts.clear();
-        parts.extend(depths.into_iter().zip(fixed.ranges.iter().cloned()));
+        parts.extend(depths.iter().copied().zip(fixed.ranges.iter().cloned()));
+        self.solids(scene, fixed, frame, poses, |_, shape, range| {
+            parts.push((depths[shape], range));
+        });
         self.spans(scene, fixed, frame, poses, |_, points, range| {
             parts.push((depth(middle(points)), range));
         });
@@ -154,6 +161,37 @@ impl Drawing {
             self.paint(range.clone(), layer);
         }
         self.parts = parts;
+    }
+
+    /// Adds the primitives of solids as the camera sees them, and passes the index of the shape and the
+    /// indices of its primitives to `add`.
+    fn solids(
+        &mut self,
+        scene: &Scene,
+        fixed: &Fixed,
+        frame: &Frame<'_>,
+        poses: &[Pose],
+        mut add: impl FnMut(&mut Self, usize, Range<u32>),
+    ) {
+        let world = world(fixed, frame);
+        for (idx, shape) in scene.shapes.iter().enumerate() {
+            let (Form::Solid(solid), Some(pose)) = (&shape.form, poses.get(shape.body)) else {
+                continue;
+            };
+            let paint = frame.theme.paint(shape.role);
+            let faces = solid.seen(|p| pose.place(p), frame.camera);
+            let range = self.moved(world, |to| {
+                for SeenFace { ring, shade, edges } in faces {
+                    to.region(&[ring], paint.shaded(shade), None);
+                    for edge in edges {
+                        if let Some(stroke) = paint.stroke {
+                            to.line(&edge, false, stroke);
+                        }
+                    }
+                }
+            });
+            add(self, idx, range);
+        }
     }
 
     /// Adds the primitives of spans, and passes their points and indices to `add`.
