@@ -179,11 +179,16 @@ impl Reader<'_> {
         let pool = &self.pool;
         let over =
             |f: &dyn Fn(&Volume) -> Expr| self.total(&volumes.iter().map(f).collect::<Vec<_>>());
-        let volume = over(&|one| one.size);
+        // What follows from numbers alone is a number in the equations.
+        let plain = |e: Expr| {
+            let simple = pool.simplify(e);
+            pool.evaluate(simple, &|_| None).map_or(simple, |value| pool.float(value))
+        };
+        let volume = plain(over(&|one| one.size));
         body.mass = pool.simplify(pool.mul(density, volume));
         for (axis, com) in body.com.iter_mut().enumerate() {
             let first = over(&|one| pool.mul(one.size, one.middle[axis]));
-            *com = pool.simplify(pool.div(first, volume));
+            *com = plain(pool.div(first, volume));
         }
         // Steiner: J + V (d² 1 − d dᵀ), with d from the centre of mass of all.
         let com = body.com;
@@ -197,7 +202,7 @@ impl Reader<'_> {
                 };
                 pool.add(one.inertia[i][j], pool.mul(one.size, across))
             });
-            pool.simplify(pool.mul(density, about_com))
+            pool.simplify(pool.mul(density, plain(about_com)))
         };
         let [xx, yy, zz, xy, yz, zx] = ENTRIES.map(entry);
         body.inertia.moments = [xx, yy, zz];
