@@ -10,7 +10,7 @@ use bksim::dae::Control;
 use bksim::expr::Pool;
 use bksim::log::{Contents, LogReader, Survey};
 use bksim::model::Model;
-use bksim::model::file::{Limits, Reading, Source, decode, read};
+use bksim::model::file::{Reading, Source, decode, read};
 use bksim::record::Recorder;
 use bksim::sim::run::{RunCheckpoint, Sample};
 use bksim::{Mechanism, Simulation};
@@ -110,7 +110,7 @@ fn models() -> Vec<Vec<u8>> {
 
 fn model(bytes: &[u8]) -> Option<Model> {
     let text = decode(bytes).ok()?;
-    let source = Source { text, name: "damaged", overrides: &[], limits: Limits::default() };
+    let source = Source::new(text, "damaged");
     let Reading { model, diagnostics } = read(&source);
     assert!(model.is_some() || !diagnostics.is_empty(), "rejected without a reason");
     model

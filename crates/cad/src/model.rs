@@ -24,6 +24,8 @@ pub struct ModelOptions<'a> {
     pub tolerance: Option<f64>,
     /// Density and thickness of bodies that state none, as texts of a model file.
     pub plate: [Option<&'a str>; 2],
+    /// Whether positions alone are asked for: bodies need no masses then.
+    pub is_geometry: bool,
 }
 
 /// A drawing as it was read.
@@ -76,8 +78,8 @@ impl Sheet {
     /// The model of the drawing. Its diagnostics are those of the drawing and of composing.
     pub fn compose(&self, options: ModelOptions<'_>) -> Composition {
         let excerpts = Excerpts::new(&self.text);
-        let ModelOptions { sidecar, tolerance, plate, .. } = options;
-        let options = ComposeOptions { sidecar, tolerance, plate };
+        let ModelOptions { sidecar, tolerance, plate, is_geometry, .. } = options;
+        let options = ComposeOptions { sidecar, tolerance, plate, is_geometry };
         let mut composition = compose(&self.drawing, &self.attachments, &excerpts, options);
         let mut diagnostics = self.diagnostics.clone();
         diagnostics.append(&mut composition.diagnostics);

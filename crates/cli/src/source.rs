@@ -19,12 +19,22 @@ use crate::exit::Failure;
 /// # Errors
 /// A file that cannot be read, or faults of the model.
 pub fn load(args: &ModelArgs, max_nesting: usize) -> Result<Loaded, Failure> {
+    load_as(args, max_nesting, false)
+}
+
+/// As [`load()`], for positions alone: bodies need no masses.
+pub(crate) fn load_geometry(args: &ModelArgs, max_nesting: usize) -> Result<Loaded, Failure> {
+    load_as(args, max_nesting, true)
+}
+
+fn load_as(args: &ModelArgs, max_nesting: usize, is_geometry: bool) -> Result<Loaded, Failure> {
     let request = Request {
         path: &args.model,
         overrides: &args.set,
         unit: args.drawing.units.as_deref(),
         tolerance: args.drawing.tolerance,
         limits: Limits { nesting: max_nesting },
+        is_geometry,
     };
     Ok(bksim_load::load(&request)?)
 }

@@ -35,6 +35,7 @@ pub(crate) fn compose(
     let options = ModelOptions {
         sidecar: sidecar.as_ref().map(|sidecar| sidecar.text.as_str()),
         tolerance: request.tolerance,
+        is_geometry: request.is_geometry,
         ..ModelOptions::default()
     };
     let mut composition = sheet.compose(options);

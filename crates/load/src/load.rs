@@ -42,7 +42,11 @@ pub fn load(request: &Request<'_>) -> Result<Loaded, InputError> {
             None => (text, Vec::new()),
         }
     };
-    let mut loaded = parse(source, &name, request.overrides, request.limits)?;
+    let Request { overrides, limits, is_geometry, .. } = *request;
+    let (mut loaded, _) = read_text(source, |text| {
+        let source = Source { overrides, limits, is_geometry, ..Source::new(text, &name) };
+        read_recorded(&source, &[])
+    })?;
     loaded.warnings.splice(0..0, warnings);
     Ok(loaded)
 }
@@ -89,9 +93,16 @@ pub fn parse_recorded(
     varied: &[String],
     limits: Limits,
 ) -> Result<(Loaded, Option<Recording>), InputError> {
-    let text = &source.text;
-    let (Reading { model, diagnostics }, recording) =
-        read_recorded(&Source { text, name, overrides, limits }, varied);
+    read_text(source, |text| {
+        read_recorded(&Source { overrides, limits, ..Source::new(text, name) }, varied)
+    })
+}
+
+fn read_text(
+    source: Text,
+    read: impl FnOnce(&str) -> (Reading, Option<Recording>),
+) -> Result<(Loaded, Option<Recording>), InputError> {
+    let (Reading { model, diagnostics }, recording) = read(&source.text);
     match model {
         Some(model) => Ok((Loaded { source, model, warnings: diagnostics }, recording)),
         None => Err(source.rejected(diagnostics)),

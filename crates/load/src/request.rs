@@ -17,11 +17,20 @@ pub struct Request<'a> {
     pub tolerance: Option<f64>,
     /// Limits on the text of a model.
     pub limits: Limits,
+    /// Whether positions alone are asked for: bodies need no masses then.
+    pub is_geometry: bool,
 }
 
 impl<'a> Request<'a> {
     /// The file as it is.
     pub fn new(path: &'a Path) -> Self {
-        Self { path, overrides: &[], unit: None, tolerance: None, limits: Limits::default() }
+        Self {
+            path,
+            overrides: &[],
+            unit: None,
+            tolerance: None,
+            limits: Limits::default(),
+            is_geometry: false,
+        }
     }
 }

@@ -189,6 +189,7 @@ impl Engine {
                 unit: unit.as_deref(),
                 tolerance,
                 limits: Limits::default(),
+                is_geometry: false,
             };
             let loaded = load(&request)?;
             Self::derived((loaded, None), overrides, jit.as_deref(), Vec::new())

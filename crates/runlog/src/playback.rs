@@ -11,7 +11,7 @@ use crate::record::{Channels, INPUTS, Signal, overrides};
 use bksim_expr::TapeError;
 use bksim_log::{EndStatus, Header, LogError, LogReader, Note, Record, Topic};
 use bksim_model::diagnostic::Rejected;
-use bksim_model::file::{Limits, Source, read};
+use bksim_model::file::{Source, read};
 use bksim_sim::Mechanism;
 use bksim_sim::input::{along, find_inputs};
 use bksim_sim::pose::{Pose, PoseRunner, Poses};
@@ -112,7 +112,7 @@ impl RunLog {
     pub fn mechanism(&self) -> Result<Mechanism, Rejected> {
         let Header { model_text: text, model_name: name, options, .. } = &self.header;
         let overrides = overrides(options);
-        let source = Source { text, name, overrides: &overrides, limits: Limits::default() };
+        let source = Source { overrides: &overrides, ..Source::new(text, name) };
         let reading = read(&source);
         let Some(mut model) = reading.model else { return Err(Rejected(reading.diagnostics)) };
         if let Some((_, topic)) = inputs_of(&self.header) {

@@ -52,6 +52,6 @@ impl Request {
         let overrides = [self.fixed.as_slice(), set].concat();
         let (text, name, limits) = (&self.model, &self.name, self.limits);
         let varied: Vec<String> = set.iter().map(|(name, _)| name.clone()).collect();
-        read_recorded(&Source { text, name, overrides: &overrides, limits }, &varied)
+        read_recorded(&Source { overrides: &overrides, limits, ..Source::new(text, name) }, &varied)
     }
 }

@@ -75,6 +75,8 @@ pub struct ComposeOptions<'a> {
     pub tolerance: Option<f64>,
     /// Density and thickness of bodies that state none, as texts of a model file.
     pub plate: [Option<&'a str>; 2],
+    /// Whether positions alone are asked for: bodies need no masses then.
+    pub is_geometry: bool,
 }
 
 /// A model that came out of a drawing.
@@ -148,7 +150,12 @@ pub fn compose(
     // The sections of the text. Loads may put points onto bodies, so bodies come after them; faults
     // keep the order of the calls.
     let top = sections::top(source);
-    let plate = Plate { unit: drawing.unit, units: &units, default: options.plate };
+    let plate = Plate {
+        unit: drawing.unit,
+        units: &units,
+        default: options.plate,
+        needs_masses: !options.is_geometry,
+    };
     let weights = weigh(&bodies, &frames, plate, &mut faults);
     let (joints, joint_reports) = sections::joints(&mechanism);
     let loads = sections::loads(&mechanism, &mut points, &mut faults);

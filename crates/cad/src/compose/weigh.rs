@@ -37,6 +37,8 @@ pub(super) struct Plate<'a> {
     pub(super) units: &'a BareUnits,
     /// Density and thickness of bodies that state none.
     pub(super) default: [Option<&'a str>; 2],
+    /// Whether every body must have a mass.
+    pub(super) needs_masses: bool,
 }
 
 /// The mass properties of every body but the ground; a fault for each that has no mass.
@@ -97,13 +99,15 @@ fn mass(
         }
         ([Some(_), Some(_)], None) => {
             // One mistake, one message.
-            if !body.has_bad_outline {
+            if plate.needs_masses && !body.has_bad_outline {
                 add_shapeless(body, density, faults);
             }
             None
         }
         _ => {
-            add_massless(body, density.or(thickness), faults);
+            if plate.needs_masses {
+                add_massless(body, density.or(thickness), faults);
+            }
             None
         }
     }

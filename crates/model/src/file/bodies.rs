@@ -207,7 +207,9 @@ impl Reader<'_> {
     fn read_mass(&mut self, fields: &Fields<'_>, body: &mut Body, facts: &mut BodyFacts) {
         let help = "write for example `mass = \"1 kg\"`, or `density` with `shapes`, or with an \
                     `outline` and its `thickness`";
-        let Some(node) = fields.require(self, "mass", help) else { return };
+        let node = fields.get("mass");
+        let node = if self.needs_masses { fields.require(self, "mass", help) } else { node };
+        let Some(node) = node else { return };
         let what = fields.what("mass");
         let Some(mass) = self.scalar(node, Quantity::MASS, &what, Scope::Constant) else { return };
         body.mass = mass.expr;

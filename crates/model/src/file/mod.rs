@@ -87,12 +87,14 @@ pub struct Source<'a> {
     pub overrides: &'a [(String, String)],
     /// Limits that protect against hostile input.
     pub limits: Limits,
+    /// Whether positions alone are asked for: bodies need no masses then.
+    pub is_geometry: bool,
 }
 
 impl<'a> Source<'a> {
     /// A text by itself.
     pub fn new(text: &'a str, name: &'a str) -> Self {
-        Self { text, name, overrides: &[], limits: Limits::default() }
+        Self { text, name, overrides: &[], limits: Limits::default(), is_geometry: false }
     }
 }
 
@@ -158,6 +160,7 @@ pub fn read_recorded(source: &Source<'_>, varied: &[String]) -> (Reading, Option
     let mut reader = Reader {
         text: source.text,
         nesting: source.limits.nesting,
+        needs_masses: !source.is_geometry,
         pool: Pool::new(),
         units: FileUnits::default(),
         names: Names::default(),

@@ -20,6 +20,8 @@ const ENOUGH: usize = 200;
 pub(super) struct Reader<'a> {
     pub(super) text: &'a str,
     pub(super) nesting: usize,
+    /// Whether every body must have a mass.
+    pub(super) needs_masses: bool,
     pub(super) pool: Pool,
     pub(super) units: FileUnits,
     pub(super) names: Names,

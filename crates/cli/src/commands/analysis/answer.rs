@@ -11,7 +11,7 @@ use crate::exit::{Failure, Status};
 use crate::output::{self, number, table};
 use crate::output_file::OutputFile;
 use crate::render;
-use crate::source::{Loaded, Text, load};
+use crate::source::{Loaded, Text, load, load_geometry};
 
 /// A question that is ready: the model, and the file for its table.
 pub(super) struct Asked {
@@ -33,11 +33,28 @@ pub(super) struct Answer {
 
 /// Reads the model, after a look at where the table goes.
 pub(super) fn asked(model: &ModelArgs, file: &TableArgs, nesting: usize) -> Result<Asked, Failure> {
+    asked_of(model, file, || load(model, nesting))
+}
+
+/// As [`asked`], for a question about positions, which masses have no part in.
+pub(super) fn asked_geometry(
+    model: &ModelArgs,
+    file: &TableArgs,
+    nesting: usize,
+) -> Result<Asked, Failure> {
+    asked_of(model, file, || load_geometry(model, nesting))
+}
+
+fn asked_of(
+    model: &ModelArgs,
+    file: &TableArgs,
+    load: impl FnOnce() -> Result<Loaded, Failure>,
+) -> Result<Asked, Failure> {
     let planned = file.file.as_ref().map(|path| {
         OutputFile::plan(path, ("model", &[&model.model]), file.force, "nothing was computed")
     });
     let file = planned.transpose()?;
-    Ok(Asked { loaded: load(model, nesting)?, file })
+    Ok(Asked { loaded: load()?, file })
 }
 
 /// Faults of a question as a failure of the command.
@@ -105,8 +122,13 @@ pub(super) fn lines(heads: &[&str], rows: Vec<Vec<String>>) -> String {
     table(&[vec![heads], rows].concat())
 }
 
+/// Numbers below this, in SI units and radians, are shown as zero.
+const ROUNDING: f64 = 1e-13;
+
 /// An angle in degrees, else the number with its unit.
 pub(super) fn shown(value: f64, unit: &str) -> String {
+    // What is left by rounding is no result.
+    let value = if value.abs() < ROUNDING { 0.0 } else { value };
     if unit == "rad" {
         format!("{} deg", number(value.to_degrees()))
     } else if unit.is_empty() {

@@ -7,7 +7,7 @@ use bksim::analysis::{
 use bksim::model::Model;
 use serde_json::{Value, json};
 
-use super::answer::{Answer, Asked, asked, failed, lines, pose_json, shown, table_json};
+use super::answer::{Answer, Asked, asked_geometry, failed, lines, pose_json, shown, table_json};
 use crate::args::analysis::Kinematics as Args;
 use crate::exit::{Failure, Status};
 use crate::output::number;
@@ -16,7 +16,8 @@ use crate::render;
 const COMMAND: &str = "kinematics";
 
 pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, Failure> {
-    let (source, model, warnings, file) = asked(&args.model, &args.table, nesting)?.parts();
+    let (source, model, warnings, file) =
+        asked_geometry(&args.model, &args.table, nesting)?.parts();
     let failed = failed(&source);
     let name = model.name.clone();
     let answer = if args.assemblies {
