@@ -2,6 +2,7 @@
 
 pub(crate) mod analysis;
 pub(crate) mod cad;
+pub(crate) mod code;
 pub(crate) mod draw;
 pub(crate) mod edit;
 pub(crate) mod info;
@@ -51,6 +52,8 @@ pub(crate) enum Command {
     Modes(analysis::Modes),
     /// Find the efforts, reactions and powers that a motion needs.
     Inverse(analysis::Inverse),
+    /// Write the equations as code: C, Rust or Python, with a test of itself.
+    Code(code::Code),
     /// Solve a model and log its motion.
     Solve(Solve),
     /// Solve a model at many values of its parameters, on all cores, into one table.

@@ -4,6 +4,7 @@ pub(crate) mod analysis;
 pub(crate) mod assemble;
 pub(crate) mod cad;
 pub(crate) mod check;
+pub(crate) mod code;
 pub(crate) mod equations;
 pub(crate) mod explain;
 pub mod export;

@@ -80,7 +80,7 @@ fn c_code_compiles_without_warnings_and_agrees() {
     write("all_operations.h", &code.header);
     write("all_operations.c", &code.source);
     write("test.c", &code.test);
-    let flags = ["-std=c99", "-Wall", "-Wextra", "-Wno-parentheses", "-pedantic", "-Werror", "-O2"];
+    let flags = ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror", "-O2"];
     let mut compiler = Command::new("cc");
     compiler.args(flags).args(["all_operations.c", "test.c", "-o", "test", "-lm"]);
     let Some(output) = run(compiler.current_dir(&folder)) else { return };

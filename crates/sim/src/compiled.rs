@@ -91,14 +91,9 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
 
     // M, G, f and γ, for small mechanisms with the solution of their equations.
     let shape = Shape::of(system);
-    let mass: Vec<Expr> = system.mass_matrix.lower().map(|(.., entry)| entry).collect();
-    let jacobian: Vec<Expr> =
-        system.constraint_jacobian.entries().map(|(.., entry)| entry).collect();
-    let forces = (0..shape.nq).map(|i| pool.sub(system.applied_force[i], system.resistance[i]));
-    let forces: Vec<Expr> = forces.collect();
-    let gammas: Vec<Expr> = (0..shape.nc).map(|row| constraint_gamma(model, system, row)).collect();
-    let dynamics = [mass.as_slice(), &jacobian, &forces, &gammas].concat();
-    let unrolled = UnrolledSolve::of(pool, &shape, (&mass, &jacobian), (&forces, &gammas))
+    let Terms { mass, jacobian, force, gamma } = terms(model, system);
+    let dynamics = [mass.as_slice(), &jacobian, &force, &gamma].concat();
+    let unrolled = UnrolledSolve::of(pool, &shape, (&mass, &jacobian), (&force, &gamma))
         .map(|line| function(&line.outputs(), &[&q, &v, u]))
         .transpose()?;
     // Constraints at positions, energies, reactions.
@@ -128,6 +123,42 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         transmissions: Transmissions::compile(model, system, &q, &parameters)?,
         n_parameters: model.parameters.len(),
     })
+}
+
+/// The terms of M v̇ + Gᵀ λ = f, G v̇ = −γ as expressions of (t, q, v).
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Terms {
+    /// Entries of the lower triangle of M, row by row, those that are not zero.
+    pub mass: Vec<Expr>,
+    /// Entries of G, row by row, those that are not zero.
+    pub jacobian: Vec<Expr>,
+    /// f, nq.
+    pub force: Vec<Expr>,
+    /// γ, nc.
+    pub gamma: Vec<Expr>,
+}
+
+/// The terms of the equations of motion.
+pub fn terms(model: &Model, system: &SymbolicSystem) -> Terms {
+    let pool = &model.pool;
+    let force = |i: usize| pool.sub(system.applied_force[i], system.resistance[i]);
+    Terms {
+        mass: system.mass_matrix.lower().map(|(.., entry)| entry).collect(),
+        jacobian: system.constraint_jacobian.entries().map(|(.., entry)| entry).collect(),
+        force: (0..system.coordinates().len()).map(force).collect(),
+        gamma: (0..system.constraints.len())
+            .map(|row| constraint_gamma(model, system, row))
+            .collect(),
+    }
+}
+
+/// v̇, nq, and λ, nc, as expressions of (t, q, v), all constraint rows being independent; `None` for a mechanism
+/// that is too large, or has a coordinate without inertia of its own.
+pub fn solved_accelerations(model: &Model, system: &SymbolicSystem) -> Option<Vec<Expr>> {
+    let Terms { mass, jacobian, force, gamma } = terms(model, system);
+    let shape = Shape::of(system);
+    let line = UnrolledSolve::of(&model.pool, &shape, (&mass, &jacobian), (&force, &gamma))?;
+    Some(line.solution)
 }
 
 impl CompiledSystem {

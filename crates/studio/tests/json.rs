@@ -100,6 +100,7 @@ fn the_page_lists_the_keys_that_are_printed() {
         "equations contacts.toml",
         "expr x*y-y=1 --solve x --certificate",
         "expr x+1 --at x=1",
+        "code five-link.toml -o code",
         "assemble five-link.toml",
         "assemble parallelogram.toml",
         "solve parallelogram.toml --every 0.1",

@@ -49,6 +49,11 @@ fn the_page_on_drawings_shows_what_is_printed() {
 }
 
 #[test]
+fn the_page_on_code_shows_what_is_printed() {
+    check(&root().join("docs/code.md"));
+}
+
+#[test]
 fn the_page_on_sweeps_shows_what_is_printed() {
     check(&root().join("docs/sweeps.md"));
 }

@@ -2,6 +2,7 @@
 
 use super::{Dialect, Program, TOLERANCE, listed};
 use crate::op::Function;
+use crate::tape::Action;
 use std::fmt::Write;
 
 /// A function in C.
@@ -17,6 +18,18 @@ pub struct CCode {
 
 struct C;
 
+/// Sine and cosine together as our own evaluators compute them, operation by operation: see `sincos`.
+const SINE_AND_COSINE: &str = include_str!("sincos.c");
+
+/// One of the two: large angles are left to the library.
+fn c_turn(name: &str, result: &str) -> String {
+    format!(
+        "static double bksim_{name}(double x) {{\n    double sine, cosine;\n    \
+         if (!(fabs(x) <= 1e6)) {{\n        return {name}(x);\n    }}\n    \
+         bksim_turn(x, &sine, &cosine);\n    return {result};\n}}\n\n"
+    )
+}
+
 impl Dialect for C {
     fn literal(&self, value: f64) -> String {
         if value.is_finite() {
@@ -30,12 +43,14 @@ impl Dialect for C {
 
     fn call(&self, function: Function, [a, b, c]: [&str; 3]) -> String {
         match function {
+            Function::Sin => format!("bksim_sin({a})"),
+            Function::Cos => format!("bksim_cos({a})"),
             Function::Ln => format!("log({a})"),
             Function::Abs => format!("fabs({a})"),
             Function::Sign => format!("{a} > 0.0 ? 1.0 : {a} < 0.0 ? -1.0 : {a}"),
             Function::Atan2 => format!("atan2({a}, {b})"),
-            Function::Min => format!("{a} <= {b} || {a} != {a} ? {a} : {b}"),
-            Function::Max => format!("{a} >= {b} || {a} != {a} ? {a} : {b}"),
+            Function::Min => format!("({a} <= {b} || {a} != {a}) ? {a} : {b}"),
+            Function::Max => format!("({a} >= {b} || {a} != {a}) ? {a} : {b}"),
             Function::Lt => format!("{a} < {b} ? 1.0 : 0.0"),
             Function::Le => format!("{a} <= {b} ? 1.0 : 0.0"),
             Function::Gt => format!("{a} > {b} ? 1.0 : 0.0"),
@@ -62,6 +77,19 @@ impl Program<'_> {
         CCode { header: self.c_header(), source: self.c_source(), test: self.c_test() }
     }
 
+    /// Whether all machines of IEEE 754 compute the same bits: nothing is left to a library but square
+    /// roots, which the standard defines to the last bit.
+    fn is_exact(&self) -> bool {
+        let is_exact = |function| {
+            use Function::{Abs, Cos, Ge, Gt, If, Le, Lt, Max, Min, Sign, Sin, Sqrt};
+            matches!(function, Abs | Cos | Ge | Gt | If | Le | Lt | Max | Min | Sign | Sin | Sqrt)
+        };
+        self.instructions().all(|(_, instruction)| match instruction.action {
+            Action::Call(function) => is_exact(function),
+            action => action != Action::Power,
+        })
+    }
+
     fn c_prototype(&self) -> String {
         let name = &self.names.function;
         format!("void {name}(const double *inputs, const double *parameters, double *outputs)")
@@ -86,7 +114,16 @@ impl Program<'_> {
     }
 
     fn c_source(&self) -> String {
-        let mut source = format!("#include \"{}.h\"\n\n#include <math.h>\n\n", self.names.function);
+        let mut source = format!("#include \"{}.h\"\n\n#include <math.h>\n", self.names.function);
+        let calls = |function| self.instructions().any(|(_, i)| i.action == Action::Call(function));
+        let (has_sine, has_cosine) = (calls(Function::Sin), calls(Function::Cos));
+        source.push_str(if has_sine || has_cosine { SINE_AND_COSINE } else { "\n" });
+        for (is_called, name, result) in [(has_sine, "sin", "sine"), (has_cosine, "cos", "cosine")]
+        {
+            if is_called {
+                source.push_str(&c_turn(name, result));
+            }
+        }
         let _ =
             writeln!(source, "{} {{\n    (void)inputs;\n    (void)parameters;", self.c_prototype());
         for statement in self.statements(&C) {
@@ -101,13 +138,14 @@ impl Program<'_> {
 
     fn c_test(&self) -> String {
         let name = &self.names.function;
+        let tolerance = if self.is_exact() { "0.0" } else { TOLERANCE };
         let mut test = format!(
             "#include \"{name}.h\"\n\n#include <math.h>\n#include <stdio.h>\n\n\
              static int check(const double *inputs, const double *parameters, const double *expected) {{\n\
              \x20   double outputs[{}];\n    int failed = 0;\n    {name}(inputs, parameters, outputs);\n\
              \x20   for (int i = 0; i < {}; i++) {{\n\
              \x20       const double difference = fabs(outputs[i] - expected[i]);\n\
-             \x20       const int is_same = outputs[i] == expected[i] || difference <= {TOLERANCE} * fabs(expected[i])\n\
+             \x20       const int is_same = outputs[i] == expected[i] || difference <= {tolerance} * fabs(expected[i])\n\
              \x20           || (outputs[i] != outputs[i] && expected[i] != expected[i]);\n\
              \x20       printf(\"%.17g\\n\", outputs[i]);\n\
              \x20       if (!is_same) {{\n\

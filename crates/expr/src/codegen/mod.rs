@@ -173,6 +173,11 @@ trait Dialect {
 }
 
 impl Program<'_> {
+    /// The name of the function in the code.
+    pub fn identifier(&self) -> &str {
+        &self.names.function
+    }
+
     /// The points that every form of the code is tested at.
     pub fn test_points(&self) -> &[TestPoint] {
         &self.points

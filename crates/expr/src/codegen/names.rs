@@ -20,7 +20,7 @@ const RESERVED: &[&str] = &[
     "np", "numpy", "inputs", "parameters", "outputs", "NAN", "INFINITY", "HUGE_VAL", "bool",
     "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log", "sqrt",
     "fabs", "atan2", "pow", "math_errhandling", "signgam", "check", "tests", "shape", "results", "core",
-    "std", "Std", "printf", "fprintf", "enumerate", "len", "test",
+    "std", "Std", "bksim_sin", "bksim_cos", "bksim_turn", "memcpy", "uint64_t", "printf", "fprintf", "enumerate", "len", "test",
 ];
 
 /// Identifiers, distinct from each other.

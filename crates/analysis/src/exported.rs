@@ -1,0 +1,232 @@
+//! Functions of a mechanism that leave the program: tapes with the names and units of what goes in and comes out.
+//!
+//! ```text
+//! M(q) v̇ + G(t, q)ᵀ λ = f(t, q, v, u)      terms: M, f, G, γ
+//! G v̇ = −γ(t, q, v)                        accelerations: v̇, λ
+//! g(t, q) = 0                              constraints: g, ∂g/∂t
+//! x(t, q), ẋ(t, q, v)                      kinematics: joints, bodies, points
+//! ```
+
+use bksim_expr::{Expr, Quantity, Signature, SymbolId, Tape};
+use bksim_mbs::kinematics::Coordinate;
+use bksim_mbs::system::SymbolicSystem;
+use bksim_model::{Model, MotionKind};
+use bksim_sim::Mechanism;
+use bksim_sim::compiled::{solved_accelerations, terms};
+
+use crate::error::AnalysisError;
+use crate::quantity::pose_quantities;
+
+/// The functions that are asked for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Part {
+    /// The equations of motion.
+    Dynamics,
+    /// Positions and rates of joints, bodies and points.
+    Kinematics,
+}
+
+/// A function with the names of its arguments and results.
+#[derive(Clone, Debug)]
+pub struct ExportedFunction {
+    /// Its operations.
+    pub tape: Tape,
+    /// Names and units.
+    pub signature: Signature,
+    /// Its results in a few words.
+    pub summary: &'static str,
+    /// Values of its parameters in the model, SI; those of modes are of open contacts.
+    pub parameters: Vec<f64>,
+}
+
+/// The functions of a part of `mechanism`; the parameters `inputs` become arguments u of the dynamics.
+///
+/// # Errors
+/// [`AnalysisError::UnknownParameter`] names an input that is none, [`AnalysisError::Rejected`] is the fault of
+/// a mechanism that has no start.
+pub fn exported(
+    mechanism: &Mechanism,
+    part: Part,
+    inputs: &[String],
+) -> Result<Vec<ExportedFunction>, AnalysisError> {
+    let interface = Interface::new(mechanism, inputs)?;
+    match part {
+        Part::Dynamics => interface.dynamics(),
+        Part::Kinematics => Ok(vec![interface.kinematics()?]),
+    }
+}
+
+/// Arguments and parameters of all functions of a mechanism.
+struct Interface<'a> {
+    mechanism: &'a Mechanism,
+    /// The equations with modes in place of what switches.
+    system: &'a SymbolicSystem,
+    time: (SymbolId, Quantity),
+    q: Vec<(SymbolId, Quantity)>,
+    v: Vec<(SymbolId, Quantity)>,
+    u: Vec<(SymbolId, Quantity)>,
+    parameters: Vec<(SymbolId, Quantity)>,
+    /// Values of the parameters.
+    values: Vec<f64>,
+}
+
+impl<'a> Interface<'a> {
+    fn new(mechanism: &'a Mechanism, inputs: &[String]) -> Result<Self, AnalysisError> {
+        let model = &mechanism.model;
+        let system = mechanism.system.integrated();
+        // Coordinates and their rates.
+        let named = |c: &Coordinate, suffix: &str, per: &str| {
+            let unit = if c.kind == MotionKind::Rotation { "rad" } else { "m" };
+            Quantity::new(&format!("{}{suffix}", c.name), &format!("{unit}{per}"))
+        };
+        let coordinates = system.coordinates();
+        let q = coordinates.iter().map(|c| (c.q, named(c, "", ""))).collect();
+        let v = coordinates.iter().map(|c| (c.v, named(c, "_dot", "/s"))).collect();
+        // Parameters: the model's own, then modes.
+        let own = model.parameters.len();
+        let quantity = |(idx, symbol): (usize, SymbolId)| {
+            let known = model.parameters.get(idx).map(|p| Quantity::new(&p.name, &p.unit));
+            (symbol, known.unwrap_or_else(|| Quantity::new(&model.pool.symbol_name(symbol), "")))
+        };
+        let mut parameters: Vec<_> =
+            system.parameters(model).into_iter().enumerate().map(quantity).collect();
+        let mut values = mechanism.parameters.clone();
+        values.resize(own.max(parameters.len()), 0.0);
+        let mut u = Vec::new();
+        for name in inputs {
+            let at = parameters.iter().position(|(_, quantity)| quantity.name == *name);
+            let at = at.ok_or_else(|| AnalysisError::UnknownParameter { name: name.clone() })?;
+            u.push(parameters.remove(at));
+            values.remove(at);
+        }
+        let time = (model.time, Quantity::new("t", "s"));
+        Ok(Self { mechanism, system, time, q, v, u, parameters, values })
+    }
+
+    fn model(&self) -> &'a Model {
+        &self.mechanism.model
+    }
+
+    /// Compiles outputs as a function of groups of arguments.
+    fn function(
+        &self,
+        (name, summary): (&str, &'static str),
+        groups: &[&[(SymbolId, Quantity)]],
+        outputs: Vec<(Expr, Quantity)>,
+    ) -> Result<ExportedFunction, AnalysisError> {
+        let arguments = || std::iter::once(&self.time).chain(groups.iter().copied().flatten());
+        let symbols: Vec<SymbolId> = arguments().map(|(symbol, _)| *symbol).collect();
+        let parameters: Vec<SymbolId> = self.parameters.iter().map(|(symbol, _)| *symbol).collect();
+        let expressions: Vec<Expr> = outputs.iter().map(|(e, _)| *e).collect();
+        let tape = Tape::compile(&self.model().pool, &expressions, &symbols, &parameters)?;
+        let signature = Signature {
+            name: format!("{}_{name}", self.model().name),
+            inputs: arguments().map(|(_, quantity)| quantity.clone()).collect(),
+            parameters: self.parameters.iter().map(|(_, quantity)| quantity.clone()).collect(),
+            outputs: outputs.into_iter().map(|(_, quantity)| quantity).collect(),
+        };
+        Ok(ExportedFunction { tape, signature, summary, parameters: self.values.clone() })
+    }
+
+    fn dynamics(&self) -> Result<Vec<ExportedFunction>, AnalysisError> {
+        let state = [self.q.as_slice(), &self.v, &self.u];
+        let mut functions =
+            vec![self.function(("terms", "M, f, G and gamma"), &state, self.terms())?];
+        if !self.system.constraints.is_empty() {
+            let outputs = self.constraints();
+            functions.push(self.function(
+                ("constraints", "g and its rate by time"),
+                &[&self.q],
+                outputs,
+            )?);
+        }
+        // Rows that depend on others have no multipliers of their own.
+        let start = self.mechanism.start()?;
+        let accelerations = solved_accelerations(self.model(), self.system);
+        if let Some(solution) = accelerations.filter(|_| start.inactive_rows().is_empty()) {
+            let outputs = solution.into_iter().zip(self.unknowns()).collect();
+            let summary = "accelerations, then multipliers";
+            functions.push(self.function(("accelerations", summary), &state, outputs)?);
+        }
+        Ok(functions)
+    }
+
+    /// M and G row by row, with all their zeros.
+    fn terms(&self) -> Vec<(Expr, Quantity)> {
+        let Self { system, q, .. } = self;
+        let pool = &self.model().pool;
+        let (nq, nc) = (q.len(), system.constraints.len());
+        let terms = terms(self.model(), system);
+        // M is symmetric.
+        let mut mass = vec![pool.zero(); nq * nq];
+        for ((i, j, _), entry) in system.mass_matrix.lower().zip(terms.mass) {
+            (mass[i * nq + j], mass[j * nq + i]) = (entry, entry);
+        }
+        let mut jacobian = vec![pool.zero(); nc * nq];
+        for ((row, column, _), entry) in system.constraint_jacobian.entries().zip(terms.jacobian) {
+            jacobian[row * nq + column] = entry;
+        }
+        let coordinates = system.coordinates();
+        let turns = |i: usize| coordinates[i].kind == MotionKind::Rotation;
+        let inertia = |i: usize, j: usize| {
+            ["kg", "kg*m", "kg*m^2"][usize::from(turns(i)) + usize::from(turns(j))]
+        };
+        let effort = |i: usize| if turns(i) { "N*m" } else { "N" };
+        let entry =
+            |name: &str, at: usize| format!("{name}[{},{}]", at / nq.max(1), at % nq.max(1));
+        let mut outputs = Vec::new();
+        for (at, e) in mass.into_iter().enumerate() {
+            outputs.push((e, Quantity::new(&entry("M", at), inertia(at / nq, at % nq))));
+        }
+        for (i, e) in terms.force.into_iter().enumerate() {
+            outputs.push((e, Quantity::new(&format!("f[{i}]"), effort(i))));
+        }
+        for (at, e) in jacobian.into_iter().enumerate() {
+            outputs.push((e, Quantity::new(&entry("G", at), "")));
+        }
+        for (row, e) in terms.gamma.into_iter().enumerate() {
+            outputs.push((e, Quantity::new(&format!("gamma[{row}]"), "")));
+        }
+        outputs
+    }
+
+    fn constraints(&self) -> Vec<(Expr, Quantity)> {
+        let rows = self.system.constraints.iter().map(|c| c.expression);
+        let values = rows.enumerate().map(|(row, e)| (e, Quantity::new(&format!("g[{row}]"), "")));
+        let rates = self.system.constraint_rate.iter().enumerate();
+        let rates = rates.map(|(row, &e)| (e, Quantity::new(&format!("g_t[{row}]"), "")));
+        values.chain(rates).collect()
+    }
+
+    /// Names of v̇ and λ.
+    fn unknowns(&self) -> Vec<Quantity> {
+        let coordinates = self.system.coordinates().iter();
+        let accelerations = coordinates.map(|c| {
+            let unit = if c.kind == MotionKind::Rotation { "rad/s^2" } else { "m/s^2" };
+            Quantity::new(&format!("{}_ddot", c.name), unit)
+        });
+        let multipliers = self.mechanism.compiled.multipliers.iter();
+        let multipliers = multipliers.map(|known| Quantity::new(&known.name, known.unit));
+        accelerations.chain(multipliers).collect()
+    }
+
+    fn kinematics(&self) -> Result<ExportedFunction, AnalysisError> {
+        let pool = &self.model().pool;
+        let known = pose_quantities(self.model(), self.system);
+        let values: Vec<Expr> = known.iter().map(|quantity| quantity.value).collect();
+        // Rates by the chain rule.
+        let pairs = self.q.iter().zip(&self.v);
+        let mut rates: Vec<(SymbolId, Expr)> =
+            pairs.map(|((q, _), (v, _))| (*q, pool.symbol_expr(*v))).collect();
+        rates.push((self.time.0, pool.one()));
+        let rates = pool.total_derivatives(&values, &rates);
+        let mut outputs = Vec::new();
+        for ((quantity, value), rate) in known.iter().zip(values).zip(rates) {
+            let [unit, per_second, _] = quantity.units();
+            outputs.push((value, Quantity::new(&quantity.names[0], &unit)));
+            outputs.push((rate, Quantity::new(&quantity.names[1], &per_second)));
+        }
+        let summary = "positions and rates of joints, bodies and points";
+        self.function(("kinematics", summary), &[&self.q, &self.v], outputs)
+    }
+}

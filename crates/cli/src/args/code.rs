@@ -1,0 +1,48 @@
+//! `bksim code`: what can be written.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::ModelArgs;
+
+#[derive(Args, Debug)]
+pub(crate) struct Code {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+    /// The language.
+    #[arg(long, value_enum, default_value_t = Language::C)]
+    pub(crate) lang: Language,
+    /// The functions that are written.
+    #[arg(long, value_enum, default_value_t = Part::Dynamics)]
+    pub(crate) part: Part,
+    /// A parameter that loads depend on, as an argument of the functions; may be repeated.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) input: Vec<String>,
+    /// The folder for the files; it is made where it does not exist.
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+    /// Overwrite existing files.
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub(crate) enum Language {
+    /// C99: a header, a source and a program that tests it.
+    C,
+    /// Rust without dependencies, with its tests.
+    Rust,
+    /// Python with NumPy, on batches too, with a test.
+    Python,
+    /// The operations as data.
+    Json,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub(crate) enum Part {
+    /// M, f, G and γ; constraints; of small mechanisms accelerations and multipliers.
+    Dynamics,
+    /// Positions and rates of joints, bodies and points.
+    Kinematics,
+}

@@ -1,0 +1,106 @@
+//! `bksim code`: the functions of a mechanism as files in other languages.
+
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+
+use bksim::analysis::{ExportedFunction, Part, exported};
+use bksim::expr::Program;
+use serde_json::{Value, json};
+
+use crate::args::code::{Code, Language, Part as PartArg};
+use crate::exit::{Failure, Status};
+use crate::output;
+use crate::output_file::OutputFile;
+use crate::render;
+use crate::source::{derive, load};
+
+const UNDONE: &str = "no code was written";
+
+pub(crate) fn run(args: &Code, as_json: bool, nesting: usize) -> Result<Status, Failure> {
+    let loaded = load(&args.model, nesting)?;
+    let mechanism = derive(&loaded.source, loaded.model)?;
+    let part = match args.part {
+        PartArg::Dynamics => Part::Dynamics,
+        PartArg::Kinematics => Part::Kinematics,
+    };
+    let functions = exported(&mechanism, part, &args.input)
+        .map_err(|error| loaded.source.rejected(error.diagnostics()))?;
+
+    // All texts, then all files, so that either all are written or none is begun.
+    let mut files = Vec::new();
+    for function in &functions {
+        let program = function.tape.program(&function.signature);
+        let program = program.expect("a signature is made for its tape");
+        files.extend(texts(&program, args.lang));
+    }
+    fs::create_dir_all(&args.output).map_err(|error| {
+        Failure::file(&args.output, format!("cannot be made: {error}; {UNDONE}"), None)
+    })?;
+    let planned: Result<Vec<_>, Failure> = files
+        .into_iter()
+        .map(|(name, text)| {
+            let path = args.output.join(name);
+            let model: &[&Path] = &[&args.model.model];
+            Ok((OutputFile::plan(&path, ("model", model), args.force, UNDONE)?, text))
+        })
+        .collect();
+    let mut written = Vec::new();
+    for (file, text) in planned? {
+        let mut out = file.create()?;
+        out.write_all(text.as_bytes()).map_err(|error| {
+            Failure::file(file.path(), format!("cannot be written: {error}"), None)
+        })?;
+        out.finish()?;
+        written.push(file.path().display().to_string());
+    }
+
+    if as_json {
+        let functions: Vec<Value> = functions.iter().map(described).collect();
+        let mut body = json!({ "functions": functions, "files": written });
+        body["diagnostics"] = render::json_all(&loaded.source, &loaded.warnings);
+        output::json("code", body)?;
+        return Ok(Status::Done);
+    }
+    render::print_all(&loaded.source, &loaded.warnings);
+    let line = |function: &ExportedFunction| {
+        let ExportedFunction { tape, signature, summary, .. } = function;
+        let counts = format!("{} operations, {} outputs", tape.operation_count(), tape.n_outputs());
+        format!("  {}: {summary}; {counts}\n", signature.name)
+    };
+    let files = written.iter().map(|path| format!("wrote {path}\n"));
+    let text: String = functions.iter().map(line).chain(files).collect();
+    output::text(text.trim_end())?;
+    Ok(Status::Done)
+}
+
+/// The files of a function, each with its name.
+fn texts(program: &Program<'_>, language: Language) -> Vec<(String, String)> {
+    let name = program.identifier();
+    let file = |ending: &str, text: String| (format!("{name}{ending}"), text);
+    match language {
+        Language::C => {
+            let code = program.to_c();
+            vec![file(".h", code.header), file(".c", code.source), file("_test.c", code.test)]
+        }
+        Language::Rust => vec![file(".rs", program.to_rust())],
+        Language::Python => vec![file(".py", program.to_python())],
+        Language::Json => vec![file(".json", program.to_json())],
+    }
+}
+
+fn described(function: &ExportedFunction) -> Value {
+    let ExportedFunction { tape, signature, summary, parameters } = function;
+    let named = |quantities: &[bksim::expr::Quantity]| -> Vec<Value> {
+        quantities.iter().map(|q| json!({ "name": q.name, "unit": q.unit })).collect()
+    };
+    json!({
+        "name": signature.name,
+        "summary": summary,
+        "inputs": named(&signature.inputs),
+        "parameters": named(&signature.parameters),
+        "parameter_values": parameters,
+        "outputs": named(&signature.outputs),
+        "operations": tape.operation_count(),
+    })
+}

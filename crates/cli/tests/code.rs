@@ -1,0 +1,96 @@
+//! Written code is compiled, tests itself, and holds the equations of motion.
+
+mod common;
+
+use std::process::Command;
+
+use common::{CRATE, Scratch, text};
+use serde_json::Value;
+
+/// The functions of an example as C in the folder `code`, as JSON says.
+fn written(place: &Scratch, example: &str, arguments: &str) -> Value {
+    let model = format!("{CRATE}/../../examples/{example}/model.toml");
+    let output = place.run(&format!("code {model} -o code {arguments} --json"));
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("one object")
+}
+
+/// Outputs that the test program of a C function prints, a row for each of its points.
+fn tested(place: &Scratch, name: &str, n_outputs: usize) -> Vec<Vec<f64>> {
+    let mut compiler = Command::new("cc");
+    let flags = ["-std=c99", "-O2", "-Wall", "-Wextra", "-pedantic", "-Werror", "-o", name];
+    compiler.args(flags).args([format!("{name}.c"), format!("{name}_test.c"), "-lm".to_owned()]);
+    let folder = place.path().join("code");
+    let output = compiler.current_dir(&folder).output().expect("a C compiler");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let output = Command::new(folder.join(name)).output().expect("the test runs");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let numbers: Vec<f64> =
+        text(&output.stdout).lines().map(|line| line.parse().expect("a number")).collect();
+    numbers.chunks(n_outputs).map(<[f64]>::to_vec).collect()
+}
+
+/// At the same states, the accelerations and multipliers of one function satisfy the terms of the other:
+/// M a + Gᵀ λ = f, G a = −γ.
+#[test]
+fn written_accelerations_satisfy_written_equations_of_motion() {
+    for (example, nq, nc) in [("slider-crank", 5, 4), ("five-link", 9, 8), ("governor", 4, 0)] {
+        let place = Scratch::new();
+        let answer = written(&place, example, "--part dynamics");
+        let functions = answer["functions"].as_array().expect("functions");
+        let n_outputs = |at: usize| functions[at]["outputs"].as_array().expect("outputs").len();
+        let name = example.replace('-', "_");
+        let last = functions.len() - 1;
+        assert_eq!(n_outputs(last), nq + nc, "{example}");
+        let terms = tested(&place, &format!("{name}_terms"), n_outputs(0));
+        let solved = tested(&place, &format!("{name}_accelerations"), nq + nc);
+        assert_eq!((terms.len(), solved.len()), (3, 3), "{example}");
+        for (terms, solved) in terms.iter().zip(&solved) {
+            let (mass, rest) = terms.split_at(nq * nq);
+            let (force, rest) = rest.split_at(nq);
+            let (jacobian, gamma) = rest.split_at(nc * nq);
+            let (a, lambda) = solved.split_at(nq);
+            let size = force.iter().chain(gamma).fold(1.0, |most: f64, x| most.max(x.abs()));
+            for i in 0..nq {
+                let inertia: f64 = (0..nq).map(|j| mass[i * nq + j] * a[j]).sum();
+                let reaction: f64 = (0..nc).map(|row| jacobian[row * nq + i] * lambda[row]).sum();
+                assert!((inertia + reaction - force[i]).abs() < 1e-10 * size, "{example}, row {i}");
+            }
+            for row in 0..nc {
+                let along: f64 = (0..nq).map(|j| jacobian[row * nq + j] * a[j]).sum();
+                assert!((along + gamma[row]).abs() < 1e-10 * size, "{example}, constraint {row}");
+            }
+        }
+    }
+}
+
+/// Nothing but arithmetic, roots and turns: the same bits as our own evaluation, as the test says itself.
+#[test]
+fn code_of_linkages_is_the_same_to_the_last_bit() {
+    let place = Scratch::new();
+    let answer = written(&place, "slider-crank", "--part kinematics");
+    let n_outputs = answer["functions"][0]["outputs"].as_array().expect("outputs").len();
+    assert_eq!(tested(&place, "slider_crank_kinematics", n_outputs).len(), 3);
+    let test = place.path().join("code/slider_crank_kinematics_test.c");
+    let test = std::fs::read_to_string(test).expect("the test");
+    assert!(test.contains("difference <= 0.0 * fabs"), "{test}");
+}
+
+#[test]
+fn an_input_is_an_argument_and_files_are_not_overwritten() {
+    let place = Scratch::new();
+    let answer = written(&place, "cart-pole", "--input u --lang python");
+    let inputs = answer["functions"][0]["inputs"].as_array().expect("inputs");
+    assert_eq!(inputs.last().expect("an input")["name"], "u");
+    let run = |arguments: &str| {
+        let model = format!("{CRATE}/../../examples/cart-pole/model.toml");
+        place.run(&format!("code {model} -o code {arguments}"))
+    };
+    let refused = run("--lang python");
+    assert!(!refused.status.success());
+    assert!(text(&refused.stderr).contains("exists"), "{}", text(&refused.stderr));
+    assert!(run("--lang python --force").status.success());
+    let unknown = run("--lang rust --input nonsense");
+    assert!(text(&unknown.stderr).contains("nonsense"), "{}", text(&unknown.stderr));
+    assert!(!unknown.status.success());
+}
