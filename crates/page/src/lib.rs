@@ -23,6 +23,7 @@ mod model_text;
 mod motion;
 mod poses;
 mod scene;
+mod unique;
 
 use bksim::playback::Playback;
 

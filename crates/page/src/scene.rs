@@ -1,10 +1,12 @@
 //! The scene for the page: shapes with their paint in both themes.
 
 use bksim::playback::Playback;
+use bksim::sim::redundancy::Uniqueness;
 use bksim_scene::{Attached, Form, Marker, MarkerKind, Role, Scene, Shape, Span, Theme};
 use serde_json::{Value, json};
 
 use crate::error::PageError;
+use crate::unique::not_unique;
 
 /// Number of lengths at which a span's lines are given; between them the page interpolates.
 const N_LENGTHS: u32 = 9;
@@ -27,7 +29,17 @@ pub(crate) fn write(playback: &mut Playback) -> Result<Value, PageError> {
     let spans = scene.spans.iter().zip(lengths);
     let spans: Vec<Value> =
         spans.map(|(span, range)| spanned(span, range, scene.pin, &mut roles)).collect();
-    let markers: Vec<Value> = scene.markers.iter().map(marked).collect();
+    let span = playback.span();
+    let uniqueness = playback.uniqueness();
+    let not_unique = |joint_idx: usize| {
+        let is_unique =
+            |uniqueness: &Uniqueness| uniqueness.reactions[joint_idx][..3].iter().all(|&it| it);
+        let changes: Vec<(f64, bool)> =
+            uniqueness.iter().map(|change| (change.t, is_unique(&change.uniqueness))).collect();
+        not_unique(&changes, span)
+    };
+    let markers: Vec<Value> =
+        scene.markers.iter().map(|marker| marked(marker, &not_unique)).collect();
 
     // The paint of the roles in both themes.
     let paint = |theme: Theme| {
@@ -84,13 +96,17 @@ fn attached(at: &Attached) -> Value {
     json!({ "body": at.body, "position": at.position })
 }
 
-fn marked(marker: &Marker) -> Value {
+fn marked(marker: &Marker, not_unique: &dyn Fn(usize) -> Vec<[f64; 2]>) -> Value {
     let (kind, joint) = match marker.kind {
         MarkerKind::Joint(joint_idx) => ("joint", Some(joint_idx)),
         MarkerKind::Point => ("point", None),
         MarkerKind::Mass => ("mass", None),
     };
-    json!({ "name": marker.name, "kind": kind, "joint": joint, "at": attached(&marker.at) })
+    let not_unique = joint.map(not_unique);
+    json!({
+        "name": marker.name, "kind": kind, "joint": joint, "at": attached(&marker.at),
+        "not_unique": not_unique,
+    })
 }
 
 /// A span as its lines at lengths between the shortest and the longest: along it and across it, m.

@@ -193,3 +193,29 @@ fn titles_and_texts_cannot_break_out() {
     assert_eq!(html.matches("</script").count(), 2);
     assert!(!html.contains("<script>alert"));
 }
+
+/// Three cranks share the load of a beam: each reaction is one of many, at all times; the motion is not.
+#[test]
+fn what_is_one_of_many_solutions_is_marked() {
+    if is_without_bundle() {
+        return;
+    }
+    let text = include_str!("../../../examples/parallelogram/model.toml");
+    let mut playback = played(text);
+    let written = page(&mut playback, &Options::default()).expect("a page");
+    let data = embedded(&written.html);
+    let spans = |name: &str| -> Value {
+        let channels = data["curves"]["channels"].as_array().expect("channels");
+        let found = channels.iter().find(|channel| channel["name"] == name);
+        found.expect("the channel")["not_unique"].clone()
+    };
+    assert_eq!(spans("reactions.A.fx"), serde_json::json!([[0.0, 3.0]]));
+    assert_eq!(spans("state.A_angle"), serde_json::json!([]));
+    let markers = data["scene"]["markers"].as_array().expect("markers");
+    let joint = markers.iter().find(|marker| marker["kind"] == "joint").expect("a joint");
+    assert_eq!(joint["not_unique"], serde_json::json!([[0.0, 3.0]]));
+
+    let data = embedded(&page(&mut played(PENDULUM), &Options::default()).expect("a page").html);
+    let channels = data["curves"]["channels"].as_array().expect("channels");
+    assert!(channels.iter().all(|channel| channel["not_unique"] == serde_json::json!([])));
+}

@@ -1,5 +1,6 @@
 // Additions to the mechanism: trails of chosen points, arrows of velocities and reactions.
 
+import { isWithin } from './spans.js';
 import { markerPosition, markerVelocity } from './scene.js';
 
 /** Number of instants from which paths, sizes and extents are computed. */
@@ -64,7 +65,8 @@ export class Extras {
       const scale = this.scaleOf('reactions');
       for (const marker of this.joints()) {
         const vector = this.run.forceAt(marker.joint).map((x) => x * scale);
-        arrows.push({ from: markerPosition(numbers, marker), vector, color: colors.force });
+        const isHollow = isWithin(marker.not_unique ?? [], t);
+        arrows.push({ from: markerPosition(numbers, marker), vector, color: colors.force, isHollow });
       }
     }
     return { trails, arrows, hasNames: this.hasNames };

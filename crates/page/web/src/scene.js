@@ -228,8 +228,9 @@ export class Drawing {
     line(0, nPast, 0.9);
   }
 
-  /** Draws an arrow: its tail and vector in the world, m. */
-  drawArrow({ from, vector, color }) {
+  /** Draws an arrow: its tail and vector in the world, m; dashed and with an empty head where the vector is one of
+      many solutions. */
+  drawArrow({ from, vector, color, isHollow }) {
     const { context, camera } = this;
     const [x, y] = camera.project(from);
     const [dx, dy] = camera.direction(vector);
@@ -242,14 +243,17 @@ export class Drawing {
     context.lineWidth = 2;
     context.beginPath();
     context.moveTo(x, y);
-    context.lineTo(x + dx - 0.8 * head * ex, y + dy - 0.8 * head * ey);
+    context.lineTo(x + dx - (isHollow ? 1 : 0.8) * head * ex, y + dy - (isHollow ? 1 : 0.8) * head * ey);
+    context.setLineDash(isHollow ? [5, 4] : []);
     context.stroke();
+    context.setLineDash([]);
     context.beginPath();
     context.moveTo(x + dx, y + dy);
     context.lineTo(x + dx - head * ex + 0.45 * head * ey, y + dy - head * ey - 0.45 * head * ex);
     context.lineTo(x + dx - head * ex - 0.45 * head * ey, y + dy - head * ey + 0.45 * head * ex);
     context.closePath();
-    context.fill();
+    if (isHollow) context.stroke();
+    else context.fill();
   }
 
   /** Draws names next to their points, where they do not overlap; of coinciding points, one gets its name. */
