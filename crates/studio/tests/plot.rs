@@ -209,6 +209,20 @@ fn cut_logs_tell_which_reactions_are_not_unique() {
 }
 
 #[test]
+fn names_of_files_change_no_colours() {
+    let place = solved("slider-crank", "--t-end 0.1");
+    let log = fs::read(place.path().join("slider-crank.mcap")).expect("a log");
+    let blinking = "\u{1b}[5mother.mcap";
+    place.write(blinking, &log);
+    let mut command = place.bksim();
+    command.env_remove("NO_COLOR").env("CLICOLOR_FORCE", "1");
+    let output = command.args(["plot", "slider-crank.mcap", blinking, "state.theta1"]).output();
+    let shown = text(&output.expect("bksim starts").stdout);
+    assert!(shown.contains('\u{1b}'), "our own colours are there: {shown}");
+    assert!(shown.contains("other") && !shown.contains("\u{1b}[5m"), "{shown:?}");
+}
+
+#[test]
 fn logs_of_other_programs_are_refused() {
     let place = Scratch::new();
     place.write("other.mcap", other_mcap());

@@ -56,7 +56,7 @@ fn bad_log(path: &Path, error: &LogError) -> Failure {
     Failure::Input { path, what, help: None }
 }
 
-fn text_of(path: &Path, n_bytes: u64, survey: &Survey, uniqueness: Option<Vec<Value>>) -> String {
+fn text_of(path: &Path, n_bytes: u64, survey: &Survey, uniqueness: Option<&[Value]>) -> String {
     let header = &survey.header;
     let mut rows = vec![
         row("log", &format!("{}, {}", path.display(), bytes(n_bytes))),
@@ -172,7 +172,7 @@ fn level_word(level: Level) -> &'static str {
     }
 }
 
-fn json_of(path: &Path, n_bytes: u64, survey: &Survey, uniqueness: Option<Vec<Value>>) -> Value {
+fn json_of(path: &Path, n_bytes: u64, survey: &Survey, uniqueness: Option<&[Value]>) -> Value {
     let header = &survey.header;
     // Lists of the log's parts.
     let channels = header.topics.iter().zip(&survey.topics).flat_map(|(topic, count)| {
