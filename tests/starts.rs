@@ -270,7 +270,10 @@ fn a_guess_that_was_moved_far_is_a_warning_with_both_values() {
             "[initial]\nA = {{ angle = \"60 deg\" }}\nD = {{ guess = {{ angle = \"{guess}\" }} }}"
         );
         let (mechanism, start) = start(&four_bar(LINKS, &rest)).expect("it closes");
-        diagnose_guesses(&mechanism.model, &start).iter().map(said).collect::<Vec<_>>()
+        diagnose_guesses(&mechanism.model, &mechanism.system, &start)
+            .iter()
+            .map(said)
+            .collect::<Vec<_>>()
     };
     let far = warnings("200 deg");
     assert_eq!(far.len(), 1, "{far:?}");
@@ -282,4 +285,26 @@ fn a_guess_that_was_moved_far_is_a_warning_with_both_values() {
     // Between 89.6° and 232.2°.
     let between = warnings("160 deg").join("\n");
     assert_says(&between, &["S014", "S015: another assembly is nearly as near to the guesses"]);
+}
+
+/// With the crank in line with the ground the two assemblies mirror each other; without a guess neither is
+/// nearer, and the guess that the help gives settles it.
+#[test]
+fn mirror_images_are_a_warning_that_a_guess_settles() {
+    const LINKS: [f64; 4] = [0.1, 0.3, 0.25, 0.3];
+    let warnings = |initial: &str| {
+        let (mechanism, start) = start(&four_bar(LINKS, initial)).expect("it closes");
+        let diagnosed = diagnose_guesses(&mechanism.model, &mechanism.system, &start);
+        diagnosed.iter().map(said).collect::<Vec<_>>()
+    };
+    for crank in ["0 deg", "180 deg"] {
+        let stated = format!("[initial]\nA = {{ angle = \"{crank}\" }}\n");
+        let found = warnings(&stated);
+        assert_eq!(found.len(), 1, "{crank}: {found:?}");
+        assert_says(&found[0], &["S015: the joints close in two ways", "could be", "guess one"]);
+        let (_, example) = found[0].split_once("for example `").expect("an example");
+        let (example, _) = example.split_once('`').expect("its end");
+        assert!(warnings(&(stated + example)).is_empty(), "{example}");
+    }
+    assert!(warnings("[initial]\nA = { angle = \"60 deg\" }\n").is_empty());
 }

@@ -249,7 +249,7 @@ impl Engine {
             let mechanism = self.mechanism();
             let found = mobility(&mechanism.model, &mechanism.system, start);
 
-            warnings.extend(diagnose_guesses(&mechanism.model, start));
+            warnings.extend(diagnose_guesses(&mechanism.model, &mechanism.system, start));
             warnings.extend(diagnose_mobility(&mechanism.model, &found));
             let mut body = describe::parts(&mechanism, &found);
             body["diagnostics"] = json_all(self.source(), &warnings);

@@ -93,13 +93,23 @@ pub struct Gap {
 
 /// Another assembly, nearly as near to the guesses as the start.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Rival {
-    /// The guess that tells them apart best, as an index into `Model::initial`.
-    pub initial_idx: usize,
-    /// Its value there, SI.
-    pub found: f64,
-    /// How far all guesses of this part of the mechanism are there, over how far they are at the start.
-    pub ratio: f64,
+pub enum Rival {
+    /// Of guesses.
+    Guessed {
+        /// The guess that tells them apart best, as an index into `Model::initial`.
+        initial_idx: usize,
+        /// Its value there, SI.
+        found: f64,
+        /// How far all guesses of this part of the mechanism are there, over how far they are at the start.
+        ratio: f64,
+    },
+    /// As near to the shape without any guess: a mirror image, say.
+    Unguessed {
+        /// The coordinate that tells them apart best.
+        column: usize,
+        /// Its value there, rad or m.
+        found: f64,
+    },
 }
 
 /// A stated value that the other stated values exclude.

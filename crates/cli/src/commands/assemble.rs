@@ -18,7 +18,7 @@ pub(crate) fn run(args: &ModelArgs, as_json: bool, nesting: usize) -> Result<Sta
     let start = mechanism.start().map_err(|rejected| loaded.source.rejected(rejected.0))?;
     let found = mobility(&mechanism.model, &mechanism.system, &start);
     let mut warnings = loaded.warnings;
-    warnings.extend(diagnose_guesses(&mechanism.model, &start));
+    warnings.extend(diagnose_guesses(&mechanism.model, &mechanism.system, &start));
     warnings.extend(diagnose_mobility(&mechanism.model, &found));
     if as_json {
         let mut body = describe::start(&mechanism, &start);

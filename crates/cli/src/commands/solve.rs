@@ -141,7 +141,7 @@ fn prepare(args: &Solve, nesting: usize, times: &mut Times) -> Result<Prepared, 
     let plan = plan.transpose().map_err(rejected)?;
     let found = mobility(&mechanism.model, &mechanism.system, &start);
     let mut warnings = loaded.warnings;
-    warnings.extend(diagnose_guesses(&mechanism.model, &start));
+    warnings.extend(diagnose_guesses(&mechanism.model, &mechanism.system, &start));
     warnings.extend(diagnose_mobility(&mechanism.model, &found));
     times.assemble = clock.lap();
     Ok(Prepared { source, mechanism, simulation, start, sensitive, plan, warnings, first, output })

@@ -18,6 +18,8 @@ use bksim_model::JointId;
 /// Part by which another assembly must be nearer to the guesses than the one that the direct way
 /// leads to.
 const NEARER: f64 = 1e-3;
+/// Assemblies differ by more than this in a coordinate, in radians and longest links.
+const APART: f64 = 1e-3;
 /// Ratio of distances from the guesses up to which another assembly might be the one that was meant.
 const NEARLY_AS_NEAR: f64 = 1.5;
 
@@ -160,7 +162,9 @@ impl Closing<'_> {
         let rivals = which.iter().zip(&found).filter_map(|(&i, found)| {
             self.rival(evaluator, &ground, &ground.parts[i], &found.candidates, &q)
         });
-        let rivals = rivals.collect();
+        let mut rivals: Vec<Rival> = rivals.collect();
+        let images = self.mirror_images(evaluator, &ground, (&reference, &q));
+        rivals.extend(images);
         Some((q, rivals))
     }
 
@@ -191,7 +195,37 @@ impl Closing<'_> {
         let guesses = part.wishes.iter().copied().filter(|&row| row >= first_guess);
         let row = guesses.max_by(|&a, &b| apart(a).total_cmp(&apart(b)))?;
         let initial_idx = ground.guesses[row - first_guess];
-        Some(Rival { initial_idx, found: self.stated[initial_idx] + there.values[row], ratio })
+        let found = self.stated[initial_idx] + there.values[row];
+        Some(Rival::Guessed { initial_idx, found, ratio })
+    }
+
+    /// The assemblies of parts without guesses that mirror those in `q` at the first shape.
+    fn mirror_images(
+        &mut self,
+        evaluator: &mut Evaluator,
+        ground: &Ground<'_>,
+        (reference, q): (&[f64], &[f64]),
+    ) -> Vec<Rival> {
+        // Parts share no rows: all are mirrored at once.
+        let is_unguessed = |part: &&Part| part.wishes.is_empty() && !part.rows.is_empty();
+        let parts = || ground.parts.iter().filter(is_unguessed);
+        let mut image = q.to_vec();
+        for &column in parts().flat_map(|part| &part.columns) {
+            image[column] = 2.0 * reference[column] - q[column];
+        }
+        let at = ground.at(self, evaluator, &image);
+        let longest = self.longest_link();
+        let apart = |column: usize| {
+            let unit = if self.of.units.is_turn[column] { 1.0 } else { longest };
+            ((image[column] - q[column]) / unit).abs()
+        };
+        let rival = |part: &Part| {
+            let columns = part.columns.iter().copied();
+            let column = columns.max_by(|&a, &b| apart(a).total_cmp(&apart(b)))?;
+            let is_another = ground.open(part, &at) <= HOLDS && apart(column) > APART;
+            is_another.then(|| Rival::Unguessed { column, found: image[column] })
+        };
+        parts().filter_map(rival).collect()
     }
 
     /// The positions of the drives nearest to those at the start where the mechanism closes without

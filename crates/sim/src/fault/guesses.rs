@@ -3,9 +3,11 @@
 use super::words::unit_of;
 use crate::codes;
 use crate::start::{Moved, Rival, Start};
+use bksim_mbs::kinematics::Owner;
+use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::short;
-use bksim_model::{Initial, Model};
+use bksim_model::{Initial, Model, MotionKind, motion_words};
 
 /// A guess that was moved by more than this has been guessed far off: 20 degrees, or this part of the
 /// longest link. Guesses read off a sketch are nearer.
@@ -13,11 +15,16 @@ const FAR_DEGREES: f64 = 20.0;
 const FAR_PART: f64 = 0.2;
 
 /// Warnings about guesses that were moved far, and about another assembly nearly as near to them.
-pub fn diagnose_guesses(model: &Model, start: &Start) -> Vec<Diagnostic> {
+pub fn diagnose_guesses(model: &Model, system: &SymbolicSystem, start: &Start) -> Vec<Diagnostic> {
     let initial = |moved: &Moved| model.initial.iter().find(|i| i.name == moved.name);
     let guesses = start.moved.iter().filter(|moved| moved.is_guess);
     let far = guesses.filter_map(|moved| far_off(model, start, initial(moved)?, moved));
-    let rivals = start.rivals.iter().map(|rival| ambiguous(model, start, rival));
+    let rivals = start.rivals.iter().filter_map(|rival| match *rival {
+        Rival::Guessed { initial_idx, found, ratio } => {
+            Some(ambiguous(model, start, (initial_idx, found, ratio)))
+        }
+        Rival::Unguessed { column, found } => unguessed(model, system, start, (column, found)),
+    });
     far.chain(rivals).collect()
 }
 
@@ -48,25 +55,60 @@ fn far_off(model: &Model, start: &Start, initial: &Initial, moved: &Moved) -> Op
     Some(fault)
 }
 
-fn ambiguous(model: &Model, start: &Start, rival: &Rival) -> Diagnostic {
-    let initial = &model.initial[rival.initial_idx];
+/// The warning of two mirror images of which none was guessed.
+fn unguessed(
+    model: &Model,
+    system: &SymbolicSystem,
+    start: &Start,
+    (column, found): (usize, f64),
+) -> Option<Diagnostic> {
+    let coordinate = &system.coordinates()[column];
+    let unit = if coordinate.kind == MotionKind::Rotation { "rad" } else { "m" };
+    let Owner::Joint(joint, motion_idx) = coordinate.owner else { return None };
+    let joint = &model.joints[joint.0];
+    let [word, _] = motion_words(joint.kind.motions(), motion_idx);
+    let here = start.q[column];
+    let message = format!(
+        "the joints close in two ways, and nothing tells which is meant: `{}` is {}, and could be {}",
+        coordinate.name,
+        written(here, unit),
+        written(found, unit)
+    );
+    let example = match unit {
+        "rad" => format!("{} deg", short(found.to_degrees())),
+        unit => format!("{} {unit}", short(found)),
+    };
+    let fault = Diagnostic::warning(codes::AMBIGUOUS, message)
+        .at(joint.span.clone(), "this joint tells them apart")
+        .note("they are as near to the shape with all coordinates zero")
+        .help(format!(
+            "guess one, for example `{} = {{ guess = {{ {word} = \"{example}\" }} }}` in `[initial]`",
+            joint.name
+        ));
+    Some(fault)
+}
+
+/// The warning of another assembly that is nearly as near to the guesses.
+fn ambiguous(
+    model: &Model,
+    start: &Start,
+    (initial_idx, found, ratio): (usize, f64, f64),
+) -> Diagnostic {
+    let initial = &model.initial[initial_idx];
     let unit = unit_of(model, initial.measure);
-    let here = start.moved[rival.initial_idx].found;
+    let here = start.moved[initial_idx].found;
     let message = format!(
         "another assembly is nearly as near to the guesses: `{}` could be {} in place of {}",
         initial.name,
-        written(rival.found, unit),
+        written(found, unit),
         written(here, unit)
     );
     Diagnostic::warning(codes::AMBIGUOUS, message)
         .at(
             initial.span.clone(),
-            format!("{} guessed", { written(start.moved[rival.initial_idx].stated, unit) }),
+            format!("{} guessed", { written(start.moved[initial_idx].stated, unit) }),
         )
-        .note(format!(
-            "its distance from the guesses is {} times that of the start",
-            short(rival.ratio)
-        ))
+        .note(format!("its distance from the guesses is {} times that of the start", short(ratio)))
         .help("guess nearer to the assembly that is meant, or guess another coordinate")
 }
 
