@@ -6,6 +6,7 @@
 //! K_r = Zᵀ (∂r/∂q) Z        stable where all its eigenvalues are positive
 //! ```
 
+use bksim_mbs::kinematics::CoordinateKind;
 use bksim_model::{Measure, Model};
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
@@ -278,14 +279,18 @@ impl<'a> Balance<'a> {
         let mut random = Pcg64::seed_from_u64(1);
         let start = self.loaded.q.clone();
         let coordinates = self.loaded.system().coordinates();
-        let kinds: Vec<bool> =
-            coordinates.iter().map(|c| c.kind == bksim_model::MotionKind::Rotation).collect();
+        let kinds: Vec<CoordinateKind> = coordinates.iter().map(|c| c.kind).collect();
         let size = self.loaded.size;
         let mut found: Vec<Vec<f64>> = Vec::new();
         for k in 0..N_POSES {
             let mut aside = |i: usize| {
                 let share: f64 = random.random_range(-1.0..1.0);
-                share * if kinds[i] { std::f64::consts::PI } else { 2.0 * size }
+                share
+                    * match kinds[i] {
+                        CoordinateKind::Angle => std::f64::consts::PI,
+                        CoordinateKind::Length => 2.0 * size,
+                        CoordinateKind::Quaternion => 1.0,
+                    }
             };
             let guess: Vec<f64> = match k {
                 0 => start.clone(),
@@ -295,7 +300,12 @@ impl<'a> Balance<'a> {
             let is_same = |other: &Vec<f64>| {
                 (0..q.len()).all(|i| {
                     let off = q[i] - other[i];
-                    (if kinds[i] { wrapped(off) } else { off / size }).abs() < 1e-6
+                    let off = match kinds[i] {
+                        CoordinateKind::Angle => wrapped(off),
+                        CoordinateKind::Length => off / size,
+                        CoordinateKind::Quaternion => off,
+                    };
+                    off.abs() < 1e-6
                 })
             };
             if !found.iter().any(is_same) {
@@ -315,7 +325,7 @@ impl<'a> Balance<'a> {
         let units: Vec<f64> =
             (self.loaded.system().coordinates().iter())
                 .map(|c| {
-                    if c.kind == bksim_model::MotionKind::Rotation { 1.0 } else { self.loaded.size }
+                    if c.kind == CoordinateKind::Length { self.loaded.size } else { 1.0 }
                 })
                 .collect();
         let mut lambda = self.forces.balancing(self.loaded.t, &q, &[])?;
@@ -377,8 +387,9 @@ impl<'a> Balance<'a> {
             kinds
                 .zip(q.iter().zip(&start))
                 .map(|(c, (a, b))| match c.kind {
-                    bksim_model::MotionKind::Rotation => wrapped(a - b).powi(2),
-                    bksim_model::MotionKind::Translation => ((a - b) / self.loaded.size).powi(2),
+                    CoordinateKind::Angle => wrapped(a - b).powi(2),
+                    CoordinateKind::Length => ((a - b) / self.loaded.size).powi(2),
+                    CoordinateKind::Quaternion => (a - b).powi(2),
                 })
                 .sum()
         };

@@ -9,10 +9,11 @@ use bksim_expr::{Expr, Pool, SymbolId};
 
 use crate::joint::{self, Motion, Sides};
 use crate::pose::Pose;
+use crate::quaternion::Quaternion;
 use crate::spatial::{self, Rotation, z_axis};
 use crate::tree::{Branch, Tree};
-use bksim_model::{Anchor, Axis, BodyId, Joint, JointId, Measure, Model, PointId, Space, Vector};
-use bksim_model::{MotionKind, motion_words};
+use bksim_model::{Anchor, Axis, BodyId, Joint, JointId, Load, LoadKind, Measure, Model, MotionKind};
+use bksim_model::{PointId, Signal, Space, Vector, motion_words};
 
 /// The part of the model whose motion a coordinate is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -21,6 +22,48 @@ pub enum Owner {
     Joint(JointId, usize),
     /// A free body's translation of the centre of mass along x, y (z), then rotation.
     Body(BodyId, usize),
+    /// The given part of the quaternion by which a body turns, freely or in its tree joint.
+    Quaternion(BodyId, usize),
+}
+
+/// Measure of a coordinate.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum CoordinateKind {
+    /// An angle, rad.
+    Angle,
+    /// A length, m.
+    Length,
+    /// A part of a unit quaternion.
+    Quaternion,
+}
+
+impl CoordinateKind {
+    /// SI unit of the value; empty of a pure number.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Angle => "rad",
+            Self::Length => "m",
+            Self::Quaternion => "",
+        }
+    }
+
+    /// SI unit of the rate.
+    pub fn rate_unit(self) -> &'static str {
+        match self {
+            Self::Angle => "rad/s",
+            Self::Length => "m/s",
+            Self::Quaternion => "1/s",
+        }
+    }
+}
+
+impl From<MotionKind> for CoordinateKind {
+    fn from(kind: MotionKind) -> Self {
+        match kind {
+            MotionKind::Rotation => Self::Angle,
+            MotionKind::Translation => Self::Length,
+        }
+    }
 }
 
 /// A generalised coordinate.
@@ -28,16 +71,27 @@ pub enum Owner {
 pub struct Coordinate {
     /// Identifier of the value; `…_dot` and `…_ddot` follow from it.
     pub name: String,
-    /// Symbol of the value, rad or m.
+    /// Symbol of the value, in the unit of its kind.
     pub q: SymbolId,
     /// Symbol of its velocity.
     pub v: SymbolId,
     /// Symbol of its acceleration.
     pub a: SymbolId,
-    /// Turning or sliding.
-    pub kind: MotionKind,
+    /// Angle, length or part of a quaternion.
+    pub kind: CoordinateKind,
     /// The joint or body whose motion it is.
     pub owner: Owner,
+}
+
+/// Four coordinates that are the quaternion of a body's turning against its parent in the tree.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Turning {
+    /// The body that turns.
+    pub body: BodyId,
+    /// Index of the first of the coordinates.
+    pub first: usize,
+    /// Successor against predecessor.
+    pub quaternion: Quaternion,
 }
 
 /// Positions of all bodies as functions of the coordinates of one tree.
@@ -45,6 +99,8 @@ pub struct Coordinate {
 pub struct Kinematics {
     /// In the order of the tree.
     pub coordinates: Vec<Coordinate>,
+    /// The quaternions among them, in the order of the tree.
+    pub turnings: Vec<Turning>,
     /// By body, the ground first.
     pub poses: Vec<Pose>,
     /// Index of the coordinate that each symbol of a value, or of a velocity, belongs to.
@@ -57,8 +113,18 @@ pub struct Kinematics {
 }
 
 impl Kinematics {
-    /// Chains the poses along `tree`.
+    /// Chains the poses along `tree`. Where a body turns about all axes and the author uses no angles of
+    /// it, its coordinates are a quaternion.
     pub fn along(model: &Model, tree: &Tree) -> Self {
+        Self::chained(model, tree, true)
+    }
+
+    /// As [`Kinematics::along`], without quaternions: a coordinate for each motion of the joints.
+    pub fn in_angles(model: &Model, tree: &Tree) -> Self {
+        Self::chained(model, tree, false)
+    }
+
+    fn chained(model: &Model, tree: &Tree, has_quaternions: bool) -> Self {
         let pool = &model.pool;
         let ground = Pose {
             anchor_body: spatial::zero(pool),
@@ -68,6 +134,7 @@ impl Kinematics {
         };
         let mut kinematics = Self {
             coordinates: Vec::new(),
+            turnings: Vec::new(),
             poses: vec![ground; model.bodies.len()],
             of_value: HashMap::new(),
             of_velocity: HashMap::new(),
@@ -76,9 +143,11 @@ impl Kinematics {
         };
         for &(body, branch) in &tree.branches {
             let pose = match branch {
-                Branch::Free => kinematics.free_pose(model, body),
+                Branch::Free => kinematics.free_pose(model, body, has_quaternions),
                 Branch::Joint { joint, parent, reversed } => {
-                    kinematics.tree_pose(model, body, joint, parent, reversed)
+                    let has_quaternion = has_quaternions && turns_by_quaternion(model, joint);
+                    let seen = (parent, reversed);
+                    kinematics.tree_pose(model, body, joint, seen, has_quaternion)
                 }
             };
             kinematics.poses[body.0] = pose;
@@ -146,13 +215,19 @@ impl Kinematics {
 
     /// The positions of a joint's motions: its own coordinates in the tree, else what the poses show.
     pub fn joint_positions(&self, model: &Model, joint: JointId) -> Vec<Expr> {
+        let mut own = Vec::new();
         if let Some(&first) = self.first_of_joint.get(&joint) {
-            let own = self.coordinates[first..].iter();
-            let own = own.take_while(|c| matches!(c.owner, Owner::Joint(id, _) if id == joint));
-            return own.map(|c| model.pool.symbol_expr(c.q)).collect();
+            let all = self.coordinates[first..].iter();
+            let all = all.take_while(|c| matches!(c.owner, Owner::Joint(id, _) if id == joint));
+            own = all.map(|c| model.pool.symbol_expr(c.q)).collect();
         }
         let joint = &model.joints[joint.0];
-        joint::positions(&model.pool, joint, &self.sides(model, joint))
+        if own.len() < joint.kind.motions().len() {
+            // A quaternion stands in the place of the angles.
+            let shown = joint::positions(&model.pool, joint, &self.sides(model, joint));
+            own.extend(shown.into_iter().skip(own.len()));
+        }
+        own
     }
 
     /// A measure as an expression of coordinates and velocities.
@@ -185,20 +260,29 @@ impl Kinematics {
         }
     }
 
-    /// Coordinates of a free body: its centre of mass, then its angle (planar) or Cardan angles.
-    fn free_pose(&mut self, model: &Model, body: BodyId) -> Pose {
+    /// Coordinates of a free body: its centre of mass, then its angle (planar), a quaternion or Cardan
+    /// angles.
+    fn free_pose(&mut self, model: &Model, body: BodyId, has_quaternions: bool) -> Pose {
         let pool = &model.pool;
+        let own = &model.bodies[body.0];
         let names = free_motion_names(model.space);
         let n_translations = if model.space == Space::Planar { 2 } else { 3 };
+        let names_angles = own.coordinate_names.len() > n_translations;
+        let has_quaternion = has_quaternions && model.space == Space::Spatial && !names_angles;
         let mut anchor_world = spatial::zero(pool);
         let mut rotation = Rotation::default();
         let mut omega = spatial::zero(pool);
         for (motion_idx, name) in names.iter().enumerate() {
-            let stated = model.bodies[body.0].coordinate_names.get(motion_idx).cloned();
-            let name = stated.unwrap_or_else(|| format!("{}_{name}", model.bodies[body.0].name));
+            let stated = own.coordinate_names.get(motion_idx).cloned();
+            let name = stated.unwrap_or_else(|| format!("{}_{name}", own.name));
             let is_translation = motion_idx < n_translations;
+            if !is_translation && has_quaternion {
+                (rotation, omega) = self.add_quaternion(model, &own.name, body);
+                break;
+            }
             let kind = if is_translation { MotionKind::Translation } else { MotionKind::Rotation };
-            let (q, v) = self.add_coordinate(model, name, kind, Owner::Body(body, motion_idx));
+            let owner = Owner::Body(body, motion_idx);
+            let (q, v) = self.add_coordinate(model, name, kind.into(), owner);
             if is_translation {
                 anchor_world[motion_idx] = q;
                 continue;
@@ -211,7 +295,23 @@ impl Kinematics {
             omega = spatial::add(pool, &omega, &spatial::scale(pool, v, &axis_world));
             rotation = rotation.then(pool, &Rotation::about(pool, &axis, q));
         }
-        Pose { anchor_body: model.bodies[body.0].com, anchor_world, rotation, omega }
+        Pose { anchor_body: own.com, anchor_world, rotation, omega }
+    }
+
+    /// The rotation by four new coordinates of `body`, and its angular velocity in outer axes.
+    fn add_quaternion(&mut self, model: &Model, name: &str, body: BodyId) -> (Rotation, Vector) {
+        let pool = &model.pool;
+        let first = self.coordinates.len();
+        let parts: [(Expr, Expr); 4] = std::array::from_fn(|part| {
+            let name = format!("{name}_e{part}");
+            let owner = Owner::Quaternion(body, part);
+            self.add_coordinate(model, name, CoordinateKind::Quaternion, owner)
+        });
+        let quaternion = Quaternion(parts.map(|(q, _)| q));
+        self.turnings.push(Turning { body, first, quaternion });
+        let rates = quaternion.to_outer_rate(pool, &parts.map(|(_, v)| v));
+        let omega = spatial::scale(pool, quaternion.scale(pool), &rates);
+        (Rotation::by(pool, quaternion), omega)
     }
 
     /// Pose of a body on `parent` in the tree, by a joint whose motions become coordinates.
@@ -220,8 +320,8 @@ impl Kinematics {
         model: &Model,
         body: BodyId,
         joint_id: JointId,
-        parent: BodyId,
-        reversed: bool,
+        (parent, reversed): (BodyId, bool),
+        has_quaternion: bool,
     ) -> Pose {
         let pool = &model.pool;
         // The motion of the successor against the predecessor, one coordinate after the other.
@@ -231,9 +331,13 @@ impl Kinematics {
         let mut omega = spatial::zero(pool);
         let motions = joint::motions(pool, joint);
         for (motion_idx, motion) in motions.iter().enumerate() {
+            if motion.kind == MotionKind::Rotation && has_quaternion {
+                (rotation, omega) = self.add_quaternion(model, &joint.name, body);
+                break;
+            }
             let name = joint_coordinate_name(joint, &motions, motion_idx);
             let owner = Owner::Joint(joint_id, motion_idx);
-            let (q, v) = self.add_coordinate(model, name, motion.kind, owner);
+            let (q, v) = self.add_coordinate(model, name, motion.kind.into(), owner);
             match motion.kind {
                 MotionKind::Translation => {
                     let along = spatial::scale(pool, q, &motion.axis);
@@ -288,7 +392,7 @@ impl Kinematics {
         &mut self,
         model: &Model,
         name: String,
-        kind: MotionKind,
+        kind: CoordinateKind,
         owner: Owner,
     ) -> (Expr, Expr) {
         let pool = &model.pool;
@@ -312,6 +416,31 @@ impl Kinematics {
         }
         name
     }
+}
+
+/// Whether the bodies of a tree joint turn by a quaternion: they turn about all axes, and nothing in the
+/// model uses an angle of theirs.
+pub fn turns_by_quaternion(model: &Model, joint: JointId) -> bool {
+    let of = &model.joints[joint.0];
+    let is_turn = |motion_idx: usize| of.kind.motions()[motion_idx] == MotionKind::Rotation;
+    let is_angle = |id: JointId, motion_idx: usize| id == joint && is_turn(motion_idx);
+    let is_loaded = |load: &Load| match load.kind {
+        LoadKind::Torsion { joint, motion_idx, .. }
+        | LoadKind::Stop { joint, motion_idx, .. }
+        | LoadKind::Friction { joint, motion_idx, .. } => is_angle(joint, motion_idx),
+        _ => false,
+    };
+    let is_read = |signal: &Signal| match signal.measure {
+        Measure::JointPosition(joint, idx) | Measure::JointVelocity(joint, idx) => {
+            is_angle(joint, idx)
+        }
+        _ => false,
+    };
+    of.kind.turns_freely()
+        && of.coordinate_names.is_empty()
+        && !model.drives.iter().any(|drive| is_angle(drive.joint, drive.motion_idx))
+        && !model.loads.iter().any(is_loaded)
+        && !model.signals.iter().any(is_read)
 }
 
 /// Names of a free body's coordinates, after the body's own name.

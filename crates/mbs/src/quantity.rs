@@ -1,9 +1,9 @@
 //! Names, units and descriptions of the numbers of a state.
 
-use bksim_model::{Drive, DriveId, JointId, LoadId, Model, MotionKind};
+use bksim_model::{BodyId, Drive, DriveId, JointId, LoadId, Model, MotionKind};
 
 use crate::constraint::{Constraint, Source};
-use crate::kinematics::Coordinate;
+use crate::kinematics::{Coordinate, CoordinateKind};
 use crate::system::SymbolicSystem;
 
 /// Name and unit of one number of the state.
@@ -20,9 +20,11 @@ pub struct Quantity {
 /// The generalised coordinates.
 pub fn coordinate_quantities(system: &SymbolicSystem) -> Vec<Quantity> {
     let quantity = |coordinate: &Coordinate| {
-        let (unit, description) = match coordinate.kind {
-            MotionKind::Rotation => ("rad", "angle"),
-            MotionKind::Translation => ("m", "position"),
+        let unit = coordinate.kind.unit();
+        let description = match coordinate.kind {
+            CoordinateKind::Angle => "angle",
+            CoordinateKind::Length => "position",
+            CoordinateKind::Quaternion => "part of a quaternion",
         };
         Quantity { name: coordinate.name.clone(), unit, description: description.into() }
     };
@@ -35,6 +37,7 @@ pub fn multiplier_quantities(model: &Model, system: &SymbolicSystem) -> Vec<Quan
         let is_force = c.wrench.force.iter().any(|&component| !model.pool.is_zero(component));
         let owner = match c.source {
             Source::Joint(JointId(j)) => format!("joint `{}`", model.joints[j].name),
+            Source::Quaternion(BodyId(b)) => format!("quaternion of `{}`", model.bodies[b].name),
             Source::Drive(DriveId(d)) => format!("drive `{}`", model.drives[d].name),
             Source::Stop(LoadId(l)) => format!("stop `{}`", model.loads[l].name),
             Source::Friction(LoadId(l)) => format!("friction `{}`", model.loads[l].name),

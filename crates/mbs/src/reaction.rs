@@ -53,7 +53,7 @@ pub fn reactions(model: &Model, system: &SymbolicSystem) -> Vec<Reaction> {
 
     // Cut joints, drives and contacts: each row's wrench times its multiplier.
     for constraint in &system.constraints {
-        let joint = constraint.source.joint(model);
+        let Some(joint) = constraint.source.joint(model) else { continue };
         let wrench = constraint.wrench.scaled(pool, pool.symbol_expr(constraint.lambda));
         if let Source::Joint(_) = constraint.source {
             let reaction = &mut reactions[joint.0];

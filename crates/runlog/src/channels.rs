@@ -27,6 +27,7 @@ pub struct Channels {
 enum RowKind {
     /// Of a joint, with the first and the last component of its reaction that it may be part of.
     Joint(usize, [usize; 2]),
+    Quaternion,
     Drive(usize),
     Contact(usize),
 }
@@ -63,6 +64,7 @@ impl Channels {
         let n_bilateral = end;
         let row = |(row, constraint): (usize, &Constraint)| match constraint.source {
             Source::Joint(joint) => RowKind::Joint(joint.0, components(constraint.direction)),
+            Source::Quaternion(_) => RowKind::Quaternion,
             Source::Drive(drive) => RowKind::Drive(drive.0),
             Source::Stop(_) | Source::Friction(_) => RowKind::Contact(row - n_bilateral),
         };
@@ -107,6 +109,7 @@ impl Channels {
                 RowKind::Joint(joint, [first, last]) => {
                     uniqueness.reactions[joint][first..=last].iter().all(|&is_unique| is_unique)
                 }
+                RowKind::Quaternion => true,
                 RowKind::Drive(drive) => uniqueness.drives[drive],
                 RowKind::Contact(contact) => uniqueness.contacts[contact],
             },

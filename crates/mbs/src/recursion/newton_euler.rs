@@ -1,9 +1,9 @@
 //! Newton's and Euler's equations, outwards and inwards over the links.
 
 use bksim_expr::{Expr, Pool};
-use bksim_model::{BodyId, Vector};
+use bksim_model::{BodyId, MotionKind, Vector};
 
-use super::links::{Link, LinkBody, LinkMotion, Links};
+use super::links::{Link, LinkBody, LinkMotion, Links, Screw};
 use super::naming::Naming;
 use crate::kinematics::Kinematics;
 use crate::spatial;
@@ -120,6 +120,18 @@ fn after(pool: &Pool, link: &Link, before: &FrameMotion, motion: &Motion<'_>) ->
             alpha = spatial::add(pool, &spatial::add(pool, &alpha, &gain), &gyroscopic);
             omega = spatial::add(pool, &omega, &rate);
         }
+        LinkMotion::Quaternion { quaternion, s, first, is_reversed, .. } => {
+            let of = |all: &[Expr]| LinkMotion::quaternion_rates(pool, all, *first, *is_reversed);
+            let (rates, accelerations) = (of(motion.rates), of(motion.accelerations));
+            let rate = spatial::scale(pool, *s, &quaternion.to_inner_rate(pool, &rates));
+            // s (E ë − (e·ė) ω)
+            let stretch = spatial::scale(pool, quaternion.dot(pool, &rates), &rate);
+            let gain = quaternion.to_inner_rate(pool, &accelerations);
+            let gain = spatial::scale(pool, *s, &spatial::sub(pool, &gain, &stretch));
+            let gyroscopic = spatial::cross(pool, &omega, &rate);
+            alpha = spatial::add(pool, &spatial::add(pool, &alpha, &gain), &gyroscopic);
+            omega = spatial::add(pool, &omega, &rate);
+        }
         LinkMotion::Translation { axis, coordinate_idx, .. } => {
             // 2 ω × v (Coriolis) and the slide's own acceleration.
             let rate = spatial::scale(pool, motion.rates[*coordinate_idx], axis);
@@ -157,16 +169,12 @@ pub(super) fn generalised_forces(
         }
         force = naming.vector("F", link_idx, &force);
         moment = naming.vector("N", link_idx, &moment);
-        match &link.motion {
-            LinkMotion::Fixed(_) => {}
-            LinkMotion::Rotation { axis, coordinate_idx, .. } => {
-                let along = spatial::dot(pool, axis, &moment);
-                generalised[*coordinate_idx] = pool.add(generalised[*coordinate_idx], along);
-            }
-            LinkMotion::Translation { axis, coordinate_idx, .. } => {
-                let along = spatial::dot(pool, axis, &force);
-                generalised[*coordinate_idx] = pool.add(generalised[*coordinate_idx], along);
-            }
+        for Screw { kind, axis, coordinate_idx } in link.motion.screws(pool) {
+            let along = match kind {
+                MotionKind::Rotation => spatial::dot(pool, &axis, &moment),
+                MotionKind::Translation => spatial::dot(pool, &axis, &force),
+            };
+            generalised[coordinate_idx] = pool.add(generalised[coordinate_idx], along);
         }
         // Handed on to the link before, at its origin.
         if let Some(parent) = link.parent {

@@ -356,7 +356,8 @@ impl Closing<'_> {
         // The rows of each joint, distances and angles apart; one row alone keeps its sign.
         let mut rows_of: BTreeMap<JointId, [Vec<f64>; 2]> = BTreeMap::new();
         let rows = self.of.gap_of_joint.iter().zip(&self.of.units.is_row_angle);
-        for ((&joint, &is_angle), &value) in rows.zip(open) {
+        for ((joint, &is_angle), &value) in rows.zip(open) {
+            let Some(joint) = *joint else { continue };
             rows_of.entry(joint).or_default()[usize::from(is_angle)].push(value);
         }
         let gap = |(joint, [distances, sines]): (JointId, [Vec<f64>; 2])| {

@@ -1,9 +1,8 @@
 //! Poles of three angles in sequence: at a second angle of ±90° the axes of the first and of the third
 //! are one, and some angular velocities have no rates.
 
-use bksim_mbs::kinematics::{Coordinate, Owner};
+use bksim_mbs::kinematics::{Coordinate, CoordinateKind, Owner};
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::MotionKind;
 use bksim_model::message::short;
 
 /// Cosine of the second angle below which a run that stops is said to have met the pole.
@@ -15,7 +14,7 @@ pub(super) fn pole_note(system: &SymbolicSystem, q: &[f64]) -> Option<String> {
         .coordinates()
         .iter()
         .enumerate()
-        .filter(|(_, c)| c.kind == MotionKind::Rotation)
+        .filter(|(_, c)| c.kind == CoordinateKind::Angle)
         .collect();
     let same_owner = |a: Owner, b: Owner| match (a, b) {
         (Owner::Joint(a, _), Owner::Joint(b, _)) => a == b,
