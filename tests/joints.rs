@@ -323,13 +323,16 @@ fn a_run_into_a_pole_of_three_angles_says_so() {
     // In world axes the rod swings about y, and comes to the vertical at a second angle of 90°.
     let case = Case::new("Spherical_Case01");
     let start = "\n[initial]\nj = { angle1 = 0, angle2 = 0, angle3 = 0 }\n";
-    let text = case.text([0.0; 3], &(joint("j", "spherical", "cut = true") + start));
-    let mechanism = derive(model(&text));
+    let named = joint("j", "spherical", "coordinate = [\"a\", \"b\", \"c\"]");
+    let mechanism = derive(model(&case.text([0.0; 3], &(named + start))));
     let rejected = mechanism.solve().expect_err("there is a pole");
     let text = support::messages(&rejected.0);
-    let notes: Vec<&str> =
-        rejected.0.iter().flat_map(|d| d.notes.iter().map(String::as_str)).collect();
-    assert!(notes.iter().any(|note| note.contains("pole of the angles")), "{text}: {notes:?}");
+    let [fault] = &rejected.0[..] else { panic!("{text}") };
+    assert_eq!(fault.code.0, "R013", "{text}");
+    assert!(fault.message.contains("joint `j`"), "{text}");
+    // Without the names it passes.
+    let text = case.text([0.0; 3], &(joint("j", "spherical", "") + start));
+    solve(&derive(model(&text)));
 }
 
 /// Two shafts through the origin, at an angle of 30°: the first turns at 10 rad/s, the second keeps its

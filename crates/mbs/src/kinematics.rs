@@ -10,9 +10,9 @@ use bksim_expr::{Expr, Pool, SymbolId};
 use crate::joint::{self, Motion, Sides};
 use crate::pose::Pose;
 use crate::quaternion::Quaternion;
-use crate::spatial::{self, Rotation, z_axis};
+use crate::spatial::{self, Rotation};
 use crate::tree::{Branch, Tree};
-use bksim_model::{Anchor, Axis, BodyId, Joint, JointId, Load, LoadKind, Measure, Model, MotionKind};
+use bksim_model::{Anchor, BodyId, Joint, JointId, Load, LoadKind, Measure, Model, MotionKind};
 use bksim_model::{PointId, Signal, Space, Vector, motion_words};
 
 /// The part of the model whose motion a coordinate is.
@@ -94,6 +94,15 @@ pub struct Turning {
     pub quaternion: Quaternion,
 }
 
+/// The purpose of the coordinates.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Form {
+    /// To be integrated.
+    Motion,
+    /// To find a start.
+    Start,
+}
+
 /// Positions of all bodies as functions of the coordinates of one tree.
 #[derive(Clone, Debug)]
 pub struct Kinematics {
@@ -116,15 +125,16 @@ impl Kinematics {
     /// Chains the poses along `tree`. Where a body turns about all axes and the author uses no angles of
     /// it, its coordinates are a quaternion.
     pub fn along(model: &Model, tree: &Tree) -> Self {
-        Self::chained(model, tree, true)
+        Self::chained(model, tree, Form::Motion)
     }
 
-    /// As [`Kinematics::along`], without quaternions: a coordinate for each motion of the joints.
-    pub fn in_angles(model: &Model, tree: &Tree) -> Self {
-        Self::chained(model, tree, false)
+    /// The shape that a start is looked for from: with a coordinate for each motion of a joint, but bodies
+    /// that turn about all axes in the orientation that the start states.
+    pub fn of_start(model: &Model, tree: &Tree) -> Self {
+        Self::chained(model, tree, Form::Start)
     }
 
-    fn chained(model: &Model, tree: &Tree, has_quaternions: bool) -> Self {
+    fn chained(model: &Model, tree: &Tree, form: Form) -> Self {
         let pool = &model.pool;
         let ground = Pose {
             anchor_body: spatial::zero(pool),
@@ -143,11 +153,9 @@ impl Kinematics {
         };
         for &(body, branch) in &tree.branches {
             let pose = match branch {
-                Branch::Free => kinematics.free_pose(model, body, has_quaternions),
+                Branch::Free => kinematics.free_pose(model, body, form),
                 Branch::Joint { joint, parent, reversed } => {
-                    let has_quaternion = has_quaternions && turns_by_quaternion(model, joint);
-                    let seen = (parent, reversed);
-                    kinematics.tree_pose(model, body, joint, seen, has_quaternion)
+                    kinematics.tree_pose(model, body, joint, (parent, reversed), form)
                 }
             };
             kinematics.poses[body.0] = pose;
@@ -230,45 +238,15 @@ impl Kinematics {
         own
     }
 
-    /// A measure as an expression of coordinates and velocities.
-    pub fn measure(&self, model: &Model, measure: Measure) -> Expr {
-        let pool = &model.pool;
-        match measure {
-            Measure::JointPosition(joint, motion_idx) => {
-                self.joint_positions(model, joint)[motion_idx]
-            }
-            Measure::PointPosition(body, point, axis) => {
-                self.position(model, body, point)[axis_idx(axis)]
-            }
-            Measure::BodyAngle(body) => {
-                let rotation = &self.poses[body.0].rotation;
-                let z = z_axis(pool);
-                rotation.angle_about(pool, &z).unwrap_or_else(|| {
-                    let x_world = rotation.apply(pool, &[pool.one(), pool.zero(), pool.zero()]);
-                    pool.atan2(x_world[1], x_world[0])
-                })
-            }
-            Measure::JointVelocity(joint, motion_idx) => {
-                let position = self.measure(model, Measure::JointPosition(joint, motion_idx));
-                self.rate(model, position)
-            }
-            Measure::PointVelocity(body, point, axis) => {
-                let position = self.measure(model, Measure::PointPosition(body, point, axis));
-                self.rate(model, position)
-            }
-            Measure::BodyRate(body) => self.poses[body.0].omega[2],
-        }
-    }
-
     /// Coordinates of a free body: its centre of mass, then its angle (planar), a quaternion or Cardan
     /// angles.
-    fn free_pose(&mut self, model: &Model, body: BodyId, has_quaternions: bool) -> Pose {
+    fn free_pose(&mut self, model: &Model, body: BodyId, form: Form) -> Pose {
         let pool = &model.pool;
         let own = &model.bodies[body.0];
         let names = free_motion_names(model.space);
         let n_translations = if model.space == Space::Planar { 2 } else { 3 };
         let names_angles = own.coordinate_names.len() > n_translations;
-        let has_quaternion = has_quaternions && model.space == Space::Spatial && !names_angles;
+        let has_quaternion = model.space == Space::Spatial && !names_angles;
         let mut anchor_world = spatial::zero(pool);
         let mut rotation = Rotation::default();
         let mut omega = spatial::zero(pool);
@@ -276,9 +254,18 @@ impl Kinematics {
             let stated = own.coordinate_names.get(motion_idx).cloned();
             let name = stated.unwrap_or_else(|| format!("{}_{name}", own.name));
             let is_translation = motion_idx < n_translations;
-            if !is_translation && has_quaternion {
-                (rotation, omega) = self.add_quaternion(model, &own.name, body);
-                break;
+            if !is_translation {
+                match form {
+                    Form::Motion if has_quaternion => {
+                        (rotation, omega) = self.add_quaternion(model, &own.name, body);
+                        break;
+                    }
+                    Form::Start if let Some(stated) = stated_orientation(model, body) => {
+                        rotation = stated;
+                        break;
+                    }
+                    _ => {}
+                }
             }
             let kind = if is_translation { MotionKind::Translation } else { MotionKind::Rotation };
             let owner = Owner::Body(body, motion_idx);
@@ -321,19 +308,39 @@ impl Kinematics {
         body: BodyId,
         joint_id: JointId,
         (parent, reversed): (BodyId, bool),
-        has_quaternion: bool,
+        form: Form,
     ) -> Pose {
         let pool = &model.pool;
-        // The motion of the successor against the predecessor, one coordinate after the other.
         let joint = &model.joints[joint_id.0];
+        let parent_pose = &self.poses[parent.0];
+        let (near, far) = if reversed {
+            (joint.successor, joint.predecessor)
+        } else {
+            (joint.predecessor, joint.successor)
+        };
+        let p_world_near = parent_pose.position(pool, &anchor_in_body(model, near));
+        let r_world_from_near = parent_pose.rotation.then(pool, &orientation(model, near));
+
+        // The motion of the successor against the predecessor, one coordinate after the other.
         let mut rotation = joint::fixed_turn(pool, joint);
         let mut offset = spatial::zero(pool);
         let mut omega = spatial::zero(pool);
         let motions = joint::motions(pool, joint);
         for (motion_idx, motion) in motions.iter().enumerate() {
-            if motion.kind == MotionKind::Rotation && has_quaternion {
-                (rotation, omega) = self.add_quaternion(model, &joint.name, body);
-                break;
+            if motion.kind == MotionKind::Rotation && joint.kind.turns_freely() {
+                match form {
+                    Form::Motion if turns_by_quaternion(model, joint_id) => {
+                        (rotation, omega) = self.add_quaternion(model, &joint.name, body);
+                        break;
+                    }
+                    Form::Start if let Some(stated) = stated_orientation(model, body) => {
+                        let far = stated.then(pool, &orientation(model, far));
+                        let turned = r_world_from_near.inverse(pool).then(pool, &far);
+                        rotation = if reversed { turned.inverse(pool) } else { turned };
+                        break;
+                    }
+                    _ => {}
+                }
             }
             let name = joint_coordinate_name(joint, &motions, motion_idx);
             let owner = Owner::Joint(joint_id, motion_idx);
@@ -357,14 +364,6 @@ impl Kinematics {
         }
 
         // Seen from the successor, the same motion runs backwards.
-        let parent_pose = &self.poses[parent.0];
-        let (near, far) = if reversed {
-            (joint.successor, joint.predecessor)
-        } else {
-            (joint.predecessor, joint.successor)
-        };
-        let p_world_near = parent_pose.position(pool, &anchor_in_body(model, near));
-        let r_world_from_near = parent_pose.rotation.then(pool, &orientation(model, near));
         let r_world_from_far = if reversed {
             r_world_from_near.then(pool, &rotation.inverse(pool))
         } else {
@@ -378,10 +377,10 @@ impl Kinematics {
         let omega_world = r_world_from_predecessor.apply(pool, &omega);
         let (anchor_world, omega) = if reversed {
             let back = spatial::sub(pool, &p_world_near, &offset_world);
-            (back, spatial::sub(pool, &parent_pose.omega, &omega_world))
+            (back, spatial::sub(pool, &self.poses[parent.0].omega, &omega_world))
         } else {
             let out = spatial::add(pool, &p_world_near, &offset_world);
-            (out, spatial::add(pool, &parent_pose.omega, &omega_world))
+            (out, spatial::add(pool, &self.poses[parent.0].omega, &omega_world))
         };
         debug_assert_eq!(far.body, body);
         let anchor_body = anchor_in_body(model, far);
@@ -416,6 +415,12 @@ impl Kinematics {
         }
         name
     }
+}
+
+/// The orientation of a body that the start states or guesses, world from body.
+fn stated_orientation(model: &Model, body: BodyId) -> Option<Rotation> {
+    let stated = model.orientations.iter().find(|stated| stated.body == body)?;
+    Some(spatial::turned(&model.pool, &stated.turns))
 }
 
 /// Whether the bodies of a tree joint turn by a quaternion: they turn about all axes, and nothing in the
@@ -465,9 +470,7 @@ pub(crate) fn orientation(model: &Model, anchor: Anchor) -> Rotation {
     let pool = &model.pool;
     let Some(point) = anchor.point else { return Rotation::default() };
     let turns = &model.bodies[anchor.body.0].points[point.0].orientation;
-    turns.iter().fold(Rotation::default(), |rotation, turn| {
-        rotation.then(pool, &Rotation::about(pool, &turn.axis, turn.angle))
-    })
+    spatial::turned(pool, turns)
 }
 
 /// An anchor in the frame of its body; without a point, the origin.
@@ -475,13 +478,5 @@ pub(crate) fn anchor_in_body(model: &Model, anchor: Anchor) -> Vector {
     match anchor.point {
         Some(point) => model.bodies[anchor.body.0].points[point.0].position,
         None => spatial::zero(&model.pool),
-    }
-}
-
-fn axis_idx(axis: Axis) -> usize {
-    match axis {
-        Axis::X => 0,
-        Axis::Y => 1,
-        Axis::Z => 2,
     }
 }

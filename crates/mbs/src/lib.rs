@@ -11,6 +11,7 @@ pub mod joint;
 pub mod kinematics;
 mod lagrange;
 pub mod levels;
+mod measure;
 pub mod modes;
 mod norm;
 pub mod pose;

@@ -7,7 +7,7 @@
 use bksim_expr::{Expr, Pool};
 
 use crate::quaternion::Quaternion;
-use bksim_model::Vector;
+use bksim_model::{FixedTurn, Vector};
 
 /// Unit vector along z, the rotation axis of planar motion.
 pub fn z_axis(pool: &Pool) -> Vector {
@@ -95,6 +95,13 @@ pub struct Rotation {
     /// Columns of the matrices of all turns up to the fourth, up to the fifth, and so on: a product of
     /// many turns is then as long as the matrix before it and one turn.
     matrices: Vec<[Vector; 3]>,
+}
+
+/// The product of fixed turns.
+pub fn turned(pool: &Pool, turns: &[FixedTurn]) -> Rotation {
+    turns.iter().fold(Rotation::default(), |rotation, turn| {
+        rotation.then(pool, &Rotation::about(pool, &turn.axis, turn.angle))
+    })
 }
 
 /// Number of turns that are applied one after the other; more are applied as a matrix.

@@ -81,7 +81,7 @@ impl Closure {
             .initial
             .iter()
             .map(|initial| {
-                let by = if is_velocity(initial.measure) { &v } else { &q };
+                let by = if initial.measure.is_velocity() { &v } else { &q };
                 (system.kinematics.measure(model, initial.measure), by.as_slice())
             })
             .collect();
@@ -95,7 +95,7 @@ impl Closure {
         let values: Vec<Expr> = model.initial.iter().map(|i| i.value).collect();
         let own = model.initial.iter().zip(&measures.moving).map(|(initial, moving)| {
             let &[column] = moving.as_slice() else { return None };
-            let is_own = !is_velocity(initial.measure)
+            let is_own = !initial.measure.is_velocity()
                 && system.kinematics.measure(model, initial.measure)
                     == pool.symbol_expr(system.coordinates()[column].q);
             is_own.then_some(column)
@@ -150,7 +150,7 @@ fn uncut_guess(
     parameters: &[SymbolId],
 ) -> Result<(Tape, Vec<Option<usize>>), TapeError> {
     let pool = &model.pool;
-    let uncut = Kinematics::in_angles(model, &Tree::uncut(model));
+    let uncut = Kinematics::of_start(model, &Tree::uncut(model));
     let found = |measure: Measure| model.initial.iter().position(|i| i.measure == measure);
     let given =
         |c: &bksim_mbs::kinematics::Coordinate| measure_of(model.space, c.owner).and_then(found);
@@ -168,7 +168,11 @@ fn uncut_guess(
         .map(|c| match (measure_of(model.space, c.owner), c.owner) {
             (Some(measure), _) => uncut.measure(model, measure),
             (None, Owner::Quaternion(body, part)) => turned(body).0[part],
-            (None, _) => pool.zero(),
+            (None, Owner::Body(body, motion_idx)) => {
+                let rotation = &uncut.poses[body.0].rotation;
+                bksim_mbs::joint::cardan_angles(pool, rotation)[motion_idx - 3]
+            }
+            (None, Owner::Joint(..)) => pool.zero(),
         })
         .collect();
     let symbols = uncut.coordinates.iter().map(|c| c.q);
@@ -341,13 +345,6 @@ fn measure_of(space: Space, owner: Owner) -> Option<Measure> {
         (Owner::Body(body, 2), Space::Spatial) => Measure::PointPosition(body, None, Axis::Z),
         (Owner::Body(..), Space::Spatial) | (Owner::Quaternion(..), _) => return None,
     })
-}
-
-pub(crate) fn is_velocity(measure: Measure) -> bool {
-    matches!(
-        measure,
-        Measure::JointVelocity(..) | Measure::PointVelocity(..) | Measure::BodyRate(..)
-    )
 }
 
 impl Equations {

@@ -228,6 +228,11 @@ pub fn positions(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Expr> {
     positions
 }
 
+/// The angles of turns about x, y and z in sequence that make up `rotation`, the second within ±90°.
+pub fn cardan_angles(pool: &Pool, rotation: &Rotation) -> Vec<Expr> {
+    turns::angles(pool, rotation, &spatial::axes(pool))
+}
+
 /// Wrench on the successor of a unit effort in the given motion.
 ///
 /// It does no work in the other motions of the joint; `positions` are those of all its motions.

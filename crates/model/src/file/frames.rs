@@ -51,16 +51,20 @@ impl Reader<'_> {
             _ => Some(Vec::new()),
         };
         let turns = turns.unwrap_or_default();
-        // A turn about z alone stays in the plane.
+        self.leave_plane(&turns, node);
+        (at, turns)
+    }
+
+    /// Notes that turns are not those of a planar model: a turn about z alone stays in the plane.
+    pub(super) fn leave_plane(&mut self, turns: &[FixedTurn], node: &Node) {
         let [zero, one] = [self.pool.zero(), self.pool.one()];
         let z = [[zero, zero, one], [zero, zero, self.pool.neg(one)]];
         if turns.iter().any(|turn| !z.contains(&turn.axis)) && self.spatial.is_none() {
             self.spatial = Some(node.span.clone());
         }
-        (at, turns)
     }
 
-    fn roll_pitch_yaw(&mut self, node: &Node, fields: &Fields<'_>) -> Option<Vec<FixedTurn>> {
+    pub(super) fn roll_pitch_yaw(&mut self, node: &Node, fields: &Fields<'_>) -> Option<Vec<FixedTurn>> {
         let what = fields.what("rpy");
         let example = "[\"90 deg\", 0, 0]";
         let values = self.array(node, &what, "[roll, pitch, yaw]", example)?;
@@ -88,7 +92,7 @@ impl Reader<'_> {
         .collect()
     }
 
-    fn quaternion(&mut self, node: &Node, fields: &Fields<'_>) -> Option<Vec<FixedTurn>> {
+    pub(super) fn quaternion(&mut self, node: &Node, fields: &Fields<'_>) -> Option<Vec<FixedTurn>> {
         let what = fields.what("quaternion");
         let example = "[1, 0, 0, 0]";
         let values = self.array(node, &what, "[w, x, y, z]", example)?;
@@ -135,7 +139,7 @@ impl Reader<'_> {
     }
 
     /// The turns that bring the axes of the body to two given ones.
-    fn two_axes(&mut self, keys: &[&str], fields: &Fields<'_>) -> Option<Vec<FixedTurn>> {
+    pub(super) fn two_axes(&mut self, keys: &[&str], fields: &Fields<'_>) -> Option<Vec<FixedTurn>> {
         let &[first, second] = keys else {
             let n = keys.len();
             let message = format!("{} has {n} axes, and two make a frame", fields.owner);

@@ -4,7 +4,7 @@
 use bksim_expr::Function;
 
 use super::codes;
-use super::names::{BODY_MOTION, BodyName, JointName, Meaning, quantities};
+use super::names::{BodyName, JointName, Meaning, quantities, quantity_of};
 use super::reader::{Reader, entry_like};
 use super::tree::{Node, Table, Value};
 use super::units::Quantity;
@@ -12,6 +12,7 @@ use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::JointId;
 use crate::joint::JOINT_TYPES;
 use crate::measure::Measure;
+use crate::measure_names::BODY_WORDS;
 
 impl Reader<'_> {
     /// Gathers the names of all bodies, points and joints.
@@ -118,7 +119,10 @@ impl Reader<'_> {
         for (name, _, table) in sub_tables(root, "bodies") {
             let Some(entry) = table.and_then(|table| table.get("coordinates")) else { continue };
             let Some(body) = self.names.body(name) else { continue };
-            let row = |at: usize| (BODY_MOTION[at].1(body, None), BODY_MOTION[at].2);
+            let row = |at: usize| {
+                let measure = BODY_WORDS[at].1(body, None);
+                (measure, quantity_of(measure))
+            };
             let measures = [[row(0), row(3)], [row(1), row(4)], [row(6), row(7)]];
             self.define_coordinates(&entry.node, &measures);
         }

@@ -6,7 +6,7 @@ use bksim_expr::{Expr, SymbolId, Tape, TapeError};
 use bksim_mbs::constraint::{Constraint, Source};
 use bksim_mbs::kinematics::CoordinateKind;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::{Initial, JointKind, Measure, Model, MotionKind, Vector};
+use bksim_model::{Initial, JointKind, Measure, Model, Vector};
 
 /// Kinds of the coordinates, constraint rows and initial values of a model, and its links' lengths.
 #[derive(Clone, Debug)]
@@ -70,14 +70,7 @@ impl Units {
 
 /// Whether a measure of positions is an angle.
 fn is_angle(model: &Model, measure: Measure) -> bool {
-    match measure {
-        Measure::JointPosition(joint, motion_idx) => {
-            let motions = bksim_mbs::joint::motions(&model.pool, &model.joints[joint.0]);
-            motions[motion_idx].kind == MotionKind::Rotation
-        }
-        Measure::BodyAngle(_) => true,
-        _ => false,
-    }
+    measure.unit(model) == "rad"
 }
 
 /// From the first joint of each body to its others, and from end to end of each link.

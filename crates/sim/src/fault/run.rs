@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::closing::{estimate, reach_note};
 use super::pace::with_reasons;
-use super::pole::pole_note;
+use super::pole::at_pole;
 use super::reach::longest_in_loop;
 use super::start::unit_of;
 use super::switch;
@@ -73,7 +73,7 @@ pub fn diagnose_run(
             }
             _ => fault,
         };
-        pole_note(system, &failure.last.q).into_iter().fold(fault, Diagnostic::note)
+        at_pole(model, system, failure, &fault.message).unwrap_or(fault)
     })
 }
 

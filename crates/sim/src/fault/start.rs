@@ -6,9 +6,7 @@ use crate::codes;
 use crate::compiled::CompiledSystem;
 use crate::mobility::Mobility;
 use crate::start::StartError;
-use bksim_mbs::joint::motions;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::MotionKind;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::{listed, short};
 use bksim_model::{Anchor, BodyId, Drive, GROUND, JointId, JointKind, Measure, Model, Space};
@@ -304,17 +302,7 @@ pub(super) fn bodies_of<'a>(model: &'a Model, around: &[JointId]) -> Vec<&'a str
 
 /// The SI unit of a measure.
 pub fn unit_of(model: &Model, measure: Measure) -> &'static str {
-    let turns = |joint: JointId, motion_idx: usize| {
-        motions(&model.pool, &model.joints[joint.0])[motion_idx].kind == MotionKind::Rotation
-    };
-    match measure {
-        Measure::JointPosition(joint, i) if turns(joint, i) => "rad",
-        Measure::JointVelocity(joint, i) if turns(joint, i) => "rad/s",
-        Measure::BodyAngle(_) => "rad",
-        Measure::BodyRate(_) => "rad/s",
-        Measure::JointPosition(..) | Measure::PointPosition(..) => "m",
-        Measure::JointVelocity(..) | Measure::PointVelocity(..) => "m/s",
-    }
+    measure.unit(model)
 }
 
 pub(super) fn name(model: &Model, joint: JointId) -> &str {
