@@ -202,7 +202,7 @@ fn pendulum(frame: &str, rest: &str) -> String {
          [joints.ball]\ntype = \"spherical\"\nbetween = [\"ground.A\", \"bob.A\"]\n{rest}\n\
          [loads.g]\ntype = \"gravity\"\nacceleration = [0, 0, -9.81]\n\
          [initial]\nbob = {{ w = [0.05, \"9.5 rad/s\", 0.02] }}\n\
-         [solve]\nt_end = 10\nevery = 0.5\nrtol = 1e-10\natol = 1e-11\n"
+         [solve]\nt_end = 10\nevery = 0.02\nrtol = 1e-10\natol = 1e-11\n"
     )
 }
 
@@ -266,7 +266,9 @@ fn an_orientation_is_stated_in_three_ways_and_a_spin_in_two() {
     let starts = [
         "rpy = [0, 0, 0.3], w = [2, 0, 0.5], frame = \"body\"".to_owned(),
         format!("quaternion = [{:?}, 0, 0, {:?}], w = {spin:?}", 0.15_f64.cos(), 0.15_f64.sin()),
-        format!("axes = {{ x = [{c:?}, {s:?}, 0], z = [0, 0, 1] }}, w = {spin:?}, frame = \"world\""),
+        format!(
+            "axes = {{ x = [{c:?}, {s:?}, 0], z = [0, 0, 1] }}, w = {spin:?}, frame = \"world\""
+        ),
     ];
     for coordinates in ["", "coordinates = [\"a\", \"b\", \"c\", \"d\", \"e\", \"f\"]\n"] {
         for start in &starts {
@@ -278,7 +280,11 @@ fn an_orientation_is_stated_in_three_ways_and_a_spin_in_two() {
             let start = mechanism.start().expect("a start");
             let names = ["rod.yaw", "rod.pitch", "rod.cxx", "rod.e3", "rod.wx", "rod.wy_body"];
             let measures = Measures::new(&mechanism, &names);
-            let sample = Sample { q: start.q.clone(), v: start.v.clone(), ..solve(&mechanism).samples[0].clone() };
+            let sample = Sample {
+                q: start.q.clone(),
+                v: start.v.clone(),
+                ..solve(&mechanism).samples[0].clone()
+            };
             let expected = [0.3, 0.0, c, 0.15_f64.sin(), spin[0], 0.0];
             for ((name, found), expected) in names.iter().zip(measures.at(&sample)).zip(expected) {
                 close(name, found, expected, Within { relative: 1e-12, absolute: 1e-12 });
@@ -289,17 +295,21 @@ fn an_orientation_is_stated_in_three_ways_and_a_spin_in_two() {
 
 #[test]
 fn angles_of_a_ball_joint_are_stated_as_before() {
-    let start = "ball = { angle1 = 0.4, angle2 = -0.9, angle3 = 2.5, rate1 = 1, rate2 = 0, rate3 = -2 }";
-    let text = pendulum("rpy = [0, 0, 0]", "")
-        .replace("bob = { w = [0.05, \"9.5 rad/s\", 0.02] }", start);
-    let [quaternion, angles] = [text.clone(), text.replace("spherical\"", "spherical\"\ncoordinate = [\"a\", \"b\", \"c\"]")]
-        .map(|text| {
-            let mechanism = derive(model(&text));
-            let motion = solve(&mechanism);
-            let names = ["ball.angle1", "ball.angle2", "ball.angle3", "ball.rate1", "bob.x", "bob.wy"];
-            let measures = Measures::new(&mechanism, &names);
-            [measures.at(&motion.samples[0]), measures.at(at(&motion, 0.5))]
-        });
+    let start =
+        "ball = { angle1 = 0.4, angle2 = -0.9, angle3 = 2.5, rate1 = 1, rate2 = 0, rate3 = -2 }";
+    let text =
+        pendulum("rpy = [0, 0, 0]", "").replace("bob = { w = [0.05, \"9.5 rad/s\", 0.02] }", start);
+    let [quaternion, angles] = [
+        text.clone(),
+        text.replace("spherical\"", "spherical\"\ncoordinate = [\"a\", \"b\", \"c\"]"),
+    ]
+    .map(|text| {
+        let mechanism = derive(model(&text));
+        let motion = solve(&mechanism);
+        let names = ["ball.angle1", "ball.angle2", "ball.angle3", "ball.rate1", "bob.x", "bob.wy"];
+        let measures = Measures::new(&mechanism, &names);
+        [measures.at(&motion.samples[0]), measures.at(at(&motion, 0.5))]
+    });
     for (a, b) in quaternion.concat().iter().zip(&angles.concat()) {
         close("by quaternion and by angles", *a, *b, Within { relative: 1e-7, absolute: 1e-7 });
     }

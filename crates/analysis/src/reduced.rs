@@ -107,14 +107,11 @@ fn order(loaded: &Loaded) -> Vec<usize> {
     let coordinates = loaded.system().coordinates();
     let joins_ground = |joint: bksim_model::JointId| {
         let joint = &model.joints[joint.0];
-        joint.predecessor.body == bksim_model::GROUND
-            || joint.successor.body == bksim_model::GROUND
+        joint.predecessor.body == bksim_model::GROUND || joint.successor.body == bksim_model::GROUND
     };
     let is_on_ground = |i: &usize| match coordinates[*i].owner {
         Owner::Joint(joint, _) => joins_ground(joint),
-        Owner::Quaternion(body, _) => {
-            loaded.system().tree.joint_of(body).is_some_and(joins_ground)
-        }
+        Owner::Quaternion(body, _) => loaded.system().tree.joint_of(body).is_some_and(joins_ground),
         Owner::Body(..) => false,
     };
     let all = 0..coordinates.len();

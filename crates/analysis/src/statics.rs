@@ -322,12 +322,9 @@ impl<'a> Balance<'a> {
         let n = self.forces.n();
         let nc = self.forces.nc();
         let mut q = guess.to_vec();
-        let units: Vec<f64> =
-            (self.loaded.system().coordinates().iter())
-                .map(|c| {
-                    if c.kind == CoordinateKind::Length { self.loaded.size } else { 1.0 }
-                })
-                .collect();
+        let units: Vec<f64> = (self.loaded.system().coordinates().iter())
+            .map(|c| if c.kind == CoordinateKind::Length { self.loaded.size } else { 1.0 })
+            .collect();
         let mut lambda = self.forces.balancing(self.loaded.t, &q, &[])?;
         for _ in 0..MOST {
             let at = self.at(&q, &lambda);

@@ -16,7 +16,7 @@ use bksim_expr::{Expr, Pool, SymbolId};
 use crate::absolute_angles::AbsoluteAngles;
 use crate::inertia::central_inertia;
 use crate::kinematics::{Coordinate, Kinematics};
-use crate::norm;
+use crate::norm::{self, unnamed};
 use crate::sparse::SparseMatrix;
 use crate::spatial;
 use bksim_model::{BodyId, Model, Vector};
@@ -51,14 +51,14 @@ impl LeftSide {
         };
         let (v, a) = (symbols(|c| c.v), symbols(|c| c.a));
         let at_rest = vec![pool.zero(); v.len()];
-        let kinetic = norm::kinetic_energy(model, kinematics, &v);
+        let kinetic = norm::kinetic_energy(model, kinematics, &v, &unnamed);
         self.kinetic_energy = pool.sum([self.kinetic_energy].into_iter().chain(kinetic));
         self.mass_matrix = norm::mass_matrix(model, kinematics, &self.mass_matrix);
         for forces in [&mut self.bias, &mut self.resistance] {
-            norm::add_forces(model, kinematics, [&v, &at_rest], forces);
+            norm::add_forces(model, kinematics, [&v, &at_rest], forces, &unnamed);
         }
         if let Some(forces) = &mut self.inverse_dynamics {
-            norm::add_forces(model, kinematics, [&v, &a], forces);
+            norm::add_forces(model, kinematics, [&v, &a], forces, &unnamed);
         }
     }
 }

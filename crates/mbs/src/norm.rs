@@ -8,6 +8,8 @@
 //! gives it some, c = I_x + I_y + I_z + 2 m r² of the body that turns, about its point in the tree; on
 //! e·e = 1 and e·ė = 0 it is zero, and no motion changes by it.
 
+use std::collections::BTreeMap;
+
 use bksim_expr::{Expr, Pool};
 use bksim_model::{Model, Vector};
 
@@ -32,16 +34,26 @@ fn inertia(model: &Model, kinematics: &Kinematics, turning: &Turning) -> Expr {
     pool.simplify(pool.sum([own[0][0], own[1][1], own[2][2], steiner]))
 }
 
+/// No names.
+pub(crate) fn unnamed(_: &Turning, e: Expr) -> Expr {
+    e
+}
+
 /// The rates, or other symbols, of a quaternion's coordinates.
 fn parts<T: Copy>(of: &[T], turning: &Turning) -> [T; 4] {
     std::array::from_fn(|part| of[turning.first + part])
 }
 
-/// The terms ½ c (e·ė)² of T.
-pub(crate) fn kinetic_energy(model: &Model, kinematics: &Kinematics, rates: &[Expr]) -> Vec<Expr> {
+/// The terms ½ c (e·ė)² of T; `named` may give each quaternion's e·ė a name.
+pub(crate) fn kinetic_energy(
+    model: &Model,
+    kinematics: &Kinematics,
+    rates: &[Expr],
+    named: &dyn Fn(&Turning, Expr) -> Expr,
+) -> Vec<Expr> {
     let pool = &model.pool;
     let term = |turning: &Turning| {
-        let along = turning.quaternion.dot(pool, &parts(rates, turning));
+        let along = named(turning, turning.quaternion.dot(pool, &parts(rates, turning)));
         let c = inertia(model, kinematics, turning);
         pool.product([pool.rational(1, 2), c, pool.powi(along, 2)])
     };
@@ -56,13 +68,14 @@ pub(crate) fn mass_matrix(
 ) -> SparseMatrix {
     let pool = &model.pool;
     let n = kinematics.coordinates.len();
-    let mut entries: std::collections::BTreeMap<(usize, usize), Expr> =
+    let mut entries: BTreeMap<(usize, usize), Expr> =
         matrix.entries().map(|(i, j, entry)| ((i, j), entry)).collect();
     for turning in &kinematics.turnings {
         let c = inertia(model, kinematics, turning);
         let e = turning.quaternion.0;
         for (i, j) in (0..4).flat_map(|i| (0..4).map(move |j| (i, j))) {
-            let entry = entries.entry((turning.first + i, turning.first + j)).or_insert(pool.zero());
+            let entry =
+                entries.entry((turning.first + i, turning.first + j)).or_insert(pool.zero());
             *entry = pool.add(*entry, pool.product([c, e[i], e[j]]));
         }
     }
@@ -70,12 +83,14 @@ pub(crate) fn mass_matrix(
     SparseMatrix::new(n, n, entries.filter(|&(.., entry)| !pool.is_zero(entry)))
 }
 
-/// Adds c e (ė·ė + e·ë) to generalised forces that a motion needs, by coordinate.
+/// Adds c e (ė·ė + e·ë) to generalised forces that a motion needs, by coordinate; `named` may give each
+/// quaternion's c (ė·ė + e·ë) a name.
 pub(crate) fn add_forces(
     model: &Model,
     kinematics: &Kinematics,
     [rates, accelerations]: [&[Expr]; 2],
     forces: &mut [Expr],
+    named: &dyn Fn(&Turning, Expr) -> Expr,
 ) {
     let pool = &model.pool;
     for turning in &kinematics.turnings {
@@ -83,6 +98,7 @@ pub(crate) fn add_forces(
         let squares = pool.sum(rate.map(|v| pool.powi(v, 2)));
         let along = turning.quaternion.dot(pool, &parts(accelerations, turning));
         let force = pool.mul(inertia(model, kinematics, turning), pool.add(squares, along));
+        let force = named(turning, force);
         for (part, &e) in turning.quaternion.0.iter().enumerate() {
             let own = &mut forces[turning.first + part];
             *own = pool.add(*own, pool.mul(force, e));

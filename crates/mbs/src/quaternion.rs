@@ -94,8 +94,7 @@ impl Quaternion {
                 let both = product(1 + row, 1 + column);
                 let twist = product(0, 1 + k);
                 let is_cyclic = (row + 1) % 3 == column;
-                let entry =
-                    if is_cyclic { pool.sub(both, twist) } else { pool.add(both, twist) };
+                let entry = if is_cyclic { pool.sub(both, twist) } else { pool.add(both, twist) };
                 pool.mul(s, entry)
             })
         })
@@ -159,8 +158,7 @@ mod tests {
         let [outer, inner] = [q.to_outer_rate(&pool, &v), q.to_inner_rate(&pool, &v)]
             .map(|rate| rate.map(|part| value(&pool, pool.mul(s, part))));
         let number = r.map(|row| row.map(|entry| value(&pool, entry)));
-        let rate =
-            r.map(|row| row.map(|entry| value(&pool, pool.total_derivative(entry, &rates))));
+        let rate = r.map(|row| row.map(|entry| value(&pool, pool.total_derivative(entry, &rates))));
         for i in 0..3 {
             for j in 0..3 {
                 let product: f64 = (0..3).map(|k| number[i][k] * number[j][k]).sum();

@@ -84,7 +84,7 @@ fn kinetic_energy(model: &Model, system: &SymbolicSystem) -> Expr {
     let doubled: Vec<Expr> = (1..model.bodies.len()).map(of_body).collect();
     let of_bodies = pool.mul(pool.rational(1, 2), pool.sum(doubled));
     let rates: Vec<Expr> = system.coordinates().iter().map(|c| pool.symbol_expr(c.v)).collect();
-    let of_norms = norm::kinetic_energy(model, kinematics, &rates);
+    let of_norms = norm::kinetic_energy(model, kinematics, &rates, &norm::unnamed);
     pool.sum([of_bodies].into_iter().chain(of_norms))
 }
 

@@ -11,8 +11,6 @@ use super::constants::{Constants, Group, Names};
 use super::dimension::{Dimension, Units, of_equation};
 use super::{proof, trailing};
 use crate::force::Loads;
-use crate::kinematics::Coordinate;
-use crate::norm;
 use crate::recursion;
 use crate::signal::signal_values;
 use crate::system::{Derivation, SymbolicSystem};
@@ -58,14 +56,7 @@ impl ReadingForm {
     fn recursive(model: &Model, system: &SymbolicSystem) -> Self {
         let SymbolicSystem { tree, kinematics, .. } = system;
         let loads = Loads::of(model, kinematics, &signal_values(model, kinematics));
-        let mut named = recursion::named(model, tree, kinematics, &loads);
-        let pool = &model.pool;
-        let symbols = |of: fn(&Coordinate) -> SymbolId| -> Vec<Expr> {
-            kinematics.coordinates.iter().map(|c| pool.symbol_expr(of(c))).collect()
-        };
-        let (v, a) = (symbols(|c| c.v), symbols(|c| c.a));
-        named.kinetic_energy.extend(norm::kinetic_energy(model, kinematics, &v));
-        norm::add_forces(model, kinematics, [&v, &a], &mut named.inverse_dynamics);
+        let named = recursion::named(model, tree, kinematics, &loads);
         let group = |(symbol, definition): (SymbolId, Expr)| Group {
             symbol,
             terms: vec![definition],

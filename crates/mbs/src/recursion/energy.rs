@@ -30,10 +30,10 @@ pub(super) fn kinetic(
                 let rate = spatial::scale(pool, rates[*coordinate_idx], axis);
                 turning = spatial::add(pool, &turning, &rate);
             }
-            LinkMotion::Quaternion { quaternion, s, first, is_reversed, .. } => {
-                let rates = LinkMotion::quaternion_rates(pool, rates, *first, *is_reversed);
-                let rate = spatial::scale(pool, *s, &quaternion.to_inner_rate(pool, &rates));
-                turning = spatial::add(pool, &turning, &rate);
+            LinkMotion::Quaternion { .. } => {
+                if let Some(spin) = link.spin(pool, [rates, rates], link_idx, naming) {
+                    turning = spatial::add(pool, &turning, &spin.rate);
+                }
             }
             LinkMotion::Translation { axis, coordinate_idx, .. } => {
                 let rate = spatial::scale(pool, rates[*coordinate_idx], axis);

@@ -7,7 +7,7 @@ use super::naming::Naming;
 use super::turn::Turn;
 use crate::inertia::central_inertia;
 use crate::joint;
-use crate::kinematics::{CoordinateKind, Kinematics, Owner, anchor_in_body, orientation};
+use crate::kinematics::{CoordinateKind, Kinematics, Owner, Turning, anchor_in_body, orientation};
 use crate::quaternion::Quaternion;
 use crate::spatial::{self, Rotation};
 use crate::tree::{Branch, Tree};
@@ -86,18 +86,45 @@ impl LinkMotion {
             }
         }
     }
+}
 
-    /// The rates of the quaternion, or their rates, from those of all coordinates.
-    pub(super) fn quaternion_rates(
+/// The turning of a link by its quaternion, link's axes.
+pub(super) struct Spin {
+    /// s E ė, rad/s.
+    pub(super) rate: Vector,
+    /// s (E ë − (e·ė) ω), rad/s².
+    pub(super) gain: Vector,
+}
+
+impl Link {
+    /// The turning by a quaternion, if the link has one, from the rates and accelerations of all
+    /// coordinates.
+    pub(super) fn spin(
+        &self,
         pool: &Pool,
-        rates: &[Expr],
-        first: usize,
-        is_reversed: bool,
-    ) -> [Expr; 4] {
-        std::array::from_fn(|part| {
-            let rate = rates[first + part];
-            if is_reversed && part > 0 { pool.neg(rate) } else { rate }
-        })
+        [rates, accelerations]: [&[Expr]; 2],
+        link_idx: usize,
+        naming: &Naming<'_>,
+    ) -> Option<Spin> {
+        let LinkMotion::Quaternion { quaternion, s, first, is_reversed, .. } = &self.motion else {
+            return None;
+        };
+        let of = |all: &[Expr]| {
+            std::array::from_fn(|part| {
+                let rate = all[first + part];
+                if *is_reversed && part > 0 { pool.neg(rate) } else { rate }
+            })
+        };
+        let (rates, accelerations) = (of(rates), of(accelerations));
+        let rate = spatial::scale(pool, *s, &quaternion.to_inner_rate(pool, &rates));
+        // On the ground it is the whole angular velocity.
+        let letter = if self.parent.is_none() { "omega" } else { "w" };
+        let rate = naming.vector(letter, link_idx, &rate);
+        let along = naming.scalar("d", link_idx, quaternion.dot(pool, &rates));
+        let gain = quaternion.to_inner_rate(pool, &accelerations);
+        let gain = spatial::sub(pool, &gain, &spatial::scale(pool, along, &rate));
+        let gain = spatial::scale(pool, *s, &gain);
+        Some(Spin { rate, gain })
     }
 }
 
@@ -164,6 +191,12 @@ impl Links {
 }
 
 impl Links {
+    /// Index of the link that turns by a quaternion.
+    pub(super) fn of_turning(&self, turning: &Turning) -> usize {
+        let is_own = |link: &Link| matches!(link.motion, LinkMotion::Quaternion { first, .. } if first == turning.first);
+        self.links.iter().position(is_own).unwrap_or_default()
+    }
+
     /// The same links, with names for the matrices of quaternions: `A_arm_xy`, and `s_arm` for 2 / e·e.
     pub(super) fn named(mut self, pool: &Pool, naming: &Naming<'_>) -> Self {
         for (link_idx, link) in self.links.iter_mut().enumerate() {

@@ -25,8 +25,9 @@ use bksim_expr::{Expr, Pool, SymbolId};
 use bksim_model::{Model, Vector};
 
 use crate::force::Loads;
-use crate::kinematics::{Coordinate, Kinematics};
+use crate::kinematics::{Coordinate, Kinematics, Turning};
 use crate::lagrange::LeftSide;
+use crate::norm;
 use crate::pose::Pose;
 use crate::spatial::{self, Turn};
 use crate::tree::Tree;
@@ -150,7 +151,8 @@ pub(crate) struct NamedRecursion {
 /// of a body's frame, `R_` the force that its mass needs, `F_` and `N_` force and moment on it and all that
 /// it carries, `v_` and `c_` the velocities of origin and centre of mass, `g_` the field, `u_` its work on
 /// a unit mass; all in the axes of the body. Of a body that turns by a quaternion `A_` is the matrix of the
-/// turn, and `s_` is 2 / e·e.
+/// turn, `w_` its angular velocity against the body before, `s_` is 2 / e·e, `d_` e·ė, and `n_` the inertial
+/// force along e.
 pub(crate) fn named(
     model: &Model,
     tree: &Tree,
@@ -162,10 +164,18 @@ pub(crate) fn named(
     let naming = Naming::of(model, kinematics, &recursion.links);
     recursion.links = recursion.links.named(pool, &naming);
     let Recursion { links, rates, accelerations, lifted, .. } = &recursion;
-    let kinetic_energy = energy::kinetic(pool, links, rates, &naming);
+    // The lengths of quaternions.
+    let name = |letter: &'static str| {
+        let (links, naming) = (&links, &naming);
+        move |turning: &Turning, e: Expr| naming.scalar(letter, links.of_turning(turning), e)
+    };
+    let mut kinetic_energy = energy::kinetic(pool, links, rates, &naming);
+    kinetic_energy.extend(norm::kinetic_energy(model, kinematics, rates, &name("d")));
     let mut potential_energy = energy::potential(pool, links, &loads.field, &naming);
     potential_energy.extend(&loads.without_field);
-    let inverse_dynamics = recursion.forces([rates, accelerations], Some(lifted), &naming);
+    let mut inverse_dynamics = recursion.forces([rates, accelerations], Some(lifted), &naming);
+    let motion = [rates.as_slice(), accelerations];
+    norm::add_forces(model, kinematics, motion, &mut inverse_dynamics, &name("n"));
     let roots = [&kinetic_energy[..], &potential_energy, &inverse_dynamics].concat();
     let definitions = naming.needed(&roots);
     NamedRecursion { definitions, kinetic_energy, potential_energy, inverse_dynamics }

@@ -3,7 +3,7 @@
 use bksim_expr::{Expr, Pool};
 use bksim_model::{BodyId, MotionKind, Vector};
 
-use super::links::{Link, LinkBody, LinkMotion, Links, Screw};
+use super::links::{Link, LinkBody, LinkMotion, Links, Screw, Spin};
 use super::naming::Naming;
 use crate::kinematics::Kinematics;
 use crate::spatial;
@@ -95,7 +95,8 @@ fn outwards(
     let mut frames: Vec<FrameMotion> = Vec::with_capacity(links.links.len());
     for (link_idx, link) in links.links.iter().enumerate() {
         let before = link.parent.map_or(&ground, |parent| &frames[parent.0]);
-        let FrameMotion { omega, alpha, acceleration } = after(pool, link, before, motion);
+        let FrameMotion { omega, alpha, acceleration } =
+            after(pool, (link_idx, link), before, motion, naming);
         frames.push(FrameMotion {
             omega: naming.vector("omega", link_idx, &omega),
             alpha: naming.vector("alpha", link_idx, &alpha),
@@ -106,7 +107,13 @@ fn outwards(
 }
 
 /// The motion of a link's frame from that of the link before.
-fn after(pool: &Pool, link: &Link, before: &FrameMotion, motion: &Motion<'_>) -> FrameMotion {
+fn after(
+    pool: &Pool,
+    (link_idx, link): (usize, &Link),
+    before: &FrameMotion,
+    motion: &Motion<'_>,
+    naming: &Naming<'_>,
+) -> FrameMotion {
     let relative = before.relative_acceleration(pool, &link.origin(pool));
     let mut acceleration = spatial::add(pool, &before.acceleration, &relative);
     let mut omega = link.to_link(pool, &before.omega);
@@ -120,17 +127,13 @@ fn after(pool: &Pool, link: &Link, before: &FrameMotion, motion: &Motion<'_>) ->
             alpha = spatial::add(pool, &spatial::add(pool, &alpha, &gain), &gyroscopic);
             omega = spatial::add(pool, &omega, &rate);
         }
-        LinkMotion::Quaternion { quaternion, s, first, is_reversed, .. } => {
-            let of = |all: &[Expr]| LinkMotion::quaternion_rates(pool, all, *first, *is_reversed);
-            let (rates, accelerations) = (of(motion.rates), of(motion.accelerations));
-            let rate = spatial::scale(pool, *s, &quaternion.to_inner_rate(pool, &rates));
-            // s (E ë − (e·ė) ω)
-            let stretch = spatial::scale(pool, quaternion.dot(pool, &rates), &rate);
-            let gain = quaternion.to_inner_rate(pool, &accelerations);
-            let gain = spatial::scale(pool, *s, &spatial::sub(pool, &gain, &stretch));
-            let gyroscopic = spatial::cross(pool, &omega, &rate);
-            alpha = spatial::add(pool, &spatial::add(pool, &alpha, &gain), &gyroscopic);
-            omega = spatial::add(pool, &omega, &rate);
+        LinkMotion::Quaternion { .. } => {
+            let rates = [motion.rates, motion.accelerations];
+            if let Some(Spin { rate, gain }) = link.spin(pool, rates, link_idx, naming) {
+                let gyroscopic = spatial::cross(pool, &omega, &rate);
+                alpha = spatial::add(pool, &spatial::add(pool, &alpha, &gain), &gyroscopic);
+                omega = spatial::add(pool, &omega, &rate);
+            }
         }
         LinkMotion::Translation { axis, coordinate_idx, .. } => {
             // 2 ω × v (Coriolis) and the slide's own acceleration.

@@ -64,7 +64,11 @@ impl Reader<'_> {
         }
     }
 
-    pub(super) fn roll_pitch_yaw(&mut self, node: &Node, fields: &Fields<'_>) -> Option<Vec<FixedTurn>> {
+    pub(super) fn roll_pitch_yaw(
+        &mut self,
+        node: &Node,
+        fields: &Fields<'_>,
+    ) -> Option<Vec<FixedTurn>> {
         let what = fields.what("rpy");
         let example = "[\"90 deg\", 0, 0]";
         let values = self.array(node, &what, "[roll, pitch, yaw]", example)?;
@@ -92,7 +96,11 @@ impl Reader<'_> {
         .collect()
     }
 
-    pub(super) fn quaternion(&mut self, node: &Node, fields: &Fields<'_>) -> Option<Vec<FixedTurn>> {
+    pub(super) fn quaternion(
+        &mut self,
+        node: &Node,
+        fields: &Fields<'_>,
+    ) -> Option<Vec<FixedTurn>> {
         let what = fields.what("quaternion");
         let example = "[1, 0, 0, 0]";
         let values = self.array(node, &what, "[w, x, y, z]", example)?;
@@ -139,7 +147,11 @@ impl Reader<'_> {
     }
 
     /// The turns that bring the axes of the body to two given ones.
-    pub(super) fn two_axes(&mut self, keys: &[&str], fields: &Fields<'_>) -> Option<Vec<FixedTurn>> {
+    pub(super) fn two_axes(
+        &mut self,
+        keys: &[&str],
+        fields: &Fields<'_>,
+    ) -> Option<Vec<FixedTurn>> {
         let &[first, second] = keys else {
             let n = keys.len();
             let message = format!("{} has {n} axes, and two make a frame", fields.owner);

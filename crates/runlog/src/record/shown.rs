@@ -114,8 +114,9 @@ impl Shown {
 fn stage(mechanism: &Mechanism, scene: &Scene) -> Stage {
     let mut frames = mechanism.model.bodies.iter().map(|body| body.name.clone());
     let root = frames.next().unwrap_or_default();
-    let joint = |coordinate: &bksim_mbs::kinematics::Coordinate| {
-        Joint { name: coordinate.name.clone(), unit: coordinate.kind.unit().into() }
+    let joint = |coordinate: &bksim_mbs::kinematics::Coordinate| Joint {
+        name: coordinate.name.clone(),
+        unit: coordinate.kind.unit().into(),
     };
     Stage {
         root,

@@ -5,9 +5,9 @@ use crate::compiled::CompiledSystem;
 use crate::run::Slowness;
 use bksim_mbs::kinematics::CoordinateKind;
 use bksim_mbs::system::SymbolicSystem;
+use bksim_model::Model;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::{listed, short};
-use bksim_model::Model;
 
 /// A coordinate whose inertia is smaller than this part of the largest is light.
 const LIGHT: f64 = 1e-5;

@@ -70,7 +70,8 @@ fn angles_at_pole<'s>(
         _ => false,
     };
     angles.windows(3).find_map(|three| {
-        let three @ [(_, first), (second_idx, second), (_, third)] = <[_; 3]>::try_from(three).ok()?;
+        let three @ [(_, first), (second_idx, second), (_, third)] =
+            <[_; 3]>::try_from(three).ok()?;
         let is_one = same_owner(first.owner, second.owner) && same_owner(second.owner, third.owner);
         (is_one && q[second_idx].cos().abs() < NEAR).then_some(three)
     })

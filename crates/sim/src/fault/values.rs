@@ -174,7 +174,8 @@ pub(super) fn too_large(
 ) -> Option<Diagnostic> {
     let coordinates = system.coordinates();
     let (positions, rates) = (last.q.iter().enumerate(), last.v.iter().enumerate());
-    let positions = positions.map(|(i, &x)| (coordinates[i].name.clone(), x, coordinates[i].kind.unit()));
+    let positions =
+        positions.map(|(i, &x)| (coordinates[i].name.clone(), x, coordinates[i].kind.unit()));
     let rate = |(i, &x): (usize, &f64)| {
         (format!("{}_dot", coordinates[i].name), x, coordinates[i].kind.rate_unit())
     };
