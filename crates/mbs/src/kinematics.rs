@@ -203,6 +203,22 @@ impl Kinematics {
         found
     }
 
+    /// Coordinates that are three angles in sequence, which have a pole where the second is ±90°.
+    pub fn sequences(&self) -> Vec<[usize; 3]> {
+        let owner = |i: usize| match self.coordinates[i] {
+            Coordinate { kind: CoordinateKind::Angle, owner: Owner::Joint(joint, _), .. } => {
+                Some((Some(joint), None))
+            }
+            Coordinate { kind: CoordinateKind::Angle, owner: Owner::Body(body, _), .. } => {
+                Some((None, Some(body)))
+            }
+            _ => None,
+        };
+        let is_one = |i: &usize| owner(*i).is_some() && (1..3).all(|k| owner(i + k) == owner(*i));
+        let firsts = (0..self.coordinates.len().saturating_sub(2)).filter(is_one);
+        firsts.map(|i| [i, i + 1, i + 2]).collect()
+    }
+
     /// d/dt of an expression of the coordinates and of time; velocities rest.
     pub fn rate(&self, model: &Model, e: Expr) -> Expr {
         let pool = &model.pool;

@@ -2,15 +2,12 @@
 //! are one, and some angular velocities have no rates.
 
 use crate::codes;
-use crate::run::Failure;
-use bksim_mbs::kinematics::{Coordinate, CoordinateKind, Owner};
+use crate::run::{Failure, NearPole};
+use bksim_mbs::kinematics::Owner;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::Model;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::short;
-
-/// Cosine of the second angle below which a run that stops is said to have met the pole.
-const NEAR: f64 = 0.03;
 
 /// The fault of a run that stopped where three angles are at their pole; `cause` is what stopped it.
 pub(super) fn at_pole(
@@ -19,60 +16,61 @@ pub(super) fn at_pole(
     failure: &Failure,
     cause: &str,
 ) -> Option<Diagnostic> {
-    let three = angles_at_pole(system, &failure.last.q)?;
-    let [(_, first), (second_idx, second), (_, third)] = three;
-    let (owner, span, key) = match second.owner {
-        Owner::Joint(joint, _) => {
-            let joint = &model.joints[joint.0];
-            (format!("joint `{}`", joint.name), &joint.span, "coordinate")
-        }
-        Owner::Body(body, _) | Owner::Quaternion(body, _) => {
-            let body = &model.bodies[body.0];
-            (format!("body `{}`", body.name), &body.span, "coordinates")
-        }
-    };
-    let angle = failure.last.q[second_idx].to_degrees();
+    let cosine = |i: usize| failure.last.q[i].cos().abs();
+    let sequences = system.kinematics.sequences();
+    let near = sequences.into_iter().find(|three| cosine(three[1]) < NearPole::NEAR)?;
+    let owner = owner(model, system, near[1]);
     let message = format!(
         "the angles of {owner} are at their pole, where the run stopped at t = {} s",
         short(failure.summary.t)
     );
-    let names = format!("`{}`, `{}` and `{}`", first.name, second.name, third.name);
-    Some(
-        Diagnostic::error(codes::ANGLE_POLE, message)
-            .at(span.clone(), format!("turns by {names}"))
-            .note(format!(
-                "`{}` = {} deg: at ±90 deg the axes of the other two are one, and rates have no bound",
-                second.name,
-                short(angle)
-            ))
-            .note(cause.to_owned())
-            .help(format!(
-                "leave out the names in `{key}`, and loads and drives that use single angles: then it \
-                 turns without a pole; else turn the frames of the points so that the motion keeps away"
-            )),
-    )
+    let fault = Diagnostic::error(codes::ANGLE_POLE, message);
+    Some(explained(fault, model, system, near, failure.last.q[near[1]]).note(cause.to_owned()))
 }
 
-/// Three angles of one owner, the second of which is near ±90°, with their indices.
-fn angles_at_pole<'s>(
-    system: &'s SymbolicSystem,
-    q: &[f64],
-) -> Option<[(usize, &'s Coordinate); 3]> {
-    let angles: Vec<(usize, &Coordinate)> = system
-        .coordinates()
-        .iter()
-        .enumerate()
-        .filter(|(_, c)| c.kind == CoordinateKind::Angle)
-        .collect();
-    let same_owner = |a: Owner, b: Owner| match (a, b) {
-        (Owner::Joint(a, _), Owner::Joint(b, _)) => a == b,
-        (Owner::Body(a, _), Owner::Body(b, _)) => a == b,
-        _ => false,
+/// The warning about a run that has passed near the pole of three angles.
+pub(super) fn near_pole(model: &Model, system: &SymbolicSystem, pole: &NearPole) -> Diagnostic {
+    let NearPole { t, coordinate_idx: second, cosine } = *pole;
+    let owner = owner(model, system, second);
+    let message = format!("the angles of {owner} come near their pole at t = {} s", short(t));
+    let fault = Diagnostic::warning(codes::ANGLE_POLE, message);
+    explained(fault, model, system, [second - 1, second, second + 1], cosine.acos())
+}
+
+/// "joint `ball`".
+fn owner(model: &Model, system: &SymbolicSystem, coordinate_idx: usize) -> String {
+    match system.coordinates()[coordinate_idx].owner {
+        Owner::Joint(joint, _) => format!("joint `{}`", model.joints[joint.0].name),
+        Owner::Body(body, _) | Owner::Quaternion(body, _) => {
+            format!("body `{}`", model.bodies[body.0].name)
+        }
+    }
+}
+
+/// The place, what a pole is, and the cure.
+fn explained(
+    fault: Diagnostic,
+    model: &Model,
+    system: &SymbolicSystem,
+    three: [usize; 3],
+    angle: f64,
+) -> Diagnostic {
+    let [first, second, third] = three.map(|i| system.coordinates()[i].name.as_str());
+    let (span, key) = match system.coordinates()[three[1]].owner {
+        Owner::Joint(joint, _) => (&model.joints[joint.0].span, "coordinate"),
+        Owner::Body(body, _) | Owner::Quaternion(body, _) => {
+            (&model.bodies[body.0].span, "coordinates")
+        }
     };
-    angles.windows(3).find_map(|three| {
-        let three @ [(_, first), (second_idx, second), (_, third)] =
-            <[_; 3]>::try_from(three).ok()?;
-        let is_one = same_owner(first.owner, second.owner) && same_owner(second.owner, third.owner);
-        (is_one && q[second_idx].cos().abs() < NEAR).then_some(three)
-    })
+    fault
+        .at(span.clone(), format!("turns by `{first}`, `{second}` and `{third}`"))
+        .note(format!(
+            "`{second}` is {} deg there: at 90 deg the axes of the other two are one, and their rates have \
+             no bound",
+            short(angle.cos().abs().acos().to_degrees())
+        ))
+        .help(format!(
+            "leave out the names in `{key}`, and drives and loads that use single angles: then it turns \
+             without a pole; else turn the frames of the points so that the motion keeps away"
+        ))
 }
