@@ -337,3 +337,53 @@ fn radau_follows_the_same_motion_in_every_formulation() {
         }
     }
 }
+
+/// Accepted steps by quaternions, and by angles that `names` makes the coordinates of.
+fn steps(text: &str, names: &str) -> [f64; 2] {
+    ["", names].map(|names| {
+        let motion = solve(&derive(model(&text.replace("#NAMES", names))));
+        let n = u32::try_from(n_steps(&motion)).expect("a run of few steps");
+        f64::from(n)
+    })
+}
+
+/// The ratios that `docs/theory.md` states.
+#[test]
+fn quaternions_save_steps_where_bodies_tumble_and_cost_some_in_a_fast_spin() {
+    let three = "coordinate = [\"a\", \"b\", \"c\"]";
+    // A free body.
+    let text = free_body("#NAMES").replace("w = [1.4, 0, 1.0]", "w = [0.3, 0.2, 1.0]");
+    let six = "coordinates = [\"x\", \"y\", \"z\", \"a\", \"b\", \"c\"]";
+    let [quaternion, angles] = steps(&text, six);
+    assert!(quaternion < 0.6 * angles, "free body: {quaternion} and {angles} steps");
+    // A pendulum that nearly meets the pole.
+    let near = pendulum("rpy = [0, 0, 0]", "#NAMES").replace("rtol = 1e-10", "rtol = 1e-6");
+    let [quaternion, angles] = steps(&near, three);
+    assert!(quaternion < 0.3 * angles, "pole: {quaternion} and {angles} steps");
+    // A fast top.
+    let [quaternion, angles] = steps(&top(1.0, "#NAMES"), three);
+    assert!(angles < 0.7 * quaternion, "top: {quaternion} and {angles} steps");
+}
+
+/// A crank and a rocker about crossed axes, with a rod on two ball joints between them.
+const LINKAGE: &str = include_str!("fixtures/spatial-four-bar.toml");
+
+#[test]
+fn a_loop_closes_over_ball_joints_in_the_tree_and_cut() {
+    let cut = LINKAGE.replace("type = \"spherical\"", "type = \"spherical\", cut = true");
+    let absolute = format!("coordinates = \"absolute\"\n{LINKAGE}");
+    let mut ends: Vec<Vec<f64>> = Vec::new();
+    for text in [LINKAGE, &cut, &absolute] {
+        let mechanism = derive(model(text));
+        let start = mechanism.start().expect("it closes");
+        assert_eq!((start.mobility, start.uniqueness.is_complete()), (2, true));
+        let motion = solve(&mechanism);
+        let names = ["crank.cxx", "rocker.cxz", "rod.x", "rod.y", "rod.z", "rod.wx_body"];
+        ends.push(Measures::new(&mechanism, &names).at(at(&motion, 1.0)));
+    }
+    for other in &ends[1..] {
+        for (a, b) in ends[0].iter().zip(other) {
+            close("the end", *a, *b, Within { relative: 1e-6, absolute: 1e-6 });
+        }
+    }
+}

@@ -56,7 +56,7 @@ pub(crate) const BODY_WORDS: [BodyWord; 36] = {
 /// Number of rows of [`BODY_WORDS`] that a point has.
 pub(crate) const N_POINT_WORDS: usize = 6;
 /// Number of rows of [`BODY_WORDS`] that a start is stated by.
-pub(crate) const N_START_WORDS: usize = 8;
+pub(crate) const N_START_WORDS: usize = 17;
 
 /// The owner of the measures of all bodies together, where no body or joint has this name.
 const ALL: &str = "mechanism";
