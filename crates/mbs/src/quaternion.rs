@@ -82,7 +82,7 @@ impl Quaternion {
     pub fn matrix(&self, pool: &Pool, s: Expr) -> [Vector; 3] {
         let e = self.0;
         let product = |i: usize, j: usize| pool.mul(e[i], e[j]);
-        // 1 − s (e_j² + e_k²) on the diagonal; s (e_i e_j ∓ e_0 e_k) beside it.
+        // 1 − s (e_j² + e_k²) on the diagonal, elsewhere s (e_i e_j ∓ e_0 e_k).
         std::array::from_fn(|row| {
             std::array::from_fn(|column| {
                 if row == column {

@@ -1,5 +1,6 @@
 //! A run that takes far more steps than expected, and why.
 
+use super::pole;
 use crate::codes;
 use crate::compiled::CompiledSystem;
 use crate::run::Slowness;
@@ -53,6 +54,11 @@ pub(super) fn with_reasons(
     let followed =
         if names.is_empty() { String::new() } else { format!(" to follow {}", listed(&names)) };
     let fault = fault.note(format!("steps of {} s are needed{followed}", short(*step_size)));
+
+    // Angles at their pole.
+    if let Some([note, help]) = pole::reason(system, q) {
+        return fault.note(note).help(help);
+    }
 
     // A part far lighter than others of the same kind of motion.
     let mass = compiled.evaluator(parameters).dynamics(*t, q, v).mass_matrix();

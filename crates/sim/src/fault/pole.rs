@@ -16,9 +16,7 @@ pub(super) fn at_pole(
     failure: &Failure,
     cause: &str,
 ) -> Option<Diagnostic> {
-    let cosine = |i: usize| failure.last.q[i].cos().abs();
-    let sequences = system.kinematics.sequences();
-    let near = sequences.into_iter().find(|three| cosine(three[1]) < NearPole::NEAR)?;
+    let near = near(system, &failure.last.q)?;
     let owner = owner(model, system, near[1]);
     let message = format!(
         "the angles of {owner} are at their pole, where the run stopped at t = {} s",
@@ -56,21 +54,41 @@ fn explained(
     angle: f64,
 ) -> Diagnostic {
     let [first, second, third] = three.map(|i| system.coordinates()[i].name.as_str());
-    let (span, key) = match system.coordinates()[three[1]].owner {
-        Owner::Joint(joint, _) => (&model.joints[joint.0].span, "coordinate"),
-        Owner::Body(body, _) | Owner::Quaternion(body, _) => {
-            (&model.bodies[body.0].span, "coordinates")
-        }
+    let span = match system.coordinates()[three[1]].owner {
+        Owner::Joint(joint, _) => &model.joints[joint.0].span,
+        Owner::Body(body, _) | Owner::Quaternion(body, _) => &model.bodies[body.0].span,
     };
+    let [note, help] = words(system, three, angle);
     fault
         .at(span.clone(), format!("turns by `{first}`, `{second}` and `{third}`"))
-        .note(format!(
-            "`{second}` is {} deg there: at 90 deg the axes of the other two are one, and their rates have \
-             no bound",
+        .note(note)
+        .help(help)
+}
+
+/// What a pole is, and the cure, of three angles that are near theirs at positions `q`.
+pub(super) fn reason(system: &SymbolicSystem, q: &[f64]) -> Option<[String; 2]> {
+    let three = near(system, q)?;
+    Some(words(system, three, q[three[1]]))
+}
+
+fn near(system: &SymbolicSystem, q: &[f64]) -> Option<[usize; 3]> {
+    let sequences = system.kinematics.sequences();
+    sequences.into_iter().find(|three| q[three[1]].cos().abs() < NearPole::NEAR)
+}
+
+fn words(system: &SymbolicSystem, three: [usize; 3], angle: f64) -> [String; 2] {
+    let second = &system.coordinates()[three[1]];
+    let key = if matches!(second.owner, Owner::Joint(..)) { "coordinate" } else { "coordinates" };
+    [
+        format!(
+            "`{}` is {} deg there: at 90 deg the axes of the other two are one, and their rates have no \
+             bound",
+            second.name,
             short(angle.cos().abs().acos().to_degrees())
-        ))
-        .help(format!(
+        ),
+        format!(
             "leave out the names in `{key}`, and drives and loads that use single angles: then it turns \
              without a pole; else turn the frames of the points so that the motion keeps away"
-        ))
+        ),
+    ]
 }
