@@ -387,3 +387,82 @@ fn a_loop_closes_over_ball_joints_in_the_tree_and_cut() {
         }
     }
 }
+
+/// A body on a hinge about z.
+fn hinged(start: &str) -> String {
+    format!(
+        "space = \"spatial\"\n[bodies.crank]\nmass = 1\ninertia = [1, 1, 1]\n\
+         [joints.A]\ntype = \"revolute\"\nbetween = [\"ground\", \"crank\"]\n\
+         [initial]\ncrank = {{ {start} }}\n"
+    )
+}
+
+#[test]
+fn an_orientation_that_a_joint_does_not_allow_is_named_as_one() {
+    let faults = |start: &str| {
+        let rejected = derive(model(&hinged(start))).start().expect_err("it does not close");
+        support::messages(&rejected.0)
+    };
+    let turned = faults("rpy = [\"30 deg\", 0, \"20 deg\"]");
+    assert_eq!(turned, "[S002] the stated orientation of `crank` cannot be reached");
+    let both = faults("rpy = [0, 0, \"20 deg\"], angle = \"30 deg\"");
+    assert!(
+        both.contains("`crank` and `crank.angle`") || both.contains("`crank.angle` and `crank`"),
+        "{both}"
+    );
+    let spin = faults("w = [1, 0, 2]");
+    assert!(spin.contains("`crank.wx`"), "{spin}");
+    let start = derive(model(&hinged("rpy = [0, 0, \"20 deg\"], w = [0, 0, 2]"))).start();
+    let start = start.expect("about z it turns");
+    close("the angle", start.q[0], 20.0_f64.to_radians(), EXACT);
+    close("its rate", start.v[0], 2.0, EXACT);
+}
+
+#[test]
+fn faults_of_an_orientation_say_what_to_write_instead() {
+    use bksim::model::file::{Source, read};
+    let cases = [
+        ("quaternion = [1, 0.1, 0, 0]", "M070", "has the length 1.00499, not 1"),
+        ("quaternion = [1, 0, 0]", "M007", ""),
+        ("axes = { x = [1, 0, 0], z = [1, 0, 1] }", "M070", "45 deg apart, not 90"),
+        ("axes = { x = [1, 0, 0], y = [0, 1, 0], z = [0, 0, -1] }", "M070", "3 axes"),
+        ("rpy = [0, 0, 0], quaternion = [1, 0, 0, 0]", "M055", "both `rpy` and `quaternion`"),
+        ("frame = \"body\"", "M006", "`frame` without `w`"),
+        ("w = [0, 0, 1], frame = \"rod\"", "", "frame"),
+    ];
+    for (start, code, words) in cases {
+        let text = hinged(start);
+        let faults = read(&Source::new(&text, "test")).diagnostics;
+        let told = support::messages(&faults);
+        assert!(faults.iter().any(|fault| fault.is_error() && fault.help.is_some()), "{told}");
+        assert!(code.is_empty() || faults.iter().any(|f| f.code.0 == code), "{start}: {told}");
+        assert!(told.contains(words), "{start}: {told}");
+    }
+}
+
+#[test]
+fn momentum_of_the_whole_is_kept_where_nothing_acts_from_outside() {
+    // Two bodies on a ball joint, with a spring between them, which float.
+    let text = "space = \"spatial\"\n\
+        [bodies.a]\nmass = 1\ninertia = [0.1, 0.2, 0.3]\nfree = true\npoints = { P = [0.5, 0, 0], Q = [0, 0.3, 0] }\n\
+        [bodies.b]\nmass = 2\ninertia = [0.2, 0.1, 0.2]\npoints = { P = [-0.4, 0, 0], Q = [0, 0, 0.3] }\n\
+        [joints.ball]\ntype = \"spherical\"\nbetween = [\"a.P\", \"b.P\"]\n\
+        [loads.s]\ntype = \"spring\"\nbetween = [\"a.Q\", \"b.Q\"]\nstiffness = 50\nlength = 0.3\n\
+        [initial]\na = { x = 0.2, vx = 1, vy = -0.5, w = [1, 2, 3] }\nb = { w = [-2, 1, 0.5], frame = \"body\" }\n\
+        [solve]\nt_end = 5\nevery = 0.5\nrtol = 1e-11\natol = 1e-12\n";
+    let mechanism = derive(model(text));
+    let motion = solve(&mechanism);
+    let names = ["px", "py", "pz", "lx", "ly", "lz"].map(|word| format!("mechanism.{word}"));
+    let all = Measures::new(&mechanism, &names.each_ref().map(String::as_str));
+    let first = all.at(&motion.samples[0]);
+    assert!(first.iter().all(|value| value.abs() > 1e-3), "{first:?}");
+    for sample in &motion.samples {
+        for ((name, found), first) in names.iter().zip(all.at(sample)).zip(&first) {
+            close(name, found, *first, Within { relative: 0.0, absolute: 1e-9 });
+        }
+    }
+    // That of the whole is the sum of its bodies'.
+    let parts = Measures::new(&mechanism, &["a.px", "b.px", "mechanism.px"]);
+    let [a, b, sum] = parts.at(&motion.samples[3])[..] else { panic!("three measures") };
+    close("sum", a + b, sum, EXACT);
+}
