@@ -6,7 +6,7 @@
 //! K_r = Zᵀ (∂r/∂q) Z        stable where all its eigenvalues are positive
 //! ```
 
-use bksim_mbs::kinematics::CoordinateKind;
+use bksim_mbs::kinematics::{Coordinate, CoordinateKind};
 use bksim_model::{Measure, Model};
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
@@ -297,22 +297,31 @@ impl<'a> Balance<'a> {
                 _ => (0..start.len()).map(|i| start[i] + aside(i)).collect(),
             };
             let Some(q) = self.newton(&guess) else { continue };
-            let is_same = |other: &Vec<f64>| {
-                (0..q.len()).all(|i| {
-                    let off = q[i] - other[i];
-                    let off = match kinds[i] {
-                        CoordinateKind::Angle => wrapped(off),
-                        CoordinateKind::Length => off / size,
-                        CoordinateKind::Quaternion => off,
-                    };
-                    off.abs() < 1e-6
-                })
-            };
+            let is_same =
+                |other: &Vec<f64>| self.apart(&q, other).iter().all(|off| off.abs() < 1e-6);
             if !found.iter().any(is_same) {
                 found.push(q);
             }
         }
         found
+    }
+
+    /// By how much the coordinates of two poses differ: angles modulo 2π, lengths in units of the mechanism,
+    /// and of the two quaternions of a rotation that which is nearer.
+    fn apart(&self, a: &[f64], b: &[f64]) -> Vec<f64> {
+        let system = self.loaded.system();
+        let mut signs = vec![1.0; a.len()];
+        for turning in &system.kinematics.turnings {
+            let parts = turning.first..turning.first + 4;
+            let cosine: f64 = parts.clone().map(|i| a[i] * b[i]).sum();
+            signs[parts].fill(if cosine < 0.0 { -1.0 } else { 1.0 });
+        }
+        let off = |(i, c): (usize, &Coordinate)| match c.kind {
+            CoordinateKind::Angle => wrapped(a[i] - b[i]),
+            CoordinateKind::Length => (a[i] - b[i]) / self.loaded.size,
+            CoordinateKind::Quaternion => a[i] - signs[i] * b[i],
+        };
+        system.coordinates().iter().enumerate().map(off).collect()
     }
 
     /// The equilibrium that Newton's iteration leads to from a position.
@@ -379,17 +388,8 @@ impl<'a> Balance<'a> {
     pub(crate) fn nearest(&mut self) -> Result<Equilibrium, AnalysisError> {
         let (poses, _) = self.all()?;
         let start = self.loaded.q.clone();
-        let distance = |q: &[f64]| -> f64 {
-            let kinds = self.loaded.system().coordinates().iter();
-            kinds
-                .zip(q.iter().zip(&start))
-                .map(|(c, (a, b))| match c.kind {
-                    CoordinateKind::Angle => wrapped(a - b).powi(2),
-                    CoordinateKind::Length => ((a - b) / self.loaded.size).powi(2),
-                    CoordinateKind::Quaternion => (a - b).powi(2),
-                })
-                .sum()
-        };
+        let distance =
+            |q: &[f64]| -> f64 { self.apart(q, &start).iter().map(|off| off.powi(2)).sum() };
         let mut order: Vec<Vec<f64>> = poses;
         order.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
         let mut first = None;
