@@ -49,7 +49,7 @@ fn jacobi(u: f64, m: f64) -> [f64; 3] {
     while let Some(&(a, c)) = means.last()
         && c > f64::EPSILON
     {
-        means.push(((a + b) / 2.0, (a - b) / 2.0));
+        means.push((a.midpoint(b), (a - b) / 2.0));
         b = (a * b).sqrt();
     }
     let n = means.len() - 1;
@@ -57,7 +57,7 @@ fn jacobi(u: f64, m: f64) -> [f64; 3] {
     let mut last = phase;
     for &(a, c) in means[1..].iter().rev() {
         last = phase;
-        phase = ((c / a * phase.sin()).asin() + phase) / 2.0;
+        phase = (c / a * phase.sin()).asin().midpoint(phase);
     }
     let cn = phase.cos();
     [phase.sin(), cn, if n == 0 { 1.0 } else { cn / (last - phase).cos() }]
@@ -453,4 +453,22 @@ fn momentum_of_the_whole_is_kept_where_nothing_acts_from_outside() {
     let parts = Measures::new(&mechanism, &["a.px", "b.px", "mechanism.px"]);
     let [a, b, sum] = parts.at(&motion.samples[3])[..] else { panic!("three measures") };
     close("sum", a + b, sum, EXACT);
+}
+
+#[test]
+fn names_of_a_free_bodys_angles_can_be_stated_and_used() {
+    let text = "space = \"spatial\"\n[bodies.rod]\nmass = 1\ninertia = [1, 2, 3]\nfree = true\n\
+        coordinates = [\"x\", \"y\", \"z\", \"a\", \"b\", \"c\"]\n\
+        [loads.brake]\ntype = \"torque\"\non = \"rod\"\nvector = [\"-0.5 N m s*a_dot\", 0, 0]\n\
+        [initial]\nz = 0.7\na = 0.3\nb = { guess = -0.4 }\na_dot = 2\n\
+        [solve]\nt_end = 1\nevery = 0.1\nrtol = 1e-10\n";
+    let mechanism = derive(model(text));
+    let motion = solve(&mechanism);
+    let first = &motion.samples[0];
+    for (idx, expected) in [(2, 0.7), (3, 0.3), (4, -0.4)] {
+        close("a coordinate", first.q[idx], expected, EXACT);
+    }
+    close("a rate", first.v[3], 2.0, EXACT);
+    let last = motion.samples.last().expect("an end");
+    assert!(last.energy.kinetic < 0.9 * first.energy.kinetic, "the brake takes energy");
 }

@@ -3,7 +3,8 @@
 use bksim_expr::Expr;
 
 use crate::inertia::angular_momentum;
-use crate::kinematics::Kinematics;
+use crate::joint;
+use crate::kinematics::{Coordinate, Kinematics, Owner};
 use crate::spatial::{self, z_axis};
 use bksim_model::{Axis, BodyId, Frame, Measure, Model, Vector};
 
@@ -35,6 +36,17 @@ impl Kinematics {
                 self.rate(model, position)
             }
             Measure::BodyRate(body) => self.poses[body.0].omega[2],
+            Measure::CardanAngle(body, idx) => {
+                let is_own = |c: &&Coordinate| c.owner == Owner::Body(body, 3 + idx);
+                match self.coordinates.iter().find(is_own) {
+                    Some(own) => pool.symbol_expr(own.q),
+                    None => joint::cardan_angles(pool, &self.poses[body.0].rotation)[idx],
+                }
+            }
+            Measure::CardanRate(body, idx) => {
+                let angle = self.measure(model, Measure::CardanAngle(body, idx));
+                self.rate(model, angle)
+            }
             Measure::RollPitchYaw(body, axis) => self.roll_pitch_yaw(model, body, axis),
             Measure::Quaternion(body, part) => {
                 let quaternion = self.poses[body.0].rotation.quaternion(pool);

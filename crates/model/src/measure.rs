@@ -41,6 +41,11 @@ pub enum Measure {
     BodyAngle(BodyId),
     /// Its rate.
     BodyRate(BodyId),
+    /// The given of three angles of a body against the ground, about x, y and z in sequence, rad: its own
+    /// coordinates where they have names.
+    CardanAngle(BodyId, usize),
+    /// Its rate.
+    CardanRate(BodyId, usize),
     /// Roll (x), pitch (y) or yaw (z) of a body against the ground, rad: it is turned about the fixed axes x,
     /// y and z by them, in this order.
     RollPitchYaw(BodyId, Axis),
@@ -64,12 +69,14 @@ impl Measure {
             Self::JointPosition(..)
             | Self::PointPosition(..)
             | Self::BodyAngle(_)
+            | Self::CardanAngle(..)
             | Self::RollPitchYaw(..)
             | Self::Quaternion(..)
             | Self::DirectionCosine(..) => false,
             Self::JointVelocity(..)
             | Self::PointVelocity(..)
             | Self::BodyRate(_)
+            | Self::CardanRate(..)
             | Self::AngularVelocity(..)
             | Self::Momentum(..)
             | Self::AngularMomentum(..) => true,

@@ -168,11 +168,7 @@ fn uncut_guess(
         .map(|c| match (measure_of(model.space, c.owner), c.owner) {
             (Some(measure), _) => uncut.measure(model, measure),
             (None, Owner::Quaternion(body, part)) => turned(body).0[part],
-            (None, Owner::Body(body, motion_idx)) => {
-                let rotation = &uncut.poses[body.0].rotation;
-                bksim_mbs::joint::cardan_angles(pool, rotation)[motion_idx - 3]
-            }
-            (None, Owner::Joint(..)) => pool.zero(),
+            (None, Owner::Joint(..) | Owner::Body(..)) => pool.zero(),
         })
         .collect();
     let symbols = uncut.coordinates.iter().map(|c| c.q);
@@ -335,7 +331,7 @@ impl Closing<'_> {
     }
 }
 
-/// The measure that a coordinate is; Cardan angles of a free body and parts of a quaternion are none.
+/// The measure that a coordinate is; parts of a quaternion are none.
 fn measure_of(space: Space, owner: Owner) -> Option<Measure> {
     Some(match (owner, space) {
         (Owner::Joint(joint, motion_idx), _) => Measure::JointPosition(joint, motion_idx),
@@ -343,7 +339,10 @@ fn measure_of(space: Space, owner: Owner) -> Option<Measure> {
         (Owner::Body(body, 1), _) => Measure::PointPosition(body, None, Axis::Y),
         (Owner::Body(body, _), Space::Planar) => Measure::BodyAngle(body),
         (Owner::Body(body, 2), Space::Spatial) => Measure::PointPosition(body, None, Axis::Z),
-        (Owner::Body(..), Space::Spatial) | (Owner::Quaternion(..), _) => return None,
+        (Owner::Body(body, motion_idx), Space::Spatial) => {
+            Measure::CardanAngle(body, motion_idx - 3)
+        }
+        (Owner::Quaternion(..), _) => return None,
     })
 }
 

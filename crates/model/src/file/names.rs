@@ -35,8 +35,12 @@ pub(super) fn quantities(motion: MotionKind) -> [Quantity; 2] {
 /// The quantity of a measure of a body.
 pub(super) fn quantity_of(measure: Measure) -> Quantity {
     match measure {
-        Measure::BodyAngle(_) | Measure::RollPitchYaw(..) => Quantity::ANGLE,
-        Measure::BodyRate(_) | Measure::AngularVelocity(..) => Quantity::RATE,
+        Measure::BodyAngle(_) | Measure::CardanAngle(..) | Measure::RollPitchYaw(..) => {
+            Quantity::ANGLE
+        }
+        Measure::BodyRate(_) | Measure::CardanRate(..) | Measure::AngularVelocity(..) => {
+            Quantity::RATE
+        }
         Measure::Quaternion(..) | Measure::DirectionCosine(..) => Quantity::NUMBER,
         Measure::Momentum(..) => Quantity::MOMENTUM,
         Measure::AngularMomentum(..) => Quantity::ANGULAR_MOMENTUM,

@@ -74,7 +74,7 @@ fn ambiguous(model: &Model, start: &Start, rival: &Rival) -> Diagnostic {
 fn written(value: f64, unit: &str) -> String {
     match unit {
         "rad" => format!("{} rad ({}°)", short(value), short(value.to_degrees())),
-        "" => short(value).to_string(),
+        "" => short(value),
         unit => format!("{} {unit}", short(value)),
     }
 }
