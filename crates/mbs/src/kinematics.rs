@@ -46,15 +46,6 @@ impl CoordinateKind {
             Self::Quaternion => "",
         }
     }
-
-    /// SI unit of the rate.
-    pub fn rate_unit(self) -> &'static str {
-        match self {
-            Self::Angle => "rad/s",
-            Self::Length => "m/s",
-            Self::Quaternion => "1/s",
-        }
-    }
 }
 
 impl From<MotionKind> for CoordinateKind {

@@ -11,10 +11,17 @@ use crate::system::SymbolicSystem;
 pub struct Quantity {
     /// Identifier.
     pub name: String,
-    /// SI unit of the value; rates append `/s`.
+    /// SI unit of the value, empty of a pure number; see [`rate_unit`] for its rates.
     pub unit: &'static str,
     /// Meaning in a few words.
     pub description: String,
+}
+
+/// SI unit of the rate of what has this unit, or with 2 of its second rate.
+pub fn rate_unit(unit: &str, order: usize) -> String {
+    let unit = if unit.is_empty() { "1" } else { unit };
+    let per = if order == 1 { "s".to_owned() } else { format!("s^{order}") };
+    format!("{unit}/{per}")
 }
 
 /// The generalised coordinates.

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use bksim_log::{Field, Topic};
 use bksim_mbs::constraint::{Constraint, Source};
+use bksim_mbs::quantity::rate_unit;
 use bksim_model::ParameterId;
 use bksim_sim::Mechanism;
 use bksim_sim::redundancy::Uniqueness;
@@ -197,10 +198,10 @@ fn topics(mechanism: &Mechanism) -> Vec<(Topic, TopicKind)> {
     let coordinates = &compiled.coordinates;
     let values = coordinates.iter().map(|c| Field::new(&c.name, c.unit, &c.description));
     let rates = coordinates.iter().map(|c| {
-        Field::new(&format!("{}_dot", c.name), &format!("{}/s", c.unit), "rate of the coordinate")
+        Field::new(&format!("{}_dot", c.name), &rate_unit(c.unit, 1), "rate of the coordinate")
     });
     let accelerations = coordinates.iter().map(|c| {
-        let (name, unit) = (format!("{}_ddot", c.name), format!("{}/s^2", c.unit));
+        let (name, unit) = (format!("{}_ddot", c.name), rate_unit(c.unit, 2));
         Field::new(&name, &unit, "second rate of the coordinate")
     });
     let multipliers =

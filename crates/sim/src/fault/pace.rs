@@ -5,6 +5,7 @@ use crate::codes;
 use crate::compiled::CompiledSystem;
 use crate::run::Slowness;
 use bksim_mbs::kinematics::CoordinateKind;
+use bksim_mbs::quantity::rate_unit;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::Model;
 use bksim_model::diagnostic::Diagnostic;
@@ -94,7 +95,7 @@ pub(super) fn with_reasons(
         (v[i] * step_size).abs() / size
     };
     if let Some(&i) = worst.iter().find(|&i| moved(i) > FOLLOWED) {
-        let unit = coordinates[i].kind.rate_unit();
+        let unit = rate_unit(coordinates[i].kind.unit(), 1);
         return fault
             .note(format!("`{}_dot` is {} {unit} there", name(i), short(v[i])))
             .help("look for a speed, force or length in a wrong unit, or end the run much sooner");
