@@ -472,3 +472,14 @@ fn names_of_a_free_bodys_angles_can_be_stated_and_used() {
     let last = motion.samples.last().expect("an end");
     assert!(last.energy.kinetic < 0.9 * first.energy.kinetic, "the brake takes energy");
 }
+
+#[test]
+fn a_body_in_the_plane_is_turned_about_z() {
+    let text = "[bodies.rod]\nmass = 1\ninertia = 0.1\nfree = true\n\
+                [initial]\nrod = { rpy = [0, 0, 0.3], w = [0, 0, 2] }\n";
+    let mechanism = derive(model(text));
+    assert_eq!(mechanism.model.space, bksim::model::Space::Planar);
+    let start = mechanism.start().expect("a start");
+    close("the angle", start.q[2], 0.3, EXACT);
+    close("its rate", start.v[2], 2.0, EXACT);
+}

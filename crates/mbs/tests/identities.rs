@@ -18,6 +18,10 @@ const SPATIAL_LOOP: &str = include_str!("../../../tests/fixtures/spatial-loop.to
 /// A pendulum of three bars about unlike axes, with springs in its joints.
 const SPATIAL_CHAIN: &str = include_str!("../../../tests/fixtures/spatial-chain.toml");
 
+/// A free body with two others on ball joints, and a loop over two of these: quaternions.
+const TUMBLING_ARM: &str = include_str!("../../../tests/fixtures/tumbling-arm.toml");
+const SPATIAL_FOUR_BAR: &str = include_str!("../../../tests/fixtures/spatial-four-bar.toml");
+
 /// States that are looked at for each mechanism.
 const N_STATES: usize = 4;
 /// Step of the central differences.
@@ -209,6 +213,8 @@ fn mechanisms() -> Vec<Mechanism> {
             mechanism("spatial loop", SPATIAL_LOOP, absolute),
             mechanism("spatial chain", SPATIAL_CHAIN, relative),
             mechanism("spatial chain", SPATIAL_CHAIN, absolute),
+            mechanism("tumbling arm", TUMBLING_ARM, relative),
+            mechanism("spatial four-bar", SPATIAL_FOUR_BAR, relative),
         ]
     };
     [Derivation::Lagrange, Derivation::Recursion].into_iter().flat_map(mechanisms).collect()

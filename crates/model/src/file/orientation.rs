@@ -102,7 +102,10 @@ impl Reader<'_> {
             Some(node) => self.choice(node, &fields.what("frame"), &frames),
             None => Some(Frame::World),
         };
+        // A spin about z stays in the plane.
+        let spatial = self.spatial.clone();
         let vector = self.vector(node, Quantity::RATE, &fields.what("w"), Scope::Constant);
+        self.spatial = spatial;
         let (Some(frame), Some(vector)) = (frame, vector) else { return };
         let [x, y, _] = vector.components;
         if self.spatial.is_none() && !(self.pool.is_zero(x) && self.pool.is_zero(y)) {
