@@ -25,8 +25,9 @@ impl Measures {
         };
         let outputs: Vec<Expr> = names.iter().map(measure).collect();
         let coordinates = system.coordinates().iter();
-        let inputs: Vec<SymbolId> =
-            coordinates.clone().map(|c| c.q).chain(coordinates.map(|c| c.v)).collect();
+        let [q, v, a] = [coordinates.clone(), coordinates.clone(), coordinates];
+        let rates = v.map(|c| c.v).chain(a.map(|c| c.a));
+        let inputs: Vec<SymbolId> = q.map(|c| c.q).chain(rates).collect();
         let symbols: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
         let tape = Tape::compile(&model.pool, &outputs, &inputs, &symbols).expect("measures");
         Self { tape, parameters: mechanism.parameters.clone() }
@@ -34,7 +35,7 @@ impl Measures {
 
     fn at(&self, sample: &Sample) -> Vec<f64> {
         let mut out = vec![0.0; self.tape.n_outputs()];
-        let inputs = [&sample.q[..], &sample.v].concat();
+        let inputs = [&sample.q[..], &sample.v, &sample.a].concat();
         self.tape.evaluate(&mut self.tape.workspace(&self.parameters), &inputs, &mut out);
         out
     }
@@ -482,4 +483,34 @@ fn a_body_in_the_plane_is_turned_about_z() {
     let start = mechanism.start().expect("a start");
     close("the angle", start.q[2], 0.3, EXACT);
     close("its rate", start.v[2], 2.0, EXACT);
+}
+
+#[test]
+fn accelerations_are_measures_of_results_and_not_of_loads() {
+    let mechanism = derive(model(&pendulum("rpy = [0.2, 0.3, 0]", "")));
+    let motion = solve(&mechanism);
+    let names = ["bob.ax", "bob.ay", "bob.az", "bob.alx_body", "bob.wy_body", "bob.wz_body"];
+    let measures = Measures::new(&mechanism, &names);
+    for sample in motion.samples.iter().step_by(50) {
+        let [ax, ay, az, alpha, q, r] = measures.at(sample)[..] else { panic!("six measures") };
+        // m a = F + m g, and Euler's equation about the first axis through the centre of mass.
+        let [fx, fy, fz, ..] = sample.reactions[0];
+        for (a, f) in [(ax, fx), (ay, fy), (az, fz - 9.81)] {
+            close("m a", a, f, Within { relative: 1e-9, absolute: 1e-9 });
+        }
+        let axes = Measures::new(&mechanism, &["bob.cxy", "bob.cyy", "bob.czy"]);
+        let images = axes.at(sample);
+        // The joint is 0.5 above the centre of mass along the third axis: moment of F about the first.
+        let along_second = fx * images[0] + fy * images[1] + fz * images[2];
+        let moment = 0.02 * alpha + (0.04 - 0.03) * q * r;
+        close(
+            "Euler's equation",
+            moment,
+            -0.5 * along_second,
+            Within { relative: 1e-8, absolute: 1e-8 },
+        );
+    }
+    let text = pendulum("rpy = [0, 0, 0]", "").replace("acceleration = [0, 0, -9.81]", "acceleration = [0, 0, -9.81]\n[loads.t]\ntype = \"torque\"\non = \"bob\"\nvector = [\"1 N m s^2*bob.alx\", 0, 0]");
+    let reading = bksim::model::file::read(&bksim::model::file::Source::new(&text, "test"));
+    assert!(support::messages(&reading.diagnostics).contains("undefined `bob.alx`"));
 }

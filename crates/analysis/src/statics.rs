@@ -408,7 +408,8 @@ impl<'a> Balance<'a> {
 pub(crate) fn named_quantity(loaded: &Loaded, name: &str) -> Result<PoseQuantity, AnalysisError> {
     let model = loaded.model();
     let unknown = || AnalysisError::UnknownMeasure { name: name.to_owned() };
-    let measure = Measure::named(model, name).ok_or_else(unknown)?;
+    let measure = Measure::named(model, name).filter(|measure| !measure.is_acceleration());
+    let measure = measure.ok_or_else(unknown)?;
     let value = loaded.system().kinematics.measure(model, measure);
     let names = [name.to_owned(), format!("{name}'"), format!("{name}''")];
     Ok(PoseQuantity { names, unit: measure.unit(model), value })

@@ -1,4 +1,4 @@
-//! Measures as expressions of coordinates and velocities.
+//! Measures as expressions of coordinates, velocities and, for accelerations, of these.
 
 use bksim_expr::Expr;
 
@@ -9,7 +9,7 @@ use crate::spatial::{self, z_axis};
 use bksim_model::{Axis, BodyId, Frame, Measure, Model, Vector};
 
 impl Kinematics {
-    /// A measure as an expression of coordinates and velocities.
+    /// A measure as an expression of coordinates and velocities; of accelerations too, if it is one.
     pub fn measure(&self, model: &Model, measure: Measure) -> Expr {
         let pool = &model.pool;
         match measure {
@@ -64,6 +64,19 @@ impl Kinematics {
                     Frame::Body => pose.rotation.apply_inverse(pool, &pose.omega),
                 };
                 omega[axis_idx(axis)]
+            }
+            Measure::AngularAcceleration(body, frame, axis) => {
+                let pose = &self.poses[body.0];
+                let alpha = pose.omega.map(|part| self.second_rate(model, part));
+                let alpha = match frame {
+                    Frame::World => alpha,
+                    Frame::Body => pose.rotation.apply_inverse(pool, &alpha),
+                };
+                alpha[axis_idx(axis)]
+            }
+            Measure::PointAcceleration(body, point, axis) => {
+                let velocity = self.measure(model, Measure::PointVelocity(body, point, axis));
+                self.second_rate(model, velocity)
             }
             Measure::Momentum(body, axis) => {
                 let all = bodies(model, body).map(|body| self.momentum(model, body));

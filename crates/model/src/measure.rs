@@ -55,6 +55,10 @@ pub enum Measure {
     DirectionCosine(BodyId, Axis, Axis),
     /// Angular velocity of a body, rad/s.
     AngularVelocity(BodyId, Frame, Axis),
+    /// Angular acceleration of a body, rad/s².
+    AngularAcceleration(BodyId, Frame, Axis),
+    /// Second rate of a world coordinate of a body's point, m/s²; `None` is the centre of mass.
+    PointAcceleration(BodyId, Option<PointId>, Axis),
     /// Momentum of a body, or of all, kg m/s, axes of the ground.
     Momentum(Option<BodyId>, Axis),
     /// Angular momentum of a body about its centre of mass, or of all about the origin, kg m²/s, axes of the
@@ -63,6 +67,11 @@ pub enum Measure {
 }
 
 impl Measure {
+    /// Whether it depends on accelerations, so that no load can use it.
+    pub fn is_acceleration(self) -> bool {
+        matches!(self, Self::AngularAcceleration(..) | Self::PointAcceleration(..))
+    }
+
     /// Whether it depends on velocities.
     pub fn is_velocity(self) -> bool {
         match self {
@@ -78,6 +87,8 @@ impl Measure {
             | Self::BodyRate(_)
             | Self::CardanRate(..)
             | Self::AngularVelocity(..)
+            | Self::AngularAcceleration(..)
+            | Self::PointAcceleration(..)
             | Self::Momentum(..)
             | Self::AngularMomentum(..) => true,
         }

@@ -58,12 +58,29 @@ pub(crate) const N_POINT_WORDS: usize = 6;
 /// Number of rows of [`BODY_WORDS`] that a start is stated by.
 pub(crate) const N_START_WORDS: usize = 17;
 
+/// Accelerations of a body, which results have but no load; a point has the first three.
+#[rustfmt::skip]
+const ACCELERATION_WORDS: [BodyWord; 9] = {
+    use Axis::{X, Y, Z};
+    [
+        ("ax", |b, p| Measure::PointAcceleration(b, p, X)),
+        ("ay", |b, p| Measure::PointAcceleration(b, p, Y)),
+        ("az", |b, p| Measure::PointAcceleration(b, p, Z)),
+        ("alx", |b, _| Measure::AngularAcceleration(b, Frame::World, X)),
+        ("aly", |b, _| Measure::AngularAcceleration(b, Frame::World, Y)),
+        ("alz", |b, _| Measure::AngularAcceleration(b, Frame::World, Z)),
+        ("alx_body", |b, _| Measure::AngularAcceleration(b, Frame::Body, X)),
+        ("aly_body", |b, _| Measure::AngularAcceleration(b, Frame::Body, Y)),
+        ("alz_body", |b, _| Measure::AngularAcceleration(b, Frame::Body, Z)),
+    ]
+};
+
 /// The owner of the measures of all bodies together, where no body or joint has this name.
 const ALL: &str = "mechanism";
 
 impl Measure {
-    /// The measure of `A.angle`, `rod.vx` or `rod.B.y`, as in the expressions of a model file; `None`
-    /// when the model has nothing of this name.
+    /// The measure of `A.angle`, `rod.vx` or `rod.B.y`, as in the expressions of a model file, or of an
+    /// acceleration such as `rod.ax`; `None` when the model has nothing of this name.
     pub fn named(model: &Model, name: &str) -> Option<Self> {
         let parts: Vec<&str> = name.split('.').collect();
         let (&word, owner) = parts.split_last()?;
@@ -101,6 +118,8 @@ impl Measure {
             Self::BodyAngle(_) | Self::CardanAngle(..) | Self::RollPitchYaw(..) => "rad",
             Self::BodyRate(_) | Self::CardanRate(..) | Self::AngularVelocity(..) => "rad/s",
             Self::Quaternion(..) | Self::DirectionCosine(..) => "",
+            Self::AngularAcceleration(..) => "rad/s^2",
+            Self::PointAcceleration(..) => "m/s^2",
             Self::Momentum(..) => "kg m/s",
             Self::AngularMomentum(..) => "kg m^2/s",
         }
@@ -126,7 +145,10 @@ fn of_body(model: &Model, owner: &str, point: Option<&str>, word: &str) -> Optio
         Some(name) => Some(PointId(points.iter().position(|point| point.name == name)?)),
         None => None,
     };
-    let rows = if point.is_some() { N_POINT_WORDS } else { BODY_WORDS.len() };
-    let (_, measure) = BODY_WORDS[..rows].iter().find(|(known, _)| *known == word)?;
+    let [rows, accelerations] = match point {
+        Some(_) => [&BODY_WORDS[..N_POINT_WORDS], &ACCELERATION_WORDS[..3]],
+        None => [&BODY_WORDS[..], &ACCELERATION_WORDS[..]],
+    };
+    let (_, measure) = rows.iter().chain(accelerations).find(|(known, _)| *known == word)?;
     Some(measure(BodyId(body), point))
 }

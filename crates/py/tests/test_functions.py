@@ -88,6 +88,11 @@ def test_a_body_that_turns_by_a_quaternion(tmp_path: Path) -> None:
     mass = f.mass_matrix(sol.q.T, sol.t)
     energy = 0.5 * np.einsum("ki,kij,kj->k", sol.v.T, mass, sol.v.T)
     assert np.allclose(energy, sol.energy["kinetic"], rtol=1e-12)
+    # Euler's equation about the first axis, and the momentum, which stays.
+    moment = 0.2 * sol["rod.alx_body"] + (0.4 - 0.3) * sol["rod.wy_body"] * sol["rod.wz_body"]
+    assert np.abs(moment).max() < 1e-9
+    assert np.allclose(sol["rod.lz"], sol["rod.lz"][0], rtol=1e-5)
+    assert sol.unit("rod.alx") == "rad/s^2" and sol.unit("rod.pitch") == "rad"
     assert np.array_equal(mass, np.swapaxes(mass, 1, 2))
     assert np.linalg.eigvalsh(mass).min() > 0.1
     assert np.allclose(np.linalg.norm(sol.q[3:], axis=0), 1.0, atol=1e-9)

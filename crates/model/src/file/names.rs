@@ -42,6 +42,8 @@ pub(super) fn quantity_of(measure: Measure) -> Quantity {
             Quantity::RATE
         }
         Measure::Quaternion(..) | Measure::DirectionCosine(..) => Quantity::NUMBER,
+        Measure::PointAcceleration(..) => Quantity::ACCELERATION,
+        Measure::AngularAcceleration(..) => Quantity::ANGULAR_ACCELERATION,
         Measure::Momentum(..) => Quantity::MOMENTUM,
         Measure::AngularMomentum(..) => Quantity::ANGULAR_MOMENTUM,
         Measure::JointPosition(..) | Measure::PointPosition(..) => Quantity::LENGTH,
