@@ -234,9 +234,8 @@ class Samples:
             state = [k for k, known in enumerate(names) if known.startswith("state.")]
             second = [k for k, known in enumerate(names) if known.startswith("acceleration.")]
             nq = len(state) // 2
-            q, v = self._table[state[0] : state[0] + nq], self._table[state[0] + nq : state[-1] + 1]
-            a = self._table[second[0] : second[-1] + 1]
-            self._measured[name] = self._engine.measured([name], q, v, a)[0]
+            motion = (self._table[rows] for rows in (state[:nq], state[nq:], second))
+            self._measured[name] = self._engine.measured([name], *motion)[0]
         return self._at(self._measured[name])
 
     def unit(self, name: str) -> str:
