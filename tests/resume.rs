@@ -100,6 +100,25 @@ fn stops_and_kinks_are_passed_as_if_undisturbed() {
 }
 
 #[test]
+fn quaternions_go_on_as_if_undisturbed() {
+    for method in [Method::Auto, Method::Radau] {
+        let mut model = model(include_str!("fixtures/spatial-four-bar.toml"));
+        model.solve.method = method;
+        check(&format!("{method:?}"), &derive(model));
+    }
+}
+
+#[test]
+fn angles_near_their_pole_go_on_as_if_undisturbed() {
+    let text = "space = \"spatial\"\n[bodies.bob]\nmass = 1\ncom = [0, 0, -0.5]\n\
+                inertia = [0.02, 0.02, 0.01]\n[joints.ball]\ntype = \"spherical\"\n\
+                between = [\"ground\", \"bob\"]\ncoordinate = [\"a\", \"b\", \"c\"]\n\
+                [initial]\nbob = { w = [0.01, 1, 0] }\n[solve]\nt_end = 3\nevery = 0.01\n";
+    let summary = check("near a pole", &derive(model(text)));
+    assert!(summary.pole.is_some());
+}
+
+#[test]
 fn singular_poses_are_passed_as_if_undisturbed() {
     for method in [Method::Auto, Method::Radau] {
         let mut model = model(&windows(2, Coordinates::Relative));

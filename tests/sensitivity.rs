@@ -146,6 +146,34 @@ fn the_slider_crank_agrees_with_differences_of_tight_runs() {
     }
 }
 
+/// A pendulum on a ball joint, which turns by a quaternion.
+const BALL: &str = "space = \"spatial\"\n[parameters]\nm = \"1 kg\"\nlean = \"0.3 rad\"\n\
+    [bodies.bob]\nmass = \"m\"\ninertia = [0.02, 0.03, 0.04]\ncom = [0, 0, -0.5]\n\
+    [joints.ball]\ntype = \"spherical\"\nbetween = [\"ground\", \"bob\"]\n\
+    [loads.g]\ntype = \"gravity\"\nacceleration = [0, 0, -9.81]\n\
+    [initial]\nbob = { rpy = [\"lean\", 0.1, 0], wx_body = 0.4, wy_body = 5, wz_body = 0.2 }\n";
+
+#[test]
+fn a_quaternion_has_the_sensitivities_of_differences() {
+    let mass =
+        Line { written: "m = \"1 kg\"", at: |m| format!("m = \"{m:?} kg\""), value: 1.0, h: 1e-4 };
+    let lean = Line {
+        written: "lean = \"0.3 rad\"",
+        at: |lean| format!("lean = \"{lean:?} rad\""),
+        value: 0.3,
+        h: 1e-5,
+    };
+    let spin = Line {
+        written: "wy_body = 5",
+        at: |spin| format!("wy_body = {spin:?}"),
+        value: 5.0,
+        h: 1e-4,
+    };
+    for (name, line) in [("m", &mass), ("lean", &lean), ("bob.wy_body", &spin)] {
+        agree(BALL, name, line, TIGHT, 1e-6);
+    }
+}
+
 #[test]
 fn every_formulation_gives_the_same_sensitivities() {
     let text = example_text("slider-crank");

@@ -6,9 +6,9 @@
 use std::path::{Path, PathBuf};
 
 use bksim::expr::{Expr, Pool, SymbolId, Tape};
-use bksim::model::Model;
 use bksim::model::diagnostic::Diagnostic;
 use bksim::model::file::{Source, read};
+use bksim::model::{Measure, Model};
 use bksim::sim::run::Sample;
 use bksim::{Mechanism, Motion};
 
@@ -125,6 +125,39 @@ impl Probe {
         let mut out = vec![0.0; 3 * self.n_measures];
         self.tape.evaluate(&mut self.tape.workspace(&self.parameters), &inputs, &mut out);
         std::array::from_fn(|k| out[k * self.n_measures..(k + 1) * self.n_measures].to_vec())
+    }
+}
+
+/// Measures by their names in a model file, on samples.
+pub(crate) struct Measures {
+    tape: Tape,
+    parameters: Vec<f64>,
+}
+
+impl Measures {
+    /// Compiles the measures of these names.
+    pub(crate) fn new(mechanism: &Mechanism, names: &[&str]) -> Self {
+        let Mechanism { model, system, .. } = mechanism;
+        let measure = |name: &&str| {
+            let found = Measure::named(model, name).unwrap_or_else(|| panic!("no `{name}`"));
+            system.kinematics.measure(model, found)
+        };
+        let outputs: Vec<Expr> = names.iter().map(measure).collect();
+        let coordinates = system.coordinates().iter();
+        let [q, v, a] = [coordinates.clone(), coordinates.clone(), coordinates];
+        let rates = v.map(|c| c.v).chain(a.map(|c| c.a));
+        let inputs: Vec<SymbolId> = q.map(|c| c.q).chain(rates).collect();
+        let symbols: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
+        let tape = Tape::compile(&model.pool, &outputs, &inputs, &symbols).expect("measures");
+        Self { tape, parameters: mechanism.parameters.clone() }
+    }
+
+    /// Their values on a sample.
+    pub(crate) fn at(&self, sample: &Sample) -> Vec<f64> {
+        let mut out = vec![0.0; self.tape.n_outputs()];
+        let inputs = [&sample.q[..], &sample.v, &sample.a].concat();
+        self.tape.evaluate(&mut self.tape.workspace(&self.parameters), &inputs, &mut out);
+        out
     }
 }
 

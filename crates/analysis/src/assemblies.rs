@@ -84,13 +84,7 @@ fn held(
     positions: &Positions,
 ) -> Result<(Vec<Measure>, Vec<(String, f64, &'static str)>), AnalysisError> {
     let model = positions.model();
-    let is_position = |measure: Measure| {
-        matches!(
-            measure,
-            Measure::JointPosition(..) | Measure::PointPosition(..) | Measure::BodyAngle(_)
-        )
-    };
-    let stated = model.initial.iter().filter(|i| !i.is_guess && is_position(i.measure));
+    let stated = model.initial.iter().filter(|i| !i.is_guess && !i.measure.is_velocity());
     let mut candidates: Vec<(String, Measure)> =
         stated.map(|initial| (initial.name.clone(), initial.measure)).collect();
     let is_on_ground = |joint: &&(usize, &bksim_model::Joint)| {

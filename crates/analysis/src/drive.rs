@@ -121,10 +121,8 @@ impl Drive {
 pub fn position(model: &Model, name: &str) -> Result<Measure, AnalysisError> {
     let unknown = || AnalysisError::UnknownMeasure { name: name.to_owned() };
     let measure = Measure::named(model, name).ok_or_else(unknown)?;
-    match measure {
-        Measure::JointPosition(..) | Measure::PointPosition(..) | Measure::BodyAngle(_) => {
-            Ok(measure)
-        }
-        _ => Err(AnalysisError::NotAPosition { name: name.to_owned() }),
+    if measure.is_velocity() {
+        return Err(AnalysisError::NotAPosition { name: name.to_owned() });
     }
+    Ok(measure)
 }

@@ -8,9 +8,9 @@
 //! ```
 
 use bksim_expr::{Expr, Quantity, Signature, SymbolId, Tape};
-use bksim_mbs::kinematics::Coordinate;
+use bksim_mbs::kinematics::{Coordinate, CoordinateKind};
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::{Model, MotionKind};
+use bksim_model::Model;
 use bksim_sim::Mechanism;
 use bksim_sim::compiled::{solved_accelerations, terms};
 
@@ -76,8 +76,7 @@ impl<'a> Interface<'a> {
         let system = mechanism.system.integrated();
         // Coordinates and their rates.
         let named = |c: &Coordinate, suffix: &str, per: &str| {
-            let unit = if c.kind == MotionKind::Rotation { "rad" } else { "m" };
-            Quantity::new(&format!("{}{suffix}", c.name), &format!("{unit}{per}"))
+            Quantity::new(&format!("{}{suffix}", c.name), &unit_of(c, per))
         };
         let coordinates = system.coordinates();
         let q = coordinates.iter().map(|c| (c.q, named(c, "", ""))).collect();
@@ -167,7 +166,7 @@ impl<'a> Interface<'a> {
             jacobian[row * nq + column] = entry;
         }
         let coordinates = system.coordinates();
-        let turns = |i: usize| coordinates[i].kind == MotionKind::Rotation;
+        let turns = |i: usize| coordinates[i].kind != CoordinateKind::Length;
         let inertia = |i: usize, j: usize| {
             ["kg", "kg*m", "kg*m^2"][usize::from(turns(i)) + usize::from(turns(j))]
         };
@@ -201,10 +200,8 @@ impl<'a> Interface<'a> {
     /// Names of v̇ and λ.
     fn unknowns(&self) -> Vec<Quantity> {
         let coordinates = self.system.coordinates().iter();
-        let accelerations = coordinates.map(|c| {
-            let unit = if c.kind == MotionKind::Rotation { "rad/s^2" } else { "m/s^2" };
-            Quantity::new(&format!("{}_ddot", c.name), unit)
-        });
+        let accelerations =
+            coordinates.map(|c| Quantity::new(&format!("{}_ddot", c.name), &unit_of(c, "/s^2")));
         let multipliers = self.mechanism.compiled.multipliers.iter();
         let multipliers = multipliers.map(|known| Quantity::new(&known.name, known.unit));
         accelerations.chain(multipliers).collect()
@@ -228,5 +225,14 @@ impl<'a> Interface<'a> {
         }
         let summary = "positions and rates of joints, bodies and points";
         self.function(("kinematics", summary), &[&self.q, &self.v], outputs)
+    }
+}
+
+/// The unit of a coordinate, or of a rate of it; one of a quaternion is a pure number.
+fn unit_of(coordinate: &Coordinate, per: &str) -> String {
+    match (coordinate.kind.unit(), per) {
+        ("", "") => String::new(),
+        ("", per) => format!("1{per}"),
+        (unit, per) => format!("{unit}{per}"),
     }
 }

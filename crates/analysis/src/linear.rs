@@ -9,6 +9,7 @@
 //! Source: the linearisation of multibody systems in the null space of their constraints, e.g. J. García
 //! de Jalón and E. Bayo, *Kinematic and Dynamic Simulation of Multibody Systems* (1994), chapter 8.
 
+use bksim_mbs::quantity::rate_unit;
 use bksim_model::{Measure, Model, ParameterId};
 use nalgebra::{DMatrix, DVector};
 
@@ -156,7 +157,7 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
     let rates = reduced.names.iter().zip(&reduced.units);
     let states = (reduced.names.iter().zip(&reduced.units))
         .map(|(name, unit)| Column::new(name.clone(), *unit))
-        .chain(rates.map(|(name, unit)| Column::new(rate_name(name), format!("{unit}/s"))));
+        .chain(rates.map(|(name, unit)| Column::new(rate_name(name), rate_unit(unit, 1))));
     Ok(Linear {
         states: states.collect(),
         inputs: channels.inputs.clone(),

@@ -2,6 +2,7 @@
 //! for its value, rate and acceleration.
 
 use bksim_expr::Expr;
+use bksim_mbs::quantity::rate_unit;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{Axis, BodyId, JointId, Measure, Model, MotionKind, PointId, Space};
 
@@ -24,7 +25,7 @@ impl PoseQuantity {
 
     /// Units of value, rate and acceleration.
     pub fn units(&self) -> [String; 3] {
-        ["", "/s", "/s^2"].map(|rest| format!("{}{rest}", self.unit))
+        [self.unit.to_owned(), rate_unit(self.unit, 1), rate_unit(self.unit, 2)]
     }
 }
 
@@ -58,7 +59,7 @@ pub(crate) fn pose_quantities(model: &Model, system: &SymbolicSystem) -> Vec<Pos
     for coordinate in system.coordinates() {
         let name = &coordinate.name;
         let names = [name.clone(), format!("{name}_dot"), format!("{name}_ddot")];
-        let unit = if coordinate.kind == MotionKind::Rotation { "rad" } else { "m" };
+        let unit = coordinate.kind.unit();
         let value = model.pool.symbol_expr(coordinate.q);
         all.push(PoseQuantity { names, unit, value });
     }

@@ -5,7 +5,7 @@
 //! M_r = Zᵀ M Z,   C_r = Zᵀ C Z,   K_r = Zᵀ K Z
 //! ```
 
-use bksim_mbs::kinematics::Owner;
+use bksim_mbs::kinematics::{CoordinateKind, Owner};
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::AnalysisError;
@@ -50,8 +50,8 @@ impl Reduced {
         // In units of the mechanism, so that metres and radians weigh alike.
         let coordinates = loaded.system().coordinates();
         let unit = |i: usize| match coordinates[i].kind {
-            bksim_model::MotionKind::Rotation => 1.0,
-            bksim_model::MotionKind::Translation => loaded.size,
+            CoordinateKind::Angle | CoordinateKind::Quaternion => 1.0,
+            CoordinateKind::Length => loaded.size,
         };
         let n = coordinates.len();
         let scaled = DMatrix::from_fn(jacobian.nrows(), n, |row, i| jacobian[(row, i)] * unit(i));
@@ -62,12 +62,7 @@ impl Reduced {
         let n_free = free.ncols();
         let chosen: Vec<(String, &'static str, DVector<f64>)> = if named.is_empty() {
             let own = |i: usize| {
-                let unit =
-                    if unit(i) == 1.0 && coordinates[i].kind == bksim_model::MotionKind::Rotation {
-                        "rad"
-                    } else {
-                        "m"
-                    };
+                let unit = coordinates[i].kind.unit();
                 let slope = DVector::from_fn(n, |k, _| f64::from(u8::from(k == i)));
                 (coordinates[i].name.clone(), unit, slope)
             };
@@ -110,12 +105,13 @@ impl Reduced {
 fn order(loaded: &Loaded) -> Vec<usize> {
     let model = loaded.model();
     let coordinates = loaded.system().coordinates();
+    let joins_ground = |joint: bksim_model::JointId| {
+        let joint = &model.joints[joint.0];
+        joint.predecessor.body == bksim_model::GROUND || joint.successor.body == bksim_model::GROUND
+    };
     let is_on_ground = |i: &usize| match coordinates[*i].owner {
-        Owner::Joint(joint, _) => {
-            let joint = &model.joints[joint.0];
-            joint.predecessor.body == bksim_model::GROUND
-                || joint.successor.body == bksim_model::GROUND
-        }
+        Owner::Joint(joint, _) => joins_ground(joint),
+        Owner::Quaternion(body, _) => loaded.system().tree.joint_of(body).is_some_and(joins_ground),
         Owner::Body(..) => false,
     };
     let all = 0..coordinates.len();

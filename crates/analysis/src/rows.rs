@@ -10,6 +10,7 @@
 
 use bksim_expr::{Expr, SymbolId, Tape, TapeError, Workspace};
 use bksim_mbs::constraint::Source;
+use bksim_mbs::kinematics::{Coordinate, CoordinateKind};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{Measure, Model, MotionKind};
 use nalgebra::{DMatrix, DVector};
@@ -78,6 +79,10 @@ impl Rows {
             }
             _ => c.direction == "angle",
         };
+        // Of unit size: angles, and the length of a quaternion.
+        let is_number = |c: &&bksim_mbs::constraint::Constraint| {
+            is_angle_row(c) || matches!(c.source, Source::Quaternion(_))
+        };
         let planar_turn = |c: &&bksim_mbs::constraint::Constraint| {
             is_angle_row(c)
                 && (model.space == bksim_model::Space::Planar
@@ -88,7 +93,7 @@ impl Rows {
         let is_angle: Vec<bool> =
             kept.iter().map(planar_turn).chain(prescribed.iter().map(turns)).collect();
         let is_unit: Vec<bool> =
-            kept.iter().map(is_angle_row).chain(prescribed.iter().map(turns)).collect();
+            kept.iter().map(is_number).chain(prescribed.iter().map(turns)).collect();
 
         // Values, slopes that there are, and the rate at rest.
         let q: Vec<SymbolId> = coordinates.iter().map(|c| c.q).collect();
@@ -119,9 +124,8 @@ impl Rows {
         let at_position = [&[model.time][..], &q].concat();
         let levels = Tape::compile(pool, &outputs, &at_position, &symbols)?;
         let gamma = Tape::compile(pool, &gammas, &[at_position, v].concat(), &symbols)?;
-        let is_turn: Vec<bool> =
-            coordinates.iter().map(|c| c.kind == MotionKind::Rotation).collect();
-        let unit = |is_turn: &bool| if *is_turn { 1.0 } else { size };
+        let unit = |&is_number: &bool| if is_number { 1.0 } else { size };
+        let is_length = |c: &Coordinate| c.kind == CoordinateKind::Length;
         Ok(Self {
             levels_space: levels.workspace(parameters),
             gamma_space: gamma.workspace(parameters),
@@ -131,8 +135,8 @@ impl Rows {
             slopes,
             n_all: expressions.len(),
             n_prescribed: prescribed.len(),
-            unit_of_column: is_turn.iter().map(unit).collect(),
-            is_turn,
+            unit_of_column: coordinates.iter().map(|c| unit(&!is_length(c))).collect(),
+            is_turn: coordinates.iter().map(|c| c.kind == CoordinateKind::Angle).collect(),
             unit_of_row: is_unit.iter().map(unit).collect(),
             is_angle,
         })

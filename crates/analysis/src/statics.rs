@@ -6,6 +6,7 @@
 //! K_r = Zᵀ (∂r/∂q) Z        stable where all its eigenvalues are positive
 //! ```
 
+use bksim_mbs::kinematics::{Coordinate, CoordinateKind};
 use bksim_model::{Measure, Model};
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
@@ -278,31 +279,49 @@ impl<'a> Balance<'a> {
         let mut random = Pcg64::seed_from_u64(1);
         let start = self.loaded.q.clone();
         let coordinates = self.loaded.system().coordinates();
-        let kinds: Vec<bool> =
-            coordinates.iter().map(|c| c.kind == bksim_model::MotionKind::Rotation).collect();
+        let kinds: Vec<CoordinateKind> = coordinates.iter().map(|c| c.kind).collect();
         let size = self.loaded.size;
         let mut found: Vec<Vec<f64>> = Vec::new();
         for k in 0..N_POSES {
             let mut aside = |i: usize| {
                 let share: f64 = random.random_range(-1.0..1.0);
-                share * if kinds[i] { std::f64::consts::PI } else { 2.0 * size }
+                share
+                    * match kinds[i] {
+                        CoordinateKind::Angle => std::f64::consts::PI,
+                        CoordinateKind::Length => 2.0 * size,
+                        CoordinateKind::Quaternion => 1.0,
+                    }
             };
             let guess: Vec<f64> = match k {
                 0 => start.clone(),
                 _ => (0..start.len()).map(|i| start[i] + aside(i)).collect(),
             };
             let Some(q) = self.newton(&guess) else { continue };
-            let is_same = |other: &Vec<f64>| {
-                (0..q.len()).all(|i| {
-                    let off = q[i] - other[i];
-                    (if kinds[i] { wrapped(off) } else { off / size }).abs() < 1e-6
-                })
-            };
+            let is_same =
+                |other: &Vec<f64>| self.apart(&q, other).iter().all(|off| off.abs() < 1e-6);
             if !found.iter().any(is_same) {
                 found.push(q);
             }
         }
         found
+    }
+
+    /// By how much the coordinates of two poses differ: angles modulo 2π, lengths in units of the mechanism,
+    /// and of the two quaternions of a rotation that which is nearer.
+    fn apart(&self, a: &[f64], b: &[f64]) -> Vec<f64> {
+        let system = self.loaded.system();
+        let mut signs = vec![1.0; a.len()];
+        for turning in &system.kinematics.turnings {
+            let parts = turning.first..turning.first + 4;
+            let cosine: f64 = parts.clone().map(|i| a[i] * b[i]).sum();
+            signs[parts].fill(if cosine < 0.0 { -1.0 } else { 1.0 });
+        }
+        let off = |(i, c): (usize, &Coordinate)| match c.kind {
+            CoordinateKind::Angle => wrapped(a[i] - b[i]),
+            CoordinateKind::Length => (a[i] - b[i]) / self.loaded.size,
+            CoordinateKind::Quaternion => a[i] - signs[i] * b[i],
+        };
+        system.coordinates().iter().enumerate().map(off).collect()
     }
 
     /// The equilibrium that Newton's iteration leads to from a position.
@@ -312,12 +331,9 @@ impl<'a> Balance<'a> {
         let n = self.forces.n();
         let nc = self.forces.nc();
         let mut q = guess.to_vec();
-        let units: Vec<f64> =
-            (self.loaded.system().coordinates().iter())
-                .map(|c| {
-                    if c.kind == bksim_model::MotionKind::Rotation { 1.0 } else { self.loaded.size }
-                })
-                .collect();
+        let units: Vec<f64> = (self.loaded.system().coordinates().iter())
+            .map(|c| if c.kind == CoordinateKind::Length { self.loaded.size } else { 1.0 })
+            .collect();
         let mut lambda = self.forces.balancing(self.loaded.t, &q, &[])?;
         for _ in 0..MOST {
             let at = self.at(&q, &lambda);
@@ -372,16 +388,8 @@ impl<'a> Balance<'a> {
     pub(crate) fn nearest(&mut self) -> Result<Equilibrium, AnalysisError> {
         let (poses, _) = self.all()?;
         let start = self.loaded.q.clone();
-        let distance = |q: &[f64]| -> f64 {
-            let kinds = self.loaded.system().coordinates().iter();
-            kinds
-                .zip(q.iter().zip(&start))
-                .map(|(c, (a, b))| match c.kind {
-                    bksim_model::MotionKind::Rotation => wrapped(a - b).powi(2),
-                    bksim_model::MotionKind::Translation => ((a - b) / self.loaded.size).powi(2),
-                })
-                .sum()
-        };
+        let distance =
+            |q: &[f64]| -> f64 { self.apart(q, &start).iter().map(|off| off.powi(2)).sum() };
         let mut order: Vec<Vec<f64>> = poses;
         order.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
         let mut first = None;
@@ -400,7 +408,8 @@ impl<'a> Balance<'a> {
 pub(crate) fn named_quantity(loaded: &Loaded, name: &str) -> Result<PoseQuantity, AnalysisError> {
     let model = loaded.model();
     let unknown = || AnalysisError::UnknownMeasure { name: name.to_owned() };
-    let measure = Measure::named(model, name).ok_or_else(unknown)?;
+    let measure = Measure::named(model, name).filter(|measure| !measure.is_acceleration());
+    let measure = measure.ok_or_else(unknown)?;
     let value = loaded.system().kinematics.measure(model, measure);
     let names = [name.to_owned(), format!("{name}'"), format!("{name}''")];
     Ok(PoseQuantity { names, unit: measure.unit(model), value })

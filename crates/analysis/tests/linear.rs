@@ -133,3 +133,20 @@ fn strings(n: usize, kind: &str) -> String {
     }
     text
 }
+
+/// A pendulum on a ball joint, which turns by a quaternion: ω² = m g l / J about two axes, and none about
+/// the vertical.
+#[test]
+fn a_pendulum_on_a_ball() {
+    let text = "space = \"spatial\"\n[bodies.bob]\nmass = 1\ninertia = [0.02, 0.03, 0.04]\n\
+                com = [0, 0, -0.5]\n[joints.ball]\ntype = \"spherical\"\nbetween = [\"ground\", \"bob\"]\n\
+                [loads.g]\ntype = \"gravity\"\nacceleration = [0, 0, -9.81]\n\
+                [initial]\nbob = { rpy = [0.1, 0.1, 0.1] }\n";
+    let found = modes(model(text), About::Static).expect("modes");
+    let omegas: Vec<f64> = found.modes.iter().map(|mode| mode.omega).collect();
+    let expected = [0.0, (9.81_f64 * 0.5 / 0.28).sqrt(), (9.81_f64 * 0.5 / 0.27).sqrt()];
+    assert_eq!(omegas.len(), 3, "{omegas:?}");
+    for (found, expected) in omegas.iter().zip(expected) {
+        close(*found, expected, 1e-9);
+    }
+}

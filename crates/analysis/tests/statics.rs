@@ -3,7 +3,7 @@
 mod support;
 
 use bksim_analysis::{Stability, statics};
-use support::{Problem, difference};
+use support::{Problem, difference, model};
 
 /// Finds the equilibria of the reference, all and no other.
 fn has_these(name: &str) {
@@ -52,4 +52,27 @@ fn toggle_clamp() {
 #[test]
 fn four_bar_with_torsion_springs() {
     has_these("eq-four-bar-torsion");
+}
+
+/// A body on a ball joint between springs: both quaternions of a pose are one equilibrium.
+#[test]
+fn a_quaternion_and_its_opposite_are_one_equilibrium() {
+    let text = "space = \"spatial\"\n[ground.points]\nS = [1, 0, -0.5]\nT = [0.1, 1, 0]\n\
+                [bodies.bob]\nmass = 1\ninertia = [0.02, 0.03, 0.04]\ncom = [0, 0, -0.5]\n\
+                points = { S = [0.2, 0, -0.5], T = [0, 0.4, -0.1] }\n\
+                [joints.ball]\ntype = \"spherical\"\nbetween = [\"ground\", \"bob\"]\n\
+                [loads.g]\ntype = \"gravity\"\nacceleration = [0, 0, -9.81]\n\
+                [loads.s]\ntype = \"spring\"\nbetween = [\"ground.S\", \"bob.S\"]\nstiffness = 2\nlength = 0.3\n\
+                [loads.t]\ntype = \"spring\"\nbetween = [\"ground.T\", \"bob.T\"]\nstiffness = 3\nlength = 0.2\n";
+    let found = statics(model(text), &[]).expect("equilibria");
+    let poses: Vec<&[f64]> = found.equilibria.iter().map(|e| e.q.as_slice()).collect();
+    assert!(poses.len() >= 2, "{poses:?}");
+    for (k, a) in poses.iter().enumerate() {
+        assert!((a.iter().map(|e| e * e).sum::<f64>() - 1.0).abs() < 1e-9);
+        for b in &poses[..k] {
+            let cosine: f64 = a.iter().zip(*b).map(|(a, b)| a * b).sum();
+            assert!(cosine.abs() < 1.0 - 1e-9, "{a:?} and {b:?} are one");
+        }
+    }
+    assert_eq!(found.equilibria.iter().filter(|e| e.stability == Stability::Stable).count(), 1);
 }

@@ -14,7 +14,7 @@ use std::collections::{BTreeMap, HashMap};
 use bksim_expr::{Expr, Number, Pool, SymbolId};
 
 use crate::kinematics::{Coordinate, Kinematics};
-use crate::spatial::{self, Rotation};
+use crate::spatial::{self, Rotation, Turn};
 use bksim_model::{Model, Vector};
 
 /// A coordinate of the derivation and its rate.
@@ -64,7 +64,9 @@ impl<'m> AbsoluteAngles<'m> {
         };
         for pose in &kinematics.poses {
             for turn in pose.rotation.turns() {
-                angles.add(turn.angle);
+                if let Turn::About { angle, .. } = turn {
+                    angles.add(*angle);
+                }
             }
         }
         angles
@@ -153,20 +155,38 @@ impl<'m> AbsoluteAngles<'m> {
         let pool = self.pool;
         let mut columns: Vec<(usize, Vector)> = Vec::new();
         let mut inner = Rotation::default();
+        let mut add = |k: usize, column: Vector| match columns.iter_mut().find(|it| it.0 == k) {
+            Some(known) => known.1 = spatial::add(pool, &known.1, &column),
+            None => columns.push((k, column)),
+        };
         for turn in rotation.turns().iter().rev() {
-            let axis_body = inner.apply_inverse(pool, &turn.axis);
-            let through = match self.known.get(&turn.angle) {
-                Some(&k) => vec![(k, Number::ONE)],
-                None => self.row(turn.angle),
-            };
-            for (k, factor) in through {
-                let column = spatial::scale(pool, pool.number(factor), &axis_body);
-                match columns.iter_mut().find(|known| known.0 == k) {
-                    Some(known) => known.1 = spatial::add(pool, &known.1, &column),
-                    None => columns.push((k, column)),
+            match turn {
+                Turn::About { axis, angle } => {
+                    let axis_body = inner.apply_inverse(pool, axis);
+                    let through = match self.known.get(angle) {
+                        Some(&k) => vec![(k, Number::ONE)],
+                        None => self.row(*angle),
+                    };
+                    for (k, factor) in through {
+                        add(k, spatial::scale(pool, pool.number(factor), &axis_body));
+                    }
+                    inner = Rotation::about(pool, axis, *angle).then(pool, &inner);
+                }
+                // Columns of s E, by the parts or their negatives.
+                Turn::By(quaternion) => {
+                    let s = quaternion.scale(pool);
+                    let symbols = quaternion.0.iter().flat_map(|&part| pool.symbols_of(part));
+                    for symbol in symbols {
+                        let by = quaternion.0.map(|part| pool.diff(part, symbol));
+                        let rate = quaternion.to_inner_rate(pool, &by);
+                        let column = inner.apply_inverse(pool, &spatial::scale(pool, s, &rate));
+                        if let Some(&k) = self.generalised.get(&symbol) {
+                            add(k, column);
+                        }
+                    }
+                    inner = Rotation::by(pool, *quaternion).then(pool, &inner);
                 }
             }
-            inner = Rotation::about(pool, &turn.axis, turn.angle).then(pool, &inner);
         }
         columns
     }

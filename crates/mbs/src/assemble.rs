@@ -15,10 +15,11 @@ use bksim_expr::{Expr, SymbolId};
 use crate::constraint::{Constraint, Source};
 use crate::contact::{self, ContactRow};
 use crate::force::{Loads, Wrench};
-use crate::joint;
+use crate::joint::{self, JointWrench};
 use crate::kinematics::{Coordinate, Kinematics};
 use crate::lagrange;
 use crate::modes::with_modes;
+use crate::norm;
 use crate::recursion;
 use crate::signal::signal_values;
 use crate::sparse::SparseMatrix;
@@ -57,12 +58,15 @@ fn assemble_along(
     // Potentials and generalised forces.
     let signals = signal_values(model, &kinematics);
     let loads = Loads::of(model, &kinematics, &signals);
-    let left = match derivation {
+    let mut left = match derivation {
         Derivation::Lagrange => {
             lagrange::left_side(model, &kinematics, pool.sum(loads.potentials.iter().copied()))
         }
         Derivation::Recursion => recursion::left_side(model, &tree, &kinematics, &loads),
     };
+    if !kinematics.turnings.is_empty() {
+        left.add_norms(model, &kinematics);
+    }
     let applied_force = generalised_force(model, &kinematics, &loads.applied, derivation);
     let wrenches = [loads.conservative, loads.applied].concat();
 
@@ -185,7 +189,7 @@ fn constraint_jacobian(
     SparseMatrix::new(constraints.len(), n_columns, entries)
 }
 
-/// Rows of the cut joints, then of the drives: motion(t) − position = 0, so that λ is the effort;
+/// Rows of the cut joints, then of the lengths of quaternions, then of the drives: motion(t) − position = 0, so that λ is the effort;
 /// then those of contacts.
 fn constraints(
     model: &Model,
@@ -213,12 +217,17 @@ fn constraints(
         let expression = pool.simplify(expression);
         constraints.push(Constraint { expression, lambda, source, direction, wrench });
     };
-    // Cut joints, drives, contacts.
+    // Cut joints, quaternions, drives, contacts.
     for &joint_id in &tree.cuts {
         let joint = &model.joints[joint_id.0];
         for row in joint::constraint_rows(pool, joint, &kinematics.sides(model, joint)) {
             add(row.expression, Source::Joint(joint_id), row.direction, row.wrench);
         }
+    }
+    for turning in &kinematics.turnings {
+        let nothing = JointWrench::of_force(pool, spatial::zero(pool));
+        let source = Source::Quaternion(turning.body);
+        add(norm::row(pool, turning), source, "norm", nothing);
     }
     for (drive_idx, drive) in model.drives.iter().enumerate() {
         let joint = &model.joints[drive.joint.0];

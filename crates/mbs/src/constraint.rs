@@ -1,7 +1,7 @@
 //! Constraint rows and where they come from.
 
 use bksim_expr::{Expr, SymbolId};
-use bksim_model::{DriveId, JointId, LoadId, LoadKind, Model};
+use bksim_model::{BodyId, DriveId, JointId, LoadId, LoadKind, Model};
 
 use crate::joint::JointWrench;
 
@@ -10,6 +10,8 @@ use crate::joint::JointWrench;
 pub enum Source {
     /// A joint that was cut.
     Joint(JointId),
+    /// The quaternion by which a body turns has the length one.
+    Quaternion(BodyId),
     /// A prescribed motion.
     Drive(DriveId),
     /// A limit of a motion, which holds while bodies are in contact.
@@ -19,16 +21,23 @@ pub enum Source {
 }
 
 impl Source {
-    /// The joint that the row acts in.
-    pub fn joint(self, model: &Model) -> JointId {
+    /// The joint that the row acts in; none of a quaternion's length, which no force keeps.
+    pub fn joint(self, model: &Model) -> Option<JointId> {
         match self {
-            Self::Joint(joint) => joint,
-            Self::Drive(drive) => model.drives[drive.0].joint,
+            Self::Joint(joint) => Some(joint),
+            Self::Quaternion(_) => None,
+            Self::Drive(drive) => Some(model.drives[drive.0].joint),
             Self::Stop(load) | Self::Friction(load) => match model.loads[load.0].kind {
-                LoadKind::Stop { joint, .. } | LoadKind::Friction { joint, .. } => joint,
+                LoadKind::Stop { joint, .. } | LoadKind::Friction { joint, .. } => Some(joint),
                 _ => unreachable!("only stops and friction have rows"),
             },
         }
+    }
+
+    /// Whether the row lies in the coordinates themselves: that of a cut joint or of a quaternion, not one
+    /// of a drive or of a contact.
+    pub fn is_geometric(self) -> bool {
+        matches!(self, Self::Joint(_) | Self::Quaternion(_))
     }
 
     /// Whether the row opens and closes.
@@ -40,13 +49,13 @@ impl Source {
 /// One constraint row g(t, q) = 0 with its multiplier.
 #[derive(Clone, Debug)]
 pub struct Constraint {
-    /// g, m or rad.
+    /// g, m or rad; of a quaternion a pure number.
     pub expression: Expr,
     /// Symbol of λ.
     pub lambda: SymbolId,
     /// The joint, drive or contact it comes from.
     pub source: Source,
-    /// `x`, `y`, `z`, `normal`, `angle`, `length`, `motion`, `min`, `max` or `friction`.
+    /// `x`, `y`, `z`, `normal`, `angle`, `length`, `motion`, `norm`, `min`, `max` or `friction`.
     pub direction: &'static str,
     /// Wrench on the joint's successor for λ = 1.
     pub wrench: JointWrench,

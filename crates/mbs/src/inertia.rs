@@ -2,6 +2,7 @@
 
 use bksim_model::{BodyId, Model, Vector};
 
+use crate::pose::Pose;
 use crate::spatial;
 
 /// I′ about the centre of mass: by Steiner, I_c = I_P − m (d·d 1 − d dᵀ), d from P to the centre.
@@ -23,4 +24,12 @@ pub fn central_inertia(model: &Model, body: BodyId) -> [Vector; 3] {
             pool.sub(stated[i][j], pool.mul(body.mass, shift))
         })
     })
+}
+
+/// A I′ Aᵀ ω of a body about its centre of mass, world axes.
+pub(crate) fn angular_momentum(model: &Model, pose: &Pose, body: BodyId) -> Vector {
+    let pool = &model.pool;
+    let omega = pose.rotation.apply_inverse(pool, &pose.omega);
+    let in_body = central_inertia(model, body).map(|row| spatial::dot(pool, &row, &omega));
+    pose.rotation.apply(pool, &in_body)
 }

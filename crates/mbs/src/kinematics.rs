@@ -9,10 +9,11 @@ use bksim_expr::{Expr, Pool, SymbolId};
 
 use crate::joint::{self, Motion, Sides};
 use crate::pose::Pose;
-use crate::spatial::{self, Rotation, z_axis};
+use crate::quaternion::Quaternion;
+use crate::spatial::{self, Rotation};
 use crate::tree::{Branch, Tree};
-use bksim_model::{Anchor, Axis, BodyId, Joint, JointId, Measure, Model, PointId, Space, Vector};
-use bksim_model::{MotionKind, motion_words};
+use bksim_model::{Anchor, BodyId, Joint, JointId, Load, LoadKind, Measure, Model, MotionKind};
+use bksim_model::{PointId, Signal, Space, Vector, motion_words};
 
 /// The part of the model whose motion a coordinate is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -21,6 +22,39 @@ pub enum Owner {
     Joint(JointId, usize),
     /// A free body's translation of the centre of mass along x, y (z), then rotation.
     Body(BodyId, usize),
+    /// The given part of the quaternion by which a body turns, freely or in its tree joint.
+    Quaternion(BodyId, usize),
+}
+
+/// Measure of a coordinate.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum CoordinateKind {
+    /// An angle, rad.
+    Angle,
+    /// A length, m.
+    Length,
+    /// A part of a unit quaternion.
+    Quaternion,
+}
+
+impl CoordinateKind {
+    /// SI unit of the value; empty of a pure number.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Angle => "rad",
+            Self::Length => "m",
+            Self::Quaternion => "",
+        }
+    }
+}
+
+impl From<MotionKind> for CoordinateKind {
+    fn from(kind: MotionKind) -> Self {
+        match kind {
+            MotionKind::Rotation => Self::Angle,
+            MotionKind::Translation => Self::Length,
+        }
+    }
 }
 
 /// A generalised coordinate.
@@ -28,16 +62,36 @@ pub enum Owner {
 pub struct Coordinate {
     /// Identifier of the value; `…_dot` and `…_ddot` follow from it.
     pub name: String,
-    /// Symbol of the value, rad or m.
+    /// Symbol of the value, in the unit of its kind.
     pub q: SymbolId,
     /// Symbol of its velocity.
     pub v: SymbolId,
     /// Symbol of its acceleration.
     pub a: SymbolId,
-    /// Turning or sliding.
-    pub kind: MotionKind,
+    /// Angle, length or part of a quaternion.
+    pub kind: CoordinateKind,
     /// The joint or body whose motion it is.
     pub owner: Owner,
+}
+
+/// Four coordinates that are the quaternion of a body's turning against its parent in the tree.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Turning {
+    /// The body that turns.
+    pub body: BodyId,
+    /// Index of the first of the coordinates.
+    pub first: usize,
+    /// Successor against predecessor.
+    pub quaternion: Quaternion,
+}
+
+/// The purpose of the coordinates.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Form {
+    /// To be integrated.
+    Motion,
+    /// To find a start.
+    Start,
 }
 
 /// Positions of all bodies as functions of the coordinates of one tree.
@@ -45,6 +99,8 @@ pub struct Coordinate {
 pub struct Kinematics {
     /// In the order of the tree.
     pub coordinates: Vec<Coordinate>,
+    /// The quaternions among them, in the order of the tree.
+    pub turnings: Vec<Turning>,
     /// By body, the ground first.
     pub poses: Vec<Pose>,
     /// Index of the coordinate that each symbol of a value, or of a velocity, belongs to.
@@ -57,8 +113,19 @@ pub struct Kinematics {
 }
 
 impl Kinematics {
-    /// Chains the poses along `tree`.
+    /// Chains the poses along `tree`. Where a body turns about all axes and the author uses no angles of
+    /// it, its coordinates are a quaternion.
     pub fn along(model: &Model, tree: &Tree) -> Self {
+        Self::chained(model, tree, Form::Motion)
+    }
+
+    /// The shape that a start is looked for from: with a coordinate for each motion of a joint, but bodies
+    /// that turn about all axes in the orientation that the start states.
+    pub fn of_start(model: &Model, tree: &Tree) -> Self {
+        Self::chained(model, tree, Form::Start)
+    }
+
+    fn chained(model: &Model, tree: &Tree, form: Form) -> Self {
         let pool = &model.pool;
         let ground = Pose {
             anchor_body: spatial::zero(pool),
@@ -68,6 +135,7 @@ impl Kinematics {
         };
         let mut kinematics = Self {
             coordinates: Vec::new(),
+            turnings: Vec::new(),
             poses: vec![ground; model.bodies.len()],
             of_value: HashMap::new(),
             of_velocity: HashMap::new(),
@@ -76,9 +144,9 @@ impl Kinematics {
         };
         for &(body, branch) in &tree.branches {
             let pose = match branch {
-                Branch::Free => kinematics.free_pose(model, body),
+                Branch::Free => kinematics.free_pose(model, body, form),
                 Branch::Joint { joint, parent, reversed } => {
-                    kinematics.tree_pose(model, body, joint, parent, reversed)
+                    kinematics.tree_pose(model, body, joint, (parent, reversed), form)
                 }
             };
             kinematics.poses[body.0] = pose;
@@ -126,6 +194,22 @@ impl Kinematics {
         found
     }
 
+    /// Coordinates that are three angles in sequence, which have a pole where the second is ±90°.
+    pub fn sequences(&self) -> Vec<[usize; 3]> {
+        let owner = |i: usize| match self.coordinates[i] {
+            Coordinate { kind: CoordinateKind::Angle, owner: Owner::Joint(joint, _), .. } => {
+                Some((Some(joint), None))
+            }
+            Coordinate { kind: CoordinateKind::Angle, owner: Owner::Body(body, _), .. } => {
+                Some((None, Some(body)))
+            }
+            _ => None,
+        };
+        let is_one = |i: &usize| owner(*i).is_some() && (1..3).all(|k| owner(i + k) == owner(*i));
+        let firsts = (0..self.coordinates.len().saturating_sub(2)).filter(is_one);
+        firsts.map(|i| [i, i + 1, i + 2]).collect()
+    }
+
     /// d/dt of an expression of the coordinates and of time; velocities rest.
     pub fn rate(&self, model: &Model, e: Expr) -> Expr {
         let pool = &model.pool;
@@ -146,59 +230,53 @@ impl Kinematics {
 
     /// The positions of a joint's motions: its own coordinates in the tree, else what the poses show.
     pub fn joint_positions(&self, model: &Model, joint: JointId) -> Vec<Expr> {
+        let mut own = Vec::new();
         if let Some(&first) = self.first_of_joint.get(&joint) {
-            let own = self.coordinates[first..].iter();
-            let own = own.take_while(|c| matches!(c.owner, Owner::Joint(id, _) if id == joint));
-            return own.map(|c| model.pool.symbol_expr(c.q)).collect();
+            let all = self.coordinates[first..].iter();
+            let all = all.take_while(|c| matches!(c.owner, Owner::Joint(id, _) if id == joint));
+            own = all.map(|c| model.pool.symbol_expr(c.q)).collect();
         }
         let joint = &model.joints[joint.0];
-        joint::positions(&model.pool, joint, &self.sides(model, joint))
-    }
-
-    /// A measure as an expression of coordinates and velocities.
-    pub fn measure(&self, model: &Model, measure: Measure) -> Expr {
-        let pool = &model.pool;
-        match measure {
-            Measure::JointPosition(joint, motion_idx) => {
-                self.joint_positions(model, joint)[motion_idx]
-            }
-            Measure::PointPosition(body, point, axis) => {
-                self.position(model, body, point)[axis_idx(axis)]
-            }
-            Measure::BodyAngle(body) => {
-                let rotation = &self.poses[body.0].rotation;
-                let z = z_axis(pool);
-                rotation.angle_about(pool, &z).unwrap_or_else(|| {
-                    let x_world = rotation.apply(pool, &[pool.one(), pool.zero(), pool.zero()]);
-                    pool.atan2(x_world[1], x_world[0])
-                })
-            }
-            Measure::JointVelocity(joint, motion_idx) => {
-                let position = self.measure(model, Measure::JointPosition(joint, motion_idx));
-                self.rate(model, position)
-            }
-            Measure::PointVelocity(body, point, axis) => {
-                let position = self.measure(model, Measure::PointPosition(body, point, axis));
-                self.rate(model, position)
-            }
-            Measure::BodyRate(body) => self.poses[body.0].omega[2],
+        if own.len() < joint.kind.motions().len() {
+            // A quaternion stands in the place of the angles.
+            let shown = joint::positions(&model.pool, joint, &self.sides(model, joint));
+            own.extend(shown.into_iter().skip(own.len()));
         }
+        own
     }
 
-    /// Coordinates of a free body: its centre of mass, then its angle (planar) or Cardan angles.
-    fn free_pose(&mut self, model: &Model, body: BodyId) -> Pose {
+    /// Coordinates of a free body: its centre of mass, then its angle (planar), a quaternion or Cardan
+    /// angles.
+    fn free_pose(&mut self, model: &Model, body: BodyId, form: Form) -> Pose {
         let pool = &model.pool;
+        let own = &model.bodies[body.0];
         let names = free_motion_names(model.space);
         let n_translations = if model.space == Space::Planar { 2 } else { 3 };
+        let names_angles = own.coordinate_names.len() > n_translations;
+        let has_quaternion = model.space == Space::Spatial && !names_angles;
         let mut anchor_world = spatial::zero(pool);
         let mut rotation = Rotation::default();
         let mut omega = spatial::zero(pool);
         for (motion_idx, name) in names.iter().enumerate() {
-            let stated = model.bodies[body.0].coordinate_names.get(motion_idx).cloned();
-            let name = stated.unwrap_or_else(|| format!("{}_{name}", model.bodies[body.0].name));
+            let stated = own.coordinate_names.get(motion_idx).cloned();
+            let name = stated.unwrap_or_else(|| format!("{}_{name}", own.name));
             let is_translation = motion_idx < n_translations;
+            if !is_translation {
+                match form {
+                    Form::Motion if has_quaternion => {
+                        (rotation, omega) = self.add_quaternion(model, &own.name, body);
+                        break;
+                    }
+                    Form::Start if let Some(stated) = stated_orientation(model, body) => {
+                        rotation = stated;
+                        break;
+                    }
+                    _ => {}
+                }
+            }
             let kind = if is_translation { MotionKind::Translation } else { MotionKind::Rotation };
-            let (q, v) = self.add_coordinate(model, name, kind, Owner::Body(body, motion_idx));
+            let owner = Owner::Body(body, motion_idx);
+            let (q, v) = self.add_coordinate(model, name, kind.into(), owner);
             if is_translation {
                 anchor_world[motion_idx] = q;
                 continue;
@@ -211,7 +289,23 @@ impl Kinematics {
             omega = spatial::add(pool, &omega, &spatial::scale(pool, v, &axis_world));
             rotation = rotation.then(pool, &Rotation::about(pool, &axis, q));
         }
-        Pose { anchor_body: model.bodies[body.0].com, anchor_world, rotation, omega }
+        Pose { anchor_body: own.com, anchor_world, rotation, omega }
+    }
+
+    /// The rotation by four new coordinates of `body`, and its angular velocity in outer axes.
+    fn add_quaternion(&mut self, model: &Model, name: &str, body: BodyId) -> (Rotation, Vector) {
+        let pool = &model.pool;
+        let first = self.coordinates.len();
+        let parts: [(Expr, Expr); 4] = std::array::from_fn(|part| {
+            let name = format!("{name}_e{part}");
+            let owner = Owner::Quaternion(body, part);
+            self.add_coordinate(model, name, CoordinateKind::Quaternion, owner)
+        });
+        let quaternion = Quaternion(parts.map(|(q, _)| q));
+        self.turnings.push(Turning { body, first, quaternion });
+        let rates = quaternion.to_outer_rate(pool, &parts.map(|(_, v)| v));
+        let omega = spatial::scale(pool, quaternion.scale(pool), &rates);
+        (Rotation::by(pool, quaternion), omega)
     }
 
     /// Pose of a body on `parent` in the tree, by a joint whose motions become coordinates.
@@ -220,20 +314,44 @@ impl Kinematics {
         model: &Model,
         body: BodyId,
         joint_id: JointId,
-        parent: BodyId,
-        reversed: bool,
+        (parent, reversed): (BodyId, bool),
+        form: Form,
     ) -> Pose {
         let pool = &model.pool;
-        // The motion of the successor against the predecessor, one coordinate after the other.
         let joint = &model.joints[joint_id.0];
+        let parent_pose = &self.poses[parent.0];
+        let (near, far) = if reversed {
+            (joint.successor, joint.predecessor)
+        } else {
+            (joint.predecessor, joint.successor)
+        };
+        let p_world_near = parent_pose.position(pool, &anchor_in_body(model, near));
+        let r_world_from_near = parent_pose.rotation.then(pool, &orientation(model, near));
+
+        // The motion of the successor against the predecessor, one coordinate after the other.
         let mut rotation = joint::fixed_turn(pool, joint);
         let mut offset = spatial::zero(pool);
         let mut omega = spatial::zero(pool);
         let motions = joint::motions(pool, joint);
         for (motion_idx, motion) in motions.iter().enumerate() {
+            if motion.kind == MotionKind::Rotation && joint.kind.turns_freely() {
+                match form {
+                    Form::Motion if turns_by_quaternion(model, joint_id) => {
+                        (rotation, omega) = self.add_quaternion(model, &joint.name, body);
+                        break;
+                    }
+                    Form::Start if let Some(stated) = stated_orientation(model, body) => {
+                        let far = stated.then(pool, &orientation(model, far));
+                        let turned = r_world_from_near.inverse(pool).then(pool, &far);
+                        rotation = if reversed { turned.inverse(pool) } else { turned };
+                        break;
+                    }
+                    _ => {}
+                }
+            }
             let name = joint_coordinate_name(joint, &motions, motion_idx);
             let owner = Owner::Joint(joint_id, motion_idx);
-            let (q, v) = self.add_coordinate(model, name, motion.kind, owner);
+            let (q, v) = self.add_coordinate(model, name, motion.kind.into(), owner);
             match motion.kind {
                 MotionKind::Translation => {
                     let along = spatial::scale(pool, q, &motion.axis);
@@ -253,14 +371,6 @@ impl Kinematics {
         }
 
         // Seen from the successor, the same motion runs backwards.
-        let parent_pose = &self.poses[parent.0];
-        let (near, far) = if reversed {
-            (joint.successor, joint.predecessor)
-        } else {
-            (joint.predecessor, joint.successor)
-        };
-        let p_world_near = parent_pose.position(pool, &anchor_in_body(model, near));
-        let r_world_from_near = parent_pose.rotation.then(pool, &orientation(model, near));
         let r_world_from_far = if reversed {
             r_world_from_near.then(pool, &rotation.inverse(pool))
         } else {
@@ -274,10 +384,10 @@ impl Kinematics {
         let omega_world = r_world_from_predecessor.apply(pool, &omega);
         let (anchor_world, omega) = if reversed {
             let back = spatial::sub(pool, &p_world_near, &offset_world);
-            (back, spatial::sub(pool, &parent_pose.omega, &omega_world))
+            (back, spatial::sub(pool, &self.poses[parent.0].omega, &omega_world))
         } else {
             let out = spatial::add(pool, &p_world_near, &offset_world);
-            (out, spatial::add(pool, &parent_pose.omega, &omega_world))
+            (out, spatial::add(pool, &self.poses[parent.0].omega, &omega_world))
         };
         debug_assert_eq!(far.body, body);
         let anchor_body = anchor_in_body(model, far);
@@ -288,7 +398,7 @@ impl Kinematics {
         &mut self,
         model: &Model,
         name: String,
-        kind: MotionKind,
+        kind: CoordinateKind,
         owner: Owner,
     ) -> (Expr, Expr) {
         let pool = &model.pool;
@@ -314,6 +424,37 @@ impl Kinematics {
     }
 }
 
+/// The orientation of a body that the start states or guesses, world from body.
+fn stated_orientation(model: &Model, body: BodyId) -> Option<Rotation> {
+    let stated = model.orientations.iter().find(|stated| stated.body == body)?;
+    Some(spatial::turned(&model.pool, &stated.turns))
+}
+
+/// Whether the bodies of a tree joint turn by a quaternion: they turn about all axes, and nothing in the
+/// model uses an angle of theirs.
+pub fn turns_by_quaternion(model: &Model, joint: JointId) -> bool {
+    let of = &model.joints[joint.0];
+    let is_turn = |motion_idx: usize| of.kind.motions()[motion_idx] == MotionKind::Rotation;
+    let is_angle = |id: JointId, motion_idx: usize| id == joint && is_turn(motion_idx);
+    let is_loaded = |load: &Load| match load.kind {
+        LoadKind::Torsion { joint, motion_idx, .. }
+        | LoadKind::Stop { joint, motion_idx, .. }
+        | LoadKind::Friction { joint, motion_idx, .. } => is_angle(joint, motion_idx),
+        _ => false,
+    };
+    let is_read = |signal: &Signal| match signal.measure {
+        Measure::JointPosition(joint, idx) | Measure::JointVelocity(joint, idx) => {
+            is_angle(joint, idx)
+        }
+        _ => false,
+    };
+    of.kind.turns_freely()
+        && of.coordinate_names.is_empty()
+        && !model.drives.iter().any(|drive| is_angle(drive.joint, drive.motion_idx))
+        && !model.loads.iter().any(is_loaded)
+        && !model.signals.iter().any(is_read)
+}
+
 /// Names of a free body's coordinates, after the body's own name.
 pub fn free_motion_names(space: Space) -> &'static [&'static str] {
     match space {
@@ -336,9 +477,7 @@ pub(crate) fn orientation(model: &Model, anchor: Anchor) -> Rotation {
     let pool = &model.pool;
     let Some(point) = anchor.point else { return Rotation::default() };
     let turns = &model.bodies[anchor.body.0].points[point.0].orientation;
-    turns.iter().fold(Rotation::default(), |rotation, turn| {
-        rotation.then(pool, &Rotation::about(pool, &turn.axis, turn.angle))
-    })
+    spatial::turned(pool, turns)
 }
 
 /// An anchor in the frame of its body; without a point, the origin.
@@ -346,13 +485,5 @@ pub(crate) fn anchor_in_body(model: &Model, anchor: Anchor) -> Vector {
     match anchor.point {
         Some(point) => model.bodies[anchor.body.0].points[point.0].position,
         None => spatial::zero(&model.pool),
-    }
-}
-
-fn axis_idx(axis: Axis) -> usize {
-    match axis {
-        Axis::X => 0,
-        Axis::Y => 1,
-        Axis::Z => 2,
     }
 }

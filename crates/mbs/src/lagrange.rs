@@ -15,7 +15,8 @@ use bksim_expr::{Expr, Pool, SymbolId};
 
 use crate::absolute_angles::AbsoluteAngles;
 use crate::inertia::central_inertia;
-use crate::kinematics::Kinematics;
+use crate::kinematics::{Coordinate, Kinematics};
+use crate::norm::{self, unnamed};
 use crate::sparse::SparseMatrix;
 use crate::spatial;
 use bksim_model::{BodyId, Model, Vector};
@@ -39,6 +40,27 @@ pub(crate) struct LeftSide {
     pub(crate) resistance: Vec<Expr>,
     /// M v̇ + h + ∂V/∂q, nq, where there is a shorter way to it than by M.
     pub(crate) inverse_dynamics: Option<Vec<Expr>>,
+}
+
+impl LeftSide {
+    /// Gives the lengths of quaternions their inertia.
+    pub(crate) fn add_norms(&mut self, model: &Model, kinematics: &Kinematics) {
+        let pool = &model.pool;
+        let symbols = |of: fn(&Coordinate) -> SymbolId| -> Vec<Expr> {
+            kinematics.coordinates.iter().map(|c| pool.symbol_expr(of(c))).collect()
+        };
+        let (v, a) = (symbols(|c| c.v), symbols(|c| c.a));
+        let at_rest = vec![pool.zero(); v.len()];
+        let kinetic = norm::kinetic_energy(model, kinematics, &v, &unnamed);
+        self.kinetic_energy = pool.sum([self.kinetic_energy].into_iter().chain(kinetic));
+        self.mass_matrix = norm::mass_matrix(model, kinematics, &self.mass_matrix);
+        for forces in [&mut self.bias, &mut self.resistance] {
+            norm::add_forces(model, kinematics, [&v, &at_rest], forces, &unnamed);
+        }
+        if let Some(forces) = &mut self.inverse_dynamics {
+            norm::add_forces(model, kinematics, [&v, &a], forces, &unnamed);
+        }
+    }
 }
 
 /// Derives the left side for the bodies of `model` in the potential V(q).

@@ -1,9 +1,9 @@
 //! Names, units and descriptions of the numbers of a state.
 
-use bksim_model::{Drive, DriveId, JointId, LoadId, Model, MotionKind};
+use bksim_model::{BodyId, Drive, DriveId, JointId, LoadId, Model, MotionKind};
 
 use crate::constraint::{Constraint, Source};
-use crate::kinematics::Coordinate;
+use crate::kinematics::{Coordinate, CoordinateKind};
 use crate::system::SymbolicSystem;
 
 /// Name and unit of one number of the state.
@@ -11,18 +11,27 @@ use crate::system::SymbolicSystem;
 pub struct Quantity {
     /// Identifier.
     pub name: String,
-    /// SI unit of the value; rates append `/s`.
+    /// SI unit of the value, empty of a pure number; see [`rate_unit`] for its rates.
     pub unit: &'static str,
     /// Meaning in a few words.
     pub description: String,
 }
 
+/// SI unit of the rate of what has this unit, or with 2 of its second rate.
+pub fn rate_unit(unit: &str, order: usize) -> String {
+    let unit = if unit.is_empty() { "1" } else { unit };
+    let per = if order == 1 { "s".to_owned() } else { format!("s^{order}") };
+    format!("{unit}/{per}")
+}
+
 /// The generalised coordinates.
 pub fn coordinate_quantities(system: &SymbolicSystem) -> Vec<Quantity> {
     let quantity = |coordinate: &Coordinate| {
-        let (unit, description) = match coordinate.kind {
-            MotionKind::Rotation => ("rad", "angle"),
-            MotionKind::Translation => ("m", "position"),
+        let unit = coordinate.kind.unit();
+        let description = match coordinate.kind {
+            CoordinateKind::Angle => "angle",
+            CoordinateKind::Length => "position",
+            CoordinateKind::Quaternion => "part of a quaternion",
         };
         Quantity { name: coordinate.name.clone(), unit, description: description.into() }
     };
@@ -35,6 +44,7 @@ pub fn multiplier_quantities(model: &Model, system: &SymbolicSystem) -> Vec<Quan
         let is_force = c.wrench.force.iter().any(|&component| !model.pool.is_zero(component));
         let owner = match c.source {
             Source::Joint(JointId(j)) => format!("joint `{}`", model.joints[j].name),
+            Source::Quaternion(BodyId(b)) => format!("quaternion of `{}`", model.bodies[b].name),
             Source::Drive(DriveId(d)) => format!("drive `{}`", model.drives[d].name),
             Source::Stop(LoadId(l)) => format!("stop `{}`", model.loads[l].name),
             Source::Friction(LoadId(l)) => format!("friction `{}`", model.loads[l].name),

@@ -14,7 +14,7 @@ use bksim_expr::Pool;
 
 use crate::constraint::Source;
 use crate::force::Wrench;
-use crate::inertia::central_inertia;
+use crate::inertia::angular_momentum;
 use crate::joint::JointWrench;
 use crate::recursion::{self, BodyAcceleration};
 use crate::spatial;
@@ -53,7 +53,7 @@ pub fn reactions(model: &Model, system: &SymbolicSystem) -> Vec<Reaction> {
 
     // Cut joints, drives and contacts: each row's wrench times its multiplier.
     for constraint in &system.constraints {
-        let joint = constraint.source.joint(model);
+        let Some(joint) = constraint.source.joint(model) else { continue };
         let wrench = constraint.wrench.scaled(pool, pool.symbol_expr(constraint.lambda));
         if let Source::Joint(_) = constraint.source {
             let reaction = &mut reactions[joint.0];
@@ -126,21 +126,11 @@ impl Balance<'_> {
         }
         let (model, kinematics) = (self.model, &self.system.kinematics);
         let twice = |e| kinematics.second_rate(model, kinematics.rate(model, e));
-        let momentum = self.angular_momentum(body);
+        let momentum = angular_momentum(model, &kinematics.poses[body.0], body);
         BodyAcceleration {
             com: p_com.map(twice),
             angular_momentum_rate: momentum.map(|e| kinematics.second_rate(model, e)),
         }
-    }
-
-    /// A I′ Aᵀ ω about the centre of mass.
-    fn angular_momentum(&self, body: BodyId) -> Vector {
-        let pool = self.pool;
-        let pose = &self.system.kinematics.poses[body.0];
-        let omega_body = pose.rotation.apply_inverse(pool, &pose.omega);
-        let inertia = central_inertia(self.model, body);
-        let h_body = inertia.map(|row| spatial::dot(pool, &row, &omega_body));
-        pose.rotation.apply(pool, &h_body)
     }
 }
 

@@ -1,12 +1,13 @@
 //! Vectors and rotations with expressions as components.
 //!
-//! A [`Rotation`] is a product of turns about fixed axes. Neighbouring turns about one axis merge
-//! into one turn by the sum of their angles, so a mechanism whose axes are all parallel keeps a
+//! A [`Rotation`] is a product of turns about fixed axes and by quaternions. Neighbouring turns about one
+//! axis merge into one turn by the sum of their angles, so a mechanism whose axes are all parallel keeps a
 //! single angle per body and its equations come out as short as if written in two dimensions.
 
 use bksim_expr::{Expr, Pool};
 
-use bksim_model::Vector;
+use crate::quaternion::Quaternion;
+use bksim_model::{FixedTurn, Vector};
 
 /// Unit vector along z, the rotation axis of planar motion.
 pub fn z_axis(pool: &Pool) -> Vector {
@@ -73,13 +74,18 @@ pub fn perpendicular(pool: &Pool, n: &Vector) -> [Vector; 2] {
     [first, second]
 }
 
-/// A turn by `angle` (rad) about the fixed unit vector `axis`.
-#[derive(Clone, Debug)]
-pub struct Turn {
-    /// Unit vector.
-    pub axis: Vector,
-    /// rad.
-    pub angle: Expr,
+/// A part of a rotation.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Turn {
+    /// By an angle about a fixed axis.
+    About {
+        /// Unit vector.
+        axis: Vector,
+        /// rad.
+        angle: Expr,
+    },
+    /// By a quaternion.
+    By(Quaternion),
 }
 
 /// A product of turns, read left to right: the first is the outermost.
@@ -91,6 +97,13 @@ pub struct Rotation {
     matrices: Vec<[Vector; 3]>,
 }
 
+/// The product of fixed turns.
+pub fn turned(pool: &Pool, turns: &[FixedTurn]) -> Rotation {
+    turns.iter().fold(Rotation::default(), |rotation, turn| {
+        rotation.then(pool, &Rotation::about(pool, &turn.axis, turn.angle))
+    })
+}
+
 /// Number of turns that are applied one after the other; more are applied as a matrix.
 const MAX_CHAINED_TURNS: usize = 3;
 
@@ -98,7 +111,14 @@ impl Rotation {
     /// A single turn.
     pub fn about(pool: &Pool, axis: &Vector, angle: Expr) -> Self {
         let mut rotation = Self::default();
-        rotation.push(pool, Turn { axis: *axis, angle });
+        rotation.push(pool, Turn::About { axis: *axis, angle });
+        rotation
+    }
+
+    /// The rotation by a quaternion.
+    pub fn by(pool: &Pool, quaternion: Quaternion) -> Self {
+        let mut rotation = Self::default();
+        rotation.push(pool, Turn::By(quaternion));
         rotation
     }
 
@@ -117,7 +137,7 @@ impl Rotation {
     pub fn inverse(&self, pool: &Pool) -> Self {
         let mut inverse = Self::default();
         for turn in self.turns.iter().rev() {
-            inverse.push(pool, Turn { axis: turn.axis, angle: pool.neg(turn.angle) });
+            inverse.push(pool, turn.inverse(pool));
         }
         inverse
     }
@@ -131,10 +151,22 @@ impl Rotation {
     pub fn angle_about(&self, pool: &Pool, axis: &Vector) -> Option<Expr> {
         match self.turns.as_slice() {
             [] => Some(pool.zero()),
-            [turn] if turn.axis == *axis => Some(turn.angle),
-            [turn] if turn.axis == neg(pool, axis) => Some(pool.neg(turn.angle)),
+            [Turn::About { axis: own, angle }] if own == axis => Some(*angle),
+            [Turn::About { axis: own, angle }] if *own == neg(pool, axis) => Some(pool.neg(*angle)),
             _ => None,
         }
+    }
+
+    /// The quaternion of the whole rotation, one of the two, of unit length where all of its parts are.
+    pub fn quaternion(&self, pool: &Pool) -> Quaternion {
+        let whole = Quaternion::identity(pool);
+        self.turns.iter().fold(whole, |whole, turn| whole.then(pool, &turn.quaternion(pool)))
+    }
+
+    /// Rows of R.
+    pub fn matrix(&self, pool: &Pool) -> [Vector; 3] {
+        let columns = axes(pool).map(|axis| self.apply(pool, &axis));
+        std::array::from_fn(|i| columns.map(|column| column[i]))
     }
 
     /// `R v`.
@@ -154,20 +186,29 @@ impl Rotation {
     }
 
     fn push(&mut self, pool: &Pool, turn: Turn) {
-        let merged = match self.turns.last() {
-            Some(last) if last.axis == turn.axis => pool.add(last.angle, turn.angle),
-            Some(last) if last.axis == neg(pool, &turn.axis) => pool.sub(last.angle, turn.angle),
-            _ => {
-                if !pool.is_zero(turn.angle) {
-                    self.append(pool, turn);
+        let merged = match (self.turns.last(), &turn) {
+            (Some(Turn::About { axis: a, angle: last }), Turn::About { axis: b, angle }) => {
+                if a == b {
+                    Some((*a, pool.add(*last, *angle)))
+                } else if *a == neg(pool, b) {
+                    Some((*a, pool.sub(*last, *angle)))
+                } else {
+                    None
                 }
-                return;
+            }
+            (Some(last), by) if last.inverse(pool) == *by => Some((z_axis(pool), pool.zero())),
+            _ => None,
+        };
+        let turn = match merged {
+            None => turn,
+            Some((axis, angle)) => {
+                self.turns.pop();
+                self.matrices.truncate(self.turns.len().saturating_sub(MAX_CHAINED_TURNS));
+                Turn::About { axis, angle }
             }
         };
-        let axis = self.turns.pop().map_or(turn.axis, |last| last.axis);
-        self.matrices.truncate(self.turns.len().saturating_sub(MAX_CHAINED_TURNS));
-        if !pool.is_zero(merged) {
-            self.append(pool, Turn { axis, angle: merged });
+        if !matches!(turn, Turn::About { angle, .. } if pool.is_zero(angle)) {
+            self.append(pool, turn);
         }
     }
 
@@ -191,19 +232,40 @@ fn combination(pool: &Pool, columns: &[Vector; 3], v: &Vector) -> Vector {
 }
 
 impl Turn {
+    fn inverse(&self, pool: &Pool) -> Self {
+        match self {
+            Self::About { axis, angle } => Self::About { axis: *axis, angle: pool.neg(*angle) },
+            Self::By(quaternion) => Self::By(quaternion.inverse(pool)),
+        }
+    }
+
+    fn quaternion(&self, pool: &Pool) -> Quaternion {
+        match self {
+            Self::About { axis, angle } => Quaternion::about(pool, axis, *angle),
+            Self::By(quaternion) => *quaternion,
+        }
+    }
+
     /// Rodrigues' formula, R v = c v + s n × v + (1 − c) (n · v) n; about z the plain 2-D turn.
     fn apply(&self, pool: &Pool, v: &Vector) -> Vector {
-        let (s, c) = (pool.sin(self.angle), pool.cos(self.angle));
-        if self.axis == z_axis(pool) {
+        let (axis, angle) = match self {
+            Self::About { axis, angle } => (axis, *angle),
+            Self::By(quaternion) => {
+                let rows = quaternion.matrix(pool, quaternion.scale(pool));
+                return rows.map(|row| dot(pool, &row, v));
+            }
+        };
+        let (s, c) = (pool.sin(angle), pool.cos(angle));
+        if *axis == z_axis(pool) {
             return [
                 pool.sub(pool.mul(c, v[0]), pool.mul(s, v[1])),
                 pool.add(pool.mul(s, v[0]), pool.mul(c, v[1])),
                 v[2],
             ];
         }
-        let along = pool.mul(pool.sub(pool.one(), c), dot(pool, &self.axis, v));
-        let turned = add(pool, &scale(pool, c, v), &scale(pool, s, &cross(pool, &self.axis, v)));
-        add(pool, &turned, &scale(pool, along, &self.axis))
+        let along = pool.mul(pool.sub(pool.one(), c), dot(pool, axis, v));
+        let turned = add(pool, &scale(pool, c, v), &scale(pool, s, &cross(pool, axis, v)));
+        add(pool, &turned, &scale(pool, along, axis))
     }
 }
 

@@ -2,7 +2,7 @@
 //! it allows, at the successor's joint point in world axes.
 
 use crate::joint::{self, Motion};
-use crate::kinematics::Kinematics;
+use crate::kinematics::{Kinematics, turns_by_quaternion};
 use crate::spatial;
 use bksim_model::{JointId, JointKind, Model, Vector};
 
@@ -36,8 +36,10 @@ pub fn transmission(model: &Model, kinematics: &Kinematics, joint: JointId) -> T
         let [from, to] = [&sides.p_world_predecessor, &sides.p_world_successor];
         Directions::Along(spatial::sub(pool, from, to))
     } else {
-        let positions = kinematics.joint_positions(model, joint);
-        Directions::AllBut(joint::motions_in_world(pool, of, &positions, &sides))
+        // Where no angle is used, three turns have no pole.
+        let has_angles = !turns_by_quaternion(model, joint);
+        let positions = has_angles.then(|| kinematics.joint_positions(model, joint));
+        Directions::AllBut(joint::motions_in_world(pool, of, positions.as_deref(), &sides))
     };
     Transmission { joint, at: sides.p_world_successor, directions }
 }

@@ -112,6 +112,14 @@ impl Tree {
         Self { branches, cuts, policy }
     }
 
+    /// The joint that carries a body in the tree; `None` of the ground and of a body that moves freely.
+    pub fn joint_of(&self, body: BodyId) -> Option<JointId> {
+        self.branches.iter().find_map(|&(of, branch)| match branch {
+            Branch::Joint { joint, .. } if of == body => Some(joint),
+            _ => None,
+        })
+    }
+
     /// Number of joints between the ground and the farthest body.
     pub fn depth(&self) -> usize {
         let n_bodies = self.branches.len() + 1;

@@ -18,6 +18,10 @@ const SPATIAL_LOOP: &str = include_str!("../../../tests/fixtures/spatial-loop.to
 /// A pendulum of three bars about unlike axes, with springs in its joints.
 const SPATIAL_CHAIN: &str = include_str!("../../../tests/fixtures/spatial-chain.toml");
 
+/// A free body with two others on ball joints, and a loop over two of these: quaternions.
+const TUMBLING_ARM: &str = include_str!("../../../tests/fixtures/tumbling-arm.toml");
+const SPATIAL_FOUR_BAR: &str = include_str!("../../../tests/fixtures/spatial-four-bar.toml");
+
 /// States that are looked at for each mechanism.
 const N_STATES: usize = 4;
 /// Step of the central differences.
@@ -107,8 +111,9 @@ fn multipliers_act_as_the_wrenches_of_their_rows() {
                 let turn = mechanism.slope(&state.along_v(i), |at| at.omegas.clone());
                 assert_eq!((shift.len(), turn.len()), (3 * bodies, 3 * bodies));
                 for (row, constraint) in mechanism.system.constraints.iter().enumerate() {
-                    let joint =
-                        &mechanism.model.joints[constraint.source.joint(&mechanism.model).0];
+                    // No wrench keeps the length of a quaternion.
+                    let Some(joint) = constraint.source.joint(&mechanism.model) else { continue };
+                    let joint = &mechanism.model.joints[joint.0];
                     let [force, moment, point] =
                         [0, 1, 2].map(|part| three(&at.wrenches, 3 * row + part));
                     // Power per rate of q_i of the wrench on one body.
@@ -208,6 +213,8 @@ fn mechanisms() -> Vec<Mechanism> {
             mechanism("spatial loop", SPATIAL_LOOP, absolute),
             mechanism("spatial chain", SPATIAL_CHAIN, relative),
             mechanism("spatial chain", SPATIAL_CHAIN, absolute),
+            mechanism("tumbling arm", TUMBLING_ARM, relative),
+            mechanism("spatial four-bar", SPATIAL_FOUR_BAR, relative),
         ]
     };
     [Derivation::Lagrange, Derivation::Recursion].into_iter().flat_map(mechanisms).collect()
@@ -254,10 +261,13 @@ fn tape(model: &Model, system: &SymbolicSystem) -> Tape {
     outputs.extend(system.kinematics.poses.iter().flat_map(|pose| pose.anchor_world));
     outputs.extend(system.kinematics.poses.iter().flat_map(|pose| pose.omega));
     for constraint in &system.constraints {
-        let joint = &model.joints[constraint.source.joint(model).0];
+        let joint = constraint.source.joint(model).map(|joint| &model.joints[joint.0]);
         outputs.extend(constraint.wrench.force);
         outputs.extend(constraint.wrench.moment);
-        outputs.extend(system.kinematics.anchor(model, joint.successor));
+        outputs
+            .extend(joint.map_or([pool.zero(); 3], |joint| {
+                system.kinematics.anchor(model, joint.successor)
+            }));
     }
     let values = coordinates.iter().map(|c| c.q);
     let inputs = [model.time].into_iter().chain(values).chain(coordinates.iter().map(|c| c.v));

@@ -2,6 +2,7 @@
 
 use bksim_expr::{Expr, Tape};
 use bksim_mbs::assemble::{assemble, assemble_by};
+use bksim_mbs::constraint::Source as RowSource;
 use bksim_mbs::equations::{Notation, ReadingForm, proof};
 use bksim_mbs::reaction::reactions;
 use bksim_mbs::system::{Derivation, SymbolicSystem};
@@ -13,6 +14,9 @@ const PUMA: &str = include_str!("../../../tests/fixtures/puma-560.toml");
 /// Every kind of joint in the tree, forwards and backwards, with frames that are turned against each
 /// other, full tensors of inertia, springs, dampers, forces and torques.
 const BRANCHED_ARM: &str = include_str!("../../../tests/fixtures/branched-arm.toml");
+
+/// Bodies that turn about all axes, freely and in joints, forwards and backwards, in frames that are turned.
+const TUMBLING_ARM: &str = include_str!("../../../tests/fixtures/tumbling-arm.toml");
 
 fn model(text: &str) -> Model {
     let reading = read(&Source::new(text, "arm"));
@@ -57,7 +61,7 @@ fn values(model: &Model, tape: &Tape, shift: f64) -> Vec<f64> {
 
 #[test]
 fn both_ways_give_equal_equations_and_reactions() {
-    for text in [PUMA, BRANCHED_ARM] {
+    for text in [PUMA, BRANCHED_ARM, TUMBLING_ARM] {
         let model = model(text);
         let [lagrange, recursion] =
             [Derivation::Lagrange, Derivation::Recursion].map(|derivation| {
@@ -131,4 +135,31 @@ fn the_recursion_is_read_with_names_and_certified() {
     let text = form.write(&model, Notation::Text);
     assert_eq!(text.equations[5], "N_b6_z");
     assert!(proof.work.shown.printed.total() < 1000, "{:?}", proof.work.shown);
+}
+
+#[test]
+fn quaternions_are_certified_at_every_length() {
+    let model = model(TUMBLING_ARM);
+    let system = assemble(&model);
+    assert_eq!(system.derivation, Derivation::Recursion);
+    let form = ReadingForm::grouped(&model, &system);
+    let proof = proof(&model, &system, &form);
+    assert!(proof.derivation.is_equal(), "{:?}", proof.derivation);
+    assert!(proof.grouping.is_equal(), "{:?}", proof.grouping);
+    // Each quaternion keeps its length, and no force of the motion has a part along it.
+    let lengths = &system.constraints[system.constraints.len() - 3..];
+    assert!(lengths.iter().all(|row| matches!(row.source, RowSource::Quaternion(_))));
+    let pool = &model.pool;
+    for (rows, turning) in lengths.iter().zip(&system.kinematics.turnings) {
+        assert_eq!(rows.direction, "norm");
+        let parts = turning.first..turning.first + 4;
+        let e = turning.quaternion.0;
+        let along = |of: &[Expr]| {
+            let products = parts.clone().zip(e).map(|(i, e)| pool.mul(of[i], e));
+            pool.sum(products.collect::<Vec<_>>())
+        };
+        for forces in [&system.potential_gradient, &system.applied_force] {
+            assert!(pool.certificate(along(forces), pool.zero()).is_equal());
+        }
+    }
 }

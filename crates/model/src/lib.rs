@@ -33,6 +33,6 @@ pub use drive::Drive;
 pub use ids::{BodyId, DriveId, GROUND, JointId, LoadId, ParameterId, PointId, Vector};
 pub use joint::{JOINT_TYPES, Joint, JointKind, MotionKind, motion_words};
 pub use load::{Load, LoadKind};
-pub use measure::{Axis, Initial, Measure, Signal};
+pub use measure::{Axis, Frame, Initial, Measure, Orientation, Signal};
 pub use model::{CoordinatePolicy, Model, Parameter, Space};
 pub use solve::{Formulation, Jit, MOST_OUTPUTS, Method, Outputs, SolveOptions};

@@ -2,6 +2,7 @@
 
 use bksim_expr::{Expr, SymbolId};
 
+use crate::body::FixedTurn;
 use crate::diagnostic::Span;
 use crate::ids::{BodyId, JointId, PointId};
 
@@ -14,6 +15,15 @@ pub enum Axis {
     Y,
     /// Third.
     Z,
+}
+
+/// Axes in which a vector has its components.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Frame {
+    /// Those of the ground.
+    World,
+    /// Those of the body.
+    Body,
 }
 
 /// Something of the motion that has a value at every instant.
@@ -31,6 +41,58 @@ pub enum Measure {
     BodyAngle(BodyId),
     /// Its rate.
     BodyRate(BodyId),
+    /// The given of three angles of a body against the ground, about x, y and z in sequence, rad: its own
+    /// coordinates where they have names.
+    CardanAngle(BodyId, usize),
+    /// Its rate.
+    CardanRate(BodyId, usize),
+    /// Roll (x), pitch (y) or yaw (z) of a body against the ground, rad: it is turned about the fixed axes x,
+    /// y and z by them, in this order.
+    RollPitchYaw(BodyId, Axis),
+    /// Part of the unit quaternion from a body to the ground, scalar part first.
+    Quaternion(BodyId, usize),
+    /// Cosine of the angle between an axis of the ground and one of a body.
+    DirectionCosine(BodyId, Axis, Axis),
+    /// Angular velocity of a body, rad/s.
+    AngularVelocity(BodyId, Frame, Axis),
+    /// Angular acceleration of a body, rad/s².
+    AngularAcceleration(BodyId, Frame, Axis),
+    /// Second rate of a world coordinate of a body's point, m/s²; `None` is the centre of mass.
+    PointAcceleration(BodyId, Option<PointId>, Axis),
+    /// Momentum of a body, or of all, kg m/s, axes of the ground.
+    Momentum(Option<BodyId>, Axis),
+    /// Angular momentum of a body about its centre of mass, or of all about the origin, kg m²/s, axes of the
+    /// ground.
+    AngularMomentum(Option<BodyId>, Axis),
+}
+
+impl Measure {
+    /// Whether it depends on accelerations, so that no load can use it.
+    pub fn is_acceleration(self) -> bool {
+        matches!(self, Self::AngularAcceleration(..) | Self::PointAcceleration(..))
+    }
+
+    /// Whether it depends on velocities.
+    pub fn is_velocity(self) -> bool {
+        match self {
+            Self::JointPosition(..)
+            | Self::PointPosition(..)
+            | Self::BodyAngle(_)
+            | Self::CardanAngle(..)
+            | Self::RollPitchYaw(..)
+            | Self::Quaternion(..)
+            | Self::DirectionCosine(..) => false,
+            Self::JointVelocity(..)
+            | Self::PointVelocity(..)
+            | Self::BodyRate(_)
+            | Self::CardanRate(..)
+            | Self::AngularVelocity(..)
+            | Self::AngularAcceleration(..)
+            | Self::PointAcceleration(..)
+            | Self::Momentum(..)
+            | Self::AngularMomentum(..) => true,
+        }
+    }
 }
 
 /// A symbol that stands for a measure.
@@ -40,6 +102,16 @@ pub struct Signal {
     pub symbol: SymbolId,
     /// The measure it stands for.
     pub measure: Measure,
+}
+
+/// The orientation of a body at the start, stated or guessed; among the initial values are its direction
+/// cosines.
+#[derive(Clone, Debug)]
+pub struct Orientation {
+    /// The body.
+    pub body: BodyId,
+    /// Turns against the ground, each about an axis that those before it have turned.
+    pub turns: Vec<FixedTurn>,
 }
 
 /// One stated or guessed value of the start.

@@ -14,7 +14,7 @@ use crate::drive::Drive;
 use crate::ids::ParameterId;
 use crate::joint::Joint;
 use crate::load::Load;
-use crate::measure::{Initial, Signal};
+use crate::measure::{Initial, Orientation, Signal};
 use crate::solve::SolveOptions;
 
 /// A whole mechanism as its author stated it; `Model<PoolSnapshot>` is the same for all threads at once.
@@ -44,6 +44,8 @@ pub struct Model<P = Pool> {
     pub signals: Vec<Signal>,
     /// Stated and guessed values of the start.
     pub initial: Vec<Initial>,
+    /// Orientations of bodies among them.
+    pub orientations: Vec<Orientation>,
     /// Settings of the solution.
     pub solve: SolveOptions,
     /// Parameters that are functions of the motion, with a law that the run is given: none in a model
@@ -67,6 +69,7 @@ impl<P> Model<P> {
             drives: self.drives.clone(),
             signals: self.signals.clone(),
             initial: self.initial.clone(),
+            orientations: self.orientations.clone(),
             solve: self.solve.clone(),
             inputs: self.inputs.clone(),
         }

@@ -329,15 +329,16 @@ impl Engine {
         Measure::named(&mechanism.model, name).map(|measure| measure.unit(&mechanism.model))
     }
 
-    /// Measures along states: `q` and `v` have a row per coordinate, the result one per name.
+    /// Measures along states: `q`, `v` and `a` have a row per coordinate, the result one per name.
     fn measured<'py>(
         &self,
         py: Python<'py>,
         names: Vec<String>,
         q: PyReadonlyArray2<'py, f64>,
         v: PyReadonlyArray2<'py, f64>,
+        a: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let (q, v) = (q.as_array(), v.as_array());
+        let states = [q.as_array(), v.as_array(), a.as_array()];
         let values = guard(py, || {
             let mechanism = self.mechanism();
             let Mechanism { model, system, parameters, .. } = &mechanism;
@@ -348,11 +349,11 @@ impl Engine {
             let measures = names.iter().map(found).collect::<Result<Vec<_>, _>>()?;
             let mut measures = Measures::compile(model, system, &measures, parameters)
                 .map_err(|e| Fault::Value(e.to_string()))?;
-            let n_samples = q.ncols();
+            let n_samples = states[0].ncols();
             let mut values = vec![0.0; n_samples * names.len()];
             for (k, out) in values.chunks_exact_mut(names.len().max(1)).enumerate() {
-                let (q, v) = (q.column(k).to_vec(), v.column(k).to_vec());
-                measures.at(&q, &v, out);
+                let state = states.map(|part| part.column(k).to_vec());
+                measures.at(state.each_ref().map(Vec::as_slice), out);
             }
             Ok(transposed(&values, names.len()))
         })?;

@@ -72,3 +72,30 @@ def test_one_state_stands_for_a_batch_and_results_are_the_callers_own(example):
         f.forces(0.0, q, np.zeros((3, f.nq)))
     with pytest.raises(ValueError, match=r"or \(batch, "):
         f.mass_matrix(np.zeros((2, 3, f.nq)))
+
+
+def test_a_body_that_turns_by_a_quaternion(tmp_path: Path) -> None:
+    file = tmp_path / "rod.toml"
+    file.write_text(
+        'space = "spatial"\n[bodies.rod]\nmass = 2\ninertia = [0.2, 0.3, 0.4]\nfree = true\n'
+        '[initial]\nrod = { rpy = [0.3, -0.2, 0.1], w = [1, 2, 3], frame = "body" }\n'
+        "[solve]\nt_end = 1\n",
+        encoding="utf-8",
+    )
+    m = bksim.load(file)
+    sol, f = m.solve(), m.compile()
+    assert f.nq == 7
+    mass = f.mass_matrix(sol.q.T, sol.t)
+    energy = 0.5 * np.einsum("ki,kij,kj->k", sol.v.T, mass, sol.v.T)
+    assert np.allclose(energy, sol.energy["kinetic"], rtol=1e-12)
+    # Euler's equation about the first axis, and the momentum, which stays.
+    moment = 0.2 * sol["rod.alx_body"] + (0.4 - 0.3) * sol["rod.wy_body"] * sol["rod.wz_body"]
+    assert np.abs(moment).max() < 1e-9
+    assert np.allclose(sol["rod.lz"], sol["rod.lz"][0], rtol=1e-5)
+    assert sol.unit("rod.alx") == "rad/s^2" and sol.unit("rod.pitch") == "rad"
+    assert np.array_equal(mass, np.swapaxes(mass, 1, 2))
+    assert np.linalg.eigvalsh(mass).min() > 0.1
+    assert np.allclose(np.linalg.norm(sol.q[3:], axis=0), 1.0, atol=1e-9)
+    assert np.abs(sol.lam).max() < 1e-9
+    residual = f.residual(sol.t, sol.q.T, sol.v.T, sol.a.T, sol.lam.T)
+    assert np.abs(residual).max() < 1e-9

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use bksim_log::{Field, Topic};
 use bksim_mbs::constraint::{Constraint, Source};
+use bksim_mbs::quantity::rate_unit;
 use bksim_model::ParameterId;
 use bksim_sim::Mechanism;
 use bksim_sim::redundancy::Uniqueness;
@@ -27,6 +28,7 @@ pub struct Channels {
 enum RowKind {
     /// Of a joint, with the first and the last component of its reaction that it may be part of.
     Joint(usize, [usize; 2]),
+    Quaternion,
     Drive(usize),
     Contact(usize),
 }
@@ -63,6 +65,7 @@ impl Channels {
         let n_bilateral = end;
         let row = |(row, constraint): (usize, &Constraint)| match constraint.source {
             Source::Joint(joint) => RowKind::Joint(joint.0, components(constraint.direction)),
+            Source::Quaternion(_) => RowKind::Quaternion,
             Source::Drive(drive) => RowKind::Drive(drive.0),
             Source::Stop(_) | Source::Friction(_) => RowKind::Contact(row - n_bilateral),
         };
@@ -107,6 +110,7 @@ impl Channels {
                 RowKind::Joint(joint, [first, last]) => {
                     uniqueness.reactions[joint][first..=last].iter().all(|&is_unique| is_unique)
                 }
+                RowKind::Quaternion => true,
                 RowKind::Drive(drive) => uniqueness.drives[drive],
                 RowKind::Contact(contact) => uniqueness.contacts[contact],
             },
@@ -194,10 +198,10 @@ fn topics(mechanism: &Mechanism) -> Vec<(Topic, TopicKind)> {
     let coordinates = &compiled.coordinates;
     let values = coordinates.iter().map(|c| Field::new(&c.name, c.unit, &c.description));
     let rates = coordinates.iter().map(|c| {
-        Field::new(&format!("{}_dot", c.name), &format!("{}/s", c.unit), "rate of the coordinate")
+        Field::new(&format!("{}_dot", c.name), &rate_unit(c.unit, 1), "rate of the coordinate")
     });
     let accelerations = coordinates.iter().map(|c| {
-        let (name, unit) = (format!("{}_ddot", c.name), format!("{}/s^2", c.unit));
+        let (name, unit) = (format!("{}_ddot", c.name), rate_unit(c.unit, 2));
         Field::new(&name, &unit, "second rate of the coordinate")
     });
     let multipliers =

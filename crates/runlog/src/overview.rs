@@ -76,6 +76,7 @@ pub fn overview(channels: &[(String, String)], most: usize) -> (Vec<Group>, usiz
     for unit in ["rad", "m", "rad/s", "m/s"] {
         add(None, unit, of("state", unit, &[]));
     }
+    add(Some("Quaternion"), "", of("state", "", &[]));
     add(None, "J", of("energy", "J", &["kinetic", "potential", "total"]));
     let is_driven = add(Some("Drive effort"), "N*m", of("drives", "N*m", &[]))
         || add(Some("Drive effort"), "N", of("drives", "N", &[]));

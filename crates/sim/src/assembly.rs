@@ -20,7 +20,7 @@ use bksim_mbs::constraint::Source;
 use bksim_mbs::kinematics::{Kinematics, Owner};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_mbs::tree::Tree;
-use bksim_model::{Axis, Initial, JointId, Measure, Model, Space};
+use bksim_model::{Axis, BodyId, Initial, JointId, Measure, Model, Space};
 
 /// Constraints count as closed below this, relative to the size of the mechanism.
 const CLOSURE_TOLERANCE: f64 = 1e-10;
@@ -41,7 +41,7 @@ pub(crate) struct Closure {
     guess: Tape,
     /// The initial value that each coordinate of that tree has, if one.
     given: Vec<Option<usize>>,
-    gap_of_joint: Vec<JointId>,
+    gap_of_joint: Vec<Option<JointId>>,
     units: Units,
     /// The coordinate that each initial value is of, if of one alone.
     own: Vec<Option<usize>>,
@@ -81,7 +81,7 @@ impl Closure {
             .initial
             .iter()
             .map(|initial| {
-                let by = if is_velocity(initial.measure) { &v } else { &q };
+                let by = if initial.measure.is_velocity() { &v } else { &q };
                 (system.kinematics.measure(model, initial.measure), by.as_slice())
             })
             .collect();
@@ -95,7 +95,7 @@ impl Closure {
         let values: Vec<Expr> = model.initial.iter().map(|i| i.value).collect();
         let own = model.initial.iter().zip(&measures.moving).map(|(initial, moving)| {
             let &[column] = moving.as_slice() else { return None };
-            let is_own = !is_velocity(initial.measure)
+            let is_own = !initial.measure.is_velocity()
                 && system.kinematics.measure(model, initial.measure)
                     == pool.symbol_expr(system.coordinates()[column].q);
             is_own.then_some(column)
@@ -149,16 +149,26 @@ fn uncut_guess(
     system: &SymbolicSystem,
     parameters: &[SymbolId],
 ) -> Result<(Tape, Vec<Option<usize>>), TapeError> {
-    let uncut = Kinematics::along(model, &Tree::uncut(model));
+    let pool = &model.pool;
+    let uncut = Kinematics::of_start(model, &Tree::uncut(model));
     let found = |measure: Measure| model.initial.iter().position(|i| i.measure == measure);
     let given =
         |c: &bksim_mbs::kinematics::Coordinate| measure_of(model.space, c.owner).and_then(found);
+    // A quaternion is that of its body against the parent, or in its joint.
+    let turned = |body: BodyId| match system.tree.joint_of(body) {
+        None => uncut.poses[body.0].rotation.quaternion(pool),
+        Some(joint) => {
+            let joint = &model.joints[joint.0];
+            bksim_mbs::joint::rotation(pool, joint, &uncut.sides(model, joint)).quaternion(pool)
+        }
+    };
     let measures: Vec<Expr> = system
         .coordinates()
         .iter()
-        .map(|c| match measure_of(model.space, c.owner) {
-            Some(measure) => uncut.measure(model, measure),
-            None => model.pool.zero(),
+        .map(|c| match (measure_of(model.space, c.owner), c.owner) {
+            (Some(measure), _) => uncut.measure(model, measure),
+            (None, Owner::Quaternion(body, part)) => turned(body).0[part],
+            (None, Owner::Joint(..) | Owner::Body(..)) => pool.zero(),
         })
         .collect();
     let symbols = uncut.coordinates.iter().map(|c| c.q);
@@ -321,7 +331,7 @@ impl Closing<'_> {
     }
 }
 
-/// The measure that a coordinate is; Cardan angles of a free body are none.
+/// The measure that a coordinate is; parts of a quaternion are none.
 fn measure_of(space: Space, owner: Owner) -> Option<Measure> {
     Some(match (owner, space) {
         (Owner::Joint(joint, motion_idx), _) => Measure::JointPosition(joint, motion_idx),
@@ -329,15 +339,11 @@ fn measure_of(space: Space, owner: Owner) -> Option<Measure> {
         (Owner::Body(body, 1), _) => Measure::PointPosition(body, None, Axis::Y),
         (Owner::Body(body, _), Space::Planar) => Measure::BodyAngle(body),
         (Owner::Body(body, 2), Space::Spatial) => Measure::PointPosition(body, None, Axis::Z),
-        (Owner::Body(..), Space::Spatial) => return None,
+        (Owner::Body(body, motion_idx), Space::Spatial) => {
+            Measure::CardanAngle(body, motion_idx - 3)
+        }
+        (Owner::Quaternion(..), _) => return None,
     })
-}
-
-pub(crate) fn is_velocity(measure: Measure) -> bool {
-    matches!(
-        measure,
-        Measure::JointVelocity(..) | Measure::PointVelocity(..) | Measure::BodyRate(..)
-    )
 }
 
 impl Equations {

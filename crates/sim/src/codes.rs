@@ -29,4 +29,5 @@ bksim_model::codes! {
     ENERGY_OFF = "R010", "a balance of energy that does not close";
     DRIFTED = "R011", "constraints that are not kept";
     SLOW = "R012", "far more steps than expected";
+    ANGLE_POLE = "R013", "angles at their pole";
 }

@@ -59,6 +59,8 @@ pub struct CompiledSystem {
     pub(crate) indicators: EventIndicators,
     /// The wrenches that joints in loops transmit.
     pub(crate) transmissions: Transmissions,
+    /// Second angles of three in sequence.
+    pub(crate) second_angles: Vec<usize>,
     /// The model's own, without modes.
     pub(crate) n_parameters: usize,
 }
@@ -121,6 +123,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         reactions: function(&reaction_outputs, &[&q, &v, &a, &lambda, u])?,
         indicators,
         transmissions: Transmissions::compile(model, system, &q, &parameters)?,
+        second_angles: system.kinematics.sequences().iter().map(|three| three[1]).collect(),
         n_parameters: model.parameters.len(),
     })
 }

@@ -24,6 +24,7 @@ use bksim_expr::{Expr, SparseJacobian, SymbolId, TapeError};
 use crate::function::{Buffers, Function};
 use crate::input::{InputValues, Inputs};
 use crate::state::{AccelerationRef, StateRef};
+use bksim_mbs::constraint::Source;
 use bksim_mbs::levels::{constraint_acceleration, constraint_velocity};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{Formulation, Model};
@@ -41,6 +42,8 @@ pub struct MotionEquations {
     nc: usize,
     layout: Layout,
     pattern: Pattern,
+    /// Constraint rows of the lengths of quaternions.
+    lengths: Vec<usize>,
     /// The rows q̇ − v (+ Gᵀ μ), which give the velocities.
     velocity_rows: Vec<(usize, usize)>,
     residual: Function,
@@ -99,6 +102,7 @@ pub fn formulate(
         dy.entries.iter().chain(&dydot.entries).map(|&(_, _, entry)| entry).collect();
     let compiled =
         |outputs: &[Expr], slopes: &[SymbolId]| unknowns.compile(model, system, outputs, slopes);
+    let is_length = |row: usize| matches!(system.constraints[row].source, Source::Quaternion(_));
     Ok(MotionEquations {
         formulation,
         nq,
@@ -109,6 +113,7 @@ pub fn formulate(
         jacobian_slots,
         n_y_entries: dy.entries.len(),
         inputs: Inputs::of(model),
+        lengths: (0..nc).filter(|&row| is_length(row)).collect(),
         velocity_rows: (0..nq).map(|i| (i, nq + i)).collect(),
         pattern,
     })
@@ -177,10 +182,17 @@ impl MotionEquations {
     ///
     /// The μ of the stabilised form are zero but for rounding, which a weak pose amplifies: a
     /// tolerance near it would make Newton's iteration fail there for nothing.
+    ///
+    /// So are the λ of the lengths of quaternions, on which nothing depends; without errors of their own they
+    /// are as small as rounding leaves them at each step size.
     pub(crate) fn tolerances(&self, atol: f64) -> Tolerance {
         const SMALLEST_OF_MU: f64 = 1e-10;
+        const OF_LENGTH: f64 = 1.0;
         let mut tolerances = vec![atol; self.n()];
         tolerances[2 * self.nq + self.nc..].fill(atol.max(SMALLEST_OF_MU));
+        for row in &self.lengths {
+            tolerances[2 * self.nq + row] = OF_LENGTH;
+        }
         Tolerance::PerUnknown(tolerances)
     }
 

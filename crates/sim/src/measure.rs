@@ -32,16 +32,17 @@ impl Measures {
             measures.iter().map(|&measure| system.kinematics.measure(model, measure)).collect();
         let q: Vec<SymbolId> = coordinates.iter().map(|c| c.q).collect();
         let v: Vec<SymbolId> = coordinates.iter().map(|c| c.v).collect();
+        let a: Vec<SymbolId> = coordinates.iter().map(|c| c.a).collect();
         let symbols: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
-        let function = Function::compile(model, &outputs, &[&q, &v], &symbols)?;
+        let function = Function::compile(model, &outputs, &[&q, &v, &a], &symbols)?;
         Ok(Self { buffers: function.buffers(parameters), function })
     }
 
-    /// Writes the measures at a state, in the order they were given in.
+    /// Writes the measures at coordinates, velocities and accelerations, in the order they were given in.
     ///
     /// # Panics
     /// If a length is not that of the model, or `values` are not as many as the measures.
-    pub fn at(&mut self, q: &[f64], v: &[f64], values: &mut [f64]) {
-        self.function.evaluate_into(&mut self.buffers, &[q, v], values);
+    pub fn at(&mut self, [q, v, a]: [&[f64]; 3], values: &mut [f64]) {
+        self.function.evaluate_into(&mut self.buffers, &[q, v, a], values);
     }
 }

@@ -11,7 +11,7 @@ pub struct Mobility {
     pub gruebler: i64,
     /// nq − rank of the joints' constraints at the start, drives aside.
     pub mobility: usize,
-    /// Number of constraint rows, drives included.
+    /// Number of constraint rows, drives included; the lengths of quaternions are none.
     pub n_constraints: usize,
     /// Number of independent ones.
     pub rank: usize,
@@ -26,11 +26,12 @@ pub struct Mobility {
 /// Counts the degrees of freedom of `model` at its start.
 pub fn mobility(model: &Model, system: &SymbolicSystem, start: &Start) -> Mobility {
     let redundancy = &start.redundancy;
+    let n_lengths = system.kinematics.turnings.len();
     Mobility {
         gruebler: gruebler(model),
         mobility: start.mobility,
-        n_constraints: system.constraints.len(),
-        rank: start.dependence.rank,
+        n_constraints: system.constraints.len() - n_lengths,
+        rank: start.dependence.rank - n_lengths,
         n_redundant: redundancy.n_self_stresses,
         redundant: redundancy.shared_joints().collect(),
         unique: redundancy.reactions.clone(),

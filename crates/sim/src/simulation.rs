@@ -407,7 +407,8 @@ impl Simulation {
 
     /// Warnings about a run whose numbers are worse than its tolerances promise.
     pub fn diagnose_worth(&self, summary: &Summary) -> Vec<Diagnostic> {
-        diagnose_worth(&self.mechanism().model, &self.options, summary)
+        let Mechanism { model, system, .. } = &self.mechanism();
+        diagnose_worth(model, system, &self.options, summary)
     }
 
     /// The warning about a run that takes far more steps than expected.

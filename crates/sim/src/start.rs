@@ -22,7 +22,6 @@ use crate::redundancy::{self, Uniqueness};
 pub use crate::start_error::{Conflict, Gap, Moved, Rival, StartError};
 use crate::state::State;
 use bksim_expr::TapeError;
-use bksim_mbs::constraint::Source;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{Model, SolveOptions};
 
@@ -185,7 +184,7 @@ pub fn start_at(
     let velocity_residual = largest(&evaluator.constraints(t, &q).rate_of(&v));
     let jacobian = regular_jacobian(&mut evaluator, t, (&q, &v), equations.n_bilateral);
     let dependence = dependent_rows(&jacobian);
-    let is_joint_row = |row: &usize| matches!(compiled.sources[*row], Source::Joint(_));
+    let is_joint_row = |row: &usize| compiled.sources[*row].is_geometric();
     let joint_rows: Vec<usize> = (0..compiled.nc()).filter(is_joint_row).collect();
     let joint_rank = dependent_rows(&jacobian.select(&joint_rows)).rank;
 

@@ -1,10 +1,8 @@
 //! The quantities that axes vary: parameters and stated initial values of the model.
 
-use bksim::mbs::joint::motions;
-use bksim::model::MotionKind;
 use bksim::model::diagnostic::Diagnostic;
 use bksim::model::file::{WrittenUnit, suggest};
-use bksim::model::{JointId, Measure, Model};
+use bksim::model::{Measure, Model};
 
 use crate::axis::Axis;
 use crate::codes;
@@ -101,19 +99,8 @@ pub fn si_unit(model: &Model, name: &str) -> Option<String> {
 
 /// SI unit of something of the motion, as written units have it.
 fn unit_of(model: &Model, measure: Measure) -> &'static str {
-    let kind = |joint: JointId, motion_idx: usize| {
-        motions(&model.pool, &model.joints[joint.0]).get(motion_idx).map(|motion| motion.kind)
-    };
-    match measure {
-        Measure::JointPosition(joint, idx) if kind(joint, idx) == Some(MotionKind::Rotation) => {
-            "rad"
-        }
-        Measure::JointVelocity(joint, idx) if kind(joint, idx) == Some(MotionKind::Rotation) => {
-            "1/s"
-        }
-        Measure::BodyAngle(_) => "rad",
-        Measure::BodyRate(_) => "1/s",
-        Measure::JointPosition(..) | Measure::PointPosition(..) => "m",
-        Measure::JointVelocity(..) | Measure::PointVelocity(..) => "m/s",
+    match measure.unit(model) {
+        "rad/s" => "1/s",
+        unit => unit,
     }
 }

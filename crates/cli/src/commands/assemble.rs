@@ -31,6 +31,12 @@ pub(crate) fn run(args: &ModelArgs, as_json: bool, nesting: usize) -> Result<Sta
     Ok(Status::Done)
 }
 
+/// Units of a coordinate, its rate and its second rate.
+fn units(unit: &str) -> String {
+    let unit = if unit.is_empty() { "1" } else { unit };
+    format!("{unit}, {unit}/s, {unit}/s²")
+}
+
 fn report(mechanism: &Mechanism, start: &Start) -> String {
     let compiled = &mechanism.compiled;
     let coordinates = &compiled.coordinates;
@@ -39,7 +45,7 @@ fn report(mechanism: &Mechanism, start: &Start) -> String {
         headed("value", column(&start.q)),
         headed("velocity", column(&start.v)),
         headed("acceleration", column(&start.a)),
-        headed("unit", coordinates.iter().map(|c| format!("{0}, {0}/s, {0}/s²", c.unit)).collect()),
+        headed("unit", coordinates.iter().map(|c| units(c.unit)).collect()),
     ];
     let title = format!("{}: consistent at t = {} s", mechanism.model.name, number(start.t));
     let mut lines = vec![title, table(&rows_of(&columns))];

@@ -14,6 +14,7 @@ use crate::constraint::Source;
 use crate::force::{Loads, Wrench};
 use crate::inertia::central_inertia;
 use crate::joint;
+use crate::norm;
 use crate::signal::signal_values;
 use crate::spatial;
 use crate::system::SymbolicSystem;
@@ -81,7 +82,10 @@ fn kinetic_energy(model: &Model, system: &SymbolicSystem) -> Expr {
         )
     };
     let doubled: Vec<Expr> = (1..model.bodies.len()).map(of_body).collect();
-    pool.mul(pool.rational(1, 2), pool.sum(doubled))
+    let of_bodies = pool.mul(pool.rational(1, 2), pool.sum(doubled));
+    let rates: Vec<Expr> = system.coordinates().iter().map(|c| pool.symbol_expr(c.v)).collect();
+    let of_norms = norm::kinetic_energy(model, kinematics, &rates, &norm::unnamed);
+    pool.sum([of_bodies].into_iter().chain(of_norms))
 }
 
 /// V, and the wrenches that have none.
@@ -110,6 +114,7 @@ fn constraints(model: &Model, system: &SymbolicSystem) -> Vec<Expr> {
         let rows = joint::constraint_rows(pool, joint, &kinematics.sides(model, joint));
         constraints.extend(rows.iter().map(|row| row.expression));
     }
+    constraints.extend(kinematics.turnings.iter().map(|turning| norm::row(pool, turning)));
     for constraint in &system.constraints {
         if let Source::Drive(drive) = constraint.source {
             let drive = &model.drives[drive.0];

@@ -9,9 +9,9 @@ use std::fmt;
 
 use bksim_expr::{Expr, Function, Pool, SymbolId};
 
+use crate::kinematics::CoordinateKind;
 use crate::system::SymbolicSystem;
 use bksim_model::Model;
-use bksim_model::MotionKind;
 
 /// Exponents of kilogram, metre and second.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -132,18 +132,18 @@ impl Units {
 }
 
 /// Radians count as numbers.
-fn of_motion(kind: MotionKind) -> Dimension {
+fn of_motion(kind: CoordinateKind) -> Dimension {
     match kind {
-        MotionKind::Rotation => NONE,
-        MotionKind::Translation => LENGTH,
+        CoordinateKind::Angle | CoordinateKind::Quaternion => NONE,
+        CoordinateKind::Length => LENGTH,
     }
 }
 
 /// The unit of a Lagrange equation.
-pub(super) fn of_equation(kind: MotionKind) -> Dimension {
+pub(super) fn of_equation(kind: CoordinateKind) -> Dimension {
     match kind {
-        MotionKind::Rotation => MOMENT,
-        MotionKind::Translation => FORCE,
+        CoordinateKind::Angle | CoordinateKind::Quaternion => MOMENT,
+        CoordinateKind::Length => FORCE,
     }
 }
 

@@ -199,7 +199,7 @@ pub fn alignments(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Expr> {
         (3, []) => spatial::axes(pool).to_vec(),
         _ => Vec::new(),
     };
-    let relative = relative_rotation(pool, joint, sides);
+    let relative = rotation(pool, joint, sides);
     let cosine = |axis: &Vector| {
         let square = spatial::dot(pool, axis, axis);
         pool.div(spatial::dot(pool, axis, &relative.apply(pool, axis)), square)
@@ -211,7 +211,7 @@ pub fn alignments(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Expr> {
 /// The position of each motion of a joint as the two poses show it, whether or not it is cut.
 pub fn positions(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Expr> {
     let offset = spatial::sub(pool, &sides.p_world_successor, &sides.p_world_predecessor);
-    let relative = relative_rotation(pool, joint, sides);
+    let relative = rotation(pool, joint, sides);
     let along = |axis: &Vector| {
         let along = sides.predecessor.rotation.apply(pool, axis);
         spatial::dot(pool, &along, &offset)
@@ -226,6 +226,11 @@ pub fn positions(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Expr> {
         motions.iter().filter(is_slide).map(|motion| along(&motion.axis)).collect();
     positions.extend(turns::angles(pool, &relative, &turns::axes(&motions)));
     positions
+}
+
+/// The angles of turns about x, y and z in sequence that make up `rotation`, the second within ±90°.
+pub fn cardan_angles(pool: &Pool, rotation: &Rotation) -> Vec<Expr> {
+    turns::angles(pool, rotation, &spatial::axes(pool))
 }
 
 /// Wrench on the successor of a unit effort in the given motion.
@@ -251,14 +256,15 @@ pub fn effort(
 }
 
 /// The motions of a joint as they are now, their axes in world axes; `positions` are those of all of them.
+/// Without positions the axes of turns are as before any turn, which three turns span alike.
 pub fn motions_in_world(
     pool: &Pool,
     joint: &Joint,
-    positions: &[Expr],
+    positions: Option<&[Expr]>,
     sides: &Sides,
 ) -> Vec<Motion> {
     let mut motions = motions(pool, joint);
-    for (idx, axis) in turns::turned_axes(pool, joint, positions) {
+    for (idx, axis) in positions.iter().flat_map(|it| turns::turned_axes(pool, joint, it)) {
         motions[idx].axis = axis;
     }
     for motion in &mut motions {
@@ -268,7 +274,7 @@ pub fn motions_in_world(
 }
 
 /// r_P-frame-after-the-fixed-turn from r_Q: the rotation that the motions make up.
-fn relative_rotation(pool: &Pool, joint: &Joint, sides: &Sides) -> Rotation {
+pub fn rotation(pool: &Pool, joint: &Joint, sides: &Sides) -> Rotation {
     let undo = sides.predecessor.rotation.then(pool, &fixed_turn(pool, joint)).inverse(pool);
     undo.then(pool, &sides.successor.rotation)
 }

@@ -2,8 +2,8 @@
 
 use bksim_expr::{Expr, Pool};
 
-use super::{JointWrench, Row, Sides, fixed_turn, relative_rotation};
-use crate::spatial;
+use super::{JointWrench, Row, Sides, fixed_turn, rotation};
+use crate::spatial::{self, Turn};
 use bksim_model::{Joint, Vector};
 
 /// r_P − r_Q = 0 along the world axes.
@@ -69,12 +69,12 @@ pub(super) fn axes_parallel(pool: &Pool, axis: &Vector, sides: &Sides) -> Vec<Ro
 /// No relative rotation: one angle where the axes are parallel by form, else three right angles
 /// between unlike axes of the two frames.
 pub(super) fn frames_locked(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Row> {
-    let relative = relative_rotation(pool, joint, sides);
+    let relative = rotation(pool, joint, sides);
     match relative.turns() {
         [] => Vec::new(),
-        [turn] => {
-            let axis_world = sides.predecessor.rotation.apply(pool, &turn.axis);
-            vec![angle_row(pool, pool.neg(turn.angle), axis_world)]
+        [Turn::About { axis, angle }] => {
+            let axis_world = sides.predecessor.rotation.apply(pool, axis);
+            vec![angle_row(pool, pool.neg(*angle), axis_world)]
         }
         _ => {
             let [zero, one] = [pool.zero(), pool.one()];

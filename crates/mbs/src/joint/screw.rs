@@ -3,7 +3,7 @@
 
 use bksim_expr::{Expr, Pool};
 
-use super::{JointWrench, Motion, Row, Sides, relative_rotation, rows};
+use super::{JointWrench, Motion, Row, Sides, rotation, rows};
 use crate::spatial::{self, Rotation};
 use bksim_model::{Joint, JointKind};
 
@@ -27,7 +27,7 @@ pub(super) fn constraint_rows(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<
     let turned = pool.div(spatial::dot(pool, &axis_world, &offset), p);
     // The sine and cosine of θ, from a normal of the axis.
     let [e1, e2] = spatial::perpendicular(pool, &joint.axis);
-    let image = relative_rotation(pool, joint, sides).apply(pool, &e1);
+    let image = rotation(pool, joint, sides).apply(pool, &e1);
     let [cos, sin] = [e1, e2].map(|e| spatial::dot(pool, &e, &image));
     let defect = pool.sub(pool.mul(sin, pool.cos(turned)), pool.mul(cos, pool.sin(turned)));
     rows.push(Row {

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use bksim_expr::{Expr, Pool};
-use bksim_model::Vector;
+use bksim_model::{MotionKind, Vector};
 
-use super::links::{Link, LinkBody, LinkMotion, Links};
+use super::links::{Link, LinkBody, Links, Screw};
 use crate::sparse::SparseMatrix;
 use crate::spatial;
 
@@ -60,17 +60,16 @@ impl Composite {
         }
     }
 
-    /// Force and moment about the origin that a unit acceleration in a motion needs.
-    fn wrench(&self, pool: &Pool, motion: &LinkMotion) -> Option<(Vector, Vector)> {
-        match motion {
-            LinkMotion::Fixed(_) => None,
-            LinkMotion::Rotation { axis, .. } => {
+    /// Force and moment about the origin that a unit acceleration along a screw needs.
+    fn wrench(&self, pool: &Pool, Screw { kind, axis, .. }: &Screw) -> (Vector, Vector) {
+        match kind {
+            MotionKind::Rotation => {
                 let force = spatial::cross(pool, axis, &self.first_moment);
-                Some((force, self.inertia.map(|row| spatial::dot(pool, &row, axis))))
+                (force, self.inertia.map(|row| spatial::dot(pool, &row, axis)))
             }
-            LinkMotion::Translation { axis, .. } => {
+            MotionKind::Translation => {
                 let moment = spatial::cross(pool, &self.first_moment, axis);
-                Some((spatial::scale(pool, self.mass, axis), moment))
+                (spatial::scale(pool, self.mass, axis), moment)
             }
         }
     }
@@ -95,29 +94,32 @@ pub(super) fn mass_matrix(pool: &Pool, links: &Links) -> SparseMatrix {
             composites[parent.0] = composites[parent.0].with(pool, &handed_on);
         }
 
-        // A unit acceleration of the link's motion, felt by every motion before it.
-        let (Some(i), Some((mut force, mut moment))) =
-            (coordinate_of(&link.motion), composite.wrench(pool, &link.motion))
-        else {
-            continue;
-        };
-        let mut at = link;
-        loop {
-            if let (Some(j), Some(entry)) =
-                (coordinate_of(&at.motion), along(pool, &at.motion, &force, &moment))
-                && !pool.is_zero(entry)
-            {
+        // A unit acceleration of each coordinate of the link, felt by all coordinates before it.
+        let own = link.motion.screws(pool);
+        for (own_idx, screw) in own.iter().enumerate() {
+            let i = screw.coordinate_idx;
+            let (mut force, mut moment) = composite.wrench(pool, screw);
+            for other in &own[..=own_idx] {
+                let j = other.coordinate_idx;
+                let entry = along(pool, other, &force, &moment);
                 add((i, j), entry);
-                // The turn and the slide of a screw are links of their own with one coordinate.
-                if !std::ptr::eq(at, link) {
+                if i != j {
                     add((j, i), entry);
                 }
             }
-            let Some(parent) = at.parent else { break };
-            force = at.to_parent(pool, &force);
-            let arm = spatial::cross(pool, &at.origin(pool), &force);
-            moment = spatial::add(pool, &at.to_parent(pool, &moment), &arm);
-            at = &links.links[parent.0];
+            let mut at = link;
+            while let Some(parent) = at.parent {
+                force = at.to_parent(pool, &force);
+                let arm = spatial::cross(pool, &at.origin(pool), &force);
+                moment = spatial::add(pool, &at.to_parent(pool, &moment), &arm);
+                at = &links.links[parent.0];
+                // The turn and the slide of a screw joint are links of their own with one coordinate.
+                for other in at.motion.screws(pool) {
+                    let (j, entry) = (other.coordinate_idx, along(pool, &other, &force, &moment));
+                    add((i, j), entry);
+                    add((j, i), entry);
+                }
+            }
         }
     }
     let entries = entries.into_iter().map(|((i, j), entry)| (i, j, entry));
@@ -125,20 +127,11 @@ pub(super) fn mass_matrix(pool: &Pool, links: &Links) -> SparseMatrix {
     SparseMatrix::new(links.n_coordinates, links.n_coordinates, entries)
 }
 
-fn coordinate_of(motion: &LinkMotion) -> Option<usize> {
-    match motion {
-        LinkMotion::Fixed(_) => None,
-        LinkMotion::Rotation { coordinate_idx, .. }
-        | LinkMotion::Translation { coordinate_idx, .. } => Some(*coordinate_idx),
-    }
-}
-
-/// The part of a wrench at a link's origin that acts in its motion.
-fn along(pool: &Pool, motion: &LinkMotion, force: &Vector, moment: &Vector) -> Option<Expr> {
-    match motion {
-        LinkMotion::Fixed(_) => None,
-        LinkMotion::Rotation { axis, .. } => Some(spatial::dot(pool, axis, moment)),
-        LinkMotion::Translation { axis, .. } => Some(spatial::dot(pool, axis, force)),
+/// The part of a wrench at a link's origin that acts along a screw.
+fn along(pool: &Pool, Screw { kind, axis, .. }: &Screw, force: &Vector, moment: &Vector) -> Expr {
+    match kind {
+        MotionKind::Rotation => spatial::dot(pool, axis, moment),
+        MotionKind::Translation => spatial::dot(pool, axis, force),
     }
 }
 

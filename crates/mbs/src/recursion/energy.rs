@@ -30,6 +30,11 @@ pub(super) fn kinetic(
                 let rate = spatial::scale(pool, rates[*coordinate_idx], axis);
                 turning = spatial::add(pool, &turning, &rate);
             }
+            LinkMotion::Quaternion { .. } => {
+                if let Some(spin) = link.spin(pool, [rates, rates], link_idx, naming) {
+                    turning = spatial::add(pool, &turning, &spin.rate);
+                }
+            }
             LinkMotion::Translation { axis, coordinate_idx, .. } => {
                 let rate = spatial::scale(pool, rates[*coordinate_idx], axis);
                 velocity = spatial::add(pool, &velocity, &rate);

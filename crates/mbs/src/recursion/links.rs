@@ -3,10 +3,12 @@
 use bksim_expr::{Expr, Pool};
 use bksim_model::{BodyId, GROUND, JointId, Model, MotionKind, Vector};
 
+use super::naming::Naming;
 use super::turn::Turn;
 use crate::inertia::central_inertia;
 use crate::joint;
-use crate::kinematics::{Kinematics, Owner, anchor_in_body, orientation};
+use crate::kinematics::{CoordinateKind, Kinematics, Owner, Turning, anchor_in_body, orientation};
+use crate::quaternion::Quaternion;
 use crate::spatial::{self, Rotation};
 use crate::tree::{Branch, Tree};
 
@@ -21,6 +23,9 @@ pub(super) enum LinkMotion {
     Fixed(Turn),
     /// A turn by a coordinate about `axis`, which is the same before and after it.
     Rotation { turn: Turn, axis: Vector, coordinate_idx: usize },
+    /// A turn by the quaternion of four coordinates, the first of which is given; `s` is 2 / e·e. Of a
+    /// joint passed backwards it is the opposite one, as are then its rates.
+    Quaternion { turn: Turn, quaternion: Quaternion, s: Expr, first: usize, is_reversed: bool },
     /// A slide along `axis`, whose length is the way for one unit of the coordinate `q`.
     Translation { axis: Vector, q: Expr, coordinate_idx: usize },
 }
@@ -48,6 +53,81 @@ pub(super) struct Link {
     pub(super) body: Option<LinkBody>,
 }
 
+/// The direction of a motion by one coordinate, link's axes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Screw {
+    pub(super) kind: MotionKind,
+    pub(super) axis: Vector,
+    pub(super) coordinate_idx: usize,
+}
+
+impl LinkMotion {
+    /// The directions of its coordinates: velocity of the link against the one before for a unit rate.
+    pub(super) fn screws(&self, pool: &Pool) -> Vec<Screw> {
+        let screw = |kind, axis, coordinate_idx| Screw { kind, axis, coordinate_idx };
+        match self {
+            Self::Fixed(_) => Vec::new(),
+            Self::Rotation { axis, coordinate_idx, .. } => {
+                vec![screw(MotionKind::Rotation, *axis, *coordinate_idx)]
+            }
+            Self::Translation { axis, coordinate_idx, .. } => {
+                vec![screw(MotionKind::Translation, *axis, *coordinate_idx)]
+            }
+            // ω = s E ė, column by column.
+            Self::Quaternion { quaternion, s, first, is_reversed, .. } => {
+                let rows = quaternion.inner_rows(pool);
+                let column = |part: usize| {
+                    let column = spatial::scale(pool, *s, &rows.map(|row| row[part]));
+                    let is_opposite = *is_reversed && part > 0;
+                    let column = if is_opposite { spatial::neg(pool, &column) } else { column };
+                    screw(MotionKind::Rotation, column, first + part)
+                };
+                (0..4).map(column).collect()
+            }
+        }
+    }
+}
+
+/// The turning of a link by its quaternion, link's axes.
+pub(super) struct Spin {
+    /// s E ė, rad/s.
+    pub(super) rate: Vector,
+    /// s (E ë − (e·ė) ω), rad/s².
+    pub(super) gain: Vector,
+}
+
+impl Link {
+    /// The turning by a quaternion, if the link has one, from the rates and accelerations of all
+    /// coordinates.
+    pub(super) fn spin(
+        &self,
+        pool: &Pool,
+        [rates, accelerations]: [&[Expr]; 2],
+        link_idx: usize,
+        naming: &Naming<'_>,
+    ) -> Option<Spin> {
+        let LinkMotion::Quaternion { quaternion, s, first, is_reversed, .. } = &self.motion else {
+            return None;
+        };
+        let of = |all: &[Expr]| {
+            std::array::from_fn(|part| {
+                let rate = all[first + part];
+                if *is_reversed && part > 0 { pool.neg(rate) } else { rate }
+            })
+        };
+        let (rates, accelerations) = (of(rates), of(accelerations));
+        let rate = spatial::scale(pool, *s, &quaternion.to_inner_rate(pool, &rates));
+        // On the ground it is the whole angular velocity.
+        let letter = if self.parent.is_none() { "omega" } else { "w" };
+        let rate = naming.vector(letter, link_idx, &rate);
+        let along = naming.scalar("d", link_idx, quaternion.dot(pool, &rates));
+        let gain = quaternion.to_inner_rate(pool, &accelerations);
+        let gain = spatial::sub(pool, &gain, &spatial::scale(pool, along, &rate));
+        let gain = spatial::scale(pool, *s, &gain);
+        Some(Spin { rate, gain })
+    }
+}
+
 impl Link {
     /// Origin of the link's frame, frame of the link before, m.
     pub(super) fn origin(&self, pool: &Pool) -> Vector {
@@ -72,7 +152,9 @@ impl Link {
     /// The turn between the frame before and the link's.
     pub(super) fn turn(&self) -> Option<&Turn> {
         match &self.motion {
-            LinkMotion::Fixed(turn) | LinkMotion::Rotation { turn, .. } => Some(turn),
+            LinkMotion::Fixed(turn)
+            | LinkMotion::Rotation { turn, .. }
+            | LinkMotion::Quaternion { turn, .. } => Some(turn),
             LinkMotion::Translation { .. } => None,
         }
     }
@@ -108,6 +190,25 @@ impl Links {
     }
 }
 
+impl Links {
+    /// Index of the link that turns by a quaternion.
+    pub(super) fn of_turning(&self, turning: &Turning) -> usize {
+        let is_own = |link: &Link| matches!(link.motion, LinkMotion::Quaternion { first, .. } if first == turning.first);
+        self.links.iter().position(is_own).unwrap_or_default()
+    }
+
+    /// The same links, with names for the matrices of quaternions: `A_arm_xy`, and `s_arm` for 2 / e·e.
+    pub(super) fn named(mut self, pool: &Pool, naming: &Naming<'_>) -> Self {
+        for (link_idx, link) in self.links.iter_mut().enumerate() {
+            if let LinkMotion::Quaternion { turn, quaternion, s, .. } = &mut link.motion {
+                *s = naming.scalar("s", link_idx, *s);
+                *turn = Turn::Matrix(naming.matrix("A", link_idx, &quaternion.matrix(pool, *s)));
+            }
+        }
+        self
+    }
+}
+
 /// The frame of a body.
 #[derive(Clone, Debug)]
 struct Frame {
@@ -126,16 +227,19 @@ struct Chain<'a> {
 }
 
 impl Chain<'_> {
-    /// A body that moves freely: its centre of mass along x, y (z), then its turns.
+    /// A body that moves freely: its centre of mass along x, y (z), then its turns or its quaternion.
     fn free(&mut self, body: BodyId) {
         let pool = &self.model.pool;
         let owned = |owner| matches!(owner, Owner::Body(id, _) if id == body);
         let own: Vec<usize> = self.coordinates_where(owned);
         let n_axes = own.len().min(3);
+        let quaternion = self.quaternion(body, false);
         let motions = own.iter().enumerate().map(|(motion_idx, &coordinate_idx)| {
-            let kind = self.kinematics.coordinates[coordinate_idx].kind;
+            let is_slide =
+                self.kinematics.coordinates[coordinate_idx].kind == CoordinateKind::Length;
+            let kind = if is_slide { MotionKind::Translation } else { MotionKind::Rotation };
             let mut axis = spatial::zero(pool);
-            // A plane has one turn, the last of three; space has three.
+            // A plane has one turn, the last of three; space has three, or a quaternion.
             let axis_idx = match kind {
                 MotionKind::Translation => motion_idx,
                 MotionKind::Rotation if n_axes == own.len() => 2,
@@ -144,7 +248,7 @@ impl Chain<'_> {
             axis[axis_idx] = pool.one();
             self.motion(kind, axis, coordinate_idx)
         });
-        let motions = motions.collect();
+        let motions = motions.chain(quaternion).collect();
         let ground = Frame { link: None, anchor: spatial::zero(pool) };
         self.place(body, &ground, &spatial::zero(pool), motions, self.model.bodies[body.0].com);
     }
@@ -171,6 +275,7 @@ impl Chain<'_> {
             }
             of_kind.push(self.motion(motion.kind, axis, idx));
         }
+        turns.extend(self.quaternion(body, reversed));
         let fixed = joint::fixed_turn(pool, joint);
         let fixed = if reversed { fixed.inverse(pool) } else { fixed };
         let mut fixed = fixed_turns(pool, &fixed);
@@ -195,6 +300,17 @@ impl Chain<'_> {
     fn coordinates_where(&self, owned: impl Fn(Owner) -> bool) -> Vec<usize> {
         let coordinates = self.kinematics.coordinates.iter().enumerate();
         coordinates.filter(|(_, c)| owned(c.owner)).map(|(idx, _)| idx).collect()
+    }
+
+    /// The turning by a quaternion of `body`, if it does.
+    fn quaternion(&self, body: BodyId, is_reversed: bool) -> Option<LinkMotion> {
+        let pool = &self.model.pool;
+        let turning = self.kinematics.turnings.iter().find(|turning| turning.body == body)?;
+        let own = turning.quaternion;
+        let quaternion = if is_reversed { own.inverse(pool) } else { own };
+        let s = quaternion.scale(pool);
+        let turn = Turn::Matrix(quaternion.matrix(pool, s));
+        Some(LinkMotion::Quaternion { turn, quaternion, s, first: turning.first, is_reversed })
     }
 
     fn motion(&self, kind: MotionKind, axis: Vector, coordinate_idx: usize) -> LinkMotion {
@@ -241,6 +357,11 @@ impl Chain<'_> {
 }
 
 fn fixed_turns(pool: &Pool, rotation: &Rotation) -> Vec<LinkMotion> {
-    let turns = rotation.turns().iter();
-    turns.map(|turn| LinkMotion::Fixed(Turn::about(pool, &turn.axis, turn.angle))).collect()
+    let turn = |turn: &spatial::Turn| match turn {
+        spatial::Turn::About { axis, angle } => Turn::about(pool, axis, *angle),
+        spatial::Turn::By(quaternion) => {
+            Turn::Matrix(quaternion.matrix(pool, quaternion.scale(pool)))
+        }
+    };
+    rotation.turns().iter().map(|it| LinkMotion::Fixed(turn(it))).collect()
 }

@@ -25,8 +25,9 @@ use bksim_expr::{Expr, Pool, SymbolId};
 use bksim_model::{Model, Vector};
 
 use crate::force::Loads;
-use crate::kinematics::{Coordinate, Kinematics};
+use crate::kinematics::{Coordinate, Kinematics, Turning};
 use crate::lagrange::LeftSide;
+use crate::norm;
 use crate::pose::Pose;
 use crate::spatial::{self, Turn};
 use crate::tree::Tree;
@@ -43,10 +44,13 @@ const MIN_TURNS: usize = 4;
 
 /// Whether the recursion is the shorter way to the equations of the bodies at `kinematics`.
 pub(crate) fn is_shorter(pool: &Pool, kinematics: &Kinematics) -> bool {
-    // A turn about a skew axis has the terms of two about axes of the frame.
-    let weight = |turn: &Turn| {
-        let n_parts = turn.axis.iter().filter(|&&part| !pool.is_zero(part)).count();
-        n_parts.min(2)
+    // A turn about a skew axis has the terms of two about axes of the frame; a quaternion those of three.
+    if !kinematics.turnings.is_empty() {
+        return true;
+    }
+    let weight = |turn: &Turn| match turn {
+        Turn::About { axis, .. } => axis.iter().filter(|&&part| !pool.is_zero(part)).count().min(2),
+        Turn::By(_) => MIN_TURNS,
     };
     let n_turns = |pose: &Pose| pose.rotation.turns().iter().map(weight).sum::<usize>();
     kinematics.poses.iter().any(|pose| n_turns(pose) >= MIN_TURNS)
@@ -146,7 +150,9 @@ pub(crate) struct NamedRecursion {
 /// The recursion as it is read: `omega_`, `alpha_` and `a_` are ω, ω̇ and the acceleration of the origin
 /// of a body's frame, `R_` the force that its mass needs, `F_` and `N_` force and moment on it and all that
 /// it carries, `v_` and `c_` the velocities of origin and centre of mass, `g_` the field, `u_` its work on
-/// a unit mass; all in the axes of the body.
+/// a unit mass; all in the axes of the body. Of a body that turns by a quaternion `A_` is the matrix of the
+/// turn, `w_` its angular velocity against the body before, `s_` is 2 / e·e, `d_` e·ė, and `n_` the inertial
+/// force along e.
 pub(crate) fn named(
     model: &Model,
     tree: &Tree,
@@ -154,13 +160,22 @@ pub(crate) fn named(
     loads: &Loads,
 ) -> NamedRecursion {
     let pool = &model.pool;
-    let recursion = Recursion::of(model, tree, kinematics, loads);
+    let mut recursion = Recursion::of(model, tree, kinematics, loads);
+    let naming = Naming::of(model, kinematics, &recursion.links);
+    recursion.links = recursion.links.named(pool, &naming);
     let Recursion { links, rates, accelerations, lifted, .. } = &recursion;
-    let naming = Naming::of(model, kinematics, links);
-    let kinetic_energy = energy::kinetic(pool, links, rates, &naming);
+    // The lengths of quaternions.
+    let name = |letter: &'static str| {
+        let (links, naming) = (&links, &naming);
+        move |turning: &Turning, e: Expr| naming.scalar(letter, links.of_turning(turning), e)
+    };
+    let mut kinetic_energy = energy::kinetic(pool, links, rates, &naming);
+    kinetic_energy.extend(norm::kinetic_energy(model, kinematics, rates, &name("d")));
     let mut potential_energy = energy::potential(pool, links, &loads.field, &naming);
     potential_energy.extend(&loads.without_field);
-    let inverse_dynamics = recursion.forces([rates, accelerations], Some(lifted), &naming);
+    let mut inverse_dynamics = recursion.forces([rates, accelerations], Some(lifted), &naming);
+    let motion = [rates.as_slice(), accelerations];
+    norm::add_forces(model, kinematics, motion, &mut inverse_dynamics, &name("n"));
     let roots = [&kinetic_energy[..], &potential_energy, &inverse_dynamics].concat();
     let definitions = naming.needed(&roots);
     NamedRecursion { definitions, kinetic_energy, potential_energy, inverse_dynamics }

@@ -43,6 +43,9 @@ impl<'a> Naming<'a> {
                 LinkMotion::Rotation { coordinate_idx, .. }
                 | LinkMotion::Translation { coordinate_idx, .. },
             ) => kinematics.coordinates[*coordinate_idx].name.clone(),
+            (None, LinkMotion::Quaternion { first, .. }) => {
+                kinematics.coordinates[*first].name.trim_end_matches("_e0").to_owned()
+            }
             (None, LinkMotion::Fixed(_)) => "turn".to_owned(),
         };
         // A name of the author must not be one of these.
@@ -61,6 +64,15 @@ impl<'a> Naming<'a> {
     /// A vector of a link by the names of its components: `omega_arm_x`.
     pub(super) fn vector(&self, letter: &str, link_idx: usize, vector: &Vector) -> Vector {
         std::array::from_fn(|i| self.component(letter, link_idx, AXES[i], vector[i]))
+    }
+
+    /// A matrix of a link by the names of its entries: `A_arm_xy`.
+    pub(super) fn matrix(&self, letter: &str, link_idx: usize, rows: &[Vector; 3]) -> [Vector; 3] {
+        let entry = |i: usize, j: usize| {
+            let axes = format!("{}{}", AXES[i], AXES[j]);
+            self.component(letter, link_idx, &axes, rows[i][j])
+        };
+        std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
     }
 
     /// A number of a link by its name: `h_arm`.

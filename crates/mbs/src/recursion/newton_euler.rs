@@ -1,9 +1,9 @@
 //! Newton's and Euler's equations, outwards and inwards over the links.
 
 use bksim_expr::{Expr, Pool};
-use bksim_model::{BodyId, Vector};
+use bksim_model::{BodyId, MotionKind, Vector};
 
-use super::links::{Link, LinkBody, LinkMotion, Links};
+use super::links::{Link, LinkBody, LinkMotion, Links, Screw, Spin};
 use super::naming::Naming;
 use crate::kinematics::Kinematics;
 use crate::spatial;
@@ -95,7 +95,8 @@ fn outwards(
     let mut frames: Vec<FrameMotion> = Vec::with_capacity(links.links.len());
     for (link_idx, link) in links.links.iter().enumerate() {
         let before = link.parent.map_or(&ground, |parent| &frames[parent.0]);
-        let FrameMotion { omega, alpha, acceleration } = after(pool, link, before, motion);
+        let FrameMotion { omega, alpha, acceleration } =
+            after(pool, (link_idx, link), before, motion, naming);
         frames.push(FrameMotion {
             omega: naming.vector("omega", link_idx, &omega),
             alpha: naming.vector("alpha", link_idx, &alpha),
@@ -106,7 +107,13 @@ fn outwards(
 }
 
 /// The motion of a link's frame from that of the link before.
-fn after(pool: &Pool, link: &Link, before: &FrameMotion, motion: &Motion<'_>) -> FrameMotion {
+fn after(
+    pool: &Pool,
+    (link_idx, link): (usize, &Link),
+    before: &FrameMotion,
+    motion: &Motion<'_>,
+    naming: &Naming<'_>,
+) -> FrameMotion {
     let relative = before.relative_acceleration(pool, &link.origin(pool));
     let mut acceleration = spatial::add(pool, &before.acceleration, &relative);
     let mut omega = link.to_link(pool, &before.omega);
@@ -119,6 +126,14 @@ fn after(pool: &Pool, link: &Link, before: &FrameMotion, motion: &Motion<'_>) ->
             let gyroscopic = spatial::cross(pool, &omega, &rate);
             alpha = spatial::add(pool, &spatial::add(pool, &alpha, &gain), &gyroscopic);
             omega = spatial::add(pool, &omega, &rate);
+        }
+        LinkMotion::Quaternion { .. } => {
+            let rates = [motion.rates, motion.accelerations];
+            if let Some(Spin { rate, gain }) = link.spin(pool, rates, link_idx, naming) {
+                let gyroscopic = spatial::cross(pool, &omega, &rate);
+                alpha = spatial::add(pool, &spatial::add(pool, &alpha, &gain), &gyroscopic);
+                omega = spatial::add(pool, &omega, &rate);
+            }
         }
         LinkMotion::Translation { axis, coordinate_idx, .. } => {
             // 2 ω × v (Coriolis) and the slide's own acceleration.
@@ -157,16 +172,12 @@ pub(super) fn generalised_forces(
         }
         force = naming.vector("F", link_idx, &force);
         moment = naming.vector("N", link_idx, &moment);
-        match &link.motion {
-            LinkMotion::Fixed(_) => {}
-            LinkMotion::Rotation { axis, coordinate_idx, .. } => {
-                let along = spatial::dot(pool, axis, &moment);
-                generalised[*coordinate_idx] = pool.add(generalised[*coordinate_idx], along);
-            }
-            LinkMotion::Translation { axis, coordinate_idx, .. } => {
-                let along = spatial::dot(pool, axis, &force);
-                generalised[*coordinate_idx] = pool.add(generalised[*coordinate_idx], along);
-            }
+        for Screw { kind, axis, coordinate_idx } in link.motion.screws(pool) {
+            let along = match kind {
+                MotionKind::Rotation => spatial::dot(pool, &axis, &moment),
+                MotionKind::Translation => spatial::dot(pool, &axis, &force),
+            };
+            generalised[coordinate_idx] = pool.add(generalised[coordinate_idx], along);
         }
         // Handed on to the link before, at its origin.
         if let Some(parent) = link.parent {

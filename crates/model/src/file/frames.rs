@@ -16,7 +16,7 @@ use super::tree::{Node, Value};
 use super::units::Quantity;
 use super::value::Scope;
 use crate::body::FixedTurn;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::Vector;
 use crate::message::short;
 
@@ -56,16 +56,24 @@ impl Reader<'_> {
             _ => Some(Vec::new()),
         };
         let turns = turns.unwrap_or_default();
-        // A turn about z alone stays in the plane.
-        let [zero, one] = [self.pool.zero(), self.pool.one()];
-        let z = [[zero, zero, one], [zero, zero, self.pool.neg(one)]];
-        if turns.iter().any(|turn| !z.contains(&turn.axis)) && self.spatial.is_none() {
-            self.spatial = Some(fields.span.clone());
-        }
+        self.leave_plane(&turns, &fields.span);
         turns
     }
 
-    fn roll_pitch_yaw(&mut self, node: &Node, fields: &Fields<'_>) -> Option<Vec<FixedTurn>> {
+    /// Notes that turns are not those of a planar model: a turn about z alone stays in the plane.
+    pub(super) fn leave_plane(&mut self, turns: &[FixedTurn], span: &Span) {
+        let [zero, one] = [self.pool.zero(), self.pool.one()];
+        let z = [[zero, zero, one], [zero, zero, self.pool.neg(one)]];
+        if turns.iter().any(|turn| !z.contains(&turn.axis)) && self.spatial.is_none() {
+            self.spatial = Some(span.clone());
+        }
+    }
+
+    pub(super) fn roll_pitch_yaw(
+        &mut self,
+        node: &Node,
+        fields: &Fields<'_>,
+    ) -> Option<Vec<FixedTurn>> {
         let what = fields.what("rpy");
         let example = "[\"90 deg\", 0, 0]";
         let values = self.array(node, &what, "[roll, pitch, yaw]", example)?;
@@ -93,7 +101,11 @@ impl Reader<'_> {
         .collect()
     }
 
-    fn quaternion(&mut self, node: &Node, fields: &Fields<'_>) -> Option<Vec<FixedTurn>> {
+    pub(super) fn quaternion(
+        &mut self,
+        node: &Node,
+        fields: &Fields<'_>,
+    ) -> Option<Vec<FixedTurn>> {
         let what = fields.what("quaternion");
         let example = "[1, 0, 0, 0]";
         let values = self.array(node, &what, "[w, x, y, z]", example)?;
@@ -140,7 +152,11 @@ impl Reader<'_> {
     }
 
     /// The turns that bring the axes of the body to two given ones.
-    fn two_axes(&mut self, keys: &[&str], fields: &Fields<'_>) -> Option<Vec<FixedTurn>> {
+    pub(super) fn two_axes(
+        &mut self,
+        keys: &[&str],
+        fields: &Fields<'_>,
+    ) -> Option<Vec<FixedTurn>> {
         let &[first, second] = keys else {
             let n = keys.len();
             let message = format!("{} has {n} axes, and two make a frame", fields.owner);
@@ -199,7 +215,7 @@ impl Reader<'_> {
         &mut self,
         keys: [&str; 2],
         [a, b]: [[f64; 3]; 2],
-        span: &crate::diagnostic::Span,
+        span: &Span,
     ) -> Option<()> {
         let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let lengths = (dot(a, a) * dot(b, b)).sqrt();

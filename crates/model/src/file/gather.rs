@@ -4,7 +4,7 @@
 use bksim_expr::Function;
 
 use super::codes;
-use super::names::{BODY_MOTION, BodyName, JointName, Meaning, quantities};
+use super::names::{BodyName, JointName, Meaning, quantities, quantity_of};
 use super::reader::{Reader, entry_like};
 use super::tree::{Node, Table, Value};
 use super::units::Quantity;
@@ -12,6 +12,7 @@ use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::JointId;
 use crate::joint::JOINT_TYPES;
 use crate::measure::Measure;
+use crate::measure_names::BODY_WORDS;
 
 impl Reader<'_> {
     /// Gathers the names of all bodies, points and joints.
@@ -118,8 +119,17 @@ impl Reader<'_> {
         for (name, _, table) in sub_tables(root, "bodies") {
             let Some(entry) = table.and_then(|table| table.get("coordinates")) else { continue };
             let Some(body) = self.names.body(name) else { continue };
-            let row = |at: usize| (BODY_MOTION[at].1(body, None), BODY_MOTION[at].2);
-            let measures = [[row(0), row(3)], [row(1), row(4)], [row(6), row(7)]];
+            // In the plane x, y and angle; in space x, y, z and three angles.
+            let named = |at: usize| BODY_WORDS[at].1(body, None);
+            let slide = |at: usize| [named(at), named(3 + at)];
+            let turn = |at| [Measure::CardanAngle(body, at), Measure::CardanRate(body, at)];
+            let measures = if coordinate_names(&entry.node, self.text).len() > 3 {
+                vec![slide(0), slide(1), slide(2), turn(0), turn(1), turn(2)]
+            } else {
+                vec![slide(0), slide(1), [named(6), named(7)]]
+            };
+            let with_quantity = |pair: [Measure; 2]| pair.map(|of| (of, quantity_of(of)));
+            let measures: Vec<_> = measures.into_iter().map(with_quantity).collect();
             self.define_coordinates(&entry.node, &measures);
         }
     }

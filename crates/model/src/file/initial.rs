@@ -1,9 +1,11 @@
-//! `[initial]`: stated values of the start, and guesses that may move.
+//! `[initial]`: stated values of the start, and guesses that may move; orientations are in
+//! [`super::orientation`].
 
 use std::collections::HashMap;
 
 use super::codes;
-use super::names::{BODY_MOTION, quantities};
+use super::names::{quantities, quantity_of};
+use super::orientation::ORIENTATION_KEYS;
 use super::reader::{Fields, Reader};
 use super::tree::{Entry, Node, Table, Value};
 use super::units::Quantity;
@@ -12,30 +14,32 @@ use super::words::cut;
 use crate::diagnostic::Diagnostic;
 use crate::ids::{BodyId, JointId};
 use crate::joint::motion_words;
-use crate::measure::{Initial, Measure};
+use crate::measure::{Initial, Measure, Orientation};
+use crate::measure_names::{BODY_WORDS, BodyWord, N_START_WORDS};
 
 /// A key of an initial value, what it measures and its quantity.
 type Row = (&'static str, Measure, Quantity);
 
 /// The values read so far.
 #[derive(Default)]
-struct Stated {
+pub(super) struct Stated {
     values: Vec<Initial>,
+    pub(super) orientations: Vec<Orientation>,
     /// Which of them states each measure.
     of_measure: HashMap<Measure, usize>,
 }
 
 impl Reader<'_> {
     /// Reads the whole table, in file order.
-    pub(super) fn read_initial(&mut self, root: &Table) -> Vec<Initial> {
+    pub(super) fn read_initial(&mut self, root: &Table) -> (Vec<Initial>, Vec<Orientation>) {
         let mut initial = Stated::default();
-        let Some(entry) = root.get("initial") else { return Vec::new() };
-        let Some(table) = self.table(&entry.node, "`initial`") else { return Vec::new() };
+        let table = root.get("initial").and_then(|entry| self.table(&entry.node, "`initial`"));
+        let Some(table) = table else { return Default::default() };
         for entry in &table.entries {
             self.read_entry(entry, &mut initial);
         }
         initial.values.sort_by_key(|value| value.span.start);
-        initial.values
+        (initial.values, initial.orientations)
     }
 
     fn read_entry(&mut self, entry: &Entry, initial: &mut Stated) {
@@ -45,6 +49,7 @@ impl Reader<'_> {
             return;
         }
         // A joint or a body, with the measures that its keys name.
+        let mut turned = None;
         let (owner, rows) = if let Some(joint) = self.names.joint(name) {
             let Some(rows) = self.joint_rows(joint) else { return };
             if rows.is_empty() {
@@ -58,6 +63,7 @@ impl Reader<'_> {
             }
             (format!("the start of joint `{name}`"), rows)
         } else if let Some(body) = self.names.body(name).filter(|body| body.0 > 0) {
+            turned = Some(body);
             (format!("the start of body `{name}`"), body_rows(body))
         } else {
             self.unknown_start(entry);
@@ -71,9 +77,15 @@ impl Reader<'_> {
             return;
         };
         let mut known: Vec<&str> = rows.iter().map(|(key, ..)| *key).collect();
+        if turned.is_some() {
+            known.extend(ORIENTATION_KEYS);
+        }
         known.push("guess");
         let fields = Fields::open(self, table, owner.clone(), entry.key_span.clone(), &known);
         self.read_rows(name, &fields, &rows, false, initial);
+        if let Some(body) = turned {
+            self.read_orientation((name, body), &fields, false, initial);
+        }
         // The guesses, one table deeper.
         let Some(guess) = fields.get("guess") else { return };
         let Value::Table(inner) = &guess.value else {
@@ -85,6 +97,9 @@ impl Reader<'_> {
         let owner = format!("the guess of {owner}");
         let inner = Fields::open(self, inner, owner, guess.span.clone(), &known);
         self.read_rows(name, &inner, &rows, true, initial);
+        if let Some(body) = turned {
+            self.read_orientation((name, body), &inner, true, initial);
+        }
     }
 
     fn read_rows(
@@ -153,7 +168,7 @@ impl Reader<'_> {
     }
 
     /// Adds a value unless the same thing was stated before under another name.
-    fn push_initial(&mut self, value: Initial, initial: &mut Stated) {
+    pub(super) fn push_initial(&mut self, value: Initial, initial: &mut Stated) {
         let known = *initial.of_measure.entry(value.measure).or_insert(initial.values.len());
         let Some(first) = initial.values.get(known) else {
             initial.values.push(value);
@@ -193,10 +208,11 @@ impl Reader<'_> {
 }
 
 fn body_rows(body: BodyId) -> Vec<Row> {
-    BODY_MOTION
-        .iter()
-        .map(|(key, measure, quantity)| (*key, measure(body, None), *quantity))
-        .collect()
+    let row = |&(key, measure): &BodyWord| {
+        let measure = measure(body, None);
+        (key, measure, quantity_of(measure))
+    };
+    BODY_WORDS[..N_START_WORDS].iter().map(row).collect()
 }
 
 /// An example as it stands in a file.

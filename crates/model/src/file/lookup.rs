@@ -2,7 +2,7 @@
 
 use super::codes;
 use super::lower::Context;
-use super::names::{BODY_MOTION, Meaning, POINT_MOTIONS};
+use super::names::Meaning;
 use super::reader::Reader;
 use super::replay::Constant;
 use super::units::{Quantity, find_unit};
@@ -11,6 +11,7 @@ use super::value::{Kind, Lowered, PURE};
 use super::words::cut;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::joint::motion_words;
+use crate::measure_names::{BODY_WORDS, N_POINT_WORDS};
 
 impl Reader<'_> {
     /// A parameter, the time, or something of the motion.
@@ -94,10 +95,10 @@ impl Reader<'_> {
             (1, words.map(str::to_owned).collect())
         } else if let Some(body) = body {
             let points = self.names.bodies[body.0].points.clone();
-            let words = BODY_MOTION.map(|(word, ..)| word.to_owned());
+            let words = BODY_WORDS.map(|(word, _)| word.to_owned());
             match parts {
                 [_, point, ..] if points.iter().any(|known| known == point) => {
-                    (2, words[..POINT_MOTIONS].to_vec())
+                    (2, words[..N_POINT_WORDS].to_vec())
                 }
                 [_, _, _, ..] => (1, points),
                 _ => (1, [words.to_vec(), points].concat()),

@@ -38,6 +38,7 @@ mod loads;
 mod lookup;
 mod lower;
 mod names;
+mod orientation;
 mod outline;
 mod parameters;
 mod plausible;

@@ -8,7 +8,8 @@ use super::units::Quantity;
 use crate::diagnostic::Span;
 use crate::ids::{BodyId, JointId, PointId};
 use crate::joint::{MotionKind, motion_words};
-use crate::measure::{Axis, Measure, Signal};
+use crate::measure::{Measure, Signal};
+use crate::measure_names::{BODY_WORDS, N_POINT_WORDS};
 
 /// The meaning of a name in an expression.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -31,24 +32,24 @@ pub(super) fn quantities(motion: MotionKind) -> [Quantity; 2] {
     }
 }
 
-/// A word, what it measures of a body or its point, and the quantity.
-type BodyMotion = (&'static str, fn(BodyId, Option<PointId>) -> Measure, Quantity);
-
-/// Keys of a body's own motion in expressions and in `[initial]`: word, measure of the centre of
-/// mass or the body, quantity.
-pub(super) const BODY_MOTION: [BodyMotion; 8] = [
-    ("x", |b, p| Measure::PointPosition(b, p, Axis::X), Quantity::LENGTH),
-    ("y", |b, p| Measure::PointPosition(b, p, Axis::Y), Quantity::LENGTH),
-    ("z", |b, p| Measure::PointPosition(b, p, Axis::Z), Quantity::LENGTH),
-    ("vx", |b, p| Measure::PointVelocity(b, p, Axis::X), Quantity::VELOCITY),
-    ("vy", |b, p| Measure::PointVelocity(b, p, Axis::Y), Quantity::VELOCITY),
-    ("vz", |b, p| Measure::PointVelocity(b, p, Axis::Z), Quantity::VELOCITY),
-    ("angle", |b, _| Measure::BodyAngle(b), Quantity::ANGLE),
-    ("rate", |b, _| Measure::BodyRate(b), Quantity::RATE),
-];
-
-/// Number of rows of [`BODY_MOTION`] that a point has.
-pub(super) const POINT_MOTIONS: usize = 6;
+/// The quantity of a measure of a body.
+pub(super) fn quantity_of(measure: Measure) -> Quantity {
+    match measure {
+        Measure::BodyAngle(_) | Measure::CardanAngle(..) | Measure::RollPitchYaw(..) => {
+            Quantity::ANGLE
+        }
+        Measure::BodyRate(_) | Measure::CardanRate(..) | Measure::AngularVelocity(..) => {
+            Quantity::RATE
+        }
+        Measure::Quaternion(..) | Measure::DirectionCosine(..) => Quantity::NUMBER,
+        Measure::PointAcceleration(..) => Quantity::ACCELERATION,
+        Measure::AngularAcceleration(..) => Quantity::ANGULAR_ACCELERATION,
+        Measure::Momentum(..) => Quantity::MOMENTUM,
+        Measure::AngularMomentum(..) => Quantity::ANGULAR_MOMENTUM,
+        Measure::JointPosition(..) | Measure::PointPosition(..) => Quantity::LENGTH,
+        Measure::JointVelocity(..) | Measure::PointVelocity(..) => Quantity::VELOCITY,
+    }
+}
 
 /// A body's name and its points.
 #[derive(Debug)]
@@ -149,15 +150,19 @@ impl Names {
                 Some((measure[at], quantities(*freedom)[at]))
             });
         }
-        let body = self.body(owner)?;
+        let Some(body) = self.body(owner) else {
+            let [word] = parts else { return None };
+            let measure = Measure::of_all(owner, word)?;
+            return Some((measure, quantity_of(measure)));
+        };
         let (point, word, rows) = match parts {
-            [word] => (None, word, BODY_MOTION.len()),
-            [point, word] => (Some(self.point(body, point)?), word, POINT_MOTIONS),
+            [word] => (None, word, BODY_WORDS.len()),
+            [point, word] => (Some(self.point(body, point)?), word, N_POINT_WORDS),
             _ => return None,
         };
-        let (_, measure, quantity) =
-            BODY_MOTION[..rows].iter().find(|(known, ..)| known == word)?;
-        Some((measure(body, point), *quantity))
+        let (_, measure) = BODY_WORDS[..rows].iter().find(|(known, _)| known == word)?;
+        let measure = measure(body, point);
+        Some((measure, quantity_of(measure)))
     }
 
     /// The symbol that stands for a measure, made on first use.

@@ -58,7 +58,7 @@ impl Reader<'_> {
             .collect();
         let loads = self.read_loads(root);
         let drives = self.read_drives(root);
-        let initial = self.read_initial(root);
+        let (initial, orientations) = self.read_initial(root);
         let solve = self.read_solve(root);
         let space = self.read_space(&top);
         let coordinates = self.read_policy(&top);
@@ -85,6 +85,7 @@ impl Reader<'_> {
             drives,
             signals: std::mem::take(&mut self.names.signals),
             initial,
+            orientations,
             solve,
             inputs: Vec::new(),
             pool: std::mem::take(&mut self.pool),

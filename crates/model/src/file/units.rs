@@ -269,6 +269,12 @@ impl Quantity {
     pub(super) const TORSION_DAMPING: Self =
         quantity("torsional damping", [1, 0, 1, -1, 1], "0.1 N m s/rad");
 
+    pub(super) const ANGULAR_ACCELERATION: Self =
+        quantity("angular acceleration", [0, 0, -2, 1, 0], "2 rad/s^2");
+    pub(super) const MOMENTUM: Self = quantity("momentum", [1, 1, -1, 0, 0], "2 kg m/s");
+    pub(super) const ANGULAR_MOMENTUM: Self =
+        quantity("angular momentum", [2, 1, -1, 0, 0], "0.3 kg m^2/s");
+
     /// Its dimension.
     pub(super) fn dimension(self) -> Dimension {
         let [length, mass, time, _, force] = self.exponents;

@@ -141,7 +141,11 @@ class Engine:
     def latex(self) -> tuple[str, str, list[str], list[str]]: ...
     def measure_unit(self, name: str) -> str | None: ...
     def measured(
-        self, names: list[str], q: NDArray[np.float64], v: NDArray[np.float64]
+        self,
+        names: list[str],
+        q: NDArray[np.float64],
+        v: NDArray[np.float64],
+        a: NDArray[np.float64],
     ) -> NDArray[np.float64]: ...
 
 @final

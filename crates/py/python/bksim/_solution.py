@@ -230,10 +230,12 @@ class Samples:
         if name not in self._measured:
             if self._engine.measure_unit(name) is None:
                 raise KeyError(unknown(name, [*self._row, *short_names(self._row)]))
-            state = [k for k, (known, _, _) in enumerate(self._columns) if known.startswith("state.")]
+            names = [known for known, _, _ in self._columns]
+            state = [k for k, known in enumerate(names) if known.startswith("state.")]
+            second = [k for k, known in enumerate(names) if known.startswith("acceleration.")]
             nq = len(state) // 2
-            q, v = self._table[state[0] : state[0] + nq], self._table[state[0] + nq : state[-1] + 1]
-            self._measured[name] = self._engine.measured([name], q, v)[0]
+            motion = (self._table[rows] for rows in (state[:nq], state[nq:], second))
+            self._measured[name] = self._engine.measured([name], *motion)[0]
         return self._at(self._measured[name])
 
     def unit(self, name: str) -> str:

@@ -70,6 +70,7 @@ pub fn sources<'a>(mechanism: &'a Mechanism, rows: &[usize]) -> Vec<&'a str> {
     for &row in rows {
         let name = match system.constraints[row].source {
             Source::Joint(joint) => &model.joints[joint.0].name,
+            Source::Quaternion(body) => &model.bodies[body.0].name,
             Source::Drive(drive) => &model.drives[drive.0].name,
             Source::Stop(load) | Source::Friction(load) => &model.loads[load.0].name,
         };

@@ -1,6 +1,7 @@
 //! Channels of the derivatives of a run by parameters and stated values.
 
 use bksim_log::{Field, Topic};
+use bksim_mbs::quantity::rate_unit;
 use bksim_sim::Mechanism;
 use bksim_sim::sensitivity::{Sensitive, StateSensitivity};
 
@@ -25,6 +26,7 @@ pub(super) fn sensitivity_topic(mechanism: &Mechanism, by: Sensitive) -> Topic {
     let (model, compiled) = (&mechanism.model, &mechanism.compiled);
     let (name, of) = (by.name(model), by.unit(model));
     let field = |name: String, unit: String| {
+        let unit = if unit.is_empty() && !of.is_empty() { "1".to_owned() } else { unit };
         let unit = match of.as_str() {
             "" => unit,
             of if of.contains(['/', '*', ' ']) => format!("{unit}/({of})"),
@@ -32,10 +34,13 @@ pub(super) fn sensitivity_topic(mechanism: &Mechanism, by: Sensitive) -> Topic {
         };
         Field::new(&name, &unit, &format!("derivative by {}", by.name(model)))
     };
-    let rates = [("", ""), ("_dot", "/s"), ("_ddot", "/s^2")];
-    let motion = rates.iter().flat_map(|(suffix, per)| {
+    let motion = ["", "_dot", "_ddot"].iter().enumerate().flat_map(|(order, suffix)| {
+        let unit = move |unit: &str| match order {
+            0 => unit.to_owned(),
+            _ => rate_unit(unit, order),
+        };
         let coordinates = compiled.coordinates.iter();
-        coordinates.map(move |c| (format!("{}{suffix}", c.name), format!("{}{per}", c.unit)))
+        coordinates.map(move |c| (format!("{}{suffix}", c.name), unit(c.unit)))
     });
     let multipliers = compiled.multipliers.iter().map(|m| (m.name.clone(), m.unit.to_owned()));
     let fields = motion.chain(multipliers).map(|(name, unit)| field(name, unit));

@@ -6,7 +6,6 @@ use bksim_log::{
     Entity, Joint, JointState, LogError, LogWriter, Moment, Placement, Stage, Viewers,
 };
 use bksim_mbs::kinematics::Owner;
-use bksim_model::MotionKind;
 use bksim_scene::{Scene, Span};
 use bksim_sim::pose::{Pose, PoseRunner, Poses};
 
@@ -115,9 +114,9 @@ impl Shown {
 fn stage(mechanism: &Mechanism, scene: &Scene) -> Stage {
     let mut frames = mechanism.model.bodies.iter().map(|body| body.name.clone());
     let root = frames.next().unwrap_or_default();
-    let joint = |coordinate: &bksim_mbs::kinematics::Coordinate| {
-        let unit = if coordinate.kind == MotionKind::Rotation { "rad" } else { "m" };
-        Joint { name: coordinate.name.clone(), unit: unit.into() }
+    let joint = |coordinate: &bksim_mbs::kinematics::Coordinate| Joint {
+        name: coordinate.name.clone(),
+        unit: coordinate.kind.unit().into(),
     };
     Stage {
         root,
@@ -135,7 +134,7 @@ fn drives(mechanism: &Mechanism) -> Vec<Option<usize>> {
             let mut drives = mechanism.model.drives.iter();
             drives.position(|drive| drive.joint == joint && drive.motion_idx == motion_idx)
         }
-        Owner::Body(..) => None,
+        Owner::Body(..) | Owner::Quaternion(..) => None,
     };
     mechanism.system.coordinates().iter().map(|c| drive_of(c.owner)).collect()
 }

@@ -8,7 +8,7 @@ use super::parts::Part;
 use super::scale::{whole_turns, wrapped};
 use super::search::{Candidate, GUESS_HOLDS, Ground, HOLDS, search};
 use super::turns::{AngleRow, turn, turns};
-use super::{CLOSURE_TOLERANCE, Closing, Closure, is_velocity, size};
+use super::{CLOSURE_TOLERANCE, Closing, Closure, size};
 use crate::evaluator::Evaluator;
 use crate::linear::rows::{length, shortest_solution};
 use crate::multiplier::largest;
@@ -29,9 +29,9 @@ impl Closing<'_> {
         evaluator: &mut Evaluator,
         t: f64,
     ) -> Result<(Vec<f64>, Vec<Rival>), StartError> {
-        let all = self.select(|i| !is_velocity(i.measure));
-        let stated = self.select(|i| !is_velocity(i.measure) && !i.is_guess);
-        let guesses = self.select(|i| !is_velocity(i.measure) && i.is_guess);
+        let all = self.select(|i| !i.measure.is_velocity());
+        let stated = self.select(|i| !i.measure.is_velocity() && !i.is_guess);
+        let guesses = self.select(|i| !i.measure.is_velocity() && i.is_guess);
 
         // From the shape that the tree gives, towards everything the author said about positions,
         // then onto the constraints, holding what was stated.
@@ -390,7 +390,8 @@ impl Closing<'_> {
         // The rows of each joint, distances and angles apart; one row alone keeps its sign.
         let mut rows_of: BTreeMap<JointId, [Vec<f64>; 2]> = BTreeMap::new();
         let rows = self.of.gap_of_joint.iter().zip(&self.of.units.is_row_angle);
-        for ((&joint, &is_angle), &value) in rows.zip(open) {
+        for ((joint, &is_angle), &value) in rows.zip(open) {
+            let Some(joint) = *joint else { continue };
             rows_of.entry(joint).or_default()[usize::from(is_angle)].push(value);
         }
         let gap = |(joint, [distances, sines]): (JointId, [Vec<f64>; 2])| {

@@ -3,19 +3,28 @@
 use std::f64::consts::TAU;
 
 use bksim_expr::{Expr, SymbolId, Tape, TapeError};
-use bksim_mbs::constraint::Source;
+use bksim_mbs::constraint::{Constraint, Source};
+use bksim_mbs::kinematics::CoordinateKind;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::{Initial, JointKind, Measure, Model, MotionKind, Vector};
+use bksim_model::{Initial, JointKind, Measure, Model, Vector};
 
 /// Kinds of the coordinates, constraint rows and initial values of a model, and its links' lengths.
 #[derive(Clone, Debug)]
 pub(super) struct Units {
     /// Whether each coordinate is an angle.
     pub(super) is_turn: Vec<bool>,
+    /// Whether each coordinate is a length.
+    pub(super) is_length: Vec<bool>,
+    /// The first coordinates of quaternions, of which each has four.
+    pub(super) quaternions: Vec<usize>,
     /// Whether each constraint row is an angle, which may be off by whole turns.
     pub(super) is_row_angle: Vec<bool>,
+    /// Whether each constraint row is a length.
+    pub(super) is_row_length: Vec<bool>,
     /// Whether each initial value is an angle.
     pub(super) is_initial_angle: Vec<bool>,
+    /// Whether each initial value is a length.
+    pub(super) is_initial_length: Vec<bool>,
     /// Squared distances of the points of each body that joints meet in, and of the ends of links.
     lengths: Tape,
 }
@@ -26,18 +35,26 @@ impl Units {
         system: &SymbolicSystem,
         parameters: &[SymbolId],
     ) -> Result<Self, TapeError> {
-        let is_row_angle = system.constraints.iter().map(|row| match row.source {
+        let is_row_angle = |row: &Constraint| match row.source {
             Source::Drive(id) => {
                 let drive = &model.drives[id.0];
                 is_angle(model, Measure::JointPosition(drive.joint, drive.motion_idx))
             }
             _ => row.direction == "angle",
-        });
+        };
+        let is_row_length =
+            |row: &Constraint| !is_row_angle(row) && !matches!(row.source, Source::Quaternion(_));
         let is_initial_angle = |initial: &Initial| is_angle(model, initial.measure);
+        let is_initial_length = |initial: &Initial| initial.measure.unit(model) == "m";
+        let (coordinates, rows) = (system.coordinates().iter(), system.constraints.iter());
         Ok(Self {
-            is_turn: system.coordinates().iter().map(|c| c.kind == MotionKind::Rotation).collect(),
-            is_row_angle: is_row_angle.collect(),
+            is_turn: coordinates.clone().map(|c| c.kind == CoordinateKind::Angle).collect(),
+            is_length: coordinates.map(|c| c.kind == CoordinateKind::Length).collect(),
+            quaternions: system.kinematics.turnings.iter().map(|turning| turning.first).collect(),
+            is_row_angle: rows.clone().map(is_row_angle).collect(),
+            is_row_length: rows.map(is_row_length).collect(),
             is_initial_angle: model.initial.iter().map(is_initial_angle).collect(),
+            is_initial_length: model.initial.iter().map(is_initial_length).collect(),
             lengths: Tape::compile(&model.pool, &squared_lengths(model), &[], parameters)?,
         })
     }
@@ -53,14 +70,7 @@ impl Units {
 
 /// Whether a measure of positions is an angle.
 fn is_angle(model: &Model, measure: Measure) -> bool {
-    match measure {
-        Measure::JointPosition(joint, motion_idx) => {
-            let motions = bksim_mbs::joint::motions(&model.pool, &model.joints[joint.0]);
-            motions[motion_idx].kind == MotionKind::Rotation
-        }
-        Measure::BodyAngle(_) => true,
-        _ => false,
-    }
+    measure.unit(model) == "rad"
 }
 
 /// From the first joint of each body to its others, and from end to end of each link.

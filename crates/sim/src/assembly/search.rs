@@ -44,6 +44,9 @@ pub(super) struct Ground<'a> {
     weight_of_row: Vec<f64>,
     is_angle: Vec<bool>,
     is_turn: Vec<bool>,
+    /// First coordinates of quaternions, and a position that each is on the side of.
+    quaternions: Vec<usize>,
+    reference: Vec<f64>,
     /// Coordinates that are guessed themselves: every shape has them as guessed.
     is_guessed: Vec<bool>,
     unit_of_column: Vec<f64>,
@@ -71,12 +74,16 @@ impl<'a> Ground<'a> {
     ) -> Self {
         let units = &closing.of.units;
         let size = units.longest_link(closing.parameters);
-        let initial_angle = stated.iter().chain(guesses).map(|&k| units.is_initial_angle[k]);
-        let of_joints = units.is_row_angle.iter().copied();
-        let senses = closing.of.joint_of_sense.iter().map(|_| true);
-        let is_angle: Vec<bool> = of_joints.chain(senses).chain(initial_angle).collect();
-        let weight = |&is_angle: &bool| if is_angle { 1.0 } else { 1.0 / size };
-        let unit = |&is_turn: &bool| if is_turn { 1.0 } else { size };
+        let (n_senses, initial) = (closing.of.joint_of_sense.len(), stated.iter().chain(guesses));
+        let all = |rows: &[bool], of_sense: bool, initials: &[bool]| -> Vec<bool> {
+            let senses = std::iter::repeat_n(of_sense, n_senses);
+            let initials = initial.clone().map(|&k| initials[k]);
+            rows.iter().copied().chain(senses).chain(initials).collect()
+        };
+        let is_angle = all(&units.is_row_angle, true, &units.is_initial_angle);
+        let is_length = all(&units.is_row_length, false, &units.is_initial_length);
+        let weight = |&is_length: &bool| if is_length { 1.0 / size } else { 1.0 };
+        let unit = |&is_length: &bool| if is_length { size } else { 1.0 };
         let mut ground = Self {
             t,
             stated,
@@ -84,8 +91,10 @@ impl<'a> Ground<'a> {
             is_fixed: closing.fixed(stated, released),
             is_guessed: closing.own_coordinates(guesses),
             is_turn: units.is_turn.clone(),
-            weight_of_row: is_angle.iter().map(weight).collect(),
-            unit_of_column: units.is_turn.iter().map(unit).collect(),
+            quaternions: units.quaternions.clone(),
+            reference: q.to_vec(),
+            weight_of_row: is_length.iter().map(weight).collect(),
+            unit_of_column: units.is_length.iter().map(unit).collect(),
             is_angle,
             place: vec![usize::MAX; q.len()],
             parts: Vec::new(),
@@ -149,8 +158,21 @@ impl<'a> Ground<'a> {
     /// The part as it is in the position `q`.
     pub(super) fn taken(&self, part: &Part, at: &Equations, q: &[f64]) -> Candidate {
         let distance = self.distance(part, at);
+        let mut q = q.to_vec();
+        self.take_sides(&mut q);
         let q = part.columns.iter().map(|&column| q[column]).collect();
         Candidate { q, distance, n_met: 1 }
+    }
+
+    /// Of the two quaternions of each rotation, takes that on the side of the reference.
+    fn take_sides(&self, q: &mut [f64]) {
+        for &first in &self.quaternions {
+            let parts = first..first + 4;
+            let cosine: f64 = parts.clone().map(|i| q[i] * self.reference[i]).sum();
+            if cosine < 0.0 {
+                q[parts].iter_mut().for_each(|part| *part = -*part);
+            }
+        }
     }
 
     /// Whether two assemblies are one.
@@ -256,10 +278,13 @@ fn shape(ground: &Ground<'_>, part: &Part, k: usize, reference: &[f64], q: &mut 
     const FULL: f64 = std::f64::consts::TAU;
     let offsets = sequence::point(k, part.columns.len());
     for (&column, offset) in part.columns.iter().zip(offsets) {
+        // A part of a quaternion takes all its values.
+        let is_quaternion = ground.quaternions.iter().any(|&i| (i..i + 4).contains(&column));
         let reach = match (ground.is_guessed[column] && leads_by_guesses(k), ground.is_turn[column])
         {
             (true, _) => 0.0,
             (false, true) => FULL,
+            (false, false) if is_quaternion => 2.0,
             (false, false) => 3.0 * ground.unit_of_column[column],
         };
         q[column] = reference[column] + reach * offset;

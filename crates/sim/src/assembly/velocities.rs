@@ -1,6 +1,6 @@
 //! Velocities on the constraints: the least change of the guessed ones.
 
-use super::{CLOSURE_TOLERANCE, Closing, Equations, is_velocity, size};
+use super::{CLOSURE_TOLERANCE, Closing, Equations, size};
 use crate::evaluator::Evaluator;
 use crate::linear::rows::shortest_solution;
 use crate::multiplier::largest;
@@ -13,8 +13,8 @@ impl Closing<'_> {
         t: f64,
         q: &[f64],
     ) -> Result<Vec<f64>, StartError> {
-        let stated = self.select(|i| is_velocity(i.measure) && !i.is_guess);
-        let guessed = self.select(|i| is_velocity(i.measure) && i.is_guess);
+        let stated = self.select(|i| i.measure.is_velocity() && !i.is_guess);
+        let guessed = self.select(|i| i.measure.is_velocity() && i.is_guess);
         let zero = vec![0.0; q.len()];
         let wish = self.rows(&guessed, t, q, &zero);
         let missing: Vec<f64> = wish.values.iter().map(|value| -value).collect();

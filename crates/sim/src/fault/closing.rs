@@ -273,9 +273,19 @@ pub(super) fn conflict(
 ) -> Diagnostic {
     let initial = |c: &Conflict| &model.initial[c.initial_idx];
     let unit = |c: &Conflict| unit_of(model, initial(c).measure);
-    let names: Vec<&str> = conflicts.iter().map(|c| initial(c).name.as_str()).collect();
-    let message = match conflicts {
-        [only] => format!(
+    // The cosines of an orientation were stated as one.
+    let turned = |c: &Conflict| match initial(c).measure {
+        Measure::DirectionCosine(body, ..) => Some(model.bodies[body.0].name.as_str()),
+        _ => None,
+    };
+    let mut names: Vec<&str> =
+        conflicts.iter().map(|c| turned(c).unwrap_or(initial(c).name.as_str())).collect();
+    names.dedup();
+    let message = match (conflicts, names.as_slice()) {
+        ([first, ..], [only]) if turned(first).is_some() => {
+            format!("the stated orientation of `{only}` cannot be reached")
+        }
+        ([only], _) => format!(
             "the stated value of `{}` = {} {} cannot be reached",
             initial(only).name,
             short(only.stated),
@@ -285,11 +295,19 @@ pub(super) fn conflict(
     };
     // The last one stated is the one to reconsider: those before it stand.
     let mut fault = Diagnostic::error(code, message);
+    let mut last = None;
     for c in conflicts.iter().rev() {
-        fault = fault.at(initial(c).span.clone(), format!("{} {}", short(c.stated), unit(c)));
+        let span = initial(c).span.clone();
+        if turned(c).is_none() {
+            fault = fault.at(span, format!("{} {}", short(c.stated), unit(c)));
+        } else if last != Some(&initial(c).span) {
+            fault = fault.at(span, "its orientation");
+        }
+        last = Some(&initial(c).span);
     }
     let suggestion = conflicts.iter().rev().find_map(|c| c.consistent.map(|value| (c, value)));
-    if let Some((c, value)) = suggestion {
+    let is_turned = conflicts.iter().any(|c| turned(c).is_some());
+    if let Some((c, value)) = suggestion.filter(|_| !is_turned) {
         let others: Vec<String> = conflicts
             .iter()
             .filter(|other| other.initial_idx != c.initial_idx)

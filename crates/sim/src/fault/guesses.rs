@@ -7,7 +7,7 @@ use bksim_mbs::kinematics::Owner;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::short;
-use bksim_model::{Initial, Model, MotionKind, motion_words};
+use bksim_model::{Initial, Model, motion_words};
 
 /// A guess that was moved by more than this has been guessed far off: 20 degrees, or this part of the
 /// longest link. Guesses read off a sketch are nearer.
@@ -63,7 +63,7 @@ fn unguessed(
     (column, found): (usize, f64),
 ) -> Option<Diagnostic> {
     let coordinate = &system.coordinates()[column];
-    let unit = if coordinate.kind == MotionKind::Rotation { "rad" } else { "m" };
+    let unit = coordinate.kind.unit();
     let Owner::Joint(joint, motion_idx) = coordinate.owner else { return None };
     let joint = &model.joints[joint.0];
     let [word, _] = motion_words(joint.kind.motions(), motion_idx);
@@ -116,6 +116,7 @@ fn ambiguous(
 fn written(value: f64, unit: &str) -> String {
     match unit {
         "rad" => format!("{} rad ({}°)", short(value), short(value.to_degrees())),
+        "" => short(value),
         unit => format!("{} {unit}", short(value)),
     }
 }

@@ -1,12 +1,15 @@
 //! A run that takes far more steps than expected, and why.
 
+use super::pole;
 use crate::codes;
 use crate::compiled::CompiledSystem;
 use crate::run::Slowness;
+use bksim_mbs::kinematics::CoordinateKind;
+use bksim_mbs::quantity::rate_unit;
 use bksim_mbs::system::SymbolicSystem;
+use bksim_model::Model;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::{listed, short};
-use bksim_model::{Model, MotionKind};
 
 /// A coordinate whose inertia is smaller than this part of the largest is light.
 const LIGHT: f64 = 1e-5;
@@ -53,18 +56,23 @@ pub(super) fn with_reasons(
         if names.is_empty() { String::new() } else { format!(" to follow {}", listed(&names)) };
     let fault = fault.note(format!("steps of {} s are needed{followed}", short(*step_size)));
 
+    // Angles at their pole.
+    if let Some([note, help]) = pole::reason(system, q) {
+        return fault.note(note).help(help);
+    }
+
     // A part far lighter than others of the same kind of motion.
     let mass = compiled.evaluator(parameters).dynamics(*t, q, v).mass_matrix();
-    let of_kind = |kind: MotionKind| {
+    let of_kind = |kind: CoordinateKind| {
         let same = coordinates.iter().enumerate().filter(move |(_, c)| c.kind == kind);
         same.map(|(i, _)| (i, mass[(i, i)])).filter(|&(_, m)| m > 0.0)
     };
-    let extremes = |kind: MotionKind| {
+    let extremes = |kind: CoordinateKind| {
         let least = of_kind(kind).min_by(|a, b| a.1.total_cmp(&b.1))?;
         let most = of_kind(kind).max_by(|a, b| a.1.total_cmp(&b.1))?;
-        Some((least, most, if kind == MotionKind::Rotation { "kg m^2" } else { "kg" }))
+        Some((least, most, if kind == CoordinateKind::Length { "kg" } else { "kg m^2" }))
     };
-    let kinds = [MotionKind::Translation, MotionKind::Rotation];
+    let kinds = [CoordinateKind::Length, CoordinateKind::Angle, CoordinateKind::Quaternion];
     let light = kinds.into_iter().filter_map(extremes);
     let mut light = light.filter(|(least, most, _)| least.1 < LIGHT * most.1);
     let light = light.find(|((i, _), ..)| worst.contains(i));
@@ -82,12 +90,12 @@ pub(super) fn with_reasons(
 
     // A motion that is itself fast.
     let moved = |&i: &usize| {
-        let size =
-            if coordinates[i].kind == MotionKind::Rotation { 1.0 } else { q[i].abs().max(1e-9) };
+        let is_length = coordinates[i].kind == CoordinateKind::Length;
+        let size = if is_length { q[i].abs().max(1e-9) } else { 1.0 };
         (v[i] * step_size).abs() / size
     };
     if let Some(&i) = worst.iter().find(|&i| moved(i) > FOLLOWED) {
-        let unit = if coordinates[i].kind == MotionKind::Rotation { "rad/s" } else { "m/s" };
+        let unit = rate_unit(coordinates[i].kind.unit(), 1);
         return fault
             .note(format!("`{}_dot` is {} {unit} there", name(i), short(v[i])))
             .help("look for a speed, force or length in a wrong unit, or end the run much sooner");

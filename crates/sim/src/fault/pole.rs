@@ -1,41 +1,94 @@
 //! Poles of three angles in sequence: at a second angle of ±90° the axes of the first and of the third
 //! are one, and some angular velocities have no rates.
 
-use bksim_mbs::kinematics::{Coordinate, Owner};
+use crate::codes;
+use crate::run::{Failure, NearPole};
+use bksim_mbs::kinematics::Owner;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::MotionKind;
+use bksim_model::Model;
+use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::short;
 
-/// Cosine of the second angle below which a run that stops is said to have met the pole.
-const NEAR: f64 = 0.03;
+/// The fault of a run that stopped where three angles are at their pole; `cause` is what stopped it.
+pub(super) fn at_pole(
+    model: &Model,
+    system: &SymbolicSystem,
+    failure: &Failure,
+    cause: &str,
+) -> Option<Diagnostic> {
+    let near = near(system, &failure.last.q)?;
+    let owner = owner(model, system, near[1]);
+    let message = format!(
+        "the angles of {owner} are at their pole, where the run stopped at t = {} s",
+        short(failure.summary.t)
+    );
+    let fault = Diagnostic::error(codes::ANGLE_POLE, message);
+    Some(explained(fault, model, system, near, failure.last.q[near[1]]).note(cause.to_owned()))
+}
 
-/// Says which three angles are at their pole in the pose `q`.
-pub(super) fn pole_note(system: &SymbolicSystem, q: &[f64]) -> Option<String> {
-    let turns: Vec<(usize, &Coordinate)> = system
-        .coordinates()
-        .iter()
-        .enumerate()
-        .filter(|(_, c)| c.kind == MotionKind::Rotation)
-        .collect();
-    let same_owner = |a: Owner, b: Owner| match (a, b) {
-        (Owner::Joint(a, _), Owner::Joint(b, _)) => a == b,
-        (Owner::Body(a, _), Owner::Body(b, _)) => a == b,
-        _ => false,
+/// The warning about a run that has passed near the pole of three angles.
+pub(super) fn near_pole(model: &Model, system: &SymbolicSystem, pole: &NearPole) -> Diagnostic {
+    let NearPole { t, coordinate_idx: second, cosine } = *pole;
+    let owner = owner(model, system, second);
+    let message = format!("the angles of {owner} come near their pole at t = {} s", short(t));
+    let fault = Diagnostic::warning(codes::ANGLE_POLE, message);
+    explained(fault, model, system, [second - 1, second, second + 1], cosine.acos())
+}
+
+/// "joint `ball`".
+fn owner(model: &Model, system: &SymbolicSystem, coordinate_idx: usize) -> String {
+    match system.coordinates()[coordinate_idx].owner {
+        Owner::Joint(joint, _) => format!("joint `{}`", model.joints[joint.0].name),
+        Owner::Body(body, _) | Owner::Quaternion(body, _) => {
+            format!("body `{}`", model.bodies[body.0].name)
+        }
+    }
+}
+
+/// The place, what a pole is, and the cure.
+fn explained(
+    fault: Diagnostic,
+    model: &Model,
+    system: &SymbolicSystem,
+    three: [usize; 3],
+    angle: f64,
+) -> Diagnostic {
+    let [first, second, third] = three.map(|i| system.coordinates()[i].name.as_str());
+    let span = match system.coordinates()[three[1]].owner {
+        Owner::Joint(joint, _) => &model.joints[joint.0].span,
+        Owner::Body(body, _) | Owner::Quaternion(body, _) => &model.bodies[body.0].span,
     };
-    turns.windows(3).find_map(|three| {
-        let [(_, first), (second_idx, second), (_, third)] = *three else { return None };
-        let is_one = same_owner(first.owner, second.owner) && same_owner(second.owner, third.owner);
-        let angle = q[second_idx];
-        (is_one && angle.cos().abs() < NEAR).then(|| {
-            format!(
-                "`{}` = {} deg is near the pole of the angles `{}`, `{}` and `{}`, at ±90 deg: turn the \
-                 frames of the joint so that the motion keeps away from it",
-                second.name,
-                short(angle.to_degrees()),
-                first.name,
-                second.name,
-                third.name
-            )
-        })
-    })
+    let [note, help] = words(system, three, angle);
+    fault
+        .at(span.clone(), format!("turns by `{first}`, `{second}` and `{third}`"))
+        .note(note)
+        .help(help)
+}
+
+/// What a pole is, and the cure, of three angles that are near theirs at positions `q`.
+pub(super) fn reason(system: &SymbolicSystem, q: &[f64]) -> Option<[String; 2]> {
+    let three = near(system, q)?;
+    Some(words(system, three, q[three[1]]))
+}
+
+fn near(system: &SymbolicSystem, q: &[f64]) -> Option<[usize; 3]> {
+    let sequences = system.kinematics.sequences();
+    sequences.into_iter().find(|three| q[three[1]].cos().abs() < NearPole::NEAR)
+}
+
+fn words(system: &SymbolicSystem, three: [usize; 3], angle: f64) -> [String; 2] {
+    let second = &system.coordinates()[three[1]];
+    let key = if matches!(second.owner, Owner::Joint(..)) { "coordinate" } else { "coordinates" };
+    [
+        format!(
+            "`{}` is {} deg there: at 90 deg the axes of the other two are one, and their rates have no \
+             bound",
+            second.name,
+            short(angle.cos().abs().acos().to_degrees())
+        ),
+        format!(
+            "leave out the names in `{key}`, and drives and loads that use single angles: then it turns \
+             without a pole; else turn the frames of the points so that the motion keeps away"
+        ),
+    ]
 }

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::closing::{estimate, reach_note};
 use super::pace::with_reasons;
-use super::pole::pole_note;
+use super::pole::at_pole;
 use super::reach::longest_in_loop;
 use super::switch;
 use super::values::{no_value, too_large};
@@ -18,10 +18,11 @@ use crate::formulate::MotionEquations;
 use crate::mobility::loop_through;
 use crate::run::Failure;
 use bksim_mbs::constraint::Source;
+use bksim_mbs::kinematics::CoordinateKind;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::short;
-use bksim_model::{BodyId, DriveId, JointId, Measure, Model, MotionKind};
+use bksim_model::{BodyId, DriveId, JointId, Measure, Model};
 
 /// A drive whose row lies this close to the span of the joints' rows (as the sine of the angle
 /// between them) has run into a pose it cannot pass. Steps shrink as the square root of the way
@@ -72,7 +73,7 @@ pub fn diagnose_run(
             }
             _ => fault,
         };
-        pole_note(system, &failure.last.q).into_iter().fold(fault, Diagnostic::note)
+        at_pole(model, system, failure, &fault.message).unwrap_or(fault)
     })
 }
 
@@ -130,7 +131,7 @@ fn sines_of_drives(
     jacobian: &DMatrix<f64>,
 ) -> Vec<(DriveId, f64)> {
     let rows = system.constraints.iter().enumerate();
-    let joint_rows = rows.clone().filter(|(_, c)| matches!(c.source, Source::Joint(_)));
+    let joint_rows = rows.clone().filter(|(_, c)| c.source.is_geometric());
     let joint_rows: Vec<usize> = joint_rows.map(|(row, _)| row).collect();
     let sine = |row: usize, jacobian: &DMatrix<f64>| {
         let span = jacobian.select_rows(&joint_rows).transpose();
@@ -140,7 +141,7 @@ fn sines_of_drives(
         [rest.norm() / drive_row.norm(), rest.norm()]
     };
     rows.filter_map(|(row, constraint)| match constraint.source {
-        Source::Joint(_) | Source::Stop(_) | Source::Friction(_) => None,
+        Source::Joint(_) | Source::Quaternion(_) | Source::Stop(_) | Source::Friction(_) => None,
         Source::Drive(drive_id) => {
             let drive = &model.drives[drive_id.0];
             let [ratio, _] = sine(row, jacobian);
@@ -152,7 +153,7 @@ fn sines_of_drives(
             let mut scaled = jacobian.clone();
             let size = longest_in_loop(model, drive.joint);
             for (mut column, coordinate) in scaled.column_iter_mut().zip(system.coordinates()) {
-                if coordinate.kind == MotionKind::Rotation {
+                if coordinate.kind != CoordinateKind::Length {
                     column /= size;
                 }
             }

@@ -187,7 +187,7 @@ fn no_inertia(
             let words = format!("body `{moved}` in joint `{}`", name(model, joint));
             (words, Some(model.joints[joint.0].span.clone()))
         }
-        Some(Owner::Body(body, _)) => (
+        Some(Owner::Body(body, _) | Owner::Quaternion(body, _)) => (
             format!("body `{}`", model.bodies[body.0].name),
             Some(model.bodies[body.0].span.clone()),
         ),

@@ -10,7 +10,7 @@ use bksim_mbs::signal::signal_values;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Span};
 use bksim_model::message::{listed, short};
-use bksim_model::{LoadId, LoadKind, Measure, Model};
+use bksim_model::{BodyId, LoadId, LoadKind, Measure, Model};
 
 /// The diagnostic of an instant without consistent modes.
 pub(super) fn no_consistent_modes(
@@ -107,10 +107,18 @@ fn jump(model: &Model, system: &SymbolicSystem, row: usize, by: f64, t: f64) -> 
             let unit = unit_of(model, Measure::JointPosition(drive.joint, drive.motion_idx));
             (format!("drive `{}`", drive.name), drive.span.clone(), unit)
         }
-        other => {
-            let joint = &model.joints[other.joint(model).0];
+        Source::Quaternion(BodyId(body)) => {
+            let body = &model.bodies[body];
+            (format!("body `{}`", body.name), body.span.clone(), "")
+        }
+        Source::Joint(joint) => {
+            let joint = &model.joints[joint.0];
             let unit = if system.constraints[row].direction == "angle" { "rad" } else { "m" };
             (format!("joint `{}`", joint.name), joint.span.clone(), unit)
+        }
+        Source::Stop(load) | Source::Friction(load) => {
+            let load = &model.loads[load.0];
+            (format!("load `{}`", load.name), load.span.clone(), "m")
         }
     };
     let message = format!("{who} jumps by {} {unit} at t = {} s", short(by), short(t));

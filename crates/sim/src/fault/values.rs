@@ -8,11 +8,12 @@ use crate::run::{Failure, Sample};
 use bksim_dae::{SolveError, Standstill};
 use bksim_expr::{DomainFault, Expr, Pool, SymbolId};
 use bksim_mbs::force::{self, Wrench};
+use bksim_mbs::quantity::rate_unit;
 use bksim_mbs::signal::signal_values;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Code, Diagnostic, Span};
 use bksim_model::message::short;
-use bksim_model::{LoadKind, Model, MotionKind};
+use bksim_model::{LoadKind, Model};
 
 /// Numbers beyond this are on their way out of those that can be held: squares of them still can.
 const HUGE: f64 = 1e100;
@@ -51,12 +52,12 @@ impl Instant<'_> {
     }
 
     /// The fastest coordinate, if any moves fast enough to matter: name, rate and unit.
-    pub(super) fn largest_rate(&self) -> Option<(String, f64, &'static str)> {
+    pub(super) fn largest_rate(&self) -> Option<(String, f64, String)> {
         let rates = self.system.coordinates().iter().zip(&self.v);
         let (coordinate, &rate) = rates.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
-        let is_turn = coordinate.kind == MotionKind::Rotation;
+        let unit = rate_unit(coordinate.kind.unit(), 1);
         let name = format!("{}_dot", coordinate.name);
-        (rate.abs() > HUGE).then_some((name, rate, if is_turn { "rad/s" } else { "m/s" }))
+        (rate.abs() > HUGE).then_some((name, rate, unit))
     }
 
     /// The input that has no value.
@@ -173,16 +174,16 @@ pub(super) fn too_large(
     last: &Sample,
 ) -> Option<Diagnostic> {
     let coordinates = system.coordinates();
-    let unit = |i: usize, rate: &'static str| {
-        let base = if coordinates[i].kind == MotionKind::Rotation { "rad" } else { "m" };
-        format!("{base}{rate}")
-    };
     let (positions, rates) = (last.q.iter().enumerate(), last.v.iter().enumerate());
-    let positions = positions.map(|(i, &x)| (coordinates[i].name.clone(), x, unit(i, "")));
-    let rates = rates.map(|(i, &x)| (format!("{}_dot", coordinates[i].name), x, unit(i, "/s")));
+    let positions = positions
+        .map(|(i, &x)| (coordinates[i].name.clone(), x, coordinates[i].kind.unit().to_owned()));
+    let rate = |(i, &x): (usize, &f64)| {
+        (format!("{}_dot", coordinates[i].name), x, rate_unit(coordinates[i].kind.unit(), 1))
+    };
     let energies = [("kinetic", last.energy.kinetic), ("potential", last.energy.potential)];
     let energies = energies.map(|(what, x)| (format!("{what} energy"), x, "J".to_owned()));
-    let all: Vec<(String, f64, String)> = positions.chain(rates).chain(energies).collect();
+    let all: Vec<(String, f64, String)> =
+        positions.chain(rates.map(rate)).chain(energies).collect();
     let is_out = !last.is_finite() || all.iter().any(|(_, x, _)| x.abs() > HUGE);
     // The largest that is still a number tells most.
     let numbers = all.iter().filter(|(_, x, _)| x.is_finite());

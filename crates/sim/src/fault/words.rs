@@ -1,7 +1,5 @@
 //! Names, units and positions of parts of a model, as faults say them.
 
-use bksim_mbs::joint::motions;
-use bksim_model::MotionKind;
 use bksim_model::{Anchor, Drive, JointId, Measure, Model};
 
 /// Where the drive puts its joint at time `t`, such as "1.0472 rad (60°)"; `write` gives the digits.
@@ -59,17 +57,7 @@ pub(super) fn bodies_of<'a>(model: &'a Model, around: &[JointId]) -> Vec<&'a str
 
 /// The SI unit of a measure.
 pub fn unit_of(model: &Model, measure: Measure) -> &'static str {
-    let turns = |joint: JointId, motion_idx: usize| {
-        motions(&model.pool, &model.joints[joint.0])[motion_idx].kind == MotionKind::Rotation
-    };
-    match measure {
-        Measure::JointPosition(joint, i) if turns(joint, i) => "rad",
-        Measure::JointVelocity(joint, i) if turns(joint, i) => "rad/s",
-        Measure::BodyAngle(_) => "rad",
-        Measure::BodyRate(_) => "rad/s",
-        Measure::JointPosition(..) | Measure::PointPosition(..) => "m",
-        Measure::JointVelocity(..) | Measure::PointVelocity(..) => "m/s",
-    }
+    measure.unit(model)
 }
 
 pub(super) fn name(model: &Model, joint: JointId) -> &str {

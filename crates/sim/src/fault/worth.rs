@@ -12,8 +12,10 @@
 //! balance of energy closes to 180 `rtol`. A fixed step has no tolerance: it is held to the usual one,
 //! 1e-6, where `rtol` is smaller.
 
+use super::pole;
 use crate::codes;
 use crate::run::Summary;
+use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Span};
 use bksim_model::message::short;
 use bksim_model::{Model, SolveOptions};
@@ -57,9 +59,15 @@ fn rtol(options: &SolveOptions) -> f64 {
 }
 
 /// The warnings about a run whose numbers are worse than its tolerances promise.
-pub fn diagnose_worth(model: &Model, options: &SolveOptions, summary: &Summary) -> Vec<Diagnostic> {
+pub fn diagnose_worth(
+    model: &Model,
+    system: &SymbolicSystem,
+    options: &SolveOptions,
+    summary: &Summary,
+) -> Vec<Diagnostic> {
     let energy = &summary.energy;
-    let mut faults = Vec::new();
+    let mut faults: Vec<Diagnostic> =
+        summary.pole.iter().map(|pole| pole::near_pole(model, system, pole)).collect();
     let (place, help) = cure(model, options);
     let at = |fault: Diagnostic| match &place {
         Some((span, text)) => fault.at(span.clone(), *text),

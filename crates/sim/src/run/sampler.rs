@@ -34,6 +34,8 @@ pub(crate) struct Sampler {
     y: Vec<f64>,
     segment: Segment,
     pub(super) potential_start: f64,
+    /// Second angles of three in sequence.
+    second_angles: Vec<usize>,
     /// Up to where the present step has been passed, if it has been begun.
     passed: Option<f64>,
 }
@@ -54,6 +56,7 @@ impl Sampler {
             y: vec![0.0; n_unknowns.max(2 * compiled.nq() + 1)],
             segment: Segment::default(),
             potential_start: 0.0,
+            second_angles: compiled.second_angles.clone(),
             passed: None,
         }
     }
@@ -280,7 +283,7 @@ impl Sampler {
     }
 
     fn hand_out(&mut self, summary: &mut Summary, observer: &mut dyn Observer) -> Control {
-        summary.take(&self.sample, self.potential_start);
+        summary.take(&self.sample, self.potential_start, &self.second_angles);
         observer.sample(&self.sample, &[])
     }
 

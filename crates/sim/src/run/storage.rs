@@ -6,7 +6,9 @@ use super::pace::{Pace, Slowness};
 use super::progress::{Progress, Run};
 use super::sample::{Energy, Sample};
 use super::singular::SingularMonitor;
-use super::summary::{EnergyBalance, Integrator, MethodChange, Reason, SingularPose, Summary};
+use super::summary::{
+    EnergyBalance, Integrator, MethodChange, NearPole, Reason, SingularPose, Summary,
+};
 use crate::compiled::CompiledSystem;
 use crate::hybrid::Change;
 use crate::redundancy::{Uniqueness, UniquenessChange};
@@ -143,6 +145,11 @@ impl Summary {
         saver.slice(&[self.position_residual, self.velocity_residual].concat());
         saver.slice(&[initial, last, work, impacts, worst_error, scale]);
         saver.slice(&self.largest);
+        saver.flag(self.pole.is_some());
+        if let Some(NearPole { t, coordinate_idx, cosine }) = self.pole {
+            saver.slice(&[t, cosine]);
+            saver.count(coordinate_idx);
+        }
         saver.flag(self.slowness.is_some());
         if let Some(slowness) = &self.slowness {
             slowness.save(saver);
@@ -177,6 +184,13 @@ impl Summary {
         let [initial, last, work, impacts, worst_error, scale] = numbers;
         let mut largest = [0.0; 2];
         loader.fill(&mut largest)?;
+        let pole = loader.flag()?.then(|| {
+            let mut numbers = [0.0; 2];
+            loader.fill(&mut numbers)?;
+            let ([t, cosine], coordinate_idx) = (numbers, loader.index(compiled.nq())?);
+            Ok(NearPole { t, coordinate_idx, cosine })
+        });
+        let pole = pole.transpose()?;
         let slowness = loader.flag()?.then(|| Slowness::load(loader, compiled.nq())).transpose()?;
         let nc = compiled.nc();
         // A length that is too large fails at the first number that is missing.
@@ -202,6 +216,7 @@ impl Summary {
             velocity_residual,
             energy: EnergyBalance { initial, last, work, impacts, worst_error, scale },
             singular_poses,
+            pole,
             slowness,
             largest,
             methods,

@@ -28,6 +28,8 @@ pub struct Summary {
     pub energy: EnergyBalance,
     /// The singular poses that were passed.
     pub singular_poses: Vec<SingularPose>,
+    /// The sample at which three angles in sequence came nearest to their pole, where it is near.
+    pub pole: Option<NearPole>,
     /// That the run takes far more steps than expected, if it does.
     pub slowness: Option<Slowness>,
     /// Largest magnitudes of a coordinate and of a velocity over the samples, SI.
@@ -83,6 +85,33 @@ pub enum Reason {
     Regular,
 }
 
+/// A sample at which three angles in sequence are near their pole.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct NearPole {
+    /// s.
+    pub t: f64,
+    /// The coordinate of the second angle.
+    pub coordinate_idx: usize,
+    /// Its cosine.
+    pub cosine: f64,
+}
+
+impl NearPole {
+    /// Cosine below which angles are near their pole.
+    pub(crate) const NEAR: f64 = 0.03;
+
+    /// The nearest of some second angles at positions `q`, where one is near.
+    fn of(t: f64, q: &[f64], second_angles: &[usize]) -> Option<Self> {
+        let at = |&coordinate_idx: &usize| Self {
+            t,
+            coordinate_idx,
+            cosine: q[coordinate_idx].cos().abs(),
+        };
+        let near = second_angles.iter().map(at).filter(|pole| pole.cosine < Self::NEAR);
+        near.min_by(|a, b| a.cosine.total_cmp(&b.cosine))
+    }
+}
+
 /// A pose in which constraint rows have lost rank.
 #[derive(Clone, PartialEq, Debug)]
 pub struct SingularPose {
@@ -131,8 +160,14 @@ impl Summary {
         }
     }
 
-    /// Takes account of a sample that is handed out; `potential_start` is V₀.
-    pub(crate) fn take(&mut self, sample: &Sample, potential_start: f64) {
+    /// Takes account of a sample that is handed out; `potential_start` is V₀, `second_angles` are those of
+    /// three in sequence.
+    pub(crate) fn take(&mut self, sample: &Sample, potential_start: f64, second_angles: &[usize]) {
+        let pole = NearPole::of(sample.t, &sample.q, second_angles);
+        self.pole = match (self.pole, pole) {
+            (Some(known), Some(pole)) if known.cosine <= pole.cosine => Some(known),
+            (known, pole) => pole.or(known),
+        };
         self.energy.take(sample, potential_start);
         for (largest, values) in self.largest.iter_mut().zip([&sample.q, &sample.v]) {
             *largest = values.iter().fold(*largest, |largest, value| largest.max(value.abs()));

@@ -8,7 +8,6 @@ use bksim_expr::{Expr, SymbolId, TapeError};
 use crate::function::Function;
 
 use super::{Sensitive, SensitivityError};
-use crate::assembly::is_velocity;
 use crate::compiled::CompiledSystem;
 use crate::formulate::{acceleration_level, parameter_columns};
 use bksim_mbs::levels::constraint_velocity;
@@ -176,7 +175,7 @@ impl<'a> Direction<'a> {
         let mut outputs = Vec::new();
         for initial in &model.initial {
             let measure = system.kinematics.measure(model, initial.measure);
-            let by = if is_velocity(initial.measure) { v } else { q };
+            let by = if initial.measure.is_velocity() { v } else { q };
             let gradient = model.pool.gradient(measure, by);
             outputs.extend([measure, initial.value]);
             outputs.extend(self.along(&[measure, initial.value]));

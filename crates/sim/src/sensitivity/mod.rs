@@ -22,7 +22,7 @@ mod run;
 mod start;
 mod tangent;
 
-use bksim_model::{Measure, Model};
+use bksim_model::Model;
 
 pub use crate::run::StateSensitivity;
 pub use derive::{SensitivityEquations, differentiate};
@@ -76,37 +76,7 @@ impl Sensitive {
     pub fn unit(self, model: &Model) -> String {
         match self {
             Self::Parameter(k) => model.parameters[k].unit.clone(),
-            Self::Initial(k) => unit_of(model, model.initial[k].measure).to_owned(),
+            Self::Initial(k) => model.initial[k].measure.unit(model).to_owned(),
         }
-    }
-}
-
-/// The unit of a measure.
-fn unit_of(model: &Model, measure: Measure) -> &'static str {
-    use bksim_mbs::joint::motions;
-    use bksim_model::MotionKind;
-    let turns = |joint: bksim_model::JointId, motion_idx: usize| {
-        let motions = motions(&model.pool, &model.joints[joint.0]);
-        motions[motion_idx].kind == MotionKind::Rotation
-    };
-    match measure {
-        Measure::JointPosition(joint, k) => {
-            if turns(joint, k) {
-                "rad"
-            } else {
-                "m"
-            }
-        }
-        Measure::JointVelocity(joint, k) => {
-            if turns(joint, k) {
-                "rad/s"
-            } else {
-                "m/s"
-            }
-        }
-        Measure::PointPosition(..) => "m",
-        Measure::PointVelocity(..) => "m/s",
-        Measure::BodyAngle(_) => "rad",
-        Measure::BodyRate(_) => "rad/s",
     }
 }

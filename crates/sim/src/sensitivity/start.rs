@@ -8,7 +8,6 @@ use nalgebra::{DMatrix, DVector};
 
 use super::tangent::{Instant, Nearest, Tangents};
 use super::{Sensitive, SensitivityEquations, SensitivityError};
-use crate::assembly::is_velocity;
 use crate::compiled::CompiledSystem;
 use crate::linear::dense::least_squares;
 use crate::run::StateSensitivity;
@@ -67,9 +66,9 @@ impl Opening<'_> {
     fn positions(&mut self, k: usize) -> Result<DVector<f64>, SensitivityError> {
         let (at, nq) = (self.at, self.at.state.q.len());
         let zero = vec![0.0; nq];
-        let all = self.measured(k, |i| !is_velocity(i.measure), at.state.v, &zero);
+        let all = self.measured(k, |i| !i.measure.is_velocity(), at.state.v, &zero);
         let stated =
-            self.measured(k, |i| !is_velocity(i.measure) && !i.is_guess, at.state.v, &zero);
+            self.measured(k, |i| !i.measure.is_velocity() && !i.is_guess, at.state.v, &zero);
 
         // Towards all stated and guessed values, then onto the constraints.
         let (target, _) = least_squares(&all.gradient, &-all.change);
@@ -87,7 +86,7 @@ impl Opening<'_> {
     fn velocities(&mut self, k: usize, dq: &[f64]) -> Result<DVector<f64>, SensitivityError> {
         let (at, nq) = (self.at, self.at.state.q.len());
         let zero = vec![0.0; nq];
-        let is_guess = |i: &Initial| is_velocity(i.measure) && i.is_guess;
+        let is_guess = |i: &Initial| i.measure.is_velocity() && i.is_guess;
 
         // The guessed velocities are the smallest ones with the guessed rates.
         let at_rest = self.measured(k, is_guess, &zero, dq);
@@ -97,7 +96,7 @@ impl Opening<'_> {
         let target = Nearest { rows: gradient, turned, residual: change };
         let target = target.change(&guess, &DVector::zeros(nq));
 
-        let stated = self.measured(k, |i| is_velocity(i.measure) && !i.is_guess, at.state.v, dq);
+        let stated = self.measured(k, |i| i.measure.is_velocity() && !i.is_guess, at.state.v, dq);
         let gap = self.tangents.of_velocities(at, k, (dq, &zero)).to_vec();
         let jacobian = self.tangents.jacobian_at(at);
         let nearest = Nearest {

@@ -4,9 +4,8 @@ use bksim_expr::{Certificate, Expr, Operations, SymbolId};
 
 use super::{Body, Cell, Label, Section, Style, Subject, Writer, number, unit};
 use crate::equations::{ContactText, Counts, ReadingForm, contact_texts};
-use crate::kinematics::{Coordinate, Owner};
+use crate::kinematics::{Coordinate, CoordinateKind, Owner};
 use crate::system::Derivation;
-use bksim_model::MotionKind;
 use bksim_model::{Anchor, BodyId, JointId, JointKind, Model, Space};
 
 /// The form as the style wants it: typeset, multipliers are λ₁, λ₂ …
@@ -135,11 +134,13 @@ fn joints(subject: &Subject<'_>) -> Vec<Vec<Cell>> {
             kind => kind.word(),
         };
         let is_cut = subject.system.tree.cuts.contains(&JointId(joint_idx));
-        let names = subject
-            .system
-            .coordinates()
-            .iter()
-            .filter(|c| matches!(c.owner, Owner::Joint(id, _) if id == JointId(joint_idx)));
+        let tree = &subject.system.tree;
+        let is_own = |owner: Owner| match owner {
+            Owner::Joint(id, _) => id == JointId(joint_idx),
+            Owner::Quaternion(body, _) => tree.joint_of(body) == Some(JointId(joint_idx)),
+            Owner::Body(..) => false,
+        };
+        let names = subject.system.coordinates().iter().filter(|c| is_own(c.owner));
         let names: Vec<&str> = names.map(|c| c.name.as_str()).collect();
         let role = match (is_cut, names.as_slice()) {
             (true, _) => "constraint".to_owned(),
@@ -173,7 +174,7 @@ fn coordinates(writer: &Writer<'_>) -> Vec<Vec<Cell>> {
         vec![
             Cell::Formula(writer.printer.symbol(coordinate.q)),
             Cell::Code(quantity.name.clone()),
-            words(meaning(writer.subject.model, coordinate)),
+            words(meaning(&writer.subject, coordinate)),
             words(quantity.unit),
         ]
     };
@@ -181,22 +182,30 @@ fn coordinates(writer: &Writer<'_>) -> Vec<Vec<Cell>> {
     writer.subject.system.coordinates().iter().zip(quantities).map(row).collect()
 }
 
-fn meaning(model: &Model, coordinate: &Coordinate) -> String {
+fn meaning(subject: &Subject<'_>, coordinate: &Coordinate) -> String {
+    let model = subject.model;
     let what = match coordinate.kind {
-        MotionKind::Rotation => "angle",
-        MotionKind::Translation => "position",
+        CoordinateKind::Angle => "angle",
+        CoordinateKind::Length => "position",
+        CoordinateKind::Quaternion => "part of the quaternion",
     };
+    let in_joint = |JointId(j): JointId| {
+        let joint = &model.joints[j];
+        let name = |id: BodyId| &model.bodies[id.0].name;
+        let (from, to) = (name(joint.predecessor.body), name(joint.successor.body));
+        format!("{what} of {to} against {from} in joint {}", joint.name)
+    };
+    let of_body = |what: &str, BodyId(b): BodyId| format!("{what} of {}", model.bodies[b].name);
     match coordinate.owner {
-        Owner::Joint(JointId(j), _) => {
-            let joint = &model.joints[j];
-            let name = |id: BodyId| &model.bodies[id.0].name;
-            let (from, to) = (name(joint.predecessor.body), name(joint.successor.body));
-            format!("{what} of {to} against {from} in joint {}", joint.name)
-        }
-        Owner::Body(BodyId(b), motion_idx) => {
+        Owner::Joint(joint, _) => in_joint(joint),
+        Owner::Quaternion(body, _) => match subject.system.tree.joint_of(body) {
+            Some(joint) => in_joint(joint),
+            None => of_body(what, body),
+        },
+        Owner::Body(body, motion_idx) => {
             let axis = ["x", "y", "z"].get(motion_idx).filter(|_| what == "position");
             let what = axis.map_or(what.to_owned(), |axis| format!("{axis} of the centre of mass"));
-            format!("{what} of {}", model.bodies[b].name)
+            of_body(&what, body)
         }
     }
 }
