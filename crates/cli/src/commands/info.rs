@@ -6,6 +6,7 @@ use std::path::Path;
 
 use bksim::describe;
 use bksim::log::{Contents, EndStatus, Level, LogError, LogReader, Note, Outcome, Survey};
+use bksim::playback::Playback;
 use serde_json::{Value, json};
 
 use crate::args::info::Info;
@@ -23,7 +24,10 @@ pub(crate) fn run(args: &Info, as_json: bool) -> Result<Status, Failure> {
     match Survey::read(source) {
         Ok(survey) => {
             // A log that was cut off does not tell, and yet has the motion that it follows from.
-            let replayed = || describe::replayed_uniqueness(LogReader::open(open().ok()?).ok()?);
+            let replayed = || {
+                let playback = Playback::open(LogReader::open(open().ok()?).ok()?).ok()?;
+                Some(playback.described_uniqueness())
+            };
             let uniqueness = match &survey.end {
                 Some(end) => logged_uniqueness(end),
                 None => replayed(),

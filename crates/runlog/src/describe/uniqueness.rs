@@ -3,13 +3,9 @@
 use bksim_sim::redundancy::{Uniqueness, UniquenessChange};
 use serde_json::{Value, json};
 
-use std::io::Read;
-
-use bksim_log::LogReader;
 use bksim_sim::Mechanism;
 
 use crate::channels::Channels;
-use crate::playback::Playback;
 
 /// From when on which channels hold one of many solutions of the equilibrium.
 pub fn uniqueness(mechanism: &Mechanism, changes: &[UniquenessChange]) -> Vec<Value> {
@@ -23,10 +19,4 @@ pub fn uniqueness(mechanism: &Mechanism, changes: &[UniquenessChange]) -> Vec<Va
         })
     };
     changes.iter().map(change).collect()
-}
-
-/// The same out of the motion of a log, which may have been cut off; `None` where it cannot be played back.
-pub fn replayed_uniqueness<R: Read>(log: LogReader<R>) -> Option<Vec<Value>> {
-    let playback = Playback::open(log).ok()?;
-    Some(uniqueness(playback.mechanism(), playback.uniqueness()))
 }

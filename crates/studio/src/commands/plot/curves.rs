@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use bksim::describe;
 use bksim::log::export::rows;
 use bksim::log::{Header, LogError, LogReader, Record, Selection};
+use bksim::playback::Playback;
 use bksim::playback::RunLog;
 use bksim::record::{Channels, INPUTS, Signal};
 use bksim::sim::run::{Replay, Sample, Segment};
@@ -174,7 +175,7 @@ impl Run {
         let changes = match exported.end {
             Some(end) => describe::logged_summary(&end.details)
                 .and_then(|details| details["uniqueness"].as_array().cloned()),
-            None => describe::replayed_uniqueness(open(&self.path)?),
+            None => Playback::open(open(&self.path)?).ok().map(|p| p.described_uniqueness()),
         };
         self.not_unique = not_unique(&changes.unwrap_or_default());
         Ok(Sampled { pens, span })
