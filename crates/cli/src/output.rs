@@ -23,11 +23,6 @@ pub fn styled(text: &str) -> Result<(), Failure> {
     put(&visible(text, Styles::Kept))
 }
 
-/// A text from outside as a part of a [`styled`] one: what a terminal would obey in it is written out.
-pub fn plain(text: &str) -> String {
-    visible(text, Styles::None).into_owned()
-}
-
 fn put(text: &str) -> Result<(), Failure> {
     let mut stdout = anstream::stdout().lock();
     writeln!(stdout, "{text}").and_then(|()| stdout.flush()).map_err(|e| Failure::stdout(&e))

@@ -196,29 +196,3 @@ fn a_resumed_log_has_the_channels_of_its_first_part() {
     assert!(!first.contains("/tf") && first.contains("/state"), "{first:?}");
     assert_eq!(topics("long-resumed.mcap"), first);
 }
-
-/// A table that is not whole takes no name, and leaves nothing behind.
-#[test]
-fn an_export_that_is_stopped_leaves_no_file() {
-    let place = Scratch::new();
-    let run = start(&place, LONG, &[]);
-    sleep(Duration::from_secs(2));
-    signal(&run, "-INT");
-    ended_soon(run);
-    let mut child = place.bksim();
-    child.args(["export", "long.mcap", "-o", "long.csv"]).stderr(Stdio::piped());
-    let child = child.stdout(Stdio::piped()).spawn().expect("bksim starts");
-    let names = || -> BTreeSet<String> {
-        let entries = fs::read_dir(place.path()).expect("the place");
-        entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into()).collect()
-    };
-    let begun = Instant::now();
-    while !names().iter().any(|name| name.contains(".part")) {
-        assert!(begun.elapsed() < Duration::from_secs(20), "no export begins");
-    }
-    signal(&child, "-INT");
-    let output = ended_soon(child);
-    assert_eq!(output.status.code(), Some(130), "{}", text(&output.stderr));
-    let left: Vec<String> = names().into_iter().filter(|name| name.contains("csv")).collect();
-    assert!(left.is_empty(), "{left:?}");
-}

@@ -7,7 +7,6 @@ use serde_json::{Value, json};
 use crate::budget::n_numbers;
 use crate::escape::{doubles, singles};
 use crate::motion::Motion;
-use crate::unique::not_unique;
 
 /// Number of even times of a curve: more than a chart has columns of pixels.
 const N_EVEN: u32 = 1200;
@@ -29,8 +28,6 @@ struct Channel {
     unit: String,
     description: String,
     values: Vec<f64>,
-    /// Times at which it is one of many solutions.
-    not_unique: Vec<[f64; 2]>,
 }
 
 /// The curves of `playback` over the span of `motion`, in at most `bytes` bytes.
@@ -50,8 +47,7 @@ pub(crate) fn take(
         }
         signals.push(signal);
         let (unit, description) = (field.unit.clone(), field.description.clone());
-        let not_unique = not_unique(&playback.uniqueness_of(signal), motion.span());
-        channels.push(Channel { name, unit, description, values: Vec::new(), not_unique });
+        channels.push(Channel { name, unit, description, values: Vec::new() });
     }
     for &t in &times {
         playback.seek(t)?;
@@ -95,7 +91,7 @@ impl Curves {
     /// The curves as JSON for the page, in the order of rising time.
     pub(crate) fn write(&self) -> Value {
         let channel = |channel: &Channel| {
-            let Channel { name, unit, description, values, not_unique } = channel;
+            let Channel { name, unit, description, values } = channel;
             let first = *values.first().expect("a curve has a value at every time");
             let is_constant = first.is_finite() && values.iter().all(|&value| value == first);
             let (constant, values) = if is_constant {
@@ -105,7 +101,7 @@ impl Curves {
             };
             json!({
                 "name": name, "unit": unit, "description": description,
-                "constant": constant, "values": values, "not_unique": not_unique,
+                "constant": constant, "values": values,
             })
         };
         json!({

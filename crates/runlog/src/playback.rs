@@ -6,7 +6,6 @@
 
 use std::io::Read;
 
-use crate::describe;
 use crate::player::{Player, span, uniqueness};
 use crate::record::{Channels, INPUTS, Signal, overrides};
 use bksim_expr::TapeError;
@@ -18,7 +17,6 @@ use bksim_sim::input::{along, find_inputs};
 use bksim_sim::pose::{Pose, PoseRunner, Poses};
 use bksim_sim::redundancy::{Uniqueness, UniquenessChange};
 use bksim_sim::run::{Sample, Segment, Unreplayed};
-use serde_json::Value;
 
 /// A logged run with its mechanism.
 #[derive(Debug)]
@@ -246,11 +244,6 @@ impl Playback {
     /// Which components of the reactions are unique, from the start on and wherever that changes.
     pub fn uniqueness(&self) -> &[UniquenessChange] {
         &self.uniqueness
-    }
-
-    /// From when on which channels are not unique, as the end of a log tells it; also of one that was cut off.
-    pub fn described_uniqueness(&self) -> Vec<Value> {
-        describe::uniqueness(&self.mechanism, &self.uniqueness)
     }
 
     /// Which components of the reactions are unique at `t`, s.

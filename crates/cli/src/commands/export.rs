@@ -1,7 +1,7 @@
 //! `bksim export`: channels of a log as a table.
 
 use std::fs::File;
-use std::io::{self, BufReader, BufWriter, Read, Write};
+use std::io::{self, BufReader, BufWriter, Write};
 use std::path::Path;
 
 use bksim::log::export::{Exported, to_csv};
@@ -12,27 +12,10 @@ use crate::args::Export;
 use crate::exit::{Failure, Status};
 use crate::output;
 use crate::output_file::{OutputFile, Written};
-use crate::progress::StopWish;
 use crate::render;
 
 /// A log that is open.
-pub type OpenLog = LogReader<BufReader<Stoppable>>;
-
-/// A file that has no more bytes once the command is asked to stop.
-#[derive(Debug)]
-pub struct Stoppable {
-    file: File,
-    stop: StopWish,
-}
-
-impl Read for Stoppable {
-    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        if self.stop.status().is_some() {
-            return Err(io::Error::other("interrupted"));
-        }
-        self.file.read(bytes)
-    }
-}
+pub type OpenLog = LogReader<BufReader<File>>;
 
 /// A format of tables.
 #[derive(Clone, Copy, Debug)]
@@ -57,9 +40,8 @@ pub(crate) fn run(args: &Export, as_json: bool) -> Result<Status, Failure> {
 }
 
 /// The log, and the channels of it that are asked for.
-fn open(args: &Export, stop: &StopWish) -> Result<(OpenLog, Selection), Failure> {
+fn open(args: &Export) -> Result<(OpenLog, Selection), Failure> {
     let file = File::open(&args.log).map_err(|e| Failure::reading(&args.log, &e))?;
-    let file = Stoppable { file, stop: stop.clone() };
     let log = LogReader::open(BufReader::new(file)).map_err(|e| bad_log(&args.log, &e))?;
     let selection = if args.channels.is_empty() {
         Selection::all(log.header())
@@ -71,7 +53,7 @@ fn open(args: &Export, stop: &StopWish) -> Result<(OpenLog, Selection), Failure>
 
 fn to_stdout(args: &Export, as_json: bool) -> Result<Status, Failure> {
     // Write over nothing that exists, least of all over the log.
-    let (log, selection) = open(args, &StopWish::default())?;
+    let (log, selection) = open(args)?;
     if as_json {
         return Err(Failure::usage(
             "--json reports on a table, but there is none",
@@ -98,18 +80,13 @@ pub fn to_file(
     format: &TableFormat,
     as_json: bool,
 ) -> Result<Status, Failure> {
-    let stop = StopWish::watch().map_err(|e| Failure::writing(path, &e))?;
-    let (log, selection) = open(args, &stop)?;
+    let (log, selection) = open(args)?;
     let output =
         OutputFile::plan(path, ("log", &[args.log.as_path()]), args.force, "nothing was written")?;
 
     // Write the table.
     let mut out = BufWriter::new(output.create()?);
     let exported = (format.write)(log, &selection, &mut out);
-    if let (Err(_), Some(status)) = (&exported, stop.status()) {
-        render::warning("stopped by a signal: nothing was written");
-        return Ok(status);
-    }
     let exported = exported.map_err(|e| bad_log(&args.log, &e))?;
     out.into_inner().map_err(|e| Failure::writing(path, e.error()))?.finish()?;
     warn_if_cut(args, &exported);

@@ -5,8 +5,7 @@ use std::io::BufReader;
 use std::path::Path;
 
 use bksim::describe;
-use bksim::log::{Contents, EndStatus, Level, LogError, LogReader, Note, Outcome, Survey};
-use bksim::playback::Playback;
+use bksim::log::{Contents, Level, LogError, Note, Outcome, Survey};
 use serde_json::{Value, json};
 
 use crate::args::info::Info;
@@ -22,22 +21,8 @@ pub(crate) fn run(args: &Info, as_json: bool) -> Result<Status, Failure> {
     let n_bytes = fs::metadata(path).map_err(|e| Failure::reading(path, &e))?.len();
     let source = open().map_err(|e| Failure::reading(path, &e))?;
     match Survey::read(source) {
-        Ok(survey) => {
-            // A log that was cut off does not tell, and yet has the motion that it follows from.
-            let replayed = || {
-                let playback = Playback::open(LogReader::open(open().ok()?).ok()?).ok()?;
-                Some(playback.described_uniqueness())
-            };
-            let uniqueness = match &survey.end {
-                Some(end) => logged_uniqueness(end),
-                None => replayed(),
-            };
-            if as_json {
-                output::json("info", json_of(path, n_bytes, &survey, uniqueness.as_deref()))?;
-            } else {
-                output::text(&text_of(path, n_bytes, &survey, uniqueness.as_deref()))?;
-            }
-        }
+        Ok(survey) if as_json => output::json("info", json_of(path, n_bytes, &survey))?,
+        Ok(survey) => output::text(&text_of(path, n_bytes, &survey))?,
         Err(LogError::NotARun { .. }) => {
             let source = open().map_err(|e| Failure::reading(path, &e))?;
             let contents = Contents::read(source).map_err(|e| bad_log(path, &e))?;
@@ -60,7 +45,7 @@ fn bad_log(path: &Path, error: &LogError) -> Failure {
     Failure::Input { path, what, help: None }
 }
 
-fn text_of(path: &Path, n_bytes: u64, survey: &Survey, uniqueness: Option<&[Value]>) -> String {
+fn text_of(path: &Path, n_bytes: u64, survey: &Survey) -> String {
     let header = &survey.header;
     let mut rows = vec![
         row("log", &format!("{}, {}", path.display(), bytes(n_bytes))),
@@ -82,7 +67,8 @@ fn text_of(path: &Path, n_bytes: u64, survey: &Survey, uniqueness: Option<&[Valu
     let end = survey.end.iter().flat_map(|end| &end.summary);
     let shown = |text: &String| text.parse().map_or_else(|_| text.clone(), number);
     section("results", end.map(|(name, text)| row(name, &shown(text))).collect());
-    let shared = super::solve::not_unique(uniqueness.unwrap_or_default());
+    let uniqueness = uniqueness(survey);
+    let shared = super::solve::not_unique(uniqueness.as_deref().unwrap_or_default());
     section("reactions that are not unique", shared.into_iter().map(|line| vec![line]).collect());
     section("options", header.options.iter().map(|(name, text)| row(name, text)).collect());
     let quantity = |(name, quantity): (&String, &bksim::log::Quantity)| {
@@ -100,8 +86,8 @@ fn text_of(path: &Path, n_bytes: u64, survey: &Survey, uniqueness: Option<&[Valu
 }
 
 /// From when on which channels are not unique, as the end of a run tells.
-fn logged_uniqueness(end: &EndStatus) -> Option<Vec<Value>> {
-    let details = describe::logged_summary(&end.details)?;
+fn uniqueness(survey: &Survey) -> Option<Vec<Value>> {
+    let details = describe::logged_summary(&survey.end.as_ref()?.details)?;
     details["uniqueness"].as_array().cloned()
 }
 
@@ -176,7 +162,7 @@ fn level_word(level: Level) -> &'static str {
     }
 }
 
-fn json_of(path: &Path, n_bytes: u64, survey: &Survey, uniqueness: Option<&[Value]>) -> Value {
+fn json_of(path: &Path, n_bytes: u64, survey: &Survey) -> Value {
     let header = &survey.header;
     // Lists of the log's parts.
     let channels = header.topics.iter().zip(&survey.topics).flat_map(|(topic, count)| {
@@ -214,7 +200,7 @@ fn json_of(path: &Path, n_bytes: u64, survey: &Survey, uniqueness: Option<&[Valu
         "t_end": end.map(|end| end.t_end),
         "reason": end.map(|end| &end.reason),
         "results": end.map(|end| &end.summary),
-        "uniqueness": uniqueness,
+        "uniqueness": uniqueness(survey),
         "options": header.options,
         "parameters": parameters.collect::<serde_json::Map<_, _>>(),
         "channels": channels.collect::<Vec<_>>(),

@@ -6,12 +6,9 @@ import 'uplot/dist/uPlot.min.css';
 
 import { decoded } from './motion.js';
 import { css } from './scene.js';
-import { isWithin } from './spans.js';
 
 /** Dashes, which distinguish curves of one colour once the palette is used up. */
 const DASHES = [undefined, [8, 4], [2, 3]];
-/** Dashes of what is one of many solutions. */
-const NOT_UNIQUE = [4, 4];
 const HEIGHT = 190;
 /** Distance from the line, pixels, within which a drag moves it. */
 const NEAR = 12;
@@ -77,17 +74,6 @@ export class Curves {
       legend.append(entry);
       return value;
     });
-    // A curve, and dashed the parts of it that are one of many solutions.
-    const parts = channels.flatMap((channel, i) => {
-      const dash = DASHES[Math.floor(i / this.theme.colors.palette.length) % DASHES.length];
-      const part = (values, dash) => ({ values, dash, stroke: this.color(i) });
-      if (channel.not_unique.length === 0) return [part(channel.values, dash)];
-      const kept = (isWanted) =>
-        Array.from(channel.values, (value, k) =>
-          isWithin(channel.not_unique, this.times[k]) === isWanted ? value : null,
-        );
-      return [part(kept(false), dash), part(kept(true), NOT_UNIQUE)];
-    });
     const { faint } = this.theme.colors;
     const axis = {
       stroke: css(faint),
@@ -103,11 +89,11 @@ export class Curves {
       cursor: { sync: { key: 'run' }, drag: { x: true, y: false, dist: 5 }, points: { size: 6 } },
       series: [
         {},
-        ...parts.map(({ stroke, dash }) => ({
-          stroke,
+        ...channels.map((_, i) => ({
+          stroke: this.color(i),
           width: 1.75,
           pxAlign: 0,
-          dash,
+          dash: DASHES[Math.floor(i / this.theme.colors.palette.length) % DASHES.length],
           points: { show: false },
         })),
       ],
@@ -119,7 +105,7 @@ export class Curves {
       ],
       hooks: { setScale: [(plot, key) => key === 'x' && this.zoomed(plot)] },
     };
-    const data = [this.times, ...parts.map(({ values }) => values)];
+    const data = [this.times, ...channels.map((channel) => channel.values)];
     const plot = new uPlot(options, data, box);
     const line = document.createElement('div');
     line.className = 'now';
@@ -200,9 +186,7 @@ export class Curves {
       line.style.transform = `translateX(${plot.valToPos(t, 'x').toFixed(2)}px)`;
       channels.forEach((channel, i) => {
         const value = this.valueAt(channel.values, t);
-        const number = numberText(Math.abs(value) < ROUNDING * channel.largest ? 0 : value);
-        const isShared = isWithin(channel.not_unique, t);
-        values[i].textContent = isShared ? `${number} (not unique)` : number;
+        values[i].textContent = numberText(Math.abs(value) < ROUNDING * channel.largest ? 0 : value);
       });
     }
   }

@@ -3,9 +3,8 @@
 use bksim_sim::redundancy::{Uniqueness, UniquenessChange};
 use serde_json::{Value, json};
 
-use bksim_sim::Mechanism;
-
 use crate::channels::Channels;
+use bksim_sim::Mechanism;
 
 /// From when on which channels hold one of many solutions of the equilibrium.
 pub fn uniqueness(mechanism: &Mechanism, changes: &[UniquenessChange]) -> Vec<Value> {

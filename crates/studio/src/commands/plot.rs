@@ -9,7 +9,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use bksim::log::{LogError, Selection};
-use bksim_plot::{Figure, Format, PlotError, Screen, Size, Theme};
+use bksim_plot::{Format, PlotError, Screen, Size, Theme};
 use serde_json::{Value, json};
 
 use bksim_cli::args::plot::{Plot, PlotTheme};
@@ -91,26 +91,11 @@ pub(crate) fn run(args: &Plot, as_json: bool) -> Result<Status, Failure> {
             panel_height: PANEL_HEIGHT,
             has_colors: true,
         };
-        let text = with_plain_names(plotted.figure.clone()).to_text(theme);
+        let text = plotted.figure.to_text(theme);
         let left_out = plotted.left_out().map(|words| format!("\n{words}")).unwrap_or_default();
         output::styled(&format!("{}{left_out}", text.trim_end()))?;
     }
     Ok(Status::Done)
-}
-
-/// The figure with names and units that change no colour: those of files and channels are from outside.
-fn with_plain_names(mut figure: Figure) -> Figure {
-    figure.title = output::plain(&figure.title);
-    for panel in &mut figure.panels {
-        for axis in [&mut panel.x, &mut panel.y] {
-            axis.label = output::plain(&axis.label);
-            axis.unit = output::plain(&axis.unit);
-        }
-        for curve in &mut panel.curves {
-            curve.name = output::plain(&curve.name);
-        }
-    }
-    figure
 }
 
 /// The words of the command line, sorted: files that are there or end as logs do, and the rest.

@@ -27,32 +27,12 @@ pub(super) struct Curve {
     pub(super) unit: String,
     signal: Signal,
     points: Vec<PlotPoint>,
-    /// Instants from which on it is unique, or one of many solutions, in the order of the run.
-    uniqueness: Vec<(f64, bool)>,
 }
 
 impl Curve {
-    /// Its points so far, in the order of the run, in parts that are unique, or are not; neighbours share a
-    /// point.
-    pub(super) fn parts(&self) -> Vec<(bool, &[PlotPoint])> {
-        let mut parts: Vec<(bool, std::ops::Range<usize>)> = Vec::new();
-        for (idx, point) in self.points.iter().enumerate() {
-            let is_unique = self.is_unique_at(point.x);
-            match parts.last_mut() {
-                Some((known, range)) if *known == is_unique => range.end = idx + 1,
-                _ => parts.push((is_unique, idx.saturating_sub(1)..idx + 1)),
-            }
-        }
-        parts.into_iter().map(|(is_unique, range)| (is_unique, &self.points[range])).collect()
-    }
-
-    /// Whether its value at `t`, s, is the only solution of the equilibrium.
-    pub(super) fn is_unique_at(&self, t: f64) -> bool {
-        let is_backward =
-            self.points.first().zip(self.points.last()).is_some_and(|(a, b)| b.x < a.x);
-        let has_begun = |from: f64| if is_backward { from >= t } else { from <= t };
-        let begun = self.uniqueness.iter().rev().find(|(from, _)| has_begun(*from));
-        begun.or(self.uniqueness.first()).is_none_or(|(_, is_unique)| *is_unique)
+    /// Its points so far, in the order of the run.
+    pub(super) fn points(&self) -> &[PlotPoint] {
+        &self.points
     }
 
     /// Its value at the instant shown.
@@ -139,9 +119,7 @@ impl Curves {
         let found = self.chosen.iter().filter_map(|name| {
             let mut signals = playback.channels().signals();
             let (signal, name, field) = signals.find(|(_, known, _)| known == name)?;
-            let unit = field.unit.clone();
-            let uniqueness = playback.uniqueness_of(signal);
-            Some(Curve { name, unit, signal, points: Vec::new(), uniqueness })
+            Some(Curve { name, unit: field.unit.clone(), signal, points: Vec::new() })
         });
         self.all = found.collect();
     }
@@ -188,28 +166,12 @@ mod tests {
         }
         let groups = curves.groups();
         let angle = groups[0][0].1;
-        assert_eq!(angle.points.len(), INSTANTS);
-        for point in [angle.points[0], angle.points[123], angle.points[INSTANTS - 1]] {
+        assert_eq!(angle.points().len(), INSTANTS);
+        for point in [angle.points()[0], angle.points()[123], angle.points()[INSTANTS - 1]] {
             let sample = show.seek(point.x).expect("an instant");
             assert_eq!(sample.q[0], point.y);
         }
-        assert_eq!(angle.points[INSTANTS - 1].x, 1.0);
-    }
-
-    #[test]
-    fn what_is_one_of_many_solutions_is_a_part_of_its_own() {
-        let (mut show, mut curves) = (show(), Curves::default());
-        curves.set_motion(show.playback());
-        while curves.is_unfinished() {
-            curves.go_on(&mut show).expect("the motion of the mechanism");
-        }
-        let mut curve = curves.groups()[0][0].1.clone();
-        assert_eq!(curve.parts().len(), 1);
-        curve.uniqueness = vec![(0.0, true), (0.25, false), (0.5, true)];
-        let parts = curve.parts();
-        assert_eq!(parts.iter().map(|part| part.0).collect::<Vec<_>>(), [true, false, true]);
-        assert!(parts[1].1.iter().skip(1).all(|point| (0.25..0.5).contains(&point.x)));
-        assert_eq!(parts[0].1.last().map(|p| p.x), parts[1].1.first().map(|p| p.x), "no gap");
+        assert_eq!(angle.points()[INSTANTS - 1].x, 1.0);
     }
 
     #[test]

@@ -11,7 +11,6 @@ use std::path::{Path, PathBuf};
 use bksim::describe;
 use bksim::log::export::rows;
 use bksim::log::{Header, LogError, LogReader, Record, Selection};
-use bksim::playback::Playback;
 use bksim::playback::RunLog;
 use bksim::record::{Channels, INPUTS, Signal};
 use bksim::sim::run::{Replay, Sample, Segment};
@@ -171,13 +170,8 @@ impl Run {
             Ok(())
         })?;
         self.is_complete = exported.end.is_some();
-        // A log that was cut off does not tell, and yet has the motion that it follows from.
-        let changes = match exported.end {
-            Some(end) => describe::logged_summary(&end.details)
-                .and_then(|details| details["uniqueness"].as_array().cloned()),
-            None => Playback::open(open(&self.path)?).ok().map(|p| p.described_uniqueness()),
-        };
-        self.not_unique = not_unique(&changes.unwrap_or_default());
+        let details = exported.end.and_then(|end| describe::logged_summary(&end.details));
+        self.not_unique = details.map(|details| not_unique(&details)).unwrap_or_default();
         Ok(Sampled { pens, span })
     }
 
@@ -248,13 +242,14 @@ impl Run {
     }
 }
 
-/// From when on which channels are not unique, out of the changes of a run.
-fn not_unique(changes: &[Value]) -> Vec<(f64, Vec<String>)> {
+/// From when on which channels are not unique, out of the summary of a run.
+fn not_unique(summary: &Value) -> Vec<(f64, Vec<String>)> {
+    let changes = summary["uniqueness"].as_array().into_iter().flatten();
     let names = |change: &Value| -> Vec<String> {
         let names = change["not_unique"].as_array().into_iter().flatten();
         names.filter_map(|name| name.as_str().map(str::to_owned)).collect()
     };
-    changes.iter().filter_map(|change| Some((change["t"].as_f64()?, names(change)))).collect()
+    changes.filter_map(|change| Some((change["t"].as_f64()?, names(change)))).collect()
 }
 
 struct Sampled {
