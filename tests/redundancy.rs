@@ -234,38 +234,9 @@ fn joints_that_repeat_each_other_share_their_reactions_and_a_chain_behind_them_d
     assert_eq!((count.mobility, count.n_redundant, count.redundant.len()), (2, 2, 2), "{count:?}");
 }
 
-/// A block that is pushed along a rail against two stops at one place.
-const AGAINST_STOPS: &str = r#"
-    [bodies.block]
-    mass = 1
-    inertia = 0.1
-    [joints.rail]
-    type = "prismatic"
-    between = ["ground", "block"]
-    axis = [1, 0]
-    [loads.push]
-    type = "force"
-    on = "block"
-    vector = [4, 0]
-    [loads.end]
-    type = "stop"
-    joint = "rail"
-    max = 0.05
-    restitution = 0
-    [loads.wall]
-    type = "stop"
-    joint = "rail"
-    max = 0.05
-    restitution = 0
-    [initial]
-    rail = { position = 0, velocity = 0.5 }
-    [solve]
-    t_end = 1
-"#;
-
 #[test]
 fn stops_that_repeat_each_other_share_their_force_from_when_both_hold() {
-    let mechanism = derive(model(AGAINST_STOPS));
+    let mechanism = derive(model(&fixture("block-against-stops")));
     let motion = solve(&mechanism);
     let changes = &motion.summary.uniqueness;
     let found: Vec<Vec<String>> =

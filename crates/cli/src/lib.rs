@@ -13,6 +13,8 @@ pub mod output_file;
 pub mod progress;
 pub mod render;
 pub mod source;
+#[cfg(unix)]
+mod unfinished;
 mod visible;
 
 use std::ffi::OsString;

@@ -15,7 +15,12 @@ pub fn text(text: &str) -> Result<(), Failure> {
     put(&visible(text, Styles::None))
 }
 
-/// As [`text()`], with colours in it.
+/// A name from outside for [`styled()`]: with its own colours written out.
+pub fn unstyled(name: &str) -> String {
+    visible(name, Styles::None).into_owned()
+}
+
+/// As [`text()`], with colours in it; those in a name from outside are [`unstyled()`] before.
 ///
 /// # Errors
 /// As [`text()`].

@@ -116,7 +116,7 @@ impl OutputFile {
         Ok(Written { path: self.path.clone(), place: Place::Own(file) })
     }
 
-    /// Opens a file that takes its name once it is whole.
+    /// Opens a file that takes its name once it is whole. One that an interrupt ends is removed.
     ///
     /// # Errors
     /// [`Failure::File`].
@@ -126,7 +126,11 @@ impl OutputFile {
             let file = File::options().write(true).open(&path);
             Place::Own(file.map_err(|error| Failure::writing(&path, &error))?)
         } else {
-            let temporary = temporary_in(directory(&path), &path);
+            let create = || temporary_in(directory(&path), &path);
+            #[cfg(unix)]
+            let temporary = crate::unfinished::guarded(create);
+            #[cfg(not(unix))]
+            let temporary = create();
             Place::Temporary(temporary.map_err(|e| Failure::writing(&path, &e))?, self.found)
         };
         Ok(Written { path, place })
@@ -213,11 +217,14 @@ impl Written {
             Place::Own(file) => drop(file.sync_all()),
             Place::Temporary(file, found) => {
                 file.as_file().sync_all()?;
+                let temporary = file.path().to_owned();
                 let persisted = match found {
                     Found::Nothing => file.persist_noclobber(&path),
                     Found::File | Found::Device => file.persist(&path),
                 };
                 persisted.map_err(|error| error.error)?;
+                #[cfg(unix)]
+                crate::unfinished::release(&temporary);
             }
         }
         Ok(())

@@ -25,6 +25,8 @@ impl StopWish {
     /// # Errors
     /// The system does not let signals be handled.
     pub fn watch() -> io::Result<Self> {
+        #[cfg(unix)]
+        crate::unfinished::leave_to_command();
         let wish = Self::default();
         flag::register_usize(SIGINT, Arc::clone(&wish.0), INTERRUPT)?;
         flag::register_usize(SIGTERM, Arc::clone(&wish.0), TERMINATE)?;

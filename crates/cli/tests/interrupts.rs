@@ -56,6 +56,35 @@ fn signal(child: &Child, name: &str) {
     assert!(kill.expect("kill starts").success());
 }
 
+#[test]
+fn an_export_that_is_interrupted_leaves_nothing_behind() {
+    let place = Scratch::new();
+    // A log of ten thousand seconds, as its run was stopped after some of them.
+    let solving = start(&place, LONG, &[]);
+    sleep(Duration::from_secs(2));
+    signal(&solving, "-INT");
+    ended_soon(solving);
+    for name in ["-INT", "-TERM", "-HUP"] {
+        let child = place.bksim().args(["export", "long.mcap", "-o", "long.csv"]).spawn();
+        let child = child.expect("bksim starts");
+        let begun = Instant::now();
+        let files = || -> Vec<String> {
+            let entries = fs::read_dir(place.path()).expect("the directory");
+            let name = |entry: fs::DirEntry| entry.file_name().to_string_lossy().into_owned();
+            entries.map(|entry| name(entry.expect("an entry"))).collect()
+        };
+        while !files().iter().any(|name| name.ends_with(".part")) {
+            assert!(begun.elapsed() < Duration::from_secs(10), "no file is begun");
+        }
+        signal(&child, name);
+        let output = ended_soon(child);
+        assert!(!output.status.success(), "{name}: it was exported before");
+        let mut left = files();
+        left.sort();
+        assert_eq!(left, ["long.mcap", "long.toml"], "{name}");
+    }
+}
+
 /// Times of all samples of the log, and what its export says.
 fn samples(place: &Scratch) -> (Vec<f64>, String) {
     let output = place.run("export long.mcap state.A_angle");

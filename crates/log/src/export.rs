@@ -2,13 +2,15 @@
 
 use std::io::{Read, Write};
 
-use crate::{EndStatus, LogError, LogReader, Record, Request, Selection};
+use crate::{EndStatus, LogError, LogReader, NotUnique, Record, Request, Selection};
 
 /// The result of an export.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Exported {
     /// Rows written, the heading not counted.
     pub n_rows: u64,
+    /// From when on which channels are not unique, in the order of the run.
+    pub not_unique: Vec<NotUnique>,
     /// How the run ended; `None` if the log was cut short, after its last whole chunk.
     pub end: Option<EndStatus>,
 }
@@ -72,8 +74,16 @@ pub fn rows<R: Read>(
     let mut cells = vec![None; selection.columns().len()];
     let mut row_t: Option<f64> = None;
     let mut n_rows = 0;
+    let mut not_unique = Vec::new();
     while let Some(record) = log.next_record()? {
-        let Record::Sample { topic, t, values } = record else { continue };
+        let (topic, t, values) = match record {
+            Record::Sample { topic, t, values } => (topic, t, values),
+            Record::NotUnique(change) => {
+                change.add_to(&mut not_unique);
+                continue;
+            }
+            Record::Note(_) | Record::Segment(_) => continue,
+        };
         let Some(&(_, first_cell)) = columns_of[topic.0].first() else { continue };
         if let Some(previous) = row_t.filter(|&row_t| row_t != t || cells[first_cell].is_some()) {
             put(previous, &cells)?;
@@ -89,5 +99,5 @@ pub fn rows<R: Read>(
         put(t, &cells)?;
         n_rows += 1;
     }
-    Ok(Exported { n_rows, end: log.end().cloned() })
+    Ok(Exported { n_rows, not_unique, end: log.end().cloned() })
 }

@@ -197,6 +197,18 @@ pub struct Segment {
     pub dependent: Vec<u32>,
 }
 
+/// The channels that hold one of many solutions of the equilibrium, from an instant on: a metadata
+/// record `bksim.uniqueness`. Without channels, all are unique again.
+#[derive(Clone, PartialEq, Default, Debug)]
+pub struct NotUnique {
+    /// From when on, s.
+    pub t: f64,
+    /// Number of independent self-stresses.
+    pub n_self_stresses: usize,
+    /// Names of the channels, such as `reactions.A.fx`.
+    pub channels: Vec<String>,
+}
+
 /// One line of the topic `/log`.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Note {

@@ -33,6 +33,7 @@
 //! | channel `/motion` | the motion between samples, one message per step of the integrator: schema `bksim.Motion`, see [`Segment`] |
 //! | channels `/tf`, `/scene`, `/spans`, `/joint_states`, `/outlines/…` | the scene and the motion for programs that know nothing of bksim, in schemas that Foxglove has published: see [`Stage`]; this crate's reader passes them over, as it does all whose schema is not in package `bksim` |
 //! | chunks of messages | the samples, zstd, each chunk with its CRC |
+//! | metadata `bksim.uniqueness` | from when on which channels hold one of many solutions of the equilibrium, among the chunks wherever that changes: see [`NotUnique`] |
 //! | attachment `bksim.checkpoint` | the state from which a stopped run goes on; bytes of its solver |
 //! | metadata `bksim.end` | how the run ended; `details`: its events, methods, work, residuals and energies as JSON; a log without it was cut short |
 //!
@@ -63,7 +64,7 @@ mod write;
 
 pub use error::LogError;
 pub use header::{
-    EndStatus, Field, Header, Level, Note, Outcome, Quantity, Segment, Topic, TopicId,
+    EndStatus, Field, Header, Level, NotUnique, Note, Outcome, Quantity, Segment, Topic, TopicId,
 };
 pub use read::{
     Contents, ForeignTopic, Log, LogReader, Record, Request, Series, Survey, TopicCount,

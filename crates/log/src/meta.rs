@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use mcap::records::Metadata;
 use sha2::{Digest as _, Sha256};
 
-use crate::{EndStatus, Header, LogError, Outcome, Quantity};
+use crate::{EndStatus, Header, LogError, NotUnique, Outcome, Quantity};
 
 pub(crate) const RUN: &str = "bksim.run";
 pub(crate) const PARAMETERS: &str = "bksim.parameters";
 pub(crate) const OPTIONS: &str = "bksim.options";
+pub(crate) const UNIQUENESS: &str = "bksim.uniqueness";
 pub(crate) const END: &str = "bksim.end";
 /// Name of the attachment with the state of a stopped run.
 pub(crate) const CHECKPOINT: &str = "bksim.checkpoint";
@@ -95,6 +96,35 @@ fn digest(records: &[&Metadata]) -> String {
         }
     }
     hex(digest.finalize().as_ref())
+}
+
+/// The record of a change, with a digest: what a killed run leaves has no checksum of the whole.
+pub(crate) fn uniqueness_record(change: &NotUnique) -> Metadata {
+    let mut record = Metadata { name: UNIQUENESS.into(), metadata: BTreeMap::new() };
+    for (key, value) in [
+        ("t", format!("{:?}", change.t)),
+        ("self_stresses", change.n_self_stresses.to_string()),
+        ("channels", change.channels.join("\n")),
+    ] {
+        record.metadata.insert(key.into(), value);
+    }
+    let digest = digest(&[&record]);
+    record.metadata.insert(DIGEST.into(), digest);
+    record
+}
+
+pub(crate) fn read_uniqueness(mut record: Metadata) -> Result<NotUnique, LogError> {
+    let saved = take(&mut record, DIGEST)?;
+    if saved != digest(&[&record]) {
+        return Err(LogError::damaged("the digest of a record on uniqueness is wrong"));
+    }
+    let count = take(&mut record, "self_stresses")?;
+    let is_no_count = |_| LogError::damaged(format!("`{count}` is not a count"));
+    Ok(NotUnique {
+        t: number(&take(&mut record, "t")?)?,
+        n_self_stresses: count.parse().map_err(is_no_count)?,
+        channels: take(&mut record, "channels")?.lines().map(str::to_owned).collect(),
+    })
 }
 
 pub(crate) fn end_record(end: &EndStatus) -> Metadata {

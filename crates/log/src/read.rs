@@ -8,7 +8,7 @@ use std::{collections::BTreeMap, io::Read};
 use mcap::records::{self, Metadata, op};
 
 use crate::{
-    EndStatus, Header, Level, LogError, Note, Outcome, Segment, Topic, TopicId,
+    EndStatus, Header, Level, LogError, NotUnique, Note, Outcome, Segment, Topic, TopicId,
     frames::{self, Frames, State},
     meta,
     schema::{T_NUMBER, motion_number},
@@ -33,6 +33,8 @@ pub enum Record<'a> {
     Note(Note),
     /// The motion over a step.
     Segment(&'a Segment),
+    /// From when on which channels are not unique; of two at one time, the last holds.
+    NotUnique(NotUnique),
 }
 
 /// The records that a reader makes: see [`LogReader::only`].
@@ -159,7 +161,7 @@ impl<R: Read> LogReader<R> {
     }
 
     /// The same reader, passing over everything that is not asked for: its bytes are checked, but not
-    /// made into records. The end and the checkpoint are known all the same.
+    /// made into records. Changes of uniqueness, the end and the checkpoint are known all the same.
     ///
     /// ```
     /// # use bksim_log::{EndStatus, Field, Header, LogReader, LogWriter, Outcome, Request, Topic};
@@ -183,7 +185,7 @@ impl<R: Read> LogReader<R> {
         self
     }
 
-    /// The next sample or note, in the order they were written; `None` at the end of the data.
+    /// The next sample, note, step or change of uniqueness, in the order they were written; `None` at the end of the data.
     ///
     /// # Errors
     /// [`LogError::Damaged`], [`LogError::TooLarge`] and [`LogError::Io`]. Records returned before had
@@ -193,8 +195,13 @@ impl<R: Read> LogReader<R> {
             match opcode {
                 op::METADATA => {
                     let metadata = metadata(body)?;
-                    if metadata.name == meta::END {
-                        self.end = Some(meta::read_end(metadata)?);
+                    match metadata.name.as_str() {
+                        meta::END => self.end = Some(meta::read_end(metadata)?),
+                        meta::UNIQUENESS => {
+                            let change = meta::read_uniqueness(metadata)?;
+                            return Ok(Some(Record::NotUnique(change)));
+                        }
+                        _ => (),
                     }
                 }
                 op::ATTACHMENT => {
@@ -343,6 +350,16 @@ fn bad_message(_: Malformed) -> LogError {
     LogError::damaged("a message is not protobuf")
 }
 
+impl NotUnique {
+    /// Adds a change to those before it; of two at one time, the last holds.
+    pub fn add_to(self, changes: &mut Vec<NotUnique>) {
+        match changes.last_mut() {
+            Some(last) if last.t == self.t => *last = self,
+            _ => changes.push(self),
+        }
+    }
+}
+
 /// A whole log in memory: samples take 8 bytes per value.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Log {
@@ -380,7 +397,7 @@ impl Log {
             match record {
                 Record::Note(note) => notes.push(note),
                 // As large as all samples, and read by those who ask for it.
-                Record::Segment(_) => (),
+                Record::Segment(_) | Record::NotUnique(_) => (),
                 Record::Sample { topic, t, values } => {
                     let series = &mut series[topic.0];
                     series.t.push(t);

@@ -11,7 +11,8 @@ use foxglove::{Encode, messages};
 use mcap::{Attachment, McapResult, WriteOptions, Writer, records::MessageHeader, write::NoSeek};
 
 use crate::{
-    EndStatus, Header, LOG_TOPIC, Level, LogError, MOTION_TOPIC, Segment, Topic, TopicId,
+    EndStatus, Header, LOG_TOPIC, Level, LogError, MOTION_TOPIC, NotUnique, Segment, Topic,
+    TopicId,
     frames::RECORD_LIMIT,
     meta, names,
     schema::{self, field_number, motion_number},
@@ -195,6 +196,21 @@ impl<W: Write> LogWriter<W> {
         let _ = message.encode(&mut self.message);
         let header = self.notes.next_message(log_time);
         self.put(header)
+    }
+
+    /// Adds from when on which channels hold one of many solutions of the equilibrium. What was written
+    /// so far is closed as a chunk.
+    ///
+    /// # Errors
+    /// [`LogError::BadTime`] for a time that is not finite, [`LogError::TooLarge`] (nothing was written
+    /// then), [`LogError::Io`].
+    pub fn uniqueness(&mut self, change: &NotUnique) -> Result<(), LogError> {
+        if !change.t.is_finite() {
+            return Err(LogError::BadTime { t: change.t, previous: self.last_t });
+        }
+        let n_bytes = change.channels.iter().map(|name| name.len() + 1).sum();
+        check_size("the names of channels that are not unique", n_bytes)?;
+        self.attempt(|writer| writer.write_metadata(&meta::uniqueness_record(change)))
     }
 
     /// Adds the state from which a stopped run goes on: bytes that mean nothing to this crate. Readers

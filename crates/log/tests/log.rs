@@ -10,8 +10,8 @@ use std::{
 };
 
 use bksim_log::{
-    EndStatus, Field, Header, Level, Log, LogError, LogReader, LogWriter, Outcome, Record, Survey,
-    Topic,
+    EndStatus, Field, Header, Level, Log, LogError, LogReader, LogWriter, NotUnique, Outcome,
+    Record, Survey, Topic,
 };
 use common::{N_SAMPLES, end, header, run, state, time, write_samples};
 
@@ -105,6 +105,44 @@ fn a_cut_log_keeps_what_is_whole_and_has_no_end() -> Result<(), LogError> {
     let n_ended = counts.iter().filter(|(_, has_end)| *has_end).count();
     assert!(counts.is_sorted() && counts[2].0 < counts[9].0, "{counts:?}");
     assert!(n_ended < 10, "{counts:?}");
+    Ok(())
+}
+
+#[test]
+fn a_cut_log_tells_up_to_the_cut_which_channels_are_not_unique() -> Result<(), LogError> {
+    let (header, topic, _) = header();
+    let of = |t: f64, names: &[&str]| {
+        let channels = names.iter().map(|&name| name.to_owned()).collect();
+        NotUnique { t, n_self_stresses: names.len(), channels }
+    };
+    let changes = [of(0.0, &[]), of(0.25, &["reactions.a.fx", "reactions.b.fx"]), of(0.5, &[])];
+    let values = vec![1.0; header.topics[topic.index()].fields.len()];
+    let mut writer = LogWriter::create(Vec::new(), &header)?;
+    for (k, change) in changes.iter().enumerate() {
+        writer.uniqueness(change)?;
+        writer.write(topic, change.t, &values)?;
+        // Said twice, it is one change.
+        writer.uniqueness(&changes[k])?;
+    }
+    assert!(writer.uniqueness(&of(f64::NAN, &[])).is_err());
+    let bytes = writer.finish(&EndStatus::new(Outcome::ReachedEnd, 0.5, ""))?;
+    let whole = Survey::read(&bytes[..])?;
+    assert_eq!((whole.not_unique.as_slice(), whole.end.is_some()), (&changes[..], true));
+
+    // Cut between the second change and the third.
+    let mut lengths = Vec::new();
+    for n in 0..bytes.len() {
+        let Ok(cut) = Survey::read(&bytes[..n]) else { continue };
+        assert_eq!(cut.not_unique, changes[..cut.not_unique.len()], "{n}");
+        lengths.push(cut.not_unique.len());
+    }
+    assert!(lengths.is_sorted() && lengths.contains(&1) && lengths.contains(&2), "{lengths:?}");
+
+    // No byte of a change can be another one.
+    let place = bytes.windows(14).position(|w| w == b"reactions.a.fx").expect("the name");
+    let mut flipped = bytes.clone();
+    flipped[place] ^= 1;
+    assert!(matches!(Survey::read(&flipped[..]), Err(LogError::Damaged { .. })));
     Ok(())
 }
 

@@ -4,12 +4,15 @@ use std::collections::BTreeMap;
 
 use bksim::log::{Level, Outcome};
 use bksim::playback::Playback;
+use bksim::sim::redundancy::UniquenessChange;
 use sha2::{Digest, Sha256};
 
 use crate::escape;
 
 /// Largest number of notes of the run that are shown; of more, the page has the count.
 const MAX_NOTES: usize = 30;
+/// Largest number of channels that are named in one row.
+const MAX_NAMES: usize = 24;
 
 /// Options of the log in the order of the table, with their labels.
 const OPTIONS: [(&str, &str); 8] = [
@@ -31,9 +34,40 @@ pub(crate) fn html(playback: &Playback) -> String {
     };
     let table: Vec<String> = rows.iter().map(row).collect();
     format!(
-        "<table class=\"facts\"><tbody>\n{}\n</tbody></table>\n{}",
+        "<table class=\"facts\"><tbody>\n{}\n</tbody></table>\n{}{}",
         table.join("\n"),
+        not_unique(playback),
         notes(playback)
+    )
+}
+
+/// Reactions and efforts that are one of many solutions of the equilibrium, as a table; empty if there are none.
+fn not_unique(playback: &Playback) -> String {
+    let changes = playback.uniqueness();
+    if changes.iter().all(|change| change.uniqueness.is_complete()) {
+        return String::new();
+    }
+    let row = |change: &UniquenessChange| {
+        let names = playback.channels().not_unique(&change.uniqueness);
+        let told: Vec<&str> = names.iter().take(MAX_NAMES).map(String::as_str).collect();
+        let more = match names.len().saturating_sub(MAX_NAMES) {
+            0 => String::new(),
+            n => format!(" and {n} more"),
+        };
+        let what = if names.is_empty() { "none".to_owned() } else { told.join(", ") + &more };
+        let what = escape::html(&what);
+        format!("<tr><th scope=\"row\">From t = {} s</th><td>{what}</td></tr>", change.t)
+    };
+    let rows: Vec<String> = changes.iter().take(MAX_NOTES).map(row).collect();
+    let more = match changes.len().saturating_sub(MAX_NOTES) {
+        0 => String::new(),
+        n => format!("<p>It changes {n} more times.</p>"),
+    };
+    format!(
+        "<h3>Reactions that are not unique</h3>\n<p>Joints, drives or stops that repeat each other \
+         share these: the run has one of many solutions of the equilibrium.</p>\n\
+         <table class=\"facts\"><tbody>\n{}\n</tbody></table>\n{more}",
+        rows.join("\n")
     )
 }
 

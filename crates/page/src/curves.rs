@@ -28,6 +28,9 @@ struct Channel {
     unit: String,
     description: String,
     values: Vec<f64>,
+    /// First and last instants of the spans in which it is one of many solutions of the equilibrium,
+    /// in the order of rising time.
+    shared: Vec<[f64; 2]>,
 }
 
 /// The curves of `playback` over the span of `motion`, in at most `bytes` bytes.
@@ -47,7 +50,8 @@ pub(crate) fn take(
         }
         signals.push(signal);
         let (unit, description) = (field.unit.clone(), field.description.clone());
-        channels.push(Channel { name, unit, description, values: Vec::new() });
+        let shared = shared_spans(&playback.uniqueness_of(signal), motion.span());
+        channels.push(Channel { name, unit, description, values: Vec::new(), shared });
     }
     for &t in &times {
         playback.seek(t)?;
@@ -56,6 +60,18 @@ pub(crate) fn take(
         }
     }
     Ok(Curves { times, channels, n_left_out })
+}
+
+/// The spans in which a signal is not unique, from the instants at which that changes.
+fn shared_spans(changes: &[(f64, bool)], [first, last]: [f64; 2]) -> Vec<[f64; 2]> {
+    let until = |idx: usize| changes.get(idx + 1).map_or(last, |&(t, _)| t);
+    let spans = changes.iter().enumerate().filter(|(_, (_, is_unique))| !is_unique);
+    let in_order = |[from, to]: [f64; 2]| [from.min(to), from.max(to)];
+    let mut spans: Vec<_> = spans.map(|(idx, &(t, _))| in_order([t, until(idx)])).collect();
+    if last < first {
+        spans.reverse();
+    }
+    spans
 }
 
 /// Even times, and each event with the last instant before it.
@@ -91,7 +107,7 @@ impl Curves {
     /// The curves as JSON for the page, in the order of rising time.
     pub(crate) fn write(&self) -> Value {
         let channel = |channel: &Channel| {
-            let Channel { name, unit, description, values } = channel;
+            let Channel { name, unit, description, values, shared } = channel;
             let first = *values.first().expect("a curve has a value at every time");
             let is_constant = first.is_finite() && values.iter().all(|&value| value == first);
             let (constant, values) = if is_constant {
@@ -101,12 +117,25 @@ impl Curves {
             };
             json!({
                 "name": name, "unit": unit, "description": description,
-                "constant": constant, "values": values,
+                "constant": constant, "values": values, "shared": shared,
             })
         };
         json!({
             "times": doubles(self.times.iter().copied()),
             "channels": self.channels.iter().map(channel).collect::<Vec<_>>(),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shared_spans;
+
+    #[test]
+    fn spans_rise_whichever_way_the_run_goes() {
+        let changes = [(0.0, false), (1.0, true), (2.0, false)];
+        assert_eq!(shared_spans(&changes, [0.0, 3.0]), [[0.0, 1.0], [2.0, 3.0]]);
+        let changes = [(3.0, true), (2.0, false), (1.0, true), (0.5, false)];
+        assert_eq!(shared_spans(&changes, [3.0, 0.0]), [[0.0, 0.5], [1.0, 2.0]]);
     }
 }

@@ -82,6 +82,24 @@ fn the_page_holds_motion_poses_scene_and_curves() {
 }
 
 #[test]
+fn curves_tell_where_they_are_one_of_many_solutions() {
+    if is_without_bundle() {
+        return;
+    }
+    let mut playback = played(include_str!("../../../tests/fixtures/block-against-stops.toml"));
+    let hit = playback.uniqueness()[1].t;
+    let found = page(&mut playback, &Options::default()).expect("a page");
+    let data = embedded(&found.html);
+    let channels = data["curves"]["channels"].as_array().expect("curves");
+    let shared: Vec<_> = channels.iter().filter(|c| c["shared"] != serde_json::json!([])).collect();
+    assert!(!shared.is_empty() && shared.len() < channels.len(), "{channels:?}");
+    for channel in shared {
+        assert_eq!(channel["shared"], serde_json::json!([[hit, 1.0]]), "{}", channel["name"]);
+    }
+    assert!(found.html.contains("Reactions that are not unique"));
+}
+
+#[test]
 fn a_page_has_remarks_on_parts_that_do_not_fit() {
     if is_without_bundle() {
         return;

@@ -54,6 +54,24 @@ impl Figure {
         Self { title: title.to_owned(), panels }
     }
 
+    /// The figure with all its texts replaced.
+    #[must_use]
+    pub fn renamed(&self, rename: &dyn Fn(&str) -> String) -> Self {
+        let axis = |axis: &Axis| Axis {
+            label: rename(&axis.label),
+            unit: rename(&axis.unit),
+            ..axis.clone()
+        };
+        let curve = |curve: &Curve| Curve { name: rename(&curve.name), ..curve.clone() };
+        let panel = |panel: &Panel| Panel {
+            x: axis(&panel.x),
+            y: axis(&panel.y),
+            curves: panel.curves.iter().map(curve).collect(),
+            equal_scale: panel.equal_scale,
+        };
+        Self { title: rename(&self.title), panels: self.panels.iter().map(panel).collect() }
+    }
+
     /// Number of columns and of rows of the panels.
     pub fn grid(&self) -> (usize, usize) {
         let n = self.panels.len().max(1);

@@ -53,10 +53,14 @@ fn write<W: Write>(run: &Run, rows: &Rows, start: &Start, out: W) -> Result<W, L
     // A segment comes ahead of the samples in it.
     let mut segments = segments.iter().peekable();
     let forward = if options.t_end < start.t { -1.0 } else { 1.0 };
+    let mut changes = summary.uniqueness.iter().peekable();
     let of_samples = rows.values.chunks_exact(rows.n_columns.max(1));
     for (&t, values) in rows.t.iter().zip(of_samples) {
         while let Some(segment) = segments.next_if(|s| (t - s.t0) * forward > 0.0) {
             recorder.segment(segment)?;
+        }
+        while let Some(change) = changes.next_if(|change| (t - change.t) * forward >= 0.0) {
+            recorder.uniqueness(change)?;
         }
         let sample = engine.channels().sample_of(t, values, like);
         recorder.write(&sample)?;
@@ -64,6 +68,9 @@ fn write<W: Write>(run: &Run, rows: &Rows, start: &Start, out: W) -> Result<W, L
     }
     for segment in segments {
         recorder.segment(segment)?;
+    }
+    for change in changes {
+        recorder.uniqueness(change)?;
     }
     let (outcome, reason) = match ending {
         Ending::Reached => (Outcome::ReachedEnd, "end time reached".to_owned()),
@@ -111,6 +118,7 @@ fn opened(path: &Path) -> Result<Opened, Fault> {
     let n_topics = header.topics.len();
     let mut of_topic: Vec<Vec<f64>> = vec![Vec::new(); n_topics];
     let (mut t, mut notes, mut segments) = (Vec::new(), Vec::new(), Vec::new());
+    let mut not_unique = Vec::new();
     while let Some(record) = log.next_record().map_err(|e| bad(&e))? {
         match record {
             Record::Sample { topic, t: time, values } => {
@@ -121,6 +129,7 @@ fn opened(path: &Path) -> Result<Opened, Fault> {
             }
             Record::Note(note) => notes.push(note),
             Record::Segment(segment) => segments.push(segment_of(segment)),
+            Record::NotUnique(change) => change.add_to(&mut not_unique),
         }
     }
     // Put the topics of a sample side by side, as far as all of them have it.
@@ -169,5 +178,11 @@ fn opened(path: &Path) -> Result<Opened, Fault> {
         sensitive: Vec::new(),
         derivatives: Vec::new(),
     };
-    Ok((engine, t, transposed(&values, n_columns), kept, Logged { end, notes, columns }))
+    Ok((
+        engine,
+        t,
+        transposed(&values, n_columns),
+        kept,
+        Logged { end, notes, not_unique, columns },
+    ))
 }

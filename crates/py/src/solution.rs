@@ -44,6 +44,7 @@ pub(crate) struct Kept {
 pub(crate) struct Logged {
     pub(crate) end: Option<log::EndStatus>,
     pub(crate) notes: Vec<log::Note>,
+    pub(crate) not_unique: Vec<log::NotUnique>,
     /// Rows of its table.
     pub(crate) columns: Vec<(String, String, String)>,
 }
@@ -58,6 +59,7 @@ impl Logged {
             json!({ "reached": end.outcome == log::Outcome::ReachedEnd, "t": end.t_end,
                     "reason": end.reason })
         });
+        summary["uniqueness"] = describe::logged_uniqueness(&self.not_unique).into();
         let note = |note: &log::Note| json!({ "t": note.t, "text": note.text });
         summary["notes"] = self.notes.iter().map(note).collect();
         summary

@@ -13,4 +13,4 @@ pub use events::{event_words, events};
 pub use parts::{coordinate_policy, joint_names, parts};
 pub use run::{logged_summary, method_word, reason_words, sources, summary};
 pub use start::start;
-pub use uniqueness::uniqueness;
+pub use uniqueness::{logged_uniqueness, uniqueness};

@@ -97,7 +97,7 @@ impl RunLog {
                     inputs.t.push(t);
                     inputs.values.extend_from_slice(values);
                 }
-                Record::Sample { .. } => (),
+                Record::Sample { .. } | Record::NotUnique(_) => (),
             }
         }
         let (header, end) = (log.header().clone(), log.end().cloned());

@@ -229,3 +229,40 @@ fn logs_of_other_programs_are_refused() {
     let (status, words) = refused(&place, "plot other.mcap");
     assert!(status == 1 && words.contains("holds no bksim run"), "{words}");
 }
+
+#[test]
+fn colours_of_names_from_outside_do_not_reach_the_terminal() {
+    let place = Scratch::new();
+    let model = fs::read_to_string(format!("{CRATE}/../../examples/slider-crank/model.toml"));
+    place.write("a\u{1b}[31mb.toml", model.expect("an example"));
+    for arguments in
+        [&["solve", "a\u{1b}[31mb.toml", "--t-end", "0.1"][..], &["plot", "a--31mb.mcap"]]
+    {
+        let output = place.bksim().args(arguments).env("CLICOLOR_FORCE", "1").output();
+        let output = output.expect("bksim starts");
+        let said = text(&output.stdout);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        assert!(!said.contains("a\u{1b}[31mb"), "{said:?}");
+        assert!(said.contains("a\\u{1b}[31mb"), "{said:?}");
+    }
+}
+
+#[test]
+fn a_log_that_was_cut_tells_which_reactions_are_not_unique() {
+    let place = Scratch::new();
+    let model = fs::read(format!("{CRATE}/../../tests/fixtures/block-against-stops.toml"));
+    place.write("block.toml", model.expect("a model"));
+    run(&place, "solve block.toml");
+    let whole = fs::read(place.path().join("block.mcap")).expect("a log");
+    let told = json(&place, "info block.mcap")["uniqueness"].clone();
+    assert_eq!(told.as_array().map(Vec::len), Some(2), "{told}");
+    // Without its end, which is a record of this name.
+    let end = whole.windows(9).position(|bytes| bytes == b"bksim.end").expect("an end");
+    place.write("cut.mcap", &whole[..end]);
+    let cut = json(&place, "info cut.mcap");
+    assert_eq!((&cut["complete"], &cut["uniqueness"]), (&Value::Bool(false), &told));
+    assert!(run(&place, "info cut.mcap").contains("reactions that are not unique"));
+    run(&place, "plot cut.mcap multipliers.ld1 -o cut.svg");
+    let svg = fs::read_to_string(place.path().join("cut.svg")).expect("a picture");
+    assert!(svg.contains("(not unique)"), "{svg}");
+}

@@ -67,8 +67,7 @@ fn text_of(path: &Path, n_bytes: u64, survey: &Survey) -> String {
     let end = survey.end.iter().flat_map(|end| &end.summary);
     let shown = |text: &String| text.parse().map_or_else(|_| text.clone(), number);
     section("results", end.map(|(name, text)| row(name, &shown(text))).collect());
-    let uniqueness = uniqueness(survey);
-    let shared = super::solve::not_unique(uniqueness.as_deref().unwrap_or_default());
+    let shared = super::solve::not_unique(&describe::logged_uniqueness(&survey.not_unique));
     section("reactions that are not unique", shared.into_iter().map(|line| vec![line]).collect());
     section("options", header.options.iter().map(|(name, text)| row(name, text)).collect());
     let quantity = |(name, quantity): (&String, &bksim::log::Quantity)| {
@@ -83,12 +82,6 @@ fn text_of(path: &Path, n_bytes: u64, survey: &Survey) -> String {
     }
     section("events and warnings", notes);
     sections.join("\n\n")
-}
-
-/// From when on which channels are not unique, as the end of a run tells.
-fn uniqueness(survey: &Survey) -> Option<Vec<Value>> {
-    let details = describe::logged_summary(&survey.end.as_ref()?.details)?;
-    details["uniqueness"].as_array().cloned()
 }
 
 fn row(name: &str, text: &str) -> Vec<String> {
@@ -200,7 +193,7 @@ fn json_of(path: &Path, n_bytes: u64, survey: &Survey) -> Value {
         "t_end": end.map(|end| end.t_end),
         "reason": end.map(|end| &end.reason),
         "results": end.map(|end| &end.summary),
-        "uniqueness": uniqueness(survey),
+        "uniqueness": describe::logged_uniqueness(&survey.not_unique),
         "options": header.options,
         "parameters": parameters.collect::<serde_json::Map<_, _>>(),
         "channels": channels.collect::<Vec<_>>(),

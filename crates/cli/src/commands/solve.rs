@@ -17,6 +17,7 @@ use bksim::options::{BadOption, SolveChanges, described, in_words};
 use bksim::record::{Contents, Recorder, set_option};
 use bksim::sim::fault::{diagnose_guesses, diagnose_mobility};
 use bksim::sim::mobility::mobility;
+use bksim::sim::redundancy::UniquenessChange;
 use bksim::sim::run::{
     self, Observer, RunCheckpoint, Sample, Segment, Slowness, Summary, Unresumed,
 };
@@ -386,6 +387,10 @@ impl<W: Write> Observer for Logging<'_, W> {
     fn segment(&mut self, segment: &Segment) {
         // A fault stops the run at its next sample.
         self.write(|log| log.segment(segment));
+    }
+
+    fn uniqueness(&mut self, change: &UniquenessChange) {
+        self.write(|log| log.uniqueness(change));
     }
 
     fn slow(&mut self, slowness: &Slowness) {

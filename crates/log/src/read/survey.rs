@@ -6,7 +6,7 @@ use mcap::records::{self, op};
 
 use super::{Decoder, LogReader, Saved, bad_message, decode_note, message, metadata};
 use crate::{
-    EndStatus, Header, LogError, Note,
+    EndStatus, Header, LogError, NotUnique, Note,
     frames::{self, Frames, RECORD_LIMIT, State},
     meta,
     wire::{Fields, Value},
@@ -35,6 +35,8 @@ pub struct Survey {
     pub n_foreign: u64,
     /// Bytes of the state from which a run goes on that was stopped, or whose log was cut short.
     pub checkpoint_bytes: Option<usize>,
+    /// From when on which channels are not unique, in the order of the run.
+    pub not_unique: Vec<NotUnique>,
     /// How the run ended; `None` if the log was cut short.
     pub end: Option<EndStatus>,
 }
@@ -69,6 +71,7 @@ impl Survey {
             n_notes: 0,
             n_foreign: 0,
             checkpoint_bytes: None,
+            not_unique: Vec::new(),
             end: None,
         };
         // Every record after the header.
@@ -77,8 +80,12 @@ impl Survey {
             match opcode {
                 op::METADATA => {
                     let metadata = metadata(body)?;
-                    if metadata.name == meta::END {
-                        survey.end = Some(meta::read_end(metadata)?);
+                    match metadata.name.as_str() {
+                        meta::END => survey.end = Some(meta::read_end(metadata)?),
+                        meta::UNIQUENESS => {
+                            meta::read_uniqueness(metadata)?.add_to(&mut survey.not_unique);
+                        }
+                        _ => (),
                     }
                 }
                 op::ATTACHMENT => {

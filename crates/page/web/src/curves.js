@@ -9,6 +9,8 @@ import { css } from './scene.js';
 
 /** Dashes, which distinguish curves of one colour once the palette is used up. */
 const DASHES = [undefined, [8, 4], [2, 3]];
+/** The dash of values that are one of many solutions of the equilibrium. */
+const SHARED_DASH = [4, 4];
 const HEIGHT = 190;
 /** Distance from the line, pixels, within which a drag moves it. */
 const NEAR = 12;
@@ -70,9 +72,12 @@ export class Curves {
       sample.style.background = this.color(i);
       const value = document.createElement('span');
       value.className = 'value';
-      entry.append(sample, name, value);
+      const remark = document.createElement('span');
+      remark.className = 'shared';
+      remark.title = 'One of many solutions of the equilibrium; dashed in the chart';
+      entry.append(sample, name, remark, value);
       legend.append(entry);
-      return value;
+      return { value, remark };
     });
     const { faint } = this.theme.colors;
     const axis = {
@@ -89,13 +94,16 @@ export class Curves {
       cursor: { sync: { key: 'run' }, drag: { x: true, y: false, dist: 5 }, points: { size: 6 } },
       series: [
         {},
-        ...channels.map((_, i) => ({
-          stroke: this.color(i),
-          width: 1.75,
-          pxAlign: 0,
-          dash: DASHES[Math.floor(i / this.theme.colors.palette.length) % DASHES.length],
-          points: { show: false },
-        })),
+        ...channels.flatMap((channel, i) => {
+          const all = DASHES[Math.floor(i / this.theme.colors.palette.length) % DASHES.length];
+          return this.parts(channel).map(({ isShared }) => ({
+            stroke: this.color(i),
+            width: 1.75,
+            pxAlign: 0,
+            dash: isShared ? SHARED_DASH : all,
+            points: { show: false },
+          }));
+        }),
       ],
       axes: [
         { ...axis, label: isLast ? 't, s' : undefined, labelSize: 20, size: isLast ? 36 : 24,
@@ -105,13 +113,30 @@ export class Curves {
       ],
       hooks: { setScale: [(plot, key) => key === 'x' && this.zoomed(plot)] },
     };
-    const data = [this.times, ...channels.map((channel) => channel.values)];
+    const parts = channels.flatMap((channel) => this.parts(channel));
+    const data = [this.times, ...parts.map(({ values }) => values)];
     const plot = new uPlot(options, data, box);
     const line = document.createElement('div');
     line.className = 'now';
     plot.over.append(line);
     this.listen(plot);
     return { plot, line, channels, values };
+  }
+
+  /** A curve as it is, or where it is unique and where it is not; the parts meet where that changes. */
+  parts({ values, shared }) {
+    if (shared.length === 0) return [{ values, isShared: false }];
+    const isIn = (t) => shared.some(([from, to]) => t >= from && t <= to);
+    const isInside = (t) => shared.some(([from, to]) => t > from && t < to);
+    const [first, last] = [this.times[0], this.times.at(-1)];
+    const isUnique = (t) => !isInside(t) && !(isIn(t) && (t === first || t === last));
+    const part = (isShared, has) => ({
+      values: Array.from(values, (value, k) => (has(this.times[k]) ? value : null)),
+      isShared,
+    });
+    return [part(false, isUnique), part(true, isIn)].filter(({ values: all }) =>
+      all.some((value) => value !== null),
+    );
   }
 
   width() {
@@ -186,7 +211,10 @@ export class Curves {
       line.style.transform = `translateX(${plot.valToPos(t, 'x').toFixed(2)}px)`;
       channels.forEach((channel, i) => {
         const value = this.valueAt(channel.values, t);
-        values[i].textContent = numberText(Math.abs(value) < ROUNDING * channel.largest ? 0 : value);
+        const isZero = Math.abs(value) < ROUNDING * channel.largest;
+        values[i].value.textContent = numberText(isZero ? 0 : value);
+        const isShared = channel.shared.some(([from, to]) => t >= from && t <= to);
+        values[i].remark.textContent = isShared ? 'not unique' : '';
       });
     }
   }

@@ -361,7 +361,8 @@ class Solution(Samples):
     @cached_property
     def summary(self) -> dict[str, Any]:
         """How the run went: end, methods, events, steps, residuals, energy balance; of a log also its
-        notes. A log that was cut short tells its notes alone."""
+        notes. A log that was cut short tells no more than its notes and
+        which reactions are unique."""
         summary: dict[str, Any] = json.loads(self._run.summary())
         return summary
 
@@ -369,10 +370,8 @@ class Solution(Samples):
     def not_unique(self) -> list[tuple[float, tuple[str, ...]]]:
         """From when on which signals are not unique, by the names of the table: ``[(0.0, ("reactions.A.fx",
         …)), …]``. Joints, drives or stops that repeat each other share these reactions and efforts: the
-        table has one of many solutions of the equilibrium. Raises LogError for a log that does not tell, as
-        one that was cut short."""
-        if "uniqueness" not in self.summary:
-            raise LogError("the log does not tell which reactions are unique")
+        table has one of many solutions of the equilibrium. A log that was cut short tells it up to the
+        cut."""
         changes = self.summary["uniqueness"]
         return [(change["t"], tuple(change["not_unique"])) for change in changes]
 

@@ -3,9 +3,11 @@
 use std::io::{Read, Write};
 
 use bksim_log::{
-    EndStatus, Header, Level, LogError, LogReader, LogWriter, Outcome, Quantity, Record, TopicId,
+    EndStatus, Header, Level, LogError, LogReader, LogWriter, NotUnique, Outcome, Quantity, Record,
+    TopicId,
 };
 use bksim_sim::Mechanism;
+use bksim_sim::redundancy::UniquenessChange;
 use bksim_sim::run::{RunCheckpoint, Sample, Segment, Summary};
 use bksim_sim::sensitivity::StateSensitivity;
 use bksim_sim::start::Start;
@@ -131,6 +133,18 @@ impl<W: Write> Recorder<W> {
         self.writer.segment(message)
     }
 
+    /// Writes which channels are not unique from an instant on.
+    ///
+    /// # Errors
+    /// [`LogError`] when the log cannot be written.
+    pub fn uniqueness(&mut self, change: &UniquenessChange) -> Result<(), LogError> {
+        self.writer.uniqueness(&NotUnique {
+            t: change.t,
+            n_self_stresses: change.uniqueness.n_self_stresses,
+            channels: self.channels.not_unique(&change.uniqueness),
+        })
+    }
+
     /// Writes the sensitivities of a sample, one per quantity.
     ///
     /// # Errors
@@ -196,6 +210,12 @@ impl<W: Write> Recorder<W> {
                 Record::Segment(segment) => {
                     if (checkpoint.t() - segment.t_end) * direction >= 0.0 {
                         self.writer.segment(segment)?;
+                    }
+                }
+                // A change just there may be met again, and then holds the same.
+                Record::NotUnique(change) => {
+                    if (checkpoint.t() - change.t) * direction >= 0.0 {
+                        self.writer.uniqueness(&change)?;
                     }
                 }
                 // How the first part ended.

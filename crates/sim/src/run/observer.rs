@@ -19,6 +19,7 @@ use bksim_dae::Control;
 use super::checkpoint::RunCheckpoint;
 use super::pace::Slowness;
 use super::sample::{Sample, StateSensitivity};
+use crate::redundancy::UniquenessChange;
 
 /// Receiver of the samples of a run as it goes on. Closures that take a sample are observers.
 pub trait Observer {
@@ -34,6 +35,9 @@ pub trait Observer {
 
     /// Takes the motion over a step, before the samples in it.
     fn segment(&mut self, _segment: &Segment) {}
+
+    /// Learns which reactions are unique: at the start of a run, and wherever that changes.
+    fn uniqueness(&mut self, _change: &UniquenessChange) {}
 
     /// Learns, once and as soon as it shows, that the run takes far more steps than expected, if it goes
     /// on.

@@ -119,6 +119,7 @@ impl<'a> Run<'a> {
     pub fn begin(problem: Problem<'a>, observer: &mut dyn Observer) -> Self {
         let mut run = Self::new(problem);
         run.summary.note_uniqueness(problem.start.t, problem.start.uniqueness.clone());
+        run.tell_uniqueness(0, observer);
         let Self { sampler, mechanism, summary, .. } = &mut run;
         let control = sampler.begin(problem.start, mechanism, summary, observer);
         let options = problem.options;
@@ -198,11 +199,18 @@ impl<'a> Run<'a> {
             return Ok(StepOutcome::Stopped);
         }
         self.keep_mark();
+        let n_known = self.summary.uniqueness.len();
         let outcome = self.step_or_halt(observer, stop);
+        self.tell_uniqueness(n_known, observer);
         if outcome.is_err() {
             self.hand_out_last(observer);
         }
         self.or_failure(outcome)
+    }
+
+    /// Hands out changes of uniqueness that the observer does not know.
+    fn tell_uniqueness(&self, n_known: usize, observer: &mut dyn Observer) {
+        self.summary.uniqueness[n_known..].iter().for_each(|change| observer.uniqueness(change));
     }
 
     /// An integrator's error as the reason to end the run.

@@ -50,6 +50,7 @@ pub fn run_with_sensitivities(
     summary.note_uniqueness(start.t, start.uniqueness.clone());
 
     // The start.
+    summary.uniqueness.iter().for_each(|change| observer.uniqueness(change));
     let first = &mut |sample: &Sample| observer.sample(sample, &plan.start);
     if sampler.begin(start, &mut mechanism, &mut summary, first) == Control::Stop {
         return Ok(summary);

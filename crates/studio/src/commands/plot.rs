@@ -91,7 +91,7 @@ pub(crate) fn run(args: &Plot, as_json: bool) -> Result<Status, Failure> {
             panel_height: PANEL_HEIGHT,
             has_colors: true,
         };
-        let text = plotted.figure.to_text(theme);
+        let text = plotted.figure.renamed(&output::unstyled).to_text(theme);
         let left_out = plotted.left_out().map(|words| format!("\n{words}")).unwrap_or_default();
         output::styled(&format!("{}{left_out}", text.trim_end()))?;
     }

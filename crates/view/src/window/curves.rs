@@ -27,12 +27,24 @@ pub(super) struct Curve {
     pub(super) unit: String,
     signal: Signal,
     points: Vec<PlotPoint>,
+    /// Whether each of them is one of many solutions of the equilibrium.
+    shared: Vec<bool>,
 }
 
 impl Curve {
-    /// Its points so far, in the order of the run.
-    pub(super) fn points(&self) -> &[PlotPoint] {
-        &self.points
+    /// Its points in pieces that meet, each with whether it is one of many solutions of the equilibrium.
+    pub(super) fn pieces(&self) -> impl Iterator<Item = (bool, &[PlotPoint])> {
+        let mut next = 0;
+        self.shared.chunk_by(|a, b| a == b).map(move |alike| {
+            let first = next;
+            next += alike.len();
+            (alike[0], &self.points[first.saturating_sub(1)..next])
+        })
+    }
+
+    /// Whether it is one of many solutions of the equilibrium at the instant shown.
+    pub(super) fn is_shared(&self, playback: &Playback) -> bool {
+        is_shared(self.signal, playback, playback.sample().t)
     }
 
     /// Its value at the instant shown.
@@ -107,6 +119,7 @@ impl Curves {
             show.seek(t)?;
             for curve in &mut self.all {
                 curve.points.push(PlotPoint::new(t, show.playback().value(curve.signal)));
+                curve.shared.push(is_shared(curve.signal, show.playback(), t));
             }
             self.n_known += 1;
         }
@@ -119,10 +132,15 @@ impl Curves {
         let found = self.chosen.iter().filter_map(|name| {
             let mut signals = playback.channels().signals();
             let (signal, name, field) = signals.find(|(_, known, _)| known == name)?;
-            Some(Curve { name, unit: field.unit.clone(), signal, points: Vec::new() })
+            let unit = field.unit.clone();
+            Some(Curve { name, unit, signal, points: Vec::new(), shared: Vec::new() })
         });
         self.all = found.collect();
     }
+}
+
+fn is_shared(signal: Signal, playback: &Playback, t: f64) -> bool {
+    !playback.channels().is_unique(signal, playback.uniqueness_at(t))
 }
 
 /// The channels chosen at first: some coordinates and the energies.
@@ -166,12 +184,39 @@ mod tests {
         }
         let groups = curves.groups();
         let angle = groups[0][0].1;
-        assert_eq!(angle.points().len(), INSTANTS);
-        for point in [angle.points()[0], angle.points()[123], angle.points()[INSTANTS - 1]] {
+        assert_eq!(angle.points.len(), INSTANTS);
+        for point in [angle.points[0], angle.points[123], angle.points[INSTANTS - 1]] {
             let sample = show.seek(point.x).expect("an instant");
             assert_eq!(sample.q[0], point.y);
         }
-        assert_eq!(angle.points()[INSTANTS - 1].x, 1.0);
+        assert_eq!(angle.points[INSTANTS - 1].x, 1.0);
+    }
+
+    #[test]
+    fn a_curve_is_in_pieces_where_it_is_one_of_many_solutions() {
+        let text = include_str!("../../../../tests/fixtures/block-against-stops.toml");
+        let mechanism = bksim::Mechanism::from_toml(text, "block").expect("a model");
+        let solved = crate::show::solve(mechanism, text, &|_| true).expect("a motion");
+        let (mut show, mut curves) = (Show::new(solved.playback), Curves::default());
+        let changes = show.playback().uniqueness();
+        let (hit, first) = (changes[1].t, "multipliers.ld1");
+        assert_eq!(changes.len(), 2, "{changes:?}");
+        curves.toggle(first, show.playback());
+        curves.toggle("state.rail_position", show.playback());
+        while curves.is_unfinished() {
+            curves.go_on(&mut show).expect("the motion of the mechanism");
+        }
+        let of = |name: &str| curves.all.iter().find(|curve| curve.name == name).expect("a curve");
+        let pieces: Vec<_> = of(first).pieces().collect();
+        let [(false, before), (true, after)] = pieces[..] else { panic!("{pieces:?}") };
+        assert_eq!(before.last().map(|p| p.x), after.first().map(|p| p.x), "they meet");
+        assert!(before.last().is_some_and(|p| p.x < hit) && after[1].x >= hit);
+        assert_eq!(before.len() + after.len(), INSTANTS + 1);
+        assert_eq!(of("state.rail_position").pieces().count(), 1);
+        show.seek(0.0).expect("an instant");
+        assert!(!of(first).is_shared(show.playback()));
+        show.seek(1.0).expect("an instant");
+        assert!(of(first).is_shared(show.playback()));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use bksim_scene::Theme;
 use egui::{Color32, RichText, Ui, vec2};
-use egui_plot::{AxisHints, Line, Plot, PlotPoints, VLine};
+use egui_plot::{AxisHints, Line, LineStyle, Plot, PlotPoints, VLine};
 
 use super::clock::Clock;
 use super::curves::{Curve, Curves};
@@ -80,6 +80,10 @@ fn legend(ui: &mut Ui, color: Color32, curve: &Curve, show: &Show) {
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             let value = number::value(curve.value(show.playback()));
             ui.label(RichText::new(format!("{value} {}", curve.unit)).monospace());
+            if curve.is_shared(show.playback()) {
+                let words = "one of many solutions of the equilibrium; dashed in the plot";
+                ui.label(RichText::new("not unique").italics()).on_hover_text(words);
+            }
             ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
                 ui.add(egui::Label::new(&curve.name).truncate());
             });
@@ -114,9 +118,12 @@ fn plot(ui: &mut Ui, group_idx: usize, group: &[(usize, &Curve)], height: f32, c
     let response = plot.show(ui, |ui| {
         ui.set_plot_bounds_x(low..=high);
         for (curve_idx, curve) in group {
-            let points = PlotPoints::Borrowed(curve.points());
-            let line = Line::new(curve.name.as_str(), points).allow_hover(false);
-            ui.line(line.color(color(*curve_idx, theme)).width(1.5));
+            for (is_shared, points) in curve.pieces() {
+                let points = PlotPoints::Borrowed(points);
+                let line = Line::new(curve.name.as_str(), points).allow_hover(false);
+                let style = if is_shared { LineStyle::dashed_loose() } else { LineStyle::Solid };
+                ui.line(line.color(color(*curve_idx, theme)).width(1.5).style(style));
+            }
         }
         ui.vline(VLine::new("now", t).color(cursor).width(1.0).allow_hover(false));
         let is_held = ui.response().is_pointer_button_down_on();

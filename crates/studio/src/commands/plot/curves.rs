@@ -8,14 +8,12 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-use bksim::describe;
 use bksim::log::export::rows;
-use bksim::log::{Header, LogError, LogReader, Record, Selection};
+use bksim::log::{Header, LogError, LogReader, NotUnique, Record, Selection};
 use bksim::playback::RunLog;
 use bksim::record::{Channels, INPUTS, Signal};
 use bksim::sim::run::{Replay, Sample, Segment};
 use bksim_plot::{Envelope, Point, Trace};
-use serde_json::Value;
 
 use super::choose::Quantity;
 
@@ -36,8 +34,8 @@ pub(super) struct Run {
     pub(super) is_complete: bool,
     /// Why its curves join samples where they could be finer.
     pub(super) coarse_because: Option<String>,
-    /// From when on which channels are not unique, as the end of the log tells.
-    not_unique: Vec<(f64, Vec<String>)>,
+    /// From when on which channels are not unique, in the order of the run.
+    not_unique: Vec<NotUnique>,
 }
 
 /// Values of a quantity along a run.
@@ -106,14 +104,17 @@ impl Run {
 
     /// Whether a quantity is one of many solutions at time `t`, s.
     pub(super) fn is_shared_at(&self, quantity: &Quantity, t: f64) -> bool {
-        let begun = self.not_unique.iter().rev().find(|(from, _)| *from <= t);
+        let forward = self.header.direction();
+        let begun = self.not_unique.iter().rev().find(|change| (t - change.t) * forward >= 0.0);
         let now = begun.or(self.not_unique.first());
-        now.is_some_and(|(_, names)| quantity.channels.iter().any(|name| names.contains(name)))
+        let is_shared =
+            |now: &NotUnique| quantity.channels.iter().any(|name| now.channels.contains(name));
+        now.is_some_and(is_shared)
     }
 
     /// Whether a quantity is one of many solutions at any time.
     pub(super) fn is_ever_shared(&self, quantity: &Quantity) -> bool {
-        let times = self.not_unique.iter().map(|(from, _)| *from);
+        let times = self.not_unique.iter().map(|change| change.t);
         times.into_iter().any(|t| self.is_shared_at(quantity, t))
     }
 
@@ -170,8 +171,7 @@ impl Run {
             Ok(())
         })?;
         self.is_complete = exported.end.is_some();
-        let details = exported.end.and_then(|end| describe::logged_summary(&end.details));
-        self.not_unique = details.map(|details| not_unique(&details)).unwrap_or_default();
+        self.not_unique = exported.not_unique;
         Ok(Sampled { pens, span })
     }
 
@@ -240,16 +240,6 @@ impl Run {
         }
         Ok(())
     }
-}
-
-/// From when on which channels are not unique, out of the summary of a run.
-fn not_unique(summary: &Value) -> Vec<(f64, Vec<String>)> {
-    let changes = summary["uniqueness"].as_array().into_iter().flatten();
-    let names = |change: &Value| -> Vec<String> {
-        let names = change["not_unique"].as_array().into_iter().flatten();
-        names.filter_map(|name| name.as_str().map(str::to_owned)).collect()
-    };
-    changes.filter_map(|change| Some((change["t"].as_f64()?, names(change)))).collect()
 }
 
 struct Sampled {
