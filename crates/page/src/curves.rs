@@ -63,7 +63,7 @@ pub(crate) fn take(
 }
 
 /// The spans in which a signal is not unique, from the instants at which that changes.
-fn shared_spans(changes: &[(f64, bool)], [first, last]: [f64; 2]) -> Vec<[f64; 2]> {
+pub(crate) fn shared_spans(changes: &[(f64, bool)], [first, last]: [f64; 2]) -> Vec<[f64; 2]> {
     let until = |idx: usize| changes.get(idx + 1).map_or(last, |&(t, _)| t);
     let spans = changes.iter().enumerate().filter(|(_, (_, is_unique))| !is_unique);
     let in_order = |[from, to]: [f64; 2]| [from.min(to), from.max(to)];

@@ -23,7 +23,6 @@ mod model_text;
 mod motion;
 mod poses;
 mod scene;
-mod unique;
 
 use bksim::playback::Playback;
 

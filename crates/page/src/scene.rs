@@ -5,8 +5,8 @@ use bksim::sim::redundancy::Uniqueness;
 use bksim_scene::{Attached, Form, Marker, MarkerKind, Role, Scene, Shape, Span, Theme};
 use serde_json::{Value, json};
 
+use crate::curves::shared_spans;
 use crate::error::PageError;
-use crate::unique::not_unique;
 
 /// Number of lengths at which a span's lines are given; between them the page interpolates.
 const N_LENGTHS: u32 = 9;
@@ -31,15 +31,14 @@ pub(crate) fn write(playback: &mut Playback) -> Result<Value, PageError> {
         spans.map(|(span, range)| spanned(span, range, scene.pin, &mut roles)).collect();
     let span = playback.span();
     let uniqueness = playback.uniqueness();
-    let not_unique = |joint_idx: usize| {
+    let shared = |joint_idx: usize| {
         let is_unique =
             |uniqueness: &Uniqueness| uniqueness.reactions[joint_idx][..3].iter().all(|&it| it);
         let changes: Vec<(f64, bool)> =
             uniqueness.iter().map(|change| (change.t, is_unique(&change.uniqueness))).collect();
-        not_unique(&changes, span)
+        shared_spans(&changes, span)
     };
-    let markers: Vec<Value> =
-        scene.markers.iter().map(|marker| marked(marker, &not_unique)).collect();
+    let markers: Vec<Value> = scene.markers.iter().map(|marker| marked(marker, &shared)).collect();
 
     // The paint of the roles in both themes.
     let paint = |theme: Theme| {
@@ -96,16 +95,16 @@ fn attached(at: &Attached) -> Value {
     json!({ "body": at.body, "position": at.position })
 }
 
-fn marked(marker: &Marker, not_unique: &dyn Fn(usize) -> Vec<[f64; 2]>) -> Value {
+fn marked(marker: &Marker, shared: &dyn Fn(usize) -> Vec<[f64; 2]>) -> Value {
     let (kind, joint) = match marker.kind {
         MarkerKind::Joint(joint_idx) => ("joint", Some(joint_idx)),
         MarkerKind::Point => ("point", None),
         MarkerKind::Mass => ("mass", None),
     };
-    let not_unique = joint.map(not_unique);
+    let shared = joint.map(shared);
     json!({
         "name": marker.name, "kind": kind, "joint": joint, "at": attached(&marker.at),
-        "not_unique": not_unique,
+        "shared": shared,
     })
 }
 

@@ -225,15 +225,15 @@ fn what_is_one_of_many_solutions_is_marked() {
     let spans = |name: &str| -> Value {
         let channels = data["curves"]["channels"].as_array().expect("channels");
         let found = channels.iter().find(|channel| channel["name"] == name);
-        found.expect("the channel")["not_unique"].clone()
+        found.expect("the channel")["shared"].clone()
     };
     assert_eq!(spans("reactions.A.fx"), serde_json::json!([[0.0, 3.0]]));
     assert_eq!(spans("state.A_angle"), serde_json::json!([]));
     let markers = data["scene"]["markers"].as_array().expect("markers");
     let joint = markers.iter().find(|marker| marker["kind"] == "joint").expect("a joint");
-    assert_eq!(joint["not_unique"], serde_json::json!([[0.0, 3.0]]));
+    assert_eq!(joint["shared"], serde_json::json!([[0.0, 3.0]]));
 
     let data = embedded(&page(&mut played(PENDULUM), &Options::default()).expect("a page").html);
     let channels = data["curves"]["channels"].as_array().expect("channels");
-    assert!(channels.iter().all(|channel| channel["not_unique"] == serde_json::json!([])));
+    assert!(channels.iter().all(|channel| channel["shared"] == serde_json::json!([])));
 }

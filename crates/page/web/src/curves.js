@@ -6,6 +6,7 @@ import 'uplot/dist/uPlot.min.css';
 
 import { decoded } from './motion.js';
 import { css } from './scene.js';
+import { isWithin } from './spans.js';
 
 /** Dashes, which distinguish curves of one colour once the palette is used up. */
 const DASHES = [undefined, [8, 4], [2, 3]];
@@ -126,7 +127,7 @@ export class Curves {
   /** A curve as it is, or where it is unique and where it is not; the parts meet where that changes. */
   parts({ values, shared }) {
     if (shared.length === 0) return [{ values, isShared: false }];
-    const isIn = (t) => shared.some(([from, to]) => t >= from && t <= to);
+    const isIn = (t) => isWithin(shared, t);
     const isInside = (t) => shared.some(([from, to]) => t > from && t < to);
     const [first, last] = [this.times[0], this.times.at(-1)];
     const isUnique = (t) => !isInside(t) && !(isIn(t) && (t === first || t === last));
@@ -213,7 +214,7 @@ export class Curves {
         const value = this.valueAt(channel.values, t);
         const isZero = Math.abs(value) < ROUNDING * channel.largest;
         values[i].value.textContent = numberText(isZero ? 0 : value);
-        const isShared = channel.shared.some(([from, to]) => t >= from && t <= to);
+        const isShared = isWithin(channel.shared, t);
         values[i].remark.textContent = isShared ? 'not unique' : '';
       });
     }

@@ -65,7 +65,7 @@ export class Extras {
       const scale = this.scaleOf('reactions');
       for (const marker of this.joints()) {
         const vector = this.run.forceAt(marker.joint).map((x) => x * scale);
-        const isHollow = isWithin(marker.not_unique ?? [], t);
+        const isHollow = isWithin(marker.shared ?? [], t);
         arrows.push({ from: markerPosition(numbers, marker), vector, color: colors.force, isHollow });
       }
     }
