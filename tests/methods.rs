@@ -35,6 +35,21 @@ fn a_motion_that_turns_stiff_goes_on_with_radau() {
     assert!(n_steps < 1000, "{n_steps} steps, where explicit ones would be some hundred thousand");
 }
 
+/// Andrews' squeezing mechanism far beyond the 0.03 s of its published solution, at up to 10⁴ rad/s.
+#[test]
+fn a_fast_mechanism_runs_on_at_tight_tolerances() {
+    for rtol in [1e-8, 1e-10] {
+        let mut model = model(include_str!("../crates/bench/models/andrews.toml"));
+        model.solve.method = Method::Radau;
+        (model.solve.rtol, model.solve.atol, model.solve.t_end) = (rtol, rtol, 0.3);
+        let mechanism = derive(model);
+        let motion = mechanism.solve().unwrap_or_else(|e| panic!("rtol {rtol:e}: {e}"));
+        let energy = motion.summary.energy;
+        let off = energy.worst_error / energy.scale;
+        assert!(off < rtol, "rtol {rtol:e}: the energy is off by {off:e}");
+    }
+}
+
 #[test]
 fn every_method_and_formulation_comes_to_the_same_motion() {
     for name in ["slider-crank", "four-bar", "spring-pendulum"] {

@@ -237,11 +237,8 @@ fn stuck(model: &Model, equations: &MotionEquations, failure: &Failure) -> Diagn
     };
     let n_step = failure.summary.stats.n_step;
     let why = match (&failure.error, &failure.summary.slowness) {
-        (Some(SolveError::TooManySteps { limit, .. }), Some(slowness)) if n_step < *limit => {
+        (Some(SolveError::TooManySteps { .. }), Some(slowness)) => {
             format!("after {n_step} steps, the rest would take {} more", short(slowness.steps_left))
-        }
-        (Some(SolveError::TooManySteps { at, .. }), _) => {
-            format!("{n_step} steps were not enough, the last of {} s", short(at.h.abs()))
         }
         (Some(error), _) => error.to_string(),
         (None, _) => "it met a singular pose that it could not cross".to_owned(),

@@ -6,7 +6,9 @@
 //!
 //! over windows of so many attempts at a step. A run that seems to need more than a million is said
 //! to be slow at once, not when it ends; where explicit steps are the slow ones and the method may be
-//! chosen, Radau IIA is tried first, and stays where its steps are far longer.
+//! chosen, Radau IIA is tried first, and stays where its steps are far longer. However many steps a run
+//! has taken, it goes on as long as it comes forward: only one with next to everything still before it
+//! is stopped.
 
 use bksim_dae::{Loader, Saver, SolveError, Standstill};
 
@@ -19,8 +21,14 @@ const MANY: f64 = 1e6;
 /// A run that would need so many is stopped at once.
 const HOPELESS: f64 = 1e12;
 
-/// Most attempts at a step in a run.
-pub(crate) const MOST_STEPS: usize = 3_000_000;
+/// A run that has made so many attempts at a step
+const PATIENCE: usize = 3_000_000;
+
+/// and has so many times as many before it is stopped, too.
+const FAR: f64 = 1000.0;
+
+/// Steps of constant size, which can be counted ahead, are not begun where there are more.
+const MOST_FIXED: f64 = 3e7;
 
 /// A mechanism of which nothing moves so far in a step, m or rad, hardly moves.
 pub(super) const TINY: f64 = 1e-3;
@@ -105,19 +113,31 @@ impl Pace {
         way < GAIN * rival
     }
 
-    /// Takes note of the attempts so far; judges at the end of each window.
-    pub(super) fn observe(&mut self, t: f64, n_step: usize, t_end: f64) -> Verdict {
+    /// Takes note of the attempts so far; judges at the end of each window. Steps of constant size are
+    /// as small as they were asked to be, which is not slow.
+    pub(super) fn observe(
+        &mut self,
+        t: f64,
+        n_step: usize,
+        (t_end, is_fixed): (f64, bool),
+    ) -> Verdict {
         let n = n_step - self.n_step.min(n_step);
         if n < WINDOW {
             return Verdict::Fine;
         }
         let way = (t - self.t).abs();
         self.restart(t, n_step);
-        #[expect(clippy::cast_precision_loss, reason = "a few thousand")]
-        let left = n as f64 * (t_end - t).abs() / way;
-        if left > HOPELESS {
+        #[expect(clippy::cast_precision_loss, reason = "far below 2⁵²")]
+        let [n, so_far] = [n as f64, n_step as f64];
+        let left = n * (t_end - t).abs() / way;
+        let is_hopeless = if is_fixed {
+            left > MOST_FIXED
+        } else {
+            left > HOPELESS || (n_step >= PATIENCE && left > FAR * so_far)
+        };
+        if is_hopeless {
             Verdict::Hopeless(left)
-        } else if left > MANY {
+        } else if left > MANY && !is_fixed {
             Verdict::Slow(left)
         } else {
             Verdict::Fine
@@ -184,20 +204,49 @@ impl Slowness {
 mod tests {
     use super::*;
 
+    const ADAPTIVE: bool = false;
+
     #[test]
     fn only_a_whole_window_is_judged_and_by_its_own_pace() {
         let mut pace = Pace::begin(0.0, 0);
-        assert_eq!(pace.observe(1e-9, WINDOW - 1, 1.0), Verdict::Fine);
-        let Verdict::Slow(left) = pace.observe(1e-3, WINDOW, 1.0) else { panic!("not slow") };
+        let end = (1.0, ADAPTIVE);
+        assert_eq!(pace.observe(1e-9, WINDOW - 1, end), Verdict::Fine);
+        let Verdict::Slow(left) = pace.observe(1e-3, WINDOW, end) else { panic!("not slow") };
         assert!((left - 0.4995e7).abs() < 1e3, "{left}");
         // The next window is quick, however slow the first was.
-        assert_eq!(pace.observe(0.5, 2 * WINDOW, 1.0), Verdict::Fine);
-        assert!(matches!(pace.observe(0.5 + 1e-10, 3 * WINDOW, 1.0), Verdict::Hopeless(_)));
+        assert_eq!(pace.observe(0.5, 2 * WINDOW, end), Verdict::Fine);
+        assert!(matches!(pace.observe(0.5 + 1e-10, 3 * WINDOW, end), Verdict::Hopeless(_)));
     }
 
     #[test]
     fn a_run_back_in_time_has_a_pace_too() {
         let mut pace = Pace::begin(1.0, 0);
-        assert!(matches!(pace.observe(0.999, WINDOW, -1.0), Verdict::Slow(_)));
+        assert!(matches!(pace.observe(0.999, WINDOW, (-1.0, ADAPTIVE)), Verdict::Slow(_)));
+    }
+
+    #[test]
+    fn a_long_run_goes_on_as_long_as_it_comes_forward() {
+        let n_step = 100 * PATIENCE;
+        let later = |way: f64, n_step: usize| {
+            let mut pace = Pace::begin(0.0, n_step - WINDOW);
+            pace.observe(way, n_step, (1e6, ADAPTIVE))
+        };
+        // A hundredth of the run is behind after three hundred million steps, or all but the end of it.
+        assert!(matches!(
+            later(1e6 * WINDOW as f64 / (100 * n_step) as f64, n_step),
+            Verdict::Slow(_)
+        ));
+        assert_eq!(later(1e4, n_step), Verdict::Fine);
+        // After three million, not even a thousandth.
+        let hardly = 1e6 * WINDOW as f64 / (1e4 * PATIENCE as f64);
+        assert!(matches!(later(hardly, PATIENCE), Verdict::Hopeless(_)));
+        assert!(matches!(later(hardly, PATIENCE - 1), Verdict::Slow(_)));
+    }
+
+    #[test]
+    fn constant_steps_are_stopped_at_once_or_never() {
+        let after = |way: f64| Pace::begin(0.0, 0).observe(way, WINDOW, (1.0, true));
+        assert_eq!(after(WINDOW as f64 / 2e7), Verdict::Fine);
+        assert!(matches!(after(WINDOW as f64 / 4e7), Verdict::Hopeless(_)));
     }
 }

@@ -5,7 +5,7 @@ use bksim_dae::{Checkpoint, Control, Saver, SolveError};
 
 use super::dense::DenseOutput;
 use super::observer::Observer;
-use super::pace::{MOST_STEPS, Slowness, TINY, Verdict};
+use super::pace::{Slowness, TINY, Verdict};
 use super::progress::Run;
 use super::singular::{NOTICEABLE, Sighting, better_rows};
 use super::stepper::Stepper;
@@ -257,20 +257,17 @@ impl<'a> Run<'a> {
         if self.method == Integrator::Radau && self.pace.has_lost(self.reached.t, n_step) {
             return Some(PhaseEnd::NoGain);
         }
-        let verdict = self.pace.observe(self.reached.t, n_step, options.t_end);
-        let is_over = n_step >= MOST_STEPS;
-        let (steps_left, is_hopeless) = match verdict {
-            Verdict::Fine if is_over => (0.0, true),
+        let end = (options.t_end, options.step.is_some());
+        let (steps_left, is_hopeless) = match self.pace.observe(self.reached.t, n_step, end) {
             Verdict::Fine => return None,
             Verdict::Hopeless(left) => (left, true),
-            // Steps of constant size can be counted ahead.
-            Verdict::Slow(left) => (left, is_over || options.step.is_some()),
+            Verdict::Slow(left) => (left, false),
         };
 
         // Radau IIA may need fewer, where the mechanism hardly moves in a step.
         let may_choose = options.method == Method::Auto && options.step.is_none();
         let may_choose = may_choose && self.passing.is_none() && self.pace.may_try();
-        let is_explicit = self.method == Integrator::Explicit && steps_left > 0.0;
+        let is_explicit = self.method == Integrator::Explicit;
         let account = phase.stepper.account();
         let way = self.reached.v.iter().fold(0.0, |way: f64, v| way.max((v * account.h).abs()));
         if may_choose && is_explicit && (way < TINY || is_hopeless) {
@@ -278,9 +275,9 @@ impl<'a> Run<'a> {
             return Some(PhaseEnd::Slow);
         }
 
-        // Say so, once.
+        // Say so once, and when it is stopped.
         let is_stopped = is_hopeless && observer.stops_hopeless_runs();
-        if self.summary.slowness.is_none() && steps_left > 0.0 {
+        if is_stopped || self.summary.slowness.is_none() {
             let nq = self.reached.q.len();
             let slowness = Slowness::new(&account, nq, n_step, (steps_left, is_stopped));
             if !is_stopped {
@@ -288,7 +285,7 @@ impl<'a> Run<'a> {
             }
             self.summary.slowness = Some(slowness);
         }
-        let error = SolveError::TooManySteps { limit: MOST_STEPS, at: Box::new(account) };
+        let error = SolveError::TooManySteps { limit: n_step, at: Box::new(account) };
         is_stopped.then(|| self.failed(error))
     }
 
