@@ -35,6 +35,22 @@ fn a_motion_that_turns_stiff_goes_on_with_radau() {
     assert!(n_steps < 1000, "{n_steps} steps, where explicit ones would be some hundred thousand");
 }
 
+/// The governor's arms are held by stiff springs; at some tolerances steps swing about the end of the range in
+/// which they are stable, at others their small oscillations limit them.
+#[test]
+fn stiffness_is_found_at_every_tolerance() {
+    for rtol in [1e-4, 1e-6, 1e-8, 1e-10] {
+        let mut model = example("governor");
+        model.solve.method = Method::Auto;
+        (model.solve.rtol, model.solve.atol) = (rtol, rtol);
+        let summary = solve(&derive(model)).summary;
+        let last = summary.methods.last().map(|change| (change.method, change.reason));
+        assert_eq!(last, Some((Integrator::Radau, Reason::Stiff)), "rtol {rtol:e}");
+        let n_step = summary.stats.n_step;
+        assert!(n_step < 1000, "rtol {rtol:e}: {n_step} steps, where Radau takes some 200");
+    }
+}
+
 /// Andrews' squeezing mechanism far beyond the 0.03 s of its published solution, at up to 10⁴ rad/s.
 #[test]
 fn a_fast_mechanism_runs_on_at_tight_tolerances() {

@@ -17,6 +17,7 @@ mod passage;
 mod phase;
 mod problem;
 mod progress;
+mod race;
 mod replay;
 pub(crate) mod sample;
 pub(crate) mod sampler;

@@ -10,7 +10,7 @@ use super::pace::with_reasons;
 use super::pole::pole_note;
 use super::reach::longest_in_loop;
 use super::switch;
-use super::values::{no_value, too_large};
+use super::values::{no_force, no_value, too_large};
 use super::words::unit_of;
 use crate::codes;
 use crate::compiled::CompiledSystem;
@@ -49,6 +49,7 @@ pub fn diagnose_run(
             | SolveError::StepTooSmall { cause: Cause::NotFinite { .. }, .. }
             | SolveError::FixedStepFailed { cause: Cause::NotFinite { .. }, .. },
         ) => no_value(model, system, compiled, parameters, failure)
+            .or_else(|| no_force(model, system, compiled, parameters, failure))
             .or_else(|| too_large(model, system, &failure.last)),
         Some(SolveError::StepTooSmall { .. } | SolveError::FixedStepFailed { .. }) | None => {
             blocked_drive(model, system, compiled, parameters, failure)

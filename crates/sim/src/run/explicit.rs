@@ -238,6 +238,10 @@ impl Stepper for ExplicitStepper<'_> {
         (self.yields_to_radau && solver.is_stiff()).then_some(PhaseEnd::Stiff)
     }
 
+    fn stability(&self) -> f64 {
+        self.solver.stability()
+    }
+
     fn account(&self) -> Standstill {
         self.solver.account()
     }

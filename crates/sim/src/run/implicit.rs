@@ -150,6 +150,10 @@ impl Stepper for RadauStepper<'_> {
         None
     }
 
+    fn stability(&self) -> f64 {
+        0.0
+    }
+
     fn account(&self) -> Standstill {
         self.solver.account()
     }

@@ -10,6 +10,7 @@
 //! has taken, it goes on as long as it comes forward: only one with next to everything still before it
 //! is stopped.
 
+use super::race::{COST, Race, TRIAL as TRIAL_OF_RACE};
 use bksim_dae::{Loader, Saver, SolveError, Standstill};
 
 /// Attempts at a step after which the pace is looked at.
@@ -40,14 +41,27 @@ const TRIAL: usize = 500;
 const GAIN: f64 = 5.0;
 
 /// Where the present window began.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Pace {
     t: f64,
     n_step: usize,
-    /// The way of an explicit step, s, while Radau IIA is on trial.
-    rival: Option<f64>,
-    /// Whether it has been on trial.
+    trial: Option<Trial>,
+    /// Whether Radau IIA has been on trial because the run was slow.
     is_tried: bool,
+    race: Race,
+    /// Whether Radau IIA is on trial, or has just lost, in a race: windows go on over those.
+    is_racing: bool,
+}
+
+/// Radau IIA on trial.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Trial {
+    /// The least way of a step, s, for which it stays.
+    way: f64,
+    /// Attempts at a step in which it must have come so far.
+    n: usize,
+    /// Where it began, s, and the attempts until then.
+    begin: (f64, usize),
 }
 
 /// A run that takes far more steps than expected.
@@ -85,32 +99,79 @@ pub(super) enum Verdict {
 impl Pace {
     /// A window that begins at `t`, after `n_step` attempts.
     pub(super) fn begin(t: f64, n_step: usize) -> Self {
-        Self { t, n_step, rival: None, is_tried: false }
+        Self {
+            t,
+            n_step,
+            trial: None,
+            is_tried: false,
+            race: Race::begin(t, n_step),
+            is_racing: false,
+        }
     }
 
     /// The same in another phase.
     pub(super) fn restart(&mut self, t: f64, n_step: usize) {
+        if !self.is_racing {
+            self.begin_window(t, n_step);
+        }
+        self.is_racing &= self.trial.is_some();
+        self.race.restart(t, n_step);
+    }
+
+    fn begin_window(&mut self, t: f64, n_step: usize) {
         *self = Self { t, n_step, ..*self };
     }
 
-    /// Whether Radau IIA has not yet been on trial.
+    /// Whether Radau IIA has not yet been on trial because the run was slow.
     pub(super) fn may_try(&self) -> bool {
         !self.is_tried
     }
 
-    /// Radau IIA is on trial where explicit steps would be so many up to the end.
-    pub(super) fn try_radau(&mut self, steps_left: f64, way_left: f64) {
-        (self.rival, self.is_tried) = (Some(way_left.abs() / steps_left), true);
+    /// Whether Radau IIA is, or has been, only tried.
+    pub(super) fn is_on_trial(&self) -> bool {
+        self.is_tried || self.trial.is_some()
+    }
+
+    /// Radau IIA is on trial from here on, where explicit steps would be so many up to the end.
+    pub(super) fn try_radau(&mut self, (t, t_end): (f64, f64), n_step: usize, steps_left: f64) {
+        let way = GAIN * (t_end - t).abs() / steps_left;
+        self.trial = Some(Trial { way, n: TRIAL, begin: (t, n_step) });
+        self.is_tried = true;
+    }
+
+    /// Whether Radau IIA should be tried against explicit steps that seem to be limited by stability. The
+    /// last of them ends at `t` and has this `h ρ`; if so, the trial has begun.
+    pub(super) fn begins_race(
+        &mut self,
+        (t, t_end): (f64, f64),
+        n_step: usize,
+        h_rho: f64,
+    ) -> bool {
+        let rival = self.race.observe((t, t_end), n_step, h_rho);
+        if let Some(way) = rival {
+            let (way, begin) = (COST * way, (t, n_step));
+            self.trial = Some(Trial { way, n: TRIAL_OF_RACE, begin });
+            self.is_racing = true;
+        }
+        rival.is_some()
+    }
+
+    /// The trial is over.
+    pub(super) fn end_trial(&mut self) {
+        self.trial = None;
     }
 
     /// Whether the trial is over without a gain.
     pub(super) fn has_lost(&mut self, t: f64, n_step: usize) -> bool {
-        let n = n_step - self.n_step.min(n_step);
-        let Some(rival) = self.rival.filter(|_| n >= TRIAL) else { return false };
-        self.rival = None;
+        let attempts = |trial: &Trial| n_step - trial.begin.1.min(n_step);
+        let is_over = |trial: &Trial| attempts(trial) >= trial.n;
+        let Some(trial) = self.trial.filter(is_over) else { return false };
+        self.trial = None;
         #[expect(clippy::cast_precision_loss, reason = "a few hundred")]
-        let way = (t - self.t).abs() / n as f64;
-        way < GAIN * rival
+        let way = (t - trial.begin.0).abs() / attempts(&trial) as f64;
+        let has_lost = way < trial.way;
+        self.is_racing &= has_lost;
+        has_lost
     }
 
     /// Takes note of the attempts so far; judges at the end of each window. Steps of constant size are
@@ -126,7 +187,7 @@ impl Pace {
             return Verdict::Fine;
         }
         let way = (t - self.t).abs();
-        self.restart(t, n_step);
+        self.begin_window(t, n_step);
         #[expect(clippy::cast_precision_loss, reason = "far below 2⁵²")]
         let [n, so_far] = [n as f64, n_step as f64];
         let left = n * (t_end - t).abs() / way;
@@ -147,13 +208,33 @@ impl Pace {
     pub(super) fn save(&self, saver: &mut Saver) {
         saver.real(self.t);
         saver.count(self.n_step);
-        saver.option(self.rival);
         saver.flag(self.is_tried);
+        saver.flag(self.is_racing);
+        self.race.save(saver);
+        saver.flag(self.trial.is_some());
+        if let Some(Trial { way, n, begin }) = self.trial {
+            saver.slice(&[way, begin.0]);
+            saver.count(n);
+            saver.count(begin.1);
+        }
     }
 
     pub(super) fn load(loader: &mut Loader<'_>) -> Result<Self, SolveError> {
         let (t, n_step) = (loader.real()?, loader.index(usize::MAX)?);
-        Ok(Self { t, n_step, rival: loader.option()?, is_tried: loader.flag()? })
+        let (is_tried, is_racing) = (loader.flag()?, loader.flag()?);
+        let race = Race::load(loader)?;
+        let trial = loader.flag()?.then(|| Trial::load(loader)).transpose()?;
+        Ok(Self { t, n_step, trial, is_tried, race, is_racing })
+    }
+}
+
+impl Trial {
+    fn load(loader: &mut Loader<'_>) -> Result<Self, SolveError> {
+        let mut numbers = [0.0; 2];
+        loader.fill(&mut numbers)?;
+        let [way, t] = numbers;
+        let (n, n_step) = (loader.index(usize::MAX)?, loader.index(usize::MAX)?);
+        Ok(Self { way, n, begin: (t, n_step) })
     }
 }
 

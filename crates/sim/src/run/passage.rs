@@ -33,6 +33,9 @@ impl Run<'_> {
             | PhaseEnd::Switched(_)
             | PhaseEnd::OtherRows(_) => (Integrator::Radau, Reason::Regular),
         };
+        if reason == Reason::NoGain {
+            self.pace.end_trial();
+        }
         self.method = method;
         self.pace.restart(self.reached.t, self.summary.stats.n_step);
         self.note(reason);
@@ -54,7 +57,7 @@ impl Run<'_> {
         }
         match (options.method, self.method) {
             // It was only tried.
-            (Method::Auto, Integrator::Radau) if !self.pace.may_try() => {
+            (Method::Auto, Integrator::Radau) if self.pace.is_on_trial() => {
                 Some((Integrator::Explicit, Reason::NoGain))
             }
             (Method::Auto, Integrator::Explicit) => Some((Integrator::Radau, Reason::OtherFailed)),

@@ -257,6 +257,20 @@ impl<'a> Run<'a> {
         if self.method == Integrator::Radau && self.pace.has_lost(self.reached.t, n_step) {
             return Some(PhaseEnd::NoGain);
         }
+
+        // Radau IIA may lead further for the same work, where stability limits explicit steps.
+        let may_choose = options.method == Method::Auto && options.step.is_none();
+        let may_choose = may_choose && self.passing.is_none();
+        let is_explicit = self.method == Integrator::Explicit;
+        let here = (self.reached.t, options.t_end);
+        if may_choose
+            && is_explicit
+            && self.pace.begins_race(here, n_step, phase.stepper.stability())
+        {
+            return Some(PhaseEnd::Stiff);
+        }
+
+        // Judge how many steps are left.
         let end = (options.t_end, options.step.is_some());
         let (steps_left, is_hopeless) = match self.pace.observe(self.reached.t, n_step, end) {
             Verdict::Fine => return None,
@@ -265,13 +279,11 @@ impl<'a> Run<'a> {
         };
 
         // Radau IIA may need fewer, where the mechanism hardly moves in a step.
-        let may_choose = options.method == Method::Auto && options.step.is_none();
-        let may_choose = may_choose && self.passing.is_none() && self.pace.may_try();
-        let is_explicit = self.method == Integrator::Explicit;
         let account = phase.stepper.account();
         let way = self.reached.v.iter().fold(0.0, |way: f64, v| way.max((v * account.h).abs()));
-        if may_choose && is_explicit && (way < TINY || is_hopeless) {
-            self.pace.try_radau(steps_left, options.t_end - self.reached.t);
+        let may_try = may_choose && is_explicit && self.pace.may_try();
+        if may_try && (way < TINY || is_hopeless) {
+            self.pace.try_radau(here, n_step, steps_left);
             return Some(PhaseEnd::Slow);
         }
 
