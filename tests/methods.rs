@@ -35,6 +35,41 @@ fn a_motion_that_turns_stiff_goes_on_with_radau() {
     assert!(n_steps < 1000, "{n_steps} steps, where explicit ones would be some hundred thousand");
 }
 
+/// A mass of 1 kg on a spring of 100 N/m, whose damper of 10 kN s/m fails within a second.
+const FAILING_DAMPER: &str = r#"
+[bodies.mass]
+mass = "1 kg"
+
+[joints.rail]
+type = "prismatic"
+between = ["ground", "mass"]
+axis = [1, 0]
+
+[loads.spring]
+type = "force"
+on = "mass"
+vector = ["-100 N/m*rail.position - 1e4 N s/m*exp(-t/(50 ms))*rail.velocity", 0]
+
+[initial]
+rail = { position = "1 m", velocity = 0 }
+
+[solve]
+t_end = "200 s"
+"#;
+
+#[test]
+fn a_motion_that_is_no_longer_stiff_goes_on_with_explicit_steps() {
+    let summary = solve(&derive(model(FAILING_DAMPER))).summary;
+    let methods: Vec<_> = summary.methods.iter().map(|m| (m.method, m.reason)).collect();
+    let expected = [
+        (Integrator::Explicit, Reason::Cheapest),
+        (Integrator::Radau, Reason::Stiff),
+        (Integrator::Explicit, Reason::Relaxed),
+    ];
+    assert_eq!(methods, expected);
+    assert!(summary.methods[2].t < 100.0, "noticed at t = {}", summary.methods[2].t);
+}
+
 /// The governor's arms are held by stiff springs; at some tolerances steps swing about the end of the range in
 /// which they are stable, at others their small oscillations limit them.
 #[test]

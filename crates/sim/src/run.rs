@@ -23,6 +23,7 @@ pub(crate) mod sample;
 pub(crate) mod sampler;
 mod schedule;
 pub(crate) mod singular;
+mod spectrum;
 mod stepper;
 mod storage;
 mod summary;

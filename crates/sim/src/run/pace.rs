@@ -156,6 +156,16 @@ impl Pace {
         rival.is_some()
     }
 
+    /// The mean way of Radau's steps, of which one ends at `t`, where they should be looked at.
+    pub(super) fn looks_at_radau(&mut self, t: f64, n_step: usize) -> Option<f64> {
+        self.race.observe_implicit(t, n_step).filter(|_| self.trial.is_none())
+    }
+
+    /// Explicit steps go on in Radau's place.
+    pub(super) fn go_back(&mut self) {
+        self.race.go_back();
+    }
+
     /// The trial is over.
     pub(super) fn end_trial(&mut self) {
         self.trial = None;
@@ -312,7 +322,7 @@ mod tests {
             let mut pace = Pace::begin(0.0, n_step - WINDOW);
             pace.observe(way, n_step, (1e6, ADAPTIVE))
         };
-        // A hundredth of the run is behind after three hundred million steps, or all but the end of it.
+        // A hundredth of the run after three hundred million steps, and all but the end of it.
         assert!(matches!(
             later(1e6 * WINDOW as f64 / (100 * n_step) as f64, n_step),
             Verdict::Slow(_)

@@ -20,6 +20,7 @@ impl Run<'_> {
             PhaseEnd::Stiff => (Integrator::Radau, Reason::Stiff),
             PhaseEnd::Slow => (Integrator::Radau, Reason::Slow),
             PhaseEnd::NoGain => (Integrator::Explicit, Reason::NoGain),
+            PhaseEnd::Relaxed => (Integrator::Explicit, Reason::Relaxed),
             PhaseEnd::SingularAhead(t) => {
                 self.passing = Some(t);
                 (Integrator::Explicit, Reason::SingularPose)

@@ -7,6 +7,7 @@ use super::dense::DenseOutput;
 use super::observer::Observer;
 use super::pace::{Slowness, TINY, Verdict};
 use super::progress::Run;
+use super::race::STABLE;
 use super::singular::{NOTICEABLE, Sighting, better_rows};
 use super::stepper::Stepper;
 use super::summary::Integrator;
@@ -31,6 +32,8 @@ pub(super) enum PhaseEnd {
     Slow,
     /// So would those of Radau IIA.
     NoGain,
+    /// Explicit steps could be nearly as large as Radau's.
+    Relaxed,
     /// A step of Radau's, up to this time, came near a singular pose; it is not part of the run.
     SingularAhead(f64),
     /// Explicit steps have passed it.
@@ -268,6 +271,16 @@ impl<'a> Run<'a> {
             && self.pace.begins_race(here, n_step, phase.stepper.stability())
         {
             return Some(PhaseEnd::Stiff);
+        }
+
+        // Or explicit steps for less.
+        if may_choose
+            && !is_explicit
+            && let Some(way) = self.pace.looks_at_radau(self.reached.t, n_step)
+            && self.spectral_radius().is_some_and(|radius| radius * way < STABLE)
+        {
+            self.pace.go_back();
+            return Some(PhaseEnd::Relaxed);
         }
 
         // Judge how many steps are left.

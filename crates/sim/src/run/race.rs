@@ -5,6 +5,9 @@
 //! that end, and does not begin where the fast motion is an oscillation. So where `h ρ` is large in the mean,
 //! Radau IIA takes some steps, and stays if these lead further for the same work. Each trial that is lost
 //! doubles the wait for the next, so that all of them together cost little.
+//!
+//! Radau's steps are looked at from time to time: where `h ρ` of them is so small that explicit ones of
+//! nearly the same size are stable, these are cheaper.
 
 use bksim_dae::{Loader, Saver, SolveError};
 
@@ -24,7 +27,13 @@ pub(super) const TRIAL: usize = 30;
 /// Explicit steps that are as dear as one of Radau's.
 pub(super) const COST: f64 = 5.0;
 
-/// The pace of explicit steps, and when Radau IIA is tried next.
+/// Attempts at a step of Radau's after which its steps are looked at first.
+const FIRST_LOOK: usize = 200;
+
+/// Where `h ρ` of Radau's steps is smaller, explicit ones of nearly the same size are stable.
+pub(super) const STABLE: f64 = 5.0;
+
+/// The pace of steps, and when Radau IIA is tried next.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Race {
     /// Where the last step ended, and the attempts until then.
@@ -34,21 +43,23 @@ pub(super) struct Race {
     way: f64,
     /// Mean `h ρ` of a step.
     h_rho: f64,
-    /// Attempts since explicit steps began.
+    /// Attempts since steps of this method began, or were looked at.
     n: usize,
     /// Attempts after which a trial may be.
     wait: usize,
+    /// Attempts after which Radau's steps are looked at.
+    look: usize,
 }
 
 impl Race {
     /// Before the first step.
     pub(super) fn begin(t: f64, n_step: usize) -> Self {
-        Self { t, n_step, way: 0.0, h_rho: 0.0, n: 0, wait: FIRST_WAIT }
+        Self { t, n_step, way: 0.0, h_rho: 0.0, n: 0, wait: FIRST_WAIT, look: FIRST_LOOK }
     }
 
     /// The same in another phase.
     pub(super) fn restart(&mut self, t: f64, n_step: usize) {
-        *self = Self { wait: self.wait, ..Self::begin(t, n_step) };
+        *self = Self { wait: self.wait, look: self.look, ..Self::begin(t, n_step) };
     }
 
     /// Takes note of an explicit step that ends at `t`, with its `h ρ`. Returns the way of such steps
@@ -59,13 +70,8 @@ impl Race {
         n_step: usize,
         h_rho: f64,
     ) -> Option<f64> {
-        // The new means.
-        let n = n_step.saturating_sub(self.n_step).max(1);
-        #[expect(clippy::cast_precision_loss, reason = "a few attempts")]
-        let way = (t - self.t).abs() / n as f64;
-        self.way += (way - self.way) / SMOOTH;
+        self.note_way(t, n_step);
         self.h_rho += (h_rho - self.h_rho) / SMOOTH;
-        (self.t, self.n_step, self.n) = (t, n_step, self.n + n);
 
         // Not at once, not for nothing, and not for the last few steps.
         #[expect(clippy::cast_precision_loss, reason = "far below 2⁵²")]
@@ -77,20 +83,44 @@ impl Race {
         })
     }
 
+    /// Takes note of a step of Radau's that ends at `t`. Returns the mean way of such steps where they should
+    /// be looked at.
+    pub(super) fn observe_implicit(&mut self, t: f64, n_step: usize) -> Option<f64> {
+        self.note_way(t, n_step);
+        (self.n >= self.look).then(|| {
+            self.n = 0;
+            self.way
+        })
+    }
+
+    /// Explicit steps go on; should they turn out dearer again, the next look is later.
+    pub(super) fn go_back(&mut self) {
+        self.look *= 2;
+    }
+
+    fn note_way(&mut self, t: f64, n_step: usize) {
+        let n = n_step.saturating_sub(self.n_step).max(1);
+        #[expect(clippy::cast_precision_loss, reason = "a few attempts")]
+        let way = (t - self.t).abs() / n as f64;
+        self.way += (way - self.way) / SMOOTH;
+        (self.t, self.n_step, self.n) = (t, n_step, self.n + n);
+    }
+
     pub(super) fn save(&self, saver: &mut Saver) {
-        let Self { t, n_step, way, h_rho, n, wait } = *self;
+        let Self { t, n_step, way, h_rho, n, wait, look } = *self;
         saver.real(t);
         saver.real(way);
         saver.real(h_rho);
         saver.count(n_step);
         saver.count(n);
         saver.count(wait);
+        saver.count(look);
     }
 
     pub(super) fn load(loader: &mut Loader<'_>) -> Result<Self, SolveError> {
         let (t, way, h_rho) = (loader.real()?, loader.real()?, loader.real()?);
         let mut count = || loader.index(usize::MAX);
-        Ok(Self { t, n_step: count()?, way, h_rho, n: count()?, wait: count()? })
+        Ok(Self { t, n_step: count()?, way, h_rho, n: count()?, wait: count()?, look: count()? })
     }
 }
 

@@ -248,7 +248,7 @@ impl SingularPose {
 }
 
 const INTEGRATORS: [Integrator; 2] = [Integrator::Explicit, Integrator::Radau];
-const REASONS: [Reason; 8] = [
+const REASONS: [Reason; 9] = [
     Reason::Asked,
     Reason::Cheapest,
     Reason::Stiff,
@@ -257,6 +257,7 @@ const REASONS: [Reason; 8] = [
     Reason::OtherFailed,
     Reason::SingularPose,
     Reason::Regular,
+    Reason::Relaxed,
 ];
 
 impl MethodChange {

@@ -81,6 +81,8 @@ pub enum Reason {
     SingularPose,
     /// The singular pose has been passed.
     Regular,
+    /// The motion is no longer stiff.
+    Relaxed,
 }
 
 /// A pose in which constraint rows have lost rank.
