@@ -152,12 +152,12 @@ mod tests {
     #[test]
     fn the_last_few_steps_are_no_race() {
         let mut race = Race::begin(0.0, 0);
-        let ends = (1..1000).map(|n| 1e-3 * n as f64);
+        let ends = (1..1000).map(|n| 1e-3 * f64::from(n));
         let trials =
             ends.enumerate().filter(|&(n, t)| race.observe((t, 1.0), n + 1, 5.0).is_some());
         assert_eq!(trials.count(), 1);
         let mut race = Race::begin(0.0, 0);
-        let mut ends = (1..500).map(|n| 2e-3 * n as f64).enumerate();
+        let mut ends = (1..500).map(|n| 2e-3 * f64::from(n)).enumerate();
         assert!(ends.all(|(n, t)| race.observe((t, 1.0), n + 1, 5.0).is_none()));
     }
 }
