@@ -153,6 +153,11 @@ impl<S: Ode> ExplicitSolver<S> {
         self.stiffness.is_stiff()
     }
 
+    /// `|h| ρ` of the last step, from the last two of its stages; stable up to about six.
+    pub fn stability(&self) -> f64 {
+        self.stiffness.last
+    }
+
     /// Takes one accepted step with dense output; `None` once `t_end` is reached.
     ///
     /// # Errors
@@ -267,7 +272,8 @@ impl<S: Ode> ExplicitSolver<S> {
         solver.h = loader.real()?;
         solver.grid = (loader.real()?, loader.count()?);
         solver.controller = PiController { last_error: loader.real()?, is_retry: loader.flag()? };
-        solver.stiffness = StiffnessTest { n_beyond: loader.count()?, n_within: loader.count()? };
+        solver.stiffness.n_beyond = loader.count()?;
+        solver.stiffness.n_within = loader.count()?;
         solver.stats = loader.stats()?;
         Ok(solver)
     }

@@ -33,7 +33,7 @@ pub struct Settings {
     pub h_min: f64,
     /// Largest step size. Default `f64::INFINITY`; range `> 0`.
     pub h_max: f64,
-    /// Steps tried before the run ends with an error. Default `1_000_000`; range `≥ 1`.
+    /// Steps tried before the run ends with an error. Default `usize::MAX`, no limit; range `≥ 1`.
     pub max_steps: usize,
     /// Order of the method. Default [`Order::Auto`].
     pub order: Order,
@@ -55,7 +55,7 @@ impl Default for Settings {
             h_initial: None,
             h_min: 0.0,
             h_max: f64::INFINITY,
-            max_steps: 1_000_000,
+            max_steps: usize::MAX,
             order: Order::Auto,
             error_test: ErrorTest::WithoutMultipliers,
             newton: NewtonSettings::default(),

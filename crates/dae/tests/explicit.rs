@@ -273,3 +273,11 @@ fn a_pole_names_the_worst_unknown() {
     assert!(matches!(error, SolveError::StepTooSmall { cause: Cause::ErrorTest, .. }), "{error}");
     assert_eq!(at.worst[0].name, "wild", "{}", error.report());
 }
+
+#[test]
+fn a_long_run_is_not_stopped_for_its_number_of_steps() {
+    let n = 1_200_000_u32;
+    let still = Function::new(1, |_, _, ydot| ydot[0] = 0.0);
+    let outcome = run(still, start(0.0, &[1.0]), f64::from(n), fixed(1.0));
+    assert_eq!(outcome.stats.n_step, n as usize);
+}

@@ -15,22 +15,25 @@ const STIFF_AFTER: usize = 15;
 const FORGET_AFTER: usize = 6;
 
 /// Accepted steps beyond the limit, and those within it since.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub(super) struct StiffnessTest {
     pub(super) n_beyond: usize,
     pub(super) n_within: usize,
+    /// `h ρ` of the last step.
+    pub(super) last: f64,
 }
 
 impl StiffnessTest {
     /// Takes note of `h ρ` of an accepted step.
     pub(super) fn observe(&mut self, h_rho: f64) {
+        self.last = h_rho;
         if h_rho > STABILITY_LIMIT {
             self.n_beyond += 1;
             self.n_within = 0;
         } else if self.n_beyond > 0 {
             self.n_within += 1;
             if self.n_within == FORGET_AFTER {
-                *self = Self::default();
+                (self.n_beyond, self.n_within) = (0, 0);
             }
         }
     }

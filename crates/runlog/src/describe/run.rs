@@ -100,6 +100,7 @@ pub fn reason_words(reason: Reason) -> &'static str {
         Reason::OtherFailed => "the other method cannot go on here",
         Reason::SingularPose => "past the singular pose ahead",
         Reason::Regular => "behind the singular pose",
+        Reason::Relaxed => "the motion is no longer stiff",
     }
 }
 

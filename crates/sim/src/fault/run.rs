@@ -10,7 +10,7 @@ use super::pace::with_reasons;
 use super::pole::at_pole;
 use super::reach::longest_in_loop;
 use super::switch;
-use super::values::{no_value, too_large};
+use super::values::{no_force, no_value, too_large};
 use super::words::unit_of;
 use crate::codes;
 use crate::compiled::CompiledSystem;
@@ -50,6 +50,7 @@ pub fn diagnose_run(
             | SolveError::StepTooSmall { cause: Cause::NotFinite { .. }, .. }
             | SolveError::FixedStepFailed { cause: Cause::NotFinite { .. }, .. },
         ) => no_value(model, system, compiled, parameters, failure)
+            .or_else(|| no_force(model, system, compiled, parameters, failure))
             .or_else(|| too_large(model, system, &failure.last)),
         Some(SolveError::StepTooSmall { .. } | SolveError::FixedStepFailed { .. }) | None => {
             blocked_drive(model, system, compiled, parameters, failure)
@@ -238,11 +239,8 @@ fn stuck(model: &Model, equations: &MotionEquations, failure: &Failure) -> Diagn
     };
     let n_step = failure.summary.stats.n_step;
     let why = match (&failure.error, &failure.summary.slowness) {
-        (Some(SolveError::TooManySteps { limit, .. }), Some(slowness)) if n_step < *limit => {
+        (Some(SolveError::TooManySteps { .. }), Some(slowness)) => {
             format!("after {n_step} steps, the rest would take {} more", short(slowness.steps_left))
-        }
-        (Some(SolveError::TooManySteps { at, .. }), _) => {
-            format!("{n_step} steps were not enough, the last of {} s", short(at.h.abs()))
         }
         (Some(error), _) => error.to_string(),
         (None, _) => "it met a singular pose that it could not cross".to_owned(),

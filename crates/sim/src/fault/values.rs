@@ -150,7 +150,9 @@ pub(super) fn no_value(
     }
     // The motion goes on ahead of the last state.
     let span = model.solve.t_end - model.solve.t_start;
+    let to_pole = written_time(at.map_or(last.t, |at| at.t), span) - last.t;
     let steps = at.map(|at| at.h).into_iter().chain(AHEAD.map(|part| part * span));
+    let steps = steps.chain([to_pole]);
     tried.extend(steps.map(|dt| {
         let q = last.q.iter().zip(&last.v).map(|(q, v)| q + dt * v).collect();
         let v =
@@ -159,6 +161,34 @@ pub(super) fn no_value(
     }));
     let input = tried.iter().find_map(Instant::no_input);
     input.or_else(|| tried.iter().find_map(|instant| instant.out_of_domain(codes::NO_VALUE)))
+}
+
+/// The load whose law has a value where a run stands still, but not its force or energy.
+pub(super) fn no_force(
+    model: &Model,
+    system: &SymbolicSystem,
+    compiled: &CompiledSystem,
+    parameters: &[f64],
+    failure: &Failure,
+) -> Option<Diagnostic> {
+    let Sample { t, q, v, .. } = &failure.last;
+    let (t, q, v) = (*t, q.clone(), v.clone());
+    let (load, span, label) =
+        Instant { model, system, compiled, parameters, t, q, v }.load_without_value()?;
+    let message = format!("load `{load}` has no finite value at t = {} s", short(t));
+    Some(
+        Diagnostic::error(codes::NO_VALUE, message)
+            .at(span, label)
+            .help("keep the motion away from there, or write a law that has a value there"),
+    )
+}
+
+/// The time nearest to `t` that has no more than nine decimals of the run's length: a pole in time stands at
+/// a time that someone wrote, and steps may end short of it.
+fn written_time(t: f64, span: f64) -> f64 {
+    let decimals = 10.0_f64.powf(9.0 - span.abs().log10().floor());
+    let written = (t * decimals).round() / decimals;
+    if written.is_finite() { written } else { t }
 }
 
 /// Whether two positions are those of one step.

@@ -17,7 +17,6 @@ use bksim_dae::{
 
 use super::dense::DenseOutput;
 use super::mechanism::PhaseMechanism;
-use super::pace::MOST_STEPS;
 use super::phase::PhaseEnd;
 use super::problem::Problem;
 use super::singular::{NOTICEABLE, REGULAR, Sighting, SingularMonitor};
@@ -74,13 +73,7 @@ impl<'a> ExplicitMotion<'a> {
             None => StepControl::Adaptive,
             Some(h) => StepControl::Fixed { h, newton_tolerance: options.newton_tolerance },
         };
-        Settings {
-            rtol,
-            atol: Tolerance::PerUnknown(atol),
-            step,
-            max_steps: MOST_STEPS,
-            ..Settings::default()
-        }
+        Settings { rtol, atol: Tolerance::PerUnknown(atol), step, ..Settings::default() }
     }
 }
 
@@ -243,6 +236,10 @@ impl Stepper for ExplicitStepper<'_> {
             return Some(PhaseEnd::Regular);
         }
         (self.yields_to_radau && solver.is_stiff()).then_some(PhaseEnd::Stiff)
+    }
+
+    fn stability(&self) -> f64 {
+        self.solver.stability()
     }
 
     fn account(&self) -> Standstill {

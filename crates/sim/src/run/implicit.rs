@@ -7,7 +7,6 @@ use bksim_dae::{
 
 use super::dense::DenseOutput;
 use super::mechanism::PhaseMechanism;
-use super::pace::MOST_STEPS;
 use super::phase::PhaseEnd;
 use super::problem::Problem;
 use super::singular::{Sighting, SingularMonitor, is_ahead};
@@ -28,7 +27,6 @@ pub(crate) fn settings(options: &SolveOptions, equations: &MotionEquations) -> S
             None => StepControl::Adaptive,
             Some(h) => StepControl::Fixed { h, newton_tolerance: options.newton_tolerance },
         },
-        max_steps: MOST_STEPS,
         ..Settings::default()
     }
 }
@@ -92,7 +90,7 @@ impl<'a> RadauStepper<'a> {
             equations,
             multipliers: multipliers.clone(),
             looks_ahead: options.step.is_none(),
-            drifts: options.formulation == Formulation::Index1,
+            drifts: matches!(options.formulation, Formulation::Index1 | Formulation::Index2),
         })
     }
 }
@@ -123,7 +121,8 @@ impl Stepper for RadauStepper<'_> {
         Ok(self.solver.last_step().into())
     }
 
-    /// Projects the end of a step of index 1, whose equations know nothing of g and its rate.
+    /// Projects the end of a step of index 1 or 2, whose equations know nothing of g, or of its rate
+    /// either.
     fn correct(
         &mut self,
         evaluator: &mut Evaluator<'_>,
@@ -149,6 +148,10 @@ impl Stepper for RadauStepper<'_> {
     /// None: implicit steps are never the wrong ones, only dearer than need be.
     fn succession(&mut self) -> Option<PhaseEnd> {
         None
+    }
+
+    fn stability(&self) -> f64 {
+        0.0
     }
 
     fn account(&self) -> Standstill {

@@ -6,8 +6,11 @@
 //!
 //! over windows of so many attempts at a step. A run that seems to need more than a million is said
 //! to be slow at once, not when it ends; where explicit steps are the slow ones and the method may be
-//! chosen, Radau IIA is tried first, and stays where its steps are far longer.
+//! chosen, Radau IIA is tried first, and stays where its steps are far longer. However many steps a run
+//! has taken, it goes on as long as it comes forward: only one with next to everything still before it
+//! is stopped.
 
+use super::race::{COST, Race, TRIAL as TRIAL_OF_RACE};
 use bksim_dae::{Loader, Saver, SolveError, Standstill};
 
 /// Attempts at a step after which the pace is looked at.
@@ -19,8 +22,14 @@ const MANY: f64 = 1e6;
 /// A run that would need so many is stopped at once.
 const HOPELESS: f64 = 1e12;
 
-/// Most attempts at a step in a run.
-pub(crate) const MOST_STEPS: usize = 3_000_000;
+/// A run that has made so many attempts at a step
+const PATIENCE: usize = 3_000_000;
+
+/// and has so many times as many before it is stopped, too.
+const FAR: f64 = 1000.0;
+
+/// Steps of constant size, which can be counted ahead, are not begun where there are more.
+const MOST_FIXED: f64 = 3e7;
 
 /// A mechanism of which nothing moves so far in a step, m or rad, hardly moves.
 pub(super) const TINY: f64 = 1e-3;
@@ -32,14 +41,27 @@ const TRIAL: usize = 500;
 const GAIN: f64 = 5.0;
 
 /// Where the present window began.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Pace {
     t: f64,
     n_step: usize,
-    /// The way of an explicit step, s, while Radau IIA is on trial.
-    rival: Option<f64>,
-    /// Whether it has been on trial.
+    trial: Option<Trial>,
+    /// Whether Radau IIA has been on trial because the run was slow.
     is_tried: bool,
+    race: Race,
+    /// Whether Radau IIA is on trial, or has just lost, in a race: windows go on over those.
+    is_racing: bool,
+}
+
+/// Radau IIA on trial.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Trial {
+    /// The least way of a step, s, for which it stays.
+    way: f64,
+    /// Attempts at a step in which it must have come so far.
+    n: usize,
+    /// Where it began, s, and the attempts until then.
+    begin: (f64, usize),
 }
 
 /// A run that takes far more steps than expected.
@@ -77,47 +99,116 @@ pub(super) enum Verdict {
 impl Pace {
     /// A window that begins at `t`, after `n_step` attempts.
     pub(super) fn begin(t: f64, n_step: usize) -> Self {
-        Self { t, n_step, rival: None, is_tried: false }
+        Self {
+            t,
+            n_step,
+            trial: None,
+            is_tried: false,
+            race: Race::begin(t, n_step),
+            is_racing: false,
+        }
     }
 
     /// The same in another phase.
     pub(super) fn restart(&mut self, t: f64, n_step: usize) {
+        if !self.is_racing {
+            self.begin_window(t, n_step);
+        }
+        self.is_racing &= self.trial.is_some();
+        self.race.restart(t, n_step);
+    }
+
+    fn begin_window(&mut self, t: f64, n_step: usize) {
         *self = Self { t, n_step, ..*self };
     }
 
-    /// Whether Radau IIA has not yet been on trial.
+    /// Whether Radau IIA has not yet been on trial because the run was slow.
     pub(super) fn may_try(&self) -> bool {
         !self.is_tried
     }
 
-    /// Radau IIA is on trial where explicit steps would be so many up to the end.
-    pub(super) fn try_radau(&mut self, steps_left: f64, way_left: f64) {
-        (self.rival, self.is_tried) = (Some(way_left.abs() / steps_left), true);
+    /// Whether Radau IIA is, or has been, only tried.
+    pub(super) fn is_on_trial(&self) -> bool {
+        self.is_tried || self.trial.is_some()
+    }
+
+    /// Radau IIA is on trial from here on, where explicit steps would be so many up to the end.
+    pub(super) fn try_radau(&mut self, (t, t_end): (f64, f64), n_step: usize, steps_left: f64) {
+        let way = GAIN * (t_end - t).abs() / steps_left;
+        self.trial = Some(Trial { way, n: TRIAL, begin: (t, n_step) });
+        self.is_tried = true;
+    }
+
+    /// Whether Radau IIA should be tried against explicit steps that seem to be limited by stability. The
+    /// last of them ends at `t` and has this `h ρ`; if so, the trial has begun.
+    pub(super) fn begins_race(
+        &mut self,
+        (t, t_end): (f64, f64),
+        n_step: usize,
+        h_rho: f64,
+    ) -> bool {
+        let rival = self.race.observe((t, t_end), n_step, h_rho);
+        if let Some(way) = rival {
+            let (way, begin) = (COST * way, (t, n_step));
+            self.trial = Some(Trial { way, n: TRIAL_OF_RACE, begin });
+            self.is_racing = true;
+        }
+        rival.is_some()
+    }
+
+    /// The mean way of Radau's steps, of which one ends at `t`, where they should be looked at.
+    pub(super) fn looks_at_radau(&mut self, t: f64, n_step: usize) -> Option<f64> {
+        self.race.observe_implicit(t, n_step).filter(|_| self.trial.is_none())
+    }
+
+    /// Explicit steps go on in Radau's place.
+    pub(super) fn go_back(&mut self) {
+        self.race.go_back();
+    }
+
+    /// The trial is over.
+    pub(super) fn end_trial(&mut self) {
+        self.trial = None;
     }
 
     /// Whether the trial is over without a gain.
     pub(super) fn has_lost(&mut self, t: f64, n_step: usize) -> bool {
-        let n = n_step - self.n_step.min(n_step);
-        let Some(rival) = self.rival.filter(|_| n >= TRIAL) else { return false };
-        self.rival = None;
+        let attempts = |trial: &Trial| n_step - trial.begin.1.min(n_step);
+        let is_over = |trial: &Trial| attempts(trial) >= trial.n;
+        let Some(trial) = self.trial.filter(is_over) else { return false };
+        self.trial = None;
         #[expect(clippy::cast_precision_loss, reason = "a few hundred")]
-        let way = (t - self.t).abs() / n as f64;
-        way < GAIN * rival
+        let way = (t - trial.begin.0).abs() / attempts(&trial) as f64;
+        let has_lost = way < trial.way;
+        self.is_racing &= has_lost;
+        has_lost
     }
 
-    /// Takes note of the attempts so far; judges at the end of each window.
-    pub(super) fn observe(&mut self, t: f64, n_step: usize, t_end: f64) -> Verdict {
+    /// Takes note of the attempts so far; judges at the end of each window. Steps of constant size are
+    /// as small as they were asked to be, which is not slow.
+    pub(super) fn observe(
+        &mut self,
+        t: f64,
+        n_step: usize,
+        (t_end, is_fixed): (f64, bool),
+    ) -> Verdict {
         let n = n_step - self.n_step.min(n_step);
         if n < WINDOW {
             return Verdict::Fine;
         }
         let way = (t - self.t).abs();
-        self.restart(t, n_step);
-        #[expect(clippy::cast_precision_loss, reason = "a few thousand")]
-        let left = n as f64 * (t_end - t).abs() / way;
-        if left > HOPELESS {
+        self.begin_window(t, n_step);
+        #[expect(clippy::cast_precision_loss, reason = "far below 2⁵²")]
+        let [n, so_far] = [n as f64, n_step as f64];
+        let left = n * (t_end - t).abs() / way;
+        let is_hopeless = if is_fixed {
+            left > MOST_FIXED
+        } else {
+            left > HOPELESS || (n_step >= PATIENCE && left > FAR * so_far)
+        };
+        if is_hopeless {
             Verdict::Hopeless(left)
-        } else if left > MANY {
+        } else if left > MANY && !is_fixed {
             Verdict::Slow(left)
         } else {
             Verdict::Fine
@@ -127,13 +218,33 @@ impl Pace {
     pub(super) fn save(&self, saver: &mut Saver) {
         saver.real(self.t);
         saver.count(self.n_step);
-        saver.option(self.rival);
         saver.flag(self.is_tried);
+        saver.flag(self.is_racing);
+        self.race.save(saver);
+        saver.flag(self.trial.is_some());
+        if let Some(Trial { way, n, begin }) = self.trial {
+            saver.slice(&[way, begin.0]);
+            saver.count(n);
+            saver.count(begin.1);
+        }
     }
 
     pub(super) fn load(loader: &mut Loader<'_>) -> Result<Self, SolveError> {
         let (t, n_step) = (loader.real()?, loader.index(usize::MAX)?);
-        Ok(Self { t, n_step, rival: loader.option()?, is_tried: loader.flag()? })
+        let (is_tried, is_racing) = (loader.flag()?, loader.flag()?);
+        let race = Race::load(loader)?;
+        let trial = loader.flag()?.then(|| Trial::load(loader)).transpose()?;
+        Ok(Self { t, n_step, trial, is_tried, race, is_racing })
+    }
+}
+
+impl Trial {
+    fn load(loader: &mut Loader<'_>) -> Result<Self, SolveError> {
+        let mut numbers = [0.0; 2];
+        loader.fill(&mut numbers)?;
+        let [way, t] = numbers;
+        let (n, n_step) = (loader.index(usize::MAX)?, loader.index(usize::MAX)?);
+        Ok(Self { way, n, begin: (t, n_step) })
     }
 }
 
@@ -184,20 +295,49 @@ impl Slowness {
 mod tests {
     use super::*;
 
+    const ADAPTIVE: bool = false;
+
     #[test]
     fn only_a_whole_window_is_judged_and_by_its_own_pace() {
         let mut pace = Pace::begin(0.0, 0);
-        assert_eq!(pace.observe(1e-9, WINDOW - 1, 1.0), Verdict::Fine);
-        let Verdict::Slow(left) = pace.observe(1e-3, WINDOW, 1.0) else { panic!("not slow") };
+        let end = (1.0, ADAPTIVE);
+        assert_eq!(pace.observe(1e-9, WINDOW - 1, end), Verdict::Fine);
+        let Verdict::Slow(left) = pace.observe(1e-3, WINDOW, end) else { panic!("not slow") };
         assert!((left - 0.4995e7).abs() < 1e3, "{left}");
         // The next window is quick, however slow the first was.
-        assert_eq!(pace.observe(0.5, 2 * WINDOW, 1.0), Verdict::Fine);
-        assert!(matches!(pace.observe(0.5 + 1e-10, 3 * WINDOW, 1.0), Verdict::Hopeless(_)));
+        assert_eq!(pace.observe(0.5, 2 * WINDOW, end), Verdict::Fine);
+        assert!(matches!(pace.observe(0.5 + 1e-10, 3 * WINDOW, end), Verdict::Hopeless(_)));
     }
 
     #[test]
     fn a_run_back_in_time_has_a_pace_too() {
         let mut pace = Pace::begin(1.0, 0);
-        assert!(matches!(pace.observe(0.999, WINDOW, -1.0), Verdict::Slow(_)));
+        assert!(matches!(pace.observe(0.999, WINDOW, (-1.0, ADAPTIVE)), Verdict::Slow(_)));
+    }
+
+    #[test]
+    fn a_long_run_goes_on_as_long_as_it_comes_forward() {
+        let n_step = 100 * PATIENCE;
+        let later = |way: f64, n_step: usize| {
+            let mut pace = Pace::begin(0.0, n_step - WINDOW);
+            pace.observe(way, n_step, (1e6, ADAPTIVE))
+        };
+        // A hundredth of the run after three hundred million steps, and all but the end of it.
+        assert!(matches!(
+            later(1e6 * WINDOW as f64 / (100 * n_step) as f64, n_step),
+            Verdict::Slow(_)
+        ));
+        assert_eq!(later(1e4, n_step), Verdict::Fine);
+        // After three million, not even a thousandth.
+        let hardly = 1e6 * WINDOW as f64 / (1e4 * PATIENCE as f64);
+        assert!(matches!(later(hardly, PATIENCE), Verdict::Hopeless(_)));
+        assert!(matches!(later(hardly, PATIENCE - 1), Verdict::Slow(_)));
+    }
+
+    #[test]
+    fn constant_steps_are_stopped_at_once_or_never() {
+        let after = |way: f64| Pace::begin(0.0, 0).observe(way, WINDOW, (1.0, true));
+        assert_eq!(after(WINDOW as f64 / 2e7), Verdict::Fine);
+        assert!(matches!(after(WINDOW as f64 / 4e7), Verdict::Hopeless(_)));
     }
 }

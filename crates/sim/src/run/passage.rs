@@ -20,6 +20,7 @@ impl Run<'_> {
             PhaseEnd::Stiff => (Integrator::Radau, Reason::Stiff),
             PhaseEnd::Slow => (Integrator::Radau, Reason::Slow),
             PhaseEnd::NoGain => (Integrator::Explicit, Reason::NoGain),
+            PhaseEnd::Relaxed => (Integrator::Explicit, Reason::Relaxed),
             PhaseEnd::SingularAhead(t) => {
                 self.passing = Some(t);
                 (Integrator::Explicit, Reason::SingularPose)
@@ -33,6 +34,9 @@ impl Run<'_> {
             | PhaseEnd::Switched(_)
             | PhaseEnd::OtherRows(_) => (Integrator::Radau, Reason::Regular),
         };
+        if reason == Reason::NoGain {
+            self.pace.end_trial();
+        }
         self.method = method;
         self.pace.restart(self.reached.t, self.summary.stats.n_step);
         self.note(reason);
@@ -54,7 +58,7 @@ impl Run<'_> {
         }
         match (options.method, self.method) {
             // It was only tried.
-            (Method::Auto, Integrator::Radau) if !self.pace.may_try() => {
+            (Method::Auto, Integrator::Radau) if self.pace.is_on_trial() => {
                 Some((Integrator::Explicit, Reason::NoGain))
             }
             (Method::Auto, Integrator::Explicit) => Some((Integrator::Radau, Reason::OtherFailed)),

@@ -5,8 +5,9 @@ use bksim_dae::{Checkpoint, Control, Saver, SolveError};
 
 use super::dense::DenseOutput;
 use super::observer::Observer;
-use super::pace::{MOST_STEPS, Slowness, TINY, Verdict};
+use super::pace::{Slowness, TINY, Verdict};
 use super::progress::Run;
+use super::race::STABLE;
 use super::singular::{NOTICEABLE, Sighting, better_rows};
 use super::stepper::Stepper;
 use super::summary::Integrator;
@@ -31,6 +32,8 @@ pub(super) enum PhaseEnd {
     Slow,
     /// So would those of Radau IIA.
     NoGain,
+    /// Explicit steps could be nearly as large as Radau's.
+    Relaxed,
     /// A step of Radau's, up to this time, came near a singular pose; it is not part of the run.
     SingularAhead(f64),
     /// Explicit steps have passed it.
@@ -257,30 +260,49 @@ impl<'a> Run<'a> {
         if self.method == Integrator::Radau && self.pace.has_lost(self.reached.t, n_step) {
             return Some(PhaseEnd::NoGain);
         }
-        let verdict = self.pace.observe(self.reached.t, n_step, options.t_end);
-        let is_over = n_step >= MOST_STEPS;
-        let (steps_left, is_hopeless) = match verdict {
-            Verdict::Fine if is_over => (0.0, true),
+
+        // Radau IIA may lead further for the same work, where stability limits explicit steps.
+        let may_choose = options.method == Method::Auto && options.step.is_none();
+        let may_choose = may_choose && self.passing.is_none();
+        let is_explicit = self.method == Integrator::Explicit;
+        let here = (self.reached.t, options.t_end);
+        if may_choose
+            && is_explicit
+            && self.pace.begins_race(here, n_step, phase.stepper.stability())
+        {
+            return Some(PhaseEnd::Stiff);
+        }
+
+        // Or explicit steps for less.
+        if may_choose
+            && !is_explicit
+            && let Some(way) = self.pace.looks_at_radau(self.reached.t, n_step)
+            && self.spectral_radius().is_some_and(|radius| radius * way < STABLE)
+        {
+            self.pace.go_back();
+            return Some(PhaseEnd::Relaxed);
+        }
+
+        // Judge how many steps are left.
+        let end = (options.t_end, options.step.is_some());
+        let (steps_left, is_hopeless) = match self.pace.observe(self.reached.t, n_step, end) {
             Verdict::Fine => return None,
             Verdict::Hopeless(left) => (left, true),
-            // Steps of constant size can be counted ahead.
-            Verdict::Slow(left) => (left, is_over || options.step.is_some()),
+            Verdict::Slow(left) => (left, false),
         };
 
         // Radau IIA may need fewer, where the mechanism hardly moves in a step.
-        let may_choose = options.method == Method::Auto && options.step.is_none();
-        let may_choose = may_choose && self.passing.is_none() && self.pace.may_try();
-        let is_explicit = self.method == Integrator::Explicit && steps_left > 0.0;
         let account = phase.stepper.account();
         let way = self.reached.v.iter().fold(0.0, |way: f64, v| way.max((v * account.h).abs()));
-        if may_choose && is_explicit && (way < TINY || is_hopeless) {
-            self.pace.try_radau(steps_left, options.t_end - self.reached.t);
+        let may_try = may_choose && is_explicit && self.pace.may_try();
+        if may_try && (way < TINY || is_hopeless) {
+            self.pace.try_radau(here, n_step, steps_left);
             return Some(PhaseEnd::Slow);
         }
 
-        // Say so, once.
+        // Say so once, and when it is stopped.
         let is_stopped = is_hopeless && observer.stops_hopeless_runs();
-        if self.summary.slowness.is_none() && steps_left > 0.0 {
+        if is_stopped || self.summary.slowness.is_none() {
             let nq = self.reached.q.len();
             let slowness = Slowness::new(&account, nq, n_step, (steps_left, is_stopped));
             if !is_stopped {
@@ -288,7 +310,7 @@ impl<'a> Run<'a> {
             }
             self.summary.slowness = Some(slowness);
         }
-        let error = SolveError::TooManySteps { limit: MOST_STEPS, at: Box::new(account) };
+        let error = SolveError::TooManySteps { limit: n_step, at: Box::new(account) };
         is_stopped.then(|| self.failed(error))
     }
 

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! auto       explicit ──stiff or slow──▶ radau ──singular pose ahead──▶ explicit ──regular──▶ radau
+//!            radau ──no longer stiff──▶ explicit
 //! radau                          radau ──singular pose ahead──▶ explicit ──regular──▶ radau
 //! explicit   explicit
 //! ```

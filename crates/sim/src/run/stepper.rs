@@ -59,6 +59,9 @@ pub(super) trait Stepper: Send + Sync {
     /// Why another method had better go on from the end of the step.
     fn succession(&mut self) -> Option<PhaseEnd>;
 
+    /// `h ρ` of the step just taken, which stability limits to about six; zero where it limits nothing.
+    fn stability(&self) -> f64;
+
     /// Where it stands, with the unknowns whose errors keep its steps small.
     fn account(&self) -> Standstill;
 

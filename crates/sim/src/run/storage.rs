@@ -263,7 +263,7 @@ impl SingularPose {
 }
 
 const INTEGRATORS: [Integrator; 2] = [Integrator::Explicit, Integrator::Radau];
-const REASONS: [Reason; 8] = [
+const REASONS: [Reason; 9] = [
     Reason::Asked,
     Reason::Cheapest,
     Reason::Stiff,
@@ -272,6 +272,7 @@ const REASONS: [Reason; 8] = [
     Reason::OtherFailed,
     Reason::SingularPose,
     Reason::Regular,
+    Reason::Relaxed,
 ];
 
 impl MethodChange {

@@ -83,6 +83,8 @@ pub enum Reason {
     SingularPose,
     /// The singular pose has been passed.
     Regular,
+    /// The motion is no longer stiff.
+    Relaxed,
 }
 
 /// A sample at which three angles in sequence are near their pole.
