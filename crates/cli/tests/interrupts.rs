@@ -73,7 +73,7 @@ fn an_export_that_is_interrupted_leaves_nothing_behind() {
             let name = |entry: fs::DirEntry| entry.file_name().to_string_lossy().into_owned();
             entries.map(|entry| name(entry.expect("an entry"))).collect()
         };
-        while !files().iter().any(|name| name.ends_with(".part")) {
+        while !files().iter().any(|name| name.contains(".csv.")) {
             assert!(begun.elapsed() < Duration::from_secs(10), "no file is begun");
         }
         signal(&child, name);
