@@ -1,8 +1,8 @@
 //! Steps of Radau IIA: the equations of motion as they are formulated.
 
 use bksim_dae::{
-    Checkpoint, Loader, Method, Saver, Settings, SolveError, Solver, Standstill, Start as From,
-    Stats, Step, StepControl,
+    Cause, Checkpoint, Loader, Method, Saver, Settings, SolveError, Solver, Standstill,
+    Start as From, Stats, Step, StepControl,
 };
 
 use super::dense::DenseOutput;
@@ -39,7 +39,12 @@ pub(super) struct RadauStepper<'a> {
     /// Constant steps go on as long as they can.
     looks_ahead: bool,
     drifts: bool,
+    /// Largest constraint that may be left after projection, m or rad, where coordinates are of size one.
+    largest_gap: f64,
 }
+
+/// Constraints that projection leaves open by more than this many tolerances do not close.
+const OPEN: f64 = 100.0;
 
 /// The state that a phase of Radau's begins with.
 pub(super) struct RadauStart<'s> {
@@ -91,6 +96,7 @@ impl<'a> RadauStepper<'a> {
             multipliers: multipliers.clone(),
             looks_ahead: options.step.is_none(),
             drifts: matches!(options.formulation, Formulation::Index1 | Formulation::Index2),
+            largest_gap: OPEN * (options.rtol + options.atol),
         })
     }
 }
@@ -138,7 +144,13 @@ impl Stepper for RadauStepper<'_> {
         // The factors are of the state before the projection. Numbers that are not finite show in the
         // next step.
         let _ = self.multipliers.factor(&evaluator.dynamics(*t, q, v));
-        self.multipliers.project(evaluator, *t, (&mut *q, &mut *v), CORRECTIONS);
+        let drift = self.multipliers.project(evaluator, *t, (&mut *q, &mut *v), CORRECTIONS);
+        // Beyond a dead centre no position closes the loops, and rates alone would go on.
+        let size = q.iter().fold(1.0, |most: f64, x| most.max(x.abs()));
+        if self.looks_ahead && drift.position[1] > self.largest_gap * size {
+            let at = Box::new(self.solver.account());
+            return Err(SolveError::StepTooSmall { cause: Cause::Singular, at });
+        }
         let at = evaluator.dynamics(*t, q, v);
         let _ = self.multipliers.accelerations_into(&at, &mut end.a, &mut end.lambda);
         let From { y, ydot, .. } = self.equations.unknowns(reached.as_ref(), end.as_ref());
