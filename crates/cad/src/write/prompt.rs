@@ -69,7 +69,7 @@ const PROMPTS: &[(&str, &str, &str)] = &[
     ("", "step", "Fixed step, e.g. 1 ms; empty: chosen"),
     ("", "newton_tolerance", "Newton tolerance with a fixed step, e.g. 1e-10"),
     ("", "method", "auto, radau or explicit"),
-    ("", "formulation", "index2, ggl, index3 or index1"),
+    ("", "formulation", "ggl, index2, index3 or index1"),
     ("", "jit", "auto, on or off"),
     ("model", "name", "Name of the mechanism, e.g. press"),
     ("model", "coordinates", "auto, relative or absolute"),
