@@ -233,6 +233,29 @@ fn a_prismatic_in_space() {
     case.check(&case.text([0.0; 3], &parts), "as cylindrical and perpendicular", &["c", "p"]);
 }
 
+/// A torsion spring with a damper on a revolute, in the tree and cut; the reference has its reaction and the
+/// spring's torque together, so the motion is compared.
+#[test]
+fn a_torsion_spring_in_space() {
+    let case = Case::new("RotSpring_Case01");
+    let load = "[loads.s]\ntype = \"torsion\"\njoint = \"j\"\nstiffness = 200\ndamping = 10\n";
+    for (cut, variant) in [("", "in the tree"), ("\ncut = true", "cut")] {
+        let revolute = joint("j", "revolute", &format!("axis = [0, 1, 0]{cut}"));
+        case.check(&case.text([0.0; 3], &(revolute + load)), variant, &[]);
+    }
+}
+
+/// A slide that is driven along its axis.
+#[test]
+fn a_linear_actuator() {
+    let case = Case::new("LinActuator_Case01");
+    let drive = "[drives.m]\njoint = \"j\"\nmotion = \"1 m/s * t\"\n";
+    for (cut, variant) in [("", "in the tree"), ("\ncut = true", "cut")] {
+        let slide = joint("j", "prismatic", &format!("axis = [0, 0, 1]{cut}"));
+        case.check(&case.text([0.0; 3], &(slide + drive)), variant, &[]);
+    }
+}
+
 #[test]
 fn a_cylindrical_joint() {
     let case = in_tree_and_cut(
