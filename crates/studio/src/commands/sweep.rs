@@ -1,6 +1,6 @@
 //! `bksim sweep`: from a model and its axes to one table.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use bksim::model::diagnostic::Diagnostic;
@@ -34,12 +34,7 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
         let help = "add `--set NAME=FROM:TO:COUNT`; without any, `bksim solve` is the command";
         return Err(Failure::usage("a sweep needs something that varies", help));
     }
-    // Refuse to write over what is not ours before any work is done.
-    let path = args.out.clone().unwrap_or_else(|| named_after(&loaded.model.name, "parquet"));
-    let mut inputs = source.files();
-    inputs.push(&args.model);
-    OutputFile::plan(&path, ("model", &inputs), args.force, "nothing was solved")?;
-    check_ending(&path, &["parquet"])?;
+    let path = table_path(args, &loaded.model.name, source)?;
 
     // Derive and compile once.
     let mut request = Request::new(&source.text, &loaded.model.name, plan);
@@ -57,19 +52,7 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
     let stop = StopWish::watch().map_err(|e| {
         Failure::file(&path, format!("is not written: signals cannot be handled: {e}"), None)
     })?;
-    let progress = Progress::of("sweeping", 0.0, 1.0);
-    let n_cases = study.n_cases();
-    let monitor = Monitor {
-        stop: &|| stop.status().is_some(),
-        progress: &|n_ended| progress.ended(n_ended, n_cases),
-    };
-    let existing = match (args.resume, args.force) {
-        (true, _) => Existing::Resume,
-        (_, true) => Existing::Replace,
-        _ => Existing::Refuse,
-    };
-    let written = write(&study, &path, existing, args.jobs, &monitor);
-    progress.finish();
+    let written = solved(&study, &path, args, &stop);
     let report = written.map_err(|error| failure(source, error))?;
 
     // Tell how it went.
@@ -89,18 +72,53 @@ pub(crate) fn run(args: &Sweep, as_json: bool, nesting: usize) -> Result<Status,
         body["diagnostics"] = render::json_all(source, &warnings);
         output::json("sweep", body)?;
     } else {
-        output::text(&told.text())?;
-        if report.is_stopped {
-            let how = format!(
-                "interrupted: {} of {n_cases} cases are kept; the same command with --resume goes on",
-                report.n_done + report.n_failed
-            );
-            render::warning(&how);
-        } else if report.n_failed > 0 {
-            render::warning(&format!("{} of {n_cases} cases failed", report.n_failed));
-        }
+        tell(&told)?;
     }
     Ok(status)
+}
+
+/// The file of the table; refuses to write over what is not ours before any work is done.
+fn table_path(args: &Sweep, model_name: &str, source: &Text) -> Result<PathBuf, Failure> {
+    let path = args.out.clone().unwrap_or_else(|| named_after(model_name, "parquet"));
+    let mut inputs = source.files();
+    inputs.push(&args.model);
+    OutputFile::plan(&path, ("model", &inputs), args.force, "nothing was solved")?;
+    check_ending(&path, &["parquet"])?;
+    Ok(path)
+}
+
+/// Solves the cases into a table, with progress on a terminal.
+fn solved(study: &Study, path: &Path, args: &Sweep, stop: &StopWish) -> Result<Report, SweepError> {
+    let progress = Progress::of("sweeping", 0.0, 1.0);
+    let n_cases = study.n_cases();
+    let monitor = Monitor {
+        stop: &|| stop.status().is_some(),
+        progress: &|n_ended| progress.ended(n_ended, n_cases),
+    };
+    let existing = match (args.resume, args.force) {
+        (true, _) => Existing::Resume,
+        (_, true) => Existing::Replace,
+        _ => Existing::Refuse,
+    };
+    let written = write(study, path, existing, args.jobs, &monitor);
+    progress.finish();
+    written
+}
+
+/// Tells people how a sweep went.
+fn tell(told: &SweepReport<'_>) -> Result<(), Failure> {
+    let (report, n_cases) = (told.report, told.study.n_cases());
+    output::text(&told.text())?;
+    if report.is_stopped {
+        let how = format!(
+            "interrupted: {} of {n_cases} cases are kept; the same command with --resume goes on",
+            report.n_done + report.n_failed
+        );
+        render::warning(&how);
+    } else if report.n_failed > 0 {
+        render::warning(&format!("{} of {n_cases} cases failed", report.n_failed));
+    }
+    Ok(())
 }
 
 /// Parameters that vary, and those that have one value.
