@@ -22,11 +22,8 @@ const MANY: f64 = 1e6;
 /// A run that would need so many is stopped at once.
 const HOPELESS: f64 = 1e12;
 
-/// A run that has made so many attempts at a step
-const PATIENCE: usize = 3_000_000;
-
-/// and has so many times as many before it is stopped, too.
-const FAR: f64 = 1000.0;
+/// A run that has made so many attempts at a step and has so many times as many before it is stopped, too.
+const FAR: [(usize, f64); 2] = [(300_000, 30_000.0), (3_000_000, 1000.0)];
 
 /// Steps of constant size, which can be counted ahead, are not begun where there are more.
 const MOST_FIXED: f64 = 3e7;
@@ -204,7 +201,8 @@ impl Pace {
         let is_hopeless = if is_fixed {
             left > MOST_FIXED
         } else {
-            left > HOPELESS || (n_step >= PATIENCE && left > FAR * so_far)
+            left > HOPELESS
+                || FAR.iter().any(|&(made, times)| n_step >= made && left > times * so_far)
         };
         if is_hopeless {
             Verdict::Hopeless(left)
@@ -317,7 +315,7 @@ mod tests {
 
     #[test]
     fn a_long_run_goes_on_as_long_as_it_comes_forward() {
-        let n_step = 100 * PATIENCE;
+        let n_step = 300_000_000;
         let later = |way: f64, n_step: usize| {
             let mut pace = Pace::begin(0.0, n_step - WINDOW);
             pace.observe(way, n_step, (1e6, ADAPTIVE))
@@ -328,10 +326,12 @@ mod tests {
             Verdict::Slow(_)
         ));
         assert_eq!(later(1e4, n_step), Verdict::Fine);
-        // After three million, not even a thousandth.
-        let hardly = 1e6 * WINDOW as f64 / (1e4 * PATIENCE as f64);
-        assert!(matches!(later(hardly, PATIENCE), Verdict::Hopeless(_)));
-        assert!(matches!(later(hardly, PATIENCE - 1), Verdict::Slow(_)));
+        // After so many, far more are left.
+        for (made, times) in FAR {
+            let hardly = 1e6 * WINDOW as f64 / (1.1 * times * made as f64);
+            assert!(matches!(later(hardly, made), Verdict::Hopeless(_)));
+            assert!(matches!(later(hardly, FAR[0].0 - 1), Verdict::Slow(_)));
+        }
     }
 
     #[test]
