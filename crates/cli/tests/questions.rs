@@ -4,7 +4,7 @@ mod common;
 
 use std::collections::BTreeMap;
 
-use common::{Scratch, text};
+use common::{CRATE, Scratch, text};
 use serde_json::Value;
 
 /// A four-bar of 40, 120, 80 and 100 mm on two pins of the ground; R. L. Norton, *Design of Machinery*,
@@ -136,6 +136,18 @@ fn the_rocker_turns_back_where_crank_and_coupler_are_in_line() {
     }
     assert!(report.contains("A.angle = 24.146848 deg"), "{report}");
     assert!(!report.contains("e-1"), "rounding is no result: {report}");
+}
+
+/// The drawing alone, without the model file that has its masses.
+#[test]
+fn a_drawing_without_masses_has_its_assemblies() {
+    let place = Scratch::new();
+    let drawing = std::fs::read(format!("{CRATE}/../../examples/four-bar/drawing.dxf"));
+    place.write("four-bar.dxf", drawing.expect("a drawing"));
+    let refused = text(&place.run("check four-bar.dxf").stderr);
+    assert!(refused.contains("error[D043]: body `crank` has no mass"), "{refused}");
+    let answer = json(&place, &["kinematics", "four-bar.dxf", "--assemblies"]);
+    assert_eq!(answer["assemblies"].as_array().map(Vec::len), Some(2), "{answer}");
 }
 
 #[test]
