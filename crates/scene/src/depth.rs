@@ -53,8 +53,8 @@ impl Placed {
     }
 }
 
-/// Whether the first of two shapes is behind the second (`true`), in front of it, or neither hides the
-/// other or no plane tells.
+/// The order of two shapes: `true` where the first is behind the second, `false` where it is in front, `None`
+/// where neither hides the other or no plane tells.
 fn is_behind(a: &Placed, b: &Placed, view: &[[f64; 3]; 3], overlap: f64) -> Option<bool> {
     let [right, up, eye] = *view;
     let is_apart = |n: [f64; 3]| {

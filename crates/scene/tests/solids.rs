@@ -135,3 +135,13 @@ fn faces_of_a_solid_are_painted_in_different_colours() {
     fills.dedup();
     assert!(fills.len() > 10, "{fills:?}");
 }
+
+/// Symbols are in proportion to bodies that have nothing but shapes.
+#[test]
+fn a_body_of_shapes_alone_has_small_symbols() {
+    for size in [0.01, 1.0, 100.0] {
+        let scene = scene(&[&format!("{{ type = \"box\", size = [{size}, {size}, {size}] }}")]);
+        assert!(scene.pin < 0.1 * size, "a pin of {} m on a box of {size} m", scene.pin);
+        assert!(scene.pin > 0.01 * size);
+    }
+}

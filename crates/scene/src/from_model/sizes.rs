@@ -3,6 +3,8 @@
 use bksim_model::JointKind;
 
 use super::numbers::Numbers;
+use super::solids::forms;
+use crate::Form;
 
 /// Radius of a pin against the length of a link.
 const PIN: f64 = 0.03;
@@ -46,6 +48,8 @@ fn typical_length(numbers: &Numbers, attached: &[Vec<[f64; 3]>]) -> f64 {
         let points = body.outline.iter().flatten();
         extent(&points.map(|p| [numbers.value(p[0]), numbers.value(p[1]), 0.0]).collect::<Vec<_>>())
     });
+    let solids = (0..bodies.len())
+        .map(|body| extent(&forms(numbers, body).iter().flat_map(Form::reach).collect::<Vec<_>>()));
     let named = bodies.iter().map(|body| {
         extent(&body.points.iter().map(|p| numbers.vector(&p.position)).collect::<Vec<_>>())
     });
@@ -55,6 +59,7 @@ fn typical_length(numbers: &Numbers, attached: &[Vec<[f64; 3]>]) -> f64 {
     median_of(&mut links.into_iter())
         .or_else(|| median_of(&mut arms.into_iter()))
         .or_else(|| median_of(&mut outlines.into_iter()))
+        .or_else(|| median_of(&mut solids.into_iter()))
         .or_else(|| median_of(&mut named.into_iter()))
         .or_else(|| median_of(&mut numbers.stated_lengths()))
         .unwrap_or(1.0)
