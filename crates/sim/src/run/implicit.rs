@@ -1,13 +1,13 @@
 //! Steps of Radau IIA: the equations of motion as they are formulated.
 
 use bksim_dae::{
-    Cause, Checkpoint, Loader, Method, Saver, Settings, SolveError, Solver, Standstill,
-    Start as From, Stats, Step, StepControl,
+    Checkpoint, Loader, Method, Saver, Settings, SolveError, Solver, Standstill, Start as From,
+    Stats, Step, StepControl,
 };
 
 use super::dense::DenseOutput;
+use super::ending::PhaseEnd;
 use super::mechanism::PhaseMechanism;
-use super::phase::PhaseEnd;
 use super::problem::Problem;
 use super::singular::{Sighting, SingularMonitor, is_ahead};
 use super::stepper::Stepper;
@@ -39,12 +39,7 @@ pub(super) struct RadauStepper<'a> {
     /// Constant steps go on as long as they can.
     looks_ahead: bool,
     drifts: bool,
-    /// Largest constraint that may be left after projection, m or rad, where coordinates are of size one.
-    largest_gap: f64,
 }
-
-/// Constraints that projection leaves open by more than this many tolerances do not close.
-const OPEN: f64 = 100.0;
 
 /// The state that a phase of Radau's begins with.
 pub(super) struct RadauStart<'s> {
@@ -96,7 +91,6 @@ impl<'a> RadauStepper<'a> {
             multipliers: multipliers.clone(),
             looks_ahead: options.step.is_none(),
             drifts: matches!(options.formulation, Formulation::Index1 | Formulation::Index2),
-            largest_gap: OPEN * (options.rtol + options.atol),
         })
     }
 }
@@ -144,13 +138,7 @@ impl Stepper for RadauStepper<'_> {
         // The factors are of the state before the projection. Numbers that are not finite show in the
         // next step.
         let _ = self.multipliers.factor(&evaluator.dynamics(*t, q, v));
-        let drift = self.multipliers.project(evaluator, *t, (&mut *q, &mut *v), CORRECTIONS);
-        // Beyond a dead centre no position closes the loops, and rates alone would go on.
-        let size = q.iter().fold(1.0, |most: f64, x| most.max(x.abs()));
-        if self.looks_ahead && drift.position[1] > self.largest_gap * size {
-            let at = Box::new(self.solver.account());
-            return Err(SolveError::StepTooSmall { cause: Cause::Singular, at });
-        }
+        self.multipliers.project(evaluator, *t, (&mut *q, &mut *v), CORRECTIONS);
         let at = evaluator.dynamics(*t, q, v);
         let _ = self.multipliers.accelerations_into(&at, &mut end.a, &mut end.lambda);
         let From { y, ydot, .. } = self.equations.unknowns(reached.as_ref(), end.as_ref());
