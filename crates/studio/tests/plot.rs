@@ -195,33 +195,6 @@ fn logs_cut_anywhere_are_told_and_drawn_as_far_as_they_go() {
     assert!(n_drawn > 4, "{n_drawn} were drawn");
 }
 
-/// A log that was cut off has no end that tells which reactions are unique, and yet the motion that it
-/// follows from.
-#[test]
-fn cut_logs_tell_which_reactions_are_not_unique() {
-    let place = solved("parallelogram", "--t-end 2");
-    let log = fs::read(place.path().join("parallelogram.mcap")).expect("a log");
-    place.write("cut.mcap", &log[..log.len() / 5 * 4]);
-    let info = text(&place.run("info cut.mcap").stdout);
-    assert!(info.contains("cut off") && info.contains("reactions that are not unique"), "{info}");
-    let plot = text(&place.run("plot cut.mcap reactions.A.fx").stdout);
-    assert!(plot.contains("not unique"), "{plot}");
-}
-
-#[test]
-fn names_of_files_change_no_colours() {
-    let place = solved("slider-crank", "--t-end 0.1");
-    let log = fs::read(place.path().join("slider-crank.mcap")).expect("a log");
-    let blinking = "\u{1b}[5mother.mcap";
-    place.write(blinking, &log);
-    let mut command = place.bksim();
-    command.env_remove("NO_COLOR").env("CLICOLOR_FORCE", "1");
-    let output = command.args(["plot", "slider-crank.mcap", blinking, "state.theta1"]).output();
-    let shown = text(&output.expect("bksim starts").stdout);
-    assert!(shown.contains('\u{1b}'), "our own colours are there: {shown}");
-    assert!(shown.contains("other") && !shown.contains("\u{1b}[5m"), "{shown:?}");
-}
-
 #[test]
 fn logs_of_other_programs_are_refused() {
     let place = Scratch::new();
