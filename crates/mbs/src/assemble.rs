@@ -189,8 +189,8 @@ fn constraint_jacobian(
     SparseMatrix::new(constraints.len(), n_columns, entries)
 }
 
-/// Rows of the cut joints, then of the lengths of quaternions, then of the drives: motion(t) − position = 0, so that λ is the effort;
-/// then those of contacts.
+/// Rows of the cut joints, then of the lengths of quaternions, then of the drives: motion(t) − position = 0,
+/// so that λ is the effort; then those of contacts.
 fn constraints(
     model: &Model,
     tree: &Tree,

@@ -7,6 +7,7 @@
 
 mod checkpoint;
 pub(crate) mod dense;
+mod ending;
 mod explicit;
 pub(crate) mod hold;
 pub(crate) mod implicit;
@@ -25,6 +26,7 @@ mod schedule;
 pub(crate) mod singular;
 mod spectrum;
 mod stepper;
+mod steps;
 mod storage;
 mod summary;
 

@@ -77,8 +77,8 @@ impl Program<'_> {
         CCode { header: self.c_header(), source: self.c_source(), test: self.c_test() }
     }
 
-    /// Whether all machines of IEEE 754 compute the same bits: nothing is left to a library but square
-    /// roots, which the standard defines to the last bit.
+    /// `true` where machines of IEEE 754 compute the same bits: nothing is left to a library but square roots,
+    /// which the standard defines to the last bit, and angles beyond a million.
     fn is_exact(&self) -> bool {
         let is_exact = |function| {
             use Function::{Abs, Cos, Ge, Gt, If, Le, Lt, Max, Min, Sign, Sin, Sqrt};

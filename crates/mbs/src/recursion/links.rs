@@ -197,6 +197,23 @@ impl Links {
         self.links.iter().position(is_own).unwrap_or_default()
     }
 
+    /// Labels of the links: their bodies, or the coordinates of those that carry none.
+    pub(super) fn labels(&self, model: &Model, kinematics: &Kinematics) -> Vec<String> {
+        let label = |link: &Link| match (&link.body, &link.motion) {
+            (Some(body), _) => model.bodies[body.id.0].name.clone(),
+            (
+                None,
+                LinkMotion::Rotation { coordinate_idx, .. }
+                | LinkMotion::Translation { coordinate_idx, .. },
+            ) => kinematics.coordinates[*coordinate_idx].name.clone(),
+            (None, LinkMotion::Quaternion { first, .. }) => {
+                kinematics.coordinates[*first].name.trim_end_matches("_e0").to_owned()
+            }
+            (None, LinkMotion::Fixed(_)) => "turn".to_owned(),
+        };
+        self.links.iter().map(label).collect()
+    }
+
     /// The same links, with names for the matrices of quaternions: `A_arm_xy`, and `s_arm` for 2 / e·e.
     pub(super) fn named(mut self, pool: &Pool, naming: &Naming<'_>) -> Self {
         for (link_idx, link) in self.links.iter_mut().enumerate() {

@@ -161,7 +161,7 @@ pub(crate) fn named(
 ) -> NamedRecursion {
     let pool = &model.pool;
     let mut recursion = Recursion::of(model, tree, kinematics, loads);
-    let naming = Naming::of(model, kinematics, &recursion.links);
+    let naming = Naming::of(model, kinematics, recursion.links.labels(model, kinematics));
     recursion.links = recursion.links.named(pool, &naming);
     let Recursion { links, rates, accelerations, lifted, .. } = &recursion;
     // The lengths of quaternions.

@@ -6,7 +6,6 @@ use std::collections::{HashMap, HashSet};
 use bksim_expr::{Expr, Pool, SymbolId};
 use bksim_model::{Model, Vector};
 
-use super::links::{LinkMotion, Links};
 use crate::kinematics::Kinematics;
 
 /// Letters of the three components.
@@ -34,31 +33,15 @@ impl<'a> Naming<'a> {
         Self { pool, labels: Vec::new(), found: RefCell::default() }
     }
 
-    /// Names by the bodies of the links, or by the coordinates of those that carry none.
-    pub(super) fn of(model: &'a Model, kinematics: &Kinematics, links: &Links) -> Self {
-        let label = |link: &super::links::Link| match (&link.body, &link.motion) {
-            (Some(body), _) => model.bodies[body.id.0].name.clone(),
-            (
-                None,
-                LinkMotion::Rotation { coordinate_idx, .. }
-                | LinkMotion::Translation { coordinate_idx, .. },
-            ) => kinematics.coordinates[*coordinate_idx].name.clone(),
-            (None, LinkMotion::Quaternion { first, .. }) => {
-                kinematics.coordinates[*first].name.trim_end_matches("_e0").to_owned()
-            }
-            (None, LinkMotion::Fixed(_)) => "turn".to_owned(),
-        };
+    /// Names that end in the labels of the links.
+    pub(super) fn of(model: &'a Model, kinematics: &Kinematics, labels: Vec<String>) -> Self {
         // A name of the author must not be one of these.
         let authors = model.parameters.iter().map(|p| p.name.clone());
         let of_coordinate = |c: &crate::kinematics::Coordinate| {
             ["", "_dot", "_ddot"].map(|rest| c.name.clone() + rest)
         };
         let taken = authors.chain(kinematics.coordinates.iter().flat_map(of_coordinate)).collect();
-        Self {
-            pool: &model.pool,
-            labels: links.links.iter().map(label).collect(),
-            found: RefCell::new(Found { taken, ..Found::default() }),
-        }
+        Self { pool: &model.pool, labels, found: RefCell::new(Found { taken, ..Found::default() }) }
     }
 
     /// A vector of a link by the names of its components: `omega_arm_x`.

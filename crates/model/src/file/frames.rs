@@ -6,7 +6,7 @@
 //! x = [..], y = [..]     two axes of the frame; the third completes a right-handed one
 //! ```
 
-use bksim_expr::Expr;
+use bksim_expr::{Expr, Pool};
 
 use super::bodies::Position;
 use super::codes;
@@ -249,4 +249,18 @@ impl Reader<'_> {
         let minor = |i: usize, j: usize| pool.sub(pool.mul(a[i], b[j]), pool.mul(a[j], b[i]));
         [minor(1, 2), minor(2, 0), minor(0, 1)]
     }
+}
+
+/// A vector of a turned frame in the frame before all turns, by Rodrigues' formula turn after turn.
+pub(super) fn turned(pool: &Pool, turns: &[FixedTurn], vector: Vector) -> Vector {
+    turns.iter().rev().fold(vector, |u: Vector, FixedTurn { axis: n, angle }| {
+        let (c, s) = (pool.cos(*angle), pool.sin(*angle));
+        let along = pool.sum((0..3).map(|i| pool.mul(n[i], u[i])).collect::<Vec<_>>());
+        let along = pool.mul(pool.sub(pool.one(), c), along);
+        std::array::from_fn(|i| {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let across = pool.sub(pool.mul(n[j], u[k]), pool.mul(n[k], u[j]));
+            pool.sum([pool.mul(c, u[i]), pool.mul(s, across), pool.mul(along, n[i])])
+        })
+    })
 }

@@ -1,12 +1,11 @@
 //! `[initial]`: stated values of the start, and guesses that may move; orientations are in
 //! [`super::orientation`].
 
-use std::collections::HashMap;
-
 use super::codes;
 use super::names::{quantities, quantity_of};
 use super::orientation::ORIENTATION_KEYS;
 use super::reader::{Fields, Reader};
+use super::stated::Stated;
 use super::tree::{Entry, Node, Table, Value};
 use super::units::Quantity;
 use super::value::Scope;
@@ -19,15 +18,6 @@ use crate::measure_names::{BODY_WORDS, BodyWord, N_START_WORDS};
 
 /// A key of an initial value, what it measures and its quantity.
 type Row = (&'static str, Measure, Quantity);
-
-/// The values read so far.
-#[derive(Default)]
-pub(super) struct Stated {
-    values: Vec<Initial>,
-    pub(super) orientations: Vec<Orientation>,
-    /// Which of them states each measure.
-    of_measure: HashMap<Measure, usize>,
-}
 
 impl Reader<'_> {
     /// Reads the whole table, in file order.
@@ -165,22 +155,6 @@ impl Reader<'_> {
     ) -> Option<Initial> {
         let scalar = self.scalar(node, quantity, what, Scope::Constant)?;
         Some(make(scalar.expr, scalar.span))
-    }
-
-    /// Adds a value unless the same thing was stated before under another name.
-    pub(super) fn push_initial(&mut self, value: Initial, initial: &mut Stated) {
-        let known = *initial.of_measure.entry(value.measure).or_insert(initial.values.len());
-        let Some(first) = initial.values.get(known) else {
-            initial.values.push(value);
-            return;
-        };
-        let message = format!("the start of `{}` is given twice", value.name);
-        self.report(
-            Diagnostic::error(codes::DUPLICATE, message)
-                .at(value.span, "again here")
-                .at(first.span.clone(), format!("first given here, as `{}`", first.name))
-                .help("keep one of the two"),
-        );
     }
 
     fn joint_rows(&self, joint: JointId) -> Option<Vec<Row>> {

@@ -48,6 +48,7 @@ mod replay;
 mod sections;
 mod solids;
 mod solve;
+mod stated;
 mod syntax;
 mod tree;
 mod units;

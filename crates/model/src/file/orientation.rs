@@ -8,17 +8,18 @@
 //! An orientation becomes the nine direction cosines of the body, which are smooth and the same for both of
 //! its quaternions.
 
-use bksim_expr::{Expr, Pool};
+use bksim_expr::Expr;
 
 use super::codes;
-use super::initial::Stated;
+use super::frames::turned;
 use super::reader::{Fields, Reader};
+use super::stated::Stated;
 use super::tree::{Node, Value};
 use super::units::Quantity;
 use super::value::Scope;
 use crate::body::FixedTurn;
 use crate::diagnostic::Diagnostic;
-use crate::ids::{BodyId, Vector};
+use crate::ids::BodyId;
 use crate::measure::{Axis, Frame, Initial, Measure, Orientation};
 
 /// Keys of a body's start besides its measures.
@@ -57,7 +58,9 @@ impl Reader<'_> {
         self.leave_plane(&turns, &node.span);
         // Its direction cosines, column by column.
         for (column, (of_body, own)) in AXES.into_iter().enumerate() {
-            let image = turned(&self.pool, &turns, column);
+            let mut unit = [self.pool.zero(); 3];
+            unit[column] = self.pool.one();
+            let image = turned(&self.pool, &turns, unit);
             for ((of_ground, axis), value) in AXES.into_iter().zip(image) {
                 let measure = Measure::DirectionCosine(body, of_ground, of_body);
                 state(self, format!("c{axis}{own}"), measure, value, node.span.clone());
@@ -117,19 +120,4 @@ impl Reader<'_> {
             state(self, format!("w{word}{rest}"), measure, value, node.span.clone());
         }
     }
-}
-
-/// The image of an axis of the turned frame, by Rodrigues' formula turn after turn.
-fn turned(pool: &Pool, turns: &[FixedTurn], axis_idx: usize) -> Vector {
-    let unit = std::array::from_fn(|i| if i == axis_idx { pool.one() } else { pool.zero() });
-    turns.iter().rev().fold(unit, |u: Vector, FixedTurn { axis: n, angle }| {
-        let (c, s) = (pool.cos(*angle), pool.sin(*angle));
-        let along = pool.sum((0..3).map(|i| pool.mul(n[i], u[i])).collect::<Vec<_>>());
-        let along = pool.mul(pool.sub(pool.one(), c), along);
-        std::array::from_fn(|i| {
-            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            let across = pool.sub(pool.mul(n[j], u[k]), pool.mul(n[k], u[j]));
-            pool.sum([pool.mul(c, u[i]), pool.mul(s, across), pool.mul(along, n[i])])
-        })
-    })
 }

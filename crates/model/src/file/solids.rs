@@ -14,12 +14,12 @@
 use bksim_expr::Expr;
 
 use super::bodies::BodyFacts;
-use super::frames::FRAME_KEYS;
+use super::frames::{FRAME_KEYS, turned};
 use super::reader::{Fields, Reader};
 use super::tree::Node;
 use super::units::Quantity;
 use super::value::Scope;
-use crate::body::{Body, FixedTurn, Solid, SolidForm};
+use crate::body::{Body, Solid, SolidForm};
 use crate::ids::Vector;
 
 /// A form as its type names it.
@@ -252,38 +252,16 @@ impl Reader<'_> {
         let xy = pool.mul(volume, xy);
         let own = [[xx, xy, zero], [xy, yy, zero], [zero, zero, zz]];
         // Into the axes of the body.
-        let r = self.rotation(&solid.orientation);
-        let inertia = self.times(&self.times(&r, &own), &transposed(&r));
-        let middle = std::array::from_fn(|i| {
-            let turned = [0, 1, 2].map(|j| pool.mul(r[i][j], middle[j]));
-            pool.add(solid.position[i], self.total(&turned))
+        let images = [0, 1, 2].map(|axis| {
+            let mut unit = [zero; 3];
+            unit[axis] = pool.one();
+            turned(pool, &solid.orientation, unit)
         });
+        let r = transposed(&images);
+        let inertia = self.times(&self.times(&r, &own), &images);
+        let middle = turned(pool, &solid.orientation, middle);
+        let middle = std::array::from_fn(|i| pool.add(solid.position[i], middle[i]));
         Volume { size: volume, middle, inertia }
-    }
-
-    /// The rotation matrix of turns, each about an axis that those before it have turned: Rodrigues'
-    /// formula cos θ 1 + (1 − cos θ) n nᵀ + sin θ [n]ₓ, multiplied in order.
-    fn rotation(&self, turns: &[FixedTurn]) -> Matrix {
-        let pool = &self.pool;
-        let [zero, one] = [pool.zero(), pool.one()];
-        let identity = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
-        turns.iter().fold(identity, |r, FixedTurn { axis: n, angle }| {
-            let [sin, cos] = [pool.sin(*angle), pool.cos(*angle)];
-            let rest = pool.sub(one, cos);
-            let across = [
-                [zero, pool.neg(n[2]), n[1]],
-                [n[2], zero, pool.neg(n[0])],
-                [pool.neg(n[1]), n[0], zero],
-            ];
-            let turn: Matrix = std::array::from_fn(|i| {
-                std::array::from_fn(|j| {
-                    let outer = pool.mul(rest, pool.mul(n[i], n[j]));
-                    let same = pool.mul(cos, identity[i][j]);
-                    self.total(&[same, outer, pool.mul(sin, across[i][j])])
-                })
-            });
-            self.times(&r, &turn)
-        })
     }
 
     fn times(&self, a: &Matrix, b: &Matrix) -> Matrix {

@@ -45,7 +45,7 @@ fn owner(model: &Model, system: &SymbolicSystem, coordinate_idx: usize) -> Strin
     }
 }
 
-/// The place, what a pole is, and the cure.
+/// The fault with its place, the pole in words, and the cure.
 fn explained(
     fault: Diagnostic,
     model: &Model,
@@ -65,7 +65,7 @@ fn explained(
         .help(help)
 }
 
-/// What a pole is, and the cure, of three angles that are near theirs at positions `q`.
+/// The note and the cure of three angles that are near their pole at positions `q`; `None` where none are.
 pub(super) fn reason(system: &SymbolicSystem, q: &[f64]) -> Option<[String; 2]> {
     let three = near(system, q)?;
     Some(words(system, three, q[three[1]]))

@@ -16,8 +16,8 @@ use bksim_dae::{
 };
 
 use super::dense::DenseOutput;
+use super::ending::PhaseEnd;
 use super::mechanism::PhaseMechanism;
-use super::phase::PhaseEnd;
 use super::problem::Problem;
 use super::singular::{NOTICEABLE, REGULAR, Sighting, SingularMonitor};
 use super::stepper::Stepper;

@@ -2,7 +2,7 @@
 
 use bksim_dae::{Cause, SolveError};
 
-use super::phase::PhaseEnd;
+use super::ending::PhaseEnd;
 use super::problem::Problem;
 use super::progress::{Halt, Run};
 use super::singular::{REGULAR, SingularMonitor};

@@ -18,12 +18,13 @@ use bksim_dae::{Checkpoint, Control, SolveError, Stats};
 
 use super::checkpoint::{Fingerprint, RunCheckpoint, Unfit};
 use super::dense::DenseOutput;
+use super::ending::PhaseEnd;
 use super::explicit::{ExplicitStart, ExplicitStepper};
 use super::implicit::{RadauStart, RadauStepper};
 use super::mechanism::PhaseMechanism;
 use super::observer::Observer;
 use super::pace::Pace;
-use super::phase::{Attempt, Phase, PhaseEnd};
+use super::phase::{Attempt, Phase};
 use super::problem::Problem;
 use super::sample::Sample;
 use super::sampler::Sampler;

@@ -3,7 +3,7 @@
 use bksim_dae::{Method, Saver, SolveError, Standstill, Stats, Step};
 
 use super::dense::DenseOutput;
-use super::phase::PhaseEnd;
+use super::ending::PhaseEnd;
 use super::singular::{Sighting, SingularMonitor};
 use crate::evaluator::Evaluator;
 use crate::multiplier::MultiplierSystem;

@@ -1,0 +1,29 @@
+//! [`PhaseEnd`]: why a phase of a run ends.
+
+use bksim_dae::SolveError;
+
+use crate::hybrid::Crossed;
+
+/// Why a phase ended.
+pub(super) enum PhaseEnd {
+    /// The end time is reached.
+    Reached,
+    /// Stability limits explicit steps.
+    Stiff,
+    /// Explicit steps would be far too many.
+    Slow,
+    /// So would those of Radau IIA.
+    NoGain,
+    /// Explicit steps could be nearly as large as Radau's.
+    Relaxed,
+    /// A step of Radau's, up to this time, came near a singular pose; it is not part of the run.
+    SingularAhead(f64),
+    /// Explicit steps have passed it.
+    Regular,
+    /// Other rows hold the motion better than those that have been active: these are to be inactive.
+    OtherRows(Vec<usize>),
+    /// Something switched where the run stands now.
+    Switched(Crossed),
+    /// The integrator cannot go on; `None` when the motion left its branch.
+    Failed(Option<SolveError>),
+}
