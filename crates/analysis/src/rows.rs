@@ -81,7 +81,9 @@ impl Rows {
         };
         // Of unit size: angles, and the length of a quaternion.
         let is_number = |c: &&bksim_mbs::constraint::Constraint| {
-            is_angle_row(c) || matches!(c.source, Source::Quaternion(_))
+            let is_coupled_turn =
+                matches!(c.source, Source::Coupling(_)) && c.effort == MotionKind::Rotation;
+            is_angle_row(c) || is_coupled_turn || matches!(c.source, Source::Quaternion(_))
         };
         let planar_turn = |c: &&bksim_mbs::constraint::Constraint| {
             is_angle_row(c)

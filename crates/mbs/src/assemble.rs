@@ -14,8 +14,9 @@ use bksim_expr::{Expr, SymbolId};
 
 use crate::constraint::{Constraint, Source};
 use crate::contact::{self, ContactRow};
+use crate::coupling::coupling_rows;
 use crate::force::{Loads, Wrench};
-use crate::joint::{self, JointWrench};
+use crate::joint;
 use crate::kinematics::{Coordinate, Kinematics};
 use crate::lagrange;
 use crate::modes::with_modes;
@@ -26,7 +27,7 @@ use crate::sparse::SparseMatrix;
 use crate::spatial;
 use crate::system::{Derivation, SymbolicSystem};
 use crate::tree::Tree;
-use bksim_model::{DriveId, Model};
+use bksim_model::{DriveId, Model, MotionKind};
 
 /// Derives the equations of motion of `model` by the way that makes them shorter.
 pub fn assemble(model: &Model) -> SymbolicSystem {
@@ -189,8 +190,8 @@ fn constraint_jacobian(
     SparseMatrix::new(constraints.len(), n_columns, entries)
 }
 
-/// Rows of the cut joints, then of the lengths of quaternions, then of the drives: motion(t) − position = 0,
-/// so that λ is the effort; then those of contacts.
+/// Rows of the cut joints, then of the lengths of quaternions, of couplings, and of the drives:
+/// motion(t) − position = 0, so that λ is the effort; then those of contacts.
 fn constraints(
     model: &Model,
     tree: &Tree,
@@ -207,7 +208,7 @@ fn constraints(
         .map(|p| p.name.clone())
         .chain(kinematics.coordinates.iter().flat_map(of_coordinate))
         .collect();
-    let mut add = |expression, source, direction, wrench| {
+    let mut add = |expression, source, direction, effort, wrenches: Vec<Wrench>| {
         let mut name = format!("ld{}", constraints.len() + 1);
         while taken.contains(&name) {
             name.push('_');
@@ -215,19 +216,26 @@ fn constraints(
         let lambda = pool.symbol(&name);
         let lambda = pool.symbol_id(lambda).expect("a symbol was just made");
         let expression = pool.simplify(expression);
-        constraints.push(Constraint { expression, lambda, source, direction, wrench });
+        let row = Constraint { expression, lambda, source, direction, effort, wrenches };
+        constraints.push(row);
     };
-    // Cut joints, quaternions, drives, contacts.
+    // Cut joints, quaternions, couplings, drives, contacts.
     for &joint_id in &tree.cuts {
         let joint = &model.joints[joint_id.0];
         for row in joint::constraint_rows(pool, joint, &kinematics.sides(model, joint)) {
-            add(row.expression, Source::Joint(joint_id), row.direction, row.wrench);
+            let is_force = row.wrench.force.iter().any(|&component| !pool.is_zero(component));
+            let effort = if is_force { MotionKind::Translation } else { MotionKind::Rotation };
+            let wrenches = Wrench::through_joint(model, kinematics, joint_id, &row.wrench);
+            add(row.expression, Source::Joint(joint_id), row.direction, effort, wrenches);
         }
     }
     for turning in &kinematics.turnings {
-        let nothing = JointWrench::of_force(pool, spatial::zero(pool));
         let source = Source::Quaternion(turning.body);
-        add(norm::row(pool, turning), source, "norm", nothing);
+        add(norm::row(pool, turning), source, "norm", MotionKind::Rotation, Vec::new());
+    }
+    for row in coupling_rows(model, kinematics) {
+        let effort = model.couplings[row.coupling.0].effort;
+        add(row.expression, Source::Coupling(row.coupling), "coupling", effort, row.wrenches);
     }
     for (drive_idx, drive) in model.drives.iter().enumerate() {
         let joint = &model.joints[drive.joint.0];
@@ -235,10 +243,12 @@ fn constraints(
         let sides = kinematics.sides(model, joint);
         let wrench = joint::effort(pool, joint, drive.motion_idx, &positions, &sides);
         let expression = pool.sub(drive.motion, positions[drive.motion_idx]);
-        add(expression, Source::Drive(DriveId(drive_idx)), "motion", wrench);
+        let wrenches = Wrench::through_joint(model, kinematics, drive.joint, &wrench);
+        let effort = joint.kind.motions()[drive.motion_idx];
+        add(expression, Source::Drive(DriveId(drive_idx)), "motion", effort, wrenches);
     }
     for row in contacts {
-        add(row.expression, row.source, row.direction, row.wrench);
+        add(row.expression, row.source, row.direction, row.effort, row.wrenches.clone());
     }
     constraints
 }

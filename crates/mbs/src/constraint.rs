@@ -1,9 +1,9 @@
 //! Constraint rows and where they come from.
 
 use bksim_expr::{Expr, SymbolId};
-use bksim_model::{BodyId, DriveId, JointId, LoadId, LoadKind, Model};
+use bksim_model::{BodyId, CouplingId, DriveId, JointId, LoadId, LoadKind, Model, MotionKind};
 
-use crate::joint::JointWrench;
+use crate::force::Wrench;
 
 /// The part of the model that a constraint row comes from.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -12,6 +12,8 @@ pub enum Source {
     Joint(JointId),
     /// The quaternion by which a body turns has the length one.
     Quaternion(BodyId),
+    /// A condition between motions of joints.
+    Coupling(CouplingId),
     /// A prescribed motion.
     Drive(DriveId),
     /// A limit of a motion, which holds while bodies are in contact.
@@ -21,11 +23,12 @@ pub enum Source {
 }
 
 impl Source {
-    /// The joint that the row acts in; none of a quaternion's length, which no force keeps.
+    /// The joint that the row acts in; none of a coupling, which acts in several, or of a quaternion's
+    /// length, which no force keeps.
     pub fn joint(self, model: &Model) -> Option<JointId> {
         match self {
             Self::Joint(joint) => Some(joint),
-            Self::Quaternion(_) => None,
+            Self::Quaternion(_) | Self::Coupling(_) => None,
             Self::Drive(drive) => Some(model.drives[drive.0].joint),
             Self::Stop(load) | Self::Friction(load) => match model.loads[load.0].kind {
                 LoadKind::Stop { joint, .. } | LoadKind::Friction { joint, .. } => Some(joint),
@@ -34,10 +37,10 @@ impl Source {
         }
     }
 
-    /// Whether the row lies in the coordinates themselves: that of a cut joint or of a quaternion, not one
-    /// of a drive or of a contact.
+    /// Whether the row lies in the coordinates themselves: that of a cut joint, of a quaternion or of a
+    /// coupling, not one of a drive or of a contact.
     pub fn is_geometric(self) -> bool {
-        matches!(self, Self::Joint(_) | Self::Quaternion(_))
+        matches!(self, Self::Joint(_) | Self::Quaternion(_) | Self::Coupling(_))
     }
 
     /// Whether the row opens and closes.
@@ -53,10 +56,13 @@ pub struct Constraint {
     pub expression: Expr,
     /// Symbol of λ.
     pub lambda: SymbolId,
-    /// The joint, drive or contact it comes from.
+    /// The joint, coupling, drive or contact it comes from.
     pub source: Source,
-    /// `x`, `y`, `z`, `normal`, `angle`, `length`, `motion`, `norm`, `min`, `max` or `friction`.
+    /// `x`, `y`, `z`, `normal`, `angle`, `length`, `motion`, `norm`, `coupling`, `min`, `max` or `friction`.
     pub direction: &'static str,
-    /// Wrench on the joint's successor for λ = 1.
-    pub wrench: JointWrench,
+    /// Translation where λ is a force, rotation where it is a moment.
+    pub effort: MotionKind,
+    /// Wrenches on bodies for λ = 1: of a joint, drive or contact that on the joint's successor, then its
+    /// opposite on the predecessor, both at the successor's joint point.
+    pub wrenches: Vec<Wrench>,
 }

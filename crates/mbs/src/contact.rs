@@ -4,9 +4,9 @@ use bksim_expr::{Expr, SymbolId};
 
 use crate::constraint::{Constraint, Source};
 use crate::force::Wrench;
-use crate::joint::{self, JointWrench};
+use crate::joint;
 use crate::kinematics::Kinematics;
-use bksim_model::{JointId, LoadId, LoadKind, Model};
+use bksim_model::{JointId, LoadId, LoadKind, Model, MotionKind};
 
 /// A constraint row that opens and closes.
 #[derive(Clone, Debug)]
@@ -58,8 +58,10 @@ pub(crate) struct ContactRow {
     pub(crate) expression: Expr,
     pub(crate) source: Source,
     pub(crate) direction: &'static str,
-    /// On the joint's successor for λ = 1.
-    pub(crate) wrench: JointWrench,
+    /// Translation where λ is a force.
+    pub(crate) effort: MotionKind,
+    /// On the joint's two bodies for λ = 1.
+    pub(crate) wrenches: Vec<Wrench>,
 }
 
 /// The rows of all stops and frictions, in file order.
@@ -93,7 +95,8 @@ pub(crate) fn contact_rows(
                 expression,
                 source,
                 direction,
-                wrench,
+                effort: of.kind.motions()[motion_idx],
+                wrenches: Wrench::through_joint(model, kinematics, joint, &wrench),
             });
         };
 
@@ -147,7 +150,6 @@ pub(crate) fn contacts(
 /// the predecessor.
 pub(crate) fn slip_wrenches(
     model: &Model,
-    kinematics: &Kinematics,
     contacts: &[Contact],
     constraints: &[Constraint],
 ) -> Vec<Wrench> {
@@ -156,12 +158,8 @@ pub(crate) fn slip_wrenches(
     for contact in contacts {
         let Law::Friction { sliding, slip, .. } = contact.law else { continue };
         let row = &constraints[contact.row];
-        let joint = &model.joints[contact.joint.0];
-        let at = kinematics.anchor(model, joint.successor);
         let effort = pool.neg(pool.mul(pool.symbol_expr(slip), sliding));
-        let wrench = row.wrench.scaled(pool, effort);
-        wrenches.push(Wrench::at_joint(joint.successor.body, at, &wrench));
-        wrenches.push(Wrench::at_joint(joint.predecessor.body, at, &wrench.reversed(pool)));
+        wrenches.extend(row.wrenches.iter().map(|wrench| wrench.scaled(pool, effort)));
     }
     wrenches
 }

@@ -32,7 +32,6 @@ pub(crate) fn with_modes(model: &Model, system: &SymbolicSystem) -> Option<Symbo
     }
     integrated.wrenches.extend(slip_wrenches(
         model,
-        &system.kinematics,
         &system.contacts,
         &system.constraints,
     ));

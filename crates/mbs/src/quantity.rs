@@ -1,6 +1,6 @@
 //! Names, units and descriptions of the numbers of a state.
 
-use bksim_model::{BodyId, Drive, DriveId, JointId, LoadId, Model, MotionKind};
+use bksim_model::{BodyId, Coupling, CouplingId, CouplingKind, Drive, DriveId, JointId, LoadId, Model, MotionKind};
 
 use crate::constraint::{Constraint, Source};
 use crate::kinematics::{Coordinate, CoordinateKind};
@@ -41,19 +41,19 @@ pub fn coordinate_quantities(system: &SymbolicSystem) -> Vec<Quantity> {
 /// The multipliers, each with the joint, drive or load that it belongs to.
 pub fn multiplier_quantities(model: &Model, system: &SymbolicSystem) -> Vec<Quantity> {
     let quantity = |c: &Constraint| {
-        let is_force = c.wrench.force.iter().any(|&component| !model.pool.is_zero(component));
         let owner = match c.source {
             Source::Joint(JointId(j)) => format!("joint `{}`", model.joints[j].name),
             Source::Quaternion(BodyId(b)) => format!("quaternion of `{}`", model.bodies[b].name),
+            Source::Coupling(CouplingId(k)) => format!("coupling `{}`", model.couplings[k].name),
             Source::Drive(DriveId(d)) => format!("drive `{}`", model.drives[d].name),
             Source::Stop(LoadId(l)) => format!("stop `{}`", model.loads[l].name),
             Source::Friction(LoadId(l)) => format!("friction `{}`", model.loads[l].name),
         };
         Quantity {
             name: model.pool.symbol_name(c.lambda),
-            unit: if is_force { "N" } else { "N*m" },
+            unit: effort_unit(c.effort),
             description: match c.source {
-                Source::Friction(_) => owner,
+                Source::Friction(_) | Source::Coupling(_) => owner,
                 _ => format!("{owner}, {}", c.direction),
             },
         }
@@ -61,14 +61,46 @@ pub fn multiplier_quantities(model: &Model, system: &SymbolicSystem) -> Vec<Quan
     system.constraints.iter().map(quantity).collect()
 }
 
+/// SI unit of the effort along a motion.
+fn effort_unit(motion: MotionKind) -> &'static str {
+    match motion {
+        MotionKind::Translation => "N",
+        MotionKind::Rotation => "N*m",
+    }
+}
+
+/// The forces or moments of the couplings.
+pub fn coupling_quantities(model: &Model) -> Vec<Quantity> {
+    let quantity = |coupling: &Coupling| {
+        let description = match coupling.kind {
+            CouplingKind::Relation => "multiplier of the relation",
+            CouplingKind::Screw => "force on the second joint along its axis",
+            CouplingKind::Rack(_) => "tooth force on the rack along its axis",
+            CouplingKind::Gear(_) => match coupling.effort {
+                MotionKind::Translation => "tangential tooth force, positive if it turns the second gear forward",
+                MotionKind::Rotation => "torque of the teeth on the second gear",
+            },
+            CouplingKind::Belt(_) => match coupling.effort {
+                MotionKind::Translation => "difference of the tensions, positive if it turns the second wheel forward",
+                MotionKind::Rotation => "torque of the belt on the second wheel",
+            },
+        };
+        Quantity {
+            name: coupling.name.clone(),
+            unit: effort_unit(coupling.effort),
+            description: description.into(),
+        }
+    };
+    model.couplings.iter().map(quantity).collect()
+}
+
 /// The efforts of the drives.
 pub fn drive_quantities(model: &Model) -> Vec<Quantity> {
     let quantity = |drive: &Drive| {
         let joint = &model.joints[drive.joint.0];
-        let turns = joint.kind.motions()[drive.motion_idx] == MotionKind::Rotation;
         Quantity {
             name: drive.name.clone(),
-            unit: if turns { "N*m" } else { "N" },
+            unit: effort_unit(joint.kind.motions()[drive.motion_idx]),
             description: format!("effort on joint `{}`", joint.name),
         }
     };

@@ -51,16 +51,19 @@ pub fn reactions(model: &Model, system: &SymbolicSystem) -> Vec<Reaction> {
     };
     let mut reactions: Vec<Reaction> = (0..model.joints.len()).map(nothing).collect();
 
-    // Cut joints, drives and contacts: each row's wrench times its multiplier.
+    // Cut joints, couplings, drives and contacts: each row's wrenches times its multiplier.
     for constraint in &system.constraints {
-        let Some(joint) = constraint.source.joint(model) else { continue };
-        let wrench = constraint.wrench.scaled(pool, pool.symbol_expr(constraint.lambda));
-        if let Source::Joint(_) = constraint.source {
-            let reaction = &mut reactions[joint.0];
-            reaction.force = spatial::add(pool, &reaction.force, &wrench.force);
-            reaction.moment = spatial::add(pool, &reaction.moment, &wrench.moment);
+        let lambda = pool.symbol_expr(constraint.lambda);
+        for (idx, wrench) in constraint.wrenches.iter().enumerate() {
+            let wrench = wrench.scaled(pool, lambda);
+            // The first is that on the joint's successor.
+            if let (Source::Joint(joint), 0) = (constraint.source, idx) {
+                let reaction = &mut reactions[joint.0];
+                reaction.force = spatial::add(pool, &reaction.force, &wrench.force);
+                reaction.moment = spatial::add(pool, &reaction.moment, &wrench.moment);
+            }
+            balance.wrenches[wrench.body.0].push(wrench);
         }
-        balance.pass_through(joint, &wrench);
     }
 
     // Tree joints, leaves first.
@@ -87,16 +90,12 @@ struct Balance<'a> {
 }
 
 impl Balance<'_> {
-    /// Adds a wrench through a joint: on its successor, and its opposite on the predecessor, both
-    /// at the successor's joint point.
+    /// Adds a wrench through a joint on both of its bodies.
     fn pass_through(&mut self, joint: JointId, wrench: &JointWrench) {
-        let joint = &self.model.joints[joint.0];
-        let at = self.system.kinematics.anchor(self.model, joint.successor);
-        let mut put = |body: BodyId, wrench: &JointWrench| {
-            self.wrenches[body.0].push(Wrench::at_joint(body, at, wrench));
-        };
-        put(joint.successor.body, wrench);
-        put(joint.predecessor.body, &wrench.reversed(self.pool));
+        let kinematics = &self.system.kinematics;
+        for wrench in Wrench::through_joint(self.model, kinematics, joint, wrench) {
+            self.wrenches[wrench.body.0].push(wrench);
+        }
     }
 
     /// The wrench at the successor's point of `joint` that `body` still needs.

@@ -5,7 +5,7 @@
 
 use std::collections::VecDeque;
 
-use bksim_model::{BodyId, CoordinatePolicy, GROUND, JointId, Model};
+use bksim_model::{BodyId, CoordinatePolicy, GROUND, JointId, Measure, Model, Space};
 
 /// Deepest chain of relative coordinates that bksim chooses by itself: the equations of a chain of
 /// N relative angles grow as N³, those of absolute coordinates as N.
@@ -65,7 +65,10 @@ impl Tree {
     fn with_policy(model: &Model, policy: CoordinatePolicy) -> Self {
         Self::grow(model, policy, &|id| {
             let joint = &model.joints[id.0];
-            let is_cut = policy == CoordinatePolicy::Absolute || joint.kind.is_loose();
+            // In space only a coordinate tells one turn from the next.
+            let is_counted = model.space == Space::Spatial && is_coupled(model, id);
+            let is_cut = policy == CoordinatePolicy::Absolute && !is_counted;
+            let is_cut = is_cut || joint.kind.is_loose();
             !joint.kind.is_always_cut() && !joint.cut.unwrap_or(is_cut)
         })
     }
@@ -132,4 +135,14 @@ impl Tree {
         }
         depth.into_iter().max().unwrap_or(0)
     }
+}
+
+/// Whether a coupling uses the position of a joint.
+fn is_coupled(model: &Model, id: JointId) -> bool {
+    let mut signals = model.signals.iter().filter(|signal| match signal.measure {
+        Measure::JointPosition(joint, _) | Measure::Turn(_, _, joint) => joint == id,
+        _ => false,
+    });
+    let uses = |symbol| model.couplings.iter().any(|c| model.pool.depends_on(c.relation, symbol));
+    signals.any(|signal| uses(signal.symbol))
 }

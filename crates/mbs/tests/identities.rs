@@ -7,6 +7,8 @@ use std::ops::Range;
 
 use bksim_expr::{Expr, Tape};
 use bksim_mbs::assemble::assemble_by;
+use bksim_mbs::constraint::Source as RowSource;
+use bksim_mbs::force::Wrench;
 use bksim_mbs::levels::constraint_gamma;
 use bksim_mbs::system::{Derivation, SymbolicSystem};
 use bksim_model::file::{Source, read};
@@ -21,6 +23,10 @@ const SPATIAL_CHAIN: &str = include_str!("../../../tests/fixtures/spatial-chain.
 /// A free body with two others on ball joints, and a loop over two of these: quaternions.
 const TUMBLING_ARM: &str = include_str!("../../../tests/fixtures/tumbling-arm.toml");
 const SPATIAL_FOUR_BAR: &str = include_str!("../../../tests/fixtures/spatial-four-bar.toml");
+
+/// Wheels on a carrier, a rack, a screw and a belt, all of them moving; and bevel gears in space.
+const PLANETARY_GEAR: &str = include_str!("../../../tests/fixtures/planetary-gear.toml");
+const DIFFERENTIAL: &str = include_str!("../../../tests/fixtures/elements/differential.toml");
 
 /// States that are looked at for each mechanism.
 const N_STATES: usize = 4;
@@ -110,21 +116,25 @@ fn multipliers_act_as_the_wrenches_of_their_rows() {
                 let shift = mechanism.slope(&state.along_q(i), |at| at.positions.clone());
                 let turn = mechanism.slope(&state.along_v(i), |at| at.omegas.clone());
                 assert_eq!((shift.len(), turn.len()), (3 * bodies, 3 * bodies));
+                let mut first = 0;
                 for (row, constraint) in mechanism.system.constraints.iter().enumerate() {
                     // No wrench keeps the length of a quaternion.
-                    let Some(joint) = constraint.source.joint(&mechanism.model) else { continue };
-                    let joint = &mechanism.model.joints[joint.0];
-                    let [force, moment, point] =
-                        [0, 1, 2].map(|part| three(&at.wrenches, 3 * row + part));
-                    // Power per rate of q_i of the wrench on one body.
-                    let power = |body: usize| {
+                    if let RowSource::Quaternion(_) = constraint.source {
+                        continue;
+                    }
+                    // Power of the wrenches per rate of q_i.
+                    let power = |(k, wrench): (usize, &Wrench)| {
+                        let [force, moment, point] =
+                            [0, 1, 2].map(|part| three(&at.wrenches, 3 * (first + k) + part));
+                        let body = wrench.body.0;
                         let arm = minus(point, three(&at.positions, body));
                         let omega = three(&turn, body);
                         let velocity = plus(three(&shift, body), cross(omega, arm));
                         dot(force, velocity) + dot(moment, omega)
                     };
-                    let work = power(joint.successor.body.0) - power(joint.predecessor.body.0);
-                    mechanism.close("−Gᵀ λ", -at.jacobian[row * nq + i], work, 1e-6);
+                    let work: f64 = constraint.wrenches.iter().enumerate().map(power).sum();
+                    first += constraint.wrenches.len();
+                    mechanism.close(&format!("−Gᵀ λ, row {row}, q {i}"), -at.jacobian[row * nq + i], work, 1e-6);
                 }
             }
         }
@@ -215,6 +225,9 @@ fn mechanisms() -> Vec<Mechanism> {
             mechanism("spatial chain", SPATIAL_CHAIN, absolute),
             mechanism("tumbling arm", TUMBLING_ARM, relative),
             mechanism("spatial four-bar", SPATIAL_FOUR_BAR, relative),
+            mechanism("planetary gear", PLANETARY_GEAR, relative),
+            mechanism("planetary gear", PLANETARY_GEAR, absolute),
+            mechanism("differential", DIFFERENTIAL, relative),
         ]
     };
     [Derivation::Lagrange, Derivation::Recursion].into_iter().flat_map(mechanisms).collect()
@@ -260,14 +273,8 @@ fn tape(model: &Model, system: &SymbolicSystem) -> Tape {
     outputs.extend(rows.map(|row| constraint_gamma(model, system, row)));
     outputs.extend(system.kinematics.poses.iter().flat_map(|pose| pose.anchor_world));
     outputs.extend(system.kinematics.poses.iter().flat_map(|pose| pose.omega));
-    for constraint in &system.constraints {
-        let joint = constraint.source.joint(model).map(|joint| &model.joints[joint.0]);
-        outputs.extend(constraint.wrench.force);
-        outputs.extend(constraint.wrench.moment);
-        outputs
-            .extend(joint.map_or([pool.zero(); 3], |joint| {
-                system.kinematics.anchor(model, joint.successor)
-            }));
+    for wrench in system.constraints.iter().flat_map(|constraint| &constraint.wrenches) {
+        outputs.extend([wrench.force, wrench.moment, wrench.at].concat());
     }
     let values = coordinates.iter().map(|c| c.q);
     let inputs = [model.time].into_iter().chain(values).chain(coordinates.iter().map(|c| c.v));
@@ -283,6 +290,7 @@ impl Mechanism {
         self.tape.evaluate(&mut self.tape.workspace(&parameters), &inputs, &mut out);
         assert!(out.iter().all(|value| value.is_finite()), "{}: {out:?}", self.name);
         let (nq, nc, nb) = (self.nq, self.system.constraints.len(), self.model.bodies.len());
+        let n_wrenches = self.system.constraints.iter().map(|c| c.wrenches.len()).sum::<usize>();
         let mut rest = out.into_iter();
         let mut take = |n: usize| rest.by_ref().take(n).collect::<Vec<f64>>();
         let energies = take(2);
@@ -298,7 +306,7 @@ impl Mechanism {
             gamma: take(nc),
             positions: take(3 * nb),
             omegas: take(3 * nb),
-            wrenches: take(9 * nc),
+            wrenches: take(9 * n_wrenches),
         }
     }
 

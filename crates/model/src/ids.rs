@@ -19,6 +19,8 @@ ids! {
     LoadId,
     /// Index into [`Model::drives`](crate::Model::drives).
     DriveId,
+    /// Index into [`Model::couplings`](crate::Model::couplings).
+    CouplingId,
     /// Index into [`Model::parameters`](crate::Model::parameters).
     ParameterId,
     /// Index into [`Body::points`](crate::Body::points) of one body.

@@ -16,6 +16,7 @@
 //! ```
 
 mod body;
+mod coupling;
 pub mod diagnostic;
 mod drive;
 pub mod file;
@@ -29,8 +30,9 @@ mod model;
 mod solve;
 
 pub use body::{Anchor, Body, FixedTurn, Inertia, Point, Solid, SolidForm};
+pub use coupling::{Coupling, CouplingKind, Rack, Wheels};
 pub use drive::Drive;
-pub use ids::{BodyId, DriveId, GROUND, JointId, LoadId, ParameterId, PointId, Vector};
+pub use ids::{BodyId, CouplingId, DriveId, GROUND, JointId, LoadId, ParameterId, PointId, Vector};
 pub use joint::{JOINT_TYPES, Joint, JointKind, MotionKind, motion_words};
 pub use load::{Load, LoadKind};
 pub use measure::{Axis, Frame, Initial, Measure, Orientation, Signal};

@@ -41,6 +41,9 @@ pub enum Measure {
     BodyAngle(BodyId),
     /// Its rate.
     BodyRate(BodyId),
+    /// Angle by which the first body has turned against the second about the axis of a joint, rad, all turns
+    /// counted.
+    Turn(BodyId, BodyId, JointId),
     /// The given of three angles of a body against the ground, about x, y and z in sequence, rad: its own
     /// coordinates where they have names.
     CardanAngle(BodyId, usize),
@@ -78,6 +81,7 @@ impl Measure {
             Self::JointPosition(..)
             | Self::PointPosition(..)
             | Self::BodyAngle(_)
+            | Self::Turn(..)
             | Self::CardanAngle(..)
             | Self::RollPitchYaw(..)
             | Self::Quaternion(..)

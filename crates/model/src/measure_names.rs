@@ -115,7 +115,10 @@ impl Measure {
             Self::JointVelocity(joint, idx) if turns(joint, idx) => "rad/s",
             Self::JointPosition(..) | Self::PointPosition(..) => "m",
             Self::JointVelocity(..) | Self::PointVelocity(..) => "m/s",
-            Self::BodyAngle(_) | Self::CardanAngle(..) | Self::RollPitchYaw(..) => "rad",
+            Self::BodyAngle(_)
+            | Self::Turn(..)
+            | Self::CardanAngle(..)
+            | Self::RollPitchYaw(..) => "rad",
             Self::BodyRate(_) | Self::CardanRate(..) | Self::AngularVelocity(..) => "rad/s",
             Self::Quaternion(..) | Self::DirectionCosine(..) => "",
             Self::AngularAcceleration(..) => "rad/s^2",

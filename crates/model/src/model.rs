@@ -9,6 +9,7 @@
 use bksim_expr::{Expr, Pool, PoolSnapshot, SymbolId};
 
 use crate::body::Body;
+use crate::coupling::Coupling;
 use crate::diagnostic::Span;
 use crate::drive::Drive;
 use crate::ids::ParameterId;
@@ -39,6 +40,8 @@ pub struct Model<P = Pool> {
     /// In file order.
     pub loads: Vec<Load>,
     /// In file order.
+    pub couplings: Vec<Coupling>,
+    /// In file order.
     pub drives: Vec<Drive>,
     /// Symbols used in expressions of loads and drives, and what they measure.
     pub signals: Vec<Signal>,
@@ -66,6 +69,7 @@ impl<P> Model<P> {
             bodies: self.bodies.clone(),
             joints: self.joints.clone(),
             loads: self.loads.clone(),
+            couplings: self.couplings.clone(),
             drives: self.drives.clone(),
             signals: self.signals.clone(),
             initial: self.initial.clone(),

@@ -17,6 +17,8 @@ pub const INPUTS: &str = "/inputs";
 #[derive(Clone, PartialEq, Debug)]
 pub struct Channels {
     pub(crate) topics: Vec<(Topic, TopicKind)>,
+    /// Rows of the couplings.
+    couplings: Range<usize>,
     /// Rows of the drives.
     drives: Range<usize>,
     /// The part of the mechanism that each multiplier is a force of.
@@ -29,6 +31,7 @@ enum RowKind {
     /// Of a joint, with the first and the last component of its reaction that it may be part of.
     Joint(usize, [usize; 2]),
     Quaternion,
+    Coupling(usize),
     Drive(usize),
     Contact(usize),
 }
@@ -43,6 +46,7 @@ pub(crate) enum TopicKind {
     Acceleration,
     Multipliers,
     Reaction(usize),
+    Couplings,
     Drives,
     Inputs,
     Energy,
@@ -59,18 +63,20 @@ pub struct Signal {
 impl Channels {
     /// The channels of a mechanism's runs.
     pub fn new(mechanism: &Mechanism) -> Self {
-        // Rows of joints come first, then those of drives, then those of stops and friction.
+        // Rows of joints come first, then those of couplings, of drives, and of stops and friction.
         let end = mechanism.system.n_bilateral();
         let drives = end - mechanism.compiled.drives.len()..end;
+        let couplings = drives.start - mechanism.compiled.couplings.len()..drives.start;
         let n_bilateral = end;
         let row = |(row, constraint): (usize, &Constraint)| match constraint.source {
             Source::Joint(joint) => RowKind::Joint(joint.0, components(constraint.direction)),
             Source::Quaternion(_) => RowKind::Quaternion,
+            Source::Coupling(coupling) => RowKind::Coupling(coupling.0),
             Source::Drive(drive) => RowKind::Drive(drive.0),
             Source::Stop(_) | Source::Friction(_) => RowKind::Contact(row - n_bilateral),
         };
         let rows = mechanism.system.constraints.iter().enumerate().map(row).collect();
-        Self { topics: topics(mechanism), drives, rows }
+        Self { topics: topics(mechanism), couplings, drives, rows }
     }
 
     /// The signals that have a value at every instant, with their names and fields: all but what a
@@ -105,12 +111,14 @@ impl Channels {
         let Signal { topic_idx, field_idx } = signal;
         match self.topics[topic_idx].1 {
             TopicKind::Reaction(joint) => uniqueness.reactions[joint][field_idx],
+            TopicKind::Couplings => uniqueness.couplings[field_idx],
             TopicKind::Drives => uniqueness.drives[field_idx],
             TopicKind::Multipliers => match self.rows[field_idx] {
                 RowKind::Joint(joint, [first, last]) => {
                     uniqueness.reactions[joint][first..=last].iter().all(|&is_unique| is_unique)
                 }
                 RowKind::Quaternion => true,
+                RowKind::Coupling(coupling) => uniqueness.couplings[coupling],
                 RowKind::Drive(drive) => uniqueness.drives[drive],
                 RowKind::Contact(contact) => uniqueness.contacts[contact],
             },
@@ -140,7 +148,8 @@ impl Channels {
             TopicKind::Acceleration => [a, &[]],
             TopicKind::Multipliers => [lambda, &[]],
             TopicKind::Reaction(joint) => [&reactions[joint], &[]],
-            // The multipliers of the drives' rows are the efforts.
+            // The multipliers of the rows of couplings and drives are their forces.
+            TopicKind::Couplings => [&lambda[self.couplings.clone()], &[]],
             TopicKind::Drives => [&lambda[self.drives.clone()], &[]],
             TopicKind::Inputs => [inputs, &[]],
             TopicKind::Energy => {
@@ -206,6 +215,8 @@ fn topics(mechanism: &Mechanism) -> Vec<(Topic, TopicKind)> {
     });
     let multipliers =
         compiled.multipliers.iter().map(|m| Field::new(&m.name, m.unit, &m.description));
+    let coupled = compiled.couplings.iter();
+    let coupled = coupled.map(|c| Field::new(&c.name, c.unit, &c.description));
     let efforts = compiled.drives.iter().map(|d| Field::new(&d.name, d.unit, &d.description));
 
     // Six components for each joint.
@@ -233,13 +244,15 @@ fn topics(mechanism: &Mechanism) -> Vec<(Topic, TopicKind)> {
     ];
     topics.extend(compiled.joints.iter().enumerate().map(reaction));
     topics.extend([
+        (Topic::new("/couplings", coupled), TopicKind::Couplings),
         (Topic::new("/drives", efforts), TopicKind::Drives),
         (Topic::new(INPUTS, inputs), TopicKind::Inputs),
         (Topic::new("/energy", energy_fields()), TopicKind::Energy),
         (Topic::new("/solver", solver_fields()), TopicKind::Solver),
     ]);
     let is_optional = |of: &TopicKind| {
-        matches!(of, TopicKind::Multipliers | TopicKind::Drives | TopicKind::Inputs)
+        use TopicKind as T;
+        matches!(of, T::Multipliers | T::Couplings | T::Drives | T::Inputs)
     };
     topics.retain(|(topic, of)| !(is_optional(of) && topic.fields.is_empty()));
     topics

@@ -8,7 +8,7 @@ use crate::input::{Law, input_symbols, without_inputs};
 use crate::linear::shape::Shape;
 use bksim_mbs::levels::constraint_gamma;
 use bksim_mbs::quantity::{
-    Quantity, coordinate_quantities, drive_quantities, multiplier_quantities,
+    Quantity, coordinate_quantities, coupling_quantities, drive_quantities, multiplier_quantities,
 };
 use std::sync::Arc;
 
@@ -38,6 +38,8 @@ pub struct CompiledSystem {
     pub sources: Vec<Source>,
     /// Names of the joints, in file order; reactions follow it.
     pub joints: Vec<String>,
+    /// The couplings, each with its force or moment.
+    pub couplings: Vec<Quantity>,
     /// The drives, each with its effort.
     pub drives: Vec<Quantity>,
     /// Parameters that are functions of the motion.
@@ -112,6 +114,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         multipliers: multiplier_quantities(model, system),
         sources: system.constraints.iter().map(|c| c.source).collect(),
         joints: model.joints.iter().map(|j| j.name.clone()).collect(),
+        couplings: coupling_quantities(model),
         drives: drive_quantities(model),
         inputs: Inputs::of(model),
         dynamics: function(&dynamics, &[&q, &v, u])?,

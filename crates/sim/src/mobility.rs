@@ -38,7 +38,7 @@ pub fn mobility(model: &Model, system: &SymbolicSystem, start: &Start) -> Mobili
     }
 }
 
-/// d (n − 1) − Σ u with d = 3 or 6 freedoms a body, u of which a joint takes.
+/// d (n − 1) − Σ u with d = 3 or 6 freedoms a body, u of which a joint takes, and a coupling one.
 fn gruebler(model: &Model) -> i64 {
     let freedoms: i64 = if model.space == Space::Planar { 3 } else { 6 };
     // What a joint of a planar model takes out of the plane, no body had.
@@ -47,8 +47,9 @@ fn gruebler(model: &Model) -> i64 {
         kind => kind.n_taken() - (6 - freedoms),
     };
     let taken: i64 = model.joints.iter().map(|joint| taken(&joint.kind)).sum();
+    let coupled = i64::try_from(model.couplings.len()).unwrap_or(i64::MAX / 8);
     let n_moving = i64::try_from(model.bodies.len() - 1).unwrap_or(i64::MAX / 8);
-    freedoms * n_moving - taken
+    freedoms * n_moving - taken - coupled
 }
 
 /// The joints of the loop that `joint` closes, in order around it, `joint` first.

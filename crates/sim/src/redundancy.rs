@@ -21,7 +21,7 @@
 mod blocks;
 mod transmissions;
 
-use bksim_model::{DriveId, JointId, LoadId};
+use bksim_model::{CouplingId, DriveId, JointId, LoadId};
 
 use crate::modes::Modes;
 
@@ -32,6 +32,8 @@ pub(crate) use self::transmissions::Transmissions;
 pub struct Uniqueness {
     /// By joint: fx, fy, fz, mx, my, mz as in [`Sample::reactions`](crate::run::Sample::reactions).
     pub reactions: Vec<[bool; 6]>,
+    /// The forces of the couplings, in the order of the model.
+    pub couplings: Vec<bool>,
     /// The efforts of the drives, in the order of the model.
     pub drives: Vec<bool>,
     /// The forces of stops and friction, by contact in the order of the system's rows.
@@ -70,6 +72,8 @@ pub struct SelfStress {
 /// A force along a motion of a joint that is not part of the joint's reaction.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Effort {
+    /// Of a coupling.
+    Coupling(CouplingId),
     /// Of a drive.
     Drive(DriveId),
     /// Of a stop or of friction that sticks: the contact of this index.
@@ -86,7 +90,7 @@ impl Effort {
     /// Whether it is there in these modes.
     pub(crate) fn acts_in(self, modes: &Modes) -> bool {
         match self {
-            Self::Drive(_) => true,
+            Self::Coupling(_) | Self::Drive(_) => true,
             Self::Contact(contact_idx, _) => modes.contacts[contact_idx].is_active(),
         }
     }
@@ -143,9 +147,10 @@ impl Instant<'_> {
 
 impl Uniqueness {
     /// Everything is unique.
-    pub(crate) fn all(n_joints: usize, n_drives: usize, n_contacts: usize) -> Self {
+    pub(crate) fn all([n_joints, n_couplings, n_drives, n_contacts]: [usize; 4]) -> Self {
         Self {
             reactions: vec![[true; 6]; n_joints],
+            couplings: vec![true; n_couplings],
             drives: vec![true; n_drives],
             contacts: vec![true; n_contacts],
             n_self_stresses: 0,
@@ -171,6 +176,7 @@ impl Uniqueness {
         }
         for &(effort, part) in &stress.efforts {
             let unique = match effort {
+                Effort::Coupling(coupling) => &mut self.couplings[coupling.0],
                 Effort::Drive(drive) => &mut self.drives[drive.0],
                 Effort::Contact(contact_idx, _) => &mut self.contacts[contact_idx],
             };

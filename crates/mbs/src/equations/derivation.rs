@@ -11,6 +11,7 @@
 use bksim_expr::{Expr, SymbolId};
 
 use crate::constraint::Source;
+use crate::coupling::coupling_rows;
 use crate::force::{Loads, Wrench};
 use crate::inertia::central_inertia;
 use crate::joint;
@@ -115,6 +116,8 @@ fn constraints(model: &Model, system: &SymbolicSystem) -> Vec<Expr> {
         constraints.extend(rows.iter().map(|row| row.expression));
     }
     constraints.extend(kinematics.turnings.iter().map(|turning| norm::row(pool, turning)));
+    let couplings = coupling_rows(model, kinematics).into_iter();
+    constraints.extend(couplings.map(|row| row.expression));
     for constraint in &system.constraints {
         if let Source::Drive(drive) = constraint.source {
             let drive = &model.drives[drive.0];

@@ -11,7 +11,7 @@ use bksim_expr::{Expr, Function, Pool, SymbolId};
 
 use crate::kinematics::CoordinateKind;
 use crate::system::SymbolicSystem;
-use bksim_model::Model;
+use bksim_model::{Model, MotionKind};
 
 /// Exponents of kilogram, metre and second.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -107,9 +107,11 @@ impl Units {
             of_symbol.insert(coordinate.a, value.times(TIME, -2));
         }
         for constraint in &system.constraints {
-            let is_zero = |&component: &Expr| model.pool.is_zero(component);
-            let is_moment = constraint.wrench.force.iter().all(is_zero);
-            of_symbol.insert(constraint.lambda, if is_moment { MOMENT } else { FORCE });
+            let effort = match constraint.effort {
+                MotionKind::Translation => FORCE,
+                MotionKind::Rotation => MOMENT,
+            };
+            of_symbol.insert(constraint.lambda, effort);
         }
         Self { of_symbol }
     }

@@ -13,12 +13,12 @@ mod spring;
 mod torque;
 mod torsion;
 
-use bksim_expr::{Expr, SymbolId};
+use bksim_expr::{Expr, Pool, SymbolId};
 
 use crate::joint::JointWrench;
 use crate::kinematics::Kinematics;
 use crate::spatial;
-use bksim_model::{BodyId, LoadKind, Model, Vector};
+use bksim_model::{BodyId, JointId, LoadKind, Model, Vector};
 
 use context::Context;
 
@@ -39,6 +39,29 @@ impl Wrench {
     /// The wrench of a joint whose joint point is `at`, on one of its bodies.
     pub(crate) fn at_joint(body: BodyId, at: Vector, wrench: &JointWrench) -> Self {
         Self { body, force: wrench.force, at, moment: wrench.moment }
+    }
+
+    /// A wrench through a joint: on its successor, and its opposite on the predecessor, both at the
+    /// successor's joint point.
+    pub(crate) fn through_joint(
+        model: &Model,
+        kinematics: &Kinematics,
+        joint: JointId,
+        wrench: &JointWrench,
+    ) -> Vec<Self> {
+        let joint = &model.joints[joint.0];
+        let at = kinematics.anchor(model, joint.successor);
+        let opposite = wrench.reversed(&model.pool);
+        vec![
+            Self::at_joint(joint.successor.body, at, wrench),
+            Self::at_joint(joint.predecessor.body, at, &opposite),
+        ]
+    }
+
+    /// `factor` times the wrench.
+    pub(crate) fn scaled(&self, pool: &Pool, factor: Expr) -> Self {
+        let scaled = |part: &Vector| spatial::scale(pool, factor, part);
+        Self { force: scaled(&self.force), moment: scaled(&self.moment), ..self.clone() }
     }
 }
 

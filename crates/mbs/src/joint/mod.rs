@@ -87,11 +87,6 @@ impl JointWrench {
         Self { force: spatial::zero(pool), moment }
     }
 
-    /// `factor` times the wrench.
-    pub(crate) fn scaled(&self, pool: &Pool, factor: Expr) -> Self {
-        self.map(|part| spatial::scale(pool, factor, part))
-    }
-
     /// The wrench with the opposite sign.
     pub(crate) fn reversed(&self, pool: &Pool) -> Self {
         self.map(|part| spatial::neg(pool, part))

@@ -178,7 +178,7 @@ impl Reader<'_> {
     }
 
     /// The translation of one turn of a screw, m.
-    fn lead(&mut self, fields: &Fields<'_>) -> Option<Expr> {
+    pub(super) fn lead(&mut self, fields: &Fields<'_>) -> Option<Expr> {
         let node = fields.require(self, "lead", "write for example `lead = \"5 mm\"`")?;
         let what = fields.what("lead");
         let lead = self.scalar(node, Quantity::LENGTH, &what, Scope::Constant)?;

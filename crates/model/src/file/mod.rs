@@ -28,6 +28,7 @@ mod bodies;
 mod checks;
 mod codes;
 mod contacts;
+mod couplings;
 mod definition;
 mod frames;
 mod function;
@@ -170,6 +171,7 @@ pub fn read_recorded(source: &Source<'_>, varied: &[String]) -> (Reading, Option
         parameter_order: Vec::new(),
         faults: Vec::new(),
         spatial: None,
+        joint_ends: Vec::new(),
         joint_bodies: Vec::new(),
         topology_unknown: false,
         recorded: None,

@@ -35,9 +35,10 @@ pub(super) fn quantities(motion: MotionKind) -> [Quantity; 2] {
 /// The quantity of a measure of a body.
 pub(super) fn quantity_of(measure: Measure) -> Quantity {
     match measure {
-        Measure::BodyAngle(_) | Measure::CardanAngle(..) | Measure::RollPitchYaw(..) => {
-            Quantity::ANGLE
-        }
+        Measure::BodyAngle(_)
+        | Measure::Turn(..)
+        | Measure::CardanAngle(..)
+        | Measure::RollPitchYaw(..) => Quantity::ANGLE,
         Measure::BodyRate(_) | Measure::CardanRate(..) | Measure::AngularVelocity(..) => {
             Quantity::RATE
         }

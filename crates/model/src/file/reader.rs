@@ -10,6 +10,7 @@ use super::replay::{Constant, Constants};
 use super::tree::{Entry, Node, Quoted, Table, Value};
 use super::units::FileUnits;
 use super::words::{closest, cut, suggest};
+use crate::body::Anchor;
 use crate::diagnostic::{Code, Diagnostic, Span};
 use crate::ids::BodyId;
 
@@ -35,6 +36,8 @@ pub(super) struct Reader<'a> {
     pub(super) recorded: Option<Vec<Constant>>,
     /// First position with a part out of the plane z = 0.
     pub(super) spatial: Option<Span>,
+    /// The points of each joint, predecessor first; `None` where the joint could not be read.
+    pub(super) joint_ends: Vec<Option<[Anchor; 2]>>,
     /// The bodies of each joint, predecessor first; `None` where the joint could not be read.
     pub(super) joint_bodies: Vec<Option<[BodyId; 2]>>,
     /// Whether a joint could not be read, so that the topology is not known.

@@ -22,6 +22,7 @@ const SECTIONS: &[&str] = &[
     "ground",
     "bodies",
     "joints",
+    "couplings",
     "loads",
     "drives",
     "initial",
@@ -52,10 +53,11 @@ impl Reader<'_> {
         // The sections, in the order in which they refer to each other.
         let bodies = self.read_bodies(root);
         let joints = self.read_joints(root);
-        self.joint_bodies = joints
-            .iter()
-            .map(|joint| joint.as_ref().map(|j| [j.predecessor.body, j.successor.body]))
-            .collect();
+        self.joint_ends =
+            joints.iter().map(|joint| joint.as_ref().map(|j| [j.predecessor, j.successor])).collect();
+        self.joint_bodies =
+            self.joint_ends.iter().map(|ends| ends.map(|ends| ends.map(|end| end.body))).collect();
+        let couplings = self.read_couplings(root);
         let loads = self.read_loads(root);
         let drives = self.read_drives(root);
         let (initial, orientations) = self.read_initial(root);
@@ -81,6 +83,7 @@ impl Reader<'_> {
             coordinates,
             bodies: bodies?,
             joints: joints?,
+            couplings,
             loads,
             drives,
             signals: std::mem::take(&mut self.names.signals),

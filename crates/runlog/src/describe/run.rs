@@ -63,7 +63,7 @@ pub fn logged_summary(details: &str) -> Option<Value> {
     Some(summary)
 }
 
-/// Names of the joints, drives and loads of some constraint rows, each once.
+/// Names of the joints, couplings, drives and loads of some constraint rows, each once.
 pub fn sources<'a>(mechanism: &'a Mechanism, rows: &[usize]) -> Vec<&'a str> {
     let Mechanism { model, system, .. } = mechanism;
     let mut names: Vec<&str> = Vec::new();
@@ -71,6 +71,7 @@ pub fn sources<'a>(mechanism: &'a Mechanism, rows: &[usize]) -> Vec<&'a str> {
         let name = match system.constraints[row].source {
             Source::Joint(joint) => &model.joints[joint.0].name,
             Source::Quaternion(body) => &model.bodies[body.0].name,
+            Source::Coupling(coupling) => &model.couplings[coupling.0].name,
             Source::Drive(drive) => &model.drives[drive.0].name,
             Source::Stop(load) | Source::Friction(load) => &model.loads[load.0].name,
         };

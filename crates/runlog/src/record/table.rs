@@ -61,7 +61,7 @@ fn put(sample: &mut Sample, of: TopicKind, values: &[f64]) {
             sample.reactions[joint].copy_from_slice(values);
         }
         // They are among the multipliers.
-        TopicKind::Drives => (),
+        TopicKind::Couplings | TopicKind::Drives => (),
         TopicKind::Inputs => sample.inputs = values.to_vec(),
         TopicKind::Energy => {
             let energy = &mut sample.energy;

@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use bksim_expr::{Expr, SymbolId, Tape, TapeError};
 use bksim_mbs::constraint::{Constraint, Source};
-use bksim_mbs::kinematics::CoordinateKind;
+use bksim_mbs::kinematics::{Coordinate, CoordinateKind};
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::{Initial, JointKind, Measure, Model, Vector};
+use bksim_model::{Initial, JointKind, Measure, Model, MotionKind, Vector};
 
 /// Kinds of the coordinates, constraint rows and initial values of a model, and its links' lengths.
 #[derive(Clone, Debug)]
@@ -42,13 +42,23 @@ impl Units {
             }
             _ => row.direction == "angle",
         };
-        let is_row_length =
-            |row: &Constraint| !is_row_angle(row) && !matches!(row.source, Source::Quaternion(_));
+        let is_row_length = |row: &Constraint| match row.source {
+            Source::Quaternion(_) => false,
+            Source::Coupling(_) => row.effort == MotionKind::Translation,
+            _ => !is_row_angle(row),
+        };
+        // A coupling tells one turn from the next.
+        let coupled = system.constraints.iter().filter(|c| matches!(c.source, Source::Coupling(_)));
+        let coupled: Vec<Expr> = coupled.map(|c| c.expression).collect();
+        let coupled = system.kinematics.coordinates_in(&model.pool, &coupled);
+        let is_turn = |(i, c): (usize, &Coordinate)| {
+            c.kind == CoordinateKind::Angle && coupled.binary_search(&i).is_err()
+        };
         let is_initial_angle = |initial: &Initial| is_angle(model, initial.measure);
         let is_initial_length = |initial: &Initial| initial.measure.unit(model) == "m";
         let (coordinates, rows) = (system.coordinates().iter(), system.constraints.iter());
         Ok(Self {
-            is_turn: coordinates.clone().map(|c| c.kind == CoordinateKind::Angle).collect(),
+            is_turn: coordinates.clone().enumerate().map(is_turn).collect(),
             is_length: coordinates.map(|c| c.kind == CoordinateKind::Length).collect(),
             quaternions: system.kinematics.turnings.iter().map(|turning| turning.first).collect(),
             is_row_angle: rows.clone().map(is_row_angle).collect(),

@@ -142,7 +142,11 @@ fn sines_of_drives(
         [rest.norm() / drive_row.norm(), rest.norm()]
     };
     rows.filter_map(|(row, constraint)| match constraint.source {
-        Source::Joint(_) | Source::Quaternion(_) | Source::Stop(_) | Source::Friction(_) => None,
+        Source::Joint(_)
+        | Source::Quaternion(_)
+        | Source::Coupling(_)
+        | Source::Stop(_)
+        | Source::Friction(_) => None,
         Source::Drive(drive_id) => {
             let drive = &model.drives[drive_id.0];
             let [ratio, _] = sine(row, jacobian);

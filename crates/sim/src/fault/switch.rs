@@ -10,7 +10,7 @@ use bksim_mbs::signal::signal_values;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Span};
 use bksim_model::message::{listed, short};
-use bksim_model::{BodyId, LoadId, LoadKind, Measure, Model};
+use bksim_model::{BodyId, CouplingId, LoadId, LoadKind, Measure, Model, MotionKind};
 
 /// The diagnostic of an instant without consistent modes.
 pub(super) fn no_consistent_modes(
@@ -110,6 +110,14 @@ fn jump(model: &Model, system: &SymbolicSystem, row: usize, by: f64, t: f64) -> 
         Source::Quaternion(BodyId(body)) => {
             let body = &model.bodies[body];
             (format!("body `{}`", body.name), body.span.clone(), "")
+        }
+        Source::Coupling(CouplingId(coupling)) => {
+            let coupling = &model.couplings[coupling];
+            let unit = match coupling.effort {
+                MotionKind::Translation => "m",
+                MotionKind::Rotation => "rad",
+            };
+            (format!("coupling `{}`", coupling.name), coupling.span.clone(), unit)
         }
         Source::Joint(joint) => {
             let joint = &model.joints[joint.0];

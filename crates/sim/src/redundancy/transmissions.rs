@@ -1,9 +1,12 @@
 //! [`Transmissions`]: the wrenches that the joints of loops transmit, as numbers, and their self-stresses.
 
+use std::collections::BTreeMap;
+
 use bksim_expr::{Expr, SymbolId, TapeError};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_mbs::transmission::{Directions, transmission};
-use bksim_model::{DriveId, JointId, LoadKind, Model, MotionKind, Space};
+use bksim_mbs::constraint::{Constraint, Source};
+use bksim_model::{BodyId, DriveId, JointId, LoadKind, Model, MotionKind, Space};
 
 use super::blocks::blocks;
 use super::{Effort, SelfStress, Uniqueness};
@@ -25,8 +28,8 @@ pub(crate) struct Transmissions {
     blocks: Vec<Block>,
     /// Directions that wrenches have here: fx, fy, mz in a plane.
     axes: &'static [usize],
-    /// Joints, drives and contacts of the mechanism.
-    sizes: [usize; 3],
+    /// Joints, couplings, drives and contacts of the mechanism.
+    sizes: [usize; 4],
 }
 
 /// Joints whose loops share joints, with the efforts in them.
@@ -35,6 +38,17 @@ struct Block {
     parts: Vec<Part>,
     /// Each with the index of its part and the motion that it acts along.
     efforts: Vec<(Effort, usize, usize)>,
+    couplings: Vec<CouplingPart>,
+}
+
+/// The wrenches of a coupling for a unit multiplier.
+#[derive(Clone, Debug)]
+struct CouplingPart {
+    effort: Effort,
+    is_moment: bool,
+    /// The bodies, numbered within the block, `None` for the ground; each with the first number of its point,
+    /// force and moment among the results of the function.
+    wrenches: Vec<(Option<usize>, usize)>,
 }
 
 /// A joint of a block.
@@ -62,26 +76,47 @@ impl Transmissions {
         q: &[SymbolId],
         parameters: &[SymbolId],
     ) -> Result<Self, TapeError> {
-        let ends = model.joints.iter().map(|j| [j.predecessor.body.0, j.successor.body.0]);
-        let of_joint = blocks(model.bodies.len(), &ends.collect::<Vec<_>>());
+        // A coupling connects the bodies that it acts on, one after the other, in one block.
+        let couplings = couplings(system);
+        let mut ends: Vec<[usize; 2]> =
+            model.joints.iter().map(|j| [j.predecessor.body.0, j.successor.body.0]).collect();
+        let mut groups = Vec::new();
+        for (_, constraint) in &couplings {
+            let first = ends.len();
+            let bodies: Vec<usize> = constraint.wrenches.iter().map(|w| w.body.0).collect();
+            ends.extend(bodies.windows(2).filter(|w| w[0] != w[1]).map(|w| [w[0], w[1]]));
+            groups.push(first..ends.len());
+        }
+        let mut of_joint = blocks(model.bodies.len(), &ends);
+        for group in groups.iter().filter(|group| !group.is_empty()) {
+            let one = of_joint[group.start];
+            for member in group.clone() {
+                let other = of_joint[member];
+                of_joint.iter_mut().filter(|block| **block == other).for_each(|block| *block = one);
+            }
+        }
+        let of_coupling: Vec<Option<usize>> =
+            groups.iter().map(|group| of_joint.get(group.start).copied()).collect();
+        of_joint.truncate(model.joints.len());
         let efforts = efforts(model, system);
 
         // A block needs a loop, or two efforts in one joint.
-        let mut n_members = vec![0; model.joints.len()];
+        let n_blocks = ends.len();
+        let mut n_members = vec![0; n_blocks];
         for &block in &of_joint {
             n_members[block] += 1;
         }
-        let mut n_efforts = vec![0; model.joints.len()];
+        let mut n_efforts = vec![0; n_blocks];
         for &(_, joint, _) in &efforts {
             n_efforts[of_joint[joint.0]] += 1;
         }
         let is_needed = |block: usize| n_members[block] > 1 || n_efforts[block] > 1;
 
         // The parts, and what is to be computed for them.
-        let mut of_block = vec![Block::default(); model.joints.len()];
+        let mut of_block = vec![Block::default(); n_blocks];
         let mut part_of = vec![0; model.joints.len()];
         let mut number_of_body = vec![Vec::new(); model.bodies.len()];
-        let mut n_bodies = vec![0; model.joints.len()];
+        let mut n_bodies = vec![0; n_blocks];
         let mut outputs: Vec<Expr> = Vec::new();
         for (joint_idx, &block) in of_joint.iter().enumerate() {
             if !is_needed(block) {
@@ -124,6 +159,21 @@ impl Transmissions {
             let block = &mut of_block[of_joint[joint.0]];
             block.efforts.push((effort, part_of[joint.0], motion_idx));
         }
+        for ((effort, constraint), block) in couplings.into_iter().zip(of_coupling) {
+            let Some(block) = block.filter(|&block| is_needed(block)) else { continue };
+            let number = |BodyId(body): BodyId| {
+                let known: &Vec<(usize, usize)> = &number_of_body[body];
+                known.iter().find(|(of, _)| *of == block).map(|(_, number)| *number)
+            };
+            let wrenches = constraint.wrenches.iter().map(|wrench| {
+                let first = outputs.len();
+                outputs.extend([wrench.at, wrench.force, wrench.moment].concat());
+                (number(wrench.body), first)
+            });
+            let wrenches = wrenches.collect();
+            let is_moment = constraint.effort == MotionKind::Rotation;
+            of_block[block].couplings.push(CouplingPart { effort, is_moment, wrenches });
+        }
         of_block.retain(|block| !block.parts.is_empty());
 
         let time = [model.time];
@@ -133,7 +183,8 @@ impl Transmissions {
             Space::Planar => &[0, 1, 5],
             Space::Spatial => &[0, 1, 2, 3, 4, 5],
         };
-        let sizes = [model.joints.len(), model.drives.len(), system.contacts.len()];
+        let sizes =
+            [model.joints.len(), model.couplings.len(), model.drives.len(), system.contacts.len()];
         Ok(Self { function, blocks: of_block, axes, sizes })
     }
 
@@ -144,8 +195,7 @@ impl Transmissions {
 
     /// Everything unique.
     pub(crate) fn all_unique(&self) -> Uniqueness {
-        let [n_joints, n_drives, n_contacts] = self.sizes;
-        Uniqueness::all(n_joints, n_drives, n_contacts)
+        Uniqueness::all(self.sizes)
     }
 
     /// A basis of the self-stresses at a position, with the efforts that `acts` says are there.
@@ -163,6 +213,16 @@ impl Transmissions {
         }
         self.blocks.iter().flat_map(|block| block.self_stresses(values, self.axes, acts)).collect()
     }
+}
+
+/// The rows of the couplings.
+fn couplings(system: &SymbolicSystem) -> Vec<(Effort, &Constraint)> {
+    let rows = system.constraints.iter();
+    let of_coupling = rows.filter_map(|constraint| match constraint.source {
+        Source::Coupling(coupling) => Some((Effort::Coupling(coupling), constraint)),
+        _ => None,
+    });
+    of_coupling.collect()
 }
 
 /// The efforts of drives and contacts, each with its joint and the motion that it acts along.
@@ -183,12 +243,16 @@ fn efforts(model: &Model, system: &SymbolicSystem) -> Vec<(Effort, JointId, usiz
 
 /// A wrench of a block whose size the equilibrium is to give.
 #[derive(Clone, Copy)]
-struct Unknown {
-    part_idx: usize,
-    /// `None` of the joint's own reaction.
-    effort: Option<Effort>,
-    /// On the successor at the joint point, moments over the length.
-    wrench: Wrench,
+enum Unknown {
+    /// Through a joint, on the successor at the joint point, moments over the length.
+    Through {
+        part_idx: usize,
+        /// `None` of the joint's own reaction.
+        effort: Option<Effort>,
+        wrench: Wrench,
+    },
+    /// Of the coupling of this index.
+    Of(usize),
 }
 
 impl Block {
@@ -215,7 +279,7 @@ impl Block {
                     complement(&free.collect::<Vec<_>>(), axes)
                 }
             };
-            let unknown = |wrench| Unknown { part_idx, effort: None, wrench };
+            let unknown = |wrench| Unknown::Through { part_idx, effort: None, wrench };
             unknowns.extend(wrenches.into_iter().map(unknown));
         }
         for &(of, part_idx, motion_idx) in self.efforts.iter().filter(|(of, ..)| acts(*of)) {
@@ -223,27 +287,35 @@ impl Block {
             let Some(motions) = &part.motions else { continue };
             let axis = triple(part.first + 3 * (motion_idx + 1));
             let wrench = effort(motions[motion_idx], axis);
-            unknowns.push(Unknown { part_idx, effort: Some(of), wrench });
+            unknowns.push(Unknown::Through { part_idx, effort: Some(of), wrench });
         }
+        unknowns.extend((0..self.couplings.len()).map(Unknown::Of));
 
         // Columns of W as rows: the wrench about the centre, on the successor and reversed on the
         // predecessor.
-        let n_bodies = self.parts.iter().flat_map(|part| part.bodies).flatten().max();
+        let coupled = self.couplings.iter().flat_map(|c| &c.wrenches).filter_map(|(body, _)| *body);
+        let n_bodies = self.parts.iter().flat_map(|part| part.bodies).flatten().chain(coupled).max();
         let mut columns = SparseRows::new(6 * n_bodies.map_or(0, |last| last + 1));
         for unknown in &unknowns {
-            let part = &self.parts[unknown.part_idx];
-            let p = triple(part.first);
-            let arm = std::array::from_fn(|i| (p[i] - center[i]) / length);
-            let about = about_center(unknown.wrench, arm);
-            let on = part.bodies.iter().zip([-1.0, 1.0]);
-            let entries = on.filter_map(|(body, sign)| body.map(|body| (6 * body, sign)));
-            let entries = entries.flat_map(|(first, sign)| {
-                let part = move |i: usize| (first + i, sign * about[i]);
-                (0..6).map(part).filter(|(_, value)| *value != 0.0)
-            });
-            let mut entries: Vec<(usize, f64)> = entries.collect();
-            entries.sort_unstable_by_key(|&(column, _)| column);
-            columns.push(entries);
+            let arm = |p: [f64; 3]| std::array::from_fn(|i| (p[i] - center[i]) / length);
+            let mut on: Vec<(usize, Wrench)> = Vec::new();
+            match *unknown {
+                Unknown::Through { part_idx, wrench, .. } => {
+                    let part = &self.parts[part_idx];
+                    let about = about_center(wrench, arm(triple(part.first)));
+                    let both = part.bodies.iter().zip([-1.0, 1.0]);
+                    on.extend(both.filter_map(|(body, sign)| Some(((*body)?, about.map(|w| sign * w)))));
+                }
+                Unknown::Of(coupling_idx) => {
+                    for &(body, first) in &self.couplings[coupling_idx].wrenches {
+                        let [at, force, moment] = [0, 3, 6].map(|offset| triple(first + offset));
+                        let [[fx, fy, fz], [mx, my, mz]] = [force, moment.map(|m| m / length)];
+                        let about = about_center([fx, fy, fz, mx, my, mz], arm(at));
+                        on.extend(body.map(|body| (body, about)));
+                    }
+                }
+            }
+            columns.push(summed(on));
         }
         let combinations = vanishing_combinations(&columns).into_iter();
         combinations.map(|combination| self.stress(&combination, &unknowns, length)).collect()
@@ -259,7 +331,14 @@ impl Block {
         let mut sums = vec![[0.0; 6]; self.parts.len()];
         let mut efforts: Vec<(Effort, f64, f64)> = Vec::new();
         for &(unknown_idx, factor) in combination {
-            let Unknown { part_idx, effort, wrench } = unknowns[unknown_idx];
+            let (part_idx, effort, wrench) = match unknowns[unknown_idx] {
+                Unknown::Through { part_idx, effort, wrench } => (part_idx, effort, wrench),
+                Unknown::Of(coupling_idx) => {
+                    let CouplingPart { effort, is_moment, .. } = self.couplings[coupling_idx];
+                    efforts.push((effort, factor, if is_moment { length } else { 1.0 }));
+                    continue;
+                }
+            };
             match effort {
                 None => {
                     sums[part_idx].iter_mut().zip(wrench).for_each(|(sum, w)| *sum += factor * w);
@@ -284,6 +363,17 @@ impl Block {
         let efforts = efforts.into_iter().map(|(of, part, unit)| (of, cleaned(part, unit)));
         SelfStress { reactions, efforts: efforts.filter(|(_, part)| *part != 0.0).collect() }
     }
+}
+
+/// Wrenches on bodies as the entries of a column: one for each component of a body that is not zero.
+fn summed(on: Vec<(usize, Wrench)>) -> Vec<(usize, f64)> {
+    let mut sums: BTreeMap<usize, f64> = BTreeMap::new();
+    for (body, wrench) in on {
+        for (i, part) in wrench.into_iter().enumerate() {
+            *sums.entry(6 * body + i).or_default() += part;
+        }
+    }
+    sums.into_iter().filter(|(_, part)| *part != 0.0).collect()
 }
 
 /// The middle of some points and how far they lie from it; a metre where they are one point.

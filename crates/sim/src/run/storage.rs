@@ -229,8 +229,8 @@ impl Summary {
 impl Uniqueness {
     /// The numbers of the components that are not unique.
     fn save(&self, saver: &mut Saver) {
-        let components = self.reactions.as_flattened().iter().chain(&self.drives);
-        let components = components.chain(&self.contacts).enumerate();
+        let components = self.reactions.as_flattened().iter().chain(&self.couplings);
+        let components = components.chain(&self.drives).chain(&self.contacts).enumerate();
         let shared = components.filter(|(_, is_unique)| !**is_unique).map(|(idx, _)| idx);
         saver.count(self.n_self_stresses);
         saver.indices(&shared.collect::<Vec<_>>());
@@ -239,8 +239,9 @@ impl Uniqueness {
     /// With the components that were saved as not unique, of a mechanism in which all are.
     fn load(mut self, loader: &mut Loader<'_>) -> Result<Self, SolveError> {
         self.n_self_stresses = loader.count()?;
-        let Self { reactions, drives, contacts, .. } = &mut self;
-        let components = reactions.as_flattened_mut().iter_mut().chain(drives).chain(contacts);
+        let Self { reactions, couplings, drives, contacts, .. } = &mut self;
+        let components = reactions.as_flattened_mut().iter_mut().chain(couplings);
+        let components = components.chain(drives).chain(contacts);
         let mut components: Vec<&mut bool> = components.collect();
         for idx in loader.indices(components.len())? {
             *components[idx] = false;

@@ -1,0 +1,66 @@
+//! Couplings: conditions between the motions of several joints, each kept by one force.
+
+use bksim_expr::Expr;
+
+use crate::body::Anchor;
+use crate::diagnostic::Span;
+use crate::ids::{BodyId, JointId};
+use crate::joint::MotionKind;
+
+/// A condition between motions of joints.
+#[derive(Clone, Debug)]
+pub struct Coupling {
+    /// Name as written.
+    pub name: String,
+    /// The machine element that keeps the condition.
+    pub kind: CouplingKind,
+    /// Zero where the condition holds, m or rad: an expression of time, parameters and signals of positions.
+    pub relation: Expr,
+    /// Translation where the relation is a length, so that a force keeps it; rotation where it is an angle and
+    /// a moment keeps it.
+    pub effort: MotionKind,
+    /// Position of the relation, or of the name when there is none.
+    pub span: Span,
+}
+
+/// The elements that couple joints.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum CouplingKind {
+    /// The relation as the author wrote it; the joints bear its force in their own motions.
+    Relation,
+    /// A nut on a spindle: a turn and a slide, with forces as those of a relation.
+    Screw,
+    /// Two gears whose teeth mesh.
+    Gear(Wheels),
+    /// A belt or chain around two wheels.
+    Belt(Wheels),
+    /// A pinion on a rack.
+    Rack(Rack),
+}
+
+/// Two wheels that drive each other.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Wheels {
+    /// The joints about whose axes they turn; that of the other for a wheel that has none.
+    pub axes: [JointId; 2],
+    /// The wheels with their centres.
+    pub wheels: [Anchor; 2],
+    /// The body against which their angles count.
+    pub carrier: BodyId,
+    /// Rate of the second over that of the first, both against the carrier.
+    pub ratio: Expr,
+    /// Pitch radii, m, where the author stated them.
+    pub radii: Option<[Expr; 2]>,
+}
+
+/// A pinion and a rack.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Rack {
+    /// The joint about which the pinion turns, and that along which the rack slides.
+    pub joints: [JointId; 2],
+    /// Pinion and rack.
+    pub bodies: [BodyId; 2],
+    /// Travel of the rack along its axis over the angle of the pinion, m; negative where a positive turn moves
+    /// it backwards.
+    pub radius: Expr,
+}
