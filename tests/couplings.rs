@@ -138,6 +138,15 @@ fn an_internal_pair_of_gears() {
         ("Ft", Reaction("R", 1, -1.0)),
     ];
     check("internal-pair", "elements/internal_pair.json", &columns);
+
+    // With cut bearings, their multipliers are the reactions.
+    let absolute = format!("coordinates = \"absolute\"\n{}", text("internal-pair"));
+    let kept = columns.map(|(column, quantity)| match quantity {
+        Acceleration("P_angle", _) => (column, Acceleration("pinion_angle", 1.0)),
+        Acceleration("R_angle", _) => (column, Acceleration("ring_angle", 1.0)),
+        other => (column, other),
+    });
+    check_text(&absolute, "internal-pair, absolute", "elements/internal_pair.json", &kept);
 }
 
 #[test]

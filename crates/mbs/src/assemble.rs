@@ -27,7 +27,7 @@ use crate::sparse::SparseMatrix;
 use crate::spatial;
 use crate::system::{Derivation, SymbolicSystem};
 use crate::tree::Tree;
-use bksim_model::{DriveId, Model, MotionKind};
+use bksim_model::{CouplingId, DriveId, Model, MotionKind};
 
 /// Derives the equations of motion of `model` by the way that makes them shorter.
 pub fn assemble(model: &Model) -> SymbolicSystem {
@@ -75,7 +75,7 @@ fn assemble_along(
     let rows = contact::contact_rows(model, &kinematics, &signals);
     let constraints = constraints(model, &tree, &kinematics, &rows);
     let contacts = contact::contacts(model, &rows, &constraints);
-    let constraint_jacobian = constraint_jacobian(model, &kinematics, &constraints);
+    let constraint_jacobian = constraint_jacobian(model, &tree, &kinematics, &constraints);
     let constraint_rate =
         constraints.iter().map(|c| pool.simplify(pool.diff(c.expression, model.time))).collect();
 
@@ -114,7 +114,7 @@ pub fn assemble_positions(model: &Model) -> SymbolicSystem {
     let tree = Tree::of(model);
     let kinematics = Kinematics::along(model, &tree);
     let constraints = constraints(model, &tree, &kinematics, &[]);
-    let constraint_jacobian = constraint_jacobian(model, &kinematics, &constraints);
+    let constraint_jacobian = constraint_jacobian(model, &tree, &kinematics, &constraints);
     let constraint_rate =
         constraints.iter().map(|c| pool.simplify(pool.diff(c.expression, model.time))).collect();
     let nq = kinematics.coordinates.len();
@@ -170,9 +170,33 @@ fn generalised_force(
     }
 }
 
-/// G = ∂g/∂q.
+/// The terms of Σ F · ∂v/∂q̇_i + M · ∂ω/∂q̇_i, by coordinate, with the velocity of the body where the force acts,
+/// which need not be a point of it.
+fn powers(model: &Model, kinematics: &Kinematics, wrenches: &[Wrench]) -> Vec<Vec<Expr>> {
+    let pool = &model.pool;
+    let mut powers = vec![Vec::new(); kinematics.coordinates.len()];
+    for wrench in wrenches {
+        let pose = &kinematics.poses[wrench.body.0];
+        let arm = spatial::sub(pool, &wrench.at, &pose.anchor_world);
+        for i in kinematics.coordinates_in(pool, &[pose.anchor_world, pose.omega].concat()) {
+            let coordinate = &kinematics.coordinates[i];
+            let turn = pose.omega.map(|component| pool.diff(component, coordinate.v));
+            let anchor = pose.anchor_world.map(|component| pool.diff(component, coordinate.q));
+            let at = spatial::add(pool, &anchor, &spatial::cross(pool, &turn, &arm));
+            powers[i].push(pool.add(
+                spatial::dot(pool, &wrench.force, &at),
+                spatial::dot(pool, &wrench.moment, &turn),
+            ));
+        }
+    }
+    powers
+}
+
+/// G = ∂g/∂q. A row of wheels or of a rack, where joints are cut, is that of their wrenches, −Gᵀ:
+/// it differs from the gradient by rows of cut joints, so that multipliers of these are their reactions.
 fn constraint_jacobian(
     model: &Model,
+    tree: &Tree,
     kinematics: &Kinematics,
     constraints: &[Constraint],
 ) -> SparseMatrix {
@@ -180,6 +204,15 @@ fn constraint_jacobian(
     let n_columns = kinematics.coordinates.len();
     let mut entries = Vec::new();
     for (row, constraint) in constraints.iter().enumerate() {
+        if let Source::Coupling(CouplingId(coupling)) = constraint.source
+            && model.couplings[coupling].kind.is_pair()
+            && !tree.cuts.is_empty()
+        {
+            let powers = powers(model, kinematics, &constraint.wrenches).into_iter().enumerate();
+            let slope = |terms: Vec<Expr>| pool.simplify(pool.neg(pool.sum(terms)));
+            entries.extend(powers.map(|(i, terms)| (row, i, slope(terms))));
+            continue;
+        }
         let moving = kinematics.coordinates_in(pool, &[constraint.expression]);
         let symbols: Vec<SymbolId> = moving.iter().map(|&i| kinematics.coordinates[i].q).collect();
         let gradient = pool.gradient(constraint.expression, &symbols).into_iter();

@@ -118,24 +118,33 @@ fn along(model: &Model, kinematics: &Kinematics, position: Measure) -> Vec<Wrenc
 /// Wheels with parallel axes apart from each other; `None` of others.
 fn of_wheels(model: &Model, kinematics: &Kinematics, wheels: &Wheels) -> Option<Vec<Wrench>> {
     let pool = &model.pool;
-    let [first, second] = wheels.axes.map(|joint| axis_of(model, kinematics, joint));
-    let across = spatial::cross(pool, &first, &second);
-    if !across.iter().all(|&part| pool.is_zero(pool.simplify(part))) {
-        return None;
-    }
-    let centers = wheels.wheels.map(|wheel| kinematics.anchor(model, wheel));
-    let line = spatial::sub(pool, &centers[1], &centers[0]);
-    let square = pool.simplify(spatial::dot(pool, &line, &line));
-    if pool.is_zero(square) {
-        return None;
-    }
+    let (line, square) = center_line(model, kinematics, wheels)?;
+    let second = axis_of(model, kinematics, wheels.axes[1]);
+    let center = kinematics.anchor(model, wheels.wheels[1]);
     let radius = wheels.radii.map_or(pool.one(), |[_, second]| second);
     let side = pool.div(pool.mul(radius, pool.sub(wheels.ratio, pool.one())), square);
     let force = spatial::scale(pool, side, &spatial::cross(pool, &second, &line));
     let moment = spatial::scale(pool, radius, &second);
-    let on_second = Wrench { body: wheels.wheels[1].body, force, at: centers[1], moment };
+    let on_second = Wrench { body: wheels.wheels[1].body, force, at: center, moment };
     let on_first = Wrench { body: wheels.wheels[0].body, ..on_second.scaled(pool, pool.int(-1)) };
     Some(vec![on_second, on_first])
+}
+
+/// The line from the first centre to the second and its squared length, of wheels that turn about parallel axes
+/// apart from each other; `None` of others.
+pub fn center_line(
+    model: &Model,
+    kinematics: &Kinematics,
+    wheels: &Wheels,
+) -> Option<(Vector, Expr)> {
+    let pool = &model.pool;
+    let [first, second] = wheels.axes.map(|joint| axis_of(model, kinematics, joint));
+    let across = spatial::cross(pool, &first, &second);
+    let are_parallel = across.iter().all(|&part| pool.is_zero(pool.simplify(part)));
+    let [from, to] = wheels.wheels.map(|wheel| kinematics.anchor(model, wheel));
+    let line = spatial::sub(pool, &to, &from);
+    let square = pool.simplify(spatial::dot(pool, &line, &line));
+    (are_parallel && !pool.is_zero(square)).then_some((line, square))
 }
 
 /// A force along the rack at the pitch point: c + r (u × n) for the pinion's axis n at c and the rack along u.

@@ -38,6 +38,13 @@ pub enum CouplingKind {
     Rack(Rack),
 }
 
+impl CouplingKind {
+    /// Whether its force is a pair on two bodies at one place.
+    pub fn is_pair(&self) -> bool {
+        matches!(self, Self::Gear(_) | Self::Belt(_) | Self::Rack(_))
+    }
+}
+
 /// Two wheels that drive each other.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Wheels {

@@ -17,6 +17,8 @@ bksim_model::codes! {
     AMBIGUOUS = "S015", "another assembly nearly as near";
     DRIVE_OUT_OF_REACH = "S016", "a drive starts out of reach";
     TOO_MUCH = "S020", "a run without an end";
+    UNCOUNTED_TURNS = "S021", "turns that cannot be counted";
+    CENTRE_DISTANCE = "S022", "wheels that do not fit their centres";
     DRIVE_CANNOT_PASS = "R001", "a drive cannot pass a dead centre";
     NO_VALUE = "R002", "an expression leaves its domain";
     STEP_TOO_SMALL = "R003", "the step size became too small";

@@ -3,6 +3,7 @@
 mod assembly;
 pub mod codes;
 pub mod compiled;
+mod coupling;
 pub mod evaluator;
 pub mod fault;
 pub mod formulate;

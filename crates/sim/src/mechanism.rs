@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::compiled::{CompiledSystem, compile};
+use crate::coupling::check_couplings;
 use crate::fault::diagnose_start;
 use crate::input::{Law, check_inputs};
 use crate::sensitivity::{self, Sensitive, SensitivityError};
@@ -58,6 +59,10 @@ impl Mechanism {
     /// [`Rejected`] when an expression of the model cannot be compiled.
     pub fn positions(model: Model) -> Result<Self, Rejected> {
         let system = assemble_positions(&model);
+        let faults = check_couplings(&model, &system).map_err(|e| uncompiled(&e))?;
+        if !faults.is_empty() {
+            return Err(Rejected(faults));
+        }
         let compiled = Arc::new(compile(&model, &system).map_err(|e| uncompiled(&e))?);
         let parameters = model.parameters.iter().map(|p| p.value).collect();
         Ok(Self { model, system, compiled, parameters, warnings: Vec::new() })
@@ -73,7 +78,8 @@ impl Mechanism {
         warnings: Vec<Diagnostic>,
     ) -> Result<Self, Rejected> {
         let system = assemble(&model);
-        let faults = check_inputs(&model, &system);
+        let mut faults = check_inputs(&model, &system);
+        faults.extend(check_couplings(&model, &system).map_err(|e| uncompiled(&e))?);
         if !faults.is_empty() {
             return Err(Rejected(faults));
         }

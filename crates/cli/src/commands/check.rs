@@ -37,6 +37,7 @@ fn report(mechanism: &Mechanism, found: &Mobility) -> String {
     let bodies = model.bodies.iter().skip(1).map(|b| b.name.as_str());
     let joints = model.joints.iter().map(|j| j.name.as_str());
     let coordinates = mechanism.compiled.coordinates.iter().map(|c| c.name.as_str());
+    let couplings = model.couplings.iter().map(|c| c.name.as_str());
     let loads = model.loads.iter().map(|l| l.name.as_str());
     let drives = model.drives.iter().map(|d| d.name.as_str());
     let row = |what: &str, n: String, names: String| vec![what.to_owned(), n, names];
@@ -46,6 +47,7 @@ fn report(mechanism: &Mechanism, found: &Mobility) -> String {
     let mut rows = vec![
         counted("bodies", bodies.collect()),
         counted("joints", joints.collect()),
+        counted("couplings", couplings.collect()),
         counted("loads", loads.collect()),
         counted("drives", drives.collect()),
         counted("coordinates", coordinates.collect()),
@@ -58,7 +60,7 @@ fn report(mechanism: &Mechanism, found: &Mobility) -> String {
         counted("redundant joints", joint_names(mechanism, &found.redundant)),
     ];
     rows.retain(|row| {
-        row[1] != "0" || !["loads", "drives", "redundant conditions"].contains(&row[0].as_str())
+        row[1] != "0" || !["couplings", "loads", "drives", "redundant conditions"].contains(&row[0].as_str())
     });
     format!("{}: no errors\n{}", model.name, table(&rows))
 }

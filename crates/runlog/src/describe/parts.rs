@@ -14,6 +14,7 @@ pub fn parts(mechanism: &Mechanism, found: &Mobility) -> Value {
         "space": if model.space == Space::Planar { "planar" } else { "spatial" },
         "bodies": model.bodies.iter().skip(1).map(|b| &b.name).collect::<Vec<_>>(),
         "joints": model.joints.iter().map(|j| &j.name).collect::<Vec<_>>(),
+        "couplings": model.couplings.iter().map(|c| &c.name).collect::<Vec<_>>(),
         "loads": model.loads.iter().map(|l| &l.name).collect::<Vec<_>>(),
         "drives": model.drives.iter().map(|d| &d.name).collect::<Vec<_>>(),
         "coordinates": mechanism.compiled.coordinates.iter().map(|c| &c.name).collect::<Vec<_>>(),

@@ -1,0 +1,112 @@
+//! Checks of couplings that need the equations: angles that count turns, and wheels that fit their centres.
+
+use bksim_expr::{Expr, SymbolId, Tape, TapeError};
+use bksim_mbs::coupling::{center_line, turn};
+use bksim_mbs::kinematics::Owner;
+use bksim_mbs::system::SymbolicSystem;
+use bksim_model::diagnostic::Diagnostic;
+use bksim_model::message::short;
+use bksim_model::{Coupling, CouplingKind, Measure, Model, MotionKind, Space, Wheels};
+
+use crate::codes;
+
+/// Largest difference of a centre distance from the sum of the radii, relative to it.
+const FIT: f64 = 1e-6;
+
+/// The faults of the couplings of `model`.
+///
+/// # Errors
+/// [`TapeError`] when an expression cannot be compiled.
+pub(crate) fn check_couplings(
+    model: &Model,
+    system: &SymbolicSystem,
+) -> Result<Vec<Diagnostic>, TapeError> {
+    let mut faults = Vec::new();
+    for coupling in &model.couplings {
+        faults.extend(uncounted(model, system, coupling));
+        if let CouplingKind::Gear(wheels) | CouplingKind::Belt(wheels) = &coupling.kind {
+            faults.extend(misfit(model, system, coupling, wheels)?);
+        }
+    }
+    Ok(faults)
+}
+
+/// An angle of the relation that is known up to whole turns only.
+fn uncounted(model: &Model, system: &SymbolicSystem, coupling: &Coupling) -> Option<Diagnostic> {
+    let used = |symbol: SymbolId| model.pool.depends_on(coupling.relation, symbol);
+    let mut signals = model.signals.iter().filter(|signal| used(signal.symbol));
+    let kinematics = &system.kinematics;
+    let is_spatial = model.space == Space::Spatial;
+    let name = signals.find_map(|signal| match signal.measure {
+        Measure::Turn(body, against, joint) => {
+            let is_counted = turn(model, kinematics, body, against, joint).is_some();
+            (!is_counted).then(|| &model.joints[joint.0].name)
+        }
+        Measure::JointPosition(joint, idx) => {
+            let of = &model.joints[joint.0];
+            let owner = Owner::Joint(joint, idx);
+            let is_own = kinematics.coordinates.iter().any(|c| c.owner == owner);
+            let turns = of.kind.motions().get(idx) == Some(&MotionKind::Rotation);
+            (is_spatial && turns && !is_own).then_some(&of.name)
+        }
+        Measure::BodyAngle(body) => is_spatial.then(|| &model.bodies[body.0].name),
+        Measure::PointPosition(..) => None,
+        Measure::CardanAngle(body, _)
+        | Measure::RollPitchYaw(body, _)
+        | Measure::Quaternion(body, _)
+        | Measure::DirectionCosine(body, ..) => Some(&model.bodies[body.0].name),
+        _ => None,
+    })?;
+    let message = format!("coupling `{}` cannot count the turns of `{name}`", coupling.name);
+    Some(
+        Diagnostic::error(codes::UNCOUNTED_TURNS, message)
+            .at(coupling.span.clone(), "needs an angle that goes on beyond a turn")
+            .note("in space only the coordinate of a joint that is not cut counts its turns")
+            .help(
+                "couple angles of revolute joints about parallel axes, and leave out `cut = true` there",
+            ),
+    )
+}
+
+/// Wheels whose radii do not fit the distance of their centres, where it is constant.
+fn misfit(
+    model: &Model,
+    system: &SymbolicSystem,
+    coupling: &Coupling,
+    wheels: &Wheels,
+) -> Result<Option<Diagnostic>, TapeError> {
+    let Some(radii) = wheels.radii else { return Ok(None) };
+    let Some((_, square)) = center_line(model, &system.kinematics, wheels) else { return Ok(None) };
+    if !system.kinematics.coordinates_in(&model.pool, &[square]).is_empty() {
+        return Ok(None);
+    }
+    let symbols: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
+    let values: Vec<f64> = model.parameters.iter().map(|p| p.value).collect();
+    let outputs: Vec<Expr> = vec![square, radii[0], radii[1], wheels.ratio];
+    let tape = Tape::compile(&model.pool, &outputs, &[], &symbols)?;
+    let mut out = vec![0.0; outputs.len()];
+    tape.evaluate(&mut tape.workspace(&values), &[], &mut out);
+    let [square, first, second, ratio] = [0, 1, 2, 3].map(|i| out[i]);
+
+    let distance = square.sqrt();
+    let is_same = ratio > 0.0;
+    let fitting = if is_same { (first - second).abs() } else { first + second };
+    let mm = |length: f64| format!("{} mm", short(1e3 * length));
+    let (fault, help) = match coupling.kind {
+        CouplingKind::Gear(_) if (distance - fitting).abs() > FIT * fitting => (
+            format!("the radii of gears `{}` ask for centres {} apart", coupling.name, mm(fitting)),
+            format!(
+                "move a centre to that distance, or write `ratio = {}` where the pitch circles are others",
+                short(ratio)
+            ),
+        ),
+        CouplingKind::Belt(_) if distance <= fitting => (
+            format!("belt `{}` has no way around its wheels", coupling.name),
+            format!("move the centres more than {} apart", mm(fitting)),
+        ),
+        _ => return Ok(None),
+    };
+    let fault = Diagnostic::error(codes::CENTRE_DISTANCE, fault)
+        .at(coupling.span.clone(), format!("the centres are {} apart", mm(distance)));
+    Ok(Some(fault.help(help)))
+}
