@@ -90,7 +90,8 @@ fn of_relation(
 fn along(model: &Model, kinematics: &Kinematics, position: Measure) -> Vec<Wrench> {
     let pool = &model.pool;
     let zero = spatial::zero(pool);
-    let turning = |body: BodyId, axis: &Vector| Wrench { body, force: zero, at: zero, moment: *axis };
+    let turning =
+        |body: BodyId, axis: &Vector| Wrench { body, force: zero, at: zero, moment: *axis };
     match position {
         Measure::JointPosition(joint_id, motion_idx) => {
             let joint = &model.joints[joint_id.0];
@@ -208,4 +209,3 @@ fn axis_idx(axis: Axis) -> usize {
         Axis::Z => 2,
     }
 }
-

@@ -36,8 +36,10 @@ impl Kinematics {
                 let position = self.measure(model, Measure::PointPosition(body, point, axis));
                 self.rate(model, position)
             }
-            Measure::Turn(body, against, joint) => coupling::turn(model, self, body, against, joint)
-                .unwrap_or_else(|| self.joint_positions(model, joint)[0]),
+            Measure::Turn(body, against, joint) => {
+                coupling::turn(model, self, body, against, joint)
+                    .unwrap_or_else(|| self.joint_positions(model, joint)[0])
+            }
             Measure::BodyRate(body) => self.poses[body.0].omega[2],
             Measure::CardanAngle(body, idx) => {
                 let is_own = |c: &&Coordinate| c.owner == Owner::Body(body, 3 + idx);

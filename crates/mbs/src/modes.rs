@@ -30,11 +30,7 @@ pub(crate) fn with_modes(model: &Model, system: &SymbolicSystem) -> Option<Symbo
         scale(&mut integrated.constraint_rate[row]);
         integrated.constraint_jacobian.row_mut(row).for_each(scale);
     }
-    integrated.wrenches.extend(slip_wrenches(
-        model,
-        &system.contacts,
-        &system.constraints,
-    ));
+    integrated.wrenches.extend(slip_wrenches(model, &system.contacts, &system.constraints));
 
     // Every expression that depends on a load or a drive.
     let mut roots: Vec<&mut Expr> = vec![&mut integrated.potential_energy];

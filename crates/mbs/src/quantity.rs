@@ -1,6 +1,8 @@
 //! Names, units and descriptions of the numbers of a state.
 
-use bksim_model::{BodyId, Coupling, CouplingId, CouplingKind, Drive, DriveId, JointId, LoadId, Model, MotionKind};
+use bksim_model::{
+    BodyId, Coupling, CouplingId, CouplingKind, Drive, DriveId, JointId, LoadId, Model, MotionKind,
+};
 
 use crate::constraint::{Constraint, Source};
 use crate::kinematics::{Coordinate, CoordinateKind};
@@ -77,11 +79,15 @@ pub fn coupling_quantities(model: &Model) -> Vec<Quantity> {
             CouplingKind::Screw => "force on the second joint along its axis",
             CouplingKind::Rack(_) => "tooth force on the rack along its axis",
             CouplingKind::Gear(_) => match coupling.effort {
-                MotionKind::Translation => "tangential tooth force, positive if it turns the second gear forward",
+                MotionKind::Translation => {
+                    "tangential tooth force, positive if it turns the second gear forward"
+                }
                 MotionKind::Rotation => "torque of the teeth on the second gear",
             },
             CouplingKind::Belt(_) => match coupling.effort {
-                MotionKind::Translation => "difference of the tensions, positive if it turns the second wheel forward",
+                MotionKind::Translation => {
+                    "difference of the tensions, positive if it turns the second wheel forward"
+                }
                 MotionKind::Rotation => "torque of the belt on the second wheel",
             },
         };

@@ -134,7 +134,12 @@ fn multipliers_act_as_the_wrenches_of_their_rows() {
                     };
                     let work: f64 = constraint.wrenches.iter().enumerate().map(power).sum();
                     first += constraint.wrenches.len();
-                    mechanism.close(&format!("−Gᵀ λ, row {row}, q {i}"), -at.jacobian[row * nq + i], work, 1e-6);
+                    mechanism.close(
+                        &format!("−Gᵀ λ, row {row}, q {i}"),
+                        -at.jacobian[row * nq + i],
+                        work,
+                        1e-6,
+                    );
                 }
             }
         }

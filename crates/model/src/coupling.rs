@@ -58,6 +58,10 @@ pub struct Wheels {
     pub ratio: Expr,
     /// Pitch radii, m, where the author stated them.
     pub radii: Option<[Expr; 2]>,
+    /// Numbers of teeth, where the author stated them.
+    pub teeth: Option<[Expr; 2]>,
+    /// Angle of the second where that of the first is zero, rad.
+    pub phase: Expr,
 }
 
 /// A pinion and a rack.
@@ -70,4 +74,6 @@ pub struct Rack {
     /// Travel of the rack along its axis over the angle of the pinion, m; negative where a positive turn moves
     /// it backwards.
     pub radius: Expr,
+    /// Number of teeth of the pinion, where the author stated it.
+    pub teeth: Option<Expr>,
 }

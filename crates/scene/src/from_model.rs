@@ -14,6 +14,7 @@ mod spans;
 mod stops;
 mod symbols;
 mod turns;
+mod wheels;
 
 use bksim_model::{LoadKind, Model, Space};
 use bksim_sim::pose::Pose;
@@ -54,6 +55,7 @@ impl Scene {
         for body in blocks.into_iter().chain(others) {
             shapes.extend(sketch.body(body));
         }
+        shapes.extend(sketch.wheels());
         shapes.extend(sketch.stops());
         shapes.extend(sketch.torsion_springs());
         shapes.extend(sketch.pins());

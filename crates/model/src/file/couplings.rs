@@ -19,7 +19,10 @@ use crate::measure::Measure;
 /// The types of coupling and their keys.
 const COUPLINGS: [(&str, &[&str]); 6] = [
     ("relation", &["type", "relation"]),
-    ("gear", &["type", "between", "teeth", "module", "radii", "ratio", "internal", "carrier", "phase"]),
+    (
+        "gear",
+        &["type", "between", "teeth", "module", "radii", "ratio", "internal", "carrier", "phase"],
+    ),
     ("belt", &["type", "between", "teeth", "module", "radii", "crossed", "carrier", "phase"]),
     ("chain", &["type", "between", "teeth", "module", "radii", "carrier", "phase"]),
     ("rack", &["type", "between", "teeth", "module", "radius", "reversed", "phase"]),
@@ -110,7 +113,9 @@ impl Reader<'_> {
         let (carrier, axes, wheels) = self.wheels(members?, fields)?;
         // Gears turn in opposite senses, wheels of a belt in the same; the flag says otherwise.
         let is_same = flagged.unwrap_or(Some(false))? != (word != "gear");
-        let (ratio, radii) = self.signed_ratio(sizes?, is_same, fields)?;
+        let sizes = sizes?;
+        let ratio = self.signed_ratio(sizes, is_same, fields)?;
+        let phase = phase?;
 
         // ratio · first − second, times the pitch radius of the second.
         let turn = |reader: &mut Self, at: usize| {
@@ -120,37 +125,43 @@ impl Reader<'_> {
         };
         let [first, second] = [turn(self, 0), turn(self, 1)];
         let pool = &self.pool;
-        let angle = pool.sum([pool.mul(ratio, first), phase?, pool.neg(second)]);
-        let (relation, effort) = match radii {
+        let angle = pool.sum([pool.mul(ratio, first), phase, pool.neg(second)]);
+        let (relation, effort) = match sizes.radii {
             Some([_, second]) => (pool.mul(second, angle), MotionKind::Translation),
             None => (angle, MotionKind::Rotation),
         };
-        let wheels = Wheels { axes, wheels, carrier, ratio, radii };
+        let Sizes { radii, teeth, .. } = sizes;
+        let wheels = Wheels { axes, wheels, carrier, ratio, radii, teeth, phase };
         let kind = if is_gear { CouplingKind::Gear(wheels) } else { CouplingKind::Belt(wheels) };
         Some((kind, relation, effort))
     }
 
     /// A pinion and its rack: radius · angle − travel.
     fn read_rack(&mut self, fields: &Fields<'_>) -> Option<(CouplingKind, Expr, MotionKind)> {
-        let help = "write `between = [\"A\", \"B\"]`: the joint of the pinion, then that of the rack";
+        let help =
+            "write `between = [\"A\", \"B\"]`: the joint of the pinion, then that of the rack";
         let joints = self.two_joints(fields, help);
         let phase = self.phase(fields, Quantity::LENGTH);
         let reversed = fields.get("reversed").map(|node| self.flag(node, &fields.what("reversed")));
         if fields.conflict(self, "radius", "teeth") {
             return None;
         }
-        let radius = if fields.has("teeth") {
+        let (radius, teeth) = if fields.has("teeth") {
             let node = fields.get("teeth")?;
             let what = fields.what("teeth");
             let teeth = self.scalar(node, Quantity::NUMBER, &what, Scope::Constant)?;
-            let radii = self.module_radii(fields, &[teeth])?;
-            radii[0]
+            if !self.check_positive(&what, &teeth, Quantity::NUMBER) {
+                return None;
+            }
+            let number = teeth.expr;
+            (self.module_radii(fields, &[teeth])?[0], Some(number))
         } else {
             let help = "write `radius = \"20 mm\"`, or `teeth` and `module`";
             let node = fields.require(self, "radius", help)?;
             let what = fields.what("radius");
             let radius = self.scalar(node, Quantity::LENGTH, &what, Scope::Constant)?;
-            self.check_positive(&what, &radius, Quantity::LENGTH).then_some(radius.expr)?
+            let is_positive = self.check_positive(&what, &radius, Quantity::LENGTH);
+            (is_positive.then_some(radius.expr)?, None)
         };
         let joints = joints?;
         self.turning_of(joints[0], fields, 0)?;
@@ -169,13 +180,14 @@ impl Reader<'_> {
         let radius = if reversed.unwrap_or(Some(false))? { pool.neg(radius) } else { radius };
         let travel = if is_first { pool.neg(travel) } else { travel };
         let relation = pool.sum([pool.mul(radius, angle), phase?, pool.neg(travel)]);
-        let rack = Rack { joints, bodies, radius };
+        let rack = Rack { joints, bodies, radius, teeth };
         Some((CouplingKind::Rack(rack), relation, MotionKind::Translation))
     }
 
     /// A nut on a spindle: lead/2π · angle − travel.
     fn read_screw(&mut self, fields: &Fields<'_>) -> Option<(CouplingKind, Expr, MotionKind)> {
-        let help = "write `between = [\"A\", \"B\"]`: the joint that turns, then the one that slides";
+        let help =
+            "write `between = [\"A\", \"B\"]`: the joint that turns, then the one that slides";
         let joints = self.two_joints(fields, help);
         let phase = self.phase(fields, Quantity::LENGTH);
         let lead = self.lead(fields);
@@ -214,7 +226,8 @@ impl Reader<'_> {
 
     /// The two wheels of `between`: joints about which they turn, or bodies with their centres.
     fn two_members(&mut self, fields: &Fields<'_>) -> Option<[Member; 2]> {
-        let help = "write for example `between = [\"A\", \"B\"]` with the joints about which they turn";
+        let help =
+            "write for example `between = [\"A\", \"B\"]` with the joints about which they turn";
         let node = fields.require(self, "between", help)?;
         let what = fields.what("between");
         let nodes = self.array(node, &what, "an array of two wheels", "[\"A\", \"B\"]")?;
@@ -343,7 +356,11 @@ impl Reader<'_> {
     }
 
     /// The body against which both joints move, and the bodies that they move.
-    fn carrier(&mut self, joints: [JointId; 2], fields: &Fields<'_>) -> Option<(BodyId, [BodyId; 2])> {
+    fn carrier(
+        &mut self,
+        joints: [JointId; 2],
+        fields: &Fields<'_>,
+    ) -> Option<(BodyId, [BodyId; 2])> {
         let ends = joints.map(|joint| self.joint_bodies.get(joint.0).copied().flatten());
         // A joint that could not be read was reported there.
         let [Some(first), Some(second)] = ends else { return None };
@@ -360,7 +377,10 @@ impl Reader<'_> {
             self.report(
                 Diagnostic::error(
                     codes::NO_CARRIER,
-                    format!("the joints `{a}` and `{b}` of {} have no body in common", fields.owner),
+                    format!(
+                        "the joints `{a}` and `{b}` of {} have no body in common",
+                        fields.owner
+                    ),
                 )
                 .at(node.span.clone(), "no body carries both axes")
                 .note("angles of wheels count against the body that carries their axes")
@@ -388,7 +408,14 @@ impl Reader<'_> {
 
     /// The sizes of two wheels, in the form in which they are stated.
     fn wheel_sizes(&mut self, fields: &Fields<'_>) -> Option<Sizes> {
-        let forms = [("teeth", "radii"), ("teeth", "ratio"), ("radii", "ratio"), ("radii", "module"), ("ratio", "module"), ("ratio", "internal")];
+        let forms = [
+            ("teeth", "radii"),
+            ("teeth", "ratio"),
+            ("radii", "ratio"),
+            ("radii", "module"),
+            ("ratio", "module"),
+            ("ratio", "internal"),
+        ];
         if forms.iter().any(|(one, other)| fields.conflict(self, one, other)) {
             return None;
         }
@@ -406,20 +433,23 @@ impl Reader<'_> {
                 );
                 return None;
             }
-            return Some(Sizes::Ratio(ratio.expr));
+            return Some(Sizes { ratio: Some(ratio.expr), radii: None, teeth: None });
         }
         if let Some(node) = fields.get("radii") {
             let radii = self.two_sizes(node, "radii", Quantity::LENGTH, fields)?;
-            return Some(Sizes::Radii(radii.map(|radius| radius.expr)));
+            let radii = Some(radii.map(|radius| radius.expr));
+            return Some(Sizes { ratio: None, radii, teeth: None });
         }
         let help = "write `teeth = [20, 45]`, `radii = [\"20 mm\", \"45 mm\"]` or `ratio`";
         let node = fields.require(self, "teeth", help)?;
         let teeth = self.two_sizes(node, "teeth", Quantity::NUMBER, fields)?;
-        if fields.has("module") {
+        let radii = if fields.has("module") {
             let radii = self.module_radii(fields, &teeth)?;
-            return Some(Sizes::Radii([radii[0], radii[1]]));
-        }
-        Some(Sizes::Teeth(teeth.map(|teeth| teeth.expr)))
+            Some([radii[0], radii[1]])
+        } else {
+            None
+        };
+        Some(Sizes { ratio: None, radii, teeth: Some(teeth.map(|teeth| teeth.expr)) })
     }
 
     fn two_sizes(
@@ -458,18 +488,12 @@ impl Reader<'_> {
         is_positive.then(|| teeth.iter().map(radius).collect())
     }
 
-    /// The ratio with its sign, and the pitch radii where they are known.
-    fn signed_ratio(
-        &mut self,
-        sizes: Sizes,
-        is_same: bool,
-        fields: &Fields<'_>,
-    ) -> Option<(Expr, Option<[Expr; 2]>)> {
+    /// The ratio with its sign.
+    fn signed_ratio(&mut self, sizes: Sizes, is_same: bool, fields: &Fields<'_>) -> Option<Expr> {
         let pool = &self.pool;
-        let (size, radii) = match sizes {
-            Sizes::Ratio(ratio) => return Some((ratio, None)),
-            Sizes::Teeth(teeth) => (teeth, None),
-            Sizes::Radii(radii) => (radii, Some(radii)),
+        let size = match sizes {
+            Sizes { ratio: Some(ratio), .. } => return Some(ratio),
+            Sizes { teeth, radii, .. } => teeth.or(radii)?,
         };
         let ratio = pool.div(size[0], size[1]);
         let ratio = if is_same { ratio } else { pool.neg(ratio) };
@@ -485,7 +509,7 @@ impl Reader<'_> {
             );
             return None;
         }
-        Some((ratio, radii))
+        Some(ratio)
     }
 
     /// The position of the second member where that of the first is zero.
@@ -511,13 +535,13 @@ enum Member {
 
 /// The sizes of two wheels.
 #[derive(Clone, Copy)]
-enum Sizes {
-    /// Rate of the second over that of the first, with its sign.
-    Ratio(Expr),
-    /// Numbers of teeth.
-    Teeth([Expr; 2]),
+struct Sizes {
+    /// Rate of the second over that of the first, with its sign, where it is stated alone.
+    ratio: Option<Expr>,
     /// Pitch radii, m.
-    Radii([Expr; 2]),
+    radii: Option<[Expr; 2]>,
+    /// Numbers of teeth.
+    teeth: Option<[Expr; 2]>,
 }
 
 /// An element of an array.

@@ -312,7 +312,13 @@ impl Reader<'_> {
         found
     }
 
-    pub(super) fn no_such_motion(&mut self, joint: JointId, word: &str, node: &Node, fields: &Fields<'_>) {
+    pub(super) fn no_such_motion(
+        &mut self,
+        joint: JointId,
+        word: &str,
+        node: &Node,
+        fields: &Fields<'_>,
+    ) {
         let name = self.names.joints[joint.0].name.clone();
         let message =
             format!("{} needs the {word} of joint `{name}`, which has none", fields.owner);

@@ -53,8 +53,10 @@ impl Reader<'_> {
         // The sections, in the order in which they refer to each other.
         let bodies = self.read_bodies(root);
         let joints = self.read_joints(root);
-        self.joint_ends =
-            joints.iter().map(|joint| joint.as_ref().map(|j| [j.predecessor, j.successor])).collect();
+        self.joint_ends = joints
+            .iter()
+            .map(|joint| joint.as_ref().map(|j| [j.predecessor, j.successor]))
+            .collect();
         self.joint_bodies =
             self.joint_ends.iter().map(|ends| ends.map(|ends| ends.map(|end| end.body))).collect();
         let couplings = self.read_couplings(root);

@@ -67,7 +67,8 @@ impl Sketch<'_> {
         let Some(&first) = points.first().or(com.as_ref()) else { return Vec::new() };
         points.extend(com);
         if points.iter().all(|&p| distance3(p, first) < 0.5 * self.pin) {
-            return if self.is_slider(body) { Vec::new() } else { vec![self.disc(body, first)] };
+            let is_drawn = self.is_slider(body) || self.is_wheel(body);
+            return if is_drawn { Vec::new() } else { vec![self.disc(body, first)] };
         }
         let is_slotted = self.rails_of(body).any(|rail| rail.slider.is_none());
         let ends = self.ends_in_line(&points).filter(|_| !self.is_planar() && !is_slotted);

@@ -83,16 +83,18 @@ impl<'a> Numbers<'a> {
         let ends = &self.model.joints[joint];
         let (from, to) = (self.attached(ends.predecessor), self.attached(ends.successor));
         let axis = self.vector(&ends.axis);
-        let along = |poses: &Vec<Pose>| {
-            let (pose, other) = (poses.get(from.body)?, poses.get(to.body)?);
-            let (p, q, e) = (pose.place(from.position), other.place(to.position), pose.turn(axis));
-            Some((0..3).map(|i| e[i] * (q[i] - p[i])).sum::<f64>())
-        };
-        let range = range(self.motion.iter().filter_map(along));
+        let range = range(self.motion.iter().filter_map(|poses| along(poses, from, to, axis)));
         range.unwrap_or_else(|| {
             let start = self.start(joint);
             [start - reach, start + reach]
         })
+    }
+
+    /// Position of a joint along its axis at the first instant of the motion, if it is known.
+    pub(super) fn first_travel(&self, joint: usize) -> Option<f64> {
+        let ends = &self.model.joints[joint];
+        let (from, to) = (self.attached(ends.predecessor), self.attached(ends.successor));
+        along(self.motion.first()?, from, to, self.vector(&ends.axis))
     }
 
     /// Position of a joint at the start if the model states it, else zero.
@@ -112,6 +114,11 @@ impl<'a> Numbers<'a> {
         })
     }
 
+    /// The pose of a body at the first instant of the motion, if it is known.
+    pub(super) fn first_pose(&self, body: usize) -> Option<&'a Pose> {
+        self.motion.first()?.get(body)
+    }
+
     /// Magnitudes of the initial positions that the model states, m.
     pub(super) fn stated_lengths(&self) -> impl Iterator<Item = f64> {
         let is_length = |initial: &&Initial| {
@@ -119,6 +126,13 @@ impl<'a> Numbers<'a> {
         };
         self.model.initial.iter().filter(is_length).map(|initial| self.value(initial.value).abs())
     }
+}
+
+/// The part of the vector between two points along an axis of the first body.
+fn along(poses: &[Pose], from: Attached, to: Attached, axis: [f64; 3]) -> Option<f64> {
+    let (pose, other) = (poses.get(from.body)?, poses.get(to.body)?);
+    let (p, q, e) = (pose.place(from.position), other.place(to.position), pose.turn(axis));
+    Some((0..3).map(|i| e[i] * (q[i] - p[i])).sum::<f64>())
 }
 
 /// Smallest and largest of the finite values.

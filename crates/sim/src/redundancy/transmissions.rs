@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use bksim_expr::{Expr, SymbolId, TapeError};
+use bksim_mbs::constraint::{Constraint, Source};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_mbs::transmission::{Directions, transmission};
-use bksim_mbs::constraint::{Constraint, Source};
 use bksim_model::{BodyId, DriveId, JointId, LoadKind, Model, MotionKind, Space};
 
 use super::blocks::blocks;
@@ -294,7 +294,8 @@ impl Block {
         // Columns of W as rows: the wrench about the centre, on the successor and reversed on the
         // predecessor.
         let coupled = self.couplings.iter().flat_map(|c| &c.wrenches).filter_map(|(body, _)| *body);
-        let n_bodies = self.parts.iter().flat_map(|part| part.bodies).flatten().chain(coupled).max();
+        let n_bodies =
+            self.parts.iter().flat_map(|part| part.bodies).flatten().chain(coupled).max();
         let mut columns = SparseRows::new(6 * n_bodies.map_or(0, |last| last + 1));
         for unknown in &unknowns {
             let arm = |p: [f64; 3]| std::array::from_fn(|i| (p[i] - center[i]) / length);
@@ -304,7 +305,9 @@ impl Block {
                     let part = &self.parts[part_idx];
                     let about = about_center(wrench, arm(triple(part.first)));
                     let both = part.bodies.iter().zip([-1.0, 1.0]);
-                    on.extend(both.filter_map(|(body, sign)| Some(((*body)?, about.map(|w| sign * w)))));
+                    on.extend(
+                        both.filter_map(|(body, sign)| Some(((*body)?, about.map(|w| sign * w)))),
+                    );
                 }
                 Unknown::Of(coupling_idx) => {
                     for &(body, first) in &self.couplings[coupling_idx].wrenches {
