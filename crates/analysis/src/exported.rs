@@ -75,12 +75,10 @@ impl<'a> Interface<'a> {
         let model = &mechanism.model;
         let system = mechanism.system.integrated();
         // Coordinates and their rates.
-        let named = |c: &Coordinate, suffix: &str, per: &str| {
-            Quantity::new(&format!("{}{suffix}", c.name), &unit_of(c, per))
-        };
+        let named = |c: &Coordinate, name: &str, per: &str| Quantity::new(name, &unit_of(c, per));
         let coordinates = system.coordinates();
-        let q = coordinates.iter().map(|c| (c.q, named(c, "", ""))).collect();
-        let v = coordinates.iter().map(|c| (c.v, named(c, "_dot", "/s"))).collect();
+        let q = coordinates.iter().map(|c| (c.q, named(c, &c.name, ""))).collect();
+        let v = coordinates.iter().map(|c| (c.v, named(c, &c.rate_name, "/s"))).collect();
         // Parameters: the model's own, then modes.
         let own = model.parameters.len();
         let quantity = |(idx, symbol): (usize, SymbolId)| {
@@ -201,9 +199,9 @@ impl<'a> Interface<'a> {
     fn unknowns(&self) -> Vec<Quantity> {
         let coordinates = self.system.coordinates().iter();
         let accelerations =
-            coordinates.map(|c| Quantity::new(&format!("{}_ddot", c.name), &unit_of(c, "/s^2")));
+            coordinates.map(|c| Quantity::new(&c.second_rate_name, &unit_of(c, "/s^2")));
         let multipliers = self.mechanism.compiled.multipliers.iter();
-        let multipliers = multipliers.map(|known| Quantity::new(&known.name, known.unit));
+        let multipliers = multipliers.map(|known| Quantity::new(&known.name, &known.unit));
         accelerations.chain(multipliers).collect()
     }
 

@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::drive::Range;
 use crate::error::AnalysisError;
 use crate::forces::{At, Forces};
-use crate::loaded::Loaded;
+use crate::loaded::{Loaded, without_states};
 use crate::positions::Positions;
 use crate::rows::{Clock, Rows, Solver};
 use crate::statics::reaction_columns;
@@ -173,6 +173,7 @@ pub fn inverse(
     motions: &[Motion],
     times: &Range,
 ) -> Result<Inverse, AnalysisError> {
+    without_states(&model)?;
     // Each motion becomes a drive; one that is there already goes.
     model.drives.retain(|drive| {
         !motions.iter().any(|m| m.joint == drive.joint && m.of_joint == drive.motion_idx)

@@ -2,9 +2,11 @@
 
 use bksim_mbs::constraint::Source;
 use bksim_mbs::system::SymbolicSystem;
+use bksim_model::diagnostic::{Diagnostic, Rejected};
 use bksim_model::{Model, ParameterId};
 use bksim_sim::Mechanism;
 
+use crate::codes;
 use crate::error::AnalysisError;
 use crate::quantity::{PoseQuantity, pose_quantities};
 use crate::rows::{Clock, Rows};
@@ -37,6 +39,7 @@ impl Loaded {
     /// # Errors
     /// [`AnalysisError::Rejected`] when there is none.
     pub fn of(model: Model) -> Result<Self, AnalysisError> {
+        without_states(&model)?;
         let mechanism = Mechanism::derive(model, Vec::new())?;
         let system = mechanism.system.integrated();
         let switches = !system.contacts.is_empty() || !mechanism.system.switches.is_empty();
@@ -146,4 +149,18 @@ impl Loaded {
         evaluator.reactions_into(state, rates, &mut out);
         out
     }
+}
+
+/// Refuses a model with states, which have rates of their own where the mechanism rests.
+///
+/// # Errors
+/// [`AnalysisError::Rejected`] with the first state.
+pub(crate) fn without_states(model: &Model) -> Result<(), AnalysisError> {
+    let Some(state) = model.states.first() else { return Ok(()) };
+    let message = format!("this question cannot be asked with state `{}`", state.name);
+    let fault = Diagnostic::error(codes::WITH_STATES, message)
+        .at(state.span.clone(), "integrated with the motion")
+        .note("equilibria, small motions and efforts are those of bodies, joints and loads alone")
+        .help("remove the states and what uses them, or give them a value as parameters");
+    Err(Rejected(vec![fault]).into())
 }

@@ -58,7 +58,8 @@ pub(crate) fn pose_quantities(model: &Model, system: &SymbolicSystem) -> Vec<Pos
     }
     for coordinate in system.coordinates() {
         let name = &coordinate.name;
-        let names = [name.clone(), format!("{name}_dot"), format!("{name}_ddot")];
+        let names =
+            [name.clone(), coordinate.rate_name.clone(), coordinate.second_rate_name.clone()];
         let unit = coordinate.kind.unit();
         let value = model.pool.symbol_expr(coordinate.q);
         all.push(PoseQuantity { names, unit, value });

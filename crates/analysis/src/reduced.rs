@@ -50,7 +50,7 @@ impl Reduced {
         // In units of the mechanism, so that metres and radians weigh alike.
         let coordinates = loaded.system().coordinates();
         let unit = |i: usize| match coordinates[i].kind {
-            CoordinateKind::Angle | CoordinateKind::Quaternion => 1.0,
+            CoordinateKind::Angle | CoordinateKind::Quaternion | CoordinateKind::Integral => 1.0,
             CoordinateKind::Length => loaded.size,
         };
         let n = coordinates.len();
@@ -112,7 +112,7 @@ fn order(loaded: &Loaded) -> Vec<usize> {
     let is_on_ground = |i: &usize| match coordinates[*i].owner {
         Owner::Joint(joint, _) => joins_ground(joint),
         Owner::Quaternion(body, _) => loaded.system().tree.joint_of(body).is_some_and(joins_ground),
-        Owner::Body(..) => false,
+        Owner::Body(..) | Owner::State(_) => false,
     };
     let all = 0..coordinates.len();
     let (mut first, rest): (Vec<usize>, Vec<usize>) = all.partition(is_on_ground);

@@ -289,7 +289,7 @@ impl<'a> Balance<'a> {
                     * match kinds[i] {
                         CoordinateKind::Angle => std::f64::consts::PI,
                         CoordinateKind::Length => 2.0 * size,
-                        CoordinateKind::Quaternion => 1.0,
+                        CoordinateKind::Quaternion | CoordinateKind::Integral => 1.0,
                     }
             };
             let guess: Vec<f64> = match k {
@@ -320,6 +320,7 @@ impl<'a> Balance<'a> {
             CoordinateKind::Angle => wrapped(a[i] - b[i]),
             CoordinateKind::Length => (a[i] - b[i]) / self.loaded.size,
             CoordinateKind::Quaternion => a[i] - signs[i] * b[i],
+            CoordinateKind::Integral => a[i] - b[i],
         };
         system.coordinates().iter().enumerate().map(off).collect()
     }

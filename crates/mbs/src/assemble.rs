@@ -17,7 +17,7 @@ use crate::contact::{self, ContactRow};
 use crate::coupling::coupling_rows;
 use crate::force::{Loads, Wrench};
 use crate::joint;
-use crate::kinematics::{Coordinate, Kinematics};
+use crate::kinematics::{Coordinate, Kinematics, Owner};
 use crate::lagrange;
 use crate::modes::with_modes;
 use crate::norm;
@@ -27,7 +27,7 @@ use crate::sparse::SparseMatrix;
 use crate::spatial;
 use crate::system::{Derivation, SymbolicSystem};
 use crate::tree::Tree;
-use bksim_model::{CouplingId, DriveId, Model, MotionKind};
+use bksim_model::{CouplingId, DriveId, Model, MotionKind, StateId};
 
 /// Derives the equations of motion of `model` by the way that makes them shorter.
 pub fn assemble(model: &Model) -> SymbolicSystem {
@@ -68,7 +68,15 @@ fn assemble_along(
     if !kinematics.turnings.is_empty() {
         left.add_norms(model, &kinematics);
     }
-    let applied_force = generalised_force(model, &kinematics, &loads.applied, derivation);
+    if !model.states.is_empty() {
+        left.add_states(model, &kinematics);
+    }
+    let mut applied_force = generalised_force(model, &kinematics, &loads.applied, derivation);
+    for (force, coordinate) in applied_force.iter_mut().zip(&kinematics.coordinates) {
+        if let Owner::State(StateId(state)) = coordinate.owner {
+            *force = pool.substitute(model.states[state].rate, &signals);
+        }
+    }
     let wrenches = [loads.conservative, loads.applied].concat();
 
     // Constraints, then G and ∂g/∂t.
@@ -112,7 +120,7 @@ fn assemble_along(
 pub fn assemble_positions(model: &Model) -> SymbolicSystem {
     let pool = &model.pool;
     let tree = Tree::of(model);
-    let kinematics = Kinematics::along(model, &tree);
+    let kinematics = Kinematics::of_positions(model, &tree);
     let constraints = constraints(model, &tree, &kinematics, &[]);
     let constraint_jacobian = constraint_jacobian(model, &tree, &kinematics, &constraints);
     let constraint_rate =
@@ -234,7 +242,8 @@ fn constraints(
     let pool = &model.pool;
     let mut constraints = Vec::new();
     // An author may have called a coordinate or a parameter `ld1`; the multiplier must not be it.
-    let of_coordinate = |c: &Coordinate| ["", "_dot", "_ddot"].map(|rest| c.name.clone() + rest);
+    let of_coordinate =
+        |c: &Coordinate| [&c.name, &c.rate_name, &c.second_rate_name].map(String::clone);
     let taken: HashSet<String> = model
         .parameters
         .iter()

@@ -13,7 +13,7 @@ use crate::quaternion::Quaternion;
 use crate::spatial::{self, Rotation};
 use crate::tree::{Branch, Tree};
 use bksim_model::{Anchor, BodyId, Joint, JointId, Load, LoadKind, Measure, Model, MotionKind};
-use bksim_model::{PointId, Signal, Space, Vector, motion_words};
+use bksim_model::{PointId, Signal, Space, State, StateId, Vector, motion_words};
 
 /// The part of the model whose motion a coordinate is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -24,6 +24,8 @@ pub enum Owner {
     Body(BodyId, usize),
     /// The given part of the quaternion by which a body turns, freely or in its tree joint.
     Quaternion(BodyId, usize),
+    /// A state, which is the velocity of this coordinate.
+    State(StateId),
 }
 
 /// Measure of a coordinate.
@@ -35,15 +37,17 @@ pub enum CoordinateKind {
     Length,
     /// A part of a unit quaternion.
     Quaternion,
+    /// The integral of a state over time.
+    Integral,
 }
 
 impl CoordinateKind {
-    /// SI unit of the value; empty of a pure number.
+    /// SI unit of the value; empty of a pure number, and of an integral, whose state has one of its own.
     pub fn unit(self) -> &'static str {
         match self {
             Self::Angle => "rad",
             Self::Length => "m",
-            Self::Quaternion => "",
+            Self::Quaternion | Self::Integral => "",
         }
     }
 }
@@ -60,8 +64,12 @@ impl From<MotionKind> for CoordinateKind {
 /// A generalised coordinate.
 #[derive(Clone, Debug)]
 pub struct Coordinate {
-    /// Identifier of the value; `…_dot` and `…_ddot` follow from it.
+    /// Identifier of the value.
     pub name: String,
+    /// Identifier of the velocity: `…_dot`, but the name of a state.
+    pub rate_name: String,
+    /// Identifier of the acceleration.
+    pub second_rate_name: String,
     /// Symbol of the value, in the unit of its kind.
     pub q: SymbolId,
     /// Symbol of its velocity.
@@ -90,6 +98,8 @@ pub struct Turning {
 enum Form {
     /// To be integrated.
     Motion,
+    /// Questions about positions alone.
+    Positions,
     /// To find a start.
     Start,
 }
@@ -113,6 +123,11 @@ pub struct Kinematics {
 }
 
 impl Kinematics {
+    /// As [`Kinematics::along`], without the states, which have no part in positions.
+    pub fn of_positions(model: &Model, tree: &Tree) -> Self {
+        Self::chained(model, tree, Form::Positions)
+    }
+
     /// Chains the poses along `tree`. Where a body turns about all axes and the author uses no angles of
     /// it, its coordinates are a quaternion.
     pub fn along(model: &Model, tree: &Tree) -> Self {
@@ -150,6 +165,11 @@ impl Kinematics {
                 }
             };
             kinematics.poses[body.0] = pose;
+        }
+        if form == Form::Motion {
+            for (idx, state) in model.states.iter().enumerate() {
+                kinematics.add_state(model, state, StateId(idx));
+            }
         }
         kinematics
     }
@@ -263,7 +283,7 @@ impl Kinematics {
             let is_translation = motion_idx < n_translations;
             if !is_translation {
                 match form {
-                    Form::Motion if has_quaternion => {
+                    Form::Motion | Form::Positions if has_quaternion => {
                         (rotation, omega) = self.add_quaternion(model, &own.name, body);
                         break;
                     }
@@ -336,7 +356,7 @@ impl Kinematics {
         for (motion_idx, motion) in motions.iter().enumerate() {
             if motion.kind == MotionKind::Rotation && joint.kind.turns_freely() {
                 match form {
-                    Form::Motion if turns_by_quaternion(model, joint_id) => {
+                    Form::Motion | Form::Positions if turns_by_quaternion(model, joint_id) => {
                         (rotation, omega) = self.add_quaternion(model, &joint.name, body);
                         break;
                     }
@@ -403,16 +423,46 @@ impl Kinematics {
     ) -> (Expr, Expr) {
         let pool = &model.pool;
         let name = self.unused_name(name);
-        let [q, v, a] = ["", "_dot", "_ddot"].map(|suffix| pool.symbol(&format!("{name}{suffix}")));
-        let id = |e| pool.symbol_id(e).expect("a symbol was just made");
+        let names = ["", "_dot", "_ddot"].map(|suffix| format!("{name}{suffix}"));
+        let [q, v] = self.push_coordinate(pool, names, kind, owner);
+        (pool.symbol_expr(q), pool.symbol_expr(v))
+    }
+
+    /// Adds the coordinate whose velocity is a state: so that it is integrated with the motion, its rate stands
+    /// where others have a force, and one where they have a mass.
+    fn add_state(&mut self, model: &Model, state: &State, id: StateId) {
+        let name = self.unused_name(format!("{}_integral", state.name));
+        let names = [name, state.name.clone(), format!("{}_dot", state.name)];
+        self.push_coordinate(&model.pool, names, CoordinateKind::Integral, Owner::State(id));
+    }
+
+    fn push_coordinate(
+        &mut self,
+        pool: &Pool,
+        [name, rate_name, second_rate_name]: [String; 3],
+        kind: CoordinateKind,
+        owner: Owner,
+    ) -> [SymbolId; 2] {
+        let symbol =
+            |name: &str| pool.symbol_id(pool.symbol(name)).expect("a symbol was just made");
+        let [q, v, a] = [&name, &rate_name, &second_rate_name].map(|name| symbol(name));
         let position = self.coordinates.len();
-        self.of_value.insert(id(q), position);
-        self.of_velocity.insert(id(v), position);
+        self.of_value.insert(q, position);
+        self.of_velocity.insert(v, position);
         if let Owner::Joint(joint, _) = owner {
             self.first_of_joint.entry(joint).or_insert(position);
         }
-        self.coordinates.push(Coordinate { name, q: id(q), v: id(v), a: id(a), kind, owner });
-        (q, v)
+        self.coordinates.push(Coordinate {
+            name,
+            rate_name,
+            second_rate_name,
+            q,
+            v,
+            a,
+            kind,
+            owner,
+        });
+        [q, v]
     }
 
     /// A joint and a body may bear one name; their coordinates must not.

@@ -15,7 +15,7 @@ use bksim_expr::{Expr, Pool, SymbolId};
 
 use crate::absolute_angles::AbsoluteAngles;
 use crate::inertia::central_inertia;
-use crate::kinematics::{Coordinate, Kinematics};
+use crate::kinematics::{Coordinate, CoordinateKind, Kinematics};
 use crate::norm::{self, unnamed};
 use crate::sparse::SparseMatrix;
 use crate::spatial;
@@ -43,6 +43,21 @@ pub(crate) struct LeftSide {
 }
 
 impl LeftSide {
+    /// Gives the states their rows, in which a rate stands for a force.
+    pub(crate) fn add_states(&mut self, model: &Model, kinematics: &Kinematics) {
+        let pool = &model.pool;
+        let states = kinematics.coordinates.iter().enumerate();
+        let states = states.filter(|(_, c)| c.kind == CoordinateKind::Integral);
+        let states: Vec<(usize, Expr)> = states.map(|(i, c)| (i, pool.symbol_expr(c.a))).collect();
+        let n = self.mass_matrix.n_rows();
+        let of_states = states.iter().map(|&(i, _)| (i, i, pool.one()));
+        let entries = self.mass_matrix.entries().chain(of_states).collect::<Vec<_>>();
+        self.mass_matrix = SparseMatrix::new(n, n, entries);
+        if let Some(forces) = &mut self.inverse_dynamics {
+            states.into_iter().for_each(|(i, rate)| forces[i] = rate);
+        }
+    }
+
     /// Gives the lengths of quaternions their inertia.
     pub(crate) fn add_norms(&mut self, model: &Model, kinematics: &Kinematics) {
         let pool = &model.pool;

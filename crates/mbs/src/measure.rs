@@ -83,6 +83,10 @@ impl Kinematics {
                 let velocity = self.measure(model, Measure::PointVelocity(body, point, axis));
                 self.second_rate(model, velocity)
             }
+            Measure::State(id) => {
+                let own = self.coordinates.iter().find(|c| c.owner == Owner::State(id));
+                own.map_or(pool.zero(), |c| pool.symbol_expr(c.v))
+            }
             Measure::Momentum(body, axis) => {
                 let all = bodies(model, body).map(|body| self.momentum(model, body));
                 pool.sum(all.map(|momentum| momentum[axis_idx(axis)]).collect::<Vec<_>>())

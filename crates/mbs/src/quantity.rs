@@ -2,10 +2,11 @@
 
 use bksim_model::{
     BodyId, Coupling, CouplingId, CouplingKind, Drive, DriveId, JointId, LoadId, Model, MotionKind,
+    StateId,
 };
 
 use crate::constraint::{Constraint, Source};
-use crate::kinematics::{Coordinate, CoordinateKind};
+use crate::kinematics::{Coordinate, CoordinateKind, Owner};
 use crate::system::SymbolicSystem;
 
 /// Name and unit of one number of the state.
@@ -13,8 +14,10 @@ use crate::system::SymbolicSystem;
 pub struct Quantity {
     /// Identifier.
     pub name: String,
-    /// SI unit of the value, empty of a pure number; see [`rate_unit`] for its rates.
-    pub unit: &'static str,
+    /// SI unit of the value, empty of a pure number.
+    pub unit: String,
+    /// Names and units of the rate and of the second rate, of a coordinate.
+    pub rates: Vec<[String; 2]>,
     /// Meaning in a few words.
     pub description: String,
 }
@@ -27,15 +30,30 @@ pub fn rate_unit(unit: &str, order: usize) -> String {
 }
 
 /// The generalised coordinates.
-pub fn coordinate_quantities(system: &SymbolicSystem) -> Vec<Quantity> {
+pub fn coordinate_quantities(model: &Model, system: &SymbolicSystem) -> Vec<Quantity> {
     let quantity = |coordinate: &Coordinate| {
-        let unit = coordinate.kind.unit();
+        // A state is the rate of its integral.
+        let [unit, rate, second] = match coordinate.owner {
+            Owner::State(StateId(state)) => {
+                model.states[state].units.clone().map(|unit| unit.replace(' ', "*"))
+            }
+            _ => {
+                let unit = coordinate.kind.unit();
+                [unit.to_owned(), rate_unit(unit, 1), rate_unit(unit, 2)]
+            }
+        };
+        let rates = vec![
+            [coordinate.rate_name.clone(), rate],
+            [coordinate.second_rate_name.clone(), second],
+        ];
         let description = match coordinate.kind {
             CoordinateKind::Angle => "angle",
             CoordinateKind::Length => "position",
             CoordinateKind::Quaternion => "part of a quaternion",
+            CoordinateKind::Integral => "integral of the state",
         };
-        Quantity { name: coordinate.name.clone(), unit, description: description.into() }
+        let name = coordinate.name.clone();
+        Quantity { name, unit, rates, description: description.into() }
     };
     system.coordinates().iter().map(quantity).collect()
 }
@@ -53,7 +71,8 @@ pub fn multiplier_quantities(model: &Model, system: &SymbolicSystem) -> Vec<Quan
         };
         Quantity {
             name: model.pool.symbol_name(c.lambda),
-            unit: effort_unit(c.effort),
+            unit: effort_unit(c.effort).to_owned(),
+            rates: Vec::new(),
             description: match c.source {
                 Source::Friction(_) | Source::Coupling(_) => owner,
                 _ => format!("{owner}, {}", c.direction),
@@ -93,7 +112,8 @@ pub fn coupling_quantities(model: &Model) -> Vec<Quantity> {
         };
         Quantity {
             name: coupling.name.clone(),
-            unit: effort_unit(coupling.effort),
+            unit: effort_unit(coupling.effort).to_owned(),
+            rates: Vec::new(),
             description: description.into(),
         }
     };
@@ -106,7 +126,8 @@ pub fn drive_quantities(model: &Model) -> Vec<Quantity> {
         let joint = &model.joints[drive.joint.0];
         Quantity {
             name: drive.name.clone(),
-            unit: effort_unit(joint.kind.motions()[drive.motion_idx]),
+            unit: effort_unit(joint.kind.motions()[drive.motion_idx]).to_owned(),
+            rates: Vec::new(),
             description: format!("effort on joint `{}`", joint.name),
         }
     };

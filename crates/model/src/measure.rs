@@ -4,7 +4,7 @@ use bksim_expr::{Expr, SymbolId};
 
 use crate::body::FixedTurn;
 use crate::diagnostic::Span;
-use crate::ids::{BodyId, JointId, PointId};
+use crate::ids::{BodyId, JointId, PointId, StateId};
 
 /// World axis.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -67,6 +67,8 @@ pub enum Measure {
     /// Angular momentum of a body about its centre of mass, or of all about the origin, kg m²/s, axes of the
     /// ground.
     AngularMomentum(Option<BodyId>, Axis),
+    /// A quantity that is integrated with the motion, SI.
+    State(StateId),
 }
 
 impl Measure {
@@ -94,7 +96,8 @@ impl Measure {
             | Self::AngularAcceleration(..)
             | Self::PointAcceleration(..)
             | Self::Momentum(..)
-            | Self::AngularMomentum(..) => true,
+            | Self::AngularMomentum(..)
+            | Self::State(_) => true,
         }
     }
 }

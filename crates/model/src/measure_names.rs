@@ -125,6 +125,8 @@ impl Measure {
             Self::PointAcceleration(..) => "m/s^2",
             Self::Momentum(..) => "kg m/s",
             Self::AngularMomentum(..) => "kg m^2/s",
+            // Its unit is that of its start: see `Model::states`.
+            Self::State(_) => "",
         }
     }
 }

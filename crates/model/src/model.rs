@@ -17,6 +17,7 @@ use crate::joint::Joint;
 use crate::load::Load;
 use crate::measure::{Initial, Orientation, Signal};
 use crate::solve::SolveOptions;
+use crate::state::{NamedSignal, State};
 
 /// A whole mechanism as its author stated it; `Model<PoolSnapshot>` is the same for all threads at once.
 #[derive(Debug)]
@@ -43,6 +44,10 @@ pub struct Model<P = Pool> {
     pub couplings: Vec<Coupling>,
     /// In file order.
     pub drives: Vec<Drive>,
+    /// Quantities that are integrated with the motion, in file order.
+    pub states: Vec<State>,
+    /// Named expressions, each after those it uses.
+    pub named_signals: Vec<NamedSignal>,
     /// Symbols used in expressions of loads and drives, and what they measure.
     pub signals: Vec<Signal>,
     /// Stated and guessed values of the start.
@@ -71,6 +76,8 @@ impl<P> Model<P> {
             loads: self.loads.clone(),
             couplings: self.couplings.clone(),
             drives: self.drives.clone(),
+            states: self.states.clone(),
+            named_signals: self.named_signals.clone(),
             signals: self.signals.clone(),
             initial: self.initial.clone(),
             orientations: self.orientations.clone(),

@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use bksim_log::{Field, Topic};
 use bksim_mbs::constraint::{Constraint, Source};
-use bksim_mbs::quantity::rate_unit;
 use bksim_model::ParameterId;
 use bksim_sim::Mechanism;
 use bksim_sim::redundancy::Uniqueness;
@@ -205,19 +204,18 @@ fn topics(mechanism: &Mechanism) -> Vec<(Topic, TopicKind)> {
     // Fields of the motion, of the multipliers and of the efforts.
     let compiled = &mechanism.compiled;
     let coordinates = &compiled.coordinates;
-    let values = coordinates.iter().map(|c| Field::new(&c.name, c.unit, &c.description));
-    let rates = coordinates.iter().map(|c| {
-        Field::new(&format!("{}_dot", c.name), &rate_unit(c.unit, 1), "rate of the coordinate")
-    });
-    let accelerations = coordinates.iter().map(|c| {
-        let (name, unit) = (format!("{}_ddot", c.name), rate_unit(c.unit, 2));
-        Field::new(&name, &unit, "second rate of the coordinate")
-    });
+    let values = coordinates.iter().map(|c| Field::new(&c.name, &c.unit, &c.description));
+    let rates = coordinates
+        .iter()
+        .map(|c| Field::new(&c.rates[0][0], &c.rates[0][1], "rate of the coordinate"));
+    let accelerations = coordinates
+        .iter()
+        .map(|c| Field::new(&c.rates[1][0], &c.rates[1][1], "second rate of the coordinate"));
     let multipliers =
-        compiled.multipliers.iter().map(|m| Field::new(&m.name, m.unit, &m.description));
+        compiled.multipliers.iter().map(|m| Field::new(&m.name, &m.unit, &m.description));
     let coupled = compiled.couplings.iter();
-    let coupled = coupled.map(|c| Field::new(&c.name, c.unit, &c.description));
-    let efforts = compiled.drives.iter().map(|d| Field::new(&d.name, d.unit, &d.description));
+    let coupled = coupled.map(|c| Field::new(&c.name, &c.unit, &c.description));
+    let efforts = compiled.drives.iter().map(|d| Field::new(&d.name, &d.unit, &d.description));
 
     // Six components for each joint.
     let wrench =

@@ -168,7 +168,7 @@ fn uncut_guess(
         .map(|c| match (measure_of(model.space, c.owner), c.owner) {
             (Some(measure), _) => uncut.measure(model, measure),
             (None, Owner::Quaternion(body, part)) => turned(body).0[part],
-            (None, Owner::Joint(..) | Owner::Body(..)) => pool.zero(),
+            (None, Owner::Joint(..) | Owner::Body(..) | Owner::State(_)) => pool.zero(),
         })
         .collect();
     let symbols = uncut.coordinates.iter().map(|c| c.q);
@@ -331,7 +331,7 @@ impl Closing<'_> {
     }
 }
 
-/// The measure that a coordinate is; parts of a quaternion are none.
+/// The measure that a coordinate is; parts of a quaternion and integrals of states are none.
 fn measure_of(space: Space, owner: Owner) -> Option<Measure> {
     Some(match (owner, space) {
         (Owner::Joint(joint, motion_idx), _) => Measure::JointPosition(joint, motion_idx),
@@ -342,7 +342,7 @@ fn measure_of(space: Space, owner: Owner) -> Option<Measure> {
         (Owner::Body(body, motion_idx), Space::Spatial) => {
             Measure::CardanAngle(body, motion_idx - 3)
         }
-        (Owner::Quaternion(..), _) => return None,
+        (Owner::Quaternion(..) | Owner::State(_), _) => return None,
     })
 }
 

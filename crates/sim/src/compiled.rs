@@ -23,6 +23,7 @@ use crate::modes::Modes;
 use crate::modes::indicators::EventIndicators;
 use crate::redundancy::{Instant, SelfStress, Transmissions, Uniqueness};
 use bksim_mbs::constraint::Source;
+use bksim_mbs::kinematics::CoordinateKind;
 use bksim_mbs::reaction::reactions;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::Model;
@@ -65,6 +66,8 @@ pub struct CompiledSystem {
     pub(crate) second_angles: Vec<usize>,
     /// The model's own, without modes.
     pub(crate) n_parameters: usize,
+    /// Coordinates whose velocities are states.
+    pub(crate) n_states: usize,
 }
 
 /// Compiles the functions of `system`.
@@ -110,7 +113,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     let reaction_outputs: Vec<Expr> =
         reactions(model, system).iter().flat_map(|r| [r.force, r.moment].concat()).collect();
     Ok(CompiledSystem {
-        coordinates: coordinate_quantities(system),
+        coordinates: coordinate_quantities(model, system),
         multipliers: multiplier_quantities(model, system),
         sources: system.constraints.iter().map(|c| c.source).collect(),
         joints: model.joints.iter().map(|j| j.name.clone()).collect(),
@@ -128,6 +131,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         transmissions: Transmissions::compile(model, system, &q, &parameters)?,
         second_angles: system.kinematics.sequences().iter().map(|three| three[1]).collect(),
         n_parameters: model.parameters.len(),
+        n_states: model.states.len(),
     })
 }
 
@@ -227,6 +231,8 @@ impl CompiledSystem {
 /// T, V, and P = Q · v + λ · ∂g/∂t: constraint forces do the work −λᵀ G v = λᵀ ∂g/∂t.
 fn energy_outputs(pool: &Pool, system: &SymbolicSystem) -> [Expr; 3] {
     let loads = system.coordinates().iter().zip(&system.applied_force);
+    // A state does no work.
+    let loads = loads.filter(|(c, _)| c.kind != CoordinateKind::Integral);
     let drives = system.constraints.iter().zip(&system.constraint_rate);
     let power = loads
         .map(|(c, &force)| pool.mul(force, pool.symbol_expr(c.v)))

@@ -202,7 +202,7 @@ pub fn start_at(
     }
     let moved = closing.moved(t, &q, &v);
     let longest_link = closing.longest_link();
-    let mobility = q.len() - joint_rank;
+    let mobility = q.len() - joint_rank - compiled.n_states;
 
     let found = if compiled.indicators.is_empty() {
         let state = State { t, q, v };

@@ -45,7 +45,7 @@ fn report(mechanism: &Mechanism, start: &Start) -> String {
         headed("value", column(&start.q)),
         headed("velocity", column(&start.v)),
         headed("acceleration", column(&start.a)),
-        headed("unit", coordinates.iter().map(|c| units(c.unit)).collect()),
+        headed("unit", coordinates.iter().map(|c| units(&c.unit)).collect()),
     ];
     let title = format!("{}: consistent at t = {} s", mechanism.model.name, number(start.t));
     let mut lines = vec![title, table(&rows_of(&columns))];

@@ -36,7 +36,8 @@ fn report(mechanism: &Mechanism, found: &Mobility) -> String {
     let model = &mechanism.model;
     let bodies = model.bodies.iter().skip(1).map(|b| b.name.as_str());
     let joints = model.joints.iter().map(|j| j.name.as_str());
-    let coordinates = mechanism.compiled.coordinates.iter().map(|c| c.name.as_str());
+    let coordinates = describe::motion_coordinates(mechanism);
+    let states = model.states.iter().map(|s| s.name.as_str());
     let couplings = model.couplings.iter().map(|c| c.name.as_str());
     let loads = model.loads.iter().map(|l| l.name.as_str());
     let drives = model.drives.iter().map(|d| d.name.as_str());
@@ -50,6 +51,7 @@ fn report(mechanism: &Mechanism, found: &Mobility) -> String {
         counted("couplings", couplings.collect()),
         counted("loads", loads.collect()),
         counted("drives", drives.collect()),
+        counted("states", states.collect()),
         counted("coordinates", coordinates.collect()),
         row("", String::new(), policy_reason(mechanism)),
         counted("cut joints", joint_names(mechanism, &mechanism.system.tree.cuts)),
@@ -60,7 +62,9 @@ fn report(mechanism: &Mechanism, found: &Mobility) -> String {
         counted("redundant joints", joint_names(mechanism, &found.redundant)),
     ];
     rows.retain(|row| {
-        row[1] != "0" || !["couplings", "loads", "drives", "redundant conditions"].contains(&row[0].as_str())
+        row[1] != "0"
+            || !["couplings", "loads", "drives", "states", "redundant conditions"]
+                .contains(&row[0].as_str())
     });
     format!("{}: no errors\n{}", model.name, table(&rows))
 }

@@ -6,6 +6,7 @@
 
 use bksim_expr::{Expr, Pool};
 
+use crate::kinematics::CoordinateKind;
 use crate::system::SymbolicSystem;
 use bksim_model::Model;
 
@@ -101,6 +102,8 @@ pub(super) fn kinetic_parts(model: &Model, system: &SymbolicSystem) -> Vec<(Expr
     let pool = &model.pool;
     let v = |i: usize| pool.symbol_expr(system.coordinates()[i].v);
     let half = |i, j| if i == j { pool.rational(1, 2) } else { pool.one() };
-    let lower = system.mass_matrix.lower();
+    // The row of a state has one where others have a mass.
+    let is_state = |i: usize| system.coordinates()[i].kind == CoordinateKind::Integral;
+    let lower = system.mass_matrix.lower().filter(|&(i, ..)| !is_state(i));
     lower.map(|(i, j, entry)| (pool.product([half(i, j), v(i), v(j)]), entry)).collect()
 }

@@ -10,16 +10,17 @@
 
 use bksim_expr::{Expr, SymbolId};
 
-use crate::constraint::Source;
+use crate::constraint::{Constraint, Source};
 use crate::coupling::coupling_rows;
 use crate::force::{Loads, Wrench};
 use crate::inertia::central_inertia;
 use crate::joint;
+use crate::kinematics::Owner;
 use crate::norm;
 use crate::signal::signal_values;
 use crate::spatial;
 use crate::system::SymbolicSystem;
-use bksim_model::{BodyId, Model};
+use bksim_model::{BodyId, Model, StateId};
 
 /// The equations in the form that is compared with those that are solved.
 pub(super) struct UnsimplifiedEquations {
@@ -44,12 +45,31 @@ pub(super) fn derive(model: &Model, system: &SymbolicSystem) -> UnsimplifiedEqua
     let momenta = pool.gradient(kinetic_energy, &v);
     let inertial = pool.gradient(kinetic_energy, &q);
     let conservative = pool.gradient(potential_energy, &q);
-    let work: Vec<Expr> = constraints
-        .iter()
-        .zip(&system.constraints)
-        .map(|(&g, c)| pool.mul(pool.symbol_expr(c.lambda), g))
-        .collect();
+    // Of wheels whose joints are cut the wrenches stand in the equations.
+    let is_pair = |c: &Constraint| match c.source {
+        Source::Coupling(id) => {
+            model.couplings[id.0].kind.is_pair() && !system.tree.cuts.is_empty()
+        }
+        _ => false,
+    };
+    let (pairs, others): (Vec<_>, Vec<_>) =
+        constraints.iter().zip(&system.constraints).partition(|(_, c)| is_pair(c));
+    let work: Vec<Expr> =
+        others.iter().map(|(g, c)| pool.mul(pool.symbol_expr(c.lambda), **g)).collect();
     let constraint_forces = pool.gradient(pool.sum(work), &q);
+    let pair_force = |c: &Constraint, i: usize| {
+        let powers = c.wrenches.iter().map(|wrench| moving_power(model, system, wrench, i));
+        pool.mul(pool.symbol_expr(c.lambda), pool.sum(powers.collect::<Vec<_>>()))
+    };
+    // ż − r of a state.
+    let signals = signal_values(model, &system.kinematics);
+    let state_rate = |i: usize| match coordinates[i].owner {
+        Owner::State(StateId(state)) => {
+            let rate = pool.substitute(model.states[state].rate, &signals);
+            pool.sub(pool.symbol_expr(coordinates[i].a), rate)
+        }
+        _ => pool.zero(),
+    };
     let left_side = |i: usize| {
         let force = applied.iter().map(|wrench| power(model, system, wrench, i));
         pool.sum([
@@ -58,6 +78,8 @@ pub(super) fn derive(model: &Model, system: &SymbolicSystem) -> UnsimplifiedEqua
             conservative[i],
             pool.neg(pool.sum(force.collect::<Vec<_>>())),
             constraint_forces[i],
+            pool.neg(pool.sum(pairs.iter().map(|(_, c)| pair_force(c, i)).collect::<Vec<_>>())),
+            state_rate(i),
         ])
     };
     let left_sides = (0..coordinates.len()).map(left_side).collect();
@@ -103,6 +125,18 @@ fn power(model: &Model, system: &SymbolicSystem, wrench: &Wrench, i: usize) -> E
     let at = wrench.at.map(|component| pool.diff(component, coordinate.q));
     let omega = system.kinematics.poses[wrench.body.0].omega;
     let turn = omega.map(|component| pool.diff(component, coordinate.v));
+    pool.add(spatial::dot(pool, &wrench.force, &at), spatial::dot(pool, &wrench.moment, &turn))
+}
+
+/// As [`power`], of a wrench at a place that is no point of the body.
+fn moving_power(model: &Model, system: &SymbolicSystem, wrench: &Wrench, i: usize) -> Expr {
+    let pool = &model.pool;
+    let coordinate = &system.coordinates()[i];
+    let pose = &system.kinematics.poses[wrench.body.0];
+    let anchor = pose.anchor_world.map(|component| pool.diff(component, coordinate.q));
+    let turn = pose.omega.map(|component| pool.diff(component, coordinate.v));
+    let arm = spatial::sub(pool, &wrench.at, &pose.anchor_world);
+    let at = spatial::add(pool, &anchor, &spatial::cross(pool, &turn, &arm));
     pool.add(spatial::dot(pool, &wrench.force, &at), spatial::dot(pool, &wrench.moment, &turn))
 }
 

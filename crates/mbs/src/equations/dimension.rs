@@ -136,7 +136,7 @@ impl Units {
 /// Radians count as numbers.
 fn of_motion(kind: CoordinateKind) -> Dimension {
     match kind {
-        CoordinateKind::Angle | CoordinateKind::Quaternion => NONE,
+        CoordinateKind::Angle | CoordinateKind::Quaternion | CoordinateKind::Integral => NONE,
         CoordinateKind::Length => LENGTH,
     }
 }
@@ -144,7 +144,7 @@ fn of_motion(kind: CoordinateKind) -> Dimension {
 /// The unit of a Lagrange equation.
 pub(super) fn of_equation(kind: CoordinateKind) -> Dimension {
     match kind {
-        CoordinateKind::Angle | CoordinateKind::Quaternion => MOMENT,
+        CoordinateKind::Angle | CoordinateKind::Quaternion | CoordinateKind::Integral => MOMENT,
         CoordinateKind::Length => FORCE,
     }
 }

@@ -38,7 +38,7 @@ impl<'a> Naming<'a> {
         // A name of the author must not be one of these.
         let authors = model.parameters.iter().map(|p| p.name.clone());
         let of_coordinate = |c: &crate::kinematics::Coordinate| {
-            ["", "_dot", "_ddot"].map(|rest| c.name.clone() + rest)
+            [&c.name, &c.rate_name, &c.second_rate_name].map(String::clone)
         };
         let taken = authors.chain(kinematics.coordinates.iter().flat_map(of_coordinate)).collect();
         Self { pool: &model.pool, labels, found: RefCell::new(Found { taken, ..Found::default() }) }

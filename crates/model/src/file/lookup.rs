@@ -41,6 +41,16 @@ impl Reader<'_> {
                 let kind = Kind::Known(Quantity::TIME.dimension());
                 return Some(Lowered::new(self.pool.symbol("t"), kind, None, span));
             }
+            ([_], Some(Meaning::Value(idx))) => {
+                // One that could not be read was reported there.
+                let known = self.value_of(idx)?;
+                let is_fixed = context.scope == Scope::Constant && known.value.is_none();
+                if is_fixed || context.scope == Scope::Time && self.moves(known.expr) {
+                    self.not_constant(name, span, context);
+                    return None;
+                }
+                return Some(Lowered { span, ..known });
+            }
             ([_], Some(Meaning::Faulty)) => return None,
             ([_], Some(Meaning::Measure(_))) => self.names.coordinate(name)?,
             ([owner, rest @ ..], _) => {

@@ -50,6 +50,7 @@ mod sections;
 mod solids;
 mod solve;
 mod stated;
+mod states;
 mod syntax;
 mod tree;
 mod units;
@@ -171,6 +172,7 @@ pub fn read_recorded(source: &Source<'_>, varied: &[String]) -> (Reading, Option
         parameter_order: Vec::new(),
         faults: Vec::new(),
         spatial: None,
+        values: Vec::new(),
         joint_ends: Vec::new(),
         joint_bodies: Vec::new(),
         topology_unknown: false,

@@ -20,6 +20,8 @@ pub(super) enum Meaning {
     Parameter(usize),
     /// Something of the motion.
     Measure(Measure),
+    /// A state or a signal: index into the reader's values.
+    Value(usize),
     /// A coordinate of a joint that could not be read.
     Faulty,
 }
@@ -42,7 +44,9 @@ pub(super) fn quantity_of(measure: Measure) -> Quantity {
         Measure::BodyRate(_) | Measure::CardanRate(..) | Measure::AngularVelocity(..) => {
             Quantity::RATE
         }
-        Measure::Quaternion(..) | Measure::DirectionCosine(..) => Quantity::NUMBER,
+        Measure::Quaternion(..) | Measure::DirectionCosine(..) | Measure::State(_) => {
+            Quantity::NUMBER
+        }
         Measure::PointAcceleration(..) => Quantity::ACCELERATION,
         Measure::AngularAcceleration(..) => Quantity::ANGULAR_ACCELERATION,
         Measure::Momentum(..) => Quantity::MOMENTUM,

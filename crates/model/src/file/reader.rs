@@ -9,6 +9,7 @@ use super::names::Names;
 use super::replay::{Constant, Constants};
 use super::tree::{Entry, Node, Quoted, Table, Value};
 use super::units::FileUnits;
+use super::value::Lowered;
 use super::words::{closest, cut, suggest};
 use crate::body::Anchor;
 use crate::diagnostic::{Code, Diagnostic, Span};
@@ -29,6 +30,8 @@ pub(super) struct Reader<'a> {
     pub(super) parameters: Vec<ParameterState>,
     /// Indices of the parameters, each after those it uses.
     pub(super) parameter_order: Vec<usize>,
+    /// The values of states, then of signals, once they are read.
+    pub(super) values: Vec<Option<Lowered>>,
     pub(super) faults: Vec<Diagnostic>,
     /// How values follow from parameters that vary.
     pub(super) constants: Constants,

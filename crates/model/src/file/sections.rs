@@ -23,6 +23,8 @@ const SECTIONS: &[&str] = &[
     "bodies",
     "joints",
     "couplings",
+    "states",
+    "signals",
     "loads",
     "drives",
     "initial",
@@ -48,6 +50,7 @@ impl Reader<'_> {
         let time = self.define_time();
         self.gather_parameters(root, source.overrides);
         self.gather_coordinates(root);
+        self.gather_controllers(root);
         self.read_parameters();
 
         // The sections, in the order in which they refer to each other.
@@ -59,10 +62,12 @@ impl Reader<'_> {
             .collect();
         self.joint_bodies =
             self.joint_ends.iter().map(|ends| ends.map(|ends| ends.map(|end| end.body))).collect();
+        let controllers = self.read_controllers(root);
         let couplings = self.read_couplings(root);
         let loads = self.read_loads(root);
         let drives = self.read_drives(root);
-        let (initial, orientations) = self.read_initial(root);
+        let (mut initial, orientations) = self.read_initial(root);
+        initial.extend(controllers.initial);
         let solve = self.read_solve(root);
         let space = self.read_space(&top);
         let coordinates = self.read_policy(&top);
@@ -88,6 +93,8 @@ impl Reader<'_> {
             couplings,
             loads,
             drives,
+            states: controllers.states,
+            named_signals: controllers.signals,
             signals: std::mem::take(&mut self.names.signals),
             initial,
             orientations,

@@ -18,8 +18,8 @@ pub fn equations(mechanism: &Mechanism, form: &ReadingForm, proof: &Proof) -> Va
         json!({
             "name": c.name,
             "value": c.name,
-            "velocity": format!("{}_dot", c.name),
-            "acceleration": format!("{}_ddot", c.name),
+            "velocity": c.rates[0][0],
+            "acceleration": c.rates[1][0],
             "unit": c.unit,
         })
     };

@@ -1,5 +1,6 @@
 //! The parts of a mechanism and its mobility.
 
+use bksim_mbs::kinematics::CoordinateKind;
 use bksim_model::{CoordinatePolicy, JointId, Space};
 use bksim_sim::mobility::Mobility;
 use serde_json::{Value, json};
@@ -17,7 +18,8 @@ pub fn parts(mechanism: &Mechanism, found: &Mobility) -> Value {
         "couplings": model.couplings.iter().map(|c| &c.name).collect::<Vec<_>>(),
         "loads": model.loads.iter().map(|l| &l.name).collect::<Vec<_>>(),
         "drives": model.drives.iter().map(|d| &d.name).collect::<Vec<_>>(),
-        "coordinates": mechanism.compiled.coordinates.iter().map(|c| &c.name).collect::<Vec<_>>(),
+        "states": model.states.iter().map(|s| &s.name).collect::<Vec<_>>(),
+        "coordinates": motion_coordinates(mechanism).collect::<Vec<_>>(),
         "coordinate_policy": coordinate_policy(mechanism),
         "coordinate_policy_chosen_by": match model.coordinates {
             CoordinatePolicy::Auto => "bksim",
@@ -31,6 +33,12 @@ pub fn parts(mechanism: &Mechanism, found: &Mobility) -> Value {
         "redundant_conditions": found.n_redundant,
         "redundant_joints": joint_names(mechanism, &found.redundant),
     })
+}
+
+/// Names of the generalised coordinates; the integrals of states are none.
+pub fn motion_coordinates(mechanism: &Mechanism) -> impl Iterator<Item = &str> {
+    let all = mechanism.system.coordinates().iter();
+    all.filter(|c| c.kind != CoordinateKind::Integral).map(|c| c.name.as_str())
 }
 
 /// The choice of its coordinates: `relative`, `absolute`.

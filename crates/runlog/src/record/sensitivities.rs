@@ -1,7 +1,7 @@
 //! Channels of the derivatives of a run by parameters and stated values.
 
 use bksim_log::{Field, Topic};
-use bksim_mbs::quantity::rate_unit;
+use bksim_mbs::quantity::Quantity;
 use bksim_sim::Mechanism;
 use bksim_sim::sensitivity::{Sensitive, StateSensitivity};
 
@@ -34,15 +34,14 @@ pub(super) fn sensitivity_topic(mechanism: &Mechanism, by: Sensitive) -> Topic {
         };
         Field::new(&name, &unit, &format!("derivative by {}", by.name(model)))
     };
-    let motion = ["", "_dot", "_ddot"].iter().enumerate().flat_map(|(order, suffix)| {
-        let unit = move |unit: &str| match order {
-            0 => unit.to_owned(),
-            _ => rate_unit(unit, order),
+    let motion = (0..3).flat_map(|order: usize| {
+        let of_order = move |c: &Quantity| match order.checked_sub(1) {
+            None => (c.name.clone(), c.unit.clone()),
+            Some(rate) => (c.rates[rate][0].clone(), c.rates[rate][1].clone()),
         };
-        let coordinates = compiled.coordinates.iter();
-        coordinates.map(move |c| (format!("{}{suffix}", c.name), unit(c.unit)))
+        compiled.coordinates.iter().map(of_order)
     });
-    let multipliers = compiled.multipliers.iter().map(|m| (m.name.clone(), m.unit.to_owned()));
+    let multipliers = compiled.multipliers.iter().map(|m| (m.name.clone(), m.unit.clone()));
     let fields = motion.chain(multipliers).map(|(name, unit)| field(name, unit));
     Topic::new(&format!("/sensitivity/{}", name.replace('.', "/")), fields)
 }

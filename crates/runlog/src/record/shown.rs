@@ -134,7 +134,7 @@ fn drives(mechanism: &Mechanism) -> Vec<Option<usize>> {
             let mut drives = mechanism.model.drives.iter();
             drives.position(|drive| drive.joint == joint && drive.motion_idx == motion_idx)
         }
-        Owner::Body(..) | Owner::Quaternion(..) => None,
+        Owner::Body(..) | Owner::Quaternion(..) | Owner::State(_) => None,
     };
     mechanism.system.coordinates().iter().map(|c| drive_of(c.owner)).collect()
 }

@@ -273,8 +273,7 @@ impl Sketch<'_> {
                 let normal = cross3(plane.u, plane.v);
                 let half = THICKNESS * self.pin;
                 let place = |[x, y, z]: [f64; 3]| along3(plane.lift([x, y]), z, normal);
-                let form =
-                    Form::Solid(Solid::prism(&fine_circle(radius), [-half, half], place));
+                let form = Form::Solid(Solid::prism(&fine_circle(radius), [-half, half], place));
                 shapes.push(Shape { body: end.body, role, form });
             }
         }

@@ -97,7 +97,7 @@ pub(super) fn with_reasons(
     if let Some(&i) = worst.iter().find(|&i| moved(i) > FOLLOWED) {
         let unit = rate_unit(coordinates[i].kind.unit(), 1);
         return fault
-            .note(format!("`{}_dot` is {} {unit} there", name(i), short(v[i])))
+            .note(format!("`{}` is {} {unit} there", coordinates[i].rate_name, short(v[i])))
             .help("look for a speed, force or length in a wrong unit, or end the run much sooner");
     }
     fault.help(

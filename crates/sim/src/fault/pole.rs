@@ -42,6 +42,7 @@ fn owner(model: &Model, system: &SymbolicSystem, coordinate_idx: usize) -> Strin
         Owner::Body(body, _) | Owner::Quaternion(body, _) => {
             format!("body `{}`", model.bodies[body.0].name)
         }
+        Owner::State(state) => format!("state `{}`", model.states[state.0].name),
     }
 }
 
@@ -57,6 +58,7 @@ fn explained(
     let span = match system.coordinates()[three[1]].owner {
         Owner::Joint(joint, _) => &model.joints[joint.0].span,
         Owner::Body(body, _) | Owner::Quaternion(body, _) => &model.bodies[body.0].span,
+        Owner::State(state) => &model.states[state.0].span,
     };
     let [note, help] = words(system, three, angle);
     fault

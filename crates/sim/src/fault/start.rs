@@ -191,6 +191,10 @@ fn no_inertia(
             format!("body `{}`", model.bodies[body.0].name),
             Some(model.bodies[body.0].span.clone()),
         ),
+        Some(Owner::State(state)) => (
+            format!("state `{}`", model.states[state.0].name),
+            Some(model.states[state.0].span.clone()),
+        ),
         None => ("the mechanism".to_owned(), None),
     };
     let moved: Vec<&str> =

@@ -56,7 +56,7 @@ impl Instant<'_> {
         let rates = self.system.coordinates().iter().zip(&self.v);
         let (coordinate, &rate) = rates.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
         let unit = rate_unit(coordinate.kind.unit(), 1);
-        let name = format!("{}_dot", coordinate.name);
+        let name = coordinate.rate_name.clone();
         (rate.abs() > HUGE).then_some((name, rate, unit))
     }
 
@@ -208,7 +208,7 @@ pub(super) fn too_large(
     let positions = positions
         .map(|(i, &x)| (coordinates[i].name.clone(), x, coordinates[i].kind.unit().to_owned()));
     let rate = |(i, &x): (usize, &f64)| {
-        (format!("{}_dot", coordinates[i].name), x, rate_unit(coordinates[i].kind.unit(), 1))
+        (coordinates[i].rate_name.clone(), x, rate_unit(coordinates[i].kind.unit(), 1))
     };
     let energies = [("kinetic", last.energy.kinetic), ("potential", last.energy.potential)];
     let energies = energies.map(|(what, x)| (format!("{what} energy"), x, "J".to_owned()));

@@ -52,7 +52,7 @@ impl<'a> ExplicitMotion<'a> {
     ) -> Self {
         let quantities = &compiled.coordinates;
         let names = quantities.iter().map(|c| c.name.clone());
-        let rates = quantities.iter().map(|c| format!("{}_dot", c.name));
+        let rates = quantities.iter().map(|c| c.rates[0][0].clone());
         let names = names.chain(rates).chain(["work".to_owned()]).collect();
         Self {
             evaluator: compiled.evaluator(parameters),

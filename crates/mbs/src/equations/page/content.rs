@@ -6,7 +6,7 @@ use super::{Body, Cell, Label, Section, Style, Subject, Writer, number, unit};
 use crate::equations::{ContactText, Counts, ReadingForm, contact_texts};
 use crate::kinematics::{Coordinate, CoordinateKind, Owner};
 use crate::system::Derivation;
-use bksim_model::{Anchor, BodyId, JointId, JointKind, Model, Space};
+use bksim_model::{Anchor, BodyId, JointId, JointKind, Model, Space, StateId};
 
 /// The form as the style wants it: typeset, multipliers are λ₁, λ₂ …
 pub(super) fn form_for(subject: &Subject<'_>, style: Style) -> ReadingForm {
@@ -138,7 +138,7 @@ fn joints(subject: &Subject<'_>) -> Vec<Vec<Cell>> {
         let is_own = |owner: Owner| match owner {
             Owner::Joint(id, _) => id == JointId(joint_idx),
             Owner::Quaternion(body, _) => tree.joint_of(body) == Some(JointId(joint_idx)),
-            Owner::Body(..) => false,
+            Owner::Body(..) | Owner::State(_) => false,
         };
         let names = subject.system.coordinates().iter().filter(|c| is_own(c.owner));
         let names: Vec<&str> = names.map(|c| c.name.as_str()).collect();
@@ -175,7 +175,7 @@ fn coordinates(writer: &Writer<'_>) -> Vec<Vec<Cell>> {
             Cell::Formula(writer.printer.symbol(coordinate.q)),
             Cell::Code(quantity.name.clone()),
             words(meaning(&writer.subject, coordinate)),
-            words(quantity.unit),
+            words(&quantity.unit),
         ]
     };
     let quantities = writer.subject.coordinates.iter();
@@ -188,6 +188,7 @@ fn meaning(subject: &Subject<'_>, coordinate: &Coordinate) -> String {
         CoordinateKind::Angle => "angle",
         CoordinateKind::Length => "position",
         CoordinateKind::Quaternion => "part of the quaternion",
+        CoordinateKind::Integral => "integral of the state",
     };
     let in_joint = |JointId(j): JointId| {
         let joint = &model.joints[j];
@@ -202,6 +203,7 @@ fn meaning(subject: &Subject<'_>, coordinate: &Coordinate) -> String {
             Some(joint) => in_joint(joint),
             None => of_body(what, body),
         },
+        Owner::State(StateId(state)) => format!("{what} {}", model.states[state].name),
         Owner::Body(body, motion_idx) => {
             let axis = ["x", "y", "z"].get(motion_idx).filter(|_| what == "position");
             let what = axis.map_or(what.to_owned(), |axis| format!("{axis} of the centre of mass"));
@@ -286,7 +288,7 @@ fn multipliers(writer: &Writer<'_>) -> Vec<Vec<Cell>> {
             Cell::Formula(name),
             Cell::Code(m.name.clone()),
             words(m.description.replace('`', "")),
-            words(unit(m.unit)),
+            words(unit(&m.unit)),
         ]
     };
     writer.subject.multipliers.iter().zip(names).map(row).collect()

@@ -1,0 +1,306 @@
+//! `[states.…]` and `[signals.…]`: quantities that are integrated with the motion, and named expressions of
+//! both.
+
+use std::ops::Range;
+
+use bksim_expr::{Expr, Syntax};
+
+use super::codes;
+use super::gather::sub_tables;
+use super::names::Meaning;
+use super::reader::{Fields, Reader};
+use super::tree::{Node, Table, Value};
+use super::units::{Dimension, Quantity};
+use super::value::{Kind, Lowered, Scope};
+use crate::diagnostic::{Diagnostic, Span};
+use crate::ids::StateId;
+use crate::measure::{Initial, Measure};
+use crate::state::{NamedSignal, State};
+
+/// What the sections of controllers hold.
+#[derive(Default)]
+pub(super) struct Controllers {
+    pub(super) states: Vec<State>,
+    pub(super) signals: Vec<NamedSignal>,
+    /// The starts of the states.
+    pub(super) initial: Vec<Initial>,
+}
+
+/// A table of one of the sections.
+struct Entry<'t> {
+    /// Its place among the values of the reader.
+    value_idx: usize,
+    name: &'t str,
+    span: Span,
+    table: &'t Table,
+}
+
+impl Reader<'_> {
+    /// Gathers the names of states and signals.
+    pub(super) fn gather_controllers(&mut self, root: &Table) {
+        for (section, what) in [("states", "state"), ("signals", "signal")] {
+            for (name, span, table) in sub_tables(root, section) {
+                if table.is_none() {
+                    self.not_a_table(what, name, &span);
+                }
+                let meaning = Meaning::Value(self.values.len());
+                self.values.push(None);
+                if self.usable_name(name, &span, what) {
+                    self.define(name, meaning, Some(span));
+                }
+            }
+        }
+    }
+
+    /// Reads states and signals, each signal after those it uses.
+    pub(super) fn read_controllers(&mut self, root: &Table) -> Controllers {
+        let mut controllers = Controllers::default();
+        let all: Vec<(&str, Span, Option<&Table>)> = ["states", "signals"]
+            .into_iter()
+            .flat_map(|section| sub_tables(root, section))
+            .collect();
+        let n_states = sub_tables(root, "states").len();
+        let entry = |range: Range<usize>| {
+            let entries = all.iter().enumerate().skip(range.start).take(range.len());
+            let entries = entries.filter_map(|(value_idx, (name, span, table))| {
+                Some(Entry { value_idx, name, span: span.clone(), table: (*table)? })
+            });
+            entries.collect::<Vec<_>>()
+        };
+        let (states, signals) = (entry(0..n_states), entry(n_states..all.len()));
+
+        // A state is known by its start, before any expression that uses it.
+        let mut opened = Vec::new();
+        for state in &states {
+            let owner = format!("state `{}`", state.name);
+            let keys = &["rate", "start"];
+            let fields = Fields::open(self, state.table, owner, state.span.clone(), keys);
+            let id = StateId(opened.len());
+            let kind = self.read_state_start(state, id, &fields, &mut controllers.initial);
+            opened.push((state, fields, kind));
+        }
+        self.read_signals(&signals, &mut controllers.signals);
+        for (state, fields, kind) in opened {
+            if let Some(read) = kind.and_then(|kind| self.read_state_rate(state, &fields, kind)) {
+                controllers.states.push(read);
+            }
+        }
+        controllers
+    }
+
+    /// The start of a state, whose dimension is that of the state.
+    fn read_state_start(
+        &mut self,
+        state: &Entry<'_>,
+        id: StateId,
+        fields: &Fields<'_>,
+        initial: &mut Vec<Initial>,
+    ) -> Option<Kind> {
+        let help = "write for example `start = 0`";
+        let node = fields.require(self, "start", help)?;
+        let start = self.lowered(node, &fields.what("start"), Scope::Constant)?;
+        let measure = Measure::State(id);
+        let expr = self.names.signal(&self.pool, state.name, measure);
+        let value = Lowered {
+            is_angle: start.is_angle,
+            ..Lowered::new(expr, start.kind, None, start.span.clone())
+        };
+        self.values[state.value_idx] = Some(value);
+        initial.push(Initial {
+            measure,
+            value: start.expr,
+            is_guess: false,
+            name: state.name.to_owned(),
+            span: start.span,
+        });
+        Some(start.kind)
+    }
+
+    fn read_state_rate(
+        &mut self,
+        state: &Entry<'_>,
+        fields: &Fields<'_>,
+        kind: Kind,
+    ) -> Option<State> {
+        let help = "write for example `rate = \"0.3 m - A.position\"`";
+        let node = fields.require(self, "rate", help)?;
+        let what = fields.what("rate");
+        let rate = self.lowered(node, &what, Scope::Motion)?;
+        let second = Quantity::TIME.dimension();
+        let (rate, dimension) = match (kind, rate.kind) {
+            (Kind::Known(own), Kind::Bare) => {
+                (self.adopt(&rate, own.over(second), false), Some(own))
+            }
+            (Kind::Known(own), Kind::Known(found)) if found == own.over(second) => {
+                (rate, Some(own))
+            }
+            (Kind::Known(own), Kind::Known(found)) => {
+                let message = format!(
+                    "{what}: state `{}` is in {}, so its rate is in {}, found {}",
+                    state.name,
+                    text(own),
+                    text(own.over(second)),
+                    text(found)
+                );
+                self.report(
+                    Diagnostic::error(codes::WRONG_DIMENSION, message)
+                        .at(rate.span, "")
+                        .help("give `start` the unit of the state, or change the rate"),
+                );
+                return None;
+            }
+            (Kind::Bare, Kind::Known(found)) => (rate, Some(found.times(second))),
+            (Kind::Bare, Kind::Bare) => (rate, None),
+        };
+        let own = dimension.unwrap_or(Dimension::NONE);
+        Some(State {
+            name: state.name.to_owned(),
+            rate: rate.expr,
+            units: [own.times(second), own, own.over(second)]
+                .map(|dimension| dimension.to_string()),
+            span: rate.span,
+        })
+    }
+
+    /// Lowers all signals, each after those it uses; those that use each other are named.
+    fn read_signals(&mut self, entries: &[Entry<'_>], signals: &mut Vec<NamedSignal>) {
+        let mut read = Vec::new();
+        for entry in entries {
+            let owner = format!("signal `{}`", entry.name);
+            let fields = Fields::open(self, entry.table, owner, entry.span.clone(), &["value"]);
+            let help = "write for example `value = \"2 N/m*(0.3 m - A.position)\"`";
+            let node = fields.require(self, "value", help);
+            let what = fields.what("value");
+            let syntax = node.and_then(|node| {
+                let quoted = node.text(self.text)?;
+                self.parse(&quoted, &what, "2 N")
+            });
+            read.push((entry, node, what, syntax));
+        }
+        // Those that a signal uses come first.
+        let place =
+            |value_idx: usize| entries.iter().position(|entry| entry.value_idx == value_idx);
+        let used: Vec<Vec<usize>> = read
+            .iter()
+            .map(|(_, _, _, syntax)| {
+                let names = syntax.iter().flat_map(Syntax::names);
+                let used = names.filter_map(|(name, _)| match self.names.plain(name) {
+                    Some(Meaning::Value(idx)) => place(idx),
+                    _ => None,
+                });
+                used.collect()
+            })
+            .collect();
+        let (order, circle) = ordered(&used);
+        if !circle.is_empty() {
+            let names: Vec<String> =
+                circle.iter().map(|&k| format!("`{}`", entries[k].name)).collect();
+            let first = &entries[circle[0]];
+            self.report(
+                Diagnostic::error(
+                    codes::ALGEBRAIC_LOOP,
+                    format!("signals follow from each other: {}", names.join(" → ")),
+                )
+                .at(first.span.clone(), "part of the circle")
+                .note("a signal has its value at once, so it cannot depend on itself")
+                .help("make one of them a state, or use a quantity of the motion instead"),
+            );
+        }
+        for k in order {
+            let (entry, node, what, syntax) = &read[k];
+            let value = match (node, syntax) {
+                (Some(node), Some(syntax)) => node
+                    .text(self.text)
+                    .and_then(|quoted| self.lower(syntax, &quoted, what, Scope::Motion)),
+                (Some(node), None) if matches!(node.value, Value::Number { .. }) => {
+                    self.lowered(node, what, Scope::Motion)
+                }
+                (Some(node), None) => {
+                    if !matches!(node.value, Value::Text(_)) {
+                        let help = "write an expression in quotes, such as \"2*A.angle\"";
+                        self.wrong_kind(node, what, "an expression", &node.value, help);
+                    }
+                    None
+                }
+                (None, _) => None,
+            };
+            let Some(value) = value else { continue };
+            let unit = match value.kind {
+                Kind::Known(dimension) if dimension == Dimension::NONE && value.is_angle => {
+                    "rad".to_owned()
+                }
+                Kind::Known(dimension) => dimension.to_string(),
+                Kind::Bare => String::new(),
+            };
+            signals.push(NamedSignal {
+                name: entry.name.to_owned(),
+                value: value.expr,
+                unit,
+                span: value.span.clone(),
+            });
+            self.values[entry.value_idx] = Some(value);
+        }
+    }
+
+    /// The value of a state or signal where it is used.
+    pub(super) fn value_of(&self, value_idx: usize) -> Option<Lowered> {
+        self.values[value_idx].clone()
+    }
+
+    /// Whether an expression follows something of the motion.
+    pub(super) fn moves(&self, expr: Expr) -> bool {
+        self.names.signals.iter().any(|signal| self.pool.depends_on(expr, signal.symbol))
+    }
+
+    /// A value of any dimension.
+    fn lowered(&mut self, node: &Node, what: &str, scope: Scope) -> Option<Lowered> {
+        match &node.value {
+            Value::Number { value, digits } => {
+                self.literal(*value, digits, what, "0.5", &node.span)
+            }
+            Value::Text(_) => {
+                let quoted = node.text(self.text)?;
+                let syntax = self.parse(&quoted, what, "0.5")?;
+                self.lower(&syntax, &quoted, what, scope)
+            }
+            other => {
+                self.wrong_kind(node, what, "a quantity", other, "for example \"0.5 m\"");
+                None
+            }
+        }
+    }
+}
+
+/// An order in which each comes after those it uses, and the members of a circle, if there is one.
+fn ordered(used: &[Vec<usize>]) -> (Vec<usize>, Vec<usize>) {
+    let mut order: Vec<usize> = Vec::new();
+    let mut is_done = vec![false; used.len()];
+    loop {
+        let is_ready = |&k: &usize| !is_done[k] && used[k].iter().all(|&other| is_done[other]);
+        let ready: Vec<usize> = (0..used.len()).filter(is_ready).collect();
+        if ready.is_empty() {
+            break;
+        }
+        ready.iter().for_each(|&k| is_done[k] = true);
+        order.extend(ready);
+    }
+    // From any that is left, the way along what it uses comes back to where it was.
+    let Some(first) = is_done.iter().position(|done| !done) else { return (order, Vec::new()) };
+    let mut way = vec![first];
+    loop {
+        let here = way[way.len() - 1];
+        let Some(&next) = used[here].iter().find(|&&other| !is_done[other]) else { break };
+        if let Some(start) = way.iter().position(|&known| known == next) {
+            way.drain(..start);
+            way.push(next);
+            return (order, way);
+        }
+        way.push(next);
+    }
+    (order, way)
+}
+
+/// A dimension in words.
+fn text(dimension: Dimension) -> String {
+    if dimension == Dimension::NONE { "a pure number".to_owned() } else { dimension.to_string() }
+}
