@@ -59,10 +59,19 @@ fn v(name: &'static str) -> impl Fn(&Mechanism, &Sample) -> f64 {
     move |mechanism, sample| sample.v[coordinate(mechanism, name)]
 }
 
+/// The value of the named signal of this index.
+fn signal(idx: usize) -> impl Fn(&Mechanism, &Sample) -> f64 {
+    move |_, sample| sample.signals[idx]
+}
+
 #[test]
 fn a_continuous_pid() {
-    let columns: [Column<'_>; 3] =
-        [("x", &q("S_position")), ("v", &v("S_position")), ("e", &v("e_integral"))];
+    let columns: [Column<'_>; 4] = [
+        ("x", &q("S_position")),
+        ("v", &v("S_position")),
+        ("e", &v("e_integral")),
+        ("u", &signal(0)),
+    ];
     check(&text("pid-continuous"), "pid_continuous", None, &columns);
 }
 
@@ -78,7 +87,8 @@ fn a_motor_with_inductance() {
 
 #[test]
 fn a_limited_torque_without_and_with_anti_windup() {
-    let columns: [Column<'_>; 2] = [("w", &v("A_angle")), ("I", &v("I_integral"))];
+    let columns: [Column<'_>; 4] =
+        [("w", &v("A_angle")), ("I", &v("I_integral")), ("v", &signal(0)), ("u", &signal(1))];
     let plain = text("antiwindup");
     check(&plain, "antiwindup", Some(0.0), &columns);
     check(&plain.replace("kb = 0", "kb = 4"), "antiwindup", Some(1.0), &columns);

@@ -48,6 +48,7 @@ pub(crate) enum TopicKind {
     Couplings,
     Drives,
     Inputs,
+    Signals,
     Energy,
     Solver,
 }
@@ -141,7 +142,7 @@ impl Channels {
         sample: &'a Sample,
         made: &'a mut [f64; N_MADE],
     ) -> [&'a [f64]; 2] {
-        let Sample { q, v, a, lambda, reactions, inputs, energy, stats, .. } = sample;
+        let Sample { q, v, a, lambda, reactions, inputs, signals, energy, stats, .. } = sample;
         match of {
             TopicKind::State => [q, v],
             TopicKind::Acceleration => [a, &[]],
@@ -151,6 +152,7 @@ impl Channels {
             TopicKind::Couplings => [&lambda[self.couplings.clone()], &[]],
             TopicKind::Drives => [&lambda[self.drives.clone()], &[]],
             TopicKind::Inputs => [inputs, &[]],
+            TopicKind::Signals => [signals, &[]],
             TopicKind::Energy => {
                 let total = energy.kinetic + energy.potential;
                 let five = [energy.kinetic, energy.potential, total, sample.work, energy.power];
@@ -234,6 +236,10 @@ fn topics(mechanism: &Mechanism) -> Vec<(Topic, TopicKind)> {
         Field::new(&parameter.name, &unit, "a function of the motion")
     });
 
+    let signals = mechanism.model.named_signals.iter();
+    let signals =
+        signals.map(|s| Field::new(&s.name, &s.unit.replace(' ', "*"), "value of the signal"));
+
     // One topic for each part of a sample.
     let mut topics = vec![
         (Topic::new("/state", values.chain(rates)), TopicKind::State),
@@ -245,12 +251,13 @@ fn topics(mechanism: &Mechanism) -> Vec<(Topic, TopicKind)> {
         (Topic::new("/couplings", coupled), TopicKind::Couplings),
         (Topic::new("/drives", efforts), TopicKind::Drives),
         (Topic::new(INPUTS, inputs), TopicKind::Inputs),
+        (Topic::new("/signals", signals), TopicKind::Signals),
         (Topic::new("/energy", energy_fields()), TopicKind::Energy),
         (Topic::new("/solver", solver_fields()), TopicKind::Solver),
     ]);
     let is_optional = |of: &TopicKind| {
         use TopicKind as T;
-        matches!(of, T::Multipliers | T::Couplings | T::Drives | T::Inputs)
+        matches!(of, T::Multipliers | T::Couplings | T::Drives | T::Inputs | T::Signals)
     };
     topics.retain(|(topic, of)| !(is_optional(of) && topic.fields.is_empty()));
     topics

@@ -25,6 +25,7 @@ use crate::redundancy::{Instant, SelfStress, Transmissions, Uniqueness};
 use bksim_mbs::constraint::Source;
 use bksim_mbs::kinematics::CoordinateKind;
 use bksim_mbs::reaction::reactions;
+use bksim_mbs::signal::signal_values;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::Model;
 
@@ -65,6 +66,8 @@ pub struct CompiledSystem {
     /// Second angles of three in sequence.
     pub(crate) second_angles: Vec<usize>,
     /// The model's own, without modes.
+    /// The values of the named signals, where there are some.
+    pub(crate) signals: Option<Function>,
     pub(crate) n_parameters: usize,
     /// Coordinates whose velocities are states.
     pub(crate) n_states: usize,
@@ -112,6 +115,10 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     let power = is_powered.then(|| function(&energy[2..], &[&q, &v, &lambda, u])).transpose()?;
     let reaction_outputs: Vec<Expr> =
         reactions(model, system).iter().flat_map(|r| [r.force, r.moment].concat()).collect();
+    // Signals as they were written: they have no modes.
+    let measures = signal_values(model, &system.kinematics);
+    let signals = model.named_signals.iter();
+    let signals: Vec<Expr> = signals.map(|s| pool.substitute(s.value, &measures)).collect();
     Ok(CompiledSystem {
         coordinates: coordinate_quantities(model, system),
         multipliers: multiplier_quantities(model, system),
@@ -130,6 +137,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         indicators,
         transmissions: Transmissions::compile(model, system, &q, &parameters)?,
         second_angles: system.kinematics.sequences().iter().map(|three| three[1]).collect(),
+        signals: (!signals.is_empty()).then(|| function(&signals, &[&q, &v, u])).transpose()?,
         n_parameters: model.parameters.len(),
         n_states: model.states.len(),
     })

@@ -21,6 +21,7 @@ pub struct Evaluator<'a> {
     energy: Buffers,
     power: Option<Buffers>,
     reactions: Buffers,
+    signals: Option<Buffers>,
     inputs: InputValues,
 }
 
@@ -71,6 +72,7 @@ impl<'a> Evaluator<'a> {
             energy: system.energy.buffers(parameters),
             power: system.power.as_ref().map(|function| function.buffers(parameters)),
             reactions: system.reactions.buffers(parameters),
+            signals: system.signals.as_ref().map(|function| function.buffers(parameters)),
             inputs: InputValues::new(&system.inputs),
         }
     }
@@ -83,6 +85,13 @@ impl<'a> Evaluator<'a> {
     /// The inputs at a state, SI.
     pub fn inputs(&mut self, t: f64, q: &[f64], v: &[f64]) -> &[f64] {
         self.inputs.at(t, q, v)
+    }
+
+    /// The values of the named signals at a state, SI.
+    pub fn signals(&mut self, t: f64, q: &[f64], v: &[f64]) -> &[f64] {
+        let Self { system, signals, inputs, .. } = self;
+        let (Some(function), Some(buffers)) = (&system.signals, signals) else { return &[] };
+        function.evaluate(buffers, &[&[t], q, v, inputs.at(t, q, v)])
     }
 
     /// M, G, f and γ at a state.

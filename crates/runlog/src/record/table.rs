@@ -63,6 +63,7 @@ fn put(sample: &mut Sample, of: TopicKind, values: &[f64]) {
         // They are among the multipliers.
         TopicKind::Couplings | TopicKind::Drives => (),
         TopicKind::Inputs => sample.inputs = values.to_vec(),
+        TopicKind::Signals => sample.signals = values.to_vec(),
         TopicKind::Energy => {
             let energy = &mut sample.energy;
             (energy.kinetic, energy.potential) = (values[0], values[1]);

@@ -21,6 +21,8 @@ pub struct Sample {
     pub reactions: Vec<[f64; 6]>,
     /// Values of the model's [inputs](crate::input), SI.
     pub inputs: Vec<f64>,
+    /// Values of the named signals, SI.
+    pub signals: Vec<f64>,
     /// Energies and power.
     pub energy: Energy,
     /// Work of loads and drives since the start, J.
@@ -38,9 +40,9 @@ pub struct Sample {
 impl Sample {
     /// Whether every number of it is finite.
     pub fn is_finite(&self) -> bool {
-        let Self { q, v, a, lambda, reactions, inputs, energy, work, .. } = self;
+        let Self { q, v, a, lambda, reactions, inputs, signals, energy, work, .. } = self;
         let Energy { kinetic, potential, power } = *energy;
-        let parts = [q, v, a, lambda, inputs, reactions.as_flattened()];
+        let parts = [q, v, a, lambda, inputs, signals, reactions.as_flattened()];
         let alone = [kinetic, potential, power, *work];
         parts.into_iter().flatten().chain(&alone).all(|value| value.is_finite())
     }

@@ -347,7 +347,9 @@ pub(super) fn project(
 /// Completes a sample by what follows from its state, accelerations and multipliers: inputs,
 /// energies, reactions.
 pub(super) fn complete(evaluator: &mut Evaluator<'_>, sample: &mut Sample) {
-    let Sample { t, q, v, a, lambda, reactions, inputs, energy, .. } = sample;
+    let Sample { t, q, v, a, lambda, reactions, inputs, signals, energy, .. } = sample;
+    signals.clear();
+    signals.extend_from_slice(evaluator.signals(*t, q, v));
     inputs.clear();
     inputs.extend_from_slice(evaluator.inputs(*t, q, v));
     *energy = evaluator.energy(*t, q, v, lambda);

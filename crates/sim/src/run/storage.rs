@@ -82,10 +82,23 @@ impl Run<'_> {
 
 impl Sample {
     pub(super) fn save(&self, saver: &mut Saver) {
-        let Self { t, q, v, a, lambda, inputs, reactions, energy, work, step_size, stats, .. } =
-            self;
+        let Self {
+            t,
+            q,
+            v,
+            a,
+            lambda,
+            inputs,
+            signals,
+            reactions,
+            energy,
+            work,
+            step_size,
+            stats,
+            ..
+        } = self;
         let Energy { kinetic, potential, power } = *energy;
-        for part in [q, v, a, lambda, inputs] {
+        for part in [q, v, a, lambda, inputs, signals] {
             saver.slice(part);
         }
         saver.slice(reactions.as_flattened());
@@ -105,11 +118,12 @@ impl Sample {
             a: vec![0.0; nq],
             lambda: vec![0.0; nc],
             inputs: vec![0.0; compiled.inputs.ids().len()],
+            signals: vec![0.0; compiled.signals.as_ref().map_or(0, crate::function::Function::n_outputs)],
             reactions: vec![[0.0; 6]; compiled.joints.len()],
             ..Self::default()
         };
-        let Self { q, v, a, lambda, inputs, reactions, .. } = &mut sample;
-        for part in [q, v, a, lambda, inputs] {
+        let Self { q, v, a, lambda, inputs, signals, reactions, .. } = &mut sample;
+        for part in [q, v, a, lambda, inputs, signals] {
             loader.fill(part)?;
         }
         loader.fill(reactions.as_flattened_mut())?;
