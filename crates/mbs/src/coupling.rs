@@ -122,8 +122,8 @@ fn of_wheels(model: &Model, kinematics: &Kinematics, wheels: &Wheels) -> Option<
     let (line, square) = center_line(model, kinematics, wheels)?;
     let second = axis_of(model, kinematics, wheels.axes[1]);
     let center = kinematics.anchor(model, wheels.wheels[1]);
-    let radius = wheels.radii.map_or(pool.one(), |[_, second]| second);
-    let side = pool.div(pool.mul(radius, pool.sub(wheels.ratio, pool.one())), square);
+    let [first, radius] = wheels.radii.unwrap_or([wheels.ratio, pool.one()]);
+    let side = pool.div(pool.sub(first, radius), square);
     let force = spatial::scale(pool, side, &spatial::cross(pool, &second, &line));
     let moment = spatial::scale(pool, radius, &second);
     let on_second = Wrench { body: wheels.wheels[1].body, force, at: center, moment };

@@ -56,7 +56,8 @@ pub struct Wheels {
     pub carrier: BodyId,
     /// Rate of the second over that of the first, both against the carrier.
     pub ratio: Expr,
-    /// Pitch radii, m, where the author stated them.
+    /// Pitch radii, m, where the author stated them; the first below zero where the wheels turn in opposite
+    /// senses.
     pub radii: Option<[Expr; 2]>,
     /// Numbers of teeth, where the author stated them.
     pub teeth: Option<[Expr; 2]>,

@@ -86,7 +86,7 @@ fn misfit(
     let tape = Tape::compile(&model.pool, &outputs, &[], &symbols)?;
     let mut out = vec![0.0; outputs.len()];
     tape.evaluate(&mut tape.workspace(&values), &[], &mut out);
-    let [square, first, second, ratio] = [0, 1, 2, 3].map(|i| out[i]);
+    let [square, first, second, ratio] = [out[0], out[1].abs(), out[2], out[3]];
 
     let distance = square.sqrt();
     let is_same = ratio > 0.0;

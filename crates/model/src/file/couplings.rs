@@ -117,7 +117,7 @@ impl Reader<'_> {
         let ratio = self.signed_ratio(sizes, is_same, fields)?;
         let phase = phase?;
 
-        // ratio · first − second, times the pitch radius of the second.
+        // ratio · first + phase − second, times the pitch radius of the second where it is known.
         let turn = |reader: &mut Self, at: usize| {
             let measure = Measure::Turn(wheels[at].body, carrier, axes[at]);
             let body = reader.names.bodies[wheels[at].body.0].name.clone();
@@ -125,12 +125,17 @@ impl Reader<'_> {
         };
         let [first, second] = [turn(self, 0), turn(self, 1)];
         let pool = &self.pool;
-        let angle = pool.sum([pool.mul(ratio, first), phase, pool.neg(second)]);
-        let (relation, effort) = match sizes.radii {
-            Some([_, second]) => (pool.mul(second, angle), MotionKind::Translation),
-            None => (angle, MotionKind::Rotation),
-        };
         let Sizes { radii, teeth, .. } = sizes;
+        let radii =
+            radii.map(|[first, second]| [if is_same { first } else { pool.neg(first) }, second]);
+        let rest = pool.sub(phase, second);
+        let (relation, effort) = match radii {
+            Some([r_first, r_second]) => {
+                let arcs = [pool.mul(r_first, first), pool.mul(r_second, rest)];
+                (pool.sum(arcs), MotionKind::Translation)
+            }
+            None => (pool.add(pool.mul(ratio, first), rest), MotionKind::Rotation),
+        };
         let wheels = Wheels { axes, wheels, carrier, ratio, radii, teeth, phase };
         let kind = if is_gear { CouplingKind::Gear(wheels) } else { CouplingKind::Belt(wheels) };
         Some((kind, relation, effort))

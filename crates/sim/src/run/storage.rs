@@ -118,7 +118,10 @@ impl Sample {
             a: vec![0.0; nq],
             lambda: vec![0.0; nc],
             inputs: vec![0.0; compiled.inputs.ids().len()],
-            signals: vec![0.0; compiled.signals.as_ref().map_or(0, crate::function::Function::n_outputs)],
+            signals: vec![
+                0.0;
+                compiled.signals.as_ref().map_or(0, crate::function::Function::n_outputs)
+            ],
             reactions: vec![[0.0; 6]; compiled.joints.len()],
             ..Self::default()
         };

@@ -68,6 +68,7 @@ pub fn from_model(source: &Source<'_>) -> Result<Vec<u8>, Unwritten> {
                     view` and `bksim render` show it in space";
         return Err(Diagnostic::error(codes::SPATIAL, message).help(help).into());
     }
+    beyond_a_drawing(source.model)?;
     let document: DocumentMut = source.text.parse().map_err(|_| no_place("this text", "it"))?;
     let positions = Positions::new(source)?;
     let size = positions.symbol_size().max(1e-3 * usual_size(source.unit));
@@ -195,6 +196,18 @@ impl Sketch<'_> {
 /// The row of a kind that is known to be there.
 fn kind(name: &str) -> &'static Kind {
     by_name(name).expect("kinds of models are kinds of attachments")
+}
+
+/// Refuses what stands in a model file only, beside the drawing that it names.
+fn beyond_a_drawing(model: &Model) -> Result<(), Diagnostic> {
+    let coupling = model.couplings.first().map(|c| (format!("coupling `{}`", c.name), &c.span));
+    let state = model.states.first().map(|s| (format!("state `{}`", s.name), &s.span));
+    let signal = model.named_signals.first().map(|s| (format!("signal `{}`", s.name), &s.span));
+    let Some((what, span)) = coupling.or(state).or(signal) else { return Ok(()) };
+    let message = format!("{what} has no place in a drawing");
+    Err(Diagnostic::error(codes::UNDRAWABLE, message).at(span.clone(), "in a model file only").help(
+        "draw the model without it, and write it in a model file with `drawing = \"…\"`, which adds to the drawing",
+    ))
 }
 
 /// The fault of a value that a drawing cannot hold.
