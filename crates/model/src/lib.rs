@@ -29,6 +29,7 @@ pub mod message;
 mod model;
 mod solve;
 mod state;
+mod table;
 
 pub use body::{Anchor, Body, FixedTurn, Inertia, Point, Solid, SolidForm};
 pub use coupling::{Coupling, CouplingKind, Rack, Wheels};
@@ -42,3 +43,4 @@ pub use measure::{Axis, Frame, Initial, Measure, Orientation, Signal};
 pub use model::{CoordinatePolicy, Model, Parameter, Space};
 pub use solve::{Formulation, Jit, MOST_OUTPUTS, Method, Outputs, SolveOptions};
 pub use state::{NamedSignal, State};
+pub use table::TableCall;

@@ -18,6 +18,7 @@ use crate::load::Load;
 use crate::measure::{Initial, Orientation, Signal};
 use crate::solve::SolveOptions;
 use crate::state::{NamedSignal, State};
+use crate::table::TableCall;
 
 /// A whole mechanism as its author stated it; `Model<PoolSnapshot>` is the same for all threads at once.
 #[derive(Debug)]
@@ -48,6 +49,8 @@ pub struct Model<P = Pool> {
     pub states: Vec<State>,
     /// Named expressions, each after those it uses.
     pub named_signals: Vec<NamedSignal>,
+    /// Calls of tables that have no value beyond their rows.
+    pub table_calls: Vec<TableCall>,
     /// Symbols used in expressions of loads and drives, and what they measure.
     pub signals: Vec<Signal>,
     /// Stated and guessed values of the start.
@@ -78,6 +81,7 @@ impl<P> Model<P> {
             drives: self.drives.clone(),
             states: self.states.clone(),
             named_signals: self.named_signals.clone(),
+            table_calls: self.table_calls.clone(),
             signals: self.signals.clone(),
             initial: self.initial.clone(),
             orientations: self.orientations.clone(),

@@ -32,4 +32,5 @@ bksim_model::codes! {
     DRIFTED = "R011", "constraints that are not kept";
     SLOW = "R012", "far more steps than expected";
     ANGLE_POLE = "R013", "angles at their pole";
+    TABLE_LEFT = "R014", "a table is left";
 }

@@ -10,6 +10,7 @@ mod reach;
 mod run;
 mod start;
 mod switch;
+mod table;
 mod values;
 mod words;
 mod worth;

@@ -56,6 +56,7 @@ crate::codes! {
     BAD_FRAME = "M070", "axes that make no frame";
     NOT_PERPENDICULAR = "M071", "axes of a joint that are not perpendicular";
     ALGEBRAIC_LOOP = "M076", "signals that follow from each other";
+    BAD_TABLE = "M077", "rows that make no table";
     BAD_RELATION = "M080", "a coupling that couples nothing";
     NO_CARRIER = "M081", "wheels without a common carrier";
     BAD_RATIO = "M082", "a ratio that no wheels have";

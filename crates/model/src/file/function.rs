@@ -22,8 +22,14 @@ impl Reader<'_> {
         context: &Context<'_>,
     ) -> Option<Lowered> {
         let location = context.quoted.span_of(name_span);
+        if let Some(table_idx) = self.table_named(name) {
+            let arguments: Vec<Lowered> = arguments.iter().cloned().collect::<Option<_>>()?;
+            return self.look_up(table_idx, &arguments, span, context);
+        }
         let Some(function) = Function::from_name(name) else {
-            let names: Vec<&str> = Function::names().collect();
+            let tables: Vec<String> = self.tables.iter().map(|table| table.name.clone()).collect();
+            let mut names: Vec<&str> = tables.iter().map(String::as_str).collect();
+            Function::names().for_each(|known| names.push(known));
             let message = format!("unknown function `{}`", cut(name));
             self.report(
                 Diagnostic::error(codes::UNKNOWN_FUNCTION, message)

@@ -52,6 +52,7 @@ mod solve;
 mod stated;
 mod states;
 mod syntax;
+mod tables;
 mod tree;
 mod units;
 mod value;
@@ -172,6 +173,8 @@ pub fn read_recorded(source: &Source<'_>, varied: &[String]) -> (Reading, Option
         parameter_order: Vec::new(),
         faults: Vec::new(),
         spatial: None,
+        table_calls: Vec::new(),
+        tables: Vec::new(),
         values: Vec::new(),
         joint_ends: Vec::new(),
         joint_bodies: Vec::new(),

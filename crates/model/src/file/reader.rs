@@ -7,6 +7,7 @@ use super::codes;
 use super::definition::ParameterState;
 use super::names::Names;
 use super::replay::{Constant, Constants};
+use super::tables::MeasuredTable;
 use super::tree::{Entry, Node, Quoted, Table, Value};
 use super::units::FileUnits;
 use super::value::Lowered;
@@ -14,6 +15,7 @@ use super::words::{closest, cut, suggest};
 use crate::body::Anchor;
 use crate::diagnostic::{Code, Diagnostic, Span};
 use crate::ids::BodyId;
+use crate::table::TableCall;
 
 /// Faults after which further ones are no longer explained; comparing names takes time.
 const ENOUGH: usize = 200;
@@ -30,6 +32,10 @@ pub(super) struct Reader<'a> {
     pub(super) parameters: Vec<ParameterState>,
     /// Indices of the parameters, each after those it uses.
     pub(super) parameter_order: Vec<usize>,
+    /// Calls of those that have no value beyond their rows.
+    pub(super) table_calls: Vec<TableCall>,
+    /// Measured tables, in file order.
+    pub(super) tables: Vec<MeasuredTable>,
     /// The values of states, then of signals, once they are read.
     pub(super) values: Vec<Option<Lowered>>,
     pub(super) faults: Vec<Diagnostic>,

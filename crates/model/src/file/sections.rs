@@ -19,6 +19,7 @@ const SECTIONS: &[&str] = &[
     "coordinates",
     "units",
     "parameters",
+    "tables",
     "ground",
     "bodies",
     "joints",
@@ -52,6 +53,7 @@ impl Reader<'_> {
         self.gather_coordinates(root);
         self.gather_controllers(root);
         self.read_parameters();
+        self.read_tables(root);
 
         // The sections, in the order in which they refer to each other.
         let bodies = self.read_bodies(root);
@@ -95,6 +97,7 @@ impl Reader<'_> {
             drives,
             states: controllers.states,
             named_signals: controllers.signals,
+            table_calls: std::mem::take(&mut self.table_calls),
             signals: std::mem::take(&mut self.names.signals),
             initial,
             orientations,

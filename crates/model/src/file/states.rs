@@ -253,7 +253,7 @@ impl Reader<'_> {
     }
 
     /// A value of any dimension.
-    fn lowered(&mut self, node: &Node, what: &str, scope: Scope) -> Option<Lowered> {
+    pub(super) fn lowered(&mut self, node: &Node, what: &str, scope: Scope) -> Option<Lowered> {
         match &node.value {
             Value::Number { value, digits } => {
                 self.literal(*value, digits, what, "0.5", &node.span)

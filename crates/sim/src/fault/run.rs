@@ -10,7 +10,8 @@ use super::pace::with_reasons;
 use super::pole::at_pole;
 use super::reach::longest_in_loop;
 use super::switch;
-use super::values::{no_force, no_value, too_large};
+use super::table::table_left;
+use super::values::{Instant, no_force, no_value, too_large};
 use super::words::unit_of;
 use crate::codes;
 use crate::compiled::CompiledSystem;
@@ -41,6 +42,12 @@ pub fn diagnose_run(
     parameters: &[f64],
     failure: &Failure,
 ) -> Diagnostic {
+    let last = &failure.last;
+    let (q, v) = (last.q.clone(), last.v.clone());
+    let instant = Instant { model, system, compiled, parameters, t: last.t, q, v };
+    if let Some(fault) = table_left(&instant) {
+        return fault;
+    }
     if let Some(fault) = &failure.no_modes {
         return switch::no_consistent_modes(model, system, fault, failure.summary.t);
     }

@@ -34,7 +34,7 @@ pub(super) struct Instant<'a> {
 
 impl Instant<'_> {
     /// The values of symbols: parameters, inputs, coordinates and time.
-    fn value(&self) -> impl Fn(SymbolId) -> Option<f64> {
+    pub(super) fn value(&self) -> impl Fn(SymbolId) -> Option<f64> {
         let Self { model, system, compiled, parameters, t, q, v } = self;
         let inputs = InputValues::new(&compiled.inputs).at(*t, q, v).to_vec();
         let coordinates = system.coordinates();

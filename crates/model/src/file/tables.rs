@@ -1,0 +1,434 @@
+//! `[tables.…]`: measured values as functions of one variable.
+//!
+//! A table becomes, where it is called, nested conditions over its rows with a polynomial between two of them: so
+//! its corners are located as those of any other condition, and its derivatives are exact.
+
+use bksim_expr::{Expr, Function, Number};
+
+use super::codes;
+use super::gather::sub_tables;
+use super::lower::Context;
+use super::reader::{Fields, Reader};
+use super::tree::{Node, Quoted, Table, Value};
+use super::units::Dimension;
+use super::value::{Kind, Lowered, Scope};
+use crate::diagnostic::{Diagnostic, Span};
+use crate::message::short;
+use crate::table::TableCall;
+
+/// A table that was read.
+#[derive(Clone, Debug)]
+pub(super) struct MeasuredTable {
+    pub(super) name: String,
+    /// Of the argument and of the value; `None` until it is read, and for ever when it is faulty.
+    columns: Option<Columns>,
+}
+
+#[derive(Clone, Debug)]
+struct Columns {
+    kinds: [Kind; 2],
+    are_angles: [bool; 2],
+    /// Ascending arguments, SI.
+    x: Vec<f64>,
+    /// By interval: coefficients of powers of the distance from its left end.
+    pieces: Vec<[f64; 4]>,
+    beyond: Beyond,
+}
+
+/// What stands for values outside of the table.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Beyond {
+    /// None: the run ends there.
+    Refused,
+    /// The last value.
+    Constant,
+    /// The last polynomial's tangent.
+    Linear,
+}
+
+/// The way between two rows.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Interpolation {
+    /// A cubic spline with continuous second derivatives, which are zero at the ends.
+    Smooth,
+    /// Straight lines.
+    Linear,
+}
+
+impl Reader<'_> {
+    /// Gathers the names of all tables, and reads those that are without fault.
+    pub(super) fn read_tables(&mut self, root: &Table) {
+        for (name, span, table) in sub_tables(root, "tables") {
+            let Some(table) = table else {
+                self.not_a_table("table", name, &span);
+                continue;
+            };
+            if !self.usable_name(name, &span, "table") || self.is_taken(name, &span) {
+                continue;
+            }
+            let columns = self.read_table(name, table, span);
+            self.tables.push(MeasuredTable { name: name.to_owned(), columns });
+        }
+    }
+
+    /// Reports a name that a function has.
+    fn is_taken(&mut self, name: &str, span: &Span) -> bool {
+        let is_taken = Function::from_name(name).is_some();
+        if is_taken {
+            self.report(
+                Diagnostic::error(codes::NAME_CLASH, format!("the name `{name}` is already taken"))
+                    .at(span.clone(), "this needs a name of its own")
+                    .note(format!("`{name}` is a function"))
+                    .help(format!("rename it, for example `{name}_1`")),
+            );
+        }
+        is_taken
+    }
+
+    fn read_table(&mut self, name: &str, table: &Table, span: Span) -> Option<Columns> {
+        let owner = format!("table `{name}`");
+        let keys = &["points", "units", "interpolation", "extrapolate"];
+        let fields = Fields::open(self, table, owner, span, keys);
+        let ways = [("smooth", Interpolation::Smooth), ("linear", Interpolation::Linear)];
+        let way = match fields.get("interpolation") {
+            Some(node) => self.choice(node, &fields.what("interpolation"), &ways)?,
+            None => Interpolation::Smooth,
+        };
+        let ends = [
+            ("refused", Beyond::Refused),
+            ("constant", Beyond::Constant),
+            ("linear", Beyond::Linear),
+        ];
+        let beyond = match fields.get("extrapolate") {
+            Some(node) => self.choice(node, &fields.what("extrapolate"), &ends)?,
+            None => Beyond::Refused,
+        };
+        let units = self.table_units(&fields)?;
+        let help = "write for example `points = [[0, 12], [100, 9.5], [150, 0]]`";
+        let node = fields.require(self, "points", help)?;
+        let what = fields.what("points");
+        let rows = self.array(node, &what, "an array of rows", "[[0, 12], [100, 9.5]]")?;
+
+        // Both columns in SI; a row that does not follow the one before is named by its number.
+        let mut kinds = units.clone().map(|unit| unit.map(|unit| unit.kind));
+        let mut are_angles = [0, 1].map(|i: usize| units[i].as_ref().is_some_and(|u| u.is_angle));
+        let mut points: Vec<[f64; 2]> = Vec::new();
+        for (row_idx, row) in rows.iter().enumerate() {
+            let what = format!("row {} of {}", row_idx + 1, fields.owner);
+            let Value::Array(pair) = &row.value else {
+                self.wrong_kind(row, &what, "two numbers", &row.value, "for example [100, 9.5]");
+                return None;
+            };
+            let [x, y] = pair.as_slice() else {
+                let help = "write the argument, then the value, for example [100, 9.5]";
+                self.wrong_kind(row, &what, "two numbers", &row.value, help);
+                return None;
+            };
+            let mut point = [0.0; 2];
+            for (i, node) in [x, y].into_iter().enumerate() {
+                let value = self.table_value(node, &what, units[i].as_ref())?;
+                let known = *kinds[i].get_or_insert(value.kind);
+                are_angles[i] |= value.is_angle;
+                if known != value.kind {
+                    self.report(
+                        Diagnostic::error(
+                            codes::BAD_TABLE,
+                            format!("{what} has another dimension than the rows before"),
+                        )
+                        .at(node.span.clone(), "not as above")
+                        .help("give all values of a column one unit, or write `units = [\"deg\", \"N\"]`"),
+                    );
+                    return None;
+                }
+                let constant = value.value?;
+                point[i] = self.constants.pinned(constant);
+            }
+            if let Some(before) = points.last()
+                && point[0] <= before[0]
+            {
+                let message = format!(
+                    "{what} does not follow the one before: {} after {}",
+                    short(point[0]),
+                    short(before[0])
+                );
+                self.report(
+                    Diagnostic::error(codes::BAD_TABLE, message)
+                        .at(row.span.clone(), "must have a larger argument")
+                        .help("sort the rows by their arguments, each once"),
+                );
+                return None;
+            }
+            points.push(point);
+        }
+        if points.len() < 2 {
+            self.report(
+                Diagnostic::error(codes::BAD_TABLE, format!("{what} has {} rows", points.len()))
+                    .at(node.span.clone(), "needs two at least")
+                    .help(help),
+            );
+            return None;
+        }
+        let pieces = match way {
+            Interpolation::Linear => straight(&points),
+            Interpolation::Smooth => spline(&points),
+        };
+        Some(Columns {
+            kinds: kinds.map(|kind| kind.unwrap_or(Kind::Bare)),
+            are_angles,
+            x: points.iter().map(|point| point[0]).collect(),
+            pieces,
+            beyond,
+        })
+    }
+
+    /// One of each unit, where the table states them.
+    fn table_units(&mut self, fields: &Fields<'_>) -> Option<[Option<Lowered>; 2]> {
+        let Some(node) = fields.get("units") else { return Some([None, None]) };
+        let what = fields.what("units");
+        let nodes = self.array(node, &what, "the units of both columns", "[\"deg\", \"N\"]")?;
+        let [x, y] = nodes else {
+            let help = "write for example `units = [\"deg\", \"N\"]`";
+            self.wrong_kind(node, &what, "the units of both columns", &node.value, help);
+            return None;
+        };
+        let mut unit = |node: &Node| {
+            let quoted = self.text_of(node, &what, "deg")?;
+            if quoted.text.trim().is_empty() {
+                let one = Lowered::number(&self.pool, Number::from(1), node.span.clone());
+                return Some(one);
+            }
+            let text = format!("1 {}", quoted.text);
+            let quoted = Quoted { text: &text, whole: quoted.whole.clone(), start: None };
+            let syntax = self.parse(&quoted, &what, "1 deg")?;
+            self.lower(&syntax, &quoted, &what, Scope::Constant)
+        };
+        let [x, y] = [unit(x), unit(y)];
+        Some([Some(x?), Some(y?)])
+    }
+
+    /// A value of a row; a bare one is in the unit of its column.
+    fn table_value(&mut self, node: &Node, what: &str, unit: Option<&Lowered>) -> Option<Lowered> {
+        let value = self.lowered(node, what, Scope::Constant)?;
+        let (Some(unit), Kind::Bare) = (unit, value.kind) else { return Some(value) };
+        let both = value.value.zip(unit.value);
+        let product = both.map(|(a, b)| self.constants.multiply(a, b));
+        Some(Lowered { value: product, kind: unit.kind, is_angle: unit.is_angle, ..value })
+    }
+
+    /// The table of this name, if there is one.
+    pub(super) fn table_named(&self, name: &str) -> Option<usize> {
+        self.tables.iter().position(|table| table.name == name)
+    }
+
+    /// The value of a table at an argument.
+    pub(super) fn look_up(
+        &mut self,
+        table_idx: usize,
+        arguments: &[Lowered],
+        span: Span,
+        context: &Context<'_>,
+    ) -> Option<Lowered> {
+        let MeasuredTable { name, columns } = self.tables[table_idx].clone();
+        // A table that could not be read was reported there.
+        let columns = columns?;
+        let [argument] = arguments else {
+            let message = format!("`{name}` takes 1 argument, found {}", arguments.len());
+            self.report(
+                Diagnostic::error(codes::EXPRESSION, message)
+                    .at(span, "")
+                    .help(format!("write `{name}(x)`")),
+            );
+            return None;
+        };
+        // The argument in the dimension of the first column.
+        let argument = match (columns.kinds[0], argument.kind) {
+            (Kind::Known(dimension), Kind::Bare) => {
+                self.adopt(argument, dimension, columns.are_angles[0])
+            }
+            (Kind::Known(own), Kind::Known(found)) if own != found => {
+                let message = format!(
+                    "{}: table `{name}` takes {}, found {}",
+                    context.what,
+                    super::value::describe(own, columns.are_angles[0]),
+                    super::value::describe(found, argument.is_angle)
+                );
+                self.report(
+                    Diagnostic::error(codes::WRONG_DIMENSION, message)
+                        .at(argument.span.clone(), "")
+                        .help("convert the argument, or change `units` of the table"),
+                );
+                return None;
+            }
+            (Kind::Bare, Kind::Known(found)) if found != Dimension::NONE => {
+                let message =
+                    format!("{}: the argument of table `{name}` has no unit", context.what);
+                self.report(
+                    Diagnostic::error(codes::WRONG_DIMENSION, message)
+                        .at(argument.span.clone(), format!("in {found}"))
+                        .help("state `units` of the table, for example `units = [\"mm\", \"N\"]`"),
+                );
+                return None;
+            }
+            _ => argument.clone(),
+        };
+        let value = argument.value.map(|value| {
+            let x = self.constants.pinned(value);
+            super::replay::Constant::written(columns.at(x))
+        });
+        if value.is_none() && columns.beyond == Beyond::Refused {
+            let unit = match columns.kinds[0] {
+                Kind::Known(Dimension::NONE) if columns.are_angles[0] => "rad".to_owned(),
+                Kind::Known(dimension) => dimension.to_string(),
+                Kind::Bare => String::new(),
+            };
+            self.table_calls.push(TableCall {
+                table: name.clone(),
+                argument: argument.expr,
+                range: [columns.x[0], columns.x[columns.x.len() - 1]],
+                unit,
+                span: span.clone(),
+            });
+        }
+        let expr = self.piecewise(&columns, argument.expr);
+        let is_angle = columns.are_angles[1];
+        Some(Lowered { is_angle, ..Lowered::new(expr, columns.kinds[1], value, span) })
+    }
+
+    /// The table as nested conditions on its argument.
+    fn piecewise(&self, columns: &Columns, x: Expr) -> Expr {
+        let pool = &self.pool;
+        let number = |value: f64| pool.number(Number::float(value));
+        let (first, last) = (columns.x[0], columns.x[columns.x.len() - 1]);
+        // Each piece in the distance from its left end.
+        let piece = |k: usize| {
+            let distance = pool.sub(x, number(columns.x[k]));
+            let [a, b, c, d] = columns.pieces[k];
+            [c, b, a]
+                .into_iter()
+                .fold(number(d), |sum, next| pool.add(pool.mul(sum, distance), number(next)))
+        };
+        let mut pieces: Vec<(f64, Expr)> =
+            (1..columns.pieces.len()).map(|k| (columns.x[k], piece(k))).collect();
+        pieces.insert(0, (first, piece(0)));
+        // Outside: no value, which ends a run, or what was asked for.
+        let (before, after) = match columns.beyond {
+            Beyond::Refused => {
+                let short_of = |distance: Expr| pool.sqrt(distance);
+                (short_of(pool.sub(x, number(first))), short_of(pool.sub(number(last), x)))
+            }
+            Beyond::Constant => (number(columns.at(first)), number(columns.at(last))),
+            Beyond::Linear => {
+                let tangent = |at: f64, slope: f64| {
+                    let rise = pool.mul(number(slope), pool.sub(x, number(at)));
+                    pool.add(number(columns.at(at)), rise)
+                };
+                (tangent(first, columns.slope(first)), tangent(last, columns.slope(last)))
+            }
+        };
+        pieces.insert(0, (f64::NEG_INFINITY, before));
+        pieces.push((last, after));
+        self.search(x, &pieces)
+    }
+
+    /// A balanced tree of conditions: each piece holds from its argument on to that of the next.
+    fn search(&self, x: Expr, pieces: &[(f64, Expr)]) -> Expr {
+        let pool = &self.pool;
+        if let [(_, only)] = pieces {
+            return *only;
+        }
+        let (left, right) = pieces.split_at(pieces.len() / 2);
+        let border = pool.number(Number::float(right[0].0));
+        // The last row belongs to the table.
+        let is_end = right.len() == 1;
+        let below = if is_end { Function::Le } else { Function::Lt };
+        let [left, right] = [left, right].map(|part| self.search(x, part));
+        let condition = pool.call(below, &[x, border]).expect("two arguments");
+        pool.call(Function::If, &[condition, left, right]).expect("three arguments")
+    }
+}
+
+impl Columns {
+    /// The piece that holds at an argument, and the distance from its left end.
+    fn piece(&self, x: f64) -> ([f64; 4], f64) {
+        let k = self.x.partition_point(|&from| from <= x).clamp(1, self.pieces.len()) - 1;
+        (self.pieces[k], x - self.x[k])
+    }
+
+    fn at(&self, x: f64) -> f64 {
+        let (first, last) = (self.x[0], self.x[self.x.len() - 1]);
+        let inside = x.clamp(first, last);
+        let ([a, b, c, d], s) = self.piece(inside);
+        let value = a + s * (b + s * (c + s * d));
+        match self.beyond {
+            Beyond::Refused if inside != x => f64::NAN,
+            Beyond::Linear => value + self.slope(inside) * (x - inside),
+            _ => value,
+        }
+    }
+
+    fn slope(&self, x: f64) -> f64 {
+        let ([_, b, c, d], s) = self.piece(x);
+        b + s * (2.0 * c + s * 3.0 * d)
+    }
+}
+
+/// Straight lines between the points.
+fn straight(points: &[[f64; 2]]) -> Vec<[f64; 4]> {
+    let line = |pair: &[[f64; 2]]| {
+        let [[x, y], [next, then]] = [pair[0], pair[1]];
+        [y, (then - y) / (next - x), 0.0, 0.0]
+    };
+    points.windows(2).map(line).collect()
+}
+
+/// The natural cubic spline through the points, by its second derivatives: C. de Boor, *A Practical Guide to
+/// Splines* (2001), chapter IV.
+fn spline(points: &[[f64; 2]]) -> Vec<[f64; 4]> {
+    let n = points.len();
+    let width = |k: usize| points[k + 1][0] - points[k][0];
+    let slope = |k: usize| (points[k + 1][1] - points[k][1]) / width(k);
+    // h₋ m₋ + 2 (h₋ + h) m + h m₊ = 6 (s − s₋), m = 0 at the ends; eliminated from the left.
+    let mut ahead = vec![0.0; n];
+    let mut right = vec![0.0; n];
+    for k in 1..n - 1 {
+        let pivot = 2.0 * (width(k - 1) + width(k)) - width(k - 1) * ahead[k - 1];
+        ahead[k] = width(k) / pivot;
+        right[k] = (6.0 * (slope(k) - slope(k - 1)) - width(k - 1) * right[k - 1]) / pivot;
+    }
+    let mut second = vec![0.0; n];
+    for k in (1..n - 1).rev() {
+        second[k] = right[k] - ahead[k] * second[k + 1];
+    }
+    let piece = |k: usize| {
+        let h = width(k);
+        let b = slope(k) - h * (2.0 * second[k] + second[k + 1]) / 6.0;
+        [points[k][1], b, 0.5 * second[k], (second[k + 1] - second[k]) / (6.0 * h)]
+    };
+    (0..n - 1).map(piece).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::spline;
+
+    #[test]
+    fn a_spline_has_continuous_second_derivatives_and_meets_its_points() {
+        let points = [[0.0, 1.0], [0.5, 2.0], [2.0, -1.0], [2.5, 0.0], [4.0, 3.0]];
+        let pieces = spline(&points);
+        for k in 0..points.len() - 1 {
+            let h = points[k + 1][0] - points[k][0];
+            let [a, b, c, d] = pieces[k];
+            let end = [
+                a + h * (b + h * (c + h * d)),
+                b + h * (2.0 * c + 3.0 * h * d),
+                2.0 * c + 6.0 * h * d,
+            ];
+            assert!((end[0] - points[k + 1][1]).abs() < 1e-12);
+            if let Some([_, b, c, _]) = pieces.get(k + 1) {
+                assert!((end[1] - b).abs() < 1e-12 && (end[2] - 2.0 * c).abs() < 1e-12, "{k}");
+            } else {
+                assert!(end[2].abs() < 1e-12);
+            }
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! Tables of measured values: an engine driven by one, splines against their points, and their ends.
+
+mod support;
+
+use serde_json::Value;
+use support::{Within, close, coordinate, derive, messages, model, path, solve};
+
+use bksim::model::file::{Source, read};
+
+fn engine() -> String {
+    let file = path("tests/fixtures/elements/engine.toml");
+    std::fs::read_to_string(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()))
+}
+
+/// A single-cylinder engine over one cycle, the gas force linear between 37 rows.
+#[test]
+fn an_engine_with_a_table_of_gas_force() {
+    let file = path("tests/data/elements/engine_gas_table.json");
+    let text = std::fs::read_to_string(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+    let data: Value = serde_json::from_str(&text).expect("a reference is JSON");
+    let rows = data["rows"].as_array().expect("rows");
+    let number = |row: &Value, k: usize| row[k].as_f64().expect("a number");
+    let text = engine();
+    let line = text.lines().find(|line| line.starts_with("t_end")).expect("an end").to_owned();
+    // The rows are at angles of the crank, so each has a run that ends there.
+    for row in rows.iter().skip(3).step_by(3) {
+        let until = format!("t_end = {:?}", number(row, 1));
+        let mechanism = derive(model(&text.replace(&line, &until)));
+        let motion = solve(&mechanism);
+        let last = motion.samples.last().expect("a sample");
+        let crank = coordinate(&mechanism, "O_angle");
+        let guide = coordinate(&mechanism, "guide_position");
+        let within = |absolute: f64| Within { relative: 0.0, absolute };
+        close("angle", last.q[crank], number(row, 0), within(1e-9 * 12.6));
+        close("speed", last.v[crank], number(row, 2), within(1e-9 * 160.0));
+        close("piston", last.q[guide], number(row, 3), within(1e-9 * 0.18));
+    }
+}
+
+/// A mass that a table of the time pushes: its acceleration is the table.
+fn pushed(table: &str) -> String {
+    format!(
+        "[bodies.m]\nmass = \"1 kg\"\n[joints.S]\ntype = \"prismatic\"\nbetween = [\"ground\", \"m\"]\n\
+         axis = [1, 0]\n[tables.push]\nunits = [\"s\", \"N\"]\n{table}\n[loads.push]\ntype = \"force\"\n\
+         on = \"m\"\nvector = [\"push(t)\", 0]\n[solve]\nt_end = 3\nevery = 0.5\nrtol = 1e-11\natol = 1e-12\n"
+    )
+}
+
+#[test]
+fn a_table_has_its_points_and_goes_on_as_it_is_told() {
+    let points = "points = [[0, 1], [0.5, 4], [1, 2], [2, -3], [2.5, 0]]";
+    let cases = [
+        ("interpolation = \"linear\"\nextrapolate = \"constant\"", -0.5, 0.0),
+        ("interpolation = \"linear\"\nextrapolate = \"linear\"", -0.5, 3.0),
+    ];
+    for (how, between, beyond) in cases {
+        let mechanism = derive(model(&pushed(&format!("{points}\n{how}"))));
+        let motion = solve(&mechanism);
+        let force = |k: usize| motion.samples[k].a[0];
+        let within = Within { relative: 0.0, absolute: 1e-9 };
+        for (k, expected) in [(0, 1.0), (1, 4.0), (2, 2.0), (3, between), (4, -3.0), (5, 0.0), (6, beyond)] {
+            close(&format!("{how} at {} s", 0.5 * k as f64), force(k), expected, within);
+        }
+        // Straight lines: 1.25 + 1.5 − 0.5 − 0.75, and what is beyond.
+        close("speed", motion.samples[5].v[0], 1.25 + 1.5 - 0.5 - 0.75, within);
+        close("speed", motion.samples[6].v[0], 1.5 + 0.25 * beyond, within);
+    }
+    // A spline: smooth, through the points, straight beyond them.
+    let smooth = derive(model(&pushed(&format!("{points}\nextrapolate = \"linear\""))));
+    let motion = solve(&smooth);
+    for (k, expected) in [(0, 1.0), (1, 4.0), (2, 2.0), (4, -3.0), (5, 0.0)] {
+        let within = Within { relative: 0.0, absolute: 1e-9 };
+        close("spline", motion.samples[k].a[0], expected, within);
+    }
+}
+
+#[test]
+fn faults_of_tables_name_the_row() {
+    let fault = |table: &str| messages(&read(&Source::new(&pushed(table), "pushed")).diagnostics);
+    for (table, expected) in [
+        ("points = [[0, 1]]", "[M077]"),
+        ("points = [[0, 1], [0, 2]]", "row 2 of table `push`"),
+        ("points = [[0, 1], [1, 2], [\"1 m\", 2]]", "row 3 of table `push`"),
+        ("points = [[0, 1], [1]]", "row 2 of table `push`"),
+        ("points = [[0, 1], [1, 2]]\ninterpolation = \"cubic\"", "[M008]"),
+    ] {
+        let found = fault(table);
+        assert!(found.contains(expected), "{table}: {found}");
+    }
+    assert_eq!(fault("points = [[0, 1], [1, 2]]"), "");
+}
+
+#[test]
+fn a_run_ends_where_the_table_does() {
+    let mechanism = derive(model(&pushed("points = [[0, 1], [1, 2]]")));
+    let fault = mechanism.solve().expect_err("no value after a second").to_string();
+    assert!(fault.contains("the argument of table `push` leaves it at t = 1 s"), "{fault}");
+}
