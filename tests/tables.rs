@@ -58,7 +58,9 @@ fn a_table_has_its_points_and_goes_on_as_it_is_told() {
         let motion = solve(&mechanism);
         let force = |k: usize| motion.samples[k].a[0];
         let within = Within { relative: 0.0, absolute: 1e-9 };
-        for (k, expected) in [(0, 1.0), (1, 4.0), (2, 2.0), (3, between), (4, -3.0), (5, 0.0), (6, beyond)] {
+        for (k, expected) in
+            [(0, 1.0), (1, 4.0), (2, 2.0), (3, between), (4, -3.0), (5, 0.0), (6, beyond)]
+        {
             close(&format!("{how} at {} s", 0.5 * k as f64), force(k), expected, within);
         }
         // Straight lines: 1.25 + 1.5 − 0.5 − 0.75, and what is beyond.

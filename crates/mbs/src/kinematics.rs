@@ -431,8 +431,19 @@ impl Kinematics {
     /// Adds the coordinate whose velocity is a state: so that it is integrated with the motion, its rate stands
     /// where others have a force, and one where they have a mass.
     fn add_state(&mut self, model: &Model, state: &State, id: StateId) {
-        let name = self.unused_name(format!("{}_integral", state.name));
-        let names = [name, state.name.clone(), format!("{}_dot", state.name)];
+        let taken: HashSet<String> = self
+            .coordinates
+            .iter()
+            .flat_map(|c| [&c.name, &c.rate_name, &c.second_rate_name].map(String::clone))
+            .chain(self.taken.iter().cloned())
+            .collect();
+        let names_of =
+            |own: &str| [format!("{own}_integral"), own.to_owned(), format!("{own}_dot")];
+        let mut own = state.name.clone();
+        while names_of(&own).iter().any(|name| taken.contains(name)) {
+            own.push('_');
+        }
+        let names = names_of(&own);
         self.push_coordinate(&model.pool, names, CoordinateKind::Integral, Owner::State(id));
     }
 

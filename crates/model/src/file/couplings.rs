@@ -298,7 +298,21 @@ impl Reader<'_> {
                 Some(if to.body == carrier { from } else { to })
             }
         };
-        Some((carrier, axes, [wheel(members[0])?, wheel(members[1])?]))
+        let wheels = [wheel(members[0])?, wheel(members[1])?];
+        if let Some(same) = wheels.iter().find(|wheel| wheel.body == carrier) {
+            let name = self.names.bodies[same.body.0].name.clone();
+            let node = fields.get("between")?;
+            self.report(
+                Diagnostic::error(
+                    codes::NO_CARRIER,
+                    format!("`{name}` is both a wheel of {} and its carrier", fields.owner),
+                )
+                .at(node.span.clone(), "a wheel does not turn against itself")
+                .help("name two wheels that turn against the body that carries their axes"),
+            );
+            return None;
+        }
+        Some((carrier, axes, wheels))
     }
 
     /// The two joints of `between`.

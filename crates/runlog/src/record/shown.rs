@@ -5,7 +5,7 @@ use std::io::Write;
 use bksim_log::{
     Entity, Joint, JointState, LogError, LogWriter, Moment, Placement, Stage, Viewers,
 };
-use bksim_mbs::kinematics::Owner;
+use bksim_mbs::kinematics::{CoordinateKind, Owner};
 use bksim_scene::{Scene, Span};
 use bksim_sim::pose::{Pose, PoseRunner, Poses};
 
@@ -29,6 +29,8 @@ pub(super) struct Shown {
     root: String,
     /// For each coordinate the index of its drive, if it has one.
     drives: Vec<Option<usize>>,
+    /// Number of coordinates that are joints; integrals of states follow.
+    n_joints: usize,
     /// The values of three topics.
     state: Vec<f64>,
     accelerations: Vec<f64>,
@@ -59,6 +61,7 @@ impl Shown {
             viewers,
             poses: poses.runner(&mechanism.parameters),
             drives: drives(mechanism),
+            n_joints: stage.joints.len(),
             scene,
             root: stage.root,
             state: Vec::new(),
@@ -97,7 +100,8 @@ impl Shown {
             *placement = Placement { translation: pose.origin, rotation };
         }
         moment.joints.clear();
-        moment.joints.extend(self.drives.iter().enumerate().map(|(i, drive)| JointState {
+        let drives = self.drives.iter().take(self.n_joints).enumerate();
+        moment.joints.extend(drives.map(|(i, drive)| JointState {
             position: q[i],
             velocity: v[i],
             acceleration: self.accelerations[i],
@@ -118,12 +122,13 @@ fn stage(mechanism: &Mechanism, scene: &Scene) -> Stage {
         name: coordinate.name.clone(),
         unit: coordinate.kind.unit().into(),
     };
+    let coordinates = mechanism.system.coordinates().iter();
     Stage {
         root,
         frames: frames.collect(),
         entities: stage::entities(scene),
         has_spans: !scene.spans.is_empty(),
-        joints: mechanism.system.coordinates().iter().map(joint).collect(),
+        joints: coordinates.filter(|c| c.kind != CoordinateKind::Integral).map(joint).collect(),
     }
 }
 
