@@ -1,4 +1,4 @@
-//! Tables of measured values: an engine driven by one, splines against their points, and their ends.
+//! Tables of measured values and cam laws: an engine, splines against their points, ends, followers.
 
 mod support;
 
@@ -97,4 +97,59 @@ fn a_run_ends_where_the_table_does() {
     let mechanism = derive(model(&pushed("points = [[0, 1], [1, 2]]")));
     let fault = mechanism.solve().expect_err("no value after a second").to_string();
     assert!(fault.contains("the argument of table `push` leaves it at t = 1 s"), "{fault}");
+}
+
+/// A follower that a cam law moves: rise over 120°, dwell, return over 150°, dwell; angles are seconds.
+fn follower(law: &str, turns: usize) -> String {
+    format!(
+        "[bodies.m]\nmass = \"1 kg\"\n[joints.S]\ntype = \"prismatic\"\nbetween = [\"ground\", \"m\"]\n\
+         axis = [0, 1]\n[curves.lift]\ntype = \"cam-law\"\nturns = {turns}\nsegments = [\n\
+         {{ rise = \"20 mm\", over = \"120 deg\", law = \"{law}\" }},\n{{ dwell = \"60 deg\" }},\n\
+         {{ return = \"20 mm\", over = \"150 deg\", law = \"{law}\" }},\n{{ dwell = \"30 deg\" }},\n]\n\
+         [drives.cam]\njoint = \"S\"\nmotion = \"lift(1 rad/s*t)\"\n\
+         [solve]\nt_end = {:?}\nevery = {:?}\nrtol = 1e-10\natol = 1e-12\n",
+        2.0 * std::f64::consts::PI * turns as f64,
+        std::f64::consts::PI / 18.0
+    )
+}
+
+#[test]
+fn cam_laws_move_their_followers() {
+    for (law, file) in [
+        ("3-4-5", "cam_law_345"),
+        ("cycloidal", "cam_law_cycloidal"),
+        ("modified-sine", "cam_law_modsine"),
+    ] {
+        let file = path("tests/data/elements").join(format!("{file}.json"));
+        let text =
+            std::fs::read_to_string(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+        let data: Value = serde_json::from_str(&text).expect("a reference is JSON");
+        let rows = data["rows"].as_array().expect("rows");
+        let number = |row: &Value, k: usize| row[k].as_f64().expect("a number");
+        // In the second turn as in the first.
+        let motion = solve(&derive(model(&follower(law, 2))));
+        for turn in 0..2 {
+            for (k, row) in rows.iter().enumerate().take(36) {
+                let sample = &motion.samples[36 * turn + k];
+                let within = |scale: f64| Within { relative: 0.0, absolute: 2e-12 * scale };
+                let what = format!("{law} at {} rad of turn {turn}", number(row, 0));
+                close(&format!("{what}: s"), sample.q[0], number(row, 1), within(0.02));
+                close(&format!("{what}: s′"), sample.v[0], number(row, 2), within(0.02));
+                close(&format!("{what}: s″"), sample.a[0], number(row, 3), within(0.1));
+            }
+        }
+    }
+}
+
+#[test]
+fn all_laws_rise_and_return_without_a_jump() {
+    for law in ["4-5-6-7", "harmonic", "modified-trapezoid"] {
+        let motion = solve(&derive(model(&follower(law, 1))));
+        let heights: Vec<f64> = motion.samples.iter().map(|sample| sample.q[0]).collect();
+        let within = Within { relative: 0.0, absolute: 1e-15 };
+        close(law, heights[6], 0.01, Within { relative: 1e-12, absolute: 0.0 });
+        close(law, heights[12], 0.02, within);
+        close(law, heights[18], 0.02, within);
+        close(law, heights[33], 0.0, within);
+    }
 }

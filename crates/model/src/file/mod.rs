@@ -35,6 +35,7 @@ mod function;
 mod gather;
 mod initial;
 mod joints;
+mod laws;
 mod loads;
 mod lookup;
 mod lower;

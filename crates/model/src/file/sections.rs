@@ -20,6 +20,7 @@ const SECTIONS: &[&str] = &[
     "units",
     "parameters",
     "tables",
+    "curves",
     "ground",
     "bodies",
     "joints",
@@ -54,6 +55,7 @@ impl Reader<'_> {
         self.gather_controllers(root);
         self.read_parameters();
         self.read_tables(root);
+        self.read_laws(root);
 
         // The sections, in the order in which they refer to each other.
         let bodies = self.read_bodies(root);

@@ -16,23 +16,36 @@ use crate::diagnostic::{Diagnostic, Span};
 use crate::message::short;
 use crate::table::TableCall;
 
+/// How far beyond its rows a table goes on, in lengths of the table, before it has no value.
+const HAIR: f64 = 1e-9;
+
 /// A table that was read.
 #[derive(Clone, Debug)]
 pub(super) struct MeasuredTable {
     pub(super) name: String,
     /// Of the argument and of the value; `None` until it is read, and for ever when it is faulty.
-    columns: Option<Columns>,
+    pub(super) columns: Option<Columns>,
 }
 
+/// A function of one variable, piece by piece.
 #[derive(Clone, Debug)]
-struct Columns {
+pub(super) struct Columns {
     kinds: [Kind; 2],
     are_angles: [bool; 2],
     /// Ascending arguments, SI.
     x: Vec<f64>,
-    /// By interval: coefficients of powers of the distance from its left end.
-    pieces: Vec<[f64; 4]>,
+    /// By interval.
+    pieces: Vec<Piece>,
     beyond: Beyond,
+}
+
+/// A function of the distance s from the left end of an interval: powers of s and A sin(ω s + φ).
+#[derive(Clone, Debug)]
+pub(super) struct Piece {
+    /// Coefficients, of the power 0 first.
+    powers: Vec<f64>,
+    /// A, ω and φ.
+    sine: Option<[f64; 3]>,
 }
 
 /// What stands for values outside of the table.
@@ -72,7 +85,7 @@ impl Reader<'_> {
     }
 
     /// Reports a name that a function has.
-    fn is_taken(&mut self, name: &str, span: &Span) -> bool {
+    pub(super) fn is_taken(&mut self, name: &str, span: &Span) -> bool {
         let is_taken = Function::from_name(name).is_some();
         if is_taken {
             self.report(
@@ -302,28 +315,38 @@ impl Reader<'_> {
         // Each piece in the distance from its left end.
         let piece = |k: usize| {
             let distance = pool.sub(x, number(columns.x[k]));
-            let [a, b, c, d] = columns.pieces[k];
-            [c, b, a]
-                .into_iter()
-                .fold(number(d), |sum, next| pool.add(pool.mul(sum, distance), number(next)))
+            let Piece { powers, sine } = &columns.pieces[k];
+            let sum = powers
+                .iter()
+                .rev()
+                .fold(pool.zero(), |sum, &next| pool.add(pool.mul(sum, distance), number(next)));
+            let wave = sine.map(|[a, omega, phi]| {
+                let angle = pool.add(pool.mul(number(omega), distance), number(phi));
+                pool.mul(number(a), pool.sin(angle))
+            });
+            wave.map_or(sum, |wave| pool.add(sum, wave))
         };
         let mut pieces: Vec<(f64, Expr)> =
             (1..columns.pieces.len()).map(|k| (columns.x[k], piece(k))).collect();
         pieces.insert(0, (first, piece(0)));
-        // Outside: no value, which ends a run, or what was asked for.
+        // Outside: the tangent or the last value, or nothing but for a hair, within which the branch that is not
+        // taken has finite derivatives.
+        let tangent = |at: f64| {
+            let rise = pool.mul(number(columns.slope(at)), pool.sub(x, number(at)));
+            pool.add(number(columns.at(at)), rise)
+        };
+        let no_value = |at: f64, inwards: Expr| {
+            let hair = number(HAIR * (last - first));
+            let domain = pool.mul(number(f64::MIN_POSITIVE), pool.sqrt(pool.add(inwards, hair)));
+            pool.add(tangent(at), domain)
+        };
         let (before, after) = match columns.beyond {
-            Beyond::Refused => {
-                let short_of = |distance: Expr| pool.sqrt(distance);
-                (short_of(pool.sub(x, number(first))), short_of(pool.sub(number(last), x)))
-            }
+            Beyond::Refused => (
+                no_value(first, pool.sub(x, number(first))),
+                no_value(last, pool.sub(number(last), x)),
+            ),
             Beyond::Constant => (number(columns.at(first)), number(columns.at(last))),
-            Beyond::Linear => {
-                let tangent = |at: f64, slope: f64| {
-                    let rise = pool.mul(number(slope), pool.sub(x, number(at)));
-                    pool.add(number(columns.at(at)), rise)
-                };
-                (tangent(first, columns.slope(first)), tangent(last, columns.slope(last)))
-            }
+            Beyond::Linear => (tangent(first), tangent(last)),
         };
         pieces.insert(0, (f64::NEG_INFINITY, before));
         pieces.push((last, after));
@@ -348,17 +371,27 @@ impl Reader<'_> {
 }
 
 impl Columns {
+    /// The pieces between borders that ascend, one more than pieces; there is nothing beyond them.
+    pub(super) fn new(
+        kinds: [Kind; 2],
+        are_angles: [bool; 2],
+        x: Vec<f64>,
+        pieces: Vec<Piece>,
+    ) -> Self {
+        Self { kinds, are_angles, x, pieces, beyond: Beyond::Refused }
+    }
+
     /// The piece that holds at an argument, and the distance from its left end.
-    fn piece(&self, x: f64) -> ([f64; 4], f64) {
+    fn piece(&self, x: f64) -> (&Piece, f64) {
         let k = self.x.partition_point(|&from| from <= x).clamp(1, self.pieces.len()) - 1;
-        (self.pieces[k], x - self.x[k])
+        (&self.pieces[k], x - self.x[k])
     }
 
     fn at(&self, x: f64) -> f64 {
         let (first, last) = (self.x[0], self.x[self.x.len() - 1]);
         let inside = x.clamp(first, last);
-        let ([a, b, c, d], s) = self.piece(inside);
-        let value = a + s * (b + s * (c + s * d));
+        let (piece, s) = self.piece(inside);
+        let value = piece.at(s);
         match self.beyond {
             Beyond::Refused if inside != x => f64::NAN,
             Beyond::Linear => value + self.slope(inside) * (x - inside),
@@ -367,23 +400,65 @@ impl Columns {
     }
 
     fn slope(&self, x: f64) -> f64 {
-        let ([_, b, c, d], s) = self.piece(x);
-        b + s * (2.0 * c + s * 3.0 * d)
+        let (piece, s) = self.piece(x);
+        piece.slope(s)
+    }
+}
+
+impl Piece {
+    pub(super) fn polynomial(powers: Vec<f64>) -> Self {
+        Self { powers, sine: None }
+    }
+
+    /// The piece with this value and slope at its left end, and the acceleration A sin(ω s + φ), or A where ω is
+    /// zero.
+    pub(super) fn of_acceleration(value: f64, slope: f64, [a, omega, phi]: [f64; 3]) -> Self {
+        if omega == 0.0 {
+            return Self::polynomial(vec![value, slope, 0.5 * a]);
+        }
+        let size = a / (omega * omega);
+        let powers = vec![value + size * phi.sin(), slope + size * omega * phi.cos()];
+        Self { powers, sine: Some([-size, omega, phi]) }
+    }
+
+    /// The piece with lengths `over` and values `rise` times as large, `height` higher.
+    pub(super) fn stretched(&self, over: f64, rise: f64, height: f64) -> Self {
+        let mut factor = rise;
+        let scaled = |c: &f64| {
+            let scaled = factor * c;
+            factor /= over;
+            scaled
+        };
+        let mut powers: Vec<f64> = self.powers.iter().map(scaled).collect();
+        powers[0] += height;
+        let sine = self.sine.map(|[a, omega, phi]| [rise * a, omega / over, phi]);
+        Self { powers, sine }
+    }
+
+    pub(super) fn at(&self, s: f64) -> f64 {
+        let sum = self.powers.iter().rev().fold(0.0, |sum, c| sum * s + c);
+        sum + self.sine.map_or(0.0, |[a, omega, phi]| a * (omega * s + phi).sin())
+    }
+
+    pub(super) fn slope(&self, s: f64) -> f64 {
+        let powers = self.powers.iter().enumerate().skip(1).rev();
+        let sum = powers.fold(0.0, |sum, (n, c)| sum * s + n as f64 * c);
+        sum + self.sine.map_or(0.0, |[a, omega, phi]| a * omega * (omega * s + phi).cos())
     }
 }
 
 /// Straight lines between the points.
-fn straight(points: &[[f64; 2]]) -> Vec<[f64; 4]> {
+fn straight(points: &[[f64; 2]]) -> Vec<Piece> {
     let line = |pair: &[[f64; 2]]| {
         let [[x, y], [next, then]] = [pair[0], pair[1]];
-        [y, (then - y) / (next - x), 0.0, 0.0]
+        Piece::polynomial(vec![y, (then - y) / (next - x)])
     };
     points.windows(2).map(line).collect()
 }
 
 /// The natural cubic spline through the points, by its second derivatives: C. de Boor, *A Practical Guide to
 /// Splines* (2001), chapter IV.
-fn spline(points: &[[f64; 2]]) -> Vec<[f64; 4]> {
+fn spline(points: &[[f64; 2]]) -> Vec<Piece> {
     let n = points.len();
     let width = |k: usize| points[k + 1][0] - points[k][0];
     let slope = |k: usize| (points[k + 1][1] - points[k][1]) / width(k);
@@ -402,7 +477,9 @@ fn spline(points: &[[f64; 2]]) -> Vec<[f64; 4]> {
     let piece = |k: usize| {
         let h = width(k);
         let b = slope(k) - h * (2.0 * second[k] + second[k + 1]) / 6.0;
-        [points[k][1], b, 0.5 * second[k], (second[k + 1] - second[k]) / (6.0 * h)]
+        let powers =
+            vec![points[k][1], b, 0.5 * second[k], (second[k + 1] - second[k]) / (6.0 * h)];
+        Piece::polynomial(powers)
     };
     (0..n - 1).map(piece).collect()
 }
@@ -417,17 +494,15 @@ mod tests {
         let pieces = spline(&points);
         for k in 0..points.len() - 1 {
             let h = points[k + 1][0] - points[k][0];
-            let [a, b, c, d] = pieces[k];
-            let end = [
-                a + h * (b + h * (c + h * d)),
-                b + h * (2.0 * c + 3.0 * h * d),
-                2.0 * c + 6.0 * h * d,
-            ];
-            assert!((end[0] - points[k + 1][1]).abs() < 1e-12);
-            if let Some([_, b, c, _]) = pieces.get(k + 1) {
-                assert!((end[1] - b).abs() < 1e-12 && (end[2] - 2.0 * c).abs() < 1e-12, "{k}");
+            let bend =
+                |piece: &super::Piece, s: f64| 2.0 * piece.powers[2] + 6.0 * s * piece.powers[3];
+            let piece = &pieces[k];
+            assert!((piece.at(h) - points[k + 1][1]).abs() < 1e-12);
+            if let Some(next) = pieces.get(k + 1) {
+                assert!((piece.slope(h) - next.slope(0.0)).abs() < 1e-12, "{k}");
+                assert!((bend(piece, h) - bend(next, 0.0)).abs() < 1e-12, "{k}");
             } else {
-                assert!(end[2].abs() < 1e-12);
+                assert!(bend(piece, h).abs() < 1e-12);
             }
         }
     }
