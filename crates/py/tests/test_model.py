@@ -259,3 +259,12 @@ motor = { type = "torque", on = "bob", value = "if(A.angle > 0.1 rad, lambda, 0.
 ''')
     found = m.equations.to_sympy()["equations"][0]
     assert found.has(sympy.Piecewise) and sympy.Symbol("lambda", real=True) in found.free_symbols
+
+
+def test_a_changed_model_keeps_what_has_no_class(examples: Path) -> None:
+    m = bksim.load(examples / "winch" / "model.toml")
+    m.bodies["load"].mass = "41 kg"
+    for section in ("couplings.sun1", "states.i", "signals.voltage"):
+        assert f"[{section}]" in m.text
+    weight = m.solve(t_end=2)["couplings.rope"][-1]
+    assert abs(weight - 41 * 9.81) < 1e-2

@@ -68,7 +68,7 @@ const CONTACTS: &str = include_str!("../../../tests/fixtures/contacts.toml");
 #[test]
 fn the_page_lists_the_keys_that_are_printed() {
     let place = Scratch::new();
-    for example in ["five-link", "parallelogram", "four-bar"] {
+    for example in ["five-link", "parallelogram", "four-bar", "winch"] {
         let model = fs::read(format!("{CRATE}/../../examples/{example}/model.toml"));
         place.write(&format!("{example}.toml"), model.expect("an example"));
     }
@@ -92,6 +92,7 @@ fn the_page_lists_the_keys_that_are_printed() {
         "new fresh",
         "check five-link.toml",
         "check parallelogram.toml",
+        "check winch.toml",
         "check four-bar.toml",
         "check bad.toml",
         "check missing.toml",

@@ -21,6 +21,10 @@ from ._parts import (
 )
 
 
+# Sections without classes of their own.
+OTHERS = ("tables", "curves", "couplings", "states", "signals")
+
+
 @dataclass
 class Document:
     """A model as its author wrote it, as objects."""
@@ -35,6 +39,8 @@ class Document:
     joints: dict[str, Joint] = field(default_factory=dict)
     loads: dict[str, Load] = field(default_factory=dict)
     drives: dict[str, Drive] = field(default_factory=dict)
+    # Tables, curves, couplings, states and signals, as they are written.
+    others: dict[str, dict[str, Any]] = field(default_factory=dict)
     initial: dict[str, Any] = field(default_factory=dict)
     options: dict[str, Any] = field(default_factory=dict)
 
@@ -54,6 +60,7 @@ class Document:
             joints={name: joint_from_table(table) for name, table in each("joints")},
             loads={name: load_from_table(table) for name, table in each("loads")},
             drives={name: from_table(Drive, table) for name, table in each("drives")},
+            others={key: tables[key] for key in OTHERS if key in tables},
             initial=tables.get("initial", {}),
             options=tables.get("solve", {}),
         )
@@ -70,6 +77,7 @@ class Document:
             "joints": {name: to_table(joint) for name, joint in self.joints.items()},
             "loads": {name: to_table(load) for name, load in self.loads.items()},
             "drives": {name: to_table(drive) for name, drive in self.drives.items()},
+            **{key: plain(table) for key, table in self.others.items()},
             "initial": plain(self.initial),
             "solve": plain(self.options),
         }
