@@ -10,10 +10,12 @@ pub mod page;
 pub mod plot;
 pub mod render;
 pub mod sweep;
+mod time;
 pub mod view;
 
 use std::path::{Path, PathBuf};
 
+use self::time::time;
 use bksim::model;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
@@ -194,7 +196,7 @@ pub(crate) enum Channels {
 #[derive(Args, Clone, Debug)]
 pub struct Tuning {
     /// End time, s, in place of the model's.
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = time)]
     pub t_end: Option<f64>,
     /// Relative tolerance, in place of the model's.
     #[arg(long, value_name = "TOL", allow_negative_numbers = true)]
@@ -203,10 +205,10 @@ pub struct Tuning {
     #[arg(long, value_name = "TOL", allow_negative_numbers = true)]
     pub atol: Option<f64>,
     /// Fixed steps of this size, s, without error control.
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = time)]
     pub step: Option<f64>,
     /// Output interval, s, in place of the model's.
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = time)]
     pub every: Option<f64>,
     /// Method that integrates the equations.
     #[arg(long, value_enum, value_name = "METHOD")]

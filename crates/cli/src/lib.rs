@@ -8,6 +8,7 @@ pub mod args;
 pub mod commands;
 pub mod exit;
 mod handover;
+pub mod origin;
 pub mod output;
 pub mod output_file;
 pub mod progress;

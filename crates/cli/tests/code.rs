@@ -77,7 +77,7 @@ fn code_of_linkages_is_the_same_to_the_last_bit() {
 }
 
 #[test]
-fn an_input_is_an_argument_and_files_are_not_overwritten() {
+fn an_input_is_an_argument_and_files_of_others_are_not_overwritten() {
     let place = Scratch::new();
     let answer = written(&place, "cart-pole", "--input u --lang python");
     let inputs = answer["functions"][0]["inputs"].as_array().expect("inputs");
@@ -86,6 +86,10 @@ fn an_input_is_an_argument_and_files_are_not_overwritten() {
         let model = format!("{CRATE}/../../examples/cart-pole/model.toml");
         place.run(&format!("code {model} -o code {arguments}"))
     };
+    let code = place.path().join("code");
+    for entry in std::fs::read_dir(&code).expect("a folder") {
+        std::fs::write(entry.expect("a file").path(), "# mine\n").expect("written");
+    }
     let refused = run("--lang python");
     assert!(!refused.status.success());
     assert!(text(&refused.stderr).contains("exists"), "{}", text(&refused.stderr));

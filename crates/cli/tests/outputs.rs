@@ -14,7 +14,7 @@ use common::{CRATE, PROGRAM, Scratch, text};
 const LONG: &str = include_str!("../../../tests/fixtures/long-pendulum.toml");
 
 #[test]
-fn of_eight_runs_that_want_one_new_log_one_gets_it() {
+fn of_eight_runs_that_want_one_new_log_each_gets_it_or_is_refused() {
     let model = format!("{CRATE}/../../examples/four-bar/model.toml");
     for force in [false, true] {
         let place = Scratch::new();
@@ -27,7 +27,8 @@ fn of_eight_runs_that_want_one_new_log_one_gets_it() {
         let ended: Vec<_> =
             children.into_iter().map(|child| child.wait_with_output().expect("an end")).collect();
         let n_done = ended.iter().filter(|output| output.status.code() == Some(0)).count();
-        assert!(if force { n_done >= 1 } else { n_done == 1 }, "{n_done} logs are written");
+        // One that begins when another one has ended replaces its log.
+        assert!(n_done >= 1, "{n_done} logs are written");
         for output in ended.iter().filter(|output| output.status.code() != Some(0)) {
             let said = text(&output.stderr);
             assert_eq!(output.status.code(), Some(4), "{said}");

@@ -117,3 +117,23 @@ fn a_link_that_leads_nowhere_is_called_one() {
     assert_eq!(output.status.code(), Some(4), "{said}");
     assert!(said.contains("is a link to `nowhere`, which does not exist"), "{said}");
 }
+
+#[test]
+fn times_of_options_have_units_as_in_a_model() {
+    let place = Scratch::new();
+    place.write("long.toml", include_str!("../../../tests/fixtures/long-pendulum.toml"));
+    for (options, last) in [
+        ("--t-end=2", "2.0,"),
+        ("--t-end=2s", "2.0,"),
+        ("--t-end=1500ms --every=500ms", "1.5,"),
+        ("--t-end=0.5s --step=1ms", "0.5,"),
+    ] {
+        let output = place.run(&format!("solve long.toml {options}"));
+        assert!(output.status.success(), "{options}: {}", text(&output.stderr));
+        let table = text(&place.run("export long.mcap state.A_angle").stdout);
+        assert!(table.lines().last().expect("a row").starts_with(last), "{options}");
+    }
+    let output = place.run("solve long.toml --t-end=2m");
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("`500 ms`"), "{}", text(&output.stderr));
+}

@@ -163,10 +163,14 @@ fn the_command_refuses_what_it_should() {
     let place = Scratch::new();
     place.write("rest.toml", "[bodies.b]\nmass = 1\n[joints.S]\ntype = \"prismatic\"\nbetween = [\"ground\", \"b\"]\naxis = [1, 0]\n[solve]\nt_end = 1\n");
     assert!(place.run("solve rest.toml").status.success());
-    let first = place.run("page rest.mcap -o rest.html");
-    assert!(first.status.success(), "{}", text(&first.stderr));
+    // A page of the same model is replaced.
+    for _ in 0..2 {
+        let page = place.run("page rest.mcap -o rest.html");
+        assert!(page.status.success(), "{}", text(&page.stderr));
+    }
+    place.write("mine.html", "<p>of my own</p>\n");
     for (command, status, words) in [
-        ("page rest.mcap", 4, "`rest.html` exists ("),
+        ("page rest.mcap -o mine.html", 4, "`mine.html` exists ("),
         ("page rest.mcap -o rest.mcap --force", 2, "this command writes HTML"),
         ("page missing.mcap", 4, "there is no such file"),
         ("page rest.toml -o other.html", 1, "cannot be made a page of"),
@@ -175,5 +179,5 @@ fn the_command_refuses_what_it_should() {
         assert_eq!(output.status.code(), Some(status), "{command}");
         assert!(text(&output.stderr).contains(words), "{command}: {}", text(&output.stderr));
     }
-    assert!(place.run("page rest.mcap --force").status.success());
+    assert!(place.run("page rest.mcap -o mine.html --force").status.success());
 }

@@ -165,10 +165,17 @@ fn what_cannot_be_drawn_is_said() {
         let (found, message) = refused(&place, arguments);
         assert!(found == status && message.contains(words), "{arguments}: {found} {message}");
     }
-    run(&place, "plot spring-pendulum.mcap -o a.pdf");
-    let (status, words) = refused(&place, "plot spring-pendulum.mcap -o a.pdf");
-    assert!(status == 4 && words.contains("--force"), "{words}");
-    run(&place, "plot spring-pendulum.mcap -o a.pdf --force");
+    // A picture of the same model is replaced, and one that was edited since is not.
+    for file in ["a.svg", "a.pdf"] {
+        run(&place, &format!("plot spring-pendulum.mcap -o {file}"));
+        run(&place, &format!("plot spring-pendulum.mcap state.phi -o {file}"));
+        let mut edited = fs::read(place.path().join(file)).expect("a picture");
+        edited[100] ^= 1;
+        place.write(file, &edited);
+        let (status, words) = refused(&place, &format!("plot spring-pendulum.mcap -o {file}"));
+        assert!(status == 4 && words.contains("--force"), "{words}");
+        run(&place, &format!("plot spring-pendulum.mcap -o {file} --force"));
+    }
 }
 
 #[test]

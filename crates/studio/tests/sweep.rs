@@ -33,12 +33,16 @@ fn a_grid_becomes_a_table_and_faults_are_counted() {
     assert_eq!(object["outputs"][0]["name"], "final(state.phi)");
     assert!(place.path().join("swing.parquet").exists());
 
-    // The table is not overwritten, unless that is asked for.
+    // A table of the same model is replaced, and one of another is not, unless that is asked for.
+    assert_eq!(run(&[]).status.code(), Some(0));
+    let whole = fs::read(place.path().join("swing.parquet")).expect("a table");
+    place.write("swing.parquet", b"PAR1 of some other program PAR1");
     assert_eq!(run(&[]).status.code(), Some(4));
     let again = run(&["--force"]);
     assert_eq!(again.status.code(), Some(0), "{}", text(&again.stderr));
     assert!(text(&again.stdout).contains("5 of 10 cases done"), "{}", text(&again.stdout));
     assert!(text(&again.stderr).contains("5 of 10 cases failed"), "{}", text(&again.stderr));
+    assert!(fs::read(place.path().join("swing.parquet")).expect("a table") == whole);
 }
 
 #[test]

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use bksim::cad::write::Release;
 use clap::Args;
 
+use super::time::time;
 use super::{DrawingArgs, assignment};
 
 #[derive(Args, Debug)]
@@ -70,7 +71,8 @@ pub(crate) struct Trace {
     #[arg(long, value_name = "BODY.POINT", value_delimiter = ',')]
     pub(crate) points: Vec<String>,
     /// Times of the reactions, s; four even ones unless given.
-    #[arg(long, value_name = "S", value_delimiter = ',', allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", value_delimiter = ',', allow_negative_numbers = true,
+          value_parser = time)]
     pub(crate) at: Vec<f64>,
     /// Draw the curves of the points.
     #[arg(long)]

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use super::time::time;
 use super::view::seconds;
 
 /// Curves of runs. Names of logs and of channels may stand in any order, the first log first.
@@ -18,10 +19,10 @@ pub struct Plot {
     #[arg(long, value_name = "CHANNEL")]
     pub x: Option<String>,
     /// Draw from this time on, s.
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = time)]
     pub from: Option<f64>,
     /// Draw up to this time, s.
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = time)]
     pub to: Option<f64>,
     /// The picture; its ending chooses the format (.svg, .png, .pdf). Text on standard output if
     /// none.

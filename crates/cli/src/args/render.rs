@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use bksim_scene::request::{Background, DENSITIES, FACTORS, MOST_GHOSTS, SIDES};
 use clap::{Args, ValueEnum};
 
+use super::time::time;
 use super::{DrawingArgs, assignment};
 
 /// Pictures show one instant; films show the motion from --from to --to.
@@ -27,13 +28,13 @@ pub struct Render {
     #[command(flatten)]
     pub drawing: DrawingArgs,
     /// The instant that a picture shows, s; the middle of the motion unless given.
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = time)]
     pub at: Option<f64>,
     /// Where a film begins, s; at the start of the motion unless given.
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = time)]
     pub from: Option<f64>,
     /// Where a film ends, s; at the end of the motion unless given.
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = time)]
     pub to: Option<f64>,
     /// Width and height in pixels, such as 1280x720; else the mechanism chooses its shape.
     #[arg(long, value_name = "WxH", value_parser = size)]

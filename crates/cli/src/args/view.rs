@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{ArgAction, Args};
 
+use super::time::time;
 use super::{DrawingArgs, assignment};
 
 /// A model or a log moving, in a window.
@@ -51,15 +52,17 @@ pub struct View {
 }
 
 fn instant(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
+    match time(text) {
         Ok(t) if t.is_finite() => Ok(t),
-        _ => Err("expected a time in seconds, such as 0.5".to_owned()),
+        _ => {
+            Err("expected a time, in seconds or with its unit, such as 0.5 or `500 ms`".to_owned())
+        }
     }
 }
 
 /// A time to wait, s.
 pub(super) fn seconds(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
+    match time(text) {
         Ok(s) if (0.0..=3600.0).contains(&s) => Ok(s),
         _ => Err("expected seconds, 0 to 3600".to_owned()),
     }

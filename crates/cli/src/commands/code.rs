@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use crate::args::code::{Code, Language, Part as PartArg};
 use crate::exit::{Failure, Status};
+use crate::origin::{is_of_model, stamped};
 use crate::output;
 use crate::output_file::OutputFile;
 use crate::render;
@@ -42,13 +43,15 @@ pub(crate) fn run(args: &Code, as_json: bool, nesting: usize) -> Result<Status, 
         .map(|(name, text)| {
             let path = args.output.join(name);
             let model: &[&Path] = &[&args.model.model];
-            Ok((OutputFile::plan(&path, ("model", model), args.force, UNDONE)?, text))
+            let may_replace = args.force || is_of_model(&path, &mechanism.model.name);
+            Ok((OutputFile::plan(&path, ("model", model), may_replace, UNDONE)?, text))
         })
         .collect();
     let mut written = Vec::new();
     for (file, text) in planned? {
         let mut out = file.create()?;
-        out.write_all(text.as_bytes()).map_err(|error| {
+        let bytes = stamped(file.path(), text.into_bytes(), &mechanism.model.name);
+        out.write_all(&bytes).map_err(|error| {
             Failure::file(file.path(), format!("cannot be written: {error}"), None)
         })?;
         out.finish()?;

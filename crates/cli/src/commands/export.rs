@@ -10,6 +10,7 @@ use serde_json::json;
 
 use crate::args::Export;
 use crate::exit::{Failure, Status};
+use crate::origin::{has_columns, is_of_model};
 use crate::output;
 use crate::output_file::{OutputFile, Written};
 use crate::render;
@@ -81,8 +82,9 @@ pub fn to_file(
     as_json: bool,
 ) -> Result<Status, Failure> {
     let (log, selection) = open(args)?;
+    let may_replace = args.force || is_own_table(path, format, &log);
     let output =
-        OutputFile::plan(path, ("log", &[args.log.as_path()]), args.force, "nothing was written")?;
+        OutputFile::plan(path, ("log", &[args.log.as_path()]), may_replace, "nothing was written")?;
 
     // Write the table.
     let mut out = BufWriter::new(output.create()?);
@@ -113,6 +115,15 @@ pub fn to_file(
         ))?;
     }
     Ok(Status::Done)
+}
+
+/// True for a table that is there already and was made from this log, or from another one of its model.
+fn is_own_table(path: &Path, format: &TableFormat, log: &OpenLog) -> bool {
+    if format.name != CSV.name {
+        return is_of_model(path, &log.header().model_name);
+    }
+    let known = Selection::all(log.header());
+    has_columns(path, "t", known.columns().iter().map(|column| column.name.as_str()))
 }
 
 /// A stream that remembers whether its reader has gone, whatever the writers above make of it.

@@ -31,6 +31,7 @@ use self::report::{Report, Times};
 use self::resume::FirstPart;
 use crate::args::{self, Solve, Tuning};
 use crate::exit::{Failure, Status, without_number};
+use crate::origin::{STOPPED, is_of_model};
 use crate::output;
 use crate::output_file::{OutputFile, Written, check_ending, is_same_file};
 use crate::progress::{Progress, StopWish};
@@ -123,7 +124,8 @@ fn prepare(args: &Solve, nesting: usize, times: &mut Times) -> Result<Prepared, 
     if first.is_some() && args.force {
         inputs.retain(|input| !is_same_file(&path, input));
     }
-    let output = OutputFile::plan(&path, ("model", &inputs), args.force, "nothing was solved")?;
+    let may_replace = args.force || is_of_model(&path, &loaded.model.name);
+    let output = OutputFile::plan(&path, ("model", &inputs), may_replace, "nothing was solved")?;
     check_ending(&path, &["mcap"])?;
     times.parse = clock.lap();
 
@@ -235,7 +237,8 @@ fn conclude(
         }
         Ok(summary) => {
             let status = stop.status().unwrap_or(Status::Interrupted);
-            let how = if status == Status::Terminated { "terminated" } else { "interrupted" };
+            let [interrupted, terminated] = STOPPED;
+            let how = if status == Status::Terminated { terminated } else { interrupted };
             Conclusion { summary, status, reason: how.to_owned() }
         }
         Err(failure) => {

@@ -11,6 +11,7 @@ use serde_json::json;
 
 use bksim_cli::args::page::Page;
 use bksim_cli::exit::{Failure, Status};
+use bksim_cli::origin::{is_of_model, stamped};
 use bksim_cli::output;
 use bksim_cli::output_file::{OutputFile, check_ending};
 use bksim_cli::render;
@@ -24,18 +25,25 @@ pub(crate) fn run(args: &Page, as_json: bool) -> Result<Status, Failure> {
     if !IS_BUNDLED {
         return Err(Failure::usage(PageError::NotBundled.to_string(), NO_PAGE));
     }
-    let output =
-        OutputFile::plan(&path, ("log", &[args.log.as_path()]), args.force, "nothing was written")?;
     let file = File::open(&args.log).map_err(|e| Failure::reading(&args.log, &e))?;
     let log = LogReader::open(BufReader::new(file)).map_err(|e| no_page(&args.log, &e, None))?;
+    let model_name = log.header().model_name.clone();
+    let may_replace = args.force || is_of_model(&path, &model_name);
+    let output = OutputFile::plan(
+        &path,
+        ("log", &[args.log.as_path()]),
+        may_replace,
+        "nothing was written",
+    )?;
     let mut playback = Playback::open(log).map_err(|e| unplayable(&args.log, &e))?;
     let options = Options { title: args.title.clone(), ..Options::default() };
     let page = page(&mut playback, &options).map_err(|e| no_page(&args.log, &e, None))?;
     let mut out = output.create()?;
-    out.write_all(page.html.as_bytes()).map_err(|e| Failure::writing(&path, &e))?;
+    let html = stamped(&path, page.html.into_bytes(), &model_name);
+    out.write_all(&html).map_err(|e| Failure::writing(&path, &e))?;
     out.finish()?;
 
-    let n_bytes = page.html.len();
+    let n_bytes = html.len();
     if as_json {
         let [kept, all] = page.n_channels;
         let body = json!({

@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 
 use bksim_cli::args::plot::{Plot, PlotTheme};
 use bksim_cli::exit::{Failure, Status};
+use bksim_cli::origin::{is_of_model, stamped};
 use bksim_cli::output;
 use bksim_cli::output_file::OutputFile;
 use bksim_cli::render;
@@ -29,8 +30,7 @@ const PANEL_HEIGHT: u16 = 18;
 
 pub(crate) fn run(args: &Plot, as_json: bool) -> Result<Status, Failure> {
     let (paths, patterns) = logs_and_channels(&args.what)?;
-    let picture = args.output.as_deref().map(|path| picture(path, &paths, args.force));
-    let picture = picture.transpose()?;
+    args.output.as_deref().map_or(Ok(()), |path| format(path).map(drop))?;
     let screenshot = window::check(args, &paths)?;
     let span = [args.from.unwrap_or(f64::NEG_INFINITY), args.to.unwrap_or(f64::INFINITY)];
     if span[0].partial_cmp(&span[1]) != Some(std::cmp::Ordering::Less) {
@@ -43,6 +43,12 @@ pub(crate) fn run(args: &Plot, as_json: bool) -> Result<Status, Failure> {
     for path in &paths {
         runs.push(Run::open(path).map_err(|e| bad_log(path, &e))?);
     }
+    let model_name = runs[0].header.model_name.clone();
+    let picture = args.output.as_deref().map(|path| {
+        let may_replace = args.force || is_of_model(path, &model_name);
+        picture(path, &paths, may_replace)
+    });
+    let picture = picture.transpose()?;
     let headers: Vec<_> = runs.iter().map(|run| &run.header).collect();
     let first = &paths[0];
     let plan = if patterns.is_empty() {
@@ -74,7 +80,8 @@ pub(crate) fn run(args: &Plot, as_json: bool) -> Result<Status, Failure> {
         window::show(args, screenshot.as_ref(), &plotted)?;
     }
     if let Some((output, format)) = &picture {
-        put(output, &drawn_as(args, *format, &plotted)?)?;
+        let bytes = drawn_as(args, *format, &plotted)?;
+        put(output, &stamped(output.path(), bytes, &model_name))?;
     }
     if as_json {
         let format = picture.map(|(_, format)| format);
@@ -112,17 +119,22 @@ fn logs_and_channels(what: &[String]) -> Result<(Vec<PathBuf>, Vec<String>), Fai
 
 /// The file, and the format that its name asks for; refuses names that cannot be written.
 fn picture(path: &Path, read: &[PathBuf], force: bool) -> Result<(OutputFile, Format), Failure> {
+    let format = format(path)?;
+    Ok((planned(path, read, force)?, format))
+}
+
+/// The format that the name of a picture asks for.
+fn format(path: &Path) -> Result<Format, Failure> {
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
-    let format = match ending.to_ascii_lowercase().as_str() {
-        "svg" => Format::Svg,
-        "png" => Format::Png,
-        "pdf" => Format::Pdf,
+    match ending.to_ascii_lowercase().as_str() {
+        "svg" => Ok(Format::Svg),
+        "png" => Ok(Format::Png),
+        "pdf" => Ok(Format::Pdf),
         _ => {
             let message = format!("`{}` has no ending that names a picture", path.display());
-            return Err(Failure::usage(message, "end the name with .svg, .png or .pdf"));
+            Err(Failure::usage(message, "end the name with .svg, .png or .pdf"))
         }
-    };
-    Ok((planned(path, read, force)?, format))
+    }
 }
 
 /// The file of a picture; refuses names of what is read, or of what is there already.

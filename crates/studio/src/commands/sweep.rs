@@ -13,6 +13,7 @@ use bksim_cli::args::ModelArgs;
 use bksim_cli::args::sweep::Sweep;
 use bksim_cli::commands::solve::{changes, named_after};
 use bksim_cli::exit::{Failure, Status, without_number};
+use bksim_cli::origin::is_of_model;
 use bksim_cli::output;
 use bksim_cli::output_file::{OutputFile, check_ending};
 use bksim_cli::progress::{Progress, StopWish};
@@ -82,8 +83,10 @@ fn table_path(args: &Sweep, model_name: &str, source: &Text) -> Result<PathBuf, 
     let path = args.out.clone().unwrap_or_else(|| named_after(model_name, "parquet"));
     let mut inputs = source.files();
     inputs.push(&args.model);
-    OutputFile::plan(&path, ("model", &inputs), args.force, "nothing was solved")?;
     check_ending(&path, &["parquet"])?;
+    // What is to be gone on with is not whole yet: a table in its place is of another sweep.
+    let may_replace = args.force || !args.resume && is_of_model(&path, model_name);
+    OutputFile::plan(&path, ("model", &inputs), may_replace, "nothing was solved")?;
     Ok(path)
 }
 
