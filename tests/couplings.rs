@@ -238,9 +238,8 @@ fn a_ravigneaux_set() {
         };
         let gear = row[0].as_str().expect("a gear");
         let (input, held) = match gear {
-            "1" => ("small_sun", "carrier"),
+            "1" | "3" => ("small_sun", "carrier"),
             "2" => ("small_sun", "large_sun"),
-            "3" => ("small_sun", "carrier"),
             "4" => ("carrier", "large_sun"),
             _ => ("large_sun", "carrier"),
         };

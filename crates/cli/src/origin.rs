@@ -38,7 +38,7 @@ pub fn is_of_model(path: &Path, model_name: &str) -> bool {
 pub(crate) fn has_columns<'a>(
     path: &Path,
     first: &str,
-    known: impl Iterator<Item = &'a str> + Clone,
+    known: &(impl Iterator<Item = &'a str> + Clone),
 ) -> bool {
     let Ok(file) = File::open(path) else { return false };
     let mut line = String::new();
@@ -138,7 +138,8 @@ fn mark(model_name: &str, content: &[u8]) -> String {
         byte => format!("%{byte:02x}"),
     };
     let name: String = model_name.bytes().map(letter).collect();
-    let sum: String = Sha256::digest(content).iter().map(|byte| format!("{byte:02x}")).collect();
+    let hex = |sum: String, byte: &u8| sum + &format!("{byte:02x}");
+    let sum = Sha256::digest(content).iter().fold(String::new(), hex);
     format!("made by bksim from the model {name}, sha256 {sum}")
 }
 
@@ -184,7 +185,7 @@ mod tests {
         ] {
             fs::write(&path, content).expect("written");
             let known = ["state.x", "state.v"].into_iter();
-            assert_eq!(has_columns(&path, "t", known), is_own, "{content:?}");
+            assert_eq!(has_columns(&path, "t", &known), is_own, "{content:?}");
         }
     }
 }

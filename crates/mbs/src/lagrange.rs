@@ -54,7 +54,9 @@ impl LeftSide {
         let entries = self.mass_matrix.entries().chain(of_states).collect::<Vec<_>>();
         self.mass_matrix = SparseMatrix::new(n, n, entries);
         if let Some(forces) = &mut self.inverse_dynamics {
-            states.into_iter().for_each(|(i, rate)| forces[i] = rate);
+            for (i, rate) in states {
+                forces[i] = rate;
+            }
         }
     }
 

@@ -33,14 +33,11 @@ pub fn rate_unit(unit: &str, order: usize) -> String {
 pub fn coordinate_quantities(model: &Model, system: &SymbolicSystem) -> Vec<Quantity> {
     let quantity = |coordinate: &Coordinate| {
         // A state is the rate of its integral.
-        let [unit, rate, second] = match coordinate.owner {
-            Owner::State(StateId(state)) => {
-                model.states[state].units.clone().map(|unit| unit.replace(' ', "*"))
-            }
-            _ => {
-                let unit = coordinate.kind.unit();
-                [unit.to_owned(), rate_unit(unit, 1), rate_unit(unit, 2)]
-            }
+        let [unit, rate, second] = if let Owner::State(StateId(state)) = coordinate.owner {
+            model.states[state].units.clone().map(|unit| unit.replace(' ', "*"))
+        } else {
+            let unit = coordinate.kind.unit();
+            [unit.to_owned(), rate_unit(unit, 1), rate_unit(unit, 2)]
         };
         let rates = vec![
             [coordinate.rate_name.clone(), rate],

@@ -120,13 +120,12 @@ impl Measure {
             | Self::CardanAngle(..)
             | Self::RollPitchYaw(..) => "rad",
             Self::BodyRate(_) | Self::CardanRate(..) | Self::AngularVelocity(..) => "rad/s",
-            Self::Quaternion(..) | Self::DirectionCosine(..) => "",
+            // The unit of a state is that of its start: see `Model::states`.
+            Self::Quaternion(..) | Self::DirectionCosine(..) | Self::State(_) => "",
             Self::AngularAcceleration(..) => "rad/s^2",
             Self::PointAcceleration(..) => "m/s^2",
             Self::Momentum(..) => "kg m/s",
             Self::AngularMomentum(..) => "kg m^2/s",
-            // Its unit is that of its start: see `Model::states`.
-            Self::State(_) => "",
         }
     }
 }

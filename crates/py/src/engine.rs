@@ -367,5 +367,5 @@ pub(crate) fn column(name: String, field: &Field) -> Described {
 }
 
 fn described(quantity: &Quantity) -> Described {
-    (quantity.name.clone(), quantity.unit.to_owned(), quantity.description.clone())
+    (quantity.name.clone(), quantity.unit.clone(), quantity.description.clone())
 }

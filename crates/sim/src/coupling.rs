@@ -50,7 +50,6 @@ fn uncounted(model: &Model, system: &SymbolicSystem, coupling: &Coupling) -> Opt
             (is_spatial && turns && !is_own).then_some(&of.name)
         }
         Measure::BodyAngle(body) => is_spatial.then(|| &model.bodies[body.0].name),
-        Measure::PointPosition(..) => None,
         Measure::CardanAngle(body, _)
         | Measure::RollPitchYaw(body, _)
         | Measure::Quaternion(body, _)

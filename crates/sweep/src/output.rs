@@ -100,7 +100,7 @@ impl Output {
             let name = format!("state.{}", coordinate.name);
             let signal = channels.signal(&name);
             takes.into_iter().filter_map(move |take| {
-                let (signal, unit) = (signal?, coordinate.unit.to_owned());
+                let (signal, unit) = (signal?, coordinate.unit.clone());
                 Some(Self { name: name_of(take, &name), unit, take, signal })
             })
         });

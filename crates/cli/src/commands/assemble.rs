@@ -54,7 +54,7 @@ fn report(mechanism: &Mechanism, start: &Start) -> String {
         let columns = [
             headed("multiplier", multipliers.iter().map(|m| m.name.clone()).collect()),
             headed("value", column(&start.lambda)),
-            headed("unit", multipliers.iter().map(|m| m.unit.to_owned()).collect()),
+            headed("unit", multipliers.iter().map(|m| m.unit.clone()).collect()),
             headed("of", multipliers.iter().map(|m| m.description.clone()).collect()),
         ];
         lines.extend([String::new(), table(&rows_of(&columns))]);

@@ -123,7 +123,7 @@ fn is_own_table(path: &Path, format: &TableFormat, log: &OpenLog) -> bool {
         return is_of_model(path, &log.header().model_name);
     }
     let known = Selection::all(log.header());
-    has_columns(path, "t", known.columns().iter().map(|column| column.name.as_str()))
+    has_columns(path, "t", &known.columns().iter().map(|column| column.name.as_str()))
 }
 
 /// A stream that remembers whether its reader has gone, whatever the writers above make of it.

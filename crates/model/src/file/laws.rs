@@ -119,7 +119,7 @@ impl Reader<'_> {
             for segment in &segments {
                 match segment.law {
                     Some(law) => {
-                        law.append(&mut pieces, (at, height), (segment.over, segment.rise))
+                        law.append(&mut pieces, (at, height), (segment.over, segment.rise));
                     }
                     None => pieces.push((at, Piece::polynomial(vec![height]))),
                 }

@@ -281,7 +281,9 @@ fn ordered(used: &[Vec<usize>]) -> (Vec<usize>, Vec<usize>) {
         if ready.is_empty() {
             break;
         }
-        ready.iter().for_each(|&k| is_done[k] = true);
+        for &k in &ready {
+            is_done[k] = true;
+        }
         order.extend(ready);
     }
     // From any that is left, the way along what it uses comes back to where it was.

@@ -74,7 +74,7 @@ impl Sketch<'_> {
         let [from, to] = wheels.wheels.map(|wheel| self.numbers.attached(wheel));
         let pose = self.numbers.first_pose(wheels.carrier.0)?;
         let line = self.numbers.vectors(from, to).next()?;
-        let plane = self.plane_of(wheels, wheels.carrier.0)?;
+        let plane = self.plane_of(wheels, wheels.carrier.0);
         let in_plane = [dot3(line, pose.turn(plane.u)), dot3(line, pose.turn(plane.v))];
         let distance = in_plane[0].hypot(in_plane[1]);
         let stated = wheels.radii.map(|radii| radii.map(|radius| self.numbers.value(radius).abs()));
@@ -88,15 +88,15 @@ impl Sketch<'_> {
 
     /// The plane across the axis of the first wheel, in the frame of a body: angles of all wheels count from
     /// directions that are parallel before any motion.
-    fn plane_of(&self, wheels: &Wheels, body: usize) -> Option<Plane> {
+    fn plane_of(&self, wheels: &Wheels, body: usize) -> Plane {
         if self.is_planar() {
-            return Some(Plane::XY);
+            return Plane::XY;
         }
         let joint = &self.model().joints[wheels.axes[0].0];
         let ends = [joint.predecessor.body.0, joint.successor.body.0];
         let axis = self.numbers.axis(joint, if ends.contains(&body) { body } else { ends[0] });
         let u = across3(axis, [0.6, 0.48, 0.64]);
-        Some(Plane { origin: [0.0; 3], u, v: cross3(axis, u) })
+        Plane { origin: [0.0; 3], u, v: cross3(axis, u) }
     }
 
     /// The two gears of a pair, their teeth in each other's gaps where neither of them, or one, was drawn before.
@@ -133,12 +133,12 @@ impl Sketch<'_> {
         };
         let gear = |i: usize| {
             let at = self.numbers.attached(wheels.wheels[i]);
-            let plane = Plane { origin: at.position, ..self.plane_of(wheels, at.body)? };
+            let plane = Plane { origin: at.position, ..self.plane_of(wheels, at.body) };
             let is_ring = is_ring[i];
             let (radius, n_teeth, tooth) = (radii[i], teeth[i], tooth[i]);
-            Some(Drawn { body: at.body, plane, radius, n_teeth, tooth, is_ring })
+            Drawn { body: at.body, plane, radius, n_teeth, tooth, is_ring }
         };
-        [0, 1].into_iter().filter_map(gear).collect()
+        [0, 1].map(gear).to_vec()
     }
 
     /// A gear with its teeth, a ring with teeth inside; nothing where the author drew the body.
@@ -253,15 +253,12 @@ impl Sketch<'_> {
     fn belt(&self, wheels: &Wheels) -> Vec<Shape> {
         let Some((radii, line)) = self.radii(wheels) else { return Vec::new() };
         let carrier = wheels.carrier.0;
-        let (Some(pose), Some(plane)) =
-            (self.numbers.first_pose(carrier), self.plane_of(wheels, carrier))
-        else {
-            return Vec::new();
-        };
+        let Some(pose) = self.numbers.first_pose(carrier) else { return Vec::new() };
+        let plane = self.plane_of(wheels, carrier);
         let ends = wheels.wheels.map(|wheel| self.numbers.attached(wheel));
         let mut shapes = Vec::new();
         for (end, radius) in ends.iter().zip(radii) {
-            let Some(own) = self.plane_of(wheels, end.body) else { continue };
+            let own = self.plane_of(wheels, end.body);
             if self.has_own_shape(end.body) {
                 continue;
             }
