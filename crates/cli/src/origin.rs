@@ -13,8 +13,6 @@ use std::path::Path;
 use bksim::log::LogReader;
 use sha2::{Digest, Sha256};
 
-/// How runs end that somebody stopped: they can go on.
-pub(crate) const STOPPED: [&str; 2] = ["interrupted", "terminated"];
 /// First and last bytes of a log that is whole.
 const MCAP: [u8; 8] = *b"\x89MCAP0\r\n";
 /// Last bytes of a Parquet table.
@@ -82,12 +80,13 @@ fn read_model(path: &Path, model_name: &str) -> io::Result<bool> {
     let last = tail(&mut file, 8)?;
     if first == MCAP {
         file.rewind()?;
-        let log = LogReader::open(BufReader::new(file));
-        let is_own = log.is_ok_and(|log| {
-            let has_ended = log.end().is_some_and(|end| !STOPPED.contains(&end.reason.as_str()));
-            has_ended && log.header().model_name == model_name
+        let is_own = LogReader::open(BufReader::new(file)).is_ok_and(|mut log| {
+            // Whether a run can go on is known at the end of its log.
+            let is_named = log.header().model_name == model_name;
+            let is_read = is_named && last == MCAP && read_through(&mut log);
+            is_read && log.end().is_some() && log.checkpoint().is_none()
         });
-        return Ok(last == MCAP && is_own);
+        return Ok(is_own);
     }
     if first.starts_with(&PARQUET) && last.ends_with(&PARQUET) {
         let length = [last[0], last[1], last[2], last[3]];
@@ -100,6 +99,17 @@ fn read_model(path: &Path, model_name: &str) -> io::Result<bool> {
     let ends = bytes.iter().rev().skip(1).position(|&byte| byte == b'\n');
     let content = ends.map_or(&[][..], |remark| &bytes[..bytes.len() - 1 - remark]);
     Ok(content.len() < bytes.len() && stamped(path, content.to_vec(), model_name) == bytes)
+}
+
+/// Whether a log can be read to its end.
+fn read_through<R: Read>(log: &mut LogReader<R>) -> bool {
+    loop {
+        match log.next_record() {
+            Ok(Some(_)) => (),
+            Ok(None) => return true,
+            Err(_) => return false,
+        }
+    }
 }
 
 /// The last `n` bytes of a file, or all of a shorter one.

@@ -31,7 +31,7 @@ use self::report::{Report, Times};
 use self::resume::FirstPart;
 use crate::args::{self, Solve, Tuning};
 use crate::exit::{Failure, Status, without_number};
-use crate::origin::{STOPPED, is_of_model};
+use crate::origin::is_of_model;
 use crate::output;
 use crate::output_file::{OutputFile, Written, check_ending, is_same_file};
 use crate::progress::{Progress, StopWish};
@@ -237,8 +237,7 @@ fn conclude(
         }
         Ok(summary) => {
             let status = stop.status().unwrap_or(Status::Interrupted);
-            let [interrupted, terminated] = STOPPED;
-            let how = if status == Status::Terminated { terminated } else { interrupted };
+            let how = if status == Status::Terminated { "terminated" } else { "interrupted" };
             Conclusion { summary, status, reason: how.to_owned() }
         }
         Err(failure) => {
