@@ -13,10 +13,12 @@ use bksim_cad::kind::KINDS;
 use bksim_cad::model::{ModelOptions, sheet};
 use bksim_cad::tags::Tags;
 use bksim_cad::write::Release;
-use bksim_cad::write::from_model::{Source as Drawn, Unwritten, from_model};
+use bksim_cad::write::from_model::{ModelSource as Drawn, Unwritten, from_model};
 use bksim_cad::write::graft::graft;
 use bksim_cad::write::template::{Template, template};
-use bksim_cad::write::trace::{Course, Reaction, Selection, Shape, Traced, even_samples, trace};
+use bksim_cad::write::trace::{
+    BodyShape, Course, Reaction, Selection, Traced, even_samples, trace,
+};
 use bksim_mbs::assemble::assemble;
 use bksim_model::Model;
 use bksim_model::file::{Source, read};
@@ -273,7 +275,7 @@ fn a_drawn_model_reads_back_with_the_same_start_and_accelerations() {
 }
 
 /// A bar that turns once about the origin: something to trace in any drawing.
-fn turning(n: u32) -> (Course, Vec<Shape>) {
+fn turning(n: u32) -> (Course, Vec<BodyShape>) {
     let angle = |i: u32| std::f64::consts::TAU * f64::from(i) / f64::from(n);
     let pose =
         |i| PlanarPose { angle: angle(i), rate: std::f64::consts::TAU, ..PlanarPose::default() };
@@ -292,7 +294,7 @@ fn turning(n: u32) -> (Course, Vec<Shape>) {
             force: (0..=n).map(force).collect(),
         }],
     };
-    (course, vec![Shape { body_idx: 1, paths: vec![path], frame: Frame::default() }])
+    (course, vec![BodyShape { body_idx: 1, paths: vec![path], frame: Frame::default() }])
 }
 
 /// Targets: drawings of ours, of the independent library, in text and binary.

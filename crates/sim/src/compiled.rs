@@ -21,7 +21,7 @@ use crate::linear::unrolled::UnrolledSolve;
 use crate::input::Inputs;
 use crate::modes::Modes;
 use crate::modes::indicators::EventIndicators;
-use crate::redundancy::{Instant, SelfStress, Transmissions, Uniqueness};
+use crate::redundancy::{MovingInstant, SelfStress, Transmissions, Uniqueness};
 use bksim_mbs::constraint::Source;
 use bksim_mbs::kinematics::CoordinateKind;
 use bksim_mbs::reaction::reactions;
@@ -194,7 +194,7 @@ impl CompiledSystem {
     pub(crate) fn uniqueness(
         &self,
         parameters: &[f64],
-        at: Instant<'_>,
+        at: MovingInstant<'_>,
         modes: &Modes,
     ) -> Uniqueness {
         let parameters = modes.parameters_with_modes(parameters);
@@ -210,7 +210,7 @@ impl CompiledSystem {
     pub(crate) fn redundancy(
         &self,
         parameters: &[f64],
-        at: Instant<'_>,
+        at: MovingInstant<'_>,
         modes: &Modes,
     ) -> Uniqueness {
         let parameters = modes.parameters_with_modes(parameters);

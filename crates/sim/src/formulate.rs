@@ -59,7 +59,7 @@ pub struct MotionEquations {
 /// Inactive constraint rows, which depend on others or belong to open contacts, are replaced by
 /// λ = 0 (and μ = 0): this leaves the motion as it is and the iteration matrix regular.
 #[derive(Clone, Debug)]
-pub struct Motion<'a> {
+pub struct MotionSystem<'a> {
     equations: &'a MotionEquations,
     residual: Buffers,
     jacobian: Buffers,
@@ -165,11 +165,11 @@ impl MotionEquations {
 
     /// Binds parameter values, modes included; `dependent` are the constraint rows that follow from
     /// the others, and those of contacts that are open.
-    pub fn at(&self, parameters: &[f64], dependent: &[usize]) -> Motion<'_> {
+    pub fn at(&self, parameters: &[f64], dependent: &[usize]) -> MotionSystem<'_> {
         let held_lambda = dependent.iter().map(|row| 2 * self.nq + row);
         let held_mu = dependent.iter().map(|row| 2 * self.nq + self.nc + row);
         let has_mu = self.formulation == Formulation::Ggl;
-        Motion {
+        MotionSystem {
             equations: self,
             residual: self.residual.buffers(parameters),
             jacobian: self.jacobian.buffers(parameters),
@@ -210,14 +210,14 @@ impl MotionEquations {
     }
 }
 
-impl Motion<'_> {
+impl MotionSystem<'_> {
     /// Rows, and unknowns, that are held at zero.
     pub(crate) fn held(&self) -> &[usize] {
         &self.held
     }
 }
 
-impl System for Motion<'_> {
+impl System for MotionSystem<'_> {
     fn layout(&self) -> &Layout {
         &self.equations.layout
     }

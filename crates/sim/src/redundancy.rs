@@ -44,7 +44,7 @@ pub struct Uniqueness {
 
 /// Where a motion stands: time, positions, velocities, accelerations.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Instant<'a> {
+pub(crate) struct MovingInstant<'a> {
     pub(crate) t: f64,
     pub(crate) q: &'a [f64],
     pub(crate) v: &'a [f64],
@@ -103,7 +103,7 @@ impl Transmissions {
     pub(crate) fn uniqueness(
         &self,
         parameters: &[f64],
-        at: Instant<'_>,
+        at: MovingInstant<'_>,
         acts: &dyn Fn(Effort) -> bool,
     ) -> Uniqueness {
         let mut unique = self.all_unique();
@@ -135,7 +135,7 @@ fn largest(rates: &[f64]) -> f64 {
     rates.iter().fold(0.0, |largest: f64, rate| largest.max(rate.abs()))
 }
 
-impl Instant<'_> {
+impl MovingInstant<'_> {
     /// Positions a little later; those of the instant itself where nothing moves.
     fn ahead(&self) -> Vec<f64> {
         let along = if largest(self.v) > AT_REST { self.v } else { self.a };

@@ -210,7 +210,7 @@ pub fn start_at(
     } else {
         modes_of_start(compiled, parameters, options, &modes, (t, q, v))?
     };
-    let instant = redundancy::Instant { t, q: &found.q, v: &found.v, a: &found.a };
+    let instant = redundancy::MovingInstant { t, q: &found.q, v: &found.v, a: &found.a };
     let uniqueness = compiled.uniqueness(parameters, instant, &found.modes);
     let redundancy = compiled.redundancy(parameters, instant, &found.modes);
     Ok(Start {
@@ -300,7 +300,7 @@ impl Start {
         };
         let ConsistentModes { modes, q, v, a, lambda, inactive, .. } = found;
         let state = State { t, q: q.clone(), v: v.clone() };
-        let instant = redundancy::Instant { t, q: &q, v: &v, a: &a };
+        let instant = redundancy::MovingInstant { t, q: &q, v: &v, a: &a };
         let uniqueness = compiled.uniqueness(parameters, instant, &modes);
         Ok(Self { t, q, v, a, lambda, state, inactive, modes, uniqueness, ..self.clone() })
     }

@@ -8,7 +8,7 @@ use super::faults::Faults;
 use super::names::names;
 use super::partners::{Partners, point_of};
 use super::points::{NamedPoint, Points};
-use super::report::Snap;
+use super::report::JointSnap;
 use super::snap::snap;
 use super::source::Source;
 use crate::attachment::{Attachment, Content, Value};
@@ -40,7 +40,7 @@ pub(super) struct Connected<'a> {
     /// In the order of the drawing.
     pub(super) connections: Vec<Connection<'a>>,
     /// Points of bodies that were taken as those of joints.
-    pub(super) snaps: Vec<Snap>,
+    pub(super) snaps: Vec<JointSnap>,
 }
 
 /// One end of a joint: a point of a body and its name there.
@@ -95,7 +95,7 @@ struct Connecting<'s, 'p> {
     source: Source<'s>,
     bodies: &'p Bodies,
     points: &'p mut Points,
-    snaps: Vec<Snap>,
+    snaps: Vec<JointSnap>,
 }
 
 impl Connecting<'_, '_> {

@@ -42,7 +42,7 @@ use bksim_model::diagnostic::Diagnostic;
 
 pub use frame::Frame;
 pub use origins::Origin;
-pub use report::{BodyReport, JointReport, MassSource, Snap};
+pub use report::{BodyReport, JointReport, JointSnap, MassSource};
 pub use sidecar::{DRAWING_KEY, named_drawing};
 pub use source::RELATIVE_TOLERANCE;
 
@@ -89,7 +89,7 @@ pub struct Composition {
     /// Joints, in the order of the drawing.
     pub joints: Vec<JointReport>,
     /// Points that were taken as one.
-    pub snaps: Vec<Snap>,
+    pub snaps: Vec<JointSnap>,
     /// The snapping tolerance, drawing units.
     pub tolerance: f64,
     /// Errors and warnings; spans are those of the drawing's text.

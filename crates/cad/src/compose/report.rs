@@ -52,7 +52,7 @@ pub struct JointReport {
 
 /// Two points taken as one.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Snap {
+pub struct JointSnap {
     /// The attachment that was put onto the body, in words: ``joint `B` ``.
     pub what: String,
     /// The body it was put onto.

@@ -4,7 +4,7 @@ use bksim_model::diagnostic::Diagnostic;
 
 use super::bodies::Body;
 use super::faults::Faults;
-use super::report::Snap;
+use super::report::JointSnap;
 use super::source::Source;
 use crate::attachment::Attachment;
 use crate::codes;
@@ -23,7 +23,7 @@ pub(super) fn snap(
     at: Point,
     body: &Body,
     faults: &mut Faults<'_>,
-) -> Option<Snap> {
+) -> Option<JointSnap> {
     let (scale, unit) = (source.scale, source.unit().name);
 
     // The features of the body near the point, the nearest first.
@@ -85,7 +85,7 @@ pub(super) fn snap(
     );
     let fault = Diagnostic::warning(codes::JOINT_SNAPPED, message).help(apart(away));
     faults.add(fault, &attachment.location);
-    Some(Snap { what: title, body: name.clone(), from: feature, to: at, distance: away })
+    Some(JointSnap { what: title, body: name.clone(), from: feature, to: at, distance: away })
 }
 
 /// How to keep two points apart.

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use crate::drawing::Handle;
 use crate::kind::APPLICATION;
-use crate::tags::{Tags, Value, ValueType, Version, Writer};
+use crate::tags::{GroupValue, Tags, ValueType, Version, Writer};
 
 /// Entities that are read whole.
 #[rustfmt::skip]
@@ -143,7 +143,7 @@ pub(super) fn feed(tags: &Tags) -> Vec<u8> {
     tables(tags, &mut out);
     let paper = paper_spaces(tags);
     for section in ["BLOCKS", "ENTITIES"] {
-        out.push(0, Value::Text("SECTION")).push(2, Value::Text(section));
+        out.push(0, GroupValue::Text("SECTION")).push(2, GroupValue::Text(section));
         // What stands among the entities is in the model space, whatever that is called, unless its
         // owner is a sheet of paper.
         let is_left_out = |idx: usize| {
@@ -153,25 +153,25 @@ pub(super) fn feed(tags: &Tags) -> Vec<u8> {
         for record in records(tags, section) {
             entity(tags, &record, &mut out, is_left_out);
         }
-        out.push(0, Value::Text("ENDSEC"));
+        out.push(0, GroupValue::Text("ENDSEC"));
     }
-    out.push(0, Value::Text("EOF"));
+    out.push(0, GroupValue::Text("EOF"));
     out.finish()
 }
 
 fn header(tags: &Tags, out: &mut Writer<'_>) {
     let Version(number) = tags.version();
     let version = VERSIONS.iter().rev().find(|&&known| known <= number).unwrap_or(&1009);
-    out.push(0, Value::Text("SECTION")).push(2, Value::Text("HEADER"));
-    out.push(9, Value::Text("$ACADVER")).push(1, Value::Text(&format!("AC{version}")));
+    out.push(0, GroupValue::Text("SECTION")).push(2, GroupValue::Text("HEADER"));
+    out.push(9, GroupValue::Text("$ACADVER")).push(1, GroupValue::Text(&format!("AC{version}")));
     if let Some(page) = tags.header("$DWGCODEPAGE").filter(|&idx| tags.code(idx) == 3) {
-        out.push(9, Value::Text("$DWGCODEPAGE")).copy(&tags.bytes()[tags.span(page)]);
+        out.push(9, GroupValue::Text("$DWGCODEPAGE")).copy(&tags.bytes()[tags.span(page)]);
     }
-    out.push(0, Value::Text("ENDSEC"));
+    out.push(0, GroupValue::Text("ENDSEC"));
 }
 
 fn tables(tags: &Tags, out: &mut Writer<'_>) {
-    out.push(0, Value::Text("SECTION")).push(2, Value::Text("TABLES"));
+    out.push(0, GroupValue::Text("SECTION")).push(2, GroupValue::Text("TABLES"));
     let all = tags.section("TABLES").map_or(0..0, |section| section.tags.clone());
     let mut is_kept = false;
     for record in tags.records(all) {
@@ -191,7 +191,7 @@ fn tables(tags: &Tags, out: &mut Writer<'_>) {
             }
         }
     }
-    out.push(0, Value::Text("ENDSEC"));
+    out.push(0, GroupValue::Text("ENDSEC"));
 }
 
 /// Handles of the block records that are sheets of paper.
@@ -210,7 +210,7 @@ fn entity(tags: &Tags, record: &Record, out: &mut Writer<'_>, is_left_out: impl 
     for idx in kept(tags, record).into_iter().filter(|&idx| !is_left_out(idx)) {
         out.copy(&tags.bytes()[tags.span(idx)]);
         if idx == record.tags.start {
-            out.push(5, Value::Text(&format!("{:X}", handle.0)));
+            out.push(5, GroupValue::Text(&format!("{:X}", handle.0)));
         }
     }
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::splice::Splice;
 use crate::drawing::Handle;
 use crate::kind::APPLICATION;
-use crate::tags::{Tags, Value, Version, Writer};
+use crate::tags::{GroupValue, Tags, Version, Writer};
 
 /// The splices that register the application: none if it is registered.
 pub(super) fn register(tags: &Tags) -> Vec<Splice> {
@@ -54,19 +54,19 @@ fn with_new_table(tags: &Tags) -> Vec<Splice> {
     let mut out = Writer::new(tags);
     let section = tags.section("TABLES").map(|section| section.tags.end);
     if section.is_none() {
-        out.push(0, Value::Text("SECTION")).push(2, Value::Text("TABLES"));
+        out.push(0, GroupValue::Text("SECTION")).push(2, GroupValue::Text("TABLES"));
     }
-    out.push(0, Value::Text("TABLE")).push(2, Value::Text("APPID"));
+    out.push(0, GroupValue::Text("TABLE")).push(2, GroupValue::Text("APPID"));
     let owner = has_handles.then(|| fresh.take());
     if let Some(owner) = owner {
-        out.push(5, Value::Text(&hex(owner))).push(330, Value::Text("0"));
-        out.push(100, Value::Text("AcDbSymbolTable"));
+        out.push(5, GroupValue::Text(&hex(owner))).push(330, GroupValue::Text("0"));
+        out.push(100, GroupValue::Text("AcDbSymbolTable"));
     }
-    out.push(70, Value::Integer(1));
+    out.push(70, GroupValue::Integer(1));
     push_entry(tags, &mut out, has_handles.then(|| fresh.take()), owner);
-    out.push(0, Value::Text("ENDTAB"));
+    out.push(0, GroupValue::Text("ENDTAB"));
     if section.is_none() {
-        out.push(0, Value::Text("ENDSEC"));
+        out.push(0, GroupValue::Text("ENDSEC"));
     }
     // Tables come before blocks, and blocks before entities.
     let first = ["BLOCKS", "ENTITIES"].iter().find_map(|name| tags.section(name));
@@ -77,19 +77,19 @@ fn with_new_table(tags: &Tags) -> Vec<Splice> {
 }
 
 fn push_entry(tags: &Tags, out: &mut Writer<'_>, handle: Option<Handle>, owner: Option<Handle>) {
-    out.push(0, Value::Text("APPID"));
+    out.push(0, GroupValue::Text("APPID"));
     if let Some(handle) = handle {
-        out.push(5, Value::Text(&hex(handle)));
+        out.push(5, GroupValue::Text(&hex(handle)));
     }
     // From R13 on every record names its owner and its classes.
     if tags.version() > Version::R12 {
         if let Some(owner) = owner {
-            out.push(330, Value::Text(&hex(owner)));
+            out.push(330, GroupValue::Text(&hex(owner)));
         }
-        out.push(100, Value::Text("AcDbSymbolTableRecord"));
-        out.push(100, Value::Text("AcDbRegAppTableRecord"));
+        out.push(100, GroupValue::Text("AcDbSymbolTableRecord"));
+        out.push(100, GroupValue::Text("AcDbRegAppTableRecord"));
     }
-    out.push(2, Value::Text(APPLICATION)).push(70, Value::Integer(0));
+    out.push(2, GroupValue::Text(APPLICATION)).push(70, GroupValue::Integer(0));
 }
 
 fn hex(handle: Handle) -> String {

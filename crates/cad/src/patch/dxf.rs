@@ -7,7 +7,7 @@ use bksim_model::diagnostic::Diagnostic;
 use super::splice::{Splice, apply};
 use super::{Edit, application, check_text, missing, no_attribute, no_entity, xdata};
 use crate::drawing::Handle;
-use crate::tags::{Tags, Value, Writer};
+use crate::tags::{GroupValue, Tags, Writer};
 
 /// The file with one edit done.
 pub(super) fn edited(tags: &Tags, edit: &Edit) -> Result<Vec<u8>, Diagnostic> {
@@ -77,7 +77,7 @@ fn set_attribute(
         if own.iter().any(is_named) {
             for &idx in own.iter().filter(|&&idx| tags.code(idx) == 1) {
                 let mut group = Writer::new(tags);
-                group.push(1, Value::Text(value));
+                group.push(1, GroupValue::Text(value));
                 splices.push(Splice::replace(tags, idx..idx + 1, group.finish()));
             }
         }

@@ -9,7 +9,7 @@ use super::{Entry, LONGEST_TEXT, MOST_XDATA, check_text, no_record};
 use crate::codes;
 use crate::drawing::Handle;
 use crate::kind::APPLICATION;
-use crate::tags::{Tags, Value, Writer};
+use crate::tags::{GroupValue, Tags, Writer};
 
 /// Adds a record to an entity.
 pub(super) fn add(
@@ -21,13 +21,13 @@ pub(super) fn add(
     let mut out = Writer::new(tags);
     let ours = ours(tags, entity.clone());
     if ours.is_none() {
-        out.push(1001, Value::Text(APPLICATION));
+        out.push(1001, GroupValue::Text(APPLICATION));
     }
-    out.push(1000, Value::Text(kind)).push(1002, Value::Text("{"));
+    out.push(1000, GroupValue::Text(kind)).push(1002, GroupValue::Text("{"));
     for entry in entries {
         push(tags, &mut out, entry)?;
     }
-    out.push(1002, Value::Text("}"));
+    out.push(1002, GroupValue::Text("}"));
     let bytes = out.finish();
     check_size(tags, entity.clone(), bytes.len())?;
     Ok(Splice::insert(tags, ours.map_or(entity.end, |ours| ours.end), bytes))
@@ -129,15 +129,15 @@ fn has_key(tags: &Tags, entry: &Range<usize>, key: &str) -> bool {
 
 fn push(tags: &Tags, out: &mut Writer<'_>, entry: &Entry) -> Result<(), Diagnostic> {
     let mut point = |key: &str, code: i16, [x, y]: [f64; 2]| {
-        out.push(1000, Value::Text(key));
-        out.push(code, Value::Real(x)).push(code + 10, Value::Real(y));
-        out.push(code + 20, Value::Real(0.0));
+        out.push(1000, GroupValue::Text(key));
+        out.push(code, GroupValue::Real(x)).push(code + 10, GroupValue::Real(y));
+        out.push(code + 20, GroupValue::Real(0.0));
     };
     match entry {
         Entry::Text { key, value } => {
             let text = format!("{key}={value}");
             check_text(&text, tags.encode(&text).len())?;
-            out.push(1000, Value::Text(&text));
+            out.push(1000, GroupValue::Text(&text));
         }
         Entry::Point { key, point: at } => point(key, 1011, *at),
         Entry::Direction { key, direction } => point(key, 1013, *direction),

@@ -16,7 +16,7 @@ use acadrust::io::dxf::code_page::{
 use crate::container::Container;
 use crate::drawing::Handle;
 
-pub use write::{Value, Writer};
+pub use write::{GroupValue, Writer};
 
 /// The type of a group's value, by its code: DXF reference, *Group Code Value Types*.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -62,7 +62,7 @@ struct Tag {
 
 /// A section of the drawing.
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub struct Section {
+pub struct TagSection {
     /// `HEADER`, `ENTITIES`, …
     pub name: String,
     /// The groups between its name and its `ENDSEC`.
@@ -90,7 +90,7 @@ pub struct Tags {
     groups: Vec<Tag>,
     /// The groups with code 0, each the first of a record.
     records: Vec<u32>,
-    sections: Vec<Section>,
+    sections: Vec<TagSection>,
     /// Sorted; the first groups of the records that have handles.
     handles: Vec<(u64, u32)>,
     /// The byte after the last group.
@@ -243,12 +243,12 @@ impl Tags {
     }
 
     /// The sections, in file order.
-    pub fn sections(&self) -> &[Section] {
+    pub fn sections(&self) -> &[TagSection] {
         &self.sections
     }
 
     /// The section of this name.
-    pub fn section(&self, name: &str) -> Option<&Section> {
+    pub fn section(&self, name: &str) -> Option<&TagSection> {
         self.sections.iter().find(|section| section.name.eq_ignore_ascii_case(name))
     }
 

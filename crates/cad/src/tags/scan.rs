@@ -3,7 +3,7 @@
 use acadrust::io::dxf::code_page::encoding_from_code_page;
 use bksim_model::diagnostic::Diagnostic;
 
-use super::{Section, Tag, Tags, ValueType, Version};
+use super::{Tag, TagSection, Tags, ValueType, Version};
 use crate::codes;
 use crate::container::{Container, SENTINEL};
 
@@ -52,7 +52,7 @@ impl Tags {
     }
 
     fn find_sections(&mut self) {
-        let mut open: Option<Section> = None;
+        let mut open: Option<TagSection> = None;
         for &start in &self.records {
             let tag_idx = start as usize;
             let begins = self.is_word(tag_idx, "SECTION");
@@ -68,7 +68,7 @@ impl Tags {
             if begins && tag_idx + 1 < self.len() && self.code(tag_idx + 1) == 2 {
                 let name = self.text(tag_idx + 1).trim().to_owned();
                 let tags = tag_idx + 2..self.len();
-                open = Some(Section { name, tags, is_closed: false });
+                open = Some(TagSection { name, tags, is_closed: false });
             }
         }
         self.sections.extend(open);

@@ -5,7 +5,7 @@ use crate::container::Container;
 
 /// A value to be written.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub enum Value<'a> {
+pub enum GroupValue<'a> {
     /// For codes of text; written in the code page of the file.
     Text(&'a str),
     /// For codes of real numbers.
@@ -32,7 +32,7 @@ impl<'a> Writer<'a> {
     }
 
     /// Adds a group.
-    pub fn push(&mut self, code: i16, value: Value<'_>) -> &mut Self {
+    pub fn push(&mut self, code: i16, value: GroupValue<'_>) -> &mut Self {
         match self.tags.container() {
             Container::Binary { has_wide_codes } => self.push_binary(code, value, has_wide_codes),
             _ => self.push_lines(code, value),
@@ -63,18 +63,18 @@ impl<'a> Writer<'a> {
         self.bytes
     }
 
-    fn push_lines(&mut self, code: i16, value: Value<'_>) {
+    fn push_lines(&mut self, code: i16, value: GroupValue<'_>) {
         let code = if self.pads_codes { format!("{code:>3}") } else { code.to_string() };
         let text = match value {
-            Value::Text(text) => self.tags.encode(text),
+            GroupValue::Text(text) => self.tags.encode(text),
             // The shortest text that reads back as the same number, always with a point or an `e`.
-            Value::Real(number) => format!("{number:?}").into_bytes(),
-            Value::Integer(number) => number.to_string().into_bytes(),
+            GroupValue::Real(number) => format!("{number:?}").into_bytes(),
+            GroupValue::Integer(number) => number.to_string().into_bytes(),
         };
         self.copy(&[code.as_bytes(), self.line_end, &text, self.line_end].concat());
     }
 
-    fn push_binary(&mut self, code: i16, value: Value<'_>, has_wide_codes: bool) {
+    fn push_binary(&mut self, code: i16, value: GroupValue<'_>, has_wide_codes: bool) {
         match u8::try_from(code) {
             Ok(byte) if !has_wide_codes && byte != 255 => self.bytes.push(byte),
             _ => {
@@ -85,13 +85,13 @@ impl<'a> Writer<'a> {
             }
         }
         match value {
-            Value::Text(text) => {
+            GroupValue::Text(text) => {
                 let text = self.tags.encode(text);
                 self.bytes.extend_from_slice(&text);
                 self.bytes.push(0);
             }
-            Value::Real(number) => self.bytes.extend_from_slice(&number.to_le_bytes()),
-            Value::Integer(number) => {
+            GroupValue::Real(number) => self.bytes.extend_from_slice(&number.to_le_bytes()),
+            GroupValue::Integer(number) => {
                 let width = match ValueType::of(code) {
                     ValueType::Flag => 1,
                     ValueType::Short => 2,

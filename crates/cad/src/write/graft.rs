@@ -15,7 +15,7 @@ use super::canvas::{Canvas, Mark, Release, WriteError};
 use crate::codes;
 use crate::container::recognise;
 use crate::drawing::Handle;
-use crate::tags::{Tags, Value, ValueType, Version, Writer};
+use crate::tags::{GroupValue, Tags, ValueType, Version, Writer};
 
 /// Marks to add to a drawing, with their layers.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -212,16 +212,16 @@ impl<'a> Grafting<'a> {
             match code {
                 5 if self.has_handles => {
                     let handle = self.fresh();
-                    writer.push(5, Value::Text(&handle));
+                    writer.push(5, GroupValue::Text(&handle));
                 }
                 330 => {
                     if let Some(owner) = owner {
-                        writer.push(330, Value::Text(owner));
+                        writer.push(330, GroupValue::Text(owner));
                     }
                 }
                 _ if STYLES.contains(&code) => {
                     if let Some(idx) = value(self.target, like.clone(), code) {
-                        writer.push(code, Value::Text(self.target.text(idx).trim()));
+                        writer.push(code, GroupValue::Text(self.target.text(idx).trim()));
                     }
                 }
                 // The style of texts is the standard one anyway; old handles mean nothing here.
@@ -230,7 +230,7 @@ impl<'a> Grafting<'a> {
             }
             if idx == record.start && self.has_handles && !has_own {
                 let handle = self.fresh();
-                writer.push(5, Value::Text(&handle));
+                writer.push(5, GroupValue::Text(&handle));
             }
         }
     }
@@ -240,14 +240,14 @@ impl<'a> Grafting<'a> {
         match ValueType::of(code) {
             ValueType::Real => {
                 let number = self.scion.number(idx).expect("a canvas writes numbers");
-                writer.push(code, Value::Real(number));
+                writer.push(code, GroupValue::Real(number));
             }
             ValueType::Text | ValueType::Chunk => {
-                writer.push(code, Value::Text(self.scion.text(idx).as_ref()));
+                writer.push(code, GroupValue::Text(self.scion.text(idx).as_ref()));
             }
             _ => {
                 let number = self.scion.integer(idx).expect("a canvas writes integers");
-                writer.push(code, Value::Integer(number));
+                writer.push(code, GroupValue::Integer(number));
             }
         }
     }
@@ -263,7 +263,7 @@ fn spliced(
         inserts.drain(..).map(|(at, bytes)| (at..at, bytes)).collect();
     if let Some((tag_idx, next)) = seed {
         let mut writer = Writer::new(target);
-        writer.push(5, Value::Text(&format!("{:X}", next.0)));
+        writer.push(5, GroupValue::Text(&format!("{:X}", next.0)));
         cuts.push((target.span(tag_idx), writer.finish()));
     }
     cuts.sort_by_key(|(range, _)| range.start);

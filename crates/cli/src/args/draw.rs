@@ -9,7 +9,7 @@ use super::time::time;
 use super::{DrawingArgs, assignment};
 
 #[derive(Args, Debug)]
-pub(crate) struct Written {
+pub(crate) struct Destination {
     /// The drawing to write (DXF).
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
@@ -33,7 +33,7 @@ pub(crate) struct Style {
 #[derive(Args, Debug)]
 pub(crate) struct Template {
     #[command(flatten)]
-    pub(crate) written: Written,
+    pub(crate) written: Destination,
     #[command(flatten)]
     pub(crate) style: Style,
     /// Size of the symbols, in drawing units; 10 mm or a round size near it unless given.
@@ -49,7 +49,7 @@ pub(crate) struct FromToml {
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
     pub(crate) set: Vec<(String, String)>,
     #[command(flatten)]
-    pub(crate) written: Written,
+    pub(crate) written: Destination,
     #[command(flatten)]
     pub(crate) style: Style,
 }
@@ -65,7 +65,7 @@ pub(crate) struct Trace {
     #[command(flatten)]
     pub(crate) reading: DrawingArgs,
     #[command(flatten)]
-    pub(crate) written: Written,
+    pub(crate) written: Destination,
     /// Points to follow, such as rod.B; a body alone is its centre of mass. All named points that
     /// move unless given.
     #[arg(long, value_name = "BODY.POINT", value_delimiter = ',')]

@@ -4,7 +4,7 @@ use bksim_expr::{Expr, Pool};
 use bksim_model::{BodyId, GROUND, JointId, Model, MotionKind, Vector};
 
 use super::naming::Naming;
-use super::turn::Turn;
+use super::turn::LinkTurn;
 use crate::inertia::central_inertia;
 use crate::joint;
 use crate::kinematics::{CoordinateKind, Kinematics, Owner, Turning, anchor_in_body, orientation};
@@ -20,12 +20,12 @@ pub(super) struct LinkId(pub(super) usize);
 #[derive(Clone, Debug)]
 pub(super) enum LinkMotion {
     /// A turn that does not change.
-    Fixed(Turn),
+    Fixed(LinkTurn),
     /// A turn by a coordinate about `axis`, which is the same before and after it.
-    Rotation { turn: Turn, axis: Vector, coordinate_idx: usize },
+    Rotation { turn: LinkTurn, axis: Vector, coordinate_idx: usize },
     /// A turn by the quaternion of four coordinates, the first of which is given; `s` is 2 / e·e. Of a
     /// joint passed backwards it is the opposite one, as are then its rates.
-    Quaternion { turn: Turn, quaternion: Quaternion, s: Expr, first: usize, is_reversed: bool },
+    Quaternion { turn: LinkTurn, quaternion: Quaternion, s: Expr, first: usize, is_reversed: bool },
     /// A slide along `axis`, whose length is the way for one unit of the coordinate `q`.
     Translation { axis: Vector, q: Expr, coordinate_idx: usize },
 }
@@ -150,7 +150,7 @@ impl Link {
     }
 
     /// The turn between the frame before and the link's.
-    pub(super) fn turn(&self) -> Option<&Turn> {
+    pub(super) fn turn(&self) -> Option<&LinkTurn> {
         match &self.motion {
             LinkMotion::Fixed(turn)
             | LinkMotion::Rotation { turn, .. }
@@ -219,7 +219,8 @@ impl Links {
         for (link_idx, link) in self.links.iter_mut().enumerate() {
             if let LinkMotion::Quaternion { turn, quaternion, s, .. } = &mut link.motion {
                 *s = naming.scalar("s", link_idx, *s);
-                *turn = Turn::Matrix(naming.matrix("A", link_idx, &quaternion.matrix(pool, *s)));
+                *turn =
+                    LinkTurn::Matrix(naming.matrix("A", link_idx, &quaternion.matrix(pool, *s)));
             }
         }
         self
@@ -326,7 +327,7 @@ impl Chain<'_> {
         let own = turning.quaternion;
         let quaternion = if is_reversed { own.inverse(pool) } else { own };
         let s = quaternion.scale(pool);
-        let turn = Turn::Matrix(quaternion.matrix(pool, s));
+        let turn = LinkTurn::Matrix(quaternion.matrix(pool, s));
         Some(LinkMotion::Quaternion { turn, quaternion, s, first: turning.first, is_reversed })
     }
 
@@ -336,7 +337,7 @@ impl Chain<'_> {
         match kind {
             MotionKind::Translation => LinkMotion::Translation { axis, q, coordinate_idx },
             MotionKind::Rotation => {
-                LinkMotion::Rotation { turn: Turn::about(pool, &axis, q), axis, coordinate_idx }
+                LinkMotion::Rotation { turn: LinkTurn::about(pool, &axis, q), axis, coordinate_idx }
             }
         }
     }
@@ -352,7 +353,7 @@ impl Chain<'_> {
     ) {
         let pool = &self.model.pool;
         if motions.is_empty() {
-            motions.push(LinkMotion::Fixed(Turn::none(pool)));
+            motions.push(LinkMotion::Fixed(LinkTurn::none(pool)));
         }
         let mut parent = frame.link;
         let mut offset = spatial::sub(pool, near, &frame.anchor);
@@ -375,9 +376,9 @@ impl Chain<'_> {
 
 fn fixed_turns(pool: &Pool, rotation: &Rotation) -> Vec<LinkMotion> {
     let turn = |turn: &spatial::Turn| match turn {
-        spatial::Turn::About { axis, angle } => Turn::about(pool, axis, *angle),
+        spatial::Turn::About { axis, angle } => LinkTurn::about(pool, axis, *angle),
         spatial::Turn::By(quaternion) => {
-            Turn::Matrix(quaternion.matrix(pool, quaternion.scale(pool)))
+            LinkTurn::Matrix(quaternion.matrix(pool, quaternion.scale(pool)))
         }
     };
     rotation.turns().iter().map(|it| LinkMotion::Fixed(turn(it))).collect()

@@ -34,7 +34,7 @@ use crate::tree::Tree;
 
 use links::Links;
 use naming::Naming;
-use newton_euler::{Motion, generalised_forces};
+use newton_euler::{TreeMotion, generalised_forces};
 
 pub(crate) use newton_euler::BodyAcceleration;
 
@@ -91,7 +91,7 @@ impl<'a> Recursion<'a> {
     ) -> Vec<Expr> {
         let pool = &self.model.pool;
         let resting = spatial::zero(pool);
-        let motion = Motion { rates, accelerations, base: base.unwrap_or(&resting) };
+        let motion = TreeMotion { rates, accelerations, base: base.unwrap_or(&resting) };
         let forces = generalised_forces(pool, &self.links, &motion, naming);
         match base {
             Some(_) => {
@@ -191,7 +191,7 @@ pub(crate) fn body_accelerations(
     let rates = expressions(model, kinematics, |c| c.v);
     let accelerations = expressions(model, kinematics, |c| c.a);
     let base = spatial::zero(pool);
-    let motion = Motion { rates: &rates, accelerations: &accelerations, base: &base };
+    let motion = TreeMotion { rates: &rates, accelerations: &accelerations, base: &base };
     let links = Links::of(model, tree, kinematics);
     newton_euler::body_accelerations(pool, &links, &motion, kinematics)
 }

@@ -9,7 +9,7 @@ use crate::kinematics::Kinematics;
 use crate::spatial;
 
 /// Rates and accelerations of the coordinates, and the acceleration of the ground.
-pub(super) struct Motion<'a> {
+pub(super) struct TreeMotion<'a> {
     /// v, by coordinate.
     pub(super) rates: &'a [Expr],
     /// v̇, by coordinate.
@@ -87,7 +87,7 @@ impl FrameMotion {
 fn outwards(
     pool: &Pool,
     links: &Links,
-    motion: &Motion<'_>,
+    motion: &TreeMotion<'_>,
     naming: &Naming<'_>,
 ) -> Vec<FrameMotion> {
     let zero = spatial::zero(pool);
@@ -111,7 +111,7 @@ fn after(
     pool: &Pool,
     (link_idx, link): (usize, &Link),
     before: &FrameMotion,
-    motion: &Motion<'_>,
+    motion: &TreeMotion<'_>,
     naming: &Naming<'_>,
 ) -> FrameMotion {
     let relative = before.relative_acceleration(pool, &link.origin(pool));
@@ -151,7 +151,7 @@ fn after(
 pub(super) fn generalised_forces(
     pool: &Pool,
     links: &Links,
-    motion: &Motion<'_>,
+    motion: &TreeMotion<'_>,
     naming: &Naming<'_>,
 ) -> Vec<Expr> {
     let frames = outwards(pool, links, motion, naming);
@@ -196,7 +196,7 @@ pub(super) fn generalised_forces(
 pub(super) fn body_accelerations(
     pool: &Pool,
     links: &Links,
-    motion: &Motion<'_>,
+    motion: &TreeMotion<'_>,
     kinematics: &Kinematics,
 ) -> Vec<BodyAcceleration> {
     let naming = Naming::none(pool);

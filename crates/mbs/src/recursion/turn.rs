@@ -7,7 +7,7 @@ use crate::spatial;
 
 /// A turn of an inner frame against an outer one.
 #[derive(Clone, Debug)]
-pub(super) enum Turn {
+pub(super) enum LinkTurn {
     /// About an axis that both share.
     About { axis: TurnAxis, cos: Expr, sin: Expr },
     /// By the rows of R.
@@ -22,7 +22,7 @@ pub(super) enum TurnAxis {
     Other(Vector),
 }
 
-impl Turn {
+impl LinkTurn {
     /// The turn by `angle`, rad, about the unit vector `axis`.
     pub(super) fn about(pool: &Pool, axis: &Vector, angle: Expr) -> Self {
         let along = |sign: Expr| {

@@ -24,18 +24,18 @@ use crate::ids::Vector;
 
 /// A form as its type names it.
 #[derive(Clone, Copy)]
-enum Kind {
+enum SolidKind {
     Box,
     Cylinder,
     Sphere,
     Plate,
 }
 
-const TYPES: [(&str, Kind); 4] = [
-    ("box", Kind::Box),
-    ("cylinder", Kind::Cylinder),
-    ("sphere", Kind::Sphere),
-    ("plate", Kind::Plate),
+const TYPES: [(&str, SolidKind); 4] = [
+    ("box", SolidKind::Box),
+    ("cylinder", SolidKind::Cylinder),
+    ("sphere", SolidKind::Sphere),
+    ("plate", SolidKind::Plate),
 ];
 
 /// Entries of a symmetric matrix: xx, yy, zz, xy, yz, zx.
@@ -82,10 +82,10 @@ impl Reader<'_> {
             None => None,
         };
         let own: &[&str] = match kind {
-            Some(Kind::Box) => &["size"],
-            Some(Kind::Cylinder) => &["radius", "length"],
-            Some(Kind::Sphere) => &["radius"],
-            Some(Kind::Plate) => &["outline", "thickness"],
+            Some(SolidKind::Box) => &["size"],
+            Some(SolidKind::Cylinder) => &["radius", "length"],
+            Some(SolidKind::Sphere) => &["radius"],
+            Some(SolidKind::Plate) => &["outline", "thickness"],
             None => &["size", "radius", "length", "outline", "thickness"],
         };
         let known: Vec<&str> = ["type"].iter().chain(own).chain(&FRAME_KEYS).copied().collect();
@@ -104,7 +104,7 @@ impl Reader<'_> {
 
     fn read_form(
         &mut self,
-        kind: Kind,
+        kind: SolidKind,
         fields: &Fields<'_>,
         facts: &mut BodyFacts,
     ) -> Option<SolidForm> {
@@ -113,7 +113,7 @@ impl Reader<'_> {
             reader.positive_length(node, &fields.what(key))
         };
         match kind {
-            Kind::Box => {
+            SolidKind::Box => {
                 let help =
                     "write its lengths, for example `size = [\"80 mm\", \"50 mm\", \"10 mm\"]`";
                 let node = fields.require(self, "size", help)?;
@@ -128,12 +128,12 @@ impl Reader<'_> {
                 let [x, y, z] = [x, y, z].map(|node| self.positive_length(node, &what));
                 Some(SolidForm::Box([x?, y?, z?]))
             }
-            Kind::Cylinder => {
+            SolidKind::Cylinder => {
                 let [radius, length] = ["radius", "length"].map(|key| length(self, key));
                 Some(SolidForm::Cylinder { radius: radius?, length: length? })
             }
-            Kind::Sphere => Some(SolidForm::Sphere(length(self, "radius")?)),
-            Kind::Plate => {
+            SolidKind::Sphere => Some(SolidForm::Sphere(length(self, "radius")?)),
+            SolidKind::Plate => {
                 let help = "write its corners, for example `outline = [[0, 0], [1, 0], [0, 1]]`";
                 let outline = fields.require(self, "outline", help);
                 // Corners are in the frame of the plate, and are not positions of the body.

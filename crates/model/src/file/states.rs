@@ -27,7 +27,7 @@ pub(super) struct Controllers {
 }
 
 /// A table of one of the sections.
-struct Entry<'t> {
+struct ControllerEntry<'t> {
     /// Its place among the values of the reader.
     value_idx: usize,
     name: &'t str,
@@ -63,7 +63,7 @@ impl Reader<'_> {
         let entry = |range: Range<usize>| {
             let entries = all.iter().enumerate().skip(range.start).take(range.len());
             let entries = entries.filter_map(|(value_idx, (name, span, table))| {
-                Some(Entry { value_idx, name, span: span.clone(), table: (*table)? })
+                Some(ControllerEntry { value_idx, name, span: span.clone(), table: (*table)? })
             });
             entries.collect::<Vec<_>>()
         };
@@ -91,7 +91,7 @@ impl Reader<'_> {
     /// The start of a state, whose dimension is that of the state.
     fn read_state_start(
         &mut self,
-        state: &Entry<'_>,
+        state: &ControllerEntry<'_>,
         id: StateId,
         fields: &Fields<'_>,
         initial: &mut Vec<Initial>,
@@ -118,7 +118,7 @@ impl Reader<'_> {
 
     fn read_state_rate(
         &mut self,
-        state: &Entry<'_>,
+        state: &ControllerEntry<'_>,
         fields: &Fields<'_>,
         kind: Kind,
     ) -> Option<State> {
@@ -163,7 +163,7 @@ impl Reader<'_> {
     }
 
     /// Lowers all signals, each after those it uses; those that use each other are named.
-    fn read_signals(&mut self, entries: &[Entry<'_>], signals: &mut Vec<NamedSignal>) {
+    fn read_signals(&mut self, entries: &[ControllerEntry<'_>], signals: &mut Vec<NamedSignal>) {
         let mut read = Vec::new();
         for entry in entries {
             let owner = format!("signal `{}`", entry.name);

@@ -11,7 +11,7 @@ use super::pole::at_pole;
 use super::reach::longest_in_loop;
 use super::switch;
 use super::table::table_left;
-use super::values::{Instant, no_force, no_value, too_large};
+use super::values::{FaultInstant, no_force, no_value, too_large};
 use super::words::unit_of;
 use crate::codes;
 use crate::compiled::CompiledSystem;
@@ -44,7 +44,7 @@ pub fn diagnose_run(
 ) -> Diagnostic {
     let last = &failure.last;
     let (q, v) = (last.q.clone(), last.v.clone());
-    let instant = Instant { model, system, compiled, parameters, t: last.t, q, v };
+    let instant = FaultInstant { model, system, compiled, parameters, t: last.t, q, v };
     if let Some(fault) = table_left(&instant) {
         return fault;
     }

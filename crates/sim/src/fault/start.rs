@@ -1,6 +1,6 @@
 //! Faults of the start: loops that cannot close, stated values that exclude each other.
 
-use super::values::Instant;
+use super::values::FaultInstant;
 use super::words::name;
 use super::{amount, closing, switch};
 use crate::codes;
@@ -222,7 +222,7 @@ fn not_finite(
     };
     let t = model.solve.t_start;
     let (q, v) = (known(q), known(v));
-    let instant = Instant { model, system, compiled, parameters: &parameters, t, q, v };
+    let instant = FaultInstant { model, system, compiled, parameters: &parameters, t, q, v };
 
     // An input, or an expression out of its domain.
     if let Some(input) = instant.no_input() {

@@ -1,7 +1,7 @@
 //! A run that leaves a table of measured values.
 
 use crate::codes;
-use crate::fault::values::Instant;
+use crate::fault::values::FaultInstant;
 use bksim_mbs::signal::signal_values;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::short;
@@ -10,8 +10,8 @@ use bksim_model::message::short;
 const AT_END: f64 = 1e-6;
 
 /// The table whose end the argument has reached.
-pub(super) fn table_left(at: &Instant<'_>) -> Option<Diagnostic> {
-    let Instant { model, system, t, .. } = at;
+pub(super) fn table_left(at: &FaultInstant<'_>) -> Option<Diagnostic> {
+    let FaultInstant { model, system, t, .. } = at;
     if model.table_calls.is_empty() {
         return None;
     }

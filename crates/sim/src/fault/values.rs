@@ -22,7 +22,7 @@ const HUGE: f64 = 1e100;
 const AHEAD: [f64; 4] = [0.0, 1e-14, 1e-12, 1e-9];
 
 /// A model at one instant.
-pub(super) struct Instant<'a> {
+pub(super) struct FaultInstant<'a> {
     pub(super) model: &'a Model,
     pub(super) system: &'a SymbolicSystem,
     pub(super) compiled: &'a CompiledSystem,
@@ -32,7 +32,7 @@ pub(super) struct Instant<'a> {
     pub(super) v: Vec<f64>,
 }
 
-impl Instant<'_> {
+impl FaultInstant<'_> {
     /// The values of symbols: parameters, inputs, coordinates and time.
     pub(super) fn value(&self) -> impl Fn(SymbolId) -> Option<f64> {
         let Self { model, system, compiled, parameters, t, q, v } = self;
@@ -137,10 +137,17 @@ pub(super) fn no_value(
     let last = &failure.last;
     let nq = last.q.len();
     let at = failure.error.as_ref().and_then(SolveError::standstill);
-    let instant =
-        |t: f64, q: Vec<f64>, v: Vec<f64>| Instant { model, system, compiled, parameters, t, q, v };
+    let instant = |t: f64, q: Vec<f64>, v: Vec<f64>| FaultInstant {
+        model,
+        system,
+        compiled,
+        parameters,
+        t,
+        q,
+        v,
+    };
     // The state that was tried, where it is one near the last.
-    let mut tried: Vec<Instant<'_>> = Vec::new();
+    let mut tried: Vec<FaultInstant<'_>> = Vec::new();
     if let Some(Standstill { t, h, y, .. }) = at
         && y.len() >= 2 * nq
         && is_near(&y[..nq], &last.q)
@@ -159,7 +166,7 @@ pub(super) fn no_value(
             last.v.iter().zip(&last.a).map(|(v, a)| if a.is_finite() { v + dt * a } else { *v });
         instant(last.t + dt, q, v.collect())
     }));
-    let input = tried.iter().find_map(Instant::no_input);
+    let input = tried.iter().find_map(FaultInstant::no_input);
     input.or_else(|| tried.iter().find_map(|instant| instant.out_of_domain(codes::NO_VALUE)))
 }
 
@@ -174,7 +181,7 @@ pub(super) fn no_force(
     let Sample { t, q, v, .. } = &failure.last;
     let (t, q, v) = (*t, q.clone(), v.clone());
     let (load, span, label) =
-        Instant { model, system, compiled, parameters, t, q, v }.load_without_value()?;
+        FaultInstant { model, system, compiled, parameters, t, q, v }.load_without_value()?;
     let message = format!("load `{load}` has no finite value at t = {} s", short(t));
     Some(
         Diagnostic::error(codes::NO_VALUE, message)

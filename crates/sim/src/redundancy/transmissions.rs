@@ -35,7 +35,7 @@ pub(crate) struct Transmissions {
 /// Joints whose loops share joints, with the efforts in them.
 #[derive(Clone, Debug, Default)]
 struct Block {
-    parts: Vec<Part>,
+    parts: Vec<JointPart>,
     /// Each with the index of its part and the motion that it acts along.
     efforts: Vec<(Effort, usize, usize)>,
     couplings: Vec<CouplingPart>,
@@ -53,7 +53,7 @@ struct CouplingPart {
 
 /// A joint of a block.
 #[derive(Clone, Debug)]
-struct Part {
+struct JointPart {
     joint: JointId,
     /// Predecessor and successor, numbered within the block; `None` is the ground.
     bodies: [Option<usize>; 2],
@@ -152,7 +152,7 @@ impl Transmissions {
                 }
             };
             part_of[joint_idx] = of_block[block].parts.len();
-            let part = Part { joint: JointId(joint_idx), bodies, motions, first };
+            let part = JointPart { joint: JointId(joint_idx), bodies, motions, first };
             of_block[block].parts.push(part);
         }
         for (effort, joint, motion_idx) in efforts {

@@ -12,7 +12,7 @@ use super::problem::Problem;
 use super::singular::{Sighting, SingularMonitor, is_ahead};
 use super::stepper::Stepper;
 use crate::evaluator::Evaluator;
-use crate::formulate::{Motion, MotionEquations};
+use crate::formulate::{MotionEquations, MotionSystem};
 use crate::hybrid::EventMonitor;
 use crate::multiplier::MultiplierSystem;
 use crate::state::{Acceleration, State};
@@ -33,7 +33,7 @@ pub(crate) fn settings(options: &SolveOptions, equations: &MotionEquations) -> S
 
 /// Radau's steps of a run.
 pub(super) struct RadauStepper<'a> {
-    solver: Solver<Motion<'a>>,
+    solver: Solver<MotionSystem<'a>>,
     equations: &'a MotionEquations,
     multipliers: MultiplierSystem,
     /// Constant steps go on as long as they can.

@@ -8,7 +8,7 @@ use super::progress::{Halt, Run};
 use super::singular::{REGULAR, SingularMonitor};
 use super::summary::{Integrator, MethodChange, Reason};
 use crate::hybrid::{ConsistentModes, Crossed};
-use crate::redundancy::Instant;
+use crate::redundancy::MovingInstant;
 use crate::state::State;
 use bksim_model::Method;
 
@@ -110,7 +110,7 @@ impl Run<'_> {
     pub(super) fn note_uniqueness(&mut self, entered: &ConsistentModes) {
         let Problem { compiled, parameters, .. } = self.problem;
         let t = self.reached.t;
-        let instant = Instant { t, q: &entered.q, v: &entered.v, a: &entered.a };
+        let instant = MovingInstant { t, q: &entered.q, v: &entered.v, a: &entered.a };
         let uniqueness = compiled.uniqueness(parameters, instant, &entered.modes);
         self.summary.note_uniqueness(t, uniqueness);
     }

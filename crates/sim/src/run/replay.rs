@@ -9,7 +9,7 @@ use crate::evaluator::Evaluator;
 use crate::modes::Modes;
 use crate::modes::indicators::IndicatorEvaluator;
 use crate::multiplier::MultiplierSystem;
-use crate::redundancy::{Instant, Uniqueness};
+use crate::redundancy::{MovingInstant, Uniqueness};
 
 /// Completes states of segments: projection, accelerations, multipliers, reactions, energies.
 ///
@@ -98,7 +98,7 @@ impl<'a> Replay<'a> {
     /// [`Replay::at`] has made last.
     pub fn uniqueness(&self) -> Uniqueness {
         let Sample { t, q, v, a, .. } = &self.sample;
-        self.compiled.uniqueness(&self.own, Instant { t: *t, q, v, a }, &self.modes)
+        self.compiled.uniqueness(&self.own, MovingInstant { t: *t, q, v, a }, &self.modes)
     }
 
     fn check(&self, segment: &Segment) -> Result<(), Unreplayed> {

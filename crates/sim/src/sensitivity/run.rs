@@ -5,9 +5,9 @@ use bksim_dae::{
     SensitivitySystem, SolveError, System,
 };
 
-use super::tangent::{Instant, Tangents};
+use super::tangent::{TangentPoint, Tangents};
 use super::{SensitivityEquations, SensitivityPlan};
-use crate::formulate::{Motion, MotionEquations};
+use crate::formulate::{MotionEquations, MotionSystem};
 use crate::function::Buffers;
 use crate::run::dense::DenseOutput;
 use crate::run::implicit::settings;
@@ -183,7 +183,7 @@ impl Observer for Completing<'_, '_, '_> {
         let Self { step, tangents, n_sensitive, s, .. } = self;
         let Sample { t, q, v, a, lambda, .. } = sample;
         let state = StateRef { t: *t, q, v };
-        let at = Instant { state, acceleration: AccelerationRef { a, lambda } };
+        let at = TangentPoint { state, acceleration: AccelerationRef { a, lambda } };
         let mut by = |k: usize| {
             step.s_at(k, *t, s);
             let (dq, dv) = s[..2 * q.len()].split_at(q.len());
@@ -207,7 +207,7 @@ impl Observer for Completing<'_, '_, '_> {
 
 /// The equations of motion with their derivatives by parameters.
 struct SensitiveMotion<'a> {
-    motion: Motion<'a>,
+    motion: MotionSystem<'a>,
     equations: &'a SensitivityEquations,
     columns: Buffers,
 }

@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::tangent::{Instant, Nearest, Tangents};
+use super::tangent::{Nearest, TangentPoint, Tangents};
 use super::{Sensitive, SensitivityEquations, SensitivityError};
 use crate::compiled::CompiledSystem;
 use crate::linear::dense::least_squares;
@@ -30,7 +30,7 @@ pub fn start(
     let tangents = Tangents::new(equations, compiled, parameters, start.inactive_rows());
     let Start { t, q, v, a, lambda, .. } = start;
     let state = StateRef { t: *t, q, v };
-    let at = Instant { state, acceleration: AccelerationRef { a, lambda } };
+    let at = TangentPoint { state, acceleration: AccelerationRef { a, lambda } };
     let mut opening = Opening { equations, model, tangents, parameters, at };
     (0..equations.sensitive.len()).map(|k| opening.by(k)).collect()
 }
@@ -41,7 +41,7 @@ struct Opening<'a> {
     model: &'a Model,
     tangents: Tangents<'a>,
     parameters: &'a [f64],
-    at: Instant<'a>,
+    at: TangentPoint<'a>,
 }
 
 /// Some initial values: what they measure less what is stated, its change, the gradient of the

@@ -14,7 +14,7 @@ use crate::state::{AccelerationRef, StateRef};
 
 /// State, accelerations and multipliers at which equations are differentiated.
 #[derive(Clone, Copy)]
-pub(super) struct Instant<'a> {
+pub(super) struct TangentPoint<'a> {
     pub(super) state: StateRef<'a>,
     pub(super) acceleration: AccelerationRef<'a>,
 }
@@ -48,7 +48,7 @@ impl<'a> Tangents<'a> {
     }
 
     /// Change of g along ∂q and p_k.
-    pub(super) fn of_positions(&mut self, at: Instant<'_>, k: usize, dq: &[f64]) -> &[f64] {
+    pub(super) fn of_positions(&mut self, at: TangentPoint<'_>, k: usize, dq: &[f64]) -> &[f64] {
         let zero = vec![0.0; dq.len()];
         self.evaluate(at, k, dq, &zero);
         &self.changes[..at.acceleration.lambda.len()]
@@ -57,7 +57,7 @@ impl<'a> Tangents<'a> {
     /// Change of G v + ∂g/∂t along ∂q, ∂v and p_k.
     pub(super) fn of_velocities(
         &mut self,
-        at: Instant<'_>,
+        at: TangentPoint<'_>,
         k: usize,
         (dq, dv): (&[f64], &[f64]),
     ) -> &[f64] {
@@ -66,7 +66,7 @@ impl<'a> Tangents<'a> {
         &self.changes[nc..2 * nc]
     }
 
-    fn evaluate(&mut self, at: Instant<'_>, k: usize, dq: &[f64], dv: &[f64]) {
+    fn evaluate(&mut self, at: TangentPoint<'_>, k: usize, dq: &[f64], dv: &[f64]) {
         let StateRef { t, q, v } = at.state;
         let AccelerationRef { a, lambda } = at.acceleration;
         let direction = self.equations.direction(k);
@@ -75,7 +75,12 @@ impl<'a> Tangents<'a> {
     }
 
     /// Change of G along ∂q and p_k.
-    pub(super) fn of_jacobian(&mut self, at: Instant<'_>, k: usize, dq: &[f64]) -> DMatrix<f64> {
+    pub(super) fn of_jacobian(
+        &mut self,
+        at: TangentPoint<'_>,
+        k: usize,
+        dq: &[f64],
+    ) -> DMatrix<f64> {
         let SensitivityEquations { jacobian, cells, .. } = self.equations;
         let arguments = [&[at.state.t], at.state.q, dq, self.equations.direction(k)];
         let values = jacobian.evaluate(&mut self.jacobian, &arguments);
@@ -83,7 +88,7 @@ impl<'a> Tangents<'a> {
     }
 
     /// G at a state.
-    pub(super) fn jacobian_at(&mut self, at: Instant<'_>) -> DMatrix<f64> {
+    pub(super) fn jacobian_at(&mut self, at: TangentPoint<'_>) -> DMatrix<f64> {
         let ConstraintsAt { shape, jacobian, .. } =
             self.evaluator.constraints(at.state.t, at.state.q);
         dense((shape.nc, shape.nq), &shape.jacobian, jacobian)
@@ -96,7 +101,7 @@ impl<'a> Tangents<'a> {
     /// [`NotFinite`] when a derivative has no finite value.
     pub(super) fn complete(
         &mut self,
-        at: Instant<'_>,
+        at: TangentPoint<'_>,
         k: usize,
         (dq, dv): (&[f64], &[f64]),
     ) -> Result<StateSensitivity, NotFinite> {
@@ -127,7 +132,7 @@ impl<'a> Tangents<'a> {
     /// Solves M x + Gᵀ μ = force, G x = −gap at a state; returns μ.
     fn solve(
         &mut self,
-        at: Instant<'_>,
+        at: TangentPoint<'_>,
         (force, gap): (&[f64], &[f64]),
         x: &mut [f64],
     ) -> Result<Vec<f64>, NotFinite> {
@@ -141,7 +146,7 @@ impl<'a> Tangents<'a> {
     /// Change of the smallest λ with Gᵀ λ = f − M a.
     fn smallest_multipliers(
         &mut self,
-        at: Instant<'_>,
+        at: TangentPoint<'_>,
         k: usize,
         dq: &[f64],
         resisting: &[f64],

@@ -44,7 +44,7 @@ const SHEET_LAYER: &str = "BK_SHEET";
 
 /// A model to draw.
 #[derive(Clone, Copy, Debug)]
-pub struct Source<'a> {
+pub struct ModelSource<'a> {
     /// The text of the model.
     pub text: &'a str,
     /// The model that was read from it.
@@ -61,7 +61,7 @@ pub struct Source<'a> {
 ///
 /// # Errors
 /// [`Unwritten`]: something of the model has no place in a drawing, or nothing can be written.
-pub fn from_model(source: &Source<'_>) -> Result<Vec<u8>, Unwritten> {
+pub fn from_model(source: &ModelSource<'_>) -> Result<Vec<u8>, Unwritten> {
     if source.model.space == Space::Spatial {
         let message = "a drawing is plane, but this model is spatial";
         let help = "remove `space` and the z parts of its vectors if it moves in a plane; `bksim \

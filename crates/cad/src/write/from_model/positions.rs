@@ -7,7 +7,7 @@ use bksim_model::diagnostic::Diagnostic;
 use bksim_model::{Anchor, Axis, BodyId, JointId, JointKind, Measure, Model};
 use bksim_sim::pose::PlanarPose;
 
-use super::{Source, Unwritten};
+use super::{ModelSource, Unwritten};
 use crate::codes;
 use crate::geometry::Point;
 use crate::write::UNITS;
@@ -25,7 +25,7 @@ pub(super) struct Positions<'a> {
 }
 
 impl<'a> Positions<'a> {
-    pub(super) fn new(source: &Source<'a>) -> Result<Self, Unwritten> {
+    pub(super) fn new(source: &ModelSource<'a>) -> Result<Self, Unwritten> {
         let model = source.model;
         // An unknown unit is refused by the canvas.
         let unit = UNITS.iter().find(|(name, ..)| *name == source.unit);

@@ -36,7 +36,7 @@ const MOST_POSITIONS: usize = 240;
 
 /// A body of the drawing.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Shape {
+pub struct BodyShape {
     /// Number of the body in the run, the ground 0.
     pub body_idx: usize,
     /// Its curves in world axes, drawing units.
@@ -98,7 +98,12 @@ pub struct Selection {
 }
 
 /// Draws a run; `per_metre` is the number of drawing units in a metre.
-pub fn trace(course: &Course, shapes: &[Shape], selection: &Selection, per_metre: f64) -> Addition {
+pub fn trace(
+    course: &Course,
+    shapes: &[BodyShape],
+    selection: &Selection,
+    per_metre: f64,
+) -> Addition {
     let mut tracing = Tracing { course, shapes, per_metre, size: 0.0, marks: Vec::new() };
     let extent = tracing.extent();
     tracing.size = (extent[1][0] - extent[0][0]).hypot(extent[1][1] - extent[0][1]) / 40.0;
@@ -141,7 +146,7 @@ pub fn nearest_sample(times: &[f64], t: f64) -> usize {
 /// The drawing of a run as far as it has come.
 struct Tracing<'a> {
     course: &'a Course,
-    shapes: &'a [Shape],
+    shapes: &'a [BodyShape],
     per_metre: f64,
     /// Of arrow heads and letters, drawing units.
     size: f64,
@@ -204,7 +209,7 @@ impl Tracing<'_> {
     }
 
     /// The closed outlines of a body in its frame, as polygons.
-    fn polygons(&self, shape: &Shape) -> Vec<Vec<Point>> {
+    fn polygons(&self, shape: &BodyShape) -> Vec<Vec<Point>> {
         let tolerance = 1e-2 * self.size;
         let closed = shape.paths.iter().filter(|path| path.is_closed);
         let inward = |p: Point| shape.frame.point_inward(p);

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use super::written;
 use crate::args::cad::Doctor;
-use crate::args::draw::Written;
+use crate::args::draw::Destination;
 use crate::exit::{Failure, Status};
 use crate::output;
 use crate::output_file::put;
@@ -19,7 +19,7 @@ use crate::render;
 use crate::source::{Text, read_bytes};
 
 pub(super) fn run(args: &Doctor, as_json: bool) -> Result<Status, Failure> {
-    let written = args.output.clone().map(|output| Written { output, force: args.force });
+    let written = args.output.clone().map(|output| Destination { output, force: args.force });
     if let Some(written) = &written {
         written::check(written, &[&args.drawing.drawing])?;
     }
@@ -46,7 +46,12 @@ pub(super) fn run(args: &Doctor, as_json: bool) -> Result<Status, Failure> {
 }
 
 /// Writes the copy with the marks.
-fn mark(report: &Report, bytes: Vec<u8>, written: &Written, source: &Text) -> Result<(), Failure> {
+fn mark(
+    report: &Report,
+    bytes: Vec<u8>,
+    written: &Destination,
+    source: &Text,
+) -> Result<(), Failure> {
     let checked =
         check(bytes, &OpenOptions::default()).map_err(|faults| source.rejected(faults))?;
     let marked = graft(&checked.tags, &marks(report)).map_err(|ungrafted| match ungrafted {
@@ -59,7 +64,7 @@ fn mark(report: &Report, bytes: Vec<u8>, written: &Written, source: &Text) -> Re
 fn print(
     report: &Report,
     source: &Text,
-    written: Option<&Written>,
+    written: Option<&Destination>,
     as_json: bool,
 ) -> Result<(), Failure> {
     let faults: Vec<_> = report.findings.iter().map(|finding| finding.fault.clone()).collect();

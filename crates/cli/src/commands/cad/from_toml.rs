@@ -1,6 +1,6 @@
 //! `bksim cad from-toml`: a drawing of a model that has none.
 
-use bksim::cad::write::from_model::{Source, Unwritten, from_model};
+use bksim::cad::write::from_model::{ModelSource, Unwritten, from_model};
 use bksim::sim::pose::{Pose, Poses};
 
 use super::written;
@@ -25,7 +25,7 @@ pub(super) fn run(args: &FromToml, as_json: bool, nesting: usize) -> Result<Stat
         .at(&mechanism.parameters, [(&start.q[..], &start.v[..])])
         .remove(0);
     let poses: Vec<_> = poses.iter().map(Pose::in_plane).collect();
-    let drawn = Source {
+    let drawn = ModelSource {
         text: &source.text,
         model: &mechanism.model,
         poses: &poses,

@@ -9,7 +9,7 @@ use bksim::cad::compose::Composition;
 use bksim::cad::open::{OpenOptions, check};
 use bksim::cad::write::graft::{Ungrafted, graft};
 use bksim::cad::write::trace::{
-    Course, Reaction, Selection, Shape, Traced, even_samples, nearest_sample, trace,
+    BodyShape, Course, Reaction, Selection, Traced, even_samples, nearest_sample, trace,
 };
 use bksim::log::Log;
 use bksim::model::diagnostic::Diagnostic;
@@ -45,9 +45,9 @@ pub(super) fn run(args: &Trace, as_json: bool, nesting: usize) -> Result<Status,
     let number = |name: &str| mechanism.model.bodies.iter().position(|body| body.name == name);
     let shape = |body: &bksim::cad::compose::BodyReport| {
         let body_idx = number(composition.model_name(&body.name))?;
-        Some(Shape { body_idx, paths: body.paths.clone(), frame: body.frame })
+        Some(BodyShape { body_idx, paths: body.paths.clone(), frame: body.frame })
     };
-    let shapes: Vec<Shape> = parts.composition.bodies.iter().filter_map(shape).collect();
+    let shapes: Vec<BodyShape> = parts.composition.bodies.iter().filter_map(shape).collect();
     let addition = trace(&course, &shapes, &selection, per_metre);
 
     written::refuse_inputs(&args.written.output, &[&parts.source.path])?;

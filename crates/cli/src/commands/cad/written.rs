@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use crate::args::draw::Written;
+use crate::args::draw::Destination;
 use crate::exit::{Failure, Status};
 use crate::output;
 use crate::output_file::{check_ending, put};
@@ -20,7 +20,7 @@ pub(super) fn refuse_inputs(path: &Path, read: &[&Path]) -> Result<(), Failure> 
 }
 
 /// Refuses a file that exists, or that is read.
-pub(super) fn check(written: &Written, read: &[&Path]) -> Result<(), Failure> {
+pub(super) fn check(written: &Destination, read: &[&Path]) -> Result<(), Failure> {
     let path = &written.output;
     refuse_inputs(path, read)?;
     check_ending(path, &["dxf"])?;
@@ -34,7 +34,7 @@ pub(super) fn check(written: &Written, read: &[&Path]) -> Result<(), Failure> {
 /// Writes the file and says so.
 pub(super) fn write(
     command: &str,
-    written: &Written,
+    written: &Destination,
     bytes: &[u8],
     diagnostics: &Value,
     as_json: bool,
