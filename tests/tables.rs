@@ -126,14 +126,12 @@ fn cam_laws_move_their_followers() {
         let data: Value = serde_json::from_str(&text).expect("a reference is JSON");
         let rows = data["rows"].as_array().expect("rows");
         let number = |row: &Value, k: usize| row[k].as_f64().expect("a number");
-        // In the second turn as in the first.
-        let motion = solve(&derive(model(&follower(law, 2))));
-        for turn in 0..2 {
+        // In every turn as in the first.
+        let motion = solve(&derive(model(&follower(law, 6))));
+        for turn in 0..6 {
             for (k, row) in rows.iter().enumerate().take(36) {
                 let sample = &motion.samples[36 * turn + k];
-                // The angle of the second turn has a digit less.
-                let digits = [2e-12, 1e-11][turn];
-                let within = |scale: f64| Within { relative: 0.0, absolute: digits * scale };
+                let within = |scale: f64| Within { relative: 0.0, absolute: 2e-12 * scale };
                 let what = format!("{law} at {} rad of turn {turn}", number(row, 0));
                 close(&format!("{what}: s"), sample.q[0], number(row, 1), within(0.02));
                 close(&format!("{what}: s′"), sample.v[0], number(row, 2), within(0.02));

@@ -83,7 +83,19 @@ impl Reader<'_> {
                 if !self.check_positive(&what, &turns, Quantity::NUMBER) {
                     return None;
                 }
-                self.constants.pinned(turns.value?).ceil().min(MOST_TURNS)
+                let count = self.constants.pinned(turns.value?).ceil();
+                if count > MOST_TURNS {
+                    self.report(
+                        Diagnostic::error(
+                            codes::BAD_TABLE,
+                            format!("{what} is {count}, more than {MOST_TURNS}"),
+                        )
+                        .at(turns.span, "every turn is written out")
+                        .help("write as many as the run needs"),
+                    );
+                    return None;
+                }
+                count
             }
             None => 1.0,
         };

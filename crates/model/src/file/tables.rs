@@ -307,50 +307,56 @@ impl Reader<'_> {
         Some(Lowered { is_angle, ..Lowered::new(expr, columns.kinds[1], value, span) })
     }
 
-    /// The table as nested conditions on its argument.
+    /// The table as nested conditions on its argument: for the distance from the left end of its piece, and for
+    /// every coefficient of the pieces. So a distance stays a distance: multiplied out in powers of the argument,
+    /// pieces far from zero would lose their digits.
     fn piecewise(&self, columns: &Columns, x: Expr) -> Expr {
         let pool = &self.pool;
         let number = |value: f64| pool.number(Number::float(value));
         let (first, last) = (columns.x[0], columns.x[columns.x.len() - 1]);
-        // Each piece in the distance from its left end.
-        let piece = |k: usize| {
-            let distance = pool.sub(x, number(columns.x[k]));
-            let Piece { powers, sine } = &columns.pieces[k];
-            let sum = powers
-                .iter()
-                .rev()
-                .fold(pool.zero(), |sum, &next| pool.add(pool.mul(sum, distance), number(next)));
-            let wave = sine.map(|[a, omega, phi]| {
-                let angle = pool.add(pool.mul(number(omega), distance), number(phi));
-                pool.mul(number(a), pool.sin(angle))
-            });
-            wave.map_or(sum, |wave| pool.add(sum, wave))
+        let tangent = |at: f64| match columns.beyond {
+            Beyond::Constant => Piece::polynomial(vec![columns.at(at)]),
+            _ => Piece::polynomial(vec![columns.at(at), columns.slope(at)]),
         };
-        let mut pieces: Vec<(f64, Expr)> =
-            (1..columns.pieces.len()).map(|k| (columns.x[k], piece(k))).collect();
-        pieces.insert(0, (first, piece(0)));
-        // Outside: the tangent or the last value, or nothing but for a hair, within which the branch that is not
-        // taken has finite derivatives.
-        let tangent = |at: f64| {
-            let rise = pool.mul(number(columns.slope(at)), pool.sub(x, number(at)));
-            pool.add(number(columns.at(at)), rise)
+        let mut pieces = vec![(f64::NEG_INFINITY, first, tangent(first))];
+        let inner = columns.x.iter().zip(&columns.pieces);
+        pieces.extend(inner.map(|(&from, piece)| (from, from, piece.clone())));
+        pieces.push((last, last, tangent(last)));
+        let tree = |leaf: &dyn Fn(f64, &Piece) -> Expr| {
+            let leaves = pieces.iter().map(|(from, left, piece)| (*from, leaf(*left, piece)));
+            self.search(x, &leaves.collect::<Vec<_>>())
         };
-        let no_value = |at: f64, inwards: Expr| {
-            let hair = number(HAIR * (last - first));
-            let domain = pool.mul(number(f64::MIN_POSITIVE), pool.sqrt(pool.add(inwards, hair)));
-            pool.add(tangent(at), domain)
-        };
-        let (before, after) = match columns.beyond {
-            Beyond::Refused => (
-                no_value(first, pool.sub(x, number(first))),
-                no_value(last, pool.sub(number(last), x)),
-            ),
-            Beyond::Constant => (number(columns.at(first)), number(columns.at(last))),
-            Beyond::Linear => (tangent(first), tangent(last)),
-        };
-        pieces.insert(0, (f64::NEG_INFINITY, before));
-        pieces.push((last, after));
-        self.search(x, &pieces)
+
+        // c₀ + c₁ s + … and A sin(ω s + φ).
+        let distance = tree(&|left, _| pool.sub(x, number(left)));
+        let n_powers = pieces.iter().map(|(.., piece)| piece.powers.len()).max().unwrap_or(0);
+        let power =
+            |n: usize| tree(&|_, piece| number(piece.powers.get(n).copied().unwrap_or(0.0)));
+        let sum = (0..n_powers)
+            .rev()
+            .fold(pool.zero(), |sum, n| pool.add(pool.mul(sum, distance), power(n)));
+        let sine = |k: usize| tree(&|_, piece| number(piece.sine.map_or(0.0, |sine| sine[k])));
+        let has_sine = pieces.iter().any(|(.., piece)| piece.sine.is_some());
+        let wave = has_sine.then(|| {
+            let angle = pool.add(pool.mul(sine(1), distance), sine(2));
+            pool.mul(sine(0), pool.sin(angle))
+        });
+        let inside = wave.map_or(sum, |wave| pool.add(sum, wave));
+        if columns.beyond != Beyond::Refused {
+            return inside;
+        }
+
+        // Outside there is nothing but for a hair, within which the branch that is not taken has finite
+        // derivatives.
+        let hair = number(HAIR * (last - first));
+        let domain =
+            |inwards: Expr| pool.mul(number(f64::MIN_POSITIVE), pool.sqrt(pool.add(inwards, hair)));
+        let ends = [
+            (f64::NEG_INFINITY, domain(pool.sub(x, number(first)))),
+            (first, pool.zero()),
+            (last, domain(pool.sub(number(last), x))),
+        ];
+        pool.add(inside, self.search(x, &ends))
     }
 
     /// A balanced tree of conditions: each piece holds from its argument on to that of the next.
