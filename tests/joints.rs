@@ -168,7 +168,7 @@ impl Measure {
             [0, 1].map(|body| kinematics.position(model, BodyId(body), Some(PointId(0))));
         let arm = spatial::sub(pool, &to, &from);
         let outputs: Vec<Expr> = groups.into_iter().chain(images).chain([arm]).flatten().collect();
-        let of = |pick: fn(&bksim::mbs::kinematics::Coordinate) -> SymbolId| {
+        let of = |pick: fn(&bksim::mbs::coordinate::Coordinate) -> SymbolId| {
             mechanism.system.coordinates().iter().map(pick).collect::<Vec<_>>()
         };
         let inputs = [of(|c| c.q), of(|c| c.v), of(|c| c.a)].concat();

@@ -8,7 +8,7 @@
 //! ```
 
 use bksim_expr::{Expr, Quantity, Signature, SymbolId, Tape};
-use bksim_mbs::kinematics::{Coordinate, CoordinateKind};
+use bksim_mbs::coordinate::{Coordinate, CoordinateKind};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::Model;
 use bksim_sim::Mechanism;

@@ -5,7 +5,7 @@
 //! M_r = Zᵀ M Z,   C_r = Zᵀ C Z,   K_r = Zᵀ K Z
 //! ```
 
-use bksim_mbs::kinematics::{CoordinateKind, Owner};
+use bksim_mbs::coordinate::{CoordinateKind, Owner};
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::AnalysisError;

@@ -10,7 +10,7 @@
 
 use bksim_expr::{Expr, SymbolId, Tape, TapeError, Workspace};
 use bksim_mbs::constraint::Source;
-use bksim_mbs::kinematics::{Coordinate, CoordinateKind};
+use bksim_mbs::coordinate::{Coordinate, CoordinateKind};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{Measure, Model, MotionKind};
 use nalgebra::{DMatrix, DVector};

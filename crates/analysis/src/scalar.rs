@@ -87,7 +87,7 @@ impl Rates {
         parameters: &[f64],
     ) -> Result<Self, TapeError> {
         let pool = &model.pool;
-        let of = |f: fn(&bksim_mbs::kinematics::Coordinate) -> SymbolId| -> Vec<SymbolId> {
+        let of = |f: fn(&bksim_mbs::coordinate::Coordinate) -> SymbolId| -> Vec<SymbolId> {
             system.coordinates().iter().map(f).collect()
         };
         let (q, v, a) = (of(|c| c.q), of(|c| c.v), of(|c| c.a));

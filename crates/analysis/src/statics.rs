@@ -6,7 +6,7 @@
 //! K_r = Zᵀ (∂r/∂q) Z        stable where all its eigenvalues are positive
 //! ```
 
-use bksim_mbs::kinematics::{Coordinate, CoordinateKind};
+use bksim_mbs::coordinate::{Coordinate, CoordinateKind};
 use bksim_model::{Measure, Model};
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};

@@ -101,7 +101,7 @@ fn read_model(path: &Path, model_name: &str) -> io::Result<bool> {
     Ok(content.len() < bytes.len() && stamped(path, content.to_vec(), model_name) == bytes)
 }
 
-/// Whether a log can be read to its end.
+/// True where a log can be read to its end.
 fn read_through<R: Read>(log: &mut LogReader<R>) -> bool {
     loop {
         match log.next_record() {

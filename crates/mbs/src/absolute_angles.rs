@@ -13,7 +13,8 @@ use std::collections::{BTreeMap, HashMap};
 
 use bksim_expr::{Expr, Number, Pool, SymbolId};
 
-use crate::kinematics::{Coordinate, Kinematics};
+use crate::coordinate::Coordinate;
+use crate::kinematics::Kinematics;
 use crate::spatial::{self, Rotation, Turn};
 use bksim_model::{Model, Vector};
 

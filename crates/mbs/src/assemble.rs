@@ -14,10 +14,11 @@ use bksim_expr::{Expr, SymbolId};
 
 use crate::constraint::{Constraint, Source};
 use crate::contact::{self, ContactRow};
+use crate::coordinate::{Coordinate, Owner};
 use crate::coupling::coupling_rows;
 use crate::force::{Loads, Wrench};
 use crate::joint;
-use crate::kinematics::{Coordinate, Kinematics, Owner};
+use crate::kinematics::Kinematics;
 use crate::lagrange;
 use crate::modes::with_modes;
 use crate::norm;

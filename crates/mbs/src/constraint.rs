@@ -37,7 +37,7 @@ impl Source {
         }
     }
 
-    /// Whether the row lies in the coordinates themselves: that of a cut joint, of a quaternion or of a
+    /// True where the row lies in the coordinates themselves: that of a cut joint, of a quaternion or of a
     /// coupling, not one of a drive or of a contact.
     pub fn is_geometric(self) -> bool {
         matches!(self, Self::Joint(_) | Self::Quaternion(_) | Self::Coupling(_))

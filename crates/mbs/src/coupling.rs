@@ -17,9 +17,10 @@
 
 use bksim_expr::{Expr, SymbolId};
 
+use crate::coordinate::Owner;
 use crate::force::Wrench;
 use crate::joint;
-use crate::kinematics::{Kinematics, Owner, orientation};
+use crate::kinematics::{Kinematics, orientation};
 use crate::signal::signal_values;
 use crate::spatial;
 use bksim_model::{

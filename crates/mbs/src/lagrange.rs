@@ -14,8 +14,9 @@ use std::collections::BTreeMap;
 use bksim_expr::{Expr, Pool, SymbolId};
 
 use crate::absolute_angles::AbsoluteAngles;
+use crate::coordinate::{Coordinate, CoordinateKind};
 use crate::inertia::central_inertia;
-use crate::kinematics::{Coordinate, CoordinateKind, Kinematics};
+use crate::kinematics::Kinematics;
 use crate::norm::{self, unnamed};
 use crate::sparse::SparseMatrix;
 use crate::spatial;

@@ -4,6 +4,7 @@ mod absolute_angles;
 pub mod assemble;
 pub mod constraint;
 pub mod contact;
+pub mod coordinate;
 pub mod coupling;
 pub mod equations;
 pub mod force;

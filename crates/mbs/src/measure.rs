@@ -2,10 +2,11 @@
 
 use bksim_expr::Expr;
 
+use crate::coordinate::{Coordinate, Owner};
 use crate::coupling;
 use crate::inertia::angular_momentum;
 use crate::joint;
-use crate::kinematics::{Coordinate, Kinematics, Owner};
+use crate::kinematics::Kinematics;
 use crate::spatial::{self, z_axis};
 use bksim_model::{Axis, BodyId, Frame, Measure, Model, Vector};
 

@@ -6,7 +6,7 @@ use bksim_model::{
 };
 
 use crate::constraint::{Constraint, Source};
-use crate::kinematics::{Coordinate, CoordinateKind, Owner};
+use crate::coordinate::{Coordinate, CoordinateKind, Owner};
 use crate::system::SymbolicSystem;
 
 /// Name and unit of one number of the state.

@@ -5,8 +5,9 @@ use bksim_model::Model;
 
 use crate::constraint::Constraint;
 use crate::contact::{Contact, Law};
+use crate::coordinate::Coordinate;
 use crate::force::Wrench;
-use crate::kinematics::{Coordinate, Kinematics};
+use crate::kinematics::Kinematics;
 use crate::sparse::SparseMatrix;
 use crate::tree::Tree;
 

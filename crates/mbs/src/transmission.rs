@@ -1,8 +1,9 @@
 //! The wrenches that a joint can transmit, whether or not it is cut: all that do no work along the motions
 //! it allows, at the successor's joint point in world axes.
 
+use crate::coordinate::turns_by_quaternion;
 use crate::joint::{self, Motion};
-use crate::kinematics::{Kinematics, turns_by_quaternion};
+use crate::kinematics::Kinematics;
 use crate::spatial;
 use bksim_model::{JointId, JointKind, Model, Vector};
 

@@ -137,7 +137,7 @@ impl Tree {
     }
 }
 
-/// Whether a coupling uses the position of a joint.
+/// True where a coupling uses the position of a joint.
 fn is_coupled(model: &Model, id: JointId) -> bool {
     let mut signals = model.signals.iter().filter(|signal| match signal.measure {
         Measure::JointPosition(joint, _) | Measure::Turn(_, _, joint) => joint == id,

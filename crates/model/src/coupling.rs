@@ -39,7 +39,7 @@ pub enum CouplingKind {
 }
 
 impl CouplingKind {
-    /// Whether its force is a pair on two bodies at one place.
+    /// True where its force is a pair on two bodies at one place.
     pub fn is_pair(&self) -> bool {
         matches!(self, Self::Gear(_) | Self::Belt(_) | Self::Rack(_))
     }

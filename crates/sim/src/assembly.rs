@@ -17,7 +17,8 @@ use crate::evaluator::Evaluator;
 use crate::linear::rows::SparseRows;
 use crate::start_error::Moved;
 use bksim_mbs::constraint::Source;
-use bksim_mbs::kinematics::{Kinematics, Owner};
+use bksim_mbs::coordinate::Owner;
+use bksim_mbs::kinematics::Kinematics;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_mbs::tree::Tree;
 use bksim_model::{Axis, BodyId, Initial, JointId, Measure, Model, Space};
@@ -72,7 +73,7 @@ struct Equations {
 impl Closure {
     pub(crate) fn compile(model: &Model, system: &SymbolicSystem) -> Result<Self, TapeError> {
         let pool = &model.pool;
-        let symbols = |of: fn(&bksim_mbs::kinematics::Coordinate) -> SymbolId| -> Vec<SymbolId> {
+        let symbols = |of: fn(&bksim_mbs::coordinate::Coordinate) -> SymbolId| -> Vec<SymbolId> {
             system.coordinates().iter().map(of).collect()
         };
         let (q, v) = (symbols(|c| c.q), symbols(|c| c.v));
@@ -153,7 +154,7 @@ fn uncut_guess(
     let uncut = Kinematics::of_start(model, &Tree::uncut(model));
     let found = |measure: Measure| model.initial.iter().position(|i| i.measure == measure);
     let given =
-        |c: &bksim_mbs::kinematics::Coordinate| measure_of(model.space, c.owner).and_then(found);
+        |c: &bksim_mbs::coordinate::Coordinate| measure_of(model.space, c.owner).and_then(found);
     // A quaternion is that of its body against the parent, or in its joint.
     let turned = |body: BodyId| match system.tree.joint_of(body) {
         None => uncut.poses[body.0].rotation.quaternion(pool),

@@ -23,7 +23,7 @@ use crate::modes::Modes;
 use crate::modes::indicators::EventIndicators;
 use crate::redundancy::{MovingInstant, SelfStress, Transmissions, Uniqueness};
 use bksim_mbs::constraint::Source;
-use bksim_mbs::kinematics::CoordinateKind;
+use bksim_mbs::coordinate::CoordinateKind;
 use bksim_mbs::reaction::reactions;
 use bksim_mbs::signal::signal_values;
 use bksim_mbs::system::SymbolicSystem;

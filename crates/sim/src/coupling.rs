@@ -1,8 +1,8 @@
 //! Checks of couplings that need the equations: angles that count turns, and wheels that fit their centres.
 
 use bksim_expr::{Expr, SymbolId, Tape, TapeError};
+use bksim_mbs::coordinate::Owner;
 use bksim_mbs::coupling::{center_line, turn};
-use bksim_mbs::kinematics::Owner;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::short;

@@ -6,7 +6,7 @@
 
 use bksim_expr::{Expr, Pool};
 
-use crate::kinematics::CoordinateKind;
+use crate::coordinate::CoordinateKind;
 use crate::system::SymbolicSystem;
 use bksim_model::Model;
 

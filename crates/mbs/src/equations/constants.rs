@@ -14,7 +14,7 @@ use std::collections::{BTreeSet, HashMap};
 use bksim_expr::{Expr, Number, Pool, SymbolId};
 
 use super::dimension::{Dimension, letter};
-use crate::kinematics::Coordinate;
+use crate::coordinate::Coordinate;
 use crate::system::SymbolicSystem;
 use bksim_model::Model;
 

@@ -11,11 +11,11 @@
 use bksim_expr::{Expr, SymbolId};
 
 use crate::constraint::{Constraint, Source};
+use crate::coordinate::Owner;
 use crate::coupling::coupling_rows;
 use crate::force::{Loads, Wrench};
 use crate::inertia::central_inertia;
 use crate::joint;
-use crate::kinematics::Owner;
 use crate::norm;
 use crate::signal::signal_values;
 use crate::spatial;

@@ -9,7 +9,7 @@ use std::fmt;
 
 use bksim_expr::{Expr, Function, Pool, SymbolId};
 
-use crate::kinematics::CoordinateKind;
+use crate::coordinate::CoordinateKind;
 use crate::system::SymbolicSystem;
 use bksim_model::{Model, MotionKind};
 

@@ -5,9 +5,10 @@ use bksim_model::{BodyId, GROUND, JointId, Model, MotionKind, Vector};
 
 use super::naming::Naming;
 use super::turn::LinkTurn;
+use crate::coordinate::{CoordinateKind, Owner};
 use crate::inertia::central_inertia;
 use crate::joint;
-use crate::kinematics::{CoordinateKind, Kinematics, Owner, Turning, anchor_in_body, orientation};
+use crate::kinematics::{Kinematics, Turning, anchor_in_body, orientation};
 use crate::quaternion::Quaternion;
 use crate::spatial::{self, Rotation};
 use crate::tree::{Branch, Tree};

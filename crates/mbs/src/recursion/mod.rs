@@ -24,8 +24,9 @@ mod turn;
 use bksim_expr::{Expr, Pool, SymbolId};
 use bksim_model::{Model, Vector};
 
+use crate::coordinate::Coordinate;
 use crate::force::Loads;
-use crate::kinematics::{Coordinate, Kinematics, Turning};
+use crate::kinematics::{Kinematics, Turning};
 use crate::lagrange::LeftSide;
 use crate::norm;
 use crate::pose::Pose;

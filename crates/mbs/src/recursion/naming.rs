@@ -37,7 +37,7 @@ impl<'a> Naming<'a> {
     pub(super) fn of(model: &'a Model, kinematics: &Kinematics, labels: Vec<String>) -> Self {
         // A name of the author must not be one of these.
         let authors = model.parameters.iter().map(|p| p.name.clone());
-        let of_coordinate = |c: &crate::kinematics::Coordinate| {
+        let of_coordinate = |c: &crate::coordinate::Coordinate| {
             [&c.name, &c.rate_name, &c.second_rate_name].map(String::clone)
         };
         let taken = authors.chain(kinematics.coordinates.iter().flat_map(of_coordinate)).collect();

@@ -342,22 +342,8 @@ impl Reader<'_> {
         Some(VectorValue { components, position, span: node.span.clone() })
     }
 
-    /// Reports an entry of a section that should be a table.
-    pub(super) fn not_a_table(&mut self, kind: &str, name: &str, span: &Span) {
-        self.report(
-            Diagnostic::error(codes::WRONG_KIND, format!("{kind} `{name}` must be a table"))
-                .at(span.clone(), "")
-                .help(format!("write its keys below a line `[{}.{name}]`", plural(kind))),
-        );
-    }
-
     /// Sums with the pool's own folding.
     pub(super) fn total(&self, terms: &[Expr]) -> Expr {
         self.pool.sum(terms.iter().copied())
     }
-}
-
-/// The section of a kind: `bodies` for `body`.
-fn plural(kind: &str) -> String {
-    if kind == "body" { "bodies".to_owned() } else { format!("{kind}s") }
 }

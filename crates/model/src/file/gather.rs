@@ -101,6 +101,32 @@ impl Reader<'_> {
         false
     }
 
+    /// The tables of the section of a kind, in file order: name, its position, table. What is no table is
+    /// reported.
+    pub(super) fn own_tables<'t>(
+        &mut self,
+        root: &'t Table,
+        kind: &str,
+    ) -> Vec<(&'t str, Span, &'t Table)> {
+        let mut tables = Vec::new();
+        for (name, span, table) in sub_tables(root, &plural(kind)) {
+            match table {
+                Some(table) => tables.push((name, span, table)),
+                None => self.not_a_table(kind, name, &span),
+            }
+        }
+        tables
+    }
+
+    /// Reports an entry of a section that should be a table.
+    pub(super) fn not_a_table(&mut self, kind: &str, name: &str, span: &Span) {
+        self.report(
+            Diagnostic::error(codes::WRONG_KIND, format!("{kind} `{name}` must be a table"))
+                .at(span.clone(), "")
+                .help(format!("write its keys below a line `[{}.{name}]`", plural(kind))),
+        );
+    }
+
     /// Gathers the names that the author gave to coordinates.
     pub(super) fn gather_coordinates(&mut self, root: &Table) {
         for (idx, (_, _, table)) in sub_tables(root, "joints").into_iter().enumerate() {
@@ -185,4 +211,9 @@ pub(super) fn sub_tables<'t>(
         .iter()
         .map(|entry| (entry.key.as_str(), entry.key_span.clone(), as_table(&entry.node)))
         .collect()
+}
+
+/// The section of a kind: `bodies` for `body`.
+fn plural(kind: &str) -> String {
+    if kind == "body" { "bodies".to_owned() } else { format!("{kind}s") }
 }

@@ -7,9 +7,8 @@
 use std::f64::consts::PI;
 
 use super::codes;
-use super::gather::sub_tables;
+use super::pieces::{Columns, MeasuredTable, Piece};
 use super::reader::{Fields, Reader};
-use super::tables::{Columns, MeasuredTable, Piece};
 use super::tree::{Node, Table, Value};
 use super::units::Quantity;
 use super::value::{Kind, Scope};
@@ -58,11 +57,7 @@ struct Segment {
 impl Reader<'_> {
     /// Reads all laws.
     pub(super) fn read_laws(&mut self, root: &Table) {
-        for (name, span, table) in sub_tables(root, "curves") {
-            let Some(table) = table else {
-                self.not_a_table("curve", name, &span);
-                continue;
-            };
+        for (name, span, table) in self.own_tables(root, "curve") {
             if !self.usable_name(name, &span, "curve") || self.is_taken(name, &span) {
                 continue;
             }

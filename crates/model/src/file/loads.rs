@@ -3,7 +3,6 @@
 use bksim_expr::Expr;
 
 use super::codes;
-use super::gather::sub_tables;
 use super::names::quantities;
 use super::reader::{Fields, Reader};
 use super::replay::Constant;
@@ -33,11 +32,7 @@ impl Reader<'_> {
     /// Reads all loads, in file order.
     pub(super) fn read_loads(&mut self, root: &Table) -> Vec<Load> {
         let mut loads = Vec::new();
-        for (name, span, table) in sub_tables(root, "loads") {
-            let Some(table) = table else {
-                self.not_a_table("load", name, &span);
-                continue;
-            };
+        for (name, span, table) in self.own_tables(root, "load") {
             self.usable_name(name, &span, "load");
             loads.extend(self.read_load(name, table, span));
         }
@@ -46,17 +41,7 @@ impl Reader<'_> {
 
     fn read_load(&mut self, name: &str, table: &Table, span: Span) -> Option<Load> {
         let owner = format!("load `{name}`");
-        let types: Vec<(&str, usize)> =
-            LOADS.iter().enumerate().map(|(idx, (word, _))| (*word, idx)).collect();
-        let Some(entry) = table.get("type") else {
-            let known = LOADS.map(|(_, keys)| keys).concat();
-            let fields = Fields::open(self, table, owner, span, &known);
-            fields.require(self, "type", "write for example `type = \"gravity\"`");
-            return None;
-        };
-        let kind_idx = self.choice(&entry.node, &format!("`type` of {owner}"), &types)?;
-        let (word, keys) = LOADS[kind_idx];
-        let fields = Fields::open(self, table, owner, span.clone(), keys);
+        let (word, fields) = Fields::of_type(self, table, owner, span, &LOADS)?;
         let kind = match word {
             "gravity" => {
                 let help = "write for example `acceleration = [0, \"-9.81 m/s^2\"]`";
@@ -73,12 +58,8 @@ impl Reader<'_> {
             "friction" => self.read_friction(&fields)?,
             _ => self.read_spring(word, &fields)?,
         };
-        let location =
-            ["value", "vector", "acceleration", "stiffness", "damping", "force", "joint"]
-                .iter()
-                .find_map(|key| fields.get(key))
-                .map_or(span, |node| node.span.clone());
-        Some(Load { name: name.to_owned(), kind, span: location })
+        let keys = ["value", "vector", "acceleration", "stiffness", "damping", "force", "joint"];
+        Some(Load { name: name.to_owned(), kind, span: fields.location(&keys) })
     }
 
     fn load_vector(
@@ -348,11 +329,7 @@ impl Reader<'_> {
     pub(super) fn read_drives(&mut self, root: &Table) -> Vec<Drive> {
         let mut drives: Vec<Drive> = Vec::new();
         let mut taken: Vec<(JointId, usize, Span)> = Vec::new();
-        for (name, span, table) in sub_tables(root, "drives") {
-            let Some(table) = table else {
-                self.not_a_table("drive", name, &span);
-                continue;
-            };
+        for (name, span, table) in self.own_tables(root, "drive") {
             self.usable_name(name, &span, "drive");
             let keys = &["joint", "motion", "of"];
             let fields = Fields::open(self, table, format!("drive `{name}`"), span.clone(), keys);

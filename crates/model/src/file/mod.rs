@@ -24,6 +24,7 @@
 //! assert_eq!(reading.model.expect("a model").joints[0].name, "pivot");
 //! ```
 
+mod between;
 mod bodies;
 mod checks;
 mod codes;
@@ -43,6 +44,7 @@ mod names;
 mod orientation;
 mod outline;
 mod parameters;
+mod pieces;
 mod plausible;
 mod quantity;
 mod reader;
@@ -57,6 +59,7 @@ mod tables;
 mod tree;
 mod units;
 mod value;
+mod wheels;
 mod words;
 mod written_unit;
 

@@ -6,8 +6,8 @@ use bksim_expr::Pool;
 use super::codes;
 use super::definition::ParameterState;
 use super::names::Names;
+use super::pieces::MeasuredTable;
 use super::replay::{Constant, Constants};
-use super::tables::MeasuredTable;
 use super::tree::{Entry, Node, Quoted, Table, Value};
 use super::units::FileUnits;
 use super::value::Lowered;
@@ -239,6 +239,34 @@ impl<'t> Fields<'t> {
             );
         }
         Self { table, owner, span, excused }
+    }
+
+    /// Opens a table whose `type` is one of some words, each with the keys that go with it; that word too.
+    pub(super) fn of_type<'w>(
+        reader: &mut Reader<'_>,
+        table: &'t Table,
+        owner: String,
+        span: Span,
+        types: &[(&'w str, &'static [&'static str])],
+    ) -> Option<(&'w str, Self)> {
+        let Some(entry) = table.get("type") else {
+            // Without a type the other keys cannot be judged.
+            let known: Vec<&str> = types.iter().flat_map(|(_, keys)| *keys).copied().collect();
+            let fields = Self::open(reader, table, owner, span, &known);
+            let help = format!("write for example `type = \"{}\"`", types[0].0);
+            fields.require(reader, "type", &help);
+            return None;
+        };
+        let words = types.iter().map(|of_type| (of_type.0, *of_type)).collect::<Vec<_>>();
+        let what = format!("`type` of {owner}");
+        let (word, keys) = reader.choice(&entry.node, &what, &words)?;
+        Some((word, Self::open(reader, table, owner, span, keys)))
+    }
+
+    /// The position of the first of some keys that is there, else that of the table.
+    pub(super) fn location(&self, keys: &[&str]) -> Span {
+        let found = keys.iter().find_map(|key| self.get(key));
+        found.map_or(&self.span, |node| &node.span).clone()
     }
 
     /// The value of a key.

@@ -17,7 +17,7 @@ use crate::ids::StateId;
 use crate::measure::{Initial, Measure};
 use crate::state::{NamedSignal, State};
 
-/// What the sections of controllers hold.
+/// The content of the sections of controllers.
 #[derive(Default)]
 pub(super) struct Controllers {
     pub(super) states: Vec<State>,
@@ -247,7 +247,7 @@ impl Reader<'_> {
         self.values[value_idx].clone()
     }
 
-    /// Whether an expression follows something of the motion.
+    /// True where an expression follows something of the motion.
     pub(super) fn moves(&self, expr: Expr) -> bool {
         self.names.signals.iter().any(|signal| self.pool.depends_on(expr, signal.symbol))
     }

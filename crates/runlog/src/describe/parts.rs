@@ -1,6 +1,6 @@
 //! The parts of a mechanism and its mobility.
 
-use bksim_mbs::kinematics::CoordinateKind;
+use bksim_mbs::coordinate::CoordinateKind;
 use bksim_model::{CoordinatePolicy, JointId, Space};
 use bksim_sim::mobility::Mobility;
 use serde_json::{Value, json};

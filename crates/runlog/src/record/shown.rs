@@ -5,7 +5,7 @@ use std::io::Write;
 use bksim_log::{
     Entity, Joint, JointState, LogError, LogWriter, Moment, Placement, Stage, Viewers,
 };
-use bksim_mbs::kinematics::{CoordinateKind, Owner};
+use bksim_mbs::coordinate::{CoordinateKind, Owner};
 use bksim_scene::{Scene, Span};
 use bksim_sim::pose::{Pose, PoseRunner, Poses};
 
@@ -118,7 +118,7 @@ impl Shown {
 fn stage(mechanism: &Mechanism, scene: &Scene) -> Stage {
     let mut frames = mechanism.model.bodies.iter().map(|body| body.name.clone());
     let root = frames.next().unwrap_or_default();
-    let joint = |coordinate: &bksim_mbs::kinematics::Coordinate| Joint {
+    let joint = |coordinate: &bksim_mbs::coordinate::Coordinate| Joint {
         name: coordinate.name.clone(),
         unit: coordinate.kind.unit().into(),
     };

@@ -165,7 +165,7 @@ impl Sketch<'_> {
         Some(Shape { body: gear.body, role, form })
     }
 
-    /// Whether the author drew a body.
+    /// True where the author drew a body.
     fn has_own_shape(&self, body: usize) -> bool {
         !self.model().bodies[body].solids.is_empty() || !self.numbers.outline(body).is_empty()
     }
@@ -300,7 +300,7 @@ impl Sketch<'_> {
         shapes
     }
 
-    /// Whether a body is a wheel, so that it needs no disc.
+    /// True where a body is a wheel, so that it needs no disc.
     pub(super) fn is_wheel(&self, body: usize) -> bool {
         self.model().couplings.iter().any(|coupling| match &coupling.kind {
             CouplingKind::Gear(wheels) | CouplingKind::Belt(wheels) => {

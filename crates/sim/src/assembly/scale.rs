@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use bksim_expr::{Expr, SymbolId, Tape, TapeError};
 use bksim_mbs::constraint::{Constraint, Source};
-use bksim_mbs::kinematics::{Coordinate, CoordinateKind};
+use bksim_mbs::coordinate::{Coordinate, CoordinateKind};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{Initial, JointKind, Measure, Model, MotionKind, Vector};
 

@@ -3,7 +3,7 @@
 use super::words::unit_of;
 use crate::codes;
 use crate::start::{Moved, Rival, Start};
-use bksim_mbs::kinematics::Owner;
+use bksim_mbs::coordinate::Owner;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::short;

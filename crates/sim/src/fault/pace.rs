@@ -4,7 +4,7 @@ use super::pole;
 use crate::codes;
 use crate::compiled::CompiledSystem;
 use crate::run::Slowness;
-use bksim_mbs::kinematics::CoordinateKind;
+use bksim_mbs::coordinate::CoordinateKind;
 use bksim_mbs::quantity::rate_unit;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::Model;

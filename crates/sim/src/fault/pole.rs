@@ -3,7 +3,7 @@
 
 use crate::codes;
 use crate::run::{Failure, NearPole};
-use bksim_mbs::kinematics::Owner;
+use bksim_mbs::coordinate::Owner;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::Model;
 use bksim_model::diagnostic::Diagnostic;

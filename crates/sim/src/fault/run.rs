@@ -19,7 +19,7 @@ use crate::formulate::MotionEquations;
 use crate::mobility::loop_through;
 use crate::run::Failure;
 use bksim_mbs::constraint::Source;
-use bksim_mbs::kinematics::CoordinateKind;
+use bksim_mbs::coordinate::CoordinateKind;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::short;

@@ -179,7 +179,7 @@ fn no_inertia(
     compiled: &CompiledSystem,
     coordinates: &[usize],
 ) -> Diagnostic {
-    use bksim_mbs::kinematics::Owner;
+    use bksim_mbs::coordinate::Owner;
     let owner = coordinates.first().map(|&i| system.coordinates()[i].owner);
     let (name, span) = match owner {
         Some(Owner::Joint(joint, _)) => {

@@ -3,8 +3,8 @@
 use bksim_expr::{Certificate, Expr, Operations, SymbolId};
 
 use super::{Body, Cell, Label, Section, Style, Subject, Writer, number, unit};
+use crate::coordinate::{Coordinate, CoordinateKind, Owner};
 use crate::equations::{ContactText, Counts, ReadingForm, contact_texts};
-use crate::kinematics::{Coordinate, CoordinateKind, Owner};
 use crate::system::Derivation;
 use bksim_model::{Anchor, BodyId, JointId, JointKind, Model, Space, StateId};
 

@@ -1,0 +1,181 @@
+//! Functions of one variable, piece by piece: the numbers of tables and cam laws.
+
+use super::value::Kind;
+
+/// A table that was read.
+#[derive(Clone, Debug)]
+pub(super) struct MeasuredTable {
+    pub(super) name: String,
+    /// Of the argument and of the value; `None` until it is read, and for ever when it is faulty.
+    pub(super) columns: Option<Columns>,
+}
+
+/// A function of one variable, piece by piece.
+#[derive(Clone, Debug)]
+pub(super) struct Columns {
+    pub(super) kinds: [Kind; 2],
+    pub(super) are_angles: [bool; 2],
+    /// Ascending arguments, SI.
+    pub(super) x: Vec<f64>,
+    /// By interval.
+    pub(super) pieces: Vec<Piece>,
+    pub(super) beyond: Beyond,
+}
+
+/// A function of the distance s from the left end of an interval: powers of s and A sin(ω s + φ).
+#[derive(Clone, Debug)]
+pub(super) struct Piece {
+    /// Coefficients, of the power 0 first.
+    pub(super) powers: Vec<f64>,
+    /// A, ω and φ.
+    pub(super) sine: Option<[f64; 3]>,
+}
+
+/// The values of a table outside of its rows.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Beyond {
+    /// None: the run ends there.
+    Refused,
+    /// The last value.
+    Constant,
+    /// The last polynomial's tangent.
+    Linear,
+}
+
+impl Columns {
+    /// The pieces between borders that ascend, one more than pieces; there is nothing beyond them.
+    pub(super) fn new(
+        kinds: [Kind; 2],
+        are_angles: [bool; 2],
+        x: Vec<f64>,
+        pieces: Vec<Piece>,
+    ) -> Self {
+        Self { kinds, are_angles, x, pieces, beyond: Beyond::Refused }
+    }
+
+    /// The piece that holds at an argument, and the distance from its left end.
+    fn piece(&self, x: f64) -> (&Piece, f64) {
+        let k = self.x.partition_point(|&from| from <= x).clamp(1, self.pieces.len()) - 1;
+        (&self.pieces[k], x - self.x[k])
+    }
+
+    pub(super) fn at(&self, x: f64) -> f64 {
+        let (first, last) = (self.x[0], self.x[self.x.len() - 1]);
+        let inside = x.clamp(first, last);
+        let (piece, s) = self.piece(inside);
+        let value = piece.at(s);
+        match self.beyond {
+            Beyond::Refused if inside != x => f64::NAN,
+            Beyond::Linear => value + self.slope(inside) * (x - inside),
+            _ => value,
+        }
+    }
+
+    pub(super) fn slope(&self, x: f64) -> f64 {
+        let (piece, s) = self.piece(x);
+        piece.slope(s)
+    }
+}
+
+impl Piece {
+    pub(super) fn polynomial(powers: Vec<f64>) -> Self {
+        Self { powers, sine: None }
+    }
+
+    /// The piece with this value and slope at its left end, and the acceleration A sin(ω s + φ), or A where ω is
+    /// zero.
+    pub(super) fn of_acceleration(value: f64, slope: f64, [a, omega, phi]: [f64; 3]) -> Self {
+        if omega == 0.0 {
+            return Self::polynomial(vec![value, slope, 0.5 * a]);
+        }
+        let size = a / (omega * omega);
+        let powers = vec![value + size * phi.sin(), slope + size * omega * phi.cos()];
+        Self { powers, sine: Some([-size, omega, phi]) }
+    }
+
+    /// The piece with lengths `over` and values `rise` times as large, `height` higher.
+    pub(super) fn stretched(&self, over: f64, rise: f64, height: f64) -> Self {
+        let mut factor = rise;
+        let scaled = |c: &f64| {
+            let scaled = factor * c;
+            factor /= over;
+            scaled
+        };
+        let mut powers: Vec<f64> = self.powers.iter().map(scaled).collect();
+        powers[0] += height;
+        let sine = self.sine.map(|[a, omega, phi]| [rise * a, omega / over, phi]);
+        Self { powers, sine }
+    }
+
+    pub(super) fn at(&self, s: f64) -> f64 {
+        let sum = self.powers.iter().rev().fold(0.0, |sum, c| sum * s + c);
+        sum + self.sine.map_or(0.0, |[a, omega, phi]| a * (omega * s + phi).sin())
+    }
+
+    pub(super) fn slope(&self, s: f64) -> f64 {
+        let powers = self.powers.iter().enumerate().skip(1).rev();
+        let sum = powers.fold(0.0, |sum, (n, c)| sum * s + n as f64 * c);
+        sum + self.sine.map_or(0.0, |[a, omega, phi]| a * omega * (omega * s + phi).cos())
+    }
+}
+
+/// Straight lines between the points.
+pub(super) fn straight(points: &[[f64; 2]]) -> Vec<Piece> {
+    let line = |pair: &[[f64; 2]]| {
+        let [[x, y], [next, then]] = [pair[0], pair[1]];
+        Piece::polynomial(vec![y, (then - y) / (next - x)])
+    };
+    points.windows(2).map(line).collect()
+}
+
+/// The natural cubic spline through the points, by its second derivatives: C. de Boor, *A Practical Guide to
+/// Splines* (2001), chapter IV.
+pub(super) fn spline(points: &[[f64; 2]]) -> Vec<Piece> {
+    let n = points.len();
+    let width = |k: usize| points[k + 1][0] - points[k][0];
+    let slope = |k: usize| (points[k + 1][1] - points[k][1]) / width(k);
+    // h₋ m₋ + 2 (h₋ + h) m + h m₊ = 6 (s − s₋), m = 0 at the ends; eliminated from the left.
+    let mut ahead = vec![0.0; n];
+    let mut right = vec![0.0; n];
+    for k in 1..n - 1 {
+        let pivot = 2.0 * (width(k - 1) + width(k)) - width(k - 1) * ahead[k - 1];
+        ahead[k] = width(k) / pivot;
+        right[k] = (6.0 * (slope(k) - slope(k - 1)) - width(k - 1) * right[k - 1]) / pivot;
+    }
+    let mut second = vec![0.0; n];
+    for k in (1..n - 1).rev() {
+        second[k] = right[k] - ahead[k] * second[k + 1];
+    }
+    let piece = |k: usize| {
+        let h = width(k);
+        let b = slope(k) - h * (2.0 * second[k] + second[k + 1]) / 6.0;
+        let powers =
+            vec![points[k][1], b, 0.5 * second[k], (second[k + 1] - second[k]) / (6.0 * h)];
+        Piece::polynomial(powers)
+    };
+    (0..n - 1).map(piece).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::spline;
+
+    #[test]
+    fn a_spline_has_continuous_second_derivatives_and_meets_its_points() {
+        let points = [[0.0, 1.0], [0.5, 2.0], [2.0, -1.0], [2.5, 0.0], [4.0, 3.0]];
+        let pieces = spline(&points);
+        for k in 0..points.len() - 1 {
+            let h = points[k + 1][0] - points[k][0];
+            let bend =
+                |piece: &super::Piece, s: f64| 2.0 * piece.powers[2] + 6.0 * s * piece.powers[3];
+            let piece = &pieces[k];
+            assert!((piece.at(h) - points[k + 1][1]).abs() < 1e-12);
+            if let Some(next) = pieces.get(k + 1) {
+                assert!((piece.slope(h) - next.slope(0.0)).abs() < 1e-12, "{k}");
+                assert!((bend(piece, h) - bend(next, 0.0)).abs() < 1e-12, "{k}");
+            } else {
+                assert!(bend(piece, h).abs() < 1e-12);
+            }
+        }
+    }
+}
