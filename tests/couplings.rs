@@ -3,90 +3,14 @@
 
 mod support;
 
-use bksim::Mechanism;
-use bksim::sim::run::Sample;
 use serde_json::Value;
-use support::{Measures, Within, at, close, coordinate, derive, model, path, reaction, solve};
 
-/// Largest difference over the largest value of a column, of coordinates and rates.
-const WITHIN: f64 = 1e-9;
-/// Of accelerations and forces.
-const FORCES_WITHIN: f64 = 1e-8;
-
-fn text(name: &str) -> String {
-    let file = path("tests/fixtures/elements").join(format!("{name}.toml"));
-    std::fs::read_to_string(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()))
-}
-
-fn reference(file: &str) -> Value {
-    let file = path("tests/data").join(file);
-    let text = std::fs::read_to_string(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
-    serde_json::from_str(&text).expect("a reference is JSON")
-}
-
-/// A quantity of a sample that a column holds, with the factor that turns ours into it.
-#[derive(Clone, Copy)]
-enum Quantity<'a> {
-    Measure(&'a str, f64),
-    Acceleration(&'a str, f64),
-    Coupling(&'a str, f64),
-    Reaction(&'a str, usize, f64),
-}
-
-use Quantity::{Acceleration, Coupling, Measure, Reaction};
-
-/// The multiplier of a coupling.
-fn effort(mechanism: &Mechanism, sample: &Sample, name: &str) -> f64 {
-    let description = format!("coupling `{name}`");
-    let row = mechanism.compiled.multipliers.iter().position(|m| m.description == description);
-    sample.lambda[row.unwrap_or_else(|| panic!("no {description}"))]
-}
+use support::elements::Quantity::{Acceleration, Coupling, Measure, Reaction};
+use support::elements::{Quantity, check, effort, reference, text};
+use support::{Measures, Within, at, close, derive, model, solve};
 
 fn within(absolute: f64) -> Within {
     Within { relative: 0.0, absolute }
-}
-
-fn value(mechanism: &Mechanism, sample: &Sample, quantity: Quantity<'_>) -> f64 {
-    match quantity {
-        Measure(name, factor) => factor * Measures::new(mechanism, &[name]).at(sample)[0],
-        Acceleration(name, factor) => factor * sample.a[coordinate(mechanism, name)],
-        Coupling(name, factor) => factor * effort(mechanism, sample, name),
-        Reaction(joint, axis, factor) => factor * reaction(mechanism, sample, joint)[axis],
-    }
-}
-
-/// Runs a fixture and compares columns of its reference.
-#[track_caller]
-fn check(fixture: &str, data: &str, columns: &[(&str, Quantity<'_>)]) {
-    check_text(&text(fixture), fixture, data, columns);
-}
-
-#[track_caller]
-fn check_text(text: &str, what: &str, data: &str, columns: &[(&str, Quantity<'_>)]) {
-    let data = reference(data);
-    let mechanism = derive(model(text));
-    let motion = solve(&mechanism);
-    let known: Vec<&str> =
-        data["columns"].as_array().expect("columns").iter().filter_map(Value::as_str).collect();
-    for &(column, quantity) in columns {
-        let place = known.iter().position(|name| *name == column).expect("a column of this name");
-        let rows = data["rows"].as_array().expect("rows");
-        let number = |row: &Value, k: usize| row[k].as_f64().expect("a number");
-        let scale = rows.iter().map(|row| number(row, place).abs()).fold(0.0, f64::max);
-        let within = match quantity {
-            Measure(..) => WITHIN,
-            _ => FORCES_WITHIN,
-        };
-        for row in rows {
-            let (t, expected) = (number(row, 0), number(row, place));
-            let found = value(&mechanism, at(&motion, t), quantity);
-            assert!(
-                (found - expected).abs() <= within * scale,
-                "{what}, {column} at {t} s: {found:.15e} for {expected:.15e}, off by {:.1e}",
-                (found - expected).abs() / scale
-            );
-        }
-    }
 }
 
 /// Angles, rates, accelerations and the difference of the tensions of a belt drive.
@@ -102,7 +26,7 @@ const BELT: [(&str, Quantity<'static>); 7] = [
 
 #[test]
 fn an_open_belt() {
-    check("belt-open", "elements/belt_open.json", &BELT);
+    check(&text("belt-open"), "elements/belt_open", &BELT);
     // In absolute coordinates the angles are those of the bodies.
     let absolute = format!("coordinates = \"absolute\"\n{}", text("belt-open"));
     let kept = BELT.map(|(column, quantity)| match quantity {
@@ -110,7 +34,7 @@ fn an_open_belt() {
         Acceleration("B_angle", _) => (column, Acceleration("p2_angle", 1.0)),
         other => (column, other),
     });
-    check_text(&absolute, "belt-open, absolute", "elements/belt_open.json", &kept);
+    check(&absolute, "elements/belt_open", &kept);
 }
 
 #[test]
@@ -120,7 +44,7 @@ fn a_crossed_belt() {
         Coupling(name, factor) => (column, Coupling(name, -factor)),
         other => (column, other),
     });
-    check("belt-crossed", "elements/belt_crossed.json", &crossed);
+    check(&text("belt-crossed"), "elements/belt_crossed", &crossed);
 }
 
 #[test]
@@ -137,7 +61,7 @@ fn an_internal_pair_of_gears() {
         ("Ft", Reaction("P", 1, 1.0)),
         ("Ft", Reaction("R", 1, -1.0)),
     ];
-    check("internal-pair", "elements/internal_pair.json", &columns);
+    check(&text("internal-pair"), "elements/internal_pair", &columns);
 
     // With cut bearings, their multipliers are the reactions.
     let absolute = format!("coordinates = \"absolute\"\n{}", text("internal-pair"));
@@ -146,7 +70,7 @@ fn an_internal_pair_of_gears() {
         Acceleration("R_angle", _) => (column, Acceleration("ring_angle", 1.0)),
         other => (column, other),
     });
-    check_text(&absolute, "internal-pair, absolute", "elements/internal_pair.json", &kept);
+    check(&absolute, "elements/internal_pair", &kept);
 }
 
 #[test]
@@ -160,7 +84,7 @@ fn cardan_circles() {
         ("Qx", Measure("planet.Q.x", 1.0)),
         ("Qy", Measure("planet.Q.y", 1.0)),
     ];
-    check("cardan-circles", "elements/cardan_circles.json", &columns);
+    check(&text("cardan-circles"), "elements/cardan_circles", &columns);
 }
 
 #[test]
@@ -178,7 +102,7 @@ fn a_bevel_differential() {
         ("T_left", Coupling("left_mesh", 1.0)),
         ("T_right", Coupling("right_mesh", 1.0)),
     ];
-    check("differential", "elements/differential.json", &columns);
+    check(&text("differential"), "elements/differential", &columns);
 }
 
 #[test]
@@ -192,7 +116,7 @@ fn a_bevel_pair() {
         ("w2x", Measure("second.wx", 1.0)),
         ("w2z", Measure("second.wz", 1.0)),
     ];
-    check("bevel-pair", "elements/bevel_pair.json", &columns);
+    check(&text("bevel-pair"), "elements/bevel_pair", &columns);
 }
 
 #[test]
@@ -206,7 +130,7 @@ fn a_chain_hoist_by_two_relations() {
         ("T_R", Coupling("large", 1.0)),
         ("T_r", Coupling("small", -1.0)),
     ];
-    check("chain-hoist", "elements/chain_hoist.json", &columns);
+    check(&text("chain-hoist"), "elements/chain_hoist", &columns);
 }
 
 #[test]
@@ -220,14 +144,14 @@ fn a_rack_and_pinion() {
         // On the pinion; ours is on the rack.
         ("tooth_force", Coupling("mesh", -1.0)),
     ];
-    check("rack-pinion", "spatial/rack_pinion.json", &columns);
+    check(&text("rack-pinion"), "spatial/rack_pinion", &columns);
 }
 
 /// The Ravigneaux set in its five gears: every speed by the meshes of its teeth, and the torques that hold it in
 /// equilibrium.
 #[test]
 fn a_ravigneaux_set() {
-    let data = reference("elements/ravigneaux.json");
+    let data = reference("elements/ravigneaux");
     let columns: Vec<&str> =
         data["columns"].as_array().expect("columns").iter().filter_map(Value::as_str).collect();
     let members = ["small_sun", "large_sun", "carrier", "ring", "short_planet", "long_planet"];

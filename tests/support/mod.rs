@@ -3,6 +3,8 @@
 
 #![allow(dead_code, reason = "every test file uses its own part of it")]
 
+pub(crate) mod elements;
+
 use std::path::{Path, PathBuf};
 
 use bksim::expr::{Expr, Pool, SymbolId, Tape};

@@ -8,4 +8,5 @@ bksim_model::codes! {
     NO_EQUILIBRIUM = "Q005", "no equilibrium";
     UNDETERMINED = "Q006", "unknowns that the equations do not determine";
     WITH_STATES = "Q007", "a question about a mechanism with states";
+    BY_REACTIONS = "Q008", "code of friction that follows a reaction";
 }

@@ -10,10 +10,12 @@
 use bksim_expr::{Expr, Quantity, Signature, SymbolId, Tape};
 use bksim_mbs::coordinate::{Coordinate, CoordinateKind};
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::Model;
+use bksim_model::diagnostic::{Diagnostic, Rejected};
+use bksim_model::{FrictionLaw, Load, LoadKind, Model};
 use bksim_sim::Mechanism;
 use bksim_sim::compiled::{solved_accelerations, terms};
 
+use crate::codes;
 use crate::error::AnalysisError;
 use crate::quantity::pose_quantities;
 
@@ -51,9 +53,26 @@ pub fn exported(
 ) -> Result<Vec<ExportedFunction>, AnalysisError> {
     let interface = Interface::new(mechanism, inputs)?;
     match part {
-        Part::Dynamics => interface.dynamics(),
+        Part::Dynamics => {
+            without_coulomb(&mechanism.model)?;
+            interface.dynamics()
+        }
         Part::Kinematics => Ok(vec![interface.kinematics()?]),
     }
+}
+
+/// Refuses friction that follows a reaction: no function of t, q and v has it.
+fn without_coulomb(model: &Model) -> Result<(), AnalysisError> {
+    let is_coulomb = |load: &&Load| {
+        matches!(load.kind, LoadKind::Friction { law: FrictionLaw::Coulomb { .. }, .. })
+    };
+    let Some(load) = model.loads.iter().find(is_coulomb) else { return Ok(()) };
+    let message = format!("the equations with friction `{}` cannot be written as code", load.name);
+    let fault = Diagnostic::error(codes::BY_REACTIONS, message)
+        .at(load.span.clone(), "follows the reaction of its joint")
+        .note("accelerations and reactions are found together, by iteration")
+        .help("state the friction itself: `force = …` or `torque = …`");
+    Err(Rejected(vec![fault]).into())
 }
 
 /// Arguments and parameters of all functions of a mechanism.

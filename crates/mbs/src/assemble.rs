@@ -28,7 +28,7 @@ use crate::sparse::SparseMatrix;
 use crate::spatial;
 use crate::system::{Derivation, SymbolicSystem};
 use crate::tree::Tree;
-use bksim_model::{CouplingId, DriveId, Model, MotionKind, StateId};
+use bksim_model::{CouplingId, DriveId, JointKind, Model, MotionKind, StateId};
 
 /// Derives the equations of motion of `model` by the way that makes them shorter.
 pub fn assemble(model: &Model) -> SymbolicSystem {
@@ -81,9 +81,9 @@ fn assemble_along(
     let wrenches = [loads.conservative, loads.applied].concat();
 
     // Constraints, then G and ∂g/∂t.
-    let rows = contact::contact_rows(model, &kinematics, &signals);
+    let rows = contact::contact_rows(model, &kinematics);
     let constraints = constraints(model, &tree, &kinematics, &rows);
-    let contacts = contact::contacts(model, &rows, &constraints);
+    let contacts = contact::contacts(model, &kinematics, &signals, &rows, &constraints);
     let constraint_jacobian = constraint_jacobian(model, &tree, &kinematics, &constraints);
     let constraint_rate =
         constraints.iter().map(|c| pool.simplify(pool.diff(c.expression, model.time))).collect();
@@ -201,8 +201,9 @@ fn powers(model: &Model, kinematics: &Kinematics, wrenches: &[Wrench]) -> Vec<Ve
     powers
 }
 
-/// G = ∂g/∂q. A row of wheels or of a rack, where joints are cut, is that of their wrenches, −Gᵀ:
-/// it differs from the gradient by rows of cut joints, so that multipliers of these are their reactions.
+/// G = ∂g/∂q. A row of wheels or of a rack, where joints are cut, is that of their wrenches, −Gᵀ, and so is that of
+/// an effort in a cut screw, whose turns are counted by its travel: it differs from the gradient by rows of cut
+/// joints, so that multipliers of these are their reactions.
 fn constraint_jacobian(
     model: &Model,
     tree: &Tree,
@@ -213,10 +214,7 @@ fn constraint_jacobian(
     let n_columns = kinematics.coordinates.len();
     let mut entries = Vec::new();
     for (row, constraint) in constraints.iter().enumerate() {
-        if let Source::Coupling(CouplingId(coupling)) = constraint.source
-            && model.couplings[coupling].kind.is_pair()
-            && !tree.cuts.is_empty()
-        {
+        if has_row_of_wrenches(model, tree, constraint.source) {
             let powers = powers(model, kinematics, &constraint.wrenches).into_iter().enumerate();
             let slope = |terms: Vec<Expr>| pool.simplify(pool.neg(pool.sum(terms)));
             entries.extend(powers.map(|(i, terms)| (row, i, slope(terms))));
@@ -230,6 +228,21 @@ fn constraint_jacobian(
     }
     entries.retain(|&(.., slope)| !pool.is_zero(slope));
     SparseMatrix::new(constraints.len(), n_columns, entries)
+}
+
+fn has_row_of_wrenches(model: &Model, tree: &Tree, source: Source) -> bool {
+    match source {
+        Source::Coupling(CouplingId(coupling)) => {
+            model.couplings[coupling].kind.is_pair() && !tree.cuts.is_empty()
+        }
+        Source::Drive(_) | Source::Stop(_) | Source::Friction(_) => {
+            source.joint(model).is_some_and(|joint| {
+                let is_screw = matches!(model.joints[joint.0].kind, JointKind::Screw { .. });
+                is_screw && tree.cuts.contains(&joint)
+            })
+        }
+        Source::Joint(_) | Source::Quaternion(_) => false,
+    }
 }
 
 /// Rows of the cut joints, then of the lengths of quaternions, of couplings, and of the drives:

@@ -1,12 +1,13 @@
 //! Stops and dry friction as constraint rows, each with the law that opens and closes it.
 
-use bksim_expr::{Expr, SymbolId};
+use bksim_expr::{Expr, Function, SymbolId};
 
 use crate::constraint::{Constraint, Source};
 use crate::force::Wrench;
 use crate::joint;
 use crate::kinematics::Kinematics;
-use bksim_model::{JointId, LoadId, LoadKind, Model, MotionKind};
+use crate::rubbing::friction;
+use bksim_model::{FrictionLaw, JointId, LoadId, LoadKind, Model, MotionKind};
 
 /// A constraint row that opens and closes.
 #[derive(Clone, Debug)]
@@ -37,9 +38,9 @@ pub enum Law {
     },
     /// The row is p₀ − p, its multiplier the friction along p, |λ| no greater than `sticking`.
     Friction {
-        /// Friction F while it slides, N or N m.
+        /// Friction F while it slides, N or N m; it may depend on multipliers of its joint.
         sliding: Expr,
-        /// Largest friction F₀ while it sticks, N or N m.
+        /// Largest friction F₀ while it sticks, N or N m; so may this.
         sticking: Expr,
         /// Symbol of ς: the sign of p′ while it slides, else 0.
         slip: SymbolId,
@@ -53,7 +54,8 @@ pub(crate) struct ContactRow {
     load: LoadId,
     joint: JointId,
     position: Expr,
-    law: Law,
+    /// Symbols of ς and p₀ of friction.
+    states: Option<[SymbolId; 2]>,
     /// φ of a stop, p₀ − p of friction.
     pub(crate) expression: Expr,
     pub(crate) source: Source,
@@ -65,11 +67,7 @@ pub(crate) struct ContactRow {
 }
 
 /// The rows of all stops and frictions, in file order.
-pub(crate) fn contact_rows(
-    model: &Model,
-    kinematics: &Kinematics,
-    signals: &[(SymbolId, Expr)],
-) -> Vec<ContactRow> {
+pub(crate) fn contact_rows(model: &Model, kinematics: &Kinematics) -> Vec<ContactRow> {
     let pool = &model.pool;
     let mut rows: Vec<ContactRow> = Vec::new();
     for (load_idx, load) in model.loads.iter().enumerate() {
@@ -86,12 +84,12 @@ pub(crate) fn contact_rows(
         let sides = kinematics.sides(model, of);
         let up = joint::effort(pool, of, motion_idx, &positions, &sides);
         let down = up.reversed(pool);
-        let mut add = |expression, source, direction, wrench, law| {
+        let mut add = |expression, source, direction, wrench, states| {
             rows.push(ContactRow {
                 load: load_id,
                 joint,
                 position,
-                law,
+                states,
                 expression,
                 source,
                 direction,
@@ -102,26 +100,23 @@ pub(crate) fn contact_rows(
 
         // A row for each limit of a stop, one for the friction.
         match load.kind {
-            LoadKind::Stop { min, max, restitution, .. } => {
-                let law = Law::Stop { restitution };
+            LoadKind::Stop { min, max, .. } => {
                 let source = Source::Stop(load_id);
                 if let Some(min) = min {
-                    add(pool.sub(min, position), source, "min", up, law);
+                    add(pool.sub(min, position), source, "min", up, None);
                 }
                 if let Some(max) = max {
-                    add(pool.sub(position, max), source, "max", down, law);
+                    add(pool.sub(position, max), source, "max", down, None);
                 }
             }
-            LoadKind::Friction { sliding, sticking, .. } => {
+            LoadKind::Friction { .. } => {
                 let id = |name: String| {
                     pool.symbol_id(pool.symbol(&name)).expect("a symbol was just made")
                 };
                 let [slip, stuck_at] =
                     ["slip", "place"].map(|word| id(format!("'{word}{load_idx}")));
-                let [sliding, sticking] = [sliding, sticking].map(|e| pool.substitute(e, signals));
-                let law = Law::Friction { sliding, sticking, slip, stuck_at };
                 let expression = pool.sub(pool.symbol_expr(stuck_at), position);
-                add(expression, Source::Friction(load_id), "friction", up, law);
+                add(expression, Source::Friction(load_id), "friction", up, Some([slip, stuck_at]));
             }
             _ => (),
         }
@@ -129,18 +124,43 @@ pub(crate) fn contact_rows(
     rows
 }
 
-/// The contacts of the last of `constraints`, which come from `rows`.
+/// The contacts of the last of `constraints`, which come from `rows`; `signals` are the measures as expressions.
 pub(crate) fn contacts(
     model: &Model,
+    kinematics: &Kinematics,
+    signals: &[(SymbolId, Expr)],
     rows: &[ContactRow],
     constraints: &[Constraint],
 ) -> Vec<Contact> {
     let pool = &model.pool;
     let first = constraints.len() - rows.len();
+    let law_of = |row: usize, ContactRow { load, joint, states, .. }: &ContactRow| {
+        let (law, [slip, stuck_at]) = match (&model.loads[load.0].kind, states) {
+            (LoadKind::Friction { law, .. }, Some(states)) => (law, *states),
+            (LoadKind::Stop { restitution, .. }, _) => {
+                return Law::Stop { restitution: *restitution };
+            }
+            _ => unreachable!("only stops and friction have rows"),
+        };
+        let [sliding, sticking] = match *law {
+            FrictionLaw::Stated { sliding, sticking } => [sliding, sticking],
+            FrictionLaw::Coulomb { sliding, sticking, surface } => {
+                // Friction that sticks is against the motion that it keeps from beginning.
+                let own = pool.symbol_expr(constraints[row].lambda);
+                let held = pool.call(Function::Sign, &[own]).expect("one argument");
+                let at = (*joint, surface);
+                let size = |mu, slip| friction(model, kinematics, constraints, at, (mu, slip));
+                [size(sliding, pool.symbol_expr(slip)), size(sticking, pool.neg(held))]
+            }
+        };
+        let [sliding, sticking] = [sliding, sticking].map(|e| pool.substitute(e, signals));
+        Law::Friction { sliding, sticking, slip, stuck_at }
+    };
     let contact = |(k, row): (usize, &ContactRow)| {
         let closed = pool.symbol(&format!("'closed{k}"));
         let closed = pool.symbol_id(closed).expect("a symbol was just made");
-        let ContactRow { load, joint, position, expression, law, .. } = *row;
+        let law = law_of(first + k, row);
+        let ContactRow { load, joint, position, expression, .. } = *row;
         Contact { load, joint, position, expression, row: first + k, closed, law }
     };
     rows.iter().enumerate().map(contact).collect()

@@ -21,6 +21,7 @@ pub mod quantity;
 pub mod quaternion;
 pub mod reaction;
 mod recursion;
+mod rubbing;
 pub mod signal;
 pub mod sparse;
 pub mod spatial;

@@ -68,7 +68,9 @@ pub fn switches_of(
 ) -> (Vec<Expr>, Vec<Switch>) {
     let coordinates = system.coordinates();
     let state = coordinates.iter().flat_map(|c| [c.q, c.v]).collect();
-    let mut kinks = Kinks { pool: &model.pool, time: model.time, state, switches: Vec::new() };
+    let multipliers = system.constraints.iter().map(|row| row.lambda).collect();
+    let (pool, time) = (&model.pool, model.time);
+    let mut kinks = Kinks { pool, time, state, multipliers, switches: Vec::new() };
     let images = model.pool.map_calls(roots, |function, operands| kinks.image(function, operands));
     (images, kinks.switches)
 }
@@ -77,6 +79,7 @@ struct Kinks<'a> {
     pool: &'a Pool,
     time: SymbolId,
     state: BTreeSet<SymbolId>,
+    multipliers: BTreeSet<SymbolId>,
     switches: Vec<Switch>,
 }
 
@@ -98,12 +101,14 @@ impl Kinks<'_> {
         })
     }
 
-    /// σ of `u`, or −σ of −u; `None` when `u` keeps its value between events.
+    /// σ of `u`, or −σ of −u; `None` when `u` keeps its value between events, or depends on multipliers: these have
+    /// no rates by which a mode could be found, and the friction that depends on them is continuous.
     fn mode_of(&mut self, u: Expr) -> Option<Expr> {
         let pool = self.pool;
         let symbols = pool.symbols_of(u);
         let moves = symbols.iter().any(|symbol| self.state.contains(symbol));
-        if !moves && !symbols.contains(&self.time) {
+        let presses = symbols.iter().any(|symbol| self.multipliers.contains(symbol));
+        if presses || !moves && !symbols.contains(&self.time) {
             return None;
         }
         let opposite = pool.neg(u);

@@ -56,12 +56,12 @@ pub fn cross(pool: &Pool, a: &Vector, b: &Vector) -> Vector {
     [minor(1, 2), minor(2, 0), minor(0, 1)]
 }
 
-/// Two unit vectors perpendicular to the unit vector `n` and to each other: `(n × k, n × (n × k))`
-/// up to sign, with k = z, so that an axis in the plane gives its in-plane normal first and z second.
+/// Two unit vectors perpendicular to the unit vector `n` and to each other, right-handed with it: `(k × n, n × (k × n))`
+/// with k = z, so that an axis in the plane gives its in-plane normal first and z second.
 pub fn perpendicular(pool: &Pool, n: &Vector) -> [Vector; 2] {
     if pool.is_zero(n[0]) && pool.is_zero(n[1]) {
         let [zero, one] = [pool.zero(), pool.one()];
-        return [[one, zero, zero], [zero, one, zero]];
+        return [[one, zero, zero], [zero, n[2], zero]];
     }
     // z × n is normal to n; it has unit length only when n lies in the plane z = 0.
     let sideways = [pool.neg(n[1]), n[0], pool.zero()];

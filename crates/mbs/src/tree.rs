@@ -5,6 +5,7 @@
 
 use std::collections::VecDeque;
 
+use crate::rubbing::rubs;
 use bksim_model::{BodyId, CoordinatePolicy, GROUND, JointId, Measure, Model, Space};
 
 /// Deepest chain of relative coordinates that bksim chooses by itself: the equations of a chain of
@@ -69,7 +70,9 @@ impl Tree {
             let is_counted = model.space == Space::Spatial && is_coupled(model, id);
             let is_cut = policy == CoordinatePolicy::Absolute && !is_counted;
             let is_cut = is_cut || joint.kind.is_loose();
-            !joint.kind.is_always_cut() && !joint.cut.unwrap_or(is_cut)
+            // Where friction depends on a reaction, that must be among the multipliers.
+            let is_cut = joint.cut.unwrap_or(is_cut) || rubs(model, id);
+            !joint.kind.is_always_cut() && !is_cut
         })
     }
 

@@ -38,7 +38,7 @@ pub use ids::{
     BodyId, CouplingId, DriveId, GROUND, JointId, LoadId, ParameterId, PointId, StateId, Vector,
 };
 pub use joint::{JOINT_TYPES, Joint, JointKind, MotionKind, motion_words};
-pub use load::{Load, LoadKind};
+pub use load::{FrictionLaw, Load, LoadKind, Surface};
 pub use measure::{Axis, Frame, Initial, Measure, Orientation, Signal};
 pub use model::{CoordinatePolicy, Model, Parameter, Space};
 pub use solve::{Formulation, Jit, MOST_OUTPUTS, Method, Outputs, SolveOptions};

@@ -98,9 +98,64 @@ pub enum LoadKind {
         joint: JointId,
         /// Which of its motions.
         motion_idx: usize,
-        /// Friction while it slides, N or N m, not negative.
+        /// The size of the friction.
+        law: FrictionLaw,
+    },
+}
+
+/// The size of dry friction.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum FrictionLaw {
+    /// Stated efforts, N or N m, not negative.
+    Stated {
+        /// Friction while it slides.
         sliding: Expr,
         /// Largest friction while it sticks; what is below `sliding` counts as `sliding`.
         sticking: Expr,
     },
+    /// Coulomb's friction of surfaces that the joint's own reaction presses together.
+    Coulomb {
+        /// Coefficient while they slide.
+        sliding: Expr,
+        /// Coefficient while they stick.
+        sticking: Expr,
+        /// The surfaces.
+        surface: Surface,
+    },
+}
+
+/// The surfaces of a joint that rub.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Surface {
+    /// A guide, on which the successor bears at its joint point, or with both ends of a sleeve about it.
+    Guide {
+        /// Length of the sleeve, m.
+        length: Option<Expr>,
+    },
+    /// A pin in its bearing.
+    Journal {
+        /// Radius of the pin, m.
+        radius: Expr,
+    },
+    /// The thread of a screw.
+    Thread {
+        /// Mean radius, m.
+        radius: Expr,
+    },
+}
+
+impl FrictionLaw {
+    /// Every expression of it.
+    pub fn expressions(&self) -> Vec<Expr> {
+        match *self {
+            Self::Stated { sliding, sticking } => vec![sliding, sticking],
+            Self::Coulomb { sliding, sticking, surface } => {
+                let size = match surface {
+                    Surface::Guide { length } => length,
+                    Surface::Journal { radius } | Surface::Thread { radius } => Some(radius),
+                };
+                [Some(sliding), Some(sticking), size].into_iter().flatten().collect()
+            }
+        }
+    }
 }

@@ -19,6 +19,7 @@ bksim_model::codes! {
     TOO_MUCH = "S020", "a run without an end";
     UNCOUNTED_TURNS = "S021", "turns that cannot be counted";
     CENTRE_DISTANCE = "S022", "wheels that do not fit their centres";
+    SHARED_REACTION = "S023", "friction by a reaction that is not unique";
     DRIVE_CANNOT_PASS = "R001", "a drive cannot pass a dead centre";
     NO_VALUE = "R002", "an expression leaves its domain";
     STEP_TOO_SMALL = "R003", "the step size became too small";
@@ -33,4 +34,5 @@ bksim_model::codes! {
     SLOW = "R012", "far more steps than expected";
     ANGLE_POLE = "R013", "angles at their pole";
     TABLE_LEFT = "R014", "a table is left";
+    JAMS = "R016", "a joint that jams while it moves";
 }

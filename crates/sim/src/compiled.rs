@@ -21,6 +21,7 @@ use crate::linear::unrolled::UnrolledSolve;
 use crate::input::Inputs;
 use crate::modes::Modes;
 use crate::modes::indicators::EventIndicators;
+use crate::pressing::{Bearing, PressingMultipliers, bearings, pressing_symbols};
 use crate::redundancy::{MovingInstant, SelfStress, Transmissions, Uniqueness};
 use bksim_mbs::constraint::Source;
 use bksim_mbs::coordinate::CoordinateKind;
@@ -46,8 +47,12 @@ pub struct CompiledSystem {
     pub drives: Vec<Quantity>,
     /// Parameters that are functions of the motion.
     pub(crate) inputs: Inputs,
-    /// M, G, f and γ of (t, q, v, u), u the inputs.
+    /// M, G, f and γ of (t, q, v, u), u the inputs, and of the pressing multipliers.
     pub(crate) dynamics: Function,
+    /// The multipliers that f depends on; mostly `None`.
+    pub(crate) pressing: Option<PressingMultipliers>,
+    /// The joints whose friction follows their reactions.
+    pub(crate) bearings: Vec<Bearing>,
     /// v̇, λ and factors of (t, q, v, u), of small mechanisms; see [`UnrolledSolve`].
     pub(crate) unrolled: Option<Function>,
     /// G, g and ∂g/∂t of (t, q).
@@ -103,7 +108,10 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     let shape = Shape::of(system);
     let Terms { mass, jacobian, force, gamma } = terms(model, system);
     let dynamics = [mass.as_slice(), &jacobian, &force, &gamma].concat();
+    let pressing = PressingMultipliers::compile(model, system)?;
+    let pressing_lambda = pressing_symbols(model, system);
     let unrolled = UnrolledSolve::of(pool, &shape, (&mass, &jacobian), (&force, &gamma))
+        .filter(|_| pressing.is_none())
         .map(|line| function(&line.outputs(), &[&q, &v, u]))
         .transpose()?;
     // Constraints at positions, energies, reactions.
@@ -127,7 +135,9 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         couplings: coupling_quantities(model),
         drives: drive_quantities(model),
         inputs: Inputs::of(model),
-        dynamics: function(&dynamics, &[&q, &v, u])?,
+        dynamics: function(&dynamics, &[&q, &v, u, &pressing_lambda])?,
+        pressing,
+        bearings: bearings(model),
         unrolled,
         constraints: function(&constraints, &[&q])?,
         shape,

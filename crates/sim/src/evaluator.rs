@@ -23,6 +23,9 @@ pub struct Evaluator<'a> {
     reactions: Buffers,
     signals: Option<Buffers>,
     inputs: InputValues,
+    slopes: Option<Buffers>,
+    /// The multipliers that loads depend on, as the last solution left them.
+    pressing: Vec<f64>,
 }
 
 /// T, V and the power of everything without a potential.
@@ -74,6 +77,8 @@ impl<'a> Evaluator<'a> {
             reactions: system.reactions.buffers(parameters),
             signals: system.signals.as_ref().map(|function| function.buffers(parameters)),
             inputs: InputValues::new(&system.inputs),
+            slopes: system.pressing.as_ref().map(|p| p.slopes.buffers(parameters)),
+            pressing: vec![0.0; system.pressing.as_ref().map_or(0, |p| p.rows.len())],
         }
     }
 
@@ -94,10 +99,34 @@ impl<'a> Evaluator<'a> {
         function.evaluate(buffers, &[&[t], q, v, inputs.at(t, q, v)])
     }
 
-    /// M, G, f and γ at a state.
+    /// The rows whose multipliers loads depend on.
+    pub(crate) fn pressing_rows(&self) -> &'a [usize] {
+        self.system.pressing.as_ref().map_or(&[], |pressing| &pressing.rows)
+    }
+
+    /// The multipliers that loads depend on, for [`Evaluator::dynamics`].
+    pub(crate) fn pressing_mut(&mut self) -> &mut [f64] {
+        &mut self.pressing
+    }
+
+    /// Takes the multipliers that loads depend on from all λ.
+    pub(crate) fn press(&mut self, lambda: &[f64]) {
+        let rows = self.pressing_rows();
+        self.pressing.iter_mut().zip(rows).for_each(|(own, &row)| *own = lambda[row]);
+    }
+
+    /// ∂f/∂λ by the pressing multipliers, nq × their number, row by row.
+    pub(crate) fn pressing_slopes(&mut self, t: f64, q: &[f64], v: &[f64]) -> &[f64] {
+        let Self { system, slopes, inputs, pressing, .. } = self;
+        let (Some(of), Some(buffers)) = (&system.pressing, slopes) else { return &[] };
+        of.slopes.evaluate(buffers, &[&[t], q, v, inputs.at(t, q, v), pressing])
+    }
+
+    /// M, G, f and γ at a state, f with the pressing multipliers as they are.
     pub(crate) fn dynamics(&mut self, t: f64, q: &[f64], v: &[f64]) -> DynamicsAt<'_> {
-        let Self { system, dynamics, inputs, .. } = self;
-        let outputs = system.dynamics.evaluate(dynamics, &[&[t], q, v, inputs.at(t, q, v)]);
+        let Self { system, dynamics, inputs, pressing, .. } = self;
+        let arguments = [&[t], q, v, inputs.at(t, q, v), &pressing[..]];
+        let outputs = system.dynamics.evaluate(dynamics, &arguments);
         let shape = &system.shape;
         let (mass, rest) = outputs.split_at(shape.mass.len());
         let (jacobian, rest) = rest.split_at(shape.jacobian.len());

@@ -87,6 +87,7 @@ impl<'a> Functions<'a> {
         out: &mut [f64],
     ) {
         let (motion, closure) = out.split_at_mut(self.nq);
+        self.evaluator.press(lambda);
         let at = self.evaluator.dynamics(t, q, v);
         for (row, &f) in motion.iter_mut().zip(at.force) {
             *row = -f;

@@ -19,6 +19,7 @@ pub mod mobility;
 mod modes;
 mod multiplier;
 pub mod pose;
+mod pressing;
 pub mod redundancy;
 pub mod run;
 pub mod sensitivity;

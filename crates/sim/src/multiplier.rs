@@ -13,6 +13,7 @@
 //! pose the smallest solution of the equations without their weakest directions.
 
 mod limit;
+mod pressed;
 mod projection;
 
 use bksim_dae::{Loader, NotFinite, Saver, SolveError};
@@ -246,11 +247,26 @@ impl MultiplierSystem {
     }
 
     /// Factors the system at a state and solves it for the accelerations and the active multipliers;
-    /// the others are set to zero.
+    /// the others are set to zero. Loads follow the multipliers that they depend on.
     ///
     /// # Errors
     /// [`NotFinite`] when an entry, or the solution, is not finite.
     pub(crate) fn accelerations_into(
+        &mut self,
+        evaluator: &mut Evaluator,
+        t: f64,
+        (q, v): (&[f64], &[f64]),
+        vdot: &mut [f64],
+        lambda: &mut [f64],
+    ) -> Result<(), NotFinite> {
+        if !evaluator.pressing_rows().is_empty() {
+            return self.pressed_into(evaluator, t, (q, v), vdot, lambda);
+        }
+        self.solved_into(&evaluator.dynamics(t, q, v), vdot, lambda)
+    }
+
+    /// As [`MultiplierSystem::accelerations_into`], for loads that are known.
+    pub(crate) fn solved_into(
         &mut self,
         at: &DynamicsAt,
         vdot: &mut [f64],

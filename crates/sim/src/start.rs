@@ -18,12 +18,14 @@ use crate::linear::rows::SparseRows;
 use crate::modes::Modes;
 use crate::modes::indicators::ContactState;
 use crate::multiplier::{MultiplierSystem, largest};
+use crate::pressing::Bearing;
 use crate::redundancy::{self, Uniqueness};
 pub use crate::start_error::{Conflict, Gap, Moved, Rival, StartError};
 use crate::state::State;
 use bksim_expr::TapeError;
+use bksim_mbs::constraint::Source;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::{Model, SolveOptions};
+use bksim_model::{JointId, Model, SolveOptions};
 
 /// A state that satisfies the constraints at every level.
 #[derive(Clone, PartialEq, Debug)]
@@ -184,6 +186,7 @@ pub fn start_at(
     let velocity_residual = largest(&evaluator.constraints(t, &q).rate_of(&v));
     let jacobian = regular_jacobian(&mut evaluator, t, (&q, &v), equations.n_bilateral);
     let dependence = dependent_rows(&jacobian);
+    let shared_axial = shared_multiplier(compiled, &jacobian, dependence.rank);
     let is_joint_row = |row: &usize| compiled.sources[*row].is_geometric();
     let joint_rows: Vec<usize> = (0..compiled.nc()).filter(is_joint_row).collect();
     let joint_rank = dependent_rows(&jacobian.select(&joint_rows)).rank;
@@ -213,6 +216,9 @@ pub fn start_at(
     let instant = redundancy::MovingInstant { t, q: &found.q, v: &found.v, a: &found.a };
     let uniqueness = compiled.uniqueness(parameters, instant, &found.modes);
     let redundancy = compiled.redundancy(parameters, instant, &found.modes);
+    if let Some(joint) = shared_axial.or_else(|| shared_reaction(compiled, &redundancy)) {
+        return Err(StartError::SharedReaction { joint });
+    }
     Ok(Start {
         t,
         state: State { t, q: found.q.clone(), v: found.v.clone() },
@@ -232,6 +238,30 @@ pub fn start_at(
         longest_link,
         rivals,
     })
+}
+
+/// A joint whose friction depends on components of its reaction that are not unique.
+fn shared_reaction(compiled: &CompiledSystem, redundancy: &Uniqueness) -> Option<JointId> {
+    let is_shared = |bearing: &&Bearing| {
+        let unique = redundancy.reactions[bearing.joint.0].iter().zip(bearing.components);
+        unique.into_iter().any(|(is_unique, takes_part)| takes_part && !is_unique)
+    };
+    compiled.bearings.iter().find(is_shared).map(|bearing| bearing.joint)
+}
+
+/// As [`shared_reaction`], of a multiplier that others could take the place of: its row depends on theirs.
+fn shared_multiplier(
+    compiled: &CompiledSystem,
+    jacobian: &SparseRows,
+    rank: usize,
+) -> Option<JointId> {
+    let rows = &compiled.pressing.as_ref()?.rows;
+    let is_shared = |&row: &usize| dependent_rows(&jacobian.without(&[row])).rank == rank;
+    let shared = rows.iter().copied().find(is_shared)?;
+    match compiled.sources[shared] {
+        Source::Joint(joint) => Some(joint),
+        _ => None,
+    }
 }
 
 /// Accelerations and multipliers at the start of a mechanism in which nothing switches.

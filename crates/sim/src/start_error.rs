@@ -60,6 +60,11 @@ pub enum StartError {
         /// Coordinates that take part in it.
         coordinates: Vec<usize>,
     },
+    /// Friction depends on a reaction that joints share among themselves.
+    SharedReaction {
+        /// The joint that rubs.
+        joint: JointId,
+    },
     /// A load, constraint or energy has no finite value at the start.
     NotFinite {
         /// The positions found, nq.

@@ -97,6 +97,11 @@ fn runs() {
 }
 
 #[test]
+fn questions() {
+    check('Q');
+}
+
+#[test]
 fn sweeps() {
     check('P');
 }

@@ -1,6 +1,6 @@
 //! Stops and friction as a person reads them: the law of each multiplier.
 
-use bksim_expr::Printer;
+use bksim_expr::{Function, Printer};
 
 use crate::contact::Law;
 use crate::system::SymbolicSystem;
@@ -29,15 +29,18 @@ pub fn contact_texts(
     printer: &Printer<'_>,
     multipliers: &[String],
 ) -> Vec<ContactText> {
+    let pool = &model.pool;
     let text = |contact: &crate::contact::Contact| {
         let (law, quantity, limits) = match contact.law {
             Law::Stop { restitution } => {
                 let law = "stop: penetration <= 0, multiplier >= 0, one of them 0; restitution";
                 (law, contact.expression, vec![restitution])
             }
-            Law::Friction { sliding, sticking, .. } => {
+            Law::Friction { sliding, sticking, slip, .. } => {
                 let law = "friction: against the rate while it slides, no greater while it sticks";
-                let mut limits = vec![sliding, sticking];
+                let rate = system.kinematics.rate(model, contact.position);
+                let sense = pool.call(Function::Sign, &[rate]).expect("one argument");
+                let mut limits = vec![pool.substitute(sliding, &[(slip, sense)]), sticking];
                 limits.dedup();
                 (law, contact.position, limits)
             }

@@ -60,6 +60,7 @@ crate::codes! {
     BAD_RELATION = "M080", "a coupling that couples nothing";
     NO_CARRIER = "M081", "wheels without a common carrier";
     BAD_RATIO = "M082", "a ratio that no wheels have";
+    NO_SURFACE = "M090", "surfaces that a joint does not have";
 }
 
 #[cfg(test)]

@@ -6,10 +6,10 @@ use super::reader::{Fields, Reader};
 use super::replay::Constant;
 use super::units::Quantity;
 use super::value::{Scalar, Scope};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::JointId;
 use crate::joint::MotionKind;
-use crate::load::LoadKind;
+use crate::load::{FrictionLaw, LoadKind, Surface};
 use crate::message::short;
 
 impl Reader<'_> {
@@ -49,7 +49,7 @@ impl Reader<'_> {
         Some(LoadKind::Stop { joint, motion_idx, min, max, restitution })
     }
 
-    /// Friction of a motion: `force` where it slides, `torque` where it turns.
+    /// Friction of a motion: `force` where it slides, `torque` where it turns, or `mu`.
     pub(super) fn read_friction(&mut self, fields: &Fields<'_>) -> Option<LoadKind> {
         let help = "write `joint = \"A\"` with the name of the joint that rubs";
         let target = self.motion_of(fields, help);
@@ -60,12 +60,20 @@ impl Reader<'_> {
         };
         let (key, quantity) =
             if turns { ("torque", Quantity::TORQUE) } else { ("force", Quantity::FORCE) };
-        if fields.conflict(self, "force", "torque") {
+        let forms = [("force", "torque"), ("mu", "force"), ("mu", "torque")];
+        if forms.iter().any(|(one, other)| fields.conflict(self, one, other)) {
             return None;
         }
+        if fields.has("mu") {
+            let (joint, motion_idx, location) = target?;
+            let law = self.coulomb(fields, (joint, motion_idx), location)?;
+            return Some(LoadKind::Friction { joint, motion_idx, law });
+        }
         let motion = if turns { "turns" } else { "slides" };
-        let help =
-            format!("the joint {motion}: write for example `{key} = \"{}\"`", quantity.example);
+        let help = format!(
+            "the joint {motion}: write for example `{key} = \"{}\"`, or a coefficient `mu`",
+            quantity.example
+        );
         let node = fields.require(self, key, &help);
         let (joint, motion_idx, _) = target?;
         let sliding = node.and_then(|node| self.friction(fields, key, node, quantity));
@@ -75,8 +83,86 @@ impl Reader<'_> {
         };
         let (sliding, sticking) = (sliding?, sticking?);
         self.check_static_friction(fields, [&sliding, &sticking], quantity);
-        let (sliding, sticking) = (sliding.expr, sticking.expr);
-        Some(LoadKind::Friction { joint, motion_idx, sliding, sticking })
+        let law = FrictionLaw::Stated { sliding: sliding.expr, sticking: sticking.expr };
+        Some(LoadKind::Friction { joint, motion_idx, law })
+    }
+
+    /// Coulomb's friction: `mu`, `static`, and the size of the surfaces that a joint of this kind has.
+    fn coulomb(
+        &mut self,
+        fields: &Fields<'_>,
+        (joint, motion_idx): (JointId, usize),
+        location: Span,
+    ) -> Option<FrictionLaw> {
+        let node = fields.get("mu")?;
+        let sliding = self.friction(fields, "mu", node, Quantity::NUMBER);
+        let sticking = match fields.get("static") {
+            Some(node) => self.friction(fields, "static", node, Quantity::NUMBER),
+            None => sliding.clone(),
+        };
+        let surface = self.surface(fields, (joint, motion_idx), location);
+        let (sliding, sticking, surface) = (sliding?, sticking?, surface?);
+        self.check_static_friction(fields, [&sliding, &sticking], Quantity::NUMBER);
+        Some(FrictionLaw::Coulomb { sliding: sliding.expr, sticking: sticking.expr, surface })
+    }
+
+    /// The surfaces of a joint that rub; some kinds have none that are known.
+    fn surface(
+        &mut self,
+        fields: &Fields<'_>,
+        (joint, motion_idx): (JointId, usize),
+        location: Span,
+    ) -> Option<Surface> {
+        let kind = self.names.joints[joint.0].kind?;
+        let (stated, other) = match (kind, motion_idx) {
+            ("prismatic" | "slot", 0) => ("length", "radius"),
+            ("revolute" | "screw", 0) => ("radius", "length"),
+            _ => {
+                self.report(
+                    Diagnostic::error(
+                        codes::NO_SURFACE,
+                        format!("{} has `mu`, but where a {kind} joint rubs is not known", fields.owner),
+                    )
+                    .at(location, "this motion")
+                    .note("`mu` goes with revolute, prismatic and screw joints, and with the sliding of slots")
+                    .help("state the friction itself: `force = \"5 N\"` or `torque = \"0.2 N m\"`"),
+                );
+                return None;
+            }
+        };
+        if let Some(entry) = fields.entry(other) {
+            self.report(
+                Diagnostic::error(
+                    codes::NO_SURFACE,
+                    format!("{} has `{other}`, which a {kind} joint has not", fields.owner),
+                )
+                .at(entry.key_span.clone(), "of no meaning here")
+                .help(format!("remove it, or write `{stated}`")),
+            );
+            return None;
+        }
+        let size = match fields.get(stated) {
+            Some(node) => {
+                let what = fields.what(stated);
+                let size = self.scalar(node, Quantity::LENGTH, &what, Scope::Constant)?;
+                if !self.check_positive(&what, &size, Quantity::LENGTH) {
+                    return None;
+                }
+                Some(size.expr)
+            }
+            None => None,
+        };
+        if stated == "length" {
+            return Some(Surface::Guide { length: size });
+        }
+        let Some(radius) = size else {
+            fields.require(self, "radius", "write for example `radius = \"5 mm\"`: that of the pin, or the mean one of the thread");
+            return None;
+        };
+        Some(match kind {
+            "screw" => Surface::Thread { radius },
+            _ => Surface::Journal { radius },
+        })
     }
 
     fn friction(

@@ -41,11 +41,12 @@ impl Reader<'_> {
         for (name, span, table) in sub_tables(root, "joints") {
             self.usable_name(name, &span, "joint");
             self.check_joint_name(name, &span);
-            let freedoms = table.and_then(|table| table.get("type")).and_then(|entry| {
+            let known = table.and_then(|table| table.get("type")).and_then(|entry| {
                 let Value::Text(kind) = &entry.node.value else { return None };
-                JOINT_TYPES.iter().find(|(known, _)| known == kind).map(|(_, freedoms)| *freedoms)
+                JOINT_TYPES.iter().find(|(known, _)| known == kind)
             });
-            self.names.add_joint(JointName { name: name.to_owned(), freedoms });
+            let (kind, freedoms) = known.copied().unzip();
+            self.names.add_joint(JointName { name: name.to_owned(), kind, freedoms });
         }
     }
 

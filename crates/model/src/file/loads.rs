@@ -25,7 +25,7 @@ const LOADS: [(&str, &[&str]); 8] = [
     ("damper", &["type", "between", "damping"]),
     ("torsion", &["type", "joint", "of", "stiffness", "angle", "damping"]),
     ("stop", &["type", "joint", "of", "min", "max", "restitution"]),
-    ("friction", &["type", "joint", "of", "force", "torque", "static"]),
+    ("friction", &["type", "joint", "of", "force", "torque", "mu", "static", "radius", "length"]),
 ];
 
 impl Reader<'_> {

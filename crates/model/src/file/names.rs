@@ -69,6 +69,8 @@ pub(super) struct BodyName {
 #[derive(Debug)]
 pub(super) struct JointName {
     pub(super) name: String,
+    /// Its type.
+    pub(super) kind: Option<&'static str>,
     pub(super) freedoms: Option<&'static [MotionKind]>,
 }
 

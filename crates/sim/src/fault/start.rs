@@ -10,7 +10,7 @@ use crate::start::StartError;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::{listed, short};
-use bksim_model::{BodyId, GROUND, JointKind, Model, Space};
+use bksim_model::{BodyId, FrictionLaw, GROUND, JointId, JointKind, Load, LoadKind, Model, Space};
 
 /// The diagnostic of a start that was not found.
 pub fn diagnose_start(
@@ -44,6 +44,7 @@ pub fn diagnose_start(
                 .help("start from another position, or drive another joint")
         }
         StartError::NoInertia { coordinates } => no_inertia(model, system, compiled, coordinates),
+        StartError::SharedReaction { joint } => shared_reaction(model, *joint),
         StartError::TooMuch => amount::too_much(&model.solve, compiled),
         StartError::Irreversible => irreversible(model, system),
         StartError::NotFinite { q, v } => not_finite(model, system, compiled, (q, v)),
@@ -54,6 +55,24 @@ pub fn diagnose_start(
         StartError::Compile(error) => {
             Diagnostic::error(codes::NOT_FINITE_AT_START, error.to_string())
         }
+    }
+}
+
+/// Friction that no equilibrium of rigid bodies determines.
+fn shared_reaction(model: &Model, joint: JointId) -> Diagnostic {
+    let rubs = |load: &&Load| match load.kind {
+        LoadKind::Friction { joint: of, law: FrictionLaw::Coulomb { .. }, .. } => of == joint,
+        _ => false,
+    };
+    let joint_name = &model.joints[joint.0].name;
+    let message =
+        format!("the friction of joint `{joint_name}` depends on a reaction that is not unique");
+    let fault = Diagnostic::error(codes::SHARED_REACTION, message)
+        .note("other joints could bear this load in its place, and rigid bodies do not tell which does")
+        .help("let the joints that repeat each other give way, or state the friction itself: `force = …`");
+    match model.loads.iter().find(rubs) {
+        Some(load) => fault.at(load.span.clone(), "this friction"),
+        None => fault,
     }
 }
 

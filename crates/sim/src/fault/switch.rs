@@ -10,7 +10,9 @@ use bksim_mbs::signal::signal_values;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Span};
 use bksim_model::message::{listed, short};
-use bksim_model::{BodyId, CouplingId, LoadId, LoadKind, Measure, Model, MotionKind};
+use bksim_model::{
+    BodyId, CouplingId, FrictionLaw, Load, LoadId, LoadKind, Measure, Model, MotionKind,
+};
 
 /// The diagnostic of an instant without consistent modes.
 pub(super) fn no_consistent_modes(
@@ -25,10 +27,33 @@ pub(super) fn no_consistent_modes(
             let mut loads: Vec<LoadId> =
                 contacts.iter().map(|&k| system.contacts[k].load).collect();
             loads.dedup();
-            contacts_exclude(model, &loads, t)
+            match jamming(model) {
+                Some(load) if loads.is_empty() => jams(load, t),
+                _ => contacts_exclude(model, &loads, t),
+            }
         }
         NoConsistentModes::Jump { row, by } => jump(model, system, *row, *by, t),
     }
+}
+
+/// The first friction that follows a reaction.
+fn jamming(model: &Model) -> Option<&Load> {
+    model.loads.iter().find(|load| {
+        matches!(load.kind, LoadKind::Friction { law: FrictionLaw::Coulomb { .. }, .. })
+    })
+}
+
+/// A motion that would have to end at once: the friction grows with the reaction, and that with the friction.
+fn jams(load: &Load, t: f64) -> Diagnostic {
+    let message = format!(
+        "friction `{}` brakes more than any motion can bear at t = {} s",
+        load.name,
+        short(t)
+    );
+    Diagnostic::error(codes::JAMS, message)
+        .at(load.span.clone(), "the joint jams while it moves")
+        .note("the load on the surfaces grows with the friction, and the friction with the load, without end")
+        .help("make the guide longer, bring the forces nearer to it, or make `mu` smaller")
 }
 
 /// A joint that starts where a stop does not let it be.

@@ -296,6 +296,6 @@ pub(super) fn expressions_of(kind: &LoadKind) -> Vec<Expr> {
         LoadKind::Stop { min, max, restitution, .. } => {
             [*min, *max, Some(*restitution)].into_iter().flatten().collect()
         }
-        LoadKind::Friction { sliding, sticking, .. } => vec![*sliding, *sticking],
+        LoadKind::Friction { law, .. } => law.expressions(),
     }
 }

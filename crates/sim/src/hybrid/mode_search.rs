@@ -319,7 +319,9 @@ impl<'a> ModeSearch<'a> {
 
     /// Whether every mode that was chosen agrees with the motion that follows.
     fn is_consistent(&self, undecided: &[Undecided], modes: &Modes, motion: &TrialMotion) -> bool {
-        let values = self.indicators(modes);
+        let Instant { t, q, v, compiled, parameters, .. } = &self.at;
+        let mut indicators = compiled.indicators.at(&modes.parameters_with_modes(parameters));
+        let values = indicators.values_with(*t, (q, v), &motion.lambda);
         let (a, lambda) = (largest(&motion.a), largest(&motion.lambda));
         let small = ROUNDING * a + f64::MIN_POSITIVE;
         undecided.iter().all(|undecided| match *undecided {

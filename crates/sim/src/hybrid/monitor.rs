@@ -150,7 +150,10 @@ impl SignedIndicators<'_> {
         let Self { evaluator, contacts, fixed, modes, inactive, .. } = self;
         let has_active = modes.contacts.iter().any(|mode| mode.is_active());
         let found = if has_active { fixed.acceleration((t, q, v), inactive) } else { None };
-        let values = evaluator.values(t, q, v);
+        let values = match found {
+            Some(found) => evaluator.values_with(t, (q, v), &found.lambda),
+            None => evaluator.values(t, q, v),
+        };
 
         let (kinks, of_contacts) = out.split_at_mut(values.kinks.len());
         for ((value, u), sign) in kinks.iter_mut().zip(&values.kinks).zip(&modes.signs) {

@@ -6,8 +6,9 @@
 //! friction   p, p′, F, F₀      p″
 //! ```
 //!
-//! The left column is a function of (t, q, v), the right one of the accelerations too.
+//! The left column is a function of (t, q, v), F and F₀ of λ too, the right one of the accelerations.
 
+use bksim_expr::Function::{Max, Sign};
 use bksim_expr::{Expr, SymbolId, TapeError};
 
 use super::{ContactMode, Modes};
@@ -21,6 +22,8 @@ use bksim_model::{LoadId, Model};
 pub(crate) struct EventIndicators {
     /// u of every switch, then four numbers per contact, see [`ContactState::of`].
     functions: Function,
+    /// No multipliers.
+    idle_lambda: Vec<f64>,
     /// u′ of every switch, then the acceleration of every contact.
     rates: Function,
     /// Whether each switch depends on time alone.
@@ -107,8 +110,7 @@ impl ContactState {
         match law {
             ContactLaw::Stop => Self::Stop { penetration: position, rate, restitution: first },
             ContactLaw::Friction => {
-                let sticking = second.max(first).max(0.0);
-                Self::Friction { position, rate, sliding: first, sticking }
+                Self::Friction { position, rate, sliding: first, sticking: second.max(0.0) }
             }
         }
     }
@@ -140,7 +142,16 @@ impl EventIndicators {
                 Law::Stop { restitution } => {
                     (ContactLaw::Stop, contact.expression, [restitution, pool.zero()])
                 }
-                Law::Friction { sliding, sticking, .. } => {
+                Law::Friction { sliding, sticking, slip, .. } => {
+                    // It holds with no less than it would slide with, against the motion that it keeps
+                    // from beginning.
+                    let held = pool.symbol_expr(system.constraints[contact.row].lambda);
+                    let held = pool.call(Sign, &[held]).expect("one argument");
+                    let sliding_then = pool.substitute(sliding, &[(slip, pool.neg(held))]);
+                    let sticking = match sticking == sliding_then {
+                        true => sticking,
+                        false => pool.call(Max, &[sticking, sliding_then]).expect("two arguments"),
+                    };
                     (ContactLaw::Friction, contact.position, [sliding, sticking])
                 }
             };
@@ -157,9 +168,11 @@ impl EventIndicators {
         let q: Vec<SymbolId> = coordinates.iter().map(|c| c.q).collect();
         let v: Vec<SymbolId> = coordinates.iter().map(|c| c.v).collect();
         let a: Vec<SymbolId> = coordinates.iter().map(|c| c.a).collect();
+        let lambda: Vec<SymbolId> = system.constraints.iter().map(|c| c.lambda).collect();
         let t = [model.time];
         Ok(Self {
-            functions: Function::compile(model, &functions, &[&t, &q, &v], &parameters)?,
+            functions: Function::compile(model, &functions, &[&t, &q, &v, &lambda], &parameters)?,
+            idle_lambda: vec![0.0; lambda.len()],
             rates: Function::compile(model, &rates, &[&t, &q, &v, &a], &parameters)?,
             timed: system.switches.iter().map(|switch| switch.is_timed).collect(),
             contacts,
@@ -244,10 +257,21 @@ pub(crate) struct IndicatorEvaluator<'a> {
 }
 
 impl IndicatorEvaluator<'_> {
-    /// The indicators at a state.
+    /// The indicators at a state, with friction as without multipliers.
     pub(crate) fn values(&mut self, t: f64, q: &[f64], v: &[f64]) -> &IndicatorValues {
+        let lambda = &self.indicators.idle_lambda;
+        self.values_with(t, (q, v), lambda)
+    }
+
+    /// The indicators at a state with these multipliers.
+    pub(crate) fn values_with(
+        &mut self,
+        t: f64,
+        (q, v): (&[f64], &[f64]),
+        lambda: &[f64],
+    ) -> &IndicatorValues {
         let EventIndicators { functions, timed, contacts, .. } = self.indicators;
-        let out = functions.evaluate(&mut self.functions, &[&[t], q, v]);
+        let out = functions.evaluate(&mut self.functions, &[&[t], q, v, lambda]);
         let (kinks, outputs) = out.split_at(timed.len());
         self.values.kinks.clear();
         self.values.kinks.extend_from_slice(kinks);
@@ -280,25 +304,12 @@ impl IndicatorEvaluator<'_> {
             return;
         }
         let contacts = &self.indicators.contacts;
-        let values = self.values(t, q, v);
+        let values = self.values_with(t, (q, v), lambda);
         for ((contact, state), mode) in contacts.iter().zip(&values.contacts).zip(&modes.contacts) {
             if let (ContactMode::Slip(sign), ContactState::Friction { sliding, .. }) = (mode, state)
             {
                 lambda[contact.row] = -sign * sliding;
             }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn friction_sticks_with_no_less_than_it_slides() {
-        let state = ContactState::of(ContactLaw::Friction, &[0.1, 0.2, 3.0, 2.0]);
-        let expected =
-            ContactState::Friction { position: 0.1, rate: 0.2, sliding: 3.0, sticking: 3.0 };
-        assert_eq!(state, expected);
     }
 }

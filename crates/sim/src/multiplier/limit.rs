@@ -52,7 +52,7 @@ impl MultiplierSystem {
             return Ok(Solution::Regular);
         }
         // Elsewhere the factorisation tells whether the pose is singular.
-        self.accelerations_into(&evaluator.dynamics(t, q, v), vdot, lambda)?;
+        self.accelerations_into(evaluator, t, (q, v), vdot, lambda)?;
         let fastest = largest(v);
         if self.rank_margin() > LIMIT_BELOW {
             return Ok(Solution::Regular);
@@ -76,8 +76,8 @@ impl MultiplierSystem {
                 let position =
                     |i: usize| q[i] + ds * (v[i] + 0.5 * ds * (a[i] + ds / 3.0 * jerk[i]));
                 let (q, v): (Vec<f64>, Vec<f64>) = (0..n).map(|i| (position(i), rate(i))).unzip();
-                let at = evaluator.dynamics(t + ds, &q, &v);
-                self.accelerations_into(&at, &mut side, &mut unused)?;
+                let (side, unused) = (&mut side, &mut unused);
+                self.accelerations_into(evaluator, t + ds, (&q, &v), side, unused)?;
                 // A motion that is singular on both sides too has no better answer than the smallest one.
                 if self.rank_margin() <= LIMIT_BELOW {
                     return Ok(Solution::Limit);

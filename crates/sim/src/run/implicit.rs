@@ -69,9 +69,10 @@ impl<'a> RadauStepper<'a> {
             None => {
                 let nc = mechanism.compiled().nc();
                 let mut begin = Acceleration::zeros(q.len(), nc);
-                let at = mechanism.evaluator.dynamics(*t, q, v);
+                let Acceleration { a, lambda } = &mut begin;
                 // Numbers that are not finite are found, and named, by the first step.
-                let _ = multipliers.accelerations_into(&at, &mut begin.a, &mut begin.lambda);
+                let evaluator = &mut mechanism.evaluator;
+                let _ = multipliers.accelerations_into(evaluator, *t, (q, v), a, lambda);
                 let from = equations.unknowns(state.as_ref(), begin.as_ref());
                 Solver::new(motion, from, t_end, settings)?
             }
@@ -139,8 +140,8 @@ impl Stepper for RadauStepper<'_> {
         // next step.
         let _ = self.multipliers.factor(&evaluator.dynamics(*t, q, v));
         self.multipliers.project(evaluator, *t, (&mut *q, &mut *v), CORRECTIONS);
-        let at = evaluator.dynamics(*t, q, v);
-        let _ = self.multipliers.accelerations_into(&at, &mut end.a, &mut end.lambda);
+        let Acceleration { a, lambda } = &mut end;
+        let _ = self.multipliers.accelerations_into(evaluator, *t, (q, v), a, lambda);
         let From { y, ydot, .. } = self.equations.unknowns(reached.as_ref(), end.as_ref());
         self.solver.correct_state(&y, &ydot)
     }

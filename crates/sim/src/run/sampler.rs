@@ -244,8 +244,11 @@ impl Sampler {
             let t = 0.5 * (from + to) + 0.5 * node * (to - from);
             dense.at(t, &mut self.y);
             let (q, v) = self.y[..2 * nq].split_at(nq);
-            let at = mechanism.evaluator.dynamics(t, q, v);
-            if self.multipliers.accelerations_into(&at, &mut vdot, &mut lambda).is_ok() {
+            let found = (&mut vdot[..], &mut lambda[..]);
+            let evaluator = &mut mechanism.evaluator;
+            let solved =
+                self.multipliers.accelerations_into(evaluator, t, (q, v), found.0, found.1);
+            if solved.is_ok() {
                 let power = mechanism.evaluator.power(t, q, v, &lambda);
                 summary.energy.work += weight * (to - from) * power;
             }

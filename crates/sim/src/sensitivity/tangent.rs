@@ -139,7 +139,7 @@ impl<'a> Tangents<'a> {
         let dynamics = self.evaluator.dynamics(at.state.t, at.state.q, at.state.v);
         let system = DynamicsAt { force, gamma: gap, ..dynamics };
         let mut multipliers = vec![0.0; gap.len()];
-        self.multipliers.accelerations_into(&system, x, &mut multipliers)?;
+        self.multipliers.solved_into(&system, x, &mut multipliers)?;
         Ok(multipliers)
     }
 

@@ -1,0 +1,152 @@
+//! Coulomb's friction: its size by the multipliers of the joint whose surfaces rub, which is therefore cut.
+//!
+//! ```text
+//! guide      F = μ |N|                       N the reaction across the motion
+//! sleeve     F = μ (|N₁| + |N₂|)             N₁, N₂ = N/2 ± (a × M)/l at its ends, a along the motion
+//! journal    F = μ r/√(1 + μ²) |N|           the moment of a force at the rim, N with its friction
+//! thread     F = μ r (1 + m²) |λ|/(1 − ς sign(λ) μ m)     m = p/r the slope of the thread
+//! ```
+//!
+//! The moment M is about the successor's joint point, the middle of the sleeve; λ is the axial force, of which a
+//! part is friction. Sources: A. Föppl, *Vorlesungen über technische Mechanik* I (circle of friction of a
+//! journal); J. E. Shigley, *Mechanical Engineering Design* (mechanics of power screws).
+
+use bksim_expr::{Expr, Function, Pool};
+use bksim_model::{FrictionLaw, Joint, JointId, JointKind, LoadKind, Model, MotionKind, Space};
+use bksim_model::{Surface, Vector};
+
+use crate::constraint::{Constraint, Source};
+use crate::kinematics::Kinematics;
+use crate::spatial;
+
+/// True where the friction of a joint depends on its reaction.
+pub(crate) fn rubs(model: &Model, id: JointId) -> bool {
+    model.loads.iter().any(|load| match load.kind {
+        LoadKind::Friction { joint, law: FrictionLaw::Coulomb { .. }, .. } => joint == id,
+        _ => false,
+    })
+}
+
+/// The reaction of a cut joint on its successor.
+struct Reaction<'a> {
+    pool: &'a Pool,
+    force: Vector,
+    /// About the successor's joint point.
+    moment: Vector,
+    /// Unit vector along or about which the joint moves, world axes.
+    axis: Vector,
+    /// Unit vectors across it, world axes.
+    across: [Vector; 2],
+}
+
+/// The friction of a joint for a coefficient `mu`, N or N m; `slip` is the sign of the motion that it is against.
+pub(crate) fn friction(
+    model: &Model,
+    kinematics: &Kinematics,
+    constraints: &[Constraint],
+    (id, surface): (JointId, Surface),
+    (mu, slip): (Expr, Expr),
+) -> Expr {
+    let pool = &model.pool;
+    let joint = &model.joints[id.0];
+    let rows = constraints.iter().filter(|row| row.source == Source::Joint(id));
+    let square = |e: Expr| pool.mul(e, e);
+    match surface {
+        Surface::Guide { length } => {
+            let ends = reaction(model, kinematics, joint, rows).ends(length);
+            let sizes = ends.into_iter().map(|end| magnitude(pool, end));
+            pool.mul(mu, pool.sum(sizes.collect::<Vec<_>>()))
+        }
+        Surface::Journal { radius } => {
+            let across = reaction(model, kinematics, joint, rows).across();
+            let lever = pool.div(radius, pool.sqrt(pool.add(pool.one(), square(mu))));
+            pool.product([mu, lever, magnitude(pool, across)])
+        }
+        Surface::Thread { radius } => {
+            let JointKind::Screw { lead } = joint.kind else {
+                unreachable!("only screws have threads")
+            };
+            let axial = rows.filter(|row| row.direction == "screw").map(|row| row.lambda);
+            let axial = axial.map(|lambda| pool.symbol_expr(lambda)).next().unwrap_or(pool.zero());
+            let circumference = pool.product([pool.int(2), pool.pi(), radius]);
+            let slope = pool.div(lead, circumference);
+            let sense = pool.call(Function::Sign, &[axial]).expect("one argument");
+            let part = pool.product([slip, sense, mu, slope]);
+            let factor = pool.div(pool.add(pool.one(), square(slope)), pool.sub(pool.one(), part));
+            pool.product([mu, radius, factor, magnitude(pool, vec![axial])])
+        }
+    }
+}
+
+/// The sum of the rows of a cut joint, each times its multiplier.
+fn reaction<'a, 'c>(
+    model: &'a Model,
+    kinematics: &Kinematics,
+    joint: &Joint,
+    rows: impl Iterator<Item = &'c Constraint>,
+) -> Reaction<'a> {
+    let pool = &model.pool;
+    let [mut force, mut moment] = [spatial::zero(pool); 2];
+    for row in rows {
+        let wrench = row.wrenches.iter().find(|wrench| wrench.body == joint.successor.body);
+        let Some(wrench) = wrench.map(|w| w.scaled(pool, pool.symbol_expr(row.lambda))) else {
+            continue;
+        };
+        force = spatial::add(pool, &force, &wrench.force);
+        moment = spatial::add(pool, &moment, &wrench.moment);
+    }
+    let rotation = &kinematics.sides(model, joint).predecessor.rotation;
+    let turns = joint.kind.motions().first() == Some(&MotionKind::Rotation);
+    let across = match model.space {
+        // World axes as they are: no angle of the predecessor comes in.
+        Space::Planar if turns => {
+            let [x, y] = [0, 1].map(|at| unit(pool, at));
+            [x, y]
+        }
+        _ => spatial::perpendicular(pool, &joint.axis).map(|e| rotation.apply(pool, &e)),
+    };
+    Reaction { pool, force, moment, axis: rotation.apply(pool, &joint.axis), across }
+}
+
+impl Reaction<'_> {
+    fn component(&self, vector: &Vector, along: &Vector) -> Expr {
+        self.pool.simplify(spatial::dot(self.pool, vector, along))
+    }
+
+    /// The components of the force across the motion.
+    fn across(&self) -> Vec<Expr> {
+        self.across.iter().map(|e| self.component(&self.force, e)).collect()
+    }
+
+    /// The forces at which the guide bears: one, or one at either end of the sleeve.
+    fn ends(&self, length: Option<Expr>) -> Vec<Vec<Expr>> {
+        let pool = self.pool;
+        let Some(length) = length else { return vec![self.across()] };
+        let couple = spatial::cross(pool, &self.axis, &self.moment);
+        let end = |sense: i64| {
+            let component = |e: &Vector| {
+                let half = pool.mul(pool.rational(1, 2), self.component(&self.force, e));
+                let arm = pool.div(self.component(&couple, e), length);
+                pool.add(half, pool.mul(pool.int(sense), arm))
+            };
+            self.across.iter().map(component).collect()
+        };
+        vec![end(1), end(-1)]
+    }
+}
+
+/// √(Σ cᵢ²), of a single component its absolute value.
+fn magnitude(pool: &Pool, mut components: Vec<Expr>) -> Expr {
+    components.retain(|&component| !pool.is_zero(component));
+    if let [only] = components[..] {
+        return pool.call(Function::Abs, &[only]).expect("one argument");
+    }
+    let squares: Vec<Expr> = components.iter().map(|&c| pool.mul(c, c)).collect();
+    pool.sqrt(pool.sum(squares))
+}
+
+fn unit(pool: &Pool, at: usize) -> Vector {
+    let mut unit = spatial::zero(pool);
+    unit[at] = pool.one();
+    unit
+}

@@ -1,0 +1,76 @@
+//! Accelerations where loads depend on multipliers.
+
+use bksim_dae::NotFinite;
+use nalgebra::{DMatrix, DVector};
+
+use super::{MultiplierSystem, largest};
+use crate::evaluator::Evaluator;
+
+/// Newton steps that may be needed; a friction whose sense of load changes takes a few more than others.
+const MAX_STEPS: usize = 40;
+/// Multipliers found to this part of their size are found.
+const FOUND: f64 = 4.0 * f64::EPSILON;
+/// Multipliers that no longer get nearer are found too, if they are as near as this.
+const NEAR: f64 = 1e-9;
+
+impl MultiplierSystem {
+    /// Solves y = λ(f(y)) for the multipliers y that loads depend on, and the system with them.
+    ///
+    /// The first step takes the loads without them: from there on the friction of a pin, whose slope at zero
+    /// has no value, has one.
+    ///
+    /// # Errors
+    /// [`NotFinite`] when an entry, or the solution, is not finite, or the friction is more than any motion can
+    /// bear.
+    pub(super) fn pressed_into(
+        &mut self,
+        evaluator: &mut Evaluator,
+        t: f64,
+        (q, v): (&[f64], &[f64]),
+        vdot: &mut [f64],
+        lambda: &mut [f64],
+    ) -> Result<(), NotFinite> {
+        let rows = evaluator.pressing_rows();
+        let n = rows.len();
+        evaluator.pressing_mut().fill(0.0);
+        self.solved_into(&evaluator.dynamics(t, q, v), vdot, lambda)?;
+        evaluator.press(lambda);
+        let mut last = f64::INFINITY;
+        for _ in 0..MAX_STEPS {
+            self.solved_into(&evaluator.dynamics(t, q, v), vdot, lambda)?;
+            let found = DVector::from_iterator(n, rows.iter().map(|&row| lambda[row]));
+            let guess = DVector::from_column_slice(evaluator.pressing_mut());
+            let gap = &found - &guess;
+            let size = largest(lambda);
+            let error = gap.amax();
+            if error <= FOUND * size || error >= last && error <= NEAR * size {
+                return Ok(());
+            }
+            last = error;
+
+            // The change of the multipliers by the loads, then the step.
+            let slopes = DMatrix::from_row_slice(self.nq, n, evaluator.pressing_slopes(t, q, v));
+            let change = (DMatrix::identity(n, n) - self.responses(rows, &slopes)).lu().solve(&gap);
+            let Some(change) = change else { break };
+            let next = guess + change;
+            evaluator.pressing_mut().copy_from_slice(next.as_slice());
+        }
+        Err(NotFinite { row: 0 })
+    }
+
+    /// The multipliers of some rows by forces, one column after the other; inactive rows have none.
+    fn responses(&mut self, rows: &[usize], forces: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut responses = DMatrix::zeros(rows.len(), forces.ncols());
+        for (column, force) in forces.column_iter().enumerate() {
+            self.x[..self.nq].copy_from_slice(force.as_slice());
+            self.x[self.nq..].fill(0.0);
+            self.solve();
+            for (k, row) in rows.iter().enumerate() {
+                if let Ok(at) = self.active.binary_search(row) {
+                    responses[(k, column)] = self.x[self.nq + at];
+                }
+            }
+        }
+        responses
+    }
+}
