@@ -37,7 +37,7 @@
     ("damper" line "name" "body1" "body2" "point1" "point2" "damping")
     ("torsion" point "name" "joint" "stiffness" "angle" "damping")
     ("stop" point "name" "joint" "of" "min" "max" "restitution")
-    ("friction" point "name" "joint" "of" "force" "torque" "static")
+    ("friction" point "name" "joint" "of" "force" "torque" "mu" "static" "radius" "length")
     ("drive" point "name" "joint" "of" "motion")
     ("parameter" nil "name" "value")
     ("initial" nil "name" "x" "y" "angle" "position" "vx" "vy" "rate" "velocity" "value" "guess")

@@ -106,7 +106,7 @@ kinds! {
     "damper" "BK_DAMPER" Loads Line &["name", "body1", "body2", "point1", "point2", "damping"];
     "torsion" "BK_TORSION" Loads Point &["name", "joint", "stiffness", "angle", "damping"];
     "stop" "BK_STOP" Loads Point &["name", "joint", "of", "min", "max", "restitution"];
-    "friction" "BK_FRICTION" Loads Point &["name", "joint", "of", "force", "torque", "static"];
+    "friction" "BK_FRICTION" Loads Point &["name", "joint", "of", "force", "torque", "mu", "static", "radius", "length"];
     "drive" "BK_DRIVE" Drives Point &["name", "joint", "of", "motion"];
     "parameter" "BK_PARAMETER" Parameters Anywhere &["name", "value"];
     "initial" "BK_INITIAL" Initial Anywhere INITIAL;

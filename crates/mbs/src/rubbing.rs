@@ -12,20 +12,12 @@
 //! journal); J. E. Shigley, *Mechanical Engineering Design* (mechanics of power screws).
 
 use bksim_expr::{Expr, Function, Pool};
-use bksim_model::{FrictionLaw, Joint, JointId, JointKind, LoadKind, Model, MotionKind, Space};
+use bksim_model::{Joint, JointId, JointKind, Model, MotionKind, Space};
 use bksim_model::{Surface, Vector};
 
 use crate::constraint::{Constraint, Source};
 use crate::kinematics::Kinematics;
 use crate::spatial;
-
-/// True where the friction of a joint depends on its reaction.
-pub(crate) fn rubs(model: &Model, id: JointId) -> bool {
-    model.loads.iter().any(|load| match load.kind {
-        LoadKind::Friction { joint, law: FrictionLaw::Coulomb { .. }, .. } => joint == id,
-        _ => false,
-    })
-}
 
 /// The reaction of a cut joint on its successor.
 struct Reaction<'a> {

@@ -5,8 +5,9 @@
 
 use std::collections::VecDeque;
 
-use crate::rubbing::rubs;
-use bksim_model::{BodyId, CoordinatePolicy, GROUND, JointId, Measure, Model, Space};
+use bksim_model::{
+    BodyId, CoordinatePolicy, FrictionLaw, GROUND, JointId, LoadKind, Measure, Model, Space,
+};
 
 /// Deepest chain of relative coordinates that bksim chooses by itself: the equations of a chain of
 /// N relative angles grow as N³, those of absolute coordinates as N.
@@ -148,4 +149,12 @@ fn is_coupled(model: &Model, id: JointId) -> bool {
     });
     let uses = |symbol| model.couplings.iter().any(|c| model.pool.depends_on(c.relation, symbol));
     signals.any(|signal| uses(signal.symbol))
+}
+
+/// True where the friction of a joint depends on its reaction.
+fn rubs(model: &Model, id: JointId) -> bool {
+    model.loads.iter().any(|load| match load.kind {
+        LoadKind::Friction { joint, law: FrictionLaw::Coulomb { .. }, .. } => joint == id,
+        _ => false,
+    })
 }

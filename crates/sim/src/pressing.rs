@@ -1,10 +1,10 @@
 //! Loads that depend on multipliers: friction by the reaction of its own joint.
 //!
 //! ```text
-//! M v̇ + Gᵀ λ = f(t, q, v, λ)        G v̇ + γ = 0
+//! M v̇ + Gᵀ λ = f        G v̇ + γ = 0        f with some λ in it
 //! ```
 //!
-//! λ is found by Newton's method on λ = λ(f(t, q, v, λ)), whose right side is the multiplier system.
+//! They are found by Newton's method: the multipliers that the system has under their own loads.
 
 use std::collections::BTreeSet;
 

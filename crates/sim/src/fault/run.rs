@@ -58,10 +58,12 @@ pub fn diagnose_run(
             | SolveError::FixedStepFailed { cause: Cause::NotFinite { .. }, .. },
         ) => no_value(model, system, compiled, parameters, failure)
             .or_else(|| no_force(model, system, compiled, parameters, failure))
+            .or_else(|| switch::jammed(model, &failure.last))
             .or_else(|| too_large(model, system, &failure.last)),
         Some(SolveError::StepTooSmall { .. } | SolveError::FixedStepFailed { .. }) | None => {
             blocked_drive(model, system, compiled, parameters, failure)
                 .or_else(|| no_value(model, system, compiled, parameters, failure))
+                .or_else(|| switch::jammed(model, &failure.last))
                 .or_else(|| too_large(model, system, &failure.last))
         }
         // A root at the very edge of its domain stops all steps, too.

@@ -3,7 +3,9 @@
 use super::values::expressions_of;
 use super::words::unit_of;
 use crate::codes;
+use crate::evaluator::Energy;
 use crate::hybrid::NoConsistentModes;
+use crate::run::Sample;
 use bksim_mbs::constraint::Source;
 use bksim_mbs::modes::switches_of;
 use bksim_mbs::signal::signal_values;
@@ -13,6 +15,9 @@ use bksim_model::message::{listed, short};
 use bksim_model::{
     BodyId, CouplingId, FrictionLaw, Load, LoadId, LoadKind, Measure, Model, MotionKind,
 };
+
+/// Energies beyond this, J, are on their way beyond all numbers.
+const LARGEST: f64 = 1e100;
 
 /// The diagnostic of an instant without consistent modes.
 pub(super) fn no_consistent_modes(
@@ -41,6 +46,13 @@ fn jamming(model: &Model) -> Option<&Load> {
     model.loads.iter().find(|load| {
         matches!(load.kind, LoadKind::Friction { law: FrictionLaw::Coulomb { .. }, .. })
     })
+}
+
+/// The fault of a run that ends where a joint jams, its numbers being as they should up to there.
+pub(super) fn jammed(model: &Model, last: &Sample) -> Option<Diagnostic> {
+    let Energy { kinetic, potential, .. } = last.energy;
+    let load = jamming(model).filter(|_| kinetic.abs().max(potential.abs()) < LARGEST)?;
+    Some(jams(load, last.t))
 }
 
 /// A motion that would have to end at once: the friction grows with the reaction, and that with the friction.

@@ -14,7 +14,7 @@ const FOUND: f64 = 4.0 * f64::EPSILON;
 const NEAR: f64 = 1e-9;
 
 impl MultiplierSystem {
-    /// Solves y = λ(f(y)) for the multipliers y that loads depend on, and the system with them.
+    /// Solves for the multipliers that loads depend on: those that the system has under these loads.
     ///
     /// The first step takes the loads without them: from there on the friction of a pin, whose slope at zero
     /// has no value, has one.

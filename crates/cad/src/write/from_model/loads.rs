@@ -4,7 +4,7 @@ use bksim_model::{Anchor, BodyId, JointId, LoadKind};
 use toml_edit::Item;
 
 use super::texts::{all, words};
-use super::units::dimension;
+use super::units::{Dimension, dimension};
 use super::{LOAD_LAYER, Sketch, Unwritten, Values, kind, no_place};
 use crate::geometry::Point;
 use crate::kind::Kind;
@@ -90,6 +90,7 @@ impl Sketch<'_> {
         let of = words(table, "of");
         let slides = joint.is_some_and(|joint| self.slides(JointId(joint), of.as_deref()));
         let owner = format!("`{name}` in `[{section}]`");
+        let has_mu = all(table).iter().any(|(key, _)| *key == "mu");
         for (key, _) in all(table) {
             // A torque acts on a body; a force acts on a point, which is known by now.
             let known = match (kind.name, key) {
@@ -100,7 +101,11 @@ impl Sketch<'_> {
             let unwritten = || no_place(&format!("`{key}`"), &owner);
             let known = known.ok_or_else(unwritten)?;
             let words = words(table, key).ok_or_else(unwritten)?;
-            values.push((known, self.units.complete(words, dimension(kind.name, key, slides))));
+            let dimension = match key {
+                "static" if has_mu => Dimension::Open,
+                _ => dimension(kind.name, key, slides),
+            };
+            values.push((known, self.units.complete(words, dimension)));
         }
         Ok(())
     }

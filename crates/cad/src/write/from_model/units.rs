@@ -83,7 +83,7 @@ pub(super) fn dimension(kind: &str, key: &str, slides: bool) -> Dimension {
         (_, "mass") => Dimension::Mass,
         (_, "inertia") => Dimension::Inertia,
         (_, "density") => Dimension::Density,
-        (_, "thickness" | "length" | "position" | "x" | "y") => Dimension::Length,
+        (_, "thickness" | "length" | "radius" | "position" | "x" | "y") => Dimension::Length,
         (_, "rate") => Dimension::Rate,
         (_, "velocity" | "vx" | "vy") => Dimension::Speed,
         ("actuator" | "friction", "force") | ("actuator", "value") => Dimension::Force,
