@@ -16,7 +16,7 @@ use crate::constraint::{Constraint, Source};
 use crate::contact::{self, ContactRow};
 use crate::coordinate::{Coordinate, Owner};
 use crate::coupling::coupling_rows;
-use crate::force::{Loads, Wrench};
+use crate::force::{Loads, Wrench, efforts_on_curves};
 use crate::joint;
 use crate::kinematics::Kinematics;
 use crate::lagrange;
@@ -76,6 +76,12 @@ fn assemble_along(
     for (force, coordinate) in applied_force.iter_mut().zip(&kinematics.coordinates) {
         if let Owner::State(StateId(state)) = coordinate.owner {
             *force = pool.substitute(model.states[state].rate, &signals);
+        }
+    }
+    for (joint, effort) in efforts_on_curves(model, &kinematics, &signals) {
+        let mut owners = kinematics.coordinates.iter().map(|coordinate| coordinate.owner);
+        if let Some(idx) = owners.position(|owner| owner == Owner::Joint(joint, 0)) {
+            applied_force[idx] = pool.add(applied_force[idx], effort);
         }
     }
     let wrenches = [loads.conservative, loads.applied].concat();

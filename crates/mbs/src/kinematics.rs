@@ -9,13 +9,14 @@ use bksim_expr::{Expr, Pool, SymbolId};
 
 use crate::coordinate::{Coordinate, CoordinateKind, Owner};
 use crate::coordinate::{free_motion_names, joint_coordinate_name, turns_by_quaternion};
-use crate::joint::{self, Sides};
+use crate::joint::{self, OnCurve, Sides};
 use crate::pose::Pose;
 use crate::quaternion::Quaternion;
 use crate::spatial::{self, Rotation};
 use crate::tree::{Branch, Tree};
 use bksim_model::{
-    Anchor, BodyId, Joint, JointId, Model, MotionKind, PointId, Space, State, StateId, Vector,
+    Anchor, BodyId, Joint, JointId, JointKind, Model, MotionKind, PointId, Space, State, StateId,
+    Vector,
 };
 
 /// Four coordinates that are the quaternion of a body's turning against its parent in the tree.
@@ -102,6 +103,13 @@ impl Kinematics {
             };
             kinematics.poses[body.0] = pose;
         }
+        for &id in &tree.cuts {
+            let joint = &model.joints[id.0];
+            if let JointKind::PointOnCurve { .. } = joint.kind {
+                let name = joint_coordinate_name(joint, &joint::motions(pool, joint), 0);
+                kinematics.add_coordinate(model, name, CoordinateKind::Angle, Owner::Joint(id, 0));
+            }
+        }
         if form == Form::Motion {
             for (idx, state) in model.states.iter().enumerate() {
                 kinematics.add_state(model, state, StateId(idx));
@@ -137,7 +145,22 @@ impl Kinematics {
             successor: self.frame(model, joint.successor),
             p_world_predecessor: self.anchor(model, joint.predecessor),
             p_world_successor: self.anchor(model, joint.successor),
+            on_curve: self.on_curve(model, joint),
         }
+    }
+
+    /// The place of a joint on the curve that it follows.
+    fn on_curve(&self, model: &Model, joint: &Joint) -> Option<OnCurve> {
+        let JointKind::PointOnCurve { curve } = joint.kind else { return None };
+        let id = model.joints.iter().position(|of| of.name == joint.name).map(JointId)?;
+        let pool = &model.pool;
+        let curve = &model.curves[curve.0];
+        let parameter = self.coordinates.get(*self.first_of_joint.get(&id)?)?.q;
+        let parameter = pool.symbol_expr(parameter);
+        let here = |e: Expr| pool.substitute(e, &[(curve.parameter, parameter)]);
+        let offset = curve.position.map(here);
+        let tangent = curve.position.map(|e| here(pool.diff(e, curve.parameter)));
+        Some(OnCurve { offset, tangent })
     }
 
     /// The coordinates whose value or velocity occurs in some expressions, ascending.

@@ -21,6 +21,8 @@ ids! {
     DriveId,
     /// Index into [`Model::couplings`](crate::Model::couplings).
     CouplingId,
+    /// Index into [`Model::curves`](crate::Model::curves).
+    CurveId,
     /// Index into [`Model::parameters`](crate::Model::parameters).
     ParameterId,
     /// Index into [`Model::states`](crate::Model::states).

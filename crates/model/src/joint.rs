@@ -4,7 +4,7 @@ use bksim_expr::Expr;
 
 use crate::body::Anchor;
 use crate::diagnostic::Span;
-use crate::ids::Vector;
+use crate::ids::{CurveId, Vector};
 
 /// A connection of two bodies, from `predecessor` to `successor`.
 ///
@@ -86,6 +86,12 @@ pub enum JointKind {
     /// The points coincide, and both bodies turn about their `axis` by the same angle; always a
     /// constraint.
     ConstantVelocity,
+    /// The point of the successor stays on a curve of the predecessor; always a constraint, with the curve's
+    /// parameter as a coordinate of its own.
+    PointOnCurve {
+        /// The curve, in the frame of the predecessor's point.
+        curve: CurveId,
+    },
 }
 
 /// Turning or sliding.
@@ -99,7 +105,7 @@ pub enum MotionKind {
 
 /// The words of a joint type in a model file, and its motions in the order of their coordinates:
 /// first translations, then rotations, each about an axis that those before it have turned.
-pub const JOINT_TYPES: [(&str, &[MotionKind]); 16] = {
+pub const JOINT_TYPES: [(&str, &[MotionKind]); 17] = {
     use MotionKind::{Rotation, Translation};
     [
         ("revolute", &[Rotation]),
@@ -118,6 +124,7 @@ pub const JOINT_TYPES: [(&str, &[MotionKind]); 16] = {
         ("parallel-axes", &[Translation, Translation, Translation, Rotation]),
         ("perpendicular-axes", &[Translation, Translation, Translation, Rotation, Rotation]),
         ("constant-velocity", &[]),
+        ("point-on-curve", &[Rotation]),
     ]
 };
 
@@ -141,6 +148,7 @@ impl JointKind {
             Self::ParallelAxes => 13,
             Self::PerpendicularAxes { .. } => 14,
             Self::ConstantVelocity => 15,
+            Self::PointOnCurve { .. } => 16,
         }
     }
 
@@ -150,7 +158,7 @@ impl JointKind {
     }
 
     /// The elementary motions that a joint of this kind allows, in the order of its coordinates; none
-    /// for a kind that is always cut.
+    /// for a kind that is always cut, but the parameter of a curve, which counts as an angle.
     pub fn motions(&self) -> &'static [MotionKind] {
         JOINT_TYPES[self.row()].1
     }
@@ -159,15 +167,16 @@ impl JointKind {
     pub fn n_taken(&self) -> i64 {
         match self {
             Self::Link { .. } => 1,
+            Self::PointOnCurve { .. } => 2,
             Self::ConstantVelocity => 4,
             _ => self.motions().iter().fold(6, |left, _| left - 1),
         }
     }
 
-    /// Whether no coordinates describe the motions of this kind, so that it is a constraint wherever
+    /// True where no coordinates describe all motions of this kind, so that it is a constraint wherever
     /// it stands.
     pub fn is_always_cut(&self) -> bool {
-        matches!(self, Self::Link { .. } | Self::ConstantVelocity)
+        matches!(self, Self::Link { .. } | Self::ConstantVelocity | Self::PointOnCurve { .. })
     }
 
     /// Whether its bodies turn about all axes.

@@ -17,6 +17,7 @@
 
 mod body;
 mod coupling;
+mod curve;
 pub mod diagnostic;
 mod drive;
 pub mod file;
@@ -33,9 +34,11 @@ mod table;
 
 pub use body::{Anchor, Body, FixedTurn, Inertia, Point, Solid, SolidForm};
 pub use coupling::{Coupling, CouplingKind, Rack, Wheels};
+pub use curve::Curve;
 pub use drive::Drive;
 pub use ids::{
-    BodyId, CouplingId, DriveId, GROUND, JointId, LoadId, ParameterId, PointId, StateId, Vector,
+    BodyId, CouplingId, CurveId, DriveId, GROUND, JointId, LoadId, ParameterId, PointId, StateId,
+    Vector,
 };
 pub use joint::{JOINT_TYPES, Joint, JointKind, MotionKind, motion_words};
 pub use load::{FrictionLaw, Load, LoadKind, Surface};

@@ -10,6 +10,7 @@ use bksim_expr::{Expr, Pool, PoolSnapshot, SymbolId};
 
 use crate::body::Body;
 use crate::coupling::Coupling;
+use crate::curve::Curve;
 use crate::diagnostic::Span;
 use crate::drive::Drive;
 use crate::ids::ParameterId;
@@ -43,6 +44,8 @@ pub struct Model<P = Pool> {
     pub loads: Vec<Load>,
     /// In file order.
     pub couplings: Vec<Coupling>,
+    /// The curves that points follow.
+    pub curves: Vec<Curve>,
     /// In file order.
     pub drives: Vec<Drive>,
     /// Quantities that are integrated with the motion, in file order.
@@ -78,6 +81,7 @@ impl<P> Model<P> {
             joints: self.joints.clone(),
             loads: self.loads.clone(),
             couplings: self.couplings.clone(),
+            curves: self.curves.clone(),
             drives: self.drives.clone(),
             states: self.states.clone(),
             named_signals: self.named_signals.clone(),

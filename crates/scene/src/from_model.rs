@@ -4,6 +4,7 @@
 //! itself.
 
 mod bodies;
+mod curves;
 mod ground;
 mod markers;
 mod numbers;
@@ -50,6 +51,7 @@ impl Scene {
 
         // Back to front; springs lie between the bodies and the pins, see `Role::is_in_front`.
         let mut shapes = sketch.ground();
+        shapes.extend(sketch.curves());
         let (blocks, others): (Vec<usize>, Vec<usize>) =
             (1..model.bodies.len()).partition(|&body| sketch.is_slider(body));
         for body in blocks.into_iter().chain(others) {

@@ -44,6 +44,8 @@ fn gruebler(model: &Model) -> i64 {
     // What a joint of a planar model takes out of the plane, no body had.
     let taken = |kind: &JointKind| match kind {
         JointKind::Link { .. } => 1,
+        // One direction across the curve in a plane, two in space.
+        JointKind::PointOnCurve { .. } => freedoms / 3,
         kind => kind.n_taken() - (6 - freedoms),
     };
     let taken: i64 = model.joints.iter().map(|joint| taken(&joint.kind)).sum();

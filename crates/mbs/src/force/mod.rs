@@ -65,6 +65,15 @@ impl Wrench {
     }
 }
 
+/// The efforts of loads on the parameters of curves, each with the joint that follows it.
+pub(crate) fn efforts_on_curves(
+    model: &Model,
+    kinematics: &Kinematics,
+    signals: &[(SymbolId, Expr)],
+) -> Vec<(JointId, Expr)> {
+    torsion::efforts_on_curves(&Context { model, pool: &model.pool, kinematics, signals })
+}
+
 /// The effect of one load.
 #[derive(Clone, Debug, Default)]
 pub struct Action {

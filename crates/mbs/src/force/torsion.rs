@@ -6,7 +6,7 @@ use super::context::Context;
 use super::{Action, Wrench};
 use crate::joint;
 use crate::spatial;
-use bksim_model::{JointId, Vector};
+use bksim_model::{JointId, JointKind, Load, LoadKind, Vector};
 
 /// V = ½ k (θ − θ₀)² about one rotation of the joint; the damper resists with −c θ′.
 pub(super) fn action(
@@ -18,16 +18,11 @@ pub(super) fn action(
 ) -> Action {
     let Context { model, pool, kinematics, .. } = *context;
     let joint = &model.joints[joint_id.0];
-
-    // The law, as for a spring between two points.
-    let has_potential =
-        !pool.is_zero(stiffness) && context.is_constant(stiffness) && context.is_constant(angle);
-    let [stiffness, angle, damping] = [stiffness, angle, damping].map(|e| context.resolved(e));
     let positions = kinematics.joint_positions(model, joint_id);
-    let position = positions[motion_idx];
-    let twist = pool.sub(position, angle);
-    let elastic = pool.neg(pool.mul(stiffness, twist));
-    let viscous = pool.neg(pool.mul(damping, kinematics.rate(model, position)));
+    let law = Law::of(context, positions[motion_idx], [stiffness, angle, damping]);
+    if let JointKind::PointOnCurve { .. } = joint.kind {
+        return Action::of_parts(law.potential, Vec::new(), Vec::new());
+    }
 
     // The torque on the successor about the axis, and its opposite on the predecessor.
     let sides = kinematics.sides(model, joint);
@@ -47,6 +42,48 @@ pub(super) fn action(
             turn(joint.predecessor.body, torque, &opposite),
         ]
     };
-    let potential = has_potential.then(|| context.half_square(stiffness, twist));
-    Action::of_parts(potential, pair(elastic), pair(viscous))
+    Action::of_parts(law.potential, pair(law.elastic), pair(law.viscous))
+}
+
+/// The law of a torsion spring and damper, as for those between two points.
+struct Law {
+    /// N m.
+    elastic: Expr,
+    /// N m.
+    viscous: Expr,
+    /// J, of the elastic part.
+    potential: Option<Expr>,
+}
+
+impl Law {
+    fn of(context: &Context<'_>, position: Expr, [stiffness, angle, damping]: [Expr; 3]) -> Self {
+        let Context { model, pool, kinematics, .. } = *context;
+        let has_potential = !pool.is_zero(stiffness)
+            && context.is_constant(stiffness)
+            && context.is_constant(angle);
+        let [stiffness, angle, damping] = [stiffness, angle, damping].map(|e| context.resolved(e));
+        let twist = pool.sub(position, angle);
+        Self {
+            elastic: pool.neg(pool.mul(stiffness, twist)),
+            viscous: pool.neg(pool.mul(damping, kinematics.rate(model, position))),
+            potential: has_potential.then(|| context.half_square(stiffness, twist)),
+        }
+    }
+}
+
+/// The efforts of torsion springs and dampers on parameters of curves, each with its joint; those with a potential
+/// are its gradient.
+pub(super) fn efforts_on_curves(context: &Context<'_>) -> Vec<(JointId, Expr)> {
+    let Context { model, pool, kinematics, .. } = *context;
+    let effort = |load: &Load| {
+        let LoadKind::Torsion { joint, motion_idx, stiffness, angle, damping } = load.kind else {
+            return None;
+        };
+        let JointKind::PointOnCurve { .. } = model.joints[joint.0].kind else { return None };
+        let position = kinematics.joint_positions(model, joint)[motion_idx];
+        let law = Law::of(context, position, [stiffness, angle, damping]);
+        let elastic = if law.potential.is_some() { pool.zero() } else { law.elastic };
+        Some((joint, pool.add(elastic, law.viscous)))
+    };
+    model.loads.iter().filter_map(effort).collect()
 }

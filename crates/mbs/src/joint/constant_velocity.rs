@@ -18,7 +18,8 @@ pub(super) fn fixed_turn(_: &Pool, _: &Joint) -> Rotation {
 /// r_P − r_Q = 0, and x_P · y_Q − y_P · x_Q = 0 for two normals of the axis: the relative rotation is
 /// one turn about an axis across it.
 pub(super) fn constraint_rows(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Row> {
-    let mut rows = rows::points_together(pool, sides);
+    let mut rows =
+        rows::points_together(pool, &sides.p_world_predecessor, &sides.p_world_successor);
     let [x, y] = spatial::perpendicular(pool, &joint.axis);
     let one = rows::axes_perpendicular(pool, &x, &y, sides);
     let other = rows::axes_perpendicular(pool, &y, &x, sides);

@@ -19,6 +19,7 @@ mod parallel_axes;
 mod perpendicular_axes;
 mod pin_in_slot;
 mod planar;
+mod point_on_curve;
 mod point_on_line;
 mod point_on_plane;
 mod prismatic;
@@ -120,6 +121,16 @@ pub struct Sides {
     pub p_world_predecessor: Vector,
     /// Joint point on the second body, world axes.
     pub p_world_successor: Vector,
+    /// The place on the curve that the joint follows.
+    pub on_curve: Option<OnCurve>,
+}
+
+/// A place on a curve, in the frame of the predecessor's point.
+pub struct OnCurve {
+    /// From the point, m.
+    pub offset: Vector,
+    /// Its derivative by the parameter, m.
+    pub tangent: Vector,
 }
 
 /// The functions of one kind of joint.
@@ -162,6 +173,7 @@ impl Mechanics {
             JointKind::ParallelAxes => functions!(parallel_axes),
             JointKind::PerpendicularAxes { .. } => functions!(perpendicular_axes),
             JointKind::ConstantVelocity => functions!(constant_velocity),
+            JointKind::PointOnCurve { .. } => functions!(point_on_curve),
         }
     }
 }
@@ -238,6 +250,10 @@ pub fn effort(
     positions: &[Expr],
     sides: &Sides,
 ) -> JointWrench {
+    // An effort on the parameter of a curve enters its own equation, and the bodies by the joint's multipliers.
+    if sides.on_curve.is_some() {
+        return JointWrench::of_force(pool, spatial::zero(pool));
+    }
     let motion = motions(pool, joint)[motion_idx];
     let in_predecessor = match motion.kind {
         MotionKind::Translation => motion.axis,
@@ -258,6 +274,14 @@ pub fn motions_in_world(
     positions: Option<&[Expr]>,
     sides: &Sides,
 ) -> Vec<Motion> {
+    // Along the tangent and about all axes.
+    if let Some(OnCurve { tangent, .. }) = &sides.on_curve {
+        let length = pool.sqrt(spatial::dot(pool, tangent, tangent));
+        let along = spatial::scale(pool, pool.div(pool.one(), length), tangent);
+        let mut motions = vec![Motion::translation(sides.predecessor.rotation.apply(pool, &along))];
+        motions.extend(Motion::turns(pool));
+        return motions;
+    }
     let mut motions = motions(pool, joint);
     for (idx, axis) in positions.iter().flat_map(|it| turns::turned_axes(pool, joint, it)) {
         motions[idx].axis = axis;

@@ -16,7 +16,8 @@ pub(super) fn fixed_turn(_: &Pool, _: &Joint) -> Rotation {
 
 /// r_P − r_Q = 0, and the axes are parallel.
 pub(super) fn constraint_rows(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Row> {
-    let mut rows = rows::points_together(pool, sides);
+    let mut rows =
+        rows::points_together(pool, &sides.p_world_predecessor, &sides.p_world_successor);
     rows.extend(rows::axes_parallel(pool, &joint.axis, sides));
     rows
 }

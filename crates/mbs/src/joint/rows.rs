@@ -6,9 +6,9 @@ use super::{JointWrench, Row, Sides, fixed_turn, rotation};
 use crate::spatial::{self, Turn};
 use bksim_model::{Joint, Vector};
 
-/// r_P − r_Q = 0 along the world axes.
-pub(super) fn points_together(pool: &Pool, sides: &Sides) -> Vec<Row> {
-    let gap = spatial::sub(pool, &sides.p_world_predecessor, &sides.p_world_successor);
+/// r_P − r_Q = 0 along the world axes, for a point of either body.
+pub(super) fn points_together(pool: &Pool, p: &Vector, q: &Vector) -> Vec<Row> {
+    let gap = spatial::sub(pool, p, q);
     let unit = |i: usize| {
         let mut axis = spatial::zero(pool);
         axis[i] = pool.one();

@@ -20,5 +20,5 @@ pub(super) fn fixed_turn(_: &Pool, _: &Joint) -> Rotation {
 
 /// r_P − r_Q = 0.
 pub(super) fn constraint_rows(pool: &Pool, _: &Joint, sides: &Sides) -> Vec<Row> {
-    rows::points_together(pool, sides)
+    rows::points_together(pool, &sides.p_world_predecessor, &sides.p_world_successor)
 }

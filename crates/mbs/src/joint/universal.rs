@@ -17,7 +17,8 @@ pub(super) fn fixed_turn(_: &Pool, _: &Joint) -> Rotation {
 
 /// r_P − r_Q = 0, and the axes are perpendicular.
 pub(super) fn constraint_rows(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Row> {
-    let mut rows = rows::points_together(pool, sides);
+    let mut rows =
+        rows::points_together(pool, &sides.p_world_predecessor, &sides.p_world_successor);
     rows.push(rows::axes_perpendicular(pool, &joint.axis, &second(joint), sides));
     rows
 }

@@ -18,7 +18,8 @@ pub(super) fn fixed_turn(pool: &Pool, joint: &Joint) -> Rotation {
 
 /// r_P − r_Q = 0, and the frames do not turn.
 pub(super) fn constraint_rows(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Row> {
-    let mut rows = rows::points_together(pool, sides);
+    let mut rows =
+        rows::points_together(pool, &sides.p_world_predecessor, &sides.p_world_successor);
     rows.extend(rows::frames_locked(pool, joint, sides));
     rows
 }

@@ -61,6 +61,8 @@ crate::codes! {
     NO_CARRIER = "M081", "wheels without a common carrier";
     BAD_RATIO = "M082", "a ratio that no wheels have";
     NO_SURFACE = "M090", "surfaces that a joint does not have";
+    NO_CURVE = "M091", "a curve that is none";
+    UNKNOWN_CURVE = "M092", "a curve that does not exist";
 }
 
 #[cfg(test)]

@@ -33,10 +33,11 @@ const JOINT_KEYS: [&[&str]; JOINT_TYPES.len()] = [
     &["type", "between", "axis", "coordinate", "cut"],
     &["type", "between", "axis", "second", "coordinate", "cut"],
     &["type", "between", "axis"],
+    &["type", "between", "curve", "coordinate"],
 ];
 
 /// The types that a planar model may have; every other one leaves the plane.
-const PLANAR_TYPES: [&str; 5] = ["revolute", "prismatic", "weld", "slot", "link"];
+const PLANAR_TYPES: [&str; 6] = ["revolute", "prismatic", "weld", "slot", "link", "point-on-curve"];
 
 /// Largest cosine of two axes that are taken as perpendicular.
 const SKEW: f64 = 1e-9;
@@ -123,6 +124,9 @@ impl Reader<'_> {
             "universal" => self.second_axis(fields).map(|second| JointKind::Universal { second }),
             "perpendicular-axes" => {
                 self.second_axis(fields).map(|second| JointKind::PerpendicularAxes { second })
+            }
+            "point-on-curve" => {
+                self.curve_of(fields).map(|curve| JointKind::PointOnCurve { curve })
             }
             "screw" => self.lead(fields).map(|lead| JointKind::Screw { lead }),
             "link" => {

@@ -7,12 +7,12 @@
 use std::f64::consts::PI;
 
 use super::codes;
-use super::pieces::{Columns, MeasuredTable, Piece};
+use super::pieces::{Columns, Piece};
 use super::reader::{Fields, Reader};
-use super::tree::{Node, Table, Value};
+use super::tree::{Node, Value};
 use super::units::Quantity;
 use super::value::{Kind, Scope};
-use crate::diagnostic::{Diagnostic, Span};
+use crate::diagnostic::Diagnostic;
 
 /// Most turns that a law is written out for.
 const MOST_TURNS: f64 = 1000.0;
@@ -55,22 +55,8 @@ struct Segment {
 }
 
 impl Reader<'_> {
-    /// Reads all laws.
-    pub(super) fn read_laws(&mut self, root: &Table) {
-        for (name, span, table) in self.own_tables(root, "curve") {
-            if !self.usable_name(name, &span, "curve") || self.is_taken(name, &span) {
-                continue;
-            }
-            let columns = self.read_law(name, table, span);
-            self.tables.push(MeasuredTable { name: name.to_owned(), columns });
-        }
-    }
-
-    fn read_law(&mut self, name: &str, table: &Table, span: Span) -> Option<Columns> {
-        let owner = format!("curve `{name}`");
-        let fields = Fields::open(self, table, owner, span, &["type", "segments", "turns"]);
-        let node = fields.require(self, "type", "write `type = \"cam-law\"`")?;
-        self.choice(node, &fields.what("type"), &[("cam-law", ())])?;
+    /// A law of motion, as a table of the angle.
+    pub(super) fn read_law(&mut self, fields: &Fields<'_>) -> Option<Columns> {
         let turns = match fields.get("turns") {
             Some(node) => {
                 let what = fields.what("turns");

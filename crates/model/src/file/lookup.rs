@@ -27,6 +27,11 @@ impl Reader<'_> {
             let value = Some(Constant::written(std::f64::consts::PI));
             return Some(Lowered::new(self.pool.pi(), PURE, value, span));
         }
+        if let Some((local, symbol)) = &self.local
+            && local == name
+        {
+            return Some(Lowered::new(*symbol, PURE, None, span));
+        }
         let parts: Vec<&str> = name.split('.').collect();
         let (measure, quantity) = match (parts.as_slice(), self.names.plain(name)) {
             ([_], Some(Meaning::Parameter(idx))) => {

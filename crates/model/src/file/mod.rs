@@ -30,6 +30,7 @@ mod checks;
 mod codes;
 mod contacts;
 mod couplings;
+mod curves;
 mod definition;
 mod frames;
 mod function;
@@ -179,6 +180,8 @@ pub fn read_recorded(source: &Source<'_>, varied: &[String]) -> (Reading, Option
         spatial: None,
         table_calls: Vec::new(),
         tables: Vec::new(),
+        curves: Vec::new(),
+        local: None,
         values: Vec::new(),
         joint_ends: Vec::new(),
         joint_bodies: Vec::new(),

@@ -53,6 +53,16 @@ impl Columns {
         Self { kinds, are_angles, x, pieces, beyond: Beyond::Refused }
     }
 
+    /// As [`Columns::new`]; the end pieces go on straight beyond them.
+    pub(super) fn endless(
+        kinds: [Kind; 2],
+        are_angles: [bool; 2],
+        x: Vec<f64>,
+        pieces: Vec<Piece>,
+    ) -> Self {
+        Self { beyond: Beyond::Linear, ..Self::new(kinds, are_angles, x, pieces) }
+    }
+
     /// The piece that holds at an argument, and the distance from its left end.
     fn piece(&self, x: f64) -> (&Piece, f64) {
         let k = self.x.partition_point(|&from| from <= x).clamp(1, self.pieces.len()) - 1;

@@ -1,9 +1,10 @@
 //! [`Reader`]: the state that all parts of the file reader share, and access to tables that reports
 //! unknown, missing and misplaced keys once each.
 
-use bksim_expr::Pool;
+use bksim_expr::{Expr, Pool};
 
 use super::codes;
+use super::curves::NamedCurve;
 use super::definition::ParameterState;
 use super::names::Names;
 use super::pieces::MeasuredTable;
@@ -36,6 +37,10 @@ pub(super) struct Reader<'a> {
     pub(super) table_calls: Vec<TableCall>,
     /// Measured tables, in file order.
     pub(super) tables: Vec<MeasuredTable>,
+    /// The paths of `[curves]`.
+    pub(super) curves: Vec<NamedCurve>,
+    /// A name that stands for a symbol in the expression that is read.
+    pub(super) local: Option<(String, Expr)>,
     /// The values of states, then of signals, once they are read.
     pub(super) values: Vec<Option<Lowered>>,
     pub(super) faults: Vec<Diagnostic>,

@@ -55,7 +55,7 @@ impl Reader<'_> {
         self.gather_controllers(root);
         self.read_parameters();
         self.read_tables(root);
-        self.read_laws(root);
+        self.read_curves(root);
 
         // The sections, in the order in which they refer to each other.
         let bodies = self.read_bodies(root);
@@ -95,6 +95,7 @@ impl Reader<'_> {
             bodies: bodies?,
             joints: joints?,
             couplings,
+            curves: self.take_curves(),
             loads,
             drives,
             states: controllers.states,

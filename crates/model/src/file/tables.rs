@@ -266,7 +266,7 @@ impl Reader<'_> {
     /// The table as nested conditions on its argument: for the distance from the left end of its piece, and for
     /// every coefficient of the pieces. So a distance stays a distance: multiplied out in powers of the argument,
     /// pieces far from zero would lose their digits.
-    fn piecewise(&self, columns: &Columns, x: Expr) -> Expr {
+    pub(super) fn piecewise(&self, columns: &Columns, x: Expr) -> Expr {
         let pool = &self.pool;
         let number = |value: f64| pool.number(Number::float(value));
         let (first, last) = (columns.x[0], columns.x[columns.x.len() - 1]);

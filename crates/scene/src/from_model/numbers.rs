@@ -30,6 +30,20 @@ impl<'a> Numbers<'a> {
         value.filter(|value| value.is_finite()).unwrap_or(0.0)
     }
 
+    /// As [`Numbers::value`], with a value for one more symbol.
+    pub(super) fn value_at(&self, e: Expr, (symbol, at): (SymbolId, f64)) -> f64 {
+        let known = |s| if s == symbol { Some(at) } else { self.values.get(&s).copied() };
+        self.model.pool.evaluate(e, &known).unwrap_or(f64::NAN)
+    }
+
+    /// A vector from a point, in the frame of that point, as a position in the frame of its body.
+    pub(super) fn in_frame(&self, anchor: Anchor, offset: [f64; 3]) -> [f64; 3] {
+        let body = &self.model.bodies[anchor.body.0];
+        let Some(point) = anchor.point.map(|point| &body.points[point.0]) else { return offset };
+        let (at, turned) = (self.vector(&point.position), self.turned(&point.orientation, offset));
+        std::array::from_fn(|i| at[i] + turned[i])
+    }
+
     pub(super) fn vector(&self, vector: &Vector) -> [f64; 3] {
         vector.map(|e| self.value(e))
     }

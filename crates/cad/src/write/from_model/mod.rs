@@ -70,6 +70,9 @@ pub fn from_model(source: &ModelSource<'_>) -> Result<Vec<u8>, Unwritten> {
     }
     beyond_a_drawing(source.model)?;
     let document: DocumentMut = source.text.parse().map_err(|_| no_place("this text", "it"))?;
+    if let Some(section) = ["tables", "curves"].into_iter().find(|key| document.contains_key(key)) {
+        return Err(no_place(&format!("`[{section}]`"), "this model").into());
+    }
     let positions = Positions::new(source)?;
     let size = positions.symbol_size().max(1e-3 * usual_size(source.unit));
     let mut sketch = Sketch {
