@@ -42,6 +42,12 @@ enum Pending {
     Binary(BinaryOperator, Range<usize>),
     /// `left < right` and its kin: a call of the function named, without parentheses.
     Comparison(&'static str, Range<usize>),
+    /// Both conditions, each 1 or 0: their product.
+    And(Range<usize>),
+    /// One of them at least: the larger.
+    Or(Range<usize>),
+    /// The opposite of a condition: 1 less it.
+    Not(Range<usize>),
     Negate(Range<usize>),
     /// An opening parenthesis; of a call when it has a name.
     Open {
@@ -61,11 +67,14 @@ struct Call {
 fn strength(pending: &Pending) -> u8 {
     match pending {
         Pending::Open { .. } => 0,
-        Pending::Comparison(..) => 1,
-        Pending::Binary(BinaryOperator::Add | BinaryOperator::Subtract, _) => 2,
-        Pending::Binary(BinaryOperator::Multiply | BinaryOperator::Divide, _) => 3,
-        Pending::Negate(_) => 4,
-        Pending::Binary(BinaryOperator::Power, _) => 5,
+        Pending::Or(_) => 1,
+        Pending::And(_) => 2,
+        Pending::Not(_) => 3,
+        Pending::Comparison(..) => 4,
+        Pending::Binary(BinaryOperator::Add | BinaryOperator::Subtract, _) => 5,
+        Pending::Binary(BinaryOperator::Multiply | BinaryOperator::Divide, _) => 6,
+        Pending::Negate(_) => 7,
+        Pending::Binary(BinaryOperator::Power, _) => 8,
     }
 }
 
@@ -117,6 +126,10 @@ impl Parser<'_, '_> {
                     self.open(span, None)?;
                 }
                 Token::Number(ref value) => return self.number(value.clone()),
+                Token::Name if self.lexer.slice() == "not" && !(self.options.is_name)("not") => {
+                    let span = self.lexer.advance()?;
+                    self.pending.push(Pending::Not(span));
+                }
                 Token::Name => {
                     let name = self.lexer.slice().to_owned();
                     let name_span = self.lexer.advance()?;
@@ -149,8 +162,8 @@ impl Parser<'_, '_> {
                 Token::Sign('*') => BinaryOperator::Multiply,
                 Token::Sign('/') => BinaryOperator::Divide,
                 Token::Sign('^') => BinaryOperator::Power,
-                Token::Comparison(function) => {
-                    let pending = Pending::Comparison(function, self.lexer.span.clone());
+                Token::Comparison(_) | Token::Name if self.connective().is_some() => {
+                    let pending = self.connective().expect("it was just looked at");
                     self.reduce(strength(&pending));
                     self.pending.push(pending);
                     self.lexer.advance()?;
@@ -190,6 +203,17 @@ impl Parser<'_, '_> {
             self.pending.push(pending);
             self.lexer.advance()?;
             return Ok(true);
+        }
+    }
+
+    /// A comparison, `and` or `or` where an operator must stand.
+    fn connective(&self) -> Option<Pending> {
+        let span = self.lexer.span.clone();
+        match (&self.lexer.token, self.lexer.slice()) {
+            (Token::Comparison(function), _) => Some(Pending::Comparison(function, span)),
+            (Token::Name, "and") => Some(Pending::And(span)),
+            (Token::Name, "or") => Some(Pending::Or(span)),
+            _ => None,
         }
     }
 
@@ -245,20 +269,40 @@ impl Parser<'_, '_> {
                     self.push(kind, left_span.start..right_span.end);
                 }
                 Pending::Comparison(function, name_span) => {
+                    self.push_call(function, name_span, (right, right_span));
+                }
+                Pending::Or(span) => self.push_call("max", span, (right, right_span)),
+                Pending::And(operator_span) => {
                     let (left, left_span) = self.take_operand();
-                    let (name, arguments) = (function.to_owned(), vec![left, right]);
-                    let kind = SyntaxKind::Call { name, name_span, arguments };
+                    let operator = BinaryOperator::Multiply;
+                    let kind = SyntaxKind::Binary { operator, operator_span, left, right };
                     self.push(kind, left_span.start..right_span.end);
+                }
+                Pending::Not(sign) => {
+                    let (operator, left) = (BinaryOperator::Subtract, self.nodes.len());
+                    let kind = SyntaxKind::Number(Number::from(1));
+                    self.nodes.push(SyntaxNode { kind, span: sign.clone() });
+                    let whole = sign.start..right_span.end;
+                    let kind = SyntaxKind::Binary { operator, operator_span: sign, left, right };
+                    self.push(kind, whole);
                 }
                 Pending::Open { .. } => unreachable!("parentheses hold less tightly than anything"),
             }
         }
     }
 
+    /// A function of the operand before and this one.
+    fn push_call(&mut self, function: &str, name_span: Range<usize>, right: (usize, Range<usize>)) {
+        let (left, left_span) = self.take_operand();
+        let (name, arguments) = (function.to_owned(), vec![left, right.0]);
+        let kind = SyntaxKind::Call { name, name_span, arguments };
+        self.push(kind, left_span.start..right.1.end);
+    }
+
     /// A number and the unit that follows it.
     fn number(&mut self, value: Number) -> Result<(), ParseError> {
         let value_span = self.lexer.advance()?;
-        if self.lexer.token != Token::Name {
+        if self.lexer.token != Token::Name || self.connective().is_some() {
             self.push(SyntaxKind::Number(value), value_span);
             return Ok(());
         }

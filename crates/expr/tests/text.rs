@@ -27,6 +27,25 @@ fn text_reads_like_an_engineer_wrote_it() {
 }
 
 #[test]
+fn conditions_are_joined_by_words() {
+    let pool = Pool::new();
+    let same = |words: &str, signs: &str| {
+        assert_eq!(pool.parse(words).expect(words), pool.parse(signs).expect(signs), "{words}");
+    };
+    same("a < b and c + 1 >= 2*d", "(a < b)*(c + 1 >= 2*d)");
+    same("a < 5 or b > 2", "max(lt(a, 5), gt(b, 2))");
+    same("not a < b", "1 - (a < b)");
+    same("a < b or c < d and e < f", "max(lt(a, b), lt(c, d)*lt(e, f))");
+    same("(a < b or c < d) and not e < f", "max(lt(a, b), lt(c, d))*(1 - lt(e, f))");
+    same("if(not(a < b) and c < 1, x, y)", "if((1 - (a < b))*(c < 1), x, y)");
+    // Names may begin with the words.
+    same("android*orbit + nothing", "orbit*android + nothing");
+    for wrong in ["and a < b", "a < b and", "a < b or or c < d", "not"] {
+        assert!(pool.parse(wrong).is_err(), "{wrong}");
+    }
+}
+
+#[test]
 fn a_sum_among_terms_needs_no_parentheses() {
     let pool = Pool::new();
     let terms = ["b", "a - 2", "c*(a + b)"].map(|text| pool.parse(text).expect(text));
