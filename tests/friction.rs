@@ -164,3 +164,36 @@ fn static_friction_below_the_sliding_one() {
     close("holds", block("mu = 0.5\nstatic = 0.3"), 0.0, within(1e-15));
     close("slides", block("mu = 0.3\nstatic = 0.35"), 0.5, within(1e-9));
 }
+
+/// Every pin of a four-bar rubs; each friction is that of the reaction in its own joint, by both methods.
+#[test]
+fn the_pins_of_a_four_bar() {
+    let mut text = support::example_text("four-bar");
+    let pins = ["A", "B", "C", "D"];
+    for pin in pins {
+        text += &format!(
+            "\n[loads.rub_{pin}]\ntype = \"friction\"\njoint = \"{pin}\"\nmu = 0.15\nradius = \"20 mm\"\n"
+        );
+    }
+    let mechanism = derive(model(&text));
+    let motion = solve(&mechanism);
+    let circle = 0.02 * 0.15f64.atan().sin();
+    let mut largest: f64 = 0.0;
+    for sample in &motion.samples {
+        for pin in pins {
+            let description = format!("friction `rub_{pin}`");
+            let mut multipliers = mechanism.compiled.multipliers.iter();
+            let row = multipliers.position(|m| m.description == description).expect("its row");
+            let [x, y, ..] = reaction(&mechanism, sample, pin);
+            let size = circle * x.hypot(y);
+            largest = largest.max(size);
+            close(&description, sample.lambda[row].abs(), size, within(1e-9));
+        }
+    }
+    assert!(largest > 0.01, "the pins are loaded: {largest} N m at most");
+    let radau = solve(&derive(model(&text.replace("[solve]", "[solve]\nmethod = \"radau\""))));
+    let [a, b] = [&motion, &radau].map(|run| run.samples.last().expect("a sample"));
+    for (x, y) in a.lambda.iter().zip(&b.lambda) {
+        close("multiplier", *y, *x, within(1e-4));
+    }
+}
