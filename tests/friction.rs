@@ -168,13 +168,13 @@ fn static_friction_below_the_sliding_one() {
 /// Every pin of a four-bar rubs; each friction is that of the reaction in its own joint, by both methods.
 #[test]
 fn the_pins_of_a_four_bar() {
-    let mut text = support::example_text("four-bar");
     let pins = ["A", "B", "C", "D"];
-    for pin in pins {
-        text += &format!(
+    let friction = pins.map(|pin| {
+        format!(
             "\n[loads.rub_{pin}]\ntype = \"friction\"\njoint = \"{pin}\"\nmu = 0.15\nradius = \"20 mm\"\n"
-        );
-    }
+        )
+    });
+    let text = support::example_text("four-bar") + &friction.concat();
     let mechanism = derive(model(&text));
     let motion = solve(&mechanism);
     let circle = 0.02 * 0.15f64.atan().sin();

@@ -269,9 +269,9 @@ impl Parser<'_, '_> {
                     self.push(kind, left_span.start..right_span.end);
                 }
                 Pending::Comparison(function, name_span) => {
-                    self.push_call(function, name_span, (right, right_span));
+                    self.push_call(function, name_span, (right, right_span.end));
                 }
-                Pending::Or(span) => self.push_call("max", span, (right, right_span)),
+                Pending::Or(span) => self.push_call("max", span, (right, right_span.end)),
                 Pending::And(operator_span) => {
                     let (left, left_span) = self.take_operand();
                     let operator = BinaryOperator::Multiply;
@@ -291,12 +291,12 @@ impl Parser<'_, '_> {
         }
     }
 
-    /// A function of the operand before and this one.
-    fn push_call(&mut self, function: &str, name_span: Range<usize>, right: (usize, Range<usize>)) {
+    /// A function of the operand before and of `right`, which ends at `end`.
+    fn push_call(&mut self, function: &str, name_span: Range<usize>, (right, end): (usize, usize)) {
         let (left, left_span) = self.take_operand();
-        let (name, arguments) = (function.to_owned(), vec![left, right.0]);
+        let (name, arguments) = (function.to_owned(), vec![left, right]);
         let kind = SyntaxKind::Call { name, name_span, arguments };
-        self.push(kind, left_span.start..right.1.end);
+        self.push(kind, left_span.start..end);
     }
 
     /// A number and the unit that follows it.

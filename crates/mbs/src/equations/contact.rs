@@ -39,8 +39,9 @@ pub fn contact_texts(
             Law::Friction { sliding, sticking, slip, .. } => {
                 let law = "friction: against the rate while it slides, no greater while it sticks";
                 let rate = system.kinematics.rate(model, contact.position);
-                let sense = pool.call(Function::Sign, &[rate]).expect("one argument");
-                let mut limits = vec![pool.substitute(sliding, &[(slip, sense)]), sticking];
+                let sense = pool.call(Function::Sign, &[rate]);
+                let sense: Vec<_> = sense.map(|sense| (slip, sense)).into_iter().collect();
+                let mut limits = vec![pool.substitute(sliding, &sense), sticking];
                 limits.dedup();
                 (law, contact.position, limits)
             }

@@ -19,13 +19,6 @@ const CURVES: [(&str, &[&str]); 3] = [
     ("cam-law", &["type", "segments", "turns"]),
 ];
 
-/// A path, `None` where it could not be read.
-#[derive(Debug)]
-pub(super) struct NamedCurve {
-    name: String,
-    curve: Option<Curve>,
-}
-
 impl Reader<'_> {
     /// Reads all curves: paths for the joints that follow them, laws as functions.
     pub(super) fn read_curves(&mut self, root: &Table) {
@@ -36,7 +29,7 @@ impl Reader<'_> {
             let owner = format!("curve `{name}`");
             let opened = Fields::of_type(self, table, owner, span, &CURVES);
             let Some((word, fields)) = opened else {
-                self.curves.push(NamedCurve { name: name.to_owned(), curve: None });
+                self.curves.push((name.to_owned(), None));
                 continue;
             };
             if word == "cam-law" {
@@ -48,7 +41,7 @@ impl Reader<'_> {
                 "formula" => self.read_formula(name, &fields),
                 _ => self.read_path(name, &fields),
             };
-            self.curves.push(NamedCurve { name: name.to_owned(), curve });
+            self.curves.push((name.to_owned(), curve));
         }
     }
 
@@ -170,13 +163,13 @@ impl Reader<'_> {
         let node =
             fields.require(self, "curve", "write `curve = \"track\"` with the name of a curve")?;
         let quoted = self.text_of(node, &fields.what("curve"), "track")?;
-        let found = self.curves.iter().position(|curve| curve.name == quoted.text);
+        let found = self.curves.iter().position(|(name, _)| name == quoted.text);
         if let Some(idx) = found {
             // One that could not be read was reported there.
-            let read = self.curves[..idx].iter().filter(|curve| curve.curve.is_some()).count();
-            return self.curves[idx].curve.as_ref().map(|_| CurveId(read));
+            let read = self.curves[..idx].iter().filter(|(_, curve)| curve.is_some()).count();
+            return self.curves[idx].1.as_ref().map(|_| CurveId(read));
         }
-        let names: Vec<String> = self.curves.iter().map(|curve| curve.name.clone()).collect();
+        let names: Vec<String> = self.curves.iter().map(|(name, _)| name.clone()).collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let message = format!(
             "{} refers to unknown curve `{}`",
@@ -195,6 +188,6 @@ impl Reader<'_> {
 
     /// The paths that could be read, in the order of their ids.
     pub(super) fn take_curves(&mut self) -> Vec<Curve> {
-        std::mem::take(&mut self.curves).into_iter().filter_map(|curve| curve.curve).collect()
+        std::mem::take(&mut self.curves).into_iter().filter_map(|(_, curve)| curve).collect()
     }
 }

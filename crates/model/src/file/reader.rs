@@ -4,7 +4,6 @@
 use bksim_expr::{Expr, Pool};
 
 use super::codes;
-use super::curves::NamedCurve;
 use super::definition::ParameterState;
 use super::names::Names;
 use super::pieces::MeasuredTable;
@@ -14,6 +13,7 @@ use super::units::FileUnits;
 use super::value::Lowered;
 use super::words::{closest, cut, suggest};
 use crate::body::Anchor;
+use crate::curve::Curve;
 use crate::diagnostic::{Code, Diagnostic, Span};
 use crate::ids::BodyId;
 use crate::table::TableCall;
@@ -37,8 +37,8 @@ pub(super) struct Reader<'a> {
     pub(super) table_calls: Vec<TableCall>,
     /// Measured tables, in file order.
     pub(super) tables: Vec<MeasuredTable>,
-    /// The paths of `[curves]`.
-    pub(super) curves: Vec<NamedCurve>,
+    /// The paths of `[curves]` by name, `None` where one could not be read.
+    pub(super) curves: Vec<(String, Option<Curve>)>,
     /// A name that stands for a symbol in the expression that is read.
     pub(super) local: Option<(String, Expr)>,
     /// The values of states, then of signals, once they are read.

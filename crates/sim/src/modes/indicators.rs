@@ -148,9 +148,10 @@ impl EventIndicators {
                     let held = pool.symbol_expr(system.constraints[contact.row].lambda);
                     let held = pool.call(Sign, &[held]).expect("one argument");
                     let sliding_then = pool.substitute(sliding, &[(slip, pool.neg(held))]);
-                    let sticking = match sticking == sliding_then {
-                        true => sticking,
-                        false => pool.call(Max, &[sticking, sliding_then]).expect("two arguments"),
+                    let sticking = if sticking == sliding_then {
+                        sticking
+                    } else {
+                        pool.call(Max, &[sticking, sliding_then]).expect("two arguments")
                     };
                     (ContactLaw::Friction, contact.position, [sliding, sticking])
                 }
