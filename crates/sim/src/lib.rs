@@ -21,6 +21,7 @@ mod multiplier;
 pub mod pose;
 pub mod redundancy;
 pub mod run;
+mod sampled;
 pub mod sensitivity;
 mod simulation;
 pub mod start;

@@ -49,6 +49,7 @@ mod plausible;
 mod quantity;
 mod reader;
 mod replay;
+mod sampled;
 mod sections;
 mod solids;
 mod solve;
@@ -180,6 +181,7 @@ pub fn read_recorded(source: &Source<'_>, varied: &[String]) -> (Reading, Option
         table_calls: Vec::new(),
         tables: Vec::new(),
         values: Vec::new(),
+        sampled: Vec::new(),
         joint_ends: Vec::new(),
         joint_bodies: Vec::new(),
         topology_unknown: false,
