@@ -251,6 +251,10 @@ fn what_needs_smooth_motion_refuses_clocks() {
     let refused = simulation.plan_sensitivities(&start, &by).expect_err("sampled signals jump");
     assert!(format!("{refused:?}").contains("S012"), "{refused:?}");
 
+    let fast = PID.replace("every = \"10 ms\"", "every = \"1e-15 ms\"");
+    let refused = derive(model(&fast)).start().expect_err("nobody can follow that");
+    assert!(format!("{refused:?}").contains("S020"), "{refused:?}");
+
     let back = PID.replace("t_end = \"2 s\"", "t_end = \"-2 s\"");
     let refused = derive(model(&back)).start().expect_err("ticks go forwards");
     assert!(format!("{refused:?}").contains("S008"), "{refused:?}");

@@ -12,7 +12,7 @@ use bksim_dae::{Loader, Saver, SolveError};
 use bksim_expr::{SymbolId, TapeError};
 use bksim_mbs::signal::signal_values;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::{ClockId, Model};
+use bksim_model::{ClockId, MOST_OUTPUTS, Model, SolveOptions};
 
 use crate::function::{Buffers, Function};
 use crate::input::{InputValues, Inputs, input_symbols, without_inputs};
@@ -188,6 +188,18 @@ impl Ticks {
 }
 
 impl Sampling<'_> {
+    /// The first clock that ticks more often in a run than can be told apart, with its period, s.
+    pub(crate) fn too_many(&self, options: &SolveOptions) -> Option<(ClockId, f64)> {
+        let SolveOptions { t_start, t_end, .. } = *options;
+        let is_too_fast = |Ticks { start, every }: Ticks| {
+            let times = [t_start, t_end, start, t_start - start, t_end - start];
+            let longest = times.iter().fold(0.0, |longest: f64, t| longest.max(t.abs()));
+            longest / every > MOST_OUTPUTS
+        };
+        let clock = self.clocks.iter().position(|&clock| is_too_fast(clock))?;
+        Some((ClockId(clock), self.clocks[clock].every))
+    }
+
     /// The values before any tick of a run that starts at `t`.
     pub(crate) fn begin(&self, t: f64) -> Held {
         let (values, previous) = (self.starts.clone(), self.starts.clone());

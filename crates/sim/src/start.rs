@@ -178,6 +178,9 @@ pub fn start_at(
     // Drives follow the branches that they take at this time; no contact is closed yet.
     let nothing = vec![0.0; compiled.nq()];
     let mut sampling = compiled.sampling(parameters);
+    if let Some((clock, every)) = sampling.too_many(options) {
+        return Err(StartError::TooManyTicks { clock, every });
+    }
     let held = sampling.begin(t);
     let mut modes = compiled.indicators.decided(held, parameters, (t, &nothing, &nothing));
     let mut evaluator = compiled.evaluator(&modes.parameters_with_modes(parameters));

@@ -212,7 +212,12 @@ impl Reader<'_> {
         if !circle.is_empty() {
             let names: Vec<String> =
                 circle.iter().map(|&k| format!("`{}`", read[k].0.name)).collect();
-            let first = read[circle[0]].0;
+            let (first, _, (_, scope), _) = &read[circle[0]];
+            let help = if *scope == Scope::Tick {
+                "use `previous(…)` of one of them, or a quantity of the motion instead"
+            } else {
+                "make one of them a state, or use a quantity of the motion instead"
+            };
             self.report(
                 Diagnostic::error(
                     codes::ALGEBRAIC_LOOP,
@@ -220,7 +225,7 @@ impl Reader<'_> {
                 )
                 .at(first.span.clone(), "part of the circle")
                 .note("a signal has its value at once, so it cannot depend on itself")
-                .help("make one of them a state, or use a quantity of the motion instead"),
+                .help(help),
             );
         }
         for k in order {
