@@ -2,6 +2,8 @@
 
 mod support;
 
+use bksim::model::Outputs;
+use bksim::sim::Stepping;
 use bksim::sim::run::Sample;
 use bksim::sim::sensitivity::Sensitive;
 use bksim::{Mechanism, Motion};
@@ -170,7 +172,7 @@ fn slow_clocks_see_what_fast_ones_have_taken_at_the_same_tick() {
     let mut ticks = 0;
     for (i, sample) in motion.samples.iter().enumerate() {
         let (k, of_slow) = (i / 2, 3 * (i / 6));
-        let named = |value: f64| sample.signals.iter().any(|known| *known == value);
+        let named = |value: f64| sample.signals.contains(&value);
         assert!(named(k as f64), "count {k} at {} s: {:?}", sample.t, sample.signals);
         let slow = 100.0 * of_slow as f64 + of_slow as f64 - 1.0;
         assert!(named(slow), "{slow} at {} s: {:?}", sample.t, sample.signals);
@@ -218,6 +220,98 @@ fn a_tick_may_press_bodies_onto_stops_and_break_friction() {
         let back = 0.3 - (0.4_f64).powi(2);
         close("back", at(&motion, 2.0).q[0], back, within);
     }
+}
+
+#[test]
+fn a_tick_may_carry_an_expression_over_its_kink() {
+    let text = r#"
+    [bodies.block]
+    mass = "10 kg"
+    [joints.S]
+    type = "prismatic"
+    between = ["ground", "block"]
+    axis = [1, 0]
+    [clocks.c]
+    every = "0.5 s"
+    [signals.goal]
+    clock = "c"
+    value = "if(t < 0.3 s, -1 m, 1 m)"
+    [loads.pull]
+    type = "force"
+    on = "block"
+    vector = ["max(0 N, 10 N/m*(goal - S.position))", 0]
+    [solve]
+    t_end = "3 s"
+    every = "0.5 s"
+    rtol = 1e-11
+    atol = 1e-12
+    "#;
+    // From 0.5 s on a spring pulls, until it is slack at x = 1 m.
+    for method in ["explicit", "radau"] {
+        let motion = solve(&with_method(text, method));
+        let within = Within { relative: 0.0, absolute: 1e-9 };
+        close("at rest", at(&motion, 0.5).q[0], 0.0, within);
+        close("pulled", at(&motion, 1.5).q[0], 1.0 - 1.0_f64.cos(), within);
+        let slack = 0.5 + std::f64::consts::FRAC_PI_2;
+        close("slack", at(&motion, 3.0).q[0], 1.0 + 3.0 - slack, within);
+    }
+}
+
+#[test]
+fn every_formulation_and_fixed_steps_end_at_ticks() {
+    let last = recursion(200)[199];
+    let with = |option: &str| {
+        let text = PID.replace("[solve]\n", &format!("[solve]\n{option}\n"));
+        solve(&derive(model(&text)))
+    };
+    let radau = "method = \"radau\"\nformulation = ";
+    for name in ["index1", "index2", "index3", "ggl"] {
+        let motion = with(&format!("{radau}\"{name}\""));
+        let within = Within { relative: 0.0, absolute: 1e-9 };
+        close(name, motion.samples[399].q[0], last[2], within);
+    }
+    // Steps that do not fit the period; the force is constant in each, so that they are exact.
+    for method in ["explicit", "radau"] {
+        let motion = with(&format!("step = \"3.7 ms\"\nmethod = \"{method}\""));
+        let within = Within { relative: 0.0, absolute: 1e-10 };
+        close(method, motion.samples[399].q[0], last[2], within);
+    }
+}
+
+#[test]
+fn steps_as_outputs_show_what_holds_from_the_tick_on() {
+    let mut model = model(PID);
+    model.solve.outputs = Outputs::Steps;
+    let motion = solve(&derive(model));
+    let rows = recursion(200);
+    for (k, row) in rows.iter().enumerate() {
+        let sample = at(&motion, 0.005 + 0.01 * k as f64);
+        close("force", sample.signals[2], row[6], Within { relative: 0.0, absolute: 1e-9 });
+    }
+    assert!(motion.samples.windows(2).all(|pair| pair[0].t < pair[1].t));
+}
+
+#[test]
+fn an_input_that_changes_leaves_the_ticks_and_what_is_held() {
+    let text = PID.replace("[\"force\", 0]", "[\"force + push\", 0]");
+    let text = format!("[parameters]\npush = \"0 N\"\n{text}");
+    let simulation = derive(model(&text)).simulation().expect("equations");
+    let mut run = simulation.begin().expect("a start");
+    // Between two ticks, and at one.
+    for (t, push) in [(0.012, 1.0), (0.035, -1.0)] {
+        run.advance_to(t).expect("a run");
+        run.set_input("push", push).expect("an input");
+    }
+    let force = |run: &Stepping| run.sample().signals[2];
+    let at_tick = force(&run);
+    run.advance_to(0.044).expect("a run");
+    assert_eq!(force(&run), at_tick, "held up to the next tick");
+    let (a, v) = (run.sample().a[0], run.sample().v[0]);
+    close("a", a, (at_tick - 1.0) / 2.0, Within { relative: 1e-9, absolute: 1e-9 });
+    run.advance_to(0.046).expect("a run");
+    assert!(force(&run) != at_tick, "the tick at 45 ms");
+    let halves = 0.001 * (a + run.sample().a[0]);
+    close("v", run.sample().v[0], v + halves, Within { relative: 0.0, absolute: 1e-10 });
 }
 
 #[test]

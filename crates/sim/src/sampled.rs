@@ -12,7 +12,7 @@ use bksim_dae::{Loader, Saver, SolveError};
 use bksim_expr::{SymbolId, TapeError};
 use bksim_mbs::signal::signal_values;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::{ClockId, MOST_OUTPUTS, Model, SolveOptions};
+use bksim_model::{ClockId, MOST_OUTPUTS, Model, SampledSignal, SolveOptions};
 
 use crate::function::{Buffers, Function};
 use crate::input::{InputValues, Inputs, input_symbols, without_inputs};
@@ -95,7 +95,7 @@ impl SampledSignals {
         let arguments = [&time[..], &q, &v, &inputs, &held, &previous];
         let measures =
             if held.is_empty() { Vec::new() } else { signal_values(model, &system.kinematics) };
-        let signal = |signal: &bksim_model::SampledSignal| {
+        let signal = |signal: &SampledSignal| {
             let value = model.pool.substitute(signal.value, &measures);
             let value = Function::compile(model, &[value], &arguments, &own)?;
             Ok(CompiledSignal { clock: signal.clock, value })

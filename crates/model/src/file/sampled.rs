@@ -7,9 +7,10 @@ use super::gather::sub_tables;
 use super::lower::Context;
 use super::names::Meaning;
 use super::reader::{Fields, Reader};
+use super::replay::Constant;
 use super::tree::Table;
 use super::units::{Dimension, Quantity};
-use super::value::{Kind, Lowered, Scope};
+use super::value::{Kind, Lowered, Scalar, Scope};
 use super::words::cut;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::ClockId;
@@ -109,8 +110,8 @@ impl Reader<'_> {
     }
 
     /// Whether a clock has a period greater than zero; reports where it has not.
-    fn is_period(&mut self, owner: &str, every: &super::value::Scalar) -> bool {
-        let zero = super::replay::Constant::written(0.0);
+    fn is_period(&mut self, owner: &str, every: &Scalar) -> bool {
+        let zero = Constant::written(0.0);
         let Some(value) = every.value.filter(|&value| !self.constants.is_above(value, zero)) else {
             return true;
         };
