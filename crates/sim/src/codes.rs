@@ -33,4 +33,5 @@ bksim_model::codes! {
     SLOW = "R012", "far more steps than expected";
     ANGLE_POLE = "R013", "angles at their pole";
     TABLE_LEFT = "R014", "a table is left";
+    NO_SIGNAL = "R015", "a sampled signal without a value";
 }

@@ -65,6 +65,13 @@ pub(crate) struct Tick {
     slack: f64,
 }
 
+/// A sampled signal has no finite value at a tick.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct NoSignal {
+    /// Its index.
+    pub(crate) signal: usize,
+}
+
 /// [`SampledSignals`] at one set of parameters, with their buffers.
 #[derive(Clone, Debug)]
 pub(crate) struct Sampling<'a> {
@@ -213,7 +220,16 @@ impl Sampling<'_> {
     }
 
     /// Takes the values of the signals whose clocks tick at `t`, at a state.
-    pub(crate) fn tick(&mut self, t: f64, q: &[f64], v: &[f64], held: &mut Held) {
+    ///
+    /// # Errors
+    /// [`NoSignal`] names the first without a finite value.
+    pub(crate) fn tick(
+        &mut self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        held: &mut Held,
+    ) -> Result<(), NoSignal> {
         let Self { signals, clocks, buffers, inputs, .. } = self;
         let all = signals.signals.iter().zip(buffers).enumerate();
         let ticking = all.filter(|(_, (signal, _))| clocks[signal.clock.0].is_at(t));
@@ -224,9 +240,14 @@ impl Sampling<'_> {
         for (k, (signal, buffers)) in ticking {
             let inputs = inputs.at(t, q, v);
             let arguments = [&[t], q, v, inputs, &held.values, &held.previous];
-            held.values[k] = signal.value.evaluate(buffers, &arguments)[0];
+            let value = signal.value.evaluate(buffers, &arguments)[0];
+            if !value.is_finite() {
+                return Err(NoSignal { signal: k });
+            }
+            held.values[k] = value;
         }
         held.t = t;
+        Ok(())
     }
 }
 

@@ -19,6 +19,7 @@ use crate::modes::Modes;
 use crate::modes::indicators::ContactState;
 use crate::multiplier::{MultiplierSystem, largest};
 use crate::redundancy::{self, Uniqueness};
+use crate::sampled::NoSignal;
 pub use crate::start_error::{Conflict, Gap, Moved, Rival, StartError};
 use crate::state::State;
 use bksim_expr::TapeError;
@@ -197,7 +198,7 @@ pub fn start_at(
 
     // A tick at the start comes before everything that depends on loads.
     if !compiled.sampled.is_empty() {
-        sampling.tick(t, &q, &v, &mut modes.held);
+        sampling.tick(t, &q, &v, &mut modes.held).map_err(no_signal)?;
         evaluator = compiled.evaluator(&modes.parameters_with_modes(parameters));
     }
     let at = evaluator.dynamics(t, &q, &v);
@@ -246,6 +247,11 @@ pub fn start_at(
     })
 }
 
+/// The fault of a signal without a value at the start.
+fn no_signal(fault: NoSignal) -> StartError {
+    StartError::NoConsistentModes(fault.into())
+}
+
 /// Accelerations and multipliers at the start of a mechanism in which nothing switches.
 fn completed(
     evaluator: &mut Evaluator,
@@ -281,7 +287,7 @@ impl Start {
         let state = State { t: *t, q: q.clone(), v: v.clone() };
         let mut sampling = compiled.sampling(parameters);
         let mut held = sampling.begin(*t);
-        sampling.tick(*t, q, v, &mut held);
+        sampling.tick(*t, q, v, &mut held).map_err(no_signal)?;
         let modes = compiled.indicators.decided(held, parameters, (*t, q, v));
         match self.going_on(compiled, parameters, options, state, &modes) {
             Ok(start) => Ok(Cow::Owned(start)),

@@ -27,8 +27,19 @@ pub(super) fn no_consistent_modes(
             loads.dedup();
             contacts_exclude(model, &loads, t)
         }
+        NoConsistentModes::Signal { signal } => without_value(model, *signal, t),
         NoConsistentModes::Jump { row, by } => jump(model, system, *row, *by, t),
     }
+}
+
+/// A sampled signal without a finite value at a tick.
+fn without_value(model: &Model, signal: usize, t: f64) -> Diagnostic {
+    let signal = &model.sampled[signal];
+    let message =
+        format!("signal `{}` has no finite value at the tick at t = {} s", signal.name, short(t));
+    Diagnostic::error(codes::NO_SIGNAL, message)
+        .at(signal.span.clone(), "this has no finite value there")
+        .help("keep what it uses away from there, or write a law that has a value there")
 }
 
 /// A joint that starts where a stop does not let it be.

@@ -234,7 +234,7 @@ impl<'a> Switching<'a> {
         (t, q, v): (f64, Vec<f64>, Vec<f64>),
         changes: &mut Vec<Change>,
     ) -> Result<Option<ConsistentModes>, NoConsistentModes> {
-        self.sampling.tick(t, &q, &v, &mut self.modes.held);
+        self.sampling.tick(t, &q, &v, &mut self.modes.held)?;
         self.rebind();
         if self.compiled.indicators.is_empty() {
             return Ok(None);
