@@ -230,6 +230,11 @@ impl Sampler {
         (observer, mut is_stopping): (&mut dyn Observer, bool),
     ) -> Control {
         self.hold_back(None);
+        // No step follows the end of the run to show what holds there.
+        if observer.wants_segments() && self.schedule.is_end(dense.t1) {
+            self.take_segment(dense, mechanism);
+            observer.segment(&self.segment);
+        }
         while let Some(t) = self.due(dense.t1) {
             self.schedule.next_idx += 1;
             self.take(dense, t, mechanism, summary);
