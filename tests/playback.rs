@@ -125,6 +125,31 @@ fn contacts_and_friction_are_played_in_the_modes_they_had() {
 }
 
 #[test]
+fn sampled_signals_are_played_as_they_were_held() {
+    let text = include_str!("fixtures/elements/encoder-quantised.toml");
+    let text = text.replace("every = 0.02", "every = 0.0013");
+    for method in [Method::Explicit, Method::Radau] {
+        let mut model = model(&text);
+        model.solve.method = method;
+        let mechanism = derive(model);
+        let (samples, bytes) = logged(&mechanism, &text);
+        let mut playback = played(&bytes);
+        for sample in &samples {
+            let found = playback.seek(sample.t).expect("a sample");
+            same("encoder", found, sample, 1e-9);
+            assert_eq!(found.signals, sample.signals, "{method:?}, t = {}", sample.t);
+        }
+        // At a tick, what follows it.
+        let segments = playback.log().segments.clone();
+        for segment in &segments {
+            assert_eq!(playback.seek(segment.t0).expect("a sample").signals, segment.modes);
+        }
+        let is_jump = |pair: &&[Segment]| pair[0].modes != pair[1].modes;
+        assert!(segments.windows(2).filter(is_jump).count() > 100);
+    }
+}
+
+#[test]
 fn signals_and_poses_are_those_of_the_instant() {
     let text = example_text("slider-crank");
     let mechanism = derive(model(&text));

@@ -19,12 +19,12 @@ const BOUNCING: &str = include_str!("fixtures/bouncing-ball.toml");
 
 /// The bits of everything that a sample says.
 fn bits(sample: &Sample) -> Vec<u64> {
-    let Sample { t, q, v, a, lambda, reactions, energy, work, .. } = sample;
+    let Sample { t, q, v, a, lambda, signals, reactions, energy, work, .. } = sample;
     let stats = sample.stats;
     let counters = [stats.n_step, stats.n_residual, stats.n_newton, stats.n_factor, stats.n_solve];
     let mut numbers = vec![*t, *work, sample.step_size, energy.kinetic, energy.potential];
     numbers.push(energy.power);
-    for part in [q, v, a, lambda] {
+    for part in [q, v, a, lambda, signals] {
         numbers.extend(part);
     }
     numbers.extend(reactions.as_flattened());
@@ -96,6 +96,17 @@ fn stops_and_kinks_are_passed_as_if_undisturbed() {
         model.solve.method = method;
         let summary = check(&format!("{method:?}"), &derive(model));
         assert!(summary.changes.len() > 10, "{:?}", summary.changes);
+    }
+}
+
+#[test]
+fn ticks_are_passed_as_if_undisturbed() {
+    for method in [Method::Auto, Method::Explicit, Method::Radau] {
+        let mut model = model(include_str!("fixtures/elements/encoder-quantised.toml"));
+        // Few enough ticks to be stopped after each of their steps; some samples lie on ticks, some do not.
+        (model.solve.t_end, model.solve.every) = (0.05, Some(0.001));
+        model.solve.method = method;
+        check(&format!("{method:?}"), &derive(model));
     }
 }
 

@@ -7,6 +7,6 @@ bksim_model::codes! {
     NOT_REACHED = "Q004", "a pose that is not reached";
     NO_EQUILIBRIUM = "Q005", "no equilibrium";
     UNDETERMINED = "Q006", "unknowns that the equations do not determine";
-    WITH_STATES = "Q007", "a question about a mechanism with states";
+    WITH_STATES = "Q007", "a question about a mechanism with states or clocks";
     BY_REACTIONS = "Q008", "code of friction that follows a reaction";
 }

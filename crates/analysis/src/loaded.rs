@@ -151,16 +151,25 @@ impl Loaded {
     }
 }
 
-/// Refuses a model with states, which have rates of their own where the mechanism rests.
+/// Refuses a model with states, which have rates of their own where the mechanism rests, or with sampled signals,
+/// which remember what was before.
 ///
 /// # Errors
-/// [`AnalysisError::Rejected`] with the first state.
+/// [`AnalysisError::Rejected`] with the first of them.
 pub(crate) fn without_states(model: &Model) -> Result<(), AnalysisError> {
-    let Some(state) = model.states.first() else { return Ok(()) };
-    let message = format!("this question cannot be asked with state `{}`", state.name);
+    let state = model.states.first().map(|state| {
+        let help = "remove the states and what uses them, or give them a value as parameters";
+        (format!("state `{}`", state.name), &state.span, "integrated with the motion", help)
+    });
+    let sampled = model.sampled.first().map(|signal| {
+        let help = "leave out its `clock`, or give it a value as a parameter";
+        (format!("sampled signal `{}`", signal.name), &signal.span, "held from tick to tick", help)
+    });
+    let Some((what, span, label, help)) = state.or(sampled) else { return Ok(()) };
+    let message = format!("this question cannot be asked with {what}");
     let fault = Diagnostic::error(codes::WITH_STATES, message)
-        .at(state.span.clone(), "integrated with the motion")
+        .at(span.clone(), label)
         .note("equilibria, small motions and efforts are those of bodies, joints and loads alone")
-        .help("remove the states and what uses them, or give them a value as parameters");
+        .help(help);
     Err(Rejected(vec![fault]).into())
 }

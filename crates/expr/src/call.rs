@@ -69,6 +69,7 @@ impl Pool {
         ln Ln "Natural logarithm."
         abs Abs "Absolute value."
         sign Sign "Sign: −1, 0 or 1."
+        floor Floor "The largest integer that is not larger."
         sin Sin "Sine of an angle in radians."
         cos Cos "Cosine of an angle in radians."
         tan Tan "Tangent of an angle in radians."

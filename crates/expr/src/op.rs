@@ -27,6 +27,7 @@ pub enum Function {
     Sqrt,
     Abs,
     Sign,
+    Floor,
     Atan2,
     Min,
     Max,
@@ -75,7 +76,7 @@ use Function as F;
 
 /// The table, in the order of the variants of [`Function`].
 #[rustfmt::skip]
-const TABLE: [FunctionRow; 22] = [
+const TABLE: [FunctionRow; 23] = [
     row(F::Sin,   "sin",   1, |a, _| sin_cos(a).0),
     row(F::Cos,   "cos",   1, |a, _| sin_cos(a).1),
     row(F::Tan,   "tan",   1, |a, _| a.tan()),
@@ -90,6 +91,7 @@ const TABLE: [FunctionRow; 22] = [
     row(F::Sqrt,  "sqrt",  1, |a, _| a.sqrt()),
     row(F::Abs,   "abs",   1, |a, _| a.abs()),
     row(F::Sign,  "sign",  1, |a, _| sign(a)),
+    row(F::Floor, "floor", 1, |a, _| a.floor()),
     row(F::Atan2, "atan2", 2, f64::atan2),
     row(F::Min,   "min",   2, |a, b| if a <= b || a.is_nan() { a } else { b }),
     row(F::Max,   "max",   2, |a, b| if a >= b || a.is_nan() { a } else { b }),

@@ -268,6 +268,7 @@ fn constraints(
         .parameters
         .iter()
         .map(|p| p.name.clone())
+        .chain(model.sampled.iter().map(|signal| signal.name.clone()))
         .chain(kinematics.coordinates.iter().flat_map(of_coordinate))
         .collect();
     let mut add = |expression, source, direction, effort, wrenches: Vec<Wrench>| {

@@ -92,7 +92,10 @@ impl Kinematics {
             of_value: HashMap::new(),
             of_velocity: HashMap::new(),
             first_of_joint: HashMap::new(),
-            taken: model.parameters.iter().map(|p| p.name.clone()).collect(),
+            taken: {
+                let held = model.sampled.iter().map(|signal| &signal.name);
+                model.parameters.iter().map(|p| &p.name).chain(held).cloned().collect()
+            },
         };
         for &(body, branch) in &tree.branches {
             let pose = match branch {

@@ -94,7 +94,7 @@ impl SymbolicSystem {
     }
 
     /// Parameters of everything that is compiled: the model's own, then the modes: σ of every
-    /// switch, then κ of every contact, after κ of friction its ς and p₀.
+    /// switch, then κ of every contact, after κ of friction its ς and p₀, then the values of the sampled signals.
     pub fn parameters(&self, model: &Model) -> Vec<SymbolId> {
         let own = model.parameters.iter().map(|p| p.symbol);
         let kinks = self.switches.iter().map(|switch| switch.mode);
@@ -102,7 +102,9 @@ impl SymbolicSystem {
             Law::Stop { .. } => vec![contact.closed],
             Law::Friction { slip, stuck_at, .. } => vec![contact.closed, slip, stuck_at],
         };
-        own.chain(kinks).chain(self.contacts.iter().flat_map(of_contact)).collect()
+        let contacts = self.contacts.iter().flat_map(of_contact);
+        let held = model.sampled.iter().map(|signal| signal.held);
+        own.chain(kinks).chain(contacts).chain(held).collect()
     }
 }
 

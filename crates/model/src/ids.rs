@@ -25,6 +25,8 @@ ids! {
     CurveId,
     /// Index into [`Model::parameters`](crate::Model::parameters).
     ParameterId,
+    /// Index into [`Model::clocks`](crate::Model::clocks).
+    ClockId,
     /// Index into [`Model::states`](crate::Model::states).
     StateId,
     /// Index into [`Body::points`](crate::Body::points) of one body.

@@ -37,13 +37,13 @@ pub use coupling::{Coupling, CouplingKind, Rack, Wheels};
 pub use curve::Curve;
 pub use drive::Drive;
 pub use ids::{
-    BodyId, CouplingId, CurveId, DriveId, GROUND, JointId, LoadId, ParameterId, PointId, StateId,
-    Vector,
+    BodyId, ClockId, CouplingId, CurveId, DriveId, GROUND, JointId, LoadId, ParameterId, PointId,
+    StateId, Vector,
 };
 pub use joint::{JOINT_TYPES, Joint, JointKind, MotionKind, motion_words};
 pub use load::{FrictionLaw, Load, LoadKind, Surface};
 pub use measure::{Axis, Frame, Initial, Measure, Orientation, Signal};
 pub use model::{CoordinatePolicy, Model, Parameter, Space};
 pub use solve::{Formulation, Jit, MOST_OUTPUTS, Method, Outputs, SolveOptions};
-pub use state::{NamedSignal, State};
+pub use state::{Clock, NamedSignal, SampledSignal, State};
 pub use table::TableCall;

@@ -18,7 +18,7 @@ use crate::joint::Joint;
 use crate::load::Load;
 use crate::measure::{Initial, Orientation, Signal};
 use crate::solve::SolveOptions;
-use crate::state::{NamedSignal, State};
+use crate::state::{Clock, NamedSignal, SampledSignal, State};
 use crate::table::TableCall;
 
 /// A whole mechanism as its author stated it; `Model<PoolSnapshot>` is the same for all threads at once.
@@ -52,6 +52,10 @@ pub struct Model<P = Pool> {
     pub states: Vec<State>,
     /// Named expressions, each after those it uses.
     pub named_signals: Vec<NamedSignal>,
+    /// Clocks, in file order.
+    pub clocks: Vec<Clock>,
+    /// Signals that are computed at ticks, each after those it uses.
+    pub sampled: Vec<SampledSignal>,
     /// Calls of tables that have no value beyond their rows.
     pub table_calls: Vec<TableCall>,
     /// Symbols used in expressions of loads and drives, and what they measure.
@@ -85,6 +89,8 @@ impl<P> Model<P> {
             drives: self.drives.clone(),
             states: self.states.clone(),
             named_signals: self.named_signals.clone(),
+            clocks: self.clocks.clone(),
+            sampled: self.sampled.clone(),
             table_calls: self.table_calls.clone(),
             signals: self.signals.clone(),
             initial: self.initial.clone(),

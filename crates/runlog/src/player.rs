@@ -15,6 +15,9 @@ pub struct Player {
     last_idx: usize,
 }
 
+/// Part of an instant that is rounding: those of samples and of ticks are products of different numbers.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
 self_cell!(
     struct OwnedReplay {
         owner: Arc<CompiledSystem>,
@@ -102,14 +105,16 @@ impl Player {
     fn segment_at(&self, segments: &[Segment], t: f64) -> usize {
         let [first, last] = span(segments).unwrap_or_default();
         let forward = if last < first { -1.0 } else { 1.0 };
-        let is_in = |idx: usize| segments.get(idx).is_some_and(|s| s.contains(t) && t != s.t1);
+        // At the end of a segment the next one is shown.
+        let is_over = |s: &Segment| (s.t1 - t) * forward <= ROUNDING * t.abs();
+        let is_in = |idx: usize| segments.get(idx).is_some_and(|s| s.contains(t) && !is_over(s));
         if is_in(self.last_idx) {
             return self.last_idx;
         }
         if is_in(self.last_idx + 1) {
             return self.last_idx + 1;
         }
-        let n_before = segments.partition_point(|s| (s.t1 - t) * forward <= 0.0);
+        let n_before = segments.partition_point(is_over);
         n_before.min(segments.len().saturating_sub(1))
     }
 }

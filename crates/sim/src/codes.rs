@@ -34,5 +34,6 @@ bksim_model::codes! {
     SLOW = "R012", "far more steps than expected";
     ANGLE_POLE = "R013", "angles at their pole";
     TABLE_LEFT = "R014", "a table is left";
+    NO_SIGNAL = "R015", "a sampled signal without a value";
     JAMS = "R016", "a joint that jams while it moves";
 }

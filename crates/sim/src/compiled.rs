@@ -23,6 +23,7 @@ use crate::modes::Modes;
 use crate::modes::indicators::EventIndicators;
 use crate::pressing::{Bearing, PressingMultipliers, bearings, pressing_symbols};
 use crate::redundancy::{MovingInstant, SelfStress, Transmissions, Uniqueness};
+use crate::sampled::{SampledSignals, Sampling};
 use bksim_mbs::constraint::Source;
 use bksim_mbs::coordinate::CoordinateKind;
 use bksim_mbs::reaction::reactions;
@@ -66,6 +67,7 @@ pub struct CompiledSystem {
     pub(crate) reactions: Function,
     /// The functions that decide the modes.
     pub(crate) indicators: EventIndicators,
+    pub(crate) sampled: SampledSignals,
     /// The wrenches that joints in loops transmit.
     pub(crate) transmissions: Transmissions,
     /// Second angles of three in sequence.
@@ -86,6 +88,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     let pool = &model.pool;
     // Modes stand for everything that switches.
     let indicators = EventIndicators::compile(model, system)?;
+    let sampled = SampledSignals::compile(model, system)?;
     let system = system.integrated();
     // Arguments and parameters.
     let coordinates = system.coordinates();
@@ -145,6 +148,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         power,
         reactions: function(&reaction_outputs, &[&q, &v, &a, &lambda, u])?,
         indicators,
+        sampled,
         transmissions: Transmissions::compile(model, system, &q, &parameters)?,
         second_angles: system.kinematics.sequences().iter().map(|three| three[1]).collect(),
         signals: (!signals.is_empty()).then(|| function(&signals, &[&q, &v, u])).transpose()?,
@@ -190,6 +194,11 @@ pub fn solved_accelerations(model: &Model, system: &SymbolicSystem) -> Option<Ve
 }
 
 impl CompiledSystem {
+    /// The sampled signals at these values of the model's own parameters.
+    pub(crate) fn sampling(&self, parameters: &[f64]) -> Sampling<'_> {
+        self.sampled.at(parameters, &self.inputs)
+    }
+
     /// Number of generalised coordinates.
     pub fn nq(&self) -> usize {
         self.shape.nq

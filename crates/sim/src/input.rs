@@ -152,6 +152,10 @@ fn parts(model: &Model, system: &SymbolicSystem) -> Vec<(String, Vec<Expr>)> {
             };
             system.contacts.iter().flat_map(|contact| law(contact.law)).collect()
         }),
+        ("a clock, or where a sampled signal starts", {
+            let clocks = model.clocks.iter().flat_map(|clock| [clock.start, clock.every]);
+            clocks.chain(model.sampled.iter().map(|signal| signal.start)).collect()
+        }),
         ("the start", model.initial.iter().map(|initial| initial.value).collect()),
     ];
     let named = shared.into_iter().map(|(what, parts)| (what.to_owned(), parts));

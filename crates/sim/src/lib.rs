@@ -22,6 +22,7 @@ pub mod pose;
 mod pressing;
 pub mod redundancy;
 pub mod run;
+mod sampled;
 pub mod sensitivity;
 mod simulation;
 pub mod start;

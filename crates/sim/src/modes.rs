@@ -4,14 +4,17 @@
 //! switch     σ            sign of the function u that decides it, ±1
 //! stop       κ            1 in contact, else 0
 //! friction   κ, ς, p₀     κ = 1 while it sticks at p₀; ς = sign p′ while it slips
+//! signal     x            its value since the last tick of its clock
 //! ```
 //!
 //! The compiled functions take them as parameters after the model's own, in this order: all σ, then
-//! the numbers of every contact.
+//! the numbers of every contact, then the sampled signals.
 
 pub(crate) mod indicators;
 
 use bksim_dae::{Loader, Saver, SolveError};
+
+use crate::sampled::Held;
 
 /// The branches and contacts that hold until the next event.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -20,6 +23,8 @@ pub(crate) struct Modes {
     pub(crate) signs: Vec<f64>,
     /// Modes of the contacts, in the order of the system.
     pub(crate) contacts: Vec<ContactMode>,
+    /// Values of the sampled signals.
+    pub(crate) held: Held,
 }
 
 /// The mode of one contact.
@@ -56,6 +61,7 @@ impl Modes {
             saver.count(kind);
             saver.real(value);
         }
+        self.held.save(saver);
     }
 
     /// Takes over the modes of the same switches and contacts; stops and friction keep their kinds.
@@ -73,7 +79,7 @@ impl Modes {
                 _ => return Err(OTHER),
             };
         }
-        Ok(())
+        self.held.load(loader)
     }
 
     /// The model's parameters followed by the numbers of these modes, as
@@ -89,6 +95,7 @@ impl Modes {
                 ContactMode::Stick(position) => all.extend([1.0, 0.0, position]),
             }
         }
+        all.extend(&self.held.values);
         all
     }
 }

@@ -20,6 +20,7 @@ use crate::modes::indicators::ContactState;
 use crate::multiplier::{MultiplierSystem, largest};
 use crate::pressing::Bearing;
 use crate::redundancy::{self, Uniqueness};
+use crate::sampled::NoSignal;
 pub use crate::start_error::{Conflict, Gap, Moved, Rival, StartError};
 use crate::state::State;
 use bksim_expr::TapeError;
@@ -132,7 +133,8 @@ pub fn closed(
     let mut closing = equations.closure.at(parameters, &[]);
     let t = model.solve.t_start;
     let nothing = vec![0.0; compiled.nq()];
-    let modes = compiled.indicators.decided(parameters, t, &nothing, &nothing);
+    let held = compiled.sampling(parameters).begin(t);
+    let modes = compiled.indicators.decided(held, parameters, (t, &nothing, &nothing));
     let mut evaluator = compiled.evaluator(&modes.parameters_with_modes(parameters));
     let (q, rivals) = closing.close_positions(&mut evaluator, t)?;
     Ok(Closed { q, longest_link: closing.longest_link(), rivals })
@@ -168,7 +170,8 @@ pub fn start_at(
         return Err(StartError::NoCoordinates);
     }
     let t = options.t_start;
-    if options.t_end < t && !compiled.indicators.is_empty() {
+    let is_reversible = compiled.indicators.is_empty() && compiled.sampled.is_empty();
+    if options.t_end < t && !is_reversible {
         return Err(StartError::Irreversible);
     }
     if options.too_many().is_some() {
@@ -177,7 +180,12 @@ pub fn start_at(
     let mut closing = equations.closure.at(parameters, stated);
     // Drives follow the branches that they take at this time; no contact is closed yet.
     let nothing = vec![0.0; compiled.nq()];
-    let modes = compiled.indicators.decided(parameters, t, &nothing, &nothing);
+    let mut sampling = compiled.sampling(parameters);
+    if let Some((clock, every)) = sampling.too_many(options) {
+        return Err(StartError::TooManyTicks { clock, every });
+    }
+    let held = sampling.begin(t);
+    let mut modes = compiled.indicators.decided(held, parameters, (t, &nothing, &nothing));
     let mut evaluator = compiled.evaluator(&modes.parameters_with_modes(parameters));
 
     let (q, rivals) = closing.close_positions(&mut evaluator, t)?;
@@ -191,6 +199,11 @@ pub fn start_at(
     let joint_rows: Vec<usize> = (0..compiled.nc()).filter(is_joint_row).collect();
     let joint_rank = dependent_rows(&jacobian.select(&joint_rows)).rank;
 
+    // A tick at the start comes before everything that depends on loads.
+    if !compiled.sampled.is_empty() {
+        sampling.tick(t, &q, &v, &mut modes.held).map_err(no_signal)?;
+        evaluator = compiled.evaluator(&modes.parameters_with_modes(parameters));
+    }
     let at = evaluator.dynamics(t, &q, &v);
     if !at.is_finite() {
         return Err(StartError::NotFinite { q, v });
@@ -264,6 +277,11 @@ fn shared_multiplier(
     }
 }
 
+/// The fault of a signal without a value at the start.
+fn no_signal(fault: NoSignal) -> StartError {
+    StartError::NoConsistentModes(fault.into())
+}
+
 /// Accelerations and multipliers at the start of a mechanism in which nothing switches.
 fn completed(
     evaluator: &mut Evaluator,
@@ -297,7 +315,10 @@ impl Start {
             return Ok(Cow::Borrowed(self));
         }
         let state = State { t: *t, q: q.clone(), v: v.clone() };
-        let modes = compiled.indicators.decided(parameters, *t, q, v);
+        let mut sampling = compiled.sampling(parameters);
+        let mut held = sampling.begin(*t);
+        sampling.tick(*t, q, v, &mut held).map_err(no_signal)?;
+        let modes = compiled.indicators.decided(held, parameters, (*t, q, v));
         match self.going_on(compiled, parameters, options, state, &modes) {
             Ok(start) => Ok(Cow::Owned(start)),
             Err(StartError::BeyondStop { .. }) => Ok(Cow::Borrowed(self)),
@@ -320,7 +341,7 @@ impl Start {
     ) -> Result<Self, StartError> {
         let State { t, q, v } = state;
         let found = if compiled.indicators.is_empty() {
-            let mut evaluator = compiled.evaluator(parameters);
+            let mut evaluator = compiled.evaluator(&before.parameters_with_modes(parameters));
             let mut multipliers =
                 MultiplierSystem::new(&compiled.shape, &self.dependence.dependent);
             let state = State { t, q, v };

@@ -1,7 +1,7 @@
 //! Values of a start, and why there is none.
 
 use bksim_expr::TapeError;
-use bksim_model::{JointId, LoadId};
+use bksim_model::{ClockId, JointId, LoadId};
 
 use crate::hybrid::NoConsistentModes;
 
@@ -28,6 +28,13 @@ pub enum StartError {
     Irreversible,
     /// The options ask for more samples or fixed steps than any log holds.
     TooMuch,
+    /// A clock ticks more often than any run can follow.
+    TooManyTicks {
+        /// The clock.
+        clock: ClockId,
+        /// From tick to tick, s.
+        every: f64,
+    },
     /// The joints cannot meet at all.
     CannotClose {
         /// The gap left at each open joint, largest first.

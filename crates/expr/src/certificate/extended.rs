@@ -143,6 +143,7 @@ impl Extended {
             Function::Sqrt => self.sqrt(),
             Function::Abs if self.high < 0.0 => -self,
             Function::Sign => Self::from(Function::Sign.value(self.high, 0.0)),
+            Function::Floor => self.floor(),
             Function::Atan2 => self.atan2(other),
             Function::Min if less(other, self) => other,
             Function::Max if less(self, other) => other,
@@ -153,6 +154,17 @@ impl Extended {
             Function::Ge => flag(!less(self, other)),
             // Three operands: never called.
             Function::If => Self::from(select(self.high, other.high, other.high)),
+        }
+    }
+
+    /// The largest integer that is not larger.
+    fn floor(self) -> Self {
+        let high = Function::Floor.value(self.high, 0.0);
+        // Where the first number is an integer, the second decides.
+        if high == self.high {
+            two_sum(high, Function::Floor.value(self.low, 0.0))
+        } else {
+            Self::from(high)
         }
     }
 

@@ -81,8 +81,11 @@ impl Program<'_> {
     /// which the standard defines to the last bit, and angles beyond a million.
     fn is_exact(&self) -> bool {
         let is_exact = |function| {
-            use Function::{Abs, Cos, Ge, Gt, If, Le, Lt, Max, Min, Sign, Sin, Sqrt};
-            matches!(function, Abs | Cos | Ge | Gt | If | Le | Lt | Max | Min | Sign | Sin | Sqrt)
+            use Function::{Abs, Cos, Floor, Ge, Gt, If, Le, Lt, Max, Min, Sign, Sin, Sqrt};
+            matches!(
+                function,
+                Abs | Cos | Floor | Ge | Gt | If | Le | Lt | Max | Min | Sign | Sin | Sqrt
+            )
         };
         self.instructions().all(|(_, instruction)| match instruction.action {
             Action::Call(function) => is_exact(function),

@@ -39,7 +39,7 @@ fn rule(function: Function) -> Rule {
         // At a tie the one takes a and the other b, so that min + max has the derivative of a + b.
         F::Min   => Two(|p, a, b| selected(p, p.call_two(F::Le, a, b))),
         F::Max   => Two(|p, a, b| selected(p, p.call_two(F::Gt, a, b))),
-        F::Sign | F::Lt | F::Le | F::Gt | F::Ge => Zero,
+        F::Sign | F::Floor | F::Lt | F::Le | F::Gt | F::Ge => Zero,
         F::If    => Branches,
     }
 }

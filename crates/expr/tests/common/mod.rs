@@ -347,6 +347,7 @@ fn call(function: Function, a: f64, b: f64, c: f64) -> f64 {
         "abs" => a.abs(),
         "sign" if a == 0.0 => a,
         "sign" => a.signum(),
+        "floor" => a.floor(),
         "atan2" => a.atan2(b),
         "min" | "max" if a.is_nan() || b.is_nan() => f64::NAN,
         "min" => a.min(b),

@@ -60,6 +60,9 @@ crate::codes! {
     BAD_RELATION = "M080", "a coupling that couples nothing";
     NO_CARRIER = "M081", "wheels without a common carrier";
     BAD_RATIO = "M082", "a ratio that no wheels have";
+    BAD_CLOCK = "M083", "a clock that does not tick";
+    UNKNOWN_CLOCK = "M084", "unknown clock";
+    NOT_SAMPLED = "M085", "in sampled signals only";
     NO_SURFACE = "M090", "surfaces that a joint does not have";
     NO_CURVE = "M091", "a curve that is none";
     UNKNOWN_CURVE = "M092", "a curve that does not exist";

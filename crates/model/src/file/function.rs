@@ -6,6 +6,7 @@ use super::codes;
 use super::lower::Context;
 use super::reader::Reader;
 use super::replay::Constant;
+use super::sampled::{PREVIOUS, ROUNDINGS, Rounding};
 use super::units::Dimension;
 use super::value::{Kind, Lowered, PURE};
 use super::words::{cut, suggest};
@@ -26,10 +27,15 @@ impl Reader<'_> {
             let arguments: Vec<Lowered> = arguments.iter().cloned().collect::<Option<_>>()?;
             return self.look_up(table_idx, &arguments, span, context);
         }
+        if let Some(rounding) = Rounding::named(name) {
+            return self.rounded(rounding, arguments, (span, location), context);
+        }
         let Some(function) = Function::from_name(name) else {
             let tables: Vec<String> = self.tables.iter().map(|table| table.name.clone()).collect();
             let mut names: Vec<&str> = tables.iter().map(String::as_str).collect();
             Function::names().for_each(|known| names.push(known));
+            names.extend(ROUNDINGS.iter().map(|(known, _)| *known));
+            names.push(PREVIOUS);
             let message = format!("unknown function `{}`", cut(name));
             self.report(
                 Diagnostic::error(codes::UNKNOWN_FUNCTION, message)
@@ -87,6 +93,8 @@ impl Reader<'_> {
                 arguments[0].kind
             }
             F::Sign => PURE,
+            // Called by the names of `sampled`, which know what it takes.
+            F::Floor => arguments[0].kind,
             F::Atan2 | F::Min | F::Max | F::Lt | F::Le | F::Gt | F::Ge | F::If => {
                 let first = arguments.len() - 2;
                 let (a, b) = self.alike(&arguments[first], &arguments[first + 1], "compare")?;

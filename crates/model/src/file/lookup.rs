@@ -68,7 +68,7 @@ impl Reader<'_> {
             _ => return None,
         };
         // Everything else is of the motion: a signal stands for it.
-        if context.scope != Scope::Motion {
+        if matches!(context.scope, Scope::Constant | Scope::Time) {
             self.not_constant(name, span, context);
             return None;
         }

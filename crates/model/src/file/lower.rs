@@ -12,6 +12,7 @@ use super::codes;
 use super::names::Meaning;
 use super::reader::Reader;
 use super::replay::Constant;
+use super::sampled::PREVIOUS;
 use super::tree::Quoted;
 use super::units::{Dimension, Quantity, Scale};
 use super::value::{Kind, Lowered, PURE, Scope, describe};
@@ -30,7 +31,7 @@ pub(super) struct Context<'c> {
     pub(super) quoted: &'c Quoted<'c>,
     pub(super) what: &'c str,
     pub(super) scope: Scope,
-    syntax: &'c Syntax,
+    pub(super) syntax: &'c Syntax,
 }
 
 impl Reader<'_> {
@@ -70,6 +71,9 @@ impl Reader<'_> {
                         continue;
                     };
                     self.binary(*operator, &a, &b, (span, *right), &context)
+                }
+                SyntaxKind::Call { name, arguments, .. } if name == PREVIOUS => {
+                    self.previous(arguments, span, &context)
                 }
                 SyntaxKind::Call { name, name_span, arguments } => {
                     let arguments: Vec<Option<Lowered>> =

@@ -50,6 +50,7 @@ mod plausible;
 mod quantity;
 mod reader;
 mod replay;
+mod sampled;
 mod sections;
 mod solids;
 mod solve;
@@ -183,6 +184,7 @@ pub fn read_recorded(source: &Source<'_>, varied: &[String]) -> (Reading, Option
         curves: Vec::new(),
         local: None,
         values: Vec::new(),
+        sampled: Vec::new(),
         joint_ends: Vec::new(),
         joint_bodies: Vec::new(),
         topology_unknown: false,

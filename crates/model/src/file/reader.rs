@@ -8,6 +8,7 @@ use super::definition::ParameterState;
 use super::names::Names;
 use super::pieces::MeasuredTable;
 use super::replay::{Constant, Constants};
+use super::sampled::SampledName;
 use super::tree::{Entry, Node, Quoted, Table, Value};
 use super::units::FileUnits;
 use super::value::Lowered;
@@ -43,6 +44,8 @@ pub(super) struct Reader<'a> {
     pub(super) local: Option<(String, Expr)>,
     /// The values of states, then of signals, once they are read.
     pub(super) values: Vec<Option<Lowered>>,
+    /// Signals with a clock.
+    pub(super) sampled: Vec<SampledName>,
     pub(super) faults: Vec<Diagnostic>,
     /// How values follow from parameters that vary.
     pub(super) constants: Constants,

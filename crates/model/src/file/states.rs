@@ -1,27 +1,30 @@
 //! `[states.…]` and `[signals.…]`: quantities that are integrated with the motion, and named expressions of
-//! both.
+//! both, some of them sampled.
 
 use std::ops::Range;
 
-use bksim_expr::{Expr, Syntax};
+use bksim_expr::Expr;
 
 use super::codes;
 use super::gather::sub_tables;
 use super::names::Meaning;
 use super::reader::{Fields, Reader};
+use super::sampled::names_used;
 use super::tree::{Node, Table, Value};
 use super::units::{Dimension, Quantity};
 use super::value::{Kind, Lowered, Scope};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::StateId;
 use crate::measure::{Initial, Measure};
-use crate::state::{NamedSignal, State};
+use crate::state::{Clock, NamedSignal, SampledSignal, State};
 
 /// The content of the sections of controllers.
 #[derive(Default)]
 pub(super) struct Controllers {
     pub(super) states: Vec<State>,
     pub(super) signals: Vec<NamedSignal>,
+    pub(super) clocks: Vec<Clock>,
+    pub(super) sampled: Vec<SampledSignal>,
     /// The starts of the states.
     pub(super) initial: Vec<Initial>,
 }
@@ -54,7 +57,8 @@ impl Reader<'_> {
 
     /// Reads states and signals, each signal after those it uses.
     pub(super) fn read_controllers(&mut self, root: &Table) -> Controllers {
-        let mut controllers = Controllers::default();
+        let mut controllers =
+            Controllers { clocks: self.read_clocks(root), ..Controllers::default() };
         let all: Vec<(&str, Span, Option<&Table>)> = ["states", "signals"]
             .into_iter()
             .flat_map(|section| sub_tables(root, section))
@@ -79,7 +83,7 @@ impl Reader<'_> {
             let kind = self.read_state_start(state, id, &fields, &mut controllers.initial);
             opened.push((state, fields, kind));
         }
-        self.read_signals(&signals, &mut controllers.signals);
+        self.read_signals(root, &signals, &mut controllers);
         for (state, fields, kind) in opened {
             if let Some(read) = kind.and_then(|kind| self.read_state_rate(state, &fields, kind)) {
                 controllers.states.push(read);
@@ -163,11 +167,25 @@ impl Reader<'_> {
     }
 
     /// Lowers all signals, each after those it uses; those that use each other are named.
-    fn read_signals(&mut self, entries: &[ControllerEntry<'_>], signals: &mut Vec<NamedSignal>) {
+    fn read_signals(
+        &mut self,
+        root: &Table,
+        entries: &[ControllerEntry<'_>],
+        controllers: &mut Controllers,
+    ) {
         let mut read = Vec::new();
         for entry in entries {
             let owner = format!("signal `{}`", entry.name);
-            let fields = Fields::open(self, entry.table, owner, entry.span.clone(), &["value"]);
+            let is_sampled = entry.table.get("clock").is_some();
+            let keys: &[&str] =
+                if is_sampled { &["clock", "value", "start"] } else { &["value", "clock"] };
+            let fields = Fields::open(self, entry.table, owner, entry.span.clone(), keys);
+            if is_sampled
+                && self.name_sampled(root, (entry.name, entry.value_idx), &fields).is_none()
+            {
+                continue;
+            }
+            let scope = if is_sampled { Scope::Tick } else { Scope::Motion };
             let help = "write for example `value = \"2 N/m*(0.3 m - A.position)\"`";
             let node = fields.require(self, "value", help);
             let what = fields.what("value");
@@ -175,27 +193,31 @@ impl Reader<'_> {
                 let quoted = node.text(self.text)?;
                 self.parse(&quoted, &what, "2 N")
             });
-            read.push((entry, node, what, syntax));
+            read.push((entry, node, (what, scope), syntax));
         }
         // Those that a signal uses come first.
-        let place =
-            |value_idx: usize| entries.iter().position(|entry| entry.value_idx == value_idx);
-        let used: Vec<Vec<usize>> = read
+        let place = |name: &str| match self.names.plain(name) {
+            Some(Meaning::Value(idx)) => read.iter().position(|(entry, ..)| entry.value_idx == idx),
+            _ => None,
+        };
+        let used: Vec<[Vec<usize>; 2]> = read
             .iter()
-            .map(|(_, _, _, syntax)| {
-                let names = syntax.iter().flat_map(Syntax::names);
-                let used = names.filter_map(|(name, _)| match self.names.plain(name) {
-                    Some(Meaning::Value(idx)) => place(idx),
-                    _ => None,
-                });
-                used.collect()
+            .map(|(.., syntax)| match syntax {
+                Some(syntax) => names_used(syntax)
+                    .map(|names| names.into_iter().filter_map(place).collect::<Vec<_>>()),
+                None => [Vec::new(), Vec::new()],
             })
             .collect();
         let (order, circle) = ordered(&used);
         if !circle.is_empty() {
             let names: Vec<String> =
-                circle.iter().map(|&k| format!("`{}`", entries[k].name)).collect();
-            let first = &entries[circle[0]];
+                circle.iter().map(|&k| format!("`{}`", read[k].0.name)).collect();
+            let (first, _, (_, scope), _) = &read[circle[0]];
+            let help = if *scope == Scope::Tick {
+                "use `previous(…)` of one of them, or a quantity of the motion instead"
+            } else {
+                "make one of them a state, or use a quantity of the motion instead"
+            };
             self.report(
                 Diagnostic::error(
                     codes::ALGEBRAIC_LOOP,
@@ -203,17 +225,18 @@ impl Reader<'_> {
                 )
                 .at(first.span.clone(), "part of the circle")
                 .note("a signal has its value at once, so it cannot depend on itself")
-                .help("make one of them a state, or use a quantity of the motion instead"),
+                .help(help),
             );
         }
         for k in order {
-            let (entry, node, what, syntax) = &read[k];
+            let (entry, node, (what, scope), syntax) = &read[k];
+            let scope = *scope;
             let value = match (node, syntax) {
-                (Some(node), Some(syntax)) => node
-                    .text(self.text)
-                    .and_then(|quoted| self.lower(syntax, &quoted, what, Scope::Motion)),
+                (Some(node), Some(syntax)) => {
+                    node.text(self.text).and_then(|quoted| self.lower(syntax, &quoted, what, scope))
+                }
                 (Some(node), None) if matches!(node.value, Value::Number { .. }) => {
-                    self.lowered(node, what, Scope::Motion)
+                    self.lowered(node, what, scope)
                 }
                 (Some(node), None) => {
                     if !matches!(node.value, Value::Text(_)) {
@@ -224,7 +247,14 @@ impl Reader<'_> {
                 }
                 (None, _) => None,
             };
-            let Some(value) = value else { continue };
+            let Some(mut value) = value else { continue };
+            if scope == Scope::Tick {
+                let Some((signal, held)) = self.sampled_signal(entry.value_idx, value) else {
+                    continue;
+                };
+                controllers.sampled.push(signal);
+                value = held;
+            }
             let unit = match value.kind {
                 Kind::Known(dimension) if dimension == Dimension::NONE && value.is_angle => {
                     "rad".to_owned()
@@ -232,7 +262,7 @@ impl Reader<'_> {
                 Kind::Known(dimension) => dimension.to_string(),
                 Kind::Bare => String::new(),
             };
-            signals.push(NamedSignal {
+            controllers.signals.push(NamedSignal {
                 name: entry.name.to_owned(),
                 value: value.expr,
                 unit,
@@ -250,6 +280,7 @@ impl Reader<'_> {
     /// True where an expression follows something of the motion.
     pub(super) fn moves(&self, expr: Expr) -> bool {
         self.names.signals.iter().any(|signal| self.pool.depends_on(expr, signal.symbol))
+            || self.is_held(expr)
     }
 
     /// A value of any dimension.
@@ -271,13 +302,18 @@ impl Reader<'_> {
     }
 }
 
-/// An order in which each comes after those it uses, and the members of a circle, if there is one.
-fn ordered(used: &[Vec<usize>]) -> (Vec<usize>, Vec<usize>) {
+/// An order in which each comes after those it uses at once, and after those of which it uses what was before
+/// where that is possible; and the members of a circle, if there is one.
+fn ordered(used: &[[Vec<usize>; 2]]) -> (Vec<usize>, Vec<usize>) {
     let mut order: Vec<usize> = Vec::new();
     let mut is_done = vec![false; used.len()];
     loop {
-        let is_ready = |&k: &usize| !is_done[k] && used[k].iter().all(|&other| is_done[other]);
-        let ready: Vec<usize> = (0..used.len()).filter(is_ready).collect();
+        let are_done = |others: &[usize]| others.iter().all(|&other| is_done[other]);
+        let left = || (0..used.len()).filter(|&k| !is_done[k] && are_done(&used[k][0]));
+        let mut ready: Vec<usize> = left().filter(|&k| are_done(&used[k][1])).collect();
+        if ready.is_empty() {
+            ready.extend(left().next());
+        }
         if ready.is_empty() {
             break;
         }
@@ -291,7 +327,7 @@ fn ordered(used: &[Vec<usize>]) -> (Vec<usize>, Vec<usize>) {
     let mut way = vec![first];
     loop {
         let here = way[way.len() - 1];
-        let Some(&next) = used[here].iter().find(|&&other| !is_done[other]) else { break };
+        let Some(&next) = used[here][0].iter().find(|&&other| !is_done[other]) else { break };
         if let Some(start) = way.iter().position(|&known| known == next) {
             way.drain(..start);
             way.push(next);

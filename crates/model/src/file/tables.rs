@@ -9,6 +9,7 @@ use super::codes;
 use super::lower::Context;
 use super::pieces::{Beyond, Columns, MeasuredTable, Piece, spline, straight};
 use super::reader::{Fields, Reader};
+use super::sampled::PREVIOUS;
 use super::tree::{Node, Quoted, Table, Value};
 use super::units::Dimension;
 use super::value::{Kind, Lowered, Scope};
@@ -42,7 +43,7 @@ impl Reader<'_> {
 
     /// Reports a name that a function has.
     pub(super) fn is_taken(&mut self, name: &str, span: &Span) -> bool {
-        let is_taken = Function::from_name(name).is_some();
+        let is_taken = Function::from_name(name).is_some() || name == PREVIOUS;
         if is_taken {
             self.report(
                 Diagnostic::error(codes::NAME_CLASH, format!("the name `{name}` is already taken"))

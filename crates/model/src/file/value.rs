@@ -15,6 +15,8 @@ pub(super) enum Scope {
     Time,
     /// Time and everything of the motion.
     Motion,
+    /// All that, at the ticks of a clock.
+    Tick,
 }
 
 /// A value of the file in SI.

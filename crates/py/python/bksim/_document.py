@@ -22,7 +22,7 @@ from ._parts import (
 
 
 # Sections without classes of their own.
-OTHERS = ("tables", "curves", "couplings", "states", "signals")
+OTHERS = ("tables", "curves", "couplings", "states", "clocks", "signals")
 
 
 @dataclass
@@ -39,7 +39,7 @@ class Document:
     joints: dict[str, Joint] = field(default_factory=dict)
     loads: dict[str, Load] = field(default_factory=dict)
     drives: dict[str, Drive] = field(default_factory=dict)
-    # Tables, curves, couplings, states and signals, as they are written.
+    # Tables, curves, couplings, states, clocks and signals, as they are written.
     others: dict[str, dict[str, Any]] = field(default_factory=dict)
     initial: dict[str, Any] = field(default_factory=dict)
     options: dict[str, Any] = field(default_factory=dict)

@@ -2,7 +2,7 @@
 
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::short;
-use bksim_model::{MOST_OUTPUTS, SolveOptions};
+use bksim_model::{ClockId, MOST_OUTPUTS, Model, SolveOptions};
 
 use crate::codes;
 use crate::compiled::CompiledSystem;
@@ -31,4 +31,17 @@ pub(super) fn too_much(options: &SolveOptions, compiled: &CompiledSystem) -> Dia
     // What a run has where nothing is said.
     let usual = short((options.t_end - options.t_start).abs() / 500.0);
     fault.help(format!("write for example `{key} = \"{usual} s\"`, or end earlier"))
+}
+
+/// The fault of a clock that ticks too often.
+pub(super) fn too_many_ticks(model: &Model, clock: ClockId, every: f64) -> Diagnostic {
+    let clock = &model.clocks[clock.0];
+    let [from, to] = [model.solve.t_start, model.solve.t_end].map(short);
+    let message = format!(
+        "clock `{}` ticks every {every:e} s, from t = {from} s to {to} s more than {MOST_OUTPUTS:e} times",
+        clock.name
+    );
+    Diagnostic::error(codes::TOO_MUCH, message)
+        .at(clock.span.clone(), "too fast for this span of time")
+        .help("give `every` its unit, such as \"2 ms\", or end earlier")
 }

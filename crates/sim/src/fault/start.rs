@@ -46,6 +46,7 @@ pub fn diagnose_start(
         StartError::NoInertia { coordinates } => no_inertia(model, system, compiled, coordinates),
         StartError::SharedReaction { joint } => shared_reaction(model, *joint),
         StartError::TooMuch => amount::too_much(&model.solve, compiled),
+        StartError::TooManyTicks { clock, every } => amount::too_many_ticks(model, *clock, *every),
         StartError::Irreversible => irreversible(model, system),
         StartError::NotFinite { q, v } => not_finite(model, system, compiled, (q, v)),
         StartError::BeyondStop { load, by } => switch::beyond_stop(model, *load, *by),

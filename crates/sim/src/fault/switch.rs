@@ -37,6 +37,7 @@ pub(super) fn no_consistent_modes(
                 _ => contacts_exclude(model, &loads, t),
             }
         }
+        NoConsistentModes::Signal { signal } => without_value(model, *signal, t),
         NoConsistentModes::Jump { row, by } => jump(model, system, *row, *by, t),
     }
 }
@@ -66,6 +67,16 @@ fn jams(load: &Load, t: f64) -> Diagnostic {
         .at(load.span.clone(), "the joint jams while it moves")
         .note("the load on the surfaces grows with the friction, and the friction with the load, without end")
         .help("make the guide longer, bring the forces nearer to it, or make `mu` smaller")
+}
+
+/// A sampled signal without a finite value at a tick.
+fn without_value(model: &Model, signal: usize, t: f64) -> Diagnostic {
+    let signal = &model.sampled[signal];
+    let message =
+        format!("signal `{}` has no finite value at the tick at t = {} s", signal.name, short(t));
+    Diagnostic::error(codes::NO_SIGNAL, message)
+        .at(signal.span.clone(), "this has no finite value there")
+        .help("keep what it uses away from there, or write a law that has a value there")
 }
 
 /// A joint that starts where a stop does not let it be.

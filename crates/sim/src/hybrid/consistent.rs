@@ -4,6 +4,7 @@ use super::bands::Bands;
 use crate::compiled::CompiledSystem;
 use crate::modes::Modes;
 use crate::modes::indicators::Indicator;
+use crate::sampled::NoSignal;
 
 /// An instant at which modes are to be chosen.
 pub(crate) struct Instant<'a> {
@@ -57,6 +58,11 @@ pub enum NoConsistentModes {
         /// The contacts in question.
         contacts: Vec<usize>,
     },
+    /// A sampled signal has no finite value at a tick.
+    Signal {
+        /// The signal.
+        signal: usize,
+    },
     /// A prescribed position jumps.
     Jump {
         /// The constraint row.
@@ -64,4 +70,10 @@ pub enum NoConsistentModes {
         /// By how much, m or rad.
         by: f64,
     },
+}
+
+impl From<NoSignal> for NoConsistentModes {
+    fn from(NoSignal { signal }: NoSignal) -> Self {
+        Self::Signal { signal }
+    }
 }

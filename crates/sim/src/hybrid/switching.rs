@@ -10,6 +10,7 @@ use super::monitor::{Crossed, EventMonitor};
 use crate::compiled::CompiledSystem;
 use crate::modes::indicators::{Indicator, IndicatorEvaluator};
 use crate::modes::{ContactMode, Modes};
+use crate::sampled::{Sampling, Tick};
 use bksim_model::{LoadId, SolveOptions};
 
 /// Something that switched during a run.
@@ -59,6 +60,7 @@ pub(crate) struct Switching<'a> {
     last_event: f64,
     n_short: usize,
     evaluator: IndicatorEvaluator<'a>,
+    sampling: Sampling<'a>,
 }
 
 impl Change {
@@ -138,6 +140,7 @@ impl<'a> Switching<'a> {
             last_event: f64::NEG_INFINITY,
             n_short: 0,
             evaluator,
+            sampling: compiled.sampling(own),
         }
     }
 
@@ -214,7 +217,38 @@ impl<'a> Switching<'a> {
         changes: &mut Vec<Change>,
     ) -> Result<ConsistentModes, NoConsistentModes> {
         self.check_progress(fired, t)?;
+        self.enter(fired, (t, q, v), changes)
+    }
 
+    /// The tick that comes next.
+    pub(crate) fn next_tick(&self) -> Option<Tick> {
+        self.sampling.next(&self.modes.held)
+    }
+
+    /// Takes the values of sampled signals at a tick; `None` where nothing else can change by that.
+    ///
+    /// # Errors
+    /// [`NoConsistentModes`] when the motion cannot go on.
+    pub(crate) fn tick(
+        &mut self,
+        (t, q, v): (f64, Vec<f64>, Vec<f64>),
+        changes: &mut Vec<Change>,
+    ) -> Result<Option<ConsistentModes>, NoConsistentModes> {
+        self.sampling.tick(t, &q, &v, &mut self.modes.held)?;
+        self.rebind();
+        if self.compiled.indicators.is_empty() {
+            return Ok(None);
+        }
+        self.enter(&[], (t, q, v), changes).map(Some)
+    }
+
+    /// Finds the modes from an instant on, and takes them.
+    fn enter(
+        &mut self,
+        fired: &[Indicator],
+        (t, q, v): (f64, Vec<f64>, Vec<f64>),
+        changes: &mut Vec<Change>,
+    ) -> Result<ConsistentModes, NoConsistentModes> {
         // Bands follow the largest values of the switches so far.
         let values = self.evaluator.values(t, &q, &v);
         let wider = Bands::new(self.atol, values, &self.compiled.indicators);

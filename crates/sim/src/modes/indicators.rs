@@ -13,6 +13,7 @@ use bksim_expr::{Expr, SymbolId, TapeError};
 
 use super::{ContactMode, Modes};
 use crate::function::{Buffers, Function};
+use crate::sampled::Held;
 use bksim_mbs::contact::Law;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{LoadId, Model};
@@ -29,6 +30,7 @@ pub(crate) struct EventIndicators {
     /// Whether each switch depends on time alone.
     pub(crate) timed: Vec<bool>,
     pub(crate) contacts: Vec<CompiledContact>,
+    n_sampled: usize,
 }
 
 /// A contact without its expressions.
@@ -177,6 +179,7 @@ impl EventIndicators {
             rates: Function::compile(model, &rates, &[&t, &q, &v, &a], &parameters)?,
             timed: system.switches.iter().map(|switch| switch.is_timed).collect(),
             contacts,
+            n_sampled: model.sampled.len(),
         })
     }
 
@@ -185,7 +188,7 @@ impl EventIndicators {
         self.timed.is_empty() && self.contacts.is_empty()
     }
 
-    /// The modes before anything is known: stops open, friction without force, every σ positive.
+    /// The modes before anything is known: stops open, friction without force, every σ positive, nothing held.
     pub(crate) fn idle(&self) -> Modes {
         let idle = |contact: &CompiledContact| match contact.law {
             ContactLaw::Stop => ContactMode::Open,
@@ -194,12 +197,18 @@ impl EventIndicators {
         Modes {
             signs: vec![1.0; self.timed.len()],
             contacts: self.contacts.iter().map(idle).collect(),
+            held: Held::zeros(self.n_sampled),
         }
     }
 
-    /// The modes with the signs that the switches have at a state, all contacts idle.
-    pub(crate) fn decided(&self, parameters: &[f64], t: f64, q: &[f64], v: &[f64]) -> Modes {
-        let mut modes = self.idle();
+    /// The modes with the signs that the switches have at a state and these values held, all contacts idle.
+    pub(crate) fn decided(
+        &self,
+        held: Held,
+        parameters: &[f64],
+        (t, q, v): (f64, &[f64], &[f64]),
+    ) -> Modes {
+        let mut modes = Modes { held, ..self.idle() };
         // A function may have the mode of one before it in it.
         for _ in 0..=modes.signs.len() {
             let values = self.at(&modes.parameters_with_modes(parameters)).values(t, q, v).clone();
@@ -234,7 +243,8 @@ impl EventIndicators {
             contacts.push(mode);
             rest = after;
         }
-        rest.is_empty().then(|| Modes { signs: signs.to_vec(), contacts })
+        let held = Held::of_values(rest);
+        (rest.len() == self.n_sampled).then(|| Modes { signs: signs.to_vec(), contacts, held })
     }
 
     /// The indicators at the given parameters, which end with the modes.

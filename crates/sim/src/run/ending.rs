@@ -24,6 +24,8 @@ pub(super) enum PhaseEnd {
     OtherRows(Vec<usize>),
     /// Something switched where the run stands now.
     Switched(Crossed),
+    /// A clock ticks where the run stands now.
+    Tick,
     /// The integrator cannot go on; `None` when the motion left its branch.
     Failed(Option<SolveError>),
 }

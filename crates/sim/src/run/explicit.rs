@@ -134,6 +134,8 @@ pub(super) struct ExplicitStepper<'a> {
 /// The state that a phase of explicit steps begins with.
 pub(super) struct ExplicitStart<'s> {
     pub(super) state: &'s State,
+    /// End of the phase, s.
+    pub(super) t_end: f64,
     /// Work of loads and drives so far, J.
     pub(super) work: f64,
     pub(super) multipliers: &'s MultiplierSystem,
@@ -153,12 +155,12 @@ impl<'a> ExplicitStepper<'a> {
         saved: Option<&Checkpoint>,
         monitor: Option<&mut EventMonitor<'a>>,
     ) -> Result<Self, SolveError> {
-        let ExplicitStart { state: State { t, q, v }, work, multipliers, passing } = *start;
+        let ExplicitStart { state: State { t, q, v }, t_end, work, multipliers, passing } = *start;
         let (parameters, shape) = (mechanism.parameters(), &mechanism.compiled().shape);
         let motion = ExplicitMotion::new(mechanism.compiled(), parameters, multipliers.clone());
         let y = [q.as_slice(), v, &[work]].concat();
         let from = From { t: *t, ydot: vec![0.0; y.len()], y };
-        let (settings, t_end) = (ExplicitMotion::settings(options, q.len()), options.t_end);
+        let settings = ExplicitMotion::settings(options, q.len());
         let solver = match saved {
             None => ExplicitSolver::new(motion, from, t_end, settings)?,
             Some(saved) => {

@@ -77,12 +77,15 @@ impl<'a> Run<'a> {
     ) -> Result<bool, Box<Failure>> {
         self.sampler.ask(t);
         loop {
-            // Sample the step that has been taken, or pass it to its end.
+            // Sample the step that has been taken, or pass it to its end, and sample there at a tick.
             if self.is_sampled_at(t)? {
                 return Ok(true);
             }
             let concluded = self.conclude_step(&mut Unobserved, &|| false);
             self.or_held(concluded)?;
+            if self.sampler.sample.t == t {
+                return Ok(true);
+            }
 
             // Take the next one.
             if stop() {

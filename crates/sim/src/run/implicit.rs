@@ -44,6 +44,8 @@ pub(super) struct RadauStepper<'a> {
 /// The state that a phase of Radau's begins with.
 pub(super) struct RadauStart<'s> {
     pub(super) state: &'s State,
+    /// End of the phase, s.
+    pub(super) t_end: f64,
     /// Takes note of the pivots at the state.
     pub(super) multipliers: &'s mut MultiplierSystem,
 }
@@ -61,10 +63,10 @@ impl<'a> RadauStepper<'a> {
         monitor: Option<&mut EventMonitor<'_>>,
     ) -> Result<Self, SolveError> {
         let equations: &MotionEquations = equations;
-        let RadauStart { state, multipliers } = start;
+        let RadauStart { state, t_end, multipliers } = start;
         let State { t, q, v } = state;
         let motion = equations.at(mechanism.parameters(), &mechanism.inactive);
-        let (settings, t_end) = (settings(options, equations), options.t_end);
+        let settings = settings(options, equations);
         let solver = match saved {
             None => {
                 let nc = mechanism.compiled().nc();

@@ -8,6 +8,7 @@ use crate::evaluator::Evaluator;
 use crate::hybrid::{Change, ConsistentModes, Crossed, EventMonitor, NoConsistentModes, Switching};
 use crate::modes::Modes;
 use crate::multiplier::{MultiplierSystem, largest};
+use crate::sampled::Tick;
 use crate::state::State;
 
 /// The mechanism in the modes of the present phase: its functions, and the constraint rows that
@@ -18,6 +19,7 @@ pub(crate) struct PhaseMechanism<'a> {
     pub(crate) evaluator: Evaluator<'a>,
     /// Constraint rows that follow from the others, and those of contacts that are open.
     pub(crate) inactive: Vec<usize>,
+    t_end: f64,
 }
 
 /// Inactive rows count as broken beyond this part of the mechanism's size.
@@ -39,6 +41,7 @@ impl<'a> PhaseMechanism<'a> {
             evaluator: compiled.evaluator(&switching.parameters),
             switching,
             inactive: start.inactive_rows().to_vec(),
+            t_end: options.t_end,
         }
     }
 
@@ -108,6 +111,29 @@ impl<'a> PhaseMechanism<'a> {
         let entered = self.switching.pass(&crossed.fired, (t, q, v), changes)?;
         self.evaluator = self.compiled.evaluator(&self.switching.parameters);
         self.inactive.clone_from(&entered.inactive);
+        Ok(entered)
+    }
+
+    /// The tick that comes next, at most at the end of the run: one that rounding puts beyond it is there.
+    pub(super) fn next_tick(&self) -> Option<Tick> {
+        self.switching.next_tick().filter(|tick| !tick.is_after(self.t_end))
+    }
+
+    /// Passes a tick at `state`; returns the modes from there on where they may be others.
+    ///
+    /// # Errors
+    /// [`NoConsistentModes`] when no modes are consistent.
+    pub(super) fn tick(
+        &mut self,
+        state: State,
+        changes: &mut Vec<Change>,
+    ) -> Result<Option<ConsistentModes>, NoConsistentModes> {
+        let State { t, q, v } = state;
+        let entered = self.switching.tick((t, q, v), changes)?;
+        self.evaluator = self.compiled.evaluator(&self.switching.parameters);
+        if let Some(entered) = &entered {
+            self.inactive.clone_from(&entered.inactive);
+        }
         Ok(entered)
     }
 

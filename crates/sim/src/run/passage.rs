@@ -1,14 +1,18 @@
 //! Passages from one phase of a [`Run`] to the next: another method, other modes, other rows.
 
-use bksim_dae::{Cause, SolveError};
+use bksim_dae::{Cause, Control, SolveError};
 
+use super::dense::DenseOutput;
 use super::ending::PhaseEnd;
+use super::observer::Observer;
 use super::problem::Problem;
-use super::progress::{Halt, Run};
+use super::progress::{Halt, Run, StepOutcome};
+use super::sample::Sample;
 use super::singular::{REGULAR, SingularMonitor};
 use super::summary::{Integrator, MethodChange, Reason};
 use crate::hybrid::{ConsistentModes, Crossed};
 use crate::redundancy::MovingInstant;
+use crate::sampled::Tick;
 use crate::state::State;
 use bksim_model::Method;
 
@@ -32,6 +36,7 @@ impl Run<'_> {
             PhaseEnd::Regular
             | PhaseEnd::Reached
             | PhaseEnd::Switched(_)
+            | PhaseEnd::Tick
             | PhaseEnd::OtherRows(_) => (Integrator::Radau, Reason::Regular),
         };
         if reason == Reason::NoGain {
@@ -91,12 +96,46 @@ impl Run<'_> {
         let changes = &mut self.summary.changes;
         let entered = self.mechanism.switch(crossed, self.reached.clone(), changes);
         let entered = entered.map_err(|no_modes| Halt { error: None, no_modes: Some(no_modes) })?;
+        self.take_modes(entered);
+        Ok(())
+    }
+
+    /// Stands where an event has led.
+    fn take_modes(&mut self, entered: ConsistentModes) {
         self.summary.energy.work += entered.impact_work;
         self.summary.energy.impacts += entered.impact_work;
         self.note_uniqueness(&entered);
         (self.reached.q, self.reached.v) = (entered.q, entered.v);
         self.enter_rows();
+    }
+
+    /// The tick that the run has come to, and not yet passed.
+    pub(super) fn tick_here(&self) -> Option<Tick> {
+        self.mechanism.next_tick().filter(|tick| !tick.is_after(self.reached.t))
+    }
+
+    /// Goes on with the values that sampled signals take at a tick.
+    pub(super) fn enter_tick(&mut self) -> Result<(), Halt> {
+        let changes = &mut self.summary.changes;
+        let entered = self.mechanism.tick(self.reached.clone(), changes);
+        let entered = entered.map_err(|no_modes| Halt { error: None, no_modes: Some(no_modes) })?;
+        if let Some(entered) = entered {
+            self.take_modes(entered);
+        }
         Ok(())
+    }
+
+    /// Passes a tick, and hands out what is due there.
+    pub(super) fn pass_tick(&mut self, observer: &mut dyn Observer) -> Result<StepOutcome, Halt> {
+        self.enter_tick()?;
+        let Self { sampler, mechanism, summary, reached, .. } = self;
+        let Sample { step_size, .. } = sampler.sample;
+        let dense = DenseOutput::instant(reached.as_ref(), step_size, summary.stats);
+        let is_stopping = self.is_stopping;
+        let control = sampler.take_tick(&dense, mechanism, summary, (observer, is_stopping));
+        self.is_stopping |= control == Control::Stop;
+        let is_end = self.reached.t == self.problem.options.t_end && !self.is_stopping;
+        Ok(if is_end { StepOutcome::Reached } else { self.ongoing() })
     }
 
     /// Goes on with the rows that the mechanism now has active.

@@ -340,22 +340,35 @@ impl<'a> Run<'a> {
         if let Ok(None) = end {
             end = Ok(self.judge_pace(&phase, observer));
         }
+        if let Ok(None) = end
+            && self.tick_here().is_some()
+        {
+            end = Ok(Some(PhaseEnd::Tick));
+        }
         let Some(end) = end.unwrap_or_else(|error| Some(self.failed(error))) else {
             self.progress = Progress::Within(phase);
             return Ok(self.ongoing());
         };
         self.multipliers.clone_from(phase.stepper.multipliers());
-        self.end_phase(end)
+        let outcome = self.end_phase(end)?;
+        match self.tick_here() {
+            Some(_) => self.pass_tick(observer),
+            None => Ok(outcome),
+        }
     }
 
     /// Goes over to the next phase, if there is one.
     fn end_phase(&mut self, end: PhaseEnd) -> Result<StepOutcome, Halt> {
-        if matches!(end, PhaseEnd::Reached) {
+        let is_at_tick = self.tick_here().is_some();
+        if matches!(end, PhaseEnd::Reached) && !is_at_tick {
             return Ok(StepOutcome::Reached);
         }
         self.before = self.summary.stats;
         match self.or_switched(end) {
             PhaseEnd::Switched(crossed) => self.pass_event(&crossed)?,
+            // What stood short of a tick has reached it without a step.
+            PhaseEnd::Reached => self.enter_tick()?,
+            PhaseEnd::Tick => (),
             PhaseEnd::OtherRows(inactive) => {
                 self.mechanism.inactive = inactive;
                 self.enter_rows();
@@ -365,7 +378,7 @@ impl<'a> Run<'a> {
         Ok(self.ongoing())
     }
 
-    fn ongoing(&self) -> StepOutcome {
+    pub(super) fn ongoing(&self) -> StepOutcome {
         if self.is_stopping { StepOutcome::Stopped } else { StepOutcome::Ongoing }
     }
 
@@ -380,7 +393,13 @@ impl<'a> Run<'a> {
             Progress::Saved(saved) => Some(saved),
             Progress::Between => None,
         };
-        let Self { problem, mechanism, reached, .. } = self;
+        let Self { problem, mechanism, reached, sampler, .. } = self;
+        // Up to the next tick.
+        let tick = mechanism.next_tick();
+        let end = problem.options.t_end;
+        let t_end =
+            tick.filter(|tick| tick.is_before(end)).map_or(end, |tick| tick.t.max(reached.t));
+        sampler.hold_back(tick);
         let mut monitor = mechanism.monitor(reached);
         let stepper: Box<dyn Stepper + 'a> = match self.method {
             Integrator::Explicit => {
@@ -389,6 +408,7 @@ impl<'a> Run<'a> {
                 }
                 let start = ExplicitStart {
                     state: reached,
+                    t_end,
                     work: self.summary.energy.work,
                     multipliers: &self.multipliers,
                     passing: self.passing,
@@ -397,7 +417,8 @@ impl<'a> Run<'a> {
                 Box::new(ExplicitStepper::new(*problem, &start, mechanism, saved, monitor)?)
             }
             Integrator::Radau => {
-                let start = RadauStart { state: reached, multipliers: &mut self.multipliers };
+                let start =
+                    RadauStart { state: reached, t_end, multipliers: &mut self.multipliers };
                 let (saved, monitor) = (saved.as_ref(), monitor.as_mut());
                 Box::new(RadauStepper::new(*problem, start, mechanism, saved, monitor)?)
             }

@@ -12,6 +12,7 @@ use super::summary::Summary;
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
 use crate::multiplier::MultiplierSystem;
+use crate::sampled::Tick;
 use crate::start::Start;
 use crate::state::{AccelerationRef, StateRef};
 
@@ -38,6 +39,8 @@ pub(crate) struct Sampler {
     second_angles: Vec<usize>,
     /// Up to where the present step has been passed, if it has been begun.
     passed: Option<f64>,
+    /// From here on samples are those of the next phase, s.
+    held_back: f64,
 }
 
 impl Sampler {
@@ -58,6 +61,7 @@ impl Sampler {
             potential_start: 0.0,
             second_angles: compiled.second_angles.clone(),
             passed: None,
+            held_back: f64::INFINITY,
         }
     }
 
@@ -203,7 +207,47 @@ impl Sampler {
     }
 
     fn due(&self, t: f64) -> Option<f64> {
-        self.schedule.due(t, self.sample.t)
+        self.schedule.due(t, self.sample.t).filter(|&due| !self.is_held_back(due))
+    }
+
+    /// Keeps back what is due at a tick, until that is passed.
+    pub(super) fn hold_back(&mut self, tick: Option<Tick>) {
+        self.held_back = tick.map_or(f64::INFINITY, |tick| tick.begin());
+    }
+
+    /// Whether samples at `t` are kept back.
+    pub(super) fn is_held_back(&self, t: f64) -> bool {
+        t >= self.held_back
+    }
+
+    /// Hands out what is due at the instant of `dense`, a tick that has been passed; keeps it for a run that
+    /// goes on where this one is stopping.
+    pub(super) fn take_tick(
+        &mut self,
+        dense: &DenseOutput<'_>,
+        mechanism: &mut PhaseMechanism<'_>,
+        summary: &mut Summary,
+        (observer, mut is_stopping): (&mut dyn Observer, bool),
+    ) -> Control {
+        self.hold_back(None);
+        // No step follows the end of the run to show what holds there.
+        if observer.wants_segments() && self.schedule.is_end(dense.t1) {
+            self.take_segment(dense, mechanism);
+            observer.segment(&self.segment);
+        }
+        while let Some(t) = self.due(dense.t1) {
+            self.schedule.next_idx += 1;
+            self.take(dense, t, mechanism, summary);
+            if self.is_undefined {
+                return Control::Stop;
+            }
+            if is_stopping {
+                self.pending.push(self.sample.clone());
+            } else {
+                is_stopping = self.hand_out(summary, observer) == Control::Stop;
+            }
+        }
+        if is_stopping { Control::Stop } else { Control::Continue }
     }
 
     fn take_segment(&mut self, dense: &DenseOutput<'_>, mechanism: &PhaseMechanism<'_>) {

@@ -63,6 +63,11 @@ impl Schedule {
         (t - earlier) * self.forward() > 0.0
     }
 
+    /// Whether the run ends at `t`.
+    pub(super) fn is_end(&self, t: f64) -> bool {
+        t == self.t_end
+    }
+
     fn forward(&self) -> f64 {
         (self.t_end - self.t_start).signum()
     }

@@ -101,7 +101,8 @@ impl<'a> Run<'a> {
     /// The rows to be inactive from here on, where others than the active ones hold the motion better.
     fn other_rows(&mut self, multipliers: &MultiplierSystem) -> Option<Vec<usize>> {
         let Self { mechanism, reached, .. } = self;
-        let has_choice = !mechanism.inactive.is_empty() && mechanism.modes().is_empty();
+        let switches = !mechanism.compiled().indicators.is_empty();
+        let has_choice = !mechanism.inactive.is_empty() && !switches;
         if !has_choice || multipliers.rank_margin() >= NOTICEABLE {
             return None;
         }
@@ -122,7 +123,8 @@ impl<'a> Run<'a> {
         let stepper = phase.stepper.as_mut();
         let forward = (self.problem.options.t_end - self.problem.start.t).signum();
         let end = crossed.map_or(stepper.t(), |crossed| crossed.t);
-        if (t - end) * forward > 0.0 {
+        // What is due at a tick is sampled after it.
+        if (t - end) * forward > 0.0 || self.sampler.is_held_back(t) {
             return Ok(false);
         }
         let dense = self.dense_output(stepper, crossed)?;

@@ -36,7 +36,7 @@ pub struct SensitivityEquations {
 /// Derives and compiles the derivatives of the motion by `sensitive`, at these parameter values.
 ///
 /// # Errors
-/// [`SensitivityError`] when something in the model switches or cannot be compiled.
+/// [`SensitivityError`] when something in the model switches or is sampled, or cannot be compiled.
 pub fn differentiate(
     model: &Model,
     system: &SymbolicSystem,
@@ -47,6 +47,9 @@ pub fn differentiate(
 ) -> Result<SensitivityEquations, SensitivityError> {
     if !compiled.indicators.is_empty() {
         return Err(SensitivityError::Switches);
+    }
+    if !compiled.sampled.is_empty() {
+        return Err(SensitivityError::Sampled);
     }
     if !model.inputs.is_empty() {
         return Err(SensitivityError::Inputs);

@@ -17,6 +17,8 @@ pub enum SensitivityError {
     Guess(usize),
     /// Something in the model switches.
     Switches,
+    /// The model has signals that are sampled.
+    Sampled,
     /// The model has inputs.
     Inputs,
     /// The constraints and stated values hold for no other value of this quantity.
@@ -53,6 +55,10 @@ pub fn diagnose_sensitivity(model: &Model, error: &SensitivityError) -> Diagnost
         SensitivityError::Switches => {
             fault("the model has stops, dry friction or kinks: its sensitivities jump".to_owned())
                 .help("replace `abs`, `min`, `max`, `sign` and `if` by smooth functions")
+        }
+        SensitivityError::Sampled => {
+            fault("the model has sampled signals, which may jump from tick to tick".to_owned())
+                .help("leave out their `clock`, so that they follow the motion at every instant")
         }
         SensitivityError::Inputs => {
             fault("the model has inputs: nothing is known of their derivatives".to_owned())
