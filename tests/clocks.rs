@@ -121,6 +121,7 @@ fn a_sampled_pid_is_its_discrete_recursion() {
             for (found, expected) in state.iter().chain(&held).zip(row) {
                 close(&format!("{method}, tick {k}"), *found, *expected, within);
             }
+            assert!(tick.step_size > 0.0 && tick.step_size < 0.0101, "{}", tick.step_size);
             // Half way, the force is still that of the tick before.
             close("held", middle.signals[2], force, Within { relative: 1e-9, absolute: 1e-9 });
             close(

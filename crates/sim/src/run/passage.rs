@@ -7,7 +7,6 @@ use super::ending::PhaseEnd;
 use super::observer::Observer;
 use super::problem::Problem;
 use super::progress::{Halt, Run, StepOutcome};
-use super::sample::Sample;
 use super::singular::{REGULAR, SingularMonitor};
 use super::summary::{Integrator, MethodChange, Reason};
 use crate::hybrid::{ConsistentModes, Crossed};
@@ -129,8 +128,7 @@ impl Run<'_> {
     pub(super) fn pass_tick(&mut self, observer: &mut dyn Observer) -> Result<StepOutcome, Halt> {
         self.enter_tick()?;
         let Self { sampler, mechanism, summary, reached, .. } = self;
-        let Sample { step_size, .. } = sampler.sample;
-        let dense = DenseOutput::instant(reached.as_ref(), step_size, summary.stats);
+        let dense = DenseOutput::instant(reached.as_ref(), sampler.step_size, summary.stats);
         let is_stopping = self.is_stopping;
         let control = sampler.take_tick(&dense, mechanism, summary, (observer, is_stopping));
         self.is_stopping |= control == Control::Stop;

@@ -41,6 +41,8 @@ pub(crate) struct Sampler {
     passed: Option<f64>,
     /// From here on samples are those of the next phase, s.
     held_back: f64,
+    /// Of the step that has been passed last, s.
+    pub(super) step_size: f64,
 }
 
 impl Sampler {
@@ -62,6 +64,7 @@ impl Sampler {
             second_angles: compiled.second_angles.clone(),
             passed: None,
             held_back: f64::INFINITY,
+            step_size: 0.0,
         }
     }
 

@@ -174,6 +174,7 @@ impl<'a> Run<'a> {
         }
         self.summary.stats = *stepper.stats();
         self.summary.stats += self.before;
+        self.sampler.step_size = stepper.t() - self.reached.t;
         self.reached.take(stepper.t(), stepper.y());
         Ok(control)
     }
@@ -198,6 +199,7 @@ impl<'a> Run<'a> {
             self.summary.energy.work = y[n - 1];
         }
         self.summary.stats = dense.stats;
+        self.sampler.step_size = dense.h;
         self.reached.take(crossed.t, &y);
         Ok(control)
     }
