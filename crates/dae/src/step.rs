@@ -117,6 +117,9 @@ fn contraction(settings: &Settings, tableau: &Tableau) -> Contraction {
     Contraction::new(tolerance, lax, max_iterations(settings, tableau.s), retreat)
 }
 
+/// Largest last coefficient of the polynomial of a step, in tolerances: dense output and events rest on it.
+const LARGEST_TAIL: f64 = 1e4;
+
 impl Stepper {
     pub(crate) fn new<S: System>(system: &S, settings: &Settings) -> Result<Self, SolveError> {
         let tableaus: Vec<Tableau> = match settings.order {
@@ -199,17 +202,20 @@ impl Stepper {
 
     /// Smoothness of the solution, as the step just accepted shows it.
     pub(crate) fn smoothness(&mut self, h: f64, error: f64) -> Smoothness {
-        let NewtonWork { z, defect, scale, contraction, .. } = &mut self.work;
+        let tail = [self.tail(0), self.tail(1)];
+        Smoothness { h, error, tail, rate: self.work.contraction.rate() }
+    }
+
+    /// Size of one of the last two coefficients of the collocation polynomial, of the unknowns that are tested.
+    fn tail(&mut self, k: usize) -> f64 {
+        let NewtonWork { z, defect, scale, .. } = &mut self.work;
         let n = scale.len();
-        let tail = [0, 1].map(|k| {
-            let coefficient = &mut defect[..n];
-            coefficient.fill(0.0);
-            for (z, factor) in z.chunks_exact(n.max(1)).zip(&self.tableaus[self.current].tail[k]) {
-                coefficient.iter_mut().zip(z).for_each(|(sum, z)| *sum += factor * z);
-            }
-            scale.rms_tested(coefficient)
-        });
-        Smoothness { h, error, tail, rate: contraction.rate() }
+        let coefficient = &mut defect[..n];
+        coefficient.fill(0.0);
+        for (z, factor) in z.chunks_exact(n.max(1)).zip(&self.tableaus[self.current].tail[k]) {
+            coefficient.iter_mut().zip(z).for_each(|(sum, z)| *sum += factor * z);
+        }
+        scale.rms_tested(coefficient)
     }
 
     /// Tries one step of size `at.h` from `at`.
@@ -259,6 +265,8 @@ impl Stepper {
             filter,
             stats,
         );
+        // Where constraints leave no freedom, the ends of steps have no error however long they are.
+        let error = error.max(self.tail(1) / LARGEST_TAIL);
         if error.is_finite() {
             Attempt::Solved { error: Some(error) }
         } else {
