@@ -6,20 +6,26 @@
 //! g(t, q) = 0                          nc rows, m or rad
 //! ```
 //!
-//! Matrices are dense and written row by row. Modes of stops and friction are those of open contacts.
+//! Matrices are dense and written row by row. Kinks of loads and drives take the branch of each state; modes of
+//! stops and friction are those of open contacts.
 
 use bksim_dae::NotFinite;
 
 use crate::compiled::CompiledSystem;
-use crate::evaluator::Evaluator;
+use crate::evaluator::{ConstraintsAt, Evaluator};
+use crate::modes::Modes;
 use crate::multiplier::MultiplierSystem;
 use crate::state::{AccelerationRef, StateRef};
 
 /// The functions at one set of parameters, with their buffers.
 #[derive(Clone, Debug)]
 pub struct Functions<'a> {
+    compiled: &'a CompiledSystem,
     evaluator: Evaluator<'a>,
     multipliers: MultiplierSystem,
+    parameters: Vec<f64>,
+    /// The branches that the evaluator takes.
+    modes: Modes,
     nq: usize,
     nc: usize,
     /// No velocities.
@@ -30,12 +36,39 @@ impl<'a> Functions<'a> {
     /// The functions at these parameters; the constraint rows `dependent` follow from the others.
     pub fn new(compiled: &'a CompiledSystem, parameters: &[f64], dependent: &[usize]) -> Self {
         Self {
+            compiled,
+            parameters: parameters.to_vec(),
+            modes: compiled.indicators.idle(),
             evaluator: compiled.evaluator(parameters),
             multipliers: MultiplierSystem::new(&compiled.shape, dependent),
             nq: compiled.nq(),
             nc: compiled.nc(),
             rest: vec![0.0; compiled.nq()],
         }
+    }
+
+    /// Takes the branches of a state.
+    fn follow(&mut self, t: f64, q: &[f64], v: &[f64]) {
+        let Self { compiled, evaluator, parameters, modes, .. } = self;
+        if modes.signs.is_empty() {
+            return;
+        }
+        let now = compiled.indicators.decided(modes.held.clone(), parameters, (t, q, v));
+        if now != *modes {
+            *evaluator = compiled.evaluator(&now.parameters_with_modes(parameters));
+            *modes = now;
+        }
+    }
+
+    fn follow_at_rest(&mut self, t: f64, q: &[f64]) {
+        let rest = std::mem::take(&mut self.rest);
+        self.follow(t, q, &rest);
+        self.rest = rest;
+    }
+
+    fn constraints_at(&mut self, t: f64, q: &[f64]) -> ConstraintsAt<'_> {
+        self.follow_at_rest(t, q);
+        self.evaluator.constraints(t, q)
     }
 
     /// Writes M(q), nq × nq.
@@ -45,6 +78,7 @@ impl<'a> Functions<'a> {
     pub fn mass_matrix_into(&mut self, t: f64, q: &[f64], out: &mut [f64]) {
         assert_eq!(out.len(), self.nq * self.nq, "M is nq × nq");
         out.fill(0.0);
+        self.follow_at_rest(t, q);
         let at = self.evaluator.dynamics(t, q, &self.rest);
         for (&(i, j), &m) in at.shape.mass.iter().zip(at.mass) {
             (out[i * self.nq + j], out[j * self.nq + i]) = (m, m);
@@ -53,6 +87,7 @@ impl<'a> Functions<'a> {
 
     /// Writes f(t, q, v), nq: loads, potentials and what velocities make of inertia.
     pub fn force_into(&mut self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
+        self.follow(t, q, v);
         out.copy_from_slice(self.evaluator.dynamics(t, q, v).force);
     }
 
@@ -63,20 +98,21 @@ impl<'a> Functions<'a> {
     pub fn constraint_jacobian_into(&mut self, t: f64, q: &[f64], out: &mut [f64]) {
         assert_eq!(out.len(), self.nc * self.nq, "G is nc × nq");
         out.fill(0.0);
-        let at = self.evaluator.constraints(t, q);
+        let nq = self.nq;
+        let at = self.constraints_at(t, q);
         for (&(row, column), &g) in at.shape.jacobian.iter().zip(at.jacobian) {
-            out[row * self.nq + column] = g;
+            out[row * nq + column] = g;
         }
     }
 
     /// Writes g(t, q), nc.
     pub fn constraints_into(&mut self, t: f64, q: &[f64], out: &mut [f64]) {
-        out.copy_from_slice(self.evaluator.constraints(t, q).value);
+        out.copy_from_slice(self.constraints_at(t, q).value);
     }
 
     /// Writes ∂g/∂t, nc.
     pub fn constraint_rate_into(&mut self, t: f64, q: &[f64], out: &mut [f64]) {
-        out.copy_from_slice(self.evaluator.constraints(t, q).rate);
+        out.copy_from_slice(self.constraints_at(t, q).rate);
     }
 
     /// Writes M v̇ + Gᵀ λ − f, nq rows, and g, nc rows.
@@ -87,6 +123,7 @@ impl<'a> Functions<'a> {
         out: &mut [f64],
     ) {
         let (motion, closure) = out.split_at_mut(self.nq);
+        self.follow(t, q, v);
         self.evaluator.press(lambda);
         let at = self.evaluator.dynamics(t, q, v);
         for (row, &f) in motion.iter_mut().zip(at.force) {
@@ -115,6 +152,7 @@ impl<'a> Functions<'a> {
         a: &mut [f64],
         lambda: &mut [f64],
     ) -> Result<(), NotFinite> {
+        self.follow(t, q, v);
         let Self { evaluator, multipliers, .. } = self;
         let solved = multipliers
             .factor(&evaluator.dynamics(t, q, v))
