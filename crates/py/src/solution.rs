@@ -157,6 +157,25 @@ impl Run {
         Some((plain(source, fault), all.to_string()))
     }
 
+    /// The warnings about what the results are worth, as JSON; a log tells its own among its notes.
+    #[getter]
+    fn warnings(&self, py: Python<'_>) -> PyResult<String> {
+        guard(py, || {
+            let engine = self.engine.get();
+            let Kept { summary, ending, .. } = &self.kept;
+            let slow = summary.slowness.as_ref().filter(|slowness| !slowness.is_hopeless);
+            let slow = slow.map(|slowness| engine.simulation.diagnose_slowness(slowness));
+            // What is wrong with a run that failed is said elsewhere.
+            let worth = match ending {
+                Ending::Failed(_) => Vec::new(),
+                _ if self.logged.is_some() => Vec::new(),
+                _ => engine.simulation.diagnose_worth(summary),
+            };
+            let all: Vec<Diagnostic> = slow.into_iter().chain(worth).collect();
+            Ok(json_all(engine.source(), &all).to_string())
+        })
+    }
+
     /// How it went, as JSON.
     fn summary(&self, py: Python<'_>) -> PyResult<String> {
         guard(py, || {

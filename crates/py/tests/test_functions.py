@@ -15,7 +15,7 @@ def test_the_functions_hold_along_a_motion(example: Path) -> None:
     sol, f = m.solve(t_end=0.2), m.compile()
     q, v, a, lam = sol.q.T, sol.v.T, sol.a.T, sol.lam.T
     assert f.mass_matrix(q, sol.t).shape == (len(sol), f.nq, f.nq)
-    if sol.events:
+    if any(f'type = "{contact}"' in example.read_text() for contact in ("friction", "stop")):
         pytest.skip("modes of contacts change the equations")
     residual = f.residual(sol.t, q, v, a, lam)
     size = np.abs(f.forces(sol.t, q, v)).max() + np.abs(lam).max(initial=0.0) + 1.0

@@ -48,6 +48,18 @@ def test_a_model_built_in_code_is_the_model_of_the_text() -> None:
     assert bksim.load(built.text).bodies == built.bodies
 
 
+def test_joints_of_every_kind_survive_the_way_through_their_tables() -> None:
+    from bksim._parts import JOINTS, joint_from_table, to_table
+
+    needed = {"length": "1 m", "lead": "5 mm", "second_": [0, 1, 0], "curve": "track"}
+    for kind in JOINTS:
+        own = {name: needed[name] for name in needed if name in kind.__dataclass_fields__}
+        joint = kind("ground", "body.P", **own)
+        assert to_table(joint)["type"] == kind.type
+        assert joint_from_table(to_table(joint)) == joint
+    assert {"spherical", "screw", "point-on-curve"} < {kind.type for kind in JOINTS}
+
+
 def test_every_example_survives_the_way_through_its_objects(example: Path) -> None:
     m = bksim.load(example)
     before = m.solve(t_end=0.1).q

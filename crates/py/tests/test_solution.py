@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -253,3 +254,26 @@ def test_what_is_not_there_is_said_to_be_not_there(examples, tmp_path):
         m.solve(t_end=0.1, sensitivity="l1", method="explicit")
     with pytest.raises(TypeError, match="t_end = '1 s'"):
         m.solve(t_end="1 s")
+
+
+def test_what_a_run_is_worth_is_a_warning(examples: Path) -> None:
+    m = bksim.load(examples / "slider-crank" / "model.toml")
+    with pytest.warns(bksim.WorthWarning) as caught:
+        coarse = m.solve(step=0.01, formulation="index3")
+    assert [fault.code for fault in coarse.warnings] == ["R010", "R011"]
+    assert [str(warning.message) for warning in caught] == [str(f) for f in coarse.warnings]
+    assert Path(caught[0].filename) == Path(__file__)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert m.solve(t_end=0.5).warnings == ()
+
+
+def test_friction_may_follow_the_reaction_of_its_joint() -> None:
+    m = bksim.Model("block")
+    m.bodies["block"] = bksim.Body(mass="2 kg", inertia=1)
+    m.joints["rail"] = bksim.Prismatic("ground", "block", axis=[1, 0])
+    m.loads["gravity"] = bksim.Gravity(acceleration=[0, "-10 m/s^2"])
+    m.loads["rubbing"] = bksim.Friction(joint="rail", mu=0.25)
+    m.initial["rail"] = {"position": 0, "velocity": "5 m/s"}
+    sol = m.solve(t_end=1.0, rtol=1e-10)
+    assert sol["rail.velocity"][-1] == pytest.approx(2.5, abs=1e-9)

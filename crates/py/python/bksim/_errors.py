@@ -40,6 +40,15 @@ class Error(Exception):
     """The base of all errors of bksim."""
 
 
+class WorthWarning(UserWarning):
+    """A run that went to its end, but whose results are worth less than its tolerances promise, or that took
+    far more steps than expected; :attr:`diagnostic` says how much."""
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        super().__init__(str(diagnostic))
+        self.diagnostic = diagnostic
+
+
 class ModelError(Error):
     """The model is refused; :attr:`diagnostics` holds every fault."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import os
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from . import _bksim
 from ._checked import names, real, whole
 from ._document import Document
 from ._equations import Equations
-from ._errors import Diagnostic, LimitError, ModelError, SolverError, diagnostics_of
+from ._errors import Diagnostic, LimitError, ModelError, SolverError, WorthWarning, diagnostics_of
 from ._functions import Functions
 from ._parts import Body, Drive, Ground, Joint, Load, Value
 from ._progress import Progress
@@ -343,6 +344,9 @@ class Model:
         The interpreter lock is released. Ctrl-C ends the run within a fifth of a second; the
         KeyboardInterrupt has what there is as ``result``.
 
+        Warns (:class:`WorthWarning`) where the balance of energy or the constraints are kept worse than the
+        tolerances promise, or the run took far more steps than expected: see ``Solution.warnings``.
+
         Raises AssemblyError without a consistent start; SolverError, with the ``result`` so far, when
         the integrator cannot go on; LimitError, too, when samples take more than ``memory_limit``
         bytes; ValueError for options out of range.
@@ -412,6 +416,8 @@ class Model:
             diagnostics = diagnostics_of(faults)
             t = float(solution.t[-1])
             raise SolverError(words, t, diagnostics[0].message, solution, diagnostics)
+        for warning in solution.warnings:
+            warnings.warn(WorthWarning(warning), stacklevel=2)
         return solution
 
     def begin(

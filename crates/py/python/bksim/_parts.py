@@ -35,6 +35,7 @@ class Body:
     outline: Sequence[Any] | None = None
     density: Value | None = None
     thickness: Value | None = None
+    shapes: Sequence[Mapping[str, Any]] | None = None
     coordinates: Sequence[str] | None = None
     free: bool | None = None
 
@@ -108,6 +109,126 @@ class Link(Joint):
     type: ClassVar[str] = "link"
 
     length: Value
+
+
+@dataclass(slots=True)
+class Spherical(Joint):
+    """The points coincide; the bodies turn as they like."""
+
+    type: ClassVar[str] = "spherical"
+
+    coordinate: Sequence[str] | None = None
+
+
+@dataclass(slots=True)
+class Universal(Joint):
+    """The points coincide; ``axis`` of the first body stays perpendicular to ``second_`` of the other."""
+
+    type: ClassVar[str] = "universal"
+
+    second_: Sequence[Value]
+    axis: Sequence[Value] | None = None
+    coordinate: Sequence[str] | None = None
+
+
+@dataclass(slots=True)
+class Cylindrical(Joint):
+    """Slides along ``axis`` and turns about it."""
+
+    type: ClassVar[str] = "cylindrical"
+
+    axis: Sequence[Value] | None = None
+    coordinate: Sequence[str] | None = None
+
+
+@dataclass(slots=True)
+class Planar(Joint):
+    """Slides across ``axis`` and turns about it."""
+
+    type: ClassVar[str] = "planar"
+
+    axis: Sequence[Value] | None = None
+    coordinate: Sequence[str] | None = None
+
+
+@dataclass(slots=True)
+class Screw(Joint):
+    """Turns about ``axis``, and with each turn slides one ``lead`` along it."""
+
+    type: ClassVar[str] = "screw"
+
+    lead: Value
+    axis: Sequence[Value] | None = None
+    coordinate: str | None = None
+
+
+@dataclass(slots=True)
+class Free(Joint):
+    """Allows everything."""
+
+    type: ClassVar[str] = "free"
+
+    coordinate: Sequence[str] | None = None
+
+
+@dataclass(slots=True)
+class PointOnLine(Joint):
+    """The second point stays on a line of the first body along ``axis``."""
+
+    type: ClassVar[str] = "point-on-line"
+
+    axis: Sequence[Value] | None = None
+    coordinate: Sequence[str] | None = None
+
+
+@dataclass(slots=True)
+class PointOnPlane(Joint):
+    """The second point stays in a plane of the first body across ``axis``."""
+
+    type: ClassVar[str] = "point-on-plane"
+
+    axis: Sequence[Value] | None = None
+    coordinate: Sequence[str] | None = None
+
+
+@dataclass(slots=True)
+class ParallelAxes(Joint):
+    """``axis`` stays parallel in both bodies."""
+
+    type: ClassVar[str] = "parallel-axes"
+
+    axis: Sequence[Value] | None = None
+    coordinate: Sequence[str] | None = None
+
+
+@dataclass(slots=True)
+class PerpendicularAxes(Joint):
+    """``axis`` of the first body stays perpendicular to ``second_`` of the other."""
+
+    type: ClassVar[str] = "perpendicular-axes"
+
+    second_: Sequence[Value]
+    axis: Sequence[Value] | None = None
+    coordinate: Sequence[str] | None = None
+
+
+@dataclass(slots=True)
+class ConstantVelocity(Joint):
+    """The points coincide, and both bodies turn about their ``axis`` by the same angle."""
+
+    type: ClassVar[str] = "constant-velocity"
+
+    axis: Sequence[Value] | None = None
+
+
+@dataclass(slots=True)
+class PointOnCurve(Joint):
+    """The second point stays on the ``curve`` of that name, in the frame of the first one."""
+
+    type: ClassVar[str] = "point-on-curve"
+
+    curve: str
+    coordinate: str | None = None
 
 
 @dataclass(kw_only=True, slots=True)
@@ -201,7 +322,9 @@ class Stop(Load):
 
 @dataclass(kw_only=True, slots=True)
 class Friction(Load):
-    """Dry friction of a joint: a ``force`` where it slides, a ``torque`` where it turns."""
+    """Dry friction of a joint: a ``force`` where it slides, a ``torque`` where it turns, or a coefficient
+    ``mu``, which follows the reaction of the joint: with the ``length`` of a sleeve whose ends bear, or the
+    ``radius`` of a pin or thread."""
 
     type: ClassVar[str] = "friction"
 
@@ -209,7 +332,10 @@ class Friction(Load):
     of: str | None = None
     force: Value | None = None
     torque: Value | None = None
+    mu: Value | None = None
     static: Value | None = None
+    length: Value | None = None
+    radius: Value | None = None
 
 
 @dataclass(kw_only=True, slots=True)
@@ -221,7 +347,25 @@ class Drive:
     of: str | None = None
 
 
-JOINTS: tuple[type[Joint], ...] = (Revolute, Prismatic, Slot, Weld, Link)
+JOINTS: tuple[type[Joint], ...] = (
+    Revolute,
+    Prismatic,
+    Slot,
+    Weld,
+    Link,
+    Spherical,
+    Universal,
+    Cylindrical,
+    Planar,
+    Screw,
+    Free,
+    PointOnLine,
+    PointOnPlane,
+    ParallelAxes,
+    PerpendicularAxes,
+    ConstantVelocity,
+    PointOnCurve,
+)
 LOADS: tuple[type[Load], ...] = (
     Gravity,
     Force,
@@ -273,7 +417,9 @@ def from_table(kind: type[P], table: Table) -> P:
 
 def joint_from_table(table: Table) -> Joint:
     """The joint that a table of a model file says."""
-    rest = {key: value for key, value in table.items() if key not in ("type", "between")}
+    rest = {key: value for key, value in table.items() if key not in ("type", "between", "second")}
+    if "second" in table:
+        rest["second_"] = table["second"]
     kind = next(kind for kind in JOINTS if kind.type == table["type"])
     return kind(*table["between"], **rest)
 

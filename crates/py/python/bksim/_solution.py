@@ -18,7 +18,7 @@ from . import _bksim
 from ._checked import names as checked_names
 from ._checked import path as checked_path
 from ._checked import real, whole
-from ._errors import LogError
+from ._errors import Diagnostic, LogError, diagnostics_of
 from ._progress import Progress
 from ._show import Animation, Picture, Plot
 
@@ -303,6 +303,11 @@ class Solution(Samples):
     def __init__(self, run: _bksim.Run) -> None:
         super().__init__(run.engine, run.t, run.table, run)
         self._run = run
+
+    @property
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        """How much less the results are worth than the tolerances promise, and why the run was slow."""
+        return diagnostics_of(self._run.warnings)
 
     @property
     def span(self) -> tuple[float, float]:
