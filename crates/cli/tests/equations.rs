@@ -82,7 +82,9 @@ fn aligned_lines_keep_to_the_width() {
             let lines = printed(&model, &format!("--format aligned {arguments}"));
             let limit = if arguments.contains("140") { 140 } else { 100 };
             let is_formula = |line: &&str| line.starts_with("  ") && !line.contains(" random ");
-            for line in lines.lines().filter(is_formula) {
+            // The laws of contacts are a table, whose formulas stand in columns.
+            let sections = lines.split("\n\n").filter(|section| !section.starts_with("contacts"));
+            for line in sections.flat_map(str::lines).filter(is_formula) {
                 let width = line.chars().filter(|c| !['\u{307}', '\u{308}'].contains(c)).count();
                 assert!(width <= limit, "{width} characters: {line}");
             }
