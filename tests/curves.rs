@@ -206,3 +206,27 @@ fn a_cam_with_a_swinging_roller() {
         close(&what, (along / across).atan().to_degrees().abs(), expected, within(1e-6));
     }
 }
+
+/// A pitch curve may call a law that stands below it, and a run that leaves the law is told so.
+#[test]
+fn a_run_ends_where_the_law_of_a_curve_does() {
+    let text = "[curves.pitch]\ntype = \"formula\"\n\
+        formula = [\"(40 mm + lift(p))*sin(p)\", \"(40 mm + lift(p))*cos(p)\"]\n\
+        [curves.lift]\ntype = \"cam-law\"\nsegments = [{ rise = \"12 mm\", over = \"90 deg\", \
+        law = \"cycloidal\" }, { dwell = \"90 deg\" }]\n\
+        [bodies.cam]\nmass = 1\ninertia = 1\n[bodies.follower]\nmass = 1\ninertia = 1\n\
+        [joints.O]\ntype = \"revolute\"\nbetween = [\"ground\", \"cam\"]\n\
+        [joints.guide]\ntype = \"prismatic\"\nbetween = [\"ground\", \"follower\"]\naxis = [0, 1]\n\
+        [joints.contact]\ntype = \"point-on-curve\"\nbetween = [\"cam\", \"follower\"]\ncurve = \"pitch\"\n\
+        [drives.motor]\njoint = \"O\"\nmotion = \"1 rad/s*t\"\n\
+        [initial]\nguide = { guess = { position = \"40 mm\" } }\n[solve]\nt_end = 4\n";
+    let mechanism = derive(model(text));
+    let start = mechanism.start().expect("a start");
+    let simulation = mechanism.simulation().expect("equations");
+    let mut keep = |_: &bksim::sim::run::Sample| bksim::dae::Control::Continue;
+    let failure =
+        simulation.run(&start, &mut keep, &|| false).expect_err("the law ends at 180 deg");
+    let fault = simulation.diagnose(&failure);
+    assert_eq!(fault.code.0, "R014", "{}", fault.message);
+    assert!((failure.summary.t - std::f64::consts::PI).abs() < 1e-6, "{}", failure.summary.t);
+}

@@ -177,12 +177,14 @@ impl Reader<'_> {
         let zero = Constant::written(0.0);
         let below = |value: &Constant| !self.constants.is_not_below(*value, zero);
         if let Some(value) = friction.value.filter(below) {
+            let with_unit =
+                |value: f64| format!("{value} {}", quantity.dimension()).trim_end().to_owned();
             let value = value.look();
-            let unit = quantity.dimension();
+            let message = format!("{what} is {}", with_unit(value));
             self.report(
-                Diagnostic::error(codes::NEGATIVE_FRICTION, format!("{what} is {value} {unit}"))
+                Diagnostic::error(codes::NEGATIVE_FRICTION, message)
                     .at(friction.span.clone(), "must not be negative")
-                    .help(format!("write \"{} {unit}\"", -value)),
+                    .help(format!("write \"{}\"", with_unit(-value))),
             );
         }
         Some(friction)

@@ -5,7 +5,7 @@ use bksim_expr::Expr;
 use super::codes;
 use super::pieces::{Columns, MeasuredTable, spline};
 use super::reader::{Fields, Reader};
-use super::tree::{Node, Table};
+use super::tree::{Node, Table, Value};
 use super::units::Quantity;
 use super::value::{Kind, Scope};
 use crate::curve::Curve;
@@ -20,9 +20,16 @@ const CURVES: [(&str, &[&str]); 3] = [
 ];
 
 impl Reader<'_> {
-    /// Reads all curves: paths for the joints that follow them, laws as functions.
+    /// Reads all curves: laws as functions, which formulas of paths may call, then paths for the joints that follow
+    /// them.
     pub(super) fn read_curves(&mut self, root: &Table) {
-        for (name, span, table) in self.own_tables(root, "curve") {
+        let is_law = |table: &Table| match table.get("type").map(|entry| &entry.node.value) {
+            Some(Value::Text(word)) => word == "cam-law",
+            _ => false,
+        };
+        let mut curves = self.own_tables(root, "curve");
+        curves.sort_by_key(|(.., table)| !is_law(table));
+        for (name, span, table) in curves {
             if !self.usable_name(name, &span, "curve") || self.is_taken(name, &span) {
                 continue;
             }

@@ -104,6 +104,7 @@ impl Reader<'_> {
         let (part, candidates) = if parts.len() == 1 && body.is_none() && joint.is_none() {
             let mut names = self.owned_names(|names| names.plain_names());
             names.push("pi".to_owned());
+            names.extend(self.local.iter().map(|(name, _)| name.clone()));
             (0, names)
         } else if let Some(Some(freedoms)) = joint {
             let words = (0..freedoms.len()).flat_map(|idx| motion_words(freedoms, idx));

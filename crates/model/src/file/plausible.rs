@@ -91,14 +91,15 @@ impl Reader<'_> {
         if sticks >= slides || sticks < 0.0 {
             return;
         }
-        let unit = quantity.dimension();
+        let with_unit =
+            |value: f64| format!("{} {}", short(value), quantity.dimension()).trim_end().to_owned();
         let message = format!(
-            "{} is {} {unit}, less than the {} {unit} of sliding",
+            "{} is {}, less than the {} of sliding",
             fields.what("static"),
-            short(sticks),
-            short(slides)
+            with_unit(sticks),
+            with_unit(slides)
         );
-        let help = format!("write \"{} {unit}\" or more, or leave `static` out", short(slides));
+        let help = format!("write \"{}\" or more, or leave `static` out", with_unit(slides));
         let label = "no surface holds with less than it rubs";
         self.hardly_meant(message, sticking.span.clone(), label, help);
     }

@@ -2,9 +2,11 @@
 
 use crate::codes;
 use crate::fault::values::FaultInstant;
+use bksim_expr::{Expr, SymbolId};
 use bksim_mbs::signal::signal_values;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::short;
+use bksim_model::{JointId, JointKind};
 
 /// An argument this near to the end of a table, in lengths of the table, is at it.
 const AT_END: f64 = 1e-6;
@@ -15,14 +17,29 @@ pub(super) fn table_left(at: &FaultInstant<'_>) -> Option<Diagnostic> {
     if model.table_calls.is_empty() {
         return None;
     }
+    let pool = &model.pool;
     let signals = signal_values(model, &system.kinematics);
     let value = at.value();
+    // A curve may call tables with its parameter, which each joint that follows it has at another value.
+    let on_curves: Vec<(SymbolId, Expr)> = (0..model.joints.len())
+        .filter_map(|idx| match model.joints[idx].kind {
+            JointKind::PointOnCurve { curve } => {
+                let positions = system.kinematics.joint_positions(model, JointId(idx));
+                Some((model.curves[curve.0].parameter, positions[0]))
+            }
+            _ => None,
+        })
+        .collect();
     model.table_calls.iter().find_map(|call| {
-        let argument = model.pool.substitute(call.argument, &signals);
-        let x = model.pool.evaluate(argument, &value).ok()?;
+        let argument = pool.substitute(call.argument, &signals);
+        let of_curves = on_curves.iter().filter(|(p, _)| pool.depends_on(argument, *p));
+        let of_curves = of_curves.map(|&place| pool.substitute(argument, &[place]));
+        let mut values =
+            [argument].into_iter().chain(of_curves).filter_map(|x| pool.evaluate(x, &value).ok());
         let [first, last] = call.range;
         let near = AT_END * (last - first);
-        let end = [first, last].into_iter().find(|end| (x - end).abs() <= near)?;
+        let end = values
+            .find_map(|x| [first, last].into_iter().find(|end| (x - end).abs() <= near))?;
         let unit = if call.unit.is_empty() { String::new() } else { format!(" {}", call.unit) };
         let message = format!(
             "the argument of table `{}` leaves it at t = {} s: {}{unit} is its {} row",
@@ -33,7 +50,10 @@ pub(super) fn table_left(at: &FaultInstant<'_>) -> Option<Diagnostic> {
         );
         let fault = Diagnostic::error(codes::TABLE_LEFT, message)
             .at(call.span.clone(), "no value beyond the table")
-            .help("add rows, or write `extrapolate = \"constant\"` or `\"linear\"` in the table");
+            .help(
+                "add rows, or write `extrapolate = \"constant\"` or `\"linear\"` in the table; give a cam \
+                 law more `turns`",
+            );
         Some(fault)
     })
 }
