@@ -145,7 +145,7 @@ fn a_screw_that_locks_itself() {
     }
 }
 
-/// What holds less than it rubs holds as much as it rubs.
+/// Static friction below the sliding one counts as that.
 #[test]
 fn static_friction_below_the_sliding_one() {
     let block = |friction: &str| {

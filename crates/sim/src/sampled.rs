@@ -114,7 +114,7 @@ impl SampledSignals {
         })
     }
 
-    /// Whether no signal is sampled.
+    /// True where no signal is sampled.
     pub(crate) fn is_empty(&self) -> bool {
         self.signals.is_empty()
     }
@@ -162,12 +162,12 @@ impl Held {
 }
 
 impl Tick {
-    /// Whether `t` lies before it, and is not the same instant.
+    /// True where `t` lies before it, and is not the same instant.
     pub(crate) fn is_after(&self, t: f64) -> bool {
         self.t - t > self.slack
     }
 
-    /// Whether it lies before `t`, and is not the same instant.
+    /// True where it lies before `t`, and is not the same instant.
     pub(crate) fn is_before(&self, t: f64) -> bool {
         t - self.t > self.slack
     }
@@ -186,7 +186,7 @@ impl Ticks {
         Tick { t: start + k.max(0.0) * every, slack: SAME_TICK * every }
     }
 
-    /// Whether it ticks at `t`.
+    /// True where it ticks at `t`.
     fn is_at(self, t: f64) -> bool {
         let Self { start, every } = self;
         let k = ((t - start) / every).round();

@@ -27,7 +27,7 @@ pub(super) struct SampledName {
     start: Option<Lowered>,
     /// The value that is held, and the one before the last tick.
     symbols: [Expr; 2],
-    /// Whether `previous` was used before the dimension was known.
+    /// True where `previous` was used before the dimension was known.
     was_used_early: bool,
 }
 
@@ -109,7 +109,7 @@ impl Reader<'_> {
         clocks
     }
 
-    /// Whether a clock has a period greater than zero; reports where it has not.
+    /// True where a clock has a period greater than zero; reports where it has not.
     fn is_period(&mut self, owner: &str, every: &Scalar) -> bool {
         let zero = Constant::written(0.0);
         let Some(value) = every.value.filter(|&value| !self.constants.is_above(value, zero)) else {
@@ -234,7 +234,7 @@ impl Reader<'_> {
         Some((signal, held))
     }
 
-    /// Whether a value is held from tick to tick.
+    /// True where a value is held from tick to tick.
     pub(super) fn is_held(&self, expr: Expr) -> bool {
         self.sampled.iter().any(|known| {
             let symbol = self.pool.symbol_id(known.symbols[0]);

@@ -218,7 +218,7 @@ impl Sampler {
         self.held_back = tick.map_or(f64::INFINITY, |tick| tick.begin());
     }
 
-    /// Whether samples at `t` are kept back.
+    /// True where samples at `t` are kept back.
     pub(super) fn is_held_back(&self, t: f64) -> bool {
         t >= self.held_back
     }

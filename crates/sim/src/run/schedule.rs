@@ -63,7 +63,7 @@ impl Schedule {
         (t - earlier) * self.forward() > 0.0
     }
 
-    /// Whether the run ends at `t`.
+    /// True where the run ends at `t`.
     pub(super) fn is_end(&self, t: f64) -> bool {
         t == self.t_end
     }
