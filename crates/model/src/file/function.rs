@@ -4,9 +4,10 @@ use bksim_expr::{Expr, Function};
 
 use super::codes;
 use super::lower::Context;
+use super::names::PREVIOUS;
 use super::reader::Reader;
 use super::replay::Constant;
-use super::sampled::{PREVIOUS, ROUNDINGS, Rounding};
+use super::sampled::{ROUNDINGS, Rounding};
 use super::units::Dimension;
 use super::value::{Kind, Lowered, PURE};
 use super::words::{cut, suggest};

@@ -10,9 +10,9 @@ use bksim_expr::{BinaryOperator, Expr, Number, Syntax, SyntaxKind, UnitFactor};
 
 use super::codes;
 use super::names::Meaning;
+use super::names::PREVIOUS;
 use super::reader::Reader;
 use super::replay::Constant;
-use super::sampled::PREVIOUS;
 use super::tree::Quoted;
 use super::units::{Dimension, Quantity, Scale};
 use super::value::{Kind, Lowered, PURE, Scope, describe};

@@ -2,11 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use bksim_expr::Pool;
+use bksim_expr::{Expr, Pool};
 
 use super::units::Quantity;
+use super::value::Lowered;
 use crate::diagnostic::Span;
-use crate::ids::{BodyId, JointId, PointId};
+use crate::ids::{BodyId, ClockId, JointId, PointId};
 use crate::joint::{MotionKind, motion_words};
 use crate::measure::{Measure, Signal};
 use crate::measure_names::{BODY_WORDS, N_POINT_WORDS};
@@ -73,6 +74,24 @@ pub(super) struct JointName {
     pub(super) kind: Option<&'static str>,
     pub(super) freedoms: Option<&'static [MotionKind]>,
 }
+
+/// A signal with a clock, as expressions know it.
+#[derive(Clone, Debug)]
+pub(super) struct SampledName {
+    /// Its place among the values of the reader.
+    pub(super) value_idx: usize,
+    pub(super) name: String,
+    pub(super) clock: ClockId,
+    /// Its value before the first tick, where one is stated.
+    pub(super) start: Option<Lowered>,
+    /// The value that is held, and the one before the last tick.
+    pub(super) symbols: [Expr; 2],
+    /// True where `previous` was used before the dimension was known.
+    pub(super) was_used_early: bool,
+}
+
+/// The value of a sampled signal before the last tick of its clock.
+pub(super) const PREVIOUS: &str = "previous";
 
 /// All names of one model.
 #[derive(Debug, Default)]

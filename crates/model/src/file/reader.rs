@@ -5,10 +5,9 @@ use bksim_expr::{Expr, Pool};
 
 use super::codes;
 use super::definition::ParameterState;
-use super::names::Names;
+use super::names::{Names, SampledName};
 use super::pieces::MeasuredTable;
 use super::replay::{Constant, Constants};
-use super::sampled::SampledName;
 use super::tree::{Entry, Node, Quoted, Table, Value};
 use super::units::FileUnits;
 use super::value::Lowered;

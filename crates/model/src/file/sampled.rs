@@ -5,7 +5,7 @@ use bksim_expr::{Expr, Function, Syntax, SyntaxKind};
 use super::codes;
 use super::gather::sub_tables;
 use super::lower::Context;
-use super::names::Meaning;
+use super::names::{Meaning, PREVIOUS, SampledName};
 use super::reader::{Fields, Reader};
 use super::replay::Constant;
 use super::tree::Table;
@@ -15,24 +15,6 @@ use super::words::cut;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::ClockId;
 use crate::state::{Clock, SampledSignal};
-
-/// A signal with a clock, as expressions know it.
-#[derive(Clone, Debug)]
-pub(super) struct SampledName {
-    /// Its place among the values of the reader.
-    value_idx: usize,
-    name: String,
-    clock: ClockId,
-    /// Its value before the first tick, where one is stated.
-    start: Option<Lowered>,
-    /// The value that is held, and the one before the last tick.
-    symbols: [Expr; 2],
-    /// True where `previous` was used before the dimension was known.
-    was_used_early: bool,
-}
-
-/// The value of a sampled signal before the last tick of its clock.
-pub(super) const PREVIOUS: &str = "previous";
 
 /// Functions that round; all are made of the first.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

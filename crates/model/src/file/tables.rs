@@ -7,9 +7,9 @@ use bksim_expr::{Expr, Function, Number};
 
 use super::codes;
 use super::lower::Context;
+use super::names::PREVIOUS;
 use super::pieces::{Beyond, Columns, MeasuredTable, Piece, spline, straight};
 use super::reader::{Fields, Reader};
-use super::sampled::PREVIOUS;
 use super::tree::{Node, Quoted, Table, Value};
 use super::units::Dimension;
 use super::value::{Kind, Lowered, Scope};
