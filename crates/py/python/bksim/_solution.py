@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import json
 import os
 import shutil
@@ -12,13 +11,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from . import _bksim
 from ._checked import names as checked_names
 from ._checked import path as checked_path
 from ._checked import real, whole
 from ._errors import Diagnostic, LogError, diagnostics_of
+from ._named import Array, Named, resolved, short_names, unknown
 from ._progress import Progress
 from ._show import Animation, Picture, Plot
 
@@ -27,54 +27,12 @@ if TYPE_CHECKING:
     import pyarrow
     import xarray
 
-Array = NDArray[np.float64]
-
 
 def open(path: str | os.PathLike[str]) -> Solution:
     """Opens a log, also one that was cut short. Raises LogError when it is none."""
     file = Path(path).expanduser()
     file.stat()
     return Solution(_bksim.open_log(file))
-
-
-class Named(Mapping[str, Array]):
-    """Arrays by name."""
-
-    def __init__(self, arrays: dict[str, Array]) -> None:
-        self._arrays = arrays
-
-    def __getitem__(self, name: str) -> Array:
-        if name not in self._arrays:
-            raise KeyError(unknown(name, list(self._arrays)))
-        return self._arrays[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._arrays)
-
-    def __len__(self) -> int:
-        return len(self._arrays)
-
-    def __repr__(self) -> str:
-        return f"<{', '.join(self._arrays) or 'nothing'}>"
-
-
-def unknown(name: str, known: Sequence[str]) -> str:
-    near = difflib.get_close_matches(name, known, n=1)
-    return f"nothing is called {name!r}" + (f"; did you mean {near[0]!r}?" if near else "")
-
-
-def resolved(name: str, rows: Mapping[str, int]) -> int | None:
-    """The row of a quantity by its name, or by the last part of it where that is clear."""
-    for topic in ("", "state.", "acceleration.", "multipliers.", "inputs."):
-        if topic + name in rows:
-            return rows[topic + name]
-    return None
-
-
-def short_names(rows: Mapping[str, int]) -> list[str]:
-    """The last parts of names that are clear."""
-    ends = (name.split(".", 1)[-1] for name in rows)
-    return [end for end in ends if resolved(end, rows) is not None]
 
 
 class Sensitivity(Named):

@@ -4,13 +4,8 @@ from __future__ import annotations
 
 from functools import cached_property
 
-import numpy as np
-from numpy.typing import NDArray
-
 from . import _bksim
-from ._solution import Named, resolved, short_names, unknown
-
-Array = NDArray[np.float64]
+from ._named import Array, Named, resolved, short_names, unknown
 
 
 class SavedState:
