@@ -4,7 +4,7 @@ mod support;
 
 use support::elements::Quantity::{Acceleration, Measure, Position, Velocity};
 use support::elements::{check, column, number, reference, text};
-use support::{Measures, Within, at, close, derive, model, solve};
+use support::{Measures, Within, at, close, coordinate, derive, model, solve};
 
 fn within(absolute: f64) -> Within {
     Within { relative: 0.0, absolute }
@@ -229,4 +229,41 @@ fn a_run_ends_where_the_law_of_a_curve_does() {
     let fault = simulation.diagnose(&failure);
     assert_eq!(fault.code.0, "R014", "{}", fault.message);
     assert!((failure.summary.t - std::f64::consts::PI).abs() < 1e-6, "{}", failure.summary.t);
+}
+
+/// A door with two rollers in a bent track: its start and its run go over the knots of the curve.
+const DOOR: &str = "[curves.track]\ntype = \"points\"\npoints = [[0, \"-0.4 m\"], [0, \"0.6 m\"], [0, \"1.5 m\"],\n\
+    [\"0.08 m\", \"1.95 m\"], [\"0.4 m\", \"2.25 m\"], [\"0.9 m\", \"2.35 m\"], [\"1.8 m\", \"2.38 m\"]]\n\
+    [bodies.door]\nmass = \"40 kg\"\ncom = [0, \"1 m\"]\ninertia = \"14 kg m^2\"\n\
+    points = { L = [0, 0], U = [0, \"2 m\"] }\n\
+    [joints.lower]\ntype = \"point-on-curve\"\nbetween = [\"ground\", \"door.L\"]\ncurve = \"track\"\n\
+    [joints.upper]\ntype = \"point-on-curve\"\nbetween = [\"ground\", \"door.U\"]\ncurve = \"track\"\n\
+    [loads.gravity]\ntype = \"gravity\"\nacceleration = [0, \"-9.81 m/s^2\"]\n\
+    [loads.rope]\ntype = \"force\"\non = \"door.U\"\nvector = [\"400 N\", \"300 N\"]\n\
+    [initial]\nlower = { angle = 0.6, rate = 0 }\nupper = { guess = { angle = 3 } }\n\
+    [solve]\nt_end = 1\nevery = 0.05\nrtol = 1e-9\natol = 1e-10\n";
+
+#[test]
+fn a_door_starts_and_runs_over_the_knots_of_its_track() {
+    let mechanism = derive(model(DOOR));
+    let start = mechanism.start().expect("a start");
+    let lower = coordinate(&mechanism, "lower_angle");
+    assert_eq!(start.q[lower], 0.6, "what is stated holds");
+    assert!(start.position_residual < 1e-12, "{}", start.position_residual);
+    let motion = solve(&mechanism);
+    let upper = coordinate(&mechanism, "upper_angle");
+    let [first, last] = [&motion.samples[0], motion.samples.last().expect("a sample")];
+    assert!(last.q[upper].floor() > first.q[upper].floor(), "it passes a knot");
+    // Both rollers are 2 m apart on the curve, and no energy is lost.
+    let measures = Measures::new(&mechanism, &["door.L.x", "door.L.y", "door.U.x", "door.U.y"]);
+    for sample in &motion.samples {
+        let at = measures.at(sample);
+        close("distance", (at[2] - at[0]).hypot(at[3] - at[1]), 2.0, within(1e-9));
+    }
+    let energy = |s: &bksim::sim::run::Sample| s.energy.kinetic + s.energy.potential;
+    let work = motion.summary.energy.work;
+    close("energy", energy(last) - energy(first), work, within(1e-5));
+    let radau = solve(&derive(model(&format!("{DOOR}method = \"radau\"\n"))));
+    let other = radau.samples.last().expect("a sample");
+    close("upper, by Radau", other.q[upper], last.q[upper], within(1e-5));
 }

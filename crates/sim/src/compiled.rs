@@ -58,6 +58,9 @@ pub struct CompiledSystem {
     pub(crate) unrolled: Option<Function>,
     /// G, g and ∂g/∂t of (t, q).
     pub(crate) constraints: Function,
+    /// The same with the branch of each position in place of modes, where joints or drives have kinks: to look for
+    /// positions. Contacts are as in the modes.
+    pub(crate) branching_constraints: Option<Function>,
     pub(crate) shape: Shape,
     /// T, V and the power of (t, q, v, λ, u).
     pub(crate) energy: Function,
@@ -89,7 +92,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     // Modes stand for everything that switches.
     let indicators = EventIndicators::compile(model, system)?;
     let sampled = SampledSignals::compile(model, system)?;
-    let system = system.integrated();
+    let (written, system) = (system, system.integrated());
     // Arguments and parameters.
     let coordinates = system.coordinates();
     let [q, v, a]: [Vec<SymbolId>; 3] = [
@@ -121,6 +124,9 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     let closed = system.constraints.iter().map(|c| c.expression);
     let constraints: Vec<Expr> =
         jacobian.into_iter().chain(closed).chain(system.constraint_rate.iter().copied()).collect();
+    let branching = branching_constraints(written, system);
+    let branching_constraints =
+        if branching == constraints { None } else { Some(function(&branching, &[&q])?) };
     let energy = energy_outputs(pool, system);
     let is_powered = !pool.is_zero(energy[2]);
     let power = is_powered.then(|| function(&energy[2..], &[&q, &v, &lambda, u])).transpose()?;
@@ -143,6 +149,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         bearings: bearings(model),
         unrolled,
         constraints: function(&constraints, &[&q])?,
+        branching_constraints,
         shape,
         energy: function(&energy, &[&q, &v, &lambda, u])?,
         power,
@@ -155,6 +162,17 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         n_parameters: model.parameters.len(),
         n_states: model.states.len(),
     })
+}
+
+/// G, g and ∂g/∂t with the rows that always hold as they were written, and those of contacts with their modes.
+fn branching_constraints(written: &SymbolicSystem, integrated: &SymbolicSystem) -> Vec<Expr> {
+    let n_bilateral = written.n_bilateral();
+    let of = |row: usize| if row < n_bilateral { written } else { integrated };
+    let n = integrated.constraints.len();
+    let jacobian = (0..n).flat_map(|row| of(row).constraint_jacobian.row(row).iter().map(|e| e.1));
+    let closed = (0..n).map(|row| of(row).constraints[row].expression);
+    let rates = (0..n).map(|row| of(row).constraint_rate[row]);
+    jacobian.chain(closed).chain(rates).collect()
 }
 
 /// The terms of M v̇ + Gᵀ λ = f, G v̇ = −γ as expressions of (t, q, v).

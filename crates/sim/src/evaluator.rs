@@ -18,6 +18,8 @@ pub struct Evaluator<'a> {
     dynamics: Buffers,
     unrolled: Option<Buffers>,
     constraints: Buffers,
+    /// In the place of `constraints` while positions are looked for.
+    branching: Option<Buffers>,
     energy: Buffers,
     power: Option<Buffers>,
     reactions: Buffers,
@@ -72,6 +74,7 @@ impl<'a> Evaluator<'a> {
             dynamics: system.dynamics.buffers(parameters),
             unrolled: system.unrolled.as_ref().map(|function| function.buffers(parameters)),
             constraints: system.constraints.buffers(parameters),
+            branching: None,
             energy: system.energy.buffers(parameters),
             power: system.power.as_ref().map(|function| function.buffers(parameters)),
             reactions: system.reactions.buffers(parameters),
@@ -142,10 +145,19 @@ impl<'a> Evaluator<'a> {
         Some(function.evaluate(buffers, &[&[t], q, v, inputs.at(t, q, v)]))
     }
 
+    /// The same functions, with constraints that take the branch of each position whatever the modes are.
+    pub(crate) fn branching(self, parameters: &[f64]) -> Self {
+        let branching = self.system.branching_constraints.as_ref();
+        Self { branching: branching.map(|function| function.buffers(parameters)), ..self }
+    }
+
     /// G, g and ∂g/∂t at a position.
     pub(crate) fn constraints(&mut self, t: f64, q: &[f64]) -> ConstraintsAt<'_> {
-        let Self { system, constraints, .. } = self;
-        let outputs = system.constraints.evaluate(constraints, &[&[t], q]);
+        let Self { system, constraints, branching, .. } = self;
+        let outputs = match (&system.branching_constraints, branching) {
+            (Some(function), Some(buffers)) => function.evaluate(buffers, &[&[t], q]),
+            _ => system.constraints.evaluate(constraints, &[&[t], q]),
+        };
         let shape = &system.shape;
         let (jacobian, rest) = outputs.split_at(shape.jacobian.len());
         let (value, rate) = rest.split_at(shape.nc);

@@ -178,7 +178,7 @@ pub fn start_at(
         return Err(StartError::TooMuch);
     }
     let mut closing = equations.closure.at(parameters, stated);
-    // Drives follow the branches that they take at this time; no contact is closed yet.
+    // Joints and drives follow the branches of each position; no contact is closed yet.
     let nothing = vec![0.0; compiled.nq()];
     let mut sampling = compiled.sampling(parameters);
     if let Some((clock, every)) = sampling.too_many(options) {
@@ -186,13 +186,18 @@ pub fn start_at(
     }
     let held = sampling.begin(t);
     let mut modes = compiled.indicators.decided(held, parameters, (t, &nothing, &nothing));
-    let mut evaluator = compiled.evaluator(&modes.parameters_with_modes(parameters));
+    let with_modes = modes.parameters_with_modes(parameters);
+    let mut evaluator = compiled.evaluator(&with_modes).branching(&with_modes);
 
     let (q, rivals) = closing.close_positions(&mut evaluator, t)?;
     let position_residual = largest(evaluator.constraints(t, &q).value);
     let v = closing.fit_velocities(&mut evaluator, t, &q)?;
     let velocity_residual = largest(&evaluator.constraints(t, &q).rate_of(&v));
     let jacobian = regular_jacobian(&mut evaluator, t, (&q, &v), equations.n_bilateral);
+    if compiled.branching_constraints.is_some() {
+        modes = compiled.indicators.decided(modes.held, parameters, (t, &q, &v));
+        evaluator = compiled.evaluator(&modes.parameters_with_modes(parameters));
+    }
     let dependence = dependent_rows(&jacobian);
     let shared_axial = shared_multiplier(compiled, &jacobian, dependence.rank);
     let is_joint_row = |row: &usize| compiled.sources[*row].is_geometric();
