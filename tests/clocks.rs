@@ -354,3 +354,11 @@ fn what_needs_smooth_motion_refuses_clocks() {
     let refused = derive(model(&back)).start().expect_err("ticks go forwards");
     assert!(format!("{refused:?}").contains("S008"), "{refused:?}");
 }
+
+#[test]
+fn positions_know_nothing_of_controllers() {
+    let mechanism = Mechanism::positions(model(PID)).expect("joints alone");
+    let closed = mechanism.closed().expect("they close");
+    assert_eq!(closed.q.len(), 1);
+    assert!(mechanism.system.parameters(&mechanism.model).is_empty(), "no value is held");
+}

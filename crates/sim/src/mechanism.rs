@@ -57,7 +57,10 @@ impl Mechanism {
     ///
     /// # Errors
     /// [`Rejected`] when an expression of the model cannot be compiled.
-    pub fn positions(model: Model) -> Result<Self, Rejected> {
+    pub fn positions(mut model: Model) -> Result<Self, Rejected> {
+        // Nor have controllers a part in them.
+        model.sampled.clear();
+        model.named_signals.clear();
         let system = assemble_positions(&model);
         let faults = check_couplings(&model, &system).map_err(|e| uncompiled(&e))?;
         if !faults.is_empty() {
