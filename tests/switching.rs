@@ -368,4 +368,26 @@ fn a_start_that_was_changed_begins_in_modes_of_its_own() {
     changed.v[0] = 3.0;
     assert!(expected > 1.0, "it slides: {expected} m");
     assert_eq!(last(&resting, &changed), expected);
+
+    // Nor does one that is advanced by hand.
+    let mut held = resting.begin_at(&changed).expect("a motion");
+    held.advance_to(2.0).expect("a motion");
+    assert_eq!(held.state().q[0], expected);
+}
+
+#[test]
+fn a_start_that_was_changed_does_not_begin_beyond_a_stop() {
+    let text = block(
+        "[loads.wall]\ntype = \"stop\"\njoint = \"S\"\nmax = \"1 m\"\n\
+         [initial]\nS = { position = 0, velocity = \"0.5 m/s\" }\n",
+    );
+    let simulation = derive(model(&text)).simulation().expect("functions");
+    let mut changed = simulation.start().expect("a start");
+    changed.q[0] = 1.2;
+    let mut ignore = |_: &bksim::sim::run::Sample| bksim::dae::Control::Continue;
+    let failure = simulation.run(&changed, &mut ignore, &|| false).expect_err("it is in the wall");
+    let said = simulation.diagnose(&failure);
+    assert!(said.message.contains("`wall`") && said.message.contains("0.2"), "{said:?}");
+    let refused = simulation.begin_at(&changed).err().expect("it is in the wall");
+    assert_eq!(refused.0, [said]);
 }

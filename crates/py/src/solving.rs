@@ -200,7 +200,7 @@ fn ran(engine: &Engine, wanted: &RunRequest) -> Result<Ran, Fault> {
 
 /// The values of the inputs at the start. Refuses laws that remember what they were asked before: their
 /// values there are compared before and after another state, and with those `before` the run.
-fn remembering(
+pub(crate) fn remembering(
     simulation: &Simulation,
     start: &Start,
     before: Option<&[f64]>,

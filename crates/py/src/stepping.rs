@@ -1,5 +1,6 @@
 //! A run that Python advances, setting inputs on the way.
 
+use bksim::model::diagnostic::Rejected;
 use bksim::options::{FORMULATIONS, METHODS, SolveChanges};
 use bksim::sim::input::InputError;
 use bksim::sim::{AdvanceError, SavedState as Saved, Stepping as Held};
@@ -10,7 +11,7 @@ use crate::arrays::vector;
 use crate::engine::Engine;
 use crate::fault::{Fault, guard};
 use crate::interrupt::Interruption;
-use crate::solving::{changed, chosen};
+use crate::solving::{changed, chosen, remembering};
 
 /// A run that its caller advances.
 #[pyclass(module = "bksim._bksim")]
@@ -65,7 +66,9 @@ pub(crate) fn begin(
         let mut simulation = inner.simulation.clone();
         let options = changed(inner, wanted.changes()?)?;
         simulation.set_options(&options);
-        Ok(simulation.begin_at(inner.start()?.clone()))
+        let start = inner.start()?;
+        remembering(&simulation, start, None)?;
+        simulation.begin_at(start).map_err(|Rejected(faults)| Fault::model(inner.source(), &faults))
     })?;
     Ok(Stepping { engine, held })
 }

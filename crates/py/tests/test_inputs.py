@@ -218,8 +218,13 @@ def test_a_law_with_a_memory_is_refused():
         m.inputs["u"] = law
         with pytest.raises(ValueError, match="the input `u` is .* at the same t, q and v.*Sampled"):
             m.solve()
+        with pytest.raises(ValueError, match="the input `u` is .* at the same t, q and v.*Sampled"):
+            m.begin()
     m.inputs["u"] = control
     assert m.solve().success
+    m.inputs["u"] = bksim.Sampled(Integral(), every=0.01)
+    with pytest.raises(ValueError, match="the inputs u have sampled laws"):
+        m.begin()
 
 
 def test_a_law_that_remembers_only_later_is_refused_when_the_run_has_ended():

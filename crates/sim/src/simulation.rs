@@ -302,14 +302,22 @@ impl Simulation {
         observer: &mut dyn Observer,
         stop: &dyn Fn() -> bool,
     ) -> Result<Summary, Box<Failure>> {
-        let start = self.up_to_date(start)?;
+        let start = self.beginning(start)?;
         run(self.problem(&start), observer, stop)
     }
 
     /// The start with the modes of what it is now; a caller may have changed its state.
-    fn up_to_date<'a>(&self, start: &'a Start) -> Result<Cow<'a, Start>, Box<Failure>> {
+    ///
+    /// # Errors
+    /// [`StartError`] when the motion cannot begin in that state.
+    pub(crate) fn up_to_date<'a>(&self, start: &'a Start) -> Result<Cow<'a, Start>, StartError> {
         let Self { compiled, parameters, options, .. } = self;
-        let fresh = start.up_to_date(compiled, parameters, options);
+        start.up_to_date(compiled, parameters, options)
+    }
+
+    /// As [`Simulation::up_to_date`], for a run that fails where it begins.
+    fn beginning<'a>(&self, start: &'a Start) -> Result<Cow<'a, Start>, Box<Failure>> {
+        let fresh = self.up_to_date(start);
         fresh.map_err(|error| Box::new(Failure::at_start(start, error)))
     }
 
@@ -325,7 +333,8 @@ impl Simulation {
         observer: &mut dyn Observer,
         stop: &dyn Fn() -> bool,
     ) -> Result<Summary, Unresumed> {
-        resume(self.problem(start), checkpoint, observer, stop)
+        let start = self.beginning(start).map_err(Unresumed::Failed)?;
+        resume(self.problem(&start), checkpoint, observer, stop)
     }
 
     /// As [`Simulation::run`], with Radau IIA throughout and every sample with its sensitivities.
@@ -339,7 +348,7 @@ impl Simulation {
         observer: &mut dyn Observer,
         stop: &dyn Fn() -> bool,
     ) -> Result<Summary, Box<Failure>> {
-        let start = self.up_to_date(start)?;
+        let start = self.beginning(start)?;
         run_with_sensitivities(self.problem(&start), plan, observer, stop)
     }
 

@@ -305,10 +305,10 @@ fn completed(
 
 impl Start {
     /// This start, or where its time, coordinates or velocities were changed since it was found, one with
-    /// the accelerations, multipliers and modes of what they are now. A start beyond a stop is left as it is.
+    /// the accelerations, multipliers and modes of what they are now.
     ///
     /// # Errors
-    /// [`StartError`] when no modes are consistent, or a load has no value.
+    /// [`StartError`] when no modes are consistent, a load has no value, or a body lies beyond a stop.
     pub(crate) fn up_to_date<'a>(
         &'a self,
         compiled: &CompiledSystem,
@@ -324,11 +324,7 @@ impl Start {
         let mut held = sampling.begin(*t);
         sampling.tick(*t, q, v, &mut held).map_err(no_signal)?;
         let modes = compiled.indicators.decided(held, parameters, (*t, q, v));
-        match self.going_on(compiled, parameters, options, state, &modes) {
-            Ok(start) => Ok(Cow::Owned(start)),
-            Err(StartError::BeyondStop { .. }) => Ok(Cow::Borrowed(self)),
-            Err(error) => Err(error),
-        }
+        self.going_on(compiled, parameters, options, state, &modes).map(Cow::Owned)
     }
 
     /// The start of a motion that goes on from a state of the one that started here, in which `before` are

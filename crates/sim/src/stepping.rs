@@ -115,11 +115,17 @@ impl Simulation {
     /// # Errors
     /// [`Rejected`] when there is no consistent start.
     pub fn begin(&self) -> Result<Stepping, Rejected> {
-        Ok(self.begin_at(self.start()?))
+        self.begin_at(&self.start()?)
     }
 
-    /// A run from this start, held there.
-    pub fn begin_at(&self, start: Start) -> Stepping {
+    /// A run from this start, held there; a caller may have changed its state.
+    ///
+    /// # Errors
+    /// [`Rejected`] when the motion cannot begin in that state.
+    pub fn begin_at(&self, start: &Start) -> Result<Stepping, Rejected> {
+        let start = self.up_to_date(start);
+        let start =
+            start.map_err(|error| Rejected(vec![self.diagnose_start(&error)]))?.into_owned();
         let mut simulation = self.clone();
         simulation.set_outputs(Outputs::Times(Vec::new()));
         let parameters = simulation.parameters().to_vec();
@@ -128,7 +134,7 @@ impl Simulation {
             Run::begin(simulation.problem(start), &mut Unobserved)
         });
         let mark = held.with_dependent_mut(|_, run| run.save());
-        Stepping { held, parameters, mark, instants: Vec::new() }
+        Ok(Stepping { held, parameters, mark, instants: Vec::new() })
     }
 }
 

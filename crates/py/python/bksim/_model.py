@@ -357,55 +357,49 @@ class Model:
         >>> sol.q.shape == (len(m.coordinates), sol.t.size)
         True
         """
-        t_end = real("t_end", t_end)
-        sampled = {name: law for name, law in self._inputs.items() if isinstance(law, Sampled)}
+        solution = self._solved(
+            {
+                "t_end": real("t_end", t_end),
+                "rtol": real("rtol", rtol),
+                "atol": real("atol", atol),
+                "step": real("step", step),
+                "every": real("every", every),
+                "times": None if times is None else [real("times", t) or 0.0 for t in times],
+                "method": method,
+                "formulation": formulation,
+                "sensitivity": names("sensitivity", sensitivity),
+                "dense": dense,
+                "most_bytes": whole("memory_limit", memory_limit),
+            },
+            progress,
+        )
+        for warning in solution.warnings:
+            warnings.warn(WorthWarning(warning), stacklevel=2)
+        return solution
+
+    def _solved(self, wanted: dict[str, Any], progress: bool | None) -> Solution:
+        """The solution of a run with these options."""
+        sampled = self._sampled()
         if sampled:
             # First with the laws, then along what they have returned, which is a function of time.
             other = self.copy()
             for name in sampled:
                 del other.inputs[name]
-            run_to = other._engine().options()[1] if t_end is None else t_end
-            begun = other.begin(
-                run_to, rtol=rtol, atol=atol, step=step, method=method, formulation=formulation
-            )
-            other._inputs.update(held(begun, sampled, run_to))
-            return other.solve(
-                t_end,
-                rtol=rtol,
-                atol=atol,
-                step=step,
-                every=every,
-                times=times,
-                method=method,
-                formulation=formulation,
-                sensitivity=sensitivity,
-                dense=dense,
-                progress=progress,
-                memory_limit=memory_limit,
-            )
+            end = other._engine().options()[1] if wanted["t_end"] is None else wanted["t_end"]
+            shared = ("rtol", "atol", "step", "method", "formulation")
+            begun = other.begin(end, **{name: wanted[name] for name in shared})
+            other._inputs.update(held(begun, sampled, end))
+            return other._solved(wanted, progress)
         engine = self._engine()
         start, end = engine.options()[:2]
-        with Progress.over(start, end if t_end is None else t_end, progress) as notify:
-            run = _bksim.solve(
-                engine,
-                {
-                    "t_end": t_end,
-                    "rtol": real("rtol", rtol),
-                    "atol": real("atol", atol),
-                    "step": real("step", step),
-                    "every": real("every", every),
-                    "times": None if times is None else [real("times", t) or 0.0 for t in times],
-                    "method": method,
-                    "formulation": formulation,
-                    "sensitivity": names("sensitivity", sensitivity),
-                    "dense": dense,
-                    "most_bytes": whole("memory_limit", memory_limit),
-                    "notify": notify,
-                },
-            )
+        if wanted["t_end"] is not None:
+            end = wanted["t_end"]
+        with Progress.over(start, end, progress) as notify:
+            run = _bksim.solve(engine, {**wanted, "notify": notify})
         solution = Solution(run)
         if run.ending == "full":
-            words = f"samples take more than {memory_limit} bytes, at t = {solution.t[-1]:g} s"
+            most = wanted["most_bytes"]
+            words = f"samples take more than {most} bytes, at t = {solution.t[-1]:g} s"
             raise LimitError(f"{words}: raise `memory_limit`, or `every`", solution)
         if run.ending == "stopped":
             stopped = run.raised or KeyboardInterrupt()
@@ -416,9 +410,11 @@ class Model:
             diagnostics = diagnostics_of(faults)
             t = float(solution.t[-1])
             raise SolverError(words, t, diagnostics[0].message, solution, diagnostics)
-        for warning in solution.warnings:
-            warnings.warn(WorthWarning(warning), stacklevel=2)
         return solution
+
+    def _sampled(self) -> dict[str, Sampled]:
+        """The laws that are called at even intervals, by their input."""
+        return {name: law for name, law in self._inputs.items() if isinstance(law, Sampled)}
 
     def begin(
         self,
@@ -439,8 +435,12 @@ class Model:
         >>> bool(run["x"] > 0)
         True
 
-        Raises as :meth:`solve` does.
+        Inputs with a :class:`Sampled` law are refused: who advances a motion calls such a law, and sets what
+        it returns. Raises as :meth:`solve` does.
         """
+        if sampled := self._sampled():
+            words = "call them between two steps, and set_input what they return"
+            raise ValueError(f"the inputs {', '.join(sampled)} have sampled laws: {words}")
         run = _bksim.begin(
             self._engine(),
             {

@@ -9,6 +9,7 @@ use super::closing::{estimate, reach_note};
 use super::pace::with_reasons;
 use super::pole::at_pole;
 use super::reach::longest_in_loop;
+use super::start::diagnose_start;
 use super::switch;
 use super::table::table_left;
 use super::values::{FaultInstant, no_force, no_value, too_large};
@@ -42,6 +43,9 @@ pub fn diagnose_run(
     parameters: &[f64],
     failure: &Failure,
 ) -> Diagnostic {
+    if let Some(fault) = &failure.start {
+        return diagnose_start(model, system, compiled, fault);
+    }
     let last = &failure.last;
     let (q, v) = (last.q.clone(), last.v.clone());
     let instant = FaultInstant { model, system, compiled, parameters, t: last.t, q, v };

@@ -231,7 +231,7 @@ impl<'a> Run<'a> {
         }
         outcome.map_err(|Halt { error, no_modes }| {
             let (summary, last) = (summary.clone(), last.clone());
-            Box::new(Failure { error, no_modes, summary, last })
+            Box::new(Failure { error, no_modes, start: None, summary, last })
         })
     }
 

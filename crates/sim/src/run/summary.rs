@@ -193,6 +193,8 @@ pub struct Failure {
     pub error: Option<SolveError>,
     /// Contacts or kinks without consistent modes.
     pub no_modes: Option<NoConsistentModes>,
+    /// The fault of a start that was changed to a state in which no motion begins.
+    pub start: Option<StartError>,
     /// The run so far.
     pub summary: Summary,
     /// The last state that was reached.
@@ -205,12 +207,7 @@ impl Failure {
         let Start { t, q, v, a, lambda, .. } = start.clone();
         let last = Sample { t, q, v, a, lambda, ..Sample::default() };
         let summary = Summary { t, ..Summary::default() };
-        match error {
-            StartError::NoConsistentModes(fault) => {
-                Self { error: None, no_modes: Some(fault), summary, last }
-            }
-            _ => Self::undefined(summary, last),
-        }
+        Self { error: None, no_modes: None, start: Some(error), summary, last }
     }
 
     /// The failure of a run whose equations have no value at an output time.
@@ -223,6 +220,6 @@ impl Failure {
             stats: summary.stats,
         };
         let error = Some(SolveError::NotFinite { row: 0, at: Box::new(at) });
-        Self { error, no_modes: None, summary, last }
+        Self { error, no_modes: None, start: None, summary, last }
     }
 }

@@ -74,7 +74,9 @@ pub fn run_with_sensitivities(
             summary.reached_end = summary.t == options.t_end;
             Ok(summary)
         }
-        End::Failed(error) => Err(Box::new(Failure { error, no_modes: None, summary, last })),
+        End::Failed(error) => {
+            Err(Box::new(Failure { error, no_modes: None, start: None, summary, last }))
+        }
     }
 }
 
