@@ -253,6 +253,23 @@ fn stops_that_repeat_each_other_share_their_force_from_when_both_hold() {
     assert!(simulation.self_stresses(&motion.start).is_empty());
 }
 
+/// The wall carries 5 N less what friction takes, and that may be anything up to 2 N either way.
+#[test]
+fn friction_that_rests_on_a_closed_stop_shares_its_force_with_it() {
+    let text = fixture("block-against-friction");
+    let mechanism = derive(model(&text));
+    let motion = solve(&mechanism);
+    let changes = &motion.summary.uniqueness;
+    let found: Vec<Vec<String>> =
+        changes.iter().map(|change| shared(&mechanism, &change.uniqueness)).collect();
+    let both = vec!["contact 0".to_owned(), "contact 1".to_owned()];
+    assert_eq!(found, [vec![], both], "{changes:?}");
+    // While it slides, nothing is shared, nor where the wall is away.
+    let free = derive(model(&text.replace("max = \"1 m\"", "max = \"10 m\"")));
+    let motion = solve(&free);
+    assert!(motion.summary.uniqueness.iter().all(|change| change.uniqueness.is_complete()));
+}
+
 #[test]
 fn a_driven_linkage_shares_no_effort() {
     let text = fixture("swinging-four-bar")

@@ -22,7 +22,7 @@ use crate::input::Inputs;
 use crate::modes::Modes;
 use crate::modes::indicators::EventIndicators;
 use crate::pressing::{Bearing, PressingMultipliers, bearings, pressing_symbols};
-use crate::redundancy::{MovingInstant, SelfStress, Transmissions, Uniqueness};
+use crate::redundancy::{Effort, MovingInstant, SelfStress, Transmissions, Uniqueness, resting};
 use crate::sampled::{SampledSignals, Sampling};
 use bksim_mbs::constraint::Source;
 use bksim_mbs::coordinate::CoordinateKind;
@@ -235,7 +235,9 @@ impl CompiledSystem {
         modes: &Modes,
     ) -> Uniqueness {
         let parameters = modes.parameters_with_modes(parameters);
-        self.transmissions.uniqueness(&parameters, at, &|effort| effort.acts_in(modes))
+        let resting = resting(&self.indicators, &parameters, at, modes);
+        let acts = |effort: Effort| effort.acts_in(modes) || effort.is_of_contact(&resting);
+        self.transmissions.uniqueness(&parameters, at, &acts)
     }
 
     /// Whether there are loops, or several efforts in one joint: otherwise every reaction is unique.

@@ -23,7 +23,8 @@ mod transmissions;
 
 use bksim_model::{CouplingId, DriveId, JointId, LoadId};
 
-use crate::modes::Modes;
+use crate::modes::indicators::EventIndicators;
+use crate::modes::{ContactMode, Modes};
 
 pub(crate) use self::transmissions::Transmissions;
 
@@ -94,6 +95,11 @@ impl Effort {
             Self::Contact(contact_idx, _) => modes.contacts[contact_idx].is_active(),
         }
     }
+
+    /// Whether it is the force of one of these contacts.
+    pub(crate) fn is_of_contact(self, contacts: &[usize]) -> bool {
+        matches!(self, Self::Contact(contact_idx, _) if contacts.contains(&contact_idx))
+    }
 }
 
 impl Transmissions {
@@ -129,6 +135,28 @@ impl Transmissions {
         unique.n_self_stresses = here.len().min(ahead.len());
         unique
     }
+}
+
+/// Contacts with friction that slips in name alone: something else holds the motion, and any force up to the one
+/// that it sticks with would do.
+pub(crate) fn resting(
+    indicators: &EventIndicators,
+    parameters: &[f64],
+    MovingInstant { t, q, v, a }: MovingInstant<'_>,
+    modes: &Modes,
+) -> Vec<usize> {
+    let slips = |mode: &ContactMode| matches!(mode, ContactMode::Slip(sign) if *sign != 0.0);
+    if !modes.contacts.iter().any(slips) {
+        return Vec::new();
+    }
+    let mut evaluator = indicators.at(parameters);
+    let values = evaluator.values(t, q, v).clone();
+    let rates = evaluator.rates(t, q, v, a);
+    let is_held = |contact_idx: &usize| {
+        let rates = [values.contacts[*contact_idx].rate(), rates.contacts[*contact_idx]];
+        slips(&modes.contacts[*contact_idx]) && rates.iter().all(|rate| rate.abs() <= AT_REST)
+    };
+    (0..modes.contacts.len()).filter(is_held).collect()
 }
 
 fn largest(rates: &[f64]) -> f64 {

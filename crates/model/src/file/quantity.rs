@@ -43,6 +43,9 @@ impl Reader<'_> {
         };
         let is_bare = lowered.kind == Kind::Bare;
         let (expr, value) = self.accept(&lowered, quantity, what)?;
+        if let Some(value) = value {
+            self.check_turns(quantity, what, value.look(), &span)?;
+        }
         if let Some(value) = value.filter(|_| is_bare) {
             self.check_angle(&lowered, quantity, what, value.look());
         }
@@ -225,6 +228,29 @@ impl Reader<'_> {
             pool.div(pool.number(Number::float(scale.up)), pool.number(Number::float(scale.down)));
         let pi = pool.powi(pool.pi(), i64::from(scale.pi));
         pool.product([expr, factor, pi])
+    }
+
+    /// Refuses an angle of whose sine too few digits are left.
+    fn check_turns(
+        &mut self,
+        quantity: Quantity,
+        what: &str,
+        value: f64,
+        span: &Span,
+    ) -> Option<()> {
+        /// rad: a sine has seven digits there.
+        const LARGEST: f64 = 1e9;
+        if !quantity.is_angle() || value.abs() <= LARGEST {
+            return Some(());
+        }
+        let turn = 2.0 * std::f64::consts::PI;
+        let message = format!("{what} is {} rad = {} turns", short(value), short(value / turn));
+        self.report(
+            Diagnostic::error(codes::NOT_FINITE, message)
+                .at(span.clone(), "too large to be an angle: its sine has lost its digits")
+                .help("write the angle without its whole turns, for example \"30 deg\""),
+        );
+        None
     }
 
     /// Warns of a bare angle that is more than a turn and looks like degrees.
