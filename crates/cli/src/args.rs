@@ -40,6 +40,8 @@ pub(crate) enum Command {
     New(New),
     /// Read a model, report every fault, and count its degrees of freedom.
     Check(ModelArgs),
+    /// Put a model of several files, with parts and elements that repeat, into one text.
+    Expand(Expand),
     /// Print T, V, the Lagrange equations with multipliers and the constraints.
     Equations(Equations),
     /// Find the consistent start.
@@ -88,6 +90,12 @@ pub(crate) struct New {
     /// Overwrite an existing file.
     #[arg(long)]
     pub(crate) force: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Expand {
+    /// The model file, or a drawing (DXF, DWG) with one next to it.
+    pub(crate) model: PathBuf,
 }
 
 /// A model, and how it is read.

@@ -6,6 +6,7 @@ pub(crate) mod cad;
 pub(crate) mod check;
 pub(crate) mod code;
 pub(crate) mod equations;
+pub(crate) mod expand;
 pub(crate) mod explain;
 pub mod export;
 pub(crate) mod expr;

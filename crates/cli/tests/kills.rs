@@ -41,7 +41,7 @@ fn a_killed_run_goes_on_as_if_undisturbed() {
     place.write("long.toml", LONG.replace("1e6 s", "90 s"));
     let begun = Instant::now();
     done(&place, "solve long.toml -o whole.mcap");
-    let lasts = begun.elapsed();
+    let mut lasts = begun.elapsed();
     let whole = done(&place, "export whole.mcap");
 
     let log = place.path().join("long.mcap");
@@ -57,6 +57,8 @@ fn a_killed_run_goes_on_as_if_undisturbed() {
         run.0.kill().expect("a kill");
         let killed = SystemTime::now();
         if run.0.wait().expect("an end").success() {
+            // The machine has less else to do than before.
+            lasts = lasts.mul_f64(0.8);
             continue;
         }
         let Ok(file) = fs::metadata(&log) else { continue };

@@ -11,7 +11,7 @@ use bksim::model::file::check_syntax;
 use crate::error::InputError;
 use crate::file::read_bytes;
 use crate::request::Request;
-use crate::text::{Drawn, Text, drawing_offset};
+use crate::text::{Drawn, Text, drawing_offset, moved_by};
 
 /// A drawing with its attachments; `unit` is the length of one unit of a drawing that states none.
 ///
@@ -50,8 +50,8 @@ pub(crate) fn compose(
     };
     let offset = drawing_offset(&text);
     let diagnostics: Vec<Diagnostic> =
-        diagnostics.into_iter().map(|fault| shifted(fault, offset)).collect();
-    let source = Text { path: shown, text, drawn: Some(Arc::new(drawn)) };
+        diagnostics.into_iter().map(|fault| moved_by(fault, offset)).collect();
+    let source = Text { path: shown, text, drawn: Some(Arc::new(drawn)), parts: None };
     if diagnostics.iter().any(Diagnostic::is_error) {
         return Err(source.rejected(diagnostics));
     }
@@ -90,12 +90,4 @@ fn refuse_outside(folder: &Path, path: &Path, named_in: &Text) -> Result<(), Inp
         format!("lies outside of the folder of `{}`, which names it", named_in.path.display());
     let help = Some("copy the drawing next to the model".to_owned());
     Err(InputError::File { path: path.to_owned(), what, help })
-}
-
-/// A fault with all its spans later by `offset` bytes.
-fn shifted(mut fault: Diagnostic, offset: usize) -> Diagnostic {
-    for label in &mut fault.labels {
-        label.span = label.span.start + offset..label.span.end + offset;
-    }
-    fault
 }

@@ -55,6 +55,7 @@ impl InputError {
 impl Text {
     /// The error that this text has these faults.
     pub fn rejected(&self, diagnostics: Vec<Diagnostic>) -> InputError {
+        let diagnostics = self.distinct(diagnostics);
         InputError::Model { source_text: Box::new(self.clone()), diagnostics }
     }
 }

@@ -18,6 +18,7 @@
 //! | `error.rs` | why there is no model |
 //! | `request.rs`, `file.rs` | the model that is asked for; files as bytes |
 //! | `drawing.rs` | models that come out of drawings |
+//! | `parts.rs` | models of several files |
 //! | `load.rs` | from a path to a model: a model file, a drawing, or one that names the other |
 //!
 //! # Invariants
@@ -29,6 +30,7 @@ mod error;
 mod excerpt;
 mod file;
 mod load;
+mod parts;
 mod request;
 mod text;
 
@@ -37,5 +39,6 @@ pub use error::{InputError, plain_words, without_number};
 pub use excerpt::{WIDTH, json, json_all, plain, styled, titled};
 pub use file::read_bytes;
 pub use load::{Loaded, load, parse, parse_recorded};
+pub use parts::whole;
 pub use request::Request;
-pub use text::{Drawn, Located, Text, line_and_column};
+pub use text::{Drawn, Located, Parts, Text, line_and_column};

@@ -10,6 +10,7 @@ use bksim::model::file::{Limits, Reading, Recording, Source, decode, read_record
 use crate::drawing::{compose, compose_named};
 use crate::error::InputError;
 use crate::file::read_bytes;
+use crate::parts::whole;
 use crate::request::Request;
 use crate::text::Text;
 
@@ -43,6 +44,16 @@ pub fn load(request: &Request<'_>) -> Result<Loaded, InputError> {
         }
     };
     let Request { overrides, limits, is_geometry, .. } = *request;
+    // Warnings about a drawing have their places in the text without parts.
+    let is_drawn = source.drawn.is_some();
+    let (source, of_parts) = whole(source, limits)?;
+    let mut warnings = warnings;
+    if is_drawn && source.parts.is_some() {
+        for fault in &mut warnings {
+            fault.labels.clear();
+        }
+    }
+    warnings.extend(of_parts);
     let (mut loaded, _) = read_text(source, |text| {
         let source = Source { overrides, limits, is_geometry, ..Source::new(text, &name) };
         read_recorded(&source, &[])
@@ -93,9 +104,12 @@ pub fn parse_recorded(
     varied: &[String],
     limits: Limits,
 ) -> Result<(Loaded, Option<Recording>), InputError> {
-    read_text(source, |text| {
+    let (source, of_parts) = whole(source, limits)?;
+    let (mut loaded, recording) = read_text(source, |text| {
         read_recorded(&Source { overrides, limits, ..Source::new(text, name) }, varied)
-    })
+    })?;
+    loaded.warnings.splice(0..0, of_parts);
+    Ok((loaded, recording))
 }
 
 fn read_text(
@@ -104,7 +118,10 @@ fn read_text(
 ) -> Result<(Loaded, Option<Recording>), InputError> {
     let (Reading { model, diagnostics }, recording) = read(&source.text);
     match model {
-        Some(model) => Ok((Loaded { source, model, warnings: diagnostics }, recording)),
+        Some(model) => {
+            let warnings = source.distinct(diagnostics);
+            Ok((Loaded { source, model, warnings }, recording))
+        }
         None => Err(source.rejected(diagnostics)),
     }
 }

@@ -11,6 +11,7 @@ use std::sync::Arc;
 use bksim::cad::compose::{Composition, Origin};
 use bksim::cad::excerpt::{Excerpts, describe};
 use bksim::model::diagnostic::{Diagnostic, Label};
+use bksim::model::file::Expansion;
 
 /// The text of a model, for excerpts in messages.
 #[derive(Clone, Debug)]
@@ -21,6 +22,18 @@ pub struct Text {
     pub text: String,
     /// The files it was composed from, if it came out of a drawing.
     pub drawn: Option<Arc<Drawn>>,
+    /// The files that it was put together from, if it has parts.
+    pub parts: Option<Arc<Parts>>,
+}
+
+/// A model with the files of its parts.
+#[derive(Debug)]
+pub struct Parts {
+    pub(crate) expansion: Expansion,
+    /// Where each of its files is.
+    pub(crate) paths: Vec<PathBuf>,
+    /// The model as it was before.
+    pub(crate) model: Text,
 }
 
 /// The files that a text was composed from.
@@ -48,11 +61,15 @@ pub struct Located<'t> {
 impl Text {
     /// A text by itself.
     pub fn new(path: impl Into<PathBuf>, text: impl Into<String>) -> Self {
-        Self { path: path.into(), text: text.into(), drawn: None }
+        Self { path: path.into(), text: text.into(), drawn: None, parts: None }
     }
 
     /// The files that the model was read from.
     pub fn files(&self) -> Vec<&Path> {
+        if let Some(parts) = &self.parts {
+            let others = parts.paths.iter().skip(1).map(PathBuf::as_path);
+            return parts.model.files().into_iter().chain(others).collect();
+        }
         let Some(drawn) = &self.drawn else { return vec![&self.path] };
         let sidecar = drawn.sidecar.as_ref().map(|(path, _)| path.as_path());
         std::iter::once(drawn.drawing.as_path()).chain(sidecar).collect()
@@ -61,6 +78,9 @@ impl Text {
     /// Puts a diagnostic into the file that its first label is about; labels in other files become
     /// notes.
     pub fn locate(&self, fault: &Diagnostic) -> Located<'_> {
+        if let Some(parts) = &self.parts {
+            return parts.locate(fault);
+        }
         let Some(drawn) = &self.drawn else {
             return Located { path: &self.path, text: &self.text, fault: fault.clone() };
         };
@@ -96,6 +116,21 @@ impl Text {
         Located { path, text, fault: moved }
     }
 
+    /// Diagnostics that say different things: a part that is used twice has its faults twice.
+    pub(crate) fn distinct(&self, diagnostics: Vec<Diagnostic>) -> Vec<Diagnostic> {
+        if self.parts.is_none() {
+            return diagnostics;
+        }
+        let mut located: Vec<Located<'_>> = Vec::new();
+        let mut is_new = |fault: &Diagnostic| {
+            let place = self.locate(fault);
+            let is_new = !located.contains(&place);
+            located.push(place);
+            is_new
+        };
+        diagnostics.into_iter().filter(|fault| is_new(fault)).collect()
+    }
+
     /// Path and text of a file that this text came from.
     fn file<'t>(&'t self, drawn: &'t Drawn, file: File) -> (&'t Path, &'t str) {
         match (file, &drawn.sidecar) {
@@ -104,6 +139,39 @@ impl Text {
             (File::Drawing | File::Sidecar, _) => (&drawn.drawing, &drawn.drawing_text),
         }
     }
+}
+
+impl Parts {
+    /// Puts a diagnostic into the file that its first label is about.
+    fn locate(&self, fault: &Diagnostic) -> Located<'_> {
+        let mut moved = Diagnostic { labels: Vec::new(), ..fault.clone() };
+        let mut home = None;
+        for (file_idx, label) in fault.labels.iter().filter_map(|label| self.site(label)) {
+            if *home.get_or_insert(file_idx) == file_idx {
+                moved.labels.push(label);
+                continue;
+            }
+            let (path, text) = (&self.paths[file_idx], &self.expansion.files[file_idx].text);
+            let (line, column) = line_and_column(text, label.span.start);
+            moved.notes.push(format!("{}:{line}:{column}: {}", path.display(), label.text));
+        }
+        match home.unwrap_or(0) {
+            0 => self.model.locate(&moved),
+            file_idx => Located {
+                path: &self.paths[file_idx],
+                text: &self.expansion.files[file_idx].text,
+                fault: moved,
+            },
+        }
+    }
+}
+
+/// A fault with all its spans later by `offset` bytes.
+pub(crate) fn moved_by(mut fault: Diagnostic, offset: usize) -> Diagnostic {
+    for label in &mut fault.labels {
+        label.span = label.span.start + offset..label.span.end + offset;
+    }
+    fault
 }
 
 /// The files that a label may be in.

@@ -8,7 +8,7 @@ use std::thread;
 
 use bksim::model::file::Limits;
 use bksim::options::{FORMULATIONS, JITS, METHODS, SolveChanges};
-use bksim_load::{Text, json_all};
+use bksim_load::{Text, json_all, whole};
 use bksim_sweep::{
     Axis, Column, Design, Existing, Monitor, Parts, Plan, Request, Row, Spacing, SweepError,
     Values, codes, is_whole, write,
@@ -283,7 +283,7 @@ fn prepared(wanted: SweepRequest) -> Result<Study, Fault> {
             return Err(Fault::Value(format!("design = {other:?} is none of {known}")));
         }
     };
-    let source = Text::new(wanted.path, wanted.text);
+    let (source, _) = whole(Text::new(wanted.path, wanted.text), Limits::default())?;
     let mut fixed = wanted.fixed;
     let mut axes = Vec::new();
     for given in wanted.axes {

@@ -280,3 +280,29 @@ def test_a_changed_model_keeps_what_has_no_class(examples: Path) -> None:
         assert f"[{section}]" in m.text
     weight = m.solve(t_end=2)["couplings.rope"][-1]
     assert abs(weight - 41 * 9.81) < 1e-2
+
+
+def test_a_model_of_several_files_is_loaded_with_its_parts(tmp_path):
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "arm.toml").write_text(
+        "[parameters]\nl = \"0.5 m\"\n[ground]\npoints = { O = [0, 0] }\n"
+        '[bodies.bob]\nmass = "1 kg"\ncom = [0, "-l"]\n'
+        '[joints.A]\ntype = "revolute"\nbetween = ["ground.O", "bob"]\n',
+        encoding="utf-8",
+    )
+    path = tmp_path / "two.toml"
+    path.write_text(
+        '[loads.g]\ntype = "gravity"\nacceleration = [0, "-9.81 m/s^2"]\n'
+        '[use.arm]\ncount = 2\nfile = "parts/arm.toml"\nwith = { l = "{i} m" }\n'
+        '[initial.arm1_A]\nangle = "0.1 rad"\n[initial.arm2_A]\nangle = "0.1 rad"\n',
+        encoding="utf-8",
+    )
+    m = bksim.load(path)
+    assert list(m.coordinates) == ["arm1_A_angle", "arm2_A_angle"]
+    end = m.solve(t_end=1.0).q[:, -1]
+    m.parameters["arm2_l"] = 1.0
+    same = m.solve(t_end=1.0).q[:, -1]
+    assert end[0] != end[1] and same[0] == same[1] == end[0]
+    (tmp_path / "parts" / "arm.toml").unlink()
+    with pytest.raises(bksim.ModelError, match=r"parts/arm.toml.*no such file"):
+        bksim.load(path).check()

@@ -96,6 +96,7 @@ fn the_page_lists_the_keys_that_are_printed() {
         "check four-bar.toml",
         "check bad.toml",
         "check missing.toml",
+        "expand five-link.toml",
         "equations five-link.toml",
         "equations four-bar.toml",
         "equations contacts.toml",

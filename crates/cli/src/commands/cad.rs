@@ -79,7 +79,7 @@ fn parts(
         ModelOptions { tolerance: args.tolerance, plate, sidecar, ..ModelOptions::default() };
     let mut composition = sheet.compose(options);
     composition.diagnostics.retain(|fault| !is_harmless(fault));
-    let source = Text { path: path.to_owned(), text: sheet.text.clone(), drawn: None };
+    let source = Text::new(path.to_owned(), sheet.text.clone());
     if composition.diagnostics.iter().any(Diagnostic::is_error) {
         return Err(source.rejected(composition.diagnostics).into());
     }

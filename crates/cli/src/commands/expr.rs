@@ -54,17 +54,13 @@ pub(crate) fn run(args: &Expression, as_json: bool, nesting: usize) -> Result<St
 /// The expression as written, or standard input for `-`.
 fn source(argument: &str) -> Result<Text, Failure> {
     if argument != "-" {
-        return Ok(Text {
-            path: PathBuf::from("expression"),
-            text: argument.to_owned(),
-            drawn: None,
-        });
+        return Ok(Text::new("expression", argument));
     }
     let path = PathBuf::from("standard input");
     let mut text = String::new();
     let mut input = std::io::stdin().lock().take(LONGEST_INPUT_BYTES);
     match input.read_to_string(&mut text) {
-        Ok(_) => Ok(Text { path, text: text.trim_end().to_owned(), drawn: None }),
+        Ok(_) => Ok(Text::new(path, text.trim_end().to_owned())),
         Err(error) => Err(Failure::reading(&path, &error)),
     }
 }

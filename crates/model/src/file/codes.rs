@@ -66,6 +66,8 @@ crate::codes! {
     NO_SURFACE = "M090", "surfaces that a joint does not have";
     NO_CURVE = "M091", "a curve that is none";
     UNKNOWN_CURVE = "M092", "a curve that does not exist";
+    BAD_PART = "M093", "a part that cannot be used";
+    BAD_COUNT = "M094", "a count that repeats nothing";
 }
 
 #[cfg(test)]

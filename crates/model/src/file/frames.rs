@@ -21,22 +21,31 @@ use crate::ids::Vector;
 use crate::message::short;
 
 /// Keys of a point with a frame.
-pub(super) const FRAME_KEYS: [&str; 6] = ["at", "rpy", "quaternion", "x", "y", "z"];
+pub(super) const FRAME_KEYS: [&str; 7] = ["at", "from", "rpy", "quaternion", "x", "y", "z"];
+
+/// The frame of a point as it is written.
+#[derive(Default)]
+pub(super) struct WrittenFrame<'n> {
+    /// Its position.
+    pub(super) at: Option<&'n Node>,
+    /// The point of the same body that position and turns are seen from, in place of the body.
+    pub(super) from: Option<&'n Node>,
+    /// Its turns.
+    pub(super) turns: Vec<FixedTurn>,
+}
 
 /// Largest error of a unit length or of a right angle, for numbers written with seven digits.
 const ROUNDING: f64 = 1e-6;
 
 impl Reader<'_> {
-    /// The position of a point, as a node, and its orientation.
-    pub(super) fn frame<'n>(
-        &mut self,
-        node: &'n Node,
-        what: &str,
-    ) -> (Option<&'n Node>, Vec<FixedTurn>) {
-        let Value::Table(table) = &node.value else { return (Some(node), Vec::new()) };
+    /// The position of a point and its orientation.
+    pub(super) fn frame<'n>(&mut self, node: &'n Node, what: &str) -> WrittenFrame<'n> {
+        let Value::Table(table) = &node.value else {
+            return WrittenFrame { at: Some(node), ..WrittenFrame::default() };
+        };
         let fields = Fields::open(self, table, what.to_owned(), node.span.clone(), &FRAME_KEYS);
         let at = fields.require(self, "at", "write for example `at = [\"25 mm\", 0, 0]`");
-        (at, self.orientation(&fields))
+        WrittenFrame { at, from: fields.get("from"), turns: self.orientation(&fields) }
     }
 
     /// The orientation of a frame: one of the ways of writing it, or parallel axes.

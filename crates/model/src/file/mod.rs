@@ -32,6 +32,7 @@ mod contacts;
 mod couplings;
 mod curves;
 mod definition;
+mod expand;
 mod frames;
 mod function;
 mod gather;
@@ -68,6 +69,7 @@ mod written_unit;
 use bksim_expr::Pool;
 
 pub use codes::PAGES;
+pub use expand::{Expansion, Open, SourceFile, expand};
 pub use replay::Recording;
 pub use syntax::decode;
 pub use words::suggest;

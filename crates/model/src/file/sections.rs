@@ -15,6 +15,7 @@ use crate::model::{CoordinatePolicy, Model, Space};
 const SECTIONS: &[&str] = &[
     "name",
     "drawing",
+    "use",
     "space",
     "coordinates",
     "units",
@@ -43,6 +44,15 @@ impl Reader<'_> {
                 Diagnostic::error(codes::DRAWING_ALONE, "the drawing that this model names was not read")
                     .at(node.span.clone(), "a file, in quotes")
                     .help("give the name of a file, such as `drawing = \"press.dxf\"`, and open the model with `bksim`"),
+            );
+            self.topology_unknown = true;
+            return None;
+        }
+        if let Some(node) = top.get("use") {
+            self.report(
+                Diagnostic::error(codes::BAD_PART, "the parts that this model uses were not read")
+                    .at(node.span.clone(), "models of other files")
+                    .help("open the model with `bksim`, or put it together with `bksim expand`"),
             );
             self.topology_unknown = true;
             return None;

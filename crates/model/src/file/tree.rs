@@ -8,7 +8,7 @@ use toml::de::{DeTable, DeValue};
 use crate::diagnostic::Span;
 
 /// A value and its position.
-#[derive(Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub(super) struct Node {
     /// Position of the value, with its quotes or brackets.
     pub(super) span: Span,
@@ -16,7 +16,7 @@ pub(super) struct Node {
 }
 
 /// A value of any kind.
-#[derive(Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub(super) enum Value {
     Text(String),
     /// The value, and its digits without sign and `_` where they are decimal.
@@ -31,13 +31,13 @@ pub(super) enum Value {
 }
 
 /// Keys and values in file order.
-#[derive(Debug, Default)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Table {
     pub(super) entries: Vec<Entry>,
 }
 
 /// A key and its value.
-#[derive(Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub(super) struct Entry {
     pub(super) key: String,
     pub(super) key_span: Span,
@@ -62,6 +62,19 @@ impl Table {
     /// The entry of a key.
     pub(super) fn get(&self, key: &str) -> Option<&Entry> {
         self.entries.iter().find(|entry| entry.key == key)
+    }
+
+    /// The entry of a key, to be changed.
+    pub(super) fn get_mut(&mut self, key: &str) -> Option<&mut Entry> {
+        self.entries.iter_mut().find(|entry| entry.key == key)
+    }
+
+    /// Moves all positions by some bytes.
+    pub(super) fn shift(&mut self, by: usize) {
+        for Entry { key_span, node, .. } in &mut self.entries {
+            *key_span = key_span.start + by..key_span.end + by;
+            node.shift(by);
+        }
     }
 }
 
@@ -116,6 +129,32 @@ fn integer(digits: &str, radix: u32) -> f64 {
 }
 
 impl Node {
+    /// The table that it is.
+    pub(super) fn table(&self) -> Option<&Table> {
+        match &self.value {
+            Value::Table(table) => Some(table),
+            _ => None,
+        }
+    }
+
+    /// Nodes of it and below it.
+    pub(super) fn weight(&self) -> usize {
+        1 + match &self.value {
+            Value::Array(nodes) => nodes.iter().map(Self::weight).sum(),
+            Value::Table(table) => table.entries.iter().map(|entry| entry.node.weight()).sum(),
+            _ => 0,
+        }
+    }
+
+    fn shift(&mut self, by: usize) {
+        self.span = self.span.start + by..self.span.end + by;
+        match &mut self.value {
+            Value::Array(nodes) => nodes.iter_mut().for_each(|node| node.shift(by)),
+            Value::Table(table) => table.shift(by),
+            _ => (),
+        }
+    }
+
     /// The text and the position of its first character when escapes do not shift the rest.
     pub(super) fn text<'n>(&'n self, source: &str) -> Option<Quoted<'n>> {
         let Value::Text(text) = &self.value else { return None };

@@ -36,7 +36,7 @@ pub(super) fn run(args: &Doctor, as_json: bool) -> Result<Status, Failure> {
     };
     let bytes = read_bytes(&path)?;
     let report = examine(bytes.clone(), options);
-    let source = Text { path: path.clone(), text: report.text.clone(), drawn: None };
+    let source = Text::new(path.clone(), report.text.clone());
     if let Some(written) = &written {
         written::refuse_inputs(&written.output, &[&path])?;
         mark(&report, bytes, written, &source)?;

@@ -25,7 +25,7 @@ pub(super) fn run(subject: Subject, change: &Change, as_json: bool) -> Result<St
     let output = output_path(named)?;
     let bytes = read_bytes(path)?;
     let sheet = read_sheet(path, bytes.clone(), &named.reading)?;
-    let source = Text { path: path.clone(), text: sheet.text, drawn: None };
+    let source = Text::new(path.clone(), sheet.text);
 
     // What is asked for, as edits; then the drawing with them.
     let statement = statement(subject, change, named);
@@ -41,7 +41,7 @@ pub(super) fn run(subject: Subject, change: &Change, as_json: bool) -> Result<St
     // What was written must read; what it then says may still be at fault, and is told.
     let written = read_sheet(&output, patched.bytes.clone(), &named.reading)?;
     put(&output, &patched.bytes)?;
-    let after = Text { path: output.clone(), text: written.text, drawn: None };
+    let after = Text::new(output.clone(), written.text);
     let new: Vec<Diagnostic> =
         written.diagnostics.into_iter().filter(|it| is_new(it, &sheet.diagnostics)).collect();
     if as_json {

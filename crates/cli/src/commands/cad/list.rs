@@ -17,7 +17,7 @@ pub(super) fn run(args: &Drawing, as_json: bool) -> Result<Status, Failure> {
     let path = &path;
     let sheet = read_sheet(path, read_bytes(path)?, &args.reading)?;
     let unit = sheet.drawing.unit.name;
-    let source = Text { path: path.clone(), text: sheet.text, drawn: None };
+    let source = Text::new(path.clone(), sheet.text);
     if as_json {
         let rows = sheet.attachments.iter().map(|attachment| {
             let location = &attachment.location;

@@ -74,7 +74,7 @@ fn opened(args: &Trace, nesting: usize) -> Result<(Mechanism, Log), Failure> {
     let log =
         Log::read(BufReader::new(file)).map_err(|e| unfit(format!("cannot be traced: {e}")))?;
     let header = &log.header;
-    let source = Text { path: path.clone(), text: header.model_text.clone(), drawn: None };
+    let source = Text::new(path.clone(), header.model_text.clone());
     let loaded = parse(source, &header.model_name, &[], nesting)?;
     let mut mechanism = derive(&loaded.source, loaded.model)?;
     // The run may have had other values than the file.
@@ -175,7 +175,7 @@ fn no_point(args: &Trace, name: &str, model: &Model) -> Failure {
     let help = format!("one of {}", all.collect::<Vec<_>>().join(", "));
     let message = format!("the run has no point `{name}`");
     let fault = Diagnostic::error(codes::UNKNOWN_POINT, message).help(help);
-    let source = Text { path: args.log.clone(), text: String::new(), drawn: None };
+    let source = Text::new(args.log.clone(), String::new());
     Failure::Model { source: Box::new(source), diagnostics: vec![fault] }
 }
 

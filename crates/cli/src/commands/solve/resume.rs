@@ -56,7 +56,7 @@ pub(super) fn open(path: &Path, nesting: usize) -> Result<(Loaded, FirstPart), F
         return Err(refused(path, &what, Some("numbers would differ: solve the model again")));
     }
     let set = overrides(&header.options);
-    let source = Text { path: path.to_owned(), text: header.model_text.clone(), drawn: None };
+    let source = Text::new(path.to_owned(), header.model_text.clone());
     let mut loaded = parse(source, &header.model_name, &set, nesting)?;
     apply(&mut loaded.model, header)
         .ok_or_else(|| refused(path, "its options cannot be read", None))?;

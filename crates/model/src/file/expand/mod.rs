@@ -1,0 +1,177 @@
+//! Models of several files: parts that are used, files of tables, and elements that repeat, put into one text.
+//!
+//! ```text
+//! files -> trees -> repeated -> renamed -> merged -> one text, with the place that each piece came from
+//! ```
+//!
+//! The text is what everything else reads: a log keeps it, a sweep varies it. Files are opened by whoever asks.
+//!
+//! ```
+//! use bksim_model::file::{Limits, expand};
+//!
+//! let text = "[bodies.link]\ncount = 2\nmass = 1\n";
+//! let mut open = |name: &str| Err(format!("there is no file `{name}`"));
+//! let expansion = expand("chain.toml", text, Limits::default(), &mut open).expect("something repeats");
+//! assert_eq!(expansion.text, "[bodies.link1]\nmass = 1\n\n[bodies.link2]\nmass = 1\n");
+//! ```
+
+mod emit;
+mod merge;
+mod rename;
+mod repeat;
+mod rows;
+
+use super::Limits;
+use super::syntax;
+use super::tree::{Table, Value};
+use crate::diagnostic::{Diagnostic, Label, Span};
+use emit::Piece;
+
+/// Opens a file that a model names: its text, or why there is none, worded to follow the file's name.
+pub type Open<'a> = &'a mut dyn FnMut(&str) -> Result<String, String>;
+
+/// A model put into one text.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Expansion {
+    /// The whole model: nothing in it is in another file, or repeats.
+    pub text: String,
+    /// The files that it came from, the model itself first.
+    pub files: Vec<SourceFile>,
+    /// Errors and warnings; their spans are of the files laid end to end, see [`Expansion::source`].
+    pub faults: Vec<Diagnostic>,
+    pieces: Vec<Piece>,
+}
+
+/// A file that a model came from.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct SourceFile {
+    /// Its name as the model gives it, against the model's folder.
+    pub name: String,
+    /// Its text.
+    pub text: String,
+    /// Bytes of the files before it.
+    start: usize,
+}
+
+/// Whether a model has parts, files of tables or elements that repeat.
+fn is_of_pieces(root: &Table) -> bool {
+    root.entries.iter().any(|section| {
+        let Value::Table(table) = &section.node.value else { return false };
+        section.key == "use"
+            || table.entries.iter().any(|entry| match &entry.node.value {
+                Value::Table(keys) => {
+                    keys.get("count").is_some()
+                        || section.key == "tables" && keys.get("file").is_some()
+                }
+                _ => false,
+            })
+    })
+}
+
+/// Puts a model into one text; `None` where it is one already, or is not TOML.
+pub fn expand(name: &str, text: &str, limits: Limits, open: Open<'_>) -> Option<Expansion> {
+    let may_have_pieces = ["use", "count", "file"].iter().any(|word| text.contains(word));
+    if !may_have_pieces {
+        return None;
+    }
+    let mut faults = Vec::new();
+    let root = syntax::parse(text, limits.nesting, &mut faults)?;
+    if !is_of_pieces(&root) {
+        return None;
+    }
+    let mut expander = Expander {
+        open,
+        nesting: limits.nesting,
+        files: Vec::new(),
+        sources: String::new(),
+        stack: Vec::new(),
+        left: MOST_NODES,
+        faults: Vec::new(),
+    };
+    let root = expander.whole(name, text.to_owned()).unwrap_or_default();
+    let Expander { files, sources, faults, .. } = expander;
+    let emit::Emitted { text, pieces } = emit::emitted(&root, &sources);
+    Some(Expansion { text, files, faults, pieces })
+}
+
+/// Nodes of all trees together: more would fill the memory with copies.
+const MOST_NODES: usize = 4_000_000;
+
+/// The files that were opened so far.
+struct Expander<'a> {
+    open: Open<'a>,
+    nesting: usize,
+    files: Vec<SourceFile>,
+    /// The files end to end, a newline after each: all spans are of it.
+    sources: String,
+    /// Names of the files that use each other, down to the one that is read.
+    stack: Vec<String>,
+    /// Nodes that may still be copied.
+    left: usize,
+    faults: Vec<Diagnostic>,
+}
+
+impl Expander<'_> {
+    /// The tree of a file with its parts; `None` where it is not TOML.
+    fn whole(&mut self, name: &str, text: String) -> Option<Table> {
+        let mut root = self.tree_of(name, text)?;
+        self.repeat(&mut root);
+        self.read_rows(&mut root, name);
+        self.stack.push(name.to_owned());
+        self.use_parts(&mut root);
+        self.stack.pop();
+        Some(root)
+    }
+
+    /// The tree of a file, with spans of all files end to end.
+    fn tree_of(&mut self, name: &str, text: String) -> Option<Table> {
+        let start = self.keep(name, text);
+        let text = &self.files[self.files.len() - 1].text;
+        let mut faults = Vec::new();
+        let root = syntax::parse(text, self.nesting, &mut faults);
+        self.faults.extend(faults.into_iter().map(|fault| moved(fault, start)));
+        let mut root = root?;
+        root.shift(start);
+        Some(root)
+    }
+
+    /// Keeps the text of a file: where it starts among all of them.
+    fn keep(&mut self, name: &str, text: String) -> usize {
+        let start = self.sources.len();
+        self.sources.push_str(&text);
+        self.sources.push('\n');
+        self.files.push(SourceFile { name: name.to_owned(), text, start });
+        start
+    }
+
+    fn report(&mut self, fault: Diagnostic) {
+        self.faults.push(fault);
+    }
+}
+
+/// A fault with its spans later by some bytes.
+fn moved(fault: Diagnostic, by: usize) -> Diagnostic {
+    let shifted =
+        |label: Label| Label { span: label.span.start + by..label.span.end + by, ..label };
+    Diagnostic { labels: fault.labels.into_iter().map(shifted).collect(), ..fault }
+}
+
+impl Expansion {
+    /// The file, by its place in [`Expansion::files`], and the span there, of a span of the files laid end to
+    /// end.
+    pub fn source(&self, span: &Span) -> (usize, Span) {
+        let after = self.files.partition_point(|file| file.start <= span.start);
+        let file_idx = after.saturating_sub(1);
+        let start = self.files[file_idx].start;
+        (file_idx, span.start - start..span.end.max(span.start) - start)
+    }
+
+    /// The same of a span of [`Expansion::text`]; `None` for what stands in no file.
+    pub fn origin(&self, span: &Span) -> Option<(usize, Span)> {
+        let until = |end: usize| self.pieces.partition_point(|piece| piece.at.start < end);
+        let first = self.pieces[..until(span.start + 1)].last()?;
+        let last = self.pieces[..until(span.end.max(span.start + 1))].last()?;
+        let is_within = span.start < first.at.end.max(first.at.start + 1);
+        is_within.then(|| self.source(&Piece::source_of(span, [first, last])))
+    }
+}

@@ -1,0 +1,197 @@
+//! `[tables.…] file = "motor.csv"`: rows of measured values from another file.
+//!
+//! The first line may name the columns, with their units in brackets: `speed [rpm], torque [N m]`. Columns are
+//! divided by commas, semicolons or tabs; with semicolons and tabs a comma may be the decimal one.
+
+use super::super::codes;
+use super::super::tree::{Entry, Node, Table, Value};
+use super::Expander;
+use super::merge::beside;
+use crate::diagnostic::{Diagnostic, Span};
+
+impl Expander<'_> {
+    /// Puts the rows of other files into the tables that name them.
+    pub(super) fn read_rows(&mut self, root: &mut Table, by: &str) {
+        let section = root.entries.iter_mut().find(|section| section.key == "tables");
+        let Some(Entry { node: Node { value: Value::Table(tables), .. }, .. }) = section else {
+            return;
+        };
+        for Entry { key, node, .. } in &mut tables.entries {
+            let Value::Table(keys) = &mut node.value else { continue };
+            let Some(place) = keys.entries.iter().position(|entry| entry.key == "file") else {
+                continue;
+            };
+            let file = keys.entries.remove(place);
+            if keys.get("points").is_some() {
+                self.report(
+                    Diagnostic::error(
+                        codes::KEY_CONFLICT,
+                        format!("`file` and `points` of table `{key}` exclude each other"),
+                    )
+                    .at(file.key_span, "")
+                    .help("keep one of them"),
+                );
+                continue;
+            }
+            let Some((units, points)) = self.rows_of(key, &file.node, by) else { continue };
+            let of = |name: &str, node: Node| Entry {
+                key: name.to_owned(),
+                key_span: file.key_span.clone(),
+                node,
+            };
+            if let (Some(units), None) = (units, keys.get("units")) {
+                keys.entries.push(of("units", units));
+            }
+            keys.entries.push(of("points", points));
+        }
+    }
+
+    /// The units of the columns, where the file states them, and its rows.
+    fn rows_of(&mut self, table: &str, node: &Node, by: &str) -> Option<(Option<Node>, Node)> {
+        let Value::Text(file) = &node.value else {
+            self.report(
+                Diagnostic::error(
+                    codes::WRONG_KIND,
+                    format!("`file` of table `{table}` is no text"),
+                )
+                .at(node.span.clone(), "the name of a file, in quotes")
+                .help("write for example `file = \"motor.csv\"`"),
+            );
+            return None;
+        };
+        let path = beside(by, file);
+        let text = match (self.open)(&path) {
+            Ok(text) => text,
+            Err(why) => {
+                self.report(
+                    Diagnostic::error(codes::BAD_TABLE, format!("the rows `{path}` {why}"))
+                        .at(node.span.clone(), "this file")
+                        .help("name a file of comma-separated values in the folder of the model"),
+                );
+                return None;
+            }
+        };
+        if !self.pays_for(text.len(), table, node.span.clone()) {
+            return None;
+        }
+        let start = self.keep(&path, text);
+        let text = self.files[self.files.len() - 1].text.clone();
+        let whole = start..start + text.len();
+        let divider = divider_of(&text);
+        let mut lines = lines_of(&text, start);
+        lines.retain(|(line, _)| !line.trim().is_empty() && !line.trim_start().starts_with('#'));
+
+        // A first line that begins with no number has names and perhaps units.
+        let mut units = None;
+        if let Some((header, span)) = lines.first().cloned() {
+            let cells = cells_of(header, divider, span.start);
+            if cells.first().is_some_and(|(cell, _)| number(cell, divider).is_none()) {
+                let found = self.header_units(table, &cells)?;
+                let node = Node { span, value: Value::Array(found.clone()) };
+                units = (!found.is_empty()).then_some(node);
+                lines.remove(0);
+            }
+        }
+        let mut rows = Vec::with_capacity(lines.len());
+        for (row_idx, (line, span)) in lines.into_iter().enumerate() {
+            let cells = cells_of(line, divider, span.start);
+            if cells.len() != 2 {
+                let message = format!(
+                    "row {} of table `{table}` has {} columns, not two",
+                    row_idx + 1,
+                    cells.len()
+                );
+                self.report(
+                    Diagnostic::error(codes::BAD_TABLE, message)
+                        .at(span, "the argument, then the value")
+                        .help("divide the columns with commas, semicolons or tabs, for example `100, 9.5`"),
+                );
+                return None;
+            }
+            let mut pair = Vec::new();
+            for (cell, span) in cells {
+                let Some(value) = number(cell, divider) else {
+                    let message =
+                        format!("row {} of table `{table}`: `{cell}` is no number", row_idx + 1);
+                    self.report(
+                        Diagnostic::error(codes::BAD_TABLE, message)
+                            .at(span, "not a number")
+                            .help("write numbers alone, and their units in the first line: `angle [deg], force [N]`"),
+                    );
+                    return None;
+                };
+                let digits = format!("{value:?}");
+                pair.push(Node { span, value: Value::Number { value, digits } });
+            }
+            rows.push(Node { span, value: Value::Array(pair) });
+        }
+        Some((units, Node { span: whole, value: Value::Array(rows) }))
+    }
+
+    /// The units in the brackets of a header, none where it has no brackets.
+    fn header_units(&mut self, table: &str, cells: &[(&str, Span)]) -> Option<Vec<Node>> {
+        let unit = |(cell, span): &(&str, Span)| {
+            let (open, close) = (cell.find('[')?, cell.rfind(']')?);
+            let text = cell.get(open + 1..close)?.trim().to_owned();
+            let span = span.start + open + 1..span.start + close;
+            Some(Node { span, value: Value::Text(text) })
+        };
+        let units: Vec<Option<Node>> = cells.iter().map(unit).collect();
+        if units.iter().all(Option::is_none) {
+            return Some(Vec::new());
+        }
+        let span = cells[0].1.start..cells[cells.len() - 1].1.end;
+        if units.contains(&None) || units.len() != 2 {
+            self.report(
+                Diagnostic::error(
+                    codes::BAD_TABLE,
+                    format!(
+                        "the first line of table `{table}` has not one unit for each of two columns"
+                    ),
+                )
+                .at(span, "names and units of the columns")
+                .help("write for example `angle [deg], force [N]`; `[]` for a plain number"),
+            );
+            return None;
+        }
+        Some(units.into_iter().flatten().collect())
+    }
+}
+
+/// The sign between columns: the first of tab, semicolon and comma that the text has.
+fn divider_of(text: &str) -> char {
+    ['\t', ';'].into_iter().find(|divider| text.contains(*divider)).unwrap_or(',')
+}
+
+/// The lines of a text, with their places among all files.
+fn lines_of(text: &str, start: usize) -> Vec<(&str, Span)> {
+    let mut at = start;
+    let line = |line: &str| {
+        let from = at;
+        at += line.len();
+        from
+    };
+    let starts: Vec<usize> = text.split_inclusive('\n').map(line).collect();
+    let lines = text.split_inclusive('\n').map(|line| line.trim_end_matches(['\n', '\r']));
+    lines.zip(starts).map(|(line, from)| (line, from..from + line.len())).collect()
+}
+
+/// The cells of a line without the blanks and quotes around them, and their places.
+fn cells_of(line: &str, divider: char, start: usize) -> Vec<(&str, Span)> {
+    let mut at = 0;
+    line.split(divider)
+        .map(|cell| {
+            let bare = cell.trim().trim_matches('"').trim();
+            let from = start + at + (bare.as_ptr() as usize).saturating_sub(cell.as_ptr() as usize);
+            at += cell.len() + 1;
+            (bare, from..from + bare.len())
+        })
+        .collect()
+}
+
+/// The number of a cell; with other dividers than commas a comma may be the decimal one.
+fn number(cell: &str, divider: char) -> Option<f64> {
+    let is_decimal_comma = divider != ',' && !cell.contains('.');
+    let parsed = if is_decimal_comma { cell.replacen(',', ".", 1).parse() } else { cell.parse() };
+    parsed.ok().filter(|value: &f64| value.is_finite())
+}
