@@ -391,3 +391,16 @@ fn a_start_that_was_changed_does_not_begin_beyond_a_stop() {
     let refused = simulation.begin_at(&changed).err().expect("it is in the wall");
     assert_eq!(refused.0, [said]);
 }
+
+/// Loads follow the branches of the state that the start has, not those of all coordinates zero.
+#[test]
+fn a_start_is_on_its_own_side_of_a_kink() {
+    let text = block(
+        "[loads.pull]\ntype = \"force\"\non = \"block\"\n\
+         vector = [\"2 N*sqrt(abs(S.position - 2 m)/(1 m))\", 0]\n\
+         [initial]\nS = { position = \"3 m\", velocity = 0 }\n",
+    );
+    let start = derive(model(&text)).start().unwrap_or_else(|e| panic!("{e}"));
+    let expected = derive(model(&text.replace("abs(S.position - 2 m)", "(S.position - 2 m)")));
+    assert_eq!(start.a, expected.start().unwrap_or_else(|e| panic!("{e}")).a);
+}

@@ -194,7 +194,8 @@ pub fn start_at(
     let v = closing.fit_velocities(&mut evaluator, t, &q)?;
     let velocity_residual = largest(&evaluator.constraints(t, &q).rate_of(&v));
     let jacobian = regular_jacobian(&mut evaluator, t, (&q, &v), equations.n_bilateral);
-    if compiled.branching_constraints.is_some() {
+    // Loads follow the branches of the state that was found.
+    if !compiled.indicators.is_empty() {
         modes = compiled.indicators.decided(modes.held, parameters, (t, &q, &v));
         evaluator = compiled.evaluator(&modes.parameters_with_modes(parameters));
     }
