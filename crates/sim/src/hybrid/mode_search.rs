@@ -143,7 +143,7 @@ impl<'a> ModeSearch<'a> {
     /// φ < 0, or φ = 0 and φ′ < 0: open. p′ ≠ 0: slipping.
     fn decide_contacts(&mut self, contacts: &[ContactState]) {
         for (k, &state) in contacts.iter().enumerate() {
-            let is_at_rest = self.at.bands.is_at_rest(state.rate());
+            let is_at_rest = self.is_at_rest(k, state);
             match state {
                 ContactState::Friction { rate, .. } if !is_at_rest => {
                     self.modes.contacts[k] = ContactMode::Slip(rate.signum());
@@ -156,6 +156,15 @@ impl<'a> ModeSearch<'a> {
                 _ => (),
             }
         }
+    }
+
+    /// Whether the rate of a contact is zero. That of friction which has just fired is: it is known no better than
+    /// the instant at which it passes zero, a bit of the time times the acceleration.
+    fn is_at_rest(&self, k: usize, state: ContactState) -> bool {
+        let has_passed = matches!(state, ContactState::Friction { .. })
+            && !self.at.before.contacts[k].is_active()
+            && self.has_fired(Indicator::Contact(k));
+        has_passed || self.at.bands.is_at_rest(state.rate())
     }
 
     /// Whether a stop is closed; one that was held until now is, since the run keeps it so.
@@ -270,7 +279,7 @@ impl<'a> ModeSearch<'a> {
             }
         }
         for (contact, state) in values.contacts.iter().enumerate() {
-            if self.at.bands.is_at_rest(state.rate())
+            if self.is_at_rest(contact, *state)
                 && let Some(modes) = self.choices(contact, *state)
             {
                 undecided.push(Undecided::Contact { contact, modes });
