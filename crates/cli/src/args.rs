@@ -42,6 +42,8 @@ pub(crate) enum Command {
     Check(ModelArgs),
     /// Put a model of several files, with parts and elements that repeat, into one text.
     Expand(Expand),
+    /// List the parts that come with bksim, or print one.
+    Parts(Parts),
     /// Print T, V, the Lagrange equations with multipliers and the constraints.
     Equations(Equations),
     /// Find the consistent start.
@@ -90,6 +92,12 @@ pub(crate) struct New {
     /// Overwrite an existing file.
     #[arg(long)]
     pub(crate) force: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Parts {
+    /// Name of a part, to print its model.
+    pub(crate) name: Option<String>,
 }
 
 #[derive(Args, Debug)]

@@ -12,4 +12,5 @@ pub mod export;
 pub(crate) mod expr;
 pub(crate) mod info;
 pub(crate) mod new;
+pub(crate) mod parts;
 pub mod solve;

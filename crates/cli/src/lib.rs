@@ -124,6 +124,7 @@ fn dispatch(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>
     match &cli.command {
         Command::New(args) => own("new", commands::new::run(args, json)),
         Command::Expand(args) => own("expand", commands::expand::run(&args.model, json, nesting)),
+        Command::Parts(args) => own("parts", commands::parts::run(args.name.as_deref(), json)),
         Command::Check(args) => own("check", commands::check::run(args, json, nesting)),
         Command::Equations(args) => own("equations", commands::equations::run(args, json, nesting)),
         Command::Assemble(args) => own("assemble", commands::assemble::run(args, json, nesting)),

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bksim::model::diagnostic::{Diagnostic, Label};
-use bksim::model::file::{Expansion, Limits, decode, expand};
+use bksim::model::file::{Expansion, Limits, SourceFile, decode, expand};
 
 use crate::error::InputError;
 use crate::file::read_bytes;
@@ -32,7 +32,11 @@ pub fn whole(source: Text, limits: Limits) -> Result<(Text, Vec<Diagnostic>), In
 }
 
 fn with_parts(model: Text, folder: &Path, expansion: Expansion) -> Text {
-    let paths: Vec<PathBuf> = expansion.files.iter().map(|file| folder.join(&file.name)).collect();
+    let path = |file: &SourceFile| {
+        let is_own = !file.is_of_library();
+        if is_own { folder.join(&file.name) } else { PathBuf::from(&file.name) }
+    };
+    let paths: Vec<PathBuf> = expansion.files.iter().map(path).collect();
     Text {
         path: model.path.clone(),
         text: expansion.text.clone(),

@@ -67,7 +67,9 @@ impl Text {
     /// The files that the model was read from.
     pub fn files(&self) -> Vec<&Path> {
         if let Some(parts) = &self.parts {
-            let others = parts.paths.iter().skip(1).map(PathBuf::as_path);
+            let files = parts.paths.iter().zip(&parts.expansion.files).skip(1);
+            let others = files.filter(|(_, file)| !file.is_of_library());
+            let others = others.map(|(path, _)| path.as_path());
             return parts.model.files().into_iter().chain(others).collect();
         }
         let Some(drawn) = &self.drawn else { return vec![&self.path] };

@@ -23,6 +23,7 @@ mod drive;
 pub mod file;
 mod ids;
 mod joint;
+pub mod library;
 mod load;
 mod measure;
 mod measure_names;

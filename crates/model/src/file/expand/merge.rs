@@ -10,11 +10,12 @@ use super::super::codes;
 use super::super::gather::sub_tables;
 use super::super::tree::{Entry, Node, Table, Value};
 use super::super::words::suggest;
-use super::Expander;
 use super::rename::{Host, Renaming};
+use super::{Expander, OF_LIBRARY};
 use crate::diagnostic::{Code, Diagnostic, Span};
+use crate::library::{LIBRARY, LibraryPart};
 
-const USE_KEYS: [&str; 3] = ["file", "on", "with"];
+const USE_KEYS: [&str; 4] = ["file", "part", "on", "with"];
 
 /// Sections of a part that are its own matter.
 const LEFT_OUT: [&str; 4] = ["name", "space", "coordinates", "solve"];
@@ -62,17 +63,29 @@ impl Expander<'_> {
             self.unknown(codes::UNKNOWN_KEY, message, label, (&entry.key, &USE_KEYS));
             are_known = false;
         }
-        let Some(file) = keys.get("file") else {
-            if are_known {
+        let (file, mut part) = match (keys.get("file"), keys.get("part")) {
+            (Some(file), None) => (file, self.part_in_file(name, &file.node)?),
+            (None, Some(known)) => (known, self.part_of_library(name, &known.node)?),
+            (Some(_), Some(known)) => {
+                let message = format!("`file` and `part` of use `{name}` exclude each other");
                 self.report(
-                    Diagnostic::error(codes::MISSING_KEY, format!("use `{name}` has no `file`"))
-                        .at(span.clone(), "`file` is missing")
-                        .help("write for example `file = \"parts/motor.toml\"`"),
+                    Diagnostic::error(codes::KEY_CONFLICT, message)
+                        .at(known.key_span.clone(), "")
+                        .help("keep one of them"),
                 );
+                return None;
             }
-            return None;
+            (None, None) => {
+                if are_known {
+                    self.report(
+                        Diagnostic::error(codes::MISSING_KEY, format!("use `{name}` has no `file`"))
+                            .at(span.clone(), "`file` is missing")
+                            .help("write for example `file = \"parts/motor.toml\"`, or the name of a `part` that `bksim parts` lists"),
+                    );
+                }
+                return None;
+            }
         };
-        let mut part = self.part_of(name, &file.node)?;
 
         // What it does not bring along.
         let host = self.host_of(root, name, keys)?;
@@ -104,8 +117,31 @@ impl Expander<'_> {
         Some(())
     }
 
+    /// A part that comes with bksim.
+    fn part_of_library(&mut self, name: &str, node: &Node) -> Option<Table> {
+        let Value::Text(known) = &node.value else {
+            self.report(
+                Diagnostic::error(codes::WRONG_KIND, format!("`part` of use `{name}` is no text"))
+                    .at(node.span.clone(), "the name of a part, in quotes")
+                    .help("write for example `part = \"gas-spring\"`"),
+            );
+            return None;
+        };
+        let Some(part) = LibraryPart::named(known) else {
+            let names: Vec<&str> = LIBRARY.iter().map(|part| part.name).collect();
+            let message = format!("use `{name}` is of unknown part `{known}`");
+            let label = (node.span.clone(), "no part that comes with bksim has this name");
+            self.unknown(codes::BAD_PART, message, label, (known, &names));
+            return None;
+        };
+        if !self.pays_for(part.text.len(), name, node.span.clone()) {
+            return None;
+        }
+        self.whole(&format!("{OF_LIBRARY}{}", part.name), part.text.to_owned())
+    }
+
     /// The part in a file, with its own parts.
-    fn part_of(&mut self, name: &str, node: &Node) -> Option<Table> {
+    fn part_in_file(&mut self, name: &str, node: &Node) -> Option<Table> {
         let Value::Text(file) = &node.value else {
             self.report(
                 Diagnostic::error(codes::WRONG_KIND, format!("`file` of use `{name}` is no text"))

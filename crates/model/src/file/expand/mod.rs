@@ -30,6 +30,9 @@ use emit::Piece;
 /// Opens a file that a model names: its text, or why there is none, worded to follow the file's name.
 pub type Open<'a> = &'a mut dyn FnMut(&str) -> Result<String, String>;
 
+/// The beginning of the names of files that come with bksim.
+const OF_LIBRARY: &str = "bksim:";
+
 /// A model put into one text.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Expansion {
@@ -51,6 +54,13 @@ pub struct SourceFile {
     pub text: String,
     /// Bytes of the files before it.
     start: usize,
+}
+
+impl SourceFile {
+    /// Whether it comes with bksim.
+    pub fn is_of_library(&self) -> bool {
+        self.name.starts_with(OF_LIBRARY)
+    }
 }
 
 /// Whether a model has parts, files of tables or elements that repeat.

@@ -1,0 +1,178 @@
+//! The parts that come with bksim, against reference motions and closed forms.
+
+mod support;
+
+use bksim::model::file::{Limits, expand};
+use bksim::model::library::{LIBRARY, LibraryPart};
+use support::elements::Quantity::{Acceleration, Measure, Signal, Velocity};
+use support::elements::{Quantity, check};
+use support::{Within, at, close, coordinate, derive, model, solve};
+
+/// The text of a model with the parts that it uses.
+fn whole(text: &str) -> String {
+    let mut none = |file: &str| -> Result<String, String> { panic!("no file `{file}` is needed") };
+    let expansion = expand("model.toml", text, Limits::default(), &mut none).expect("it has parts");
+    assert!(expansion.faults.is_empty(), "{:?}", expansion.faults);
+    expansion.text
+}
+
+/// The text of a part with the tolerances of a test.
+fn alone(name: &str, t_end: &str) -> String {
+    let part = LibraryPart::named(name).expect("a part");
+    let (before, _) = part.text.split_once("[solve]").expect("a run of its own");
+    format!("{before}[solve]\nt_end = \"{t_end}\"\nrtol = 1e-12\natol = 1e-12\n")
+}
+
+#[test]
+fn every_part_solves_by_itself_and_says_what_it_is() {
+    let names: Vec<&str> = LIBRARY.iter().map(|part| part.name).collect();
+    assert!(names.is_sorted(), "{names:?}");
+    for part in LIBRARY {
+        assert!(part.about().contains('.'), "{}", part.name);
+        let motion = solve(&derive(model(part.text)));
+        assert!(motion.summary.t > 0.0, "{}", part.name);
+    }
+}
+
+const HATCH: &str = r#"
+[bodies.hatch]
+mass = "15 kg"
+inertia = "1.2 kg m^2"
+com = ["450 mm", 0]
+points = { P = ["300 mm", 0] }
+
+[joints.A]
+type = "revolute"
+between = ["ground", "hatch"]
+
+[use.gas]
+part = "gas-spring"
+with = { lid = "hatch", hinge = "A" }
+
+[loads.gravity]
+type = "gravity"
+acceleration = [0, "-9.81 m/s^2"]
+
+[initial]
+A = { angle = "0.9 rad", rate = 0 }
+
+[solve]
+t_end = "3 s"
+every = "0.1 s"
+rtol = 1e-12
+atol = 1e-14
+"#;
+
+#[test]
+fn a_hatch_with_a_gas_spring() {
+    let columns: [(&str, Quantity<'_>); 5] = [
+        ("q", Measure("A.angle", 1.0)),
+        ("w", Velocity("A_angle", 1.0)),
+        ("alpha", Acceleration("A_angle", 1.0)),
+        ("L", Signal(0)),
+        ("F", Signal(2)),
+    ];
+    check(&whole(HATCH), "elements/gas_spring_hatch", &columns);
+}
+
+/// J ω' = 2 M s s_k/(s² + s_k²) from rest: (1 − s²)/(2 s_k) − s_k ln s = 2 M t/(J ω₀).
+#[test]
+fn an_induction_motor_runs_up_in_the_time_of_the_closed_form() {
+    let mechanism = derive(model(&alone("induction-motor", "0.15 s")));
+    let motion = solve(&mechanism);
+    let shaft = coordinate(&mechanism, "shaft_angle");
+    let (synchronous, breakdown, torque, inertia) =
+        (1500.0 * std::f64::consts::TAU / 60.0, 0.18, 120.0, 0.08);
+    for t in [0.03, 0.06, 0.09, 0.12, 0.15] {
+        let s: f64 = 1.0 - at(&motion, t).v[shaft] / synchronous;
+        let time = inertia * synchronous / (2.0 * torque)
+            * ((1.0 - s * s) / (2.0 * breakdown) - breakdown * s.ln());
+        close("time to this slip", time, t, Within { relative: 1e-9, absolute: 0.0 });
+    }
+}
+
+/// The brake holds the shaft; the clutch then takes both to the speed that keeps the angular momentum; the wheel
+/// loses nothing where the clutch is open.
+#[test]
+fn a_clutch_brings_wheel_and_shaft_to_one_speed() {
+    let mechanism = derive(model(&alone("clutch-brake", "1 s")));
+    let motion = solve(&mechanism);
+    let [support, bearing] =
+        ["support_angle", "bearing_angle"].map(|name| coordinate(&mechanism, name));
+    let rates = |t: f64| [support, bearing].map(|place| at(&motion, t).v[place]);
+    let exact = Within { relative: 1e-10, absolute: 1e-10 };
+    for (t, expected) in [(0.4, [0.0, 20.0]), (0.7, [80.0 / 4.5, 0.0]), (1.0, [0.0, 80.0 / 4.5])] {
+        for (found, expected) in rates(t).into_iter().zip(expected) {
+            close(&format!("rate at {t} s"), found, expected, exact);
+        }
+    }
+    // All that is left of the energy is that of the wheel.
+    let left = 0.5 * 4.0 * (80.0_f64 / 4.5).powi(2);
+    let found = at(&motion, 1.0).energy.kinetic;
+    close("energy", found, left, Within { relative: 1e-9, absolute: 0.0 });
+}
+
+#[test]
+fn a_buffer_pushes_with_its_power_law() {
+    for (position, expected) in [("0.09 m", 0.0), ("0.11 m", -250.0), ("0.14 m", -2000.0)] {
+        let text = alone("bump-stop", "0.1 s");
+        let initial = format!("slide = {{ position = \"{position}\", velocity = 0 }}");
+        let text = text.replace("slide = { velocity = \"0.5 m/s\" }", &initial);
+        let start = derive(model(&text)).start().unwrap_or_else(|e| panic!("{e}"));
+        close(position, start.a[0], expected, Within { relative: 1e-12, absolute: 0.0 });
+    }
+}
+
+/// A load turns the rotor out of the position that holds, by asin(M/M_h)/p.
+#[test]
+fn a_stepper_holds_its_load_and_takes_a_step() {
+    let text = alone("stepper-motor", "0.5 s")
+        .replace("\"if(t > 10 ms, 1.8 deg, 0)\"", "\"1.8 deg\"")
+        + "[loads.weight]\ntype = \"torque\"\njoint = \"shaft\"\nvalue = \"-1 N m\"\n";
+    let mechanism = derive(model(&text));
+    let motion = solve(&mechanism);
+    let expected = 1.8_f64.to_radians() - 0.5_f64.asin() / 50.0;
+    let found = at(&motion, 0.5).q[coordinate(&mechanism, "shaft_angle")];
+    close("angle", found, expected, Within { relative: 1e-9, absolute: 0.0 });
+}
+
+/// The output is limited, the target is reached without the overshoot of an integral that winds up.
+#[test]
+fn a_pid_reaches_its_target_within_its_limits() {
+    let overshoot = |tracking: &str| {
+        let text = alone("pid", "30 s")
+            .replace("\"5 s^-1\"", tracking)
+            .replace("\"3 N m\"", "\"0.05 N m\"");
+        let mechanism = derive(model(&text));
+        let motion = solve(&mechanism);
+        let output =
+            mechanism.model.named_signals.iter().position(|signal| signal.name == "output");
+        let output = output.expect("the signal");
+        assert!(motion.samples.iter().all(|sample| sample.signals[output].abs() <= 0.05 + 1e-12));
+        let shaft = coordinate(&mechanism, "shaft_angle");
+        motion.samples.iter().map(|sample| sample.q[shaft]).fold(0.0, f64::max) - 1.0
+    };
+    let (with, without) = (overshoot("\"5 s^-1\""), overshoot("\"0 s^-1\""));
+    assert!(with < 0.4 * without, "{with} rad, without tracking {without} rad");
+}
+
+/// v = o Q/√(…) of a cylinder that moves nothing but itself: both flows through the open valve, forces in balance.
+#[test]
+fn a_cylinder_moves_at_the_speed_of_its_valve() {
+    let text = alone("hydraulic-cylinder", "4 s")
+        .replace("0.5*sin(2 rad/s*t)", "0.4")
+        .replace("leakage = \"1e-12 m^3/s/Pa\"", "leakage = 0")
+        .replace("mass = \"20 kg\"", "mass = \"0.2 kg\"")
+        .replace("inertia = \"1.7 kg m^2\"", "inertia = \"0.017 kg m^2\"")
+        .replace("1e-12", "1e-8");
+    let mechanism = derive(model(&text));
+    let motion = solve(&mechanism);
+    let signals = &mechanism.model.named_signals;
+    let reach = signals.iter().position(|signal| signal.name == "reach").expect("the signal");
+    let reach = |t: f64| at(&motion, t).signals[reach];
+    // (A v/(o Q))² and (B v/(o Q))² are the drops of pressure over that of the supply, and A p = B r.
+    let (a, b, flow, supply, tank) = (12e-4_f64, 8e-4_f64, 0.4 * 40e-6_f64, 16e6, 0.1e6);
+    let v = flow * ((a * supply - b * tank) / (supply * (a.powi(3) + b.powi(3)))).sqrt();
+    // It swings on its oil for long.
+    close("speed", reach(4.0) - reach(3.0), v, Within { relative: 1e-3, absolute: 0.0 });
+}
