@@ -28,6 +28,35 @@ fn a_motor_with_inductance() {
     check(&motor, "elements/dc_motor", &columns);
     // The implicit method integrates states as well.
     check(&format!("{motor}method = \"radau\"\n"), "elements/dc_motor", &columns);
+    // As the reference of the model file says it.
+    let page = include_str!("../docs/model-reference.md");
+    let recipe =
+        page.split("```toml\n# A DC motor").nth(1).and_then(|rest| rest.split("```").next());
+    let solve = "[solve]\nt_end = 0.3\nevery = 0.01\nrtol = 1e-12\natol = 1e-12\n";
+    check(&format!("#{}\n{solve}", recipe.expect("a recipe")), "elements/dc_motor", &columns);
+    // No unit of the file enters a volt.
+    let units = "[units]\nlength = \"mm\"\nmass = \"g\"\ntime = \"ms\"\nforce = \"kN\"\n";
+    check(&format!("{units}{motor}"), "elements/dc_motor", &columns);
+}
+
+#[test]
+fn the_energy_of_a_motor_goes_into_its_rotor_its_coil_and_heat() {
+    let motor = text("dc-motor").replace(
+        "[loads.motor]",
+        "[states.taken]\nrate = \"U*i\"\nstart = \"0 J\"\n\n\
+         [states.heat]\nrate = \"R*i^2 + b*A.rate^2\"\nstart = \"0 J\"\n\n[loads.motor]",
+    );
+    let mechanism = derive(model(&motor));
+    let motion = solve(&mechanism);
+    let [i, taken, heat] = ["i_integral", "taken_integral", "heat_integral"]
+        .map(|name| support::coordinate(&mechanism, name));
+    for sample in &motion.samples {
+        let coil = 0.5 * 2e-3 * sample.v[i] * sample.v[i];
+        let kept = sample.energy.kinetic + coil + sample.v[heat];
+        close("energy", kept, sample.v[taken], Within { relative: 1e-10, absolute: 1e-12 });
+    }
+    let last = motion.samples.last().expect("samples");
+    assert!(last.v[taken] > 10.0, "{} J", last.v[taken]);
 }
 
 #[test]

@@ -87,6 +87,68 @@ fn bare_numbers_are_in_the_units_of_the_file() {
 }
 
 #[test]
+fn electrical_units_make_mechanical_ones() {
+    let text = format!(
+        "[parameters]\nU = \"12 V\"\nI = \"500 mA\"\nP = \"U*I + 1 W\"\nR = \"U/I\"\nk = \"0.05 V s/rad\"\n\
+         torque = \"k*I\"\nL = \"0.5 mH\"\ntau = \"L/R\"\nslope = \"U/L\"\nQ = \"2 Ah\"\nE = \"Q*U\"\n\
+         C = \"sqrt(4 F^2)\"\nZ = \"4.7 kΩ\"\nB = \"0.8 T\"\npull = \"B*I*2 m\"\nheat = \"R*I^2*60 s\"\n{FLOATING}"
+    );
+    let model = model(&text);
+    let all = |name: &str| {
+        let found = model.parameters.iter().find(|p| p.name == name).expect("a parameter");
+        (found.unit.as_str(), found.value)
+    };
+    let expected = [
+        ("P", "W", 7.0),
+        ("R", "ohm", 24.0),
+        ("k", "N m/A", 0.05),
+        ("torque", "N m", 0.025),
+        ("L", "H", 5e-4),
+        ("tau", "s", 5e-4 / 24.0),
+        ("slope", "A/s", 24_000.0),
+        ("Q", "C", 7200.0),
+        ("E", "N m", 86_400.0),
+        ("C", "F", 2.0),
+        ("Z", "ohm", 4700.0),
+        ("pull", "N", 0.8),
+        ("heat", "N m", 360.0),
+    ];
+    for (name, unit, value) in expected {
+        assert_eq!(all(name).0, unit, "{name}");
+        assert_close(all(name).1, value);
+    }
+}
+
+/// A volt is kg m² s⁻³ A⁻¹: none of the units of the file may enter it.
+#[test]
+fn volts_hold_no_millimetres() {
+    let units = "[units]\nlength = \"mm\"\nmass = \"g\"\ntime = \"ms\"\nforce = \"kN\"\n";
+    let text = format!(
+        "{units}[parameters]\nU = \"12 V + 3\"\nR = \"2 ohm + 1\"\nk = \"0.05 N m/A + 0.01\"\n\
+         torque = \"0.05 N m/A*2 A\"\nmore = \"torque + 500\"\n{FLOATING}\
+         [states.i]\nrate = \"(U - R*i)/(2 mH) + 7\"\nstart = \"0.5 A\"\n"
+    );
+    let model = model(&text);
+    let values: Vec<f64> = model.parameters.iter().map(|p| p.value).collect();
+    // A torque is mechanical: 500 kN mm.
+    let expected = [15.0, 3.0, 0.06, 0.1, 500.1];
+    for (found, expected) in values.iter().zip(expected) {
+        assert_close(*found, expected);
+    }
+    let state = &model.states[0];
+    assert_eq!(state.units, ["C", "A", "A/s"]);
+    assert_eq!(state.exponents, Some([0, 0, 0, 1]));
+    let i = model.signals.iter().find(|s| s.measure == Measure::State(bksim_model::StateId(0)));
+    let i = i.expect("a signal").symbol;
+    let of = |symbol| {
+        let known = model.parameters.iter().find(|p| p.symbol == symbol);
+        known.map(|p| p.value).or((symbol == i).then_some(0.5))
+    };
+    let rate = model.pool.evaluate(state.rate, &of).expect("a value");
+    assert_close(rate, (15.0 - 3.0 * 0.5) / 2e-3 + 7.0);
+}
+
+#[test]
 fn definitions_keep_the_names_of_parameters_and_come_in_order() {
     let text = format!("[parameters]\ns = \"l/2\"\nl = 3\n{FLOATING}");
     let model = model(&text);
