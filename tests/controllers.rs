@@ -106,3 +106,53 @@ fn a_state_is_neither_a_freedom_nor_energy() {
         );
     }
 }
+
+#[test]
+fn units_of_a_motor_reach_written_code() {
+    use bksim::analysis::{Part, exported};
+    let mechanism = derive(model(&text("dc-motor")));
+    let functions = exported(&mechanism, Part::Dynamics, &["U".to_owned()]).expect("functions");
+    let terms = &functions[0].signature;
+    let pairs = |of: &[bksim::expr::Quantity]| -> Vec<(String, String)> {
+        of.iter().map(|known| (known.name.clone(), known.unit.clone())).collect()
+    };
+    let own = |all: &[(&str, &str)]| -> Vec<(String, String)> {
+        all.iter().map(|(name, unit)| ((*name).to_owned(), (*unit).to_owned())).collect()
+    };
+    let inputs = [
+        ("t", "s"),
+        ("A_angle", "rad"),
+        ("i_integral", "C"),
+        ("A_angle_dot", "rad/s"),
+        ("i", "A"),
+        ("U", "V"),
+    ];
+    assert_eq!(pairs(&terms.inputs), own(&inputs));
+    let parameters = [("R", "ohm"), ("L", "H"), ("k", "N m/A"), ("b", "N m s")];
+    assert_eq!(pairs(&terms.parameters), own(&parameters));
+    let outputs = [
+        ("M[0,0]", "kg*m^2"),
+        ("M[0,1]", ""),
+        ("M[1,0]", ""),
+        ("M[1,1]", ""),
+        ("f[0]", "N*m"),
+        ("f[1]", "A/s"),
+    ];
+    assert_eq!(pairs(&terms.outputs), own(&outputs));
+    let accelerations = &functions[1].signature;
+    let outputs = [("A_angle_ddot", "rad/s^2"), ("i_dot", "A/s")];
+    assert_eq!(pairs(&accelerations.outputs), own(&outputs));
+}
+
+#[test]
+fn named_constants_of_a_motor_have_its_units() {
+    // Two coils in series, and a torque constant of two magnets.
+    let motor = text("dc-motor")
+        .replace("k = \"0.05 N m/A\"", "k = \"0.02 N m/A\"\nm = \"0.03 N m/A\"\nR2 = \"0.2 ohm\"")
+        .replace("R*i - k*A.rate)/L", "(R + R2*sqrt(k/m))*i - (k + m*k/(k + m))*A.rate)/(1 H)")
+        .replace("value = \"k*i", "value = \"(k + m*k/(k + m))*i");
+    let mechanism = derive(model(&motor));
+    let form = bksim::mbs::equations::ReadingForm::grouped(&mechanism.model, &mechanism.system);
+    let units: Vec<&str> = form.groups.iter().map(|group| group.unit.as_str()).collect();
+    assert_eq!(units, ["N m/A", "s^-1"], "{:?}", form.groups);
+}
