@@ -98,8 +98,10 @@ pub fn si_unit(model: &Model, name: &str) -> Option<String> {
     let initial = || model.initial.iter().find(|i| i.name == name);
     let of_initial = || Some(unit_of(model, initial()?).to_owned());
     let unit = parameter.map(|parameter| parameter.unit.clone()).or_else(of_initial)?;
-    // `1/s` would be read as a number: written, it is rad/s.
-    Some(unit.strip_prefix("1/").map_or(unit.clone(), |rest| format!("rad/{rest}")))
+    // `1/s` would be read as a number: written, it is rad/s. Units in parentheses would be names.
+    let unit = unit.strip_prefix("1/").map_or(unit.clone(), |rest| format!("rad/{rest}"));
+    let parts = unit.strip_suffix(')').and_then(|rest| rest.split_once("/("));
+    Some(parts.map_or(unit.clone(), |(over, under)| format!("{over}/{}", under.replace(' ', "/"))))
 }
 
 /// SI unit of a stated initial value, as written units have it.

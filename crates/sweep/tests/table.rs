@@ -257,6 +257,26 @@ fn currents_and_resistances_are_varied_in_their_units() {
 }
 
 #[test]
+fn units_of_parameters_are_written_as_they_are_read() {
+    let units = ["m", "rad/s", "kg/m/s", "A/s", "ohm", "V/A/s", "rad/V/s^2", "N m/A"];
+    let model = |units: &[String]| {
+        let parameters = units.iter().enumerate().map(|(k, unit)| format!("p{k} = \"3 {unit}\"\n"));
+        let parameters: String = parameters.collect();
+        let rest = "[bodies.b]\nmass = 1\nfree = true\n";
+        let text = format!("[parameters]\n{parameters}{rest}");
+        let reading = bksim::model::file::read(&bksim::model::file::Source::new(&text, "test"));
+        reading.model.unwrap_or_else(|| panic!("{:?}", reading.diagnostics))
+    };
+    let first = model(&units.map(str::to_owned));
+    let written = |k| bksim_sweep::si_unit(&first, &format!("p{k}")).expect("a unit");
+    let written: Vec<String> = (0..units.len()).map(written).collect();
+    let second = model(&written);
+    for (first, second) in first.parameters.iter().zip(&second.parameters) {
+        assert_eq!((&first.unit, first.value), (&second.unit, second.value));
+    }
+}
+
+#[test]
 fn what_makes_no_sense_is_refused_with_the_nearest_name() {
     let code = |axes: &[(&str, &str)], outputs: &[&str]| {
         let mut request = Request::new(&press(), "press", plan(axes));
