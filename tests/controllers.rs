@@ -156,3 +156,89 @@ fn named_constants_of_a_motor_have_its_units() {
     let units: Vec<&str> = form.groups.iter().map(|group| group.unit.as_str()).collect();
     assert_eq!(units, ["N m/A", "s^-1"], "{:?}", form.groups);
 }
+
+/// A sampled controller of the current, a measured torque, limits of the voltage: with units, in a file in
+/// millimetres, as in bare numbers.
+#[test]
+fn a_sampled_motor_in_units_is_that_of_bare_numbers() {
+    let parts = |file: &str, numbers: [&str; 9], units: &str| {
+        let [resistance, inductance, constant, most, wanted, gain, start, every, zero] = numbers;
+        format!(
+            r#"{file}
+[parameters]
+R = {resistance}
+L = {inductance}
+k = {constant}
+U_max = {most}
+wanted = {wanted}
+gain = {gain}
+
+[tables.torque]
+points = [[-4, -0.21], [0, 0], [2, 0.1], [4, 0.17]]
+extrapolate = "linear"
+{units}
+
+[bodies.rotor]
+mass = "1 kg"
+inertia = "2e-4 kg m^2"
+
+[joints.A]
+type = "revolute"
+between = ["ground", "rotor"]
+
+[clocks.control]
+every = {every}
+
+[signals.error]
+clock = "control"
+value = "wanted - i"
+
+[signals.U]
+clock = "control"
+value = "min(U_max, max(-U_max, previous(U) + gain*(1.4*error - previous(error))))"
+start = {zero}
+
+[states.i]
+rate = "(U - R*i - k*A.rate)/L"
+start = {start}
+
+[loads.motor]
+type = "torque"
+on = "rotor"
+value = "torque(i)"
+
+[solve]
+t_end = "50 ms"
+every = "1 ms"
+"#
+        )
+    };
+    let written = [
+        r#""800 mohm""#,
+        r#""2 mH""#,
+        r#""0.05 V s/rad""#,
+        r#""0.024 kV""#,
+        r#""1500 mA""#,
+        r#""2 V/A""#,
+        r#""0.2 A""#,
+        r#""1 ms""#,
+        r#""0 V""#,
+    ];
+    let bare = ["0.8", "0.002", "0.05", "24", "1.5", "2", "0.2", "0.001", "0"];
+    let with_units = parts("[units]\nlength = \"mm\"\n", written, "units = [\"A\", \"N m\"]");
+    let [with_units, bare] = [with_units, parts("", bare, "")].map(|text| derive(model(&text)));
+    let unit = |name: &str| {
+        let signals = with_units.model.named_signals.iter();
+        signals.filter(|s| s.name == name).map(|s| s.unit.clone()).collect::<String>()
+    };
+    assert_eq!([unit("error"), unit("U")], ["A", "V"]);
+    let [found, expected] = [&with_units, &bare].map(solve);
+    assert_eq!(found.samples.len(), 51);
+    for (found, expected) in found.samples.iter().zip(&expected.samples) {
+        assert_eq!((&found.q, &found.v), (&expected.q, &expected.v), "at {} s", found.t);
+        assert_eq!(found.signals, expected.signals, "at {} s", found.t);
+    }
+    let current = support::coordinate(&with_units, "i_integral");
+    let last = found.samples.last().expect("samples").v[current];
+    assert!((last - 1.5).abs() < 0.3, "{last} A");
+}
