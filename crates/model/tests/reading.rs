@@ -71,6 +71,25 @@ fn units_and_parameters_of_one_name_are_told_apart() {
     assert_eq!(units, expected);
 }
 
+/// After a written `*`, also the parameter of a curve, a signal and a coordinate.
+#[test]
+fn names_come_before_units_of_the_same_name() {
+    for name in ["s", "T", "A", "V"] {
+        let text = format!(
+            "[curves.track]\ntype = \"formula\"\nparameter = \"{name}\"\n\
+             formula = [\"0.5 m*{name}\", \"0.3 m*{name}^2\"]\n\
+             [bodies.b]\nmass = 1\ninertia = 1\nfree = true\n\
+             [joints.roller]\ntype = \"point-on-curve\"\nbetween = [\"ground\", \"b\"]\ncurve = \"track\"\n\
+             [bodies.slide]\nmass = 1\n[joints.guide]\ntype = \"prismatic\"\naxis = [1, 0]\n\
+             between = [\"ground\", \"slide\"]\ncoordinate = \"C\"\n\
+             [signals.H]\nvalue = \"2 N/m*C\"\n[loads.push]\ntype = \"force\"\non = \"slide\"\n\
+             vector = [\"3 s/s*H + H/(0.2 m)*C\", 0]\n"
+        );
+        let reading = read(&Source::new(&text, "test"));
+        assert!(reading.diagnostics.is_empty(), "{name}: {:?}", reading.diagnostics);
+    }
+}
+
 #[test]
 fn bare_numbers_are_in_the_units_of_the_file() {
     let text = "[units]\nlength = \"mm\"\nangle = \"deg\"\n[parameters]\nl = 80\n[bodies.b]\nmass = 2\n\
