@@ -81,7 +81,12 @@ pub fn overview(channels: &[(String, String)], most: usize) -> (Vec<Group>, usiz
     for unit in ["rad", "m", "rad/s", "m/s", "A"] {
         add(None, unit, of("state", unit, &[]));
     }
-    add(Some("Quaternion"), "", of("state", "", &[]));
+    // States of controllers may be pure numbers as well.
+    let is_quaternion =
+        |known: &Quantity| ["_e0", "_e1", "_e2", "_e3"].iter().any(|end| known.name.ends_with(end));
+    let (quaternions, numbers) = of("state", "", &[]).into_iter().partition(is_quaternion);
+    add(Some("Quaternion"), "", quaternions);
+    add(None, "", numbers);
     add(None, "J", of("energy", "J", &["kinetic", "potential", "total"]));
     let is_driven = add(Some("Drive effort"), "N*m", of("drives", "N*m", &[]))
         || add(Some("Drive effort"), "N", of("drives", "N", &[]));
@@ -158,6 +163,14 @@ mod tests {
         all.extend(channels(&[("drives.motor", "N*m")]));
         let last = overview(&all, 6).0.pop().expect("groups");
         assert_eq!((last.label, last.quantities.len()), (Some("Drive effort"), 1));
+    }
+
+    #[test]
+    fn numbers_of_a_controller_are_no_quaternion() {
+        let all = channels(&[("state.rod_e0", ""), ("state.rod_e1", ""), ("state.gain", "")]);
+        let groups = overview(&all, 6).0;
+        let labels: Vec<_> = groups.iter().map(|g| (g.label, g.quantities.len())).collect();
+        assert_eq!(labels, [(Some("Quaternion"), 2), (None, 1)]);
     }
 
     #[test]
