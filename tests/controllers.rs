@@ -28,6 +28,35 @@ fn a_motor_with_inductance() {
     check(&motor, "elements/dc_motor", &columns);
     // The implicit method integrates states as well.
     check(&format!("{motor}method = \"radau\"\n"), "elements/dc_motor", &columns);
+    // As the reference of the model file says it.
+    let page = include_str!("../docs/model-reference.md");
+    let recipe =
+        page.split("```toml\n# A DC motor").nth(1).and_then(|rest| rest.split("```").next());
+    let solve = "[solve]\nt_end = 0.3\nevery = 0.01\nrtol = 1e-12\natol = 1e-12\n";
+    check(&format!("#{}\n{solve}", recipe.expect("a recipe")), "elements/dc_motor", &columns);
+    // No unit of the file enters a volt.
+    let units = "[units]\nlength = \"mm\"\nmass = \"g\"\ntime = \"ms\"\nforce = \"kN\"\n";
+    check(&format!("{units}{motor}"), "elements/dc_motor", &columns);
+}
+
+#[test]
+fn the_energy_of_a_motor_goes_into_its_rotor_its_coil_and_heat() {
+    let motor = text("dc-motor").replace(
+        "[loads.motor]",
+        "[states.taken]\nrate = \"U*i\"\nstart = \"0 J\"\n\n\
+         [states.heat]\nrate = \"R*i^2 + b*A.rate^2\"\nstart = \"0 J\"\n\n[loads.motor]",
+    );
+    let mechanism = derive(model(&motor));
+    let motion = solve(&mechanism);
+    let [i, taken, heat] = ["i_integral", "taken_integral", "heat_integral"]
+        .map(|name| support::coordinate(&mechanism, name));
+    for sample in &motion.samples {
+        let coil = 0.5 * 2e-3 * sample.v[i] * sample.v[i];
+        let kept = sample.energy.kinetic + coil + sample.v[heat];
+        close("energy", kept, sample.v[taken], Within { relative: 1e-10, absolute: 1e-12 });
+    }
+    let last = motion.samples.last().expect("samples");
+    assert!(last.v[taken] > 10.0, "{} J", last.v[taken]);
 }
 
 #[test]
@@ -76,4 +105,140 @@ fn a_state_is_neither_a_freedom_nor_energy() {
             Within { relative: 1e-12, absolute: 1e-15 },
         );
     }
+}
+
+#[test]
+fn units_of_a_motor_reach_written_code() {
+    use bksim::analysis::{Part, exported};
+    let mechanism = derive(model(&text("dc-motor")));
+    let functions = exported(&mechanism, Part::Dynamics, &["U".to_owned()]).expect("functions");
+    let terms = &functions[0].signature;
+    let pairs = |of: &[bksim::expr::Quantity]| -> Vec<(String, String)> {
+        of.iter().map(|known| (known.name.clone(), known.unit.clone())).collect()
+    };
+    let own = |all: &[(&str, &str)]| -> Vec<(String, String)> {
+        all.iter().map(|(name, unit)| ((*name).to_owned(), (*unit).to_owned())).collect()
+    };
+    let inputs = [
+        ("t", "s"),
+        ("A_angle", "rad"),
+        ("i_integral", "C"),
+        ("A_angle_dot", "rad/s"),
+        ("i", "A"),
+        ("U", "V"),
+    ];
+    assert_eq!(pairs(&terms.inputs), own(&inputs));
+    let parameters = [("R", "ohm"), ("L", "H"), ("k", "N m/A"), ("b", "N m s")];
+    assert_eq!(pairs(&terms.parameters), own(&parameters));
+    let outputs = [
+        ("M[0,0]", "kg*m^2"),
+        ("M[0,1]", ""),
+        ("M[1,0]", ""),
+        ("M[1,1]", ""),
+        ("f[0]", "N*m"),
+        ("f[1]", "A/s"),
+    ];
+    assert_eq!(pairs(&terms.outputs), own(&outputs));
+    let accelerations = &functions[1].signature;
+    let outputs = [("A_angle_ddot", "rad/s^2"), ("i_dot", "A/s")];
+    assert_eq!(pairs(&accelerations.outputs), own(&outputs));
+}
+
+#[test]
+fn named_constants_of_a_motor_have_its_units() {
+    // Two coils in series, and a torque constant of two magnets.
+    let motor = text("dc-motor")
+        .replace("k = \"0.05 N m/A\"", "k = \"0.02 N m/A\"\nm = \"0.03 N m/A\"\nR2 = \"0.2 ohm\"")
+        .replace("R*i - k*A.rate)/L", "(R + R2*sqrt(k/m))*i - (k + m*k/(k + m))*A.rate)/(1 H)")
+        .replace("value = \"k*i", "value = \"(k + m*k/(k + m))*i");
+    let mechanism = derive(model(&motor));
+    let form = bksim::mbs::equations::ReadingForm::grouped(&mechanism.model, &mechanism.system);
+    let units: Vec<&str> = form.groups.iter().map(|group| group.unit.as_str()).collect();
+    assert_eq!(units, ["N m/A", "s^-1"], "{:?}", form.groups);
+}
+
+/// A sampled controller of the current, a measured torque, limits of the voltage: with units, in a file in
+/// millimetres, as in bare numbers.
+#[test]
+fn a_sampled_motor_in_units_is_that_of_bare_numbers() {
+    let parts = |file: &str, numbers: [&str; 9], units: &str| {
+        let [resistance, inductance, constant, most, wanted, gain, start, every, zero] = numbers;
+        format!(
+            r#"{file}
+[parameters]
+R = {resistance}
+L = {inductance}
+k = {constant}
+U_max = {most}
+wanted = {wanted}
+gain = {gain}
+
+[tables.torque]
+points = [[-4, -0.21], [0, 0], [2, 0.1], [4, 0.17]]
+extrapolate = "linear"
+{units}
+
+[bodies.rotor]
+mass = "1 kg"
+inertia = "2e-4 kg m^2"
+
+[joints.A]
+type = "revolute"
+between = ["ground", "rotor"]
+
+[clocks.control]
+every = {every}
+
+[signals.error]
+clock = "control"
+value = "wanted - i"
+
+[signals.U]
+clock = "control"
+value = "min(U_max, max(-U_max, previous(U) + gain*(1.4*error - previous(error))))"
+start = {zero}
+
+[states.i]
+rate = "(U - R*i - k*A.rate)/L"
+start = {start}
+
+[loads.motor]
+type = "torque"
+on = "rotor"
+value = "torque(i)"
+
+[solve]
+t_end = "50 ms"
+every = "1 ms"
+"#
+        )
+    };
+    let written = [
+        r#""800 mohm""#,
+        r#""2 mH""#,
+        r#""0.05 V s/rad""#,
+        r#""0.024 kV""#,
+        r#""1500 mA""#,
+        r#""2 V/A""#,
+        r#""0.2 A""#,
+        r#""1 ms""#,
+        r#""0 V""#,
+    ];
+    let bare = ["0.8", "0.002", "0.05", "24", "1.5", "2", "0.2", "0.001", "0"];
+    let with_units = parts("[units]\nlength = \"mm\"\n", written, "units = [\"A\", \"N m\"]");
+    let [with_units, bare] = [with_units, parts("", bare, "")].map(|text| derive(model(&text)));
+    let unit = |name: &str| {
+        let signals = with_units.model.named_signals.iter();
+        signals.filter(|s| s.name == name).map(|s| s.unit.clone()).collect::<String>()
+    };
+    assert_eq!([unit("error"), unit("U")], ["A", "V"]);
+    let [found, expected] = [&with_units, &bare].map(solve);
+    assert_eq!(found.samples.len(), 51);
+    for (found, expected) in found.samples.iter().zip(&expected.samples) {
+        assert_eq!((&found.q, &found.v), (&expected.q, &expected.v), "at {} s", found.t);
+        assert_eq!(found.signals, expected.signals, "at {} s", found.t);
+    }
+    let current = support::coordinate(&with_units, "i_integral");
+    let last = found.samples.last().expect("samples").v[current];
+    assert!((last - 1.5).abs() < 0.3, "{last} A");
 }

@@ -9,6 +9,7 @@
 
 use bksim_expr::{Expr, Quantity, Signature, SymbolId, Tape};
 use bksim_mbs::coordinate::{Coordinate, CoordinateKind};
+use bksim_mbs::quantity::coordinate_units;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Rejected};
 use bksim_model::{FrictionLaw, Load, LoadKind, Model};
@@ -94,10 +95,11 @@ impl<'a> Interface<'a> {
         let model = &mechanism.model;
         let system = mechanism.system.integrated();
         // Coordinates and their rates.
-        let named = |c: &Coordinate, name: &str, per: &str| Quantity::new(name, &unit_of(c, per));
+        let units = |c: &Coordinate| coordinate_units(model, c);
         let coordinates = system.coordinates();
-        let q = coordinates.iter().map(|c| (c.q, named(c, &c.name, ""))).collect();
-        let v = coordinates.iter().map(|c| (c.v, named(c, &c.rate_name, "/s"))).collect();
+        let q = coordinates.iter().map(|c| (c.q, Quantity::new(&c.name, &units(c)[0]))).collect();
+        let v =
+            coordinates.iter().map(|c| (c.v, Quantity::new(&c.rate_name, &units(c)[1]))).collect();
         // Parameters: the model's own, then modes.
         let own = model.parameters.len();
         let quantity = |(idx, symbol): (usize, SymbolId)| {
@@ -184,10 +186,17 @@ impl<'a> Interface<'a> {
         }
         let coordinates = system.coordinates();
         let turns = |i: usize| coordinates[i].kind != CoordinateKind::Length;
+        let is_state = |i: usize| coordinates[i].kind == CoordinateKind::Integral;
+        // The row of a state is that of its rate, with one for a mass.
         let inertia = |i: usize, j: usize| {
-            ["kg", "kg*m", "kg*m^2"][usize::from(turns(i)) + usize::from(turns(j))]
+            let of_bodies = ["kg", "kg*m", "kg*m^2"][usize::from(turns(i)) + usize::from(turns(j))];
+            if is_state(i) || is_state(j) { "" } else { of_bodies }
         };
-        let effort = |i: usize| if turns(i) { "N*m" } else { "N" };
+        let effort = |i: usize| match coordinates[i].kind {
+            CoordinateKind::Integral => coordinate_units(self.model(), &coordinates[i])[2].clone(),
+            CoordinateKind::Length => "N".to_owned(),
+            CoordinateKind::Angle | CoordinateKind::Quaternion => "N*m".to_owned(),
+        };
         let entry =
             |name: &str, at: usize| format!("{name}[{},{}]", at / nq.max(1), at % nq.max(1));
         let mut outputs = Vec::new();
@@ -195,7 +204,7 @@ impl<'a> Interface<'a> {
             outputs.push((e, Quantity::new(&entry("M", at), inertia(at / nq, at % nq))));
         }
         for (i, e) in terms.force.into_iter().enumerate() {
-            outputs.push((e, Quantity::new(&format!("f[{i}]"), effort(i))));
+            outputs.push((e, Quantity::new(&format!("f[{i}]"), &effort(i))));
         }
         for (at, e) in jacobian.into_iter().enumerate() {
             outputs.push((e, Quantity::new(&entry("G", at), "")));
@@ -217,8 +226,8 @@ impl<'a> Interface<'a> {
     /// Names of v̇ and λ.
     fn unknowns(&self) -> Vec<Quantity> {
         let coordinates = self.system.coordinates().iter();
-        let accelerations =
-            coordinates.map(|c| Quantity::new(&c.second_rate_name, &unit_of(c, "/s^2")));
+        let accelerations = coordinates
+            .map(|c| Quantity::new(&c.second_rate_name, &coordinate_units(self.model(), c)[2]));
         let multipliers = self.mechanism.compiled.multipliers.iter();
         let multipliers = multipliers.map(|known| Quantity::new(&known.name, &known.unit));
         accelerations.chain(multipliers).collect()
@@ -242,14 +251,5 @@ impl<'a> Interface<'a> {
         }
         let summary = "positions and rates of joints, bodies and points";
         self.function(("kinematics", summary), &[&self.q, &self.v], outputs)
-    }
-}
-
-/// The unit of a coordinate, or of a rate of it; one of a quaternion is a pure number.
-fn unit_of(coordinate: &Coordinate, per: &str) -> String {
-    match (coordinate.kind.unit(), per) {
-        ("", "") => String::new(),
-        ("", per) => format!("1{per}"),
-        (unit, per) => format!("{unit}{per}"),
     }
 }

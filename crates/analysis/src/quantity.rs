@@ -2,6 +2,7 @@
 //! for its value, rate and acceleration.
 
 use bksim_expr::Expr;
+use bksim_mbs::coordinate::CoordinateKind;
 use bksim_mbs::quantity::rate_unit;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{Axis, BodyId, JointId, Measure, Model, MotionKind, PointId, Space};
@@ -56,7 +57,9 @@ pub(crate) fn pose_quantities(model: &Model, system: &SymbolicSystem) -> Vec<Pos
     for body_idx in 1..model.bodies.len() {
         all.extend(of_body(model, system, BodyId(body_idx)));
     }
-    for coordinate in system.coordinates() {
+    // The integral of a state is nothing of a pose.
+    let coordinates = system.coordinates().iter();
+    for coordinate in coordinates.filter(|c| c.kind != CoordinateKind::Integral) {
         let name = &coordinate.name;
         let names =
             [name.clone(), coordinate.rate_name.clone(), coordinate.second_rate_name.clone()];

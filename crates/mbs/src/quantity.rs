@@ -29,16 +29,20 @@ pub fn rate_unit(unit: &str, order: usize) -> String {
     format!("{unit}/{per}")
 }
 
+/// SI units of a coordinate, its velocity and its acceleration, empty of a pure number.
+pub fn coordinate_units(model: &Model, coordinate: &Coordinate) -> [String; 3] {
+    // A state is the rate of its integral.
+    if let Owner::State(StateId(state)) = coordinate.owner {
+        return model.states[state].units.clone().map(|unit| unit.replace(' ', "*"));
+    }
+    let unit = coordinate.kind.unit();
+    [unit.to_owned(), rate_unit(unit, 1), rate_unit(unit, 2)]
+}
+
 /// The generalised coordinates.
 pub fn coordinate_quantities(model: &Model, system: &SymbolicSystem) -> Vec<Quantity> {
     let quantity = |coordinate: &Coordinate| {
-        // A state is the rate of its integral.
-        let [unit, rate, second] = if let Owner::State(StateId(state)) = coordinate.owner {
-            model.states[state].units.clone().map(|unit| unit.replace(' ', "*"))
-        } else {
-            let unit = coordinate.kind.unit();
-            [unit.to_owned(), rate_unit(unit, 1), rate_unit(unit, 2)]
-        };
+        let [unit, rate, second] = coordinate_units(model, coordinate);
         let rates = vec![
             [coordinate.rate_name.clone(), rate],
             [coordinate.second_rate_name.clone(), second],

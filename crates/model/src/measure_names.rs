@@ -1,8 +1,8 @@
 //! Measures by the names that expressions of a model file use, and their units.
 
-use crate::ids::{BodyId, JointId, PointId};
+use crate::ids::{BodyId, JointId, PointId, StateId};
 use crate::joint::{MotionKind, motion_words};
-use crate::measure::{Axis, Frame, Measure};
+use crate::measure::{Axis, Frame, Initial, Measure};
 use crate::model::Model;
 
 /// A word of the model file, and what it measures of a body or its point.
@@ -120,12 +120,22 @@ impl Measure {
             | Self::CardanAngle(..)
             | Self::RollPitchYaw(..) => "rad",
             Self::BodyRate(_) | Self::CardanRate(..) | Self::AngularVelocity(..) => "rad/s",
-            // The unit of a state is that of its start: see `Model::states`.
+            // The unit of a state is that of its start: see `Initial::unit`.
             Self::Quaternion(..) | Self::DirectionCosine(..) | Self::State(_) => "",
             Self::AngularAcceleration(..) => "rad/s^2",
             Self::PointAcceleration(..) => "m/s^2",
             Self::Momentum(..) => "kg m/s",
             Self::AngularMomentum(..) => "kg m^2/s",
+        }
+    }
+}
+
+impl Initial {
+    /// The SI unit of its value; empty of a pure number and of a state without unit.
+    pub fn unit<'m>(&self, model: &'m Model) -> &'m str {
+        match self.measure {
+            Measure::State(StateId(state)) => &model.states[state].units[1],
+            measure => measure.unit(model),
         }
     }
 }

@@ -15,6 +15,9 @@ pub struct State {
     /// SI units as text of its integral, of the state and of its rate; of a state without unit as of a pure
     /// number.
     pub units: [String; 3],
+    /// Exponents of kilogram, metre, second and ampere in the unit of the state; none of a state without unit,
+    /// and where they are not whole.
+    pub exponents: Option<[i64; 4]>,
     /// Position of the rate.
     pub span: Span,
 }

@@ -71,6 +71,25 @@ fn units_and_parameters_of_one_name_are_told_apart() {
     assert_eq!(units, expected);
 }
 
+/// After a written `*`, also the parameter of a curve, a signal and a coordinate.
+#[test]
+fn names_come_before_units_of_the_same_name() {
+    for name in ["s", "T", "A", "V"] {
+        let text = format!(
+            "[curves.track]\ntype = \"formula\"\nparameter = \"{name}\"\n\
+             formula = [\"0.5 m*{name}\", \"0.3 m*{name}^2\"]\n\
+             [bodies.b]\nmass = 1\ninertia = 1\nfree = true\n\
+             [joints.roller]\ntype = \"point-on-curve\"\nbetween = [\"ground\", \"b\"]\ncurve = \"track\"\n\
+             [bodies.slide]\nmass = 1\n[joints.guide]\ntype = \"prismatic\"\naxis = [1, 0]\n\
+             between = [\"ground\", \"slide\"]\ncoordinate = \"C\"\n\
+             [signals.H]\nvalue = \"2 N/m*C\"\n[loads.push]\ntype = \"force\"\non = \"slide\"\n\
+             vector = [\"3 s/s*H + H/(0.2 m)*C\", 0]\n"
+        );
+        let reading = read(&Source::new(&text, "test"));
+        assert!(reading.diagnostics.is_empty(), "{name}: {:?}", reading.diagnostics);
+    }
+}
+
 #[test]
 fn bare_numbers_are_in_the_units_of_the_file() {
     let text = "[units]\nlength = \"mm\"\nangle = \"deg\"\n[parameters]\nl = 80\n[bodies.b]\nmass = 2\n\
@@ -84,6 +103,68 @@ fn bare_numbers_are_in_the_units_of_the_file() {
     let start: Vec<f64> = model.initial.iter().map(|start| value(&model, start.value)).collect();
     assert_close(start[0], std::f64::consts::FRAC_PI_2);
     assert_eq!(start[1], 0.005);
+}
+
+#[test]
+fn electrical_units_make_mechanical_ones() {
+    let text = format!(
+        "[parameters]\nU = \"12 V\"\nI = \"500 mA\"\nP = \"U*I + 1 W\"\nR = \"U/I\"\nk = \"0.05 V s/rad\"\n\
+         torque = \"k*I\"\nL = \"0.5 mH\"\ntau = \"L/R\"\nslope = \"U/L\"\nQ = \"2 Ah\"\nE = \"Q*U\"\n\
+         C = \"sqrt(4 F^2)\"\nZ = \"4.7 kΩ\"\nB = \"0.8 T\"\npull = \"B*I*2 m\"\nheat = \"R*I^2*60 s\"\n{FLOATING}"
+    );
+    let model = model(&text);
+    let all = |name: &str| {
+        let found = model.parameters.iter().find(|p| p.name == name).expect("a parameter");
+        (found.unit.as_str(), found.value)
+    };
+    let expected = [
+        ("P", "W", 7.0),
+        ("R", "ohm", 24.0),
+        ("k", "N m/A", 0.05),
+        ("torque", "N m", 0.025),
+        ("L", "H", 5e-4),
+        ("tau", "s", 5e-4 / 24.0),
+        ("slope", "A/s", 24_000.0),
+        ("Q", "C", 7200.0),
+        ("E", "N m", 86_400.0),
+        ("C", "F", 2.0),
+        ("Z", "ohm", 4700.0),
+        ("pull", "N", 0.8),
+        ("heat", "N m", 360.0),
+    ];
+    for (name, unit, value) in expected {
+        assert_eq!(all(name).0, unit, "{name}");
+        assert_close(all(name).1, value);
+    }
+}
+
+/// A volt is kg m² s⁻³ A⁻¹: none of the units of the file may enter it.
+#[test]
+fn volts_hold_no_millimetres() {
+    let units = "[units]\nlength = \"mm\"\nmass = \"g\"\ntime = \"ms\"\nforce = \"kN\"\n";
+    let text = format!(
+        "{units}[parameters]\nU = \"12 V + 3\"\nR = \"2 ohm + 1\"\nk = \"0.05 N m/A + 0.01\"\n\
+         torque = \"0.05 N m/A*2 A\"\nmore = \"torque + 500\"\n{FLOATING}\
+         [states.i]\nrate = \"(U - R*i)/(2 mH) + 7\"\nstart = \"0.5 A\"\n"
+    );
+    let model = model(&text);
+    let values: Vec<f64> = model.parameters.iter().map(|p| p.value).collect();
+    // A torque is mechanical: 500 kN mm.
+    let expected = [15.0, 3.0, 0.06, 0.1, 500.1];
+    for (found, expected) in values.iter().zip(expected) {
+        assert_close(*found, expected);
+    }
+    let state = &model.states[0];
+    assert_eq!(state.units, ["C", "A", "A/s"]);
+    assert_eq!(state.exponents, Some([0, 0, 0, 1]));
+    let i = model.signals.iter().find(|s| s.measure == Measure::State(bksim_model::StateId(0)));
+    let i = i.expect("a signal").symbol;
+    let of = |symbol| {
+        let known = model.parameters.iter().find(|p| p.symbol == symbol);
+        known.map(|p| p.value).or((symbol == i).then_some(0.5))
+    };
+    let rate = model.pool.evaluate(state.rate, &of).expect("a value");
+    assert_close(rate, (15.0 - 3.0 * 0.5) / 2e-3 + 7.0);
 }
 
 #[test]

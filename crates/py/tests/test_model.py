@@ -307,3 +307,25 @@ def test_a_model_of_several_files_is_loaded_with_its_parts(tmp_path):
     (tmp_path / "parts" / "arm.toml").unlink()
     with pytest.raises(bksim.ModelError, match=r"parts/arm.toml.*no such file"):
         bksim.load(path).check()
+
+
+def test_a_motor_has_its_units(examples: Path) -> None:
+    m = bksim.load(examples / "winch" / "model.toml")
+    units = [m.parameters.unit(name) for name in ("R", "L", "K", "V_max")]
+    assert units == ["ohm", "H", "N m/A", "V"]
+    # A number is in SI, a text as it says.
+    m.parameters["R"] = 0.3
+    as_number = m.solve(t_end=0.2)
+    m.parameters["R"] = "300 mohm"
+    as_text = m.solve(t_end=0.2)
+    assert np.array_equal(as_number.q, as_text.q)
+    assert (as_text.unit("state.i"), as_text.unit("signals.voltage")) == ("A", "V")
+    with pytest.raises(bksim.ModelError) as caught:
+        m.parameters["R"] = "300 mV"
+        m.solve(t_end=0.2)
+    assert "M032" in str(caught.value)
+    # A current at the start is an axis of a sweep, with its unit.
+    del m.parameters["R"]
+    swept = bksim.sweep(m, {"i": [0.0, 20.0]}, outputs=["max(i)", "i@0"], t_end=0.01)
+    assert swept.unit("i") == swept.unit("max(i)") == "A"
+    assert np.allclose(swept["i@0"], [0.0, 20.0], rtol=1e-14)

@@ -27,7 +27,7 @@ pub struct Group {
 pub const MAX_GROUPS: usize = 6;
 
 /// Words for what is measured in a unit.
-const WORDS: [(&str, &str); 14] = [
+const WORDS: [(&str, &str); 19] = [
     ("rad", "Angle"),
     ("rad/s", "Angular velocity"),
     ("rad/s^2", "Angular acceleration"),
@@ -41,6 +41,11 @@ const WORDS: [(&str, &str); 14] = [
     ("s", "Time"),
     ("kg", "Mass"),
     ("N/m", "Stiffness"),
+    ("A", "Current"),
+    ("V", "Voltage"),
+    ("ohm", "Resistance"),
+    ("H", "Inductance"),
+    ("C", "Charge"),
     ("", "Number"),
 ];
 
@@ -49,7 +54,7 @@ pub fn word(unit: &str) -> Option<&'static str> {
     WORDS.iter().find(|(known, _)| *known == unit).map(|(_, word)| *word)
 }
 
-/// Coordinates and rates, energies, and efforts of drives or sizes of reactions, among channels with
+/// Coordinates and rates, currents, energies, and efforts of drives or sizes of reactions, among channels with
 /// their units; of each at most so many, and how many were left out.
 pub fn overview(channels: &[(String, String)], most: usize) -> (Vec<Group>, usize) {
     let of = |topic: &str, unit: &str, names: &[&str]| -> Vec<Quantity> {
@@ -73,10 +78,15 @@ pub fn overview(channels: &[(String, String)], most: usize) -> (Vec<Group>, usiz
         }
         is_there
     };
-    for unit in ["rad", "m", "rad/s", "m/s"] {
+    for unit in ["rad", "m", "rad/s", "m/s", "A"] {
         add(None, unit, of("state", unit, &[]));
     }
-    add(Some("Quaternion"), "", of("state", "", &[]));
+    // States of controllers may be pure numbers as well.
+    let is_quaternion =
+        |known: &Quantity| ["_e0", "_e1", "_e2", "_e3"].iter().any(|end| known.name.ends_with(end));
+    let (quaternions, numbers) = of("state", "", &[]).into_iter().partition(is_quaternion);
+    add(Some("Quaternion"), "", quaternions);
+    add(None, "", numbers);
     add(None, "J", of("energy", "J", &["kinetic", "potential", "total"]));
     let is_driven = add(Some("Drive effort"), "N*m", of("drives", "N*m", &[]))
         || add(Some("Drive effort"), "N", of("drives", "N", &[]));
@@ -138,6 +148,7 @@ mod tests {
             ("state.a", "rad"),
             ("state.x", "m"),
             ("state.a_dot", "rad/s"),
+            ("state.i", "A"),
             ("energy.total", "J"),
             ("energy.work", "J"),
             ("reactions.A.fx", "N"),
@@ -146,12 +157,20 @@ mod tests {
         ]);
         let (groups, n_left_out) = overview(&all, 6);
         let units: Vec<&str> = groups.iter().map(|group| group.unit.as_str()).collect();
-        assert_eq!((units, n_left_out), (vec!["rad", "m", "rad/s", "J", "N"], 0));
-        assert_eq!(groups[3].quantities.len(), 1, "work is not among the energies");
-        assert_eq!(groups[4].quantities[0].channels, ["reactions.A.fx", "reactions.A.fy"]);
+        assert_eq!((units, n_left_out), (vec!["rad", "m", "rad/s", "A", "J", "N"], 0));
+        assert_eq!(groups[4].quantities.len(), 1, "work is not among the energies");
+        assert_eq!(groups[5].quantities[0].channels, ["reactions.A.fx", "reactions.A.fy"]);
         all.extend(channels(&[("drives.motor", "N*m")]));
         let last = overview(&all, 6).0.pop().expect("groups");
         assert_eq!((last.label, last.quantities.len()), (Some("Drive effort"), 1));
+    }
+
+    #[test]
+    fn numbers_of_a_controller_are_no_quaternion() {
+        let all = channels(&[("state.rod_e0", ""), ("state.rod_e1", ""), ("state.gain", "")]);
+        let groups = overview(&all, 6).0;
+        let labels: Vec<_> = groups.iter().map(|g| (g.label, g.quantities.len())).collect();
+        assert_eq!(labels, [(Some("Quaternion"), 2), (None, 1)]);
     }
 
     #[test]

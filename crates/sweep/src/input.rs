@@ -2,7 +2,7 @@
 
 use bksim::model::diagnostic::Diagnostic;
 use bksim::model::file::{WrittenUnit, suggest};
-use bksim::model::{Measure, Model};
+use bksim::model::{Initial, Model};
 
 use crate::axis::Axis;
 use crate::codes;
@@ -77,10 +77,15 @@ fn input(request: &Request, model: &Model, axis: &Axis) -> Result<Input, Diagnos
         let fault = Diagnostic::error(codes::UNKNOWN_AXIS, message);
         return Err(fault.help(suggest(name, &known)));
     };
-    let si = unit_of(model, model.initial[initial_idx].measure);
-    if written.is_none_or(|written| written.si() != si) {
-        let message = format!("the axis `{name}` needs a unit of the kind {si}");
-        let help = format!("write it after the numbers: `{name}=0:1 {si}:11`");
+    let si = unit_of(model, &model.initial[initial_idx]);
+    if written.map_or_else(String::new, |written| written.si()) != si {
+        let (message, help) = if si.is_empty() {
+            let message = format!("the axis `{name}` is of numbers without unit");
+            (message, format!("write them alone: `{name}=0:1:11`"))
+        } else {
+            let message = format!("the axis `{name}` needs a unit of the kind {si}");
+            (message, format!("write it after the numbers: `{name}=0:1 {si}:11`"))
+        };
         return Err(Diagnostic::error(codes::BAD_AXIS, message).help(help));
     }
     Ok(Input { quantity: Quantity::Initial(initial_idx), unit: written, si: si.to_owned() })
@@ -91,15 +96,17 @@ fn input(request: &Request, model: &Model, axis: &Axis) -> Result<Input, Diagnos
 pub fn si_unit(model: &Model, name: &str) -> Option<String> {
     let parameter = model.parameters.iter().find(|p| p.name == name);
     let initial = || model.initial.iter().find(|i| i.name == name);
-    let of_initial = || Some(unit_of(model, initial()?.measure).to_owned());
+    let of_initial = || Some(unit_of(model, initial()?).to_owned());
     let unit = parameter.map(|parameter| parameter.unit.clone()).or_else(of_initial)?;
-    // `1/s` would be read as a number: written, it is rad/s.
-    Some(unit.strip_prefix("1/").map_or(unit.clone(), |rest| format!("rad/{rest}")))
+    // `1/s` would be read as a number: written, it is rad/s. Units in parentheses would be names.
+    let unit = unit.strip_prefix("1/").map_or(unit.clone(), |rest| format!("rad/{rest}"));
+    let parts = unit.strip_suffix(')').and_then(|rest| rest.split_once("/("));
+    Some(parts.map_or(unit.clone(), |(over, under)| format!("{over}/{}", under.replace(' ', "/"))))
 }
 
-/// SI unit of something of the motion, as written units have it.
-fn unit_of(model: &Model, measure: Measure) -> &'static str {
-    match measure.unit(model) {
+/// SI unit of a stated initial value, as written units have it.
+fn unit_of<'m>(model: &'m Model, initial: &Initial) -> &'m str {
+    match initial.unit(model) {
         "rad/s" => "1/s",
         unit => unit,
     }

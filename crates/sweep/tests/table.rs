@@ -208,6 +208,74 @@ fn initial_values_vary_as_if_the_model_stated_them() {
     assert!((rows[1].inputs[0] - 150f64.to_radians()).abs() < 1e-15);
 }
 
+/// A coil that is cut off: i = i₀ exp(−R t/L).
+#[test]
+fn currents_and_resistances_are_varied_in_their_units() {
+    let coil = |start: &str| {
+        format!(
+            r#"
+            [parameters]
+            R = "1 ohm"
+            [bodies.b]
+            mass = "1 kg"
+            inertia = "1 kg m^2"
+            free = true
+            [states.i]
+            rate = "-R*i/(2 mH)"
+            start = "{start}"
+            [solve]
+            t_end = "1 ms"
+            every = "1 ms"
+            rtol = 1e-11
+            atol = 1e-12
+            "#
+        )
+    };
+    let axes = [("R", "2000,4000 mohm"), ("i", "0.5,0.25 kA")];
+    let mut request = Request::new(&coil("1 A"), "coil", plan(&axes));
+    request.outputs = vec!["final(i)".to_owned()];
+    let study = Study::prepare(request).expect("a study");
+    let units: Vec<String> = study.input_columns().iter().map(|c| c.unit.clone()).collect();
+    assert_eq!(units, ["ohm", "A"]);
+    assert_eq!(study.output_columns()[0].unit, "A");
+    let rows = study.rows(0..4, 1, &Monitor::default()).expect("threads").expect("an end");
+    for row in rows {
+        let [resistance, start] = row.inputs[..] else { panic!("{:?}", row.inputs) };
+        let expected = start * (-resistance * 1e-3 / 2e-3_f64).exp();
+        assert!((row.outputs[0] - expected).abs() < 1e-8 * start, "{row:?} for {expected}");
+    }
+    // Another unit, and none.
+    let fault = |start: &str, axis: &str| {
+        let request = Request::new(&coil(start), "coil", plan(&[("i", axis)]));
+        let fault = Study::prepare(request).err().map(|fault| fault.0[0].help.clone());
+        fault.map(Option::unwrap_or_default)
+    };
+    let with_unit = Some("write it after the numbers: `i=0:1 A:11`".to_owned());
+    assert_eq!([fault("1 A", "1,2 V"), fault("1 A", "1,2")], [with_unit.clone(), with_unit]);
+    assert_eq!(fault("1", "1,2 A"), Some("write them alone: `i=0:1:11`".to_owned()));
+    assert_eq!(fault("1", "1,2"), None);
+}
+
+#[test]
+fn units_of_parameters_are_written_as_they_are_read() {
+    let units = ["m", "rad/s", "kg/m/s", "A/s", "ohm", "V/A/s", "rad/V/s^2", "N m/A"];
+    let model = |units: &[String]| {
+        let parameters = units.iter().enumerate().map(|(k, unit)| format!("p{k} = \"3 {unit}\"\n"));
+        let parameters: String = parameters.collect();
+        let rest = "[bodies.b]\nmass = 1\nfree = true\n";
+        let text = format!("[parameters]\n{parameters}{rest}");
+        let reading = bksim::model::file::read(&bksim::model::file::Source::new(&text, "test"));
+        reading.model.unwrap_or_else(|| panic!("{:?}", reading.diagnostics))
+    };
+    let first = model(&units.map(str::to_owned));
+    let written = |k| bksim_sweep::si_unit(&first, &format!("p{k}")).expect("a unit");
+    let written: Vec<String> = (0..units.len()).map(written).collect();
+    let second = model(&written);
+    for (first, second) in first.parameters.iter().zip(&second.parameters) {
+        assert_eq!((&first.unit, first.value), (&second.unit, second.value));
+    }
+}
+
 #[test]
 fn what_makes_no_sense_is_refused_with_the_nearest_name() {
     let code = |axes: &[(&str, &str)], outputs: &[&str]| {

@@ -2,7 +2,8 @@
 
 use bksim::Mechanism;
 use bksim::describe;
-use bksim::sim::fault::{diagnose_guesses, diagnose_mobility, unit_of};
+use bksim::mbs::quantity::Quantity;
+use bksim::sim::fault::{diagnose_guesses, diagnose_mobility};
 use bksim::sim::mobility::mobility;
 use bksim::sim::start::{Moved, Start};
 
@@ -32,9 +33,12 @@ pub(crate) fn run(args: &ModelArgs, as_json: bool, nesting: usize) -> Result<Sta
 }
 
 /// Units of a coordinate, its rate and its second rate.
-fn units(unit: &str) -> String {
-    let unit = if unit.is_empty() { "1" } else { unit };
-    format!("{unit}, {unit}/s, {unit}/s²")
+fn units(coordinate: &Quantity) -> String {
+    let rates = coordinate.rates.iter().map(|[_, unit]| unit);
+    let all = [&coordinate.unit].into_iter().chain(rates);
+    let all =
+        all.map(|unit| if unit.is_empty() { "1".to_owned() } else { unit.replace("^2", "²") });
+    all.collect::<Vec<_>>().join(", ")
 }
 
 fn report(mechanism: &Mechanism, start: &Start) -> String {
@@ -45,7 +49,7 @@ fn report(mechanism: &Mechanism, start: &Start) -> String {
         headed("value", column(&start.q)),
         headed("velocity", column(&start.v)),
         headed("acceleration", column(&start.a)),
-        headed("unit", coordinates.iter().map(|c| units(&c.unit)).collect()),
+        headed("unit", coordinates.iter().map(units).collect()),
     ];
     let title = format!("{}: consistent at t = {} s", mechanism.model.name, number(start.t));
     let mut lines = vec![title, table(&rows_of(&columns))];
@@ -82,7 +86,7 @@ fn initial_columns(mechanism: &Mechanism, start: &Start) -> [Vec<String>; 6] {
     let numbers = |of: &dyn Fn(&Moved) -> f64| column(&moved.iter().map(of).collect::<Vec<_>>());
     let unit = |m: &Moved| {
         let initial = mechanism.model.initial.iter().find(|i| i.name == m.name);
-        initial.map_or("", |i| unit_of(&mechanism.model, i.measure)).to_owned()
+        initial.map_or("", |i| i.unit(&mechanism.model)).to_owned()
     };
     let kind = |m: &Moved| if m.is_guess { "guess" } else { "held" }.to_owned();
     [

@@ -74,7 +74,8 @@ impl<'a> Grouping<'a> {
         for (parts, coordinate) in form.equations.iter_mut().zip(system.coordinates()) {
             for part in parts {
                 let factor = work.units.of_product(pool, part.factor);
-                let unit = factor.map(|factor| of_equation(coordinate.kind).over(factor));
+                let unit = factor.zip(of_equation(model, coordinate));
+                let unit = unit.map(|(factor, equation)| equation.over(factor));
                 part.sum = work.shortened(&part.sum, Use::Equation(part.kind, unit));
             }
         }

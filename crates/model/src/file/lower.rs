@@ -281,13 +281,13 @@ impl Reader<'_> {
                 } else if known == Dimension::NONE || self.units.is_si() {
                     Kind::Bare
                 } else {
-                    self.needs_unit(bare);
+                    self.needs_unit(bare, known);
                     return None;
                 }
             }
             (Kind::Bare, Kind::Bare) => {
                 if !a.is_literal && !b.is_literal && !self.units.is_si() {
-                    self.needs_unit(a);
+                    self.needs_unit(a, Dimension::NONE);
                     return None;
                 }
                 Kind::Bare
@@ -311,7 +311,7 @@ impl Reader<'_> {
             (Kind::Bare, Some(1.0)) | (PURE, _) => Some(base.kind),
             (Kind::Bare, _) if base.is_literal || self.units.is_si() => Some(Kind::Bare),
             (Kind::Bare, _) => {
-                self.needs_unit(base);
+                self.needs_unit(base, Dimension::NONE);
                 None
             }
             (Kind::Known(dimension), exponent) => {
@@ -332,23 +332,20 @@ impl Reader<'_> {
         }
     }
 
-    /// In a file with units of its own, a bare parameter in a product could mean anything.
-    fn needs_unit(&mut self, bare: &Lowered) {
+    /// In a file with units of its own, a bare parameter in a product, with something of the dimension `other`,
+    /// could mean anything.
+    fn needs_unit(&mut self, bare: &Lowered, other: Dimension) {
         let known = self.parameters.iter().find(|p| p.symbol == bare.expr);
         let (message, location, help) = match known {
-            Some(p) => (
-                format!(
-                    "`{}` = {} needs its unit",
-                    p.name,
-                    short(bare.value.map_or(0.0, Constant::look))
-                ),
-                p.span.clone(),
-                format!(
-                    "write for example `{} = \"{} N/m\"`",
-                    p.name,
-                    short(bare.value.map_or(0.0, Constant::look))
-                ),
-            ),
+            Some(p) => {
+                let value = short(bare.value.map_or(0.0, Constant::look));
+                let example = if other.is_electrical() { "ohm" } else { "N/m" };
+                (
+                    format!("`{}` = {value} needs its unit", p.name),
+                    p.span.clone(),
+                    format!("write for example `{} = \"{value} {example}\"`", p.name),
+                )
+            }
             None => (
                 "a product of numbers without units".to_owned(),
                 bare.span.clone(),

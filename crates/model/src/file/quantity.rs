@@ -103,7 +103,9 @@ impl Reader<'_> {
         let is_name = |name: &str| {
             let location = place_within(&text, name);
             let before = quoted.text[..location].trim_end();
-            name == "t" || before.ends_with('*') && self.names.plain(name).is_some()
+            let is_local = self.local.as_ref().is_some_and(|(local, _)| local == name);
+            let is_known = is_local || self.names.plain(name).is_some();
+            name == "t" || before.ends_with('*') && is_known
         };
         let options = ParseOptions {
             max_depth: self.nesting,

@@ -162,6 +162,7 @@ impl Reader<'_> {
             rate: rate.expr,
             units: [own.times(second), own, own.over(second)]
                 .map(|dimension| dimension.to_string()),
+            exponents: dimension.and_then(Dimension::whole),
             span: rate.span,
         })
     }

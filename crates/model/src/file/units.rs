@@ -5,12 +5,13 @@
 
 use std::fmt;
 
-/// Exponents of metre, kilogram and second in twelfths, so that square and cube roots stay exact.
+/// Exponents of metre, kilogram, second and ampere in twelfths, so that square and cube roots stay exact.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) struct Dimension {
     length: i32,
     mass: i32,
     time: i32,
+    current: i32,
 }
 
 /// One whole exponent in the steps of [`Dimension`].
@@ -20,9 +21,26 @@ impl Dimension {
     /// A pure number or an angle.
     pub(super) const NONE: Self = Self::new(0, 0, 0);
 
-    /// From whole exponents.
+    /// A mechanical one, from whole exponents.
     pub(super) const fn new(length: i32, mass: i32, time: i32) -> Self {
-        Self { length: length * STEPS, mass: mass * STEPS, time: time * STEPS }
+        Self { length: length * STEPS, mass: mass * STEPS, time: time * STEPS, current: 0 }
+    }
+
+    /// This mechanical one times a whole power of the ampere.
+    const fn amperes(self, exponent: i32) -> Self {
+        Self { current: exponent * STEPS, ..self }
+    }
+
+    /// Whether the ampere occurs in it.
+    pub(super) fn is_electrical(self) -> bool {
+        self.current != 0
+    }
+
+    /// Exponents of kilogram, metre, second and ampere; `None` where they are not whole.
+    pub(super) fn whole(self) -> Option<[i64; 4]> {
+        let all = [self.mass, self.length, self.time, self.current];
+        let are_whole = all.iter().all(|steps| steps % STEPS == 0);
+        are_whole.then(|| all.map(|steps| i64::from(steps / STEPS)))
     }
 
     /// Of a product.
@@ -44,7 +62,12 @@ impl Dimension {
             #[expect(clippy::cast_possible_truncation, reason = "bounded and whole")]
             fits.then_some(near as i32)
         };
-        Some(Self { length: scale(self.length)?, mass: scale(self.mass)?, time: scale(self.time)? })
+        Some(Self {
+            length: scale(self.length)?,
+            mass: scale(self.mass)?,
+            time: scale(self.time)?,
+            current: scale(self.current)?,
+        })
     }
 
     fn combine(self, other: Self, op: fn(i32, i32) -> i32) -> Self {
@@ -52,6 +75,7 @@ impl Dimension {
             length: op(self.length, other.length),
             mass: op(self.mass, other.mass),
             time: op(self.time, other.time),
+            current: op(self.current, other.current),
         }
     }
 
@@ -82,15 +106,39 @@ const NOUNS: &[(Dimension, &str, &str)] = &[
     (Dimension::new(2, 1, -3), "power", "W"),
     (Dimension::new(-1, 1, -2), "pressure", "Pa"),
     (Dimension::new(-3, 1, 0), "density", "kg/m^3"),
+    (electrical(CURRENT), "electric current", "A"),
+    (electrical(CHARGE), "electric charge", "C"),
+    (electrical(VOLTAGE), "voltage", "V"),
+    (electrical(RESISTANCE), "resistance", "ohm"),
+    (electrical(CONDUCTANCE), "conductance", "S"),
+    (electrical(INDUCTANCE), "inductance", "H"),
+    (electrical(CAPACITANCE), "capacitance", "F"),
+    // Volt seconds: of a motor also those per radian of its back-EMF.
+    (electrical(FLUX), "torque constant or magnetic flux", "N m/A"),
+    (electrical([1, 1, -2, -1]), "force constant", "N/A"),
+    (electrical(FLUX_DENSITY), "magnetic flux density", "T"),
 ];
 
+const fn electrical([l, m, t, i]: [i32; 4]) -> Dimension {
+    Dimension::new(l, m, t).amperes(i)
+}
+
 impl fmt::Display for Dimension {
-    /// The SI unit: `kg m^2`; nothing for a pure number.
+    /// The SI unit: `kg m^2`, `V/s`; nothing for a pure number.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some((.., unit)) = NOUNS.iter().find(|(dimension, ..)| dimension == self) {
             return f.write_str(unit);
         }
-        let bases = [(self.mass, "kg"), (self.length, "m"), (self.time, "s")];
+        let Self { length, mass, time, current } = *self;
+        // 1 kg = 1 V A s³/m²: with the volt for the kilogram, electrical units stay short.
+        let bases = if self.is_electrical() {
+            let length = length.saturating_sub(mass.saturating_mul(2));
+            let time = time.saturating_add(mass.saturating_mul(3));
+            let current = current.saturating_add(mass);
+            [(mass, "V"), (current, "A"), (length, "m"), (time, "s")]
+        } else {
+            [(mass, "kg"), (length, "m"), (time, "s"), (0, "A")]
+        };
         let part = |steps: i32, unit: &str| {
             let exponent = f64::from(steps) / f64::from(STEPS);
             if steps == STEPS { unit.to_owned() } else { format!("{unit}^{exponent}") }
@@ -162,6 +210,11 @@ const fn unit(name: &'static str, up: f64, down: f64, [l, m, t]: [i32; 3]) -> Un
     Unit { name, scale, dimension: Dimension::new(l, m, t), is_angle: false }
 }
 
+const fn electric(name: &'static str, up: f64, down: f64, exponents: [i32; 4]) -> Unit {
+    let scale = Scale { up, down, pi: 0 };
+    Unit { name, scale, dimension: electrical(exponents), is_angle: false }
+}
+
 const fn angle(name: &'static str, up: f64, down: f64, pi: i32) -> Unit {
     Unit { name, scale: Scale { up, down, pi }, dimension: Dimension::NONE, is_angle: true }
 }
@@ -174,6 +227,16 @@ const FORCE: [i32; 3] = [1, 1, -2];
 const ENERGY: [i32; 3] = [2, 1, -2];
 const POWER: [i32; 3] = [2, 1, -3];
 const PRESSURE: [i32; 3] = [-1, 1, -2];
+// With the exponent of the ampere.
+const CURRENT: [i32; 4] = [0, 0, 0, 1];
+const CHARGE: [i32; 4] = [0, 0, 1, 1];
+const VOLTAGE: [i32; 4] = [2, 1, -3, -1];
+const RESISTANCE: [i32; 4] = [2, 1, -3, -2];
+const CONDUCTANCE: [i32; 4] = [-2, -1, 3, 2];
+const INDUCTANCE: [i32; 4] = [2, 1, -2, -2];
+const CAPACITANCE: [i32; 4] = [-2, -1, 4, 2];
+const FLUX: [i32; 4] = [2, 1, -2, -1];
+const FLUX_DENSITY: [i32; 4] = [0, 1, -2, -1];
 
 /// Every unit, with its exact factor to SI. Sources: the SI brochure (BIPM 2019); the
 /// international yard and pound (1959), with standard gravity 9.80665 m/s² for forces.
@@ -219,19 +282,65 @@ pub(super) const UNITS: &[Unit] = &[
     unit("J", 1.0, 1.0, ENERGY),
     unit("mJ", 1.0, 1000.0, ENERGY),
     unit("kJ", 1000.0, 1.0, ENERGY),
+    unit("Wh", 3600.0, 1.0, ENERGY),
+    unit("kWh", 3.6e6, 1.0, ENERGY),
     unit("Nm", 1.0, 1.0, ENERGY),
     unit("W", 1.0, 1.0, POWER),
+    unit("mW", 1.0, 1000.0, POWER),
     unit("kW", 1000.0, 1.0, POWER),
     unit("Pa", 1.0, 1.0, PRESSURE),
     unit("kPa", 1000.0, 1.0, PRESSURE),
     unit("MPa", 1e6, 1.0, PRESSURE),
     unit("GPa", 1e9, 1.0, PRESSURE),
     unit("bar", 1e5, 1.0, PRESSURE),
+    electric("A", 1.0, 1.0, CURRENT),
+    electric("uA", 1.0, 1e6, CURRENT),
+    electric("µA", 1.0, 1e6, CURRENT),
+    electric("mA", 1.0, 1000.0, CURRENT),
+    electric("kA", 1000.0, 1.0, CURRENT),
+    electric("V", 1.0, 1.0, VOLTAGE),
+    electric("uV", 1.0, 1e6, VOLTAGE),
+    electric("µV", 1.0, 1e6, VOLTAGE),
+    electric("mV", 1.0, 1000.0, VOLTAGE),
+    electric("kV", 1000.0, 1.0, VOLTAGE),
+    electric("ohm", 1.0, 1.0, RESISTANCE),
+    electric("mohm", 1.0, 1000.0, RESISTANCE),
+    electric("kohm", 1000.0, 1.0, RESISTANCE),
+    electric("Mohm", 1e6, 1.0, RESISTANCE),
+    electric("Ω", 1.0, 1.0, RESISTANCE),
+    electric("mΩ", 1.0, 1000.0, RESISTANCE),
+    electric("kΩ", 1000.0, 1.0, RESISTANCE),
+    electric("MΩ", 1e6, 1.0, RESISTANCE),
+    electric("S", 1.0, 1.0, CONDUCTANCE),
+    electric("mS", 1.0, 1000.0, CONDUCTANCE),
+    electric("H", 1.0, 1.0, INDUCTANCE),
+    electric("uH", 1.0, 1e6, INDUCTANCE),
+    electric("µH", 1.0, 1e6, INDUCTANCE),
+    electric("mH", 1.0, 1000.0, INDUCTANCE),
+    electric("F", 1.0, 1.0, CAPACITANCE),
+    electric("pF", 1.0, 1e12, CAPACITANCE),
+    electric("nF", 1.0, 1e9, CAPACITANCE),
+    electric("uF", 1.0, 1e6, CAPACITANCE),
+    electric("µF", 1.0, 1e6, CAPACITANCE),
+    electric("mF", 1.0, 1000.0, CAPACITANCE),
+    electric("C", 1.0, 1.0, CHARGE),
+    electric("mC", 1.0, 1000.0, CHARGE),
+    electric("Ah", 3600.0, 1.0, CHARGE),
+    electric("mAh", 36.0, 10.0, CHARGE),
+    electric("Wb", 1.0, 1.0, FLUX),
+    electric("mWb", 1.0, 1000.0, FLUX),
+    electric("T", 1.0, 1.0, FLUX_DENSITY),
+    electric("mT", 1.0, 1000.0, FLUX_DENSITY),
 ];
 
-/// The unit of this name; case counts.
+/// The unit of this name; case counts. Omega and mu may be letters or signs of their own, which look alike.
 pub(super) fn find_unit(name: &str) -> Option<&'static Unit> {
-    UNITS.iter().find(|unit| unit.name == name)
+    let usual = |c: char| match c {
+        '\u{2126}' => 'Ω',
+        '\u{3bc}' => 'µ',
+        other => other,
+    };
+    UNITS.iter().find(|unit| unit.name.chars().eq(name.chars().map(usual)))
 }
 
 /// The quantity that a value of the model must be, and the reading of a bare number for it.
@@ -336,7 +445,8 @@ impl FileUnits {
     }
 
     /// Factor to SI of a bare number that is added to a known dimension: through the quantity of
-    /// that name where there is one (a force in the file's force unit), else base by base.
+    /// that name where there is one (a force in the file's force unit), else base by base. Electrical ones
+    /// are SI in every file: a volt holds no millimetres.
     pub(super) fn scale_of(&self, dimension: Dimension) -> Scale {
         const KNOWN: [Quantity; 8] = [
             Quantity::FORCE,
@@ -348,6 +458,9 @@ impl FileUnits {
             Quantity::TIME,
             Quantity::TORSION_DAMPING,
         ];
+        if dimension.is_electrical() {
+            return Scale::ONE;
+        }
         if let Some(quantity) = KNOWN.iter().find(|q| q.dimension() == dimension) {
             return self.scale(*quantity);
         }
@@ -399,7 +512,86 @@ mod tests {
     }
 
     #[test]
+    fn electrical_units_multiply_to_mechanical_ones() {
+        let of = |name: &str| find_unit(name).expect("a unit").dimension;
+        assert_eq!(of("V").times(of("A")), of("W"));
+        assert_eq!(of("V").over(of("A")), of("ohm"));
+        assert_eq!(of("V").times(of("A")).times(of("s")), of("Wh"));
+        assert_eq!(of("V").times(of("s")).over(of("A")), of("H"));
+        assert_eq!(of("ohm").times(of("S")), Dimension::NONE);
+        assert_eq!(of("C").over(of("V")), of("F"));
+        assert_eq!(of("V").times(of("s")), of("N").times(of("m")).over(of("A")));
+        assert_eq!(of("T").times(of("m")).times(of("m")), of("Wb"));
+        // A tesla is a newton per ampere and metre.
+        assert_eq!(of("T").times(of("A")).times(of("m")), of("N"));
+        for (one, same) in [("Ω", "ohm"), ("k\u{2126}", "kohm"), ("µH", "uH"), ("\u{3bc}m", "um")]
+        {
+            let [one, same] = [one, same].map(|name| find_unit(name).expect("a unit"));
+            assert_eq!((one.scale, one.dimension), (same.scale, same.dimension));
+        }
+    }
+
+    #[test]
+    fn electrical_units_have_their_factors() {
+        let factors = [
+            ("mA", 1e-3),
+            ("kV", 1e3),
+            ("mohm", 1e-3),
+            ("Mohm", 1e6),
+            ("uH", 1e-6),
+            ("nF", 1e-9),
+            ("pF", 1e-12),
+            ("Ah", 3600.0),
+            ("mAh", 3.6),
+            ("kWh", 3.6e6),
+        ];
+        for (name, expected) in factors {
+            assert_eq!(find_unit(name).expect("a unit").scale.apply(1.0), expected, "{name}");
+        }
+    }
+
+    #[test]
+    fn electrical_quantities_are_si_beside_millimetres() {
+        let mut units = FileUnits::default();
+        for (key_idx, name) in [(0, "mm"), (1, "g"), (2, "ms"), (4, "kN")] {
+            units.set(key_idx, find_unit(name).expect("a unit"));
+        }
+        for unit in UNITS.iter().filter(|unit| unit.dimension.is_electrical()) {
+            assert_eq!(units.scale_of(unit.dimension), Scale::ONE, "{}", unit.name);
+        }
+        // A power is mechanical as well.
+        assert_ne!(units.scale_of(find_unit("W").expect("a unit").dimension), Scale::ONE);
+    }
+
+    #[test]
+    fn every_unit_of_a_dimension_is_read_as_that_dimension() {
+        use super::super::written_unit::WrittenUnit;
+        for (dimension, noun, unit) in NOUNS.iter().filter(|(.., unit)| !unit.is_empty()) {
+            let read =
+                unit.strip_prefix("1/").map_or((*unit).to_owned(), |rest| format!("rad/{rest}"));
+            let read = WrittenUnit::parse(&read).expect("a unit");
+            assert_eq!((read.dimension, read.scale), (*dimension, Scale::ONE), "{noun}");
+        }
+        let inductance = electrical(INDUCTANCE);
+        for power in [
+            inductance.times(inductance),
+            electrical(VOLTAGE).over(inductance),
+            electrical(FLUX_DENSITY).over(electrical(CHARGE)),
+        ] {
+            let read = WrittenUnit::parse(&power.to_string()).expect("a unit");
+            assert_eq!((read.dimension, read.scale), (power, Scale::ONE), "{power}");
+        }
+    }
+
+    #[test]
     fn dimensions_print_as_units() {
+        let of = |name: &str| find_unit(name).expect("a unit").dimension;
+        let per_second = |name: &str| of(name).over(of("s")).to_string();
+        assert_eq!(["A", "V", "ohm"].map(per_second), ["A/s", "V/s", "V/(A s)"]);
+        assert_eq!(of("V").over(of("m")).to_string(), "V/m");
+        assert_eq!(of("A").over(of("m")).to_string(), "A/m");
+        assert_eq!(of("Wb").to_string(), "N m/A");
+        assert_eq!(of("V").power(0.5).map(|root| root.to_string()), Some("V^0.5".to_owned()));
         assert_eq!(Quantity::TORQUE.dimension().to_string(), "N m");
         assert_eq!(Dimension::new(2, 0, -3).to_string(), "m^2/s^3");
         let root = Dimension::new(1, 0, 0).power(0.5).expect("twelfths");

@@ -26,6 +26,14 @@ impl WrittenUnit {
     /// assert_eq!(WrittenUnit::parse("quux"), None);
     /// ```
     pub fn parse(text: &str) -> Option<Self> {
+        // As dimensions are printed: `V/(A s)`.
+        let parts = text.trim_end().strip_suffix(')').and_then(|rest| rest.split_once("/("));
+        let text = parts.map_or_else(
+            || text.to_owned(),
+            |(over, under)| {
+                format!("{over}/{}", under.split_whitespace().collect::<Vec<_>>().join("/"))
+            },
+        );
         let text = join_units(&format!("1 {text}"));
         let is_unit = |name: &str| find_unit(name).is_some();
         let options = ParseOptions { max_depth: 1, is_unit: &is_unit, is_name: &|_| false };

@@ -5,7 +5,6 @@ use crate::codes;
 use crate::compiled::CompiledSystem;
 use crate::run::Slowness;
 use bksim_mbs::coordinate::CoordinateKind;
-use bksim_mbs::quantity::rate_unit;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::Model;
 use bksim_model::diagnostic::Diagnostic;
@@ -95,7 +94,7 @@ pub(super) fn with_reasons(
         (v[i] * step_size).abs() / size
     };
     if let Some(&i) = worst.iter().find(|&i| moved(i) > FOLLOWED) {
-        let unit = rate_unit(coordinates[i].kind.unit(), 1);
+        let [_, unit] = &compiled.coordinates[i].rates[0];
         return fault
             .note(format!("`{}` is {} {unit} there", coordinates[i].rate_name, short(v[i])))
             .help("look for a speed, force or length in a wrong unit, or end the run much sooner");

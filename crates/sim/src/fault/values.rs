@@ -8,7 +8,7 @@ use crate::run::{Failure, Sample};
 use bksim_dae::{SolveError, Standstill};
 use bksim_expr::{DomainFault, Expr, Pool, SymbolId};
 use bksim_mbs::force::{self, Wrench};
-use bksim_mbs::quantity::rate_unit;
+use bksim_mbs::quantity::coordinate_units;
 use bksim_mbs::signal::signal_values;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Code, Diagnostic, Span};
@@ -55,7 +55,7 @@ impl FaultInstant<'_> {
     pub(super) fn largest_rate(&self) -> Option<(String, f64, String)> {
         let rates = self.system.coordinates().iter().zip(&self.v);
         let (coordinate, &rate) = rates.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
-        let unit = rate_unit(coordinate.kind.unit(), 1);
+        let [_, unit, _] = coordinate_units(self.model, coordinate);
         let name = coordinate.rate_name.clone();
         (rate.abs() > HUGE).then_some((name, rate, unit))
     }
@@ -212,15 +212,18 @@ pub(super) fn too_large(
 ) -> Option<Diagnostic> {
     let coordinates = system.coordinates();
     let (positions, rates) = (last.q.iter().enumerate(), last.v.iter().enumerate());
-    let positions = positions
-        .map(|(i, &x)| (coordinates[i].name.clone(), x, coordinates[i].kind.unit().to_owned()));
+    let position = |(i, &x): (usize, &f64)| {
+        let [unit, ..] = coordinate_units(model, &coordinates[i]);
+        (coordinates[i].name.clone(), x, unit)
+    };
     let rate = |(i, &x): (usize, &f64)| {
-        (coordinates[i].rate_name.clone(), x, rate_unit(coordinates[i].kind.unit(), 1))
+        let [_, unit, _] = coordinate_units(model, &coordinates[i]);
+        (coordinates[i].rate_name.clone(), x, unit)
     };
     let energies = [("kinetic", last.energy.kinetic), ("potential", last.energy.potential)];
     let energies = energies.map(|(what, x)| (format!("{what} energy"), x, "J".to_owned()));
     let all: Vec<(String, f64, String)> =
-        positions.chain(rates.map(rate)).chain(energies).collect();
+        positions.map(position).chain(rates.map(rate)).chain(energies).collect();
     let is_out = !last.is_finite() || all.iter().any(|(_, x, _)| x.abs() > HUGE);
     // The largest that is still a number tells most.
     let numbers = all.iter().filter(|(_, x, _)| x.is_finite());

@@ -76,7 +76,7 @@ impl Sensitive {
     pub fn unit(self, model: &Model) -> String {
         match self {
             Self::Parameter(k) => model.parameters[k].unit.clone(),
-            Self::Initial(k) => model.initial[k].measure.unit(model).to_owned(),
+            Self::Initial(k) => model.initial[k].unit(model).to_owned(),
         }
     }
 }
