@@ -163,6 +163,9 @@ impl Kinematics {
         let here = |e: Expr| pool.substitute(e, &[(curve.parameter, parameter)]);
         let by_parameter = |path: &Vector| path.map(|e| pool.diff(e, curve.parameter));
         let mut path = curve.position;
+        if let JointKind::PointOnCurve { roller: None, .. } = joint.kind {
+            path = curve.pitch(pool).unwrap_or(path);
+        }
         // The centre of a roller is across the tangent.
         if let JointKind::PointOnCurve { roller: Some(distance), .. } = joint.kind {
             let [x, y, _] = by_parameter(&path);

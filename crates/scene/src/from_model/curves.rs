@@ -20,9 +20,9 @@ impl Sketch<'_> {
         let of_joint = |joint: &Joint| {
             let curve = &self.model().curves[joint.kind.curve()?.0];
             let follower = match joint.kind {
-                JointKind::PointOnCurve { roller: Some(distance), .. } => {
-                    Some(self.roller(joint, self.numbers.value(distance).abs()))
-                }
+                JointKind::PointOnCurve { roller, .. } => roller
+                    .or(curve.cam.as_ref().and_then(|cam| cam.roller))
+                    .map(|distance| self.roller(joint, self.numbers.value(distance).abs())),
                 JointKind::LineOnCurve { .. } => Some(self.face(joint, curve)),
                 _ => None,
             };
