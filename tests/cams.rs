@@ -2,6 +2,7 @@
 
 mod support;
 
+use bksim::analysis::{CamReport, CamRequest, cam};
 use bksim::model::file::{Source, read};
 
 use support::elements::{column, number, reference};
@@ -332,4 +333,130 @@ fn a_profile_needs_a_law_and_a_follower_that_reaches_it() {
     check("swing", "kind = \"flat\", pivot = [0, 0]", "M091", "is the axis");
     check("lift", "radius = \"10 mm\"", "M006", "has no `kind`");
     check("lift", &format!("{roller}, offset = 0, pivot = [0.1, 0]"), "M055", "both");
+}
+
+/// A report with rows at every ten degrees.
+fn report(text: &str, curve: Option<&str>) -> CamReport {
+    let request = CamRequest { curve: curve.map(str::to_owned), n_rows: 37, cutter: None };
+    cam(&model(text), &request).expect("a cam")
+}
+
+/// Compares columns of a report with those of a reference, by size where signs are a matter of taste.
+fn check_table(found: &CamReport, data: &str, columns: &[(&str, &str, f64)]) {
+    let reference = reference(data);
+    let rows = reference["rows"].as_array().expect("rows");
+    assert_eq!(rows.len(), found.table.rows.len());
+    for (ours, theirs, factor) in columns {
+        let ours = found.table.column(ours).expect("a column");
+        let theirs = column(&reference, theirs);
+        let largest = rows.iter().map(|row| number(row, theirs).abs()).fold(0.0, f64::max);
+        for (row, value) in rows.iter().zip(ours) {
+            let expected = number(row, theirs);
+            let value = if *factor == 0.0 { value.to_degrees().abs() } else { factor * value };
+            let expected = if *factor == 0.0 { expected.abs() } else { expected };
+            close(&format!("{data}, {theirs}"), value, expected, within(1e-12 * largest));
+        }
+    }
+}
+
+#[test]
+fn curvature_and_pressure_angles_are_those_of_the_references() {
+    let of = |law: &str, name: &str, base: f64, follower: &str| {
+        format!(
+            "{law}[curves.profile]\ntype = \"cam\"\nlaw = \"{name}\"\nbase_circle = \"{base} mm\"\n\
+             follower = {{ {follower} }}\n{POINTS}"
+        )
+    };
+    let found = report(&of(LIFT, "lift", 30.0, "kind = \"flat\""), None);
+    let columns = [("lift", "s", 1.0), ("contact", "contact_offset", 1.0), ("radius", "rho", 1.0)];
+    check_table(&found, "elements/cam_flat", &columns);
+    check_table(&found, "elements/cam_flat", &[("x", "Px", 1.0), ("y", "Py", 1.0)]);
+    let profile = found.profile.expect("a profile");
+    let values = &reference("elements/cam_flat")["values"];
+    let value = |name: &str| values[name].as_f64().expect("a number");
+    let least = profile.smallest_base_circle.expect("a smallest base circle");
+    close("base", least.value, value("smallest_base_circle"), within(1e-14));
+    close("at", least.at, value("at_th"), within(1e-7));
+    let [left, right] = profile.face.expect("a face");
+    close("rise", right, value("needed_half_width_rise"), within(1e-14));
+    close("return", -left, value("needed_half_width_return"), within(1e-14));
+    assert!(profile.is_closed && profile.undercuts.is_empty() && found.warnings.is_empty());
+
+    let roller = "kind = \"roller\", radius = \"10 mm\", arm = \"70 mm\", pivot = [\"90 mm\", 0]";
+    let found = report(&of(SWING, "swing", 35.0, roller), Some("profile"));
+    let columns = [
+        ("velocity", "dp", 1.0),
+        ("pressure_angle", "pressure_angle_deg", 0.0),
+        ("pitch_radius", "rho_pitch", 1.0),
+        ("pitch_x", "Xc", 1.0),
+        ("y", "Py", 1.0),
+    ];
+    check_table(&found, "elements/cam_swinging_roller", &columns);
+    let [rise, fall] = found.profile.expect("a profile").steepest.expect("a point has one");
+    assert!(rise.value > 17.7f64.to_radians() && fall.value < 0.0, "{rise:?} {fall:?}");
+}
+
+/// A face is undercut below the smallest base circle, and not above it; so is a roller on an arc of its own radius.
+#[test]
+fn undercuts_are_found_with_their_places() {
+    let of = |base: f64, follower: &str| {
+        let text = format!(
+            "{LIFT}[curves.profile]\ntype = \"cam\"\nlaw = \"lift\"\nbase_circle = {base:?}\n\
+             follower = {{ {follower} }}\n{POINTS}"
+        );
+        report(&text, None)
+    };
+    let flat = "kind = \"flat\"";
+    let found = of(0.0063, flat);
+    let [from, to] = found.profile.expect("a profile").undercuts[0];
+    assert!(from < 1.529 && 1.53 < to, "{from} {to}");
+    // There the radius of curvature, base + s + s″, is zero.
+    let over = 120f64.to_radians();
+    for at in [from, to] {
+        let tau = std::f64::consts::TAU;
+        let bend = tau * (tau * at / over).sin() / (over * over);
+        close("radius", 0.0063 + 0.012 * (cycloidal(at / over) + bend), 0.0, within(1e-12));
+    }
+    let [warning] = found.warnings.as_slice() else { panic!("{:?}", found.warnings) };
+    assert_eq!(warning.code.0, "Q009");
+    assert!(warning.help.as_ref().is_some_and(|help| help.contains("\"6.399 mm\"")), "{warning:?}");
+    assert!(of(0.006_399, flat).warnings.is_empty());
+
+    // The path of the centre is bent most where the profile is undercut first: then as much as the roller.
+    let roller = "kind = \"roller\", radius = \"25 mm\"";
+    let least = of(0.03, roller).profile.expect("a profile").smallest_base_circle.expect("one");
+    let there = of(least.value, roller);
+    let bent = there.profile.expect("a profile").least_radius.expect("a place");
+    close("sharpest", bent.value, 0.0, within(1e-12));
+    assert!(there.warnings.is_empty());
+    let below = of(0.999 * least.value, roller);
+    assert_eq!(below.warnings.len(), 1, "{:?}", below.warnings);
+}
+
+/// Norton's table of factors, and closed forms of them.
+#[test]
+fn laws_have_their_peak_factors() {
+    use std::f64::consts::PI;
+    let expected: [(&str, [f64; 3]); 6] = [
+        ("3-4-5", [1.875, 5.773_502_691_896_26, 60.0]),
+        ("4-5-6-7", [2.1875, 7.513_188_404_399_29, 52.5]),
+        ("cycloidal", [2.0, 2.0 * PI, 4.0 * PI * PI]),
+        ("harmonic", [0.5 * PI, 0.5 * PI * PI, 0.5 * PI.powi(3)]),
+        (
+            "modified-sine",
+            [1.759_603_385_953_77, 5.527_957_070_544_09, 16.0 * PI.powi(3) / (4.0 + PI)],
+        ),
+        ("modified-trapezoid", [2.0, 8.0 * PI / (2.0 + PI), 32.0 * PI * PI / (2.0 + PI)]),
+    ];
+    for (law, factors) in expected {
+        let text = format!("{}{POINTS}", LIFT.replace("cycloidal", law));
+        let found = report(&text, None);
+        assert_eq!(found.peaks.len(), 2);
+        for peaks in &found.peaks {
+            assert_eq!(peaks.law, law);
+            for (k, (found, expected)) in peaks.factors.iter().zip(factors).enumerate() {
+                close(&format!("{law}, {k}"), *found, expected, within(1e-9 * expected));
+            }
+        }
+    }
 }

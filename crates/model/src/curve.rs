@@ -88,6 +88,6 @@ pub struct Cam {
     pub travel: Vector,
     /// The sense in which the cam turns.
     pub is_clockwise: bool,
-    /// Position of its name.
+    /// Position of the radius of the base circle.
     pub span: Span,
 }

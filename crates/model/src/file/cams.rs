@@ -125,7 +125,7 @@ impl Reader<'_> {
             pitch: in_space(pitch),
             travel: in_space(travel),
             is_clockwise: sense < 0,
-            span: fields.span.clone(),
+            span: base.span.clone(),
         };
         Some(Curve {
             name: name.to_owned(),
