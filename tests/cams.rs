@@ -460,3 +460,59 @@ fn laws_have_their_peak_factors() {
         }
     }
 }
+
+/// Two joints that hold the same face on the same disc: their forces, equal and opposite, are in equilibrium at the
+/// place of contact, and nothing says how they share the load. One alone has all of it.
+#[test]
+fn two_contacts_at_one_place_share_their_force() {
+    let face = "type = \"line-on-curve\"\naxis = [1, 0]\n";
+    let one = derive(model(&eccentric(face, ""))).start().expect("a start");
+    assert!(one.uniqueness.is_complete(), "{:?}", one.uniqueness);
+
+    let twin =
+        format!("[joints.twin]\nbetween = [\"cam\", \"follower.E\"]\ncurve = \"disc\"\n{face}");
+    let text = eccentric(face, &twin)
+        .replace("F = [\"4 mm\", 0]", "F = [\"4 mm\", 0], E = [\"9 mm\", 0]")
+        .replace("contact = {", "twin = { guess = { angle = \"90 deg\" } }\ncontact = {");
+    let mechanism = derive(model(&text));
+    let both = mechanism.start().expect("a start").uniqueness;
+    assert_eq!(both.n_self_stresses, 1, "{both:?}");
+    let names: Vec<&str> = mechanism.model.joints.iter().map(|joint| joint.name.as_str()).collect();
+    for (name, unique) in names.iter().zip(&both.reactions) {
+        let is_contact = ["contact", "twin"].contains(name);
+        let expected = [true, !is_contact, true, true, true, !is_contact];
+        assert_eq!(*unique, expected, "{name}");
+    }
+}
+
+/// A roller is a circle about its point, a face a line through its point and along its axis.
+#[test]
+fn followers_are_drawn_with_what_they_touch_with() {
+    let lines = |contact: &str| {
+        let model = model(&eccentric(contact, ""));
+        let body = model.bodies.iter().position(|body| body.name == "follower").expect("it");
+        let scene = bksim_scene::Scene::of(&model, &[]);
+        let of_body = scene.shapes.into_iter().filter(|shape| shape.body == body);
+        let lines = of_body.filter_map(|shape| match shape.form {
+            bksim_scene::Form::Line { points, is_closed } => Some((points, is_closed)),
+            _ => None,
+        });
+        lines.collect::<Vec<_>>()
+    };
+    let drawn = lines("type = \"point-on-curve\"\nradius = \"7 mm\"\nside = \"right\"");
+    let is_roller = |(points, is_closed): &(Vec<[f64; 3]>, bool)| {
+        let radius = |p: &[f64; 3]| (p[0] - 0.004).hypot(p[1]);
+        *is_closed && points.iter().all(|p| (radius(p) - 0.007).abs() < 1e-12)
+    };
+    assert_eq!(drawn.iter().filter(|line| is_roller(line)).count(), 1, "{drawn:?}");
+    let drawn = lines("type = \"line-on-curve\"\naxis = [0.6, 0.8]");
+    let is_face = |(points, is_closed): &(Vec<[f64; 3]>, bool)| {
+        let off = |p: &[f64; 3]| 0.8 * (p[0] - 0.004) - 0.6 * p[1];
+        // As long as the disc is wide.
+        let length = (points[1][0] - points[0][0]).hypot(points[1][1] - points[0][1]);
+        let is_line =
+            !is_closed && points.len() == 2 && points.iter().all(|p| off(p).abs() < 1e-12);
+        is_line && (length - 0.06).abs() < 1e-4
+    };
+    assert_eq!(drawn.iter().filter(|line| is_face(line)).count(), 1, "{drawn:?}");
+}
