@@ -41,6 +41,15 @@ pub enum AnalysisError {
         /// As written.
         name: String,
     },
+    /// No cam of this name, or not one alone.
+    #[error("{}", .name.as_ref().map_or_else(|| format!("the model has {} cams and laws, not one", .known.len()),
+        |name| format!("no cam or law is called `{name}`")))]
+    UnknownCam {
+        /// As written.
+        name: Option<String>,
+        /// Names of cams, then of laws.
+        known: Vec<String>,
+    },
     /// More motions are free than are prescribed, or fewer.
     #[error("{n_free} motions are free, and {n_driven} are prescribed")]
     NDrives {
@@ -128,6 +137,14 @@ impl AnalysisError {
             ),
             Self::UnknownParameter { .. } => {
                 (codes::UNKNOWN_NAME, "write the name of one of `[parameters]`".to_owned())
+            }
+            Self::UnknownCam { known, .. } if known.is_empty() => (
+                codes::UNKNOWN_CAM,
+                "write a curve of type `cam-law`, and one of type `cam` that names it".to_owned(),
+            ),
+            Self::UnknownCam { known, .. } => {
+                let known: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
+                (codes::UNKNOWN_CAM, format!("name one of {}", known.join(", ")))
             }
             Self::NDrives { n_free, .. } => (
                 codes::N_DRIVES,

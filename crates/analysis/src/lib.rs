@@ -3,6 +3,7 @@
 //! Every question takes a model and gives plain data; nothing here opens files or prints.
 
 mod assemblies;
+mod cam;
 pub mod codes;
 mod curve;
 mod drive;
@@ -28,6 +29,7 @@ mod table;
 mod trace;
 
 pub use assemblies::{Assemblies, Assembly, assemblies};
+pub use cam::{CamLine, CamProfile, CamReport, CamRequest, Located, Peaks, cam};
 pub use drive::{Drive, Range, position, quantity};
 pub use error::AnalysisError;
 pub use exported::{ExportedFunction, Part, exported};

@@ -58,6 +58,8 @@ pub(crate) enum Command {
     Modes(analysis::Modes),
     /// Find the efforts, reactions and powers that a motion needs.
     Inverse(analysis::Inverse),
+    /// Tell the motion, pressure angle and curvature of a cam, and draw its profile.
+    Cam(analysis::Cam),
     /// Write the equations as code: C, Rust or Python, with a test of itself.
     Code(code::Code),
     /// Solve a model and log its motion.

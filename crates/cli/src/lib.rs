@@ -141,6 +141,7 @@ fn dispatch(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>
         Command::Inverse(args) => {
             own("inverse", commands::analysis::inverse::run(args, json, nesting))
         }
+        Command::Cam(args) => own("cam", commands::analysis::cam::run(args, json, nesting)),
         Command::Code(args) => own("code", commands::code::run(args, json, nesting)),
         Command::Solve(args) => own("solve", commands::solve::run(args, json, nesting)),
         Command::Sweep(args) => studio(StudioCommand::Sweep(args)),

@@ -108,7 +108,7 @@ impl Kinematics {
         }
         for &id in &tree.cuts {
             let joint = &model.joints[id.0];
-            if let JointKind::PointOnCurve { .. } = joint.kind {
+            if joint.kind.curve().is_some() {
                 let name = joint_coordinate_name(joint, &joint::motions(pool, joint), 0);
                 kinematics.add_coordinate(model, name, CoordinateKind::Angle, Owner::Joint(id, 0));
             }
@@ -154,16 +154,26 @@ impl Kinematics {
 
     /// The place of a joint on the curve that it follows.
     fn on_curve(&self, model: &Model, joint: &Joint) -> Option<OnCurve> {
-        let JointKind::PointOnCurve { curve } = joint.kind else { return None };
+        let curve = joint.kind.curve()?;
         let id = model.joints.iter().position(|of| of.name == joint.name).map(JointId)?;
         let pool = &model.pool;
         let curve = &model.curves[curve.0];
         let parameter = self.coordinates.get(*self.first_of_joint.get(&id)?)?.q;
         let parameter = pool.symbol_expr(parameter);
         let here = |e: Expr| pool.substitute(e, &[(curve.parameter, parameter)]);
-        let offset = curve.position.map(here);
-        let tangent = curve.position.map(|e| here(pool.diff(e, curve.parameter)));
-        Some(OnCurve { offset, tangent })
+        let by_parameter = |path: &Vector| path.map(|e| pool.diff(e, curve.parameter));
+        let mut path = curve.position;
+        if let JointKind::PointOnCurve { roller: None, .. } = joint.kind {
+            path = curve.pitch(pool).unwrap_or(path);
+        }
+        // The centre of a roller is across the tangent.
+        if let JointKind::PointOnCurve { roller: Some(distance), .. } = joint.kind {
+            let [x, y, _] = by_parameter(&path);
+            let length = pool.sqrt(pool.add(pool.powi(x, 2), pool.powi(y, 2)));
+            let left = [pool.neg(pool.div(y, length)), pool.div(x, length), pool.zero()];
+            path = spatial::add(pool, &path, &spatial::scale(pool, distance, &left));
+        }
+        Some(OnCurve { offset: path.map(here), tangent: by_parameter(&path).map(here) })
     }
 
     /// The coordinates whose value or velocity occurs in some expressions, ascending.

@@ -2,7 +2,7 @@
 //! it allows, at the successor's joint point in world axes.
 
 use crate::coordinate::turns_by_quaternion;
-use crate::joint::{self, Motion};
+use crate::joint::{self, JointWrench, Motion};
 use crate::kinematics::Kinematics;
 use crate::spatial;
 use bksim_model::{JointId, JointKind, Model, Vector};
@@ -24,8 +24,8 @@ pub enum Directions {
     /// No force along the axis of a translation and no moment about the axis of a rotation; unit
     /// vectors in world axes.
     AllBut(Vec<Motion>),
-    /// A force along this vector alone, world axes, m.
-    Along(Vector),
+    /// A multiple of this wrench alone.
+    Alone(JointWrench),
 }
 
 /// The wrenches that `joint` can transmit.
@@ -35,7 +35,9 @@ pub fn transmission(model: &Model, kinematics: &Kinematics, joint: JointId) -> T
     let sides = kinematics.sides(model, of);
     let directions = if let JointKind::Link { .. } = of.kind {
         let [from, to] = [&sides.p_world_predecessor, &sides.p_world_successor];
-        Directions::Along(spatial::sub(pool, from, to))
+        Directions::Alone(JointWrench::of_force(pool, spatial::sub(pool, from, to)))
+    } else if let Some(contact) = joint::contact(pool, of, &sides) {
+        Directions::Alone(contact)
     } else {
         // Where no angle is used, three turns have no pole.
         let has_angles = !turns_by_quaternion(model, joint);

@@ -23,6 +23,8 @@ ids! {
     CouplingId,
     /// Index into [`Model::curves`](crate::Model::curves).
     CurveId,
+    /// Index into [`Model::laws`](crate::Model::laws).
+    LawId,
     /// Index into [`Model::parameters`](crate::Model::parameters).
     ParameterId,
     /// Index into [`Model::clocks`](crate::Model::clocks).

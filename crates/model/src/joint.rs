@@ -20,8 +20,8 @@ pub struct Joint {
     /// The second body named.
     pub successor: Anchor,
     /// Unit vector in the frame of the predecessor's point: rotation axis of a revolute (z in a plane),
-    /// direction of a prismatic joint, slot or line, normal of a plane. Unused by weld, link,
-    /// spherical and free.
+    /// direction of a prismatic joint, slot or line, normal of a plane; the line on a curve has it in the frame of
+    /// the successor's point. Unused by weld, link, spherical, free and points on curves.
     pub axis: Vector,
     /// The author's word on cutting this joint.
     pub cut: Option<bool>,
@@ -91,6 +91,15 @@ pub enum JointKind {
     PointOnCurve {
         /// The curve, in the frame of the predecessor's point.
         curve: CurveId,
+        /// Distance of the point from the curve in the plane of x and y, m: the radius of a roller to the left of
+        /// the curve as its parameter rises, below zero to the right.
+        roller: Option<Expr>,
+    },
+    /// A line of the successor along `axis`, in space a plane along it and z, touches a curve of the predecessor;
+    /// always a constraint, with the curve's parameter at the place of contact as a coordinate of its own.
+    LineOnCurve {
+        /// The curve, in the frame of the predecessor's point.
+        curve: CurveId,
     },
 }
 
@@ -105,7 +114,7 @@ pub enum MotionKind {
 
 /// The words of a joint type in a model file, and its motions in the order of their coordinates:
 /// first translations, then rotations, each about an axis that those before it have turned.
-pub const JOINT_TYPES: [(&str, &[MotionKind]); 17] = {
+pub const JOINT_TYPES: [(&str, &[MotionKind]); 18] = {
     use MotionKind::{Rotation, Translation};
     [
         ("revolute", &[Rotation]),
@@ -125,6 +134,7 @@ pub const JOINT_TYPES: [(&str, &[MotionKind]); 17] = {
         ("perpendicular-axes", &[Translation, Translation, Translation, Rotation, Rotation]),
         ("constant-velocity", &[]),
         ("point-on-curve", &[Rotation]),
+        ("line-on-curve", &[Rotation]),
     ]
 };
 
@@ -149,6 +159,7 @@ impl JointKind {
             Self::PerpendicularAxes { .. } => 14,
             Self::ConstantVelocity => 15,
             Self::PointOnCurve { .. } => 16,
+            Self::LineOnCurve { .. } => 17,
         }
     }
 
@@ -166,7 +177,7 @@ impl JointKind {
     /// The number of freedoms that a joint of this kind takes from a body in space.
     pub fn n_taken(&self) -> i64 {
         match self {
-            Self::Link { .. } => 1,
+            Self::Link { .. } | Self::LineOnCurve { .. } => 1,
             Self::PointOnCurve { .. } => 2,
             Self::ConstantVelocity => 4,
             _ => self.motions().iter().fold(6, |left, _| left - 1),
@@ -176,7 +187,15 @@ impl JointKind {
     /// True where no coordinates describe all motions of this kind, so that it is a constraint wherever
     /// it stands.
     pub fn is_always_cut(&self) -> bool {
-        matches!(self, Self::Link { .. } | Self::ConstantVelocity | Self::PointOnCurve { .. })
+        matches!(self, Self::Link { .. } | Self::ConstantVelocity) || self.curve().is_some()
+    }
+
+    /// The curve that a joint of this kind follows, whose parameter is its coordinate.
+    pub fn curve(&self) -> Option<CurveId> {
+        match *self {
+            Self::PointOnCurve { curve, .. } | Self::LineOnCurve { curve } => Some(curve),
+            _ => None,
+        }
     }
 
     /// Whether its bodies turn about all axes.

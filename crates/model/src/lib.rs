@@ -35,11 +35,11 @@ mod table;
 
 pub use body::{Anchor, Body, FixedTurn, Inertia, Point, Solid, SolidForm};
 pub use coupling::{Coupling, CouplingKind, Rack, Wheels};
-pub use curve::Curve;
+pub use curve::{Cam, CamLaw, Curve, FollowerKind, LawSegment};
 pub use drive::Drive;
 pub use ids::{
-    BodyId, ClockId, CouplingId, CurveId, DriveId, GROUND, JointId, LoadId, ParameterId, PointId,
-    StateId, Vector,
+    BodyId, ClockId, CouplingId, CurveId, DriveId, GROUND, JointId, LawId, LoadId, ParameterId,
+    PointId, StateId, Vector,
 };
 pub use joint::{JOINT_TYPES, Joint, JointKind, MotionKind, motion_words};
 pub use load::{FrictionLaw, Load, LoadKind, Surface};

@@ -10,7 +10,7 @@ use bksim_expr::{Expr, Pool, PoolSnapshot, SymbolId};
 
 use crate::body::Body;
 use crate::coupling::Coupling;
-use crate::curve::Curve;
+use crate::curve::{CamLaw, Curve};
 use crate::diagnostic::Span;
 use crate::drive::Drive;
 use crate::ids::ParameterId;
@@ -46,6 +46,8 @@ pub struct Model<P = Pool> {
     pub couplings: Vec<Coupling>,
     /// The curves that points follow.
     pub curves: Vec<Curve>,
+    /// The laws of motion of cams.
+    pub laws: Vec<CamLaw>,
     /// In file order.
     pub drives: Vec<Drive>,
     /// Quantities that are integrated with the motion, in file order.
@@ -86,6 +88,7 @@ impl<P> Model<P> {
             loads: self.loads.clone(),
             couplings: self.couplings.clone(),
             curves: self.curves.clone(),
+            laws: self.laws.clone(),
             drives: self.drives.clone(),
             states: self.states.clone(),
             named_signals: self.named_signals.clone(),

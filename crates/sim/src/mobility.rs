@@ -43,7 +43,7 @@ fn gruebler(model: &Model) -> i64 {
     let freedoms: i64 = if model.space == Space::Planar { 3 } else { 6 };
     // What a joint of a planar model takes out of the plane, no body had.
     let taken = |kind: &JointKind| match kind {
-        JointKind::Link { .. } => 1,
+        JointKind::Link { .. } | JointKind::LineOnCurve { .. } => 1,
         // One direction across the curve in a plane, two in space.
         JointKind::PointOnCurve { .. } => freedoms / 3,
         kind => kind.n_taken() - (6 - freedoms),

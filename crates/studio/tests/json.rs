@@ -62,6 +62,19 @@ fn collect(value: &Value, path: &str, keys: &mut Keys) {
     }
 }
 
+/// Three profiles by one law.
+const CAM: &str = r#"
+[curves]
+lift = { type = "cam-law", segments = [{ rise = "9 mm", over = "90 deg", law = "3-4-5" }, { return = "9 mm", over = "90 deg", law = "3-4-5" }, { dwell = "180 deg" }] }
+flat = { type = "cam", law = "lift", base_circle = "30 mm", follower = { kind = "flat" } }
+knife = { type = "cam", law = "lift", base_circle = "30 mm", follower = { kind = "knife" } }
+roller = { type = "cam", law = "lift", base_circle = "30 mm", follower = { kind = "roller", radius = "9 mm" } }
+[bodies.cam]
+[joints.O]
+type = "revolute"
+between = ["ground", "cam"]
+"#;
+
 /// A block that runs against a stop, with friction and a spring with a kink.
 const CONTACTS: &str = include_str!("../../../tests/fixtures/contacts.toml");
 
@@ -88,7 +101,14 @@ fn the_page_lists_the_keys_that_are_printed() {
     place.write("sick.dxf", sick);
     place.write("bad.toml", "[bodies.b]\nmas = 1\n");
     place.write("contacts.toml", CONTACTS);
+    place.write("cam.toml", CAM);
+    place.write("undercut.toml", CAM.replace("30 mm", "5 mm"));
     let commands = [
+        "cam cam.toml flat -o flat.csv",
+        "cam undercut.toml flat",
+        "cam cam.toml knife --cutter 5mm",
+        "cam cam.toml roller -o roller.dxf",
+        "cam cam.toml lift",
         "new fresh",
         "check five-link.toml",
         "check parallelogram.toml",

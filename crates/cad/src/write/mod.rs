@@ -7,6 +7,7 @@ mod blocks;
 mod canvas;
 pub mod from_model;
 pub mod graft;
+pub mod profile;
 mod prompt;
 mod symbol;
 pub mod template;

@@ -53,6 +53,26 @@ pub(crate) struct Kinematics {
 }
 
 #[derive(Args, Debug)]
+pub(crate) struct Cam {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+    /// A curve of type `cam` or `cam-law`; the only one of the model if it is not named.
+    pub(crate) curve: Option<String>,
+    /// Tell the path of the centre of a cutter of this radius, `5 mm`.
+    #[arg(long, value_name = "RADIUS")]
+    pub(crate) cutter: Option<String>,
+    /// Rows of the table over a turn.
+    #[arg(long, value_name = "N", default_value_t = 361)]
+    pub(crate) rows: u16,
+    /// Write the table over a turn (.csv), or draw the profile at full size (.dxf in mm, .svg).
+    #[arg(short = 'o', long = "output", value_name = "FILE")]
+    pub(crate) file: Option<PathBuf>,
+    /// Overwrite an existing file.
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+#[derive(Args, Debug)]
 pub(crate) struct Static {
     #[command(flatten)]
     pub(crate) model: ModelArgs,

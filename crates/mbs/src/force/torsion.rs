@@ -6,7 +6,7 @@ use super::context::Context;
 use super::{Action, Wrench};
 use crate::joint;
 use crate::spatial;
-use bksim_model::{JointId, JointKind, Load, LoadKind, Vector};
+use bksim_model::{JointId, Load, LoadKind, Vector};
 
 /// V = ½ k (θ − θ₀)² about one rotation of the joint; the damper resists with −c θ′.
 pub(super) fn action(
@@ -20,7 +20,7 @@ pub(super) fn action(
     let joint = &model.joints[joint_id.0];
     let positions = kinematics.joint_positions(model, joint_id);
     let law = Law::of(context, positions[motion_idx], [stiffness, angle, damping]);
-    if let JointKind::PointOnCurve { .. } = joint.kind {
+    if joint.kind.curve().is_some() {
         return Action::of_parts(law.potential, Vec::new(), Vec::new());
     }
 
@@ -79,7 +79,7 @@ pub(super) fn efforts_on_curves(context: &Context<'_>) -> Vec<(JointId, Expr)> {
         let LoadKind::Torsion { joint, motion_idx, stiffness, angle, damping } = load.kind else {
             return None;
         };
-        let JointKind::PointOnCurve { .. } = model.joints[joint.0].kind else { return None };
+        model.joints[joint.0].kind.curve()?;
         let position = kinematics.joint_positions(model, joint)[motion_idx];
         let law = Law::of(context, position, [stiffness, angle, damping]);
         let elastic = if law.potential.is_some() { pool.zero() } else { law.elastic };

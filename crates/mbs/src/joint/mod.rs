@@ -14,6 +14,7 @@
 mod constant_velocity;
 mod cylindrical;
 mod free;
+mod line_on_curve;
 mod link;
 mod parallel_axes;
 mod perpendicular_axes;
@@ -127,7 +128,7 @@ pub struct Sides {
 
 /// A place on a curve, in the frame of the predecessor's point.
 pub struct OnCurve {
-    /// From the point, m.
+    /// From the point, m; that of the centre of a roller.
     pub offset: Vector,
     /// Its derivative by the parameter, m.
     pub tangent: Vector,
@@ -174,6 +175,7 @@ impl Mechanics {
             JointKind::PerpendicularAxes { .. } => functions!(perpendicular_axes),
             JointKind::ConstantVelocity => functions!(constant_velocity),
             JointKind::PointOnCurve { .. } => functions!(point_on_curve),
+            JointKind::LineOnCurve { .. } => functions!(line_on_curve),
         }
     }
 }
@@ -264,6 +266,12 @@ pub fn effort(
         MotionKind::Translation => JointWrench::of_force(pool, axis_world),
         MotionKind::Rotation => JointWrench::of_moment(pool, axis_world),
     }
+}
+
+/// The one wrench of a joint whose point slides and turns as a line on a curve does: a unit force at the place of
+/// contact; `None` of other joints.
+pub fn contact(pool: &Pool, joint: &Joint, sides: &Sides) -> Option<JointWrench> {
+    line_on_curve::contact(pool, joint, sides)
 }
 
 /// The motions of a joint as they are now, their axes in world axes; `positions` are those of all of them.

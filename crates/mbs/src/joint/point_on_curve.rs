@@ -1,5 +1,5 @@
-//! Point on a curve: the point of the successor follows a curve of the predecessor, and the bodies turn as they
-//! like. The parameter of the curve is a coordinate without inertia, whose own equation says that the force has no
+//! Point on a curve: the point of the successor follows a curve of the predecessor, or a roller about it does, and
+//! the bodies turn as they like. The parameter of the curve is a coordinate without inertia, whose own equation says that the force has no
 //! part along the curve.
 
 use bksim_expr::Pool;

@@ -92,7 +92,7 @@ pub(super) fn frames_locked(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Ro
 }
 
 /// a · b = 0 with a in the predecessor, b in the successor: δ(a·b) = (ω_P − ω_Q)·(a × b).
-fn perpendicular_row(pool: &Pool, a: &Vector, b: &Vector) -> Row {
+pub(super) fn perpendicular_row(pool: &Pool, a: &Vector, b: &Vector) -> Row {
     angle_row(pool, spatial::dot(pool, a, b), spatial::cross(pool, a, b))
 }
 

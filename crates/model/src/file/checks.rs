@@ -196,6 +196,11 @@ impl Reader<'_> {
             return;
         }
         if n_bodies == 1 {
+            // Laws and profiles can be asked about without a mechanism.
+            let has_curves = !self.curves.is_empty() || !self.laws.is_empty();
+            if has_curves && !self.needs_masses {
+                return;
+            }
             self.report(
                 Diagnostic::error(codes::NO_BODIES, "the model has no bodies")
                     .help("write a table such as `[bodies.crank]` with `mass = \"1 kg\"`"),

@@ -13,10 +13,11 @@ use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::{CurveId, Vector};
 
 /// The types of curve and their keys.
-const CURVES: [(&str, &[&str]); 3] = [
+const CURVES: [(&str, &[&str]); 4] = [
     ("formula", &["type", "formula", "parameter", "range"]),
     ("points", &["type", "points"]),
     ("cam-law", &["type", "segments", "turns"]),
+    ("cam", &["type", "law", "base_circle", "follower", "sense"]),
 ];
 
 impl Reader<'_> {
@@ -40,12 +41,13 @@ impl Reader<'_> {
                 continue;
             };
             if word == "cam-law" {
-                let columns = self.read_law(&fields);
+                let columns = self.read_law(name, &fields);
                 self.tables.push(MeasuredTable { name: name.to_owned(), columns });
                 continue;
             }
             let curve = match word {
                 "formula" => self.read_formula(name, &fields),
+                "cam" => self.read_cam(name, &fields),
                 _ => self.read_path(name, &fields),
             };
             self.curves.push((name.to_owned(), curve));
@@ -79,7 +81,7 @@ impl Reader<'_> {
             );
             return None;
         }
-        Some(Curve { name: name.to_owned(), parameter, position, range })
+        Some(Curve { name: name.to_owned(), parameter, position, range, cam: None })
     }
 
     /// First and last parameter, 0 and 2π if not stated.
@@ -156,7 +158,7 @@ impl Reader<'_> {
         let parameter = self.pool.symbol_id(symbol).expect("a symbol was just made");
         let end = i64::try_from(last).unwrap_or(i64::MAX);
         let range = [self.pool.zero(), self.pool.int(end)];
-        Some(Curve { name: name.to_owned(), parameter, position, range })
+        Some(Curve { name: name.to_owned(), parameter, position, range, cam: None })
     }
 
     fn path_point(&mut self, node: &Node, what: &str) -> Option<[f64; 3]> {

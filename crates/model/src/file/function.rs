@@ -26,7 +26,7 @@ impl Reader<'_> {
         let location = context.quoted.span_of(name_span);
         if let Some(table_idx) = self.table_named(name) {
             let arguments: Vec<Lowered> = arguments.iter().cloned().collect::<Option<_>>()?;
-            return self.look_up(table_idx, &arguments, span, context);
+            return self.look_up(table_idx, &arguments, span, context.what);
         }
         if let Some(rounding) = Rounding::named(name) {
             return self.rounded(rounding, arguments, (span, location), context);

@@ -33,11 +33,16 @@ const JOINT_KEYS: [&[&str]; JOINT_TYPES.len()] = [
     &["type", "between", "axis", "coordinate", "cut"],
     &["type", "between", "axis", "second", "coordinate", "cut"],
     &["type", "between", "axis"],
-    &["type", "between", "curve", "coordinate"],
+    &["type", "between", "curve", "radius", "side", "coordinate"],
+    &["type", "between", "curve", "axis", "direction", "coordinate"],
 ];
 
 /// The types that a planar model may have; every other one leaves the plane.
-const PLANAR_TYPES: [&str; 6] = ["revolute", "prismatic", "weld", "slot", "link", "point-on-curve"];
+const PLANAR_TYPES: [&str; 7] =
+    ["revolute", "prismatic", "weld", "slot", "link", "point-on-curve", "line-on-curve"];
+
+/// The sides of a curve as its parameter rises, with the sign of a distance to the left.
+const SIDES: [(&str, i32); 2] = [("left", 1), ("right", -1)];
 
 /// Largest cosine of two axes that are taken as perpendicular.
 const SKEW: f64 = 1e-9;
@@ -126,8 +131,16 @@ impl Reader<'_> {
                 self.second_axis(fields).map(|second| JointKind::PerpendicularAxes { second })
             }
             "point-on-curve" => {
-                self.curve_of(fields).map(|curve| JointKind::PointOnCurve { curve })
+                let has_roller = fields.has("radius") || fields.has("side");
+                let (curve, roller) =
+                    (self.curve_of(fields), has_roller.then(|| self.roller(fields)));
+                let roller = match roller {
+                    Some(distance) => Some(distance?),
+                    None => None,
+                };
+                Some(JointKind::PointOnCurve { curve: curve?, roller })
             }
+            "line-on-curve" => self.curve_of(fields).map(|curve| JointKind::LineOnCurve { curve }),
             "screw" => self.lead(fields).map(|lead| JointKind::Screw { lead }),
             "link" => {
                 let help = "write for example `length = \"250 mm\"`";
@@ -156,7 +169,7 @@ impl Reader<'_> {
     /// The unit vector of the joint, in the frame of its first body.
     fn joint_axis(&mut self, word: &str, fields: &Fields<'_>) -> Option<Vector> {
         let z = [self.pool.zero(), self.pool.zero(), self.pool.one()];
-        let slides = matches!(word, "prismatic" | "slot");
+        let slides = matches!(word, "prismatic" | "slot" | "line-on-curve");
         if slides && fields.conflict(self, "axis", "direction") {
             return None;
         }
@@ -178,7 +191,37 @@ impl Reader<'_> {
         } else {
             "[0, 0, 1] for the direction of z"
         };
-        self.unit_vector(node, "axis", fields, bends, help).map(|(unit, _)| unit)
+        let (unit, written) = self.unit_vector(node, "axis", fields, bends, help)?;
+        if word == "line-on-curve" && !self.pool.is_zero(unit[2]) {
+            let message = format!("`axis` of {} is not perpendicular to z", fields.owner);
+            let across = match written {
+                [0.0, 0.0, _] => "[1, 0, 0]".to_owned(),
+                [x, y, _] => format!("[{}, {}, 0]", short(x), short(y)),
+            };
+            self.report(
+                Diagnostic::error(codes::NOT_PERPENDICULAR, message)
+                    .at(node.span.clone(), "must be perpendicular")
+                    .note("the face that touches the curve lies along this axis and z")
+                    .help(format!("write for example {across}")),
+            );
+            return None;
+        }
+        Some(unit)
+    }
+
+    /// The distance of the centre of a roller to the left of its curve, m.
+    fn roller(&mut self, fields: &Fields<'_>) -> Option<Expr> {
+        let node = fields.require(self, "radius", "write for example `radius = \"10 mm\"`");
+        let help = "write `side = \"left\"` or `\"right\"` of the curve as its parameter rises: a curve that goes \
+            around counter-clockwise has its inside on the left";
+        let side = fields.require(self, "side", help);
+        let (node, side) = (node?, side?);
+        let what = fields.what("radius");
+        let radius = self.scalar(node, Quantity::LENGTH, &what, Scope::Constant)?;
+        let sign = self.choice(side, &fields.what("side"), &SIDES)?;
+        let is_positive = self.check_positive(&what, &radius, Quantity::LENGTH);
+        let distance = if sign < 0 { self.pool.neg(radius.expr) } else { radius.expr };
+        is_positive.then_some(distance)
     }
 
     /// The translation of one turn of a screw, m.

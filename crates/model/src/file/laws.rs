@@ -12,6 +12,7 @@ use super::reader::{Fields, Reader};
 use super::tree::{Node, Value};
 use super::units::Quantity;
 use super::value::{Kind, Scope};
+use crate::curve::{CamLaw, LawSegment};
 use crate::diagnostic::Diagnostic;
 
 /// Most turns that a law is written out for.
@@ -56,7 +57,7 @@ struct Segment {
 
 impl Reader<'_> {
     /// A law of motion, as a table of the angle.
-    pub(super) fn read_law(&mut self, fields: &Fields<'_>) -> Option<Columns> {
+    pub(super) fn read_law(&mut self, name: &str, fields: &Fields<'_>) -> Option<Columns> {
         let turns = match fields.get("turns") {
             Some(node) => {
                 let what = fields.what("turns");
@@ -126,7 +127,26 @@ impl Reader<'_> {
         let kinds = [Quantity::ANGLE, quantity].map(|of| Kind::Known(of.dimension()));
         let (mut x, pieces): (Vec<f64>, Vec<Piece>) = pieces.into_iter().unzip();
         x.push(at);
-        Some(Columns::new(kinds, [true, !is_length], x, pieces))
+        let columns = Columns::new(kinds, [true, !is_length], x, pieces);
+
+        // For those who ask about the law itself.
+        let angle = self.pool.symbol(&format!("'angle {name}"));
+        let lift = self.piecewise(&columns, angle);
+        let angle = self.pool.symbol_id(angle).expect("a symbol was just made");
+        let mut from = 0.0;
+        let segments = segments.iter().map(|segment| {
+            let of = |x: &&f64| (from..from + segment.over).contains(*x);
+            let borders = columns.x.iter().filter(of).copied().collect();
+            let word = |law: Law| LAWS.iter().find(|(_, of)| *of == law).map(|(word, _)| *word);
+            let law = segment.law.and_then(word);
+            let read = LawSegment { from, over: segment.over, rise: segment.rise, law, borders };
+            from += segment.over;
+            read
+        });
+        let segments = segments.collect();
+        let name = name.to_owned();
+        self.laws.push(CamLaw { name, angle, lift, is_angle: !is_length, segments });
+        Some(columns)
     }
 
     fn read_segment(&mut self, node: &Node, what: &str) -> Option<Segment> {

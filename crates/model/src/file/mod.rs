@@ -26,6 +26,7 @@
 
 mod between;
 mod bodies;
+mod cams;
 mod checks;
 mod codes;
 mod contacts;
@@ -184,6 +185,7 @@ pub fn read_recorded(source: &Source<'_>, varied: &[String]) -> (Reading, Option
         table_calls: Vec::new(),
         tables: Vec::new(),
         curves: Vec::new(),
+        laws: Vec::new(),
         local: None,
         values: Vec::new(),
         sampled: Vec::new(),

@@ -13,7 +13,7 @@ use super::units::FileUnits;
 use super::value::Lowered;
 use super::words::{closest, cut, suggest};
 use crate::body::Anchor;
-use crate::curve::Curve;
+use crate::curve::{CamLaw, Curve};
 use crate::diagnostic::{Code, Diagnostic, Span};
 use crate::ids::BodyId;
 use crate::table::TableCall;
@@ -39,6 +39,8 @@ pub(super) struct Reader<'a> {
     pub(super) tables: Vec<MeasuredTable>,
     /// The paths of `[curves]` by name, `None` where one could not be read.
     pub(super) curves: Vec<(String, Option<Curve>)>,
+    /// The laws of `[curves]` that could be read.
+    pub(super) laws: Vec<CamLaw>,
     /// A name that stands for a symbol in the expression that is read.
     pub(super) local: Option<(String, Expr)>,
     /// The values of states, then of signals, once they are read.

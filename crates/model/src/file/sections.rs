@@ -107,6 +107,7 @@ impl Reader<'_> {
             joints: joints?,
             couplings,
             curves: self.take_curves(),
+            laws: std::mem::take(&mut self.laws),
             loads,
             drives,
             states: controllers.states,

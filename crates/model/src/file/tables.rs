@@ -6,7 +6,6 @@
 use bksim_expr::{Expr, Function, Number};
 
 use super::codes;
-use super::lower::Context;
 use super::names::PREVIOUS;
 use super::pieces::{Beyond, Columns, MeasuredTable, Piece, spline, straight};
 use super::reader::{Fields, Reader};
@@ -196,7 +195,7 @@ impl Reader<'_> {
         table_idx: usize,
         arguments: &[Lowered],
         span: Span,
-        context: &Context<'_>,
+        what: &str,
     ) -> Option<Lowered> {
         let MeasuredTable { name, columns } = self.tables[table_idx].clone();
         // A table that could not be read was reported there.
@@ -217,8 +216,7 @@ impl Reader<'_> {
             }
             (Kind::Known(own), Kind::Known(found)) if own != found => {
                 let message = format!(
-                    "{}: table `{name}` takes {}, found {}",
-                    context.what,
+                    "{what}: table `{name}` takes {}, found {}",
                     super::value::describe(own, columns.are_angles[0]),
                     super::value::describe(found, argument.is_angle)
                 );
@@ -230,8 +228,7 @@ impl Reader<'_> {
                 return None;
             }
             (Kind::Bare, Kind::Known(found)) if found != Dimension::NONE => {
-                let message =
-                    format!("{}: the argument of table `{name}` has no unit", context.what);
+                let message = format!("{what}: the argument of table `{name}` has no unit");
                 self.report(
                     Diagnostic::error(codes::WRONG_DIMENSION, message)
                         .at(argument.span.clone(), format!("in {found}"))

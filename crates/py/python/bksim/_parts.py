@@ -223,11 +223,28 @@ class ConstantVelocity(Joint):
 
 @dataclass(slots=True)
 class PointOnCurve(Joint):
-    """The second point stays on the ``curve`` of that name, in the frame of the first one."""
+    """The second point stays on the ``curve`` of that name, in the frame of the first one.
+
+    With a ``radius`` a roller about the point touches the curve, on its ``side`` ``"left"`` or ``"right"``.
+    """
 
     type: ClassVar[str] = "point-on-curve"
 
     curve: str
+    radius: Value | None = None
+    side: str | None = None
+    coordinate: str | None = None
+
+
+@dataclass(slots=True)
+class LineOnCurve(Joint):
+    """The line along ``axis`` through the second point touches the ``curve`` of that name."""
+
+    type: ClassVar[str] = "line-on-curve"
+
+    curve: str
+    axis: Sequence[Value] | None = None
+    direction: Value | None = None
     coordinate: str | None = None
 
 
@@ -365,6 +382,7 @@ JOINTS: tuple[type[Joint], ...] = (
     PerpendicularAxes,
     ConstantVelocity,
     PointOnCurve,
+    LineOnCurve,
 )
 LOADS: tuple[type[Load], ...] = (
     Gravity,

@@ -4,9 +4,9 @@ use crate::codes;
 use crate::fault::values::FaultInstant;
 use bksim_expr::{Expr, SymbolId};
 use bksim_mbs::signal::signal_values;
+use bksim_model::JointId;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::short;
-use bksim_model::{JointId, JointKind};
 
 /// An argument this near to the end of a table, in lengths of the table, is at it.
 const AT_END: f64 = 1e-6;
@@ -22,12 +22,10 @@ pub(super) fn table_left(at: &FaultInstant<'_>) -> Option<Diagnostic> {
     let value = at.value();
     // A curve may call tables with its parameter, which each joint that follows it has at another value.
     let on_curves: Vec<(SymbolId, Expr)> = (0..model.joints.len())
-        .filter_map(|idx| match model.joints[idx].kind {
-            JointKind::PointOnCurve { curve } => {
-                let positions = system.kinematics.joint_positions(model, JointId(idx));
-                Some((model.curves[curve.0].parameter, positions[0]))
-            }
-            _ => None,
+        .filter_map(|idx| {
+            let curve = model.joints[idx].kind.curve()?;
+            let positions = system.kinematics.joint_positions(model, JointId(idx));
+            Some((model.curves[curve.0].parameter, positions[0]))
         })
         .collect();
     model.table_calls.iter().find_map(|call| {

@@ -57,10 +57,10 @@ struct JointPart {
     joint: JointId,
     /// Predecessor and successor, numbered within the block; `None` is the ground.
     bodies: [Option<usize>; 2],
-    /// The motions that the joint allows; `None` of a link.
+    /// The motions that the joint allows; `None` of a link or a contact.
     motions: Option<Vec<MotionKind>>,
     /// Its first number among the results of the function: the joint point, then an axis for each
-    /// motion and a pitch for each, or the direction of a link.
+    /// motion and a pitch for each, or the force and the moment of a link or a contact.
     first: usize,
 }
 
@@ -140,8 +140,9 @@ impl Transmissions {
             let first = outputs.len();
             outputs.extend(transmission.at);
             let motions = match transmission.directions {
-                Directions::Along(along) => {
-                    outputs.extend(along);
+                Directions::Alone(wrench) => {
+                    outputs.extend(wrench.force);
+                    outputs.extend(wrench.moment);
                     None
                 }
                 Directions::AllBut(motions) => {
@@ -269,7 +270,10 @@ impl Block {
         let mut unknowns: Vec<Unknown> = Vec::new();
         for (part_idx, part) in self.parts.iter().enumerate() {
             let wrenches = match &part.motions {
-                None => vec![force_along(triple(part.first + 3))],
+                None => {
+                    let moment = triple(part.first + 6).map(|part| part / length);
+                    vec![unit_wrench(triple(part.first + 3), moment)]
+                }
                 Some(motions) => {
                     let pitches = part.first + 3 * (motions.len() + 1);
                     let free = motions.iter().enumerate().map(|(k, &kind)| {
@@ -410,10 +414,11 @@ fn twist(kind: MotionKind, axis: [f64; 3], pitch: f64) -> Wrench {
     twist
 }
 
-/// The unit force along a vector.
-fn force_along(d: [f64; 3]) -> Wrench {
-    let norm = d.iter().map(|part| part * part).sum::<f64>().sqrt();
-    effort(MotionKind::Translation, d.map(|part| part / norm))
+/// The wrench with a force of the size one.
+fn unit_wrench(force: [f64; 3], moment: [f64; 3]) -> Wrench {
+    let norm = force.iter().map(|part| part * part).sum::<f64>().sqrt();
+    let [[fx, fy, fz], [mx, my, mz]] = [force, moment].map(|v| v.map(|part| part / norm));
+    [fx, fy, fz, mx, my, mz]
 }
 
 /// (F, M + arm × F).

@@ -71,14 +71,26 @@ impl Asked {
         answer: Answer,
         as_json: bool,
     ) -> Result<Status, Failure> {
-        let Answer { command, mut json, mut text, table } = answer;
-        if let Some(file) = file {
+        let Answer { command, json, text, table } = answer;
+        let rows = format!("{} rows", table.rows.len());
+        let content = file.map(|file| (file, table.csv().into_bytes(), rows));
+        Self::told(source, warnings, content, (command, json, text), as_json)
+    }
+
+    /// Writes the content of a file, which a few words describe, then prints an answer as JSON or text.
+    pub(super) fn told(
+        source: &Text,
+        warnings: &[bksim::model::diagnostic::Diagnostic],
+        content: Option<(OutputFile, Vec<u8>, String)>,
+        (command, mut json, mut text): (&'static str, Value, String),
+        as_json: bool,
+    ) -> Result<Status, Failure> {
+        if let Some((file, bytes, summary)) = content {
             let mut written = file.create()?;
-            let bytes = table.csv();
-            written.write_all(bytes.as_bytes()).map_err(|e| Failure::writing(file.path(), &e))?;
+            written.write_all(&bytes).map_err(|e| Failure::writing(file.path(), &e))?;
             written.finish()?;
             json["output"] = file.path().display().to_string().into();
-            text.extend([format!("\nwrote {}: {} rows", file.path().display(), table.rows.len())]);
+            text.extend([format!("\nwrote {}: {summary}", file.path().display())]);
         }
         if as_json {
             json["diagnostics"] = render::json_all(source, warnings);
