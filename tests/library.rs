@@ -6,7 +6,7 @@ use bksim::model::file::{Limits, expand};
 use bksim::model::library::{LIBRARY, LibraryPart};
 use support::elements::Quantity::{Acceleration, Measure, Signal, Velocity};
 use support::elements::{Quantity, check};
-use support::{Within, at, close, coordinate, derive, model, solve};
+use support::{Within, at, close, coordinate, derive, model, path, solve};
 
 /// The text of a model with the parts that it uses.
 fn whole(text: &str) -> String {
@@ -73,6 +73,17 @@ fn a_hatch_with_a_gas_spring() {
         ("F", Signal(2)),
     ];
     check(&whole(HATCH), "elements/gas_spring_hatch", &columns);
+}
+
+#[test]
+fn a_motor_for_direct_current_at_a_step_of_the_voltage() {
+    let columns: [(&str, Quantity<'_>); 3] = [
+        ("i", Velocity("current_integral", 1.0)),
+        ("w", Velocity("shaft_angle", 1.0)),
+        ("phi", Measure("shaft.angle", 1.0)),
+    ];
+    let text = alone("dc-motor", "0.3 s") + "every = \"0.01 s\"\n";
+    check(&text, "elements/dc_motor", &columns);
 }
 
 /// J ω' = 2 M s s_k/(s² + s_k²) from rest: (1 − s²)/(2 s_k) − s_k ln s = 2 M t/(J ω₀).
@@ -175,4 +186,20 @@ fn a_cylinder_moves_at_the_speed_of_its_valve() {
     let v = flow * ((a * supply - b * tank) / (supply * (a.powi(3) + b.powi(3)))).sqrt();
     // It swings on its oil for long.
     close("speed", reach(4.0) - reach(3.0), v, Within { relative: 1e-3, absolute: 0.0 });
+}
+
+/// Whoever reads the table of parts can use what it names.
+#[test]
+fn the_reference_names_parts_and_what_they_have() {
+    let reference = std::fs::read_to_string(path("docs/model-reference.md")).expect("a reference");
+    let (_, section) = reference.split_once("### Parts that come with bksim").expect("a section");
+    let (section, _) = section.split_once("```toml").expect("an example after the table");
+    for part in LIBRARY {
+        let row = section.lines().find(|line| line.starts_with(&format!("| `{}` |", part.name)));
+        let row = row.unwrap_or_else(|| panic!("no row of {}", part.name));
+        for name in row.split('`').skip(3).step_by(2) {
+            let defined = [format!(".{name}]"), format!("\n{name} = "), format!(" {name} = [")];
+            assert!(defined.iter().any(|form| part.text.contains(form)), "{}: {name}", part.name);
+        }
+    }
 }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use bksim::expr::{Expr, Pool, SymbolId, Tape};
 use bksim::model::diagnostic::Diagnostic;
-use bksim::model::file::{Source, read};
+use bksim::model::file::{Limits, Source, expand, read};
 use bksim::model::{Measure, Model};
 use bksim::sim::run::Sample;
 use bksim::{Mechanism, Motion};
@@ -31,10 +31,19 @@ pub(crate) fn example_names() -> Vec<String> {
     names
 }
 
-/// The text of an example's model.
+/// The text of an example's model, with its parts.
 pub(crate) fn example_text(name: &str) -> String {
-    let file = path("examples").join(name).join("model.toml");
-    std::fs::read_to_string(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()))
+    let folder = path("examples").join(name);
+    let mut read =
+        |file: &str| std::fs::read_to_string(folder.join(file)).map_err(|e| e.to_string());
+    let text = read("model.toml").unwrap_or_else(|e| panic!("{name}: {e}"));
+    match expand("model.toml", &text, Limits::default(), &mut read) {
+        Some(whole) => {
+            assert!(whole.faults.is_empty(), "{}", messages(&whole.faults));
+            whole.text
+        }
+        None => text,
+    }
 }
 
 /// Reads a model that has no fault.

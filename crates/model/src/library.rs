@@ -20,6 +20,7 @@ macro_rules! parts {
 parts![
     "bump-stop",
     "clutch-brake",
+    "dc-motor",
     "gas-spring",
     "hydraulic-cylinder",
     "induction-motor",

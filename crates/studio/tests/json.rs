@@ -117,6 +117,8 @@ fn the_page_lists_the_keys_that_are_printed() {
         "check bad.toml",
         "check missing.toml",
         "expand five-link.toml",
+        "parts",
+        "parts dc-motor",
         "equations five-link.toml",
         "equations four-bar.toml",
         "equations contacts.toml",

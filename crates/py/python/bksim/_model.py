@@ -370,6 +370,7 @@ class Model:
                 "sensitivity": names("sensitivity", sensitivity),
                 "dense": dense,
                 "most_bytes": whole("memory_limit", memory_limit),
+                "notify": None,
             },
             progress,
         )
@@ -377,7 +378,7 @@ class Model:
             warnings.warn(WorthWarning(warning), stacklevel=2)
         return solution
 
-    def _solved(self, wanted: dict[str, Any], progress: bool | None) -> Solution:
+    def _solved(self, wanted: _bksim._Wanted, progress: bool | None) -> Solution:
         """The solution of a run with these options."""
         sampled = self._sampled()
         if sampled:
@@ -386,8 +387,14 @@ class Model:
             for name in sampled:
                 del other.inputs[name]
             end = other._engine().options()[1] if wanted["t_end"] is None else wanted["t_end"]
-            shared = ("rtol", "atol", "step", "method", "formulation")
-            begun = other.begin(end, **{name: wanted[name] for name in shared})
+            begun = other.begin(
+                end,
+                rtol=wanted["rtol"],
+                atol=wanted["atol"],
+                step=wanted["step"],
+                method=wanted["method"],
+                formulation=wanted["formulation"],
+            )
             other._inputs.update(held(begun, sampled, end))
             return other._solved(wanted, progress)
         engine = self._engine()
@@ -395,7 +402,8 @@ class Model:
         if wanted["t_end"] is not None:
             end = wanted["t_end"]
         with Progress.over(start, end, progress) as notify:
-            run = _bksim.solve(engine, {**wanted, "notify": notify})
+            wanted["notify"] = notify
+            run = _bksim.solve(engine, wanted)
         solution = Solution(run)
         if run.ending == "full":
             most = wanted["most_bytes"]

@@ -13,7 +13,8 @@ use super::super::written_unit::join_units;
 const PLAIN_SECTIONS: [&str; 2] = ["ground", "units"];
 
 /// Keys whose texts are not of names.
-const PLAIN_KEYS: [&str; 5] = ["type", "file", "units", "interpolation", "extrapolate"];
+const PLAIN_KEYS: [&str; 8] =
+    ["type", "file", "units", "interpolation", "extrapolate", "kind", "sense", "side"];
 
 /// The body of the model that is the ground of a part, and its point where one is named.
 pub(super) struct Host {
