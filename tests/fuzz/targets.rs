@@ -10,7 +10,8 @@ use bksim::dae::Control;
 use bksim::expr::Pool;
 use bksim::log::{Contents, LogReader, Survey};
 use bksim::model::Model;
-use bksim::model::file::{Reading, Source, decode, read};
+use bksim::model::diagnostic::Span;
+use bksim::model::file::{Limits, Reading, Source, decode, expand, read};
 use bksim::record::Recorder;
 use bksim::sim::run::{RunCheckpoint, Sample};
 use bksim::{Mechanism, Simulation};
@@ -30,7 +31,7 @@ pub(crate) struct Target {
 }
 
 pub(crate) const TARGETS: &[Target] = &[
-    Target { name: "expressions", share: 585, seeds: expressions, words: WORDS, feed: expression },
+    Target { name: "expressions", share: 555, seeds: expressions, words: WORDS, feed: expression },
     Target {
         name: "models",
         share: 150,
@@ -38,6 +39,7 @@ pub(crate) const TARGETS: &[Target] = &[
         words: NUMBERS,
         feed: |b| model(b).is_some(),
     },
+    Target { name: "parts", share: 30, seeds: parts, words: PART_WORDS, feed: part },
     Target { name: "runs", share: 20, seeds: models, words: NUMBERS, feed: run },
     Target { name: "drawings", share: 8, seeds: drawings, words: NUMBERS, feed: drawing },
     Target {
@@ -55,6 +57,53 @@ const WORDS: &[&str] = &[
     "0", "1e999", "-1", "1e-320", "1e308", "0.5", "2", "^", "^^", "-", "(", ")", "sin", "atan2",
     "exp(", "log", "abs", "max", ",", "x", "y", "pi", "1/0", "sqrt", "ω", " ", "e", "*", "/",
 ];
+
+/// Words of models with parts.
+const PART_WORDS: &[&str] = &[
+    "0",
+    "-1",
+    "2.5",
+    "1e999",
+    "use",
+    "count",
+    "first",
+    "file",
+    "part",
+    "on",
+    "with",
+    "from",
+    "{i}",
+    "{i+1}",
+    "{i-9}",
+    "{",
+    "}",
+    "\"",
+    "a.toml",
+    "b.csv",
+    "bksim:pid",
+    "pid",
+    "ground",
+    "ground.O",
+    "arm",
+    "arm.tip",
+    "[",
+    "]",
+    ",",
+    ";",
+    "\t",
+    "=",
+    "\n",
+    "é",
+    "parameters",
+    "bodies",
+    "tables",
+    "points",
+    "r",
+    "1 m",
+];
+
+/// Between the files of one input.
+const NEXT_FILE: &str = "\n=== next file ===\n";
 
 fn place(relative: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(relative)
@@ -114,6 +163,47 @@ fn model(bytes: &[u8]) -> Option<Model> {
     let Reading { model, diagnostics } = read(&source);
     assert!(model.is_some() || !diagnostics.is_empty(), "rejected without a reason");
     model
+}
+
+/// A model, a part and rows.
+fn parts() -> Vec<Vec<u8>> {
+    let model = "[parameters]\nr = \"2 m\"\n[bodies.arm]\ncount = 2\nmass = \"{i} kg\"\n\
+                 points = { tip = [\"r\", 0], P = [1, 0] }\n[joints.A]\ncount = 2\ntype = \"revolute\"\n\
+                 between = [\"ground\", \"arm{i}\"]\n[use.left]\ncount = 2\nfile = \"a.toml\"\n\
+                 on = \"arm{i}.tip\"\nwith = { r = \"r/2\", s = \"3\" }\n[use.right]\npart = \"pid\"\n\
+                 [use.last]\npart = \"gas-spring\"\nwith = { lid = \"arm1\", hinge = \"A1\" }\n";
+    let part = "[parameters]\nr = \"1 m\"\n[ground]\npoints = { O = [\"r\", 0] }\n[signals.s]\nvalue = \"2*r/(1 m)\"\n\
+                [bodies.rod]\nmass = \"1 kg\"\ninertia = \"1 kg*r^2\"\n\
+                [joints.J]\ntype = \"revolute\"\nbetween = [\"ground.O\", \"rod\"]\ncoordinate = \"q\"\n\
+                [tables.k]\nfile = \"b.csv\"\n[loads.L]\ntype = \"torque\"\njoint = \"J\"\nvalue = \"s*k(q)\"\n";
+    let rows = "angle [rad]; torque [N m]\n-1e3; 0\n0; 0,5\n1e3; 2\n";
+    vec![[model, part, rows].join(NEXT_FILE).into_bytes()]
+}
+
+fn part(bytes: &[u8]) -> bool {
+    let Ok(text) = decode(bytes) else { return false };
+    let files: Vec<&str> = text.split(NEXT_FILE).collect();
+    let mut open = |name: &str| match name {
+        "a.toml" => files.get(1).map(|&text| text.to_owned()).ok_or_else(String::new),
+        "b.csv" => files.get(2).map(|&text| text.to_owned()).ok_or_else(String::new),
+        _ => Err("is not there".to_owned()),
+    };
+    let Some(whole) = expand("model.toml", files[0], Limits::default(), &mut open) else {
+        return false;
+    };
+    let text_at = |(file_idx, span): (usize, Span)| {
+        let text = &whole.files[file_idx].text;
+        assert!(text.get(span.clone()).is_some(), "{span:?} in {text}");
+    };
+    for label in whole.faults.iter().flat_map(|fault| &fault.labels) {
+        text_at(whole.source(&label.span));
+    }
+    // Whatever is said of the whole has a place in one of its files.
+    let Reading { model, diagnostics } = read(&Source::new(&whole.text, "damaged"));
+    let labels = diagnostics.iter().flat_map(|fault| &fault.labels);
+    labels.filter_map(|label| whole.origin(&label.span)).for_each(text_at);
+    assert!(model.is_some() || !diagnostics.is_empty(), "rejected without a reason");
+    model.is_some() && whole.faults.is_empty()
 }
 
 /// Steps, and samples, that a damaged model may take.

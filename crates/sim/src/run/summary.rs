@@ -181,7 +181,7 @@ impl Summary {
             self.velocity_residual[side] = self.velocity_residual[side].max(velocity);
         }
         self.t = sample.t;
-        self.n_samples += 1;
+        self.n_samples = self.n_samples.saturating_add(1);
         self.stats = sample.stats;
     }
 }
