@@ -49,6 +49,7 @@ mod outline;
 mod parameters;
 mod pieces;
 mod plausible;
+mod points;
 mod quantity;
 mod reader;
 mod replay;

@@ -20,6 +20,7 @@ mod merge;
 mod rename;
 mod repeat;
 mod rows;
+mod uses;
 
 use super::Limits;
 use super::syntax;
@@ -36,7 +37,7 @@ const OF_LIBRARY: &str = "bksim:";
 /// A model put into one text.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Expansion {
-    /// The whole model: nothing in it is in another file, or repeats.
+    /// The whole model: nothing in it is in another file, or repeats. Empty where there are errors.
     pub text: String,
     /// The files that it came from, the model itself first.
     pub files: Vec<SourceFile>,
@@ -96,16 +97,20 @@ pub fn expand(name: &str, text: &str, limits: Limits, open: Open<'_>) -> Option<
         sources: String::new(),
         stack: Vec::new(),
         left: MOST_NODES,
+        is_full: false,
         faults: Vec::new(),
     };
     let root = expander.whole(name, text.to_owned()).unwrap_or_default();
     let Expander { files, sources, faults, .. } = expander;
+    // Nobody reads a whole that has faults.
+    let is_whole = !faults.iter().any(Diagnostic::is_error);
+    let root = if is_whole { root } else { Table::default() };
     let emit::Emitted { text, pieces } = emit::emitted(&root, &sources);
     Some(Expansion { text, files, faults, pieces })
 }
 
 /// Nodes of all trees together: more would fill the memory with copies.
-const MOST_NODES: usize = 4_000_000;
+const MOST_NODES: usize = 1_000_000;
 
 /// The files that were opened so far.
 struct Expander<'a> {
@@ -118,6 +123,8 @@ struct Expander<'a> {
     stack: Vec<String>,
     /// Nodes that may still be copied.
     left: usize,
+    /// Whether more were asked for.
+    is_full: bool,
     faults: Vec<Diagnostic>,
 }
 

@@ -66,16 +66,19 @@ impl Expander<'_> {
         (first..first + count).map(|i| self.numbered(&entry, i)).collect()
     }
 
-    /// Whether so many nodes may still be made; reports it otherwise.
+    /// Whether so many nodes may still be made; reports it once otherwise.
     pub(super) fn pays_for(&mut self, n_nodes: usize, name: &str, span: Span) -> bool {
         if let Some(left) = self.left.checked_sub(n_nodes) {
             self.left = left;
             return true;
         }
+        if std::mem::replace(&mut self.is_full, true) {
+            return false;
+        }
         self.report(
             Diagnostic::error(codes::BAD_COUNT, format!("`{name}` makes the model too large"))
                 .at(span, "more than there is room for")
-                .help("use fewer elements: all together may have four million values"),
+                .help("use fewer elements: all together may have a million values"),
         );
         false
     }

@@ -6,7 +6,7 @@
 use super::super::codes;
 use super::super::tree::{Entry, Node, Table, Value};
 use super::Expander;
-use super::merge::beside;
+use super::uses::beside;
 use crate::diagnostic::{Diagnostic, Span};
 
 impl Expander<'_> {
