@@ -308,3 +308,19 @@ fn mirror_images_are_a_warning_that_a_guess_settles() {
     }
     assert!(warnings("[initial]\nA = { angle = \"60 deg\" }\n").is_empty());
 }
+
+/// The rod of a slider-crank in its dead centre hangs at −180° from the crank, which is 180°.
+#[test]
+fn a_whole_turn_is_no_mirror_image() {
+    let text = "[bodies.crank]\nmass = \"1 kg\"\npoints = { B = [\"60 mm\", 0] }\n\
+                [bodies.rod]\nmass = \"1 kg\"\npoints = { C = [\"400 mm\", 0] }\n\
+                [bodies.ram]\nmass = \"1 kg\"\n\
+                [joints]\nA = { type = \"revolute\", between = [\"ground\", \"crank\"] }\n\
+                B = { type = \"revolute\", between = [\"crank.B\", \"rod\"] }\n\
+                C = { type = \"revolute\", between = [\"rod.C\", \"ram\"] }\n\
+                guide = { type = \"prismatic\", between = [\"ground\", \"ram\"], axis = [0, -1] }\n\
+                [initial]\nA = { angle = \"90 deg\" }\nguide = { position = \"340 mm\" }\n";
+    let (mechanism, start) = start(text).expect("it closes");
+    let diagnosed = diagnose_guesses(&mechanism.model, &mechanism.system, &start);
+    assert!(diagnosed.is_empty(), "{diagnosed:?}");
+}

@@ -28,16 +28,17 @@ fn models_in(folder: &str, is_taken: impl Fn(&Path) -> bool) -> Vec<PathBuf> {
 /// A warning about a healthy run is as wrong as none about a bad one.
 #[test]
 fn no_example_is_suspected() {
-    let examples = models_in("examples", |path| path.join("model.toml").exists());
-    let examples = examples.into_iter().map(|folder| folder.join("model.toml"));
+    let examples = support::example_names();
+    let examples = examples.iter().map(|name| (PathBuf::from(name), support::example_text(name)));
     let is_model = |path: &Path| path.extension().is_some_and(|ending| ending == "toml");
     // This one turns for hours, and this one has places to be filled.
     let fixtures =
         models_in("tests/fixtures", |path| is_model(path) && !path.ends_with("long-pendulum.toml"));
     let elements = models_in("tests/fixtures/elements", |path| !path.ends_with("ravigneaux.toml"));
     let mut n_runs = 0;
-    for path in examples.chain(fixtures).chain(elements) {
-        let text = fs::read_to_string(&path).expect("a model");
+    let files = fixtures.into_iter().chain(elements);
+    let files = files.map(|path| (path.clone(), fs::read_to_string(&path).expect("a model")));
+    for (path, text) in examples.chain(files) {
         let mechanism = Mechanism::from_toml(&text, "model").expect("a model");
         let (summary, warnings) = worth(&mechanism);
         assert!(summary.slowness.is_none(), "{}: {:?}", path.display(), summary.slowness);
@@ -69,4 +70,21 @@ fn a_light_part_does_not_keep_the_steps_small() {
     let mechanism = Mechanism::from_toml(text, "light-cross").expect("a model");
     let (summary, _) = worth(&mechanism);
     assert!(summary.stats.n_step < 30_000, "{} steps", summary.stats.n_step);
+}
+
+/// A linkage without masses and loads, driven: all forces and energies are rounding.
+#[test]
+fn rounding_of_nothing_is_no_loss_of_energy() {
+    let text = "[ground]\npoints = { D = [\"80 mm\", 0] }\n\
+                [bodies.crank]\nmass = 0\npoints = { B = [\"40 mm\", 0] }\n\
+                [bodies.coupler]\nmass = 0\npoints = { C = [\"100 mm\", 0] }\n\
+                [bodies.rocker]\nmass = 0\npoints = { C = [\"100 mm\", 0] }\n\
+                [joints]\nA = { type = \"revolute\", between = [\"ground\", \"crank\"] }\n\
+                B = { type = \"revolute\", between = [\"crank.B\", \"coupler\"] }\n\
+                C = { type = \"revolute\", between = [\"coupler.C\", \"rocker.C\"] }\n\
+                D = { type = \"revolute\", between = [\"ground.D\", \"rocker\"] }\n\
+                [drives.motor]\njoint = \"A\"\nmotion = \"360 deg/s*t\"\n[solve]\nt_end = \"1 s\"\n";
+    let mechanism = Mechanism::from_toml(text, "hoeken").expect("a model");
+    let (summary, warnings) = worth(&mechanism);
+    assert!(warnings.is_empty(), "{}: {warnings:?}", summary.energy.worst_error);
 }

@@ -215,9 +215,10 @@ impl Closing<'_> {
         }
         let at = ground.at(self, evaluator, &image);
         let longest = self.longest_link();
+        // A whole turn away is the same shape.
         let apart = |column: usize| {
-            let unit = if self.of.units.is_turn[column] { 1.0 } else { longest };
-            ((image[column] - q[column]) / unit).abs()
+            let by = image[column] - q[column];
+            if self.of.units.is_turn[column] { wrapped(by).abs() } else { (by / longest).abs() }
         };
         let rival = |part: &Part| {
             let columns = part.columns.iter().copied();

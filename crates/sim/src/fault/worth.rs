@@ -1,7 +1,7 @@
 //! Whether the numbers of a run are worth what its tolerances promise.
 //!
 //! ```text
-//! energy       |T + V − W − T₀ − V₀|  ≤  r (|T| + |V − V₀| + |W|) + 1e-12 |T₀ + V₀|
+//! energy       |T + V − W − T₀ − V₀|  ≤  r (|T| + |V − V₀| + |W|) + 1e-12 |T₀ + V₀| + 1e-15 N max(1, |v|)
 //!              r = min(1000 rtol, 0.05) + 1000 atol / |v|
 //! constraints  |g| ≤ 1e3 (rtol max(1, |q|) + atol),   |G v + ∂g/∂t| ≤ 1e4 (rtol max(1, |v|) + atol)
 //! ```
@@ -35,6 +35,9 @@ const OF_FIXED_STEPS: f64 = 1e-6;
 /// Rounding of the energies themselves.
 const ROUNDING: f64 = 1e-12;
 
+/// Force of a drive or constraint, N or N m, that is rounding where nothing has mass or is loaded.
+const NO_FORCE: f64 = 1e-15;
+
 impl Summary {
     /// The largest error of the balance of energy that the tolerances allow, J.
     pub fn promised_energy_error(&self, options: &SolveOptions) -> f64 {
@@ -42,7 +45,9 @@ impl Summary {
         let relative = relative + FACTOR * options.atol / self.largest[1];
         // Nothing has moved where there is no velocity.
         let of_motion = if self.largest[1] > 0.0 { relative * self.energy.scale } else { 0.0 };
-        of_motion + ROUNDING * self.energy.initial.abs()
+        let of_rounding =
+            ROUNDING * self.energy.initial.abs() + NO_FORCE * self.largest[1].max(1.0);
+        of_motion + of_rounding
     }
 
     /// The largest violations of the constraints and of their rates that the tolerances allow.
