@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use bksim::Mechanism;
 use bksim::cad::model::ModelOptions;
+use bksim::model::file::{Limits, expand};
 use bksim::sim::pose::{Pose, Poses};
 use bksim_scene::{Camera, Extras, Picture, Scene, Theme, picture, titled_svg};
 
@@ -20,6 +21,13 @@ fn path(relative: &str) -> PathBuf {
 
 fn text(path: &Path) -> String {
     std::fs::read_to_string(path).expect("a readable file")
+}
+
+/// The text of a model with the parts that it uses.
+fn whole(path: &Path) -> String {
+    let own = text(path);
+    let mut read = |file: &str| Ok(text(&path.with_file_name(file)));
+    expand("model.toml", &own, Limits::default(), &mut read).map_or(own, |whole| whole.text)
 }
 
 fn moved(name: &str, mechanism: &Mechanism) -> Moved {
@@ -43,7 +51,7 @@ fn mechanisms() -> Vec<Moved> {
     for folder in folders {
         let name = folder.file_name().expect("a name").to_string_lossy().into_owned();
         if folder.join("model.toml").is_file() {
-            let model = Mechanism::from_toml(&text(&folder.join("model.toml")), &name);
+            let model = Mechanism::from_toml(&whole(&folder.join("model.toml")), &name);
             all.push(moved(&name, &model.expect("a model")));
         }
         if folder.join("drawing.dxf").is_file() {
