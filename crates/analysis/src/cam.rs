@@ -84,7 +84,7 @@ pub struct Peaks {
 /// A profile as a whole.
 #[derive(Clone, PartialEq, Debug)]
 pub struct CamProfile {
-    /// What touches it.
+    /// The part of the follower that touches it.
     pub kind: FollowerKind,
     /// Its radius, m.
     pub base_circle: f64,
@@ -94,7 +94,7 @@ pub struct CamProfile {
     pub least_radius: Option<Located>,
     /// Largest pressure angles of rise and return, rad; those of returns are negative. None of a face.
     pub steepest: Option<[Located; 2]>,
-    /// How far the place of contact goes on a face, m, from the foot of the perpendicular from the axis, to the right as
+    /// Ends of the way of the contact on a face, m, from the foot of the perpendicular from the axis, to the right as
     /// the follower rises.
     pub face: Option<[f64; 2]>,
     /// The smallest base circle that is not undercut, m, and the angle, rad, where it nearly is; none where none that
@@ -102,7 +102,7 @@ pub struct CamProfile {
     pub smallest_base_circle: Option<Located>,
     /// Angles, rad, between which it is undercut.
     pub undercuts: Vec<[f64; 2]>,
-    /// Whether it ends where it begins.
+    /// True where it ends at its beginning.
     pub is_closed: bool,
     /// The profile, the path of a roller's centre, and the path of the centre of the cutter.
     pub lines: Vec<CamLine>,

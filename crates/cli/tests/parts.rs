@@ -161,7 +161,7 @@ fn ends(place: &Scratch, model: &str) -> Vec<(String, f64)> {
         .collect()
 }
 
-/// What is said of a model that is refused.
+/// The faults of a model that is refused, as they are printed.
 fn said(place: &Scratch, model: &str) -> String {
     let output = place.run(&format!("check {model}"));
     assert_eq!(output.status.code(), Some(1), "{}", text(&output.stdout));

@@ -30,7 +30,7 @@ pub struct Text {
 #[derive(Debug)]
 pub struct Parts {
     pub(crate) expansion: Expansion,
-    /// Where each of its files is.
+    /// Paths of its files, in their order.
     pub(crate) paths: Vec<PathBuf>,
     /// The model as it was before.
     pub(crate) model: Text,

@@ -96,7 +96,7 @@ impl Effort {
         }
     }
 
-    /// Whether it is the force of one of these contacts.
+    /// True of the force of one of these contacts.
     pub(crate) fn is_of_contact(self, contacts: &[usize]) -> bool {
         matches!(self, Self::Contact(contact_idx, _) if contacts.contains(&contact_idx))
     }

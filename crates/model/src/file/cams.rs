@@ -33,7 +33,7 @@ const FOLLOWERS: [(&str, FollowerKind, &[&str]); 3] = [
 /// Senses of turning, with the sign of the angle.
 const SENSES: [(&str, i32); 2] = [("counter-clockwise", 1), ("clockwise", -1)];
 
-/// What a follower is asked to be, in the frame of the cam at its angle zero.
+/// A follower as it is asked for, in the frame of the cam at its angle zero.
 struct Asked {
     kind: FollowerKind,
     /// m; zero but of a roller.
@@ -338,7 +338,7 @@ impl Reader<'_> {
         holds.then_some(())
     }
 
-    /// Whether a length is above another one, or zero; reports it where it is not.
+    /// True of a length above another one, or zero; reported where it is not.
     fn reaches(
         &mut self,
         fields: &Fields<'_>,

@@ -20,8 +20,8 @@ use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::Vector;
 use crate::message::short;
 
-/// Keys of a point with a frame.
-pub(super) const FRAME_KEYS: [&str; 7] = ["at", "from", "rpy", "quaternion", "x", "y", "z"];
+/// Keys of a frame.
+pub(super) const FRAME_KEYS: [&str; 6] = ["at", "rpy", "quaternion", "x", "y", "z"];
 
 /// The frame of a point as it is written.
 #[derive(Default)]
@@ -43,7 +43,8 @@ impl Reader<'_> {
         let Value::Table(table) = &node.value else {
             return WrittenFrame { at: Some(node), ..WrittenFrame::default() };
         };
-        let fields = Fields::open(self, table, what.to_owned(), node.span.clone(), &FRAME_KEYS);
+        let known = [FRAME_KEYS.as_slice(), &["from"]].concat();
+        let fields = Fields::open(self, table, what.to_owned(), node.span.clone(), &known);
         let at = fields.require(self, "at", "write for example `at = [\"25 mm\", 0, 0]`");
         WrittenFrame { at, from: fields.get("from"), turns: self.orientation(&fields) }
     }

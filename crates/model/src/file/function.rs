@@ -3,12 +3,12 @@
 use bksim_expr::{Expr, Function};
 
 use super::codes;
+use super::dimension::Dimension;
 use super::lower::Context;
 use super::names::PREVIOUS;
 use super::reader::Reader;
 use super::replay::Constant;
 use super::sampled::{ROUNDINGS, Rounding};
-use super::units::Dimension;
 use super::value::{Kind, Lowered, PURE};
 use super::words::{cut, suggest};
 use crate::diagnostic::{Diagnostic, Span};

@@ -9,12 +9,13 @@
 use bksim_expr::{BinaryOperator, Expr, Number, Syntax, SyntaxKind, UnitFactor};
 
 use super::codes;
+use super::dimension::Dimension;
 use super::names::Meaning;
 use super::names::PREVIOUS;
 use super::reader::Reader;
 use super::replay::Constant;
 use super::tree::Quoted;
-use super::units::{Dimension, Quantity, Scale};
+use super::units::{Quantity, Scale};
 use super::value::{Kind, Lowered, PURE, Scope, describe};
 use super::words::cut;
 use super::written_unit::{MAX_UNIT_EXPONENT, WrittenUnit};

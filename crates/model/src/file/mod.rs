@@ -33,6 +33,7 @@ mod contacts;
 mod couplings;
 mod curves;
 mod definition;
+mod dimension;
 mod expand;
 mod frames;
 mod function;

@@ -3,10 +3,11 @@
 use bksim_expr::{Expr, Number, ParseError, ParseErrorKind, ParseOptions, Syntax, parse};
 
 use super::codes;
+use super::dimension::Dimension;
 use super::reader::Reader;
 use super::replay::Constant;
 use super::tree::{Node, Quoted, Value};
-use super::units::{Dimension, Quantity, Scale, UNITS, find_unit};
+use super::units::{Quantity, Scale, UNITS, find_unit};
 use super::value::{Kind, Lowered, Scalar, Scope, describe};
 use super::words::{closest, cut, suggest};
 use super::written_unit::join_units;
@@ -97,22 +98,11 @@ impl Reader<'_> {
             );
             return None;
         }
-        let text = join_units(quoted.text);
-        // A unit goes on after a space or `/`, so that a parameter `m` leaves `3 N/m` alone; after
-        // a written `*` a name of the model comes first, as in `3 kg*h^2`. `t` is the time always.
-        let is_name = |name: &str| {
-            let location = place_within(&text, name);
-            let before = quoted.text[..location].trim_end();
+        let is_own = |name: &str| {
             let is_local = self.local.as_ref().is_some_and(|(local, _)| local == name);
-            let is_known = is_local || self.names.plain(name).is_some();
-            name == "t" || before.ends_with('*') && is_known
+            is_local || self.names.plain(name).is_some()
         };
-        let options = ParseOptions {
-            max_depth: self.nesting,
-            is_unit: &|name| find_unit(name).is_some(),
-            is_name: &is_name,
-        };
-        match parse(&text, &options) {
+        match syntax_of(quoted.text, self.nesting, &is_own) {
             Ok(syntax) => Some(syntax),
             Err(error) => {
                 self.report_parse_error(&error, quoted, what);
@@ -282,6 +272,26 @@ impl Reader<'_> {
         let known = self.parameters.iter().find(|p| p.symbol == lowered.expr)?;
         Some((Some(known.name.clone()), known.span.clone()))
     }
+}
+
+/// The syntax of an expression. A unit goes on after a space or `/`, so that a parameter `m` leaves `3 N/m` alone;
+/// after a written `*` a name of the model, which `is_own` tells, comes first, as in `3 kg*h^2`. `t` is the time
+/// always.
+///
+/// # Errors
+/// [`ParseError`] when the text is no expression.
+pub(super) fn syntax_of(
+    written: &str,
+    max_depth: usize,
+    is_own: &dyn Fn(&str) -> bool,
+) -> Result<Syntax, ParseError> {
+    let text = join_units(written);
+    let is_name = |name: &str| {
+        let before = written[..place_within(&text, name)].trim_end();
+        name == "t" || before.ends_with('*') && is_own(name)
+    };
+    let is_unit = |name: &str| find_unit(name).is_some();
+    parse(&text, &ParseOptions { max_depth, is_unit: &is_unit, is_name: &is_name })
 }
 
 /// Start of a part of a text; the parser hands out parts of the text it was given.

@@ -3,13 +3,14 @@
 use bksim_expr::{Expr, Function, Syntax, SyntaxKind};
 
 use super::codes;
+use super::dimension::Dimension;
 use super::gather::sub_tables;
 use super::lower::Context;
 use super::names::{Meaning, PREVIOUS, SampledName};
 use super::reader::{Fields, Reader};
 use super::replay::Constant;
 use super::tree::Table;
-use super::units::{Dimension, Quantity};
+use super::units::Quantity;
 use super::value::{Kind, Lowered, Scalar, Scope};
 use super::words::cut;
 use crate::diagnostic::{Diagnostic, Span};

@@ -6,12 +6,13 @@ use std::ops::Range;
 use bksim_expr::Expr;
 
 use super::codes;
+use super::dimension::Dimension;
 use super::gather::sub_tables;
 use super::names::Meaning;
 use super::reader::{Fields, Reader};
 use super::sampled::names_used;
 use super::tree::{Node, Table, Value};
-use super::units::{Dimension, Quantity};
+use super::units::Quantity;
 use super::value::{Kind, Lowered, Scope};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::StateId;

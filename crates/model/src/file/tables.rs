@@ -6,11 +6,11 @@
 use bksim_expr::{Expr, Function, Number};
 
 use super::codes;
+use super::dimension::Dimension;
 use super::names::PREVIOUS;
 use super::pieces::{Beyond, Columns, MeasuredTable, Piece, spline, straight};
 use super::reader::{Fields, Reader};
 use super::tree::{Node, Quoted, Table, Value};
-use super::units::Dimension;
 use super::value::{Kind, Lowered, Scope};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::message::short;

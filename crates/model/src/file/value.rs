@@ -2,8 +2,8 @@
 
 use bksim_expr::{Expr, Number, Pool};
 
+use super::dimension::Dimension;
 use super::replay::Constant;
-use super::units::Dimension;
 use crate::diagnostic::Span;
 
 /// The symbols that an expression may depend on besides parameters.

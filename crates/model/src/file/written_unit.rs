@@ -2,7 +2,8 @@
 
 use bksim_expr::{ParseOptions, SyntaxKind, UnitFactor, parse};
 
-use super::units::{Dimension, Scale, find_unit};
+use super::dimension::Dimension;
+use super::units::{Scale, find_unit};
 
 /// No quantity of mechanics has a higher power of a unit.
 pub(super) const MAX_UNIT_EXPONENT: i32 = 12;

@@ -158,7 +158,7 @@ impl<'a> ModeSearch<'a> {
         }
     }
 
-    /// Whether the rate of a contact is zero. That of friction which has just fired is: it is known no better than
+    /// True where the rate of a contact is zero. That of friction which has just fired is: it is known no better than
     /// the instant at which it passes zero, a bit of the time times the acceleration.
     fn is_at_rest(&self, k: usize, state: ContactState) -> bool {
         let has_passed = matches!(state, ContactState::Friction { .. })

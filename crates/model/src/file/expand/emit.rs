@@ -17,7 +17,7 @@ pub(super) struct Piece {
 enum PieceKind {
     /// Taken as it is.
     Same,
-    /// What stands for the whole of its source, or begins it.
+    /// Text that stands for the whole of its source, or begins it.
     Whole,
     /// Put in where its source is.
     Inserted,

@@ -58,13 +58,13 @@ pub struct SourceFile {
 }
 
 impl SourceFile {
-    /// Whether it comes with bksim.
+    /// True of a file that comes with bksim.
     pub fn is_of_library(&self) -> bool {
         self.name.starts_with(OF_LIBRARY)
     }
 }
 
-/// Whether a model has parts, files of tables or elements that repeat.
+/// True of a model with parts, files of tables or elements that repeat.
 fn is_of_pieces(root: &Table) -> bool {
     root.entries.iter().any(|section| {
         let Value::Table(table) = &section.node.value else { return false };
@@ -123,7 +123,7 @@ struct Expander<'a> {
     stack: Vec<String>,
     /// Nodes that may still be copied.
     left: usize,
-    /// Whether more were asked for.
+    /// True once more were asked for.
     is_full: bool,
     faults: Vec<Diagnostic>,
 }

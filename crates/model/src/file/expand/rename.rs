@@ -3,11 +3,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use bksim_expr::{ParseOptions, SyntaxKind, parse};
+use bksim_expr::SyntaxKind;
 
+use super::super::quantity::syntax_of;
 use super::super::tree::{Entry, Node, Table, Value};
-use super::super::units::find_unit;
-use super::super::written_unit::join_units;
 
 /// Sections whose keys are not names.
 const PLAIN_SECTIONS: [&str; 2] = ["ground", "units"];
@@ -82,7 +81,7 @@ impl Renaming {
         name.strip_prefix(&self.prefix)
     }
 
-    /// Whether the model has something of its own in the place of this.
+    /// True of a body or joint in whose place the model has its own.
     pub(super) fn is_given(&self, name: &str) -> bool {
         self.given.contains_key(name)
     }
@@ -143,20 +142,8 @@ impl Renaming {
         if let Some(renamed) = self.name(text) {
             return Some(renamed);
         }
-        // Of an expression the names, not the units, which only a written `*` keeps a name from being; what cannot
-        // be read is explained where it stands.
-        let joined = join_units(text);
-        let is_name = |name: &str| {
-            let at = (name.as_ptr() as usize).saturating_sub(joined.as_ptr() as usize);
-            let before = text.get(..at).unwrap_or_default().trim_end();
-            name == "t" || before.ends_with('*') && self.names.contains(name)
-        };
-        let options = ParseOptions {
-            max_depth: self.nesting,
-            is_unit: &|name| find_unit(name).is_some(),
-            is_name: &is_name,
-        };
-        let syntax = parse(&joined, &options).ok()?;
+        // What cannot be read is explained where it stands.
+        let syntax = syntax_of(text, self.nesting, &|name| self.names.contains(name)).ok()?;
         let names = syntax.nodes.iter().filter_map(|node| match &node.kind {
             SyntaxKind::Name(name) => Some((node.span.clone(), name)),
             SyntaxKind::Call { name, name_span, .. } => Some((name_span.clone(), name)),

@@ -66,7 +66,7 @@ impl Expander<'_> {
         (first..first + count).map(|i| self.numbered(&entry, i)).collect()
     }
 
-    /// Whether so many nodes may still be made; reports it once otherwise.
+    /// Takes so many nodes off those that may still be made; false, and reported once, where they are too few.
     pub(super) fn pays_for(&mut self, n_nodes: usize, name: &str, span: Span) -> bool {
         if let Some(left) = self.left.checked_sub(n_nodes) {
             self.left = left;
