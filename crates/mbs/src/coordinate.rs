@@ -82,7 +82,8 @@ pub fn turns_by_quaternion(model: &Model, joint: JointId) -> bool {
     let is_turn = |motion_idx: usize| of.kind.motions()[motion_idx] == MotionKind::Rotation;
     let is_angle = |id: JointId, motion_idx: usize| id == joint && is_turn(motion_idx);
     let is_loaded = |load: &Load| match load.kind {
-        LoadKind::Torsion { joint, motion_idx, .. }
+        LoadKind::Effort { joint, motion_idx, .. }
+        | LoadKind::JointSpring { joint, motion_idx, .. }
         | LoadKind::Stop { joint, motion_idx, .. }
         | LoadKind::Friction { joint, motion_idx, .. } => is_angle(joint, motion_idx),
         _ => false,

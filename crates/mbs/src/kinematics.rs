@@ -145,7 +145,10 @@ impl Kinematics {
     pub fn sides(&self, model: &Model, joint: &Joint) -> Sides {
         Sides {
             predecessor: self.frame(model, joint.predecessor),
-            successor: self.frame(model, joint.successor),
+            successor: {
+                let pose = &self.poses[joint.successor.body.0];
+                pose.with_axes(&model.pool, &orientations(model, joint)[1])
+            },
             p_world_predecessor: self.anchor(model, joint.predecessor),
             p_world_successor: self.anchor(model, joint.successor),
             on_curve: self.on_curve(model, joint),
@@ -312,13 +315,14 @@ impl Kinematics {
         let pool = &model.pool;
         let joint = &model.joints[joint_id.0];
         let parent_pose = &self.poses[parent.0];
-        let (near, far) = if reversed {
-            (joint.successor, joint.predecessor)
+        let [of_predecessor, of_successor] = orientations(model, joint);
+        let (near, far, r_near, r_far) = if reversed {
+            (joint.successor, joint.predecessor, of_successor, of_predecessor)
         } else {
-            (joint.predecessor, joint.successor)
+            (joint.predecessor, joint.successor, of_predecessor, of_successor)
         };
         let p_world_near = parent_pose.position(pool, &anchor_in_body(model, near));
-        let r_world_from_near = parent_pose.rotation.then(pool, &orientation(model, near));
+        let r_world_from_near = parent_pose.rotation.then(pool, &r_near);
 
         // The motion of the successor against the predecessor, one coordinate after the other.
         let mut rotation = joint::fixed_turn(pool, joint);
@@ -333,7 +337,7 @@ impl Kinematics {
                         break;
                     }
                     Form::Start if let Some(stated) = stated_orientation(model, body) => {
-                        let far = stated.then(pool, &orientation(model, far));
+                        let far = stated.then(pool, &r_far);
                         let turned = r_world_from_near.inverse(pool).then(pool, &far);
                         rotation = if reversed { turned.inverse(pool) } else { turned };
                         break;
@@ -368,7 +372,7 @@ impl Kinematics {
         } else {
             r_world_from_near.then(pool, &rotation)
         };
-        let r_world_from_body = r_world_from_far.then(pool, &orientation(model, far).inverse(pool));
+        let r_world_from_body = r_world_from_far.then(pool, &r_far.inverse(pool));
         // Offset and relative angular velocity have their components in the predecessor's frame.
         let r_world_from_predecessor =
             if reversed { &r_world_from_far } else { &r_world_from_near };
@@ -469,6 +473,14 @@ pub(crate) fn orientation(model: &Model, anchor: Anchor) -> Rotation {
     let Some(point) = anchor.point else { return Rotation::default() };
     let turns = &model.bodies[anchor.body.0].points[point.0].orientation;
     spatial::turned(pool, turns)
+}
+
+/// The rotations r_body_from_frame of the frames that a joint has on its two bodies.
+pub(crate) fn orientations(model: &Model, joint: &Joint) -> [Rotation; 2] {
+    let pool = &model.pool;
+    let [predecessor, successor] =
+        [joint.predecessor, joint.successor].map(|anchor| orientation(model, anchor));
+    [predecessor, successor.then(pool, &spatial::turned(pool, &joint.alignment))]
 }
 
 /// An anchor in the frame of its body; without a point, the origin.

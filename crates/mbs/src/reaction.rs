@@ -8,19 +8,22 @@
 //! ```
 //!
 //! Drive efforts and the loads inside a joint are not part of its reaction, so the moment of a
-//! revolute about its own axis is zero: a check that costs nothing.
+//! revolute about its own axis is zero: a check that costs nothing. A cylinder transmits nothing else, so
+//! its reaction is the whole force along it.
 
 use bksim_expr::Pool;
 
 use crate::constraint::Source;
-use crate::force::Wrench;
+use crate::contact::slip_wrenches;
+use crate::force::{self, Wrench};
 use crate::inertia::angular_momentum;
 use crate::joint::JointWrench;
 use crate::recursion::{self, BodyAcceleration};
+use crate::signal::signal_values;
 use crate::spatial;
 use crate::system::{Derivation, SymbolicSystem};
 use crate::tree::Branch;
-use bksim_model::{BodyId, JointId, Model, Vector};
+use bksim_model::{BodyId, JointId, JointKind, LoadKind, Model, Vector};
 
 /// Reaction on the successor of a joint at its joint point, world axes.
 #[derive(Clone, Debug)]
@@ -31,6 +34,13 @@ pub struct Reaction {
     pub force: Vector,
     /// N m about the successor's joint point.
     pub moment: Vector,
+}
+
+impl Reaction {
+    fn add(&mut self, pool: &Pool, wrench: &Wrench) {
+        self.force = spatial::add(pool, &self.force, &wrench.force);
+        self.moment = spatial::add(pool, &self.moment, &wrench.moment);
+    }
 }
 
 /// The reactions of all joints, in file order.
@@ -57,12 +67,33 @@ pub fn reactions(model: &Model, system: &SymbolicSystem) -> Vec<Reaction> {
         for (idx, wrench) in constraint.wrenches.iter().enumerate() {
             let wrench = wrench.scaled(pool, lambda);
             // The first is that on the joint's successor.
-            if let (Source::Joint(joint), 0) = (constraint.source, idx) {
-                let reaction = &mut reactions[joint.0];
-                reaction.force = spatial::add(pool, &reaction.force, &wrench.force);
-                reaction.moment = spatial::add(pool, &reaction.moment, &wrench.moment);
+            if idx == 0
+                && let Some(joint) = bearing(model, constraint.source)
+            {
+                reactions[joint.0].add(pool, &wrench);
             }
             balance.wrenches[wrench.body.0].push(wrench);
+        }
+    }
+
+    // Forces along cylinders by friction that slides, springs and stated efforts.
+    for contact in &system.contacts {
+        let row = &system.constraints[contact.row];
+        let Some(joint) = bearing(model, row.source) else { continue };
+        let of_contact = slip_wrenches(model, std::slice::from_ref(contact), &system.constraints);
+        of_contact.first().into_iter().for_each(|wrench| reactions[joint.0].add(pool, wrench));
+    }
+    let signals = signal_values(model, &system.kinematics);
+    for load in &model.loads {
+        let (LoadKind::Effort { joint, .. } | LoadKind::JointSpring { joint, .. }) = load.kind
+        else {
+            continue;
+        };
+        let action = force::action(model, &system.kinematics, &signals, &load.kind);
+        let wrenches = [action.conservative, action.applied].concat().into_iter();
+        let on = model.joints[joint.0].successor.body;
+        if model.joints[joint.0].kind == JointKind::Cylinder {
+            wrenches.filter(|w| w.body == on).for_each(|w| reactions[joint.0].add(pool, &w));
         }
     }
 
@@ -78,6 +109,17 @@ pub fn reactions(model: &Model, system: &SymbolicSystem) -> Vec<Reaction> {
         }
     }
     reactions
+}
+
+/// The joint whose reaction the multiplier of a row is part of.
+fn bearing(model: &Model, source: Source) -> Option<JointId> {
+    match source {
+        Source::Joint(joint) => Some(joint),
+        other => {
+            let joint = other.joint(model)?;
+            (model.joints[joint.0].kind == JointKind::Cylinder).then_some(joint)
+        }
+    }
 }
 
 struct Balance<'a> {

@@ -2,7 +2,7 @@
 
 use bksim_expr::Expr;
 
-use crate::body::Anchor;
+use crate::body::{Anchor, FixedTurn};
 use crate::diagnostic::Span;
 use crate::ids::{CurveId, Vector};
 
@@ -23,6 +23,9 @@ pub struct Joint {
     /// direction of a prismatic joint, slot or line, normal of a plane; the line on a curve has it in the frame of
     /// the successor's point. Unused by weld, link, spherical, free and points on curves.
     pub axis: Vector,
+    /// Turns of the joint's frame on the successor against that of its point, each about an axis that those before
+    /// it have turned; none where the axis has the same components in both.
+    pub alignment: Vec<FixedTurn>,
     /// The author's word on cutting this joint.
     pub cut: Option<bool>,
     /// Names the author gave to its coordinates, in the order of its motion.
@@ -51,7 +54,7 @@ pub enum JointKind {
     PinInSlot,
     /// Rigid massless link of the given length between the two points; always a constraint.
     Link {
-        /// Length, m, greater than zero.
+        /// Length, m, greater than zero; an expression of time and parameters.
         length: Expr,
     },
     /// The points coincide; the bodies turn as they like.
@@ -101,6 +104,9 @@ pub enum JointKind {
         /// The curve, in the frame of the predecessor's point.
         curve: CurveId,
     },
+    /// An actuator or rope without mass between the two points, whose one motion is their distance; always a
+    /// constraint, though without rows.
+    Cylinder,
 }
 
 /// Turning or sliding.
@@ -114,7 +120,7 @@ pub enum MotionKind {
 
 /// The words of a joint type in a model file, and its motions in the order of their coordinates:
 /// first translations, then rotations, each about an axis that those before it have turned.
-pub const JOINT_TYPES: [(&str, &[MotionKind]); 18] = {
+pub const JOINT_TYPES: [(&str, &[MotionKind]); 19] = {
     use MotionKind::{Rotation, Translation};
     [
         ("revolute", &[Rotation]),
@@ -135,6 +141,7 @@ pub const JOINT_TYPES: [(&str, &[MotionKind]); 18] = {
         ("constant-velocity", &[]),
         ("point-on-curve", &[Rotation]),
         ("line-on-curve", &[Rotation]),
+        ("cylinder", &[Translation]),
     ]
 };
 
@@ -160,6 +167,7 @@ impl JointKind {
             Self::ConstantVelocity => 15,
             Self::PointOnCurve { .. } => 16,
             Self::LineOnCurve { .. } => 17,
+            Self::Cylinder => 18,
         }
     }
 
@@ -177,6 +185,7 @@ impl JointKind {
     /// The number of freedoms that a joint of this kind takes from a body in space.
     pub fn n_taken(&self) -> i64 {
         match self {
+            Self::Cylinder => 0,
             Self::Link { .. } | Self::LineOnCurve { .. } => 1,
             Self::PointOnCurve { .. } => 2,
             Self::ConstantVelocity => 4,
@@ -184,10 +193,11 @@ impl JointKind {
         }
     }
 
-    /// True where no coordinates describe all motions of this kind, so that it is a constraint wherever
+    /// True where no coordinates of its own describe all motions of this kind, so that it is a constraint wherever
     /// it stands.
     pub fn is_always_cut(&self) -> bool {
-        matches!(self, Self::Link { .. } | Self::ConstantVelocity) || self.curve().is_some()
+        matches!(self, Self::Link { .. } | Self::ConstantVelocity | Self::Cylinder)
+            || self.curve().is_some()
     }
 
     /// The curve that a joint of this kind follows, whose parameter is its coordinate.

@@ -66,17 +66,26 @@ pub enum LoadKind {
         /// N s/m; zero for a pure spring. A damper has zero stiffness.
         damping: Expr,
     },
-    /// A torsional spring with a damper in parallel, about the joint's rotation.
-    Torsion {
-        /// The joint whose rotation it resists.
+    /// A force or torque in one motion of a joint, on its successor from its predecessor.
+    Effort {
+        /// The joint.
         joint: JointId,
-        /// The place of the rotation among the joint's motions.
+        /// Which of its motions.
         motion_idx: usize,
-        /// N m/rad.
+        /// N along a translation, N m about the axis of a rotation.
+        value: Expr,
+    },
+    /// A linear spring with a damper in parallel, in one motion of a joint.
+    JointSpring {
+        /// The joint.
+        joint: JointId,
+        /// Which of its motions.
+        motion_idx: usize,
+        /// N/m, or N m/rad of a rotation.
         stiffness: Expr,
-        /// Unloaded angle, rad.
-        angle: Expr,
-        /// N m s/rad.
+        /// Unloaded position, m or rad.
+        unloaded: Expr,
+        /// N s/m, or N m s/rad of a rotation.
         damping: Expr,
     },
     /// Limits of one motion of a joint; where they are reached, bodies hit and may rest.

@@ -230,7 +230,15 @@ fn a_torque_at_a_joint_acts_between_its_bodies() {
                 between = [\"ground\", \"b\"]\n[loads.M]\ntype = \"torque\"\njoint = \"A\"\n\
                 value = \"3*sin(2*t)\"\n";
     let model = model(text);
-    let LoadKind::Torque { on, from, .. } = model.loads[0].kind else { panic!("a torque") };
+    let LoadKind::Effort { joint, motion_idx, .. } = model.loads[0].kind else {
+        panic!("a torque in a joint")
+    };
+    assert_eq!((joint.0, motion_idx), (0, 0));
+    // Components are in the axes of the ground, whichever axis the joint has.
+    let text = text.replace("value = \"3*sin(2*t)\"", "vector = [0, 0, 1]");
+    let LoadKind::Torque { on, from, .. } = self::model(&text).loads[0].kind else {
+        panic!("a torque")
+    };
     assert_eq!((on.0, from), (1, GROUND));
 }
 

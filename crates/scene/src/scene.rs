@@ -131,6 +131,11 @@ pub enum SpanKind {
         /// Distance of its ends at the start, m: half of it is the cylinder.
         length: f64,
     },
+    /// An actuator: a barrel with a rod.
+    Cylinder {
+        /// Its length at the start, m.
+        length: f64,
+    },
     /// A rigid massless link.
     Link,
 }

@@ -1,4 +1,4 @@
-//! Springs, dampers and links between two points, as lines.
+//! Springs, dampers, cylinders and links between two points, as lines.
 //!
 //! Across its line, a span has a width that does not change; along it, everything but the straight
 //! ends is stretched.
@@ -10,6 +10,8 @@ use crate::{Role, Span, SpanKind};
 const COIL: f64 = 2.0;
 /// Half width of a damper's cylinder.
 const CYLINDER: f64 = 1.5;
+/// Half width of the barrel of an actuator.
+const BARREL: f64 = 1.3;
 /// Length of the straight ends.
 const LEAD: f64 = 3.0;
 /// Unloaded length of one turn.
@@ -42,6 +44,7 @@ impl Span {
                 lines
             }
             SpanKind::Damper { length } => axis.damper(length, 0.0),
+            SpanKind::Cylinder { length } => axis.cylinder(length),
             SpanKind::Link => vec![(Role::Link, ends.to_vec())],
         }
     }
@@ -107,6 +110,25 @@ impl Baseline {
         points
     }
 
+    /// A closed barrel on the first end, out of which the rod of the second comes; at its first length the
+    /// piston is in the middle.
+    fn cylinder(&self, first: f64) -> Vec<Line> {
+        let first = if first > 0.0 && first < 1e100 { first } else { self.length };
+        let half = BARREL * self.pin;
+        let barrel = (0.6 * first).min(0.9 * self.length);
+        let bottom = (1.5 * self.pin).min(0.2 * barrel);
+        let rod = first - 0.5 * (bottom + barrel);
+        let piston = (self.length - rod).clamp(bottom + 0.08 * barrel, 0.95 * barrel);
+        let shell =
+            [[bottom, half], [bottom, -half], [barrel, -half], [barrel, half], [bottom, half]];
+        vec![
+            self.line(Role::Damper, &[[0.0, 0.0], [bottom, 0.0]]),
+            self.line(Role::Damper, &shell),
+            self.line(Role::Damper, &[[piston, half], [piston, -half]]),
+            self.line(Role::Damper, &[[piston, 0.0], [self.length, 0.0]]),
+        ]
+    }
+
     /// A cylinder on the first end and a piston on the second.
     fn damper(&self, unloaded: f64, aside: f64) -> Vec<Line> {
         let [from, to] = self.inner();
@@ -149,7 +171,8 @@ mod tests {
     use super::*;
     use crate::Attached;
 
-    const KINDS: [SpanKind; 6] = [
+    const KINDS: [SpanKind; 7] = [
+        SpanKind::Cylinder { length: 0.9 },
         SpanKind::Spring { length: 1.0, is_damped: false },
         SpanKind::Spring { length: 1.0, is_damped: true },
         SpanKind::Spring { length: f64::NAN, is_damped: true },

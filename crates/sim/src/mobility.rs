@@ -46,6 +46,7 @@ fn gruebler(model: &Model) -> i64 {
         JointKind::Link { .. } | JointKind::LineOnCurve { .. } => 1,
         // One direction across the curve in a plane, two in space.
         JointKind::PointOnCurve { .. } => freedoms / 3,
+        JointKind::Cylinder => 0,
         kind => kind.n_taken() - (6 - freedoms),
     };
     let taken: i64 = model.joints.iter().map(|joint| taken(&joint.kind)).sum();

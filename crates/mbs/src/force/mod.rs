@@ -8,10 +8,11 @@
 mod context;
 mod force_between;
 mod gravity;
+mod joint_effort;
+mod joint_spring;
 mod point_force;
 mod spring;
 mod torque;
-mod torsion;
 
 use bksim_expr::{Expr, Pool, SymbolId};
 
@@ -58,6 +59,27 @@ impl Wrench {
         ]
     }
 
+    /// The same, each at the joint point of its own body, as generalised forces of loads need it.
+    pub(crate) fn within_joint(
+        model: &Model,
+        kinematics: &Kinematics,
+        joint: JointId,
+        wrench: &JointWrench,
+    ) -> Vec<Self> {
+        let pool = &model.pool;
+        let joint = &model.joints[joint.0];
+        let [from, to] =
+            [joint.predecessor, joint.successor].map(|end| kinematics.anchor(model, end));
+        let mut opposite = wrench.reversed(pool);
+        let arm = spatial::sub(pool, &to, &from);
+        let turning = spatial::cross(pool, &arm, &opposite.force);
+        opposite.moment = spatial::add(pool, &opposite.moment, &turning);
+        vec![
+            Self::at_joint(joint.successor.body, to, wrench),
+            Self::at_joint(joint.predecessor.body, from, &opposite),
+        ]
+    }
+
     /// `factor` times the wrench.
     pub(crate) fn scaled(&self, pool: &Pool, factor: Expr) -> Self {
         let scaled = |part: &Vector| spatial::scale(pool, factor, part);
@@ -71,7 +93,13 @@ pub(crate) fn efforts_on_curves(
     kinematics: &Kinematics,
     signals: &[(SymbolId, Expr)],
 ) -> Vec<(JointId, Expr)> {
-    torsion::efforts_on_curves(&Context { model, pool: &model.pool, kinematics, signals })
+    let context = &Context { model, pool: &model.pool, kinematics, signals };
+    let loads = model.loads.iter();
+    let effort = |load| {
+        let spring = joint_spring::effort_on_curve(context, load);
+        spring.or_else(|| joint_effort::effort_on_curve(context, load))
+    };
+    loads.filter_map(effort).collect()
 }
 
 /// The effect of one load.
@@ -161,8 +189,11 @@ pub fn action(
         LoadKind::Spring { a, b, stiffness, length, damping } => {
             spring::action(context, [*a, *b], *stiffness, *length, *damping)
         }
-        LoadKind::Torsion { joint, motion_idx, stiffness, angle, damping } => {
-            torsion::action(context, (*joint, *motion_idx), *stiffness, *angle, *damping)
+        LoadKind::Effort { joint, motion_idx, value } => {
+            joint_effort::action(context, (*joint, *motion_idx), *value)
+        }
+        LoadKind::JointSpring { joint, motion_idx, stiffness, unloaded, damping } => {
+            joint_spring::action(context, (*joint, *motion_idx), *stiffness, *unloaded, *damping)
         }
         // Rows with multipliers of their own: see `contact`.
         LoadKind::Stop { .. } | LoadKind::Friction { .. } => Action::default(),

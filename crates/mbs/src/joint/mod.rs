@@ -12,6 +12,7 @@
 //! `constraint_rows`. The table `Mechanics::of` leads from a kind to them.
 
 mod constant_velocity;
+mod cylinder;
 mod cylindrical;
 mod free;
 mod line_on_curve;
@@ -176,6 +177,7 @@ impl Mechanics {
             JointKind::ConstantVelocity => functions!(constant_velocity),
             JointKind::PointOnCurve { .. } => functions!(point_on_curve),
             JointKind::LineOnCurve { .. } => functions!(line_on_curve),
+            JointKind::Cylinder => functions!(cylinder),
         }
     }
 }
@@ -219,6 +221,9 @@ pub fn alignments(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Expr> {
 
 /// The position of each motion of a joint as the two poses show it, whether or not it is cut.
 pub fn positions(pool: &Pool, joint: &Joint, sides: &Sides) -> Vec<Expr> {
+    if let Some(length) = cylinder::length(pool, joint, sides) {
+        return vec![length];
+    }
     let offset = spatial::sub(pool, &sides.p_world_successor, &sides.p_world_predecessor);
     let relative = rotation(pool, joint, sides);
     let along = |axis: &Vector| {
@@ -256,6 +261,9 @@ pub fn effort(
     if sides.on_curve.is_some() {
         return JointWrench::of_force(pool, spatial::zero(pool));
     }
+    if let Some(push) = cylinder::push(pool, joint, sides) {
+        return push;
+    }
     let motion = motions(pool, joint)[motion_idx];
     let in_predecessor = match motion.kind {
         MotionKind::Translation => motion.axis,
@@ -288,6 +296,9 @@ pub fn motions_in_world(
         let along = spatial::scale(pool, pool.div(pool.one(), length), tangent);
         let mut motions = vec![Motion::translation(sides.predecessor.rotation.apply(pool, &along))];
         motions.extend(Motion::turns(pool));
+        return motions;
+    }
+    if let Some(motions) = cylinder::motions_in_world(pool, joint, sides) {
         return motions;
     }
     let mut motions = motions(pool, joint);

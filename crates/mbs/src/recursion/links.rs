@@ -8,7 +8,7 @@ use super::turn::LinkTurn;
 use crate::coordinate::{CoordinateKind, Owner};
 use crate::inertia::central_inertia;
 use crate::joint;
-use crate::kinematics::{Kinematics, Turning, anchor_in_body, orientation};
+use crate::kinematics::{Kinematics, Turning, anchor_in_body, orientations};
 use crate::quaternion::Quaternion;
 use crate::spatial::{self, Rotation};
 use crate::tree::{Branch, Tree};
@@ -298,19 +298,20 @@ impl Chain<'_> {
         let fixed = joint::fixed_turn(pool, joint);
         let fixed = if reversed { fixed.inverse(pool) } else { fixed };
         let mut fixed = fixed_turns(pool, &fixed);
-        let (near, far) = if reversed {
+        let [of_predecessor, of_successor] = orientations(model, joint);
+        let (near, far, r_near, r_far) = if reversed {
             slides.reverse();
             turns.reverse();
             std::mem::swap(&mut slides, &mut turns);
-            (joint.successor, joint.predecessor)
+            (joint.successor, joint.predecessor, of_successor, of_predecessor)
         } else {
-            (joint.predecessor, joint.successor)
+            (joint.predecessor, joint.successor, of_predecessor, of_successor)
         };
-        let mut motions = fixed_turns(pool, &orientation(model, near));
+        let mut motions = fixed_turns(pool, &r_near);
         motions.append(&mut slides);
         motions.append(&mut fixed);
         motions.append(&mut turns);
-        motions.extend(fixed_turns(pool, &orientation(model, far).inverse(pool)));
+        motions.extend(fixed_turns(pool, &r_far.inverse(pool)));
         let frame = self.frames[parent.0].clone();
         let near = anchor_in_body(model, near);
         self.place(body, &frame, &near, motions, anchor_in_body(model, far));

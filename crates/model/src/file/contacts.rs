@@ -1,23 +1,55 @@
 //! `[loads.…]` of type `stop` and `friction`: what happens in one motion of a joint.
 
 use super::codes;
+use super::gather::sub_tables;
 use super::names::quantities;
 use super::reader::{Fields, Reader};
 use super::replay::Constant;
+use super::tree::Table;
 use super::units::Quantity;
 use super::value::{Scalar, Scope};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::JointId;
 use crate::joint::MotionKind;
-use crate::load::{FrictionLaw, LoadKind, Surface};
+use crate::load::{FrictionLaw, Load, LoadKind, Surface};
 use crate::message::short;
 
 impl Reader<'_> {
     /// Limits of a motion.
     pub(super) fn read_stop(&mut self, fields: &Fields<'_>) -> Option<LoadKind> {
         let help = "write `joint = \"A\"` with the name of the joint that is stopped";
-        let target = self.motion_of(fields, help);
-        let freedom = target.as_ref().and_then(|(joint, idx, _)| self.freedom(*joint, *idx));
+        let target = self.motion_of(fields, help).map(|(joint, idx, _)| (joint, idx));
+        self.limits(fields, target)
+    }
+
+    /// The limits that joints between two points have among their own keys, as stops of the same names.
+    pub(super) fn read_joint_limits(&mut self, root: &Table, loads: &mut Vec<Load>) {
+        for (idx, (name, span, table)) in sub_tables(root, "joints").into_iter().enumerate() {
+            let joint = JointId(idx);
+            let is_cylinder = self.names.joints[idx].kind == Some("cylinder");
+            let Some(table) = table.filter(|_| is_cylinder) else { continue };
+            // Other keys were judged with the joint.
+            let keys: Vec<&str> = table.entries.iter().map(|entry| entry.key.as_str()).collect();
+            let fields = Fields::open(self, table, format!("joint `{name}`"), span.clone(), &keys);
+            if !fields.has("min") && !fields.has("max") {
+                continue;
+            }
+            let Some(kind) = self.limits(&fields, Some((joint, 0))) else { continue };
+            let mut name = name.to_owned();
+            while loads.iter().any(|load| load.name == name) {
+                name.push('_');
+            }
+            loads.push(Load { name, kind, span });
+        }
+    }
+
+    /// The limits of a motion, which `fields` state.
+    fn limits(
+        &mut self,
+        fields: &Fields<'_>,
+        target: Option<(JointId, usize)>,
+    ) -> Option<LoadKind> {
+        let freedom = target.as_ref().and_then(|(joint, idx)| self.freedom(*joint, *idx));
         let quantity = freedom.map_or(Quantity::LENGTH, |freedom| quantities(freedom)[0]);
         let mut limit = |key| {
             // Without the joint nobody knows what its limits measure.
@@ -40,7 +72,7 @@ impl Reader<'_> {
                 value.expr
             }
         };
-        let (joint, motion_idx, _) = target?;
+        let (joint, motion_idx) = target?;
         // A limit that could not be read was reported.
         if fields.has("min") && min.is_none() || fields.has("max") && max.is_none() {
             return None;

@@ -4,6 +4,7 @@
 use bksim_expr::Function;
 
 use super::codes;
+use super::joints::type_of;
 use super::names::{BodyName, JointName, Meaning, quantities, quantity_of};
 use super::reader::{Reader, entry_like};
 use super::tree::{Node, Table, Value};
@@ -42,8 +43,9 @@ impl Reader<'_> {
             self.usable_name(name, &span, "joint");
             self.check_joint_name(name, &span);
             let known = table.and_then(|table| table.get("type")).and_then(|entry| {
-                let Value::Text(kind) = &entry.node.value else { return None };
-                JOINT_TYPES.iter().find(|(known, _)| known == kind)
+                let Value::Text(word) = &entry.node.value else { return None };
+                let kind = type_of(word, table?);
+                JOINT_TYPES.iter().find(|(known, _)| *known == kind)
             });
             let (kind, freedoms) = known.copied().unzip();
             self.names.add_joint(JointName { name: name.to_owned(), kind, freedoms });

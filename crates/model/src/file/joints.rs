@@ -2,7 +2,6 @@
 
 use bksim_expr::Expr;
 
-use super::bodies::Position;
 use super::codes;
 use super::gather::sub_tables;
 use super::reader::{Fields, Reader};
@@ -11,41 +10,62 @@ use super::units::Quantity;
 use super::value::Scope;
 use crate::body::Anchor;
 use crate::diagnostic::{Diagnostic, Span};
-use crate::ids::Vector;
 use crate::joint::{JOINT_TYPES, Joint, JointKind};
-use crate::message::short;
 
 /// Keys of each type of joint, in the order of [`JOINT_TYPES`].
 const JOINT_KEYS: [&[&str]; JOINT_TYPES.len()] = [
-    &["type", "between", "axis", "coordinate", "cut"],
-    &["type", "between", "axis", "direction", "angle", "coordinate", "cut"],
+    &["type", "between", "axis", "second", "coordinate", "cut"],
+    &["type", "between", "axis", "second", "direction", "angle", "coordinate", "cut"],
     &["type", "between", "angle", "cut"],
     &["type", "between", "axis", "direction", "coordinate", "cut"],
     &["type", "between", "length"],
     &["type", "between", "coordinate", "cut"],
     &["type", "between", "axis", "second", "coordinate", "cut"],
-    &["type", "between", "axis", "coordinate", "cut"],
-    &["type", "between", "axis", "coordinate", "cut"],
-    &["type", "between", "axis", "lead", "coordinate", "cut"],
+    &["type", "between", "axis", "second", "coordinate", "cut"],
+    &["type", "between", "axis", "second", "coordinate", "cut"],
+    &["type", "between", "axis", "second", "lead", "coordinate", "cut"],
     &["type", "between", "coordinate", "cut"],
     &["type", "between", "axis", "coordinate", "cut"],
     &["type", "between", "axis", "coordinate", "cut"],
-    &["type", "between", "axis", "coordinate", "cut"],
     &["type", "between", "axis", "second", "coordinate", "cut"],
-    &["type", "between", "axis"],
+    &["type", "between", "axis", "second", "coordinate", "cut"],
+    &["type", "between", "axis", "second"],
     &["type", "between", "curve", "radius", "side", "coordinate"],
     &["type", "between", "curve", "axis", "direction", "coordinate"],
+    &["type", "between", "min", "max", "restitution", "coordinate"],
 ];
 
+/// The word that is a link where it has a `length`, and a cylinder where it has none.
+const DISTANCE: &str = "distance";
+
+/// Keys of a distance, whichever it is.
+const DISTANCE_KEYS: [&str; 7] =
+    ["type", "between", "length", "min", "max", "restitution", "coordinate"];
+
+/// The word of [`JOINT_TYPES`] that a joint with the type `word` is of.
+pub(super) fn type_of(word: &str, table: &Table) -> &'static str {
+    let word = match word {
+        DISTANCE if table.get("length").is_some() => "link",
+        DISTANCE => "cylinder",
+        word => word,
+    };
+    JOINT_TYPES.iter().map(|(known, _)| *known).find(|known| *known == word).unwrap_or("")
+}
+
 /// The types that a planar model may have; every other one leaves the plane.
-const PLANAR_TYPES: [&str; 7] =
-    ["revolute", "prismatic", "weld", "slot", "link", "point-on-curve", "line-on-curve"];
+pub(super) const PLANAR_TYPES: [&str; 8] = [
+    "revolute",
+    "prismatic",
+    "weld",
+    "slot",
+    "link",
+    "point-on-curve",
+    "line-on-curve",
+    "cylinder",
+];
 
 /// The sides of a curve as its parameter rises, with the sign of a distance to the left.
 const SIDES: [(&str, i32); 2] = [("left", 1), ("right", -1)];
-
-/// Largest cosine of two axes that are taken as perpendicular.
-const SKEW: f64 = 1e-9;
 
 impl Reader<'_> {
     /// Reads all joints, in the order of their ids.
@@ -64,8 +84,8 @@ impl Reader<'_> {
 
     fn read_joint(&mut self, name: &str, table: &Table, span: Span) -> Option<Joint> {
         let owner = format!("joint `{name}`");
-        let types: Vec<(&str, usize)> =
-            JOINT_TYPES.iter().enumerate().map(|(idx, (word, _))| (*word, idx)).collect();
+        let words = JOINT_TYPES.iter().map(|(word, _)| *word).chain([DISTANCE]);
+        let types: Vec<(&str, &str)> = words.map(|word| (word, word)).collect();
         let Some(kind_entry) = table.get("type") else {
             // Without a type the other keys cannot be judged.
             let known = JOINT_KEYS.concat();
@@ -73,15 +93,22 @@ impl Reader<'_> {
             fields.require(self, "type", "write for example `type = \"revolute\"`");
             return None;
         };
-        let kind_idx = self.choice(&kind_entry.node, &format!("`type` of {owner}"), &types)?;
-        let fields = Fields::open(self, table, owner, span.clone(), JOINT_KEYS[kind_idx]);
+        let written = self.choice(&kind_entry.node, &format!("`type` of {owner}"), &types)?;
+        let word = type_of(written, table);
+        let kind_idx = JOINT_TYPES.iter().position(|(known, _)| *known == word)?;
+        let keys = if written == DISTANCE { &DISTANCE_KEYS } else { JOINT_KEYS[kind_idx] };
+        let fields = Fields::open(self, table, owner, span.clone(), keys);
+        if written == DISTANCE && !self.is_distance(&fields) {
+            return None;
+        }
         let before = self.faults.len();
         let ends = self.between(&fields);
-        if !PLANAR_TYPES.contains(&types[kind_idx].0) && self.spatial.is_none() {
+        if !PLANAR_TYPES.contains(&word) && self.spatial.is_none() {
             self.spatial = Some(kind_entry.node.span.clone());
         }
-        let axis = self.joint_axis(types[kind_idx].0, &fields);
-        let kind = self.joint_kind(types[kind_idx].0, &fields);
+        let axis = self.joint_axis(word, &fields);
+        let alignment = self.alignment(word, &fields);
+        let kind = self.joint_kind(word, &fields);
         let cut = fields.get("cut").and_then(|node| self.flag(node, &fields.what("cut")));
         let mut coordinate_names = Vec::new();
         if let Some(node) = fields.get("coordinate") {
@@ -108,10 +135,25 @@ impl Reader<'_> {
             predecessor,
             successor,
             axis: axis?,
+            alignment: alignment?,
             cut,
             coordinate_names,
             span,
         })
+    }
+
+    /// Whether a distance says what it is: of a stated length, or between limits.
+    fn is_distance(&mut self, fields: &Fields<'_>) -> bool {
+        let limits = ["min", "max", "restitution"];
+        if limits.iter().any(|limit| fields.conflict(self, "length", limit)) {
+            return false;
+        }
+        if ["length", "min", "max"].iter().any(|key| fields.has(key)) {
+            return true;
+        }
+        let help = "write `length = \"250 mm\"` of a rod, or `max = \"2 m\"` of a rope";
+        fields.require(self, "length", help);
+        false
     }
 
     fn joint_kind(&mut self, word: &str, fields: &Fields<'_>) -> Option<JointKind> {
@@ -146,10 +188,11 @@ impl Reader<'_> {
                 let help = "write for example `length = \"250 mm\"`";
                 let node = fields.require(self, "length", help)?;
                 let what = fields.what("length");
-                let length = self.scalar(node, Quantity::LENGTH, &what, Scope::Constant)?;
+                let length = self.scalar(node, Quantity::LENGTH, &what, Scope::Time)?;
                 self.check_positive(&what, &length, Quantity::LENGTH)
                     .then_some(JointKind::Link { length: length.expr })
             }
+            "cylinder" => Some(JointKind::Cylinder),
             _ => {
                 let angle = match fields.get("angle") {
                     Some(node) => {
@@ -164,49 +207,6 @@ impl Reader<'_> {
                 })
             }
         }
-    }
-
-    /// The unit vector of the joint, in the frame of its first body.
-    fn joint_axis(&mut self, word: &str, fields: &Fields<'_>) -> Option<Vector> {
-        let z = [self.pool.zero(), self.pool.zero(), self.pool.one()];
-        let slides = matches!(word, "prismatic" | "slot" | "line-on-curve");
-        if slides && fields.conflict(self, "axis", "direction") {
-            return None;
-        }
-        if let Some(node) = fields.get("direction") {
-            let what = fields.what("direction");
-            let angle = self.scalar(node, Quantity::ANGLE, &what, Scope::Constant)?.expr;
-            return Some([self.pool.cos(angle), self.pool.sin(angle), self.pool.zero()]);
-        }
-        let Some(node) = fields.get("axis") else {
-            if slides && !fields.has("direction") {
-                let help = "write for example `axis = [1, 0]` or `direction = \"30 deg\"`";
-                fields.require(self, "axis", help)?;
-            }
-            return Some(z);
-        };
-        let bends = !slides && PLANAR_TYPES.contains(&word);
-        let help = if slides {
-            "[1, 0] for the direction of x"
-        } else {
-            "[0, 0, 1] for the direction of z"
-        };
-        let (unit, written) = self.unit_vector(node, "axis", fields, bends, help)?;
-        if word == "line-on-curve" && !self.pool.is_zero(unit[2]) {
-            let message = format!("`axis` of {} is not perpendicular to z", fields.owner);
-            let across = match written {
-                [0.0, 0.0, _] => "[1, 0, 0]".to_owned(),
-                [x, y, _] => format!("[{}, {}, 0]", short(x), short(y)),
-            };
-            self.report(
-                Diagnostic::error(codes::NOT_PERPENDICULAR, message)
-                    .at(node.span.clone(), "must be perpendicular")
-                    .note("the face that touches the curve lies along this axis and z")
-                    .help(format!("write for example {across}")),
-            );
-            return None;
-        }
-        Some(unit)
     }
 
     /// The distance of the centre of a roller to the left of its curve, m.
@@ -241,97 +241,6 @@ impl Reader<'_> {
             return None;
         }
         Some(lead.expr)
-    }
-
-    /// The unit vector of the second body, perpendicular to the axis of the first one; both have their
-    /// components in the frames of the two points, which coincide before any motion.
-    fn second_axis(&mut self, fields: &Fields<'_>) -> Option<Vector> {
-        let help = "write for example `axis = [1, 0, 0]` and `second = [0, 1, 0]`";
-        let node = fields.require(self, "second", help)?;
-        let example = "[0, 1, 0] for the direction of y";
-        let (unit, second) = self.unit_vector(node, "second", fields, false, example)?;
-        let first = match fields.get("axis") {
-            Some(node) => {
-                let example = "[0, 0, 1] for the direction of z";
-                self.unit_vector(node, "axis", fields, false, example)?.1
-            }
-            None => [0.0, 0.0, 1.0],
-        };
-        let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-        let cosine = dot(first, second) / (dot(first, first) * dot(second, second)).sqrt();
-        if cosine.abs() > SKEW {
-            let degrees = cosine.clamp(-1.0, 1.0).acos().to_degrees();
-            let message = format!(
-                "`second` of {} is not perpendicular to its `axis`: the angle is {} deg",
-                fields.owner,
-                short(degrees)
-            );
-            // The part of the second axis across the first one.
-            let part = dot(first, second) / dot(first, first);
-            let across = [0, 1, 2].map(|i| short(second[i] - part * first[i]));
-            let help = if cosine.abs() > 1.0 - SKEW {
-                "write a direction across the axis".to_owned()
-            } else {
-                format!("write for example [{}]", across.join(", "))
-            };
-            self.report(
-                Diagnostic::error(codes::NOT_PERPENDICULAR, message)
-                    .at(node.span.clone(), "must be perpendicular")
-                    .help(help),
-            );
-            return None;
-        }
-        Some(unit)
-    }
-
-    /// A vector of length one, and the vector as written; `bends` says that it leaves the plane unless
-    /// it is along z.
-    pub(super) fn unit_vector(
-        &mut self,
-        node: &Node,
-        key: &str,
-        fields: &Fields<'_>,
-        bends: bool,
-        example: &str,
-    ) -> Option<(Vector, [f64; 3])> {
-        // A rotation axis along z is planar, whatever the length of its z part.
-        let spatial = self.spatial.clone();
-        let vector = self.vector(node, Quantity::NUMBER, &fields.what(key), Scope::Constant)?;
-        if bends {
-            let [x, y, _] = vector.components;
-            let leaves_plane = !self.pool.is_zero(x) || !self.pool.is_zero(y);
-            self.spatial = spatial.or(leaves_plane.then(|| vector.span.clone()));
-        }
-        let value = vector.position.as_ref().map_or([0.0; 3], Position::numbers);
-        // Its sign, or length, is in the equations.
-        for &part in vector.position.iter().flat_map(|position| &position.value) {
-            self.constants.pinned_sign(part);
-        }
-        if value == [0.0; 3] {
-            let message =
-                format!("`{key}` of {} has no direction: all its parts are 0", fields.owner);
-            self.report(
-                Diagnostic::error(codes::NO_DIRECTION, message)
-                    .at(node.span.clone(), "no direction")
-                    .help(format!("write for example {example}")),
-            );
-            return None;
-        }
-        Some((self.normalised(&vector.components, &value), value))
-    }
-
-    /// The vector divided by its length; exact where it lies along an axis of the frame.
-    pub(super) fn normalised(&self, components: &Vector, value: &[f64; 3]) -> Vector {
-        let pool = &self.pool;
-        let along: Vec<usize> = (0..3).filter(|&i| !pool.is_zero(components[i])).collect();
-        if let [axis] = along.as_slice() {
-            let mut unit = [pool.zero(); 3];
-            unit[*axis] = pool.int(if value[*axis] < 0.0 { -1 } else { 1 });
-            return unit;
-        }
-        let squares: Vec<Expr> = components.iter().map(|&c| pool.powi(c, 2)).collect();
-        let length = pool.sqrt(self.total(&squares));
-        components.map(|c| pool.div(c, length))
     }
 
     /// The two anchors of `between`.

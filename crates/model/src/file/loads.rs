@@ -5,7 +5,6 @@ use bksim_expr::Expr;
 use super::codes;
 use super::names::quantities;
 use super::reader::{Fields, Reader};
-use super::replay::Constant;
 use super::tree::{Node, Table, Value};
 use super::units::Quantity;
 use super::value::Scope;
@@ -19,10 +18,10 @@ use crate::load::{Load, LoadKind};
 /// The types of load and their keys.
 const LOADS: [(&str, &[&str]); 8] = [
     ("gravity", &["type", "acceleration"]),
-    ("force", &["type", "on", "vector", "axes", "between", "value"]),
-    ("torque", &["type", "on", "from", "joint", "value", "vector"]),
-    ("spring", &["type", "between", "stiffness", "length", "damping"]),
-    ("damper", &["type", "between", "damping"]),
+    ("force", &["type", "on", "vector", "axes", "between", "joint", "of", "value"]),
+    ("torque", &["type", "on", "from", "joint", "of", "value", "vector"]),
+    ("spring", &["type", "between", "joint", "of", "stiffness", "length", "damping"]),
+    ("damper", &["type", "between", "joint", "of", "damping"]),
     ("torsion", &["type", "joint", "of", "stiffness", "angle", "damping"]),
     ("stop", &["type", "joint", "of", "min", "max", "restitution"]),
     ("friction", &["type", "joint", "of", "force", "torque", "mu", "static", "radius", "length"]),
@@ -36,6 +35,7 @@ impl Reader<'_> {
             self.usable_name(name, &span, "load");
             loads.extend(self.read_load(name, table, span));
         }
+        self.read_joint_limits(root, &mut loads);
         loads
     }
 
@@ -81,7 +81,12 @@ impl Reader<'_> {
     }
 
     /// As [`Self::load_scalar`], with a default of zero.
-    fn load_or_zero(&mut self, fields: &Fields<'_>, key: &str, quantity: Quantity) -> Option<Expr> {
+    pub(super) fn load_or_zero(
+        &mut self,
+        fields: &Fields<'_>,
+        key: &str,
+        quantity: Quantity,
+    ) -> Option<Expr> {
         if fields.has(key) {
             self.load_scalar(fields, key, quantity)
         } else {
@@ -90,8 +95,18 @@ impl Reader<'_> {
     }
 
     fn read_force(&mut self, fields: &Fields<'_>) -> Option<LoadKind> {
-        if fields.conflict(self, "on", "between") || fields.conflict(self, "vector", "between") {
+        let ways = [
+            ("on", "between"),
+            ("vector", "between"),
+            ("on", "joint"),
+            ("vector", "joint"),
+            ("between", "joint"),
+        ];
+        if ways.iter().any(|(one, other)| fields.conflict(self, one, other)) {
             return None;
+        }
+        if fields.has("joint") {
+            return self.read_effort(fields, MotionKind::Translation);
         }
         if fields.has("between") {
             let ends = self.between(fields);
@@ -117,9 +132,33 @@ impl Reader<'_> {
         })
     }
 
+    /// A force or torque in one motion of a joint.
+    fn read_effort(&mut self, fields: &Fields<'_>, motion: MotionKind) -> Option<LoadKind> {
+        let quantity = match motion {
+            MotionKind::Translation => Quantity::FORCE,
+            MotionKind::Rotation => Quantity::TORQUE,
+        };
+        let target = self.motion_of_kind(fields, motion);
+        let value = self.load_scalar(fields, "value", quantity);
+        let (joint, motion_idx) = target?;
+        Some(LoadKind::Effort { joint, motion_idx, value: value? })
+    }
+
+    /// Whether `joint` names one that turns about an axis of its own.
+    fn names_turning_joint(&self, fields: &Fields<'_>) -> bool {
+        let Some(Value::Text(name)) = fields.get("joint").map(|node| &node.value) else {
+            return false;
+        };
+        let freedoms = self.names.joint(name).and_then(|joint| self.names.joints[joint.0].freedoms);
+        freedoms.is_some_and(|freedoms| freedoms.contains(&MotionKind::Rotation))
+    }
+
     fn read_torque(&mut self, fields: &Fields<'_>) -> Option<LoadKind> {
         if ["on", "from"].iter().any(|key| fields.conflict(self, "joint", key)) {
             return None;
+        }
+        if fields.has("joint") && !fields.has("vector") && self.names_turning_joint(fields) {
+            return self.read_effort(fields, MotionKind::Rotation);
         }
         let (on, from) = if fields.has("joint") {
             let node = fields.get("joint")?;
@@ -156,106 +195,6 @@ impl Reader<'_> {
         Some(LoadKind::Torque { on: on?, from: from?, vector: vector? })
     }
 
-    /// Springs, and dampers as springs without stiffness.
-    fn read_spring(&mut self, word: &str, fields: &Fields<'_>) -> Option<LoadKind> {
-        let ends = self.between(fields);
-        let is_spring = word == "spring";
-        let zero = Some(self.pool.zero());
-        let (stiffness, length) = if is_spring {
-            let stiffness = self.stiffness(fields, Quantity::STIFFNESS);
-            let length = fields.require(self, "length", "write for example `length = \"25 mm\"`");
-            let length = length.and_then(|node| {
-                let what = fields.what("length");
-                let length = self.scalar(node, Quantity::LENGTH, &what, Scope::Motion)?;
-                self.check_free_length(&what, &length);
-                Some(length.expr)
-            });
-            (stiffness, length)
-        } else {
-            (zero, zero)
-        };
-        let damping = if is_spring && !fields.has("damping") {
-            zero
-        } else {
-            self.damping(fields, Quantity::DAMPING)
-        };
-        let [a, b] = ends?;
-        if a.body == b.body {
-            let label = "both points are on one body: their distance never changes";
-            self.without_effect(fields, "between", label, "name points of two bodies");
-        }
-        Some(LoadKind::Spring { a, b, stiffness: stiffness?, length: length?, damping: damping? })
-    }
-
-    fn read_torsion(&mut self, fields: &Fields<'_>) -> Option<LoadKind> {
-        let help = "write `joint = \"A\"` with the name of a revolute joint";
-        let joint = fields.require(self, "joint", help);
-        let joint = joint.and_then(|node| {
-            let joint = self.joint_named(node, fields)?;
-            let rotations = self.names.joints[joint.0].freedoms?.iter();
-            let rotations = rotations.filter(|&&motion| motion == MotionKind::Rotation);
-            if rotations.count() < 2 && !fields.has("of") {
-                return self.freedom_of(joint, "angle", node, fields).map(|idx| (joint, idx));
-            }
-            let (_, idx, _) = self.motion_of(fields, help)?;
-            if self.names.joints[joint.0].freedoms?[idx] != MotionKind::Rotation {
-                self.no_such_motion(joint, "angle", node, fields);
-                return None;
-            }
-            Some((joint, idx))
-        });
-        let stiffness = if fields.has("damping") {
-            if fields.has("stiffness") {
-                self.stiffness(fields, Quantity::TORSION)
-            } else {
-                Some(self.pool.zero())
-            }
-        } else {
-            self.stiffness(fields, Quantity::TORSION)
-        };
-        let angle = self.load_or_zero(fields, "angle", Quantity::ANGLE);
-        let damping = if fields.has("damping") {
-            self.damping(fields, Quantity::TORSION_DAMPING)
-        } else {
-            Some(self.pool.zero())
-        };
-        let (joint, motion_idx) = joint?;
-        Some(LoadKind::Torsion {
-            joint,
-            motion_idx,
-            stiffness: stiffness?,
-            angle: angle?,
-            damping: damping?,
-        })
-    }
-
-    /// Stiffness, which draws back unless it is negative.
-    fn stiffness(&mut self, fields: &Fields<'_>, quantity: Quantity) -> Option<Expr> {
-        let help = format!("write for example `stiffness = \"{}\"`", quantity.example);
-        let node = fields.require(self, "stiffness", &help)?;
-        let what = fields.what("stiffness");
-        let stiffness = self.scalar(node, quantity, &what, Scope::Motion)?;
-        self.check_stiffness(&what, &stiffness, quantity);
-        Some(stiffness.expr)
-    }
-
-    /// Damping, which takes energy out unless it is negative.
-    fn damping(&mut self, fields: &Fields<'_>, quantity: Quantity) -> Option<Expr> {
-        let help = format!("write for example `damping = \"{}\"`", quantity.example);
-        let node = fields.require(self, "damping", &help)?;
-        let damping = self.scalar(node, quantity, &fields.what("damping"), Scope::Motion)?;
-        if let Some(value) = damping.value.map(Constant::look).filter(|value| *value < 0.0) {
-            let unit = quantity.dimension();
-            let message = format!("`damping` of {} is {value} {unit}", fields.owner);
-            self.report(
-                Diagnostic::warning(codes::ADDS_ENERGY, message)
-                    .at(damping.span, "a negative damping adds energy to the motion")
-                    .help(format!("write \"{} {unit}\" if it should take energy out", -value)),
-            );
-        }
-        Some(damping.expr)
-    }
-
     fn body_named(&mut self, node: &Node, key: &str, fields: &Fields<'_>) -> Option<BodyId> {
         Some(self.anchor(node, &fields.what(key), &fields.owner)?.body)
     }
@@ -274,6 +213,36 @@ impl Reader<'_> {
             self.unknown(codes::UNKNOWN_JOINT, message, label, (quoted.text, &names));
         }
         found
+    }
+
+    /// The motion of one sort of a joint that `joint` and `of` name.
+    pub(super) fn motion_of_kind(
+        &mut self,
+        fields: &Fields<'_>,
+        motion: MotionKind,
+    ) -> Option<(JointId, usize)> {
+        let (word, sort) = match motion {
+            MotionKind::Translation => ("position", "slides"),
+            MotionKind::Rotation => ("angle", "turns"),
+        };
+        let help = format!("write `joint = \"A\"` with the name of a joint that {sort}");
+        let node = fields.require(self, "joint", &help)?;
+        let joint = self.joint_named(node, fields)?;
+        let freedoms = self.names.joints[joint.0].freedoms?;
+        let mut same = (0..freedoms.len()).filter(|&idx| freedoms[idx] == motion);
+        if let (Some(idx), None, false) = (same.next(), same.next(), fields.has("of")) {
+            return Some((joint, idx));
+        }
+        if !freedoms.contains(&motion) {
+            self.no_such_motion(joint, word, node, fields);
+            return None;
+        }
+        let (_, idx, _) = self.motion_of(fields, &help)?;
+        if freedoms[idx] != motion {
+            self.no_such_motion(joint, word, node, fields);
+            return None;
+        }
+        Some((joint, idx))
     }
 
     /// The position of a freedom among those of a joint; reports a joint without it. A joint whose

@@ -24,6 +24,7 @@
 //! assert_eq!(reading.model.expect("a model").joints[0].name, "pivot");
 //! ```
 
+mod axes;
 mod between;
 mod bodies;
 mod cams;
@@ -58,6 +59,7 @@ mod sampled;
 mod sections;
 mod solids;
 mod solve;
+mod springs;
 mod stated;
 mod states;
 mod syntax;

@@ -72,6 +72,7 @@ impl Sketch<'_> {
             match joint.kind {
                 JointKind::Revolute
                 | JointKind::Link { .. }
+                | JointKind::Cylinder
                 | JointKind::Spherical
                 | JointKind::Universal { .. }
                 | JointKind::ConstantVelocity

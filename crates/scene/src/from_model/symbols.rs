@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use bksim_model::{Joint, JointKind, LoadKind};
+use bksim_model::{Joint, JointKind, LoadKind, MotionKind};
 
 use super::Sketch;
 use crate::geometry::{
@@ -40,7 +40,7 @@ impl Sketch<'_> {
                 | JointKind::Free
                 | JointKind::ParallelAxes
                 | JointKind::PerpendicularAxes { .. } => &[],
-                JointKind::Link { .. } => &ends[..],
+                JointKind::Link { .. } | JointKind::Cylinder => &ends[..],
                 _ => &ends[1..],
             };
             for &at in pinned {
@@ -166,12 +166,15 @@ impl Sketch<'_> {
     pub(super) fn torsion_springs(&self) -> Vec<Shape> {
         let mut shapes = Vec::new();
         for load in &self.model().loads {
-            let LoadKind::Torsion { joint, stiffness, .. } = load.kind else { continue };
+            let LoadKind::JointSpring { joint, motion_idx, stiffness, .. } = load.kind else {
+                continue;
+            };
+            let joint = &self.model().joints[joint.0];
+            let turns = joint.kind.motions()[motion_idx] == MotionKind::Rotation;
             // A stiffness of zero is a damper in the bearing: it has no symbol.
-            if self.model().pool.is_zero(stiffness) {
+            if !turns || self.model().pool.is_zero(stiffness) {
                 continue;
             }
-            let joint = &self.model().joints[joint.0];
             let at = self.numbers.attached(joint.successor);
             let [inner, outer] = SPIRAL.map(|x| x * self.pin);
             let n = 72;

@@ -44,12 +44,19 @@ impl Sketch<'_> {
     pub(super) fn torques(&self) -> Vec<Shape> {
         let mut shapes = Vec::new();
         for load in &self.model().loads {
-            let LoadKind::Torque { on, from, vector } = &load.kind else { continue };
-            let joint = self.joint_between(*from, *on);
+            let joint = match &load.kind {
+                LoadKind::Torque { on, from, .. } => self.joint_between(*from, *on),
+                LoadKind::Effort { joint, motion_idx, .. } => {
+                    let joint = &self.model().joints[joint.0];
+                    Some(joint).filter(|joint| turns(joint, *motion_idx))
+                }
+                _ => continue,
+            };
             let (body, plane, side) = if let Some(joint) = joint {
                 let (at, plane) = self.holder(joint);
                 (at.body, plane, self.open_side(joint))
             } else {
+                let LoadKind::Torque { on, vector, .. } = &load.kind else { continue };
                 let Some(com) = self.com(on.0) else { continue };
                 let axis = unit3(self.numbers.vector(vector)).unwrap_or([0.0, 0.0, 1.0]);
                 (on.0, self.plane_across(com, axis), FRAC_PI_2)

@@ -104,6 +104,9 @@ fn squared_lengths(model: &Model) -> Vec<Expr> {
             }
         }
         if let JointKind::Link { length } = joint.kind {
+            // Lengths that change with time, as they are at the start.
+            let t_start = pool.float(model.solve.t_start);
+            let length = pool.substitute(length, &[(model.time, t_start)]);
             squares.push(pool.mul(length, length));
         }
     }

@@ -134,7 +134,10 @@ fn bounds(model: &Model, joint: &Joint) -> bool {
             | JointKind::Universal { .. }
             | JointKind::ConstantVelocity
     );
-    can_judge && is_plain(joint.predecessor) && is_plain(joint.successor)
+    can_judge
+        && joint.alignment.is_empty()
+        && is_plain(joint.predecessor)
+        && is_plain(joint.successor)
 }
 
 /// The link as a part.
@@ -257,7 +260,10 @@ pub(super) fn point(model: &Model, anchor: Anchor) -> [f64; 3] {
 
 /// The value of an expression of parameters.
 pub(super) fn value(model: &Model, e: Expr) -> f64 {
-    let of = |symbol| model.parameters.iter().find(|p| p.symbol == symbol).map(|p| p.value);
+    let of = |symbol| match symbol == model.time {
+        true => Some(model.solve.t_start),
+        false => model.parameters.iter().find(|p| p.symbol == symbol).map(|p| p.value),
+    };
     model.pool.evaluate(e, &of).unwrap_or(f64::NAN)
 }
 

@@ -293,9 +293,11 @@ pub(super) fn expressions_of(kind: &LoadKind) -> Vec<Expr> {
     match kind {
         LoadKind::Gravity { acceleration } => acceleration.to_vec(),
         LoadKind::Force { vector, .. } | LoadKind::Torque { vector, .. } => vector.to_vec(),
-        LoadKind::ForceBetween { value, .. } => vec![*value],
+        LoadKind::ForceBetween { value, .. } | LoadKind::Effort { value, .. } => vec![*value],
         LoadKind::Spring { stiffness, length, damping, .. } => vec![*stiffness, *length, *damping],
-        LoadKind::Torsion { stiffness, angle, damping, .. } => vec![*stiffness, *angle, *damping],
+        LoadKind::JointSpring { stiffness, unloaded, damping, .. } => {
+            vec![*stiffness, *unloaded, *damping]
+        }
         LoadKind::Stop { min, max, restitution, .. } => {
             [*min, *max, Some(*restitution)].into_iter().flatten().collect()
         }

@@ -441,10 +441,15 @@ fn complement(free: &[Wrench], axes: &[usize]) -> Vec<Wrench> {
         let norm = dot(w, w).sqrt();
         w.map(|part| part / norm)
     };
+    // Motions that repeat others, as those of a cylinder do, free nothing more.
     let mut basis: Vec<Wrench> = Vec::new();
     for motion in free {
-        basis.push(normed(&freed(*motion, &basis)));
+        let rest = freed(*motion, &basis);
+        if dot(&rest, &rest) > PART * PART * dot(motion, motion) {
+            basis.push(normed(&rest));
+        }
     }
+    let n_free = basis.len();
     // Of the axes, always the one of which the most is left.
     while basis.len() < axes.len() {
         let rests = axes.iter().map(|&axis| {
@@ -461,5 +466,5 @@ fn complement(free: &[Wrench], axes: &[usize]) -> Vec<Wrench> {
         let Some(largest) = largest else { break };
         basis.push(normed(&largest));
     }
-    basis.split_off(free.len())
+    basis.split_off(n_free)
 }

@@ -1,6 +1,6 @@
 //! Loads and drives.
 
-use bksim_model::{Anchor, BodyId, JointId, LoadKind};
+use bksim_model::{Anchor, BodyId, JointId, LoadKind, MotionKind};
 use toml_edit::Item;
 
 use super::texts::{all, words};
@@ -56,14 +56,27 @@ impl Sketch<'_> {
                 let kind = kind(if is_damper { "damper" } else { "spring" });
                 (kind, self.line(*a, *b)?, self.ends(*a, *b))
             }
-            LoadKind::Torsion { joint, .. } => {
+            LoadKind::Effort { joint, motion_idx, .. } if self.turns(*joint, *motion_idx) => {
+                let on = self.model.joints[joint.0].successor.body;
+                (kind("torque"), along(self.centre_of_mass(on), [1.0, 0.0]), Values::new())
+            }
+            LoadKind::JointSpring { joint, motion_idx, .. } if self.turns(*joint, *motion_idx) => {
                 (kind("torsion"), self.at_joint(*joint)?, Values::new())
+            }
+            LoadKind::Effort { .. } | LoadKind::JointSpring { .. } => {
+                let help = "write `between` with the two points in place of `joint`";
+                let owner = format!("load `{name}`");
+                return Err(no_place("`joint` of what slides", &owner).help(help).into());
             }
             LoadKind::Stop { joint, .. } => (kind("stop"), self.at_joint(*joint)?, Values::new()),
             LoadKind::Friction { joint, .. } => {
                 (kind("friction"), self.at_joint(*joint)?, Values::new())
             }
         })
+    }
+
+    fn turns(&self, joint: JointId, motion_idx: usize) -> bool {
+        self.model.joints[joint.0].kind.motions()[motion_idx] == MotionKind::Rotation
     }
 
     fn line(&self, a: Anchor, b: Anchor) -> Result<[Point; 2], Unwritten> {
