@@ -68,6 +68,7 @@ class Revolute(Joint):
 
     axis: Sequence[Value] | None = None
     coordinate: str | None = None
+    second_: Sequence[Value] | None = None
 
 
 @dataclass(slots=True)
@@ -80,6 +81,7 @@ class Prismatic(Joint):
     direction: Value | None = None
     angle: Value | None = None
     coordinate: str | None = None
+    second_: Sequence[Value] | None = None
 
 
 @dataclass(slots=True)
@@ -139,6 +141,7 @@ class Cylindrical(Joint):
 
     axis: Sequence[Value] | None = None
     coordinate: Sequence[str] | None = None
+    second_: Sequence[Value] | None = None
 
 
 @dataclass(slots=True)
@@ -149,6 +152,7 @@ class Planar(Joint):
 
     axis: Sequence[Value] | None = None
     coordinate: Sequence[str] | None = None
+    second_: Sequence[Value] | None = None
 
 
 @dataclass(slots=True)
@@ -160,6 +164,7 @@ class Screw(Joint):
     lead: Value
     axis: Sequence[Value] | None = None
     coordinate: str | None = None
+    second_: Sequence[Value] | None = None
 
 
 @dataclass(slots=True)
@@ -199,6 +204,7 @@ class ParallelAxes(Joint):
 
     axis: Sequence[Value] | None = None
     coordinate: Sequence[str] | None = None
+    second_: Sequence[Value] | None = None
 
 
 @dataclass(slots=True)
@@ -219,6 +225,7 @@ class ConstantVelocity(Joint):
     type: ClassVar[str] = "constant-velocity"
 
     axis: Sequence[Value] | None = None
+    second_: Sequence[Value] | None = None
 
 
 @dataclass(slots=True)
@@ -248,6 +255,31 @@ class LineOnCurve(Joint):
     coordinate: str | None = None
 
 
+@dataclass(slots=True)
+class Distance(Joint):
+    """A rod of a ``length``, which may be a function of time, or a rope between its limits."""
+
+    type: ClassVar[str] = "distance"
+
+    length: Value | None = None
+    min: Value | None = None
+    max: Value | None = None
+    restitution: Value | None = None
+    coordinate: str | None = None
+
+
+@dataclass(slots=True)
+class Cylinder(Joint):
+    """An actuator between the two points, whose length drives, loads and stops act on."""
+
+    type: ClassVar[str] = "cylinder"
+
+    min: Value | None = None
+    max: Value | None = None
+    restitution: Value | None = None
+    coordinate: str | None = None
+
+
 @dataclass(kw_only=True, slots=True)
 class Load:
     """What pulls, pushes or turns."""
@@ -266,7 +298,7 @@ class Gravity(Load):
 
 @dataclass(kw_only=True, slots=True)
 class Force(Load):
-    """``vector`` at the point ``on``, or ``value`` along the line ``between`` two points."""
+    """``vector`` at the point ``on``, or ``value`` along the line ``between`` two points or in a ``joint``."""
 
     type: ClassVar[str] = "force"
 
@@ -274,29 +306,34 @@ class Force(Load):
     vector: Sequence[Value] | None = None
     axes: str | None = None
     between: Sequence[str] | None = None
+    joint: str | None = None
+    of: str | None = None
     value: Value | None = None
 
 
 @dataclass(kw_only=True, slots=True)
 class Torque(Load):
-    """``value`` about z, or ``vector``, ``on`` a body ``from_`` another, or at a ``joint``."""
+    """``value`` about z, or ``vector``, ``on`` a body ``from_`` another; at a ``joint``, ``value`` about its axis."""
 
     type: ClassVar[str] = "torque"
 
     on: str | None = None
     from_: str | None = None
     joint: str | None = None
+    of: str | None = None
     value: Value | None = None
     vector: Sequence[Value] | None = None
 
 
 @dataclass(kw_only=True, slots=True)
 class Spring(Load):
-    """Between two points, with the unloaded ``length``."""
+    """Between two points or in a ``joint`` that slides, with the unloaded ``length``."""
 
     type: ClassVar[str] = "spring"
 
-    between: Sequence[str]
+    between: Sequence[str] | None = None
+    joint: str | None = None
+    of: str | None = None
     stiffness: Value
     length: Value
     damping: Value | None = None
@@ -304,11 +341,13 @@ class Spring(Load):
 
 @dataclass(kw_only=True, slots=True)
 class Damper(Load):
-    """Between two points."""
+    """Between two points or in a ``joint`` that slides."""
 
     type: ClassVar[str] = "damper"
 
-    between: Sequence[str]
+    between: Sequence[str] | None = None
+    joint: str | None = None
+    of: str | None = None
     damping: Value
 
 
@@ -319,6 +358,7 @@ class Torsion(Load):
     type: ClassVar[str] = "torsion"
 
     joint: str
+    of: str | None = None
     stiffness: Value | None = None
     damping: Value | None = None
     angle: Value | None = None
@@ -383,6 +423,8 @@ JOINTS: tuple[type[Joint], ...] = (
     ConstantVelocity,
     PointOnCurve,
     LineOnCurve,
+    Distance,
+    Cylinder,
 )
 LOADS: tuple[type[Load], ...] = (
     Gravity,
