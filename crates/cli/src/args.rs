@@ -279,7 +279,8 @@ pub enum Formulation {
 pub struct Export {
     /// The log.
     pub log: PathBuf,
-    /// Channels: `state.A_angle`, a whole topic `energy`, or a pattern `reactions.*`. All if none.
+    /// Channels: `state.A_angle`, a whole topic `energy`, a pattern `reactions.*`, or what the model can name, as
+    /// `rod.B.x`. All of the log if none.
     pub channels: Vec<String>,
     /// The table; its ending chooses the format (.csv, .parquet). Standard output, as CSV, if none.
     #[arg(short, long, value_name = "FILE")]

@@ -48,3 +48,76 @@ fn what_is_no_choice_of_channels_is_refused() {
     let said = text(&output.stderr);
     assert!(said.contains("all") && said.contains("own"), "{said}");
 }
+
+/// A pendulum in space whose axis is tilted in the ground, its centre of mass off the joint's plane.
+const PENDULUM: &str = "\
+[ground]
+points = { O = { at = [0, 0, 0], rpy = [\"30 deg\", 0, 0] } }
+[bodies.rod]
+mass = 2
+inertia = [0.2, 0.1, 0.15]
+com = [0.5, 0, 0.1]
+points = { tip = [1, 0, 0.2] }
+[joints.A]
+type = \"revolute\"
+between = [\"ground.O\", \"rod\"]
+[loads.gravity]
+type = \"gravity\"
+acceleration = [0, \"-9.81 m/s^2\", 0]
+[initial]
+A = { angle = 0.3, rate = 1 }
+[solve]
+t_end = 1
+every = 0.25
+";
+
+#[test]
+fn what_the_model_can_name_is_exported() {
+    let place = Scratch::new();
+    place.write("model.toml", PENDULUM);
+    let run = |arguments: &str| {
+        let output = place.run(arguments);
+        assert!(output.status.success(), "{arguments}: {}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    run("solve model.toml -o run.mcap");
+    let names = [
+        "state.A_angle",
+        "rod.vx",
+        "rod.px",
+        "rod.tip.z",
+        "rod.az",
+        "reactions.A.fy",
+        "reactions.A.fz",
+        "reactions.A.fy_joint",
+        "reactions.A.mz_joint",
+    ];
+    let table = run(&format!("export run.mcap {}", names.join(" ")));
+    let mut lines = table.lines();
+    assert_eq!(lines.next(), Some(&*format!("t,{}", names.join(","))));
+    let mut n_rows = 0;
+    for line in lines {
+        let numbers: Vec<f64> =
+            line.split(',').map(|cell| cell.parse().expect("a number")).collect();
+        let [_, angle, vx, px, tip_z, az, fy, fz, fy_joint, mz_joint] = numbers[..] else {
+            panic!("{line}")
+        };
+        let near =
+            |a: f64, b: f64| assert!((a - b).abs() < 1e-9 * (1.0 + b.abs()), "{line}: {a} for {b}");
+        near(px, 2.0 * vx);
+        // Rx(30°) of (cos A, sin A, 0.2).
+        let (sin, cos) = 30_f64.to_radians().sin_cos();
+        near(tip_z, sin * angle.sin() + cos * 0.2);
+        near(fz, 2.0 * az);
+        near(fy_joint, cos * fy + sin * fz);
+        near(mz_joint, 0.0);
+        n_rows += 1;
+    }
+    assert_eq!(n_rows, 5);
+
+    // What nothing is called is misspelt.
+    let output = place.run("export run.mcap rod.px rod.tpi.x");
+    assert_eq!(output.status.code(), Some(2));
+    let said = text(&output.stderr);
+    assert!(said.contains("no channel matches `rod.tpi.x`"), "{said}");
+}

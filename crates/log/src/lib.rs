@@ -67,7 +67,8 @@ pub use header::{
     EndStatus, Field, Header, Level, NotUnique, Note, Outcome, Quantity, Segment, Topic, TopicId,
 };
 pub use read::{
-    Contents, ForeignTopic, Log, LogReader, Record, Request, Series, Survey, TopicCount,
+    Contents, ForeignTopic, Log, LogReader, Make, Making, Record, Request, Series, Survey,
+    TopicCount,
 };
 pub use select::{Column, Selection};
 pub use topics::{LOG_TOPIC, MOTION_TOPIC};

@@ -1,5 +1,6 @@
 //! Reading a log: record by record, or whole.
 
+mod making;
 mod prologue;
 mod survey;
 
@@ -14,6 +15,8 @@ use crate::{
     schema::{T_NUMBER, motion_number},
     wire::{self, Fields, Malformed, Value},
 };
+use making::Made;
+pub use making::{Make, Making};
 use prologue::Prologue;
 pub use survey::{Contents, ForeignTopic, Survey, TopicCount};
 
@@ -66,6 +69,7 @@ pub struct LogReader<R> {
     segment: Segment,
     checkpoint: Option<Saved<Vec<u8>>>,
     end: Option<EndStatus>,
+    made: Option<Made>,
 }
 
 /// The last checkpoint so far.
@@ -177,11 +181,22 @@ impl<R: Read> LogReader<R> {
     #[must_use]
     pub fn only(mut self, request: &Request) -> LogReader<R> {
         self.decoders.retain(|_, decoder| match decoder {
-            Decoder::Sample { topic, .. } => request.topics.contains(topic),
+            Decoder::Sample { topic, .. } => {
+                let is_needed = |made: &Made| made.needs(*topic, &request.topics);
+                request.topics.contains(topic) || self.made.as_ref().is_some_and(is_needed)
+            }
             Decoder::Note => request.notes,
             Decoder::Segment => request.motion,
             Decoder::Foreign => false,
         });
+        self
+    }
+
+    /// The same reader with more topics in its header, whose samples it makes from those of the log and gives after
+    /// them.
+    #[must_use]
+    pub fn making(mut self, making: Making) -> LogReader<R> {
+        self.made = Some(Made::new(making, &mut self.header));
         self
     }
 
@@ -191,6 +206,9 @@ impl<R: Read> LogReader<R> {
     /// [`LogError::Damaged`], [`LogError::TooLarge`] and [`LogError::Io`]. Records returned before had
     /// the right checksum.
     pub fn next_record(&mut self) -> Result<Option<Record<'_>>, LogError> {
+        if self.made.as_ref().is_some_and(Made::is_pending) {
+            return Ok(self.made.as_mut().and_then(Made::next));
+        }
         while let Some((opcode, body)) = self.frames.next()? {
             match opcode {
                 op::METADATA => {
@@ -227,6 +245,7 @@ impl<R: Read> LogReader<R> {
                         Some(Decoder::Sample { topic, t_number, numbers }) => {
                             let topic = *topic;
                             let t = decode_sample(message, *t_number, numbers, &mut self.values)?;
+                            self.made.iter_mut().for_each(|made| made.take(topic, t, &self.values));
                             return Ok(Some(Record::Sample { topic, t, values: &self.values }));
                         }
                     }

@@ -8,7 +8,7 @@ use bksim::log::Field;
 use bksim::mbs::equations::page::{Page, Style, Subject};
 use bksim::mbs::equations::{Equations, Notation, ReadingForm, proof};
 use bksim::mbs::quantity::Quantity;
-use bksim::model::Measure;
+use bksim::model::JointId;
 use bksim::model::diagnostic::Diagnostic;
 use bksim::model::file::{Limits, Recording};
 use bksim::options::{JITS, choice};
@@ -16,8 +16,8 @@ use bksim::record::Channels;
 use bksim::sim::compiled::CompiledSystem;
 use bksim::sim::fault::{diagnose_guesses, diagnose_mobility};
 use bksim::sim::input::find_inputs;
-use bksim::sim::measure::Measures;
 use bksim::sim::mobility::mobility;
+use bksim::sim::observable::{Observable, Observables};
 use bksim::sim::start::Start;
 use bksim::{Mechanism, Rejected, Simulation};
 use bksim_load::{Loaded, Request, Text, json_all, load, parse, parse_recorded};
@@ -326,10 +326,11 @@ impl Engine {
     /// The unit of a measure such as `rod.B.x`; none when nothing has this name.
     fn measure_unit(&self, name: &str) -> Option<&'static str> {
         let mechanism = self.mechanism();
-        Measure::named(&mechanism.model, name).map(|measure| measure.unit(&mechanism.model))
+        Observable::named(&mechanism.model, name).map(|named| named.unit(&mechanism.model))
     }
 
-    /// Measures along states: `q`, `v` and `a` have a row per coordinate, the result one per name.
+    /// Quantities along states: `q`, `v` and `a` have a row per coordinate, `reactions` six per joint, the result one
+    /// per name.
     fn measured<'py>(
         &self,
         py: Python<'py>,
@@ -337,23 +338,30 @@ impl Engine {
         q: PyReadonlyArray2<'py, f64>,
         v: PyReadonlyArray2<'py, f64>,
         a: PyReadonlyArray2<'py, f64>,
+        reactions: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let states = [q.as_array(), v.as_array(), a.as_array()];
+        let reactions = reactions.as_array();
         let values = guard(py, || {
             let mechanism = self.mechanism();
             let Mechanism { model, system, parameters, .. } = &mechanism;
             let found = |name: &String| {
-                Measure::named(model, name)
+                Observable::named(model, name)
                     .ok_or_else(|| Fault::Name(format!("nothing is called `{name}`")))
             };
-            let measures = names.iter().map(found).collect::<Result<Vec<_>, _>>()?;
-            let mut measures = Measures::compile(model, system, &measures, parameters)
+            let named = names.iter().map(found).collect::<Result<Vec<_>, _>>()?;
+            let mut observables = Observables::compile(model, system, &named, parameters)
                 .map_err(|e| Fault::Value(e.to_string()))?;
             let n_samples = states[0].ncols();
             let mut values = vec![0.0; n_samples * names.len()];
             for (k, out) in values.chunks_exact_mut(names.len().max(1)).enumerate() {
                 let state = states.map(|part| part.column(k).to_vec());
-                measures.at(state.each_ref().map(Vec::as_slice), out);
+                let reaction = |joint: JointId| {
+                    std::array::from_fn(|i| {
+                        reactions.get([6 * joint.0 + i, k]).copied().unwrap_or(f64::NAN)
+                    })
+                };
+                observables.at(state.each_ref().map(Vec::as_slice), &reaction, out);
             }
             Ok(transposed(&values, names.len()))
         })?;

@@ -102,3 +102,30 @@ def test_a_body_that_turns_by_a_quaternion(tmp_path: Path) -> None:
     assert np.abs(sol.lam).max() < 1e-9
     residual = f.residual(sol.t, sol.q.T, sol.v.T, sol.a.T, sol.lam.T)
     assert np.abs(residual).max() < 1e-9
+
+
+def test_reactions_in_the_axes_of_a_joint() -> None:
+    m = bksim.loads(
+        """
+        [ground]
+        points = { O = { at = [0, 0, 0], rpy = ["30 deg", 0, 0] } }
+        [bodies.rod]
+        mass = 2
+        inertia = [0.2, 0.1, 0.15]
+        com = [0.5, 0, 0.1]
+        [joints.A]
+        type = "revolute"
+        between = ["ground.O", "rod"]
+        [loads.gravity]
+        type = "gravity"
+        acceleration = [0, "-9.81 m/s^2", 0]
+        [solve]
+        t_end = 1
+        """
+    )
+    sol = m.solve(progress=False)
+    c, s = np.cos(np.pi / 6), np.sin(np.pi / 6)
+    expected = c * sol["reactions.A.fy"] + s * sol["reactions.A.fz"]
+    assert np.allclose(sol["reactions.A.fy_joint"], expected, atol=1e-12)
+    assert np.allclose(sol["reactions.A.mz_joint"], 0, atol=1e-12)
+    assert sol.unit("reactions.A.mz_joint") == "N m"

@@ -3,6 +3,7 @@
 
 pub mod channels;
 pub mod describe;
+pub mod measured;
 pub mod overview;
 pub mod playback;
 pub mod player;

@@ -18,6 +18,7 @@ mod mechanism;
 pub mod mobility;
 mod modes;
 mod multiplier;
+pub mod observable;
 pub mod pose;
 mod pressing;
 pub mod redundancy;

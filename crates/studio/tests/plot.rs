@@ -246,3 +246,20 @@ fn a_log_that_was_cut_tells_which_reactions_are_not_unique() {
     let svg = fs::read_to_string(place.path().join("cut.svg")).expect("a picture");
     assert!(svg.contains("(not unique)"), "{svg}");
 }
+
+/// Velocities, momenta and the path of a centre of mass are no channels of the log.
+#[test]
+fn what_the_model_can_name_is_drawn() {
+    let place = solved("slider-crank", "");
+    let object = json(&place, "plot slider-crank.mcap rod.vx rod.px");
+    let curves = |panel: usize| object["panels"][panel]["curves"][0].clone();
+    assert_eq!(
+        (&curves(0)["channel"], &curves(1)["channel"]),
+        (&"rod.vx".into(), &"rod.px".into())
+    );
+    let drawn = json(&place, "plot slider-crank.mcap rod.y --x rod.x -o path.svg");
+    assert_eq!(drawn["panels"][0]["curves"][0]["channel"], "rod.y");
+    let (status, said) = refused(&place, "plot slider-crank.mcap rod.why");
+    assert_eq!(status, 2);
+    assert!(said.contains("no channel matches `rod.why`"), "{said}");
+}

@@ -11,8 +11,8 @@ use super::view::seconds;
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Plot {
-    /// Logs, and channels of them: `state.A_angle`, a whole topic `energy`, or a pattern
-    /// `reactions.*.fx`. An overview if there are no channels.
+    /// Logs, and channels of them: `state.A_angle`, a whole topic `energy`, a pattern
+    /// `reactions.*.fx`, or what the model can name, as `rod.B.x`. An overview if there are no channels.
     #[arg(required = true, value_name = "LOG|CHANNEL")]
     pub what: Vec<String>,
     /// Draw over this channel in place of the time.

@@ -14,6 +14,7 @@ use crate::origin::{has_columns, is_of_model};
 use crate::output;
 use crate::output_file::{OutputFile, Written};
 use crate::render;
+use crate::source::logged::measured;
 
 /// A log that is open.
 pub type OpenLog = LogReader<BufReader<File>>;
@@ -43,7 +44,10 @@ pub(crate) fn run(args: &Export, as_json: bool) -> Result<Status, Failure> {
 /// The log, and the channels of it that are asked for.
 fn open(args: &Export) -> Result<(OpenLog, Selection), Failure> {
     let file = File::open(&args.log).map_err(|e| Failure::reading(&args.log, &e))?;
-    let log = LogReader::open(BufReader::new(file)).map_err(|e| bad_log(&args.log, &e))?;
+    let mut log = LogReader::open(BufReader::new(file)).map_err(|e| bad_log(&args.log, &e))?;
+    if let Some(measured) = measured(&args.log, log.header(), &args.channels, "exported")? {
+        log = log.making(measured.making());
+    }
     let selection = if args.channels.is_empty() {
         Selection::all(log.header())
     } else {

@@ -4,8 +4,12 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
-use bksim::log::LogReader;
-use bksim::playback::{Playback, PlaybackError};
+use bksim::Mechanism;
+use bksim::log::{Header, LogReader, Selection};
+use bksim::measured::Measured;
+use bksim::playback::{Playback, PlaybackError, RunLog};
+use bksim::record::INPUTS;
+use bksim::sim::observable::Observable;
 
 use crate::exit::Failure;
 
@@ -18,6 +22,48 @@ pub fn is_log(path: &Path) -> bool {
     let read = File::open(path).and_then(|mut file| file.read_exact(&mut first));
     let is_named = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"));
     is_named || read.is_ok() && first == MCAP
+}
+
+/// The mechanism of a log, for what its samples do not say.
+///
+/// # Errors
+/// A log that cannot be read, or whose model this version refuses.
+pub fn mechanism(path: &Path, cannot: &str) -> Result<Mechanism, Failure> {
+    let bad = |error: &dyn std::fmt::Display| unplayable(path, cannot, error);
+    let file = File::open(path).map_err(|e| Failure::reading(path, &e))?;
+    let log = LogReader::open(BufReader::new(file)).map_err(|e| bad(&e))?;
+    let has_inputs = log.header().topics.iter().any(|topic| topic.name == INPUTS);
+    let log = if has_inputs {
+        RunLog::read(log).map_err(|e| bad(&e))?
+    } else {
+        RunLog::unlogged(log.header().clone(), Vec::new())
+    };
+    log.mechanism().map_err(|e| bad(&e))
+}
+
+/// The quantities among `channels` that a log does not have as channels, to be computed from it; `None` where it has
+/// all of them, or where the model has nothing of these names either.
+///
+/// # Errors
+/// As [`mechanism`], and a log without the samples that they are computed from.
+pub fn measured(
+    path: &Path,
+    header: &Header,
+    channels: &[String],
+    cannot: &str,
+) -> Result<Option<Measured>, Failure> {
+    let is_missing = |name: &&String| Selection::new(header, [name]).is_err();
+    let mut missing: Vec<String> = channels.iter().filter(is_missing).cloned().collect();
+    if missing.is_empty() {
+        return Ok(None);
+    }
+    let mechanism = mechanism(path, cannot)?;
+    // What nothing is called is misspelt, and may be close to a channel.
+    missing.retain(|name| Observable::named(&mechanism.model, name).is_some());
+    missing.dedup();
+    let measured = || Measured::new(&mechanism, header, &missing);
+    let measured = (!missing.is_empty()).then(measured).transpose();
+    measured.map_err(|error| unplayable(path, cannot, &error))
 }
 
 /// Opens a log; `cannot` says in a word what comes to nothing when it has no motion.

@@ -132,6 +132,7 @@ impl Prologue {
             segment: Segment::default(),
             checkpoint: None,
             end: None,
+            made: None,
         })
     }
 }

@@ -176,7 +176,8 @@ class Samples:
         """A quantity by name, (n,).
 
         A quantity of the table (``energy.total``, or ``theta`` for ``state.theta``), or anything that
-        the expressions of a model file may name: ``A.angle``, ``rod.x``, ``rod.B.vy``, ``crank.angle``.
+        the expressions of a model file may name: ``A.angle``, ``rod.x``, ``rod.B.vy``, ``crank.angle``; also
+        reactions in the axes of their joint's first point, ``reactions.A.fx_joint``.
         """
         if not isinstance(name, str):
             raise TypeError(f"{name!r} is no name: quantities have names, as in solution.names")
@@ -192,7 +193,9 @@ class Samples:
             state = [k for k, known in enumerate(names) if known.startswith("state.")]
             second = [k for k, known in enumerate(names) if known.startswith("acceleration.")]
             nq = len(state) // 2
-            motion = (self._table[rows] for rows in (state[:nq], state[nq:], second))
+            reactions = [k for k, known in enumerate(names) if known.startswith("reactions.")]
+            parts = (state[:nq], state[nq:], second, reactions)
+            motion = (self._table[rows] for rows in parts)
             self._measured[name] = self._engine.measured([name], *motion)[0]
         return self._at(self._measured[name])
 

@@ -40,8 +40,11 @@ pub(crate) fn run(args: &Plot, as_json: bool) -> Result<Status, Failure> {
         ));
     }
     let mut runs = Vec::new();
+    let named: Vec<String> = patterns.iter().chain(&args.x).cloned().collect();
     for path in &paths {
-        runs.push(Run::open(path).map_err(|e| bad_log(path, &e))?);
+        let mut run = Run::open(path).map_err(|e| bad_log(path, &e))?;
+        run.measure(&named)?;
+        runs.push(run);
     }
     let model_name = runs[0].header.model_name.clone();
     let picture = args.output.as_deref().map(|path| {

@@ -10,10 +10,14 @@ use std::path::{Path, PathBuf};
 
 use bksim::log::export::rows;
 use bksim::log::{Header, LogError, LogReader, NotUnique, Record, Selection};
+use bksim::measured::Measured;
 use bksim::playback::RunLog;
 use bksim::record::{Channels, INPUTS, Signal};
 use bksim::sim::run::{Replay, Sample, Segment};
 use bksim_plot::{Envelope, Point, Trace};
+
+use bksim_cli::exit::Failure;
+use bksim_cli::source::logged::measured;
 
 use super::choose::Quantity;
 
@@ -36,6 +40,8 @@ pub(super) struct Run {
     pub(super) coarse_because: Option<String>,
     /// From when on which channels are not unique, in the order of the run.
     not_unique: Vec<NotUnique>,
+    /// Quantities that are computed from its samples.
+    measured: Option<Measured>,
 }
 
 /// Values of a quantity along a run.
@@ -84,6 +90,29 @@ impl Run {
             is_complete: false,
             coarse_because: None,
             not_unique: Vec::new(),
+            measured: None,
+        })
+    }
+
+    /// Adds the quantities of these names that the log does not have as channels.
+    ///
+    /// # Errors
+    /// As [`measured`].
+    pub(super) fn measure(&mut self, names: &[String]) -> Result<(), Failure> {
+        self.measured = measured(&self.path, &self.header, names, "drawn")?;
+        if self.measured.is_some() {
+            let log = self.samples().map_err(|e| super::bad_log(&self.path, &e))?;
+            self.header = log.header().clone();
+        }
+        Ok(())
+    }
+
+    /// The log from its beginning, with the quantities that are computed from it.
+    fn samples(&self) -> Result<LogReader<BufReader<File>>, LogError> {
+        let log = open(&self.path)?;
+        Ok(match &self.measured {
+            Some(measured) => log.making(measured.making()),
+            None => log,
         })
     }
 
@@ -152,7 +181,7 @@ impl Run {
 
         // One pass over the samples.
         let mut span: Option<[f64; 2]> = None;
-        let exported = rows(open(&self.path)?, &selection, |t, cells| {
+        let exported = rows(self.samples()?, &selection, |t, cells| {
             if t < wish.span[0] || t > wish.span[1] {
                 return Ok(());
             }
