@@ -5,7 +5,9 @@ use bksim_expr::Expr;
 use bksim_mbs::coordinate::CoordinateKind;
 use bksim_mbs::quantity::rate_unit;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::{Axis, BodyId, JointId, Measure, Model, MotionKind, PointId, Space};
+use bksim_model::{
+    Axis, BodyId, JointId, Measure, Model, MotionKind, PointId, Space, motion_words,
+};
 
 /// One number of a pose with its derivatives by time.
 #[derive(Clone, Debug)]
@@ -37,18 +39,12 @@ pub(crate) fn pose_quantities(model: &Model, system: &SymbolicSystem) -> Vec<Pos
     for (joint_idx, joint) in model.joints.iter().enumerate() {
         let motions = joint.kind.motions();
         for (motion_idx, motion) in motions.iter().enumerate() {
-            let is_second = motion_idx > 0;
-            let (words, unit) = match motion {
-                MotionKind::Rotation if is_second => {
-                    (["angle", "rate", "angular_acceleration"], "rad")
-                }
-                MotionKind::Rotation => (["angle", "rate", "acceleration"], "rad"),
-                MotionKind::Translation => (["position", "velocity", "acceleration"], "m"),
+            let unit = match motion {
+                MotionKind::Rotation => "rad",
+                MotionKind::Translation => "m",
             };
-            // Several motions of one kind are told apart by their numbers.
-            let same = motions[..motion_idx].iter().filter(|other| *other == motion).count();
-            let suffix = if same > 0 { format!("{}", same + 1) } else { String::new() };
-            let names = words.map(|word| format!("{}.{word}{suffix}", joint.name));
+            let words = motion_words(motions, motion_idx);
+            let names = words.map(|word| format!("{}.{word}", joint.name));
             let value =
                 kinematics.measure(model, Measure::JointPosition(JointId(joint_idx), motion_idx));
             all.push(PoseQuantity { names, unit, value });

@@ -113,7 +113,7 @@ pub fn free_motion_names(space: Space) -> &'static [&'static str] {
 pub fn joint_coordinate_name(joint: &Joint, motions: &[Motion], motion_idx: usize) -> String {
     joint.coordinate_names.get(motion_idx).cloned().unwrap_or_else(|| {
         let kinds: Vec<MotionKind> = motions.iter().map(|motion| motion.kind).collect();
-        let [word, _] = motion_words(&kinds, motion_idx);
+        let [word, ..] = motion_words(&kinds, motion_idx);
         format!("{}_{word}", joint.name)
     })
 }

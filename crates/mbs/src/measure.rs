@@ -33,6 +33,10 @@ impl Kinematics {
                 let position = self.measure(model, Measure::JointPosition(joint, motion_idx));
                 self.rate(model, position)
             }
+            Measure::JointAcceleration(joint, motion_idx) => {
+                let velocity = self.measure(model, Measure::JointVelocity(joint, motion_idx));
+                self.second_rate(model, velocity)
+            }
             Measure::PointVelocity(body, point, axis) => {
                 let position = self.measure(model, Measure::PointPosition(body, point, axis));
                 self.rate(model, position)

@@ -225,21 +225,35 @@ impl JointKind {
     }
 }
 
-/// The words of a motion among all of its joint, for its value and its rate: `angle` and `rate`,
-/// `position` and `velocity`, with a number where the joint has several of one sort.
-pub fn motion_words(motions: &[MotionKind], motion_idx: usize) -> [&'static str; 2] {
-    const TURNS: [[&str; 2]; 4] =
-        [["angle", "rate"], ["angle1", "rate1"], ["angle2", "rate2"], ["angle3", "rate3"]];
-    const SLIDES: [[&str; 2]; 4] = [
-        ["position", "velocity"],
-        ["position1", "velocity1"],
-        ["position2", "velocity2"],
-        ["position3", "velocity3"],
+/// The words of a motion among all of its joint, for its value, its rate and its acceleration: `angle`, `rate`,
+/// `acceleration`, or `position`, `velocity`, `acceleration`; with a number where the joint has several of one sort, and
+/// `angular_acceleration` where it has both sorts.
+pub fn motion_words(motions: &[MotionKind], motion_idx: usize) -> [&'static str; 3] {
+    const TURNS: [[&str; 3]; 4] = [
+        ["angle", "rate", "acceleration"],
+        ["angle1", "rate1", "acceleration1"],
+        ["angle2", "rate2", "acceleration2"],
+        ["angle3", "rate3", "acceleration3"],
+    ];
+    const TURNS_BESIDE_SLIDES: [[&str; 3]; 4] = [
+        ["angle", "rate", "angular_acceleration"],
+        ["angle1", "rate1", "angular_acceleration1"],
+        ["angle2", "rate2", "angular_acceleration2"],
+        ["angle3", "rate3", "angular_acceleration3"],
+    ];
+    const SLIDES: [[&str; 3]; 4] = [
+        ["position", "velocity", "acceleration"],
+        ["position1", "velocity1", "acceleration1"],
+        ["position2", "velocity2", "acceleration2"],
+        ["position3", "velocity3", "acceleration3"],
     ];
     let kind = motions[motion_idx];
     let n_same = |of: &[MotionKind]| of.iter().filter(|&&other| other == kind).count();
     let number = if n_same(motions) == 1 { 0 } else { n_same(&motions[..=motion_idx]) };
     match kind {
+        MotionKind::Rotation if motions.contains(&MotionKind::Translation) => {
+            TURNS_BESIDE_SLIDES[number]
+        }
         MotionKind::Rotation => TURNS[number],
         MotionKind::Translation => SLIDES[number],
     }

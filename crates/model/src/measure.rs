@@ -33,6 +33,8 @@ pub enum Measure {
     JointPosition(JointId, usize),
     /// Its rate.
     JointVelocity(JointId, usize),
+    /// Its second rate, in results.
+    JointAcceleration(JointId, usize),
     /// World coordinate of a body's point, m; `None` is the centre of mass.
     PointPosition(BodyId, Option<PointId>, Axis),
     /// Its rate.
@@ -74,7 +76,12 @@ pub enum Measure {
 impl Measure {
     /// Whether it depends on accelerations, so that no load can use it.
     pub fn is_acceleration(self) -> bool {
-        matches!(self, Self::AngularAcceleration(..) | Self::PointAcceleration(..))
+        matches!(
+            self,
+            Self::JointAcceleration(..)
+                | Self::AngularAcceleration(..)
+                | Self::PointAcceleration(..)
+        )
     }
 
     /// Whether it depends on velocities.
@@ -89,6 +96,7 @@ impl Measure {
             | Self::Quaternion(..)
             | Self::DirectionCosine(..) => false,
             Self::JointVelocity(..)
+            | Self::JointAcceleration(..)
             | Self::PointVelocity(..)
             | Self::BodyRate(_)
             | Self::CardanRate(..)

@@ -113,6 +113,7 @@ impl Measure {
         match self {
             Self::JointPosition(joint, idx) if turns(joint, idx) => "rad",
             Self::JointVelocity(joint, idx) if turns(joint, idx) => "rad/s",
+            Self::JointAcceleration(joint, idx) if turns(joint, idx) => "rad/s^2",
             Self::JointPosition(..) | Self::PointPosition(..) => "m",
             Self::JointVelocity(..) | Self::PointVelocity(..) => "m/s",
             Self::BodyAngle(_)
@@ -123,7 +124,7 @@ impl Measure {
             // The unit of a state is that of its start: see `Initial::unit`.
             Self::Quaternion(..) | Self::DirectionCosine(..) | Self::State(_) => "",
             Self::AngularAcceleration(..) => "rad/s^2",
-            Self::PointAcceleration(..) => "m/s^2",
+            Self::JointAcceleration(..) | Self::PointAcceleration(..) => "m/s^2",
             Self::Momentum(..) => "kg m/s",
             Self::AngularMomentum(..) => "kg m^2/s",
         }
@@ -147,7 +148,8 @@ fn of_joint(model: &Model, owner: &str, word: &str) -> Option<Measure> {
         let joint = JointId(joint);
         match motion_words(motions, idx).iter().position(|known| *known == word)? {
             0 => Some(Measure::JointPosition(joint, idx)),
-            _ => Some(Measure::JointVelocity(joint, idx)),
+            1 => Some(Measure::JointVelocity(joint, idx)),
+            _ => Some(Measure::JointAcceleration(joint, idx)),
         }
     })
 }

@@ -160,7 +160,8 @@ impl Reader<'_> {
     fn joint_rows(&self, joint: JointId) -> Option<Vec<Row>> {
         let freedoms = self.names.joints[joint.0].freedoms?;
         let rows = freedoms.iter().enumerate().flat_map(|(idx, freedom)| {
-            let ([value, rate], quantities) = (motion_words(freedoms, idx), quantities(*freedom));
+            let ([value, rate, _], quantities) =
+                (motion_words(freedoms, idx), quantities(*freedom));
             [
                 (value, Measure::JointPosition(joint, idx), quantities[0]),
                 (rate, Measure::JointVelocity(joint, idx), quantities[1]),

@@ -300,8 +300,12 @@ impl Reader<'_> {
         let mut taken: Vec<(JointId, usize, Span)> = Vec::new();
         for (name, span, table) in self.own_tables(root, "drive") {
             self.usable_name(name, &span, "drive");
-            let keys = &["joint", "motion", "of"];
+            let keys = &["joint", "motion", "of", "between"];
             let fields = Fields::open(self, table, format!("drive `{name}`"), span.clone(), keys);
+            if let Some(entry) = fields.entry("between") {
+                self.drive_of_points(name, &fields, entry.key_span.clone());
+                continue;
+            }
             let help = "write `joint = \"A\"` with the name of the driven joint";
             let target = self.motion_of(&fields, help);
             // A motion follows one drive only.
@@ -350,6 +354,17 @@ impl Reader<'_> {
             });
         }
         drives
+    }
+
+    /// Reports a drive between two points, which need a joint to be driven.
+    fn drive_of_points(&mut self, name: &str, fields: &Fields<'_>, span: Span) {
+        let message = format!("{} is `between` points, and drives move joints", fields.owner);
+        let help = format!(
+            "add `[joints.{name}]` with `type = \"cylinder\"` and this `between`, and drive it with `joint = \"{name}\"`"
+        );
+        self.report(
+            Diagnostic::error(codes::UNKNOWN_KEY, message).at(span, "of a joint").help(help),
+        );
     }
 
     /// The one motion of a joint that `joint` and `of` name, and the position of the joint's name.

@@ -107,7 +107,10 @@ impl Reader<'_> {
             names.extend(self.local.iter().map(|(name, _)| name.clone()));
             (0, names)
         } else if let Some(Some(freedoms)) = joint {
-            let words = (0..freedoms.len()).flat_map(|idx| motion_words(freedoms, idx));
+            let words = (0..freedoms.len()).flat_map(|idx| {
+                let [value, rate, _] = motion_words(freedoms, idx);
+                [value, rate]
+            });
             (1, words.map(str::to_owned).collect())
         } else if let Some(body) = body {
             let points = self.names.bodies[body.0].points.clone();

@@ -48,7 +48,7 @@ pub(super) fn quantity_of(measure: Measure) -> Quantity {
         Measure::Quaternion(..) | Measure::DirectionCosine(..) | Measure::State(_) => {
             Quantity::NUMBER
         }
-        Measure::PointAcceleration(..) => Quantity::ACCELERATION,
+        Measure::JointAcceleration(..) | Measure::PointAcceleration(..) => Quantity::ACCELERATION,
         Measure::AngularAcceleration(..) => Quantity::ANGULAR_ACCELERATION,
         Measure::Momentum(..) => Quantity::MOMENTUM,
         Measure::AngularMomentum(..) => Quantity::ANGULAR_MOMENTUM,
@@ -170,7 +170,9 @@ impl Names {
         if let ([word], Some(joint)) = (parts, self.joint(owner)) {
             let freedoms = self.joints[joint.0].freedoms?;
             return freedoms.iter().enumerate().find_map(|(idx, freedom)| {
-                let at = motion_words(freedoms, idx).iter().position(|known| known == word)?;
+                // Accelerations are of results alone.
+                let words = &motion_words(freedoms, idx)[..2];
+                let at = words.iter().position(|known| known == word)?;
                 let measure =
                     [Measure::JointPosition(joint, idx), Measure::JointVelocity(joint, idx)];
                 Some((measure[at], quantities(*freedom)[at]))

@@ -1,5 +1,6 @@
 //! Springs, dampers, cylinders, ropes and massless links.
 
+use bksim_expr::Expr;
 use bksim_model::{Anchor, JointId, JointKind, Load, LoadKind, MotionKind};
 
 use super::Sketch;
@@ -26,6 +27,11 @@ impl Sketch<'_> {
         for (joint_idx, joint) in self.model().joints.iter().enumerate() {
             let ends = [joint.predecessor, joint.successor];
             match joint.kind {
+                // A rod that changes its length is one of two parts.
+                JointKind::Link { length } if self.changes(length) => {
+                    let length = self.first_distance(ends);
+                    span(&joint.name, ends, SpanKind::Cylinder { length });
+                }
                 JointKind::Link { .. } => span(&joint.name, ends, SpanKind::Link),
                 JointKind::Cylinder => match self.between(JointId(joint_idx)) {
                     Between::Spring => (),
@@ -69,6 +75,11 @@ impl Sketch<'_> {
             span(&load.name, ends, kind);
         }
         spans
+    }
+
+    fn changes(&self, length: Expr) -> bool {
+        let model = self.model();
+        model.pool.symbols_of(length).contains(&model.time)
     }
 
     /// The sort of thing that a cylinder is.

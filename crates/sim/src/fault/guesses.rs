@@ -66,7 +66,7 @@ fn unguessed(
     let unit = coordinate.kind.unit();
     let Owner::Joint(joint, motion_idx) = coordinate.owner else { return None };
     let joint = &model.joints[joint.0];
-    let [word, _] = motion_words(joint.kind.motions(), motion_idx);
+    let [word, ..] = motion_words(joint.kind.motions(), motion_idx);
     let here = start.q[column];
     let message = format!(
         "the joints close in two ways, and nothing tells which is meant: `{}` is {}, and could be {}",
