@@ -10,6 +10,7 @@ use bksim_expr::{Expr, Pool, SymbolId};
 use crate::coordinate::{Coordinate, CoordinateKind, Owner};
 use crate::coordinate::{free_motion_names, joint_coordinate_name, turns_by_quaternion};
 use crate::joint::{self, OnCurve, Sides};
+use crate::particle::particles;
 use crate::pose::Pose;
 use crate::quaternion::Quaternion;
 use crate::spatial::{self, Rotation};
@@ -55,6 +56,8 @@ pub struct Kinematics {
     of_velocity: HashMap<SymbolId, usize>,
     /// Number of the first coordinate of each joint that has some.
     first_of_joint: HashMap<JointId, usize>,
+    /// By body, whether its orientation is that of its parent or of the ground, since nothing asks for it.
+    particles: Vec<bool>,
     /// Names of parameters and coordinates.
     taken: HashSet<String>,
 }
@@ -89,6 +92,11 @@ impl Kinematics {
             coordinates: Vec::new(),
             turnings: Vec::new(),
             poses: vec![ground; model.bodies.len()],
+            // Where masses have no part, everything turns.
+            particles: match form {
+                Form::Positions => vec![false; model.bodies.len()],
+                Form::Motion | Form::Start => particles(model),
+            },
             of_value: HashMap::new(),
             of_velocity: HashMap::new(),
             first_of_joint: HashMap::new(),
@@ -252,7 +260,8 @@ impl Kinematics {
         let mut anchor_world = spatial::zero(pool);
         let mut rotation = Rotation::default();
         let mut omega = spatial::zero(pool);
-        for (motion_idx, name) in names.iter().enumerate() {
+        let n_motions = if self.particles[body.0] { n_translations } else { names.len() };
+        for (motion_idx, name) in names.iter().enumerate().take(n_motions) {
             let stated = own.coordinate_names.get(motion_idx).cloned();
             let name = stated.unwrap_or_else(|| format!("{}_{name}", own.name));
             let is_translation = motion_idx < n_translations;
@@ -330,6 +339,9 @@ impl Kinematics {
         let mut omega = spatial::zero(pool);
         let motions = joint::motions(pool, joint);
         for (motion_idx, motion) in motions.iter().enumerate() {
+            if motion.kind == MotionKind::Rotation && self.particles[body.0] {
+                break;
+            }
             if motion.kind == MotionKind::Rotation && joint.kind.turns_freely() {
                 match form {
                     Form::Motion | Form::Positions if turns_by_quaternion(model, joint_id) => {

@@ -16,6 +16,7 @@ pub mod levels;
 mod measure;
 pub mod modes;
 mod norm;
+pub mod particle;
 pub mod pose;
 pub mod quantity;
 pub mod quaternion;

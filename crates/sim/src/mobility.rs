@@ -1,6 +1,7 @@
 //! How many ways a mechanism can move: Grübler's count and the numeric rank.
 
 use crate::start::Start;
+use bksim_mbs::particle::particles;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::{JointId, JointKind, Model, Space};
 
@@ -52,7 +53,11 @@ fn gruebler(model: &Model) -> i64 {
     let taken: i64 = model.joints.iter().map(|joint| taken(&joint.kind)).sum();
     let coupled = i64::try_from(model.couplings.len()).unwrap_or(i64::MAX / 8);
     let n_moving = i64::try_from(model.bodies.len() - 1).unwrap_or(i64::MAX / 8);
-    freedoms * n_moving - taken - coupled
+    // Turning is no freedom of a particle.
+    let turns = if model.space == Space::Planar { 1 } else { 3 };
+    let n_particles = particles(model).into_iter().filter(|is| *is).count();
+    let n_particles = i64::try_from(n_particles).unwrap_or(i64::MAX / 8);
+    freedoms * n_moving - turns * n_particles - taken - coupled
 }
 
 /// The joints of the loop that `joint` closes, in order around it, `joint` first.
