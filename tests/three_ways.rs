@@ -68,7 +68,7 @@ fn slides(axes: &[&str]) -> String {
     let mut from = "c.P".to_owned();
     for (i, axis) in axes.iter().enumerate() {
         let to = format!("m{}", i + 1);
-        text += &format!("[bodies.{to}]\nmass = 0\n");
+        text.extend([format!("[bodies.{to}]\nmass = 0\n")]);
         text += &joint(&format!("s{i}"), [&from, &to], "prismatic", &format!("axis = {axis}"));
         from = to;
     }

@@ -163,19 +163,16 @@ impl Reader<'_> {
     fn read_mesh(&mut self, fields: &Fields<'_>) -> Option<Mesh> {
         let help = "write `file = \"part.stl\"`, or `corners = [[0, 0, 0], …]` and `faces = [[0, 2, 1], …]`";
         let [corners, faces] = ["corners", "faces"].map(|key| fields.require(self, key, help));
-        let unit = match fields.get("unit") {
-            Some(node) => {
-                let what = fields.what("unit");
-                let unit = self.text_of(node, &what, "mm")?.text.to_owned();
-                let one = Node { span: node.span.clone(), value: Value::Text(format!("1 {unit}")) };
-                self.scalar(&one, Quantity::LENGTH, &what, Scope::Constant)?
-            }
-            None => {
-                let value = Value::Number { value: 1.0, digits: "1".to_owned() };
-                let one = Node { span: fields.span.clone(), value };
-                self.scalar(&one, Quantity::LENGTH, "a length", Scope::Constant)?
-            }
+        // One of its units, or of the file's.
+        let what = fields.what("unit");
+        let (span, value) = if let Some(node) = fields.get("unit") {
+            let unit = self.text_of(node, &what, "mm")?.text;
+            (node.span.clone(), Value::Text(format!("1 {unit}")))
+        } else {
+            (fields.span.clone(), Value::Number { value: 1.0, digits: "1".to_owned() })
         };
+        let one = Node { span, value };
+        let unit = self.scalar(&one, Quantity::LENGTH, &what, Scope::Constant)?;
         let unit = self.pool.evaluate(unit.expr, &|_| None).ok()?;
         let corners = self.triples(corners?, &fields.what("corners"), "[[0, 0, 0], [1, 0, 0]]")?;
         let faces_node = faces?;
