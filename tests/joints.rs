@@ -245,6 +245,24 @@ fn a_torsion_spring_in_space() {
     }
 }
 
+/// A spring of length zero that starts where it has no direction.
+#[test]
+fn a_spring_whose_ends_meet() {
+    for name in ["TranSpring_Case01", "TranSpringCB_Case01"] {
+        let case = Case::new(name);
+        let load = &case.data["model"]["loads"][0];
+        let [k, c] = ["k", "c"].map(|key| number(&load[key]));
+        let spring = format!(
+            "\n[loads.s]\ntype = \"spring\"\nbetween = [\"ground.A\", \"b.A\"]\n\
+             stiffness = {k:?}\nlength = 0\ndamping = {c:?}\n"
+        );
+        for method in ["explicit", "radau"] {
+            let text = case.text([0.0; 3], &format!("\nmethod = \"{method}\"\n{spring}"));
+            case.check(&text, method, &[]);
+        }
+    }
+}
+
 /// A slide that is driven along its axis.
 #[test]
 fn a_linear_actuator() {

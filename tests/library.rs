@@ -10,7 +10,7 @@ use support::{Within, at, close, coordinate, derive, model, path, solve};
 
 /// The text of a model with the parts that it uses.
 fn whole(text: &str) -> String {
-    let mut none = |file: &str| -> Result<String, String> { panic!("no file `{file}` is needed") };
+    let mut none = |file: &str| -> Result<Vec<u8>, String> { panic!("no file `{file}` is needed") };
     let expansion = expand("model.toml", text, Limits::default(), &mut none).expect("it has parts");
     assert!(expansion.faults.is_empty(), "{:?}", expansion.faults);
     expansion.text

@@ -195,6 +195,18 @@ fn overconstrained_linkages_have_no_singular_poses_that_they_do_not_have() {
 }
 
 #[test]
+fn mobile_linkages_keep_their_energy_for_a_hundred_seconds() {
+    for name in ["bennett", "sarrus"] {
+        let mut model = model(&fixture(name));
+        (model.solve.t_end, model.solve.every) = (100.0, Some(10.0));
+        (model.solve.rtol, model.solve.atol) = (1e-10, 1e-12);
+        let energy = solve(&derive(model)).summary.energy;
+        assert!(energy.scale > 0.1, "{name} stands still: {energy:?}");
+        assert!(energy.worst_error < 1e-7 * energy.scale, "{name}: {energy:?}");
+    }
+}
+
+#[test]
 fn sarrus_linkage_shares_one_twisting_moment() {
     let mechanism = derive(model(&fixture("sarrus")));
     let start = mechanism.start().unwrap_or_else(|e| panic!("{e}"));

@@ -184,8 +184,8 @@ fn part(bytes: &[u8]) -> bool {
     let Ok(text) = decode(bytes) else { return false };
     let files: Vec<&str> = text.split(NEXT_FILE).collect();
     let mut open = |name: &str| match name {
-        "a.toml" => files.get(1).map(|&text| text.to_owned()).ok_or_else(String::new),
-        "b.csv" => files.get(2).map(|&text| text.to_owned()).ok_or_else(String::new),
+        "a.toml" => files.get(1).map(|&text| text.into()).ok_or_else(String::new),
+        "b.csv" => files.get(2).map(|&text| text.into()).ok_or_else(String::new),
         _ => Err("is not there".to_owned()),
     };
     let Some(whole) = expand("model.toml", files[0], Limits::default(), &mut open) else {

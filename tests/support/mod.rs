@@ -34,9 +34,9 @@ pub(crate) fn example_names() -> Vec<String> {
 /// The text of an example's model, with its parts.
 pub(crate) fn example_text(name: &str) -> String {
     let folder = path("examples").join(name);
-    let mut read =
-        |file: &str| std::fs::read_to_string(folder.join(file)).map_err(|e| e.to_string());
-    let text = read("model.toml").unwrap_or_else(|e| panic!("{name}: {e}"));
+    let mut read = |file: &str| std::fs::read(folder.join(file)).map_err(|e| e.to_string());
+    let text = std::fs::read_to_string(folder.join("model.toml"));
+    let text = text.unwrap_or_else(|e| panic!("{name}: {e}"));
     match expand("model.toml", &text, Limits::default(), &mut read) {
         Some(whole) => {
             assert!(whole.faults.is_empty(), "{}", messages(&whole.faults));

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bksim::model::diagnostic::{Diagnostic, Label};
-use bksim::model::file::{Expansion, Limits, SourceFile, decode, expand};
+use bksim::model::file::{Expansion, Limits, SourceFile, expand};
 
 use crate::error::InputError;
 use crate::file::read_bytes;
@@ -45,9 +45,9 @@ fn with_parts(model: Text, folder: &Path, expansion: Expansion) -> Text {
     }
 }
 
-/// The text of a file in a folder or below it, links resolved: a model from elsewhere has no business with
+/// The bytes of a file in a folder or below it, links resolved: a model from elsewhere has no business with
 /// other files.
-fn opened(folder: &Path, file: &str) -> Result<String, String> {
+fn opened(folder: &Path, file: &str) -> Result<Vec<u8>, String> {
     let path = folder.join(file);
     let bytes = read_bytes(&path).map_err(|error| match error {
         InputError::File { what, .. } | InputError::NoModel { what, .. } => what,
@@ -60,10 +60,7 @@ fn opened(folder: &Path, file: &str) -> Result<String, String> {
     if !found.starts_with(&here) {
         return Err("lies outside of the folder of the model".to_owned());
     }
-    match decode(&bytes) {
-        Ok(text) => Ok(text.to_owned()),
-        Err(fault) => Err(format!("cannot be read: {}", fault.message)),
-    }
+    Ok(bytes)
 }
 
 impl Parts {

@@ -4,6 +4,7 @@ use bksim_expr::Expr;
 
 use crate::diagnostic::Span;
 use crate::ids::{BodyId, PointId, Vector};
+use crate::mesh::Mesh;
 
 /// A rigid body.
 #[derive(Clone, Debug)]
@@ -105,4 +106,6 @@ pub enum SolidForm {
         /// Its thickness.
         thickness: Expr,
     },
+    /// Triangles between corners.
+    Mesh(Mesh),
 }

@@ -27,6 +27,7 @@ pub mod library;
 mod load;
 mod measure;
 mod measure_names;
+mod mesh;
 pub mod message;
 mod model;
 mod solve;
@@ -44,6 +45,7 @@ pub use ids::{
 pub use joint::{JOINT_TYPES, Joint, JointKind, MotionKind, motion_words};
 pub use load::{FrictionLaw, Load, LoadKind, Surface};
 pub use measure::{Axis, Frame, Initial, Measure, Orientation, Signal};
+pub use mesh::{Mesh, MeshFault, MeshMoments};
 pub use model::{CoordinatePolicy, Model, Parameter, Space};
 pub use solve::{Formulation, Jit, MOST_OUTPUTS, Method, Outputs, SolveOptions};
 pub use state::{Clock, NamedSignal, SampledSignal, State};

@@ -3,6 +3,7 @@
 use bksim_sim::pose::Pose;
 
 use crate::label::{Label, Labels};
+use crate::rod::{DUSK, lit_caps};
 use crate::{
     Camera, Color, Form, Item, Marker, MarkerKind, Paint, Picture, Role, Scene, SeenFace, Shape,
     Stroke, Theme, silhouette,
@@ -111,7 +112,11 @@ impl Painter<'_> {
             Form::Rod { ends, radius } => {
                 let ends = ends.map(|end| pose.place(end));
                 let ring = silhouette(ends, *radius, self.camera);
-                let (_, items) = self.layer(&[ring], true, true, paint);
+                let items = if ends[0] == ends[1] {
+                    self.ball(ends[0], *radius, &ring, paint)
+                } else {
+                    self.layer(&[ring], true, true, paint).1
+                };
                 // The outline lies in a plane across the view: the depth comes from the ends.
                 (ends.map(|end| 0.5 * self.camera.project(end)[2]).iter().sum(), items)
             }
@@ -122,6 +127,21 @@ impl Painter<'_> {
             }
         };
         Some(layer)
+    }
+
+    /// A ball in the light, with its outline.
+    fn ball(&self, centre: [f64; 3], radius: f64, outline: &[[f64; 3]], paint: Paint) -> Vec<Item> {
+        let pixels = |ring: &[[f64; 3]]| ring.iter().map(|&p| self.pixel(p)).collect::<Vec<_>>();
+        let region = |ring: &[[f64; 3]], shade| {
+            let fill = paint.shaded(shade)?;
+            Some(Item::Region { rings: vec![pixels(ring)], fill })
+        };
+        let mut items: Vec<Item> = region(outline, DUSK).into_iter().collect();
+        let caps = lit_caps(centre, radius, self.camera);
+        items.extend(caps.iter().filter_map(|(ring, shade)| region(ring, *shade)));
+        let line = |stroke| Item::Line { points: pixels(outline), is_closed: true, stroke };
+        items.extend(paint.stroke.map(line));
+        items
     }
 
     /// The faces of a solid, each in a colour of its own, with their edges.

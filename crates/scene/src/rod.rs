@@ -4,6 +4,7 @@
 //! projected ends.
 
 use crate::geometry::{Plane, across3, circle, cross3, rounded_hull, sub3, unit3};
+use crate::solid::LIGHT;
 use crate::{Camera, Form};
 
 /// The outline of a rod as the camera sees it: a ring in the plane of the picture, world, m.
@@ -11,6 +12,44 @@ pub fn silhouette(ends: [[f64; 3]; 2], radius: f64, camera: &Camera) -> Vec<[f64
     let [u, v, _] = camera.r_view_from_world;
     let plane = Plane { origin: ends[0], u, v };
     plane.lifted(&rounded_hull(&ends.map(|end| plane.foot(end)), radius))
+}
+
+/// Cosines of the angle to the light down to which each cap of a ball is lit alike, from the largest; of these caps
+/// no part is behind the outline.
+const CAPS: [f64; 4] = [0.7, 0.8, 0.9, 0.97];
+
+/// The caps of a ball that are turned towards the light, each inside the one before: rings in the plane of the
+/// picture, world, m, and how far each is turned away from the light.
+pub(crate) fn lit_caps(
+    centre: [f64; 3],
+    radius: f64,
+    camera: &Camera,
+) -> Vec<(Vec<[f64; 3]>, f32)> {
+    let [u, v, _] = camera.r_view_from_world;
+    let plane = Plane { origin: centre, u, v };
+    let [x, y, z] = LIGHT;
+    let across = x.hypot(y);
+    let [along, aside] = [[x / across, y / across], [-y / across, x / across]];
+    let cap = |&cosine: &f64| {
+        // The edge of the cap is a circle across the light, of which the camera sees an ellipse.
+        let sine = (1.0 - cosine * cosine).sqrt();
+        let point = |[p, q]: [f64; 2]| {
+            let towards = cosine * across + sine * z * p;
+            let at = |i: usize| radius * (towards * along[i] + sine * q * aside[i]);
+            plane.lift([at(0), at(1)])
+        };
+        let ring = circle([0.0; 2], 1.0).into_iter().map(point).collect();
+        (ring, single(1.0 - cosine))
+    };
+    CAPS.iter().map(cap).collect()
+}
+
+/// How far the part of a ball beyond its caps is turned away from the light, in the middle of it.
+pub(crate) const DUSK: f32 = 0.45;
+
+#[expect(clippy::cast_possible_truncation, reason = "a shade")]
+fn single(x: f64) -> f32 {
+    x as f32
 }
 
 /// A rod for renderers without a camera of ours: rings in two planes across each other that hold

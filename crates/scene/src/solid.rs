@@ -8,7 +8,7 @@ use crate::Camera;
 use crate::geometry::{Point, cross3, dot3, sub3, unit3};
 
 /// The direction to the light in the view: right, up, towards the eye.
-const LIGHT: [f64; 3] = [-0.35, 0.55, 0.758];
+pub(crate) const LIGHT: [f64; 3] = [-0.35, 0.55, 0.758];
 /// Faces whose normals are further apart than this (cosine) meet in an edge that is drawn from all sides.
 const SHARP: f64 = 0.9;
 

@@ -26,7 +26,7 @@ fn text(path: &Path) -> String {
 /// The text of a model with the parts that it uses.
 fn whole(path: &Path) -> String {
     let own = text(path);
-    let mut read = |file: &str| Ok(text(&path.with_file_name(file)));
+    let mut read = |file: &str| Ok(text(&path.with_file_name(file)).into_bytes());
     expand("model.toml", &own, Limits::default(), &mut read).map_or(own, |whole| whole.text)
 }
 

@@ -41,16 +41,8 @@ pub fn mobility(model: &Model, system: &SymbolicSystem, start: &Start) -> Mobili
 
 /// d (n − 1) − Σ u with d = 3 or 6 freedoms a body, u of which a joint takes, and a coupling one.
 fn gruebler(model: &Model) -> i64 {
-    let freedoms: i64 = if model.space == Space::Planar { 3 } else { 6 };
-    // What a joint of a planar model takes out of the plane, no body had.
-    let taken = |kind: &JointKind| match kind {
-        JointKind::Link { .. } | JointKind::LineOnCurve { .. } => 1,
-        // One direction across the curve in a plane, two in space.
-        JointKind::PointOnCurve { .. } => freedoms / 3,
-        JointKind::Cylinder => 0,
-        kind => kind.n_taken() - (6 - freedoms),
-    };
-    let taken: i64 = model.joints.iter().map(|joint| taken(&joint.kind)).sum();
+    let freedoms = freedoms(model);
+    let taken: i64 = model.joints.iter().map(|joint| taken(model, &joint.kind)).sum();
     let coupled = i64::try_from(model.couplings.len()).unwrap_or(i64::MAX / 8);
     let n_moving = i64::try_from(model.bodies.len() - 1).unwrap_or(i64::MAX / 8);
     // Turning is no freedom of a particle.
@@ -58,6 +50,24 @@ fn gruebler(model: &Model) -> i64 {
     let n_particles = particles(model).into_iter().filter(|is| *is).count();
     let n_particles = i64::try_from(n_particles).unwrap_or(i64::MAX / 8);
     freedoms * n_moving - turns * n_particles - taken - coupled
+}
+
+/// Freedoms of a body alone: 3 in a plane, 6 in space.
+pub fn freedoms(model: &Model) -> i64 {
+    if model.space == Space::Planar { 3 } else { 6 }
+}
+
+/// Number of the freedoms that a joint takes from the bodies it joins.
+pub fn taken(model: &Model, kind: &JointKind) -> i64 {
+    let freedoms = freedoms(model);
+    match kind {
+        JointKind::Link { .. } | JointKind::LineOnCurve { .. } => 1,
+        // One direction across the curve in a plane, two in space.
+        JointKind::PointOnCurve { .. } => freedoms / 3,
+        JointKind::Cylinder => 0,
+        // What a joint of a planar model takes out of the plane, no body had.
+        kind => kind.n_taken() - (6 - freedoms),
+    }
 }
 
 /// The joints of the loop that `joint` closes, in order around it, `joint` first.

@@ -2,9 +2,10 @@
 
 use bksim::Mechanism;
 use bksim::describe::{self, coordinate_policy, joint_names};
-use bksim::model::CoordinatePolicy;
+use bksim::mbs::particle::particles;
+use bksim::model::{CoordinatePolicy, Model, Space};
 use bksim::sim::fault::{diagnose_guesses, diagnose_mobility};
-use bksim::sim::mobility::{Mobility, mobility};
+use bksim::sim::mobility::{Mobility, freedoms, mobility, taken};
 
 use crate::args::ModelArgs;
 use crate::exit::{Failure, Status};
@@ -56,7 +57,7 @@ fn report(mechanism: &Mechanism, found: &Mobility) -> String {
         row("", String::new(), policy_reason(mechanism)),
         counted("cut joints", joint_names(mechanism, &mechanism.system.tree.cuts)),
         row("constraints", found.n_constraints.to_string(), format!("{} independent", found.rank)),
-        row("Grübler count", found.gruebler.to_string(), String::new()),
+        count(model, found),
         row("true mobility", found.mobility.to_string(), String::new()),
         row("redundant conditions", found.n_redundant.to_string(), String::new()),
         counted("redundant joints", joint_names(mechanism, &found.redundant)),
@@ -67,6 +68,34 @@ fn report(mechanism: &Mechanism, found: &Mobility) -> String {
                 .contains(&row[0].as_str())
     });
     format!("{}: no errors\n{}", model.name, table(&rows))
+}
+
+/// The row of Grübler's count; in space Kutzbach's, with what bodies have and the joints take, those that take
+/// most first.
+fn count(model: &Model, found: &Mobility) -> Vec<String> {
+    let n = found.gruebler.to_string();
+    if model.space == Space::Planar {
+        return vec!["Grübler count".to_owned(), n, String::new()];
+    }
+    let mut terms = vec![format!("{}·{} of the bodies", freedoms(model), model.bodies.len() - 1)];
+    let is_particle = particles(model);
+    let bodies = model.bodies.iter().zip(is_particle).filter(|(_, is_particle)| *is_particle);
+    let names: Vec<&str> = bodies.map(|(body, _)| body.name.as_str()).collect();
+    if !names.is_empty() {
+        terms.push(format!("3·{} turns of the particles {}", names.len(), names.join(" ")));
+    }
+    for each in (1..=6).rev() {
+        let joints = model.joints.iter().filter(|joint| taken(model, &joint.kind) == each);
+        let names: Vec<&str> = joints.map(|joint| joint.name.as_str()).collect();
+        if !names.is_empty() {
+            terms.push(format!("{each}·{} {}", names.len(), names.join(" ")));
+        }
+    }
+    let couplings: Vec<&str> = model.couplings.iter().map(|c| c.name.as_str()).collect();
+    if !couplings.is_empty() {
+        terms.push(format!("{} {}", couplings.len(), couplings.join(" ")));
+    }
+    vec!["Kutzbach count".to_owned(), n, terms.join(" − ")]
 }
 
 /// The coordinates in words, and who chose them.

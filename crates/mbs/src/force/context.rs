@@ -17,12 +17,16 @@ pub(super) struct Context<'a> {
 }
 
 impl Context<'_> {
+    /// The vector from the first to the second of two points.
+    pub(super) fn vector(&self, ends: [Anchor; 2]) -> Vector {
+        let [p_a, p_b] = ends.map(|end| self.kinematics.anchor(self.model, end));
+        spatial::sub(self.pool, &p_b, &p_a)
+    }
+
     /// Distance of two points and the unit vector from the first to the second.
-    pub(super) fn line(&self, [a, b]: [Anchor; 2]) -> (Expr, Vector) {
+    pub(super) fn line(&self, ends: [Anchor; 2]) -> (Expr, Vector) {
         let pool = self.pool;
-        let p_a = self.kinematics.anchor(self.model, a);
-        let p_b = self.kinematics.anchor(self.model, b);
-        let d = spatial::sub(pool, &p_b, &p_a);
+        let d = self.vector(ends);
         let distance = pool.sqrt(pool.simplify(spatial::dot(pool, &d, &d)));
         (distance, spatial::scale(pool, pool.div(pool.one(), distance), &d))
     }
@@ -30,10 +34,20 @@ impl Context<'_> {
     /// The force `value` on the second point along `direction`, and its opposite on the first.
     pub(super) fn push_apart(
         &self,
-        [a, b]: [Anchor; 2],
+        ends: [Anchor; 2],
         value: Expr,
         direction: &Vector,
     ) -> Vec<Wrench> {
+        self.pair(ends, &spatial::scale(self.pool, value, direction))
+    }
+
+    /// The force `pull` on the first point, and its opposite on the second.
+    pub(super) fn pull_together(&self, ends: [Anchor; 2], pull: &Vector) -> Vec<Wrench> {
+        self.pair(ends, &spatial::neg(self.pool, pull))
+    }
+
+    /// `force` on the second point, and its opposite on the first.
+    fn pair(&self, [a, b]: [Anchor; 2], force: &Vector) -> Vec<Wrench> {
         let pool = self.pool;
         let end = |anchor: Anchor, force| Wrench {
             body: anchor.body,
@@ -41,8 +55,7 @@ impl Context<'_> {
             at: self.kinematics.anchor(self.model, anchor),
             moment: spatial::zero(pool),
         };
-        let force = spatial::scale(pool, value, direction);
-        vec![end(a, spatial::neg(pool, &force)), end(b, force)]
+        vec![end(a, spatial::neg(pool, force)), end(b, *force)]
     }
 
     /// ½ k e².

@@ -7,6 +7,7 @@
 //! cylinder  V = π r² l       V diag(r²/4 + l²/12, r²/4 + l²/12, r²/2)
 //! ball      V = 4/3 π r³     2/5 V r² 1
 //! plate     V = A t          from the moments of its area, see `outline`, and t²/12
+//! mesh      by the divergence theorem, see `mesh`
 //! ```
 //!
 //! Turned by R into the axes of the body, J becomes R J Rᵀ; Steiner's theorem adds them up.
@@ -14,13 +15,18 @@
 use bksim_expr::Expr;
 
 use super::bodies::BodyFacts;
+use super::codes;
+use super::expand::MOST_FACES;
 use super::frames::{FRAME_KEYS, turned};
 use super::reader::{Fields, Reader};
-use super::tree::Node;
+use super::tree::{Node, Value};
 use super::units::Quantity;
 use super::value::Scope;
 use crate::body::{Body, Solid, SolidForm};
+use crate::diagnostic::Diagnostic;
 use crate::ids::Vector;
+use crate::mesh::{Mesh, MeshFault, MeshMoments};
+use crate::message::short;
 
 /// A form as its type names it.
 #[derive(Clone, Copy)]
@@ -29,13 +35,15 @@ enum SolidKind {
     Cylinder,
     Sphere,
     Plate,
+    Mesh,
 }
 
-const TYPES: [(&str, SolidKind); 4] = [
+const TYPES: [(&str, SolidKind); 5] = [
     ("box", SolidKind::Box),
     ("cylinder", SolidKind::Cylinder),
     ("sphere", SolidKind::Sphere),
     ("plate", SolidKind::Plate),
+    ("mesh", SolidKind::Mesh),
 ];
 
 /// Entries of a symmetric matrix: xx, yy, zz, xy, yz, zx.
@@ -86,7 +94,10 @@ impl Reader<'_> {
             Some(SolidKind::Cylinder) => &["radius", "length"],
             Some(SolidKind::Sphere) => &["radius"],
             Some(SolidKind::Plate) => &["outline", "thickness"],
-            None => &["size", "radius", "length", "outline", "thickness"],
+            Some(SolidKind::Mesh) => &["corners", "faces", "unit"],
+            None => {
+                &["size", "radius", "length", "outline", "thickness", "corners", "faces", "unit"]
+            }
         };
         let known: Vec<&str> = ["type"].iter().chain(own).chain(&FRAME_KEYS).copied().collect();
         let fields = Fields::open(self, table, owner.to_owned(), node.span.clone(), &known);
@@ -144,7 +155,146 @@ impl Reader<'_> {
                 facts.positions.extend(apart.positions);
                 Some(SolidForm::Plate { corners: corners?, thickness })
             }
+            SolidKind::Mesh => self.read_mesh(fields).map(SolidForm::Mesh),
         }
+    }
+
+    /// The triangles of a mesh; their corners are plain numbers in one unit of length.
+    fn read_mesh(&mut self, fields: &Fields<'_>) -> Option<Mesh> {
+        let help = "write `file = \"part.stl\"`, or `corners = [[0, 0, 0], …]` and `faces = [[0, 2, 1], …]`";
+        let [corners, faces] = ["corners", "faces"].map(|key| fields.require(self, key, help));
+        // One of its units, or of the file's.
+        let what = fields.what("unit");
+        let (span, value) = if let Some(node) = fields.get("unit") {
+            let unit = self.text_of(node, &what, "mm")?.text;
+            (node.span.clone(), Value::Text(format!("1 {unit}")))
+        } else {
+            (fields.span.clone(), Value::Number { value: 1.0, digits: "1".to_owned() })
+        };
+        let one = Node { span, value };
+        let unit = self.scalar(&one, Quantity::LENGTH, &what, Scope::Constant)?;
+        let unit = self.pool.evaluate(unit.expr, &|_| None).ok()?;
+        let corners = self.triples(corners?, &fields.what("corners"), "[[0, 0, 0], [1, 0, 0]]")?;
+        let faces_node = faces?;
+        let faces = self.triples(faces_node, &fields.what("faces"), "[[0, 2, 1], [0, 1, 3]]")?;
+        let corners: Vec<[f64; 3]> = corners.into_iter().map(|p| p.map(|x| unit * x)).collect();
+        if faces.is_empty() || faces.len() > MOST_FACES {
+            let message = format!("{} has {} faces", fields.owner, faces.len());
+            self.report(
+                Diagnostic::error(codes::BAD_MESH, message)
+                    .at(faces_node.span.clone(), format!("between 1 and {MOST_FACES} are possible"))
+                    .help("let the program that wrote the mesh simplify it"),
+            );
+            return None;
+        }
+        let mut triangles = Vec::with_capacity(faces.len());
+        for (face_idx, face) in faces.iter().enumerate() {
+            let corner = |&number: &f64| {
+                let is_index = number >= 0.0 && number.fract() == 0.0;
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "checked"
+                )]
+                is_index.then(|| corners.get(number as usize).copied()).flatten()
+            };
+            let [a, b, c] = [0, 1, 2].map(|i| corner(&face[i]).ok_or(face[i]));
+            match (a, b, c) {
+                (Ok(a), Ok(b), Ok(c)) => triangles.push([a, b, c]),
+                (Err(wrong), ..) | (_, Err(wrong), _) | (.., Err(wrong)) => {
+                    let owner = &fields.owner;
+                    let message =
+                        format!("face {} of {owner} has a corner {}", face_idx + 1, short(wrong));
+                    let there =
+                        format!("there are corners 0 to {}", corners.len().saturating_sub(1));
+                    let span = match &faces_node.value {
+                        Value::Array(rows) => rows[face_idx].span.clone(),
+                        _ => faces_node.span.clone(),
+                    };
+                    self.report(
+                        Diagnostic::error(codes::BAD_MESH, message)
+                            .at(span, there)
+                            .help("count the corners from 0, in their order"),
+                    );
+                    return None;
+                }
+            }
+        }
+        Some(Mesh::of_triangles(triangles))
+    }
+
+    /// Rows of three plain numbers.
+    fn triples(&mut self, node: &Node, what: &str, example: &str) -> Option<Vec<[f64; 3]>> {
+        let rows = self.array(node, what, "an array of rows", example)?;
+        let number = |node: &Node| match node.value {
+            Value::Number { value, .. } if value.is_finite() => Some(value),
+            _ => None,
+        };
+        let mut triples = Vec::with_capacity(rows.len());
+        for row in rows {
+            let found = match &row.value {
+                Value::Array(row) if row.len() == 3 => {
+                    let [x, y, z] = [0, 1, 2].map(|i| number(&row[i]));
+                    x.zip(y).zip(z).map(|((x, y), z)| [x, y, z])
+                }
+                _ => None,
+            };
+            let Some(found) = found else {
+                let help = "write the numbers bare, and their unit as `unit = \"mm\"`";
+                self.wrong_kind(
+                    row,
+                    &format!("a row of {what}"),
+                    "three plain numbers",
+                    &row.value,
+                    help,
+                );
+                return None;
+            };
+            triples.push(found);
+        }
+        Some(triples)
+    }
+
+    /// Reports meshes that enclose no volume: true where there is none.
+    fn check_meshes(&mut self, fields: &Fields<'_>, solids: &[Solid]) -> bool {
+        let Some(Node { value: Value::Array(nodes), .. }) = fields.get("shapes") else {
+            return true;
+        };
+        let spans: Vec<_> = nodes.iter().map(|node| node.span.clone()).collect();
+        let before = self.faults.len();
+        for (idx, (solid, span)) in solids.iter().zip(spans).enumerate() {
+            let SolidForm::Mesh(mesh) = &solid.form else { continue };
+            let Err(fault) = mesh.moments() else { continue };
+            let edge = |[a, b]: [[f64; 3]; 2]| {
+                let point = |p: [f64; 3]| p.map(short).join(", ");
+                format!("from ({}) to ({}) m", point(a), point(b))
+            };
+            let (what, help) = match fault {
+                MeshFault::Open(ends) => (
+                    format!("is open at the edge {}", edge(ends)),
+                    "close it in the program that wrote it, or state `mass` and `inertia`",
+                ),
+                MeshFault::Turned(ends) => (
+                    format!("has faces of opposite orientation at the edge {}", edge(ends)),
+                    "let all faces run counter-clockwise as seen from outside",
+                ),
+                MeshFault::InsideOut(volume) => (
+                    format!("is inside out: its volume is {} m^3", short(volume)),
+                    "let its faces run counter-clockwise as seen from outside",
+                ),
+                MeshFault::Flat => (
+                    "encloses no volume".to_owned(),
+                    "use a mesh of a solid, or state `mass` and `inertia`",
+                ),
+            };
+            let message = format!("the mesh of shape {} of {} {what}", idx + 1, fields.owner);
+            self.report(
+                Diagnostic::error(codes::OPEN_MESH, message)
+                    .at(span, "its mass cannot follow from a density")
+                    .help(help),
+            );
+        }
+        self.faults.len() == before
     }
 
     fn positive_length(&mut self, node: &Node, what: &str) -> Option<Expr> {
@@ -173,6 +323,9 @@ impl Reader<'_> {
                 let help = "give at least one shape, or write `mass` instead of `density`";
                 self.wrong_kind(node, &what, "at least one shape", &node.value, help);
             }
+            return;
+        }
+        if !self.check_meshes(fields, &solids) {
             return;
         }
         let volumes: Vec<Volume> = solids.iter().map(|solid| self.volume(solid)).collect();
@@ -219,7 +372,8 @@ impl Reader<'_> {
         let part = |p: i64, q: i64, e: Expr| pool.mul(pool.rational(p, q), e);
         let square = |e: Expr| pool.powi(e, 2);
         let mut middle = [zero; 3];
-        // Volume, and the tensor per volume.
+        // Volume, and the tensor per volume: xx, yy, zz, and xy; yz and zx of meshes.
+        let [mut yz, mut zx] = [zero; 2];
         let (volume, moments, xy) = match &solid.form {
             SolidForm::Box(size) => {
                 let [x, y, z] = size.map(|length| part(1, 12, square(length)));
@@ -247,10 +401,18 @@ impl Reader<'_> {
                 let xy = pool.sub(pool.mul(x, y), xy);
                 (pool.mul(moments.area, *thickness), moments_of_plate, xy)
             }
+            SolidForm::Mesh(mesh) => {
+                // One without a volume is refused before.
+                let found = mesh.moments().unwrap_or(MeshMoments::NONE);
+                middle = found.middle.map(|x| pool.float(x));
+                let entry = |i: usize, j: usize| pool.float(found.inertia[i][j] / found.volume);
+                [yz, zx] = [entry(1, 2), entry(2, 0)];
+                (pool.float(found.volume), [entry(0, 0), entry(1, 1), entry(2, 2)], entry(0, 1))
+            }
         };
         let [xx, yy, zz] = moments.map(|moment| pool.mul(volume, moment));
-        let xy = pool.mul(volume, xy);
-        let own = [[xx, xy, zero], [xy, yy, zero], [zero, zero, zz]];
+        let [xy, yz, zx] = [xy, yz, zx].map(|product| pool.mul(volume, product));
+        let own = [[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]];
         // Into the axes of the body.
         let images = [0, 1, 2].map(|axis| {
             let mut unit = [zero; 3];

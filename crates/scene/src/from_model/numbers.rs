@@ -53,9 +53,13 @@ impl<'a> Numbers<'a> {
     pub(super) fn axis(&self, joint: &Joint, body: usize) -> [f64; 3] {
         let is_second = joint.successor.body.0 == body;
         let anchor = if is_second { joint.successor } else { joint.predecessor };
-        let axis = self.vector(&joint.axis);
-        let Some(point) = anchor.point else { return axis };
-        self.turned(&self.model.bodies[anchor.body.0].points[point.0].orientation, axis)
+        self.on_anchor(anchor, self.vector(&joint.axis))
+    }
+
+    /// A direction in the frame of a point, in that of its body.
+    pub(super) fn on_anchor(&self, anchor: Anchor, direction: [f64; 3]) -> [f64; 3] {
+        let Some(point) = anchor.point else { return direction };
+        self.turned(&self.model.bodies[anchor.body.0].points[point.0].orientation, direction)
     }
 
     pub(super) fn attached(&self, anchor: Anchor) -> Attached {

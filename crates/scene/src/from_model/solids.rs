@@ -38,6 +38,10 @@ pub(super) fn forms(numbers: &Numbers<'_>, body: usize) -> Vec<Form> {
                 corners.iter().map(|corner| corner.map(|e| numbers.value(e))).collect();
             prism(&ring, numbers.value(*thickness), solid)
         }
+        SolidForm::Mesh(mesh) => {
+            let corners = mesh.corners.iter().map(|&p| numbers.on_body(solid, p)).collect();
+            Form::Solid(Solid::new(corners, mesh.faces.iter().map(|face| face.to_vec()).collect()))
+        }
     };
     numbers.model.bodies[body].solids.iter().map(form).collect()
 }

@@ -8,7 +8,7 @@ use super::Sketch;
 use crate::geometry::{
     Plane, Point, across3, along3, arc, block, circle, cross3, direction, distance3, scaled, unit3,
 };
-use crate::{Attached, Form, Role, Shape};
+use crate::{Attached, Form, Role, Shape, Solid};
 
 /// Radius of the sign of a centre of mass, radii of a pin.
 const MASS: f64 = 1.0;
@@ -22,6 +22,11 @@ const SPIRAL: [f64; 2] = [1.6, 4.2];
 const TURNS: f64 = 1.75;
 /// Half length of a pin in space.
 const PIN_LENGTH: f64 = 1.8;
+/// Sides of the prism that stands for its cylinder.
+const FACETS: u32 = 24;
+/// Half length and radius of the axles of a cross, radii of a pin.
+const CROSS: f64 = 1.6;
+const AXLE: f64 = 0.5;
 
 /// Whether a joint turns about one axis, which both its bodies have.
 fn has_axis(kind: JointKind) -> bool {
@@ -43,6 +48,10 @@ impl Sketch<'_> {
                 JointKind::Link { .. } | JointKind::Cylinder => &ends[..],
                 _ => &ends[1..],
             };
+            if let (JointKind::Universal { second }, false) = (joint.kind, self.is_planar()) {
+                shapes.extend(self.cross(joint, ends, self.numbers.vector(&second)));
+                continue;
+            }
             for &at in pinned {
                 shapes.push(self.pin(joint, at));
             }
@@ -69,15 +78,34 @@ impl Sketch<'_> {
         shapes
     }
 
-    /// A circle; in space, a short rod along the axis of rotation.
+    /// The two axles of a universal joint, each in the fork that bears it.
+    fn cross(&self, joint: &Joint, ends: [Attached; 2], second: [f64; 3]) -> Vec<Shape> {
+        let first = self.numbers.axis(joint, ends[0].body);
+        let second = self.numbers.on_anchor(joint.successor, second);
+        let axle = |(at, axis): (Attached, [f64; 3])| {
+            let axis = unit3(axis)?;
+            let reach = CROSS * self.pin;
+            let ends = [-reach, reach].map(|along| along3(at.position, along, axis));
+            let form = Form::Rod { ends, radius: AXLE * self.pin };
+            Some(Shape { body: at.body, role: Role::Pin, form })
+        };
+        [(ends[0], first), (ends[1], second)].into_iter().filter_map(axle).collect()
+    }
+
+    /// A circle; in space, a short cylinder along the axis of rotation.
     fn pin(&self, joint: &Joint, at: Attached) -> Shape {
         if self.is_planar() || !has_axis(joint.kind) {
             return self.round(at, Role::Pin, self.pin);
         }
         let plane = self.turning_plane(joint, at);
         let axis = cross3(plane.u, plane.v);
-        let ends = [-1.0, 1.0].map(|side| along3(at.position, side * PIN_LENGTH * self.pin, axis));
-        Shape { body: at.body, role: Role::Pin, form: Form::Rod { ends, radius: self.pin } }
+        let ring: Vec<Point> = (0..FACETS)
+            .map(|i| scaled(self.pin, direction(TAU * f64::from(i) / f64::from(FACETS))))
+            .collect();
+        let half = PIN_LENGTH * self.pin;
+        let place = |[x, y, z]: [f64; 3]| along3(plane.lift([x, y]), z, axis);
+        let form = Form::Solid(Solid::prism(&ring, [-half, half], place));
+        Shape { body: at.body, role: Role::Pin, form }
     }
 
     /// A circle, in space a ball.

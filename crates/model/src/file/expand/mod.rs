@@ -17,19 +17,21 @@
 
 mod emit;
 mod merge;
+mod meshes;
 mod rename;
 mod repeat;
 mod rows;
 mod uses;
 
 use super::Limits;
-use super::syntax;
+use super::syntax::{self, decode};
 use super::tree::{Table, Value};
 use crate::diagnostic::{Diagnostic, Label, Span};
 use emit::Piece;
+pub(super) use meshes::MOST_FACES;
 
-/// Opens a file that a model names: its text, or why there is none, worded to follow the file's name.
-pub type Open<'a> = &'a mut dyn FnMut(&str) -> Result<String, String>;
+/// Opens a file that a model names: its bytes, or why there are none, worded to follow the file's name.
+pub type Open<'a> = &'a mut dyn FnMut(&str) -> Result<Vec<u8>, String>;
 
 /// The beginning of the names of files that come with bksim.
 const OF_LIBRARY: &str = "bksim:";
@@ -64,15 +66,17 @@ impl SourceFile {
     }
 }
 
-/// True of a model with parts, files of tables or elements that repeat.
+/// True of a model with parts, files of tables or meshes, or elements that repeat.
 fn is_of_pieces(root: &Table) -> bool {
     root.entries.iter().any(|section| {
         let Value::Table(table) = &section.node.value else { return false };
         section.key == "use"
+            || section.key == "ground" && meshes::is_of_file(table)
             || table.entries.iter().any(|entry| match &entry.node.value {
                 Value::Table(keys) => {
                     keys.get("count").is_some()
                         || section.key == "tables" && keys.get("file").is_some()
+                        || section.key == "bodies" && meshes::is_of_file(keys)
                 }
                 _ => false,
             })
@@ -134,6 +138,7 @@ impl Expander<'_> {
         let mut root = self.tree_of(name, text)?;
         self.repeat(&mut root);
         self.read_rows(&mut root, name);
+        self.read_meshes(&mut root, name);
         self.stack.push(name.to_owned());
         self.use_parts(&mut root);
         self.stack.pop();
@@ -150,6 +155,15 @@ impl Expander<'_> {
         let mut root = root?;
         root.shift(start);
         Some(root)
+    }
+
+    /// The text of a file, or why there is none.
+    fn text_of(&mut self, path: &str) -> Result<String, String> {
+        let bytes = (self.open)(path)?;
+        match decode(&bytes) {
+            Ok(text) => Ok(text.to_owned()),
+            Err(fault) => Err(format!("cannot be read: {}", fault.message)),
+        }
     }
 
     /// Keeps the text of a file: where it starts among all of them.

@@ -60,7 +60,7 @@ impl Expander<'_> {
             return None;
         };
         let path = beside(by, file);
-        let text = match (self.open)(&path) {
+        let text = match self.text_of(&path) {
             Ok(text) => text,
             Err(why) => {
                 self.report(

@@ -169,7 +169,7 @@ impl Expander<'_> {
             );
             return None;
         }
-        let text = match (self.open)(&path) {
+        let text = match self.text_of(&path) {
             Ok(text) => text,
             Err(why) => {
                 self.report(

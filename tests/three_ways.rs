@@ -1,0 +1,238 @@
+//! Every kind of joint in space in three ways: in the tree, cut, and put together from simpler ones; the same motion
+//! and the same reactions.
+//!
+//! A body hangs on a carrier that swings about an oblique axis; gravity is oblique too, and a spring pulls. Where a
+//! composite has bodies between the two, they have no mass, so that they pass on what they bear.
+
+mod support;
+
+use support::{Measures, Within, all_close, at, derive, model, reaction, solve};
+
+const WITHIN: Within = Within { relative: 1e-8, absolute: 1e-8 };
+
+const MEASURES: [&str; 21] = [
+    "b.x", "b.y", "b.z", "b.vx", "b.vy", "b.vz", "b.ax", "b.ay", "b.az", "b.cxx", "b.cxy", "b.cyx",
+    "b.cyz", "b.czz", "b.wx", "b.wy", "b.wz", "b.alx", "b.aly", "b.alz", "c.ax",
+];
+
+const MECHANISM: &str = r#"
+space = "spatial"
+[ground]
+points = { S = [0.2, 1.0, 0.9] }
+[bodies.c]
+mass = 2
+com = [0.3, 0.1, 0]
+inertia = [0.3, 0.2, 0.25, 0.01, 0.02, 0.03]
+points = { P = [0.5, 0.2, -0.1] }
+[bodies.b]
+mass = 1
+com = [0.1, 0.3, 0.2]
+inertia = [0.02, 0.05, 0.04]
+points = { P = [0, 0, 0], Q = [0.3, 0.2, 0.4], R = [0.1, 0.4, 0.3] }
+[joints.hinge]
+type = "revolute"
+between = ["ground", "c"]
+axis = [0.2, 1, 1]
+[loads.gravity]
+type = "gravity"
+acceleration = [2, -3, -9]
+[loads.spring]
+type = "spring"
+between = ["ground.S", "b.Q"]
+stiffness = 25
+length = 0.3
+damping = 0.4
+[initial]
+hinge = { angle = 0, rate = 0 }
+b = { guess = { x = 0.6, y = 0.5, z = 0.1, rpy = [0, 0, 0], w = [0, 0, 0] } }
+[solve]
+t_end = 0.6
+every = 0.1
+rtol = 1e-11
+atol = 1e-12
+"#;
+
+/// The joint `name` from a point to a point.
+fn joint(name: &str, [from, to]: [&str; 2], kind: &str, keys: &str) -> String {
+    format!("[joints.{name}]\ntype = \"{kind}\"\nbetween = [\"{from}\", \"{to}\"]\n{keys}\n")
+}
+
+/// A joint between the two bodies.
+fn own(name: &str, kind: &str, keys: &str) -> String {
+    joint(name, ["c.P", "b.P"], kind, keys)
+}
+
+/// Slides along some of the axes, one after the other, of which the last carries `m`.
+fn slides(axes: &[&str]) -> String {
+    let mut text = String::new();
+    let mut from = "c.P".to_owned();
+    for (i, axis) in axes.iter().enumerate() {
+        let to = format!("m{}", i + 1);
+        text.extend([format!("[bodies.{to}]\nmass = 0\n")]);
+        text += &joint(&format!("s{i}"), [&from, &to], "prismatic", &format!("axis = {axis}"));
+        from = to;
+    }
+    text
+}
+
+/// The motion and the whole reaction on the body at its joint point.
+fn motion(what: &str, text: &str, on_body: &[&str]) -> Vec<[Vec<f64>; 2]> {
+    let mechanism = derive(model(&format!("{MECHANISM}{text}")));
+    let motion = solve(&mechanism);
+    let measures = Measures::new(&mechanism, &MEASURES);
+    let times = (0..=6).map(|i| 0.1 * f64::from(i));
+    let samples = times.map(|t| {
+        let sample = at(&motion, t);
+        let mut whole = vec![0.0; 6];
+        for name in on_body {
+            let six = reaction(&mechanism, sample, name);
+            whole.iter_mut().zip(six).for_each(|(sum, part)| *sum += part);
+        }
+        [measures.at(sample), whole]
+    });
+    let samples: Vec<_> = samples.collect();
+    let moved: f64 = (0..3).map(|i| (samples[6][0][i] - samples[0][0][i]).abs()).sum();
+    assert!(moved > 0.05, "{what} stays where it is");
+    samples
+}
+
+#[track_caller]
+fn alike(what: &str, one: &[[Vec<f64>; 2]], other: &[[Vec<f64>; 2]]) {
+    for (i, (a, b)) in one.iter().zip(other).enumerate() {
+        let what = format!("{what}, sample {i}");
+        all_close(&format!("{what}: motion"), &b[0], &a[0], WITHIN);
+        all_close(&format!("{what}: reaction"), &b[1], &a[1], WITHIN);
+    }
+}
+
+/// The joint in the tree and cut, then what it is made of, with the joints of that on the body.
+#[track_caller]
+fn check(kind: &str, keys: &str, composite: &str, on_body: &[&str]) {
+    let tree = motion(kind, &own("j", kind, &format!("{keys}\ncut = false")), &["j"]);
+    let cut = motion(kind, &own("j", kind, &format!("{keys}\ncut = true")), &["j"]);
+    alike(&format!("{kind}, cut"), &tree, &cut);
+    let composed = motion(kind, composite, on_body);
+    alike(&format!("{kind}, composed"), &tree, &composed);
+}
+
+#[test]
+fn revolute() {
+    let parts = own("p", "spherical", "") + &own("q", "parallel-axes", "axis = [0, 1, 2]");
+    check("revolute", "axis = [0, 1, 2]", &parts, &["p", "q"]);
+}
+
+#[test]
+fn prismatic() {
+    let parts = own("p", "cylindrical", "axis = [0, 0, 1]")
+        + &own("q", "perpendicular-axes", "axis = [1, 0, 0]\nsecond = [0, 1, 0]");
+    check("prismatic", "axis = [0, 0, 1]", &parts, &["p", "q"]);
+}
+
+#[test]
+fn cylindrical() {
+    let parts = own("p", "point-on-line", "axis = [1, 0, 1]")
+        + &own("q", "parallel-axes", "axis = [1, 0, 1]");
+    check("cylindrical", "axis = [1, 0, 1]", &parts, &["p", "q"]);
+}
+
+#[test]
+fn spherical() {
+    let parts = own("p", "point-on-line", "axis = [1, 0, 0]")
+        + &own("q", "point-on-plane", "axis = [1, 0, 0]");
+    check("spherical", "", &parts, &["p", "q"]);
+}
+
+#[test]
+fn universal() {
+    let keys = "axis = [1, 0, 0]\nsecond = [0, 1, 1]";
+    let parts = own("p", "spherical", "") + &own("q", "perpendicular-axes", keys);
+    check("universal", keys, &parts, &["p", "q"]);
+}
+
+#[test]
+fn planar() {
+    let axis = "axis = [0, 1, 1]";
+    let parts = own("p", "point-on-plane", axis) + &own("q", "parallel-axes", axis);
+    check("planar", axis, &parts, &["p", "q"]);
+}
+
+#[test]
+fn screw() {
+    // Its coupling bears part of the wrench, so the parts are a sleeve that turns alone and one that slides by it.
+    let keys = "axis = [0, 0, 1]\nlead = 0.4";
+    let tree = motion("screw", &own("j", "screw", keys), &["j"]);
+    let cut = motion("screw", &own("j", "screw", &format!("{keys}\ncut = true")), &["j"]);
+    alike("screw, cut", &tree, &cut);
+    let parts = "[bodies.m]\nmass = 0\n".to_owned()
+        + &joint("p", ["c.P", "m"], "revolute", "axis = [0, 0, 1]")
+        + &joint("q", ["m", "b.P"], "prismatic", "axis = [0, 0, 1]")
+        + "[couplings.thread]\ntype = \"screw\"\nbetween = [\"p\", \"q\"]\nlead = 0.4\n";
+    let composed = motion("screw", &parts, &[]);
+    for (a, b) in tree.iter().zip(&composed) {
+        all_close("screw, composed", &b[0], &a[0], WITHIN);
+    }
+}
+
+#[test]
+fn weld() {
+    let parts = own("p", "revolute", "axis = [0, 0, 1]")
+        + &own("q", "perpendicular-axes", "axis = [1, 0, 0]\nsecond = [0, 1, 0]");
+    check("weld", "", &parts, &["p", "q"]);
+}
+
+#[test]
+fn slot() {
+    let parts = own("p", "point-on-line", "axis = [1, 0, 0]")
+        + &own("q", "parallel-axes", "axis = [0, 0, 1]");
+    check("slot", "axis = [1, 0, 0]", &parts, &["p", "q"]);
+}
+
+#[test]
+fn point_on_line() {
+    let parts = own("p", "point-on-plane", "axis = [0, 1, 0]")
+        + &own("q", "point-on-plane", "axis = [0, 0, 1]");
+    check("point-on-line", "axis = [1, 0, 0]", &parts, &["p", "q"]);
+}
+
+#[test]
+fn point_on_plane() {
+    let parts = slides(&["[1, 0, 0]", "[0, 1, 0]"]) + &joint("p", ["m2", "b.P"], "spherical", "");
+    check("point-on-plane", "axis = [0, 0, 1]", &parts, &["p"]);
+}
+
+#[test]
+fn parallel_axes() {
+    let parts = own("p", "perpendicular-axes", "axis = [1, 0, 0]\nsecond = [0, 0, 1]")
+        + &own("q", "perpendicular-axes", "axis = [0, 1, 0]\nsecond = [0, 0, 1]");
+    check("parallel-axes", "axis = [0, 0, 1]", &parts, &["p", "q"]);
+}
+
+#[test]
+fn perpendicular_axes() {
+    let keys = "axis = [1, 0, 0]\nsecond = [0, 1, 0]";
+    let parts = slides(&["[1, 0, 0]", "[0, 1, 0]", "[0, 0, 1]"])
+        + &joint("p", ["m3", "b.P"], "universal", keys);
+    check("perpendicular-axes", keys, &parts, &["p"]);
+}
+
+#[test]
+fn free() {
+    // Free of the carrier is free of everything.
+    let tree = motion("free", &own("j", "free", ""), &["j"]);
+    let parts = slides(&["[1, 0, 0]", "[0, 1, 0]", "[0, 0, 1]"])
+        + &joint("p", ["m3", "b.P"], "spherical", "");
+    alike("free, composed", &tree, &motion("free", &parts, &["p"]));
+}
+
+#[test]
+fn link() {
+    // From the carrier's point to a point of the body, 0.5099 m away at the start.
+    let between = ["c.P", "b.R"];
+    let length = "length = \"sqrt(0.26)\"";
+    let one = motion("link", &joint("j", between, "link", length), &["j"]);
+    // The rod lies along its own x.
+    let parts = "[bodies.m]\nmass = 0\npoints.R = [\"sqrt(0.26)\", 0, 0]\n".to_owned()
+        + &joint("p", ["c.P", "m"], "universal", "axis = [0, 1, 0]\nsecond = [0, 0, 1]")
+        + &joint("q", ["m.R", "b.R"], "spherical", "");
+    alike("link, composed", &one, &motion("link", &parts, &["q"]));
+}
