@@ -203,3 +203,109 @@ fn the_reference_names_parts_and_what_they_have() {
         }
     }
 }
+
+const FREEWHEEL: &str = r#"
+[bodies.axle]
+mass = "1 kg"
+inertia = "0.02 kg m^2"
+[bodies.drum]
+mass = "3 kg"
+inertia = "0.05 kg m^2"
+[joints.A]
+type = "revolute"
+between = ["ground", "axle"]
+[joints.B]
+type = "revolute"
+between = ["axle", "drum"]
+[use.free]
+part = "one-way-clutch"
+with = { shaft = "axle", wheel = "drum", support = "A", bearing = "B" }
+[loads.motor]
+type = "torque"
+on = "axle"
+value = "if(t > 1 s and t < 2 s, -2 N m, 2 N m)"
+[solve]
+t_end = "4 s"
+rtol = 1e-11
+atol = 1e-12
+"#;
+
+#[test]
+fn a_one_way_clutch_carries_forwards_and_runs_free() {
+    let mechanism = derive(model(&whole(FREEWHEEL)));
+    let motion = solve(&mechanism);
+    let (axle, drum, torque) = (0.02, 0.05, 2.0);
+    let together = torque / (axle + drum);
+    let (a, b) = (coordinate(&mechanism, "A_angle"), coordinate(&mechanism, "B_angle"));
+    let within = Within { relative: 1e-9, absolute: 1e-9 };
+    for sample in &motion.samples {
+        let t = sample.t;
+        // Together, apart while the axle is slowed down and until it has caught up, together again.
+        let rates = match t {
+            _ if t <= 1.0 => [together * t; 2],
+            _ if t <= 2.0 => [together - torque / axle * (t - 1.0), together],
+            _ if t <= 3.0 => [together - torque / axle * (3.0 - t), together],
+            _ => [together * (t - 2.0); 2],
+        };
+        close(&format!("the axle at {t} s"), sample.v[a], rates[0], within);
+        close(&format!("the drum at {t} s"), sample.v[a] + sample.v[b], rates[1], within);
+        let near_switch = [1.0, 2.0, 3.0].iter().any(|s: &f64| (t - s).abs() < 1e-6);
+        if !near_switch {
+            let carried = if (1.0..3.0).contains(&t) { 0.0 } else { drum * together };
+            let borne = sample.lambda.iter().map(|l| l.abs()).fold(0.0, f64::max);
+            close(&format!("the torque at {t} s"), borne, carried, within);
+        }
+    }
+}
+
+const RATCHET: &str = r#"
+[bodies.disc]
+mass = "2 kg"
+inertia = "0.01 kg m^2"
+com = [0, "-0.1 m"]
+[joints.A]
+type = "revolute"
+between = ["ground", "disc"]
+[use.pawl]
+part = "ratchet"
+with = { wheel = "disc", bearing = "A", teeth = 20, first = "0.05 rad" }
+[loads.gravity]
+type = "gravity"
+acceleration = [0, "-9.81 m/s^2"]
+[initial]
+A = { angle = "0.1 rad", rate = "8 rad/s" }
+[solve]
+t_end = "2 s"
+rtol = 1e-11
+atol = 1e-12
+"#;
+
+#[test]
+fn a_ratchet_holds_at_the_last_tooth_that_it_has_passed() {
+    let motion = solve(&derive(model(&whole(RATCHET))));
+    // It rises as far as its energy lasts, and falls back to the tooth below.
+    let (about_pin, weight) = (0.01 + 2.0 * 0.01, 2.0 * 9.81 * 0.1_f64);
+    let energy = 0.5 * about_pin * 64.0 - weight * 0.1_f64.cos();
+    let highest = (-energy / weight).acos();
+    let pitch = std::f64::consts::PI / 10.0;
+    let tooth = 0.05 + pitch * ((highest - 0.05) / pitch).floor();
+    let hit = (2.0 * weight * (tooth.cos() - highest.cos()) / about_pin).sqrt();
+    let last = motion.samples.last().expect("samples");
+    let within = Within { relative: 1e-9, absolute: 1e-9 };
+    close("the angle", last.q[0], tooth, within);
+    close("the rate", last.v[0], 0.0, within);
+    close("the torque of the pawl", last.lambda[0].abs(), weight * tooth.sin(), within);
+    let hits: Vec<f64> = motion
+        .summary
+        .changes
+        .iter()
+        .filter_map(|change| match change.kind {
+            bksim::sim::hybrid::ChangeKind::Hit(_, speed) => Some(speed),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(hits.len(), 1, "{hits:?}");
+    close("the speed of the hit", hits[0], hit, within);
+    let reached = motion.samples.iter().map(|s| s.q[0]).fold(0.0, f64::max);
+    assert!(reached > tooth && reached <= highest + 1e-9, "{reached} of {highest}");
+}

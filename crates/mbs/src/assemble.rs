@@ -110,6 +110,7 @@ fn assemble_along(
         constraint_jacobian,
         constraint_rate,
         wrenches,
+        conditions: conditions(model, &signals),
         kinematics,
         contacts,
         switches: Vec::new(),
@@ -151,9 +152,16 @@ pub fn assemble_positions(model: &Model) -> SymbolicSystem {
         wrenches: Vec::new(),
         kinematics,
         contacts: Vec::new(),
+        conditions: Vec::new(),
         switches: Vec::new(),
         integrated: None,
     }
+}
+
+/// The conditions of latched signals as expressions of the motion.
+fn conditions(model: &Model, signals: &[(SymbolId, Expr)]) -> Vec<Expr> {
+    let rows = model.held.iter().flat_map(|signal| signal.rows());
+    rows.map(|row| model.pool.substitute(row.condition, signals)).collect()
 }
 
 /// Q_i = Σ F · ∂r/∂q_i + M · ∂ω/∂q̇_i.
@@ -268,7 +276,7 @@ fn constraints(
         .parameters
         .iter()
         .map(|p| p.name.clone())
-        .chain(model.sampled.iter().map(|signal| signal.name.clone()))
+        .chain(model.held.iter().map(|signal| signal.name.clone()))
         .chain(kinematics.coordinates.iter().flat_map(of_coordinate))
         .collect();
     let mut add = |expression, source, direction, effort, wrenches: Vec<Wrench>| {

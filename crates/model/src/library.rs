@@ -24,7 +24,9 @@ parts![
     "gas-spring",
     "hydraulic-cylinder",
     "induction-motor",
+    "one-way-clutch",
     "pid",
+    "ratchet",
     "stepper-motor",
 ];
 

@@ -18,7 +18,7 @@ use crate::joint::Joint;
 use crate::load::Load;
 use crate::measure::{Initial, Orientation, Signal};
 use crate::solve::SolveOptions;
-use crate::state::{Clock, NamedSignal, SampledSignal, State};
+use crate::state::{Clock, HeldSignal, NamedSignal, State};
 use crate::table::TableCall;
 
 /// A whole mechanism as its author stated it; `Model<PoolSnapshot>` is the same for all threads at once.
@@ -56,8 +56,8 @@ pub struct Model<P = Pool> {
     pub named_signals: Vec<NamedSignal>,
     /// Clocks, in file order.
     pub clocks: Vec<Clock>,
-    /// Signals that are computed at ticks, each after those it uses.
-    pub sampled: Vec<SampledSignal>,
+    /// Signals that are held: those computed at ticks, each after those it uses, then those latched by events.
+    pub held: Vec<HeldSignal>,
     /// Calls of tables that have no value beyond their rows.
     pub table_calls: Vec<TableCall>,
     /// Symbols used in expressions of loads and drives, and what they measure.
@@ -93,7 +93,7 @@ impl<P> Model<P> {
             states: self.states.clone(),
             named_signals: self.named_signals.clone(),
             clocks: self.clocks.clone(),
-            sampled: self.sampled.clone(),
+            held: self.held.clone(),
             table_calls: self.table_calls.clone(),
             signals: self.signals.clone(),
             initial: self.initial.clone(),

@@ -36,4 +36,5 @@ bksim_model::codes! {
     TABLE_LEFT = "R014", "a table is left";
     NO_SIGNAL = "R015", "a sampled signal without a value";
     JAMS = "R016", "a joint that jams while it moves";
+    ENDLESS = "R017", "latched signals that change without end";
 }

@@ -11,6 +11,7 @@ mod function;
 pub mod functions;
 pub mod hybrid;
 pub mod input;
+mod latch;
 mod linear;
 pub mod load_forces;
 pub mod measure;

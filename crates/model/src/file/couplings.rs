@@ -65,9 +65,10 @@ impl Reader<'_> {
             .collect();
         let fault = match used.iter().any(|measure| measure.is_velocity()) {
             true => Some(("depends on a rate", "write it in positions: `A.angle`, `rod.P.x`")),
-            false if self.is_held(scalar.expr) => {
-                Some(("jumps with a sampled signal", "write it in positions: `A.angle`, `rod.P.x`"))
-            }
+            false if self.is_held(scalar.expr) => Some((
+                "jumps with a signal that is held",
+                "write it in positions: `A.angle`, `rod.P.x`",
+            )),
             false if used.is_empty() => {
                 Some(("depends on nothing that moves", "name positions: `A.angle`, `rod.P.x`"))
             }

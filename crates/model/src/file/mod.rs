@@ -40,6 +40,7 @@ mod function;
 mod gather;
 mod initial;
 mod joints;
+mod latched;
 mod laws;
 mod loads;
 mod lookup;
@@ -191,6 +192,7 @@ pub fn read_recorded(source: &Source<'_>, varied: &[String]) -> (Reading, Option
         local: None,
         values: Vec::new(),
         sampled: Vec::new(),
+        latched: Vec::new(),
         joint_ends: Vec::new(),
         joint_bodies: Vec::new(),
         topology_unknown: false,

@@ -47,6 +47,8 @@ pub(super) struct Reader<'a> {
     pub(super) values: Vec<Option<Lowered>>,
     /// Signals with a clock.
     pub(super) sampled: Vec<SampledName>,
+    /// Symbols of the signals that conditions latch.
+    pub(super) latched: Vec<Expr>,
     pub(super) faults: Vec<Diagnostic>,
     /// How values follow from parameters that vary.
     pub(super) constants: Constants,

@@ -113,7 +113,7 @@ impl Reader<'_> {
             states: controllers.states,
             named_signals: controllers.signals,
             clocks: controllers.clocks,
-            sampled: controllers.sampled,
+            held: controllers.held,
             table_calls: std::mem::take(&mut self.table_calls),
             signals: std::mem::take(&mut self.names.signals),
             initial,
