@@ -12,6 +12,7 @@ use std::collections::HashSet;
 
 use bksim_expr::{Expr, SymbolId};
 
+use crate::belt;
 use crate::constraint::{Constraint, Source};
 use crate::contact::{self, ContactRow};
 use crate::coordinate::{Coordinate, Owner};
@@ -59,7 +60,8 @@ fn assemble_along(
 
     // Potentials and generalised forces.
     let signals = signal_values(model, &kinematics);
-    let loads = Loads::of(model, &kinematics, &signals);
+    let mut loads = Loads::of(model, &kinematics, &signals);
+    loads.applied.extend(belt::elastic_wrenches(model, &kinematics, &signals));
     let mut left = match derivation {
         Derivation::Lagrange => {
             lagrange::left_side(model, &kinematics, pool.sum(loads.potentials.iter().copied()))
@@ -247,7 +249,7 @@ fn constraint_jacobian(
 fn has_row_of_wrenches(model: &Model, tree: &Tree, source: Source) -> bool {
     match source {
         Source::Coupling(CouplingId(coupling)) => {
-            model.couplings[coupling].kind.is_pair() && !tree.cuts.is_empty()
+            model.couplings[coupling].kind.has_row_of_wrenches(!tree.cuts.is_empty())
         }
         Source::Drive(_) | Source::Stop(_) | Source::Friction(_) => {
             source.joint(model).is_some_and(|joint| {

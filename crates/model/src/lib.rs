@@ -15,6 +15,7 @@
 //! assert_eq!(model.bodies[1].name, "bob");
 //! ```
 
+mod belt;
 mod body;
 mod coupling;
 mod curve;
@@ -33,13 +34,14 @@ mod solve;
 mod state;
 mod table;
 
+pub use belt::{Belt, BeltWheel};
 pub use body::{Anchor, Body, FixedTurn, Inertia, Point, Solid, SolidForm};
 pub use coupling::{Coupling, CouplingKind, Rack, Wheels};
 pub use curve::{Cam, CamLaw, Curve, FollowerKind, LawSegment};
 pub use drive::Drive;
 pub use ids::{
-    BodyId, ClockId, CouplingId, CurveId, DriveId, GROUND, JointId, LawId, LoadId, ParameterId,
-    PointId, StateId, Vector,
+    BeltId, BodyId, ClockId, CouplingId, CurveId, DriveId, GROUND, JointId, LawId, LoadId,
+    ParameterId, PointId, StateId, Vector,
 };
 pub use joint::{JOINT_TYPES, Joint, JointKind, MotionKind, motion_words};
 pub use load::{FrictionLaw, Load, LoadKind, Surface};

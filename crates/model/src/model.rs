@@ -8,6 +8,7 @@
 
 use bksim_expr::{Expr, Pool, PoolSnapshot, SymbolId};
 
+use crate::belt::Belt;
 use crate::body::Body;
 use crate::coupling::Coupling;
 use crate::curve::{CamLaw, Curve};
@@ -48,6 +49,10 @@ pub struct Model<P = Pool> {
     pub curves: Vec<Curve>,
     /// The laws of motion of cams.
     pub laws: Vec<CamLaw>,
+    /// Belts around any number of wheels, in file order.
+    pub belts: Vec<Belt>,
+    /// Symbols that stand for what positions are where the start puts them: stated or guessed, else zero.
+    pub at_start: Vec<Signal>,
     /// In file order.
     pub drives: Vec<Drive>,
     /// Quantities that are integrated with the motion, in file order.
@@ -89,6 +94,8 @@ impl<P> Model<P> {
             couplings: self.couplings.clone(),
             curves: self.curves.clone(),
             laws: self.laws.clone(),
+            belts: self.belts.clone(),
+            at_start: self.at_start.clone(),
             drives: self.drives.clone(),
             states: self.states.clone(),
             named_signals: self.named_signals.clone(),

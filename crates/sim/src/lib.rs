@@ -1,6 +1,7 @@
 //! Mechanisms in numbers and time: compiled functions, the consistent start, modes, the run.
 
 mod assembly;
+pub mod belt;
 pub mod codes;
 pub mod compiled;
 mod coupling;

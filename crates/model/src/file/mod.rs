@@ -24,6 +24,7 @@
 //! assert_eq!(reading.model.expect("a model").joints[0].name, "pivot");
 //! ```
 
+mod belts;
 mod between;
 mod bodies;
 mod cams;
@@ -38,6 +39,7 @@ mod expand;
 mod frames;
 mod function;
 mod gather;
+mod grids;
 mod initial;
 mod joints;
 mod latched;
@@ -61,6 +63,7 @@ mod solids;
 mod solve;
 mod stated;
 mod states;
+mod surfaces;
 mod syntax;
 mod tables;
 mod tree;
@@ -192,6 +195,9 @@ pub fn read_recorded(source: &Source<'_>, varied: &[String]) -> (Reading, Option
         local: None,
         values: Vec::new(),
         sampled: Vec::new(),
+        belts: Vec::new(),
+        belt_signals: Vec::new(),
+        at_start: Vec::new(),
         latched: Vec::new(),
         joint_ends: Vec::new(),
         joint_bodies: Vec::new(),
