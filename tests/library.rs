@@ -203,3 +203,251 @@ fn the_reference_names_parts_and_what_they_have() {
         }
     }
 }
+
+const FREEWHEEL: &str = r#"
+[bodies.axle]
+mass = "1 kg"
+inertia = "0.02 kg m^2"
+[bodies.drum]
+mass = "3 kg"
+inertia = "0.05 kg m^2"
+[joints.A]
+type = "revolute"
+between = ["ground", "axle"]
+[joints.B]
+type = "revolute"
+between = ["axle", "drum"]
+[use.free]
+part = "one-way-clutch"
+with = { shaft = "axle", wheel = "drum", support = "A", bearing = "B" }
+[loads.motor]
+type = "torque"
+on = "axle"
+value = "if(t > 1 s and t < 2 s, -2 N m, 2 N m)"
+[solve]
+t_end = "4 s"
+rtol = 1e-11
+atol = 1e-12
+"#;
+
+#[test]
+fn a_one_way_clutch_carries_forwards_and_runs_free() {
+    let mechanism = derive(model(&whole(FREEWHEEL)));
+    let motion = solve(&mechanism);
+    let (axle, drum, torque) = (0.02, 0.05, 2.0);
+    let together = torque / (axle + drum);
+    let (a, b) = (coordinate(&mechanism, "A_angle"), coordinate(&mechanism, "B_angle"));
+    let within = Within { relative: 1e-9, absolute: 1e-9 };
+    for sample in &motion.samples {
+        let t = sample.t;
+        // Together, apart while the axle is slowed down and until it has caught up, together again.
+        let rates = match t {
+            _ if t <= 1.0 => [together * t; 2],
+            _ if t <= 2.0 => [together - torque / axle * (t - 1.0), together],
+            _ if t <= 3.0 => [together - torque / axle * (3.0 - t), together],
+            _ => [together * (t - 2.0); 2],
+        };
+        close(&format!("the axle at {t} s"), sample.v[a], rates[0], within);
+        close(&format!("the drum at {t} s"), sample.v[a] + sample.v[b], rates[1], within);
+        let near_switch = [1.0, 2.0, 3.0].iter().any(|s: &f64| (t - s).abs() < 1e-6);
+        if !near_switch {
+            let carried = if (1.0..3.0).contains(&t) { 0.0 } else { drum * together };
+            let borne = sample.lambda.iter().map(|l| l.abs()).fold(0.0, f64::max);
+            close(&format!("the torque at {t} s"), borne, carried, within);
+        }
+    }
+}
+
+const RATCHET: &str = r#"
+[bodies.disc]
+mass = "2 kg"
+inertia = "0.01 kg m^2"
+com = [0, "-0.1 m"]
+[joints.A]
+type = "revolute"
+between = ["ground", "disc"]
+[use.pawl]
+part = "ratchet"
+with = { wheel = "disc", bearing = "A", teeth = 20, first = "0.05 rad" }
+[loads.gravity]
+type = "gravity"
+acceleration = [0, "-9.81 m/s^2"]
+[initial]
+A = { angle = "0.1 rad", rate = "8 rad/s" }
+[solve]
+t_end = "2 s"
+rtol = 1e-11
+atol = 1e-12
+"#;
+
+#[test]
+fn a_ratchet_holds_at_the_last_tooth_that_it_has_passed() {
+    let motion = solve(&derive(model(&whole(RATCHET))));
+    // It rises as far as its energy lasts, and falls back to the tooth below.
+    let (about_pin, weight) = (0.01 + 2.0 * 0.01, 2.0 * 9.81 * 0.1_f64);
+    let energy = 0.5 * about_pin * 64.0 - weight * 0.1_f64.cos();
+    let highest = (-energy / weight).acos();
+    let pitch = std::f64::consts::PI / 10.0;
+    let tooth = 0.05 + pitch * ((highest - 0.05) / pitch).floor();
+    let hit = (2.0 * weight * (tooth.cos() - highest.cos()) / about_pin).sqrt();
+    let last = motion.samples.last().expect("samples");
+    let within = Within { relative: 1e-9, absolute: 1e-9 };
+    close("the angle", last.q[0], tooth, within);
+    close("the rate", last.v[0], 0.0, within);
+    close("the torque of the pawl", last.lambda[0].abs(), weight * tooth.sin(), within);
+    let hits: Vec<f64> = motion
+        .summary
+        .changes
+        .iter()
+        .filter_map(|change| match change.kind {
+            bksim::sim::hybrid::ChangeKind::Hit(_, speed) => Some(speed),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(hits.len(), 1, "{hits:?}");
+    close("the speed of the hit", hits[0], hit, within);
+    let reached = motion.samples.iter().map(|s| s.q[0]).fold(0.0, f64::max);
+    assert!(reached > tooth && reached <= highest + 1e-9, "{reached} of {highest}");
+}
+
+/// J α = M with the inertia of a ring, and of the bodies around it.
+#[test]
+fn a_flywheel_has_the_inertia_of_its_disc() {
+    let text = alone("flywheel", "1 s")
+        + "[loads.motor]\ntype = \"torque\"\non = \"shaft\"\nvalue = \"10 N m\"\n";
+    let motion = solve(&derive(model(&text)));
+    let disc = 0.5 * std::f64::consts::PI * 7850.0 * 0.05 * (0.3_f64.powi(4) - 0.02_f64.powi(4));
+    let within = Within { relative: 1e-12, absolute: 0.0 };
+    close("acceleration", motion.samples[0].a[0], 10.0 / (disc + 1e-3), within);
+    close("speed", at(&motion, 1.0).v[0], 100.0 + 10.0 / (disc + 1e-3), within);
+}
+
+/// Damped oscillations along both axes and about z, each by itself, in the axes of the outer body.
+#[test]
+fn a_bushing_swings_along_the_axes_of_its_outer_body() {
+    for outer in [0.0_f64, 0.7] {
+        let (sin, cos) = outer.sin_cos();
+        let place = |x: f64, y: f64| [cos * x - sin * y, sin * x + cos * y];
+        let [x, y] = place(1e-3, -2e-3);
+        let text = alone("bushing", "0.2 s")
+            .replace("type = \"weld\"", "type = \"revolute\"")
+            .replace(
+                "free = { position1 = \"1 mm\" }",
+                &format!(
+                    "support = {{ angle = {outer:?} }}\ninner = {{ x = {x:?}, y = {y:?}, angle = {:?} }}",
+                    outer + 0.02
+                ),
+            )
+            + "[drives.hold]\njoint = \"support\"\nmotion = OUTER\n";
+        let mechanism = derive(model(&text.replace("OUTER", &format!("{outer:?}"))));
+        let motion = solve(&mechanism);
+        let swing = |m: f64, k: f64, c: f64, t: f64| {
+            let (delta, omega) = (c / (2.0 * m), (k / m - (c / (2.0 * m)).powi(2)).sqrt());
+            (-delta * t).exp() * ((omega * t).cos() + delta / omega * (omega * t).sin())
+        };
+        let signal = |name: &str, t: f64| {
+            let signals = &mechanism.model.named_signals;
+            let place = signals.iter().position(|signal| signal.name == name).expect("the signal");
+            at(&motion, t).signals[place]
+        };
+        for t in [0.05, 0.1, 0.2] {
+            let within = Within { relative: 0.0, absolute: 1e-11 };
+            close("x", signal("x", t), 1e-3 * swing(10.0, 2e5, 300.0, t), within);
+            close("y", signal("y", t), -2e-3 * swing(10.0, 4e5, 500.0, t), within);
+            close("turn", signal("turn", t), 0.02 * swing(0.1, 50.0, 0.1, t), within);
+        }
+    }
+}
+
+/// ω² = n E b h³/(6 L³ m), and 4 F/k less at the end of every swing; it rests within F/k.
+#[test]
+fn a_leaf_spring_swings_between_the_lines_of_its_friction() {
+    let mechanism = derive(model(&alone("leaf-spring", "1 s")));
+    let motion = solve(&mechanism);
+    let k = 5.0 * 206e9 * 0.06 * 0.007_f64.powi(3) / (6.0 * 0.6_f64.powi(3));
+    let (omega, off) = ((k / 200.0).sqrt(), 40.0 / k);
+    let half = std::f64::consts::PI / omega;
+    let within = Within { relative: 0.0, absolute: 1e-9 };
+    for sample in motion.samples.iter().filter(|sample| sample.t < 4.0 * half) {
+        let swing = (sample.t / half).floor();
+        let sign = if swing % 2.0 == 0.0 { 1.0 } else { -1.0 };
+        let expected = sign
+            * (off
+                + (0.02 - (2.0 * swing + 1.0) * off)
+                    * (omega * sample.t - swing * std::f64::consts::PI).cos());
+        close(&format!("place at {} s", sample.t), sample.q[0], expected, within);
+    }
+    let signals = &mechanism.model.named_signals;
+    let stress = signals.iter().position(|signal| signal.name == "stress").expect("the signal");
+    let expected = 6.0 * k * 0.02 * 0.6 / (5.0 * 0.06 * 0.007_f64.powi(2));
+    close(
+        "stress",
+        motion.samples[0].signals[stress],
+        expected,
+        Within { relative: 1e-12, absolute: 0.0 },
+    );
+}
+
+/// M = r F (e^{μφ} − 1) forwards and r F (1 − e^{−μφ}) backwards.
+#[test]
+fn a_band_brake_helps_itself_forwards_only() {
+    let turn = (0.25 * 1.5 * std::f64::consts::PI).exp();
+    for (rate, torque) in
+        [(40.0_f64, 0.2 * 100.0 * (turn - 1.0)), (-40.0, 0.2 * 100.0 * (1.0 - 1.0 / turn))]
+    {
+        let text = alone("band-brake", "1 s").replace("40 rad/s", &format!("{rate} rad/s"));
+        let motion = solve(&derive(model(&text)));
+        let within = Within { relative: 1e-9, absolute: 1e-9 };
+        for sample in &motion.samples {
+            let slower = torque / 0.6 * (sample.t - 0.2).max(0.0);
+            let expected = rate.signum() * (rate.abs() - slower).max(0.0);
+            close(&format!("{rate} at {} s", sample.t), sample.v[0], expected, within);
+        }
+    }
+}
+
+/// With its valve closed the air is a spring, p Vⁿ; open, it fills as its choked valve lets it.
+#[test]
+fn a_pneumatic_cylinder_keeps_its_gas_law_and_fills_at_the_speed_of_sound() {
+    let closed = alone("pneumatic-cylinder", "2 s")
+        .replace("0.5*sin(2 rad/s*t)", "0")
+        .replace("1e-12", "1e-10")
+        + "[initial]\npivot = { rate = \"1 rad/s\" }\n";
+    let mechanism = derive(model(&closed));
+    let motion = solve(&mechanism);
+    let signal = |mechanism: &bksim::Mechanism, name: &str| {
+        let signals = &mechanism.model.named_signals;
+        signals.iter().position(|signal| signal.name == name).expect("the signal")
+    };
+    for (pressure, volume) in
+        [("piston_pressure", "piston_volume"), ("ring_pressure", "ring_volume")]
+    {
+        let state = coordinate(&mechanism, &format!("{pressure}_integral"));
+        let place = signal(&mechanism, volume);
+        let law = |k: usize| {
+            let sample = &motion.samples[k];
+            sample.v[state] * sample.signals[place].powf(1.2)
+        };
+        for k in (0..motion.samples.len()).step_by(50) {
+            close(volume, law(k), law(0), Within { relative: 1e-7, absolute: 0.0 });
+        }
+        let volumes = motion.samples.iter().map(|sample| sample.signals[place]);
+        let range = volumes.fold([f64::MAX, 0.0], |[a, b]: [f64; 2], v| [a.min(v), b.max(v)]);
+        assert!(range[1] > 1.05 * range[0], "{range:?}");
+    }
+    // An arm that hardly moves: p′ = n p₀ C p₁/V while p < b p₁, less the rounding of the root.
+    let filling = alone("pneumatic-cylinder", "20 ms")
+        .replace("0.5*sin(2 rad/s*t)", "1")
+        .replace("mass = \"5 kg\"", "mass = \"5e9 kg\"")
+        .replace("inertia = \"0.4 kg m^2\"", "inertia = \"1e9 kg m^2\"")
+        .replace("\"0.3 MPa\"", "\"0.1 MPa\"")
+        .replace("1e-12", "1e-9");
+    let mechanism = derive(model(&filling));
+    let motion = solve(&mechanism);
+    let state = coordinate(&mechanism, "piston_pressure_integral");
+    let volume = motion.samples[0].signals[signal(&mechanism, "piston_volume")];
+    let rate = 1.2 * 1e5 * 2e-8 * 0.7e6 / volume / 1.0001_f64.sqrt();
+    let last = motion.samples.last().expect("samples");
+    assert!(last.v[state] < 0.3 * 0.7e6, "{} Pa", last.v[state]);
+    close("pressure", last.v[state], 1e5 + rate * 0.02, Within { relative: 1e-6, absolute: 0.0 });
+}

@@ -3,7 +3,7 @@
 use bksim_mbs::constraint::Source;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Rejected};
-use bksim_model::{Model, ParameterId};
+use bksim_model::{HeldChange, Model, ParameterId};
 use bksim_sim::Mechanism;
 
 use crate::codes;
@@ -161,9 +161,16 @@ pub(crate) fn without_states(model: &Model) -> Result<(), AnalysisError> {
         let help = "remove the states and what uses them, or give them a value as parameters";
         (format!("state `{}`", state.name), &state.span, "integrated with the motion", help)
     });
-    let sampled = model.sampled.first().map(|signal| {
-        let help = "leave out its `clock`, or give it a value as a parameter";
-        (format!("sampled signal `{}`", signal.name), &signal.span, "held from tick to tick", help)
+    let sampled = model.held.first().map(|signal| match signal.change {
+        HeldChange::Tick { .. } => {
+            let help = "leave out its `clock`, or give it a value as a parameter";
+            let what = format!("sampled signal `{}`", signal.name);
+            (what, &signal.span, "held from tick to tick", help)
+        }
+        HeldChange::Event { .. } => {
+            let help = "leave it out, or give it a value as a parameter";
+            (format!("latched signal `{}`", signal.name), &signal.span, "held between events", help)
+        }
     });
     let Some((what, span, label, help)) = state.or(sampled) else { return Ok(()) };
     let message = format!("this question cannot be asked with {what}");

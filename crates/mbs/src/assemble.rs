@@ -12,6 +12,7 @@ use std::collections::HashSet;
 
 use bksim_expr::{Expr, SymbolId};
 
+use crate::belt;
 use crate::constraint::{Constraint, Source};
 use crate::contact::{self, ContactRow};
 use crate::coordinate::{Coordinate, Owner};
@@ -59,7 +60,8 @@ fn assemble_along(
 
     // Potentials and generalised forces.
     let signals = signal_values(model, &kinematics);
-    let loads = Loads::of(model, &kinematics, &signals);
+    let mut loads = Loads::of(model, &kinematics, &signals);
+    loads.applied.extend(belt::elastic_wrenches(model, &kinematics, &signals));
     let mut left = match derivation {
         Derivation::Lagrange => {
             lagrange::left_side(model, &kinematics, pool.sum(loads.potentials.iter().copied()))
@@ -110,6 +112,7 @@ fn assemble_along(
         constraint_jacobian,
         constraint_rate,
         wrenches,
+        conditions: conditions(model, &signals),
         kinematics,
         contacts,
         switches: Vec::new(),
@@ -151,9 +154,16 @@ pub fn assemble_positions(model: &Model) -> SymbolicSystem {
         wrenches: Vec::new(),
         kinematics,
         contacts: Vec::new(),
+        conditions: Vec::new(),
         switches: Vec::new(),
         integrated: None,
     }
+}
+
+/// The conditions of latched signals as expressions of the motion.
+fn conditions(model: &Model, signals: &[(SymbolId, Expr)]) -> Vec<Expr> {
+    let rows = model.held.iter().flat_map(|signal| signal.rows());
+    rows.map(|row| model.pool.substitute(row.condition, signals)).collect()
 }
 
 /// Q_i = Σ F · ∂r/∂q_i + M · ∂ω/∂q̇_i.
@@ -239,7 +249,7 @@ fn constraint_jacobian(
 fn has_row_of_wrenches(model: &Model, tree: &Tree, source: Source) -> bool {
     match source {
         Source::Coupling(CouplingId(coupling)) => {
-            model.couplings[coupling].kind.is_pair() && !tree.cuts.is_empty()
+            model.couplings[coupling].kind.has_row_of_wrenches(!tree.cuts.is_empty())
         }
         Source::Drive(_) | Source::Stop(_) | Source::Friction(_) => {
             source.joint(model).is_some_and(|joint| {
@@ -268,7 +278,7 @@ fn constraints(
         .parameters
         .iter()
         .map(|p| p.name.clone())
-        .chain(model.sampled.iter().map(|signal| signal.name.clone()))
+        .chain(model.held.iter().map(|signal| signal.name.clone()))
         .chain(kinematics.coordinates.iter().flat_map(of_coordinate))
         .collect();
     let mut add = |expression, source, direction, effort, wrenches: Vec<Wrench>| {

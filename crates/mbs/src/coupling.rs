@@ -9,6 +9,7 @@
 //! gear, belt        λ r₂ about the axis of the second wheel, λ r₂ (i − 1) n × d / d² through its centre,
 //!                   and the opposite on the first, with the ratio i and the line of centres d
 //! rack              λ along the rack at the pitch point, and the opposite on the pinion
+//! strand            λ along the strand on the wheel that it leaves, and the opposite on the next: its tension
 //! ```
 //!
 //! The pair of gears and of belts is the force at the pitch point, or the difference of the tensions of the two
@@ -17,6 +18,7 @@
 
 use bksim_expr::{Expr, SymbolId};
 
+use crate::belt::strand_wrenches;
 use crate::coordinate::Owner;
 use crate::force::Wrench;
 use crate::joint;
@@ -63,6 +65,9 @@ pub fn wrenches(
             of_wheels(model, kinematics, &wheels)
         }
         CouplingKind::Rack(rack) => Some(of_rack(model, kinematics, &rack)),
+        CouplingKind::Strand(belt, strand) => {
+            Some(strand_wrenches(model, kinematics, &model.belts[belt.0], strand))
+        }
     };
     pair.unwrap_or_else(|| of_relation(model, kinematics, coupling, values))
 }

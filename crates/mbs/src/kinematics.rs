@@ -101,7 +101,7 @@ impl Kinematics {
             of_velocity: HashMap::new(),
             first_of_joint: HashMap::new(),
             taken: {
-                let held = model.sampled.iter().map(|signal| &signal.name);
+                let held = model.held.iter().map(|signal| &signal.name);
                 model.parameters.iter().map(|p| &p.name).chain(held).cloned().collect()
             },
         };

@@ -2,6 +2,7 @@
 
 mod absolute_angles;
 pub mod assemble;
+pub mod belt;
 pub mod constraint;
 pub mod contact;
 pub mod coordinate;

@@ -41,6 +41,7 @@ pub(crate) fn with_modes(model: &Model, system: &SymbolicSystem) -> Option<Symbo
     roots.extend(&mut integrated.constraint_rate);
     roots.extend(&mut integrated.resistance);
     roots.extend(integrated.inverse_dynamics.iter_mut().flatten());
+    roots.extend(&mut integrated.conditions);
     for wrench in &mut integrated.wrenches {
         roots.extend(&mut wrench.force);
         roots.extend(&mut wrench.at);

@@ -97,6 +97,7 @@ pub fn coupling_quantities(model: &Model) -> Vec<Quantity> {
         let description = match coupling.kind {
             CouplingKind::Relation => "multiplier of the relation",
             CouplingKind::Screw => "force on the second joint along its axis",
+            CouplingKind::Strand(..) => "tension of the strand",
             CouplingKind::Rack(_) => "tooth force on the rack along its axis",
             CouplingKind::Gear(_) => match coupling.effort {
                 MotionKind::Translation => {

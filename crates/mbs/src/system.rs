@@ -56,6 +56,8 @@ pub struct SymbolicSystem {
     pub wrenches: Vec<Wrench>,
     /// Stops and friction: the rows that open and close.
     pub contacts: Vec<Contact>,
+    /// The conditions of latched signals, row by row: one where they hold, else zero.
+    pub conditions: Vec<Expr>,
     /// Kinks of the expressions.
     pub switches: Vec<Switch>,
     /// The equations that are integrated, when they are not these.
@@ -94,7 +96,7 @@ impl SymbolicSystem {
     }
 
     /// Parameters of everything that is compiled: the model's own, then the modes: σ of every
-    /// switch, then κ of every contact, after κ of friction its ς and p₀, then the values of the sampled signals.
+    /// switch, then κ of every contact, after κ of friction its ς and p₀, then the values of the signals that are held.
     pub fn parameters(&self, model: &Model) -> Vec<SymbolId> {
         let own = model.parameters.iter().map(|p| p.symbol);
         let kinks = self.switches.iter().map(|switch| switch.mode);
@@ -103,7 +105,7 @@ impl SymbolicSystem {
             Law::Friction { slip, stuck_at, .. } => vec![contact.closed, slip, stuck_at],
         };
         let contacts = self.contacts.iter().flat_map(of_contact);
-        let held = model.sampled.iter().map(|signal| signal.held);
+        let held = model.held.iter().map(|signal| signal.held);
         own.chain(kinks).chain(contacts).chain(held).collect()
     }
 }

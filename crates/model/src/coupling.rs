@@ -4,7 +4,7 @@ use bksim_expr::Expr;
 
 use crate::body::Anchor;
 use crate::diagnostic::Span;
-use crate::ids::{BodyId, JointId};
+use crate::ids::{BeltId, BodyId, JointId};
 use crate::joint::MotionKind;
 
 /// A condition between motions of joints.
@@ -36,12 +36,20 @@ pub enum CouplingKind {
     Belt(Wheels),
     /// A pinion on a rack.
     Rack(Rack),
+    /// The strand of this number of a belt, from the wheel of this number to the next.
+    Strand(BeltId, usize),
 }
 
 impl CouplingKind {
-    /// True where its force is a pair on two bodies at one place.
-    pub fn is_pair(&self) -> bool {
-        matches!(self, Self::Gear(_) | Self::Belt(_) | Self::Rack(_))
+    /// True where the equations have its wrenches in place of its slopes: of pairs of forces at one place in a
+    /// mechanism with cut joints, whose reactions then are their multipliers, and of strands, whose slopes are
+    /// these wrenches, but written at length.
+    pub fn has_row_of_wrenches(&self, has_cuts: bool) -> bool {
+        match self {
+            Self::Gear(_) | Self::Belt(_) | Self::Rack(_) => has_cuts,
+            Self::Strand(..) => true,
+            Self::Relation | Self::Screw => false,
+        }
     }
 }
 

@@ -21,6 +21,8 @@ ids! {
     DriveId,
     /// Index into [`Model::couplings`](crate::Model::couplings).
     CouplingId,
+    /// Index into [`Model::belts`](crate::Model::belts).
+    BeltId,
     /// Index into [`Model::curves`](crate::Model::curves).
     CurveId,
     /// Index into [`Model::laws`](crate::Model::laws).

@@ -15,6 +15,7 @@
 //! assert_eq!(model.bodies[1].name, "bob");
 //! ```
 
+mod belt;
 mod body;
 mod coupling;
 mod curve;
@@ -34,13 +35,14 @@ mod solve;
 mod state;
 mod table;
 
+pub use belt::{Belt, BeltWheel};
 pub use body::{Anchor, Body, FixedTurn, Inertia, Point, Solid, SolidForm};
 pub use coupling::{Coupling, CouplingKind, Rack, Wheels};
 pub use curve::{Cam, CamLaw, Curve, FollowerKind, LawSegment};
 pub use drive::Drive;
 pub use ids::{
-    BodyId, ClockId, CouplingId, CurveId, DriveId, GROUND, JointId, LawId, LoadId, ParameterId,
-    PointId, StateId, Vector,
+    BeltId, BodyId, ClockId, CouplingId, CurveId, DriveId, GROUND, JointId, LawId, LoadId,
+    ParameterId, PointId, StateId, Vector,
 };
 pub use joint::{JOINT_TYPES, Joint, JointKind, MotionKind, motion_words};
 pub use load::{FrictionLaw, Load, LoadKind, Surface};
@@ -48,5 +50,5 @@ pub use measure::{Axis, Frame, Initial, Measure, Orientation, Signal};
 pub use mesh::{Mesh, MeshFault, MeshMoments};
 pub use model::{CoordinatePolicy, Model, Parameter, Space};
 pub use solve::{Formulation, Jit, MOST_OUTPUTS, Method, Outputs, SolveOptions};
-pub use state::{Clock, NamedSignal, SampledSignal, State};
+pub use state::{Clock, HeldChange, HeldSignal, LatchRow, NamedSignal, State};
 pub use table::TableCall;

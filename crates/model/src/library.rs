@@ -18,13 +18,20 @@ macro_rules! parts {
 }
 
 parts![
+    "band-brake",
     "bump-stop",
+    "bushing",
     "clutch-brake",
     "dc-motor",
+    "flywheel",
     "gas-spring",
     "hydraulic-cylinder",
     "induction-motor",
+    "leaf-spring",
+    "one-way-clutch",
     "pid",
+    "pneumatic-cylinder",
+    "ratchet",
     "stepper-motor",
 ];
 

@@ -8,6 +8,7 @@
 
 use bksim_expr::{Expr, Pool, PoolSnapshot, SymbolId};
 
+use crate::belt::Belt;
 use crate::body::Body;
 use crate::coupling::Coupling;
 use crate::curve::{CamLaw, Curve};
@@ -18,7 +19,7 @@ use crate::joint::Joint;
 use crate::load::Load;
 use crate::measure::{Initial, Orientation, Signal};
 use crate::solve::SolveOptions;
-use crate::state::{Clock, NamedSignal, SampledSignal, State};
+use crate::state::{Clock, HeldSignal, NamedSignal, State};
 use crate::table::TableCall;
 
 /// A whole mechanism as its author stated it; `Model<PoolSnapshot>` is the same for all threads at once.
@@ -48,6 +49,10 @@ pub struct Model<P = Pool> {
     pub curves: Vec<Curve>,
     /// The laws of motion of cams.
     pub laws: Vec<CamLaw>,
+    /// Belts around any number of wheels, in file order.
+    pub belts: Vec<Belt>,
+    /// Symbols that stand for what positions are where the start puts them: stated or guessed, else zero.
+    pub at_start: Vec<Signal>,
     /// In file order.
     pub drives: Vec<Drive>,
     /// Quantities that are integrated with the motion, in file order.
@@ -56,8 +61,8 @@ pub struct Model<P = Pool> {
     pub named_signals: Vec<NamedSignal>,
     /// Clocks, in file order.
     pub clocks: Vec<Clock>,
-    /// Signals that are computed at ticks, each after those it uses.
-    pub sampled: Vec<SampledSignal>,
+    /// Signals that are held: those computed at ticks, each after those it uses, then those latched by events.
+    pub held: Vec<HeldSignal>,
     /// Calls of tables that have no value beyond their rows.
     pub table_calls: Vec<TableCall>,
     /// Symbols used in expressions of loads and drives, and what they measure.
@@ -89,11 +94,13 @@ impl<P> Model<P> {
             couplings: self.couplings.clone(),
             curves: self.curves.clone(),
             laws: self.laws.clone(),
+            belts: self.belts.clone(),
+            at_start: self.at_start.clone(),
             drives: self.drives.clone(),
             states: self.states.clone(),
             named_signals: self.named_signals.clone(),
             clocks: self.clocks.clone(),
-            sampled: self.sampled.clone(),
+            held: self.held.clone(),
             table_calls: self.table_calls.clone(),
             signals: self.signals.clone(),
             initial: self.initial.clone(),

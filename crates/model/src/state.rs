@@ -48,21 +48,55 @@ pub struct Clock {
     pub span: Span,
 }
 
-/// A signal that changes at the ticks of a clock and is held in between.
+/// A signal that keeps its value in between: from tick to tick of a clock, or from event to event.
 #[derive(Clone, Debug)]
-pub struct SampledSignal {
-    /// Its clock.
-    pub clock: ClockId,
-    /// Symbol of the value that is held.
-    pub held: SymbolId,
-    /// Symbol of the value before the last tick of its clock, which other sampled signals may use.
-    pub previous: SymbolId,
-    /// The value that it takes at a tick: an expression of time, parameters, signals and values held.
-    pub value: Expr,
-    /// Its value before the first tick, an expression of parameters.
-    pub start: Expr,
+pub struct HeldSignal {
     /// Name as written.
     pub name: String,
-    /// Position of the value.
+    /// Symbol of the value that is held.
+    pub held: SymbolId,
+    /// Symbol of the value before the last tick of its clock, which sampled signals may use.
+    pub previous: SymbolId,
+    /// Its value at first, an expression of parameters.
+    pub start: Expr,
+    /// The occasions on which it changes.
+    pub change: HeldChange,
+    /// Position of the value, or of the rows.
     pub span: Span,
+}
+
+/// The occasions on which a signal that is held takes another value.
+#[derive(Clone, Debug)]
+pub enum HeldChange {
+    /// The ticks of a clock: the signal is sampled.
+    Tick {
+        /// Its clock.
+        clock: ClockId,
+        /// The value that it takes: an expression of time, parameters, signals and values held.
+        value: Expr,
+    },
+    /// Conditions that come to hold: the signal is latched.
+    Event {
+        /// In file order; the first that comes to hold counts.
+        rows: Vec<LatchRow>,
+    },
+}
+
+/// A condition, and the value that a latched signal takes where it comes to hold.
+#[derive(Clone, Copy, Debug)]
+pub struct LatchRow {
+    /// One where it holds, zero elsewhere: comparisons of time, parameters, signals and values held.
+    pub condition: Expr,
+    /// An expression of time, parameters, signals and values held.
+    pub value: Expr,
+}
+
+impl HeldSignal {
+    /// The rows of a latched signal; none of one that is sampled.
+    pub fn rows(&self) -> &[LatchRow] {
+        match &self.change {
+            HeldChange::Tick { .. } => &[],
+            HeldChange::Event { rows } => rows,
+        }
+    }
 }

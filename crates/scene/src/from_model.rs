@@ -3,6 +3,7 @@
 //! Everything is measured in radii of a pin, which follows from the lengths of the mechanism
 //! itself.
 
+mod belts;
 mod bodies;
 mod curves;
 mod ground;
@@ -58,6 +59,7 @@ impl Scene {
             shapes.extend(sketch.body(body));
         }
         shapes.extend(sketch.wheels());
+        shapes.extend(sketch.belts());
         shapes.extend(sketch.stops());
         shapes.extend(sketch.torsion_springs());
         shapes.extend(sketch.pins());
@@ -70,7 +72,7 @@ impl Scene {
             is_planar: model.space == Space::Planar,
             bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
             shapes,
-            spans: sketch.spans(),
+            spans: [sketch.spans(), sketch.strands()].concat(),
             markers: sketch.markers(),
             pin: sketch.pin,
         }

@@ -21,7 +21,7 @@ use bksim_mbs::coordinate::Owner;
 use bksim_mbs::kinematics::Kinematics;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_mbs::tree::Tree;
-use bksim_model::{Axis, BodyId, Initial, JointId, Measure, Model, Space};
+use bksim_model::{Axis, BodyId, Drive, Initial, JointId, Measure, Model, Space};
 
 /// Constraints count as closed below this, relative to the size of the mechanism.
 const CLOSURE_TOLERANCE: f64 = 1e-10;
@@ -172,6 +172,22 @@ fn uncut_guess(
             (None, Owner::Joint(..) | Owner::Body(..) | Owner::State(_)) => pool.zero(),
         })
         .collect();
+    // Ways of belts count from where the start puts their wheels, and there need be none elsewhere: what a drive
+    // prescribes is taken from the first guess on.
+    let prescribed: Vec<(SymbolId, Expr)> = match model.at_start.is_empty() {
+        true => Vec::new(),
+        false => uncut
+            .coordinates
+            .iter()
+            .filter_map(|c| {
+                let is_own =
+                    |drive: &&Drive| c.owner == Owner::Joint(drive.joint, drive.motion_idx);
+                Some((c.q, model.drives.iter().find(is_own)?.motion))
+            })
+            .collect(),
+    };
+    let measures: Vec<Expr> =
+        measures.into_iter().map(|measure| pool.substitute(measure, &prescribed)).collect();
     let symbols = uncut.coordinates.iter().map(|c| c.q);
     let inputs: Vec<SymbolId> = std::iter::once(model.time).chain(symbols).collect();
     let tape = Tape::compile(&model.pool, &measures, &inputs, parameters)?;

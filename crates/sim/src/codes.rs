@@ -20,6 +20,7 @@ bksim_model::codes! {
     UNCOUNTED_TURNS = "S021", "turns that cannot be counted";
     CENTRE_DISTANCE = "S022", "wheels that do not fit their centres";
     SHARED_REACTION = "S023", "friction by a reaction that is not unique";
+    BELT_WAY = "S024", "a belt without a way around its wheels";
     DRIVE_CANNOT_PASS = "R001", "a drive cannot pass a dead centre";
     NO_VALUE = "R002", "an expression leaves its domain";
     STEP_TOO_SMALL = "R003", "the step size became too small";
@@ -36,4 +37,5 @@ bksim_model::codes! {
     TABLE_LEFT = "R014", "a table is left";
     NO_SIGNAL = "R015", "a sampled signal without a value";
     JAMS = "R016", "a joint that jams while it moves";
+    ENDLESS = "R017", "latched signals that change without end";
 }

@@ -19,6 +19,7 @@ use crate::function::Function;
 use crate::linear::unrolled::UnrolledSolve;
 
 use crate::input::Inputs;
+use crate::latch::Latches;
 use crate::modes::Modes;
 use crate::modes::indicators::EventIndicators;
 use crate::pressing::{Bearing, PressingMultipliers, bearings, pressing_symbols};
@@ -71,6 +72,7 @@ pub struct CompiledSystem {
     /// The functions that decide the modes.
     pub(crate) indicators: EventIndicators,
     pub(crate) sampled: SampledSignals,
+    pub(crate) latches: Latches,
     /// The wrenches that joints in loops transmit.
     pub(crate) transmissions: Transmissions,
     /// Second angles of three in sequence.
@@ -92,6 +94,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     // Modes stand for everything that switches.
     let indicators = EventIndicators::compile(model, system)?;
     let sampled = SampledSignals::compile(model, system)?;
+    let latches = Latches::compile(model, system)?;
     let (written, system) = (system, system.integrated());
     // Arguments and parameters.
     let coordinates = system.coordinates();
@@ -156,6 +159,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         reactions: function(&reaction_outputs, &[&q, &v, &a, &lambda, u])?,
         indicators,
         sampled,
+        latches,
         transmissions: Transmissions::compile(model, system, &q, &parameters)?,
         second_angles: system.kinematics.sequences().iter().map(|three| three[1]).collect(),
         signals: (!signals.is_empty()).then(|| function(&signals, &[&q, &v, u])).transpose()?,

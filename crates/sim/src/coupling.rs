@@ -1,13 +1,16 @@
 //! Checks of couplings that need the equations: angles that count turns, and wheels that fit their centres.
 
 use bksim_expr::{Expr, SymbolId, Tape, TapeError};
+use bksim_mbs::belt::ends;
 use bksim_mbs::coordinate::Owner;
 use bksim_mbs::coupling::{center_line, turn};
+use bksim_mbs::signal::{coordinates_at_start, signal_values};
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::short;
-use bksim_model::{Coupling, CouplingKind, Measure, Model, MotionKind, Space, Wheels};
+use bksim_model::{Belt, Coupling, CouplingKind, Measure, Model, MotionKind, Space, Wheels};
 
+use crate::belt::{NoStrand, Way};
 use crate::codes;
 
 /// Largest difference of a centre distance from the sum of the radii, relative to it.
@@ -28,7 +31,100 @@ pub(crate) fn check_couplings(
             faults.extend(misfit(model, system, coupling, wheels)?);
         }
     }
+    for belt in &model.belts {
+        faults.extend(belt_fault(model, system, belt)?);
+    }
     Ok(faults)
+}
+
+/// A belt that does not fit its wheels where the start puts them.
+fn belt_fault(
+    model: &Model,
+    system: &SymbolicSystem,
+    belt: &Belt,
+) -> Result<Option<Diagnostic>, TapeError> {
+    let fault = |message: String, label: &str, help: String| {
+        let fault = Diagnostic::error(codes::BELT_WAY, message).at(belt.span.clone(), label);
+        Ok(Some(fault.help(help)))
+    };
+    if model.space == Space::Spatial {
+        let message = format!("belt `{}` goes around its wheels in space", belt.name);
+        let help = "couple the wheels two by two, each pair with a belt of its own";
+        return fault(message, "needs a planar model", help.to_owned());
+    }
+
+    // The wheels where the start puts them, and the way around them.
+    let (pool, kinematics) = (&model.pool, &system.kinematics);
+    let start: Vec<(SymbolId, Expr)> = coordinates_at_start(model, kinematics);
+    let mut outputs = Vec::new();
+    for wheel in &belt.wheels {
+        let center = kinematics.anchor(model, ends(model, wheel)[1]);
+        outputs.extend([center[0], center[1]].map(|part| pool.substitute(part, &start)));
+        outputs.push(wheel.radius);
+    }
+    outputs.push(belt.length.unwrap_or(pool.zero()));
+    let symbols: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
+    let values: Vec<f64> = model.parameters.iter().map(|p| p.value).collect();
+    let tape = Tape::compile(pool, &outputs, &[], &symbols)?;
+    let mut out = vec![0.0; outputs.len()];
+    tape.evaluate(&mut tape.workspace(&values), &[], &mut out);
+    let (wheels, rest) = out.as_chunks::<3>();
+    let wheels: Vec<([f64; 2], f64)> = wheels.iter().map(|&[x, y, r]| ([x, y], r)).collect();
+    let mm = |length: f64| format!("{} mm", short(1e3 * length));
+    let name = |k: usize| &model.joints[belt.wheels[k % wheels.len()].joint.0].name;
+    let way = match Way::around(&wheels) {
+        Ok(way) => way,
+        Err(NoStrand(k)) => {
+            let (([ax, ay], a), ([bx, by], b)) = (wheels[k], wheels[(k + 1) % wheels.len()]);
+            let distance = (bx - ax).hypot(by - ay);
+            let message = format!(
+                "belt `{}` has no way from the wheel of `{}` to that of `{}`",
+                belt.name,
+                name(k),
+                name(k + 1)
+            );
+            let label = format!("their centres are {} apart at the start", mm(distance));
+            let help = format!(
+                "bring them more than {} apart: move them, or state or guess in `[initial]` where they begin",
+                mm((b - a).abs())
+            );
+            return fault(message, &label, help);
+        }
+    };
+
+    // A belt that goes around more than once crosses itself.
+    let turns = way.turns(&wheels);
+    let is_crossed = wheels.iter().any(|w| w.1 > 0.0) && wheels.iter().any(|w| w.1 < 0.0);
+    let is_simple = (turns.abs() - 1.0).abs() < 0.5 || is_crossed && turns.abs() < 0.5;
+    if !is_simple {
+        let message =
+            format!("belt `{}` winds {} times around itself", belt.name, short(turns.round()));
+        let help = "list the wheels in the order in which the belt comes to them, counter-clockwise, or say by `turns` in which sense it goes around each";
+        return fault(message, "does not follow these wheels", help.to_owned());
+    }
+    let signals = signal_values(model, kinematics);
+    let moving = pool.simplify(pool.substitute(belt.way, &signals));
+    let is_moving = !kinematics.coordinates_in(pool, &[moving]).is_empty();
+    let (length, found) = (rest[0], way.length(&wheels));
+    if is_moving && belt.length.is_none() {
+        let message = format!("belt `{}` has no length, but its wheels move", belt.name);
+        let help = format!("write its length; the way at the start is `length = \"{found} m\"`");
+        return fault(message, "as long as the way around the wheels allows", help);
+    }
+    let is_rigid = belt.tensions.is_empty() && belt.length.is_some();
+    if !is_moving && is_rigid && (found - length).abs() > FIT * found {
+        let message = format!(
+            "belt `{}` is {} long, the way around its wheels {}",
+            belt.name,
+            mm(length),
+            mm(found)
+        );
+        let help = format!(
+            "write `length = \"{found} m\"` or leave it out, move a wheel, or give the belt a `stiffness`"
+        );
+        return fault(message, "nothing can move to make up for it", help);
+    }
+    Ok(None)
 }
 
 /// An angle of the relation that is known up to whole turns only.

@@ -152,9 +152,10 @@ fn parts(model: &Model, system: &SymbolicSystem) -> Vec<(String, Vec<Expr>)> {
             };
             system.contacts.iter().flat_map(|contact| law(contact.law)).collect()
         }),
-        ("a clock, or where a sampled signal starts", {
+        ("a condition of a latched signal", system.conditions.clone()),
+        ("a clock, or where a signal that is held starts", {
             let clocks = model.clocks.iter().flat_map(|clock| [clock.start, clock.every]);
-            clocks.chain(model.sampled.iter().map(|signal| signal.start)).collect()
+            clocks.chain(model.held.iter().map(|signal| signal.start)).collect()
         }),
         ("the start", model.initial.iter().map(|initial| initial.value).collect()),
     ];

@@ -1,6 +1,7 @@
 //! Mechanisms in numbers and time: compiled functions, the consistent start, modes, the run.
 
 mod assembly;
+pub mod belt;
 pub mod codes;
 pub mod compiled;
 mod coupling;
@@ -11,6 +12,7 @@ mod function;
 pub mod functions;
 pub mod hybrid;
 pub mod input;
+mod latch;
 mod linear;
 pub mod load_forces;
 pub mod measure;

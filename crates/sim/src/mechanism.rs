@@ -59,7 +59,7 @@ impl Mechanism {
     /// [`Rejected`] when an expression of the model cannot be compiled.
     pub fn positions(mut model: Model) -> Result<Self, Rejected> {
         // Nor have controllers a part in them.
-        model.sampled.clear();
+        model.held.clear();
         model.named_signals.clear();
         let system = assemble_positions(&model);
         let faults = check_couplings(&model, &system).map_err(|e| uncompiled(&e))?;

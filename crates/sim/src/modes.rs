@@ -4,11 +4,11 @@
 //! switch     σ            sign of the function u that decides it, ±1
 //! stop       κ            1 in contact, else 0
 //! friction   κ, ς, p₀     κ = 1 while it sticks at p₀; ς = sign p′ while it slips
-//! signal     x            its value since the last tick of its clock
+//! signal     x            its value since the last tick of its clock, or the last condition
 //! ```
 //!
 //! The compiled functions take them as parameters after the model's own, in this order: all σ, then
-//! the numbers of every contact, then the sampled signals.
+//! the numbers of every contact, then the signals that are held.
 
 pub(crate) mod indicators;
 
@@ -23,7 +23,7 @@ pub(crate) struct Modes {
     pub(crate) signs: Vec<f64>,
     /// Modes of the contacts, in the order of the system.
     pub(crate) contacts: Vec<ContactMode>,
-    /// Values of the sampled signals.
+    /// Values of the signals that are held.
     pub(crate) held: Held,
 }
 

@@ -6,13 +6,13 @@
 //! ```
 //!
 //! Between ticks x is a number like a mode: a parameter of everything that is compiled. A run ends a step
-//! exactly at a tick and goes on from there as from an event.
+//! exactly at a tick and goes on from there as from an event. Signals that conditions latch are held with these.
 
 use bksim_dae::{Loader, Saver, SolveError};
 use bksim_expr::{SymbolId, TapeError};
 use bksim_mbs::signal::signal_values;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::{ClockId, MOST_OUTPUTS, Model, SampledSignal, SolveOptions};
+use bksim_model::{ClockId, HeldChange, HeldSignal, MOST_OUTPUTS, Model, SolveOptions};
 
 use crate::function::{Buffers, Function};
 use crate::input::{InputValues, Inputs, input_symbols, without_inputs};
@@ -24,7 +24,7 @@ const SAME_TICK: f64 = 1e-6;
 /// The sampled signals of one mechanism, compiled.
 #[derive(Clone, Debug)]
 pub(crate) struct SampledSignals {
-    /// Start and period of every clock, then every signal before its first tick: of the parameters.
+    /// Start and period of every clock, then the first value of every signal that is held: of the parameters.
     constants: Function,
     n_clocks: usize,
     /// Each after those it uses.
@@ -33,6 +33,8 @@ pub(crate) struct SampledSignals {
 
 #[derive(Clone, Debug)]
 struct CompiledSignal {
+    /// Its place among the signals that are held.
+    signal: usize,
     clock: ClockId,
     /// Of t, q, v, the inputs, the values held, and those before.
     value: Function,
@@ -41,10 +43,10 @@ struct CompiledSignal {
 /// The values that are held.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(crate) struct Held {
-    /// Of every sampled signal, SI.
+    /// Of every signal that is held, SI.
     pub(crate) values: Vec<f64>,
     /// Before the last tick of its clock.
-    previous: Vec<f64>,
+    pub(crate) previous: Vec<f64>,
     /// The tick that was passed last, or the start of the run, s.
     t: f64,
 }
@@ -65,7 +67,7 @@ pub(crate) struct Tick {
     slack: f64,
 }
 
-/// A sampled signal has no finite value at a tick.
+/// A signal that is held takes no finite value.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct NoSignal {
     /// Its index.
@@ -90,27 +92,29 @@ impl SampledSignals {
     pub(crate) fn compile(model: &Model, system: &SymbolicSystem) -> Result<Self, TapeError> {
         let own: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
         let constants = model.clocks.iter().flat_map(|clock| [clock.start, clock.every]);
-        let constants: Vec<_> = constants.chain(model.sampled.iter().map(|s| s.start)).collect();
+        let constants: Vec<_> = constants.chain(model.held.iter().map(|s| s.start)).collect();
         let own = without_inputs(model, own);
 
         let coordinates = system.coordinates();
         let q: Vec<SymbolId> = coordinates.iter().map(|c| c.q).collect();
         let v: Vec<SymbolId> = coordinates.iter().map(|c| c.v).collect();
-        let held: Vec<SymbolId> = model.sampled.iter().map(|s| s.held).collect();
-        let previous: Vec<SymbolId> = model.sampled.iter().map(|s| s.previous).collect();
+        let held: Vec<SymbolId> = model.held.iter().map(|s| s.held).collect();
+        let previous: Vec<SymbolId> = model.held.iter().map(|s| s.previous).collect();
         let (time, inputs) = ([model.time], input_symbols(model));
         let arguments = [&time[..], &q, &v, &inputs, &held, &previous];
         let measures =
             if held.is_empty() { Vec::new() } else { signal_values(model, &system.kinematics) };
-        let signal = |signal: &SampledSignal| {
-            let value = model.pool.substitute(signal.value, &measures);
+        let signal = |(signal, of): (usize, &HeldSignal)| {
+            let HeldChange::Tick { clock, value } = of.change else { return Ok(None) };
+            let value = model.pool.substitute(value, &measures);
             let value = Function::compile(model, &[value], &arguments, &own)?;
-            Ok(CompiledSignal { clock: signal.clock, value })
+            Ok(Some(CompiledSignal { signal, clock, value }))
         };
+        let signals = model.held.iter().enumerate().filter_map(|held| signal(held).transpose());
         Ok(Self {
             constants: Function::compile(model, &constants, &[], &own)?,
             n_clocks: model.clocks.len(),
-            signals: model.sampled.iter().map(signal).collect::<Result<_, TapeError>>()?,
+            signals: signals.collect::<Result<_, TapeError>>()?,
         })
     }
 
@@ -231,20 +235,19 @@ impl Sampling<'_> {
         held: &mut Held,
     ) -> Result<(), NoSignal> {
         let Self { signals, clocks, buffers, inputs, .. } = self;
-        let all = signals.signals.iter().zip(buffers).enumerate();
-        let ticking = all.filter(|(_, (signal, _))| clocks[signal.clock.0].is_at(t));
-        let ticking: Vec<_> = ticking.collect();
-        for (k, _) in &ticking {
-            held.previous[*k] = held.values[*k];
+        let all = signals.signals.iter().zip(buffers);
+        let ticking: Vec<_> = all.filter(|(signal, _)| clocks[signal.clock.0].is_at(t)).collect();
+        for (CompiledSignal { signal, .. }, _) in &ticking {
+            held.previous[*signal] = held.values[*signal];
         }
-        for (k, (signal, buffers)) in ticking {
+        for (signal, buffers) in ticking {
             let inputs = inputs.at(t, q, v);
             let arguments = [&[t], q, v, inputs, &held.values, &held.previous];
             let value = signal.value.evaluate(buffers, &arguments)[0];
             if !value.is_finite() {
-                return Err(NoSignal { signal: k });
+                return Err(NoSignal { signal: signal.signal });
             }
-            held.values[k] = value;
+            held.values[signal.signal] = value;
         }
         held.t = t;
         Ok(())

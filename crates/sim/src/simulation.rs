@@ -249,7 +249,8 @@ impl Simulation {
         modes: &Modes,
     ) -> Result<Start, Diagnostic> {
         let Self { compiled, parameters, options, .. } = self;
-        let next = start.going_on(compiled, parameters, options, state, modes);
+        let before = (modes, compiled.latches.holding(parameters, modes));
+        let next = start.going_on(compiled, parameters, options, state, before);
         next.map_err(|error| self.diagnose_start(&error))
     }
 

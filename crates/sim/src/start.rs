@@ -11,7 +11,9 @@ use std::borrow::Cow;
 use crate::assembly::Closure;
 use crate::compiled::CompiledSystem;
 use crate::evaluator::Evaluator;
-use crate::hybrid::{Bands, ConsistentModes, Instant, consistent_modes_without_impact};
+use crate::hybrid::{
+    Bands, ConsistentModes, Instant, consistent_modes_without_impact, latched_modes,
+};
 use crate::linear::dense::Dependence;
 use crate::linear::rank::dependent_rows;
 use crate::linear::rows::SparseRows;
@@ -230,7 +232,8 @@ pub fn start_at(
         let state = State { t, q, v };
         completed(&mut evaluator, &mut multipliers, state, modes, &dependence)?
     } else {
-        modes_of_start(compiled, parameters, options, &modes, (t, q, v))?
+        let holding = compiled.latches.none_hold();
+        modes_of_start(compiled, parameters, options, (&modes, holding), (t, q, v))?
     };
     let instant = redundancy::MovingInstant { t, q: &found.q, v: &found.v, a: &found.a };
     let uniqueness = compiled.uniqueness(parameters, instant, &found.modes);
@@ -325,11 +328,12 @@ impl Start {
         let mut held = sampling.begin(*t);
         sampling.tick(*t, q, v, &mut held).map_err(no_signal)?;
         let modes = compiled.indicators.decided(held, parameters, (*t, q, v));
-        self.going_on(compiled, parameters, options, state, &modes).map(Cow::Owned)
+        let before = (&modes, compiled.latches.none_hold());
+        self.going_on(compiled, parameters, options, state, before).map(Cow::Owned)
     }
 
     /// The start of a motion that goes on from a state of the one that started here, in which `before` are
-    /// the modes, with other values of parameters that only loads depend on.
+    /// the modes and the conditions that held, with other values of parameters that only loads depend on.
     ///
     /// # Errors
     /// [`StartError`] when no modes are consistent, or a load has no value.
@@ -339,7 +343,7 @@ impl Start {
         parameters: &[f64],
         options: &SolveOptions,
         state: State,
-        before: &Modes,
+        (before, holding): (&Modes, Vec<bool>),
     ) -> Result<Self, StartError> {
         let State { t, q, v } = state;
         let found = if compiled.indicators.is_empty() {
@@ -349,7 +353,7 @@ impl Start {
             let state = State { t, q, v };
             completed(&mut evaluator, &mut multipliers, state, before.clone(), &self.dependence)?
         } else {
-            modes_of_start(compiled, parameters, options, before, (t, q, v))?
+            modes_of_start(compiled, parameters, options, (before, holding), (t, q, v))?
         };
         let ConsistentModes { modes, q, v, a, lambda, inactive, .. } = found;
         let state = State { t, q: q.clone(), v: v.clone() };
@@ -388,7 +392,7 @@ fn modes_of_start(
     compiled: &CompiledSystem,
     parameters: &[f64],
     options: &SolveOptions,
-    before: &Modes,
+    (before, holding): (&Modes, Vec<bool>),
     (t, q, v): (f64, Vec<f64>, Vec<f64>),
 ) -> Result<ConsistentModes, StartError> {
     const BEYOND: f64 = 1e-9;
@@ -404,5 +408,6 @@ fn modes_of_start(
     }
     let bands = Bands::new(options.atol, &values, &compiled.indicators);
     let instant = Instant { compiled, parameters, t, q, v, before, fired: &[], bands };
-    consistent_modes_without_impact(instant).map_err(StartError::NoConsistentModes)
+    latched_modes(instant, holding, consistent_modes_without_impact)
+        .map_err(StartError::NoConsistentModes)
 }

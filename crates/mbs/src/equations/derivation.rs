@@ -48,7 +48,7 @@ pub(super) fn derive(model: &Model, system: &SymbolicSystem) -> UnsimplifiedEqua
     // Of wheels whose joints are cut the wrenches stand in the equations.
     let is_pair = |c: &Constraint| match c.source {
         Source::Coupling(id) => {
-            model.couplings[id.0].kind.is_pair() && !system.tree.cuts.is_empty()
+            model.couplings[id.0].kind.has_row_of_wrenches(!system.tree.cuts.is_empty())
         }
         _ => false,
     };

@@ -145,7 +145,7 @@ impl Reader<'_> {
         let names: Vec<String> = self.laws.iter().map(|law| law.name.clone()).collect();
         let Some(law) = names.iter().position(|name| name == quoted.text) else {
             // One that could not be read was reported there.
-            if self.table_named(quoted.text).is_some_and(|idx| self.tables[idx].columns.is_none()) {
+            if self.table_named(quoted.text).is_some_and(|idx| self.tables[idx].form.is_none()) {
                 return None;
             }
             let names: Vec<&str> = names.iter().map(String::as_str).collect();

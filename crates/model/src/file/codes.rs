@@ -68,6 +68,7 @@ crate::codes! {
     UNKNOWN_CURVE = "M092", "a curve that does not exist";
     BAD_PART = "M093", "a part that cannot be used";
     BAD_COUNT = "M094", "a count that repeats nothing";
+    NO_CONDITION = "M095", "a condition that compares nothing";
     BAD_MESH = "M100", "a mesh that cannot be read";
     OPEN_MESH = "M101", "a mesh that encloses no volume";
 }

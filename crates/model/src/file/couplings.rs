@@ -19,8 +19,39 @@ const COUPLINGS: [(&str, &[&str]); 6] = [
         "gear",
         &["type", "between", "teeth", "module", "radii", "ratio", "internal", "carrier", "phase"],
     ),
-    ("belt", &["type", "between", "teeth", "module", "radii", "crossed", "carrier", "phase"]),
-    ("chain", &["type", "between", "teeth", "module", "radii", "carrier", "phase"]),
+    (
+        "belt",
+        &[
+            "type",
+            "between",
+            "teeth",
+            "module",
+            "radii",
+            "crossed",
+            "carrier",
+            "phase",
+            "turns",
+            "length",
+            "stiffness",
+            "damping",
+        ],
+    ),
+    (
+        "chain",
+        &[
+            "type",
+            "between",
+            "teeth",
+            "module",
+            "radii",
+            "carrier",
+            "phase",
+            "turns",
+            "length",
+            "stiffness",
+            "damping",
+        ],
+    ),
     ("rack", &["type", "between", "teeth", "module", "radius", "reversed", "phase"]),
     ("screw", &["type", "between", "lead", "phase"]),
     ("relation", &["type", "relation"]),
@@ -32,23 +63,24 @@ impl Reader<'_> {
         let mut couplings = Vec::new();
         for (name, span, table) in self.own_tables(root, "coupling") {
             self.usable_name(name, &span, "coupling");
-            couplings.extend(self.read_coupling(name, table, span));
+            couplings.extend(self.read_coupling(name, table, span).unwrap_or_default());
         }
         couplings
     }
 
-    fn read_coupling(&mut self, name: &str, table: &Table, span: Span) -> Option<Coupling> {
+    fn read_coupling(&mut self, name: &str, table: &Table, span: Span) -> Option<Vec<Coupling>> {
         let owner = format!("coupling `{name}`");
         let (word, fields) = Fields::of_type(self, table, owner, span, &COUPLINGS)?;
         let (kind, relation, effort) = match word {
             "relation" => self.read_relation(&fields)?,
             "rack" => self.read_rack(&fields)?,
             "screw" => self.read_screw(&fields)?,
+            "belt" | "chain" if Self::is_loop(&fields) => return self.read_belt(name, &fields),
             _ => self.read_wheels(word, &fields)?,
         };
         let keys = ["relation", "ratio", "teeth", "radii", "radius", "lead"];
         let span = fields.location(&keys);
-        Some(Coupling { name: name.to_owned(), kind, relation, effort, span })
+        Some(vec![Coupling { name: name.to_owned(), kind, relation, effort, span }])
     }
 
     /// A relation of any positions, which is zero.
@@ -65,9 +97,10 @@ impl Reader<'_> {
             .collect();
         let fault = match used.iter().any(|measure| measure.is_velocity()) {
             true => Some(("depends on a rate", "write it in positions: `A.angle`, `rod.P.x`")),
-            false if self.is_held(scalar.expr) => {
-                Some(("jumps with a sampled signal", "write it in positions: `A.angle`, `rod.P.x`"))
-            }
+            false if self.is_held(scalar.expr) => Some((
+                "jumps with a signal that is held",
+                "write it in positions: `A.angle`, `rod.P.x`",
+            )),
             false if used.is_empty() => {
                 Some(("depends on nothing that moves", "name positions: `A.angle`, `rod.P.x`"))
             }

@@ -3,7 +3,8 @@
 use bksim_expr::Expr;
 
 use super::codes;
-use super::pieces::{Columns, MeasuredTable, spline};
+use super::grids::{MeasuredTable, TableForm};
+use super::pieces::{Columns, spline};
 use super::reader::{Fields, Reader};
 use super::tree::{Node, Table, Value};
 use super::units::Quantity;
@@ -41,8 +42,8 @@ impl Reader<'_> {
                 continue;
             };
             if word == "cam-law" {
-                let columns = self.read_law(name, &fields);
-                self.tables.push(MeasuredTable { name: name.to_owned(), columns });
+                let form = self.read_law(name, &fields).map(TableForm::Columns);
+                self.tables.push(MeasuredTable { name: name.to_owned(), form });
                 continue;
             }
             let curve = match word {

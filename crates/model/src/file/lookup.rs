@@ -39,7 +39,7 @@ impl Reader<'_> {
                 return Some(Lowered { span, ..known });
             }
             ([_], Some(Meaning::Time)) => {
-                if context.scope == Scope::Constant {
+                if matches!(context.scope, Scope::Constant | Scope::Held) {
                     self.not_constant(name, span, context);
                     return None;
                 }
@@ -49,8 +49,13 @@ impl Reader<'_> {
             ([_], Some(Meaning::Value(idx))) => {
                 // One that could not be read was reported there.
                 let known = self.value_of(idx)?;
-                let is_fixed = context.scope == Scope::Constant && known.value.is_none();
-                if is_fixed || context.scope == Scope::Time && self.moves(known.expr) {
+                let is_refused = match context.scope {
+                    Scope::Constant => known.value.is_none(),
+                    Scope::Held => !self.stays_between_events(known.expr),
+                    Scope::Time => self.moves(known.expr),
+                    Scope::Motion | Scope::Tick => false,
+                };
+                if is_refused {
                     self.not_constant(name, span, context);
                     return None;
                 }
@@ -68,7 +73,7 @@ impl Reader<'_> {
             _ => return None,
         };
         // Everything else is of the motion: a signal stands for it.
-        if matches!(context.scope, Scope::Constant | Scope::Time) {
+        if matches!(context.scope, Scope::Constant | Scope::Held | Scope::Time) {
             self.not_constant(name, span, context);
             return None;
         }
@@ -82,6 +87,10 @@ impl Reader<'_> {
             Scope::Constant => {
                 ("must not change during the motion", "use numbers and parameters only")
             }
+            Scope::Held => (
+                "must not change during the motion",
+                "use numbers, parameters, and signals that are latched or sampled only",
+            ),
             _ => ("is prescribed", "use numbers, parameters and the time `t` only"),
         };
         let message = format!("{} {rule}, but uses `{}`", context.what, cut(name));

@@ -25,6 +25,7 @@
 //! ```
 
 mod axes;
+mod belts;
 mod between;
 mod bodies;
 mod cams;
@@ -39,8 +40,10 @@ mod expand;
 mod frames;
 mod function;
 mod gather;
+mod grids;
 mod initial;
 mod joints;
+mod latched;
 mod laws;
 mod loads;
 mod lookup;
@@ -62,6 +65,7 @@ mod solve;
 mod springs;
 mod stated;
 mod states;
+mod surfaces;
 mod syntax;
 mod tables;
 mod tree;
@@ -193,6 +197,10 @@ pub fn read_recorded(source: &Source<'_>, varied: &[String]) -> (Reading, Option
         local: None,
         values: Vec::new(),
         sampled: Vec::new(),
+        belts: Vec::new(),
+        belt_signals: Vec::new(),
+        at_start: Vec::new(),
+        latched: Vec::new(),
         joint_ends: Vec::new(),
         joint_bodies: Vec::new(),
         topology_unknown: false,

@@ -2,14 +2,6 @@
 
 use super::value::Kind;
 
-/// A table that was read.
-#[derive(Clone, Debug)]
-pub(super) struct MeasuredTable {
-    pub(super) name: String,
-    /// Of the argument and of the value; `None` until it is read, and for ever when it is faulty.
-    pub(super) columns: Option<Columns>,
-}
-
 /// A function of one variable, piece by piece.
 #[derive(Clone, Debug)]
 pub(super) struct Columns {
@@ -29,6 +21,15 @@ pub(super) struct Piece {
     pub(super) powers: Vec<f64>,
     /// A, ω and φ.
     pub(super) sine: Option<[f64; 3]>,
+}
+
+/// The way between two rows.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Interpolation {
+    /// A cubic spline with continuous second derivatives, which are zero at the ends.
+    Smooth,
+    /// Straight lines.
+    Linear,
 }
 
 /// The values of a table outside of its rows.

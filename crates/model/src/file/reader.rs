@@ -5,17 +5,20 @@ use bksim_expr::{Expr, Pool};
 
 use super::codes;
 use super::definition::ParameterState;
+use super::grids::MeasuredTable;
 use super::names::{Names, SampledName};
-use super::pieces::MeasuredTable;
 use super::replay::{Constant, Constants};
 use super::tree::{Entry, Node, Quoted, Table, Value};
 use super::units::FileUnits;
 use super::value::Lowered;
 use super::words::{closest, cut, suggest};
+use crate::belt::Belt;
 use crate::body::Anchor;
 use crate::curve::{CamLaw, Curve};
 use crate::diagnostic::{Code, Diagnostic, Span};
 use crate::ids::BodyId;
+use crate::measure::Signal;
+use crate::state::NamedSignal;
 use crate::table::TableCall;
 
 /// Faults after which further ones are no longer explained; comparing names takes time.
@@ -47,6 +50,14 @@ pub(super) struct Reader<'a> {
     pub(super) values: Vec<Option<Lowered>>,
     /// Signals with a clock.
     pub(super) sampled: Vec<SampledName>,
+    /// Belts around any number of wheels.
+    pub(super) belts: Vec<Belt>,
+    /// Their lengths, wraps and tensions.
+    pub(super) belt_signals: Vec<NamedSignal>,
+    /// Symbols that stand for positions at the start.
+    pub(super) at_start: Vec<Signal>,
+    /// Symbols of the signals that conditions latch.
+    pub(super) latched: Vec<Expr>,
     pub(super) faults: Vec<Diagnostic>,
     /// How values follow from parameters that vary.
     pub(super) constants: Constants,

@@ -15,7 +15,7 @@ use super::value::{Kind, Lowered, Scalar, Scope};
 use super::words::cut;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::ClockId;
-use crate::state::{Clock, SampledSignal};
+use crate::state::{Clock, HeldChange, HeldSignal};
 
 /// Functions that round; all are made of the first.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -162,7 +162,7 @@ impl Reader<'_> {
         &mut self,
         value_idx: usize,
         value: Lowered,
-    ) -> Option<(SampledSignal, Lowered)> {
+    ) -> Option<(HeldSignal, Lowered)> {
         let known = self.sampled.iter().find(|known| known.value_idx == value_idx)?.clone();
         let start = known.start.unwrap_or_else(|| {
             Lowered::new(self.pool.zero(), Kind::Bare, None, value.span.clone())
@@ -201,13 +201,12 @@ impl Reader<'_> {
             return None;
         }
         let [held, previous] = known.symbols.map(|symbol| self.pool.symbol_id(symbol));
-        let signal = SampledSignal {
-            clock: known.clock,
+        let signal = HeldSignal {
+            name: known.name,
             held: held?,
             previous: previous?,
-            value: value.expr,
             start: start.expr,
-            name: known.name,
+            change: HeldChange::Tick { clock: known.clock, value: value.expr },
             span: value.span.clone(),
         };
         let held = Lowered {
@@ -217,10 +216,12 @@ impl Reader<'_> {
         Some((signal, held))
     }
 
-    /// True where a value is held from tick to tick.
+    /// True where a value is held from tick to tick, or from event to event.
     pub(super) fn is_held(&self, expr: Expr) -> bool {
-        self.sampled.iter().any(|known| {
-            let symbol = self.pool.symbol_id(known.symbols[0]);
+        let mut held =
+            self.sampled.iter().map(|known| known.symbols[0]).chain(self.latched.clone());
+        held.any(|symbol| {
+            let symbol = self.pool.symbol_id(symbol);
             symbol.is_some_and(|symbol| self.pool.depends_on(expr, symbol))
         })
     }

@@ -77,8 +77,9 @@ impl Reader<'_> {
             .collect();
         self.joint_bodies =
             self.joint_ends.iter().map(|ends| ends.map(|ends| ends.map(|end| end.body))).collect();
-        let controllers = self.read_controllers(root);
+        let mut controllers = self.read_controllers(root);
         let couplings = self.read_couplings(root);
+        controllers.signals.append(&mut self.belt_signals);
         let loads = self.read_loads(root);
         let drives = self.read_drives(root);
         let (mut initial, orientations) = self.read_initial(root);
@@ -109,11 +110,13 @@ impl Reader<'_> {
             curves: self.take_curves(),
             laws: std::mem::take(&mut self.laws),
             loads,
+            belts: std::mem::take(&mut self.belts),
+            at_start: std::mem::take(&mut self.at_start),
             drives,
             states: controllers.states,
             named_signals: controllers.signals,
             clocks: controllers.clocks,
-            sampled: controllers.sampled,
+            held: controllers.held,
             table_calls: std::mem::take(&mut self.table_calls),
             signals: std::mem::take(&mut self.names.signals),
             initial,

@@ -1,5 +1,5 @@
 //! `[states.…]` and `[signals.…]`: quantities that are integrated with the motion, and named expressions of
-//! both, some of them sampled.
+//! both, some of them sampled or latched.
 
 use std::ops::Range;
 
@@ -17,7 +17,7 @@ use super::value::{Kind, Lowered, Scope};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::ids::StateId;
 use crate::measure::{Initial, Measure};
-use crate::state::{Clock, NamedSignal, SampledSignal, State};
+use crate::state::{Clock, HeldSignal, NamedSignal, State};
 
 /// The content of the sections of controllers.
 #[derive(Default)]
@@ -25,7 +25,7 @@ pub(super) struct Controllers {
     pub(super) states: Vec<State>,
     pub(super) signals: Vec<NamedSignal>,
     pub(super) clocks: Vec<Clock>,
-    pub(super) sampled: Vec<SampledSignal>,
+    pub(super) held: Vec<HeldSignal>,
     /// The starts of the states.
     pub(super) initial: Vec<Initial>,
 }
@@ -175,9 +175,17 @@ impl Reader<'_> {
         entries: &[ControllerEntry<'_>],
         controllers: &mut Controllers,
     ) {
-        let mut read = Vec::new();
+        let (mut read, mut latched) = (Vec::new(), Vec::new());
         for entry in entries {
             let owner = format!("signal `{}`", entry.name);
+            if entry.table.get("when").is_some() {
+                let keys = &["when", "start", "clock", "value"];
+                let fields = Fields::open(self, entry.table, owner, entry.span.clone(), keys);
+                if let Some(start) = self.name_latched(entry.name, entry.value_idx, &fields) {
+                    latched.push((entry, fields, start));
+                }
+                continue;
+            }
             let is_sampled = entry.table.get("clock").is_some();
             let keys: &[&str] =
                 if is_sampled { &["clock", "value", "start"] } else { &["value", "clock"] };
@@ -254,23 +262,18 @@ impl Reader<'_> {
                 let Some((signal, held)) = self.sampled_signal(entry.value_idx, value) else {
                     continue;
                 };
-                controllers.sampled.push(signal);
+                controllers.held.push(signal);
                 value = held;
             }
-            let unit = match value.kind {
-                Kind::Known(dimension) if dimension == Dimension::NONE && value.is_angle => {
-                    "rad".to_owned()
-                }
-                Kind::Known(dimension) => dimension.to_string(),
-                Kind::Bare => String::new(),
-            };
-            controllers.signals.push(NamedSignal {
-                name: entry.name.to_owned(),
-                value: value.expr,
-                unit,
-                span: value.span.clone(),
-            });
+            controllers.signals.push(named_signal(entry.name, &value));
             self.values[entry.value_idx] = Some(value);
+        }
+        // Conditions may use all of them.
+        for (entry, fields, start) in latched {
+            if let Some(held) = self.value_of(entry.value_idx) {
+                controllers.signals.push(named_signal(entry.name, &held));
+            }
+            controllers.held.extend(self.read_latched(entry.name, &fields, &start));
         }
     }
 
@@ -283,6 +286,14 @@ impl Reader<'_> {
     pub(super) fn moves(&self, expr: Expr) -> bool {
         self.names.signals.iter().any(|signal| self.pool.depends_on(expr, signal.symbol))
             || self.is_held(expr)
+    }
+
+    /// True where an expression depends on parameters and values that are held alone.
+    pub(super) fn stays_between_events(&self, expr: Expr) -> bool {
+        let time = self.pool.symbol_id(self.pool.symbol("t"));
+        let follows_time = time.is_some_and(|time| self.pool.depends_on(expr, time));
+        let mut signals = self.names.signals.iter();
+        !follows_time && !signals.any(|signal| self.pool.depends_on(expr, signal.symbol))
     }
 
     /// A value of any dimension.
@@ -302,6 +313,16 @@ impl Reader<'_> {
             }
         }
     }
+}
+
+/// A signal with the unit that its value has.
+fn named_signal(name: &str, value: &Lowered) -> NamedSignal {
+    let unit = match value.kind {
+        Kind::Known(Dimension::NONE) if value.is_angle => "rad".to_owned(),
+        Kind::Known(dimension) => dimension.to_string(),
+        Kind::Bare => String::new(),
+    };
+    NamedSignal { name: name.to_owned(), value: value.expr, unit, span: value.span.clone() }
 }
 
 /// An order in which each comes after those it uses at once, and after those of which it uses what was before

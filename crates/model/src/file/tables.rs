@@ -1,4 +1,4 @@
-//! `[tables.…]`: measured values as functions of one variable.
+//! `[tables.…]`: measured values as functions of one variable or of two.
 //!
 //! A table becomes, where it is called, nested conditions over its rows with a polynomial between two of them: so
 //! its corners are located as those of any other condition, and its derivatives are exact.
@@ -7,9 +7,11 @@ use bksim_expr::{Expr, Function, Number};
 
 use super::codes;
 use super::dimension::Dimension;
+use super::grids::{MeasuredTable, TableForm};
 use super::names::PREVIOUS;
-use super::pieces::{Beyond, Columns, MeasuredTable, Piece, spline, straight};
+use super::pieces::{Beyond, Columns, Interpolation, Piece, spline, straight};
 use super::reader::{Fields, Reader};
+use super::surfaces::Rows;
 use super::tree::{Node, Quoted, Table, Value};
 use super::value::{Kind, Lowered, Scope};
 use crate::diagnostic::{Diagnostic, Span};
@@ -19,15 +21,6 @@ use crate::table::TableCall;
 /// Length beyond its rows, in lengths of the table, over which a table goes on before it has no value.
 const HAIR: f64 = 1e-9;
 
-/// The way between two rows.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Interpolation {
-    /// A cubic spline with continuous second derivatives, which are zero at the ends.
-    Smooth,
-    /// Straight lines.
-    Linear,
-}
-
 impl Reader<'_> {
     /// Gathers the names of all tables, and reads those that are without fault.
     pub(super) fn read_tables(&mut self, root: &Table) {
@@ -35,8 +28,8 @@ impl Reader<'_> {
             if !self.usable_name(name, &span, "table") || self.is_taken(name, &span) {
                 continue;
             }
-            let columns = self.read_table(name, table, span);
-            self.tables.push(MeasuredTable { name: name.to_owned(), columns });
+            let form = self.read_table(name, table, span);
+            self.tables.push(MeasuredTable { name: name.to_owned(), form });
         }
     }
 
@@ -54,7 +47,7 @@ impl Reader<'_> {
         is_taken
     }
 
-    fn read_table(&mut self, name: &str, table: &Table, span: Span) -> Option<Columns> {
+    fn read_table(&mut self, name: &str, table: &Table, span: Span) -> Option<TableForm> {
         let owner = format!("table `{name}`");
         let keys = &["points", "units", "interpolation", "extrapolate"];
         let fields = Fields::open(self, table, owner, span, keys);
@@ -72,29 +65,86 @@ impl Reader<'_> {
             Some(node) => self.choice(node, &fields.what("extrapolate"), &ends)?,
             None => Beyond::Refused,
         };
-        let units = self.table_units(&fields)?;
         let help = "write for example `points = [[0, 12], [100, 9.5], [150, 0]]`";
         let node = fields.require(self, "points", help)?;
-        let what = fields.what("points");
-        let rows = self.array(node, &what, "an array of rows", "[[0, 12], [100, 9.5]]")?;
+        let rows = self.table_rows(node, &fields)?;
+        if rows.kinds.len() == 3 {
+            return self.read_grid(node, rows, (way, beyond), &fields).map(TableForm::Grid);
+        }
 
-        // Both columns in SI; a row that does not follow the one before is named by its number.
-        let mut kinds = units.clone().map(|unit| unit.map(|unit| unit.kind));
-        let mut are_angles = [0, 1].map(|i: usize| units[i].as_ref().is_some_and(|u| u.is_angle));
-        let mut points: Vec<[f64; 2]> = Vec::new();
-        for (row_idx, row) in rows.iter().enumerate() {
+        // A row that does not follow the one before is named by its number.
+        let points: Vec<[f64; 2]> = rows.points.iter().map(|(row, _)| [row[0], row[1]]).collect();
+        for row_idx in 1..points.len() {
+            let [before, here] = [points[row_idx - 1][0], points[row_idx][0]];
+            if here <= before {
+                let message = format!(
+                    "row {} of {} does not follow the one before: {} after {}",
+                    row_idx + 1,
+                    fields.owner,
+                    short(here),
+                    short(before)
+                );
+                self.report(
+                    Diagnostic::error(codes::BAD_TABLE, message)
+                        .at(rows.points[row_idx].1.clone(), "must have a larger argument")
+                        .help("sort the rows by their arguments, each once"),
+                );
+                return None;
+            }
+        }
+        if points.len() < 2 {
+            let message = format!("`points` of {} has {} rows", fields.owner, points.len());
+            self.report(
+                Diagnostic::error(codes::BAD_TABLE, message)
+                    .at(node.span.clone(), "needs two at least")
+                    .help(help),
+            );
+            return None;
+        }
+        let pieces = match way {
+            Interpolation::Linear => straight(&points),
+            Interpolation::Smooth => spline(&points),
+        };
+        Some(TableForm::Columns(Columns {
+            kinds: [rows.kinds[0], rows.kinds[1]],
+            are_angles: [rows.are_angles[0], rows.are_angles[1]],
+            x: points.iter().map(|point| point[0]).collect(),
+            pieces,
+            beyond,
+        }))
+    }
+
+    /// The rows of a table in SI: of two numbers, or of three.
+    fn table_rows(&mut self, node: &Node, fields: &Fields<'_>) -> Option<Rows> {
+        let what = fields.what("points");
+        let nodes = self.array(node, &what, "an array of rows", "[[0, 12], [100, 9.5]]")?;
+        let n = match nodes.first().map(|row| &row.value) {
+            Some(Value::Array(row)) if row.len() == 3 => 3,
+            _ => 2,
+        };
+        let units = self.table_units(fields, n)?;
+        let mut kinds: Vec<Option<Kind>> =
+            units.iter().map(|unit| unit.as_ref().map(|unit| unit.kind)).collect();
+        let is_angle = |unit: &Option<Lowered>| unit.as_ref().is_some_and(|unit| unit.is_angle);
+        let mut are_angles: Vec<bool> = units.iter().map(is_angle).collect();
+        let (numbers, help) = match n {
+            2 => ("two numbers", "write the argument, then the value, for example [100, 9.5]"),
+            _ => {
+                ("three numbers", "write both arguments, then the value, for example [100, 2, 9.5]")
+            }
+        };
+        let mut points = Vec::new();
+        for (row_idx, row) in nodes.iter().enumerate() {
             let what = format!("row {} of {}", row_idx + 1, fields.owner);
-            let Value::Array(pair) = &row.value else {
-                self.wrong_kind(row, &what, "two numbers", &row.value, "for example [100, 9.5]");
-                return None;
+            let cells = match &row.value {
+                Value::Array(cells) if cells.len() == n => cells,
+                other => {
+                    self.wrong_kind(row, &what, numbers, other, help);
+                    return None;
+                }
             };
-            let [x, y] = pair.as_slice() else {
-                let help = "write the argument, then the value, for example [100, 9.5]";
-                self.wrong_kind(row, &what, "two numbers", &row.value, help);
-                return None;
-            };
-            let mut point = [0.0; 2];
-            for (i, node) in [x, y].into_iter().enumerate() {
+            let mut point = Vec::with_capacity(n);
+            for (i, node) in cells.iter().enumerate() {
                 let value = self.table_value(node, &what, units[i].as_ref())?;
                 let known = *kinds[i].get_or_insert(value.kind);
                 are_angles[i] |= value.is_angle;
@@ -110,56 +160,28 @@ impl Reader<'_> {
                     return None;
                 }
                 let constant = value.value?;
-                point[i] = self.constants.pinned(constant);
+                point.push(self.constants.pinned(constant));
             }
-            if let Some(before) = points.last()
-                && point[0] <= before[0]
-            {
-                let message = format!(
-                    "{what} does not follow the one before: {} after {}",
-                    short(point[0]),
-                    short(before[0])
-                );
-                self.report(
-                    Diagnostic::error(codes::BAD_TABLE, message)
-                        .at(row.span.clone(), "must have a larger argument")
-                        .help("sort the rows by their arguments, each once"),
-                );
-                return None;
-            }
-            points.push(point);
+            points.push((point, row.span.clone()));
         }
-        if points.len() < 2 {
-            self.report(
-                Diagnostic::error(codes::BAD_TABLE, format!("{what} has {} rows", points.len()))
-                    .at(node.span.clone(), "needs two at least")
-                    .help(help),
-            );
-            return None;
-        }
-        let pieces = match way {
-            Interpolation::Linear => straight(&points),
-            Interpolation::Smooth => spline(&points),
-        };
-        Some(Columns {
-            kinds: kinds.map(|kind| kind.unwrap_or(Kind::Bare)),
-            are_angles,
-            x: points.iter().map(|point| point[0]).collect(),
-            pieces,
-            beyond,
-        })
+        let kinds = kinds.into_iter().map(|kind| kind.unwrap_or(Kind::Bare)).collect();
+        Some(Rows { kinds, are_angles, points })
     }
 
     /// One of each unit, where the table states them.
-    fn table_units(&mut self, fields: &Fields<'_>) -> Option<[Option<Lowered>; 2]> {
-        let Some(node) = fields.get("units") else { return Some([None, None]) };
+    fn table_units(&mut self, fields: &Fields<'_>, n: usize) -> Option<Vec<Option<Lowered>>> {
+        let Some(node) = fields.get("units") else { return Some(vec![None; n]) };
         let what = fields.what("units");
-        let nodes = self.array(node, &what, "the units of both columns", "[\"deg\", \"N\"]")?;
-        let [x, y] = nodes else {
-            let help = "write for example `units = [\"deg\", \"N\"]`";
-            self.wrong_kind(node, &what, "the units of both columns", &node.value, help);
-            return None;
+        let (expected, example) = match n {
+            2 => ("the units of both columns", "[\"deg\", \"N\"]"),
+            _ => ("the units of three columns", "[\"rpm\", \"\", \"N m\"]"),
         };
+        let nodes = self.array(node, &what, expected, example)?;
+        if nodes.len() != n {
+            let help = format!("write for example `units = {example}`");
+            self.wrong_kind(node, &what, expected, &node.value, &help);
+            return None;
+        }
         let mut unit = |node: &Node| {
             let quoted = self.text_of(node, &what, "deg")?;
             if quoted.text.trim().is_empty() {
@@ -171,8 +193,8 @@ impl Reader<'_> {
             let syntax = self.parse(&quoted, &what, "1 deg")?;
             self.lower(&syntax, &quoted, &what, Scope::Constant)
         };
-        let [x, y] = [unit(x), unit(y)];
-        Some([Some(x?), Some(y?)])
+        let units: Vec<Option<Lowered>> = nodes.iter().map(&mut unit).collect();
+        units.iter().all(Option::is_some).then_some(units)
     }
 
     /// A value of a row; a bare one is in the unit of its column.
@@ -197,27 +219,79 @@ impl Reader<'_> {
         span: Span,
         what: &str,
     ) -> Option<Lowered> {
-        let MeasuredTable { name, columns } = self.tables[table_idx].clone();
+        let MeasuredTable { name, form } = self.tables[table_idx].clone();
         // A table that could not be read was reported there.
-        let columns = columns?;
-        let [argument] = arguments else {
-            let message = format!("`{name}` takes 1 argument, found {}", arguments.len());
+        let form = form?;
+        let (n, example) = match form {
+            TableForm::Columns(_) => (1, "x"),
+            TableForm::Grid(_) => (2, "x, y"),
+        };
+        if arguments.len() != n {
+            let plural = if n == 1 { "" } else { "s" };
+            let message = format!("`{name}` takes {n} argument{plural}, found {}", arguments.len());
             self.report(
                 Diagnostic::error(codes::EXPRESSION, message)
                     .at(span, "")
-                    .help(format!("write `{name}(x)`")),
+                    .help(format!("write `{name}({example})`")),
             );
             return None;
-        };
-        // The argument in the dimension of the first column.
-        let argument = match (columns.kinds[0], argument.kind) {
-            (Kind::Known(dimension), Kind::Bare) => {
-                self.adopt(argument, dimension, columns.are_angles[0])
+        }
+        let columns = match form {
+            TableForm::Columns(columns) => columns,
+            TableForm::Grid(grid) => {
+                let [x, y] = [0, 1].map(|i| {
+                    let of = (grid.kinds[i], grid.are_angles[i]);
+                    self.table_argument(&name, of, &arguments[i], what)
+                });
+                return self.look_up_grid(&name, &grid, [x?, y?], span);
             }
+        };
+        let of = (columns.kinds[0], columns.are_angles[0]);
+        let argument = self.table_argument(&name, of, &arguments[0], what)?;
+        let value = argument.value.map(|value| {
+            let x = self.constants.pinned(value);
+            super::replay::Constant::written(columns.at(x))
+        });
+        if value.is_none() && columns.beyond == Beyond::Refused {
+            let range = [columns.x[0], columns.x[columns.x.len() - 1]];
+            self.note_call(&name, (argument.expr, range), of, &span);
+        }
+        let expr = self.piecewise(&columns, argument.expr);
+        let is_angle = columns.are_angles[1];
+        Some(Lowered { is_angle, ..Lowered::new(expr, columns.kinds[1], value, span) })
+    }
+
+    /// Takes note of a call whose argument must stay within a table.
+    pub(super) fn note_call(
+        &mut self,
+        table: &str,
+        (argument, range): (Expr, [f64; 2]),
+        (kind, is_angle): (Kind, bool),
+        span: &Span,
+    ) {
+        let unit = match kind {
+            Kind::Known(Dimension::NONE) if is_angle => "rad".to_owned(),
+            Kind::Known(dimension) => dimension.to_string(),
+            Kind::Bare => String::new(),
+        };
+        let (table, span) = (table.to_owned(), span.clone());
+        self.table_calls.push(TableCall { table, argument, range, unit, span });
+    }
+
+    /// An argument in the dimension of its column.
+    fn table_argument(
+        &mut self,
+        name: &str,
+        (kind, is_angle): (Kind, bool),
+        argument: &Lowered,
+        what: &str,
+    ) -> Option<Lowered> {
+        match (kind, argument.kind) {
+            (Kind::Known(dimension), Kind::Bare) => Some(self.adopt(argument, dimension, is_angle)),
             (Kind::Known(own), Kind::Known(found)) if own != found => {
                 let message = format!(
                     "{what}: table `{name}` takes {}, found {}",
-                    super::value::describe(own, columns.are_angles[0]),
+                    super::value::describe(own, is_angle),
                     super::value::describe(found, argument.is_angle)
                 );
                 self.report(
@@ -225,7 +299,7 @@ impl Reader<'_> {
                         .at(argument.span.clone(), "")
                         .help("convert the argument, or change `units` of the table"),
                 );
-                return None;
+                None
             }
             (Kind::Bare, Kind::Known(found)) if found != Dimension::NONE => {
                 let message = format!("{what}: the argument of table `{name}` has no unit");
@@ -234,31 +308,10 @@ impl Reader<'_> {
                         .at(argument.span.clone(), format!("in {found}"))
                         .help("state `units` of the table, for example `units = [\"mm\", \"N\"]`"),
                 );
-                return None;
+                None
             }
-            _ => argument.clone(),
-        };
-        let value = argument.value.map(|value| {
-            let x = self.constants.pinned(value);
-            super::replay::Constant::written(columns.at(x))
-        });
-        if value.is_none() && columns.beyond == Beyond::Refused {
-            let unit = match columns.kinds[0] {
-                Kind::Known(Dimension::NONE) if columns.are_angles[0] => "rad".to_owned(),
-                Kind::Known(dimension) => dimension.to_string(),
-                Kind::Bare => String::new(),
-            };
-            self.table_calls.push(TableCall {
-                table: name.clone(),
-                argument: argument.expr,
-                range: [columns.x[0], columns.x[columns.x.len() - 1]],
-                unit,
-                span: span.clone(),
-            });
+            _ => Some(argument.clone()),
         }
-        let expr = self.piecewise(&columns, argument.expr);
-        let is_angle = columns.are_angles[1];
-        Some(Lowered { is_angle, ..Lowered::new(expr, columns.kinds[1], value, span) })
     }
 
     /// The table as nested conditions on its argument: for the distance from the left end of its piece, and for
@@ -300,8 +353,14 @@ impl Reader<'_> {
             return inside;
         }
 
-        // Outside there is nothing but for a hair, within which the branch that is not taken has finite
-        // derivatives.
+        pool.add(inside, self.domain(x, [first, last]))
+    }
+
+    /// Zero within a range. Outside there is nothing but for a hair, within which the branch that is not taken has
+    /// finite derivatives.
+    pub(super) fn domain(&self, x: Expr, [first, last]: [f64; 2]) -> Expr {
+        let pool = &self.pool;
+        let number = |value: f64| pool.number(Number::float(value));
         let hair = number(HAIR * (last - first));
         let domain =
             |inwards: Expr| pool.mul(number(f64::MIN_POSITIVE), pool.sqrt(pool.add(inwards, hair)));
@@ -310,11 +369,11 @@ impl Reader<'_> {
             (first, pool.zero()),
             (last, domain(pool.sub(number(last), x))),
         ];
-        pool.add(inside, self.search(x, &ends))
+        self.search(x, &ends)
     }
 
     /// A balanced tree of conditions: each piece holds from its argument on to that of the next.
-    fn search(&self, x: Expr, pieces: &[(f64, Expr)]) -> Expr {
+    pub(super) fn search(&self, x: Expr, pieces: &[(f64, Expr)]) -> Expr {
         let pool = &self.pool;
         if let [(_, only)] = pieces {
             return *only;

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
+use bksim_mbs::belt::ends;
 use bksim_model::{CouplingKind, Rack, Wheels};
 use bksim_sim::pose::Pose;
 
@@ -61,7 +62,7 @@ impl Sketch<'_> {
                 }
                 CouplingKind::Rack(rack) => shapes.extend(self.rack(rack, &mut drawn)),
                 CouplingKind::Belt(wheels) => shapes.extend(self.belt(wheels)),
-                CouplingKind::Relation | CouplingKind::Screw => {}
+                CouplingKind::Relation | CouplingKind::Screw | CouplingKind::Strand(..) => {}
             }
         }
         shapes
@@ -166,7 +167,7 @@ impl Sketch<'_> {
     }
 
     /// True where the author drew a body.
-    fn has_own_shape(&self, body: usize) -> bool {
+    pub(super) fn has_own_shape(&self, body: usize) -> bool {
         !self.model().bodies[body].solids.is_empty() || !self.numbers.outline(body).is_empty()
     }
 
@@ -302,29 +303,34 @@ impl Sketch<'_> {
 
     /// True where a body is a wheel, so that it needs no disc.
     pub(super) fn is_wheel(&self, body: usize) -> bool {
-        self.model().couplings.iter().any(|coupling| match &coupling.kind {
+        let model = self.model();
+        let mut belted = model.belts.iter().flat_map(|belt| &belt.wheels);
+        if belted.any(|wheel| ends(model, wheel)[0].body.0 == body) {
+            return true;
+        }
+        model.couplings.iter().any(|coupling| match &coupling.kind {
             CouplingKind::Gear(wheels) | CouplingKind::Belt(wheels) => {
                 wheels.wheels.iter().any(|wheel| wheel.body.0 == body)
             }
             CouplingKind::Rack(rack) => rack.bodies[0].0 == body,
-            CouplingKind::Relation | CouplingKind::Screw => false,
+            CouplingKind::Relation | CouplingKind::Screw | CouplingKind::Strand(..) => false,
         })
     }
 }
 
 /// A vector of the world in the axes of a body.
-fn turned_back(pose: &Pose, v: [f64; 3]) -> [f64; 3] {
+pub(super) fn turned_back(pose: &Pose, v: [f64; 3]) -> [f64; 3] {
     let rows = pose.r_world_from_body;
     std::array::from_fn(|i| (0..3).map(|k| rows[k][i] * v[k]).sum())
 }
 
 /// A point of the world in the frame of a body.
-fn position_on(pose: &Pose, p: [f64; 3]) -> [f64; 3] {
+pub(super) fn position_on(pose: &Pose, p: [f64; 3]) -> [f64; 3] {
     turned_back(pose, sub3(p, pose.origin))
 }
 
 /// A circle that looks round at the size of a wheel.
-fn fine_circle(radius: f64) -> Vec<Point> {
+pub(super) fn fine_circle(radius: f64) -> Vec<Point> {
     let point = |k: u16| direction(TAU * f64::from(k) / 180.0).map(|x| radius * x);
     (0..180).map(point).collect()
 }

@@ -13,7 +13,7 @@ use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Span};
 use bksim_model::message::{listed, short};
 use bksim_model::{
-    BodyId, CouplingId, FrictionLaw, Load, LoadId, LoadKind, Measure, Model, MotionKind,
+    BodyId, CouplingId, FrictionLaw, HeldChange, Load, LoadId, LoadKind, Measure, Model, MotionKind,
 };
 
 /// Energies beyond this, J, are on their way beyond all numbers.
@@ -38,6 +38,7 @@ pub(super) fn no_consistent_modes(
             }
         }
         NoConsistentModes::Signal { signal } => without_value(model, *signal, t),
+        NoConsistentModes::Endless { signal } => changes_without_end(model, *signal, t),
         NoConsistentModes::Jump { row, by } => jump(model, system, *row, *by, t),
     }
 }
@@ -69,14 +70,28 @@ fn jams(load: &Load, t: f64) -> Diagnostic {
         .help("make the guide longer, bring the forces nearer to it, or make `mu` smaller")
 }
 
-/// A sampled signal without a finite value at a tick.
+/// A signal without a finite value at a tick, or where a condition latches it.
 fn without_value(model: &Model, signal: usize, t: f64) -> Diagnostic {
-    let signal = &model.sampled[signal];
+    let signal = &model.held[signal];
+    let occasion = match signal.change {
+        HeldChange::Tick { .. } => "at the tick",
+        HeldChange::Event { .. } => "where it is latched,",
+    };
     let message =
-        format!("signal `{}` has no finite value at the tick at t = {} s", signal.name, short(t));
+        format!("signal `{}` has no finite value {occasion} at t = {} s", signal.name, short(t));
     Diagnostic::error(codes::NO_SIGNAL, message)
         .at(signal.span.clone(), "this has no finite value there")
         .help("keep what it uses away from there, or write a law that has a value there")
+}
+
+/// Latched signals that set off one another without end.
+fn changes_without_end(model: &Model, signal: usize, t: f64) -> Diagnostic {
+    let signal = &model.held[signal];
+    let message = format!("signal `{}` changes without end at t = {} s", signal.name, short(t));
+    Diagnostic::error(codes::ENDLESS, message)
+        .at(signal.span.clone(), "its conditions come to hold again and again")
+        .note("each change of a latched signal makes another condition hold, at the same instant")
+        .help("let the conditions leave a range between them, in which the signal stays as it is")
 }
 
 /// A joint that starts where a stop does not let it be.
@@ -127,7 +142,11 @@ fn owner_of(model: &Model, system: &SymbolicSystem, kink: usize) -> Option<(Stri
         let named = (format!("drive `{}`", drive.name), drive.span.clone());
         (named, vec![drive.motion])
     });
-    of_loads.chain(of_drives).find_map(|(named, expressions)| {
+    let of_latches = model.held.iter().map(|signal| {
+        let named = (format!("signal `{}`", signal.name), signal.span.clone());
+        (named, signal.rows().iter().map(|row| row.condition).collect())
+    });
+    of_loads.chain(of_drives).chain(of_latches).find_map(|(named, expressions)| {
         let resolved: Vec<_> =
             expressions.iter().map(|&e| pool.simplify(pool.substitute(e, &signals))).collect();
         let (_, switches) = switches_of(model, system, &resolved);

@@ -58,9 +58,14 @@ pub enum NoConsistentModes {
         /// The contacts in question.
         contacts: Vec<usize>,
     },
-    /// A sampled signal has no finite value at a tick.
+    /// A signal that is held takes no finite value.
     Signal {
         /// The signal.
+        signal: usize,
+    },
+    /// Latched signals change one another without end.
+    Endless {
+        /// One of them.
         signal: usize,
     },
     /// A prescribed position jumps.

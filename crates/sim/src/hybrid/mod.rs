@@ -30,6 +30,7 @@
 //! | `bands` | the sizes of rounding about zero |
 //! | `consistent` | an instant at which modes are chosen, and the modes that are consistent |
 //! | `mode_search` | the search for them |
+//! | `latching` | modes and latched signals that agree |
 //! | `monitor` | the indicators of one phase, as events of the integrator |
 //! | `switching` | the modes of a run, from event to event |
 //!
@@ -42,6 +43,7 @@ mod complementarity;
 mod consistent;
 mod fixed;
 mod impact;
+mod latching;
 mod mode_search;
 mod mode_sets;
 mod monitor;
@@ -50,6 +52,7 @@ mod switching;
 pub(crate) use bands::Bands;
 pub use consistent::NoConsistentModes;
 pub(crate) use consistent::{ConsistentModes, Instant};
+pub(crate) use latching::latched_modes;
 pub(crate) use mode_search::consistent_modes_without_impact;
 pub(crate) use monitor::{Crossed, EventMonitor};
 pub(crate) use switching::Switching;

@@ -5,6 +5,7 @@ use bksim_dae::{Loader, Saver, SolveError};
 use super::bands::Bands;
 use super::consistent::{ConsistentModes, Hit, Instant, NoConsistentModes};
 use super::fixed::FixedModes;
+use super::latching::latched_modes;
 use super::mode_search::consistent_modes;
 use super::monitor::{Crossed, EventMonitor};
 use crate::compiled::CompiledSystem;
@@ -217,7 +218,8 @@ impl<'a> Switching<'a> {
         changes: &mut Vec<Change>,
     ) -> Result<ConsistentModes, NoConsistentModes> {
         self.check_progress(fired, t)?;
-        self.enter(fired, (t, q, v), changes)
+        let holding = self.compiled.latches.holding(&self.own, &self.modes);
+        self.enter(fired, holding, (t, q, v), changes)
     }
 
     /// The tick that comes next.
@@ -234,18 +236,20 @@ impl<'a> Switching<'a> {
         (t, q, v): (f64, Vec<f64>, Vec<f64>),
         changes: &mut Vec<Change>,
     ) -> Result<Option<ConsistentModes>, NoConsistentModes> {
+        let holding = self.compiled.latches.holding(&self.own, &self.modes);
         self.sampling.tick(t, &q, &v, &mut self.modes.held)?;
         self.rebind();
         if self.compiled.indicators.is_empty() {
             return Ok(None);
         }
-        self.enter(&[], (t, q, v), changes).map(Some)
+        self.enter(&[], holding, (t, q, v), changes).map(Some)
     }
 
-    /// Finds the modes from an instant on, and takes them.
+    /// Finds the modes from an instant on, before which these conditions held, and takes them.
     fn enter(
         &mut self,
         fired: &[Indicator],
+        holding: Vec<bool>,
         (t, q, v): (f64, Vec<f64>, Vec<f64>),
         changes: &mut Vec<Change>,
     ) -> Result<ConsistentModes, NoConsistentModes> {
@@ -269,7 +273,7 @@ impl<'a> Switching<'a> {
             fired,
             bands: self.bands.clone(),
         };
-        let found = consistent_modes(instant)?;
+        let found = latched_modes(instant, holding, consistent_modes)?;
         for hit in &found.hits {
             self.fastest = self.fastest.max(hit.speed);
         }

@@ -30,7 +30,8 @@ pub(crate) struct EventIndicators {
     /// Whether each switch depends on time alone.
     pub(crate) timed: Vec<bool>,
     pub(crate) contacts: Vec<CompiledContact>,
-    n_sampled: usize,
+    n_held: usize,
+    has_latches: bool,
 }
 
 /// A contact without its expressions.
@@ -179,13 +180,14 @@ impl EventIndicators {
             rates: Function::compile(model, &rates, &[&t, &q, &v, &a], &parameters)?,
             timed: system.switches.iter().map(|switch| switch.is_timed).collect(),
             contacts,
-            n_sampled: model.sampled.len(),
+            n_held: model.held.len(),
+            has_latches: model.held.iter().any(|signal| !signal.rows().is_empty()),
         })
     }
 
     /// Whether nothing ever switches.
     pub(crate) fn is_empty(&self) -> bool {
-        self.timed.is_empty() && self.contacts.is_empty()
+        self.timed.is_empty() && self.contacts.is_empty() && !self.has_latches
     }
 
     /// The modes before anything is known: stops open, friction without force, every σ positive, nothing held.
@@ -197,7 +199,7 @@ impl EventIndicators {
         Modes {
             signs: vec![1.0; self.timed.len()],
             contacts: self.contacts.iter().map(idle).collect(),
-            held: Held::zeros(self.n_sampled),
+            held: Held::zeros(self.n_held),
         }
     }
 
@@ -244,7 +246,7 @@ impl EventIndicators {
             rest = after;
         }
         let held = Held::of_values(rest);
-        (rest.len() == self.n_sampled).then(|| Modes { signs: signs.to_vec(), contacts, held })
+        (rest.len() == self.n_held).then(|| Modes { signs: signs.to_vec(), contacts, held })
     }
 
     /// The indicators at the given parameters, which end with the modes.

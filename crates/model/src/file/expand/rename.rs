@@ -139,7 +139,8 @@ impl Renaming {
 
     /// The text with the names in it renamed: a name alone, or an expression.
     fn renamed(&self, text: &str) -> Option<String> {
-        if let Some(renamed) = self.name(text) {
+        let is_name = text.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '.'));
+        if is_name && let Some(renamed) = self.name(text) {
             return Some(renamed);
         }
         // What cannot be read is explained where it stands.

@@ -82,10 +82,11 @@ impl Expander<'_> {
         lines.retain(|(line, _)| !line.trim().is_empty() && !line.trim_start().starts_with('#'));
 
         // A first line that begins with no number has names and perhaps units.
-        let mut units = None;
+        let (mut units, mut n_columns) = (None, None);
         if let Some((header, span)) = lines.first().cloned() {
             let cells = cells_of(header, divider, span.start);
             if cells.first().is_some_and(|(cell, _)| number(cell, divider).is_none()) {
+                n_columns = Some(if cells.len() == 3 { 3 } else { 2 });
                 let found = self.header_units(table, &cells)?;
                 let node = Node { span, value: Value::Array(found.clone()) };
                 units = (!found.is_empty()).then_some(node);
@@ -95,15 +96,17 @@ impl Expander<'_> {
         let mut rows = Vec::with_capacity(lines.len());
         for (row_idx, (line, span)) in lines.into_iter().enumerate() {
             let cells = cells_of(line, divider, span.start);
-            if cells.len() != 2 {
+            let n = *n_columns.get_or_insert(if cells.len() == 3 { 3 } else { 2 });
+            if cells.len() != n {
                 let message = format!(
-                    "row {} of table `{table}` has {} columns, not two",
+                    "row {} of table `{table}` has {} columns, not {}",
                     row_idx + 1,
-                    cells.len()
+                    cells.len(),
+                    ["two", "three"][n - 2]
                 );
                 self.report(
                     Diagnostic::error(codes::BAD_TABLE, message)
-                        .at(span, "the argument, then the value")
+                        .at(span, "one argument or two, then the value")
                         .help("divide the columns with commas, semicolons or tabs, for example `100, 9.5`"),
                 );
                 return None;
@@ -141,12 +144,12 @@ impl Expander<'_> {
             return Some(Vec::new());
         }
         let span = cells[0].1.start..cells[cells.len() - 1].1.end;
-        if units.contains(&None) || units.len() != 2 {
+        if units.contains(&None) || !(2..=3).contains(&units.len()) {
             self.report(
                 Diagnostic::error(
                     codes::BAD_TABLE,
                     format!(
-                        "the first line of table `{table}` has not one unit for each of two columns"
+                        "the first line of table `{table}` has not one unit for each of two or three columns"
                     ),
                 )
                 .at(span, "names and units of the columns")
