@@ -3,10 +3,15 @@
 //! Every question takes a model and gives plain data; nothing here opens files or prints.
 
 mod assemblies;
+mod balance;
+mod balancing;
 mod cam;
 pub mod codes;
+mod continuation;
 mod curve;
 mod drive;
+mod equilibrium;
+mod equilibrium_path;
 mod error;
 mod exported;
 mod extreme;
@@ -29,8 +34,13 @@ mod table;
 mod trace;
 
 pub use assemblies::{Assemblies, Assembly, assemblies};
+pub use balancing::{Balanced, balanced};
 pub use cam::{CamLine, CamProfile, CamReport, CamRequest, Located, Peaks, cam};
+pub use continuation::{
+    BranchPoint, Continuation, EquilibriumBranch, PointKind, statics_over,
+};
 pub use drive::{Drive, Range, position, quantity};
+pub use equilibrium::{Equilibrium, Stability};
 pub use error::AnalysisError;
 pub use exported::{ExportedFunction, Part, exported};
 pub use extreme::Extreme;
@@ -42,5 +52,5 @@ pub use loaded::Loaded;
 pub use modes::{Mode, Modes, modes};
 pub use positions::Positions;
 pub use quantity::PoseQuantity;
-pub use statics::{Equilibrium, Stability, Statics, statics};
+pub use statics::{Statics, statics};
 pub use table::{Column, Table};

@@ -79,6 +79,12 @@ pub(crate) struct Static {
     /// The measure that the stiffness is by, `crank.angle`; one for each free motion.
     #[arg(long, value_name = "NAME")]
     pub(crate) by: Vec<String>,
+    /// Follow the equilibria over a range of a parameter, `k=1:5 N/m:41`, through limit points and branch points.
+    #[arg(long, value_name = "NAME=VALUES", value_parser = assignment)]
+    pub(crate) over: Option<(String, String)>,
+    /// Find the value of a parameter with which the start is in balance; one for each free motion.
+    #[arg(long, value_name = "NAME", conflicts_with = "over")]
+    pub(crate) solve: Vec<String>,
     #[command(flatten)]
     pub(crate) table: TableArgs,
 }
