@@ -95,6 +95,9 @@ pub enum AnalysisError {
     /// No equilibrium was found.
     #[error("no equilibrium was found")]
     NoEquilibrium,
+    /// A response needs an input and an output.
+    #[error("a frequency response needs an input and an output")]
+    NoChannels,
     /// As many unknowns as free motions can be balanced.
     #[error("{n_unknown} unknowns cannot balance {n_free} free motions")]
     Unknowns {
@@ -182,6 +185,11 @@ impl AnalysisError {
             Self::NoEquilibrium => (
                 codes::NO_EQUILIBRIUM,
                 "add what holds the mechanism: a spring, a drive, a stop".to_owned(),
+            ),
+            Self::NoChannels => (
+                codes::UNKNOWN_NAME,
+                "write `--input` with a parameter or a joint, and `--output` with a measure"
+                    .to_owned(),
             ),
             Self::Unknowns { n_free: 0, .. } => (
                 codes::UNDETERMINED,

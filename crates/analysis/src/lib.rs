@@ -5,10 +5,12 @@
 mod assemblies;
 mod balance;
 mod balancing;
+mod bode;
 mod cam;
 pub mod codes;
 mod continuation;
 mod curve;
+mod doctor;
 mod drive;
 mod equilibrium;
 mod equilibrium_path;
@@ -32,13 +34,16 @@ mod scalar;
 mod statics;
 mod table;
 mod trace;
+mod verify;
 
 pub use assemblies::{Assemblies, Assembly, assemblies};
 pub use balancing::{Balanced, balanced};
+pub use bode::{Frequencies, Response, Transfer, bode};
 pub use cam::{CamLine, CamProfile, CamReport, CamRequest, Located, Peaks, cam};
 pub use continuation::{
     BranchPoint, Continuation, EquilibriumBranch, PointKind, statics_over,
 };
+pub use doctor::{Alignment, Condition, Count, Cure, Doctor, FreeMotion, Repeated, doctor};
 pub use drive::{Drive, Range, position, quantity};
 pub use equilibrium::{Equilibrium, Stability};
 pub use error::AnalysisError;
@@ -54,3 +59,4 @@ pub use positions::Positions;
 pub use quantity::PoseQuantity;
 pub use statics::{Statics, statics};
 pub use table::{Column, Table};
+pub use verify::{Compared, Verified, Way, verify};

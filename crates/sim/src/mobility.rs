@@ -38,20 +38,29 @@ pub fn mobility(model: &Model, system: &SymbolicSystem, start: &Start) -> Mobili
     }
 }
 
-/// d (n − 1) − Σ u with d = 3 or 6 freedoms a body, u of which a joint takes, and a coupling one.
-fn gruebler(model: &Model) -> i64 {
-    let freedoms: i64 = if model.space == Space::Planar { 3 } else { 6 };
-    // What a joint of a planar model takes out of the plane, no body had.
-    let taken = |kind: &JointKind| match kind {
+/// The freedoms of a body alone: 3 in a plane, 6 in space.
+pub fn freedoms_of_body(space: Space) -> i64 {
+    if space == Space::Planar { 3 } else { 6 }
+}
+
+/// The number of freedoms that a joint of a kind takes from a body.
+pub fn taken(space: Space, kind: &JointKind) -> i64 {
+    let freedoms = freedoms_of_body(space);
+    match kind {
         JointKind::Link { .. } | JointKind::LineOnCurve { .. } => 1,
         // One direction across the curve in a plane, two in space.
         JointKind::PointOnCurve { .. } => freedoms / 3,
+        // What a joint of a planar model takes out of the plane, no body had.
         kind => kind.n_taken() - (6 - freedoms),
-    };
-    let taken: i64 = model.joints.iter().map(|joint| taken(&joint.kind)).sum();
+    }
+}
+
+/// d (n − 1) − Σ u with d = 3 or 6 freedoms a body, u of which a joint takes, and a coupling one.
+pub fn gruebler(model: &Model) -> i64 {
+    let taken: i64 = model.joints.iter().map(|joint| taken(model.space, &joint.kind)).sum();
     let coupled = i64::try_from(model.couplings.len()).unwrap_or(i64::MAX / 8);
     let n_moving = i64::try_from(model.bodies.len() - 1).unwrap_or(i64::MAX / 8);
-    freedoms * n_moving - taken - coupled
+    freedoms_of_body(model.space) * n_moving - taken - coupled
 }
 
 /// The joints of the loop that `joint` closes, in order around it, `joint` first.

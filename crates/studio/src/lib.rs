@@ -28,6 +28,7 @@ pub fn run(arguments: &[OsString]) -> u8 {
 fn studio(command: StudioCommand<'_>, common: Common) -> Result<Status, Failure> {
     let Common { json, nesting } = common;
     match command {
+        StudioCommand::Bode(args, path) => commands::bode::run(args, path, json, nesting),
         StudioCommand::Export(args, path) => to_file(args, path, &PARQUET, json),
         StudioCommand::Page(args) => commands::page::run(args, json),
         StudioCommand::Plot(args) => commands::plot::run(args, json),

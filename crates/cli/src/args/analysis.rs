@@ -130,6 +130,55 @@ pub(crate) struct Modes {
     pub(crate) table: TableArgs,
 }
 
+/// The arguments of `bksim bode`.
+#[derive(Args, Debug)]
+pub struct Bode {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+    /// The state that the equations are linear about.
+    #[arg(long, value_enum, default_value_t = About::Static)]
+    pub(crate) at: About,
+    /// An input, as of `bksim linearize`; may be repeated.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) input: Vec<String>,
+    /// An output, as of `bksim linearize`; may be repeated.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) output: Vec<String>,
+    /// Frequencies in even steps of their logarithm, `0.1:100 rad/s:201`; a decade beyond the poles unless given.
+    #[arg(long, value_name = "VALUES")]
+    pub(crate) omega: Option<String>,
+    #[command(flatten)]
+    pub(crate) table: TableArgs,
+}
+
+impl Bode {
+    /// The file to draw in, by its ending.
+    pub(crate) fn picture(&self) -> Option<&std::path::Path> {
+        let path = self.table.file.as_deref()?;
+        let ending = path.extension()?.to_str()?;
+        ["svg", "png", "pdf"].contains(&ending).then_some(path)
+    }
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Verify {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+    /// End of the runs, s; that of the model unless given.
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) t_end: Option<f64>,
+    #[command(flatten)]
+    pub(crate) table: TableArgs,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Doctor {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+    #[command(flatten)]
+    pub(crate) table: TableArgs,
+}
+
 #[derive(Args, Debug)]
 pub(crate) struct Inverse {
     #[command(flatten)]

@@ -75,7 +75,7 @@ fn told(name: &str, found: &Statics) -> Answer {
     Answer { command: "static", json, text, table: found.table() }
 }
 
-fn names(by: &[(String, &'static str)]) -> Vec<&str> {
+fn names<'a>(by: &'a [(String, &'static str)]) -> Vec<&'a str> {
     by.iter().map(|(name, _)| name.as_str()).collect()
 }
 
