@@ -96,7 +96,10 @@ impl<'a> Balance<'a> {
     }
 
     /// Names and units of the independent quantities.
-    pub(crate) fn by_names(&mut self, q: &[f64]) -> Result<Vec<(String, &'static str)>, AnalysisError> {
+    pub(crate) fn by_names(
+        &mut self,
+        q: &[f64],
+    ) -> Result<Vec<(String, &'static str)>, AnalysisError> {
         let lambda = vec![0.0; self.forces.nc()];
         let at = self.at(q, &lambda);
         let reduced = self.reduced(q, &at.jacobian)?;

@@ -39,11 +39,7 @@ pub struct Balanced {
 ///
 /// # Errors
 /// [`AnalysisError`] when there are not as many unknowns as free motions, or no values balance them.
-pub fn balanced(
-    model: Model,
-    names: &[String],
-    by: &[String],
-) -> Result<Balanced, AnalysisError> {
+pub fn balanced(model: Model, names: &[String], by: &[String]) -> Result<Balanced, AnalysisError> {
     let mut loaded = Loaded::of(model)?;
     let ids: Vec<ParameterId> =
         names.iter().map(|name| loaded.parameter(name)).collect::<Result<_, _>>()?;

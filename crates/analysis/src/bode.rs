@@ -64,6 +64,7 @@ pub fn bode(
     channels: &Channels,
     frequencies: Option<Frequencies>,
 ) -> Result<Response, AnalysisError> {
+    let channels = &channels.or_stated(&model);
     if channels.inputs.is_empty() || channels.outputs.is_empty() {
         return Err(AnalysisError::NoChannels);
     }

@@ -189,7 +189,10 @@ impl Continuation {
                     PointKind::Crossing => 2.0,
                     PointKind::End => 3.0,
                 };
-                [(k + 1) as f64, kind, point.value].into_iter().chain(cells(&point.equilibrium)).collect()
+                [(k + 1) as f64, kind, point.value]
+                    .into_iter()
+                    .chain(cells(&point.equilibrium))
+                    .collect()
             })
         });
         Table { rows: rows.collect(), columns: heads.into_iter().chain(rest).collect() }
@@ -317,7 +320,8 @@ fn one_way(
             && from.tangent.dot(&first.tangent) > 0.9
             && {
                 let mut z = &from.z + &from.tangent * ahead;
-                curve.correct(&mut z, &from.tangent).is_some() && apart(&is_turn, &z, &first.z) < SAME
+                curve.correct(&mut z, &from.tangent).is_some()
+                    && apart(&is_turn, &z, &first.z) < SAME
             };
         let whole = if is_closed { ahead } else { length };
         let after = crossing(curve, &to);
@@ -326,8 +330,11 @@ fn one_way(
 
         // What lies within the step, up to an end of the range.
         inside.retain(|(at, _)| *at <= whole + SAME);
-        let border = |event: &Event| (event.z[n] <= 0.0 && from.z[n] > 0.0) || (event.z[n] >= 1.0 && from.z[n] < 1.0);
-        let end = inside.iter().position(|(_, event)| event.kind == PointKind::Value && border(event));
+        let border = |event: &Event| {
+            (event.z[n] <= 0.0 && from.z[n] > 0.0) || (event.z[n] >= 1.0 && from.z[n] < 1.0)
+        };
+        let end =
+            inside.iter().position(|(_, event)| event.kind == PointKind::Value && border(event));
         inside.truncate(end.map_or(inside.len(), |end| end + 1));
         events.extend(inside.into_iter().map(|(_, event)| event));
         gone += length;

@@ -135,9 +135,14 @@ fn repeated(placed: &Placed) -> (Vec<Repeated>, Vec<JointId>) {
         let shares = if kept.is_empty() {
             DVector::zeros(0)
         } else {
-            before.clone().svd(true, true).solve(&own, 1e-12).unwrap_or_else(|_| DVector::zeros(kept.len()))
+            before
+                .clone()
+                .svd(true, true)
+                .solve(&own, 1e-12)
+                .unwrap_or_else(|_| DVector::zeros(kept.len()))
         };
-        let part = |k: &usize| shares[*k].abs() * before.column(*k).norm() > 1e-7 * size.max(1e-300);
+        let part =
+            |k: &usize| shares[*k].abs() * before.column(*k).norm() > 1e-7 * size.max(1e-300);
         let made_of: Vec<usize> = (0..kept.len()).filter(part).map(|k| kept[k]).collect();
         for &row in made_of.iter().chain([&row]) {
             if let Source::Joint(joint) = constraints[row].source

@@ -54,7 +54,8 @@ impl<'b, 'l> EquilibriumPath<'b, 'l> {
             at.jacobian[(row, i)] * units[i]
         });
         let active = independent_rows(&scaled);
-        let turns = at.closure.iter().map(|g| std::f64::consts::TAU * (g / std::f64::consts::TAU).round());
+        let turns =
+            at.closure.iter().map(|g| std::f64::consts::TAU * (g / std::f64::consts::TAU).round());
         let turns = turns.collect();
         let entries = (0..units.len()).flat_map(|i| (0..units.len()).map(move |k| (i, k)));
         let changes = entries.map(|(i, k)| (at.stiffness[(i, k)] * units[i] * units[k]).abs());
@@ -108,7 +109,9 @@ impl Equations for EquilibriumPath<'_, '_> {
         let applied = DVector::from_fn(n, |i, _| loads.residual[i] * self.units[i]);
         let mut lambda = nothing;
         let held_forces = -&held * &applied;
-        if m > 0 && let Some(multipliers) = (&held * held.transpose()).lu().solve(&held_forces) {
+        if m > 0
+            && let Some(multipliers) = (&held * held.transpose()).lu().solve(&held_forces)
+        {
             self.active.iter().zip(multipliers.iter()).for_each(|(&row, l)| lambda[row] = *l);
         }
         let at = self.balance.at(&q, &lambda);

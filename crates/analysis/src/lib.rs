@@ -12,6 +12,7 @@ mod continuation;
 mod curve;
 mod doctor;
 mod drive;
+mod dyads;
 mod equilibrium;
 mod equilibrium_path;
 mod error;
@@ -40,11 +41,10 @@ pub use assemblies::{Assemblies, Assembly, assemblies};
 pub use balancing::{Balanced, balanced};
 pub use bode::{Frequencies, Response, Transfer, bode};
 pub use cam::{CamLine, CamProfile, CamReport, CamRequest, Located, Peaks, cam};
-pub use continuation::{
-    BranchPoint, Continuation, EquilibriumBranch, PointKind, statics_over,
-};
+pub use continuation::{BranchPoint, Continuation, EquilibriumBranch, PointKind, statics_over};
 pub use doctor::{Alignment, Condition, Count, Cure, Doctor, FreeMotion, Repeated, doctor};
 pub use drive::{Drive, Range, position, quantity};
+pub use dyads::{Dyad, Proof};
 pub use equilibrium::{Equilibrium, Stability};
 pub use error::AnalysisError;
 pub use exported::{ExportedFunction, Part, exported};

@@ -69,6 +69,20 @@ pub struct Channels {
     pub states: Vec<String>,
 }
 
+impl Channels {
+    /// These, with the inputs and outputs that the model states where none are named.
+    pub fn or_stated(&self, model: &Model) -> Self {
+        let or = |named: &[String], stated: &[String]| {
+            if named.is_empty() { stated.to_vec() } else { named.to_vec() }
+        };
+        Self {
+            inputs: or(&self.inputs, &model.io.inputs),
+            outputs: or(&self.outputs, &model.io.outputs),
+            states: self.states.clone(),
+        }
+    }
+}
+
 /// An input of a linear system.
 enum Input {
     Parameter(usize),
@@ -80,6 +94,7 @@ enum Input {
 /// # Errors
 /// [`AnalysisError`] when there is no such state, or a name is unknown.
 pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Linear, AnalysisError> {
+    let channels = &channels.or_stated(&model);
     let loaded = Loaded::of(model)?;
     let model = loaded.model();
 

@@ -208,7 +208,8 @@ pub(crate) fn varied(model: &Model, values: &[f64], free: &[ParameterId], p: &[f
     // Each comes after those that its definition uses.
     for (idx, parameter) in model.parameters.iter().enumerate() {
         let symbols = pool.symbols_of(parameter.definition);
-        let follows = symbols.iter().any(|s| changed.iter().any(|&k| model.parameters[k].symbol == *s));
+        let follows =
+            symbols.iter().any(|s| changed.iter().any(|&k| model.parameters[k].symbol == *s));
         if free.contains(&ParameterId(idx)) || !follows {
             continue;
         }

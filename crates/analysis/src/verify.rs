@@ -115,11 +115,14 @@ pub fn verify(model: Model) -> Result<Verified, AnalysisError> {
     let options = &own.model.solve;
     let compared = first.iter().zip(differences).map(|(channel, differences)| {
         let alike = first.iter().filter(|c| c.factor == channel.factor && c.unit == channel.unit);
-        let size = alike.flat_map(|c| &c.values).fold(0.0, |size: f64, value| size.max(value.abs()));
+        let size =
+            alike.flat_map(|c| &c.values).fold(0.0, |size: f64, value| size.max(value.abs()));
         let size = if channel.unit == "rad" { size.min(TAU) } else { size };
         // A difference that is no number is the largest.
         let at = (0..differences.len()).max_by(|&a, &b| {
-            let key = |k: usize| if differences[k].is_nan() { f64::INFINITY } else { differences[k].abs() };
+            let key = |k: usize| {
+                if differences[k].is_nan() { f64::INFINITY } else { differences[k].abs() }
+            };
             key(a).total_cmp(&key(b))
         });
         let largest = at.map_or(0.0, |at| differences[at].abs());

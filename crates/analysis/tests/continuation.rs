@@ -90,7 +90,12 @@ fn an_upright_rod_buckles_at_the_weight_of_its_moment() {
         assert_close(point.value * angle, critical * angle.sin(), 1e-9);
         if angle.abs() > 1e-6 && angle.abs() < 3.0 {
             aside += 1;
-            assert_eq!(point.equilibrium.stability, Stability::Stable, "{angle} at {}", point.value);
+            assert_eq!(
+                point.equilibrium.stability,
+                Stability::Stable,
+                "{angle} at {}",
+                point.value
+            );
         } else if angle.abs() < 1e-6 {
             assert_eq!(point.equilibrium.stability == Stability::Stable, point.value > critical);
         }
@@ -112,7 +117,9 @@ fn two_rods_buckle_at_both_loads() {
     let found = over(text, "P", [0.0, 60.0], 13);
     let mut loads: Vec<f64> = of_kind(&found, PointKind::Crossing)
         .iter()
-        .filter(|point| measured(point, "A.angle").abs() < 1e-6 && measured(point, "B.angle").abs() < 1e-6)
+        .filter(|point| {
+            measured(point, "A.angle").abs() < 1e-6 && measured(point, "B.angle").abs() < 1e-6
+        })
         .map(|point| point.value)
         .collect();
     loads.sort_by(f64::total_cmp);

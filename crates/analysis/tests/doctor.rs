@@ -61,10 +61,14 @@ fn a_planar_four_bar_in_space_repeats_three_conditions() {
         let mut joints = [TURN; 4];
         let mut words: Vec<String> = Vec::new();
         for (_, _, to) in &cure.changes {
-            words.push(format!("type = \"{to}\"{}", if *to == "spherical" { "" } else { ", axis = [0, 0, 1]" }));
+            words.push(format!(
+                "type = \"{to}\"{}",
+                if *to == "spherical" { "" } else { ", axis = [0, 0, 1]" }
+            ));
         }
         for ((joint, ..), word) in cure.changes.iter().zip(&words) {
-            let place = ["A", "B", "C", "D"].iter().position(|name| name == joint).expect("a joint");
+            let place =
+                ["A", "B", "C", "D"].iter().position(|name| name == joint).expect("a joint");
             joints[place] = word;
         }
         assert_eq!(count(&spatial(joints)), [1, 1, 0], "{cure:?}");

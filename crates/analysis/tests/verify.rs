@@ -35,9 +35,8 @@ fn a_double_pendulum_keeps_to_its_tolerances_in_other_coordinates() {
 
 #[test]
 fn a_coarse_run_is_found_out() {
-    let found = verified(&format!(
-        "{DOUBLE}[solve]\nt_end = 2\nstep = 0.05\nrtol = 1e-9\natol = 1e-11\n"
-    ));
+    let found =
+        verified(&format!("{DOUBLE}[solve]\nt_end = 2\nstep = 0.05\nrtol = 1e-9\natol = 1e-11\n"));
     assert!(!found.is_within(), "fixed steps of 0.05 s are not exact to 1e-9");
 }
 

@@ -16,6 +16,14 @@ use bksim_cli::{Common, StudioCommand, run_with};
 pub use crate::parquet::to_parquet;
 pub use bksim_cli::output_file;
 
+/// Questions besides motion in time, with their answers as the command line tells them.
+pub mod questions {
+    pub use bksim_cli::commands::analysis::answer::Answer;
+    pub use bksim_cli::commands::analysis::{
+        bode, doctor, inverse, kinematics, linearize, modes, statics, verify,
+    };
+}
+
 const PARQUET: TableFormat =
     TableFormat { name: "parquet", write: |log, selection, out| to_parquet(log, selection, out) };
 

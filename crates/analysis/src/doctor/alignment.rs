@@ -27,12 +27,9 @@ type Line = (JointId, Vector3<f64>, Vector3<f64>);
 
 /// Groups of the `shared` joints with parallel axes, and among these those in line.
 pub(super) fn alignments(model: &Model, pose: &Pose, shared: &[JointId]) -> Vec<Alignment> {
-    let lines: Vec<Line> =
-        shared.iter().filter_map(|&joint| axis(model, pose, joint)).collect();
+    let lines: Vec<Line> = shared.iter().filter_map(|&joint| axis(model, pose, joint)).collect();
     let between = |a: &Vector3<f64>, b: &Vector3<f64>| a.cross(b).norm().atan2(a.dot(b).abs());
-    let off_line = |(_, at, along): &Line, p: &Vector3<f64>| {
-        (p - at).cross(along).norm()
-    };
+    let off_line = |(_, at, along): &Line, p: &Vector3<f64>| (p - at).cross(along).norm();
     let mut found = Vec::new();
     let mut grouped = vec![false; lines.len()];
     for first in 0..lines.len() {
@@ -40,7 +37,8 @@ pub(super) fn alignments(model: &Model, pose: &Pose, shared: &[JointId]) -> Vec<
             continue;
         }
         let is_like = |k: &usize| between(&lines[first].2, &lines[*k].2) < NEARLY_PARALLEL;
-        let group: Vec<usize> = (first..lines.len()).filter(|k| !grouped[*k]).filter(is_like).collect();
+        let group: Vec<usize> =
+            (first..lines.len()).filter(|k| !grouped[*k]).filter(is_like).collect();
         group.iter().for_each(|&k| grouped[k] = true);
         found.extend(told(model, &lines, &group, &between, None));
         // Of parallel axes those in line.

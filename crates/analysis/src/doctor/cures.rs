@@ -128,8 +128,11 @@ fn replacements(model: &Model, joint: JointId) -> Vec<Change> {
     }
     let as_it_is = |kind| Change { joint, kind, along: None };
     let slots = || {
-        [[1, 0, 0], [0, 1, 0]]
-            .map(|along| Change { joint, kind: JointKind::PinInSlot, along: Some(along) })
+        [[1, 0, 0], [0, 1, 0]].map(|along| Change {
+            joint,
+            kind: JointKind::PinInSlot,
+            along: Some(along),
+        })
     };
     if model.space == Space::Planar {
         return match of.kind {
@@ -164,9 +167,8 @@ fn universals(model: &Model, axis: &Vector) -> Vec<JointKind> {
     let value = |symbol| {
         model.parameters.iter().find(|p| p.symbol == symbol).map(|parameter| parameter.value)
     };
-    let across = |&k: &usize| {
-        model.pool.evaluate(axis[k], &value).is_ok_and(|along| along.abs() < ACROSS)
-    };
+    let across =
+        |&k: &usize| model.pool.evaluate(axis[k], &value).is_ok_and(|along| along.abs() < ACROSS);
     let second = |k: usize| {
         let part = |i: usize| if i == k { model.pool.one() } else { model.pool.zero() };
         JointKind::Universal { second: std::array::from_fn(part) }

@@ -39,7 +39,9 @@ pub(super) fn free_motions(placed: &Placed) -> Result<Vec<FreeMotion>, AnalysisE
         // The largest rate is one.
         let Some(first) = (0..shown.len()).max_by(|&a, &b| {
             // Of equal ones the first.
-            (shown[a].abs(), b).partial_cmp(&(shown[b].abs() * (1.0 + 1e-9), a)).unwrap_or(std::cmp::Ordering::Equal)
+            (shown[a].abs(), b)
+                .partial_cmp(&(shown[b].abs() * (1.0 + 1e-9), a))
+                .unwrap_or(std::cmp::Ordering::Equal)
         }) else {
             continue;
         };

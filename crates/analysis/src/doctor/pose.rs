@@ -56,7 +56,8 @@ impl Pose {
         let q: Vec<SymbolId> = system.coordinates().iter().map(|c| c.q).collect();
         let parameters = positions.mechanism.parameters.clone();
         let symbols: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
-        let values = evaluated(model, (&outputs, &q, &symbols), positions.t(), &positions.q, &parameters)?;
+        let values =
+            evaluated(model, (&outputs, &q, &symbols), positions.t(), &positions.q, &parameters)?;
         let (bodies, rest) = values.split_at(12 * model.bodies.len());
         let (axes, mut joints) = rest.split_at(6 * model.joints.len());
         let mut motions = Vec::new();
@@ -70,7 +71,10 @@ impl Pose {
             t: positions.t(),
             size: positions.size,
             coms: bodies.chunks(12).map(|body| [body[0], body[1], body[2]]).collect(),
-            rotations: bodies.chunks(12).map(|body| Matrix3::from_column_slice(&body[3..])).collect(),
+            rotations: bodies
+                .chunks(12)
+                .map(|body| Matrix3::from_column_slice(&body[3..]))
+                .collect(),
             axes: axes.chunks(6).map(|a| [[a[0], a[1], a[2]], [a[3], a[4], a[5]]]).collect(),
             motions,
             parameters,
@@ -137,7 +141,9 @@ impl Placed {
             Tape::compile(pool, &outputs, &[&[model.time][..], &symbols].concat(), &parameters)?;
 
         let value = |owner: Owner| match owner {
-            Owner::Joint(joint, motion) => pose.motions[joint.0].get(motion).copied().unwrap_or(0.0),
+            Owner::Joint(joint, motion) => {
+                pose.motions[joint.0].get(motion).copied().unwrap_or(0.0)
+            }
             Owner::Body(body, k) if model.space == bksim_model::Space::Planar && k == 2 => {
                 let rotation = &pose.rotations[body.0];
                 rotation[(1, 0)].atan2(rotation[(0, 0)])
@@ -150,7 +156,8 @@ impl Placed {
             }
             Owner::State(_) => 0.0,
         };
-        let unit = |kind: CoordinateKind| if kind == CoordinateKind::Length { pose.size } else { 1.0 };
+        let unit =
+            |kind: CoordinateKind| if kind == CoordinateKind::Length { pose.size } else { 1.0 };
         let unit_of_row = |c: &Constraint| {
             let is_number = matches!(c.source, Source::Quaternion(_))
                 || c.effort == bksim_model::MotionKind::Rotation;
@@ -201,7 +208,9 @@ impl Placed {
                 return Some(q);
             }
             let step = jacobian.svd(true, true).solve(&-value, 1e-12).ok()?;
-            q.iter_mut().zip(step.iter().zip(&self.units)).for_each(|(q, (s, unit))| *q += s * unit);
+            q.iter_mut()
+                .zip(step.iter().zip(&self.units))
+                .for_each(|(q, (s, unit))| *q += s * unit);
         }
         (self.at(&q).0.amax() < 1e-10).then_some(q)
     }

@@ -39,6 +39,7 @@ mod frames;
 mod function;
 mod gather;
 mod initial;
+mod io;
 mod joints;
 mod laws;
 mod loads;

@@ -57,6 +57,7 @@ from ._parts import (
     Universal,
     Weld,
 )
+from ._questions import Answer, LinearSystem, Modes, Response
 from ._report import Check, Start
 from ._show import Animation, Picture, Plot
 from ._solution import Samples, Solution, open
@@ -67,6 +68,7 @@ from ._values import Inputs, Parameters
 
 __all__ = [
     "Animation",
+    "Answer",
     "AssemblyError",
     "Body",
     "Check",
@@ -90,11 +92,13 @@ __all__ = [
     "Label",
     "LimitError",
     "LineOnCurve",
+    "LinearSystem",
     "Link",
     "Load",
     "LogError",
     "Model",
     "ModelError",
+    "Modes",
     "ParallelAxes",
     "Parameters",
     "PerpendicularAxes",
@@ -105,6 +109,7 @@ __all__ = [
     "PointOnLine",
     "PointOnPlane",
     "Prismatic",
+    "Response",
     "Revolute",
     "Sampled",
     "Samples",

@@ -9,12 +9,7 @@ use bksim_cli::exit::{Failure, Status};
 use bksim_plot::{Axis, Curve, Figure, Format, Panel, Scale, Theme};
 
 /// Draws the response that is asked for.
-pub(crate) fn run(
-    args: &Bode,
-    path: &Path,
-    json: bool,
-    nesting: usize,
-) -> Result<Status, Failure> {
+pub(crate) fn run(args: &Bode, path: &Path, json: bool, nesting: usize) -> Result<Status, Failure> {
     let format = match path.extension().and_then(|ending| ending.to_str()) {
         Some("png") => Format::Png,
         Some("pdf") => Format::Pdf,

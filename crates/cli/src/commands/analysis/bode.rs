@@ -3,7 +3,7 @@
 use bksim::analysis::{AnalysisError, Channels, Frequencies, Range, Response, Transfer, bode};
 use serde_json::{Value, json};
 
-use super::answer::{Asked, asked, columns_json, failed, lines, pose_json};
+use super::answer::{Answer, Asked, asked, columns_json, failed, lines, pose_json};
 use super::linearize::{about, pole};
 use super::statics::held;
 use crate::args::analysis::Bode as Args;
@@ -26,11 +26,8 @@ pub fn run(
     let (source, model, warnings, file) = asked(&args.model, &args.table, nesting)?.parts();
     let name = model.name.clone();
     let failed = failed(&source);
-    let channels = Channels {
-        inputs: args.input.clone(),
-        outputs: args.output.clone(),
-        states: Vec::new(),
-    };
+    let channels =
+        Channels { inputs: args.input.clone(), outputs: args.output.clone(), states: Vec::new() };
     let frequencies = args.omega.as_deref().map(frequencies).transpose().map_err(&failed)?;
     let found = bode(model, about(args.at), &channels, frequencies).map_err(&failed)?;
     let content = match (file, draw) {
@@ -45,12 +42,25 @@ pub fn run(
         }
         (None, _) => None,
     };
-    let answer = ("bode", told_json(&found), text(&name, &found));
-    Asked::told(&source, &warnings, content, answer, as_json)
+    let Answer { command, json, text, .. } = told(&name, &found);
+    Asked::told(&source, &warnings, content, (command, json, text), as_json)
 }
 
-/// Frequencies in even steps of their logarithm, `0.1:100 rad/s:201`.
-fn frequencies(values: &str) -> Result<Frequencies, AnalysisError> {
+/// The answer about a model of this name.
+pub fn told(name: &str, found: &Response) -> Answer {
+    Answer {
+        command: "bode",
+        json: told_json(found),
+        text: text(name, found),
+        table: found.table(),
+    }
+}
+
+/// Reads frequencies in even steps of their logarithm, `0.1:100 rad/s:201`.
+///
+/// # Errors
+/// [`AnalysisError::BadRange`] for what is none above zero.
+pub fn frequencies(values: &str) -> Result<Frequencies, AnalysisError> {
     let Range { from, to, n } = Range::parse(values, "rad/s")?;
     if from > 0.0 && to > 0.0 {
         return Ok(Frequencies { from, to, n });

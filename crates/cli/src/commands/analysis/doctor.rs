@@ -12,13 +12,17 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
         asked_geometry(&args.model, &args.table, nesting)?.parts();
     let name = model.name.clone();
     let found = doctor(model).map_err(failed(&source))?;
-    let answer = Answer {
+    Asked::answer(&source, &warnings, file, told(&name, &found), as_json)
+}
+
+/// The answer about a model of this name.
+pub fn told(name: &str, found: &Doctor) -> Answer {
+    Answer {
         command: "doctor",
-        json: told_json(&found),
-        text: text(&name, &found),
+        json: told_json(found),
+        text: text(name, found),
         table: found.table(),
-    };
-    Asked::answer(&source, &warnings, file, answer, as_json)
+    }
 }
 
 /// A condition in words: `D force x`.
@@ -38,8 +42,7 @@ fn text(name: &str, found: &Doctor) -> String {
     let n_bodies = found.bodies.len();
     let whole = found.freedoms_of_body * i64::try_from(n_bodies).unwrap_or(i64::MAX);
     let bodies = found.bodies.iter().map(|body| format!("`{body}`")).collect::<Vec<_>>().join(", ");
-    let mut rows =
-        vec![vec![whole.to_string(), format!("{n_bodies} bodies"), bodies]];
+    let mut rows = vec![vec![whole.to_string(), format!("{n_bodies} bodies"), bodies]];
     for (joint, kind, taken) in &found.joints {
         rows.push(vec![format!("-{taken}"), format!("`{joint}`"), (*kind).to_owned()]);
     }
@@ -48,18 +51,24 @@ fn text(name: &str, found: &Doctor) -> String {
     }
     rows.push(vec![counted.to_string(), "counted".to_owned(), String::new()]);
     rows.push(vec![mobility.to_string(), "true".to_owned(), "free motions".to_owned()]);
-    rows.push(vec![n_redundant.to_string(), "redundant".to_owned(), "true less counted".to_owned()]);
+    rows.push(vec![
+        n_redundant.to_string(),
+        "redundant".to_owned(),
+        "true less counted".to_owned(),
+    ]);
     let mut text = format!(
         "{name}: {mobility} free motions, {n_redundant} redundant conditions\n\n{}",
         lines(&["freedoms", "of", ""], rows)
     );
     for (k, motion) in found.motions.iter().enumerate() {
         let rate = |(name, rate, unit): &(String, f64, &'static str)| {
-            let unit = if *unit == "rad" || unit.is_empty() { String::new() } else { format!(" {unit}") };
+            let unit =
+                if *unit == "rad" || unit.is_empty() { String::new() } else { format!(" {unit}") };
             vec![name.clone(), format!("{}{unit}", crate::output::number(*rate))]
         };
         let rows = motion.rates.iter().map(rate).collect();
-        let end = if motion.is_finite { "" } else { ", in this pose alone: it yields but goes nowhere" };
+        let end =
+            if motion.is_finite { "" } else { ", in this pose alone: it yields but goes nowhere" };
         let heads = ["motion", "rate"];
         text.extend([format!("\n\nfree motion {}{end}\n{}", k + 1, lines(&heads, rows))]);
     }
@@ -118,20 +127,14 @@ fn told_json(found: &Doctor) -> Value {
         })
     };
     let cure = |cure: &Cure| {
-        let change = |(joint, from, to): &(String, &str, &str)| {
-            json!({ "joint": joint, "from": from, "to": to })
-        };
+        let change = |(joint, from, to): &(String, &str, &str)| json!({ "joint": joint, "from": from, "to": to });
         json!({
             "changes": cure.changes.iter().map(change).collect::<Vec<_>>(),
             "count": count_json(cure.count),
         })
     };
-    let joint = |(name, kind, taken): &(String, &str, i64)| {
-        json!({ "name": name, "type": kind, "taken": taken })
-    };
-    let alignment = |of: &bksim::analysis::Alignment| {
-        json!({ "joints": of.joints, "angle": of.angle, "distance": of.distance })
-    };
+    let joint = |(name, kind, taken): &(String, &str, i64)| json!({ "name": name, "type": kind, "taken": taken });
+    let alignment = |of: &bksim::analysis::Alignment| json!({ "joints": of.joints, "angle": of.angle, "distance": of.distance });
     json!({
         "bodies": found.bodies,
         "freedoms_of_body": found.freedoms_of_body,

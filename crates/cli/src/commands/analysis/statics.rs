@@ -27,8 +27,11 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
     Asked::answer(&source, &warnings, file, answer, as_json)
 }
 
-/// Values of a parameter, in its unit.
-fn range(model: &Model, parameter: &str, values: &str) -> Result<Range, AnalysisError> {
+/// Reads values of a parameter, in its unit.
+///
+/// # Errors
+/// [`AnalysisError`] for an unknown parameter, and for what are no values.
+pub fn range(model: &Model, parameter: &str, values: &str) -> Result<Range, AnalysisError> {
     let known = model.parameters.iter().find(|known| known.name == parameter);
     let known = known.ok_or_else(|| AnalysisError::UnknownParameter { name: parameter.into() })?;
     Range::parse(values, &known.unit)
@@ -50,7 +53,8 @@ pub(super) fn held(names: &[String]) -> String {
     format!("\n  counted as constraints: {}", names.join(", "))
 }
 
-fn told(name: &str, found: &Statics) -> Answer {
+/// The answer about a model of this name.
+pub fn told(name: &str, found: &Statics) -> Answer {
     let by = names(&found.by);
     let row = |e: &Equilibrium| {
         let least = e.stiffness.first().map_or(String::new(), |k| number(*k));
@@ -111,7 +115,8 @@ fn kind_word(kind: PointKind) -> &'static str {
     }
 }
 
-fn told_over(name: &str, found: &Continuation) -> Answer {
+/// The answer about a model of this name, over a parameter.
+pub fn told_over(name: &str, found: &Continuation) -> Answer {
     let parameter = &found.parameter;
     let points = || found.branches.iter().flat_map(|branch| &branch.points);
     let count = |kind: PointKind| {
@@ -169,7 +174,8 @@ fn told_over(name: &str, found: &Continuation) -> Answer {
     Answer { command: "static", json, text, table: found.table() }
 }
 
-fn told_balanced(name: &str, found: &Balanced) -> Answer {
+/// The answer about a model of this name, balanced.
+pub fn told_balanced(name: &str, found: &Balanced) -> Answer {
     let values = found.values.iter().map(|(column, value, own)| {
         vec![column.name.clone(), shown(*value, &column.unit), shown(*own, &column.unit)]
     });

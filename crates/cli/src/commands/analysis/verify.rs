@@ -15,14 +15,18 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
     }
     let name = model.name.clone();
     let found = verify(model).map_err(failed(&source))?;
-    let answer = Answer {
-        command: "verify",
-        json: told_json(&found),
-        text: text(&name, &found),
-        table: found.table(),
-    };
-    Asked::answer(&source, &warnings, file, answer, as_json)?;
+    Asked::answer(&source, &warnings, file, told(&name, &found), as_json)?;
     Ok(if found.is_within() { Status::Done } else { Status::Rejected })
+}
+
+/// The answer about a model of this name.
+pub fn told(name: &str, found: &Verified) -> Answer {
+    Answer {
+        command: "verify",
+        json: told_json(found),
+        text: text(name, found),
+        table: found.table(),
+    }
 }
 
 /// Channels by how much of what is allowed they take, the worst first.
