@@ -40,6 +40,8 @@ pub struct Balanced {
 /// # Errors
 /// [`AnalysisError`] when there are not as many unknowns as free motions, or no values balance them.
 pub fn balanced(model: Model, names: &[String], by: &[String]) -> Result<Balanced, AnalysisError> {
+    /// Most steps.
+    const MOST: usize = 60;
     let mut loaded = Loaded::of(model)?;
     let ids: Vec<ParameterId> =
         names.iter().map(|name| loaded.parameter(name)).collect::<Result<_, _>>()?;
@@ -50,8 +52,7 @@ pub fn balanced(model: Model, names: &[String], by: &[String]) -> Result<Balance
         return Err(AnalysisError::Unknowns { n_unknown: ids.len(), n_free: basis.ncols() });
     }
 
-    // Steps of at most as much as doubles what has a size.
-    const MOST: usize = 60;
+    // Newton's steps, shortened until less is left.
     let mut p = DVector::from_column_slice(&own);
     let mut at = work(&mut loaded, &ids, p.as_slice(), &basis)?;
     let mut is_done = false;

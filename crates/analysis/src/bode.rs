@@ -119,6 +119,9 @@ fn at(linear: &Linear, omega: f64) -> DMatrix<Complex<f64>> {
 /// Parts of what a product of matrices can be below which it counts as zero.
 const NOTHING: f64 = 1e-11;
 
+/// A shift, in units in which poles have about the size one, that is hardly a zero.
+const SHIFT: f64 = 0.618_033_988_749_894_9;
+
 /// The zeros from one input to one output, ascending by size.
 fn zeros(linear: &Linear, input: usize, output: usize) -> Vec<[f64; 2]> {
     let n = linear.a.nrows();
@@ -160,8 +163,6 @@ fn zeros(linear: &Linear, input: usize, output: usize) -> Vec<[f64; 2]> {
     whole[(n, n)] = d;
     let mut unit = DMatrix::identity(n + 1, n + 1);
     unit[(n, n)] = 0.0;
-    // A shift that is no zero.
-    const SHIFT: f64 = 0.618_033_988_749_894_9;
     let Some(inverse) = (&whole - &unit * SHIFT).try_inverse() else { return Vec::new() };
     let product = inverse * &unit;
     if product.iter().any(|x| !x.is_finite()) {

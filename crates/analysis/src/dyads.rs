@@ -456,8 +456,12 @@ fn steps(model: &Model, held: &[Measure]) -> Option<Vec<Step>> {
             }
         });
         let Some((kind, bodies, joints)) = dyad else { break };
-        joints.iter().for_each(|&joint| is_used[joint] = true);
-        bodies.iter().for_each(|&body| is_placed[body] = true);
+        for joint in joints {
+            is_used[joint] = true;
+        }
+        for body in bodies {
+            is_placed[body] = true;
+        }
         steps.push(Step::Dyad { kind, bodies, joints });
     }
     let is_whole = is_placed.iter().all(|placed| *placed)

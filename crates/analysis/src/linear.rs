@@ -71,6 +71,7 @@ pub struct Channels {
 
 impl Channels {
     /// These, with the inputs and outputs that the model states where none are named.
+    #[must_use]
     pub fn or_stated(&self, model: &Model) -> Self {
         let or = |named: &[String], stated: &[String]| {
             if named.is_empty() { stated.to_vec() } else { named.to_vec() }

@@ -31,8 +31,11 @@ fn linkages_of_dyads_have_the_listed_assemblies_and_that_is_proved() {
         // The start in one of them.
         let crank = &linkage["crank"];
         let joint = crank["joint"].as_str().expect("a joint");
-        let mut text = format!("{}\n[initial]\n", linkage["model"].as_str().expect("a model"));
-        text += &format!("{joint} = {{ angle = {} }}\n", number(&crank["angle"]));
+        let text = format!(
+            "{}\n[initial]\n{joint} = {{ angle = {} }}\n",
+            linkage["model"].as_str().expect("a model"),
+            number(&crank["angle"])
+        );
         let found = assemblies(model(&text)).expect("assemblies");
         if *kind == "stephenson-triad" {
             assert!(found.proof.is_none(), "{id}: a triad is no dyad");

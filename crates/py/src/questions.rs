@@ -55,13 +55,13 @@ fn about(at: &str) -> PyResult<About> {
 
 /// Positions with their rates over a range.
 #[pyfunction]
-pub(crate) fn kinematics_of<'py>(
-    py: Python<'py>,
+pub(crate) fn kinematics_of(
+    py: Python<'_>,
     engine: Py<Engine>,
     drive: Vec<(String, String)>,
     rates: [Vec<String>; 2],
     through: bool,
-) -> PyResult<Told<'py>> {
+) -> PyResult<Told<'_>> {
     ask(py, engine.get(), move |name, model| {
         let [rate, acceleration] = &rates;
         let prescribed =
@@ -73,13 +73,13 @@ pub(crate) fn kinematics_of<'py>(
 
 /// Ranges, limit positions, dead points, transmission angles.
 #[pyfunction]
-pub(crate) fn limits_of<'py>(
-    py: Python<'py>,
+pub(crate) fn limits_of(
+    py: Python<'_>,
     engine: Py<Engine>,
     drive: Option<String>,
     outputs: Vec<String>,
     all_assemblies: bool,
-) -> PyResult<Told<'py>> {
+) -> PyResult<Told<'_>> {
     let request = LimitsRequest { drive, outputs, all_assemblies };
     ask(py, engine.get(), move |name, model| {
         Ok(questions::kinematics::told_limits(name, &limits(model, &request)?))
@@ -96,13 +96,13 @@ pub(crate) fn assemblies_of(py: Python<'_>, engine: Py<Engine>) -> PyResult<Told
 
 /// Equilibria: all, over a parameter, or the start balanced by parameters.
 #[pyfunction]
-pub(crate) fn static_of<'py>(
-    py: Python<'py>,
+pub(crate) fn static_of(
+    py: Python<'_>,
     engine: Py<Engine>,
     by: Vec<String>,
     over: Option<(String, String)>,
     solve: Vec<String>,
-) -> PyResult<Told<'py>> {
+) -> PyResult<Told<'_>> {
     ask(py, engine.get(), move |name, model| {
         use questions::statics::{range, told, told_balanced, told_over};
         if let Some((parameter, values)) = &over {
@@ -168,13 +168,13 @@ pub(crate) enum Prescription {
 
 /// The efforts, reactions and powers that a motion needs.
 #[pyfunction]
-pub(crate) fn inverse_of<'py>(
-    py: Python<'py>,
+pub(crate) fn inverse_of(
+    py: Python<'_>,
     engine: Py<Engine>,
     motion: Vec<(String, Prescription)>,
     smoothing: f64,
     times: Option<String>,
-) -> PyResult<Told<'py>> {
+) -> PyResult<Told<'_>> {
     ask(py, engine.get(), move |name, model| {
         let times = questions::inverse::times(&model, times.as_deref())?;
         let read = |(measure, motion): &(String, Prescription)| match motion {

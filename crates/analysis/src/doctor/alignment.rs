@@ -24,6 +24,8 @@ const NEARLY_IN_LINE: f64 = 1e-3;
 
 /// A joint with a point and the direction of its axis.
 type Line = (JointId, Vector3<f64>, Vector3<f64>);
+/// The distance of a point from a line.
+type OffLine<'f> = &'f dyn Fn(&Line, &Vector3<f64>) -> f64;
 
 /// Groups of the `shared` joints with parallel axes, and among these those in line.
 pub(super) fn alignments(model: &Model, pose: &Pose, shared: &[JointId]) -> Vec<Alignment> {
@@ -39,7 +41,9 @@ pub(super) fn alignments(model: &Model, pose: &Pose, shared: &[JointId]) -> Vec<
         let is_like = |k: &usize| between(&lines[first].2, &lines[*k].2) < NEARLY_PARALLEL;
         let group: Vec<usize> =
             (first..lines.len()).filter(|k| !grouped[*k]).filter(is_like).collect();
-        group.iter().for_each(|&k| grouped[k] = true);
+        for &k in &group {
+            grouped[k] = true;
+        }
         found.extend(told(model, &lines, &group, &between, None));
         // Of parallel axes those in line.
         let mut in_line = vec![false; group.len()];
@@ -48,7 +52,9 @@ pub(super) fn alignments(model: &Model, pose: &Pose, shared: &[JointId]) -> Vec<
                 off_line(&lines[group[a]], &lines[group[*b]].1) < NEARLY_IN_LINE * pose.size
             };
             let own: Vec<usize> = (a..group.len()).filter(|b| !in_line[*b]).filter(near).collect();
-            own.iter().for_each(|&b| in_line[b] = true);
+            for &b in &own {
+                in_line[b] = true;
+            }
             let own: Vec<usize> = own.into_iter().map(|b| group[b]).collect();
             if own.len() < group.len() {
                 found.extend(told(model, &lines, &own, &between, Some(&off_line)));
@@ -60,11 +66,7 @@ pub(super) fn alignments(model: &Model, pose: &Pose, shared: &[JointId]) -> Vec<
     found
 }
 
-fn farthest(
-    lines: &[Line],
-    group: &[usize],
-    off_line: &dyn Fn(&Line, &Vector3<f64>) -> f64,
-) -> Option<f64> {
+fn farthest(lines: &[Line], group: &[usize], off_line: OffLine<'_>) -> Option<f64> {
     let pairs = group.iter().flat_map(|&a| group.iter().map(move |&b| (a, b)));
     (group.len() > 1)
         .then(|| pairs.map(|(a, b)| off_line(&lines[a], &lines[b].1)).fold(0.0, f64::max))
@@ -75,7 +77,7 @@ fn told(
     lines: &[Line],
     group: &[usize],
     between: &dyn Fn(&Vector3<f64>, &Vector3<f64>) -> f64,
-    off_line: Option<&dyn Fn(&Line, &Vector3<f64>) -> f64>,
+    off_line: Option<OffLine<'_>>,
 ) -> Option<Alignment> {
     if group.len() < 2 {
         return None;

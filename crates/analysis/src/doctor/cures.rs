@@ -151,10 +151,9 @@ fn replacements(model: &Model, joint: JointId) -> Vec<Change> {
             &[JointKind::Cylindrical, JointKind::Spherical, JointKind::PointOnLine]
         }
         JointKind::Prismatic { .. } | JointKind::Screw { .. } => &[JointKind::Cylindrical],
-        JointKind::Cylindrical => &[JointKind::PointOnLine],
+        JointKind::Cylindrical | JointKind::Spherical => &[JointKind::PointOnLine],
         JointKind::Weld { .. } => &[JointKind::Revolute, JointKind::Spherical],
         JointKind::Universal { .. } => &[JointKind::Spherical],
-        JointKind::Spherical => &[JointKind::PointOnLine],
         JointKind::Planar | JointKind::PointOnLine => &[JointKind::PointOnPlane],
         _ => &[],
     };

@@ -31,7 +31,8 @@ class Answer(Mapping[str, NDArray[np.float64]]):
         self._places = {name: place for place, name in enumerate(columns)}
 
     def __getitem__(self, name: str) -> NDArray[np.float64]:
-        return self._values[self._places[name]]
+        column: NDArray[np.float64] = self._values[self._places[name]]
+        return column
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._places)
