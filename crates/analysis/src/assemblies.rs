@@ -9,6 +9,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 use crate::curve::independent_rows;
+use crate::dyads::{Apart, Proof};
 use crate::error::AnalysisError;
 use crate::positions::Positions;
 use crate::rows::{Clock, RANK_TOLERANCE, Rows, wrapped};
@@ -34,6 +35,8 @@ pub struct Assemblies {
     /// Measures that are held at their values in the start: those that the model states, and as many more as
     /// leave nothing free.
     pub held: Vec<(String, f64, &'static str)>,
+    /// Why there are no others, where that is proved.
+    pub proof: Option<Proof>,
 }
 
 /// Finds the assemblies of `model` at the values that its start states.
@@ -47,7 +50,14 @@ pub fn assemblies(model: Model) -> Result<Assemblies, AnalysisError> {
     let u: Vec<f64> = held.iter().map(|(_, value, _)| *value).collect();
     let start = rows.scaled(&positions.q);
     let mut found = vec![start.clone()];
-    search(&positions, &mut rows, &u, &start, &mut found)?;
+    let proof = match Apart::of(&positions, &measures)? {
+        Some(mut apart) => proved(&positions, &mut apart, (&mut rows, &u), &mut found),
+        None => None,
+    };
+    if proof.is_none() {
+        found.truncate(1);
+        search(&positions, &mut rows, &u, &start, &mut found)?;
+    }
 
     // Names, and the pose of each.
     let shapes: Vec<LoopPolygons> = found
@@ -64,7 +74,34 @@ pub fn assemblies(model: Model) -> Result<Assemblies, AnalysisError> {
         Assembly { number: number + 1, name, pose: pose.collect(), q }
     };
     let assemblies = found.iter().zip(names).enumerate().map(assembly).collect();
-    Ok(Assemblies { assemblies, held })
+    Ok(Assemblies { assemblies, held, proof })
+}
+
+/// Adds to `found` all assemblies of a linkage that comes apart into dyads; none where the start is not among them, or
+/// one does not close.
+fn proved(
+    positions: &Positions,
+    apart: &mut Apart,
+    (rows, u): (&mut Rows, &[f64]),
+    found: &mut Vec<Vec<f64>>,
+) -> Option<Proof> {
+    let (ways, proof) = apart.assemblies(positions.model())?;
+    for places in &ways {
+        let mut is_here = |x: &Vec<f64>| apart.is_at(&rows.unscaled(x), places);
+        if found.iter().any(&mut is_here) {
+            continue;
+        }
+        let guess = rows.scaled(&apart.coordinates(positions, places));
+        let x = closed(rows, positions.t(), guess, u)?;
+        if !apart.is_at(&rows.unscaled(&x), places) {
+            return None;
+        }
+        let is_turn = rows.is_turn.clone();
+        let tidy = |(i, x): (usize, &f64)| if is_turn[i] { wrapped(*x) } else { *x };
+        found.push(x.iter().enumerate().map(tidy).collect());
+    }
+    // Each once, the start among them.
+    (found.len() == ways.len()).then_some(proof)
 }
 
 /// Positions on all rows from many guesses, in units of the mechanism: samples of every branch, of as many

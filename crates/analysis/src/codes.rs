@@ -12,4 +12,5 @@ bksim_model::codes! {
     UNDERCUT = "Q009", "a profile of a cam that is undercut";
     CUTTER = "Q010", "a cutter that does not fit into a hollow";
     UNKNOWN_CAM = "Q011", "a cam that the model has not";
+    NOT_BALANCED = "Q012", "a start that no value balances";
 }

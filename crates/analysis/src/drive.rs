@@ -66,12 +66,12 @@ impl Range {
     /// All values.
     pub fn values(&self) -> Vec<f64> {
         let last = (self.n - 1).max(1) as f64;
-        let at = |k: usize| {
-            let share = k as f64 / last;
-            // Exact at both ends.
-            self.from * (1.0 - share) + self.to * share
-        };
-        (0..self.n).map(at).collect()
+        (0..self.n).map(|k| self.at(k as f64 / last)).collect()
+    }
+
+    /// The value at a share of the range, exact at both ends.
+    pub(crate) fn at(&self, share: f64) -> f64 {
+        self.from * (1.0 - share) + self.to * share
     }
 }
 

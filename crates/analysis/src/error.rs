@@ -16,7 +16,7 @@ pub enum AnalysisError {
     #[error(transparent)]
     Compile(#[from] TapeError),
     /// Values that cannot be read, or have another dimension.
-    #[error("`{text}` gives no values in {unit}")]
+    #[error("`{text}` gives no {}", if .unit.is_empty() { "plain numbers".to_owned() } else { format!("values in {unit}") })]
     BadRange {
         /// As written.
         text: String,
@@ -95,6 +95,23 @@ pub enum AnalysisError {
     /// No equilibrium was found.
     #[error("no equilibrium was found")]
     NoEquilibrium,
+    /// A response needs an input and an output.
+    #[error("a frequency response needs an input and an output")]
+    NoChannels,
+    /// As many unknowns as free motions can be balanced.
+    #[error("{n_unknown} unknowns cannot balance {n_free} free motions")]
+    Unknowns {
+        /// Unknown parameters.
+        n_unknown: usize,
+        /// Degrees of freedom.
+        n_free: usize,
+    },
+    /// No values of parameters balance the start.
+    #[error("no value of {} balances the start", .names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(" and "))]
+    NotBalanced {
+        /// The parameters.
+        names: Vec<String>,
+    },
     /// A motion that does not hold together.
     #[error("the motion cannot be followed at t = {t} s")]
     Lost {
@@ -119,6 +136,9 @@ impl AnalysisError {
             Self::Compile(_) => (bksim_sim::codes::NOT_FINITE_AT_START, String::new()),
             Self::BadRange { unit, .. } if unit == "rad" => {
                 (codes::BAD_RANGE, "write values such as `0:360 deg:361` or `0.5`".to_owned())
+            }
+            Self::BadRange { unit, .. } if unit.is_empty() => {
+                (codes::BAD_RANGE, "write plain numbers such as `0:20:21` or `0.5`".to_owned())
             }
             Self::BadRange { unit, .. } => {
                 (codes::BAD_RANGE, format!("write values such as `0:20 {unit}:21` or `0.5`"))
@@ -165,6 +185,26 @@ impl AnalysisError {
             Self::NoEquilibrium => (
                 codes::NO_EQUILIBRIUM,
                 "add what holds the mechanism: a spring, a drive, a stop".to_owned(),
+            ),
+            Self::NoChannels => (
+                codes::UNKNOWN_NAME,
+                "write `--input` with a parameter or a joint, and `--output` with a measure"
+                    .to_owned(),
+            ),
+            Self::Unknowns { n_free: 0, .. } => (
+                codes::UNDETERMINED,
+                "free a motion: nothing can move, and every value is in balance".to_owned(),
+            ),
+            Self::Unknowns { n_free, .. } => (
+                codes::UNDETERMINED,
+                format!(
+                    "name one unknown parameter for each free motion: write `--solve` {n_free} times"
+                ),
+            ),
+            Self::NotBalanced { .. } => (
+                codes::NOT_BALANCED,
+                "name a parameter whose force works in that pose, or begin in another pose"
+                    .to_owned(),
             ),
             Self::Lost { .. } => (
                 codes::NOT_REACHED,

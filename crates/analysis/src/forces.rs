@@ -65,6 +65,8 @@ pub(crate) struct ForcesAt {
     pub(crate) damping: DMatrix<f64>,
     /// ∂r/∂p, nq × np.
     pub(crate) by_parameter: DMatrix<f64>,
+    /// ∂g/∂p, nc × np.
+    pub(crate) closure_by_parameter: DMatrix<f64>,
     /// ∂(G v + ∂g/∂t)/∂q, nc × nq.
     pub(crate) velocity_by_position: DMatrix<f64>,
     /// ∂(G a + γ)/∂q, nc × nq.
@@ -123,6 +125,7 @@ impl Forces {
             pool.jacobian(&residual, &q),
             pool.jacobian(&residual, &v),
             pool.jacobian(&residual, &p),
+            pool.jacobian(&closure, &p),
             pool.jacobian(&velocity, &q),
             pool.jacobian(&accelerations, &q),
             pool.jacobian(&accelerations, &v),
@@ -187,6 +190,7 @@ impl Forces {
             stiffness: next(),
             damping: next(),
             by_parameter: next(),
+            closure_by_parameter: next(),
             velocity_by_position: next(),
             acceleration_by_position: next(),
             acceleration_by_velocity: next(),

@@ -13,12 +13,12 @@ use bksim_model::{Drive as ModelDrive, JointId, Measure, Model};
 use nalgebra::{DMatrix, DVector};
 
 use crate::drive::Range;
+use crate::equilibrium::reaction_columns;
 use crate::error::AnalysisError;
 use crate::forces::{At, Forces};
 use crate::loaded::{Loaded, without_states};
 use crate::positions::Positions;
 use crate::rows::{Clock, Rows, Solver};
-use crate::statics::reaction_columns;
 use crate::table::{Column, Table};
 
 /// Value, rate and acceleration as a function of time, SI.

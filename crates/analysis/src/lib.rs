@@ -3,10 +3,19 @@
 //! Every question takes a model and gives plain data; nothing here opens files or prints.
 
 mod assemblies;
+mod balance;
+mod balancing;
+mod bode;
+mod branches;
 mod cam;
 pub mod codes;
+mod continuation;
 mod curve;
+mod doctor;
 mod drive;
+mod dyads;
+mod equilibrium;
+mod equilibrium_path;
 mod error;
 mod exported;
 mod extreme;
@@ -27,10 +36,18 @@ mod scalar;
 mod statics;
 mod table;
 mod trace;
+mod verify;
 
 pub use assemblies::{Assemblies, Assembly, assemblies};
+pub use balancing::{Balanced, balanced};
+pub use bode::{Frequencies, Response, Transfer, bode};
+pub use branches::PointKind;
 pub use cam::{CamLine, CamProfile, CamReport, CamRequest, Located, Peaks, cam};
+pub use continuation::{BranchPoint, Continuation, EquilibriumBranch, statics_over};
+pub use doctor::{Alignment, Condition, Count, Cure, Doctor, FreeMotion, Repeated, doctor};
 pub use drive::{Drive, Range, position, quantity};
+pub use dyads::{Dyad, Proof};
+pub use equilibrium::{Equilibrium, Stability};
 pub use error::AnalysisError;
 pub use exported::{ExportedFunction, Part, exported};
 pub use extreme::Extreme;
@@ -42,5 +59,6 @@ pub use loaded::Loaded;
 pub use modes::{Mode, Modes, modes};
 pub use positions::Positions;
 pub use quantity::PoseQuantity;
-pub use statics::{Equilibrium, Stability, Statics, statics};
+pub use statics::{Statics, statics};
 pub use table::{Column, Table};
+pub use verify::{Compared, Verified, Way, verify};

@@ -13,12 +13,14 @@ use bksim_mbs::quantity::rate_unit;
 use bksim_model::{Measure, Model, ParameterId};
 use nalgebra::{DMatrix, DVector};
 
+use crate::balance::{Balance, named_quantity, pose_of};
+use crate::equilibrium::Equilibrium;
 use crate::error::AnalysisError;
 use crate::forces::{At, Forces, ForcesAt};
 use crate::loaded::Loaded;
 use crate::quantity::PoseQuantity;
 use crate::reduced::Reduced;
-use crate::statics::{Balance, Equilibrium, named_quantity};
+
 use crate::table::{Column, Table};
 
 /// The state that equations are linearised about.
@@ -67,6 +69,21 @@ pub struct Channels {
     pub states: Vec<String>,
 }
 
+impl Channels {
+    /// These, with the inputs and outputs that the model states where none are named.
+    #[must_use]
+    pub fn or_stated(&self, model: &Model) -> Self {
+        let or = |named: &[String], stated: &[String]| {
+            if named.is_empty() { stated.to_vec() } else { named.to_vec() }
+        };
+        Self {
+            inputs: or(&self.inputs, &model.io.inputs),
+            outputs: or(&self.outputs, &model.io.outputs),
+            states: self.states.clone(),
+        }
+    }
+}
+
 /// An input of a linear system.
 enum Input {
     Parameter(usize),
@@ -78,6 +95,7 @@ enum Input {
 /// # Errors
 /// [`AnalysisError`] when there is no such state, or a name is unknown.
 pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Linear, AnalysisError> {
+    let channels = &channels.or_stated(&model);
     let loaded = Loaded::of(model)?;
     let model = loaded.model();
 
@@ -101,13 +119,13 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
     }
 
     // The state.
-    let balance = Balance::of(&loaded, &channels.states)?;
+    let balance = Balance::of(&loaded, &channels.states, &[])?;
     let (q, v, a, lambda) = state_of(&loaded, balance, about)?;
     let mut forces =
         Forces::compile(model, loaded.system(), &loaded.kept, &free, &loaded.parameters)?;
     let p: Vec<f64> = free.iter().map(|id| loaded.mechanism.parameters[id.0]).collect();
     let at = forces.at(At { t: loaded.t, q: &q, v: &v, a: &a, lambda: &lambda, p: &p });
-    let reduced = Balance::of(&loaded, &channels.states)?.reduced(&q, &at.jacobian)?;
+    let reduced = Balance::of(&loaded, &channels.states, &[])?.reduced(&q, &at.jacobian)?;
 
     // δq = Z y, δv = Z w + S y; then δa of each state and input.
     let (n, n_free) = (q.len(), reduced.n());
@@ -167,7 +185,7 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
         b: matrix_b,
         c: matrix_c,
         poles,
-        pose: crate::statics::pose_of(&loaded, &q)?,
+        pose: pose_of(&loaded, &q)?,
         held: loaded.held_contacts(),
     })
 }

@@ -40,32 +40,68 @@ impl Loaded {
     /// [`AnalysisError::Rejected`] when there is none.
     pub fn of(model: Model) -> Result<Self, AnalysisError> {
         without_states(&model)?;
-        let mechanism = Mechanism::derive(model, Vec::new())?;
+        Self::at_start(Mechanism::derive(model, Vec::new())?)
+    }
+
+    /// Finds the start of `mechanism`.
+    fn at_start(mechanism: Mechanism) -> Result<Self, AnalysisError> {
         let system = mechanism.system.integrated();
-        let switches = !system.contacts.is_empty() || !mechanism.system.switches.is_empty();
         let quantities = pose_quantities(&mechanism.model, &mechanism.system);
         let t = mechanism.model.solve.t_start;
         let n_rows = system.constraints.len();
+        let mut found = Self {
+            t,
+            q: Vec::new(),
+            v: Vec::new(),
+            a: Vec::new(),
+            lambda: vec![0.0; n_rows],
+            parameters: mechanism.parameters.clone(),
+            kept: (0..n_rows).collect(),
+            size: 1.0,
+            quantities,
+            mechanism,
+        };
+        found.find_start()?;
+        Ok(found)
+    }
+
+    /// Finds the start anew with other values of the model's parameters; without one all stays as it was.
+    pub(crate) fn restart(&mut self, parameters: &[f64]) -> Result<(), AnalysisError> {
+        let own = std::mem::replace(&mut self.mechanism.parameters, parameters.to_vec());
+        let found = self.find_start();
+        if found.is_err() {
+            self.mechanism.parameters = own;
+        }
+        found
+    }
+
+    fn find_start(&mut self) -> Result<(), AnalysisError> {
+        let mechanism = &self.mechanism;
+        let system = mechanism.system.integrated();
+        let switches = !system.contacts.is_empty() || !mechanism.system.switches.is_empty();
+        let n_rows = system.constraints.len();
         // Without anything that switches the start needs no accelerations, and so no inertia.
         let moving = if switches { Some(mechanism.start()?) } else { mechanism.start().ok() };
-        let (state, parameters, kept, size) = if let Some(start) = moving {
-            let parameters = start.parameters_with_modes(&mechanism.parameters);
+        let size = if let Some(start) = moving {
             let holds = |row: &usize| {
                 !system.constraints[*row].source.is_contact()
                     || !start.inactive_rows().contains(row)
             };
-            let kept = (0..n_rows).filter(holds).collect();
-            let size = start.longest_link;
-            ([start.q, start.v, start.a, start.lambda], parameters, kept, size)
+            self.kept = (0..n_rows).filter(holds).collect();
+            self.parameters = start.parameters_with_modes(&mechanism.parameters);
+            (self.q, self.v, self.a, self.lambda) = (start.q, start.v, start.a, start.lambda);
+            start.longest_link
         } else {
             let closed = mechanism.closed()?;
             let rest = vec![0.0; closed.q.len()];
-            let state = [closed.q, rest.clone(), rest, vec![0.0; n_rows]];
-            (state, mechanism.parameters.clone(), (0..n_rows).collect(), closed.longest_link)
+            self.kept = (0..n_rows).collect();
+            self.parameters.clone_from(&mechanism.parameters);
+            (self.q, self.v, self.a, self.lambda) =
+                (closed.q, rest.clone(), rest, vec![0.0; n_rows]);
+            closed.longest_link
         };
-        let [q, v, a, lambda] = state;
-        let size = if size > 0.0 { size } else { 1.0 };
-        Ok(Self { mechanism, t, q, v, a, lambda, parameters, kept, size, quantities })
+        self.size = if size > 0.0 { size } else { 1.0 };
+        Ok(())
     }
 
     /// `mechanism` at rest in a position that is known; what switches is as it is at rest, no contact closed.
@@ -135,6 +171,14 @@ impl Loaded {
             .ok_or_else(|| AnalysisError::UnknownParameter { name: name.to_owned() })
     }
 
+    /// Values of all parameters when `free` ones have the values `p`: what the model defines by them follows.
+    pub(crate) fn parameters_with(&self, free: &[ParameterId], p: &[f64]) -> Vec<f64> {
+        let mut values = self.parameters.clone();
+        let own = varied(self.model(), &values, free, p);
+        values[..own.len()].copy_from_slice(&own);
+        values
+    }
+
     /// Joint reactions, six numbers each: force, then moment, on the second body, world axes.
     pub(crate) fn reactions(
         &self,
@@ -149,6 +193,36 @@ impl Loaded {
         evaluator.reactions_into(state, rates, &mut out);
         out
     }
+}
+
+/// The values of the model's parameters, of which `free` ones have the values `p` and those that are defined by
+/// them follow; the others keep theirs.
+pub(crate) fn varied(model: &Model, values: &[f64], free: &[ParameterId], p: &[f64]) -> Vec<f64> {
+    let pool = &model.pool;
+    let mut values = values[..model.parameters.len()].to_vec();
+    let mut changed: Vec<usize> = Vec::new();
+    for (id, p) in free.iter().zip(p) {
+        values[id.0] = *p;
+        changed.push(id.0);
+    }
+    // Each comes after those that its definition uses.
+    for (idx, parameter) in model.parameters.iter().enumerate() {
+        let symbols = pool.symbols_of(parameter.definition);
+        let follows =
+            symbols.iter().any(|s| changed.iter().any(|&k| model.parameters[k].symbol == *s));
+        if free.contains(&ParameterId(idx)) || !follows {
+            continue;
+        }
+        let value = |symbol| {
+            let at = model.parameters.iter().position(|other| other.symbol == symbol)?;
+            Some(values[at])
+        };
+        if let Ok(value) = pool.evaluate(parameter.definition, &value) {
+            values[idx] = value;
+            changed.push(idx);
+        }
+    }
+    values
 }
 
 /// Refuses a model with states, which have rates of their own where the mechanism rests, or with sampled signals,

@@ -13,12 +13,13 @@ use bksim_mbs::spatial;
 use bksim_model::{BodyId, Model};
 use nalgebra::{Complex, DMatrix, DVector};
 
+use crate::balance::Balance;
+use crate::equilibrium::Stability;
 use crate::error::AnalysisError;
 use crate::forces::At;
 use crate::linear::{About, pseudo_inverse};
 use crate::loaded::Loaded;
 use crate::quantity::PoseQuantity;
-use crate::statics::{Balance, Stability};
 use crate::table::{Column, Table};
 
 /// One motion y e^{s t}; of a pair of complex ones that with Im s > 0.
@@ -61,7 +62,7 @@ pub struct Modes {
 /// [`AnalysisError`] when there is no equilibrium.
 pub fn modes(model: Model, about: About) -> Result<Modes, AnalysisError> {
     let loaded = Loaded::of(model)?;
-    let mut balance = Balance::of(&loaded, &[])?;
+    let mut balance = Balance::of(&loaded, &[], &[])?;
     let found = match about {
         About::Static => balance.nearest()?,
         About::Start => balance.equilibrium(&loaded.q)?,

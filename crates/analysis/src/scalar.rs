@@ -39,6 +39,11 @@ impl Scalars {
         })
     }
 
+    /// Gives the parameters other values.
+    pub(crate) fn set_parameters(&mut self, parameters: &[f64]) {
+        self.space = self.tape.workspace(parameters);
+    }
+
     fn evaluate(&mut self, t: f64, q: &[f64]) {
         let inputs: Vec<f64> = std::iter::once(t).chain(q.iter().copied()).collect();
         self.tape.evaluate(&mut self.space, &inputs, &mut self.outputs);

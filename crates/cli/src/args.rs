@@ -1,6 +1,6 @@
 //! The command line: what can be written, with its help.
 
-pub(crate) mod analysis;
+pub mod analysis;
 pub(crate) mod cad;
 pub(crate) mod code;
 pub(crate) mod draw;
@@ -56,6 +56,12 @@ pub(crate) enum Command {
     Linearize(analysis::Linearize),
     /// Find the frequencies, damping and shapes of small motions.
     Modes(analysis::Modes),
+    /// Find the frequency response of a linear form, its poles and zeros; drawn as SVG, PNG or PDF.
+    Bode(analysis::Bode),
+    /// Run a model in two independent ways and compare every channel with the tolerances.
+    Verify(analysis::Verify),
+    /// Tell the free motions, the conditions that repeat others, and changes of joints that cure them.
+    Doctor(analysis::Doctor),
     /// Find the efforts, reactions and powers that a motion needs.
     Inverse(analysis::Inverse),
     /// Tell the motion, pressure angle and curvature of a cam, and draw its profile.

@@ -1,6 +1,6 @@
 //! One file per command.
 
-pub(crate) mod analysis;
+pub mod analysis;
 pub(crate) mod assemble;
 pub(crate) mod cad;
 pub(crate) mod check;

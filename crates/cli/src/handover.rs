@@ -51,6 +51,7 @@ fn finish(mut studio: Command) -> io::Result<u8> {
 fn unavailable(command: StudioCommand<'_>, error: &io::Error) -> Failure {
     let work = match command {
         StudioCommand::Export(..) => "an export as Parquet".to_owned(),
+        StudioCommand::Bode(..) => "a picture of a frequency response".to_owned(),
         command => format!("`bksim {}`", command.name()),
     };
     let why = match error.kind() {

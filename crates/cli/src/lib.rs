@@ -23,6 +23,7 @@ use std::path::Path;
 
 use clap::Parser;
 
+use crate::args::analysis::Bode;
 use crate::args::page::Page;
 use crate::args::plot::Plot;
 use crate::args::render::Render;
@@ -34,6 +35,8 @@ use crate::exit::{Failure, Status};
 /// A command of the studio.
 #[derive(Clone, Copy, Debug)]
 pub enum StudioCommand<'a> {
+    /// A frequency response, as a picture in this file.
+    Bode(&'a Bode, &'a Path),
     /// Channels of a log, as Parquet to this file.
     Export(&'a Export, &'a Path),
     /// A run as a page of HTML.
@@ -52,6 +55,7 @@ impl StudioCommand<'_> {
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Bode(..) => "bode",
             Self::Export(..) => "export",
             Self::Page(_) => "page",
             Self::Plot(_) => "plot",
@@ -138,6 +142,16 @@ fn dispatch(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>
             own("linearize", commands::analysis::linearize::run(args, json, nesting))
         }
         Command::Modes(args) => own("modes", commands::analysis::modes::run(args, json, nesting)),
+        Command::Bode(args) => match args.picture() {
+            Some(path) => studio(StudioCommand::Bode(args, path)),
+            None => own("bode", commands::analysis::bode::run(args, None, json, nesting)),
+        },
+        Command::Verify(args) => {
+            own("verify", commands::analysis::verify::run(args, json, nesting))
+        }
+        Command::Doctor(args) => {
+            own("doctor", commands::analysis::doctor::run(args, json, nesting))
+        }
         Command::Inverse(args) => {
             own("inverse", commands::analysis::inverse::run(args, json, nesting))
         }

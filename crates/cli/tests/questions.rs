@@ -163,3 +163,99 @@ fn other_questions_ask_for_masses() {
         );
     }
 }
+
+/// A rod that stands on a torsion spring.
+const ROD: &str = r#"
+[parameters]
+k = "3 N m/rad"
+[bodies.rod]
+mass = 1
+inertia = 0.1
+com = [0, 0.4]
+[joints.A]
+type = "revolute"
+between = ["ground", "rod"]
+[loads.g]
+type = "gravity"
+acceleration = [0, -9.81]
+[loads.s]
+type = "torsion"
+joint = "A"
+stiffness = "k"
+damping = 0.1
+[io]
+input = ["A"]
+output = ["A.angle"]
+[solve]
+t_end = 1
+"#;
+
+#[test]
+fn equilibria_over_a_parameter_are_told_and_written() {
+    let place = Scratch::new();
+    place.write("rod.toml", ROD);
+    let over = ["static", "rod.toml", "--over", "k=3:5 N m/rad:5", "-o", "over.csv"];
+    let answer = json(&place, &over);
+    let branches = answer["branches"].as_array().expect("branches");
+    let points = branches.iter().flat_map(|branch| branch["points"].as_array().expect("points"));
+    let crossing: Vec<f64> = points
+        .filter(|point| point["name"] == "B1")
+        .map(|point| point["value"].as_f64().expect("a number"))
+        .collect();
+    assert_eq!(crossing.len(), 2, "on both branches: {answer}");
+    assert!(crossing.iter().all(|value| (value - 9.81 * 0.4).abs() < 1e-7), "{crossing:?}");
+    let table = std::fs::read_to_string(place.path().join("over.csv")).expect("a table");
+    assert!(table.starts_with("branch,kind,k,stability,stiffness,A.angle"), "{table}");
+    let output = place.run("static rod.toml --over k=3:5 --solve k");
+    assert_eq!(output.status.code(), Some(2), "one or the other");
+}
+
+#[test]
+fn inputs_and_outputs_of_the_model_are_those_of_a_response() {
+    let place = Scratch::new();
+    place.write("rod.toml", ROD.replace("3 N m/rad", "6 N m/rad"));
+    let answer = json(&place, &["bode", "rod.toml", "--omega", "0.1:10 rad/s:3"]);
+    let transfer = &answer["transfers"][0];
+    assert_eq!([&transfer["input"], &transfer["output"]], ["A", "A.angle"]);
+    let (inertia, stiffness) = (0.1 + 0.16, 6.0 - 9.81 * 0.4);
+    for (k, w) in [0.1f64, 1.0, 10.0].into_iter().enumerate() {
+        let expected = 1.0 / (stiffness - inertia * w * w).hypot(0.1 * w);
+        let gain = transfer["gain"][k].as_f64().expect("a number");
+        assert!((gain - expected).abs() < 1e-9 * expected, "{gain} for {expected}");
+    }
+}
+
+/// The exit status says whether a run keeps to its tolerances.
+#[test]
+fn a_run_that_is_not_what_it_promises_fails() {
+    let place = Scratch::new();
+    place.write("rod.toml", format!("{ROD}rtol = 1e-8\n[initial]\nA = {{ angle = 0.5 }}\n"));
+    let good = place.run("verify rod.toml");
+    assert_eq!(good.status.code(), Some(0), "{}", text(&good.stdout));
+    let coarse =
+        format!("{ROD}rtol = 1e-10\natol = 1e-12\nstep = 0.1\n[initial]\nA = {{ angle = 0.5 }}\n");
+    place.write("rod.toml", coarse);
+    let bad = place.run("verify rod.toml");
+    assert_eq!(bad.status.code(), Some(1), "{}", text(&bad.stdout));
+    assert!(text(&bad.stdout).contains("beyond what the tolerances allow"));
+}
+
+#[test]
+fn a_four_bar_is_counted_joint_by_joint() {
+    let place = Scratch::new();
+    place.write("linkage.toml", FOUR_BAR);
+    let answer = json(&place, &["doctor", "linkage.toml"]);
+    assert_eq!(answer["count"]["mobility"], 1);
+    assert_eq!(answer["joints"].as_array().map(Vec::len), Some(4));
+    let report = text(&place.run("doctor linkage.toml").stdout);
+    assert!(report.contains("3 bodies") && report.contains("free motion 1"), "{report}");
+}
+
+#[test]
+fn assemblies_of_a_four_bar_are_proved() {
+    let place = Scratch::new();
+    place.write("linkage.toml", FOUR_BAR);
+    let answer = json(&place, &["kinematics", "linkage.toml", "--assemblies"]);
+    assert_eq!(answer["proof"]["n"], 2, "{answer}");
+    assert_eq!(answer["proof"]["dyads"][0]["kind"], "RRR");
+}

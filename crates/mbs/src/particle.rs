@@ -3,7 +3,10 @@
 
 use std::collections::HashSet;
 
-use bksim_model::{Anchor, BodyId, GROUND, JointId, JointKind, LoadKind, Measure, Model, Space};
+use bksim_model::{
+    Anchor, BodyId, CouplingKind, GROUND, JointId, JointKind, LoadKind, Measure, Model, Signal,
+    Space,
+};
 
 /// By body, whether it is a particle.
 ///
@@ -69,14 +72,33 @@ pub fn particles(model: &Model) -> Vec<bool> {
         };
         turned.into_iter().for_each(&mut turns);
     }
+    // Wheels.
+    for coupling in &model.couplings {
+        match coupling.kind {
+            CouplingKind::Gear(wheels) | CouplingKind::Belt(wheels) => {
+                wheels.wheels.into_iter().for_each(|wheel| turns(wheel.body));
+                turns(wheels.carrier);
+            }
+            CouplingKind::Rack(rack) => rack.bodies.into_iter().for_each(&mut turns),
+            CouplingKind::Relation | CouplingKind::Screw | CouplingKind::Strand(..) => (),
+        }
+    }
+    for wheel in model.belts.iter().flat_map(|belt| &belt.wheels) {
+        let joint = &model.joints[wheel.joint.0];
+        [joint.predecessor, joint.successor].into_iter().for_each(|end| turns(end.body));
+    }
     // Whatever is stated or measured.
     let measures = model.initial.iter().map(|initial| initial.measure);
-    let measures = measures.chain(model.signals.iter().map(|signal| signal.measure));
+    let measures = measures.chain(signals(model).map(|signal| signal.measure));
     for measure in measures {
         turned_by(model, measure, &is_central).into_iter().for_each(&mut turns);
     }
     model.orientations.iter().for_each(|stated| turns(stated.body));
     is_particle
+}
+
+fn signals(model: &Model) -> impl Iterator<Item = &Signal> {
+    model.signals.iter().chain(&model.at_start)
 }
 
 /// The joints whose motions are named, driven, loaded, stated or measured.
@@ -92,7 +114,7 @@ fn asked_motions(model: &Model) -> HashSet<JointId> {
         _ => None,
     });
     let measures = model.initial.iter().map(|initial| initial.measure);
-    let measures = measures.chain(model.signals.iter().map(|signal| signal.measure));
+    let measures = measures.chain(signals(model).map(|signal| signal.measure));
     let measured = measures.filter_map(|measure| match measure {
         Measure::JointPosition(joint, _)
         | Measure::JointVelocity(joint, _)

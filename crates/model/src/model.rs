@@ -15,6 +15,7 @@ use crate::curve::{CamLaw, Curve};
 use crate::diagnostic::Span;
 use crate::drive::Drive;
 use crate::ids::ParameterId;
+use crate::io::Io;
 use crate::joint::Joint;
 use crate::load::Load;
 use crate::measure::{Initial, Orientation, Signal};
@@ -76,6 +77,8 @@ pub struct Model<P = Pool> {
     /// Parameters that are functions of the motion, with a law that the run is given: none in a model
     /// that was read.
     pub inputs: Vec<ParameterId>,
+    /// Inputs and outputs where a question names none.
+    pub io: Io,
 }
 
 impl<P> Model<P> {
@@ -107,6 +110,7 @@ impl<P> Model<P> {
             orientations: self.orientations.clone(),
             solve: self.solve.clone(),
             inputs: self.inputs.clone(),
+            io: self.io.clone(),
         }
     }
 }

@@ -17,6 +17,7 @@
 //! | `logged.rs` | runs as logs, and back |
 //! | `functions.rs` | the compiled functions |
 //! | `expr.rs` | the algebra by itself |
+//! | `questions.rs` | questions besides motion in time |
 //! | `show.rs` | curves and pages |
 //! | `drawing.rs` | pictures and films |
 //! | `sweep.rs` | the runs of many cases, here or on other machines |
@@ -42,6 +43,7 @@ mod functions;
 mod interrupt;
 mod laws;
 mod logged;
+mod questions;
 mod show;
 mod solution;
 mod solving;
@@ -69,6 +71,16 @@ fn bksim_module(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(functions::compiled_functions, m)?)?;
     m.add_function(wrap_pyfunction!(solving::solve, m)?)?;
     m.add_function(wrap_pyfunction!(stepping::begin, m)?)?;
+    m.add_function(wrap_pyfunction!(questions::kinematics_of, m)?)?;
+    m.add_function(wrap_pyfunction!(questions::limits_of, m)?)?;
+    m.add_function(wrap_pyfunction!(questions::assemblies_of, m)?)?;
+    m.add_function(wrap_pyfunction!(questions::static_of, m)?)?;
+    m.add_function(wrap_pyfunction!(questions::linearize_of, m)?)?;
+    m.add_function(wrap_pyfunction!(questions::modes_of, m)?)?;
+    m.add_function(wrap_pyfunction!(questions::bode_of, m)?)?;
+    m.add_function(wrap_pyfunction!(questions::inverse_of, m)?)?;
+    m.add_function(wrap_pyfunction!(questions::doctor_of, m)?)?;
+    m.add_function(wrap_pyfunction!(questions::verify_of, m)?)?;
     m.add_function(wrap_pyfunction!(logged::open_log, m)?)?;
     m.add_function(wrap_pyfunction!(logged::save_log, m)?)?;
     m.add_function(wrap_pyfunction!(drawing::picture, m)?)?;

@@ -39,27 +39,14 @@ pub fn mobility(model: &Model, system: &SymbolicSystem, start: &Start) -> Mobili
     }
 }
 
-/// d (n − 1) − Σ u with d = 3 or 6 freedoms a body, u of which a joint takes, and a coupling one.
-fn gruebler(model: &Model) -> i64 {
-    let freedoms = freedoms(model);
-    let taken: i64 = model.joints.iter().map(|joint| taken(model, &joint.kind)).sum();
-    let coupled = i64::try_from(model.couplings.len()).unwrap_or(i64::MAX / 8);
-    let n_moving = i64::try_from(model.bodies.len() - 1).unwrap_or(i64::MAX / 8);
-    // Turning is no freedom of a particle.
-    let turns = if model.space == Space::Planar { 1 } else { 3 };
-    let n_particles = particles(model).into_iter().filter(|is| *is).count();
-    let n_particles = i64::try_from(n_particles).unwrap_or(i64::MAX / 8);
-    freedoms * n_moving - turns * n_particles - taken - coupled
+/// The freedoms of a body alone: 3 in a plane, 6 in space.
+pub fn freedoms_of_body(space: Space) -> i64 {
+    if space == Space::Planar { 3 } else { 6 }
 }
 
-/// Freedoms of a body alone: 3 in a plane, 6 in space.
-pub fn freedoms(model: &Model) -> i64 {
-    if model.space == Space::Planar { 3 } else { 6 }
-}
-
-/// Number of the freedoms that a joint takes from the bodies it joins.
-pub fn taken(model: &Model, kind: &JointKind) -> i64 {
-    let freedoms = freedoms(model);
+/// The number of freedoms that a joint of a kind takes from a body.
+pub fn taken(space: Space, kind: &JointKind) -> i64 {
+    let freedoms = freedoms_of_body(space);
     match kind {
         JointKind::Link { .. } | JointKind::LineOnCurve { .. } => 1,
         // One direction across the curve in a plane, two in space.
@@ -68,6 +55,17 @@ pub fn taken(model: &Model, kind: &JointKind) -> i64 {
         // What a joint of a planar model takes out of the plane, no body had.
         kind => kind.n_taken() - (6 - freedoms),
     }
+}
+
+/// d (n − 1) − Σ u with d = 3 or 6 freedoms a body, u of which a joint takes, and a coupling one; turning is no
+/// freedom of a particle.
+pub fn gruebler(model: &Model) -> i64 {
+    let taken: i64 = model.joints.iter().map(|joint| taken(model.space, &joint.kind)).sum();
+    let number = |n: usize| i64::try_from(n).unwrap_or(i64::MAX / 8);
+    let turns = if model.space == Space::Planar { 1 } else { 3 };
+    let n_particles = particles(model).into_iter().filter(|is| *is).count();
+    let moving = freedoms_of_body(model.space) * number(model.bodies.len() - 1);
+    moving - turns * number(n_particles) - taken - number(model.couplings.len())
 }
 
 /// The joints of the loop that `joint` closes, in order around it, `joint` first.

@@ -377,7 +377,14 @@ impl Simulation {
     /// # Errors
     /// [`Rejected`] when there is no consistent start or the run stops early.
     pub fn solve(&self) -> Result<Motion, Rejected> {
-        let start = self.start()?;
+        self.solve_from(self.start()?)
+    }
+
+    /// As [`Simulation::solve`], from a start whose state the caller may have changed.
+    ///
+    /// # Errors
+    /// [`Rejected`] when the motion cannot begin there or the run stops early.
+    pub fn solve_from(&self, start: Start) -> Result<Motion, Rejected> {
         let mut samples = Vec::new();
         let mut keep = |sample: &Sample| {
             samples.push(sample.clone());

@@ -1,5 +1,6 @@
 //! One file per command.
 
+pub(crate) mod bode;
 pub(crate) mod page;
 pub(crate) mod plot;
 pub(crate) mod render;

@@ -16,6 +16,14 @@ use bksim_cli::{Common, StudioCommand, run_with};
 pub use crate::parquet::to_parquet;
 pub use bksim_cli::output_file;
 
+/// Questions besides motion in time, with their answers as the command line tells them.
+pub mod questions {
+    pub use bksim_cli::commands::analysis::answer::Answer;
+    pub use bksim_cli::commands::analysis::{
+        bode, doctor, inverse, kinematics, linearize, modes, statics, verify,
+    };
+}
+
 const PARQUET: TableFormat =
     TableFormat { name: "parquet", write: |log, selection, out| to_parquet(log, selection, out) };
 
@@ -28,6 +36,7 @@ pub fn run(arguments: &[OsString]) -> u8 {
 fn studio(command: StudioCommand<'_>, common: Common) -> Result<Status, Failure> {
     let Common { json, nesting } = common;
     match command {
+        StudioCommand::Bode(args, path) => commands::bode::run(args, path, json, nesting),
         StudioCommand::Export(args, path) => to_file(args, path, &PARQUET, json),
         StudioCommand::Page(args) => commands::page::run(args, json),
         StudioCommand::Plot(args) => commands::plot::run(args, json),

@@ -49,6 +49,12 @@ pub(crate) fn model(text: &str) -> Model {
     reading.model.unwrap_or_else(|| panic!("{:?}", reading.diagnostics))
 }
 
+/// A model without masses.
+pub(crate) fn geometry(text: &str) -> Model {
+    let reading = read(&Source { is_geometry: true, ..Source::new(text, "model") });
+    reading.model.unwrap_or_else(|| panic!("{:?}", reading.diagnostics))
+}
+
 /// Largest difference of a column from its reference, over the largest value there; angles modulo 2π.
 pub(crate) fn difference(found: &[f64], expected: &[f64], is_angle: bool) -> f64 {
     assert_eq!(found.len(), expected.len(), "as many rows");

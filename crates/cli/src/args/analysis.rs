@@ -79,6 +79,12 @@ pub(crate) struct Static {
     /// The measure that the stiffness is by, `crank.angle`; one for each free motion.
     #[arg(long, value_name = "NAME")]
     pub(crate) by: Vec<String>,
+    /// Follow the equilibria over a range of a parameter, `k=1:5 N/m:41`, through limit points and branch points.
+    #[arg(long, value_name = "NAME=VALUES", value_parser = assignment)]
+    pub(crate) over: Option<(String, String)>,
+    /// Find the value of a parameter with which the start is in balance; one for each free motion.
+    #[arg(long, value_name = "NAME", conflicts_with = "over")]
+    pub(crate) solve: Vec<String>,
     #[command(flatten)]
     pub(crate) table: TableArgs,
 }
@@ -120,6 +126,55 @@ pub(crate) struct Modes {
     /// The state that motions are small about.
     #[arg(long, value_enum, default_value_t = About::Static)]
     pub(crate) at: About,
+    #[command(flatten)]
+    pub(crate) table: TableArgs,
+}
+
+/// The arguments of `bksim bode`.
+#[derive(Args, Debug)]
+pub struct Bode {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+    /// The state that the equations are linear about.
+    #[arg(long, value_enum, default_value_t = About::Static)]
+    pub(crate) at: About,
+    /// An input, as of `bksim linearize`; may be repeated.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) input: Vec<String>,
+    /// An output, as of `bksim linearize`; may be repeated.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) output: Vec<String>,
+    /// Frequencies in even steps of their logarithm, `0.1:100 rad/s:201`; a decade beyond the poles unless given.
+    #[arg(long, value_name = "VALUES")]
+    pub(crate) omega: Option<String>,
+    #[command(flatten)]
+    pub(crate) table: TableArgs,
+}
+
+impl Bode {
+    /// The file to draw in, by its ending.
+    pub(crate) fn picture(&self) -> Option<&std::path::Path> {
+        let path = self.table.file.as_deref()?;
+        let ending = path.extension()?.to_str()?;
+        ["svg", "png", "pdf"].contains(&ending).then_some(path)
+    }
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Verify {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+    /// End of the runs, s; that of the model unless given.
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) t_end: Option<f64>,
+    #[command(flatten)]
+    pub(crate) table: TableArgs,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Doctor {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
     #[command(flatten)]
     pub(crate) table: TableArgs,
 }

@@ -1,9 +1,12 @@
 //! Questions besides motion in time, a file for each: read the model, ask, print the answer.
 
-mod answer;
+pub mod answer;
+pub mod bode;
 pub(crate) mod cam;
-pub(crate) mod inverse;
-pub(crate) mod kinematics;
-pub(crate) mod linearize;
-pub(crate) mod modes;
-pub(crate) mod statics;
+pub mod doctor;
+pub mod inverse;
+pub mod kinematics;
+pub mod linearize;
+pub mod modes;
+pub mod statics;
+pub mod verify;

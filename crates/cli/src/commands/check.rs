@@ -5,7 +5,7 @@ use bksim::describe::{self, coordinate_policy, joint_names};
 use bksim::mbs::particle::particles;
 use bksim::model::{CoordinatePolicy, Model, Space};
 use bksim::sim::fault::{diagnose_guesses, diagnose_mobility};
-use bksim::sim::mobility::{Mobility, freedoms, mobility, taken};
+use bksim::sim::mobility::{Mobility, freedoms_of_body, mobility, taken};
 
 use crate::args::ModelArgs;
 use crate::exit::{Failure, Status};
@@ -77,7 +77,8 @@ fn count(model: &Model, found: &Mobility) -> Vec<String> {
     if model.space == Space::Planar {
         return vec!["Grübler count".to_owned(), n, String::new()];
     }
-    let mut terms = vec![format!("{}·{} of the bodies", freedoms(model), model.bodies.len() - 1)];
+    let mut terms =
+        vec![format!("{}·{} of the bodies", freedoms_of_body(model.space), model.bodies.len() - 1)];
     let is_particle = particles(model);
     let bodies = model.bodies.iter().zip(is_particle).filter(|(_, is_particle)| *is_particle);
     let names: Vec<&str> = bodies.map(|(body, _)| body.name.as_str()).collect();
@@ -85,7 +86,7 @@ fn count(model: &Model, found: &Mobility) -> Vec<String> {
         terms.push(format!("3·{} turns of the particles {}", names.len(), names.join(" ")));
     }
     for each in (1..=6).rev() {
-        let joints = model.joints.iter().filter(|joint| taken(model, &joint.kind) == each);
+        let joints = model.joints.iter().filter(|joint| taken(model.space, &joint.kind) == each);
         let names: Vec<&str> = joints.map(|joint| joint.name.as_str()).collect();
         if !names.is_empty() {
             terms.push(format!("{each}·{} {}", names.len(), names.join(" ")));

@@ -25,7 +25,11 @@ pub(crate) fn run(args: &Code, as_json: bool, nesting: usize) -> Result<Status, 
         PartArg::Dynamics => Part::Dynamics,
         PartArg::Kinematics => Part::Kinematics,
     };
-    let functions = exported(&mechanism, part, &args.input)
+    // Of the inputs that the model states, those that are arguments.
+    let is_parameter = |name: &&String| mechanism.model.parameters.iter().any(|p| p.name == **name);
+    let stated = mechanism.model.io.inputs.iter().filter(is_parameter).cloned();
+    let inputs = if args.input.is_empty() { stated.collect() } else { args.input.clone() };
+    let functions = exported(&mechanism, part, &inputs)
         .map_err(|error| loaded.source.rejected(error.diagnostics()))?;
 
     // All texts, then all files, so that either all are written or none is begun.

@@ -42,6 +42,7 @@ mod function;
 mod gather;
 mod grids;
 mod initial;
+mod io;
 mod joints;
 mod latched;
 mod laws;

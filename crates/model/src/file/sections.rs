@@ -8,6 +8,7 @@ use super::words::closest;
 use super::{MAX_DIAGNOSTICS, Source, codes};
 use crate::body::Body;
 use crate::diagnostic::Diagnostic;
+use crate::io::Io;
 use crate::joint::Joint;
 use crate::model::{CoordinatePolicy, Model, Space};
 
@@ -33,6 +34,7 @@ const SECTIONS: &[&str] = &[
     "drives",
     "initial",
     "solve",
+    "io",
 ];
 
 impl Reader<'_> {
@@ -85,6 +87,7 @@ impl Reader<'_> {
         let (mut initial, orientations) = self.read_initial(root);
         initial.extend(controllers.initial);
         let solve = self.read_solve(root);
+        let io = self.read_io(root);
         let space = self.read_space(&top);
         let coordinates = self.read_policy(&top);
         let name = self.read_name(&top).unwrap_or_else(|| source.name.to_owned());
@@ -98,7 +101,7 @@ impl Reader<'_> {
         self.recorded = Some(self.parameter_values());
         let bodies: Option<Vec<Body>> = bodies.into_iter().map(|(body, _)| body).collect();
         let joints: Option<Vec<Joint>> = joints.into_iter().collect();
-        Some(Model {
+        let mut model = Model {
             name,
             time,
             parameters: self.take_parameters(),
@@ -123,8 +126,12 @@ impl Reader<'_> {
             orientations,
             solve,
             inputs: Vec::new(),
+            io: Io::default(),
             pool: std::mem::take(&mut self.pool),
-        })
+        };
+        model.io = self.known_io(&model, io);
+        self.sort_faults();
+        (!self.faults.iter().any(Diagnostic::is_error)).then_some(model)
     }
 
     /// Reports misspelt sections, and reads each as the one it was meant to be; sections that hold

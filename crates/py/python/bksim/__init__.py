@@ -59,6 +59,7 @@ from ._parts import (
     Universal,
     Weld,
 )
+from ._questions import Answer, LinearSystem, Modes, Response
 from ._report import Check, Start
 from ._show import Animation, Picture, Plot
 from ._solution import Samples, Solution, open
@@ -69,6 +70,7 @@ from ._values import Inputs, Parameters
 
 __all__ = [
     "Animation",
+    "Answer",
     "AssemblyError",
     "Body",
     "Check",
@@ -94,11 +96,13 @@ __all__ = [
     "Label",
     "LimitError",
     "LineOnCurve",
+    "LinearSystem",
     "Link",
     "Load",
     "LogError",
     "Model",
     "ModelError",
+    "Modes",
     "ParallelAxes",
     "Parameters",
     "PerpendicularAxes",
@@ -109,6 +113,7 @@ __all__ = [
     "PointOnLine",
     "PointOnPlane",
     "Prismatic",
+    "Response",
     "Revolute",
     "Sampled",
     "Samples",

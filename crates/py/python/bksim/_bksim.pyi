@@ -19,12 +19,20 @@ __all__ = [
     "Study",
     "__version__",
     "_panic",
+    "assemblies_of",
     "begin",
+    "bode_of",
     "command",
     "compiled_functions",
+    "doctor_of",
     "explain",
     "figure",
     "from_toml",
+    "inverse_of",
+    "kinematics_of",
+    "limits_of",
+    "linearize_of",
+    "modes_of",
     "open_log",
     "overview",
     "page",
@@ -33,8 +41,10 @@ __all__ = [
     "save_log",
     "si_unit",
     "solve",
+    "static_of",
     "to_toml",
     "unit_word",
+    "verify_of",
     "with_values",
 ]
 
@@ -108,6 +118,8 @@ _Notify: TypeAlias = Callable[[int], None]
 _Block: TypeAlias = tuple[
     list[int], NDArray[np.float64], list[int], list[tuple[int, str, str, str]]
 ]
+
+_Told: TypeAlias = tuple[str, str, list[str], list[str], NDArray[np.float64]]
 
 @final
 class Engine:
@@ -329,3 +341,32 @@ class Expr:
 class Compiled:
     def __new__(cls, inputs: list[Expr], outputs: list[_Operand]) -> Compiled: ...
     def evaluate(self, inputs: NDArray[np.float64]) -> NDArray[np.float64]: ...
+
+def kinematics_of(
+    engine: Engine,
+    drive: list[tuple[str, str]],
+    rates: tuple[list[str], list[str]],
+    through: bool,
+) -> _Told: ...
+def limits_of(
+    engine: Engine, drive: str | None, outputs: list[str], all_assemblies: bool
+) -> _Told: ...
+def assemblies_of(engine: Engine) -> _Told: ...
+def static_of(
+    engine: Engine, by: list[str], over: tuple[str, str] | None, solve: list[str]
+) -> _Told: ...
+def linearize_of(
+    engine: Engine, at: str, channels: tuple[list[str], list[str], list[str]]
+) -> _Told: ...
+def modes_of(engine: Engine, at: str) -> _Told: ...
+def bode_of(
+    engine: Engine, at: str, channels: tuple[list[str], list[str]], omega: str | None
+) -> _Told: ...
+def inverse_of(
+    engine: Engine,
+    motion: list[tuple[str, str | tuple[list[float], list[float]]]],
+    smoothing: float,
+    times: str | None,
+) -> _Told: ...
+def doctor_of(engine: Engine) -> _Told: ...
+def verify_of(engine: Engine, t_end: float | None) -> _Told: ...

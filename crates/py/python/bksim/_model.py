@@ -18,6 +18,7 @@ from ._errors import Diagnostic, LimitError, ModelError, SolverError, WorthWarni
 from ._functions import Functions
 from ._parts import Body, Drive, Ground, Joint, Load, Value
 from ._progress import Progress
+from ._questions import Questions
 from ._report import Check, Start
 from ._sampled import Sampled, held
 from ._solution import Solution
@@ -104,7 +105,7 @@ def _text(value: Value) -> str:
     return value if isinstance(value, str) else repr(float(value))
 
 
-class Model:
+class Model(Questions):
     """A mechanism: what its author wrote, and from there its equations and its motion.
 
     Built in code:

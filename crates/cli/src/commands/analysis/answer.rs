@@ -15,20 +15,20 @@ use crate::source::{Loaded, Text, load, load_geometry};
 
 /// A question that is ready: the model, and the file for its table.
 pub(super) struct Asked {
-    pub(super) loaded: Loaded,
+    loaded: Loaded,
     file: Option<OutputFile>,
 }
 
 /// An answer in the three ways that it can be given.
-pub(super) struct Answer {
+pub struct Answer {
     /// The name of the command.
-    pub(super) command: &'static str,
+    pub command: &'static str,
     /// The object of `--json`, but for the diagnostics.
-    pub(super) json: Value,
+    pub json: Value,
     /// The text that is printed otherwise.
-    pub(super) text: String,
+    pub text: String,
     /// The contents of a table.
-    pub(super) table: Table,
+    pub table: Table,
 }
 
 /// Reads the model, after a look at where the table goes.

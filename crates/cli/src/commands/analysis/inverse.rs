@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use bksim::analysis::{Load, Motion, Range, inverse};
+use bksim::analysis::{AnalysisError, Inverse, Load, Motion, Range, inverse};
 use bksim::model::Model;
 use serde_json::json;
 
@@ -18,15 +18,27 @@ const N_TIMES: usize = 101;
 pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let (source, model, warnings, file) = asked(&args.model, &args.table, nesting)?.parts();
     let name = model.name.clone();
-    let times = match &args.times {
-        Some(times) => Range::parse(times, "s").map_err(failed(&source))?,
-        None => Range { from: model.solve.t_start, to: model.solve.t_end, n: N_TIMES },
-    };
+    let times = times(&model, args.times.as_deref()).map_err(failed(&source))?;
     let motions: Vec<Motion> = (args.motion.iter())
         .map(|(name, motion)| read_motion(&source, &model, name, motion, args.smoothing))
         .collect::<Result<_, _>>()?;
     let found = inverse(model, &motions, &times).map_err(failed(&source))?;
+    Asked::answer(&source, &warnings, file, told(&name, &found), as_json)
+}
 
+/// Reads times; those of the model's solution unless given.
+///
+/// # Errors
+/// [`AnalysisError::BadRange`] for what are none.
+pub fn times(model: &Model, times: Option<&str>) -> Result<Range, AnalysisError> {
+    match times {
+        Some(times) => Range::parse(times, "s"),
+        None => Ok(Range { from: model.solve.t_start, to: model.solve.t_end, n: N_TIMES }),
+    }
+}
+
+/// The answer about a model of this name.
+pub fn told(name: &str, found: &Inverse) -> Answer {
     let row = |load: &Load| {
         vec![
             load.name.clone(),
@@ -56,8 +68,7 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
         "table": table_json(&found.table),
         "loads": loads.collect::<Vec<_>>(),
     });
-    let answer = Answer { command: "inverse", json, text, table: found.table };
-    Asked::answer(&source, &warnings, file, answer, as_json)
+    Answer { command: "inverse", json, text, table: found.table.clone() }
 }
 
 /// A formula, or `@table.csv` with times and values in its first two columns.

@@ -1,8 +1,8 @@
 //! `bksim kinematics`: positions with their rates over a range, limits, assemblies.
 
 use bksim::analysis::{
-    Drive, Extreme, Kinematics, LimitsRequest, Prescribed, Range, Table, assemblies, kinematics,
-    limits, quantity,
+    AnalysisError, Drive, Extreme, Kinematics, LimitsRequest, Prescribed, Range, Table, assemblies,
+    kinematics, limits, quantity,
 };
 use bksim::model::Model;
 use serde_json::{Value, json};
@@ -30,7 +30,8 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
         };
         told_limits(&name, &limits(model, &request).map_err(&failed)?)
     } else {
-        let prescribed = prescribed(&model, args).map_err(&failed)?;
+        let rates = [args.rate.as_slice(), &args.acceleration];
+        let prescribed = prescribed(&model, &args.drive, rates, args.through).map_err(&failed)?;
         let Some(prescribed) = prescribed else {
             let help =
                 "write `--drive crank.angle=\"0:360 deg:361\"`, `--limits` or `--assemblies`";
@@ -47,29 +48,36 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
     Asked::answer(&source, &warnings, file, answer, as_json)
 }
 
-/// The motion that the command line prescribes, if any.
-fn prescribed(
+/// Reads the motion that is prescribed, if any: drives with their ranges, their rates and accelerations, and
+/// whether they go on through dead points.
+///
+/// # Errors
+/// [`AnalysisError`] for measures that the model has not, and for what are no values.
+pub fn prescribed(
     model: &Model,
-    args: &Args,
-) -> Result<Option<Prescribed>, bksim::analysis::AnalysisError> {
-    if let [(name, times)] = args.drive.as_slice()
+    drive: &[(String, String)],
+    [rates, accelerations]: [&[String]; 2],
+    through: bool,
+) -> Result<Option<Prescribed>, AnalysisError> {
+    if let [(name, times)] = drive
         && name == "t"
     {
         return Ok(Some(Prescribed::Times(Range::parse(times, "s")?)));
     }
     let mut drives = Vec::new();
-    for (k, (name, values)) in args.drive.iter().enumerate() {
+    for (k, (name, values)) in drive.iter().enumerate() {
+        let (rate, acceleration) = (rates.get(k), accelerations.get(k));
         let mut drive = Drive::parse(model, name, values)?;
         let unit = drive.measure.unit(model);
-        if let Some(rate) = args.rate.get(k) {
+        if let Some(rate) = rate {
             drive.rate = quantity(rate, &format!("{unit}/s"))?;
         }
-        if let Some(acceleration) = args.acceleration.get(k) {
+        if let Some(acceleration) = acceleration {
             drive.acceleration = quantity(acceleration, &format!("{unit}/s^2"))?;
         }
         drives.push(drive);
     }
-    Ok((!drives.is_empty()).then_some(Prescribed::Drives { drives, through: args.through }))
+    Ok((!drives.is_empty()).then_some(Prescribed::Drives { drives, through }))
 }
 
 fn extreme_json(extreme: &Extreme) -> Value {
@@ -96,7 +104,8 @@ fn is_angle(name: &str) -> bool {
     name.contains(".angle") || name.starts_with("transmission")
 }
 
-fn told_range(name: &str, found: &Kinematics) -> Answer {
+/// The answer about a model of this name: over a range.
+pub fn told_range(name: &str, found: &Kinematics) -> Answer {
     let n = found.table.rows.len();
     let mut text = format!("{name}: {n} positions with their rates");
     if !found.limits.is_empty() {
@@ -111,7 +120,8 @@ fn told_range(name: &str, found: &Kinematics) -> Answer {
     Answer { command: COMMAND, json, text, table: found.table.clone() }
 }
 
-fn told_assemblies(name: &str, found: &bksim::analysis::Assemblies) -> Answer {
+/// The answer about a model of this name: the ways in which it closes.
+pub fn told_assemblies(name: &str, found: &bksim::analysis::Assemblies) -> Answer {
     let held: Vec<String> = found
         .held
         .iter()
@@ -120,8 +130,9 @@ fn told_assemblies(name: &str, found: &bksim::analysis::Assemblies) -> Answer {
     let row = |a: &bksim::analysis::Assembly| vec![a.number.to_string(), a.name.clone()];
     let rows = found.assemblies.iter().map(row).collect();
     let text = format!(
-        "{name}: {} assemblies at {}\n\n{}",
+        "{name}: {} assemblies{} at {}\n\n{}",
         found.assemblies.len(),
+        if found.proof.is_some() { ", all there are," } else { " found" },
         held.join(", "),
         lines(&["number", "name"], rows)
     );
@@ -133,6 +144,14 @@ fn told_assemblies(name: &str, found: &bksim::analysis::Assemblies) -> Answer {
     let json = json!({
         "held": Value::Object(held.collect()),
         "assemblies": assemblies.collect::<Vec<_>>(),
+        "proof": found.proof.as_ref().map(|proof| json!({
+            "dyads": proof.dyads.iter().map(|dyad| json!({
+                "kind": dyad.kind, "bodies": dyad.bodies, "joints": dyad.joints,
+            })).collect::<Vec<_>>(),
+            "n": proof.n,
+            "margin": if proof.margin.is_finite() { json!(proof.margin) } else { Value::Null },
+            "refuted_by": proof.refuted_by,
+        })),
     });
     let mut table = Table::default();
     if let Some(first) = found.assemblies.first() {
@@ -151,7 +170,8 @@ fn told_assemblies(name: &str, found: &bksim::analysis::Assemblies) -> Answer {
     Answer { command: COMMAND, json, text, table }
 }
 
-fn told_limits(name: &str, found: &bksim::analysis::Limits) -> Answer {
+/// The answer about a model of this name: its limits.
+pub fn told_limits(name: &str, found: &bksim::analysis::Limits) -> Answer {
     let mut text = format!("{name}: limits");
     let mut branches = Vec::new();
     let mut table = Table::default();

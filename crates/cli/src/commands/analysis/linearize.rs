@@ -1,6 +1,6 @@
 //! `bksim linearize`: A, B, C and D.
 
-use bksim::analysis::{About, Channels, linearize};
+use bksim::analysis::{About, Channels, Linear, linearize};
 use serde_json::{Value, json};
 
 use super::answer::{Answer, Asked, asked, columns_json, failed, lines, pose_json};
@@ -18,7 +18,11 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
         states: args.state.clone(),
     };
     let found = linearize(model, about(args.at), &channels).map_err(failed(&source))?;
+    Asked::answer(&source, &warnings, file, told(&name, &found), as_json)
+}
 
+/// The answer about a model of this name.
+pub fn told(name: &str, found: &Linear) -> Answer {
     let table = found.table();
     let rows = found.states.iter().map(|state| format!("d/dt {}", state.name));
     let rows = rows.chain(found.outputs.iter().map(|output| output.name.clone()));
@@ -54,8 +58,7 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
         "pose": pose_json(&found.pose),
         "held": found.held,
     });
-    let answer = Answer { command: "linearize", json, text, table };
-    Asked::answer(&source, &warnings, file, answer, as_json)
+    Answer { command: "linearize", json, text, table }
 }
 
 pub(super) fn about(word: AboutArg) -> About {

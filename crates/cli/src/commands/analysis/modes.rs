@@ -1,6 +1,6 @@
 //! `bksim modes`: frequencies, damping, shapes.
 
-use bksim::analysis::{Mode, modes};
+use bksim::analysis::{Mode, Modes, modes};
 use serde_json::{Value, json};
 
 use super::answer::{Answer, Asked, asked, failed, lines};
@@ -14,7 +14,11 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
     let (source, model, warnings, file) = asked(&args.model, &args.table, nesting)?.parts();
     let name = model.name.clone();
     let found = modes(model, about(args.at)).map_err(failed(&source))?;
+    Asked::answer(&source, &warnings, file, told(&name, &found), as_json)
+}
 
+/// The answer about a model of this name.
+pub fn told(name: &str, found: &Modes) -> Answer {
     let row = |mode: &Mode| {
         let shares = found.bodies.iter().zip(&mode.shares).filter(|(_, share)| **share > 0.005);
         let shares = shares.map(|(body, share)| format!("{body} {:.0} %", 100.0 * share));
@@ -58,6 +62,5 @@ pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, 
         "stability": word(found.stability),
         "held": found.held,
     });
-    let answer = Answer { command: "modes", json, text, table: found.table() };
-    Asked::answer(&source, &warnings, file, answer, as_json)
+    Answer { command: "modes", json, text, table: found.table() }
 }

@@ -1,7 +1,11 @@
 //! `bksim static`: equilibria, their stability, the reactions in them.
 
-use bksim::analysis::{Equilibrium, Stability, Statics, statics};
-use serde_json::json;
+use bksim::analysis::{
+    AnalysisError, Balanced, BranchPoint, Continuation, Equilibrium, PointKind, Range, Stability,
+    Statics, balanced, statics, statics_over,
+};
+use bksim::model::Model;
+use serde_json::{Value, json};
 
 use super::answer::{Answer, Asked, asked, failed, lines, pose_json, shown};
 use crate::args::analysis::Static as Args;
@@ -11,9 +15,26 @@ use crate::output::number;
 pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let (source, model, warnings, file) = asked(&args.model, &args.table, nesting)?.parts();
     let name = model.name.clone();
-    let found = statics(model, &args.by).map_err(failed(&source))?;
-    let answer = told(&name, &found);
+    let failed = failed(&source);
+    let answer = if let Some((parameter, values)) = &args.over {
+        let range = range(&model, parameter, values).map_err(&failed)?;
+        told_over(&name, &statics_over(model, (parameter, range), &args.by).map_err(&failed)?)
+    } else if !args.solve.is_empty() {
+        told_balanced(&name, &balanced(model, &args.solve, &args.by).map_err(&failed)?)
+    } else {
+        told(&name, &statics(model, &args.by).map_err(&failed)?)
+    };
     Asked::answer(&source, &warnings, file, answer, as_json)
+}
+
+/// Reads values of a parameter, in its unit.
+///
+/// # Errors
+/// [`AnalysisError`] for an unknown parameter, and for what are no values.
+pub fn range(model: &Model, parameter: &str, values: &str) -> Result<Range, AnalysisError> {
+    let known = model.parameters.iter().find(|known| known.name == parameter);
+    let known = known.ok_or_else(|| AnalysisError::UnknownParameter { name: parameter.into() })?;
+    Range::parse(values, &known.unit)
 }
 
 pub(super) fn word(stability: Stability) -> &'static str {
@@ -32,19 +53,12 @@ pub(super) fn held(names: &[String]) -> String {
     format!("\n  counted as constraints: {}", names.join(", "))
 }
 
-fn told(name: &str, found: &Statics) -> Answer {
-    let by: Vec<&str> = found.by.iter().map(|(name, _)| name.as_str()).collect();
-    let position = |e: &Equilibrium| {
-        let value = |name: &&str| e.pose.iter().find(|(known, ..)| known == name);
-        let shown = by
-            .iter()
-            .filter_map(value)
-            .map(|(name, value, unit)| format!("{name} = {}", shown(*value, unit)));
-        shown.collect::<Vec<_>>().join(", ")
-    };
+/// The answer about a model of this name.
+pub fn told(name: &str, found: &Statics) -> Answer {
+    let by = names(&found.by);
     let row = |e: &Equilibrium| {
         let least = e.stiffness.first().map_or(String::new(), |k| number(*k));
-        vec![word(e.stability).to_owned(), least, position(e)]
+        vec![word(e.stability).to_owned(), least, position(&found.by, e)]
     };
     let rows = found.equilibria.iter().map(row).collect();
     let count = found.equilibria.len();
@@ -55,23 +69,130 @@ fn told(name: &str, found: &Statics) -> Answer {
         held(&found.held),
         lines(&["", "least stiffness", "where"], rows)
     );
-    let equilibria = found.equilibria.iter().map(|e| {
-        let reactions = found.joints.iter().zip(&e.reactions);
-        let reactions = reactions
-            .map(|(joint, r)| (joint.clone(), json!({ "force": r[..3], "moment": r[3..] })));
-        json!({
-            "stability": word(e.stability),
-            "stiffness": e.stiffness,
-            "pose": pose_json(&e.pose),
-            "multipliers": e.lambda,
-            "reactions": serde_json::Value::Object(reactions.collect()),
-        })
-    });
+    let equilibria = found.equilibria.iter().map(|e| equilibrium_json(&found.joints, e));
     let json = json!({
         "by": by,
         "complete": found.is_complete,
         "held": found.held,
         "equilibria": equilibria.collect::<Vec<_>>(),
+    });
+    Answer { command: "static", json, text, table: found.table() }
+}
+
+fn names<'a>(by: &'a [(String, &'static str)]) -> Vec<&'a str> {
+    by.iter().map(|(name, _)| name.as_str()).collect()
+}
+
+/// Where an equilibrium is, by its independent quantities.
+fn position(by: &[(String, &'static str)], e: &Equilibrium) -> String {
+    let value = |name: &str| e.pose.iter().find(|(known, ..)| known == name);
+    let shown = by
+        .iter()
+        .filter_map(|(name, _)| value(name))
+        .map(|(name, value, unit)| format!("{name} = {}", shown(*value, unit)));
+    shown.collect::<Vec<_>>().join(", ")
+}
+
+fn equilibrium_json(joints: &[String], e: &Equilibrium) -> Value {
+    let reactions = joints.iter().zip(&e.reactions);
+    let reactions =
+        reactions.map(|(joint, r)| (joint.clone(), json!({ "force": r[..3], "moment": r[3..] })));
+    json!({
+        "stability": word(e.stability),
+        "stiffness": e.stiffness,
+        "pose": pose_json(&e.pose),
+        "multipliers": e.lambda,
+        "reactions": Value::Object(reactions.collect()),
+    })
+}
+
+fn kind_word(kind: PointKind) -> &'static str {
+    match kind {
+        PointKind::Value => "value",
+        PointKind::Limit => "limit",
+        PointKind::Crossing => "branch-point",
+        PointKind::End => "end",
+    }
+}
+
+/// The answer about a model of this name, over a parameter.
+pub fn told_over(name: &str, found: &Continuation) -> Answer {
+    let parameter = &found.parameter;
+    let points = || found.branches.iter().flat_map(|branch| &branch.points);
+    let count = |kind: PointKind| {
+        let mut names: Vec<_> =
+            points().filter(|point| point.kind == kind).map(|point| &point.name).collect();
+        names.sort_unstable();
+        names.dedup();
+        names.len()
+    };
+    let mut text = format!(
+        "{name}: {} branches of equilibria over `{}`, {} limit points, {} branch points{}",
+        found.branches.len(),
+        parameter.name,
+        count(PointKind::Limit),
+        count(PointKind::Crossing),
+        held(&found.held)
+    );
+    for (k, branch) in found.branches.iter().enumerate() {
+        let row = |point: &BranchPoint| {
+            let what = match (point.kind, &point.name) {
+                (PointKind::Limit, Some(name)) => format!("limit point {name}"),
+                (PointKind::Crossing, Some(name)) => format!("branch point {name}"),
+                (PointKind::End, _) => "lost".to_owned(),
+                _ => word(point.equilibrium.stability).to_owned(),
+            };
+            let least = point.equilibrium.stiffness.first().map_or(String::new(), |k| number(*k));
+            let value = shown(point.value, &parameter.unit);
+            vec![value, what, least, position(&found.by, &point.equilibrium)]
+        };
+        let rows = branch.points.iter().map(row).collect();
+        let closed = if branch.is_closed { ", closed" } else { "" };
+        let heads = [parameter.name.as_str(), "", "least stiffness", "where"];
+        text.extend([format!("\n\nbranch {}{closed}\n{}", k + 1, lines(&heads, rows))]);
+    }
+    let branches = found.branches.iter().map(|branch| {
+        let point = |point: &BranchPoint| {
+            json!({
+                "kind": kind_word(point.kind),
+                "name": point.name,
+                "value": point.value,
+                "equilibrium": equilibrium_json(&found.joints, &point.equilibrium),
+            })
+        };
+        json!({
+            "closed": branch.is_closed,
+            "points": branch.points.iter().map(point).collect::<Vec<_>>(),
+        })
+    });
+    let json = json!({
+        "parameter": { "name": parameter.name, "unit": parameter.unit },
+        "by": names(&found.by),
+        "held": found.held,
+        "branches": branches.collect::<Vec<_>>(),
+    });
+    Answer { command: "static", json, text, table: found.table() }
+}
+
+/// The answer about a model of this name, balanced.
+pub fn told_balanced(name: &str, found: &Balanced) -> Answer {
+    let values = found.values.iter().map(|(column, value, own)| {
+        vec![column.name.clone(), shown(*value, &column.unit), shown(*own, &column.unit)]
+    });
+    let text = format!(
+        "{name}: balanced at the start, {}{}\n\n{}",
+        word(found.equilibrium.stability),
+        held(&found.held),
+        lines(&["parameter", "balanced with", "has"], values.collect())
+    );
+    let values = found.values.iter().map(|(column, value, own)| {
+        json!({ "name": column.name, "unit": column.unit, "value": value, "own": own })
+    });
+    let json = json!({
+        "by": names(&found.by),
+        "held": found.held,
+        "values": values.collect::<Vec<_>>(),
+        "equilibrium": equilibrium_json(&found.joints, &found.equilibrium),
     });
     Answer { command: "static", json, text, table: found.table() }
 }

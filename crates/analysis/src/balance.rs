@@ -1,0 +1,377 @@
+//! [`Balance`]: the forces of a mechanism at rest, at one value of the parameters that are varied.
+//!
+//! ```text
+//! ∂V/∂q − Q(q, 0) + Gᵀ λ = 0,   g = 0
+//! along one free motion:    w(σ) = (Q − ∂V/∂q) · τ changes its sign
+//! K_r = Zᵀ (∂r/∂q) Z        stable where all its eigenvalues are positive
+//! ```
+
+use bksim_mbs::coordinate::{Coordinate, CoordinateKind};
+use bksim_model::{Measure, ParameterId};
+use nalgebra::{DMatrix, DVector};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+use crate::curve::Curve;
+use crate::equilibrium::{Equilibrium, Stability};
+use crate::error::AnalysisError;
+use crate::forces::{At, Forces, ForcesAt};
+use crate::loaded::Loaded;
+use crate::path::{Law, Path};
+use crate::quantity::PoseQuantity;
+use crate::reduced::Reduced;
+use crate::rows::wrapped;
+use crate::scalar::Scalars;
+use crate::trace::Trace;
+
+/// Forces at rest.
+pub(crate) struct Balance<'a> {
+    pub(crate) loaded: &'a Loaded,
+    pub(crate) forces: Forces,
+    /// Parameters that are varied.
+    free: Vec<ParameterId>,
+    /// Their values.
+    p: Vec<f64>,
+    /// Values of all parameters.
+    parameters: Vec<f64>,
+    /// Everything that a pose shows.
+    pose: Scalars,
+    /// Measures that the stiffness is by, and their slopes.
+    by: (Vec<PoseQuantity>, Scalars),
+    /// No velocities.
+    rest: Vec<f64>,
+}
+
+/// Part of the largest eigenvalue of K_r below which one counts as zero.
+const NO_STIFFNESS: f64 = 1e-9;
+
+impl<'a> Balance<'a> {
+    /// The forces of `loaded` as functions of the parameters `free`, at their values in the model; the stiffness
+    /// is by the measures `by`.
+    pub(crate) fn of(
+        loaded: &'a Loaded,
+        by: &[String],
+        free: &[ParameterId],
+    ) -> Result<Self, AnalysisError> {
+        let model = loaded.model();
+        let forces =
+            Forces::compile(model, loaded.system(), &loaded.kept, free, &loaded.parameters)?;
+        let by: Vec<PoseQuantity> =
+            by.iter().map(|name| named_quantity(loaded, name)).collect::<Result<_, _>>()?;
+        let slopes = loaded.scalars(&by)?;
+        Ok(Self {
+            loaded,
+            forces,
+            free: free.to_vec(),
+            p: free.iter().map(|id| loaded.parameters[id.0]).collect(),
+            parameters: loaded.parameters.clone(),
+            pose: loaded.scalars(&loaded.quantities)?,
+            by: (by, slopes),
+            rest: vec![0.0; loaded.q.len()],
+        })
+    }
+
+    /// Gives the varied parameters values.
+    pub(crate) fn set(&mut self, p: &[f64]) {
+        if self.p == p {
+            return;
+        }
+        self.p = p.to_vec();
+        self.parameters = self.loaded.parameters_with(&self.free, p);
+        self.pose.set_parameters(&self.parameters);
+        self.by.1.set_parameters(&self.parameters);
+    }
+
+    /// The free motions at a position.
+    pub(crate) fn reduced(
+        &mut self,
+        q: &[f64],
+        jacobian: &DMatrix<f64>,
+    ) -> Result<Reduced, AnalysisError> {
+        let slopes = self.by.1.gradients(self.loaded.t, q);
+        let named: Vec<_> = (self.by.0.iter().zip(slopes))
+            .map(|(quantity, slopes)| (quantity.names[0].clone(), quantity.unit, slopes))
+            .collect();
+        Reduced::at(self.loaded, jacobian, &named)
+    }
+
+    /// Names and units of the independent quantities.
+    pub(crate) fn by_names(
+        &mut self,
+        q: &[f64],
+    ) -> Result<Vec<(String, &'static str)>, AnalysisError> {
+        let lambda = vec![0.0; self.forces.nc()];
+        let at = self.at(q, &lambda);
+        let reduced = self.reduced(q, &at.jacobian)?;
+        Ok(reduced.names.into_iter().zip(reduced.units).collect())
+    }
+
+    pub(crate) fn at(&mut self, q: &[f64], lambda: &[f64]) -> ForcesAt {
+        let (t, rest) = (self.loaded.t, &self.rest);
+        self.forces.at(At { t, q, v: rest, a: rest, lambda, p: &self.p })
+    }
+
+    /// The multipliers that balance the forces at a position as well as any do.
+    pub(crate) fn balancing(&mut self, q: &[f64]) -> Option<Vec<f64>> {
+        self.forces.balancing(self.loaded.t, q, &self.p)
+    }
+
+    /// Values of all quantities at a position.
+    fn pose_at(&mut self, q: &[f64]) -> Vec<(String, f64, &'static str)> {
+        let values = self.pose.values(self.loaded.t, q);
+        let named = self.loaded.quantities.iter().zip(values);
+        named.map(|(quantity, value)| (quantity.names[0].clone(), value, quantity.unit)).collect()
+    }
+
+    /// Everything about an equilibrium at a position.
+    pub(crate) fn equilibrium(&mut self, q: &[f64]) -> Result<Equilibrium, AnalysisError> {
+        let undetermined = || AnalysisError::Undetermined { what: "the constraints".into(), n: 1 };
+        let lambda = self.balancing(q).ok_or_else(undetermined)?;
+        let at = self.at(q, &lambda);
+        let reduced = self.reduced(q, &at.jacobian)?;
+        let stiffness = symmetric_eigenvalues(&reduced.project(&at.stiffness));
+        let scale = at.stiffness.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        let scale = scale * reduced.basis.norm_squared();
+        let least = stiffness.first().copied().unwrap_or(1.0);
+        let stability = if stiffness.is_empty() || least > NO_STIFFNESS * scale {
+            Stability::Stable
+        } else if least < -NO_STIFFNESS * scale {
+            Stability::Unstable
+        } else {
+            Stability::Neutral
+        };
+        let loaded = self.loaded;
+        let n_rows = loaded.system().constraints.len();
+        let lambda = self.forces.all_multipliers(n_rows, &lambda);
+        let reactions =
+            loaded.reactions(loaded.t, &self.parameters, [q, &self.rest, &self.rest, &lambda]);
+        Ok(Equilibrium {
+            q: q.to_vec(),
+            lambda,
+            stability,
+            stiffness,
+            pose: self.pose_at(q),
+            reactions,
+        })
+    }
+
+    /// Positions of all equilibria, and whether there are no others on the assembly of the start.
+    pub(crate) fn all(&mut self) -> Result<(Vec<Vec<f64>>, bool), AnalysisError> {
+        let lambda = vec![0.0; self.forces.nc()];
+        let q = self.loaded.q.clone();
+        let jacobian = self.at(&q, &lambda).jacobian;
+        let n_free = Reduced::at(self.loaded, &jacobian, &[]).map_or(2, |reduced| reduced.n());
+        match n_free {
+            0 => Ok((vec![q], true)),
+            1 => self.along_free_motion(),
+            _ => Ok((self.search_many_poses(), false)),
+        }
+    }
+
+    /// Work of the forces per step along a direction, at rest.
+    fn work(&mut self, q: &[f64], direction: &[f64]) -> f64 {
+        let nothing = vec![0.0; self.forces.nc()];
+        let residual = self.at(q, &nothing).residual;
+        -residual.iter().zip(direction).map(|(r, d)| r * d).sum::<f64>()
+    }
+
+    /// Zeros of the work along the one free motion.
+    fn along_free_motion(&mut self) -> Result<(Vec<Vec<f64>>, bool), AnalysisError> {
+        let mut rows = self.loaded.rows()?;
+        let x = rows.scaled(&self.loaded.q);
+        let law = Law { t: self.loaded.t, ..Law::default() };
+        let mut curve = Path::through(&mut rows, (law, false), &x)
+            .map_err(|n_free| AnalysisError::NotOneMotion { n_free })?;
+        let Some(trace) = Trace::through(&mut curve, &x) else {
+            return Err(AnalysisError::NoEquilibrium);
+        };
+        let mut work = |curve: &Curve<Path<'_>>, p: &crate::curve::Point| {
+            let rows = &curve.equations.rows;
+            let q = rows.unscaled(p.z.as_slice());
+            self.work(&q, &rows.unscaled(p.tangent.as_slice()))
+        };
+        let values: Vec<f64> = trace.points.iter().map(|p| work(&curve, p)).collect();
+        let size = values.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        let mut found: Vec<Vec<f64>> = Vec::new();
+        if size == 0.0 {
+            return Ok((vec![self.loaded.q.clone()], true));
+        }
+        for k in 1..values.len() {
+            let (before, after) = (values[k - 1], values[k]);
+            if before == 0.0 || (before > 0.0) == (after > 0.0) && after != 0.0 {
+                continue;
+            }
+            let (from, step) = (&trace.points[k - 1], trace.steps[k - 1]);
+            let root = curve.root(from, step, (before, after), &mut |curve, p| work(curve, p));
+            if let Some(point) = root {
+                found.push(curve.equations.rows.unscaled(point.z.as_slice()));
+            }
+        }
+        if values.first() == Some(&0.0) {
+            found.insert(0, self.loaded.q.clone());
+        }
+        Ok((found, trace.is_closed))
+    }
+
+    /// Newton's iteration on all equations from the start and many other poses.
+    fn search_many_poses(&mut self) -> Vec<Vec<f64>> {
+        const N_POSES: usize = 300;
+        let mut random = Pcg64::seed_from_u64(1);
+        let start = self.loaded.q.clone();
+        let coordinates = self.loaded.system().coordinates();
+        let kinds: Vec<CoordinateKind> = coordinates.iter().map(|c| c.kind).collect();
+        let size = self.loaded.size;
+        let mut found: Vec<Vec<f64>> = Vec::new();
+        for k in 0..N_POSES {
+            let mut aside = |i: usize| {
+                let share: f64 = random.random_range(-1.0..1.0);
+                share
+                    * match kinds[i] {
+                        CoordinateKind::Angle => std::f64::consts::PI,
+                        CoordinateKind::Length => 2.0 * size,
+                        CoordinateKind::Quaternion | CoordinateKind::Integral => 1.0,
+                    }
+            };
+            let guess: Vec<f64> = match k {
+                0 => start.clone(),
+                _ => (0..start.len()).map(|i| start[i] + aside(i)).collect(),
+            };
+            let Some(q) = self.newton(&guess) else { continue };
+            let is_same =
+                |other: &Vec<f64>| self.apart(&q, other).iter().all(|off| off.abs() < 1e-6);
+            if !found.iter().any(is_same) {
+                found.push(q);
+            }
+        }
+        found
+    }
+
+    /// By how much the coordinates of two poses differ: angles modulo 2π, lengths in units of the mechanism,
+    /// and of the two quaternions of a rotation that which is nearer.
+    pub(crate) fn apart(&self, a: &[f64], b: &[f64]) -> Vec<f64> {
+        let system = self.loaded.system();
+        let mut signs = vec![1.0; a.len()];
+        for turning in &system.kinematics.turnings {
+            let parts = turning.first..turning.first + 4;
+            let cosine: f64 = parts.clone().map(|i| a[i] * b[i]).sum();
+            signs[parts].fill(if cosine < 0.0 { -1.0 } else { 1.0 });
+        }
+        let off = |(i, c): (usize, &Coordinate)| match c.kind {
+            CoordinateKind::Angle => wrapped(a[i] - b[i]),
+            CoordinateKind::Length => (a[i] - b[i]) / self.loaded.size,
+            CoordinateKind::Quaternion => a[i] - signs[i] * b[i],
+            CoordinateKind::Integral => a[i] - b[i],
+        };
+        system.coordinates().iter().enumerate().map(off).collect()
+    }
+
+    /// The equilibrium that Newton's iteration leads to from a position.
+    pub(crate) fn newton(&mut self, guess: &[f64]) -> Option<Vec<f64>> {
+        const MOST: usize = 60;
+        const LONGEST: f64 = 0.5;
+        let n = self.forces.n();
+        let nc = self.forces.nc();
+        let mut q = guess.to_vec();
+        let units: Vec<f64> = (self.loaded.system().coordinates().iter())
+            .map(|c| if c.kind == CoordinateKind::Length { self.loaded.size } else { 1.0 })
+            .collect();
+        let mut lambda = self.balancing(&q)?;
+        for _ in 0..MOST {
+            let at = self.at(&q, &lambda);
+            let mut matrix = DMatrix::zeros(n + nc, n + nc);
+            matrix.view_mut((0, 0), (n, n)).copy_from(&at.stiffness);
+            matrix.view_mut((0, n), (n, nc)).copy_from(&at.jacobian.transpose());
+            matrix.view_mut((n, 0), (nc, n)).copy_from(&at.jacobian);
+            let right = DVector::from_iterator(
+                n + nc,
+                at.residual.iter().chain(at.closure.iter()).map(|value| -value),
+            );
+            // Units of length and force weigh rows and columns.
+            let scale = DVector::from_fn(n + nc, |i, _| if i < n { units[i] } else { 1.0 });
+            let scaled =
+                DMatrix::from_fn(n + nc, n + nc, |i, j| matrix[(i, j)] * scale[i] * scale[j]);
+            let right = right.component_mul(&scale);
+            let step = match scaled.clone().lu().solve(&right) {
+                Some(step) if step.iter().all(|x| x.is_finite()) && scaled.is_square() => step,
+                _ => scaled.svd(true, true).solve(&right, 1e-12).ok()?,
+            };
+            let longest = step.rows(0, n).iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+            let share = if longest > LONGEST { LONGEST / longest } else { 1.0 };
+            for i in 0..n {
+                q[i] += share * step[i] * scale[i];
+            }
+            for k in 0..nc {
+                lambda[k] += share * step[n + k];
+            }
+            if !longest.is_finite() {
+                return None;
+            }
+            if longest < 1e-13 {
+                break;
+            }
+        }
+        let lambda = self.balancing(&q)?;
+        let at = self.at(&q, &lambda);
+        let largest = |values: &DVector<f64>| values.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        // Work per radian or longest link: of the loads, and of what they change by.
+        let nothing = vec![0.0; nc];
+        let weigh = DVector::from_column_slice(&units);
+        let work = |forces: &DVector<f64>| largest(&forces.component_mul(&weigh));
+        let changes = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+        let changes = changes
+            .fold(0.0, |a: f64, (i, j)| a.max((at.stiffness[(i, j)] * units[i] * units[j]).abs()));
+        let loads = work(&self.at(&q, &nothing).residual).max(changes);
+        let is_closed = largest(&at.closure) < 1e-9 * self.loaded.size.max(1.0);
+        (is_closed && work(&at.residual) <= 1e-9 * loads).then_some(q)
+    }
+
+    /// The equilibrium nearest to the start: a stable one, if there is any.
+    pub(crate) fn nearest(&mut self) -> Result<Equilibrium, AnalysisError> {
+        let (poses, _) = self.all()?;
+        let start = self.loaded.q.clone();
+        let distance =
+            |q: &[f64]| -> f64 { self.apart(q, &start).iter().map(|off| off.powi(2)).sum() };
+        let mut order: Vec<Vec<f64>> = poses;
+        order.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let mut first = None;
+        for q in order {
+            let found = self.equilibrium(&q)?;
+            if found.stability != Stability::Unstable {
+                return Ok(found);
+            }
+            first = first.or(Some(found));
+        }
+        first.ok_or(AnalysisError::NoEquilibrium)
+    }
+}
+
+/// A measure as a quantity.
+pub(crate) fn named_quantity(loaded: &Loaded, name: &str) -> Result<PoseQuantity, AnalysisError> {
+    let model = loaded.model();
+    let unknown = || AnalysisError::UnknownMeasure { name: name.to_owned() };
+    let measure = Measure::named(model, name).filter(|measure| !measure.is_acceleration());
+    let measure = measure.ok_or_else(unknown)?;
+    let value = loaded.system().kinematics.measure(model, measure);
+    let names = [name.to_owned(), format!("{name}'"), format!("{name}''")];
+    Ok(PoseQuantity { names, unit: measure.unit(model), value })
+}
+
+/// Values of all quantities at a position.
+pub(crate) fn pose_of(
+    loaded: &Loaded,
+    q: &[f64],
+) -> Result<Vec<(String, f64, &'static str)>, AnalysisError> {
+    let values = loaded.scalars(&loaded.quantities)?.values(loaded.t, q);
+    let named = loaded.quantities.iter().zip(values);
+    Ok(named.map(|(quantity, value)| (quantity.names[0].clone(), value, quantity.unit)).collect())
+}
+
+fn symmetric_eigenvalues(matrix: &DMatrix<f64>) -> Vec<f64> {
+    if matrix.is_empty() {
+        return Vec::new();
+    }
+    let symmetric = (matrix + matrix.transpose()) * 0.5;
+    let mut values: Vec<f64> = symmetric.symmetric_eigenvalues().iter().copied().collect();
+    values.sort_by(f64::total_cmp);
+    values
+}

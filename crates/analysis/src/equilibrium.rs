@@ -1,0 +1,61 @@
+//! [`Equilibrium`]: a pose at rest in which all forces are balanced.
+
+use crate::table::Column;
+
+/// Stability of an equilibrium.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Stability {
+    /// All eigenvalues of the reduced stiffness are positive.
+    Stable,
+    /// One is negative.
+    Unstable,
+    /// One is zero: the next derivatives decide, or neighbouring poses are in balance, too.
+    Neutral,
+}
+
+/// A pose at rest in which all forces are balanced.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Equilibrium {
+    /// Generalised coordinates, SI.
+    pub q: Vec<f64>,
+    /// Multipliers of all constraint rows, SI.
+    pub lambda: Vec<f64>,
+    /// Stability; of a mechanism that nothing can move, stable.
+    pub stability: Stability,
+    /// Eigenvalues of K_r, ascending, SI.
+    pub stiffness: Vec<f64>,
+    /// Every joint position, body angle and point: name, value, unit.
+    pub pose: Vec<(String, f64, &'static str)>,
+    /// Reactions of the joints on their second bodies: force, then moment, world axes.
+    pub reactions: Vec<[f64; 6]>,
+}
+
+/// Columns of a table of equilibria: stability, the smallest stiffness, the pose, the reactions.
+pub(crate) fn columns(of: Option<&Equilibrium>, joints: &[String]) -> Vec<Column> {
+    let first = [Column::new("stability", ""), Column::new("stiffness", "")];
+    let pose = of.map_or(&[][..], |equilibrium| &equilibrium.pose);
+    let pose = pose.iter().map(|(name, _, unit)| Column::new(name.clone(), *unit));
+    first.into_iter().chain(pose).chain(reaction_columns(joints)).collect()
+}
+
+/// A row of that table; the stability is 1, 0, −1 for stable, neutral, unstable.
+pub(crate) fn cells(equilibrium: &Equilibrium) -> Vec<f64> {
+    let stability = match equilibrium.stability {
+        Stability::Stable => 1.0,
+        Stability::Neutral => 0.0,
+        Stability::Unstable => -1.0,
+    };
+    let least = equilibrium.stiffness.first().copied().unwrap_or(f64::INFINITY);
+    let pose = equilibrium.pose.iter().map(|(_, value, _)| *value);
+    let reactions = equilibrium.reactions.iter().flatten().copied();
+    [stability, least].into_iter().chain(pose).chain(reactions).collect()
+}
+
+/// Columns of the reactions of joints: force and moment on the second body, world axes.
+pub(crate) fn reaction_columns(joints: &[String]) -> Vec<Column> {
+    let words =
+        [("fx", "N"), ("fy", "N"), ("fz", "N"), ("mx", "N*m"), ("my", "N*m"), ("mz", "N*m")];
+    let of =
+        |joint: &String| words.map(|(word, unit)| Column::new(format!("{joint}.{word}"), unit));
+    joints.iter().flat_map(of).collect()
+}

@@ -1,0 +1,302 @@
+//! A run against the same motion by an independent formulation: other coordinates, another integrator, tighter
+//! tolerances.
+//!
+//! ```text
+//! difference of a channel  max |x − x*|      angles without whole turns
+//! allowed                  f (atol + rtol max |x|)    f = 10 for positions, 100 for rates and energies,
+//!                                                     1000 for accelerations and reactions
+//! ```
+//!
+//! The largest |x| is that of all channels of the kind and unit: an error of one shows in those that it moves.
+
+use std::f64::consts::TAU;
+
+use bksim_mbs::coordinate::{Coordinate, Owner};
+use bksim_model::{Axis, CoordinatePolicy, Formulation, Measure, Method, Model, Outputs, Space};
+use bksim_sim::run::Sample;
+use bksim_sim::{Mechanism, Motion};
+
+use crate::error::AnalysisError;
+use crate::quantity::pose_quantities;
+use crate::scalar::Rates;
+use crate::table::{Column, Table};
+
+/// A run beside its independent twin.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Verified {
+    /// How the run and its twin were made.
+    pub ways: [Way; 2],
+    /// Times that both have, s.
+    pub times: Vec<f64>,
+    /// In the order of channels.
+    pub channels: Vec<Compared>,
+}
+
+/// Coordinates, method and tolerances of a run.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Way {
+    /// Number of coordinates.
+    pub n_coordinates: usize,
+    /// Number of constraint rows.
+    pub n_constraints: usize,
+    /// The integrator that was asked for: `auto`, `explicit` or `radau`.
+    pub method: &'static str,
+    /// Relative and absolute tolerance.
+    pub tolerances: [f64; 2],
+    /// Steps that were accepted.
+    pub n_steps: usize,
+}
+
+/// A channel of both runs.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Compared {
+    /// Its name: `crank.angle`, `A.fx`, `energy.kinetic`.
+    pub name: String,
+    /// SI unit.
+    pub unit: String,
+    /// Differences, by time.
+    pub differences: Vec<f64>,
+    /// The largest of them.
+    pub largest: f64,
+    /// The time of that, s.
+    pub t: f64,
+    /// What the tolerances allow.
+    pub allowed: f64,
+}
+
+impl Verified {
+    /// Whether every channel keeps to what the tolerances allow.
+    pub fn is_within(&self) -> bool {
+        self.channels.iter().all(|channel| channel.largest <= channel.allowed)
+    }
+
+    /// A row for each time: t, then the differences of all channels.
+    pub fn table(&self) -> Table {
+        let columns = self.channels.iter().map(|c| Column::new(c.name.clone(), c.unit.clone()));
+        let columns = std::iter::once(Column::new("t", "s")).chain(columns).collect();
+        let row = |(k, t): (usize, &f64)| {
+            std::iter::once(*t).chain(self.channels.iter().map(|c| c.differences[k])).collect()
+        };
+        Table { columns, rows: self.times.iter().enumerate().map(row).collect() }
+    }
+}
+
+/// Runs `model` as it is and in another way, and compares every channel.
+///
+/// # Errors
+/// [`AnalysisError::Rejected`] when it has no start, or one of the runs ends early.
+pub fn verify(model: Model) -> Result<Verified, AnalysisError> {
+    let other = model.snapshot().to_model();
+    let own = Mechanism::derive(model, Vec::new())?;
+    let motion = own.solve()?;
+    let twin = twin(&own, other, &motion)?;
+
+    // Instants of both; of two samples at one instant the later.
+    let ends = |samples: &[Sample], t: f64| samples.iter().rposition(|sample| sample.t == t);
+    let mut times: Vec<f64> = motion.samples.iter().map(|sample| sample.t).collect();
+    times.dedup();
+    let pairs: Vec<(f64, usize, usize)> = times
+        .iter()
+        .filter_map(|&t| Some((t, ends(&motion.samples, t)?, ends(&twin.motion.samples, t)?)))
+        .collect();
+    let mut channels = [channels(&own, &motion)?, channels(&twin.mechanism, &twin.motion)?];
+    let [first, second] = &mut channels;
+    let is_shared = |channel: &Channel| second.iter().any(|other| other.name == channel.name);
+    first.retain(is_shared);
+    let differences = first.iter().map(|channel| {
+        let other = second.iter().find(|other| other.name == channel.name);
+        let off = |&(_, i, k): &(f64, usize, usize)| {
+            let off = channel.values[i] - other.map_or(f64::NAN, |other| other.values[k]);
+            if channel.unit == "rad" { off - TAU * (off / TAU).round() } else { off }
+        };
+        pairs.iter().map(off).collect::<Vec<f64>>()
+    });
+    let differences: Vec<Vec<f64>> = differences.collect();
+    let options = &own.model.solve;
+    let compared = first.iter().zip(differences).map(|(channel, differences)| {
+        let alike = first.iter().filter(|c| c.factor == channel.factor && c.unit == channel.unit);
+        let size =
+            alike.flat_map(|c| &c.values).fold(0.0, |size: f64, value| size.max(value.abs()));
+        let size = if channel.unit == "rad" { size.min(TAU) } else { size };
+        // A difference that is no number is the largest.
+        let at = (0..differences.len()).max_by(|&a, &b| {
+            let key = |k: usize| {
+                if differences[k].is_nan() { f64::INFINITY } else { differences[k].abs() }
+            };
+            key(a).total_cmp(&key(b))
+        });
+        let largest = at.map_or(0.0, |at| differences[at].abs());
+        Compared {
+            name: channel.name.clone(),
+            unit: channel.unit.clone(),
+            largest: if largest.is_nan() { f64::INFINITY } else { largest },
+            t: at.map_or(0.0, |at| pairs[at].0),
+            allowed: channel.factor * (options.atol + options.rtol * size),
+            differences,
+        }
+    });
+    Ok(Verified {
+        channels: compared.collect(),
+        times: pairs.iter().map(|(t, ..)| *t).collect(),
+        ways: [way(&own, &motion), way(&twin.mechanism, &twin.motion)],
+    })
+}
+
+/// A run in another way.
+struct Twin {
+    mechanism: Mechanism,
+    motion: Motion,
+}
+
+fn way(mechanism: &Mechanism, motion: &Motion) -> Way {
+    let options = &mechanism.model.solve;
+    Way {
+        n_coordinates: mechanism.compiled.nq(),
+        n_constraints: mechanism.compiled.nc(),
+        method: match options.method {
+            Method::Auto => "auto",
+            Method::Radau => "radau",
+            Method::Explicit => "explicit",
+        },
+        tolerances: [options.rtol, options.atol],
+        n_steps: motion.summary.stats.n_accept,
+    }
+}
+
+/// Runs the same motion in other coordinates, by the method that the run has not, a hundredth of its tolerances.
+fn twin(own: &Mechanism, mut model: Model, motion: &Motion) -> Result<Twin, AnalysisError> {
+    let is_absolute = own.system.coordinates().iter().all(|c| !matches!(c.owner, Owner::Joint(..)));
+    model.coordinates =
+        if is_absolute { CoordinatePolicy::Relative } else { CoordinatePolicy::Absolute };
+    model.joints.iter_mut().for_each(|joint| joint.cut = None);
+    model.bodies.iter_mut().for_each(|body| body.coordinate_names.clear());
+    let options = &mut model.solve;
+    options.step = None;
+    (options.rtol, options.atol) = (tighter(options.rtol), tighter(options.atol));
+    options.outputs = Outputs::Times(motion.samples.iter().map(|sample| sample.t).collect());
+    let was_radau = own.model.solve.method == Method::Radau || own.model.solve.step.is_some();
+    options.method = if was_radau { Method::Explicit } else { Method::Radau };
+    let mut mechanism = Mechanism::derive(model, Vec::new())?;
+    let began = state_in(own, &mechanism, motion)?;
+    let run = |mechanism: &Mechanism| -> Result<Motion, AnalysisError> {
+        let simulation = mechanism.simulation()?;
+        let mut start = simulation.start()?;
+        (start.q, start.v) = began.clone();
+        Ok(simulation.solve_from(start)?)
+    };
+    if let Ok(motion) = run(&mechanism) {
+        return Ok(Twin { mechanism, motion });
+    }
+    // What is stiff has no explicit run, and some formulations stall near rounding.
+    mechanism.model.solve.method = Method::Auto;
+    mechanism.model.solve.formulation = Formulation::Index2;
+    let motion = run(&mechanism)?;
+    Ok(Twin { mechanism, motion })
+}
+
+/// A hundredth of a tolerance, as far as rounding lets it be.
+fn tighter(tolerance: f64) -> f64 {
+    (0.01 * tolerance).max(1e-13).min(tolerance)
+}
+
+/// The start of a motion in the coordinates of another mechanism.
+fn state_in(
+    own: &Mechanism,
+    other: &Mechanism,
+    motion: &Motion,
+) -> Result<(Vec<f64>, Vec<f64>), AnalysisError> {
+    let model = &own.model;
+    let kinematics = &own.system.kinematics;
+    let axes = [Axis::X, Axis::Y, Axis::Z];
+    let n_slides = if model.space == Space::Planar { 2 } else { 3 };
+    let value = |c: &Coordinate| {
+        if let Some(same) = own.system.coordinates().iter().find(|own| own.owner == c.owner) {
+            return model.pool.symbol_expr(same.q);
+        }
+        match c.owner {
+            Owner::Joint(joint, motion) => kinematics.joint_positions(model, joint)[motion],
+            Owner::Body(body, k) if k < n_slides => {
+                kinematics.measure(model, Measure::PointPosition(body, None, axes[k]))
+            }
+            Owner::Body(body, _) if model.space == Space::Planar => {
+                kinematics.measure(model, Measure::BodyAngle(body))
+            }
+            Owner::Body(body, k) => kinematics.measure(model, Measure::CardanAngle(body, k - 3)),
+            Owner::Quaternion(body, part) => {
+                kinematics.measure(model, Measure::Quaternion(body, part))
+            }
+            Owner::State(_) => model.pool.zero(),
+        }
+    };
+    let functions: Vec<_> = other.system.coordinates().iter().map(value).collect();
+    let parameters = motion.start.parameters_with_modes(&own.parameters);
+    let mut rates = Rates::compile(model, own.system.integrated(), &functions, &parameters)?;
+    let start = &motion.start;
+    let at = rates.at(start.t, [&start.q, &start.v, &start.a]);
+    Ok(at.iter().map(|[value, rate, _]| (*value, *rate)).unzip())
+}
+
+/// A channel of one run.
+struct Channel {
+    name: String,
+    unit: String,
+    factor: f64,
+    values: Vec<f64>,
+}
+
+const POSITION: f64 = 10.0;
+const RATE: f64 = 100.0;
+const ACCELERATION: f64 = 1000.0;
+
+/// Everything that joints, bodies and points show, the reactions that are unique, and the energies.
+fn channels(mechanism: &Mechanism, motion: &Motion) -> Result<Vec<Channel>, AnalysisError> {
+    let model = &mechanism.model;
+    let system = mechanism.system.integrated();
+    let coordinates: Vec<&str> = system.coordinates().iter().map(|c| c.name.as_str()).collect();
+    let mut quantities = pose_quantities(model, system);
+    quantities.retain(|quantity| !coordinates.contains(&quantity.names[0].as_str()));
+    let functions: Vec<_> = quantities.iter().map(|quantity| quantity.value).collect();
+    let parameters = motion.start.parameters_with_modes(&mechanism.parameters);
+    let mut rates = Rates::compile(model, system, &functions, &parameters)?;
+    let rows: Vec<Vec<[f64; 3]>> =
+        motion.samples.iter().map(|s| rates.at(s.t, [&s.q, &s.v, &s.a])).collect();
+    let mut found = Vec::new();
+    for (i, quantity) in quantities.iter().enumerate() {
+        for (level, factor) in [POSITION, RATE, ACCELERATION].into_iter().enumerate() {
+            found.push(Channel {
+                name: quantity.names[level].clone(),
+                unit: quantity.units()[level].clone(),
+                factor,
+                values: rows.iter().map(|row| row[i][level]).collect(),
+            });
+        }
+    }
+    for (idx, joint) in model.joints.iter().enumerate() {
+        let words =
+            [("fx", "N"), ("fy", "N"), ("fz", "N"), ("mx", "N*m"), ("my", "N*m"), ("mz", "N*m")];
+        for (k, (word, unit)) in words.into_iter().enumerate() {
+            let is_unique = motion
+                .summary
+                .uniqueness
+                .iter()
+                .all(|change| change.uniqueness.reactions.get(idx).is_none_or(|six| six[k]));
+            if is_unique {
+                found.push(Channel {
+                    name: format!("{}.{word}", joint.name),
+                    unit: unit.to_owned(),
+                    factor: ACCELERATION,
+                    values: motion.samples.iter().map(|s| s.reactions[idx][k]).collect(),
+                });
+            }
+        }
+    }
+    let energy = |name: &str, value: &dyn Fn(&Sample) -> f64| Channel {
+        name: format!("energy.{name}"),
+        unit: "J".to_owned(),
+        factor: RATE,
+        values: motion.samples.iter().map(value).collect(),
+    };
+    found.push(energy("kinetic", &|s| s.energy.kinetic));
+    found.push(energy("potential", &|s| s.energy.potential));
+    Ok(found)
+}

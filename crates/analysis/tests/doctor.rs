@@ -1,0 +1,153 @@
+//! Freedoms of mechanisms whose count is known, and cures counted in models that are written with them.
+
+mod support;
+
+use bksim_analysis::{Doctor, doctor};
+use support::geometry;
+
+fn examined(text: &str) -> Doctor {
+    doctor(geometry(text)).expect("a mechanism that closes")
+}
+
+fn count(text: &str) -> [i64; 3] {
+    let count = examined(text).count;
+    [count.counted, count.mobility, count.n_redundant]
+}
+
+/// A four-bar with these joint types and axes, lengths 1, 3, 2.5 and 3.2 from A over B and C to D.
+fn four_bar(space: &str, joints: [&str; 4]) -> String {
+    let [a, b, c, d] = joints;
+    format!(
+        "space = \"{space}\"\n[ground.points]\nD = [3.2, 0, 0]\n\
+         [bodies]\ncrank = {{ points = {{ B = [1, 0, 0] }} }}\n\
+         coupler = {{ points = {{ C = [3, 0, 0] }} }}\nrocker = {{ points = {{ C = [2.5, 0, 0] }} }}\n\
+         [joints]\nA = {{ {a}, between = [\"ground\", \"crank\"] }}\n\
+         B = {{ {b}, between = [\"crank.B\", \"coupler\"] }}\n\
+         C = {{ {c}, between = [\"coupler.C\", \"rocker.C\"] }}\n\
+         D = {{ {d}, between = [\"ground.D\", \"rocker\"] }}\n\
+         [initial]\n"
+    )
+}
+
+const TURN: &str = "type = \"revolute\", axis = [0, 0, 1]";
+
+fn spatial(joints: [&str; 4]) -> String {
+    four_bar("spatial", joints)
+}
+
+#[test]
+fn a_planar_four_bar_in_space_repeats_three_conditions() {
+    let found = examined(&spatial([TURN; 4]));
+    assert_eq!(found.count.counted, -2);
+    assert_eq!(found.count.mobility, 1);
+    assert_eq!(found.count.n_redundant, 3);
+    assert_eq!(found.repeated.len(), 3);
+    assert!(found.repeated.iter().all(|repeated| repeated.condition.of == "D"), "{found:?}");
+    assert!(found.repeated.iter().all(|repeated| !repeated.by.is_empty()));
+    assert_eq!(found.motions.len(), 1);
+    let motion = &found.motions[0];
+    assert!(motion.is_finite);
+    let names: Vec<&str> = motion.rates.iter().map(|(name, ..)| name.as_str()).collect();
+    assert_eq!(names, ["A.angle", "B.angle", "C.angle", "D.angle"]);
+    assert_eq!(motion.bodies, ["crank", "coupler", "rocker"]);
+    // Axes of the four pins are parallel, none in line with another.
+    assert_eq!(found.alignments.len(), 1, "{:?}", found.alignments);
+    assert_eq!(found.alignments[0].joints.len(), 4);
+    assert!(found.alignments[0].angle < 1e-9 && found.alignments[0].distance.is_none());
+
+    // Each cure, written into the model, counts as the report says.
+    assert!(!found.cures.is_empty());
+    for cure in &found.cures {
+        let mut joints = [TURN; 4];
+        let mut words: Vec<String> = Vec::new();
+        for (_, _, to) in &cure.changes {
+            words.push(format!(
+                "type = \"{to}\"{}",
+                if *to == "spherical" { "" } else { ", axis = [0, 0, 1]" }
+            ));
+        }
+        for ((joint, ..), word) in cure.changes.iter().zip(&words) {
+            let place =
+                ["A", "B", "C", "D"].iter().position(|name| name == joint).expect("a joint");
+            joints[place] = word;
+        }
+        assert_eq!(count(&spatial(joints)), [1, 1, 0], "{cure:?}");
+        assert_eq!(cure.count.n_redundant, 0);
+    }
+}
+
+#[test]
+fn a_door_needs_one_hinge_that_slides_and_swivels() {
+    let text = "space = \"spatial\"\n[ground.points]\nU = [0, 0, 1]\n\
+                [bodies.door]\npoints = { U = [0, 0, 1] }\n\
+                [joints]\nlower = { type = \"revolute\", axis = [0, 0, 1], between = [\"ground\", \"door\"] }\n\
+                upper = { type = \"revolute\", axis = [0, 0, 1], between = [\"ground.U\", \"door.U\"] }\n";
+    let found = examined(text);
+    assert_eq!([found.count.counted, found.count.mobility, found.count.n_redundant], [-4, 1, 5]);
+    assert_eq!(found.alignments.len(), 1);
+    assert!(found.alignments[0].distance.expect("in line") < 1e-12);
+    let first = &found.cures[0];
+    assert_eq!(first.changes.len(), 2, "a ball and a ball on a line: {:?}", found.cures);
+    let words: Vec<&str> = first.changes.iter().map(|(_, _, to)| *to).collect();
+    assert!(words.contains(&"spherical") && words.contains(&"point-on-line"), "{words:?}");
+}
+
+/// A rod between two balls turns about itself, whatever else moves.
+#[test]
+fn a_rod_between_balls_has_a_free_motion_of_its_own() {
+    let found = examined(&spatial([TURN, "type = \"spherical\"", "type = \"spherical\"", TURN]));
+    assert_eq!([found.count.counted, found.count.mobility, found.count.n_redundant], [2, 2, 0]);
+    let alone = found.motions.iter().find(|motion| motion.bodies == ["coupler"]);
+    assert!(alone.is_some(), "{:?}", found.motions);
+    assert!(found.cures.is_empty() && found.repeated.is_empty());
+}
+
+/// A parallelogram with three cranks: one condition too many in its plane.
+#[test]
+fn a_third_crank_is_cured_by_a_slot() {
+    let text = "[ground.points]\nB = [1, 0]\nC = [2, 0]\n\
+                [bodies]\na = { points = { P = [0.4, 0] } }\nb = { points = { P = [0.4, 0] } }\n\
+                c = { points = { P = [0.4, 0] } }\nbar = { points = { Q = [1, 0], R = [2, 0] } }\n\
+                [joints]\nA = { type = \"revolute\", between = [\"ground\", \"a\"] }\n\
+                B = { type = \"revolute\", between = [\"ground.B\", \"b\"] }\n\
+                C = { type = \"revolute\", between = [\"ground.C\", \"c\"] }\n\
+                P = { type = \"revolute\", between = [\"a.P\", \"bar\"] }\n\
+                Q = { type = \"revolute\", between = [\"b.P\", \"bar.Q\"] }\n\
+                R = { type = \"revolute\", between = [\"c.P\", \"bar.R\"] }\n\
+                [initial]\nA = { angle = 1.1 }\nB = { guess = { angle = 1.1 } }\nC = { guess = { angle = 1.1 } }\n";
+    let found = examined(text);
+    assert_eq!([found.count.counted, found.count.mobility, found.count.n_redundant], [0, 1, 1]);
+    assert!(found.cures.iter().all(|cure| cure.changes.len() == 1 && cure.changes[0].2 == "slot"));
+    assert!(!found.cures.is_empty());
+    let slotted = text.replace(
+        "R = { type = \"revolute\", between",
+        "R = { type = \"slot\", axis = [1, 0], between",
+    );
+    let after = count(&slotted);
+    assert_eq!(after, [1, 1, 0], "{after:?}");
+}
+
+/// A toggle stretched out yields at right angles but goes nowhere.
+#[test]
+fn a_stretched_toggle_yields_without_a_motion() {
+    let text = "[ground.points]\nB = [2, 0]\n[bodies]\na = { points = { P = [1, 0] } }\nb = { points = { P = [1, 0] } }\n\
+                [joints]\nA = { type = \"revolute\", between = [\"ground\", \"a\"] }\n\
+                P = { type = \"revolute\", between = [\"a.P\", \"b\"] }\n\
+                B = { type = \"revolute\", between = [\"ground.B\", \"b.P\"] }\n";
+    let found = examined(text);
+    assert_eq!([found.count.counted, found.count.mobility], [0, 1]);
+    assert!(!found.motions[0].is_finite, "{:?}", found.motions);
+}
+
+/// Sarrus' linkage: both chains keep the platform from turning about the vertical.
+#[test]
+fn a_sarrus_linkage_is_cured_by_a_universal_joint() {
+    let text = include_str!("../../../tests/fixtures/sarrus.toml");
+    let found = examined(text);
+    assert_eq!([found.count.counted, found.count.mobility, found.count.n_redundant], [0, 1, 1]);
+    assert!(!found.cures.is_empty());
+    assert!(found.cures.iter().all(|cure| cure.changes.len() == 1), "{:?}", found.cures);
+    assert!(found.cures.iter().any(|cure| cure.changes[0].2 == "universal"));
+    let groups: Vec<usize> = found.alignments.iter().map(|of| of.joints.len()).collect();
+    assert_eq!(groups, [3, 3], "two chains of three parallel axes");
+}

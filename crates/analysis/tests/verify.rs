@@ -1,0 +1,54 @@
+//! Runs against their independent twins.
+
+mod support;
+
+use bksim_analysis::{Verified, verify};
+use support::model;
+
+fn verified(text: &str) -> Verified {
+    let found = verify(model(text)).expect("two runs");
+    let [own, twin] = &found.ways;
+    assert_ne!(own.method, twin.method);
+    assert!(twin.tolerances[0] < own.tolerances[0]);
+    assert!(!found.times.is_empty() && !found.channels.is_empty());
+    found
+}
+
+const DOUBLE: &str = "[bodies]\nupper = { mass = 2, inertia = 0.1, com = [0.3, 0], points = { B = [0.6, 0] } }\n\
+    lower = { mass = 1, inertia = 0.05, com = [0.2, 0] }\n\
+    [joints]\nA = { type = \"revolute\", between = [\"ground\", \"upper\"] }\n\
+    B = { type = \"revolute\", between = [\"upper.B\", \"lower\"] }\n\
+    [loads.g]\ntype = \"gravity\"\nacceleration = [0, -9.81]\n\
+    [initial]\nA = { angle = -0.4, rate = 1.5 }\nB = { angle = 0.3, rate = -2 }\n";
+
+#[test]
+fn a_double_pendulum_keeps_to_its_tolerances_in_other_coordinates() {
+    let found = verified(&format!("{DOUBLE}[solve]\nt_end = 2\n"));
+    let [own, twin] = &found.ways;
+    assert_eq!([own.n_coordinates, twin.n_coordinates], [2, 6], "joints, then bodies");
+    let worst = found.channels.iter().find(|channel| channel.largest > channel.allowed);
+    assert!(found.is_within(), "{worst:?}");
+    for name in ["A.angle", "B.rate", "lower.ax", "B.fx", "energy.kinetic"] {
+        assert!(found.channels.iter().any(|channel| channel.name == name), "{name}");
+    }
+}
+
+#[test]
+fn a_coarse_run_is_found_out() {
+    let found =
+        verified(&format!("{DOUBLE}[solve]\nt_end = 2\nstep = 0.05\nrtol = 1e-9\natol = 1e-11\n"));
+    assert!(!found.is_within(), "fixed steps of 0.05 s are not exact to 1e-9");
+}
+
+/// A body on a ball joint: its quaternion becomes the body's own.
+#[test]
+fn a_spinning_top_is_the_same_in_both_coordinates() {
+    let found = verified(
+        "space = \"spatial\"\n[bodies.top]\nmass = 1\ninertia = [0.02, 0.02, 0.04]\ncom = [0, 0, 0.3]\n\
+         [joints.ball]\ntype = \"spherical\"\nbetween = [\"ground\", \"top\"]\n\
+         [loads.g]\ntype = \"gravity\"\nacceleration = [0, 0, -9.81]\n\
+         [initial]\ntop = { rpy = [0.3, 0, 0], wx = 0.5, wy = 2, wz = 20 }\n[solve]\nt_end = 1\n",
+    );
+    let worst = found.channels.iter().find(|channel| channel.largest > channel.allowed);
+    assert!(found.is_within(), "{worst:?}");
+}

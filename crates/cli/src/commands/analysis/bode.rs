@@ -1,0 +1,131 @@
+//! `bksim bode`: frequency response, poles and zeros.
+
+use bksim::analysis::{AnalysisError, Channels, Frequencies, Range, Response, Transfer, bode};
+use serde_json::{Value, json};
+
+use super::answer::{Answer, Asked, asked, columns_json, failed, lines, pose_json};
+use super::linearize::{about, pole};
+use super::statics::held;
+use crate::args::analysis::Bode as Args;
+use crate::exit::{Failure, Status};
+use crate::output::number;
+
+/// A response drawn as the contents of a picture; the title is the name of the model.
+pub type Draw<'a> = &'a dyn Fn(&str, &Response) -> Result<Vec<u8>, Failure>;
+
+/// Asks, writes the table or what `draw` makes of the response, and prints the answer.
+///
+/// # Errors
+/// [`Failure`] when there is no answer, or the file cannot be written.
+pub fn run(
+    args: &Args,
+    draw: Option<Draw<'_>>,
+    as_json: bool,
+    nesting: usize,
+) -> Result<Status, Failure> {
+    let (source, model, warnings, file) = asked(&args.model, &args.table, nesting)?.parts();
+    let name = model.name.clone();
+    let failed = failed(&source);
+    let channels =
+        Channels { inputs: args.input.clone(), outputs: args.output.clone(), states: Vec::new() };
+    let frequencies = args.omega.as_deref().map(frequencies).transpose().map_err(&failed)?;
+    let found = bode(model, about(args.at), &channels, frequencies).map_err(&failed)?;
+    let content = match (file, draw) {
+        (Some(file), Some(draw)) => {
+            let summary = format!("{} curves", 2 * found.transfers.len());
+            Some((file, draw(&name, &found)?, summary))
+        }
+        (Some(file), None) => {
+            let table = found.table();
+            let summary = format!("{} rows", table.rows.len());
+            Some((file, table.csv().into_bytes(), summary))
+        }
+        (None, _) => None,
+    };
+    let Answer { command, json, text, .. } = told(&name, &found);
+    Asked::told(&source, &warnings, content, (command, json, text), as_json)
+}
+
+/// The answer about a model of this name.
+pub fn told(name: &str, found: &Response) -> Answer {
+    Answer {
+        command: "bode",
+        json: told_json(found),
+        text: text(name, found),
+        table: found.table(),
+    }
+}
+
+/// Reads frequencies in even steps of their logarithm, `0.1:100 rad/s:201`.
+///
+/// # Errors
+/// [`AnalysisError::BadRange`] for what is none above zero.
+pub fn frequencies(values: &str) -> Result<Frequencies, AnalysisError> {
+    let Range { from, to, n } = Range::parse(values, "rad/s")?;
+    if from > 0.0 && to > 0.0 {
+        return Ok(Frequencies { from, to, n });
+    }
+    Err(AnalysisError::BadRange { text: values.to_owned(), unit: "rad/s".to_owned() })
+}
+
+fn roots(all: &[[f64; 2]]) -> String {
+    if all.is_empty() {
+        return "none".to_owned();
+    }
+    all.iter().map(pole).collect::<Vec<_>>().join(", ")
+}
+
+fn text(name: &str, found: &Response) -> String {
+    let rows = |transfer: &Transfer| -> Vec<Vec<String>> {
+        let n = found.omega.len();
+        // Some frequencies among all.
+        let shown = n.min(13);
+        let at = |k: usize| k * (n - 1) / (shown - 1).max(1);
+        let row = |k: usize| {
+            vec![
+                number(found.omega[k]),
+                number(transfer.gain[k]),
+                number(20.0 * transfer.gain[k].log10()),
+                number(transfer.phase[k].to_degrees()),
+            ]
+        };
+        (0..shown).map(|k| row(at(k))).collect()
+    };
+    let mut text = format!(
+        "{name}: {} frequencies{}\n\n  poles: {}",
+        found.omega.len(),
+        held(&found.linear.held),
+        roots(&found.linear.poles)
+    );
+    for transfer in &found.transfers {
+        let heads = ["rad/s", "gain", "dB", "phase, deg"];
+        text.extend([format!(
+            "\n\n{} by {}\n  zeros: {}\n{}",
+            transfer.output,
+            transfer.input,
+            roots(&transfer.zeros),
+            lines(&heads, rows(transfer))
+        )]);
+    }
+    text
+}
+
+fn told_json(found: &Response) -> Value {
+    let transfer = |transfer: &Transfer| {
+        json!({
+            "input": transfer.input,
+            "output": transfer.output,
+            "gain": transfer.gain,
+            "phase": transfer.phase,
+            "zeros": transfer.zeros,
+        })
+    };
+    json!({
+        "omega": found.omega,
+        "poles": found.linear.poles,
+        "outputs": columns_json(&found.linear.outputs),
+        "transfers": found.transfers.iter().map(transfer).collect::<Vec<_>>(),
+        "pose": pose_json(&found.linear.pose),
+        "held": found.linear.held,
+    })
+}

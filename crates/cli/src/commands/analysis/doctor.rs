@@ -1,0 +1,149 @@
+//! `bksim doctor`: free motions, conditions that repeat others, changes that cure them.
+
+use bksim::analysis::{Condition, Count, Cure, Doctor, FreeMotion, Repeated, doctor};
+use serde_json::{Value, json};
+
+use super::answer::{Answer, Asked, asked_geometry, failed, lines, shown};
+use crate::args::analysis::Doctor as Args;
+use crate::exit::{Failure, Status};
+
+pub(crate) fn run(args: &Args, as_json: bool, nesting: usize) -> Result<Status, Failure> {
+    let (source, model, warnings, file) =
+        asked_geometry(&args.model, &args.table, nesting)?.parts();
+    let name = model.name.clone();
+    let found = doctor(model).map_err(failed(&source))?;
+    Asked::answer(&source, &warnings, file, told(&name, &found), as_json)
+}
+
+/// The answer about a model of this name.
+pub fn told(name: &str, found: &Doctor) -> Answer {
+    Answer {
+        command: "doctor",
+        json: told_json(found),
+        text: text(name, found),
+        table: found.table(),
+    }
+}
+
+/// A condition in words: `D force x`.
+fn condition(of: &Condition) -> String {
+    let effort = if of.is_moment { "moment" } else { "force" };
+    format!("`{}` {effort} {}", of.of, of.direction)
+}
+
+fn changes(cure: &Cure) -> String {
+    let change = |(joint, from, to): &(String, &str, &str)| format!("`{joint}`: {from} -> {to}");
+    cure.changes.iter().map(change).collect::<Vec<_>>().join(", ")
+}
+
+fn text(name: &str, found: &Doctor) -> String {
+    let Count { counted, mobility, n_redundant } = found.count;
+    // Kutzbach's count, line by line.
+    let n_bodies = found.bodies.len();
+    let whole = found.freedoms_of_body * i64::try_from(n_bodies).unwrap_or(i64::MAX);
+    let bodies = found.bodies.iter().map(|body| format!("`{body}`")).collect::<Vec<_>>().join(", ");
+    let mut rows = vec![vec![whole.to_string(), format!("{n_bodies} bodies"), bodies]];
+    for (joint, kind, taken) in &found.joints {
+        rows.push(vec![format!("-{taken}"), format!("`{joint}`"), (*kind).to_owned()]);
+    }
+    for coupling in &found.couplings {
+        rows.push(vec!["-1".to_owned(), format!("`{coupling}`"), "coupling".to_owned()]);
+    }
+    rows.push(vec![counted.to_string(), "counted".to_owned(), String::new()]);
+    rows.push(vec![mobility.to_string(), "true".to_owned(), "free motions".to_owned()]);
+    rows.push(vec![
+        n_redundant.to_string(),
+        "redundant".to_owned(),
+        "true less counted".to_owned(),
+    ]);
+    let mut text = format!(
+        "{name}: {mobility} free motions, {n_redundant} redundant conditions\n\n{}",
+        lines(&["freedoms", "of", ""], rows)
+    );
+    for (k, motion) in found.motions.iter().enumerate() {
+        let rate = |(name, rate, unit): &(String, f64, &'static str)| {
+            let unit =
+                if *unit == "rad" || unit.is_empty() { String::new() } else { format!(" {unit}") };
+            vec![name.clone(), format!("{}{unit}", crate::output::number(*rate))]
+        };
+        let rows = motion.rates.iter().map(rate).collect();
+        let end =
+            if motion.is_finite { "" } else { ", in this pose alone: it yields but goes nowhere" };
+        let heads = ["motion", "rate"];
+        text.extend([format!("\n\nfree motion {}{end}\n{}", k + 1, lines(&heads, rows))]);
+    }
+    if !found.repeated.is_empty() {
+        let row = |repeated: &Repeated| {
+            let by: Vec<String> = repeated.by.iter().map(condition).collect();
+            vec![condition(&repeated.condition), by.join(", ")]
+        };
+        let rows = found.repeated.iter().map(row).collect();
+        text.extend([format!("\n\n{}", lines(&["redundant", "repeats"], rows))]);
+    }
+    if !found.cures.is_empty() {
+        let row = |cure: &Cure| {
+            vec![changes(cure), cure.count.mobility.to_string(), cure.count.n_redundant.to_string()]
+        };
+        let rows = found.cures.iter().map(row).collect();
+        text.extend([format!("\n\n{}", lines(&["cure", "free motions", "redundant"], rows))]);
+    } else if n_redundant > 0 {
+        text.push_str("\n\n  no change of a few joints leaves nothing twice");
+    }
+    if !found.alignments.is_empty() {
+        let row = |of: &bksim::analysis::Alignment| {
+            let joints: Vec<String> = of.joints.iter().map(|joint| format!("`{joint}`")).collect();
+            let word = if of.distance.is_some() { "in line" } else { "parallel" };
+            let distance = of.distance.map_or_else(String::new, |off| shown(off, "m"));
+            vec![joints.join(", "), word.to_owned(), shown(of.angle, "rad"), distance]
+        };
+        let rows = found.alignments.iter().map(row).collect();
+        text.extend([format!("\n\n{}", lines(&["axes that must be", "", "off by", ""], rows))]);
+    }
+    text
+}
+
+fn count_json(count: Count) -> Value {
+    json!({ "counted": count.counted, "mobility": count.mobility, "redundant": count.n_redundant })
+}
+
+fn condition_json(of: &Condition) -> Value {
+    let effort = if of.is_moment { "moment" } else { "force" };
+    json!({ "of": of.of, "direction": of.direction, "effort": effort })
+}
+
+fn told_json(found: &Doctor) -> Value {
+    let motion = |motion: &FreeMotion| {
+        let rates = motion.rates.iter().map(|(name, rate, _)| (name.clone(), json!(rate)));
+        json!({
+            "rates": Value::Object(rates.collect()),
+            "bodies": motion.bodies,
+            "finite": motion.is_finite,
+        })
+    };
+    let repeated = |of: &Repeated| {
+        json!({
+            "condition": condition_json(&of.condition),
+            "repeats": of.by.iter().map(condition_json).collect::<Vec<_>>(),
+        })
+    };
+    let cure = |cure: &Cure| {
+        let change = |(joint, from, to): &(String, &str, &str)| json!({ "joint": joint, "from": from, "to": to });
+        json!({
+            "changes": cure.changes.iter().map(change).collect::<Vec<_>>(),
+            "count": count_json(cure.count),
+        })
+    };
+    let joint = |(name, kind, taken): &(String, &str, i64)| json!({ "name": name, "type": kind, "taken": taken });
+    let alignment = |of: &bksim::analysis::Alignment| json!({ "joints": of.joints, "angle": of.angle, "distance": of.distance });
+    json!({
+        "bodies": found.bodies,
+        "freedoms_of_body": found.freedoms_of_body,
+        "joints": found.joints.iter().map(joint).collect::<Vec<_>>(),
+        "couplings": found.couplings,
+        "count": count_json(found.count),
+        "motions": found.motions.iter().map(motion).collect::<Vec<_>>(),
+        "redundant": found.repeated.iter().map(repeated).collect::<Vec<_>>(),
+        "cures": found.cures.iter().map(cure).collect::<Vec<_>>(),
+        "alignments": found.alignments.iter().map(alignment).collect::<Vec<_>>(),
+    })
+}

@@ -1,0 +1,271 @@
+"""Questions to a mechanism besides its motion in time."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _bksim
+from ._checked import names, real
+from ._html import table
+
+Values: TypeAlias = str | tuple[float, float, int]
+"""A range as text, ``"0:360 deg:361"``, or as the first value, the last and their number, in SI."""
+
+
+class Answer(Mapping[str, NDArray[np.float64]]):
+    """An answer: columns of a table by their names, in SI units and radians, and ``facts``.
+
+    ``facts`` are what ``--json`` prints for the command of the question; ``str(answer)`` is what it prints
+    otherwise, and ``units`` has the unit of each column.
+    """
+
+    def __init__(self, told: _bksim._Told) -> None:
+        facts, self._text, columns, units, self._values = told
+        self.facts: dict[str, Any] = json.loads(facts)
+        self.units: dict[str, str] = dict(zip(columns, units, strict=True))
+        self._places = {name: place for place, name in enumerate(columns)}
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        column: NDArray[np.float64] = self._values[self._places[name]]
+        return column
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._places)
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    def __str__(self) -> str:
+        return self._text
+
+    def __repr__(self) -> str:
+        n_rows = self._values.shape[1]
+        return f"<bksim.{type(self).__name__}: {len(self)} columns, {n_rows} rows>"
+
+    def _repr_html_(self) -> str:
+        most = 20
+        rows = [[f"{value:g}" for value in row] for row in self._values.T[:most]]
+        return table(list(self), rows)
+
+
+class LinearSystem(Answer):
+    """x' = A x + B u, z = C x + D u about a state."""
+
+    @property
+    def A(self) -> NDArray[np.float64]:
+        """By states, rows and columns."""
+        return self._matrix("A", len(self.states), len(self.states))
+
+    @property
+    def B(self) -> NDArray[np.float64]:
+        """By states and inputs."""
+        return self._matrix("B", len(self.states), len(self.inputs))
+
+    @property
+    def C(self) -> NDArray[np.float64]:
+        """By outputs and states."""
+        return self._matrix("C", len(self.outputs), len(self.states))
+
+    @property
+    def D(self) -> NDArray[np.float64]:
+        """By outputs and inputs."""
+        return self._matrix("D", len(self.outputs), len(self.inputs))
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states."""
+        return tuple(state["name"] for state in self.facts["states"])
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Names of the inputs."""
+        return tuple(self.facts["inputs"])
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Names of the outputs."""
+        return tuple(output["name"] for output in self.facts["outputs"])
+
+    @property
+    def poles(self) -> NDArray[np.complex128]:
+        """Eigenvalues of A, 1/s."""
+        return _complex(self.facts["poles"])
+
+    def _matrix(self, key: str, n_rows: int, n_columns: int) -> NDArray[np.float64]:
+        return np.array(self.facts[key], dtype=np.float64).reshape(n_rows, n_columns)
+
+
+class Modes(Answer):
+    """Small motions about an equilibrium, a row for each."""
+
+    @property
+    def s(self) -> NDArray[np.complex128]:
+        """Of each mode s of e^(s t), 1/s; of pairs that with Im s > 0."""
+        return _complex([mode["s"] for mode in self.facts["modes"]])
+
+
+class Response(Answer):
+    """A frequency response, a row for each frequency."""
+
+    @property
+    def poles(self) -> NDArray[np.complex128]:
+        """Of the system, 1/s."""
+        return _complex(self.facts["poles"])
+
+    def zeros(self, input: str, output: str) -> NDArray[np.complex128]:
+        """Of an input and an output, 1/s."""
+        return _complex(self._transfer(input, output)["zeros"])
+
+    def transfer(self, input: str, output: str) -> NDArray[np.complex128]:
+        """H(i omega) from an input to an output."""
+        found = self._transfer(input, output)
+        gain, phase = np.array(found["gain"]), np.array(found["phase"])
+        return np.asarray(gain * np.exp(1j * phase), dtype=np.complex128)
+
+    def _transfer(self, input: str, output: str) -> dict[str, Any]:
+        for transfer in self.facts["transfers"]:
+            if (transfer["input"], transfer["output"]) == (input, output):
+                return dict(transfer)
+        raise KeyError(f"no response of {output!r} to {input!r}")
+
+
+class Questions:
+    """The questions that a model answers without its motion in time."""
+
+    def _engine(self) -> _bksim.Engine:
+        raise NotImplementedError
+
+    def kinematics(
+        self,
+        drive: Mapping[str, Values],
+        *,
+        rate: str | Sequence[str] = (),
+        acceleration: str | Sequence[str] = (),
+        through: bool = False,
+    ) -> Answer:
+        """Positions, velocities and accelerations over a range of one measure, or of several together.
+
+        >>> m = load(EXAMPLES / "four-bar" / "model.toml")
+        >>> a = m.kinematics({"A.angle": "30:40 deg:11"})
+        >>> a["D.angle"].shape
+        (11,)
+
+        ``rate`` and ``acceleration`` are those of the drives, ``"25 rad/s"``; 1 and 0 unless given.
+        ``through`` goes on through dead points.
+        """
+        driven = [(name, _range(values)) for name, values in drive.items()]
+        rates = (names("rate", rate), names("acceleration", acceleration))
+        return Answer(_bksim.kinematics_of(self._engine(), driven, rates, through))
+
+    def limits(
+        self, drive: str | None = None, of: str | Sequence[str] = (), *, all_assemblies: bool = False
+    ) -> Answer:
+        """Ranges, limit positions, dead points and transmission angles; with a drive, time ratios and fastest
+        motions of the outputs ``of``."""
+        found = _bksim.limits_of(self._engine(), drive, names("of", of), all_assemblies)
+        return Answer(found)
+
+    def assemblies(self) -> Answer:
+        """The ways in which the start closes."""
+        return Answer(_bksim.assemblies_of(self._engine()))
+
+    def static(
+        self,
+        *,
+        by: str | Sequence[str] = (),
+        over: Mapping[str, Values] | None = None,
+        solve: str | Sequence[str] = (),
+    ) -> Answer:
+        """Equilibria, their stability and the reactions in them; ``by`` are measures that the stiffness is by.
+
+        ``over={"k": "1:5 N/m:41"}`` follows them over a parameter, through limit points and branch points;
+        ``solve="k"`` finds the value with which the start is in balance.
+        """
+        ranges = [(name, _range(values)) for name, values in (over or {}).items()]
+        if len(ranges) > 1 or (ranges and solve):
+            raise ValueError("equilibria are followed over one parameter, or balanced")
+        asked = ranges[0] if ranges else None
+        found = _bksim.static_of(self._engine(), names("by", by), asked, names("solve", solve))
+        return Answer(found)
+
+    def linearize(
+        self,
+        input: str | Sequence[str] = (),
+        output: str | Sequence[str] = (),
+        *,
+        state: str | Sequence[str] = (),
+        at: str = "static",
+    ) -> LinearSystem:
+        """The equations, linear about the equilibrium nearest to the start, or about the start (``at="start"``).
+
+        An input is a parameter of loads or a joint that an effort works on, an output a measure.
+        """
+        channels = (names("input", input), names("output", output), names("state", state))
+        return LinearSystem(_bksim.linearize_of(self._engine(), at, channels))
+
+    def modes(self, *, at: str = "static") -> Modes:
+        """Frequencies, damping and shapes of small motions."""
+        return Modes(_bksim.modes_of(self._engine(), at))
+
+    def bode(
+        self,
+        input: str | Sequence[str],
+        output: str | Sequence[str],
+        *,
+        omega: Values | None = None,
+        at: str = "static",
+    ) -> Response:
+        """The frequency response with poles and zeros; ``omega`` is a range in even steps of its logarithm."""
+        channels = (names("input", input), names("output", output))
+        frequencies = None if omega is None else _range(omega)
+        return Response(_bksim.bode_of(self._engine(), at, channels, frequencies))
+
+    def inverse(
+        self,
+        motion: Mapping[str, str | tuple[ArrayLike, ArrayLike]] | None = None,
+        *,
+        times: Values | None = None,
+        smoothing: float = 0.0,
+    ) -> Answer:
+        """The efforts, reactions and powers that a motion needs.
+
+        A motion is a formula of t, ``{"A.angle": "0.4 + 6*t"}``, or times and values, through which a natural
+        cubic spline goes, the smoother the larger ``smoothing`` is.
+        """
+
+        def written(value: str | tuple[ArrayLike, ArrayLike]) -> str | tuple[list[float], list[float]]:
+            if isinstance(value, str):
+                return value
+            t, x = (np.asarray(part, dtype=np.float64).tolist() for part in value)
+            return (t, x)
+
+        motions = [(name, written(value)) for name, value in (motion or {}).items()]
+        asked = None if times is None else _range(times)
+        smooth = real("smoothing", smoothing) or 0.0
+        return Answer(_bksim.inverse_of(self._engine(), motions, smooth, asked))
+
+    def doctor(self) -> Answer:
+        """Free motions, conditions that repeat others, and changes of joints that cure them."""
+        return Answer(_bksim.doctor_of(self._engine()))
+
+    def verify(self, t_end: float | None = None) -> Answer:
+        """The run beside the same motion in other coordinates by another method: the table has the differences of
+        all channels, ``facts["within"]`` says whether all keep to the tolerances."""
+        return Answer(_bksim.verify_of(self._engine(), real("t_end", t_end)))
+
+
+def _range(values: Values) -> str:
+    if isinstance(values, str):
+        return values
+    first, last, n = values
+    return f"{float(first)!r}:{float(last)!r}:{int(n)}"
+
+
+def _complex(pairs: list[list[float]]) -> NDArray[np.complex128]:
+    parts = np.array(pairs, dtype=np.float64).reshape(len(pairs), 2)
+    return np.asarray(parts[:, 0] + 1j * parts[:, 1], dtype=np.complex128)

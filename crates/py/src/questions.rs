@@ -1,0 +1,206 @@
+//! Questions besides motion in time: a function for each, whose answer is that of the command of its name.
+
+use bksim::analysis::{
+    About, AnalysisError, Channels, LimitsRequest, Motion, assemblies, balanced, bode, doctor,
+    inverse, kinematics, limits, linearize, modes, statics, statics_over, verify,
+};
+use bksim::model::Model;
+use bksim_studio::questions::{self, Answer};
+use numpy::PyArray2;
+use numpy::ndarray::Array2;
+use pyo3::prelude::*;
+
+use crate::arrays::table;
+use crate::engine::Engine;
+use crate::fault::{Fault, guard};
+
+/// The object of `--json`, the text, names and units of the columns, and a row of the array for each column.
+type Told<'py> = (String, String, Vec<String>, Vec<String>, Bound<'py, PyArray2<f64>>);
+
+/// Asks about the model with its present values.
+fn ask<'py>(
+    py: Python<'py>,
+    engine: &Engine,
+    question: impl FnOnce(&str, Model) -> Result<Answer, AnalysisError> + Send,
+) -> PyResult<Told<'py>> {
+    let answer = guard(py, || {
+        let mechanism = engine.mechanism();
+        let mut model = mechanism.model;
+        for (parameter, value) in model.parameters.iter_mut().zip(&mechanism.parameters) {
+            parameter.value = *value;
+        }
+        let name = model.name.clone();
+        question(&name, model).map_err(|error| Fault::model(engine.source(), &error.diagnostics()))
+    })?;
+    let Answer { json, text, table: found, .. } = answer;
+    let (n_rows, n_columns) = (found.rows.len(), found.columns.len());
+    let values =
+        Array2::from_shape_fn((n_columns, n_rows), |(column, row)| found.rows[row][column]);
+    let names = found.columns.iter().map(|column| column.name.clone()).collect();
+    let units = found.columns.into_iter().map(|column| column.unit).collect();
+    Ok((json.to_string(), text, names, units, table(py, values)))
+}
+
+/// The state of a word.
+fn about(at: &str) -> PyResult<About> {
+    match at {
+        "static" => Ok(About::Static),
+        "start" => Ok(About::Start),
+        other => {
+            let words = format!("at = {other:?} is none of \"static\" and \"start\"");
+            Err(pyo3::exceptions::PyValueError::new_err(words))
+        }
+    }
+}
+
+/// Positions with their rates over a range.
+#[pyfunction]
+pub(crate) fn kinematics_of(
+    py: Python<'_>,
+    engine: Py<Engine>,
+    drive: Vec<(String, String)>,
+    rates: [Vec<String>; 2],
+    through: bool,
+) -> PyResult<Told<'_>> {
+    ask(py, engine.get(), move |name, model| {
+        let [rate, acceleration] = &rates;
+        let prescribed =
+            questions::kinematics::prescribed(&model, &drive, [rate, acceleration], through)?;
+        let prescribed = prescribed.ok_or(AnalysisError::NDrives { n_free: 1, n_driven: 0 })?;
+        Ok(questions::kinematics::told_range(name, &kinematics(model, &prescribed)?))
+    })
+}
+
+/// Ranges, limit positions, dead points, transmission angles.
+#[pyfunction]
+pub(crate) fn limits_of(
+    py: Python<'_>,
+    engine: Py<Engine>,
+    drive: Option<String>,
+    outputs: Vec<String>,
+    all_assemblies: bool,
+) -> PyResult<Told<'_>> {
+    let request = LimitsRequest { drive, outputs, all_assemblies };
+    ask(py, engine.get(), move |name, model| {
+        Ok(questions::kinematics::told_limits(name, &limits(model, &request)?))
+    })
+}
+
+/// The ways in which the start closes.
+#[pyfunction]
+pub(crate) fn assemblies_of(py: Python<'_>, engine: Py<Engine>) -> PyResult<Told<'_>> {
+    ask(py, engine.get(), |name, model| {
+        Ok(questions::kinematics::told_assemblies(name, &assemblies(model)?))
+    })
+}
+
+/// Equilibria: all, over a parameter, or the start balanced by parameters.
+#[pyfunction]
+pub(crate) fn static_of(
+    py: Python<'_>,
+    engine: Py<Engine>,
+    by: Vec<String>,
+    over: Option<(String, String)>,
+    solve: Vec<String>,
+) -> PyResult<Told<'_>> {
+    ask(py, engine.get(), move |name, model| {
+        use questions::statics::{range, told, told_balanced, told_over};
+        if let Some((parameter, values)) = &over {
+            let range = range(&model, parameter, values)?;
+            return Ok(told_over(name, &statics_over(model, (parameter, range), &by)?));
+        }
+        if solve.is_empty() {
+            return Ok(told(name, &statics(model, &by)?));
+        }
+        Ok(told_balanced(name, &balanced(model, &solve, &by)?))
+    })
+}
+
+/// A, B, C and D.
+#[pyfunction]
+pub(crate) fn linearize_of<'py>(
+    py: Python<'py>,
+    engine: Py<Engine>,
+    at: &str,
+    channels: [Vec<String>; 3],
+) -> PyResult<Told<'py>> {
+    let about = about(at)?;
+    let [inputs, outputs, states] = channels;
+    let channels = Channels { inputs, outputs, states };
+    ask(py, engine.get(), move |name, model| {
+        Ok(questions::linearize::told(name, &linearize(model, about, &channels)?))
+    })
+}
+
+/// Frequencies, damping and shapes.
+#[pyfunction]
+pub(crate) fn modes_of<'py>(py: Python<'py>, engine: Py<Engine>, at: &str) -> PyResult<Told<'py>> {
+    let about = about(at)?;
+    ask(py, engine.get(), move |name, model| {
+        Ok(questions::modes::told(name, &modes(model, about)?))
+    })
+}
+
+/// Frequency response, poles and zeros.
+#[pyfunction]
+pub(crate) fn bode_of<'py>(
+    py: Python<'py>,
+    engine: Py<Engine>,
+    at: &str,
+    channels: [Vec<String>; 2],
+    omega: Option<String>,
+) -> PyResult<Told<'py>> {
+    let about = about(at)?;
+    let [inputs, outputs] = channels;
+    let channels = Channels { inputs, outputs, states: Vec::new() };
+    ask(py, engine.get(), move |name, model| {
+        let omega = omega.as_deref().map(questions::bode::frequencies).transpose()?;
+        Ok(questions::bode::told(name, &bode(model, about, &channels, omega)?))
+    })
+}
+
+/// A motion: a formula, or times and values with a spline through them.
+#[derive(FromPyObject)]
+pub(crate) enum Prescription {
+    Formula(String),
+    Table(Vec<f64>, Vec<f64>),
+}
+
+/// The efforts, reactions and powers that a motion needs.
+#[pyfunction]
+pub(crate) fn inverse_of(
+    py: Python<'_>,
+    engine: Py<Engine>,
+    motion: Vec<(String, Prescription)>,
+    smoothing: f64,
+    times: Option<String>,
+) -> PyResult<Told<'_>> {
+    ask(py, engine.get(), move |name, model| {
+        let times = questions::inverse::times(&model, times.as_deref())?;
+        let read = |(measure, motion): &(String, Prescription)| match motion {
+            Prescription::Formula(text) => Motion::formula(&model, measure, text),
+            Prescription::Table(t, x) => Motion::spline(&model, measure, t, x, smoothing),
+        };
+        let motions: Vec<Motion> = motion.iter().map(read).collect::<Result<_, _>>()?;
+        Ok(questions::inverse::told(name, &inverse(model, &motions, &times)?))
+    })
+}
+
+/// Free motions, repeated conditions, cures.
+#[pyfunction]
+pub(crate) fn doctor_of(py: Python<'_>, engine: Py<Engine>) -> PyResult<Told<'_>> {
+    ask(py, engine.get(), |name, model| Ok(questions::doctor::told(name, &doctor(model)?)))
+}
+
+/// The run beside one in another way.
+#[pyfunction]
+pub(crate) fn verify_of(
+    py: Python<'_>,
+    engine: Py<Engine>,
+    t_end: Option<f64>,
+) -> PyResult<Told<'_>> {
+    ask(py, engine.get(), move |name, mut model| {
+        model.solve.t_end = t_end.unwrap_or(model.solve.t_end);
+        Ok(questions::verify::told(name, &verify(model)?))
+    })
+}

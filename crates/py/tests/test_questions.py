@@ -1,0 +1,127 @@
+"""Questions besides motion in time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bksim
+
+PENDULUM = """
+[parameters]
+k = "3 N m/rad"
+m = "2 kg"
+[bodies.rod]
+mass = "m"
+inertia = 0.1
+com = [0, -0.4]
+[joints.A]
+type = "revolute"
+between = ["ground", "rod"]
+[loads.g]
+type = "gravity"
+acceleration = [0, -9.81]
+[loads.s]
+type = "torsion"
+joint = "A"
+stiffness = "k"
+damping = 0.2
+"""
+
+
+def pendulum() -> bksim.Model:
+    return bksim.loads(PENDULUM)
+
+
+# About the pin.
+INERTIA = 0.1 + 2 * 0.4**2
+STIFFNESS = 3 + 2 * 9.81 * 0.4
+
+
+def test_positions_over_a_range(examples: Path) -> None:
+    m = bksim.load(examples / "four-bar" / "model.toml")
+    a = m.kinematics({"A.angle": (0.6, 0.7, 11)}, rate="2 rad/s")
+    assert np.allclose(a["A.angle"], np.linspace(0.6, 0.7, 11), atol=1e-12)
+    assert np.allclose(a["A.rate"], 2, atol=1e-12)
+    slope = np.gradient(a["D.angle"], a["A.angle"])
+    assert np.allclose(a["D.rate"][1:-1], 2 * slope[1:-1], atol=1e-4)
+    assert a.units["D.angle"] == "rad" and a.facts["table"]["rows"]
+    assert not a["D.rate"].flags.writeable
+
+
+def test_limits_and_assemblies(examples: Path) -> None:
+    m = bksim.load(examples / "four-bar" / "model.toml")
+    assert m.limits().facts["branches"]
+    assert len(m.assemblies().facts["assemblies"]) == 2
+
+
+def test_equilibria_over_a_parameter_and_balanced() -> None:
+    m = pendulum()
+    found = m.static()
+    assert len(found["stability"]) == 1 and found["stiffness"][0] == pytest.approx(STIFFNESS)
+    over = m.static(over={"k": "-12:3 N m/rad:4"})
+    names = {point["name"] for branch in over.facts["branches"] for point in branch["points"]}
+    assert "B1" in names
+    critical = over["k"][over["kind"] == 2]
+    assert np.allclose(critical, -2 * 9.81 * 0.4, atol=1e-6)
+    with pytest.raises(ValueError, match="one parameter"):
+        m.static(over={"k": (0, 1, 2)}, solve="m")
+    aside = bksim.loads(PENDULUM.replace("stiffness =", "angle = 1\nstiffness =") + "[initial]\nA = { angle = 0.3 }\n")
+    assert aside.static(solve="k")["k"][0] == pytest.approx(2 * 9.81 * 0.4 * np.sin(0.3) / 0.7)
+
+
+def test_a_linear_system_has_the_poles_of_its_modes() -> None:
+    m = pendulum()
+    system = m.linearize("A", "A.angle")
+    assert system.A.shape == (2, 2) and system.B.shape == (2, 1)
+    assert system.C.tolist() == [[1, 0]] and system.D.tolist() == [[0]]
+    expected = np.roots([INERTIA, 0.2, STIFFNESS])
+    assert np.allclose(np.sort_complex(system.poles), np.sort_complex(expected), rtol=1e-10)
+    assert np.allclose(m.modes().s, expected[expected.imag > 0], rtol=1e-10)
+
+
+def test_a_response_is_that_of_the_linear_system() -> None:
+    response = pendulum().bode("A", "A.angle", omega=(0.1, 100, 31))
+    s = 1j * response["omega"]
+    expected = 1 / (INERTIA * s**2 + 0.2 * s + STIFFNESS)
+    assert np.allclose(response.transfer("A", "A.angle"), expected, rtol=1e-10)
+    assert response.zeros("A", "A.angle").shape == (0,)
+    with pytest.raises(KeyError):
+        response.transfer("A", "B.angle")
+
+
+def test_present_values_of_parameters_count() -> None:
+    m = pendulum()
+    m.parameters["k"] = 5
+    assert m.static()["stiffness"][0] == pytest.approx(STIFFNESS + 2)
+
+
+def test_efforts_of_a_formula_and_of_a_table() -> None:
+    m = pendulum()
+    formula = m.inverse({"A.angle": "0.1*sin(2*t)"}, times="0:1 s:11")
+    t = np.linspace(0, 1, 401)
+    by_table = m.inverse({"A.angle": (t, 0.1 * np.sin(2 * t))}, times=(0, 1, 11))
+    assert set(formula) == set(by_table)
+    name = next(load["name"] for load in formula.facts["loads"])
+    assert np.allclose(formula[name][1:-1], by_table[name][1:-1], atol=1e-3)
+
+
+def test_freedoms_and_a_run_verified() -> None:
+    m = pendulum()
+    assert m.doctor().facts["count"] == {"counted": 1, "mobility": 1, "redundant": 0}
+    verified = m.verify(t_end=1.0)
+    assert verified.facts["within"] and "A.angle" in verified
+
+
+def test_an_unknown_name_is_told() -> None:
+    with pytest.raises(bksim.ModelError, match="q2"):
+        pendulum().static(over={"q2": (0, 1, 2)})
+    with pytest.raises(ValueError, match="static"):
+        pendulum().modes(at="somewhere")
+
+
+def test_an_answer_shows_itself() -> None:
+    answer = pendulum().modes()
+    assert "1 modes" in str(answer) and "columns" in repr(answer) and "<table" in answer._repr_html_()
