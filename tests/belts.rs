@@ -330,13 +330,10 @@ atol = 1e-10
 fn a_belt_that_does_not_fit_is_refused_with_what_would() {
     let refused = |text: &str| {
         let error = Mechanism::derive(model(text), Vec::new()).expect_err("a fault");
-        error
-            .0
-            .iter()
-            .map(|d| {
-                format!("[{}] {}; {}", d.code.0, d.message, d.help.as_deref().unwrap_or_default())
-            })
-            .collect::<String>()
+        let line = |d: &bksim::model::diagnostic::Diagnostic| {
+            format!("[{}] {}; {}", d.code.0, d.message, d.help.as_deref().unwrap_or_default())
+        };
+        error.0.iter().map(line).collect::<Vec<_>>().join("; ")
     };
     let moves = refused(&pressed("", ""));
     assert!(moves.starts_with("[S024] belt `belt` has no length, but its wheels move"), "{moves}");

@@ -106,7 +106,11 @@ fn rows_of_a_file_may_have_two_arguments() {
     let text = pushed("[tables.f]\nfile = \"map.csv\"", "f(S.position, t)", "auto");
     let open = |csv: &'static str| {
         move |file: &str| {
-            if file == "map.csv" { Ok(csv.to_owned()) } else { Err("is not there".to_owned()) }
+            if file == "map.csv" {
+                Ok(csv.as_bytes().to_vec())
+            } else {
+                Err("is not there".to_owned())
+            }
         }
     };
     let good = "x [mm]; time [s]; force [N]\n0; 0; 1\n0; 3; 4\n2000; 0; 3\n2000; 3; 6\n20000; 0; 21\n20000; 3; 24\n";

@@ -29,7 +29,7 @@ use crate::sparse::SparseMatrix;
 use crate::spatial;
 use crate::system::{Derivation, SymbolicSystem};
 use crate::tree::Tree;
-use bksim_model::{CouplingId, DriveId, JointKind, Model, MotionKind, StateId};
+use bksim_model::{CouplingId, DriveId, HeldSignal, JointKind, Model, MotionKind, StateId};
 
 /// Derives the equations of motion of `model` by the way that makes them shorter.
 pub fn assemble(model: &Model) -> SymbolicSystem {
@@ -89,7 +89,7 @@ fn assemble_along(
     let wrenches = [loads.conservative, loads.applied].concat();
 
     // Constraints, then G and ∂g/∂t.
-    let rows = contact::contact_rows(model, &kinematics);
+    let rows = contact::contact_rows(model, &kinematics, &signals);
     let constraints = constraints(model, &tree, &kinematics, &rows);
     let contacts = contact::contacts(model, &kinematics, &signals, &rows, &constraints);
     let constraint_jacobian = constraint_jacobian(model, &tree, &kinematics, &constraints);
@@ -162,7 +162,7 @@ pub fn assemble_positions(model: &Model) -> SymbolicSystem {
 
 /// The conditions of latched signals as expressions of the motion.
 fn conditions(model: &Model, signals: &[(SymbolId, Expr)]) -> Vec<Expr> {
-    let rows = model.held.iter().flat_map(|signal| signal.rows());
+    let rows = model.held.iter().flat_map(HeldSignal::rows);
     rows.map(|row| model.pool.substitute(row.condition, signals)).collect()
 }
 

@@ -3,6 +3,7 @@
 use bksim_expr::{Expr, Function, SymbolId};
 
 use crate::constraint::{Constraint, Source};
+use crate::coupling::along;
 use crate::force::Wrench;
 use crate::joint;
 use crate::kinematics::Kinematics;
@@ -66,8 +67,12 @@ pub(crate) struct ContactRow {
     pub(crate) wrenches: Vec<Wrench>,
 }
 
-/// The rows of all stops and frictions, in file order.
-pub(crate) fn contact_rows(model: &Model, kinematics: &Kinematics) -> Vec<ContactRow> {
+/// The rows of all stops and frictions, in file order; `signals` are the measures as expressions.
+pub(crate) fn contact_rows(
+    model: &Model,
+    kinematics: &Kinematics,
+    signals: &[(SymbolId, Expr)],
+) -> Vec<ContactRow> {
     let pool = &model.pool;
     let mut rows: Vec<ContactRow> = Vec::new();
     for (load_idx, load) in model.loads.iter().enumerate() {
@@ -84,7 +89,8 @@ pub(crate) fn contact_rows(model: &Model, kinematics: &Kinematics) -> Vec<Contac
         let sides = kinematics.sides(model, of);
         let up = joint::effort(pool, of, motion_idx, &positions, &sides);
         let down = up.reversed(pool);
-        let mut add = |expression, source, direction, wrench, states| {
+        let through = |wrench| Wrench::through_joint(model, kinematics, joint, wrench);
+        let mut add = |expression, source, direction, wrenches, states| {
             rows.push(ContactRow {
                 load: load_id,
                 joint,
@@ -94,7 +100,7 @@ pub(crate) fn contact_rows(model: &Model, kinematics: &Kinematics) -> Vec<Contac
                 source,
                 direction,
                 effort: of.kind.motions()[motion_idx],
-                wrenches: Wrench::through_joint(model, kinematics, joint, &wrench),
+                wrenches,
             });
         };
 
@@ -102,11 +108,16 @@ pub(crate) fn contact_rows(model: &Model, kinematics: &Kinematics) -> Vec<Contac
         match load.kind {
             LoadKind::Stop { min, max, .. } => {
                 let source = Source::Stop(load_id);
+                let at = |limit| pool.substitute(limit, signals);
                 if let Some(min) = min {
-                    add(pool.sub(min, position), source, "min", up, None);
+                    let bearing = on_what_it_follows(model, kinematics, min, signals);
+                    let wrenches = [through(&up), bearing].concat();
+                    add(pool.sub(at(min), position), source, "min", wrenches, None);
                 }
                 if let Some(max) = max {
-                    add(pool.sub(position, max), source, "max", down, None);
+                    let bearing = on_what_it_follows(model, kinematics, pool.neg(max), signals);
+                    let wrenches = [through(&down), bearing].concat();
+                    add(pool.sub(position, at(max)), source, "max", wrenches, None);
                 }
             }
             LoadKind::Friction { .. } => {
@@ -116,12 +127,32 @@ pub(crate) fn contact_rows(model: &Model, kinematics: &Kinematics) -> Vec<Contac
                 let [slip, stuck_at] =
                     ["slip", "place"].map(|word| id(format!("'{word}{load_idx}")));
                 let expression = pool.sub(pool.symbol_expr(stuck_at), position);
-                add(expression, Source::Friction(load_id), "friction", up, Some([slip, stuck_at]));
+                let states = Some([slip, stuck_at]);
+                add(expression, Source::Friction(load_id), "friction", through(&up), states);
             }
             _ => (),
         }
     }
     rows
+}
+
+/// The wrenches of a unit multiplier on the positions that a limit follows: −∂φ/∂s along every position s, so
+/// that a cam bears what its follower takes.
+fn on_what_it_follows(
+    model: &Model,
+    kinematics: &Kinematics,
+    penetration: Expr,
+    signals: &[(SymbolId, Expr)],
+) -> Vec<Wrench> {
+    let pool = &model.pool;
+    let mut wrenches = Vec::new();
+    for signal in model.signals.iter().filter(|s| pool.depends_on(penetration, s.symbol)) {
+        let slope = pool.diff(penetration, signal.symbol);
+        let effort = pool.neg(pool.simplify(pool.substitute(slope, signals)));
+        let unit = along(model, kinematics, signal.measure);
+        wrenches.extend(unit.iter().map(|wrench| wrench.scaled(pool, effort)));
+    }
+    wrenches
 }
 
 /// The contacts of the last of `constraints`, which come from `rows`; `signals` are the measures as expressions.

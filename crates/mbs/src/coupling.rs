@@ -93,7 +93,7 @@ fn of_relation(
 }
 
 /// The wrenches of a unit effort along a position: they do the work ∂s.
-fn along(model: &Model, kinematics: &Kinematics, position: Measure) -> Vec<Wrench> {
+pub(crate) fn along(model: &Model, kinematics: &Kinematics, position: Measure) -> Vec<Wrench> {
     let pool = &model.pool;
     let zero = spatial::zero(pool);
     let turning =

@@ -174,17 +174,14 @@ fn uncut_guess(
         .collect();
     // Ways of belts count from where the start puts their wheels, and there need be none elsewhere: what a drive
     // prescribes is taken from the first guess on.
-    let prescribed: Vec<(SymbolId, Expr)> = match model.at_start.is_empty() {
-        true => Vec::new(),
-        false => uncut
-            .coordinates
-            .iter()
-            .filter_map(|c| {
-                let is_own =
-                    |drive: &&Drive| c.owner == Owner::Joint(drive.joint, drive.motion_idx);
-                Some((c.q, model.drives.iter().find(is_own)?.motion))
-            })
-            .collect(),
+    let own_drive = |c: &bksim_mbs::coordinate::Coordinate| {
+        let is_own = |drive: &&Drive| c.owner == Owner::Joint(drive.joint, drive.motion_idx);
+        Some((c.q, model.drives.iter().find(is_own)?.motion))
+    };
+    let prescribed: Vec<(SymbolId, Expr)> = if model.at_start.is_empty() {
+        Vec::new()
+    } else {
+        uncut.coordinates.iter().filter_map(own_drive).collect()
     };
     let measures: Vec<Expr> =
         measures.into_iter().map(|measure| pool.substitute(measure, &prescribed)).collect();

@@ -54,7 +54,7 @@ impl Reader<'_> {
         let mut limit = |key| {
             // Without the joint nobody knows what its limits measure.
             let node = fields.get(key).filter(|_| freedom.is_some())?;
-            self.scalar(node, quantity, &fields.what(key), Scope::Held)
+            self.scalar(node, quantity, &fields.what(key), Scope::Position)
         };
         let [min, max] = [limit("min"), limit("max")];
         if !fields.has("min") && !fields.has("max") {

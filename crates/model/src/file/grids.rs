@@ -145,8 +145,8 @@ mod tests {
 
     #[test]
     fn a_grid_of_a_product_is_the_product_of_its_splines() {
-        let x = [0.0, 0.5, 2.0, 2.5, 4.0];
-        let y = [-1.0, 0.0, 1.5, 2.0];
+        let x = [0.0_f64, 0.5, 2.0, 2.5, 4.0];
+        let y = [-1.0_f64, 0.0, 1.5, 2.0];
         let (f, g) = (|i: usize| (1.3 * x[i]).sin(), |j: usize| (0.4 * y[j] * y[j]).exp());
         let none = ([Kind::Bare; 3], [false; 3]);
         for way in [Interpolation::Smooth, Interpolation::Linear] {

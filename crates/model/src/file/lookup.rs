@@ -39,7 +39,7 @@ impl Reader<'_> {
                 return Some(Lowered { span, ..known });
             }
             ([_], Some(Meaning::Time)) => {
-                if matches!(context.scope, Scope::Constant | Scope::Held) {
+                if matches!(context.scope, Scope::Constant | Scope::Position) {
                     self.not_constant(name, span, context);
                     return None;
                 }
@@ -51,7 +51,7 @@ impl Reader<'_> {
                 let known = self.value_of(idx)?;
                 let is_refused = match context.scope {
                     Scope::Constant => known.value.is_none(),
-                    Scope::Held => !self.stays_between_events(known.expr),
+                    Scope::Position => !self.follows_positions(known.expr),
                     Scope::Time => self.moves(known.expr),
                     Scope::Motion | Scope::Tick => false,
                 };
@@ -73,7 +73,12 @@ impl Reader<'_> {
             _ => return None,
         };
         // Everything else is of the motion: a signal stands for it.
-        if matches!(context.scope, Scope::Constant | Scope::Held | Scope::Time) {
+        let is_refused = match context.scope {
+            Scope::Constant | Scope::Time => true,
+            Scope::Position => measure.is_velocity(),
+            Scope::Motion | Scope::Tick => false,
+        };
+        if is_refused {
             self.not_constant(name, span, context);
             return None;
         }
@@ -87,9 +92,9 @@ impl Reader<'_> {
             Scope::Constant => {
                 ("must not change during the motion", "use numbers and parameters only")
             }
-            Scope::Held => (
-                "must not change during the motion",
-                "use numbers, parameters, and signals that are latched or sampled only",
+            Scope::Position => (
+                "must follow from positions",
+                "use numbers, parameters, positions such as `A.angle`, and signals that are latched or sampled",
             ),
             _ => ("is prescribed", "use numbers, parameters and the time `t` only"),
         };

@@ -288,12 +288,12 @@ impl Reader<'_> {
             || self.is_held(expr)
     }
 
-    /// True where an expression depends on parameters and values that are held alone.
-    pub(super) fn stays_between_events(&self, expr: Expr) -> bool {
+    /// True where an expression depends on parameters, positions and values that are held alone.
+    pub(super) fn follows_positions(&self, expr: Expr) -> bool {
         let time = self.pool.symbol_id(self.pool.symbol("t"));
         let follows_time = time.is_some_and(|time| self.pool.depends_on(expr, time));
-        let mut signals = self.names.signals.iter();
-        !follows_time && !signals.any(|signal| self.pool.depends_on(expr, signal.symbol))
+        let mut rates = self.names.signals.iter().filter(|signal| signal.measure.is_velocity());
+        !follows_time && !rates.any(|signal| self.pool.depends_on(expr, signal.symbol))
     }
 
     /// A value of any dimension.

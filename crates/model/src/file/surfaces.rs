@@ -104,10 +104,10 @@ impl Reader<'_> {
         &mut self,
         name: &str,
         grid: &Grid,
-        arguments: [Lowered; 2],
+        [first, second]: [&Lowered; 2],
         span: Span,
-    ) -> Option<Lowered> {
-        let values = [&arguments[0], &arguments[1]].map(|argument| argument.value);
+    ) -> Lowered {
+        let values = [first, second].map(|argument| argument.value);
         let value = match values {
             [Some(x), Some(y)] => {
                 let at = [x, y].map(|value| self.constants.pinned(value));
@@ -116,15 +116,14 @@ impl Reader<'_> {
             _ => None,
         };
         if value.is_none() && grid.beyond == Beyond::Refused {
-            for (i, argument) in arguments.iter().enumerate() {
+            for (i, argument) in [first, second].into_iter().enumerate() {
                 let of = (grid.kinds[i], grid.are_angles[i]);
                 self.note_call(name, (argument.expr, grid.ranges[i]), of, &span);
             }
         }
-        let [x, y] = [arguments[0].expr, arguments[1].expr];
-        let expr = self.on_grid(grid, [x, y]);
+        let expr = self.on_grid(grid, [first.expr, second.expr]);
         let is_angle = grid.are_angles[2];
-        Some(Lowered { is_angle, ..Lowered::new(expr, grid.kinds[2], value, span) })
+        Lowered { is_angle, ..Lowered::new(expr, grid.kinds[2], value, span) }
     }
 
     /// The grid as nested conditions: for both distances from the borders of the cell, and for its coefficients.

@@ -243,7 +243,7 @@ impl Reader<'_> {
                     let of = (grid.kinds[i], grid.are_angles[i]);
                     self.table_argument(&name, of, &arguments[i], what)
                 });
-                return self.look_up_grid(&name, &grid, [x?, y?], span);
+                return Some(self.look_up_grid(&name, &grid, [&x?, &y?], span));
             }
         };
         let of = (columns.kinds[0], columns.are_angles[0]);

@@ -11,8 +11,8 @@ use crate::diagnostic::Span;
 pub(super) enum Scope {
     /// Nothing: it must not change during the motion.
     Constant,
-    /// Signals that are held: it changes at events and ticks alone.
-    Held,
+    /// Positions, and signals that are held.
+    Position,
     /// Time.
     Time,
     /// Time and everything of the motion.

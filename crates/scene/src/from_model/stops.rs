@@ -27,8 +27,8 @@ impl Sketch<'_> {
             let joint = &self.model().joints[joint_id.0];
             // The side of each limit where the motion ends.
             for (limit, sign) in [(min, -1.0), (max, 1.0)] {
-                // One that is held has no place of its own.
-                let limit = limit.filter(|&limit| !self.is_held(limit));
+                // One that moves, or is held, has no place of its own.
+                let limit = limit.filter(|&limit| !self.is_moving(limit));
                 let Some(limit) = limit.map(|limit| self.numbers.value(limit)) else { continue };
                 shapes.extend(match &self.rails[joint_id.0] {
                     _ if turns(joint, motion_idx) => self.turn_stop(joint, limit, sign),
@@ -40,9 +40,11 @@ impl Sketch<'_> {
         shapes
     }
 
-    fn is_held(&self, limit: Expr) -> bool {
+    fn is_moving(&self, limit: Expr) -> bool {
         let model = self.model();
-        model.held.iter().any(|signal| model.pool.depends_on(limit, signal.held))
+        let held = model.held.iter().map(|signal| signal.held);
+        let mut all = held.chain(model.signals.iter().map(|signal| signal.symbol));
+        all.any(|symbol| model.pool.depends_on(limit, symbol))
     }
 
     /// A line across a rail, at the edge of the slider in its limit position.

@@ -29,6 +29,8 @@ use crate::multiplier::largest;
 
 /// Relative size of rounding in forces and accelerations.
 const ROUNDING: f64 = 1e-9;
+/// Part of the largest velocity that is rounding of a difference.
+const ROUNDING_OF_RATE: f64 = 2.0 * f64::EPSILON;
 /// A drive may jump by this part of the size of the state before it counts as a jump.
 const JUMP: f64 = 1e-6;
 /// Bounces no higher than this many bands of rounding come to rest.
@@ -93,7 +95,9 @@ struct TrialMotion {
 }
 
 impl<'a> ModeSearch<'a> {
-    fn new(at: Instant<'a>) -> Self {
+    fn new(mut at: Instant<'a>) -> Self {
+        // The rate of a limit that follows others is a difference of such rates.
+        at.bands.rate = at.bands.rate.max(ROUNDING_OF_RATE * largest(&at.v));
         Self { modes: at.before.clone(), at, impact_work: 0.0, hits: Vec::new() }
     }
 
