@@ -55,8 +55,11 @@ pub fn balanced(model: Model, names: &[String], by: &[String]) -> Result<Balance
     // Newton's steps, shortened until less is left.
     let mut p = DVector::from_column_slice(&own);
     let mut at = work(&mut loaded, &ids, p.as_slice(), &basis)?;
-    let mut is_done = false;
+    let mut is_done = at.value.norm() <= at.rounding;
     for _ in 0..MOST {
+        if is_done {
+            break;
+        }
         let slopes = slopes(&mut loaded, &ids, &p, &basis)?;
         let step = slopes.lu().solve(&-&at.value).filter(|step| step.iter().all(|x| x.is_finite()));
         let step = step.ok_or_else(unbalanced)?;
@@ -76,7 +79,6 @@ pub fn balanced(model: Model, names: &[String], by: &[String]) -> Result<Balance
         (p, at) = (next, there);
         if gone || at.value.norm() == 0.0 {
             is_done = true;
-            break;
         }
         if at.value.norm() <= 1e-14 * at.size {
             is_done = true;

@@ -24,6 +24,8 @@ const STEP: f64 = 0.04;
 const MOST_STEPS: usize = 20_000;
 /// A curve that has gone this far, in lengths of the longest link, does not come back.
 const FAR: f64 = 50.0;
+/// A part of a direction below which the parameter does not change.
+const NO_CHANGE: f64 = 1e-8;
 /// Positions nearer than this are one.
 const SAME: f64 = 1e-6;
 
@@ -197,7 +199,9 @@ fn within(
     let place = |point: &Point| from.tangent.dot(&(&point.z - &from.z));
     // A limit point, which parts the step: the parameter passes a value on either side.
     let mut ends = vec![(0.0, from.clone())];
-    if (from.tangent[n] > 0.0) != (to.tangent[n] > 0.0) {
+    // Where all poses of a curve are in balance at one value, rounding turns it back and forth.
+    let moves = from.tangent[n].abs().max(to.tangent[n].abs()) > NO_CHANGE;
+    if moves && (from.tangent[n] > 0.0) != (to.tangent[n] > 0.0) {
         let signs = (from.tangent[n], to.tangent[n]);
         if let Some(point) = curve.root(from, length, signs, &mut |_, p| p.tangent[n]) {
             found.push((place(&point), Event::at(curve, PointKind::Limit, &point.z)));

@@ -117,7 +117,6 @@ pub fn verify(model: Model) -> Result<Verified, AnalysisError> {
         let alike = first.iter().filter(|c| c.factor == channel.factor && c.unit == channel.unit);
         let size =
             alike.flat_map(|c| &c.values).fold(0.0, |size: f64, value| size.max(value.abs()));
-        let size = if channel.unit == "rad" { size.min(TAU) } else { size };
         // A difference that is no number is the largest.
         let at = (0..differences.len()).max_by(|&a, &b| {
             let key = |k: usize| {
@@ -163,19 +162,31 @@ fn way(mechanism: &Mechanism, motion: &Motion) -> Way {
     }
 }
 
-/// Runs the same motion in other coordinates, by the method that the run has not, a hundredth of its tolerances.
-fn twin(own: &Mechanism, mut model: Model, motion: &Motion) -> Result<Twin, AnalysisError> {
-    let is_absolute = own.system.coordinates().iter().all(|c| !matches!(c.owner, Owner::Joint(..)));
-    model.coordinates =
-        if is_absolute { CoordinatePolicy::Relative } else { CoordinatePolicy::Absolute };
-    model.joints.iter_mut().for_each(|joint| joint.cut = None);
-    model.bodies.iter_mut().for_each(|body| body.coordinate_names.clear());
+/// Runs the same motion in other coordinates, by a method that the run has not, a hundredth of its tolerances;
+/// where no start closes in those coordinates, as with wheels whose turns count, in its own.
+fn twin(own: &Mechanism, model: Model, motion: &Motion) -> Result<Twin, AnalysisError> {
+    let is_absolute = own.system.tree.cuts.len() == own.model.joints.len();
+    let others = if is_absolute { CoordinatePolicy::Relative } else { CoordinatePolicy::Absolute };
+    let mut elsewhere = model.snapshot().to_model();
+    elsewhere.coordinates = others;
+    elsewhere.joints.iter_mut().for_each(|joint| joint.cut = None);
+    elsewhere.bodies.iter_mut().for_each(|body| body.coordinate_names.clear());
+    tried(own, elsewhere, motion).or_else(|_| tried(own, model, motion))
+}
+
+/// Runs a model from where another motion began: first by a method that this has not, then by both.
+fn tried(own: &Mechanism, mut model: Model, motion: &Motion) -> Result<Twin, AnalysisError> {
     let options = &mut model.solve;
     options.step = None;
     (options.rtol, options.atol) = (tighter(options.rtol), tighter(options.atol));
     options.outputs = Outputs::Times(motion.samples.iter().map(|sample| sample.t).collect());
+    // What is stiff has no explicit run, and some formulations stall near rounding.
     let was_radau = own.model.solve.method == Method::Radau || own.model.solve.step.is_some();
-    options.method = if was_radau { Method::Explicit } else { Method::Radau };
+    if was_radau {
+        (options.method, options.formulation) = (Method::Auto, Formulation::Index2);
+    } else {
+        options.method = Method::Radau;
+    }
     let mut mechanism = Mechanism::derive(model, Vec::new())?;
     let began = state_in(own, &mechanism, motion)?;
     let run = |mechanism: &Mechanism| -> Result<Motion, AnalysisError> {
@@ -184,14 +195,13 @@ fn twin(own: &Mechanism, mut model: Model, motion: &Motion) -> Result<Twin, Anal
         (start.q, start.v) = began.clone();
         Ok(simulation.solve_from(start)?)
     };
-    if let Ok(motion) = run(&mechanism) {
-        return Ok(Twin { mechanism, motion });
+    let first = run(&mechanism);
+    if let (Err(_), false) = (&first, was_radau) {
+        (mechanism.model.solve.method, mechanism.model.solve.formulation) =
+            (Method::Auto, Formulation::Index2);
+        return run(&mechanism).map(|motion| Twin { mechanism, motion });
     }
-    // What is stiff has no explicit run, and some formulations stall near rounding.
-    mechanism.model.solve.method = Method::Auto;
-    mechanism.model.solve.formulation = Formulation::Index2;
-    let motion = run(&mechanism)?;
-    Ok(Twin { mechanism, motion })
+    first.map(|motion| Twin { mechanism, motion })
 }
 
 /// A hundredth of a tolerance, as far as rounding lets it be.

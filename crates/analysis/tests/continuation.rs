@@ -230,3 +230,23 @@ fn two_stiffnesses_balance_two_free_motions() {
     assert_close(found[0], on_a / 0.7, 1e-8);
     assert_close(found[1], on_b / 0.6, 1e-8);
 }
+
+/// A rod balanced by a spring of no free length: at k = m g c/(a h) every pose is in balance, and no limit point is told.
+#[test]
+fn a_value_that_balances_all_poses_is_no_limit_point() {
+    let text = "[parameters]\nk = 30\n[ground.points]\nS = [0, 0.5]\n\
+                [bodies.rod]\nmass = 2\ninertia = 0.1\ncom = [0.4, 0]\npoints = { S = [0.3, 0] }\n\
+                [joints.A]\ntype = \"revolute\"\nbetween = [\"ground\", \"rod\"]\n\
+                [loads.g]\ntype = \"gravity\"\nacceleration = [0, -9.81]\n\
+                [loads.s]\ntype = \"spring\"\nbetween = [\"ground.S\", \"rod.S\"]\nstiffness = \"k\"\nlength = 0\n\
+                [initial]\nA = { angle = 0.5 }\n";
+    let balanced = 2.0 * 9.81 * 0.4 / (0.3 * 0.5);
+    let found = over(text, "k", [40.0, 60.0], 5);
+    assert!(of_kind(&found, PointKind::Limit).is_empty());
+    let crossings = of_kind(&found, PointKind::Crossing);
+    assert!(!crossings.is_empty());
+    for crossing in crossings {
+        assert_close(crossing.value, balanced, 1e-6);
+    }
+    assert_close(balanced_value(text, &["k"]).expect("a stiffness")[0], balanced, 1e-9);
+}

@@ -130,10 +130,14 @@ pub fn told_assemblies(name: &str, found: &bksim::analysis::Assemblies) -> Answe
     let row = |a: &bksim::analysis::Assembly| vec![a.number.to_string(), a.name.clone()];
     let rows = found.assemblies.iter().map(row).collect();
     let text = format!(
-        "{name}: {} assemblies{} at {}\n\n{}",
+        "{name}: {} assemblies{}{}\n\n{}",
         found.assemblies.len(),
-        if found.proof.is_some() { ", all there are," } else { " found" },
-        held.join(", "),
+        if found.proof.is_some() { ", all there are" } else { " found" },
+        if held.is_empty() {
+            " as it stands".to_owned()
+        } else {
+            format!(" at {}", held.join(", "))
+        },
         lines(&["number", "name"], rows)
     );
     let assemblies = found
