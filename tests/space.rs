@@ -1,4 +1,5 @@
-//! Mechanisms in space against closed forms: a four-bar with ball joints, and a platform on six legs.
+//! Mechanisms in space against closed forms: a four-bar with ball joints, and a platform on six legs; frames, and
+//! faults of starts.
 
 mod support;
 
@@ -167,4 +168,45 @@ fn axes_that_are_not_quite_parallel_are_named_with_their_angle() {
     assert_eq!(code, "S001");
     assert!(notes.contains("`B` and `C` are 0.573°") && notes.contains("`spherical`"), "{notes}");
     solve(&derive(model(&text("[0, 0, 1]"))));
+}
+
+#[test]
+fn a_frame_is_the_same_in_each_way_of_writing_it() {
+    // Angles, the quaternion of their rotation, two of its axes; the second at the pole of the angles.
+    let (w, x) = (0.5_f64.sqrt(), 0.3_f64);
+    let cases = [
+        (
+            "[\"90 deg\", 0, \"90 deg\"]",
+            "[0.5, 0.5, 0.5, 0.5]".to_owned(),
+            "x = [0, 2, 0], z = [3, 0, 0]",
+        ),
+        ("[0, \"90 deg\", 0]", format!("[{w:?}, 0, {w:?}, 0]"), "y = [0, 1, 0], z = [1, 0, 0]"),
+        (
+            "[0.6, 0, 0]",
+            format!("[{:?}, {:?}, 0, 0]", x.cos(), x.sin()),
+            "x = [1, 0, 0], y = [0, \"cos(0.6)\", \"sin(0.6)\"]",
+        ),
+    ];
+    for (rpy, quaternion, axes) in &cases {
+        for way in [format!("quaternion = {quaternion}"), (*axes).to_owned()] {
+            let text = format!(
+                "space = \"spatial\"\n[ground.points]\nA = {{ at = [0, 0, 0], rpy = {rpy} }}\n\
+                 [bodies.b]\nmass = 1\ninertia = [1, 1, 1]\n\
+                 points.A = {{ at = [0, 0, 0], {way} }}\n\
+                 [joints.j]\ntype = \"revolute\"\nbetween = [\"ground.A\", \"b.A\"]\n\
+                 [solve]\nt_end = 0.1\n"
+            );
+            let mechanism = derive(model(&text));
+            let poses = bksim::sim::pose::Poses::compile(&mechanism.model, &mechanism.system);
+            let state = [(&[0.0][..], &[0.0][..])];
+            let poses = poses.expect("poses").at(&mechanism.parameters, state);
+            for (i, row) in poses[0][1].r_world_from_body.iter().enumerate() {
+                for (j, &entry) in row.iter().enumerate() {
+                    let expected = f64::from(u8::from(i == j));
+                    let within = Within { relative: 0.0, absolute: 1e-15 };
+                    close(&format!("{rpy} against {way}, [{i}][{j}]"), entry, expected, within);
+                }
+            }
+        }
+    }
 }
