@@ -1,4 +1,5 @@
-//! Mechanisms in space against closed forms: a four-bar with ball joints, and a platform on six legs.
+//! Mechanisms in space against closed forms: a four-bar with ball joints, and a platform on six legs; frames, and
+//! faults of starts.
 
 mod support;
 
@@ -90,6 +91,121 @@ fn the_legs_of_a_platform_have_the_lengths_of_its_motion() {
                 let name = format!("{name}{leg}");
                 let what = format!("{name} at {} s", sample.t);
                 close(&what, found, reference.of(row, &name), WITHIN);
+            }
+        }
+    }
+}
+
+/// The code and the notes of the fault of a start.
+fn fault(text: &str) -> (&'static str, String) {
+    match derive(model(text)).solve() {
+        Ok(_) => ("", String::from("there is a motion")),
+        Err(rejected) => (rejected.0[0].code.0, rejected.0[0].notes.join("; ")),
+    }
+}
+
+#[test]
+fn a_rod_that_spins_between_two_balls_is_told_with_them() {
+    let ball = "type = \"spherical\"";
+    let text = with_coupler(ball, ball).replace("[0.001, 0.02, 0.02]", "[0, 0.02, 0.02]");
+    let (code, notes) = fault(&text);
+    assert_eq!(code, "S005");
+    assert!(notes.contains("between the ball joints `A` and `B` it spins"), "{notes}");
+    // A cross at one end holds it.
+    let cross = "type = \"universal\"\naxis = [0, 0, 1]\nsecond = [0, 1, 0]";
+    let held = with_coupler(cross, ball).replace("[0.001, 0.02, 0.02]", "[0, 0.02, 0.02]");
+    solve(&derive(model(&held)));
+}
+
+/// A rod on a hinge or ball whose other end is welded to the ground in a frame turned by these angles.
+fn welded_rod(hinge: &str, rpy: &str) -> String {
+    format!(
+        "space = \"spatial\"\n[ground.points]\nA = [0, 0, 0]\nB = {{ at = [1, 0, 0], rpy = {rpy} }}\n\
+         [bodies.rod]\nmass = 1\ninertia = [0.1, 0.1, 0.1]\n\
+         points = {{ A = [0, 0, 0], B = [1, 0, 0] }}\n\
+         [joints.A]\ntype = \"{hinge}\"\nbetween = [\"ground.A\", \"rod.A\"]\n\
+         [joints.B]\ntype = \"weld\"\nbetween = [\"ground.B\", \"rod.B\"]\ncut = true\n\
+         [solve]\nt_end = 0.1\n"
+    )
+}
+
+#[test]
+fn a_weld_that_closes_only_turned_over_says_so() {
+    let turned = ["[\"180 deg\", 0, 0]", "[0, 0, \"180 deg\"]"];
+    for (hinge, rpy) in [("revolute", turned[0]), ("spherical", turned[1])] {
+        let (code, notes) = fault(&welded_rod(hinge, rpy));
+        assert_eq!(code, "S001", "{hinge}");
+        assert!(notes.contains("turned by 180°"), "{hinge}: {notes}");
+    }
+    solve(&derive(model(&welded_rod("spherical", "[0, 0, 0]"))));
+}
+
+#[test]
+fn axes_that_are_not_quite_parallel_are_named_with_their_angle() {
+    let bar = |name: &str, length: f64| {
+        format!(
+            "[bodies.{name}]\nmass = 1\ninertia = [0.1, 0.1, 0.1]\npoints.E = [{length}, 0, 0]\n"
+        )
+    };
+    let joint = |name: &str, from: &str, to: &str, axis: &str| {
+        format!(
+            "[joints.{name}]\ntype = \"revolute\"\nbetween = [\"{from}\", \"{to}\"]\naxis = {axis}\n"
+        )
+    };
+    let text = |axis: &str| {
+        "space = \"spatial\"\n[ground.points]\nD = [1, 0, 0]\n".to_owned()
+            + &bar("crank", 0.3)
+            + &bar("coupler", 0.9)
+            + &bar("rocker", 0.7)
+            + &joint("A", "ground", "crank", "[0, 0, 1]")
+            + &joint("B", "crank.E", "coupler", "[0, 0, 1]")
+            + &joint("C", "coupler.E", "rocker.E", axis)
+            + &joint("D", "ground.D", "rocker", "[0, 0, 1]")
+            + "[initial]\nA = { guess = { angle = \"60 deg\" } }\nD = { guess = { angle = \"100 deg\" } }\n\
+               [solve]\nt_end = 0.1\n"
+    };
+    let (code, notes) = fault(&text("[0, 0.01, 1]"));
+    assert_eq!(code, "S001");
+    assert!(notes.contains("`B` and `C` are 0.573°") && notes.contains("`spherical`"), "{notes}");
+    solve(&derive(model(&text("[0, 0, 1]"))));
+}
+
+#[test]
+fn a_frame_is_the_same_in_each_way_of_writing_it() {
+    // Angles, the quaternion of their rotation, two of its axes; the second at the pole of the angles.
+    let (w, x) = (0.5_f64.sqrt(), 0.3_f64);
+    let cases = [
+        (
+            "[\"90 deg\", 0, \"90 deg\"]",
+            "[0.5, 0.5, 0.5, 0.5]".to_owned(),
+            "x = [0, 2, 0], z = [3, 0, 0]",
+        ),
+        ("[0, \"90 deg\", 0]", format!("[{w:?}, 0, {w:?}, 0]"), "y = [0, 1, 0], z = [1, 0, 0]"),
+        (
+            "[0.6, 0, 0]",
+            format!("[{:?}, {:?}, 0, 0]", x.cos(), x.sin()),
+            "x = [1, 0, 0], y = [0, \"cos(0.6)\", \"sin(0.6)\"]",
+        ),
+    ];
+    for (rpy, quaternion, axes) in &cases {
+        for way in [format!("quaternion = {quaternion}"), (*axes).to_owned()] {
+            let text = format!(
+                "space = \"spatial\"\n[ground.points]\nA = {{ at = [0, 0, 0], rpy = {rpy} }}\n\
+                 [bodies.b]\nmass = 1\ninertia = [1, 1, 1]\n\
+                 points.A = {{ at = [0, 0, 0], {way} }}\n\
+                 [joints.j]\ntype = \"revolute\"\nbetween = [\"ground.A\", \"b.A\"]\n\
+                 [solve]\nt_end = 0.1\n"
+            );
+            let mechanism = derive(model(&text));
+            let poses = bksim::sim::pose::Poses::compile(&mechanism.model, &mechanism.system);
+            let state = [(&[0.0][..], &[0.0][..])];
+            let poses = poses.expect("poses").at(&mechanism.parameters, state);
+            for (i, row) in poses[0][1].r_world_from_body.iter().enumerate() {
+                for (j, &entry) in row.iter().enumerate() {
+                    let expected = f64::from(u8::from(i == j));
+                    let within = Within { relative: 0.0, absolute: 1e-15 };
+                    close(&format!("{rpy} against {way}, [{i}][{j}]"), entry, expected, within);
+                }
             }
         }
     }

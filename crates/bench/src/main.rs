@@ -9,6 +9,7 @@
 //! cargo run --release -p bksim-bench -- sweep
 //! cargo run --release -p bksim-bench -- python
 //! cargo run --release -p bksim-bench -- starts
+//! cargo run --release -p bksim-bench -- spatial
 //! ```
 //!
 //! Every suite prints a table, and below it each goal with the number found. Times are CPU times
@@ -27,6 +28,7 @@ mod precision;
 mod python;
 mod report;
 mod scale;
+mod spatial;
 mod starts;
 mod sweep;
 mod timing;
@@ -67,6 +69,8 @@ enum Command {
     Python(Options),
     /// Starts of linkages whose assemblies are all known.
     Starts(Options),
+    /// M, h, g of arms, chains and trees in space against Pinocchio, and the time of an evaluation.
+    Spatial(Options),
     /// Energy and constraints over long runs, and through singular poses.
     Drift(DriftArgs),
     /// One size of `scale`, in a process of its own.
@@ -185,6 +189,9 @@ fn run(cli: &Cli) -> Result<(), BenchError> {
         }
         Command::Starts(options) => {
             run_all(&["starts"], |_, context| Ok(starts::measure(context)), options)
+        }
+        Command::Spatial(options) => {
+            run_all(&["spatial"], |_, context| spatial::measure(context), options)
         }
         Command::Drift(args) => {
             let all = <drift::DriftSuite as clap::ValueEnum>::value_variants();

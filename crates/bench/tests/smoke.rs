@@ -54,6 +54,11 @@ fn mechanisms_scale_and_drift_run_without_peers() -> Result<(), Box<dyn std::err
     let memory = |name: &str| number(&suites, "scale", &format!("/{name}/peak_kib"));
     assert!(memory("Chain 20") > 0.0 && memory("FourBar 20") > 0.0, "{suites:?}");
 
+    let (suites, text) = quick("spatial")?;
+    for case in ["PUMA 560", "chain of 3", "tree of 3"] {
+        assert!(number(&suites, "spatial", &format!("/{case}/inverse_s")) > 0.0, "{text}");
+    }
+
     let (suites, _) = quick("drift")?;
     let energy = number(&suites, "conserved", "/four-bar, bksim auto, 1e-8/energy");
     assert!(energy < 1e-7, "relative energy error {energy:e}");

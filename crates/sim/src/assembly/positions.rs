@@ -63,8 +63,8 @@ impl Closing<'_> {
     ) -> StartError {
         let mut free = guess.to_vec();
         let open = self.descend(evaluator, &[], true, t, &mut free);
-        let can_close = open <= CLOSURE_TOLERANCE * size(&free)
-            || self.nearest(evaluator, t, (&[], &[]), &free, false).is_some();
+        let is_closed = open <= CLOSURE_TOLERANCE * size(&free) && self.is_aligned(t, &free);
+        let can_close = is_closed || self.nearest(evaluator, t, (&[], &[]), &free, false).is_some();
         if !can_close {
             return match self.reach_of_drives(evaluator, t) {
                 Some(drives) => StartError::DrivesOutOfReach { drives },
@@ -386,7 +386,7 @@ impl Closing<'_> {
         largest(&rows.values)
     }
 
-    fn cannot_close(&self, evaluator: &mut Evaluator, t: f64, q: Vec<f64>) -> StartError {
+    fn cannot_close(&mut self, evaluator: &mut Evaluator, t: f64, q: Vec<f64>) -> StartError {
         let open = evaluator.constraints(t, &q).value;
         // The rows of each joint, distances and angles apart; one row alone keeps its sign.
         let mut rows_of: BTreeMap<JointId, [Vec<f64>; 2]> = BTreeMap::new();
@@ -404,6 +404,14 @@ impl Closing<'_> {
         };
         let open = |gap: &Gap| gap.distance.abs().max(gap.angle);
         let mut gaps: Vec<Gap> = rows_of.into_iter().map(gap).collect();
+        // The sines of half a turn are zero.
+        let missing = self.sense_rows(t, &q).values;
+        for (joint, missing) in self.of.joint_of_sense.iter().zip(missing) {
+            let own = gaps.iter_mut().find(|gap| gap.joint == *joint && missing >= 1.0);
+            if let Some(gap) = own {
+                gap.angle = (1.0 - missing).clamp(-1.0, 1.0).acos();
+            }
+        }
         gaps.retain(|gap| open(gap) > CLOSURE_TOLERANCE * size(&q));
         gaps.sort_by(|a, b| open(b).total_cmp(&open(a)));
         StartError::CannotClose { gaps, q }

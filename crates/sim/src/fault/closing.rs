@@ -36,7 +36,7 @@ pub(super) fn cannot_close(model: &Model, gaps: &[Gap]) -> Diagnostic {
     );
     let mut fault = Diagnostic::error(codes::CANNOT_CLOSE, message)
         .at(joint.span.clone(), format!("joint `{}` stays open", joint.name));
-    for note in [oblique_axes(model, &around)].into_iter().flatten() {
+    for note in [oblique_axes(model, &around), half_turn(model, worst)].into_iter().flatten() {
         fault = fault.note(note);
     }
     with_drives(model, fault, &around).help(format!(
@@ -136,6 +136,18 @@ fn left_open(model: &Model, gap: Gap) -> String {
     )
 }
 
+/// A joint that would close if one of its sides were turned over.
+fn half_turn(model: &Model, gap: Gap) -> Option<String> {
+    const HALF: f64 = std::f64::consts::PI - 1e-6;
+    (gap.angle > HALF && gap.distance.abs() < 1e-9).then(|| {
+        format!(
+            "joint `{0}` closes with one of its sides turned by 180°: turn the frame or the axis of \
+             one of the two points of `{0}`",
+            name(model, gap.joint)
+        )
+    })
+}
+
 /// Neighbouring axes of a loop that are all but parallel, where others are parallel.
 fn oblique_axes(model: &Model, around: &[JointId]) -> Option<String> {
     const PARALLEL: f64 = 1e-9;
@@ -166,7 +178,7 @@ fn oblique_axes(model: &Model, around: &[JointId]) -> Option<String> {
     let (a, b, angle) = oblique.max_by(|a, b| a.2.total_cmp(&b.2)).filter(|_| is_parallel)?;
     Some(format!(
         "the axes of joints `{}` and `{}` are {}° apart on the body between them: in a loop with \
-         parallel axes all must be parallel",
+         parallel axes all must be parallel, unless one of these joints is `spherical`",
         name(model, *a),
         name(model, *b),
         estimate(angle.to_degrees())

@@ -10,7 +10,9 @@ use crate::start::StartError;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::{listed, short};
-use bksim_model::{BodyId, FrictionLaw, GROUND, JointId, JointKind, Load, LoadKind, Model, Space};
+use bksim_model::{
+    BodyId, FrictionLaw, GROUND, Joint, JointId, JointKind, Load, LoadKind, Model, Space,
+};
 
 /// The diagnostic of a start that was not found.
 pub fn diagnose_start(
@@ -193,6 +195,18 @@ fn one_of(names: &[String]) -> String {
     if names.len() == 1 { listed(&names) } else { format!("one of {}", listed(&names)) }
 }
 
+/// The two ball joints of a body that has no others.
+fn between_balls(model: &Model, body: BodyId) -> Option<[&str; 2]> {
+    let has = |joint: &&Joint| [joint.predecessor.body, joint.successor.body].contains(&body);
+    let joints: Vec<&Joint> = model.joints.iter().filter(has).collect();
+    match joints.as_slice() {
+        [a, b] if [a, b].iter().all(|joint| joint.kind == JointKind::Spherical) => {
+            Some([a.name.as_str(), b.name.as_str()])
+        }
+        _ => None,
+    }
+}
+
 fn no_inertia(
     model: &Model,
     system: &SymbolicSystem,
@@ -221,8 +235,24 @@ fn no_inertia(
         coordinates.iter().map(|&i| compiled.coordinates[i].name.as_str()).collect();
     let message =
         format!("a motion of {name} has no inertia: {} can accelerate freely", listed(&moved));
-    let fault = Diagnostic::error(codes::NO_INERTIA, message)
-        .help("give the moving body a mass or a moment of inertia, or weld it");
+    let spinning = match owner {
+        Some(Owner::Joint(joint, _)) => Some(model.joints[joint.0].successor.body),
+        Some(Owner::Body(body, _) | Owner::Quaternion(body, _)) => Some(body),
+        _ => None,
+    };
+    let fault = Diagnostic::error(codes::NO_INERTIA, message);
+    let fault = match spinning.and_then(|body| between_balls(model, body)) {
+        Some([one, other]) => fault
+            .note(format!(
+                "between the ball joints `{one}` and `{other}` it spins about the line through both, \
+                 and nothing says how"
+            ))
+            .help(format!(
+                "give it a moment of inertia about this line, make `{one}` a `universal` joint, or write a \
+                 `link` in place of the body"
+            )),
+        None => fault.help("give the moving body a mass or a moment of inertia, or weld it"),
+    };
     match span {
         Some(span) => fault.at(span, "nothing resists this motion"),
         None => fault,
