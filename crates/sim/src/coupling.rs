@@ -26,7 +26,10 @@ pub(crate) fn check_couplings(
 ) -> Result<Vec<Diagnostic>, TapeError> {
     let mut faults = Vec::new();
     for coupling in &model.couplings {
-        faults.extend(uncounted(model, system, coupling));
+        // A belt in space is refused as a whole.
+        if !matches!(coupling.kind, CouplingKind::Strand(..)) {
+            faults.extend(uncounted(model, system, coupling));
+        }
         if let CouplingKind::Gear(wheels) | CouplingKind::Belt(wheels) = &coupling.kind {
             faults.extend(misfit(model, system, coupling, wheels)?);
         }

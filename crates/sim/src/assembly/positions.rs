@@ -194,6 +194,10 @@ impl Closing<'_> {
         let apart = |row: usize| (here.values[row] - there.values[row]).abs();
         let guesses = part.wishes.iter().copied().filter(|&row| row >= first_guess);
         let row = guesses.max_by(|&a, &b| apart(a).total_cmp(&apart(b)))?;
+        // What the guesses do not tell apart is as much at one place of a free motion as at another.
+        if apart(row) <= GUESS_HOLDS {
+            return None;
+        }
         let initial_idx = ground.guesses[row - first_guess];
         let found = self.stated[initial_idx] + there.values[row];
         Some(Rival::Guessed { initial_idx, found, ratio })
