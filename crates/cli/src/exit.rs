@@ -12,7 +12,7 @@ use bksim_load::{InputError, Text, plain_words};
 /// | status | meaning |
 /// |---|---|
 /// | 0 | done |
-/// | 1 | the model or input is rejected |
+/// | 1 | the model or input is rejected, or runs that are compared differ too much |
 /// | 2 | the command line is wrong |
 /// | 3 | the run stopped early; its log is valid |
 /// | 4 | a file cannot be read or written, or no window or program be started |
