@@ -140,6 +140,16 @@ fn a_weld_that_closes_only_turned_over_says_so() {
     solve(&derive(model(&welded_rod("spherical", "[0, 0, 0]"))));
 }
 
+/// The same of two hinges whose axes point opposite ways whatever the angle is, so that their rows hold by form.
+#[test]
+fn hinges_with_opposite_axes_do_not_close() {
+    let hinged = |rpy: &str| welded_rod("revolute", rpy).replace("\"weld\"", "\"revolute\"");
+    let (code, notes) = fault(&hinged("[\"180 deg\", 0, 0]"));
+    assert_eq!(code, "S001");
+    assert!(notes.contains("180°"), "{notes}");
+    solve(&derive(model(&hinged("[0, 0, 0]"))));
+}
+
 #[test]
 fn axes_that_are_not_quite_parallel_are_named_with_their_angle() {
     let bar = |name: &str, length: f64| {

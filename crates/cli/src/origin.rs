@@ -1,7 +1,7 @@
 //! Results of earlier commands: which model a file was made from, by what is in it.
 //!
 //! A command replaces what bksim made from the same model, and nothing else. Logs and Parquet tables name their
-//! model. Pictures and texts end with a mark, which [`stamped()`] sets and which has a checksum: one that somebody
+//! model. Pictures and texts end with a mark, a PNG with it as its last comment, which [`stamped()`] sets and which has a checksum: one that somebody
 //! has edited since is no longer ours. A table of CSV has nothing but its columns: it is known when each of
 //! them is one that the same log has.
 
@@ -19,6 +19,9 @@ const MCAP: [u8; 8] = *b"\x89MCAP0\r\n";
 const PARQUET: [u8; 4] = *b"PAR1";
 /// Endings of formats with remarks.
 const MARKED: [&str; 8] = ["svg", "html", "htm", "pdf", "py", "c", "h", "rs"];
+/// First bytes of a PNG, and its last chunk.
+const PNG: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
+const PNG_END: [u8; 12] = *b"\0\0\0\0IEND\xaeB\x60\x82";
 /// Most bytes that the heading of a table or the end of a table may have.
 const MOST: u64 = 1 << 20;
 /// Most bytes of a picture or a text with a mark.
@@ -52,6 +55,12 @@ pub(crate) fn has_columns<'a>(
 /// format has remarks; what has none, such as JSON, has no mark.
 pub fn stamped(path: &Path, mut bytes: Vec<u8>, model_name: &str) -> Vec<u8> {
     let ending = path.extension().and_then(OsStr::to_str).unwrap_or_default().to_ascii_lowercase();
+    if bytes.starts_with(&PNG) && bytes.ends_with(&PNG_END) {
+        let end = bytes.len() - PNG_END.len();
+        let comment = png_comment(&mark(model_name, &bytes));
+        bytes.splice(end..end, comment);
+        return bytes;
+    }
     if !MARKED.contains(&ending.as_str()) {
         return bytes;
     }
@@ -96,6 +105,12 @@ fn read_model(path: &Path, model_name: &str) -> io::Result<bool> {
     file.rewind()?;
     let mut bytes = Vec::new();
     file.take(MOST_MARKED).read_to_end(&mut bytes)?;
+    if bytes.starts_with(&PNG) {
+        let length = PNG_END.len() + png_comment(&mark(model_name, &[])).len();
+        let Some(end) = bytes.len().checked_sub(length) else { return Ok(false) };
+        let content = [&bytes[..end], &PNG_END].concat();
+        return Ok(stamped(path, content, model_name) == bytes);
+    }
     let ends = bytes.iter().rev().skip(1).position(|&byte| byte == b'\n');
     let content = ends.map_or(&[][..], |remark| &bytes[..bytes.len() - 1 - remark]);
     Ok(content.len() < bytes.len() && stamped(path, content.to_vec(), model_name) == bytes)
@@ -141,6 +156,14 @@ fn holds(bytes: &[u8], part: &[u8]) -> bool {
     bytes.windows(part.len()).any(|window| window == part)
 }
 
+/// The chunk of a comment in a PNG: its length, its type and text, and their checksum.
+fn png_comment(text: &str) -> Vec<u8> {
+    let chunk = [b"tEXtComment\0", text.as_bytes()].concat();
+    // Texts are short, and the four letters of the type do not count.
+    let length = u32::try_from(chunk.len() - 4).unwrap_or_default();
+    [&length.to_be_bytes()[..], &chunk, &crc32fast::hash(&chunk).to_be_bytes()].concat()
+}
+
 /// A mark that ends no remark of any format, whatever the model is called.
 fn mark(model_name: &str, content: &[u8]) -> String {
     let letter = |byte: u8| match byte {
@@ -176,6 +199,16 @@ mod tests {
                 assert!(!names.iter().any(|name| is_of_model(&path, name)), "{file}: {content}");
             }
         }
+        // A PNG, of no picture here.
+        let path = folder.path().join("a.png");
+        let picture = [&PNG[..], b"some chunks", &PNG_END].concat();
+        let marked = stamped(&path, picture, "bar");
+        assert!(marked.ends_with(&PNG_END) && marked.windows(4).any(|part| part == b"tEXt"));
+        fs::write(&path, &marked).expect("written");
+        assert!(is_of_model(&path, "bar") && !is_of_model(&path, "four-bar"));
+        fs::write(&path, [&marked[..9], b"S", &marked[10..]].concat()).expect("written");
+        assert!(!is_of_model(&path, "bar"), "it was edited");
+
         let json = folder.path().join("a.json");
         fs::write(&json, stamped(&json, b"{\n\n\n\n\n\n\n}".to_vec(), "bar")).expect("written");
         assert!(!is_of_model(&json, "bar"), "it has no mark");

@@ -85,7 +85,9 @@ pub fn particles(model: &Model) -> Vec<bool> {
     }
     for wheel in model.belts.iter().flat_map(|belt| &belt.wheels) {
         let joint = &model.joints[wheel.joint.0];
-        [joint.predecessor, joint.successor].into_iter().for_each(|end| turns(end.body));
+        for end in [joint.predecessor, joint.successor] {
+            turns(end.body);
+        }
     }
     // Whatever is stated or measured.
     let measures = model.initial.iter().map(|initial| initial.measure);

@@ -172,13 +172,13 @@ mod tests {
     use crate::Attached;
 
     const KINDS: [SpanKind; 7] = [
-        SpanKind::Cylinder { length: 0.9 },
         SpanKind::Spring { length: 1.0, is_damped: false },
         SpanKind::Spring { length: 1.0, is_damped: true },
         SpanKind::Spring { length: f64::NAN, is_damped: true },
         SpanKind::Damper { length: 0.7 },
         SpanKind::Damper { length: f64::INFINITY },
         SpanKind::Link,
+        SpanKind::Cylinder { length: 0.9 },
     ];
 
     fn lines(kind: SpanKind, ends: [[f64; 3]; 2]) -> Vec<Line> {

@@ -58,7 +58,7 @@ impl Observable {
 /// Observables at one set of parameters, with their buffers.
 #[derive(Clone, Debug)]
 pub struct Observables {
-    observables: Vec<Observable>,
+    all: Vec<Observable>,
     function: Function,
     buffers: Buffers,
 }
@@ -85,11 +85,7 @@ impl Observables {
         let a: Vec<SymbolId> = coordinates.iter().map(|c| c.a).collect();
         let symbols: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
         let function = Function::compile(model, &outputs, &[&q, &v, &a], &symbols)?;
-        Ok(Self {
-            buffers: function.buffers(parameters),
-            observables: observables.to_vec(),
-            function,
-        })
+        Ok(Self { buffers: function.buffers(parameters), all: observables.to_vec(), function })
     }
 
     /// Writes the observables at coordinates, velocities and accelerations, in the order they were given in;
@@ -104,8 +100,8 @@ impl Observables {
         values: &mut [f64],
     ) {
         let mut results = self.function.evaluate(&mut self.buffers, &qva);
-        assert_eq!(values.len(), self.observables.len(), "a value for each observable");
-        for (value, observable) in values.iter_mut().zip(&self.observables) {
+        assert_eq!(values.len(), self.all.len(), "a value for each observable");
+        for (value, observable) in values.iter_mut().zip(&self.all) {
             let n = if matches!(observable, Observable::Measure(_)) { 1 } else { 3 };
             let (own, rest) = results.split_at(n);
             results = rest;

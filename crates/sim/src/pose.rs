@@ -202,6 +202,7 @@ mod tests {
             points = { P = ["l", 0] }
             [bodies.b]
             mass = 1
+            inertia = 0.1
             [joints.A]
             type = "revolute"
             between = ["ground", "a"]

@@ -46,6 +46,7 @@ class Ground:
 
     points: dict[str, Point] = field(default_factory=dict)
     outline: Sequence[Any] | None = None
+    shapes: Sequence[Mapping[str, Any]] | None = None
 
 
 @dataclass(slots=True)

@@ -104,6 +104,15 @@ impl Closing<'_> {
             || self.sense_rows(t, q).values.iter().all(|missing| *missing < 1.0)
     }
 
+    /// Whether axes of a cut joint point opposite ways whatever the coordinates are: no part of the mechanism to be
+    /// searched has them.
+    fn is_opposite_by_form(&mut self, t: f64, q: &[f64]) -> bool {
+        let senses = self.sense_rows(t, q);
+        let rows = senses.values.iter().enumerate();
+        rows.into_iter()
+            .any(|(row, missing)| *missing >= 1.0 && senses.gradients.row(row).is_empty())
+    }
+
     /// The assembly nearest to the guesses with what is stated: `direct` where its guesses hold or
     /// none is nearer.
     fn nearest(
@@ -114,6 +123,9 @@ impl Closing<'_> {
         direct: &[f64],
         is_closed: bool,
     ) -> Option<(Vec<f64>, Vec<Rival>)> {
+        if !is_closed && self.is_opposite_by_form(t, direct) {
+            return None;
+        }
         let reference = self.reference(evaluator, stated, t);
         let ground = Ground::new(self, evaluator, t, (stated, guesses), &[], &reference);
         let at = ground.at(self, evaluator, direct);
@@ -411,9 +423,14 @@ impl Closing<'_> {
         // The sines of half a turn are zero.
         let missing = self.sense_rows(t, &q).values;
         for (joint, missing) in self.of.joint_of_sense.iter().zip(missing) {
-            let own = gaps.iter_mut().find(|gap| gap.joint == *joint && missing >= 1.0);
-            if let Some(gap) = own {
-                gap.angle = (1.0 - missing).clamp(-1.0, 1.0).acos();
+            if missing < 1.0 {
+                continue;
+            }
+            let angle = (1.0 - missing).clamp(-1.0, 1.0).acos();
+            match gaps.iter_mut().find(|gap| gap.joint == *joint) {
+                Some(gap) => gap.angle = angle,
+                // All its rows hold by form.
+                None => gaps.push(Gap { joint: *joint, distance: 0.0, angle }),
             }
         }
         gaps.retain(|gap| open(gap) > CLOSURE_TOLERANCE * size(&q));

@@ -260,10 +260,10 @@ pub(super) fn point(model: &Model, anchor: Anchor) -> [f64; 3] {
 
 /// The value of an expression of parameters.
 pub(super) fn value(model: &Model, e: Expr) -> f64 {
-    let of = |symbol| match symbol == model.time {
-        true => Some(model.solve.t_start),
-        false => model.parameters.iter().find(|p| p.symbol == symbol).map(|p| p.value),
-    };
+    let parameter = |symbol| model.parameters.iter().find(|p| p.symbol == symbol).map(|p| p.value);
+    // Lengths that change with time, as they are at the start.
+    let at_start = |symbol| (symbol == model.time).then_some(model.solve.t_start);
+    let of = |symbol| parameter(symbol).or_else(|| at_start(symbol));
     model.pool.evaluate(e, &of).unwrap_or(f64::NAN)
 }
 

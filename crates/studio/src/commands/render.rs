@@ -3,7 +3,7 @@
 mod faults;
 mod motion;
 
-use std::io::{self, BufWriter, Seek, SeekFrom};
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::time::Instant;
 
@@ -15,6 +15,7 @@ use self::motion::Opened;
 use bksim_cli::args::ModelArgs;
 use bksim_cli::args::render::{Arrows, Render};
 use bksim_cli::exit::{Failure, Status};
+use bksim_cli::origin::{is_of_model, stamped};
 use bksim_cli::output;
 use bksim_cli::output_file::OutputFile;
 use bksim_cli::progress::{Progress, StopWish};
@@ -23,12 +24,13 @@ pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status
     let begun = Instant::now();
     let order = order(args)?;
     order.check().map_err(|e| refused(args, &e))?;
-    let output = OutputFile::plan(
-        &args.output,
-        ("motion", &[args.input.as_path()]),
-        args.force,
-        "nothing was drawn",
-    )?;
+    let plan = |may_replace: bool| {
+        let inputs = ("motion", &[args.input.as_path()][..]);
+        OutputFile::plan(&args.output, inputs, may_replace, "nothing was drawn")
+    };
+    // A picture that may be one of the same model is judged when that is known; films have no mark.
+    let is_film = matches!(order.format, Format::Film(_));
+    let output = plan(args.force || !is_film)?;
     let model = ModelArgs {
         model: args.input.clone(),
         set: args.set.clone(),
@@ -39,6 +41,9 @@ pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status
     if let Some(status) = stop.status() {
         return Ok(status);
     }
+    let model_name = show.playback().mechanism().model.name.clone();
+    let may_replace = args.force || is_film || is_of_model(&args.output, &model_name);
+    let output = if may_replace { output } else { plan(false)? };
     let mut rendering = order.prepare(show).map_err(|e| refused(args, &e))?;
     let mut out = BufWriter::new(output.create()?);
     let progress = Progress::of("drawing", rendering.clip.from, rendering.clip.to);
@@ -46,7 +51,15 @@ pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status
         progress.reached(t);
         stop.status().is_none()
     };
-    let written = rendering.write(&mut out, &mut go_on).map_err(|e| refused(args, &e));
+    let written = if is_film {
+        rendering.write(&mut out, &mut go_on).map_err(|e| refused(args, &e))
+    } else {
+        let mut picture = Vec::new();
+        let written = rendering.write(&mut picture, &mut go_on).map_err(|e| refused(args, &e));
+        let marked = stamped(&args.output, picture, &model_name);
+        out.write_all(&marked).map_err(|e| Failure::writing(&args.output, &e))?;
+        written
+    };
     progress.finish();
     if !written? {
         return Ok(stop.status().unwrap_or(Status::Interrupted));
