@@ -22,7 +22,8 @@ use crate::belt::strand_wrenches;
 use crate::coordinate::Owner;
 use crate::force::Wrench;
 use crate::joint;
-use crate::kinematics::{Kinematics, orientation};
+use crate::kinematics::Kinematics;
+use crate::pose::orientation;
 use crate::signal::signal_values;
 use crate::spatial;
 use bksim_model::{

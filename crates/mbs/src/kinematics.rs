@@ -11,7 +11,7 @@ use crate::coordinate::{Coordinate, CoordinateKind, Owner};
 use crate::coordinate::{free_motion_names, joint_coordinate_name, turns_by_quaternion};
 use crate::joint::{self, OnCurve, Sides};
 use crate::particle::particles;
-use crate::pose::Pose;
+use crate::pose::{Pose, anchor_in_body, orientation, orientations};
 use crate::quaternion::Quaternion;
 use crate::spatial::{self, Rotation};
 use crate::tree::{Branch, Tree};
@@ -477,28 +477,4 @@ impl Kinematics {
 fn stated_orientation(model: &Model, body: BodyId) -> Option<Rotation> {
     let stated = model.orientations.iter().find(|stated| stated.body == body)?;
     Some(spatial::turned(&model.pool, &stated.turns))
-}
-
-/// The rotation r_body_from_frame of the frame of an anchor.
-pub(crate) fn orientation(model: &Model, anchor: Anchor) -> Rotation {
-    let pool = &model.pool;
-    let Some(point) = anchor.point else { return Rotation::default() };
-    let turns = &model.bodies[anchor.body.0].points[point.0].orientation;
-    spatial::turned(pool, turns)
-}
-
-/// The rotations r_body_from_frame of the frames that a joint has on its two bodies.
-pub(crate) fn orientations(model: &Model, joint: &Joint) -> [Rotation; 2] {
-    let pool = &model.pool;
-    let [predecessor, successor] =
-        [joint.predecessor, joint.successor].map(|anchor| orientation(model, anchor));
-    [predecessor, successor.then(pool, &spatial::turned(pool, &joint.alignment))]
-}
-
-/// An anchor in the frame of its body; without a point, the origin.
-pub(crate) fn anchor_in_body(model: &Model, anchor: Anchor) -> Vector {
-    match anchor.point {
-        Some(point) => model.bodies[anchor.body.0].points[point.0].position,
-        None => spatial::zero(&model.pool),
-    }
 }

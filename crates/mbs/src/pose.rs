@@ -1,7 +1,7 @@
-//! [`Pose`]: position and rotation of a body, as expressions of the coordinates.
+//! [`Pose`]: position and rotation of a body, as expressions of the coordinates; frames of points in their bodies.
 
 use bksim_expr::Pool;
-use bksim_model::Vector;
+use bksim_model::{Anchor, Joint, Model, Vector};
 
 use crate::spatial::{self, Rotation};
 
@@ -29,5 +29,29 @@ impl Pose {
     pub fn position(&self, pool: &Pool, p_body: &Vector) -> Vector {
         let arm = spatial::sub(pool, p_body, &self.anchor_body);
         spatial::add(pool, &self.anchor_world, &self.rotation.apply(pool, &arm))
+    }
+}
+
+/// The rotation r_body_from_frame of the frame of an anchor.
+pub(crate) fn orientation(model: &Model, anchor: Anchor) -> Rotation {
+    let pool = &model.pool;
+    let Some(point) = anchor.point else { return Rotation::default() };
+    let turns = &model.bodies[anchor.body.0].points[point.0].orientation;
+    spatial::turned(pool, turns)
+}
+
+/// The rotations r_body_from_frame of the frames that a joint has on its two bodies.
+pub(crate) fn orientations(model: &Model, joint: &Joint) -> [Rotation; 2] {
+    let pool = &model.pool;
+    let [predecessor, successor] =
+        [joint.predecessor, joint.successor].map(|anchor| orientation(model, anchor));
+    [predecessor, successor.then(pool, &spatial::turned(pool, &joint.alignment))]
+}
+
+/// An anchor in the frame of its body; without a point, the origin.
+pub(crate) fn anchor_in_body(model: &Model, anchor: Anchor) -> Vector {
+    match anchor.point {
+        Some(point) => model.bodies[anchor.body.0].points[point.0].position,
+        None => spatial::zero(&model.pool),
     }
 }

@@ -4,7 +4,7 @@ use bksim_expr::Expr;
 
 use super::bodies::Position;
 use super::codes;
-use super::joints::PLANAR_TYPES;
+use super::joint_types::PLANAR_TYPES;
 use super::reader::{Fields, Reader};
 use super::tree::Node;
 use super::units::Quantity;

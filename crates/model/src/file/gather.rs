@@ -4,7 +4,7 @@
 use bksim_expr::Function;
 
 use super::codes;
-use super::joints::type_of;
+use super::joint_types::type_of;
 use super::names::{BodyName, JointName, Meaning, quantities, quantity_of};
 use super::reader::{Reader, entry_like};
 use super::tree::{Node, Table, Value};

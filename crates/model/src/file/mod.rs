@@ -43,6 +43,7 @@ mod gather;
 mod grids;
 mod initial;
 mod io;
+mod joint_types;
 mod joints;
 mod latched;
 mod laws;
