@@ -49,6 +49,12 @@ fn text(name: &str, found: &Doctor) -> String {
     for coupling in &found.couplings {
         rows.push(vec!["-1".to_owned(), format!("`{coupling}`"), "coupling".to_owned()]);
     }
+    let taken: i64 = found.joints.iter().map(|(_, _, taken)| taken).sum();
+    let coupled = i64::try_from(found.couplings.len()).unwrap_or_default();
+    let turns = whole - taken - coupled - counted;
+    if turns != 0 {
+        rows.push(vec![format!("-{turns}"), "turns".to_owned(), "of particles".to_owned()]);
+    }
     rows.push(vec![counted.to_string(), "counted".to_owned(), String::new()]);
     rows.push(vec![mobility.to_string(), "true".to_owned(), "free motions".to_owned()]);
     rows.push(vec![
@@ -57,7 +63,9 @@ fn text(name: &str, found: &Doctor) -> String {
         "true less counted".to_owned(),
     ]);
     let mut text = format!(
-        "{name}: {mobility} free motions, {n_redundant} redundant conditions\n\n{}",
+        "{name}: {}, {}\n\n{}",
+        number_of(mobility, "free motion"),
+        number_of(n_redundant, "redundant condition"),
         lines(&["freedoms", "of", ""], rows)
     );
     for (k, motion) in found.motions.iter().enumerate() {
@@ -146,4 +154,9 @@ fn told_json(found: &Doctor) -> Value {
         "cures": found.cures.iter().map(cure).collect::<Vec<_>>(),
         "alignments": found.alignments.iter().map(alignment).collect::<Vec<_>>(),
     })
+}
+
+/// `1 free motion`, `2 free motions`.
+fn number_of(n: i64, noun: &str) -> String {
+    format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
 }
