@@ -6,6 +6,7 @@ use bksim_log::{Field, Header, Making, Topic, TopicId};
 use bksim_model::JointId;
 use bksim_sim::Mechanism;
 use bksim_sim::observable::{Observable, Observables};
+use bksim_sim::run::Sample;
 
 /// Quantities by name, as topics to be made from a log.
 #[derive(Clone, Debug)]
@@ -95,6 +96,23 @@ impl Measured {
         let observables =
             Observables::compile(model, &mechanism.system, &all, &mechanism.parameters)?;
         Ok(Self { topics, observables, from, joints, n_coordinates })
+    }
+
+    /// The place of a quantity among the values of [`Measured::at`].
+    pub fn position(&self, name: &str) -> Option<usize> {
+        let columns = |topic: &Topic| -> Vec<String> {
+            topic.fields.iter().map(|field| topic.column_name(field)).collect()
+        };
+        self.topics.iter().flat_map(columns).position(|known| known == name)
+    }
+
+    /// The quantities at a sample of the run, topic by topic.
+    pub fn at(&mut self, sample: &Sample) -> Vec<f64> {
+        let n_values = self.topics.iter().map(|topic| topic.fields.len()).sum();
+        let mut values = vec![0.0; n_values];
+        let reaction = |joint: JointId| sample.reactions[joint.0];
+        self.observables.at([&sample.q, &sample.v, &sample.a], &reaction, &mut values);
+        values
     }
 
     /// The topics, to be made by a [reader](bksim_log::LogReader::making) of the log.

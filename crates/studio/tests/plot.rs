@@ -258,7 +258,12 @@ fn what_the_model_can_name_is_drawn() {
         (&"rod.vx".into(), &"rod.px".into())
     );
     let drawn = json(&place, "plot slider-crank.mcap rod.y --x rod.x -o path.svg");
-    assert_eq!(drawn["panels"][0]["curves"][0]["channel"], "rod.y");
+    let curve = &drawn["panels"][0]["curves"][0];
+    assert_eq!((&curve["channel"], &curve["from"]), (&"rod.y".into(), &"motion".into()));
+    // The middle of the rod comes up to half of the crank's length.
+    let lengths =
+        [&curve["smallest"], &curve["largest"]].map(|value| value.as_f64().expect("a number"));
+    assert!(lengths[0] > -0.5 - 1e-6 && lengths[1] < 0.5 + 1e-6, "{lengths:?}");
     let (status, said) = refused(&place, "plot slider-crank.mcap rod.why");
     assert_eq!(status, 2);
     assert!(said.contains("no channel matches `rod.why`"), "{said}");

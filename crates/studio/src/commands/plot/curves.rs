@@ -216,33 +216,42 @@ impl Run {
         let log = RunLog::unlogged(self.header.clone(), Vec::new());
         let mechanism = log.mechanism().map_err(|e| format!("its model is refused: {e}"))?;
         let (channels, n_instants) = (Channels::new(&mechanism), wish.n_instants());
-        let signals = |quantity: &Quantity| -> Option<Vec<Signal>> {
-            quantity.channels.iter().map(|name| channels.signal(name)).collect()
+        let mut measured = self.measured.clone();
+        let place = |name: &String| measured.as_ref().and_then(|of| of.position(name));
+        let sources = |quantity: &Quantity| -> Option<Vec<Source>> {
+            let source = |name: &String| {
+                let logged = channels.signal(name).map(Source::Channel);
+                logged.or_else(|| place(name).map(Source::Measured))
+            };
+            quantity.channels.iter().map(source).collect()
         };
-        let x_signals = match wish.x {
+        let x_sources = match wish.x {
             None => None,
             // An abscissa that has values at samples alone leaves nothing to compute.
-            Some(x) => Some(match signals(x) {
+            Some(x) => Some(match sources(x) {
                 None => return Ok(()),
                 some => some.unwrap_or_default(),
             }),
         };
-        let mut pens: Vec<Option<(Pen, Vec<Signal>)>> = Vec::new();
+        let mut pens: Vec<Option<(Pen, Vec<Source>)>> = Vec::new();
         for (pen, quantity) in sampled.pens.iter().zip(&wish.quantities) {
             let few = pen.as_ref().is_some_and(|pen| pen.n_values <= n_instants as u64);
-            let signals = signals(quantity).filter(|_| few);
-            pens.push(signals.map(|signals| (Pen::new(wish.x.is_some()), signals)));
+            let sources = sources(quantity).filter(|_| few);
+            pens.push(sources.map(|sources| (Pen::new(wish.x.is_some()), sources)));
         }
         if pens.iter().all(Option::is_none) {
             return Ok(());
         }
         let draw = |sample: &Sample| {
-            let value = |signals: &[Signal]| {
-                size(signals.iter().map(|&signal| Some(channels.value(signal, sample))))
+            let values = measured.as_mut().map(|measured| measured.at(sample)).unwrap_or_default();
+            let value_of = |source: &Source| match *source {
+                Source::Channel(signal) => Some(channels.value(signal, sample)),
+                Source::Measured(place) => values.get(place).copied(),
             };
-            let x = x_signals.as_ref().map_or(Some(sample.t), |signals| value(signals));
-            for (pen, signals) in pens.iter_mut().flatten() {
-                if let Some((x, y)) = x.zip(value(signals)) {
+            let value = |sources: &[Source]| size(sources.iter().map(value_of));
+            let x = x_sources.as_ref().map_or(Some(sample.t), |sources| value(sources));
+            for (pen, sources) in pens.iter_mut().flatten() {
+                if let Some((x, y)) = x.zip(value(sources)) {
                     pen.push([x, y]);
                 }
             }
@@ -269,6 +278,15 @@ impl Run {
         }
         Ok(())
     }
+}
+
+/// Where the value of a channel comes from at an instant between samples.
+#[derive(Clone, Copy)]
+enum Source {
+    /// A channel of the log.
+    Channel(Signal),
+    /// A quantity that is computed from it, by its place among them.
+    Measured(usize),
 }
 
 struct Sampled {
