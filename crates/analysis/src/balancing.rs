@@ -117,13 +117,13 @@ impl Balanced {
     }
 }
 
-/// What is left of the balance.
+/// The rest of the balance.
 struct Work {
     /// F, J per radian or longest link.
     value: DVector<f64>,
     /// The size of what it is the sum of.
     size: f64,
-    /// What rounding leaves of that.
+    /// The part of that which is rounding.
     rounding: f64,
 }
 

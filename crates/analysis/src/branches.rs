@@ -82,7 +82,7 @@ impl Traced {
         Some(traced)
     }
 
-    /// Whether an equilibrium lies on the curve.
+    /// True where an equilibrium lies on the curve.
     pub(crate) fn holds(&self, curve: &mut Path<'_, '_>, z: &DVector<f64>) -> bool {
         let is_turn = curve.equations.is_turn.clone();
         self.points.iter().any(|from| {

@@ -40,7 +40,7 @@ pub struct Continuation {
 pub struct EquilibriumBranch {
     /// In order along the curve.
     pub points: Vec<BranchPoint>,
-    /// Whether the curve comes back to where it began.
+    /// True where the curve comes back to where it began.
     pub is_closed: bool,
 }
 

@@ -1,4 +1,4 @@
-//! What is wrong with the freedoms of a mechanism: free motions, conditions that repeat others, and what cures
+//! Faults in the freedoms of a mechanism: free motions, conditions that repeat others, and what cures
 //! them.
 //!
 //! Everything is read off G, the slopes of all joints' rows in coordinates of the bodies, in the pose of the start:
@@ -47,7 +47,7 @@ pub struct Doctor {
     pub repeated: Vec<Repeated>,
     /// Changes that leave nothing twice, the smallest first.
     pub cures: Vec<Cure>,
-    /// What must be parallel or in line for the mechanism to move as it does.
+    /// The axes and points that must be parallel or in line for the mechanism to move as it does.
     pub alignments: Vec<Alignment>,
 }
 
@@ -67,7 +67,7 @@ pub struct Condition {
     pub of: String,
     /// Its direction: `x`, `y`, `z`, `normal`, `angle`, `length`, `motion` or `coupling`.
     pub direction: &'static str,
-    /// Whether a moment keeps it, else a force.
+    /// True where a moment keeps it, else a force.
     pub is_moment: bool,
 }
 

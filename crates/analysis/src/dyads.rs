@@ -202,7 +202,7 @@ impl Apart {
         Some((ways, proof))
     }
 
-    /// Whether the coordinates show these places.
+    /// True where the coordinates show these places.
     pub(crate) fn is_at(&mut self, q: &[f64], places: &[Place]) -> bool {
         let own = places_of(&self.places.values(self.t, q));
         own.iter().zip(places).all(|(a, b)| {

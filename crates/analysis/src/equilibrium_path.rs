@@ -24,7 +24,7 @@ pub(crate) struct EquilibriumPath<'b, 'l> {
     range: Range,
     /// Unit of each coordinate: 1 rad or the longest link.
     units: Vec<f64>,
-    /// Whether whole turns of a coordinate mean nothing.
+    /// True where whole turns of a coordinate mean nothing.
     pub(crate) is_turn: Vec<bool>,
     /// Constraint rows that the others follow from.
     active: Vec<usize>,

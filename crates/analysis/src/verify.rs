@@ -60,12 +60,12 @@ pub struct Compared {
     pub largest: f64,
     /// The time of that, s.
     pub t: f64,
-    /// What the tolerances allow.
+    /// The difference that the tolerances allow.
     pub allowed: f64,
 }
 
 impl Verified {
-    /// Whether every channel keeps to what the tolerances allow.
+    /// True where every channel keeps to what the tolerances allow.
     pub fn is_within(&self) -> bool {
         self.channels.iter().all(|channel| channel.largest <= channel.allowed)
     }

@@ -224,7 +224,7 @@ fn a_finer_mesh_of_a_ball_is_nearer_to_it() {
     }
 }
 
-/// What is said of a model that reads a file of this name and content.
+/// The faults of a model that reads a file of this name and content.
 fn told(name: &str, bytes: &[u8]) -> (Vec<&'static str>, Option<Properties>) {
     let text = format!(
         "space = \"spatial\"\n[bodies.b]\nfree = true\ndensity = 1000\n\

@@ -15,7 +15,7 @@ pub struct FreeMotion {
     pub rates: Vec<(String, f64, &'static str)>,
     /// Bodies that move.
     pub bodies: Vec<String>,
-    /// Whether the motion goes on; else the pose yields, but does not move: it is singular.
+    /// True where the motion goes on; else the pose yields, but does not move: it is singular.
     pub is_finite: bool,
 }
 
@@ -205,7 +205,7 @@ fn moving_bodies(placed: &Placed, along: &DVector<f64>) -> Result<Vec<String>, A
     Ok(moving.map(|idx| model.bodies[idx].name.clone()).collect())
 }
 
-/// Whether the mechanism, moved a little, closes again beside the pose.
+/// True where the mechanism, moved a little, closes again beside the pose.
 fn is_finite(placed: &Placed, along: &DVector<f64>) -> bool {
     const ASIDE: f64 = 1e-3;
     let length = along.norm();

@@ -48,7 +48,7 @@ impl Made {
         }
     }
 
-    /// Whether a sample of this topic is needed for one of these.
+    /// True where a sample of this topic is needed for one of these.
     pub(super) fn needs(&self, topic: TopicId, wanted: &[TopicId]) -> bool {
         self.from.contains(&topic) && self.topics.iter().any(|(id, _)| wanted.contains(id))
     }

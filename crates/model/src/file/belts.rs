@@ -58,7 +58,7 @@ struct Wheel {
 struct Strand {
     length: Twin<Expr>,
     direction: Twin<[Expr; 2]>,
-    /// What it has gained between two marks on the wheels, m.
+    /// The length it has gained between two marks on the wheels, m.
     gain: Expr,
 }
 

@@ -91,7 +91,7 @@ impl Reader<'_> {
         })
     }
 
-    /// Whether a distance says what it is: of a stated length, or between limits.
+    /// True where a distance says what it is: of a stated length, or between limits.
     fn is_distance(&mut self, fields: &Fields<'_>) -> bool {
         let limits = ["min", "max", "restitution"];
         if limits.iter().any(|limit| fields.conflict(self, "length", limit)) {

@@ -15,7 +15,7 @@ use crate::state::{HeldChange, HeldSignal, LatchRow};
 const EXAMPLE: &str = "[{ condition = \"A.angle > 0.1 rad\", value = \"0 N m\" }]";
 
 impl Reader<'_> {
-    /// What stands for a latched signal where it is used: known by its start, before any expression.
+    /// The value that stands for a latched signal where it is used: known by its start, before any expression.
     pub(super) fn name_latched(
         &mut self,
         name: &str,

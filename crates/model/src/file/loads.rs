@@ -144,7 +144,7 @@ impl Reader<'_> {
         Some(LoadKind::Effort { joint, motion_idx, value: value? })
     }
 
-    /// Whether `joint` names one that turns about an axis of its own.
+    /// True where `joint` names one that turns about an axis of its own.
     fn names_turning_joint(&self, fields: &Fields<'_>) -> bool {
         let Some(Value::Text(name)) = fields.get("joint").map(|node| &node.value) else {
             return false;

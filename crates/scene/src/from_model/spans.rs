@@ -109,7 +109,7 @@ impl Sketch<'_> {
         if is_driven || !has_limit { Between::Piston } else { found }
     }
 
-    /// Whether a joint or spring between two points is drawn already.
+    /// True where a joint or spring between two points is drawn already.
     fn are_spanned(&self, [a, b]: [Anchor; 2]) -> bool {
         let same = |from: Anchor, to: Anchor| [from, to] == [a, b] || [from, to] == [b, a];
         let model = self.model();

@@ -104,7 +104,7 @@ impl Closing<'_> {
             || self.sense_rows(t, q).values.iter().all(|missing| *missing < 1.0)
     }
 
-    /// Whether axes of a cut joint point opposite ways whatever the coordinates are: no part of the mechanism to be
+    /// True where axes of a cut joint point opposite ways whatever the coordinates are: no part of the mechanism to be
     /// searched has them.
     fn is_opposite_by_form(&mut self, t: f64, q: &[f64]) -> bool {
         let senses = self.sense_rows(t, q);

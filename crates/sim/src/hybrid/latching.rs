@@ -1,6 +1,6 @@
 //! Modes and latched values that agree at one instant.
 //!
-//! What a condition latches may change the forces, these the modes, and these the conditions: so modes are
+//! Values that a condition latches may change the forces, these the modes, and these the conditions: so modes are
 //! sought again until no further condition comes to hold.
 
 use super::consistent::{ConsistentModes, Instant, NoConsistentModes};

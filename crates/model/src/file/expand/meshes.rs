@@ -1,6 +1,6 @@
 //! `shapes = [{ type = "mesh", file = "part.stl" }]`: corners and faces from a file of STL or OBJ.
 //!
-//! What the file says becomes `corners` and `faces` of the shape, as an author may write them too.
+//! The contents of the file become `corners` and `faces` of the shape, as an author may write them too.
 
 use std::fmt::Write;
 use std::io::Cursor;
