@@ -15,7 +15,6 @@ pub mod input;
 mod latch;
 mod linear;
 pub mod load_forces;
-pub mod measure;
 mod mechanism;
 pub mod mobility;
 mod modes;
