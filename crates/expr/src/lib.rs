@@ -54,6 +54,7 @@ mod eval;
 mod handle;
 mod kink;
 mod lexer;
+mod listing;
 mod lower;
 mod number;
 mod op;
@@ -75,6 +76,7 @@ pub use diff::SparseJacobian;
 pub use eval::{Batch, DomainFault, EvalError, Jit, Runner, Workspace};
 #[cfg(feature = "jit")]
 pub use eval::{JitError, MachineCode};
+pub use listing::ListingError;
 pub use lower::LowerError;
 pub use number::Number;
 pub use op::Function;
