@@ -35,6 +35,8 @@ pub use motion::Thinning;
 pub struct Options {
     /// The heading; the model's name unless given.
     pub title: Option<String>,
+    /// Curves laid over the mechanism, as [`bksim::overlay::overlays`] reads them.
+    pub curves: Vec<String>,
     /// Sizes of the parts.
     pub budget: Budget,
 }
@@ -70,7 +72,7 @@ pub fn page(playback: &mut Playback, options: &Options) -> Result<Page, PageErro
     let motion = motion::take(playback, options.budget.motion)?;
     let curves = curves::take(playback, &motion, options.budget.curves)?;
     let poses = poses::tape(playback.mechanism())?;
-    let scene = scene::write(playback)?;
+    let scene = scene::write(playback, &options.curves)?;
     let equations = equations::sections(playback.mechanism(), options.budget.equations);
 
     let mut remarks: Vec<String> = motion.thinning.iter().map(Thinning::words).collect();

@@ -1,5 +1,6 @@
 //! The scene for the page: shapes with their paint in both themes.
 
+use bksim::overlay;
 use bksim::playback::Playback;
 use bksim::sim::redundancy::Uniqueness;
 use bksim_scene::{Attached, Form, Marker, MarkerKind, Role, Scene, Shape, Span, Theme};
@@ -17,10 +18,12 @@ const N_INSTANTS: u32 = 200;
 const N_POSES: usize = 100;
 
 /// The scene of a run as JSON.
-pub(crate) fn write(playback: &mut Playback) -> Result<Value, PageError> {
+pub(crate) fn write(playback: &mut Playback, curves: &[String]) -> Result<Value, PageError> {
     let motion = playback.poses_over_run(N_POSES);
     let mechanism = playback.mechanism();
-    let scene = Scene::of_motion(&mechanism.model, &mechanism.parameters, &motion);
+    let mut scene = Scene::of_motion(&mechanism.model, &mechanism.parameters, &motion);
+    let read = || playback.log().model_with(&mechanism.parameters);
+    overlay::lay_over(&mut scene, &overlay::overlays(&read, curves)?);
     let lengths = lengths(playback, &scene)?;
 
     // Shapes, spans and markers; roles are numbered as they occur.

@@ -107,7 +107,7 @@ fn a_page_has_remarks_on_parts_that_do_not_fit() {
     let mut playback = played(PENDULUM);
     let whole = page(&mut playback, &Options::default()).expect("a page");
     let budget = Budget { motion: 4000, curves: 20_000, equations: 200 };
-    let small = page(&mut playback, &Options { budget, title: None }).expect("a page");
+    let small = page(&mut playback, &Options { budget, ..Options::default() }).expect("a page");
     assert!(small.n_pieces < whole.n_pieces && small.html.len() < whole.html.len());
     let thinning = small.thinning.expect("a thinned motion");
     assert!(thinning.n_together > 1 && thinning.deviation > 1e-9, "{thinning:?}");
@@ -118,7 +118,7 @@ fn a_page_has_remarks_on_parts_that_do_not_fit() {
 
     // The coarsest page has its deviation, too.
     let budget = Budget { motion: 400, ..Budget::default() };
-    let coarse = page(&mut playback, &Options { budget, title: None }).expect("a page");
+    let coarse = page(&mut playback, &Options { budget, ..Options::default() }).expect("a page");
     assert_eq!(coarse.n_pieces, 1);
     let found = coarse.thinning.expect("a thinned motion").deviation;
     assert!(found > thinning.deviation, "{found}");
@@ -191,7 +191,7 @@ fn a_large_run_is_thinned_and_its_reactions_with_it() {
 
     // With less space, the stated deviation is the true one.
     let budget = Budget { motion: 4000, ..Budget::default() };
-    let small = page(&mut playback, &Options { budget, title: None }).expect("a page");
+    let small = page(&mut playback, &Options { budget, ..Options::default() }).expect("a page");
     let stated = small.thinning.expect("a thinned motion").deviation;
     let [motion, reaction] = differences(&pieces(&embedded(&small.html)), &mut playback);
     assert!((0.3 * stated..3.0 * stated).contains(&motion), "{motion:.1e}, stated {stated:.1e}");

@@ -4,6 +4,8 @@ use bksim_sim::pose::Pose;
 
 use crate::label::{Label, Labels};
 use crate::rod::{DUSK, lit_caps};
+use crate::rule::arrow_legend;
+use crate::vectors::ArrowKind;
 use crate::{
     Camera, Color, Form, Item, Marker, MarkerKind, Paint, Picture, Role, Scene, SeenFace, Shape,
     Stroke, Theme, silhouette,
@@ -18,6 +20,8 @@ pub struct Extras {
     pub arrows: Vec<Arrow>,
     /// Whether markers are labelled with their names.
     pub has_labels: bool,
+    /// Kinds of arrows whose scales are told in the lower left corner.
+    pub legend: Vec<ArrowKind>,
     /// Poses at other instants, drawn faintly under the mechanism.
     pub ghosts: Vec<Vec<Pose>>,
 }
@@ -63,6 +67,7 @@ pub fn picture(
     if extras.has_labels {
         painter.labels(poses, &along_arrows);
     }
+    painter.items.extend(arrow_legend(&extras.legend, camera, theme));
     let size = [single(camera.size[0]), single(camera.size[1])];
     Picture { size, background: Some(theme.background), items: painter.items }
 }

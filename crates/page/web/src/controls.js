@@ -106,8 +106,8 @@ export function checklist(container, groups, onChange) {
   }
 }
 
-/** Panning, zooming and turning of the picture, by pointer, wheel and keys. */
-export function view(canvas, camera, fit, redraw) {
+/** Panning, zooming and turning of the picture, by pointer, wheel and keys; `turned` is told of the latter. */
+export function view(canvas, camera, fit, redraw, turned) {
   setIcon(element('fit'), 'fit');
   const zoom = (factor, at) => {
     camera.zoom(factor, at);
@@ -152,6 +152,9 @@ export function view(canvas, camera, fit, redraw) {
       camera.pan(dx, dy);
     } else {
       camera.turn(-0.01 * dx, 0.01 * dy);
+      pointers.set(event.pointerId, now);
+      turned();
+      return;
     }
     pointers.set(event.pointerId, now);
     redraw(true);
@@ -163,11 +166,15 @@ export function view(canvas, camera, fit, redraw) {
   const arrows = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
   canvas.addEventListener('keydown', (event) => {
     const arrow = arrows[event.key];
-    if (arrow && !camera.isPlanar && !event.shiftKey) camera.turn(0.1 * arrow[0], 0.1 * arrow[1]);
-    else if (arrow) camera.pan(40 * arrow[0], 40 * arrow[1]);
-    else return;
+    if (!arrow) return;
     event.preventDefault();
-    redraw(true);
+    if (camera.isPlanar || event.shiftKey) {
+      camera.pan(40 * arrow[0], 40 * arrow[1]);
+      redraw(true);
+    } else {
+      camera.turn(0.1 * arrow[0], 0.1 * arrow[1]);
+      turned();
+    }
   });
   return { zoom };
 }

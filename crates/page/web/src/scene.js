@@ -1,5 +1,6 @@
 // The drawing: shapes on bodies, springs, dampers and links, trails, arrows and names.
 
+import { quantityText } from './arrows.js';
 import { positionOf, velocityOf } from './poses.js';
 
 // The direction to the light in the view: right, up, towards the eye.
@@ -45,6 +46,7 @@ export class Drawing {
     for (const arrow of extras.arrows) this.drawArrow(arrow);
     if (extras.hasNames) this.drawNames(numbers, theme);
     this.drawScale(theme);
+    this.drawLegend(extras.legend ?? []);
   }
 
   /** Functions that draw shapes and spans from back to front: in the scene's order, in space by depth. */
@@ -301,6 +303,33 @@ export class Drawing {
     context.stroke();
     context.font = '12px system-ui, sans-serif';
     context.fillText(lengthText(length), x + 4, y - 6);
+  }
+
+  /** Draws an arrow of a round size for each kind of arrow, above the scale bar. */
+  drawLegend(kinds) {
+    const { context, camera } = this;
+    let y = camera.size[1] - 44;
+    context.font = '12px system-ui, sans-serif';
+    for (const { name, unit, color, scale } of kinds) {
+      for (const [size, metres] of scale.samples()) {
+        const width = metres * camera.scale;
+        const head = Math.min(10, width);
+        context.strokeStyle = css(color);
+        context.fillStyle = css(color);
+        context.lineWidth = 2;
+        context.beginPath();
+        context.moveTo(14, y);
+        context.lineTo(14 + width - head, y);
+        context.stroke();
+        context.beginPath();
+        context.moveTo(14 + width, y);
+        context.lineTo(14 + width - head, y - 0.35 * head);
+        context.lineTo(14 + width - head, y + 0.35 * head);
+        context.fill();
+        context.fillText(`${name} ${quantityText(size, unit)}`, 14 + width + 8, y + 4);
+        y -= 20;
+      }
+    }
   }
 }
 
