@@ -27,7 +27,7 @@ mod svg;
 mod theme;
 pub mod vectors;
 
-pub use camera::Camera;
+pub use camera::{Camera, StandardView};
 pub use color::Color;
 pub use draw::{Arrow, Extras, picture};
 pub use picture::{Align, Item, Picture, Stroke};
