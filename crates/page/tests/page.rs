@@ -171,7 +171,7 @@ fn a_page_of_a_mesh_of_twenty_thousand_faces_is_smaller_than_two_megabytes() {
 
     // What does not fit is drawn coarser, and said.
     let budget = Budget { solids: 60_000, ..Budget::default() };
-    let coarse = page(&mut playback, &Options { budget, title: None }).expect("a page");
+    let coarse = page(&mut playback, &Options { budget, ..Options::default() }).expect("a page");
     let kept = faces(&coarse.html);
     assert!((500..4_000).contains(&kept), "{kept} faces");
     assert!(
