@@ -3,6 +3,7 @@
 //! Every question takes a model and gives plain data; nothing here opens files or prints.
 
 mod assemblies;
+mod assur;
 mod balance;
 mod balancing;
 mod bode;
@@ -13,7 +14,6 @@ mod continuation;
 mod curve;
 mod doctor;
 mod drive;
-mod dyads;
 mod equilibrium;
 mod equilibrium_path;
 mod error;
@@ -39,6 +39,7 @@ mod trace;
 mod verify;
 
 pub use assemblies::{Assemblies, Assembly, assemblies};
+pub use assur::{Dyad, Proof, Root, Triad};
 pub use balancing::{Balanced, balanced};
 pub use bode::{Frequencies, Response, Transfer, bode};
 pub use branches::PointKind;
@@ -46,7 +47,6 @@ pub use cam::{CamLine, CamProfile, CamReport, CamRequest, Located, Peaks, cam};
 pub use continuation::{BranchPoint, Continuation, EquilibriumBranch, statics_over};
 pub use doctor::{Alignment, Condition, Count, Cure, Doctor, FreeMotion, Repeated, doctor};
 pub use drive::{Drive, Range, position, quantity};
-pub use dyads::{Dyad, Proof};
 pub use equilibrium::{Equilibrium, Stability};
 pub use error::AnalysisError;
 pub use exported::{ExportedFunction, Part, exported};
