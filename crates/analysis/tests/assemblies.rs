@@ -107,8 +107,8 @@ fn random_legs(random: &mut Pcg64) -> Vec<Placed> {
 fn text_of(legs: &[Placed]) -> String {
     let (mut ground, mut own, mut joints) = (String::new(), String::new(), String::new());
     for (k, (kind, a, p)) in legs.iter().enumerate() {
-        ground += &format!("A{k} = [{}, {}]\n", a.re, a.im);
-        own += &format!("P{k} = [{}, {}], ", p.re, p.im);
+        ground.extend([format!("A{k} = [{}, {}]\n", a.re, a.im)]);
+        own.extend([format!("P{k} = [{}, {}], ", p.re, p.im)]);
         let arm = p - a;
         let ([first, second], shape) = match kind {
             Leg::Link => (
@@ -125,9 +125,9 @@ fn text_of(legs: &[Placed]) -> String {
             ),
         };
         let kind = if *kind == Leg::Link { "link" } else { "slot" };
-        joints += &format!(
+        joints.extend([format!(
             "L{k} = {{ type = \"{kind}\", between = [\"{first}\", \"{second}\"], {shape} }}\n"
-        );
+        )]);
     }
     format!(
         "[ground.points]\n{ground}[bodies]\nplatform = {{ points = {{ {own} }} }}\n[joints]\n{joints}"

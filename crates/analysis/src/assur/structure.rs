@@ -266,7 +266,6 @@ impl Structure {
 
 /// Pairs of all joints, nodes being bodies, then blocks of slots and links without mass; welds joined. Lengths of
 /// cylinders that are held become links and are taken out of `held`.
-#[expect(clippy::type_complexity, reason = "pairs, joints of blocks and links, groups of nodes")]
 fn lower_pairs(
     model: &Model,
     geometry: &Geometry,
