@@ -2,12 +2,15 @@
 
 use std::path::Path;
 
+use bksim::analysis::ModeRequest;
 use bksim::log::Outcome;
+use bksim::modal::Swinging;
 use bksim::playback::PlaybackError;
 use bksim::sim::run::Unreplayed;
 use bksim_view::show::{Show, Solved, solve};
 use serde_json::{Value, json};
 
+use crate::modal::mode_of;
 use bksim_cli::args::ModelArgs;
 use bksim_cli::exit::Failure;
 use bksim_cli::progress::{Progress, StopWish};
@@ -22,6 +25,17 @@ pub(super) struct Opened {
     pub(super) is_complete: bool,
     /// Warnings of the model, and why it was not solved to its end.
     pub(super) diagnostics: Value,
+}
+
+/// A mode of small motions, and its period, s.
+pub(super) fn open_mode(
+    args: &ModelArgs,
+    nesting: usize,
+    request: &ModeRequest,
+) -> Result<(Opened, f64), Failure> {
+    let Swinging { playback, period, .. } = mode_of(args, nesting, request)?;
+    let show = Show::new(playback);
+    Ok((Opened { show, is_complete: true, diagnostics: json!([]) }, period))
 }
 
 /// Opens a log, or reads and solves a model; prints what is wrong with it unless it goes into JSON.
