@@ -30,6 +30,8 @@ pub struct Loaded {
     pub(crate) kept: Vec<usize>,
     /// The longest link, m.
     pub(crate) size: f64,
+    /// Of each joint the components of its reaction that are unique, where the start tells it.
+    pub(crate) unique: Vec<[bool; 6]>,
     pub(crate) quantities: Vec<PoseQuantity>,
 }
 
@@ -58,6 +60,7 @@ impl Loaded {
             parameters: mechanism.parameters.clone(),
             kept: (0..n_rows).collect(),
             size: 1.0,
+            unique: Vec::new(),
             quantities,
             mechanism,
         };
@@ -89,6 +92,7 @@ impl Loaded {
             };
             self.kept = (0..n_rows).filter(holds).collect();
             self.parameters = start.parameters_with_modes(&mechanism.parameters);
+            self.unique.clone_from(&start.uniqueness.reactions);
             (self.q, self.v, self.a, self.lambda) = (start.q, start.v, start.a, start.lambda);
             start.longest_link
         } else {
@@ -123,6 +127,7 @@ impl Loaded {
             parameters,
             kept,
             size: positions.size,
+            unique: Vec::new(),
             quantities: Vec::new(),
             mechanism,
         }
