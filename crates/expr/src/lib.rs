@@ -55,6 +55,7 @@ mod handle;
 mod kink;
 mod lexer;
 mod lower;
+mod named;
 mod number;
 mod op;
 mod parse;
@@ -76,6 +77,7 @@ pub use eval::{Batch, DomainFault, EvalError, Jit, Runner, Workspace};
 #[cfg(feature = "jit")]
 pub use eval::{JitError, MachineCode};
 pub use lower::LowerError;
+pub use named::FunctionId;
 pub use number::Number;
 pub use op::Function;
 pub use parse::{ParseOptions, parse};
