@@ -1,6 +1,8 @@
 //! LaTeX, as it would be typeset in a paper.
 
-use super::mark::{FunctionName, Height, Mark, MarkPart, SymbolNames, digits, function_name, relation};
+use super::mark::{
+    FunctionName, Height, Mark, MarkPart, SymbolNames, digits, function_name, relation,
+};
 use super::name::{Name, Word};
 use crate::op::Function;
 

@@ -1,6 +1,8 @@
 //! Presentation MathML: the content of a `<math>` element.
 
-use super::mark::{FunctionName, Height, Mark, MarkPart, SymbolNames, digits, function_name, relation};
+use super::mark::{
+    FunctionName, Height, Mark, MarkPart, SymbolNames, digits, function_name, relation,
+};
 use super::name::{Name, Word};
 
 /// Between a function's name and its argument.

@@ -1,6 +1,8 @@
 //! Typst, for mathematics mode.
 
-use super::mark::{FunctionName, Height, Mark, MarkPart, SymbolNames, digits, function_name, relation};
+use super::mark::{
+    FunctionName, Height, Mark, MarkPart, SymbolNames, digits, function_name, relation,
+};
 use super::name::{Name, Word};
 use crate::op::Function;
 

@@ -49,8 +49,7 @@ fn terms(pool: &Pool, piece: &FunctionPiece, arguments: &[Expr]) -> Vec<Expr> {
         });
         pool.product(factors.chain([number(c)]))
     };
-    let mut terms: Vec<Expr> =
-        piece.terms.iter().filter(|(_, c)| *c != 0.0).map(term).collect();
+    let mut terms: Vec<Expr> = piece.terms.iter().filter(|(_, c)| *c != 0.0).map(term).collect();
     if let Some([a, omega, phi]) = piece.sine {
         let angle = pool.add(pool.mul(number(omega), distance(0)), number(phi));
         terms.push(pool.mul(number(a), pool.sin(angle)));

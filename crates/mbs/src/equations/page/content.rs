@@ -4,9 +4,7 @@ use bksim_expr::{Certificate, Expr, Operations, SymbolId};
 
 use super::{Body, Cell, Label, Section, Style, Subject, Writer, number, unit};
 use crate::coordinate::{Coordinate, CoordinateKind, Owner};
-use crate::equations::{
-    ContactText, Counts, FunctionText, ReadingForm, contact_texts, functions,
-};
+use crate::equations::{ContactText, Counts, FunctionText, ReadingForm, contact_texts, functions};
 use crate::system::Derivation;
 use bksim_model::{Anchor, BodyId, JointId, JointKind, Model, Space, StateId};
 
