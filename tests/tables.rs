@@ -86,7 +86,7 @@ const LIFTED: &str = "[bodies.m]\nmass = \"1 kg\"\n[bodies.cam]\ninertia = \"0.1
      { return = \"20 mm\", over = \"180 deg\", law = \"3-4-5\" },\n]\n\
      [loads.spring]\ntype = \"force\"\non = \"m\"\nvector = [0, \"spring(S.position)\"]\n\
      [couplings.cam]\ntype = \"relation\"\nrelation = \"S.position - lift(A.angle)\"\n\
-     [initial]\nA = { angle = \"30 deg\", rate = \"2 rad/s\" }\n";
+     [initial]\nA = { angle = \"30 deg\", rate = \"2 rad/s\" }\n[solve]\nt_end = 1\n";
 
 #[test]
 fn equations_call_tables_and_laws_by_their_names_and_tell_them_below() {

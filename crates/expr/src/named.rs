@@ -114,6 +114,26 @@ impl Pool {
         self.named(function, |row| (row.name.clone(), row.parameters.clone()))
     }
 
+    /// The function that text calls so: `gas`, `gas'` or `torque_x`.
+    pub(crate) fn function_written(&self, written: &str) -> Option<FunctionId> {
+        let of_name = |name: &str| self.find_named(|row| row.name == name && row.orders == [0; 2]);
+        let name = written.trim_end_matches('\'');
+        if let Some(function) = of_name(name) {
+            let n = written.len() - name.len();
+            return Some((0..n).fold(function, |of, _| self.named_derivative(of, 0)));
+        }
+        // Behind the name of a function of two variables those by which it is differentiated.
+        let ends = name.match_indices('_').map(|(at, _)| at);
+        ends.filter_map(|at| Some((of_name(&name[..at])?, &name[at + 1..]))).find_map(|(of, by)| {
+            let (_, parameters) = self.signature_of(of);
+            let names: Vec<String> = parameters.iter().map(|&s| self.symbol_name(s)).collect();
+            by.split('_').try_fold(of, |of, variable| {
+                let parameter = names.iter().position(|name| name == variable)?;
+                Some(self.named_derivative(of, parameter))
+            })
+        })
+    }
+
     /// The derivative by a parameter.
     pub(crate) fn named_derivative(&self, function: FunctionId, parameter: usize) -> FunctionId {
         if let Some(known) = self.named(function, |row| row.derivatives[parameter]) {
@@ -230,6 +250,9 @@ mod tests {
         let call = pool.apply(torque, &[q, p]);
         let mixed = pool.diff(pool.diff(call, of_q), of_p);
         assert_eq!(mixed, pool.diff(pool.diff(call, of_p), of_q));
+        for e in [slope, mixed] {
+            assert_eq!(pool.parse(&pool.to_text(e)), Ok(e), "{}", pool.to_text(e));
+        }
         let [text, _, latex, ..] = written(&pool, mixed);
         assert_eq!(text, "torque_x_y(q, p)");
         assert_eq!(latex, r"\partial_{x y}\mathrm{torque}(q, p)");

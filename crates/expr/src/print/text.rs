@@ -1,4 +1,4 @@
-//! Infix text that this crate and others can parse, functions with names aside.
+//! Infix text that this crate and others can parse; functions with names must be known to the pool.
 
 use super::mark::{FunctionName, Mark, MarkPart, SymbolNames};
 
@@ -25,7 +25,7 @@ pub(super) fn write(mark: &Mark, names: &SymbolNames<'_>, out: &mut String) {
         Mark::Named(function) => {
             let FunctionName { name, primes, by } = names.of_function(function);
             out.extend([name, primes]);
-            by.iter().for_each(|variable| out.extend(["_", variable]));
+            out.extend(by.into_iter().flat_map(|variable| ["_".to_owned(), variable]));
         }
         Mark::Power(_) => (),
         Mark::Fraction(_)

@@ -28,7 +28,7 @@ pub(super) fn write(mark: &Mark, names: &SymbolNames<'_>, out: &mut String) {
         Mark::Named(function) => {
             let FunctionName { name: text, primes, by } = names.of_function(function);
             out.extend([name(&text), primes.replace('\'', "′")]);
-            by.iter().for_each(|variable| out.extend(["_", &name(variable)]));
+            out.extend(by.iter().flat_map(|variable| ["_".to_owned(), name(variable)]));
         }
         _ => text::write(mark, names, out),
     }
