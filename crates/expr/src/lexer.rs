@@ -62,7 +62,10 @@ impl<'t> Lexer<'t> {
             '<' => (Token::Comparison("lt"), 1),
             '>' if rest.starts_with(">=") => (Token::Comparison("ge"), 2),
             '>' => (Token::Comparison("gt"), 1),
-            c if is_name_start(c) => (Token::Name, name_length(rest)),
+            c if is_name_start(c) => {
+                let length = name_length(rest);
+                (Token::Name, length + primes_length(&rest[length..]))
+            }
             // A unit by itself.
             '°' => (Token::Name, first.len_utf8()),
             found => {
@@ -98,6 +101,12 @@ pub(crate) fn name_length(text: &str) -> usize {
         }
     }
     text.len()
+}
+
+/// Bytes of the primes between the name of a function and its arguments.
+fn primes_length(text: &str) -> usize {
+    let length = text.len() - text.trim_start_matches('\'').len();
+    if text[length..].starts_with('(') { length } else { 0 }
 }
 
 /// Bytes of the number at the start; digits and dots are taken together, so that `1.2.3` is one

@@ -158,13 +158,22 @@ impl Pool {
     }
 
     fn call_by_name(&self, name: &str, arguments: &[Expr]) -> Result<Expr, ParseErrorKind> {
-        let unknown = || ParseErrorKind::UnknownFunction { name: name.to_owned() };
-        let function = Function::from_name(name).ok_or_else(unknown)?;
-        self.call(function, arguments).ok_or_else(|| ParseErrorKind::WrongArity {
+        let wrong_arity = |expected: usize| ParseErrorKind::WrongArity {
             name: name.to_owned(),
-            expected: function.arity(),
+            expected,
             found: arguments.len(),
-        })
+        };
+        if let Some(function) = Function::from_name(name) {
+            let call = self.call(function, arguments);
+            return call.ok_or_else(|| wrong_arity(function.arity()));
+        }
+        let unknown = || ParseErrorKind::UnknownFunction { name: name.to_owned() };
+        let named = self.function_written(name).ok_or_else(unknown)?;
+        let (_, parameters) = self.signature_of(named);
+        if parameters.len() != arguments.len() {
+            return Err(wrong_arity(parameters.len()));
+        }
+        Ok(self.apply(named, arguments))
     }
 
     /// Reads an expression; names become symbols, except that `pi` is the constant.

@@ -72,7 +72,9 @@ pub fn switches_of(
     let multipliers = system.constraints.iter().map(|row| row.lambda).collect();
     let (pool, time) = (&model.pool, model.time);
     let mut kinks = Kinks { pool, time, state, multipliers, switches: Vec::new() };
-    let images = model.pool.map_calls(roots, |function, operands| kinks.image(function, operands));
+    // Functions by name have their kinks inside.
+    let roots = model.pool.expand_named(roots);
+    let images = pool.map_calls(&roots, |function, operands| kinks.image(function, operands));
     (images, kinks.switches)
 }
 

@@ -55,6 +55,7 @@ mod orientation;
 mod outline;
 mod parameters;
 mod pieces;
+mod piecewise;
 mod plausible;
 mod points;
 mod quantity;
@@ -192,6 +193,7 @@ pub fn read_recorded(source: &Source<'_>, varied: &[String]) -> (Reading, Option
         parameter_order: Vec::new(),
         faults: Vec::new(),
         spatial: None,
+        functions: Vec::new(),
         table_calls: Vec::new(),
         tables: Vec::new(),
         curves: Vec::new(),

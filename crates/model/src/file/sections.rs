@@ -120,6 +120,7 @@ impl Reader<'_> {
             named_signals: controllers.signals,
             clocks: controllers.clocks,
             held: controllers.held,
+            functions: std::mem::take(&mut self.functions),
             table_calls: std::mem::take(&mut self.table_calls),
             signals: std::mem::take(&mut self.names.signals),
             initial,
