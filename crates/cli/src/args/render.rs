@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use bksim_scene::StandardView;
 use bksim_scene::request::{Background, DENSITIES, FACTORS, MOST_GHOSTS, SIDES};
 use clap::{Args, ValueEnum};
 
@@ -66,8 +67,8 @@ pub struct Render {
     /// Arrows, to one scale over the whole motion.
     #[arg(long, value_enum, value_name = "KINDS", value_delimiter = ',')]
     pub arrows: Vec<Arrows>,
-    /// From where a spatial mechanism is seen: azimuth and elevation in degrees.
-    #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = view, allow_hyphen_values = true)]
+    /// From where a spatial mechanism is seen: front, right, top, isometric, or azimuth and elevation in degrees.
+    #[arg(long, value_name = "VIEW", value_parser = view, allow_hyphen_values = true)]
     pub view: Option<[f64; 2]>,
 }
 
@@ -111,7 +112,13 @@ fn density(text: &str) -> Result<f32, String> {
 }
 
 fn view(text: &str) -> Result<[f64; 2], String> {
-    let wrong = || "expected azimuth and elevation in degrees, such as 30,20".to_owned();
+    if let Some(view) = StandardView::named(text) {
+        return Ok(view.angles_deg());
+    }
+    let wrong = || {
+        let names = StandardView::ALL.map(StandardView::word).join(", ");
+        format!("expected {names}, or azimuth and elevation in degrees, such as 30,20")
+    };
     let (azimuth, elevation) = text.split_once(',').ok_or_else(wrong)?;
     let angle = |text: &str| text.trim().parse::<f64>().ok().filter(|x| x.abs() <= 360.0);
     angle(azimuth).zip(angle(elevation)).map(|(a, e)| [a, e]).ok_or_else(wrong)

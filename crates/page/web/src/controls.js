@@ -1,5 +1,7 @@
 // Buttons, lists, keys and pointers.
 
+import { VIEWS } from './camera.js';
+
 const ICONS = {
   play: 'M8 5v14l11-7z',
   pause: 'M7 5h4v14H7zM13 5h4v14h-4z',
@@ -117,6 +119,16 @@ export function view(canvas, camera, fit, redraw) {
   element('zoom-out').addEventListener('click', () => zoom(0.8));
   element('fit').addEventListener('click', fit);
   canvas.addEventListener('dblclick', fit);
+  const look = element('look');
+  look.hidden = camera.isPlanar;
+  look.add(new Option('view', '', true, true));
+  for (const name of Object.keys(VIEWS)) look.add(new Option(name, name));
+  look.addEventListener('change', () => {
+    if (look.value) camera.look(look.value);
+    fit();
+    // Turned by hand, the view is none of them; and each can be chosen again.
+    look.value = '';
+  });
   const pixelOf = (event) => {
     const { left, top } = canvas.getBoundingClientRect();
     return [event.clientX - left, event.clientY - top];

@@ -78,7 +78,7 @@ class _Drawn(TypedDict):
     speed: float | None
     size: tuple[int, int] | None
     density: float | None
-    view: tuple[float, float] | None
+    view: tuple[float, float] | str | None
     background: str
     labels: bool
     trails: list[str]

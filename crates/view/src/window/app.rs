@@ -162,6 +162,7 @@ impl<'a> App<'a> {
             Action::RealSpeed => clock.set_speed(1.0),
             Action::Loop => clock.is_looping = !clock.is_looping,
             Action::Fit => self.viewport.fit(),
+            Action::Look(view) => self.viewport.look(view),
             Action::Panel => self.panel.is_open = !self.panel.is_open,
             Action::Labels
             | Action::Trails

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use bksim::sim::run::Unreplayed;
-use bksim_scene::Extras;
+use bksim_scene::{Extras, StandardView};
 use eframe::egui_wgpu;
 use egui::{Color32, Painter, PointerButton, Rect, Response, Sense, Ui, vec2};
 
@@ -108,6 +108,12 @@ impl Viewport {
         let Some(show) = &mut self.show else { return };
         let size = self.eye.camera().size;
         self.eye.fit(size, show.points_over_run());
+    }
+
+    /// Looks at a spatial mechanism from a standard direction, with the whole motion in the picture.
+    pub(super) fn look(&mut self, view: StandardView) {
+        self.eye.look(view);
+        self.fit();
     }
 
     /// Shows the picture in all the space that is left; returns its rectangle.
