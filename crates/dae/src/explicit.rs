@@ -254,7 +254,7 @@ impl<S: Ode> ExplicitSolver<S> {
         saver.real(self.controller.last_error);
         saver.flag(self.controller.is_retry);
         saver.count(self.controller.noise.count);
-        saver.real(self.controller.noise.error);
+        saver.real(self.controller.noise.log_error);
         saver.count(self.stiffness.n_beyond);
         saver.count(self.stiffness.n_within);
         saver.stats(&self.stats);
@@ -280,7 +280,7 @@ impl<S: Ode> ExplicitSolver<S> {
         solver.h = loader.real()?;
         solver.grid = (loader.real()?, loader.count()?);
         let (last_error, is_retry) = (loader.real()?, loader.flag()?);
-        let noise = Noise { count: loader.count()?, error: loader.real()? };
+        let noise = Noise { count: loader.count()?, log_error: loader.real()? };
         solver.controller = PiController { last_error, is_retry, rejected: None, noise };
         solver.stiffness.n_beyond = loader.count()?;
         solver.stiffness.n_within = loader.count()?;

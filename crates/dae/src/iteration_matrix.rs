@@ -222,7 +222,7 @@ pub(crate) struct IterationMatrix(Method);
 
 /// All matrices together, or one after the other.
 enum Method {
-    Together(StaticLu),
+    Together(Box<StaticLu>),
     Apart(Box<SeparateFactors>),
 }
 
@@ -254,7 +254,8 @@ impl IterationMatrix {
             }
         };
         if is_static {
-            return Ok(Self(Method::Together(StaticLu::new(pattern, explicit_rows))));
+            let lu = StaticLu::new(pattern, explicit_rows);
+            return Ok(Self(Method::Together(Box::new(lu))));
         }
         let is_dense = match solver {
             LinearSolver::Dense => true,
@@ -265,7 +266,7 @@ impl IterationMatrix {
         let complex = (0..n_complex).map(|_| Factor::new(&plan, n_entries, symbolic.as_ref()));
         let complex = complex.collect::<Result<_, _>>()?;
         let real = Factor::new(&plan, n_entries, symbolic.as_ref())?;
-        Ok(Self(Method::Apart(Box::new(SeparateFactors { real, complex, plan }))))
+        Ok(Self(Method::Apart(Box::new(SeparateFactors { plan, real, complex }))))
     }
 
     /// Factors `(γ/h) ∂F/∂y′ + ∂F/∂y` and the complex `(λ_k/h) ∂F/∂y′ + ∂F/∂y`.

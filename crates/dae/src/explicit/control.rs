@@ -40,14 +40,21 @@ pub(super) struct PiController {
 pub struct Noise {
     /// How many there were.
     pub count: usize,
-    /// The largest of their errors, in tolerances.
-    pub error: f64,
+    /// The logarithms of their errors, in tolerances, in all.
+    pub log_error: f64,
+}
+
+impl Noise {
+    /// The mean of their errors, in tolerances, as the logarithm has it.
+    pub fn mean_error(&self) -> f64 {
+        (self.log_error / self.count.max(1) as f64).exp()
+    }
 }
 
 impl AddAssign for Noise {
     fn add_assign(&mut self, other: Self) {
         self.count += other.count;
-        self.error = self.error.max(other.error);
+        self.log_error += other.log_error;
     }
 }
 
@@ -67,9 +74,9 @@ impl PiController {
     fn compare(&mut self, h: f64, error: f64) {
         let Some((larger, before)) = self.rejected.take() else { return };
         let power = (before / error).ln() / (larger / h).ln();
-        if power < OF_NOISE {
+        if power < OF_NOISE && error > 0.0 {
             self.noise.count += 1;
-            self.noise.error = self.noise.error.max(error);
+            self.noise.log_error += error.ln();
         }
     }
 

@@ -151,11 +151,11 @@ impl Sample {
 
 fn save_noise(noise: &Noise, saver: &mut Saver) {
     saver.count(noise.count);
-    saver.real(noise.error);
+    saver.real(noise.log_error);
 }
 
 fn load_noise(loader: &mut Loader<'_>) -> Result<Noise, SolveError> {
-    Ok(Noise { count: loader.count()?, error: loader.real()? })
+    Ok(Noise { count: loader.count()?, log_error: loader.real()? })
 }
 
 fn residuals(loader: &mut Loader<'_>) -> Result<[[f64; 2]; 2], SolveError> {
