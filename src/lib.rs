@@ -51,6 +51,7 @@ mod drawing;
 mod explain;
 pub mod options;
 pub mod sweep_codes;
+pub mod translation;
 
 pub use bksim_model::diagnostic::Rejected;
 pub use bksim_runlog::{describe, measured, overview, playback, player, record};
