@@ -53,6 +53,7 @@ pub mod modal;
 pub mod options;
 pub mod overlay;
 pub mod sweep_codes;
+pub mod translation;
 
 pub use bksim_model::diagnostic::Rejected;
 pub use bksim_runlog::{describe, measured, overview, playback, player, record};

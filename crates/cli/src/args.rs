@@ -9,6 +9,7 @@ pub(crate) mod info;
 pub mod page;
 pub mod plot;
 pub mod render;
+pub(crate) mod speech;
 pub mod sweep;
 mod time;
 pub mod view;

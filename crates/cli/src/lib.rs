@@ -21,12 +21,13 @@ mod visible;
 use std::ffi::OsString;
 use std::path::Path;
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches};
 
 use crate::args::analysis::{Bode, Polygons};
 use crate::args::page::Page;
 use crate::args::plot::Plot;
 use crate::args::render::Render;
+use crate::args::speech::{language, with_language};
 use crate::args::sweep::Sweep;
 use crate::args::view::View;
 use crate::args::{Cli, Command, Export};
@@ -97,7 +98,12 @@ pub fn run(arguments: &[OsString]) -> u8 {
 /// As [`run`], with the commands of the studio done by `studio`.
 pub fn run_with(arguments: &[OsString], studio: Studio<'_>) -> u8 {
     let wants_json = arguments.iter().any(|argument| argument == "--json");
-    let cli = match Cli::try_parse_from(arguments) {
+    let parsed =
+        with_language(Cli::command()).try_get_matches_from(arguments).and_then(|matches| {
+            render::speak(language(&matches));
+            Cli::from_arg_matches(&matches)
+        });
+    let cli = match parsed {
         Ok(cli) => cli,
         Err(error) => {
             // Help and version are results; anything else is a fault of the command line.

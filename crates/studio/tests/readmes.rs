@@ -59,6 +59,20 @@ fn the_page_on_sweeps_shows_what_is_printed() {
 }
 
 #[test]
+fn the_pages_of_the_book_show_what_is_printed() {
+    check(&root().join("docs/start.md"));
+    for entry in fs::read_dir(root().join("docs/tasks")).expect("tasks") {
+        check(&entry.expect("an entry").path());
+    }
+}
+
+#[test]
+fn the_vietnamese_pages_show_what_is_printed() {
+    check(&root().join("docs/vi/README.md"));
+    check(&root().join("docs/vi/bai-dau-tien.md"));
+}
+
+#[test]
 fn every_example_shows_what_is_printed() {
     for entry in fs::read_dir(root().join("examples")).expect("examples") {
         let example = entry.expect("an entry").path();
