@@ -4,7 +4,6 @@ mod arrows;
 #[cfg(test)]
 mod pendulum;
 mod reach;
-mod solve;
 mod trail;
 
 use std::sync::Arc;
@@ -19,7 +18,6 @@ use self::arrows::Arrows;
 pub use self::arrows::Scales;
 #[cfg(test)]
 pub(crate) use self::pendulum::pendulum;
-pub use self::solve::{Solved, solve};
 use self::trail::Past;
 
 /// Additions to the mechanism, and the colours.

@@ -1,17 +1,15 @@
 //! `bksim render`: pictures and films of a motion, without a window.
 
 mod faults;
-mod motion;
 
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::time::Instant;
 
 use bksim_view::render::{Format, RenderError, Rendering, Request};
-use bksim_view::show::ShowOptions;
+use bksim_view::show::{Show, ShowOptions};
 use serde_json::{Value, json};
 
-use self::motion::Opened;
 use bksim_cli::args::ModelArgs;
 use bksim_cli::args::render::{Arrows, Render};
 use bksim_cli::exit::{Failure, Status};
@@ -19,6 +17,8 @@ use bksim_cli::origin::{is_of_model, stamped};
 use bksim_cli::output;
 use bksim_cli::output_file::OutputFile;
 use bksim_cli::progress::{Progress, StopWish};
+use bksim_cli::source::logged::unplayable;
+use bksim_cli::source::motion::{self, Opened, Opening};
 
 pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status, Failure> {
     let begun = Instant::now();
@@ -37,14 +37,15 @@ pub(crate) fn run(args: &Render, as_json: bool, nesting: usize) -> Result<Status
         drawing: args.drawing.clone(),
     };
     let stop = StopWish::watch().map_err(|e| Failure::writing(&args.output, &e))?;
-    let Opened { show, is_complete, diagnostics } = motion::open(&model, nesting, as_json, &stop)?;
+    let opening = Opening { cannot: "drawn", nesting, as_json, stop: &stop };
+    let Opened { playback, is_complete, diagnostics } = motion::open(&model, opening)?;
     if let Some(status) = stop.status() {
         return Ok(status);
     }
-    let model_name = show.playback().mechanism().model.name.clone();
+    let model_name = playback.mechanism().model.name.clone();
     let may_replace = args.force || is_film || is_of_model(&args.output, &model_name);
     let output = if may_replace { output } else { plan(false)? };
-    let mut rendering = order.prepare(show).map_err(|e| refused(args, &e))?;
+    let mut rendering = order.prepare(Show::new(playback)).map_err(|e| refused(args, &e))?;
     let mut out = BufWriter::new(output.create()?);
     let progress = Progress::of("drawing", rendering.clip.from, rendering.clip.to);
     let mut go_on = |t: f64| {
@@ -151,7 +152,7 @@ fn refused(args: &Render, error: &RenderError) -> Failure {
             let help = if known.is_empty() { "nothing in it has a name" } else { &help };
             Failure::usage(format!("nothing that can leave a trail is called `{name}`"), help)
         }
-        RenderError::Unreplayed(error) => motion::unreplayed(&args.input, *error),
+        RenderError::Unreplayed(error) => unplayable(&args.input, "drawn", error),
         RenderError::Canvas(error) => faults::undrawn(args, error),
         RenderError::Film(error) => faults::unwritten(args, error),
         other => Failure::usage(other.to_string(), "`bksim render --help` shows what can be"),

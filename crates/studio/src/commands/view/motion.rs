@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use bksim::playback::PlaybackError;
-use bksim_view::show::{Show, solve};
+use bksim::solved::solve;
+use bksim_view::show::Show;
 use bksim_view::window::{Loaded, Task};
 
 use bksim_cli::args::ModelArgs;
