@@ -95,6 +95,10 @@ pub(crate) enum Command {
     Cad(cad::Cad),
     /// Explain a diagnostic code, or list them all.
     Explain(Explain),
+    /// Answer an editor about model files: faults, meanings, completions, names, order.
+    Lsp,
+    /// Print the JSON Schema of model files, by which editors complete and check them.
+    Schema,
     /// Print what completes commands, options and files in a shell.
     Completions(shell::Completions),
     /// Print a page of the manual, or write all of them.

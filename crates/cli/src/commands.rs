@@ -14,5 +14,6 @@ pub(crate) mod info;
 pub(crate) mod new;
 pub(crate) mod parts;
 pub(crate) mod report;
+pub(crate) mod schema;
 pub(crate) mod shell;
 pub mod solve;

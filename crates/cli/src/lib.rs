@@ -8,6 +8,7 @@ pub mod args;
 pub mod commands;
 pub mod exit;
 mod handover;
+mod lsp;
 pub mod origin;
 pub mod output;
 pub mod output_file;
@@ -173,6 +174,8 @@ fn dispatch(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>
         Command::Cad(args) => {
             own(commands::cad::name(args), commands::cad::run(args, json, nesting))
         }
+        Command::Lsp => own("lsp", lsp::run(nesting)),
+        Command::Schema => own("schema", commands::schema::run(json)),
         Command::Completions(args) => own("completions", commands::shell::completions(args, json)),
         Command::Man(args) => own("man", commands::shell::man(args, json)),
         Command::Explain(args) => own("explain", commands::explain::run(args, json)),

@@ -62,6 +62,7 @@ mod quantity;
 mod reader;
 mod replay;
 mod sampled;
+mod schema;
 mod sections;
 mod shown_units;
 mod solids;
@@ -83,7 +84,9 @@ use bksim_expr::Pool;
 
 pub use codes::PAGES;
 pub use expand::{Expansion, Open, SourceFile, expand};
+pub use quantity::names_in;
 pub use replay::Recording;
+pub use schema::{Holds, SectionForm, TableForm, sections};
 pub use shown_units::{ShownUnit, ShownUnits};
 pub use syntax::decode;
 pub use words::suggest;

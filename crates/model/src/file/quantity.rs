@@ -1,7 +1,7 @@
 //! Values of the file: bare numbers, quantities and expressions, as expressions in SI.
 
 use bksim_expr::{
-    BinaryOperator, Expr, Number, ParseError, ParseOptions, Syntax, SyntaxKind, parse,
+    BinaryOperator, Expr, Number, ParseError, ParseOptions, Syntax, SyntaxKind, SyntaxNode, parse,
 };
 
 use super::codes;
@@ -291,6 +291,20 @@ fn end_of_numbers(syntax: &Syntax) -> Option<usize> {
         end = is_constant(last).then(|| end.unwrap_or(syntax.nodes[last].span.end));
         idx = first;
     }
+}
+
+/// The names in an expression, of functions too, by their bytes; none where it is no expression. `is_own` tells
+/// names of the model from units.
+pub fn names_in(expression: &str, is_own: &dyn Fn(&str) -> bool) -> Vec<std::ops::Range<usize>> {
+    /// As deep as an editor looks.
+    const DEPTH: usize = 64;
+    let Ok(syntax) = syntax_of(expression, DEPTH, is_own) else { return Vec::new() };
+    let span = |node: &SyntaxNode| match &node.kind {
+        SyntaxKind::Name(_) => Some(node.span.clone()),
+        SyntaxKind::Call { name_span, .. } => Some(name_span.clone()),
+        _ => None,
+    };
+    syntax.nodes.iter().filter_map(span).collect()
 }
 
 /// The syntax of an expression. A unit goes on after a space or `/`, so that a parameter `m` leaves `3 N/m` alone;

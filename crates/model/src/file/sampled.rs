@@ -26,6 +26,9 @@ pub(super) enum Rounding {
     Mod,
 }
 
+/// Keys of a clock.
+pub(super) const CLOCK_KEYS: [&str; 2] = ["every", "start"];
+
 /// Their names.
 pub(super) const ROUNDINGS: [(&str, Rounding); 4] = [
     ("floor", Rounding::Floor),
@@ -72,7 +75,7 @@ impl Reader<'_> {
                 continue;
             };
             let owner = format!("clock `{name}`");
-            let fields = Fields::open(self, table, owner, span.clone(), &["every", "start"]);
+            let fields = Fields::open(self, table, owner, span.clone(), &CLOCK_KEYS);
             let every = fields.require(self, "every", "write for example `every = \"2 ms\"`");
             let every = every.and_then(|node| {
                 self.scalar(node, Quantity::INTERVAL, &fields.what("every"), Scope::Constant)

@@ -69,6 +69,12 @@ impl WrittenUnit {
         self.scale.apply(number)
     }
 
+    /// The noun for what is measured in it, where there is one: `length`, `angle`.
+    pub fn noun(&self) -> Option<&'static str> {
+        let is_angle = self.is_angle && self.dimension == Dimension::NONE;
+        if is_angle { Some("angle") } else { self.dimension.noun() }
+    }
+
     /// The SI unit of the same quantity, as text.
     pub fn si(&self) -> String {
         let unit = self.dimension.to_string();
