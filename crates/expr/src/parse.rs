@@ -145,6 +145,7 @@ impl Parser<'_, '_> {
                     let span = self.lexer.advance()?;
                     self.pending.push(Pending::Not(span));
                 }
+                Token::Name if self.is_word() => return Err(self.unexpected_operand()),
                 Token::Name => {
                     let name = self.lexer.slice().to_owned();
                     let name_span = self.lexer.advance()?;

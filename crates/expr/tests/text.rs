@@ -234,6 +234,8 @@ fn faults_point_at_their_span() {
     );
     let then = K::UnexpectedToken { found: "then".into(), expected: "an operator" };
     check_fault("a then b", then, 2..6);
+    let operand_missing = K::UnexpectedToken { found: "then".into(), expected: operand };
+    check_fault("2 + then", operand_missing, 4..8);
     check_fault("a⁻", K::BadNumber { found: "⁻".into() }, 1..4);
     check_fault("a^²", K::UnexpectedToken { found: "²".into(), expected: operand }, 2..4);
     check_fault("()", K::UnexpectedToken { found: ")".into(), expected: operand }, 1..2);

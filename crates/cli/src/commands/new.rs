@@ -1,5 +1,6 @@
 //! `bksim new NAME`: a small commented model that solves, or one of the examples.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use bksim::model::file::suggest;
@@ -33,7 +34,7 @@ pub(crate) fn run(args: &New, as_json: bool) -> Result<Status, Failure> {
     let Some(name) = args.name.as_deref() else { return list(as_json) };
     let files = match &args.template {
         Some(template) => of_example(template, stem(name), args.drawing)?,
-        None => vec![(format!("{}.toml", stem(name)), TEMPLATE.as_bytes())],
+        None => vec![(format!("{}.toml", stem(name)), Cow::Borrowed(TEMPLATE.as_bytes()))],
     };
     let paths: Vec<PathBuf> = files.iter().map(|(file, _)| PathBuf::from(file)).collect();
     if let Some(path) = paths.iter().find(|path| path.exists() && !args.force) {
@@ -66,7 +67,7 @@ fn of_example(
     template: &str,
     stem: &str,
     wants_drawing: bool,
-) -> Result<Vec<(String, &'static [u8])>, Failure> {
+) -> Result<Vec<(String, Cow<'static, [u8]>)>, Failure> {
     let Some(example) = EXAMPLES.iter().find(|example| example.name == template) else {
         let names: Vec<&str> = EXAMPLES.iter().map(|example| example.name).collect();
         let message = format!("there is no template `{template}`");
@@ -84,9 +85,18 @@ fn of_example(
         MODEL | SIDECAR | DRAWING => None,
         other => Some(Path::new(stem).with_file_name(other).display().to_string()),
     };
-    let files = example.files.iter().filter_map(|&(name, bytes)| Some((renamed(name)?, bytes)));
-    let mut files: Vec<(String, &[u8])> = files.collect();
-    let first = format!("{stem}.{}", if as_drawing { "dxf" } else { "toml" });
+    // The model next to a drawing names it.
+    let contents = |name: &str, bytes: &'static [u8]| match std::str::from_utf8(bytes) {
+        Ok(text) if name == SIDECAR => {
+            Cow::Owned(text.replace(DRAWING, &format!("{stem}.dxf")).into_bytes())
+        }
+        _ => Cow::Borrowed(bytes),
+    };
+    let files = example.files.iter();
+    let files = files.filter_map(|&(name, bytes)| Some((renamed(name)?, contents(name, bytes))));
+    let mut files: Vec<(String, Cow<'static, [u8]>)> = files.collect();
+    let is_drawing_alone = as_drawing && !has(SIDECAR);
+    let first = format!("{stem}.{}", if is_drawing_alone { "dxf" } else { "toml" });
     files.sort_by_key(|(name, _)| *name != first);
     Ok(files)
 }

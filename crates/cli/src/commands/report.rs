@@ -75,22 +75,65 @@ type Row = Vec<String>;
 struct Writing<'u> {
     units: &'u ShownUnits,
     time: ShownUnit,
+    /// The largest sizes of forces and of moments and energies, N and J.
+    scales: [f64; 2],
+}
+
+/// Part of the largest value of a kind below which another one is rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// A value, or zero where it is rounding beside a scale.
+fn above(value: f64, scale: f64) -> f64 {
+    if value.abs() < ROUNDING * scale { 0.0 } else { value }
+}
+
+/// The largest sizes of forces and of moments and energies in a report: what is far below is rounding of them.
+fn scales(report: &Report) -> [f64; 2] {
+    let of_drives = |unit: &str| {
+        let own = report.drives.iter().filter(move |drive| drive.unit == unit);
+        own.map(|drive| drive.peak.value).collect::<Vec<_>>()
+    };
+    let forces = report.reactions.iter().map(|reaction| reaction.force.value);
+    let moments = report.reactions.iter().map(|reaction| reaction.moment.value);
+    let energy = &report.energy;
+    let [least, most] = energy.potential.map(|extreme| extreme.value);
+    let energies = [energy.kinetic.value, least, most, energy.work];
+    let largest = |values: &mut dyn Iterator<Item = f64>| {
+        values.fold(0.0, |largest: f64, value| largest.max(value.abs()))
+    };
+    [
+        largest(&mut forces.chain(of_drives("N"))),
+        largest(&mut moments.chain(of_drives("N*m")).chain(energies)),
+    ]
 }
 
 impl Writing<'_> {
     /// A value with its unit.
     fn value(&self, value: f64, si: &str) -> String {
         let unit = self.units.of(si);
+        let value = self.floored(value, si);
         format!("{} {}", number(unit.of_si(value)), unit.unit).trim_end().to_owned()
+    }
+
+    /// A value, or zero where it is rounding of the largest one of its kind.
+    fn floored(&self, value: f64, si: &str) -> f64 {
+        let scale = match si {
+            "N" => self.scales[0],
+            "N*m" | "J" => self.scales[1],
+            _ => 0.0,
+        };
+        above(value, scale)
     }
 
     fn instant(&self, t: f64) -> String {
         format!("{} {}", number(self.time.of_si(t)), self.time.unit)
     }
 
-    /// A value and its instant.
+    /// A value and its instant; none of what is zero but for rounding.
     fn extreme(&self, extreme: Extreme, si: &str) -> [String; 2] {
-        [self.value(extreme.value, si), self.instant(extreme.t)]
+        let is_zero = self.floored(extreme.value, si) == 0.0;
+        let instant = if is_zero { String::new() } else { self.instant(extreme.t) };
+        [self.value(extreme.value, si), instant]
     }
 }
 
@@ -100,19 +143,26 @@ fn words<const N: usize>(words: [&str; N]) -> Row {
 
 /// The tables with their names; those without rows are left out.
 fn sections(report: &Report, units: &ShownUnits) -> Vec<(&'static str, Vec<Row>)> {
-    let writing = Writing { units, time: units.of("s") };
+    let writing = Writing { units, time: units.of("s"), scales: scales(report) };
     let w = &writing;
     let per =
         |unit: &str, n: usize| if n == 1 { format!("{unit}/s") } else { format!("{unit}/s^2") };
+    let duration = (report.span[1] - report.span[0]).abs();
     let motions = report.motions.iter().map(|motion| {
-        let [least, largest] = motion.limits.map(|limit| w.extreme(limit, motion.unit));
+        let floored =
+            |limit: Extreme| Extreme { value: above(limit.value, motion.stroke()), ..limit };
+        let [least, largest] = motion.limits.map(|limit| w.extreme(floored(limit), motion.unit));
         let stroke = [w.value(motion.stroke(), motion.unit)];
         let cells = [vec![motion.name.clone()], least.to_vec(), largest.to_vec(), stroke.to_vec()];
         cells.concat()
     });
     let rates = report.motions.iter().map(|motion| {
         let rate = w.extreme(motion.rate, &per(motion.unit, 1));
-        let acceleration = w.extreme(motion.acceleration, &per(motion.unit, 2));
+        // What a steady rate has of it is rounding.
+        let least = motion.rate.value.abs() / duration;
+        let acceleration =
+            Extreme { value: above(motion.acceleration.value, least), ..motion.acceleration };
+        let acceleration = w.extreme(acceleration, &per(motion.unit, 2));
         [vec![motion.name.clone()], rate.to_vec(), acceleration.to_vec()].concat()
     });
     let ratios = report.motions.iter().filter_map(|motion| {

@@ -17,6 +17,26 @@ const MODULE: u32 = 9;
 const PROPERTY: u32 = 10;
 const VALUE: u32 = 12;
 
+/// The words after the name of a body, a point or a joint.
+const MEASURES: [&str; 16] = [
+    "angle",
+    "rate",
+    "position",
+    "velocity",
+    "angle1",
+    "angle2",
+    "angle3",
+    "position1",
+    "position2",
+    "position3",
+    "x",
+    "y",
+    "z",
+    "vx",
+    "vy",
+    "vz",
+];
+
 fn item(label: &str, kind: u32, detail: &str) -> Value {
     json!({ "label": label, "kind": kind, "detail": detail })
 }
@@ -91,24 +111,6 @@ fn names(
     if let Some(body) = model.bodies.iter().find(|body| body.name == owner) {
         found.extend(body.points.iter().map(|point| item(&point.name, VARIABLE, "point")));
     }
-    const MEASURES: [&str; 16] = [
-        "angle",
-        "rate",
-        "position",
-        "velocity",
-        "angle1",
-        "angle2",
-        "angle3",
-        "position1",
-        "position2",
-        "position3",
-        "x",
-        "y",
-        "z",
-        "vx",
-        "vy",
-        "vz",
-    ];
     for word in MEASURES {
         let measure = bksim::model::Measure::named(&model, &format!("{owner}.{word}"));
         found.extend(measure.map(|measure| item(word, PROPERTY, measure.unit(&model))));

@@ -189,7 +189,9 @@ impl Reader<'_> {
             // Words and their order.
             ParseErrorKind::UnknownUnit { name } => {
                 let units: Vec<&str> = UNITS.iter().map(|unit| unit.name).collect();
-                let help = if self.names.plain(name).is_some() {
+                let help = if WORDS.iter().any(|(known, _)| known == name) {
+                    after_operand(name)
+                } else if self.names.plain(name).is_some() {
                     format!("write `*` between the number and `{name}`")
                 } else if closest(name, &units).is_some() {
                     suggest(name, &units)
@@ -209,6 +211,7 @@ impl Reader<'_> {
             ParseErrorKind::UnexpectedToken { found, expected } => {
                 let help = match *expected {
                     "an operator" => after_operand(found),
+                    _ if WORDS.iter().any(|(known, _)| known == found) => after_operand(found),
                     _ => format!("write {expected} before it, or remove it"),
                 };
                 fault(format!("found `{}` where {expected} must stand", cut(found)))

@@ -32,7 +32,7 @@ pub(super) fn time_ratio(
     period: Option<f64>,
 ) -> Option<TimeRatio> {
     let margin = AT_LIMIT * (largest - least);
-    if !(margin > 0.0) {
+    if margin.is_nan() || margin <= 0.0 {
         return None;
     }
     // Turning points at the limits: whether at the upper one, and when.
