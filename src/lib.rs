@@ -49,7 +49,9 @@ pub use bksim_sim as sim;
 
 mod drawing;
 mod explain;
+pub mod modal;
 pub mod options;
+pub mod overlay;
 pub mod sweep_codes;
 
 pub use bksim_model::diagnostic::Rejected;

@@ -212,7 +212,7 @@ fn guess(rows: &Rows, start: &[f64], random: &mut Pcg64) -> Vec<f64> {
 
 /// Newton's iteration with bounded steps onto all rows; the nearest solution of each where some motions
 /// are free.
-fn closed(rows: &mut Rows, t: f64, mut x: Vec<f64>, u: &[f64]) -> Option<Vec<f64>> {
+pub(crate) fn closed(rows: &mut Rows, t: f64, mut x: Vec<f64>, u: &[f64]) -> Option<Vec<f64>> {
     const MOST: usize = 60;
     const LONGEST: f64 = 0.7;
     for _ in 0..MOST {

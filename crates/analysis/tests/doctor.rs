@@ -29,6 +29,11 @@ fn four_bar(space: &str, joints: [&str; 4]) -> String {
     )
 }
 
+/// The redundant conditions in words.
+fn redundant(found: &Doctor) -> Vec<&str> {
+    found.repeated.iter().map(|repeated| repeated.condition.words.as_str()).collect()
+}
+
 const TURN: &str = "type = \"revolute\", axis = [0, 0, 1]";
 
 fn spatial(joints: [&str; 4]) -> String {
@@ -42,7 +47,14 @@ fn a_planar_four_bar_in_space_repeats_three_conditions() {
     assert_eq!(found.count.mobility, 1);
     assert_eq!(found.count.n_redundant, 3);
     assert_eq!(found.repeated.len(), 3);
-    assert!(found.repeated.iter().all(|repeated| repeated.condition.of == "D"), "{found:?}");
+    assert_eq!(
+        redundant(&found),
+        [
+            "force along the z axis of `D`",
+            "moment about the x axis of `D`",
+            "moment about the y axis of `D`",
+        ]
+    );
     assert!(found.repeated.iter().all(|repeated| !repeated.by.is_empty()));
     assert_eq!(found.motions.len(), 1);
     let motion = &found.motions[0];
@@ -76,6 +88,48 @@ fn a_planar_four_bar_in_space_repeats_three_conditions() {
     }
 }
 
+/// What a joint gives up is redundant no more, and the rest still is.
+#[test]
+fn a_freed_direction_is_redundant_no_more() {
+    let slides = "type = \"cylindrical\", axis = [0, 0, 1]";
+    let found = examined(&spatial([TURN, TURN, TURN, slides]));
+    let rest = ["moment about the x axis of `D`", "moment about the y axis of `D`"];
+    assert_eq!(redundant(&found), rest);
+    let found = examined(&spatial([TURN, TURN, TURN, "type = \"spherical\""]));
+    assert_eq!(redundant(&found), ["force along the z axis of `D`"]);
+}
+
+/// The axes of a joint are those of the frame of its first point, and an oblique hinge has oblique directions.
+#[test]
+fn directions_are_in_the_axes_of_the_joint() {
+    let door = |frame: &str, axis: &str| {
+        format!(
+            "space = \"spatial\"\n[ground.points]\nL = {{ at = [0, 0, 0], {frame} }}\nU = {{ at = [0, 0, 1], {frame} }}\n\
+             [bodies.door]\npoints = {{ L = {{ at = [0, 0, 0], {frame} }}, U = {{ at = [0, 0, 1], {frame} }} }}\n[joints]\n\
+             lower = {{ type = \"revolute\", axis = {axis}, between = [\"ground.L\", \"door.L\"] }}\n\
+             upper = {{ type = \"cylindrical\", axis = {axis}, between = [\"ground.U\", \"door.U\"] }}\n"
+        )
+    };
+    // Turned by 90° about y, the frame has the world's z along its own −x.
+    let found = examined(&door("rpy = [0, \"90 deg\", 0]", "[1, 0, 0]"));
+    let words = [
+        "force along the y axis of `upper`",
+        "force along the z axis of `upper`",
+        "moment about the y axis of `upper`",
+        "moment about the z axis of `upper`",
+    ];
+    assert_eq!(redundant(&found), words);
+    // Turned by 45° about x, the hinge is oblique in its frame.
+    let found = examined(&door("rpy = [\"45 deg\", 0, 0]", "[0, 1, 1]"));
+    let axes: Vec<_> =
+        found.repeated.iter().filter_map(|repeated| repeated.condition.axis).collect();
+    assert_eq!(axes.len(), 4, "{found:?}");
+    for axis in axes {
+        let along = axis[1] + axis[2];
+        assert!(along.abs() < 1e-9, "{axis:?} is across the hinge");
+    }
+}
+
 #[test]
 fn a_door_needs_one_hinge_that_slides_and_swivels() {
     let text = "space = \"spatial\"\n[ground.points]\nU = [0, 0, 1]\n\
@@ -84,6 +138,7 @@ fn a_door_needs_one_hinge_that_slides_and_swivels() {
                 upper = { type = \"revolute\", axis = [0, 0, 1], between = [\"ground.U\", \"door.U\"] }\n";
     let found = examined(text);
     assert_eq!([found.count.counted, found.count.mobility, found.count.n_redundant], [-4, 1, 5]);
+    assert!(found.repeated.iter().all(|repeated| repeated.condition.of == "upper"), "{found:?}");
     assert_eq!(found.alignments.len(), 1);
     assert!(found.alignments[0].distance.expect("in line") < 1e-12);
     let first = &found.cures[0];

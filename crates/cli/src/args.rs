@@ -52,6 +52,10 @@ pub(crate) enum Command {
     Assemble(ModelArgs),
     /// Positions, velocities and accelerations over a range; limits; assemblies. Needs no loads.
     Kinematics(analysis::Kinematics),
+    /// Trace the curves of points with double points and cusps, instant centres and centrodes, swept regions, workspaces.
+    Curves(analysis::Curves),
+    /// Find the velocity and acceleration polygon of a pose; drawn as SVG, PNG or PDF.
+    Polygons(analysis::Polygons),
     /// Find the equilibria, their stability and the reactions in them.
     Static(analysis::Static),
     /// Make the equations linear about a state: A, B, C, D.
@@ -147,6 +151,13 @@ pub struct ModelArgs {
     /// How a drawing is read.
     #[command(flatten)]
     pub drawing: DrawingArgs,
+}
+
+impl ModelArgs {
+    /// A file with nothing else said.
+    pub fn of(model: &Path) -> Self {
+        Self { model: model.to_owned(), set: Vec::new(), drawing: DrawingArgs::default() }
+    }
 }
 
 /// How a drawing is read.

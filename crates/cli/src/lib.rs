@@ -24,7 +24,7 @@ use std::path::Path;
 
 use clap::Parser;
 
-use crate::args::analysis::Bode;
+use crate::args::analysis::{Bode, Polygons};
 use crate::args::page::Page;
 use crate::args::plot::Plot;
 use crate::args::render::Render;
@@ -40,10 +40,14 @@ pub enum StudioCommand<'a> {
     Bode(&'a Bode, &'a Path),
     /// Channels of a log, as Parquet to this file.
     Export(&'a Export, &'a Path),
+    /// A mode as a film or a picture.
+    Modes(&'a Render),
     /// A run as a page of HTML.
     Page(&'a Page),
     /// Curves of runs.
     Plot(&'a Plot),
+    /// Velocity and acceleration polygons, as a picture in this file.
+    Polygons(&'a Polygons, &'a Path),
     /// A picture or a film.
     Render(&'a Render),
     /// One model at many parameter values.
@@ -58,8 +62,10 @@ impl StudioCommand<'_> {
         match self {
             Self::Bode(..) => "bode",
             Self::Export(..) => "export",
+            Self::Modes(_) => "modes",
             Self::Page(_) => "page",
             Self::Plot(_) => "plot",
+            Self::Polygons(..) => "polygons",
             Self::Render(_) => "render",
             Self::Sweep(_) => "sweep",
             Self::View(_) => "view",
@@ -136,13 +142,23 @@ fn dispatch(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>
         Command::Kinematics(args) => {
             own("kinematics", commands::analysis::kinematics::run(args, json, nesting))
         }
+        Command::Curves(args) => {
+            own("curves", commands::analysis::curves::run(args, json, nesting))
+        }
+        Command::Polygons(args) => match args.picture() {
+            Some(path) => studio(StudioCommand::Polygons(args, path)),
+            None => own("polygons", commands::analysis::polygons::run(args, None, json, nesting)),
+        },
         Command::Static(args) => {
             own("static", commands::analysis::statics::run(args, json, nesting))
         }
         Command::Linearize(args) => {
             own("linearize", commands::analysis::linearize::run(args, json, nesting))
         }
-        Command::Modes(args) => own("modes", commands::analysis::modes::run(args, json, nesting)),
+        Command::Modes(args) => match args.picture() {
+            Some(render) => studio(StudioCommand::Modes(&render)),
+            None => own("modes", commands::analysis::modes::run(args, json, nesting)),
+        },
         Command::Bode(args) => match args.picture() {
             Some(path) => studio(StudioCommand::Bode(args, path)),
             None => own("bode", commands::analysis::bode::run(args, None, json, nesting)),

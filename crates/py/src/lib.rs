@@ -73,6 +73,8 @@ fn bksim_module(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(stepping::begin, m)?)?;
     m.add_function(wrap_pyfunction!(questions::kinematics_of, m)?)?;
     m.add_function(wrap_pyfunction!(questions::limits_of, m)?)?;
+    m.add_function(wrap_pyfunction!(questions::curves_of, m)?)?;
+    m.add_function(wrap_pyfunction!(questions::workspaces_of, m)?)?;
     m.add_function(wrap_pyfunction!(questions::assemblies_of, m)?)?;
     m.add_function(wrap_pyfunction!(questions::static_of, m)?)?;
     m.add_function(wrap_pyfunction!(questions::linearize_of, m)?)?;

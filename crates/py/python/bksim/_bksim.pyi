@@ -24,6 +24,7 @@ __all__ = [
     "bode_of",
     "command",
     "compiled_functions",
+    "curves_of",
     "doctor_of",
     "explain",
     "figure",
@@ -46,6 +47,7 @@ __all__ = [
     "unit_word",
     "verify_of",
     "with_values",
+    "workspaces_of",
 ]
 
 class _Written(TypedDict):
@@ -78,7 +80,7 @@ class _Drawn(TypedDict):
     speed: float | None
     size: tuple[int, int] | None
     density: float | None
-    view: tuple[float, float] | None
+    view: tuple[float, float] | str | None
     background: str
     labels: bool
     trails: list[str]
@@ -351,6 +353,14 @@ def kinematics_of(
 def limits_of(
     engine: Engine, drive: str | None, outputs: list[str], all_assemblies: bool
 ) -> _Told: ...
+def curves_of(
+    engine: Engine,
+    points: list[str],
+    centrodes: list[str],
+    swept: list[str],
+    all_assemblies: bool,
+) -> _Told: ...
+def workspaces_of(engine: Engine, points: list[str]) -> _Told: ...
 def assemblies_of(engine: Engine) -> _Told: ...
 def static_of(
     engine: Engine, by: list[str], over: tuple[str, str] | None, solve: list[str]

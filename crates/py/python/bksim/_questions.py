@@ -170,6 +170,24 @@ class Questions:
         found = _bksim.limits_of(self._engine(), drive, names("of", of), all_assemblies)
         return Answer(found)
 
+    def curves(
+        self,
+        points: str | Sequence[str] = (),
+        *,
+        centrodes: str | Sequence[str] = (),
+        swept: str | Sequence[str] = (),
+        all_assemblies: bool = False,
+    ) -> Answer:
+        """Ways of points with their double points and cusps, instant centres at the start, centrodes of bodies
+        (``"coupler"``, ``"coupler/crank"``) and the regions that bodies sweep; with nothing named, the ways of the
+        points that no joint connects."""
+        asked = (names("points", points), names("centrodes", centrodes), names("swept", swept))
+        return Answer(_bksim.curves_of(self._engine(), *asked, all_assemblies))
+
+    def workspaces(self, points: str | Sequence[str]) -> Answer:
+        """Where points of a mechanism with two free motions or more can be brought."""
+        return Answer(_bksim.workspaces_of(self._engine(), names("points", points)))
+
     def assemblies(self) -> Answer:
         """The ways in which the start closes."""
         return Answer(_bksim.assemblies_of(self._engine()))

@@ -389,7 +389,7 @@ class Solution(Samples):
         speed: float | None = None,
         size: tuple[int, int] | None = None,
         density: float | None = None,
-        view: tuple[float, float] | None = None,
+        view: tuple[float, float] | str | None = None,
         background: str = "light",
         labels: bool = False,
         trails: str | Sequence[str] = (),
@@ -404,8 +404,8 @@ class Solution(Samples):
         A picture shows the instant ``at``, s, the middle of the motion unless given; a film shows
         ``span``, or the whole motion, with ``fps`` frames a second, each second of film being ``speed``
         seconds of motion. ``size`` is in pixels, of which a point has ``density``: else the mechanism
-        chooses the shape. ``view`` is the azimuth and elevation, in degrees, from which a spatial
-        mechanism is seen. ``background`` is ``"light"``, ``"dark"``, ``"transparent"`` or a colour such as
+        chooses the shape. ``view`` is where a spatial mechanism is seen from: ``"front"``,
+        ``"right"``, ``"top"``, ``"isometric"``, or azimuth and elevation in degrees. ``background`` is ``"light"``, ``"dark"``, ``"transparent"`` or a colour such as
         ``"#fff8e7"``.
 
         ``trails`` names joints, points (``"crank.P"``) and bodies, for their centres of mass; ``arrows`` are

@@ -25,12 +25,6 @@ pub fn told(name: &str, found: &Doctor) -> Answer {
     }
 }
 
-/// A condition in words: `D force x`.
-fn condition(of: &Condition) -> String {
-    let effort = if of.is_moment { "moment" } else { "force" };
-    format!("`{}` {effort} {}", of.of, of.direction)
-}
-
 fn changes(cure: &Cure) -> String {
     let change = |(joint, from, to): &(String, &str, &str)| format!("`{joint}`: {from} -> {to}");
     cure.changes.iter().map(change).collect::<Vec<_>>().join(", ")
@@ -82,11 +76,14 @@ fn text(name: &str, found: &Doctor) -> String {
     }
     if !found.repeated.is_empty() {
         let row = |repeated: &Repeated| {
-            let by: Vec<String> = repeated.by.iter().map(condition).collect();
-            vec![condition(&repeated.condition), by.join(", ")]
+            let by = repeated.by.iter().enumerate().map(|(k, by)| {
+                let first = if k == 0 { repeated.condition.words.clone() } else { String::new() };
+                vec![first, by.words.clone()]
+            });
+            by.collect::<Vec<_>>()
         };
-        let rows = found.repeated.iter().map(row).collect();
-        text.extend([format!("\n\n{}", lines(&["redundant", "repeats"], rows))]);
+        let rows = found.repeated.iter().flat_map(row).collect();
+        text.extend([format!("\n\n{}", lines(&["redundant", "follows from"], rows))]);
     }
     if !found.cures.is_empty() {
         let row = |cure: &Cure| {
@@ -115,8 +112,13 @@ fn count_json(count: Count) -> Value {
 }
 
 fn condition_json(of: &Condition) -> Value {
-    let effort = if of.is_moment { "moment" } else { "force" };
-    json!({ "of": of.of, "direction": of.direction, "effort": effort })
+    json!({
+        "of": of.of,
+        "direction": of.direction,
+        "effort": of.effort,
+        "axis": of.axis,
+        "text": of.words,
+    })
 }
 
 fn told_json(found: &Doctor) -> Value {
