@@ -8,6 +8,7 @@ pub mod args;
 pub mod commands;
 pub mod exit;
 mod handover;
+mod lsp;
 pub mod origin;
 pub mod output;
 pub mod output_file;
@@ -187,6 +188,7 @@ fn dispatch(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>
             Some(path) => studio(StudioCommand::Export(args, path)),
             None => own("export", commands::export::run(args, json)),
         },
+        Command::Report(args) => own("report", commands::report::run(args, json, nesting)),
         Command::Info(args) => own("info", commands::info::run(args, json)),
         Command::Plot(args) => studio(StudioCommand::Plot(args)),
         Command::Page(args) => studio(StudioCommand::Page(args)),
@@ -194,6 +196,10 @@ fn dispatch(cli: &Cli, studio: Studio<'_>) -> (&'static str, Result<u8, Failure>
         Command::Cad(args) => {
             own(commands::cad::name(args), commands::cad::run(args, json, nesting))
         }
+        Command::Lsp => own("lsp", lsp::run(nesting)),
+        Command::Schema => own("schema", commands::schema::run(json)),
+        Command::Completions(args) => own("completions", commands::shell::completions(args, json)),
+        Command::Man(args) => own("man", commands::shell::man(args, json)),
         Command::Explain(args) => own("explain", commands::explain::run(args, json)),
     }
 }

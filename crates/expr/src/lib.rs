@@ -49,6 +49,7 @@ mod build;
 mod call;
 mod certificate;
 mod codegen;
+mod composed;
 mod diff;
 mod eval;
 mod handle;
@@ -73,6 +74,7 @@ mod tape;
 
 pub use certificate::Certificate;
 pub use codegen::{CCode, CodegenError, Program, Quantity, Signature, TestPoint};
+pub use composed::{COMPOSED, Composed, function_names};
 pub use diff::SparseJacobian;
 pub use eval::{Batch, DomainFault, EvalError, Jit, Runner, Workspace};
 #[cfg(feature = "jit")]

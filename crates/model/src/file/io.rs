@@ -9,7 +9,7 @@ use crate::io::{Io, ReactionComponent};
 use crate::measure::Measure;
 use crate::model::Model;
 
-const IO_KEYS: &[&str] = &["input", "output"];
+pub(super) const IO_KEYS: &[&str] = &["input", "output"];
 
 /// Names with their positions, which are looked up when the model is there.
 #[derive(Default)]
