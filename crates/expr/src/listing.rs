@@ -22,7 +22,7 @@ use std::fmt::Write as _;
 pub struct ListingError(pub usize);
 
 impl Pool {
-    /// The steps that make `roots`, each once.
+    /// The steps that make `roots`, each once; functions with a name are written out.
     ///
     /// ```
     /// use bksim_expr::Pool;
@@ -35,7 +35,7 @@ impl Pool {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn listing(&self, roots: &[Expr]) -> String {
-        let sweep = self.sweep(roots);
+        let sweep = self.sweep(&self.expand_named(roots));
         let mut text = String::new();
         for step in &sweep.steps {
             match step.op {
@@ -52,6 +52,7 @@ impl Pool {
                 Op::Mul => text.push_str("mul"),
                 Op::Pow => text.push_str("pow"),
                 Op::Pair => text.push_str("pair"),
+                Op::Named => unreachable!("functions with names are expanded above"),
                 Op::Call(function) => text.push_str(function.name()),
             }
             for operand in sweep.operands(step) {
