@@ -12,8 +12,8 @@
 use bksim_model::Model;
 use nalgebra::{Complex, DMatrix};
 
-use crate::error::AnalysisError;
 use crate::channels::Channels;
+use crate::error::AnalysisError;
 use crate::linear::{About, Linear, linearize};
 use crate::table::{Column, Table};
 

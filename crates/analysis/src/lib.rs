@@ -57,6 +57,7 @@ pub use bode::{Frequencies, Response, Transfer, bode};
 pub use branches::PointKind;
 pub use cam::{CamLine, CamProfile, CamReport, CamRequest, Located, Peaks, cam};
 pub use centrodes::{CentrePlace, Centrodes, InstantCentre};
+pub use channels::Channels;
 pub use continuation::{BranchPoint, Continuation, EquilibriumBranch, statics_over};
 pub use curves::{Curves, CurvesRequest, PointCurve, PointCurves, curves};
 pub use doctor::{
@@ -72,7 +73,6 @@ pub use extreme::Extreme;
 pub use inverse::{Inverse, Load, Motion, inverse};
 pub use kinematics::{Kinematics, Prescribed, kinematics};
 pub use limits::{Branch, Limits, LimitsRequest, OutputLimits, RangeOf, limits};
-pub use channels::Channels;
 pub use linear::{About, Linear, linearize};
 pub use linear_code::exported_linear;
 pub use loaded::Loaded;

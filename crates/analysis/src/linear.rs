@@ -16,10 +16,10 @@ use bksim_model::{Model, ParameterId};
 use nalgebra::{DMatrix, DVector};
 
 use crate::balance::{Balance, named_quantity, pose_of};
+use crate::channels::{Channels, Input};
 use crate::equilibrium::Equilibrium;
 use crate::error::AnalysisError;
 use crate::forces::{At, Forces, ForcesAt};
-use crate::channels::{Channels, Input};
 use crate::linear_outputs::{Changes, Outputs};
 use crate::loaded::Loaded;
 use crate::reduced::Reduced;
@@ -144,7 +144,11 @@ pub fn linearize(model: Model, about: About, channels: &Channels) -> Result<Line
     // Changes of the state by y, ẏ and u.
     let joined = |parts: [&DMatrix<f64>; 3]| {
         let columns: Vec<_> = parts.iter().flat_map(|part| part.column_iter()).collect();
-        if columns.is_empty() { DMatrix::zeros(parts[0].nrows(), 0) } else { DMatrix::from_columns(&columns) }
+        if columns.is_empty() {
+            DMatrix::zeros(parts[0].nrows(), 0)
+        } else {
+            DMatrix::from_columns(&columns)
+        }
     };
     let nothing = |n_columns: usize| DMatrix::zeros(n, n_columns);
     let multipliers = pseudo_inverse(&at.jacobian.transpose());

@@ -19,7 +19,8 @@ pub fn exported_linear(name: &str, linear: &Linear) -> Result<ExportedFunction, 
     let symbols: Vec<Expr> =
         (0..n + linear.inputs.len()).map(|k| pool.symbol(&format!("x{k}"))).collect();
     let row = |of_states: &DMatrix<f64>, of_inputs: &DMatrix<f64>, i: usize| {
-        let entries = of_states.row(i).iter().chain(of_inputs.row(i).iter()).copied().collect::<Vec<f64>>();
+        let entries =
+            of_states.row(i).iter().chain(of_inputs.row(i).iter()).copied().collect::<Vec<f64>>();
         let terms = entries.iter().zip(&symbols);
         let terms: Vec<Expr> = terms.map(|(entry, x)| pool.mul(pool.float(*entry), *x)).collect();
         pool.sum(terms)

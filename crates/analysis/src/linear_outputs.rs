@@ -101,7 +101,8 @@ impl<'a> Outputs<'a> {
         let slopes: Vec<Expr> =
             self.expressions.iter().flat_map(|&e| pool.gradient(e, &arguments)).collect();
         let symbols = vacated(pool, system.parameters(model), self.free);
-        let tape = Tape::compile(pool, &slopes, &[&[model.time], &arguments[..]].concat(), &symbols)?;
+        let tape =
+            Tape::compile(pool, &slopes, &[&[model.time], &arguments[..]].concat(), &symbols)?;
         let mut of_all_rows = vec![0.0; system.constraints.len()];
         loaded.kept.iter().zip(lambda).for_each(|(&row, &value)| of_all_rows[row] = value);
         let numbers = [&[t], q, v, a, &of_all_rows, p].concat();
@@ -112,7 +113,8 @@ impl<'a> Outputs<'a> {
         let mut c = DMatrix::zeros(self.expressions.len(), n_states);
         let mut d = DMatrix::zeros(self.expressions.len(), n_inputs);
         for (k, slopes) in values.chunks(arguments.len().max(1)).enumerate() {
-            let row = |from: usize, len: usize| RowDVector::from_row_slice(&slopes[from..from + len]);
+            let row =
+                |from: usize, len: usize| RowDVector::from_row_slice(&slopes[from..from + len]);
             let by_row = |&kept: &usize| slopes[3 * n + kept];
             let by_lambda =
                 RowDVector::from_iterator(loaded.kept.len(), loaded.kept.iter().map(by_row));
@@ -154,10 +156,9 @@ fn allowed(
         Input::Effort(quantity) => of.component >= 3 || !quantity.is_angle(),
     };
     match inputs.iter().zip(&channels.inputs).find(|(input, _)| is_open(input)) {
-        Some((_, input)) => Err(AnalysisError::EffortInReaction {
-            output: name.to_owned(),
-            input: input.clone(),
-        }),
+        Some((_, input)) => {
+            Err(AnalysisError::EffortInReaction { output: name.to_owned(), input: input.clone() })
+        }
         None => Ok(()),
     }
 }

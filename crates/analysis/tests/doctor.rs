@@ -221,7 +221,8 @@ fn dead_points_of_a_rocker_that_drives_are_located() {
         .filter(|of| of.kind == Singularity::DeadPoint)
         .map(|of| of.drive.abs())
         .collect();
-    let at = |reach: f64| PI - f64::acos((2.5 * 2.5 + 3.2 * 3.2 - reach * reach) / (2.0 * 2.5 * 3.2));
+    let at =
+        |reach: f64| PI - f64::acos((2.5 * 2.5 + 3.2 * 3.2 - reach * reach) / (2.0 * 2.5 * 3.2));
     for expected in [at(4.0), at(2.0)] {
         assert!(dead.iter().any(|angle| (angle - expected).abs() < 1e-9), "{dead:?}: {expected}");
     }
@@ -258,13 +259,12 @@ fn the_drive_that_is_too_many_is_named() {
                 B = { type = \"revolute\", between = [\"crank.B\", \"coupler\"] }\n\
                 C = { type = \"revolute\", between = [\"coupler.C\", \"rocker.C\"] }\n\
                 D = { type = \"revolute\", between = [\"ground.D\", \"rocker\"] }\n\
-                [drives]\nfirst = { joint = \"A\", motion = \"0.5 + t\" }\n\
-                second = { joint = \"D\", motion = \"0.3 + 2*t\" }\n";
+                [drives]\nfirst = { joint = \"A\", motion = \"0.5 rad + 1 rad/s*t\" }\n\
+                second = { joint = \"D\", motion = \"0.3 rad + 2 rad/s*t\" }\n";
     let found = examined(text);
     let told: Vec<_> =
         found.drives.iter().map(|d| (d.measure.as_str(), d.is_too_many, d.by.clone())).collect();
-    let expected =
-        [("A.angle", false, vec![]), ("D.angle", true, vec!["A.angle".to_owned()])];
+    let expected = [("A.angle", false, vec![]), ("D.angle", true, vec!["A.angle".to_owned()])];
     assert_eq!(told, expected);
     assert_eq!(found.count.mobility, 1);
 }
