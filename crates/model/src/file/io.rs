@@ -10,7 +10,7 @@ use crate::measure::Measure;
 use crate::model::Model;
 use crate::reaction_component::ReactionComponent;
 
-const IO_KEYS: &[&str] = &["input", "output"];
+pub(super) const IO_KEYS: &[&str] = &["input", "output"];
 
 /// Names with their positions, which are looked up when the model is there.
 #[derive(Default)]
