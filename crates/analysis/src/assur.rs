@@ -97,7 +97,7 @@ pub(crate) struct Apart {
     t: f64,
 }
 
-/// What a step does to the ways that lead to it.
+/// The ways on from a step.
 enum Outcome {
     /// Places of all parts, for each way on.
     Ways(Vec<Vec<Option<Place>>>),

@@ -190,7 +190,11 @@ impl<'a> Balance<'a> {
             let q = rows.unscaled(p.z.as_slice());
             self.work(&q, &rows.unscaled(p.tangent.as_slice()))
         };
-        let values: Vec<f64> = trace.points.iter().map(|p| work(&curve, p)).collect();
+        let mut values: Vec<f64> = trace.points.iter().map(|p| work(&curve, p)).collect();
+        // One pose, one value: rounding after a whole turn could hide an equilibrium in the start.
+        if let Some(last) = values.len().checked_sub(1).filter(|_| trace.is_closed) {
+            values[last] = values[0];
+        }
         let size = values.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
         let mut found: Vec<Vec<f64>> = Vec::new();
         if size == 0.0 {

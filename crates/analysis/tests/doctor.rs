@@ -259,8 +259,8 @@ fn the_drive_that_is_too_many_is_named() {
                 B = { type = \"revolute\", between = [\"crank.B\", \"coupler\"] }\n\
                 C = { type = \"revolute\", between = [\"coupler.C\", \"rocker.C\"] }\n\
                 D = { type = \"revolute\", between = [\"ground.D\", \"rocker\"] }\n\
-                [drives]\nfirst = { joint = \"A\", motion = \"0.5 + t\" }\n\
-                second = { joint = \"D\", motion = \"0.3 + 2*t\" }\n";
+                [drives]\nfirst = { joint = \"A\", motion = \"0.5 rad + 1 rad/s*t\" }\n\
+                second = { joint = \"D\", motion = \"0.3 rad + 2 rad/s*t\" }\n";
     let found = examined(text);
     let told: Vec<_> =
         found.drives.iter().map(|d| (d.measure.as_str(), d.is_too_many, d.by.clone())).collect();

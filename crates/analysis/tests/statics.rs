@@ -77,6 +77,24 @@ fn a_quaternion_and_its_opposite_are_one_equilibrium() {
     assert_eq!(found.equilibria.iter().filter(|e| e.stability == Stability::Stable).count(), 1);
 }
 
+/// A pendulum that starts where it hangs: the work of its weight is a rounding there, of one sign or the other after a
+/// turn.
+#[test]
+fn an_equilibrium_in_the_start_is_found() {
+    for degrees in [-90, 90, 270, 450] {
+        let text = format!(
+            "[bodies.rod]\nmass = 2\ninertia = 1\ncom = [0.7, 0]\n\
+             [joints]\nA = {{ type = \"revolute\", between = [\"ground\", \"rod\"] }}\n\
+             [loads]\ng = {{ type = \"gravity\", acceleration = [0, -9.81] }}\n\
+             [initial]\nA = {{ angle = \"{degrees} deg\" }}\n"
+        );
+        let found = statics(model(&text), &[]).expect("equilibria");
+        let mut stabilities: Vec<_> = found.equilibria.iter().map(|e| e.stability).collect();
+        stabilities.sort_by_key(|stability| *stability == Stability::Unstable);
+        assert_eq!(stabilities, [Stability::Stable, Stability::Unstable], "{degrees}");
+    }
+}
+
 #[test]
 fn an_equilibrium_lies_on_a_branch_that_the_start_does_not_take() {
     // A weight of 10 N comes to rest 0.1 m into a buffer that begins at 1 m, and so it is told from the other side.

@@ -32,6 +32,7 @@ mod measure_names;
 mod mesh;
 pub mod message;
 mod model;
+mod reaction_component;
 mod solve;
 mod state;
 mod table;
@@ -45,12 +46,13 @@ pub use ids::{
     BeltId, BodyId, ClockId, CouplingId, CurveId, DriveId, GROUND, JointId, LawId, LoadId,
     ParameterId, PointId, StateId, Vector,
 };
-pub use io::{Io, ReactionComponent};
+pub use io::Io;
 pub use joint::{JOINT_TYPES, Joint, JointKind, MotionKind, motion_words};
 pub use load::{FrictionLaw, Load, LoadKind, Surface};
 pub use measure::{Axis, Frame, Initial, Measure, Orientation, Signal};
 pub use mesh::{Mesh, MeshFault, MeshMoments};
 pub use model::{CoordinatePolicy, Model, Parameter, Space};
+pub use reaction_component::ReactionComponent;
 pub use solve::{Formulation, Jit, MOST_OUTPUTS, Method, Outputs, SolveOptions};
 pub use state::{Clock, HeldChange, HeldSignal, LatchRow, NamedSignal, State};
 pub use table::{FunctionPiece, NamedFunction, TableCall};

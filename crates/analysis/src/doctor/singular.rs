@@ -76,11 +76,8 @@ pub fn singular_poses(model: Model, name: &str) -> Result<Vec<SingularPose>, Ana
     for (pair, &step) in trace.points.windows(2).zip(&trace.steps) {
         let ends = [orientation(&mut curve, &pair[0]), orientation(&mut curve, &pair[1])];
         if ends[0] * ends[1] < 0.0 {
-            let signs = (ends[0], ends[1]);
-            let root = curve.root(&pair[0], step, signs, &mut |curve, p| orientation(curve, p));
-            if let Some(point) = root {
-                tell(Singularity::BranchPoint, watched.pose(&curve, &point));
-            }
+            let point = crossing(&mut curve, &pair[0], step, ends);
+            tell(Singularity::BranchPoint, watched.pose(&curve, &point));
         }
         for extreme in watched.between(&mut curve, (&pair[0], &pair[1]), [step, step]) {
             let is_drive = extreme.pose[last].1 == extreme.value && extreme.name == name;
@@ -90,6 +87,35 @@ pub fn singular_poses(model: Model, name: &str) -> Result<Vec<SingularPose>, Ana
         }
     }
     Ok(found)
+}
+
+/// The point within a step at which the orientation changes its sign. There the corrector is singular, too, so points
+/// come as near as it goes, and the last stretch is taken for straight.
+fn crossing(curve: &mut Curve<Path<'_>>, from: &Point, step: f64, ends: [f64; 2]) -> Point {
+    let at = |z: nalgebra::DVector<f64>| Point { z, tangent: from.tangent.clone() };
+    let ([mut a, mut b], [mut at_a, mut at_b]) = ([0.0, step], ends);
+    for _ in 0..40 {
+        let middle = 0.5 * (a + b);
+        let mut z = &from.z + &from.tangent * middle;
+        let Some(_) = curve.correct(&mut z, &from.tangent) else { break };
+        let Some(point) = curve.point(z, &from.tangent) else { break };
+        let value = orientation(curve, &point);
+        if (value > 0.0) == (at_a > 0.0) {
+            (a, at_a) = (middle, value);
+        } else {
+            (b, at_b) = (middle, value);
+        }
+    }
+    let c = (a * at_b - b * at_a) / (at_b - at_a);
+    let mut corrected = |c: f64| {
+        let mut z = &from.z + &from.tangent * c;
+        let reached = curve.correct(&mut z, &from.tangent).is_some();
+        reached.then_some(z)
+    };
+    match (corrected(a), corrected(b)) {
+        (Some(z_a), Some(z_b)) if b > a => at(&z_a + (z_b - &z_a) * ((c - a) / (b - a))),
+        _ => at(&from.z + &from.tangent * c),
+    }
 }
 
 /// det [G; τᵀ], over its largest size.

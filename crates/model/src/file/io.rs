@@ -5,9 +5,10 @@ use super::gather::coordinate_names;
 use super::reader::{Fields, Reader};
 use super::tree::{Node, Table, Value};
 use crate::diagnostic::{Diagnostic, Span};
-use crate::io::{Io, ReactionComponent};
+use crate::io::Io;
 use crate::measure::Measure;
 use crate::model::Model;
+use crate::reaction_component::ReactionComponent;
 
 pub(super) const IO_KEYS: &[&str] = &["input", "output"];
 
