@@ -17,6 +17,8 @@
 
 use bksim_model::{LoadKind, Measure, Model, Space};
 use nalgebra::{DMatrix, DVector};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
 
 use crate::assemblies::{closed, closed_poses};
 use crate::curve::{Curve, Equations, Point, independent_rows};
@@ -47,6 +49,8 @@ pub struct Workspace {
 const ASIDE: f64 = 2e-3;
 /// Poses from which that is tried.
 const MOST_SEEDS: usize = 60;
+/// Part of a limit, rad or longest links, by which the way to a place may pass it.
+const BEYOND: f64 = 0.01;
 /// Limits are kept to this, rad or longest links.
 const AT_LIMIT: f64 = 1e-9;
 
@@ -68,16 +72,17 @@ pub fn workspaces(model: Model, names: &[String]) -> Result<Vec<Workspace>, Anal
     if n_free < 2 {
         return Err(AnalysisError::OneMotion { n_free });
     }
-    let mut seeds = closed_poses(&positions, &mut rows);
-    seeds.push(start);
+    let seeds = closed_poses(&positions, &mut rows);
     let mut found = Vec::new();
     for name in names {
         let mut reach = Reach::of(&positions, name, limits.clone())?;
+        let near = reach.wandered(&mut rows, &start);
+        let seeds = [near.as_slice(), &seeds].concat();
         let mut critical = Vec::new();
         for held in reach.held_sets(n_free) {
             critical.extend(reach.critical(&positions, (&held, &released), n_free, &seeds)?);
         }
-        found.push(reach.workspace(&mut rows, name, &critical, &seeds));
+        found.push(reach.workspace(&mut rows, name, &critical, &near));
     }
     Ok(found)
 }
@@ -143,6 +148,30 @@ impl Reach {
         let all: Vec<PoseQuantity> = [x, y].into_iter().chain(measures).map(quantity).collect();
         let (t, size) = (positions.t(), positions.size);
         Ok(Self { scalars: positions.scalars(&all)?, limits, t, size })
+    }
+
+    /// Poses to which the mechanism gets from its start without passing a limit, by steps to random sides.
+    fn wandered(&mut self, rows: &mut Rows, start: &[f64]) -> Vec<Vec<f64>> {
+        const MOST: usize = 400;
+        const TRIES: usize = 3000;
+        const STEP: f64 = 0.35;
+        let mut random = Pcg64::seed_from_u64(3);
+        let mut found = vec![start.to_vec()];
+        for _ in 0..TRIES {
+            if found.len() == MOST {
+                break;
+            }
+            let from = &found[random.random_range(0..found.len())];
+            let aside: Vec<f64> =
+                from.iter().map(|x| x + STEP * random.random_range(-1.0..1.0)).collect();
+            let Some(x) = closed(rows, self.t, aside.clone(), &[]) else { continue };
+            let went = x.iter().zip(&aside).map(|(x, aside)| (x - aside).abs()).fold(0.0, f64::max);
+            let (_, passed) = self.at(&rows.unscaled(&x));
+            if went < STEP && passed.iter().all(|passed| *passed <= AT_LIMIT) {
+                found.push(x);
+            }
+        }
+        found
     }
 
     /// Sets of limits that leave at least one motion, none of a joint twice.
@@ -278,8 +307,7 @@ impl Reach {
         seeds: &[Vec<f64>],
     ) -> Workspace {
         let mut pool: Vec<Stop> = Vec::new();
-        let all = critical.iter().flat_map(|way| way.iter().step_by(5).map(|stop| &stop.x));
-        for x in seeds.iter().chain(all) {
+        for x in seeds {
             let (p, _) = self.at(&rows.unscaled(x));
             pool.push(Stop { p, x: x.clone() });
         }
@@ -337,7 +365,7 @@ impl Reach {
 
     /// Whether Newton's iteration from a pose brings the point to a place within the limits.
     fn brought(&mut self, rows: &mut Rows, mut x: Vec<f64>, target: [f64; 2]) -> bool {
-        const MOST: usize = 25;
+        const MOST: usize = 60;
         let n = x.len();
         for _ in 0..MOST {
             let at = rows.at(self.t, &x, &[]);
@@ -349,6 +377,10 @@ impl Reach {
                 DVector::from_fn(m + 2, |i, _| if i < m { at.value[i] } else { off[i - m] });
             if value.amax() < 1e-10 {
                 return passed.iter().all(|passed| *passed <= AT_LIMIT);
+            }
+            // A little beyond a limit the way may still turn back.
+            if passed.iter().any(|passed| *passed > BEYOND) {
+                return false;
             }
             let slopes = self.scalars.gradients(self.t, &q);
             let jacobian = DMatrix::from_fn(m + 2, n, |i, k| {
@@ -363,7 +395,8 @@ impl Reach {
             if !size.is_finite() {
                 return false;
             }
-            let share = if size > 0.5 { 0.5 / size } else { 1.0 };
+            // By short steps, so that none leads into another assembly past a limit.
+            let share = if size > 0.2 { 0.2 / size } else { 1.0 };
             x.iter_mut().zip(step.iter()).for_each(|(x, step)| *x -= share * step);
         }
         false

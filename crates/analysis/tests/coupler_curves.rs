@@ -228,3 +228,34 @@ max = 2
     let area = 0.5 * 1.5 * (square(0.4) - square(2.0));
     assert!((found[0].area / area - 1.0).abs() < 2e-3, "{} of {area}", found[0].area);
 }
+
+/// A cylinder of the same length could stand on the other side of its arm, too; the arm does not get there.
+#[test]
+fn a_workspace_is_of_the_assembly_of_the_start() {
+    let text = r#"
+[ground]
+points = { C = [0.4, -0.3] }
+[bodies.upper]
+mass = 1
+points = { C = [1.4, 0.1], E = [1.8, 0] }
+[bodies.lower]
+mass = 1
+points = { P = [1, 0] }
+[joints]
+A = { type = "revolute", between = ["ground", "upper"] }
+B = { type = "revolute", between = ["upper.E", "lower"] }
+cylinder = { type = "cylinder", between = ["ground.C", "upper.C"] }
+[loads]
+travel = { type = "stop", joint = "cylinder", min = 1.0, max = 1.6 }
+elbow = { type = "stop", joint = "B", min = -2, max = -0.4 }
+[initial]
+A = { angle = 0.3 }
+B = { angle = -1 }
+"#;
+    let found = bksim_analysis::workspaces(model(text), &["lower.P".into()]).expect("a workspace");
+    let (p, q) = (0.5, 1.4f64.hypot(0.1));
+    let at = |length: f64| ((p * p + q * q - length * length) / (2.0 * p * q)).acos();
+    let square = |angle: f64| 1.8 * 1.8 + 1.0 + 3.6 * angle.cos();
+    let area = 0.5 * (at(1.6) - at(1.0)) * (square(0.4) - square(2.0));
+    assert!((found[0].area / area - 1.0).abs() < 5e-3, "{} of {area}", found[0].area);
+}

@@ -96,7 +96,7 @@ points = { B = [0.1, 0] }
 [joints]
 A = { type = "revolute", between = ["ground.O", "crank"] }
 D = { type = "revolute", between = ["ground.D", "bar"] }
-B = { type = "slot", between = ["bar", "crank.B"] }
+B = { type = "slot", between = ["bar", "crank.B"], axis = [1, 0] }
 [initial]
 A = { angle = 0.5 }
 bar = { guess = { angle = 1.3 } }

@@ -11,6 +11,7 @@
 //! cargo run --release -p bksim-bench -- python
 //! cargo run --release -p bksim-bench -- starts
 //! cargo run --release -p bksim-bench -- spatial
+//! cargo run --release -p bksim-bench -- questions
 //! ```
 //!
 //! Every suite prints a table, and below it each goal with the number found. Times are CPU times
@@ -27,6 +28,7 @@ mod models;
 mod peers;
 mod precision;
 mod python;
+mod questions;
 mod report;
 mod scale;
 mod spatial;
@@ -75,6 +77,8 @@ enum Command {
     Starts(Options),
     /// M, h, g of arms, chains and trees in space against Pinocchio, and the time of an evaluation.
     Spatial(Options),
+    /// Tables and assemblies of linkages, model file to answer.
+    Questions(MechanismsArgs),
     /// Energy and constraints over long runs, and through singular poses.
     Drift(DriftArgs),
     /// One size of `scale`, in a process of its own.
@@ -199,6 +203,14 @@ fn run(cli: &Cli) -> Result<(), BenchError> {
         }
         Command::Spatial(options) => {
             run_all(&["spatial"], |_, context| spatial::measure(context), options)
+        }
+        Command::Questions(args) => {
+            let program = args.bksim.as_deref();
+            run_all(
+                &["questions"],
+                |_, context| questions::measure(context, program),
+                &args.options,
+            )
         }
         Command::Drift(args) => {
             let all = <drift::DriftSuite as clap::ValueEnum>::value_variants();

@@ -169,7 +169,7 @@ fn ours(
 }
 
 /// `bksim` in the folder of this program, or in the current one where that is unknown.
-fn neighbouring_program() -> PathBuf {
+pub(crate) fn neighbouring_program() -> PathBuf {
     let this = std::env::current_exe().unwrap_or_default();
     this.with_file_name(format!("bksim{}", std::env::consts::EXE_SUFFIX))
 }

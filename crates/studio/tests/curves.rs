@@ -12,7 +12,7 @@ use serde_json::Value;
 fn with_run() -> Scratch {
     let place = Scratch::new();
     let example = format!("{CRATE}/../../examples/four-bar");
-    for name in ["model.toml", "drawing.dxf"] {
+    for name in ["model.toml", "drawing.dxf", "drawing.toml"] {
         place.write(name, fs::read(format!("{example}/{name}")).expect("an example"));
     }
     succeeds(&place, "solve model.toml -o run.mcap");
@@ -71,7 +71,7 @@ fn curves_are_laid_over_pictures_pages_and_drawings() {
     succeeds(&place, &format!("page run.mcap -o laid.html {curves}"));
     assert!(read(&place, "laid.html").len() > read(&place, "plain.html").len() + 1000);
 
-    succeeds(&place, "solve drawing.dxf -o drawn.mcap");
+    succeeds(&place, "solve drawing.toml -o drawn.mcap");
     succeeds(&place, &format!("cad trace drawn.mcap drawing.dxf -o traced.dxf {curves}"));
     let traced = read(&place, "traced.dxf");
     for layer in ["BK_TRACE_CURVES", "BK_TRACE_CENTRODES", "BK_TRACE_REGIONS"] {

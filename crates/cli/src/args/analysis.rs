@@ -8,6 +8,11 @@ use clap::{Args, ValueEnum};
 use super::render::Render;
 use super::{ModelArgs, assignment};
 
+/// `NAME=VALUES`, or a name alone.
+fn assignment_or_name(text: &str) -> Result<(String, String), String> {
+    if text.contains('=') { assignment(text) } else { Ok((text.to_owned(), String::new())) }
+}
+
 /// Where the table of an answer goes.
 #[derive(Args, Debug)]
 pub(crate) struct TableArgs {
@@ -34,8 +39,8 @@ pub(crate) struct Kinematics {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
     /// Prescribe a measure over a range, `crank.angle=0:360 deg:361`; several move together, each value
-    /// of one with that of the others. `t=0:2 s:201` moves the drives of the model.
-    #[arg(long, value_name = "NAME=VALUES", value_parser = assignment)]
+    /// of one with that of the others. `t=0:2 s:201` moves the drives of the model. With `--limits`, the name alone.
+    #[arg(long, value_name = "NAME=VALUES", value_parser = assignment_or_name)]
     pub(crate) drive: Vec<(String, String)>,
     /// Rate of a drive at every value, `25` (rad/s or m/s) or `10 deg/s`; 1 unless given. One for each drive.
     #[arg(long, value_name = "RATE", allow_negative_numbers = true)]

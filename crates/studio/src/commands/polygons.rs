@@ -172,7 +172,7 @@ impl Drawn<'_> {
         let area = [self.left + 4.0, TITLE, self.left + AREA[0] - 4.0, TITLE + AREA[1] - 30.0];
         let mut labels = Labels::new(area, TEXT, lines);
         let mut items = Vec::new();
-        let prime = if self.letter == "a" { "′" } else { "" };
+        let prime = if self.letter == "a" { "'" } else { "" };
         let pole = ("o".to_owned(), [0.0; 2]);
         let short = |name: &str| {
             let word = |name: &str| {

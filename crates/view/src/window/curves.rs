@@ -1,5 +1,6 @@
 //! [`Curves`]: chosen channels over the whole motion, computed a little in each frame.
 
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use bksim::playback::Playback;
@@ -63,7 +64,12 @@ pub(super) struct Curves {
     all: Vec<Curve>,
     /// Number of points of each curve so far.
     n_known: usize,
+    /// By unit the largest size of all channels so far.
+    largest: BTreeMap<String, f64>,
 }
+
+/// Values below this part of the largest of their unit are rounding, which is no result.
+const ROUNDING: f64 = 1e-12;
 
 impl Curves {
     /// Takes another motion, with those of the chosen channels that it has.
@@ -121,14 +127,35 @@ impl Curves {
                 curve.points.push(PlotPoint::new(t, show.playback().value(curve.signal)));
                 curve.shared.push(is_shared(curve.signal, show.playback(), t));
             }
+            let playback = show.playback();
+            for (signal, _, field) in playback.channels().signals() {
+                let size = playback.value(signal).abs();
+                if size.is_finite() && size > self.largest.get(&field.unit).copied().unwrap_or(0.0)
+                {
+                    self.largest.insert(field.unit.clone(), size);
+                }
+            }
             self.n_known += 1;
         }
+        if !self.is_unfinished() {
+            self.leave_out_rounding();
+        }
         Ok(())
+    }
+
+    fn leave_out_rounding(&mut self) {
+        for curve in &mut self.all {
+            let floor = ROUNDING * self.largest.get(&curve.unit).copied().unwrap_or(0.0);
+            for point in curve.points.iter_mut().filter(|point| point.y.abs() <= floor) {
+                point.y = 0.0;
+            }
+        }
     }
 
     /// Starts the curves of the chosen channels, those that the motion has.
     fn find(&mut self, playback: &Playback) {
         self.n_known = 0;
+        self.largest.clear();
         let found = self.chosen.iter().filter_map(|name| {
             let mut signals = playback.channels().signals();
             let (signal, name, field) = signals.find(|(_, known, _)| known == name)?;

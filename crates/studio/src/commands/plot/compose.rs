@@ -118,7 +118,11 @@ impl Drawing<'_> {
                     1 => (number, number / 6),
                     _ => (*run, number),
                 };
-                let points = drawn.points.clone();
+                // Rounding is no result.
+                let floor = self.runs[*run].floor(&quantity.unit);
+                let points = drawn.points.iter();
+                let points =
+                    points.map(|&[x, y]| [x, if y.abs() <= floor { 0.0 } else { y }]).collect();
                 let curve = Curve { name, points, color, dash };
                 drawn_curves.extend(self.by_uniqueness(curve, *run, quantity));
                 told.push(CurveReport {

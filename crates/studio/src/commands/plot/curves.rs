@@ -4,6 +4,7 @@
 //! are sparser, the motion between them is: all that has a value at every instant is computed at
 //! the pixels' own times, and on both sides of an instant at which the motion jumps.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
@@ -42,7 +43,12 @@ pub(super) struct Run {
     not_unique: Vec<NotUnique>,
     /// Quantities that are computed from its samples.
     measured: Option<Measured>,
+    /// By unit the largest size of all its channels; known after [`Run::curves`].
+    largest: BTreeMap<String, f64>,
 }
+
+/// Values below this part of the largest of their unit are rounding.
+const ROUNDING: f64 = 1e-12;
 
 /// Values of a quantity along a run.
 #[derive(Clone, PartialEq, Debug)]
@@ -91,7 +97,13 @@ impl Run {
             coarse_because: None,
             not_unique: Vec::new(),
             measured: None,
+            largest: BTreeMap::new(),
         })
+    }
+
+    /// The size below which values of this unit are nothing but rounding.
+    pub(super) fn floor(&self, unit: &str) -> f64 {
+        ROUNDING * self.largest.get(unit).copied().unwrap_or(0.0)
     }
 
     /// Adds the quantities of these names that the log does not have as channels.
@@ -170,7 +182,14 @@ impl Run {
         if names.is_empty() {
             return Ok(Sampled { pens, span: None });
         }
+        // What the sizes of all channels of their units are.
+        let units: Vec<&str> =
+            wish.quantities.iter().map(|quantity| quantity.unit.as_str()).collect();
+        let alike = all.columns().iter().filter(|column| units.contains(&column.unit.as_str()));
+        let names: Vec<&String> =
+            names.into_iter().chain(alike.map(|column| &column.name)).collect();
         let selection = Selection::new(&self.header, &names)?;
+        let mut largest: BTreeMap<String, f64> = BTreeMap::new();
         let cells_of = |quantity: &Quantity| -> Vec<usize> {
             let place =
                 |name: &String| selection.columns().iter().position(|column| column.name == *name);
@@ -186,6 +205,12 @@ impl Run {
                 return Ok(());
             }
             span.get_or_insert([t, t])[1] = t;
+            for (column, cell) in selection.columns().iter().zip(cells) {
+                let size = cell.map_or(0.0, f64::abs);
+                if size.is_finite() && size > largest.get(&column.unit).copied().unwrap_or(0.0) {
+                    largest.insert(column.unit.clone(), size);
+                }
+            }
             let x = match &x_places {
                 None => Some(t),
                 Some(places) => size(places.iter().map(|&place| cells[place])),
@@ -200,6 +225,7 @@ impl Run {
             Ok(())
         })?;
         self.is_complete = exported.end.is_some();
+        self.largest = largest;
         self.not_unique = exported.not_unique;
         Ok(Sampled { pens, span })
     }
