@@ -2,7 +2,7 @@
 
 use super::values::FaultInstant;
 use super::words::name;
-use super::{amount, closing, switch};
+use super::{amount, closing, pole, switch};
 use crate::codes;
 use crate::compiled::CompiledSystem;
 use crate::mobility::Mobility;
@@ -45,7 +45,8 @@ pub fn diagnose_start(
                 .note(format!("at t = {} s the joints allow no such rate", model.solve.t_start))
                 .help("start from another position, or drive another joint")
         }
-        StartError::NoInertia { coordinates } => no_inertia(model, system, compiled, coordinates),
+        StartError::NoInertia { coordinates, q } => pole::at_start(model, system, coordinates, q)
+            .unwrap_or_else(|| no_inertia(model, system, compiled, coordinates)),
         StartError::SharedReaction { joint } => shared_reaction(model, *joint),
         StartError::TooMuch => amount::too_much(&model.solve, compiled),
         StartError::TooManyTicks { clock, every } => amount::too_many_ticks(model, *clock, *every),
@@ -105,7 +106,7 @@ pub fn diagnose_mobility(model: &Model, mobility: &Mobility) -> Vec<Diagnostic> 
             [only] => format!("joint `{only}` repeats constraints of the other joints"),
             _ => format!("joints {} repeat each other's constraints", listed(&names)),
         };
-        let counted = if model.space == Space::Planar { "Grübler" } else { "Kutzbach" };
+        let counted = counter(model);
         let message = format!(
             "{who}: {counted} counts {}, true mobility is {}, {}",
             mobility.gruebler,
@@ -136,9 +137,12 @@ pub fn diagnose_mobility(model: &Model, mobility: &Mobility) -> Vec<Diagnostic> 
     }
     if mobility.mobility == 0 {
         let message = format!(
-            "mobility 0: nothing can move; Grübler counts {}, and {} independent constraints hold {} \
+            "mobility 0: nothing can move; {} counts {}, and {} independent constraints hold {} \
              coordinates",
-            mobility.gruebler, mobility.rank, mobility.rank
+            counter(model),
+            mobility.gruebler,
+            mobility.rank,
+            mobility.rank
         );
         let fault = Diagnostic::warning(codes::NO_MOBILITY, message);
         found.push(match superfluous_links(model).as_slice() {
@@ -149,6 +153,11 @@ pub fn diagnose_mobility(model: &Model, mobility: &Mobility) -> Vec<Diagnostic> 
         });
     }
     found
+}
+
+/// Who counted the freedoms so.
+fn counter(model: &Model) -> &'static str {
+    if model.space == Space::Planar { "Grübler" } else { "Kutzbach" }
 }
 
 /// The components of reactions that are not unique, joints with the same ones together: "fx and fy of `A`
@@ -188,7 +197,9 @@ fn superfluous_links(model: &Model) -> Vec<String> {
     let bars = (1..model.bodies.len()).map(BodyId).filter(|&body| {
         let joints = joints_of(body);
         let neighbours = joints.iter().flat_map(|j| ends(j)).filter(|&other| other != body);
-        joints.len() == 2 && neighbours.into_iter().all(stays_held)
+        let neighbours: Vec<BodyId> = neighbours.collect();
+        // Two joints to one neighbour carry the body; they are no bar beside others.
+        matches!(neighbours[..], [a, b] if a != b) && neighbours.into_iter().all(stays_held)
     });
     let bars = bars.map(|body| model.bodies[body.0].name.clone());
     let is_link = |j: &&bksim_model::Joint| matches!(j.kind, JointKind::Link { .. });
