@@ -10,6 +10,7 @@
 //! cargo run --release -p bksim-bench -- python
 //! cargo run --release -p bksim-bench -- starts
 //! cargo run --release -p bksim-bench -- spatial
+//! cargo run --release -p bksim-bench -- balls
 //! ```
 //!
 //! Every suite prints a table, and below it each goal with the number found. Times are CPU times
@@ -17,6 +18,7 @@
 //! Symbolica, a C compiler) are optional: a missing one is named.
 
 mod algebra;
+mod balls;
 mod context;
 mod diagram;
 mod drift;
@@ -71,6 +73,8 @@ enum Command {
     Starts(Options),
     /// M, h, g of arms, chains and trees in space against Pinocchio, and the time of an evaluation.
     Spatial(Options),
+    /// Chains of spherical joints against Pinocchio, MuJoCo and Exudyn.
+    Balls(Options),
     /// Energy and constraints over long runs, and through singular poses.
     Drift(DriftArgs),
     /// One size of `scale`, in a process of its own.
@@ -192,6 +196,9 @@ fn run(cli: &Cli) -> Result<(), BenchError> {
         }
         Command::Spatial(options) => {
             run_all(&["spatial"], |_, context| spatial::measure(context), options)
+        }
+        Command::Balls(options) => {
+            run_all(&["balls"], |_, context| balls::measure(context), options)
         }
         Command::Drift(args) => {
             let all = <drift::DriftSuite as clap::ValueEnum>::value_variants();
