@@ -21,7 +21,11 @@ use crate::timing::cpu_time;
 
 /// End of the motion, s: of long chains, which have fast motions, a part of it.
 fn t_end(n: usize) -> f64 {
-    if n > 10 { 0.1 } else { 0.5 }
+    match n {
+        0..=10 => 0.5,
+        11..=100 => 0.1,
+        _ => 0.01,
+    }
 }
 
 /// Error at which times are compared, m.
@@ -186,8 +190,11 @@ pub(crate) fn measure(context: &Context) -> Result<Report, BenchError> {
 
 /// All programs for the chain of `n`.
 fn rows(n: usize, context: &Context, report: &mut Report) -> Result<Vec<Row>, BenchError> {
-    let (finest, tolerances): (f64, &[f64]) =
-        if n > 10 { (1e-9, &[1e-3, 1e-5, 1e-7]) } else { (1e-11, &[1e-3, 1e-4, 1e-6, 1e-8]) };
+    let (finest, tolerances): (f64, &[f64]) = match n {
+        0..=10 => (1e-11, &[1e-3, 1e-4, 1e-6, 1e-8]),
+        11..=100 => (1e-9, &[1e-3, 1e-5, 1e-7]),
+        _ => (1e-7, &[1e-4]),
+    };
     let reference = ours(n, CoordinatePolicy::Absolute, finest)?.tip;
     let mut rows: Vec<Row> = Vec::new();
     let policies =

@@ -116,7 +116,9 @@ pub fn diagnose_mobility(model: &Model, mobility: &Mobility) -> Vec<Diagnostic> 
                 n => format!("{n} conditions are redundant"),
             }
         );
-        let help = match superfluous_links(model).as_slice() {
+        // Without its only body nothing is left of a mechanism.
+        let links = if model.bodies.len() > 2 { superfluous_links(model) } else { Vec::new() };
+        let help = match links.as_slice() {
             [] => {
                 "the run goes on with the smallest reactions; nothing needs to be done".to_owned()
             }
@@ -197,9 +199,7 @@ fn superfluous_links(model: &Model) -> Vec<String> {
     let bars = (1..model.bodies.len()).map(BodyId).filter(|&body| {
         let joints = joints_of(body);
         let neighbours = joints.iter().flat_map(|j| ends(j)).filter(|&other| other != body);
-        let neighbours: Vec<BodyId> = neighbours.collect();
-        // Two joints to one neighbour carry the body; they are no bar beside others.
-        matches!(neighbours[..], [a, b] if a != b) && neighbours.into_iter().all(stays_held)
+        joints.len() == 2 && neighbours.into_iter().all(stays_held)
     });
     let bars = bars.map(|body| model.bodies[body.0].name.clone());
     let is_link = |j: &&bksim_model::Joint| matches!(j.kind, JointKind::Link { .. });
