@@ -3,6 +3,7 @@
 
 mod support;
 
+use bksim::model::file::{Source, read};
 use serde_json::Value;
 use support::{Within, at, close, coordinate, derive, model, path, solve};
 
@@ -218,5 +219,58 @@ fn a_frame_is_the_same_in_each_way_of_writing_it() {
                 }
             }
         }
+    }
+}
+
+/// A ball joint with named angles that starts at the pole of them says so, and not that a mass is missing.
+#[test]
+fn a_start_at_the_pole_of_named_angles_says_so() {
+    let text = |names: &str| {
+        format!(
+            "space = \"spatial\"\n[bodies.a]\nmass = 1\ninertia = [0.1, 0.2, 0.3]\n\
+             [joints.j]\ntype = \"spherical\"\nbetween = [\"ground\", \"a\"]\n{names}\n\
+             [initial]\nj = {{ angle1 = 0.1, angle2 = \"90 deg\", angle3 = 0 }}\n[solve]\nt_end = 0.1\n"
+        )
+    };
+    let (code, notes) = fault(&text("coordinate = [\"u\", \"v\", \"w\"]"));
+    assert_eq!(code, "R013");
+    assert!(notes.contains("`v` is 90 deg there"), "{notes}");
+    // Without names it has no pole, but the angles that state the start have one; the orientation of the body has not.
+    assert_eq!(fault(&text("")).0, "R013");
+    let turned = text("").replace(
+        "j = { angle1 = 0.1, angle2 = \"90 deg\", angle3 = 0 }",
+        "a = { rpy = [0, \"90 deg\", 0], w = [0.1, 2, 0.3] }",
+    );
+    solve(&derive(model(&turned)));
+}
+
+/// What the help of a bad frame says is a frame.
+#[test]
+fn helps_of_frames_work_as_they_are_written() {
+    let text = |axes: &str| {
+        format!(
+            "space = \"spatial\"\n[bodies.a]\nmass = 1\ninertia = [1, 1, 1]\n\
+             points = {{ P = {{ at = [0, 0, 1], {axes} }} }}\n\
+             [joints.j]\ntype = \"revolute\"\nbetween = [\"ground\", \"a.P\"]\n"
+        )
+    };
+    let cases = [
+        "x = [1, 2, 2], y = [1, 0, 0]",
+        "x = [1, 0, 0], y = [2, 0, 0]",
+        "x = [0.3, -0.7, 0.2], z = [0.3, -0.7, 0.2]",
+        "y = [0, 0, 0], z = [0, 1, 0]",
+        "x = [0, 0, 5], z = [0, 0, 0]",
+    ];
+    for axes in cases {
+        let faults = read(&Source::new(&text(axes), "frame")).diagnostics;
+        let help = faults[0].help.clone().unwrap_or_default();
+        let written = help.split('`').nth(1).unwrap_or_else(|| panic!("{axes}: {help}"));
+        let (key, _) = written.split_once(" = ").unwrap_or_else(|| panic!("{axes}: {written}"));
+        let kept: Vec<&str> =
+            axes.split_inclusive(']').map(|axis| axis.trim_start_matches([',', ' '])).collect();
+        let cured: Vec<&str> =
+            kept.iter().map(|axis| if axis.starts_with(key) { written } else { axis }).collect();
+        let reading = read(&Source::new(&text(&cured.join(", ")), "frame"));
+        assert!(reading.model.is_some(), "{axes}: `{written}` gives {:?}", reading.diagnostics);
     }
 }

@@ -12,6 +12,7 @@
 //! cargo run --release -p bksim-bench -- starts
 //! cargo run --release -p bksim-bench -- spatial
 //! cargo run --release -p bksim-bench -- questions
+//! cargo run --release -p bksim-bench -- balls
 //! ```
 //!
 //! Every suite prints a table, and below it each goal with the number found. Times are CPU times
@@ -19,6 +20,7 @@
 //! Symbolica, a C compiler) are optional: a missing one is named.
 
 mod algebra;
+mod balls;
 mod context;
 mod diagram;
 mod drift;
@@ -79,6 +81,8 @@ enum Command {
     Spatial(Options),
     /// Tables and assemblies of linkages, model file to answer.
     Questions(MechanismsArgs),
+    /// Chains of spherical joints against Pinocchio, MuJoCo and Exudyn.
+    Balls(Options),
     /// Energy and constraints over long runs, and through singular poses.
     Drift(DriftArgs),
     /// One size of `scale`, in a process of its own.
@@ -211,6 +215,9 @@ fn run(cli: &Cli) -> Result<(), BenchError> {
                 |_, context| questions::measure(context, program),
                 &args.options,
             )
+        }
+        Command::Balls(options) => {
+            run_all(&["balls"], |_, context| balls::measure(context), options)
         }
         Command::Drift(args) => {
             let all = <drift::DriftSuite as clap::ValueEnum>::value_variants();

@@ -59,11 +59,11 @@ const PEERS: [Peer; 3] = [
 
 /// One run of one program.
 #[derive(Clone, Copy, Debug)]
-struct Run {
+pub(crate) struct Run {
     /// Step size, s, or tolerance.
-    size: f64,
-    seconds: f64,
-    error: f64,
+    pub(crate) size: f64,
+    pub(crate) seconds: f64,
+    pub(crate) error: f64,
 }
 
 /// Angles at one instant of the reference.
@@ -116,7 +116,7 @@ pub(crate) fn run(context: &Context, program: Option<&Path>) -> Result<Report, B
 
 /// Time to reach an error: interpolated between neighbouring runs, logarithm over logarithm; that of
 /// the coarsest run if it is good enough, that of the finest, a lower bound, if none is.
-fn seconds_at(runs: &[Run], error: f64) -> f64 {
+pub(crate) fn seconds_at(runs: &[Run], error: f64) -> f64 {
     let pair = runs.windows(2).find(|pair| pair[1].error <= error);
     match (runs.first(), pair, runs.last()) {
         (Some(first), ..) if first.error <= error => first.seconds,

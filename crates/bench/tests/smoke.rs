@@ -54,6 +54,12 @@ fn mechanisms_scale_and_drift_run_without_peers() -> Result<(), Box<dyn std::err
     let memory = |name: &str| number(&suites, "scale", &format!("/{name}/peak_kib"));
     assert!(memory("Chain 20") > 0.0 && memory("FourBar 20") > 0.0, "{suites:?}");
 
+    let (suites, text) = quick("balls")?;
+    for row in ["3, bksim, relative", "3, bksim, absolute"] {
+        let error = number(&suites, "balls", &format!("/{row}/runs/3/error"));
+        assert!(error < 1e-6, "{row}: {error:e} m\n{text}");
+    }
+
     let (suites, text) = quick("spatial")?;
     for case in ["PUMA 560", "chain of 3", "tree of 3"] {
         assert!(number(&suites, "spatial", &format!("/{case}/inverse_s")) > 0.0, "{text}");

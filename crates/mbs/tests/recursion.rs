@@ -145,12 +145,12 @@ fn oblique_tree(n: usize) -> Model {
             1 => format!("base.{side}"),
             _ => format!("{side}{}.end", k - 1),
         };
-        text += &format!(
+        text.extend([format!(
             "[bodies.{side}{k}]\nmass = 1\ninertia = [0.2, 0.3, 0.15, 0.01, 0.02, 0]\ncom = [0.1, 0, 0.5]\n\
              points = {{ end = [0.1, 0.2, 1] }}\n[joints.J{side}{k}]\n{}\n\
              between = [\"{before}\", \"{side}{k}\"]\n",
             kinds[(k - 1) % kinds.len()]
-        );
+        )]);
     }
     text += "[loads.gravity]\ntype = \"gravity\"\nacceleration = [0, 0, -9.81]\n";
     model(&text)

@@ -220,7 +220,7 @@ pub fn start_at(
     }
     let mut multipliers = MultiplierSystem::new(at.shape, &dependence.dependent);
     if let Some(coordinates) = multipliers.motion_without_inertia(&at, &jacobian) {
-        return Err(StartError::NoInertia { coordinates });
+        return Err(StartError::NoInertia { coordinates, q });
     }
     let energy = evaluator.energy(t, &q, &v, &vec![0.0; compiled.nc()]);
     if !(energy.kinetic.is_finite() && energy.potential.is_finite()) {

@@ -64,6 +64,8 @@ pub enum StartError {
     },
     /// Some motion has neither inertia nor constraint.
     NoInertia {
+        /// Positions of the start.
+        q: Vec<f64>,
         /// Coordinates that take part in it.
         coordinates: Vec<usize>,
     },

@@ -100,6 +100,7 @@ fn the_page_lists_the_keys_that_are_printed() {
     );
     place.write("sick.dxf", sick);
     place.write("bad.toml", "[bodies.b]\nmas = 1\n");
+    place.write("bead.toml", "[bodies.bead]\nmass = 1\nfree = true\n");
     place.write("contacts.toml", CONTACTS);
     place.write("cam.toml", CAM);
     place.write("undercut.toml", CAM.replace("30 mm", "5 mm"));
@@ -118,6 +119,7 @@ fn the_page_lists_the_keys_that_are_printed() {
         "check five-link.toml",
         "check parallelogram.toml",
         "check winch.toml",
+        "check bead.toml",
         "check four-bar.toml",
         "check bad.toml",
         "check missing.toml",

@@ -234,8 +234,7 @@ impl Reader<'_> {
         }
         let [one, other] = keys;
         let (message, help) = if lengths > 0.0 {
-            let part = dot(a, b) / dot(a, a);
-            let across = [0, 1, 2].map(|i| short(b[i] - part * a[i]));
+            let across = across(a, b).map(nine_decimals);
             let degrees = short((dot(a, b) / lengths).clamp(-1.0, 1.0).acos().to_degrees());
             let message = format!(
                 "the axes `{one}` and `{other}` of a frame are {degrees} deg apart, not 90"
@@ -244,7 +243,13 @@ impl Reader<'_> {
         } else {
             let message =
                 format!("one of the axes `{one}` and `{other}` of a frame has no direction");
-            (message, "write for example [1, 0, 0] for the direction of x".to_owned())
+            // The axis that has a direction stays.
+            let (key, across) =
+                if dot(a, a) > 0.0 { (other, across(a, b)) } else { (one, across(b, a)) };
+            (
+                message,
+                format!("write for example `{key} = [{}]`", across.map(nine_decimals).join(", ")),
+            )
         };
         self.report(
             Diagnostic::error(codes::BAD_FRAME, message)
@@ -259,6 +264,29 @@ impl Reader<'_> {
         let minor = |i: usize, j: usize| pool.sub(pool.mul(a[i], b[j]), pool.mul(a[j], b[i]));
         [minor(1, 2), minor(2, 0), minor(0, 1)]
     }
+}
+
+/// A number that is as exact as a right angle asks.
+fn nine_decimals(x: f64) -> String {
+    format!("{}", (x * 1e9).round() / 1e9 + 0.0)
+}
+
+/// The part of b across a; where there is none, that of the axis which a is farthest from.
+fn across(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    /// Parts of b of which nothing but rounding is left.
+    const NOTHING: f64 = 1e-6;
+    let square = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>();
+    let rest = |b: [f64; 3]| {
+        let dot: f64 = (0..3).map(|i| a[i] * b[i]).sum();
+        let part = if square(a) > 0.0 { dot / square(a) } else { 0.0 };
+        [0, 1, 2].map(|i| b[i] - part * a[i])
+    };
+    let own = rest(b);
+    if square(own) > NOTHING * NOTHING * square(b) {
+        return own;
+    }
+    let farthest = (0..3).fold(0, |best, k| if a[k].abs() < a[best].abs() { k } else { best });
+    rest([0, 1, 2].map(|k| f64::from(u8::from(k == farthest))))
 }
 
 /// A vector of a turned frame in the frame before all turns, by Rodrigues' formula turn after turn.

@@ -71,7 +71,7 @@ fn repeated(mechanism: &Mechanism, of: &RepeatedCondition) -> Value {
             "of": condition.name(model),
             "direction": condition.direction_word(model),
             "effort": condition.effort(),
-            "axis": condition.direction.axis(),
+            "axis": condition.direction.axis().map_or(Vec::new(), Vec::from),
             "text": condition.words(model),
         })
     };

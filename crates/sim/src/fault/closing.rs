@@ -1,6 +1,7 @@
 //! Faults of positions: loops that do not close, drives out of reach, stated values that exclude
 //! each other.
 
+use super::pole;
 use super::reach::{Short, Span, in_words, reach_of_others, shortest_loop, spans, unit, value};
 use super::words::{
     anchor_name, bodies_of, drive_position, drive_value, name, position_of, unit_of,
@@ -259,6 +260,9 @@ pub(super) fn reach_note(model: &Model, drive: &Drive, t: f64) -> Option<String>
 
 /// Stated positions that exclude each other, with the part of the loop that does not reach.
 pub(super) fn stated_positions(model: &Model, conflicts: &[Conflict]) -> Diagnostic {
+    if let Some(fault) = pole::stated(model, conflicts) {
+        return fault;
+    }
     let fault = conflict(model, conflicts, codes::STATED_POSITIONS, "positions");
     let stated = |joint: JointId| {
         let own = |c: &&Conflict| {

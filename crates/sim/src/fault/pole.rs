@@ -3,11 +3,12 @@
 
 use crate::codes;
 use crate::run::{Failure, NearPole};
+use crate::start::Conflict;
 use bksim_mbs::coordinate::Owner;
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::Model;
 use bksim_model::diagnostic::Diagnostic;
 use bksim_model::message::short;
+use bksim_model::{Measure, Model, MotionKind};
 
 /// The fault of a run that stopped where three angles are at their pole; `cause` is what stopped it.
 pub(super) fn at_pole(
@@ -24,6 +25,56 @@ pub(super) fn at_pole(
     );
     let fault = Diagnostic::error(codes::ANGLE_POLE, message);
     Some(explained(fault, model, system, near, failure.last.q[near[1]]).note(cause.to_owned()))
+}
+
+/// The fault of a start at the pole of three angles, where motions of `coordinates` have no inertia.
+pub(super) fn at_start(
+    model: &Model,
+    system: &SymbolicSystem,
+    coordinates: &[usize],
+    q: &[f64],
+) -> Option<Diagnostic> {
+    let near = near(system, q)?;
+    // The turns about the two axes that are one undo each other.
+    let [first, _, third] = near;
+    if ![first, third].iter().all(|coordinate| coordinates.contains(coordinate)) {
+        return None;
+    }
+    let owner = owner(model, system, near[1]);
+    let message = format!("the angles of {owner} are at their pole at the start");
+    let fault = Diagnostic::error(codes::ANGLE_POLE, message);
+    Some(explained(fault, model, system, near, q[near[1]]))
+}
+
+/// The fault of three angles of a joint that are stated at their pole, where the first and the third cannot be told
+/// apart.
+pub(super) fn stated(model: &Model, conflicts: &[Conflict]) -> Option<Diagnostic> {
+    let at_pole = |conflict: &&Conflict| {
+        let Measure::JointPosition(joint, motion) = model.initial[conflict.initial_idx].measure
+        else {
+            return false;
+        };
+        let kinds = model.joints[joint.0].kind.motions();
+        let turns = (0..kinds.len()).filter(|&k| kinds[k] == MotionKind::Rotation);
+        let turns: Vec<usize> = turns.collect();
+        turns.len() == 3 && turns[1] == motion && conflict.stated.cos().abs() < NearPole::NEAR
+    };
+    let second = conflicts.iter().find(at_pole)?;
+    let initial = &model.initial[second.initial_idx];
+    let Measure::JointPosition(joint, _) = initial.measure else { return None };
+    let joint = &model.joints[joint.0];
+    let body = &model.bodies[joint.successor.body.0].name;
+    let message = format!("the angles of joint `{}` are stated at their pole", joint.name);
+    let degrees = short(second.stated.to_degrees());
+    Some(
+        Diagnostic::error(codes::ANGLE_POLE, message)
+            .at(initial.span.clone(), format!("{degrees} deg"))
+            .note("at 90 deg the axes of the other two angles are one, so that they cannot be told apart")
+            .help(format!(
+                "state the orientation of `{body}` in place of these angles, for example \
+                 `{body} = {{ rpy = [0, \"90 deg\", 0] }}`, or turn the frames of the points"
+            )),
+    )
 }
 
 /// The warning about a run that has passed near the pole of three angles.

@@ -2,7 +2,7 @@
 
 use super::values::FaultInstant;
 use super::words::name;
-use super::{amount, closing, switch};
+use super::{amount, closing, pole, switch};
 use crate::codes;
 use crate::compiled::CompiledSystem;
 use crate::mobility::Mobility;
@@ -45,7 +45,8 @@ pub fn diagnose_start(
                 .note(format!("at t = {} s the joints allow no such rate", model.solve.t_start))
                 .help("start from another position, or drive another joint")
         }
-        StartError::NoInertia { coordinates } => no_inertia(model, system, compiled, coordinates),
+        StartError::NoInertia { coordinates, q } => pole::at_start(model, system, coordinates, q)
+            .unwrap_or_else(|| no_inertia(model, system, compiled, coordinates)),
         StartError::SharedReaction { joint } => shared_reaction(model, *joint),
         StartError::TooMuch => amount::too_much(&model.solve, compiled),
         StartError::TooManyTicks { clock, every } => amount::too_many_ticks(model, *clock, *every),
@@ -105,7 +106,7 @@ pub fn diagnose_mobility(model: &Model, mobility: &Mobility) -> Vec<Diagnostic> 
             [only] => format!("joint `{only}` repeats constraints of the other joints"),
             _ => format!("joints {} repeat each other's constraints", listed(&names)),
         };
-        let counted = if model.space == Space::Planar { "Grübler" } else { "Kutzbach" };
+        let counted = counter(model);
         let message = format!(
             "{who}: {counted} counts {}, true mobility is {}, {}",
             mobility.gruebler,
@@ -115,7 +116,9 @@ pub fn diagnose_mobility(model: &Model, mobility: &Mobility) -> Vec<Diagnostic> 
                 n => format!("{n} conditions are redundant"),
             }
         );
-        let help = match superfluous_links(model).as_slice() {
+        // Without its only body nothing is left of a mechanism.
+        let links = if model.bodies.len() > 2 { superfluous_links(model) } else { Vec::new() };
+        let help = match links.as_slice() {
             [] => {
                 "the run goes on with the smallest reactions; nothing needs to be done".to_owned()
             }
@@ -136,9 +139,12 @@ pub fn diagnose_mobility(model: &Model, mobility: &Mobility) -> Vec<Diagnostic> 
     }
     if mobility.mobility == 0 {
         let message = format!(
-            "mobility 0: nothing can move; Grübler counts {}, and {} independent constraints hold {} \
+            "mobility 0: nothing can move; {} counts {}, and {} independent constraints hold {} \
              coordinates",
-            mobility.gruebler, mobility.rank, mobility.rank
+            counter(model),
+            mobility.gruebler,
+            mobility.rank,
+            mobility.rank
         );
         let fault = Diagnostic::warning(codes::NO_MOBILITY, message);
         found.push(match superfluous_links(model).as_slice() {
@@ -149,6 +155,11 @@ pub fn diagnose_mobility(model: &Model, mobility: &Mobility) -> Vec<Diagnostic> 
         });
     }
     found
+}
+
+/// Who counted the freedoms so.
+fn counter(model: &Model) -> &'static str {
+    if model.space == Space::Planar { "Grübler" } else { "Kutzbach" }
 }
 
 /// The components of reactions that are not unique, joints with the same ones together: "fx and fy of `A`

@@ -170,7 +170,7 @@ fn condition_json(of: &Condition) -> Value {
         "of": of.of,
         "direction": of.direction,
         "effort": of.effort,
-        "axis": of.axis,
+        "axis": of.axis.map_or(Vec::new(), Vec::from),
         "text": of.words,
     })
 }
