@@ -69,7 +69,7 @@ fn double(damping: &str) -> String {
 fn with_motor(time: &str) -> String {
     format!(
         "[states]\ni = {{ rate = \"(1 - i - 0.5*th_dot)/({time})\", start = 0 }}\n{}",
-        with_torque("10*i - th_dot", "th = 0\nth_dot = 0\n")
+        with_torque("10*i - 2*th_dot", "th = 0\nth_dot = 0\n")
     )
 }
 

@@ -138,7 +138,7 @@ fn below_noise(model: &Model, options: &SolveOptions, summary: &Summary) -> Opti
     }
     let message =
         format!("`rtol` = {:e} asks for more than the accelerations are known to", options.rtol);
-    let reached = (LOOSER * options.rtol).max(UNDISTURBED).min(0.1);
+    let reached = (LOOSER * options.rtol).clamp(UNDISTURBED, 0.1);
     let fault = Diagnostic::warning(codes::BELOW_NOISE, message)
         .note(format!(
             "{} repeated steps had no smaller error for being smaller: it was the rounding of the \
