@@ -75,7 +75,13 @@ fn shared_reaction(model: &Model, joint: JointId) -> Diagnostic {
         .help("let the joints that repeat each other give way, or state the friction itself: `force = …`");
     match model.loads.iter().find(rubs) {
         Some(load) => fault.at(load.span.clone(), "this friction"),
-        None => fault,
+        None => {
+            let message =
+                format!("the reaction of joint `{joint_name}` is used, but is not unique");
+            let span = model.joints[joint.0].span.clone();
+            let help = "let the joints that repeat each other give way";
+            Diagnostic { message, ..fault }.at(span, "bears what others could").help(help)
+        }
     }
 }
 
