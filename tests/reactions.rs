@@ -3,7 +3,7 @@
 mod support;
 
 use bksim::model::file::{Source, read};
-use support::{Within, close, derive, messages, model, reaction, solve};
+use support::{Within, close, derive, messages, model, reaction, signal, solve, with_method};
 
 const GRAVITY: f64 = 9.81;
 
@@ -29,16 +29,17 @@ fn the_heat_of_friction_is_the_energy_that_is_lost() {
          [states.heat]\nrate = \"0.2*abs(reactions.S.fy*S.velocity)\"\nstart = \"0 J\"\n\
          [signals.normal]\nvalue = \"reactions.S.fy\"\n";
     for method in ["explicit", "radau"] {
-        let mechanism = derive(model(&format!("{}method = \"{method}\"\n", block(rubbing))));
+        let mechanism = derive(model(&with_method(&block(rubbing), method)));
         let motion = solve(&mechanism);
         for sample in &motion.samples {
             let speed = (3.0 - 0.2 * GRAVITY * sample.t).max(0.0);
             let heat = 9.0 - speed * speed;
-            let signal = |name: &str| {
-                let known = mechanism.model.named_signals.iter().position(|s| s.name == name);
-                sample.signals[known.expect("a signal")]
-            };
-            close(&format!("{method}, normal"), signal("normal"), 2.0 * GRAVITY, within(1e-9));
+            close(
+                &format!("{method}, normal"),
+                signal(&mechanism, sample, "normal"),
+                2.0 * GRAVITY,
+                within(1e-9),
+            );
             let state = mechanism.system.coordinates().iter().position(|c| c.name.contains("heat"));
             let found = sample.v[state.expect("a state")];
             close(&format!("{method}, heat at {} s", sample.t), found, heat, within(1e-7));
@@ -52,7 +53,7 @@ fn a_load_may_depend_on_the_reaction_that_it_changes() {
     let pressed = "[loads.wind]\ntype = \"force\"\non = \"block\"\n\
          vector = [\"-0.3*reactions.S.fy_joint\", \"0.5*reactions.S.fy\"]\n";
     for method in ["explicit", "radau"] {
-        let mechanism = derive(model(&format!("{}method = \"{method}\"\n", block(pressed))));
+        let mechanism = derive(model(&with_method(&block(pressed), method)));
         let motion = solve(&mechanism);
         for sample in &motion.samples {
             let normal = 2.0 * GRAVITY / 1.5;
