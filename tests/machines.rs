@@ -157,7 +157,7 @@ rtol = 1e-10
 atol = 1e-12
 "#;
 
-/// The pole comes up from 8°, by a controller with an integral.
+/// The pole comes up from 8° to within a tenth of a degree, by a controller with an integral.
 #[test]
 fn a_pole_on_a_cart() {
     let mechanism = derive(model(CART));
@@ -165,7 +165,7 @@ fn a_pole_on_a_cart() {
     let pole = coordinate(&mechanism, "th");
     let [first, last] = [&motion.samples[0], motion.samples.last().expect("a sample")];
     close("start", first.q[pole], 8.0 * PI / 180.0, within(1e-12));
-    close("end", last.q[pole], 0.0, within(1e-3));
+    close("end", last.q[pole], 0.0, within(0.1 * PI / 180.0));
 }
 
 const CAM: &str = r#"

@@ -5,7 +5,6 @@ mod support;
 
 use bksim::Motion;
 use bksim::sim::hybrid::ChangeKind;
-use serde_json::Value;
 use support::{Within, at, close, derive, elements, model, solve, with_method};
 
 /// A cart of m = 2 kg with a damper of b = 4 N s/m, which a force of 10 N pushes until it is faster than
