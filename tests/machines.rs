@@ -238,3 +238,167 @@ fn couplings_written_as_joints_or_loads_say_where_they_belong() {
     let as_joint = CAM.replace("line-on-curve", "cam");
     assert!(fault(&as_joint).1.contains("[curves.NAME]"), "{as_joint}");
 }
+
+/// A crank pin of 50 mm in the slot of a sliding yoke of 2 kg.
+const YOKE: &str = r#"
+[bodies.crank]
+mass = "1 kg"
+inertia = "1e-3 kg m^2"
+points = { O = [0, 0], P = ["50 mm", 0] }
+[bodies.yoke]
+mass = "2 kg"
+[joints.O]
+type = "revolute"
+between = ["ground", "crank.O"]
+[joints.guide]
+type = "prismatic"
+between = ["ground", "yoke"]
+axis = [1, 0]
+[joints.slot]
+type = "slot"
+between = ["yoke", "crank.P"]
+axis = [0, 1]
+[drives.motor]
+joint = "O"
+motion = "10 rad/s*t"
+[solve]
+t_end = "1 s"
+rtol = 1e-11
+atol = 1e-13
+"#;
+
+/// A Scotch yoke: x = r cos φ, and the slot pushes with m ẍ.
+#[test]
+fn a_yoke_moves_by_the_cosine_of_its_crank() {
+    let mechanism = derive(model(YOKE));
+    let motion = solve(&mechanism);
+    let yoke = coordinate(&mechanism, "guide_position");
+    for sample in &motion.samples {
+        let cos = (10.0 * sample.t).cos();
+        close("yoke", sample.q[yoke], 0.05 * cos, within(1e-11));
+        // On the crank, so against the yoke's acceleration.
+        let force = reaction(&mechanism, sample, "slot")[0];
+        close("pin", force, 2.0 * 5.0 * cos, within(1e-7));
+    }
+}
+
+/// A shaft with a right-handed and a left-handed thread of 4 mm between two jaws, which a force presses apart.
+const JAWS: &str = r#"
+[bodies.shaft]
+mass = "1 kg"
+inertia = "2e-4 kg m^2"
+[bodies.left]
+mass = "0.5 kg"
+[bodies.right]
+mass = "0.5 kg"
+[joints.S]
+type = "revolute"
+between = ["ground", "shaft"]
+[joints.L]
+type = "prismatic"
+between = ["ground", "left"]
+axis = [1, 0]
+[joints.R]
+type = "prismatic"
+between = ["ground", "right"]
+axis = [1, 0]
+[couplings.one]
+type = "screw"
+between = ["S", "R"]
+lead = "4 mm"
+[couplings.other]
+type = "screw"
+between = ["S", "L"]
+lead = "-4 mm"
+[loads.apart]
+type = "force"
+on = "right"
+vector = ["300 N", 0]
+[loads.back]
+type = "force"
+on = "left"
+vector = ["-300 N", 0]
+[solve]
+t_end = "0.5 s"
+rtol = 1e-11
+atol = 1e-13
+"#;
+
+/// Both jaws move alike: the shaft turns by 2 F (p/2π) over its inertia and that of the jaws.
+#[test]
+fn two_threads_of_opposite_hands() {
+    let mechanism = derive(model(JAWS));
+    let motion = solve(&mechanism);
+    let [shaft, left, right] =
+        ["S_angle", "L_position", "R_position"].map(|name| coordinate(&mechanism, name));
+    let per_turn = 4e-3 / (2.0 * PI);
+    let acceleration = 600.0 * per_turn / (2e-4 + 2.0 * 0.5 * per_turn * per_turn);
+    for sample in &motion.samples {
+        let angle = 0.5 * acceleration * sample.t * sample.t;
+        close("shaft", sample.q[shaft], angle, Within { relative: 1e-9, absolute: 1e-9 });
+        close("right", sample.q[right], per_turn * sample.q[shaft], within(1e-11));
+        close("left", sample.q[left], -sample.q[right], within(1e-11));
+    }
+}
+
+/// A rack of 8 mm pinion radius steers a knuckle 0.6 m beside it by a tie rod.
+const STEERING: &str = r#"
+[parameters]
+rod = "sqrt((0.25 m)^2 + (0.02 m)^2)"
+[ground]
+points = { P = [0, 0], K = ["0.6 m", 0] }
+[bodies.pinion]
+mass = "0.2 kg"
+inertia = "1e-5 kg m^2"
+[bodies.rack]
+mass = "1.5 kg"
+points = { E = ["0.3 m", "-0.1 m"] }
+[bodies.knuckle]
+mass = "10 kg"
+inertia = "0.3 kg m^2"
+points = { K = [0, 0], T = ["-50 mm", "-120 mm"] }
+[joints.P]
+type = "revolute"
+between = ["ground.P", "pinion"]
+[joints.guide]
+type = "prismatic"
+between = ["ground.P", "rack"]
+axis = [1, 0]
+[joints.K]
+type = "revolute"
+between = ["ground.K", "knuckle.K"]
+[joints.tie]
+type = "link"
+between = ["rack.E", "knuckle.T"]
+length = "rod"
+[couplings.steering]
+type = "rack"
+between = ["P", "guide"]
+radius = "8 mm"
+[drives.wheel]
+joint = "P"
+motion = "300 deg*sin(2 rad/s*t)"
+[solve]
+t_end = "3 s"
+rtol = 1e-11
+atol = 1e-13
+"#;
+
+/// The knuckle turns by the law of cosines of the triangle of pivot, rack end and arm.
+#[test]
+fn a_rack_steers_a_knuckle() {
+    let mechanism = derive(model(STEERING));
+    let motion = solve(&mechanism);
+    let [guide, knuckle] = ["guide_position", "K_angle"].map(|name| coordinate(&mechanism, name));
+    let (arm, rod) = (0.05f64.hypot(0.12), 0.25f64.hypot(0.02));
+    let own = (-0.12f64).atan2(-0.05);
+    for sample in &motion.samples {
+        let travel = 8e-3 * 300f64.to_radians() * (2.0 * sample.t).sin();
+        close("rack", sample.q[guide], travel, within(1e-11));
+        let (x, y) = (0.3 + travel - 0.6, -0.1_f64);
+        let far = x.hypot(y);
+        let between = ((arm * arm + far * far - rod * rod) / (2.0 * arm * far)).acos();
+        let expected = y.atan2(x) + between - own;
+        close(&format!("knuckle at {} s", sample.t), sample.q[knuckle], expected, within(1e-9));
+    }
+}

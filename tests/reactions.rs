@@ -3,7 +3,9 @@
 mod support;
 
 use bksim::model::file::{Source, read};
-use support::{Within, close, derive, messages, model, reaction, signal, solve, with_method};
+use support::{
+    Within, close, derive, elements, messages, model, reaction, signal, solve, with_method,
+};
 
 const GRAVITY: f64 = 9.81;
 
@@ -109,4 +111,26 @@ fn reactions_are_refused_where_they_cannot_be_known() {
     assert!(fault("[signals.n]\nvalue = \"reactions.S.fq\"").contains("reactions.S.fq"));
     assert!(fault("[signals.n]\nvalue = \"reactions.T.fx\"").contains("reactions.T.fx"));
     assert_eq!(fault("[signals.n]\nvalue = \"reactions.S.mz\""), "");
+}
+
+/// A single-cylinder engine whose piston rubs: what the gas gives is motion, the brake's work and heat.
+#[test]
+fn the_energy_of_an_engine_is_accounted_for() {
+    let audit = "\n[loads.rubbing]\ntype = \"friction\"\njoint = \"guide\"\nmu = 0.08\n\
+         [states.gas_work]\nrate = \"-gas(O.angle)*guide.velocity\"\nstart = \"0 J\"\n\
+         [states.brake_work]\nrate = \"18 N m*O.rate\"\nstart = \"0 J\"\n\
+         [states.heat]\nrate = \"0.08*abs(reactions.guide.fy*guide.velocity)\"\nstart = \"0 J\"\n";
+    let engine = elements::text("engine").replace("[solve]", &format!("{audit}\n[solve]"));
+    let mechanism = derive(model(&engine));
+    let motion = solve(&mechanism);
+    let [first, last] = [&motion.samples[0], motion.samples.last().expect("a sample")];
+    let state = |name: &str| {
+        let of = mechanism.system.coordinates().iter().position(|c| c.name.contains(name));
+        last.v[of.expect("a state")]
+    };
+    let [gas, brake, heat] = ["gas_work", "brake_work", "heat"].map(state);
+    let gained = last.energy.kinetic - first.energy.kinetic;
+    close("energy", gas - brake - heat, gained, within(1e-6));
+    // None of them is nothing.
+    assert!(gas > 90.0 && brake > 200.0 && heat > 3.0, "{gas} {brake} {heat}");
 }
