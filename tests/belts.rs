@@ -2,9 +2,9 @@
 
 mod support;
 
-use bksim::{Mechanism, Motion};
+use bksim::Mechanism;
 use serde_json::Value;
-use support::{Within, at, close, coordinate, derive, model, path, solve};
+use support::{Within, at, close, coordinate, derive, model, path, signal, solve};
 
 /// A belt of 1.608 m over two pulleys, whose centres go from 0.5 m to 0.52 m apart, and an idler on a slide.
 const IDLER: &str = r#"
@@ -60,12 +60,6 @@ rtol = 1e-11
 atol = 1e-13
 "#;
 
-fn signal(mechanism: &Mechanism, motion: &Motion, name: &str, t: f64) -> f64 {
-    let signals = &mechanism.model.named_signals;
-    let place = signals.iter().position(|signal| signal.name == name);
-    at(motion, t).signals[place.unwrap_or_else(|| panic!("no signal {name}"))]
-}
-
 #[test]
 fn a_belt_with_an_idler_lies_as_the_reference_says() {
     let file = path("tests/data/elements/belt_idler.json");
@@ -92,10 +86,10 @@ fn a_belt_with_an_idler_lies_as_the_reference_says() {
             "belt_strand_B_I",
         ];
         for (idx, name) in columns.iter().enumerate() {
-            let found = signal(&mechanism, &motion, name, t);
+            let found = signal(&mechanism, at(&motion, t), name);
             close(&format!("{name} at {t} s"), found, number(idx + 2), within);
         }
-        let length = signal(&mechanism, &motion, "belt_length", t);
+        let length = signal(&mechanism, at(&motion, t), "belt_length");
         close("the length", length, 1.608, Within { relative: 1e-13, absolute: 0.0 });
     }
 }
@@ -165,7 +159,7 @@ fn a_weight_on_the_belt_gives_the_tension_of_the_triangle_of_forces() {
     let last = motion.samples.last().expect("samples");
     let y = last.q[coordinate(&mechanism, "guide_position")];
     let angle = inclination(y);
-    let wrap = signal(&mechanism, &motion, "belt_wrap_I", 1.0);
+    let wrap = signal(&mechanism, at(&motion, 1.0), "belt_wrap_I");
     let within = Within { relative: 1e-9, absolute: 0.0 };
     close("the wrap", wrap, 2.0 * angle, within);
     let tension = 5.0 * 9.81 / (2.0 * angle.sin());
@@ -265,8 +259,8 @@ atol = 1e-12
     }
     // The free length is 2 mm less than the way: one millimetre a strand, and what the wheels add.
     let sum = ["belt_tension_A_B", "belt_tension_B_A"]
-        .map(|name| signal(&mechanism, &motion, name, 0.25));
-    let way = signal(&mechanism, &motion, "belt_length", 0.25);
+        .map(|name| signal(&mechanism, at(&motion, 0.25), name));
+    let way = signal(&mechanism, at(&motion, 0.25), "belt_length");
     let free = way - (sum[0] + sum[1]) / 2e4;
     let expected = 2.0 * 0.5 * (1.0_f64 - 0.0064).sqrt()
         + 0.14 * std::f64::consts::PI

@@ -8,12 +8,7 @@ use bksim::sim::run::Sample;
 use bksim::sim::sensitivity::Sensitive;
 use bksim::{Mechanism, Motion};
 use serde_json::Value;
-use support::{Within, at, close, derive, model, path, solve};
-
-fn encoder() -> String {
-    let file = path("tests/fixtures/elements/encoder-quantised.toml");
-    std::fs::read_to_string(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()))
-}
+use support::{Within, at, close, derive, elements, model, solve, with_method};
 
 /// A carriage of 2 kg, whose force follows from its position at the ticks of a clock.
 const PID: &str = r#"
@@ -50,15 +45,9 @@ rtol = 1e-11
 atol = 1e-13
 "#;
 
-fn with_method(text: &str, method: &str) -> Mechanism {
-    derive(model(&text.replace("[solve]\n", &format!("[solve]\nmethod = \"{method}\"\n"))))
-}
-
 /// Compares with the reference of the encoder: counts must be equal.
 fn check_encoder(motion: &Motion) {
-    let file = path("tests/data/elements/encoder_quantised.json");
-    let text = std::fs::read_to_string(&file).expect("a reference");
-    let reference: Value = serde_json::from_str(&text).expect("a reference is JSON");
+    let reference = elements::reference("elements/encoder_quantised");
     let number = |row: &Value, k: usize| row[k].as_f64().expect("a number");
     let rows = reference["rows"].as_array().expect("rows");
     let scale = |k: usize| rows.iter().map(|row| number(row, k).abs()).fold(0.0, f64::max);
@@ -79,7 +68,8 @@ fn check_encoder(motion: &Motion) {
 #[test]
 fn a_position_control_by_a_quantised_encoder() {
     for method in ["explicit", "radau", "auto"] {
-        check_encoder(&solve(&with_method(&encoder(), method)));
+        let encoder = elements::text("encoder-quantised");
+        check_encoder(&solve(&derive(model(&with_method(&encoder, method)))));
     }
 }
 
@@ -111,7 +101,7 @@ fn recursion(n: usize) -> Vec<[f64; 7]> {
 #[test]
 fn a_sampled_pid_is_its_discrete_recursion() {
     for method in ["explicit", "radau", "auto"] {
-        let motion = solve(&with_method(PID, method));
+        let motion = solve(&derive(model(&with_method(PID, method))));
         let within = Within { relative: 0.0, absolute: 1e-10 };
         let mut force = 1.0;
         for (k, row) in recursion(200).iter().enumerate() {
@@ -213,7 +203,7 @@ fn a_tick_may_press_bodies_onto_stops_and_break_friction() {
     "#;
     // It sticks, slides from 1 s on with 2 m/s², is braked from 1.5 s on with 10 m/s², and goes back with 2 m/s².
     for method in ["explicit", "radau"] {
-        let motion = solve(&with_method(text, method));
+        let motion = solve(&derive(model(&with_method(text, method))));
         let within = Within { relative: 0.0, absolute: 1e-8 };
         close("stuck", at(&motion, 0.75).q[0], 0.0, within);
         close("slides", at(&motion, 1.5).q[0], 0.25, within);
@@ -249,7 +239,7 @@ fn a_tick_may_carry_an_expression_over_its_kink() {
     "#;
     // From 0.5 s on a spring pulls, until it is slack at x = 1 m.
     for method in ["explicit", "radau"] {
-        let motion = solve(&with_method(text, method));
+        let motion = solve(&derive(model(&with_method(text, method))));
         let within = Within { relative: 0.0, absolute: 1e-9 };
         close("at rest", at(&motion, 0.5).q[0], 0.0, within);
         close("pulled", at(&motion, 1.5).q[0], 1.0 - 1.0_f64.cos(), within);

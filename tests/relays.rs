@@ -5,8 +5,7 @@ mod support;
 
 use bksim::Motion;
 use bksim::sim::hybrid::ChangeKind;
-use serde_json::Value;
-use support::{Within, at, close, derive, model, path, solve};
+use support::{Within, at, close, derive, elements, model, solve, with_method};
 
 /// A cart of m = 2 kg with a damper of b = 4 N s/m, which a force of 10 N pushes until it is faster than
 /// 1.8 m/s, and again as soon as it is slower than 1.2 m/s.
@@ -39,10 +38,6 @@ fn switching_times(motion: &Motion) -> Vec<f64> {
     let kinks = motion.summary.changes.iter();
     let kinks = kinks.filter(|change| matches!(change.kind, ChangeKind::Kink(_)));
     kinks.map(|change| change.t).collect()
-}
-
-fn with_method(text: &str, method: &str) -> String {
-    text.replace("[solve]\n", &format!("[solve]\nmethod = \"{method}\"\n"))
 }
 
 #[test]
@@ -133,9 +128,7 @@ atol = 1e-13
 
 #[test]
 fn a_mass_is_brought_to_rest_in_the_shortest_time() {
-    let file = path("tests/data/elements/bang_bang.json");
-    let text = std::fs::read_to_string(file).expect("a reference");
-    let reference: Value = serde_json::from_str(&text).expect("a reference is JSON");
+    let reference = elements::reference("elements/bang_bang");
     let text = r#"
 [bodies.cart]
 mass = "1.5 kg"

@@ -3,24 +3,18 @@
 mod support;
 
 use serde_json::Value;
-use support::{Within, close, coordinate, derive, messages, model, path, solve};
+use support::elements::reference;
+use support::{Within, close, coordinate, derive, elements, messages, model, solve};
 
 use bksim::model::file::{Source, read};
-
-fn engine() -> String {
-    let file = path("tests/fixtures/elements/engine.toml");
-    std::fs::read_to_string(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()))
-}
 
 /// A single-cylinder engine over one cycle, the gas force linear between 37 rows.
 #[test]
 fn an_engine_with_a_table_of_gas_force() {
-    let file = path("tests/data/elements/engine_gas_table.json");
-    let text = std::fs::read_to_string(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
-    let data: Value = serde_json::from_str(&text).expect("a reference is JSON");
+    let data = reference("elements/engine_gas_table");
     let rows = data["rows"].as_array().expect("rows");
     let number = |row: &Value, k: usize| row[k].as_f64().expect("a number");
-    let text = engine();
+    let text = elements::text("engine");
     let line = text.lines().find(|line| line.starts_with("t_end")).expect("an end").to_owned();
     // The rows are at angles of the crank, so each has a run that ends there.
     for row in rows.iter().skip(3).step_by(3) {
@@ -165,10 +159,7 @@ fn cam_laws_move_their_followers() {
         ("cycloidal", "cam_law_cycloidal"),
         ("modified-sine", "cam_law_modsine"),
     ] {
-        let file = path("tests/data/elements").join(format!("{file}.json"));
-        let text =
-            std::fs::read_to_string(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
-        let data: Value = serde_json::from_str(&text).expect("a reference is JSON");
+        let data = reference(&format!("elements/{file}"));
         let rows = data["rows"].as_array().expect("rows");
         let number = |row: &Value, k: usize| row[k].as_f64().expect("a number");
         // In every turn as in the first.

@@ -67,6 +67,18 @@ pub(crate) fn solve(mechanism: &Mechanism) -> Motion {
     mechanism.solve().unwrap_or_else(|e| panic!("{}: {e}", mechanism.model.name))
 }
 
+/// The text of a model with a method of integration.
+pub(crate) fn with_method(text: &str, method: &str) -> String {
+    text.replace("[solve]\n", &format!("[solve]\nmethod = \"{method}\"\n"))
+}
+
+/// The value of a named signal on a sample.
+#[track_caller]
+pub(crate) fn signal(mechanism: &Mechanism, sample: &Sample, name: &str) -> f64 {
+    let place = mechanism.model.named_signals.iter().position(|signal| signal.name == name);
+    sample.signals[place.unwrap_or_else(|| panic!("no signal `{name}`"))]
+}
+
 /// Codes and messages of diagnostics in one line.
 pub(crate) fn messages(diagnostics: &[Diagnostic]) -> String {
     let line = |d: &Diagnostic| format!("[{}] {}", d.code.0, d.message);

@@ -13,7 +13,7 @@ use bksim_mbs::modes::with_branches;
 use bksim_mbs::quantity::coordinate_units;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Rejected};
-use bksim_model::{FrictionLaw, Load, LoadKind, Model};
+use bksim_model::{FrictionLaw, Load, LoadKind, Measure, Model};
 use bksim_sim::Mechanism;
 use bksim_sim::compiled::{solved_accelerations, terms};
 
@@ -63,11 +63,24 @@ pub fn exported(
     }
 }
 
-/// Refuses friction that follows a reaction: no function of t, q and v has it.
+/// Refuses friction and expressions that follow a reaction: no function of t, q and v has it.
 fn without_coulomb(model: &Model) -> Result<(), AnalysisError> {
     let is_coulomb = |load: &&Load| {
         matches!(load.kind, LoadKind::Friction { law: FrictionLaw::Coulomb { .. }, .. })
     };
+    let measured = model.signals.iter().find_map(|signal| match signal.measure {
+        Measure::Reaction(joint, ..) => Some(&model.joints[joint.0]),
+        _ => None,
+    });
+    if let Some(joint) = measured {
+        let message =
+            format!("equations with the reaction of `{}` cannot be written as code", joint.name);
+        let fault = Diagnostic::error(codes::BY_REACTIONS, message)
+            .at(joint.span.clone(), "its reaction is used in expressions")
+            .note("accelerations and reactions are found together, by iteration")
+            .help("leave out the loads and signals that use it");
+        return Err(Rejected(vec![fault]).into());
+    }
     let Some(load) = model.loads.iter().find(is_coulomb) else { return Ok(()) };
     let message = format!("the equations with friction `{}` cannot be written as code", load.name);
     let fault = Diagnostic::error(codes::BY_REACTIONS, message)

@@ -4,7 +4,7 @@ use bksim_mbs::constraint::Source;
 use bksim_mbs::modes::with_branches;
 use bksim_mbs::system::SymbolicSystem;
 use bksim_model::diagnostic::{Diagnostic, Rejected};
-use bksim_model::{HeldChange, Model, ParameterId};
+use bksim_model::{HeldChange, JointId, Measure, Model, ParameterId};
 use bksim_sim::Mechanism;
 
 use crate::codes;
@@ -238,7 +238,7 @@ pub(crate) fn varied(model: &Model, values: &[f64], free: &[ParameterId], p: &[f
 }
 
 /// Refuses a model with states, which have rates of their own where the mechanism rests, or with sampled signals,
-/// which remember what was before.
+/// which remember what was before, or with loads that depend on reactions.
 ///
 /// # Errors
 /// [`AnalysisError::Rejected`] with the first of them.
@@ -258,7 +258,15 @@ pub(crate) fn without_states(model: &Model) -> Result<(), AnalysisError> {
             (format!("latched signal `{}`", signal.name), &signal.span, "held between events", help)
         }
     });
-    let Some((what, span, label, help)) = state.or(sampled) else { return Ok(()) };
+    let reaction = model.signals.iter().find_map(|signal| {
+        let Measure::Reaction(JointId(joint), ..) = signal.measure else { return None };
+        let help = "leave out the loads and signals that use its reaction";
+        let joint = &model.joints[joint];
+        let what = format!("the reaction of joint `{}` in expressions", joint.name);
+        Some((what, &joint.span, "found together with the accelerations", help))
+    });
+    let found = state.or(sampled).or(reaction);
+    let Some((what, span, label, help)) = found else { return Ok(()) };
     let message = format!("this question cannot be asked with {what}");
     let fault = Diagnostic::error(codes::WITH_STATES, message)
         .at(span.clone(), label)

@@ -24,6 +24,7 @@ use crate::lagrange;
 use crate::modes::with_modes;
 use crate::norm;
 use crate::recursion;
+use crate::rubbing::measured_reactions;
 use crate::signal::signal_values;
 use crate::sparse::SparseMatrix;
 use crate::spatial;
@@ -96,6 +97,8 @@ fn assemble_along(
     let constraint_rate =
         constraints.iter().map(|c| pool.simplify(pool.diff(c.expression, model.time))).collect();
 
+    let reaction_values = measured_reactions(model, &kinematics, &constraints);
+
     // The system, and once more with modes in place of everything that switches.
     let mut system = SymbolicSystem {
         derivation,
@@ -113,11 +116,13 @@ fn assemble_along(
         constraint_rate,
         wrenches,
         conditions: conditions(model, &signals),
+        reaction_values,
         kinematics,
         contacts,
         switches: Vec::new(),
         integrated: None,
     };
+    system.put_reactions(pool);
     if let Some(integrated) = with_modes(model, &system) {
         system.switches.clone_from(&integrated.switches);
         system.integrated = Some(Box::new(integrated));
@@ -155,6 +160,7 @@ pub fn assemble_positions(model: &Model) -> SymbolicSystem {
         kinematics,
         contacts: Vec::new(),
         conditions: Vec::new(),
+        reaction_values: Vec::new(),
         switches: Vec::new(),
         integrated: None,
     }

@@ -1,4 +1,4 @@
-//! Measures as expressions of coordinates, velocities and, for accelerations, of these.
+//! Measures as expressions of coordinates, velocities and, for accelerations, of these; reactions as their symbols.
 
 use bksim_expr::Expr;
 
@@ -87,6 +87,11 @@ impl Kinematics {
             Measure::PointAcceleration(body, point, axis) => {
                 let velocity = self.measure(model, Measure::PointVelocity(body, point, axis));
                 self.second_rate(model, velocity)
+            }
+            // Known once there are multipliers: see `SymbolicSystem::reaction_values`.
+            Measure::Reaction(..) => {
+                let own = model.signals.iter().find(|signal| signal.measure == measure);
+                own.map_or(pool.zero(), |signal| pool.symbol_expr(signal.symbol))
             }
             Measure::State(id) => {
                 let own = self.coordinates.iter().find(|c| c.owner == Owner::State(id));

@@ -11,8 +11,8 @@
 //! part is friction. Sources: A. Föppl, *Vorlesungen über technische Mechanik* I (circle of friction of a
 //! journal); J. E. Shigley, *Mechanical Engineering Design* (mechanics of power screws).
 
-use bksim_expr::{Expr, Function, Pool};
-use bksim_model::{Joint, JointId, JointKind, Model, MotionKind, Space};
+use bksim_expr::{Expr, Function, Pool, SymbolId};
+use bksim_model::{Frame, Joint, JointId, JointKind, Measure, Model, MotionKind, Signal, Space};
 use bksim_model::{Surface, Vector};
 
 use crate::constraint::{Constraint, Source};
@@ -68,6 +68,29 @@ pub(crate) fn friction(
             pool.product([mu, radius, factor, magnitude(pool, vec![axial])])
         }
     }
+}
+
+/// The symbols that stand for reactions in expressions, and the multipliers of which they are made.
+pub(crate) fn measured_reactions(
+    model: &Model,
+    kinematics: &Kinematics,
+    constraints: &[Constraint],
+) -> Vec<(SymbolId, Expr)> {
+    let pool = &model.pool;
+    let value = |signal: &Signal| {
+        let Measure::Reaction(id, frame, component) = signal.measure else { return None };
+        let joint = &model.joints[id.0];
+        let rows = constraints.iter().filter(|row| row.source == Source::Joint(id));
+        let of_joint = reaction(model, kinematics, joint, rows);
+        let axis = unit(pool, component % 3);
+        let axis = match frame {
+            Frame::World => axis,
+            Frame::Body => kinematics.sides(model, joint).predecessor.rotation.apply(pool, &axis),
+        };
+        let vector = if component < 3 { of_joint.force } else { of_joint.moment };
+        Some((signal.symbol, of_joint.component(&vector, &axis)))
+    };
+    model.signals.iter().filter_map(value).collect()
 }
 
 /// The sum of the rows of a cut joint, each times its multiplier.

@@ -56,6 +56,8 @@ pub struct SymbolicSystem {
     pub wrenches: Vec<Wrench>,
     /// Stops and friction: the rows that open and close.
     pub contacts: Vec<Contact>,
+    /// The symbols that stand for reactions in expressions, and the multipliers of which they are made.
+    pub reaction_values: Vec<(SymbolId, Expr)>,
     /// The conditions of latched signals, row by row: one where they hold, else zero.
     pub conditions: Vec<Expr>,
     /// Kinks of the expressions.
@@ -88,6 +90,27 @@ impl SymbolicSystem {
             pool.sum(inertia.chain([resistance]).collect::<Vec<_>>())
         };
         self.resistance.iter().enumerate().map(force).collect()
+    }
+
+    /// Replaces the symbols of reactions in all loads by multipliers.
+    pub(crate) fn put_reactions(&mut self, pool: &Pool) {
+        if self.reaction_values.is_empty() {
+            return;
+        }
+        let mut roots: Vec<&mut Expr> = self.applied_force.iter_mut().collect();
+        roots.extend(self.inverse_dynamics.iter_mut().flatten());
+        for wrench in &mut self.wrenches {
+            roots.extend(&mut wrench.force);
+            roots.extend(&mut wrench.moment);
+        }
+        for contact in &mut self.contacts {
+            if let Law::Friction { sliding, sticking, .. } = &mut contact.law {
+                roots.extend([sliding, sticking]);
+            }
+        }
+        let exprs: Vec<Expr> = roots.iter().map(|root| **root).collect();
+        let images = pool.substitute_all(&exprs, &self.reaction_values);
+        roots.into_iter().zip(images).for_each(|(root, image)| *root = image);
     }
 
     /// Number of constraint rows that always hold; those of contacts follow.

@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 
 use bksim_model::{
-    BodyId, CoordinatePolicy, FrictionLaw, GROUND, JointId, LoadKind, Measure, Model, Space,
+    BodyId, CoordinatePolicy, FrictionLaw, GROUND, JointId, LoadKind, Measure, Model, Signal, Space,
 };
 
 /// Deepest chain of relative coordinates that bksim chooses by itself: the equations of a chain of
@@ -71,7 +71,7 @@ impl Tree {
             let is_counted = model.space == Space::Spatial && is_coupled(model, id);
             let is_cut = policy == CoordinatePolicy::Absolute && !is_counted;
             let is_cut = is_cut || joint.kind.is_loose();
-            // Where friction depends on a reaction, that must be among the multipliers.
+            // Where something depends on a reaction, that must be among the multipliers.
             let is_cut = joint.cut.unwrap_or(is_cut) || rubs(model, id);
             !joint.kind.is_always_cut() && !is_cut
         })
@@ -151,10 +151,13 @@ fn is_coupled(model: &Model, id: JointId) -> bool {
     signals.any(|signal| uses(signal.symbol))
 }
 
-/// True where the friction of a joint depends on its reaction.
+/// True where friction or an expression depends on the reaction of a joint.
 fn rubs(model: &Model, id: JointId) -> bool {
-    model.loads.iter().any(|load| match load.kind {
+    let of_friction = model.loads.iter().any(|load| match load.kind {
         LoadKind::Friction { joint, law: FrictionLaw::Coulomb { .. }, .. } => joint == id,
         _ => false,
-    })
+    });
+    let is_own =
+        |signal: &Signal| matches!(signal.measure, Measure::Reaction(joint, ..) if joint == id);
+    of_friction || model.signals.iter().any(is_own)
 }

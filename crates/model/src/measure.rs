@@ -22,7 +22,7 @@ pub enum Axis {
 pub enum Frame {
     /// Those of the ground.
     World,
-    /// Those of the body.
+    /// Those of the body, or of the point of one.
     Body,
 }
 
@@ -71,6 +71,9 @@ pub enum Measure {
     AngularMomentum(Option<BodyId>, Axis),
     /// A quantity that is integrated with the motion, SI.
     State(StateId),
+    /// A component of the reaction of a joint on its successor, fx, fy, fz, mx, my, mz, N and N m: along the axes
+    /// of the ground, or of the frame of its first point.
+    Reaction(JointId, Frame, usize),
 }
 
 impl Measure {
@@ -82,6 +85,11 @@ impl Measure {
                 | Self::AngularAcceleration(..)
                 | Self::PointAcceleration(..)
         )
+    }
+
+    /// Whether it is a force or moment, which is found together with the accelerations.
+    pub fn is_reaction(self) -> bool {
+        matches!(self, Self::Reaction(..))
     }
 
     /// Whether it depends on velocities.
@@ -105,7 +113,8 @@ impl Measure {
             | Self::PointAcceleration(..)
             | Self::Momentum(..)
             | Self::AngularMomentum(..)
-            | Self::State(_) => true,
+            | Self::State(_)
+            | Self::Reaction(..) => true,
         }
     }
 }

@@ -75,6 +75,17 @@ const ACCELERATION_WORDS: [BodyWord; 9] = {
     ]
 };
 
+/// The owner of the reactions of all joints, where no body or joint has this name: `reactions.A.fx`.
+pub(crate) const REACTIONS: &str = "reactions";
+
+/// The components of a reaction; with `_joint` behind them in the axes of its joint.
+const REACTION_WORDS: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
+
+/// The words of the components of reactions, in the axes of the ground and of joints.
+pub(crate) fn reaction_words() -> impl Iterator<Item = String> {
+    ["", "_joint"].into_iter().flat_map(|end| REACTION_WORDS.map(|word| format!("{word}{end}")))
+}
+
 /// The owner of the measures of all bodies together, where no body or joint has this name.
 const ALL: &str = "mechanism";
 
@@ -104,6 +115,14 @@ impl Measure {
         }
     }
 
+    /// The measure of `fx` or `mz_joint` of the reaction of a joint.
+    pub(crate) fn of_reaction(joint: JointId, word: &str) -> Option<Self> {
+        let n = REACTION_WORDS.len();
+        let place = reaction_words().position(|known| known == word)?;
+        let frame = if place < n { Frame::World } else { Frame::Body };
+        Some(Self::Reaction(joint, frame, place % n))
+    }
+
     /// Its SI unit; empty of a pure number.
     pub fn unit(self, model: &Model) -> &'static str {
         let turns = |joint: JointId, motion_idx: usize| {
@@ -125,6 +144,8 @@ impl Measure {
             Self::Quaternion(..) | Self::DirectionCosine(..) | Self::State(_) => "",
             Self::AngularAcceleration(..) => "rad/s^2",
             Self::JointAcceleration(..) | Self::PointAcceleration(..) => "m/s^2",
+            Self::Reaction(_, _, ..3) => "N",
+            Self::Reaction(..) => "N m",
             Self::Momentum(..) => "kg m/s",
             Self::AngularMomentum(..) => "kg m^2/s",
         }

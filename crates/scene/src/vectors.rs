@@ -135,7 +135,7 @@ pub fn velocities(scene: &Scene, poses: &[Pose]) -> Vec<VectorAt> {
 /// The applied forces, N: gravity at the centres of mass, forces at their points, springs and
 /// dampers at their ends; in the order of the loads.
 pub fn applied_forces(loads: &mut LoadForces, sample: &Sample) -> impl Iterator<Item = VectorAt> {
-    let forces = loads.at(sample.t, &sample.q, &sample.v);
+    let forces = loads.at((sample.t, &sample.q, &sample.v), &sample.lambda);
     forces.map(|at| VectorAt { point: at.point, vector: at.force, is_unique: true })
 }
 

@@ -141,6 +141,7 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
     let measures = signal_values(model, &system.kinematics);
     let signals = model.named_signals.iter();
     let signals: Vec<Expr> = signals.map(|s| pool.substitute(s.value, &measures)).collect();
+    let signals = pool.substitute_all(&signals, &system.reaction_values);
     Ok(CompiledSystem {
         coordinates: coordinate_quantities(model, system),
         multipliers: multiplier_quantities(model, system),
@@ -164,7 +165,9 @@ pub fn compile(model: &Model, system: &SymbolicSystem) -> Result<CompiledSystem,
         latches,
         transmissions: Transmissions::compile(model, system, &q, &parameters)?,
         second_angles: system.kinematics.sequences().iter().map(|three| three[1]).collect(),
-        signals: (!signals.is_empty()).then(|| function(&signals, &[&q, &v, u])).transpose()?,
+        signals: (!signals.is_empty())
+            .then(|| function(&signals, &[&q, &v, &lambda, u]))
+            .transpose()?,
         n_parameters: model.parameters.len(),
         n_states: model.states.len(),
     })

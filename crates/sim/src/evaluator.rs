@@ -96,10 +96,10 @@ impl<'a> Evaluator<'a> {
     }
 
     /// The values of the named signals at a state, SI.
-    pub fn signals(&mut self, t: f64, q: &[f64], v: &[f64]) -> &[f64] {
+    pub fn signals(&mut self, t: f64, q: &[f64], v: &[f64], lambda: &[f64]) -> &[f64] {
         let Self { system, signals, inputs, .. } = self;
         let (Some(function), Some(buffers)) = (&system.signals, signals) else { return &[] };
-        function.evaluate(buffers, &[&[t], q, v, inputs.at(t, q, v)])
+        function.evaluate(buffers, &[&[t], q, v, lambda, inputs.at(t, q, v)])
     }
 
     /// The rows whose multipliers loads depend on.

@@ -69,10 +69,12 @@ impl LoadForces {
                 outputs.extend(wrench.at);
             }
         }
+        let outputs = model.pool.substitute_all(&outputs, &system.reaction_values);
         let coordinates = system.coordinates();
         let q: Vec<SymbolId> = coordinates.iter().map(|c| c.q).collect();
         let v: Vec<SymbolId> = coordinates.iter().map(|c| c.v).collect();
-        let arguments = [&[model.time][..], &q, &v, &input_symbols(model)];
+        let lambda: Vec<SymbolId> = system.constraints.iter().map(|c| c.lambda).collect();
+        let arguments = [&[model.time][..], &q, &v, &lambda, &input_symbols(model)];
         let symbols = model.parameters.iter().map(|p| p.symbol).collect();
         let symbols = without_inputs(model, symbols);
         let function = Function::compile(model, &outputs, &arguments, &symbols)?;
@@ -89,8 +91,12 @@ impl LoadForces {
     ///
     /// # Panics
     /// If the state is not as long as in the model.
-    pub fn at(&mut self, t: f64, q: &[f64], v: &[f64]) -> impl Iterator<Item = ForceAt> {
-        let arguments = [&[t], q, v, self.inputs.at(t, q, v)];
+    pub fn at(
+        &mut self,
+        (t, q, v): (f64, &[f64], &[f64]),
+        lambda: &[f64],
+    ) -> impl Iterator<Item = ForceAt> {
+        let arguments = [&[t], q, v, lambda, self.inputs.at(t, q, v)];
         let numbers = self.function.evaluate(&mut self.buffers, &arguments);
         numbers.chunks_exact(NUMBERS).map(|numbers| ForceAt {
             force: std::array::from_fn(|i| numbers[i]),
@@ -166,7 +172,7 @@ mod tests {
 
         // Upright, P is at (0, 1) and moves to the left.
         let (angle, rate) = (std::f64::consts::FRAC_PI_2, 1.5);
-        let at: Vec<ForceAt> = forces.at(2.0, &[angle], &[rate]).collect();
+        let at: Vec<ForceAt> = forces.at((2.0, &[angle], &[rate]), &[]).collect();
         let close = |found: ForceAt, force: [f64; 2], point: [f64; 2]| {
             let gap = |a: [f64; 3], b: [f64; 2]| (a[0] - b[0]).abs() + (a[1] - b[1]).abs() + a[2];
             assert!(gap(found.force, force) < 1e-12, "{found:?} against {force:?}");

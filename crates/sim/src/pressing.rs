@@ -1,4 +1,4 @@
-//! Loads that depend on multipliers: friction by the reaction of its own joint.
+//! Loads that depend on multipliers: friction by the reaction of its own joint, and expressions of reactions.
 //!
 //! ```text
 //! M v̇ + Gᵀ λ = f        G v̇ + γ = 0        f with some λ in it
@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 
 use bksim_expr::{SymbolId, TapeError};
 use bksim_mbs::system::SymbolicSystem;
-use bksim_model::{FrictionLaw, JointId, Load, LoadKind, Model, Surface};
+use bksim_model::{Frame, FrictionLaw, JointId, Load, LoadKind, Measure, Model, Signal, Surface};
 
 use crate::function::Function;
 use crate::input::{input_symbols, without_inputs};
@@ -24,7 +24,7 @@ pub(crate) struct PressingMultipliers {
     pub(crate) slopes: Function,
 }
 
-/// A joint whose friction follows its reaction.
+/// A joint whose reaction friction or an expression follows.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bearing {
     pub(crate) joint: JointId,
@@ -33,7 +33,7 @@ pub(crate) struct Bearing {
     pub(crate) components: [bool; 6],
 }
 
-/// The joints of a model whose friction follows their reactions.
+/// The joints of a model whose reactions friction or expressions follow.
 pub(crate) fn bearings(model: &Model) -> Vec<Bearing> {
     let bearing = |load: &Load| {
         let LoadKind::Friction { joint, law: FrictionLaw::Coulomb { surface, .. }, .. } = load.kind
@@ -48,7 +48,17 @@ pub(crate) fn bearings(model: &Model) -> Vec<Bearing> {
         let [f, m] = [forces, moments];
         Some(Bearing { joint, components: [f, f, f, m, m, m] })
     };
-    model.loads.iter().filter_map(bearing).collect()
+    let measured = |signal: &Signal| {
+        let Measure::Reaction(joint, frame, component) = signal.measure else { return None };
+        let first = component / 3 * 3;
+        let takes_part = |at: usize| match frame {
+            Frame::World => at == component,
+            Frame::Body => (first..first + 3).contains(&at),
+        };
+        Some(Bearing { joint, components: std::array::from_fn(takes_part) })
+    };
+    let of_loads = model.loads.iter().filter_map(bearing);
+    of_loads.chain(model.signals.iter().filter_map(measured)).collect()
 }
 
 /// The rows whose multipliers the applied forces of a system depend on, ascending.

@@ -82,7 +82,8 @@ pub(super) fn derive(model: &Model, system: &SymbolicSystem) -> UnsimplifiedEqua
             state_rate(i),
         ])
     };
-    let left_sides = (0..coordinates.len()).map(left_side).collect();
+    let left_sides: Vec<Expr> = (0..coordinates.len()).map(left_side).collect();
+    let left_sides = pool.substitute_all(&left_sides, &system.reaction_values);
     let constraints = constraints[..system.n_bilateral()].to_vec();
     UnsimplifiedEquations { kinetic_energy, potential_energy, left_sides, constraints }
 }

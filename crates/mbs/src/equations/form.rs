@@ -50,13 +50,14 @@ impl ReadingForm {
             is_constant: false,
         };
         let parts = recursive_parts(model, system, &named.inverse_dynamics);
-        Self {
+        let form = Self {
             groups: named.definitions.into_iter().map(group).collect(),
             kinetic_energy: named.kinetic_energy,
             potential_energy: named.potential_energy,
             equations: parts,
             ..Self::solved(model, system)
-        }
+        };
+        form.map(&|exprs| model.pool.substitute_all(exprs, &system.reaction_values))
     }
 
     /// The equations as the derivation left them, without names.

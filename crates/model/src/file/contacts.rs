@@ -205,7 +205,7 @@ impl Reader<'_> {
         quantity: Quantity,
     ) -> Option<Scalar> {
         let what = fields.what(key);
-        let friction = self.scalar(node, quantity, &what, Scope::Motion)?;
+        let friction = self.scalar(node, quantity, &what, Scope::Load)?;
         let zero = Constant::written(0.0);
         let below = |value: &Constant| !self.constants.is_not_below(*value, zero);
         if let Some(value) = friction.value.filter(below) {

@@ -73,14 +73,14 @@ impl Reader<'_> {
         help: &str,
     ) -> Option<Vector> {
         let node = fields.require(self, key, help)?;
-        Some(self.vector(node, quantity, &fields.what(key), Scope::Motion)?.components)
+        Some(self.vector(node, quantity, &fields.what(key), Scope::Load)?.components)
     }
 
     /// The value of a key that may change with the motion.
     fn load_scalar(&mut self, fields: &Fields<'_>, key: &str, quantity: Quantity) -> Option<Expr> {
         let help = format!("write for example `{key} = \"{}\"`", quantity.example);
         let node = fields.require(self, key, &help)?;
-        Some(self.scalar(node, quantity, &fields.what(key), Scope::Motion)?.expr)
+        Some(self.scalar(node, quantity, &fields.what(key), Scope::Load)?.expr)
     }
 
     /// As [`Self::load_scalar`], with a default of zero.

@@ -11,7 +11,7 @@ use super::value::{Kind, Lowered, PURE};
 use super::words::cut;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::joint::motion_words;
-use crate::measure_names::{BODY_WORDS, N_POINT_WORDS};
+use crate::measure_names::{BODY_WORDS, N_POINT_WORDS, REACTIONS, reaction_words};
 
 impl Reader<'_> {
     /// A parameter, the time, or something of the motion.
@@ -53,7 +53,8 @@ impl Reader<'_> {
                     Scope::Constant => known.value.is_none(),
                     Scope::Position => !self.follows_positions(known.expr),
                     Scope::Time => self.moves(known.expr),
-                    Scope::Motion | Scope::Tick => false,
+                    Scope::Motion | Scope::Tick => self.presses(known.expr),
+                    Scope::Load => false,
                 };
                 if is_refused {
                     self.not_constant(name, span, context);
@@ -76,7 +77,8 @@ impl Reader<'_> {
         let is_refused = match context.scope {
             Scope::Constant | Scope::Time => true,
             Scope::Position => measure.is_velocity(),
-            Scope::Motion | Scope::Tick => false,
+            Scope::Motion | Scope::Tick => measure.is_reaction(),
+            Scope::Load => false,
         };
         if is_refused {
             self.not_constant(name, span, context);
@@ -95,6 +97,10 @@ impl Reader<'_> {
             Scope::Position => (
                 "must follow from positions",
                 "use numbers, parameters, positions such as `A.angle`, and signals that are latched or sampled",
+            ),
+            Scope::Motion | Scope::Tick => (
+                "must follow from positions, velocities and the time",
+                "use reactions in loads, in `rate` of states and in signals without a clock",
             ),
             _ => ("is prescribed", "use numbers, parameters and the time `t` only"),
         };
@@ -126,6 +132,11 @@ impl Reader<'_> {
                 [value, rate]
             });
             (1, words.map(str::to_owned).collect())
+        } else if let (None, REACTIONS, [_, joint, ..]) = (body, owner, parts) {
+            match self.names.joint(joint) {
+                Some(_) => (2, reaction_words().collect()),
+                None => (1, self.names.joint_names().into_iter().map(str::to_owned).collect()),
+            }
         } else if let Some(body) = body {
             let points = self.names.bodies[body.0].points.clone();
             let words = BODY_WORDS.map(|(word, _)| word.to_owned());

@@ -10,7 +10,7 @@ use crate::diagnostic::Span;
 use crate::ids::{BodyId, ClockId, JointId, PointId};
 use crate::joint::{MotionKind, motion_words};
 use crate::measure::{Measure, Signal};
-use crate::measure_names::{BODY_WORDS, N_POINT_WORDS};
+use crate::measure_names::{BODY_WORDS, N_POINT_WORDS, REACTIONS};
 
 /// The meaning of a name in an expression.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -50,6 +50,8 @@ pub(super) fn quantity_of(measure: Measure) -> Quantity {
         }
         Measure::JointAcceleration(..) | Measure::PointAcceleration(..) => Quantity::ACCELERATION,
         Measure::AngularAcceleration(..) => Quantity::ANGULAR_ACCELERATION,
+        Measure::Reaction(_, _, ..3) => Quantity::FORCE,
+        Measure::Reaction(..) => Quantity::TORQUE,
         Measure::Momentum(..) => Quantity::MOMENTUM,
         Measure::AngularMomentum(..) => Quantity::ANGULAR_MOMENTUM,
         Measure::JointPosition(..) | Measure::PointPosition(..) => Quantity::LENGTH,
@@ -179,6 +181,13 @@ impl Names {
             });
         }
         let Some(body) = self.body(owner) else {
+            if let (REACTIONS, [joint, word]) = (owner, parts) {
+                let joint = self.joint(joint)?;
+                // A cylinder has no rows of its own: all that acts along it is its reaction.
+                let has_rows = self.joints[joint.0].kind.is_none_or(|kind| kind != "cylinder");
+                let measure = has_rows.then(|| Measure::of_reaction(joint, word)).flatten()?;
+                return Some((measure, quantity_of(measure)));
+            }
             let [word] = parts else { return None };
             let measure = Measure::of_all(owner, word)?;
             return Some((measure, quantity_of(measure)));

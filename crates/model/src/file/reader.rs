@@ -24,6 +24,19 @@ use crate::table::{NamedFunction, TableCall};
 /// Faults after which further ones are no longer explained; comparing names takes time.
 const ENOUGH: usize = 200;
 
+/// Elements that other programs have among joints or loads, and where they are written here.
+const ELSEWHERE: [(&[&str], &str); 3] = [
+    (
+        &["gear", "belt", "chain", "rack", "rack-and-pinion", "pulley", "coupling"],
+        "gears, belts, chains, racks and relations connect joints: they stand in `[couplings.NAME]`",
+    ),
+    (
+        &["cam", "cam-follower", "curve"],
+        "cams and tracks are curves, `[curves.NAME]`, which `point-on-curve` and `line-on-curve` follow",
+    ),
+    (&["motor", "drive", "actuator"], "prescribed motions stand in `[drives.NAME]`"),
+];
+
 /// The state of one reading.
 pub(super) struct Reader<'a> {
     pub(super) text: &'a str,
@@ -154,11 +167,16 @@ impl Reader<'_> {
         }
         let names: Vec<&str> = choices.iter().map(|(name, _)| *name).collect();
         let location = quoted.span_of(&(0..word.len()));
-        self.report(
-            Diagnostic::error(codes::NOT_A_CHOICE, format!("{what} cannot be `{}`", cut(word)))
-                .at(location, "not one of the choices")
-                .help(suggest(word, &names)),
-        );
+        let message = format!("{what} cannot be `{}`", cut(word));
+        let fault = Diagnostic::error(codes::NOT_A_CHOICE, message)
+            .at(location, "not one of the choices")
+            .help(suggest(word, &names));
+        let elsewhere = ELSEWHERE.iter().find(|(words, _)| words.contains(&word));
+        let is_element = what.starts_with("`type` of joint") || what.starts_with("`type` of load");
+        self.report(match elsewhere.filter(|_| is_element) {
+            Some((_, note)) => fault.note(*note),
+            None => fault,
+        });
         None
     }
 

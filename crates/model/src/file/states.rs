@@ -134,7 +134,7 @@ impl Reader<'_> {
         let help = "write for example `rate = \"0.3 m - A.position\"`";
         let node = fields.require(self, "rate", help)?;
         let what = fields.what("rate");
-        let rate = self.lowered(node, &what, Scope::Motion)?;
+        let rate = self.lowered(node, &what, Scope::Load)?;
         let second = Quantity::TIME.dimension();
         let (rate, dimension) = match (kind, rate.kind) {
             (Kind::Known(own), Kind::Bare) => {
@@ -199,7 +199,7 @@ impl Reader<'_> {
             {
                 continue;
             }
-            let scope = if is_sampled { Scope::Tick } else { Scope::Motion };
+            let scope = if is_sampled { Scope::Tick } else { Scope::Load };
             let help = "write for example `value = \"2 N/m*(0.3 m - A.position)\"`";
             let node = fields.require(self, "value", help);
             let what = fields.what("value");
@@ -290,6 +290,12 @@ impl Reader<'_> {
     pub(super) fn moves(&self, expr: Expr) -> bool {
         self.names.signals.iter().any(|signal| self.pool.depends_on(expr, signal.symbol))
             || self.is_held(expr)
+    }
+
+    /// True where an expression depends on reactions.
+    pub(super) fn presses(&self, expr: Expr) -> bool {
+        let mut reactions = self.names.signals.iter().filter(|s| s.measure.is_reaction());
+        reactions.any(|signal| self.pool.depends_on(expr, signal.symbol))
     }
 
     /// True where an expression depends on parameters, positions and values that are held alone.

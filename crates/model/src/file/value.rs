@@ -15,8 +15,10 @@ pub(super) enum Scope {
     Position,
     /// Time.
     Time,
-    /// Time and everything of the motion.
+    /// Time and everything of the motion but reactions.
     Motion,
+    /// All that, and reactions.
+    Load,
     /// All that, at the ticks of a clock.
     Tick,
 }

@@ -74,10 +74,13 @@ fn shared_reaction(model: &Model, joint: JointId) -> Diagnostic {
     let fault = Diagnostic::error(codes::SHARED_REACTION, message)
         .note("other joints could bear this load in its place, and rigid bodies do not tell which does")
         .help("let the joints that repeat each other give way, or state the friction itself: `force = …`");
-    match model.loads.iter().find(rubs) {
-        Some(load) => fault.at(load.span.clone(), "this friction"),
-        None => fault,
+    if let Some(load) = model.loads.iter().find(rubs) {
+        return fault.at(load.span.clone(), "this friction");
     }
+    let message = format!("the reaction of joint `{joint_name}` is used, but is not unique");
+    let span = model.joints[joint.0].span.clone();
+    let help = "let the joints that repeat each other give way";
+    Diagnostic { message, ..fault }.at(span, "bears what others could").help(help)
 }
 
 /// A run back in time over what switches.

@@ -104,7 +104,8 @@ impl FaultInstant<'_> {
         let signals = signal_values(model, &system.kinematics);
         let is_finite = |&e: &Expr| {
             let resolved = model.pool.substitute(e, &signals);
-            model.pool.evaluate(resolved, &value).is_ok_and(f64::is_finite)
+            // A reaction has no value before its loads have.
+            model.pool.evaluate(resolved, &value).map_or(true, f64::is_finite)
         };
         model.loads.iter().find_map(|load| {
             let action = force::action(model, &system.kinematics, &signals, &load.kind);

@@ -399,7 +399,7 @@ pub(super) fn project(
 pub(super) fn complete(evaluator: &mut Evaluator<'_>, sample: &mut Sample) {
     let Sample { t, q, v, a, lambda, reactions, inputs, signals, energy, .. } = sample;
     signals.clear();
-    signals.extend_from_slice(evaluator.signals(*t, q, v));
+    signals.extend_from_slice(evaluator.signals(*t, q, v, lambda));
     inputs.clear();
     inputs.extend_from_slice(evaluator.inputs(*t, q, v));
     *energy = evaluator.energy(*t, q, v, lambda);
