@@ -185,7 +185,8 @@ impl Pool {
     /// # Errors
     /// A [`ParseError`] names the first fault and its span.
     pub fn parse(&self, text: &str) -> Result<Expr, ParseError> {
-        let syntax = parse(text, &ParseOptions::default())?.written_out(&|_| false);
+        let is_known = |name: &str| self.function_written(name).is_some();
+        let syntax = parse(text, &ParseOptions::default())?.written_out(&is_known);
         let mut resolve = |name: &str, _: Range<usize>| {
             Ok::<_, std::convert::Infallible>(if name == "pi" {
                 self.pi()
