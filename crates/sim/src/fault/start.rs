@@ -119,8 +119,11 @@ pub fn diagnose_mobility(model: &Model, mobility: &Mobility) -> Vec<Diagnostic> 
                 n => format!("{n} conditions are redundant"),
             }
         );
+        let mut links = superfluous_links(model);
         // Without its only body nothing is left of a mechanism.
-        let links = if model.bodies.len() > 2 { superfluous_links(model) } else { Vec::new() };
+        if let [_, only] = model.bodies.as_slice() {
+            links.retain(|name| *name != only.name);
+        }
         let help = match links.as_slice() {
             [] => {
                 "the run goes on with the smallest reactions; nothing needs to be done".to_owned()
